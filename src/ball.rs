@@ -1,0 +1,65 @@
+//! A ball and its state of motion.
+//!
+//! | symbol | here | unit | meaning |
+//! | --- | --- | --- | --- |
+//! | R | [`Ball::radius`] | m | radius |
+//! | M | [`Ball::mass`] | kg | mass |
+//! | ν | [`Ball::inertia`] | 1 | moment of inertia over MR², 2/5 for a uniform sphere |
+//! | U, V | [`BallState::velocity`] | m/s | velocity of the centre |
+//! | ω, Ω | [`BallState::spin`] | rad/s | angular velocity |
+
+use nalgebra::Vector3;
+
+/// A vector in a right-handed frame whose z axis points up.
+pub type Vec3 = Vector3<f64>;
+
+/// Moment of inertia of a uniform sphere over MR².
+pub const UNIFORM_SPHERE: f64 = 0.4;
+
+/// The ball: both balls of a collision are equal.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Ball {
+    /// R, in metres.
+    pub radius: f64,
+    /// M, in kilograms. It cancels from every velocity, since the balls are equal.
+    pub mass: f64,
+    /// ν, the moment of inertia over MR².
+    pub inertia: f64,
+}
+
+impl Ball {
+    /// A standard pool ball: 57.15 mm across, 170 g, uniform (physics: § 10 of the model notes in
+    /// the README).
+    pub const POOL: Self = Self { radius: 0.028_575, mass: 0.170, inertia: UNIFORM_SPHERE };
+}
+
+impl Default for Ball {
+    fn default() -> Self {
+        Self::POOL
+    }
+}
+
+/// Velocity of the centre (m/s) and angular velocity (rad/s) of a ball.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct BallState {
+    /// Velocity of the centre, m/s.
+    pub velocity: Vec3,
+    /// Angular velocity, rad/s.
+    pub spin: Vec3,
+}
+
+impl BallState {
+    /// A ball that slides without any spin.
+    #[must_use]
+    pub fn stun(velocity: Vec3) -> Self {
+        Self { velocity, spin: Vec3::zeros() }
+    }
+
+    /// A ball in natural roll: no slip on the cloth, so that
+    /// ω = (−V_y, V_x, 0)/R.
+    #[must_use]
+    pub fn natural_roll(velocity: Vec3, radius: f64) -> Self {
+        let spin = Vec3::new(-velocity.y, velocity.x, 0.0) / radius;
+        Self { velocity, spin }
+    }
+}

@@ -1,0 +1,124 @@
+//! Data set + settings → [`Fit`]: estimates, uncertainties, residuals, and what to think of them.
+
+use std::path::PathBuf;
+
+use nalgebra::DMatrix;
+
+use crate::observable::Observable;
+use crate::parameters::Parameter;
+
+/// The result of one fit: a value, which `report` renders.
+#[derive(Clone, Debug)]
+pub struct Fit {
+    /// Name of the data set.
+    pub dataset: String,
+    /// The label that was fitted apart, where `[fit] by` asks for it: (column, label).
+    pub group: Option<(String, String)>,
+    pub path: PathBuf,
+    pub cloth: Option<String>,
+    pub source: Option<String>,
+    /// Name of the collision model, as on the command line.
+    pub fidelity: &'static str,
+    /// Which effects the model contains.
+    pub effects: Vec<(&'static str, bool)>,
+    /// In the order of [`Parameter::ALL`].
+    pub estimates: [Estimate; 3],
+    /// Of the parameters that have a standard error; NaN elsewhere. 3 × 3.
+    pub correlation: DMatrix<f64>,
+    /// Sum of squared standardized residuals, priors included.
+    pub chi2: f64,
+    /// Observations and priors less fitted parameters.
+    pub dof: usize,
+    /// How the noise of each observable was known, in the order of first appearance.
+    pub noise: Vec<Noise>,
+    pub shots_used: usize,
+    pub shots_rejected: Vec<Rejected>,
+    /// One row per observation.
+    pub residuals: Vec<Residual>,
+    /// Why the optimiser stopped, in words.
+    pub termination: String,
+    /// Whether it stopped at a minimum.
+    pub converged: bool,
+    pub iterations: usize,
+    pub seconds: f64,
+    /// What the reader must know: sentences, the most important first.
+    pub warnings: Vec<String>,
+    /// What the reader may want to know.
+    pub notes: Vec<String>,
+}
+
+/// One fitted parameter.
+#[derive(Clone, Copy, Debug)]
+pub struct Estimate {
+    pub parameter: Parameter,
+    pub value: f64,
+    pub std_error: Option<f64>,
+    /// 95 % interval, within the bounds; at an active bound it is one-sided.
+    pub interval_95: Option<[f64; 2]>,
+    /// The standard error if the parameters at their bounds were known to be there. Only where
+    /// that differs from `std_error`.
+    pub std_error_at_bound: Option<f64>,
+    pub status: Status,
+}
+
+/// What a fit could say about a parameter.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Status {
+    Free,
+    Fixed,
+    AtLowerBound,
+    AtUpperBound,
+    /// The data say nothing about it: it was left at its initial value.
+    NotIdentified,
+}
+
+impl Status {
+    /// As in fit.json.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Free => "free",
+            Self::Fixed => "fixed",
+            Self::AtLowerBound => "at-lower-bound",
+            Self::AtUpperBound => "at-upper-bound",
+            Self::NotIdentified => "not-identified",
+        }
+    }
+}
+
+/// The noise of one observable.
+#[derive(Clone, Copy, Debug)]
+pub struct Noise {
+    pub observable: Observable,
+    pub count: usize,
+    /// Root mean square of the raw residuals, SI and radians.
+    pub rms: f64,
+    /// `Some`: the data give no standard deviation, this one (SI and radians) was estimated from
+    /// the residuals. `None`: the data give standard deviations.
+    pub estimated_sd: Option<f64>,
+}
+
+/// A shot that was not used, and why.
+#[derive(Clone, Debug)]
+pub struct Rejected {
+    pub shot: String,
+    pub reason: String,
+}
+
+/// One observation after the fit, SI and radians.
+#[derive(Clone, Debug)]
+pub struct Residual {
+    pub shot: String,
+    pub observable: Observable,
+    pub measured: f64,
+    pub predicted: f64,
+    /// Standard deviation of the observation, with what the uncertain state before the impact
+    /// adds. NaN where none can be stated (estimated from the residuals, without a degree of freedom).
+    pub sd: f64,
+    /// (measured − predicted) / sd.
+    pub standardized: f64,
+    /// Cut angle φ of the shot, radians.
+    pub cut: f64,
+    /// Cue ball's speed before the impact, m/s; `None` where it is unknown and does not matter.
+    pub speed: Option<f64>,
+}
