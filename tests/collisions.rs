@@ -53,3 +53,282 @@ fn full_agrees_with_the_25_digit_reference() {
         }
     }
 }
+
+/// A shot to try: cue ball and coefficients.
+struct Try {
+    model: Model,
+    cue: BallState,
+    coefficients: Coefficients,
+}
+
+impl Try {
+    /// Natural roll, stun, draw, side spin, any mixture; thick to thin; also slippery and grippy.
+    fn random(rng: &mut ChaCha8Rng, fidelity: Fidelity) -> Self {
+        let radius = rng.random_range(0.02..0.04);
+        let speed: f64 = rng.random_range(0.1..10.0);
+        let cut: f64 = rng.random_range(-80.0_f64..80.0).to_radians();
+        let velocity = cue_velocity(speed, cut);
+        let side = Vec3::z() * (rng.random_range(-1.5..1.5) * speed / radius);
+        let roll = BallState::natural_roll(velocity, radius).spin;
+        let spin = match rng.random_range(0..6) {
+            0 => Vec3::zeros(),
+            1 => roll,
+            2 => side,
+            3 => roll * rng.random_range(-1.5..0.0),
+            4 => roll * rng.random_range(0.0..1.5) + side,
+            _ => roll * rng.random_range(-1.0..1.0) + side,
+        };
+        let grip = if rng.random_bool(0.2) { 5.0 } else { 1.0 };
+        let coefficients = Coefficients {
+            mu: grip * rng.random_range(0.01..0.1),
+            mu_s: rng.random_range(0.0..0.6),
+            e: rng.random_range(0.0..1.0),
+        };
+        let ball = Ball { radius, inertia: rng.random_range(0.35..0.6), ..Ball::POOL };
+        Self { model: Model::new(fidelity, ball), cue: BallState { velocity, spin }, coefficients }
+    }
+}
+
+/// Kinetic energy per unit mass.
+fn energy(ball: &Ball, state: &BallState) -> f64 {
+    0.5 * (state.velocity.norm_squared() + ball.inertia * ball.radius.powi(2) * state.spin.norm_squared())
+}
+
+/// (∫ S ds, ∫ s S ds, ∫ s S² ds) from u to 1, S = √(z² + y² s^2γ): plainly, by the 5-point Gauss rule in
+/// 100 panels of x = s^(1/12), in which S is smooth at 0.
+fn slip_integrals(y: f64, z: f64, gamma: f64, u: f64) -> [f64; 3] {
+    const RULE: [(f64, f64); 3] = [
+        (0.0, 0.568_888_888_888_888_9),
+        (0.538_469_310_105_683, 0.478_628_670_499_366_5),
+        (0.906_179_845_938_664, 0.236_926_885_056_189_1),
+    ];
+    let (from, panels) = (u.powf(1.0 / 12.0), 100);
+    let half = (1.0 - from) / (2 * panels) as f64;
+    let mut sums = [0.0; 3];
+    for panel in 0..panels {
+        let middle = from + half * (2 * panel + 1) as f64;
+        for (t, w) in RULE {
+            for x in if t == 0.0 { vec![middle] } else { vec![middle - half * t, middle + half * t] } {
+                let s = x.powi(12);
+                let slip = z.hypot(y * s.powf(gamma));
+                let ds = w * half * 12.0 * x.powi(11);
+                sums[0] += ds * slip;
+                sums[1] += ds * s * slip;
+                sums[2] += ds * s * slip * slip;
+            }
+        }
+    }
+    sums
+}
+
+/// The audit closes to this part of the energy before the impact.
+const ENERGY: f64 = 1e-12;
+
+#[test]
+fn energy_audit_closes() {
+    let mut rng = ChaCha8Rng::seed_from_u64(1);
+    let mut stuck = 0;
+    for _ in 0..5_000 {
+        let Try { model, cue, coefficients } = Try::random(&mut rng, Fidelity::Full);
+        let Coefficients { mu, mu_s, .. } = coefficients;
+        let (nu, radius) = (model.ball.inertia, model.ball.radius);
+        let outcome = model.collide(&cue, &coefficients).unwrap();
+        let v0 = slip(&cue, &BallState::default(), radius);
+        let m_s = if v0.z > 0.0 { mu_s } else { 0.0 };
+        let beta_z = (2.0 + nu - m_s) / (2.0 * nu);
+        let gamma = (nu + m_s) / (2.0 + nu - m_s);
+        // what is left of the slip at the end
+        let after = slip(&outcome.cue, &outcome.object, radius) + Vec3::z() * 0.0;
+        let u = if outcome.regime == Regime::Stick {
+            stuck += 1;
+            0.0
+        } else if v0.z == 0.0 {
+            (after.y / v0.y).powf(1.0 / (1.0 + gamma))
+        } else {
+            1.0 + nu * radius * (outcome.cue.spin.y - cue.spin.y) * 2.0 * beta_z / v0.z
+        };
+        let [s, u_s, u_s2] = slip_integrals(v0.y, v0.z, gamma, u.max(0.0));
+        let c = 1.0 / (2.0 * mu * beta_z);
+        let q_slid = c * s;
+        let q = outcome.impulse;
+        // W = v_x0 q + q² + ∫ m_s μ∫ sin θ dq' dq, where the inner integral is v_z0(u − 1)/2β_z
+        let a = m_s * v0.z / (2.0 * beta_z);
+        let work = v0.x * q + q * q - a * (c * (s - u_s) + (q - q_slid).max(0.0) * f64::from(u <= 0.0));
+        // μ∫ v_∥ dq = ∫ u S² du / 2β_z
+        let friction = u_s2 / (2.0 * beta_z);
+        // m_s μ∫ sin θ (V_x − RΩ_y) dq = −A ∫ (q + [m_s − (1 − m_s)/ν] v_z0 (s − 1)/2β_z) ds
+        let lever = (m_s - (1.0 - m_s) / nu) * v0.z / (2.0 * beta_z);
+        let cloth = -a * (c * (u_s - u * s) - lever * 0.5 * (1.0 - u).powi(2));
+        let before = energy(&model.ball, &cue);
+        let change = energy(&model.ball, &outcome.cue) + energy(&model.ball, &outcome.object) - before;
+        let gap = change - (work - friction + cloth);
+        assert!(
+            gap.abs() < ENERGY * before,
+            "{gap:e} of {before}: {cue:?} {coefficients:?} {:?}",
+            outcome.regime
+        );
+    }
+    assert!(stuck > 300, "only {stuck} shots stuck: the test must see them too");
+}
+
+/// Central differences with steps of 1e-4 of the scale, extrapolated once, leave about 1e-9.
+const DIFFERENCES: f64 = 1e-6;
+
+#[test]
+fn jacobian_agrees_with_central_differences() {
+    let mut rng = ChaCha8Rng::seed_from_u64(2);
+    for fidelity in Fidelity::ALL {
+        let (mut compared, mut stuck) = (0, 0);
+        for _ in 0..2_000 {
+            let shot = Try::random(&mut rng, fidelity);
+            let (outcome, jacobian) =
+                shot.model.collide_with_jacobian(&shot.cue, &shot.coefficients).unwrap();
+            assert_eq!(outcome, shot.model.collide(&shot.cue, &shot.coefficients).unwrap());
+            assert!(jacobian.iter().all(|x| x.is_finite()), "{:?} {:?}", shot.cue, shot.coefficients);
+            let Ok(numeric) = differences(&shot) else { continue };
+            compared += 1;
+            stuck += usize::from(outcome.regime == Regime::Stick);
+            let (radius, speed) = (shot.model.ball.radius, shot.cue.velocity.norm());
+            for row in 0..12 {
+                let row_scale = if (row / 3) % 2 == 0 { speed } else { speed / radius };
+                for column in 0..8 {
+                    let scale = row_scale / column_scale(&shot, column);
+                    let off = (jacobian[(row, column)] - numeric[(row, column)]).abs() / scale;
+                    assert!(
+                        off < DIFFERENCES,
+                        "{fidelity:?} ({row}, {column}): {} against {}: {:?} {:?} {:?}",
+                        jacobian[(row, column)],
+                        numeric[(row, column)],
+                        shot.cue,
+                        shot.coefficients,
+                        outcome.regime
+                    );
+                }
+            }
+        }
+        assert!(compared > 1_200, "{fidelity:?}: only {compared} shots away from kinks");
+        assert!(fidelity != Fidelity::Full || stuck > 100, "only {stuck} stuck shots");
+    }
+}
+
+fn column_scale(shot: &Try, column: usize) -> f64 {
+    let speed = shot.cue.velocity.norm();
+    match column {
+        0..3 => 1.0,
+        3 | 4 => speed,
+        _ => speed / shot.model.ball.radius,
+    }
+}
+
+/// `Err` where a kink lies within the steps.
+fn differences(shot: &Try) -> Result<caromfit::collision::Jacobian, ()> {
+    let start = shot.model.collide(&shot.cue, &shot.coefficients).unwrap();
+    let regime = start.regime;
+    // just before it sticks, the slip falls as a fractional power: no place for differences
+    let slip_left = slip(&start.cue, &start.object, shot.model.ball.radius).yz().norm();
+    if regime == Regime::Slide && slip_left < 0.05 * shot.cue.velocity.norm() {
+        return Err(());
+    }
+    let slip_side = |cue: &BallState| {
+        let v = slip(cue, &BallState::default(), shot.model.ball.radius);
+        (v.z > 0.0, v.z < 0.0, v.y.hypot(v.z) > 0.02 * cue.velocity.norm())
+    };
+    let at = |column: usize, step: f64| {
+        let (mut cue, mut c) = (shot.cue, shot.coefficients);
+        let step = step * column_scale(shot, column);
+        match column {
+            0 => c.mu += step,
+            1 => c.mu_s += step,
+            2 => c.e += step,
+            3 => cue.velocity.x += step,
+            4 => cue.velocity.y += step,
+            _ => cue.spin[column - 5] += step,
+        }
+        let outcome = shot.model.collide(&cue, &c).map_err(drop)?;
+        let side = slip_side(&cue);
+        let same = outcome.regime == regime && side == slip_side(&shot.cue) && side.2;
+        if same { Ok(outcome.components()) } else { Err(()) }
+    };
+    let mut jacobian = caromfit::collision::Jacobian::zeros();
+    for column in 0..8 {
+        let central =
+            |h: f64| Ok((at(column, h)? - at(column, -h)?) / (2.0 * h * column_scale(shot, column)));
+        let (coarse, fine) = (central(2e-4)?, central(1e-4)?);
+        jacobian.set_column(column, &((4.0 * fine - coarse) / 3.0));
+    }
+    Ok(jacobian)
+}
+
+#[test]
+fn the_linear_error_falls_as_mu_squared() {
+    // physics: U = 2 m/s, φ = 30°, ω = (0, U/R, 0), e = 0.94, μ_s = 0.3
+    let ball = Ball::POOL;
+    let cue = BallState {
+        velocity: cue_velocity(2.0, 30_f64.to_radians()),
+        spin: Vec3::new(0.0, 2.0 / ball.radius, 0.0),
+    };
+    let error = |mu: f64| {
+        let coefficients = Coefficients { mu, mu_s: 0.3, e: 0.94 };
+        let [linear, full] = [Fidelity::Linear, Fidelity::Full]
+            .map(|fidelity| Model::new(fidelity, ball).collide(&cue, &coefficients).unwrap());
+        // the largest component
+        (linear.cue.velocity - full.cue.velocity)
+            .amax()
+            .max((linear.object.velocity - full.object.velocity).amax())
+    };
+    let errors = [0.05, 0.005, 0.0005].map(error);
+    // Independently: 1.0e-3, 1.0e-5, 1.0e-7 m/s, to the two digits given.
+    for (error, expected) in errors.iter().zip([1.0e-3, 1.0e-5, 1.0e-7]) {
+        assert!((error / expected - 1.0).abs() < 0.05, "{error:e} {expected:e}");
+    }
+    for pair in errors.windows(2) {
+        let order = (pair[0] / pair[1]).log10();
+        assert!((order - 2.0).abs() < 0.02, "order {order}");
+    }
+}
+
+#[test]
+fn outcomes_mirror_and_scale() {
+    /// Rotating, scaling and mirroring change only roundings.
+    const ROUNDING: f64 = 1e-13;
+    let mut rng = ChaCha8Rng::seed_from_u64(3);
+    for fidelity in Fidelity::ALL {
+        for _ in 0..500 {
+            let shot = Try::random(&mut rng, fidelity);
+            let outcome = shot.model.collide(&shot.cue, &shot.coefficients).unwrap();
+            // y → −y: velocities are vectors, spins axial vectors
+            let mirror = |s: &BallState| BallState {
+                velocity: s.velocity.component_mul(&Vec3::new(1.0, -1.0, 1.0)),
+                spin: s.spin.component_mul(&Vec3::new(-1.0, 1.0, -1.0)),
+            };
+            let mirrored = shot.model.collide(&mirror(&shot.cue), &shot.coefficients).unwrap();
+            assert_eq!((mirrored.cue, mirrored.object), (mirror(&outcome.cue), mirror(&outcome.object)));
+            let scaled = |s: &BallState| BallState { velocity: 3.0 * s.velocity, spin: 3.0 * s.spin };
+            let faster = shot.model.collide(&scaled(&shot.cue), &shot.coefficients).unwrap();
+            let off = (faster.components() - 3.0 * outcome.components()).amax();
+            assert!(off <= ROUNDING * 3.0 * outcome.components().amax(), "{off:e}");
+        }
+    }
+}
+
+#[test]
+fn stick_sets_in_continuously() {
+    /// Twice the step in μ, times the slope of the outcome with μ, which is at most a few U.
+    const JUMP: f64 = 1e-8;
+    let ball = Ball::POOL;
+    let velocity = cue_velocity(1.0, 5_f64.to_radians());
+    for spin in [Vec3::zeros(), Vec3::new(0.0, 4.0, 0.0), Vec3::new(0.0, -4.0, 0.0)] {
+        let cue = BallState { velocity, spin };
+        let at = |mu: f64| {
+            Model::new(Fidelity::Full, ball).collide(&cue, &Coefficients { mu, mu_s: 0.3, e: 0.9 }).unwrap()
+        };
+        let (mut slides, mut sticks) = (1e-3, 1.0);
+        assert_eq!((at(slides).regime, at(sticks).regime), (Regime::Slide, Regime::Stick));
+        while sticks - slides > 1e-9 {
+            let middle = 0.5 * (slides + sticks);
+            if at(middle).regime == Regime::Slide { slides = middle } else { sticks = middle }
+        }
+        let jump = (at(slides).components() - at(sticks).components()).amax();
+        assert!(jump < JUMP / ball.radius, "{jump:e}");
+    }
+}

@@ -1,3 +1,4 @@
 //! Every integration test is a module of this one binary, so that it links the library once.
 
 mod collisions;
+mod published;

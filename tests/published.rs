@@ -1,0 +1,78 @@
+//! The paper's own numbers (Kim 2024, arXiv:2402.13258, §§ 4–5).
+
+use caromfit::ball::{Ball, BallState, Vec3};
+use caromfit::collision::{Coefficients, Fidelity, Model, Outcome};
+use caromfit::contact::cue_velocity;
+
+/// The paper rounds to two digits; half a unit of the second.
+const TWO_DIGITS: f64 = 0.05;
+
+fn collide(fidelity: Fidelity, cut_deg: f64, roll: bool, mu: f64, e: f64) -> Outcome {
+    let ball = Ball::POOL;
+    let velocity = cue_velocity(1.0, cut_deg.to_radians());
+    let cue = if roll { BallState::natural_roll(velocity, ball.radius) } else { BallState::stun(velocity) };
+    Model::new(fidelity, ball).collide(&cue, &Coefficients { mu, mu_s: 0.3, e }).unwrap()
+}
+
+#[test]
+fn throw_of_a_thin_stun_shot_eq_55() {
+    // ψ = arctan(μ cos θ₀), cos θ₀ = 1: 1.7° at μ = 0.03 and, the paper's 4.8° corrected, 4.6° at 0.08
+    for (mu, expected) in [(0.03, 1.7), (0.08, 4.6)] {
+        for fidelity in [Fidelity::Linear, Fidelity::Full] {
+            let v = collide(fidelity, 45.0, false, mu, 0.94).object.velocity;
+            let throw = v.y.atan2(v.x).to_degrees();
+            assert!((throw - expected).abs() < TWO_DIGITS, "{throw}");
+            assert!((throw - mu.atan().to_degrees()).abs() < 1e-12, "{throw}");
+        }
+    }
+}
+
+#[test]
+fn deviation_of_the_cue_ball_from_the_tangent_line_eq_56() {
+    // φ, e, ψ_c with μ = 0, in degrees, and half the last digit given
+    for (cut, e, expected, half_digit) in [
+        (45.0, 0.92, 2.3, 0.05),
+        (45.0, 0.98, 0.57, 0.005),
+        (30.0, 0.92, 4.0, 0.05),
+        (30.0, 0.98, 1.0, 0.05),
+        (10.0, 0.92, 13.0, 0.5),
+    ] {
+        for fidelity in [Fidelity::Inelastic, Fidelity::Linear, Fidelity::Full] {
+            let u = collide(fidelity, cut, false, 0.0, e).cue.velocity;
+            let off = u.x.atan2(u.y).to_degrees();
+            assert!((off - expected).abs() <= half_digit, "φ = {cut}, e = {e}: {off}");
+        }
+    }
+}
+
+#[test]
+fn head_on_natural_roll() {
+    // e = 1: U_f ≈ μU(−μ_s/2, 0, 1), V_f ≈ U(1 − μμ_s/2, 0, 0); the next order is μ²
+    let (mu, mu_s) = (0.01, 0.3);
+    for fidelity in [Fidelity::Linear, Fidelity::Full] {
+        let outcome = collide(fidelity, 0.0, true, mu, 1.0);
+        let cue = mu * Vec3::new(-0.5 * mu_s, 0.0, 1.0);
+        let object = Vec3::new(1.0 - 0.5 * mu * mu_s, 0.0, 0.0);
+        assert!((outcome.cue.velocity - cue).amax() < mu * mu, "{:?}", outcome.cue.velocity);
+        assert!((outcome.object.velocity - object).amax() < mu * mu, "{:?}", outcome.object.velocity);
+    }
+}
+
+#[test]
+fn height_of_the_jump() {
+    // h = μ²U²/2g = 1.3 cm at U = 10 m/s, μ = 0.05
+    let g = 9.81;
+    let up = 10.0 * collide(Fidelity::Full, 0.0, true, 0.05, 1.0).cue.velocity.z;
+    let height_cm = 100.0 * up * up / (2.0 * g);
+    assert!((height_cm - 1.3).abs() < TWO_DIGITS, "{height_cm}");
+}
+
+#[test]
+fn stun_shots_thinner_than_22_degrees_slide_at_mu_0_06() {
+    // tan φ ≤ μβ_y(1 + e) sticks: 22.2° at μ = 0.06, e = 0.94
+    let limit = (0.06_f64 * 3.5 * 1.94).atan().to_degrees();
+    assert!((limit - 22.0).abs() < 0.5);
+    for (cut, regime) in [(limit - 1e-6, "stick"), (limit + 1e-6, "slide")] {
+        assert_eq!(collide(Fidelity::Full, cut, false, 0.06, 0.94).regime.name(), regime);
+    }
+}
