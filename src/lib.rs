@@ -1,10 +1,15 @@
 //! caromfit: from measured collisions of two billiard balls to the friction between the balls μ,
 //! the friction of the cloth on the object ball μ_s, and the coefficient of restitution e.
 pub mod ball;
+pub mod cases;
 pub mod collision;
 pub mod contact;
 pub mod dataset;
 pub mod fit;
 pub mod observable;
+pub mod optimise;
 pub mod parameters;
+pub mod predict;
 mod quadrature;
+pub mod residuals;
+pub mod synth;

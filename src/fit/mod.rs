@@ -1,11 +1,84 @@
 //! Data set + settings → [`Fit`]: estimates, uncertainties, residuals, and what to think of them.
 
+mod remarks;
+mod run;
+mod uncertainty;
+
 use std::path::PathBuf;
 
 use nalgebra::DMatrix;
 
+use crate::collision::Fidelity;
+use crate::dataset::{Dataset, Shot};
 use crate::observable::Observable;
+use crate::optimise::OptimiseError;
 use crate::parameters::Parameter;
+
+/// Choices of a fit that are not part of the data set.
+#[derive(Clone, Copy, Debug)]
+pub struct Options {
+    pub fidelity: Fidelity,
+}
+
+impl Default for Options {
+    fn default() -> Self {
+        Self { fidelity: Fidelity::Full }
+    }
+}
+
+/// Why there is no fit. What a fit ran into numerically is not an error but stands in [`Fit`].
+#[derive(Debug, thiserror::Error)]
+pub enum FitError {
+    #[error("{dataset}: no shot can be used{}", first_reason(.shots_rejected))]
+    NoUsableShot { dataset: String, shots_rejected: Vec<Rejected> },
+    #[error(
+        "{dataset}: {observations} observation(s) for the free parameters {parameters}; expected at least as \
+         many observations as parameters: add shots, or fix parameters under [fit]"
+    )]
+    TooFewObservations { dataset: String, observations: usize, parameters: String },
+    #[error("{dataset}: {column} has a standard deviation in some shots but not in others; give all or none")]
+    MixedNoise { dataset: String, column: &'static str },
+    #[error("the observations cannot be weighted: a covariance is not positive definite")]
+    NoWeights,
+    #[error(transparent)]
+    Optimise(#[from] OptimiseError),
+}
+
+impl FitError {
+    /// Whether the input was wrong, rather than that it could not be fitted.
+    #[must_use]
+    pub fn is_bad_input(&self) -> bool {
+        matches!(self, Self::TooFewObservations { .. } | Self::MixedNoise { .. })
+    }
+}
+
+fn first_reason(rejected: &[Rejected]) -> String {
+    rejected.first().map_or(String::new(), |r| format!(": shot {}: {}", r.shot, r.reason))
+}
+
+/// Fits a data set: one fit, or one for each label of the column that `[fit] by` names, in the
+/// order in which the labels first appear.
+///
+/// # Errors
+/// See [`FitError`]; the first label that fails ends it.
+pub fn fit(dataset: &Dataset, options: &Options) -> Result<Vec<Fit>, FitError> {
+    let Some(column) = &dataset.by else {
+        let shots: Vec<&Shot> = dataset.shots.iter().collect();
+        return Ok(vec![run::fit_shots(dataset, &shots, None, options)?]);
+    };
+    let mut groups: Vec<(String, Vec<&Shot>)> = Vec::new();
+    for shot in &dataset.shots {
+        let label = shot.labels.get(column).cloned().unwrap_or_default();
+        match groups.iter_mut().find(|(known, _)| *known == label) {
+            Some((_, shots)) => shots.push(shot),
+            None => groups.push((label, vec![shot])),
+        }
+    }
+    let fit = |(label, shots): (String, Vec<&Shot>)| {
+        run::fit_shots(dataset, &shots, Some((column.clone(), label)), options)
+    };
+    groups.into_iter().map(fit).collect()
+}
 
 /// The result of one fit: a value, which `report` renders.
 #[derive(Clone, Debug)]

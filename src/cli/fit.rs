@@ -1,0 +1,99 @@
+//! `caromfit fit`: the main job.
+
+use std::path::PathBuf;
+
+use caromfit::dataset;
+use caromfit::fit::{self, Options};
+use caromfit::report;
+
+use super::progress::Progress;
+use super::{Failure, FidelityArg, print};
+
+/// Loads each data set, fits it (each label apart where its [fit] by says so), writes
+/// OUT/NAME/{fit.json, residuals.csv, residuals.svg, residuals.png} and prints one table over all.
+#[derive(clap::Args)]
+#[command(after_help = "Example: caromfit fit data/*/")]
+pub struct Args {
+    /// Folders that hold a dataset.toml, or such files
+    #[arg(required = true, value_name = "DATASET")]
+    datasets: Vec<PathBuf>,
+    /// Where the results go, one folder per data set
+    #[arg(long, default_value = "fits", value_name = "DIR")]
+    out: PathBuf,
+    /// How closely the collision is modelled
+    #[arg(long, value_enum, default_value = "full")]
+    fidelity: FidelityArg,
+    /// Print a full report of each fit below the table
+    #[arg(long, short)]
+    verbose: bool,
+    /// Print the fits as a JSON array, and nothing else, on standard output
+    #[arg(long)]
+    json: bool,
+}
+
+pub fn run(args: &Args) -> Result<(), Failure> {
+    // All input is checked before anything is written.
+    let mut datasets = Vec::new();
+    let mut wrong = Vec::new();
+    for path in &args.datasets {
+        match dataset::load(path) {
+            Ok(dataset) => datasets.push(dataset),
+            Err(error) => wrong.push(error.to_string()),
+        }
+    }
+    if !wrong.is_empty() {
+        return Err(Failure::input(wrong.join("\nerror: ")));
+    }
+    for (i, one) in datasets.iter().enumerate() {
+        if let Some(other) = datasets[..i].iter().find(|other| other.name == one.name) {
+            return Err(Failure::input(format!(
+                "{} and {} are both named \"{}\" and would be written to the same folder; expected different names",
+                other.path.display(),
+                one.path.display(),
+                one.name
+            )));
+        }
+    }
+
+    let options = Options { fidelity: args.fidelity.0 };
+    let mut progress = Progress::new(datasets.len());
+    let mut fits = Vec::new();
+    let (mut failed, mut bad_input) = (Vec::new(), false);
+    for dataset in &datasets {
+        progress.step(&dataset.name);
+        match fit::fit(dataset, &options) {
+            Ok(of_dataset) => fits.push(of_dataset),
+            Err(error) => {
+                bad_input |= error.is_bad_input();
+                failed.push(error.to_string());
+            }
+        }
+        progress.done();
+    }
+    if bad_input {
+        progress.finish();
+        return Err(Failure::input(failed.join("\nerror: ")));
+    }
+    for of_dataset in &fits {
+        let written = report::write_all(of_dataset, &args.out);
+        if let Err(error) = written {
+            progress.finish();
+            return Err(Failure::work(error));
+        }
+    }
+    progress.finish();
+    let fits: Vec<_> = fits.into_iter().flatten().collect();
+    if args.json {
+        print(&report::json::render_all(&fits).map_err(Failure::work)?)?;
+    } else {
+        print(&report::table::render(&fits))?;
+        if args.verbose {
+            for fit in &fits {
+                print(&format!("\n{}", report::text::render(fit)))?;
+            }
+        } else {
+            print(&report::text::warnings(&fits))?;
+        }
+    }
+    if failed.is_empty() { Ok(()) } else { Err(Failure::work(failed.join("\nerror: "))) }
+}

@@ -1,0 +1,97 @@
+//! Arguments in, library calls, results out. Exit status: 0 done; 1 understood but could not be
+//! done; 2 bad usage or bad input.
+
+mod collide;
+mod fit;
+mod progress;
+
+use std::process::ExitCode;
+
+use caromfit::collision::Fidelity;
+use clap::{Parser, Subcommand, ValueEnum};
+
+/// From footage of billiard-ball collisions to the friction between the balls μ, the friction of the
+/// cloth on the object ball μ_s, and the restitution e.
+#[derive(Parser)]
+#[command(name = "caromfit", version, about, max_term_width = 100)]
+struct Cli {
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Subcommand)]
+enum Command {
+    /// Fit μ, μ_s and e to data sets; writes fits/NAME/ and prints a table
+    Fit(fit::Args),
+    /// Compute one collision, or a file of them
+    Collide(collide::Args),
+}
+
+/// Why a command ended without its result.
+struct Failure {
+    /// Bad input (2) rather than work that could not be done (1).
+    bad_input: bool,
+    message: String,
+}
+
+impl Failure {
+    fn input(message: impl ToString) -> Self {
+        Self { bad_input: true, message: message.to_string() }
+    }
+
+    fn work(message: impl ToString) -> Self {
+        Self { bad_input: false, message: message.to_string() }
+    }
+}
+
+/// A collision model by its name on the command line.
+#[derive(Clone, Copy)]
+struct FidelityArg(Fidelity);
+
+impl ValueEnum for FidelityArg {
+    fn value_variants<'a>() -> &'a [Self] {
+        const {
+            &[
+                Self(Fidelity::Elastic),
+                Self(Fidelity::Inelastic),
+                Self(Fidelity::Linear),
+                Self(Fidelity::Full),
+            ]
+        }
+    }
+
+    fn to_possible_value(&self) -> Option<clap::builder::PossibleValue> {
+        let help = match self.0 {
+            Fidelity::Elastic => "no friction, no loss",
+            Fidelity::Inelastic => "restitution, no friction",
+            Fidelity::Linear => "first order in μ, no stick",
+            Fidelity::Full => "the exact solution, stick included",
+        };
+        Some(clap::builder::PossibleValue::new(self.0.name()).help(help))
+    }
+}
+
+pub fn run() -> ExitCode {
+    let result = match Cli::parse().command {
+        Command::Fit(args) => fit::run(&args),
+        Command::Collide(args) => collide::run(&args),
+    };
+    match result {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(failure) => {
+            eprintln!("error: {}", failure.message);
+            ExitCode::from(if failure.bad_input { 2 } else { 1 })
+        }
+    }
+}
+
+/// Prints to standard output; a closed pipe (`caromfit … | head`) is no error.
+fn print(text: &str) -> Result<(), Failure> {
+    use std::io::{ErrorKind, Write};
+    match std::io::stdout().write_all(text.as_bytes()) {
+        Err(error) if error.kind() != ErrorKind::BrokenPipe => {
+            Err(Failure::work(format!("standard output: {error}")))
+        }
+        _ => Ok(()),
+    }
+}

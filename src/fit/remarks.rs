@@ -1,0 +1,133 @@
+//! What a reader must know about a fit, in sentences.
+
+use statrs::distribution::{ChiSquared, ContinuousCDF};
+
+use super::{Fit, Status};
+use crate::parameters::Parameter;
+use crate::residuals::Fitted;
+
+/// A χ² this improbable, at either end, means that the stated noise does not describe the residuals.
+const IMPROBABLE: f64 = 0.001;
+
+pub(super) fn add(
+    fit: &mut Fit,
+    fitted: &[Fitted],
+    knows_noise: bool,
+    combination: Option<&[(Parameter, f64)]>,
+) {
+    let mut warnings = Vec::new();
+    let mut notes = Vec::new();
+    if !fit.converged {
+        warnings.push(format!("The fit did not converge: {}.", fit.termination));
+    }
+    if !knows_noise {
+        warnings.push(
+            "The data give no standard deviations and leave too few degrees of freedom to estimate them: \
+             the estimates have no error."
+                .to_string(),
+        );
+    }
+    if !fit.shots_rejected.is_empty() {
+        let first = &fit.shots_rejected[0];
+        warnings.push(format!(
+            "{} of {} shots were not used; the first is shot {}: {}.",
+            fit.shots_rejected.len(),
+            fit.shots_rejected.len() + fit.shots_used,
+            first.shot,
+            first.reason
+        ));
+    }
+    if let Some(direction) = combination {
+        let terms: Vec<_> =
+            direction.iter().map(|(p, weight)| format!("{weight:+.3}·d{}", p.symbol())).collect();
+        let names: Vec<_> = direction.iter().map(|(p, _)| p.symbol()).collect();
+        warnings.push(format!(
+            "These data determine only a combination of {}: the residuals do not change along {}. They were \
+             left at their initial values; fix all but one of them.",
+            names.join(" and "),
+            terms.join(" ")
+        ));
+    }
+    let topspin = fitted.iter().any(|shot| shot.plan.has_topspin());
+    for estimate in fit.estimates {
+        let symbol = estimate.parameter.symbol();
+        match estimate.status {
+            Status::NotIdentified if estimate.parameter == Parameter::MuS && !topspin => notes.push(format!(
+                "μ_s is not identified: no shot has topspin, so the cloth never carries the object ball. It was \
+                 left at {}.",
+                estimate.value
+            )),
+            Status::NotIdentified if combination.is_none() => notes.push(format!(
+                "{symbol} is not identified: no observation depends on it. It was left at {}.",
+                estimate.value
+            )),
+            Status::AtLowerBound | Status::AtUpperBound => {
+                let (side, limit) = match (estimate.status, estimate.interval_95) {
+                    (Status::AtLowerBound, Some([_, end])) => ("lower", Some(format!("at most {end:.3}"))),
+                    (_, Some([end, _])) => ("upper", Some(format!("at least {end:.3}"))),
+                    (Status::AtLowerBound, None) => ("lower", None),
+                    (_, None) => ("upper", None),
+                };
+                let limit = limit.map_or(String::new(), |limit| format!(", and is {limit} at 95 % confidence"));
+                warnings.push(format!("{symbol} ends on its {side} bound {}{limit}.", estimate.value));
+            }
+            _ => {}
+        }
+    }
+    for estimate in fit.estimates {
+        let (Some(released), Some(conditional)) = (estimate.std_error, estimate.std_error_at_bound) else {
+            continue;
+        };
+        let bound =
+            fit.estimates.iter().filter(|e| matches!(e.status, Status::AtLowerBound | Status::AtUpperBound));
+        let (bounds, names): (Vec<_>, Vec<_>) =
+            bound.map(|e| (format!("{} = {}", e.parameter.symbol(), e.value), e.parameter.symbol())).unzip();
+        // with μ_s the data know only its product with μ
+        let names = names.join(" and ").replace("μ_s", "μ·μ_s");
+        let symbol = estimate.parameter.symbol();
+        warnings.push(format!(
+            "These data hardly tell {symbol} from {names}: {symbol} is ± {conditional:.2e} if {} holds exactly, but \
+             ± {released:.2e} ({:.0} times as much) if it need not.",
+            bounds.join(" and "),
+            released / conditional
+        ));
+    }
+    let estimated: Vec<_> = fit
+        .noise
+        .iter()
+        .filter_map(|n| n.estimated_sd.filter(|sd| sd.is_finite()).map(|sd| (n.observable, sd)))
+        .map(|(o, sd)| format!("{} {:.3} {}", o.label(), sd / o.unit_si(), o.unit()).trim_end().to_string())
+        .collect();
+    if !estimated.is_empty() {
+        notes.push(format!(
+            "The data give no standard deviation for these observables: equal weights within each, with the one \
+             estimated from its residuals ({}). χ² then says nothing about the quality of the fit.",
+            estimated.join(", ")
+        ));
+    }
+    let noise_is_stated = fit.noise.iter().all(|n| n.estimated_sd.is_none());
+    if let (true, Ok(distribution)) = (noise_is_stated, ChiSquared::new(fit.dof as f64)) {
+        let above = 1.0 - distribution.cdf(fit.chi2);
+        let reduced = fit.chi2 / fit.dof as f64;
+        if above < IMPROBABLE {
+            warnings.push(format!(
+                    "The residuals are larger than the stated standard deviations explain (χ²/dof = {reduced:.2}, \
+                     probability {above:.1e}): the model leaves something out, or the deviations are too small. The \
+                     errors below trust the stated deviations."
+                ));
+        } else if above > 1.0 - IMPROBABLE {
+            warnings.push(format!(
+                "The residuals are smaller than the stated standard deviations (χ²/dof = {reduced:.2}): the \
+                     deviations, and the errors below, are too large."
+            ));
+        }
+    }
+    if fitted.iter().any(|shot| !shot.plan.knows_speed()) {
+        notes.push(
+            "Some shots have no speed. Only angles and ratios were asked of them, which do not depend on it."
+                .to_string(),
+        );
+    }
+    fit.warnings.extend(warnings);
+    fit.notes.extend(notes);
+}

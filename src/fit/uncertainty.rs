@@ -1,0 +1,223 @@
+//! From the Jacobian at the minimum to standard errors, intervals and what is not determined.
+
+use nalgebra::{DMatrix, DVector};
+use statrs::distribution::{ContinuousCDF, Normal, StudentsT};
+
+use super::{Estimate, Status};
+use crate::collision::Coefficients;
+use crate::optimise::Activity;
+use crate::parameters::{Parameter, Settings};
+
+/// Below this ratio of singular values of the column-scaled Jacobian a combination of parameters
+/// is not determined: its standard error would be rounding.
+const RANK: f64 = 1e-8;
+
+/// Parameters with at least this share in an undetermined direction are named.
+const SHARE: f64 = 0.1;
+
+/// Standard errors with and without a bound are both given when they differ by more than this part.
+const WORTH_SAYING: f64 = 0.1;
+
+/// Where the optimiser stopped, in whitened units.
+pub(super) struct Minimum {
+    pub coefficients: Coefficients,
+    pub x: DVector<f64>,
+    /// ½χ².
+    pub cost: f64,
+    /// Of the cost by the free parameters.
+    pub gradient: DVector<f64>,
+    pub jacobian: DMatrix<f64>,
+    pub active: Vec<Activity>,
+    pub termination: String,
+    pub converged: bool,
+    pub iterations: usize,
+}
+
+pub(super) struct Uncertainty {
+    /// In the order of the free parameters.
+    pub estimates: Vec<Estimate>,
+    /// NaN where there is no standard error.
+    pub correlation: DMatrix<f64>,
+}
+
+/// The columns, with their weights, of a direction in which the residuals do not change: one silent
+/// column, or a combination. `None` if the Jacobian has full rank.
+pub(super) fn null_direction(jacobian: &DMatrix<f64>) -> Option<Vec<(usize, f64)>> {
+    if jacobian.ncols() == 0 || jacobian.iter().any(|x| !x.is_finite()) {
+        return None;
+    }
+    let norms: Vec<f64> = jacobian.column_iter().map(|c| c.norm()).collect();
+    if let Some(silent) = norms.iter().position(|norm| *norm == 0.0) {
+        return Some(vec![(silent, 1.0)]);
+    }
+    let scaled = DMatrix::from_fn(jacobian.nrows(), jacobian.ncols(), |i, j| jacobian[(i, j)] / norms[j]);
+    // R has the singular values of J, and is small
+    let svd = scaled.qr().r().svd(false, true);
+    let v_t = svd.v_t?;
+    let (smallest, value) = svd.singular_values.argmin();
+    if value > RANK * svd.singular_values.max() {
+        return None;
+    }
+    let direction = v_t.row(smallest);
+    let shares = (0..jacobian.ncols()).map(|j| (j, direction[j] / norms[j]));
+    let named = shares.filter(|(j, _)| direction[*j].abs() > SHARE);
+    Some(named.collect())
+}
+
+/// Leverages: squared row norms of Q in J = QR.
+pub(super) fn leverages(jacobian: &DMatrix<f64>) -> Vec<f64> {
+    if jacobian.ncols() == 0 {
+        return vec![0.0; jacobian.nrows()];
+    }
+    jacobian.clone().qr().q().row_iter().map(|row| row.norm_squared()).collect()
+}
+
+/// Standard errors from (JᵀJ)⁻¹. A parameter at a bound gets a one-sided interval and no error; for
+/// the others it counts once as free (`std_error`) and once as exactly at its bound.
+///
+/// `knows_noise`: whether every observation has a standard deviation; `estimated_dof`: the degrees
+/// of freedom that noise was estimated with, `None` where the data state it.
+pub(super) fn of(
+    minimum: &Minimum,
+    free: &[Parameter],
+    settings: &Settings,
+    knows_noise: bool,
+    estimated_dof: Option<usize>,
+) -> Uncertainty {
+    let count = free.len();
+    let at_bound: Vec<usize> = (0..count).filter(|i| minimum.active[*i] != Activity::Free).collect();
+    let inner: Vec<usize> = (0..count).filter(|i| !at_bound.contains(i)).collect();
+    let quantiles = Quantiles::new(estimated_dof).filter(|_| knows_noise);
+    let all: Vec<usize> = (0..count).collect();
+    let released = quantiles.as_ref().and_then(|_| covariance(&minimum.jacobian, &all));
+    let conditional = quantiles.as_ref().and_then(|_| covariance(&minimum.jacobian, &inner));
+
+    let mut estimates: Vec<Estimate> = free
+        .iter()
+        .enumerate()
+        .map(|(i, parameter)| Estimate {
+            parameter: *parameter,
+            value: minimum.x[i],
+            std_error: None,
+            interval_95: None,
+            std_error_at_bound: None,
+            status: match minimum.active[i] {
+                Activity::Free => Status::Free,
+                Activity::AtLower => Status::AtLowerBound,
+                Activity::AtUpper => Status::AtUpperBound,
+            },
+        })
+        .collect();
+    let mut correlation = DMatrix::from_element(count, count, f64::NAN);
+    let (Some(quantiles), Some(released), Some(conditional)) = (quantiles, released, conditional) else {
+        return Uncertainty { estimates, correlation };
+    };
+
+    // how far the others may follow a parameter off its bound, below and above
+    let mut follow = vec![[0.0_f64; 2]; count];
+    for b in &at_bound {
+        let mut with_b = inner.clone();
+        with_b.push(*b);
+        let Some(covariance) = covariance(&minimum.jacobian, &with_b) else { continue };
+        let last = with_b.len() - 1;
+        // the profile of the cost rises as g x + x²/2v from the bound; it has risen by t²/2 at
+        // x = v(−g + √(g² + t²/v))
+        let (g, v) = (minimum.gradient[*b].abs(), covariance[(last, last)]);
+        let reach = v * (-g + (g * g + quantiles.one_sided.powi(2) / v).sqrt());
+        let setting = &settings[free[*b]];
+        let (value, inward) = match estimates[*b].status {
+            Status::AtUpperBound => (setting.upper, -1.0),
+            _ => (setting.lower, 1.0),
+        };
+        let end = (value + inward * reach).clamp(setting.lower, setting.upper);
+        estimates[*b].interval_95 = Some([value.min(end), value.max(end)]);
+        for (row, i) in inner.iter().enumerate() {
+            let shift = inward * reach * covariance[(row, last)] / v;
+            follow[*i][usize::from(shift > 0.0)] += shift;
+        }
+    }
+    for (row, i) in inner.iter().enumerate() {
+        let (at_bound, released) = (conditional[(row, row)].sqrt(), released[(*i, *i)].sqrt());
+        let setting = &settings[free[*i]];
+        let value = minimum.x[*i];
+        let estimate = &mut estimates[*i];
+        estimate.std_error = Some(released);
+        estimate.std_error_at_bound = (released > (1.0 + WORTH_SAYING) * at_bound).then_some(at_bound);
+        let half = quantiles.two_sided * at_bound;
+        let [below, above] = follow[*i];
+        estimate.interval_95 =
+            Some([(value - half + below).max(setting.lower), (value + half + above).min(setting.upper)]);
+    }
+    for i in &inner {
+        for j in &inner {
+            correlation[(*i, *j)] = released[(*i, *j)] / (released[(*i, *i)] * released[(*j, *j)]).sqrt();
+        }
+    }
+    Uncertainty { estimates, correlation }
+}
+
+/// Quantiles of the standard error: normal where the noise is stated, Student's t where it was
+/// estimated from the residuals.
+struct Quantiles {
+    /// 97.5 %.
+    two_sided: f64,
+    /// 95 %.
+    one_sided: f64,
+}
+
+impl Quantiles {
+    /// `None` without degrees of freedom.
+    fn new(estimated_dof: Option<usize>) -> Option<Self> {
+        let pair = |two_sided, one_sided| Self { two_sided, one_sided };
+        match estimated_dof {
+            None => {
+                let normal = Normal::standard();
+                Some(pair(normal.inverse_cdf(0.975), normal.inverse_cdf(0.95)))
+            }
+            Some(dof) => {
+                let t = StudentsT::new(0.0, 1.0, dof as f64).ok()?;
+                Some(pair(t.inverse_cdf(0.975), t.inverse_cdf(0.95)))
+            }
+        }
+    }
+}
+
+/// (JᵀJ)⁻¹ of some columns by QR: R⁻¹R⁻ᵀ.
+fn covariance(jacobian: &DMatrix<f64>, columns: &[usize]) -> Option<DMatrix<f64>> {
+    let r = jacobian.select_columns(columns).qr().r();
+    let inverse = r.solve_upper_triangular(&DMatrix::identity(columns.len(), columns.len()))?;
+    Some(&inverse * inverse.transpose())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_the_silent_and_the_combined() {
+        let silent = DMatrix::from_row_slice(3, 2, &[1.0, 0.0, 2.0, 0.0, 3.0, 0.0]);
+        assert_eq!(null_direction(&silent), Some(vec![(1, 1.0)]));
+        // only x₀ + 2x₂ is determined, and x₁
+        let combined = DMatrix::from_row_slice(3, 3, &[1.0, 0.0, 2.0, 1.0, 5.0, 2.0, 3.0, 1.0, 6.0]);
+        let direction = null_direction(&combined).unwrap();
+        assert_eq!(direction.iter().map(|(j, _)| *j).collect::<Vec<_>>(), [0, 2]);
+        assert!((direction[0].1 / direction[1].1 + 2.0).abs() < 1e-9);
+        assert_eq!(null_direction(&DMatrix::identity(3, 3)), None);
+    }
+
+    #[test]
+    fn leverages_sum_to_the_number_of_parameters() {
+        let jacobian = DMatrix::from_fn(7, 2, |i, j| (i as f64).powi(j as i32) + 1.0);
+        assert!((leverages(&jacobian).iter().sum::<f64>() - 2.0).abs() < 1e-12);
+    }
+
+    /// A straight line a + b x with unit noise: textbook standard errors.
+    #[test]
+    fn a_straight_line() {
+        let x = [0.0, 1.0, 2.0, 3.0];
+        let jacobian = DMatrix::from_fn(4, 2, |i, j| if j == 0 { 1.0 } else { x[i] });
+        let covariance = covariance(&jacobian, &[0, 1]).unwrap();
+        // var b = 1/Σ(x − x̄)² = 1/5, var a = Σx²/(nΣ(x − x̄)²) = 14/20
+        assert!((covariance[(1, 1)] - 0.2).abs() < 1e-14 && (covariance[(0, 0)] - 0.7).abs() < 1e-14);
+    }
+}

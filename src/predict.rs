@@ -1,0 +1,460 @@
+//! Shot + coefficients → what the model says each observable should be, with derivatives with
+//! respect to the coefficients and to the measured state before the impact.
+
+use nalgebra::{SMatrix, SVector, Vector3};
+
+use crate::ball::BallState;
+use crate::collision::{Coefficients, Model, NotACollision, Outcome};
+use crate::contact::{CollisionFrame, cloth_slip};
+use crate::dataset::{Before, Measurement, Shot, Spin};
+use crate::observable::{Axis, Observable};
+
+/// No kind of data set has more observables per shot.
+pub const MAX_OBSERVABLES: usize = Observable::IMPACTS.len();
+
+/// Inputs of a shot. Kind `impacts`: direction of the line of centres (rad), v_x, v_y, ω_x, ω_y,
+/// ω_z in the table frame. Kind `angles`: cut angle, speed (or the speed afterwards that it is
+/// solved from), nothing, ω_x, ω_y, ω_z in the collision frame.
+pub const INPUTS: usize = 6;
+
+/// Predicted observables of one shot, SI and radians, in the order of [`Plan::rows`].
+#[derive(Clone, Debug)]
+pub struct Prediction {
+    pub values: SVector<f64, MAX_OBSERVABLES>,
+    /// With respect to μ, μ_s, e.
+    pub by_coefficients: SMatrix<f64, MAX_OBSERVABLES, 3>,
+    pub by_inputs: SMatrix<f64, MAX_OBSERVABLES, INPUTS>,
+    /// Speed of the cue ball before the impact, m/s, measured or solved for.
+    pub speed: f64,
+}
+
+/// What of a shot is input and what is observed.
+#[derive(Clone, Debug)]
+pub struct Plan {
+    before: Before,
+    spin: Spin,
+    /// The speed afterwards from which the speed before is solved, and where it stands in `asked`.
+    solved_from: Option<Measurement>,
+    rows: Vec<Measurement>,
+    variance_in: SVector<f64, INPUTS>,
+}
+
+/// Why a shot cannot be predicted.
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+pub enum Unpredictable {
+    #[error(transparent)]
+    NotACollision(#[from] NotACollision),
+    #[error("its spin is unknown; give spin columns, or cue_spin stun or natural-roll")]
+    UnknownSpin,
+    #[error("its spin is given in rad/s but no speed is: give speed_m_s or a speed after the impact")]
+    SpinWithoutSpeed,
+    #[error("no incoming speed gives the {column} of {value}")]
+    NoSpeed { column: &'static str, value: f64 },
+    #[error("its only observable, {column}, serves to find the incoming speed: nothing is left to fit")]
+    NothingLeft { column: &'static str },
+}
+
+/// The speeds afterwards that the speed before can be solved from, best first.
+const SOLVABLE: [Observable; 4] = [
+    Observable::ObjectSpeed,
+    Observable::ObjectSpeedRolling,
+    Observable::CueSpeed,
+    Observable::CueSpeedRolling,
+];
+
+/// Takes the best speed to solve from out of the observations.
+fn take_solvable(rows: &mut Vec<Measurement>) -> Option<Measurement> {
+    let index = SOLVABLE.iter().find_map(|o| rows.iter().position(|row| row.observable == *o))?;
+    Some(rows.remove(index))
+}
+
+impl Plan {
+    /// # Errors
+    /// A shot with unknown spin, or whose speed is needed and neither given nor to be solved for.
+    pub fn new(shot: &Shot) -> Result<Self, Unpredictable> {
+        let mut rows = shot.after.clone();
+        let mut variance_in = SVector::zeros();
+        let variance = |sd: Option<f64>| sd.map_or(0.0, |sd| sd * sd);
+        let mut solved_from = None;
+        match shot.before {
+            Before::Impact { normal, velocity } => {
+                // a unit vector errs across itself: dn = (−n_y, n_x) dα, so dα² = dn_x² + dn_y²
+                variance_in[0] = variance(normal[0].sd) + variance(normal[1].sd);
+                variance_in[1] = variance(velocity[0].sd);
+                variance_in[2] = variance(velocity[1].sd);
+            }
+            Before::Angle { cut, speed } => {
+                variance_in[0] = variance(cut.sd);
+                if let Some(speed) = speed {
+                    variance_in[1] = variance(speed.sd);
+                } else if let Some(row) = take_solvable(&mut rows) {
+                    variance_in[1] = variance(row.measured.sd);
+                    if rows.is_empty() {
+                        return Err(Unpredictable::NothingLeft { column: row.observable.column() });
+                    }
+                    solved_from = Some(row);
+                } else if matches!(shot.spin, Spin::Measured { spin, .. } if spin.norm() > 0.0) {
+                    return Err(Unpredictable::SpinWithoutSpeed);
+                }
+            }
+        }
+        match shot.spin {
+            Spin::Unknown => return Err(Unpredictable::UnknownSpin),
+            Spin::Measured { sd, .. } => {
+                for (axis, sd) in sd.into_iter().enumerate() {
+                    variance_in[3 + axis] = variance(sd);
+                }
+            }
+            Spin::Stun | Spin::NaturalRoll => {}
+        }
+        Ok(Self { before: shot.before, spin: shot.spin, solved_from, rows, variance_in })
+    }
+
+    /// The observations that are compared with the prediction.
+    #[must_use]
+    pub fn rows(&self) -> &[Measurement] {
+        &self.rows
+    }
+
+    /// Variances of the inputs; an input without a stated error counts as exact.
+    #[must_use]
+    pub fn variance_in(&self) -> &SVector<f64, INPUTS> {
+        &self.variance_in
+    }
+
+    /// Whether the incoming speed is known, measured or solved for.
+    #[must_use]
+    pub fn knows_speed(&self) -> bool {
+        !matches!(self.before, Before::Angle { speed: None, .. }) || self.solved_from.is_some()
+    }
+
+    /// Whether the cue ball has topspin about the line of centres, so that it presses the object
+    /// ball into the cloth.
+    #[must_use]
+    pub fn has_topspin(&self) -> bool {
+        let start = Start::new(&self.before, &self.spin, 1.0, 1.0);
+        start.cue.spin.y > 0.0
+    }
+
+    /// Cut angle, radians.
+    #[must_use]
+    pub fn cut(&self) -> f64 {
+        match self.before {
+            Before::Angle { cut, .. } => cut.value,
+            Before::Impact { normal, velocity } => {
+                let [nx, ny] = normal.map(|m| m.value);
+                let [vx, vy] = velocity.map(|m| m.value);
+                (nx * vy - ny * vx).atan2(nx * vx + ny * vy)
+            }
+        }
+    }
+
+    /// # Errors
+    /// What is no collision, and a speed that cannot be solved for.
+    pub fn predict(&self, model: &Model, coefficients: &Coefficients) -> Result<Prediction, Unpredictable> {
+        match (self.before, self.solved_from) {
+            (Before::Angle { speed: None, .. }, Some(known)) => {
+                self.predict_solved(model, coefficients, known)
+            }
+            (Before::Angle { speed: None, .. }, None) => {
+                // the outcome is proportional to the speed and only angles and ratios are asked for
+                self.predict_at(model, coefficients, 1.0, None)
+            }
+            (Before::Angle { speed: Some(speed), .. }, _) => {
+                self.predict_at(model, coefficients, speed.value, None)
+            }
+            (Before::Impact { velocity, .. }, _) => {
+                let speed = velocity[0].value.hypot(velocity[1].value);
+                self.predict_at(model, coefficients, speed, None)
+            }
+        }
+    }
+
+    /// Solves f(U) = `known` for the incoming speed U, then takes `known` as the input in its place:
+    /// dU = (d known − f_θ dθ)/f_U.
+    fn predict_solved(
+        &self,
+        model: &Model,
+        coefficients: &Coefficients,
+        known: Measurement,
+    ) -> Result<Prediction, Unpredictable> {
+        /// Without spin in rad/s the second step only removes roundings.
+        const MAX_STEPS: usize = 50;
+        const CONVERGED: f64 = 1e-13;
+        let target = known.measured.value;
+        let failed = Unpredictable::NoSpeed { column: known.observable.column(), value: target };
+        let mut speed = target;
+        for _ in 0..MAX_STEPS {
+            let p = self.predict_at(model, coefficients, speed, Some(known.observable))?;
+            let row = self.rows.len();
+            let (value, slope) = (p.values[row], p.by_inputs[(row, 1)]);
+            let step = (target - value) / slope;
+            if !step.is_finite() {
+                return Err(failed);
+            }
+            if step.abs() > CONVERGED * speed {
+                speed = (speed + step).max(0.1 * speed);
+                continue;
+            }
+            let mut p = p;
+            let by_speed = p.by_inputs.column(1) / slope;
+            let (row_c, row_i) = (p.by_coefficients.row(row).into_owned(), p.by_inputs.row(row).into_owned());
+            p.by_coefficients -= by_speed * row_c;
+            p.by_inputs -= by_speed * row_i;
+            p.by_inputs.set_column(1, &by_speed);
+            return Ok(p);
+        }
+        Err(failed)
+    }
+
+    /// At a given speed; `extra` is one more observable behind the rows.
+    fn predict_at(
+        &self,
+        model: &Model,
+        coefficients: &Coefficients,
+        speed: f64,
+        extra: Option<Observable>,
+    ) -> Result<Prediction, Unpredictable> {
+        let start = Start::new(&self.before, &self.spin, speed, model.ball.radius);
+        let (outcome, jacobian) = model.collide_with_jacobian(&start.cue, coefficients)?;
+        let by_coefficients = jacobian.fixed_columns::<3>(0);
+        let by_inputs = jacobian.fixed_columns::<5>(3) * start.by_inputs;
+        let mut prediction = Prediction {
+            values: SVector::zeros(),
+            by_coefficients: SMatrix::zeros(),
+            by_inputs: SMatrix::zeros(),
+            speed,
+        };
+        let asked = self.rows.iter().map(|row| row.observable).chain(extra);
+        for (row, observable) in asked.enumerate() {
+            let view = View { outcome: &outcome, start: &start, model };
+            let seen = view.observe(observable);
+            prediction.values[row] = seen.value;
+            prediction.by_coefficients.set_row(row, &(seen.by_outcome.transpose() * by_coefficients));
+            let by_input = seen.by_outcome.transpose() * by_inputs + seen.by_input.transpose();
+            prediction.by_inputs.set_row(row, &by_input);
+        }
+        Ok(prediction)
+    }
+}
+
+/// The cue ball before the impact in the collision frame, and how it follows from the inputs.
+struct Start {
+    cue: BallState,
+    frame: CollisionFrame,
+    cut: f64,
+    speed: f64,
+    /// (U_x, U_y, ω_x, ω_y, ω_z) by inputs.
+    by_inputs: SMatrix<f64, 5, INPUTS>,
+    /// Cut angle and speed by inputs.
+    cut_by_inputs: SVector<f64, INPUTS>,
+    speed_by_inputs: SVector<f64, INPUTS>,
+}
+
+impl Start {
+    fn new(before: &Before, spin: &Spin, speed: f64, radius: f64) -> Self {
+        let mut by_inputs = SMatrix::<f64, 5, INPUTS>::zeros();
+        let mut cut_by_inputs = SVector::zeros();
+        let mut speed_by_inputs = SVector::zeros();
+        let mut cue = BallState::default();
+        let (frame, cut) = match *before {
+            Before::Angle { cut, .. } => {
+                let (sin, cos) = cut.value.sin_cos();
+                cue.velocity = Vector3::new(speed * cos, speed * sin, 0.0);
+                by_inputs[(0, 0)] = -speed * sin;
+                by_inputs[(1, 0)] = speed * cos;
+                by_inputs[(0, 1)] = cos;
+                by_inputs[(1, 1)] = sin;
+                cut_by_inputs[0] = 1.0;
+                speed_by_inputs[1] = 1.0;
+                (CollisionFrame::from_normal(1.0, 0.0), cut.value)
+            }
+            Before::Impact { normal, velocity } => {
+                let [nx, ny] = normal.map(|m| m.value);
+                let frame = CollisionFrame::from_normal(nx, ny);
+                let u = Vector3::new(velocity[0].value, velocity[1].value, 0.0);
+                cue.velocity = frame.to_collision(u);
+                // turning the line of centres by dα turns the vector by −dα
+                by_inputs[(0, 0)] = cue.velocity.y;
+                by_inputs[(1, 0)] = -cue.velocity.x;
+                by_inputs[(0, 1)] = nx;
+                by_inputs[(0, 2)] = ny;
+                by_inputs[(1, 1)] = -ny;
+                by_inputs[(1, 2)] = nx;
+                // φ = atan2(U_y, U_x), U = |U|
+                let speed_2 = speed * speed;
+                cut_by_inputs[0] = -1.0;
+                cut_by_inputs[1] = -u.y / speed_2;
+                cut_by_inputs[2] = u.x / speed_2;
+                speed_by_inputs[1] = u.x / speed;
+                speed_by_inputs[2] = u.y / speed;
+                (frame, cue.velocity.y.atan2(cue.velocity.x))
+            }
+        };
+        match *spin {
+            Spin::Stun | Spin::Unknown => {}
+            Spin::NaturalRoll => {
+                cue = BallState::natural_roll(cue.velocity, radius);
+                // ω = (−U_y, U_x, 0)/R
+                let (x, y) = (by_inputs.row(0).into_owned(), by_inputs.row(1).into_owned());
+                by_inputs.set_row(2, &(-y / radius));
+                by_inputs.set_row(3, &(x / radius));
+            }
+            Spin::Measured { spin, .. } => {
+                cue.spin = frame.to_collision(spin);
+                if matches!(before, Before::Impact { .. }) {
+                    by_inputs[(2, 0)] = cue.spin.y;
+                    by_inputs[(3, 0)] = -cue.spin.x;
+                }
+                for axis in 0..3 {
+                    let turned = frame.to_collision(Vector3::ith(axis, 1.0));
+                    by_inputs.fixed_view_mut::<3, 1>(2, 3 + axis).copy_from(&turned);
+                }
+            }
+        }
+        Self { cue, frame, cut, speed, by_inputs, cut_by_inputs, speed_by_inputs }
+    }
+}
+
+/// A predicted observable and its derivatives by the outcome's twelve components and, where it
+/// depends on them directly, the inputs.
+struct Seen {
+    value: f64,
+    by_outcome: SVector<f64, 12>,
+    by_input: SVector<f64, INPUTS>,
+}
+
+/// Where each ball stands in [`Outcome::components`].
+const CUE: usize = 0;
+const OBJECT: usize = 6;
+
+/// A horizontal velocity and its two rows by the outcome's components.
+struct Horizontal {
+    x: f64,
+    y: f64,
+    by_outcome: SMatrix<f64, 12, 2>,
+}
+
+impl Horizontal {
+    /// Direction atan2(y, x) and its derivative.
+    fn direction(&self) -> (f64, SVector<f64, 12>) {
+        let square = self.x * self.x + self.y * self.y;
+        let by =
+            self.by_outcome.column(1) * (self.x / square) - self.by_outcome.column(0) * (self.y / square);
+        (self.y.atan2(self.x), by)
+    }
+
+    fn speed(&self) -> (f64, SVector<f64, 12>) {
+        let speed = self.x.hypot(self.y);
+        let by = self.by_outcome.column(0) * (self.x / speed) + self.by_outcome.column(1) * (self.y / speed);
+        (speed, by)
+    }
+}
+
+struct View<'a> {
+    outcome: &'a Outcome,
+    start: &'a Start,
+    model: &'a Model,
+}
+
+impl View<'_> {
+    /// Velocity just after the impact.
+    fn after(&self, ball: usize) -> Horizontal {
+        let velocity = self.ball(ball).velocity;
+        let mut by_outcome = SMatrix::zeros();
+        by_outcome[(ball, 0)] = 1.0;
+        by_outcome[(ball + 1, 1)] = 1.0;
+        Horizontal { x: velocity.x, y: velocity.y, by_outcome }
+    }
+
+    /// Velocity once the ball rolls: V − s ν/(1 + ν) with the cloth slip s just after the impact,
+    /// whatever the sliding friction, and whether or not the ball flies first.
+    fn rolling(&self, ball: usize) -> Horizontal {
+        let (state, radius) = (self.ball(ball), self.model.ball.radius);
+        let share = self.model.ball.inertia / (1.0 + self.model.ball.inertia);
+        let rolling = state.velocity - share * cloth_slip(state, radius);
+        // s = (V_x − RΩ_y, V_y + RΩ_x)
+        let mut by_outcome = SMatrix::zeros();
+        by_outcome[(ball, 0)] = 1.0 - share;
+        by_outcome[(ball + 4, 0)] = share * radius;
+        by_outcome[(ball + 1, 1)] = 1.0 - share;
+        by_outcome[(ball + 3, 1)] = -share * radius;
+        Horizontal { x: rolling.x, y: rolling.y, by_outcome }
+    }
+
+    fn ball(&self, ball: usize) -> &BallState {
+        if ball == CUE { &self.outcome.cue } else { &self.outcome.object }
+    }
+
+    fn observe(&self, observable: Observable) -> Seen {
+        let side = if self.start.cut < 0.0 { -1.0 } else { 1.0 };
+        let seen = |(value, by_outcome)| Seen { value, by_outcome, by_input: SVector::zeros() };
+        // side·(outgoing − φ)
+        let against_incoming = |(direction, by): (f64, SVector<f64, 12>)| Seen {
+            value: wrap(side * (direction - self.start.cut)),
+            by_outcome: side * by,
+            by_input: -side * self.start.cut_by_inputs,
+        };
+        match observable {
+            Observable::Throw => {
+                let (direction, by) = self.after(OBJECT).direction();
+                seen((side * direction, side * by))
+            }
+            Observable::CueTurn => against_incoming(self.after(CUE).direction()),
+            Observable::CueTurnRolling => against_incoming(self.rolling(CUE).direction()),
+            Observable::ObjectAngleRolling => {
+                // side·(φ − outgoing)
+                let seen = against_incoming(self.rolling(OBJECT).direction());
+                Seen { value: -seen.value, by_outcome: -seen.by_outcome, by_input: -seen.by_input }
+            }
+            Observable::Separation => {
+                let (cue, by_cue) = self.after(CUE).direction();
+                let (object, by_object) = self.after(OBJECT).direction();
+                let angle = wrap(cue - object);
+                let sign = if angle < 0.0 { -1.0 } else { 1.0 };
+                seen((sign * angle, sign * (by_cue - by_object)))
+            }
+            Observable::ObjectSpeed => seen(self.after(OBJECT).speed()),
+            Observable::CueSpeed => seen(self.after(CUE).speed()),
+            Observable::ObjectSpeedRolling => seen(self.rolling(OBJECT).speed()),
+            Observable::CueSpeedRolling => seen(self.rolling(CUE).speed()),
+            Observable::ObjectSpeedRatio => {
+                let (speed, by) = self.after(OBJECT).speed();
+                let before = self.start.speed;
+                Seen {
+                    value: speed / before,
+                    by_outcome: by / before,
+                    by_input: -speed / (before * before) * self.start.speed_by_inputs,
+                }
+            }
+            Observable::CueVelocity(axis) => self.component(CUE, axis),
+            Observable::CueSpin(axis) => self.component(CUE + 3, axis),
+            Observable::ObjectVelocity(axis) => self.component(OBJECT, axis),
+            Observable::ObjectSpin(axis) => self.component(OBJECT + 3, axis),
+        }
+    }
+
+    /// A component, in the table frame, of the vector that starts at `first` of the outcome's.
+    fn component(&self, first: usize, axis: Axis) -> Seen {
+        let frame = self.start.frame;
+        let components = self.outcome.components();
+        let vector: Vector3<f64> = components.fixed_rows::<3>(first).into_owned();
+        let table = frame.to_table(vector);
+        let mut by_outcome = SVector::<f64, 12>::zeros();
+        for along in 0..3 {
+            by_outcome[first + along] = frame.to_table(Vector3::ith(along, 1.0))[axis.index()];
+        }
+        // turning the line of centres by dα turns the vector by dα
+        let mut by_input = SVector::zeros();
+        by_input[0] = [-table.y, table.x, 0.0][axis.index()];
+        Seen { value: table[axis.index()], by_outcome, by_input }
+    }
+}
+
+/// An angle brought to (−π, π].
+#[must_use]
+pub fn wrap(angle: f64) -> f64 {
+    use std::f64::consts::{PI, TAU};
+    let turned = angle.rem_euclid(TAU);
+    if turned > PI { turned - TAU } else { turned }
+}

@@ -1,0 +1,202 @@
+//! (shots, parameters) → whitened residuals and Jacobian, as the least-squares problem that
+//! [`crate::optimise`] solves.
+//!
+//! A shot's residuals d = predicted − measured have the covariance C = diag(σ²) + G C_in Gᵀ: its
+//! observations' own variances and what the errors of the measured state before the impact add,
+//! carried over by G = ∂predicted/∂inputs. With C = LLᵀ the whitened residuals are L⁻¹d.
+
+use std::cell::RefCell;
+
+use argmin::core::{Error, Jacobian, Operator};
+use nalgebra::{DMatrix, DVector};
+
+use crate::collision::{Coefficients, Model};
+use crate::observable::Observable;
+use crate::parameters::{Parameter, Prior, Settings};
+use crate::predict::{MAX_OBSERVABLES, Plan, Prediction, wrap};
+
+/// A shot that is fitted: which of the data set's, and what of it is compared.
+#[derive(Clone, Debug)]
+pub struct Fitted {
+    pub index: usize,
+    pub plan: Plan,
+}
+
+/// Standard deviations of observables for which the data give none, SI and radians.
+pub type EstimatedSd = Vec<(Observable, f64)>;
+
+/// L⁻¹ of every shot, lower triangles row by row, one after the other.
+#[derive(Clone, Debug)]
+pub struct Whitening(Vec<f64>);
+
+impl Whitening {
+    /// `None` where a prediction fails or a covariance is not positive definite.
+    #[must_use]
+    pub fn new(
+        shots: &[Fitted],
+        model: &Model,
+        coefficients: &Coefficients,
+        estimated: &EstimatedSd,
+    ) -> Option<Self> {
+        let mut all = Vec::new();
+        for Fitted { plan, .. } in shots {
+            let prediction = plan.predict(model, coefficients).ok()?;
+            let covariance = covariance(plan, &prediction, estimated);
+            let l = covariance.cholesky()?.l();
+            let inverse = l.solve_lower_triangular(&DMatrix::identity(l.nrows(), l.nrows()))?;
+            for row in 0..inverse.nrows() {
+                all.extend((0..=row).map(|column| inverse[(row, column)]));
+            }
+        }
+        Some(Self(all))
+    }
+}
+
+/// C of one shot's observations.
+#[must_use]
+pub fn covariance(plan: &Plan, prediction: &Prediction, estimated: &EstimatedSd) -> DMatrix<f64> {
+    let rows = plan.rows().len();
+    let g = prediction.by_inputs.rows(0, rows);
+    let mut covariance = g
+        * DMatrix::from_diagonal(&DVector::from_column_slice(plan.variance_in().as_slice()))
+        * g.transpose();
+    for (row, measurement) in plan.rows().iter().enumerate() {
+        let sd = measurement.measured.sd.unwrap_or_else(|| {
+            estimated.iter().find(|(o, _)| *o == measurement.observable).map_or(f64::NAN, |(_, sd)| *sd)
+        });
+        covariance[(row, row)] += sd * sd;
+    }
+    covariance
+}
+
+/// Predicted less measured; an angle's difference is brought to (−π, π].
+#[must_use]
+pub fn difference(observable: Observable, predicted: f64, measured: f64) -> f64 {
+    let difference = predicted - measured;
+    if observable.is_angle() { wrap(difference) } else { difference }
+}
+
+/// The least-squares problem in the free parameters.
+pub struct Problem<'a> {
+    pub shots: &'a [Fitted],
+    pub model: &'a Model,
+    pub settings: &'a Settings,
+    pub free: &'a [Parameter],
+    /// Values of the parameters that are not free.
+    pub held: Coefficients,
+    pub whitening: &'a Whitening,
+    /// The last point, since the optimiser asks for the Jacobian where it just asked for residuals.
+    last: RefCell<Option<Point>>,
+}
+
+struct Point {
+    x: DVector<f64>,
+    residuals: DVector<f64>,
+    jacobian: DMatrix<f64>,
+}
+
+impl<'a> Problem<'a> {
+    #[must_use]
+    pub fn new(
+        shots: &'a [Fitted],
+        model: &'a Model,
+        settings: &'a Settings,
+        free: &'a [Parameter],
+        held: Coefficients,
+        whitening: &'a Whitening,
+    ) -> Self {
+        Self { shots, model, settings, free, held, whitening, last: RefCell::new(None) }
+    }
+
+    /// All coefficients at the free parameters `x`.
+    #[must_use]
+    pub fn coefficients(&self, x: &DVector<f64>) -> Coefficients {
+        let mut coefficients = self.held;
+        for (parameter, value) in self.free.iter().zip(x.iter()) {
+            *parameter_mut(&mut coefficients, *parameter) = *value;
+        }
+        coefficients
+    }
+
+    fn priors(&self) -> impl Iterator<Item = (usize, Prior)> {
+        let priors = self.free.iter().enumerate();
+        priors.filter_map(|(column, parameter)| Some((column, self.settings[*parameter].prior?)))
+    }
+
+    fn evaluate(&self, x: &DVector<f64>) -> Point {
+        let coefficients = self.coefficients(x);
+        let observations: usize = self.shots.iter().map(|shot| shot.plan.rows().len()).sum();
+        let count = observations + self.priors().count();
+        let mut residuals = DVector::zeros(count);
+        let mut jacobian = DMatrix::zeros(count, self.free.len());
+        let mut weights = self.whitening.0.as_slice();
+        let mut first = 0;
+        for Fitted { plan, .. } in self.shots {
+            let rows = plan.rows();
+            let (own, rest) = weights.split_at(rows.len() * (rows.len() + 1) / 2);
+            weights = rest;
+            match plan.predict(self.model, &coefficients) {
+                Ok(prediction) => {
+                    let mut raw = [0.0; MAX_OBSERVABLES];
+                    for (i, row) in rows.iter().enumerate() {
+                        raw[i] = difference(row.observable, prediction.values[i], row.measured.value);
+                    }
+                    let mut own = own.iter();
+                    for i in 0..rows.len() {
+                        for j in 0..=i {
+                            let weight = own.next().copied().unwrap_or(f64::NAN);
+                            residuals[first + i] += weight * raw[j];
+                            for (column, parameter) in self.free.iter().enumerate() {
+                                jacobian[(first + i, column)] +=
+                                    weight * prediction.by_coefficients[(j, *parameter as usize)];
+                            }
+                        }
+                    }
+                }
+                // the optimiser shrinks a step that ends where there is no prediction
+                Err(_) => residuals.rows_mut(first, rows.len()).fill(f64::NAN),
+            }
+            first += rows.len();
+        }
+        for (row, (column, prior)) in self.priors().enumerate() {
+            residuals[observations + row] = (x[column] - prior.mean) / prior.sd;
+            jacobian[(observations + row, column)] = 1.0 / prior.sd;
+        }
+        Point { x: x.clone(), residuals, jacobian }
+    }
+
+    fn at<T>(&self, x: &DVector<f64>, read: impl Fn(&Point) -> T) -> T {
+        let mut last = self.last.borrow_mut();
+        match last.as_ref() {
+            Some(point) if point.x == *x => read(point),
+            _ => read(last.insert(self.evaluate(x))),
+        }
+    }
+}
+
+impl Operator for Problem<'_> {
+    type Param = DVector<f64>;
+    type Output = DVector<f64>;
+
+    fn apply(&self, x: &DVector<f64>) -> Result<DVector<f64>, Error> {
+        Ok(self.at(x, |point| point.residuals.clone()))
+    }
+}
+
+impl Jacobian for Problem<'_> {
+    type Param = DVector<f64>;
+    type Jacobian = DMatrix<f64>;
+
+    fn jacobian(&self, x: &DVector<f64>) -> Result<DMatrix<f64>, Error> {
+        Ok(self.at(x, |point| point.jacobian.clone()))
+    }
+}
+
+/// The coefficient that a parameter stands for.
+pub fn parameter_mut(coefficients: &mut Coefficients, parameter: Parameter) -> &mut f64 {
+    match parameter {
+        Parameter::Mu => &mut coefficients.mu,
+        Parameter::MuS => &mut coefficients.mu_s,
+        Parameter::E => &mut coefficients.e,
+    }
+}
