@@ -5,3 +5,4 @@ pub mod dataset;
 pub mod fit;
 pub mod observable;
 pub mod parameters;
+pub mod report;
