@@ -1,8 +1,13 @@
 //! Collisions asked for in a file: `caromfit collide --cases`.
 
+use std::path::Path;
+
 use crate::ball::{BallState, Vec3};
 use crate::collision::{Coefficients, Model, NotACollision, Outcome};
 use crate::contact;
+use crate::dataset::DatasetError;
+use crate::dataset::error::Problems;
+use crate::dataset::table::Table;
 
 /// One collision to compute, in the units of the file.
 #[derive(Clone, Debug, PartialEq)]
@@ -32,6 +37,24 @@ pub enum BadCase {
     NotACollision(#[from] NotACollision),
 }
 
+impl BadCase {
+    /// The column that is to blame, where it is one.
+    fn column(&self) -> Option<&'static str> {
+        match self {
+            Self::Speed(_) => Some("speed_m_s"),
+            Self::Cut(_) => Some("cut_deg"),
+            Self::NotACollision(error) => match error {
+                NotACollision::NotFinite { name, .. } => Some(name),
+                NotACollision::NegativeMu(_) => Some("mu"),
+                NotACollision::MuSOutOfRange(..) => Some("mu_s"),
+                NotACollision::EOutOfRange(_) => Some("e"),
+                NotACollision::Radius(_) => Some("radius_m"),
+                _ => None,
+            },
+        }
+    }
+}
+
 impl Case {
     /// # Errors
     /// A speed that is not positive, a cut angle of 90° or more, and what [`Model::collide`] refuses.
@@ -49,4 +72,51 @@ impl Case {
         let coefficients = Coefficients { mu: self.mu, mu_s: self.mu_s, e: self.e };
         Ok(model.collide(&cue, &coefficients)?)
     }
+}
+
+/// Reads a CSV with the columns name, speed_m_s, cut_deg, omega_x, omega_y, omega_z, mu, mu_s, e,
+/// radius_m and computes every row; `model` gives the model for a radius.
+///
+/// # Errors
+/// Every cell that is no number and every row that is no collision, with its line.
+pub fn collide_all(
+    path: &Path,
+    model: impl Fn(f64) -> Model,
+) -> Result<Vec<(String, Outcome)>, DatasetError> {
+    const NUMBERS: [&str; 9] =
+        ["speed_m_s", "cut_deg", "omega_x", "omega_y", "omega_z", "mu", "mu_s", "e", "radius_m"];
+    let mut problems = Problems::new(format!("the cases {} cannot be computed:", path.display()));
+    let Some(table) = Table::read(path, &mut problems) else { return Err(problems.into_error()) };
+    for column in ["name"].into_iter().chain(NUMBERS) {
+        table.require(column, &mut problems);
+    }
+    let columns = NUMBERS.map(|column| table.numbers(column, &mut problems).unwrap_or_default());
+    let mut collided = Vec::with_capacity(table.rows());
+    for row in 0..table.rows() {
+        let cells = columns.each_ref().map(|column| column.get(row).copied().flatten());
+        let [
+            Some(speed),
+            Some(cut_deg),
+            Some(x),
+            Some(y),
+            Some(z),
+            Some(mu),
+            Some(mu_s),
+            Some(e),
+            Some(radius),
+        ] = cells
+        else {
+            continue;
+        };
+        let name = table.text("name", row).unwrap_or_default().to_string();
+        let case = Case { name, speed, cut_deg, spin: Vec3::new(x, y, z), mu, mu_s, e, radius };
+        match case.collide(&model(radius)) {
+            Ok(outcome) => collided.push((case.name, outcome)),
+            Err(error) => {
+                let message = format!("\"{}\" is no collision: {error}", case.name);
+                problems.add(path, Some(table.line(row)), error.column(), message);
+            }
+        }
+    }
+    problems.into_result(collided)
 }

@@ -11,5 +11,6 @@ pub mod optimise;
 pub mod parameters;
 pub mod predict;
 mod quadrature;
+pub mod report;
 pub mod residuals;
 pub mod synth;

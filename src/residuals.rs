@@ -108,23 +108,13 @@ impl<'a> Problem<'a> {
         Self { shots, model, settings, free, held, whitening, last: RefCell::new(None) }
     }
 
-    /// All coefficients at the free parameters `x`.
-    #[must_use]
-    pub fn coefficients(&self, x: &DVector<f64>) -> Coefficients {
-        let mut coefficients = self.held;
-        for (parameter, value) in self.free.iter().zip(x.iter()) {
-            *parameter_mut(&mut coefficients, *parameter) = *value;
-        }
-        coefficients
-    }
-
     fn priors(&self) -> impl Iterator<Item = (usize, Prior)> {
         let priors = self.free.iter().enumerate();
         priors.filter_map(|(column, parameter)| Some((column, self.settings[*parameter].prior?)))
     }
 
     fn evaluate(&self, x: &DVector<f64>) -> Point {
-        let coefficients = self.coefficients(x);
+        let coefficients = coefficients(&self.held, self.free, x);
         let observations: usize = self.shots.iter().map(|shot| shot.plan.rows().len()).sum();
         let count = observations + self.priors().count();
         let mut residuals = DVector::zeros(count);
@@ -165,6 +155,13 @@ impl<'a> Problem<'a> {
         Point { x: x.clone(), residuals, jacobian }
     }
 
+    /// Residuals and Jacobian without minimising.
+    #[must_use]
+    pub fn evaluate_at(&self, x: &DVector<f64>) -> (DVector<f64>, DMatrix<f64>) {
+        let point = self.evaluate(x);
+        (point.residuals, point.jacobian)
+    }
+
     fn at<T>(&self, x: &DVector<f64>, read: impl Fn(&Point) -> T) -> T {
         let mut last = self.last.borrow_mut();
         match last.as_ref() {
@@ -192,8 +189,18 @@ impl Jacobian for Problem<'_> {
     }
 }
 
+/// The coefficients with the free parameters at `x`, the others as in `held`.
+#[must_use]
+pub fn coefficients(held: &Coefficients, free: &[Parameter], x: &DVector<f64>) -> Coefficients {
+    let mut coefficients = *held;
+    for (parameter, value) in free.iter().zip(x.iter()) {
+        *parameter_mut(&mut coefficients, *parameter) = *value;
+    }
+    coefficients
+}
+
 /// The coefficient that a parameter stands for.
-pub fn parameter_mut(coefficients: &mut Coefficients, parameter: Parameter) -> &mut f64 {
+fn parameter_mut(coefficients: &mut Coefficients, parameter: Parameter) -> &mut f64 {
     match parameter {
         Parameter::Mu => &mut coefficients.mu,
         Parameter::MuS => &mut coefficients.mu_s,

@@ -1,11 +1,24 @@
 //! Measured collisions: `dataset.toml` and the tables it names.
 
-use std::collections::BTreeMap;
-use std::path::PathBuf;
+mod angles;
+pub(crate) mod error;
+mod impacts;
+mod manifest;
+mod rows;
+pub(crate) mod table;
+
+use std::collections::{BTreeMap, HashMap};
+use std::path::{Path, PathBuf};
+
+use error::{Problems, did_you_mean};
+use manifest::{Kind, Manifest};
+use table::Table;
 
 use crate::ball::{Ball, Vec3};
 use crate::observable::Observable;
 use crate::parameters::Settings;
+
+pub use error::{DatasetError, Problem};
 
 /// A loaded and checked data set: every number finite, every standard deviation positive.
 #[derive(Clone, Debug)]
@@ -73,4 +86,62 @@ pub enum Spin {
         sd: [Option<f64>; 3],
     },
     Unknown,
+}
+
+/// Loads a data set from a folder that holds a dataset.toml, or from the path of such a file.
+///
+/// # Errors
+/// Everything that is wrong with it, each with file, line, column, value and what was expected.
+pub fn load(path: &Path) -> Result<Dataset, DatasetError> {
+    let file = if path.is_dir() { path.join("dataset.toml") } else { path.to_path_buf() };
+    let manifest = Manifest::read(&file)?;
+    let mut problems = Problems::of_dataset(&file);
+    if manifest.kind == Kind::Tracks {
+        problems.add(&file, None, None, "kind is \"tracks\"; this version reads \"impacts\" and \"angles\"");
+        return Err(problems.into_error());
+    }
+    let mut shots: Vec<Shot> = Vec::new();
+    for table in &manifest.files {
+        let Some(table) = Table::read(table, &mut problems) else { continue };
+        if let Some((by, line)) = &manifest.by
+            && !table.has(by)
+        {
+            let near = did_you_mean(by, table.names());
+            let message =
+                format!("[fit] by is \"{by}\", but {} has no such column{near}", table.path.display());
+            problems.add(&file, Some(*line), None, message);
+        }
+        let read = match manifest.kind {
+            Kind::Impacts => impacts::shots,
+            Kind::Angles | Kind::Tracks => angles::shots,
+        };
+        let mut own = read(&table, manifest.assume, &file, &mut problems);
+        if let Some((by, _)) = &manifest.by {
+            for shot in &mut own {
+                let row = (0..table.rows()).find(|row| table.line(*row) == shot.line);
+                let label = row.and_then(|row| table.text(by, row)).unwrap_or_default();
+                shot.labels.entry(by.clone()).or_insert_with(|| label.to_string());
+            }
+        }
+        shots.append(&mut own);
+    }
+    name_shots(&mut shots, &mut problems);
+    let Manifest { name, cloth, source, ball, settings, by, .. } = manifest;
+    let by = by.map(|(by, _)| by);
+    problems.into_result(Dataset { name, path: file, cloth, source, ball, settings, by, shots })
+}
+
+/// Numbers the shots that have no name, and complains about names given twice.
+fn name_shots(shots: &mut [Shot], problems: &mut Problems) {
+    let mut seen: HashMap<String, (PathBuf, usize)> = HashMap::new();
+    for (i, shot) in shots.iter_mut().enumerate() {
+        if shot.name.is_empty() {
+            shot.name = (i + 1).to_string();
+        }
+        let place = (shot.file.clone(), shot.line);
+        if let Some((file, line)) = seen.insert(shot.name.clone(), place) {
+            let message = format!("\"{}\" also names the shot of {}:{line}", shot.name, file.display());
+            problems.add(&shot.file, Some(shot.line), Some("shot"), message);
+        }
+    }
 }

@@ -11,7 +11,7 @@ use crate::dataset::{Dataset, Shot};
 use crate::observable::Observable;
 use crate::optimise::{self, Constraints};
 use crate::parameters::{Parameter, Settings};
-use crate::residuals::{EstimatedSd, Fitted, Problem, Whitening, covariance, difference};
+use crate::residuals::{self, EstimatedSd, Fitted, Problem, Whitening, covariance, difference};
 
 /// Re-weighting converges by a factor of ten or more a round.
 const MAX_ROUNDS: usize = 60;
@@ -251,11 +251,27 @@ impl Search<'_> {
                 Whitening::new(self.fitted, self.model, &coefficients, &sds).ok_or(FitError::NoWeights)?;
             let problem =
                 Problem::new(self.fitted, self.model, self.settings, free, self.initial, &whitening);
-            let solution = optimise::minimise(&problem, &x, &constraints, &optimise::Options::default())?;
-            iterations += solution.iterations;
+            if free.is_empty() {
+                let (residuals, jacobian) = problem.evaluate_at(&x);
+                self.reweigh(&mut groups, &coefficients, &jacobian);
+                let minimum = Minimum {
+                    coefficients,
+                    cost: 0.5 * residuals.norm_squared(),
+                    gradient: x.clone(),
+                    x,
+                    jacobian,
+                    active: Vec::new(),
+                    termination: "nothing to fit: every parameter is fixed or silent".to_string(),
+                    converged: true,
+                    iterations: 0,
+                };
+                return Ok((minimum, groups));
+            }
+            let solution = optimise::minimise(problem, &x, &constraints, &optimise::Options::default())?;
+            iterations += solution.iterations as usize;
             let moved = (&solution.x - &x).amax();
             x = solution.x.clone();
-            coefficients = problem.coefficients(&x);
+            coefficients = residuals::coefficients(&self.initial, free, &x);
             let changed = self.reweigh(&mut groups, &coefficients, &solution.jacobian);
             let rest = !weights_move || (moved.max(changed) < AT_REST);
             if rest || round + 1 == MAX_ROUNDS {

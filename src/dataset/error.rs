@@ -1,0 +1,116 @@
+//! What is wrong with a data set, all of it at once.
+
+use std::fmt;
+use std::path::{Path, PathBuf};
+
+/// This many problems are listed; the rest are counted.
+const LISTED: usize = 20;
+
+/// One thing that is wrong, and where.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Problem {
+    pub file: PathBuf,
+    /// From 1, every line of the file counted.
+    pub line: Option<usize>,
+    /// Name of a table's column, or the position in a line of dataset.toml.
+    pub column: Option<String>,
+    /// The value and what was expected.
+    pub message: String,
+}
+
+impl fmt::Display for Problem {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}", self.file.display())?;
+        if let Some(line) = self.line {
+            write!(f, ":{line}")?;
+        }
+        write!(f, ": ")?;
+        if let Some(column) = &self.column {
+            write!(f, "column {column}: ")?;
+        }
+        f.write_str(&self.message)
+    }
+}
+
+/// A data set, or a table, that cannot be used as it is.
+#[derive(Clone, Debug, PartialEq)]
+pub struct DatasetError {
+    what: String,
+    problems: Vec<Problem>,
+}
+
+impl DatasetError {
+    /// Every problem found.
+    pub fn problems(&self) -> &[Problem] {
+        &self.problems
+    }
+}
+
+impl std::error::Error for DatasetError {}
+
+impl fmt::Display for DatasetError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}", self.what)?;
+        for problem in self.problems.iter().take(LISTED) {
+            write!(f, "\n  {problem}")?;
+        }
+        if self.problems.len() > LISTED {
+            write!(f, "\n  and {} more", self.problems.len() - LISTED)?;
+        }
+        Ok(())
+    }
+}
+
+/// Problems as they are found.
+#[derive(Clone, Debug)]
+pub(crate) struct Problems {
+    what: String,
+    found: Vec<Problem>,
+}
+
+impl Problems {
+    /// `what` says what could not be done.
+    pub(crate) fn new(what: impl Into<String>) -> Self {
+        Self { what: what.into(), found: Vec::new() }
+    }
+
+    pub(crate) fn of_dataset(path: &Path) -> Self {
+        Self::new(format!("the data set {} cannot be used:", path.display()))
+    }
+
+    pub(crate) fn add(
+        &mut self,
+        file: &Path,
+        line: Option<usize>,
+        column: Option<&str>,
+        message: impl Into<String>,
+    ) {
+        let column = column.map(str::to_string);
+        self.found.push(Problem { file: file.to_path_buf(), line, column, message: message.into() });
+    }
+
+    pub(crate) fn is_empty(&self) -> bool {
+        self.found.is_empty()
+    }
+
+    /// `value` if nothing is wrong.
+    pub(crate) fn into_result<T>(self, value: T) -> Result<T, DatasetError> {
+        if self.found.is_empty() { Ok(value) } else { Err(self.into_error()) }
+    }
+
+    pub(crate) fn into_error(self) -> DatasetError {
+        DatasetError { what: self.what, problems: self.found }
+    }
+}
+
+/// ` (did you mean "throw_deg"?)`, or nothing when no name is near.
+pub(crate) fn did_you_mean<'a>(word: &str, names: impl IntoIterator<Item = &'a str>) -> String {
+    /// Of Jaro–Winkler similarity: two letters swapped in a short word are nearer than this.
+    const NEAR: f64 = 0.75;
+    let nearest = names
+        .into_iter()
+        .map(|name| (strsim::jaro_winkler(word, name), name))
+        .max_by(|a, b| a.0.total_cmp(&b.0))
+        .filter(|(similarity, _)| *similarity > NEAR);
+    nearest.map_or(String::new(), |(_, name)| format!(" (did you mean \"{name}\"?)"))
+}

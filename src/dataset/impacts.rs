@@ -1,0 +1,73 @@
+//! Tables of kind `impacts`: velocities before and after each impact, table frame.
+
+use std::path::Path;
+
+use super::error::Problems;
+use super::manifest::Assume;
+use super::rows::{self, Column, Observables};
+use super::table::Table;
+use super::{Before, Measured, Shot};
+use crate::observable::Observable;
+
+const BEFORE: [&str; 4] = ["nx", "ny", "cue_vx", "cue_vy"];
+const AFTER: [&str; 4] = ["cue_vx_after", "cue_vy_after", "obj_vx_after", "obj_vy_after"];
+const SPIN: [&str; 3] = ["cue_wx", "cue_wy", "cue_wz"];
+
+/// A line of centres is taken for a unit vector, and made one, if its length is within this of 1.
+const UNIT: f64 = 1e-3;
+
+/// One row, one shot.
+pub(super) fn shots(
+    table: &Table,
+    assume: Option<Assume>,
+    manifest: &Path,
+    problems: &mut Problems,
+) -> Vec<Shot> {
+    let mut known = vec!["shot"];
+    known.extend(BEFORE);
+    known.extend(SPIN);
+    known.extend(Observable::IMPACTS.map(Observable::column));
+    rows::check_lonely_sds(table, &known, problems);
+
+    for column in ["shot"].into_iter().chain(BEFORE).chain(AFTER) {
+        table.require(column, problems);
+    }
+    let columns = BEFORE.map(|column| Column::read(table, column, 1.0, problems));
+    let observables = Observables::read(table, &Observable::IMPACTS, problems);
+    let spins = rows::spins(table, SPIN, false, assume, manifest, problems);
+
+    let mut shots = Vec::with_capacity(table.rows());
+    for row in 0..table.rows() {
+        let line = table.line(row);
+        let before = columns.each_ref().map(|c| c.as_ref().and_then(|column| column.measured(row)));
+        let [Some(nx), Some(ny), Some(vx), Some(vy)] = before else { continue };
+        let length = nx.value.hypot(ny.value);
+        if (length - 1.0).abs() > UNIT {
+            let message = format!(
+                "the line of centres ({}, {}) has the length {length:.6}; expected a unit vector",
+                nx.value, ny.value
+            );
+            problems.add(&table.path, Some(line), Some("nx"), message);
+        } else if nx.value * vx.value + ny.value * vy.value <= 0.0 {
+            let message = format!(
+                "the cue ball ({}, {}) does not approach along the line of centres ({}, {}), which points from \
+                 cue ball to object ball",
+                vx.value, vy.value, nx.value, ny.value
+            );
+            problems.add(&table.path, Some(line), Some("cue_vx"), message);
+        }
+        let after = observables.row(table, row, problems);
+        let Some(spin) = spins.get(row) else { continue };
+        let unit = |n: Measured| Measured { value: n.value / length, sd: n.sd };
+        shots.push(Shot {
+            name: table.text("shot", row).unwrap_or_default().to_string(),
+            file: table.path.clone(),
+            line,
+            labels: rows::labels(table, &known, row),
+            before: Before::Impact { normal: [unit(nx), unit(ny)], velocity: [vx, vy] },
+            spin: *spin,
+            after,
+        });
+    }
+    shots
+}

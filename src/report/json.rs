@@ -1,0 +1,156 @@
+//! fit.json: the whole fit but its residuals, for programs. SI and radians, except where a unit
+//! stands beside the number.
+
+use serde::{Serialize, Serializer};
+
+use super::{ReportError, reduced_chi2, unit_name};
+use crate::fit::{Estimate, Fit, Noise};
+use crate::parameters::Parameter;
+
+/// fit.json as text, with a newline at its end. What is not finite becomes `null`.
+pub fn render(fit: &Fit) -> Result<String, ReportError> {
+    match serde_json::to_string_pretty(&document(fit)) {
+        Ok(mut text) => {
+            text.push('\n');
+            Ok(text)
+        }
+        Err(source) => Err(ReportError::Json { dataset: fit.dataset.clone(), source }),
+    }
+}
+
+/// What fit.json holds, to serialise it alone or among others.
+#[must_use]
+pub fn document(fit: &Fit) -> Document<'_> {
+    Document {
+        dataset: &fit.dataset,
+        group: fit.group.as_ref().map(|(column, label)| Group { column, label }),
+        cloth: fit.cloth.as_deref(),
+        source: fit.source.as_deref(),
+        version: env!("CARGO_PKG_VERSION"),
+        fidelity: fit.fidelity,
+        effects: Ordered(fit.effects.clone()),
+        warnings: &fit.warnings,
+        notes: &fit.notes,
+        parameters: Ordered(fit.estimates.iter().map(parameter).collect()),
+        correlation: Correlation { order: Parameter::ALL.map(Parameter::name), matrix: correlation(fit) },
+        chi2: fit.chi2,
+        dof: fit.dof,
+        reduced_chi2: reduced_chi2(fit),
+        observations: fit.residuals.len(),
+        noise: fit.noise.iter().map(noise).collect(),
+        shots_used: fit.shots_used,
+        shots_rejected: fit
+            .shots_rejected
+            .iter()
+            .map(|rejected| Rejected { shot: &rejected.shot, reason: &rejected.reason })
+            .collect(),
+        converged: fit.converged,
+        termination: &fit.termination,
+        iterations: fit.iterations,
+        seconds: fit.seconds,
+    }
+}
+
+/// The content of fit.json, in the order of its keys.
+#[derive(Debug, Serialize)]
+pub struct Document<'a> {
+    dataset: &'a str,
+    group: Option<Group<'a>>,
+    cloth: Option<&'a str>,
+    source: Option<&'a str>,
+    version: &'static str,
+    fidelity: &'static str,
+    effects: Ordered<bool>,
+    warnings: &'a [String],
+    notes: &'a [String],
+    parameters: Ordered<ParameterEntry>,
+    correlation: Correlation,
+    chi2: f64,
+    dof: usize,
+    reduced_chi2: Option<f64>,
+    observations: usize,
+    noise: Vec<NoiseEntry>,
+    shots_used: usize,
+    shots_rejected: Vec<Rejected<'a>>,
+    converged: bool,
+    termination: &'a str,
+    iterations: usize,
+    seconds: f64,
+}
+
+#[derive(Debug, Serialize)]
+struct Group<'a> {
+    column: &'a str,
+    label: &'a str,
+}
+
+#[derive(Debug, Serialize)]
+struct ParameterEntry {
+    meaning: &'static str,
+    estimate: f64,
+    std_error: Option<f64>,
+    interval_95: Option<[f64; 2]>,
+    std_error_at_bound: Option<f64>,
+    status: &'static str,
+}
+
+#[derive(Debug, Serialize)]
+struct Correlation {
+    order: [&'static str; 3],
+    matrix: [[f64; 3]; 3],
+}
+
+/// In the unit of the observable's column.
+#[derive(Debug, Serialize)]
+struct NoiseEntry {
+    observable: &'static str,
+    unit: &'static str,
+    count: usize,
+    rms: f64,
+    estimated_sd: Option<f64>,
+}
+
+#[derive(Debug, Serialize)]
+struct Rejected<'a> {
+    shot: &'a str,
+    reason: &'a str,
+}
+
+/// An object whose keys keep their order.
+#[derive(Debug)]
+struct Ordered<T>(Vec<(&'static str, T)>);
+
+impl<T: Serialize> Serialize for Ordered<T> {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.collect_map(self.0.iter().map(|(key, value)| (key, value)))
+    }
+}
+
+fn parameter(estimate: &Estimate) -> (&'static str, ParameterEntry) {
+    let finite = |interval: [f64; 2]| interval.iter().all(|end| end.is_finite()).then_some(interval);
+    let entry = ParameterEntry {
+        meaning: estimate.parameter.meaning(),
+        estimate: estimate.value,
+        std_error: estimate.std_error,
+        interval_95: estimate.interval_95.and_then(finite),
+        std_error_at_bound: estimate.std_error_at_bound,
+        status: estimate.status.name(),
+    };
+    (estimate.parameter.name(), entry)
+}
+
+/// NaN, and with it `null`, where a parameter has no standard error.
+fn correlation(fit: &Fit) -> [[f64; 3]; 3] {
+    [0, 1, 2].map(|row| [0, 1, 2].map(|column| *fit.correlation.get((row, column)).unwrap_or(&f64::NAN)))
+}
+
+fn noise(noise: &Noise) -> NoiseEntry {
+    let unit_si = noise.observable.unit_si();
+    NoiseEntry {
+        observable: noise.observable.column(),
+        unit: unit_name(noise.observable),
+        count: noise.count,
+        rms: noise.rms / unit_si,
+        estimated_sd: noise.estimated_sd.map(|sd| sd / unit_si),
+    }
+}

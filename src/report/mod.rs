@@ -1,0 +1,58 @@
+//! A [`Fit`](crate::fit::Fit) → what people and programs read of it. Each renderer is one file and
+//! pure: a fit goes in, text or bytes come out. Only [`write`](mod@write) touches the disk.
+
+pub mod csv;
+pub mod json;
+mod number;
+pub mod plot;
+pub mod table;
+pub mod text;
+pub mod write;
+
+use std::path::PathBuf;
+
+pub use write::{folder_name, group_folders, write};
+
+use crate::fit::Fit;
+use crate::observable::Observable;
+
+/// Why a report was not made.
+#[derive(Debug, thiserror::Error)]
+pub enum ReportError {
+    #[error("{}: cannot be written: {source}", path.display())]
+    Write { path: PathBuf, source: std::io::Error },
+    #[error("fit.json of {dataset} cannot be made: {source}")]
+    Json { dataset: String, source: serde_json::Error },
+    /// The drawing library or the PNG encoder gave up.
+    #[error("the residual plot of {dataset} cannot be drawn: {reason}")]
+    Draw { dataset: String, reason: String },
+}
+
+/// What a reader calls the fit: the data set and, where labels are fitted apart, the label.
+#[must_use]
+pub fn title(fit: &Fit) -> String {
+    match &fit.group {
+        Some((column, label)) => format!("{}, {column} = {label}", fit.dataset),
+        None => fit.dataset.clone(),
+    }
+}
+
+/// χ² per degree of freedom, where there is one.
+fn reduced_chi2(fit: &Fit) -> Option<f64> {
+    (fit.dof > 0).then(|| fit.chi2 / fit.dof as f64)
+}
+
+/// Whether the noise of some observable was estimated from the residuals of this very fit, which
+/// draws χ²/dof towards 1 whatever the model.
+fn noise_estimated(fit: &Fit) -> bool {
+    fit.noise.iter().any(|noise| noise.estimated_sd.is_some())
+}
+
+/// The unit of an observable's column in files for programs: plain ASCII, `1` for a ratio.
+fn unit_name(observable: Observable) -> &'static str {
+    match observable.unit() {
+        "°" => "deg",
+        "" => "1",
+        unit => unit,
+    }
+}

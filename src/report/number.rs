@@ -1,0 +1,95 @@
+//! Numbers as people read them.
+
+/// A number to at most so many significant digits, without trailing zeros: `0.3`, `0.0514`,
+/// `12.3`, `1.2e-9`.
+pub(super) fn plain(value: f64, digits: usize) -> String {
+    if !value.is_finite() {
+        return "–".to_owned();
+    }
+    if value == 0.0 {
+        return "0".to_owned();
+    }
+    let exponent = exponent_rounded(value, digits);
+    if !(-5..=6).contains(&exponent) {
+        let text = format!("{value:.*e}", digits - 1);
+        return match text.split_once('e') {
+            Some((mantissa, exponent)) => format!("{}e{exponent}", trimmed(mantissa)),
+            None => text,
+        };
+    }
+    let decimals = usize::try_from(digits as i32 - 1 - exponent).unwrap_or(0);
+    trimmed(&format!("{value:.decimals$}")).to_owned()
+}
+
+/// `0.1014 ± 0.0027`: the error to two significant digits, the value to the same decimals.
+pub(super) fn with_error(value: f64, error: f64) -> String {
+    let decimals = decimals_of_error(error);
+    if decimals > MOST_DECIMALS {
+        return format!("{value:.MOST_DECIMALS$} ± {error:.1e}");
+    }
+    format!("{value:.decimals$} ± {error:.decimals$}")
+}
+
+/// `[0.0489, 0.0517]`, to the decimals of the standard error where there is one.
+pub(super) fn interval([low, high]: [f64; 2], error: Option<f64>) -> String {
+    match error {
+        Some(error) => {
+            let decimals = decimals_of_error(error).min(MOST_DECIMALS);
+            format!("[{low:.decimals$}, {high:.decimals$}]")
+        }
+        None => format!("[{}, {}]", plain(low, 3), plain(high, 3)),
+    }
+}
+
+/// Beyond these a column of a table gets too wide; only noise-free data come here.
+const MOST_DECIMALS: usize = 9;
+
+/// Decimals that show two significant digits of an error.
+fn decimals_of_error(error: f64) -> usize {
+    if error == 0.0 || !error.is_finite() {
+        return 4;
+    }
+    usize::try_from(1 - exponent_rounded(error, 2)).unwrap_or(0)
+}
+
+/// The decimal exponent of a number once it is rounded to so many significant digits: 0.0996 has
+/// −2, but −1 to two digits.
+fn exponent_rounded(value: f64, digits: usize) -> i32 {
+    let text = format!("{value:.*e}", digits - 1);
+    text.split_once('e').and_then(|(_, exponent)| exponent.parse().ok()).unwrap_or(0)
+}
+
+fn trimmed(number: &str) -> &str {
+    if number.contains('.') { number.trim_end_matches('0').trim_end_matches('.') } else { number }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn error_sets_the_decimals() {
+        assert_eq!(with_error(0.10137, 0.002_71), "0.1014 ± 0.0027");
+        assert_eq!(with_error(0.10137, 0.009_96), "0.101 ± 0.010");
+        assert_eq!(with_error(0.3, 1.26), "0.3 ± 1.3");
+        assert_eq!(with_error(0.3, 34.6), "0 ± 35");
+        assert_eq!(with_error(0.3, 345.6), "0 ± 346");
+        assert_eq!(with_error(0.05, 1.23e-13), "0.050000000 ± 1.2e-13");
+        assert_eq!(with_error(0.05, 0.0), "0.0500 ± 0.0000");
+        assert_eq!(interval([0.048_87, 0.051_7], Some(0.000_7)), "[0.04887, 0.05170]");
+        assert_eq!(interval([0.0, 0.012_87], None), "[0, 0.0129]");
+    }
+
+    #[test]
+    fn plain_numbers_are_short() {
+        assert_eq!(plain(0.3, 4), "0.3");
+        assert_eq!(plain(0.051_437, 3), "0.0514");
+        assert_eq!(plain(-12.345, 3), "-12.3");
+        assert_eq!(plain(0.999_9, 3), "1");
+        assert_eq!(plain(1234.4, 3), "1234");
+        assert_eq!(plain(1.2e-9, 3), "1.2e-9");
+        assert_eq!(plain(3e200, 3), "3e200");
+        assert_eq!(plain(0.0, 3), "0");
+        assert_eq!(plain(f64::NAN, 3), "–");
+    }
+}

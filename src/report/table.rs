@@ -1,0 +1,132 @@
+//! The table that `caromfit fit` prints: one line per fit.
+
+use super::number::{plain, with_error};
+use super::{noise_estimated, reduced_chi2};
+use crate::fit::{Estimate, Fit, Status};
+use crate::parameters::Parameter;
+
+/// One line per fit, and below the table what its marks mean.
+#[must_use]
+pub fn render(fits: &[Fit]) -> String {
+    let header = ["data set", "shots"]
+        .into_iter()
+        .chain(Parameter::ALL.map(Parameter::symbol))
+        .chain(["χ²/dof", "status"])
+        .map(str::to_owned)
+        .collect();
+    let mut rows = vec![header];
+    rows.extend(fits.iter().map(row));
+    let mut text = aligned(&rows, "");
+    let legend = legend(fits);
+    if !legend.is_empty() {
+        text.push('\n');
+        text.push_str(&legend);
+    }
+    text
+}
+
+/// Columns padded to the widest cell, two spaces apart, `indent` before each line.
+pub(super) fn aligned(rows: &[Vec<String>], indent: &str) -> String {
+    let columns = rows.iter().map(Vec::len).max().unwrap_or(0);
+    let width = |column: usize| {
+        rows.iter().filter_map(|row| row.get(column)).map(|cell| cell.chars().count()).max().unwrap_or(0)
+    };
+    let widths: Vec<usize> = (0..columns).map(width).collect();
+    let mut text = String::new();
+    for row in rows {
+        let mut line = indent.to_owned();
+        for (cell, width) in row.iter().zip(&widths) {
+            line.push_str(&format!("{cell:<width$}  "));
+        }
+        text.push_str(line.trim_end());
+        text.push('\n');
+    }
+    text
+}
+
+/// An estimate in one cell.
+pub(super) fn estimate(estimate: &Estimate) -> String {
+    let value = plain(estimate.value, 4);
+    match (estimate.status, estimate.std_error) {
+        (Status::Free, Some(error)) if error.is_finite() => with_error(estimate.value, error),
+        (Status::Free, _) => format!("{value} (no error)"),
+        (Status::Fixed, _) => format!("{value} (fixed)"),
+        (Status::AtLowerBound, _) => format!("{value} (at lower bound)"),
+        (Status::AtUpperBound, _) => format!("{value} (at upper bound)"),
+        (Status::NotIdentified, _) => "– (not identified)".to_owned(),
+    }
+}
+
+fn row(fit: &Fit) -> Vec<String> {
+    let name = match &fit.group {
+        Some((_, label)) => format!("{} / {label}", fit.dataset),
+        None => fit.dataset.clone(),
+    };
+    let rejected = fit.shots_rejected.len();
+    let shots = if rejected == 0 {
+        fit.shots_used.to_string()
+    } else {
+        format!("{} of {}", fit.shots_used, fit.shots_used + rejected)
+    };
+    let chi2 = match reduced_chi2(fit) {
+        Some(chi2) if noise_estimated(fit) => format!("{} *", chi2_text(chi2)),
+        Some(chi2) => chi2_text(chi2),
+        None => "–".to_owned(),
+    };
+    let mut cells = vec![name, shots];
+    cells.extend(fit.estimates.iter().map(estimate));
+    cells.extend([chi2, status(fit)]);
+    cells
+}
+
+/// Two decimals, or three digits where those show nothing.
+pub(super) fn chi2_text(chi2: f64) -> String {
+    if (0.01..100.0).contains(&chi2) { format!("{chi2:.2}") } else { plain(chi2, 3) }
+}
+
+fn status(fit: &Fit) -> String {
+    let warnings = match fit.warnings.len() {
+        0 => None,
+        1 => Some("1 warning".to_owned()),
+        n => Some(format!("{n} warnings")),
+    };
+    match (fit.converged, warnings) {
+        (true, None) => "ok".to_owned(),
+        (true, Some(warnings)) => warnings,
+        (false, None) => "not converged".to_owned(),
+        (false, Some(warnings)) => format!("not converged, {warnings}"),
+    }
+}
+
+/// A line for each mark that some fit carries.
+fn legend(fits: &[Fit]) -> String {
+    let has = |status: Status| fits.iter().flat_map(|fit| &fit.estimates).any(|e| e.status == status);
+    let free = || fits.iter().flat_map(|fit| fit.estimates.iter().map(move |estimate| (fit, estimate)));
+    let free = || free().filter(|(_, estimate)| estimate.status == Status::Free);
+    let no_error = |(_, estimate): &(&Fit, &Estimate)| !estimate.std_error.is_some_and(f64::is_finite);
+    let lines = [
+        (free().any(|pair| !no_error(&pair)), "±: one standard error"),
+        (has(Status::Fixed), "fixed: held at this value, not fitted"),
+        (
+            has(Status::AtLowerBound) || has(Status::AtUpperBound),
+            "at … bound: the best value within the allowed range is at its end; the data pull beyond it or leave it open",
+        ),
+        (
+            has(Status::NotIdentified),
+            "not identified: these data say nothing about it; it stayed at its initial value",
+        ),
+        (
+            free().filter(no_error).any(|(fit, _)| fit.dof == 0),
+            "no error: no degrees of freedom are left to tell one from",
+        ),
+        (
+            free().filter(no_error).any(|(fit, _)| fit.dof > 0),
+            "no error: these data do not determine one; see the warnings",
+        ),
+        (
+            fits.iter().any(|fit| noise_estimated(fit) && fit.dof > 0),
+            "*: noise estimated from the residuals of this fit, so that χ²/dof is near 1 whatever the model",
+        ),
+    ];
+    lines.iter().filter(|(used, _)| *used).map(|(_, line)| format!("{line}\n")).collect()
+}

@@ -1,0 +1,107 @@
+//! A fit on disk: `<out>/<data set>/` or, where labels are fitted apart, `<out>/<data set>/<label>/`.
+
+use std::collections::HashSet;
+use std::fs::{self, File};
+use std::io::{self, Write};
+use std::path::{Path, PathBuf};
+
+use super::{ReportError, csv, json, plot};
+use crate::fit::Fit;
+
+/// Writes the report of a fit below `out` and returns its folder. The label of a group gives its
+/// folder by [`folder_name`]; where labels may collide, use [`group_folders`] and [`write_to`].
+pub fn write(fit: &Fit, out: &Path) -> Result<PathBuf, ReportError> {
+    let mut folder = out.join(dataset_folder(&fit.dataset));
+    if let Some((_, label)) = &fit.group {
+        folder.push(folder_name(label));
+    }
+    write_to(fit, &folder)?;
+    Ok(folder)
+}
+
+/// Writes the report of a fit into `folder`, whole or not at all: everything is rendered, then
+/// written beside the folder, then moved into place file by file. Other files there stay.
+pub fn write_to(fit: &Fit, folder: &Path) -> Result<(), ReportError> {
+    write_files(&files(fit)?, folder)
+}
+
+/// The files of a report: name and content.
+pub fn files(fit: &Fit) -> Result<Vec<(&'static str, Vec<u8>)>, ReportError> {
+    Ok(vec![
+        ("residuals.csv", csv::render(fit).into_bytes()),
+        ("residuals.svg", plot::svg(fit)?.into_bytes()),
+        ("residuals.png", plot::png(fit)?),
+        // Last, so that a program which waits for it finds the others.
+        ("fit.json", json::render(fit)?.into_bytes()),
+    ])
+}
+
+/// Puts files into a folder, which is made where it is missing: all are complete on the disk before
+/// the first one replaces what was there.
+pub fn write_files(files: &[(&str, Vec<u8>)], folder: &Path) -> Result<(), ReportError> {
+    let at = |path: &Path| {
+        let path = path.to_owned();
+        move |source: io::Error| ReportError::Write { path, source }
+    };
+    fs::create_dir_all(folder).map_err(at(folder))?;
+    // On the same file system as the folder, so that moving is atomic; inside it would be, too, but
+    // what a killed run leaves behind would then sit among the results.
+    let parent = folder.parent().filter(|parent| !parent.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    let staging = tempfile::Builder::new().prefix(".caromfit-").tempdir_in(parent).map_err(at(parent))?;
+    for (name, content) in files {
+        let path = staging.path().join(name);
+        let written = File::create(&path).and_then(|mut file| {
+            file.write_all(content)?;
+            file.sync_all()
+        });
+        written.map_err(at(&path))?;
+    }
+    for (name, _) in files {
+        let target = folder.join(name);
+        fs::rename(staging.path().join(name), &target).map_err(at(&target))?;
+    }
+    Ok(())
+}
+
+/// The folder of a data set: its name, with path separators and control characters replaced.
+#[must_use]
+pub fn dataset_folder(name: &str) -> String {
+    let separator = |c: char| matches!(c, '/' | '\\' | ':') || c.is_control();
+    not_special(name.replace(separator, "-").trim().to_owned())
+}
+
+/// The folder of a label: letters, digits, `.`, `_` and `-`, anything else replaced by `-`.
+#[must_use]
+pub fn folder_name(label: &str) -> String {
+    let allowed = |c: char| c.is_ascii_alphanumeric() || matches!(c, '.' | '_' | '-');
+    not_special(label.chars().map(|c| if allowed(c) { c } else { '-' }).collect())
+}
+
+/// One folder for each label, all different, also where upper and lower case are the same: labels
+/// whose names collide get `-2`, `-3` … in their order.
+#[must_use]
+pub fn group_folders(labels: &[String]) -> Vec<String> {
+    // A label that is itself the name of a folder keeps it.
+    let own = |label: &&String| folder_name(label) == **label;
+    let reserved: HashSet<String> = labels.iter().filter(own).map(|label| label.to_lowercase()).collect();
+    let mut used = HashSet::new();
+    let folder = |label: &String| {
+        let name = folder_name(label);
+        let keeps = own(&label);
+        let candidates = (2..).map(|n| format!("{name}-{n}"));
+        for candidate in std::iter::once(name.clone()).chain(candidates) {
+            let key = candidate.to_lowercase();
+            let free = !reserved.contains(&key) || (keeps && candidate == name);
+            if free && used.insert(key) {
+                return candidate;
+            }
+        }
+        name
+    };
+    labels.iter().map(folder).collect()
+}
+
+/// Never empty, `.` or `..`.
+fn not_special(name: String) -> String {
+    if name.chars().all(|c| c == '.') { format!("-{name}") } else { name }
+}
