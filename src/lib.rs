@@ -4,4 +4,5 @@ pub mod ball;
 pub mod dataset;
 pub mod fit;
 pub mod observable;
+pub mod optimise;
 pub mod parameters;
