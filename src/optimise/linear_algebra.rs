@@ -2,8 +2,8 @@
 //! squares within a ball. Everything after [`reduce`] is n × n, n the number of parameters.
 use nalgebra::{DMatrix, DVector};
 
-/// Below this share of the largest one a diagonal entry of R is rounding: n ε ‖A‖ for columns of norm
-/// about 1, with n ≤ 10 and a factor for the rounding of the Jacobian itself.
+/// Below this a diagonal entry of R is rounding, the columns being of norm 1: n ε with n ≤ 10 and a factor
+/// for the rounding of the Jacobian itself.
 const RANK: f64 = 1e-14;
 
 /// How far ‖y‖ may miss the radius. Finding it closer costs factorisations and saves no iterations
@@ -89,25 +89,33 @@ pub fn ball_step(b: &DMatrix<f64>, c: &DVector<f64>, radius: f64) -> BallStep {
 }
 
 /// min ½‖B y + c‖² by QR with column pivoting, and whether B has full column rank; where it has not,
-/// the columns that depend on the others get 0.
+/// the columns that depend on the others get 0. The columns are brought to norm 1 first: a parameter
+/// that matters little is not one that cannot be told from the others.
 pub fn basic_solution(b: &DMatrix<f64>, c: &DVector<f64>) -> (DVector<f64>, bool) {
     let k = b.ncols();
     if k == 0 {
         return (DVector::zeros(0), true);
     }
-    let factor = b.clone().col_piv_qr();
+    let mut normed = b.clone();
+    let mut norms = DVector::zeros(k);
+    for (mut column, norm) in normed.column_iter_mut().zip(norms.iter_mut()) {
+        *norm = column.norm();
+        if *norm > 0.0 {
+            column /= *norm;
+        }
+    }
+    let factor = normed.col_piv_qr();
     let mut rotated = -c;
     factor.q_tr_mul(&mut rotated);
     let permutation = factor.p().clone();
     let triangle = factor.unpack_r();
-    let largest = triangle[(0, 0)].abs();
-    let rank = (0..k).take_while(|&i| triangle[(i, i)].abs() > RANK * largest).count();
+    let rank = (0..k).take_while(|&i| triangle[(i, i)].abs() > RANK).count();
     let mut y = DVector::zeros(k);
     y.rows_mut(0, rank).copy_from(&rotated.rows(0, rank));
     // The diagonal was checked: this cannot meet a zero.
     let _ = triangle.view((0, 0), (rank, rank)).solve_upper_triangular_mut(&mut y.rows_mut(0, rank));
     permutation.inv_permute_rows(&mut y);
-    (y, rank == k)
+    (y.zip_map(&norms, |y, norm| if norm > 0.0 { y / norm } else { 0.0 }), rank == k)
 }
 
 /// y(λ) = argmin ½‖B y + c‖² + ½λ‖y‖² by QR of [B; √λ I], and yᵀ(BᵀB + λ)⁻¹y = ‖R⁻ᵀy‖². B has full

@@ -10,9 +10,9 @@ use super::linear_algebra::{Reduced, reduce};
 use super::step::{Step, step};
 use super::{OptimiseError, Options, Termination, expect_length};
 
-/// The first radius in units of ‖D x₀‖. MINPACK's; a smaller one takes the wrong valley less often and
-/// more iterations always.
-const FIRST_RADIUS: f64 = 100.0;
+/// The first radius in units of ‖D x₀‖. MINPACK's 100 lets the first step leave the region where the model
+/// depends on its parameters (BoxBOD from its first start); from 0.1 to 10 all certified problems are solved.
+const FIRST_RADIUS: f64 = 1.0;
 
 /// A step is accepted when it brings this share of the predicted reduction (MINPACK).
 const ACCEPTED: f64 = 1e-4;
@@ -30,9 +30,14 @@ const SHRINK: f64 = 0.25;
 /// operations in between.
 const ROUNDING: f64 = 4.0;
 
-/// A predicted reduction below this share of the cost cannot be told from rounding by comparing costs.
-/// The remaining steps are judged by their length.
+/// A predicted reduction below this share of the cost cannot be told from rounding by comparing costs, even
+/// where the residuals are exact. The remaining steps are full ones, judged by their length.
 const SMALL_REDUCTION: f64 = 1e-14;
+
+/// Where the radius has shrunk until its steps promise no more than rounding, but a full step would promise
+/// no more than this many times as much, it was rounding that shrank it and full steps are tried. The root
+/// of it, 30, is how much shorter the refused steps may be than the full one.
+const ROUNDING_GAP: f64 = 1e3;
 
 /// Such steps go on while each is shorter than the one before by this factor. Gauss–Newton converges
 /// linearly at worst; at the minimum the lengths are rounding and stop falling.
@@ -56,7 +61,7 @@ pub struct TrustRegion<'a> {
     radius: f64,
     /// No step has been accepted or refused yet: the radius is only a guess.
     first: bool,
-    /// The length of the last step that was judged by its length.
+    /// The length of the last step, if it was accepted for its length.
     polished: Option<f64>,
     /// The last step ended where the residuals cannot be evaluated.
     blocked: bool,
@@ -100,6 +105,14 @@ impl<'a> TrustRegion<'a> {
 
     fn positive_scale(&self) -> DVector<f64> {
         self.scale.map(|d| if d > 0.0 { d } else { 1.0 })
+    }
+
+    /// After a trial at which the residuals or their Jacobian cannot be evaluated.
+    fn shrink(&mut self, step: &Step) {
+        self.blocked = true;
+        self.first = false;
+        self.polished = None;
+        self.radius = SHRINK * step.length;
     }
 
     /// Δ after a trial that reduced the cost by `actual`.
@@ -164,20 +177,28 @@ where
         };
         let (cost, count) = (state.cost, residuals.len());
         let norm = residuals.norm();
-        let step = step(x, reduced, &self.positive_scale(), self.radius, self.constraints);
+        let scale = self.positive_scale();
+        let within = |radius: f64| step(x, reduced, &scale, radius, self.constraints);
 
         let rounding = ROUNDING * f64::EPSILON * norm * (norm + spread(reduced, x));
         let unjudgeable = rounding.max(SMALL_REDUCTION * cost);
-        let polishing = step.predicted <= unjudgeable && !step.limited;
-        let small_step = step.trial.iter().zip(x.iter()).all(|(t, x)| (t - x).abs() <= SMALL_STEP * x.abs());
-        // Whether a full step can do nothing more, and in which sense; else whether a short one can.
+        let mut polishing = self.polished.is_some();
+        let mut step = within(if polishing { f64::INFINITY } else { self.radius });
+        if !polishing && step.predicted <= unjudgeable {
+            let full = if step.limited { within(f64::INFINITY) } else { step.clone() };
+            polishing = full.predicted <= ROUNDING_GAP * unjudgeable;
+            if polishing {
+                step = full;
+            }
+        }
+        let unchanged = step.trial.iter().zip(x.iter()).all(|(t, x)| (t - x).abs() <= SMALL_STEP * x.abs());
         self.termination = if !step.limited && step.tangent <= self.options.orthogonality * norm {
             Some(Termination::Orthogonal)
-        } else if !step.limited && small_step {
+        } else if !step.limited && unchanged {
             Some(Termination::SmallStep)
-        } else if polishing && self.polished.is_some_and(|last| step.length > CONTRACTION * last) {
+        } else if self.polished.is_some_and(|last| step.length > CONTRACTION * last) {
             Some(Termination::SmallReduction)
-        } else if step.limited && (small_step || step.predicted <= rounding) {
+        } else if !polishing && (unchanged || step.predicted <= rounding) {
             Some(if self.blocked { Termination::NotFinite } else { Termination::Stalled })
         } else {
             None
@@ -187,35 +208,26 @@ where
         }
 
         let Some(evaluation) = evaluate(problem, &step.trial, count)? else {
-            self.blocked = true;
-            self.first = false;
-            self.radius = SHRINK * step.length;
+            self.shrink(&step);
             return Ok((state, None));
         };
         let actual = cost - evaluation.cost;
-        let accepted = if polishing {
-            self.polished = Some(step.length);
-            if actual < -unjudgeable {
+        let accepted = actual >= if polishing { -unjudgeable } else { ACCEPTED * step.predicted };
+        if !accepted {
+            if polishing {
                 self.termination = Some(Termination::SmallReduction);
             }
-            actual >= -unjudgeable
-        } else {
-            self.polished = None;
-            actual >= ACCEPTED * step.predicted
-        };
-        if !accepted {
             self.blocked = false;
             self.update_radius(&step, actual);
             return Ok((state, None));
         }
         let Some((jacobian, reduced)) = linearise(problem, &step.trial, &evaluation.residuals)? else {
-            self.blocked = true;
-            self.first = false;
-            self.radius = SHRINK * step.length;
+            self.shrink(&step);
             return Ok((state, None));
         };
         self.blocked = false;
         self.update_radius(&step, actual);
+        self.polished = polishing.then_some(step.length);
         self.rescale(&reduced);
         if evaluation.residuals.norm() <= ROUNDING * f64::EPSILON * spread(&reduced, &step.trial) {
             self.termination = Some(Termination::ZeroResidual);
