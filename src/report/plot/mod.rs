@@ -1,14 +1,190 @@
-//! Residual plots (in the making: both files are empty for now).
+//! residuals.svg and residuals.png: what a reader looks at before believing a fit. Both come from the
+//! same drawing; neither needs a font of the machine for its layout, and the PNG none at all.
 
-use super::ReportError;
+mod axis;
+mod canvas;
+mod frame;
+mod panels;
+mod points;
+mod series;
+
+use plotters::prelude::*;
+
+use self::canvas::{ALARM, Anchor, Canvas, INK, LARGE, MEDIUM, SMALL, shortened};
+use self::frame::Rect;
+use self::points::Points;
+use self::series::Legend;
+use super::number::plain;
+use super::table::{chi2_text, estimate};
+use super::{ReportError, noise_estimated, reduced_chi2, title};
 use crate::fit::Fit;
 
-/// residuals.svg.
-pub fn svg(_fit: &Fit) -> Result<String, ReportError> {
-    Ok(String::new())
+/// Width of the picture, pixels.
+pub const WIDTH: u32 = 1200;
+
+/// Height of a row of panels, pixels.
+const ROW: i32 = 440;
+
+/// Free space at the edges of the picture, pixels.
+const MARGIN: i32 = 22;
+
+/// residuals.svg as text.
+pub fn svg(fit: &Fit) -> Result<String, ReportError> {
+    let mut text = String::new();
+    let drawn = Picture::of(fit).and_then(|picture| {
+        let area = SVGBackend::with_string(&mut text, picture.size()).into_drawing_area();
+        picture.draw(&area)
+    });
+    drawn.map(|()| text).map_err(|reason| failed(fit, reason))
 }
 
-/// residuals.png.
-pub fn png(_fit: &Fit) -> Result<Vec<u8>, ReportError> {
-    Ok(Vec::new())
+/// residuals.png as bytes.
+pub fn png(fit: &Fit) -> Result<Vec<u8>, ReportError> {
+    let drawn = Picture::of(fit).and_then(|picture| {
+        let (width, height) = picture.size();
+        let mut pixels = vec![255; 3 * width as usize * height as usize];
+        {
+            let area = BitMapBackend::with_buffer(&mut pixels, (width, height)).into_drawing_area();
+            picture.draw(&area)?;
+        }
+        encoded(&pixels, (width, height)).map_err(|error| error.to_string())
+    });
+    drawn.map_err(|reason| failed(fit, reason))
+}
+
+fn failed(fit: &Fit, reason: String) -> ReportError {
+    ReportError::Draw { dataset: fit.dataset.clone(), reason }
+}
+
+fn encoded(pixels: &[u8], (width, height): (u32, u32)) -> Result<Vec<u8>, png::EncodingError> {
+    let mut bytes = Vec::new();
+    let mut encoder = png::Encoder::new(&mut bytes, width, height);
+    encoder.set_color(png::ColorType::Rgb);
+    encoder.set_depth(png::BitDepth::Eight);
+    encoder.set_compression(png::Compression::Default);
+    // Flat colours compress best unfiltered.
+    encoder.set_filter(png::FilterType::NoFilter);
+    let mut writer = encoder.write_header()?;
+    writer.write_image_data(pixels)?;
+    writer.finish()?;
+    Ok(bytes)
+}
+
+/// Everything that is drawn, laid out.
+struct Picture {
+    title: String,
+    /// Model, estimates, χ².
+    summary: Vec<String>,
+    /// What the reader must know first.
+    warning: Option<String>,
+    legend: Legend,
+    points: Points,
+    groups: Vec<panels::Group>,
+}
+
+impl Picture {
+    fn of(fit: &Fit) -> Result<Self, String> {
+        canvas::register()?;
+        let width = WIDTH as i32 - 2 * MARGIN;
+        let points = Points::of(fit);
+        Ok(Self {
+            title: shortened(&title(fit), LARGE, width),
+            summary: summary(fit).iter().map(|line| shortened(line, MEDIUM, width)).collect(),
+            warning: warning(fit).map(|text| shortened(&text, SMALL, width)),
+            legend: Legend::new(&points, width),
+            groups: panels::groups(&points.observables),
+            points,
+        })
+    }
+
+    /// Width and height in pixels.
+    fn size(&self) -> (u32, u32) {
+        (WIDTH, u32::try_from(self.head() + 2 * ROW).unwrap_or(WIDTH))
+    }
+
+    /// Height of what stands above the panels.
+    fn head(&self) -> i32 {
+        let warning = if self.warning.is_some() { 28 } else { 0 };
+        60 + 30 * self.summary.len() as i32 + warning + self.legend.height() + 14
+    }
+
+    fn draw<DB: DrawingBackend>(&self, area: &DrawingArea<DB, plotters::coord::Shift>) -> Result<(), String> {
+        let canvas = Canvas::new(area)?;
+        canvas.text(&self.title, (MARGIN, 34), Anchor::Left, LARGE, INK)?;
+        let mut y = 72;
+        for line in &self.summary {
+            canvas.text(line, (MARGIN, y), Anchor::Left, MEDIUM, INK)?;
+            y += 30;
+        }
+        if let Some(warning) = &self.warning {
+            canvas.text(warning, (MARGIN, y), Anchor::Left, SMALL, ALARM)?;
+            y += 28;
+        }
+        self.legend.draw(&canvas, (MARGIN, y - 12))?;
+        self.panels(&canvas)?;
+        area.present().map_err(|error| error.to_string())
+    }
+
+    /// Two by two; where measured against predicted takes several panels, these fill the upper row.
+    fn panels<DB: DrawingBackend>(&self, canvas: &Canvas<DB>) -> Result<(), String> {
+        let [upper, lower] = [0, 1].map(|row| self.head() + ROW * row);
+        let points = &self.points;
+        match &self.groups[..] {
+            [] | [_] => {
+                match self.groups.first() {
+                    Some(group) => panels::measured(canvas, cell(upper, 0, 2), points, group)?,
+                    None => frame::message(
+                        canvas,
+                        cell(upper, 0, 2),
+                        "Measured against predicted",
+                        "No observations.",
+                    )?,
+                }
+                panels::against_cut(canvas, cell(upper, 1, 2), points)?;
+                panels::against_speed(canvas, cell(lower, 0, 2), points)?;
+                panels::quantiles(canvas, cell(lower, 1, 2), points)
+            }
+            groups => {
+                for (column, group) in groups.iter().enumerate() {
+                    panels::measured(canvas, cell(upper, column, groups.len()), points, group)?;
+                }
+                panels::against_cut(canvas, cell(lower, 0, 3), points)?;
+                panels::against_speed(canvas, cell(lower, 1, 3), points)?;
+                panels::quantiles(canvas, cell(lower, 2, 3), points)
+            }
+        }
+    }
+}
+
+/// One of `columns` panels side by side.
+fn cell(top: i32, column: usize, columns: usize) -> Rect {
+    let left = |column: usize| 6 + (WIDTH as i32 - 12) * column as i32 / columns as i32;
+    Rect { left: left(column), top, right: left(column + 1), bottom: top + ROW - 8 }
+}
+
+fn summary(fit: &Fit) -> Vec<String> {
+    let estimates: Vec<String> = fit
+        .estimates
+        .iter()
+        .map(|parameter| format!("{} = {}", parameter.parameter.symbol(), estimate(parameter)))
+        .collect();
+    let chi2 = match reduced_chi2(fit) {
+        Some(chi2) => {
+            let how = if noise_estimated(fit) { "; noise estimated from these residuals" } else { "" };
+            format!("χ²/dof = {} (χ² = {}, {} dof{how})", chi2_text(chi2), plain(fit.chi2, 4), fit.dof)
+        }
+        None => "no degrees of freedom".to_owned(),
+    };
+    vec![estimates.join(",   "), format!("model {},   {} shots,   {chi2}", fit.fidelity, fit.shots_used)]
+}
+
+/// The first warning, and how many more there are.
+fn warning(fit: &Fit) -> Option<String> {
+    let stopped = (!fit.converged).then(|| format!("Not converged: {}", fit.termination));
+    let mut warnings = stopped.iter().chain(&fit.warnings);
+    let first = warnings.next()?;
+    Some(match warnings.count() {
+        0 => first.clone(),
+        more => format!("(+{more} more) {first}"),
+    })
 }

@@ -1,0 +1,129 @@
+//! The range of an axis, its ticks and their labels.
+
+/// Numbers from here on are left out of a plot: their differences could overflow.
+const TOO_LARGE: f64 = 1e150;
+
+/// Part of the range that is left free at either end.
+const PADDING: f64 = 0.06;
+
+/// A linear axis.
+#[derive(Clone, Debug)]
+pub(super) struct Axis {
+    /// Quantity and unit.
+    pub(super) name: String,
+    pub(super) low: f64,
+    pub(super) high: f64,
+}
+
+/// Whether a number has a place on an axis.
+pub(super) fn drawable(value: f64) -> bool {
+    value.abs() < TOO_LARGE
+}
+
+impl Axis {
+    /// From the smallest to the largest of the values, with some room. Equal values stand in the
+    /// middle; without any the axis goes from 0 to 1.
+    pub(super) fn around(name: impl Into<String>, values: impl IntoIterator<Item = f64>) -> Self {
+        let (low, high) = values
+            .into_iter()
+            .filter(|value| drawable(*value))
+            .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), value| (low.min(value), high.max(value)));
+        if low > high {
+            return Self { name: name.into(), low: 0.0, high: 1.0 };
+        }
+        let largest = low.abs().max(high.abs());
+        let room = if high - low > 1e-6 * largest {
+            PADDING * (high - low)
+        } else if largest > 0.0 {
+            0.1 * largest
+        } else {
+            1.0
+        };
+        Self { name: name.into(), low: low - room, high: high + room }
+    }
+
+    /// As far below zero as above, at least `least` to either side.
+    pub(super) fn symmetric(
+        name: impl Into<String>,
+        values: impl IntoIterator<Item = f64>,
+        least: f64,
+    ) -> Self {
+        let largest =
+            values.into_iter().filter(|value| drawable(*value)).fold(0.0_f64, |a, b| a.max(b.abs()));
+        let end = least.max(largest * (1.0 + PADDING));
+        Self { name: name.into(), low: -end, high: end }
+    }
+
+    /// Starts at zero where values that cannot be negative come near it.
+    pub(super) fn starting_at_zero(mut self) -> Self {
+        if self.low < 0.25 * self.high {
+            self.low = self.low.min(0.0).max(-PADDING * self.high);
+        }
+        self
+    }
+
+    /// Where a value is between the ends: 0 to 1.
+    pub(super) fn position(&self, value: f64) -> f64 {
+        ((value - self.low) / (self.high - self.low)).clamp(0.0, 1.0)
+    }
+
+    /// Some `count` round numbers in the range, with their labels.
+    pub(super) fn ticks(&self, count: usize) -> Vec<(f64, String)> {
+        let raw = (self.high - self.low) / count.max(2) as f64;
+        let power = 10_f64.powf(raw.log10().floor());
+        let step = [1.0, 2.0, 5.0].into_iter().map(|m| m * power).find(|step| *step >= raw * 0.999);
+        let step = step.unwrap_or(10.0 * power);
+        if !(step.is_finite() && step > 0.0) {
+            return Vec::new();
+        }
+        // A tick at the very end counts in spite of rounding errors.
+        let (first, last) = ((self.low / step - 1e-9).ceil(), (self.high / step + 1e-9).floor());
+        // Counted in steps, so that rounding errors do not add up.
+        let steps = (0..=(last - first).clamp(0.0, 50.0) as u32).map(|i| first + f64::from(i));
+        let largest = self.low.abs().max(self.high.abs());
+        steps.map(|n| (n * step, label(n * step, step, largest))).collect()
+    }
+}
+
+/// A tick's number with the decimals of the step; with a power of ten where it would get long.
+fn label(value: f64, step: f64, largest: f64) -> String {
+    // A little above, as the step may be 0.000 999….
+    let exponent = (step * 1.001).log10().floor() as i32;
+    let text = if (1e-4..1e5).contains(&step) && largest < 1e5 || value == 0.0 {
+        let decimals = if value == 0.0 && !(1e-4..1e5).contains(&step) { 0 } else { -exponent };
+        format!("{value:.*}", usize::try_from(decimals).unwrap_or(0))
+    } else {
+        let own = (value.abs() * 1.001).log10().floor() as i32;
+        format!("{value:.*e}", usize::try_from(own - exponent).unwrap_or(0))
+    };
+    text.replace('-', "−")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn labels(low: f64, high: f64) -> Vec<String> {
+        Axis { name: String::new(), low, high }.ticks(6).into_iter().map(|(_, label)| label).collect()
+    }
+
+    #[test]
+    fn ticks_are_round() {
+        assert_eq!(labels(-0.5, 3.2), ["0", "1", "2", "3"]);
+        assert_eq!(labels(-3.1, 3.1), ["−2", "0", "2"]);
+        assert_eq!(labels(0.0, 0.3), ["0.00", "0.05", "0.10", "0.15", "0.20", "0.25", "0.30"]);
+        assert_eq!(labels(0.0, 90.0), ["0", "20", "40", "60", "80"]);
+        assert_eq!(labels(0.0, 3e7), ["0", "5e6", "1.0e7", "1.5e7", "2.0e7", "2.5e7", "3.0e7"]);
+    }
+
+    #[test]
+    fn every_range_can_be_drawn() {
+        for values in [vec![], vec![0.0], vec![2.0; 3], vec![1e149, -1e149], vec![f64::NAN, f64::INFINITY]] {
+            for axis in [Axis::around("x", values.clone()), Axis::symmetric("y", values.clone(), 3.0)] {
+                assert!(axis.high > axis.low && (axis.high - axis.low).is_finite(), "{axis:?}");
+                assert!((2..=12).contains(&axis.ticks(5).len()), "{axis:?}");
+            }
+        }
+        assert!((Axis::around("x", [2.0; 3]).position(2.0) - 0.5).abs() < 1e-12);
+    }
+}

@@ -1,0 +1,167 @@
+//! Fits built by hand, of the kinds that a report must cope with.
+
+use std::path::PathBuf;
+
+use caromfit::fit::{Estimate, Fit, Noise, Rejected, Residual, Status};
+use caromfit::observable::Observable;
+use caromfit::parameters::Parameter;
+use nalgebra::DMatrix;
+use rand::{Rng, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+
+pub const NAN: f64 = f64::NAN;
+
+fn estimate(parameter: Parameter, value: f64, std_error: f64) -> Estimate {
+    Estimate {
+        parameter,
+        value,
+        std_error: Some(std_error),
+        interval_95: Some([value - 1.96 * std_error, value + 1.96 * std_error]),
+        std_error_at_bound: None,
+        status: Status::Free,
+    }
+}
+
+fn without_error(parameter: Parameter, value: f64, status: Status) -> Estimate {
+    Estimate { parameter, value, std_error: None, interval_95: None, std_error_at_bound: None, status }
+}
+
+/// Ten throws, and nothing to complain about.
+pub fn normal() -> Fit {
+    let throw = |i: i32| {
+        let cut = f64::from(8 * i).to_radians();
+        let predicted = (0.5 * f64::from(i)).to_radians();
+        let sd = 0.1_f64.to_radians();
+        let standardized = [0.3, -1.2, 0.7, 1.9, -0.4, 0.1, -0.8, 1.1, -2.1, 0.5][(i - 1) as usize];
+        Residual {
+            shot: i.to_string(),
+            observable: Observable::Throw,
+            measured: predicted + standardized * sd,
+            predicted,
+            sd,
+            standardized,
+            cut,
+            speed: Some(0.5 * f64::from(i)),
+        }
+    };
+    Fit {
+        dataset: "lab-a".to_owned(),
+        group: None,
+        path: PathBuf::from("data/lab-a/dataset.toml"),
+        cloth: Some("Simonis 860".to_owned()),
+        source: Some("measured by \"A\", 2026".to_owned()),
+        fidelity: "full",
+        effects: vec![("friction", true), ("cloth", true), ("spin_loss", false)],
+        estimates: [
+            estimate(Parameter::Mu, 0.101_37, 0.002_71),
+            estimate(Parameter::MuS, 0.31, 0.046),
+            estimate(Parameter::E, 0.941_2, 0.003_9),
+        ],
+        correlation: DMatrix::from_row_slice(3, 3, &[1.0, -0.5, 0.25, -0.5, 1.0, 0.125, 0.25, 0.125, 1.0]),
+        chi2: 7.0,
+        dof: 7,
+        noise: vec![Noise {
+            observable: Observable::Throw,
+            count: 10,
+            rms: 0.11_f64.to_radians(),
+            estimated_sd: None,
+        }],
+        shots_used: 10,
+        shots_rejected: Vec::new(),
+        residuals: (1..=10).map(throw).collect(),
+        termination: "the cost no longer falls".to_owned(),
+        converged: true,
+        iterations: 9,
+        seconds: 0.0123,
+        warnings: Vec::new(),
+        notes: Vec::new(),
+    }
+}
+
+/// A label of a group where one parameter is fixed, one left alone, one at its bound.
+pub fn restricted() -> Fit {
+    let mut fit = normal();
+    fit.group = Some(("chalk".to_owned(), "fresh, blue".to_owned()));
+    fit.estimates = [
+        Estimate {
+            interval_95: Some([0.0, 0.012_87]),
+            std_error_at_bound: None,
+            ..without_error(Parameter::Mu, 0.0, Status::AtLowerBound)
+        },
+        without_error(Parameter::MuS, 0.3, Status::NotIdentified),
+        without_error(Parameter::E, 0.94, Status::Fixed),
+    ];
+    fit.correlation = DMatrix::from_element(3, 3, NAN);
+    fit.noise[0].estimated_sd = Some(0.1_f64.to_radians());
+    fit.shots_rejected = vec![Rejected { shot: "7".to_owned(), reason: "no impact found".to_owned() }];
+    fit.warnings = vec!["μ_s is not identified: no shot has follow or draw.".to_owned()];
+    fit
+}
+
+/// As many parameters as observations: no standard deviations.
+pub fn exact() -> Fit {
+    let mut fit = normal();
+    fit.dataset = "one-shot".to_owned();
+    fit.residuals.truncate(1);
+    fit.residuals[0].sd = NAN;
+    fit.residuals[0].standardized = NAN;
+    fit.residuals[0].speed = None;
+    fit.residuals[0].shot = "a \"quoted\", shot".to_owned();
+    fit.estimates = [
+        without_error(Parameter::Mu, 0.095_1, Status::Free),
+        without_error(Parameter::MuS, 0.3, Status::Fixed),
+        without_error(Parameter::E, 0.94, Status::Fixed),
+    ];
+    fit.correlation = DMatrix::from_element(3, 3, NAN);
+    fit.chi2 = NAN;
+    fit.dof = 0;
+    fit.noise[0].count = 1;
+    fit.noise[0].estimated_sd = Some(NAN);
+    fit.shots_used = 1;
+    fit.converged = false;
+    fit
+}
+
+/// Nothing was measured.
+pub fn empty() -> Fit {
+    Fit { residuals: Vec::new(), noise: Vec::new(), shots_used: 0, dof: 0, chi2: 0.0, ..normal() }
+}
+
+/// Synthetic shots of which several quantities were measured, with normal errors.
+pub fn synthetic(name: &str, observables: &[Observable], shots: usize, seed: u64) -> Fit {
+    // The sum of twelve uniform numbers is nearly normal, of variance 1.
+    let mut rng = ChaCha8Rng::seed_from_u64(seed);
+    let mut normal_deviate = move || (0..12).map(|_| rng.random::<f64>()).sum::<f64>() - 6.0;
+    let mut rng = ChaCha8Rng::seed_from_u64(seed + 1);
+    let mut fit = normal();
+    fit.dataset = name.to_owned();
+    fit.residuals.clear();
+    for shot in 0..shots {
+        let cut = rng.random_range(0.0..75.0_f64).to_radians();
+        let speed = rng.random_range(0.5..4.0_f64);
+        for &observable in observables {
+            let (predicted, sd) = match observable {
+                Observable::Throw => (4.5_f64.to_radians() * (2.0 * cut).sin(), 0.25_f64.to_radians()),
+                Observable::Separation => (90.0_f64.to_radians() - 0.3 * cut, 0.5_f64.to_radians()),
+                Observable::ObjectSpeedRatio => (0.97 * cut.cos(), 0.01),
+                Observable::CueSpin(_) | Observable::ObjectSpin(_) => (30.0 * speed * cut.cos() - 10.0, 4.0),
+                _ => (speed * cut.cos(), 0.02 * speed),
+            };
+            let standardized: f64 = normal_deviate();
+            fit.residuals.push(Residual {
+                shot: (shot + 1).to_string(),
+                observable,
+                measured: predicted + standardized * sd,
+                predicted,
+                sd,
+                standardized,
+                cut,
+                speed: Some(speed),
+            });
+        }
+    }
+    fit.shots_used = shots;
+    fit.dof = fit.residuals.len().saturating_sub(3);
+    fit.chi2 = fit.residuals.iter().map(|residual| residual.standardized.powi(2)).sum();
+    fit
+}
