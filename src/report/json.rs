@@ -18,6 +18,15 @@ pub fn render(fit: &Fit) -> Result<String, ReportError> {
     }
 }
 
+/// Several fits as a JSON array, with a newline at its end.
+pub fn render_all(fits: &[Fit]) -> Result<String, ReportError> {
+    let documents: Vec<_> = fits.iter().map(document).collect();
+    match serde_json::to_string_pretty(&documents) {
+        Ok(text) => Ok(text + "\n"),
+        Err(source) => Err(ReportError::Json { dataset: "all fits".to_string(), source }),
+    }
+}
+
 /// What fit.json holds, to serialise it alone or among others.
 #[must_use]
 pub fn document(fit: &Fit) -> Document<'_> {

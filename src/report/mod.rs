@@ -11,7 +11,7 @@ pub mod write;
 
 use std::path::PathBuf;
 
-pub use write::{folder_name, group_folders, write};
+pub use write::{folder_name, group_folders, write, write_all};
 
 use crate::fit::Fit;
 use crate::observable::Observable;

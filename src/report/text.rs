@@ -10,6 +10,18 @@ use super::{noise_estimated, reduced_chi2, title};
 use crate::fit::{Estimate, Fit, Noise, Status};
 use crate::parameters::Parameter;
 
+/// What must not be overlooked of several fits, a line each.
+#[must_use]
+pub fn warnings(fits: &[Fit]) -> String {
+    let mut text = String::new();
+    for fit in fits {
+        for warning in &fit.warnings {
+            push(&mut text, &format!("{}: {warning}", title(fit)));
+        }
+    }
+    if text.is_empty() { text } else { format!("\n{text}") }
+}
+
 /// The fit with what each number means: warnings, estimates, correlations, noise, shots.
 #[must_use]
 pub fn render(fit: &Fit) -> String {

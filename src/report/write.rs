@@ -19,6 +19,21 @@ pub fn write(fit: &Fit, out: &Path) -> Result<PathBuf, ReportError> {
     Ok(folder)
 }
 
+/// Writes the fits of one data set below `out`, labels that would share a folder apart, after all
+/// have been rendered.
+pub fn write_all(fits: &[Fit], out: &Path) -> Result<(), ReportError> {
+    let labels: Vec<String> = fits
+        .iter()
+        .map(|fit| fit.group.as_ref().map_or_else(String::new, |(_, label)| label.clone()))
+        .collect();
+    let mut rendered = Vec::new();
+    for (fit, name) in fits.iter().zip(group_folders(&labels)) {
+        let folder = out.join(dataset_folder(&fit.dataset));
+        rendered.push((if fit.group.is_some() { folder.join(name) } else { folder }, files(fit)?));
+    }
+    rendered.iter().try_for_each(|(folder, files)| write_files(files, folder))
+}
+
 /// Writes the report of a fit into `folder`, whole or not at all: everything is rendered, then
 /// written beside the folder, then moved into place file by file. Other files there stay.
 pub fn write_to(fit: &Fit, folder: &Path) -> Result<(), ReportError> {
