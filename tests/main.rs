@@ -1,1 +1,2 @@
 mod nist;
+mod optimise;

@@ -187,8 +187,7 @@ mod tests {
     #[test]
     fn a_start_slightly_outside_is_brought_back() {
         let start = vector(&[-1e-9, 0.4]);
-        let found =
-            minimise(&DMatrix::identity(2, 2), &vector(&[1.0, -0.4]), &simplex(), 0, start, &[], 1.0);
+        let found = minimise(&DMatrix::identity(2, 2), &vector(&[1.0, -0.4]), &simplex(), 0, start, &[], 1.0);
         assert_eq!(found.z[0], 0.0);
         assert!((found.z[1] - 0.4).abs() < ROUNDING);
     }

@@ -63,7 +63,8 @@ impl Linear {
     fn check(&self, what: &'static str, n: usize) -> Result<(), OptimiseError> {
         super::expect_length(what, n, self.matrix.ncols())?;
         super::expect_length(what, self.matrix.nrows(), self.limit.len())?;
-        let usable = |row: RowDVector<f64>| row.iter().all(|a| a.is_finite()) && row.iter().any(|a| *a != 0.0);
+        let usable =
+            |row: RowDVector<f64>| row.iter().all(|a| a.is_finite()) && row.iter().any(|a| *a != 0.0);
         for row in 0..self.len() {
             if !(usable(self.matrix.row(row).into_owned()) && self.limit[row].is_finite()) {
                 return Err(OptimiseError::Row { what, row });
@@ -107,7 +108,9 @@ impl Constraints {
                 return Err(OptimiseError::StartOutside { index, value, lower, upper });
             }
         }
-        for (what, rows, sides) in [("inequality", &self.inequalities, 1.0), ("equality", &self.equalities, 2.0)] {
+        for (what, rows, sides) in
+            [("inequality", &self.inequalities, 1.0), ("equality", &self.equalities, 2.0)]
+        {
             for row in 0..rows.len() {
                 let slack = rows.slack(row, start);
                 let excess = if sides > 1.0 { slack.abs() } else { -slack };
@@ -171,9 +174,12 @@ mod tests {
     #[test]
     fn unusable_constraints_are_named() {
         let start = vector(&[0.0, 0.0]);
-        for (lower, upper) in
-            [(1.0, -1.0), (f64::NAN, 1.0), (f64::INFINITY, f64::INFINITY), (f64::NEG_INFINITY, f64::NEG_INFINITY)]
-        {
+        for (lower, upper) in [
+            (1.0, -1.0),
+            (f64::NAN, 1.0),
+            (f64::INFINITY, f64::INFINITY),
+            (f64::NEG_INFINITY, f64::NEG_INFINITY),
+        ] {
             let bounds = Constraints::bounds(vector(&[-1.0, lower]), vector(&[1.0, upper]));
             assert!(matches!(bounds.check(&start), Err(OptimiseError::Bounds { index: 1, .. })));
         }

@@ -5,9 +5,7 @@
 //! An interior-point solution is never exactly on a constraint. What is wanted of it is which
 //! constraints hold with equality; [`super::active_set`] makes it exact.
 use clarabel::algebra::CscMatrix;
-use clarabel::solver::{
-    DefaultSettings, DefaultSolver, IPSolver, NonnegativeConeT, SolverStatus, ZeroConeT,
-};
+use clarabel::solver::{DefaultSettings, DefaultSolver, IPSolver, NonnegativeConeT, SolverStatus, ZeroConeT};
 use nalgebra::{DMatrix, DVector};
 
 use super::active_set::Row;
@@ -27,7 +25,13 @@ pub struct Guess {
 /// Solves the program over z of size up to `unit`: with w = z / `unit` and the objective divided by its
 /// steepest slope every number handed to Clarabel is of order 1. The first `equalities` of `rows` are
 /// equalities. `None` when Clarabel ends without a solution.
-pub fn solve(a: &DMatrix<f64>, q: &DVector<f64>, rows: &[Row], equalities: usize, unit: f64) -> Option<Guess> {
+pub fn solve(
+    a: &DMatrix<f64>,
+    q: &DVector<f64>,
+    rows: &[Row],
+    equalities: usize,
+    unit: f64,
+) -> Option<Guess> {
     let n = a.ncols();
     // ½‖A z + q‖² = unit² (½ wᵀAᵀA w + wᵀAᵀq / unit) + a constant.
     let slope = a.tr_mul(q) / unit;
@@ -94,12 +98,7 @@ mod tests {
     }
 
     fn square(half: f64) -> Vec<Row> {
-        vec![
-            row(&[1.0, 0.0], half),
-            row(&[-1.0, 0.0], half),
-            row(&[0.0, 1.0], half),
-            row(&[0.0, -1.0], half),
-        ]
+        vec![row(&[1.0, 0.0], half), row(&[-1.0, 0.0], half), row(&[0.0, 1.0], half), row(&[0.0, -1.0], half)]
     }
 
     #[test]

@@ -124,11 +124,7 @@ impl<'a> TrustRegion<'a> {
         let ratio = actual / step.predicted;
         if ratio <= POOR {
             // The minimum along s of the parabola through cost, slope and trial.
-            let share = if actual >= 0.0 {
-                0.5
-            } else {
-                (0.5 * step.slope / (step.slope + actual)).max(0.1)
-            };
+            let share = if actual >= 0.0 { 0.5 } else { (0.5 * step.slope / (step.slope + actual)).max(0.1) };
             self.radius = share * self.radius.min(step.length / 0.1);
         } else if ratio >= GOOD || !step.limited {
             self.radius = 2.0 * step.length;
@@ -171,8 +167,13 @@ where
         Ok((state.param(x).residuals(residuals).jacobian(jacobian).cost(cost), None))
     }
 
-    fn next_iter(&mut self, problem: &mut Problem<P>, state: Iterate) -> Result<(Iterate, Option<KV>), Error> {
-        let (Some(x), Some(residuals), Some(reduced)) = (&state.param, &state.residuals, &self.reduced) else {
+    fn next_iter(
+        &mut self,
+        problem: &mut Problem<P>,
+        state: Iterate,
+    ) -> Result<(Iterate, Option<KV>), Error> {
+        let (Some(x), Some(residuals), Some(reduced)) = (&state.param, &state.residuals, &self.reduced)
+        else {
             return Err(OptimiseError::NoParameters.into());
         };
         let (cost, count) = (state.cost, residuals.len());
@@ -240,10 +241,10 @@ where
     fn terminate(&mut self, _state: &Iterate) -> TerminationStatus {
         match self.termination {
             None => TerminationStatus::NotTerminated,
-            Some(reason) if reason.converged() => TerminationStatus::Terminated(TerminationReason::SolverConverged),
-            Some(reason) => {
-                TerminationStatus::Terminated(TerminationReason::SolverExit(reason.to_string()))
+            Some(reason) if reason.converged() => {
+                TerminationStatus::Terminated(TerminationReason::SolverConverged)
             }
+            Some(reason) => TerminationStatus::Terminated(TerminationReason::SolverExit(reason.to_string())),
         }
     }
 }
@@ -254,7 +255,11 @@ fn spread(reduced: &Reduced, x: &DVector<f64>) -> f64 {
 }
 
 /// The residuals at x; `None` where they cannot be evaluated or are not finite.
-fn evaluate<P>(problem: &mut Problem<P>, x: &DVector<f64>, count: usize) -> Result<Option<Evaluation>, OptimiseError>
+fn evaluate<P>(
+    problem: &mut Problem<P>,
+    x: &DVector<f64>,
+    count: usize,
+) -> Result<Option<Evaluation>, OptimiseError>
 where
     P: Operator<Param = DVector<f64>, Output = DVector<f64>>,
 {

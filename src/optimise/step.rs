@@ -86,7 +86,13 @@ pub fn step(
     describe(&a, q, &solution.z, trial, limited)
 }
 
-fn describe(a: &DMatrix<f64>, q: &DVector<f64>, z: &DVector<f64>, trial: DVector<f64>, limited: bool) -> Step {
+fn describe(
+    a: &DMatrix<f64>,
+    q: &DVector<f64>,
+    z: &DVector<f64>,
+    trial: DVector<f64>,
+    limited: bool,
+) -> Step {
     let tangent = a * z;
     // ½‖q‖² − ½‖A z + q‖² = −qᵀA z − ½‖A z‖².
     let slope = q.dot(&tangent);
@@ -97,7 +103,12 @@ fn describe(a: &DMatrix<f64>, q: &DVector<f64>, z: &DVector<f64>, trial: DVector
 /// The rows that hold at every step: parameters with equal bounds, parameters that the residuals do not
 /// depend on here and no linear constraint ties to others (they stay where they are), and the
 /// equalities between parameters.
-fn equalities(x: &DVector<f64>, reduced: &Reduced, scale: &DVector<f64>, constraints: &Constraints) -> Vec<Row> {
+fn equalities(
+    x: &DVector<f64>,
+    reduced: &Reduced,
+    scale: &DVector<f64>,
+    constraints: &Constraints,
+) -> Vec<Row> {
     let n = x.len();
     let tied = |linear: &Linear, j: usize| linear.matrix.column(j).iter().any(|value| *value != 0.0);
     let mut rows = Vec::new();
@@ -116,7 +127,13 @@ fn equalities(x: &DVector<f64>, reduced: &Reduced, scale: &DVector<f64>, constra
 }
 
 /// Appends the inequalities that a step within the box |z_j| ≤ `half` can reach, and the box.
-fn inequalities(rows: &mut Vec<Row>, x: &DVector<f64>, scale: &DVector<f64>, half: f64, constraints: &Constraints) {
+fn inequalities(
+    rows: &mut Vec<Row>,
+    x: &DVector<f64>,
+    scale: &DVector<f64>,
+    half: f64,
+    constraints: &Constraints,
+) {
     let n = x.len();
     let held: Vec<bool> = (0..n).map(|j| rows.iter().any(|row| row.normal == unit(n, j, 1.0))).collect();
     for j in (0..n).filter(|&j| !held[j]) {
@@ -223,7 +240,10 @@ mod tests {
 
     #[test]
     fn linear_constraints_between_parameters() {
-        let row = |limit: f64| Linear { matrix: DMatrix::from_row_slice(1, 2, &[1.0, -2.0]), limit: vector(&[limit]) };
+        let row = |limit: f64| Linear {
+            matrix: DMatrix::from_row_slice(1, 2, &[1.0, -2.0]),
+            limit: vector(&[limit]),
+        };
         let (jacobian, residuals) = model();
         // On x_1 = 2 x_2: the one column M (2, 1)ᵀ.
         let column = &jacobian * vector(&[2.0, 1.0]);

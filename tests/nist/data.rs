@@ -21,7 +21,8 @@ pub fn directory() -> &'static Path {
 /// Reads `name`.dat. Panics on a file that is not as NIST wrote it.
 pub fn read(name: &'static str) -> Problem {
     let text = std::fs::read_to_string(directory().join(format!("{name}.dat"))).unwrap();
-    let numbers = |line: &str| -> Vec<f64> { line.split_whitespace().filter_map(|word| word.parse().ok()).collect() };
+    let numbers =
+        |line: &str| -> Vec<f64> { line.split_whitespace().filter_map(|word| word.parse().ok()).collect() };
     let header = text.lines().take(60);
     // "  b1 =   500         250           2.3894212918E+02  2.7070075241E+00"
     let table: Vec<Vec<f64>> = header

@@ -118,7 +118,8 @@ pub fn rational<const N: usize>(x: &[f64], b: &[f64], d: &mut [f64]) -> f64 {
     let below = 1.0 + x[0] * horner(&b[N..]);
     let f = horner(&b[..N]) / below;
     for (k, derivative) in d.iter_mut().enumerate() {
-        *derivative = if k < N { x[0].powi(k as i32) / below } else { -f * x[0].powi((k - N + 1) as i32) / below };
+        *derivative =
+            if k < N { x[0].powi(k as i32) / below } else { -f * x[0].powi((k - N + 1) as i32) / below };
     }
     f
 }
