@@ -4,3 +4,4 @@ mod collisions;
 mod nist;
 mod published;
 mod report;
+mod optimise;

@@ -36,7 +36,7 @@ pub fn solve(
     // ½‖A z + q‖² = unit² (½ wᵀAᵀA w + wᵀAᵀq / unit) + a constant.
     let slope = a.tr_mul(q) / unit;
     let steepest = slope.amax();
-    if !(steepest > 0.0) {
+    if !steepest.is_normal() {
         return None;
     }
     let gram = (a.tr_mul(a) + DMatrix::identity(n, n) * REGULARISATION) / steepest;

@@ -1,0 +1,314 @@
+//! What `optimise::minimise` promises: exact active bounds, linear constraints, regions where the
+//! residuals cannot be evaluated, dependent parameters, wrong use.
+use argmin::core::{Error, Jacobian, Operator};
+use caromfit::optimise::{
+    Activity, Constraints, Linear, OptimiseError, Options, Solution, Termination, minimise,
+};
+use nalgebra::{DMatrix, DVector};
+
+use crate::nist::models::{self, MODELS, Model};
+use crate::nist::{Regression, data};
+
+/// Relative. The reference values are of forty digits; conditioning leaves this much of double precision.
+const EXACT: f64 = 1e-11;
+
+/// Cosine between the residuals and a column of the Jacobian that counts as zero, beside the rounding of the
+/// residuals: 1e-9 standard errors in problems of up to 250 residuals.
+const ORTHOGONAL: f64 = 1e-10;
+
+/// Rounding of a residual in units of ε |y|.
+const ROUNDING: f64 = 4.0;
+
+type Residuals = fn(&DVector<f64>) -> Result<DVector<f64>, Error>;
+type Derivatives = fn(&DVector<f64>) -> DMatrix<f64>;
+
+struct Problem {
+    residuals: Residuals,
+    derivatives: Derivatives,
+}
+
+impl Operator for Problem {
+    type Param = DVector<f64>;
+    type Output = DVector<f64>;
+
+    fn apply(&self, x: &DVector<f64>) -> Result<DVector<f64>, Error> {
+        (self.residuals)(x)
+    }
+}
+
+impl Jacobian for Problem {
+    type Param = DVector<f64>;
+    type Jacobian = DMatrix<f64>;
+
+    fn jacobian(&self, x: &DVector<f64>) -> Result<DMatrix<f64>, Error> {
+        Ok((self.derivatives)(x))
+    }
+}
+
+fn vector(values: &[f64]) -> DVector<f64> {
+    DVector::from_row_slice(values)
+}
+
+fn solve(problem: Problem, start: &[f64], constraints: &Constraints) -> Solution {
+    minimise(problem, &vector(start), constraints, &Options::default()).unwrap()
+}
+
+/// Minimises a certified problem from `start`, moved into the bounds.
+fn regress(name: &'static str, model: Model, start: &DVector<f64>, bounds: &Constraints) -> Solution {
+    let problem = data::read(name);
+    let start = DVector::from_fn(start.len(), |j, _| start[j].clamp(bounds.lower[j], bounds.upper[j]));
+    minimise(Regression { problem: &problem, model }, &start, bounds, &Options::default()).unwrap()
+}
+
+fn assert_close(computed: f64, expected: f64) {
+    assert!((computed / expected - 1.0).abs() <= EXACT, "{computed} instead of {expected}");
+}
+
+/// r = (ln x_1, ln x_2).
+fn logarithms() -> Problem {
+    Problem {
+        residuals: |x| Ok(x.map(f64::ln)),
+        derivatives: |x| DMatrix::from_diagonal(&x.map(|x| 1.0 / x)),
+    }
+}
+
+/// On b1 = 230 the sum of squares of Misra1a is one of b2 alone. Its root was found with mpmath at 40 digits:
+/// b2 = 5.75225772150151590824006e-4, sum 0.247621969906334608035856, ∂sum/∂b1 = −0.0287 < 0.
+#[test]
+fn one_active_bound() {
+    let bounds = Constraints::bounds(vector(&[0.0, 0.0]), vector(&[230.0, 1.0]));
+    for start in data::read("Misra1a").starts {
+        let solution = regress("Misra1a", models::saturation, &DVector::from_vec(start), &bounds);
+        assert!(solution.termination.converged());
+        assert_eq!(solution.x[0], 230.0);
+        assert_eq!(solution.active, [Activity::AtUpper, Activity::Free]);
+        assert_close(solution.x[1], 5.752_257_721_501_516e-4);
+        assert_close(2.0 * solution.cost, 0.247_621_969_906_334_6);
+    }
+}
+
+/// MGH09 on b1 = 0.18, b3 = 0.2, by mpmath at 40 digits: b2 = 0.497198395389635872795173,
+/// b4 = 0.259636924077753296240109, sum 3.83394441302464446344e-4, its gradient −0.00713 in b1 and
+/// +0.000294 in b3.
+#[test]
+fn two_active_bounds() {
+    let infinity = f64::INFINITY;
+    let bounds = Constraints::bounds(
+        vector(&[-infinity, -infinity, 0.2, -infinity]),
+        vector(&[0.18, infinity, infinity, infinity]),
+    );
+    for start in [[0.17, 0.19, 0.3, 0.13], [0.1, 0.5, 0.5, 0.5], [0.25, 0.39, 0.415, 0.39]] {
+        let solution = regress("MGH09", models::mgh09, &vector(&start), &bounds);
+        assert!(solution.termination.converged());
+        assert_eq!((solution.x[0], solution.x[2]), (0.18, 0.2));
+        assert_eq!(solution.active, [Activity::AtUpper, Activity::Free, Activity::AtLower, Activity::Free]);
+        assert_close(solution.x[1], 0.497_198_395_389_635_87);
+        assert_close(solution.x[3], 0.259_636_924_077_753_3);
+        assert_close(2.0 * solution.cost, 3.833_944_413_024_644_5e-4);
+    }
+}
+
+/// Every certified problem, each parameter in turn kept from its optimum, and each pair of neighbours: the
+/// bounds are exact and the conditions of Karush, Kuhn and Tucker hold.
+#[test]
+fn the_optimality_conditions_hold_whatever_the_bounds() {
+    /// How far from its optimum a parameter is kept, in standard deviations.
+    const AWAY: f64 = 0.5;
+    for (name, model) in MODELS {
+        let problem = data::read(name);
+        let n = problem.parameters.len();
+        let optimum = vector(&problem.parameters);
+        for j in 0..n {
+            let mut bounds = Constraints::none(n);
+            let away = |k: usize| AWAY * problem.standard_deviations[k];
+            bounds.upper[j] = optimum[j] - away(j);
+            let k = (j + 1) % n;
+            bounds.lower[k] = optimum[k] + if j % 2 == 0 { away(k) } else { -3.0 * away(k) };
+            let solution = regress(name, model, &optimum, &bounds);
+            assert!(solution.termination.converged(), "{name}, b{}: {}", j + 1, solution.termination);
+            let noise = ROUNDING * f64::EPSILON * vector(&problem.y).norm() / solution.residuals.norm();
+            let zero = ORTHOGONAL + noise;
+            let gradient = solution.jacobian.tr_mul(&solution.residuals);
+            for (i, column) in solution.jacobian.column_iter().enumerate() {
+                let cosine = gradient[i] / (column.norm() * solution.residuals.norm());
+                let optimal = match solution.active[i] {
+                    Activity::Free => cosine.abs() <= zero,
+                    Activity::AtLower => cosine >= -zero,
+                    Activity::AtUpper => cosine <= zero,
+                };
+                assert!(optimal, "{name}, b{} bounded: cosine {cosine} of b{}", j + 1, i + 1);
+                assert!(bounds.lower[i] <= solution.x[i] && solution.x[i] <= bounds.upper[i]);
+            }
+        }
+    }
+}
+
+#[test]
+fn a_start_at_a_bound_leaves_it_or_stays() {
+    let bounds = Constraints::bounds(vector(&[0.5, 2.0]), vector(&[3.0, 3.0]));
+    // Both start at a bound; the minimum (1, 1) is inside the one and beyond the other.
+    for first in [0.5, 3.0] {
+        let solution = solve(logarithms(), &[first, 2.0], &bounds);
+        assert!(solution.termination.converged());
+        assert_close(solution.x[0], 1.0);
+        assert_eq!(solution.x[1], 2.0);
+        assert_eq!(solution.active, [Activity::Free, Activity::AtLower]);
+    }
+}
+
+/// Bounds of widths from 1e-6 to 1e12 beside each other.
+#[test]
+fn widths_of_very_different_size() {
+    let bounds = Constraints::bounds(vector(&[-1e12, 2.0]), vector(&[1e12, 2.000_001]));
+    let residuals: Residuals = |x| Ok(vector(&[1e-9 * x[0] + x[1] - 6.0, x[1] - 1.0, 1e-9 * x[0] - 1.0]));
+    let derivatives: Derivatives = |_| DMatrix::from_row_slice(3, 2, &[1e-9, 1.0, 0.0, 1.0, 1e-9, 0.0]);
+    let solution = solve(Problem { residuals, derivatives }, &[0.0, 2.000_000_5], &bounds);
+    assert!(solution.termination.converged());
+    // The free minimum is at x_2 = 7/3; on x_2 = 2.000001: 1e-9 x_1 = (1 + 6 − 2.000001)/2.
+    assert_eq!(solution.x[1], 2.000_001);
+    assert_close(solution.x[0], 2.499_999_5e9);
+}
+
+#[test]
+fn steps_into_a_region_without_residuals_are_shortened() {
+    // From 10 the full step ends at 10 − 10 ln 10 < 0: ln gives NaN, or the problem an error.
+    let solution = solve(logarithms(), &[10.0, 10.0], &Constraints::none(2));
+    assert!(solution.termination.converged());
+    assert!(solution.x.iter().all(|x| (x - 1.0).abs() <= EXACT));
+    let refusing = Problem {
+        residuals: |x| if x.min() > 0.0 { Ok(x.map(f64::ln)) } else { Err(Error::msg("negative")) },
+        derivatives: logarithms().derivatives,
+    };
+    assert_eq!(solve(refusing, &[10.0, 10.0], &Constraints::none(2)).x, solution.x);
+}
+
+#[test]
+fn a_minimum_beyond_the_residuals_is_not_called_one() {
+    let edge = Problem {
+        residuals: |x| Ok(x.map(|x| if x >= 1.0 { x } else { f64::NAN })),
+        derivatives: |_| DMatrix::identity(1, 1),
+    };
+    let solution = solve(edge, &[2.0], &Constraints::none(1));
+    assert_eq!(solution.termination, Termination::NotFinite);
+    assert!(!solution.termination.converged());
+    assert!(solution.x[0] >= 1.0 && solution.x[0] - 1.0 < EXACT);
+}
+
+#[test]
+fn dependent_parameters_share_one_minimum() {
+    // exp(x_1 + x_2) = 3 t for t = 1, 2 in the least-squares sense, x_3 without effect.
+    let problem = Problem {
+        residuals: |x| Ok(vector(&[(x[0] + x[1]).exp() - 3.0, (x[0] + x[1]).exp() - 6.0])),
+        derivatives: |x| {
+            let e = (x[0] + x[1]).exp();
+            DMatrix::from_row_slice(2, 3, &[e, e, 0.0, e, e, 0.0])
+        },
+    };
+    let bounds = Constraints::bounds(vector(&[0.0, -1.0, 0.0]), vector(&[0.7, 5.0, 1.0]));
+    for constraints in [Constraints::none(3), bounds] {
+        let solution = solve(Problem { ..problem }, &[0.0, 0.2, 0.25], &constraints);
+        assert!(solution.termination.converged());
+        assert_close(solution.x[0] + solution.x[1], 4.5f64.ln());
+        assert_eq!(solution.x[2], 0.25);
+    }
+}
+
+#[test]
+fn zero_residuals_and_a_start_at_the_minimum() {
+    let solution = solve(logarithms(), &[1.0, 1.0], &Constraints::none(2));
+    assert_eq!((solution.termination, solution.iterations), (Termination::ZeroResidual, 0));
+    let solution = solve(logarithms(), &[2.0, 0.3], &Constraints::none(2));
+    assert!(solution.termination.converged());
+    assert!(solution.iterations < 20);
+}
+
+#[test]
+fn a_wrong_jacobian_is_not_called_converged() {
+    let wrong = Problem { residuals: |x| Ok(x.clone()), derivatives: |_| -DMatrix::identity(1, 1) };
+    let solution = solve(wrong, &[2.0], &Constraints::none(1));
+    assert_eq!(solution.termination, Termination::Stalled);
+    assert_eq!(solution.x[0], 2.0);
+}
+
+#[test]
+fn the_iteration_limit_returns_the_best_point() {
+    let options = Options { max_iterations: 2, ..Options::default() };
+    let solution = minimise(logarithms(), &vector(&[10.0, 10.0]), &Constraints::none(2), &options).unwrap();
+    assert_eq!((solution.termination, solution.iterations), (Termination::MaxIterations, 2));
+    assert!(solution.cost <= 10f64.ln().powi(2));
+    assert!((solution.residuals.norm_squared() / 2.0 - solution.cost).abs() <= EXACT);
+}
+
+/// On x_1 + x_2 = 4 the minimum of ln² x_1 + ln² x_2 nearest to (1, 3) is (2, 2), by symmetry.
+#[test]
+fn an_equality_between_parameters() {
+    let mut constraints = Constraints::none(2);
+    constraints.equalities = Linear { matrix: DMatrix::from_element(1, 2, 1.0), limit: vector(&[4.0]) };
+    let solution = solve(logarithms(), &[1.0, 3.0], &constraints);
+    assert!(solution.termination.converged());
+    assert_close(solution.x[0], 2.0);
+    assert_close(solution.x[1], 2.0);
+    // With x_1 ≥ 2.5 as well both are given.
+    constraints.lower[0] = 2.5;
+    let solution = solve(logarithms(), &[3.5, 0.5], &constraints);
+    assert!(solution.termination.converged());
+    assert_eq!(solution.x, vector(&[2.5, 1.5]));
+    assert_eq!(solution.active, [Activity::AtLower, Activity::Free]);
+}
+
+#[test]
+fn an_inequality_between_parameters_active_or_not() {
+    // x_1 + x_2 ≥ 4 holds the parameters back from (1, 1); x_1 + x_2 ≤ 4 does not.
+    for (sign, expected, active) in [(-1.0, 2.0, vec![0]), (1.0, 1.0, vec![])] {
+        let mut constraints = Constraints::bounds(vector(&[0.1, 0.1]), vector(&[10.0, 10.0]));
+        constraints.inequalities =
+            Linear { matrix: DMatrix::from_element(1, 2, sign), limit: vector(&[4.0 * sign]) };
+        let solution = solve(logarithms(), &[1.0, 3.0], &constraints);
+        assert!(solution.termination.converged());
+        assert!(solution.x.iter().all(|x| (x - expected).abs() <= EXACT), "{}", solution.x);
+        assert_eq!(solution.active_inequalities, active);
+        assert_eq!(solution.active, [Activity::Free; 2]);
+    }
+}
+
+#[test]
+fn wrong_use_is_an_error() {
+    let run = |problem: Problem, start: &[f64], constraints: &Constraints| {
+        minimise(problem, &vector(start), constraints, &Options::default()).unwrap_err()
+    };
+    let none = Constraints::none(2);
+    assert!(matches!(run(logarithms(), &[], &none), OptimiseError::NoParameters));
+    assert!(matches!(run(logarithms(), &[1.0], &none), OptimiseError::Length { expected: 1, found: 2, .. }));
+    assert!(matches!(
+        run(logarithms(), &[-1.0, 1.0], &none),
+        OptimiseError::ResidualNotFinite { index: 0, .. }
+    ));
+    assert!(matches!(run(logarithms(), &[1.0, f64::NAN], &none), OptimiseError::StartNotFinite { .. }));
+    let crossed = Constraints::bounds(vector(&[0.0, 2.0]), vector(&[3.0, 1.0]));
+    assert!(matches!(run(logarithms(), &[1.0, 1.0], &crossed), OptimiseError::Bounds { index: 1, .. }));
+
+    let derivatives = logarithms().derivatives;
+    let failing = Problem { residuals: |_| Err(Error::msg("no table")), derivatives };
+    let error = run(failing, &[1.0, 1.0], &none);
+    assert!(std::error::Error::source(&error).unwrap().to_string().contains("no table"));
+    let empty = Problem { residuals: |_| Ok(DVector::zeros(0)), derivatives };
+    assert!(matches!(run(empty, &[1.0, 1.0], &none), OptimiseError::NoResiduals));
+    let infinite = Problem {
+        residuals: logarithms().residuals,
+        derivatives: |_| DMatrix::from_element(2, 2, f64::INFINITY),
+    };
+    assert!(matches!(run(infinite, &[2.0, 1.0], &none), OptimiseError::JacobianNotFinite));
+    let short = Problem { residuals: logarithms().residuals, derivatives: |_| DMatrix::zeros(1, 2) };
+    assert!(matches!(run(short, &[2.0, 1.0], &none), OptimiseError::Length { expected: 2, found: 1, .. }));
+    // A number of residuals that depends on the parameters.
+    let changing = Problem {
+        residuals: |x| Ok(DVector::repeat(if x[0] == 2.0 { 2 } else { 3 }, x[0])),
+        derivatives: |_| DMatrix::from_row_slice(2, 2, &[1.0, 0.0, 1.0, 0.0]),
+    };
+    assert!(matches!(run(changing, &[2.0, 1.0], &none), OptimiseError::Length { expected: 2, found: 3, .. }));
+    let options = Options { orthogonality: f64::NAN, ..Options::default() };
+    assert!(matches!(
+        minimise(logarithms(), &vector(&[1.0, 1.0]), &none, &options),
+        Err(OptimiseError::Orthogonality(_))
+    ));
+}
