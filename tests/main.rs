@@ -2,6 +2,6 @@
 
 mod collisions;
 mod nist;
+mod optimise;
 mod published;
 mod report;
-mod optimise;

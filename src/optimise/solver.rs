@@ -124,7 +124,6 @@ impl<'a> TrustRegion<'a> {
         let ratio = actual / step.predicted;
         if ratio <= POOR {
             // The minimum along s of the parabola through cost, slope and trial.
-            let share = if actual >= 0.0 { 0.5 } else { (0.5 * step.slope / (step.slope + actual)).max(0.1) };
             let share =
                 if actual >= 0.0 { 0.5 } else { (0.5 * step.slope / (step.slope + actual)).clamp(0.1, 0.5) };
             self.radius = share * self.radius.min(step.length / 0.1);

@@ -74,7 +74,6 @@ fn standard_deviations(solution: &Solution, residual_sum: f64) -> Vec<f64> {
     let (m, n) = solution.jacobian.shape();
     let inverse =
         solution.jacobian.clone().qr().r().solve_upper_triangular(&DMatrix::identity(n, n)).unwrap();
-    let s = (2.0 * solution.cost / (m - n) as f64).sqrt();
     let s = (residual_sum / (m - n) as f64).sqrt();
     inverse.row_iter().map(|row| s * row.norm()).collect()
 }
