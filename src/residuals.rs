@@ -200,7 +200,7 @@ pub fn coefficients(held: &Coefficients, free: &[Parameter], x: &DVector<f64>) -
 }
 
 /// The coefficient that a parameter stands for.
-fn parameter_mut(coefficients: &mut Coefficients, parameter: Parameter) -> &mut f64 {
+pub fn parameter_mut(coefficients: &mut Coefficients, parameter: Parameter) -> &mut f64 {
     match parameter {
         Parameter::Mu => &mut coefficients.mu,
         Parameter::MuS => &mut coefficients.mu_s,

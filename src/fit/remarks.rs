@@ -2,12 +2,16 @@
 
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 
+use super::run::Plateau;
 use super::{Fit, Status};
 use crate::parameters::Parameter;
 use crate::residuals::Fitted;
 
 /// A χ² this improbable, at either end, means that the stated noise does not describe the residuals.
 const IMPROBABLE: f64 = 0.001;
+
+/// Releasing a bound is worth a warning when it makes an error this many times as large.
+const WORTH_WARNING: f64 = 2.0;
 
 pub(super) fn add(
     fit: &mut Fit,
@@ -64,8 +68,8 @@ pub(super) fn add(
             Status::AtLowerBound | Status::AtUpperBound => {
                 let (side, limit) = match (estimate.status, estimate.interval_95) {
                     (Status::AtLowerBound, Some([_, end])) => ("lower", Some(format!("at most {end:.3}"))),
-                    (_, Some([end, _])) => ("upper", Some(format!("at least {end:.3}"))),
                     (Status::AtLowerBound, None) => ("lower", None),
+                    (_, Some([end, _])) => ("upper", Some(format!("at least {end:.3}"))),
                     (_, None) => ("upper", None),
                 };
                 let limit = limit.map_or(String::new(), |limit| format!(", and is {limit} at 95 % confidence"));
@@ -78,6 +82,9 @@ pub(super) fn add(
         let (Some(released), Some(conditional)) = (estimate.std_error, estimate.std_error_at_bound) else {
             continue;
         };
+        if released < WORTH_WARNING * conditional {
+            continue;
+        }
         let bound =
             fit.estimates.iter().filter(|e| matches!(e.status, Status::AtLowerBound | Status::AtUpperBound));
         let (bounds, names): (Vec<_>, Vec<_>) =
@@ -130,4 +137,19 @@ pub(super) fn add(
     }
     fit.warnings.extend(warnings);
     fit.notes.extend(notes);
+}
+
+/// Parameters that are known only to lie on a plateau.
+pub(super) fn add_plateaus(fit: &mut Fit, plateaus: &[Plateau]) {
+    for Plateau { parameter, edge, bound } in plateaus {
+        let symbol = parameter.symbol();
+        let why = match parameter {
+            Parameter::Mu => ": the contact then sticks in every shot that could tell",
+            Parameter::MuS | Parameter::E => "",
+        };
+        fit.warnings.push(format!(
+            "Every {symbol} from {edge:.4} to its bound {bound} fits these data equally{why}. {symbol} stands at the \
+             end of that range nearest to its initial value, without an error."
+        ));
+    }
 }

@@ -11,7 +11,9 @@ use crate::dataset::{Dataset, Shot};
 use crate::observable::Observable;
 use crate::optimise::{self, Constraints};
 use crate::parameters::{Parameter, Settings};
-use crate::residuals::{self, EstimatedSd, Fitted, Problem, Whitening, covariance, difference};
+use crate::residuals::{
+    self, EstimatedSd, Fitted, Problem, Whitening, covariance, difference, parameter_mut,
+};
 
 /// Re-weighting converges by a factor of ten or more a round.
 const MAX_ROUNDS: usize = 60;
@@ -60,14 +62,20 @@ pub(super) fn fit_shots(
         });
     }
     let mut combination = None;
+    let mut plateaus: Vec<Plateau> = Vec::new();
     let (minimum, estimated) = loop {
         let (minimum, estimated) = search.converge(&free)?;
         let Some(null) = uncertainty::null_direction(&minimum.jacobian) else {
             break (minimum, estimated);
         };
-        // what the data cannot tell is left where it started, and the rest fitted again
+        // what the data cannot tell is left where it started, or at the edge from which on they no
+        // longer tell it, and the rest fitted again
         let lost: Vec<Parameter> = null.iter().map(|(column, _)| free[*column]).collect();
-        if lost.len() > 1 {
+        if let [parameter] = lost[..] {
+            let plateau = search.plateau(parameter, &minimum.coefficients);
+            *parameter_mut(&mut search.initial, parameter) = plateau.edge;
+            plateaus.push(plateau);
+        } else {
             let named: Vec<_> = null.iter().map(|(column, weight)| (free[*column], *weight)).collect();
             combination = Some(named);
         }
@@ -78,12 +86,23 @@ pub(super) fn fit_shots(
     let estimates_noise = !estimated.is_empty();
     let uncertainty = uncertainty::of(&minimum, &free, settings, knows_noise, estimates_noise.then_some(dof));
 
+    let reach = uncertainty::one_sided(knows_noise, estimates_noise.then_some(dof));
     let estimates = Parameter::ALL.map(|parameter| {
         let setting = &settings[parameter];
         let own = free.iter().position(|p| *p == parameter);
-        match own {
-            Some(column) => uncertainty.estimates[column],
-            None => Estimate {
+        let plateau = plateaus.iter().find(|plateau| plateau.parameter == parameter);
+        match (own, plateau) {
+            (Some(column), _) => uncertainty.estimates[column],
+            (None, Some(plateau)) => Estimate {
+                parameter,
+                value: plateau.edge,
+                std_error: None,
+                interval_95: reach
+                    .map(|t| search.plateau_interval(plateau, &minimum.coefficients, &estimated, t)),
+                std_error_at_bound: None,
+                status: Status::Free,
+            },
+            (None, None) => Estimate {
                 parameter,
                 value: setting.initial,
                 std_error: None,
@@ -125,6 +144,7 @@ pub(super) fn fit_shots(
         notes: Vec::new(),
     };
     super::remarks::add(&mut fit, &fitted, knows_noise, combination.as_deref());
+    super::remarks::add_plateaus(&mut fit, &plateaus);
     fit.seconds = begun.elapsed().as_secs_f64();
     Ok(fit)
 }
@@ -175,6 +195,16 @@ struct Group {
     sd: f64,
     /// Whether the residuals tell it.
     estimable: bool,
+}
+
+/// A parameter on which nothing depends any more from some value on, as μ once every shot sticks.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Plateau {
+    pub parameter: Parameter,
+    /// Where the plateau begins.
+    pub edge: f64,
+    /// Its other end, a bound.
+    pub bound: f64,
 }
 
 struct Search<'a> {
@@ -231,6 +261,68 @@ impl Search<'_> {
                 }
             }
         }
+    }
+
+    /// All predictions, one after the other.
+    fn predictions(&self, at: &Coefficients) -> Vec<f64> {
+        let predicted = |shot: &Fitted| {
+            let prediction = shot.plan.predict(self.model, at).ok()?;
+            Some(prediction.values.rows(0, shot.plan.rows().len()).iter().copied().collect::<Vec<_>>())
+        };
+        self.fitted.iter().filter_map(predicted).flatten().collect()
+    }
+
+    /// From the value where the fit ended, on the plateau, back to its edge towards the start.
+    fn plateau(&self, parameter: Parameter, end: &Coefficients) -> Plateau {
+        /// Predictions on the plateau agree to rounding.
+        const SAME: f64 = 1e-12;
+        let setting = &self.settings[parameter];
+        let there = self.predictions(end);
+        let is_flat = |value: f64| {
+            let here = self.predictions(&with(end, parameter, value));
+            here.len() == there.len()
+                && here.iter().zip(&there).all(|(a, b)| (a - b).abs() <= SAME * a.abs().max(b.abs()))
+        };
+        let mut on = *parameter_mut(&mut end.clone(), parameter);
+        let mut off = setting.initial;
+        let bound = if on < off { setting.lower } else { setting.upper };
+        if is_flat(off) {
+            return Plateau { parameter, edge: off, bound };
+        }
+        while (on - off).abs() > 1e-12 {
+            let middle = 0.5 * (on + off);
+            if middle == on || middle == off {
+                break;
+            }
+            if is_flat(middle) { on = middle } else { off = middle }
+        }
+        Plateau { parameter, edge: on, bound }
+    }
+
+    /// From where χ² is t² above the plateau's to the plateau's far end, the other parameters held.
+    fn plateau_interval(&self, plateau: &Plateau, at: &Coefficients, groups: &[Group], t: f64) -> [f64; 2] {
+        let Plateau { parameter, edge, bound } = *plateau;
+        let chi2 = |value: f64| {
+            let mut sum = 0.0;
+            self.each_residual(&with(at, parameter, value), |row, d, from_inputs| {
+                let group = groups.iter().find(|g| g.observable == row.observable);
+                let sd = row.measured.sd.or(group.map(|g| g.sd)).unwrap_or(f64::NAN);
+                sum += d * d / (sd * sd + from_inputs);
+            });
+            sum
+        };
+        let top = chi2(edge) + t * t;
+        let setting = &self.settings[parameter];
+        let (mut inside, mut outside) = (edge, if bound > edge { setting.lower } else { setting.upper });
+        if chi2(outside) > top {
+            for _ in 0..60 {
+                let middle = 0.5 * (inside + outside);
+                if chi2(middle) > top { outside = middle } else { inside = middle }
+            }
+        } else {
+            inside = outside;
+        }
+        [inside.min(bound), inside.max(bound)]
     }
 
     /// Fits the free parameters, the others at their initial values, until the weights rest.
@@ -333,6 +425,13 @@ impl Search<'_> {
         }
         changed
     }
+}
+
+/// The coefficients with one of them changed.
+fn with(coefficients: &Coefficients, parameter: Parameter, value: f64) -> Coefficients {
+    let mut changed = *coefficients;
+    *parameter_mut(&mut changed, parameter) = value;
+    changed
 }
 
 fn residual_rows(

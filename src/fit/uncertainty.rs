@@ -156,6 +156,11 @@ pub(super) fn of(
     Uncertainty { estimates, correlation }
 }
 
+/// How many standard errors a one-sided 95 % limit is away; `None` where no error can be stated.
+pub(super) fn one_sided(knows_noise: bool, estimated_dof: Option<usize>) -> Option<f64> {
+    Quantiles::new(estimated_dof).filter(|_| knows_noise).map(|quantiles| quantiles.one_sided)
+}
+
 /// Quantiles of the standard error: normal where the noise is stated, Student's t where it was
 /// estimated from the residuals.
 struct Quantiles {
