@@ -33,7 +33,7 @@ use solver::TrustRegion;
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Options {
     /// The most steps that are tried. 1000 by default: the hardest certified problem
-    /// (Bennett5) takes 800, fits of collisions take ten.
+    /// of NIST takes 810, most take ten to twenty.
     pub max_iterations: u32,
     /// Stop when ‖J s‖ ≤ this · ‖r‖ for a full step s that the constraints allow. A step at that point
     /// is about this · √(m − n) standard errors long. 1e-14 by default, which is rounding: to
