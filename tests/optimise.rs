@@ -102,7 +102,7 @@ fn two_active_bounds() {
         assert!(solution.termination.converged());
         assert_eq!((solution.x[0], solution.x[2]), (0.18, 0.2));
         assert_eq!(solution.active, [Activity::AtUpper, Activity::Free, Activity::AtLower, Activity::Free]);
-        assert_close(solution.x[1], 0.497_198_395_389_635_87);
+        assert_close(solution.x[1], 0.497_198_395_389_635_9);
         assert_close(solution.x[3], 0.259_636_924_077_753_3);
         assert_close(2.0 * solution.cost, 3.833_944_413_024_644_5e-4);
     }
