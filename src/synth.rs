@@ -1,6 +1,7 @@
 //! Synthetic data sets from known parameters and noise: what a fit must recover.
 
 use std::fmt::Write as _;
+use std::path::Path;
 
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -10,7 +11,7 @@ use statrs::distribution::{ContinuousCDF, Normal};
 use crate::ball::{Ball, BallState, Vec3};
 use crate::collision::{Coefficients, Fidelity, Model, NotACollision};
 use crate::contact::{CollisionFrame, cue_velocity};
-use crate::dataset::{Before, Measured, Measurement, Shot, Spin};
+use crate::dataset::{Before, DatasetError, Measured, Measurement, Shot, Spin, manifest};
 use crate::observable::Observable;
 use crate::predict::{Plan, Unpredictable};
 
@@ -114,6 +115,14 @@ pub enum BadSpec {
     Unpredictable(#[from] Unpredictable),
 }
 
+/// Reads a SPEC.toml.
+///
+/// # Errors
+/// What is wrong with it, with line and position.
+pub fn read(path: &Path) -> Result<Spec, DatasetError> {
+    manifest::read_toml(path)
+}
+
 /// Makes `dataset.toml`, `shots.csv` and `truth.json`, as (file name, content).
 ///
 /// # Errors
@@ -128,12 +137,19 @@ pub fn generate(spec: &Spec) -> Result<Vec<(&'static str, String)>, BadSpec> {
     let truth = serde_json::json!({
         "mu": spec.truth.mu, "mu_s": spec.truth.mu_s, "e": spec.truth.e, "seed": spec.seed,
     });
-    Ok(vec![("dataset.toml", manifest(spec)), ("shots.csv", table), ("truth.json", format!("{truth:#}\n"))])
+    Ok(vec![
+        ("dataset.toml", manifest_text(spec)),
+        ("shots.csv", table),
+        ("truth.json", format!("{truth:#}\n")),
+    ])
 }
 
 fn check(spec: &Spec) -> Result<(), BadSpec> {
     let fail = |key, value: String, expected| Err(BadSpec::Value { key, value, expected });
     let Shots { count, speed_m_s: [slow, fast], cut_deg: [thick, thin], ref cue_spin } = spec.shots;
+    if spec.name.is_empty() || spec.name.contains(['/', '\\']) || spec.name.starts_with('.') {
+        return fail("name", format!("\"{}\"", spec.name), "a name that can name a folder");
+    }
     if count == 0 {
         return fail("shots.count", "0".into(), "at least 1");
     }
@@ -161,7 +177,7 @@ fn check(spec: &Spec) -> Result<(), BadSpec> {
 }
 
 /// `dataset.toml` of the made data.
-fn manifest(spec: &Spec) -> String {
+fn manifest_text(spec: &Spec) -> String {
     let BallSpec { radius_m, mass_kg, inertia } = spec.ball;
     let Truth { mu, mu_s, e } = spec.truth;
     let kind = if spec.kind == Kind::Impacts { "impacts" } else { "angles" };

@@ -4,4 +4,6 @@ mod collisions;
 mod nist;
 mod optimise;
 mod published;
+mod recovery;
 mod report;
+mod shipped;

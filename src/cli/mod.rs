@@ -4,6 +4,7 @@
 mod collide;
 mod fit;
 mod progress;
+mod synth;
 
 use std::process::ExitCode;
 
@@ -25,6 +26,8 @@ enum Command {
     Fit(fit::Args),
     /// Compute one collision, or a file of them
     Collide(collide::Args),
+    /// Make a synthetic data set from known parameters and noise
+    Synth(synth::Args),
 }
 
 /// Why a command ended without its result.
@@ -75,6 +78,7 @@ pub fn run() -> ExitCode {
     let result = match Cli::parse().command {
         Command::Fit(args) => fit::run(&args),
         Command::Collide(args) => collide::run(&args),
+        Command::Synth(args) => synth::run(&args),
     };
     match result {
         Ok(()) => ExitCode::SUCCESS,

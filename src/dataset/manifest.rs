@@ -4,7 +4,7 @@ use std::ops::Range;
 use std::path::{Path, PathBuf};
 
 use serde::Deserialize;
-use serde::de::IgnoredAny;
+use serde::de::{DeserializeOwned, IgnoredAny};
 use toml::Spanned;
 
 use super::error::{DatasetError, Problems, did_you_mean};
@@ -128,36 +128,47 @@ impl Manifest {
     /// Reads and checks it, all but the tables.
     pub(super) fn read(path: &Path) -> Result<Self, DatasetError> {
         let mut problems = Problems::of_dataset(path);
-        let text = match std::fs::read(path).map(String::from_utf8) {
-            Ok(Ok(text)) => text,
-            Ok(Err(_)) => {
-                problems.add(path, None, None, "is not UTF-8 text");
-                return Err(problems.into_error());
-            }
-            Err(error) => {
-                problems.add(path, None, None, format!("cannot be read: {error}"));
-                return Err(problems.into_error());
-            }
-        };
+        let Some(text) = read_text(path, &mut problems) else { return Err(problems.into_error()) };
         let source = Source { path, text: &text };
-        let raw: RawManifest = match toml::from_str(&text) {
-            Ok(raw) => raw,
-            Err(error) => {
-                let message = with_suggestion(error.message());
-                match error.span() {
-                    Some(span) => {
-                        let shown = text.get(span.clone()).filter(|s| !s.contains('\n') && !s.is_empty());
-                        let shown = shown.map_or(String::new(), |s| format!("{s}: "));
-                        source.add(&mut problems, &span, format!("{shown}{message}"));
-                    }
-                    None => problems.add(path, None, None, message),
-                }
-                return Err(problems.into_error());
-            }
+        let Some(raw) = parse::<RawManifest>(&source, &mut problems) else {
+            return Err(problems.into_error());
         };
         let manifest = raw.check(&source, &mut problems);
         problems.into_result(manifest)
     }
+}
+
+/// Reads a TOML file of another shape, with the same care for what is wrong with it.
+pub(crate) fn read_toml<T: DeserializeOwned>(path: &Path) -> Result<T, DatasetError> {
+    let mut problems = Problems::new(format!("{} cannot be used:", path.display()));
+    let Some(text) = read_text(path, &mut problems) else { return Err(problems.into_error()) };
+    parse(&Source { path, text: &text }, &mut problems).ok_or_else(|| problems.into_error())
+}
+
+fn read_text(path: &Path, problems: &mut Problems) -> Option<String> {
+    match std::fs::read(path).map(String::from_utf8) {
+        Ok(Ok(text)) => return Some(text),
+        Ok(Err(_)) => problems.add(path, None, None, "is not UTF-8 text"),
+        Err(error) => problems.add(path, None, None, format!("cannot be read: {error}")),
+    }
+    None
+}
+
+fn parse<T: DeserializeOwned>(source: &Source, problems: &mut Problems) -> Option<T> {
+    let error = match toml::from_str(source.text) {
+        Ok(parsed) => return Some(parsed),
+        Err(error) => error,
+    };
+    let message = with_suggestion(error.message());
+    match error.span() {
+        Some(span) => {
+            let shown = source.text.get(span.clone()).filter(|s| !s.contains('\n') && !s.is_empty());
+            let shown = shown.map_or(String::new(), |s| format!("{s}: "));
+            source.add(problems, &span, format!("{shown}{message}"));
+        }
+        None => problems.add(source.path, None, None, message),
+    }
+    None
 }
 
 /// serde's message, with the nearest of the names that it lists.

@@ -3,7 +3,7 @@
 mod angles;
 pub(crate) mod error;
 mod impacts;
-mod manifest;
+pub(crate) mod manifest;
 mod rows;
 pub(crate) mod table;
 

@@ -1,7 +1,9 @@
 //! Data set + settings → [`Fit`]: estimates, uncertainties, residuals, and what to think of them.
 
+mod kink;
 mod remarks;
 mod run;
+mod search;
 mod uncertainty;
 
 use std::path::PathBuf;

@@ -2,7 +2,7 @@
 
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 
-use super::run::Plateau;
+use super::search::Plateau;
 use super::{Fit, Status};
 use crate::parameters::Parameter;
 use crate::residuals::Fitted;
@@ -26,8 +26,7 @@ pub(super) fn add(
     }
     if !knows_noise {
         warnings.push(
-            "The data give no standard deviations and leave too few degrees of freedom to estimate them: \
-             the estimates have no error."
+            "No errors: the data state no standard deviations and leave no degrees of freedom to estimate them."
                 .to_string(),
         );
     }
@@ -67,9 +66,9 @@ pub(super) fn add(
             )),
             Status::AtLowerBound | Status::AtUpperBound => {
                 let (side, limit) = match (estimate.status, estimate.interval_95) {
-                    (Status::AtLowerBound, Some([_, end])) => ("lower", Some(format!("at most {end:.3}"))),
+                    (Status::AtLowerBound, Some([_, end])) => ("lower", Some(format!("at most {end:.2}"))),
                     (Status::AtLowerBound, None) => ("lower", None),
-                    (_, Some([end, _])) => ("upper", Some(format!("at least {end:.3}"))),
+                    (_, Some([end, _])) => ("upper", Some(format!("at least {end:.2}"))),
                     (_, None) => ("upper", None),
                 };
                 let limit = limit.map_or(String::new(), |limit| format!(", and is {limit} at 95 % confidence"));
@@ -144,12 +143,11 @@ pub(super) fn add_plateaus(fit: &mut Fit, plateaus: &[Plateau]) {
     for Plateau { parameter, edge, bound } in plateaus {
         let symbol = parameter.symbol();
         let why = match parameter {
-            Parameter::Mu => ": the contact then sticks in every shot that could tell",
+            Parameter::Mu => " (the contact then sticks)",
             Parameter::MuS | Parameter::E => "",
         };
         fit.warnings.push(format!(
-            "Every {symbol} from {edge:.4} to its bound {bound} fits these data equally{why}. {symbol} stands at the \
-             end of that range nearest to its initial value, without an error."
+            "{symbol}: every value from {edge:.4} to the bound {bound} fits equally{why}; {edge:.4} is given."
         ));
     }
 }

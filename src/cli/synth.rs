@@ -1,0 +1,55 @@
+//! `caromfit synth`: a synthetic data set.
+
+use std::path::PathBuf;
+
+use caromfit::report::write;
+use caromfit::synth;
+
+use super::{Failure, print};
+
+/// Makes dataset.toml, shots.csv and truth.json in DIR, the same for the same SPEC.
+#[derive(clap::Args)]
+#[command(after_long_help = r#"A SPEC.toml:
+
+    name = "two-cloths-a"
+    kind = "impacts"                  # impacts | angles
+    seed = 1
+
+    [truth]
+    mu = 0.05
+    mu_s = 0.3
+    e = 0.94
+
+    [shots]
+    count = 40
+    speed_m_s = [1.0, 4.0]
+    cut_deg = [-50.0, 50.0]
+    cue_spin = ["natural-roll"]       # any of stun, natural-roll, draw, side; played in turn
+
+    [noise]                           # standard deviations; left out means exact
+    velocity_m_s = 0.005              # every velocity and speed after the impact, and before (impacts)
+    line_of_centres_deg = 0.1         # impacts
+    spin_rad_s = 1.0                  # impacts, where spins are given
+    angle_deg = 0.3                   # angles
+
+    [ball]                            # optional
+    radius_m = 0.028575
+
+Example: caromfit synth spec.toml --out data/two-cloths-a"#)]
+pub struct Args {
+    /// What to make; see below
+    #[arg(value_name = "SPEC.toml")]
+    spec: PathBuf,
+    /// The folder to make it in
+    #[arg(long, value_name = "DIR")]
+    out: PathBuf,
+}
+
+pub fn run(args: &Args) -> Result<(), Failure> {
+    let spec = synth::read(&args.spec).map_err(Failure::input)?;
+    let files = synth::generate(&spec)
+        .map_err(|error| Failure::input(format!("{}: {error}", args.spec.display())))?;
+    let files: Vec<_> = files.into_iter().map(|(name, text)| (name, text.into_bytes())).collect();
+    write::write_files(&files, &args.out).map_err(Failure::work)?;
+    print(&format!("{} shots in {}\n", spec.shots.count, args.out.display()))
+}

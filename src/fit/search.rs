@@ -1,0 +1,286 @@
+//! The search for the minimum: weights, optimiser, and again until the weights rest; and what lies
+//! on a plateau.
+
+use nalgebra::{DMatrix, DVector};
+
+use super::uncertainty::{self, Minimum};
+use super::{FitError, kink};
+use crate::collision::{Coefficients, Model};
+use crate::dataset::Measurement;
+use crate::observable::Observable;
+use crate::optimise::Constraints;
+use crate::parameters::{Parameter, Setting, Settings};
+use crate::residuals::{self, EstimatedSd, Fitted, Problem, Whitening, difference, parameter_mut};
+
+/// Re-weighting converges by a factor of ten or more a round.
+const MAX_ROUNDS: usize = 60;
+
+/// Weights rest when no estimated standard deviation and no parameter moves by more than this part.
+const AT_REST: f64 = 1e-10;
+
+/// An observable's variance needs at least this many degrees of freedom of its own.
+const MIN_OWN_DOF: f64 = 0.5;
+
+/// A residual standard deviation below this part of its first value is an exact fit.
+const EXACT: f64 = 1e-9;
+
+/// The noise of an observable without stated standard deviations.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Group {
+    pub observable: Observable,
+    pub sd: f64,
+    /// The first guess, against which a residual is seen to vanish.
+    first: f64,
+    /// Whether the residuals tell it.
+    pub estimable: bool,
+}
+
+/// A parameter on which nothing depends any more from some value on, as μ once every shot sticks.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Plateau {
+    pub parameter: Parameter,
+    /// Where the plateau begins.
+    pub edge: f64,
+    /// Its other end, a bound.
+    pub bound: f64,
+}
+
+pub(super) struct Search<'a> {
+    pub fitted: &'a [Fitted],
+    pub model: &'a Model,
+    pub settings: &'a Settings,
+    /// Where the fit starts, and what parameters that are not free are held at.
+    pub initial: Coefficients,
+}
+
+impl Search<'_> {
+    /// Parameters that no observation depends on at these values, and that have no prior.
+    pub(super) fn silent(&self, at: &Coefficients) -> Vec<Parameter> {
+        let mut informed = [false; 3];
+        for shot in self.fitted {
+            if let Ok(prediction) = shot.plan.predict(self.model, at) {
+                let by = prediction.by_coefficients.rows(0, shot.plan.rows().len());
+                for (parameter, informed) in informed.iter_mut().enumerate() {
+                    *informed |= by.column(parameter).iter().any(|d| *d != 0.0);
+                }
+            }
+        }
+        let silent = |p: &Parameter| !informed[*p as usize] && self.settings[*p].prior.is_none();
+        Parameter::ALL.into_iter().filter(silent).collect()
+    }
+
+    /// Residuals of each observable without stated errors: root mean square at `at`.
+    fn first_noise(&self, at: &Coefficients) -> Vec<Group> {
+        let mut groups: Vec<(Observable, f64, usize)> = Vec::new();
+        self.each_residual(at, |row, d, _| {
+            if row.measured.sd.is_some() {
+                return;
+            }
+            let known = groups.iter().position(|g| g.0 == row.observable);
+            let index = known.unwrap_or_else(|| {
+                groups.push((row.observable, 0.0, 0));
+                groups.len() - 1
+            });
+            groups[index].1 += d * d;
+            groups[index].2 += 1;
+        });
+        let sd = |sum: f64, count: usize| if sum > 0.0 { (sum / count as f64).sqrt() } else { 1.0 };
+        let group = |(observable, sum, count)| {
+            let sd = sd(sum, count);
+            Group { observable, sd, first: sd, estimable: true }
+        };
+        groups.into_iter().map(group).collect()
+    }
+
+    /// Calls `f(row, difference, variance from the inputs)` for every observation.
+    fn each_residual(&self, at: &Coefficients, mut f: impl FnMut(&Measurement, f64, f64)) {
+        for shot in self.fitted {
+            if let Ok(prediction) = shot.plan.predict(self.model, at) {
+                for (i, row) in shot.plan.rows().iter().enumerate() {
+                    let d = difference(row.observable, prediction.values[i], row.measured.value);
+                    let g = prediction.by_inputs.row(i).transpose();
+                    f(row, d, g.component_mul(&g).dot(shot.plan.variance_in()));
+                }
+            }
+        }
+    }
+
+    /// All predictions, one after the other.
+    fn predictions(&self, at: &Coefficients) -> Vec<f64> {
+        let predicted = |shot: &Fitted| {
+            let prediction = shot.plan.predict(self.model, at).ok()?;
+            Some(prediction.values.rows(0, shot.plan.rows().len()).iter().copied().collect::<Vec<_>>())
+        };
+        self.fitted.iter().filter_map(predicted).flatten().collect()
+    }
+
+    /// From the value where the fit ended, on the plateau, back to its edge towards the start.
+    pub(super) fn plateau(&self, parameter: Parameter, end: &Coefficients) -> Plateau {
+        /// Predictions on the plateau agree to rounding.
+        const SAME: f64 = 1e-12;
+        let setting = &self.settings[parameter];
+        let there = self.predictions(end);
+        let is_flat = |value: f64| {
+            let here = self.predictions(&with(end, parameter, value));
+            here.len() == there.len()
+                && here.iter().zip(&there).all(|(a, b)| (a - b).abs() <= SAME * a.abs().max(b.abs()))
+        };
+        let mut on = *parameter_mut(&mut end.clone(), parameter);
+        let mut off = setting.initial;
+        let bound = if on < off { setting.lower } else { setting.upper };
+        if is_flat(off) {
+            return Plateau { parameter, edge: off, bound };
+        }
+        while (on - off).abs() > 1e-12 {
+            let middle = 0.5 * (on + off);
+            if middle == on || middle == off {
+                break;
+            }
+            if is_flat(middle) { on = middle } else { off = middle }
+        }
+        Plateau { parameter, edge: on, bound }
+    }
+
+    /// From where χ² is t² above the plateau's to the plateau's far end, the other parameters held.
+    pub(super) fn plateau_interval(
+        &self,
+        plateau: &Plateau,
+        at: &Coefficients,
+        groups: &[Group],
+        t: f64,
+    ) -> [f64; 2] {
+        let Plateau { parameter, edge, bound } = *plateau;
+        let chi2 = |value: f64| {
+            let mut sum = 0.0;
+            self.each_residual(&with(at, parameter, value), |row, d, from_inputs| {
+                let group = groups.iter().find(|g| g.observable == row.observable);
+                let sd = row.measured.sd.or(group.map(|g| g.sd)).unwrap_or(f64::NAN);
+                sum += d * d / (sd * sd + from_inputs);
+            });
+            sum
+        };
+        let top = chi2(edge) + t * t;
+        let setting = &self.settings[parameter];
+        let (mut inside, mut outside) = (edge, if bound > edge { setting.lower } else { setting.upper });
+        if chi2(outside) > top {
+            for _ in 0..60 {
+                let middle = 0.5 * (inside + outside);
+                if chi2(middle) > top { outside = middle } else { inside = middle }
+            }
+        } else {
+            inside = outside;
+        }
+        [inside.min(bound), inside.max(bound)]
+    }
+
+    /// Fits the free parameters, the others at their initial values, until the weights rest.
+    pub(super) fn converge(&mut self, free: &[Parameter]) -> Result<(Minimum, Vec<Group>), FitError> {
+        let bounds = |pick: fn(&Setting) -> f64| {
+            DVector::from_iterator(free.len(), free.iter().map(|p| pick(&self.settings[*p])))
+        };
+        let constraints = Constraints::bounds(bounds(|s| s.lower), bounds(|s| s.upper));
+        let mut x = bounds(|s| s.initial);
+        let mut coefficients = self.initial;
+        let mut groups = self.first_noise(&coefficients);
+        let weights_move =
+            !groups.is_empty() || self.fitted.iter().any(|s| s.plan.variance_in().amax() > 0.0);
+        let mut iterations = 0;
+        for round in 0.. {
+            let sds: EstimatedSd = groups.iter().map(|g| (g.observable, g.sd)).collect();
+            let whitening =
+                Whitening::new(self.fitted, self.model, &coefficients, &sds).ok_or(FitError::NoWeights)?;
+            if free.is_empty() {
+                let problem =
+                    Problem::new(self.fitted, self.model, self.settings, free, self.initial, &whitening);
+                let (residuals, jacobian) = problem.evaluate_at(&x);
+                self.reweigh(&mut groups, &coefficients, &jacobian);
+                let minimum = Minimum {
+                    coefficients,
+                    cost: 0.5 * residuals.norm_squared(),
+                    gradient: x.clone(),
+                    x,
+                    jacobian,
+                    active: Vec::new(),
+                    termination: "nothing to fit: every parameter is fixed or silent".to_string(),
+                    converged: true,
+                    iterations: 0,
+                };
+                return Ok((minimum, groups));
+            }
+            let (solution, at_kink) = kink::minimise(self, free, &x, &constraints, &whitening)?;
+            iterations += solution.iterations as usize;
+            let moved = (&solution.x - &x).amax();
+            x = solution.x.clone();
+            coefficients = residuals::coefficients(&self.initial, free, &x);
+            let changed = self.reweigh(&mut groups, &coefficients, &solution.jacobian);
+            let rest = !weights_move || (moved.max(changed) < AT_REST);
+            if rest || round + 1 == MAX_ROUNDS {
+                let converged = (solution.termination.converged() || at_kink) && rest;
+                let mut termination = solution.termination.to_string();
+                if at_kink {
+                    termination = kink::TERMINATION.to_string();
+                }
+                if !rest {
+                    termination =
+                        format!("the weights did not come to rest in {MAX_ROUNDS} rounds; {termination}");
+                }
+                let minimum = Minimum {
+                    coefficients,
+                    x: solution.x,
+                    cost: solution.cost,
+                    gradient: solution.jacobian.tr_mul(&solution.residuals),
+                    jacobian: solution.jacobian,
+                    active: solution.active,
+                    termination,
+                    converged,
+                    iterations,
+                };
+                return Ok((minimum, groups));
+            }
+        }
+        Err(FitError::NoWeights)
+    }
+
+    /// σ² = Σd²/(n − Σh) with the leverages h of the observable's rows (restricted maximum
+    /// likelihood), less what the errors of the state before the impact explain. Returns the
+    /// largest relative change.
+    fn reweigh(&self, groups: &mut [Group], at: &Coefficients, jacobian: &DMatrix<f64>) -> f64 {
+        if groups.is_empty() {
+            return 0.0;
+        }
+        let leverage = uncertainty::leverages(jacobian);
+        let mut sums = vec![[0.0; 4]; groups.len()];
+        let mut row_number = 0;
+        self.each_residual(at, |row, d, from_inputs| {
+            if let Some(group) =
+                groups.iter().position(|g| g.observable == row.observable && row.measured.sd.is_none())
+            {
+                for (sum, term) in sums[group].iter_mut().zip([d * d, 1.0, leverage[row_number], from_inputs])
+                {
+                    *sum += term;
+                }
+            }
+            row_number += 1;
+        });
+        let mut changed = 0.0_f64;
+        for (group, [square, count, leverage, from_inputs]) in groups.iter_mut().zip(sums) {
+            let own_dof = count - leverage;
+            group.estimable = own_dof >= MIN_OWN_DOF;
+            if !group.estimable {
+                continue;
+            }
+            let variance = square / own_dof - from_inputs / count;
+            let sd = variance.max((EXACT * group.first).powi(2)).sqrt();
+            changed = changed.max((sd / group.sd - 1.0).abs());
+            group.sd = sd;
+        }
+        changed
+    }
+}
+
+/// The coefficients with one of them changed.
+fn with(coefficients: &Coefficients, parameter: Parameter, value: f64) -> Coefficients {
+    let mut changed = *coefficients;
+    *parameter_mut(&mut changed, parameter) = value;
+    changed
+}

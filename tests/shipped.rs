@@ -1,0 +1,112 @@
+//! The data sets that ship, against independent calculations.
+
+use std::path::Path;
+
+use caromfit::dataset::{self, Dataset};
+use caromfit::fit::{self, Estimate, Fit, Options, Status};
+use caromfit::observable::Observable;
+use caromfit::parameters::Parameter;
+
+fn load(name: &str) -> Dataset {
+    dataset::load(&Path::new(env!("CARGO_MANIFEST_DIR")).join("data").join(name)).unwrap()
+}
+
+fn estimate(fit: &Fit, parameter: Parameter) -> Estimate {
+    fit.estimates[parameter as usize]
+}
+
+fn rms_deg(fit: &Fit, observable: Observable) -> f64 {
+    fit.noise.iter().find(|noise| noise.observable == observable).unwrap().rms.to_degrees()
+}
+
+/// Half of the last digit that the independent calculation gives.
+fn agrees(value: f64, expected: f64, half_digit: f64) {
+    assert!((value - expected).abs() <= half_digit, "{value}, expected {expected}");
+}
+
+#[test]
+fn domenech_without_cloth() {
+    let fit = &fit::fit(&load("domenech-2023"), &Options::default()).unwrap()[0];
+    let (mu, e) = (estimate(fit, Parameter::Mu), estimate(fit, Parameter::E));
+    agrees(mu.value, 0.1014, 5e-5);
+    agrees(mu.std_error.unwrap(), 0.0027, 5e-5);
+    agrees(e.value, 0.968, 5e-4);
+    agrees(e.std_error.unwrap(), 0.0034, 5e-5);
+    agrees(rms_deg(fit, Observable::Throw), 0.69, 5e-3);
+    agrees(rms_deg(fit, Observable::CueTurn), 1.70, 5e-3);
+    assert!(fit.notes.iter().any(|note| note.contains("no standard deviation")));
+}
+
+#[test]
+fn domenech_with_cloth_ends_on_the_bound_and_says_what_that_means() {
+    let mut dataset = load("domenech-2023");
+    dataset.settings[Parameter::MuS] = Parameter::MuS.default_setting();
+    let fit = &fit::fit(&dataset, &Options::default()).unwrap()[0];
+    let (mu_s, e) = (estimate(fit, Parameter::MuS), estimate(fit, Parameter::E));
+    assert_eq!((mu_s.value, mu_s.status), (0.0, Status::AtLowerBound));
+    assert!(mu_s.std_error.is_none());
+    let times = e.std_error.unwrap() / e.std_error_at_bound.unwrap();
+    assert!((8.0..13.0).contains(&times), "e is {times} times less certain");
+    let all = fit.warnings.join("\n");
+    assert!(
+        all.contains("μ_s ends on its lower bound 0") && all.contains("hardly tell e from μ·μ_s"),
+        "{all}"
+    );
+}
+
+#[test]
+fn alciatore_throw_falls_with_speed() {
+    let fits = fit::fit(&load("alciatore-2006"), &Options::default()).unwrap();
+    for (fit, (label, mu)) in fits.iter().zip([("slow", 0.095), ("medium", 0.070), ("fast", 0.049)]) {
+        assert_eq!(fit.group.as_ref().unwrap().1, label);
+        agrees(estimate(fit, Parameter::Mu).value, mu, 5e-4);
+        assert_eq!(estimate(fit, Parameter::MuS).status, Status::NotIdentified);
+        assert_eq!(estimate(fit, Parameter::E).status, Status::Fixed);
+    }
+}
+
+#[test]
+fn throws_beyond_sticking_are_said_to_be_so() {
+    let fits = fit::fit(&load("alciatore-2014-treatments"), &Options::default()).unwrap();
+    let fit = fits.iter().find(|fit| fit.group.as_ref().is_some_and(|(_, label)| label == "new")).unwrap();
+    let mu = estimate(fit, Parameter::Mu);
+    // a stun shot sticks from tan φ = μβ_y(1 + e) on
+    let sticks = 30_f64.to_radians().tan() / (3.5 * 1.94);
+    agrees(mu.value, sticks, 1e-9);
+    assert!(
+        mu.std_error.is_none() && fit.warnings[0].contains("the contact then sticks"),
+        "{:?}",
+        fit.warnings
+    );
+}
+
+#[test]
+fn the_shipped_results_are_those_of_this_version() {
+    /// The same arithmetic on another machine differs by roundings, which the fit magnifies.
+    const SAME: f64 = 1e-6;
+    let mut compared = 0;
+    for name in [
+        "alciatore-2006",
+        "alciatore-2014-speed",
+        "alciatore-2014-treatments",
+        "domenech-2023",
+        "mathavan-2014",
+    ] {
+        for fit in fit::fit(&load(name), &Options::default()).unwrap() {
+            let mut path = Path::new(env!("CARGO_MANIFEST_DIR")).join("fits").join(name);
+            if let Some((_, label)) = &fit.group {
+                path.push(caromfit::report::folder_name(label));
+            }
+            let text = std::fs::read_to_string(path.join("fit.json")).unwrap();
+            let shipped: serde_json::Value = serde_json::from_str(&text).unwrap();
+            for estimate in fit.estimates {
+                let own = &shipped["parameters"][estimate.parameter.name()];
+                assert_eq!(own["status"], estimate.status.name(), "{}", path.display());
+                agrees(own["estimate"].as_f64().unwrap(), estimate.value, SAME);
+                assert_eq!(own["std_error"].is_null(), estimate.std_error.is_none());
+                compared += 1;
+            }
+        }
+    }
+    assert_eq!(compared, 3 * 22);
+}
