@@ -103,10 +103,10 @@ fn slip_integrals(y: f64, z: f64, gamma: f64, u: f64) -> [f64; 3] {
         (0.906_179_845_938_664, 0.236_926_885_056_189_1),
     ];
     let (from, panels) = (u.powf(1.0 / 12.0), 100);
-    let half = (1.0 - from) / (2 * panels) as f64;
+    let half = (1.0 - from) / f64::from(2 * panels);
     let mut sums = [0.0; 3];
     for panel in 0..panels {
-        let middle = from + half * (2 * panel + 1) as f64;
+        let middle = from + half * f64::from(2 * panel + 1);
         for (t, w) in RULE {
             for x in if t == 0.0 { vec![middle] } else { vec![middle - half * t, middle + half * t] } {
                 let s = x.powi(12);

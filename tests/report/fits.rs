@@ -101,12 +101,12 @@ pub fn restricted() -> Fit {
 /// As many parameters as observations: no standard deviations.
 pub fn exact() -> Fit {
     let mut fit = normal();
-    fit.dataset = "one-shot".to_owned();
+    fit.dataset = "one-shot".into();
     fit.residuals.truncate(1);
     fit.residuals[0].sd = NAN;
     fit.residuals[0].standardized = NAN;
     fit.residuals[0].speed = None;
-    fit.residuals[0].shot = "a \"quoted\", shot".to_owned();
+    fit.residuals[0].shot = "a \"quoted\", shot".into();
     fit.estimates = [
         without_error(Parameter::Mu, 0.095_1, Status::Free),
         without_error(Parameter::MuS, 0.3, Status::Fixed),
@@ -134,7 +134,7 @@ pub fn synthetic(name: &str, observables: &[Observable], shots: usize, seed: u64
     let mut normal_deviate = move || (0..12).map(|_| rng.random::<f64>()).sum::<f64>() - 6.0;
     let mut rng = ChaCha8Rng::seed_from_u64(seed + 1);
     let mut fit = normal();
-    fit.dataset = name.to_owned();
+    fit.dataset = name.into();
     fit.residuals.clear();
     for shot in 0..shots {
         let cut = rng.random_range(0.0..75.0_f64).to_radians();
