@@ -14,3 +14,4 @@ mod quadrature;
 pub mod report;
 pub mod residuals;
 pub mod synth;
+pub mod track;
