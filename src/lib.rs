@@ -2,10 +2,12 @@
 //! the friction of the cloth on the object ball μ_s, and the coefficient of restitution e.
 pub mod ball;
 pub mod cases;
+pub mod cloth;
 pub mod collision;
 pub mod contact;
 pub mod dataset;
 pub mod fit;
+pub mod impact;
 pub mod observable;
 pub mod optimise;
 pub mod parameters;

@@ -29,6 +29,8 @@ fn spec(kind: Kind, cue_spin: &[Played], seed: u64) -> Spec {
         },
         noise: Noise { velocity_m_s: 0.004, line_of_centres_deg: 0.05, spin_rad_s: 0.5, angle_deg: 0.2 },
         ball: BallSpec::default(),
+        camera: synth::Camera::default(),
+        cloth: synth::ClothSpec::default(),
     }
 }
 

@@ -1,5 +1,7 @@
 //! Synthetic data sets from known parameters and noise: what a fit must recover.
 
+mod tracks;
+
 use std::fmt::Write as _;
 use std::path::Path;
 
@@ -14,6 +16,9 @@ use crate::contact::{CollisionFrame, cue_velocity};
 use crate::dataset::{Before, DatasetError, Measured, Measurement, Shot, Spin, manifest};
 use crate::observable::Observable;
 use crate::predict::{Plan, Unpredictable};
+use crate::track::TrackShot;
+
+pub use tracks::{Camera, ClothSpec, TrueImpact};
 
 /// What to make: the content of a SPEC.toml.
 #[derive(Clone, Debug, Deserialize, Serialize)]
@@ -30,6 +35,12 @@ pub struct Spec {
     pub noise: Noise,
     #[serde(default)]
     pub ball: BallSpec,
+    /// Kind `tracks`.
+    #[serde(default)]
+    pub camera: Camera,
+    /// Kind `tracks`.
+    #[serde(default)]
+    pub cloth: ClothSpec,
 }
 
 #[derive(Clone, Copy, Debug, Deserialize, Serialize, PartialEq, Eq)]
@@ -37,6 +48,7 @@ pub struct Spec {
 pub enum Kind {
     Impacts,
     Angles,
+    Tracks,
 }
 
 /// The parameters that the fit should find.
@@ -130,18 +142,33 @@ pub fn read(path: &Path) -> Result<Spec, DatasetError> {
 pub fn generate(spec: &Spec) -> Result<Vec<(&'static str, String)>, BadSpec> {
     check(spec)?;
     let mut maker = Maker::new(spec);
-    let table = match spec.kind {
-        Kind::Impacts => maker.impacts()?,
-        Kind::Angles => maker.angles()?,
+    let mut files = match spec.kind {
+        Kind::Impacts => vec![("shots.csv", maker.impacts()?)],
+        Kind::Angles => vec![("shots.csv", maker.angles()?)],
+        Kind::Tracks => {
+            let shots = maker.tracks()?;
+            let mut files = vec![("tracks.csv", tracks::long_csv(&shots))];
+            if spec.assumed().is_none() {
+                files.push(("shots.csv", tracks::shots_csv(&shots)));
+            }
+            files
+        }
     };
     let truth = serde_json::json!({
         "mu": spec.truth.mu, "mu_s": spec.truth.mu_s, "e": spec.truth.e, "seed": spec.seed,
     });
-    Ok(vec![
-        ("dataset.toml", manifest_text(spec)),
-        ("shots.csv", table),
-        ("truth.json", format!("{truth:#}\n")),
-    ])
+    files.insert(0, ("dataset.toml", manifest_text(spec)));
+    files.push(("truth.json", format!("{truth:#}\n")));
+    Ok(files)
+}
+
+/// The shots of a specification of kind `tracks` as a camera sees them, and what they really were.
+///
+/// # Errors
+/// As [`generate`].
+pub fn filmed(spec: &Spec) -> Result<Vec<(TrackShot, TrueImpact)>, BadSpec> {
+    check(spec)?;
+    Maker::new(spec).tracks()
 }
 
 fn check(spec: &Spec) -> Result<(), BadSpec> {
@@ -180,7 +207,11 @@ fn check(spec: &Spec) -> Result<(), BadSpec> {
 fn manifest_text(spec: &Spec) -> String {
     let BallSpec { radius_m, mass_kg, inertia } = spec.ball;
     let Truth { mu, mu_s, e } = spec.truth;
-    let kind = if spec.kind == Kind::Impacts { "impacts" } else { "angles" };
+    let (kind, files) = match spec.kind {
+        Kind::Impacts => ("impacts", "shots.csv"),
+        Kind::Angles => ("angles", "shots.csv"),
+        Kind::Tracks => ("tracks", "tracks.csv"),
+    };
     let name = toml::Value::from(spec.name.as_str());
     let assume = match spec.assumed() {
         Some(Played::Stun) => "stun",
@@ -189,10 +220,22 @@ fn manifest_text(spec: &Spec) -> String {
     };
     format!(
         "# Synthetic: mu = {mu}, mu_s = {mu_s}, e = {e}, seed {}.\nname = {name}\nkind = \"{kind}\"\n\
-         files = [\"shots.csv\"]\nsource = \"synthetic, caromfit {}\"\n\n[ball]\nradius_m = {radius_m:?}\n\
+         files = [\"{files}\"]\nsource = \"synthetic, caromfit {}\"\n\n[ball]\nradius_m = {radius_m:?}\n\
          mass_kg = {mass_kg:?}\ninertia = {inertia:?}\n\n[cue_spin]\nassume = \"{assume}\"\n",
         spec.seed,
         env!("CARGO_PKG_VERSION"),
+    ) + &video_text(spec)
+}
+
+/// What dataset.toml says of the footage, for kind `tracks`.
+fn video_text(spec: &Spec) -> String {
+    if spec.kind != Kind::Tracks {
+        return String::new();
+    }
+    let table = if spec.assumed().is_none() { "shots = \"shots.csv\"\n" } else { "" };
+    format!(
+        "\n[video]\ncapture_fps = {:?}\n\n[scale]\nlength_unit = \"m\"\n\n[tracks]\ncue = \"cue\"\nobject = \"object\"\n{table}",
+        spec.camera.fps
     )
 }
 

@@ -1,0 +1,214 @@
+//! Motion on the cloth before and after an impact: flight, bounce, sliding, rolling.
+//!
+//! A ball's slip on the cloth is s = (V_x − RΩ_y, V_y + RΩ_x). While it slides, its velocity changes
+//! by −μ_k g ŝ and its slip by (1 + ν)/ν times that, so that ŝ keeps its direction and the path is a
+//! parabola; once s = 0 it rolls and slows down by μ_r g. A ball that leaves the cloth flies
+//! straight for 2V_z/g, and at each landing takes a friction impulse of at most μ_k(1 + e_t)|V_z| per
+//! unit mass against its slip.
+//!
+//! Written for any number type with derivatives, so that the same lines give a path and its
+//! sensitivities.
+
+use num_dual::DualNum;
+
+/// Acceleration of gravity, m/s².
+pub const GRAVITY: f64 = 9.81;
+
+/// A rebound slower than this (a height of 5 µm) counts as sliding.
+const LEAST_REBOUND: f64 = 0.01;
+
+/// A plain number, or one with derivatives.
+pub trait Number: DualNum<Primitive = f64> + Copy {}
+
+impl<T: DualNum<Primitive = f64> + Copy> Number for T {}
+
+/// Friction of the cloth with a moving ball.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Cloth<T> {
+    /// μ_k, sliding.
+    pub sliding: T,
+    /// μ_r, rolling resistance.
+    pub rolling: T,
+    /// e_t, restitution of a ball that falls on the bed.
+    pub bounce: T,
+}
+
+impl Default for Cloth<f64> {
+    /// Published values: μ_k ≈ 0.2, μ_r ≈ 0.01, e_t ≈ 0.5.
+    fn default() -> Self {
+        Self { sliding: 0.2, rolling: 0.01, bounce: 0.5 }
+    }
+}
+
+/// A ball at the start of a path, table frame.
+#[derive(Clone, Copy, Debug)]
+pub struct Launch<T> {
+    pub time: T,
+    pub position: [T; 2],
+    pub velocity: [T; 2],
+    /// Slip on the cloth.
+    pub slip: [T; 2],
+    /// Upward velocity, 0 for a ball on the cloth.
+    pub up: T,
+    /// ν, moment of inertia over MR².
+    pub inertia: f64,
+}
+
+/// A stretch of constant acceleration.
+#[derive(Clone, Copy, Debug)]
+struct Segment<T> {
+    start: T,
+    position: [T; 2],
+    velocity: [T; 2],
+    acceleration: [T; 2],
+}
+
+impl<T: Number> Segment<T> {
+    fn at(&self, time: T) -> ([T; 2], [T; 2]) {
+        let t = time - self.start;
+        let [p, v, a] = [self.position, self.velocity, self.acceleration];
+        let position = [0, 1].map(|i| p[i] + v[i] * t + a[i] * t * t * 0.5);
+        let velocity = [0, 1].map(|i| v[i] + a[i] * t);
+        (position, velocity)
+    }
+}
+
+/// The way of a ball after an impact.
+#[derive(Clone, Debug)]
+pub struct Path<T>(Vec<Segment<T>>);
+
+impl<T: Number> Path<T> {
+    /// After an impact: flight with its bounces, sliding, rolling to the end.
+    #[must_use]
+    pub fn after(launch: &Launch<T>, cloth: &Cloth<T>) -> Self {
+        let zero = T::from(0.0);
+        let mut path = Vec::with_capacity(6);
+        let Launch { mut time, mut position, mut velocity, mut slip, mut up, inertia } = *launch;
+        // what of the slip an impulse on the ball removes: Δs = (1 + ν)/ν Δv
+        let lever = (1.0 + inertia) / inertia;
+        while up.re() > LEAST_REBOUND {
+            let flight = Segment { start: time, position, velocity, acceleration: [zero; 2] };
+            path.push(flight);
+            // 2V_z/g in the air
+            time += up * (2.0 / GRAVITY);
+            (position, velocity) = flight.at(time);
+            // μ_k(1 + e_t)V_z at the landing, or what stops the slip
+            let speed = norm(slip);
+            if speed.re() > 0.0 {
+                let most = cloth.sliding * (cloth.bounce + 1.0) * up;
+                let stops = speed / lever;
+                let impulse = if most.re() < stops.re() { most } else { stops };
+                for i in 0..2 {
+                    let direction = slip[i] / speed;
+                    velocity[i] -= impulse * direction;
+                    slip[i] -= impulse * direction * lever;
+                }
+            }
+            up *= cloth.bounce;
+        }
+        let speed = norm(slip);
+        if speed.re() > 0.0 && cloth.sliding.re() > 0.0 {
+            let acceleration = slip.map(|s| -s / speed * cloth.sliding * GRAVITY);
+            let sliding = Segment { start: time, position, velocity, acceleration };
+            path.push(sliding);
+            // s falls by (1 + ν)/ν μ_k g
+            time += speed / (cloth.sliding * (lever * GRAVITY));
+            (position, velocity) = sliding.at(time);
+        }
+        path.push(rolling(time, position, velocity, cloth));
+        let speed = norm(velocity);
+        if speed.re() > 0.0 && cloth.rolling.re() > 0.0 {
+            // until it lies still
+            let last = path[path.len() - 1];
+            time += speed / (cloth.rolling * GRAVITY);
+            let (position, _) = last.at(time);
+            path.push(Segment { start: time, position, velocity: [zero; 2], acceleration: [zero; 2] });
+        }
+        Self(path)
+    }
+
+    /// Before an impact, backwards from it: sliding if the ball slips at the impact, else rolling.
+    #[must_use]
+    pub fn before(launch: &Launch<T>, cloth: &Cloth<T>) -> Self {
+        let Launch { time, position, velocity, slip, .. } = *launch;
+        let speed = norm(slip);
+        let segment = if speed.re() > SLIPS * norm(velocity).re() {
+            let acceleration = slip.map(|s| -s / speed * cloth.sliding * GRAVITY);
+            Segment { start: time, position, velocity, acceleration }
+        } else {
+            rolling(time, position, velocity, cloth)
+        };
+        Self(vec![segment])
+    }
+
+    /// Position at a time, metres.
+    #[must_use]
+    pub fn position(&self, time: f64) -> [T; 2] {
+        self.at(time).0
+    }
+
+    /// Position and velocity at a time.
+    fn at(&self, time: f64) -> ([T; 2], [T; 2]) {
+        let index = self.0.iter().rposition(|segment| segment.start.re() <= time).unwrap_or(0);
+        self.0[index].at(T::from(time))
+    }
+}
+
+/// A slip of this part of the speed is the rounding of a natural roll.
+const SLIPS: f64 = 1e-6;
+
+fn rolling<T: Number>(start: T, position: [T; 2], velocity: [T; 2], cloth: &Cloth<T>) -> Segment<T> {
+    let speed = norm(velocity);
+    let zero = T::from(0.0);
+    let acceleration =
+        if speed.re() > 0.0 { velocity.map(|v| -v / speed * cloth.rolling * GRAVITY) } else { [zero; 2] };
+    Segment { start, position, velocity, acceleration }
+}
+
+fn norm<T: Number>(v: [T; 2]) -> T {
+    let square = v[0] * v[0] + v[1] * v[1];
+    if square.re() > 0.0 { square.sqrt() } else { T::from(0.0) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Sums of a few terms.
+    const ROUNDING: f64 = 1e-13;
+
+    fn launch(slip: [f64; 2], up: f64) -> Launch<f64> {
+        Launch { time: 0.5, position: [1.0, 2.0], velocity: [1.5, -0.5], slip, up, inertia: 0.4 }
+    }
+
+    #[test]
+    fn a_sliding_ball_ends_rolling_with_v_minus_two_sevenths_of_its_slip() {
+        for up in [0.0, 0.05, 0.3] {
+            let cloth = Cloth { rolling: 0.0, ..Cloth::default() };
+            let slip = [1.0, 0.4];
+            let path = Path::after(&launch(slip, up), &cloth);
+            let (_, velocity) = path.at(5.0);
+            for i in 0..2 {
+                let expected = [1.5, -0.5][i] - 2.0 / 7.0 * slip[i];
+                assert!((velocity[i] - expected).abs() < ROUNDING, "{velocity:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn sliding_lasts_two_sevenths_of_the_slip_over_mu_g() {
+        let path = Path::after(&launch([0.7, 0.0], 0.0), &Cloth::default());
+        let rolls = path.0[1].start - 0.5;
+        assert!((rolls - 2.0 * 0.7 / (7.0 * 0.2 * GRAVITY)).abs() < ROUNDING);
+    }
+
+    #[test]
+    fn the_path_is_continuous_and_ends_at_rest() {
+        let path = Path::after(&launch([1.0, 0.4], 0.1), &Cloth::default());
+        for pair in path.0.windows(2) {
+            let (position, _) = pair[0].at(pair[1].start);
+            assert!((position[0] - pair[1].position[0]).abs() < ROUNDING);
+        }
+        assert!(norm(path.at(1e4).1) < ROUNDING);
+    }
+}

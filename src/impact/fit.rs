@@ -1,0 +1,308 @@
+//! One least-squares fit of a shot's frames between two times.
+
+use argmin::core::{Error, Jacobian, Operator};
+use nalgebra::{DMatrix, DVector, SMatrix};
+
+use super::model::{Frames, Lift, Scene as ModelScene, Unknowns, unknown};
+use super::{Impact, Lifted, Quantity, Scene, Unusable, symmetric};
+use crate::optimise::{self, Constraints, Options, Termination};
+use crate::track::{Sample, TrackShot};
+
+/// A frame is wrong when a coordinate is this many standard deviations off…
+const OUTLIER: f64 = 5.0;
+/// …and fewer than this many in a row are: more is a motion that the model does not know.
+const RUN: usize = 3;
+/// Rounds of leaving out wrong frames.
+const ROUNDS: usize = 4;
+
+/// The separation at the impact may differ from 2R by so many of its standard errors…
+const GAP_ERRORS: f64 = 5.0;
+/// …or by this part of 2R, the precision of a calibration and of a radius.
+const GAP_PART: f64 = 0.01;
+
+/// A fit stops within some hundredths of a standard error of the minimum.
+const ORTHOGONALITY: f64 = 1e-3;
+const MAX_ITERATIONS: u32 = 60;
+
+/// |J_z| is at most this part of the closing speed: μ(1 + e)/2 with μ = 0.5.
+const MOST_LIFT: f64 = 0.5;
+
+/// A shot with all that its fits share.
+pub(super) struct Tracked<'a> {
+    pub shot: &'a TrackShot,
+    pub scene: &'a Scene,
+    pub model: ModelScene,
+    /// Noise from second differences, m.
+    pub noise: f64,
+    /// What stands for the noise where the track gives none: stated, else from second differences.
+    pub sd: f64,
+}
+
+/// A fit of the frames between two times.
+pub(super) struct Fitted {
+    pub z: Unknowns,
+    pub from: f64,
+    pub to: f64,
+    /// Frames left out: instants.
+    pub wrong_cue: Vec<f64>,
+    pub wrong_object: Vec<f64>,
+    pub chi2: f64,
+    pub dof: usize,
+    pub converged: bool,
+    pub termination: String,
+    free: Vec<usize>,
+    jacobian: DMatrix<f64>,
+    gap: (f64, f64),
+    lift: Lift,
+    frames: [usize; 3],
+}
+
+impl Fitted {
+    pub(super) fn reduced(&self) -> f64 {
+        self.chi2 / self.dof.max(1) as f64
+    }
+}
+
+impl<'a> Tracked<'a> {
+    pub(super) fn new(shot: &'a TrackShot, scene: &'a Scene, noise: f64) -> Self {
+        let model = ModelScene {
+            ball: scene.ball,
+            spin: shot.spin,
+            rolling: scene.cloth.rolling,
+            bounce: scene.cloth.bounce,
+        };
+        Self { shot, scene, model, noise, sd: shot.position_sd.unwrap_or(noise) }
+    }
+
+    /// Fits the frames from `from` to `to`, without those that stand out alone.
+    pub(super) fn fit(&self, start: &Unknowns, from: f64, to: f64) -> Result<Fitted, Unusable> {
+        let (mut wrong_cue, mut wrong_object) = (Vec::new(), Vec::new());
+        let mut z = *start;
+        for round in 0.. {
+            let mut frames = Frames::between(self.shot, from, to, self.sd);
+            frames.cue.retain(|(sample, _)| !wrong_cue.contains(&sample.t));
+            frames.object.retain(|(sample, _)| !wrong_object.contains(&sample.t));
+            let fitted = self.fit_frames(&z, &frames, from, to)?;
+            z = fitted.z;
+            let (residuals, _) = frames.residuals(&self.model, &z);
+            let cues = 2 * frames.cue.len();
+            let more_cue = outliers(&frames.cue, &residuals.as_slice()[..cues]);
+            let more_object = outliers(&frames.object, &residuals.as_slice()[cues..]);
+            if round == ROUNDS || (more_cue.is_empty() && more_object.is_empty()) {
+                return Ok(Fitted { wrong_cue, wrong_object, ..fitted });
+            }
+            wrong_cue.extend(more_cue);
+            wrong_object.extend(more_object);
+        }
+        Err(Unusable::NoCollision)
+    }
+
+    fn fit_frames(&self, start: &Unknowns, frames: &Frames, from: f64, to: f64) -> Result<Fitted, Unusable> {
+        let lift = self.model.lift(start);
+        let mut start = *start;
+        let mut free: Vec<usize> = (0..unknown::COUNT).filter(|i| *i != unknown::GAP).collect();
+        if lift == Lift::None {
+            start[unknown::LIFT] = 0.0;
+            free.retain(|i| *i != unknown::LIFT);
+        }
+        let closing = start[unknown::BEFORE];
+        let mut priors = vec![(unknown::SLIDING, self.scene.cloth.sliding, self.scene.sliding_sd)];
+        if lift != Lift::None {
+            let vertical = closing * self.model.vertical(&start);
+            let (mean, sd) = self.scene.friction;
+            priors.push((unknown::LIFT, mean * vertical, sd * vertical));
+            start[unknown::LIFT] = mean * vertical;
+        }
+        let bound = |low: bool| {
+            let limit = |i: &usize| match (*i, low) {
+                (unknown::LIFT | unknown::SLIDING, true) => 0.0,
+                (unknown::LIFT, false) => MOST_LIFT * closing,
+                (unknown::SLIDING, false) => 1.0,
+                (_, true) => f64::NEG_INFINITY,
+                (_, false) => f64::INFINITY,
+            };
+            DVector::from_iterator(free.len(), free.iter().map(limit))
+        };
+        let constraints = Constraints::bounds(bound(true), bound(false));
+        let x = DVector::from_iterator(free.len(), free.iter().map(|i| start[*i]));
+        let x = x.zip_zip_map(&constraints.lower, &constraints.upper, |x, low, high| x.clamp(low, high));
+        let problem = Problem { frames, scene: &self.model, start, free: &free, priors: &priors };
+        let options = Options { orthogonality: ORTHOGONALITY, max_iterations: MAX_ITERATIONS };
+        let solution = optimise::minimise(problem, &x, &constraints, &options)
+            .map_err(|error| Unusable::NotConverged(error.to_string()))?;
+        let problem = Problem { frames, scene: &self.model, start, free: &free, priors: &priors };
+        let z = problem.unknowns(&solution.x);
+        let dof = (frames.count() + priors.len()).saturating_sub(free.len());
+        let count = |samples: &[(&Sample, [f64; 2])], after: bool| {
+            samples.iter().filter(|(s, _)| (s.t >= z[unknown::TIME]) == after).count()
+        };
+        Ok(Fitted {
+            gap: self.gap(frames, &z, &solution.jacobian, &solution.residuals),
+            z,
+            from,
+            to,
+            wrong_cue: Vec::new(),
+            wrong_object: Vec::new(),
+            chi2: 2.0 * solution.cost,
+            dof,
+            // where a landing or the impact itself crosses a frame, the residuals have a kink
+            converged: solution.termination.converged() || solution.termination == Termination::Stalled,
+            termination: solution.termination.to_string(),
+            free,
+            jacobian: solution.jacobian,
+            lift,
+            frames: [count(&frames.cue, false), count(&frames.cue, true), count(&frames.object, true)],
+        })
+    }
+
+    /// How far the separation at the impact would move from 2R if it were free, relative, with its
+    /// standard error: one Gauss–Newton step.
+    fn gap(&self, frames: &Frames, z: &Unknowns, jacobian: &DMatrix<f64>, r: &DVector<f64>) -> (f64, f64) {
+        let (_, full) = frames.residuals(&self.model, z);
+        let mut with_gap = jacobian.clone().insert_column(jacobian.ncols(), 0.0);
+        let last = with_gap.ncols() - 1;
+        with_gap.view_mut((0, last), (full.nrows(), 1)).copy_from(&full.column(unknown::GAP));
+        let qr = with_gap.qr();
+        let right = qr.q().tr_mul(&-r);
+        let corner = qr.r()[(last, last)];
+        (right[last] / corner, 1.0 / corner.abs())
+    }
+
+    /// Values and covariance of what a fit is after.
+    pub(super) fn impact(&self, fitted: &Fitted) -> Result<Impact, Unusable> {
+        if !fitted.converged {
+            return Err(Unusable::NotConverged(fitted.termination.clone()));
+        }
+        let stated = self.shot.position_sd.is_some()
+            || self.shot.cue.iter().chain(&self.shot.object).all(|sample| sample.sd.is_some());
+        // noise that is not stated is estimated from these residuals
+        let factor = if stated { 1.0 } else { fitted.reduced() };
+        let (gap, gap_error) = (fitted.gap.0, fitted.gap.1 * factor.sqrt());
+        if gap.abs() > GAP_ERRORS * gap_error && gap.abs() > GAP_PART {
+            let expected = 2.0 * self.scene.ball.radius;
+            return Err(Unusable::Separation {
+                measured: expected * (1.0 + gap),
+                expected,
+                error: expected * gap_error,
+            });
+        }
+        let z = &fitted.z;
+        let r = fitted.jacobian.clone().qr().r();
+        let inverse = r
+            .solve_upper_triangular(&DMatrix::identity(r.ncols(), r.ncols()))
+            .ok_or_else(|| Unusable::NotConverged("its unknowns are not determined".to_string()))?;
+        let covariance = factor * symmetric(&(&inverse * inverse.transpose()));
+        let mut all = SMatrix::<f64, { unknown::COUNT }, { unknown::COUNT }>::zeros();
+        for (i, a) in fitted.free.iter().enumerate() {
+            for (j, b) in fitted.free.iter().enumerate() {
+                all[(*a, *b)] = covariance[(i, j)];
+            }
+        }
+        // collision frame to table frame: w = (v_x cos α − v_y sin α, v_x sin α + v_y cos α)
+        let (sin, cos) = z[unknown::DIRECTION].sin_cos();
+        let mut values = [0.0; Quantity::COUNT];
+        let mut by = SMatrix::<f64, { Quantity::COUNT }, { unknown::COUNT }>::zeros();
+        let mut put = |quantity: Quantity, value: f64, terms: &[(usize, f64)]| {
+            values[quantity as usize] = value;
+            for (unknown, derivative) in terms {
+                by[(quantity as usize, *unknown)] += derivative;
+            }
+        };
+        put(Quantity::Direction, z[unknown::DIRECTION], &[(unknown::DIRECTION, 1.0)]);
+        for (first, qx, qy) in [
+            (unknown::BEFORE, Quantity::CueVxBefore, Quantity::CueVyBefore),
+            (unknown::CUE, Quantity::CueVxAfter, Quantity::CueVyAfter),
+            (unknown::BALL, Quantity::ObjVxAfter, Quantity::ObjVyAfter),
+        ] {
+            let (x, y) = (z[first] * cos - z[first + 1] * sin, z[first] * sin + z[first + 1] * cos);
+            put(qx, x, &[(first, cos), (first + 1, -sin), (unknown::DIRECTION, -y)]);
+            put(qy, y, &[(first, sin), (first + 1, cos), (unknown::DIRECTION, x)]);
+        }
+        put(Quantity::Lift, z[unknown::LIFT], &[(unknown::LIFT, 1.0)]);
+        put(Quantity::Sliding, z[unknown::SLIDING], &[(unknown::SLIDING, 1.0)]);
+        put(Quantity::Time, z[unknown::TIME], &[(unknown::TIME, 1.0)]);
+        let known = fitted.chi2 / fitted.dof.max(1) as f64;
+        Ok(Impact {
+            values,
+            covariance: by * all * by.transpose(),
+            lifted: match fitted.lift {
+                Lift::None => Lifted::Neither,
+                Lift::Cue => Lifted::Cue,
+                Lift::Object => Lifted::Object,
+            },
+            friction: z[unknown::LIFT] / (z[unknown::BEFORE] * self.model.vertical(z)),
+            position_sd: if stated { self.sd } else { self.sd * factor.sqrt() },
+            reduced_chi2: known * (self.sd / self.noise).powi(2).min(1.0),
+            frames: fitted.frames,
+            outliers: fitted.wrong_cue.len() + fitted.wrong_object.len(),
+            window: [fitted.from, fitted.to],
+        })
+    }
+}
+
+/// Instants of the frames that are far off, alone or nearly so.
+fn outliers(frames: &[(&Sample, [f64; 2])], residuals: &[f64]) -> Vec<f64> {
+    let wrong: Vec<bool> = residuals.chunks(2).map(|xy| xy.iter().any(|r| r.abs() > OUTLIER)).collect();
+    let mut found = Vec::new();
+    let mut i = 0;
+    while i < wrong.len() {
+        let run = wrong[i..].iter().take_while(|wrong| **wrong).count();
+        if (1..RUN).contains(&run) {
+            found.extend(frames[i..i + run].iter().map(|(sample, _)| sample.t));
+        }
+        i += run.max(1);
+    }
+    found
+}
+
+/// The least-squares problem in the free unknowns.
+struct Problem<'a> {
+    frames: &'a Frames<'a>,
+    scene: &'a ModelScene,
+    start: Unknowns,
+    free: &'a [usize],
+    /// Unknown, mean, standard deviation.
+    priors: &'a [(usize, f64, f64)],
+}
+
+impl Problem<'_> {
+    fn unknowns(&self, x: &DVector<f64>) -> Unknowns {
+        let mut z = self.start;
+        for (i, value) in self.free.iter().zip(x.iter()) {
+            z[*i] = *value;
+        }
+        z
+    }
+}
+
+impl Operator for Problem<'_> {
+    type Param = DVector<f64>;
+    type Output = DVector<f64>;
+
+    fn apply(&self, x: &DVector<f64>) -> Result<DVector<f64>, Error> {
+        let z = self.unknowns(x);
+        let residuals = self.frames.residuals_only(self.scene, &z);
+        let priors = self.priors.iter().map(|(i, mean, sd)| (z[*i] - mean) / sd);
+        let all = residuals.iter().copied().chain(priors);
+        Ok(DVector::from_iterator(residuals.len() + self.priors.len(), all))
+    }
+}
+
+impl Jacobian for Problem<'_> {
+    type Param = DVector<f64>;
+    type Jacobian = DMatrix<f64>;
+
+    fn jacobian(&self, x: &DVector<f64>) -> Result<DMatrix<f64>, Error> {
+        let (residuals, full) = self.frames.residuals(self.scene, &self.unknowns(x));
+        let mut jacobian = DMatrix::zeros(residuals.len() + self.priors.len(), self.free.len());
+        for (column, i) in self.free.iter().enumerate() {
+            jacobian.view_mut((0, column), (full.nrows(), 1)).copy_from(&full.column(*i));
+            for (row, (prior, _, sd)) in self.priors.iter().enumerate() {
+                if prior == i {
+                    jacobian[(residuals.len() + row, column)] = 1.0 / sd;
+                }
+            }
+        }
+        Ok(jacobian)
+    }
+}

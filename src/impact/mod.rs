@@ -1,0 +1,167 @@
+//! Tracks → impacts: for each shot one weighted least-squares fit of both balls' positions at once,
+//! through the instant of impact; from it velocities before and after with their covariance.
+
+mod fit;
+mod model;
+mod start;
+mod window;
+
+use nalgebra::{DMatrix, SMatrix};
+use rayon::prelude::*;
+
+use crate::ball::Ball;
+use crate::cloth::Cloth;
+use crate::track::TrackShot;
+
+/// What the extraction assumes of balls and cloth.
+#[derive(Clone, Copy, Debug)]
+pub struct Scene {
+    pub ball: Ball,
+    /// μ_k is the mean of a prior; it is estimated from the curvature of the paths.
+    pub cloth: Cloth<f64>,
+    /// Standard deviation of that prior.
+    pub sliding_sd: f64,
+    /// The friction impulse between the balls over the closing speed, about μ(1 + e)/2: mean and
+    /// standard deviation of a prior on its vertical part, which lifts one of the balls.
+    pub friction: (f64, f64),
+}
+
+impl Scene {
+    /// Published values to start from, with priors so wide that the tracks decide.
+    #[must_use]
+    pub fn new(ball: Ball) -> Self {
+        Self { ball, cloth: Cloth::default(), sliding_sd: 1.0, friction: (0.05, 0.05) }
+    }
+}
+
+/// The quantities of an [`Impact`], in the order of its values and covariance.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Quantity {
+    /// Direction of the line of centres in the table frame, rad.
+    Direction,
+    CueVxBefore,
+    CueVyBefore,
+    CueVxAfter,
+    CueVyAfter,
+    ObjVxAfter,
+    ObjVyAfter,
+    /// Upward velocity of the ball that friction lifts, m/s; 0 for stun.
+    Lift,
+    /// The cloth's sliding friction μ_k.
+    Sliding,
+    /// Instant of impact, s.
+    Time,
+}
+
+impl Quantity {
+    pub const COUNT: usize = 10;
+}
+
+/// Values and covariance of the [`Quantity`]s of a shot, table frame.
+#[derive(Clone, Debug)]
+pub struct Impact {
+    pub values: [f64; Quantity::COUNT],
+    pub covariance: SMatrix<f64, { Quantity::COUNT }, { Quantity::COUNT }>,
+    /// Which ball flies after the impact.
+    pub lifted: Lifted,
+    /// Friction impulse between the balls over the closing speed, from the vertical part.
+    pub friction: f64,
+    /// Standard deviation of a coordinate, m: stated, or estimated from this track.
+    pub position_sd: f64,
+    /// χ² per degree of freedom with the noise that second differences of the track show.
+    pub reduced_chi2: f64,
+    /// Frames used: cue ball before, cue ball after, object ball after the impact.
+    pub frames: [usize; 3],
+    /// Frames left out as wrong.
+    pub outliers: usize,
+    /// First and last instant used, s.
+    pub window: [f64; 2],
+}
+
+/// Which ball the vertical friction lifts.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Lifted {
+    Neither,
+    Cue,
+    Object,
+}
+
+/// Why a shot cannot be used.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum Unusable {
+    #[error(
+        "the tracks are too short: {cue} frames of the cue ball, {object} of the object ball; expected at least 6 of each"
+    )]
+    TooShort { cue: usize, object: usize },
+    #[error("no collision found: the object ball is not set in motion by the cue ball")]
+    NoCollision,
+    #[error(
+        "too few frames before the impact: {cue} of the cue ball (expected at least 3), {object} of the object ball (at least 1)"
+    )]
+    TooFewBefore { cue: usize, object: usize },
+    #[error("too few frames of the {ball} ball after the impact: {frames}; expected at least 3")]
+    TooFewAfter { ball: &'static str, frames: usize },
+    #[error("the object ball was moving before the impact, with {speed:.3} m/s")]
+    ObjectMoving { speed: f64 },
+    #[error(
+        "the balls' centres are {:.2} mm apart at the impact, not {:.2} mm (2R){}: check the scale, the radius and \
+         which track is which ball",
+        1e3 * measured, 1e3 * expected, error_text(*error)
+    )]
+    Separation { measured: f64, expected: f64, error: f64 },
+    #[error("its motion fits no single collision: χ²/dof is {reduced_chi2:.1} even next to the impact")]
+    BadFit { reduced_chi2: f64 },
+    #[error("the fit of its tracks did not converge: {0}")]
+    NotConverged(String),
+    #[error("its spin before the impact is unknown")]
+    UnknownSpin,
+}
+
+fn error_text(error: f64) -> String {
+    if error.is_finite() { format!(" ± {:.2} mm", 1e3 * error) } else { String::new() }
+}
+
+/// Finds the impact of a shot.
+///
+/// # Errors
+/// Why the shot cannot be used.
+pub fn extract(shot: &TrackShot, scene: &Scene) -> Result<Impact, Unusable> {
+    let noise = start::noise(shot);
+    let guess = start::guess(shot, &scene.ball, noise, scene.cloth.sliding)?;
+    let tracked = fit::Tracked::new(shot, scene, noise);
+    let chosen = window::choose(&tracked, &guess)?;
+    tracked.impact(&chosen)
+}
+
+/// Finds the impacts of many shots in parallel. Some of them are first taken alone, to learn from all
+/// together how strong the friction between the balls is: a single track hardly tells for how long a ball
+/// flew, and has several answers.
+pub fn extract_all(shots: &[TrackShot], scene: &Scene) -> Vec<Result<Impact, Unusable>> {
+    let step = shots.len().div_ceil(LEARN_FROM).max(1);
+    let sample: Vec<&TrackShot> = shots.iter().step_by(step).collect();
+    let mut friction: Vec<f64> = sample
+        .par_iter()
+        .filter_map(|shot| extract(shot, scene).ok())
+        .filter(|impact| impact.lifted != Lifted::Neither)
+        .map(|impact| impact.friction)
+        .collect();
+    let mut scene = *scene;
+    if friction.len() >= LEARN_LEAST {
+        friction.sort_by(f64::total_cmp);
+        let median = friction[friction.len() / 2];
+        scene.friction = (median, LEARNED * median);
+    }
+    shots.par_iter().map(|shot| extract(shot, &scene)).collect()
+}
+
+/// So many shots tell the friction between the balls well enough,
+const LEARN_FROM: usize = 300;
+/// so few do not.
+const LEARN_LEAST: usize = 5;
+/// Relative standard deviation of the friction from shot to shot about its median.
+const LEARNED: f64 = 0.1;
+
+/// A covariance is kept symmetric, whatever the roundings.
+fn symmetric(matrix: &DMatrix<f64>) -> DMatrix<f64> {
+    0.5 * (matrix + matrix.transpose())
+}

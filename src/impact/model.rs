@@ -1,0 +1,227 @@
+//! Where both balls should be in every frame, through the instant of impact.
+
+use nalgebra::{DMatrix, DVector, SVector};
+use num_dual::DualSVec64;
+
+use crate::ball::Ball;
+use crate::cloth::{Cloth, Launch, Number, Path};
+use crate::dataset::Spin;
+use crate::track::{Sample, TrackShot};
+
+/// The unknowns of a shot. Velocities are in the collision frame, m/s.
+pub(super) mod unknown {
+    /// Instant of impact, s.
+    pub const TIME: usize = 0;
+    /// Where the object ball lies before it, m.
+    pub const OBJECT: usize = 1;
+    /// Direction of the line of centres in the table frame, rad.
+    pub const DIRECTION: usize = 3;
+    /// Cue ball's velocity at the impact.
+    pub const BEFORE: usize = 4;
+    /// And just after it.
+    pub const CUE: usize = 6;
+    /// Object ball's velocity just after it.
+    pub const BALL: usize = 8;
+    /// Vertical friction impulse |J_z|, which lifts the cue ball (topspin) or the object ball (draw).
+    pub const LIFT: usize = 10;
+    /// μ_k of the cloth.
+    pub const SLIDING: usize = 11;
+    /// Distance of the centres at the impact over 2R, less 1.
+    pub const GAP: usize = 12;
+    pub const COUNT: usize = 13;
+}
+use unknown::{BALL, BEFORE, COUNT, CUE, DIRECTION, GAP, LIFT, OBJECT, SLIDING, TIME};
+
+/// All unknowns of a shot.
+pub(super) type Unknowns = SVector<f64, COUNT>;
+
+type Dual = DualSVec64<COUNT>;
+
+/// What is known of a shot besides its unknowns.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Scene {
+    pub ball: Ball,
+    pub spin: Spin,
+    pub rolling: f64,
+    pub bounce: f64,
+}
+
+/// Which way the friction on the object ball points vertically.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Lift {
+    None,
+    /// Topspin lifts the cue ball.
+    Cue,
+    /// Draw lifts the object ball.
+    Object,
+}
+
+impl Scene {
+    /// Spin in the collision frame.
+    fn spin<T: Number>(&self, direction: [T; 2], before: [T; 2]) -> [T; 3] {
+        let zero = T::from(0.0);
+        match self.spin {
+            Spin::Stun | Spin::Unknown => [zero; 3],
+            Spin::NaturalRoll => [-before[1] / self.ball.radius, before[0] / self.ball.radius, zero],
+            Spin::Measured { spin, .. } => {
+                let [cos, sin] = direction;
+                [cos * spin.x + sin * spin.y, cos * spin.y - sin * spin.x, T::from(spin.z)]
+            }
+        }
+    }
+
+    /// |sin θ₀| of the friction's first direction.
+    pub(super) fn vertical(&self, z: &Unknowns) -> f64 {
+        let (sin, cos) = z[DIRECTION].sin_cos();
+        let spin = self.spin([cos, sin], [z[BEFORE], z[BEFORE + 1]]);
+        let (v_y, v_z) = (-z[BEFORE + 1] - self.ball.radius * spin[2], self.ball.radius * spin[1]);
+        let slip = v_y.hypot(v_z);
+        if slip > 0.0 { v_z.abs() / slip } else { 0.0 }
+    }
+
+    pub(super) fn lift(&self, z: &Unknowns) -> Lift {
+        let (sin, cos) = z[DIRECTION].sin_cos();
+        let topspin = self.spin([cos, sin], [z[BEFORE], z[BEFORE + 1]])[1];
+        // the rounding of a measured spin is no spin
+        let least = 1e-3 * z[BEFORE] / self.ball.radius;
+        if topspin > least {
+            Lift::Cue
+        } else if topspin < -least {
+            Lift::Object
+        } else {
+            Lift::None
+        }
+    }
+}
+
+/// The paths of both balls.
+pub(super) struct Motion<T> {
+    time: f64,
+    cue_before: Path<T>,
+    cue_after: Path<T>,
+    object: [T; 2],
+    object_after: Path<T>,
+}
+
+impl<T: Number> Motion<T> {
+    pub(super) fn new(scene: &Scene, z: &[T; COUNT]) -> Self {
+        let Ball { radius, inertia, .. } = scene.ball;
+        let zero = T::from(0.0);
+        let (sin, cos) = z[DIRECTION].sin_cos();
+        let normal = [cos, sin];
+        let to_table = |v: [T; 2]| [v[0] * cos - v[1] * sin, v[0] * sin + v[1] * cos];
+        let pair = |first: usize| [z[first], z[first + 1]];
+        let (before, cue, ball) = (pair(BEFORE), pair(CUE), pair(BALL));
+        let object = pair(OBJECT);
+        let distance = (z[GAP] + 1.0) * (2.0 * radius);
+        let contact = [object[0] - normal[0] * distance, object[1] - normal[1] * distance];
+
+        let spin = scene.spin(normal, before);
+        let lift = scene.lift(&Unknowns::from_fn(|i, _| z[i].re()));
+        // J_z is negative with topspin; J_y = U_y − U_fy
+        let j_z = match lift {
+            Lift::Cue => -z[LIFT],
+            Lift::Object => z[LIFT],
+            Lift::None => zero,
+        };
+        let nu_r = inertia * radius;
+        // ω_f = ω_i + (0, J_z, −J_y)/νR
+        let cue_spin_y = spin[1] + j_z / nu_r;
+        // Ω_y = (1 − m_s)J_z/νR, where m_s J_z = V_x − q and q = U_x − U_fx
+        let cloth_impulse = if lift == Lift::Cue { ball[0] - (before[0] - cue[0]) } else { zero };
+        let object_spin_y = (j_z - cloth_impulse) / nu_r;
+        let up = |lifted: bool| if lifted { z[LIFT] } else { zero };
+
+        let cloth =
+            Cloth { sliding: z[SLIDING], rolling: T::from(scene.rolling), bounce: T::from(scene.bounce) };
+        let launch = |position, velocity: [T; 2], slip: [T; 2], up| Launch {
+            time: z[TIME],
+            position,
+            velocity: to_table(velocity),
+            slip: to_table(slip),
+            up,
+            inertia,
+        };
+        // s = (V_x − RΩ_y, V_y + RΩ_x)
+        let slip_before = [before[0] - spin[1] * radius, before[1] + spin[0] * radius];
+        let slip_cue = [cue[0] - cue_spin_y * radius, cue[1] + spin[0] * radius];
+        let slip_object = [ball[0] - object_spin_y * radius, ball[1]];
+        Self {
+            time: z[TIME].re(),
+            cue_before: Path::before(&launch(contact, before, slip_before, zero), &cloth),
+            cue_after: Path::after(&launch(contact, cue, slip_cue, up(lift == Lift::Cue)), &cloth),
+            object,
+            object_after: Path::after(&launch(object, ball, slip_object, up(lift == Lift::Object)), &cloth),
+        }
+    }
+
+    pub(super) fn cue(&self, time: f64) -> [T; 2] {
+        let path = if time < self.time { &self.cue_before } else { &self.cue_after };
+        path.position(time)
+    }
+
+    pub(super) fn object(&self, time: f64) -> [T; 2] {
+        if time < self.time { self.object } else { self.object_after.position(time) }
+    }
+}
+
+/// The frames that a fit uses, each with the standard deviations of x and y.
+pub(super) struct Frames<'a> {
+    pub cue: Vec<(&'a Sample, [f64; 2])>,
+    pub object: Vec<(&'a Sample, [f64; 2])>,
+}
+
+impl<'a> Frames<'a> {
+    /// Those between two times, with a common standard deviation where the track has none.
+    pub(super) fn between(shot: &'a TrackShot, from: f64, to: f64, sd: f64) -> Self {
+        let of = |samples: &'a [Sample]| {
+            let inside = samples.iter().filter(|sample| (from..=to).contains(&sample.t));
+            inside.map(|sample| (sample, sample.sd.unwrap_or([sd; 2]))).collect()
+        };
+        Self { cue: of(&shot.cue), object: of(&shot.object) }
+    }
+
+    pub(super) fn count(&self) -> usize {
+        2 * (self.cue.len() + self.object.len())
+    }
+
+    /// As [`Frames::residuals`], without derivatives.
+    pub(super) fn residuals_only(&self, scene: &Scene, z: &Unknowns) -> DVector<f64> {
+        let plain: [f64; COUNT] = (*z).into();
+        let motion = Motion::new(scene, &plain);
+        let off = |predicted: [f64; 2], (sample, sd): &(&Sample, [f64; 2])| {
+            [(predicted[0] - sample.x) / sd[0], (predicted[1] - sample.y) / sd[1]]
+        };
+        let cue = self.cue.iter().flat_map(|frame| off(motion.cue(frame.0.t), frame));
+        let object = self.object.iter().flat_map(|frame| off(motion.object(frame.0.t), frame));
+        DVector::from_iterator(self.count(), cue.chain(object))
+    }
+
+    /// (predicted − measured)/sd: x and y of the cue ball's frames, then of the object ball's; and
+    /// the derivatives by the unknowns.
+    pub(super) fn residuals(&self, scene: &Scene, z: &Unknowns) -> (DVector<f64>, DMatrix<f64>) {
+        let duals: [Dual; COUNT] = std::array::from_fn(|i| Dual::from_re(z[i]).derivative(i));
+        let motion = Motion::new(scene, &duals);
+        let mut residuals = DVector::zeros(self.count());
+        let mut jacobian = DMatrix::zeros(self.count(), COUNT);
+        let mut row = 0;
+        let mut add = |predicted: [Dual; 2], sample: &Sample, sd: &[f64; 2]| {
+            for (i, measured) in [sample.x, sample.y].into_iter().enumerate() {
+                residuals[row] = (predicted[i].re - measured) / sd[i];
+                if let Some(gradient) = predicted[i].eps.0 {
+                    for (column, derivative) in gradient.iter().enumerate() {
+                        jacobian[(row, column)] = derivative / sd[i];
+                    }
+                }
+                row += 1;
+            }
+        };
+        for (sample, sd) in &self.cue {
+            add(motion.cue(sample.t), sample, sd);
+        }
+        for (sample, sd) in &self.object {
+            add(motion.object(sample.t), sample, sd);
+        }
+        (residuals, jacobian)
+    }
+}

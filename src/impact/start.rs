@@ -1,0 +1,150 @@
+//! A first guess of a shot's unknowns, and the shots that have none.
+
+use super::Unusable;
+use super::model::{Unknowns, unknown};
+use crate::ball::Ball;
+use crate::track::{Sample, TrackShot};
+
+/// The object ball has moved when it is this many standard deviations away from where it lay.
+const MOVED: f64 = 6.0;
+
+/// Of each ball before and after the impact, to fit a line with something to spare.
+const LEAST_FRAMES: usize = 3;
+
+/// So many frames next to the impact give the first guess of a velocity.
+const NEAR: usize = 12;
+
+/// The object ball counts as moving before the impact when its speed is this many standard errors
+/// and this part of the cue ball's.
+const MOVING_ERRORS: f64 = 5.0;
+const MOVING_PART: f64 = 0.01;
+
+/// No tracker is better than this, m: keeps exact synthetic tracks finite.
+const LEAST_NOISE: f64 = 1e-8;
+
+/// The noise of a coordinate, m, from the second differences of consecutive frames, in which a
+/// smooth motion leaves only its acceleration: median |Δ²x|/0.6745/√6.
+pub(super) fn noise(shot: &TrackShot) -> f64 {
+    let frame = 1.0 / shot.fps;
+    let mut differences = Vec::new();
+    for samples in [&shot.cue, &shot.object] {
+        for three in samples.windows(3) {
+            let even = |a: &Sample, b: &Sample| (b.t - a.t - frame).abs() < 0.1 * frame;
+            if even(&three[0], &three[1]) && even(&three[1], &three[2]) {
+                for pick in [|s: &Sample| s.x, |s: &Sample| s.y] {
+                    let [a, b, c] = [pick(&three[0]), pick(&three[1]), pick(&three[2])];
+                    differences.push((a - 2.0 * b + c).abs());
+                }
+            }
+        }
+    }
+    if differences.is_empty() {
+        return LEAST_NOISE;
+    }
+    differences.sort_by(f64::total_cmp);
+    let median = differences[differences.len() / 2];
+    (median / 0.6745 / 6.0_f64.sqrt()).max(LEAST_NOISE)
+}
+
+/// A straight line through samples: position and velocity at a time, and the standard error of the
+/// velocity for unit noise.
+struct Line {
+    position: [f64; 2],
+    velocity: [f64; 2],
+    error: f64,
+}
+
+fn line(samples: &[Sample], at: f64) -> Line {
+    let n = samples.len() as f64;
+    let mean_t = samples.iter().map(|s| s.t).sum::<f64>() / n;
+    let spread: f64 = samples.iter().map(|s| (s.t - mean_t).powi(2)).sum();
+    let fit = |pick: fn(&Sample) -> f64| {
+        let mean = samples.iter().map(pick).sum::<f64>() / n;
+        let moment: f64 = samples.iter().map(|s| (s.t - mean_t) * (pick(s) - mean)).sum();
+        let velocity = if spread > 0.0 { moment / spread } else { 0.0 };
+        (mean + velocity * (at - mean_t), velocity)
+    };
+    let ((x, vx), (y, vy)) = (fit(|s| s.x), fit(|s| s.y));
+    let error = if spread > 0.0 { 1.0 / spread.sqrt() } else { f64::INFINITY };
+    Line { position: [x, y], velocity: [vx, vy], error }
+}
+
+fn median(mut values: Vec<f64>) -> f64 {
+    values.sort_by(f64::total_cmp);
+    values.get(values.len() / 2).copied().unwrap_or(f64::NAN)
+}
+
+/// Unknowns from straight lines near the impact.
+pub(super) fn guess(shot: &TrackShot, ball: &Ball, noise: f64, sliding: f64) -> Result<Unknowns, Unusable> {
+    if shot.cue.len() < 2 * LEAST_FRAMES || shot.object.len() < 2 * LEAST_FRAMES {
+        let counts = (shot.cue.len(), shot.object.len());
+        return Err(Unusable::TooShort { cue: counts.0, object: counts.1 });
+    }
+    let first = &shot.object[..LEAST_FRAMES + 2.min(shot.object.len() - LEAST_FRAMES)];
+    let lay = [median(first.iter().map(|s| s.x).collect()), median(first.iter().map(|s| s.y).collect())];
+    let away = |s: &Sample| (s.x - lay[0]).hypot(s.y - lay[1]);
+    // for good: the next two frames are still further away
+    let moved =
+        |w: &[Sample]| away(&w[0]) > MOVED * noise && away(&w[1]) > away(&w[0]) && away(&w[2]) > away(&w[1]);
+    let index = shot.object.windows(3).position(moved).ok_or(Unusable::NoCollision)?;
+    let after = &shot.object[index..shot.object.len().min(index + NEAR)];
+    if after.len() < LEAST_FRAMES {
+        return Err(Unusable::TooFewAfter { ball: "object", frames: after.len() });
+    }
+    let moving = line(after, after[0].t);
+    let [vx, vy] = moving.velocity;
+    let square = vx * vx + vy * vy;
+    // where the line passes the place where the ball lay
+    let back = ((moving.position[0] - lay[0]) * vx + (moving.position[1] - lay[1]) * vy) / square;
+    let time = after[0].t - back;
+
+    let frame = 1.0 / shot.fps;
+    let before: Vec<Sample> = shot.object.iter().filter(|s| s.t < time - 0.5 * frame).copied().collect();
+    let cue_before: Vec<Sample> = shot.cue.iter().filter(|s| s.t < time - 0.5 * frame).copied().collect();
+    let cue_after: Vec<Sample> =
+        shot.cue.iter().filter(|s| s.t > time + 0.5 * frame).take(NEAR).copied().collect();
+    if before.is_empty() || cue_before.len() < LEAST_FRAMES {
+        return Err(Unusable::TooFewBefore { cue: cue_before.len(), object: before.len() });
+    }
+    if cue_after.len() < LEAST_FRAMES {
+        return Err(Unusable::TooFewAfter { ball: "cue", frames: cue_after.len() });
+    }
+    let arriving = line(&cue_before[cue_before.len().saturating_sub(NEAR)..], time);
+    let leaving = line(&cue_after, time);
+    let [ux, uy] = arriving.velocity;
+    let speed = ux.hypot(uy);
+    if before.len() >= LEAST_FRAMES {
+        let rest = line(&before, time);
+        let drift = rest.velocity[0].hypot(rest.velocity[1]);
+        if drift > MOVING_ERRORS * noise * rest.error && drift > MOVING_PART * speed {
+            return Err(Unusable::ObjectMoving { speed: drift });
+        }
+    }
+    let lay = [median(before.iter().map(|s| s.x).collect()), median(before.iter().map(|s| s.y).collect())];
+    let across = [lay[0] - arriving.position[0], lay[1] - arriving.position[1]];
+    let distance = across[0].hypot(across[1]);
+    if (distance / (2.0 * ball.radius) - 1.0).abs() > 0.5 {
+        return Err(Unusable::Separation {
+            measured: distance,
+            expected: 2.0 * ball.radius,
+            error: f64::NAN,
+        });
+    }
+    let (nx, ny) = (across[0] / distance, across[1] / distance);
+    let turn = |v: [f64; 2]| [v[0] * nx + v[1] * ny, v[1] * nx - v[0] * ny];
+    let (u, c, v) = (turn(arriving.velocity), turn(leaving.velocity), turn(moving.velocity));
+    if u[0] <= 0.0 {
+        return Err(Unusable::NoCollision);
+    }
+    let mut z = Unknowns::zeros();
+    z[unknown::TIME] = time;
+    z[unknown::OBJECT] = lay[0];
+    z[unknown::OBJECT + 1] = lay[1];
+    z[unknown::DIRECTION] = ny.atan2(nx);
+    for (at, w) in [(unknown::BEFORE, u), (unknown::CUE, c), (unknown::BALL, v)] {
+        z[at] = w[0];
+        z[at + 1] = w[1];
+    }
+    z[unknown::SLIDING] = sliding;
+    Ok(z)
+}

@@ -1,0 +1,182 @@
+//! Synthetic footage: both balls in every frame, through the impact.
+
+use std::collections::BTreeMap;
+use std::fmt::Write as _;
+use std::path::PathBuf;
+
+use rand::Rng;
+use serde::{Deserialize, Serialize};
+
+use super::{BadSpec, Maker, Played};
+use crate::ball::BallState;
+use crate::cloth::{Cloth, Launch, Path};
+use crate::contact::{CollisionFrame, cloth_slip};
+use crate::dataset::Spin;
+use crate::track::{Sample, TrackShot};
+
+/// The camera of a synthetic data set of kind `tracks`.
+#[derive(Clone, Copy, Debug, Deserialize, Serialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Camera {
+    /// Frames per second.
+    pub fps: f64,
+    /// Standard deviation of every coordinate, m.
+    pub position_sd_m: f64,
+    /// Filmed before and after the impact, ms.
+    pub before_ms: f64,
+    pub after_ms: f64,
+    /// Part of the positions that are missing, and that are wrong by up to 20 mm.
+    pub gaps: f64,
+    pub outliers: f64,
+}
+
+impl Default for Camera {
+    fn default() -> Self {
+        Self { fps: 1000.0, position_sd_m: 1e-4, before_ms: 40.0, after_ms: 40.0, gaps: 0.0, outliers: 0.0 }
+    }
+}
+
+/// The cloth of a synthetic data set of kind `tracks`.
+#[derive(Clone, Copy, Debug, Deserialize, Serialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct ClothSpec {
+    /// Sliding friction μ_k.
+    pub mu_k: f64,
+    /// Rolling resistance μ_r.
+    pub mu_r: f64,
+    /// Restitution of a ball that falls on the bed.
+    pub bounce: f64,
+}
+
+impl Default for ClothSpec {
+    fn default() -> Self {
+        let Cloth { sliding, rolling, bounce } = Cloth::default();
+        Self { mu_k: sliding, mu_r: rolling, bounce }
+    }
+}
+
+/// What a shot really was, table frame.
+#[derive(Clone, Copy, Debug)]
+pub struct TrueImpact {
+    pub time: f64,
+    /// Direction of the line of centres, rad.
+    pub direction: f64,
+    pub cue_before: BallState,
+    pub cue_after: BallState,
+    pub object_after: BallState,
+}
+
+impl Maker<'_> {
+    /// Every shot as a camera sees it, and what it really was.
+    pub(super) fn tracks(&mut self) -> Result<Vec<(TrackShot, TrueImpact)>, BadSpec> {
+        (0..self.spec.shots.count).map(|number| self.track(number)).collect()
+    }
+
+    fn track(&mut self, number: usize) -> Result<(TrackShot, TrueImpact), BadSpec> {
+        let Camera { fps, position_sd_m: sd, before_ms, after_ms, gaps, outliers } = self.spec.camera;
+        let ClothSpec { mu_k: sliding, mu_r: rolling, bounce } = self.spec.cloth;
+        let cloth = Cloth { sliding, rolling, bounce };
+        let (_, _, cue) = self.shot(number);
+        let direction = self.between([-std::f64::consts::PI, std::f64::consts::PI]);
+        let object = [self.between([0.3, 1.0]), self.between([0.3, 1.0])];
+        let frames = [before_ms, after_ms].map(|ms| (1e-3 * ms * fps).round() as usize);
+        let time = (frames[0] as f64 + self.rng.random::<f64>()) / fps;
+
+        let outcome = self.model.collide(&cue, &self.coefficients)?;
+        let frame = CollisionFrame::from_normal(direction.cos(), direction.sin());
+        let table = |state: &BallState| BallState {
+            velocity: frame.to_table(state.velocity),
+            spin: frame.to_table(state.spin),
+        };
+        let truth = TrueImpact {
+            time,
+            direction,
+            cue_before: table(&cue),
+            cue_after: table(&outcome.cue),
+            object_after: table(&outcome.object),
+        };
+        let radius = self.model.ball.radius;
+        let contact =
+            [object[0] - 2.0 * radius * direction.cos(), object[1] - 2.0 * radius * direction.sin()];
+        let launch = |position, state: &BallState| {
+            let slip = cloth_slip(state, radius);
+            Launch {
+                time,
+                position,
+                velocity: [state.velocity.x, state.velocity.y],
+                slip: [slip.x, slip.y],
+                up: state.velocity.z,
+                inertia: self.model.ball.inertia,
+            }
+        };
+        let cue_before = Path::before(&launch(contact, &truth.cue_before), &cloth);
+        let cue_after = Path::after(&launch(contact, &truth.cue_after), &cloth);
+        let object_after = Path::after(&launch(object, &truth.object_after), &cloth);
+        let (mut cues, mut objects) = (Vec::new(), Vec::new());
+        for n in 0..=frames[0] + frames[1] {
+            let t = n as f64 / fps;
+            let cue = if t < time { cue_before.position(t) } else { cue_after.position(t) };
+            let object = if t < time { object } else { object_after.position(t) };
+            for ([x, y], samples) in [(cue, &mut cues), (object, &mut objects)] {
+                let mut seen = Sample { t, x: x + self.noise(sd), y: y + self.noise(sd), sd: None };
+                let (missing, wrong) = (self.rng.random::<f64>() < gaps, self.rng.random::<f64>() < outliers);
+                let (dx, dy) = (self.between([-0.02, 0.02]), self.between([-0.02, 0.02]));
+                if wrong {
+                    seen.x += dx;
+                    seen.y += dy;
+                }
+                if !missing {
+                    samples.push(seen);
+                }
+            }
+        }
+        let played = self.spec.shots.cue_spin[number % self.spec.shots.cue_spin.len()];
+        let spin = match played {
+            Played::Stun => Spin::Stun,
+            Played::NaturalRoll => Spin::NaturalRoll,
+            Played::Draw | Played::Side => Spin::Measured { spin: truth.cue_before.spin, sd: [None; 3] },
+        };
+        let shot = TrackShot {
+            name: (number + 1).to_string(),
+            file: PathBuf::new(),
+            line: 0,
+            labels: BTreeMap::new(),
+            fps,
+            cue: cues,
+            object: objects,
+            markers: Vec::new(),
+            spin,
+            position_sd: None,
+        };
+        Ok((shot, truth))
+    }
+}
+
+/// The canonical long CSV, `shot,frame,ball,x,y`.
+pub(super) fn long_csv(shots: &[(TrackShot, TrueImpact)]) -> String {
+    let mut table = String::from("shot,frame,ball,x,y\n");
+    for (shot, _) in shots {
+        for (ball, samples) in [("cue", &shot.cue), ("object", &shot.object)] {
+            for Sample { t, x, y, .. } in samples {
+                let frame = (t * shot.fps).round();
+                _ = writeln!(table, "{},{frame},{ball},{x:.7},{y:.7}", shot.name);
+            }
+        }
+    }
+    table
+}
+
+/// Which spin was played, `shots.csv`.
+pub(super) fn shots_csv(shots: &[(TrackShot, TrueImpact)]) -> String {
+    let mut table = String::from("shot,cue_spin,omega_x,omega_y,omega_z\n");
+    for (shot, _) in shots {
+        let row = match shot.spin {
+            Spin::Stun => "stun,,,".to_string(),
+            Spin::NaturalRoll => "natural-roll,,,".to_string(),
+            Spin::Measured { spin, .. } => format!("measured,{},{},{}", spin.x, spin.y, spin.z),
+            Spin::Unknown => "unknown,,,".to_string(),
+        };
+        _ = writeln!(table, "{},{row}", shot.name);
+    }
+    table
+}
