@@ -39,7 +39,7 @@ pub struct Dataset {
 /// One shot, or the mean of several.
 #[derive(Clone, Debug)]
 pub struct Shot {
-    /// The `shot` column, or the row's number from 1 where there is none.
+    /// The `shot` column, or where there is none the number, from 1, among all the data set's shots.
     pub name: String,
     pub file: PathBuf,
     /// Line of the file, from 1, comments and header counted.
@@ -103,23 +103,25 @@ pub fn load(path: &Path) -> Result<Dataset, DatasetError> {
     let mut shots: Vec<Shot> = Vec::new();
     for table in &manifest.files {
         let Some(table) = Table::read(table, &mut problems) else { continue };
-        if let Some((by, line)) = &manifest.by
+        if let Some((by, line, position)) = &manifest.by
             && !table.has(by)
         {
             let near = did_you_mean(by, table.names());
-            let message =
-                format!("[fit] by is \"{by}\", but {} has no such column{near}", table.path.display());
-            problems.add(&file, Some(*line), None, message);
+            let message = format!("by is \"{by}\", but {} has no such column{near}", table.path.display());
+            problems.add(&file, Some(*line), Some(position), message);
         }
         let read = match manifest.kind {
             Kind::Impacts => impacts::shots,
             Kind::Angles | Kind::Tracks => angles::shots,
         };
-        let mut own = read(&table, manifest.assume, &file, &mut problems);
-        if let Some((by, _)) = &manifest.by {
+        let mut own = read(&table, manifest.assume, &mut problems);
+        if let Some((by, ..)) = manifest.by.as_ref().filter(|(by, ..)| table.has(by)) {
+            for row in (0..table.rows()).filter(|row| table.text(by, *row).is_none()) {
+                let message = "is empty; expected a label, since [fit] by names this column";
+                problems.add(&table.path, Some(table.line(row)), Some(by), message);
+            }
             for shot in &mut own {
-                let row = (0..table.rows()).find(|row| table.line(*row) == shot.line);
-                let label = row.and_then(|row| table.text(by, row)).unwrap_or_default();
+                let label = table.row(shot.line).and_then(|row| table.text(by, row)).unwrap_or_default();
                 shot.labels.entry(by.clone()).or_insert_with(|| label.to_string());
             }
         }
@@ -127,21 +129,31 @@ pub fn load(path: &Path) -> Result<Dataset, DatasetError> {
     }
     name_shots(&mut shots, &mut problems);
     let Manifest { name, cloth, source, ball, settings, by, .. } = manifest;
-    let by = by.map(|(by, _)| by);
+    let by = by.map(|(by, ..)| by);
     problems.into_result(Dataset { name, path: file, cloth, source, ball, settings, by, shots })
 }
 
 /// Numbers the shots that have no name, and complains about names given twice.
 fn name_shots(shots: &mut [Shot], problems: &mut Problems) {
     let mut seen: HashMap<String, (PathBuf, usize)> = HashMap::new();
-    for (i, shot) in shots.iter_mut().enumerate() {
-        if shot.name.is_empty() {
-            shot.name = (i + 1).to_string();
-        }
-        let place = (shot.file.clone(), shot.line);
-        if let Some((file, line)) = seen.insert(shot.name.clone(), place) {
-            let message = format!("\"{}\" also names the shot of {}:{line}", shot.name, file.display());
+    for shot in shots.iter().filter(|shot| !shot.name.is_empty()) {
+        if let Some((file, line)) = seen.get(&shot.name) {
+            let file = file.file_name().unwrap_or_default().display();
+            let message = format!(
+                "\"{}\" also names the shot in line {line} of {file}; expected a name of its own",
+                shot.name
+            );
             problems.add(&shot.file, Some(shot.line), Some("shot"), message);
+        } else {
+            seen.insert(shot.name.clone(), (shot.file.clone(), shot.line));
+        }
+    }
+    for (i, shot) in shots.iter_mut().enumerate().filter(|(_, shot)| shot.name.is_empty()) {
+        shot.name = (i + 1).to_string();
+        // another file may number its shots
+        if seen.contains_key(&shot.name) {
+            let file = shot.file.file_name().unwrap_or_default().display();
+            shot.name = format!("{} ({file}:{})", i + 1, shot.line);
         }
     }
 }
