@@ -87,8 +87,9 @@ pub fn collide_all(
         ["speed_m_s", "cut_deg", "omega_x", "omega_y", "omega_z", "mu", "mu_s", "e", "radius_m"];
     let mut problems = Problems::new(format!("the cases {} cannot be computed:", path.display()));
     let Some(table) = Table::read(path, &mut problems) else { return Err(problems.into_error()) };
-    for column in ["name"].into_iter().chain(NUMBERS) {
-        table.require(column, &mut problems);
+    let known: Vec<_> = ["name"].into_iter().chain(NUMBERS).collect();
+    for column in &known {
+        table.require(column, &known, &mut problems);
     }
     let columns = NUMBERS.map(|column| table.numbers(column, &mut problems).unwrap_or_default());
     let mut collided = Vec::with_capacity(table.rows());

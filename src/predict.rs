@@ -6,7 +6,7 @@ use nalgebra::{SMatrix, SVector, Vector3};
 use crate::ball::BallState;
 use crate::collision::{Coefficients, Model, NotACollision, Outcome};
 use crate::contact::{CollisionFrame, cloth_slip};
-use crate::dataset::{Before, Measurement, Shot, Spin};
+use crate::dataset::{Before, Joint, Measurement, Shot, Spin};
 use crate::observable::{Axis, Observable};
 
 /// No kind of data set has more observables per shot.
@@ -36,6 +36,7 @@ pub struct Plan {
     /// The speed afterwards from which the speed before is solved, and where it stands in `asked`.
     solved_from: Option<Measurement>,
     rows: Vec<Measurement>,
+    joint: Option<Box<Joint>>,
     variance_in: SVector<f64, INPUTS>,
 }
 
@@ -107,13 +108,26 @@ impl Plan {
             }
             Spin::Stun | Spin::NaturalRoll => {}
         }
-        Ok(Self { before: shot.before, spin: shot.spin, solved_from, rows, variance_in })
+        Ok(Self {
+            before: shot.before,
+            spin: shot.spin,
+            solved_from,
+            rows,
+            joint: shot.joint.clone(),
+            variance_in,
+        })
     }
 
     /// The observations that are compared with the prediction.
     #[must_use]
     pub fn rows(&self) -> &[Measurement] {
         &self.rows
+    }
+
+    /// The joint errors of inputs and observations, where they were extracted together.
+    #[must_use]
+    pub fn joint(&self) -> Option<&Joint> {
+        self.joint.as_deref()
     }
 
     /// Variances of the inputs; an input without a stated error counts as exact.

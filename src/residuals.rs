@@ -13,7 +13,7 @@ use nalgebra::{DMatrix, DVector};
 use crate::collision::{Coefficients, Model};
 use crate::observable::Observable;
 use crate::parameters::{Parameter, Prior, Settings};
-use crate::predict::{MAX_OBSERVABLES, Plan, Prediction, wrap};
+use crate::predict::{INPUTS, MAX_OBSERVABLES, Plan, Prediction, wrap};
 
 /// A shot that is fitted: which of the data set's, and what of it is compared.
 #[derive(Clone, Debug)]
@@ -27,9 +27,26 @@ pub type EstimatedSd = Vec<(Observable, f64)>;
 
 /// L⁻¹ of every shot, lower triangles row by row, one after the other.
 #[derive(Clone, Debug)]
-pub struct Whitening(Vec<f64>);
+pub struct Whitening {
+    inverse: Vec<f64>,
+    /// [`common_shift`], where the shots share an error.
+    common: Option<Vec<f64>>,
+}
 
 impl Whitening {
+    /// With an error that all shots share, in the unit of its standard deviation: it becomes one more
+    /// unknown behind the free parameters, with mean 0 and standard deviation 1.
+    #[must_use]
+    pub fn with_common(self, common: Option<Vec<f64>>) -> Self {
+        Self { common, ..self }
+    }
+
+    /// How many unknowns it adds to the free parameters.
+    #[must_use]
+    pub fn unknowns(&self) -> usize {
+        usize::from(self.common.is_some())
+    }
+
     /// `None` where a prediction fails or a covariance is not positive definite.
     #[must_use]
     pub fn new(
@@ -48,7 +65,7 @@ impl Whitening {
                 all.extend((0..=row).map(|column| inverse[(row, column)]));
             }
         }
-        Some(Self(all))
+        Some(Self { inverse: all, common: None })
     }
 }
 
@@ -57,6 +74,15 @@ impl Whitening {
 pub fn covariance(plan: &Plan, prediction: &Prediction, estimated: &EstimatedSd) -> DMatrix<f64> {
     let rows = plan.rows().len();
     let g = prediction.by_inputs.rows(0, rows);
+    if let Some(joint) = plan.joint() {
+        // d = predicted(inputs) − measured, so that C = [G, −1] Σ [G, −1]ᵀ, and measured spins apart
+        let by = by_joint(prediction, rows);
+        let mut covariance = &by * joint.covariance * by.transpose();
+        for spin in 3..INPUTS {
+            covariance += plan.variance_in()[spin] * g.column(spin) * g.column(spin).transpose();
+        }
+        return covariance;
+    }
     let mut covariance = g
         * DMatrix::from_diagonal(&DVector::from_column_slice(plan.variance_in().as_slice()))
         * g.transpose();
@@ -67,6 +93,37 @@ pub fn covariance(plan: &Plan, prediction: &Prediction, estimated: &EstimatedSd)
         covariance[(row, row)] += sd * sd;
     }
     covariance
+}
+
+/// Differences by what was extracted together: direction, velocity before, observations.
+fn by_joint(prediction: &Prediction, rows: usize) -> DMatrix<f64> {
+    let mut by = DMatrix::zeros(rows, 7);
+    by.view_mut((0, 0), (rows, 3)).copy_from(&prediction.by_inputs.view((0, 0), (rows, 3)));
+    for row in 0..rows {
+        by[(row, 3 + row)] = -1.0;
+    }
+    by
+}
+
+/// How the differences of all shots move together when the cloth's μ_k moves by its standard error
+/// `sd`: one number for each observation.
+#[must_use]
+pub fn common_shift(
+    shots: &[Fitted],
+    model: &Model,
+    coefficients: &Coefficients,
+    sd: f64,
+) -> Option<Vec<f64>> {
+    let mut shift = Vec::new();
+    for Fitted { plan, .. } in shots {
+        let rows = plan.rows().len();
+        let prediction = plan.predict(model, coefficients).ok()?;
+        match plan.joint() {
+            Some(joint) => shift.extend((by_joint(&prediction, rows) * joint.by_sliding * sd).iter()),
+            None => shift.extend(std::iter::repeat_n(0.0, rows)),
+        }
+    }
+    Some(shift)
 }
 
 /// Predicted less measured; an angle's difference is brought to (−π, π].
@@ -116,10 +173,13 @@ impl<'a> Problem<'a> {
     fn evaluate(&self, x: &DVector<f64>) -> Point {
         let coefficients = coefficients(&self.held, self.free, x);
         let observations: usize = self.shots.iter().map(|shot| shot.plan.rows().len()).sum();
-        let count = observations + self.priors().count();
+        let priors = self.priors().count();
+        let shared = self.whitening.common.as_deref();
+        let count = observations + priors + self.whitening.unknowns();
+        let columns = self.free.len() + self.whitening.unknowns();
         let mut residuals = DVector::zeros(count);
-        let mut jacobian = DMatrix::zeros(count, self.free.len());
-        let mut weights = self.whitening.0.as_slice();
+        let mut jacobian = DMatrix::zeros(count, columns);
+        let mut weights = self.whitening.inverse.as_slice();
         let mut first = 0;
         for Fitted { plan, .. } in self.shots {
             let rows = plan.rows();
@@ -130,12 +190,18 @@ impl<'a> Problem<'a> {
                     let mut raw = [0.0; MAX_OBSERVABLES];
                     for (i, row) in rows.iter().enumerate() {
                         raw[i] = difference(row.observable, prediction.values[i], row.measured.value);
+                        if let Some(shared) = shared {
+                            raw[i] += shared[first + i] * x[self.free.len()];
+                        }
                     }
                     let mut own = own.iter();
                     for i in 0..rows.len() {
                         for j in 0..=i {
                             let weight = own.next().copied().unwrap_or(f64::NAN);
                             residuals[first + i] += weight * raw[j];
+                            if let Some(shared) = shared {
+                                jacobian[(first + i, self.free.len())] += weight * shared[first + j];
+                            }
                             for (column, parameter) in self.free.iter().enumerate() {
                                 jacobian[(first + i, column)] +=
                                     weight * prediction.by_coefficients[(j, *parameter as usize)];
@@ -151,6 +217,10 @@ impl<'a> Problem<'a> {
         for (row, (column, prior)) in self.priors().enumerate() {
             residuals[observations + row] = (x[column] - prior.mean) / prior.sd;
             jacobian[(observations + row, column)] = 1.0 / prior.sd;
+        }
+        if shared.is_some() {
+            residuals[observations + priors] = x[self.free.len()];
+            jacobian[(observations + priors, self.free.len())] = 1.0;
         }
         Point { x: x.clone(), residuals, jacobian }
     }

@@ -1,7 +1,10 @@
 //! Impacts extracted from synthetic footage, against what the shots really were.
 
 use caromfit::ball::Ball;
+use caromfit::dataset::Dataset;
+use caromfit::fit::Options;
 use caromfit::impact::{self, Impact, Lifted, Quantity, Scene};
+use caromfit::parameters::Settings;
 use caromfit::synth::{
     self, BallSpec, Camera, ClothSpec, Kind, Noise, Played, Shots, Spec, TrueImpact, Truth,
 };
@@ -71,5 +74,56 @@ fn errors_are_what_they_are_stated_to_be() {
             let sd = (pulls.iter().map(|p| (p - mean).powi(2)).sum::<f64>() / (n - 1.0)).sqrt();
             println!("  {i}: mean {mean:.3} sd {sd:.3} ({n})");
         }
+    }
+}
+
+#[test]
+fn fits_of_tracks_recover_the_parameters() {
+    let sets: u64 = std::env::var("CAROMFIT_SETS").ok().and_then(|n| n.parse().ok()).unwrap_or(50);
+    let mut pulls = [const { Vec::new() }; 3];
+    let mut errors = [0.0; 3];
+    let mut covered = [0.0; 3];
+    for seed in 0..sets {
+        let spec = Spec { seed: 1000 + seed, ..spec(Played::NaturalRoll, 40, Camera::default()) };
+        let tracks: Vec<_> = synth::filmed(&spec).unwrap().into_iter().map(|(shot, _)| shot).collect();
+        let impacts = impact::extract_all(&tracks, &Scene::new(Ball::POOL));
+        let sliding = impact::shots::sliding(impacts.iter().flatten());
+        let shots = tracks
+            .iter()
+            .zip(&impacts)
+            .filter_map(|(track, impact)| Some(impact::shots::shot(track, impact.as_ref().ok()?, sliding)));
+        let dataset = Dataset {
+            name: "tracks".into(),
+            path: "tracks".into(),
+            cloth: None,
+            source: None,
+            ball: Ball::POOL,
+            settings: Settings::default(),
+            by: None,
+            shots: shots.collect(),
+            left_out: Vec::new(),
+            sliding,
+        };
+        let fit = caromfit::fit::fit(&dataset, &Options::default()).unwrap().remove(0);
+        for (i, truth) in [0.05, 0.3, 0.94].into_iter().enumerate() {
+            let estimate = fit.estimates[i];
+            let error = estimate.std_error.unwrap();
+            pulls[i].push((estimate.value - truth) / error);
+            errors[i] += error / sets as f64;
+            let [low, high] = estimate.interval_95.unwrap();
+            covered[i] += f64::from(u8::from((low..=high).contains(&truth))) / sets as f64;
+        }
+        if seed == 0 {
+            println!("μ_k {:?}, χ²/dof {}", sliding, fit.chi2 / fit.dof as f64);
+        }
+    }
+    for i in 0..3 {
+        let n = pulls[i].len() as f64;
+        let mean = pulls[i].iter().sum::<f64>() / n;
+        let sd = (pulls[i].iter().map(|p| (p - mean).powi(2)).sum::<f64>() / (n - 1.0)).sqrt();
+        println!(
+            "parameter {i}: error {:.5}, pull {mean:.3} ± {sd:.3}, covered {:.3}",
+            errors[i], covered[i]
+        );
     }
 }

@@ -2,6 +2,7 @@
 
 mod collisions;
 mod extraction;
+mod loader;
 mod nist;
 mod optimise;
 mod published;

@@ -89,10 +89,6 @@ impl Problems {
         self.found.push(Problem { file: file.to_path_buf(), line, column, message: message.into() });
     }
 
-    pub(crate) fn is_empty(&self) -> bool {
-        self.found.is_empty()
-    }
-
     /// `value` if nothing is wrong.
     pub(crate) fn into_result<T>(self, value: T) -> Result<T, DatasetError> {
         if self.found.is_empty() { Ok(value) } else { Err(self.into_error()) }
@@ -103,14 +99,21 @@ impl Problems {
     }
 }
 
-/// ` (did you mean "throw_deg"?)`, or nothing when no name is near.
-pub(crate) fn did_you_mean<'a>(word: &str, names: impl IntoIterator<Item = &'a str>) -> String {
+/// The name that a word was probably meant to be.
+pub(crate) fn nearest<'a>(word: &str, names: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
     /// Of Jaro–Winkler similarity: two letters swapped in a short word are nearer than this.
     const NEAR: f64 = 0.75;
-    let nearest = names
-        .into_iter()
-        .map(|name| (strsim::jaro_winkler(word, name), name))
-        .max_by(|a, b| a.0.total_cmp(&b.0))
-        .filter(|(similarity, _)| *similarity > NEAR);
-    nearest.map_or(String::new(), |(_, name)| format!(" (did you mean \"{name}\"?)"))
+    let word = word.to_lowercase();
+    let similarity = |name: &str| {
+        let name = name.to_lowercase();
+        let one_slip = name.len() > 1 && strsim::damerau_levenshtein(&word, &name) <= 1;
+        strsim::jaro_winkler(&word, &name) + if one_slip { 1.0 } else { 0.0 }
+    };
+    let near = names.into_iter().map(|name| (similarity(name), name)).max_by(|a, b| a.0.total_cmp(&b.0));
+    near.filter(|(similarity, _)| *similarity > NEAR).map(|(_, name)| name)
+}
+
+/// ` (did you mean "throw_deg"?)`, or nothing when no name is near.
+pub(crate) fn did_you_mean<'a>(word: &str, names: impl IntoIterator<Item = &'a str>) -> String {
+    nearest(word, names).map_or(String::new(), |name| format!(" (did you mean \"{name}\"?)"))
 }

@@ -1,7 +1,5 @@
 //! Tables of kind `impacts`: velocities before and after each impact, table frame.
 
-use std::path::Path;
-
 use super::error::Problems;
 use super::manifest::Assume;
 use super::rows::{self, Column, Observables};
@@ -17,24 +15,19 @@ const SPIN: [&str; 3] = ["cue_wx", "cue_wy", "cue_wz"];
 const UNIT: f64 = 1e-3;
 
 /// One row, one shot.
-pub(super) fn shots(
-    table: &Table,
-    assume: Option<Assume>,
-    manifest: &Path,
-    problems: &mut Problems,
-) -> Vec<Shot> {
+pub(super) fn shots(table: &Table, assume: Option<Assume>, problems: &mut Problems) -> Vec<Shot> {
     let mut known = vec!["shot"];
     known.extend(BEFORE);
     known.extend(SPIN);
     known.extend(Observable::IMPACTS.map(Observable::column));
-    rows::check_lonely_sds(table, &known, problems);
+    rows::check_names(table, &known, problems);
 
     for column in ["shot"].into_iter().chain(BEFORE).chain(AFTER) {
-        table.require(column, problems);
+        table.require(column, &known, problems);
     }
     let columns = BEFORE.map(|column| Column::read(table, column, 1.0, problems));
     let observables = Observables::read(table, &Observable::IMPACTS, problems);
-    let spins = rows::spins(table, SPIN, false, assume, manifest, problems);
+    let spins = rows::spins(table, SPIN, false, assume, problems);
 
     let mut shots = Vec::with_capacity(table.rows());
     for row in 0..table.rows() {
@@ -42,17 +35,22 @@ pub(super) fn shots(
         let before = columns.each_ref().map(|c| c.as_ref().and_then(|column| column.measured(row)));
         let [Some(nx), Some(ny), Some(vx), Some(vy)] = before else { continue };
         let length = nx.value.hypot(ny.value);
+        let written = |columns: [&str; 2]| {
+            let [x, y] = columns.map(|column| table.text(column, row).unwrap_or_default());
+            format!("({x}, {y})")
+        };
         if (length - 1.0).abs() > UNIT {
             let message = format!(
-                "the line of centres ({}, {}) has the length {length:.6}; expected a unit vector",
-                nx.value, ny.value
+                "the line of centres (nx, ny) = {} has the length {length:?}; expected a unit vector",
+                written(["nx", "ny"])
             );
             problems.add(&table.path, Some(line), Some("nx"), message);
         } else if nx.value * vx.value + ny.value * vy.value <= 0.0 {
             let message = format!(
-                "the cue ball ({}, {}) does not approach along the line of centres ({}, {}), which points from \
-                 cue ball to object ball",
-                vx.value, vy.value, nx.value, ny.value
+                "the cue ball's velocity {} takes it away from the object ball; expected one that approaches \
+                 along the line of centres (nx, ny) = {}, which points from cue ball to object ball",
+                written(["cue_vx", "cue_vy"]),
+                written(["nx", "ny"])
             );
             problems.add(&table.path, Some(line), Some("cue_vx"), message);
         }
@@ -67,6 +65,7 @@ pub(super) fn shots(
             before: Before::Impact { normal: [unit(nx), unit(ny)], velocity: [vx, vy] },
             spin: *spin,
             after,
+            joint: None,
         });
     }
     shots

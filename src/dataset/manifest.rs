@@ -8,8 +8,12 @@ use serde::de::{DeserializeOwned, IgnoredAny};
 use toml::Spanned;
 
 use super::error::{DatasetError, Problems, did_you_mean};
+use super::table::read_utf8;
 use crate::ball::{Ball, UNIFORM_SPHERE};
 use crate::parameters::{Parameter, Prior, Setting, Settings};
+
+/// In bytes: a folder's name may be this long everywhere, and something still be added to it.
+const LONGEST_NAME: usize = 200;
 
 /// A checked dataset.toml.
 pub(super) struct Manifest {
@@ -21,8 +25,8 @@ pub(super) struct Manifest {
     pub ball: Ball,
     pub assume: Option<Assume>,
     pub settings: Settings,
-    /// `[fit] by`, with its line.
-    pub by: Option<(String, usize)>,
+    /// `[fit] by`, with its line and the position in it.
+    pub by: Option<(String, usize, String)>,
 }
 
 #[derive(Clone, Copy, Debug, Deserialize, PartialEq, Eq)]
@@ -42,6 +46,16 @@ pub(super) enum Assume {
     Unknown,
 }
 
+impl Kind {
+    fn name(self) -> &'static str {
+        match self {
+            Self::Tracks => "tracks",
+            Self::Impacts => "impacts",
+            Self::Angles => "angles",
+        }
+    }
+}
+
 impl Assume {
     pub(super) const WORDS: [(&'static str, Self); 4] = [
         ("stun", Self::Stun),
@@ -52,7 +66,7 @@ impl Assume {
 }
 
 #[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
+#[serde(deny_unknown_fields, expecting = "the keys of a data set")]
 struct RawManifest {
     name: Spanned<String>,
     kind: Spanned<Kind>,
@@ -70,7 +84,7 @@ struct RawManifest {
 }
 
 #[derive(Default, Deserialize)]
-#[serde(deny_unknown_fields)]
+#[serde(deny_unknown_fields, expecting = "a table, as in [ball] radius_m = 0.028575")]
 struct RawBall {
     radius_m: Option<Spanned<f64>>,
     mass_kg: Option<Spanned<f64>>,
@@ -78,13 +92,13 @@ struct RawBall {
 }
 
 #[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
+#[serde(deny_unknown_fields, expecting = "a table, as in [cue_spin] assume = \"stun\"")]
 struct RawSpin {
     assume: Assume,
 }
 
 #[derive(Default, Deserialize)]
-#[serde(deny_unknown_fields)]
+#[serde(deny_unknown_fields, expecting = "a table, as in [fit] mu_s = { fixed = 0.3 }")]
 struct RawFit {
     mu: Option<RawSetting>,
     mu_s: Option<RawSetting>,
@@ -93,7 +107,10 @@ struct RawFit {
 }
 
 #[derive(Default, Deserialize)]
-#[serde(deny_unknown_fields)]
+#[serde(
+    deny_unknown_fields,
+    expecting = "a table, as in { initial = 0.05, upper = 0.5 } or { fixed = 0.05 }"
+)]
 struct RawSetting {
     initial: Option<Spanned<f64>>,
     lower: Option<Spanned<f64>>,
@@ -112,10 +129,16 @@ struct Source<'a> {
 impl Source<'_> {
     /// Line and position in it, from 1.
     fn place(&self, span: &Range<usize>) -> (usize, String) {
-        let before = &self.text[..span.start.min(self.text.len())];
-        let line = before.matches('\n').count() + 1;
-        let position = before.rsplit('\n').next().map_or(0, |rest| rest.chars().count()) + 1;
+        let before = &self.text.as_bytes()[..span.start.min(self.text.len())];
+        let line = before.iter().filter(|byte| **byte == b'\n').count() + 1;
+        let rest = before.rsplit(|byte| *byte == b'\n').next().unwrap_or_default();
+        let position = String::from_utf8_lossy(rest).chars().count() + 1;
         (line, position.to_string())
+    }
+
+    /// What is written there.
+    fn written(&self, span: &Range<usize>) -> &str {
+        self.text.get(span.clone()).unwrap_or_default()
     }
 
     fn add(&self, problems: &mut Problems, span: &Range<usize>, message: String) {
@@ -128,8 +151,19 @@ impl Manifest {
     /// Reads and checks it, all but the tables.
     pub(super) fn read(path: &Path) -> Result<Self, DatasetError> {
         let mut problems = Problems::of_dataset(path);
-        let Some(text) = read_text(path, &mut problems) else { return Err(problems.into_error()) };
-        let source = Source { path, text: &text };
+        if !path.is_file() {
+            let message = "there is no such file; expected a dataset.toml, or a folder that holds one";
+            problems.add(path, None, None, message);
+            return Err(problems.into_error());
+        }
+        if path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("csv")) {
+            problems.add(path, None, None, "is a table; expected the dataset.toml that names it under files");
+            return Err(problems.into_error());
+        }
+        let Some(text) = read_utf8(path, &mut problems) else { return Err(problems.into_error()) };
+        // a byte order mark is no part of the first line
+        let text = text.strip_prefix('\u{feff}').unwrap_or(&text);
+        let source = Source { path, text };
         let Some(raw) = parse::<RawManifest>(&source, &mut problems) else {
             return Err(problems.into_error());
         };
@@ -141,17 +175,9 @@ impl Manifest {
 /// Reads a TOML file of another shape, with the same care for what is wrong with it.
 pub(crate) fn read_toml<T: DeserializeOwned>(path: &Path) -> Result<T, DatasetError> {
     let mut problems = Problems::new(format!("{} cannot be used:", path.display()));
-    let Some(text) = read_text(path, &mut problems) else { return Err(problems.into_error()) };
-    parse(&Source { path, text: &text }, &mut problems).ok_or_else(|| problems.into_error())
-}
-
-fn read_text(path: &Path, problems: &mut Problems) -> Option<String> {
-    match std::fs::read(path).map(String::from_utf8) {
-        Ok(Ok(text)) => return Some(text),
-        Ok(Err(_)) => problems.add(path, None, None, "is not UTF-8 text"),
-        Err(error) => problems.add(path, None, None, format!("cannot be read: {error}")),
-    }
-    None
+    let Some(text) = read_utf8(path, &mut problems) else { return Err(problems.into_error()) };
+    let text = text.strip_prefix('\u{feff}').unwrap_or(&text);
+    parse(&Source { path, text }, &mut problems).ok_or_else(|| problems.into_error())
 }
 
 fn parse<T: DeserializeOwned>(source: &Source, problems: &mut Problems) -> Option<T> {
@@ -159,43 +185,84 @@ fn parse<T: DeserializeOwned>(source: &Source, problems: &mut Problems) -> Optio
         Ok(parsed) => return Some(parsed),
         Err(error) => error,
     };
-    let message = with_suggestion(error.message());
-    match error.span() {
-        Some(span) => {
-            let shown = source.text.get(span.clone()).filter(|s| !s.contains('\n') && !s.is_empty());
-            let shown = shown.map_or(String::new(), |s| format!("{s}: "));
-            source.add(problems, &span, format!("{shown}{message}"));
+    let text = source.text;
+    let span = error.span().filter(|span| !(span.start == 0 && span.end >= text.trim_end().len()));
+    let message = in_plain_words(error.message(), span.as_ref().map_or("", |span| source.written(span)));
+    match span {
+        Some(span) if is_decimal_comma(text, span.start) => {
+            let message = format!("{message}; write decimals with a point, not a comma");
+            source.add(problems, &span, message);
         }
+        Some(span) => source.add(problems, &span, message),
         None => problems.add(source.path, None, None, message),
     }
     None
 }
 
-/// serde's message, with the nearest of the names that it lists.
-fn with_suggestion(message: &str) -> String {
+/// The message of toml or serde about what is `written`, for people who write neither.
+fn in_plain_words(message: &str, written: &str) -> String {
     let message = message.trim().replace('\n', " ");
-    let mut quoted = message.split('`').skip(1).step_by(2);
-    match quoted.next() {
-        Some(word) if message.starts_with("unknown") => {
-            let near = did_you_mean(word, quoted);
-            format!("{message}{near}")
+    let quoted: Vec<&str> = message.split('`').skip(1).step_by(2).collect();
+    let names = |names: &[&str]| names.join(", ");
+    match (message.split(' ').take(2).collect::<Vec<_>>().as_slice(), quoted.as_slice()) {
+        (["unknown", what], [word, known @ ..]) if !known.is_empty() => {
+            let what = if *what == "field" { "unknown key" } else { "unknown word" };
+            let near = did_you_mean(word, known.iter().copied());
+            format!(
+                "{what} \"{word}\"{near}; expected {}{}",
+                if known.len() > 1 { "one of " } else { "" },
+                names(known)
+            )
         }
+        (["missing", "field"], [key]) => format!("the key {key} is missing"),
+        (["duplicate", "key"], _) => format!("the key {written} stands twice"),
+        (["invalid", "type:"], _) => match message.split_once(", expected ") {
+            Some((_, expected)) if !written.contains('\n') => {
+                let expected = match expected {
+                    "f64" => "a number, without quotation marks",
+                    "a string" => "text in quotation marks",
+                    "a sequence" => "a list, as in [\"shots.csv\"]",
+                    other => other,
+                };
+                format!("{written} is of the wrong type; expected {expected}")
+            }
+            _ => message,
+        },
         _ => message,
     }
+}
+
+/// Whether the comma between two digits stands just before or at a place.
+fn is_decimal_comma(text: &str, place: usize) -> bool {
+    let text = text.as_bytes();
+    let digit = |i: usize| text.get(i).is_some_and(u8::is_ascii_digit);
+    (place.saturating_sub(1)..=place)
+        .any(|i| text.get(i) == Some(&b',') && i > 0 && digit(i - 1) && digit(i + 1))
 }
 
 impl RawManifest {
     fn check(self, source: &Source, problems: &mut Problems) -> Manifest {
         let name = self.name.as_ref();
-        if name.is_empty() || name == "." || name == ".." || name.contains(['/', '\\', '\0']) {
-            let message = format!("name is \"{name}\"; expected one that can name a folder, without slashes");
+        let odd = |c: char| c == '/' || c == '\\' || c.is_control();
+        if name.trim() != name || name.is_empty() || name == "." || name == ".." || name.contains(odd) {
+            let message = format!(
+                "name is {}; expected one that can name a folder, without slashes, control characters and \
+                 blanks around it",
+                source.written(&self.name.span())
+            );
+            source.add(problems, &self.name.span(), message);
+        } else if name.len() > LONGEST_NAME {
+            let message = format!("name has {} bytes; expected at most {LONGEST_NAME}", name.len());
             source.add(problems, &self.name.span(), message);
         }
         let kind = *self.kind.as_ref();
         if kind != Kind::Tracks {
             for (key, section) in [("video", &self.video), ("scale", &self.scale), ("tracks", &self.tracks)] {
                 if let Some(section) = section {
-                    let message = format!("[{key}] goes with kind = \"tracks\" only");
+                    let message = format!(
+                        "[{key}] stands in a data set of kind \"{}\"; it goes with \"tracks\" only",
+                        kind.name()
+                    );
                     source.add(problems, &section.span(), message);
                 }
             }
@@ -217,17 +284,22 @@ impl RawManifest {
             ball,
             assume: self.cue_spin.map(|spin| spin.assume),
             settings,
-            by: self.fit.by.map(|by| (by.as_ref().clone(), source.place(&by.span()).0)),
+            by: self.fit.by.map(|by| {
+                let (line, position) = source.place(&by.span());
+                (by.into_inner(), line, position)
+            }),
         }
     }
 
     /// The globs, relative to the file's own folder.
     fn files(&self, source: &Source, problems: &mut Problems) -> Vec<PathBuf> {
         let folder = source.path.parent().unwrap_or(Path::new(""));
+        let shown = if folder.as_os_str().is_empty() { Path::new(".") } else { folder };
         let folder = glob::Pattern::escape(&folder.to_string_lossy());
         let mut files = Vec::new();
         if self.files.as_ref().is_empty() {
-            source.add(problems, &self.files.span(), "files names no file".to_string());
+            let message = "files is empty; expected at least one, as in [\"shots.csv\"]";
+            source.add(problems, &self.files.span(), message.to_string());
         }
         for pattern in self.files.as_ref() {
             let (span, text) = (pattern.span(), pattern.as_ref());
@@ -238,13 +310,19 @@ impl RawManifest {
             };
             match glob::glob(&whole) {
                 Ok(paths) => {
-                    let before = files.len();
-                    files.extend(paths.filter_map(Result::ok).filter(|path| path.is_file()));
-                    if files.len() == before {
+                    let mut seen = 0;
+                    for path in paths.filter_map(Result::ok).filter(|path| path.is_file()) {
+                        seen += 1;
+                        // two patterns may name the same file
+                        if !files.contains(&path) {
+                            files.push(path);
+                        }
+                    }
+                    if seen == 0 {
                         source.add(
                             problems,
                             &span,
-                            format!("\"{text}\": no such file; expected at least one"),
+                            format!("\"{text}\" names no file in {}; expected at least one", shown.display()),
                         );
                     }
                 }
@@ -261,15 +339,18 @@ impl RawBall {
             let Some(value) = value else { return default };
             let number = *value.as_ref();
             if !(number > 0.0 && number.is_finite()) {
-                source.add(problems, &value.span(), format!("{key} is {number}; expected more than 0"));
+                let text = source.written(&value.span());
+                source.add(problems, &value.span(), format!("{key} is {text}; expected more than 0"));
             }
             number
         };
         let radius = positive("radius_m", &self.radius_m, Ball::POOL.radius);
         let mass = positive("mass_kg", &self.mass_kg, Ball::POOL.mass);
         let inertia = positive("inertia", &self.inertia, UNIFORM_SPHERE);
-        if let Some(value) = self.inertia.as_ref().filter(|value| *value.as_ref() > 2.0 / 3.0) {
-            let message = format!("inertia is {inertia}; expected at most 2/3, that of a hollow sphere");
+        let hollow = |value: &&Spanned<f64>| value.as_ref().is_finite() && *value.as_ref() > 2.0 / 3.0;
+        if let Some(value) = self.inertia.as_ref().filter(hollow) {
+            let text = source.written(&value.span());
+            let message = format!("inertia is {text}; expected at most 2/3, that of a hollow sphere");
             source.add(problems, &value.span(), message);
         }
         Ball { radius, mass, inertia }
@@ -294,7 +375,7 @@ impl RawSetting {
                 source.add(
                     problems,
                     &spanned.span(),
-                    format!("{name}.{key} is {number}; expected {expected}"),
+                    format!("{name}.{key} is {}; expected {expected}", source.written(&spanned.span())),
                 );
             }
             good.then_some(number)
@@ -314,15 +395,23 @@ impl RawSetting {
             let at = span(&self.lower).or(span(&self.upper));
             wrong(
                 at,
-                format!("{name}.lower is {lower}, above {name}.upper, {upper}; expected lower ≤ upper"),
+                format!("{name}.lower is {lower:?}, above {name}.upper, {upper:?}; expected lower ≤ upper"),
             );
             return setting;
         }
+        let bounds = format!(
+            "{lower:?} to {upper:?}, its bounds{}",
+            if self.upper.is_none() && widest > upper {
+                format!(" (give {name}.upper to move the upper one)")
+            } else {
+                String::new()
+            }
+        );
         setting.initial = setting.initial.clamp(lower, upper);
         if let Some(initial) = initial {
             setting.initial = initial;
             if !(lower..=upper).contains(&initial) {
-                let message = format!("{name}.initial is {initial}; expected {lower} to {upper}, its bounds");
+                let message = format!("{name}.initial is {initial:?}; expected {bounds}");
                 wrong(span(&self.initial), message);
             }
         }
@@ -330,17 +419,21 @@ impl RawSetting {
             setting.initial = fixed;
             setting.fixed = true;
             if !(lower..=upper).contains(&fixed) {
-                let message = format!("{name}.fixed is {fixed}; expected {lower} to {upper}, its bounds");
+                let message = format!("{name}.fixed is {fixed:?}; expected {bounds}");
                 wrong(span(&self.fixed), message);
             }
         }
         match (&self.prior_mean, &self.prior_sd) {
             (Some(given), None) | (None, Some(given)) => {
-                wrong(Some(given.span()), format!("{name}: a prior needs both prior_mean and prior_sd"));
+                wrong(
+                    Some(given.span()),
+                    format!("{name}: only one of prior_mean and prior_sd; expected both or none"),
+                );
             }
             (Some(_), Some(spanned)) => {
                 if sd.is_some_and(|sd| sd <= 0.0) {
-                    let message = format!("{name}.prior_sd is {}; expected more than 0", spanned.as_ref());
+                    let text = source.written(&spanned.span());
+                    let message = format!("{name}.prior_sd is {text}; expected more than 0");
                     wrong(Some(spanned.span()), message);
                 } else if let (Some(mean), Some(sd)) = (mean, sd) {
                     setting.prior = Some(Prior { mean, sd });

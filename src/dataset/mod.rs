@@ -14,6 +14,8 @@ use error::{Problems, did_you_mean};
 use manifest::{Kind, Manifest};
 use table::Table;
 
+use nalgebra::{SMatrix, SVector};
+
 use crate::ball::{Ball, Vec3};
 use crate::observable::Observable;
 use crate::parameters::Settings;
@@ -34,12 +36,16 @@ pub struct Dataset {
     /// The label column whose values are fitted apart (`[fit] by`).
     pub by: Option<String>,
     pub shots: Vec<Shot>,
+    /// Shots that are left out from the start, with the reason.
+    pub left_out: Vec<(String, String)>,
+    /// The cloth's sliding friction μ_k, where the shots were extracted from tracks with it.
+    pub sliding: Option<Measured>,
 }
 
 /// One shot, or the mean of several.
 #[derive(Clone, Debug)]
 pub struct Shot {
-    /// The `shot` column, or the row's number from 1 where there is none.
+    /// The `shot` column, or where there is none the number, from 1, among all the data set's shots.
     pub name: String,
     pub file: PathBuf,
     /// Line of the file, from 1, comments and header counted.
@@ -50,6 +56,18 @@ pub struct Shot {
     pub spin: Spin,
     /// At least one.
     pub after: Vec<Measurement>,
+    /// Where state before and observations were extracted together, their joint errors.
+    pub joint: Option<Box<Joint>>,
+}
+
+/// Errors of what was extracted from one track: direction of the line of centres (rad), the cue ball's
+/// v_x, v_y before, then v_x, v_y of the cue ball and of the object ball after the impact.
+#[derive(Clone, Debug)]
+pub struct Joint {
+    /// For a given μ_k of the cloth.
+    pub covariance: SMatrix<f64, 7, 7>,
+    /// How they move with μ_k, which all shots share.
+    pub by_sliding: SVector<f64, 7>,
 }
 
 /// A value with its standard deviation, where the data give one.
@@ -103,23 +121,25 @@ pub fn load(path: &Path) -> Result<Dataset, DatasetError> {
     let mut shots: Vec<Shot> = Vec::new();
     for table in &manifest.files {
         let Some(table) = Table::read(table, &mut problems) else { continue };
-        if let Some((by, line)) = &manifest.by
+        if let Some((by, line, position)) = &manifest.by
             && !table.has(by)
         {
             let near = did_you_mean(by, table.names());
-            let message =
-                format!("[fit] by is \"{by}\", but {} has no such column{near}", table.path.display());
-            problems.add(&file, Some(*line), None, message);
+            let message = format!("by is \"{by}\", but {} has no such column{near}", table.path.display());
+            problems.add(&file, Some(*line), Some(position), message);
         }
         let read = match manifest.kind {
             Kind::Impacts => impacts::shots,
             Kind::Angles | Kind::Tracks => angles::shots,
         };
-        let mut own = read(&table, manifest.assume, &file, &mut problems);
-        if let Some((by, _)) = &manifest.by {
+        let mut own = read(&table, manifest.assume, &mut problems);
+        if let Some((by, ..)) = manifest.by.as_ref().filter(|(by, ..)| table.has(by)) {
+            for row in (0..table.rows()).filter(|row| table.text(by, *row).is_none()) {
+                let message = "is empty; expected a label, since [fit] by names this column";
+                problems.add(&table.path, Some(table.line(row)), Some(by), message);
+            }
             for shot in &mut own {
-                let row = (0..table.rows()).find(|row| table.line(*row) == shot.line);
-                let label = row.and_then(|row| table.text(by, row)).unwrap_or_default();
+                let label = table.row(shot.line).and_then(|row| table.text(by, row)).unwrap_or_default();
                 shot.labels.entry(by.clone()).or_insert_with(|| label.to_string());
             }
         }
@@ -127,21 +147,42 @@ pub fn load(path: &Path) -> Result<Dataset, DatasetError> {
     }
     name_shots(&mut shots, &mut problems);
     let Manifest { name, cloth, source, ball, settings, by, .. } = manifest;
-    let by = by.map(|(by, _)| by);
-    problems.into_result(Dataset { name, path: file, cloth, source, ball, settings, by, shots })
+    let by = by.map(|(by, ..)| by);
+    problems.into_result(Dataset {
+        name,
+        path: file,
+        cloth,
+        source,
+        ball,
+        settings,
+        by,
+        shots,
+        left_out: Vec::new(),
+        sliding: None,
+    })
 }
 
 /// Numbers the shots that have no name, and complains about names given twice.
 fn name_shots(shots: &mut [Shot], problems: &mut Problems) {
     let mut seen: HashMap<String, (PathBuf, usize)> = HashMap::new();
-    for (i, shot) in shots.iter_mut().enumerate() {
-        if shot.name.is_empty() {
-            shot.name = (i + 1).to_string();
-        }
-        let place = (shot.file.clone(), shot.line);
-        if let Some((file, line)) = seen.insert(shot.name.clone(), place) {
-            let message = format!("\"{}\" also names the shot of {}:{line}", shot.name, file.display());
+    for shot in shots.iter().filter(|shot| !shot.name.is_empty()) {
+        if let Some((file, line)) = seen.get(&shot.name) {
+            let file = file.file_name().unwrap_or_default().display();
+            let message = format!(
+                "\"{}\" also names the shot in line {line} of {file}; expected a name of its own",
+                shot.name
+            );
             problems.add(&shot.file, Some(shot.line), Some("shot"), message);
+        } else {
+            seen.insert(shot.name.clone(), (shot.file.clone(), shot.line));
+        }
+    }
+    for (i, shot) in shots.iter_mut().enumerate().filter(|(_, shot)| shot.name.is_empty()) {
+        shot.name = (i + 1).to_string();
+        // another file may number its shots
+        if seen.contains_key(&shot.name) {
+            let file = shot.file.file_name().unwrap_or_default().display();
+            shot.name = format!("{} ({file}:{})", i + 1, shot.line);
         }
     }
 }

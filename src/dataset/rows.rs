@@ -1,9 +1,8 @@
 //! What the tables of both kinds share: values with standard deviations, spins, observables.
 
 use std::collections::BTreeMap;
-use std::path::Path;
 
-use super::error::{Problems, did_you_mean};
+use super::error::{Problems, did_you_mean, nearest};
 use super::manifest::Assume;
 use super::table::Table;
 use super::{Measured, Measurement, Spin};
@@ -24,8 +23,10 @@ impl Column {
         let sd_name = format!("{name}_sd");
         let sds = table.numbers(&sd_name, problems);
         for (row, sd) in sds.iter().flatten().enumerate() {
-            if let Some(sd) = sd.filter(|sd| *sd <= 0.0) {
-                let message = format!("{sd} is no standard deviation; expected more than 0");
+            // also one that is lost when it becomes radians
+            if sd.is_some_and(|sd| sd * unit_si <= 0.0) {
+                let text = table.text(&sd_name, row).unwrap_or_default();
+                let message = format!("{text} is no standard deviation; expected more than 0");
                 problems.add(&table.path, Some(table.line(row)), Some(&sd_name), message);
             }
         }
@@ -52,11 +53,8 @@ impl Observables {
             if column.sds.is_some() {
                 let (mut with, mut without) = (None, None);
                 for row in (0..table.rows()).filter(|row| column.values[*row].is_some()) {
-                    let slot = if column.measured(row).is_some_and(|m| m.sd.is_some()) {
-                        &mut with
-                    } else {
-                        &mut without
-                    };
+                    let given = table.text(&format!("{name}_sd"), row).is_some();
+                    let slot = if given { &mut with } else { &mut without };
                     slot.get_or_insert(row);
                 }
                 if let (Some(with), Some(without)) = (with, without) {
@@ -74,108 +72,127 @@ impl Observables {
             }
             found.push((*observable, column));
         }
-        if found.is_empty() && problems.is_empty() {
-            let names: Vec<_> = known.iter().map(|o| o.column()).collect();
-            let message = format!("no observable: expected at least one of the columns {}", names.join(", "));
-            problems.add(&table.path, None, None, message);
-        }
         Self(found)
     }
 
+    /// Complains if there is no column of them.
+    pub(super) fn require(&self, table: &Table, known: &[Observable], problems: &mut Problems) {
+        if self.0.is_empty() {
+            let names: Vec<_> = known.iter().map(|o| o.column()).collect();
+            let near = table.names().into_iter().find_map(|name| Some((name, nearest(name, names.clone())?)));
+            let near =
+                near.map_or(String::new(), |(name, near)| format!("; is \"{name}\" meant to be {near}?"));
+            let message = format!(
+                "no column of anything observed; expected at least one of {}{near}",
+                names.join(", ")
+            );
+            problems.add(&table.path, Some(table.header()), None, message);
+        }
+    }
+
+    /// What a row has; complains if that is nothing.
     pub(super) fn row(&self, table: &Table, row: usize, problems: &mut Problems) -> Vec<Measurement> {
         let measurement = |(observable, column): &(Observable, Column)| {
             Some(Measurement { observable: *observable, measured: column.measured(row)? })
         };
         let found: Vec<_> = self.0.iter().filter_map(measurement).collect();
-        if found.is_empty() && !self.0.is_empty() {
-            problems.add(&table.path, Some(table.line(row)), None, "no observable has a value in this row");
+        let names: Vec<_> = self.0.iter().map(|(observable, _)| observable.column()).collect();
+        if !names.is_empty() && names.iter().all(|name| table.text(name, row).is_none()) {
+            let message = format!("nothing observed in this row; expected a value in {}", names.join(" or "));
+            problems.add(&table.path, Some(table.line(row)), None, message);
         }
         found
     }
 }
 
-/// The spin of every row: a word column, three number columns, or what dataset.toml assumes.
+/// The spin of every row: a word column, three number columns, or what dataset.toml assumes. Rows are
+/// left out if something is wrong with them.
 pub(super) fn spins(
     table: &Table,
     columns: [&str; 3],
     words: bool,
     assume: Option<Assume>,
-    manifest: &Path,
     problems: &mut Problems,
 ) -> Vec<Spin> {
     let present = columns.iter().filter(|column| table.has(column)).count();
     if (1..3).contains(&present) {
         for column in columns.iter().filter(|column| !table.has(column)) {
-            let message = format!("the column is missing; expected all three of {}", columns.join(", "));
-            problems.add(&table.path, None, Some(column), message);
+            let message =
+                format!("is missing from the column names; expected all three of {}", columns.join(", "));
+            problems.add(&table.path, Some(table.header()), Some(column), message);
         }
         return Vec::new();
     }
-    let numbers = columns.map(|column| Column::read(table, column, 1.0, problems));
-    let mut spins = Vec::with_capacity(table.rows());
-    for row in 0..table.rows() {
-        let components = numbers.each_ref().map(|c| c.as_ref().and_then(|column| column.measured(row)));
-        let word = if words { table.text("cue_spin", row) } else { None };
-        let assumed = match word {
-            None => assume,
-            Some(word) => {
-                let known = Assume::WORDS.iter().find(|(name, _)| *name == word);
-                if known.is_none() {
-                    let names = Assume::WORDS.map(|(name, _)| name);
-                    let message = format!(
-                        "\"{word}\" is no spin{}; expected {}",
-                        did_you_mean(word, names),
-                        names.join(", ")
-                    );
-                    problems.add(&table.path, Some(table.line(row)), Some("cue_spin"), message);
-                    continue;
-                }
-                known.map(|(_, assume)| *assume)
-            }
+    let has_words = words && table.has("cue_spin");
+    if present == 0 && !has_words && matches!(assume, None | Some(Assume::Measured)) {
+        let said = if assume.is_none() {
+            let word = if words { ", a column cue_spin," } else { "" };
+            format!(
+                "nothing says how the cue ball spins; expected [cue_spin] assume = \"stun\", \"natural-roll\" or \
+                 \"unknown\" in dataset.toml{word} or"
+            )
+        } else {
+            "[cue_spin] says that the spin is measured; expected".to_string()
         };
-        let spin = match (components, assumed) {
-            // a column of the data overrides what is assumed, but not a word in the same row
-            ([Some(x), Some(y), Some(z)], _) if word.is_none() || assumed == Some(Assume::Measured) => {
-                Some(Spin::Measured { spin: Vec3::new(x.value, y.value, z.value), sd: [x.sd, y.sd, z.sd] })
-            }
-            ([None, None, None], Some(Assume::Measured)) => {
-                let message =
-                    format!("the spin is said to be measured; expected a value in {}", columns.join(", "));
-                problems.add(&table.path, Some(table.line(row)), Some(columns[0]), message);
-                continue;
-            }
-            ([None, None, None] | [Some(_), Some(_), Some(_)], assumed) => {
-                assumed.map(|assume| match assume {
-                    Assume::Stun => Spin::Stun,
-                    Assume::NaturalRoll => Spin::NaturalRoll,
-                    Assume::Measured | Assume::Unknown => Spin::Unknown,
-                })
-            }
-            _ => {
-                let empty = components.iter().position(Option::is_none).unwrap_or(0);
-                let message = "is empty; expected all three components of the spin or none";
-                problems.add(&table.path, Some(table.line(row)), Some(columns[empty]), message);
-                continue;
-            }
-        };
-        match spin {
-            Some(spin) => spins.push(spin),
-            None if spins.is_empty() => {
-                let message = format!(
-                    "nothing says how the cue ball spins; expected [cue_spin] assume = \"stun\" or \
-                     \"natural-roll\" (or \"unknown\"), or columns {}",
-                    columns.join(", ")
-                );
-                problems.add(manifest, None, None, message);
-                return spins;
-            }
-            None => {
-                let message = "is empty, and dataset.toml has no [cue_spin]; expected a spin";
-                problems.add(&table.path, Some(table.line(row)), Some("cue_spin"), message);
-            }
-        }
+        let message = format!("{said} columns {}", columns.join(", "));
+        problems.add(&table.path, Some(table.header()), None, message);
+        return Vec::new();
     }
-    spins
+    let numbers = columns.map(|column| Column::read(table, column, 1.0, problems));
+    let spins = (0..table.rows()).filter_map(|row| {
+        let components = numbers.each_ref().map(|c| c.as_ref().and_then(|column| column.measured(row)));
+        let written = columns.map(|column| table.text(column, row).is_some());
+        let mut wrong = |column: &str, message: String| {
+            problems.add(&table.path, Some(table.line(row)), Some(column), message);
+            None
+        };
+        let word = if words { table.text("cue_spin", row) } else { None };
+        let said = match word {
+            None => None,
+            Some(word) => {
+                let Some((_, said)) = Assume::WORDS.iter().find(|(name, _)| *name == word) else {
+                    let names = Assume::WORDS.map(|(name, _)| name);
+                    let near = did_you_mean(word, names);
+                    return wrong(
+                        "cue_spin",
+                        format!("\"{word}\" is no spin{near}; expected {}", names.join(", ")),
+                    );
+                };
+                Some(*said)
+            }
+        };
+        if let Some(empty) = written.iter().position(|w| !w).filter(|_| written.contains(&true)) {
+            let message = "is empty; expected all three components of the spin or none".to_string();
+            return wrong(columns[empty], message);
+        }
+        if written == [true; 3] {
+            if let (Some(word), false) = (word, matches!(said, None | Some(Assume::Measured))) {
+                let message =
+                    format!("\"{word}\", but {} have values; expected only one", columns.join(", "));
+                return wrong("cue_spin", message);
+            }
+            // a cell that is no number has been complained about
+            let [Some(x), Some(y), Some(z)] = components else { return None };
+            return Some(Spin::Measured {
+                spin: Vec3::new(x.value, y.value, z.value),
+                sd: [x.sd, y.sd, z.sd],
+            });
+        }
+        match said.or(assume) {
+            Some(Assume::Stun) => Some(Spin::Stun),
+            Some(Assume::NaturalRoll) => Some(Spin::NaturalRoll),
+            Some(Assume::Unknown) => Some(Spin::Unknown),
+            Some(Assume::Measured) => wrong(
+                if word.is_some() { "cue_spin" } else { columns[0] },
+                format!("the spin is said to be measured; expected values in {}", columns.join(", ")),
+            ),
+            None => wrong(
+                if has_words { "cue_spin" } else { columns[0] },
+                "is empty, and dataset.toml has no [cue_spin]; expected a spin".to_string(),
+            ),
+        }
+    });
+    spins.collect()
 }
 
 /// Columns that are neither input nor observable, as text.
@@ -186,17 +203,18 @@ pub(super) fn labels(table: &Table, known: &[&str], row: usize) -> BTreeMap<Stri
     table.names().iter().filter(|name| !is_known(name)).map(label).collect()
 }
 
-/// A `…_sd` column of a known column that is not there is a slip of the pen.
-pub(super) fn check_lonely_sds(table: &Table, known: &[&str], problems: &mut Problems) {
+/// Columns that are no labels but slips of the pen: a `…_sd` of a known column that is not there, and
+/// a known name but for its case, blanks and hyphens.
+pub(super) fn check_names(table: &Table, known: &[&str], problems: &mut Problems) {
     for name in table.names() {
-        let Some(of) = name.strip_suffix("_sd") else { continue };
-        if known.contains(&of) && !table.has(of) {
-            problems.add(
-                &table.path,
-                None,
-                Some(name),
-                format!("there is no column {of} that it belongs to"),
-            );
+        let plain = name.to_lowercase().replace([' ', '-'], "_");
+        let of = plain.strip_suffix("_sd").filter(|of| known.contains(of));
+        if name != plain && (known.contains(&plain.as_str()) || of.is_some()) && !table.has(&plain) {
+            let message = format!("is no known name; write {plain}");
+            problems.add(&table.path, Some(table.header()), Some(name), message);
+        } else if let Some(of) = of.filter(|of| !table.has(of)) {
+            let message = format!("there is no column {of} that it belongs to");
+            problems.add(&table.path, Some(table.header()), Some(name), message);
         }
     }
 }

@@ -4,102 +4,101 @@ use std::fs;
 use std::io::Cursor;
 use std::path::{Path, PathBuf};
 
-use polars::prelude::{
-    ChunkCast, Column, CsvReadOptions, DataFrame, DataType, IntoColumn, SerReader, StringChunked,
-};
+use polars::error::PolarsError;
+use polars::prelude::{CsvReadOptions, DataFrame, SerReader};
 
-use super::error::{Problems, did_you_mean};
+use super::error::{Problems, nearest};
 
 /// The rows of a file, all cells as text without the blanks around them.
 pub(crate) struct Table {
     pub path: PathBuf,
     frame: DataFrame,
+    /// Line of the column names.
+    header: usize,
     /// Line of each row.
     lines: Vec<usize>,
 }
 
-/// A record of the file: where it starts and how many cells it has.
-struct Record<'a> {
+/// A record of the file: the line where it starts, and its cells without the blanks around them.
+#[derive(Debug, PartialEq)]
+struct Record {
     line: usize,
-    text: &'a str,
-    cells: usize,
+    cells: Vec<String>,
 }
 
 impl Table {
-    /// Comments (`#`) and blank lines are passed over. `None` if it cannot be read; what is wrong is
-    /// then among the problems.
+    /// Comments (`#`) and lines with nothing but blanks and commas are passed over. `None` if it cannot
+    /// be read; what is wrong is then among the problems.
     pub(crate) fn read(path: &Path, problems: &mut Problems) -> Option<Self> {
-        let bytes = match fs::read(path) {
-            Ok(bytes) => bytes,
-            Err(error) => {
-                problems.add(path, None, None, format!("cannot be read: {error}"));
-                return None;
-            }
-        };
-        let text = match std::str::from_utf8(&bytes) {
-            Ok(text) => text.strip_prefix('\u{feff}').unwrap_or(text),
-            Err(error) => {
-                let line = bytes[..error.valid_up_to()].iter().filter(|b| **b == b'\n').count() + 1;
-                problems.add(path, Some(line), None, "is not UTF-8 text; save it as UTF-8");
-                return None;
-            }
-        };
-        let mut records = match records(text) {
-            Ok(records) => records.into_iter(),
-            Err(line) => {
-                problems.add(path, Some(line), None, "a quotation mark opens here and never closes");
-                return None;
-            }
-        };
+        let text = read_utf8(path, problems)?;
+        let (records, slips) = records(text.strip_prefix('\u{feff}').unwrap_or(&text));
+        for (line, message) in &slips {
+            problems.add(path, Some(*line), None, *message);
+        }
+        let mut records = records.into_iter();
         let Some(header) = records.next() else {
-            problems.add(path, None, None, "is empty; expected a line of column names");
+            if slips.is_empty() {
+                problems.add(
+                    path,
+                    None,
+                    None,
+                    "is empty; expected a line of column names, and rows below it",
+                );
+            }
             return None;
         };
-        let mut good = true;
-        let mut lines = Vec::new();
-        let mut clean = header.text.to_string();
+        check_header(path, &header, problems)?;
+        let (mut lines, mut rows, mut ragged) = (Vec::new(), Vec::new(), false);
         for record in records {
-            if record.cells == header.cells {
+            let (found, expected) = (record.cells.len(), header.cells.len());
+            if found == expected {
                 lines.push(record.line);
-                clean.push('\n');
-                clean.push_str(record.text);
-            } else {
-                let message = format!("{} cells; expected {}, as in the header", record.cells, header.cells);
-                problems.add(path, Some(record.line), None, message);
-                good = false;
+                rows.push(record.cells);
+                continue;
             }
+            ragged = true;
+            let hint = if found > expected {
+                "; write decimals with a point, and text that has commas in quotation marks"
+            } else {
+                "; leave a cell empty, but keep its comma"
+            };
+            let message = format!("{found} cells; expected {expected}, as in the header{hint}");
+            problems.add(path, Some(record.line), None, message);
         }
-        let frame = match read_text(clean) {
-            Ok(frame) => frame,
+        if rows.is_empty() {
+            if !ragged && slips.is_empty() {
+                let message = "no rows below the column names; expected at least one";
+                problems.add(path, Some(header.line), None, message);
+            }
+            return None;
+        }
+        match frame(&header.cells, &rows) {
+            Ok(frame) if frame.height() == lines.len() => {
+                Some(Self { path: path.to_path_buf(), frame, header: header.line, lines })
+            }
+            Ok(_) => {
+                problems.add(path, None, None, "cannot be read as CSV: rows and lines do not match");
+                None
+            }
             Err(error) => {
                 problems.add(path, None, None, format!("cannot be read as CSV: {error}"));
-                return None;
-            }
-        };
-        let names = header_names(header.text);
-        for (i, name) in names.iter().enumerate() {
-            if name.is_empty() {
-                problems.add(path, Some(header.line), None, format!("column {} has no name", i + 1));
-                good = false;
-            } else if names[..i].contains(name) {
-                problems.add(path, Some(header.line), Some(name), "stands twice in the header");
-                good = false;
+                None
             }
         }
-        if lines.is_empty() && good {
-            problems.add(path, Some(header.line), None, "no rows below the header; expected at least one");
-            good = false;
-        }
-        let frame = good.then(|| tidy(frame, &names)).flatten();
-        if good && frame.as_ref().is_none_or(|frame| frame.height() != lines.len()) {
-            problems.add(path, None, None, "cannot be read as CSV: rows and lines do not match");
-            return None;
-        }
-        Some(Self { path: path.to_path_buf(), frame: frame?, lines })
     }
 
     pub(crate) fn rows(&self) -> usize {
         self.lines.len()
+    }
+
+    /// Line of the column names.
+    pub(crate) fn header(&self) -> usize {
+        self.header
+    }
+
+    /// The row that begins in a line.
+    pub(crate) fn row(&self, line: usize) -> Option<usize> {
+        self.lines.binary_search(&line).ok()
     }
 
     /// Line of a row in the file.
@@ -124,29 +123,30 @@ impl Table {
     /// A column of numbers: `None` where a cell is empty, and a problem for each that is no finite
     /// number. `None` for the column if it is not there.
     pub(crate) fn numbers(&self, column: &str, problems: &mut Problems) -> Option<Vec<Option<f64>>> {
-        let text = self.frame.column(column).ok()?.str().ok()?;
-        let parsed = text.cast(&DataType::Float64);
-        let parsed = parsed.ok()?;
-        let parsed = parsed.f64().ok()?;
-        let mut numbers = Vec::with_capacity(self.rows());
-        for row in 0..self.rows() {
-            let cell = text.get(row).unwrap_or_default();
-            let number = parsed.get(row).filter(|x| x.is_finite());
-            if number.is_none() && !cell.is_empty() {
-                let hint = if cell.contains(',') { "; write a decimal point" } else { "" };
-                let message = format!("\"{cell}\" is not a finite number{hint}");
+        if !self.has(column) {
+            return None;
+        }
+        let mut number = |row| {
+            let cell = self.text(column, row)?;
+            let number = cell.parse().ok().filter(|x: &f64| x.is_finite());
+            if number.is_none() {
+                let message = format!("\"{cell}\" is not a finite number; expected {}", remedy(cell));
                 problems.add(&self.path, Some(self.line(row)), Some(column), message);
             }
-            numbers.push(number);
-        }
-        Some(numbers)
+            number
+        };
+        Some((0..self.rows()).map(&mut number).collect())
     }
 
-    /// Complains about a column that must be there and full.
-    pub(crate) fn require(&self, column: &str, problems: &mut Problems) {
+    /// Complains about a column that must be there and full. `known` are the columns that mean
+    /// something: a misspelled one is not among them.
+    pub(crate) fn require(&self, column: &str, known: &[&str], problems: &mut Problems) {
         if !self.has(column) {
-            let near = did_you_mean(column, self.names());
-            problems.add(&self.path, None, None, format!("the column {column} is missing{near}"));
+            let others = self.names().into_iter().filter(|name| !known.contains(name));
+            let near = nearest(column, others);
+            let near = near.map_or(String::new(), |name| format!("; is \"{name}\" meant to be it?"));
+            let message = format!("is missing from the column names{near}");
+            problems.add(&self.path, Some(self.header), Some(column), message);
             return;
         }
         for row in (0..self.rows()).filter(|row| self.text(column, *row).is_none()) {
@@ -155,91 +155,181 @@ impl Table {
     }
 }
 
-/// Every cell as text.
-fn read_text(text: String) -> Result<DataFrame, polars::error::PolarsError> {
-    CsvReadOptions::default()
+/// A file as text. `None` if that fails; why is then among the problems.
+pub(super) fn read_utf8(path: &Path, problems: &mut Problems) -> Option<String> {
+    let bytes = match fs::read(path) {
+        Ok(bytes) => bytes,
+        Err(error) => {
+            problems.add(path, None, None, format!("cannot be read: {error}"));
+            return None;
+        }
+    };
+    match String::from_utf8(bytes) {
+        Ok(text) => Some(text),
+        Err(error) => {
+            let good = &error.as_bytes()[..error.utf8_error().valid_up_to()];
+            let line = good.iter().filter(|byte| **byte == b'\n').count() + 1;
+            problems.add(path, Some(line), None, "is not UTF-8 text; save the file as UTF-8");
+            None
+        }
+    }
+}
+
+/// What to write instead of a cell that is no number.
+fn remedy(cell: &str) -> String {
+    let with_point = cell.replacen(',', ".", 1);
+    let with_minus = cell.replacen(['−', '–'], "-", 1);
+    if cell.contains(',') && with_point.parse::<f64>().is_ok() {
+        format!("a decimal point, {with_point}")
+    } else if cell != with_minus && with_minus.parse::<f64>().is_ok() {
+        format!("a plain minus sign, {with_minus}")
+    } else if matches!(
+        cell.to_lowercase().as_str(),
+        "nan" | "na" | "n/a" | "null" | "none" | "-" | "--" | "?"
+    ) {
+        "an empty cell where nothing is known".to_string()
+    } else {
+        "one such as -1.5 or 2e-3".to_string()
+    }
+}
+
+/// `None` if a table with these column names cannot be read.
+fn check_header(path: &Path, header: &Record, problems: &mut Problems) -> Option<()> {
+    let line = Some(header.line);
+    let mut good = true;
+    for (i, name) in header.cells.iter().enumerate() {
+        if name.is_empty() {
+            problems.add(path, line, None, format!("column {} has no name", i + 1));
+            good = false;
+        } else if header.cells[..i].contains(name) {
+            problems.add(path, line, Some(name), "stands twice among the column names");
+            good = false;
+        }
+    }
+    if let [only] = header.cells.as_slice() {
+        for (separator, name) in [(';', "semicolons"), ('\t', "tabs")] {
+            if only.contains(separator) {
+                problems.add(path, line, None, format!("cells are separated by {name}; expected commas"));
+                good = false;
+            }
+        }
+    }
+    good.then_some(())
+}
+
+/// Every cell as text. The records are written anew, all in quotation marks, so that polars cannot
+/// see other cells in them.
+fn frame(names: &[String], rows: &[Vec<String>]) -> Result<DataFrame, PolarsError> {
+    let mut text = String::new();
+    for row in std::iter::once(names).chain(rows.iter().map(Vec::as_slice)) {
+        for (i, cell) in row.iter().enumerate() {
+            text.push_str(if i > 0 { "," } else { "" });
+            if !cell.is_empty() {
+                text.push('"');
+                text.push_str(&cell.replace('"', "\"\""));
+                text.push('"');
+            }
+        }
+        text.push('\n');
+    }
+    let mut frame = CsvReadOptions::default()
         .with_has_header(true)
         .with_infer_schema_length(Some(0))
         .into_reader_with_file_handle(Cursor::new(text.into_bytes()))
-        .finish()
+        .finish()?;
+    frame.set_column_names(names)?;
+    Ok(frame)
 }
 
-/// The frame with the header's own names and without blanks around cells.
-fn tidy(frame: DataFrame, names: &[String]) -> Option<DataFrame> {
-    let height = frame.height();
-    let trim = |(column, name): (&Column, &String)| {
-        let text = column.str().ok()?;
-        let trimmed: StringChunked = text.iter().map(|cell| cell.map(str::trim)).collect();
-        Some(trimmed.into_column().with_name(name.as_str().into()))
-    };
-    let columns: Option<Vec<Column>> = frame.columns().iter().zip(names).map(trim).collect();
-    DataFrame::new(height, columns?).ok()
-}
-
-/// Splits into records at line ends outside quotation marks. `Err` is the line of a quotation mark
-/// that never closes.
-fn records(text: &str) -> Result<Vec<Record<'_>>, usize> {
-    let mut records = Vec::new();
-    let (mut line, mut first_line, mut start, mut cells) = (1, 1, 0, 1);
-    let mut quoted = false;
-    let mut quote_line = 1;
-    let mut push = |start: usize, end: usize, line: usize, cells: usize| {
-        let record = text[start..end].trim_end_matches('\r');
-        let comment = record.trim_start().starts_with('#');
-        if !comment && !record.trim().is_empty() {
-            records.push(Record { line, text: record, cells });
-        }
-    };
-    let bytes = text.as_bytes();
-    let mut comment = text.trim_start_matches([' ', '\t']).starts_with('#');
-    for (i, byte) in bytes.iter().enumerate() {
-        match byte {
-            b'"' if !comment => {
-                quoted = !quoted;
-                quote_line = line;
-            }
-            b',' if !quoted => cells += 1,
-            b'\n' => {
-                line += 1;
-                if !quoted {
-                    push(start, i, first_line, cells);
-                    (start, first_line, cells) = (i + 1, line, 1);
-                    comment = text[i + 1..].trim_start_matches([' ', '\t']).starts_with('#');
+/// Splits into records: cells end at commas, records at line ends, unless within quotation marks,
+/// which a cell begins and ends with and in which a doubled one stands for itself. The second list
+/// says what is wrong in which line.
+fn records(text: &str) -> (Vec<Record>, Vec<(usize, &'static str)>) {
+    // the line ends of old spreadsheets
+    let carriage_returns = !text.contains('\n');
+    let is_end = |c: char| c == '\n' || (carriage_returns && c == '\r');
+    let is_blank = |c: char| c.is_whitespace() && !is_end(c);
+    let (mut records, mut slips) = (Vec::new(), Vec::new());
+    let (mut rest, mut line) = (text, 1);
+    while !rest.is_empty() {
+        let (first_line, mut cells, mut slipped) = (line, Vec::new(), false);
+        let comment = rest.trim_start_matches(is_blank).starts_with('#');
+        loop {
+            let cell = rest.trim_start_matches(is_blank);
+            if let Some(quoted) = cell.strip_prefix('"').filter(|_| !comment) {
+                let Some((inside, after)) = quoted_cell(quoted) else {
+                    slips.push((line, "a quotation mark opens here and is never closed"));
+                    return (records, slips);
+                };
+                let lines = inside.matches(is_end).count();
+                let after = after.trim_start_matches(is_blank);
+                if !(after.is_empty() || after.starts_with(',') || after.starts_with(is_end)) {
+                    let message = "text follows a closing quotation mark; expected a comma, or \"\" for a \
+                                   quotation mark within the cell";
+                    slips.push((line + lines, message));
+                    slipped = true;
                 }
+                line += lines;
+                cells.push(inside.replace("\"\"", "\"").trim().to_string());
+                let end = after.find(|c| is_end(c) || (c == ',' && !slipped)).unwrap_or(after.len());
+                rest = &after[end..];
+            } else {
+                let end = cell.find(|c| is_end(c) || (c == ',' && !comment)).unwrap_or(cell.len());
+                cells.push(cell[..end].trim_end().to_string());
+                rest = &cell[end..];
             }
-            _ => {}
+            match rest.strip_prefix(',') {
+                Some(next) => rest = next,
+                None => break,
+            }
+        }
+        // past the line end
+        rest = rest.get(1..).unwrap_or_default();
+        line += 1;
+        if !(comment || slipped || cells.iter().all(String::is_empty)) {
+            records.push(Record { line: first_line, cells });
         }
     }
-    if quoted {
-        return Err(quote_line);
-    }
-    push(start, text.len(), first_line, cells);
-    Ok(records)
+    (records, slips)
 }
 
-/// Names in the header, without blanks and quotation marks.
-fn header_names(header: &str) -> Vec<String> {
-    let mut names = vec![String::new()];
-    let mut quoted = false;
-    for c in header.chars() {
-        match c {
-            '"' => quoted = !quoted,
-            ',' if !quoted => names.push(String::new()),
-            c => names.last_mut().into_iter().for_each(|name| name.push(c)),
+/// Splits after a quotation mark into what is before the one that closes it and what is after.
+fn quoted_cell(text: &str) -> Option<(&str, &str)> {
+    let mut from = 0;
+    loop {
+        let at = from + text[from..].find('"')?;
+        if !text[at + 1..].starts_with('"') {
+            return Some((&text[..at], &text[at + 1..]));
         }
+        from = at + 2;
     }
-    names.into_iter().map(|name| name.trim().to_string()).collect()
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
+    fn record(line: usize, cells: &[&str]) -> Record {
+        Record { line, cells: cells.iter().map(ToString::to_string).collect() }
+    }
+
     #[test]
     fn records_know_their_lines() {
-        let text = "# a \"comment\na,b\r\n1,2\r\n\n\"x\ny\",3\n  # more\n4,5";
-        let found: Vec<_> = records(text).unwrap().iter().map(|r| (r.line, r.cells)).collect();
-        assert_eq!(found, [(2, 2), (3, 2), (5, 2), (8, 2)]);
-        assert_eq!(records("a\n\"b\n").err(), Some(2));
+        let text = "# a \"comment, and\na,b\r\n1,\t2 \r\n\n \"x, \"\"\ny\" ,3\r\n , \n  # more\n4\",5";
+        let expected = [
+            record(2, &["a", "b"]),
+            record(3, &["1", "2"]),
+            record(5, &["x, \"\ny", "3"]),
+            record(9, &["4\"", "5"]),
+        ];
+        assert_eq!(records(text), (expected.into(), vec![]));
+        assert_eq!(records("a,b\r1,\r"), (vec![record(1, &["a", "b"]), record(2, &["1", ""])], vec![]));
+    }
+
+    #[test]
+    fn quotation_marks_that_do_not_fit() {
+        let (found, slips) = records("a\n\"b\n\"c,\"d\ne\n\"f,g\n");
+        assert_eq!(found, [record(1, &["a"]), record(4, &["e"])]);
+        assert_eq!(slips.iter().map(|(line, _)| *line).collect::<Vec<_>>(), [3, 5]);
     }
 }

@@ -95,7 +95,7 @@ impl Profile<'_> {
         let Search { fitted, model, settings, .. } = *self.search;
         let problem = Problem::new(fitted, model, settings, self.others, held, self.whitening);
         let prior = settings[Parameter::Mu].prior.map_or(0.0, |p| 0.5 * ((mu - p.mean) / p.sd).powi(2));
-        if self.others.is_empty() {
+        if self.start.is_empty() {
             let (residuals, _) = problem.evaluate_at(&self.start);
             return Some((self.start.clone(), 0.5 * residuals.norm_squared() + prior));
         }

@@ -28,13 +28,22 @@ pub(super) fn fit_shots(
         mu_s: settings[Parameter::MuS].initial,
         e: settings[Parameter::E].initial,
     };
-    let (fitted, shots_rejected) = plan(shots, &model, &initial);
+    let (fitted, mut shots_rejected) = plan(shots, &model, &initial);
+    let left_out =
+        dataset.left_out.iter().map(|(shot, reason)| Rejected { shot: shot.clone(), reason: reason.clone() });
+    shots_rejected.splice(0..0, left_out);
     if fitted.is_empty() {
         return Err(FitError::NoUsableShot { dataset: title(dataset, group.as_ref()), shots_rejected });
     }
     check_noise(dataset, &fitted)?;
 
-    let mut search = Search { fitted: &fitted, model: &model, settings, initial };
+    let mut search = Search {
+        sliding_sd: dataset.sliding.and_then(|s| s.sd),
+        fitted: &fitted,
+        model: &model,
+        settings,
+        initial,
+    };
     let silent = search.silent(&initial);
     let mut free: Vec<Parameter> =
         Parameter::ALL.into_iter().filter(|p| !settings[*p].fixed && !silent.contains(p)).collect();

@@ -10,7 +10,9 @@ use crate::dataset::Measurement;
 use crate::observable::Observable;
 use crate::optimise::Constraints;
 use crate::parameters::{Parameter, Setting, Settings};
-use crate::residuals::{self, EstimatedSd, Fitted, Problem, Whitening, difference, parameter_mut};
+use crate::residuals::{
+    self, EstimatedSd, Fitted, Problem, Whitening, common_shift, difference, parameter_mut,
+};
 
 /// Re-weighting converges by a factor of ten or more a round.
 const MAX_ROUNDS: usize = 60;
@@ -46,6 +48,8 @@ pub(super) struct Plateau {
 }
 
 pub(super) struct Search<'a> {
+    /// Standard error of the μ_k with which all shots were extracted.
+    pub sliding_sd: Option<f64>,
     pub fitted: &'a [Fitted],
     pub model: &'a Model,
     pub settings: &'a Settings,
@@ -173,23 +177,40 @@ impl Search<'_> {
         [inside.min(bound), inside.max(bound)]
     }
 
+    fn start_of(&self, parameter: Parameter) -> f64 {
+        *parameter_mut(&mut self.initial.clone(), parameter)
+    }
+
     /// Fits the free parameters, the others at their initial values, until the weights rest.
     pub(super) fn converge(&mut self, free: &[Parameter]) -> Result<(Minimum, Vec<Group>), FitError> {
-        let bounds = |pick: fn(&Setting) -> f64| {
-            DVector::from_iterator(free.len(), free.iter().map(|p| pick(&self.settings[*p])))
+        // behind the free parameters, the error that all shots share
+        let shared = usize::from(self.sliding_sd.is_some());
+        let bounds = |pick: fn(&Setting) -> f64, of_shared: f64| {
+            let shared = std::iter::repeat_n(of_shared, shared);
+            DVector::from_iterator(
+                free.len() + shared.len(),
+                free.iter().map(|p| pick(&self.settings[*p])).chain(shared),
+            )
         };
-        let constraints = Constraints::bounds(bounds(|s| s.lower), bounds(|s| s.upper));
-        let mut x = bounds(|s| s.initial);
+        let constraints =
+            Constraints::bounds(bounds(|s| s.lower, f64::NEG_INFINITY), bounds(|s| s.upper, f64::INFINITY));
+        let mut x = DVector::from_iterator(
+            free.len() + shared,
+            free.iter().map(|p| self.start_of(*p)).chain(std::iter::repeat_n(0.0, shared)),
+        );
         let mut coefficients = self.initial;
         let mut groups = self.first_noise(&coefficients);
-        let weights_move =
-            !groups.is_empty() || self.fitted.iter().any(|s| s.plan.variance_in().amax() > 0.0);
+        let uncertain = |shot: &Fitted| shot.plan.joint().is_some() || shot.plan.variance_in().amax() > 0.0;
+        let weights_move = !groups.is_empty() || self.fitted.iter().any(uncertain);
         let mut iterations = 0;
         for round in 0.. {
             let sds: EstimatedSd = groups.iter().map(|g| (g.observable, g.sd)).collect();
             let whitening =
                 Whitening::new(self.fitted, self.model, &coefficients, &sds).ok_or(FitError::NoWeights)?;
-            if free.is_empty() {
+            let common =
+                self.sliding_sd.and_then(|sd| common_shift(self.fitted, self.model, &coefficients, sd));
+            let whitening = whitening.with_common(common);
+            if x.is_empty() {
                 let problem =
                     Problem::new(self.fitted, self.model, self.settings, free, self.initial, &whitening);
                 let (residuals, jacobian) = problem.evaluate_at(&x);

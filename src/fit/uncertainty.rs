@@ -85,10 +85,12 @@ pub(super) fn of(
     estimated_dof: Option<usize>,
 ) -> Uncertainty {
     let count = free.len();
+    // behind the free parameters there may be errors that the shots share
+    let columns = minimum.jacobian.ncols();
     let at_bound: Vec<usize> = (0..count).filter(|i| minimum.active[*i] != Activity::Free).collect();
-    let inner: Vec<usize> = (0..count).filter(|i| !at_bound.contains(i)).collect();
+    let inner: Vec<usize> = (0..columns).filter(|i| !at_bound.contains(i)).collect();
     let quantiles = Quantiles::new(estimated_dof).filter(|_| knows_noise);
-    let all: Vec<usize> = (0..count).collect();
+    let all: Vec<usize> = (0..columns).collect();
     let released = quantiles.as_ref().and_then(|_| covariance(&minimum.jacobian, &all));
     let conditional = quantiles.as_ref().and_then(|_| covariance(&minimum.jacobian, &inner));
 
@@ -114,7 +116,7 @@ pub(super) fn of(
     };
 
     // how far the others may follow a parameter off its bound, below and above
-    let mut follow = vec![[0.0_f64; 2]; count];
+    let mut follow = vec![[0.0_f64; 2]; columns];
     for b in &at_bound {
         let mut with_b = inner.clone();
         with_b.push(*b);
@@ -136,7 +138,7 @@ pub(super) fn of(
             follow[*i][usize::from(shift > 0.0)] += shift;
         }
     }
-    for (row, i) in inner.iter().enumerate() {
+    for (row, i) in inner.iter().enumerate().filter(|(_, i)| **i < count) {
         let (at_bound, released) = (conditional[(row, row)].sqrt(), released[(*i, *i)].sqrt());
         let setting = &settings[free[*i]];
         let value = minimum.x[*i];
@@ -148,8 +150,8 @@ pub(super) fn of(
         estimate.interval_95 =
             Some([(value - half + below).max(setting.lower), (value + half + above).min(setting.upper)]);
     }
-    for i in &inner {
-        for j in &inner {
+    for i in inner.iter().filter(|i| **i < count) {
+        for j in inner.iter().filter(|j| **j < count) {
             correlation[(*i, *j)] = released[(*i, *j)] / (released[(*i, *i)] * released[(*j, *j)]).sqrt();
         }
     }

@@ -3,6 +3,7 @@
 
 mod fit;
 mod model;
+pub mod shots;
 mod start;
 mod window;
 
