@@ -21,7 +21,7 @@ const GAP_ERRORS: f64 = 5.0;
 const GAP_PART: f64 = 0.01;
 
 /// A fit stops within some hundredths of a standard error of the minimum.
-const ORTHOGONALITY: f64 = 1e-3;
+const ORTHOGONALITY: f64 = 3e-3;
 const MAX_ITERATIONS: u32 = 60;
 
 /// |J_z| is at most this part of the closing speed: μ(1 + e)/2 with μ = 0.5.
@@ -52,7 +52,7 @@ pub(super) struct Fitted {
     pub termination: String,
     free: Vec<usize>,
     jacobian: DMatrix<f64>,
-    gap: (f64, f64),
+    residuals: DVector<f64>,
     lift: Lift,
     frames: [usize; 3],
 }
@@ -79,9 +79,7 @@ impl<'a> Tracked<'a> {
         let (mut wrong_cue, mut wrong_object) = (Vec::new(), Vec::new());
         let mut z = *start;
         for round in 0.. {
-            let mut frames = Frames::between(self.shot, from, to, self.sd);
-            frames.cue.retain(|(sample, _)| !wrong_cue.contains(&sample.t));
-            frames.object.retain(|(sample, _)| !wrong_object.contains(&sample.t));
+            let frames = self.frames_without(from, to, &wrong_cue, &wrong_object);
             let fitted = self.fit_frames(&z, &frames, from, to)?;
             z = fitted.z;
             let (residuals, _) = frames.residuals(&self.model, &z);
@@ -137,8 +135,8 @@ impl<'a> Tracked<'a> {
             samples.iter().filter(|(s, _)| (s.t >= z[unknown::TIME]) == after).count()
         };
         Ok(Fitted {
-            gap: self.gap(frames, &z, &solution.jacobian, &solution.residuals),
             z,
+            residuals: solution.residuals,
             from,
             to,
             wrong_cue: Vec::new(),
@@ -157,15 +155,28 @@ impl<'a> Tracked<'a> {
 
     /// How far the separation at the impact would move from 2R if it were free, relative, with its
     /// standard error: one Gauss–Newton step.
-    fn gap(&self, frames: &Frames, z: &Unknowns, jacobian: &DMatrix<f64>, r: &DVector<f64>) -> (f64, f64) {
-        let (_, full) = frames.residuals(&self.model, z);
-        let mut with_gap = jacobian.clone().insert_column(jacobian.ncols(), 0.0);
+    fn gap(&self, fitted: &Fitted) -> (f64, f64) {
+        let (_, full) = self.frames(fitted).residuals(&self.model, &fitted.z);
+        let mut with_gap = fitted.jacobian.clone().insert_column(fitted.jacobian.ncols(), 0.0);
         let last = with_gap.ncols() - 1;
         with_gap.view_mut((0, last), (full.nrows(), 1)).copy_from(&full.column(unknown::GAP));
+        let mut right = -&fitted.residuals;
         let qr = with_gap.qr();
-        let right = qr.q().tr_mul(&-r);
+        qr.q_tr_mul(&mut right);
         let corner = qr.r()[(last, last)];
         (right[last] / corner, 1.0 / corner.abs())
+    }
+
+    /// The frames that a fit used.
+    fn frames(&self, fitted: &Fitted) -> Frames<'a> {
+        self.frames_without(fitted.from, fitted.to, &fitted.wrong_cue, &fitted.wrong_object)
+    }
+
+    fn frames_without(&self, from: f64, to: f64, wrong_cue: &[f64], wrong_object: &[f64]) -> Frames<'a> {
+        let mut frames = Frames::between(self.shot, from, to, self.sd);
+        frames.cue.retain(|(sample, _)| !wrong_cue.contains(&sample.t));
+        frames.object.retain(|(sample, _)| !wrong_object.contains(&sample.t));
+        frames
     }
 
     /// Values and covariance of what a fit is after.
@@ -177,7 +188,8 @@ impl<'a> Tracked<'a> {
             || self.shot.cue.iter().chain(&self.shot.object).all(|sample| sample.sd.is_some());
         // noise that is not stated is estimated from these residuals
         let factor = if stated { 1.0 } else { fitted.reduced() };
-        let (gap, gap_error) = (fitted.gap.0, fitted.gap.1 * factor.sqrt());
+        let (gap, gap_error) = self.gap(fitted);
+        let gap_error = gap_error * factor.sqrt();
         if gap.abs() > GAP_ERRORS * gap_error && gap.abs() > GAP_PART {
             let expected = 2.0 * self.scene.ball.radius;
             return Err(Unusable::Separation {

@@ -35,12 +35,13 @@ pub(super) fn choose(tracked: &Tracked, guess: &Unknowns) -> Result<Fitted, Unus
     let fit = |start: &Unknowns, before: usize, after: usize| {
         tracked.fit(start, time - reach(before), time + reach(after))
     };
-    let first = fit(guess, FIRST, FIRST)?;
     let [ends_before, ends_after] = extent(tracked, time, frame);
-    let whole = fit(&first.z, ends_before, ends_after)?;
-    if good(&whole) {
+    if let Ok(whole) = fit(guess, ends_before, ends_after)
+        && good(&whole)
+    {
         return Ok(whole);
     }
+    let first = fit(guess, FIRST, FIRST)?;
     if first.reduced() > HOPELESS {
         return Err(Unusable::BadFit { reduced_chi2: first.reduced() });
     }
