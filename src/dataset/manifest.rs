@@ -167,10 +167,13 @@ impl Manifest {
         let raw: RawManifest = match toml::from_str(text) {
             Ok(raw) => raw,
             Err(error) => {
-                let span =
-                    error.span().filter(|span| !(span.start == 0 && span.end >= text.trim_end().len()));
-                let message =
-                    in_plain_words(error.message(), span.as_ref().map_or("", |span| source.written(span)));
+                // that of a key missing at the top says nothing
+                let whole = |span: &Range<usize>| {
+                    error.message().starts_with("missing") && !source.written(span).starts_with('[')
+                };
+                let span = error.span().filter(|span| !whole(span));
+                let written = span.as_ref().map_or("", |span| source.written(span));
+                let message = in_plain_words(error.message(), written);
                 match span {
                     Some(span) if is_decimal_comma(text, span.start) => {
                         let message = format!("{message}; write decimals with a point, not a comma");
@@ -202,7 +205,10 @@ fn in_plain_words(message: &str, written: &str) -> String {
                 names(known)
             )
         }
-        (["missing", "field"], [key]) => format!("the key {key} is missing"),
+        (["missing", "field"], [key]) => {
+            let place = if written.is_empty() { String::new() } else { format!(" in {written}") };
+            format!("the key {key} is missing{place}")
+        }
         (["duplicate", "key"], _) => format!("the key {written} stands twice"),
         (["invalid", "type:"], _) => match message.split_once(", expected ") {
             Some((_, expected)) if !written.contains('\n') => {
@@ -314,7 +320,7 @@ impl RawManifest {
                         );
                     }
                 }
-                Err(error) => source.add(problems, &span, format!("\"{text}\" is no pattern: {error}")),
+                Err(error) => source.add(problems, &span, format!("\"{text}\" is no pattern: {}", error.msg)),
             }
         }
         files

@@ -62,7 +62,10 @@ impl Table {
             } else {
                 "; leave a cell empty, but keep its comma"
             };
-            let message = format!("{found} cells; expected {expected}, as in the header{hint}");
+            let message = format!(
+                "{found} cell{}; expected {expected}, as in the header{hint}",
+                if found == 1 { "" } else { "s" }
+            );
             problems.add(path, Some(record.line), None, message);
         }
         if rows.is_empty() {
@@ -188,6 +191,8 @@ fn remedy(cell: &str) -> String {
         "nan" | "na" | "n/a" | "null" | "none" | "-" | "--" | "?"
     ) {
         "an empty cell where nothing is known".to_string()
+    } else if cell.parse().is_ok_and(f64::is_infinite) && cell.contains(|c: char| c.is_ascii_digit()) {
+        format!("one between {:?} and {:?}", f64::MIN, f64::MAX)
     } else {
         "one such as -1.5 or 2e-3".to_string()
     }
