@@ -183,15 +183,15 @@ fn reference(as_printed: bool) -> (String, Vec<Value>) {
     let path = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/reference/collisions.json");
     let cases: Vec<Value> = serde_json::from_str(&fs::read_to_string(path).unwrap()).unwrap();
     let cases: Vec<Value> = cases.into_iter().filter(|case| case["as_printed"] == as_printed).collect();
-    let mut csv = CASES_HEADER.to_string();
-    for case in &cases {
+    let row = |case: &Value| {
         let omega = numbers(&case["omega"]);
         let values = ["speed", "cut_deg"].map(|key| case[key].as_f64().unwrap()).into_iter().chain(omega);
         let values = values.chain(["mu", "mu_s", "e", "radius"].map(|key| case[key].as_f64().unwrap()));
         let cells: Vec<_> = values.map(|x| format!("{x:?}")).collect();
-        csv += &format!("{},{}\n", case["name"].as_str().unwrap(), cells.join(","));
-    }
-    (csv, cases)
+        format!("{},{}\n", case["name"].as_str().unwrap(), cells.join(","))
+    };
+    let rows: Vec<_> = cases.iter().map(row).collect();
+    (format!("{CASES_HEADER}{}", rows.concat()), cases)
 }
 
 const CASES_HEADER: &str = "name,speed_m_s,cut_deg,omega_x,omega_y,omega_z,mu,mu_s,e,radius_m\n";

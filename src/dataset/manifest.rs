@@ -130,7 +130,7 @@ impl Source<'_> {
     /// Line and position in it, from 1.
     fn place(&self, span: &Range<usize>) -> (usize, String) {
         let before = &self.text.as_bytes()[..span.start.min(self.text.len())];
-        let line = before.iter().filter(|byte| **byte == b'\n').count() + 1;
+        let line = before.split(|byte| *byte == b'\n').count();
         let rest = before.rsplit(|byte| *byte == b'\n').next().unwrap_or_default();
         let position = String::from_utf8_lossy(rest).chars().count() + 1;
         (line, position.to_string())

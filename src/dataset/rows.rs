@@ -86,14 +86,14 @@ impl Observables {
         if !self.0.is_empty() {
             return;
         }
-        let mut message = "no column of anything observed; expected at least one of ".to_string();
-        message += &known.iter().map(|observable| observable.column()).collect::<Vec<_>>().join(", ");
+        let names: Vec<_> = known.iter().map(|observable| observable.column()).collect();
         let labels = table.names().into_iter().filter(|name| !inputs.contains(name));
-        let near = labels.filter_map(|name| Some((name, nearest(name, known.iter().map(|o| o.column()))?)));
+        let near = labels.filter_map(|name| Some((name, nearest(name, names.clone())?)));
         let nearest = near.max_by(|a, b| similarity(a.0, a.1).total_cmp(&similarity(b.0, b.1)));
-        if let Some((name, near)) = nearest {
-            message += &format!("; is \"{name}\" meant to be {near}?");
-        }
+        let hint =
+            nearest.map_or(String::new(), |(name, near)| format!("; is \"{name}\" meant to be {near}?"));
+        let message =
+            format!("no column of anything observed; expected at least one of {}{hint}", names.join(", "));
         problems.add(&table.path, Some(table.header()), None, message);
     }
 

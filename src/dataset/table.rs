@@ -110,7 +110,7 @@ impl Table {
     }
 
     pub(crate) fn names(&self) -> Vec<&str> {
-        self.frame.get_column_names().into_iter().map(|name| name.as_str()).collect()
+        self.frame.get_column_names().into_iter().map(AsRef::as_ref).collect()
     }
 
     pub(crate) fn has(&self, column: &str) -> bool {
@@ -171,7 +171,7 @@ pub(super) fn read_utf8(path: &Path, problems: &mut Problems) -> Option<String> 
         Ok(text) => Some(text),
         Err(error) => {
             let good = &error.as_bytes()[..error.utf8_error().valid_up_to()];
-            let line = good.iter().filter(|byte| **byte == b'\n').count() + 1;
+            let line = good.split(|byte| *byte == b'\n').count();
             problems.add(path, Some(line), None, "is not UTF-8 text; save the file as UTF-8");
             None
         }

@@ -715,7 +715,7 @@ fn tables_of_impacts() {
 #[test]
 fn everything_wrong_is_said_at_once() {
     let folder = tempfile::tempdir().unwrap();
-    let bad = |from: usize| (from..from + 15).map(|i| format!("30,x{i}\n")).collect::<String>();
+    let bad = |from: usize| (from..from + 15).map(|i| format!("30,x{i}")).collect::<Vec<_>>().join("\n");
     let toml = swap(ANGLES, "\"shots.csv\"", "\"a.csv\", \"b.csv\"");
     let toml = swap(&toml, "[fit]", "[fit]\nby = \"series\"");
     let (a, b) = (format!("cut_deg,throw_deg\n{}", bad(0)), format!("cut_deg,throw_deg\n{}", bad(15)));

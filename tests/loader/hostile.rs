@@ -148,10 +148,9 @@ fn any_text_survives_in_a_quoted_cell() {
     for _ in 0..TRIES {
         let notes: Vec<String> =
             (0..3).map(|_| String::from_utf8_lossy(&noise(&mut rng)).replace('\u{feff}', "")).collect();
-        let mut csv = "note,cut_deg,throw_deg\n".to_string();
-        for note in &notes {
-            csv += &format!("\"{}\",30,3\n", note.replace('"', "\"\""));
-        }
+        let row = |note: &String| format!("\"{}\",30,3", note.replace('"', "\"\""));
+        let rows: Vec<_> = notes.iter().map(row).collect();
+        let csv = format!("note,cut_deg,throw_deg\n{}\n", rows.join("\n"));
         fs::write(folder.path().join("shots.csv"), csv).unwrap();
         let dataset = load(folder.path()).unwrap_or_else(|error| panic!("{error}\n{notes:?}"));
         let mut line = 2;
