@@ -22,7 +22,7 @@ pub(super) fn shots(table: &Table, assume: Option<Assume>, problems: &mut Proble
     let cuts = Column::read(table, "cut_deg", 1.0_f64.to_radians(), problems);
     let speeds = Column::read(table, "speed_m_s", 1.0, problems);
     let observables = Observables::read(table, &Observable::ANGLES, problems);
-    observables.require(table, &Observable::ANGLES, problems);
+    observables.require(table, &Observable::ANGLES, &known, problems);
     let spins = rows::spins(table, SPIN, true, assume, problems);
     let Some(cuts) = cuts else { return Vec::new() };
 

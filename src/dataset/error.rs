@@ -99,18 +99,21 @@ impl Problems {
     }
 }
 
+/// How alike a word and a name are, whatever their case: Jaro–Winkler similarity, and 1 more where one
+/// slip of the pen makes one of the other.
+pub(crate) fn similarity(word: &str, name: &str) -> f64 {
+    let (word, name) = (word.to_lowercase(), name.to_lowercase());
+    let one_slip = name.len() > 1 && strsim::damerau_levenshtein(&word, &name) <= 1;
+    strsim::jaro_winkler(&word, &name) + if one_slip { 1.0 } else { 0.0 }
+}
+
 /// The name that a word was probably meant to be.
 pub(crate) fn nearest<'a>(word: &str, names: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
-    /// Of Jaro–Winkler similarity: two letters swapped in a short word are nearer than this.
+    /// Two letters swapped in a short word are nearer than this.
     const NEAR: f64 = 0.75;
-    let word = word.to_lowercase();
-    let similarity = |name: &str| {
-        let name = name.to_lowercase();
-        let one_slip = name.len() > 1 && strsim::damerau_levenshtein(&word, &name) <= 1;
-        strsim::jaro_winkler(&word, &name) + if one_slip { 1.0 } else { 0.0 }
-    };
-    let near = names.into_iter().map(|name| (similarity(name), name)).max_by(|a, b| a.0.total_cmp(&b.0));
-    near.filter(|(similarity, _)| *similarity > NEAR).map(|(_, name)| name)
+    let near = names.into_iter().map(|name| (similarity(word, name), name));
+    let nearest = near.max_by(|a, b| a.0.total_cmp(&b.0)).filter(|(similarity, _)| *similarity > NEAR);
+    nearest.map(|(_, name)| name)
 }
 
 /// ` (did you mean "throw_deg"?)`, or nothing when no name is near.

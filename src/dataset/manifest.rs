@@ -130,7 +130,7 @@ impl Source<'_> {
     /// Line and position in it, from 1.
     fn place(&self, span: &Range<usize>) -> (usize, String) {
         let before = &self.text.as_bytes()[..span.start.min(self.text.len())];
-        let line = before.iter().filter(|byte| **byte == b'\n').count() + 1;
+        let line = before.split(|byte| *byte == b'\n').count();
         let rest = before.rsplit(|byte| *byte == b'\n').next().unwrap_or_default();
         let position = String::from_utf8_lossy(rest).chars().count() + 1;
         (line, position.to_string())
@@ -186,8 +186,13 @@ fn parse<T: DeserializeOwned>(source: &Source, problems: &mut Problems) -> Optio
         Err(error) => error,
     };
     let text = source.text;
-    let span = error.span().filter(|span| !(span.start == 0 && span.end >= text.trim_end().len()));
-    let message = in_plain_words(error.message(), span.as_ref().map_or("", |span| source.written(span)));
+    // that of a key missing at the top says nothing
+    let whole = |span: &Range<usize>| {
+        error.message().starts_with("missing") && !source.written(span).starts_with('[')
+    };
+    let span = error.span().filter(|span| !whole(span));
+    let written = span.as_ref().map_or("", |span| source.written(span));
+    let message = in_plain_words(error.message(), written);
     match span {
         Some(span) if is_decimal_comma(text, span.start) => {
             let message = format!("{message}; write decimals with a point, not a comma");
@@ -214,7 +219,10 @@ fn in_plain_words(message: &str, written: &str) -> String {
                 names(known)
             )
         }
-        (["missing", "field"], [key]) => format!("the key {key} is missing"),
+        (["missing", "field"], [key]) => {
+            let place = if written.is_empty() { String::new() } else { format!(" in {written}") };
+            format!("the key {key} is missing{place}")
+        }
         (["duplicate", "key"], _) => format!("the key {written} stands twice"),
         (["invalid", "type:"], _) => match message.split_once(", expected ") {
             Some((_, expected)) if !written.contains('\n') => {
@@ -326,7 +334,7 @@ impl RawManifest {
                         );
                     }
                 }
-                Err(error) => source.add(problems, &span, format!("\"{text}\" is no pattern: {error}")),
+                Err(error) => source.add(problems, &span, format!("\"{text}\" is no pattern: {}", error.msg)),
             }
         }
         files

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use super::error::{Problems, did_you_mean, nearest};
+use super::error::{Problems, did_you_mean, nearest, similarity};
 use super::manifest::Assume;
 use super::table::Table;
 use super::{Measured, Measurement, Spin};
@@ -75,19 +75,26 @@ impl Observables {
         Self(found)
     }
 
-    /// Complains if there is no column of them.
-    pub(super) fn require(&self, table: &Table, known: &[Observable], problems: &mut Problems) {
-        if self.0.is_empty() {
-            let names: Vec<_> = known.iter().map(|o| o.column()).collect();
-            let near = table.names().into_iter().find_map(|name| Some((name, nearest(name, names.clone())?)));
-            let near =
-                near.map_or(String::new(), |(name, near)| format!("; is \"{name}\" meant to be {near}?"));
-            let message = format!(
-                "no column of anything observed; expected at least one of {}{near}",
-                names.join(", ")
-            );
-            problems.add(&table.path, Some(table.header()), None, message);
+    /// Complains if there is no column of them. `inputs` are the columns that mean something else.
+    pub(super) fn require(
+        &self,
+        table: &Table,
+        known: &[Observable],
+        inputs: &[&str],
+        problems: &mut Problems,
+    ) {
+        if !self.0.is_empty() {
+            return;
         }
+        let names: Vec<_> = known.iter().map(|observable| observable.column()).collect();
+        let labels = table.names().into_iter().filter(|name| !inputs.contains(name));
+        let near = labels.filter_map(|name| Some((name, nearest(name, names.clone())?)));
+        let nearest = near.max_by(|a, b| similarity(a.0, a.1).total_cmp(&similarity(b.0, b.1)));
+        let hint =
+            nearest.map_or(String::new(), |(name, near)| format!("; is \"{name}\" meant to be {near}?"));
+        let message =
+            format!("no column of anything observed; expected at least one of {}{hint}", names.join(", "));
+        problems.add(&table.path, Some(table.header()), None, message);
     }
 
     /// What a row has; complains if that is nothing.

@@ -62,7 +62,10 @@ impl Table {
             } else {
                 "; leave a cell empty, but keep its comma"
             };
-            let message = format!("{found} cells; expected {expected}, as in the header{hint}");
+            let message = format!(
+                "{found} cell{}; expected {expected}, as in the header{hint}",
+                if found == 1 { "" } else { "s" }
+            );
             problems.add(path, Some(record.line), None, message);
         }
         if rows.is_empty() {
@@ -107,7 +110,7 @@ impl Table {
     }
 
     pub(crate) fn names(&self) -> Vec<&str> {
-        self.frame.get_column_names().into_iter().map(|name| name.as_str()).collect()
+        self.frame.get_column_names().into_iter().map(AsRef::as_ref).collect()
     }
 
     pub(crate) fn has(&self, column: &str) -> bool {
@@ -168,7 +171,7 @@ pub(super) fn read_utf8(path: &Path, problems: &mut Problems) -> Option<String> 
         Ok(text) => Some(text),
         Err(error) => {
             let good = &error.as_bytes()[..error.utf8_error().valid_up_to()];
-            let line = good.iter().filter(|byte| **byte == b'\n').count() + 1;
+            let line = good.split(|byte| *byte == b'\n').count();
             problems.add(path, Some(line), None, "is not UTF-8 text; save the file as UTF-8");
             None
         }
@@ -188,6 +191,8 @@ fn remedy(cell: &str) -> String {
         "nan" | "na" | "n/a" | "null" | "none" | "-" | "--" | "?"
     ) {
         "an empty cell where nothing is known".to_string()
+    } else if cell.parse().is_ok_and(f64::is_infinite) && cell.contains(|c: char| c.is_ascii_digit()) {
+        format!("one between {:?} and {:?}", f64::MIN, f64::MAX)
     } else {
         "one such as -1.5 or 2e-3".to_string()
     }

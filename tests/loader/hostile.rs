@@ -1,1 +1,163 @@
-//! later
+//! Whatever the bytes are, loading ends with a data set or with an error that says something.
+
+use std::fs;
+use std::path::Path;
+
+use caromfit::dataset::{Before, Dataset, Measured, Spin, load};
+use rand::{Rng, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+
+use super::{ANGLES, HITS, IMPACTS, SHOTS, write};
+
+/// Of each kind of input: thousands in all, and a second or two.
+const TRIES: usize = 1000;
+
+/// More than a table of the shipped data has in a line.
+const LONGEST_NOISE: usize = 200;
+
+/// Pieces that mean something, or look as if they did.
+const PIECES: [&str; 24] = [
+    "\"", "\"\"", ",", "\n", "\r", "\n\n", "#", "\u{feff}", "\0", "NaN", "-", "1e999", "0", "é", "−3", "=",
+    "[", "]", "{", "}", "[[fit]]", "\"\"\"", "shot", "_sd",
+];
+
+/// Bytes flipped, deleted, doubled, spliced and inserted.
+fn mutate(rng: &mut ChaCha8Rng, text: &str) -> Vec<u8> {
+    let mut bytes = text.as_bytes().to_vec();
+    for _ in 0..rng.random_range(1..=4) {
+        let (a, b) = (rng.random_range(0..=bytes.len()), rng.random_range(0..=bytes.len()));
+        let (from, to) = (a.min(b), a.max(b));
+        // mostly short stretches
+        let to = if rng.random_bool(0.8) { to.min(from + 8) } else { to };
+        match rng.random_range(0..6) {
+            0 if from < bytes.len() => bytes[from] ^= 1 << rng.random_range(0..8),
+            1 if from < bytes.len() => bytes[from] = rng.random(),
+            2 => drop(bytes.drain(from..to)),
+            3 => {
+                let again = bytes[from..to].to_vec();
+                bytes.splice(to..to, again);
+            }
+            4 => {
+                let piece = bytes[from..to].to_vec();
+                let at = rng.random_range(0..=bytes.len());
+                bytes.splice(at..at, piece);
+            }
+            _ => {
+                let piece = PIECES[rng.random_range(0..PIECES.len())];
+                bytes.splice(from..from, piece.bytes());
+            }
+        }
+    }
+    bytes
+}
+
+fn noise(rng: &mut ChaCha8Rng) -> Vec<u8> {
+    let length = rng.random_range(0..LONGEST_NOISE);
+    if rng.random_bool(0.5) {
+        (0..length).map(|_| rng.random()).collect()
+    } else {
+        (0..length / 4).flat_map(|_| PIECES[rng.random_range(0..PIECES.len())].bytes()).collect()
+    }
+}
+
+/// What every loaded data set promises.
+fn check(dataset: &Dataset) {
+    let measured = |m: &Measured| {
+        assert!(m.value.is_finite() && m.sd.is_none_or(|sd| sd > 0.0 && sd.is_finite()), "{m:?}");
+    };
+    assert!(!dataset.shots.is_empty());
+    for shot in &dataset.shots {
+        assert!(!shot.name.is_empty() && !shot.after.is_empty() && shot.line > 1, "{shot:?}");
+        match &shot.before {
+            Before::Impact { normal, velocity } => normal.iter().chain(velocity).for_each(measured),
+            Before::Angle { cut, speed } => {
+                measured(cut);
+                speed.iter().for_each(measured);
+            }
+        }
+        if let Spin::Measured { spin, sd } = shot.spin {
+            assert!(
+                spin.iter().all(|x| x.is_finite()) && sd.iter().flatten().all(|sd| *sd > 0.0),
+                "{shot:?}"
+            );
+        }
+        shot.after.iter().for_each(|after| measured(&after.measured));
+    }
+    let ball = dataset.ball;
+    assert!([ball.radius, ball.mass, ball.inertia].iter().all(|x| *x > 0.0 && x.is_finite()), "{ball:?}");
+    for setting in dataset.settings.0 {
+        let order = setting.lower <= setting.initial && setting.initial <= setting.upper;
+        assert!(order && setting.upper.is_finite() && setting.lower >= 0.0, "{setting:?}");
+    }
+}
+
+/// Loads; how many lines of the table are shots, 0 if it does not load.
+fn try_load(folder: &Path) -> usize {
+    match load(folder) {
+        Ok(dataset) => {
+            check(&dataset);
+            dataset.shots.len()
+        }
+        Err(error) => {
+            assert!(!error.problems().is_empty());
+            for problem in error.problems() {
+                assert!(!problem.message.is_empty() && problem.line != Some(0), "{problem:?}");
+            }
+            0
+        }
+    }
+}
+
+#[test]
+fn mutated_and_random_input_never_panics() {
+    let mut rng = ChaCha8Rng::seed_from_u64(20_240_213);
+    let folder = tempfile::tempdir().unwrap();
+    let (toml, csv) = (folder.path().join("dataset.toml"), folder.path().join("shots.csv"));
+    let mut loaded = 0;
+    for (good_toml, good_csv) in [(ANGLES, SHOTS), (IMPACTS, HITS)] {
+        write(folder.path(), &[("dataset.toml", good_toml.as_bytes()), ("shots.csv", good_csv.as_bytes())]);
+        assert!(try_load(folder.path()) > 0);
+        for _ in 0..TRIES {
+            fs::write(&csv, mutate(&mut rng, good_csv)).unwrap();
+            loaded += usize::from(try_load(folder.path()) > 0);
+        }
+        for _ in 0..TRIES {
+            fs::write(&csv, noise(&mut rng)).unwrap();
+            try_load(folder.path());
+        }
+        fs::write(&csv, good_csv).unwrap();
+        for _ in 0..TRIES {
+            fs::write(&toml, mutate(&mut rng, good_toml)).unwrap();
+            loaded += usize::from(try_load(folder.path()) > 0);
+        }
+        for _ in 0..TRIES {
+            fs::write(&toml, noise(&mut rng)).unwrap();
+            try_load(folder.path());
+        }
+    }
+    // the mutations are neither all fatal nor all harmless
+    assert!((TRIES / 10..4 * TRIES).contains(&loaded), "{loaded}");
+}
+
+/// A cell holds what was put into it, whatever that is.
+#[test]
+fn any_text_survives_in_a_quoted_cell() {
+    let mut rng = ChaCha8Rng::seed_from_u64(1);
+    let folder = tempfile::tempdir().unwrap();
+    write(folder.path(), &[("dataset.toml", ANGLES.as_bytes())]);
+    for _ in 0..TRIES {
+        let notes: Vec<String> =
+            (0..3).map(|_| String::from_utf8_lossy(&noise(&mut rng)).replace('\u{feff}', "")).collect();
+        let row = |note: &String| format!("\"{}\",30,3", note.replace('"', "\"\""));
+        let rows: Vec<_> = notes.iter().map(row).collect();
+        let csv = format!("note,cut_deg,throw_deg\n{}\n", rows.join("\n"));
+        fs::write(folder.path().join("shots.csv"), csv).unwrap();
+        let dataset = load(folder.path()).unwrap_or_else(|error| panic!("{error}\n{notes:?}"));
+        let mut line = 2;
+        for (shot, note) in dataset.shots.iter().zip(&notes) {
+            assert_eq!((shot.labels["note"].as_str(), shot.line), (note.trim(), line));
+            line += 1 + note.matches('\n').count();
+        }
+        assert_eq!(dataset.shots.len(), notes.len());
+    }
+}
