@@ -4,7 +4,7 @@ use argmin::core::{Error, Jacobian, Operator};
 use nalgebra::{DMatrix, DVector, SMatrix};
 
 use super::model::{Frames, Lift, Scene as ModelScene, Unknowns, unknown};
-use super::{Impact, Lifted, Quantity, Scene, Unusable, symmetric};
+use super::{Impact, Lifted, Quantity, Scene, Unusable, start, symmetric};
 use crate::optimise::{self, Constraints, Options, Termination};
 use crate::track::{Sample, TrackShot};
 
@@ -34,6 +34,8 @@ pub(super) struct Tracked<'a> {
     pub model: ModelScene,
     /// Noise from second differences, m.
     pub noise: f64,
+    /// Instants of the cue ball's and the object ball's frames that fit none of their neighbours.
+    pub alone: [Vec<f64>; 2],
     /// What stands for the noise where the track gives none: stated, else from second differences.
     pub sd: f64,
 }
@@ -71,26 +73,35 @@ impl<'a> Tracked<'a> {
             rolling: scene.cloth.rolling,
             bounce: scene.cloth.bounce,
         };
-        Self { shot, scene, model, noise, sd: shot.position_sd.unwrap_or(noise) }
+        let alone = [&shot.cue, &shot.object].map(|samples| start::alone(samples, noise));
+        Self { shot, scene, model, noise, alone, sd: shot.position_sd.unwrap_or(noise) }
     }
 
     /// Fits the frames from `from` to `to`, without those that stand out alone.
     pub(super) fn fit(&self, start: &Unknowns, from: f64, to: f64) -> Result<Fitted, Unusable> {
-        let (mut wrong_cue, mut wrong_object) = (Vec::new(), Vec::new());
+        let [mut wrong_cue, mut wrong_object] = self.alone.clone();
         let mut z = *start;
+        let all = Frames::between(self.shot, from, to, self.sd);
         for round in 0.. {
             let frames = self.frames_without(from, to, &wrong_cue, &wrong_object);
             let fitted = self.fit_frames(&z, &frames, from, to)?;
             z = fitted.z;
-            let (residuals, _) = frames.residuals(&self.model, &z);
-            let cues = 2 * frames.cue.len();
-            let more_cue = outliers(&frames.cue, &residuals.as_slice()[..cues]);
-            let more_object = outliers(&frames.object, &residuals.as_slice()[cues..]);
-            if round == ROUNDS || (more_cue.is_empty() && more_object.is_empty()) {
-                return Ok(Fitted { wrong_cue, wrong_object, ..fitted });
+            let residuals = all.residuals_only(&self.model, &z);
+            let (of_cue, of_object) = residuals.as_slice().split_at(2 * all.cue.len());
+            let (now_cue, now_object) = (outliers(&all.cue, of_cue), outliers(&all.object, of_object));
+            let same = now_cue.iter().all(|t| wrong_cue.contains(t))
+                && now_object.iter().all(|t| wrong_object.contains(t))
+                && (all.count() - frames.count()) / 2 == now_cue.len() + now_object.len();
+            if same || round == ROUNDS {
+                let inside =
+                    |wrong: Vec<f64>| wrong.into_iter().filter(|t| (from..=to).contains(t)).collect();
+                return Ok(Fitted {
+                    wrong_cue: inside(wrong_cue),
+                    wrong_object: inside(wrong_object),
+                    ..fitted
+                });
             }
-            wrong_cue.extend(more_cue);
-            wrong_object.extend(more_object);
+            (wrong_cue, wrong_object) = (now_cue, now_object);
         }
         Err(Unusable::NoCollision)
     }

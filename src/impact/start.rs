@@ -46,6 +46,35 @@ pub(super) fn noise(shot: &TrackShot) -> f64 {
     (median / 0.6745 / 6.0_f64.sqrt()).max(LEAST_NOISE)
 }
 
+/// A frame stands alone that is off by more than this many standard deviations…
+const ALONE: f64 = 10.0;
+/// …and by what a ball on a cloth may accelerate, m/s².
+const ACCELERATION: f64 = 5.0;
+
+/// The samples without those that fit neither the two before them nor the two behind: at the impact
+/// itself a good one fits one side.
+fn steady(samples: &[Sample], noise: f64) -> Vec<Sample> {
+    let fits = |s: &Sample, near: &Sample, far: &Sample| {
+        let part = (s.t - near.t) / (near.t - far.t);
+        let off = |s: f64, near: f64, far: f64| (s - near - (near - far) * part).abs();
+        let most = ALONE * noise * (1.0 + part.abs()) + ACCELERATION * (s.t - far.t).powi(2);
+        off(s.x, near.x, far.x) <= most && off(s.y, near.y, far.y) <= most
+    };
+    let good = |i: usize| {
+        let before = i >= 2 && fits(&samples[i], &samples[i - 1], &samples[i - 2]);
+        let behind = i + 2 < samples.len() && fits(&samples[i], &samples[i + 1], &samples[i + 2]);
+        before || behind
+    };
+    (0..samples.len()).filter(|i| good(*i)).map(|i| samples[i]).collect()
+}
+
+/// The instants of the others.
+pub(super) fn alone(samples: &[Sample], noise: f64) -> Vec<f64> {
+    let good = steady(samples, noise);
+    let others = samples.iter().filter(|sample| !good.contains(sample));
+    others.map(|sample| sample.t).collect()
+}
+
 /// A straight line through samples: position and velocity at a time, and the standard error of the
 /// velocity for unit noise.
 struct Line {
@@ -76,18 +105,18 @@ fn median(mut values: Vec<f64>) -> f64 {
 
 /// Unknowns from straight lines near the impact.
 pub(super) fn guess(shot: &TrackShot, ball: &Ball, noise: f64, sliding: f64) -> Result<Unknowns, Unusable> {
-    if shot.cue.len() < 2 * LEAST_FRAMES || shot.object.len() < 2 * LEAST_FRAMES {
-        let counts = (shot.cue.len(), shot.object.len());
-        return Err(Unusable::TooShort { cue: counts.0, object: counts.1 });
+    let (cue, object) = (steady(&shot.cue, noise), steady(&shot.object, noise));
+    if cue.len() < 2 * LEAST_FRAMES || object.len() < 2 * LEAST_FRAMES {
+        return Err(Unusable::TooShort { cue: shot.cue.len(), object: shot.object.len() });
     }
-    let first = &shot.object[..LEAST_FRAMES + 2.min(shot.object.len() - LEAST_FRAMES)];
+    let first = &object[..LEAST_FRAMES + 2.min(object.len() - LEAST_FRAMES)];
     let lay = [median(first.iter().map(|s| s.x).collect()), median(first.iter().map(|s| s.y).collect())];
     let away = |s: &Sample| (s.x - lay[0]).hypot(s.y - lay[1]);
     // for good: the next two frames are still further away
     let moved =
         |w: &[Sample]| away(&w[0]) > MOVED * noise && away(&w[1]) > away(&w[0]) && away(&w[2]) > away(&w[1]);
-    let index = shot.object.windows(3).position(moved).ok_or(Unusable::NoCollision)?;
-    let after = &shot.object[index..shot.object.len().min(index + NEAR)];
+    let index = object.windows(3).position(moved).ok_or(Unusable::NoCollision)?;
+    let after = &object[index..object.len().min(index + NEAR)];
     if after.len() < LEAST_FRAMES {
         return Err(Unusable::TooFewAfter { ball: "object", frames: after.len() });
     }
@@ -99,10 +128,10 @@ pub(super) fn guess(shot: &TrackShot, ball: &Ball, noise: f64, sliding: f64) -> 
     let time = after[0].t - back;
 
     let frame = 1.0 / shot.fps;
-    let before: Vec<Sample> = shot.object.iter().filter(|s| s.t < time - 0.5 * frame).copied().collect();
-    let cue_before: Vec<Sample> = shot.cue.iter().filter(|s| s.t < time - 0.5 * frame).copied().collect();
+    let before: Vec<Sample> = object.iter().filter(|s| s.t < time - 0.5 * frame).copied().collect();
+    let cue_before: Vec<Sample> = cue.iter().filter(|s| s.t < time - 0.5 * frame).copied().collect();
     let cue_after: Vec<Sample> =
-        shot.cue.iter().filter(|s| s.t > time + 0.5 * frame).take(NEAR).copied().collect();
+        cue.iter().filter(|s| s.t > time + 0.5 * frame).take(NEAR).copied().collect();
     if before.is_empty() || cue_before.len() < LEAST_FRAMES {
         return Err(Unusable::TooFewBefore { cue: cue_before.len(), object: before.len() });
     }
