@@ -93,6 +93,10 @@ impl Problems {
         self.found.is_empty()
     }
 
+    pub(crate) fn len(&self) -> usize {
+        self.found.len()
+    }
+
     /// `value` if nothing is wrong.
     pub(crate) fn into_result<T>(self, value: T) -> Result<T, DatasetError> {
         if self.found.is_empty() { Ok(value) } else { Err(self.into_error()) }

@@ -6,6 +6,7 @@ mod impacts;
 pub(crate) mod manifest;
 mod rows;
 pub(crate) mod table;
+pub mod tracks;
 
 use std::collections::{BTreeMap, HashMap};
 use std::path::{Path, PathBuf};
@@ -19,6 +20,7 @@ use crate::observable::Observable;
 use crate::parameters::Settings;
 
 pub use error::{DatasetError, Problem};
+pub use tracks::Tracks;
 
 /// A loaded and checked data set: every number finite, every standard deviation positive.
 #[derive(Clone, Debug)]
@@ -34,6 +36,8 @@ pub struct Dataset {
     /// The label column whose values are fitted apart (`[fit] by`).
     pub by: Option<String>,
     pub shots: Vec<Shot>,
+    /// Kind `tracks`: what was filmed, from which shots are yet to be extracted.
+    pub tracks: Option<Tracks>,
 }
 
 /// One shot, or the mean of several.
@@ -96,12 +100,13 @@ pub fn load(path: &Path) -> Result<Dataset, DatasetError> {
     let file = if path.is_dir() { path.join("dataset.toml") } else { path.to_path_buf() };
     let manifest = Manifest::read(&file)?;
     let mut problems = Problems::of_dataset(&file);
-    if manifest.kind == Kind::Tracks {
-        problems.add(&file, None, None, "kind is \"tracks\"; this version reads \"impacts\" and \"angles\"");
-        return Err(problems.into_error());
+    let mut tracks = None;
+    if let Some(settings) = &manifest.tracks {
+        tracks = Some(tracks::load(&manifest, settings, &file, &mut problems));
     }
+    let tables = if tracks.is_some() { &[] } else { manifest.files.as_slice() };
     let mut shots: Vec<Shot> = Vec::new();
-    for table in &manifest.files {
+    for table in tables {
         let Some(table) = Table::read(table, &mut problems) else { continue };
         if let Some((by, line)) = &manifest.by
             && !table.has(by)
@@ -128,7 +133,7 @@ pub fn load(path: &Path) -> Result<Dataset, DatasetError> {
     name_shots(&mut shots, &mut problems);
     let Manifest { name, cloth, source, ball, settings, by, .. } = manifest;
     let by = by.map(|(by, _)| by);
-    problems.into_result(Dataset { name, path: file, cloth, source, ball, settings, by, shots })
+    problems.into_result(Dataset { name, path: file, cloth, source, ball, settings, by, shots, tracks })
 }
 
 /// Numbers the shots that have no name, and complains about names given twice.
