@@ -140,6 +140,7 @@ fn fits_of_tracks_recover_the_parameters() {
             shots: shots.collect(),
             left_out: Vec::new(),
             sliding,
+            tracks: None,
         };
         let fit = caromfit::fit::fit(&dataset, &Options::default()).unwrap().remove(0);
         for (i, truth) in [0.05, 0.3, 0.94].into_iter().enumerate() {

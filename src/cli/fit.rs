@@ -4,6 +4,8 @@ use std::path::PathBuf;
 
 use caromfit::dataset;
 use caromfit::fit::{self, Options};
+use caromfit::impact::Scene;
+use caromfit::impact::shots::with_impacts;
 use caromfit::report;
 
 use super::progress::Progress;
@@ -59,9 +61,11 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let mut progress = Progress::new(datasets.len());
     let mut fits = Vec::new();
     let (mut failed, mut bad_input) = (Vec::new(), false);
-    for dataset in &datasets {
+    for dataset in datasets {
         progress.step(&dataset.name);
-        match fit::fit(dataset, &options) {
+        let scene = Scene::new(dataset.ball);
+        let (dataset, _) = with_impacts(dataset, &scene);
+        match fit::fit(&dataset, &options) {
             Ok(of_dataset) => fits.push(of_dataset),
             Err(error) => {
                 bad_input |= error.is_bad_input();

@@ -89,6 +89,14 @@ impl Problems {
         self.found.push(Problem { file: file.to_path_buf(), line, column, message: message.into() });
     }
 
+    pub(crate) fn is_empty(&self) -> bool {
+        self.found.is_empty()
+    }
+
+    pub(crate) fn len(&self) -> usize {
+        self.found.len()
+    }
+
     /// `value` if nothing is wrong.
     pub(crate) fn into_result<T>(self, value: T) -> Result<T, DatasetError> {
         if self.found.is_empty() { Ok(value) } else { Err(self.into_error()) }

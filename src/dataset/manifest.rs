@@ -4,11 +4,12 @@ use std::ops::Range;
 use std::path::{Path, PathBuf};
 
 use serde::Deserialize;
-use serde::de::{DeserializeOwned, IgnoredAny};
+use serde::de::DeserializeOwned;
 use toml::Spanned;
 
 use super::error::{DatasetError, Problems, did_you_mean};
 use super::table::read_utf8;
+use super::tracks::settings::{self, RawScale, RawTracks, RawVideo, TrackSettings};
 use crate::ball::{Ball, UNIFORM_SPHERE};
 use crate::parameters::{Parameter, Prior, Setting, Settings};
 
@@ -25,6 +26,8 @@ pub(super) struct Manifest {
     pub ball: Ball,
     pub assume: Option<Assume>,
     pub settings: Settings,
+    /// For kind `tracks`.
+    pub tracks: Option<TrackSettings>,
     /// `[fit] by`, with its line and the position in it.
     pub by: Option<(String, usize, String)>,
 }
@@ -76,9 +79,9 @@ struct RawManifest {
     #[serde(default)]
     ball: RawBall,
     cue_spin: Option<RawSpin>,
-    video: Option<Spanned<IgnoredAny>>,
-    scale: Option<Spanned<IgnoredAny>>,
-    tracks: Option<Spanned<IgnoredAny>>,
+    video: Option<Spanned<RawVideo>>,
+    scale: Option<Spanned<RawScale>>,
+    tracks: Option<Spanned<RawTracks>>,
     #[serde(default)]
     fit: RawFit,
 }
@@ -121,8 +124,8 @@ struct RawSetting {
 }
 
 /// Places in the text of a dataset.toml.
-struct Source<'a> {
-    path: &'a Path,
+pub(super) struct Source<'a> {
+    pub path: &'a Path,
     text: &'a str,
 }
 
@@ -141,7 +144,7 @@ impl Source<'_> {
         self.text.get(span.clone()).unwrap_or_default()
     }
 
-    fn add(&self, problems: &mut Problems, span: &Range<usize>, message: String) {
+    pub(super) fn add(&self, problems: &mut Problems, span: &Range<usize>, message: String) {
         let (line, position) = self.place(span);
         problems.add(self.path, Some(line), Some(&position), message);
     }
@@ -265,18 +268,29 @@ impl RawManifest {
         }
         let kind = *self.kind.as_ref();
         if kind != Kind::Tracks {
-            for (key, section) in [("video", &self.video), ("scale", &self.scale), ("tracks", &self.tracks)] {
-                if let Some(section) = section {
+            let sections = [
+                ("video", self.video.as_ref().map(Spanned::span)),
+                ("scale", self.scale.as_ref().map(Spanned::span)),
+                ("tracks", self.tracks.as_ref().map(Spanned::span)),
+            ];
+            for (key, span) in sections {
+                if let Some(span) = span {
                     let message = format!(
                         "[{key}] stands in a data set of kind \"{}\"; it goes with \"tracks\" only",
                         kind.name()
                     );
-                    source.add(problems, &section.span(), message);
+                    source.add(problems, &span, message);
                 }
             }
         }
         let files = self.files(source, problems);
         let ball = self.ball.check(source, problems);
+        let tracks = (kind == Kind::Tracks).then(|| {
+            let video = self.video.as_ref().map(Spanned::as_ref);
+            let (scale, tracks) =
+                (self.scale.as_ref().map(Spanned::as_ref), self.tracks.as_ref().map(Spanned::as_ref));
+            settings::check(video, scale, tracks, source, problems)
+        });
         let mut settings = Settings::default();
         for (parameter, raw) in Parameter::ALL.into_iter().zip([&self.fit.mu, &self.fit.mu_s, &self.fit.e]) {
             if let Some(raw) = raw {
@@ -292,6 +306,7 @@ impl RawManifest {
             ball,
             assume: self.cue_spin.map(|spin| spin.assume),
             settings,
+            tracks,
             by: self.fit.by.map(|by| {
                 let (line, position) = source.place(&by.span());
                 (by.into_inner(), line, position)

@@ -6,6 +6,7 @@ mod impacts;
 pub(crate) mod manifest;
 mod rows;
 pub(crate) mod table;
+pub mod tracks;
 
 use std::collections::{BTreeMap, HashMap};
 use std::path::{Path, PathBuf};
@@ -21,6 +22,7 @@ use crate::observable::Observable;
 use crate::parameters::Settings;
 
 pub use error::{DatasetError, Problem};
+pub use tracks::Tracks;
 
 /// A loaded and checked data set: every number finite, every standard deviation positive.
 #[derive(Clone, Debug)]
@@ -40,6 +42,8 @@ pub struct Dataset {
     pub left_out: Vec<(String, String)>,
     /// The cloth's sliding friction μ_k, where the shots were extracted from tracks with it.
     pub sliding: Option<Measured>,
+    /// Kind `tracks`: what was filmed, from which shots are yet to be extracted.
+    pub tracks: Option<Tracks>,
 }
 
 /// One shot, or the mean of several.
@@ -114,12 +118,13 @@ pub fn load(path: &Path) -> Result<Dataset, DatasetError> {
     let file = if path.is_dir() { path.join("dataset.toml") } else { path.to_path_buf() };
     let manifest = Manifest::read(&file)?;
     let mut problems = Problems::of_dataset(&file);
-    if manifest.kind == Kind::Tracks {
-        problems.add(&file, None, None, "kind is \"tracks\"; this version reads \"impacts\" and \"angles\"");
-        return Err(problems.into_error());
+    let mut tracks = None;
+    if let Some(settings) = &manifest.tracks {
+        tracks = Some(tracks::load(&manifest, settings, &file, &mut problems));
     }
+    let tables = if tracks.is_some() { &[] } else { manifest.files.as_slice() };
     let mut shots: Vec<Shot> = Vec::new();
-    for table in &manifest.files {
+    for table in tables {
         let Some(table) = Table::read(table, &mut problems) else { continue };
         if let Some((by, line, position)) = &manifest.by
             && !table.has(by)
@@ -159,6 +164,7 @@ pub fn load(path: &Path) -> Result<Dataset, DatasetError> {
         shots,
         left_out: Vec::new(),
         sliding: None,
+        tracks,
     })
 }
 

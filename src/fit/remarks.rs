@@ -4,6 +4,7 @@ use statrs::distribution::{ChiSquared, ContinuousCDF};
 
 use super::search::Plateau;
 use super::{Fit, Status};
+use crate::dataset::Dataset;
 use crate::parameters::Parameter;
 use crate::residuals::Fitted;
 
@@ -149,5 +150,20 @@ pub(super) fn add_plateaus(fit: &mut Fit, plateaus: &[Plateau]) {
         fit.warnings.push(format!(
             "{symbol}: every value from {edge:.4} to the bound {bound} fits equally{why}; {edge:.4} is given."
         ));
+    }
+}
+
+/// What the tracks told besides the parameters, and what was done to them on reading.
+pub(super) fn add_tracks(fit: &mut Fit, dataset: &Dataset) {
+    if let Some(sliding) = dataset.sliding {
+        fit.notes.push(format!(
+            "The cloth's sliding friction is μ_k = {:.4} ± {:.4}, from the curvature of the paths after the impacts. \
+             Its error is part of the errors of the parameters.",
+            sliding.value,
+            sliding.sd.unwrap_or(f64::NAN)
+        ));
+    }
+    for note in dataset.tracks.iter().flat_map(|tracks| &tracks.notes) {
+        fit.notes.push(note.clone());
     }
 }

@@ -140,6 +140,7 @@ pub(super) fn fit_shots(
     };
     super::remarks::add(&mut fit, &fitted, knows_noise, combination.as_deref());
     super::remarks::add_plateaus(&mut fit, &plateaus);
+    super::remarks::add_tracks(&mut fit, dataset);
     fit.seconds = begun.elapsed().as_secs_f64();
     Ok(fit)
 }

@@ -1,0 +1,208 @@
+//! From a file's lengths to metres on the table, x right and y up as seen from above.
+
+use nalgebra::{DMatrix, Matrix3, Vector3};
+
+/// What turns a file's coordinates into metres.
+#[derive(Clone, Debug)]
+pub(super) struct Calibration {
+    map: Map,
+    readout: Option<ReadOut>,
+}
+
+#[derive(Clone, Debug)]
+enum Map {
+    Linear { x: f64, y: f64 },
+    Homography(Matrix3<f64>),
+}
+
+/// A rolling shutter: the rows of a picture are taken one after the other, from the top.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct ReadOut {
+    /// From the first row to the last.
+    pub seconds: f64,
+    pub rows: f64,
+    /// The file's y grows from the bottom of the picture upwards.
+    pub up: bool,
+}
+
+impl Calibration {
+    pub(super) fn linear(metres: f64, up: bool, readout: Option<ReadOut>) -> Self {
+        Self { map: Map::Linear { x: metres, y: if up { metres } else { -metres } }, readout }
+    }
+
+    /// Least squares over pairs of pixels and metres (direct linear transform of normalised points).
+    /// `up` is the direction of the pixels' y axis where it is known: the metres must then be seen from
+    /// above. Gives also a note on how well the points fit.
+    pub(super) fn homography(
+        pairs: &[([f64; 2], [f64; 2])],
+        up: Option<bool>,
+        readout: Option<ReadOut>,
+    ) -> Result<(Self, String), String> {
+        if pairs.len() < 4 {
+            return Err(format!("{} points; a homography needs four or more [[scale.point]]", pairs.len()));
+        }
+        if pairs.iter().any(|(px, m)| px.iter().chain(m).any(|x| !x.is_finite())) {
+            return Err("a [[scale.point]] is not finite; expected numbers".to_string());
+        }
+        let pixels: Vec<_> = pairs.iter().map(|(px, _)| *px).collect();
+        let metres: Vec<_> = pairs.iter().map(|(_, m)| *m).collect();
+        let collinear = || {
+            "the [[scale.point]] lie on one line, or all but one do; expected four of which no three are on a \
+             line"
+            .to_string()
+        };
+        let (from, to) =
+            (normaliser(&pixels).ok_or_else(collinear)?, normaliser(&metres).ok_or_else(collinear)?);
+        let mut rows = DMatrix::zeros((2 * pairs.len()).max(9), 9);
+        for (i, (px, m)) in pairs.iter().enumerate() {
+            let p = from * Vector3::new(px[0], px[1], 1.0);
+            let q = to * Vector3::new(m[0], m[1], 1.0);
+            for k in 0..3 {
+                rows[(2 * i, k)] = p[k];
+                rows[(2 * i, 6 + k)] = -q.x * p[k];
+                rows[(2 * i + 1, 3 + k)] = p[k];
+                rows[(2 * i + 1, 6 + k)] = -q.y * p[k];
+            }
+        }
+        let svd = rows.svd(false, true);
+        let v = svd.v_t.ok_or_else(collinear)?;
+        let mut order: Vec<usize> = (0..9).collect();
+        order.sort_by(|a, b| svd.singular_values[*a].total_cmp(&svd.singular_values[*b]));
+        // two solutions: the points do not determine it
+        if svd.singular_values[order[1]] < 1e-6 * svd.singular_values[order[8]] {
+            return Err(collinear());
+        }
+        let h = v.row(order[0]);
+        let normalised = Matrix3::new(h[0], h[1], h[2], h[3], h[4], h[5], h[6], h[7], h[8]);
+        let back = to.try_inverse().ok_or_else(collinear)?;
+        let mut map = back * normalised * from;
+        let mean = pixels.iter().fold(Vector3::zeros(), |sum, p| sum + Vector3::new(p[0], p[1], 1.0));
+        if (map.row(2) * mean)[0] < 0.0 {
+            map = -map;
+        }
+        let weight = |p: &[f64; 2]| (map.row(2) * Vector3::new(p[0], p[1], 1.0))[0];
+        if pixels.iter().any(|p| !(weight(p) > 0.0)) {
+            return Err(
+                "the [[scale.point]] cannot be pictures of points in one plane in front of a camera; \
+                        expected each px with its own m"
+                    .to_string(),
+            );
+        }
+        let calibration = Self { map: Map::Homography(map), readout };
+        let turns = map.determinant();
+        if let Some(up) = up
+            && (turns > 0.0) != up
+        {
+            let down = if up { "up" } else { "down" };
+            return Err(format!(
+                "the [[scale.point]] are a mirror image: with y_axis = \"{down}\" in the picture, m must have x \
+                 to the right and y up as seen from above; expected m turned so, or the other y_axis"
+            ));
+        }
+        let squares: f64 = pairs
+            .iter()
+            .map(|(px, m)| {
+                let at = calibration.metres(px[0], px[1]);
+                (at[0] - m[0]).powi(2) + (at[1] - m[1]).powi(2)
+            })
+            .sum();
+        let rms = (squares / pairs.len() as f64).sqrt() * 1e3;
+        let exact = if pairs.len() == 4 { " (four points leave nothing over to check with)" } else { "" };
+        let note = format!("homography from {} points, residual {rms:.3} mm{exact}", pairs.len());
+        Ok((calibration, note))
+    }
+
+    /// Metres of a position in the file's unit.
+    pub(super) fn metres(&self, x: f64, y: f64) -> [f64; 2] {
+        match &self.map {
+            Map::Linear { x: sx, y: sy } => [sx * x, sy * y],
+            Map::Homography(h) => {
+                let p = h * Vector3::new(x, y, 1.0);
+                [p.x / p.z, p.y / p.z]
+            }
+        }
+    }
+
+    /// Standard deviations in metres at a position, all in the file's unit.
+    pub(super) fn sd(&self, x: f64, y: f64, sd: [f64; 2]) -> [f64; 2] {
+        match &self.map {
+            Map::Linear { x: sx, y: sy } => [sx * sd[0], sy.abs() * sd[1]],
+            Map::Homography(h) => {
+                let p = h * Vector3::new(x, y, 1.0);
+                let row = |i: usize| {
+                    let d = |k: usize| (h[(i, k)] - p[i] / p.z * h[(2, k)]) / p.z;
+                    (d(0) * sd[0]).hypot(d(1) * sd[1])
+                };
+                [row(0), row(1)]
+            }
+        }
+    }
+
+    /// How much later than its frame's first row a position was taken, seconds.
+    pub(super) fn delay(&self, y: f64) -> f64 {
+        self.readout.map_or(0.0, |readout| {
+            let row = if readout.up { readout.rows - y } else { y };
+            readout.seconds * row / readout.rows
+        })
+    }
+
+    /// The same, for a format whose own unit is known.
+    pub(super) fn with_unit(&self, metres: f64) -> Self {
+        match self.map {
+            Map::Linear { y, .. } => Self::linear(metres, y > 0.0, None),
+            Map::Homography(_) => self.clone(),
+        }
+    }
+}
+
+/// To mean 0 and mean distance √2. `None` where the points lie on a line.
+fn normaliser(points: &[[f64; 2]]) -> Option<Matrix3<f64>> {
+    let n = points.len() as f64;
+    let mean = [0, 1].map(|k| points.iter().map(|p| p[k]).sum::<f64>() / n);
+    let (mut xx, mut xy, mut yy) = (0.0, 0.0, 0.0);
+    for p in points {
+        let (dx, dy) = (p[0] - mean[0], p[1] - mean[1]);
+        (xx, xy, yy) = (xx + dx * dx, xy + dx * dy, yy + dy * dy);
+    }
+    let (trace, det) = (xx + yy, xx * yy - xy * xy);
+    if !(trace > 0.0 && trace.is_finite()) || det < 1e-8 * trace * trace {
+        return None;
+    }
+    let scale = (2.0 * n / trace).sqrt();
+    Some(Matrix3::new(scale, 0.0, -scale * mean[0], 0.0, scale, -scale * mean[1], 0.0, 0.0, 1.0))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A camera that looks at the table askew, rows counted downwards.
+    fn picture(m: [f64; 2]) -> [f64; 2] {
+        let w = 1.0 + 0.1 * m[0] - 0.2 * m[1];
+        [(960.0 + 700.0 * m[0] + 30.0 * m[1]) / w, (540.0 - 690.0 * m[1] + 20.0 * m[0]) / w]
+    }
+
+    #[test]
+    fn homography_is_found_again() {
+        let metres = [[-1.0, -0.5], [1.0, -0.5], [1.0, 0.5], [-1.0, 0.5], [0.1, 0.2]];
+        let pairs: Vec<_> = metres.iter().map(|m| (picture(*m), *m)).collect();
+        let (calibration, note) = Calibration::homography(&pairs, Some(false), None).unwrap();
+        assert!(note.contains("residual 0.000 mm"), "{note}");
+        let px = picture([0.3, -0.2]);
+        let m = calibration.metres(px[0], px[1]);
+        assert!((m[0] - 0.3).abs() < 1e-10 && (m[1] + 0.2).abs() < 1e-10);
+        let sd = calibration.sd(px[0], px[1], [1.0, 0.0]);
+        let moved = calibration.metres(px[0] + 1e-4, px[1]);
+        assert!((sd[0] - (moved[0] - m[0]).abs() * 1e4).abs() < 1e-8);
+        assert!(Calibration::homography(&pairs, Some(true), None).unwrap_err().contains("mirror"));
+        assert!(Calibration::homography(&pairs[..3], None, None).is_err());
+        let line: Vec<_> = (0..5).map(|i| ([f64::from(i), 2.0], [f64::from(i), 1.0])).collect();
+        assert!(Calibration::homography(&line, None, None).unwrap_err().contains("line"));
+        let three: Vec<_> = [0.0, 1.0, 2.0]
+            .map(|i| ([i, 0.0], [i, 0.0]))
+            .into_iter()
+            .chain([([0.0, 1.0], [0.0, 1.0])])
+            .collect();
+        assert!(Calibration::homography(&three, None, None).unwrap_err().contains("line"));
+    }
+}

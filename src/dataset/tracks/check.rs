@@ -1,0 +1,242 @@
+//! What goes wrong between the camera and the file: rows twice, rows out of order, frames that repeat,
+//! balls that change names. Mended where the right repair is certain.
+
+use super::raw::{Notes, ORDER, REPEATED, RawTrack, Row, SWAPPED};
+
+/// A frame in which both balls stand still while they move before and after is a repeated one if the
+/// step after it is at least this many times the step before: the lost frame's motion is then in it.
+const CATCHES_UP: f64 = 1.5;
+/// Steps shorter than this many of the smallest ones are those of coarse coordinates.
+const COARSE: f64 = 4.0;
+/// Squared jumps with the names exchanged, over those with the names as they are. One ball's stray
+/// position can make it 1/2, never less.
+const SURELY_SWAPPED: f64 = 0.1;
+const PERHAPS_SWAPPED: f64 = 0.3;
+
+/// A line and what is wrong with it.
+pub(super) type Wrong = (usize, String);
+
+/// Puts the rows of a track in the order of time, each time once.
+pub(super) fn order(track: &mut RawTrack, file: &std::path::Path, notes: &mut Notes) -> Result<(), Wrong> {
+    let rows = &mut track.rows;
+    let backwards = rows.windows(2).filter(|two| two[1].time < two[0].time).count();
+    if backwards > 0 {
+        if backwards + 1 < rows.len() || rows.len() < 3 {
+            let at = rows.windows(2).position(|two| two[1].time < two[0].time).unwrap_or(0);
+            let message = format!(
+                "time of \"{}\" runs backwards, from {:.6} s (line {}) to {:.6} s; expected the rows in the order \
+                 of time, and each clip as a shot of its own",
+                track.name,
+                rows[at].time,
+                rows[at].line,
+                rows[at + 1].time
+            );
+            return Err((rows[at + 1].line as usize, message));
+        }
+        rows.reverse();
+        track.sds.reverse();
+        let message =
+            format!("the rows of \"{}\" run backwards from here on; put in the order of time", track.name);
+        notes.add(ORDER, file, Some(rows[rows.len() - 1].line as usize), message);
+    }
+    if rows.windows(2).all(|two| two[0].time < two[1].time) {
+        return Ok(());
+    }
+    let mut keep = vec![true; rows.len()];
+    let mut last = 0;
+    for i in 1..rows.len() {
+        let (a, b) = (rows[last], rows[i]);
+        if a.time < b.time {
+            last = i;
+            continue;
+        }
+        let same = a.x == b.x && a.y == b.y;
+        if !(same || a.is_gap() || b.is_gap()) {
+            let message = format!(
+                "\"{}\" is at two places at {:.6} s: ({}, {}) here and ({}, {}) in line {}; expected one row per \
+                 ball and frame",
+                track.name, b.time, b.x, b.y, a.x, a.y, a.line
+            );
+            return Err((b.line as usize, message));
+        }
+        let message =
+            format!("\"{}\" has its time twice (line {}); one row is passed over", track.name, a.line);
+        notes.add(REPEATED, file, Some(b.line as usize), message);
+        if a.is_gap() {
+            keep[last] = false;
+            last = i;
+        } else {
+            keep[i] = false;
+        }
+    }
+    retain(track, &keep);
+    Ok(())
+}
+
+/// Drops rows.
+fn retain(track: &mut RawTrack, keep: &[bool]) {
+    let mut kept = keep.iter();
+    track.rows.retain(|_| *kept.next().unwrap_or(&true));
+    let mut kept = keep.iter();
+    track.sds.retain(|_| *kept.next().unwrap_or(&true));
+}
+
+/// Rows of both tracks at the same times, neither a gap: their indices.
+fn pairs(cue: &[Row], object: &[Row]) -> Vec<(usize, usize)> {
+    let mut pairs = Vec::with_capacity(cue.len().min(object.len()));
+    let (mut i, mut j) = (0, 0);
+    while let (Some(a), Some(b)) = (cue.get(i), object.get(j)) {
+        if a.time < b.time || a.is_gap() && a.time == b.time {
+            i += 1;
+            j += usize::from(a.time == b.time);
+        } else if b.time < a.time || b.is_gap() {
+            j += 1;
+            i += usize::from(a.time == b.time);
+        } else {
+            pairs.push((i, j));
+            (i, j) = (i + 1, j + 1);
+        }
+    }
+    pairs
+}
+
+fn distance(a: Row, b: Row) -> f64 {
+    (a.x - b.x).hypot(a.y - b.y)
+}
+
+/// Turns repeated frames into gaps.
+pub(super) fn thaw(
+    cue: &mut RawTrack,
+    object: &mut RawTrack,
+    fps: f64,
+    file: &std::path::Path,
+    notes: &mut Notes,
+) -> Result<(), Wrong> {
+    let pairs = pairs(&cue.rows, &object.rows);
+    let step = |k: usize| {
+        let ((i, j), (p, q)) = (pairs[k], pairs[k + 1]);
+        distance(cue.rows[i], cue.rows[p]).max(distance(object.rows[j], object.rows[q]))
+    };
+    let steps: Vec<f64> = (0..pairs.len().saturating_sub(1)).map(step).collect();
+    let smallest = steps.iter().copied().filter(|step| *step > 0.0).fold(f64::INFINITY, f64::min);
+    let frames = |k: usize| (cue.rows[pairs[k + 1].0].time - cue.rows[pairs[k].0].time) * fps;
+    let mut frozen = Vec::new();
+    let mut k = 1;
+    while k + 1 < steps.len() {
+        if steps[k] != 0.0 {
+            k += 1;
+            continue;
+        }
+        let first = k;
+        while k < steps.len() && steps[k] == 0.0 {
+            k += 1;
+        }
+        // still to the end, or too coarse to tell
+        let (Some(after), before) = (steps.get(k), steps[first - 1]) else { break };
+        let coarse = smallest.is_finite() && before.min(*after) < COARSE * smallest;
+        let only_coarse = steps.iter().filter(|step| **step == 0.0).count() * 5 > steps.len();
+        if before == 0.0 || coarse && smallest > 1e-6 * before.max(*after) && is_coarse(&steps) || only_coarse
+        {
+            continue;
+        }
+        let length = |k: usize| frames(k).max(1.0);
+        let line = cue.rows[pairs[first + 1].0].line as usize;
+        if after / length(k) < CATCHES_UP * before / length(first - 1) {
+            let message = format!(
+                "both balls are exactly where they were in line {} while they move before and after, and do not \
+                 catch up: a frame was put in here, and all later times may be late. Expected the clip without it, \
+                 with the frames after it renumbered; or skip the shot",
+                cue.rows[pairs[first].0].line
+            );
+            return Err((line, message));
+        }
+        frozen.extend(first + 1..=k);
+        let message = format!(
+            "both balls are exactly where they were in line {} while they move before and after: a repeated frame, \
+             taken as a gap",
+            cue.rows[pairs[first].0].line
+        );
+        notes.add(REPEATED, file, Some(line), message);
+    }
+    for (i, j) in frozen.into_iter().map(|k| pairs[k]) {
+        (cue.rows[i].x, object.rows[j].x) = (f64::NAN, f64::NAN);
+    }
+    Ok(())
+}
+
+/// Whether steps come in few sizes only, as those of whole pixels do.
+fn is_coarse(steps: &[f64]) -> bool {
+    let mut sizes = steps.to_vec();
+    sizes.sort_by(f64::total_cmp);
+    sizes.dedup_by(|a, b| (*a - *b).abs() <= 1e-9 * b.abs());
+    sizes.len() * 2 < steps.len()
+}
+
+/// Gives both balls their names back where a tracker exchanged them, and the line of the first time.
+pub(super) fn unswap(
+    cue: &mut RawTrack,
+    object: &mut RawTrack,
+    fps: f64,
+    file: &std::path::Path,
+    notes: &mut Notes,
+) -> Result<Option<usize>, Wrong> {
+    let pairs = pairs(&cue.rows, &object.rows);
+    let mut swaps = Vec::new();
+    for k in 1..pairs.len() {
+        let ((i, j), (p, q)) = (pairs[k - 1], pairs[k]);
+        let (c, o, c_next, o_next) = (cue.rows[i], object.rows[j], cue.rows[p], object.rows[q]);
+        if (c_next.time - c.time) * fps > 3.5 {
+            continue;
+        }
+        let cost = |a: f64, b: f64| a * a + b * b;
+        let kept = cost(distance(c, c_next), distance(o, o_next));
+        let swapped = cost(distance(c, o_next), distance(o, c_next));
+        let line = c_next.line as usize;
+        if swapped < SURELY_SWAPPED * kept {
+            swaps.push(k);
+        } else if swapped < PERHAPS_SWAPPED * kept {
+            let message = format!(
+                "cue and object ball may have exchanged their names from here on (\"{}\" jumps by {:.4}, \"{}\" by \
+                 {:.4}, in the file's unit); expected them set right, or the shot skipped",
+                cue.name,
+                distance(c, c_next),
+                object.name,
+                distance(o, o_next)
+            );
+            return Err((line, message));
+        }
+    }
+    let first = swaps.first().map(|k| cue.rows[pairs[*k].0].line as usize);
+    for pair in swaps.chunks(2) {
+        let from = pairs[pair[0]];
+        let until = pair.get(1).map(|k| pairs[*k]);
+        let time = cue.rows[from.0].time;
+        let end = until.map_or(f64::INFINITY, |(i, _)| cue.rows[i].time);
+        let line = cue.rows[from.0].line as usize;
+        let last = until.map_or(String::new(), |(i, _)| format!(" to line {}", cue.rows[i].line));
+        exchange(cue, object, time, end);
+        let message = format!(
+            "\"{}\" and \"{}\" have exchanged their names from here{last}; exchanged back",
+            cue.name, object.name
+        );
+        notes.add(SWAPPED, file, Some(line), message);
+    }
+    Ok(first)
+}
+
+/// Exchanges the rows of two tracks from a time until before another.
+fn exchange(one: &mut RawTrack, other: &mut RawTrack, from: f64, until: f64) {
+    let range = |track: &RawTrack| {
+        let at = |time: f64| track.rows.partition_point(|row| row.time < time);
+        at(from)..at(until)
+    };
+    let (a, b) = (range(one), range(other));
+    let moved: Vec<Row> = one.rows[a.clone()].to_vec();
+    let replaced: Vec<Row> = other.rows.splice(b.clone(), moved).collect();
+    one.rows.splice(a.clone(), replaced);
+    if !one.sds.is_empty() && !other.sds.is_empty() {
+        let moved: Vec<[f64; 2]> = one.sds[a.clone()].to_vec();
+        let replaced: Vec<[f64; 2]> = other.sds.splice(b, moved).collect();
+        one.sds.splice(a, replaced);
+    }
+}

@@ -1,0 +1,207 @@
+//! From the rows of a file to a shot: which track is which ball, when, and where in metres.
+
+use std::collections::BTreeMap;
+
+use super::calibration::Calibration;
+use super::check;
+use super::number::shortened;
+use super::raw::{NAMES, Notes, RawShot, RawTrack};
+use super::settings::{Names, TrackSettings};
+use super::time;
+use crate::dataset::Spin;
+use crate::track::{Marker, Sample, TrackShot, TrackedBall};
+
+/// What is wrong with a shot, and the line where there is one.
+pub(super) type Wrong = (Option<usize>, String);
+
+/// What the shots table and `[cue_spin]` say of a shot.
+#[derive(Clone, Debug)]
+pub(super) struct Facts {
+    pub spin: Spin,
+    pub labels: BTreeMap<String, String>,
+}
+
+/// The tracks of one ball.
+struct Ball {
+    /// The ball's centre, or the points whose mean it is.
+    centres: Vec<RawTrack>,
+    /// Points on it.
+    markers: Vec<RawTrack>,
+}
+
+/// Makes a shot of its rows.
+pub(super) fn shot(
+    mut raw: RawShot,
+    facts: Facts,
+    settings: &TrackSettings,
+    calibration: &Calibration,
+    notes: &mut Notes,
+) -> Result<TrackShot, Wrong> {
+    let mut tracks = std::mem::take(&mut raw.tracks);
+    let cue = assign(&mut tracks, "cue", &settings.cue, &raw, notes)?;
+    let object = assign(&mut tracks, "object", &settings.object, &raw, notes)?;
+    for other in &tracks {
+        let message =
+            format!("the track \"{}\" is neither cue nor object; passed over", shortened(&other.name));
+        notes.add(NAMES, &raw.file, Some(other.line()), message);
+    }
+    let sizes = [&cue.centres, &cue.markers, &object.centres].map(Vec::len);
+    raw.tracks = [cue.centres, cue.markers, object.centres, object.markers].into_iter().flatten().collect();
+    let file = raw.file.clone();
+    let fps = time::settle(&mut raw, settings, notes).map_err(|message| (Some(raw.line), message))?;
+    let located = |(line, message): check::Wrong| (Some(line), message);
+    for track in &mut raw.tracks {
+        check::order(track, &file, notes).map_err(located)?;
+    }
+    let mut rest = raw.tracks.into_iter();
+    let mut take = |n: usize| rest.by_ref().take(n).collect::<Vec<_>>();
+    let [mut cue_centres, mut cue_markers, mut object_centres] = sizes.map(&mut take);
+    let mut object_markers: Vec<_> = rest.collect();
+    let mut cue = mean(&mut cue_centres, &mut cue_markers);
+    let mut object = mean(&mut object_centres, &mut object_markers);
+    check::thaw(&mut cue, &mut object, fps, &file, notes).map_err(located)?;
+    let swapped = check::unswap(&mut cue, &mut object, fps, &file, notes).map_err(located)?;
+    if let Some(line) = swapped.filter(|_| !cue_markers.is_empty() || !object_markers.is_empty()) {
+        let message = "cue and object ball have exchanged their names from here on, and with markers on them it is \
+                       not certain which of these did; expected them set right, or the shot skipped";
+        return Err((Some(line), message.to_string()));
+    }
+    let samples = |track: &RawTrack| samples(track, calibration);
+    let marker = |ball: TrackedBall| {
+        move |track: &RawTrack| Marker {
+            ball,
+            name: track.point.clone().unwrap_or_else(|| track.name.clone()),
+            samples: samples(track),
+        }
+    };
+    let mut markers: Vec<_> = cue_markers.iter().map(marker(TrackedBall::Cue)).collect();
+    markers.extend(object_markers.iter().map(marker(TrackedBall::Object)));
+    let shot = TrackShot {
+        name: raw.name,
+        file: raw.file.to_path_buf(),
+        line: raw.line,
+        labels: facts.labels,
+        fps,
+        cue: samples(&cue),
+        object: samples(&object),
+        markers,
+        spin: facts.spin,
+        position_sd: settings.position_sd,
+    };
+    let finite = |s: &Sample| s.t.is_finite() && s.x.is_finite() && s.y.is_finite();
+    let mut all = shot.cue.iter().chain(&shot.object).chain(shot.markers.iter().flat_map(|m| &m.samples));
+    if !all.all(finite) {
+        return Err((Some(shot.line), "a position or time is too large to be converted".to_string()));
+    }
+    Ok(shot)
+}
+
+/// Takes the tracks of a ball out of the list.
+fn assign(
+    tracks: &mut Vec<RawTrack>,
+    ball: &str,
+    names: &Names,
+    raw: &RawShot,
+    notes: &mut Notes,
+) -> Result<Ball, Wrong> {
+    let mut found = Ball { centres: Vec::new(), markers: Vec::new() };
+    for name in &names.0 {
+        let (own, i) = find(tracks, name).map_err(|message| (Some(raw.line), message))?.ok_or_else(|| {
+            let mut there: Vec<_> = tracks.iter().map(|track| format!("\"{}\"", shortened(&track.name))).collect();
+            there.dedup();
+            there.truncate(12);
+            let there = if there.is_empty() { "none".to_string() } else { there.join(", ") };
+            let message = format!(
+                "shot \"{}\" has no track \"{name}\" ([tracks] {ball} = {}); the tracks left are {there}. Expected \
+                 both balls in it: say [tracks] cue and object, or skip the shot",
+                raw.name,
+                names.shown()
+            );
+            (Some(raw.line), message)
+        })?;
+        if own != *name {
+            let message = format!("the track \"{own}\" is [tracks] {ball} = \"{name}\"");
+            notes.add(NAMES, &raw.file, Some(tracks[i].line()), message);
+        }
+        found.centres.push(tracks.remove(i));
+        let (markers, rest): (Vec<_>, Vec<_>) =
+            std::mem::take(tracks).into_iter().partition(|track| track.point.is_some() && track.name == own);
+        *tracks = rest;
+        found.markers.extend(markers);
+    }
+    Ok(found)
+}
+
+/// The track that a name of dataset.toml means, with the name that it has in the file.
+fn find(tracks: &[RawTrack], wanted: &str) -> Result<Option<(String, usize)>, String> {
+    let last_word = |name: &str| {
+        name.rsplit(|c: char| c.is_whitespace() || c == '_').next().unwrap_or_default().to_string()
+    };
+    let ways: [&dyn Fn(&str) -> bool; 3] = [
+        &|name| name == wanted,
+        &|name| name.to_lowercase() == wanted.to_lowercase(),
+        // Tracker calls them "mass A", or mass_A
+        &|name| name.to_lowercase().starts_with("mass") && last_word(name) == wanted,
+    ];
+    for way in ways {
+        let fits = |i: &usize| tracks[*i].point.is_none() && way(&tracks[*i].name);
+        let found: Vec<usize> = (0..tracks.len()).filter(fits).collect();
+        match found.as_slice() {
+            [] => {}
+            [one] => return Ok(Some((tracks[*one].name.clone(), *one))),
+            many => {
+                let lines: Vec<_> = many.iter().map(|i| tracks[*i].line().to_string()).collect();
+                return Err(format!(
+                    "{} tracks are named \"{wanted}\" (their rows begin at lines {}); write \"{wanted} (1)\" or \
+                     \"{wanted} (2)\" … in [tracks], counted from the top or left, to say which",
+                    many.len(),
+                    lines.join(", ")
+                ));
+            }
+        }
+    }
+    // "name (2)": the second of that name
+    let Some((name, number)) = wanted.strip_suffix(')').and_then(|rest| rest.rsplit_once(" (")) else {
+        return Ok(None);
+    };
+    let Ok(number) = number.parse::<usize>() else { return Ok(None) };
+    let same = (0..tracks.len()).filter(|i| tracks[*i].point.is_none() && tracks[*i].name == name);
+    Ok(same.into_iter().nth(number.wrapping_sub(1)).map(|i| (name.to_string(), i)))
+}
+
+/// The mean of several points, which then are markers.
+fn mean(centres: &mut Vec<RawTrack>, markers: &mut Vec<RawTrack>) -> RawTrack {
+    if centres.len() < 2 {
+        return centres.pop().unwrap_or_else(|| RawTrack::new("", None));
+    }
+    let names: Vec<_> = centres.iter().map(|track| track.name.as_str()).collect();
+    let mut mean = RawTrack::new(names.join(" + "), None);
+    let (first, others) = centres.split_at(1);
+    for row in &first[0].rows {
+        let mut sum = *row;
+        for other in others {
+            let i = other.rows.partition_point(|other| other.time < row.time);
+            let found = other.rows.get(i).filter(|other| other.time == row.time);
+            sum.x += found.map_or(f64::NAN, |found| found.x);
+            sum.y += found.map_or(f64::NAN, |found| found.y);
+        }
+        sum.x /= centres.len() as f64;
+        sum.y /= centres.len() as f64;
+        mean.rows.push(sum);
+    }
+    markers.append(centres);
+    mean
+}
+
+fn samples(track: &RawTrack, calibration: &Calibration) -> Vec<Sample> {
+    let rows = track.rows.iter().enumerate().filter(|(_, row)| !row.is_gap());
+    let sample = |(i, row): (usize, &super::raw::Row)| {
+        let [x, y] = calibration.metres(row.x, row.y);
+        let sd = track.sds.get(i).filter(|sd| !sd[0].is_nan() && !sd[1].is_nan());
+        let sd = sd.map(|sd| calibration.sd(row.x, row.y, *sd));
+        Sample { t: row.time + calibration.delay(row.y), x, y, sd }
+    };
+    let mut samples = Vec::with_capacity(rows.clone().count());
+    samples.extend(rows.map(sample));
+    samples
+}

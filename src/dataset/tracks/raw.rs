@@ -1,0 +1,138 @@
+//! What the readers of all formats hand on: positions in the file's own units, with their lines.
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use super::settings::TimeUnit;
+
+/// The rows of one shot.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct RawShot {
+    pub name: String,
+    pub file: Arc<PathBuf>,
+    pub line: usize,
+    pub clock: Clock,
+    pub tracks: Vec<RawTrack>,
+}
+
+/// How the times of a shot are to be understood.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum Clock {
+    /// In this unit.
+    In(TimeUnit),
+    /// In seconds, from a clock with this resolution.
+    Hundredths,
+    /// The file does not say (Kinovea).
+    Unsaid,
+    /// Frames, with the rate that the file states (Qualisys).
+    FramesAt(f64),
+}
+
+/// What was followed: a ball, or a point on it.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct RawTrack {
+    pub name: String,
+    /// A marker on the ball `name`.
+    pub point: Option<String>,
+    /// In the order of the file.
+    pub rows: Vec<Row>,
+    /// One per row, or none at all; not a number where the file has none.
+    pub sds: Vec<[f64; 2]>,
+}
+
+/// x and y are not numbers in a gap.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Row {
+    pub time: f64,
+    pub x: f64,
+    pub y: f64,
+    pub line: u32,
+}
+
+impl RawTrack {
+    pub(super) fn new(name: impl Into<String>, point: Option<String>) -> Self {
+        Self { name: name.into(), point, rows: Vec::new(), sds: Vec::new() }
+    }
+
+    /// Line of its first row.
+    pub(super) fn line(&self) -> usize {
+        self.rows.first().map_or(1, |row| row.line as usize)
+    }
+}
+
+impl Row {
+    pub(super) fn is_gap(&self) -> bool {
+        self.x.is_nan() || self.y.is_nan()
+    }
+}
+
+/// What was detected and repaired: the first few of each kind, and how many more there were.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Notes {
+    kinds: BTreeMap<(u8, &'static str), (Vec<String>, usize)>,
+}
+
+/// This many notes of a kind are given one by one.
+const OF_A_KIND: usize = 8;
+
+impl Notes {
+    /// `kind` names what the note is about when there are too many of them.
+    pub(super) fn add(
+        &mut self,
+        kind: &'static str,
+        file: &Path,
+        line: Option<usize>,
+        message: impl AsRef<str>,
+    ) {
+        let (shown, more) = self.kinds.entry((rank(kind), kind)).or_default();
+        if shown.len() < OF_A_KIND {
+            let line = line.map_or(String::new(), |line| format!(":{line}"));
+            shown.push(format!("{}{line}: {}", file.display(), message.as_ref()));
+        } else {
+            *more += 1;
+        }
+    }
+
+    pub(super) fn append(&mut self, other: Self) {
+        for (kind, (messages, more)) in other.kinds {
+            let (shown, total) = self.kinds.entry(kind).or_default();
+            for message in messages {
+                if shown.len() < OF_A_KIND {
+                    shown.push(message);
+                } else {
+                    *total += 1;
+                }
+            }
+            *total += more;
+        }
+    }
+
+    pub(super) fn into_lines(self) -> Vec<String> {
+        let mut lines = Vec::new();
+        for ((_, kind), (mut shown, more)) in self.kinds {
+            lines.append(&mut shown);
+            if more > 0 {
+                lines.push(format!("and {more} more like this ({kind})"));
+            }
+        }
+        lines
+    }
+}
+
+/// Formats first, then the clock, then repairs.
+fn rank(kind: &str) -> u8 {
+    match kind {
+        FORMAT => 0,
+        CLOCK => 1,
+        _ => 2,
+    }
+}
+
+pub(super) const FORMAT: &str = "format";
+pub(super) const CLOCK: &str = "clock";
+pub(super) const NAMES: &str = "names of tracks";
+pub(super) const GAPS: &str = "gaps";
+pub(super) const REPEATED: &str = "repeated rows and frames";
+pub(super) const ORDER: &str = "order of rows";
+pub(super) const SWAPPED: &str = "balls swapped";

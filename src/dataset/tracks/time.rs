@@ -1,0 +1,344 @@
+//! When each row was filmed: the camera's frame rate against the times that a file carries.
+
+use super::raw::{CLOCK, Clock, Notes, RawShot};
+use super::settings::{TimeUnit, TrackSettings};
+
+/// Times may be spaced this much off 1/`capture_fps`, relative.
+const MISMATCH: f64 = 0.02;
+/// A step this far off a whole number of frames, beyond its rounding, is off the grid.
+const OFF_GRID: f64 = 0.02;
+
+/// The grid of frames behind the times of a shot.
+struct Grid {
+    /// Different times, ascending, in seconds of the file's own clock.
+    times: Vec<f64>,
+    /// What they are rounded to; 0 when they are written in full.
+    resolution: f64,
+    /// Between neighbouring frames.
+    spacing: f64,
+}
+
+/// Turns the times of a shot's rows into seconds of the camera's clock and gives its frame rate. `Err`
+/// says why that cannot be done and what would help.
+pub(super) fn settle(shot: &mut RawShot, settings: &TrackSettings, notes: &mut Notes) -> Result<f64, String> {
+    let fps = settings.capture_fps;
+    let unit = match shot.clock {
+        Clock::FramesAt(stated) => {
+            if let Some(given) = fps.filter(|fps| (fps / stated - 1.0).abs() > MISMATCH) {
+                return Err(format!(
+                    "the file says that it was recorded at {stated} fps, but [video] capture_fps is {given}; \
+                     expected the same, or no capture_fps"
+                ));
+            }
+            return Ok(from_frames(shot, fps.unwrap_or(stated)));
+        }
+        Clock::Unsaid => settings.time_unit.map_or_else(|| guess_unit(shot, settings), Ok)?,
+        Clock::Hundredths => TimeUnit::S,
+        Clock::In(unit) => settings.time_unit.filter(|_| unit != TimeUnit::Frames).unwrap_or(unit),
+    };
+    let Some(second) = unit.seconds() else {
+        let Some(fps) = fps else {
+            return Err(
+                "time is in frames; expected [video] capture_fps, the frames per second that the camera \
+                        recorded (not the playback rate)"
+                    .to_string(),
+            );
+        };
+        if let Some(row) = rows(shot).find(|row| row.time.fract() != 0.0) {
+            return Err(format!(
+                "line {}: frame {} is no whole number; if it is a time, say [tracks] time_unit",
+                row.line, row.time
+            ));
+        }
+        return Ok(from_frames(shot, fps));
+    };
+    for row in shot.tracks.iter_mut().flat_map(|track| &mut track.rows) {
+        row.time *= second;
+    }
+    let rate = settings.playback_fps.or(fps);
+    let grid = Grid::of(shot, second);
+    if let Some(rate) = rate
+        && grid.resolution > 0.3 / rate
+        && shot.tracks.iter().any(|track| track.rows.windows(2).any(|two| two[0].time == two[1].time))
+    {
+        return by_row(shot, &grid, rate, fps.unwrap_or(rate), notes);
+    }
+    match (rate, fps) {
+        (Some(rate), Some(fps)) => with_rate(shot, grid, rate, fps, settings.playback_fps.is_some(), notes),
+        _ => without_rate(shot, grid, notes),
+    }
+}
+
+fn rows(shot: &RawShot) -> impl Iterator<Item = &super::raw::Row> {
+    shot.tracks.iter().flat_map(|track| &track.rows)
+}
+
+fn from_frames(shot: &mut RawShot, fps: f64) -> f64 {
+    for row in shot.tracks.iter_mut().flat_map(|track| &mut track.rows) {
+        row.time /= fps;
+    }
+    fps
+}
+
+impl Grid {
+    /// `second`: of the file's unit, which its times are rounded in.
+    fn of(shot: &RawShot, second: f64) -> Self {
+        let mut times: Vec<f64> = rows(shot).map(|row| row.time).collect();
+        times.sort_by(f64::total_cmp);
+        times.dedup();
+        let resolution = match shot.clock {
+            Clock::Hundredths => 0.01,
+            _ => resolution(times.iter().map(|t| t / second)) * second,
+        };
+        let spacing = spacing(&times, resolution);
+        Self { times, resolution, spacing }
+    }
+
+    /// Frame number of each time from the first one on; `None` where the steps are no whole frames of
+    /// `spacing` (within the rounding and `off` of a frame).
+    fn frames(&self, spacing: f64, off: f64) -> Option<Vec<f64>> {
+        let first = *self.times.first()?;
+        let exact = |t: &f64| ((t - first) / spacing).round();
+        let is_exact = |t: &f64| ((t - first) / spacing - exact(t)).abs() < 1e-3;
+        if self.times.iter().all(is_exact) {
+            return Some(self.times.iter().map(exact).collect());
+        }
+        if self.resolution > 0.3 * spacing {
+            // Rows tell frames apart where the clock is too coarse to: each must fit its time.
+            let late = self.times.iter().enumerate().map(|(i, t)| t - first - i as f64 * spacing);
+            let (low, high) = late.fold((0.0_f64, 0.0_f64), |(low, high), x| (low.min(x), high.max(x)));
+            let fits = high - low <= 1.02 * self.resolution;
+            return fits.then(|| (0..self.times.len()).map(|i| i as f64).collect());
+        }
+        let mut frames = Vec::with_capacity(self.times.len());
+        let (mut frame, mut before) = (0.0, first);
+        for t in &self.times {
+            let step = (t - before) / spacing;
+            let whole = step.round();
+            if (step - whole).abs() > off * whole.max(1.0) + 1.02 * self.resolution / spacing
+                || (whole == 0.0 && *t > before)
+            {
+                return None;
+            }
+            frame += whole;
+            frames.push(frame);
+            before = *t;
+        }
+        Some(frames)
+    }
+}
+
+/// The smallest power of ten that all are whole multiples of, 0 if it is below a millionth.
+fn resolution(times: impl Iterator<Item = f64> + Clone) -> f64 {
+    let whole = |x: f64| (x - x.round()).abs() < 1e-9 * x.abs().max(1.0) + 1e-7;
+    let mut scale = 1.0;
+    for _ in 0..7 {
+        if times.clone().all(|t| whole(t * scale)) {
+            return 1.0 / scale;
+        }
+        scale *= 10.0;
+    }
+    0.0
+}
+
+/// Mean of the steps that are about as long as the median one: rounding then cancels.
+fn spacing(times: &[f64], resolution: f64) -> f64 {
+    let mut steps: Vec<f64> = times.windows(2).map(|two| two[1] - two[0]).collect();
+    if steps.is_empty() {
+        return f64::NAN;
+    }
+    steps.sort_by(f64::total_cmp);
+    let median = steps[(steps.len() - 1) / 2];
+    let near = |step: &&f64| (*step - median).abs() <= 1.02 * resolution + 0.01 * median;
+    let (sum, n) = steps.iter().filter(near).fold((0.0, 0.0), |(sum, n), step| (sum + step, n + 1.0));
+    sum / n
+}
+
+/// Whether times spaced like these can be of this rate. Rounding makes few of them uncertain.
+fn fits(grid: &Grid, rate: f64) -> bool {
+    let slack = 2.0 * grid.resolution / (grid.times.len() as f64 * grid.spacing);
+    grid.spacing.is_nan() || (grid.spacing * rate - 1.0).abs() <= MISMATCH + slack.min(0.1)
+}
+
+/// Times as the file's own clock gives them, frame rate known.
+fn with_rate(
+    shot: &mut RawShot,
+    grid: Grid,
+    rate: f64,
+    fps: f64,
+    stated: bool,
+    notes: &mut Notes,
+) -> Result<f64, String> {
+    if !stated && !fits(&grid, rate) {
+        let own = 1.0 / grid.spacing;
+        return Err(format!(
+            "times are {:.6} s apart ({own:.4} fps), but [video] capture_fps is {fps} ({:.6} s). If the camera \
+             recorded at {fps} fps and the file's times follow the slower playback, write playback_fps = {own:.4} \
+             below capture_fps; if they are right and only some frames were tracked, write playback_fps = {fps}; \
+             if they are not in seconds, write [tracks] time_unit; otherwise correct capture_fps",
+            grid.spacing,
+            1.0 / fps
+        ));
+    }
+    // a stated rate may mean frames left out; otherwise the file's own spacing, which is near it
+    let spacing = if stated || grid.spacing.is_nan() { 1.0 / rate } else { grid.spacing };
+    let frames = grid.frames(spacing, OFF_GRID).or_else(|| grid.frames(1.0 / rate, OFF_GRID));
+    let rounded = grid.resolution > OFF_GRID * spacing;
+    let frames = match frames {
+        Some(frames) => frames,
+        None if rounded => {
+            return Err(format!(
+                "times do not follow frames at {rate} fps, even allowing for their being rounded to {} s; \
+                 expected frame numbers, or times with more digits",
+                grid.resolution
+            ));
+        }
+        None => {
+            let message = format!(
+                "times are not spaced like whole frames at {rate} fps throughout (a camera of variable rate?); \
+                 taken as they are written"
+            );
+            notes.add(CLOCK, &shot.file, Some(shot.line), message);
+            replace(shot, &grid.times, |i| grid.times[i] * rate / fps);
+            return Ok(fps);
+        }
+    };
+    let Some(first) = grid.times.first().copied() else { return Ok(fps) };
+    let number = (first * rate).round();
+    let on_grid = (first - number / rate).abs() <= grid.resolution + 1e-6 / rate;
+    let start = if on_grid { number / fps } else { first * rate / fps };
+    let changed =
+        frames.iter().zip(&grid.times).any(|(frame, t)| (start + frame / fps - t).abs() > 1e-6 / fps);
+    if changed {
+        let message = format!("times as written are replaced by frame number / capture_fps ({fps})");
+        notes.add(CLOCK, &shot.file, Some(shot.line), message);
+    }
+    if on_grid {
+        replace(shot, &grid.times, |i| (number + frames[i]) / fps);
+    } else {
+        replace(shot, &grid.times, |i| start + frames[i] / fps);
+    }
+    Ok(fps)
+}
+
+/// Times are all there is.
+fn without_rate(shot: &mut RawShot, grid: Grid, notes: &mut Notes) -> Result<f64, String> {
+    let help = "expected [video] capture_fps, the frames per second that the camera recorded";
+    let (Some(first), Some(last)) = (grid.times.first().copied(), grid.times.last().copied()) else {
+        return Err(format!("no times; {help}"));
+    };
+    if grid.spacing.is_nan() {
+        return Err(format!("one time only, which gives no frame rate; {help}"));
+    }
+    let rounded = grid.resolution > OFF_GRID * grid.spacing;
+    let Some(frames) = grid.frames(grid.spacing, OFF_GRID) else {
+        let regular =
+            grid.times.windows(2).filter(|two| ((two[1] - two[0]) / grid.spacing - 1.0).abs() < 0.1);
+        if rounded || regular.count() * 4 < 3 * (grid.times.len() - 1) {
+            return Err(format!("times are not regularly spaced; {help}"));
+        }
+        let fps = tidy(1.0 / grid.spacing);
+        let message = format!(
+            "capture_fps is not given; times, mostly {:.6} s apart ({fps:.4} fps), are taken as they are written",
+            grid.spacing
+        );
+        notes.add(CLOCK, &shot.file, Some(shot.line), message);
+        return Ok(fps);
+    };
+    let number = frames.last().copied().unwrap_or(1.0).max(1.0);
+    let fps = tidy(number / (last - first));
+    let how = if rounded { ", and rebuilt from it" } else { "" };
+    let message = format!("capture_fps is not given; taken from the spacing of the times, {fps:.4} fps{how}");
+    notes.add(CLOCK, &shot.file, Some(shot.line), message);
+    if rounded {
+        replace(shot, &grid.times, |i| first + frames[i] / fps);
+    }
+    Ok(fps)
+}
+
+/// A whole number where it is one but for rounding.
+fn tidy(fps: f64) -> f64 {
+    if (fps - fps.round()).abs() < 1e-6 * fps { fps.round() } else { fps }
+}
+
+/// A clock so coarse that neighbouring frames show the same time: rows are counted.
+fn by_row(shot: &mut RawShot, grid: &Grid, rate: f64, fps: f64, notes: &mut Notes) -> Result<f64, String> {
+    let help = format!(
+        "times are rounded to {} s, coarser than frames at {rate} fps; expected frame numbers, or times with more \
+         digits",
+        grid.resolution
+    );
+    let Some((first, rest)) = shot.tracks.split_first() else { return Ok(fps) };
+    let same = |other: &super::raw::RawTrack| {
+        other.rows.len() == first.rows.len()
+            && other.rows.iter().zip(&first.rows).all(|(a, b)| a.time == b.time)
+    };
+    if !rest.iter().all(same) {
+        return Err(format!("{help} (the tracks do not have the same times, so rows cannot be counted)"));
+    }
+    let start = first.rows.first().map_or(0.0, |row| row.time);
+    let late = first.rows.iter().enumerate().map(|(i, row)| row.time - start - i as f64 / rate);
+    let (low, high) = late.fold((0.0_f64, 0.0_f64), |(low, high), x| (low.min(x), high.max(x)));
+    if high - low > 1.02 * grid.resolution {
+        return Err(format!("{help} (their rows do not follow {rate} fps one by one either)"));
+    }
+    let message = format!(
+        "times are rounded to {} s; rebuilt from the number of the row at {fps} fps",
+        grid.resolution
+    );
+    notes.add(CLOCK, &shot.file, Some(shot.line), message);
+    for track in &mut shot.tracks {
+        for (i, row) in track.rows.iter_mut().enumerate() {
+            row.time = start * rate / fps + i as f64 / fps;
+        }
+    }
+    Ok(fps)
+}
+
+/// Gives each row whose time is `times[i]` the time `new(i)`.
+fn replace(shot: &mut RawShot, times: &[f64], new: impl Fn(usize) -> f64) {
+    for row in shot.tracks.iter_mut().flat_map(|track| &mut track.rows) {
+        let i = times.partition_point(|t| *t < row.time);
+        row.time = new(i.min(times.len() - 1));
+    }
+}
+
+/// The unit of a time column that does not say it: the one that goes with the frame rate.
+fn guess_unit(shot: &RawShot, settings: &TrackSettings) -> Result<TimeUnit, String> {
+    let help = "expected [tracks] time_unit = \"frames\", \"s\", \"ms\" or \"us\"";
+    let grid = Grid::of(shot, 1.0);
+    let whole = grid.resolution >= 1.0;
+    let Some(rate) = settings.playback_fps.or(settings.capture_fps) else {
+        if !whole && grid.spacing < 0.2 {
+            return Ok(TimeUnit::S);
+        }
+        return Err(format!(
+            "the file does not say whether its times are frames, ms or µs; {help}, and [video] capture_fps"
+        ));
+    };
+    let near = |second: f64| {
+        let grid = Grid {
+            times: grid.times.iter().map(|t| t * second).collect(),
+            resolution: grid.resolution * second,
+            spacing: grid.spacing * second,
+        };
+        fits(&grid, rate)
+    };
+    let frames = whole && (grid.spacing - 1.0).abs() < 0.02;
+    let times = [TimeUnit::S, TimeUnit::Ms, TimeUnit::Us];
+    let found: Vec<_> = times.into_iter().filter(|unit| unit.seconds().is_some_and(near)).collect();
+    match (frames, found.as_slice()) {
+        (true, []) => Ok(TimeUnit::Frames),
+        (false, [unit]) => Ok(*unit),
+        // a frame each millisecond: it makes no difference
+        (true, [TimeUnit::Ms]) if rate == 1000.0 => Ok(TimeUnit::Frames),
+        (true, [_, ..]) | (false, [_, _, ..]) => {
+            Err(format!("times may be frames or ms at {rate} fps; {help}"))
+        }
+        (false, []) => Err(format!(
+            "times are {} apart, which at {rate} fps is neither a frame nor its length in s, ms or µs; {help}, the \
+             right capture_fps, or playback_fps where the file follows a slower playback",
+            grid.spacing
+        )),
+    }
+}
