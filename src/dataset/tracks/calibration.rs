@@ -51,7 +51,8 @@ impl Calibration {
              line"
             .to_string()
         };
-        let (from, to) = (normaliser(&pixels).ok_or_else(collinear)?, normaliser(&metres).ok_or_else(collinear)?);
+        let (from, to) =
+            (normaliser(&pixels).ok_or_else(collinear)?, normaliser(&metres).ok_or_else(collinear)?);
         let mut rows = DMatrix::zeros((2 * pairs.len()).max(9), 9);
         for (i, (px, m)) in pairs.iter().enumerate() {
             let p = from * Vector3::new(px[0], px[1], 1.0);
@@ -81,9 +82,11 @@ impl Calibration {
         }
         let weight = |p: &[f64; 2]| (map.row(2) * Vector3::new(p[0], p[1], 1.0))[0];
         if pixels.iter().any(|p| !(weight(p) > 0.0)) {
-            return Err("the [[scale.point]] cannot be pictures of points in one plane in front of a camera; \
+            return Err(
+                "the [[scale.point]] cannot be pictures of points in one plane in front of a camera; \
                         expected each px with its own m"
-                .to_string());
+                    .to_string(),
+            );
         }
         let calibration = Self { map: Map::Homography(map), readout };
         let turns = map.determinant();
@@ -195,7 +198,11 @@ mod tests {
         assert!(Calibration::homography(&pairs[..3], None, None).is_err());
         let line: Vec<_> = (0..5).map(|i| ([f64::from(i), 2.0], [f64::from(i), 1.0])).collect();
         assert!(Calibration::homography(&line, None, None).unwrap_err().contains("line"));
-        let three: Vec<_> = [0.0, 1.0, 2.0].map(|i| ([i, 0.0], [i, 0.0])).into_iter().chain([([0.0, 1.0], [0.0, 1.0])]).collect();
+        let three: Vec<_> = [0.0, 1.0, 2.0]
+            .map(|i| ([i, 0.0], [i, 0.0]))
+            .into_iter()
+            .chain([([0.0, 1.0], [0.0, 1.0])])
+            .collect();
         assert!(Calibration::homography(&three, None, None).unwrap_err().contains("line"));
     }
 }

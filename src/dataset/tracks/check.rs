@@ -26,13 +26,17 @@ pub(super) fn order(track: &mut RawTrack, file: &std::path::Path, notes: &mut No
             let message = format!(
                 "time of \"{}\" runs backwards, from {:.6} s (line {}) to {:.6} s; expected the rows in the order \
                  of time, and each clip as a shot of its own",
-                track.name, rows[at].time, rows[at].line, rows[at + 1].time
+                track.name,
+                rows[at].time,
+                rows[at].line,
+                rows[at + 1].time
             );
             return Err((rows[at + 1].line as usize, message));
         }
         rows.reverse();
         track.sds.reverse();
-        let message = format!("the rows of \"{}\" run backwards from here on; put in the order of time", track.name);
+        let message =
+            format!("the rows of \"{}\" run backwards from here on; put in the order of time", track.name);
         notes.add(ORDER, file, Some(rows[rows.len() - 1].line as usize), message);
     }
     if rows.windows(2).all(|two| two[0].time < two[1].time) {
@@ -55,7 +59,8 @@ pub(super) fn order(track: &mut RawTrack, file: &std::path::Path, notes: &mut No
             );
             return Err((b.line as usize, message));
         }
-        let message = format!("\"{}\" has its time twice (line {}); one row is passed over", track.name, a.line);
+        let message =
+            format!("\"{}\" has its time twice (line {}); one row is passed over", track.name, a.line);
         notes.add(REPEATED, file, Some(b.line as usize), message);
         if a.is_gap() {
             keep[last] = false;
@@ -130,7 +135,8 @@ pub(super) fn thaw(
         let (Some(after), before) = (steps.get(k), steps[first - 1]) else { break };
         let coarse = smallest.is_finite() && before.min(*after) < COARSE * smallest;
         let only_coarse = steps.iter().filter(|step| **step == 0.0).count() * 5 > steps.len();
-        if before == 0.0 || coarse && smallest > 1e-6 * before.max(*after) && is_coarse(&steps) || only_coarse {
+        if before == 0.0 || coarse && smallest > 1e-6 * before.max(*after) && is_coarse(&steps) || only_coarse
+        {
             continue;
         }
         let length = |k: usize| frames(k).max(1.0);

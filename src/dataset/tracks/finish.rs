@@ -41,7 +41,8 @@ pub(super) fn shot(
     let cue = assign(&mut tracks, "cue", &settings.cue, &raw, notes)?;
     let object = assign(&mut tracks, "object", &settings.object, &raw, notes)?;
     for other in &tracks {
-        let message = format!("the track \"{}\" is neither cue nor object; passed over", shortened(&other.name));
+        let message =
+            format!("the track \"{}\" is neither cue nor object; passed over", shortened(&other.name));
         notes.add(NAMES, &raw.file, Some(other.line()), message);
     }
     let sizes = [&cue.centres, &cue.markers, &object.centres].map(Vec::len);

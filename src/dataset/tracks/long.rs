@@ -78,7 +78,11 @@ pub(super) fn check_head(head: &Head, file: &Path, problems: &mut Problems, note
         problems.add(file, Some(head.header), None, "x_sd and y_sd go together; expected both or neither");
         good = false;
     }
-    let passed = if strange.is_empty() { String::new() } else { format!("; columns passed over: {}", strange.join(", ")) };
+    let passed = if strange.is_empty() {
+        String::new()
+    } else {
+        format!("; columns passed over: {}", strange.join(", "))
+    };
     let message = format!("read as a long table, {} between cells{passed}", head.separator.name());
     notes.add(FORMAT, file, None, message);
     good
@@ -98,11 +102,25 @@ impl Gather {
     pub(super) fn new(file: &Path, stem: &str, frames: bool) -> Self {
         let clock = Clock::In(if frames { TimeUnit::Frames } else { TimeUnit::S });
         let file = Arc::new(file.to_path_buf());
-        Self { file, stem: stem.to_string(), clock, shots: Vec::new(), by_name: HashMap::new(), last: usize::MAX }
+        Self {
+            file,
+            stem: stem.to_string(),
+            clock,
+            shots: Vec::new(),
+            by_name: HashMap::new(),
+            last: usize::MAX,
+        }
     }
 
     /// Adds a row. Where the table has no column of shots, the file is one.
-    pub(super) fn push(&mut self, shot: Option<&str>, ball: &str, point: &str, row: Row, sd: Option<[f64; 2]>) {
+    pub(super) fn push(
+        &mut self,
+        shot: Option<&str>,
+        ball: &str,
+        point: &str,
+        row: Row,
+        sd: Option<[f64; 2]>,
+    ) {
         let name = shot.unwrap_or(&self.stem);
         if self.shots.get(self.last).is_none_or(|last| last.name != name) {
             self.last = match self.by_name.get(name) {
@@ -121,7 +139,8 @@ impl Gather {
             };
         }
         let tracks = &mut self.shots[self.last].tracks;
-        let centre = point.is_empty() || point.eq_ignore_ascii_case("centre") || point.eq_ignore_ascii_case("center");
+        let centre =
+            point.is_empty() || point.eq_ignore_ascii_case("centre") || point.eq_ignore_ascii_case("center");
         let point = (!centre).then_some(point);
         let same = |track: &RawTrack| track.name == ball && track.point.as_deref() == point;
         let i = match tracks.iter().position(same) {

@@ -2,9 +2,12 @@
 
 mod calibration;
 mod check;
+mod columns;
 mod finish;
+mod kinovea;
 mod long;
 mod number;
+mod qualisys;
 mod raw;
 mod read;
 pub(super) mod settings;
@@ -49,7 +52,8 @@ pub(super) fn load(
     if let Some((by, line)) = &manifest.by
         && !table.has_label(by)
     {
-        let message = format!("[fit] by is \"{by}\"; expected a column of the table that [tracks] shots names");
+        let message =
+            format!("[fit] by is \"{by}\"; expected a column of the table that [tracks] shots names");
         problems.add(path, Some(*line), None, message);
     }
     let mut notes = Notes::default();
@@ -118,10 +122,16 @@ fn calibration_for(
             return settings.calibration.with_unit(1e-3);
         }
         None if format != Format::Long => {
-            notes.add(raw::FORMAT, file, None, "lengths are taken as metres ([scale] length_unit is not given)");
+            notes.add(
+                raw::FORMAT,
+                file,
+                None,
+                "lengths are taken as metres ([scale] length_unit is not given)",
+            );
         }
         Some(unit) if format == Format::Qualisys && unit != Unit::Mm => {
-            let message = "is an export of Qualisys, which is in mm; expected [scale] length_unit = \"mm\" or none";
+            let message =
+                "is an export of Qualisys, which is in mm; expected [scale] length_unit = \"mm\" or none";
             problems.add(file, None, None, message);
         }
         _ => {}
@@ -135,7 +145,8 @@ fn name_shots<'a>(raw: &'a [RawShot], problems: &mut Problems) -> HashMap<&'a st
     for (i, shot) in raw.iter().enumerate() {
         if let Some(first) = known.insert(shot.name.as_str(), i) {
             let first = &raw[first];
-            let message = format!("\"{}\" also names the shot of {}:{}", shot.name, first.file.display(), first.line);
+            let message =
+                format!("\"{}\" also names the shot of {}:{}", shot.name, first.file.display(), first.line);
             problems.add(&shot.file, Some(shot.line), Some("shot"), message);
         }
     }
@@ -159,7 +170,8 @@ fn finish_all(
     }
     type Done = (Vec<TrackShot>, Vec<(PathBuf, Wrong)>, Notes);
     let finish = |part: Vec<(RawShot, Facts)>| -> Done {
-        let (mut shots, mut wrong, mut notes) = (Vec::with_capacity(part.len()), Vec::new(), Notes::default());
+        let (mut shots, mut wrong, mut notes) =
+            (Vec::with_capacity(part.len()), Vec::new(), Notes::default());
         for (raw, facts) in part {
             let file = raw.file.clone();
             let Some(calibration) = calibrations.get(file.as_path()) else { continue };

@@ -94,7 +94,15 @@ impl Mark {
         }
     }
 
-    fn check(&mut self, mark: char, cell: &str, file: &Path, line: usize, column: &str, problems: &mut Problems) {
+    fn check(
+        &mut self,
+        mark: char,
+        cell: &str,
+        file: &Path,
+        line: usize,
+        column: &str,
+        problems: &mut Problems,
+    ) {
         match self.seen {
             None => self.seen = Some((mark, line)),
             Some((other, at)) if other != mark && !self.complained => {
@@ -146,7 +154,25 @@ mod tests {
         for gap in ["", "  ", "NaN", "nan", "NA"] {
             assert_eq!(parse(gap), Ok(Cell::Empty));
         }
-        for wrong in ["1.234,5", "1,234,567", "1 2", "0x1", "inf", "1e999", "e5", ".", "-", "--1", "1e", "1e1.5", "1-2", "1_0", "１", "1e5e5", "+-1"] {
+        for wrong in [
+            "1.234,5",
+            "1,234,567",
+            "1 2",
+            "0x1",
+            "inf",
+            "1e999",
+            "e5",
+            ".",
+            "-",
+            "--1",
+            "1e",
+            "1e1.5",
+            "1-2",
+            "1_0",
+            "１",
+            "1e5e5",
+            "+-1",
+        ] {
             assert!(parse(wrong).is_err(), "{wrong}");
         }
     }

@@ -22,7 +22,7 @@ pub(super) enum Clock {
     /// In this unit.
     In(TimeUnit),
     /// In seconds, from a clock with this resolution.
-    Hundredths,
+    Rounded(f64),
     /// The file does not say (Kinovea).
     Unsaid,
     /// Frames, with the rate that the file states (Qualisys).
@@ -78,7 +78,13 @@ const OF_A_KIND: usize = 8;
 
 impl Notes {
     /// `kind` names what the note is about when there are too many of them.
-    pub(super) fn add(&mut self, kind: &'static str, file: &Path, line: Option<usize>, message: impl AsRef<str>) {
+    pub(super) fn add(
+        &mut self,
+        kind: &'static str,
+        file: &Path,
+        line: Option<usize>,
+        message: impl AsRef<str>,
+    ) {
         let (shown, more) = self.kinds.entry((rank(kind), kind)).or_default();
         if shown.len() < OF_A_KIND {
             let line = line.map_or(String::new(), |line| format!(":{line}"));

@@ -338,8 +338,7 @@ fn names(tracks: &RawTracks, source: &Source, problems: &mut Problems) -> (Names
         let trimmed: Vec<_> = given.as_ref().0.iter().map(|name| name.trim().to_string()).collect();
         let twice = trimmed.iter().enumerate().any(|(i, name)| trimmed[..i].contains(name));
         if trimmed.is_empty() || trimmed.iter().any(String::is_empty) || twice {
-            let message =
-                format!("{key} is {}; expected names of tracks, each once", given.as_ref().shown());
+            let message = format!("{key} is {}; expected names of tracks, each once", given.as_ref().shown());
             source.add(problems, &given.span(), message);
         }
         Names(trimmed)
@@ -365,9 +364,11 @@ impl ColumnNames {
         let any_wide = wide.iter().any(|name| name.is_some());
         let any_long = long.iter().chain(&rest).any(|name| name.is_some());
         if any_wide && any_long {
-            return Err("[tracks.columns] mixes a wide table (cue_x, cue_y, object_x, object_y) with a long \
+            return Err(
+                "[tracks.columns] mixes a wide table (cue_x, cue_y, object_x, object_y) with a long \
                         one (ball, x, y); expected one of them"
-                .to_string());
+                    .to_string(),
+            );
         }
         let full = |names: &[&Option<String>]| names.iter().all(|name| name.is_some());
         if !full(&wide) && !full(&long) {
@@ -375,7 +376,10 @@ impl ColumnNames {
                         cue_x, cue_y, object_x and object_y (a wide one: a row per frame)"
                 .to_string());
         }
-        let pairs = [(&self.x_sd, &self.y_sd, "x_sd and y_sd"), (&self.marker_x, &self.marker_y, "marker_x and marker_y")];
+        let pairs = [
+            (&self.x_sd, &self.y_sd, "x_sd and y_sd"),
+            (&self.marker_x, &self.marker_y, "marker_x and marker_y"),
+        ];
         for (one, other, names) in pairs {
             if one.is_some() != other.is_some() {
                 return Err(format!("[tracks.columns]: {names} go together"));
@@ -384,7 +388,9 @@ impl ColumnNames {
         if let Some(separator) = &self.separator
             && ![",", ";", "\t", " ", "|"].contains(&separator.as_str())
         {
-            return Err(format!("separator is {separator:?}; expected \",\", \";\", \"\\t\", \"|\" or \" \""));
+            return Err(format!(
+                "separator is {separator:?}; expected \",\", \";\", \"\\t\", \"|\" or \" \""
+            ));
         }
         Ok(())
     }

@@ -32,13 +32,22 @@ struct ShotRow {
 
 impl ShotsTable {
     pub(super) fn read(path: Option<&Path>, assume: Option<Assume>, problems: &mut Problems) -> Self {
-        let mut all =
-            Self { path: path.map(Path::to_path_buf).unwrap_or_default(), rows: HashMap::new(), assume, labels: Vec::new() };
+        let mut all = Self {
+            path: path.map(Path::to_path_buf).unwrap_or_default(),
+            rows: HashMap::new(),
+            assume,
+            labels: Vec::new(),
+        };
         let Some(table) = path.and_then(|path| Table::read(path, problems)) else { return all };
         table.require("shot", problems);
         let present = OMEGA.iter().filter(|column| table.has(column)).count();
         if (1..3).contains(&present) {
-            problems.add(&table.path, None, None, format!("expected all three of {}, or none", OMEGA.join(", ")));
+            problems.add(
+                &table.path,
+                None,
+                None,
+                format!("expected all three of {}, or none", OMEGA.join(", ")),
+            );
         }
         let columns = OMEGA.map(|column| rows::Column::read(&table, column, 1.0, problems));
         for name in table.names().into_iter().filter(|name| !KNOWN.contains(name) && !name.ends_with("_sd")) {
@@ -48,12 +57,14 @@ impl ShotsTable {
             let Some(name) = table.text("shot", row) else { continue };
             let line = table.line(row);
             let skip = skip(&table, row, problems);
-            let omega = columns.each_ref().map(|column| column.as_ref().and_then(|column| column.measured(row)));
+            let omega =
+                columns.each_ref().map(|column| column.as_ref().and_then(|column| column.measured(row)));
             let spin = spin(&table, row, omega, assume, problems);
             let labels = rows::labels(&table, &KNOWN, row);
             let row = ShotRow { line, skip, spin, labels };
             if let Some(first) = all.rows.insert(name.to_string(), row) {
-                let message = format!("\"{name}\" also stands in line {}; expected each shot once", first.line);
+                let message =
+                    format!("\"{name}\" also stands in line {}; expected each shot once", first.line);
                 problems.add(&table.path, Some(line), Some("shot"), message);
             }
         }
@@ -97,10 +108,13 @@ impl ShotsTable {
 fn skip(table: &Table, row: usize, problems: &mut Problems) -> Option<String> {
     let word = table.text("skip", row).unwrap_or("no");
     match word.to_lowercase().as_str() {
-        "true" | "1" | "yes" => Some(table.text("note", row).unwrap_or("skip in the shots table").to_string()),
+        "true" | "1" | "yes" => {
+            Some(table.text("note", row).unwrap_or("skip in the shots table").to_string())
+        }
         "false" | "0" | "no" => None,
         _ => {
-            let message = format!("\"{word}\" is neither true nor false; expected true, false, 1, 0, yes or no");
+            let message =
+                format!("\"{word}\" is neither true nor false; expected true, false, 1, 0, yes or no");
             problems.add(&table.path, Some(table.line(row)), Some("skip"), message);
             None
         }
@@ -125,7 +139,10 @@ fn spin(
             None => {
                 let names = Assume::WORDS.map(|(name, _)| name);
                 let near = did_you_mean(word, names);
-                return wrong("cue_spin", format!("\"{word}\" is no spin{near}; expected {}", names.join(", ")));
+                return wrong(
+                    "cue_spin",
+                    format!("\"{word}\" is no spin{near}; expected {}", names.join(", ")),
+                );
             }
         },
     };

@@ -74,7 +74,8 @@ pub(super) fn cells(line: &str, separator: Separator) -> Option<Vec<Cow<'_, str>
     let mut cells = Vec::new();
     let mut rest = line;
     loop {
-        let blanks = rest.len() - rest.trim_start_matches(|c: char| c.is_whitespace() && c != separator).len();
+        let blanks =
+            rest.len() - rest.trim_start_matches(|c: char| c.is_whitespace() && c != separator).len();
         let Some(quoted) = rest[blanks..].strip_prefix('"') else {
             match rest.split_once(separator) {
                 Some((cell, after)) => {

@@ -33,17 +33,22 @@ pub(super) fn settle(shot: &mut RawShot, settings: &TrackSettings, notes: &mut N
             return Ok(from_frames(shot, fps.unwrap_or(stated)));
         }
         Clock::Unsaid => settings.time_unit.map_or_else(|| guess_unit(shot, settings), Ok)?,
-        Clock::Hundredths => TimeUnit::S,
+        Clock::Rounded(_) => TimeUnit::S,
         Clock::In(unit) => settings.time_unit.filter(|_| unit != TimeUnit::Frames).unwrap_or(unit),
     };
     let Some(second) = unit.seconds() else {
         let Some(fps) = fps else {
-            return Err("time is in frames; expected [video] capture_fps, the frames per second that the camera \
+            return Err(
+                "time is in frames; expected [video] capture_fps, the frames per second that the camera \
                         recorded (not the playback rate)"
-                .to_string());
+                    .to_string(),
+            );
         };
         if let Some(row) = rows(shot).find(|row| row.time.fract() != 0.0) {
-            return Err(format!("line {}: frame {} is no whole number; if it is a time, say [tracks] time_unit", row.line, row.time));
+            return Err(format!(
+                "line {}: frame {} is no whole number; if it is a time, say [tracks] time_unit",
+                row.line, row.time
+            ));
         }
         return Ok(from_frames(shot, fps));
     };
@@ -82,7 +87,7 @@ impl Grid {
         times.sort_by(f64::total_cmp);
         times.dedup();
         let resolution = match shot.clock {
-            Clock::Hundredths => 0.01,
+            Clock::Rounded(resolution) => resolution,
             _ => resolution(times.iter().map(|t| t / second)) * second,
         };
         let spacing = spacing(&times, resolution);
@@ -202,9 +207,8 @@ fn with_rate(
     let number = (first * rate).round();
     let on_grid = (first - number / rate).abs() <= grid.resolution + 1e-6 / rate;
     let start = if on_grid { number / fps } else { first * rate / fps };
-    let changed = frames.iter().zip(&grid.times).any(|(frame, t)| {
-        (start + frame / fps - t).abs() > 1e-6 / fps
-    });
+    let changed =
+        frames.iter().zip(&grid.times).any(|(frame, t)| (start + frame / fps - t).abs() > 1e-6 / fps);
     if changed {
         let message = format!("times as written are replaced by frame number / capture_fps ({fps})");
         notes.add(CLOCK, &shot.file, Some(shot.line), message);
@@ -228,7 +232,8 @@ fn without_rate(shot: &mut RawShot, grid: Grid, notes: &mut Notes) -> Result<f64
     }
     let rounded = grid.resolution > OFF_GRID * grid.spacing;
     let Some(frames) = grid.frames(grid.spacing, OFF_GRID) else {
-        let regular = grid.times.windows(2).filter(|two| ((two[1] - two[0]) / grid.spacing - 1.0).abs() < 0.1);
+        let regular =
+            grid.times.windows(2).filter(|two| ((two[1] - two[0]) / grid.spacing - 1.0).abs() < 0.1);
         if rounded || regular.count() * 4 < 3 * (grid.times.len() - 1) {
             return Err(format!("times are not regularly spaced; {help}"));
         }
@@ -265,7 +270,8 @@ fn by_row(shot: &mut RawShot, grid: &Grid, rate: f64, fps: f64, notes: &mut Note
     );
     let Some((first, rest)) = shot.tracks.split_first() else { return Ok(fps) };
     let same = |other: &super::raw::RawTrack| {
-        other.rows.len() == first.rows.len() && other.rows.iter().zip(&first.rows).all(|(a, b)| a.time == b.time)
+        other.rows.len() == first.rows.len()
+            && other.rows.iter().zip(&first.rows).all(|(a, b)| a.time == b.time)
     };
     if !rest.iter().all(same) {
         return Err(format!("{help} (the tracks do not have the same times, so rows cannot be counted)"));
@@ -276,7 +282,10 @@ fn by_row(shot: &mut RawShot, grid: &Grid, rate: f64, fps: f64, notes: &mut Note
     if high - low > 1.02 * grid.resolution {
         return Err(format!("{help} (their rows do not follow {rate} fps one by one either)"));
     }
-    let message = format!("times are rounded to {} s; rebuilt from the number of the row at {fps} fps", grid.resolution);
+    let message = format!(
+        "times are rounded to {} s; rebuilt from the number of the row at {fps} fps",
+        grid.resolution
+    );
     notes.add(CLOCK, &shot.file, Some(shot.line), message);
     for track in &mut shot.tracks {
         for (i, row) in track.rows.iter_mut().enumerate() {
@@ -323,7 +332,9 @@ fn guess_unit(shot: &RawShot, settings: &TrackSettings) -> Result<TimeUnit, Stri
         (false, [unit]) => Ok(*unit),
         // a frame each millisecond: it makes no difference
         (true, [TimeUnit::Ms]) if rate == 1000.0 => Ok(TimeUnit::Frames),
-        (true, [_, ..]) | (false, [_, _, ..]) => Err(format!("times may be frames or ms at {rate} fps; {help}")),
+        (true, [_, ..]) | (false, [_, _, ..]) => {
+            Err(format!("times may be frames or ms at {rate} fps; {help}"))
+        }
         (false, []) => Err(format!(
             "times are {} apart, which at {rate} fps is neither a frame nor its length in s, ms or µs; {help}, the \
              right capture_fps, or playback_fps where the file follows a slower playback",

@@ -69,8 +69,7 @@ pub(super) fn read(
     let mut places: Vec<Place> = Vec::new();
     let mut good = true;
     for (x, _) in names.iter().enumerate().filter(|(_, name)| *name == "x") {
-        let ys: Vec<_> =
-            (0..names.len()).filter(|y| names[*y] == "y" && begin(*y) == begin(x)).collect();
+        let ys: Vec<_> = (0..names.len()).filter(|y| names[*y] == "y" && begin(*y) == begin(x)).collect();
         let xs = (0..names.len()).filter(|i| names[*i] == "x" && begin(*i) == begin(x)).count();
         let [y] = ys.as_slice() else {
             let message = format!("track \"{}\" has {} columns y; expected one", named(x), ys.len());
@@ -103,9 +102,10 @@ pub(super) fn read(
     };
     let found: Vec<_> = places.iter().map(|place| format!("\"{}\"", place.name)).collect();
     let kind = if multi { "Tracker (several tracks)" } else { "Tracker" };
-    let message = format!("read as {kind}, {} between cells, tracks {}{passed}", separator.name(), found.join(", "));
+    let message =
+        format!("read as {kind}, {} between cells, tracks {}{passed}", separator.name(), found.join(", "));
     notes.add(FORMAT, file, None, message);
     let clock = if names[time] == "frame" { TimeUnit::Frames } else { TimeUnit::S };
     let sheet = Sheet { file, text, separator, header, above: header, names };
-    Some((Clock::In(clock), sheet.wide(Some(time), places, problems, notes)))
+    Some((Clock::In(clock), sheet.wide(Some(time), places, false, problems, notes).0))
 }
