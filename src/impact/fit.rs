@@ -67,12 +67,7 @@ impl Fitted {
 
 impl<'a> Tracked<'a> {
     pub(super) fn new(shot: &'a TrackShot, scene: &'a Scene, noise: f64) -> Self {
-        let model = ModelScene {
-            ball: scene.ball,
-            spin: shot.spin,
-            rolling: scene.cloth.rolling,
-            bounce: scene.cloth.bounce,
-        };
+        let model = ModelScene::of(shot, scene);
         let alone = [&shot.cue, &shot.object].map(|samples| start::alone(samples, noise));
         Self { shot, scene, model, noise, alone, sd: shot.position_sd.unwrap_or(noise) }
     }
@@ -259,6 +254,7 @@ impl<'a> Tracked<'a> {
             frames: fitted.frames,
             outliers: fitted.wrong_cue.len() + fitted.wrong_object.len(),
             window: [fitted.from, fitted.to],
+            unknowns: *z,
         })
     }
 }

@@ -77,6 +77,33 @@ pub struct Impact {
     pub outliers: usize,
     /// First and last instant used, s.
     pub window: [f64; 2],
+    unknowns: model::Unknowns,
+}
+
+/// The fitted motion of both balls.
+pub struct FittedMotion(model::Motion<f64>);
+
+impl FittedMotion {
+    /// The cue ball's centre at a time (s), m.
+    #[must_use]
+    pub fn cue(&self, time: f64) -> [f64; 2] {
+        self.0.cue(time)
+    }
+
+    /// The object ball's centre at a time (s), m.
+    #[must_use]
+    pub fn object(&self, time: f64) -> [f64; 2] {
+        self.0.object(time)
+    }
+}
+
+impl Impact {
+    /// The motion that was fitted to a shot.
+    #[must_use]
+    pub fn motion(&self, shot: &TrackShot, scene: &Scene) -> FittedMotion {
+        let scene = model::Scene::of(shot, scene);
+        FittedMotion(model::Motion::new(&scene, &self.unknowns.into()))
+    }
 }
 
 /// Which ball the vertical friction lifts.

@@ -57,6 +57,11 @@ pub(super) enum Lift {
 }
 
 impl Scene {
+    pub(super) fn of(shot: &TrackShot, scene: &super::Scene) -> Self {
+        let Cloth { rolling, bounce, .. } = scene.cloth;
+        Self { ball: scene.ball, spin: shot.spin, rolling, bounce }
+    }
+
     /// Spin in the collision frame.
     fn spin<T: Number>(&self, direction: [T; 2], before: [T; 2]) -> [T; 3] {
         let zero = T::from(0.0);

@@ -2,9 +2,12 @@
 
 mod calibration;
 mod check;
+mod columns;
 mod finish;
+mod kinovea;
 mod long;
 mod number;
+mod qualisys;
 mod raw;
 mod read;
 pub(super) mod settings;

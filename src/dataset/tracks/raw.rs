@@ -22,7 +22,7 @@ pub(super) enum Clock {
     /// In this unit.
     In(TimeUnit),
     /// In seconds, from a clock with this resolution.
-    Hundredths,
+    Rounded(f64),
     /// The file does not say (Kinovea).
     Unsaid,
     /// Frames, with the rate that the file states (Qualisys).

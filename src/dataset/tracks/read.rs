@@ -9,7 +9,7 @@ use super::raw::{Clock, Notes, RawShot, RawTrack};
 use super::settings::{Format, TrackSettings};
 use super::sheet::Sheet;
 use super::text::{decode, lines};
-use super::{long, tracker};
+use super::{columns, kinovea, long, qualisys, tracker};
 use crate::dataset::error::Problems;
 
 /// The shots of a file, and its format.
@@ -38,7 +38,21 @@ pub(super) fn bytes(
 ) -> Option<(Vec<RawShot>, Format)> {
     let text = decode(bytes, file, notes);
     let stem = file.file_stem().map(|stem| stem.to_string_lossy().into_owned()).unwrap_or_default();
+    if let Some(wanted) = &settings.columns {
+        let shots = columns::read(file, &text, &stem, wanted, settings, problems, notes)?;
+        return Some((shots, Format::Columns));
+    }
     let wanted = |format: Format| settings.format == format || settings.format == Format::Auto;
+    if wanted(Format::Qualisys) && qualisys::detect(&text) {
+        let (clock, tracks) = qualisys::read(file, &text, problems, notes)?;
+        return one_shot(file, &stem, clock, tracks, Format::Qualisys);
+    }
+    if wanted(Format::Kinovea)
+        && let Some(head) = kinovea::detect(&text)
+    {
+        let (clock, tracks) = kinovea::read(file, &text, head, problems, notes)?;
+        return one_shot(file, &stem, clock, tracks, Format::Kinovea);
+    }
     if wanted(Format::Long)
         && let Some(head) = long::detect(&text, settings)
     {

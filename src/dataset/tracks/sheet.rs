@@ -4,7 +4,7 @@ use std::borrow::Cow;
 use std::path::Path;
 
 use super::number::{Mark, shortened};
-use super::raw::{FORMAT, GAPS, Notes, RawTrack, Row};
+use super::raw::{Clock, FORMAT, GAPS, Notes, RawTrack, Row};
 use super::text::{Separator, cells, lines};
 use crate::dataset::error::Problems;
 
@@ -75,17 +75,22 @@ impl<'a> Sheet<'a> {
         }
     }
 
-    /// The tracks of a table with a row per frame. Without a column of times, rows are counted.
+    /// The tracks of a table with a row per frame, and the clock if its times are h:mm:ss:cs, which they
+    /// may be if `clock`. Without a column of times, rows are counted.
     pub(super) fn wide(
         &self,
         time: Option<usize>,
         places: Vec<Place>,
+        clock: bool,
         problems: &mut Problems,
         notes: &mut Notes,
-    ) -> Vec<RawTrack> {
+    ) -> (Vec<RawTrack>, Option<Clock>) {
         let mut tracks: Vec<_> =
             places.iter().map(|place| RawTrack::new(place.name.as_str(), place.point.clone())).collect();
         let mut reader = Reader::new(self.file);
+        if clock {
+            reader = reader.with_clock();
+        }
         let mut count = 0.0;
         self.rows(problems, |line, row, problems| {
             let t = match time {
@@ -110,8 +115,9 @@ impl<'a> Sheet<'a> {
                 track.rows.push(Row { time, x, y, line: line as u32 });
             }
         });
+        let clock = reader.clock();
         reader.finish(notes);
-        tracks
+        (tracks, clock)
     }
 }
 
@@ -121,11 +127,32 @@ pub(super) struct Reader<'a> {
     times: Mark,
     positions: Mark,
     timeless: bool,
+    /// Times may be h:mm:ss:cs; then the digits of their last part, with the line of the first time.
+    clock: Option<Option<(usize, usize)>>,
+    plain: bool,
 }
 
 impl<'a> Reader<'a> {
     pub(super) fn new(file: &'a Path) -> Self {
-        Self { file, times: Mark::default(), positions: Mark::default(), timeless: false }
+        Self {
+            file,
+            times: Mark::default(),
+            positions: Mark::default(),
+            timeless: false,
+            clock: None,
+            plain: false,
+        }
+    }
+
+    /// Lets times be h:mm:ss:cs.
+    pub(super) fn with_clock(mut self) -> Self {
+        self.clock = Some(None);
+        self
+    }
+
+    /// The clock, if times are h:mm:ss:cs.
+    pub(super) fn clock(&self) -> Option<Clock> {
+        self.clock.flatten().map(|(digits, _)| Clock::Rounded(0.1_f64.powi(digits as i32)))
     }
 
     pub(super) fn time(
@@ -136,6 +163,38 @@ impl<'a> Reader<'a> {
         problems: &mut Problems,
     ) -> Option<f64> {
         let found = problems.len();
+        if let Some(clock) = &mut self.clock
+            && cell.contains(':')
+        {
+            let read = hours(cell.trim());
+            self.timeless = true;
+            let message = match (read, *clock) {
+                (None, _) => {
+                    format!("\"{}\" is no time; expected h:mm:ss:cs or a number", shortened(cell.trim()))
+                }
+                (Some((_, digits)), Some((other, at))) if digits != other => {
+                    format!("\"{}\" is not written like the time in line {at}", cell.trim())
+                }
+                (Some(_), _) if self.plain => {
+                    format!("\"{}\" is h:mm:ss:cs, but times above are plain numbers", cell.trim())
+                }
+                (Some((time, digits)), _) => {
+                    clock.get_or_insert((digits, line));
+                    self.timeless = false;
+                    return Some(time);
+                }
+            };
+            problems.add(self.file, Some(line), Some(column), message);
+            return None;
+        }
+        self.plain = true;
+        if let Some(Some((_, at))) = self.clock.filter(|_| !cell.trim().is_empty()) {
+            let message =
+                format!("\"{}\" is a plain number, but line {at} h:mm:ss:cs", shortened(cell.trim()));
+            problems.add(self.file, Some(line), Some(column), message);
+            self.timeless = true;
+            return None;
+        }
         let time = self.times.number(cell, self.file, line, column, problems);
         self.timeless = problems.len() > found;
         time
@@ -197,6 +256,42 @@ impl<'a> Reader<'a> {
                 _ => "",
             };
             notes.add(FORMAT, self.file, None, format!("decimal comma{which}"));
+        }
+    }
+}
+
+/// Seconds of h:mm:ss:cs (or mm:ss:cs), and the digits of the last part.
+fn hours(cell: &str) -> Option<(f64, usize)> {
+    let parts: Vec<&str> = cell.split(':').collect();
+    let (last, rest) = parts.split_last()?;
+    let digits =
+        |part: &&str| !part.is_empty() && part.len() <= 4 && part.bytes().all(|b| b.is_ascii_digit());
+    if !(2..=3).contains(&rest.len()) || !(2..=3).contains(&last.len()) || !parts.iter().all(digits) {
+        return None;
+    }
+    let mut whole = 0.0;
+    for (i, part) in rest.iter().enumerate() {
+        let number: f64 = part.parse().ok()?;
+        if i > 0 && number >= 60.0 {
+            return None;
+        }
+        whole = whole * 60.0 + number;
+    }
+    let fraction: f64 = last.parse().ok()?;
+    Some((whole + fraction / 10.0_f64.powi(last.len() as i32), last.len()))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn times_of_a_clock() {
+        assert_eq!(hours("1:02:03:45"), Some((3723.45, 2)));
+        assert_eq!(hours("02:03:450"), Some((123.45, 3)));
+        for wrong in ["1:2", "0:60:00:00", "0::0:00", "a:00:00:00", "0:00:00:1", "-0:00:00:00", "1:2:3:4:50"]
+        {
+            assert_eq!(hours(wrong), None, "{wrong}");
         }
     }
 }

@@ -33,7 +33,7 @@ pub(super) fn settle(shot: &mut RawShot, settings: &TrackSettings, notes: &mut N
             return Ok(from_frames(shot, fps.unwrap_or(stated)));
         }
         Clock::Unsaid => settings.time_unit.map_or_else(|| guess_unit(shot, settings), Ok)?,
-        Clock::Hundredths => TimeUnit::S,
+        Clock::Rounded(_) => TimeUnit::S,
         Clock::In(unit) => settings.time_unit.filter(|_| unit != TimeUnit::Frames).unwrap_or(unit),
     };
     let Some(second) = unit.seconds() else {
@@ -87,7 +87,7 @@ impl Grid {
         times.sort_by(f64::total_cmp);
         times.dedup();
         let resolution = match shot.clock {
-            Clock::Hundredths => 0.01,
+            Clock::Rounded(resolution) => resolution,
             _ => resolution(times.iter().map(|t| t / second)) * second,
         };
         let spacing = spacing(&times, resolution);

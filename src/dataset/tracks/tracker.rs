@@ -107,5 +107,5 @@ pub(super) fn read(
     notes.add(FORMAT, file, None, message);
     let clock = if names[time] == "frame" { TimeUnit::Frames } else { TimeUnit::S };
     let sheet = Sheet { file, text, separator, header, above: header, names };
-    Some((Clock::In(clock), sheet.wide(Some(time), places, problems, notes)))
+    Some((Clock::In(clock), sheet.wide(Some(time), places, false, problems, notes).0))
 }
