@@ -2,6 +2,7 @@
 //! done; 2 bad usage or bad input.
 
 mod collide;
+mod extract;
 mod fit;
 mod progress;
 mod synth;
@@ -26,6 +27,8 @@ enum Command {
     Fit(fit::Args),
     /// Compute one collision, or a file of them
     Collide(collide::Args),
+    /// Find the impacts in tracks; writes OUT/NAME/ with velocities, uncertainties and pictures
+    Extract(extract::Args),
     /// Make a synthetic data set from known parameters and noise
     Synth(synth::Args),
 }
@@ -78,6 +81,7 @@ pub fn run() -> ExitCode {
     let result = match Cli::parse().command {
         Command::Fit(args) => fit::run(&args),
         Command::Collide(args) => collide::run(&args),
+        Command::Extract(args) => extract::run(&args),
         Command::Synth(args) => synth::run(&args),
     };
     match result {

@@ -37,7 +37,7 @@ pub fn render(fit: &Fit) -> String {
 }
 
 /// A cell as RFC 4180 wants it.
-fn quoted(cell: &str) -> Cow<'_, str> {
+pub(super) fn quoted(cell: &str) -> Cow<'_, str> {
     let special = |c: char| matches!(c, ',' | '"' | '\n' | '\r' | '#');
     if cell.contains(special) || cell.trim() != cell {
         Cow::Owned(format!("\"{}\"", cell.replace('"', "\"\"")))
