@@ -7,3 +7,4 @@ mod published;
 mod recovery;
 mod report;
 mod shipped;
+mod tracks;
