@@ -103,14 +103,27 @@ fn long_table() {
     assert_eq!((shot.cue[0].x, shot.cue[0].y), (0.01, -0.02));
     assert_eq!((shot.markers[0].ball, shot.markers[0].name.as_str()), (TrackedBall::Cue, "m1"));
     assert_eq!(shot.position_sd, Some(1e-4));
-    refused("[video]\ncapture_fps = 10", "shot,frame,ball,x,y\n1,0,cue,0,zero\n", &["a.txt:2: column y: \"zero\""]);
-    refused("[video]\ncapture_fps = 10", "shot,frame,ball,x,y\n1,0,cue,0\n", &["a.txt:2", "4 cells; expected 5"]);
-    refused("[video]\ncapture_fps = 10", "shot,frame,ball,x,y\n1,0,cue,0,1\n1,0,obj,0,1\n", &["no track \"object\"", "\"obj\""]);
+    refused(
+        "[video]\ncapture_fps = 10",
+        "shot,frame,ball,x,y\n1,0,cue,0,zero\n",
+        &["a.txt:2: column y: \"zero\""],
+    );
+    refused(
+        "[video]\ncapture_fps = 10",
+        "shot,frame,ball,x,y\n1,0,cue,0\n",
+        &["a.txt:2", "4 cells; expected 5"],
+    );
+    refused(
+        "[video]\ncapture_fps = 10",
+        "shot,frame,ball,x,y\n1,0,cue,0,1\n1,0,obj,0,1\n",
+        &["no track \"object\"", "\"obj\""],
+    );
 }
 
 #[test]
 fn tracker_exports() {
-    let settings = "[video]\ncapture_fps = 100\n[scale]\nlength_unit = \"cm\"\n[tracks]\ncue = \"A\"\nobject = \"B\"";
+    let settings =
+        "[video]\ncapture_fps = 100\n[scale]\nlength_unit = \"cm\"\n[tracks]\ncue = \"A\"\nobject = \"B\"";
     let multi = "\u{feff}#multi:\r\n;mass A;;mass B;;\r\nt;x;y;x;y;\r\n0,000000E0;\u{2212}1,5E1;5,5E0;1,9E0;3,2E0\r\n1,000000E\u{2212}2;\u{2212}1,4E1;5,6E0;;\r\n2,000000E\u{2212}2;\u{2212}1,3E1;5,7E0;1,9E0;3,2E0\r\n";
     let tracks = good(settings, "kick.txt", multi);
     let shot = &tracks.shots[0];
@@ -134,9 +147,21 @@ fn tracker_exports() {
     // one track, copied
     refused(settings, "\tmass_C\nt\tx\ty\n0.0\t1\t2\n0.01\t1\t2\n", &["no track \"A\"", "\"mass_C\""]);
     refused(settings, "t\ty\tx\n0.0\t1\t2\n0.01\t1\t2\n", &["no track \"A\"", "\"a\""]);
-    refused(settings, "#multi:\n,A,,B,,\nt,x,y,x,y\n0,0,1,5,1,5,1,5,1,5\n", &["10 cells; expected 6", "decimal commas"]);
-    refused(settings, "#multi:\n;A;;B;\nt;x;y;x;y\n0;1,5;2;3;4\n0,01;1.5;2;3;4\n", &["decimal point, but line 4"]);
-    refused(settings, "#multi:\n;A;;A;\nt;x;y;x;y\n0;1;2;3;4\n0,01;1;2;3;4\n", &["2 tracks are named \"A\"", "A (2)"]);
+    refused(
+        settings,
+        "#multi:\n,A,,B,,\nt,x,y,x,y\n0,0,1,5,1,5,1,5,1,5\n",
+        &["10 cells; expected 6", "decimal commas"],
+    );
+    refused(
+        settings,
+        "#multi:\n;A;;B;\nt;x;y;x;y\n0;1,5;2;3;4\n0,01;1.5;2;3;4\n",
+        &["decimal point, but line 4"],
+    );
+    refused(
+        settings,
+        "#multi:\n;A;;A;\nt;x;y;x;y\n0;1;2;3;4\n0,01;1;2;3;4\n",
+        &["2 tracks are named \"A\"", "A (2)"],
+    );
     let twice = settings.replace("\"A\"", "\"A (2)\"").replace("\"B\"", "\"A (1)\"");
     let tracks = good(&twice, "a.txt", "#multi:\n;A;;A;\nt;x;y;x;y\n0;1;2;3;4\n0,01;1;2;3;4\n");
     assert_eq!(tracks.shots[0].cue[0], at(0.0, 0.03, 0.04));
