@@ -10,3 +10,4 @@ mod published;
 mod recovery;
 mod report;
 mod shipped;
+mod tracks;

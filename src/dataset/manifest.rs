@@ -126,7 +126,7 @@ struct RawSetting {
 /// Places in the text of a dataset.toml.
 pub(super) struct Source<'a> {
     pub path: &'a Path,
-    text: &'a str,
+    pub text: &'a str,
 }
 
 impl Source<'_> {

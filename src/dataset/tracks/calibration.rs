@@ -11,7 +11,12 @@ pub(super) struct Calibration {
 
 #[derive(Clone, Debug)]
 enum Map {
-    Linear { x: f64, y: f64 },
+    /// `up` is 1 or −1. Divided by what is a whole number for every unit, so that 5.6 cm is 0.056 m.
+    Linear {
+        factor: f64,
+        divisor: f64,
+        up: f64,
+    },
     Homography(Matrix3<f64>),
 }
 
@@ -26,8 +31,9 @@ pub(super) struct ReadOut {
 }
 
 impl Calibration {
-    pub(super) fn linear(metres: f64, up: bool, readout: Option<ReadOut>) -> Self {
-        Self { map: Map::Linear { x: metres, y: if up { metres } else { -metres } }, readout }
+    /// Metres are `factor / divisor` of the file's unit.
+    pub(super) fn linear(factor: f64, divisor: f64, up: bool, readout: Option<ReadOut>) -> Self {
+        Self { map: Map::Linear { factor, divisor, up: if up { 1.0 } else { -1.0 } }, readout }
     }
 
     /// Least squares over pairs of pixels and metres (direct linear transform of normalised points).
@@ -115,7 +121,7 @@ impl Calibration {
     /// Metres of a position in the file's unit.
     pub(super) fn metres(&self, x: f64, y: f64) -> [f64; 2] {
         match &self.map {
-            Map::Linear { x: sx, y: sy } => [sx * x, sy * y],
+            Map::Linear { factor, divisor, up } => [factor * x / divisor, factor * up * y / divisor],
             Map::Homography(h) => {
                 let p = h * Vector3::new(x, y, 1.0);
                 [p.x / p.z, p.y / p.z]
@@ -126,7 +132,7 @@ impl Calibration {
     /// Standard deviations in metres at a position, all in the file's unit.
     pub(super) fn sd(&self, x: f64, y: f64, sd: [f64; 2]) -> [f64; 2] {
         match &self.map {
-            Map::Linear { x: sx, y: sy } => [sx * sd[0], sy.abs() * sd[1]],
+            Map::Linear { factor, divisor, .. } => sd.map(|sd| factor * sd / divisor),
             Map::Homography(h) => {
                 let p = h * Vector3::new(x, y, 1.0);
                 let row = |i: usize| {
@@ -147,9 +153,9 @@ impl Calibration {
     }
 
     /// The same, for a format whose own unit is known.
-    pub(super) fn with_unit(&self, metres: f64) -> Self {
+    pub(super) fn in_millimetres(&self) -> Self {
         match self.map {
-            Map::Linear { y, .. } => Self::linear(metres, y > 0.0, None),
+            Map::Linear { up, .. } => Self::linear(1.0, 1000.0, up > 0.0, None),
             Map::Homography(_) => self.clone(),
         }
     }

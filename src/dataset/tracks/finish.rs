@@ -38,8 +38,12 @@ pub(super) fn shot(
     notes: &mut Notes,
 ) -> Result<TrackShot, Wrong> {
     let mut tracks = std::mem::take(&mut raw.tracks);
-    let cue = assign(&mut tracks, "cue", &settings.cue, &raw, notes)?;
-    let object = assign(&mut tracks, "object", &settings.object, &raw, notes)?;
+    let mut names: Vec<_> = tracks.iter().map(|track| format!("\"{}\"", shortened(&track.name))).collect();
+    names.dedup();
+    names.truncate(12);
+    let names = if names.is_empty() { "there are none".to_string() } else { names.join(", ") };
+    let cue = assign(&mut tracks, "cue", &settings.cue, &names, &raw, notes)?;
+    let object = assign(&mut tracks, "object", &settings.object, &names, &raw, notes)?;
     for other in &tracks {
         let message =
             format!("the track \"{}\" is neither cue nor object; passed over", shortened(&other.name));
@@ -101,19 +105,16 @@ fn assign(
     tracks: &mut Vec<RawTrack>,
     ball: &str,
     names: &Names,
+    there: &str,
     raw: &RawShot,
     notes: &mut Notes,
 ) -> Result<Ball, Wrong> {
     let mut found = Ball { centres: Vec::new(), markers: Vec::new() };
     for name in &names.0 {
         let (own, i) = find(tracks, name).map_err(|message| (Some(raw.line), message))?.ok_or_else(|| {
-            let mut there: Vec<_> = tracks.iter().map(|track| format!("\"{}\"", shortened(&track.name))).collect();
-            there.dedup();
-            there.truncate(12);
-            let there = if there.is_empty() { "none".to_string() } else { there.join(", ") };
             let message = format!(
-                "shot \"{}\" has no track \"{name}\" ([tracks] {ball} = {}); the tracks left are {there}. Expected \
-                 both balls in it: say [tracks] cue and object, or skip the shot",
+                "shot \"{}\" has no track \"{name}\" ([tracks] {ball} = {}); its tracks: {there}. Expected \
+                 both balls in one file or shot, and their names in [tracks] cue and object; or the shot skipped",
                 raw.name,
                 names.shown()
             );

@@ -16,6 +16,7 @@ mod shots_table;
 mod text;
 mod time;
 mod tracker;
+mod typed;
 
 use std::collections::HashMap;
 use std::fs;
@@ -119,7 +120,7 @@ fn calibration_for(
     match settings.unit {
         None if format == Format::Qualisys => {
             notes.add(raw::FORMAT, file, None, "lengths are in mm, as always in this format");
-            return settings.calibration.with_unit(1e-3);
+            return settings.calibration.in_millimetres();
         }
         None if format != Format::Long => {
             notes.add(

@@ -9,7 +9,7 @@ use super::raw::{Clock, Notes, RawShot, RawTrack};
 use super::settings::{Format, TrackSettings};
 use super::sheet::Sheet;
 use super::text::{decode, lines};
-use super::{columns, kinovea, long, qualisys, tracker};
+use super::{columns, kinovea, long, qualisys, tracker, typed};
 use crate::dataset::error::Problems;
 
 /// The shots of a file, and its format.
@@ -69,7 +69,7 @@ pub(super) fn bytes(
             above: head.header,
             names: head.names,
         };
-        long::read(&sheet, &columns, 0, &mut gather, problems, notes);
+        typed::read(&sheet, &columns, &mut gather, problems, notes);
         return Some((gather.shots, Format::Long));
     }
     if wanted(Format::Tracker)

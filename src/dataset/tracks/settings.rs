@@ -286,13 +286,13 @@ fn calibration(
 ) -> Calibration {
     let unit = scale.length_unit.as_ref().map(|unit| *unit.as_ref());
     let up = scale.y_axis.as_ref().is_none_or(|axis| *axis.as_ref() == YAxis::Up);
-    let metres = match unit {
-        None | Some(Unit::M) => 1.0,
-        Some(Unit::Cm) => 1e-2,
-        Some(Unit::Mm) => 1e-3,
-        Some(Unit::Px) => m_per_px.unwrap_or(1.0),
+    let (factor, divisor) = match unit {
+        None | Some(Unit::M) => (1.0, 1.0),
+        Some(Unit::Cm) => (1.0, 100.0),
+        Some(Unit::Mm) => (1.0, 1000.0),
+        Some(Unit::Px) => (m_per_px.unwrap_or(1.0), 1.0),
     };
-    let linear = Calibration::linear(metres, up, readout);
+    let linear = Calibration::linear(factor, divisor, up, readout);
     let first_point = scale.point.first();
     if unit != Some(Unit::Px) {
         let span = scale.m_per_px.as_ref().map(Spanned::span).or(first_point.map(Spanned::span));
@@ -393,5 +393,28 @@ impl ColumnNames {
             ));
         }
         Ok(())
+    }
+}
+
+#[cfg(test)]
+pub(super) mod tests {
+    use super::*;
+
+    #[derive(Deserialize)]
+    struct Sections {
+        video: Option<RawVideo>,
+        scale: Option<RawScale>,
+        tracks: Option<RawTracks>,
+    }
+
+    /// Checked settings of these sections.
+    pub(in crate::dataset::tracks) fn settings(text: &str) -> TrackSettings {
+        let raw: Sections = toml::from_str(text).unwrap();
+        let source = Source { path: std::path::Path::new("dataset.toml"), text };
+        let mut problems = Problems::new("");
+        let settings =
+            check(raw.video.as_ref(), raw.scale.as_ref(), raw.tracks.as_ref(), &source, &mut problems);
+        assert!(problems.is_empty(), "{}", problems.into_error());
+        settings
     }
 }
