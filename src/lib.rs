@@ -7,6 +7,7 @@ pub mod collision;
 pub mod contact;
 pub mod dataset;
 pub mod fit;
+pub mod footage;
 pub mod impact;
 pub mod observable;
 pub mod optimise;

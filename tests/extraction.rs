@@ -1,13 +1,15 @@
 //! Impacts extracted from synthetic footage, against what the shots really were.
 
 use caromfit::ball::Ball;
-use caromfit::dataset::Dataset;
+use caromfit::dataset::{Dataset, Tracks};
 use caromfit::fit::Options;
-use caromfit::impact::{self, Impact, Lifted, Quantity, Scene};
+use caromfit::footage;
+use caromfit::impact::{Impact, Lifted, Quantity};
 use caromfit::parameters::Settings;
 use caromfit::synth::{
     self, BallSpec, Camera, ClothSpec, Kind, Noise, Played, Shots, Spec, TrueImpact, Truth,
 };
+use caromfit::track::TrackShot;
 
 fn spec(cue_spin: Played, count: usize, camera: Camera) -> Spec {
     Spec {
@@ -38,20 +40,34 @@ fn count(variable: &str, default: usize) -> usize {
     std::env::var(variable).ok().and_then(|n| n.parse().ok()).unwrap_or(default)
 }
 
+fn dataset(tracks: Vec<TrackShot>) -> Dataset {
+    Dataset {
+        name: "tracks".into(),
+        path: "tracks".into(),
+        cloth: None,
+        source: None,
+        ball: Ball::POOL,
+        settings: Settings::default(),
+        by: None,
+        shots: Vec::new(),
+        left_out: Vec::new(),
+        sliding: None,
+        tracks: Some(Tracks { shots: tracks, skipped: Vec::new(), notes: Vec::new() }),
+    }
+}
+
 /// Standardized errors of each quantity over many shots; shots that are rejected are counted.
 fn pulls(spec: &Spec) -> (Vec<Vec<f64>>, usize) {
     let (tracks, truth): (Vec<_>, Vec<_>) = synth::filmed(spec).unwrap().into_iter().unzip();
     let mut pulls = vec![Vec::new(); Quantity::COUNT];
     let mut rejected = 0;
-    for (impact, truth) in impact::extract_all(&tracks, &Scene::new(Ball::POOL)).into_iter().zip(&truth) {
-        let impact = match impact {
-            Ok(impact) => impact,
-            Err(reason) => {
-                println!("rejected: {reason}");
-                rejected += 1;
-                continue;
-            }
-        };
+    let (dataset, extracted, _) = footage::with_impacts(dataset(tracks));
+    for (_, reason) in &dataset.left_out {
+        println!("rejected: {reason}");
+        rejected += 1;
+    }
+    for (shot, impact) in extracted {
+        let truth = &truth[shot.name.parse::<usize>().unwrap() - 1];
         for (i, expected) in truths(truth, &impact).into_iter().enumerate() {
             let sd = impact.covariance[(i, i)].sqrt();
             let off = impact.values[i] - expected;
@@ -123,25 +139,7 @@ fn fits_of_tracks_recover_the_parameters() {
     for seed in 0..sets {
         let spec = Spec { seed: 1000 + seed, ..spec(Played::NaturalRoll, 40, Camera::default()) };
         let tracks: Vec<_> = synth::filmed(&spec).unwrap().into_iter().map(|(shot, _)| shot).collect();
-        let impacts = impact::extract_all(&tracks, &Scene::new(Ball::POOL));
-        let sliding = impact::shots::sliding(impacts.iter().flatten());
-        let shots = tracks
-            .iter()
-            .zip(&impacts)
-            .filter_map(|(track, impact)| Some(impact::shots::shot(track, impact.as_ref().ok()?, sliding)));
-        let dataset = Dataset {
-            name: "tracks".into(),
-            path: "tracks".into(),
-            cloth: None,
-            source: None,
-            ball: Ball::POOL,
-            settings: Settings::default(),
-            by: None,
-            shots: shots.collect(),
-            left_out: Vec::new(),
-            sliding,
-            tracks: None,
-        };
+        let dataset = footage::with_impacts(dataset(tracks)).0;
         let fit = caromfit::fit::fit(&dataset, &Options::default()).unwrap().remove(0);
         for (i, truth) in [0.05, 0.3, 0.94].into_iter().enumerate() {
             let estimate = fit.estimates[i];
@@ -152,7 +150,7 @@ fn fits_of_tracks_recover_the_parameters() {
             covered[i] += f64::from(u8::from((low..=high).contains(&truth))) / sets as f64;
         }
         if seed == 0 {
-            println!("μ_k {:?}, χ²/dof {}", sliding, fit.chi2 / fit.dof as f64);
+            println!("μ_k {:?}, χ²/dof {}", dataset.sliding, fit.chi2 / fit.dof as f64);
         }
     }
     for i in 0..3 {

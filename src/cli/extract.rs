@@ -3,8 +3,7 @@
 use std::path::PathBuf;
 
 use caromfit::dataset;
-use caromfit::impact::Scene;
-use caromfit::impact::shots::with_impacts;
+use caromfit::footage::with_impacts;
 use caromfit::report::{extracted, write};
 
 use super::progress::Progress;
@@ -48,8 +47,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let mut empty = Vec::new();
     for dataset in datasets {
         progress.step(&dataset.name);
-        let scene = Scene::new(dataset.ball);
-        let (dataset, shots) = with_impacts(dataset, &scene);
+        let (dataset, shots, scene) = with_impacts(dataset);
         let folder = args.out.join(write::dataset_folder(&dataset.name));
         if shots.is_empty() {
             let reason =

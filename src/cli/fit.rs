@@ -4,8 +4,7 @@ use std::path::PathBuf;
 
 use caromfit::dataset;
 use caromfit::fit::{self, Options};
-use caromfit::impact::Scene;
-use caromfit::impact::shots::with_impacts;
+use caromfit::footage::with_impacts;
 use caromfit::report;
 
 use super::progress::Progress;
@@ -63,8 +62,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let (mut failed, mut bad_input) = (Vec::new(), false);
     for dataset in datasets {
         progress.step(&dataset.name);
-        let scene = Scene::new(dataset.ball);
-        let (dataset, _) = with_impacts(dataset, &scene);
+        let (dataset, ..) = with_impacts(dataset);
         match fit::fit(&dataset, &options) {
             Ok(of_dataset) => fits.push(of_dataset),
             Err(error) => {

@@ -4,7 +4,7 @@ use argmin::core::{Error, Jacobian, Operator};
 use nalgebra::{DMatrix, DVector, SMatrix};
 
 use super::model::{Frames, Lift, Scene as ModelScene, Unknowns, unknown};
-use super::{Impact, Lifted, Quantity, Scene, Unusable, start, symmetric};
+use super::{Impact, LiftPrior, Lifted, Quantity, Scene, Unusable, start, symmetric};
 use crate::optimise::{self, Constraints, Options, Termination};
 use crate::track::{Sample, TrackShot};
 
@@ -19,6 +19,9 @@ const ROUNDS: usize = 4;
 const GAP_ERRORS: f64 = 5.0;
 /// …or by this part of 2R, the precision of a calibration and of a radius.
 const GAP_PART: f64 = 0.01;
+
+/// Part of the closing speed that a lift is always uncertain by.
+const LEAST_LIFT: f64 = 1e-3;
 
 /// A fit stops within some hundredths of a standard error of the minimum.
 const ORTHOGONALITY: f64 = 3e-3;
@@ -112,10 +115,9 @@ impl<'a> Tracked<'a> {
         let closing = start[unknown::BEFORE];
         let mut priors = vec![(unknown::SLIDING, self.scene.cloth.sliding, self.scene.sliding_sd)];
         if lift != Lift::None {
-            let vertical = closing * self.model.vertical(&start);
-            let (mean, sd) = self.scene.friction;
-            priors.push((unknown::LIFT, mean * vertical, sd * vertical));
-            start[unknown::LIFT] = mean * vertical;
+            let (mean, sd) = self.lift_prior(&start);
+            priors.push((unknown::LIFT, mean, sd));
+            start[unknown::LIFT] = mean;
         }
         let bound = |low: bool| {
             let limit = |i: &usize| match (*i, low) {
@@ -157,6 +159,21 @@ impl<'a> Tracked<'a> {
             lift,
             frames: [count(&frames.cue, false), count(&frames.cue, true), count(&frames.object, true)],
         })
+    }
+
+    /// Mean and standard deviation of |J_z|.
+    fn lift_prior(&self, z: &Unknowns) -> (f64, f64) {
+        let vertical = z[unknown::BEFORE] * self.model.vertical(z);
+        match self.scene.lift {
+            LiftPrior::Published(mean, sd) => (mean * vertical, sd * vertical),
+            LiftPrior::Model(model, coefficients, sd) => {
+                let lifted = model
+                    .collide(&self.model.cue(z), &coefficients)
+                    .map_or(0.0, |outcome| outcome.cue.velocity.z.max(outcome.object.velocity.z));
+                // never quite certain, however small
+                (lifted, (sd * lifted).max(LEAST_LIFT * vertical))
+            }
+        }
     }
 
     /// How far the separation at the impact would move from 2R if it were free, relative, with its
@@ -248,7 +265,6 @@ impl<'a> Tracked<'a> {
                 Lift::Cue => Lifted::Cue,
                 Lift::Object => Lifted::Object,
             },
-            friction: z[unknown::LIFT] / (z[unknown::BEFORE] * self.model.vertical(z)),
             position_sd: if stated { self.sd } else { self.sd * factor.sqrt() },
             reduced_chi2: known * (self.sd / self.noise).powi(2).min(1.0),
             frames: fitted.frames,

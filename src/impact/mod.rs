@@ -12,6 +12,7 @@ use rayon::prelude::*;
 
 use crate::ball::Ball;
 use crate::cloth::Cloth;
+use crate::collision::{Coefficients, Model};
 use crate::track::TrackShot;
 
 /// What the extraction assumes of balls and cloth.
@@ -22,16 +23,26 @@ pub struct Scene {
     pub cloth: Cloth<f64>,
     /// Standard deviation of that prior.
     pub sliding_sd: f64,
-    /// The friction impulse between the balls over the closing speed, about μ(1 + e)/2: mean and
-    /// standard deviation of a prior on its vertical part, which lifts one of the balls.
-    pub friction: (f64, f64),
+    /// What is known of the vertical friction that lifts one of the balls.
+    pub lift: LiftPrior,
+}
+
+/// How fast the friction between the balls lifts one of them. A single track hardly tells for how long a
+/// ball flew, and has several answers.
+#[derive(Clone, Copy, Debug)]
+pub enum LiftPrior {
+    /// μ(1 + e)/2 of the vertical part of the closing speed: mean and standard deviation.
+    Published(f64, f64),
+    /// As the collision model says with coefficients that these shots gave, and a relative standard
+    /// deviation.
+    Model(Model, Coefficients, f64),
 }
 
 impl Scene {
     /// Published values to start from, with priors so wide that the tracks decide.
     #[must_use]
     pub fn new(ball: Ball) -> Self {
-        Self { ball, cloth: Cloth::default(), sliding_sd: 1.0, friction: (0.05, 0.05) }
+        Self { ball, cloth: Cloth::default(), sliding_sd: 1.0, lift: LiftPrior::Published(0.05, 0.05) }
     }
 }
 
@@ -65,8 +76,6 @@ pub struct Impact {
     pub covariance: SMatrix<f64, { Quantity::COUNT }, { Quantity::COUNT }>,
     /// Which ball flies after the impact.
     pub lifted: Lifted,
-    /// Friction impulse between the balls over the closing speed, from the vertical part.
-    pub friction: f64,
     /// Standard deviation of a coordinate, m: stated, or estimated from this track.
     pub position_sd: f64,
     /// χ² per degree of freedom with the noise that second differences of the track show.
@@ -161,33 +170,10 @@ pub fn extract(shot: &TrackShot, scene: &Scene) -> Result<Impact, Unusable> {
     tracked.impact(&chosen)
 }
 
-/// Finds the impacts of many shots in parallel. Some of them are first taken alone, to learn from all
-/// together how strong the friction between the balls is: a single track hardly tells for how long a ball
-/// flew, and has several answers.
+/// Finds the impacts of many shots in parallel.
 pub fn extract_all(shots: &[TrackShot], scene: &Scene) -> Vec<Result<Impact, Unusable>> {
-    let step = shots.len().div_ceil(LEARN_FROM).max(1);
-    let sample: Vec<&TrackShot> = shots.iter().step_by(step).collect();
-    let mut friction: Vec<f64> = sample
-        .par_iter()
-        .filter_map(|shot| extract(shot, scene).ok())
-        .filter(|impact| impact.lifted != Lifted::Neither)
-        .map(|impact| impact.friction)
-        .collect();
-    let mut scene = *scene;
-    if friction.len() >= LEARN_LEAST {
-        friction.sort_by(f64::total_cmp);
-        let median = friction[friction.len() / 2];
-        scene.friction = (median, LEARNED * median);
-    }
-    shots.par_iter().map(|shot| extract(shot, &scene)).collect()
+    shots.par_iter().map(|shot| extract(shot, scene)).collect()
 }
-
-/// So many shots tell the friction between the balls well enough,
-const LEARN_FROM: usize = 300;
-/// so few do not.
-const LEARN_LEAST: usize = 5;
-/// Relative standard deviation of the friction from shot to shot about its median.
-const LEARNED: f64 = 0.1;
 
 /// A covariance is kept symmetric, whatever the roundings.
 fn symmetric(matrix: &DMatrix<f64>) -> DMatrix<f64> {

@@ -3,7 +3,7 @@
 use nalgebra::{DMatrix, DVector, SVector};
 use num_dual::DualSVec64;
 
-use crate::ball::Ball;
+use crate::ball::{Ball, BallState, Vec3};
 use crate::cloth::{Cloth, Launch, Number, Path};
 use crate::dataset::Spin;
 use crate::track::{Sample, TrackShot};
@@ -72,6 +72,16 @@ impl Scene {
                 let [cos, sin] = direction;
                 [cos * spin.x + sin * spin.y, cos * spin.y - sin * spin.x, T::from(spin.z)]
             }
+        }
+    }
+
+    /// The cue ball at the impact, collision frame.
+    pub(super) fn cue(&self, z: &Unknowns) -> BallState {
+        let (sin, cos) = z[DIRECTION].sin_cos();
+        let before = [z[BEFORE], z[BEFORE + 1]];
+        BallState {
+            velocity: Vec3::new(before[0], before[1], 0.0),
+            spin: self.spin([cos, sin], before).into(),
         }
     }
 

@@ -2,8 +2,8 @@
 
 use nalgebra::{SMatrix, SVector};
 
-use super::{Impact, Quantity, Scene, extract_all};
-use crate::dataset::{Before, Dataset, Joint, Measured, Measurement, Shot, Tracks};
+use super::{Impact, Quantity};
+use crate::dataset::{Before, Joint, Measured, Measurement, Shot};
 use crate::observable::{Axis, Observable};
 use crate::track::TrackShot;
 
@@ -17,27 +17,6 @@ const KEPT: [Quantity; 7] = [
     Quantity::ObjVxAfter,
     Quantity::ObjVyAfter,
 ];
-
-/// Extracts the impacts of a data set of kind `tracks`: its shots, and those left out with the reason. Any
-/// other data set is returned as it is, without extractions.
-#[must_use]
-pub fn with_impacts(mut dataset: Dataset, scene: &Scene) -> (Dataset, Vec<(TrackShot, Impact)>) {
-    let Some(tracks) = dataset.tracks.take() else { return (dataset, Vec::new()) };
-    dataset
-        .left_out
-        .extend(tracks.skipped.iter().map(|(shot, reason)| (shot.clone(), format!("skipped: {reason}"))));
-    let mut extracted = Vec::with_capacity(tracks.shots.len());
-    for (track, impact) in tracks.shots.iter().zip(extract_all(&tracks.shots, scene)) {
-        match impact {
-            Ok(impact) => extracted.push((track.clone(), impact)),
-            Err(reason) => dataset.left_out.push((track.name.clone(), reason.to_string())),
-        }
-    }
-    dataset.sliding = sliding(extracted.iter().map(|(_, impact)| impact));
-    dataset.shots = extracted.iter().map(|(track, impact)| shot(track, impact, dataset.sliding)).collect();
-    dataset.tracks = Some(Tracks { shots: Vec::new(), ..tracks });
-    (dataset, extracted)
-}
 
 /// The cloth's sliding friction μ_k, as all shots together tell it: the mean weighted by 1/variance.
 #[must_use]

@@ -1,0 +1,71 @@
+//! Footage → shots: extracts the impacts of a data set of kind `tracks`.
+
+use crate::collision::{Coefficients, Fidelity, Model};
+use crate::dataset::{Dataset, Tracks};
+use crate::fit::{self, Options, Status};
+use crate::impact::{Impact, LiftPrior, Scene, Unusable, extract_all, shots};
+use crate::parameters::Parameter;
+use crate::track::TrackShot;
+
+/// So many shots tell the friction between the balls well enough to know how high it lifts them.
+const LEARN_FROM: usize = 300;
+
+/// Rounds of extracting those shots and fitting them: the first starts from published values.
+const LEARN_ROUNDS: usize = 2;
+
+/// Relative standard deviation of a lift about what the collision model says of it.
+const LIFT_SD: f64 = 0.1;
+
+/// Extracts the impacts of a data set of kind `tracks`: its shots, and those left out with the reason. Any
+/// other data set is returned as it is, without extractions.
+#[must_use]
+pub fn with_impacts(mut dataset: Dataset) -> (Dataset, Vec<(TrackShot, Impact)>, Scene) {
+    let scene = Scene::new(dataset.ball);
+    let Some(tracks) = dataset.tracks.take() else { return (dataset, Vec::new(), scene) };
+    let skipped = tracks.skipped.iter().map(|(shot, reason)| (shot.clone(), format!("skipped: {reason}")));
+    dataset.left_out.extend(skipped);
+    let scene = learned(&dataset, &tracks.shots, scene);
+    let impacts = extract_all(&tracks.shots, &scene);
+    let mut extracted = Vec::with_capacity(tracks.shots.len());
+    for (track, impact) in tracks.shots.into_iter().zip(impacts) {
+        match impact {
+            Ok(impact) => extracted.push((track, impact)),
+            Err(reason) => dataset.left_out.push((track.name, reason.to_string())),
+        }
+    }
+    dataset.sliding = shots::sliding(extracted.iter().map(|(_, impact)| impact));
+    dataset.shots =
+        extracted.iter().map(|(track, impact)| shots::shot(track, impact, dataset.sliding)).collect();
+    dataset.tracks = Some(Tracks { shots: Vec::new(), skipped: tracks.skipped, notes: tracks.notes });
+    (dataset, extracted, scene)
+}
+
+/// The scene with the lift that some of the shots, fitted together, say there is. Published values where
+/// they do not say.
+fn learned(dataset: &Dataset, tracks: &[TrackShot], scene: Scene) -> Scene {
+    let step = tracks.len().div_ceil(LEARN_FROM).max(1);
+    let sample: Vec<TrackShot> = tracks.iter().step_by(step).cloned().collect();
+    let mut scene = scene;
+    for _ in 0..LEARN_ROUNDS {
+        let impacts = extract_all(&sample, &scene);
+        let Some(coefficients) = coefficients(dataset, &sample, &impacts) else { break };
+        let model = Model::new(Fidelity::Full, dataset.ball);
+        scene.lift = LiftPrior::Model(model, coefficients, LIFT_SD);
+    }
+    scene
+}
+
+fn coefficients(
+    dataset: &Dataset,
+    tracks: &[TrackShot],
+    impacts: &[Result<Impact, Unusable>],
+) -> Option<Coefficients> {
+    let sliding = shots::sliding(impacts.iter().flatten());
+    let usable = tracks.iter().zip(impacts);
+    let shots = usable.filter_map(|(track, impact)| Some(shots::shot(track, impact.as_ref().ok()?, sliding)));
+    let some = Dataset { shots: shots.collect(), sliding, by: None, left_out: Vec::new(), ..dataset.clone() };
+    let fit = fit::fit(&some, &Options::default()).ok()?.pop()?;
+    let [mu, mu_s, e] = Parameter::ALL.map(|parameter| fit.estimates[parameter as usize]);
+    let known = fit.converged && mu.status != Status::NotIdentified;
+    known.then_some(Coefficients { mu: mu.value, mu_s: mu_s.value, e: e.value })
+}
