@@ -121,7 +121,8 @@ fn damage(random: &mut ChaCha8Rng, bytes: &mut Vec<u8>) {
 fn numbers(line: &str) -> Vec<f64> {
     let plain = line.replace('\u{2212}', "-").replace('"', "");
     let mut found = Vec::new();
-    for separators in [&['\t'][..], &[';'], &[','], &['|'], &[' '], &[' ', '\t']] {
+    found.extend(plain.split_whitespace().filter_map(|cell| cell.replace(',', ".").parse::<f64>().ok()));
+    for separators in [&['\t'][..], &[';'], &[','], &['|'], &[' ']] {
         for cell in plain.split(separators) {
             found.extend(cell.trim().replace(',', ".").parse::<f64>());
         }
