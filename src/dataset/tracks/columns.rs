@@ -46,7 +46,7 @@ pub(super) fn read(
             sd: position(&wanted.x_sd).zip(position(&wanted.y_sd)).map(|(x, y)| [x, y]),
             marker: position(&wanted.marker_x).zip(position(&wanted.marker_y)).map(|(x, y)| [x, y]),
         };
-        long::read(&sheet, &columns, 0, &mut gather, problems, notes);
+        long::read(&sheet, &columns, &mut gather, problems, notes);
         return Some(gather.shots);
     }
     let balls = [
@@ -105,7 +105,15 @@ fn header<'a>(
                     );
                     return None;
                 }
-                return Some(Sheet { file, text, separator: *separator, header: line, above: line, names });
+                return Some(Sheet {
+                    file,
+                    text,
+                    separator: *separator,
+                    header: line,
+                    above: line,
+                    offset: 0,
+                    names,
+                });
             }
             if nearest.as_ref().is_none_or(|(most, ..)| here > *most) {
                 nearest = Some((here, line, names));

@@ -42,7 +42,7 @@ pub(super) fn read(
     match head {
         Head::Text => Some(sections(file, text, problems, notes)),
         Head::Csv { separator, header, names } => {
-            csv(Sheet { file, text, separator, header, above: header, names }, problems, notes)
+            csv(Sheet { file, text, separator, header, above: header, offset: 0, names }, problems, notes)
         }
     }
 }

@@ -157,21 +157,19 @@ impl Gather {
     }
 }
 
-/// Reads cell by cell: slower than the typed reader, but says what is wrong where. Rows are those of
-/// `sheet`, whose lines are `offset` further down in the file.
+/// Reads cell by cell: slower than the typed reader, but says what is wrong where. Gives the decimal mark
+/// of the positions.
 pub(super) fn read(
     sheet: &Sheet,
     columns: &Columns,
-    offset: usize,
     gather: &mut Gather,
     problems: &mut Problems,
     notes: &mut Notes,
-) {
+) -> Option<char> {
     let file = sheet.file;
     let name = |i: usize| sheet.names[i].as_str();
     let mut reader = Reader::new(file);
     sheet.rows(problems, |line, row, problems| {
-        let line = line + offset;
         let ball = row[columns.ball].trim();
         let shot = columns.shot.map(|i| row[i].trim());
         let point = columns.point.map_or("", |i| row[i].trim());
@@ -212,5 +210,7 @@ pub(super) fn read(
             gather.push(shot, ball, "marker", Row { time, x, y, line }, None);
         }
     });
+    let mark = reader.mark();
     reader.finish(notes);
+    mark
 }

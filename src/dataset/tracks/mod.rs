@@ -4,6 +4,8 @@ mod calibration;
 mod check;
 mod columns;
 mod finish;
+#[cfg(test)]
+mod fuzz;
 mod kinovea;
 mod long;
 mod number;

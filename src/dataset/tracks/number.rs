@@ -119,6 +119,10 @@ impl Mark {
         }
     }
 
+    pub(super) fn seen(self) -> Option<char> {
+        self.seen.map(|(mark, _)| mark)
+    }
+
     pub(super) fn is_comma(self) -> bool {
         self.seen.is_some_and(|(mark, _)| mark == ',')
     }

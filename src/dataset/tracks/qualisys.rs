@@ -85,7 +85,7 @@ pub(super) fn read(
     let shown: Vec<_> = markers.iter().map(|name| format!("\"{name}\"")).collect();
     let message = format!("read as Qualisys, {fps} fps, markers {}", shown.join(", "));
     notes.add(FORMAT, file, None, message);
-    let sheet = Sheet { file, text, separator: TAB, header, above, names };
+    let sheet = Sheet { file, text, separator: TAB, header, above, offset: 0, names };
     let (mut tracks, _) = sheet.wide(None, places, false, problems, notes);
     for track in &mut tracks {
         for row in track.rows.iter_mut().filter(|row| row.x == 0.0 && row.y == 0.0) {

@@ -67,6 +67,7 @@ pub(super) fn bytes(
             separator: head.separator,
             header: head.header,
             above: head.header,
+            offset: 0,
             names: head.names,
         };
         typed::read(&sheet, &columns, &mut gather, problems, notes);

@@ -19,6 +19,8 @@ pub(super) struct Sheet<'a> {
     pub header: usize,
     /// Rows are below this line.
     pub above: usize,
+    /// Lines of the file above the text.
+    pub offset: usize,
     pub names: Vec<String>,
 }
 
@@ -48,6 +50,7 @@ impl<'a> Sheet<'a> {
             if text.trim().is_empty() || text.trim_start().starts_with('#') {
                 continue;
             }
+            let line = line + self.offset;
             let Some(mut row) = cells(text, self.separator) else {
                 let message = "a quotation mark does not close in this line, or text follows it";
                 problems.add(self.file, Some(line), None, message);
@@ -246,6 +249,11 @@ impl<'a> Reader<'a> {
         problems: &mut Problems,
     ) -> Option<f64> {
         self.positions.number(cell, self.file, line, column, problems)
+    }
+
+    /// The decimal mark of the positions.
+    pub(super) fn mark(&self) -> Option<char> {
+        self.positions.seen()
     }
 
     pub(super) fn finish(self, notes: &mut Notes) {

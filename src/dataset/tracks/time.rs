@@ -59,6 +59,7 @@ pub(super) fn settle(shot: &mut RawShot, settings: &TrackSettings, notes: &mut N
     let grid = Grid::of(shot, second);
     if let Some(rate) = rate
         && grid.resolution > 0.3 / rate
+        && !grid.tells_frames_apart(rate)
         && shot.tracks.iter().any(|track| track.rows.windows(2).any(|two| two[0].time == two[1].time))
     {
         return by_row(shot, &grid, rate, fps.unwrap_or(rate), notes);
@@ -92,6 +93,13 @@ impl Grid {
         };
         let spacing = spacing(&times, resolution);
         Self { times, resolution, spacing }
+    }
+
+    /// Whether the clock, though coarse, has a time of its own for each frame: rows with the same time are
+    /// then one frame twice.
+    fn tells_frames_apart(&self, rate: f64) -> bool {
+        let whole = |t: &f64| (t * rate - (t * rate).round()).abs() < 1e-3;
+        self.resolution * rate < 1.5 && self.times.iter().all(whole)
     }
 
     /// Frame number of each time from the first one on; `None` where the steps are no whole frames of

@@ -106,6 +106,6 @@ pub(super) fn read(
         format!("read as {kind}, {} between cells, tracks {}{passed}", separator.name(), found.join(", "));
     notes.add(FORMAT, file, None, message);
     let clock = if names[time] == "frame" { TimeUnit::Frames } else { TimeUnit::S };
-    let sheet = Sheet { file, text, separator, header, above: header, names };
+    let sheet = Sheet { file, text, separator, header, above: header, offset: 0, names };
     Some((Clock::In(clock), sheet.wide(Some(time), places, false, problems, notes).0))
 }

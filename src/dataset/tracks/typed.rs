@@ -42,18 +42,36 @@ fn read_by(
     let (mut rest, mut above) = match below(sheet.text, sheet.above) {
         Some(rest) => (rest, sheet.above),
         // a file with CR for ends of lines
-        None => return long::read(sheet, columns, 0, gather, problems, notes),
+        None => {
+            long::read(sheet, columns, gather, problems, notes);
+            return;
+        }
     };
+    // of the stretches so far, with the line where the first of them begins
+    let mut seen: Option<(char, usize)> = None;
     while !rest.is_empty() && problems.len() < start + 100 {
         let bytes = rest.as_bytes();
         let from = stretch.min(bytes.len());
         let end = bytes[from..].iter().position(|byte| *byte == b'\n').map_or(bytes.len(), |i| from + i + 1);
         let (part, after) = rest.split_at(end);
-        if plain(part, above, sheet, columns, gather).is_none() {
+        let mark = if plain(part, above, sheet, columns, gather).is_some() {
+            part.contains('.').then_some('.')
+        } else {
             let names = sheet.names.clone();
             let (file, separator, header) = (sheet.file, sheet.separator, sheet.header);
-            let sheet = Sheet { file, text: part, separator, header, above: 0, names };
-            long::read(&sheet, columns, above, gather, problems, notes);
+            let sheet = Sheet { file, text: part, separator, header, above: 0, offset: above, names };
+            long::read(&sheet, columns, gather, problems, notes)
+        };
+        if let Some(mark) = mark {
+            let (other, line) = *seen.get_or_insert((mark, above + 1));
+            if other != mark {
+                let message = format!(
+                    "decimal marks from here on differ from those from line {line} on; expected points or commas \
+                     throughout"
+                );
+                problems.add(sheet.file, Some(above + 1), None, message);
+                return;
+            }
         }
         above += part.bytes().filter(|byte| *byte == b'\n').count();
         rest = after;
@@ -173,6 +191,7 @@ mod tests {
             separator: head.separator,
             header: head.header,
             above: head.header,
+            offset: 0,
             names: head.names.clone(),
         };
         let run = |fast: usize| {
@@ -181,7 +200,7 @@ mod tests {
             if fast > 0 {
                 read_by(fast, &sheet, &head.columns, &mut gather, &mut problems, &mut notes);
             } else {
-                long::read(&sheet, &head.columns, 0, &mut gather, &mut problems, &mut notes);
+                long::read(&sheet, &head.columns, &mut gather, &mut problems, &mut notes);
             }
             // not-a-number is not equal to itself
             (format!("{:?}", gather.shots), format!("{}", problems.into_error()))
