@@ -34,7 +34,7 @@ fn good(settings: &str, file: &str, content: &str) -> Tracks {
 
 #[track_caller]
 fn refused(settings: &str, content: &str, parts: &[&str]) {
-    let error = load(settings, &[("a.txt", content.as_bytes())]).err().expect("is refused");
+    let error = load(settings, &[("a.txt", content.as_bytes())]).expect_err("is refused");
     for part in parts {
         assert!(error.contains(part), "{part:?} is not in: {error}");
     }
@@ -104,10 +104,7 @@ fn tracker_exports() {
     noted(&tracks, "\"mass A\" is [tracks] cue");
     // other separators, other orders of columns, further columns
     for sep in ["\t", ",", " ", "|"] {
-        let text = format!(
-            "#multi:\n,mass_A,,,mass_B,,,\nt,y,x,v,x,y,θ,\n0,1,2,,3,4,7\n0.01,1,2.1,99,3,4,7\n0.02,1,2.2,99,,,\n"
-        )
-        .replace(',', sep);
+        let text = "#multi:\n,mass_A,,,mass_B,,,\nt,y,x,v,x,y,θ,\n0,1,2,,3,4,7\n0.01,1,2.1,99,3,4,7\n0.02,1,2.2,99,,,\n".replace(',', sep);
         let tracks = good(settings, "s.txt", &text);
         assert_eq!(tracks.shots[0].cue[1], at(0.01, 0.021, 0.01), "{sep:?}");
         assert_eq!(tracks.shots[0].object.len(), 2);
@@ -335,7 +332,7 @@ fn table_of_shots() {
     assert_eq!(tracks.shots[0].spin, Spin::Stun);
     assert_eq!(tracks.shots[0].labels["chalk"], "blue");
     assert!(matches!(tracks.shots[1].spin, Spin::Measured { spin, .. } if spin.y == 2.0));
-    let error = |shots| with(shots, "").err().expect("is refused");
+    let error = |shots| with(shots, "").expect_err("is refused");
     assert!(error("shot,skip\nc,1\nd,1\n").contains("shots.csv:3: column shot: there is no shot \"d\""));
     assert!(error("shot,skip\nc,maybe\n").contains("neither true nor false"));
     assert!(error("shot,cue_spin\nc,stunned\n").contains("did you mean \"stun\""));

@@ -87,7 +87,7 @@ impl Calibration {
             map = -map;
         }
         let weight = |p: &[f64; 2]| (map.row(2) * Vector3::new(p[0], p[1], 1.0))[0];
-        if pixels.iter().any(|p| !(weight(p) > 0.0)) {
+        if !pixels.iter().all(|p| weight(p) > 0.0) {
             return Err(
                 "the [[scale.point]] cannot be pictures of points in one plane in front of a camera; \
                         expected each px with its own m"

@@ -123,33 +123,27 @@ impl Gather {
     ) {
         let name = shot.unwrap_or(&self.stem);
         if self.shots.get(self.last).is_none_or(|last| last.name != name) {
-            self.last = match self.by_name.get(name) {
-                Some(known) => *known,
-                None => {
-                    self.shots.push(RawShot {
-                        name: name.to_string(),
-                        file: self.file.clone(),
-                        line: row.line as usize,
-                        clock: self.clock,
-                        tracks: Vec::new(),
-                    });
-                    self.by_name.insert(name.to_string(), self.shots.len() - 1);
-                    self.shots.len() - 1
-                }
-            };
+            self.last = self.by_name.get(name).copied().unwrap_or(self.shots.len());
+            if self.last == self.shots.len() {
+                self.by_name.insert(name.to_string(), self.last);
+                self.shots.push(RawShot {
+                    name: name.to_string(),
+                    file: self.file.clone(),
+                    line: row.line as usize,
+                    clock: self.clock,
+                    tracks: Vec::new(),
+                });
+            }
         }
         let tracks = &mut self.shots[self.last].tracks;
         let centre =
             point.is_empty() || point.eq_ignore_ascii_case("centre") || point.eq_ignore_ascii_case("center");
         let point = (!centre).then_some(point);
         let same = |track: &RawTrack| track.name == ball && track.point.as_deref() == point;
-        let i = match tracks.iter().position(same) {
-            Some(i) => i,
-            None => {
-                tracks.push(RawTrack::new(ball, point.map(str::to_string)));
-                tracks.len() - 1
-            }
-        };
+        let i = tracks.iter().position(same).unwrap_or(tracks.len());
+        if i == tracks.len() {
+            tracks.push(RawTrack::new(ball, point.map(str::to_string)));
+        }
         tracks[i].rows.push(row);
         if let Some(sd) = sd {
             tracks[i].sds.push(sd);

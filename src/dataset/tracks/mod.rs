@@ -88,18 +88,16 @@ pub(super) fn load(
     });
     let mut work = Vec::with_capacity(raw.len());
     for shot in raw {
-        match table.facts(&shot.name) {
-            Some(facts) => work.push((shot, facts)),
-            None => {
-                let message = format!(
-                    "nothing says how the cue ball of shot \"{}\" spins; expected [cue_spin] assume = \"stun\", \
-                     \"natural-roll\" or \"unknown\", or cue_spin in the table that [tracks] shots names",
-                    shot.name
-                );
-                problems.add(path, None, None, message);
-                break;
-            }
-        }
+        let Some(facts) = table.facts(&shot.name) else {
+            let message = format!(
+                "nothing says how the cue ball of shot \"{}\" spins; expected [cue_spin] assume = \"stun\", \
+                 \"natural-roll\" or \"unknown\", or cue_spin in the table that [tracks] shots names",
+                shot.name
+            );
+            problems.add(path, None, None, message);
+            break;
+        };
+        work.push((shot, facts));
     }
     let shots = finish_all(work, settings, &calibrations, problems, &mut notes);
     let mut lines = settings.notes.clone();
@@ -156,6 +154,9 @@ fn name_shots<'a>(raw: &'a [RawShot], problems: &mut Problems) -> HashMap<&'a st
     known
 }
 
+/// Finished shots, what is wrong with others, and notes.
+type Done = (Vec<TrackShot>, Vec<(PathBuf, Wrong)>, Notes);
+
 /// Finishes shots on all cores; the order stays.
 fn finish_all(
     mut work: Vec<(RawShot, Facts)>,
@@ -171,7 +172,6 @@ fn finish_all(
         let rest = work.split_off(part.min(work.len()));
         parts.push(std::mem::replace(&mut work, rest));
     }
-    type Done = (Vec<TrackShot>, Vec<(PathBuf, Wrong)>, Notes);
     let finish = |part: Vec<(RawShot, Facts)>| -> Done {
         let (mut shots, mut wrong, mut notes) =
             (Vec::with_capacity(part.len()), Vec::new(), Notes::default());

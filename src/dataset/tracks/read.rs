@@ -45,13 +45,13 @@ pub(super) fn bytes(
     let wanted = |format: Format| settings.format == format || settings.format == Format::Auto;
     if wanted(Format::Qualisys) && qualisys::detect(&text) {
         let (clock, tracks) = qualisys::read(file, &text, problems, notes)?;
-        return one_shot(file, &stem, clock, tracks, Format::Qualisys);
+        return Some(one_shot(file, &stem, clock, tracks, Format::Qualisys));
     }
     if wanted(Format::Kinovea)
         && let Some(head) = kinovea::detect(&text)
     {
         let (clock, tracks) = kinovea::read(file, &text, head, problems, notes)?;
-        return one_shot(file, &stem, clock, tracks, Format::Kinovea);
+        return Some(one_shot(file, &stem, clock, tracks, Format::Kinovea));
     }
     if wanted(Format::Long)
         && let Some(head) = long::detect(&text, settings)
@@ -77,7 +77,7 @@ pub(super) fn bytes(
         && let Some(head) = tracker::detect(&text)
     {
         let (clock, tracks) = tracker::read(file, &text, head, &stem, settings, problems, notes)?;
-        return one_shot(file, &stem, clock, tracks, Format::Tracker);
+        return Some(one_shot(file, &stem, clock, tracks, Format::Tracker));
     }
     unknown(file, &text, settings.format, problems);
     None
@@ -90,10 +90,10 @@ fn one_shot(
     clock: Clock,
     tracks: Vec<RawTrack>,
     format: Format,
-) -> Option<(Vec<RawShot>, Format)> {
+) -> (Vec<RawShot>, Format) {
     let line = tracks.iter().map(RawTrack::line).min().unwrap_or(1);
     let file: Arc<PathBuf> = Arc::new(file.to_path_buf());
-    Some((vec![RawShot { name: stem.to_string(), file, line, clock, tracks }], format))
+    (vec![RawShot { name: stem.to_string(), file, line, clock, tracks }], format)
 }
 
 fn unknown(file: &Path, text: &str, format: Format, problems: &mut Problems) {

@@ -5,7 +5,7 @@ use std::path::Path;
 
 use super::number::{Mark, shortened};
 use super::raw::{Clock, FORMAT, GAPS, Notes, RawTrack, Row};
-use super::text::{Separator, cells, lines};
+use super::text::{Separator, cells, line_end, lines_by};
 use crate::dataset::error::Problems;
 
 /// After so many problems of a file the rest of it is not read.
@@ -43,7 +43,9 @@ impl<'a> Sheet<'a> {
         let width = self.names.len();
         let open = self.names.last().is_some_and(|name| name.is_empty());
         let before = problems.len();
-        for (line, text) in lines(self.text).skip(self.above) {
+        // a part of a file has the ends of lines of the whole
+        let end = if self.offset > 0 { '\n' } else { line_end(self.text) };
+        for (line, text) in lines_by(self.text, end).skip(self.above) {
             if problems.len() >= before + ENOUGH {
                 return;
             }
@@ -130,8 +132,10 @@ pub(super) struct Reader<'a> {
     times: Mark,
     positions: Mark,
     timeless: bool,
-    /// Times may be h:mm:ss:cs; then the digits of their last part, with the line of the first time.
-    clock: Option<Option<(usize, usize)>>,
+    /// Times may be h:mm:ss:cs.
+    clocks: bool,
+    /// If they are, the digits of their last part, with the line of the first time.
+    clock: Option<(usize, usize)>,
     plain: bool,
 }
 
@@ -142,6 +146,7 @@ impl<'a> Reader<'a> {
             times: Mark::default(),
             positions: Mark::default(),
             timeless: false,
+            clocks: false,
             clock: None,
             plain: false,
         }
@@ -149,13 +154,13 @@ impl<'a> Reader<'a> {
 
     /// Lets times be h:mm:ss:cs.
     pub(super) fn with_clock(mut self) -> Self {
-        self.clock = Some(None);
+        self.clocks = true;
         self
     }
 
     /// The clock, if times are h:mm:ss:cs.
     pub(super) fn clock(&self) -> Option<Clock> {
-        self.clock.flatten().map(|(digits, _)| Clock::Rounded(0.1_f64.powi(digits as i32)))
+        self.clock.map(|(digits, _)| Clock::Rounded(0.1_f64.powi(digits as i32)))
     }
 
     pub(super) fn time(
@@ -166,12 +171,10 @@ impl<'a> Reader<'a> {
         problems: &mut Problems,
     ) -> Option<f64> {
         let found = problems.len();
-        if let Some(clock) = &mut self.clock
-            && cell.contains(':')
-        {
+        if self.clocks && cell.contains(':') {
             let read = hours(cell.trim());
             self.timeless = true;
-            let message = match (read, *clock) {
+            let message = match (read, self.clock) {
                 (None, _) => {
                     format!("\"{}\" is no time; expected h:mm:ss:cs or a number", shortened(cell.trim()))
                 }
@@ -182,7 +185,7 @@ impl<'a> Reader<'a> {
                     format!("\"{}\" is h:mm:ss:cs, but times above are plain numbers", cell.trim())
                 }
                 (Some((time, digits)), _) => {
-                    clock.get_or_insert((digits, line));
+                    self.clock.get_or_insert((digits, line));
                     self.timeless = false;
                     return Some(time);
                 }
@@ -191,7 +194,7 @@ impl<'a> Reader<'a> {
             return None;
         }
         self.plain = true;
-        if let Some(Some((_, at))) = self.clock.filter(|_| !cell.trim().is_empty()) {
+        if let Some((_, at)) = self.clock.filter(|_| !cell.trim().is_empty()) {
             let message =
                 format!("\"{}\" is a plain number, but line {at} h:mm:ss:cs", shortened(cell.trim()));
             problems.add(self.file, Some(line), Some(column), message);

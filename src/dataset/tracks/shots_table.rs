@@ -132,20 +132,15 @@ fn spin(
         problems.add(&table.path, Some(table.line(row)), Some(column), message);
         None
     };
-    let word = match table.text("cue_spin", row) {
-        None => None,
-        Some(word) => match Assume::WORDS.iter().find(|(name, _)| *name == word) {
-            Some((_, word)) => Some(*word),
-            None => {
-                let names = Assume::WORDS.map(|(name, _)| name);
-                let near = did_you_mean(word, names);
-                return wrong(
-                    "cue_spin",
-                    format!("\"{word}\" is no spin{near}; expected {}", names.join(", ")),
-                );
-            }
-        },
-    };
+    let mut word = None;
+    if let Some(given) = table.text("cue_spin", row) {
+        word = Assume::WORDS.iter().find(|(name, _)| *name == given).map(|(_, word)| *word);
+        if word.is_none() {
+            let names = Assume::WORDS.map(|(name, _)| name);
+            let near = did_you_mean(given, names);
+            return wrong("cue_spin", format!("\"{given}\" is no spin{near}; expected {}", names.join(", ")));
+        }
+    }
     match (omega, word) {
         ([Some(x), Some(y), Some(z)], None | Some(Assume::Measured)) => {
             Some(Spin::Measured { spin: Vec3::new(x.value, y.value, z.value), sd: [x.sd, y.sd, z.sd] })

@@ -56,7 +56,14 @@ pub(super) fn decode<'a>(bytes: &'a [u8], file: &Path, notes: &mut Notes) -> Cow
 
 /// Lines with their numbers, from 1. Ends of lines may be LF, CRLF or CR.
 pub(super) fn lines(text: &str) -> impl Iterator<Item = (usize, &str)> + Clone {
-    let end = if text.contains('\n') { '\n' } else { '\r' };
+    lines_by(text, line_end(text))
+}
+
+pub(super) fn line_end(text: &str) -> char {
+    if text.contains('\n') { '\n' } else { '\r' }
+}
+
+pub(super) fn lines_by(text: &str, end: char) -> impl Iterator<Item = (usize, &str)> + Clone {
     let lines = text.split(end).map(|line| line.strip_suffix('\r').unwrap_or(line));
     lines.enumerate().map(|(i, line)| (i + 1, line))
 }
@@ -77,17 +84,13 @@ pub(super) fn cells(line: &str, separator: Separator) -> Option<Vec<Cow<'_, str>
         let blanks =
             rest.len() - rest.trim_start_matches(|c: char| c.is_whitespace() && c != separator).len();
         let Some(quoted) = rest[blanks..].strip_prefix('"') else {
-            match rest.split_once(separator) {
-                Some((cell, after)) => {
-                    cells.push(Cow::Borrowed(cell));
-                    rest = after;
-                    continue;
-                }
-                None => {
-                    cells.push(Cow::Borrowed(rest));
-                    return Some(cells);
-                }
-            }
+            let Some((cell, after)) = rest.split_once(separator) else {
+                cells.push(Cow::Borrowed(rest));
+                return Some(cells);
+            };
+            cells.push(Cow::Borrowed(cell));
+            rest = after;
+            continue;
         };
         let mut cell = String::new();
         let mut inside = quoted;

@@ -39,14 +39,12 @@ fn read_by(
     notes: &mut Notes,
 ) {
     let start = problems.len();
-    let (mut rest, mut above) = match below(sheet.text, sheet.above) {
-        Some(rest) => (rest, sheet.above),
+    let Some(mut rest) = below(sheet.text, sheet.above) else {
         // a file with CR for ends of lines
-        None => {
-            long::read(sheet, columns, gather, problems, notes);
-            return;
-        }
+        long::read(sheet, columns, gather, problems, notes);
+        return;
     };
+    let mut above = sheet.above;
     // of the stretches so far, with the line where the first of them begins
     let mut seen: Option<(char, usize)> = None;
     while !rest.is_empty() && problems.len() < start + 100 {
@@ -224,6 +222,8 @@ mod tests {
             "01,0,A,0.1,0.30000000000000004\n1,1,A,123456789.123456789123,5e-324\n1,0.5,A,1,2\n",
             "1,0,A,\u{2212}1,2\n1,1,é,1,2\n1,1,null,null,NA\n",
             "a\rb,0,A,1,2\n",
+            // found by damaging files: a last line with CR inside
+            "1,0,A,1,2\n1,1,A,1,2\r1,2,A,1,2\r",
         ] {
             both(&format!("{head}{body}"));
         }
