@@ -115,7 +115,7 @@ fn tracker_exports() {
     refused(
         settings,
         "#multi:\n,A,,B,,\nt,x,y,x,y\n0,0,1,5,1,5,1,5,1,5\n",
-        &["10 cells; expected 6", "decimal commas"],
+        &["10 cells; expected 5", "decimal commas"],
     );
     refused(
         settings,
@@ -357,11 +357,11 @@ fn settings_are_checked() {
     let data = "frame,ball,x,y\n0,cue,10,20\n0,object,30,40\n1,cue,11,20\n1,object,30,40\n";
     let video = "[video]\ncapture_fps = 100\n";
     for (settings, part) in [
-        ("[video]\nfps = 3", "unknown field `fps`"),
+        ("[video]\nfps = 3", "unknown key \"fps\""),
         ("[video]\ncapture_fps = -3", "capture_fps is -3"),
         ("[scale]\nlength_unit = \"px\"", "m_per_px"),
         ("[scale]\nm_per_px = 1e-3", "go with length_unit = \"px\""),
-        ("[scale]\nlength_unit = \"inch\"", "unknown variant `inch`"),
+        ("[scale]\nlength_unit = \"inch\"", "unknown word \"inch\""),
         (
             "[scale]\nlength_unit = \"px\"\nm_per_px = 1\n[[scale.point]]\npx=[0,0]\nm=[0,0]",
             "expected one of them",
