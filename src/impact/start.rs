@@ -123,6 +123,11 @@ pub(super) fn guess(shot: &TrackShot, ball: &Ball, noise: f64, sliding: f64) -> 
     let moving = line(after, after[0].t);
     let [vx, vy] = moving.velocity;
     let square = vx * vx + vy * vy;
+    let start = line(&object[..LEAST_FRAMES], object[0].t);
+    let drift = start.velocity[0].hypot(start.velocity[1]);
+    if index < NEAR && drift > MOVED * noise * start.error {
+        return Err(Unusable::ObjectMoving { speed: drift });
+    }
     // where the line passes the place where the ball lay
     let back = ((moving.position[0] - lay[0]) * vx + (moving.position[1] - lay[1]) * vy) / square;
     let time = after[0].t - back;
