@@ -109,13 +109,14 @@ fn tracker_exports() {
         assert_eq!(tracks.shots[0].cue[1], at(0.01, 0.021, 0.01), "{sep:?}");
         assert_eq!(tracks.shots[0].object.len(), 2);
     }
+    refused(settings, "#multi:\n;A;;B;\nt;x;y;x;y\n", &["no rows"]);
     // one track, copied
     refused(settings, "\tmass_C\nt\tx\ty\n0.0\t1\t2\n0.01\t1\t2\n", &["no track \"A\"", "\"mass_C\""]);
     refused(settings, "t\ty\tx\n0.0\t1\t2\n0.01\t1\t2\n", &["no track \"B\"", "its tracks: \"a\""]);
     refused(
         settings,
         "#multi:\n,A,,B,,\nt,x,y,x,y\n0,0,1,5,1,5,1,5,1,5\n",
-        &["10 cells; expected 6", "decimal commas"],
+        &["10 cells; expected 5", "decimal commas"],
     );
     refused(
         settings,
