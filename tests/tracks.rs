@@ -109,6 +109,7 @@ fn tracker_exports() {
         assert_eq!(tracks.shots[0].cue[1], at(0.01, 0.021, 0.01), "{sep:?}");
         assert_eq!(tracks.shots[0].object.len(), 2);
     }
+    refused(settings, "#multi:\n;A;;B;\nt;x;y;x;y\n", &["no rows"]);
     // one track, copied
     refused(settings, "\tmass_C\nt\tx\ty\n0.0\t1\t2\n0.01\t1\t2\n", &["no track \"A\"", "\"mass_C\""]);
     refused(settings, "t\ty\tx\n0.0\t1\t2\n0.01\t1\t2\n", &["no track \"B\"", "its tracks: \"a\""]);
@@ -127,6 +128,9 @@ fn tracker_exports() {
         "#multi:\n;A;;A;\nt;x;y;x;y\n0;1;2;3;4\n0,01;1;2;3;4\n",
         &["2 tracks are named \"A\"", "A (2)"],
     );
+    let twice = settings.replace("\"A\"", "\"A (1)\"").replace("\"B\"", "\"A (2)\"");
+    let tracks = good(&twice, "a.txt", "#multi:\n;A;;A;\nt;x;y;x;y\n0;1;2;3;4\n0,01;1;2;3;4\n");
+    assert_eq!(tracks.shots[0].cue[0], at(0.0, 0.01, 0.02));
     let twice = settings.replace("\"A\"", "\"A (2)\"").replace("\"B\"", "\"A (1)\"");
     let tracks = good(&twice, "a.txt", "#multi:\n;A;;A;\nt;x;y;x;y\n0;1;2;3;4\n0,01;1;2;3;4\n");
     assert_eq!(tracks.shots[0].cue[0], at(0.0, 0.03, 0.04));
@@ -161,7 +165,7 @@ fn kinovea_exports() {
     noted(&tracks, "filtered");
     noted(&tracks, "frame number / capture_fps (120)");
     let text = text.replace("# B", "# A");
-    refused(&settings, &text, &["2 tracks are named \"A\"", "lines 5, 10"]);
+    refused(&settings, &text, &["2 tracks are named \"A\"", "\"A (1)\" (line 5), \"A (2)\" (line 10)"]);
     let csv = "\"Time\";\"A/0/X\";\"A/0/Y\";\"B/0/X\";\"B/0/Y\"\n\"0\";\"1,5\";\"2\";\"3\";\"4\"\n\"4\";\"1,6\";\"2,1\";\"\";\"\"\n\"8\";\"1,7\";\"2,2\";\"3\";\"4\"\n\"13\";\"1,7\";\"2,2\";\"3\";\"4\"\n\"17\";\"1,7\";\"2,2\";\"3\";\"4\"\n";
     let tracks = good(&settings.replace("120", "240"), "k.csv", csv);
     let times: Vec<_> = tracks.shots[0].cue.iter().map(|s| s.t * 240.0).collect();

@@ -136,6 +136,48 @@ fn header<'a>(
 }
 
 impl ColumnNames {
+    /// Whether the columns make a table, long or wide.
+    pub(super) fn check(&self) -> Result<(), String> {
+        if self.frame.is_none() && self.t.is_none() {
+            return Err("[tracks.columns] has neither frame nor t; expected one of them".to_string());
+        }
+        let wide = [&self.cue_x, &self.cue_y, &self.object_x, &self.object_y];
+        let long = [&self.ball, &self.x, &self.y];
+        let rest = [&self.point, &self.x_sd, &self.y_sd, &self.marker_x, &self.marker_y];
+        let any_wide = wide.iter().any(|name| name.is_some());
+        let any_long = long.iter().chain(&rest).any(|name| name.is_some());
+        if any_wide && any_long {
+            return Err(
+                "[tracks.columns] mixes a wide table (cue_x, cue_y, object_x, object_y) with a long \
+                        one (ball, x, y); expected one of them"
+                    .to_string(),
+            );
+        }
+        let full = |names: &[&Option<String>]| names.iter().all(|name| name.is_some());
+        if !full(&wide) && !full(&long) {
+            return Err("[tracks.columns] needs ball, x and y (a long table: a row per ball and frame) or \
+                        cue_x, cue_y, object_x and object_y (a wide one: a row per frame)"
+                .to_string());
+        }
+        let pairs = [
+            (&self.x_sd, &self.y_sd, "x_sd and y_sd"),
+            (&self.marker_x, &self.marker_y, "marker_x and marker_y"),
+        ];
+        for (one, other, names) in pairs {
+            if one.is_some() != other.is_some() {
+                return Err(format!("[tracks.columns]: {names} go together"));
+            }
+        }
+        if let Some(separator) = &self.separator
+            && ![",", ";", "\t", " ", "|"].contains(&separator.as_str())
+        {
+            return Err(format!(
+                "separator is {separator:?}; expected \",\", \";\", \"\\t\", \"|\" or \" \""
+            ));
+        }
+        Ok(())
+    }
+
     /// The file's names of all columns that are asked for.
     fn names(&self) -> Vec<&str> {
         let all = [

@@ -38,6 +38,7 @@ pub(super) fn shot(
     notes: &mut Notes,
 ) -> Result<TrackShot, Wrong> {
     let mut tracks = std::mem::take(&mut raw.tracks);
+    number_twins(&mut tracks);
     let mut names: Vec<_> = tracks.iter().map(|track| format!("\"{}\"", shortened(&track.name))).collect();
     names.dedup();
     names.truncate(12);
@@ -133,6 +134,20 @@ fn assign(
     Ok(found)
 }
 
+/// Numbers tracks of the same name, in their order: "A (1)", "A (2)".
+fn number_twins(tracks: &mut [RawTrack]) {
+    let names: Vec<String> =
+        tracks.iter().filter(|track| track.point.is_none()).map(|track| track.name.clone()).collect();
+    for name in &names {
+        if names.iter().filter(|other| *other == name).count() > 1 {
+            let twins = tracks.iter_mut().filter(|track| track.point.is_none() && track.name == *name);
+            for (i, track) in twins.enumerate() {
+                track.name = format!("{name} ({})", i + 1);
+            }
+        }
+    }
+}
+
 /// The track that a name of dataset.toml means, with the name that it has in the file.
 fn find(tracks: &[RawTrack], wanted: &str) -> Result<Option<(String, usize)>, String> {
     let last_word = |name: &str| {
@@ -150,24 +165,28 @@ fn find(tracks: &[RawTrack], wanted: &str) -> Result<Option<(String, usize)>, St
         match found.as_slice() {
             [] => {}
             [one] => return Ok(Some((tracks[*one].name.clone(), *one))),
-            many => {
-                let lines: Vec<_> = many.iter().map(|i| tracks[*i].line().to_string()).collect();
-                return Err(format!(
-                    "{} tracks are named \"{wanted}\" (their rows begin at lines {}); write \"{wanted} (1)\" or \
-                     \"{wanted} (2)\" … in [tracks], counted from the top or left, to say which",
-                    many.len(),
-                    lines.join(", ")
-                ));
-            }
+            many => return Err(several(tracks, many, wanted)),
         }
     }
-    // "name (2)": the second of that name
-    let Some((name, number)) = wanted.strip_suffix(')').and_then(|rest| rest.rsplit_once(" (")) else {
-        return Ok(None);
+    let twin = |name: &str| {
+        let number = name.strip_prefix(wanted).and_then(|rest| rest.strip_prefix(" (")?.strip_suffix(')'));
+        number.is_some_and(|number| number.parse::<usize>().is_ok())
     };
-    let Ok(number) = number.parse::<usize>() else { return Ok(None) };
-    let same = (0..tracks.len()).filter(|i| tracks[*i].point.is_none() && tracks[*i].name == name);
-    Ok(same.into_iter().nth(number.wrapping_sub(1)).map(|i| (name.to_string(), i)))
+    let twins: Vec<usize> = (0..tracks.len()).filter(|i| twin(&tracks[*i].name)).collect();
+    if twins.len() > 1 {
+        return Err(several(tracks, &twins, wanted));
+    }
+    Ok(None)
+}
+
+fn several(tracks: &[RawTrack], which: &[usize], wanted: &str) -> String {
+    let names: Vec<_> =
+        which.iter().map(|i| format!("\"{}\" (line {})", tracks[*i].name, tracks[*i].line())).collect();
+    format!(
+        "{} tracks are named \"{wanted}\"; write in [tracks] which of them it is: {}",
+        names.len(),
+        names.join(", ")
+    )
 }
 
 /// The mean of several points, which then are markers.

@@ -66,11 +66,19 @@ pub(super) fn load(
         if settings.shots.as_ref().is_some_and(|shots| same_file(shots, file)) {
             continue;
         }
-        if let Some((mut shots, format)) = read::file(file, settings, problems, &mut notes) {
-            let calibration = calibration_for(format, settings, file, problems, &mut notes);
-            calibrations.insert(file.clone(), calibration);
-            raw.append(&mut shots);
+        let before = problems.len();
+        let Some((mut shots, format)) = read::file(file, settings, problems, &mut notes) else { continue };
+        let calibration = calibration_for(format, settings, file, problems, &mut notes);
+        // What follows from a row that could not be read need not be said.
+        if problems.len() > before {
+            continue;
         }
+        if shots.iter().flat_map(|shot| &shot.tracks).all(|track| track.rows.is_empty()) {
+            problems.add(file, None, None, "has no rows below its header; expected positions");
+            continue;
+        }
+        calibrations.insert(file.clone(), calibration);
+        raw.append(&mut shots);
     }
     let broken = !problems.is_empty();
     let known = name_shots(&raw, problems);
