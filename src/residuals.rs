@@ -9,6 +9,7 @@ use std::cell::RefCell;
 
 use argmin::core::{Error, Jacobian, Operator};
 use nalgebra::{DMatrix, DVector};
+use rayon::prelude::*;
 
 use crate::collision::{Coefficients, Model};
 use crate::observable::Observable;
@@ -55,16 +56,15 @@ impl Whitening {
         coefficients: &Coefficients,
         estimated: &EstimatedSd,
     ) -> Option<Self> {
-        let mut all = Vec::new();
-        for Fitted { plan, .. } in shots {
+        let of_shot = |Fitted { plan, .. }: &Fitted| {
             let prediction = plan.predict(model, coefficients).ok()?;
-            let covariance = covariance(plan, &prediction, estimated);
-            let l = covariance.cholesky()?.l();
+            let l = covariance(plan, &prediction, estimated).cholesky()?.l();
             let inverse = l.solve_lower_triangular(&DMatrix::identity(l.nrows(), l.nrows()))?;
-            for row in 0..inverse.nrows() {
-                all.extend((0..=row).map(|column| inverse[(row, column)]));
-            }
-        }
+            let rows = (0..inverse.nrows()).flat_map(|row| (0..=row).map(move |column| (row, column)));
+            Some(rows.map(|at| inverse[at]).collect::<Vec<_>>())
+        };
+        let all: Option<Vec<Vec<f64>>> = shots.par_iter().with_min_len(SHARE).map(of_shot).collect();
+        let all = all?.concat();
         Some(Self { inverse: all, common: None })
     }
 }
@@ -133,6 +133,9 @@ pub fn difference(observable: Observable, predicted: f64, measured: f64) -> f64 
     if observable.is_angle() { wrap(difference) } else { difference }
 }
 
+/// Fewer shots than this are not worth a second core.
+const SHARE: usize = 512;
+
 /// The least-squares problem in the free parameters.
 pub struct Problem<'a> {
     pub shots: &'a [Fitted],
@@ -181,11 +184,17 @@ impl<'a> Problem<'a> {
         let mut jacobian = DMatrix::zeros(count, columns);
         let mut weights = self.whitening.inverse.as_slice();
         let mut first = 0;
-        for Fitted { plan, .. } in self.shots {
+        let predictions: Vec<_> = self
+            .shots
+            .par_iter()
+            .with_min_len(SHARE)
+            .map(|shot| shot.plan.predict(self.model, &coefficients))
+            .collect();
+        for (Fitted { plan, .. }, prediction) in self.shots.iter().zip(predictions) {
             let rows = plan.rows();
             let (own, rest) = weights.split_at(rows.len() * (rows.len() + 1) / 2);
             weights = rest;
-            match plan.predict(self.model, &coefficients) {
+            match prediction {
                 Ok(prediction) => {
                     let mut raw = [0.0; MAX_OBSERVABLES];
                     for (i, row) in rows.iter().enumerate() {
