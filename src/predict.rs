@@ -15,7 +15,7 @@ pub const MAX_OBSERVABLES: usize = Observable::IMPACTS.len();
 /// Inputs of a shot. Kind `impacts`: direction of the line of centres (rad), v_x, v_y, ω_x, ω_y,
 /// ω_z in the table frame. Kind `angles`: cut angle, speed (or the speed afterwards that it is
 /// solved from), nothing, ω_x, ω_y, ω_z in the collision frame.
-pub const INPUTS: usize = 6;
+pub const INPUTS: usize = Joint::BEFORE;
 
 /// Predicted observables of one shot, SI and radians, in the order of [`Plan::rows`].
 #[derive(Clone, Debug)]

@@ -12,9 +12,10 @@ use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 
 use crate::collision::{Coefficients, Model};
+use crate::dataset::Joint;
 use crate::observable::Observable;
 use crate::parameters::{Parameter, Prior, Settings};
-use crate::predict::{INPUTS, MAX_OBSERVABLES, Plan, Prediction, wrap};
+use crate::predict::{MAX_OBSERVABLES, Plan, Prediction, wrap};
 
 /// A shot that is fitted: which of the data set's, and what of it is compared.
 #[derive(Clone, Debug)]
@@ -75,13 +76,9 @@ pub fn covariance(plan: &Plan, prediction: &Prediction, estimated: &EstimatedSd)
     let rows = plan.rows().len();
     let g = prediction.by_inputs.rows(0, rows);
     if let Some(joint) = plan.joint() {
-        // d = predicted(inputs) − measured, so that C = [G, −1] Σ [G, −1]ᵀ, and measured spins apart
+        // d = predicted(inputs) − measured, so that C = [G, −1] Σ [G, −1]ᵀ
         let by = by_joint(prediction, rows);
-        let mut covariance = &by * joint.covariance * by.transpose();
-        for spin in 3..INPUTS {
-            covariance += plan.variance_in()[spin] * g.column(spin) * g.column(spin).transpose();
-        }
-        return covariance;
+        return &by * &joint.covariance * by.transpose();
     }
     let mut covariance = g
         * DMatrix::from_diagonal(&DVector::from_column_slice(plan.variance_in().as_slice()))
@@ -95,12 +92,12 @@ pub fn covariance(plan: &Plan, prediction: &Prediction, estimated: &EstimatedSd)
     covariance
 }
 
-/// Differences by what was extracted together: direction, velocity before, observations.
+/// Differences by what was extracted together, in the order of [`Joint`].
 fn by_joint(prediction: &Prediction, rows: usize) -> DMatrix<f64> {
-    let mut by = DMatrix::zeros(rows, 7);
-    by.view_mut((0, 0), (rows, 3)).copy_from(&prediction.by_inputs.view((0, 0), (rows, 3)));
+    let mut by = DMatrix::zeros(rows, Joint::BEFORE + rows);
+    by.columns_mut(0, Joint::BEFORE).copy_from(&prediction.by_inputs.rows(0, rows));
     for row in 0..rows {
-        by[(row, 3 + row)] = -1.0;
+        by[(row, Joint::BEFORE + row)] = -1.0;
     }
     by
 }
@@ -119,7 +116,7 @@ pub fn common_shift(
         let rows = plan.rows().len();
         let prediction = plan.predict(model, coefficients).ok()?;
         match plan.joint() {
-            Some(joint) => shift.extend((by_joint(&prediction, rows) * joint.by_sliding * sd).iter()),
+            Some(joint) => shift.extend((by_joint(&prediction, rows) * &joint.by_sliding * sd).iter()),
             None => shift.extend(std::iter::repeat_n(0.0, rows)),
         }
     }

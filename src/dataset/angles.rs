@@ -23,7 +23,7 @@ pub(super) fn shots(table: &Table, assume: Option<Assume>, problems: &mut Proble
     let speeds = Column::read(table, "speed_m_s", 1.0, problems);
     let observables = Observables::read(table, &Observable::ANGLES, problems);
     observables.require(table, &Observable::ANGLES, &known, problems);
-    let spins = rows::spins(table, SPIN, true, assume, problems);
+    let spins = rows::spins(table, SPIN, assume, problems);
     let Some(cuts) = cuts else { return Vec::new() };
 
     let mut shots = Vec::with_capacity(table.rows());

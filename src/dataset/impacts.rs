@@ -16,7 +16,7 @@ const UNIT: f64 = 1e-3;
 
 /// One row, one shot.
 pub(super) fn shots(table: &Table, assume: Option<Assume>, problems: &mut Problems) -> Vec<Shot> {
-    let mut known = vec!["shot"];
+    let mut known = vec!["shot", "cue_spin"];
     known.extend(BEFORE);
     known.extend(SPIN);
     known.extend(Observable::IMPACTS.map(Observable::column));
@@ -27,7 +27,7 @@ pub(super) fn shots(table: &Table, assume: Option<Assume>, problems: &mut Proble
     }
     let columns = BEFORE.map(|column| Column::read(table, column, 1.0, problems));
     let observables = Observables::read(table, &Observable::IMPACTS, problems);
-    let spins = rows::spins(table, SPIN, false, assume, problems);
+    let spins = rows::spins(table, SPIN, assume, problems);
 
     let mut shots = Vec::with_capacity(table.rows());
     for row in 0..table.rows() {

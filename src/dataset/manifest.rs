@@ -7,6 +7,7 @@ use serde::Deserialize;
 use serde::de::DeserializeOwned;
 use toml::Spanned;
 
+use super::Measured;
 use super::error::{DatasetError, Problems, did_you_mean};
 use super::table::read_utf8;
 use super::tracks::settings::{self, RawScale, RawTracks, RawVideo, TrackSettings};
@@ -28,6 +29,10 @@ pub(super) struct Manifest {
     pub settings: Settings,
     /// For kind `tracks`.
     pub tracks: Option<TrackSettings>,
+    /// For kind `impacts`: the table of joint errors.
+    pub covariance: Option<PathBuf>,
+    /// For kind `impacts`: μ_k of the cloth with its standard deviation, where the impacts depend on it.
+    pub sliding: Option<Measured>,
     /// `[fit] by`, with its line and the position in it.
     pub by: Option<(String, usize, String)>,
 }
@@ -82,8 +87,17 @@ struct RawManifest {
     video: Option<Spanned<RawVideo>>,
     scale: Option<Spanned<RawScale>>,
     tracks: Option<Spanned<RawTracks>>,
+    impacts: Option<Spanned<RawImpacts>>,
     #[serde(default)]
     fit: RawFit,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields, expecting = "a table, as in [impacts] covariance = \"covariance.csv\"")]
+struct RawImpacts {
+    covariance: Option<Spanned<String>>,
+    mu_k: Option<Spanned<f64>>,
+    mu_k_sd: Option<Spanned<f64>>,
 }
 
 #[derive(Default, Deserialize)]
@@ -283,6 +297,15 @@ impl RawManifest {
                 }
             }
         }
+        if let Some(span) = self.impacts.as_ref().map(Spanned::span).filter(|_| kind != Kind::Impacts) {
+            let message = format!(
+                "[impacts] stands in a data set of kind \"{}\"; it goes with \"impacts\" only",
+                kind.name()
+            );
+            source.add(problems, &span, message);
+        }
+        let (covariance, sliding) =
+            self.impacts.as_ref().map_or((None, None), |impacts| impacts.as_ref().check(source, problems));
         let files = self.files(source, problems);
         let ball = self.ball.check(source, problems);
         let tracks = (kind == Kind::Tracks).then(|| {
@@ -307,6 +330,8 @@ impl RawManifest {
             assume: self.cue_spin.map(|spin| spin.assume),
             settings,
             tracks,
+            covariance,
+            sliding,
             by: self.fit.by.map(|by| {
                 let (line, position) = source.place(&by.span());
                 (by.into_inner(), line, position)
@@ -353,6 +378,41 @@ impl RawManifest {
             }
         }
         files
+    }
+}
+
+impl RawImpacts {
+    /// The table of joint errors, and μ_k.
+    fn check(&self, source: &Source, problems: &mut Problems) -> (Option<PathBuf>, Option<Measured>) {
+        let folder = source.path.parent().unwrap_or(Path::new(""));
+        let covariance = self.covariance.as_ref().map(|name| folder.join(name.as_ref()));
+        let sliding = match (&self.mu_k, &self.mu_k_sd) {
+            (Some(value), Some(sd)) => {
+                for (key, number, good) in
+                    [("mu_k", value, *value.as_ref() >= 0.0), ("mu_k_sd", sd, *sd.as_ref() > 0.0)]
+                {
+                    if !(good && number.as_ref().is_finite()) {
+                        let (text, least) = (
+                            source.written(&number.span()),
+                            if key == "mu_k" { "0 or more" } else { "more than 0" },
+                        );
+                        source.add(
+                            problems,
+                            &number.span(),
+                            format!("impacts.{key} is {text}; expected {least}"),
+                        );
+                    }
+                }
+                Some(Measured { value: *value.as_ref(), sd: Some(*sd.as_ref()) })
+            }
+            (Some(given), None) | (None, Some(given)) => {
+                let message = "only one of mu_k and mu_k_sd in [impacts]; expected both or none";
+                source.add(problems, &given.span(), message.to_string());
+                None
+            }
+            (None, None) => None,
+        };
+        (covariance, sliding)
     }
 }
 

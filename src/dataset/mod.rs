@@ -3,6 +3,7 @@
 mod angles;
 pub(crate) mod error;
 mod impacts;
+pub(crate) mod joint;
 pub(crate) mod manifest;
 mod rows;
 pub(crate) mod table;
@@ -15,7 +16,7 @@ use error::{Problems, did_you_mean};
 use manifest::{Kind, Manifest};
 use table::Table;
 
-use nalgebra::{SMatrix, SVector};
+use nalgebra::{DMatrix, DVector};
 
 use crate::ball::{Ball, Vec3};
 use crate::observable::Observable;
@@ -64,14 +65,20 @@ pub struct Shot {
     pub joint: Option<Box<Joint>>,
 }
 
-/// Errors of what was extracted from one track: direction of the line of centres (rad), the cue ball's
-/// v_x, v_y before, then v_x, v_y of the cue ball and of the object ball after the impact.
-#[derive(Clone, Debug)]
+/// Errors of what was extracted from one track, table frame: direction of the line of centres (rad), the
+/// cue ball's v_x, v_y (m/s), ω_x, ω_y, ω_z (rad/s) before the impact, then the shot's observations in
+/// their order.
+#[derive(Clone, Debug, PartialEq)]
 pub struct Joint {
     /// For a given μ_k of the cloth.
-    pub covariance: SMatrix<f64, 7, 7>,
+    pub covariance: DMatrix<f64>,
     /// How they move with μ_k, which all shots share.
-    pub by_sliding: SVector<f64, 7>,
+    pub by_sliding: DVector<f64>,
+}
+
+impl Joint {
+    /// How many quantities before the impact stand in front of the observations.
+    pub const BEFORE: usize = 6;
 }
 
 /// A value with its standard deviation, where the data give one.
@@ -151,7 +158,10 @@ pub fn load(path: &Path) -> Result<Dataset, DatasetError> {
         shots.append(&mut own);
     }
     name_shots(&mut shots, &mut problems);
-    let Manifest { name, cloth, source, ball, settings, by, .. } = manifest;
+    if let Some(path) = &manifest.covariance {
+        joint::read(path, &mut shots, &mut problems);
+    }
+    let Manifest { name, cloth, source, ball, settings, by, sliding, .. } = manifest;
     let by = by.map(|(by, ..)| by);
     problems.into_result(Dataset {
         name,
@@ -163,7 +173,7 @@ pub fn load(path: &Path) -> Result<Dataset, DatasetError> {
         by,
         shots,
         left_out: Vec::new(),
-        sliding: None,
+        sliding,
         tracks,
     })
 }

@@ -117,7 +117,6 @@ impl Observables {
 pub(super) fn spins(
     table: &Table,
     columns: [&str; 3],
-    words: bool,
     assume: Option<Assume>,
     problems: &mut Problems,
 ) -> Vec<Spin> {
@@ -130,14 +129,12 @@ pub(super) fn spins(
         }
         return Vec::new();
     }
-    let has_words = words && table.has("cue_spin");
+    let has_words = table.has("cue_spin");
     if present == 0 && !has_words && matches!(assume, None | Some(Assume::Measured)) {
         let said = if assume.is_none() {
-            let word = if words { ", a column cue_spin," } else { "" };
-            format!(
-                "nothing says how the cue ball spins; expected [cue_spin] assume = \"stun\", \"natural-roll\" or \
-                 \"unknown\" in dataset.toml{word} or"
-            )
+            "nothing says how the cue ball spins; expected [cue_spin] assume = \"stun\", \"natural-roll\" or \
+             \"unknown\" in dataset.toml, a column cue_spin, or"
+                .to_string()
         } else {
             "[cue_spin] says that the spin is measured; expected".to_string()
         };
@@ -153,7 +150,7 @@ pub(super) fn spins(
             problems.add(&table.path, Some(table.line(row)), Some(column), message);
             None
         };
-        let word = if words { table.text("cue_spin", row) } else { None };
+        let word = table.text("cue_spin", row);
         let said = match word {
             None => None,
             Some(word) => {

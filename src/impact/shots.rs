@@ -1,13 +1,14 @@
 //! Extracted impacts → the shots of a data set.
 
-use nalgebra::{SMatrix, SVector};
+use nalgebra::{DMatrix, DVector, SMatrix, SVector};
 
 use super::{Impact, Quantity};
-use crate::dataset::{Before, Joint, Measured, Measurement, Shot};
+use crate::dataset::{Before, Joint, Measured, Measurement, Shot, Spin};
 use crate::observable::{Axis, Observable};
 use crate::track::TrackShot;
 
-/// The quantities that a shot keeps, in the order of [`Joint`].
+/// The quantities of the path that a shot keeps, in the order of [`Joint`], which has the spin behind the
+/// third.
 const KEPT: [Quantity; 7] = [
     Quantity::Direction,
     Quantity::CueVxBefore,
@@ -17,6 +18,14 @@ const KEPT: [Quantity; 7] = [
     Quantity::ObjVxAfter,
     Quantity::ObjVyAfter,
 ];
+
+/// As many as a [`Joint`] has without measured spins after the impact.
+const PLACES: usize = Joint::BEFORE + 4;
+
+/// Where a quantity of [`KEPT`] stands in a [`Joint`].
+fn place(kept: usize) -> usize {
+    if kept < 3 { kept } else { kept + 3 }
+}
 
 /// The cloth's sliding friction μ_k, as all shots together tell it: the mean weighted by 1/variance.
 #[must_use]
@@ -60,6 +69,18 @@ pub fn shot(track: &TrackShot, impact: &Impact, sliding: Option<Measured>) -> Sh
         Observable::ObjectVelocity(Axis::X),
         Observable::ObjectVelocity(Axis::Y),
     ];
+    let mut joint = Joint { covariance: DMatrix::zeros(PLACES, PLACES), by_sliding: DVector::zeros(PLACES) };
+    for i in 0..7 {
+        joint.by_sliding[place(i)] = by_sliding[i];
+        for j in 0..7 {
+            joint.covariance[(place(i), place(j))] = covariance[(i, j)];
+        }
+    }
+    if let Spin::Measured { sd, .. } = track.spin {
+        for (axis, sd) in sd.into_iter().enumerate() {
+            joint.covariance[(3 + axis, 3 + axis)] = sd.map_or(0.0, |sd| sd * sd);
+        }
+    }
     let observed = after.into_iter().enumerate();
     Shot {
         name: track.name.clone(),
@@ -71,6 +92,6 @@ pub fn shot(track: &TrackShot, impact: &Impact, sliding: Option<Measured>) -> Sh
         after: observed
             .map(|(i, observable)| Measurement { observable, measured: measured(3 + i) })
             .collect(),
-        joint: Some(Box::new(Joint { covariance, by_sliding })),
+        joint: Some(Box::new(joint)),
     }
 }

@@ -4,16 +4,17 @@ use std::fmt::Write;
 
 use super::plot::track;
 use super::{ReportError, folder_name};
-use crate::ball::{BallState, Vec3};
-use crate::dataset::{Before, Dataset, Measured, Shot, Spin};
+use crate::dataset::{Before, Dataset, Measured, Spin, joint};
 use crate::impact::{Impact, Quantity, Scene};
+use crate::observable::Observable;
 use crate::track::TrackShot;
 
-/// dataset.toml, impacts.csv and left-out.csv.
+/// dataset.toml, impacts.csv, covariance.csv and left-out.csv.
 #[must_use]
 pub fn files(dataset: &Dataset, extracted: &[(TrackShot, Impact)]) -> Vec<(&'static str, Vec<u8>)> {
     vec![
         ("impacts.csv", impacts(dataset, extracted).into_bytes()),
+        ("covariance.csv", covariance(dataset).into_bytes()),
         ("left-out.csv", left_out(dataset).into_bytes()),
         ("dataset.toml", manifest(dataset).into_bytes()),
     ]
@@ -55,6 +56,10 @@ fn manifest(dataset: &Dataset) -> String {
             _ = writeln!(manifest, "{key} = {}", text(value));
         }
     }
+    manifest.push_str("\n[impacts]\ncovariance = \"covariance.csv\"\n");
+    if let Some(Measured { value, sd: Some(sd) }) = dataset.sliding {
+        _ = writeln!(manifest, "mu_k = {value:?}\nmu_k_sd = {sd:?}");
+    }
     let ball = dataset.ball;
     _ = write!(
         manifest,
@@ -69,32 +74,46 @@ fn manifest(dataset: &Dataset) -> String {
 
 fn impacts(dataset: &Dataset, extracted: &[(TrackShot, Impact)]) -> String {
     let spins = assumed(dataset).is_none();
-    let mut columns = vec!["nx", "ny", "cue_vx", "cue_vy"];
-    if spins {
-        columns.extend(["cue_wx", "cue_wy", "cue_wz"]);
-    }
-    columns.extend(["cue_vx_after", "cue_vy_after", "obj_vx_after", "obj_vy_after"]);
+    let after: Vec<Observable> = Observable::IMPACTS
+        .into_iter()
+        .filter(|o| dataset.shots.iter().any(|shot| shot.after.iter().any(|m| m.observable == *o)))
+        .collect();
     let mut table = String::from("shot");
-    for column in &columns {
-        _ = write!(table, ",{column}");
-        if !column.starts_with("cue_w") {
-            _ = write!(table, ",{column}_sd");
-        }
+    let mut columns = |name: &str| _ = write!(table, ",{name},{name}_sd");
+    ["nx", "ny", "cue_vx", "cue_vy"].into_iter().for_each(&mut columns);
+    after.iter().map(|observable| observable.column()).for_each(&mut columns);
+    if spins {
+        SPIN.into_iter().for_each(&mut columns);
+        table.push_str(",cue_spin");
     }
     table.push_str(",impact_time_s,position_sd_mm,reduced_chi2,frames_left_out\n");
     for (shot, (_, impact)) in dataset.shots.iter().zip(extracted) {
         table.push_str(&super::csv::quoted(&shot.name));
         let Before::Impact { normal, velocity } = shot.before else { continue };
-        let mut cell =
-            |m: &Measured| _ = write!(table, ",{},{}", m.value, m.sd.unwrap_or(f64::NAN).max(LEAST_SD));
-        normal.iter().chain(&velocity).for_each(&mut cell);
-        if spins {
-            let spin = spin(shot, dataset.ball.radius);
-            _ = write!(table, ",{},{},{}", spin.x, spin.y, spin.z);
+        let mut cell = |m: Option<&Measured>| match m {
+            Some(Measured { value, sd }) => {
+                _ = write!(table, ",{value},{}", sd.unwrap_or(0.0).max(LEAST_SD));
+            }
+            None => table.push_str(",,"),
+        };
+        normal.iter().chain(&velocity).map(Some).for_each(&mut cell);
+        for observable in &after {
+            cell(shot.after.iter().find(|m| m.observable == *observable).map(|m| &m.measured));
         }
-        for measurement in &shot.after {
-            let Measured { value, sd } = measurement.measured;
-            _ = write!(table, ",{value},{}", sd.unwrap_or(f64::NAN).max(LEAST_SD));
+        if spins {
+            let word = match shot.spin {
+                Spin::Measured { spin, sd } => {
+                    (0..3).for_each(|i| cell(Some(&Measured { value: spin[i], sd: sd[i] })));
+                    "measured"
+                }
+                Spin::Stun => "stun",
+                Spin::NaturalRoll => "natural-roll",
+                Spin::Unknown => "unknown",
+            };
+            if word != "measured" {
+                table.push_str(",,,,,,");
+            }
+            _ = write!(table, ",{word}");
         }
         _ = writeln!(
             table,
@@ -108,18 +127,32 @@ fn impacts(dataset: &Dataset, extracted: &[(TrackShot, Impact)]) -> String {
     table
 }
 
+const SPIN: [&str; 3] = ["cue_wx", "cue_wy", "cue_wz"];
+
 /// Standard deviations in a file are positive.
 const LEAST_SD: f64 = 1e-12;
 
-/// In the table frame.
-fn spin(shot: &Shot, radius: f64) -> Vec3 {
-    match (shot.spin, shot.before) {
-        (Spin::Measured { spin, .. }, _) => spin,
-        (Spin::NaturalRoll, Before::Impact { velocity: [x, y], .. }) => {
-            BallState::natural_roll(Vec3::new(x.value, y.value, 0.0), radius).spin
+/// The joint errors of every shot: a row for each quantity.
+fn covariance(dataset: &Dataset) -> String {
+    let after: Vec<&str> = Observable::IMPACTS.into_iter().map(Observable::column).collect();
+    let present = |name: &&str| dataset.shots.iter().any(|shot| joint::quantities(shot).contains(name));
+    let columns: Vec<&str> = joint::BEFORE.into_iter().chain(after).filter(present).collect();
+    let mut table = format!("shot,quantity,{},{}\n", columns.join(","), joint::BY_MU_K);
+    for shot in &dataset.shots {
+        let Some(errors) = &shot.joint else { continue };
+        let own = joint::quantities(shot);
+        for (i, quantity) in own.iter().enumerate() {
+            _ = write!(table, "{},{quantity}", super::csv::quoted(&shot.name));
+            for column in &columns {
+                table.push(',');
+                if let Some(j) = own.iter().position(|name| name == column) {
+                    _ = write!(table, "{:e}", errors.covariance[(i, j)]);
+                }
+            }
+            _ = writeln!(table, ",{:e}", errors.by_sliding[i]);
         }
-        _ => Vec3::zeros(),
     }
+    table
 }
 
 fn left_out(dataset: &Dataset) -> String {
