@@ -11,6 +11,8 @@
 
 use num_dual::DualNum;
 
+use crate::ball::Ball;
+
 /// Acceleration of gravity, m/s².
 pub const GRAVITY: f64 = 9.81;
 
@@ -61,6 +63,8 @@ struct Segment<T> {
     position: [T; 2],
     velocity: [T; 2],
     acceleration: [T; 2],
+    /// Whether the ball rolls, without slip on the cloth.
+    rolls: bool,
 }
 
 impl<T: Number> Segment<T> {
@@ -87,7 +91,7 @@ impl<T: Number> Path<T> {
         // what of the slip an impulse on the ball removes: Δs = (1 + ν)/ν Δv
         let lever = (1.0 + inertia) / inertia;
         while up.re() > LEAST_REBOUND {
-            let flight = Segment { start: time, position, velocity, acceleration: [zero; 2] };
+            let flight = Segment { start: time, position, velocity, acceleration: [zero; 2], rolls: false };
             path.push(flight);
             // 2V_z/g in the air
             time += up * (2.0 / GRAVITY);
@@ -109,7 +113,7 @@ impl<T: Number> Path<T> {
         let speed = norm(slip);
         if speed.re() > 0.0 && cloth.sliding.re() > 0.0 {
             let acceleration = slip.map(|s| -s / speed * cloth.sliding * GRAVITY);
-            let sliding = Segment { start: time, position, velocity, acceleration };
+            let sliding = Segment { start: time, position, velocity, acceleration, rolls: false };
             path.push(sliding);
             // s falls by (1 + ν)/ν μ_k g
             time += speed / (cloth.sliding * (lever * GRAVITY));
@@ -122,7 +126,8 @@ impl<T: Number> Path<T> {
             let last = path[path.len() - 1];
             time += speed / (cloth.rolling * GRAVITY);
             let (position, _) = last.at(time);
-            path.push(Segment { start: time, position, velocity: [zero; 2], acceleration: [zero; 2] });
+            let (velocity, acceleration) = ([zero; 2], [zero; 2]);
+            path.push(Segment { start: time, position, velocity, acceleration, rolls: true });
         }
         Self(path)
     }
@@ -134,7 +139,7 @@ impl<T: Number> Path<T> {
         let speed = norm(slip);
         let segment = if speed.re() > SLIPS * norm(velocity).re() {
             let acceleration = slip.map(|s| -s / speed * cloth.sliding * GRAVITY);
-            Segment { start: time, position, velocity, acceleration }
+            Segment { start: time, position, velocity, acceleration, rolls: false }
         } else {
             rolling(time, position, velocity, cloth)
         };
@@ -154,6 +159,30 @@ impl<T: Number> Path<T> {
     }
 }
 
+impl<T: Number> Path<T> {
+    /// How much the horizontal spin (rad/s) at a time differs from that at the impact: the cloth changes it
+    /// by −ẑ × Δv/(νR) while the ball slips and at landings, by ẑ × Δv/R while it rolls.
+    #[must_use]
+    pub fn spin_change(&self, time: f64, ball: &Ball) -> [T; 2] {
+        let mut change = [T::from(0.0); 2];
+        let mut add = |from: [T; 2], to: [T; 2], rolls: bool| {
+            let factor = if rolls { 1.0 } else { -1.0 / ball.inertia } / ball.radius;
+            // ẑ × Δv = (−Δv_y, Δv_x)
+            change[0] -= (to[1] - from[1]) * factor;
+            change[1] += (to[0] - from[0]) * factor;
+        };
+        let mut velocity = self.0[0].velocity;
+        for (i, segment) in self.0.iter().enumerate().filter(|(i, s)| *i == 0 || s.start.re() <= time) {
+            add(velocity, segment.velocity, false);
+            let next = self.0.get(i + 1).filter(|next| next.start.re() <= time);
+            let (_, then) = segment.at(next.map_or(T::from(time), |next| next.start));
+            add(segment.velocity, then, segment.rolls);
+            velocity = then;
+        }
+        change
+    }
+}
+
 /// A slip of this part of the speed is the rounding of a natural roll.
 const SLIPS: f64 = 1e-6;
 
@@ -162,7 +191,7 @@ fn rolling<T: Number>(start: T, position: [T; 2], velocity: [T; 2], cloth: &Clot
     let zero = T::from(0.0);
     let acceleration =
         if speed.re() > 0.0 { velocity.map(|v| -v / speed * cloth.rolling * GRAVITY) } else { [zero; 2] };
-    Segment { start, position, velocity, acceleration }
+    Segment { start, position, velocity, acceleration, rolls: true }
 }
 
 fn norm<T: Number>(v: [T; 2]) -> T {
@@ -200,6 +229,26 @@ mod tests {
         let path = Path::after(&launch([0.7, 0.0], 0.0), &Cloth::default());
         let rolls = path.0[1].start - 0.5;
         assert!((rolls - 2.0 * 0.7 / (7.0 * 0.2 * GRAVITY)).abs() < ROUNDING);
+    }
+
+    #[test]
+    fn the_spin_follows_the_slip_until_the_ball_rolls() {
+        let (slip, ball) = ([1.0, 0.4], Ball::POOL);
+        for up in [0.0, 0.1] {
+            let path = Path::after(&launch(slip, up), &Cloth::default());
+            for time in [0.5, 0.55, 0.6, 0.9, 1.5] {
+                let (_, velocity) = path.at(time);
+                let change = path.spin_change(time, &ball);
+                // s = (V_x − RΩ_y, V_y + RΩ_x), so that Δs = Δv + R(−ΔΩ_y, ΔΩ_x)
+                let left = [
+                    slip[0] + velocity[0] - 1.5 - ball.radius * change[1],
+                    slip[1] + velocity[1] + 0.5 + ball.radius * change[0],
+                ];
+                assert!((left[0] * slip[1] - left[1] * slip[0]).abs() < ROUNDING, "{left:?}");
+                let rolls = path.0[path.0.len() - 2].start <= time;
+                assert_eq!(norm(left) < ROUNDING, rolls, "at {time}: {left:?}");
+            }
+        }
     }
 
     #[test]

@@ -18,15 +18,19 @@ const LEARN_ROUNDS: usize = 2;
 const LIFT_SD: f64 = 0.03;
 
 /// Extracts the impacts of a data set of kind `tracks`: its shots, and those left out with the reason. Any
-/// other data set is returned as it is, without extractions.
+/// other data set is returned as it is, without extractions. `done` is called after every shot, from several
+/// threads.
 #[must_use]
-pub fn with_impacts(mut dataset: Dataset) -> (Dataset, Vec<(TrackShot, Impact)>, Scene) {
+pub fn with_impacts(
+    mut dataset: Dataset,
+    done: &(dyn Fn() + Sync),
+) -> (Dataset, Vec<(TrackShot, Impact)>, Scene) {
     let scene = Scene::new(dataset.ball);
     let Some(tracks) = dataset.tracks.take() else { return (dataset, Vec::new(), scene) };
     let skipped = tracks.skipped.iter().map(|(shot, reason)| (shot.clone(), format!("skipped: {reason}")));
     dataset.left_out.extend(skipped);
     let scene = learned(&dataset, &tracks.shots, scene);
-    let impacts = extract_all(&tracks.shots, &scene);
+    let impacts = extract_all(&tracks.shots, &scene, done);
     let mut extracted = Vec::with_capacity(tracks.shots.len());
     for (track, impact) in tracks.shots.into_iter().zip(impacts) {
         match impact {
@@ -48,7 +52,7 @@ fn learned(dataset: &Dataset, tracks: &[TrackShot], scene: Scene) -> Scene {
     let sample: Vec<TrackShot> = tracks.iter().step_by(step).cloned().collect();
     let mut scene = scene;
     for _ in 0..LEARN_ROUNDS {
-        let impacts = extract_all(&sample, &scene);
+        let impacts = extract_all(&sample, &scene, &|| ());
         let Some(coefficients) = coefficients(dataset, &sample, &impacts) else { break };
         let model = Model::new(Fidelity::Full, dataset.ball);
         scene.lift = LiftPrior::Model(model, coefficients, LIFT_SD);

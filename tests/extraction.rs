@@ -56,18 +56,20 @@ fn dataset(tracks: Vec<TrackShot>) -> Dataset {
     }
 }
 
-/// Standardized errors of each quantity over many shots; shots that are rejected are counted.
-fn pulls(spec: &Spec) -> (Vec<Vec<f64>>, usize) {
+/// Standardized errors of each quantity over many shots; how many shots are rejected; root mean square error of
+/// the instant, frames.
+fn pulls(spec: &Spec) -> (Vec<Vec<f64>>, usize, f64) {
     let (tracks, truth): (Vec<_>, Vec<_>) = synth::filmed(spec).unwrap().into_iter().unzip();
     let mut pulls = vec![Vec::new(); Quantity::COUNT];
-    let mut rejected = 0;
-    let (dataset, extracted, _) = footage::with_impacts(dataset(tracks));
+    let (mut rejected, mut square) = (0, 0.0);
+    let (dataset, extracted, _) = footage::with_impacts(dataset(tracks), &|| ());
     for (_, reason) in &dataset.left_out {
         println!("rejected: {reason}");
         rejected += 1;
     }
     for (shot, impact) in extracted {
         let truth = &truth[shot.name.parse::<usize>().unwrap() - 1];
+        square += (impact.values[Quantity::Time as usize] - truth.time).powi(2);
         for (i, expected) in truths(truth, &impact).into_iter().enumerate() {
             let sd = impact.covariance[(i, i)].sqrt();
             let off = impact.values[i] - expected;
@@ -77,7 +79,7 @@ fn pulls(spec: &Spec) -> (Vec<Vec<f64>>, usize) {
             }
         }
     }
-    (pulls, rejected)
+    (pulls, rejected, (square / truth.len() as f64).sqrt() * spec.camera.fps)
 }
 
 fn mean_and_sd(values: &[f64]) -> (f64, f64) {
@@ -86,9 +88,14 @@ fn mean_and_sd(values: &[f64]) -> (f64, f64) {
     (mean, (values.iter().map(|p| (p - mean).powi(2)).sum::<f64>() / (n - 1.0)).sqrt())
 }
 
+/// The instant of an impact is found to this part of a frame, root mean square, at 0.1 mm.
+const TENTH: f64 = 0.1;
+
 /// Checks the velocities, the direction and the instant; lift and μ_k carry priors.
 fn check(what: &str, spec: &Spec, most_rejected: usize) {
-    let (pulls, rejected) = pulls(spec);
+    let (pulls, rejected, frames) = pulls(spec);
+    println!("{what}: instant of impact to {frames:.3} frames");
+    assert!(spec.camera.position_sd_m > 1e-4 || frames < TENTH, "{what}: {frames} frames");
     assert!(rejected <= most_rejected, "{what}: {rejected} shots rejected");
     let n = spec.shots.count as f64;
     // means scatter by 1/√n, standard deviations by 1/√2n; four of those, beside the 0.05 that is allowed
@@ -117,6 +124,52 @@ fn errors_are_what_they_are_stated_to_be() {
     }
 }
 
+/// Spins from markers: standardized errors of all three components, before and after.
+#[test]
+fn markers_tell_the_spin_with_its_error() {
+    let shots = count("CAROMFIT_SHOTS", 400);
+    let camera = Camera { markers: 2, ..Camera::default() };
+    let spec = Spec {
+        shots: Shots {
+            cue_spin: vec![Played::NaturalRoll, Played::Draw, Played::Side],
+            ..spec(Played::Side, shots, camera).shots
+        },
+        ..spec(Played::Side, shots, camera)
+    };
+    let (tracks, truth): (Vec<_>, Vec<_>) = synth::filmed(&spec).unwrap().into_iter().unzip();
+    let (dataset, extracted, _) = footage::with_impacts(dataset(tracks), &|| ());
+    assert_eq!(dataset.left_out, []);
+    let mut pulls = [const { Vec::new() }; 3];
+    let mut errors = [0.0; 3];
+    for (shot, impact) in extracted {
+        let truth = &truth[shot.name.parse::<usize>().unwrap() - 1];
+        let found = impact.rotations.unwrap();
+        for (i, (rotation, truth)) in [
+            (found.cue_before, truth.cue_before),
+            (found.cue_after, truth.cue_after),
+            (found.object_after, truth.object_after),
+        ]
+        .into_iter()
+        .enumerate()
+        {
+            let Some(rotation) = rotation else { continue };
+            for axis in 0..3 {
+                let sd = rotation.covariance[(axis, axis)].sqrt();
+                pulls[i].push((rotation.spin[axis] - truth.spin[axis]) / sd);
+                errors[i] += sd / (3 * shots) as f64;
+            }
+        }
+    }
+    for (i, pulls) in pulls.iter().enumerate() {
+        let n = pulls.len() as f64;
+        let (mean, sd) = mean_and_sd(pulls);
+        println!("spin {i}: mean {mean:.3}, standard deviation {sd:.3} of {n}, error {:.3} rad/s", errors[i]);
+        // markers go out of sight on few shots
+        assert!(n > 2.9 * shots as f64, "{n}");
+        assert!(mean.abs() < 0.05 + 4.0 / n.sqrt() && (sd - 1.0).abs() < 0.05 + 4.0 / (2.0 * n).sqrt());
+    }
+}
+
 #[test]
 fn outliers_and_gaps_do_no_harm() {
     let camera = Camera { gaps: 0.05, outliers: 0.02, ..Camera::default() };
@@ -139,7 +192,7 @@ fn fits_of_tracks_recover_the_parameters() {
     for seed in 0..sets {
         let spec = Spec { seed: 1000 + seed, ..spec(Played::NaturalRoll, 40, Camera::default()) };
         let tracks: Vec<_> = synth::filmed(&spec).unwrap().into_iter().map(|(shot, _)| shot).collect();
-        let dataset = footage::with_impacts(dataset(tracks)).0;
+        let dataset = footage::with_impacts(dataset(tracks), &|| ()).0;
         let fit = caromfit::fit::fit(&dataset, &Options::default()).unwrap().remove(0);
         for (i, truth) in [0.05, 0.3, 0.94].into_iter().enumerate() {
             let estimate = fit.estimates[i];

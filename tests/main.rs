@@ -3,6 +3,7 @@
 mod cli;
 mod collisions;
 mod extraction;
+mod joint;
 mod loader;
 mod nist;
 mod optimise;

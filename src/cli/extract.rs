@@ -2,11 +2,10 @@
 
 use std::path::PathBuf;
 
-use caromfit::dataset;
 use caromfit::footage::with_impacts;
 use caromfit::report::{extracted, write};
 
-use super::progress::Progress;
+use super::progress::{self, Progress};
 use super::{Failure, print};
 
 /// Finds the impact of every shot and writes OUT/NAME/: a data set of kind "impacts" with uncertainties
@@ -26,28 +25,20 @@ pub struct Args {
 }
 
 pub fn run(args: &Args) -> Result<(), Failure> {
-    let mut datasets = Vec::new();
-    let mut wrong = Vec::new();
-    for path in &args.datasets {
-        match dataset::load(path) {
-            Ok(dataset) if dataset.tracks.is_none() => {
-                wrong.push(format!(
-                    "{}: its kind is not \"tracks\": there is nothing to extract",
-                    path.display()
-                ));
-            }
-            Ok(dataset) => datasets.push(dataset),
-            Err(error) => wrong.push(error.to_string()),
-        }
+    let (datasets, wrong) = progress::load(&args.datasets);
+    let mut wrong: Vec<String> = wrong.iter().map(ToString::to_string).collect();
+    for dataset in datasets.iter().filter(|dataset| dataset.tracks.is_none()) {
+        let path = dataset.path.display();
+        wrong.push(format!("{path}: its kind is not \"tracks\": there is nothing to extract"));
     }
     if !wrong.is_empty() {
         return Err(Failure::input(wrong.join("\nerror: ")));
     }
-    let mut progress = Progress::new(datasets.len());
+    let progress = Progress::over_shots(&datasets);
     let mut empty = Vec::new();
     for dataset in datasets {
         progress.step(&dataset.name);
-        let (dataset, shots, scene) = with_impacts(dataset);
+        let (dataset, shots, scene) = with_impacts(dataset, &|| progress.done());
         let folder = args.out.join(write::dataset_folder(&dataset.name));
         if shots.is_empty() {
             let reason =

@@ -2,12 +2,11 @@
 
 use std::path::PathBuf;
 
-use caromfit::dataset;
 use caromfit::fit::{self, Options};
 use caromfit::footage::with_impacts;
 use caromfit::report;
 
-use super::progress::Progress;
+use super::progress::{self, Progress};
 use super::{Failure, FidelityArg, print};
 
 /// Loads each data set, fits it (each label apart where its [fit] by says so), writes
@@ -34,15 +33,9 @@ pub struct Args {
 
 pub fn run(args: &Args) -> Result<(), Failure> {
     // All input is checked before anything is written.
-    let mut datasets = Vec::new();
-    let mut wrong = Vec::new();
-    for path in &args.datasets {
-        match dataset::load(path) {
-            Ok(dataset) => datasets.push(dataset),
-            Err(error) => wrong.push(error.to_string()),
-        }
-    }
+    let (datasets, wrong) = progress::load(&args.datasets);
     if !wrong.is_empty() {
+        let wrong: Vec<String> = wrong.iter().map(ToString::to_string).collect();
         return Err(Failure::input(wrong.join("\nerror: ")));
     }
     for (i, one) in datasets.iter().enumerate() {
@@ -57,12 +50,12 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     }
 
     let options = Options { fidelity: args.fidelity.0 };
-    let mut progress = Progress::new(datasets.len());
+    let progress = Progress::over_shots(&datasets);
     let mut fits = Vec::new();
     let (mut failed, mut bad_input) = (Vec::new(), false);
     for dataset in datasets {
         progress.step(&dataset.name);
-        let (dataset, ..) = with_impacts(dataset);
+        let (dataset, ..) = with_impacts(dataset, &|| progress.done());
         match fit::fit(&dataset, &options) {
             Ok(of_dataset) => fits.push(of_dataset),
             Err(error) => {

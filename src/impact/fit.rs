@@ -4,7 +4,8 @@ use argmin::core::{Error, Jacobian, Operator};
 use nalgebra::{DMatrix, DVector, SMatrix};
 
 use super::model::{Frames, Lift, Scene as ModelScene, Unknowns, unknown};
-use super::{Impact, LiftPrior, Lifted, Quantity, Scene, Unusable, start, symmetric};
+use super::{Impact, LiftPrior, Lifted, PathErrors, Quantity, Scene, Unusable, start, symmetric};
+use crate::dataset::Spin;
 use crate::optimise::{self, Constraints, Options, Termination};
 use crate::track::{Sample, TrackShot};
 
@@ -69,8 +70,8 @@ impl Fitted {
 }
 
 impl<'a> Tracked<'a> {
-    pub(super) fn new(shot: &'a TrackShot, scene: &'a Scene, noise: f64) -> Self {
-        let model = ModelScene::of(shot, scene);
+    pub(super) fn new(shot: &'a TrackShot, scene: &'a Scene, noise: f64, spin: Spin) -> Self {
+        let model = ModelScene::of(spin, scene);
         let alone = [&shot.cue, &shot.object].map(|samples| start::alone(samples, noise));
         Self { shot, scene, model, noise, alone, sd: shot.position_sd.unwrap_or(noise) }
     }
@@ -203,7 +204,7 @@ impl<'a> Tracked<'a> {
     }
 
     /// Values and covariance of what a fit is after.
-    pub(super) fn impact(&self, fitted: &Fitted) -> Result<Impact, Unusable> {
+    pub(super) fn impact(&self, fitted: &Fitted) -> Result<(Impact, PathErrors), Unusable> {
         if !fitted.converged {
             return Err(Unusable::NotConverged(fitted.termination.clone()));
         }
@@ -257,7 +258,7 @@ impl<'a> Tracked<'a> {
         put(Quantity::Sliding, z[unknown::SLIDING], &[(unknown::SLIDING, 1.0)]);
         put(Quantity::Time, z[unknown::TIME], &[(unknown::TIME, 1.0)]);
         let known = fitted.chi2 / fitted.dof.max(1) as f64;
-        Ok(Impact {
+        let impact = Impact {
             values,
             covariance: by * all * by.transpose(),
             lifted: match fitted.lift {
@@ -271,7 +272,10 @@ impl<'a> Tracked<'a> {
             outliers: fitted.wrong_cue.len() + fitted.wrong_object.len(),
             window: [fitted.from, fitted.to],
             unknowns: *z,
-        })
+            spin: self.model.spin,
+            rotations: None,
+        };
+        Ok((impact, PathErrors { unknowns: all, quantities: by }))
     }
 }
 

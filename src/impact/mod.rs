@@ -3,16 +3,22 @@
 
 mod fit;
 mod model;
+mod rotation;
 pub mod shots;
+mod spins;
 mod start;
 mod window;
 
 use nalgebra::{DMatrix, SMatrix};
 use rayon::prelude::*;
 
+pub use rotation::Rotation;
+pub(crate) use rotation::turn;
+
 use crate::ball::Ball;
 use crate::cloth::Cloth;
 use crate::collision::{Coefficients, Model};
+use crate::dataset::Spin;
 use crate::track::TrackShot;
 
 /// What the extraction assumes of balls and cloth.
@@ -86,7 +92,30 @@ pub struct Impact {
     pub outliers: usize,
     /// First and last instant used, s.
     pub window: [f64; 2],
+    /// The cue ball's spin before the impact that was reckoned with, table frame: as played, or as its
+    /// markers show.
+    pub spin: Spin,
+    /// What the markers on the balls show, where there are any.
+    pub rotations: Option<Box<Rotations>>,
     unknowns: model::Unknowns,
+}
+
+/// Angular velocities just before and after the impact, of balls with markers.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Rotations {
+    pub cue_before: Option<Rotation>,
+    pub cue_after: Option<Rotation>,
+    pub object_after: Option<Rotation>,
+    /// Of the three, x, y, z each, with each other; 0 for those that are not measured.
+    pub covariance: SMatrix<f64, 9, 9>,
+    /// And with the [`Quantity`]s.
+    pub with_path: SMatrix<f64, 9, { Quantity::COUNT }>,
+}
+
+/// Covariance of the unknowns of a path, and how the [`Quantity`]s follow from them.
+struct PathErrors {
+    unknowns: SMatrix<f64, { model::unknown::COUNT }, { model::unknown::COUNT }>,
+    quantities: SMatrix<f64, { Quantity::COUNT }, { model::unknown::COUNT }>,
 }
 
 /// The fitted motion of both balls.
@@ -109,8 +138,8 @@ impl FittedMotion {
 impl Impact {
     /// The motion that was fitted to a shot.
     #[must_use]
-    pub fn motion(&self, shot: &TrackShot, scene: &Scene) -> FittedMotion {
-        let scene = model::Scene::of(shot, scene);
+    pub fn motion(&self, scene: &Scene) -> FittedMotion {
+        let scene = model::Scene::of(self.spin, scene);
         FittedMotion(model::Motion::new(&scene, &self.unknowns.into()))
     }
 }
@@ -165,14 +194,35 @@ fn error_text(error: f64) -> String {
 pub fn extract(shot: &TrackShot, scene: &Scene) -> Result<Impact, Unusable> {
     let noise = start::noise(shot);
     let guess = start::guess(shot, &scene.ball, noise, scene.cloth.sliding)?;
-    let tracked = fit::Tracked::new(shot, scene, noise);
-    let chosen = window::choose(&tracked, &guess)?;
-    tracked.impact(&chosen)
+    let with_spin = |spin: Spin| {
+        let tracked = fit::Tracked::new(shot, scene, noise, spin);
+        let chosen = window::choose(&tracked, &guess)?;
+        tracked.impact(&chosen)
+    };
+    if shot.markers.is_empty() {
+        return Ok(with_spin(shot.spin)?.0);
+    }
+    // the motion needs the spin and the exact spin needs the motion
+    let (first, errors) = with_spin(spins::rough(shot, &scene.ball, guess[model::unknown::TIME], noise))?;
+    let rotations = spins::measure(shot, &first, &errors, scene);
+    let (impact, errors) = with_spin(spins::before(shot, &rotations))?;
+    let rotations = spins::measure(shot, &impact, &errors, scene);
+    // the spin as it was last measured
+    Ok(Impact { spin: spins::before(shot, &rotations), rotations: Some(Box::new(rotations)), ..impact })
 }
 
-/// Finds the impacts of many shots in parallel.
-pub fn extract_all(shots: &[TrackShot], scene: &Scene) -> Vec<Result<Impact, Unusable>> {
-    shots.par_iter().map(|shot| extract(shot, scene)).collect()
+/// Finds the impacts of many shots in parallel; `done` is called after each.
+pub fn extract_all(
+    shots: &[TrackShot],
+    scene: &Scene,
+    done: &(dyn Fn() + Sync),
+) -> Vec<Result<Impact, Unusable>> {
+    let one = |shot| {
+        let impact = extract(shot, scene);
+        done();
+        impact
+    };
+    shots.par_iter().map(one).collect()
 }
 
 /// A covariance is kept symmetric, whatever the roundings.

@@ -6,7 +6,7 @@ use num_dual::DualSVec64;
 use crate::ball::{Ball, BallState, Vec3};
 use crate::cloth::{Cloth, Launch, Number, Path};
 use crate::dataset::Spin;
-use crate::track::{Sample, TrackShot};
+use crate::track::{Sample, TrackShot, TrackedBall};
 
 /// The unknowns of a shot. Velocities are in the collision frame, m/s.
 pub(super) mod unknown {
@@ -35,7 +35,14 @@ use unknown::{BALL, BEFORE, COUNT, CUE, DIRECTION, GAP, LIFT, OBJECT, SLIDING, T
 /// All unknowns of a shot.
 pub(super) type Unknowns = SVector<f64, COUNT>;
 
-type Dual = DualSVec64<COUNT>;
+/// A number with its derivatives by the unknowns.
+pub(super) type Dual = DualSVec64<COUNT>;
+
+/// The motion with its derivatives by the unknowns.
+pub(super) fn with_derivatives(scene: &Scene, z: &Unknowns) -> Motion<Dual> {
+    let duals: [Dual; COUNT] = std::array::from_fn(|i| Dual::from_re(z[i]).derivative(i));
+    Motion::new(scene, &duals)
+}
 
 /// What is known of a shot besides its unknowns.
 #[derive(Clone, Copy, Debug)]
@@ -44,7 +51,15 @@ pub(super) struct Scene {
     pub spin: Spin,
     pub rolling: f64,
     pub bounce: f64,
+    /// A cue ball that slips less than this on the cloth (m/s) rolls, for all that its measured spin says.
+    pub rolls_within: f64,
 }
+
+/// Standard deviations of a measured spin within which a ball that rolls may seem to slip.
+const ROLLS_ERRORS: f64 = 4.0;
+
+/// And the part of its speed, for spins that were rounded.
+const ROLLS_PART: f64 = 0.01;
 
 /// Which way the friction on the object ball points vertically.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -57,9 +72,13 @@ pub(super) enum Lift {
 }
 
 impl Scene {
-    pub(super) fn of(shot: &TrackShot, scene: &super::Scene) -> Self {
+    pub(super) fn of(spin: Spin, scene: &super::Scene) -> Self {
         let Cloth { rolling, bounce, .. } = scene.cloth;
-        Self { ball: scene.ball, spin: shot.spin, rolling, bounce }
+        let sd = match spin {
+            Spin::Measured { sd: [x, y, _], .. } => x.unwrap_or(0.0).max(y.unwrap_or(0.0)),
+            _ => 0.0,
+        };
+        Self { ball: scene.ball, spin, rolling, bounce, rolls_within: ROLLS_ERRORS * sd * scene.ball.radius }
     }
 
     /// Spin in the collision frame.
@@ -159,6 +178,9 @@ impl<T: Number> Motion<T> {
         };
         // s = (V_x − RΩ_y, V_y + RΩ_x)
         let slip_before = [before[0] - spin[1] * radius, before[1] + spin[0] * radius];
+        let slips = slip_before[0].re().hypot(slip_before[1].re());
+        let least = scene.rolls_within + ROLLS_PART * before[0].re().hypot(before[1].re());
+        let slip_before = if slips < least { [zero; 2] } else { slip_before };
         let slip_cue = [cue[0] - cue_spin_y * radius, cue[1] + spin[0] * radius];
         let slip_object = [ball[0] - object_spin_y * radius, ball[1]];
         Self {
@@ -177,6 +199,17 @@ impl<T: Number> Motion<T> {
 
     pub(super) fn object(&self, time: f64) -> [T; 2] {
         if time < self.time { self.object } else { self.object_after.position(time) }
+    }
+
+    /// How much the horizontal spin of a ball (rad/s) at a time differs from that just before (for an
+    /// earlier time) or just after the impact.
+    pub(super) fn spin_change(&self, which: TrackedBall, time: f64, ball: &Ball) -> [T; 2] {
+        match (which, time < self.time) {
+            (TrackedBall::Cue, true) => self.cue_before.spin_change(time, ball),
+            (TrackedBall::Cue, false) => self.cue_after.spin_change(time, ball),
+            (TrackedBall::Object, true) => [T::from(0.0); 2],
+            (TrackedBall::Object, false) => self.object_after.spin_change(time, ball),
+        }
     }
 }
 
@@ -215,8 +248,7 @@ impl<'a> Frames<'a> {
     /// (predicted − measured)/sd: x and y of the cue ball's frames, then of the object ball's; and
     /// the derivatives by the unknowns.
     pub(super) fn residuals(&self, scene: &Scene, z: &Unknowns) -> (DVector<f64>, DMatrix<f64>) {
-        let duals: [Dual; COUNT] = std::array::from_fn(|i| Dual::from_re(z[i]).derivative(i));
-        let motion = Motion::new(scene, &duals);
+        let motion = with_derivatives(scene, z);
         let mut residuals = DVector::zeros(self.count());
         let mut jacobian = DMatrix::zeros(self.count(), COUNT);
         let mut row = 0;

@@ -1,8 +1,9 @@
 //! Extracted impacts → the shots of a data set.
 
-use nalgebra::{DMatrix, DVector, SMatrix, SVector};
+use nalgebra::{DMatrix, DVector};
 
-use super::{Impact, Quantity};
+use super::{Impact, Quantity, Rotation};
+use crate::ball::Vec3;
 use crate::dataset::{Before, Joint, Measured, Measurement, Shot, Spin};
 use crate::observable::{Axis, Observable};
 use crate::track::TrackShot;
@@ -18,14 +19,6 @@ const KEPT: [Quantity; 7] = [
     Quantity::ObjVxAfter,
     Quantity::ObjVyAfter,
 ];
-
-/// As many as a [`Joint`] has without measured spins after the impact.
-const PLACES: usize = Joint::BEFORE + 4;
-
-/// Where a quantity of [`KEPT`] stands in a [`Joint`].
-fn place(kept: usize) -> usize {
-    if kept < 3 { kept } else { kept + 3 }
-}
 
 /// The cloth's sliding friction μ_k, as all shots together tell it: the mean weighted by 1/variance.
 #[must_use]
@@ -46,52 +39,114 @@ pub fn sliding<'a>(impacts: impl IntoIterator<Item = &'a Impact>) -> Option<Meas
 /// A shot as it is for a given μ_k: values and errors conditional on it.
 #[must_use]
 pub fn shot(track: &TrackShot, impact: &Impact, sliding: Option<Measured>) -> Shot {
+    let Together { mut values, mut covariance, with_sliding, observed } = Together::of(impact);
     let mu_k = Quantity::Sliding as usize;
-    let kept = KEPT.map(|quantity| quantity as usize);
-    let mut values = SVector::<f64, 7>::from_fn(|i, _| impact.values[kept[i]]);
-    let mut covariance = SMatrix::<f64, 7, 7>::from_fn(|i, j| impact.covariance[(kept[i], kept[j])]);
-    let mut by_sliding = SVector::zeros();
+    let mut by_sliding = DVector::zeros(values.len());
     let variance = impact.covariance[(mu_k, mu_k)];
     if let (Some(sliding), true) = (sliding, variance > 0.0) {
         // y | μ_k = y + b(μ_k − μ_k of the track), b = cov(y, μ_k)/var μ_k
-        by_sliding = SVector::<f64, 7>::from_fn(|i, _| impact.covariance[(kept[i], mu_k)] / variance);
-        values += by_sliding * (sliding.value - impact.values[mu_k]);
-        covariance -= by_sliding * by_sliding.transpose() * variance;
+        by_sliding = with_sliding / variance;
+        values += &by_sliding * (sliding.value - impact.values[mu_k]);
+        covariance -= &by_sliding * by_sliding.transpose() * variance;
     }
-    let measured = |i: usize| Measured { value: values[i], sd: Some(covariance[(i, i)].max(0.0).sqrt()) };
+    let sd = |i: usize| covariance[(i, i)].max(0.0).sqrt();
+    let measured = |i: usize| Measured { value: values[i], sd: Some(sd(i)) };
     let (sin, cos) = values[0].sin_cos();
-    let direction_sd = covariance[(0, 0)].max(0.0).sqrt();
-    let normal = [(cos, sin), (sin, cos)]
-        .map(|(value, across)| Measured { value, sd: Some(direction_sd * across.abs()) });
-    let after = [
-        Observable::CueVelocity(Axis::X),
-        Observable::CueVelocity(Axis::Y),
-        Observable::ObjectVelocity(Axis::X),
-        Observable::ObjectVelocity(Axis::Y),
-    ];
-    let mut joint = Joint { covariance: DMatrix::zeros(PLACES, PLACES), by_sliding: DVector::zeros(PLACES) };
-    for i in 0..7 {
-        joint.by_sliding[place(i)] = by_sliding[i];
-        for j in 0..7 {
-            joint.covariance[(place(i), place(j))] = covariance[(i, j)];
-        }
-    }
-    if let Spin::Measured { sd, .. } = track.spin {
-        for (axis, sd) in sd.into_iter().enumerate() {
-            joint.covariance[(3 + axis, 3 + axis)] = sd.map_or(0.0, |sd| sd * sd);
-        }
-    }
-    let observed = after.into_iter().enumerate();
+    let normal =
+        [(cos, sin), (sin, cos)].map(|(value, across)| Measured { value, sd: Some(sd(0) * across.abs()) });
+    let spin = match (impact.spin, impact.rotations.as_ref().and_then(|rotations| rotations.cue_before)) {
+        (Spin::Measured { .. }, Some(_)) => Spin::Measured {
+            spin: Vec3::new(values[3], values[4], values[5]),
+            sd: [3, 4, 5].map(|i| Some(sd(i))),
+        },
+        (spin, _) => spin,
+    };
+    let observed = observed.into_iter().enumerate();
     Shot {
         name: track.name.clone(),
         file: track.file.clone(),
         line: track.line,
         labels: track.labels.clone(),
         before: Before::Impact { normal, velocity: [measured(1), measured(2)] },
-        spin: track.spin,
+        spin,
         after: observed
-            .map(|(i, observable)| Measurement { observable, measured: measured(3 + i) })
+            .map(|(i, observable)| Measurement { observable, measured: measured(Joint::BEFORE + i) })
             .collect(),
-        joint: Some(Box::new(joint)),
+        joint: Some(Box::new(Joint { covariance, by_sliding })),
+    }
+}
+
+/// What was extracted from one track, in the order of [`Joint`].
+struct Together {
+    values: DVector<f64>,
+    covariance: DMatrix<f64>,
+    /// Covariance with the μ_k of the track.
+    with_sliding: DVector<f64>,
+    observed: Vec<Observable>,
+}
+
+/// Where a quantity comes from.
+#[derive(Clone, Copy)]
+enum Source {
+    Path(Quantity),
+    /// A component of the spins that markers show, of nine.
+    Markers(usize),
+    /// The spin before the impact as it was played, with its standard deviation.
+    Played(f64),
+}
+
+impl Together {
+    fn of(impact: &Impact) -> Self {
+        let rotations = impact.rotations.as_deref();
+        let mut sources: Vec<Source> = KEPT[..3].iter().map(|quantity| Source::Path(*quantity)).collect();
+        let played = match impact.spin {
+            Spin::Measured { sd, .. } => sd.map(|sd| sd.unwrap_or(0.0)),
+            _ => [0.0; 3],
+        };
+        let seen = rotations.is_some_and(|rotations| rotations.cue_before.is_some());
+        sources.extend((0..3).map(|i| if seen { Source::Markers(i) } else { Source::Played(played[i]) }));
+        sources.extend(KEPT[3..].iter().map(|quantity| Source::Path(*quantity)));
+        let mut observed = vec![
+            Observable::CueVelocity(Axis::X),
+            Observable::CueVelocity(Axis::Y),
+            Observable::ObjectVelocity(Axis::X),
+            Observable::ObjectVelocity(Axis::Y),
+        ];
+        if rotations.is_some_and(|rotations| rotations.cue_after.is_some()) {
+            sources.extend([3, 4, 5].map(Source::Markers));
+            observed.extend(Axis::ALL.map(Observable::CueSpin));
+        }
+        if rotations.is_some_and(|rotations| rotations.object_after.is_some()) {
+            sources.extend([6, 7, 8].map(Source::Markers));
+            observed.extend(Axis::ALL.map(Observable::ObjectSpin));
+        }
+        let spins = rotations.map_or([0.0; 9], |r| {
+            let spin =
+                |rotation: Option<Rotation>| rotation.map_or([0.0; 3], |rotation| rotation.spin.into());
+            let [a, b, c] = [spin(r.cue_before), spin(r.cue_after), spin(r.object_after)];
+            [a[0], a[1], a[2], b[0], b[1], b[2], c[0], c[1], c[2]]
+        });
+        let covariance = |a: Source, b: Source, same: bool| match (a, b) {
+            (Source::Path(a), Source::Path(b)) => impact.covariance[(a as usize, b as usize)],
+            (Source::Markers(a), Source::Markers(b)) => rotations.map_or(0.0, |r| r.covariance[(a, b)]),
+            (Source::Markers(a), Source::Path(b)) | (Source::Path(b), Source::Markers(a)) => {
+                rotations.map_or(0.0, |r| r.with_path[(a, b as usize)])
+            }
+            (Source::Played(sd), Source::Played(_)) if same => sd * sd,
+            _ => 0.0,
+        };
+        let n = sources.len();
+        Self {
+            values: DVector::from_fn(n, |i, _| match sources[i] {
+                Source::Path(quantity) => impact.values[quantity as usize],
+                Source::Markers(component) => spins[component],
+                Source::Played(_) => 0.0,
+            }),
+            covariance: DMatrix::from_fn(n, n, |i, j| covariance(sources[i], sources[j], i == j)),
+            with_sliding: DVector::from_fn(n, |i, _| {
+                covariance(sources[i], Source::Path(Quantity::Sliding), false)
+            }),
+            observed,
+        }
     }
 }

@@ -1,5 +1,6 @@
 //! Extracted impacts as a data set of kind `impacts`, with what was left out and a picture of each shot.
 
+use std::collections::BTreeSet;
 use std::fmt::Write;
 
 use super::plot::track;
@@ -69,7 +70,17 @@ fn manifest(dataset: &Dataset) -> String {
         ball.inertia,
         assumed(dataset).unwrap_or("measured")
     );
+    manifest.push_str(&fit_table(dataset));
     manifest
+}
+
+/// `[fit]` as the tracks have it, so that the impacts are fitted the same way.
+fn fit_table(dataset: &Dataset) -> String {
+    let text = std::fs::read_to_string(&dataset.path).unwrap_or_default();
+    let text = text.trim_start_matches('\u{feff}');
+    let fit = text.parse::<toml::Table>().ok().and_then(|mut table| table.remove("fit"));
+    let own = fit.map(|fit| toml::Table::from_iter([("fit".to_string(), fit)]));
+    own.map_or(String::new(), |own| format!("\n{own}"))
 }
 
 fn impacts(dataset: &Dataset, extracted: &[(TrackShot, Impact)]) -> String {
@@ -86,7 +97,18 @@ fn impacts(dataset: &Dataset, extracted: &[(TrackShot, Impact)]) -> String {
         SPIN.into_iter().for_each(&mut columns);
         table.push_str(",cue_spin");
     }
-    table.push_str(",impact_time_s,position_sd_mm,reduced_chi2,frames_left_out\n");
+    table.push_str(",impact_time_s,position_sd_mm,reduced_chi2,frames_left_out");
+    let labels: Vec<&String> = dataset
+        .shots
+        .iter()
+        .flat_map(|shot| shot.labels.keys())
+        .collect::<BTreeSet<_>>()
+        .into_iter()
+        .collect();
+    for label in &labels {
+        _ = write!(table, ",{}", super::csv::quoted(label));
+    }
+    table.push('\n');
     for (shot, (_, impact)) in dataset.shots.iter().zip(extracted) {
         table.push_str(&super::csv::quoted(&shot.name));
         let Before::Impact { normal, velocity } = shot.before else { continue };
@@ -115,7 +137,7 @@ fn impacts(dataset: &Dataset, extracted: &[(TrackShot, Impact)]) -> String {
             }
             _ = write!(table, ",{word}");
         }
-        _ = writeln!(
+        _ = write!(
             table,
             ",{},{},{},{}",
             impact.values[Quantity::Time as usize],
@@ -123,6 +145,11 @@ fn impacts(dataset: &Dataset, extracted: &[(TrackShot, Impact)]) -> String {
             impact.reduced_chi2,
             impact.outliers
         );
+        for label in &labels {
+            let text = shot.labels.get(*label).map_or("", String::as_str);
+            _ = write!(table, ",{}", super::csv::quoted(text));
+        }
+        table.push('\n');
     }
     table
 }

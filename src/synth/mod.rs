@@ -243,7 +243,8 @@ impl Spec {
     /// The one spin that every shot plays, where the data need no spin columns.
     fn assumed(&self) -> Option<Played> {
         let first = *self.shots.cue_spin.first()?;
-        let known = matches!(first, Played::Stun | Played::NaturalRoll);
+        // markers show it
+        let known = self.camera.markers == 0 && matches!(first, Played::Stun | Played::NaturalRoll);
         (known && self.shots.cue_spin.iter().all(|played| *played == first)).then_some(first)
     }
 }

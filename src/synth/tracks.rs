@@ -8,11 +8,12 @@ use rand::Rng;
 use serde::{Deserialize, Serialize};
 
 use super::{BadSpec, Maker, Played};
-use crate::ball::BallState;
+use crate::ball::{BallState, Vec3};
 use crate::cloth::{Cloth, Launch, Path};
 use crate::contact::{CollisionFrame, cloth_slip};
 use crate::dataset::Spin;
-use crate::track::{Sample, TrackShot};
+use crate::impact::turn;
+use crate::track::{Marker, Sample, TrackShot, TrackedBall};
 
 /// The camera of a synthetic data set of kind `tracks`.
 #[derive(Clone, Copy, Debug, Deserialize, Serialize)]
@@ -28,11 +29,21 @@ pub struct Camera {
     /// Part of the positions that are missing, and that are wrong by up to 20 mm.
     pub gaps: f64,
     pub outliers: f64,
+    /// Marker points on each ball, at random places; seen while they are on its upper side.
+    pub markers: usize,
 }
 
 impl Default for Camera {
     fn default() -> Self {
-        Self { fps: 1000.0, position_sd_m: 1e-4, before_ms: 40.0, after_ms: 40.0, gaps: 0.0, outliers: 0.0 }
+        Self {
+            fps: 1000.0,
+            position_sd_m: 1e-4,
+            before_ms: 40.0,
+            after_ms: 40.0,
+            gaps: 0.0,
+            outliers: 0.0,
+            markers: 0,
+        }
     }
 }
 
@@ -73,7 +84,8 @@ impl Maker<'_> {
     }
 
     fn track(&mut self, number: usize) -> Result<(TrackShot, TrueImpact), BadSpec> {
-        let Camera { fps, position_sd_m: sd, before_ms, after_ms, gaps, outliers } = self.spec.camera;
+        let Camera { fps, position_sd_m: sd, before_ms, after_ms, gaps, outliers, markers } =
+            self.spec.camera;
         let ClothSpec { mu_k: sliding, mu_r: rolling, bounce } = self.spec.cloth;
         let cloth = Cloth { sliding, rolling, bounce };
         let (_, _, cue) = self.shot(number);
@@ -131,7 +143,40 @@ impl Maker<'_> {
             }
         }
         let played = self.spec.shots.cue_spin[number % self.spec.shots.cue_spin.len()];
+        let paths = [[&cue_before, &cue_after], [&object_after, &object_after]];
+        let mut marked = Vec::new();
+        for (ball, number) in [TrackedBall::Cue, TrackedBall::Object]
+            .into_iter()
+            .flat_map(|ball| (0..markers).map(move |number| (ball, number)))
+        {
+            let spins = match ball {
+                TrackedBall::Cue => [truth.cue_before.spin, truth.cue_after.spin],
+                TrackedBall::Object => [Vec3::zeros(), truth.object_after.spin],
+            };
+            let place = self.place_on_top();
+            let mut samples = Vec::new();
+            for (side, path) in paths[ball as usize].into_iter().enumerate() {
+                let still = ball == TrackedBall::Object && side == 0;
+                let ball = self.model.ball;
+                let change = |t: f64| {
+                    let [x, y] = if still { [0.0; 2] } else { path.spin_change(t, &ball) };
+                    Vec3::new(x, y, 0.0)
+                };
+                let filmed =
+                    if side == 0 { 0..frames[0] + 1 } else { frames[0] + 1..frames[0] + frames[1] + 1 };
+                for t in filmed.map(|n| n as f64 / fps) {
+                    let at = turned_until(place, spins[side], time, t, &change);
+                    let centre = if still { object } else { path.position(t) };
+                    let seen = [0, 1].map(|i| centre[i] + radius * at[i] + self.noise(sd));
+                    if at.z > LEAST_HEIGHT {
+                        samples.push(Sample { t, x: seen[0], y: seen[1], sd: None });
+                    }
+                }
+            }
+            marked.push(Marker { ball, name: format!("m{}", number + 1), samples });
+        }
         let spin = match played {
+            _ if markers > 0 => Spin::Unknown,
             Played::Stun => Spin::Stun,
             Played::NaturalRoll => Spin::NaturalRoll,
             Played::Draw | Played::Side => Spin::Measured { spin: truth.cue_before.spin, sd: [None; 3] },
@@ -144,7 +189,7 @@ impl Maker<'_> {
             fps,
             cue: cues,
             object: objects,
-            markers: Vec::new(),
+            markers: marked,
             spin,
             position_sd: None,
         };
@@ -152,14 +197,45 @@ impl Maker<'_> {
     }
 }
 
-/// The canonical long CSV, `shot,frame,ball,x,y`.
+/// A marker nearer to the rim than this part of the radius above the centre is not seen.
+const LEAST_HEIGHT: f64 = 0.1;
+
+/// Rotations are followed in steps of this many seconds.
+const STEP: f64 = 1e-4;
+
+/// Where on the ball a marker is at time `t` that is at `place` at the impact.
+fn turned_until(place: Vec3, spin: Vec3, impact: f64, t: f64, change: &dyn Fn(f64) -> Vec3) -> Vec3 {
+    let steps = ((t - impact).abs() / STEP).ceil().max(1.0);
+    let step = (t - impact) / steps;
+    let middle = |n: usize| impact + (n as f64 + 0.5) * step;
+    (0..steps as usize).fold(place, |place, n| turn(place, (spin + change(middle(n))) * step))
+}
+
+impl Maker<'_> {
+    /// A place on the upper quarter of the ball, where it is seen for some time.
+    fn place_on_top(&mut self) -> Vec3 {
+        let (height, angle) = (self.between([0.5, 0.95]), self.between([0.0, std::f64::consts::TAU]));
+        let across = (1.0 - height * height).sqrt();
+        Vec3::new(across * angle.cos(), across * angle.sin(), height)
+    }
+}
+
+/// The canonical long CSV, `shot,frame,ball,x,y`, with `point` where there are markers.
 pub(super) fn long_csv(shots: &[(TrackShot, TrueImpact)]) -> String {
-    let mut table = String::from("shot,frame,ball,x,y\n");
+    let marked = shots.iter().any(|(shot, _)| !shot.markers.is_empty());
+    let mut table =
+        String::from(if marked { "shot,frame,ball,point,x,y\n" } else { "shot,frame,ball,x,y\n" });
     for (shot, _) in shots {
-        for (ball, samples) in [("cue", &shot.cue), ("object", &shot.object)] {
+        let centres = [("cue", "centre", &shot.cue), ("object", "centre", &shot.object)];
+        let points = shot.markers.iter().map(|marker| {
+            let ball = if marker.ball == TrackedBall::Cue { "cue" } else { "object" };
+            (ball, marker.name.as_str(), &marker.samples)
+        });
+        for (ball, point, samples) in centres.into_iter().chain(points) {
+            let place = if marked { format!("{ball},{point}") } else { ball.to_string() };
             for Sample { t, x, y, .. } in samples {
                 let frame = (t * shot.fps).round();
-                _ = writeln!(table, "{},{frame},{ball},{x:.7},{y:.7}", shot.name);
+                _ = writeln!(table, "{},{frame},{place},{x:.7},{y:.7}", shot.name);
             }
         }
     }

@@ -46,7 +46,7 @@ fn unknown_keys_name_the_nearest() {
             "top",
             "cloth =",
             "clothe =",
-            "dataset.toml:5: column 1: unknown key \"clothe\" (did you mean \"cloth\"?); expected one of name, kind, files, cloth, source, ball, cue_spin, video, scale, tracks, fit",
+            "dataset.toml:5: column 1: unknown key \"clothe\" (did you mean \"cloth\"?); expected one of name, kind, files, cloth, source, ball, cue_spin, video, scale, tracks, impacts, fit",
         ),
         (
             "ball",
@@ -88,7 +88,7 @@ fn unknown_keys_name_the_nearest() {
             "far",
             "cloth =",
             "xyz =",
-            "dataset.toml:5: column 1: unknown key \"xyz\"; expected one of name, kind, files, cloth, source, ball, cue_spin, video, scale, tracks, fit",
+            "dataset.toml:5: column 1: unknown key \"xyz\"; expected one of name, kind, files, cloth, source, ball, cue_spin, video, scale, tracks, impacts, fit",
         ),
     ]);
 }
@@ -653,7 +653,7 @@ fn spins() {
         "impacts",
         &unsaid,
         HITS,
-        "shots.csv:1: nothing says how the cue ball spins; expected [cue_spin] assume = \"stun\", \"natural-roll\" or \"unknown\" in dataset.toml or columns cue_wx, cue_wy, cue_wz",
+        "shots.csv:1: nothing says how the cue ball spins; expected [cue_spin] assume = \"stun\", \"natural-roll\" or \"unknown\" in dataset.toml, a column cue_spin, or columns cue_wx, cue_wy, cue_wz",
     );
     let csv = format!("{header},cue_wx,cue_wy,cue_wz\n{row},1,2,3\n{},,,\n", row.replace("a,", "b,"));
     expect(

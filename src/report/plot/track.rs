@@ -44,7 +44,7 @@ fn draw<DB: DrawingBackend>(
     let used = |sample: &&Sample| (from..=to).contains(&sample.t);
     let cm = |metres: f64| 100.0 * metres;
     let balls = [("cue ball", &shot.cue), ("object ball", &shot.object)];
-    let motion = impact.motion(shot, scene);
+    let motion = impact.motion(scene);
     let place = |ball: usize, t: f64| if ball == 0 { motion.cue(t) } else { motion.object(t) };
 
     // equal scales: the longer side decides

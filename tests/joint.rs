@@ -1,0 +1,109 @@
+//! Extracted impacts with their joint errors: fitting them is fitting the tracks.
+
+use std::path::Path;
+
+use caromfit::dataset;
+use caromfit::fit::{self, Fit, Options};
+use caromfit::footage::with_impacts;
+use caromfit::report::extracted;
+use caromfit::synth::{self, Spec};
+
+/// The direction of the line of centres goes through nx, ny and back; the minimum is found to some hundredths
+/// of a thousandth of a standard error either way.
+const SAME: f64 = 1e-7;
+
+const SPEC: &str = r#"
+name = "shots"
+kind = "tracks"
+seed = 8
+truth = { mu = 0.05, mu_s = 0.3, e = 0.94 }
+[shots]
+count = 24
+speed_m_s = [1.0, 4.0]
+cut_deg = [-50.0, 50.0]
+cue_spin = ["natural-roll", "stun", "draw"]
+[camera]
+gaps = 0.02
+"#;
+
+fn write(folder: &Path, files: impl IntoIterator<Item = (&'static str, Vec<u8>)>) {
+    std::fs::create_dir_all(folder).unwrap();
+    for (name, content) in files {
+        std::fs::write(folder.join(name), content).unwrap();
+    }
+}
+
+/// Makes tracks, fits them, writes the extracted impacts beside them, and gives their folder.
+fn extracted(folder: &Path, markers: usize, fit: &str) -> Fit {
+    let mut spec: Spec = toml::from_str(SPEC).unwrap();
+    spec.camera.markers = markers;
+    let files = synth::generate(&spec).unwrap().into_iter().map(|(name, text)| match name {
+        "dataset.toml" => (name, format!("{text}\n{fit}").into_bytes()),
+        _ => (name, text.into_bytes()),
+    });
+    let tracks = folder.join("tracks");
+    write(&tracks, files);
+    let (dataset, shots, _) = with_impacts(dataset::load(&tracks).unwrap(), &|| ());
+    write(&folder.join("impacts"), extracted::files(&dataset, &shots));
+    fit::fit(&dataset, &Options::default()).unwrap().remove(0)
+}
+
+#[test]
+fn extract_and_fit_give_what_a_fit_of_the_tracks_gives() {
+    for (markers, settings) in
+        [(0, ""), (2, ""), (0, "[fit]\nmu_s = { prior_mean = 0.3, prior_sd = 0.01 }\n")]
+    {
+        let folder = tempfile::tempdir().unwrap();
+        let at_once = extracted(folder.path(), markers, settings);
+        let impacts = dataset::load(&folder.path().join("impacts")).unwrap();
+        let refitted = fit::fit(&impacts, &Options::default()).unwrap().remove(0);
+        for (a, b) in at_once.estimates.iter().zip(&refitted.estimates) {
+            let error = a.std_error.unwrap();
+            assert!((a.value - b.value).abs() < SAME * error, "{} and {}", a.value, b.value);
+            assert!((error - b.std_error.unwrap()).abs() < SAME * error);
+        }
+        assert!((at_once.chi2 - refitted.chi2).abs() < SAME * at_once.chi2);
+        assert_eq!(at_once.dof, refitted.dof);
+    }
+}
+
+#[test]
+fn a_wrong_table_of_joint_errors_is_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    extracted(folder.path(), 0, "");
+    let impacts = folder.path().join("impacts");
+    let good = std::fs::read_to_string(impacts.join("covariance.csv")).unwrap();
+    let mut lines: Vec<&str> = good.lines().collect();
+    let second = lines[2].to_string();
+    let cells: Vec<&str> = second.split(',').collect();
+    let with_cell = |column: usize, text: &str| {
+        let mut cells = cells.clone();
+        cells[column] = text;
+        cells.join(",")
+    };
+    let mut check = |line: Option<String>, expected: &str| {
+        let mut changed = lines.clone();
+        let line = line.unwrap_or_default();
+        changed[2] = &line;
+        std::fs::write(impacts.join("covariance.csv"), changed.join("\n")).unwrap();
+        let error = dataset::load(&impacts).unwrap_err().to_string();
+        assert!(error.contains(expected), "{error}");
+    };
+    check(None, "covariance.csv: column quantity: no row of \"cue_vx\" for shot 1; expected one");
+    check(Some(with_cell(2, "")), "covariance.csv:3: column direction_rad: no covariance of \"cue_vx\" with");
+    check(Some(with_cell(2, "7")), "and \"direction_rad\" of shot 1 is 7e0 in one row and");
+    check(Some(with_cell(3, "-1")), "the variance of \"cue_vx\" of shot 1 is -1e0; expected 0 or more");
+    check(Some(with_cell(2, "x")), "covariance.csv:3: column direction_rad: \"x\" is not a finite number");
+    let repeated = lines[1].to_string();
+    check(
+        Some(repeated),
+        "covariance.csv:3: column quantity: \"direction_rad\" of shot 1 also stands in line 2",
+    );
+    lines.clear();
+    let toml = std::fs::read_to_string(impacts.join("dataset.toml")).unwrap();
+    std::fs::write(impacts.join("covariance.csv"), good).unwrap();
+    let without = toml.lines().filter(|line| !line.starts_with("mu_k_sd")).collect::<Vec<_>>().join("\n");
+    std::fs::write(impacts.join("dataset.toml"), without).unwrap();
+    let error = dataset::load(&impacts).unwrap_err().to_string();
+    assert!(error.contains("only one of mu_k and mu_k_sd in [impacts]; expected both or none"), "{error}");
+}
