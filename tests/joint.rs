@@ -81,7 +81,7 @@ fn a_wrong_table_of_joint_errors_is_refused() {
         cells[column] = text;
         cells.join(",")
     };
-    let mut check = |line: Option<String>, expected: &str| {
+    let check = |line: Option<String>, expected: &str| {
         let mut changed = lines.clone();
         let line = line.unwrap_or_default();
         changed[2] = &line;
