@@ -4,6 +4,7 @@ mod cli;
 mod collisions;
 mod extraction;
 mod joint;
+mod large;
 mod loader;
 mod nist;
 mod optimise;
