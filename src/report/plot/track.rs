@@ -17,7 +17,7 @@ const HEIGHT: i32 = 660;
 const PLAN: i32 = 538;
 
 /// What a picture shows, whatever was fitted.
-pub(super) struct Picture<'a> {
+pub(in crate::report) struct Picture<'a> {
     pub shot: &'a TrackShot,
     /// Below the title.
     pub summary: String,
@@ -55,7 +55,7 @@ pub fn svg(shot: &TrackShot, impact: &Impact, scene: &Scene) -> Result<String, R
 }
 
 impl Picture<'_> {
-    pub(super) fn svg(&self) -> Result<String, ReportError> {
+    pub(in crate::report) fn svg(&self) -> Result<String, ReportError> {
         let mut text = String::new();
         let size = (WIDTH as u32, HEIGHT as u32);
         let area = SVGBackend::with_string(&mut text, size).into_drawing_area();
