@@ -3,12 +3,16 @@
 use crate::collision::{Coefficients, Fidelity, Model};
 use crate::dataset::{Dataset, Tracks};
 use crate::fit::{self, Options, Status};
+use crate::impact::disc::{self, DiscImpact, Quantity};
 use crate::impact::{Impact, LiftPrior, Scene, Unusable, extract_all, shots};
 use crate::parameters::Parameter;
 use crate::track::TrackShot;
 
 /// So many shots tell the friction between the balls well enough to know how high it lifts them.
 const LEARN_FROM: usize = 300;
+
+/// So many standard errors are no chance.
+const SURELY: f64 = 5.0;
 
 /// Rounds of extracting those shots and fitting them: the first starts from published values.
 const LEARN_ROUNDS: usize = 2;
@@ -26,6 +30,9 @@ pub fn with_impacts(
     done: &(dyn Fn() + Sync),
 ) -> (Dataset, Vec<(TrackShot, Impact)>, Scene) {
     let scene = Scene::new(dataset.ball);
+    if dataset.tracks.as_ref().is_some_and(|tracks| tracks.discs.is_some()) {
+        return (with_discs(dataset).0, Vec::new(), scene);
+    }
     let Some(tracks) = dataset.tracks.take() else { return (dataset, Vec::new(), scene) };
     let skipped = tracks.skipped.iter().map(|(shot, reason)| (shot.clone(), format!("skipped: {reason}")));
     dataset.left_out.extend(skipped);
@@ -41,8 +48,53 @@ pub fn with_impacts(
     dataset.sliding = shots::sliding(extracted.iter().map(|(_, impact)| impact));
     dataset.shots =
         extracted.iter().map(|(track, impact)| shots::shot(track, impact, dataset.sliding)).collect();
-    dataset.tracks = Some(Tracks { shots: Vec::new(), skipped: tracks.skipped, notes: tracks.notes });
+    dataset.tracks = Some(Tracks { shots: Vec::new(), ..tracks });
     (dataset, extracted, scene)
+}
+
+/// Extracts the impacts of discs. The shots of the data set are then those of equal discs with the same
+/// restitution and friction, and its ball is such a disc. Any other data set is returned as it is.
+#[must_use]
+pub fn with_discs(mut dataset: Dataset) -> (Dataset, Vec<(TrackShot, DiscImpact)>) {
+    let Some(discs) = dataset.tracks.as_ref().and_then(|tracks| tracks.discs) else {
+        return (dataset, Vec::new());
+    };
+    let Some(mut tracks) = dataset.tracks.take() else { return (dataset, Vec::new()) };
+    let skipped = tracks.skipped.iter().map(|(shot, reason)| (shot.clone(), format!("skipped: {reason}")));
+    dataset.left_out.extend(skipped);
+    let impacts = disc::extract_all(&tracks.shots, &discs);
+    let mut extracted = Vec::with_capacity(tracks.shots.len());
+    for (track, impact) in std::mem::take(&mut tracks.shots).into_iter().zip(impacts) {
+        match impact {
+            Ok(impact) => extracted.push((track, impact)),
+            Err(reason) => dataset.left_out.push((track.name, reason.to_string())),
+        }
+    }
+    for (track, impact) in &extracted {
+        if let (Some(before), Some(after)) =
+            (impact.get(Quantity::SlipBefore), impact.get(Quantity::SlipAfter))
+            && before.value * after.value < 0.0
+            && after.value.abs() > SURELY * after.sd.unwrap_or(f64::INFINITY)
+        {
+            tracks.notes.push(format!(
+                "Shot {}: the slip of the contact turns round in the impact, from {:.3} to {:.3}: an elastic surface (a \
+                 rubber band), which throws back along the surface, too. The friction that is fitted knows only slip \
+                 and stick.",
+                track.name, before.value, after.value
+            ));
+        }
+    }
+    let impacts: Vec<&DiscImpact> = extracted.iter().map(|(_, impact)| impact).collect();
+    dataset.ball = disc::ball(&discs, &impacts);
+    dataset.shots = extracted.iter().map(|(track, impact)| impact.shot(track, &dataset.ball)).collect();
+    let unit =
+        if discs.in_seconds { "" } else { " The frame rate is unknown: velocities are in m per frame." };
+    tracks.notes.push(format!(
+        "Discs: fitted as equal ones, in the frame of the second before the impact, where restitution and friction are \
+         the same. Their own velocities and the balance of momentum are in what \"caromfit extract\" writes.{unit}"
+    ));
+    dataset.tracks = Some(tracks);
+    (dataset, extracted)
 }
 
 /// The scene with the lift that some of the shots, fitted together, say there is. Published values where

@@ -52,7 +52,7 @@ fn dataset(tracks: Vec<TrackShot>) -> Dataset {
         shots: Vec::new(),
         left_out: Vec::new(),
         sliding: None,
-        tracks: Some(Tracks { shots: tracks, skipped: Vec::new(), notes: Vec::new() }),
+        tracks: Some(Tracks { shots: tracks, skipped: Vec::new(), notes: Vec::new(), discs: None }),
     }
 }
 

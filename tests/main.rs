@@ -2,6 +2,7 @@
 
 mod cli;
 mod collisions;
+mod discs;
 mod extraction;
 mod joint;
 mod large;

@@ -1,15 +1,17 @@
 //! `caromfit extract`: tracks to impacts.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
-use caromfit::footage::with_impacts;
-use caromfit::report::{extracted, write};
+use caromfit::dataset::Dataset;
+use caromfit::footage::{with_discs, with_impacts};
+use caromfit::report::{ReportError, discs, extracted, write};
 
 use super::progress::{self, Progress};
 use super::{Failure, print};
 
 /// Finds the impact of every shot and writes OUT/NAME/: a data set of kind "impacts" with uncertainties
 /// (dataset.toml, impacts.csv), what was left out and why (left-out.csv), and a picture of each shot (shots/).
+/// Where [ball] shape is "disc": discs.csv with e, the impulse ratio and the motion of both discs.
 #[derive(clap::Args)]
 #[command(after_help = "Example: caromfit extract my-shots --out extracted")]
 pub struct Args {
@@ -38,31 +40,25 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let mut empty = Vec::new();
     for dataset in datasets {
         progress.step(&dataset.name);
-        let (dataset, shots, scene) = with_impacts(dataset, &|| progress.done());
         let folder = args.out.join(write::dataset_folder(&dataset.name));
-        if shots.is_empty() {
+        let done = extract(dataset, &folder, !args.no_pictures, &progress).map_err(Failure::work)?;
+        progress.done();
+        let Done { dataset, shots, lines } = done;
+        if shots == 0 {
             let reason =
                 dataset.left_out.first().map_or(String::new(), |(shot, why)| format!(": shot {shot}: {why}"));
             empty.push(format!("{}: no shot can be used{reason}", dataset.name));
-            progress.done();
             continue;
         }
-        if !args.no_pictures {
-            let pictures = extracted::pictures(&shots, &scene).map_err(Failure::work)?;
-            let named: Vec<_> = pictures.iter().map(|(name, svg)| (name.as_str(), svg.clone())).collect();
-            write::write_files(&named, &folder.join("shots")).map_err(Failure::work)?;
-        }
-        write::write_files(&extracted::files(&dataset, &shots), &folder).map_err(Failure::work)?;
-        progress.done();
         print(&format!(
-            "{}: {} shots extracted, {} left out; see {}\n",
+            "{}: {shots} shot{} extracted, {} left out; see {}\n",
             dataset.name,
-            shots.len(),
+            if shots == 1 { "" } else { "s" },
             dataset.left_out.len(),
             folder.display()
         ))?;
-        for note in dataset.tracks.iter().flat_map(|tracks| &tracks.notes) {
-            print(&format!("  {note}\n"))?;
+        for line in lines {
+            print(&format!("  {line}\n"))?;
         }
         for (shot, reason) in &dataset.left_out {
             print(&format!("  left out: shot {shot}: {reason}\n"))?;
@@ -70,4 +66,49 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     }
     progress.finish();
     if empty.is_empty() { Ok(()) } else { Err(Failure::work(empty.join("\nerror: "))) }
+}
+
+/// What was extracted of a data set.
+struct Done {
+    dataset: Dataset,
+    /// How many shots can be used; without any nothing is written.
+    shots: usize,
+    /// What there is to say.
+    lines: Vec<String>,
+}
+
+fn extract(
+    dataset: Dataset,
+    folder: &Path,
+    pictures: bool,
+    progress: &Progress,
+) -> Result<Done, ReportError> {
+    let said = dataset.tracks.iter().flat_map(|tracks| &tracks.notes).cloned().collect::<Vec<_>>();
+    let save = |drawn: Vec<(String, Vec<u8>)>, files: &[(&str, Vec<u8>)]| {
+        if pictures {
+            let named: Vec<_> = drawn.iter().map(|(name, svg)| (name.as_str(), svg.clone())).collect();
+            write::write_files(&named, &folder.join("shots"))?;
+        }
+        write::write_files(files, folder)
+    };
+    if let Some(facts) = dataset.tracks.as_ref().and_then(|tracks| tracks.discs) {
+        let (dataset, shots) = with_discs(dataset);
+        if !shots.is_empty() {
+            let drawn = if pictures { discs::pictures(&facts, &shots)? } else { Vec::new() };
+            save(drawn, &discs::files(&dataset, &facts, &shots))?;
+        }
+        let summary = |(shot, impact): &(_, _)| format!("shot {}: {}", name(shot), discs::summary(impact));
+        let lines = said.into_iter().chain(shots.iter().map(summary)).collect();
+        return Ok(Done { dataset, shots: shots.len(), lines });
+    }
+    let (dataset, shots, scene) = with_impacts(dataset, &|| progress.done());
+    if !shots.is_empty() {
+        let drawn = if pictures { extracted::pictures(&shots, &scene)? } else { Vec::new() };
+        save(drawn, &extracted::files(&dataset, &shots))?;
+    }
+    Ok(Done { dataset, shots: shots.len(), lines: said })
+}
+
+fn name(shot: &caromfit::track::TrackShot) -> &str {
+    &shot.name
 }

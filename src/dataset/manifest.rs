@@ -12,6 +12,7 @@ use super::error::{DatasetError, Problems, did_you_mean};
 use super::table::read_utf8;
 use super::tracks::settings::{self, RawScale, RawTracks, RawVideo, TrackSettings};
 use crate::ball::{Ball, UNIFORM_SPHERE};
+use crate::disc::{Discs, UNIFORM_DISC};
 use crate::parameters::{Parameter, Prior, Setting, Settings};
 
 /// In bytes: a folder's name may be this long everywhere, and something still be added to it.
@@ -25,6 +26,8 @@ pub(super) struct Manifest {
     pub cloth: Option<String>,
     pub source: Option<String>,
     pub ball: Ball,
+    /// Where the data are of discs, for kind `tracks`.
+    pub discs: Option<Discs>,
     pub assume: Option<Assume>,
     pub settings: Settings,
     /// For kind `tracks`.
@@ -83,7 +86,8 @@ struct RawManifest {
     source: Option<String>,
     #[serde(default)]
     ball: RawBall,
-    cue_spin: Option<RawSpin>,
+    object: Option<Spanned<RawObject>>,
+    cue_spin: Option<Spanned<RawSpin>>,
     video: Option<Spanned<RawVideo>>,
     scale: Option<Spanned<RawScale>>,
     tracks: Option<Spanned<RawTracks>>,
@@ -103,9 +107,27 @@ struct RawImpacts {
 #[derive(Default, Deserialize)]
 #[serde(deny_unknown_fields, expecting = "a table, as in [ball] radius_m = 0.028575")]
 struct RawBall {
+    shape: Option<Spanned<Shape>>,
     radius_m: Option<Spanned<f64>>,
     mass_kg: Option<Spanned<f64>>,
     inertia: Option<Spanned<f64>>,
+}
+
+#[derive(Clone, Copy, Debug, Default, Deserialize, PartialEq, Eq)]
+#[serde(rename_all = "lowercase")]
+enum Shape {
+    #[default]
+    Sphere,
+    /// Slides without rolling.
+    Disc,
+}
+
+/// What of the second disc is not as of the first.
+#[derive(Clone, Copy, Default, Deserialize)]
+#[serde(deny_unknown_fields, expecting = "a table, as in [object] radius_m = 0.025")]
+struct RawObject {
+    radius_m: Option<f64>,
+    mass_kg: Option<f64>,
 }
 
 #[derive(Deserialize)]
@@ -308,12 +330,16 @@ impl RawManifest {
             self.impacts.as_ref().map_or((None, None), |impacts| impacts.as_ref().check(source, problems));
         let files = self.files(source, problems);
         let ball = self.ball.check(source, problems);
+        let discs = self.discs(source, problems);
         let tracks = (kind == Kind::Tracks).then(|| {
             let video = self.video.as_ref().map(Spanned::as_ref);
             let (scale, tracks) =
                 (self.scale.as_ref().map(Spanned::as_ref), self.tracks.as_ref().map(Spanned::as_ref));
-            settings::check(video, scale, tracks, source, problems)
+            settings::check(video, scale, tracks, discs.is_some(), source, problems)
         });
+        let discs = discs
+            .zip(tracks.as_ref())
+            .map(|(discs, tracks)| Discs { in_seconds: !tracks.unknown_rate, ..discs });
         let mut settings = Settings::default();
         for (parameter, raw) in Parameter::ALL.into_iter().zip([&self.fit.mu, &self.fit.mu_s, &self.fit.e]) {
             if let Some(raw) = raw {
@@ -327,7 +353,9 @@ impl RawManifest {
             cloth: self.cloth,
             source: self.source,
             ball,
-            assume: self.cue_spin.map(|spin| spin.assume),
+            // a disc does not roll
+            assume: discs.map(|_| Assume::Unknown).or(self.cue_spin.map(|spin| spin.as_ref().assume)),
+            discs,
             settings,
             tracks,
             covariance,
@@ -337,6 +365,55 @@ impl RawManifest {
                 (by.into_inner(), line, position)
             }),
         }
+    }
+
+    /// The discs, where [ball] says that they are.
+    fn discs(&self, source: &Source, problems: &mut Problems) -> Option<Discs> {
+        let disc = self.ball.shape.as_ref().filter(|shape| *shape.as_ref() == Shape::Disc);
+        let Some(disc) = disc else {
+            if let Some(object) = &self.object {
+                let message =
+                    "[object] goes with [ball] shape = \"disc\" only: two balls are taken to be equal";
+                source.add(problems, &object.span(), message.to_string());
+            }
+            return None;
+        };
+        if *self.kind.as_ref() != Kind::Tracks {
+            let message = format!(
+                "shape is \"disc\" in a data set of kind \"{}\"; expected it with kind \"tracks\" only",
+                self.kind.as_ref().name()
+            );
+            source.add(problems, &disc.span(), message);
+        }
+        if let Some(spin) = &self.cue_spin {
+            let message = "[cue_spin] goes with balls: how a disc turns is seen from points on it";
+            source.add(problems, &spin.span(), message.to_string());
+        }
+        let number = |value: &Option<Spanned<f64>>| value.as_ref().map(|value| *value.as_ref());
+        let other = self.object.as_ref().map(|object| *object.as_ref()).unwrap_or_default();
+        let mut pair = |key: &str, first: Option<f64>, second: Option<f64>| {
+            let span = self.object.as_ref().map_or_else(|| disc.span(), Spanned::span);
+            if second.is_some_and(|second| !(second > 0.0 && second.is_finite())) {
+                source.add(
+                    problems,
+                    &span,
+                    format!("object.{key} is {}; expected more than 0", second.unwrap_or(f64::NAN)),
+                );
+            } else if first.is_none() && second.is_some() {
+                source.add(
+                    problems,
+                    &span,
+                    format!("{key} stands in [object], but not in [ball]; expected it in both"),
+                );
+            }
+            first.map(|first| [first, second.unwrap_or(first)])
+        };
+        Some(Discs {
+            radii: pair("radius_m", number(&self.ball.radius_m), other.radius_m),
+            masses: pair("mass_kg", number(&self.ball.mass_kg), other.mass_kg),
+            inertia: number(&self.ball.inertia).unwrap_or(UNIFORM_DISC),
+            in_seconds: true,
+        })
     }
 
     /// The globs, relative to the file's own folder.
@@ -430,10 +507,13 @@ impl RawBall {
         let radius = positive("radius_m", &self.radius_m, Ball::POOL.radius);
         let mass = positive("mass_kg", &self.mass_kg, Ball::POOL.mass);
         let inertia = positive("inertia", &self.inertia, UNIFORM_SPHERE);
-        let hollow = |value: &&Spanned<f64>| value.as_ref().is_finite() && *value.as_ref() > 2.0 / 3.0;
+        let disc = self.shape.as_ref().is_some_and(|shape| *shape.as_ref() == Shape::Disc);
+        let (most, said) =
+            if disc { (1.0, "1, that of a ring") } else { (2.0 / 3.0, "2/3, that of a hollow sphere") };
+        let hollow = |value: &&Spanned<f64>| value.as_ref().is_finite() && *value.as_ref() > most;
         if let Some(value) = self.inertia.as_ref().filter(hollow) {
             let text = source.written(&value.span());
-            let message = format!("inertia is {text}; expected at most 2/3, that of a hollow sphere");
+            let message = format!("inertia is {text}; expected at most {said}");
             source.add(problems, &value.span(), message);
         }
         Ball { radius, mass, inertia }

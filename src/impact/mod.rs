@@ -1,6 +1,7 @@
 //! Tracks → impacts: for each shot one weighted least-squares fit of both balls' positions at once,
 //! through the instant of impact; from it velocities before and after with their covariance.
 
+pub mod disc;
 mod fit;
 mod model;
 mod rotation;

@@ -25,9 +25,14 @@ const LEAST_NOISE: f64 = 1e-8;
 /// The noise of a coordinate, m, from the second differences of consecutive frames, in which a
 /// smooth motion leaves only its acceleration: median |Δ²x|/0.6745/√6.
 pub(super) fn noise(shot: &TrackShot) -> f64 {
-    let frame = 1.0 / shot.fps;
+    noise_of([&shot.cue, &shot.object], shot.fps)
+}
+
+/// The same, of parts of two tracks.
+pub(super) fn noise_of(tracks: [&[Sample]; 2], fps: f64) -> f64 {
+    let frame = 1.0 / fps;
     let mut differences = Vec::new();
-    for samples in [&shot.cue, &shot.object] {
+    for samples in tracks {
         for three in samples.windows(3) {
             let even = |a: &Sample, b: &Sample| (b.t - a.t - frame).abs() < 0.1 * frame;
             if even(&three[0], &three[1]) && even(&three[1], &three[2]) {

@@ -182,7 +182,7 @@ fn covariance(dataset: &Dataset) -> String {
     table
 }
 
-fn left_out(dataset: &Dataset) -> String {
+pub(super) fn left_out(dataset: &Dataset) -> String {
     let mut table = String::from("shot,reason\n");
     for (shot, reason) in &dataset.left_out {
         _ = writeln!(table, "{},{}", super::csv::quoted(shot), super::csv::quoted(reason));

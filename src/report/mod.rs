@@ -2,6 +2,7 @@
 //! pure: a fit goes in, text or bytes come out. Only [`write`](mod@write) touches the disk.
 
 pub mod csv;
+pub mod discs;
 pub mod extracted;
 pub mod json;
 mod number;

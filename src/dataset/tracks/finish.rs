@@ -9,6 +9,7 @@ use super::raw::{NAMES, Notes, RawShot, RawTrack};
 use super::settings::{Names, TrackSettings};
 use super::time;
 use crate::dataset::Spin;
+use crate::rigid::circle_centres;
 use crate::track::{Marker, Sample, TrackShot, TrackedBall};
 
 /// What is wrong with a shot, and the line where there is one.
@@ -71,6 +72,7 @@ pub(super) fn shot(
                        not certain which of these did; expected them set right, or the shot skipped";
         return Err((Some(line), message.to_string()));
     }
+    let several = [sizes[0] > 1, sizes[2] > 1];
     let samples = |track: &RawTrack| samples(track, calibration);
     let marker = |ball: TrackedBall| {
         move |track: &RawTrack| Marker {
@@ -81,14 +83,25 @@ pub(super) fn shot(
     };
     let mut markers: Vec<_> = cue_markers.iter().map(marker(TrackedBall::Cue)).collect();
     markers.extend(object_markers.iter().map(marker(TrackedBall::Object)));
+    let (cue, object) = (samples(&cue), samples(&object));
+    let centre = |ball: TrackedBall, several: bool, mean: Vec<Sample>| {
+        if !(settings.discs && several) {
+            return Ok(mean);
+        }
+        let own = markers.iter().filter(|marker| marker.ball == ball);
+        let points: Vec<&[Sample]> = own.map(|marker| marker.samples.as_slice()).collect();
+        circle_centres(&points).map_err(|message| (Some(raw.line), message))
+    };
+    let (cue, object) =
+        (centre(TrackedBall::Cue, several[0], cue)?, centre(TrackedBall::Object, several[1], object)?);
     let shot = TrackShot {
         name: raw.name,
         file: raw.file.to_path_buf(),
         line: raw.line,
         labels: facts.labels,
         fps,
-        cue: samples(&cue),
-        object: samples(&object),
+        cue,
+        object,
         markers,
         spin: facts.spin,
         position_sd: settings.position_sd,

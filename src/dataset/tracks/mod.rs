@@ -32,6 +32,7 @@ use shots_table::ShotsTable;
 
 use super::error::Problems;
 use super::manifest::Manifest;
+use crate::disc::Discs;
 use crate::track::TrackShot;
 
 /// The filmed shots of a data set.
@@ -42,6 +43,8 @@ pub struct Tracks {
     pub skipped: Vec<(String, String)>,
     /// What was detected and repaired, with file and line.
     pub notes: Vec<String>,
+    /// `None`: balls.
+    pub discs: Option<Discs>,
 }
 
 /// Loads every file that the manifest names; what is wrong is added to the problems.
@@ -110,7 +113,7 @@ pub(super) fn load(
     let shots = finish_all(work, settings, &calibrations, problems, &mut notes);
     let mut lines = settings.notes.clone();
     lines.append(&mut notes.into_lines());
-    Tracks { shots, skipped, notes: lines }
+    Tracks { shots, skipped, notes: lines, discs: manifest.discs }
 }
 
 fn same_file(a: &Path, b: &Path) -> bool {

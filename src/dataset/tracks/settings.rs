@@ -3,7 +3,7 @@
 use std::fmt;
 use std::path::PathBuf;
 
-use serde::de::{SeqAccess, Visitor};
+use serde::de::{SeqAccess, Unexpected, Visitor};
 use serde::{Deserialize, Deserializer};
 use toml::Spanned;
 
@@ -15,10 +15,47 @@ use crate::dataset::manifest::Source;
 #[derive(Default, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(in crate::dataset) struct RawVideo {
-    capture_fps: Option<Spanned<f64>>,
+    capture_fps: Option<Spanned<Rate>>,
     playback_fps: Option<Spanned<f64>>,
     row_readout_s: Option<Spanned<f64>>,
     rows: Option<Spanned<f64>>,
+}
+
+/// A frame rate, or `"unknown"`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Rate {
+    Fps(f64),
+    Unknown,
+}
+
+impl<'de> Deserialize<'de> for Rate {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        struct Either;
+        impl Visitor<'_> for Either {
+            type Value = Rate;
+
+            fn expecting(&self, f: &mut fmt::Formatter) -> fmt::Result {
+                f.write_str("a number, without quotation marks, or for discs \"unknown\"")
+            }
+
+            fn visit_f64<E>(self, fps: f64) -> Result<Rate, E> {
+                Ok(Rate::Fps(fps))
+            }
+
+            fn visit_i64<E>(self, fps: i64) -> Result<Rate, E> {
+                Ok(Rate::Fps(fps as f64))
+            }
+
+            fn visit_str<E: serde::de::Error>(self, word: &str) -> Result<Rate, E> {
+                if word == "unknown" {
+                    Ok(Rate::Unknown)
+                } else {
+                    Err(E::invalid_type(Unexpected::Str(word), &self))
+                }
+            }
+        }
+        deserializer.deserialize_any(Either)
+    }
 }
 
 /// `[scale]`.
@@ -169,6 +206,10 @@ pub(super) struct ColumnNames {
 #[derive(Clone, Debug)]
 pub(in crate::dataset) struct TrackSettings {
     pub(super) capture_fps: Option<f64>,
+    /// `capture_fps` is said to be unknown and stands for one frame a second (discs).
+    pub(in crate::dataset) unknown_rate: bool,
+    /// The tracks are of discs, whose centre may have to be found from points on them.
+    pub(super) discs: bool,
     /// The rate that the file's times follow, where it is not the camera's.
     pub(super) playback_fps: Option<f64>,
     pub(super) calibration: Calibration,
@@ -190,6 +231,7 @@ pub(in crate::dataset) fn check(
     video: Option<&RawVideo>,
     scale: Option<&RawScale>,
     tracks: Option<&RawTracks>,
+    discs: bool,
     source: &Source,
     problems: &mut Problems,
 ) -> TrackSettings {
@@ -205,13 +247,25 @@ pub(in crate::dataset) fn check(
         }
         good.then_some(number)
     };
-    let capture_fps = positive("capture_fps", &video.capture_fps);
+    let capture_fps = match &video.capture_fps {
+        Some(given) => match *given.as_ref() {
+            Rate::Fps(fps) => positive("capture_fps", &Some(Spanned::new(given.span(), fps))),
+            Rate::Unknown => Some(1.0),
+        },
+        None => None,
+    };
+    let unknown_rate = video.capture_fps.as_ref().filter(|given| *given.as_ref() == Rate::Unknown);
     let playback_fps = positive("playback_fps", &video.playback_fps);
     let readout = positive("row_readout_s", &video.row_readout_s);
     let rows = positive("rows", &video.rows);
     let m_per_px = positive("m_per_px", &scale.m_per_px);
     let position_sd = positive("position_sd_m", &tracks.position_sd_m);
 
+    if let Some(given) = unknown_rate.filter(|_| !discs) {
+        let message = "capture_fps is \"unknown\"; expected a number: gravity and the cloth act in seconds (only discs \
+                       can do without)";
+        source.add(problems, &given.span(), message.to_string());
+    }
     if let (Some(playback), None) = (&video.playback_fps, &video.capture_fps) {
         let message = "playback_fps needs capture_fps beside it: what the camera recorded at";
         source.add(problems, &playback.span(), message.to_string());
@@ -235,6 +289,8 @@ pub(in crate::dataset) fn check(
     let folder = source.path.parent().map(PathBuf::from).unwrap_or_default();
     TrackSettings {
         capture_fps,
+        unknown_rate: unknown_rate.is_some(),
+        discs,
         playback_fps,
         calibration,
         unit: scale.length_unit.as_ref().map(|unit| *unit.as_ref()),
@@ -369,7 +425,7 @@ pub(super) mod tests {
         let source = Source { path: std::path::Path::new("dataset.toml"), text };
         let mut problems = Problems::new("");
         let settings =
-            check(raw.video.as_ref(), raw.scale.as_ref(), raw.tracks.as_ref(), &source, &mut problems);
+            check(raw.video.as_ref(), raw.scale.as_ref(), raw.tracks.as_ref(), false, &source, &mut problems);
         assert!(problems.is_empty(), "{}", problems.into_error());
         settings
     }

@@ -22,6 +22,13 @@ struct Grid {
 /// says why that cannot be done and what would help.
 pub(super) fn settle(shot: &mut RawShot, settings: &TrackSettings, notes: &mut Notes) -> Result<f64, String> {
     let fps = settings.capture_fps;
+    if settings.unknown_rate && shot.clock != Clock::In(TimeUnit::Frames) {
+        return Err(
+            "[video] capture_fps is \"unknown\", which goes with frame numbers, but this file has times; \
+                    expected no capture_fps, or the right one"
+                .to_string(),
+        );
+    }
     let unit = match shot.clock {
         Clock::FramesAt(stated) => {
             if let Some(given) = fps.filter(|fps| (fps / stated - 1.0).abs() > MISMATCH) {

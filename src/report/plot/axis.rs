@@ -54,9 +54,10 @@ impl Axis {
         Self { name: name.into(), low: -end, high: end }
     }
 
-    /// Starts at zero where values that cannot be negative come near it.
+    /// Starts at zero where values none of which is negative come near it.
     pub(super) fn starting_at_zero(mut self) -> Self {
-        if self.low < 0.25 * self.high {
+        let least = self.low + PADDING / (1.0 + 2.0 * PADDING) * (self.high - self.low);
+        if (-1e-9 * self.high..0.25 * self.high).contains(&least) {
             self.low = self.low.min(0.0).max(-PADDING * self.high);
         }
         self
@@ -71,13 +72,18 @@ impl Axis {
     pub(super) fn ticks(&self, count: usize) -> Vec<(f64, String)> {
         let raw = (self.high - self.low) / count.max(2) as f64;
         let power = 10_f64.powf(raw.log10().floor());
-        let step = [1.0, 2.0, 5.0].into_iter().map(|m| m * power).find(|step| *step >= raw * 0.999);
-        let step = step.unwrap_or(10.0 * power);
+        let wide = |step: &f64| *step >= raw * 0.999;
+        let steps = [0.5, 1.0, 2.0, 5.0, 10.0].map(|m| m * power);
+        let chosen = steps.iter().position(wide).unwrap_or(steps.len() - 1);
+        // A tick at the very end counts in spite of rounding errors.
+        let ends = |step: f64| ((self.low / step - 1e-9).ceil(), (self.high / step + 1e-9).floor());
+        let enough = |step: &&f64| ends(**step).1 - ends(**step).0 >= count.min(3) as f64 - 1.0;
+        // one or two ticks give no scale: a finer step then
+        let step = *steps[..=chosen].iter().rev().find(enough).unwrap_or(&steps[chosen]);
         if !(step.is_finite() && step > 0.0) {
             return Vec::new();
         }
-        // A tick at the very end counts in spite of rounding errors.
-        let (first, last) = ((self.low / step - 1e-9).ceil(), (self.high / step + 1e-9).floor());
+        let (first, last) = ends(step);
         // Counted in steps, so that rounding errors do not add up.
         let steps = (0..=(last - first).clamp(0.0, 50.0) as u32).map(|i| first + f64::from(i));
         let largest = self.low.abs().max(self.high.abs());
@@ -112,8 +118,19 @@ mod tests {
         assert_eq!(labels(-0.5, 3.2), ["0", "1", "2", "3"]);
         assert_eq!(labels(-3.1, 3.1), ["−2", "0", "2"]);
         assert_eq!(labels(0.0, 0.3), ["0.00", "0.05", "0.10", "0.15", "0.20", "0.25", "0.30"]);
+        assert_eq!(labels(-0.19, 0.19), ["−0.1", "0.0", "0.1"]);
+        let few = |low, high| Axis { name: String::new(), low, high }.ticks(3).len();
+        assert_eq!((few(-0.19, 0.19), few(-0.51, 0.51)), (3, 3));
         assert_eq!(labels(0.0, 90.0), ["0", "20", "40", "60", "80"]);
         assert_eq!(labels(0.0, 3e7), ["0", "5e6", "1.0e7", "1.5e7", "2.0e7", "2.5e7", "3.0e7"]);
+    }
+
+    #[test]
+    fn only_what_is_never_negative_starts_at_zero() {
+        let axis = |low: f64, high: f64| Axis::around("x", [low, high]).starting_at_zero();
+        assert!((-1.0..=0.0).contains(&axis(0.5, 10.0).low));
+        assert!(axis(-50.0, 45.0).low < -50.0);
+        assert!(axis(5.0, 10.0).low > 4.0);
     }
 
     #[test]

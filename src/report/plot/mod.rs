@@ -7,7 +7,7 @@ mod frame;
 mod panels;
 mod points;
 mod series;
-pub mod track;
+pub(super) mod track;
 
 use plotters::prelude::*;
 

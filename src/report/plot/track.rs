@@ -13,106 +13,154 @@ use crate::track::{Sample, TrackShot};
 const WIDTH: i32 = 1200;
 const HEIGHT: i32 = 660;
 
-/// Side of the square plan, pixels.
-const PLAN: i32 = 540;
+/// Width of the plan, pixels: so that what is within its axes is square.
+const PLAN: i32 = 538;
+
+/// What a picture shows, whatever was fitted.
+pub(in crate::report) struct Picture<'a> {
+    pub shot: &'a TrackShot,
+    /// Below the title.
+    pub summary: String,
+    pub names: [&'static str; 2],
+    /// First and last instant used.
+    pub window: [f64; 2],
+    /// Instant of impact.
+    pub time: f64,
+    /// The axis of times and what one unit of it is in those of the track.
+    pub clock: (&'static str, f64),
+    /// Standard deviation of a coordinate, m.
+    pub position_sd: f64,
+    /// Radii of both, m.
+    pub radii: [f64; 2],
+    /// The fitted place of either at a time.
+    pub place: &'a dyn Fn(usize, f64) -> [f64; 2],
+}
 
 /// The picture of a shot as SVG: plan in centimetres, residuals in millimetres against time.
 pub fn svg(shot: &TrackShot, impact: &Impact, scene: &Scene) -> Result<String, ReportError> {
-    let mut text = String::new();
-    let size = (WIDTH as u32, HEIGHT as u32);
-    let area = SVGBackend::with_string(&mut text, size).into_drawing_area();
-    let drawn = draw(&area, shot, impact, scene);
-    drop(area);
-    match drawn {
-        Ok(()) => Ok(text),
-        Err(reason) => Err(ReportError::Draw { dataset: format!("shot {}", shot.name), reason }),
-    }
-}
-
-fn draw<DB: DrawingBackend>(
-    area: &DrawingArea<DB, plotters::coord::Shift>,
-    shot: &TrackShot,
-    impact: &Impact,
-    scene: &Scene,
-) -> Result<(), String> {
-    let canvas = Canvas::new(area)?;
-    let title = shortened(&format!("shot {}", shot.name), LARGE, WIDTH - 44);
-    canvas.text(&title, (22, 32), Anchor::Left, LARGE, INK)?;
-    canvas.text(&summary(impact), (22, 66), Anchor::Left, SMALL, GREY)?;
-
-    let [from, to] = impact.window;
-    let used = |sample: &&Sample| (from..=to).contains(&sample.t);
-    let cm = |metres: f64| 100.0 * metres;
-    let balls = [("cue ball", &shot.cue), ("object ball", &shot.object)];
     let motion = impact.motion(scene);
     let place = |ball: usize, t: f64| if ball == 0 { motion.cue(t) } else { motion.object(t) };
+    let picture = Picture {
+        shot,
+        summary: summary(impact),
+        names: ["cue ball", "object ball"],
+        window: impact.window,
+        time: impact.values[Quantity::Time as usize],
+        clock: ("time from the impact (ms)", 1e-3),
+        position_sd: impact.position_sd,
+        radii: [scene.ball.radius; 2],
+        place: &place,
+    };
+    picture.svg()
+}
 
-    // equal scales: the longer side decides
-    let all = || balls.iter().flat_map(|(_, samples)| samples.iter().filter(used));
-    let (mut x, mut y) =
-        (Axis::around("x (cm)", all().map(|s| cm(s.x))), Axis::around("y (cm)", all().map(|s| cm(s.y))));
-    let half = 0.5 * (x.high - x.low).max(y.high - y.low);
-    for axis in [&mut x, &mut y] {
-        let middle = 0.5 * (axis.low + axis.high);
-        (axis.low, axis.high) = (middle - half, middle + half);
+impl Picture<'_> {
+    pub(in crate::report) fn svg(&self) -> Result<String, ReportError> {
+        let mut text = String::new();
+        let size = (WIDTH as u32, HEIGHT as u32);
+        let area = SVGBackend::with_string(&mut text, size).into_drawing_area();
+        let drawn = self.draw(&area);
+        drop(area);
+        match drawn {
+            Ok(()) => Ok(text),
+            Err(reason) => Err(ReportError::Draw { dataset: format!("shot {}", self.shot.name), reason }),
+        }
     }
-    let plan = Rect { left: 10, top: 84, right: 10 + PLAN + 60, bottom: HEIGHT - 10 };
-    let frame = Frame::new(
-        &canvas,
-        plan,
-        "Seen from above",
-        &["points: tracked; lines: fitted".to_string()],
-        (x, y),
-    )?;
-    let steps = 200;
-    for (ball, (_, samples)) in balls.iter().enumerate() {
-        let path: Vec<(f64, f64)> = (0..=steps)
-            .map(|step| {
-                let [x, y] = place(ball, from + (to - from) * f64::from(step) / f64::from(steps));
+
+    fn draw<DB: DrawingBackend>(&self, area: &DrawingArea<DB, plotters::coord::Shift>) -> Result<(), String> {
+        let canvas = Canvas::new(area)?;
+        let title = shortened(&format!("shot {}", self.shot.name), LARGE, WIDTH - 44);
+        canvas.text(&title, (22, 32), Anchor::Left, LARGE, INK)?;
+        canvas.text(&self.summary, (22, 66), Anchor::Left, SMALL, GREY)?;
+        self.plan(&canvas)?;
+        self.residuals(&canvas)?;
+        for (ball, name) in self.names.into_iter().enumerate() {
+            let x = WIDTH - 360 + 170 * ball as i32;
+            marker(&canvas, (x, 32), ball, 1.0)?;
+            canvas.text(name, (x + 14, 32), Anchor::Left, SMALL, INK)?;
+        }
+        Ok(())
+    }
+
+    /// The samples that the fit used or left out as wrong, by ball.
+    fn used(&self) -> [Vec<&Sample>; 2] {
+        let [from, to] = self.window;
+        [&self.shot.cue, &self.shot.object]
+            .map(|samples| samples.iter().filter(|sample| (from..=to).contains(&sample.t)).collect())
+    }
+
+    /// Tracks, fitted paths, and both balls as they touch, with the line of centres.
+    fn plan<DB: DrawingBackend>(&self, canvas: &Canvas<DB>) -> Result<(), String> {
+        const STEPS: u32 = 200;
+        let cm = |metres: f64| 100.0 * metres;
+        let contact = [0, 1].map(|ball| (self.place)(ball, self.time));
+        let outline = |ball: usize| {
+            (0..=60).map(move |step| {
+                let (sin, cos) = (std::f64::consts::TAU * f64::from(step) / 60.0).sin_cos();
+                let ([x, y], radius) = (contact[ball], self.radii[ball]);
+                (cm(x + radius * cos), cm(y + radius * sin))
+            })
+        };
+        let path = |ball: usize| {
+            let [from, to] = self.window;
+            (0..=STEPS).map(move |step| {
+                let [x, y] = (self.place)(ball, from + (to - from) * f64::from(step) / f64::from(STEPS));
                 (cm(x), cm(y))
             })
-            .collect();
-        for sample in samples.iter().filter(used) {
-            marker(&canvas, frame.at(cm(sample.x), cm(sample.y)), ball, 0.45)?;
+        };
+        // wrong frames far away would shrink the rest: the fitted paths decide
+        let all = || [0, 1].into_iter().flat_map(|ball| path(ball).chain(outline(ball)));
+        let (mut x, mut y) =
+            (Axis::around("x (cm)", all().map(|p| p.0)), Axis::around("y (cm)", all().map(|p| p.1)));
+        // equal scales: the longer side decides
+        let half = 0.5 * (x.high - x.low).max(y.high - y.low);
+        for axis in [&mut x, &mut y] {
+            let middle = 0.5 * (axis.low + axis.high);
+            (axis.low, axis.high) = (middle - half, middle + half);
         }
-        frame.line(&path, color(ball), 2)?;
+        let area = Rect { left: 10, top: 84, right: 10 + PLAN, bottom: HEIGHT - 10 };
+        let remarks = ["points: tracked; lines: fitted; circles: at the impact".to_string()];
+        let frame = Frame::new(canvas, area, "Seen from above", &remarks, (x, y))?;
+        for (ball, samples) in self.used().iter().enumerate() {
+            for sample in samples {
+                marker(canvas, frame.at(cm(sample.x), cm(sample.y)), ball, 0.45)?;
+            }
+            frame.line(&path(ball).collect::<Vec<_>>(), color(ball), 2)?;
+            frame.line(&outline(ball).collect::<Vec<_>>(), color(ball), 1)?;
+        }
+        frame.line(&contact.map(|[x, y]| (cm(x), cm(y))), INK, 2)?;
+        frame.axes()
     }
-    frame.axes()?;
 
-    let time = impact.values[Quantity::Time as usize];
-    let mut points = Vec::new();
-    for (ball, (_, samples)) in balls.iter().enumerate() {
-        for sample in samples.iter().filter(used) {
-            let [x, y] = place(ball, sample.t);
-            points.push((ball, 1e3 * (sample.t - time), 1e3 * (sample.x - x), 1e3 * (sample.y - y)));
+    fn residuals<DB: DrawingBackend>(&self, canvas: &Canvas<DB>) -> Result<(), String> {
+        let mut points = Vec::new();
+        for (ball, samples) in self.used().iter().enumerate() {
+            for sample in samples {
+                let [x, y] = (self.place)(ball, sample.t);
+                let time = (sample.t - self.time) / self.clock.1;
+                points.push((ball, time, [1e3 * (sample.x - x), 1e3 * (sample.y - y)]));
+            }
         }
-    }
-    // wrong frames would squeeze the others: they stand at the edge
-    let most = 6e3 * impact.position_sd;
-    for (row, (name, pick)) in [("x residual (mm)", 0), ("y residual (mm)", 1)].into_iter().enumerate() {
-        let value = |p: &(usize, f64, f64, f64)| if pick == 0 { p.2 } else { p.3 };
-        let top = 84 + row as i32 * 285;
-        let rect = Rect { left: PLAN + 90, top, right: WIDTH - 6, bottom: top + 285 };
-        let axes = (
-            Axis::around("time from the impact (ms)", points.iter().map(|p| p.1)),
-            Axis::symmetric(name, points.iter().map(|p| value(p).clamp(-most, most)), 1e-6),
-        );
-        let title = if row == 0 { "Tracked less fitted" } else { "" };
-        let frame = Frame::new(&canvas, rect, title, &[], axes)?;
-        let (low, high) = (frame.x.low, frame.x.high);
-        frame.line(&[(low, 0.0), (high, 0.0)], INK, 1)?;
-        frame.line(&[(0.0, frame.y.low), (0.0, frame.y.high)], GREY, 1)?;
-        for point in &points {
-            marker(&canvas, frame.at(point.1, value(point)), point.0, 0.6)?;
+        // wrong frames would squeeze the others: they stand at the edge
+        let most = 6e3 * self.position_sd;
+        for (row, name) in ["x residual (mm)", "y residual (mm)"].into_iter().enumerate() {
+            let top = 84 + row as i32 * 285;
+            let rect = Rect { left: PLAN + 30, top, right: WIDTH - 6, bottom: top + 285 };
+            let values = points.iter().map(|(_, _, residual)| residual[row].clamp(-most, most));
+            let axes =
+                (Axis::around(self.clock.0, points.iter().map(|p| p.1)), Axis::symmetric(name, values, 1e-6));
+            let title = if row == 0 { "Tracked less fitted" } else { "" };
+            let frame = Frame::new(canvas, rect, title, &[], axes)?;
+            let (low, high) = (frame.x.low, frame.x.high);
+            frame.line(&[(low, 0.0), (high, 0.0)], INK, 1)?;
+            frame.line(&[(0.0, frame.y.low), (0.0, frame.y.high)], GREY, 1)?;
+            for (ball, time, residual) in &points {
+                marker(canvas, frame.at(*time, residual[row]), *ball, 0.6)?;
+            }
+            frame.axes()?;
         }
-        frame.axes()?;
+        Ok(())
     }
-    for (ball, (name, _)) in balls.iter().enumerate() {
-        let x = WIDTH - 360 + 170 * ball as i32;
-        marker(&canvas, (x, 66), ball, 1.0)?;
-        canvas.text(name, (x + 14, 66), Anchor::Left, SMALL, INK)?;
-    }
-    Ok(())
 }
 
 fn summary(impact: &Impact) -> String {

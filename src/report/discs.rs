@@ -1,0 +1,143 @@
+//! Extracted impacts of discs: a table, what was left out, and a picture of each shot.
+
+use std::fmt::Write;
+
+use super::ReportError;
+use super::csv::quoted;
+use super::plot::track::Picture;
+use crate::dataset::Dataset;
+use crate::disc::Discs;
+use crate::impact::disc::{DiscImpact, Quantity};
+use crate::track::TrackShot;
+
+/// The column of a quantity, and what one unit of it is in SI.
+fn column(quantity: Quantity) -> (&'static str, f64) {
+    match quantity {
+        Quantity::Restitution => ("e", 1.0),
+        Quantity::ImpulseRatio => ("impulse_ratio", 1.0),
+        Quantity::ImpulseRatioByFirstSpin => ("impulse_ratio_by_cue_spin", 1.0),
+        Quantity::ImpulseRatioBySecondSpin => ("impulse_ratio_by_obj_spin", 1.0),
+        Quantity::MassRatio => ("mass_ratio", 1.0),
+        Quantity::MomentumAlong => ("momentum_along", 1.0),
+        Quantity::MomentumAcross => ("momentum_across", 1.0),
+        Quantity::SlipBefore => ("slip", 1.0),
+        Quantity::SlipAfter => ("slip_after", 1.0),
+        Quantity::NormalX => ("nx", 1.0),
+        Quantity::NormalY => ("ny", 1.0),
+        Quantity::ContactDistance => ("contact_distance_mm", 1e-3),
+        Quantity::FirstVxBefore => ("cue_vx", 1.0),
+        Quantity::FirstVyBefore => ("cue_vy", 1.0),
+        Quantity::SecondVxBefore => ("obj_vx", 1.0),
+        Quantity::SecondVyBefore => ("obj_vy", 1.0),
+        Quantity::FirstVxAfter => ("cue_vx_after", 1.0),
+        Quantity::FirstVyAfter => ("cue_vy_after", 1.0),
+        Quantity::SecondVxAfter => ("obj_vx_after", 1.0),
+        Quantity::SecondVyAfter => ("obj_vy_after", 1.0),
+        Quantity::FirstSpinBefore => ("cue_wz", 1.0),
+        Quantity::FirstSpinAfter => ("cue_wz_after", 1.0),
+        Quantity::SecondSpinBefore => ("obj_wz", 1.0),
+        Quantity::SecondSpinAfter => ("obj_wz_after", 1.0),
+        Quantity::Time => ("impact_time_s", 1.0),
+    }
+}
+
+/// Its name where frames stand for seconds.
+fn per_frame(name: &str) -> String {
+    let moves = name.starts_with("slip") || name.contains("_v") || name.contains("_w");
+    match name {
+        "impact_time_s" => "impact_frame".to_string(),
+        _ if moves => format!("{name}_per_frame"),
+        _ => name.to_string(),
+    }
+}
+
+/// discs.csv and left-out.csv.
+#[must_use]
+pub fn files(
+    dataset: &Dataset,
+    discs: &Discs,
+    extracted: &[(TrackShot, DiscImpact)],
+) -> Vec<(&'static str, Vec<u8>)> {
+    vec![
+        ("left-out.csv", super::extracted::left_out(dataset).into_bytes()),
+        ("discs.csv", table(discs, extracted).into_bytes()),
+    ]
+}
+
+fn table(discs: &Discs, extracted: &[(TrackShot, DiscImpact)]) -> String {
+    let mut table = String::from("shot");
+    for quantity in Quantity::ALL {
+        let name = column(quantity).0;
+        let name = if discs.in_seconds { name.to_string() } else { per_frame(name) };
+        _ = write!(table, ",{name},{name}_sd");
+    }
+    table.push_str(",mass_ratio_from,position_sd_mm,reduced_chi2,frames_used,frames_left_out\n");
+    for (shot, impact) in extracted {
+        table.push_str(&quoted(&shot.name));
+        for quantity in Quantity::ALL {
+            match impact.get(quantity) {
+                Some(measured) => {
+                    let unit = column(quantity).1;
+                    let sd = measured.sd.unwrap_or(f64::NAN) / unit;
+                    _ = write!(table, ",{},{sd}", measured.value / unit);
+                }
+                None => table.push_str(",,"),
+            }
+        }
+        _ = writeln!(
+            table,
+            ",{},{},{},{},{}",
+            if discs.masses.is_some() { "masses" } else { "momentum" },
+            1e3 * impact.position_sd,
+            impact.reduced_chi2,
+            impact.frames.iter().sum::<usize>(),
+            impact.outliers
+        );
+    }
+    table
+}
+
+/// One SVG a shot, named after it.
+pub fn pictures(
+    discs: &Discs,
+    extracted: &[(TrackShot, DiscImpact)],
+) -> Result<Vec<(String, Vec<u8>)>, ReportError> {
+    let names: Vec<String> = extracted.iter().map(|(shot, _)| shot.name.clone()).collect();
+    let folders = super::group_folders(&names);
+    let draw = |((shot, impact), name): (&(TrackShot, DiscImpact), &String)| {
+        let picture = Picture {
+            shot,
+            summary: summary(impact),
+            names: ["first disc", "second disc"],
+            window: impact.window,
+            time: impact.get(Quantity::Time).map_or(f64::NAN, |time| time.value),
+            clock: if discs.in_seconds {
+                ("time from the impact (ms)", 1e-3)
+            } else {
+                ("frames from the impact", 1.0)
+            },
+            position_sd: impact.position_sd,
+            radii: impact.radii,
+            place: &|disc, time| impact.place(disc, time),
+        };
+        Ok((format!("{name}.svg"), picture.svg()?.into_bytes()))
+    };
+    extracted.iter().zip(&folders).map(draw).collect()
+}
+
+/// What a reader wants to know first.
+#[must_use]
+pub fn summary(impact: &DiscImpact) -> String {
+    let with_error = |name: &str, quantity: Quantity| {
+        let text =
+            |m: crate::dataset::Measured| format!("{name} {:.4} ± {:.4}", m.value, m.sd.unwrap_or(f64::NAN));
+        impact.get(quantity).map_or(String::new(), text)
+    };
+    let parts = [
+        with_error("e", Quantity::Restitution),
+        with_error("J_t/J_n", Quantity::ImpulseRatio),
+        with_error("mass ratio", Quantity::MassRatio),
+        format!("noise {:.3} mm", 1e3 * impact.position_sd),
+    ];
+    parts.join(", ")
+}

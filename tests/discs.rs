@@ -1,0 +1,322 @@
+//! Discs: impacts of pucks made with known masses, friction and restitution, through the program and the
+//! library; what is refused; and the two real data sets that ship.
+
+use std::f64::consts::TAU;
+use std::fmt::Write as _;
+use std::fs;
+use std::path::Path;
+
+use caromfit::dataset::{self, Dataset};
+use caromfit::fit::{self, Options};
+use caromfit::footage::{with_discs, with_impacts};
+use caromfit::impact::disc::{DiscImpact, Quantity};
+use rand::{Rng, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+
+const MU: f64 = 0.08;
+const E: f64 = 0.8;
+const RADII: [f64; 2] = [0.030, 0.020];
+const MASSES: [f64; 2] = [0.050, 0.030];
+const FPS: f64 = 500.0;
+/// Standard deviation of a coordinate of a marker, m.
+const NOISE: f64 = 1e-4;
+
+/// A disc in free motion: place and velocity at the impact, angle and angular velocity.
+#[derive(Clone, Copy, Debug)]
+struct Motion {
+    place: [f64; 2],
+    velocity: [f64; 2],
+    spin: f64,
+}
+
+/// Before and after, of both discs, and the truth about them.
+struct Collision {
+    time: f64,
+    sides: [[Motion; 2]; 2],
+    normal: [f64; 2],
+    ratio: f64,
+}
+
+/// Two discs that slide on each other throughout, from Coulomb's law and Newton's restitution.
+fn collision(rng: &mut ChaCha8Rng) -> Collision {
+    let direction = rng.random_range(0.0..TAU);
+    let (sin, cos) = f64::sin_cos(direction);
+    let turn = |n: f64, t: f64| [n * cos - t * sin, n * sin + t * cos];
+    let along = |[x, y]: [f64; 2]| [x * cos + y * sin, y * cos - x * sin];
+    let side = if rng.random::<bool>() { 1.0 } else { -1.0 };
+    let own = turn(rng.random_range(-0.2..0.2), rng.random_range(-0.2..0.2));
+    let towards = turn(rng.random_range(-0.8..-0.4), side * rng.random_range(0.5..0.8));
+    let first = Motion { place: [0.3, 0.4], velocity: own, spin: rng.random_range(-2.0..2.0) };
+    let distance = RADII[0] + RADII[1];
+    let second = Motion {
+        place: [0.3 + distance * cos, 0.4 + distance * sin],
+        velocity: [own[0] + towards[0], own[1] + towards[1]],
+        spin: rng.random_range(-2.0..2.0),
+    };
+    let [g_n, g_t] = along(towards);
+    let slip = g_t - RADII[0] * first.spin - RADII[1] * second.spin;
+    let normal = -(1.0 + E) * g_n / (1.0 / MASSES[0] + 1.0 / MASSES[1]);
+    let ratio = -MU * slip.signum();
+    // the slip changes by (1 + 1/ν)(1/m₁ + 1/m₂) J_t
+    assert!(slip.abs() > 3.0 * MU * (1.0 + E) * g_n.abs(), "it must not stick");
+    let after = |disc: usize, motion: Motion| {
+        let sign = if disc == 0 { -1.0 } else { 1.0 };
+        let change = turn(sign * normal / MASSES[disc], sign * ratio * normal / MASSES[disc]);
+        let velocity = [motion.velocity[0] + change[0], motion.velocity[1] + change[1]];
+        Motion { velocity, spin: motion.spin - ratio * normal / (0.5 * MASSES[disc] * RADII[disc]), ..motion }
+    };
+    let time = (40.0 + rng.random::<f64>()) / FPS;
+    Collision {
+        time,
+        sides: [[first, second], [after(0, first), after(1, second)]],
+        normal: [cos, sin],
+        ratio,
+    }
+}
+
+fn normal(rng: &mut ChaCha8Rng) -> f64 {
+    let (u, v): (f64, f64) = (rng.random_range(1e-12..1.0), rng.random());
+    (-2.0 * u.ln()).sqrt() * (TAU * v).cos()
+}
+
+/// Three points on the rim of either disc, a few gaps, and a wrong frame now and then.
+fn film(shots: usize, seed: u64) -> (String, Vec<Collision>) {
+    let mut rng = ChaCha8Rng::seed_from_u64(seed);
+    let mut table = String::from("shot,frame,ball,x,y\n");
+    let mut truths = Vec::new();
+    for shot in 0..shots {
+        let truth = collision(&mut rng);
+        let start = rng.random_range(0.0..TAU);
+        for frame in 0..=80 {
+            let late = f64::from(frame) / FPS - truth.time;
+            for disc in 0..2 {
+                let Motion { place, velocity, spin } = truth.sides[usize::from(late >= 0.0)][disc];
+                for point in 0..3 {
+                    let (sin, cos) = (start + 2.0 * f64::from(point) + spin * late).sin_cos();
+                    let radius = 0.9 * RADII[disc];
+                    let x = place[0] + velocity[0] * late + radius * cos + NOISE * normal(&mut rng);
+                    let y = place[1] + velocity[1] * late + radius * sin + NOISE * normal(&mut rng);
+                    let wrong = if rng.random::<f64>() < 0.003 { 0.02 } else { 0.0 };
+                    if rng.random::<f64>() > 0.02 {
+                        let name = ["a", "b"][disc];
+                        _ = writeln!(table, "{shot},{frame},{name}{point},{:.6},{y:.6}", x + wrong);
+                    }
+                }
+            }
+        }
+        truths.push(truth);
+    }
+    (table, truths)
+}
+
+const SETTINGS: &str = "name = \"pucks\"\nkind = \"tracks\"\nfiles = [\"pucks.csv\"]\n\
+    [ball]\nshape = \"disc\"\nradius_m = 0.030\nmass_kg = 0.050\n[object]\nradius_m = 0.020\nmass_kg = 0.030\n\
+    [video]\ncapture_fps = 500\n\
+    [tracks]\ncue = [\"a0\", \"a1\", \"a2\"]\nobject = [\"b0\", \"b1\", \"b2\"]\n";
+
+fn load(settings: &str, table: &str) -> Result<Dataset, String> {
+    let folder = tempfile::tempdir().unwrap();
+    fs::write(folder.path().join("dataset.toml"), settings).unwrap();
+    fs::write(folder.path().join("pucks.csv"), table).unwrap();
+    dataset::load(folder.path()).map_err(|error| error.to_string())
+}
+
+/// What every quantity of a collision truly is.
+fn truths(truth: &Collision) -> Vec<(Quantity, f64)> {
+    let [before, after] = truth.sides;
+    let g = [before[1].velocity[0] - before[0].velocity[0], before[1].velocity[1] - before[0].velocity[1]];
+    let [cos, sin] = truth.normal;
+    let slip = g[1] * cos - g[0] * sin - RADII[0] * before[0].spin - RADII[1] * before[1].spin;
+    vec![
+        (Quantity::Restitution, E),
+        (Quantity::ImpulseRatio, truth.ratio),
+        (Quantity::ImpulseRatioByFirstSpin, truth.ratio),
+        (Quantity::ImpulseRatioBySecondSpin, truth.ratio),
+        (Quantity::MomentumAlong, 0.0),
+        (Quantity::MomentumAcross, 0.0),
+        (Quantity::SlipBefore, slip),
+        (Quantity::ContactDistance, RADII[0] + RADII[1]),
+        (Quantity::FirstVxBefore, before[0].velocity[0]),
+        (Quantity::SecondVyBefore, before[1].velocity[1]),
+        (Quantity::FirstVyAfter, after[0].velocity[1]),
+        (Quantity::SecondVxAfter, after[1].velocity[0]),
+        (Quantity::FirstSpinBefore, before[0].spin),
+        (Quantity::SecondSpinAfter, after[1].spin),
+        (Quantity::Time, truth.time),
+    ]
+}
+
+fn of_shot(
+    extracted: &[(caromfit::track::TrackShot, DiscImpact)],
+) -> impl Iterator<Item = (usize, &DiscImpact)> {
+    extracted.iter().map(|(track, impact)| (track.name.parse().unwrap(), impact))
+}
+
+/// Errors over stated standard deviations have mean 0 and standard deviation 1.
+#[test]
+fn errors_of_discs_are_what_they_are_stated_to_be() {
+    const SHOTS: usize = 250;
+    /// Four standard errors of a mean over the shots, and what the estimated noise and correlation add.
+    const MEAN: f64 = 0.25;
+    const SPREAD: f64 = 0.2;
+    let (table, made) = film(SHOTS, 5);
+    let (dataset, extracted) = with_discs(load(SETTINGS, &table).unwrap());
+    assert!(dataset.left_out.is_empty(), "{:?}", dataset.left_out);
+    let mut directions = Vec::new();
+    let mut pulls: Vec<(Quantity, Vec<f64>)> =
+        truths(&made[0]).iter().map(|(q, _)| (*q, Vec::new())).collect();
+    for (shot, impact) in of_shot(&extracted) {
+        for ((quantity, truth), (_, pulls)) in truths(&made[shot]).into_iter().zip(&mut pulls) {
+            let measured = impact.get(quantity).unwrap();
+            pulls.push((measured.value - truth) / measured.sd.unwrap());
+        }
+        // a component near ±1 hardly moves with the angle: the angle itself is normal
+        let [x, y] = [Quantity::NormalX, Quantity::NormalY].map(|quantity| impact.get(quantity).unwrap());
+        let [cos, sin] = made[shot].normal;
+        directions.push((y.value * cos - x.value * sin) / x.sd.unwrap().hypot(y.sd.unwrap()));
+    }
+    pulls.push((Quantity::NormalX, directions));
+    for (quantity, pulls) in pulls {
+        let n = pulls.len() as f64;
+        let mean = pulls.iter().sum::<f64>() / n;
+        let spread = (pulls.iter().map(|p| (p - mean).powi(2)).sum::<f64>() / (n - 1.0)).sqrt();
+        println!("{quantity:?}: {mean:.3} ± {spread:.3}");
+        assert!(mean.abs() < MEAN && (spread - 1.0).abs() < SPREAD, "{quantity:?}: {mean} ± {spread}");
+    }
+}
+
+#[test]
+fn masses_radii_and_frame_rate_need_not_be_known() {
+    let (table, made) = film(20, 6);
+    let bare = SETTINGS
+        .replace("radius_m = 0.030\nmass_kg = 0.050\n[object]\nradius_m = 0.020\nmass_kg = 0.030\n", "")
+        .replace("capture_fps = 500", "capture_fps = \"unknown\"");
+    let (_, known) = with_discs(load(SETTINGS, &table).unwrap());
+    let (dataset, extracted) = with_discs(load(&bare, &table).unwrap());
+    assert!(dataset.tracks.unwrap().notes.iter().any(|note| note.contains("frame rate is unknown")));
+    for ((shot, impact), (_, known)) in of_shot(&extracted).zip(of_shot(&known)) {
+        let pull = |quantity: Quantity, truth: f64| {
+            let measured = impact.get(quantity).unwrap();
+            (measured.value - truth).abs() / measured.sd.unwrap()
+        };
+        // a normal deviate beyond 5 comes once in two million
+        assert!(pull(Quantity::MassRatio, MASSES[1] / MASSES[0]) < 5.0);
+        assert!(pull(Quantity::ContactDistance, RADII[0] + RADII[1]) < 5.0);
+        assert!(pull(Quantity::Time, made[shot].time * FPS) < 5.0);
+        assert!(impact.get(Quantity::MomentumAlong).is_none());
+        // the radii's prior moves them by little
+        for quantity in [Quantity::Restitution, Quantity::ImpulseRatio] {
+            let (a, b) = (impact.get(quantity).unwrap(), known.get(quantity).unwrap());
+            assert!((a.value - b.value).abs() < 0.2 * b.sd.unwrap(), "{quantity:?}: {a:?}, {b:?}");
+        }
+    }
+}
+
+#[test]
+fn a_fit_of_discs_finds_friction_and_restitution() {
+    let (table, _) = film(40, 7);
+    let dataset = with_impacts(load(SETTINGS, &table).unwrap(), &|| ()).0;
+    let fit = fit::fit(&dataset, &Options::default()).unwrap().remove(0);
+    for (i, truth) in [(0, MU), (2, E)] {
+        let estimate = fit.estimates[i];
+        let pull = (estimate.value - truth) / estimate.std_error.unwrap();
+        println!("{} ± {}", estimate.value, estimate.std_error.unwrap());
+        assert!(pull.abs() < 4.0 && estimate.std_error.unwrap() < 0.005, "{i}: {pull}");
+    }
+    assert!(fit.chi2 / (fit.dof as f64) < 1.5, "{}", fit.chi2 / fit.dof as f64);
+}
+
+#[test]
+fn what_does_not_go_with_discs_is_refused() {
+    let (table, _) = film(1, 8);
+    for (from, to, parts) in [
+        ("shape = \"disc\"\n", "", &["[object] goes with [ball] shape"][..]),
+        ("shape = \"disc\"", "shape = \"cube\"", &["\"cube\"", "sphere, disc"]),
+        ("[video]", "[cue_spin]\nassume = \"stun\"\n[video]", &["[cue_spin] goes with balls"]),
+        ("radius_m = 0.030\n", "", &["radius_m stands in [object], but not in [ball]"]),
+        ("mass_kg = 0.030", "mass_kg = 0", &["object.mass_kg is 0; expected more than 0"]),
+        ("[\"a0\", \"a1\", \"a2\"]", "[\"a0\", \"a1\"]", &["2 points do not tell", "three or more"]),
+        ("capture_fps = 500", "capture_fps = \"fast\"", &["\"unknown\""]),
+    ] {
+        assert!(SETTINGS.contains(from));
+        let error = load(&SETTINGS.replace(from, to), &table).unwrap_err();
+        assert!(parts.iter().all(|part| error.contains(part)), "{parts:?} is not in {error}");
+    }
+    let balls = "name = \"b\"\nkind = \"tracks\"\nfiles = [\"pucks.csv\"]\n[cue_spin]\nassume = \"stun\"\n\
+                 [video]\ncapture_fps = \"unknown\"\n[tracks]\ncue = \"a0\"\nobject = \"b0\"\n";
+    assert!(load(balls, &table).unwrap_err().contains("gravity and the cloth act in seconds"));
+}
+
+#[test]
+fn shots_of_discs_that_cannot_be_used_say_why() {
+    let (table, made) = film(1, 9);
+    let reason = |settings: &str, table: &str| {
+        let (dataset, extracted) = with_discs(load(settings, table).unwrap());
+        assert!(extracted.is_empty());
+        dataset.left_out[0].1.clone()
+    };
+    let frames = |keep: &dyn Fn(i64, &str) -> bool| {
+        let (head, rows) = table.split_once('\n').unwrap();
+        let kept = rows.lines().filter(|row| {
+            let cells: Vec<&str> = row.split(',').collect();
+            keep(cells[1].parse().unwrap(), cells[2])
+        });
+        format!("{head}\n{}\n", kept.collect::<Vec<_>>().join("\n"))
+    };
+    let impact = (made[0].time * FPS) as i64;
+    let short = reason(SETTINGS, &frames(&|frame, _| (0..5).contains(&frame)));
+    assert!(short.contains("too short: 5 frames"), "{short}");
+    let early = reason(SETTINGS, &frames(&|frame, _| frame < impact - 8));
+    assert!(early.contains("too few frames of the first disc after the impact"), "{early}");
+    let late = reason(SETTINGS, &frames(&|frame, ball| frame > impact - 3 || ball.starts_with('a')));
+    assert!(late.contains("too few frames of the second disc before the impact: 3"), "{late}");
+    let away = reason(SETTINGS, &frames(&|frame, _| frame > impact + 5));
+    assert!(away.contains("before the impact") || away.contains("no collision"), "{away}");
+    let larger = reason(&SETTINGS.replace("radius_m = 0.020", "radius_m = 0.025"), &table);
+    assert!(larger.contains("mm apart at the impact, not 55.00 mm"), "{larger}");
+}
+
+fn shipped(name: &str) -> (Dataset, DiscImpact) {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("data").join(name);
+    let (dataset, mut extracted) = with_discs(dataset::load(&folder).unwrap());
+    assert_eq!((extracted.len(), dataset.left_out.len()), (1, 0));
+    (dataset, extracted.remove(0).1)
+}
+
+/// Against an independent calculation (centres by superposition of the markers, lines by least squares with
+/// another program, windows of 8 to 16 frames either side): what differs comes of the window.
+#[test]
+fn the_qualisys_pucks() {
+    let (_, impact) = shipped("pucks-qualisys");
+    let value = |quantity: Quantity| impact.get(quantity).unwrap().value;
+    for (quantity, expected, window) in [
+        (Quantity::Restitution, 0.718, 0.006),
+        (Quantity::ImpulseRatio, -0.192, 0.003),
+        (Quantity::ContactDistance, 0.04997, 0.00002),
+        (Quantity::Time, 719.47 / 500.0, 0.1 / 500.0),
+        (Quantity::FirstSpinAfter, 10.36, 0.05),
+        (Quantity::SecondSpinAfter, 10.45, 0.1),
+    ] {
+        let off = (value(quantity) - expected).abs();
+        assert!(off < window, "{quantity:?}: {} is {off} off {expected}", value(quantity));
+    }
+    // friction along the band is against the slip, and throws it back
+    assert!(value(Quantity::SlipBefore) > 0.5 && value(Quantity::SlipAfter) < -0.2);
+    // the masses are known, but not which puck is which
+    let ratio = value(Quantity::MassRatio);
+    assert!((0.97..1.03).contains(&ratio), "{ratio}");
+    // all of the tangential impulse is in the spins
+    let spins = value(Quantity::ImpulseRatioByFirstSpin) + value(Quantity::ImpulseRatioBySecondSpin);
+    assert!((0.5 * spins - value(Quantity::ImpulseRatio)).abs() < 0.005);
+}
+
+#[test]
+fn the_opencv_disks() {
+    let (dataset, impact) = shipped("pucks-opencv");
+    let value = |quantity: Quantity| impact.get(quantity).unwrap().value;
+    // the same independent calculation; errors of 0.01 each, and windows that differ
+    assert!((value(Quantity::Restitution) - 0.931).abs() < 0.02, "{}", value(Quantity::Restitution));
+    assert!(value(Quantity::ImpulseRatio).abs() < 0.05, "{}", value(Quantity::ImpulseRatio));
+    assert!((value(Quantity::Time) - 145.43).abs() < 0.1 && impact.outliers >= 1);
+    assert!(dataset.tracks.unwrap().discs.unwrap().masses.is_none());
+}
