@@ -10,4 +10,5 @@ mod published;
 mod recovery;
 mod report;
 mod shipped;
+mod statistics;
 mod tracks;

@@ -56,7 +56,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         }
     }
 
-    let options = Options { fidelity: args.fidelity.0 };
+    let options = Options { fidelity: args.fidelity.0, ..Options::default() };
     let mut progress = Progress::new(datasets.len());
     let mut fits = Vec::new();
     let (mut failed, mut bad_input) = (Vec::new(), false);

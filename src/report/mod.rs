@@ -2,12 +2,14 @@
 //! pure: a fit goes in, text or bytes come out. Only [`write`](mod@write) touches the disk.
 
 pub mod csv;
+mod diagnostics;
 pub mod extracted;
 pub mod json;
 mod number;
 pub mod plot;
 pub mod table;
 pub mod text;
+mod trust;
 pub mod write;
 
 use std::path::PathBuf;
