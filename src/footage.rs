@@ -121,7 +121,7 @@ fn coefficients(
     let usable = tracks.iter().zip(impacts);
     let shots = usable.filter_map(|(track, impact)| Some(shots::shot(track, impact.as_ref().ok()?, sliding)));
     let some = Dataset { shots: shots.collect(), sliding, by: None, left_out: Vec::new(), ..dataset.clone() };
-    let fit = fit::fit(&some, &Options::default()).ok()?.pop()?;
+    let fit = fit::fit(&some, &Options { profiles: false, ..Options::default() }).ok()?.pop()?;
     let [mu, mu_s, e] = Parameter::ALL.map(|parameter| fit.estimates[parameter as usize]);
     let known = fit.converged && mu.status != Status::NotIdentified;
     known.then_some(Coefficients { mu: mu.value, mu_s: mu_s.value, e: e.value })

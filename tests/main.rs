@@ -13,4 +13,5 @@ mod published;
 mod recovery;
 mod report;
 mod shipped;
+mod statistics;
 mod tracks;

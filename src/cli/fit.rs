@@ -49,7 +49,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         }
     }
 
-    let options = Options { fidelity: args.fidelity.0 };
+    let options = Options { fidelity: args.fidelity.0, ..Options::default() };
     let progress = Progress::over_shots(&datasets);
     let mut fits = Vec::new();
     let (mut failed, mut bad_input) = (Vec::new(), false);

@@ -7,10 +7,9 @@ use argmin::solver::goldensectionsearch::GoldenSectionSearch;
 use nalgebra::DVector;
 
 use super::FitError;
-use super::search::Search;
-use crate::optimise::{self, Constraints, Options, Solution, Termination};
+use super::profile::Slice;
+use crate::optimise::{self, Options, Solution, Termination};
 use crate::parameters::Parameter;
-use crate::residuals::{Problem, Whitening, parameter_mut};
 
 /// What a fit says that ends at a kink.
 pub(super) const TERMINATION: &str = "converged: at the value of μ where a shot begins to stick";
@@ -24,35 +23,20 @@ const MAX_SECTIONS: u64 = 100;
 /// The stalled step is this near to the minimum.
 const BRACKET: f64 = 0.1;
 
-/// The minimum, and whether it is at a kink.
+/// The minimum from a start that satisfies the constraints, and whether it is at a kink.
 pub(super) fn minimise(
-    search: &Search,
-    free: &[Parameter],
-    x: &DVector<f64>,
-    constraints: &Constraints,
-    whitening: &Whitening,
+    slice: &Slice,
+    start: &DVector<f64>,
+    options: &Options,
 ) -> Result<(Solution, bool), FitError> {
-    let problem =
-        |free, held| Problem::new(search.fitted, search.model, search.settings, free, held, whitening);
-    let options = Options::default();
-    let mut solution = optimise::minimise(problem(free, search.initial), x, constraints, &options)?;
-    let Some(mu) = free.iter().position(|parameter| *parameter == Parameter::Mu) else {
+    let constraints = &slice.constraints;
+    let mut solution = optimise::minimise(slice.problem(), start, constraints, options)?;
+    let Some(mu) = slice.free.iter().position(|parameter| *parameter == Parameter::Mu) else {
         return Ok((solution, false));
     };
-    if solution.termination != Termination::Stalled {
+    if solution.termination != Termination::Stalled || constraints.lower[mu] == constraints.upper[mu] {
         return Ok((solution, false));
     }
-    let others: Vec<Parameter> = free.iter().copied().filter(|p| *p != Parameter::Mu).collect();
-    let profile = Profile {
-        search,
-        whitening,
-        others: &others,
-        start: solution.x.clone().remove_row(mu),
-        constraints: Constraints::bounds(
-            constraints.lower.clone().remove_row(mu),
-            constraints.upper.clone().remove_row(mu),
-        ),
-    };
     let stalled = solution.x[mu];
     let (from, to) = (
         (stalled * (1.0 - BRACKET)).max(constraints.lower[mu]),
@@ -61,6 +45,7 @@ pub(super) fn minimise(
     let Ok(golden) = GoldenSectionSearch::new(from, to).and_then(|g| g.with_tolerance(TOLERANCE)) else {
         return Ok((solution, false));
     };
+    let profile = Profile { slice, mu, start: &solution.x };
     let found = Executor::new(&profile, golden)
         .configure(|state| state.param(stalled).max_iters(MAX_SECTIONS))
         .timer(false)
@@ -68,40 +53,26 @@ pub(super) fn minimise(
     let Some(best) = found.ok().and_then(|found| found.state.best_param) else {
         return Ok((solution, false));
     };
-    let Some((rest, cost)) = profile.at(best) else { return Ok((solution, false)) };
+    let Some((x, cost)) = profile.at(best) else { return Ok((solution, false)) };
     if cost > solution.cost {
         return Ok((solution, false));
     }
-    let x = rest.insert_row(mu, best);
-    (solution.residuals, solution.jacobian) = problem(free, search.initial).evaluate_at(&x);
+    (solution.residuals, solution.jacobian) = slice.problem().evaluate_at(&x);
     (solution.x, solution.cost) = (x, cost);
     Ok((solution, from < best && best < to))
 }
 
 /// ½χ² as a function of μ, least over the others.
 struct Profile<'a> {
-    search: &'a Search<'a>,
-    whitening: &'a Whitening,
-    others: &'a [Parameter],
-    start: DVector<f64>,
-    constraints: Constraints,
+    slice: &'a Slice<'a>,
+    mu: usize,
+    start: &'a DVector<f64>,
 }
 
 impl Profile<'_> {
-    /// The other parameters and the cost.
+    /// The unknowns and the cost.
     fn at(&self, mu: f64) -> Option<(DVector<f64>, f64)> {
-        let mut held = self.search.initial;
-        *parameter_mut(&mut held, Parameter::Mu) = mu;
-        let Search { fitted, model, settings, .. } = *self.search;
-        let problem = Problem::new(fitted, model, settings, self.others, held, self.whitening);
-        let prior = settings[Parameter::Mu].prior.map_or(0.0, |p| 0.5 * ((mu - p.mean) / p.sd).powi(2));
-        if self.start.is_empty() {
-            let (residuals, _) = problem.evaluate_at(&self.start);
-            return Some((self.start.clone(), 0.5 * residuals.norm_squared() + prior));
-        }
-        let solution =
-            optimise::minimise(problem, &self.start, &self.constraints, &Options::default()).ok()?;
-        Some((solution.x, solution.cost + prior))
+        self.slice.at(&[(self.mu, mu)], self.start)
     }
 }
 

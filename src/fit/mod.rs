@@ -1,10 +1,14 @@
 //! Data set + settings → [`Fit`]: estimates, uncertainties, residuals, and what to think of them.
 
+mod identify;
 mod kink;
+mod profile;
 mod remarks;
 mod run;
 mod search;
 mod uncertainty;
+
+pub use identify::{Combination, Identifiability};
 
 use std::path::PathBuf;
 
@@ -20,11 +24,14 @@ use crate::parameters::Parameter;
 #[derive(Clone, Copy, Debug)]
 pub struct Options {
     pub fidelity: Fidelity,
+    /// Whether the profiles of χ² are followed for the intervals, which takes some ten times as long as
+    /// the estimates.
+    pub profiles: bool,
 }
 
 impl Default for Options {
     fn default() -> Self {
-        Self { fidelity: Fidelity::Full }
+        Self { fidelity: Fidelity::Full, profiles: true }
     }
 }
 
@@ -116,10 +123,18 @@ pub struct Fit {
     pub converged: bool,
     pub iterations: usize,
     pub seconds: f64,
+    pub diagnostics: Diagnostics,
     /// What the reader must know: sentences, the most important first.
     pub warnings: Vec<String>,
     /// What the reader may want to know.
     pub notes: Vec<String>,
+}
+
+/// How far a fit can be trusted.
+#[derive(Clone, Debug, Default)]
+pub struct Diagnostics {
+    /// `None` where nothing was fitted.
+    pub identifiability: Option<Identifiability>,
 }
 
 /// One fitted parameter.
@@ -128,12 +143,47 @@ pub struct Estimate {
     pub parameter: Parameter,
     pub value: f64,
     pub std_error: Option<f64>,
-    /// 95 % interval, within the bounds; at an active bound it is one-sided.
+    /// 95 % interval, within the bounds; at an active bound it is one-sided. That of the profile where
+    /// the two of `intervals` differ by more than a tenth, else that of the Hessian.
     pub interval_95: Option<[f64; 2]>,
+    pub intervals: Intervals,
     /// The standard error if the parameters at their bounds were known to be there. Only where
     /// that differs from `std_error`.
     pub std_error_at_bound: Option<f64>,
     pub status: Status,
+}
+
+/// A parameter's 95 % interval, found in two ways.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Intervals {
+    /// From the curvature of χ² at its minimum: value ± t·error, as far as the bounds allow.
+    pub hessian: Option<[f64; 2]>,
+    /// Where χ², least over all other parameters, is t² above its minimum.
+    pub profile: Option<[f64; 2]>,
+}
+
+impl Estimate {
+    /// Sets both intervals and which of them is the one to quote.
+    fn choose_interval(&mut self, profile: Option<[f64; 2]>) {
+        /// An end that is off by more than this part of the half width matters.
+        const DIFFERENT: f64 = 0.1;
+        let hessian = self.interval_95;
+        self.intervals = Intervals { hessian, profile };
+        let (Some(hessian), Some(profile)) = (hessian, profile) else {
+            self.interval_95 = hessian.or(profile);
+            return;
+        };
+        let half = 0.5 * (hessian[1] - hessian[0]);
+        if (0..2).any(|side| (hessian[side] - profile[side]).abs() > DIFFERENT * half) {
+            self.interval_95 = Some(profile);
+        }
+    }
+
+    /// Whether `interval_95` is that of the profile.
+    #[must_use]
+    pub fn is_profiled(&self) -> bool {
+        self.interval_95.is_some() && self.interval_95 == self.intervals.profile
+    }
 }
 
 /// What a fit could say about a parameter.

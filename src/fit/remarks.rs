@@ -14,12 +14,7 @@ const IMPROBABLE: f64 = 0.001;
 /// Releasing a bound is worth a warning when it makes an error this many times as large.
 const WORTH_WARNING: f64 = 2.0;
 
-pub(super) fn add(
-    fit: &mut Fit,
-    fitted: &[Fitted],
-    knows_noise: bool,
-    combination: Option<&[(Parameter, f64)]>,
-) {
+pub(super) fn add(fit: &mut Fit, fitted: &[Fitted], knows_noise: bool) {
     let mut warnings = Vec::new();
     let mut notes = Vec::new();
     if !fit.converged {
@@ -41,16 +36,18 @@ pub(super) fn add(
             first.reason
         ));
     }
-    if let Some(direction) = combination {
-        let terms: Vec<_> =
-            direction.iter().map(|(p, weight)| format!("{weight:+.3}·d{}", p.symbol())).collect();
-        let names: Vec<_> = direction.iter().map(|(p, _)| p.symbol()).collect();
-        warnings.push(format!(
-            "These data determine only a combination of {}: the residuals do not change along {}. They were \
-             left at their initial values; fix all but one of them.",
-            names.join(" and "),
-            terms.join(" ")
-        ));
+    let worst = fit.diagnostics.identifiability.as_ref().and_then(|found| found.worst.as_ref());
+    let undetermined = worst.is_some_and(|worst| worst.undetermined);
+    if let Some(worst) = worst.filter(|worst| worst.weak) {
+        let mut sentence = format!("{}.", capital(&worst.words));
+        if undetermined {
+            let names: Vec<_> = worst.terms.iter().map(|(p, _)| p.symbol()).collect();
+            sentence += &format!(
+                " {} were left at their initial values; fix all but one of them.",
+                names.join(" and ")
+            );
+        }
+        warnings.push(sentence);
     }
     let topspin = fitted.iter().any(|shot| shot.plan.has_topspin());
     for estimate in fit.estimates {
@@ -61,7 +58,7 @@ pub(super) fn add(
                  left at {}.",
                 estimate.value
             )),
-            Status::NotIdentified if combination.is_none() => notes.push(format!(
+            Status::NotIdentified if !undetermined => notes.push(format!(
                 "{symbol} is not identified: no observation depends on it. It was left at {}.",
                 estimate.value
             )),
@@ -137,6 +134,28 @@ pub(super) fn add(
     }
     fit.warnings.extend(warnings);
     fit.notes.extend(notes);
+}
+
+/// A profile that leads below the minimum that was found.
+pub(super) fn add_lower(fit: &mut Fit, lowest: f64) {
+    /// Of χ²: less than this part, or than this much, is rounding.
+    const WORTH_SAYING: f64 = 1e-6;
+    if lowest < fit.chi2 - WORTH_SAYING * fit.chi2.max(1.0) {
+        fit.warnings.insert(
+            0,
+            format!(
+                "This is not the lowest minimum: elsewhere χ² is {lowest:.4} instead of {:.4}. Give other initial \
+                 values under [fit].",
+                fit.chi2
+            ),
+        );
+    }
+}
+
+/// With a capital letter.
+fn capital(words: &str) -> String {
+    let mut letters = words.chars();
+    letters.next().map_or(String::new(), |first| first.to_uppercase().chain(letters).collect())
 }
 
 /// Parameters that are known only to lie on a plateau.

@@ -4,9 +4,11 @@ use std::time::Instant;
 
 use nalgebra::DMatrix;
 
+use super::identify;
+use super::profile::{self, Slice};
 use super::search::{Group, Plateau, Search};
-use super::uncertainty;
-use super::{Estimate, Fit, FitError, Noise, Options, Rejected, Residual, Status};
+use super::uncertainty::{self, Quantiles};
+use super::{Diagnostics, Estimate, Fit, FitError, Intervals, Noise, Options, Rejected, Residual, Status};
 use crate::collision::{Coefficients, Fidelity, Model};
 use crate::dataset::{Dataset, Shot};
 use crate::observable::Observable;
@@ -56,11 +58,15 @@ pub(super) fn fit_shots(
             parameters: free.iter().map(|p| p.name()).collect::<Vec<_>>().join(", "),
         });
     }
-    let mut combination = None;
+    let mut identifiability = None;
     let mut plateaus: Vec<Plateau> = Vec::new();
     let (minimum, estimated) = loop {
         let (minimum, estimated) = search.converge(&free)?;
+        let ties = DMatrix::zeros(0, minimum.jacobian.ncols());
+        let silent = || silent.iter().copied().filter(|p| !settings[*p].fixed).collect();
+        let identify = || identify::identify(&minimum.jacobian, &ties, &free, &minimum.x, silent());
         let Some(null) = uncertainty::null_direction(&minimum.jacobian) else {
+            identifiability = identifiability.or_else(identify);
             break (minimum, estimated);
         };
         // what the data cannot tell is left where it started, or at the edge from which on they no
@@ -71,17 +77,25 @@ pub(super) fn fit_shots(
             *parameter_mut(&mut search.initial, parameter) = plateau.edge;
             plateaus.push(plateau);
         } else {
-            let named: Vec<_> = null.iter().map(|(column, weight)| (free[*column], *weight)).collect();
-            combination = Some(named);
+            identifiability = identify();
         }
         free.retain(|p| !lost.contains(p));
     };
     let dof = observations + priors(&free) - free.len();
     let knows_noise = estimated.iter().all(|group| group.estimable);
     let estimates_noise = !estimated.is_empty();
-    let uncertainty = uncertainty::of(&minimum, &free, settings, knows_noise, estimates_noise.then_some(dof));
-
-    let reach = uncertainty::one_sided(knows_noise, estimates_noise.then_some(dof));
+    let quantiles = Quantiles::new(estimates_noise.then_some(dof)).filter(|_| knows_noise);
+    let mut uncertainty = uncertainty::of(&minimum, &free, settings, quantiles.as_ref());
+    let mut lowest = minimum.cost;
+    if let (true, Some(quantiles)) = (options.profiles, &quantiles) {
+        let constraints = minimum.constraints.clone();
+        let slice = Slice { search: &search, free: &free, constraints, whitening: &minimum.whitening };
+        let profiles;
+        (profiles, lowest) = profile::intervals(&slice, &minimum, &uncertainty.estimates, quantiles);
+        for (estimate, profile) in uncertainty.estimates.iter_mut().zip(profiles) {
+            estimate.choose_interval(profile);
+        }
+    }
     let estimates = Parameter::ALL.map(|parameter| {
         let setting = &settings[parameter];
         let own = free.iter().position(|p| *p == parameter);
@@ -92,8 +106,11 @@ pub(super) fn fit_shots(
                 parameter,
                 value: plateau.edge,
                 std_error: None,
-                interval_95: reach
-                    .map(|t| search.plateau_interval(plateau, &minimum.coefficients, &estimated, t)),
+                interval_95: quantiles.as_ref().map(|quantiles| {
+                    let t = quantiles.one_sided;
+                    search.plateau_interval(plateau, &minimum.coefficients, &estimated, t)
+                }),
+                intervals: Intervals::default(),
                 std_error_at_bound: None,
                 status: Status::Free,
             },
@@ -102,6 +119,7 @@ pub(super) fn fit_shots(
                 value: setting.initial,
                 std_error: None,
                 interval_95: None,
+                intervals: Intervals::default(),
                 std_error_at_bound: None,
                 status: if setting.fixed { Status::Fixed } else { Status::NotIdentified },
             },
@@ -135,10 +153,12 @@ pub(super) fn fit_shots(
         converged: minimum.converged,
         iterations: minimum.iterations,
         seconds: 0.0,
+        diagnostics: Diagnostics { identifiability },
         warnings: Vec::new(),
         notes: Vec::new(),
     };
-    super::remarks::add(&mut fit, &fitted, knows_noise, combination.as_deref());
+    super::remarks::add(&mut fit, &fitted, knows_noise);
+    super::remarks::add_lower(&mut fit, 2.0 * lowest);
     super::remarks::add_plateaus(&mut fit, &plateaus);
     super::remarks::add_tracks(&mut fit, dataset);
     fit.seconds = begun.elapsed().as_secs_f64();

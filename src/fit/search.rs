@@ -3,12 +3,13 @@
 
 use nalgebra::{DMatrix, DVector};
 
+use super::profile::Slice;
 use super::uncertainty::{self, Minimum};
 use super::{FitError, kink};
 use crate::collision::{Coefficients, Model};
 use crate::dataset::Measurement;
 use crate::observable::Observable;
-use crate::optimise::Constraints;
+use crate::optimise::{self, Constraints};
 use crate::parameters::{Parameter, Setting, Settings};
 use crate::residuals::{
     self, EstimatedSd, Fitted, Problem, Whitening, common_shift, difference, parameter_mut,
@@ -182,7 +183,7 @@ impl Search<'_> {
     }
 
     /// Fits the free parameters, the others at their initial values, until the weights rest.
-    pub(super) fn converge(&mut self, free: &[Parameter]) -> Result<(Minimum, Vec<Group>), FitError> {
+    pub(super) fn converge(&self, free: &[Parameter]) -> Result<(Minimum, Vec<Group>), FitError> {
         // behind the free parameters, the error that all shots share
         let shared = usize::from(self.sliding_sd.is_some());
         let bounds = |pick: fn(&Setting) -> f64, of_shared: f64| {
@@ -211,8 +212,8 @@ impl Search<'_> {
                 self.sliding_sd.and_then(|sd| common_shift(self.fitted, self.model, &coefficients, sd));
             let whitening = whitening.with_common(common);
             if x.is_empty() {
-                let problem =
-                    Problem::new(self.fitted, self.model, self.settings, free, self.initial, &whitening);
+                let Self { fitted, model, settings, initial, .. } = *self;
+                let problem = Problem::new(fitted, model, settings, free, initial, &whitening);
                 let (residuals, jacobian) = problem.evaluate_at(&x);
                 self.reweigh(&mut groups, &coefficients, &jacobian);
                 let minimum = Minimum {
@@ -222,13 +223,16 @@ impl Search<'_> {
                     x,
                     jacobian,
                     active: Vec::new(),
+                    constraints,
+                    whitening,
                     termination: "nothing to fit: every parameter is fixed or silent".to_string(),
                     converged: true,
                     iterations: 0,
                 };
                 return Ok((minimum, groups));
             }
-            let (solution, at_kink) = kink::minimise(self, free, &x, &constraints, &whitening)?;
+            let slice = Slice { search: self, free, constraints: constraints.clone(), whitening: &whitening };
+            let (solution, at_kink) = kink::minimise(&slice, &x, &optimise::Options::default())?;
             iterations += solution.iterations as usize;
             let moved = (&solution.x - &x).amax();
             x = solution.x.clone();
@@ -252,6 +256,8 @@ impl Search<'_> {
                     gradient: solution.jacobian.tr_mul(&solution.residuals),
                     jacobian: solution.jacobian,
                     active: solution.active,
+                    constraints,
+                    whitening,
                     termination,
                     converged,
                     iterations,

@@ -3,14 +3,15 @@
 use nalgebra::{DMatrix, DVector};
 use statrs::distribution::{ContinuousCDF, Normal, StudentsT};
 
-use super::{Estimate, Status};
+use super::{Estimate, Intervals, Status};
 use crate::collision::Coefficients;
-use crate::optimise::Activity;
+use crate::optimise::{Activity, Constraints};
 use crate::parameters::{Parameter, Settings};
+use crate::residuals::Whitening;
 
 /// Below this ratio of singular values of the column-scaled Jacobian a combination of parameters
 /// is not determined: its standard error would be rounding.
-const RANK: f64 = 1e-8;
+pub(super) const RANK: f64 = 1e-8;
 
 /// Parameters with at least this share in an undetermined direction are named.
 const SHARE: f64 = 0.1;
@@ -28,6 +29,9 @@ pub(super) struct Minimum {
     pub gradient: DVector<f64>,
     pub jacobian: DMatrix<f64>,
     pub active: Vec<Activity>,
+    pub constraints: Constraints,
+    /// With which it was found.
+    pub whitening: Whitening,
     pub termination: String,
     pub converged: bool,
     pub iterations: usize,
@@ -73,26 +77,22 @@ pub(super) fn leverages(jacobian: &DMatrix<f64>) -> Vec<f64> {
 }
 
 /// Standard errors from (JᵀJ)⁻¹. A parameter at a bound gets a one-sided interval and no error; for
-/// the others it counts once as free (`std_error`) and once as exactly at its bound.
-///
-/// `knows_noise`: whether every observation has a standard deviation; `estimated_dof`: the degrees
-/// of freedom that noise was estimated with, `None` where the data state it.
+/// the others it counts once as free (`std_error`) and once as exactly at its bound. Without
+/// quantiles, where the noise is not known, there are no errors.
 pub(super) fn of(
     minimum: &Minimum,
     free: &[Parameter],
     settings: &Settings,
-    knows_noise: bool,
-    estimated_dof: Option<usize>,
+    quantiles: Option<&Quantiles>,
 ) -> Uncertainty {
     let count = free.len();
     // behind the free parameters there may be errors that the shots share
     let columns = minimum.jacobian.ncols();
     let at_bound: Vec<usize> = (0..count).filter(|i| minimum.active[*i] != Activity::Free).collect();
     let inner: Vec<usize> = (0..columns).filter(|i| !at_bound.contains(i)).collect();
-    let quantiles = Quantiles::new(estimated_dof).filter(|_| knows_noise);
     let all: Vec<usize> = (0..columns).collect();
-    let released = quantiles.as_ref().and_then(|_| covariance(&minimum.jacobian, &all));
-    let conditional = quantiles.as_ref().and_then(|_| covariance(&minimum.jacobian, &inner));
+    let released = quantiles.and_then(|_| covariance(&minimum.jacobian, &all));
+    let conditional = quantiles.and_then(|_| covariance(&minimum.jacobian, &inner));
 
     let mut estimates: Vec<Estimate> = free
         .iter()
@@ -102,6 +102,7 @@ pub(super) fn of(
             value: minimum.x[i],
             std_error: None,
             interval_95: None,
+            intervals: Intervals::default(),
             std_error_at_bound: None,
             status: match minimum.active[i] {
                 Activity::Free => Status::Free,
@@ -158,23 +159,18 @@ pub(super) fn of(
     Uncertainty { estimates, correlation }
 }
 
-/// How many standard errors a one-sided 95 % limit is away; `None` where no error can be stated.
-pub(super) fn one_sided(knows_noise: bool, estimated_dof: Option<usize>) -> Option<f64> {
-    Quantiles::new(estimated_dof).filter(|_| knows_noise).map(|quantiles| quantiles.one_sided)
-}
-
 /// Quantiles of the standard error: normal where the noise is stated, Student's t where it was
 /// estimated from the residuals.
-struct Quantiles {
+pub(super) struct Quantiles {
     /// 97.5 %.
-    two_sided: f64,
+    pub two_sided: f64,
     /// 95 %.
-    one_sided: f64,
+    pub one_sided: f64,
 }
 
 impl Quantiles {
     /// `None` without degrees of freedom.
-    fn new(estimated_dof: Option<usize>) -> Option<Self> {
+    pub(super) fn new(estimated_dof: Option<usize>) -> Option<Self> {
         let pair = |two_sided, one_sided| Self { two_sided, one_sided };
         match estimated_dof {
             None => {

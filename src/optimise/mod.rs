@@ -18,6 +18,7 @@ use nalgebra::{DMatrix, DVector};
 mod active_set;
 mod constraints;
 mod linear_algebra;
+mod nearest;
 mod qp;
 mod solver;
 mod step;

@@ -2,8 +2,9 @@
 //! stands beside the number.
 
 use serde::{Serialize, Serializer};
+use serde_json::{Map, Value};
 
-use super::{ReportError, reduced_chi2, unit_name};
+use super::{ReportError, diagnostics, reduced_chi2, unit_name};
 use crate::fit::{Estimate, Fit, Noise};
 use crate::parameters::Parameter;
 
@@ -47,6 +48,7 @@ pub fn document(fit: &Fit) -> Document<'_> {
         reduced_chi2: reduced_chi2(fit),
         observations: fit.residuals.len(),
         noise: fit.noise.iter().map(noise).collect(),
+        diagnostics: diagnostics::entries(fit),
         shots_used: fit.shots_used,
         shots_rejected: fit
             .shots_rejected
@@ -79,6 +81,8 @@ pub struct Document<'a> {
     reduced_chi2: Option<f64>,
     observations: usize,
     noise: Vec<NoiseEntry>,
+    #[serde(flatten)]
+    diagnostics: Map<String, Value>,
     shots_used: usize,
     shots_rejected: Vec<Rejected<'a>>,
     converged: bool,
@@ -99,6 +103,9 @@ struct ParameterEntry {
     estimate: f64,
     std_error: Option<f64>,
     interval_95: Option<[f64; 2]>,
+    interval_method: Option<&'static str>,
+    interval_95_hessian: Option<[f64; 2]>,
+    interval_95_profile: Option<[f64; 2]>,
     std_error_at_bound: Option<f64>,
     status: &'static str,
 }
@@ -142,6 +149,12 @@ fn parameter(estimate: &Estimate) -> (&'static str, ParameterEntry) {
         estimate: estimate.value,
         std_error: estimate.std_error,
         interval_95: estimate.interval_95.and_then(finite),
+        interval_method: estimate
+            .interval_95
+            .and_then(finite)
+            .map(|_| if estimate.is_profiled() { "profile" } else { "hessian" }),
+        interval_95_hessian: estimate.intervals.hessian.and_then(finite),
+        interval_95_profile: estimate.intervals.profile.and_then(finite),
         std_error_at_bound: estimate.std_error_at_bound,
         status: estimate.status.name(),
     };

@@ -2,6 +2,7 @@
 //! pure: a fit goes in, text or bytes come out. Only [`write`](mod@write) touches the disk.
 
 pub mod csv;
+mod diagnostics;
 pub mod discs;
 pub mod extracted;
 pub mod json;
@@ -9,6 +10,7 @@ mod number;
 pub mod plot;
 pub mod table;
 pub mod text;
+mod trust;
 pub mod write;
 
 use std::path::PathBuf;

@@ -6,6 +6,7 @@ use statrs::distribution::{ChiSquared, ContinuousCDF};
 
 use super::number::{interval, plain, with_error};
 use super::table::{aligned, chi2_text, estimate};
+use super::trust::sections;
 use super::{noise_estimated, reduced_chi2, title};
 use crate::fit::{Estimate, Fit, Noise, Status};
 use crate::parameters::Parameter;
@@ -42,7 +43,10 @@ pub fn render(fit: &Fit) -> String {
     for warning in &fit.warnings {
         push(&mut text, &format!("Warning: {warning}"));
     }
-    push(&mut text, "\nParameters (no unit), ± one standard error, 95 % interval");
+    let profiled = fit.estimates.iter().any(Estimate::is_profiled);
+    let how =
+        if profiled { " (profile: where χ², least over the others, is t² above its minimum)" } else { "" };
+    push(&mut text, &format!("\nParameters (no unit), ± one standard error, 95 % interval{how}"));
     text.push_str(&aligned(&fit.estimates.iter().map(parameter).collect::<Vec<_>>(), "  "));
     for line in fit.estimates.iter().filter_map(at_bound) {
         push(&mut text, &line);
@@ -52,6 +56,12 @@ pub fn render(fit: &Fit) -> String {
     if !fit.noise.is_empty() {
         push(&mut text, "\nNoise of one observation, and root mean square (rms) of the residuals");
         text.push_str(&aligned(&fit.noise.iter().map(noise).collect::<Vec<_>>(), "  "));
+    }
+    for (title, lines) in sections(fit) {
+        push(&mut text, &format!("\n{title}"));
+        for line in &lines {
+            push(&mut text, &format!("  {line}"));
+        }
     }
     push(&mut text, &format!("\nShots: {} used, {} rejected", fit.shots_used, fit.shots_rejected.len()));
     for rejected in &fit.shots_rejected {
@@ -94,7 +104,10 @@ fn model(fit: &Fit) -> String {
 
 fn parameter(parameter: &Estimate) -> Vec<String> {
     let interval = match parameter.interval_95 {
-        Some(ends) if ends.iter().all(|end| end.is_finite()) => interval(ends, parameter.std_error),
+        Some(ends) if ends.iter().all(|end| end.is_finite()) => {
+            let how = if parameter.is_profiled() { " profile" } else { "" };
+            interval(ends, parameter.std_error) + how
+        }
         _ => String::new(),
     };
     let value = match parameter.status {

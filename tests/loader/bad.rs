@@ -52,7 +52,7 @@ fn unknown_keys_name_the_nearest() {
             "ball",
             "radius_m",
             "radus_m",
-            "dataset.toml:9: column 1: unknown key \"radus_m\" (did you mean \"radius_m\"?); expected one of radius_m, mass_kg, inertia",
+            "dataset.toml:9: column 1: unknown key \"radus_m\" (did you mean \"radius_m\"?); expected one of shape, radius_m, mass_kg, inertia",
         ),
         (
             "cue_spin",

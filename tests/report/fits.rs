@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use caromfit::fit::{Estimate, Fit, Noise, Rejected, Residual, Status};
+use caromfit::fit::{Diagnostics, Estimate, Fit, Intervals, Noise, Rejected, Residual, Status};
 use caromfit::observable::Observable;
 use caromfit::parameters::Parameter;
 use nalgebra::DMatrix;
@@ -17,13 +17,22 @@ fn estimate(parameter: Parameter, value: f64, std_error: f64) -> Estimate {
         value,
         std_error: Some(std_error),
         interval_95: Some([value - 1.96 * std_error, value + 1.96 * std_error]),
+        intervals: Intervals::default(),
         std_error_at_bound: None,
         status: Status::Free,
     }
 }
 
 fn without_error(parameter: Parameter, value: f64, status: Status) -> Estimate {
-    Estimate { parameter, value, std_error: None, interval_95: None, std_error_at_bound: None, status }
+    Estimate {
+        parameter,
+        value,
+        std_error: None,
+        interval_95: None,
+        intervals: Intervals::default(),
+        std_error_at_bound: None,
+        status,
+    }
 }
 
 /// Ten throws, and nothing to complain about.
@@ -73,6 +82,7 @@ pub fn normal() -> Fit {
         converged: true,
         iterations: 9,
         seconds: 0.0123,
+        diagnostics: Diagnostics::default(),
         warnings: Vec::new(),
         notes: Vec::new(),
     }
