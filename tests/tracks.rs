@@ -391,3 +391,41 @@ fn settings_are_checked() {
     noted(&tracks, "homography from 4 points");
     refused(&format!("{video}{}", points.replace("\"down\"", "\"up\"")), data, &["mirror image"]);
 }
+
+#[test]
+fn two_files_of_one_ball_each_are_a_shot() {
+    let settings = "[video]\ncapture_fps = 100\n[tracks]\ncue = \"A\"\nobject = \"B\"";
+    let track = |name: &str, x: f64| format!("{name}\nt\tx\ty\n0.00\t{x}\t1\n0.01\t{x}\t2\n0.02\t{x}\t3\n");
+    let (a, b) = (track("\tmass A", 1.0), track("\tmass B", 5.0));
+    let (bare_a, bare_b) = (track("", 1.0), track("", 5.0));
+    // by the track's name or by the file's
+    for (first, second) in [(&a, &b), (&bare_a, &bare_b)] {
+        let (first, second) = (first.as_bytes(), second.as_bytes());
+        let files =
+            [("kick 1-A.txt", first), ("kick 1-B.txt", second), ("2_b.txt", second), ("2_a.txt", first)];
+        let tracks = load(settings, &files).unwrap();
+        assert_eq!(tracks.shots.iter().map(|shot| shot.name.as_str()).collect::<Vec<_>>(), ["kick-1", "2"]);
+        for shot in &tracks.shots {
+            assert_eq!((shot.cue[2], shot.object[2]), (at(0.02, 1.0, 3.0), at(0.02, 5.0, 3.0)));
+        }
+        noted(&tracks, "kick 1-A.txt: is cue ball of the shot \"kick-1\", whose object ball is");
+    }
+    // two files in all need no names alike
+    let tracks = load(settings, &[("one.txt", a.as_bytes()), ("other.txt", b.as_bytes())]).unwrap();
+    assert_eq!((tracks.shots.len(), tracks.shots[0].name.as_str()), (1, "one"));
+    // but of three or four it is not certain which go together
+    let error = load(settings, &[("1.txt", a.as_bytes()), ("2.txt", b.as_bytes()), ("3.txt", b.as_bytes())]);
+    assert!(error.unwrap_err().contains("named alike but for the ball, as in kick-A.txt and kick-B.txt"));
+}
+
+#[test]
+fn what_a_long_table_passes_over_is_said() {
+    let settings = "[video]\ncapture_fps = 1000";
+    let text = "shot,frame,ball,x,y,z\n1,0,cue,0,0,0.03\n1,0,object,0.3,0,0.03\n";
+    noted(&good(settings, "a.csv", text), "heights (z) are not used");
+    let text = "shot,frame,ball,x,y\n# in the lab, on a Monday, at noon, by us, alone\n1,0,cue,0,0\n1,0,object,1,0\n\
+                #2,0,cue,0,0\n#2,0,object,1,0\n\"#3\",0,cue,0,0\n\"#3\",0,object,1,0\n";
+    let tracks = good(settings, "a.csv", text);
+    assert_eq!(tracks.shots.iter().map(|shot| shot.name.as_str()).collect::<Vec<_>>(), ["1", "#3"]);
+    noted(&tracks, "a.csv:5: 2 rows from here on begin with #");
+}

@@ -219,11 +219,35 @@ pub(crate) fn read_toml<T: DeserializeOwned>(path: &Path) -> Result<T, DatasetEr
     parse(&Source { path, text }, &mut problems).ok_or_else(|| problems.into_error())
 }
 
+/// So many unknown keys are looked for.
+const UNKNOWN_KEYS: usize = 20;
+
+/// Says all that is unknown, where each is a line of its own: with that line made a comment, the next one is
+/// found. Of any other errors the first.
 fn parse<T: DeserializeOwned>(source: &Source, problems: &mut Problems) -> Option<T> {
-    let error = match toml::from_str(source.text) {
-        Ok(parsed) => return Some(parsed),
-        Err(error) => error,
-    };
+    let mut text = source.text.to_string();
+    for found in 0..UNKNOWN_KEYS {
+        let error = match toml::from_str(&text) {
+            Ok(parsed) => return (found == 0).then_some(parsed),
+            Err(error) => error,
+        };
+        let unknown = error.message().starts_with("unknown field");
+        // what follows from a value of several lines is none of its own
+        if found > 0 && !unknown {
+            return None;
+        }
+        complain(&error, source, problems);
+        let own_line = error.span().filter(|span| {
+            let before = text[..span.start].rsplit('\n').next().unwrap_or_default();
+            unknown && before.trim().is_empty() && text.is_char_boundary(span.start + 1)
+        });
+        text.replace_range(own_line.map(|span| span.start..span.start + 1)?, "#");
+    }
+    None
+}
+
+/// What toml or serde found, for people who write neither.
+fn complain(error: &toml::de::Error, source: &Source, problems: &mut Problems) {
     let text = source.text;
     // that of a key missing at the top says nothing
     let whole = |span: &Range<usize>| {
@@ -240,7 +264,6 @@ fn parse<T: DeserializeOwned>(source: &Source, problems: &mut Problems) -> Optio
         Some(span) => source.add(problems, &span, message),
         None => problems.add(source.path, None, None, message),
     }
-    None
 }
 
 /// The message of toml or serde about what is `written`, for people who write neither.
@@ -585,6 +608,11 @@ impl RawSetting {
                 let message = format!("{name}.fixed is {fixed:?}; expected {bounds}");
                 wrong(span(&self.fixed), message);
             }
+        }
+        if let (Some(_), Some(prior)) = (&self.fixed, self.prior_mean.as_ref().or(self.prior_sd.as_ref())) {
+            let message =
+                format!("{name} is fixed, so that its prior says nothing; expected only one of them");
+            wrong(Some(prior.span()), message);
         }
         match (&self.prior_mean, &self.prior_sd) {
             (Some(given), None) | (None, Some(given)) => {

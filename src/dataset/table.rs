@@ -70,7 +70,8 @@ impl Table {
         }
         if rows.is_empty() {
             if !ragged && slips.is_empty() {
-                let message = "no rows below the column names; expected at least one";
+                let hint = if text.contains("\n#") { " (lines that begin with # are comments)" } else { "" };
+                let message = format!("no rows below the column names; expected at least one{hint}");
                 problems.add(path, Some(header.line), None, message);
             }
             return None;

@@ -45,8 +45,17 @@ pub enum FitError {
          many observations as parameters: add shots, or fix parameters under [fit]"
     )]
     TooFewObservations { dataset: String, observations: usize, parameters: String },
-    #[error("{dataset}: {column} has a standard deviation in some shots but not in others; give all or none")]
-    MixedNoise { dataset: String, column: &'static str },
+    #[error(
+        "{dataset}: {column} has a standard deviation in {} (shot {}), but none in {} (shot {}); give all or none",
+        .with.0, .with.1, .without.0, .without.1
+    )]
+    MixedNoise {
+        dataset: String,
+        column: &'static str,
+        /// Place (file:line) and shot that has one, and that has none.
+        with: (String, String),
+        without: (String, String),
+    },
     #[error("the observations cannot be weighted: a covariance is not positive definite")]
     NoWeights,
     #[error(transparent)]

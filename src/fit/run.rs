@@ -189,16 +189,25 @@ fn plan(shots: &[&Shot], model: &Model, initial: &Coefficients) -> (Vec<Fitted>,
 
 /// Each observable has standard deviations everywhere or nowhere.
 fn check_noise(dataset: &Dataset, fitted: &[Fitted]) -> Result<(), FitError> {
-    let mut seen: Vec<(Observable, bool)> = Vec::new();
-    for row in fitted.iter().flat_map(|shot| shot.plan.rows()) {
+    let mut seen: Vec<(Observable, bool, usize)> = Vec::new();
+    for (index, row) in fitted.iter().flat_map(|shot| shot.plan.rows().iter().map(|row| (shot.index, row))) {
         let has = row.measured.sd.is_some();
-        match seen.iter().find(|(observable, _)| *observable == row.observable) {
-            Some((_, other)) if *other != has => {
-                let column = row.observable.column();
-                return Err(FitError::MixedNoise { dataset: dataset.name.clone(), column });
+        match seen.iter().find(|(observable, ..)| *observable == row.observable) {
+            Some((_, other, first)) if *other != has => {
+                let place = |index: usize| {
+                    let shot = &dataset.shots[index];
+                    (format!("{}:{}", shot.file.display(), shot.line), shot.name.clone())
+                };
+                let (with, without) = if has { (index, *first) } else { (*first, index) };
+                return Err(FitError::MixedNoise {
+                    dataset: dataset.name.clone(),
+                    column: row.observable.column(),
+                    with: place(with),
+                    without: place(without),
+                });
             }
             Some(_) => {}
-            None => seen.push((row.observable, has)),
+            None => seen.push((row.observable, has, index)),
         }
     }
     Ok(())

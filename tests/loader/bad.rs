@@ -4,7 +4,7 @@ use std::path::Path;
 
 use caromfit::dataset::{Dataset, DatasetError, load};
 
-use super::{ANGLES, HITS, IMPACTS, SHOTS, swap, write};
+use super::{ANGLES, HITS, IMPACTS, SHOTS, load_one, swap, write};
 
 /// What is said, without the folder, a line for each problem.
 fn said(folder: &Path, result: Result<Dataset, DatasetError>) -> String {
@@ -752,4 +752,57 @@ fn names_across_files() {
     let expected =
         "b.csv:2: column shot: \"x\" also names the shot in line 2 of a.csv; expected a name of its own";
     assert_eq!(said(folder.path(), load(folder.path())), expected);
+}
+
+#[test]
+fn every_unknown_key_on_a_line_of_its_own_is_named() {
+    let toml = swap(&swap(&swap(ANGLES, "cloth =", "clothe ="), "mass_kg", "mass_g"), "source", "sourse");
+    let error = load_one(&toml, SHOTS).unwrap_err();
+    let mut lines: Vec<_> = error.problems().iter().map(|problem| problem.line).collect();
+    lines.sort_unstable();
+    assert_eq!(lines, [Some(5), Some(6), Some(10)], "{error}");
+    let text = error.to_string();
+    assert!(["\"clothe\"", "\"sourse\"", "\"mass_g\""].iter().all(|key| text.contains(key)), "{text}");
+}
+
+#[test]
+fn what_is_fixed_has_no_prior() {
+    let toml =
+        swap(ANGLES, "mu_s = { fixed = 0.3 }", "mu_s = { fixed = 0.3, prior_mean = 0.2, prior_sd = 0.1 }");
+    let error = load_one(&toml, SHOTS).unwrap_err().to_string();
+    assert!(
+        error.contains("dataset.toml:18") && error.contains("mu_s is fixed, so that its prior"),
+        "{error}"
+    );
+}
+
+#[test]
+fn a_table_of_comments_only_is_said_to_be_one() {
+    let error = load_one(ANGLES, SHOTS.replace("\n1,", "\n#1,").replace("\n2,", "\n#2,")).unwrap_err();
+    assert!(
+        error.to_string().contains("no rows below the column names; expected at least one (lines that begin")
+    );
+}
+
+#[test]
+fn mixed_noise_names_the_lines() {
+    let dataset = |csv: &str| {
+        let folder = tempfile::tempdir().unwrap();
+        write(
+            folder.path(),
+            &[
+                ("dataset.toml", swap(ANGLES, "[\"shots.csv\"]", "[\"a.csv\", \"b.csv\"]").as_bytes()),
+                ("a.csv", SHOTS.as_bytes()),
+                ("b.csv", csv.as_bytes()),
+            ],
+        );
+        load(folder.path()).unwrap()
+    };
+    let dataset = dataset("shot,cut_deg,speed_m_s,throw_deg\n# plain\n9,30,2,3.1\n");
+    let error = caromfit::fit::fit(&dataset, &caromfit::fit::Options::default()).unwrap_err().to_string();
+    assert!(
+        error.contains("throw_deg has a standard deviation in") && error.contains("a.csv:2 (shot 1)"),
+        "{error}"
+    );
+    assert!(error.contains("none in") && error.contains("b.csv:3 (shot 9)"), "{error}");
 }

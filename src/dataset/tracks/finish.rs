@@ -126,9 +126,14 @@ fn assign(
     let mut found = Ball { centres: Vec::new(), markers: Vec::new() };
     for name in &names.0 {
         let (own, i) = find(tracks, name).map_err(|message| (Some(raw.line), message))?.ok_or_else(|| {
+            let apart = if tracks.len() + found.centres.len() < 2 {
+                " (one file a ball: named alike but for the ball, as in kick-A.txt and kick-B.txt)"
+            } else {
+                ""
+            };
             let message = format!(
                 "shot \"{}\" has no track \"{name}\" ([tracks] {ball} = {}); its tracks: {there}. Expected \
-                 both balls in one file or shot, and their names in [tracks] cue and object; or the shot skipped",
+                 both balls in one file or shot{apart}, and their names in [tracks] cue and object; or the shot skipped",
                 raw.name,
                 names.shown()
             );
@@ -162,7 +167,7 @@ fn number_twins(tracks: &mut [RawTrack]) {
 }
 
 /// The track that a name of dataset.toml means, with the name that it has in the file.
-fn find(tracks: &[RawTrack], wanted: &str) -> Result<Option<(String, usize)>, String> {
+pub(super) fn find(tracks: &[RawTrack], wanted: &str) -> Result<Option<(String, usize)>, String> {
     let last_word = |name: &str| {
         name.rsplit(|c: char| c.is_whitespace() || c == '_').next().unwrap_or_default().to_string()
     };

@@ -4,7 +4,7 @@ use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use super::raw::{Clock, FORMAT, Notes, RawShot, RawTrack, Row};
+use super::raw::{Clock, FORMAT, Notes, REPEATED, RawShot, RawTrack, Row};
 use super::settings::{TimeUnit, TrackSettings};
 use super::sheet::{Reader, Sheet};
 use super::text::{Separator, lines, trimmed};
@@ -83,9 +83,36 @@ pub(super) fn check_head(head: &Head, file: &Path, problems: &mut Problems, note
     } else {
         format!("; columns passed over: {}", strange.join(", "))
     };
-    let message = format!("read as a long table, {} between cells{passed}", head.separator.name());
+    let heights = if head.names.iter().any(|name| name == "z") {
+        "; heights (z) are not used: how high a ball flies follows from its path seen from above"
+    } else {
+        ""
+    };
+    let message = format!("read as a long table, {} between cells{passed}{heights}", head.separator.name());
     notes.add(FORMAT, file, None, message);
     good
+}
+
+/// Notes rows that are taken for comments since the name of their shot begins with #.
+pub(super) fn note_comments(text: &str, head: &Head, file: &Path, notes: &mut Notes) {
+    if head.columns.shot != Some(0) || !text.contains("\n#") {
+        return;
+    }
+    let is_row = |line: &str| {
+        let cells = trimmed(line, head.separator).unwrap_or_default();
+        cells.len() == head.names.len()
+            && [head.columns.time, head.columns.x].iter().all(|i| cells[*i].parse::<f64>().is_ok())
+    };
+    let commented = lines(text).skip(head.header).filter(|(_, line)| line.starts_with('#') && is_row(line));
+    let mut lines = commented.map(|(line, _)| line);
+    if let Some(first) = lines.next() {
+        let message = format!(
+            "{} rows from here on begin with #: passed over as comments. If # belongs to the name of a shot, put the \
+             name in quotation marks",
+            lines.count() + 1
+        );
+        notes.add(REPEATED, file, Some(first), message);
+    }
 }
 
 /// Gathers the rows of a long table into shots and tracks.

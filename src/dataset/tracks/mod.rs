@@ -9,6 +9,7 @@ mod fuzz;
 mod kinovea;
 mod long;
 mod number;
+mod pair;
 mod qualisys;
 mod raw;
 mod read;
@@ -84,6 +85,7 @@ pub(super) fn load(
         raw.append(&mut shots);
     }
     let broken = !problems.is_empty();
+    pair::pair(&mut raw, settings, &mut notes);
     let known = name_shots(&raw, problems);
     if !broken {
         table.check_names(&known, problems);

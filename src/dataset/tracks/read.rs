@@ -59,6 +59,7 @@ pub(super) fn bytes(
         if !long::check_head(&head, file, problems, notes) {
             return None;
         }
+        long::note_comments(&text, &head, file, notes);
         let columns = head.columns;
         let mut gather = long::Gather::new(file, &stem, columns.frames);
         let sheet = Sheet {

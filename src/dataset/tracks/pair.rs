@@ -1,0 +1,107 @@
+//! Two balls in two files: Tracker exports one track a file.
+
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use super::finish::find;
+use super::raw::{NAMES, Notes, RawShot};
+use super::settings::{Names, TrackSettings};
+
+/// A file of one track, and which ball it is.
+struct Single {
+    /// Index among the shots.
+    index: usize,
+    object: bool,
+    /// The file's name without the ball's.
+    key: String,
+}
+
+/// Puts the shots together that are one ball each and whose files differ by the ball's name only, or that are
+/// the only two there are. Others stay as they are, and are told what is missing when they are finished.
+pub(super) fn pair(raw: &mut Vec<RawShot>, settings: &TrackSettings, notes: &mut Notes) {
+    let singles: Vec<Single> =
+        raw.iter().enumerate().filter_map(|(index, shot)| single(index, shot, settings)).collect();
+    let alone = singles.len() == 2 && raw.len() == 2;
+    let mut gone = Vec::new();
+    for cue in singles.iter().filter(|single| !single.object) {
+        let fits = |object: &&Single| object.object && (alone || object.key == cue.key);
+        let objects: Vec<&Single> = singles.iter().filter(fits).collect();
+        let twins = singles.iter().filter(|other| !other.object && other.key == cue.key).count();
+        let ([object], 1) = (objects.as_slice(), twins) else { continue };
+        if raw[object.index].clock != raw[cue.index].clock {
+            continue;
+        }
+        let mut track = raw[object.index].tracks.remove(0);
+        track.name.clone_from(&settings.object.0[0]);
+        let file = raw[object.index].file.clone();
+        let shot = &mut raw[cue.index];
+        shot.tracks[0].name.clone_from(&settings.cue.0[0]);
+        shot.tracks.push(track);
+        let own = shot.file.clone();
+        shot.name = name(&cue.key, &object.key, &own);
+        let message =
+            format!("is cue ball of the shot \"{}\", whose object ball is {}", shot.name, file.display());
+        notes.add(NAMES, &own, None, message);
+        gone.push(object.index);
+    }
+    let mut index = 0;
+    raw.retain(|_| {
+        index += 1;
+        !gone.contains(&(index - 1))
+    });
+}
+
+/// What is left of the files' names, or that of the first file where it is nothing or not the same.
+fn name(cue: &str, object: &str, file: &Arc<PathBuf>) -> String {
+    if cue == object && !cue.is_empty() {
+        return cue.to_string();
+    }
+    stem(file)
+}
+
+fn stem(file: &Path) -> String {
+    file.file_stem().map(|stem| stem.to_string_lossy().into_owned()).unwrap_or_default()
+}
+
+/// A file that is one ball's track and says whose, by the track's name or its own.
+fn single(index: usize, shot: &RawShot, settings: &TrackSettings) -> Option<Single> {
+    let stem = stem(&shot.file);
+    let ([track], true) = (shot.tracks.as_slice(), shot.name == stem) else { return None };
+    let (Names(cue), Names(object)) = (&settings.cue, &settings.object);
+    let ([cue], [object]) = (cue.as_slice(), object.as_slice()) else { return None };
+    if track.point.is_some() {
+        return None;
+    }
+    let named = |ball: &str| matches!(find(&shot.tracks, ball), Ok(Some(_)));
+    let in_stem = [cue, object].map(|ball| without(&stem, ball));
+    let object = match (named(cue), named(object), &in_stem) {
+        (true, false, _) | (false, false, [Some(_), None]) => false,
+        (false, true, _) | (false, false, [None, Some(_)]) => true,
+        _ => return None,
+    };
+    let key = in_stem[usize::from(object)].clone().unwrap_or(stem);
+    Some(Single { index, object, key })
+}
+
+/// The words of a file's name without the one that is the ball's; `None` if none is.
+fn without(stem: &str, ball: &str) -> Option<String> {
+    let apart = |c: char| c.is_whitespace() || matches!(c, '-' | '_' | '.');
+    let words: Vec<&str> = stem.split(apart).filter(|word| !word.is_empty()).collect();
+    let is_ball = |word: &&str| word.eq_ignore_ascii_case(ball);
+    let one = words.iter().filter(|word| is_ball(word)).count() == 1;
+    let rest: Vec<&str> = words.iter().copied().filter(|word| !is_ball(word)).collect();
+    one.then(|| rest.join("-"))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_name_of_a_ball_is_a_word_of_its_own() {
+        assert_eq!(without("kick-7_A", "a").as_deref(), Some("kick-7"));
+        assert_eq!(without("A", "A").as_deref(), Some(""));
+        assert_eq!(without("table-7", "A"), None);
+        assert_eq!(without("a-a", "A"), None);
+    }
+}
