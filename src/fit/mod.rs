@@ -53,8 +53,8 @@ pub enum FitError {
         dataset: String,
         column: &'static str,
         /// Place (file:line) and shot that has one, and that has none.
-        with: (String, String),
-        without: (String, String),
+        with: Box<(String, String)>,
+        without: Box<(String, String)>,
     },
     #[error("the observations cannot be weighted: a covariance is not positive definite")]
     NoWeights,

@@ -202,8 +202,8 @@ fn check_noise(dataset: &Dataset, fitted: &[Fitted]) -> Result<(), FitError> {
                 return Err(FitError::MixedNoise {
                     dataset: dataset.name.clone(),
                     column: row.observable.column(),
-                    with: place(with),
-                    without: place(without),
+                    with: Box::new(place(with)),
+                    without: Box::new(place(without)),
                 });
             }
             Some(_) => {}
