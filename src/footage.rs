@@ -2,7 +2,7 @@
 
 use crate::collision::{Coefficients, Fidelity, Model};
 use crate::dataset::{Dataset, Tracks};
-use crate::fit::{self, Options, Status};
+use crate::fit::{self, Depth, Options, Status};
 use crate::impact::disc::{self, DiscImpact, Quantity};
 use crate::impact::{Impact, LiftPrior, Scene, Unusable, extract_all, shots};
 use crate::parameters::Parameter;
@@ -121,7 +121,7 @@ fn coefficients(
     let usable = tracks.iter().zip(impacts);
     let shots = usable.filter_map(|(track, impact)| Some(shots::shot(track, impact.as_ref().ok()?, sliding)));
     let some = Dataset { shots: shots.collect(), sliding, by: None, left_out: Vec::new(), ..dataset.clone() };
-    let fit = fit::fit(&some, &Options { profiles: false, ..Options::default() }).ok()?.pop()?;
+    let fit = fit::fit(&some, &Options { depth: Depth::Estimates, ..Options::default() }).ok()?.pop()?;
     let [mu, mu_s, e] = Parameter::ALL.map(|parameter| fit.estimates[parameter as usize]);
     let known = fit.converged && mu.status != Status::NotIdentified;
     known.then_some(Coefficients { mu: mu.value, mu_s: mu_s.value, e: e.value })

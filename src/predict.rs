@@ -252,6 +252,17 @@ impl Plan {
     }
 }
 
+impl Plan {
+    /// The cue ball's spin before the impact at a speed (m/s): forward spin over that of natural roll,
+    /// and Rω_z/U.
+    #[must_use]
+    pub fn spin_ratios(&self, speed: f64, radius: f64) -> [f64; 2] {
+        let BallState { velocity, spin } = Start::new(&self.before, &self.spin, speed, radius).cue;
+        let forward = spin.y * velocity.x - spin.x * velocity.y;
+        [radius * forward / velocity.norm_squared(), radius * spin.z / velocity.norm()]
+    }
+}
+
 /// The cue ball before the impact in the collision frame, and how it follows from the inputs.
 struct Start {
     cue: BallState,

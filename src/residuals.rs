@@ -43,6 +43,21 @@ impl Whitening {
         Self { common, ..self }
     }
 
+    /// With a weight for each shot's part of χ².
+    #[must_use]
+    pub fn weighted(mut self, shots: &[Fitted], weights: &[f64]) -> Self {
+        let mut rest = self.inverse.as_mut_slice();
+        for (shot, weight) in shots.iter().zip(weights) {
+            let rows = shot.plan.rows().len();
+            let (own, others) = rest.split_at_mut(rows * (rows + 1) / 2);
+            for entry in own {
+                *entry *= weight.sqrt();
+            }
+            rest = others;
+        }
+        self
+    }
+
     /// How many unknowns it adds to the free parameters.
     #[must_use]
     pub fn unknowns(&self) -> usize {

@@ -402,7 +402,8 @@ fn a_fit_and_its_files() {
     let table = done(&first).to_string();
     assert!(table.contains("mathavan-2014"), "{table}");
     let mut expected = vec!["fits".to_string(), "fits/mathavan-2014".to_string()];
-    expected.extend(FILES.map(|file| format!("fits/mathavan-2014/{file}")));
+    let contours = ["contours.png", "contours.svg"];
+    expected.extend(contours.into_iter().chain(FILES).map(|file| format!("fits/mathavan-2014/{file}")));
     assert_eq!(lab.written(), expected);
     let fit = lab.fit_json("mathavan-2014");
     check_fit(&fit, "mathavan-2014");
@@ -417,7 +418,7 @@ fn a_fit_and_its_files() {
     }
 
     // a second run replaces all of them, and leaves what is not its own
-    for file in FILES {
+    for file in contours.into_iter().chain(FILES) {
         fs::write(folder.join(file), "old").unwrap();
     }
     fs::write(folder.join("notes.txt"), "mine").unwrap();
@@ -429,6 +430,68 @@ fn a_fit_and_its_files() {
     again["seconds"] = fit["seconds"].clone();
     assert_eq!(again, fit);
     assert_eq!(fs::read_to_string(folder.join("residuals.csv")).unwrap(), csv);
+}
+
+#[test]
+fn a_picture_of_an_earlier_fit_does_not_stay() {
+    let lab = Lab::of("alciatore-2006");
+    let folder = lab.out.join("alciatore-2006/slow");
+    fs::create_dir_all(&folder).unwrap();
+    fs::write(folder.join("contours.png"), "old").unwrap();
+    done(&lab.fit(&[]));
+    // μ alone is free: there is no pair to draw
+    assert!(!folder.join("contours.png").exists() && folder.join("residuals.png").exists());
+}
+
+#[test]
+fn statistics_on_request_stand_in_the_report() {
+    let lab = Lab::of("domenech-2023");
+    let report = lab.fit(&["--bootstrap", "20", "--starts", "3", "--loss", "huber", "--seed", "5", "-v"]);
+    let text = done(&report).to_string();
+    for part in [
+        "Bootstrap: 20 samples of shots drawn anew, seed 5",
+        "3 starts, seed 5: all agree",
+        "Shots that count less, huber loss",
+        "What the data determine",
+        "Shots that matter most",
+        "Other models on these data",
+    ] {
+        assert!(text.contains(part), "{part} is missing from\n{text}");
+    }
+    let fit = lab.fit_json("domenech-2023");
+    assert_eq!(fit["bootstrap"]["replicates"], 20);
+    assert_eq!((&fit["starts"]["agree"], &fit["starts"]["count"]), (&Value::Bool(true), &Value::from(3)));
+    assert_eq!(fit["robust"]["loss"], "huber");
+    assert!(fit["identifiability"]["condition_number"].as_f64().unwrap() >= 1.0);
+    assert!(fit["goodness"]["trends"].as_array().is_some_and(|trends| !trends.is_empty()));
+    assert_eq!(fit["model_comparison"][0]["model"], "as fitted");
+    refused(&lab.fit(&["--loss", "hubert"]), 2);
+}
+
+#[test]
+fn constraints_in_dataset_toml() {
+    let lab = Lab::of("domenech-2023");
+    let text = fs::read_to_string(lab.data.join("dataset.toml")).unwrap();
+    let constrained = |list: &str| {
+        fs::write(
+            lab.data.join("dataset.toml"),
+            swap(&text, "[fit]", &format!("[fit]\nconstraints = {list}")),
+        )
+        .unwrap();
+        lab.fit(&["-v"])
+    };
+    let report = constrained("[\"e <= 8*mu\"]");
+    assert!(done(&report).contains("e <= 8*mu: holds with equality"));
+    let fit = lab.fit_json("domenech-2023");
+    let value = |name: &str| fit["parameters"][name]["estimate"].as_f64().unwrap();
+    assert!((value("e") - 8.0 * value("mu")).abs() < 1e-9);
+    let line = 1 + text.lines().position(|line| line == "[fit]").unwrap() + 1;
+    let said = constrained("[\"e <= 8*mu*mu_s\"]");
+    let place =
+        format!("dataset.toml:{line}: column 16: the constraint \"e <= 8*mu*mu_s\": a product of parameters");
+    assert!(refused(&said, 2).contains(&place), "{}", stderr(&said));
+    let said = constrained("[\"mu >= 2\"]");
+    assert!(refused(&said, 2).contains("no values within the bounds satisfy"), "{}", stderr(&said));
 }
 
 #[test]

@@ -5,6 +5,7 @@ use caromfit::dataset::{Dataset, Tracks};
 use caromfit::fit::Options;
 use caromfit::footage;
 use caromfit::impact::{Impact, Lifted, Quantity};
+use caromfit::loss::Loss;
 use caromfit::parameters::Settings;
 use caromfit::synth::{
     self, BallSpec, Camera, ClothSpec, Kind, Noise, Played, Shots, Spec, TrueImpact, Truth,
@@ -48,6 +49,8 @@ fn dataset(tracks: Vec<TrackShot>) -> Dataset {
         source: None,
         ball: Ball::POOL,
         settings: Settings::default(),
+        relations: Vec::new(),
+        loss: Loss::default(),
         by: None,
         shots: Vec::new(),
         left_out: Vec::new(),

@@ -36,7 +36,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     if !wrong.is_empty() {
         return Err(Failure::input(wrong.join("\nerror: ")));
     }
-    let progress = Progress::over_shots(&datasets);
+    let progress = Progress::over_shots(&datasets, 0);
     let mut empty = Vec::new();
     for dataset in datasets {
         progress.step(&dataset.name);

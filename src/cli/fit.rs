@@ -2,15 +2,16 @@
 
 use std::path::PathBuf;
 
-use caromfit::fit::{self, Options};
+use caromfit::fit::{self, Depth, Options};
 use caromfit::footage::with_impacts;
+use caromfit::loss::Loss;
 use caromfit::report;
 
 use super::progress::{self, Progress};
 use super::{Failure, FidelityArg, print};
 
 /// Loads each data set, fits it (each label apart where its [fit] by says so), writes
-/// OUT/NAME/{fit.json, residuals.csv, residuals.svg, residuals.png} and prints one table over all.
+/// OUT/NAME/{fit.json, residuals.csv, residuals.svg, residuals.png, contours.svg, contours.png} and prints one table over all.
 #[derive(clap::Args)]
 #[command(after_help = "Example: caromfit fit data/*/")]
 pub struct Args {
@@ -23,12 +24,29 @@ pub struct Args {
     /// How closely the collision is modelled
     #[arg(long, value_enum, default_value = "full")]
     fidelity: FidelityArg,
+    /// How outlying shots count, in the place of what the data set says
+    #[arg(long, value_parser = loss, value_name = "squares|huber|cauchy")]
+    loss: Option<Loss>,
+    /// Fit from so many starts and say whether they agree
+    #[arg(long, default_value_t = 1, value_name = "N")]
+    starts: usize,
+    /// Draw so many samples of shots anew and fit them, for intervals that trust neither model nor noise
+    #[arg(long, default_value_t = 0, value_name = "N")]
+    bootstrap: usize,
+    /// Of everything random
+    #[arg(long, default_value_t = 0)]
+    seed: u64,
     /// Print a full report of each fit below the table
     #[arg(long, short)]
     verbose: bool,
     /// Print the fits as a JSON array, and nothing else, on standard output
     #[arg(long)]
     json: bool,
+}
+
+fn loss(name: &str) -> Result<Loss, String> {
+    let found = Loss::ALL.into_iter().find(|loss| loss.name() == name);
+    found.ok_or_else(|| format!("expected one of {}", Loss::ALL.map(Loss::name).join(", ")))
 }
 
 pub fn run(args: &Args) -> Result<(), Failure> {
@@ -49,14 +67,21 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         }
     }
 
-    let options = Options { fidelity: args.fidelity.0, ..Options::default() };
-    let progress = Progress::over_shots(&datasets);
+    let options = Options {
+        fidelity: args.fidelity.0,
+        loss: args.loss,
+        depth: Depth::Everything,
+        starts: args.starts,
+        bootstrap: args.bootstrap,
+        seed: args.seed,
+    };
+    let progress = Progress::over_shots(&datasets, args.bootstrap);
     let mut fits = Vec::new();
     let (mut failed, mut bad_input) = (Vec::new(), false);
     for dataset in datasets {
         progress.step(&dataset.name);
         let (dataset, ..) = with_impacts(dataset, &|| progress.done());
-        match fit::fit(&dataset, &options) {
+        match fit::fit_watched(&dataset, &options, &|| progress.done()) {
             Ok(of_dataset) => fits.push(of_dataset),
             Err(error) => {
                 bad_input |= error.is_bad_input();

@@ -29,10 +29,11 @@ impl Progress {
         Self { bar, begun: Instant::now(), shown }
     }
 
-    /// For work on each shot of data sets: footage counts its shots, any other data set counts as one.
-    pub fn over_shots(datasets: &[Dataset]) -> Self {
+    /// For work on each shot of data sets: footage counts its shots, and any data set one more than
+    /// `others`, what else is done with it.
+    pub fn over_shots(datasets: &[Dataset], others: usize) -> Self {
         let filmed = |dataset: &Dataset| dataset.tracks.as_ref().map_or(0, |tracks| tracks.shots.len());
-        Self::new(datasets.iter().map(|dataset| filmed(dataset) + 1).sum())
+        Self::new(datasets.iter().map(|dataset| filmed(dataset) + others + 1).sum())
     }
 
     /// Names the step that begins.

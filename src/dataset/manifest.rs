@@ -13,7 +13,9 @@ use super::table::read_utf8;
 use super::tracks::settings::{self, RawScale, RawTracks, RawVideo, TrackSettings};
 use crate::ball::{Ball, UNIFORM_SPHERE};
 use crate::disc::{Discs, UNIFORM_DISC};
+use crate::loss::Loss;
 use crate::parameters::{Parameter, Prior, Setting, Settings};
+use crate::relation::Relation;
 
 /// In bytes: a folder's name may be this long everywhere, and something still be added to it.
 const LONGEST_NAME: usize = 200;
@@ -30,6 +32,8 @@ pub(super) struct Manifest {
     pub discs: Option<Discs>,
     pub assume: Option<Assume>,
     pub settings: Settings,
+    pub relations: Vec<Relation>,
+    pub loss: Loss,
     /// For kind `tracks`.
     pub tracks: Option<TrackSettings>,
     /// For kind `impacts`: the table of joint errors.
@@ -143,6 +147,9 @@ struct RawFit {
     mu_s: Option<RawSetting>,
     e: Option<RawSetting>,
     by: Option<Spanned<String>>,
+    loss: Option<Spanned<String>>,
+    #[serde(default)]
+    constraints: Vec<Spanned<String>>,
 }
 
 #[derive(Default, Deserialize)]
@@ -369,6 +376,8 @@ impl RawManifest {
                 settings[parameter] = raw.check(parameter, source, problems);
             }
         }
+        let relations = self.fit.relations(source, problems);
+        let loss = self.fit.loss(source, problems);
         Manifest {
             name: name.clone(),
             kind,
@@ -380,6 +389,8 @@ impl RawManifest {
             assume: discs.map(|_| Assume::Unknown).or(self.cue_spin.map(|spin| spin.as_ref().assume)),
             discs,
             settings,
+            relations,
+            loss,
             tracks,
             covariance,
             sliding,
@@ -513,6 +524,34 @@ impl RawImpacts {
             (None, None) => None,
         };
         (covariance, sliding)
+    }
+}
+
+impl RawFit {
+    fn relations(&self, source: &Source, problems: &mut Problems) -> Vec<Relation> {
+        let mut relations = Vec::new();
+        for text in &self.constraints {
+            match Relation::parse(text.as_ref()) {
+                Ok(relation) => relations.push(relation),
+                Err(error) => {
+                    let message = format!("the constraint \"{}\": {error}", text.as_ref());
+                    source.add(problems, &text.span(), message);
+                }
+            }
+        }
+        relations
+    }
+
+    fn loss(&self, source: &Source, problems: &mut Problems) -> Loss {
+        let Some(word) = &self.loss else { return Loss::default() };
+        let found = Loss::ALL.into_iter().find(|loss| loss.name() == word.as_ref());
+        found.unwrap_or_else(|| {
+            let near = did_you_mean(word.as_ref(), Loss::ALL.map(Loss::name));
+            let names = Loss::ALL.map(Loss::name).join(", ");
+            let message = format!("loss is \"{}\"{near}; expected one of {names}", word.as_ref());
+            source.add(problems, &word.span(), message);
+            Loss::default()
+        })
     }
 }
 

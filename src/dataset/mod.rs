@@ -19,8 +19,10 @@ use table::Table;
 use nalgebra::{DMatrix, DVector};
 
 use crate::ball::{Ball, Vec3};
+use crate::loss::Loss;
 use crate::observable::Observable;
 use crate::parameters::Settings;
+use crate::relation::Relation;
 
 pub use error::{DatasetError, Problem};
 pub use tracks::Tracks;
@@ -36,6 +38,10 @@ pub struct Dataset {
     pub source: Option<String>,
     pub ball: Ball,
     pub settings: Settings,
+    /// Constraints between parameters (`[fit] constraints`).
+    pub relations: Vec<Relation>,
+    /// How outlying shots count (`[fit] loss`).
+    pub loss: Loss,
     /// The label column whose values are fitted apart (`[fit] by`).
     pub by: Option<String>,
     pub shots: Vec<Shot>,
@@ -161,7 +167,7 @@ pub fn load(path: &Path) -> Result<Dataset, DatasetError> {
     if let Some(path) = &manifest.covariance {
         joint::read(path, &mut shots, &mut problems);
     }
-    let Manifest { name, cloth, source, ball, settings, by, sliding, .. } = manifest;
+    let Manifest { name, cloth, source, ball, settings, relations, loss, by, sliding, .. } = manifest;
     let by = by.map(|(by, ..)| by);
     problems.into_result(Dataset {
         name,
@@ -170,6 +176,8 @@ pub fn load(path: &Path) -> Result<Dataset, DatasetError> {
         source,
         ball,
         settings,
+        relations,
+        loss,
         by,
         shots,
         left_out: Vec::new(),

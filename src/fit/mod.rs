@@ -1,14 +1,26 @@
 //! Data set + settings → [`Fit`]: estimates, uncertainties, residuals, and what to think of them.
 
+mod bootstrap;
+mod compare_models;
+mod contour;
+mod goodness;
 mod identify;
 mod kink;
 mod profile;
 mod remarks;
+mod robust;
 mod run;
 mod search;
+mod starts;
 mod uncertainty;
 
+pub use bootstrap::{Bootstrap, Resampled};
+pub use compare_models::{Alternative, LikelihoodRatio};
+pub use contour::{Contour, LEVELS, Level};
+pub use goodness::{Goodness, Influence, NoiseVerdict, Normality, Trend, Variable};
 pub use identify::{Combination, Identifiability};
+pub use robust::{DOWN_WEIGHTED, Robust};
+pub use starts::{FoundMinimum, Starts};
 
 use std::path::PathBuf;
 
@@ -16,6 +28,7 @@ use nalgebra::DMatrix;
 
 use crate::collision::Fidelity;
 use crate::dataset::{Dataset, Shot};
+use crate::loss::Loss;
 use crate::observable::Observable;
 use crate::optimise::OptimiseError;
 use crate::parameters::Parameter;
@@ -24,14 +37,38 @@ use crate::parameters::Parameter;
 #[derive(Clone, Copy, Debug)]
 pub struct Options {
     pub fidelity: Fidelity,
-    /// Whether the profiles of χ² are followed for the intervals, which takes some ten times as long as
-    /// the estimates.
-    pub profiles: bool,
+    pub depth: Depth,
+    /// In the place of the data set's.
+    pub loss: Option<Loss>,
+    /// How many starts; those after the first are spread at random between the bounds.
+    pub starts: usize,
+    /// How many samples of shots are drawn anew and fitted for intervals of the bootstrap.
+    pub bootstrap: usize,
+    /// Of everything random.
+    pub seed: u64,
+}
+
+/// How much a fit finds out about itself.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Depth {
+    /// Estimates, errors from the curvature of χ², and tests of the residuals.
+    Estimates,
+    /// Also the profiles of χ² for the intervals, which takes some ten times as long.
+    Intervals,
+    /// Also confidence regions of pairs of parameters, and other models: some hundred times as long.
+    Everything,
 }
 
 impl Default for Options {
     fn default() -> Self {
-        Self { fidelity: Fidelity::Full, profiles: true }
+        Self {
+            fidelity: Fidelity::Full,
+            depth: Depth::Intervals,
+            loss: None,
+            starts: 1,
+            bootstrap: 0,
+            seed: 0,
+        }
     }
 }
 
@@ -58,6 +95,8 @@ pub enum FitError {
     },
     #[error("the observations cannot be weighted: a covariance is not positive definite")]
     NoWeights,
+    #[error("{0}")]
+    Relations(String),
     #[error(transparent)]
     Optimise(#[from] OptimiseError),
 }
@@ -66,7 +105,7 @@ impl FitError {
     /// Whether the input was wrong, rather than that it could not be fitted.
     #[must_use]
     pub fn is_bad_input(&self) -> bool {
-        matches!(self, Self::TooFewObservations { .. } | Self::MixedNoise { .. })
+        matches!(self, Self::TooFewObservations { .. } | Self::MixedNoise { .. } | Self::Relations(_))
     }
 }
 
@@ -80,9 +119,21 @@ fn first_reason(rejected: &[Rejected]) -> String {
 /// # Errors
 /// See [`FitError`]; the first label that fails ends it.
 pub fn fit(dataset: &Dataset, options: &Options) -> Result<Vec<Fit>, FitError> {
+    fit_watched(dataset, options, &|| {})
+}
+
+/// As [`fit`]; `done` is called after each sample of the bootstrap, from any thread.
+///
+/// # Errors
+/// See [`FitError`]; the first label that fails ends it.
+pub fn fit_watched(
+    dataset: &Dataset,
+    options: &Options,
+    done: &(dyn Fn() + Sync),
+) -> Result<Vec<Fit>, FitError> {
     let Some(column) = &dataset.by else {
         let shots: Vec<&Shot> = dataset.shots.iter().collect();
-        return Ok(vec![run::fit_shots(dataset, &shots, None, options)?]);
+        return Ok(vec![run::fit_shots(dataset, &shots, None, options, done)?]);
     };
     let mut groups: Vec<(String, Vec<&Shot>)> = Vec::new();
     for shot in &dataset.shots {
@@ -93,7 +144,7 @@ pub fn fit(dataset: &Dataset, options: &Options) -> Result<Vec<Fit>, FitError> {
         }
     }
     let fit = |(label, shots): (String, Vec<&Shot>)| {
-        run::fit_shots(dataset, &shots, Some((column.clone(), label)), options)
+        run::fit_shots(dataset, &shots, Some((column.clone(), label)), options, done)
     };
     groups.into_iter().map(fit).collect()
 }
@@ -144,6 +195,19 @@ pub struct Fit {
 pub struct Diagnostics {
     /// `None` where nothing was fitted.
     pub identifiability: Option<Identifiability>,
+    pub goodness: Option<Goodness>,
+    /// Where a robust loss was asked for.
+    pub robust: Option<Robust>,
+    /// The constraints between parameters, and whether they hold with equality.
+    pub relations: Vec<(String, bool)>,
+    /// Where several starts were asked for.
+    pub starts: Option<Starts>,
+    /// Where it was asked for.
+    pub bootstrap: Option<Bootstrap>,
+    /// Of all pairs of free parameters, with [`Depth::Everything`].
+    pub contours: Vec<Contour>,
+    /// The fit and other models, with [`Depth::Everything`].
+    pub alternatives: Vec<Alternative>,
 }
 
 /// One fitted parameter.

@@ -35,15 +35,23 @@ impl<'a> Slice<'a> {
         Problem::new(fitted, model, settings, self.free, initial, self.whitening)
     }
 
-    /// ½χ² least over what is not held, and where; from `start`. `None` where nothing can be
-    /// evaluated, or the constraints do not allow the values.
-    pub(super) fn at(&self, held: &[(usize, f64)], start: &DVector<f64>) -> Option<(DVector<f64>, f64)> {
+    /// The same with some of its unknowns held.
+    pub(super) fn holding(&self, held: &[(usize, f64)]) -> Self {
         let mut slice = self.clone();
-        let mut start = start.clone();
         for &(column, value) in held {
             slice.constraints.lower[column] = value;
             slice.constraints.upper[column] = value;
-            start[column] = value;
+        }
+        slice
+    }
+
+    /// ½χ² least over what is not held, and where; from `start`. `None` where nothing can be
+    /// evaluated, or the constraints do not allow the values.
+    pub(super) fn at(&self, held: &[(usize, f64)], start: &DVector<f64>) -> Option<(DVector<f64>, f64)> {
+        let slice = self.holding(held);
+        let mut start = start.clone();
+        for (column, value) in held {
+            start[*column] = *value;
         }
         let start = slice.constraints.nearest(&start)?;
         if slice.constraints.lower == slice.constraints.upper {
@@ -65,54 +73,80 @@ pub(super) fn intervals(
     quantiles: &Quantiles,
 ) -> (Vec<Option<[f64; 2]>>, f64) {
     let mut lowest = minimum.cost;
-    let mut profile = Profile { slice, minimum, column: 0, lowest: &mut lowest };
-    let intervals = estimates.iter().enumerate().map(|(column, estimate)| {
-        profile.column = column;
+    let mut intervals = Vec::with_capacity(estimates.len());
+    for (column, estimate) in estimates.iter().enumerate() {
         let value = minimum.x[column];
-        let reach = |side: usize| {
-            estimate.interval_95.map(|ends| (ends[side] - value).abs()).filter(|r| *r > 0.0 && r.is_finite())
+        // as far as the Hessian's interval says
+        let first = |side: usize| {
+            let reach = estimate.interval_95.map_or(f64::NAN, |ends| (ends[side] - value).abs());
+            if reach > 0.0 && reach.is_finite() { reach } else { 0.1 * value.abs().max(0.01) }
         };
-        match estimate.status {
-            Status::Free => {
-                let t = quantiles.two_sided;
-                Some([profile.end(-1.0, t, reach(0))?, profile.end(1.0, t, reach(1))?])
-            }
-            Status::AtLowerBound => Some([value, profile.end(1.0, quantiles.one_sided, reach(1))?]),
-            Status::AtUpperBound => Some([profile.end(-1.0, quantiles.one_sided, reach(0))?, value]),
+        let mut end = |side: usize, t: f64| {
+            let sign = if side == 0 { -1.0 } else { 1.0 };
+            let from = (&minimum.x, minimum.cost);
+            let ray = Ray { slice, from, lowest: minimum.cost, column, sign };
+            let (reach, cost) = ray.reach(t, first(side))?;
+            lowest = lowest.min(cost);
+            Some(ray.value(reach))
+        };
+        let (both, one) = (quantiles.two_sided, quantiles.one_sided);
+        intervals.push(match estimate.status {
+            Status::Free => end(0, both).and_then(|low| Some([low, end(1, both)?])),
+            Status::AtLowerBound => end(1, one).map(|high| [value, high]),
+            Status::AtUpperBound => end(0, one).map(|low| [low, value]),
             Status::Fixed | Status::NotIdentified => None,
-        }
-    });
-    let intervals = intervals.collect();
+        });
+    }
     (intervals, lowest)
 }
 
-struct Profile<'a> {
-    slice: &'a Slice<'a>,
-    minimum: &'a Minimum,
-    column: usize,
-    lowest: &'a mut f64,
+/// One of the unknowns on its way from a point; χ² is least over the others.
+pub(super) struct Ray<'a> {
+    pub slice: &'a Slice<'a>,
+    /// The point and its cost.
+    pub from: (&'a DVector<f64>, f64),
+    /// The least cost there is.
+    pub lowest: f64,
+    pub column: usize,
+    /// Up or down.
+    pub sign: f64,
 }
 
-impl Profile<'_> {
-    /// Where √(χ² − χ²_min), nearly a straight line, reaches t; the bound if it does not.
-    fn end(&mut self, direction: f64, t: f64, reach: Option<f64>) -> Option<f64> {
-        let (column, best) = (self.column, self.minimum.x[self.column]);
-        let constraints = &self.slice.constraints;
-        let bound = if direction > 0.0 { constraints.upper[column] } else { constraints.lower[column] };
-        if best == bound {
-            return Some(best);
+impl Ray<'_> {
+    /// The unknown at some distance; exactly at its bound, where that is.
+    pub(super) fn value(&self, distance: f64) -> f64 {
+        let bound = self.bound();
+        let value = self.from.0[self.column] + self.sign * distance;
+        if self.sign * (bound - value) > 0.0 && distance < self.room() { value } else { bound }
+    }
+
+    fn bound(&self) -> f64 {
+        let Constraints { lower, upper, .. } = &self.slice.constraints;
+        if self.sign > 0.0 { upper[self.column] } else { lower[self.column] }
+    }
+
+    /// How far away the bound is.
+    fn room(&self) -> f64 {
+        (self.sign * (self.bound() - self.from.0[self.column])).max(0.0)
+    }
+
+    /// The distance at which √(χ² − χ²_min), nearly a straight line far away, reaches t, or the bound if
+    /// it does not; and the lowest cost met. `first`: where to look first.
+    pub(super) fn reach(&self, t: f64, first: f64) -> Option<(f64, f64)> {
+        let risen = |cost: f64| (2.0 * (cost - self.lowest)).max(0.0).sqrt();
+        let (mut lowest, limit, start) = (self.from.1, self.room(), risen(self.from.1));
+        if limit <= 0.0 || start >= t {
+            return Some((0.0, lowest));
         }
-        let within = |value: f64| if direction > 0.0 { value.min(bound) } else { value.max(bound) };
-        let first = reach.unwrap_or(0.1 * best.abs().max(0.01));
-        // inside: χ² is lower than t² above the minimum; outside: higher, or cannot be had
-        let (mut inside, mut at_inside) = ((best, 0.0), self.minimum.x.clone());
+        // inside: χ² is less than t² above the minimum; outside: more, or cannot be had
+        let (mut inside, mut at_inside) = ((0.0, start), self.from.0.clone());
         let mut outside: Option<(f64, f64)> = None;
-        let mut trial = within(best + direction * first);
+        let mut trial = first.min(limit);
         for _ in 0..MAX_TRIALS {
-            let rise = match self.slice.at(&[(column, trial)], &at_inside) {
+            let rise = match self.slice.at(&[(self.column, self.value(trial))], &at_inside) {
                 Some((x, cost)) => {
-                    *self.lowest = self.lowest.min(cost);
-                    let rise = (2.0 * (cost - self.minimum.cost)).max(0.0).sqrt();
+                    lowest = lowest.min(cost);
+                    let rise = risen(cost);
                     if rise <= t {
                         at_inside = x;
                     }
@@ -121,25 +155,22 @@ impl Profile<'_> {
                 None => f64::INFINITY,
             };
             if (rise - t).abs() <= END * t {
-                return Some(trial);
+                return Some((trial, lowest));
             }
             if rise < t {
-                if trial == bound {
-                    return Some(bound);
+                if trial >= limit {
+                    return Some((limit, lowest));
                 }
                 inside = (trial, rise);
             } else {
                 outside = Some((trial, rise));
             }
             trial = match outside {
-                None => {
-                    let factor = (t / inside.1).clamp(1.05, 3.0);
-                    within(best + factor * (inside.0 - best))
-                }
+                None => ((t / inside.1).clamp(1.05, 3.0) * inside.0).min(limit),
                 Some((far, rise)) => {
-                    if (far - inside.0).abs() <= END * (far - best).abs() {
+                    if far - inside.0 <= END * far {
                         // a cliff
-                        return Some(inside.0);
+                        return Some((inside.0, lowest));
                     }
                     let part = (t - inside.1) / (rise - inside.1);
                     let part = if rise.is_finite() { part.clamp(0.1, 0.9) } else { 0.5 };

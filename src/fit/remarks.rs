@@ -1,15 +1,10 @@
 //! What a reader must know about a fit, in sentences.
 
-use statrs::distribution::{ChiSquared, ContinuousCDF};
-
 use super::search::Plateau;
-use super::{Fit, Status};
+use super::{DOWN_WEIGHTED, Fit, NoiseVerdict, Status};
 use crate::dataset::Dataset;
 use crate::parameters::Parameter;
 use crate::residuals::Fitted;
-
-/// A χ² this improbable, at either end, means that the stated noise does not describe the residuals.
-const IMPROBABLE: f64 = 0.001;
 
 /// Releasing a bound is worth a warning when it makes an error this many times as large.
 const WORTH_WARNING: f64 = 2.0;
@@ -109,21 +104,74 @@ pub(super) fn add(fit: &mut Fit, fitted: &[Fitted], knows_noise: bool) {
             estimated.join(", ")
         ));
     }
-    let noise_is_stated = fit.noise.iter().all(|n| n.estimated_sd.is_none());
-    if let (true, Ok(distribution)) = (noise_is_stated, ChiSquared::new(fit.dof as f64)) {
-        let above = 1.0 - distribution.cdf(fit.chi2);
+    if let Some(goodness) = &fit.diagnostics.goodness {
         let reduced = fit.chi2 / fit.dof as f64;
-        if above < IMPROBABLE {
-            warnings.push(format!(
-                    "The residuals are larger than the stated standard deviations explain (χ²/dof = {reduced:.2}, \
-                     probability {above:.1e}): the model leaves something out, or the deviations are too small. The \
-                     errors below trust the stated deviations."
-                ));
-        } else if above > 1.0 - IMPROBABLE {
-            warnings.push(format!(
+        match (goodness.noise, goodness.p_value) {
+            (NoiseVerdict::TooSmall, Some(p)) => warnings.push(format!(
+                "The residuals are larger than the stated standard deviations explain (χ²/dof = {reduced:.2}, \
+                 probability {p:.1e}): the model leaves something out, or the deviations are too small. The \
+                 errors below trust the stated deviations."
+            )),
+            (NoiseVerdict::TooLarge, _) => warnings.push(format!(
                 "The residuals are smaller than the stated standard deviations (χ²/dof = {reduced:.2}): the \
-                     deviations, and the errors below, are too large."
+                 deviations, and the errors below, are too large."
+            )),
+            _ => {}
+        }
+        for trend in goodness.trends.iter().filter(|trend| trend.significant) {
+            warnings.push(format!("{}.", capital(&trend.words)));
+        }
+        let influential = goodness.influence.iter();
+        let influential: Vec<&str> = influential
+            .filter(|shot| goodness.influential_from.is_some_and(|from| shot.cook > from))
+            .map(|shot| shot.shot.as_str())
+            .collect();
+        match influential[..] {
+            [] => {}
+            [shot] => notes.push(format!(
+                "Shot {shot} alone moves the estimates much (Cook's distance); look at whether it can be trusted."
+            )),
+            [first, ..] => notes.push(format!(
+                "{} shots each move the estimates much (Cook's distance), first shot {first}; look at whether they \
+                 can be trusted.",
+                influential.len()
+            )),
+        }
+    }
+    for (text, active) in &fit.diagnostics.relations {
+        if *active && text.contains(['<', '>', '≤', '≥']) {
+            warnings.push(format!(
+                "The constraint \"{text}\" holds with equality: the data pull beyond it. The intervals know it, the \
+                 standard errors are those without it."
             ));
+        }
+    }
+    if let Some(robust) = &fit.diagnostics.robust {
+        let clear: Vec<_> = robust.weights.iter().filter(|(_, weight)| *weight < DOWN_WEIGHTED).collect();
+        notes.push(format!(
+            "Outlying shots count less ({} loss); {} of {} have a weight below {DOWN_WEIGHTED}. χ² is weighted, and \
+             the errors are honest ones from the scatter of the shots (sandwich), whatever their noise.",
+            robust.loss.name(),
+            clear.len(),
+            fit.shots_used
+        ));
+    }
+    if let Some(starts) = fit.diagnostics.starts.as_ref().filter(|starts| !starts.agree()) {
+        /// −2 log L: a minimum that much above the best is no rival, as 5 standard errors are none.
+        const RIVAL: f64 = 25.0;
+        let others = starts.minima.get(1..).unwrap_or_default();
+        let sentence = format!(
+            "Of {} starts {} ended in a worse minimum, and {} in none; the best one is given.",
+            starts.count,
+            others.iter().map(|minimum| minimum.starts).sum::<usize>(),
+            starts.failed
+        );
+        match others.iter().find(|minimum| minimum.above_best < RIVAL) {
+            Some(rival) => warnings.push(format!(
+                "{sentence} One of them is nearly as good: −2 log likelihood is {:.2} more.",
+                rival.above_best
+            )),
+            None => notes.push(sentence),
         }
     }
     if fitted.iter().any(|shot| !shot.plan.knows_speed()) {

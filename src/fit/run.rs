@@ -6,13 +6,19 @@ use nalgebra::DMatrix;
 
 use super::identify;
 use super::profile::{self, Slice};
+use super::robust::{Robust, Sandwich};
 use super::search::{Group, Plateau, Search};
-use super::uncertainty::{self, Quantiles};
-use super::{Diagnostics, Estimate, Fit, FitError, Intervals, Noise, Options, Rejected, Residual, Status};
+use super::uncertainty::{self, Minimum, Quantiles};
+use super::{
+    Depth, Diagnostics, Estimate, Fit, FitError, Identifiability, Intervals, Noise, Options, Rejected,
+    Residual, Status, bootstrap, compare_models, contour, goodness, starts,
+};
 use crate::collision::{Coefficients, Fidelity, Model};
 use crate::dataset::{Dataset, Shot};
+use crate::loss::Loss;
 use crate::observable::Observable;
-use crate::parameters::Parameter;
+use crate::parameters::{Parameter, Settings};
+use crate::relation::Relation;
 use crate::residuals::{EstimatedSd, Fitted, covariance, difference, parameter_mut};
 
 /// Fits some shots of a data set (all, or those of one label).
@@ -21,6 +27,7 @@ pub(super) fn fit_shots(
     shots: &[&Shot],
     group: Option<(String, String)>,
     options: &Options,
+    done: &(dyn Fn() + Sync),
 ) -> Result<Fit, FitError> {
     let begun = Instant::now();
     let model = Model::new(options.fidelity, dataset.ball);
@@ -39,61 +46,51 @@ pub(super) fn fit_shots(
     }
     check_noise(dataset, &fitted)?;
 
-    let mut search = Search {
+    let search = Search {
         sliding_sd: dataset.sliding.and_then(|s| s.sd),
         fitted: &fitted,
         model: &model,
         settings,
+        relations: &dataset.relations,
+        loss: options.loss.unwrap_or(dataset.loss),
+        maximum_likelihood: false,
+        untold: Vec::new(),
         initial,
     };
-    let silent = search.silent(&initial);
-    let mut free: Vec<Parameter> =
-        Parameter::ALL.into_iter().filter(|p| !settings[*p].fixed && !silent.contains(p)).collect();
-    let observations: usize = fitted.iter().map(|shot| shot.plan.rows().len()).sum();
-    let priors = |free: &[Parameter]| free.iter().filter(|p| settings[**p].prior.is_some()).count();
-    if observations + priors(&free) < free.len() {
-        return Err(FitError::TooFewObservations {
-            dataset: title(dataset, group.as_ref()),
-            observations,
-            parameters: free.iter().map(|p| p.name()).collect::<Vec<_>>().join(", "),
-        });
-    }
-    let mut identifiability = None;
-    let mut plateaus: Vec<Plateau> = Vec::new();
-    let (minimum, estimated) = loop {
-        let (minimum, estimated) = search.converge(&free)?;
-        let ties = DMatrix::zeros(0, minimum.jacobian.ncols());
-        let silent = || silent.iter().copied().filter(|p| !settings[*p].fixed).collect();
-        let identify = || identify::identify(&minimum.jacobian, &ties, &free, &minimum.x, silent());
-        let Some(null) = uncertainty::null_direction(&minimum.jacobian) else {
-            identifiability = identifiability.or_else(identify);
-            break (minimum, estimated);
-        };
-        // what the data cannot tell is left where it started, or at the edge from which on they no
-        // longer tell it, and the rest fitted again
-        let lost: Vec<Parameter> = null.iter().map(|(column, _)| free[*column]).collect();
-        if let [parameter] = lost[..] {
-            let plateau = search.plateau(parameter, &minimum.coefficients);
-            *parameter_mut(&mut search.initial, parameter) = plateau.edge;
-            plateaus.push(plateau);
-        } else {
-            identifiability = identify();
-        }
-        free.retain(|p| !lost.contains(p));
+    let name = title(dataset, group.as_ref());
+    let named = |error| named(error, dataset, &name);
+    let first = &search;
+    let (settled, starts) = starts::settle(first, options).map_err(named)?;
+    let alternatives = if options.depth >= Depth::Everything {
+        compare_models::compare(first, &settled)
+    } else {
+        Vec::new()
     };
-    let dof = observations + priors(&free) - free.len();
+    let Settled { search, free, minimum, estimated, plateaus, identifiability } = settled;
+    let observations = observations(&fitted);
+    let dof = observations + priors(settings, &free) - minimum.room();
     let knows_noise = estimated.iter().all(|group| group.estimable);
     let estimates_noise = !estimated.is_empty();
-    let quantiles = Quantiles::new(estimates_noise.then_some(dof)).filter(|_| knows_noise);
-    let mut uncertainty = uncertainty::of(&minimum, &free, settings, quantiles.as_ref());
+    let sandwich = Sandwich::new(&search, &minimum, free.len());
+    // honest errors come of the scatter of the shots
+    let estimated_dof = match &sandwich {
+        Some(_) => Some(fitted.len() - free.len()),
+        None => estimates_noise.then_some(dof),
+    };
+    let quantiles = Quantiles::new(estimated_dof).filter(|_| knows_noise);
+    let mut uncertainty = uncertainty::of(&minimum, &free, settings, quantiles.as_ref(), sandwich.as_ref());
     let mut lowest = minimum.cost;
-    if let (true, Some(quantiles)) = (options.profiles, &quantiles) {
+    let mut contours = Vec::new();
+    if let (true, None, Some(quantiles)) = (options.depth >= Depth::Intervals, &sandwich, &quantiles) {
         let constraints = minimum.constraints.clone();
         let slice = Slice { search: &search, free: &free, constraints, whitening: &minimum.whitening };
         let profiles;
         (profiles, lowest) = profile::intervals(&slice, &minimum, &uncertainty.estimates, quantiles);
         for (estimate, profile) in uncertainty.estimates.iter_mut().zip(profiles) {
             estimate.choose_interval(profile);
+        }
+        if options.depth >= Depth::Everything {
+            contours = contour::contours(&slice, &minimum, estimated_dof);
         }
     }
     let estimates = Parameter::ALL.map(|parameter| {
@@ -133,6 +130,29 @@ pub(super) fn fit_shots(
     }
     let residuals = residual_rows(shots, &fitted, &model, &minimum.coefficients, &estimated);
     let noise = noise_rows(&fitted, &residuals, &estimated);
+    let sds: EstimatedSd = estimated.iter().map(|g| (g.observable, g.sd)).collect();
+    let context = goodness::Context {
+        shots,
+        fitted: &fitted,
+        model: &model,
+        minimum: &minimum,
+        free: &free,
+        sds: &sds,
+        dof,
+        tests_noise: !estimates_noise && search.loss == Loss::Squares,
+    };
+    let resampled = options.bootstrap > 0 && !free.is_empty();
+    let diagnostics = Diagnostics {
+        identifiability,
+        goodness: Some(goodness::goodness(&context)),
+        robust: (search.loss != Loss::Squares).then(|| robust_weights(&search, shots, &minimum)),
+        relations: relations(&search, &minimum),
+        starts,
+        bootstrap: resampled
+            .then(|| bootstrap::bootstrap(&search, &context, options.bootstrap, options.seed, done)),
+        contours,
+        alternatives,
+    };
     let mut fit = Fit {
         dataset: dataset.name.clone(),
         group,
@@ -153,7 +173,7 @@ pub(super) fn fit_shots(
         converged: minimum.converged,
         iterations: minimum.iterations,
         seconds: 0.0,
-        diagnostics: Diagnostics { identifiability },
+        diagnostics,
         warnings: Vec::new(),
         notes: Vec::new(),
     };
@@ -163,6 +183,109 @@ pub(super) fn fit_shots(
     super::remarks::add_tracks(&mut fit, dataset);
     fit.seconds = begun.elapsed().as_secs_f64();
     Ok(fit)
+}
+
+pub(super) fn observations(fitted: &[Fitted]) -> usize {
+    fitted.iter().map(|shot| shot.plan.rows().len()).sum()
+}
+
+fn priors(settings: &Settings, free: &[Parameter]) -> usize {
+    free.iter().filter(|p| settings[**p].prior.is_some()).count()
+}
+
+/// A minimum at which everything that is still free is determined.
+pub(super) struct Settled<'a> {
+    /// With what the data do not tell held.
+    pub search: Search<'a>,
+    pub free: Vec<Parameter>,
+    pub minimum: Minimum,
+    pub estimated: Vec<Group>,
+    pub plateaus: Vec<Plateau>,
+    pub identifiability: Option<Identifiability>,
+}
+
+impl<'a> Settled<'a> {
+    /// Fits all that is free and that the data tell.
+    pub(super) fn new(search: &Search<'a>) -> Result<Self, FitError> {
+        let mut search = search.clone();
+        let settings = search.settings;
+        let silent = search.silent(&search.initial);
+        search.untold = silent.iter().copied().filter(|p| !settings[*p].fixed).collect();
+        let silent = search.untold.clone();
+        let mut free: Vec<Parameter> =
+            Parameter::ALL.into_iter().filter(|p| !settings[*p].fixed && !silent.contains(p)).collect();
+        let observations = observations(search.fitted);
+        if observations + priors(settings, &free) < free.len() {
+            return Err(FitError::TooFewObservations {
+                dataset: String::new(),
+                observations,
+                parameters: free.iter().map(|p| p.name()).collect::<Vec<_>>().join(", "),
+            });
+        }
+        let mut identifiability = None;
+        let mut plateaus: Vec<Plateau> = Vec::new();
+        loop {
+            let (minimum, estimated) = search.converge(&free)?;
+            let ties = minimum.ties(false);
+            let identify = || identify::identify(&minimum.jacobian, &ties, &free, &minimum.x, silent.clone());
+            let null = uncertainty::null_direction(&identify::with_ties(&minimum.jacobian, &ties));
+            let Some(null) = null else {
+                identifiability = identifiability.or_else(identify);
+                return Ok(Self { search, free, minimum, estimated, plateaus, identifiability });
+            };
+            // what the data cannot tell is left where it started, or at the edge from which on they no
+            // longer tell it, and the rest fitted again
+            let lost: Vec<Parameter> =
+                null.iter().filter_map(|(column, _)| free.get(*column).copied()).collect();
+            if let [parameter] = lost[..] {
+                let plateau = search.plateau(parameter, &minimum.coefficients);
+                *parameter_mut(&mut search.initial, parameter) = plateau.edge;
+                plateaus.push(plateau);
+            } else {
+                identifiability = identify();
+            }
+            search.untold.extend(&lost);
+            free.retain(|p| !lost.contains(p));
+        }
+    }
+}
+
+/// An error of a search, with the name of the data set.
+fn named(error: FitError, dataset: &Dataset, name: &str) -> FitError {
+    match error {
+        FitError::TooFewObservations { observations, parameters, .. } => {
+            FitError::TooFewObservations { dataset: name.to_string(), observations, parameters }
+        }
+        FitError::Relations(what) => {
+            FitError::Relations(format!("{}: [fit] constraints: {what}", dataset.path.display()))
+        }
+        other => other,
+    }
+}
+
+fn robust_weights(search: &Search, shots: &[&Shot], minimum: &Minimum) -> Robust {
+    let weights = search.fitted.iter().zip(&minimum.weights);
+    let mut weights: Vec<(String, f64)> = weights
+        .filter(|(_, weight)| **weight < 1.0)
+        .map(|(shot, weight)| (shots[shot.index].name.clone(), *weight))
+        .collect();
+    weights.sort_by(|a, b| a.1.total_cmp(&b.1));
+    Robust { loss: search.loss, weights }
+}
+
+/// The constraints between parameters, and whether they hold with equality.
+fn relations(search: &Search, minimum: &Minimum) -> Vec<(String, bool)> {
+    /// Of the terms of a sum that is held exactly.
+    const ROUNDING: f64 = 1e-9;
+    let state = |relation: &Relation| {
+        let terms = Parameter::ALL.map(|p| {
+            relation.coefficients[p as usize] * *parameter_mut(&mut minimum.coefficients.clone(), p)
+        });
+        let size = relation.limit.abs() + terms.iter().map(|t| t.abs()).sum::<f64>();
+        let slack = relation.limit - terms.iter().sum::<f64>();
+        (relation.text.clone(), slack.abs() <= ROUNDING * size)
+    };
+    search.relations.iter().map(state).collect()
 }
 
 /// How an error names what is fitted.

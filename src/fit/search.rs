@@ -4,15 +4,18 @@
 use nalgebra::{DMatrix, DVector};
 
 use super::profile::Slice;
+use super::robust::{self, Losses};
 use super::uncertainty::{self, Minimum};
 use super::{FitError, kink};
 use crate::collision::{Coefficients, Model};
 use crate::dataset::Measurement;
+use crate::loss::Loss;
 use crate::observable::Observable;
-use crate::optimise::{self, Constraints};
+use crate::optimise::{self, Constraints, Linear};
 use crate::parameters::{Parameter, Setting, Settings};
+use crate::relation::{Relation, Sense};
 use crate::residuals::{
-    self, EstimatedSd, Fitted, Problem, Whitening, common_shift, difference, parameter_mut,
+    self, EstimatedSd, Fitted, Problem, Whitening, common_shift, covariance, difference, parameter_mut,
 };
 
 /// Re-weighting converges by a factor of ten or more a round.
@@ -20,6 +23,13 @@ const MAX_ROUNDS: usize = 60;
 
 /// Weights rest when no estimated standard deviation and no parameter moves by more than this part.
 const AT_REST: f64 = 1e-10;
+
+/// The weights of a robust loss rest later: a shot at the edge of its loss makes each round gain less.
+const ROBUST_AT_REST: f64 = 1e-8;
+const MAX_ROBUST_ROUNDS: usize = 500;
+
+/// A shot's weight never vanishes, so that its distance can be told from its weighted residuals.
+const LEAST_WEIGHT: f64 = 1e-12;
 
 /// An observable's variance needs at least this many degrees of freedom of its own.
 const MIN_OWN_DOF: f64 = 0.5;
@@ -48,12 +58,19 @@ pub(super) struct Plateau {
     pub bound: f64,
 }
 
+#[derive(Clone)]
 pub(super) struct Search<'a> {
     /// Standard error of the μ_k with which all shots were extracted.
     pub sliding_sd: Option<f64>,
     pub fitted: &'a [Fitted],
     pub model: &'a Model,
     pub settings: &'a Settings,
+    pub relations: &'a [Relation],
+    pub loss: Loss,
+    /// Whether noise is estimated by maximum likelihood, for comparing models, rather than without bias.
+    pub maximum_likelihood: bool,
+    /// Parameters that are not free although they are not fixed: the data do not tell them.
+    pub untold: Vec<Parameter>,
     /// Where the fit starts, and what parameters that are not free are held at.
     pub initial: Coefficients,
 }
@@ -70,7 +87,10 @@ impl Search<'_> {
                 }
             }
         }
-        let silent = |p: &Parameter| !informed[*p as usize] && self.settings[*p].prior.is_none();
+        let tied = |p: Parameter| {
+            self.relations.iter().any(|r| r.sense == Sense::Equal && r.coefficients[p as usize] != 0.0)
+        };
+        let silent = |p: &Parameter| !informed[*p as usize] && self.settings[*p].prior.is_none() && !tied(*p);
         Parameter::ALL.into_iter().filter(silent).collect()
     }
 
@@ -182,9 +202,14 @@ impl Search<'_> {
         *parameter_mut(&mut self.initial.clone(), parameter)
     }
 
-    /// Fits the free parameters, the others at their initial values, until the weights rest.
-    pub(super) fn converge(&self, free: &[Parameter]) -> Result<(Minimum, Vec<Group>), FitError> {
-        // behind the free parameters, the error that all shots share
+    /// Bounds of the free parameters and of what the shots share, and the relations between them with
+    /// what is not free put in.
+    ///
+    /// # Errors
+    /// A relation among parameters none of which is free, and that does not hold.
+    fn constraints(&self, free: &[Parameter]) -> Result<Constraints, FitError> {
+        /// Decimal numbers are not exact.
+        const ROUNDING: f64 = 1e-12;
         let shared = usize::from(self.sliding_sd.is_some());
         let bounds = |pick: fn(&Setting) -> f64, of_shared: f64| {
             let shared = std::iter::repeat_n(of_shared, shared);
@@ -193,21 +218,79 @@ impl Search<'_> {
                 free.iter().map(|p| pick(&self.settings[*p])).chain(shared),
             )
         };
-        let constraints =
+        let mut constraints =
             Constraints::bounds(bounds(|s| s.lower, f64::NEG_INFINITY), bounds(|s| s.upper, f64::INFINITY));
-        let mut x = DVector::from_iterator(
+        let mut add = |linear: fn(&mut Constraints) -> &mut Linear, row: &DVector<f64>, limit: f64| {
+            let linear = linear(&mut constraints);
+            let rows = linear.matrix.nrows();
+            linear.matrix = linear.matrix.clone().insert_row(rows, 0.0);
+            linear.matrix.set_row(rows, &row.transpose());
+            linear.limit = linear.limit.clone().push(limit);
+        };
+        for relation in self.relations {
+            let involves = |p: Parameter| relation.coefficients[p as usize] != 0.0;
+            // what the data do not tell may be whatever the relation asks for
+            if relation.sense == Sense::AtMost && self.untold.iter().any(|p| involves(*p)) {
+                continue;
+            }
+            let held = Parameter::ALL.into_iter().filter(|p| involves(*p) && !free.contains(p));
+            let held: f64 = held.map(|p| relation.coefficients[p as usize] * self.start_of(p)).sum();
+            let mut row = DVector::zeros(free.len() + shared);
+            for (column, parameter) in free.iter().enumerate() {
+                row[column] = relation.coefficients[*parameter as usize];
+            }
+            let limit = relation.limit - held;
+            if row.amax() > 0.0 {
+                match relation.sense {
+                    Sense::AtMost => add(|c| &mut c.inequalities, &row, limit),
+                    Sense::Equal => add(|c| &mut c.equalities, &row, limit),
+                }
+                continue;
+            }
+            let excess = if relation.sense == Sense::Equal { limit.abs() } else { -limit };
+            if excess > ROUNDING * (1.0 + held.abs()) {
+                return Err(FitError::Relations(format!(
+                    "\"{}\" does not hold for the values at which its parameters are held",
+                    relation.text
+                )));
+            }
+        }
+        Ok(constraints)
+    }
+
+    /// Fits the free parameters, the others at their initial values, until the weights rest.
+    pub(super) fn converge(&self, free: &[Parameter]) -> Result<(Minimum, Vec<Group>), FitError> {
+        // behind the free parameters, the error that all shots share
+        let shared = usize::from(self.sliding_sd.is_some());
+        let constraints = self.constraints(free)?;
+        let start = DVector::from_iterator(
             free.len() + shared,
             free.iter().map(|p| self.start_of(*p)).chain(std::iter::repeat_n(0.0, shared)),
         );
-        let mut coefficients = self.initial;
+        let mut x = constraints.nearest(&start).ok_or_else(|| {
+            let texts: Vec<_> = self.relations.iter().map(|r| format!("\"{}\"", r.text)).collect();
+            FitError::Relations(format!("no values within the bounds satisfy {}", texts.join(" and ")))
+        })?;
+        let mut coefficients = residuals::coefficients(&self.initial, free, &x);
         let mut groups = self.first_noise(&coefficients);
         let uncertain = |shot: &Fitted| shot.plan.joint().is_some() || shot.plan.variance_in().amax() > 0.0;
-        let weights_move = !groups.is_empty() || self.fitted.iter().any(uncertain);
+        let robust = self.loss != Loss::Squares && !x.is_empty();
+        let weights_move = !groups.is_empty() || robust || self.fitted.iter().any(uncertain);
+        let (at_rest, max_rounds) =
+            if robust { (ROBUST_AT_REST, MAX_ROBUST_ROUNDS) } else { (AT_REST, MAX_ROUNDS) };
+        // Cauchy's loss has many minima: the one that is meant is near Huber's
+        let last = if robust { self.loss } else { Loss::Squares };
+        let mut loss = if last == Loss::Cauchy { Loss::Huber } else { last };
+        let mut losses = Losses::new(loss);
+        let mut weights = vec![1.0; self.fitted.len()];
         let mut iterations = 0;
         for round in 0.. {
             let sds: EstimatedSd = groups.iter().map(|g| (g.observable, g.sd)).collect();
-            let whitening =
+            let mut whitening =
                 Whitening::new(self.fitted, self.model, &coefficients, &sds).ok_or(FitError::NoWeights)?;
+            if robust {
+                whitening = whitening.weighted(self.fitted, &weights);
+            }
             let common =
                 self.sliding_sd.and_then(|sd| common_shift(self.fitted, self.model, &coefficients, sd));
             let whitening = whitening.with_common(common);
@@ -215,15 +298,18 @@ impl Search<'_> {
                 let Self { fitted, model, settings, initial, .. } = *self;
                 let problem = Problem::new(fitted, model, settings, free, initial, &whitening);
                 let (residuals, jacobian) = problem.evaluate_at(&x);
-                self.reweigh(&mut groups, &coefficients, &jacobian);
+                self.reweigh(&mut groups, &coefficients, &jacobian, &losses, &weights);
                 let minimum = Minimum {
                     coefficients,
                     cost: 0.5 * residuals.norm_squared(),
                     gradient: x.clone(),
                     x,
+                    residuals,
                     jacobian,
                     active: Vec::new(),
+                    active_inequalities: Vec::new(),
                     constraints,
+                    weights,
                     whitening,
                     termination: "nothing to fit: every parameter is fixed or silent".to_string(),
                     converged: true,
@@ -237,9 +323,23 @@ impl Search<'_> {
             let moved = (&solution.x - &x).amax();
             x = solution.x.clone();
             coefficients = residuals::coefficients(&self.initial, free, &x);
-            let changed = self.reweigh(&mut groups, &coefficients, &solution.jacobian);
-            let rest = !weights_move || (moved.max(changed) < AT_REST);
-            if rest || round + 1 == MAX_ROUNDS {
+            let mut changed = self.reweigh(&mut groups, &coefficients, &solution.jacobian, &losses, &weights);
+            let used = weights.clone();
+            if robust {
+                let distances = robust::distances(self.fitted, solution.residuals.as_slice(), &weights);
+                for ((weight, shot), distance) in weights.iter_mut().zip(self.fitted).zip(distances) {
+                    let new = losses.of(shot).weight(distance).max(LEAST_WEIGHT);
+                    changed = changed.max((new - *weight).abs());
+                    *weight = new;
+                }
+            }
+            let rest = !weights_move || (moved.max(changed) < at_rest);
+            if rest && loss != last {
+                loss = last;
+                losses = Losses::new(loss);
+                continue;
+            }
+            if rest || round + 1 >= max_rounds {
                 let converged = (solution.termination.converged() || at_kink) && rest;
                 let mut termination = solution.termination.to_string();
                 if at_kink {
@@ -247,16 +347,19 @@ impl Search<'_> {
                 }
                 if !rest {
                     termination =
-                        format!("the weights did not come to rest in {MAX_ROUNDS} rounds; {termination}");
+                        format!("the weights did not come to rest in {max_rounds} rounds; {termination}");
                 }
                 let minimum = Minimum {
                     coefficients,
                     x: solution.x,
                     cost: solution.cost,
                     gradient: solution.jacobian.tr_mul(&solution.residuals),
+                    residuals: solution.residuals,
                     jacobian: solution.jacobian,
                     active: solution.active,
+                    active_inequalities: solution.active_inequalities,
                     constraints,
+                    weights: used,
                     whitening,
                     termination,
                     converged,
@@ -268,22 +371,47 @@ impl Search<'_> {
         Err(FitError::NoWeights)
     }
 
+    /// −2 log L up to a constant: χ² and the logarithms of the variances.
+    pub(super) fn minus_two_log_likelihood(&self, minimum: &Minimum, groups: &[Group]) -> f64 {
+        let sds: EstimatedSd = groups.iter().map(|g| (g.observable, g.sd)).collect();
+        let log_det = |Fitted { plan, .. }: &Fitted| {
+            let prediction = plan.predict(self.model, &minimum.coefficients).ok()?;
+            let l = covariance(plan, &prediction, &sds).cholesky()?.l();
+            Some(2.0 * l.diagonal().iter().map(|d| d.ln()).sum::<f64>())
+        };
+        let log_det = self.fitted.iter().map(|shot| log_det(shot).unwrap_or(f64::NAN)).sum::<f64>();
+        2.0 * minimum.cost + log_det
+    }
+
     /// σ² = Σd²/(n − Σh) with the leverages h of the observable's rows (restricted maximum
     /// likelihood), less what the errors of the state before the impact explain. Returns the
-    /// largest relative change.
-    fn reweigh(&self, groups: &mut [Group], at: &Coefficients, jacobian: &DMatrix<f64>) -> f64 {
+    /// largest relative change. With a robust loss Σw²d² instead, less what the weights take (Huber 1964,
+    /// proposal 2).
+    fn reweigh(
+        &self,
+        groups: &mut [Group],
+        at: &Coefficients,
+        jacobian: &DMatrix<f64>,
+        losses: &Losses,
+        weights: &[f64],
+    ) -> f64 {
         if groups.is_empty() {
             return 0.0;
         }
         let leverage = uncertainty::leverages(jacobian);
         let mut sums = vec![[0.0; 4]; groups.len()];
         let mut row_number = 0;
+        let of_rows = |(shot, weight): (&Fitted, &f64)| {
+            let scale = weight.powi(2) / losses.of(shot).consistency;
+            std::iter::repeat_n(scale, shot.plan.rows().len())
+        };
+        let scale: Vec<f64> = self.fitted.iter().zip(weights).flat_map(of_rows).collect();
         self.each_residual(at, |row, d, from_inputs| {
             if let Some(group) =
                 groups.iter().position(|g| g.observable == row.observable && row.measured.sd.is_none())
             {
-                for (sum, term) in sums[group].iter_mut().zip([d * d, 1.0, leverage[row_number], from_inputs])
-                {
+                let terms = [scale[row_number] * d * d, 1.0, leverage[row_number], from_inputs];
+                for (sum, term) in sums[group].iter_mut().zip(terms) {
                     *sum += term;
                 }
             }
@@ -296,6 +424,7 @@ impl Search<'_> {
             if !group.estimable {
                 continue;
             }
+            let own_dof = if self.maximum_likelihood { count } else { own_dof };
             let variance = square / own_dof - from_inputs / count;
             let sd = variance.max((EXACT * group.first).powi(2)).sqrt();
             changed = changed.max((sd / group.sd - 1.0).abs());

@@ -3,6 +3,7 @@
 use nalgebra::{DMatrix, DVector};
 use statrs::distribution::{ContinuousCDF, Normal, StudentsT};
 
+use super::robust::Sandwich;
 use super::{Estimate, Intervals, Status};
 use crate::collision::Coefficients;
 use crate::optimise::{Activity, Constraints};
@@ -19,6 +20,12 @@ const SHARE: f64 = 0.1;
 /// Standard errors with and without a bound are both given when they differ by more than this part.
 const WORTH_SAYING: f64 = 0.1;
 
+/// A standard error of less than this part of the value is rounding: an equality holds the parameter.
+const FIXED: f64 = 1e-12;
+
+/// An eigenvalue below this is 0: of a few rows of length 1, no smaller one comes of rounding.
+const OPEN: f64 = 1e-9;
+
 /// Where the optimiser stopped, in whitened units.
 pub(super) struct Minimum {
     pub coefficients: Coefficients,
@@ -27,14 +34,37 @@ pub(super) struct Minimum {
     pub cost: f64,
     /// Of the cost by the free parameters.
     pub gradient: DVector<f64>,
+    pub residuals: DVector<f64>,
     pub jacobian: DMatrix<f64>,
     pub active: Vec<Activity>,
+    /// The inequalities of `constraints` that hold with equality.
+    pub active_inequalities: Vec<usize>,
     pub constraints: Constraints,
+    /// Of each shot, all 1 for least squares.
+    pub weights: Vec<f64>,
     /// With which it was found.
     pub whitening: Whitening,
     pub termination: String,
     pub converged: bool,
     pub iterations: usize,
+}
+
+impl Minimum {
+    /// How many parameters the equalities leave to be fitted.
+    pub(super) fn room(&self) -> usize {
+        let shared = self.whitening.unknowns();
+        self.x.len() - shared - self.constraints.equalities.len().min(self.x.len() - shared)
+    }
+
+    /// What constraints hold: the equalities and, if asked for, the inequalities that hold with
+    /// equality. A row each.
+    pub(super) fn ties(&self, with_inequalities: bool) -> DMatrix<f64> {
+        let Constraints { equalities, inequalities, .. } = &self.constraints;
+        let active = if with_inequalities { &self.active_inequalities[..] } else { &[] };
+        let rows = equalities.matrix.row_iter().chain(active.iter().map(|i| inequalities.matrix.row(*i)));
+        let rows: Vec<_> = rows.map(|row| row.into_owned()).collect();
+        if rows.is_empty() { DMatrix::zeros(0, self.jacobian.ncols()) } else { DMatrix::from_rows(&rows) }
+    }
 }
 
 pub(super) struct Uncertainty {
@@ -84,6 +114,7 @@ pub(super) fn of(
     free: &[Parameter],
     settings: &Settings,
     quantiles: Option<&Quantiles>,
+    sandwich: Option<&Sandwich>,
 ) -> Uncertainty {
     let count = free.len();
     // behind the free parameters there may be errors that the shots share
@@ -91,8 +122,13 @@ pub(super) fn of(
     let at_bound: Vec<usize> = (0..count).filter(|i| minimum.active[*i] != Activity::Free).collect();
     let inner: Vec<usize> = (0..columns).filter(|i| !at_bound.contains(i)).collect();
     let all: Vec<usize> = (0..columns).collect();
-    let released = quantiles.and_then(|_| covariance(&minimum.jacobian, &all));
-    let conditional = quantiles.and_then(|_| covariance(&minimum.jacobian, &inner));
+    let (tied, held) = (minimum.ties(false), minimum.ties(true));
+    let covariance = |columns: &[usize], ties: &DMatrix<f64>| match sandwich {
+        None => covariance(&minimum.jacobian, columns, ties),
+        Some(sandwich) => sandwich.covariance(columns, &open_directions(ties, columns)),
+    };
+    let released = quantiles.and_then(|_| covariance(&all, &tied));
+    let conditional = quantiles.and_then(|_| covariance(&inner, &held));
 
     let mut estimates: Vec<Estimate> = free
         .iter()
@@ -121,7 +157,7 @@ pub(super) fn of(
     for b in &at_bound {
         let mut with_b = inner.clone();
         with_b.push(*b);
-        let Some(covariance) = covariance(&minimum.jacobian, &with_b) else { continue };
+        let Some(covariance) = covariance(&with_b, &held) else { continue };
         let last = with_b.len() - 1;
         // the profile of the cost rises as g x + x²/2v from the bound; it has risen by t²/2 at
         // x = v(−g + √(g² + t²/v))
@@ -144,6 +180,11 @@ pub(super) fn of(
         let setting = &settings[free[*i]];
         let value = minimum.x[*i];
         let estimate = &mut estimates[*i];
+        if released <= FIXED * value.abs() {
+            // an equality leaves it no room
+            estimate.status = Status::Fixed;
+            continue;
+        }
         estimate.std_error = Some(released);
         estimate.std_error_at_bound = (released > (1.0 + WORTH_SAYING) * at_bound).then_some(at_bound);
         let half = quantiles.two_sided * at_bound;
@@ -185,11 +226,40 @@ impl Quantiles {
     }
 }
 
-/// (JᵀJ)⁻¹ of some columns by QR: R⁻¹R⁻ᵀ.
-fn covariance(jacobian: &DMatrix<f64>, columns: &[usize]) -> Option<DMatrix<f64>> {
-    let r = jacobian.select_columns(columns).qr().r();
-    let inverse = r.solve_upper_triangular(&DMatrix::identity(columns.len(), columns.len()))?;
+/// (JᵀJ)⁻¹ of some columns by QR: R⁻¹R⁻ᵀ, within the directions that the ties leave open.
+pub(super) fn covariance(
+    jacobian: &DMatrix<f64>,
+    columns: &[usize],
+    ties: &DMatrix<f64>,
+) -> Option<DMatrix<f64>> {
+    let own = jacobian.select_columns(columns);
+    if ties.nrows() == 0 {
+        let inverse = inverse(&own.qr().r())?;
+        return Some(&inverse * inverse.transpose());
+    }
+    let basis = open_directions(ties, columns);
+    let inverse = &basis * inverse(&(own * &basis).qr().r())?;
     Some(&inverse * inverse.transpose())
+}
+
+fn inverse(r: &DMatrix<f64>) -> Option<DMatrix<f64>> {
+    r.solve_upper_triangular(&DMatrix::identity(r.ncols(), r.ncols()))
+}
+
+/// An orthonormal basis of what `ties`·x = 0 leaves of some columns.
+pub(super) fn open_directions(ties: &DMatrix<f64>, columns: &[usize]) -> DMatrix<f64> {
+    let count = columns.len();
+    let ties = ties.select_columns(columns);
+    if ties.iter().all(|a| *a == 0.0) {
+        return DMatrix::identity(count, count);
+    }
+    // eigenvalues of AᵀA of rows of length 1: 0 along what is open
+    let rows: Vec<_> =
+        ties.row_iter().filter(|row| row.norm() > 0.0).map(|row| row.into_owned() / row.norm()).collect();
+    let rows = DMatrix::from_rows(&rows);
+    let eigen = (rows.tr_mul(&rows)).symmetric_eigen();
+    let open: Vec<usize> = (0..count).filter(|i| eigen.eigenvalues[*i] < OPEN).collect();
+    eigen.eigenvectors.select_columns(&open)
 }
 
 #[cfg(test)]
@@ -219,8 +289,18 @@ mod tests {
     fn a_straight_line() {
         let x = [0.0, 1.0, 2.0, 3.0];
         let jacobian = DMatrix::from_fn(4, 2, |i, j| if j == 0 { 1.0 } else { x[i] });
-        let covariance = covariance(&jacobian, &[0, 1]).unwrap();
+        let covariance = covariance(&jacobian, &[0, 1], &DMatrix::zeros(0, 2)).unwrap();
         // var b = 1/Σ(x − x̄)² = 1/5, var a = Σx²/(nΣ(x − x̄)²) = 14/20
         assert!((covariance[(1, 1)] - 0.2).abs() < 1e-14 && (covariance[(0, 0)] - 0.7).abs() < 1e-14);
+    }
+
+    /// The same with a = 2b: one parameter b(2 + x), var b = 1/Σ(2 + x)² = 1/54.
+    #[test]
+    fn an_equality_leaves_one_direction() {
+        let jacobian = DMatrix::from_fn(4, 2, |i, j| if j == 0 { 1.0 } else { i as f64 });
+        let tie = DMatrix::from_row_slice(1, 2, &[1.0, -2.0]);
+        let covariance = covariance(&jacobian, &[0, 1], &tie).unwrap();
+        assert!((covariance[(1, 1)] - 1.0 / 54.0).abs() < 1e-14);
+        assert!((covariance[(0, 1)] - 2.0 / 54.0).abs() < 1e-14);
     }
 }

@@ -31,24 +31,43 @@ pub fn write_all(fits: &[Fit], out: &Path) -> Result<(), ReportError> {
         let folder = out.join(dataset_folder(&fit.dataset));
         rendered.push((if fit.group.is_some() { folder.join(name) } else { folder }, files(fit)?));
     }
-    rendered.iter().try_for_each(|(folder, files)| write_files(files, folder))
+    rendered.iter().try_for_each(|(folder, files)| put(files, folder))
 }
 
 /// Writes the report of a fit into `folder`, whole or not at all: everything is rendered, then
 /// written beside the folder, then moved into place file by file. Other files there stay.
 pub fn write_to(fit: &Fit, folder: &Path) -> Result<(), ReportError> {
-    write_files(&files(fit)?, folder)
+    put(&files(fit)?, folder)
+}
+
+/// Writes the files of a report, and removes a picture of an earlier one that this one does not have.
+fn put(files: &[(&'static str, Vec<u8>)], folder: &Path) -> Result<(), ReportError> {
+    write_files(files, folder)?;
+    for name in ["contours.svg", "contours.png"] {
+        let path = folder.join(name);
+        if files.iter().all(|(written, _)| *written != name) && path.exists() {
+            fs::remove_file(&path).map_err(|source| ReportError::Write { path, source })?;
+        }
+    }
+    Ok(())
 }
 
 /// The files of a report: name and content.
 pub fn files(fit: &Fit) -> Result<Vec<(&'static str, Vec<u8>)>, ReportError> {
-    Ok(vec![
+    let mut files = vec![
         ("residuals.csv", csv::render(fit).into_bytes()),
         ("residuals.svg", plot::svg(fit)?.into_bytes()),
         ("residuals.png", plot::png(fit)?),
-        // Last, so that a program which waits for it finds the others.
-        ("fit.json", json::render(fit)?.into_bytes()),
-    ])
+    ];
+    if let Some(svg) = plot::contours::svg(fit) {
+        files.push(("contours.svg", svg?.into_bytes()));
+    }
+    if let Some(png) = plot::contours::png(fit) {
+        files.push(("contours.png", png?));
+    }
+    // Last, so that a program which waits for it finds the others.
+    files.push(("fit.json", json::render(fit)?.into_bytes()));
+    Ok(files)
 }
 
 /// Puts files into a folder, which is made where it is missing: all are complete on the disk before

@@ -3,6 +3,7 @@
 
 mod axis;
 mod canvas;
+pub mod contours;
 mod frame;
 mod panels;
 mod points;

@@ -1,0 +1,105 @@
+//! Several starts, on request: whether they all end in the same minimum.
+
+use nalgebra::DVector;
+use rand::{Rng, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+use rayon::prelude::*;
+
+use super::run::Settled;
+use super::search::Search;
+use super::{FitError, Options};
+use crate::collision::Coefficients;
+use crate::parameters::Parameter;
+use crate::residuals::parameter_mut;
+
+/// Minima that are nearer to each other than this part of the bounds' distance are the same.
+const SAME: f64 = 1e-6;
+
+/// What several starts found.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Starts {
+    pub count: usize,
+    pub seed: u64,
+    /// Starts that ended in no minimum.
+    pub failed: usize,
+    /// The minima, the best first.
+    pub minima: Vec<FoundMinimum>,
+}
+
+/// A minimum that some of the starts found.
+#[derive(Clone, Debug, PartialEq)]
+pub struct FoundMinimum {
+    /// In the order of [`Parameter::ALL`].
+    pub values: [f64; Parameter::ALL.len()],
+    /// −2 log L above that of the best.
+    pub above_best: f64,
+    pub starts: usize,
+}
+
+impl Starts {
+    /// Whether every start ended in the one minimum.
+    #[must_use]
+    pub fn agree(&self) -> bool {
+        self.failed == 0 && self.minima.len() == 1
+    }
+}
+
+/// The best minimum of as many starts as asked for: the first from the initial values, the others spread
+/// evenly at random between the bounds.
+pub(super) fn settle<'a>(
+    search: &Search<'a>,
+    options: &Options,
+) -> Result<(Settled<'a>, Option<Starts>), FitError> {
+    let first = Settled::new(search)?;
+    if options.starts <= 1 {
+        return Ok((first, None));
+    }
+    let mut rng = ChaCha8Rng::seed_from_u64(options.seed);
+    let starts: Vec<Coefficients> = (1..options.starts)
+        .map(|_| {
+            let mut start = search.initial;
+            for parameter in &first.free {
+                let setting = &search.settings[*parameter];
+                let part = rng.random::<f64>();
+                *parameter_mut(&mut start, *parameter) =
+                    setting.lower + part * (setting.upper - setting.lower);
+            }
+            start
+        })
+        .collect();
+    let others: Vec<Option<Settled>> = starts
+        .into_par_iter()
+        .map(|initial| {
+            // what is told at one start is told at all
+            let search = Search { initial, ..first.search.clone() };
+            Settled::new(&search).ok().filter(|settled| settled.minimum.converged)
+        })
+        .collect();
+    let mut failed = others.iter().filter(|other| other.is_none()).count();
+    failed += usize::from(!first.minimum.converged);
+    let objective = |s: &Settled| s.search.minus_two_log_likelihood(&s.minimum, &s.estimated);
+    let mut all: Vec<(f64, Settled)> =
+        std::iter::once(first).chain(others.into_iter().flatten()).map(|s| (objective(&s), s)).collect();
+    // one that did not converge stands behind those that did
+    all.sort_by(|a, b| {
+        (!a.1.minimum.converged, a.0)
+            .partial_cmp(&(!b.1.minimum.converged, b.0))
+            .unwrap_or(std::cmp::Ordering::Equal)
+    });
+    let mut minima: Vec<FoundMinimum> = Vec::new();
+    let best = all[0].0;
+    for (objective, settled) in all.iter().filter(|(_, s)| s.minimum.converged) {
+        let values = Parameter::ALL.map(|p| *parameter_mut(&mut settled.minimum.coefficients.clone(), p));
+        let width = Parameter::ALL.map(|p| search.settings[p].upper - search.settings[p].lower);
+        let far = |known: &FoundMinimum| {
+            let differences = (0..values.len()).map(|i| (values[i] - known.values[i]) / width[i].max(SAME));
+            DVector::from_iterator(values.len(), differences).amax()
+        };
+        match minima.iter_mut().find(|known| far(known) <= SAME) {
+            Some(known) => known.starts += 1,
+            None => minima.push(FoundMinimum { values, above_best: objective - best, starts: 1 }),
+        }
+    }
+    let starts = Starts { count: options.starts, seed: options.seed, failed, minima };
+    Ok((all.swap_remove(0).1, Some(starts)))
+}
