@@ -15,3 +15,4 @@ mod report;
 mod shipped;
 mod statistics;
 mod tracks;
+mod unusable;

@@ -192,7 +192,7 @@ impl<'a> Tracked<'a> {
     }
 
     /// The frames that a fit used.
-    fn frames(&self, fitted: &Fitted) -> Frames<'a> {
+    pub(super) fn frames(&self, fitted: &Fitted) -> Frames<'a> {
         self.frames_without(fitted.from, fitted.to, &fitted.wrong_cue, &fitted.wrong_object)
     }
 

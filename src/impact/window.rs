@@ -22,9 +22,47 @@ const SLACK: f64 = 0.3;
 /// Even next to the impact, χ²/dof above this is no collision of two balls on a cloth.
 const HOPELESS: f64 = 10.0;
 
-fn good(fitted: &Fitted) -> bool {
+/// What frames add to χ² may exceed their number by this many standard deviations √2n…
+const ADDED: f64 = 4.0;
+/// …in so many that follow each other at the end of a window, and wherever it grows: a small collision at the
+/// end of a long window would be lost in the rest of it.
+const PART: usize = 10;
+/// A little that frames already used may be worse off.
+const REST: f64 = 4.0;
+
+fn good(tracked: &Tracked, fitted: &Fitted) -> bool {
     let spread = (2.0 / fitted.dof.max(1) as f64).sqrt();
-    fitted.converged && fitted.reduced() < 1.0 + SLACK + SPREADS * spread
+    if !(fitted.converged && fitted.reduced() < 1.0 + SLACK + SPREADS * spread) {
+        return false;
+    }
+    let frames = tracked.frames(fitted);
+    let residuals = frames.residuals_only(&tracked.model, &fitted.z);
+    let (cue, object) = residuals.as_slice().split_at(2 * frames.cue.len());
+    let mut ends = [cue, object].into_iter().filter_map(|ball| ball.rchunks(2 * PART).next());
+    ends.all(|end| is_likely(squares(end), end.len(), fitted))
+}
+
+/// Whether a larger window's fit is as good in its new frames as a smaller one's, for either ball.
+fn grows(tracked: &Tracked, small: &Fitted, large: &Fitted) -> bool {
+    let of_balls = |fitted: &Fitted| {
+        let frames = tracked.frames(fitted);
+        let residuals = frames.residuals_only(&tracked.model, &fitted.z);
+        let (cue, object) = residuals.as_slice().split_at(2 * frames.cue.len());
+        [cue, object].map(|ball| (squares(ball), ball.len()))
+    };
+    let mut both = of_balls(small).into_iter().zip(of_balls(large));
+    both.all(|((old, n), (new, m))| is_likely(new - old - REST, m.saturating_sub(n), small))
+}
+
+fn squares(residuals: &[f64]) -> f64 {
+    residuals.iter().map(|r| r * r).sum()
+}
+
+/// Whether n residuals may have this sum of squares, with noise as a fit shows it.
+fn is_likely(squares: f64, n: usize, fitted: &Fitted) -> bool {
+    let n = n as f64;
+    squares < fitted.reduced().max(1.0) * (n + ADDED * (2.0 * n).sqrt())
+        || n == 0.0 && squares <= 0.0
 }
 
 /// The widest window whose fit is good: all of it, or what grows from the impact.
@@ -37,7 +75,7 @@ pub(super) fn choose(tracked: &Tracked, guess: &Unknowns) -> Result<Fitted, Unus
     };
     let [ends_before, ends_after] = extent(tracked, time, frame);
     if let Ok(whole) = fit(guess, ends_before, ends_after)
-        && good(&whole)
+        && good(tracked, &whole)
     {
         return Ok(whole);
     }
@@ -53,7 +91,7 @@ pub(super) fn choose(tracked: &Tracked, guess: &Unknowns) -> Result<Fitted, Unus
             let mut wider = sides;
             wider[side] = ((sides[side] as f64 * GROWTH) as usize).min(end);
             let Ok(next) = fit(&best.z, wider[0], wider[1]) else { break };
-            if !good(&next) {
+            if !(good(tracked, &next) && grows(tracked, &best, &next)) {
                 break;
             }
             (best, sides) = (next, wider);
