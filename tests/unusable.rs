@@ -5,7 +5,9 @@ use std::fmt::Write as _;
 use std::fs;
 use std::process::{Command, Output};
 
-use caromfit::synth::{self, BallSpec, Camera, ClothSpec, Kind, Noise, Played, Shots, Spec, TrueImpact, Truth};
+use caromfit::synth::{
+    self, BallSpec, Camera, ClothSpec, Kind, Noise, Played, Shots, Spec, TrueImpact, Truth,
+};
 use caromfit::track::{Sample, TrackShot};
 
 /// Frames before the impact, at 1000 fps.
@@ -93,7 +95,10 @@ fn every_reason_is_said() {
     let all = Some;
 
     let few = changed(shot, "few", keep(0.0, 0.0041), keep(0.0, 0.0041));
-    unusable(few, "the tracks are too short: 5 frames of the cue ball, 5 of the object ball; expected at least 6");
+    unusable(
+        few,
+        "the tracks are too short: 5 frames of the cue ball, 5 of the object ball; expected at least 6",
+    );
     let early = impact - 5.0 * frame;
     unusable(changed(shot, "early", keep(0.0, early), keep(0.0, early)), "no collision found");
     // a ball that is hit while nobody films the cue ball's approach
@@ -108,7 +113,10 @@ fn every_reason_is_said() {
     unusable(missed, "no collision found: the object ball is not set in motion");
     // 0.1 m/s from the first frame on
     let moving = |s: Sample| Some(Sample { x: s.x + 0.1 * (s.t - impact), ..s });
-    unusable(changed(shot, "moving", all, moving), "the object ball was moving before the impact, with 0.1");
+    unusable(
+        changed(shot, "moving", all, moving),
+        "the object ball was moving before the impact, with 0.099 m/s",
+    );
     // a scale that is 3 % off
     let larger = |s: Sample| Some(Sample { x: 1.03 * s.x, y: 1.03 * s.y, ..s });
     unusable(changed(shot, "larger", larger, larger), "mm apart at the impact, not 57.15 mm (2R)");
@@ -176,7 +184,12 @@ fn right(what: &str, shots: &[TrackShot], truths: &[(TrackShot, TrueImpact)]) {
     let (output, impacts) = extract(shots);
     assert_eq!(output.status.code(), Some(0), "{what}");
     let impacts = impacts.unwrap();
-    assert_eq!(impacts.lines().count(), shots.len() + 1, "{what}: {}", String::from_utf8_lossy(&output.stdout));
+    assert_eq!(
+        impacts.lines().count(),
+        shots.len() + 1,
+        "{what}: {}",
+        String::from_utf8_lossy(&output.stdout)
+    );
     let pulls = pulls(&impacts, truths);
     let mean_square = pulls.iter().map(|p| p * p).sum::<f64>() / pulls.len() as f64;
     let most = pulls.iter().fold(0.0_f64, |most, pull| most.max(pull.abs()));

@@ -108,6 +108,22 @@ fn median(mut values: Vec<f64>) -> f64 {
     values.get(values.len() / 2).copied().unwrap_or(f64::NAN)
 }
 
+/// The speed of an object ball that moves before the balls touch, as far as frames show both.
+fn drifts(cue: &[Sample], object: &[Sample], ball: &Ball, noise: f64) -> Option<f64> {
+    let apart = |s: &Sample| {
+        let other = cue.iter().find(|c| (c.t - s.t).abs() < 1e-6)?;
+        Some((s.x - other.x).hypot(s.y - other.y))
+    };
+    let free = |s: &&Sample| apart(s).is_none_or(|apart| apart > 2.0 * ball.radius + MOVED * noise);
+    let before: Vec<Sample> = object.iter().take_while(free).copied().collect();
+    if before.len() < LEAST_FRAMES {
+        return None;
+    }
+    let line = line(&before, before[0].t);
+    let speed = line.velocity[0].hypot(line.velocity[1]);
+    (speed > MOVING_ERRORS * noise * line.error).then_some(speed)
+}
+
 /// Unknowns from straight lines near the impact.
 pub(super) fn guess(shot: &TrackShot, ball: &Ball, noise: f64, sliding: f64) -> Result<Unknowns, Unusable> {
     let (cue, object) = (steady(&shot.cue, noise), steady(&shot.object, noise));
@@ -143,7 +159,10 @@ pub(super) fn guess(shot: &TrackShot, ball: &Ball, noise: f64, sliding: f64) -> 
     let cue_after: Vec<Sample> =
         cue.iter().filter(|s| s.t > time + 0.5 * frame).take(NEAR).copied().collect();
     if before.is_empty() || cue_before.len() < LEAST_FRAMES {
-        return Err(Unusable::TooFewBefore { cue: cue_before.len(), object: before.len() });
+        return Err(match drifts(&cue, &object, ball, noise) {
+            Some(speed) => Unusable::ObjectMoving { speed },
+            None => Unusable::TooFewBefore { cue: cue_before.len(), object: before.len() },
+        });
     }
     if cue_after.len() < LEAST_FRAMES {
         return Err(Unusable::TooFewAfter { ball: "cue", frames: cue_after.len() });

@@ -61,8 +61,7 @@ fn squares(residuals: &[f64]) -> f64 {
 /// Whether n residuals may have this sum of squares, with noise as a fit shows it.
 fn is_likely(squares: f64, n: usize, fitted: &Fitted) -> bool {
     let n = n as f64;
-    squares < fitted.reduced().max(1.0) * (n + ADDED * (2.0 * n).sqrt())
-        || n == 0.0 && squares <= 0.0
+    squares < fitted.reduced().max(1.0) * (n + ADDED * (2.0 * n).sqrt()) || n == 0.0 && squares <= 0.0
 }
 
 /// The widest window whose fit is good: all of it, or what grows from the impact.
