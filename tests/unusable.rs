@@ -125,7 +125,7 @@ fn every_reason_is_said() {
     // the cue ball is hit once more right after the impact
     let again = |s: Sample| {
         let late = s.t - impact - 4.0 * frame;
-        let x = if late > 0.0 { s.x + 1.5 * late } else { s.x };
+        let x = if late > 0.0 { s.x + 4.0 * late } else { s.x };
         Some(Sample { x, ..s })
     };
     unusable(changed(shot, "again", again, all), "its motion fits no single collision: χ²/dof is");

@@ -178,8 +178,8 @@ impl<'a> Tracked<'a> {
     }
 
     /// How far the separation at the impact would move from 2R if it were free, relative, with its
-    /// standard error: one Gauss–Newton step.
-    fn gap(&self, fitted: &Fitted) -> (f64, f64) {
+    /// standard error, and what χ² would fall by: one Gauss–Newton step.
+    fn gap(&self, fitted: &Fitted) -> (f64, f64, f64) {
         let (_, full) = self.frames(fitted).residuals(&self.model, &fitted.z);
         let mut with_gap = fitted.jacobian.clone().insert_column(fitted.jacobian.ncols(), 0.0);
         let last = with_gap.ncols() - 1;
@@ -188,7 +188,23 @@ impl<'a> Tracked<'a> {
         let qr = with_gap.qr();
         qr.q_tr_mul(&mut right);
         let corner = qr.r()[(last, last)];
-        (right[last] / corner, 1.0 / corner.abs())
+        (right[last] / corner, 1.0 / corner.abs(), right[last].powi(2))
+    }
+
+    /// The separation at the impact, where it is not 2R; χ² is that of the fit with it free.
+    pub(super) fn separation(&self, fitted: &Fitted) -> Option<(Unusable, f64)> {
+        let (gap, error, explained) = self.gap(fitted);
+        let reduced = fitted.reduced() - explained / fitted.dof.max(1) as f64;
+        let error = error * if self.states_noise() { 1.0 } else { reduced.max(0.0).sqrt() };
+        let expected = 2.0 * self.scene.ball.radius;
+        let wrong =
+            Unusable::Separation { measured: expected * (1.0 + gap), expected, error: expected * error };
+        (gap.abs() > GAP_ERRORS * error && gap.abs() > GAP_PART).then_some((wrong, reduced))
+    }
+
+    fn states_noise(&self) -> bool {
+        let mut samples = self.shot.cue.iter().chain(&self.shot.object);
+        self.shot.position_sd.is_some() || samples.all(|sample| sample.sd.is_some())
     }
 
     /// The frames that a fit used.
@@ -208,20 +224,11 @@ impl<'a> Tracked<'a> {
         if !fitted.converged {
             return Err(Unusable::NotConverged(fitted.termination.clone()));
         }
-        let stated = self.shot.position_sd.is_some()
-            || self.shot.cue.iter().chain(&self.shot.object).all(|sample| sample.sd.is_some());
-        // noise that is not stated is estimated from these residuals
-        let factor = if stated { 1.0 } else { fitted.reduced() };
-        let (gap, gap_error) = self.gap(fitted);
-        let gap_error = gap_error * factor.sqrt();
-        if gap.abs() > GAP_ERRORS * gap_error && gap.abs() > GAP_PART {
-            let expected = 2.0 * self.scene.ball.radius;
-            return Err(Unusable::Separation {
-                measured: expected * (1.0 + gap),
-                expected,
-                error: expected * gap_error,
-            });
+        if let Some((wrong, _)) = self.separation(fitted) {
+            return Err(wrong);
         }
+        // noise that is not stated is estimated from these residuals
+        let factor = if self.states_noise() { 1.0 } else { fitted.reduced() };
         let z = &fitted.z;
         let r = fitted.jacobian.clone().qr().r();
         let inverse = r
@@ -266,7 +273,7 @@ impl<'a> Tracked<'a> {
                 Lift::Cue => Lifted::Cue,
                 Lift::Object => Lifted::Object,
             },
-            position_sd: if stated { self.sd } else { self.sd * factor.sqrt() },
+            position_sd: if self.states_noise() { self.sd } else { self.sd * factor.sqrt() },
             reduced_chi2: known * (self.sd / self.noise).powi(2).min(1.0),
             frames: fitted.frames,
             outliers: fitted.wrong_cue.len() + fitted.wrong_object.len(),

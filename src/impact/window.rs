@@ -80,7 +80,10 @@ pub(super) fn choose(tracked: &Tracked, guess: &Unknowns) -> Result<Fitted, Unus
     }
     let first = fit(guess, FIRST, FIRST)?;
     if first.reduced() > HOPELESS {
-        return Err(Unusable::BadFit { reduced_chi2: first.reduced() });
+        return Err(match tracked.separation(&first) {
+            Some((wrong, reduced)) if reduced < HOPELESS => wrong,
+            _ => Unusable::BadFit { reduced_chi2: first.reduced() },
+        });
     }
     // grow one side at a time until its next frames no longer fit
     let mut best = first;
