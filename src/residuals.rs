@@ -6,6 +6,7 @@
 //! carried over by G = ∂predicted/∂inputs. With C = LLᵀ the whitened residuals are L⁻¹d.
 
 use std::cell::RefCell;
+use std::sync::Arc;
 
 use argmin::core::{Error, Jacobian, Operator};
 use nalgebra::{DMatrix, DVector};
@@ -13,6 +14,7 @@ use rayon::prelude::*;
 
 use crate::collision::{Coefficients, Model};
 use crate::dataset::Joint;
+use crate::impact::film::{self, Film, Reduced};
 use crate::observable::Observable;
 use crate::parameters::{Parameter, Prior, Settings};
 use crate::predict::{MAX_OBSERVABLES, Plan, Prediction, wrap};
@@ -22,7 +24,12 @@ use crate::predict::{MAX_OBSERVABLES, Plan, Prediction, wrap};
 pub struct Fitted {
     pub index: usize,
     pub plan: Plan,
+    /// Its frames, where these are fitted and not what was extracted from them.
+    pub film: Option<Arc<Film>>,
 }
+
+/// How many unknowns all shots of a joint fit of frames share besides the parameters: μ_k and μ_r.
+pub const CLOTH_UNKNOWNS: usize = film::CLOTH.len();
 
 /// Standard deviations of observables for which the data give none, SI and radians.
 pub type EstimatedSd = Vec<(Observable, f64)>;
@@ -36,6 +43,12 @@ pub struct Whitening {
 }
 
 impl Whitening {
+    /// Of frames, which are weighted as they are.
+    #[must_use]
+    pub fn none() -> Self {
+        Self { inverse: Vec::new(), common: None }
+    }
+
     /// With an error that all shots share, in the unit of its standard deviation: it becomes one more
     /// unknown behind the free parameters, with mean 0 and standard deviation 1.
     #[must_use]
@@ -145,6 +158,12 @@ pub fn difference(observable: Observable, predicted: f64, measured: f64) -> f64 
     if observable.is_angle() { wrap(difference) } else { difference }
 }
 
+/// Whether their frames are fitted.
+#[must_use]
+pub fn are_filmed(shots: &[Fitted]) -> bool {
+    shots.first().is_some_and(|shot| shot.film.is_some())
+}
+
 /// Fewer shots than this are not worth a second core.
 const SHARE: usize = 512;
 
@@ -185,7 +204,45 @@ impl<'a> Problem<'a> {
         priors.filter_map(|(column, parameter)| Some((column, self.settings[*parameter].prior?)))
     }
 
+    /// The frames of all shots, whose own unknowns are eliminated; behind the free parameters stand μ_k and μ_r.
+    fn evaluate_frames(&self, x: &DVector<f64>) -> Point {
+        let Coefficients { mu, mu_s, e } = coefficients(&self.held, self.free, x);
+        let own = self.free.len();
+        let shared = [mu, mu_s, e, x[own], x[own + 1]];
+        let frames = self.shots.len() * film::ROWS;
+        let count = frames + self.priors().count() + CLOTH_UNKNOWNS;
+        let mut residuals = DVector::zeros(count);
+        let mut jacobian = DMatrix::zeros(count, own + CLOTH_UNKNOWNS);
+        let reduced = |shot: &Fitted| shot.film.as_ref()?.reduced(self.model, &shared);
+        let all: Vec<Option<Reduced>> = self.shots.par_iter().map(reduced).collect();
+        let columns = self.free.iter().map(|parameter| *parameter as usize);
+        let columns: Vec<usize> = columns.chain([film::SHARED - 2, film::SHARED - 1]).collect();
+        for (i, reduced) in all.iter().enumerate() {
+            let mut rows = residuals.rows_mut(i * film::ROWS, film::ROWS);
+            let Some(reduced) = reduced else {
+                // the optimiser shrinks a step that ends where there is no prediction
+                rows.fill(f64::NAN);
+                continue;
+            };
+            rows.copy_from(&reduced.residuals);
+            for (column, of) in columns.iter().enumerate() {
+                let mut block = jacobian.view_mut((i * film::ROWS, column), (film::ROWS, 1));
+                block.copy_from(&reduced.jacobian.column(*of));
+            }
+        }
+        let cloth = film::CLOTH.iter().enumerate().map(|(i, (mean, sd))| (own + i, *mean, *sd));
+        let priors = self.priors().map(|(column, prior)| (column, prior.mean, prior.sd)).chain(cloth);
+        for (row, (column, mean, sd)) in priors.enumerate() {
+            residuals[frames + row] = (x[column] - mean) / sd;
+            jacobian[(frames + row, column)] = 1.0 / sd;
+        }
+        Point { x: x.clone(), residuals, jacobian }
+    }
+
     fn evaluate(&self, x: &DVector<f64>) -> Point {
+        if are_filmed(self.shots) {
+            return self.evaluate_frames(x);
+        }
         let coefficients = coefficients(&self.held, self.free, x);
         let observations: usize = self.shots.iter().map(|shot| shot.plan.rows().len()).sum();
         let priors = self.priors().count();

@@ -4,6 +4,7 @@ mod cli;
 mod collisions;
 mod discs;
 mod extraction;
+mod frames;
 mod joint;
 mod large;
 mod loader;

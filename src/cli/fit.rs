@@ -2,13 +2,16 @@
 
 use std::path::PathBuf;
 
-use caromfit::fit::{self, Depth, Options};
-use caromfit::footage::with_impacts;
+use caromfit::fit::{self, Depth, Method, Options};
+use caromfit::footage::{self, with_impacts};
 use caromfit::loss::Loss;
 use caromfit::report;
 
 use super::progress::{self, Progress};
 use super::{Failure, FidelityArg, print};
+
+/// So many shots tell how much the frames could tell at best.
+const BOUND_FROM: usize = 1000;
 
 /// Loads each data set, fits it (each label apart where its [fit] by says so), writes
 /// OUT/NAME/{fit.json, residuals.csv, residuals.svg, residuals.png, contours.svg, contours.png} and prints one table over all.
@@ -24,6 +27,9 @@ pub struct Args {
     /// How closely the collision is modelled
     #[arg(long, value_enum, default_value = "full")]
     fidelity: FidelityArg,
+    /// How footage is fitted: velocities extracted first (two-stage), or all frames at once (joint)
+    #[arg(long, value_parser = method, default_value = "two-stage", value_name = "two-stage|joint")]
+    method: Method,
     /// How outlying shots count, in the place of what the data set says
     #[arg(long, value_parser = loss, value_name = "squares|huber|cauchy")]
     loss: Option<Loss>,
@@ -42,6 +48,11 @@ pub struct Args {
     /// Print the fits as a JSON array, and nothing else, on standard output
     #[arg(long)]
     json: bool,
+}
+
+fn method(name: &str) -> Result<Method, String> {
+    let found = Method::ALL.into_iter().find(|method| method.name() == name);
+    found.ok_or_else(|| format!("expected one of {}", Method::ALL.map(Method::name).join(", ")))
 }
 
 fn loss(name: &str) -> Result<Loss, String> {
@@ -69,6 +80,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
 
     let options = Options {
         fidelity: args.fidelity.0,
+        method: args.method,
         loss: args.loss,
         depth: Depth::Everything,
         starts: args.starts,
@@ -80,8 +92,11 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let (mut failed, mut bad_input) = (Vec::new(), false);
     for dataset in datasets {
         progress.step(&dataset.name);
-        let (dataset, ..) = with_impacts(dataset, &|| progress.done());
-        match fit::fit_watched(&dataset, &options, &|| progress.done()) {
+        let (dataset, extracted, scene) = with_impacts(dataset, &|| progress.done());
+        let most = if args.method == Method::Joint { usize::MAX } else { BOUND_FROM };
+        let films = footage::films(&extracted, &scene, most);
+        drop(extracted);
+        match fit::fit_watched(&dataset, &films, &options, &|| progress.done()) {
             Ok(of_dataset) => fits.push(of_dataset),
             Err(error) => {
                 bad_input |= error.is_bad_input();

@@ -227,7 +227,7 @@ impl Basis {
             q: qr.q(),
             back,
             parameters: columns.iter().filter_map(|j| free.get(*j).copied()).collect(),
-            fitted: count.saturating_sub(minimum.whitening.unknowns()),
+            fitted: count.saturating_sub(minimum.shared),
             columns,
             rows: rows.collect(),
         }
@@ -324,7 +324,7 @@ fn trends(context: &Context, basis: &Basis) -> Vec<Trend> {
     for (quantity, only) in quantities(context) {
         // one standard deviation of the quantity in each shot, whitened
         let unit: Vec<Option<DVector<f64>>> = (views.iter().zip(context.fitted))
-            .map(|(view, Fitted { index, plan })| {
+            .map(|(view, Fitted { index, plan, .. })| {
                 let moves = plan.rows().iter().map(|row| {
                     let asked = only.is_none_or(|only| only == row.observable);
                     let own = (quantity.moves)(context.shots[*index], view.cut, row.observable);

@@ -10,6 +10,7 @@ use super::FitError;
 use super::profile::Slice;
 use crate::optimise::{self, Options, Solution, Termination};
 use crate::parameters::Parameter;
+use crate::residuals::are_filmed;
 
 /// What a fit says that ends at a kink.
 pub(super) const TERMINATION: &str = "converged: at the value of μ where a shot begins to stick";
@@ -34,7 +35,11 @@ pub(super) fn minimise(
     let Some(mu) = slice.free.iter().position(|parameter| *parameter == Parameter::Mu) else {
         return Ok((solution, false));
     };
-    if solution.termination != Termination::Stalled || constraints.lower[mu] == constraints.upper[mu] {
+    let filmed = are_filmed(slice.search.fitted);
+    if filmed
+        || solution.termination != Termination::Stalled
+        || constraints.lower[mu] == constraints.upper[mu]
+    {
         return Ok((solution, false));
     }
     let stalled = solution.x[mu];

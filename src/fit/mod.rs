@@ -23,11 +23,13 @@ pub use robust::{DOWN_WEIGHTED, Robust};
 pub use starts::{FoundMinimum, Starts};
 
 use std::path::PathBuf;
+use std::sync::Arc;
 
 use nalgebra::DMatrix;
 
 use crate::collision::Fidelity;
 use crate::dataset::{Dataset, Shot};
+use crate::impact::film::Film;
 use crate::loss::Loss;
 use crate::observable::Observable;
 use crate::optimise::OptimiseError;
@@ -37,6 +39,7 @@ use crate::parameters::Parameter;
 #[derive(Clone, Copy, Debug)]
 pub struct Options {
     pub fidelity: Fidelity,
+    pub method: Method,
     pub depth: Depth,
     /// In the place of the data set's.
     pub loss: Option<Loss>,
@@ -47,6 +50,32 @@ pub struct Options {
     /// Of everything random.
     pub seed: u64,
 }
+
+/// How footage is fitted.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Method {
+    /// Velocities are extracted from the frames of each shot, then the parameters fitted to these.
+    #[default]
+    TwoStage,
+    /// The parameters are fitted to all frames of all shots, together with what each shot has of its own.
+    Joint,
+}
+
+impl Method {
+    pub const ALL: [Self; 2] = [Self::TwoStage, Self::Joint];
+
+    /// As on the command line and in fit.json.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::TwoStage => "two-stage",
+            Self::Joint => "joint",
+        }
+    }
+}
+
+/// The frames of the shots of a data set, in their order, for those that have them.
+pub type Films = [Option<Arc<Film>>];
 
 /// How much a fit finds out about itself.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -63,6 +92,7 @@ impl Default for Options {
     fn default() -> Self {
         Self {
             fidelity: Fidelity::Full,
+            method: Method::default(),
             depth: Depth::Intervals,
             loss: None,
             starts: 1,
@@ -95,6 +125,12 @@ pub enum FitError {
     },
     #[error("the observations cannot be weighted: a covariance is not positive definite")]
     NoWeights,
+    #[error("{0}: a joint fit needs the frames of every shot, as data sets of kind \"tracks\" have them")]
+    NotFilmed(String),
+    #[error(
+        "{0}: a joint fit takes least squares; leave out the robust loss, or fit with --method two-stage"
+    )]
+    JointLoss(String),
     #[error("{0}")]
     Relations(String),
     #[error(transparent)]
@@ -105,7 +141,14 @@ impl FitError {
     /// Whether the input was wrong, rather than that it could not be fitted.
     #[must_use]
     pub fn is_bad_input(&self) -> bool {
-        matches!(self, Self::TooFewObservations { .. } | Self::MixedNoise { .. } | Self::Relations(_))
+        matches!(
+            self,
+            Self::TooFewObservations { .. }
+                | Self::MixedNoise { .. }
+                | Self::Relations(_)
+                | Self::NotFilmed(_)
+                | Self::JointLoss(_)
+        )
     }
 }
 
@@ -119,32 +162,36 @@ fn first_reason(rejected: &[Rejected]) -> String {
 /// # Errors
 /// See [`FitError`]; the first label that fails ends it.
 pub fn fit(dataset: &Dataset, options: &Options) -> Result<Vec<Fit>, FitError> {
-    fit_watched(dataset, options, &|| {})
+    fit_watched(dataset, &[], options, &|| {})
 }
 
-/// As [`fit`]; `done` is called after each sample of the bootstrap, from any thread.
+/// As [`fit`], with the frames of the shots: fitted themselves by [`Method::Joint`], else for the bound of what
+/// they could tell. `done` is called after each sample of the bootstrap, from any thread.
 ///
 /// # Errors
 /// See [`FitError`]; the first label that fails ends it.
 pub fn fit_watched(
     dataset: &Dataset,
+    films: &Films,
     options: &Options,
     done: &(dyn Fn() + Sync),
 ) -> Result<Vec<Fit>, FitError> {
     let Some(column) = &dataset.by else {
         let shots: Vec<&Shot> = dataset.shots.iter().collect();
-        return Ok(vec![run::fit_shots(dataset, &shots, None, options, done)?]);
+        return Ok(vec![run::fit_shots(dataset, &shots, films, None, options, done)?]);
     };
-    let mut groups: Vec<(String, Vec<&Shot>)> = Vec::new();
-    for shot in &dataset.shots {
+    let mut groups: Vec<(String, Vec<usize>)> = Vec::new();
+    for (index, shot) in dataset.shots.iter().enumerate() {
         let label = shot.labels.get(column).cloned().unwrap_or_default();
         match groups.iter_mut().find(|(known, _)| *known == label) {
-            Some((_, shots)) => shots.push(shot),
-            None => groups.push((label, vec![shot])),
+            Some((_, shots)) => shots.push(index),
+            None => groups.push((label, vec![index])),
         }
     }
-    let fit = |(label, shots): (String, Vec<&Shot>)| {
-        run::fit_shots(dataset, &shots, Some((column.clone(), label)), options, done)
+    let fit = |(label, indices): (String, Vec<usize>)| {
+        let shots: Vec<&Shot> = indices.iter().map(|i| &dataset.shots[*i]).collect();
+        let films: Vec<_> = indices.iter().map(|i| films.get(*i).cloned().flatten()).collect();
+        run::fit_shots(dataset, &shots, &films, Some((column.clone(), label)), options, done)
     };
     groups.into_iter().map(fit).collect()
 }
@@ -161,6 +208,7 @@ pub struct Fit {
     pub source: Option<String>,
     /// Name of the collision model, as on the command line.
     pub fidelity: &'static str,
+    pub method: Method,
     /// Which effects the model contains.
     pub effects: Vec<(&'static str, bool)>,
     /// In the order of [`Parameter::ALL`].
@@ -208,6 +256,31 @@ pub struct Diagnostics {
     pub contours: Vec<Contour>,
     /// The fit and other models, with [`Depth::Everything`].
     pub alternatives: Vec<Alternative>,
+    /// Of footage: what its frames could tell at best.
+    pub bound: Option<Bound>,
+    /// Of a joint fit of frames.
+    pub joint: Option<JointFit>,
+}
+
+/// What a joint fit of frames found besides the parameters.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct JointFit {
+    /// The cloth's sliding friction μ_k and rolling resistance μ_r, with standard errors.
+    pub sliding: (f64, f64),
+    pub rolling: (f64, f64),
+    /// Coordinates (and components of spins that markers show) that were fitted.
+    pub observations: usize,
+    /// Unknowns that the shots have of their own.
+    pub unknowns: usize,
+}
+
+/// The Cramér–Rao bound of the frames' positions with μ_k and μ_r of the cloth free.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Bound {
+    /// The least standard errors that a fit without bias can have.
+    pub std_errors: Vec<(Parameter, f64)>,
+    /// Shots it was reckoned from; it holds for all.
+    pub shots: usize,
 }
 
 /// One fitted parameter.

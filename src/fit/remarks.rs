@@ -222,7 +222,18 @@ pub(super) fn add_plateaus(fit: &mut Fit, plateaus: &[Plateau]) {
 
 /// What the tracks told besides the parameters, and what was done to them on reading.
 pub(super) fn add_tracks(fit: &mut Fit, dataset: &Dataset) {
-    if let Some(sliding) = dataset.sliding {
+    if let Some(joint) = fit.diagnostics.joint {
+        let ((sliding, sliding_error), (rolling, rolling_error)) = (joint.sliding, joint.rolling);
+        fit.notes.push(format!(
+            "All frames were fitted at once: χ² is that of {} numbers with {} unknowns of the shots' own. The residuals \
+             listed are those of the velocities that were extracted from each shot, against these estimates.",
+            joint.observations, joint.unknowns
+        ));
+        fit.notes.push(format!(
+            "The cloth's sliding friction is μ_k = {sliding:.4} ± {sliding_error:.4}, its rolling resistance μ_r = \
+             {rolling:.4} ± {rolling_error:.4} (fitted, with what is published of μ_r as a prior)."
+        ));
+    } else if let Some(sliding) = dataset.sliding {
         fit.notes.push(format!(
             "The cloth's sliding friction is μ_k = {:.4} ± {:.4}, from the curvature of the paths after the impacts. \
              Its error is part of the errors of the parameters.",

@@ -2,7 +2,7 @@
 
 use std::time::Instant;
 
-use nalgebra::DMatrix;
+use nalgebra::{DMatrix, DVector};
 
 use super::identify;
 use super::profile::{self, Slice};
@@ -10,21 +10,25 @@ use super::robust::{Robust, Sandwich};
 use super::search::{Group, Plateau, Search};
 use super::uncertainty::{self, Minimum, Quantiles};
 use super::{
-    Depth, Diagnostics, Estimate, Fit, FitError, Identifiability, Intervals, Noise, Options, Rejected,
-    Residual, Status, bootstrap, compare_models, contour, goodness, starts,
+    Bound, Depth, Diagnostics, Estimate, Films, Fit, FitError, Identifiability, Intervals, JointFit, Method,
+    Noise, Options, Rejected, Residual, Status, bootstrap, compare_models, contour, goodness, starts,
 };
 use crate::collision::{Coefficients, Fidelity, Model};
 use crate::dataset::{Dataset, Shot};
+use crate::impact::film;
 use crate::loss::Loss;
 use crate::observable::Observable;
 use crate::parameters::{Parameter, Settings};
 use crate::relation::Relation;
-use crate::residuals::{EstimatedSd, Fitted, covariance, difference, parameter_mut};
+use crate::residuals::{
+    EstimatedSd, Fitted, Problem, Whitening, are_filmed, covariance, difference, parameter_mut,
+};
 
 /// Fits some shots of a data set (all, or those of one label).
 pub(super) fn fit_shots(
     dataset: &Dataset,
     shots: &[&Shot],
+    films: &Films,
     group: Option<(String, String)>,
     options: &Options,
     done: &(dyn Fn() + Sync),
@@ -44,10 +48,11 @@ pub(super) fn fit_shots(
     if fitted.is_empty() {
         return Err(FitError::NoUsableShot { dataset: title(dataset, group.as_ref()), shots_rejected });
     }
-    check_noise(dataset, &fitted)?;
+    check_noise(dataset, shots, &fitted)?;
 
     let search = Search {
         sliding_sd: dataset.sliding.and_then(|s| s.sd),
+        cloth: film::CLOTH.map(|(mean, _)| mean),
         fitted: &fitted,
         model: &model,
         settings,
@@ -59,7 +64,22 @@ pub(super) fn fit_shots(
     };
     let name = title(dataset, group.as_ref());
     let named = |error| named(error, dataset, &name);
-    let first = &search;
+    let with_films;
+    let joint;
+    let first = if options.method == Method::Joint {
+        if search.loss != Loss::Squares {
+            return Err(FitError::JointLoss(name));
+        }
+        // from where the two stages end
+        let settled = Settled::new(&search).map_err(named)?;
+        with_films = filmed(&fitted, films).ok_or_else(|| FitError::NotFilmed(name.clone()))?;
+        let cloth = [settled.minimum.sliding(dataset.sliding), film::CLOTH[1].0];
+        joint =
+            Search { fitted: &with_films, cloth, initial: settled.minimum.coefficients, ..search.clone() };
+        &joint
+    } else {
+        &search
+    };
     let (settled, starts) = starts::settle(first, options).map_err(named)?;
     let alternatives = if options.depth >= Depth::Everything {
         compare_models::compare(first, &settled)
@@ -67,8 +87,7 @@ pub(super) fn fit_shots(
         Vec::new()
     };
     let Settled { search, free, minimum, estimated, plateaus, identifiability } = settled;
-    let observations = observations(&fitted);
-    let dof = observations + priors(settings, &free) - minimum.room();
+    let dof = (observations(search.fitted) + priors(settings, &free)).saturating_sub(minimum.room());
     let knows_noise = estimated.iter().all(|group| group.estimable);
     let estimates_noise = !estimated.is_empty();
     let sandwich = Sandwich::new(&search, &minimum, free.len());
@@ -131,14 +150,22 @@ pub(super) fn fit_shots(
     let residuals = residual_rows(shots, &fitted, &model, &minimum.coefficients, &estimated);
     let noise = noise_rows(&fitted, &residuals, &estimated);
     let sds: EstimatedSd = estimated.iter().map(|g| (g.observable, g.sd)).collect();
+    // what is said of residuals is said of what was extracted, also where frames were fitted
+    let of_velocities = if are_filmed(search.fitted) {
+        let plain = Search { fitted: &fitted, ..search.clone() };
+        plain.at(&free, &minimum, dataset.sliding)
+    } else {
+        None
+    };
+    let seen = of_velocities.as_ref().unwrap_or(&minimum);
     let context = goodness::Context {
         shots,
         fitted: &fitted,
         model: &model,
-        minimum: &minimum,
+        minimum: seen,
         free: &free,
         sds: &sds,
-        dof,
+        dof: (observations(&fitted) + priors(settings, &free)).saturating_sub(seen.room()),
         tests_noise: !estimates_noise && search.loss == Loss::Squares,
     };
     let resampled = options.bootstrap > 0 && !free.is_empty();
@@ -152,6 +179,8 @@ pub(super) fn fit_shots(
             .then(|| bootstrap::bootstrap(&search, &context, options.bootstrap, options.seed, done)),
         contours,
         alternatives,
+        joint: are_filmed(search.fitted).then(|| joint_fit(search.fitted, &minimum)),
+        bound: bound(&search, &free, &minimum, films, cloth_of(&minimum, dataset)),
     };
     let mut fit = Fit {
         dataset: dataset.name.clone(),
@@ -160,6 +189,7 @@ pub(super) fn fit_shots(
         cloth: dataset.cloth.clone(),
         source: dataset.source.clone(),
         fidelity: options.fidelity.name(),
+        method: options.method,
         effects: effects(options.fidelity),
         estimates,
         correlation,
@@ -185,8 +215,66 @@ pub(super) fn fit_shots(
     Ok(fit)
 }
 
+/// Numbers that are fitted, less the unknowns of each shot where its frames are.
 pub(super) fn observations(fitted: &[Fitted]) -> usize {
-    fitted.iter().map(|shot| shot.plan.rows().len()).sum()
+    let of = |shot: &Fitted| match &shot.film {
+        Some(film) => film.observations().saturating_sub(film.unknowns()),
+        None => shot.plan.rows().len(),
+    };
+    fitted.iter().map(of).sum()
+}
+
+/// The shots with their frames; `None` if one has none.
+fn filmed(fitted: &[Fitted], films: &Films) -> Option<Vec<Fitted>> {
+    let with = |shot: &Fitted| {
+        let film = films.get(shot.index).cloned().flatten()?;
+        Some(Fitted { film: Some(film), ..shot.clone() })
+    };
+    fitted.iter().map(with).collect()
+}
+
+fn joint_fit(fitted: &[Fitted], minimum: &Minimum) -> JointFit {
+    let columns: Vec<usize> = (0..minimum.x.len()).collect();
+    let covariance = uncertainty::covariance(&minimum.jacobian, &columns, &minimum.ties(false));
+    let of = |column: usize| {
+        let error = covariance.as_ref().map_or(f64::NAN, |c| c[(column, column)].sqrt());
+        (minimum.x[column], error)
+    };
+    let films = || fitted.iter().filter_map(|shot| shot.film.as_ref());
+    JointFit {
+        sliding: of(minimum.x.len() - 2),
+        rolling: of(minimum.x.len() - 1),
+        observations: films().map(|film| film.observations()).sum(),
+        unknowns: films().map(|film| film.unknowns()).sum(),
+    }
+}
+
+/// What the frames could tell at best (Cramér–Rao): the standard errors of a joint fit of some of the shots,
+/// for all of them. `None` without frames.
+fn bound(
+    search: &Search,
+    free: &[Parameter],
+    minimum: &Minimum,
+    films: &Films,
+    cloth: [f64; 2],
+) -> Option<Bound> {
+    let have = |shot: &&Fitted| films.get(shot.index).is_some_and(Option::is_some);
+    let some: Vec<Fitted> = search.fitted.iter().filter(have).cloned().collect();
+    let shots = filmed(&some, films).filter(|shots| !shots.is_empty() && !free.is_empty())?;
+    let whitening = Whitening::none();
+    let held = minimum.coefficients;
+    let problem = Problem::new(&shots, search.model, search.settings, free, held, &whitening);
+    let own = minimum.x.rows(0, free.len());
+    let x = DVector::from_iterator(free.len() + cloth.len(), own.iter().copied().chain(cloth));
+    let (residuals, jacobian) = problem.evaluate_at(&x);
+    let columns: Vec<usize> = (0..x.len()).collect();
+    let covariance = uncertainty::covariance(&jacobian, &columns, &DMatrix::zeros(0, x.len()))?;
+    if !residuals.iter().all(|r| r.is_finite()) {
+        return None;
+    }
+    let part = shots.len() as f64 / search.fitted.len() as f64;
+    let errors = (0..free.len()).map(|i| (free[i], (covariance[(i, i)] * part).sqrt()));
+    Some(Bound { std_errors: errors.collect(), shots: shots.len() })
 }
 
 fn priors(settings: &Settings, free: &[Parameter]) -> usize {
@@ -250,6 +338,11 @@ impl<'a> Settled<'a> {
     }
 }
 
+/// μ_k and μ_r, as they were fitted or are assumed.
+fn cloth_of(minimum: &Minimum, dataset: &Dataset) -> [f64; 2] {
+    [minimum.sliding(dataset.sliding), minimum.rolling().unwrap_or(film::CLOTH[1].0)]
+}
+
 /// An error of a search, with the name of the data set.
 fn named(error: FitError, dataset: &Dataset, name: &str) -> FitError {
     match error {
@@ -301,7 +394,7 @@ fn plan(shots: &[&Shot], model: &Model, initial: &Coefficients) -> (Vec<Fitted>,
     let (mut fitted, mut rejected) = (Vec::new(), Vec::new());
     for (index, shot) in shots.iter().enumerate() {
         let planned = crate::predict::Plan::new(shot)
-            .and_then(|plan| plan.predict(model, initial).map(|_| Fitted { index, plan }));
+            .and_then(|plan| plan.predict(model, initial).map(|_| Fitted { index, plan, film: None }));
         match planned {
             Ok(shot) => fitted.push(shot),
             Err(error) => rejected.push(Rejected { shot: shot.name.clone(), reason: error.to_string() }),
@@ -311,14 +404,14 @@ fn plan(shots: &[&Shot], model: &Model, initial: &Coefficients) -> (Vec<Fitted>,
 }
 
 /// Each observable has standard deviations everywhere or nowhere.
-fn check_noise(dataset: &Dataset, fitted: &[Fitted]) -> Result<(), FitError> {
+fn check_noise(dataset: &Dataset, shots: &[&Shot], fitted: &[Fitted]) -> Result<(), FitError> {
     let mut seen: Vec<(Observable, bool, usize)> = Vec::new();
     for (index, row) in fitted.iter().flat_map(|shot| shot.plan.rows().iter().map(|row| (shot.index, row))) {
         let has = row.measured.sd.is_some();
         match seen.iter().find(|(observable, ..)| *observable == row.observable) {
             Some((_, other, first)) if *other != has => {
                 let place = |index: usize| {
-                    let shot = &dataset.shots[index];
+                    let shot = shots[index];
                     (format!("{}:{}", shot.file.display(), shot.line), shot.name.clone())
                 };
                 let (with, without) = if has { (index, *first) } else { (*first, index) };
@@ -346,7 +439,7 @@ fn residual_rows(
     let sds: EstimatedSd =
         groups.iter().map(|g| (g.observable, if g.estimable { g.sd } else { f64::NAN })).collect();
     let mut rows = Vec::new();
-    for Fitted { index, plan } in fitted {
+    for Fitted { index, plan, .. } in fitted {
         let Ok(prediction) = plan.predict(model, at) else { continue };
         let covariance = covariance(plan, &prediction, &sds);
         for (i, row) in plan.rows().iter().enumerate() {

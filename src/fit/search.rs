@@ -8,14 +8,16 @@ use super::robust::{self, Losses};
 use super::uncertainty::{self, Minimum};
 use super::{FitError, kink};
 use crate::collision::{Coefficients, Model};
-use crate::dataset::Measurement;
+use crate::dataset::{Measured, Measurement};
+use crate::impact::film;
 use crate::loss::Loss;
 use crate::observable::Observable;
-use crate::optimise::{self, Constraints, Linear};
+use crate::optimise::{self, Constraints, Linear, Termination};
 use crate::parameters::{Parameter, Setting, Settings};
 use crate::relation::{Relation, Sense};
 use crate::residuals::{
-    self, EstimatedSd, Fitted, Problem, Whitening, common_shift, covariance, difference, parameter_mut,
+    self, CLOTH_UNKNOWNS, EstimatedSd, Fitted, Problem, Whitening, are_filmed, common_shift, covariance,
+    difference, parameter_mut,
 };
 
 /// Re-weighting converges by a factor of ten or more a round.
@@ -27,6 +29,10 @@ const AT_REST: f64 = 1e-10;
 /// The weights of a robust loss rest later: a shot at the edge of its loss makes each round gain less.
 const ROBUST_AT_REST: f64 = 1e-8;
 const MAX_ROBUST_ROUNDS: usize = 500;
+
+/// Frames are minimised to a small part of a standard error: landings make χ² a little rough.
+const FRAMES: optimise::Options = optimise::Options { max_iterations: 100, orthogonality: 1e-6 };
+const ROUGH: &str = "converged: as far as landings between frames leave χ² smooth";
 
 /// A shot's weight never vanishes, so that its distance can be told from its weighted residuals.
 const LEAST_WEIGHT: f64 = 1e-12;
@@ -62,6 +68,8 @@ pub(super) struct Plateau {
 pub(super) struct Search<'a> {
     /// Standard error of the μ_k with which all shots were extracted.
     pub sliding_sd: Option<f64>,
+    /// Where μ_k and μ_r start, where the frames of the shots are fitted.
+    pub cloth: [f64; 2],
     pub fitted: &'a [Fitted],
     pub model: &'a Model,
     pub settings: &'a Settings,
@@ -198,6 +206,11 @@ impl Search<'_> {
         [inside.min(bound), inside.max(bound)]
     }
 
+    /// How many unknowns all shots share besides the parameters.
+    fn shared(&self) -> usize {
+        if are_filmed(self.fitted) { CLOTH_UNKNOWNS } else { usize::from(self.sliding_sd.is_some()) }
+    }
+
     fn start_of(&self, parameter: Parameter) -> f64 {
         *parameter_mut(&mut self.initial.clone(), parameter)
     }
@@ -210,16 +223,18 @@ impl Search<'_> {
     fn constraints(&self, free: &[Parameter]) -> Result<Constraints, FitError> {
         /// Decimal numbers are not exact.
         const ROUNDING: f64 = 1e-12;
-        let shared = usize::from(self.sliding_sd.is_some());
-        let bounds = |pick: fn(&Setting) -> f64, of_shared: f64| {
-            let shared = std::iter::repeat_n(of_shared, shared);
+        let shared = self.shared();
+        let bounds = |pick: fn(&Setting) -> f64, side: usize| {
+            let of_shared = |i: usize| match shared {
+                CLOTH_UNKNOWNS => film::CLOTH_BOUNDS[i][side],
+                _ => [f64::NEG_INFINITY, f64::INFINITY][side],
+            };
             DVector::from_iterator(
-                free.len() + shared.len(),
-                free.iter().map(|p| pick(&self.settings[*p])).chain(shared),
+                free.len() + shared,
+                free.iter().map(|p| pick(&self.settings[*p])).chain((0..shared).map(of_shared)),
             )
         };
-        let mut constraints =
-            Constraints::bounds(bounds(|s| s.lower, f64::NEG_INFINITY), bounds(|s| s.upper, f64::INFINITY));
+        let mut constraints = Constraints::bounds(bounds(|s| s.lower, 0), bounds(|s| s.upper, 1));
         let mut add = |linear: fn(&mut Constraints) -> &mut Linear, row: &DVector<f64>, limit: f64| {
             let linear = linear(&mut constraints);
             let rows = linear.matrix.nrows();
@@ -258,24 +273,67 @@ impl Search<'_> {
         Ok(constraints)
     }
 
+    fn whitening(&self, at: &Coefficients, sds: &EstimatedSd) -> Result<Whitening, FitError> {
+        if are_filmed(self.fitted) {
+            return Ok(Whitening::none());
+        }
+        let whitening = Whitening::new(self.fitted, self.model, at, sds).ok_or(FitError::NoWeights)?;
+        let common = self.sliding_sd.and_then(|sd| common_shift(self.fitted, self.model, at, sd));
+        Ok(whitening.with_common(common))
+    }
+
+    /// These shots, of which velocities are fitted, at a minimum of their frames.
+    pub(super) fn at(
+        &self,
+        free: &[Parameter],
+        minimum: &Minimum,
+        sliding: Option<Measured>,
+    ) -> Option<Minimum> {
+        let whitening = self.whitening(&minimum.coefficients, &Vec::new()).ok()?;
+        let shift = sliding.map(|s| (minimum.sliding(None) - s.value) / s.sd.unwrap_or(f64::INFINITY));
+        let own = minimum.x.rows(0, free.len());
+        let shared = self.shared();
+        let x = DVector::from_iterator(
+            free.len() + shared,
+            own.iter().copied().chain(shift.into_iter().take(shared)),
+        );
+        let Self { fitted, model, settings, initial, .. } = *self;
+        let problem = Problem::new(fitted, model, settings, free, initial, &whitening);
+        let (residuals, jacobian) = problem.evaluate_at(&x);
+        Some(Minimum {
+            cost: 0.5 * residuals.norm_squared(),
+            gradient: jacobian.tr_mul(&residuals),
+            constraints: self.constraints(free).ok()?,
+            x,
+            shared,
+            residuals,
+            jacobian,
+            whitening,
+            ..minimum.clone()
+        })
+    }
+
     /// Fits the free parameters, the others at their initial values, until the weights rest.
     pub(super) fn converge(&self, free: &[Parameter]) -> Result<(Minimum, Vec<Group>), FitError> {
         // behind the free parameters, the error that all shots share
-        let shared = usize::from(self.sliding_sd.is_some());
+        let shared = self.shared();
+        let filmed = are_filmed(self.fitted);
         let constraints = self.constraints(free)?;
+        let of_shared = |i: usize| if filmed { self.cloth[i] } else { 0.0 };
         let start = DVector::from_iterator(
             free.len() + shared,
-            free.iter().map(|p| self.start_of(*p)).chain(std::iter::repeat_n(0.0, shared)),
+            free.iter().map(|p| self.start_of(*p)).chain((0..shared).map(of_shared)),
         );
         let mut x = constraints.nearest(&start).ok_or_else(|| {
             let texts: Vec<_> = self.relations.iter().map(|r| format!("\"{}\"", r.text)).collect();
             FitError::Relations(format!("no values within the bounds satisfy {}", texts.join(" and ")))
         })?;
         let mut coefficients = residuals::coefficients(&self.initial, free, &x);
-        let mut groups = self.first_noise(&coefficients);
+        let mut groups = if filmed { Vec::new() } else { self.first_noise(&coefficients) };
         let uncertain = |shot: &Fitted| shot.plan.joint().is_some() || shot.plan.variance_in().amax() > 0.0;
         let robust = self.loss != Loss::Squares && !x.is_empty();
-        let weights_move = !groups.is_empty() || robust || self.fitted.iter().any(uncertain);
+        let weights_move = !filmed && (!groups.is_empty() || robust || self.fitted.iter().any(uncertain));
+        let options = if filmed { FRAMES } else { optimise::Options::default() };
         let (at_rest, max_rounds) =
             if robust { (ROBUST_AT_REST, MAX_ROBUST_ROUNDS) } else { (AT_REST, MAX_ROUNDS) };
         // Cauchy's loss has many minima: the one that is meant is near Huber's
@@ -286,14 +344,10 @@ impl Search<'_> {
         let mut iterations = 0;
         for round in 0.. {
             let sds: EstimatedSd = groups.iter().map(|g| (g.observable, g.sd)).collect();
-            let mut whitening =
-                Whitening::new(self.fitted, self.model, &coefficients, &sds).ok_or(FitError::NoWeights)?;
+            let mut whitening = self.whitening(&coefficients, &sds)?;
             if robust {
                 whitening = whitening.weighted(self.fitted, &weights);
             }
-            let common =
-                self.sliding_sd.and_then(|sd| common_shift(self.fitted, self.model, &coefficients, sd));
-            let whitening = whitening.with_common(common);
             if x.is_empty() {
                 let Self { fitted, model, settings, initial, .. } = *self;
                 let problem = Problem::new(fitted, model, settings, free, initial, &whitening);
@@ -304,6 +358,7 @@ impl Search<'_> {
                     cost: 0.5 * residuals.norm_squared(),
                     gradient: x.clone(),
                     x,
+                    shared,
                     residuals,
                     jacobian,
                     active: Vec::new(),
@@ -318,7 +373,7 @@ impl Search<'_> {
                 return Ok((minimum, groups));
             }
             let slice = Slice { search: self, free, constraints: constraints.clone(), whitening: &whitening };
-            let (solution, at_kink) = kink::minimise(&slice, &x, &optimise::Options::default())?;
+            let (solution, at_kink) = kink::minimise(&slice, &x, &options)?;
             iterations += solution.iterations as usize;
             let moved = (&solution.x - &x).amax();
             x = solution.x.clone();
@@ -340,8 +395,13 @@ impl Search<'_> {
                 continue;
             }
             if rest || round + 1 >= max_rounds {
-                let converged = (solution.termination.converged() || at_kink) && rest;
+                // landings and ends of sliding that cross a frame are kinks
+                let rough = filmed && solution.termination == Termination::Stalled;
+                let converged = (solution.termination.converged() || at_kink || rough) && rest;
                 let mut termination = solution.termination.to_string();
+                if rough {
+                    termination = ROUGH.to_string();
+                }
                 if at_kink {
                     termination = kink::TERMINATION.to_string();
                 }
@@ -352,6 +412,7 @@ impl Search<'_> {
                 let minimum = Minimum {
                     coefficients,
                     x: solution.x,
+                    shared,
                     cost: solution.cost,
                     gradient: solution.jacobian.tr_mul(&solution.residuals),
                     residuals: solution.residuals,
@@ -373,6 +434,9 @@ impl Search<'_> {
 
     /// −2 log L up to a constant: χ² and the logarithms of the variances.
     pub(super) fn minus_two_log_likelihood(&self, minimum: &Minimum, groups: &[Group]) -> f64 {
+        if are_filmed(self.fitted) {
+            return 2.0 * minimum.cost;
+        }
         let sds: EstimatedSd = groups.iter().map(|g| (g.observable, g.sd)).collect();
         let log_det = |Fitted { plan, .. }: &Fitted| {
             let prediction = plan.predict(self.model, &minimum.coefficients).ok()?;

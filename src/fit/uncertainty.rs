@@ -6,9 +6,11 @@ use statrs::distribution::{ContinuousCDF, Normal, StudentsT};
 use super::robust::Sandwich;
 use super::{Estimate, Intervals, Status};
 use crate::collision::Coefficients;
+use crate::dataset::Measured;
+use crate::impact::film;
 use crate::optimise::{Activity, Constraints};
 use crate::parameters::{Parameter, Settings};
-use crate::residuals::Whitening;
+use crate::residuals::{CLOTH_UNKNOWNS, Whitening};
 
 /// Below this ratio of singular values of the column-scaled Jacobian a combination of parameters
 /// is not determined: its standard error would be rounding.
@@ -27,9 +29,12 @@ const FIXED: f64 = 1e-12;
 const OPEN: f64 = 1e-9;
 
 /// Where the optimiser stopped, in whitened units.
+#[derive(Clone)]
 pub(super) struct Minimum {
     pub coefficients: Coefficients,
     pub x: DVector<f64>,
+    /// How many of x, behind the free parameters, are not parameters but what all shots share.
+    pub shared: usize,
     /// ½χ².
     pub cost: f64,
     /// Of the cost by the free parameters.
@@ -52,8 +57,24 @@ pub(super) struct Minimum {
 impl Minimum {
     /// How many parameters the equalities leave to be fitted.
     pub(super) fn room(&self) -> usize {
-        let shared = self.whitening.unknowns();
-        self.x.len() - shared - self.constraints.equalities.len().min(self.x.len() - shared)
+        let own = self.x.len() - self.shared;
+        own - self.constraints.equalities.len().min(own)
+    }
+
+    /// The cloth's μ_k: as fitted, or what is assumed of it.
+    pub(super) fn sliding(&self, assumed: Option<Measured>) -> f64 {
+        let own = self.x.len() - self.shared;
+        match (self.shared, assumed) {
+            (CLOTH_UNKNOWNS, _) => self.x[own],
+            (1, Some(assumed)) => assumed.value + self.x[own] * assumed.sd.unwrap_or(0.0),
+            (_, Some(assumed)) => assumed.value,
+            (_, None) => film::CLOTH[0].0,
+        }
+    }
+
+    /// μ_r, where it was fitted.
+    pub(super) fn rolling(&self) -> Option<f64> {
+        (self.shared == CLOTH_UNKNOWNS).then(|| self.x[self.x.len() - 1])
     }
 
     /// What constraints hold: the equalities and, if asked for, the inequalities that hold with

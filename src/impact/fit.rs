@@ -87,7 +87,9 @@ impl<'a> Tracked<'a> {
             z = fitted.z;
             let residuals = all.residuals_only(&self.model, &z);
             let (of_cue, of_object) = residuals.as_slice().split_at(2 * all.cue.len());
-            let (now_cue, now_object) = (outliers(&all.cue, of_cue), outliers(&all.object, of_object));
+            let far = OUTLIER * (self.noise / self.sd).max(1.0);
+            let (now_cue, now_object) =
+                (outliers(&all.cue, of_cue, far), outliers(&all.object, of_object, far));
             let same = now_cue.iter().all(|t| wrong_cue.contains(t))
                 && now_object.iter().all(|t| wrong_object.contains(t))
                 && (all.count() - frames.count()) / 2 == now_cue.len() + now_object.len();
@@ -202,6 +204,12 @@ impl<'a> Tracked<'a> {
         (gap.abs() > GAP_ERRORS * error && gap.abs() > GAP_PART).then_some((wrong, reduced))
     }
 
+    /// χ² per degree of freedom with the noise that second differences show, where more was not stated: what the
+    /// motion is judged by.
+    pub(super) fn misfit(&self, fitted: &Fitted) -> f64 {
+        fitted.reduced() * (self.sd / self.noise).powi(2).min(1.0)
+    }
+
     fn states_noise(&self) -> bool {
         let mut samples = self.shot.cue.iter().chain(&self.shot.object);
         self.shot.position_sd.is_some() || samples.all(|sample| sample.sd.is_some())
@@ -264,7 +272,6 @@ impl<'a> Tracked<'a> {
         put(Quantity::Lift, z[unknown::LIFT], &[(unknown::LIFT, 1.0)]);
         put(Quantity::Sliding, z[unknown::SLIDING], &[(unknown::SLIDING, 1.0)]);
         put(Quantity::Time, z[unknown::TIME], &[(unknown::TIME, 1.0)]);
-        let known = fitted.chi2 / fitted.dof.max(1) as f64;
         let impact = Impact {
             values,
             covariance: by * all * by.transpose(),
@@ -274,11 +281,13 @@ impl<'a> Tracked<'a> {
                 Lift::Object => Lifted::Object,
             },
             position_sd: if self.states_noise() { self.sd } else { self.sd * factor.sqrt() },
-            reduced_chi2: known * (self.sd / self.noise).powi(2).min(1.0),
+            reduced_chi2: self.misfit(fitted),
             frames: fitted.frames,
             outliers: fitted.wrong_cue.len() + fitted.wrong_object.len(),
             window: [fitted.from, fitted.to],
             unknowns: *z,
+            wrong: [fitted.wrong_cue.clone(), fitted.wrong_object.clone()],
+            scale: factor.sqrt(),
             spin: self.model.spin,
             rotations: None,
         };
@@ -287,8 +296,8 @@ impl<'a> Tracked<'a> {
 }
 
 /// Instants of the frames that are far off, alone or nearly so.
-fn outliers(frames: &[(&Sample, [f64; 2])], residuals: &[f64]) -> Vec<f64> {
-    let wrong: Vec<bool> = residuals.chunks(2).map(|xy| xy.iter().any(|r| r.abs() > OUTLIER)).collect();
+fn outliers(frames: &[(&Sample, [f64; 2])], residuals: &[f64], far: f64) -> Vec<f64> {
+    let wrong: Vec<bool> = residuals.chunks(2).map(|xy| xy.iter().any(|r| r.abs() > far)).collect();
     let mut found = Vec::new();
     let mut i = 0;
     while i < wrong.len() {

@@ -2,6 +2,7 @@
 //! through the instant of impact; from it velocities before and after with their covariance.
 
 pub mod disc;
+pub mod film;
 mod fit;
 mod model;
 mod rotation;
@@ -99,6 +100,10 @@ pub struct Impact {
     /// What the markers on the balls show, where there are any.
     pub rotations: Option<Box<Rotations>>,
     unknowns: model::Unknowns,
+    /// Instants of the frames left out as wrong, of the cue ball and of the object ball.
+    wrong: [Vec<f64>; 2],
+    /// Standard deviation of a coordinate that the residuals show, over what the frames were weighted by.
+    scale: f64,
 }
 
 /// Angular velocities just before and after the impact, of balls with markers.

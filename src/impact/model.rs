@@ -82,7 +82,7 @@ impl Scene {
     }
 
     /// Spin in the collision frame.
-    fn spin<T: Number>(&self, direction: [T; 2], before: [T; 2]) -> [T; 3] {
+    pub(super) fn spin<T: Number>(&self, direction: [T; 2], before: [T; 2]) -> [T; 3] {
         let zero = T::from(0.0);
         match self.spin {
             Spin::Stun | Spin::Unknown => [zero; 3],
@@ -137,18 +137,42 @@ pub(super) struct Motion<T> {
     object_after: Path<T>,
 }
 
+/// A ball just before or after the impact, collision frame.
+#[derive(Clone, Copy)]
+pub(super) struct Side<T> {
+    pub velocity: [T; 2],
+    /// (V_x − RΩ_y, V_y + RΩ_x)
+    pub slip: [T; 2],
+    /// Upward velocity.
+    pub up: T,
+}
+
+impl<T: Number> Side<T> {
+    pub(super) fn new(velocity: [T; 2], spin: [T; 2], up: T, radius: f64) -> Self {
+        Self { velocity, slip: [velocity[0] - spin[1] * radius, velocity[1] + spin[0] * radius], up }
+    }
+}
+
+/// Where and when the balls meet, table frame.
+#[derive(Clone, Copy)]
+pub(super) struct Meeting<T> {
+    pub time: T,
+    /// Unit vector from the cue ball to the object ball.
+    pub normal: [T; 2],
+    /// Where the object ball lies.
+    pub object: [T; 2],
+    /// Distance of the centres.
+    pub distance: T,
+}
+
 impl<T: Number> Motion<T> {
     pub(super) fn new(scene: &Scene, z: &[T; COUNT]) -> Self {
         let Ball { radius, inertia, .. } = scene.ball;
         let zero = T::from(0.0);
         let (sin, cos) = z[DIRECTION].sin_cos();
         let normal = [cos, sin];
-        let to_table = |v: [T; 2]| [v[0] * cos - v[1] * sin, v[0] * sin + v[1] * cos];
         let pair = |first: usize| [z[first], z[first + 1]];
         let (before, cue, ball) = (pair(BEFORE), pair(CUE), pair(BALL));
-        let object = pair(OBJECT);
-        let distance = (z[GAP] + 1.0) * (2.0 * radius);
-        let contact = [object[0] - normal[0] * distance, object[1] - normal[1] * distance];
 
         let spin = scene.spin(normal, before);
         let lift = scene.lift(&Unknowns::from_fn(|i, _| z[i].re()));
@@ -160,35 +184,55 @@ impl<T: Number> Motion<T> {
         };
         let nu_r = inertia * radius;
         // ω_f = ω_i + (0, J_z, −J_y)/νR
-        let cue_spin_y = spin[1] + j_z / nu_r;
+        let cue_spin = [spin[0], spin[1] + j_z / nu_r];
         // Ω_y = (1 − m_s)J_z/νR, where m_s J_z = V_x − q and q = U_x − U_fx
         let cloth_impulse = if lift == Lift::Cue { ball[0] - (before[0] - cue[0]) } else { zero };
-        let object_spin_y = (j_z - cloth_impulse) / nu_r;
+        let object_spin = [zero, (j_z - cloth_impulse) / nu_r];
         let up = |lifted: bool| if lifted { z[LIFT] } else { zero };
 
         let cloth =
             Cloth { sliding: z[SLIDING], rolling: T::from(scene.rolling), bounce: T::from(scene.bounce) };
-        let launch = |position, velocity: [T; 2], slip: [T; 2], up| Launch {
+        let meeting = Meeting {
             time: z[TIME],
-            position,
-            velocity: to_table(velocity),
-            slip: to_table(slip),
-            up,
-            inertia,
+            normal,
+            object: pair(OBJECT),
+            distance: (z[GAP] + 1.0) * (2.0 * radius),
         };
-        // s = (V_x − RΩ_y, V_y + RΩ_x)
-        let slip_before = [before[0] - spin[1] * radius, before[1] + spin[0] * radius];
-        let slips = slip_before[0].re().hypot(slip_before[1].re());
-        let least = scene.rolls_within + ROLLS_PART * before[0].re().hypot(before[1].re());
-        let slip_before = if slips < least { [zero; 2] } else { slip_before };
-        let slip_cue = [cue[0] - cue_spin_y * radius, cue[1] + spin[0] * radius];
-        let slip_object = [ball[0] - object_spin_y * radius, ball[1]];
+        let before = Side::new(before, [spin[0], spin[1]], zero, radius);
+        let cue = Side::new(cue, cue_spin, up(lift == Lift::Cue), radius);
+        let object = Side::new(ball, object_spin, up(lift == Lift::Object), radius);
+        Self::between(scene, &meeting, &before, [&cue, &object], &cloth)
+    }
+
+    /// The paths from the states just before and after the impact: of the cue ball, then of the object ball.
+    pub(super) fn between(
+        scene: &Scene,
+        meeting: &Meeting<T>,
+        before: &Side<T>,
+        [cue, ball]: [&Side<T>; 2],
+        cloth: &Cloth<T>,
+    ) -> Self {
+        let zero = T::from(0.0);
+        let Meeting { time, normal: [cos, sin], object, distance } = *meeting;
+        let to_table = |v: [T; 2]| [v[0] * cos - v[1] * sin, v[0] * sin + v[1] * cos];
+        let contact = [object[0] - cos * distance, object[1] - sin * distance];
+        let launch = |position, side: &Side<T>| Launch {
+            time,
+            position,
+            velocity: to_table(side.velocity),
+            slip: to_table(side.slip),
+            up: side.up,
+            inertia: scene.ball.inertia,
+        };
+        let slips = before.slip[0].re().hypot(before.slip[1].re());
+        let least = scene.rolls_within + ROLLS_PART * before.velocity[0].re().hypot(before.velocity[1].re());
+        let before = if slips < least { Side { slip: [zero; 2], ..*before } } else { *before };
         Self {
-            time: z[TIME].re(),
-            cue_before: Path::before(&launch(contact, before, slip_before, zero), &cloth),
-            cue_after: Path::after(&launch(contact, cue, slip_cue, up(lift == Lift::Cue)), &cloth),
+            time: time.re(),
+            cue_before: Path::before(&launch(contact, &before), cloth),
+            cue_after: Path::after(&launch(contact, cue), cloth),
             object,
-            object_after: Path::after(&launch(object, ball, slip_object, up(lift == Lift::Object)), &cloth),
+            object_after: Path::after(&launch(object, ball), cloth),
         }
     }
 

@@ -32,7 +32,7 @@ const REST: f64 = 4.0;
 
 fn good(tracked: &Tracked, fitted: &Fitted) -> bool {
     let spread = (2.0 / fitted.dof.max(1) as f64).sqrt();
-    if !(fitted.converged && fitted.reduced() < 1.0 + SLACK + SPREADS * spread) {
+    if !(fitted.converged && tracked.misfit(fitted) < 1.0 + SLACK + SPREADS * spread) {
         return false;
     }
     let frames = tracked.frames(fitted);
@@ -79,10 +79,11 @@ pub(super) fn choose(tracked: &Tracked, guess: &Unknowns) -> Result<Fitted, Unus
         return Ok(whole);
     }
     let first = fit(guess, FIRST, FIRST)?;
-    if first.reduced() > HOPELESS {
+    let misfit = tracked.misfit(&first);
+    if misfit > HOPELESS {
         return Err(match tracked.separation(&first) {
-            Some((wrong, reduced)) if reduced < HOPELESS => wrong,
-            _ => Unusable::BadFit { reduced_chi2: first.reduced() },
+            Some((wrong, reduced)) if reduced * misfit / first.reduced() < HOPELESS => wrong,
+            _ => Unusable::BadFit { reduced_chi2: misfit },
         });
     }
     // grow one side at a time until its next frames no longer fit

@@ -3,8 +3,8 @@
 use serde_json::{Map, Value, json};
 
 use crate::fit::{
-    Alternative, Bootstrap, Combination, Contour, Fit, FoundMinimum, Goodness, Identifiability, Influence,
-    Level, Robust, Starts, Trend,
+    Alternative, Bootstrap, Bound, Combination, Contour, Fit, FoundMinimum, Goodness, Identifiability,
+    Influence, JointFit, Level, Robust, Starts, Trend,
 };
 use crate::parameters::Parameter;
 
@@ -22,7 +22,25 @@ pub(super) fn entries(fit: &Fit) -> Map<String, Value> {
     add("bootstrap", found.bootstrap.as_ref().map_or(Value::Null, bootstrap));
     add("contours", found.contours.iter().map(contour).collect());
     add("model_comparison", found.alternatives.iter().map(alternative).collect());
+    add("information_bound", found.bound.as_ref().map_or(Value::Null, bound));
+    add("joint", found.joint.as_ref().map_or(Value::Null, joint));
     entries
+}
+
+fn bound(found: &Bound) -> Value {
+    let errors: Map<String, Value> =
+        found.std_errors.iter().map(|(p, error)| (p.name().to_owned(), json!(error))).collect();
+    json!({"std_errors": errors, "shots": found.shots})
+}
+
+fn joint(found: &JointFit) -> Value {
+    let friction = |(value, error): (f64, f64)| json!({"value": value, "std_error": error});
+    json!({
+        "mu_k": friction(found.sliding),
+        "mu_r": friction(found.rolling),
+        "observations": found.observations,
+        "shot_unknowns": found.unknowns,
+    })
 }
 
 fn bootstrap(found: &Bootstrap) -> Value {

@@ -3,8 +3,8 @@
 use super::number::{interval, plain};
 use super::table::aligned;
 use crate::fit::{
-    Alternative, Bootstrap, DOWN_WEIGHTED, Fit, Goodness, Identifiability, NoiseVerdict, Normality, Robust,
-    Starts, Trend,
+    Alternative, Bootstrap, Bound, DOWN_WEIGHTED, Fit, Goodness, Identifiability, NoiseVerdict, Normality,
+    Robust, Starts, Trend,
 };
 use crate::parameters::Parameter;
 
@@ -13,6 +13,7 @@ pub(super) fn sections(fit: &Fit) -> Vec<(String, Vec<String>)> {
     let found = &fit.diagnostics;
     let mut sections = Vec::new();
     sections.extend(found.identifiability.as_ref().map(identifiability));
+    sections.extend(found.bound.as_ref().map(|found| bound(fit, found)));
     sections.extend(found.goodness.as_ref().map(|goodness| residuals(fit, goodness)));
     sections.extend(found.goodness.as_ref().filter(|g| !g.influence.is_empty()).map(influence));
     sections.extend(found.robust.as_ref().map(robust));
@@ -27,6 +28,22 @@ pub(super) fn sections(fit: &Fit) -> Vec<(String, Vec<String>)> {
         sections.push(alternatives(&found.alternatives));
     }
     sections
+}
+
+fn bound(fit: &Fit, found: &Bound) -> (String, Vec<String>) {
+    let line = |(parameter, least): &(Parameter, f64)| {
+        let used = fit.estimates[*parameter as usize].std_error.map_or(String::new(), |error| {
+            format!(
+                "; the fit's {} used {:.0} % of the information",
+                plain(error, 2),
+                100.0 * (least / error).powi(2)
+            )
+        });
+        format!("{}: standard error {} (no unit){used}", parameter.symbol(), plain(*least, 2))
+    };
+    let title = "What the frames could tell at best (Cramér-Rao bound of the positions, friction of the cloth unknown; \
+                 beyond 100 %: the fit used more than positions)";
+    (title.to_owned(), found.std_errors.iter().map(line).collect())
 }
 
 fn bootstrap(found: &Bootstrap) -> (String, Vec<String>) {

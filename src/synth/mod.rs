@@ -78,6 +78,8 @@ pub struct Shots {
 pub enum Played {
     Stun,
     NaturalRoll,
+    /// Topspin of 90 % of the natural roll's: a ball that still slides a little.
+    AlmostRoll,
     /// Backspin of 30 to 100 % of the natural roll's.
     Draw,
     /// Side spin of up to the natural roll's, either way, on a sliding ball.
@@ -187,7 +189,11 @@ fn check(spec: &Spec) -> Result<(), BadSpec> {
         return fail("shots.cut_deg", format!("[{thick}, {thin}]"), "[least, most], between -90 and 90");
     }
     if cue_spin.is_empty() {
-        return fail("shots.cue_spin", "[]".into(), "at least one of stun, natural-roll, draw, side");
+        return fail(
+            "shots.cue_spin",
+            "[]".into(),
+            "at least one of stun, natural-roll, almost-roll, draw, side",
+        );
     }
     let Noise { velocity_m_s, line_of_centres_deg, spin_rad_s, angle_deg } = spec.noise;
     for (key, value) in [
@@ -292,6 +298,7 @@ impl<'a> Maker<'a> {
         let spin = match spec.shots.cue_spin[number % spec.shots.cue_spin.len()] {
             Played::Stun => Vec3::zeros(),
             Played::NaturalRoll => rolling.spin,
+            Played::AlmostRoll => 0.9 * rolling.spin,
             Played::Draw => -(0.3 + 0.7 * share) * rolling.spin,
             Played::Side => Vec3::z() * ((2.0 * share - 1.0) * rolling.spin.norm()),
         };

@@ -179,7 +179,9 @@ impl Maker<'_> {
             _ if markers > 0 => Spin::Unknown,
             Played::Stun => Spin::Stun,
             Played::NaturalRoll => Spin::NaturalRoll,
-            Played::Draw | Played::Side => Spin::Measured { spin: truth.cue_before.spin, sd: [None; 3] },
+            Played::AlmostRoll | Played::Draw | Played::Side => {
+                Spin::Measured { spin: truth.cue_before.spin, sd: [None; 3] }
+            }
         };
         let shot = TrackShot {
             name: (number + 1).to_string(),

@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use caromfit::fit::{Diagnostics, Estimate, Fit, Intervals, Noise, Rejected, Residual, Status};
+use caromfit::fit::{Diagnostics, Estimate, Fit, Intervals, Method, Noise, Rejected, Residual, Status};
 use caromfit::observable::Observable;
 use caromfit::parameters::Parameter;
 use nalgebra::DMatrix;
@@ -60,6 +60,7 @@ pub fn normal() -> Fit {
         cloth: Some("Simonis 860".to_owned()),
         source: Some("measured by \"A\", 2026".to_owned()),
         fidelity: "full",
+        method: Method::TwoStage,
         effects: vec![("friction", true), ("cloth", true), ("spin_loss", false)],
         estimates: [
             estimate(Parameter::Mu, 0.101_37, 0.002_71),

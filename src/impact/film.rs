@@ -1,0 +1,412 @@
+//! One shot's frames through the whole chain: motion before → collision → flight, sliding, rolling →
+//! frames. Its own unknowns (instant, place and direction of the contact, velocity and, where it is not
+//! given, spin of the cue ball) are found by least squares for given shared parameters, and eliminated by
+//! their Schur complement, so that a fit of many shots sees the shared parameters alone.
+//!
+//! - Golub, G. and Pereyra, V. (1973), SIAM J. Numer. Anal. 10, 413–432: variable projection.
+
+use nalgebra::{Cholesky, Const, Matrix3, SMatrix, SVector, Vector3};
+use num_dual::DualSVec64;
+
+use super::model::{Meeting, Motion, Scene as ModelScene, Side, unknown};
+use super::{Impact, Scene};
+use crate::ball::{BallState, Vec3};
+use crate::cloth::{Cloth, Number};
+use crate::collision::{Coefficients, Input, Model};
+use crate::dataset::Spin;
+use crate::track::{Sample, TrackShot};
+
+/// What all shots share: μ, μ_s, e, the cloth's sliding friction μ_k and rolling resistance μ_r.
+pub const SHARED: usize = 5;
+
+/// A shot's own unknowns: instant (s), place of the object ball (m, 2), direction of the line of centres
+/// (rad), velocity of the cue ball (m/s, collision frame, 2)…
+const OWN: usize = 6;
+/// …and its spin (rad/s, table frame), where it is not exactly known.
+const SPIN: usize = 3;
+
+/// Unknowns and shared parameters of a shot whose spin is known, and of one whose is not.
+const KNOWN: usize = OWN + SHARED;
+const UNKNOWN: usize = OWN + SPIN + SHARED;
+
+/// Rows that are left of a shot: one for each shared parameter, and what they cannot change.
+pub const ROWS: usize = SHARED + 1;
+
+/// A spin component without a stated error is this exact, rad/s.
+const EXACT: f64 = 1e-6;
+
+/// The shot's own unknowns rest when a step promises less than this of ½χ².
+const AT_REST: f64 = 1e-9;
+const MAX_STEPS: usize = 30;
+
+/// What is known of μ_k and μ_r beforehand, mean and standard deviation: nothing much of μ_k, and of μ_r,
+/// which a few hundredths of a second hardly tell, what is published.
+pub const CLOTH: [(f64, f64); 2] = [(0.2, 1.0), (0.01, 0.005)];
+
+/// Where they may be.
+pub const CLOTH_BOUNDS: [[f64; 2]; 2] = [[0.0, 1.0], [0.0, 0.1]];
+
+/// Relative to its column, a pivot below this is rounding: the shot does not depend on that parameter.
+const SILENT: f64 = 1e-11;
+
+/// A frame of a ball: instant, position, 1/sd.
+#[derive(Clone, Copy, Debug)]
+struct Frame {
+    t: f64,
+    position: [f64; 2],
+    weight: [f64; 2],
+}
+
+/// What markers show of a spin after the impact: table frame, rad/s, and L⁻¹ of its covariance.
+#[derive(Clone, Copy, Debug)]
+struct Seen {
+    spin: Vector3<f64>,
+    whitening: Matrix3<f64>,
+}
+
+/// The frames of one shot.
+#[derive(Clone, Debug)]
+pub struct Film {
+    cue: Vec<Frame>,
+    object: Vec<Frame>,
+    scene: ModelScene,
+    /// Where the search for the shot's own unknowns begins.
+    start: SVector<f64, { OWN + SPIN }>,
+    /// Mean and standard deviation of the spin's components, where it is an unknown.
+    spin: Option<(Vec3, Vec3)>,
+    /// Spins after the impact, of the cue ball and of the object ball.
+    seen: [Option<Seen>; 2],
+    /// Whether the noise of the positions is stated.
+    pub states_noise: bool,
+}
+
+/// A shot at given shared parameters, its own unknowns eliminated.
+#[derive(Clone, Copy, Debug)]
+pub struct Reduced {
+    /// As residuals: their squares sum to χ² of the shot.
+    pub residuals: SVector<f64, ROWS>,
+    /// And by the shared parameters.
+    pub jacobian: SMatrix<f64, ROWS, SHARED>,
+}
+
+impl Film {
+    /// The frames that an extraction used.
+    #[must_use]
+    pub fn new(shot: &TrackShot, impact: &Impact, scene: &Scene) -> Self {
+        let [from, to] = impact.window;
+        let common = impact.position_sd / impact.scale;
+        let frames = |samples: &[Sample], wrong: &[f64]| {
+            let used = samples.iter().filter(|s| (from..=to).contains(&s.t) && !wrong.contains(&s.t));
+            used.map(|s| Frame {
+                t: s.t,
+                position: [s.x, s.y],
+                weight: s.sd.unwrap_or([common; 2]).map(|sd| 1.0 / (sd * impact.scale)),
+            })
+            .collect()
+        };
+        let z = &impact.unknowns;
+        let mut start = SVector::<f64, { OWN + SPIN }>::zeros();
+        for (i, at) in [
+            unknown::TIME,
+            unknown::OBJECT,
+            unknown::OBJECT + 1,
+            unknown::DIRECTION,
+            unknown::BEFORE,
+            unknown::BEFORE + 1,
+        ]
+        .into_iter()
+        .enumerate()
+        {
+            start[i] = z[at];
+        }
+        let spin = match impact.spin {
+            Spin::Measured { spin, sd } if sd.iter().any(Option::is_some) => {
+                start.fixed_rows_mut::<SPIN>(OWN).copy_from(&spin);
+                Some((spin, Vec3::from(sd.map(|sd| sd.unwrap_or(0.0).max(EXACT)))))
+            }
+            _ => None,
+        };
+        let seen = impact.rotations.as_deref().map_or([None; 2], |rotations| {
+            [rotations.cue_after, rotations.object_after].map(|rotation| {
+                let rotation = rotation?;
+                let l = rotation.covariance.cholesky()?.l();
+                Some(Seen { spin: rotation.spin, whitening: l.try_inverse()? })
+            })
+        });
+        let all = || shot.cue.iter().chain(&shot.object);
+        Self {
+            cue: frames(&shot.cue, &impact.wrong[0]),
+            object: frames(&shot.object, &impact.wrong[1]),
+            scene: ModelScene::of(impact.spin, scene),
+            start,
+            spin,
+            seen,
+            states_noise: shot.position_sd.is_some() || all().all(|sample| sample.sd.is_some()),
+        }
+    }
+
+    /// Measured numbers: coordinates, and components of spins.
+    #[must_use]
+    pub fn observations(&self) -> usize {
+        let spins = self.seen.iter().flatten().count() + usize::from(self.spin.is_some());
+        2 * (self.cue.len() + self.object.len()) + SPIN * spins
+    }
+
+    /// The shot's own unknowns.
+    #[must_use]
+    pub fn unknowns(&self) -> usize {
+        if self.spin.is_some() { OWN + SPIN } else { OWN }
+    }
+
+    /// The shot with its own unknowns where χ² is least, for shared parameters μ, μ_s, e, μ_k, μ_r. `None`
+    /// where there is no collision.
+    #[must_use]
+    pub fn reduced(&self, model: &Model, shared: &[f64; SHARED]) -> Option<Reduced> {
+        match self.spin {
+            None => self.eliminate::<KNOWN>(model, shared),
+            Some(_) => self.eliminate::<UNKNOWN>(model, shared),
+        }
+    }
+
+    fn eliminate<const N: usize>(&self, model: &Model, shared: &[f64; SHARED]) -> Option<Reduced> {
+        let own = N - SHARED;
+        let mut all = SVector::<f64, N>::zeros();
+        for i in 0..own {
+            all[i] = self.start[i];
+        }
+        for (i, value) in shared.iter().enumerate() {
+            all[own + i] = *value;
+        }
+        let mut normal = self.normal::<N>(model, &all)?;
+        let mut damping = 0.0;
+        for _ in 0..MAX_STEPS {
+            let Some(cholesky) = normal.own_part(damping) else {
+                damping = raised(damping);
+                continue;
+            };
+            let step = -cholesky.solve(&normal.own_gradient());
+            let promised = -0.5 * normal.own_gradient().dot(&step);
+            if promised < AT_REST {
+                break;
+            }
+            let trial = all + step;
+            match self.normal::<N>(model, &trial) {
+                Some(better) if better.square < normal.square => {
+                    (all, normal) = (trial, better);
+                    damping *= 0.1;
+                }
+                _ => damping = raised(damping),
+            }
+            if damping > 1e6 {
+                break;
+            }
+        }
+        normal.reduce()
+    }
+
+    /// JᵀJ, Jᵀr and rᵀr by the shot's own unknowns and the shared parameters.
+    fn normal<const N: usize>(&self, model: &Model, all: &SVector<f64, N>) -> Option<Normal<N>> {
+        let own = N - SHARED;
+        let duals: [DualSVec64<N>; N] = std::array::from_fn(|i| DualSVec64::from_re(all[i]).derivative(i));
+        let spins = (N == UNKNOWN).then(|| [duals[OWN], duals[OWN + 1], duals[OWN + 2]]);
+        let shared: [DualSVec64<N>; SHARED] = std::array::from_fn(|i| duals[own + i]);
+        let (motion, after) = self.motion(&duals[..OWN], spins, &shared, |inputs| collide(model, inputs))?;
+        let mut normal = Normal::<N>::zero();
+        for (frames, ball) in [(&self.cue, true), (&self.object, false)] {
+            for frame in frames {
+                let predicted = if ball { motion.cue(frame.t) } else { motion.object(frame.t) };
+                for (i, predicted) in predicted.into_iter().enumerate() {
+                    normal.add((predicted - frame.position[i]) * frame.weight[i]);
+                }
+            }
+        }
+        if let (Some(spin), Some((mean, sd))) = (spins, self.spin) {
+            for (i, component) in spin.into_iter().enumerate() {
+                normal.add((component - mean[i]) / sd[i]);
+            }
+        }
+        for (spin, seen) in after.into_iter().zip(&self.seen) {
+            let Some(seen) = seen else { continue };
+            for row in 0..SPIN {
+                let terms = (0..=row).map(|i| (spin[i] - seen.spin[i]) * seen.whitening[(row, i)]);
+                normal.add(terms.fold(DualSVec64::from_re(0.0), |sum, term| sum + term));
+            }
+        }
+        normal.square.is_finite().then_some(normal)
+    }
+
+    /// The paths of both balls, and their spins just after the impact in the table frame.
+    fn motion<T: Number>(
+        &self,
+        own: &[T],
+        spin: Option<[T; SPIN]>,
+        shared: &[T; SHARED],
+        collide: impl FnOnce(&[T; 8]) -> Option<[T; 12]>,
+    ) -> Option<(Motion<T>, [[T; SPIN]; 2])> {
+        let zero = T::from(0.0);
+        let radius = self.scene.ball.radius;
+        let (sin, cos) = own[3].sin_cos();
+        let before = [own[4], own[5]];
+        let to_frame = |w: [T; 3]| [cos * w[0] + sin * w[1], cos * w[1] - sin * w[0], w[2]];
+        let to_table = |w: [T; 3]| [cos * w[0] - sin * w[1], sin * w[0] + cos * w[1], w[2]];
+        let spin = match spin {
+            Some(spin) => to_frame(spin),
+            None => self.scene.spin([cos, sin], before),
+        };
+        let [mu, mu_s, e, sliding, rolling] = *shared;
+        let mut inputs = [zero; 8];
+        for (input, value) in [
+            (Input::Mu, mu),
+            (Input::MuS, mu_s),
+            (Input::E, e),
+            (Input::VelocityX, before[0]),
+            (Input::VelocityY, before[1]),
+            (Input::SpinX, spin[0]),
+            (Input::SpinY, spin[1]),
+            (Input::SpinZ, spin[2]),
+        ] {
+            inputs[input as usize] = value;
+        }
+        let after = collide(&inputs)?;
+        let side = |first: usize| {
+            let (velocity, spin) = ([after[first], after[first + 1]], [after[first + 3], after[first + 4]]);
+            Side::new(velocity, spin, after[first + 2], radius)
+        };
+        let meeting = Meeting {
+            time: own[0],
+            normal: [cos, sin],
+            object: [own[1], own[2]],
+            distance: T::from(2.0 * radius),
+        };
+        let cloth = Cloth { sliding, rolling, bounce: T::from(self.scene.bounce) };
+        let before = Side::new(before, [spin[0], spin[1]], zero, radius);
+        let motion = Motion::between(&self.scene, &meeting, &before, [&side(0), &side(6)], &cloth);
+        let spins = [3, 9].map(|first| to_table([after[first], after[first + 1], after[first + 2]]));
+        Some((motion, spins))
+    }
+}
+
+fn raised(damping: f64) -> f64 {
+    (10.0 * damping).max(1e-3)
+}
+
+/// The collision with its derivatives carried on.
+fn collide<const N: usize>(model: &Model, inputs: &[DualSVec64<N>; 8]) -> Option<[DualSVec64<N>; 12]> {
+    let value = |input: Input| inputs[input as usize].re;
+    let cue = BallState {
+        velocity: Vec3::new(value(Input::VelocityX), value(Input::VelocityY), 0.0),
+        spin: Vec3::new(value(Input::SpinX), value(Input::SpinY), value(Input::SpinZ)),
+    };
+    let coefficients = Coefficients { mu: value(Input::Mu), mu_s: value(Input::MuS), e: value(Input::E) };
+    let (outcome, jacobian) = model.collide_with_jacobian(&cue, &coefficients).ok()?;
+    let components = outcome.components();
+    Some(std::array::from_fn(|row| {
+        let mut component = DualSVec64::from_re(components[row]);
+        for (column, input) in inputs.iter().enumerate() {
+            let by = jacobian[(row, column)];
+            if by != 0.0 {
+                component += (*input - input.re) * by;
+            }
+        }
+        component
+    }))
+}
+
+/// The normal equations of a shot.
+struct Normal<const N: usize> {
+    /// JᵀJ, lower triangle.
+    matrix: SMatrix<f64, N, N>,
+    /// Jᵀr.
+    gradient: SVector<f64, N>,
+    /// rᵀr.
+    square: f64,
+}
+
+impl<const N: usize> Normal<N> {
+    fn zero() -> Self {
+        Self { matrix: SMatrix::zeros(), gradient: SVector::zeros(), square: 0.0 }
+    }
+
+    fn add(&mut self, residual: DualSVec64<N>) {
+        self.square += residual.re * residual.re;
+        if let Some(row) = residual.eps.0 {
+            self.gradient.axpy(residual.re, &row, 1.0);
+            self.matrix.syger(1.0, &row, &row, 1.0);
+        }
+    }
+
+    /// The shared parameters held: 0 in the gradient…
+    fn own_gradient(&self) -> SVector<f64, N> {
+        let mut gradient = self.gradient;
+        gradient.rows_mut(N - SHARED, SHARED).fill(0.0);
+        gradient
+    }
+
+    /// …and 1 in the matrix.
+    fn own_part(&self, damping: f64) -> Option<Cholesky<f64, Const<N>>> {
+        let own = N - SHARED;
+        let mut matrix = self.matrix;
+        for i in 0..N {
+            if i >= own {
+                matrix.row_mut(i).fill(0.0);
+                matrix[(i, i)] = 1.0;
+            } else {
+                matrix[(i, i)] *= 1.0 + damping;
+            }
+        }
+        Cholesky::new(matrix)
+    }
+
+    /// The own unknowns eliminated: [R r] with RᵀR the Schur complement S = A_pp − A_py A_yy⁻¹ A_yp.
+    fn reduce(&self) -> Option<Reduced> {
+        let own = N - SHARED;
+        let cholesky = self.own_part(0.0)?;
+        let mut coupling = SMatrix::<f64, N, SHARED>::zeros();
+        for i in 0..own {
+            for j in 0..SHARED {
+                coupling[(i, j)] = self.matrix[(own + j, i)];
+            }
+        }
+        let carried = cholesky.solve(&coupling);
+        let inner = self.own_gradient();
+        let mut schur = SMatrix::<f64, ROWS, ROWS>::zeros();
+        let mut scale = [0.0; ROWS];
+        for i in 0..SHARED {
+            for j in 0..=i {
+                schur[(i, j)] = self.matrix[(own + i, own + j)] - coupling.column(i).dot(&carried.column(j));
+            }
+            schur[(SHARED, i)] = self.gradient[own + i] - carried.column(i).dot(&inner);
+            scale[i] = self.matrix[(own + i, own + i)];
+        }
+        schur[(SHARED, SHARED)] = self.square;
+        scale[SHARED] = self.square;
+        let l = semidefinite(schur, &scale);
+        let jacobian = l.fixed_view::<SHARED, ROWS>(0, 0).transpose();
+        Some(Reduced { residuals: l.row(SHARED).transpose(), jacobian })
+    }
+}
+
+/// L of a positive semidefinite LLᵀ, from its lower triangle; a column is 0 whose pivot is rounding beside
+/// `scale`.
+fn semidefinite(mut a: SMatrix<f64, ROWS, ROWS>, scale: &[f64; ROWS]) -> SMatrix<f64, ROWS, ROWS> {
+    for k in 0..ROWS {
+        let pivot = a[(k, k)];
+        if pivot <= SILENT * scale[k] {
+            a.column_mut(k).fill(0.0);
+        } else {
+            let root = pivot.sqrt();
+            for i in k..ROWS {
+                a[(i, k)] /= root;
+            }
+            for j in k + 1..ROWS {
+                for i in j..ROWS {
+                    a[(i, j)] -= a[(i, k)] * a[(j, k)];
+                }
+            }
+        }
+        for j in k + 1..ROWS {
+            a[(k, j)] = 0.0;
+        }
+    }
+    a
+}
