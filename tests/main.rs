@@ -10,6 +10,7 @@ mod large;
 mod loader;
 mod nist;
 mod optimise;
+mod plain;
 mod published;
 mod recovery;
 mod report;

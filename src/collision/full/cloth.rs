@@ -1,0 +1,143 @@
+//! Topspin: the object ball is pressed into the cloth (case B; where it sticks, case C).
+//!
+//! In the scaled quantities of [`super`], at u = 1 − d,
+//! v = −K + 2Q − Σd and w = ∫ v dQ = Q² − KQ − ΣP, P = ∫ (1 − s) g ds.
+//! Compression ends at u_c, where v = 0; restitution at u_f, where w = (1 − e²) w_c.
+
+use super::path::{Descent, Path, Slip, third_order};
+use super::whole::whole;
+use super::{CLOSE, End, MAX_STEPS, MOST, STUCK};
+use crate::collision::Contact;
+
+/// In restitution w sets out as a square: the same for this part of the way gone.
+const CLOSE_TO_SQUARE: f64 = 1e-4;
+
+/// Below this K the way is too short for the slip to turn, to rounding.
+const FIRST_ORDER: f64 = 1e-20;
+
+pub(super) fn solve(contact: &Contact, path: &Path, rho: f64) -> End {
+    let &Contact { k, e, mu, m_s, v_z, .. } = contact;
+    let beta_z = contact.beta_z();
+    // K = 2μβ_z k/ρ, Σ = m_s μ v_z0/ρ, A = m_s v_z0/2β_z
+    let scale = 2.0 * mu * beta_z / rho;
+    let kk = 2.0 * mu * beta_z * (k / rho);
+    let sigma = m_s * mu * (v_z / rho);
+    if kk < FIRST_ORDER {
+        // v = −K + (2 − Σ)d, w = d(v − K)/2
+        let d_c = kk / (2.0 - sigma);
+        let slip = Slip::short((1.0 + e) * d_c, path.p);
+        let [compressed, restored] = [d_c, e * d_c].map(|d| Slip::short(d, path.p));
+        return End::Slide { q: (1.0 + e) * k / (2.0 - sigma), slip, compressed, restored };
+    }
+    // Q_f ≤ (1 + e)(K + Σ)/2 + Σ
+    let mut stuck = None;
+    if 0.5 * (1.0 + e) * (kk + sigma) + sigma >= path.whole_at_least() {
+        let (q_s, uq_s) = whole(path);
+        let v_s = -kk + 2.0 * q_s - sigma;
+        if v_s <= 0.0 {
+            return stuck_in_compression(contact, sigma * uq_s / (scale * scale));
+        }
+        stuck = Some((q_s, uq_s, v_s));
+    }
+    let Some(c) = compression(path, kk, sigma) else {
+        // the end of compression and stick coincide to rounding: B = (k + A)²/4
+        let a = m_s * v_z / (2.0 * beta_z);
+        return End::Stick { q: 0.5 * (k + a), compressed: None };
+    };
+    // −w_c = Q_c² − Σ∫(s − u_c) g ds, since K = 2Q_c − Σd_c
+    let lost = c.q * c.q - sigma * (c.slip.gone * c.q - c.r);
+    if let Some((q_s, uq_s, v_s)) = stuck {
+        // w_s − w_c = (Q_s − Q_c)² − Σ∫(u_c − s) g ds from 0 to u_c
+        let dq = q_s - c.q;
+        let r = c.slip.left * dq - (uq_s - (c.q - c.r));
+        let rest = e * e * lost - (dq * dq - sigma * r);
+        if rest >= 0.0 {
+            // once stuck, v = v_s + 2y: v_s y + y² = rest
+            let y = 2.0 * rest / (v_s + (v_s * v_s + 4.0 * rest).sqrt());
+            return End::Stick { q: (q_s + y) / scale, compressed: Some(c.slip) };
+        }
+    }
+    if e == 0.0 {
+        return End::Slide { q: c.q / scale, slip: c.slip, compressed: c.slip, restored: Slip::START };
+    }
+    // from u_c on, in units of u_c and g_c: w/(u_c g_c)² = Q² − Σ'R = T²
+    let unit = c.slip.left * c.g;
+    let target = e * lost.sqrt() / unit;
+    match restitution(&path.from(&c.slip, c.g), sigma / c.g, target) {
+        Some(f) => End::Slide {
+            q: (c.q + unit * f.q) / scale,
+            slip: c.slip.then(&f.slip),
+            compressed: c.slip,
+            restored: f.slip,
+        },
+        None => End::Stick { q: (c.q + target * unit) / scale, compressed: Some(c.slip) },
+    }
+}
+
+/// Stuck before the end of compression, W = q² − (k + A)q + B from there on, so that
+/// q_c = (k + A)/2, q_f = q_c + e√(q_c² − B).
+fn stuck_in_compression(contact: &Contact, b: f64) -> End {
+    let &Contact { k, e, m_s, v_z, .. } = contact;
+    let a = m_s * v_z / (2.0 * contact.beta_z());
+    let q_c = 0.5 * (k + a);
+    End::Stick { q: q_c + e * (q_c * q_c - b).max(0.0).sqrt(), compressed: None }
+}
+
+/// Where 2Q − Σd = K. `None` if nothing is left of the slip there.
+pub(super) fn compression(path: &Path, kk: f64, sigma: f64) -> Option<Descent> {
+    let mut tau = path.invert(kk / (2.0 - sigma), sigma);
+    for _ in 0..MAX_STEPS {
+        let at = path.descend(tau);
+        let Slip { gone, left, .. } = at.slip;
+        if left < STUCK {
+            return None;
+        }
+        let slope = 2.0 * at.g - sigma;
+        let x = (kk - 2.0 * at.q + sigma * gone) / slope;
+        if x.abs() <= CLOSE * left {
+            // f = 2Q − Σd: f' = 2g − Σ, f'' = −2tg, f''' = −2tg[(1 − p)/u + t]
+            let t = path.turn(&at);
+            let a = -t * at.g / slope;
+            let b = a * ((1.0 - path.p) / left + t) / 3.0;
+            let end = path.finish(&at, third_order(x, a, b));
+            return Some(Descent { q: 0.5 * (kk + sigma * end.slip.gone), ..end });
+        }
+        // f is concave: from the second step on Newton's method comes from below
+        tau -= (-x.clamp(-MOST * gone, MOST * left) / left).ln_1p();
+    }
+    None
+}
+
+/// Where Q² − ΣR = T², behind the end of compression. `None` if nothing is left of the slip there.
+fn restitution(path: &Path, sigma: f64, target: f64) -> Option<Descent> {
+    if target < FIRST_ORDER {
+        // w = d²(1 − Σ/2)
+        let d = target / (1.0 - 0.5 * sigma).sqrt();
+        return Some(Descent { slip: Slip::short(d, path.p), g: 1.0, q: d, r: 0.0 });
+    }
+    // R ≈ Q²/2
+    let mut tau = path.invert(target / (1.0 - 0.5 * sigma).sqrt(), 0.0);
+    for _ in 0..MAX_STEPS {
+        let at = path.descend(tau);
+        let Slip { gone, left, .. } = at.slip;
+        if left < STUCK {
+            return None;
+        }
+        let w = at.q * at.q - sigma * at.r;
+        let v = 2.0 * at.q - sigma * gone;
+        let x = (target * target - w) / (v * at.g);
+        if x.abs() <= CLOSE_TO_SQUARE * gone.min(left) {
+            // f = w: f' = vg, f'' = (2g − Σ)g − vtg, f''' = −2tg² − 2(2g − Σ)tg − vtg[(1 − p)/u + t]
+            let t = path.turn(&at);
+            let slope = 2.0 * at.g - sigma;
+            let a = 0.5 * (slope / v - t);
+            let b = -t * (2.0 * (at.g + slope) / v + (1.0 - path.p) / left + t) / 6.0;
+            return Some(path.finish(&at, third_order(x, a, b)));
+        }
+        // √w grows almost linearly
+        let root = w.max(0.0).sqrt();
+        let x = 2.0 * root * (target - root) / (v * at.g);
+        tau -= (-x.clamp(-MOST * gone, MOST * left) / left).ln_1p();
+    }
+    None
+}

@@ -1,0 +1,105 @@
+//! No friction of the cloth: draw, stun and side spin (case A).
+//!
+//! Restitution ends at q_f = (1 + e)k/2, and only Q(u) = h is left to invert.
+
+use super::path::{Path, Slip, third_order};
+use super::whole::whole;
+use super::{CLOSE, End, MAX_STEPS, MOST, cloth::compression};
+use crate::ball::UNIFORM_SPHERE;
+use crate::collision::Contact;
+
+pub(super) fn solve(contact: &Contact, path: &Path, rho: f64) -> End {
+    let &Contact { k, e, mu, nu, .. } = contact;
+    let q = 0.5 * (1.0 + e) * k;
+    // h = 2μβ_z q_f/ρ
+    let h = 2.0 * mu * contact.beta_z() * (q / rho);
+    let slip = if h >= path.whole_at_most() {
+        None
+    } else if nu == UNIFORM_SPHERE {
+        Sphere::new(path).find(h)
+    } else if h >= path.whole_at_least() && h >= whole(path).0 {
+        None
+    } else {
+        // 2Q = 2h
+        compression(path, 2.0 * h, 0.0).map(|end| end.slip)
+    };
+    match slip {
+        Some(slip) => End::Slide { q, slip, compressed: slip, restored: Slip::START },
+        None => End::Stick { q, compressed: None },
+    }
+}
+
+/// ν = 2/5 makes γ = 1/6. With s = y³ and ζ = (1 − y)/(1 + √(n + my)),
+/// √(n + my) = 1 − mζ, y = 1 − 2ζ + mζ², and
+///
+/// Q = 6∫ f² dζ from 0 to ζ, f = y√(n + my) = 1 − (2 + m)ζ + 3mζ² − m²ζ³.
+struct Sphere<'a> {
+    path: &'a Path,
+    /// Coefficients of Q/ζ.
+    q: [f64; 7],
+}
+
+impl<'a> Sphere<'a> {
+    #[inline]
+    fn new(path: &'a Path) -> Self {
+        let m = path.m;
+        let [f1, f2, f3] = [-(2.0 + m), 3.0 * m, -m * m];
+        let q = [
+            6.0,
+            6.0 * f1,
+            2.0 * (f1 * f1 + 2.0 * f2),
+            3.0 * (f3 + f1 * f2),
+            6.0 / 5.0 * (f2 * f2 + 2.0 * f1 * f3),
+            2.0 * f2 * f3,
+            6.0 / 7.0 * f3 * f3,
+        ];
+        Self { path, q }
+    }
+
+    #[inline]
+    fn q(&self, z: f64) -> f64 {
+        let [q1, q2, q3, q4, q5, q6, q7] = self.q;
+        let z2 = z * z;
+        z * ((q1 + z * q2) + z2 * ((q3 + z * q4) + z2 * ((q5 + z * q6) + z2 * q7)))
+    }
+
+    /// Where Q = h. `None` if it sticks before.
+    #[inline]
+    fn find(&self, h: f64) -> Option<Slip> {
+        let &Path { n, m, p } = self.path;
+        let (num, den) = self.path.inverse(h, 0.0);
+        let mut left = 1.0 - num / den;
+        if h >= self.path.whole_at_least() {
+            // y = 0 at ζ = 1/(1 + √n)
+            let rest = self.q(1.0 / (1.0 + n.sqrt())) - h;
+            if rest <= 0.0 {
+                return None;
+            }
+            // rest = ∫ g ds from 0 to u, g ≤ 1
+            left = left.max(rest);
+        }
+        for _ in 0..MAX_STEPS {
+            let y = left.cbrt();
+            let z = (1.0 - y) / (1.0 + (n + m * y).sqrt());
+            // from here on exactly at ζ: w = √(n + my), y, d = 1 − y³
+            let w = 1.0 - m * z;
+            let y_gone = z * (1.0 + w);
+            let y = 1.0 - y_gone;
+            let gone = y_gone * (3.0 - y_gone * (3.0 - y_gone));
+            left = y * y * y;
+            let x = (h - self.q(z)) / w;
+            if x.abs() <= CLOSE * left {
+                // t = γm u^(p−1)/g²
+                let t = m / (6.0 * y * y * w * w);
+                let step = third_order(x, -0.5 * t, -t * ((1.0 - p) / left + t) / 6.0);
+                let slip = Slip { gone, power_gone: y_gone, left, power: y, tau: 0.0, zeta: None };
+                let slip = slip.finish(step, p);
+                // once more y to ζ, since the step moved it
+                let zeta = slip.power_gone / (1.0 + (n + m * slip.power).sqrt());
+                return Some(Slip { zeta: Some(zeta), ..slip });
+            }
+            left -= x.clamp(-MOST * gone, MOST * left);
+        }
+        None
+    }
+}

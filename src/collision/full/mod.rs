@@ -1,0 +1,129 @@
+//! The exact solution of the equations of motion in the impulse, free of singularities.
+//!
+//! With u the fraction of v_z still left (1 → 0), both components of the slip fall as powers of u,
+//! v_z = v_z0 u, v_y = v_y0 u^(1+γ), and everything else is an integral over u. Lengths of the slip
+//! are scaled by the first one, ρ = |v_∥0|, and impulses by ρ/2μβ_z:
+//!
+//! | symbol | meaning |
+//! | --- | --- |
+//! | n, m, p | v_z0²/ρ², v_y0²/ρ², 2γ |
+//! | g(u) | √(n + m u^p), so that v_∥ = ρ u g |
+//! | d | 1 − u |
+//! | Q | ∫ g ds from u to 1; q = (ρ/2μβ_z) Q |
+//! | K, Σ | 2μβ_z k/ρ, m_s μ v_z0/ρ, so that v_x ∝ v = −K + 2Q − Σd |
+//! | w | ∫ v dQ; restitution ends where w = (1 − e²) w_c (Kim 2024, Eq. 37) |
+//! | F | Q at u = 0, where the contact sticks |
+//!
+//! Each case is one file: without friction of the cloth [`free`], with it [`cloth`], the whole slip
+//! [`whole`], all on the [`path`] of the slip; the derivatives are in [`gradient`].
+//!
+//! The paper's own form with v̄ (Eq. 24) and ₂F₁ (Eqs. 29–30) solves the same equations, but breaks
+//! down where v_y0 or v_z0 is 0 and where ₂F₁ has poles.
+
+mod cloth;
+mod free;
+mod gradient;
+mod path;
+mod whole;
+
+use super::{Contact, Impulse, ImpulseGradient, Regime};
+use path::{Path, Slip};
+
+/// Newton's method converges from one side; each step at least divides u or squares the error, so
+/// that this many are never reached.
+const MAX_STEPS: usize = 100;
+
+/// A step of this part of the slip left is finished to third order, with an error below 1e-16.
+const CLOSE: f64 = 3e-4;
+
+/// With so little of the slip left the contact has stuck, to rounding.
+const STUCK: f64 = 1e-20;
+
+/// A step of Newton's method takes at most this part of the slip left, or of what is gone back.
+const MOST: f64 = 0.9;
+
+/// Stands in for μ = 0 in derivatives with respect to μ, where q and Q vanish together.
+const TINY_MU: f64 = 1e-60;
+
+/// Stands in for e = 0 in derivatives with respect to e, where restitution has no length.
+const TINY_E: f64 = 1e-18;
+
+pub(super) fn impulse(contact: &Contact) -> (Impulse, Regime) {
+    let end = solve(contact);
+    (end.impulse(contact), end.regime())
+}
+
+pub(super) fn impulse_and_gradient(contact: &Contact) -> ((Impulse, Regime), ImpulseGradient) {
+    let end = solve(contact);
+    let solution = (end.impulse(contact), end.regime());
+    if contact.mu >= TINY_MU && contact.e >= TINY_E {
+        return (solution, gradient::gradient(contact, &end));
+    }
+    let regular = Contact { mu: contact.mu.max(TINY_MU), e: contact.e.max(TINY_E), ..*contact };
+    (solution, gradient::gradient(&regular, &solve(&regular)))
+}
+
+/// How an impact ends.
+#[derive(Clone, Copy, Debug)]
+enum End {
+    /// Still sliding. With topspin, compression took the slip to `compressed` and restitution from
+    /// there on to `restored`, in units of where it began.
+    Slide { q: f64, slip: Slip, compressed: Slip, restored: Slip },
+    /// Stuck, either before (`None`) or after the end of compression.
+    Stick { q: f64, compressed: Option<Slip> },
+}
+
+impl End {
+    fn regime(&self) -> Regime {
+        match self {
+            Self::Slide { .. } => Regime::Slide,
+            Self::Stick { .. } => Regime::Stick,
+        }
+    }
+
+    /// J_y = (v_y(q_f) − v_y0)/2β_y, J_z = (v_z(q_f) − v_z0)/2β_z (Eq. 57).
+    #[inline]
+    fn impulse(&self, contact: &Contact) -> Impulse {
+        let (y, z) = (contact.v_y / (2.0 * contact.beta_y()), contact.v_z / (2.0 * contact.beta_z()));
+        match self {
+            Self::Slide { q, slip, .. } => Impulse { normal: *q, y: -y * slip.y_gone(), z: -z * slip.gone },
+            Self::Stick { q, .. } => Impulse { normal: *q, y: -y, z: -z },
+        }
+    }
+}
+
+#[inline]
+fn solve(contact: &Contact) -> End {
+    let (path, rho) = start(contact);
+    if rho == 0.0 {
+        return End::Stick { q: 0.5 * (1.0 + contact.e) * contact.k, compressed: None };
+    }
+    if contact.v_z > 0.0 { cloth::solve(contact, &path, rho) } else { free::solve(contact, &path, rho) }
+}
+
+/// The path of the slip and ρ.
+#[inline]
+fn start(contact: &Contact) -> (Path, f64) {
+    let &Contact { v_y, v_z, .. } = contact;
+    // ρ = √(v_y² + v_z²)
+    let square = v_y * v_y + v_z * v_z;
+    let rho = if SQUARES.contains(&square) { square.sqrt() } else { scaled_length(v_y, v_z) };
+    let (y, z) = (v_y / rho, v_z / rho);
+    (Path { n: z * z, m: y * y, p: 2.0 * contact.gamma() }, rho)
+}
+
+/// Squares that neither overflow nor lose digits.
+const SQUARES: std::ops::Range<f64> = 1e-280..1e280;
+
+/// √(a² + b²) of numbers whose squares are out of range, with the same rounding as of those in it.
+#[cold]
+fn scaled_length(a: f64, b: f64) -> f64 {
+    let most = a.abs().max(b.abs());
+    if most == 0.0 {
+        return 0.0;
+    }
+    // powers of 2 that bring the larger one near 1, in two steps since 1/subnormal overflows
+    let scale = if most < 1.0 { 2f64.powi(600) } else { 2f64.powi(-600) };
+    let (a, b) = (a * scale, b * scale);
+    (a * a + b * b).sqrt() / scale
+}
