@@ -26,6 +26,10 @@ const MAX_ROUNDS: usize = 60;
 /// Weights rest when no estimated standard deviation and no parameter moves by more than this part.
 const AT_REST: f64 = 1e-10;
 
+/// At a kink they differ from one side to the other, and so by about 1e-5 from round to round, depending on
+/// the last digit: a thousandth of a standard error.
+const AT_REST_AT_KINK: f64 = 1e-4;
+
 /// The weights of a robust loss rest later: a shot at the edge of its loss makes each round gain less.
 const ROBUST_AT_REST: f64 = 1e-8;
 const MAX_ROBUST_ROUNDS: usize = 500;
@@ -388,6 +392,7 @@ impl Search<'_> {
                     *weight = new;
                 }
             }
+            let at_rest = if at_kink { at_rest.max(AT_REST_AT_KINK) } else { at_rest };
             let rest = !weights_move || (moved.max(changed) < at_rest);
             if rest && loss != last {
                 loss = last;

@@ -18,8 +18,8 @@ const FIRST_ORDER: f64 = 1e-20;
 pub(super) fn solve(contact: &Contact, path: &Path, rho: f64) -> End {
     let &Contact { k, e, mu, m_s, v_z, .. } = contact;
     let beta_z = contact.beta_z();
-    // K = 2μβ_z k/ρ, Σ = m_s μ v_z0/ρ, A = m_s v_z0/2β_z
-    let scale = 2.0 * mu * beta_z / rho;
+    // K = 2μβ_z k/ρ, Σ = m_s μ v_z0/ρ, q = Q ρ/2μβ_z
+    let unit = rho / (2.0 * mu * beta_z);
     let kk = 2.0 * mu * beta_z * (k / rho);
     let sigma = m_s * mu * (v_z / rho);
     if kk < FIRST_ORDER {
@@ -35,14 +35,13 @@ pub(super) fn solve(contact: &Contact, path: &Path, rho: f64) -> End {
         let (q_s, uq_s) = whole(path);
         let v_s = -kk + 2.0 * q_s - sigma;
         if v_s <= 0.0 {
-            return stuck_in_compression(contact, sigma * uq_s / (scale * scale));
+            return stuck_in_compression(contact, kk, sigma, uq_s);
         }
         stuck = Some((q_s, uq_s, v_s));
     }
     let Some(c) = compression(path, kk, sigma) else {
         // the end of compression and stick coincide to rounding: B = (k + A)²/4
-        let a = m_s * v_z / (2.0 * beta_z);
-        return End::Stick { q: 0.5 * (k + a), compressed: None };
+        return End::Stick { q: 0.5 * k * (1.0 + sigma / kk), compressed: None };
     };
     // −w_c = Q_c² − Σ∫(s − u_c) g ds, since K = 2Q_c − Σd_c
     let lost = c.q * c.q - sigma * (c.slip.gone * c.q - c.r);
@@ -54,33 +53,34 @@ pub(super) fn solve(contact: &Contact, path: &Path, rho: f64) -> End {
         if rest >= 0.0 {
             // once stuck, v = v_s + 2y: v_s y + y² = rest
             let y = 2.0 * rest / (v_s + (v_s * v_s + 4.0 * rest).sqrt());
-            return End::Stick { q: (q_s + y) / scale, compressed: Some(c.slip) };
+            return End::Stick { q: (q_s + y) * unit, compressed: Some(c.slip) };
         }
     }
     if e == 0.0 {
-        return End::Slide { q: c.q / scale, slip: c.slip, compressed: c.slip, restored: Slip::START };
+        return End::Slide { q: c.q * unit, slip: c.slip, compressed: c.slip, restored: Slip::START };
     }
     // from u_c on, in units of u_c and g_c: w/(u_c g_c)² = Q² − Σ'R = T²
-    let unit = c.slip.left * c.g;
-    let target = e * lost.sqrt() / unit;
+    let rest = c.slip.left * c.g;
+    let target = e * lost.sqrt() / rest;
     match restitution(&path.from(&c.slip, c.g), sigma / c.g, target) {
         Some(f) => End::Slide {
-            q: (c.q + unit * f.q) / scale,
+            q: (c.q + rest * f.q) * unit,
             slip: c.slip.then(&f.slip),
             compressed: c.slip,
             restored: f.slip,
         },
-        None => End::Stick { q: (c.q + target * unit) / scale, compressed: Some(c.slip) },
+        None => End::Stick { q: (c.q + target * rest) * unit, compressed: Some(c.slip) },
     }
 }
 
-/// Stuck before the end of compression, W = q² − (k + A)q + B from there on, so that
-/// q_c = (k + A)/2, q_f = q_c + e√(q_c² − B).
-fn stuck_in_compression(contact: &Contact, b: f64) -> End {
-    let &Contact { k, e, m_s, v_z, .. } = contact;
-    let a = m_s * v_z / (2.0 * contact.beta_z());
-    let q_c = 0.5 * (k + a);
-    End::Stick { q: q_c + e * (q_c * q_c - b).max(0.0).sqrt(), compressed: None }
+/// Stuck before the end of compression. From there on w = Q² − (K + Σ)Q + B, B = Σ∫₀¹ s g ds, so that
+/// Q_c = (K + Σ)/2 and Q_f = Q_c + e√(Q_c² − B): in units of K, which may be huge.
+fn stuck_in_compression(contact: &Contact, kk: f64, sigma: f64, uq_s: f64) -> End {
+    let a = sigma / kk;
+    let q_c = 0.5 * (1.0 + a);
+    let b = a * (uq_s / kk);
+    let q = q_c + contact.e * (q_c * q_c - b).max(0.0).sqrt();
+    End::Stick { q: contact.k * q, compressed: None }
 }
 
 /// Where 2Q − Σd = K. `None` if nothing is left of the slip there.

@@ -26,7 +26,7 @@ mod gradient;
 mod path;
 mod whole;
 
-use super::{Contact, Impulse, ImpulseGradient, Regime};
+use super::{Contact, Impulse, ImpulseGradient, Regime, variable};
 use path::{Path, Slip};
 
 /// Newton's method converges from one side; each step at least divides u or squares the error, so
@@ -56,11 +56,25 @@ pub(super) fn impulse(contact: &Contact) -> (Impulse, Regime) {
 pub(super) fn impulse_and_gradient(contact: &Contact) -> ((Impulse, Regime), ImpulseGradient) {
     let end = solve(contact);
     let solution = (end.impulse(contact), end.regime());
-    if contact.mu >= TINY_MU && contact.e >= TINY_E {
+    if contact.mu >= TINY_MU && contact.e >= TINY_E && SPEEDS.contains(&contact.k) {
         return (solution, gradient::gradient(contact, &end));
     }
-    let regular = Contact { mu: contact.mu.max(TINY_MU), e: contact.e.max(TINY_E), ..*contact };
-    (solution, gradient::gradient(&regular, &solve(&regular)))
+    (solution, regular_gradient(contact))
+}
+
+/// At μ = 0 or e = 0 the derivative from above; speeds in units of k, of which everything is a multiple.
+#[cold]
+fn regular_gradient(contact: &Contact) -> ImpulseGradient {
+    let &Contact { k, v_y, v_z, mu, e, .. } = contact;
+    let unit =
+        Contact { k: 1.0, v_y: v_y / k, v_z: v_z / k, mu: mu.max(TINY_MU), e: e.max(TINY_E), ..*contact };
+    let mut gradient = gradient::gradient(&unit, &solve(&unit));
+    for of in [&mut gradient.normal, &mut gradient.y, &mut gradient.z] {
+        for coefficient in [variable::MU, variable::M_S, variable::E] {
+            of[coefficient] *= k;
+        }
+    }
+    gradient
 }
 
 /// How an impact ends.
@@ -111,6 +125,9 @@ fn start(contact: &Contact) -> (Path, f64) {
     let (y, z) = (v_y / rho, v_z / rho);
     (Path { n: z * z, m: y * y, p: 2.0 * contact.gamma() }, rho)
 }
+
+/// Speeds whose squares stay in range, with room for μ and e.
+const SPEEDS: std::ops::Range<f64> = 1e-100..1e100;
 
 /// Squares that neither overflow nor lose digits.
 const SQUARES: std::ops::Range<f64> = 1e-280..1e280;
