@@ -33,7 +33,8 @@ fn truths(truth: &TrueImpact, impact: &Impact) -> [f64; Quantity::COUNT] {
         Lifted::Cue => c.z,
         Lifted::Object => v.z,
     };
-    [truth.direction, u.x, u.y, c.x, c.y, v.x, v.y, lift, 0.2, truth.time]
+    let spin = truth.cue_before.spin;
+    [truth.direction, u.x, u.y, c.x, c.y, v.x, v.y, lift, 0.2, truth.time, spin.x, spin.y]
 }
 
 /// A count that an environment variable may raise, for the long study.

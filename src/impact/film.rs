@@ -9,7 +9,7 @@ use nalgebra::{Cholesky, Const, Matrix3, SMatrix, SVector, Vector3};
 use num_dual::DualSVec64;
 
 use super::model::{Meeting, Motion, Scene as ModelScene, Side, unknown};
-use super::{Impact, Scene};
+use super::{Impact, Scene, fit};
 use crate::ball::{BallState, Vec3};
 use crate::cloth::{Cloth, Number};
 use crate::collision::{Coefficients, Input, Model};
@@ -25,9 +25,13 @@ const OWN: usize = 6;
 /// …and its spin (rad/s, table frame), where it is not exactly known.
 const SPIN: usize = 3;
 
-/// Unknowns and shared parameters of a shot whose spin is known, and of one whose is not.
+/// …or its topspin over the natural roll's, where nothing is known of it.
+const ROLL: usize = 1;
+
+/// Unknowns and shared parameters of a shot whose spin is known, is measured, is not known.
 const KNOWN: usize = OWN + SHARED;
-const UNKNOWN: usize = OWN + SPIN + SHARED;
+const MEASURED: usize = OWN + SPIN + SHARED;
+const UNKNOWN: usize = OWN + ROLL + SHARED;
 
 /// Rows that are left of a shot: one for each shared parameter, and what they cannot change.
 pub const ROWS: usize = SHARED + 1;
@@ -124,6 +128,10 @@ impl Film {
                 start.fixed_rows_mut::<SPIN>(OWN).copy_from(&spin);
                 Some((spin, Vec3::from(sd.map(|sd| sd.unwrap_or(0.0).max(EXACT)))))
             }
+            Spin::Unknown => {
+                start[OWN] = z[unknown::ROLL];
+                None
+            }
             _ => None,
         };
         let seen = impact.rotations.as_deref().map_or([None; 2], |rotations| {
@@ -149,13 +157,22 @@ impl Film {
     #[must_use]
     pub fn observations(&self) -> usize {
         let spins = self.seen.iter().flatten().count() + usize::from(self.spin.is_some());
-        2 * (self.cue.len() + self.object.len()) + SPIN * spins
+        let roll = usize::from(self.rolls_unknown());
+        2 * (self.cue.len() + self.object.len()) + SPIN * spins + roll
     }
 
     /// The shot's own unknowns.
     #[must_use]
     pub fn unknowns(&self) -> usize {
-        if self.spin.is_some() { OWN + SPIN } else { OWN }
+        match self.spin {
+            Some(_) => OWN + SPIN,
+            None if self.rolls_unknown() => OWN + ROLL,
+            None => OWN,
+        }
+    }
+
+    fn rolls_unknown(&self) -> bool {
+        self.scene.spin == Spin::Unknown
     }
 
     /// The shot with its own unknowns where χ² is least, for shared parameters μ, μ_s, e, μ_k, μ_r. `None`
@@ -163,8 +180,9 @@ impl Film {
     #[must_use]
     pub fn reduced(&self, model: &Model, shared: &[f64; SHARED]) -> Option<Reduced> {
         match self.spin {
+            Some(_) => self.eliminate::<MEASURED>(model, shared),
+            None if self.rolls_unknown() => self.eliminate::<UNKNOWN>(model, shared),
             None => self.eliminate::<KNOWN>(model, shared),
-            Some(_) => self.eliminate::<UNKNOWN>(model, shared),
         }
     }
 
@@ -208,9 +226,11 @@ impl Film {
     fn normal<const N: usize>(&self, model: &Model, all: &SVector<f64, N>) -> Option<Normal<N>> {
         let own = N - SHARED;
         let duals: [DualSVec64<N>; N] = std::array::from_fn(|i| DualSVec64::from_re(all[i]).derivative(i));
-        let spins = (N == UNKNOWN).then(|| [duals[OWN], duals[OWN + 1], duals[OWN + 2]]);
+        let roll = if N == UNKNOWN { duals[OWN] } else { DualSVec64::from_re(0.0) };
+        let spins = (N == MEASURED).then(|| [duals[OWN], duals[OWN + 1], duals[OWN + 2]]);
         let shared: [DualSVec64<N>; SHARED] = std::array::from_fn(|i| duals[own + i]);
-        let (motion, after) = self.motion(&duals[..OWN], spins, &shared, |inputs| collide(model, inputs))?;
+        let (motion, after) =
+            self.motion(&duals[..OWN], (spins, roll), &shared, |inputs| collide(model, inputs))?;
         let mut normal = Normal::<N>::zero();
         for (frames, ball) in [(&self.cue, true), (&self.object, false)] {
             for frame in frames {
@@ -224,6 +244,10 @@ impl Film {
             for (i, component) in spin.into_iter().enumerate() {
                 normal.add((component - mean[i]) / sd[i]);
             }
+        }
+        if N == UNKNOWN {
+            let (mean, sd) = fit::ROLL;
+            normal.add((roll - mean) / sd);
         }
         for (spin, seen) in after.into_iter().zip(&self.seen) {
             let Some(seen) = seen else { continue };
@@ -239,7 +263,7 @@ impl Film {
     fn motion<T: Number>(
         &self,
         own: &[T],
-        spin: Option<[T; SPIN]>,
+        (spin, roll): (Option<[T; SPIN]>, T),
         shared: &[T; SHARED],
         collide: impl FnOnce(&[T; 8]) -> Option<[T; 12]>,
     ) -> Option<(Motion<T>, [[T; SPIN]; 2])> {
@@ -251,7 +275,7 @@ impl Film {
         let to_table = |w: [T; 3]| [cos * w[0] - sin * w[1], sin * w[0] + cos * w[1], w[2]];
         let spin = match spin {
             Some(spin) => to_frame(spin),
-            None => self.scene.spin([cos, sin], before),
+            None => self.scene.spin([cos, sin], before, roll),
         };
         let [mu, mu_s, e, sliding, rolling] = *shared;
         let mut inputs = [zero; 8];

@@ -28,6 +28,11 @@ const LEAST_LIFT: f64 = 1e-3;
 const ORTHOGONALITY: f64 = 3e-3;
 const MAX_ITERATIONS: u32 = 60;
 
+/// An unknown spin, over the natural roll's: no spin, give or take as much as rolling.
+pub(super) const ROLL: (f64, f64) = (0.0, 1.0);
+/// The lift that comes with an unknown spin follows it in so many rounds.
+const ROLL_ROUNDS: usize = 3;
+
 /// |J_z| is at most this part of the closing speed: μ(1 + e)/2 with μ = 0.5.
 const MOST_LIFT: f64 = 0.5;
 
@@ -93,7 +98,8 @@ impl<'a> Tracked<'a> {
             let same = now_cue.iter().all(|t| wrong_cue.contains(t))
                 && now_object.iter().all(|t| wrong_object.contains(t))
                 && (all.count() - frames.count()) / 2 == now_cue.len() + now_object.len();
-            if same || round == ROUNDS {
+            let unsettled = self.model.spin == Spin::Unknown && round < ROLL_ROUNDS;
+            if (same && !unsettled) || round == ROUNDS {
                 let inside =
                     |wrong: Vec<f64>| wrong.into_iter().filter(|t| (from..=to).contains(t)).collect();
                 return Ok(Fitted {
@@ -111,12 +117,17 @@ impl<'a> Tracked<'a> {
         let lift = self.model.lift(start);
         let mut start = *start;
         let mut free: Vec<usize> = (0..unknown::COUNT).filter(|i| *i != unknown::GAP).collect();
+        let spin_is_unknown = self.model.spin == Spin::Unknown;
+        free.retain(|i| *i != unknown::ROLL || spin_is_unknown);
         if lift == Lift::None {
             start[unknown::LIFT] = 0.0;
             free.retain(|i| *i != unknown::LIFT);
         }
         let closing = start[unknown::BEFORE];
         let mut priors = vec![(unknown::SLIDING, self.scene.cloth.sliding, self.scene.sliding_sd)];
+        if spin_is_unknown {
+            priors.push((unknown::ROLL, ROLL.0, ROLL.1));
+        }
         if lift != Lift::None {
             let (mean, sd) = self.lift_prior(&start);
             priors.push((unknown::LIFT, mean, sd));
@@ -272,6 +283,19 @@ impl<'a> Tracked<'a> {
         put(Quantity::Lift, z[unknown::LIFT], &[(unknown::LIFT, 1.0)]);
         put(Quantity::Sliding, z[unknown::SLIDING], &[(unknown::SLIDING, 1.0)]);
         put(Quantity::Time, z[unknown::TIME], &[(unknown::TIME, 1.0)]);
+        if self.model.spin == Spin::Unknown {
+            // ω = ρ ẑ × U/R
+            let (roll, radius) = (z[unknown::ROLL], self.scene.ball.radius);
+            let (first, second) = (unknown::BEFORE, unknown::BEFORE + 1);
+            let (x, y) = (z[first] * cos - z[second] * sin, z[first] * sin + z[second] * cos);
+            let part = roll / radius;
+            let by_x = [(first, -part * sin), (second, -part * cos), (unknown::DIRECTION, -part * x)];
+            put(Quantity::CueSpinX, -part * y, &by_x);
+            put(Quantity::CueSpinX, -part * y, &[(unknown::ROLL, -y / radius)]);
+            let by_y = [(first, part * cos), (second, -part * sin), (unknown::DIRECTION, -part * y)];
+            put(Quantity::CueSpinY, part * x, &by_y);
+            put(Quantity::CueSpinY, part * x, &[(unknown::ROLL, x / radius)]);
+        }
         let impact = Impact {
             values,
             covariance: by * all * by.transpose(),

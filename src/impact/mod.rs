@@ -71,10 +71,13 @@ pub enum Quantity {
     Sliding,
     /// Instant of impact, s.
     Time,
+    /// Spin of the cue ball before the impact, rad/s, where it is unknown and was found from the motion.
+    CueSpinX,
+    CueSpinY,
 }
 
 impl Quantity {
-    pub const COUNT: usize = 10;
+    pub const COUNT: usize = 12;
 }
 
 /// Values and covariance of the [`Quantity`]s of a shot, table frame.
@@ -95,7 +98,8 @@ pub struct Impact {
     /// First and last instant used, s.
     pub window: [f64; 2],
     /// The cue ball's spin before the impact that was reckoned with, table frame: as played, or as its
-    /// markers show.
+    /// markers show. Where it was unknown: natural roll if the motion agrees with that, else still unknown and found
+    /// from the motion.
     pub spin: Spin,
     /// What the markers on the balls show, where there are any.
     pub rotations: Option<Box<Rotations>>,
@@ -185,8 +189,6 @@ pub enum Unusable {
     BadFit { reduced_chi2: f64 },
     #[error("the fit of its tracks did not converge: {0}")]
     NotConverged(String),
-    #[error("its spin before the impact is unknown")]
-    UnknownSpin,
 }
 
 fn error_text(error: f64) -> String {
@@ -206,7 +208,10 @@ pub fn extract(shot: &TrackShot, scene: &Scene) -> Result<Impact, Unusable> {
         tracked.impact(&chosen)
     };
     if shot.markers.is_empty() {
-        return Ok(with_spin(shot.spin)?.0);
+        return match shot.spin {
+            Spin::Unknown => spins::from_motion(shot, scene, &guess, noise),
+            spin => Ok(with_spin(spin)?.0),
+        };
     }
     // the motion needs the spin and the exact spin needs the motion
     let (first, errors) = with_spin(spins::rough(shot, &scene.ball, guess[model::unknown::TIME], noise))?;

@@ -28,9 +28,15 @@ pub(super) mod unknown {
     pub const SLIDING: usize = 11;
     /// Distance of the centres at the impact over 2R, less 1.
     pub const GAP: usize = 12;
-    pub const COUNT: usize = 13;
+    /// Where the spin is unknown: topspin of the cue ball before the impact over the natural roll's. 0 for stun,
+    /// negative for draw.
+    pub const ROLL: usize = 13;
+    pub const COUNT: usize = 14;
 }
-use unknown::{BALL, BEFORE, COUNT, CUE, DIRECTION, GAP, LIFT, OBJECT, SLIDING, TIME};
+use unknown::{BALL, BEFORE, COUNT, CUE, DIRECTION, GAP, LIFT, OBJECT, ROLL, SLIDING, TIME};
+
+/// The unknowns of a shot whose spin is known.
+const KNOWN: usize = ROLL;
 
 /// All unknowns of a shot.
 pub(super) type Unknowns = SVector<f64, COUNT>;
@@ -38,10 +44,13 @@ pub(super) type Unknowns = SVector<f64, COUNT>;
 /// A number with its derivatives by the unknowns.
 pub(super) type Dual = DualSVec64<COUNT>;
 
-/// The motion with its derivatives by the unknowns.
-pub(super) fn with_derivatives(scene: &Scene, z: &Unknowns) -> Motion<Dual> {
-    let duals: [Dual; COUNT] = std::array::from_fn(|i| Dual::from_re(z[i]).derivative(i));
-    Motion::new(scene, &duals)
+/// The motion with its derivatives by the first N unknowns.
+pub(super) fn with_derivatives<const N: usize>(scene: &Scene, z: &Unknowns) -> Motion<DualSVec64<N>> {
+    let dual = |i: usize| {
+        let plain = DualSVec64::from_re(z[i]);
+        if i < N { plain.derivative(i) } else { plain }
+    };
+    Motion::new(scene, &std::array::from_fn(dual))
 }
 
 /// What is known of a shot besides its unknowns.
@@ -81,12 +90,14 @@ impl Scene {
         Self { ball: scene.ball, spin, rolling, bounce, rolls_within: ROLLS_ERRORS * sd * scene.ball.radius }
     }
 
-    /// Spin in the collision frame.
-    pub(super) fn spin<T: Number>(&self, direction: [T; 2], before: [T; 2]) -> [T; 3] {
+    /// Spin in the collision frame; `roll` is its part of the natural roll where it is unknown.
+    pub(super) fn spin<T: Number>(&self, direction: [T; 2], before: [T; 2], roll: T) -> [T; 3] {
         let zero = T::from(0.0);
+        let rolling = [-before[1] / self.ball.radius, before[0] / self.ball.radius, zero];
         match self.spin {
-            Spin::Stun | Spin::Unknown => [zero; 3],
-            Spin::NaturalRoll => [-before[1] / self.ball.radius, before[0] / self.ball.radius, zero],
+            Spin::Stun => [zero; 3],
+            Spin::NaturalRoll => rolling,
+            Spin::Unknown => rolling.map(|spin| spin * roll),
             Spin::Measured { spin, .. } => {
                 let [cos, sin] = direction;
                 [cos * spin.x + sin * spin.y, cos * spin.y - sin * spin.x, T::from(spin.z)]
@@ -100,14 +111,14 @@ impl Scene {
         let before = [z[BEFORE], z[BEFORE + 1]];
         BallState {
             velocity: Vec3::new(before[0], before[1], 0.0),
-            spin: self.spin([cos, sin], before).into(),
+            spin: self.spin([cos, sin], before, z[ROLL]).into(),
         }
     }
 
     /// |sin θ₀| of the friction's first direction.
     pub(super) fn vertical(&self, z: &Unknowns) -> f64 {
         let (sin, cos) = z[DIRECTION].sin_cos();
-        let spin = self.spin([cos, sin], [z[BEFORE], z[BEFORE + 1]]);
+        let spin = self.spin([cos, sin], [z[BEFORE], z[BEFORE + 1]], z[ROLL]);
         let (v_y, v_z) = (-z[BEFORE + 1] - self.ball.radius * spin[2], self.ball.radius * spin[1]);
         let slip = v_y.hypot(v_z);
         if slip > 0.0 { v_z.abs() / slip } else { 0.0 }
@@ -115,7 +126,7 @@ impl Scene {
 
     pub(super) fn lift(&self, z: &Unknowns) -> Lift {
         let (sin, cos) = z[DIRECTION].sin_cos();
-        let topspin = self.spin([cos, sin], [z[BEFORE], z[BEFORE + 1]])[1];
+        let topspin = self.spin([cos, sin], [z[BEFORE], z[BEFORE + 1]], z[ROLL])[1];
         // the rounding of a measured spin is no spin
         let least = 1e-3 * z[BEFORE] / self.ball.radius;
         if topspin > least {
@@ -174,7 +185,7 @@ impl<T: Number> Motion<T> {
         let pair = |first: usize| [z[first], z[first + 1]];
         let (before, cue, ball) = (pair(BEFORE), pair(CUE), pair(BALL));
 
-        let spin = scene.spin(normal, before);
+        let spin = scene.spin(normal, before, z[ROLL]);
         let lift = scene.lift(&Unknowns::from_fn(|i, _| z[i].re()));
         // J_z is negative with topspin; J_y = U_y − U_fy
         let j_z = match lift {
@@ -292,11 +303,18 @@ impl<'a> Frames<'a> {
     /// (predicted − measured)/sd: x and y of the cue ball's frames, then of the object ball's; and
     /// the derivatives by the unknowns.
     pub(super) fn residuals(&self, scene: &Scene, z: &Unknowns) -> (DVector<f64>, DMatrix<f64>) {
-        let motion = with_derivatives(scene, z);
+        match scene.spin {
+            Spin::Unknown => self.with_jacobian::<COUNT>(scene, z),
+            _ => self.with_jacobian::<KNOWN>(scene, z),
+        }
+    }
+
+    fn with_jacobian<const N: usize>(&self, scene: &Scene, z: &Unknowns) -> (DVector<f64>, DMatrix<f64>) {
+        let motion = with_derivatives::<N>(scene, z);
         let mut residuals = DVector::zeros(self.count());
         let mut jacobian = DMatrix::zeros(self.count(), COUNT);
         let mut row = 0;
-        let mut add = |predicted: [Dual; 2], sample: &Sample, sd: &[f64; 2]| {
+        let mut add = |predicted: [DualSVec64<N>; 2], sample: &Sample, sd: &[f64; 2]| {
             for (i, measured) in [sample.x, sample.y].into_iter().enumerate() {
                 residuals[row] = (predicted[i].re - measured) / sd[i];
                 if let Some(gradient) = predicted[i].eps.0 {

@@ -59,6 +59,10 @@ pub fn shot(track: &TrackShot, impact: &Impact, sliding: Option<Measured>) -> Sh
             spin: Vec3::new(values[3], values[4], values[5]),
             sd: [3, 4, 5].map(|i| Some(sd(i))),
         },
+        (Spin::Unknown, _) => Spin::Measured {
+            spin: Vec3::new(values[3], values[4], values[5]),
+            sd: [3, 4, 5].map(|i| Some(sd(i))),
+        },
         (spin, _) => spin,
     };
     let observed = observed.into_iter().enumerate();
@@ -104,7 +108,12 @@ impl Together {
             _ => [0.0; 3],
         };
         let seen = rotations.is_some_and(|rotations| rotations.cue_before.is_some());
-        sources.extend((0..3).map(|i| if seen { Source::Markers(i) } else { Source::Played(played[i]) }));
+        if impact.spin == Spin::Unknown {
+            sources.extend([Quantity::CueSpinX, Quantity::CueSpinY].map(Source::Path));
+            sources.push(Source::Played(played[2]));
+        } else {
+            sources.extend((0..3).map(|i| if seen { Source::Markers(i) } else { Source::Played(played[i]) }));
+        }
         sources.extend(KEPT[3..].iter().map(|quantity| Source::Path(*quantity)));
         let mut observed = vec![
             Observable::CueVelocity(Axis::X),

@@ -2,9 +2,10 @@
 
 use nalgebra::SMatrix;
 
+use super::fit::{self, Tracked};
 use super::model::unknown;
 use super::rotation::{self, Carrier, Rotation, Spot};
-use super::{Impact, PathErrors, Rotations, Scene, model};
+use super::{Impact, PathErrors, Rotations, Scene, Unusable, model, window};
 use crate::ball::Ball;
 use crate::dataset::Spin;
 use crate::track::{Marker, Sample, TrackShot, TrackedBall};
@@ -14,6 +15,49 @@ const CLEAR: f64 = 0.01;
 
 /// A rough spin is this wrong, relative.
 const ROUGH: f64 = 0.05;
+
+/// A cue ball that slides is preferred to one that rolls when χ² falls by this much: three standard deviations.
+const SLIDES: f64 = 9.0;
+
+/// An unknown spin is looked for from both sides of stun, as part of the natural roll's.
+const ROLLS: [f64; 2] = [0.5, -0.5];
+
+/// A shot without markers whose spin is unknown. It is taken to be about the axis across the ball's path, as that
+/// of a ball struck without side: natural roll where the motion agrees with it, else what the paths tell.
+pub(super) fn from_motion(
+    shot: &TrackShot,
+    scene: &Scene,
+    guess: &model::Unknowns,
+    noise: f64,
+) -> Result<Impact, Unusable> {
+    let hypotheses: Vec<(Tracked, model::Unknowns)> = std::iter::once((Spin::NaturalRoll, 1.0))
+        .chain(ROLLS.map(|roll| (Spin::Unknown, roll)))
+        .map(|(spin, roll)| {
+            let mut start = *guess;
+            start[unknown::ROLL] = roll;
+            (Tracked::new(shot, scene, noise, spin), start)
+        })
+        .collect();
+    // a wrong hypothesis ends the window early
+    let chosen: Vec<_> = hypotheses.iter().map(|(tracked, start)| window::choose(tracked, start)).collect();
+    let length = |fitted: &fit::Fitted| fitted.to - fitted.from;
+    let widest = chosen.iter().flatten().max_by(|a, b| length(a).total_cmp(&length(b)));
+    let Some([from, to]) = widest.map(|fitted| [fitted.from, fitted.to]) else {
+        return chosen.into_iter().find_map(Result::err).map_or(Err(Unusable::NoCollision), Err);
+    };
+    let mut best: Option<(f64, &Tracked, fit::Fitted)> = None;
+    for ((tracked, start), chosen) in hypotheses.iter().zip(&chosen) {
+        let start = chosen.as_ref().map_or(*start, |fitted| fitted.z);
+        let Ok(fitted) = tracked.fit(&start, from, to) else { continue };
+        let rolls = tracked.model.spin == Spin::NaturalRoll;
+        let cost = fitted.chi2 - if rolls { SLIDES * tracked.misfit(&fitted).max(1.0) } else { 0.0 };
+        if fitted.converged && best.as_ref().is_none_or(|(least, ..)| cost < *least) {
+            best = Some((cost, tracked, fitted));
+        }
+    }
+    let (_, tracked, fitted) = best.ok_or(Unusable::NoCollision)?;
+    Ok(tracked.impact(&fitted)?.0)
+}
 
 fn markers_of(shot: &TrackShot, ball: TrackedBall) -> impl Iterator<Item = &Marker> {
     shot.markers.iter().filter(move |marker| marker.ball == ball)
@@ -43,7 +87,7 @@ pub(super) fn before(shot: &TrackShot, rotations: &Rotations) -> Spin {
 /// The angular velocities that the markers show, with the fitted motion of the balls' centres and its errors.
 pub(super) fn measure(shot: &TrackShot, impact: &Impact, errors: &PathErrors, scene: &Scene) -> Rotations {
     let known = model::Scene::of(impact.spin, scene);
-    let motion = model::with_derivatives(&known, &impact.unknowns);
+    let motion = model::with_derivatives::<{ unknown::COUNT }>(&known, &impact.unknowns);
     let plain = model::Motion::new(&known, &impact.unknowns.into());
     let time = impact.unknowns[unknown::TIME];
     let radius = scene.ball.radius;
