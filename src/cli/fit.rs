@@ -2,10 +2,13 @@
 
 use std::path::PathBuf;
 
+use caromfit::dataset::Spin;
 use caromfit::fit::{self, Depth, Method, Options};
 use caromfit::footage::{self, with_impacts};
+use caromfit::impact::Impact;
 use caromfit::loss::Loss;
 use caromfit::report;
+use caromfit::track::TrackShot;
 
 use super::progress::{self, Progress};
 use super::{Failure, FidelityArg, print};
@@ -27,9 +30,10 @@ pub struct Args {
     /// How closely the collision is modelled
     #[arg(long, value_enum, default_value = "full")]
     fidelity: FidelityArg,
-    /// How footage is fitted: velocities extracted first (two-stage), or all frames at once (joint)
-    #[arg(long, value_parser = method, default_value = "two-stage", value_name = "two-stage|joint")]
-    method: Method,
+    /// How footage is fitted: velocities extracted first (two-stage), or all frames at once (joint); two-stage unless
+    /// the spin of a shot is unknown
+    #[arg(long, value_parser = method, value_name = "two-stage|joint")]
+    method: Option<Method>,
     /// How outlying shots count, in the place of what the data set says
     #[arg(long, value_parser = loss, value_name = "squares|huber|cauchy")]
     loss: Option<Loss>,
@@ -48,6 +52,12 @@ pub struct Args {
     /// Print the fits as a JSON array, and nothing else, on standard output
     #[arg(long)]
     json: bool,
+}
+
+/// The errors of a spin that was found from the motion are too large to be carried over as small ones are.
+fn best(extracted: &[(TrackShot, Impact)], loss: Loss) -> Method {
+    let unknown = extracted.iter().any(|(_, impact)| impact.spin == Spin::Unknown);
+    if unknown && loss == Loss::Squares { Method::Joint } else { Method::TwoStage }
 }
 
 fn method(name: &str) -> Result<Method, String> {
@@ -80,7 +90,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
 
     let options = Options {
         fidelity: args.fidelity.0,
-        method: args.method,
+        method: Method::default(),
         loss: args.loss,
         depth: Depth::Everything,
         starts: args.starts,
@@ -93,7 +103,9 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     for dataset in datasets {
         progress.step(&dataset.name);
         let (dataset, extracted, scene) = with_impacts(dataset, &|| progress.done());
-        let most = if args.method == Method::Joint { usize::MAX } else { BOUND_FROM };
+        let method = args.method.unwrap_or_else(|| best(&extracted, options.loss.unwrap_or(dataset.loss)));
+        let options = Options { method, ..options };
+        let most = if method == Method::Joint { usize::MAX } else { BOUND_FROM };
         let films = footage::films(&extracted, &scene, most);
         drop(extracted);
         match fit::fit_watched(&dataset, &films, &options, &|| progress.done()) {

@@ -4,8 +4,10 @@
 //! terms of order 1/μ cancel then, and by dW/dq = v_x = 0 the end of compression need not be moved at all.
 //! With c = 1/2μβ_z, S = ρg, A = m_s v_z0/2β_z,
 //!
-//!     q = c ∫ S ds          W = −kq + q² − AP,  P = ∫ (1 − u) dq
-//!     ∂P = −∂[c ∫ (s − u) S ds]  at fixed q on the left, at fixed u on the right
+//! ```text
+//! q = c ∫ S ds          W = −kq + q² − AP,  P = ∫ (1 − u) dq
+//! ∂P = −∂[c ∫ (s − u) S ds]  at fixed q on the left, at fixed u on the right
+//! ```
 
 use super::path::{Node, Path, Slip};
 use super::{End, start};
