@@ -142,7 +142,9 @@ fn both_methods_recover_the_parameters() {
         for seed in 0..sets {
             let mut film = filmed(&spec(played, 40, 5000 + seed));
             if !known {
-                film.iter_mut().for_each(|shot| shot.spin = Spin::Unknown);
+                for shot in &mut film {
+                    shot.spin = Spin::Unknown;
+                }
             }
             let begun = Instant::now();
             let found = fits(film, both());
