@@ -62,6 +62,8 @@ impl ValueEnum for FidelityArg {
                 Self(Fidelity::Inelastic),
                 Self(Fidelity::Linear),
                 Self(Fidelity::Full),
+                Self(Fidelity::Ode),
+                Self(Fidelity::Contact),
             ]
         }
     }
@@ -72,6 +74,8 @@ impl ValueEnum for FidelityArg {
             Fidelity::Inelastic => "restitution, no friction",
             Fidelity::Linear => "first order in μ, no stick",
             Fidelity::Full => "the exact solution, stick included",
+            Fidelity::Ode => "the same equations integrated, to a tolerance",
+            Fidelity::Contact => "the contact resolved in time, with gravity and the cloth, to a tolerance",
         };
         Some(clap::builder::PossibleValue::new(self.0.name()).help(help))
     }
