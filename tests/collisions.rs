@@ -71,7 +71,11 @@ fn full_agrees_with_the_25_digit_reference() {
         let (speed, radius) = (cue.velocity.norm(), model.ball.radius);
         let outcome = model.collide(&cue, &coefficients).unwrap();
         assert_eq!(outcome.regime, expected.regime, "{name}");
-        assert!((outcome.impulse - expected.impulse).abs() < REFERENCE * speed, "{name}: {}", outcome.impulse);
+        assert!(
+            (outcome.impulse - expected.impulse).abs() < REFERENCE * speed,
+            "{name}: {}",
+            outcome.impulse
+        );
         for (ball, expected) in [(&outcome.cue, &expected.cue), (&outcome.object, &expected.object)] {
             let off = (ball.velocity - expected.velocity).amax() / speed;
             let off_spin = (ball.spin - expected.spin).amax() * radius / speed;

@@ -1,9 +1,12 @@
 //! The integrated fidelities `ode` and `contact` against the reference values, `full`, and each other.
 
 use caromfit::ball::{Ball, BallState, Vec3};
-use caromfit::collision::{Coefficients, Fidelity, Model, NotACollision, Outcome, Regime};
-use caromfit::contact::{cue_velocity, slip};
+use caromfit::collision::{Coefficients, Fidelity, Input, Model, NotACollision, Outcome, Regime};
+use caromfit::contact::{cloth_slip, cue_velocity, slip};
+use caromfit::dataset;
 use caromfit::effects::Effects;
+use caromfit::fit::{self, Depth, Options};
+use caromfit::synth::{self, BallSpec, Kind, Noise, Played, Shots, Spec, Truth};
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 
@@ -113,10 +116,14 @@ fn friction_of_the_cloth_takes_energy() {
     let ode = same_equations(Fidelity::Ode, ball, 1e-12);
     let with = Model { effects: Effects { cloth_on_cue: true, ..ode.effects }, ..ode };
     let [without, with] = [ode, with].map(|model| model.collide(&draw, &coefficients).unwrap());
-    // the cue ball is pressed down and slides forward: the cloth holds it back by μ_k J_z
-    let lost = without.cue.velocity.x - with.cue.velocity.x;
-    let j_z = without.object.velocity.z;
-    assert!((lost / (ode.mu_k * j_z) - 1.0).abs() < 0.1, "{lost} {j_z}");
+    // the cue ball is pressed down and slides: the cloth takes μ_k J_z off both balls together, along its
+    // slip, which turns a little during the impact
+    let momentum = |o: &Outcome| o.cue.velocity + o.object.velocity;
+    let lost = (momentum(&without) - momentum(&with)) / (ode.mu_k * with.object.velocity.z);
+    let slip = |ball: &BallState| cloth_slip(ball, ode.ball.radius).xy().normalize();
+    let (first, last) = (slip(&draw), slip(&with.cue));
+    assert!(last.x < lost.x && lost.x < first.x, "{lost} {first} {last}");
+    assert!(first.y < lost.y && lost.y < last.y, "{lost} {first} {last}");
     assert!(energy(&ball, &with) < energy(&ball, &without));
 }
 
@@ -206,7 +213,8 @@ fn wrong_settings_are_refused() {
 fn edges_are_no_trouble() {
     let ball = Ball::POOL;
     let velocity = |cut_deg: f64| cue_velocity(2.0, cut_deg.to_radians());
-    let spins = [Vec3::zeros(), Vec3::new(0.0, 70.0, 0.0), Vec3::new(0.0, -70.0, 0.0), Vec3::new(0.0, 1e-9, 5.0)];
+    let spins =
+        [Vec3::zeros(), Vec3::new(0.0, 70.0, 0.0), Vec3::new(0.0, -70.0, 0.0), Vec3::new(0.0, 1e-9, 5.0)];
     for fidelity in INTEGRATED {
         for cut in [0.0, 1e-7, 30.0, 89.99, 89.999_999] {
             for spin in spins {
@@ -222,8 +230,11 @@ fn edges_are_no_trouble() {
                     assert!(off < STEPS * 1e-10, "{fidelity:?} {cut} {spin:?} {coefficients:?}: {off:e}");
                     // and with everything on it ends too
                     let all = Model { effects: Effects::ALL, ..same };
-                    let outcome = all.collide(&cue, &coefficients).unwrap();
-                    assert!(outcome.components().iter().all(|x| x.is_finite()));
+                    match all.collide(&cue, &coefficients) {
+                        Ok(outcome) => assert!(outcome.components().iter().all(|x| x.is_finite())),
+                        // gravity acts for as long as the contact lasts, 1/e times its compression
+                        Err(error) => assert!(e == 1e-9 && error == NotACollision::NotIntegrated(1e-10)),
+                    }
                 }
             }
         }
@@ -249,8 +260,10 @@ fn derivatives_agree_with_the_analytic_ones() {
             compared += 1;
             let same = same_equations(fidelity, model.ball, 1e-12);
             let (_, numeric) = same.collide_with_jacobian(&cue, &coefficients).unwrap();
+            // between topspin and draw differences give the mean of both sides
+            let kink = |column: usize| cue.spin.y == 0.0 && column == Input::SpinY as usize;
             for row in 0..12 {
-                for column in 0..8 {
+                for column in (0..8).filter(|column| !kink(*column)) {
                     let spin = if (row / 3) % 2 == 0 { 1.0 } else { model.ball.radius };
                     let by = match column {
                         0..3 => 1.0 / cue.velocity.norm(),
@@ -268,5 +281,65 @@ fn derivatives_agree_with_the_analytic_ones() {
                 }
             }
         }
+    }
+}
+
+/// At the default tolerance every ordinary shot is integrated, with all effects.
+#[test]
+fn ordinary_shots_are_integrated() {
+    let coefficients = Coefficients { mu: 0.05, mu_s: 0.3, e: 0.94 };
+    let contact = Model::new(Fidelity::Contact, Ball::POOL);
+    for i in 0..150 {
+        let velocity = cue_velocity(0.3 + 0.02 * f64::from(i), (0.5 * f64::from(i)).to_radians());
+        let roll = BallState::natural_roll(velocity, Ball::POOL.radius);
+        let draw = BallState { velocity, spin: -roll.spin };
+        for cue in [roll, draw, BallState::stun(velocity)] {
+            let outcome = contact.collide(&cue, &coefficients).unwrap();
+            assert!(outcome.components().iter().all(|x| x.is_finite()));
+        }
+    }
+}
+
+/// Differences for a Jacobian, and whatever `contact` has that `ode` lacks, change a fit by little.
+#[test]
+fn a_fit_by_integration_is_the_fit_of_the_full_solution() {
+    /// Of a standard error: the optimiser stops where the gradient vanishes, to the differences' error.
+    const SAME: f64 = 1e-3;
+    let spec = Spec {
+        name: "integrated".to_string(),
+        kind: Kind::Impacts,
+        seed: 5,
+        truth: Truth { mu: 0.05, mu_s: 0.3, e: 0.94 },
+        shots: Shots {
+            count: 12,
+            speed_m_s: [1.0, 4.0],
+            cut_deg: [-50.0, 50.0],
+            cue_spin: vec![Played::NaturalRoll, Played::Draw],
+        },
+        noise: Noise { velocity_m_s: 0.004, line_of_centres_deg: 0.05, spin_rad_s: 0.5, angle_deg: 0.2 },
+        ball: BallSpec::default(),
+        camera: synth::Camera::default(),
+        cloth: synth::ClothSpec::default(),
+    };
+    let ode = Model::new(Fidelity::Ode, Ball::POOL);
+    let fit = |made_with: &Model, fidelity: Fidelity| {
+        let folder = tempfile::tempdir().unwrap();
+        for (name, content) in synth::generate_with(&spec, made_with).unwrap() {
+            std::fs::write(folder.path().join(name), content).unwrap();
+        }
+        let dataset = dataset::load(folder.path()).unwrap();
+        let options = Options { fidelity, depth: Depth::Estimates, ..Options::default() };
+        fit::fit(&dataset, &options).unwrap().remove(0)
+    };
+    let [full, by_ode] = [Fidelity::Full, Fidelity::Ode].map(|fidelity| fit(&ode, fidelity));
+    // made and fitted with everything
+    let contact = fit(&Model::new(Fidelity::Contact, Ball::POOL), Fidelity::Contact);
+    assert!(full.converged && by_ode.converged && contact.converged, "{}", contact.termination);
+    for (parameter, truth) in [0.05, 0.3, 0.94].into_iter().enumerate() {
+        let [a, b] = [&full, &by_ode].map(|fit| fit.estimates[parameter]);
+        let error = a.std_error.unwrap();
+        assert!((a.value - b.value).abs() < SAME * error, "{a:?} {b:?}");
+        let c = contact.estimates[parameter];
+        assert!((c.value - truth).abs() < 3.5 * c.std_error.unwrap(), "{c:?}");
     }
 }

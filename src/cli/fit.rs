@@ -2,6 +2,7 @@
 
 use std::path::PathBuf;
 
+use caromfit::collision::Model;
 use caromfit::fit::{self, Depth, Method, Options};
 use caromfit::footage::{self, with_impacts};
 use caromfit::loss::Loss;
@@ -27,6 +28,9 @@ pub struct Args {
     /// How closely the collision is modelled
     #[arg(long, value_enum, default_value = "full")]
     fidelity: FidelityArg,
+    /// Of ode and contact: the error of each step, in parts of the closing speed
+    #[arg(long, value_name = "PART", value_parser = super::tolerance, default_value_t = Model::TOLERANCE)]
+    tolerance: f64,
     /// How footage is fitted: velocities extracted first (two-stage), or all frames at once (joint)
     #[arg(long, value_parser = method, default_value = "two-stage", value_name = "two-stage|joint")]
     method: Method,
@@ -80,6 +84,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
 
     let options = Options {
         fidelity: args.fidelity.0,
+        tolerance: args.tolerance,
         method: args.method,
         loss: args.loss,
         depth: Depth::Everything,

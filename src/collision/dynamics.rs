@@ -213,8 +213,14 @@ impl Dynamics {
             v.map(|v| -most * v / speed)
         } else {
             // a contact without slip yet starts to slip against the friction that would hold it
-            let guess = self.holding(grips, [self.cue_cloth(grips, slips, normal, None), self.object_cloth(grips, slips, normal, None)]);
-            let cloths = [self.cue_cloth(grips, slips, normal, Some(guess)), self.object_cloth(grips, slips, normal, Some(guess))];
+            let guess = self.holding(
+                grips,
+                [self.cue_cloth(grips, slips, normal, None), self.object_cloth(grips, slips, normal, None)],
+            );
+            let cloths = [
+                self.cue_cloth(grips, slips, normal, Some(guess)),
+                self.object_cloth(grips, slips, normal, Some(guess)),
+            ];
             let holding = self.holding(grips, cloths);
             if slides { unit(holding).map(|d| most * d) } else { holding }
         };
@@ -244,7 +250,14 @@ impl Dynamics {
             by_z: [1.0 / (self.nu * lever), 0.0],
         };
         let site = Site::CueOnCloth;
-        self.cloth(grips[site], slips.0[site as usize], self.no_slip[site as usize], holding, f, (self.mu_k, 1.0))
+        self.cloth(
+            grips[site],
+            slips.0[site as usize],
+            self.no_slip[site as usize],
+            holding,
+            f,
+            (self.mu_k, 1.0),
+        )
     }
 
     /// Cloth on the object ball, likewise.
@@ -264,7 +277,14 @@ impl Dynamics {
             by_y: [0.0, -1.0 / lever],
             by_z: [1.0 / (self.nu * lever), 0.0],
         };
-        self.cloth(grips[site], slips.0[site as usize], self.no_slip[site as usize], holding, f, (self.mu_s, -1.0))
+        self.cloth(
+            grips[site],
+            slips.0[site as usize],
+            self.no_slip[site as usize],
+            holding,
+            f,
+            (self.mu_s, -1.0),
+        )
     }
 
     /// Friction of the cloth whose normal force is g ± f_z.

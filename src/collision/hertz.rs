@@ -11,11 +11,11 @@
 //! F is not smooth in t where the balls touch and part. So the variable is x with dt = 2r dx, where
 //! r = √ξ: then dr/dx = −v_x and F dt = 2r⁴ dx.
 
+use super::Regime;
 use super::dynamics::{Dynamics, Site, at};
 use super::integrate::{GaveUp, Integrator};
-use super::phase::{Model, Phase, walk};
-use super::Regime;
 use super::integrated::Impulses;
+use super::phase::{Model, Phase, tolerance_of_restitution, walk};
 
 /// Places behind the state of [`at`]: the impulse since the phase began over its stretch, r, the
 /// heights of both balls, the time.
@@ -34,11 +34,7 @@ pub(super) fn time_unit(contact_time: f64, k: f64) -> f64 {
     contact_time * k.powf(-0.2) / ELASTIC
 }
 
-pub(super) fn impulses(
-    dynamics: &Dynamics,
-    e: f64,
-    tolerance: f64,
-) -> Result<(Impulses, Regime), GaveUp> {
+pub(super) fn impulses(dynamics: &Dynamics, e: f64, tolerance: f64) -> Result<(Impulses, Regime), GaveUp> {
     let (q, y, regime) = solve(dynamics, e, tolerance)?;
     Ok((dynamics.impulses(q, &y), regime))
 }
@@ -50,6 +46,7 @@ fn solve(dynamics: &Dynamics, e: f64, tolerance: f64) -> Result<(f64, [f64; STAT
     let model = InTime { dynamics };
     let mut q = walk(&mut integrator, &model, &mut phase, &mut y)?;
     if e > 0.0 {
+        integrator.set_tolerance(tolerance_of_restitution(tolerance, e));
         y[IMPULSE] = 0.0;
         phase = phase.restitution(e, q, &y);
         q = walk(&mut integrator, &model, &mut phase, &mut y)?;

@@ -17,6 +17,9 @@ const GUESSED: f64 = 1e-4;
 /// of this part of the step.
 const EULER: f64 = 1e-8;
 
+/// So short a step is one of first order: its error is of the square, and the method refuses it.
+const SHORT: f64 = 1e-10;
+
 /// Newton's method needs three or four steps; bisection, where it fails, halves.
 const MAX_NEWTON: usize = 60;
 
@@ -73,8 +76,12 @@ impl<const N: usize, S: Stretch<N>> ODE<f64, [f64; N]> for System<'_, S> {
 impl<const N: usize> Integrator<N> {
     /// With an absolute tolerance for every component of the state.
     pub fn new(tolerance: f64) -> Self {
-        let method = ExplicitRungeKutta::dop853().rtol(0.0).atol(tolerance).max_steps(MAX_STEPS);
-        Self { method, steps: 0 }
+        Self { method: method(tolerance), steps: 0 }
+    }
+
+    /// The steps taken so far count on.
+    pub fn set_tolerance(&mut self, tolerance: f64) {
+        self.method = method(tolerance);
     }
 
     /// Integrates to the first event.
@@ -88,7 +95,10 @@ impl<const N: usize> Integrator<N> {
             let (x, y) = (self.method.t(), *self.method.y());
             let after = stretch.events(x, &y);
             if fired(&before, &after).is_some() {
-                return self.locate(stretch, &before);
+                if let Some(end) = self.locate(stretch, &before)? {
+                    return Ok(end);
+                }
+                continue;
             }
             before = after;
             self.method.set_h(stretch.longest_step(x, &y, self.method.h()));
@@ -97,8 +107,13 @@ impl<const N: usize> Integrator<N> {
     }
 
     /// The first event of the last step: a first guess from the interpolant, then Newton's method, each
-    /// time with a step of the method that ends there.
-    fn locate(&mut self, stretch: &impl Stretch<N>, before: &[f64; EVENTS]) -> Result<End<N>, GaveUp> {
+    /// time with a step of the method that ends there. `None` where the method refuses such a step: it is
+    /// then set to go on from the beginning with a shorter one.
+    fn locate(
+        &mut self,
+        stretch: &impl Stretch<N>,
+        before: &[f64; EVENTS],
+    ) -> Result<Option<End<N>>, GaveUp> {
         let (from, mut late) = (self.method.t_prev(), self.method.t());
         let (start, mut y) = (*self.method.y_prev(), *self.method.y());
         let length = late - from;
@@ -118,12 +133,18 @@ impl<const N: usize> Integrator<N> {
         early = from;
         let probe = (EULER * length).max(4.0 * f64::EPSILON * late.abs());
         for _ in 0..MAX_NEWTON {
-            self.restart(stretch, from, &start, x - from)?;
-            if self.step(stretch)? {
-                y = *self.method.y();
+            if x - from < SHORT {
+                let rates = stretch.rates(from, &start);
+                y = std::array::from_fn(|i| start[i] + (x - from) * rates[i]);
             } else {
-                // refused only where the rates jump
-                y = self.method.interpolate(x).map_err(|_| GaveUp)?;
+                self.restart(stretch, from, &start, x - from)?;
+                if !self.step(stretch)? {
+                    // the whole step was a lucky one, where the rates change within it
+                    let shorter = self.method.h().min(0.5 * (x - from));
+                    self.restart(stretch, from, &start, shorter)?;
+                    return Ok(None);
+                }
+                y = *self.method.y();
             }
             let values = stretch.events(x, &y);
             if let Some(first) = fired(before, &values) {
@@ -136,7 +157,7 @@ impl<const N: usize> Integrator<N> {
             let slope = (stretch.events(x + probe, &ahead(probe))[event] - values[event]) / probe;
             let dx = -values[event] / slope;
             if dx.abs() <= probe {
-                return Ok(End { x: x + dx, y: ahead(dx), event });
+                return Ok(Some(End { x: x + dx, y: ahead(dx), event }));
             }
             if late - early <= probe {
                 break;
@@ -146,7 +167,7 @@ impl<const N: usize> Integrator<N> {
                 x = 0.5 * (early + late);
             }
         }
-        Ok(End { x, y, event })
+        Ok(Some(End { x, y, event }))
     }
 
     /// Tries a step; whether it was taken.
@@ -156,16 +177,16 @@ impl<const N: usize> Integrator<N> {
         Ok(!matches!(self.method.status(), Status::RejectedStep))
     }
 
-    fn restart(
-        &mut self,
-        stretch: &impl Stretch<N>,
-        x: f64,
-        y: &[f64; N],
-        step: f64,
-    ) -> Result<(), GaveUp> {
+    fn restart(&mut self, stretch: &impl Stretch<N>, x: f64, y: &[f64; N], step: f64) -> Result<(), GaveUp> {
         self.method.h0 = step;
         self.method.init(&System(stretch), x, f64::MAX, y).map(|_| ()).map_err(|_| GaveUp)
     }
+}
+
+fn method<const N: usize>(
+    tolerance: f64,
+) -> ExplicitRungeKutta<Ordinary, DormandPrince, f64, [f64; N], 8, 12, 16> {
+    ExplicitRungeKutta::dop853().rtol(0.0).atol(tolerance).max_steps(MAX_STEPS)
 }
 
 /// The first event that has happened since.

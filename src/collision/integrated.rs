@@ -122,7 +122,7 @@ pub(super) fn collide_with_jacobian(
             };
             *moved += by;
             let there = model.contact(&cue, &coefficients).ok()?;
-            if (there.v_z > 0.0, there.v_z < 0.0) != (contact.v_z > 0.0, contact.v_z < 0.0) {
+            if contact.v_z != 0.0 && (there.v_z > 0.0) != (contact.v_z > 0.0) {
                 return None;
             }
             let outcome = collide(model, &cue, &coefficients, &there).ok()?;

@@ -149,12 +149,14 @@ pub enum NotACollision {
     Tolerance(f64),
     #[error("the contact time is {0} s; expected more than 0")]
     ContactTime(f64),
-    #[error("the integration did not reach the end of the impact at a tolerance of {0:e}; expected a larger one")]
+    #[error(
+        "the integration did not reach the end of the impact at a tolerance of {0:e}; expected a larger one"
+    )]
     NotIntegrated(f64),
 }
 
 /// The range of [`Model::tolerance`]: below, roundings prevail; above, the error has no order.
-pub const MIN_TOLERANCE: f64 = 1e-14;
+pub const MIN_TOLERANCE: f64 = 1e-12;
 pub const MAX_TOLERANCE: f64 = 1e-2;
 
 /// Whether the contact slides to the end or sticks on the way.
@@ -231,14 +233,17 @@ impl Model {
             Fidelity::Inelastic => inelastic::impulse(&contact),
             Fidelity::Linear => linear::impulse(&contact),
             Fidelity::Full => full::impulse(&contact),
-            Fidelity::Ode | Fidelity::Contact => return integrated::collide(self, cue, coefficients, &contact),
+            Fidelity::Ode | Fidelity::Contact => {
+                return integrated::collide(self, cue, coefficients, &contact);
+            }
         };
         Ok(self.outcome(cue, &contact, &impulse, regime))
     }
 
     /// The outcome and its derivative: analytic, but by central differences for `ode` and `contact`,
     /// with an error of about the tolerance to the power 2/3. Where the outcome has a kink (stick
-    /// setting in, topspin turning to draw) it is the derivative of the side that the outcome is on.
+    /// setting in, topspin turning to draw) it is the derivative of the side that the outcome is on; in
+    /// between topspin and draw, differences give the mean of both sides.
     ///
     /// # Errors
     /// As [`Model::collide`].

@@ -6,27 +6,24 @@
 //! W = ∫ v_x dq has won back e² of what compression cost (Kim 2024, Eq. 37). It is integrated over
 //! x = (q − q_c)/e with w = (W − W_c)/e², which are of order 1 however small e is.
 
+use super::Regime;
 use super::dynamics::{Dynamics, Site, at};
 use super::integrate::{GaveUp, Integrator};
-use super::phase::{Model, Phase, walk};
-use super::Regime;
 use super::integrated::Impulses;
+use super::phase::{Model, Phase, tolerance_of_restitution, walk};
 
 /// Place of w in the state.
 const WORK: usize = at::COUNT;
 const STATE: usize = at::COUNT + 1;
 
-pub(super) fn impulses(
-    dynamics: &Dynamics,
-    e: f64,
-    tolerance: f64,
-) -> Result<(Impulses, Regime), GaveUp> {
+pub(super) fn impulses(dynamics: &Dynamics, e: f64, tolerance: f64) -> Result<(Impulses, Regime), GaveUp> {
     let mut integrator = Integrator::new(tolerance);
     let mut phase = Phase::compression(dynamics);
     let mut y = [0.0; STATE];
     let mut q = walk(&mut integrator, &InImpulse { work: f64::NAN }, &mut phase, &mut y)?;
     if e > 0.0 {
         let work = -y[WORK];
+        integrator.set_tolerance(tolerance_of_restitution(tolerance, e));
         y[WORK] = 0.0;
         phase = phase.restitution(e, q, &y);
         q = walk(&mut integrator, &InImpulse { work }, &mut phase, &mut y)?;

@@ -1,8 +1,8 @@
 //! Compression and restitution, each walked through from event to event.
 
-use super::Regime;
 use super::dynamics::{Dynamics, Forces, Grip, Grips, Pair, Site, Slips, at, norm};
 use super::integrate::{EVENTS, GaveUp, Integrator, Stretch};
+use super::{MAX_TOLERANCE, Regime};
 
 /// The events: the end of the phase, a change of grip of each contact, a lift-off of each ball, and the
 /// balls no longer separating.
@@ -182,6 +182,11 @@ impl<const N: usize, M: Model<N>> Stretch<N> for Watched<'_, M> {
         }
         longest
     }
+}
+
+/// The tolerance of restitution: what is integrated there is of order 1 and counts e times.
+pub(super) fn tolerance_of_restitution(tolerance: f64, e: f64) -> f64 {
+    (tolerance / e).min(MAX_TOLERANCE)
 }
 
 /// Goes through a phase to its end: its grips and the state are left as they are there. Returns q.
