@@ -41,6 +41,9 @@ pub struct Args {
     /// How closely the collision is modelled
     #[arg(long, value_enum, default_value = "full")]
     fidelity: FidelityArg,
+    /// Of ode and contact: the error of each step, in parts of the closing speed
+    #[arg(long, value_name = "PART", value_parser = super::tolerance, default_value_t = Model::TOLERANCE)]
+    tolerance: f64,
     /// Use the sign of the cloth's torque as printed in Kim (2024), for comparison with that paper
     #[arg(long)]
     as_printed: bool,
@@ -63,8 +66,11 @@ fn parse_spin(text: &str) -> Result<Vec3, String> {
 
 pub fn run(args: &Args) -> Result<(), Failure> {
     let torque = if args.as_printed { ClothTorque::AsPrinted } else { ClothTorque::Corrected };
-    let model =
-        |radius| Model { cloth_torque: torque, ..Model::new(args.fidelity.0, Ball { radius, ..Ball::POOL }) };
+    let model = |radius| Model {
+        cloth_torque: torque,
+        tolerance: args.tolerance,
+        ..Model::new(args.fidelity.0, Ball { radius, ..Ball::POOL })
+    };
     let collided: Vec<(String, Outcome)> = if let Some(path) = &args.cases {
         cases::collide_all(path, model).map_err(Failure::input)?
     } else {

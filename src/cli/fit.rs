@@ -2,6 +2,7 @@
 
 use std::path::PathBuf;
 
+use caromfit::collision::Model;
 use caromfit::dataset::Spin;
 use caromfit::fit::{self, Depth, Method, Options};
 use caromfit::footage::{self, with_impacts};
@@ -30,6 +31,9 @@ pub struct Args {
     /// How closely the collision is modelled
     #[arg(long, value_enum, default_value = "full")]
     fidelity: FidelityArg,
+    /// Of ode and contact: the error of each step, in parts of the closing speed
+    #[arg(long, value_name = "PART", value_parser = super::tolerance, default_value_t = Model::TOLERANCE)]
+    tolerance: f64,
     /// How footage is fitted: velocities extracted first (two-stage), or all frames at once (joint); two-stage unless
     /// the spin of a shot is unknown
     #[arg(long, value_parser = method, value_name = "two-stage|joint")]
@@ -90,6 +94,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
 
     let options = Options {
         fidelity: args.fidelity.0,
+        tolerance: args.tolerance,
         method: Method::default(),
         loss: args.loss,
         depth: Depth::Everything,

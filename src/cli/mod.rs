@@ -9,7 +9,7 @@ mod synth;
 
 use std::process::ExitCode;
 
-use caromfit::collision::Fidelity;
+use caromfit::collision::{Fidelity, MAX_TOLERANCE, MIN_TOLERANCE};
 use clap::{Parser, Subcommand, ValueEnum};
 
 /// From footage of billiard-ball collisions to the friction between the balls μ, the friction of the
@@ -51,7 +51,7 @@ impl Failure {
 }
 
 /// A collision model by its name on the command line.
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, PartialEq, Eq)]
 struct FidelityArg(Fidelity);
 
 impl ValueEnum for FidelityArg {
@@ -62,6 +62,8 @@ impl ValueEnum for FidelityArg {
                 Self(Fidelity::Inelastic),
                 Self(Fidelity::Linear),
                 Self(Fidelity::Full),
+                Self(Fidelity::Ode),
+                Self(Fidelity::Contact),
             ]
         }
     }
@@ -72,9 +74,18 @@ impl ValueEnum for FidelityArg {
             Fidelity::Inelastic => "restitution, no friction",
             Fidelity::Linear => "first order in μ, no stick",
             Fidelity::Full => "the exact solution, stick included",
+            Fidelity::Ode => "the same equations integrated, to a tolerance",
+            Fidelity::Contact => "the contact resolved in time, with gravity and the cloth, to a tolerance",
         };
         Some(clap::builder::PossibleValue::new(self.0.name()).help(help))
     }
+}
+
+/// A tolerance of the integrated fidelities.
+fn tolerance(text: &str) -> Result<f64, String> {
+    let value: f64 = text.parse().map_err(|_| format!("\"{text}\" is not a number"))?;
+    let valid = (MIN_TOLERANCE..=MAX_TOLERANCE).contains(&value);
+    valid.then_some(value).ok_or_else(|| format!("expected {MIN_TOLERANCE:e} to {MAX_TOLERANCE:e}"))
 }
 
 pub fn run() -> ExitCode {

@@ -2,10 +2,12 @@
 
 use std::path::PathBuf;
 
+use caromfit::ball::Ball;
+use caromfit::collision::Model;
 use caromfit::report::write;
 use caromfit::synth;
 
-use super::{Failure, print};
+use super::{Failure, FidelityArg, print};
 
 /// Makes dataset.toml, shots.csv and truth.json in DIR, the same for the same SPEC.
 #[derive(clap::Args)]
@@ -43,11 +45,18 @@ pub struct Args {
     /// The folder to make it in
     #[arg(long, value_name = "DIR")]
     out: PathBuf,
+    /// How closely the collisions are modelled
+    #[arg(long, value_enum, default_value = "full")]
+    fidelity: FidelityArg,
+    /// Of ode and contact: the error of each step, in parts of the closing speed
+    #[arg(long, value_name = "PART", value_parser = super::tolerance, default_value_t = Model::TOLERANCE)]
+    tolerance: f64,
 }
 
 pub fn run(args: &Args) -> Result<(), Failure> {
     let spec = synth::read(&args.spec).map_err(Failure::input)?;
-    let files = synth::generate(&spec)
+    let model = Model { tolerance: args.tolerance, ..Model::new(args.fidelity.0, Ball::POOL) };
+    let files = synth::generate_with(&spec, &model)
         .map_err(|error| Failure::input(format!("{}: {error}", args.spec.display())))?;
     let files: Vec<_> = files.into_iter().map(|(name, text)| (name, text.into_bytes())).collect();
     write::write_files(&files, &args.out).map_err(Failure::work)?;

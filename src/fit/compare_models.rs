@@ -103,7 +103,7 @@ fn changes(search: &Search, settled: &Settled) -> Vec<Change> {
         _ => ("full", Fidelity::Full),
     };
     changes.push(Change { name, fidelity: other, settings, nested: 0 });
-    let frictional = matches!(fidelity, Fidelity::Linear | Fidelity::Full);
+    let frictional = fidelity.effects().friction;
     let topspin = search.fitted.iter().any(|shot| shot.plan.has_topspin());
     if frictional && topspin {
         let own = settings[Parameter::MuS];

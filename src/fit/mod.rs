@@ -27,7 +27,7 @@ use std::sync::Arc;
 
 use nalgebra::DMatrix;
 
-use crate::collision::Fidelity;
+use crate::collision::{Fidelity, Model};
 use crate::dataset::{Dataset, Shot};
 use crate::impact::film::Film;
 use crate::loss::Loss;
@@ -39,6 +39,8 @@ use crate::parameters::Parameter;
 #[derive(Clone, Copy, Debug)]
 pub struct Options {
     pub fidelity: Fidelity,
+    /// Of the fidelities that integrate.
+    pub tolerance: f64,
     pub method: Method,
     pub depth: Depth,
     /// In the place of the data set's.
@@ -92,6 +94,7 @@ impl Default for Options {
     fn default() -> Self {
         Self {
             fidelity: Fidelity::Full,
+            tolerance: Model::TOLERANCE,
             method: Method::default(),
             depth: Depth::Intervals,
             loss: None,

@@ -13,7 +13,7 @@ use super::{
     Bound, Depth, Diagnostics, Estimate, Films, Fit, FitError, Identifiability, Intervals, JointFit, Method,
     Noise, Options, Rejected, Residual, Status, bootstrap, compare_models, contour, goodness, starts,
 };
-use crate::collision::{Coefficients, Fidelity, Model};
+use crate::collision::{Coefficients, Model};
 use crate::dataset::{Dataset, Shot};
 use crate::impact::film;
 use crate::loss::Loss;
@@ -34,7 +34,7 @@ pub(super) fn fit_shots(
     done: &(dyn Fn() + Sync),
 ) -> Result<Fit, FitError> {
     let begun = Instant::now();
-    let model = Model::new(options.fidelity, dataset.ball);
+    let model = Model { tolerance: options.tolerance, ..Model::new(options.fidelity, dataset.ball) };
     let settings = &dataset.settings;
     let initial = Coefficients {
         mu: settings[Parameter::Mu].initial,
@@ -190,7 +190,7 @@ pub(super) fn fit_shots(
         source: dataset.source.clone(),
         fidelity: options.fidelity.name(),
         method: options.method,
-        effects: effects(options.fidelity),
+        effects: model.effects.and(options.fidelity.effects()).list().to_vec(),
         estimates,
         correlation,
         chi2: 2.0 * minimum.cost,
@@ -479,20 +479,4 @@ fn noise_rows(fitted: &[Fitted], residuals: &[Residual], groups: &[Group]) -> Ve
         });
     }
     rows
-}
-
-/// What each fidelity contains.
-fn effects(fidelity: Fidelity) -> Vec<(&'static str, bool)> {
-    let (inelastic, friction, full) = (
-        fidelity != Fidelity::Elastic,
-        matches!(fidelity, Fidelity::Linear | Fidelity::Full),
-        fidelity == Fidelity::Full,
-    );
-    vec![
-        ("inelasticity", inelastic),
-        ("friction", friction),
-        ("stick", full),
-        ("turning", full),
-        ("cloth", friction),
-    ]
 }

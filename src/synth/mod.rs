@@ -142,8 +142,16 @@ pub fn read(path: &Path) -> Result<Spec, DatasetError> {
 /// # Errors
 /// A value out of its range, named with what was expected.
 pub fn generate(spec: &Spec) -> Result<Vec<(&'static str, String)>, BadSpec> {
+    generate_with(spec, &Model::new(Fidelity::Full, Ball::POOL))
+}
+
+/// With another collision model; the ball is that of the specification.
+///
+/// # Errors
+/// As [`generate`].
+pub fn generate_with(spec: &Spec, model: &Model) -> Result<Vec<(&'static str, String)>, BadSpec> {
     check(spec)?;
-    let mut maker = Maker::new(spec);
+    let mut maker = Maker::new(spec, model);
     let mut files = match spec.kind {
         Kind::Impacts => vec![("shots.csv", maker.impacts()?)],
         Kind::Angles => vec![("shots.csv", maker.angles()?)],
@@ -170,7 +178,7 @@ pub fn generate(spec: &Spec) -> Result<Vec<(&'static str, String)>, BadSpec> {
 /// As [`generate`].
 pub fn filmed(spec: &Spec) -> Result<Vec<(TrackShot, TrueImpact)>, BadSpec> {
     check(spec)?;
-    Maker::new(spec).tracks()
+    Maker::new(spec, &Model::new(Fidelity::Full, Ball::POOL)).tracks()
 }
 
 fn check(spec: &Spec) -> Result<(), BadSpec> {
@@ -264,14 +272,14 @@ struct Maker<'a> {
 }
 
 impl<'a> Maker<'a> {
-    fn new(spec: &'a Spec) -> Self {
+    fn new(spec: &'a Spec, model: &Model) -> Self {
         let BallSpec { radius_m: radius, mass_kg: mass, inertia } = spec.ball;
         let Truth { mu, mu_s, e } = spec.truth;
         Self {
             spec,
             rng: ChaCha8Rng::seed_from_u64(spec.seed),
             normal: Normal::standard(),
-            model: Model::new(Fidelity::Full, Ball { radius, mass, inertia }),
+            model: Model { ball: Ball { radius, mass, inertia }, ..*model },
             coefficients: Coefficients { mu, mu_s, e },
         }
     }

@@ -1,0 +1,345 @@
+//! The integrated fidelities `ode` and `contact` against the reference values, `full`, and each other.
+
+use caromfit::ball::{Ball, BallState, Vec3};
+use caromfit::collision::{Coefficients, Fidelity, Input, Model, NotACollision, Outcome, Regime};
+use caromfit::contact::{cloth_slip, cue_velocity, slip};
+use caromfit::dataset;
+use caromfit::effects::Effects;
+use caromfit::fit::{self, Depth, Options};
+use caromfit::synth::{self, BallSpec, Kind, Noise, Played, Shots, Spec, Truth};
+use rand::SeedableRng;
+use rand_chacha::ChaCha8Rng;
+
+use super::collisions::{Try, reference_cases};
+
+const INTEGRATED: [Fidelity; 2] = [Fidelity::Ode, Fidelity::Contact];
+
+/// The tolerance is for each step, and relative to the closing speed: an outcome sums up some dozen steps.
+const STEPS: f64 = 20.0;
+
+/// Below, roundings of a sum of that many terms show.
+const ROUNDING: f64 = 1e-12;
+
+/// With what `full` contains.
+fn same_equations(fidelity: Fidelity, ball: Ball, tolerance: f64) -> Model {
+    Model { effects: Fidelity::Full.effects(), tolerance, ..Model::new(fidelity, ball) }
+}
+
+/// The largest difference of velocities, and spins times R, relative to the closing speed.
+fn off(a: &Outcome, b: &Outcome, radius: f64, k: f64) -> f64 {
+    let velocity =
+        (a.cue.velocity - b.cue.velocity).amax().max((a.object.velocity - b.object.velocity).amax());
+    let spin = (a.cue.spin - b.cue.spin).amax().max((a.object.spin - b.object.spin).amax());
+    velocity.max(radius * spin) / k
+}
+
+#[test]
+fn they_agree_with_the_25_digit_reference() {
+    /// Rounding of spins of a fast cue ball, over the closing speed of a grazing hit.
+    const SLACK: f64 = 1e-12;
+    for fidelity in INTEGRATED {
+        for tolerance in [1e-6, 1e-10, 1e-12] {
+            for case in reference_cases() {
+                let same = same_equations(fidelity, case.model.ball, tolerance);
+                let model = Model { cloth_torque: case.model.cloth_torque, ..same };
+                let outcome = model.collide(&case.cue, &case.coefficients).unwrap();
+                assert_eq!(outcome.regime, case.outcome.regime, "{}", case.name);
+                let off = off(&outcome, &case.outcome, model.ball.radius, case.cue.velocity.x);
+                assert!(off < STEPS * tolerance + SLACK, "{fidelity:?} {tolerance:e} {}: {off:e}", case.name);
+            }
+        }
+    }
+}
+
+#[test]
+fn they_agree_with_full_and_so_with_each_other() {
+    let mut rng = ChaCha8Rng::seed_from_u64(11);
+    let mut stuck = 0;
+    for _ in 0..2_000 {
+        let Try { model, cue, coefficients } = Try::random(&mut rng, Fidelity::Full);
+        let full = model.collide(&cue, &coefficients).unwrap();
+        stuck += usize::from(full.regime == Regime::Stick);
+        for fidelity in INTEGRATED {
+            for tolerance in [1e-8, 1e-12] {
+                let outcome =
+                    same_equations(fidelity, model.ball, tolerance).collide(&cue, &coefficients).unwrap();
+                let off = off(&outcome, &full, model.ball.radius, cue.velocity.x);
+                assert!(
+                    off < STEPS * tolerance + ROUNDING,
+                    "{fidelity:?} {tolerance:e}: {off:e} {cue:?} {coefficients:?} {:?}",
+                    full.regime
+                );
+            }
+        }
+    }
+    assert!(stuck > 200, "only {stuck} shots stuck");
+}
+
+#[test]
+fn outcomes_mirror_and_scale() {
+    let mut rng = ChaCha8Rng::seed_from_u64(12);
+    for fidelity in INTEGRATED {
+        for effects in [Fidelity::Full.effects(), Effects { gravity: false, ..Effects::ALL }] {
+            for _ in 0..100 {
+                let Try { model, cue, coefficients } = Try::random(&mut rng, Fidelity::Full);
+                let model = Model { effects, ..same_equations(fidelity, model.ball, Model::TOLERANCE) };
+                let outcome = model.collide(&cue, &coefficients).unwrap();
+                let mirror = |s: &BallState| BallState {
+                    velocity: s.velocity.component_mul(&Vec3::new(1.0, -1.0, 1.0)),
+                    spin: s.spin.component_mul(&Vec3::new(-1.0, 1.0, -1.0)),
+                };
+                let mirrored = model.collide(&mirror(&cue), &coefficients).unwrap();
+                assert_eq!((mirrored.cue, mirrored.object), (mirror(&outcome.cue), mirror(&outcome.object)));
+                // everything is computed in units of k: a power of 2 changes no digit
+                let scaled = BallState { velocity: 4.0 * cue.velocity, spin: 4.0 * cue.spin };
+                let faster = model.collide(&scaled, &coefficients).unwrap();
+                assert_eq!(faster.components(), 4.0 * outcome.components());
+            }
+        }
+    }
+}
+
+/// Kinetic energy of both balls per unit mass.
+fn energy(ball: &Ball, outcome: &Outcome) -> f64 {
+    let of = |s: &BallState| {
+        0.5 * (s.velocity.norm_squared() + ball.inertia * ball.radius.powi(2) * s.spin.norm_squared())
+    };
+    of(&outcome.cue) + of(&outcome.object)
+}
+
+#[test]
+fn friction_of_the_cloth_takes_energy() {
+    let ball = Ball::POOL;
+    let velocity = cue_velocity(2.0, 30_f64.to_radians());
+    let coefficients = Coefficients { mu: 0.06, mu_s: 0.3, e: 0.94 };
+    let draw = BallState { velocity, spin: -BallState::natural_roll(velocity, ball.radius).spin };
+    let ode = same_equations(Fidelity::Ode, ball, 1e-12);
+    let with = Model { effects: Effects { cloth_on_cue: true, ..ode.effects }, ..ode };
+    let [without, with] = [ode, with].map(|model| model.collide(&draw, &coefficients).unwrap());
+    // the cue ball is pressed down and slides: the cloth takes μ_k J_z off both balls together, along its
+    // slip, which turns a little during the impact
+    let momentum = |o: &Outcome| o.cue.velocity + o.object.velocity;
+    let lost = (momentum(&without) - momentum(&with)) / (ode.mu_k * with.object.velocity.z);
+    let slip = |ball: &BallState| cloth_slip(ball, ode.ball.radius).xy().normalize();
+    let (first, last) = (slip(&draw), slip(&with.cue));
+    assert!(last.x < lost.x && lost.x < first.x, "{lost} {first} {last}");
+    assert!(first.y < lost.y && lost.y < last.y, "{lost} {first} {last}");
+    assert!(energy(&ball, &with) < energy(&ball, &without));
+}
+
+#[test]
+fn the_true_slip_direction_turns_the_cloths_friction() {
+    // inside english on a rolling ball: the object ball is thrown sideways while pressed into the cloth
+    let ball = Ball::POOL;
+    let velocity = cue_velocity(2.0, 30_f64.to_radians());
+    let mut cue = BallState::natural_roll(velocity, ball.radius);
+    cue.spin.z = 60.0;
+    let coefficients = Coefficients { mu: 0.06, mu_s: 0.3, e: 0.94 };
+    let straight = same_equations(Fidelity::Ode, ball, 1e-12);
+    let turning = Model { effects: Effects { cloth_turning: true, ..straight.effects }, ..straight };
+    let [straight, turning] = [straight, turning].map(|model| model.collide(&cue, &coefficients).unwrap());
+    // the cloth now also holds back the throw, by less than μμ_s of the impulse
+    let (a, b) = (straight.object.velocity, turning.object.velocity);
+    assert!(a.y * b.y > 0.0 && b.y.abs() < a.y.abs(), "{a} {b}");
+    assert!((a - b).norm() < 0.06 * 0.3 * straight.impulse * a.y.abs(), "{a} {b}");
+    // and gives the object ball a little of the roll about x
+    assert!(straight.object.spin.x == 0.0 && turning.object.spin.x != 0.0);
+}
+
+/// Without gravity and with the cloth on both balls, impulse and time are two roads to one outcome.
+#[test]
+fn with_the_cloth_on_both_balls_ode_and_contact_agree() {
+    let mut rng = ChaCha8Rng::seed_from_u64(13);
+    let effects = Fidelity::Ode.effects();
+    for _ in 0..500 {
+        let Try { model, cue, coefficients } = Try::random(&mut rng, Fidelity::Full);
+        let [a, b] = INTEGRATED.map(|fidelity| {
+            let model = Model { effects, ..same_equations(fidelity, model.ball, 1e-11) };
+            model.collide(&cue, &coefficients).unwrap()
+        });
+        let off = off(&a, &b, model.ball.radius, cue.velocity.x);
+        assert!(off < 2.0 * STEPS * 1e-11, "{off:e} {cue:?} {coefficients:?}");
+        assert_eq!(a.regime, b.regime);
+    }
+}
+
+#[test]
+fn gravity_matters_as_its_impulse_does() {
+    let ball = Ball::POOL;
+    let coefficients = Coefficients { mu: 0.06, mu_s: 0.3, e: 0.94 };
+    for speed in [0.05, 0.2, 1.0, 5.0] {
+        let velocity = cue_velocity(speed, 30_f64.to_radians());
+        // a sliding ball without spin loses μ_k g Δt on the cloth
+        let cue = BallState::stun(velocity);
+        let with = Model::new(Fidelity::Contact, ball);
+        let without = Model { effects: Effects { gravity: false, ..Effects::ALL }, ..with };
+        let [with, without] = [with, without].map(|model| model.collide(&cue, &coefficients).unwrap());
+        let duration = Model::CONTACT_TIME * velocity.x.powf(-0.2) * 0.5 * (1.0 + 1.0 / coefficients.e);
+        let lost = (with.cue.velocity - without.cue.velocity).norm();
+        let weight = 0.2 * 9.81 * duration;
+        assert!(lost > 0.3 * weight && lost < 1.2 * weight, "{speed}: {lost:e} {weight:e}");
+    }
+}
+
+/// A slow rolling ball is not lifted at all where μF stays below its weight.
+#[test]
+fn a_ball_lifts_off_only_where_friction_beats_its_weight() {
+    let ball = Ball::POOL;
+    let coefficients = Coefficients { mu: 0.05, mu_s: 0.3, e: 0.94 };
+    let up = |speed: f64| {
+        let cue = BallState::natural_roll(cue_velocity(speed, 0.0), ball.radius);
+        let outcome = Model::new(Fidelity::Contact, ball).collide(&cue, &coefficients).unwrap();
+        outcome.cue.velocity.z / (coefficients.mu * outcome.impulse)
+    };
+    // F reaches 1.4 k/Δt·…: at 2 cm/s μF is 6 m/s², at 10 cm/s twice g for part of the contact
+    assert_eq!(up(0.02), 0.0);
+    let slow = up(0.15);
+    assert!(slow > 0.0 && slow < 0.8, "{slow}");
+    assert!((up(5.0) - 1.0).abs() < 0.02);
+}
+
+#[test]
+fn wrong_settings_are_refused() {
+    let cue = BallState::stun(cue_velocity(1.0, 0.3));
+    let coefficients = Coefficients { mu: 0.05, mu_s: 0.3, e: 0.94 };
+    let model = Model::new(Fidelity::Contact, Ball::POOL);
+    let refused = |model: Model| model.collide(&cue, &coefficients).unwrap_err();
+    assert_eq!(refused(Model { tolerance: 0.0, ..model }), NotACollision::Tolerance(0.0));
+    assert_eq!(refused(Model { mu_k: -1.0, ..model }), NotACollision::MuKOutOfRange(-1.0));
+    assert_eq!(refused(Model { contact_time: 0.0, ..model }), NotACollision::ContactTime(0.0));
+}
+
+#[test]
+fn edges_are_no_trouble() {
+    let ball = Ball::POOL;
+    let velocity = |cut_deg: f64| cue_velocity(2.0, cut_deg.to_radians());
+    let spins =
+        [Vec3::zeros(), Vec3::new(0.0, 70.0, 0.0), Vec3::new(0.0, -70.0, 0.0), Vec3::new(0.0, 1e-9, 5.0)];
+    for fidelity in INTEGRATED {
+        for cut in [0.0, 1e-7, 30.0, 89.99, 89.999_999] {
+            for spin in spins {
+                for (mu, mu_s, e) in
+                    [(0.0, 0.3, 0.9), (0.05, 0.0, 0.9), (1.0, 1.0, 1.0), (0.05, 0.4, 0.0), (1e-12, 0.3, 1e-9)]
+                {
+                    let cue = BallState { velocity: velocity(cut), spin };
+                    let coefficients = Coefficients { mu, mu_s, e };
+                    let full = Model::new(Fidelity::Full, ball).collide(&cue, &coefficients).unwrap();
+                    let same = same_equations(fidelity, ball, 1e-10);
+                    let outcome = same.collide(&cue, &coefficients).unwrap();
+                    let off = off(&outcome, &full, ball.radius, cue.velocity.norm());
+                    assert!(off < STEPS * 1e-10, "{fidelity:?} {cut} {spin:?} {coefficients:?}: {off:e}");
+                    // and with everything on it ends too
+                    let all = Model { effects: Effects::ALL, ..same };
+                    match all.collide(&cue, &coefficients) {
+                        Ok(outcome) => assert!(outcome.components().iter().all(|x| x.is_finite())),
+                        // gravity acts for as long as the contact lasts, 1/e times its compression
+                        Err(error) => assert!(e == 1e-9 && error == NotACollision::NotIntegrated(1e-10)),
+                    }
+                }
+            }
+        }
+    }
+}
+
+/// Against the analytic derivative of `full`, away from where the contact is about to stick.
+#[test]
+fn derivatives_agree_with_the_analytic_ones() {
+    /// Differences with a step of 1e-4 of what a derivative is taken by, at a tolerance of 1e-12.
+    const DIFFERENCES: f64 = 1e-5;
+    let mut rng = ChaCha8Rng::seed_from_u64(14);
+    for fidelity in INTEGRATED {
+        let mut compared = 0;
+        while compared < 100 {
+            let Try { model, cue, coefficients } = Try::random(&mut rng, Fidelity::Full);
+            let (full, analytic) = model.collide_with_jacobian(&cue, &coefficients).unwrap();
+            let left = slip(&full.cue, &full.object, model.ball.radius).yz().norm();
+            let start = slip(&cue, &BallState::default(), model.ball.radius).yz().norm();
+            if left.min(start) < 0.1 * cue.velocity.norm() && full.regime == Regime::Slide {
+                continue;
+            }
+            compared += 1;
+            let same = same_equations(fidelity, model.ball, 1e-12);
+            let (_, numeric) = same.collide_with_jacobian(&cue, &coefficients).unwrap();
+            // between topspin and draw differences give the mean of both sides
+            let kink = |column: usize| cue.spin.y == 0.0 && column == Input::SpinY as usize;
+            for row in 0..12 {
+                for column in (0..8).filter(|column| !kink(*column)) {
+                    let spin = if (row / 3) % 2 == 0 { 1.0 } else { model.ball.radius };
+                    let by = match column {
+                        0..3 => 1.0 / cue.velocity.norm(),
+                        3 | 4 => 1.0,
+                        _ => 1.0 / model.ball.radius,
+                    };
+                    let off = (analytic[(row, column)] - numeric[(row, column)]).abs() * spin * by;
+                    assert!(
+                        off < DIFFERENCES,
+                        "{fidelity:?} ({row}, {column}): {} {} {cue:?} {coefficients:?} {:?}",
+                        analytic[(row, column)],
+                        numeric[(row, column)],
+                        full.regime
+                    );
+                }
+            }
+        }
+    }
+}
+
+/// At the default tolerance every ordinary shot is integrated, with all effects.
+#[test]
+fn ordinary_shots_are_integrated() {
+    let coefficients = Coefficients { mu: 0.05, mu_s: 0.3, e: 0.94 };
+    let contact = Model::new(Fidelity::Contact, Ball::POOL);
+    for i in 0..150 {
+        let velocity = cue_velocity(0.3 + 0.02 * f64::from(i), (0.5 * f64::from(i)).to_radians());
+        let roll = BallState::natural_roll(velocity, Ball::POOL.radius);
+        let draw = BallState { velocity, spin: -roll.spin };
+        for cue in [roll, draw, BallState::stun(velocity)] {
+            let outcome = contact.collide(&cue, &coefficients).unwrap();
+            assert!(outcome.components().iter().all(|x| x.is_finite()));
+        }
+    }
+}
+
+/// Differences for a Jacobian, and whatever `contact` has that `ode` lacks, change a fit by little.
+#[test]
+fn a_fit_by_integration_is_the_fit_of_the_full_solution() {
+    /// Of a standard error: the optimiser stops where the gradient vanishes, to the differences' error.
+    const SAME: f64 = 1e-3;
+    let spec = Spec {
+        name: "integrated".to_string(),
+        kind: Kind::Impacts,
+        seed: 5,
+        truth: Truth { mu: 0.05, mu_s: 0.3, e: 0.94 },
+        shots: Shots {
+            count: 12,
+            speed_m_s: [1.0, 4.0],
+            cut_deg: [-50.0, 50.0],
+            cue_spin: vec![Played::NaturalRoll, Played::Draw],
+        },
+        noise: Noise { velocity_m_s: 0.004, line_of_centres_deg: 0.05, spin_rad_s: 0.5, angle_deg: 0.2 },
+        ball: BallSpec::default(),
+        camera: synth::Camera::default(),
+        cloth: synth::ClothSpec::default(),
+    };
+    let ode = Model::new(Fidelity::Ode, Ball::POOL);
+    let fit = |made_with: &Model, fidelity: Fidelity| {
+        let folder = tempfile::tempdir().unwrap();
+        for (name, content) in synth::generate_with(&spec, made_with).unwrap() {
+            std::fs::write(folder.path().join(name), content).unwrap();
+        }
+        let dataset = dataset::load(folder.path()).unwrap();
+        let options = Options { fidelity, depth: Depth::Estimates, ..Options::default() };
+        fit::fit(&dataset, &options).unwrap().remove(0)
+    };
+    let [full, by_ode] = [Fidelity::Full, Fidelity::Ode].map(|fidelity| fit(&ode, fidelity));
+    // made and fitted with everything
+    let contact = fit(&Model::new(Fidelity::Contact, Ball::POOL), Fidelity::Contact);
+    assert!(full.converged && by_ode.converged && contact.converged, "{}", contact.termination);
+    for (parameter, truth) in [0.05, 0.3, 0.94].into_iter().enumerate() {
+        let [a, b] = [&full, &by_ode].map(|fit| fit.estimates[parameter]);
+        let error = a.std_error.unwrap();
+        assert!((a.value - b.value).abs() < SAME * error, "{a:?} {b:?}");
+        let c = contact.estimates[parameter];
+        assert!((c.value - truth).abs() < 3.5 * c.std_error.unwrap(), "{c:?}");
+    }
+}
