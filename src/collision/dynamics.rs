@@ -13,8 +13,10 @@
 //!
 //! from which, with σ = 1 (−1: the cloth's torque on the object ball as printed),
 //!
-//!     U = U₀ + (C_x − q, C_y − J_y, U_z)      ω = ω₀ + (C_y, J_z − C_x, −J_y)/νR
-//!     V = (q + O_x, J_y + O_y, V_z)           Ω = (σO_y, J_z − σO_x, −J_y)/νR
+//! ```text
+//! U = U₀ + (C_x − q, C_y − J_y, U_z)      ω = ω₀ + (C_y, J_z − C_x, −J_y)/νR
+//! V = (q + O_x, J_y + O_y, V_z)           Ω = (σO_y, J_z − σO_x, −J_y)/νR
+//! ```
 //!
 //! Each contact obeys Coulomb's law: it slides with the friction against its slip, or sticks with what
 //! friction keeps it so, at most the coefficient times the normal force. The normal force of the cloth
