@@ -6,6 +6,7 @@ mod discs;
 mod extraction;
 mod frames;
 mod integrated;
+mod hard;
 mod joint;
 mod large;
 mod loader;
