@@ -5,6 +5,7 @@ mod collisions;
 mod discs;
 mod extraction;
 mod frames;
+mod friendly;
 mod joint;
 mod large;
 mod loader;
