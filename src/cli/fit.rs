@@ -2,6 +2,7 @@
 
 use std::path::PathBuf;
 
+use caromfit::baseline::Tolerance;
 use caromfit::collision::Model;
 use caromfit::dataset::Spin;
 use caromfit::fit::{self, Depth, Method, Options};
@@ -11,6 +12,7 @@ use caromfit::loss::Loss;
 use caromfit::report;
 use caromfit::track::TrackShot;
 
+use super::baseline::{self, Baseline};
 use super::progress::{self, Progress};
 use super::{Failure, FidelityArg, print};
 
@@ -50,6 +52,12 @@ pub struct Args {
     /// Of everything random
     #[arg(long, default_value_t = 0)]
     seed: u64,
+    /// Compare with stored fits (a fit.json, or a folder of them): status 1 and a table of what moved
+    #[arg(long, value_name = "FIT.json")]
+    baseline: Option<PathBuf>,
+    /// What counts as moved, in standard errors (of χ²: in its standard deviation)
+    #[arg(long, default_value_t = Tolerance::default().standard_errors, value_name = "N", requires = "baseline")]
+    tolerance: f64,
     /// Print a full report of each fit below the table
     #[arg(long, short)]
     verbose: bool,
@@ -92,6 +100,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         }
     }
 
+    let baseline = args.baseline.as_deref().map(Baseline::read).transpose()?;
     let options = Options {
         fidelity: args.fidelity.0,
         tolerance: args.tolerance,
@@ -126,7 +135,17 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         progress.finish();
         return Err(Failure::input(failed.join("\nerror: ")));
     }
+    let moved = match &baseline {
+        Some(baseline) => Some(baseline.moved(fits.iter().flatten(), args.tolerance)?),
+        None => None,
+    };
+    let has_moved = moved.as_ref().is_some_and(|moved| !moved.is_empty());
     for of_dataset in &fits {
+        // what moved is not written over what it moved from
+        if has_moved && baseline.as_ref().is_some_and(|b| b.is_in(&report::fit_folder(of_dataset, &args.out)))
+        {
+            continue;
+        }
         let written = report::write_all(of_dataset, &args.out);
         if let Err(error) = written {
             progress.finish();
@@ -146,6 +165,9 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         } else {
             print(&report::text::warnings(&fits))?;
         }
+    }
+    if let Some(moved) = moved.filter(|moved| !moved.is_empty()) {
+        failed.push(baseline::table(&moved));
     }
     if failed.is_empty() { Ok(()) } else { Err(Failure::work(failed.join("\nerror: "))) }
 }

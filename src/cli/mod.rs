@@ -1,10 +1,15 @@
 //! Arguments in, library calls, results out. Exit status: 0 done; 1 understood but could not be
 //! done; 2 bad usage or bad input.
 
+mod baseline;
+mod check;
 mod collide;
+mod export;
 mod extract;
 mod fit;
+mod init;
 mod progress;
+mod shell;
 mod synth;
 
 use std::process::ExitCode;
@@ -15,7 +20,13 @@ use clap::{Parser, Subcommand, ValueEnum};
 /// From footage of billiard-ball collisions to the friction between the balls μ, the friction of the
 /// cloth on the object ball μ_s, and the restitution e.
 #[derive(Parser)]
-#[command(name = "caromfit", version, about, max_term_width = 100)]
+#[command(
+    name = "caromfit",
+    version,
+    about,
+    max_term_width = 100,
+    after_help = "Example: caromfit fit data/*/"
+)]
 struct Cli {
     #[command(subcommand)]
     command: Command,
@@ -31,6 +42,16 @@ enum Command {
     Extract(extract::Args),
     /// Make a synthetic data set from known parameters and noise
     Synth(synth::Args),
+    /// Write a dataset.toml for CSV files, with what they do not tell left blank
+    Init(init::Args),
+    /// Say everything that is wrong or suspicious about data sets, without fitting
+    Check(check::Args),
+    /// Print fitted parameters for another program
+    Export(export::Args),
+    /// Print completions for a shell
+    Completions(shell::Completions),
+    /// Print the manual page
+    Man(shell::Man),
 }
 
 /// Why a command ended without its result.
@@ -94,6 +115,11 @@ pub fn run() -> ExitCode {
         Command::Collide(args) => collide::run(&args),
         Command::Extract(args) => extract::run(&args),
         Command::Synth(args) => synth::run(&args),
+        Command::Init(args) => init::run(&args),
+        Command::Check(args) => check::run(&args),
+        Command::Export(args) => export::run(&args),
+        Command::Completions(args) => shell::completions(&args),
+        Command::Man(args) => shell::man(&args),
     };
     match result {
         Ok(()) => ExitCode::SUCCESS,

@@ -25,7 +25,7 @@ use crate::parameters::Settings;
 use crate::relation::Relation;
 
 pub use error::{DatasetError, Problem};
-pub use tracks::Tracks;
+pub use tracks::{Survey, Tracks, survey};
 
 /// A loaded and checked data set: every number finite, every standard deviation positive.
 #[derive(Clone, Debug)]
@@ -184,6 +184,22 @@ pub fn load(path: &Path) -> Result<Dataset, DatasetError> {
         sliding,
         tracks,
     })
+}
+
+/// The names of the columns in the first line of a table that is neither blank nor a comment.
+///
+/// # Errors
+/// A file that cannot be read.
+pub fn header(file: &Path) -> std::io::Result<Vec<String>> {
+    let bytes = std::fs::read(file)?;
+    let text = String::from_utf8_lossy(&bytes);
+    let text = text.trim_start_matches('\u{feff}');
+    let first = text.lines().find(|line| !line.trim().is_empty() && !line.starts_with('#'));
+    let Some(first) = first.or(text.lines().find(|line| !line.trim().is_empty())) else {
+        return Ok(Vec::new());
+    };
+    let separator = [';', '\t', ','].into_iter().max_by_key(|c| first.matches(*c).count()).unwrap_or(',');
+    Ok(first.split(separator).map(|name| name.trim().trim_matches('"').to_string()).collect())
 }
 
 /// Numbers the shots that have no name, and complains about names given twice.

@@ -27,8 +27,9 @@ use std::sync::Arc;
 
 use nalgebra::DMatrix;
 
+use crate::ball::Ball;
 use crate::collision::{Fidelity, Model};
-use crate::dataset::{Dataset, Shot};
+use crate::dataset::{Dataset, Measured, Shot};
 use crate::impact::film::Film;
 use crate::loss::Loss;
 use crate::observable::Observable;
@@ -209,6 +210,9 @@ pub struct Fit {
     pub path: PathBuf,
     pub cloth: Option<String>,
     pub source: Option<String>,
+    pub ball: Ball,
+    /// The cloth's sliding friction μ_k, where footage or dataset.toml tells it.
+    pub sliding: Option<Measured>,
     /// Name of the collision model, as on the command line.
     pub fidelity: &'static str,
     pub method: Method,

@@ -188,6 +188,8 @@ pub(super) fn fit_shots(
         path: dataset.path.clone(),
         cloth: dataset.cloth.clone(),
         source: dataset.source.clone(),
+        ball: dataset.ball,
+        sliding: dataset.sliding,
         fidelity: options.fidelity.name(),
         method: options.method,
         effects: model.effects.and(options.fidelity.effects()).list().to_vec(),

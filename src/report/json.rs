@@ -36,6 +36,8 @@ pub fn document(fit: &Fit) -> Document<'_> {
         group: fit.group.as_ref().map(|(column, label)| Group { column, label }),
         cloth: fit.cloth.as_deref(),
         source: fit.source.as_deref(),
+        ball: BallEntry { radius_m: fit.ball.radius, mass_kg: fit.ball.mass, inertia: fit.ball.inertia },
+        mu_k: fit.sliding.map(|mu_k| MuK { estimate: mu_k.value, std_error: mu_k.sd }),
         version: env!("CARGO_PKG_VERSION"),
         fidelity: fit.fidelity,
         method: fit.method.name(),
@@ -70,6 +72,8 @@ pub struct Document<'a> {
     group: Option<Group<'a>>,
     cloth: Option<&'a str>,
     source: Option<&'a str>,
+    ball: BallEntry,
+    mu_k: Option<MuK>,
     version: &'static str,
     fidelity: &'static str,
     method: &'static str,
@@ -97,6 +101,20 @@ pub struct Document<'a> {
 struct Group<'a> {
     column: &'a str,
     label: &'a str,
+}
+
+#[derive(Debug, Serialize)]
+struct BallEntry {
+    radius_m: f64,
+    mass_kg: f64,
+    inertia: f64,
+}
+
+/// The cloth's sliding friction.
+#[derive(Debug, Serialize)]
+struct MuK {
+    estimate: f64,
+    std_error: Option<f64>,
 }
 
 #[derive(Debug, Serialize)]

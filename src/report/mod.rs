@@ -6,6 +6,7 @@ mod diagnostics;
 pub mod discs;
 pub mod extracted;
 pub mod json;
+pub mod moved;
 mod number;
 pub mod plot;
 pub mod table;
@@ -15,7 +16,7 @@ pub mod write;
 
 use std::path::PathBuf;
 
-pub use write::{folder_name, group_folders, write, write_all};
+pub use write::{fit_folder, folder_name, group_folders, write, write_all};
 
 use crate::fit::Fit;
 use crate::observable::Observable;

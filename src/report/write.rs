@@ -19,6 +19,12 @@ pub fn write(fit: &Fit, out: &Path) -> Result<PathBuf, ReportError> {
     Ok(folder)
 }
 
+/// The folder of all fits of one data set below `out`.
+#[must_use]
+pub fn fit_folder(fits: &[Fit], out: &Path) -> PathBuf {
+    fits.first().map_or_else(|| out.to_path_buf(), |fit| out.join(dataset_folder(&fit.dataset)))
+}
+
 /// Writes the fits of one data set below `out`, labels that would share a folder apart, after all
 /// have been rendered.
 pub fn write_all(fits: &[Fit], out: &Path) -> Result<(), ReportError> {

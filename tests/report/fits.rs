@@ -59,6 +59,8 @@ pub fn normal() -> Fit {
         path: PathBuf::from("data/lab-a/dataset.toml"),
         cloth: Some("Simonis 860".to_owned()),
         source: Some("measured by \"A\", 2026".to_owned()),
+        ball: caromfit::ball::Ball::POOL,
+        sliding: None,
         fidelity: "full",
         method: Method::TwoStage,
         effects: vec![("friction", true), ("cloth", true), ("spin_loss", false)],

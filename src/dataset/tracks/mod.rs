@@ -16,6 +16,7 @@ mod read;
 pub(super) mod settings;
 mod sheet;
 mod shots_table;
+mod survey;
 mod text;
 mod time;
 mod tracker;
@@ -30,6 +31,8 @@ use finish::{Facts, Wrong};
 use raw::{Notes, RawShot};
 use settings::{Format, TrackSettings, Unit};
 use shots_table::ShotsTable;
+
+pub use survey::{Survey, survey};
 
 use super::error::Problems;
 use super::manifest::Manifest;

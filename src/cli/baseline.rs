@@ -1,0 +1,55 @@
+//! `caromfit fit --baseline`: what moved since.
+
+use std::path::{Path, PathBuf};
+
+use caromfit::baseline::{self, Moved, Tolerance};
+use caromfit::fit::Fit;
+use caromfit::report;
+use caromfit::stored::{self, StoredFit};
+
+use super::Failure;
+
+/// Stored fits, read before anything is written.
+pub struct Baseline {
+    path: PathBuf,
+    stored: Vec<StoredFit>,
+}
+
+impl Baseline {
+    pub fn read(path: &Path) -> Result<Self, Failure> {
+        let stored = stored::read(path).map_err(Failure::input)?;
+        Ok(Self { path: path.to_path_buf(), stored })
+    }
+
+    /// What moved by more than `tolerance` standard errors, with the title of the fit.
+    pub fn moved<'a>(
+        &self,
+        fits: impl Iterator<Item = &'a Fit>,
+        tolerance: f64,
+    ) -> Result<Vec<(String, Moved)>, Failure> {
+        let tolerance = Tolerance { standard_errors: tolerance, ..Tolerance::default() };
+        let mut all = Vec::new();
+        for fit in fits {
+            let title = report::title(fit);
+            let Some(stored) = baseline::find(fit, &self.stored) else {
+                return Err(Failure::input(format!(
+                    "{}: holds no fit of {title}; expected one to compare with",
+                    self.path.display()
+                )));
+            };
+            let moved = baseline::moved(fit, stored, &tolerance);
+            all.extend(moved.into_iter().map(|moved| (title.clone(), moved)));
+        }
+        Ok(all)
+    }
+
+    /// Whether it lies in a folder, or holds it.
+    pub fn is_in(&self, folder: &Path) -> bool {
+        let (Ok(own), Ok(folder)) = (self.path.canonicalize(), folder.canonicalize()) else { return false };
+        own.starts_with(&folder) || folder.starts_with(&own)
+    }
+}
+
+pub fn table(moved: &[(String, Moved)]) -> String {
+    format!("the fit is no longer that of the baseline:\n{}", report::moved::render(moved).trim_end())
+}

@@ -1,0 +1,44 @@
+//! `caromfit export`: fitted parameters for other programs.
+
+use std::path::PathBuf;
+
+use caromfit::export::{self, Target};
+use caromfit::stored;
+
+use super::{Failure, print};
+
+/// Prints the parameters of a fit in the form that another program reads; what cannot be carried over is said on
+/// standard error. pooltool: a JSON object of keyword arguments for its BallParams (m, R, u_b, e_b, u_s).
+#[derive(clap::Args)]
+#[command(after_help = "Example: caromfit export fits/synthetic-natural-roll --to pooltool > ball.json\n  \
+                        and then in Python: pooltool.BallParams(**json.load(open(\"ball.json\")))")]
+pub struct Args {
+    /// A fit.json, or the folder that holds it
+    #[arg(value_name = "FIT")]
+    fit: PathBuf,
+    /// What to write
+    #[arg(long, value_parser = target, value_name = "pooltool|json|toml")]
+    to: Target,
+}
+
+fn target(name: &str) -> Result<Target, String> {
+    let found = Target::ALL.into_iter().find(|target| target.name() == name);
+    found.ok_or_else(|| format!("expected one of {}", Target::ALL.map(Target::name).join(", ")))
+}
+
+pub fn run(args: &Args) -> Result<(), Failure> {
+    let fits = stored::read(&args.fit).map_err(Failure::input)?;
+    let [fit] = fits.as_slice() else {
+        return Err(Failure::input(format!(
+            "{}: holds {} fits; expected one: name the folder of a label",
+            args.fit.display(),
+            fits.len()
+        )));
+    };
+    let exported = export::export(fit, args.to);
+    print(&exported.text)?;
+    for sentence in &exported.left_behind {
+        eprintln!("not carried over: {sentence}");
+    }
+    Ok(())
+}

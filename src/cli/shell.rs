@@ -1,0 +1,51 @@
+//! Completions for shells, and the manual.
+
+use std::path::PathBuf;
+
+use caromfit::report::write;
+use clap::{Command, CommandFactory};
+use clap_complete::Shell;
+
+use super::{Cli, Failure, print};
+
+/// Prints what makes a shell complete the words of caromfit.
+#[derive(clap::Args)]
+#[command(
+    after_help = "Example: caromfit completions bash > ~/.local/share/bash-completion/completions/caromfit"
+)]
+pub struct Completions {
+    #[arg(value_enum)]
+    shell: Shell,
+}
+
+/// Prints the manual page, or writes one for each command.
+#[derive(clap::Args)]
+#[command(after_help = "Example: caromfit man --out ~/.local/share/man/man1")]
+pub struct Man {
+    /// Write caromfit.1, caromfit-fit.1, … there
+    #[arg(long, value_name = "DIR")]
+    out: Option<PathBuf>,
+}
+
+pub fn completions(args: &Completions) -> Result<(), Failure> {
+    let mut text = Vec::new();
+    clap_complete::generate(args.shell, &mut Cli::command(), "caromfit", &mut text);
+    print(&String::from_utf8_lossy(&text))
+}
+
+pub fn man(args: &Man) -> Result<(), Failure> {
+    let page = |command: Command| {
+        let mut text = Vec::new();
+        clap_mangen::Man::new(command).render(&mut text).map(|()| text).map_err(Failure::work)
+    };
+    // built, each command knows that it is caromfit's
+    let mut all = Cli::command();
+    all.build();
+    let Some(out) = &args.out else { return print(&String::from_utf8_lossy(&page(all)?)) };
+    let mut pages = vec![("caromfit.1".to_string(), page(all.clone())?)];
+    for command in all.get_subcommands() {
+        pages.push((format!("caromfit-{}.1", command.get_name()), page(command.clone())?));
+    }
+    let pages: Vec<_> = pages.iter().map(|(name, text)| (name.as_str(), text.clone())).collect();
+    write::write_files(&pages, out).map_err(Failure::work)
+}

@@ -1,0 +1,160 @@
+//! Fitted parameters for other programs: the simulator pooltool, JSON, TOML.
+//!
+//! pooltool's balls (`pooltool.objects.ball.params.BallParams`) have m, R (kg, m), u_b and e_b (ball–ball
+//! friction and restitution), u_s, u_r, u_sp_proportionality (cloth), e_c, f_c (cushions) and g.
+
+use serde_json::{Map, Value, json};
+
+use crate::parameters::Parameter;
+use crate::stored::{StoredFit, StoredParameter};
+
+/// What to write.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Target {
+    /// Keyword arguments of pooltool's `BallParams`, as a JSON object.
+    Pooltool,
+    Json,
+    Toml,
+}
+
+impl Target {
+    pub const ALL: [Self; 3] = [Self::Pooltool, Self::Json, Self::Toml];
+
+    /// As on the command line.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Pooltool => "pooltool",
+            Self::Json => "json",
+            Self::Toml => "toml",
+        }
+    }
+}
+
+/// What was exported, and what could not be.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Exported {
+    /// With a newline at its end.
+    pub text: String,
+    /// What could not be carried over, and why; sentences.
+    pub left_behind: Vec<String>,
+}
+
+/// Renders a fit for another program. A parameter that the data did not tell is left out.
+#[must_use]
+pub fn export(fit: &StoredFit, target: Target) -> Exported {
+    let (object, left_behind) = match target {
+        Target::Pooltool => pooltool(fit),
+        Target::Json | Target::Toml => plain(fit),
+    };
+    let value = Value::Object(object);
+    let text = match target {
+        Target::Toml => toml::to_string(&value).unwrap_or_default(),
+        Target::Pooltool | Target::Json => format!("{value:#}\n"),
+    };
+    Exported { text, left_behind }
+}
+
+/// A parameter that means something: fitted, or fixed by who knew it.
+fn known(fit: &StoredFit, parameter: Parameter) -> Option<&StoredParameter> {
+    fit.parameters.get(parameter.name()).filter(|p| p.status != "not-identified")
+}
+
+fn pooltool(fit: &StoredFit) -> (Map<String, Value>, Vec<String>) {
+    let mut object = Map::new();
+    let mut left = Vec::new();
+    if let Some(ball) = fit.ball {
+        object.insert("m".into(), json!(ball.mass_kg));
+        object.insert("R".into(), json!(ball.radius_m));
+        if (ball.inertia - crate::ball::UNIFORM_SPHERE).abs() > 1e-9 {
+            left.push(format!(
+                "The moment of inertia {} MR²: pooltool takes every ball for a uniform sphere, 0.4 MR².",
+                ball.inertia
+            ));
+        }
+    } else {
+        left.push(
+            "Mass and radius: this fit.json does not say them; pooltool's defaults hold. Fit again.".into(),
+        );
+    }
+    let mut not_told = |parameter: Parameter, name: &str| {
+        left.push(format!(
+            "{} ({name}): the data do not tell it; pooltool's default holds.",
+            parameter.symbol()
+        ));
+    };
+    for (parameter, name) in [(Parameter::Mu, "u_b"), (Parameter::E, "e_b")] {
+        match known(fit, parameter) {
+            Some(value) => _ = object.insert(name.into(), json!(value.estimate)),
+            None => not_told(parameter, name),
+        }
+    }
+    if object.contains_key("u_b") {
+        left.push(
+            "u_b is used by pooltool's AverageBallBallFriction only: its default for balls, \
+             AlciatoreBallBallFriction, is a curve of its own over the slip speed and ignores u_b."
+                .into(),
+        );
+    }
+    match fit.mu_k {
+        Some(mu_k) => _ = object.insert("u_s".into(), json!(mu_k.estimate)),
+        None => {
+            left.push("u_s (cloth, sliding): only footage tells it; pooltool's default holds.".into());
+        }
+    }
+    if let Some(mu_s) = known(fit, Parameter::MuS) {
+        left.push(format!(
+            "μ_s = {}: the friction of the cloth on the object ball during the impact has no counterpart in pooltool, \
+             whose balls collide as if the table were not there. It is not u_s, the cloth's sliding friction \
+             after the impact.",
+            mu_s.estimate
+        ));
+    }
+    left.push("Standard errors and intervals: pooltool has no place for them.".into());
+    left.push(
+        "u_r, u_sp_proportionality (rolling and spinning on the cloth), e_c, f_c (cushions) and g are not fitted: \
+         pooltool's defaults hold."
+            .into(),
+    );
+    (object, left)
+}
+
+/// Everything that the fit knows of its parameters.
+fn plain(fit: &StoredFit) -> (Map<String, Value>, Vec<String>) {
+    let mut object = Map::new();
+    let mut left = Vec::new();
+    object.insert("dataset".into(), json!(fit.dataset));
+    if let Some(group) = &fit.group {
+        object.insert("group".into(), json!({"column": group.column, "label": group.label}));
+    }
+    object.insert("fidelity".into(), json!(fit.fidelity));
+    if let Some(ball) = fit.ball {
+        let ball = json!({"radius_m": ball.radius_m, "mass_kg": ball.mass_kg, "inertia": ball.inertia});
+        object.insert("ball".into(), ball);
+    }
+    for parameter in Parameter::ALL {
+        let Some(value) = known(fit, parameter) else {
+            left.push(format!("{}: the data do not tell it.", parameter.symbol()));
+            continue;
+        };
+        let mut entry = Map::new();
+        entry.insert("estimate".into(), json!(value.estimate));
+        entry.insert("status".into(), json!(value.status));
+        // TOML has no null
+        if let Some(error) = value.std_error {
+            entry.insert("std_error".into(), json!(error));
+        }
+        if let Some(interval) = value.interval_95 {
+            entry.insert("interval_95".into(), json!(interval));
+        }
+        object.insert(parameter.name().into(), Value::Object(entry));
+    }
+    if let Some(mu_k) = fit.mu_k {
+        let mut entry = Map::from_iter([("estimate".to_string(), json!(mu_k.estimate))]);
+        if let Some(error) = mu_k.std_error {
+            entry.insert("std_error".into(), json!(error));
+        }
+        object.insert("mu_k".into(), Value::Object(entry));
+    }
+    (object, left)
+}

@@ -1,0 +1,269 @@
+//! What makes the first hour easy: init, check, export, baselines, completions, the manual.
+
+use std::collections::BTreeMap;
+use std::fs;
+use std::path::Path;
+use std::process::{Command, Output};
+
+use serde_json::Value;
+
+fn caromfit<S: AsRef<std::ffi::OsStr>>(args: impl IntoIterator<Item = S>) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_caromfit")).args(args).output().unwrap()
+}
+
+fn text(bytes: &[u8]) -> &str {
+    std::str::from_utf8(bytes).unwrap()
+}
+
+fn status(output: &Output, expected: i32) -> (&str, &str) {
+    let (out, err) = (text(&output.stdout), text(&output.stderr));
+    assert_eq!(output.status.code(), Some(expected), "{out}{err}");
+    (out, err)
+}
+
+fn root() -> &'static Path {
+    Path::new(env!("CARGO_MANIFEST_DIR"))
+}
+
+/// A shot of the synthetic footage as Tracker would export it: two tracks side by side, times in seconds.
+fn tracker() -> String {
+    let table = fs::read_to_string(root().join("data/synthetic-natural-roll/tracks.csv")).unwrap();
+    let mut frames: BTreeMap<u32, [String; 2]> = BTreeMap::new();
+    for line in table.lines() {
+        let cells: Vec<&str> = line.split(',').collect();
+        let [shot, frame, ball, x, y] = cells[..] else { continue };
+        if shot == "1" {
+            frames.entry(frame.parse().unwrap()).or_default()[usize::from(ball == "object")] =
+                format!("{x},{y}");
+        }
+    }
+    let mut text = String::from("#multi:\n,white,,red,\nt,x,y,x,y\n");
+    for (frame, balls) in frames {
+        // a gap has empty cells
+        let [cue, object] = balls.map(|ball| if ball.is_empty() { ",".to_string() } else { ball });
+        text += &format!("{},{cue},{object}\n", f64::from(frame) / FPS);
+    }
+    text
+}
+
+/// Of the synthetic footage.
+const FPS: f64 = 1000.0;
+
+#[test]
+fn init_drafts_a_dataset_that_needs_only_its_blanks_filled() {
+    let folder = tempfile::tempdir().unwrap();
+    let csv = folder.path().join("shot-1.csv");
+    fs::write(&csv, tracker()).unwrap();
+    let output = caromfit([Path::new("init"), &csv]);
+    let (said, _) = status(&output, 0);
+    for fragment in
+        ["format tracker", "\"white\" moves first", "Fill in: capture_fps, cue_spin", "follow 1000"]
+    {
+        assert!(said.contains(fragment), "{fragment}:\n{said}");
+    }
+    let path = folder.path().join("dataset.toml");
+    let draft = fs::read_to_string(&path).unwrap();
+    for fragment in ["cue = \"white\"", "object = \"red\"", "kind = \"tracks\"", "FILL IN"] {
+        assert!(draft.contains(fragment), "{fragment}:\n{draft}");
+    }
+    // what is left blank is asked for by name
+    let (_, asked) = {
+        let output = caromfit([Path::new("check"), folder.path()]);
+        let (out, err) = status(&output, 2);
+        (out.to_string(), err.to_string())
+    };
+    assert!(asked.contains("cue_spin"), "{asked}");
+    let filled = draft
+        .replace("# assume = \"…\"", "assume = \"natural-roll\"")
+        .replace("# capture_fps = …", "capture_fps = 1000");
+    fs::write(&path, filled).unwrap();
+    let output = caromfit([Path::new("check"), folder.path()]);
+    let (found, _) = status(&output, 0);
+    assert!(found.contains("1 shot(s) can be used, 0 left out"), "{found}");
+    assert!(found.contains("too few to tell how noisy"), "{found}");
+    // nothing is overwritten
+    let output = caromfit([Path::new("init"), &csv]);
+    assert!(status(&output, 2).1.contains("is there already"));
+}
+
+#[test]
+fn init_knows_every_shipped_table() {
+    for (file, expected) in [
+        (
+            "synthetic-natural-roll/tracks.csv",
+            &["kind = \"tracks\"", "cue = \"cue\"", "object = \"object\""][..],
+        ),
+        ("domenech-2023/throw.csv", &["kind = \"angles\""]),
+        ("pucks-qualisys/two-pucks.tsv", &["kind = \"tracks\"", "length_unit = \"mm\"", "capture_fps = "]),
+    ] {
+        let path = root().join("data").join(file);
+        let output = caromfit(["init", "--stdout", path.to_str().unwrap()]);
+        let (draft, _) = status(&output, 0);
+        for fragment in expected {
+            assert!(draft.contains(fragment), "{file}: {fragment}:\n{draft}");
+        }
+        toml::from_str::<toml::Table>(draft).unwrap();
+    }
+    let output = caromfit(["init", "/nowhere.csv"]);
+    assert!(status(&output, 2).1.contains("/nowhere.csv"));
+}
+
+#[test]
+fn check_says_what_is_suspicious() {
+    let folder = tempfile::tempdir().unwrap();
+    let head = "shot,nx,ny,cue_vx,cue_vy,cue_vx_after,cue_vy_after,obj_vx_after,obj_vy_after\n";
+    // slow; the object ball at a right angle to the line of centres; more energy than there was
+    let rows = "slow,1,0,0.1,0,0.003,0,0.097,0\naskew,1,0,1,0,0.1,0,0,0.9\nfree,1,0,1,0,0.5,0,1.2,0\n";
+    fs::write(folder.path().join("a.csv"), format!("{head}{rows}")).unwrap();
+    let manifest = "name = \"odd\"\nkind = \"impacts\"\nfiles = [\"a.csv\"]\n[ball]\nradius_m = 0.1\n\
+                    [cue_spin]\nassume = \"stun\"\n";
+    fs::write(folder.path().join("dataset.toml"), manifest).unwrap();
+    let output = caromfit([Path::new("check"), folder.path()]);
+    let (found, _) = status(&output, 0);
+    for fragment in [
+        "radius is 0.1 m",
+        "3 shot(s) can be used: too few",
+        "nothing here tells μ_s",
+        "no standard deviations",
+        "shot slow: the cue ball comes at 0.10 m/s",
+        "shot askew: the object ball leaves 90° off",
+        "shot free: the balls have 1.69 times",
+    ] {
+        assert!(found.contains(fragment), "{fragment}:\n{found}");
+    }
+}
+
+#[test]
+fn export_gives_what_pooltool_reads_and_says_what_is_left_behind() {
+    let fit = root().join("fits/synthetic-natural-roll");
+    let output = caromfit(["export", fit.to_str().unwrap(), "--to", "pooltool"]);
+    let (out, err) = status(&output, 0);
+    let value: Value = serde_json::from_str(out).unwrap();
+    let stored: Value = serde_json::from_str(&fs::read_to_string(fit.join("fit.json")).unwrap()).unwrap();
+    assert_eq!(value["u_b"], stored["parameters"]["mu"]["estimate"]);
+    assert_eq!(value["e_b"], stored["parameters"]["e"]["estimate"]);
+    assert_eq!((value["R"].as_f64(), value["m"].as_f64()), (Some(0.028_575), Some(0.17)));
+    // every key is one of BallParams
+    let known = ["m", "R", "u_s", "u_r", "u_sp_proportionality", "u_b", "e_b", "e_c", "f_c", "g"];
+    assert!(value.as_object().unwrap().keys().all(|key| known.contains(&key.as_str())), "{out}");
+    for fragment in ["μ_s", "AverageBallBallFriction", "Standard errors"] {
+        assert!(err.contains(fragment), "{fragment}:\n{err}");
+    }
+    let output = caromfit(["export", fit.join("fit.json").to_str().unwrap(), "--to", "toml"]);
+    let table: toml::Table = toml::from_str(status(&output, 0).0).unwrap();
+    assert_eq!(table["mu"]["status"].as_str(), Some("free"));
+    // a parameter that nothing told is not exported
+    let slow = root().join("fits/alciatore-2006/slow");
+    let output = caromfit(["export", slow.to_str().unwrap(), "--to", "json"]);
+    let (out, err) = status(&output, 0);
+    assert!(!out.contains("mu_s") && err.contains("μ_s: the data do not tell it"), "{out}{err}");
+    let several = root().join("fits/alciatore-2006");
+    let output = caromfit(["export", several.to_str().unwrap(), "--to", "json"]);
+    assert!(status(&output, 2).1.contains("holds 3 fits"));
+}
+
+#[test]
+fn a_baseline_that_moved_ends_with_status_1_and_is_kept() {
+    let folder = tempfile::tempdir().unwrap();
+    let out = folder.path().to_str().unwrap();
+    let data = root().join("data/mathavan-2014");
+    let data = data.to_str().unwrap();
+    let stored = folder.path().join("mathavan-2014/fit.json");
+    let path = stored.to_str().unwrap();
+    status(&caromfit(["fit", data, "--out", out]), 0);
+    status(&caromfit(["fit", data, "--out", out, "--baseline", path]), 0);
+
+    let mut value: Value = serde_json::from_str(&fs::read_to_string(&stored).unwrap()).unwrap();
+    let mu = &mut value["parameters"]["mu"];
+    let (estimate, error) = (mu["estimate"].as_f64().unwrap(), mu["std_error"].as_f64().unwrap());
+    mu["estimate"] = (estimate - 2.0 * error).into();
+    value["parameters"]["mu_s"]["status"] = "free".into();
+    let changed = value.to_string();
+    fs::write(&stored, &changed).unwrap();
+    let output = caromfit(["fit", data, "--out", out, "--baseline", path]);
+    let (_, err) = status(&output, 1);
+    for fragment in ["+2.000 standard errors", "mu_s status", "at-lower-bound"] {
+        assert!(err.contains(fragment), "{fragment}:\n{err}");
+    }
+    assert_eq!(fs::read_to_string(&stored).unwrap(), changed, "the baseline was overwritten");
+    // a wider tolerance forgives the estimate, nothing forgives the status
+    let output = caromfit(["fit", data, "--out", out, "--baseline", path, "--tolerance", "3"]);
+    let (_, err) = status(&output, 1);
+    assert!(!err.contains("standard errors\n") && err.contains("mu_s status"), "{err}");
+
+    let other = root().join("fits/domenech-2023/fit.json");
+    let output = caromfit(["fit", data, "--out", out, "--baseline", other.to_str().unwrap()]);
+    assert!(status(&output, 2).1.contains("holds no fit of mathavan-2014"));
+    fs::write(&stored, "{\"dataset\": 3}").unwrap();
+    let output = caromfit(["fit", data, "--out", out, "--baseline", path]);
+    assert!(status(&output, 2).1.contains("fit.json:1"));
+}
+
+#[test]
+fn completions_and_manual_name_every_command() {
+    let output = caromfit(["--help"]);
+    let (help, _) = status(&output, 0);
+    let commands: Vec<&str> = help
+        .lines()
+        .skip_while(|line| !line.starts_with("Commands"))
+        .skip(1)
+        .take_while(|line| !line.is_empty())
+        .filter_map(|line| line.split_whitespace().next())
+        .filter(|word| *word != "help")
+        .collect();
+    assert!(commands.len() >= 9, "{help}");
+    let folder = tempfile::tempdir().unwrap();
+    status(&caromfit(["man", "--out", folder.path().to_str().unwrap()]), 0);
+    for shell in ["bash", "zsh", "fish"] {
+        let output = caromfit(["completions", shell]);
+        let (script, _) = status(&output, 0);
+        assert!(commands.iter().all(|command| script.contains(command)), "{shell}");
+    }
+    for command in commands {
+        let page = fs::read_to_string(folder.path().join(format!("caromfit-{command}.1"))).unwrap();
+        assert!(page.contains(".TH"), "{command}");
+        let output = caromfit([command, "--help"]);
+        let (help, _) = status(&output, 0);
+        assert!(help.contains("Example"), "{command} has no example:\n{help}");
+    }
+}
+
+/// No colour without a terminal, nor with NO_COLOR.
+#[test]
+fn no_colours_off_a_terminal() {
+    for environment in [None, Some("1")] {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_caromfit"));
+        if let Some(value) = environment {
+            command.env("NO_COLOR", value);
+        }
+        for args in [&["--help"][..], &["fit", "--nothing"]] {
+            let output = command.args(args).output().unwrap();
+            assert!(!output.stdout.contains(&0x1b) && !output.stderr.contains(&0x1b));
+            command = Command::new(env!("CARGO_BIN_EXE_caromfit"));
+        }
+    }
+}
+
+/// Interrupted while it fits, nothing of what stands in the folder has changed and nothing is half written.
+#[cfg(unix)]
+#[test]
+fn an_interrupted_run_leaves_what_was_there() {
+    let folder = tempfile::tempdir().unwrap();
+    let own = folder.path().join("domenech-2023");
+    fs::create_dir_all(&own).unwrap();
+    fs::write(own.join("fit.json"), "as it was").unwrap();
+    let data = root().join("data/domenech-2023");
+    let mut child = Command::new(env!("CARGO_BIN_EXE_caromfit"))
+        .args(["fit", data.to_str().unwrap(), "--bootstrap", "1000000", "--out"])
+        .arg(folder.path())
+        .spawn()
+        .unwrap();
+    std::thread::sleep(std::time::Duration::from_millis(300));
+    assert!(child.try_wait().unwrap().is_none(), "it was done before it could be interrupted");
+    let killed = Command::new("kill").args(["-INT", &child.id().to_string()]).status().unwrap();
+    assert!(killed.success());
+    assert!(!child.wait().unwrap().success());
+    assert_eq!(fs::read_to_string(own.join("fit.json")).unwrap(), "as it was");
+    assert_eq!(fs::read_dir(&own).unwrap().count(), 1);
+    assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 1, "something was left beside it");
+}
