@@ -59,6 +59,15 @@ impl Case {
     /// # Errors
     /// A speed that is not positive, a cut angle of 90° or more, and what [`Model::collide`] refuses.
     pub fn collide(&self, model: &Model) -> Result<Outcome, BadCase> {
+        let (cue, coefficients) = self.before()?;
+        Ok(model.collide(&cue, &coefficients)?)
+    }
+
+    /// The cue ball before the impact, and the coefficients.
+    ///
+    /// # Errors
+    /// A speed that is not positive, a cut angle of 90° or more.
+    pub fn before(&self) -> Result<(BallState, Coefficients), BadCase> {
         if !(self.speed > 0.0 && self.speed.is_finite()) {
             return Err(BadCase::Speed(self.speed));
         }
@@ -70,19 +79,19 @@ impl Case {
             spin: self.spin,
         };
         let coefficients = Coefficients { mu: self.mu, mu_s: self.mu_s, e: self.e };
-        Ok(model.collide(&cue, &coefficients)?)
+        Ok((cue, coefficients))
     }
 }
 
 /// Reads a CSV with the columns name, speed_m_s, cut_deg, omega_x, omega_y, omega_z, mu, mu_s, e,
-/// radius_m and computes every row; `model` gives the model for a radius.
+/// radius_m and computes every row; `model` gives the model for each.
 ///
 /// # Errors
 /// Every cell that is no number and every row that is no collision, with its line.
 pub fn collide_all(
     path: &Path,
-    model: impl Fn(f64) -> Model,
-) -> Result<Vec<(String, Outcome)>, DatasetError> {
+    model: impl Fn(&Case) -> Result<Model, BadCase>,
+) -> Result<Vec<(Case, Model, Outcome)>, DatasetError> {
     const NUMBERS: [&str; 9] =
         ["speed_m_s", "cut_deg", "omega_x", "omega_y", "omega_z", "mu", "mu_s", "e", "radius_m"];
     let mut problems = Problems::new(format!("the cases {} cannot be computed:", path.display()));
@@ -111,8 +120,9 @@ pub fn collide_all(
         };
         let name = table.text("name", row).unwrap_or_default().to_string();
         let case = Case { name, speed, cut_deg, spin: Vec3::new(x, y, z), mu, mu_s, e, radius };
-        match case.collide(&model(radius)) {
-            Ok(outcome) => collided.push((case.name, outcome)),
+        let computed = model(&case).and_then(|model| Ok((model, case.collide(&model)?)));
+        match computed {
+            Ok((model, outcome)) => collided.push((case, model, outcome)),
             Err(error) => {
                 let message = format!("\"{}\" is no collision: {error}", case.name);
                 problems.add(path, Some(table.line(row)), error.column(), message);

@@ -1,120 +1,221 @@
-//! What a simulation of an impact contains: one switch for each effect.
+//! Which effects a collision calls for: the size of each from the dimensionless numbers of the shot, and
+//! the cheapest fidelity whose missing effects stay together within a tolerance.
+//!
+//! Sizes are bounds, to leading order, on what an effect changes, in parts of the cue ball's speed U.
+//! With q = (1 + e)k/2 for the normal impulse, J_y and J_z for the most that friction can give along y
+//! and z (μq cos θ₀ and μq, but no more than stops the slip, |v_y0|/2β_y and |v_z0|/2β_z):
+//!
+//! | effect | changes velocities by | there is one |
+//! | --- | --- | --- |
+//! | inelasticity | (1 − e)k/2 | always |
+//! | friction | √(J_y² + J_z²) | where the balls slip |
+//! | stick | what friction would give beyond that | if friction can stop a component of the slip |
+//! | turning | μq·Δθ, Δθ ≤ 2μ(β_y − β_z)q·sin θ cos θ/(v_∥0 − 2β_yμq) | if spin and slip are not aligned |
+//! | cloth | μ_s J_z | with topspin |
+//! | cloth-turning | μ_s J_z · μ cos θ₀ | with topspin, cut or side spin |
+//! | cloth-on-cue | μ_k J_z | with draw |
+//! | gravity | gΔt, horizontally max(μ_k, μ_s) of it | always |
+//! | falling-friction | q times the change of μ | where friction falls with the slip |
+//!
+//! A friction impulse J changes a spin times R by J/ν: where spins count too, it counts 1/ν times.
 
-/// Effects of an impact, each on or off. What a fidelity contains is
-/// [`crate::collision::Fidelity::effects`].
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-#[allow(clippy::struct_excessive_bools)] // any combination of the effects is one that can be asked for
-pub struct Effects {
-    /// The balls lose energy: e < 1.
-    pub inelasticity: bool,
-    /// Friction between the balls.
-    pub friction: bool,
-    /// Friction ends where the slip does.
-    pub stick: bool,
-    /// The friction between the balls turns with the slip during the impact.
-    pub turning: bool,
-    /// Friction of the cloth on a ball that is pressed down: on the object ball, with topspin.
-    pub cloth: bool,
-    /// The cloth's friction follows the object ball's slip on it, and is not just along −x.
-    pub cloth_turning: bool,
-    /// Friction of the cloth on the cue ball, with draw.
-    pub cloth_on_cue: bool,
-    /// Gravity during the contact, with the balls' weight on the cloth.
-    pub gravity: bool,
-    /// A friction that depends on the slip speed follows it during the impact.
-    pub falling_friction: bool,
+use crate::ball::BallState;
+use crate::cloth::GRAVITY;
+pub use crate::collision::Effects;
+use crate::collision::{Coefficients, Fidelity, Model, NotACollision};
+use crate::contact::slip;
+
+/// What the effects left out may add up to where nobody says otherwise, parts of U: below what the best
+/// footage resolves.
+pub const TOLERANCE: f64 = 1e-3;
+
+/// The cloth's friction on a ball also moves the contact between the balls, by half as much again.
+const FEEDBACK: f64 = 1.5;
+
+/// What must stay within the tolerance.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Compared {
+    /// All components of velocities, and of spins times R.
+    Everything,
+    /// Horizontal velocities.
+    Velocities,
 }
 
-impl Effects {
-    /// Two rigid balls that exchange their velocities along the line of centres.
-    pub const NONE: Self = Self {
-        inelasticity: false,
-        friction: false,
-        stick: false,
-        turning: false,
-        cloth: false,
-        cloth_turning: false,
-        cloth_on_cue: false,
-        gravity: false,
-        falling_friction: false,
-    };
+/// One effect on one shot.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Estimate {
+    /// As in [`Effects::NAMES`].
+    pub name: &'static str,
+    /// Parts of U.
+    pub size: f64,
+    pub on: bool,
+    pub why: &'static str,
+}
 
-    /// Everything.
-    pub const ALL: Self = Self {
-        inelasticity: true,
-        friction: true,
-        stick: true,
-        turning: true,
-        cloth: true,
-        cloth_turning: true,
-        cloth_on_cue: true,
-        gravity: true,
-        falling_friction: true,
-    };
+/// The cheapest way to compute a shot to a tolerance.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Choice {
+    pub fidelity: Fidelity,
+    pub effects: Effects,
+    /// In the order of [`Effects::NAMES`].
+    pub estimates: [Estimate; 9],
+    /// Sum of the sizes of what is off, parts of U.
+    pub left_out: f64,
+}
 
-    /// The names of the effects, as on the command line and in fit.json.
-    pub const NAMES: [&'static str; 9] = [
-        "inelasticity",
-        "friction",
-        "stick",
-        "turning",
-        "cloth",
-        "cloth-turning",
-        "cloth-on-cue",
-        "gravity",
-        "falling-friction",
-    ];
-
-    /// Each effect's name and whether it is on, in the order of [`Effects::NAMES`].
+impl Choice {
+    /// The model that it stands for.
     #[must_use]
-    pub fn list(&self) -> [(&'static str, bool); 9] {
-        let mut copy = *self;
-        Self::NAMES.map(|name| (name, copy.switch(name).is_some_and(|on| *on)))
+    pub fn model(&self, model: &Model) -> Model {
+        Model { fidelity: self.fidelity, effects: self.effects, ..*model }
     }
+}
 
-    /// The switch of a name of [`Effects::NAMES`].
-    pub fn switch(&mut self, name: &str) -> Option<&mut bool> {
-        Some(match name {
-            "inelasticity" => &mut self.inelasticity,
-            "friction" => &mut self.friction,
-            "stick" => &mut self.stick,
-            "turning" => &mut self.turning,
-            "cloth" => &mut self.cloth,
-            "cloth-turning" => &mut self.cloth_turning,
-            "cloth-on-cue" => &mut self.cloth_on_cue,
-            "gravity" => &mut self.gravity,
-            "falling-friction" => &mut self.falling_friction,
-            _ => return None,
-        })
-    }
+/// The cheapest fidelity that contains some effects.
+#[must_use]
+pub fn cheapest(effects: Effects) -> Fidelity {
+    let contains = |fidelity: &Fidelity| effects.and(fidelity.effects()) == effects;
+    Fidelity::ALL.into_iter().find(contains).unwrap_or(Fidelity::Contact)
+}
 
-    /// What both contain.
-    #[must_use]
-    pub fn and(self, other: Self) -> Self {
-        let mut both = Self::NONE;
-        for ((name, a), (_, b)) in self.list().into_iter().zip(other.list()) {
-            if let Some(on) = both.switch(name) {
-                *on = a && b;
+/// Chooses for one shot; `tolerance` in parts of U.
+///
+/// # Errors
+/// What is no collision.
+pub fn choose(
+    model: &Model,
+    cue: &BallState,
+    coefficients: &Coefficients,
+    tolerance: f64,
+    compared: Compared,
+) -> Result<Choice, NotACollision> {
+    // everything else is refused here as it is in a collision
+    Model { fidelity: Fidelity::Inelastic, ..*model }.collide(cue, coefficients)?;
+    let sizes = Shot::new(model, cue, coefficients).sizes(compared);
+    let missing = |fidelity: Fidelity| -> f64 {
+        let on = fidelity.effects().list();
+        sizes.iter().zip(on).filter(|(_, (_, on))| !on).map(|((size, _), _)| size).sum()
+    };
+    let within = |fidelity: &Fidelity| missing(*fidelity) <= tolerance;
+    let fidelity = Fidelity::ALL.into_iter().find(within).unwrap_or(Fidelity::Contact);
+    let mut effects = fidelity.effects();
+    if fidelity != Fidelity::Contact {
+        // what is not there needs no switch; under gravity everything hangs together
+        for ((size, _), name) in sizes.iter().zip(Effects::NAMES) {
+            if let Some(on) = effects.switch(name) {
+                *on &= *size > 0.0;
             }
         }
-        both
     }
+    let on = effects.list();
+    let estimates = std::array::from_fn(|i| {
+        let (size, why) = sizes[i];
+        Estimate { name: on[i].0, size, on: on[i].1, why }
+    });
+    Ok(Choice { fidelity, effects, estimates, left_out: missing(fidelity) })
 }
 
-#[cfg(test)]
-mod tests {
-    use super::*;
+/// The numbers that sizes are made of, m/s.
+struct Shot<'a> {
+    model: &'a Model,
+    coefficients: &'a Coefficients,
+    speed: f64,
+    k: f64,
+    v_y: f64,
+    v_z: f64,
+    /// The largest on the way.
+    mu: f64,
+    beta_y: f64,
+    beta_z: f64,
+    /// At most.
+    q: f64,
+    j_y: f64,
+    j_z: f64,
+}
 
-    #[test]
-    fn every_name_has_a_switch_of_its_own() {
-        for name in Effects::NAMES {
-            let mut one = Effects::NONE;
-            *one.switch(name).unwrap() = true;
-            let on: Vec<_> = one.list().into_iter().filter(|(_, on)| *on).collect();
-            assert_eq!(on, [(name, true)]);
-        }
-        assert!(Effects::ALL.list().iter().all(|(_, on)| *on));
-        assert_eq!(Effects::ALL.and(Effects::NONE), Effects::NONE);
-        assert!(Effects::ALL.clone().switch("frictoin").is_none());
+impl<'a> Shot<'a> {
+    fn new(model: &'a Model, cue: &BallState, coefficients: &'a Coefficients) -> Self {
+        let (v, nu) = (slip(cue, &BallState::default(), model.ball.radius), model.ball.inertia);
+        let (k, v_y, v_z) = (-v.x, v.y, v.z);
+        let mu = model.law.friction(coefficients.mu).largest();
+        let m_s = if v_z > 0.0 { coefficients.mu_s } else { 0.0 };
+        let (beta_y, beta_z) = ((1.0 + nu) / nu, (2.0 + nu - m_s) / (2.0 * nu));
+        let q = 0.5 * (1.0 + coefficients.e) * k * (1.0 + mu * m_s);
+        let slip = v_y.hypot(v_z);
+        // v_y falls faster than v_z, so that |cos θ| only falls, but |sin θ| may grow
+        let cos = if slip > 0.0 { v_y.abs() / slip } else { 0.0 };
+        let j_y = (mu * q * cos).min(v_y.abs() / (2.0 * beta_y));
+        let j_z = (mu * q).min(v_z.abs() / (2.0 * beta_z));
+        Self { model, coefficients, speed: cue.velocity.norm(), k, v_y, v_z, mu, beta_y, beta_z, q, j_y, j_z }
+    }
+
+    /// Size and reason of each effect, in the order of [`Effects::NAMES`].
+    fn sizes(&self, compared: Compared) -> [(f64, &'static str); 9] {
+        let &Self { model, coefficients, k, v_y, v_z, mu, q, j_y, j_z, .. } = self;
+        let all = compared == Compared::Everything;
+        let lever = if all { 1.0 / model.ball.inertia } else { 1.0 };
+        let slip = v_y.hypot(v_z);
+        let (cos, sin) = if slip > 0.0 { (v_y.abs() / slip, v_z.abs() / slip) } else { (0.0, 0.0) };
+        let slips = slip > 0.0 && mu > 0.0;
+        let part = |size: f64| size / self.speed;
+        let or = |size: f64, there: &'static str, not: &'static str| {
+            (part(size), if size > 0.0 { there } else { not })
+        };
+
+        let inelasticity = 0.5 * (1.0 - coefficients.e) * k * (lever * mu).max(1.0);
+        // vertically only where vertical velocities count
+        let friction = if slips { j_y.hypot(j_z) * lever } else { 0.0 };
+
+        // either component may be stopped only if μq exceeds what stops it
+        let stopped = (v_y.abs() / (2.0 * self.beta_y)).max(v_z.abs() / (2.0 * self.beta_z));
+        let stick = if slips && stopped <= mu * q {
+            let over_y = mu * q * cos - v_y.abs() / (2.0 * self.beta_y);
+            let over_z = mu * q * sin - v_z.abs() / (2.0 * self.beta_z);
+            over_y.hypot(over_z) * lever
+        } else {
+            0.0
+        };
+
+        // |sin θ cos θ| at most, on the way towards z
+        let mixed = if cos > sin && sin > 0.0 { 0.5 } else { sin * cos };
+        let left = (slip - 2.0 * self.beta_y * mu * q).max(0.0);
+        let turned = 2.0 * mu * (self.beta_y - self.beta_z) * q * mixed / left;
+        let turned = if mixed > 0.0 { turned.min(cos.atan2(sin)) } else { 0.0 };
+        let m_s = if v_z > 0.0 { coefficients.mu_s } else { 0.0 };
+        let second_order = mu * q * mu * m_s * (lever + m_s);
+        let turning = if slips { mu * q * turned * lever + second_order } else { 0.0 };
+
+        let cloth = FEEDBACK * m_s * j_z * lever;
+        let cloth_turning = cloth * (mu * cos).min(1.0);
+        let draw = if v_z < 0.0 { model.mu_k } else { 0.0 };
+        let cloth_on_cue = FEEDBACK * draw * j_z * lever;
+
+        // Δt = T k^(−1/5) (1 + 1/e)/2, with restitution as long as compression over e
+        let duration = model.contact_time * k.powf(-0.2) * 0.5 * (1.0 + 1.0 / coefficients.e.max(0.5));
+        let held = FEEDBACK * model.mu_k.max(coefficients.mu_s) * lever;
+        let gravity = GRAVITY * duration * if all { held.max(1.0) } else { held };
+
+        let friction_law = model.law.friction(coefficients.mu);
+        let falling = if slips && friction_law.falls() {
+            let change = (friction_law.mu(left) - friction_law.mu(slip)).abs();
+            change * q * lever
+        } else {
+            0.0
+        };
+        [
+            or(inelasticity, "the balls lose (1 − e)k/2", "e = 1"),
+            or(friction, "the balls slip on each other", "the balls do not slip on each other"),
+            or(stick, "friction may end the slip", "the slip outlasts the impact"),
+            or(turning, "the slip turns during the impact", "slip and friction keep their direction"),
+            or(
+                cloth,
+                "topspin presses the object ball into the cloth",
+                "no topspin on a cloth with friction",
+            ),
+            or(cloth_turning, "the object ball slips aside as well", "the object ball slips straight on"),
+            or(cloth_on_cue, "draw presses the cue ball into the cloth", "no draw"),
+            or(gravity, "the balls' weight acts for the contact's duration", "no weight"),
+            or(falling, "friction changes as the slip falls", "friction does not depend on the slip"),
+        ]
     }
 }

@@ -49,6 +49,25 @@ impl Friction {
     }
 }
 
+/// How μ changes with the slip, for a μ that is given apart.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub enum Law {
+    #[default]
+    Constant,
+    /// μ + b exp(−c v): the μ given is the a of [`Friction::Exponential`].
+    Exponential { b: f64, c: f64 },
+}
+
+impl Law {
+    #[must_use]
+    pub fn friction(self, mu: f64) -> Friction {
+        match self {
+            Self::Constant => Friction::Constant(mu),
+            Self::Exponential { b, c } => Friction::Exponential { a: mu, b, c },
+        }
+    }
+}
+
 impl From<f64> for Friction {
     fn from(mu: f64) -> Self {
         Self::Constant(mu)

@@ -4,9 +4,10 @@
 use nalgebra::{SMatrix, SVector, Vector3};
 
 use crate::ball::BallState;
-use crate::collision::{Coefficients, Model, NotACollision, Outcome};
+use crate::collision::{Coefficients, Effects, Fidelity, Model, NotACollision, Outcome};
 use crate::contact::{CollisionFrame, cloth_slip};
 use crate::dataset::{Before, Joint, Measurement, Shot, Spin};
+use crate::effects::{self, Choice, Compared};
 use crate::observable::{Axis, Observable};
 
 /// No kind of data set has more observables per shot.
@@ -38,6 +39,8 @@ pub struct Plan {
     rows: Vec<Measurement>,
     joint: Option<Box<Joint>>,
     variance_in: SVector<f64, INPUTS>,
+    /// In the place of the fidelity and the effects of the model.
+    choice: Option<(Fidelity, Effects)>,
 }
 
 /// Why a shot cannot be predicted.
@@ -115,7 +118,62 @@ impl Plan {
             rows,
             joint: shot.joint.clone(),
             variance_in,
+            choice: None,
         })
+    }
+
+    /// From now on computed at the cheapest fidelity, and with the effects, that keep within `part` of
+    /// the smallest standard error of the observations, or of `otherwise` (in parts of the speed) where
+    /// the data state none.
+    ///
+    /// # Errors
+    /// As [`Plan::predict`].
+    pub fn choose(
+        &mut self,
+        model: &Model,
+        coefficients: &Coefficients,
+        part: f64,
+        otherwise: f64,
+    ) -> Result<Choice, Unpredictable> {
+        self.choice = None;
+        let speed = self.predict(model, coefficients)?.speed;
+        let start = Start::new(&self.before, &self.spin, speed, model.ball.radius);
+        // an error of an angle is one of a velocity over the speed; the object ball is the slower the thinner
+        let cos = start.cut.cos();
+        let relative = |row: &Measurement| {
+            let sd = row.measured.sd?;
+            Some(match row.observable {
+                Observable::CueSpin(_) | Observable::ObjectSpin(_) => sd * model.ball.radius / speed,
+                Observable::ObjectSpeedRatio => sd,
+                observable if observable.is_angle() => sd * cos,
+                _ => sd / speed,
+            })
+        };
+        let least = self.rows.iter().filter_map(relative).fold(f64::INFINITY, f64::min);
+        let tolerance = if least.is_finite() { part * least } else { otherwise };
+        let vertical = |row: &Measurement| {
+            matches!(
+                row.observable,
+                Observable::CueSpin(_)
+                    | Observable::ObjectSpin(_)
+                    | Observable::CueVelocity(Axis::Z)
+                    | Observable::ObjectVelocity(Axis::Z)
+                    | Observable::CueTurnRolling
+                    | Observable::ObjectAngleRolling
+                    | Observable::CueSpeedRolling
+                    | Observable::ObjectSpeedRolling
+            )
+        };
+        let everything = self.rows.iter().any(vertical);
+        let compared = if everything { Compared::Everything } else { Compared::Velocities };
+        let choice = effects::choose(model, &start.cue, coefficients, tolerance, compared)?;
+        self.choice = Some((choice.fidelity, choice.effects));
+        Ok(choice)
+    }
+
+    /// The model with what was chosen.
+    fn chosen(&self, model: &Model) -> Model {
+        self.choice.map_or(*model, |(fidelity, effects)| Model { fidelity, effects, ..*model })
     }
 
     /// The observations that are compared with the prediction.
@@ -229,6 +287,7 @@ impl Plan {
         speed: f64,
         extra: Option<Observable>,
     ) -> Result<Prediction, Unpredictable> {
+        let model = &self.chosen(model);
         let start = Start::new(&self.before, &self.spin, speed, model.ball.radius);
         let (outcome, jacobian) = model.collide_with_jacobian(&start.cue, coefficients)?;
         let by_coefficients = jacobian.fixed_columns::<3>(0);

@@ -3,6 +3,7 @@
 mod cli;
 mod collisions;
 mod discs;
+mod effects;
 mod extraction;
 mod frames;
 mod friendly;

@@ -3,11 +3,16 @@
 use std::path::PathBuf;
 
 use caromfit::ball::{Ball, BallState, Vec3};
-use caromfit::cases::{self, Case};
-use caromfit::collision::{ClothTorque, Model, Outcome};
+use caromfit::cases::{self, BadCase, Case};
+use caromfit::collision::{ClothTorque, Effects, Fidelity, MIN_TOLERANCE, Model, Outcome};
+use caromfit::effects::{self, Choice, Compared, Estimate};
+use caromfit::friction::Law;
 use serde_json::json;
 
 use super::{Failure, FidelityArg, print};
+
+/// Tolerance of an integration in parts of what the effects left out may change.
+const INTEGRATION: f64 = 1e-3;
 
 /// Collision frame: x along the line of centres from cue ball to object ball, z up; a positive cut
 /// angle means that the cue ball moves towards +y. Topspin is omega_y > 0.
@@ -41,9 +46,21 @@ pub struct Args {
     /// How closely the collision is modelled
     #[arg(long, value_enum, default_value = "full")]
     fidelity: FidelityArg,
-    /// Of ode and contact: the error of each step, in parts of the closing speed
-    #[arg(long, value_name = "PART", value_parser = super::tolerance, default_value_t = Model::TOLERANCE)]
-    tolerance: f64,
+    /// Of ode and contact: the error of each step, in parts of the closing speed [default: 1e-10]. Of auto:
+    /// what the effects left out may change together, in parts of the cue ball's speed [default: 1e-3]
+    #[arg(long, value_name = "PART", value_parser = super::tolerance)]
+    tolerance: Option<f64>,
+    /// Simulate only these effects, at the cheapest fidelity that has them if that is auto: names with
+    /// commas between, all, or none; --explain shows the names
+    #[arg(long, value_name = "NAMES", value_parser = super::effects)]
+    effects: Option<Effects>,
+    /// Say of each effect how large it is, whether it is on, and why
+    #[arg(long)]
+    explain: bool,
+    /// Let the friction between the balls fall with their slip v, m/s, as mu + B·exp(−C·v); without a
+    /// closed form for it, all but ode and contact take it at the first slip
+    #[arg(long, value_name = "B,C", value_parser = super::law, allow_hyphen_values = true)]
+    falling: Option<Law>,
     /// Use the sign of the cloth's torque as printed in Kim (2024), for comparison with that paper
     #[arg(long)]
     as_printed: bool,
@@ -66,35 +83,81 @@ fn parse_spin(text: &str) -> Result<Vec3, String> {
 
 pub fn run(args: &Args) -> Result<(), Failure> {
     let torque = if args.as_printed { ClothTorque::AsPrinted } else { ClothTorque::Corrected };
-    let model = |radius| Model {
-        cloth_torque: torque,
-        tolerance: args.tolerance,
-        ..Model::new(args.fidelity.0, Ball { radius, ..Ball::POOL })
+    let fidelity = args.fidelity.0.or_else(|| args.effects.map(effects::cheapest));
+    let given = |radius| {
+        let model = Model::new(fidelity.unwrap_or(Fidelity::Contact), Ball { radius, ..Ball::POOL });
+        let within = args.tolerance.map_or(effects::TOLERANCE, |tolerance| tolerance);
+        // integration must not add to what is left out
+        let tolerance = match fidelity {
+            Some(_) => args.tolerance.unwrap_or(Model::TOLERANCE),
+            None => (INTEGRATION * within).max(MIN_TOLERANCE),
+        };
+        let law = args.falling.unwrap_or_default();
+        Model {
+            cloth_torque: torque,
+            tolerance,
+            law,
+            effects: args.effects.unwrap_or(model.effects),
+            ..model
+        }
     };
-    let collided: Vec<(String, Outcome)> = if let Some(path) = &args.cases {
+    let explain = |case: &Case| -> Result<Choice, BadCase> {
+        let within = args.tolerance.unwrap_or(effects::TOLERANCE);
+        let (cue, coefficients) = case.before()?;
+        let model = given(case.radius);
+        Ok(effects::choose(&model, &cue, &coefficients, within, Compared::Everything)?)
+    };
+    let model = |case: &Case| -> Result<Model, BadCase> {
+        let model = given(case.radius);
+        if fidelity.is_some() { Ok(model) } else { Ok(explain(case)?.model(&model)) }
+    };
+    let collided: Vec<(Case, Model, Outcome)> = if let Some(path) = &args.cases {
         cases::collide_all(path, model).map_err(Failure::input)?
     } else {
-        let given = |value: Option<f64>| value.unwrap_or(f64::NAN);
+        let number = |value: Option<f64>| value.unwrap_or(f64::NAN);
         let case = Case {
             name: "collision".to_string(),
-            speed: given(args.speed),
-            cut_deg: given(args.cut),
+            speed: number(args.speed),
+            cut_deg: number(args.cut),
             spin: args.omega,
-            mu: given(args.mu),
-            mu_s: given(args.mu_s),
-            e: given(args.e),
+            mu: number(args.mu),
+            mu_s: number(args.mu_s),
+            e: number(args.e),
             radius: args.radius,
         };
-        let outcome = case.collide(&model(args.radius)).map_err(Failure::input)?;
-        vec![(case.name, outcome)]
+        let model = model(&case).map_err(Failure::input)?;
+        let outcome = case.collide(&model).map_err(Failure::input)?;
+        vec![(case, model, outcome)]
     };
-    let fidelity = args.fidelity.0.name();
+    let explained = |case: &Case, model: &Model| -> Result<Option<[Estimate; 9]>, Failure> {
+        if !args.explain {
+            return Ok(None);
+        }
+        let mut estimates = explain(case).map_err(Failure::input)?.estimates;
+        let on = model.effects.and(model.fidelity.effects()).list();
+        for (estimate, (_, on)) in estimates.iter_mut().zip(on) {
+            estimate.on = on;
+        }
+        Ok(Some(estimates))
+    };
     if !args.json {
-        let tables: Vec<String> =
-            collided.iter().map(|(name, outcome)| table(name, fidelity, outcome)).collect();
+        let mut tables = Vec::new();
+        for (case, model, outcome) in &collided {
+            let effects =
+                explained(case, model)?.map_or(String::new(), |estimates| effects_table(&estimates));
+            tables.push(table(&case.name, model.fidelity.name(), outcome) + &effects);
+        }
         return print(&tables.join("\n"));
     }
-    let objects: Vec<_> = collided.iter().map(|(name, outcome)| object(name, fidelity, outcome)).collect();
+    let mut objects = Vec::new();
+    for (case, model, outcome) in &collided {
+        let mut one = object(&case.name, model.fidelity.name(), outcome);
+        if let Some(estimates) = explained(case, model)? {
+            let effect = |e: &Estimate| json!({"name": e.name, "size": e.size, "on": e.on, "why": e.why});
+            one["effects"] = estimates.iter().map(effect).collect();
+        }
+        objects.push(one);
+    }
     let document = match objects.as_slice() {
         [one] if args.cases.is_none() => serde_json::to_string_pretty(one),
         all => serde_json::to_string_pretty(all),
@@ -113,6 +176,15 @@ fn object(name: &str, fidelity: &str, outcome: &Outcome) -> serde_json::Value {
         "cue": ball(&outcome.cue),
         "object": ball(&outcome.object),
     })
+}
+
+fn effects_table(estimates: &[Estimate; 9]) -> String {
+    let mut text = format!("  {:<20}{:>12}{:>6}  why\n", "effect", "size/speed", "");
+    for Estimate { name, size, on, why } in estimates {
+        let on = if *on { "on" } else { "off" };
+        text += &format!("  {name:<20}{size:>12.1e}{on:>6}  {why}\n");
+    }
+    text
 }
 
 fn table(name: &str, fidelity: &str, outcome: &Outcome) -> String {

@@ -3,10 +3,12 @@
 use std::path::PathBuf;
 
 use caromfit::baseline::Tolerance;
-use caromfit::collision::Model;
+use caromfit::collision::{Effects, Fidelity, Model};
 use caromfit::dataset::Spin;
+use caromfit::effects;
 use caromfit::fit::{self, Depth, Method, Options};
 use caromfit::footage::{self, with_impacts};
+use caromfit::friction::Law;
 use caromfit::impact::Impact;
 use caromfit::loss::Loss;
 use caromfit::report;
@@ -36,6 +38,13 @@ pub struct Args {
     /// Of ode and contact: the error of each step, in parts of the closing speed
     #[arg(long, value_name = "PART", value_parser = super::tolerance, default_value_t = Model::TOLERANCE)]
     tolerance: f64,
+    /// Simulate only these effects, at the cheapest fidelity that has them if that is auto
+    #[arg(long, value_name = "NAMES", value_parser = super::effects)]
+    effects: Option<Effects>,
+    /// Let the friction between the balls fall with their slip v, m/s, as μ + B·exp(−C·v); without a
+    /// closed form for it, all but ode and contact take it at the first slip
+    #[arg(long, value_name = "B,C", value_parser = super::law, allow_hyphen_values = true)]
+    falling: Option<Law>,
     /// How footage is fitted: velocities extracted first (two-stage), or all frames at once (joint); two-stage unless
     /// the spin of a shot is unknown
     #[arg(long, value_parser = method, value_name = "two-stage|joint")]
@@ -101,8 +110,12 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     }
 
     let baseline = args.baseline.as_deref().map(Baseline::read).transpose()?;
+    let fidelity = args.fidelity.0.or_else(|| args.effects.map(effects::cheapest));
     let options = Options {
-        fidelity: args.fidelity.0,
+        fidelity: fidelity.unwrap_or(Fidelity::Full),
+        auto: fidelity.is_none(),
+        effects: args.effects,
+        law: args.falling.unwrap_or_default(),
         tolerance: args.tolerance,
         method: Method::default(),
         loss: args.loss,

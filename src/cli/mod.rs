@@ -14,7 +14,8 @@ mod synth;
 
 use std::process::ExitCode;
 
-use caromfit::collision::{Fidelity, MAX_TOLERANCE, MIN_TOLERANCE};
+use caromfit::collision::{Effects, Fidelity, MAX_TOLERANCE, MIN_TOLERANCE};
+use caromfit::friction::Law;
 use clap::{Parser, Subcommand, ValueEnum};
 
 /// From footage of billiard-ball collisions to the friction between the balls μ, the friction of the
@@ -71,34 +72,38 @@ impl Failure {
     }
 }
 
-/// A collision model by its name on the command line.
+/// A collision model by its name on the command line; `None`: the cheapest that serves, for each shot.
 #[derive(Clone, Copy, PartialEq, Eq)]
-struct FidelityArg(Fidelity);
+struct FidelityArg(Option<Fidelity>);
 
 impl ValueEnum for FidelityArg {
     fn value_variants<'a>() -> &'a [Self] {
         const {
             &[
-                Self(Fidelity::Elastic),
-                Self(Fidelity::Inelastic),
-                Self(Fidelity::Linear),
-                Self(Fidelity::Full),
-                Self(Fidelity::Ode),
-                Self(Fidelity::Contact),
+                Self(Some(Fidelity::Elastic)),
+                Self(Some(Fidelity::Inelastic)),
+                Self(Some(Fidelity::Linear)),
+                Self(Some(Fidelity::Full)),
+                Self(Some(Fidelity::Ode)),
+                Self(Some(Fidelity::Contact)),
+                Self(None),
             ]
         }
     }
 
     fn to_possible_value(&self) -> Option<clap::builder::PossibleValue> {
         let help = match self.0 {
-            Fidelity::Elastic => "no friction, no loss",
-            Fidelity::Inelastic => "restitution, no friction",
-            Fidelity::Linear => "first order in μ, no stick",
-            Fidelity::Full => "the exact solution, stick included",
-            Fidelity::Ode => "the same equations integrated, to a tolerance",
-            Fidelity::Contact => "the contact resolved in time, with gravity and the cloth, to a tolerance",
+            Some(Fidelity::Elastic) => "no friction, no loss",
+            Some(Fidelity::Inelastic) => "restitution, no friction",
+            Some(Fidelity::Linear) => "first order in μ, no stick",
+            Some(Fidelity::Full) => "the exact solution, stick included",
+            Some(Fidelity::Ode) => "the same equations integrated, to a tolerance",
+            Some(Fidelity::Contact) => {
+                "the contact resolved in time, with gravity and the cloth, to a tolerance"
+            }
+            None => "for each shot the cheapest that stays within the tolerance",
         };
-        Some(clap::builder::PossibleValue::new(self.0.name()).help(help))
+        Some(clap::builder::PossibleValue::new(self.0.map_or("auto", Fidelity::name)).help(help))
     }
 }
 
@@ -107,6 +112,31 @@ fn tolerance(text: &str) -> Result<f64, String> {
     let value: f64 = text.parse().map_err(|_| format!("\"{text}\" is not a number"))?;
     let valid = (MIN_TOLERANCE..=MAX_TOLERANCE).contains(&value);
     valid.then_some(value).ok_or_else(|| format!("expected {MIN_TOLERANCE:e} to {MAX_TOLERANCE:e}"))
+}
+
+/// B,C of a friction that falls with the slip.
+fn law(text: &str) -> Result<Law, String> {
+    let number = |part: &str| part.trim().parse::<f64>().map_err(|_| format!("\"{part}\" is not a number"));
+    match text.split(',').collect::<Vec<_>>().as_slice() {
+        [b, c] => Ok(Law::Exponential { b: number(b)?, c: number(c)? }),
+        parts => Err(format!("{} number(s); expected two, b,c with c in s/m", parts.len())),
+    }
+}
+
+/// A set of effects by their names, `none` or `all`.
+fn effects(text: &str) -> Result<Effects, String> {
+    match text {
+        "all" => return Ok(Effects::ALL),
+        "none" => return Ok(Effects::NONE),
+        _ => {}
+    }
+    let mut effects = Effects::NONE;
+    for name in text.split(',').map(str::trim) {
+        let known =
+            || format!("\"{name}\" is no effect; expected all, none, or of {}", Effects::NAMES.join(","));
+        *effects.switch(name).ok_or_else(known)? = true;
+    }
+    Ok(effects)
 }
 
 pub fn run() -> ExitCode {

@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use caromfit::ball::Ball;
 use caromfit::collision::Model;
+use caromfit::friction::Law;
 use caromfit::report::write;
 use caromfit::synth;
 
@@ -51,11 +52,18 @@ pub struct Args {
     /// Of ode and contact: the error of each step, in parts of the closing speed
     #[arg(long, value_name = "PART", value_parser = super::tolerance, default_value_t = Model::TOLERANCE)]
     tolerance: f64,
+    /// Let the friction between the balls fall with their slip v, m/s, as mu + B·exp(−C·v); without a
+    /// closed form for it, all but ode and contact take it at the first slip
+    #[arg(long, value_name = "B,C", value_parser = super::law, allow_hyphen_values = true)]
+    falling: Option<Law>,
 }
 
 pub fn run(args: &Args) -> Result<(), Failure> {
     let spec = synth::read(&args.spec).map_err(Failure::input)?;
-    let model = Model { tolerance: args.tolerance, ..Model::new(args.fidelity.0, Ball::POOL) };
+    let fidelity =
+        args.fidelity.0.ok_or_else(|| Failure::input("--fidelity auto: expected one for all shots"))?;
+    let law = args.falling.unwrap_or_default();
+    let model = Model { tolerance: args.tolerance, law, ..Model::new(fidelity, Ball::POOL) };
     let files = synth::generate_with(&spec, &model)
         .map_err(|error| Failure::input(format!("{}: {error}", args.spec.display())))?;
     let files: Vec<_> = files.into_iter().map(|(name, text)| (name, text.into_bytes())).collect();

@@ -35,18 +35,17 @@ pub(super) fn collide(
     if !(MIN_TOLERANCE..=MAX_TOLERANCE).contains(&tolerance) {
         return Err(NotACollision::Tolerance(tolerance));
     }
-    if !(mu_k >= 0.0 && coefficients.mu * mu_k < 2.0) {
+    let mut friction = model.law.friction(coefficients.mu);
+    if !(mu_k >= 0.0 && friction.largest() * mu_k < 2.0) {
         return Err(NotACollision::MuKOutOfRange(mu_k));
     }
     if !(contact_time > 0.0 && contact_time.is_finite()) {
         return Err(NotACollision::ContactTime(contact_time));
     }
     let effects = effects.and(model.fidelity.effects());
-    let mut friction = Friction::Constant(coefficients.mu);
-    if !effects.friction {
-        friction = Friction::Constant(0.0);
+    if !(effects.friction && effects.falling_friction) {
+        friction = Friction::Constant(contact.mu);
     }
-    let e = if effects.inelasticity { coefficients.e } else { 1.0 };
     let mut dynamics = Dynamics::new(contact, friction, tolerance);
     dynamics.mu_s = if effects.cloth { coefficients.mu_s } else { 0.0 };
     dynamics.cloth_turning = effects.cloth_turning;
@@ -58,9 +57,9 @@ pub(super) fn collide(
         if effects.gravity {
             dynamics.gravity = GRAVITY * hertz::time_unit(contact_time, contact.k) / contact.k;
         }
-        hertz::impulses(&dynamics, e, tolerance)
+        hertz::impulses(&dynamics, contact.e, tolerance)
     } else {
-        ode::impulses(&dynamics, e, tolerance)
+        ode::impulses(&dynamics, contact.e, tolerance)
     };
     let (impulses, regime) = solved.map_err(|_| NotACollision::NotIntegrated(tolerance))?;
     Ok(outcome(model, cue, &impulses, regime))

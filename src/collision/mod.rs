@@ -15,6 +15,7 @@
 //! | β_y, β_z, γ | functions of `Contact` | inertia of the slip, and the exponent that turns it |
 
 mod dynamics;
+mod effects;
 mod elastic;
 mod full;
 mod hertz;
@@ -31,8 +32,9 @@ use nalgebra::SVector;
 use crate::ball::{Ball, BallState};
 use crate::cloth::Cloth;
 use crate::contact;
-use crate::effects::Effects;
+use crate::friction::Law;
 
+pub use effects::Effects;
 pub use outcome::{Input, Jacobian, Outcome};
 
 /// How closely the collision is modelled.
@@ -91,7 +93,7 @@ impl Fidelity {
 /// Friction and restitution of one collision.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Coefficients {
-    /// μ, sliding friction between the balls.
+    /// μ, sliding friction between the balls; the a of a [`Law`] by which it falls with the slip.
     pub mu: f64,
     /// μ_s, friction of the cloth on the object ball.
     pub mu_s: f64,
@@ -145,6 +147,10 @@ pub enum NotACollision {
     Inertia(f64),
     #[error("mu_k is {0}; expected 0 or more, and mu·mu_k less than 2")]
     MuKOutOfRange(f64),
+    #[error(
+        "mu is {mu} and falls as b·exp(−c·v) with b = {b}, c = {c}; expected numbers, c and mu + b of 0 or more"
+    )]
+    Law { mu: f64, b: f64, c: f64 },
     #[error("the tolerance is {0}; expected {MIN_TOLERANCE:e} to {MAX_TOLERANCE:e}")]
     Tolerance(f64),
     #[error("the contact time is {0} s; expected more than 0")]
@@ -182,8 +188,11 @@ pub struct Model {
     pub fidelity: Fidelity,
     pub ball: Ball,
     pub cloth_torque: ClothTorque,
-    /// What `ode` and `contact` contain, as far as they can; the others contain all they can.
+    /// What is simulated, as far as the fidelity can. Stick and turning have no switch of their own.
     pub effects: Effects,
+    /// How the friction between the balls falls with the slip. What has a closed form takes the friction
+    /// at the first slip, an approximation; `ode` and `contact` follow the slip.
+    pub law: Law,
     /// `ode` and `contact`: error of each step relative to the closing speed k. The outcome's error is
     /// of that order.
     pub tolerance: f64,
@@ -204,16 +213,16 @@ impl Model {
     /// The corrected model with what the fidelity contains by default.
     #[must_use]
     pub fn new(fidelity: Fidelity, ball: Ball) -> Self {
-        let all = fidelity.effects();
         let effects = match fidelity {
-            Fidelity::Ode => Effects { cloth_turning: false, cloth_on_cue: false, ..all },
-            _ => all,
+            Fidelity::Ode => Effects { cloth_turning: false, cloth_on_cue: false, ..Effects::ALL },
+            _ => Effects::ALL,
         };
         Self {
             fidelity,
             ball,
             cloth_torque: ClothTorque::Corrected,
             effects,
+            law: Law::Constant,
             tolerance: Self::TOLERANCE,
             mu_k: Cloth::default().sliding,
             contact_time: Self::CONTACT_TIME,
@@ -263,7 +272,42 @@ impl Model {
             }
         };
         let outcome = self.outcome(cue, &contact, &impulse, regime);
-        Ok((outcome, self.jacobian(&contact, &impulse, &gradient)))
+        let mut jacobian = self.jacobian(&contact, &impulse, &gradient);
+        self.follow_law(&mut jacobian, &contact, coefficients);
+        self.silence(&mut jacobian);
+        Ok((outcome, jacobian))
+    }
+
+    /// The friction follows the first slip: dμ/dv of it adds to what the state before the impact does.
+    fn follow_law(&self, jacobian: &mut Jacobian, contact: &Contact, coefficients: &Coefficients) {
+        let v = contact.v_y.hypot(contact.v_z);
+        let slope = self.law.friction(coefficients.mu).slope(v);
+        if slope == 0.0 || v == 0.0 {
+            return;
+        }
+        let radius = self.ball.radius;
+        let by_mu = jacobian.column(Input::Mu as usize) * slope;
+        // v_y = −U_y − Rω_z, v_z = Rω_y
+        for (input, dv) in [
+            (Input::VelocityY, -contact.v_y / v),
+            (Input::SpinY, radius * contact.v_z / v),
+            (Input::SpinZ, -radius * contact.v_y / v),
+        ] {
+            let mut column = jacobian.column_mut(input as usize);
+            column += by_mu * dv;
+        }
+    }
+
+    /// Nothing depends on the coefficient of an effect that is off.
+    fn silence(&self, jacobian: &mut Jacobian) {
+        let effects = self.effects;
+        for (input, on) in
+            [(Input::Mu, effects.friction), (Input::MuS, effects.cloth), (Input::E, effects.inelasticity)]
+        {
+            if !on {
+                jacobian.column_mut(input as usize).fill(0.0);
+            }
+        }
     }
 
     fn contact(&self, cue: &BallState, coefficients: &Coefficients) -> Result<Contact, NotACollision> {
@@ -285,8 +329,15 @@ impl Model {
         if !(0.0..2.0 + inertia).contains(&finite("mu_s", mu_s)?) {
             return Err(NotACollision::MuSOutOfRange(mu_s, 2.0 + inertia));
         }
-        if mu * mu_s >= 2.0 {
-            return Err(NotACollision::Jams(mu * mu_s));
+        let friction = self.law.friction(mu);
+        if let Law::Exponential { b, c } = self.law {
+            let valid = b.is_finite() && c.is_finite() && c >= 0.0 && mu + b >= 0.0;
+            if !valid {
+                return Err(NotACollision::Law { mu, b, c });
+            }
+        }
+        if friction.largest() * mu_s >= 2.0 {
+            return Err(NotACollision::Jams(friction.largest() * mu_s));
         }
         if !(0.0..=1.0).contains(&finite("e", e)?) {
             return Err(NotACollision::EOutOfRange(e));
@@ -309,7 +360,10 @@ impl Model {
         if k <= 0.0 {
             return Err(NotACollision::NotApproaching(k));
         }
-        let m_s = if v.z > 0.0 { mu_s } else { 0.0 };
+        let effects = self.effects;
+        let m_s = if v.z > 0.0 && effects.cloth { mu_s } else { 0.0 };
+        let mu = if effects.friction { friction.mu(v.y.hypot(v.z)) } else { 0.0 };
+        let e = if effects.inelasticity { e } else { 1.0 };
         Ok(Contact { k, v_y: v.y, v_z: v.z, mu, m_s, e, nu: inertia, sigma: self.cloth_torque.sign() })
     }
 }

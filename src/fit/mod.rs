@@ -28,8 +28,9 @@ use std::sync::Arc;
 use nalgebra::DMatrix;
 
 use crate::ball::Ball;
-use crate::collision::{Fidelity, Model};
+use crate::collision::{Effects, Fidelity, Model};
 use crate::dataset::{Dataset, Measured, Shot};
+use crate::friction::Law;
 use crate::impact::film::Film;
 use crate::loss::Loss;
 use crate::observable::Observable;
@@ -40,6 +41,13 @@ use crate::parameters::Parameter;
 #[derive(Clone, Copy, Debug)]
 pub struct Options {
     pub fidelity: Fidelity,
+    /// Whether each shot takes the cheapest fidelity that keeps within a tenth of its standard errors, at
+    /// the start of the fit, instead.
+    pub auto: bool,
+    /// What is simulated, as far as the fidelity can.
+    pub effects: Option<Effects>,
+    /// How the friction between the balls falls with the slip; its μ is fitted.
+    pub law: Law,
     /// Of the fidelities that integrate.
     pub tolerance: f64,
     pub method: Method,
@@ -95,6 +103,9 @@ impl Default for Options {
     fn default() -> Self {
         Self {
             fidelity: Fidelity::Full,
+            auto: false,
+            effects: None,
+            law: Law::Constant,
             tolerance: Model::TOLERANCE,
             method: Method::default(),
             depth: Depth::Intervals,
@@ -248,6 +259,8 @@ pub struct Fit {
 /// How far a fit can be trusted.
 #[derive(Clone, Debug, Default)]
 pub struct Diagnostics {
+    /// How many shots were computed at which fidelity and with which effects on.
+    pub computed: Vec<Computed>,
     /// `None` where nothing was fitted.
     pub identifiability: Option<Identifiability>,
     pub goodness: Option<Goodness>,
@@ -267,6 +280,14 @@ pub struct Diagnostics {
     pub bound: Option<Bound>,
     /// Of a joint fit of frames.
     pub joint: Option<JointFit>,
+}
+
+/// Shots that were computed alike.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Computed {
+    pub fidelity: Fidelity,
+    pub effects: Effects,
+    pub shots: usize,
 }
 
 /// What a joint fit of frames found besides the parameters.

@@ -10,11 +10,13 @@ use super::robust::{Robust, Sandwich};
 use super::search::{Group, Plateau, Search};
 use super::uncertainty::{self, Minimum, Quantiles};
 use super::{
-    Bound, Depth, Diagnostics, Estimate, Films, Fit, FitError, Identifiability, Intervals, JointFit, Method,
-    Noise, Options, Rejected, Residual, Status, bootstrap, compare_models, contour, goodness, starts,
+    Bound, Computed, Depth, Diagnostics, Estimate, Films, Fit, FitError, Identifiability, Intervals,
+    JointFit, Method, Noise, Options, Rejected, Residual, Status, bootstrap, compare_models, contour,
+    goodness, starts,
 };
-use crate::collision::{Coefficients, Model};
+use crate::collision::{Coefficients, Effects, Model};
 use crate::dataset::{Dataset, Shot};
+use crate::effects::TOLERANCE;
 use crate::impact::film;
 use crate::loss::Loss;
 use crate::observable::Observable;
@@ -34,14 +36,17 @@ pub(super) fn fit_shots(
     done: &(dyn Fn() + Sync),
 ) -> Result<Fit, FitError> {
     let begun = Instant::now();
-    let model = Model { tolerance: options.tolerance, ..Model::new(options.fidelity, dataset.ball) };
+    let mut model = Model::new(options.fidelity, dataset.ball);
+    (model.tolerance, model.law) = (options.tolerance, options.law);
+    model.effects = options.effects.unwrap_or(model.effects);
     let settings = &dataset.settings;
     let initial = Coefficients {
         mu: settings[Parameter::Mu].initial,
         mu_s: settings[Parameter::MuS].initial,
         e: settings[Parameter::E].initial,
     };
-    let (fitted, mut shots_rejected) = plan(shots, &model, &initial);
+    let (mut fitted, mut shots_rejected) = plan(shots, &model, &initial);
+    let computed = choose(&mut fitted, &model, &initial, options.auto);
     let left_out =
         dataset.left_out.iter().map(|(shot, reason)| Rejected { shot: shot.clone(), reason: reason.clone() });
     shots_rejected.splice(0..0, left_out);
@@ -170,6 +175,7 @@ pub(super) fn fit_shots(
     };
     let resampled = options.bootstrap > 0 && !free.is_empty();
     let diagnostics = Diagnostics {
+        computed,
         identifiability,
         goodness: Some(goodness::goodness(&context)),
         robust: (search.loss != Loss::Squares).then(|| robust_weights(&search, shots, &minimum)),
@@ -182,6 +188,13 @@ pub(super) fn fit_shots(
         joint: are_filmed(search.fitted).then(|| joint_fit(search.fitted, &minimum)),
         bound: bound(&search, &free, &minimum, films, cloth_of(&minimum, dataset)),
     };
+    // an effect is in the fit if it is in a shot
+    let mut effects = Effects::NONE.list().to_vec();
+    for of_shots in &diagnostics.computed {
+        for ((_, all), (_, on)) in effects.iter_mut().zip(of_shots.effects.list()) {
+            *all |= on;
+        }
+    }
     let mut fit = Fit {
         dataset: dataset.name.clone(),
         group,
@@ -190,9 +203,9 @@ pub(super) fn fit_shots(
         source: dataset.source.clone(),
         ball: dataset.ball,
         sliding: dataset.sliding,
-        fidelity: options.fidelity.name(),
+        fidelity: if options.auto { "auto" } else { options.fidelity.name() },
         method: options.method,
-        effects: model.effects.and(options.fidelity.effects()).list().to_vec(),
+        effects,
         estimates,
         correlation,
         chi2: 2.0 * minimum.cost,
@@ -403,6 +416,23 @@ fn plan(shots: &[&Shot], model: &Model, initial: &Coefficients) -> (Vec<Fitted>,
         }
     }
     (fitted, rejected)
+}
+
+/// With `auto` each shot takes what it calls for, at the initial values. Counts what is computed how.
+fn choose(fitted: &mut [Fitted], model: &Model, initial: &Coefficients, auto: bool) -> Vec<Computed> {
+    /// Of a shot's smallest standard error: squared it adds a hundredth.
+    const PART: f64 = 0.1;
+    let own = (model.fidelity, model.effects.and(model.fidelity.effects()));
+    let mut computed: Vec<Computed> = Vec::new();
+    for Fitted { plan, .. } in fitted {
+        let chosen = if auto { plan.choose(model, initial, PART, TOLERANCE).ok() } else { None };
+        let (fidelity, effects) = chosen.map_or(own, |choice| (choice.fidelity, choice.effects));
+        match computed.iter_mut().find(|c| (c.fidelity, c.effects) == (fidelity, effects)) {
+            Some(known) => known.shots += 1,
+            None => computed.push(Computed { fidelity, effects, shots: 1 }),
+        }
+    }
+    computed
 }
 
 /// Each observable has standard deviations everywhere or nowhere.

@@ -3,8 +3,8 @@
 use serde_json::{Map, Value, json};
 
 use crate::fit::{
-    Alternative, Bootstrap, Bound, Combination, Contour, Fit, FoundMinimum, Goodness, Identifiability,
-    Influence, JointFit, Level, Robust, Starts, Trend,
+    Alternative, Bootstrap, Bound, Combination, Computed, Contour, Fit, FoundMinimum, Goodness,
+    Identifiability, Influence, JointFit, Level, Robust, Starts, Trend,
 };
 use crate::parameters::Parameter;
 
@@ -13,6 +13,7 @@ pub(super) fn entries(fit: &Fit) -> Map<String, Value> {
     let found = &fit.diagnostics;
     let mut entries = Map::new();
     let mut add = |key: &str, value: Value| entries.insert(key.to_owned(), value);
+    add("computed", found.computed.iter().map(computed).collect());
     add("identifiability", found.identifiability.as_ref().map_or(Value::Null, identifiability));
     add("goodness", found.goodness.as_ref().map_or(Value::Null, goodness));
     add("robust", found.robust.as_ref().map_or(Value::Null, robust));
@@ -25,6 +26,11 @@ pub(super) fn entries(fit: &Fit) -> Map<String, Value> {
     add("information_bound", found.bound.as_ref().map_or(Value::Null, bound));
     add("joint", found.joint.as_ref().map_or(Value::Null, joint));
     entries
+}
+
+fn computed(found: &Computed) -> Value {
+    let on: Vec<_> = found.effects.list().into_iter().filter_map(|(name, on)| on.then_some(name)).collect();
+    json!({"fidelity": found.fidelity.name(), "effects": on, "shots": found.shots})
 }
 
 fn bound(found: &Bound) -> Value {

@@ -3,8 +3,8 @@
 use super::number::{interval, plain};
 use super::table::aligned;
 use crate::fit::{
-    Alternative, Bootstrap, Bound, DOWN_WEIGHTED, Fit, Goodness, Identifiability, NoiseVerdict, Normality,
-    Robust, Starts, Trend,
+    Alternative, Bootstrap, Bound, Computed, DOWN_WEIGHTED, Fit, Goodness, Identifiability, NoiseVerdict,
+    Normality, Robust, Starts, Trend,
 };
 use crate::parameters::Parameter;
 
@@ -12,6 +12,9 @@ use crate::parameters::Parameter;
 pub(super) fn sections(fit: &Fit) -> Vec<(String, Vec<String>)> {
     let found = &fit.diagnostics;
     let mut sections = Vec::new();
+    if found.computed.len() > 1 {
+        sections.push(computed(&found.computed));
+    }
     sections.extend(found.identifiability.as_ref().map(identifiability));
     sections.extend(found.bound.as_ref().map(|found| bound(fit, found)));
     sections.extend(found.goodness.as_ref().map(|goodness| residuals(fit, goodness)));
@@ -28,6 +31,14 @@ pub(super) fn sections(fit: &Fit) -> Vec<(String, Vec<String>)> {
         sections.push(alternatives(&found.alternatives));
     }
     sections
+}
+
+fn computed(found: &[Computed]) -> (String, Vec<String>) {
+    let line = |Computed { fidelity, effects, shots }: &Computed| {
+        let on: Vec<_> = effects.list().into_iter().filter_map(|(name, on)| on.then_some(name)).collect();
+        format!("{shots} shot(s) at {}: {}", fidelity.name(), on.join(", "))
+    };
+    ("What each shot calls for".to_owned(), found.iter().map(line).collect())
 }
 
 fn bound(fit: &Fit, found: &Bound) -> (String, Vec<String>) {

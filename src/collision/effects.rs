@@ -1,0 +1,120 @@
+//! What a simulation of an impact contains: one switch for each effect.
+
+/// Effects of an impact, each on or off. What a fidelity contains is
+/// [`super::Fidelity::effects`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[allow(clippy::struct_excessive_bools)] // any combination of the effects is one that can be asked for
+pub struct Effects {
+    /// The balls lose energy: e < 1.
+    pub inelasticity: bool,
+    /// Friction between the balls.
+    pub friction: bool,
+    /// Friction ends where the slip does.
+    pub stick: bool,
+    /// The friction between the balls turns with the slip during the impact.
+    pub turning: bool,
+    /// Friction of the cloth on a ball that is pressed down: on the object ball, with topspin.
+    pub cloth: bool,
+    /// The cloth's friction follows the object ball's slip on it, and is not just along −x.
+    pub cloth_turning: bool,
+    /// Friction of the cloth on the cue ball, with draw.
+    pub cloth_on_cue: bool,
+    /// Gravity during the contact, with the balls' weight on the cloth.
+    pub gravity: bool,
+    /// A friction that depends on the slip speed follows it during the impact.
+    pub falling_friction: bool,
+}
+
+impl Effects {
+    /// Two rigid balls that exchange their velocities along the line of centres.
+    pub const NONE: Self = Self {
+        inelasticity: false,
+        friction: false,
+        stick: false,
+        turning: false,
+        cloth: false,
+        cloth_turning: false,
+        cloth_on_cue: false,
+        gravity: false,
+        falling_friction: false,
+    };
+
+    /// Everything.
+    pub const ALL: Self = Self {
+        inelasticity: true,
+        friction: true,
+        stick: true,
+        turning: true,
+        cloth: true,
+        cloth_turning: true,
+        cloth_on_cue: true,
+        gravity: true,
+        falling_friction: true,
+    };
+
+    /// The names of the effects, as on the command line and in fit.json.
+    pub const NAMES: [&'static str; 9] = [
+        "inelasticity",
+        "friction",
+        "stick",
+        "turning",
+        "cloth",
+        "cloth-turning",
+        "cloth-on-cue",
+        "gravity",
+        "falling-friction",
+    ];
+
+    /// Each effect's name and whether it is on, in the order of [`Effects::NAMES`].
+    #[must_use]
+    pub fn list(&self) -> [(&'static str, bool); 9] {
+        let mut copy = *self;
+        Self::NAMES.map(|name| (name, copy.switch(name).is_some_and(|on| *on)))
+    }
+
+    /// The switch of a name of [`Effects::NAMES`].
+    pub fn switch(&mut self, name: &str) -> Option<&mut bool> {
+        Some(match name {
+            "inelasticity" => &mut self.inelasticity,
+            "friction" => &mut self.friction,
+            "stick" => &mut self.stick,
+            "turning" => &mut self.turning,
+            "cloth" => &mut self.cloth,
+            "cloth-turning" => &mut self.cloth_turning,
+            "cloth-on-cue" => &mut self.cloth_on_cue,
+            "gravity" => &mut self.gravity,
+            "falling-friction" => &mut self.falling_friction,
+            _ => return None,
+        })
+    }
+
+    /// What both contain.
+    #[must_use]
+    pub fn and(self, other: Self) -> Self {
+        let mut both = Self::NONE;
+        for ((name, a), (_, b)) in self.list().into_iter().zip(other.list()) {
+            if let Some(on) = both.switch(name) {
+                *on = a && b;
+            }
+        }
+        both
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_name_has_a_switch_of_its_own() {
+        for name in Effects::NAMES {
+            let mut one = Effects::NONE;
+            *one.switch(name).unwrap() = true;
+            let on: Vec<_> = one.list().into_iter().filter(|(_, on)| *on).collect();
+            assert_eq!(on, [(name, true)]);
+        }
+        assert!(Effects::ALL.list().iter().all(|(_, on)| *on));
+        assert_eq!(Effects::ALL.and(Effects::NONE), Effects::NONE);
+        assert!(Effects::ALL.clone().switch("frictoin").is_none());
+    }
+}

@@ -1,0 +1,199 @@
+//! The sizes of effects are true: what `auto` leaves out changes an outcome by no more than its tolerance.
+
+use std::time::Instant;
+
+use caromfit::ball::{Ball, BallState, Vec3};
+use caromfit::collision::{Coefficients, Effects, Fidelity, Input, Model, NotACollision, Outcome};
+use caromfit::contact::{cue_velocity, slip};
+use caromfit::effects::{self, Compared};
+use caromfit::friction::{Friction, Law};
+use rand::{Rng, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+
+/// A shot as on a table: 3 cm/s to 10 m/s, any spin up to the natural roll's and side spin.
+fn shot(rng: &mut ChaCha8Rng) -> (BallState, Coefficients) {
+    let speed = 10_f64.powf(rng.random_range(-1.5..1.0));
+    let velocity = cue_velocity(speed, rng.random_range(-75_f64..75.0).to_radians());
+    let roll = BallState::natural_roll(velocity, Ball::POOL.radius).spin;
+    let share = [1.0, 0.0, rng.random_range(-1.0..1.0)][rng.random_range(0..3)];
+    let side = [0.0, rng.random_range(-1.0..1.0)][rng.random_range(0..2)] * roll.norm();
+    let cue = BallState { velocity, spin: share * roll + Vec3::z() * side };
+    let coefficients = Coefficients {
+        mu: rng.random_range(0.02..0.1),
+        mu_s: rng.random_range(0.1..0.5),
+        e: rng.random_range(0.85..1.0),
+    };
+    (cue, coefficients)
+}
+
+fn off(a: &Outcome, b: &Outcome, compared: Compared, radius: f64) -> f64 {
+    let (cue, object) = (a.cue.velocity - b.cue.velocity, a.object.velocity - b.object.velocity);
+    match compared {
+        Compared::Velocities => cue.xy().amax().max(object.xy().amax()),
+        Compared::Everything => {
+            let spin = (a.cue.spin - b.cue.spin).amax().max((a.object.spin - b.object.spin).amax());
+            cue.amax().max(object.amax()).max(radius * spin)
+        }
+    }
+}
+
+#[test]
+fn what_is_left_out_stays_within_the_tolerance() {
+    /// The part of shots that may be further off.
+    const EXCEPTIONS: f64 = 1e-3;
+    const SHOTS: usize = 3_000;
+    let shots: usize = std::env::var("CAROMFIT_EFFECTS").map_or(SHOTS, |n| n.parse().unwrap());
+    let laws = [Law::Constant, Law::Exponential { b: 0.1, c: 1.088 }];
+    let mut rng = ChaCha8Rng::seed_from_u64(21);
+    // integrated far below every tolerance
+    let everything =
+        Model { effects: Effects::ALL, tolerance: 1e-7, ..Model::new(Fidelity::Contact, Ball::POOL) };
+    let cases: Vec<_> = (0..shots)
+        .map(|i| {
+            let (cue, coefficients) = shot(&mut rng);
+            let model = Model { law: laws[usize::from(i % 4 == 0)], ..everything };
+            let begun = Instant::now();
+            let outcome = model.collide(&cue, &coefficients).unwrap();
+            (model, cue, coefficients, outcome, begun.elapsed())
+        })
+        .collect();
+    for compared in [Compared::Everything, Compared::Velocities] {
+        for tolerance in [0.3, 0.1, 0.03, 0.01, 3e-3, 1e-3, 3e-4] {
+            let (mut beyond, mut worst) = (0, 0.0_f64);
+            let mut counts = Fidelity::ALL.map(|fidelity| (fidelity.name(), 0));
+            let (mut with_auto, mut with_all) = (0.0, 0.0);
+            for (model, cue, coefficients, all, time) in &cases {
+                let begun = Instant::now();
+                let choice = effects::choose(model, cue, coefficients, tolerance, compared).unwrap();
+                let outcome = choice.model(model).collide(cue, coefficients).unwrap();
+                with_auto += begun.elapsed().as_secs_f64();
+                with_all += time.as_secs_f64();
+                counts[choice.fidelity as usize].1 += 1;
+                assert!(choice.left_out <= tolerance);
+                let off = off(&outcome, all, compared, model.ball.radius) / cue.velocity.norm();
+                worst = worst.max(off / tolerance);
+                beyond += usize::from(off > tolerance);
+            }
+            println!(
+                "{compared:?} {tolerance:e}: beyond {beyond}, worst {worst:.2} of it, {:.0} times as fast as \
+                 everything; {counts:?}",
+                with_all / with_auto
+            );
+            assert!(
+                beyond as f64 <= EXCEPTIONS * shots as f64,
+                "{compared:?} {tolerance:e}: {beyond} of {shots} shots are off by up to {worst} of it"
+            );
+        }
+    }
+}
+
+#[test]
+fn a_set_of_effects_finds_its_fidelity() {
+    for fidelity in Fidelity::ALL {
+        assert_eq!(effects::cheapest(fidelity.effects()), fidelity);
+    }
+    assert_eq!(effects::cheapest(Effects { friction: true, ..Effects::NONE }), Fidelity::Linear);
+    assert_eq!(effects::cheapest(Effects { falling_friction: true, ..Effects::NONE }), Fidelity::Ode);
+}
+
+/// An effect that is off is that of a coefficient of 0 (of 1 for e), at every fidelity.
+#[test]
+fn an_effect_that_is_off_does_nothing() {
+    let mut rng = ChaCha8Rng::seed_from_u64(22);
+    for fidelity in Fidelity::ALL {
+        for _ in 0..20 {
+            let (cue, coefficients) = shot(&mut rng);
+            let model = Model { tolerance: 1e-8, ..Model::new(fidelity, Ball::POOL) };
+            let off = |name: &str| {
+                let mut effects = model.effects;
+                *effects.switch(name).unwrap() = false;
+                let (outcome, jacobian) =
+                    Model { effects, ..model }.collide_with_jacobian(&cue, &coefficients).unwrap();
+                (outcome.components(), jacobian)
+            };
+            let with = |coefficients: Coefficients| model.collide(&cue, &coefficients).unwrap().components();
+            let (friction, by) = off("friction");
+            assert_eq!(friction, with(Coefficients { mu: 0.0, ..coefficients }));
+            assert_eq!(by.column(Input::Mu as usize).amax(), 0.0);
+            assert_eq!(off("cloth").0, with(Coefficients { mu_s: 0.0, ..coefficients }));
+            assert_eq!(off("inelasticity").0, with(Coefficients { e: 1.0, ..coefficients }));
+        }
+    }
+}
+
+/// Where friction falls so little during the impact that its first value serves, all fidelities agree;
+/// where it falls much, `ode` and `contact` follow it and the closed forms do not.
+#[test]
+fn friction_that_falls_with_the_slip() {
+    let law = |c: f64| Law::Exponential { b: 0.04, c };
+    let coefficients = Coefficients { mu: 0.03, mu_s: 0.3, e: 0.94 };
+    let cue = BallState::stun(cue_velocity(2.0, 50_f64.to_radians()));
+    let first = slip(&cue, &BallState::default(), Ball::POOL.radius).yz().norm();
+    let throw = |fidelity: Fidelity, law: Law, coefficients: &Coefficients| {
+        let mut model = Model { law, tolerance: 1e-11, ..Model::new(fidelity, Ball::POOL) };
+        // without the cloth `contact` solves what `ode` does
+        model.effects = Effects { gravity: false, cloth_on_cue: false, cloth_turning: false, ..Effects::ALL };
+        model.collide(&cue, coefficients).unwrap().object.velocity.y
+    };
+    // a constant friction by another name
+    let constant = Coefficients { mu: 0.07, ..coefficients };
+    for fidelity in [Fidelity::Linear, Fidelity::Full, Fidelity::Ode, Fidelity::Contact] {
+        let a = throw(fidelity, law(0.0), &coefficients);
+        let b = throw(fidelity, Law::Constant, &constant);
+        assert!((a - b).abs() < 1e-12, "{fidelity:?} {a} {b}");
+        // the closed forms take the friction at the first slip
+        let mu = Friction::Exponential { a: 0.03, b: 0.04, c: 1.088 }.mu(first);
+        let at_first = throw(fidelity, Law::Constant, &Coefficients { mu, ..coefficients });
+        let falling = throw(fidelity, law(1.088), &coefficients);
+        if fidelity.effects().falling_friction {
+            // the slip falls, and so friction rises
+            assert!(falling.abs() > 1.01 * at_first.abs(), "{fidelity:?} {falling} {at_first}");
+        } else {
+            assert_eq!(falling, at_first);
+        }
+    }
+    let [ode, contact] =
+        [Fidelity::Ode, Fidelity::Contact].map(|fidelity| throw(fidelity, law(1.088), &coefficients));
+    assert!((ode - contact).abs() < 1e-9, "{ode} {contact}");
+}
+
+/// The first slip's friction carries on into the derivatives.
+#[test]
+fn derivatives_under_a_falling_friction() {
+    /// Central differences with a step of 1e-6.
+    const DIFFERENCES: f64 = 1e-7;
+    let model = Model { law: Law::Exponential { b: 0.1, c: 1.0 }, ..Model::new(Fidelity::Full, Ball::POOL) };
+    let coefficients = Coefficients { mu: 0.02, mu_s: 0.3, e: 0.94 };
+    let velocity = cue_velocity(2.0, 0.7);
+    let mut cue = BallState::natural_roll(velocity, Ball::POOL.radius);
+    cue.spin.z = 20.0;
+    let (_, jacobian) = model.collide_with_jacobian(&cue, &coefficients).unwrap();
+    for (input, scale) in
+        [(Input::Mu, 1.0), (Input::VelocityY, 1.0), (Input::SpinY, 30.0), (Input::SpinZ, 30.0)]
+    {
+        let at = |by: f64| {
+            let (mut cue, mut coefficients) = (cue, coefficients);
+            match input {
+                Input::Mu => coefficients.mu += by,
+                Input::VelocityY => cue.velocity.y += by,
+                Input::SpinY => cue.spin.y += by,
+                _ => cue.spin.z += by,
+            }
+            model.collide(&cue, &coefficients).unwrap().components()
+        };
+        let step = 1e-6 * scale;
+        let numeric = (at(step) - at(-step)) / (2.0 * step);
+        let off = (numeric - jacobian.column(input as usize)).amax() / numeric.amax();
+        assert!(off < DIFFERENCES, "{input:?}: {off:e}");
+    }
+}
+
+#[test]
+fn a_law_that_makes_friction_negative_is_refused() {
+    let law = Law::Exponential { b: -0.1, c: 1.0 };
+    let model = Model { law, ..Model::new(Fidelity::Full, Ball::POOL) };
+    let coefficients = Coefficients { mu: 0.05, mu_s: 0.3, e: 0.94 };
+    let cue = BallState::stun(cue_velocity(1.0, 0.3));
+    let expected = NotACollision::Law { mu: 0.05, b: -0.1, c: 1.0 };
+    assert_eq!(model.collide(&cue, &coefficients).unwrap_err(), expected);
+}
