@@ -187,7 +187,7 @@ fn a_baseline_that_moved_ends_with_status_1_and_is_kept() {
     }
     assert_eq!(fs::read_to_string(&stored).unwrap(), changed, "the baseline was overwritten");
     // a wider tolerance forgives the estimate, nothing forgives the status
-    let output = caromfit(["fit", data, "--out", out, "--baseline", path, "--tolerance", "3"]);
+    let output = caromfit(["fit", data, "--out", out, "--baseline", path, "--baseline-tolerance", "3"]);
     let (_, err) = status(&output, 1);
     assert!(!err.contains("standard errors\n") && err.contains("mu_s status"), "{err}");
 

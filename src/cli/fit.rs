@@ -66,7 +66,7 @@ pub struct Args {
     baseline: Option<PathBuf>,
     /// What counts as moved, in standard errors (of χ²: in its standard deviation)
     #[arg(long, default_value_t = Tolerance::default().standard_errors, value_name = "N", requires = "baseline")]
-    tolerance: f64,
+    baseline_tolerance: f64,
     /// Print a full report of each fit below the table
     #[arg(long, short)]
     verbose: bool,
@@ -149,7 +149,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         return Err(Failure::input(failed.join("\nerror: ")));
     }
     let moved = match &baseline {
-        Some(baseline) => Some(baseline.moved(fits.iter().flatten(), args.tolerance)?),
+        Some(baseline) => Some(baseline.moved(fits.iter().flatten(), args.baseline_tolerance)?),
         None => None,
     };
     let has_moved = moved.as_ref().is_some_and(|moved| !moved.is_empty());
