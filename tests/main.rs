@@ -5,6 +5,7 @@ mod collisions;
 mod discs;
 mod extraction;
 mod frames;
+mod hard;
 mod integrated;
 mod joint;
 mod large;

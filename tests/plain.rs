@@ -4,6 +4,8 @@
 //! many panels as it takes, a tanh–sinh rule for the whole slip, and Newton's method on them. Some thirty
 //! times slower.
 
+use std::sync::LazyLock;
+
 use caromfit::ball::{Ball, BallState, Vec3};
 use caromfit::collision::{Coefficients, Outcome, Regime};
 use caromfit::contact::slip;
@@ -15,6 +17,19 @@ const GAUSS: [(f64, f64); 4] = [
     (0.796_666_477_413_626_7, 0.222_381_034_453_374_48),
     (0.960_289_856_497_536_3, 0.101_228_536_290_376_26),
 ];
+
+/// u, −ln u and weights of the tanh–sinh rule on (0, 1) (Takahasi & Mori, Publ. RIMS 9, 721 (1974)).
+static WHOLE: LazyLock<Vec<[f64; 3]>> = LazyLock::new(|| {
+    use std::f64::consts::PI;
+    let node = |node: i32| {
+        let t = 0.0625 * f64::from(node);
+        // u = (1 + tanh(π/2 sinh t))/2
+        let u = 1.0 / (1.0 + (-PI * t.sinh()).exp());
+        let rest = 1.0 / (1.0 + (PI * t.sinh()).exp());
+        [u, -u.ln(), 0.0625 * PI * t.cosh() * u * rest]
+    };
+    (-72..=52).map(node).collect()
+});
 
 /// Newton's method converges from one side; so many steps are never taken.
 const MAX_NEWTON: usize = 100;
@@ -125,17 +140,11 @@ impl Shot {
         }
     }
 
-    /// (∫₀¹ g du, ∫₀¹ u g du) by the tanh–sinh rule (Takahasi & Mori, Publ. RIMS 9, 721 (1974)).
+    /// (∫₀¹ g du, ∫₀¹ u g du).
     fn whole(&self) -> (f64, f64) {
-        use std::f64::consts::PI;
         let (mut q, mut uq) = (0.0, 0.0);
-        for node in -72..=52 {
-            let t = 0.0625 * f64::from(node);
-            // u = (1 + tanh(π/2 sinh t))/2
-            let u = 1.0 / (1.0 + (-PI * t.sinh()).exp());
-            let rest = 1.0 / (1.0 + (PI * t.sinh()).exp());
-            let weight = 0.0625 * PI * t.cosh() * u * rest;
-            let g = weight * self.g(-u.ln());
+        for &[u, tau, weight] in WHOLE.iter() {
+            let g = weight * self.g(tau);
             q += g;
             uq += u * g;
         }
@@ -216,7 +225,7 @@ impl Shot {
         });
         match restored {
             Some(f) => (unit * (c.q + f.q), Some(f.tau)),
-            None => (unit * (c.q + target.sqrt()), None),
+            None => (unit * q_s, None),
         }
     }
 }

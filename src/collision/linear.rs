@@ -28,20 +28,20 @@ pub(super) fn gradient(contact: &Contact) -> ImpulseGradient {
     d_full[variable::E] = 0.5 * k;
     // cos θ₀ = −v_y/v, sin θ₀ = −v_z/v turn by dθ: d cos = −sin dθ, d sin = cos dθ,
     // dθ = (v_y dv_z − v_z dv_y)/v²
-    let v = v_y.hypot(v_z);
-    let mut d_theta = Gradient::zeros();
-    d_theta[variable::V_Y] = sin / v;
-    d_theta[variable::V_Z] = -cos / v;
-    let (d_cos, d_sin) = (-sin * d_theta, cos * d_theta);
+    let j = mu * full;
+    let turn = j / v_y.hypot(v_z);
+    let mut j_d_theta = Gradient::zeros();
+    j_d_theta[variable::V_Y] = sin * turn;
+    j_d_theta[variable::V_Z] = -cos * turn;
+    let (j_d_cos, j_d_sin) = (-sin * j_d_theta, cos * j_d_theta);
     // J = μ full
     let mut d_j = mu * d_full;
     d_j[variable::MU] = full;
     // q = full (1 − μ m_s sin θ₀/2)
-    let mut d_normal = (1.0 - 0.5 * mu * m_s * sin) * d_full - 0.5 * full * mu * m_s * d_sin;
+    let mut d_normal = (1.0 - 0.5 * mu * m_s * sin) * d_full - 0.5 * m_s * j_d_sin;
     d_normal[variable::MU] -= 0.5 * full * m_s * sin;
     d_normal[variable::M_S] -= 0.5 * full * mu * sin;
-    let j = mu * full;
-    ImpulseGradient { normal: d_normal, y: cos * d_j + j * d_cos, z: sin * d_j + j * d_sin }
+    ImpulseGradient { normal: d_normal, y: cos * d_j + j_d_cos, z: sin * d_j + j_d_sin }
 }
 
 /// (cos θ₀, sin θ₀), or `None` without slip at first contact.

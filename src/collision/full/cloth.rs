@@ -6,7 +6,7 @@
 
 use super::path::{Descent, Path, Slip, third_order};
 use super::whole::whole;
-use super::{CLOSE, End, MAX_STEPS, MOST, STUCK};
+use super::{CLOSE, End, MAX_STEPS, MOST, ROUNDING, STUCK, steps};
 use crate::collision::Contact;
 
 /// In restitution w sets out as a square: the same for this part of the way gone.
@@ -40,8 +40,8 @@ pub(super) fn solve(contact: &Contact, path: &Path, rho: f64) -> End {
         stuck = Some((q_s, uq_s, v_s));
     }
     let Some(c) = compression(path, kk, sigma) else {
-        // the end of compression and stick coincide to rounding: B = (k + A)²/4
-        return End::Stick { q: 0.5 * k * (1.0 + sigma / kk), compressed: None };
+        // the end of compression and stick coincide to rounding
+        return stuck_in_compression(contact, kk, sigma, whole(path).1);
     };
     // −w_c = Q_c² − Σ∫(s − u_c) g ds, since K = 2Q_c − Σd_c
     let lost = c.q * c.q - sigma * (c.slip.gone * c.q - c.r);
@@ -69,7 +69,11 @@ pub(super) fn solve(contact: &Contact, path: &Path, rho: f64) -> End {
             compressed: c.slip,
             restored: f.slip,
         },
-        None => End::Stick { q: (c.q + target * rest) * unit, compressed: Some(c.slip) },
+        // the end of restitution and stick coincide to rounding
+        None => {
+            let q_s = stuck.map_or_else(|| whole(path).0, |(q_s, ..)| q_s);
+            End::Stick { q: q_s * unit, compressed: Some(c.slip) }
+        }
     }
 }
 
@@ -86,7 +90,8 @@ fn stuck_in_compression(contact: &Contact, kk: f64, sigma: f64, uq_s: f64) -> En
 /// Where 2Q − Σd = K. `None` if nothing is left of the slip there.
 pub(super) fn compression(path: &Path, kk: f64, sigma: f64) -> Option<Descent> {
     let mut tau = path.invert(kk / (2.0 - sigma), sigma);
-    for _ in 0..MAX_STEPS {
+    for step in 0..MAX_STEPS {
+        steps::record(step);
         let at = path.descend(tau);
         let Slip { gone, left, .. } = at.slip;
         if left < STUCK {
@@ -101,6 +106,9 @@ pub(super) fn compression(path: &Path, kk: f64, sigma: f64) -> Option<Descent> {
             let b = a * ((1.0 - path.p) / left + t) / 3.0;
             let end = path.finish(&at, third_order(x, a, b));
             return Some(Descent { q: 0.5 * (kk + sigma * end.slip.gone), ..end });
+        }
+        if x.abs() * at.g <= ROUNDING * gone {
+            return Some(at);
         }
         // f is concave: from the second step on Newton's method comes from below
         tau -= (-x.clamp(-MOST * gone, MOST * left) / left).ln_1p();
@@ -117,7 +125,8 @@ fn restitution(path: &Path, sigma: f64, target: f64) -> Option<Descent> {
     }
     // R ≈ Q²/2
     let mut tau = path.invert(target / (1.0 - 0.5 * sigma).sqrt(), 0.0);
-    for _ in 0..MAX_STEPS {
+    for step in 0..MAX_STEPS {
+        steps::record(step);
         let at = path.descend(tau);
         let Slip { gone, left, .. } = at.slip;
         if left < STUCK {
@@ -133,6 +142,9 @@ fn restitution(path: &Path, sigma: f64, target: f64) -> Option<Descent> {
             let a = 0.5 * (slope / v - t);
             let b = -t * (2.0 * (at.g + slope) / v + (1.0 - path.p) / left + t) / 6.0;
             return Some(path.finish(&at, third_order(x, a, b)));
+        }
+        if x.abs() * at.g <= ROUNDING * gone {
+            return Some(at);
         }
         // √w grows almost linearly
         let root = w.max(0.0).sqrt();

@@ -4,7 +4,7 @@
 
 use super::path::{Path, Slip, third_order};
 use super::whole::whole;
-use super::{CLOSE, End, MAX_STEPS, MOST, cloth::compression};
+use super::{CLOSE, End, MAX_STEPS, MOST, ROUNDING, cloth::compression, steps};
 use crate::ball::UNIFORM_SPHERE;
 use crate::collision::Contact;
 
@@ -78,7 +78,8 @@ impl<'a> Sphere<'a> {
             // rest = ∫ g ds from 0 to u, g ≤ 1
             left = left.max(rest);
         }
-        for _ in 0..MAX_STEPS {
+        for step in 0..MAX_STEPS {
+            steps::record(step);
             let y = left.cbrt();
             let z = (1.0 - y) / (1.0 + (n + m * y).sqrt());
             // from here on exactly at ζ: w = √(n + my), y, d = 1 − y³
@@ -97,6 +98,9 @@ impl<'a> Sphere<'a> {
                 // once more y to ζ, since the step moved it
                 let zeta = slip.power_gone / (1.0 + (n + m * slip.power).sqrt());
                 return Some(Slip { zeta: Some(zeta), ..slip });
+            }
+            if x.abs() * w <= ROUNDING * gone {
+                return Some(Slip { gone, power_gone: y_gone, left, power: y, tau: 0.0, zeta: Some(z) });
             }
             left -= x.clamp(-MOST * gone, MOST * left);
         }

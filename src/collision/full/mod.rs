@@ -30,11 +30,14 @@ use super::{Contact, Impulse, ImpulseGradient, Regime, variable};
 use path::{Path, Slip};
 
 /// Newton's method converges from one side; each step at least divides u or squares the error, so
-/// that this many are never reached.
+/// that this many are never reached: the tests count them.
 const MAX_STEPS: usize = 100;
 
 /// A step of this part of the slip left is finished to third order, with an error below 1e-16.
 const CLOSE: f64 = 3e-4;
+
+/// This part of an integral is lost in its roundings, which can be more than what is left of the slip.
+const ROUNDING: f64 = 4e-16;
 
 /// With so little of the slip left the contact has stuck, to rounding.
 const STUCK: f64 = 1e-20;
@@ -143,4 +146,61 @@ fn scaled_length(a: f64, b: f64) -> f64 {
     let scale = if most < 1.0 { 2f64.powi(600) } else { 2f64.powi(-600) };
     let (a, b) = (a * scale, b * scale);
     (a * a + b * b).sqrt() / scale
+}
+
+/// How many steps a search takes, for the tests.
+mod steps {
+    #[cfg(test)]
+    thread_local! {
+        pub static MOST: std::cell::Cell<usize> = const { std::cell::Cell::new(0) };
+    }
+
+    #[cfg(test)]
+    pub fn record(step: usize) {
+        MOST.set(MOST.get().max(step + 1));
+    }
+
+    #[cfg(not(test))]
+    #[inline]
+    pub fn record(_: usize) {}
+}
+
+#[cfg(test)]
+mod tests {
+    use serde_json::Value;
+
+    use super::steps;
+    use crate::ball::{Ball, BallState, Vec3};
+    use crate::collision::{Coefficients, Fidelity, Model};
+
+    /// The start is good to fourth order and the end is a series: usually one step, more where the contact
+    /// is about to stick, where each leaves at least a tenth of the slip.
+    const MOST_STEPS: usize = 20;
+
+    #[test]
+    fn hard_cases_take_few_steps() {
+        let path = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/reference/hard_cases.json");
+        let cases: Vec<Value> = serde_json::from_str(&std::fs::read_to_string(path).unwrap()).unwrap();
+        let mut most = (0, String::new());
+        for case in &cases {
+            let number = |value: &Value| value.as_f64().unwrap();
+            let cue = BallState {
+                velocity: Vec3::new(number(&case["velocity"][0]), number(&case["velocity"][1]), 0.0),
+                spin: Vec3::from([0, 1, 2].map(|i| number(&case["spin"][i]))),
+            };
+            let [mu, mu_s, e] = ["mu", "mu_s", "e"].map(|key| number(&case[key]));
+            let ball = Ball { radius: 1.0 / 32.0, ..Ball::POOL };
+            // once by the polynomial of the sphere, once by quadrature
+            for inertia in [ball.inertia, 0.41] {
+                let model = Model::new(Fidelity::Full, Ball { inertia, ..ball });
+                steps::MOST.set(0);
+                model.collide(&cue, &Coefficients { mu, mu_s, e }).unwrap();
+                if steps::MOST.get() > most.0 {
+                    most = (steps::MOST.get(), format!("{} at nu {inertia}", case["name"]));
+                }
+            }
+        }
+        println!("at most {} steps: {}", most.0, most.1);
+        assert!(most.0 <= MOST_STEPS, "{} steps: {}", most.0, most.1);
+    }
 }

@@ -192,7 +192,10 @@ impl Path {
             slip,
             g: self.g(slip.power),
             q: at.q + g * step * (1.0 - 0.5 * t * step * (1.0 + curve * step / 3.0)),
-            r: at.r + g * step * (gone + 0.5 * step - t * step * (0.5 * gone + step / 3.0)),
+            r: at.r
+                + g * step
+                    * (gone + 0.5 * step
+                        - t * step * (0.5 * gone + step / 3.0 + curve * step * (gone / 6.0 + 0.125 * step))),
         }
     }
 }

@@ -1,0 +1,69 @@
+//! Time per collision of every fidelity, with and without Jacobian, single and in batches of 10 000.
+//!
+//!     cargo bench
+//!
+//! The shots are mixed: 0.5–5 m/s, |φ| < 70°, roll, stun, draw, side spin, μ 0.02–0.1, μ_s 0.2–0.4,
+//! e 0.9–0.98. Only ratios of one run mean anything on another machine.
+
+use caromfit::ball::{Ball, BallState, Vec3};
+use caromfit::collision::{Coefficients, Fidelity, Model};
+use caromfit::contact::cue_velocity;
+use divan::{Bencher, black_box, counter::ItemsCount};
+use rand::{Rng, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+
+fn main() {
+    divan::main();
+}
+
+const SHOTS: usize = 10_000;
+
+fn shots() -> Vec<(BallState, Coefficients)> {
+    let mut rng = ChaCha8Rng::seed_from_u64(1);
+    let radius = Ball::POOL.radius;
+    let mut shot = || {
+        let speed = rng.random_range(0.5..5.0);
+        let velocity = cue_velocity(speed, rng.random_range(-70.0_f64..70.0).to_radians());
+        let roll = BallState::natural_roll(velocity, radius).spin;
+        let side = Vec3::z() * (rng.random_range(-1.0..1.0) * speed / radius);
+        let spin = match rng.random_range(0..4) {
+            0 => roll,
+            1 => Vec3::zeros(),
+            2 => -roll,
+            _ => roll + side,
+        };
+        let coefficients = Coefficients {
+            mu: rng.random_range(0.02..0.1),
+            mu_s: rng.random_range(0.2..0.4),
+            e: rng.random_range(0.9..0.98),
+        };
+        (BallState { velocity, spin }, coefficients)
+    };
+    (0..SHOTS).map(|_| shot()).collect()
+}
+
+/// Each shot by itself; the time is per pass over all of them, the throughput per collision.
+#[divan::bench(args = Fidelity::ALL.map(Fidelity::name))]
+fn single(bencher: Bencher, fidelity: &str) {
+    let (model, shots) = (model(fidelity), shots());
+    bencher.counter(ItemsCount::new(SHOTS)).bench_local(|| {
+        for (cue, coefficients) in &shots {
+            let _ = black_box(model.collide(black_box(cue), coefficients));
+        }
+    });
+}
+
+#[divan::bench(args = Fidelity::ALL.map(Fidelity::name))]
+fn single_with_jacobian(bencher: Bencher, fidelity: &str) {
+    let (model, shots) = (model(fidelity), shots());
+    bencher.counter(ItemsCount::new(SHOTS)).bench_local(|| {
+        for (cue, coefficients) in &shots {
+            let _ = black_box(model.collide_with_jacobian(black_box(cue), coefficients));
+        }
+    });
+}
+
+fn model(fidelity: &str) -> Model {
+    let fidelity = Fidelity::ALL.into_iter().find(|f| f.name() == fidelity).expect("a name of a fidelity");
+    Model::new(fidelity, Ball::POOL)
+}

@@ -1,0 +1,340 @@
+//! Hard collisions: at every switch of the model and at the ends of every range.
+
+use std::fs;
+
+use caromfit::ball::{Ball, BallState, Vec3};
+use caromfit::collision::{Coefficients, Fidelity, Model, Outcome, Regime};
+use caromfit::contact::{cue_velocity, slip};
+use rand::{Rng, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+use rayon::prelude::*;
+
+use crate::plain;
+
+/// R of the table: products with a power of 2 are exact.
+const BALL: Ball = Ball { radius: 1.0 / 32.0, ..Ball::POOL };
+
+/// Some fifty roundings of the larger of |U| and R|ω|.
+const ROUNDINGS: f64 = 1e-14;
+
+/// Steps of the subnormal numbers that a few operations lose.
+const SUBNORMAL: f64 = 64.0 * 5e-324;
+
+struct Case {
+    name: String,
+    cue: BallState,
+    coefficients: Coefficients,
+    outcome: serde_json::Value,
+}
+
+impl Case {
+    fn collide(&self, fidelity: Fidelity) -> Outcome {
+        Model::new(fidelity, BALL).collide(&self.cue, &self.coefficients).unwrap()
+    }
+
+    fn scale(&self) -> f64 {
+        self.cue.velocity.amax().max(BALL.radius * self.cue.spin.amax())
+    }
+}
+
+fn cases() -> Vec<Case> {
+    let path = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/reference/hard_cases.json");
+    let all: Vec<serde_json::Value> = serde_json::from_str(&fs::read_to_string(path).unwrap()).unwrap();
+    let cases = all.into_iter().map(|mut case| {
+        let number = |value: &serde_json::Value| value.as_f64().unwrap();
+        let [x, y] = [0, 1].map(|i| number(&case["velocity"][i]));
+        let spin = [0, 1, 2].map(|i| number(&case["spin"][i]));
+        let [mu, mu_s, e] = ["mu", "mu_s", "e"].map(|key| number(&case[key]));
+        Case {
+            name: case["name"].as_str().unwrap().to_owned(),
+            cue: BallState { velocity: Vec3::new(x, y, 0.0), spin: Vec3::from(spin) },
+            coefficients: Coefficients { mu, mu_s, e },
+            outcome: case["outcome"].take(),
+        }
+    });
+    cases.collect()
+}
+
+/// Spins count as speeds of the surface.
+fn as_speed(row: usize) -> f64 {
+    if (row / 3).is_multiple_of(2) { 1.0 } else { BALL.radius }
+}
+
+#[test]
+fn hard_cases_agree_with_25_digits() {
+    let cases = cases();
+    assert!(cases.len() > 150, "{}", cases.len());
+    let mut wrong = Vec::new();
+    for case in &cases {
+        for fidelity in [Fidelity::Elastic, Fidelity::Inelastic, Fidelity::Linear, Fidelity::Full] {
+            let outcome = case.collide(fidelity).components();
+            for row in 0..12 {
+                let expected = case.outcome[fidelity.name()][row].as_str().unwrap();
+                let off = as_speed(row) * (outcome[row] - expected.parse::<f64>().unwrap()).abs();
+                if !(off <= ROUNDINGS * case.scale() + SUBNORMAL) {
+                    let relative = off / case.scale();
+                    wrong.push(format!("{}, {} row {row}: {relative:e}", case.name, fidelity.name()));
+                }
+            }
+        }
+    }
+    assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+}
+
+#[test]
+fn hard_cases_have_finite_jacobians() {
+    for case in cases() {
+        for fidelity in [Fidelity::Elastic, Fidelity::Inelastic, Fidelity::Linear, Fidelity::Full] {
+            let model = Model::new(fidelity, BALL);
+            let (outcome, jacobian) = model.collide_with_jacobian(&case.cue, &case.coefficients).unwrap();
+            assert_eq!(outcome, case.collide(fidelity), "{}", case.name);
+            assert!(jacobian.iter().all(|x| x.is_finite()), "{}, {}: {jacobian}", case.name, fidelity.name());
+        }
+    }
+}
+
+#[test]
+fn hard_cases_mirror_and_scale_exactly() {
+    let mirror = |s: &BallState| BallState {
+        velocity: s.velocity.component_mul(&Vec3::new(1.0, -1.0, 1.0)),
+        spin: s.spin.component_mul(&Vec3::new(-1.0, 1.0, -1.0)),
+    };
+    for case in cases() {
+        for fidelity in [Fidelity::Elastic, Fidelity::Inelastic, Fidelity::Linear, Fidelity::Full] {
+            let outcome = case.collide(fidelity);
+            let model = Model::new(fidelity, BALL);
+            let run = |model: &Model, cue: &BallState| {
+                let outcome = model.collide(cue, &case.coefficients).unwrap();
+                (outcome.cue, outcome.object, outcome.regime)
+            };
+            // y → −y: velocities are vectors, spins axial vectors
+            let expected = (mirror(&outcome.cue), mirror(&outcome.object), outcome.regime);
+            assert_eq!(run(&model, &mirror(&case.cue)), expected, "{}", case.name);
+            // U by 4, then R by 8, where nothing is subnormal
+            if case.scale() < 1e-290 || case.name.contains("1e-300") {
+                continue;
+            }
+            let scaled = |by_u: f64, by_r: f64| {
+                move |s: &BallState| BallState { velocity: by_u * s.velocity, spin: by_u / by_r * s.spin }
+            };
+            for (by_u, by_r) in [(4.0, 1.0), (1.0, 8.0)] {
+                let scaled = scaled(by_u, by_r);
+                let ball = Ball { radius: by_r * BALL.radius, ..BALL };
+                let expected = (scaled(&outcome.cue), scaled(&outcome.object), outcome.regime);
+                assert_eq!(
+                    run(&Model::new(fidelity, ball), &scaled(&case.cue)),
+                    expected,
+                    "{}, {}",
+                    case.name,
+                    fidelity.name()
+                );
+            }
+        }
+    }
+}
+
+fn full(cue: &BallState, mu: f64, mu_s: f64, e: f64) -> Outcome {
+    Model::new(Fidelity::Full, BALL).collide(cue, &Coefficients { mu, mu_s, e }).unwrap()
+}
+
+fn gap(a: &Outcome, b: &Outcome) -> f64 {
+    let difference = a.components() - b.components();
+    (0..12).map(|row| as_speed(row) * difference[row].abs()).fold(0.0, f64::max)
+}
+
+#[test]
+fn outcomes_are_continuous_across_every_switch() {
+    /// So far on either side of the switch,
+    const ASIDE: f64 = 1e-10;
+    /// times the slope of the outcome there, at most: the slip turns within v_∥0, here 0.1 m/s or more, and
+    /// ends as a power of what is left.
+    const SLOPE: f64 = 100.0;
+    let cue = |x, y, spin_y, spin_z| BallState {
+        velocity: Vec3::new(x, y, 0.0),
+        spin: Vec3::new(0.0, spin_y, spin_z),
+    };
+    // draw, stun, topspin: the cloth sets in
+    for y in [0.4, -0.4, 0.1] {
+        let [draw, stun, top] = [-ASIDE, 0.0, ASIDE].map(|s| full(&cue(1.0, y, s, 0.0), 0.06, 0.4, 0.94));
+        assert!(gap(&draw, &stun).max(gap(&stun, &top)) < SLOPE * ASIDE, "cloth at {y}");
+    }
+    // θ through ±π/2 and, with the slip along y, through 0
+    for spin in [10.0, -10.0] {
+        let [a, b, c] = [-ASIDE, 0.0, ASIDE].map(|y| full(&cue(1.0, y, spin, 0.0), 0.06, 0.3, 0.94));
+        assert!(gap(&a, &b).max(gap(&b, &c)) < SLOPE * ASIDE, "θ at {spin}");
+    }
+    // no slip at first contact
+    for (y, z) in [(ASIDE, 0.0), (0.0, ASIDE), (ASIDE, -ASIDE)] {
+        let [none, some] =
+            [0.0, 1.0].map(|s| full(&cue(1.0, 0.5 + s * y, 32.0 * s * z, -16.0), 0.06, 0.3, 0.94));
+        assert!(gap(&none, &some) < SLOPE * ASIDE, "gearing");
+        assert_eq!((none.regime, some.regime), (Regime::Stick, Regime::Stick));
+    }
+    // μ, μ_s and e from 0
+    for spin in [30.0, -30.0, 3.0] {
+        let at = |mu, mu_s, e| full(&cue(1.0, 0.2, spin, 1.0), mu, mu_s, e);
+        let from = at(0.06, 0.3, 0.94);
+        assert!(from.regime == Regime::Slide || spin == 3.0);
+        for (zero, some) in [
+            (at(0.0, 0.3, 0.94), at(ASIDE, 0.3, 0.94)),
+            (at(0.06, 0.0, 0.94), at(0.06, ASIDE, 0.94)),
+            (at(0.06, 0.3, 0.0), at(0.06, 0.3, ASIDE)),
+            (at(0.06, 0.3, 1.0), at(0.06, 0.3, 1.0 - ASIDE)),
+        ] {
+            assert!(gap(&zero, &some) < SLOPE * ASIDE, "coefficients at {spin}");
+        }
+    }
+    // stick: at the very start, in compression, in restitution, at the end, with k through each of them
+    for (y, spin) in [(0.1, 3.0), (0.1, -3.0), (0.1, 0.0), (0.0, 3.0)] {
+        let at = |x: f64| full(&cue(x, y, spin, 0.0), 0.06, 0.3, 0.94);
+        let (mut slides, mut sticks) = (1e-3, 100.0);
+        assert_eq!((at(slides).regime, at(sticks).regime), (Regime::Slide, Regime::Stick));
+        while sticks - slides > ASIDE {
+            let middle = 0.5 * (slides + sticks);
+            if at(middle).regime == Regime::Slide { slides = middle } else { sticks = middle }
+        }
+        assert!(gap(&at(slides), &at(sticks)) < SLOPE * ASIDE, "stick at {y}, {spin}");
+        // from the end of restitution to the end of compression and beyond
+        for step in 0..20_000 {
+            let x = sticks * (1.0 + f64::from(step) * 1e-4);
+            let off = gap(&at(x), &at(x * (1.0 + 1e-9)));
+            assert!(off < SLOPE * 1e-9 * x, "sticking at {x}: {off:e}");
+        }
+    }
+}
+
+/// Kim 2024, Eqs. 24–30, sign of the cloth's torque corrected: q from what is left of the slip,
+/// 2μβ_y q = v̄ [F(x_y0) − F(x_y)], F(x) = x ₂F₁(−½, a_y; 1 + a_y; −x^(1/a_y)), x_y = |v_y|/v̄,
+/// v̄ = |v_z0| |v_z0/v_y0|^(2a_z).
+fn impulse_of_the_paper(before: Vec3, after: Vec3, mu: f64, m_s: f64) -> f64 {
+    let nu = BALL.inertia;
+    let (a_y, a_z) = (-(1.0 + nu) / (nu + m_s), (2.0 + nu - m_s) / (2.0 * (nu + m_s)));
+    let v_bar = before.z.abs() * (before.z / before.y).abs().powf(2.0 * a_z);
+    let f = |v: Vec3| {
+        let x = v.y.abs() / v_bar;
+        // x^(1/a_y) = tan²θ, here below 1/4: the series Σ (−½)_n/n! a/(a + n) (−tan²θ)^n
+        let tan2 = x.powf(1.0 / a_y);
+        let (mut binomial, mut sum) = (1.0, 0.0);
+        for n in 0..40 {
+            let n = f64::from(n);
+            sum += binomial * a_y / (a_y + n);
+            binomial *= (0.5 - n) / (n + 1.0) * tan2;
+        }
+        x * sum
+    };
+    v_bar * (f(before) - f(after)) * nu / (2.0 * mu * (1.0 + nu))
+}
+
+#[test]
+fn the_form_of_the_paper_fails_where_ours_does_not() {
+    /// 40 terms in tan²θ < 1/4 leave less than rounding, which powers of the slip amplify.
+    const AWAY_FROM_POLES: f64 = 1e-11;
+    let (mu, e) = (0.0625, 0.94);
+    let shot = |y: f64, z: f64, mu_s: f64| {
+        let cue = BallState { velocity: Vec3::new(1.0, y, 0.0), spin: Vec3::new(0.0, 32.0 * z, 0.0) };
+        let outcome = full(&cue, mu, mu_s, e);
+        let before = slip(&cue, &BallState::default(), BALL.radius);
+        let after = slip(&outcome.cue, &outcome.object, BALL.radius);
+        (outcome.impulse, impulse_of_the_paper(before, after, mu, if z > 0.0 { mu_s } else { 0.0 }))
+    };
+    // where it works, both are the same solution
+    for mu_s in [0.1, 0.2, 0.25, 0.35, 0.45] {
+        let (ours, paper) = shot(2.0, 0.8, mu_s);
+        assert!((ours - paper).abs() < AWAY_FROM_POLES, "{mu_s}: {ours} {paper}");
+    }
+    // a_y = −2 at μ_s = 0.3: the closer, the worse. At μ_s = 1/15, a_y = −3
+    for (pole, steps) in [(0.3, [1e-6, 1e-9, 1e-12]), (1.0 / 15.0, [1e-6, 1e-9, 1e-12])] {
+        let (at_pole, of_paper) = shot(2.0, 0.8, pole);
+        assert!(
+            !((of_paper - at_pole).abs() < 1e-4),
+            "the pole at {pole} does no harm: {of_paper} {at_pole}"
+        );
+        let errors = steps.map(|step| {
+            let (ours, paper) = shot(2.0, 0.8, pole + step);
+            // ours passes the pole without notice
+            assert!((ours - at_pole).abs() < step, "{ours} {at_pole}");
+            (ours - paper).abs()
+        });
+        assert!(errors[2] > 1e3 * errors[0] && errors[2] > 1e-8, "{errors:?}");
+    }
+    // v̄ = 0 (no topspin, no draw) and v̄ = ∞ (a straight shot)
+    for (y, z) in [(2.0, 0.0), (0.0, 0.8)] {
+        let (ours, paper) = shot(y, z, 0.25);
+        assert!(ours.is_finite() && !paper.is_finite(), "{ours} {paper}");
+    }
+}
+
+/// A shot from the whole of the ranges, with what is hard about it more often than not.
+fn random(rng: &mut ChaCha8Rng) -> (BallState, Coefficients) {
+    let log = |rng: &mut ChaCha8Rng, from: f64, to: f64| rng.random_range(from.ln()..to.ln()).exp();
+    let speed = log(rng, 1e-4, 50.0);
+    let side = if rng.random_bool(0.5) { 1.0 } else { -1.0 };
+    let cut_deg = match rng.random_range(0..4) {
+        0 => 90.0 - log(rng, 1e-5, 90.0),
+        1 => log(rng, 1e-9, 90.0),
+        _ => rng.random_range(0.0..89.0),
+    };
+    let velocity = cue_velocity(speed, side * cut_deg.to_radians());
+    let radius = BALL.radius;
+    let roll = BallState::natural_roll(velocity, radius).spin;
+    // the side spin that takes the slip away
+    let gear = -velocity.y / radius;
+    let any = rng.random_range(-1.5..1.5) * speed / radius;
+    let spin = match rng.random_range(0..8) {
+        0 => Vec3::zeros(),
+        1 => roll,
+        2 => -roll,
+        3 => Vec3::new(0.0, 0.0, any),
+        4 => roll * rng.random_range(-1.5..1.5) + Vec3::z() * any,
+        5 => roll * (side * log(rng, 1e-12, 1.0)) + Vec3::z() * any,
+        6 => Vec3::new(0.0, rng.random_range(-1000.0..1000.0), rng.random_range(-1000.0..1000.0)),
+        _ => Vec3::new(0.0, side * log(rng, 1e-9, 1e3), gear * (1.0 + log(rng, 1e-16, 1.0))),
+    };
+    let mu = if rng.random_bool(0.3) { log(rng, 1e-12, 1.0) } else { rng.random_range(0.01..0.2) };
+    let mu_s = match rng.random_range(0..4) {
+        0 => rng.random_range(0.0..1.0),
+        1 => log(rng, 1e-12, 1.0),
+        _ => rng.random_range(0.2..0.4),
+    };
+    let e = match rng.random_range(0..4) {
+        0 => log(rng, 1e-9, 1.0),
+        1 => rng.random_range(0.0..1.0),
+        _ => rng.random_range(0.9..1.0),
+    };
+    (BallState { velocity, spin }, Coefficients { mu, mu_s, e })
+}
+
+/// At length: `CAROMFIT_RANDOM=10000000 cargo test --release -- --nocapture random_shots`.
+#[test]
+fn random_shots_agree_with_the_plain_solution() {
+    const CHUNK: usize = 10_000;
+    let shots: usize = std::env::var("CAROMFIT_RANDOM").map_or(50_000, |n| n.parse().unwrap());
+    let chunk = |seed: usize| {
+        let mut rng = ChaCha8Rng::seed_from_u64(seed as u64);
+        let mut worst = (0.0, String::new());
+        let mut stuck = 0;
+        for _ in 0..CHUNK {
+            let (cue, coefficients) = random(&mut rng);
+            let fast = Model::new(Fidelity::Full, BALL).collide(&cue, &coefficients).unwrap();
+            let plain = plain::collide(&BALL, &cue, &coefficients);
+            let scale = cue.velocity.norm().max(BALL.radius * cue.spin.norm());
+            let off = plain::difference(&fast, &plain, BALL.radius) / scale;
+            stuck += usize::from(fast.regime == Regime::Stick);
+            if off > worst.0 || off.is_nan() {
+                let [u, w] = [cue.velocity, cue.spin].map(|v| [v.x, v.y, v.z]);
+                worst =
+                    (off, format!("{u:?} {w:?} {coefficients:?}, {} and {}", fast.impulse, plain.impulse));
+            }
+        }
+        (worst, stuck)
+    };
+    let all: Vec<_> = (0..shots.div_ceil(CHUNK)).into_par_iter().map(chunk).collect();
+    let stuck: usize = all.iter().map(|(_, stuck)| stuck).sum();
+    let count = all.len() * CHUNK;
+    let (off, worst) = all.iter().map(|(worst, _)| worst).max_by(|a, b| a.0.total_cmp(&b.0)).unwrap();
+    println!(
+        "{count} shots, of which {stuck} stick: off by at most {off:e} of the larger of U and Rω: {worst}"
+    );
+    assert!(*off < ROUNDINGS, "{off:e}: {worst}");
+    assert!(stuck > count / 20 && stuck < count / 2, "{stuck} of {count} stick");
+}
