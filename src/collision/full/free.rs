@@ -80,7 +80,7 @@ impl<'a> Sphere<'a> {
         }
         for step in 0..MAX_STEPS {
             steps::record(step);
-            let y = left.cbrt();
+            let y = cube_root(left);
             let z = (1.0 - y) / (1.0 + (n + m * y).sqrt());
             // from here on exactly at ζ: w = √(n + my), y, d = 1 − y³
             let w = 1.0 - m * z;
@@ -89,21 +89,31 @@ impl<'a> Sphere<'a> {
             let gone = y_gone * (3.0 - y_gone * (3.0 - y_gone));
             left = y * y * y;
             let x = (h - self.q(z)) / w;
+            let slip = Slip { gone, power_gone: y_gone, left, power: y, tau: 0.0 };
             if x.abs() <= CLOSE * left {
                 // t = γm u^(p−1)/g²
                 let t = m / (6.0 * y * y * w * w);
                 let step = third_order(x, -0.5 * t, -t * ((1.0 - p) / left + t) / 6.0);
-                let slip = Slip { gone, power_gone: y_gone, left, power: y, tau: 0.0, zeta: None };
-                let slip = slip.finish(step, p);
-                // once more y to ζ, since the step moved it
-                let zeta = slip.power_gone / (1.0 + (n + m * slip.power).sqrt());
-                return Some(Slip { zeta: Some(zeta), ..slip });
+                return Some(slip.finish(step, p));
             }
             if x.abs() * w <= ROUNDING * gone {
-                return Some(Slip { gone, power_gone: y_gone, left, power: y, tau: 0.0, zeta: Some(z) });
+                return Some(slip);
             }
             left -= x.clamp(-MOST * gone, MOST * left);
         }
         None
     }
+}
+
+/// ∛u, to a millionth: by one step of Halley's method from (1 − ⅔d)/(1 − ⅓d), d = 1 − u, where u is not small.
+#[inline]
+fn cube_root(u: f64) -> f64 {
+    if u < 0.5 {
+        return u.cbrt();
+    }
+    let d = 1.0 - u;
+    // y = a/b, then y (y³ + 2u)/(2y³ + u)
+    let (a, b) = (1.0 - d * (2.0 / 3.0), 1.0 - d / 3.0);
+    let (a3, b3) = (a * a * a, u * b * b * b);
+    a * (a3 + 2.0 * b3) / (b * (2.0 * a3 + b3))
 }

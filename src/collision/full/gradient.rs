@@ -11,6 +11,7 @@
 
 use super::path::{Node, Path, Slip};
 use super::{End, start};
+use crate::ball::UNIFORM_SPHERE;
 use crate::collision::{Contact, Gradient, ImpulseGradient, variable};
 use crate::quadrature::GAUSS_4;
 
@@ -179,9 +180,10 @@ impl<'a> Scales<'a> {
     /// dq_f and du_f of a shot without topspin.
     fn without_cloth(&self, path: &Path, slip: &Slip) -> (Gradient, Gradient) {
         let d_q = self.d_free();
-        let whole = match slip.zeta {
-            Some(zeta) => of_sphere(path, zeta),
-            None => path.integrals(&Slip::START, slip)[0],
+        let whole = if self.contact.nu == UNIFORM_SPHERE {
+            of_sphere(path, slip)
+        } else {
+            path.integrals(&Slip::START, slip)[0]
         };
         (d_q, self.d_u(path, slip, &whole, &d_q))
     }
@@ -265,7 +267,9 @@ struct Compression {
 /// With γ = 1/6, as in [`super::free`]: ∫ ds/g = 6∫ y² dζ, ∫ s^p ds/g = 6∫ y³ dζ, polynomials of degree 5
 /// and 7, for which 4 nodes are exact.
 #[inline]
-fn of_sphere(path: &Path, zeta: f64) -> Integral {
+fn of_sphere(path: &Path, slip: &Slip) -> Integral {
+    // ζ = (1 − y)/(1 + √(n + my)), y = u^p
+    let zeta = slip.power_gone / (1.0 + path.g(slip.power));
     let mut sum = Integral::default();
     for (x, w) in GAUSS_4 {
         for x in [-x, x] {

@@ -1,6 +1,6 @@
 //! The path of the slip from u = 1 to 0, its inverse to fourth order, and integrals along it.
 
-use crate::quadrature::{GAUSS_6, GAUSS_8};
+use crate::quadrature::{GAUSS_4, GAUSS_6, GAUSS_8};
 
 /// With n + m = 1 the slip falls as v_∥ = ρ u g(u), g(u) = √(n + m u^p), p = 2γ.
 ///
@@ -26,8 +26,6 @@ pub(super) struct Slip {
     pub power: f64,
     /// τ = −ln u.
     pub tau: f64,
-    /// ζ of [`super::free`] instead of τ, where that is what was found.
-    pub zeta: Option<f64>,
 }
 
 /// A [`Slip`] with the integrals up to it.
@@ -55,8 +53,10 @@ pub(super) struct Node {
     pub weight: f64,
 }
 
-/// In τ the integrands are analytic up to a distance π/p. So far, times p where p > 1, 6 nodes
-/// are exact to 1e-16;
+/// In τ the integrands are analytic up to a distance π/p. So far, times p where p > 1, 4 nodes
+/// are exact to 1e-15,
+const REACH_4: f64 = 0.12;
+/// so far 6 nodes,
 const REACH_6: f64 = 0.4;
 /// and so far 8 nodes, by which the series of [`cosh_sinh`] end, too;
 const REACH_8: f64 = 0.75;
@@ -106,7 +106,9 @@ impl Path {
     #[inline]
     pub fn walk(&self, tau: f64, mut f: impl FnMut(&Node)) -> Slip {
         let reach = tau * self.p.abs().max(1.0);
-        if reach <= REACH_6 {
+        if reach <= REACH_4 {
+            self.short_walk(tau, &GAUSS_4, &mut f)
+        } else if reach <= REACH_6 {
             self.short_walk(tau, &GAUSS_6, &mut f)
         } else if reach <= REACH_8 {
             self.short_walk(tau, &GAUSS_8, &mut f)
@@ -117,7 +119,12 @@ impl Path {
 
     /// One panel, with exponentials from Taylor's series about its middle.
     #[inline]
-    fn short_walk(&self, tau: f64, rule: &[(f64, f64)], f: &mut impl FnMut(&Node)) -> Slip {
+    fn short_walk<const N: usize>(
+        &self,
+        tau: f64,
+        rule: &[(f64, f64); N],
+        f: &mut impl FnMut(&Node),
+    ) -> Slip {
         let half = 0.5 * tau;
         let (middle, middle_p) = (Exponentials::of(half), Exponentials::of(self.p * half));
         for &(x, w) in rule {
@@ -137,7 +144,6 @@ impl Path {
             left: a * a,
             power: a_p * a_p,
             tau,
-            zeta: None,
         }
     }
 
@@ -234,7 +240,7 @@ impl Exponentials {
 
 impl Slip {
     /// Nothing is gone yet.
-    pub const START: Self = Self { gone: 0.0, power_gone: 0.0, left: 1.0, power: 1.0, tau: 0.0, zeta: None };
+    pub const START: Self = Self { gone: 0.0, power_gone: 0.0, left: 1.0, power: 1.0, tau: 0.0 };
 
     /// u = exp(−τ).
     pub fn at(tau: f64, p: f64) -> Self {
@@ -244,13 +250,12 @@ impl Slip {
             left: (-tau).exp(),
             power: (-p * tau).exp(),
             tau,
-            zeta: None,
         }
     }
 
     /// After a way so short that u^p is linear in it.
     pub fn short(gone: f64, p: f64) -> Self {
-        Self { gone, power_gone: p * gone, left: 1.0 - gone, power: 1.0 - p * gone, tau: gone, zeta: None }
+        Self { gone, power_gone: p * gone, left: 1.0 - gone, power: 1.0 - p * gone, tau: gone }
     }
 
     /// Further down by a small Δd = εu: (1 − ε)^p and ln(1 − ε) by their series to ε⁵.
@@ -265,7 +270,6 @@ impl Slip {
             power_gone: self.power_gone + self.power * lost,
             power: self.power - self.power * lost,
             tau: self.tau + x * (1.0 + x * (0.5 + x * (1.0 / 3.0 + 0.25 * x))),
-            zeta: self.zeta,
         }
     }
 
@@ -278,7 +282,6 @@ impl Slip {
             power_gone: self.power_gone + self.power * next.power_gone,
             power: self.power * next.power,
             tau: self.tau + next.tau,
-            zeta: None,
         }
     }
 
