@@ -19,6 +19,7 @@
 //! }
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
+pub mod accuracy;
 pub mod ball;
 pub mod baseline;
 pub mod cases;

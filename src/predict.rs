@@ -171,6 +171,15 @@ impl Plan {
         Ok(choice)
     }
 
+    /// The cue ball before the impact, collision frame.
+    ///
+    /// # Errors
+    /// As [`Plan::predict`].
+    pub fn cue(&self, model: &Model, coefficients: &Coefficients) -> Result<BallState, Unpredictable> {
+        let speed = self.predict(model, coefficients)?.speed;
+        Ok(Start::new(&self.before, &self.spin, speed, model.ball.radius).cue)
+    }
+
     /// The model with what was chosen.
     fn chosen(&self, model: &Model) -> Model {
         self.choice.map_or(*model, |(fidelity, effects)| Model { fidelity, effects, ..*model })

@@ -590,3 +590,60 @@ fn results_that_cannot_be_written() {
     assert!(said.contains("cannot be written"), "{said}");
     assert_eq!(lab.written(), ["fits"]);
 }
+
+/// The table, the CSV and the pictures, for seeded shots and for those of a data set.
+#[test]
+fn accuracy_against_time() {
+    let folder = tempfile::tempdir().unwrap();
+    let out = folder.path().join("accuracy");
+    let output = caromfit(["accuracy", "--shots", "8", "--out", out.to_str().unwrap()]);
+    assert!(done(&output).contains("Model error"), "{}", stdout(&output));
+    let csv = fs::read_to_string(out.join("accuracy.csv")).unwrap();
+    // every fidelity; against the exact solution but for ode and contact with all effects
+    for name in ["elastic", "inelastic", "linear", "full", "ode", "contact"] {
+        assert!(csv.lines().any(|line| line.starts_with(&format!("{name},as-full,"))), "{name}");
+    }
+    assert!(!csv.contains("all,1e-6,exact") && csv.contains("contact,throw_deg"));
+    let svg = fs::read_to_string(out.join("accuracy.svg")).unwrap();
+    assert!(svg.contains("contact, all effects"));
+    assert!(fs::read(out.join("accuracy.png")).unwrap().starts_with(b"\x89PNG"));
+
+    let data = concat!(env!("CARGO_MANIFEST_DIR"), "/data/mathavan-2014");
+    let output = caromfit(["accuracy", "--dataset", data, "--out", out.to_str().unwrap()]);
+    assert!(done(&output).starts_with("5 shots"), "{}", stdout(&output));
+    refused(&caromfit(["accuracy", "--shots", "0"]), 2);
+}
+
+#[test]
+fn effects_are_chosen_and_explained() {
+    let shot = ["collide", "--speed", "2", "--cut", "30", "--mu", "0.05", "--mu-s", "0.3", "--e", "0.94"];
+    let auto = |more: &[&str]| {
+        let output = caromfit(shot.iter().chain(&["--fidelity", "auto", "--json"]).chain(more));
+        serde_json::from_str::<Value>(done(&output)).unwrap()
+    };
+    assert_eq!(auto(&["--tolerance", "1e-2"])["fidelity"], "linear");
+    let explained = auto(&["--tolerance", "1e-5", "--explain"]);
+    assert_eq!(explained["fidelity"], "contact");
+    let effects = explained["effects"].as_array().unwrap();
+    assert_eq!(effects.len(), 9);
+    let expected = BTreeSet::from(["name", "size", "on", "why"]);
+    assert!(effects.iter().all(|effect| keys(effect) == expected));
+    assert_eq!(auto(&["--effects", "inelasticity"])["fidelity"], "inelastic");
+    let wrong = caromfit(shot.iter().chain(&["--effects", "frictoin"]));
+    assert!(refused(&wrong, 2).contains("\"frictoin\" is no effect"));
+    let slower = caromfit(shot.iter().chain(&["--fidelity", "ode", "--tolerance", "1e-20"]));
+    assert!(refused(&slower, 2).contains("1e-12 to 1e-2"));
+}
+
+#[test]
+fn a_fit_counts_how_its_shots_were_computed() {
+    let folder = tempfile::tempdir().unwrap();
+    let data = concat!(env!("CARGO_MANIFEST_DIR"), "/data/mathavan-2014");
+    let out = folder.path().to_str().unwrap();
+    let output = caromfit(["fit", data, "--fidelity", "auto", "--out", out, "--json"]);
+    let fits: Value = serde_json::from_str(done(&output)).unwrap();
+    let fit = &fits[0];
+    assert_eq!(fit["fidelity"], "auto");
+    let shots = fit["computed"].as_array().unwrap().iter().map(|c| c["shots"].as_u64().unwrap());
+    assert_eq!(Some(shots.sum()), fit["shots_used"].as_u64());
+}

@@ -1,6 +1,7 @@
 //! Arguments in, library calls, results out. Exit status: 0 done; 1 understood but could not be
 //! done; 2 bad usage or bad input.
 
+mod accuracy;
 mod baseline;
 mod check;
 mod collide;
@@ -41,6 +42,8 @@ enum Command {
     Collide(collide::Args),
     /// Find the impacts in tracks; writes OUT/NAME/ with velocities, uncertainties and pictures
     Extract(extract::Args),
+    /// What accuracy costs in time: error against time of every fidelity
+    Accuracy(accuracy::Args),
     /// Make a synthetic data set from known parameters and noise
     Synth(synth::Args),
     /// Write a dataset.toml for CSV files, with what they do not tell left blank
@@ -144,6 +147,7 @@ pub fn run() -> ExitCode {
         Command::Fit(args) => fit::run(&args),
         Command::Collide(args) => collide::run(&args),
         Command::Extract(args) => extract::run(&args),
+        Command::Accuracy(args) => accuracy::run(&args),
         Command::Synth(args) => synth::run(&args),
         Command::Init(args) => init::run(&args),
         Command::Check(args) => check::run(&args),

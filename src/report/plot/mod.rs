@@ -7,6 +7,7 @@ pub mod contours;
 mod frame;
 mod panels;
 mod points;
+pub mod precision;
 mod series;
 pub(super) mod track;
 

@@ -1,0 +1,67 @@
+//! `caromfit accuracy`: what accuracy costs in time.
+
+use std::path::PathBuf;
+
+use caromfit::accuracy::{self, Shot};
+use caromfit::ball::Ball;
+use caromfit::collision::{Coefficients, Fidelity, Model};
+use caromfit::dataset;
+use caromfit::footage::with_impacts;
+use caromfit::parameters::Parameter;
+use caromfit::predict::Plan;
+use caromfit::report::{self, plot::precision, write};
+
+use super::{Failure, print};
+
+/// Runs every fidelity over seeded shots, or over those of a data set, and compares error with time. Writes
+/// OUT/{accuracy.csv, accuracy.svg, accuracy.png} and prints a table.
+#[derive(clap::Args)]
+#[command(after_help = "Example: caromfit accuracy --dataset data/mathavan-2014 --out accuracy")]
+pub struct Args {
+    /// Take the shots of this data set, at the initial values of its parameters
+    #[arg(long, value_name = "DATASET")]
+    dataset: Option<PathBuf>,
+    /// Where the results go
+    #[arg(long, default_value = "accuracy", value_name = "DIR")]
+    out: PathBuf,
+    /// How many shots, without a data set
+    #[arg(long, default_value_t = 200, value_name = "N", value_parser = clap::value_parser!(u32).range(1..100_000))]
+    shots: u32,
+    /// Of the shots
+    #[arg(long, default_value_t = 0)]
+    seed: u64,
+}
+
+pub fn run(args: &Args) -> Result<(), Failure> {
+    let (shots, ball, left_out) = match &args.dataset {
+        Some(path) => of_dataset(path)?,
+        None => (accuracy::shots(args.shots as usize, args.seed), Ball::POOL, 0),
+    };
+    let rows = accuracy::study(&shots, ball).map_err(Failure::work)?;
+    let files = [
+        ("accuracy.csv", report::accuracy::csv(&rows).into_bytes()),
+        ("accuracy.svg", precision::svg(&rows).map_err(Failure::work)?.into_bytes()),
+        ("accuracy.png", precision::png(&rows).map_err(Failure::work)?),
+    ];
+    write::write_files(&files, &args.out).map_err(Failure::work)?;
+    let left_out = if left_out > 0 { format!(", {left_out} left out") } else { String::new() };
+    print(&format!("{} shots{left_out}\n\n{}", shots.len(), report::accuracy::table(&rows)))
+}
+
+fn of_dataset(path: &std::path::Path) -> Result<(Vec<Shot>, Ball, usize), Failure> {
+    let loaded = dataset::load(path).map_err(Failure::input)?;
+    let (dataset, ..) = with_impacts(loaded, &|| {});
+    let [mu, mu_s, e] = Parameter::ALL.map(|parameter| dataset.settings[parameter].initial);
+    let coefficients = Coefficients { mu, mu_s, e };
+    let model = Model::new(Fidelity::Full, dataset.ball);
+    let shot = |shot: &dataset::Shot| {
+        let cue = Plan::new(shot).ok()?.cue(&model, &coefficients).ok()?;
+        Some(Shot { cue, coefficients })
+    };
+    let shots: Vec<Shot> = dataset.shots.iter().filter_map(shot).collect();
+    if shots.is_empty() {
+        return Err(Failure::work(format!("{}: no shot can be used", dataset.name)));
+    }
+    let left_out = dataset.shots.len() - shots.len() + dataset.left_out.len();
+    Ok((shots, dataset.ball, left_out))
+}

@@ -1,0 +1,76 @@
+//! The study of [`crate::accuracy`] as a table and as CSV.
+
+use std::fmt::Write;
+
+use super::table::aligned;
+use crate::accuracy::{QUANTITIES, Row, Spread};
+use crate::collision::Fidelity;
+
+/// What a row is called.
+pub(super) fn name(row: &Row) -> String {
+    let what = match (row.tolerance.is_some(), row.everything) {
+        (true, true) => "all effects",
+        (true, false) => "as full",
+        _ => return row.fidelity.name().to_owned(),
+    };
+    format!("{}, {what}", row.fidelity.name())
+}
+
+/// Which errors of a row are meant.
+pub(super) type Pick = fn(&Row) -> Option<[Spread; 4]>;
+
+/// For the terminal: errors of 95 % of the shots.
+#[must_use]
+pub fn table(rows: &[Row]) -> String {
+    let heads = ["", "tolerance", "time", "of linear", "throw, °", "speed/U", "spin R/U", "jump/U"];
+    let linear = rows.iter().find(|row| row.fidelity == Fidelity::Linear).map_or(f64::NAN, |row| row.seconds);
+    let mut text = String::new();
+    let parts: [(&str, Pick); 2] = [
+        ("Numerical error (95 % of the shots) against the exact solution of the same equations", |row| {
+            row.numerical
+        }),
+        ("Model error (95 % of the shots) against contact with all effects", |row| Some(row.model)),
+    ];
+    for (title, pick) in parts {
+        let mut cells = vec![heads.map(str::to_owned).to_vec()];
+        for row in rows {
+            let Some(errors) = pick(row) else { continue };
+            let tolerance = row.tolerance.map_or(String::new(), |tolerance| format!("{tolerance:.0e}"));
+            let mut line = vec![name(row), tolerance, seconds(row.seconds)];
+            line.push(format!("{:.1}", row.seconds / linear));
+            line.extend(errors.map(|error| format!("{:.1e}", error.p95)));
+            cells.push(line);
+        }
+        let _ = write!(text, "{title}\n{}\n", aligned(&cells, "  "));
+    }
+    text
+}
+
+fn seconds(value: f64) -> String {
+    if value < 1e-6 { format!("{:.1} ns", 1e9 * value) } else { format!("{:.1} µs", 1e6 * value) }
+}
+
+/// One row per way, reference and quantity.
+#[must_use]
+pub fn csv(rows: &[Row]) -> String {
+    let mut text =
+        "fidelity,effects,tolerance,seconds,failed,reference,quantity,median,p95,worst\n".to_owned();
+    for row in rows {
+        let effects = if row.everything { "all" } else { "as-full" };
+        let tolerance = row.tolerance.map_or(String::new(), |tolerance| format!("{tolerance:e}"));
+        let references = [("exact", row.numerical), ("contact", Some(row.model))];
+        for (reference, errors) in references {
+            let Some(errors) = errors else { continue };
+            for (quantity, Spread { median, p95, worst }) in QUANTITIES.into_iter().zip(errors) {
+                let _ = writeln!(
+                    text,
+                    "{},{effects},{tolerance},{:e},{},{reference},{quantity},{median:e},{p95:e},{worst:e}",
+                    row.fidelity.name(),
+                    row.seconds,
+                    row.failed,
+                );
+            }
+        }
+    }
+    text
+}

@@ -1,0 +1,136 @@
+//! accuracy.svg and accuracy.png: error against time, both on logarithmic scales.
+
+use plotters::prelude::*;
+
+use super::axis::Axis;
+use super::canvas::{Anchor, Canvas, GREY, INK, LARGE, SMALL};
+use super::frame::{Frame, Rect};
+use super::{MARGIN, WIDTH, encoded};
+use crate::accuracy::Row;
+use crate::report::accuracy::Pick;
+use crate::report::{ReportError, accuracy};
+
+const HEIGHT: u32 = 640;
+const HEAD: i32 = 130;
+
+/// Errors below are roundings.
+const LEAST: f64 = 1e-16;
+
+/// One for each way, in the order of first appearance.
+const COLORS: [RGBColor; 8] = [
+    RGBColor(120, 120, 120),
+    RGBColor(60, 60, 60),
+    RGBColor(230, 159, 0),
+    RGBColor(213, 94, 0),
+    RGBColor(0, 114, 178),
+    RGBColor(86, 180, 233),
+    RGBColor(0, 158, 115),
+    RGBColor(204, 121, 167),
+];
+
+/// accuracy.svg as text.
+///
+/// # Errors
+/// The drawing library gave up.
+pub fn svg(rows: &[Row]) -> Result<String, ReportError> {
+    let mut text = String::new();
+    let area = SVGBackend::with_string(&mut text, (WIDTH, HEIGHT)).into_drawing_area();
+    let done = draw(&area, rows);
+    drop(area);
+    done.map(|()| text).map_err(failed)
+}
+
+/// accuracy.png as bytes.
+///
+/// # Errors
+/// As [`svg`].
+pub fn png(rows: &[Row]) -> Result<Vec<u8>, ReportError> {
+    let mut pixels = vec![255; 3 * WIDTH as usize * HEIGHT as usize];
+    let area = BitMapBackend::with_buffer(&mut pixels, (WIDTH, HEIGHT)).into_drawing_area();
+    let done = draw(&area, rows);
+    drop(area);
+    done.and_then(|()| encoded(&pixels, (WIDTH, HEIGHT)).map_err(|error| error.to_string())).map_err(failed)
+}
+
+fn failed(reason: String) -> ReportError {
+    ReportError::Draw { dataset: "the accuracy".to_owned(), reason }
+}
+
+/// A way's name, its colour, and its rows.
+type Series<'a> = (String, RGBColor, Vec<&'a Row>);
+
+fn series(rows: &[Row]) -> Vec<Series<'_>> {
+    let mut all: Vec<Series> = Vec::new();
+    for row in rows {
+        let name = accuracy::name(row);
+        match all.iter_mut().find(|(known, ..)| *known == name) {
+            Some((.., own)) => own.push(row),
+            None => all.push((name, COLORS[all.len() % COLORS.len()], vec![row])),
+        }
+    }
+    all
+}
+
+fn draw<DB: DrawingBackend>(
+    area: &DrawingArea<DB, plotters::coord::Shift>,
+    rows: &[Row],
+) -> Result<(), String> {
+    let canvas = Canvas::new(area)?;
+    canvas.text("Accuracy against time", (MARGIN, 34), Anchor::Left, LARGE, INK)?;
+    let series = series(rows);
+    let (mut x, mut y) = (MARGIN, 72);
+    for (name, color, _) in &series {
+        let wide = 20 + super::canvas::width(name, SMALL) + 28;
+        if x + wide > WIDTH as i32 - MARGIN {
+            (x, y) = (MARGIN, y + 26);
+        }
+        canvas.circle((x + 6, y), 6, color.to_rgba())?;
+        canvas.text(name, (x + 20, y), Anchor::Left, SMALL, INK)?;
+        x += wide;
+    }
+    let panels: [(&str, Pick); 2] = [
+        ("Numerical error: against the exact solution", |row| row.numerical),
+        ("Model error: against contact with all effects", |row| Some(row.model)),
+    ];
+    for (column, (title, pick)) in panels.into_iter().enumerate() {
+        let left = |column: usize| 6 + (WIDTH as i32 - 12) * column as i32 / 2;
+        let rect = Rect { left: left(column), top: HEAD, right: left(column + 1), bottom: HEIGHT as i32 - 8 };
+        panel(&canvas, rect, title, &series, pick)?;
+    }
+    area.present().map_err(|error| error.to_string())
+}
+
+fn panel<DB: DrawingBackend>(
+    canvas: &Canvas<DB>,
+    rect: Rect,
+    title: &str,
+    series: &[Series],
+    pick: Pick,
+) -> Result<(), String> {
+    /// Horizontal speeds.
+    const SPEED: usize = 1;
+    let point = |row: &Row| {
+        let error = pick(row)?[SPEED].p95;
+        error.is_finite().then(|| (row.seconds.log10(), error.max(LEAST).log10()))
+    };
+    let points = |own: &[&Row]| own.iter().filter_map(|row| point(row)).collect::<Vec<_>>();
+    let all: Vec<_> = series.iter().flat_map(|(.., own)| points(own)).collect();
+    let axes = (
+        Axis::around("time of a collision, log10 of seconds", all.iter().map(|p| p.0)),
+        Axis::around("95 % error of a velocity over U, log10", all.iter().map(|p| p.1)),
+    );
+    let frame = Frame::new(canvas, rect, title, &[], axes)?;
+    for (_, color, own) in series {
+        let points = points(own);
+        if points.len() > 1 {
+            frame.line(&points, *color, 2)?;
+        } else if let [(_, y)] = points[..] {
+            // how far its accuracy reaches
+            frame.line(&[(frame.x.low, y), (frame.x.high, y)], GREY, 1)?;
+        }
+        for (x, y) in points {
+            canvas.circle(frame.at(x, y), 6, color.to_rgba())?;
+        }
+    }
+    frame.axes()
+}
