@@ -19,6 +19,7 @@
 //! }
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
+
 pub mod accuracy;
 pub mod ball;
 pub mod baseline;
@@ -26,6 +27,7 @@ pub mod cases;
 pub mod check;
 pub mod cloth;
 pub mod collision;
+pub mod compare;
 pub mod contact;
 pub mod dataset;
 pub mod disc;

@@ -2,6 +2,7 @@
 
 mod cli;
 mod collisions;
+mod compare;
 mod discs;
 mod effects;
 mod extraction;

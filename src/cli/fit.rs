@@ -22,7 +22,7 @@ use super::{Failure, FidelityArg, print};
 const BOUND_FROM: usize = 1000;
 
 /// Loads each data set, fits it (each label apart where its [fit] by says so), writes
-/// OUT/NAME/{fit.json, residuals.csv, residuals.svg, residuals.png, contours.svg, contours.png} and prints one table over all.
+/// OUT/NAME/{fit.json, residuals.csv, residuals.svg, residuals.png, contours.svg, contours.png, report.html} and prints one table over all.
 #[derive(clap::Args)]
 #[command(after_help = "Example: caromfit fit data/*/")]
 pub struct Args {
@@ -125,7 +125,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         seed: args.seed,
     };
     let progress = Progress::over_shots(&datasets, args.bootstrap);
-    let mut fits = Vec::new();
+    let (mut fits, mut pictures) = (Vec::new(), Vec::new());
     let (mut failed, mut bad_input) = (Vec::new(), false);
     for dataset in datasets {
         progress.step(&dataset.name);
@@ -134,9 +134,14 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         let options = Options { method, ..options };
         let most = if method == Method::Joint { usize::MAX } else { BOUND_FROM };
         let films = footage::films(&extracted, &scene, most);
-        drop(extracted);
         match fit::fit_watched(&dataset, &films, &options, &|| progress.done()) {
-            Ok(of_dataset) => fits.push(of_dataset),
+            Ok(of_dataset) => {
+                let worst = report::html::worth_drawing(&of_dataset);
+                let drawn =
+                    report::extracted::pictures_of(&worst, &extracted, &scene).map_err(Failure::work)?;
+                pictures.push(drawn);
+                fits.push(of_dataset);
+            }
             Err(error) => {
                 bad_input |= error.is_bad_input();
                 failed.push(error.to_string());
@@ -153,13 +158,13 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         None => None,
     };
     let has_moved = moved.as_ref().is_some_and(|moved| !moved.is_empty());
-    for of_dataset in &fits {
+    for (of_dataset, pictures) in fits.iter().zip(&pictures) {
         // what moved is not written over what it moved from
         if has_moved && baseline.as_ref().is_some_and(|b| b.is_in(&report::fit_folder(of_dataset, &args.out)))
         {
             continue;
         }
-        let written = report::write_all(of_dataset, &args.out);
+        let written = report::write_all(of_dataset, pictures, &args.out);
         if let Err(error) = written {
             progress.finish();
             return Err(Failure::work(error));

@@ -5,6 +5,7 @@ mod accuracy;
 mod baseline;
 mod check;
 mod collide;
+mod compare;
 mod export;
 mod extract;
 mod fit;
@@ -38,6 +39,8 @@ struct Cli {
 enum Command {
     /// Fit μ, μ_s and e to data sets; writes fits/NAME/ and prints a table
     Fit(fit::Args),
+    /// Which parameters differ between cloths or balls, by how much, how surely
+    Compare(compare::Args),
     /// Compute one collision, or a file of them
     Collide(collide::Args),
     /// Find the impacts in tracks; writes OUT/NAME/ with velocities, uncertainties and pictures
@@ -145,6 +148,7 @@ fn effects(text: &str) -> Result<Effects, String> {
 pub fn run() -> ExitCode {
     let result = match Cli::parse().command {
         Command::Fit(args) => fit::run(&args),
+        Command::Compare(args) => compare::run(&args),
         Command::Collide(args) => collide::run(&args),
         Command::Extract(args) => extract::run(&args),
         Command::Accuracy(args) => accuracy::run(&args),

@@ -34,6 +34,16 @@ pub fn pictures(
     extracted.iter().zip(&folders).map(draw).collect()
 }
 
+/// The SVG of each of some shots, by name.
+pub fn pictures_of(
+    names: &[String],
+    extracted: &[(TrackShot, Impact)],
+    scene: &Scene,
+) -> Result<Vec<(String, String)>, ReportError> {
+    let wanted = extracted.iter().filter(|(shot, _)| names.contains(&shot.name));
+    wanted.map(|(shot, impact)| Ok((shot.name.clone(), track::svg(shot, impact, scene)?))).collect()
+}
+
 /// The one spin that all shots have, if that is stun or natural roll.
 fn assumed(dataset: &Dataset) -> Option<&'static str> {
     let all = |spin: Spin| dataset.shots.iter().all(|shot| shot.spin == spin);

@@ -2,10 +2,12 @@
 //! pure: a fit goes in, text or bytes come out. Only [`write`](mod@write) touches the disk.
 
 pub mod accuracy;
+pub mod compare;
 pub mod csv;
 mod diagnostics;
 pub mod discs;
 pub mod extracted;
+pub mod html;
 pub mod json;
 pub mod moved;
 mod number;

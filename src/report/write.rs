@@ -5,6 +5,7 @@ use std::fs::{self, File};
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
+use super::html::{self, ShotPicture};
 use super::{ReportError, csv, json, plot};
 use crate::fit::Fit;
 
@@ -27,7 +28,7 @@ pub fn fit_folder(fits: &[Fit], out: &Path) -> PathBuf {
 
 /// Writes the fits of one data set below `out`, labels that would share a folder apart, after all
 /// have been rendered.
-pub fn write_all(fits: &[Fit], out: &Path) -> Result<(), ReportError> {
+pub fn write_all(fits: &[Fit], shots: &[ShotPicture], out: &Path) -> Result<(), ReportError> {
     let labels: Vec<String> = fits
         .iter()
         .map(|fit| fit.group.as_ref().map_or_else(String::new, |(_, label)| label.clone()))
@@ -35,7 +36,8 @@ pub fn write_all(fits: &[Fit], out: &Path) -> Result<(), ReportError> {
     let mut rendered = Vec::new();
     for (fit, name) in fits.iter().zip(group_folders(&labels)) {
         let folder = out.join(dataset_folder(&fit.dataset));
-        rendered.push((if fit.group.is_some() { folder.join(name) } else { folder }, files(fit)?));
+        rendered
+            .push((if fit.group.is_some() { folder.join(name) } else { folder }, files_with(fit, shots)?));
     }
     rendered.iter().try_for_each(|(folder, files)| put(files, folder))
 }
@@ -60,14 +62,23 @@ fn put(files: &[(&'static str, Vec<u8>)], folder: &Path) -> Result<(), ReportErr
 
 /// The files of a report: name and content.
 pub fn files(fit: &Fit) -> Result<Vec<(&'static str, Vec<u8>)>, ReportError> {
+    files_with(fit, &[])
+}
+
+/// The same, with pictures of shots for report.html.
+pub fn files_with(fit: &Fit, shots: &[ShotPicture]) -> Result<Vec<(&'static str, Vec<u8>)>, ReportError> {
+    let (residuals, spots) = plot::svg_with_spots(fit)?;
+    let contours = plot::contours::svg(fit).transpose()?;
+    let report = html::of_fit(fit, &residuals, &spots, contours.as_deref(), shots)?;
     let mut files = vec![
         ("residuals.csv", csv::render(fit).into_bytes()),
-        ("residuals.svg", plot::svg(fit)?.into_bytes()),
+        ("residuals.svg", residuals.into_bytes()),
         ("residuals.png", plot::png(fit)?),
     ];
-    if let Some(svg) = plot::contours::svg(fit) {
-        files.push(("contours.svg", svg?.into_bytes()));
+    if let Some(svg) = contours {
+        files.push(("contours.svg", svg.into_bytes()));
     }
+    files.push(("report.html", report.into_bytes()));
     if let Some(png) = plot::contours::png(fit) {
         files.push(("contours.png", png?));
     }

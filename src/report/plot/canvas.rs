@@ -1,5 +1,6 @@
 //! Lines, shapes and text in pixels, on either backend.
 
+use std::cell::RefCell;
 use std::sync::OnceLock;
 
 use plotters::prelude::*;
@@ -26,6 +27,8 @@ pub(super) type Pixel = (i32, i32);
 
 pub(super) struct Canvas<'a, DB: DrawingBackend> {
     area: &'a DrawingArea<DB, plotters::coord::Shift>,
+    /// Where points of the data were drawn, and which.
+    spots: RefCell<Vec<(i32, i32, usize)>>,
 }
 
 /// Where a text stands about its point.
@@ -43,7 +46,16 @@ impl<'a, DB: DrawingBackend> Canvas<'a, DB> {
     pub(super) fn new(area: &'a DrawingArea<DB, plotters::coord::Shift>) -> Result<Self, String> {
         register()?;
         area.fill(&WHITE).map_err(|error| error.to_string())?;
-        Ok(Self { area })
+        Ok(Self { area, spots: RefCell::default() })
+    }
+
+    /// Remembers where a point of the data was drawn.
+    pub(super) fn spot(&self, (x, y): Pixel, index: usize) {
+        self.spots.borrow_mut().push((x, y, index));
+    }
+
+    pub(super) fn spots(&self) -> Vec<(i32, i32, usize)> {
+        self.spots.take()
     }
 
     pub(super) fn line(&self, points: Vec<Pixel>, color: RGBAColor, width: u32) -> Result<(), String> {

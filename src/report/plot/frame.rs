@@ -52,6 +52,23 @@ impl<'c, 'a, DB: DrawingBackend> Frame<'c, 'a, DB> {
         Ok(frame)
     }
 
+    /// Without numbers on the axis upwards: the caller writes there.
+    pub(super) fn unlabelled(
+        canvas: &'c Canvas<'a, DB>,
+        area: Rect,
+        title: &str,
+        remarks: &[String],
+        axes: (Axis, Axis),
+    ) -> Result<Self, String> {
+        let top = head(canvas, area, title, remarks)?;
+        let (x, y) = axes;
+        let plot = Rect { left: area.left + 30, top, right: area.right - 26, bottom: area.bottom - 62 };
+        let x_ticks = x.ticks(7);
+        let frame = Self { canvas, x, y, area, plot, x_ticks, y_ticks: Vec::new() };
+        frame.grid()?;
+        Ok(frame)
+    }
+
     /// Where a point of the data is; at the edge, if it is beyond.
     pub(super) fn at(&self, x: f64, y: f64) -> Pixel {
         let Rect { left, top, right, bottom } = self.plot;

@@ -3,6 +3,7 @@
 
 mod axis;
 mod canvas;
+pub mod compare;
 pub mod contours;
 mod frame;
 mod panels;
@@ -33,12 +34,17 @@ const MARGIN: i32 = 22;
 
 /// residuals.svg as text.
 pub fn svg(fit: &Fit) -> Result<String, ReportError> {
+    svg_with_spots(fit).map(|(text, _)| text)
+}
+
+/// residuals.svg, and where its points are: x, y, index of the residual.
+pub fn svg_with_spots(fit: &Fit) -> Result<(String, Vec<(i32, i32, usize)>), ReportError> {
     let mut text = String::new();
     let drawn = Picture::of(fit).and_then(|picture| {
         let area = SVGBackend::with_string(&mut text, picture.size()).into_drawing_area();
         picture.draw(&area)
     });
-    drawn.map(|()| text).map_err(|reason| failed(fit, reason))
+    drawn.map(|spots| (text, spots)).map_err(|reason| failed(fit, reason))
 }
 
 /// residuals.png as bytes.
@@ -111,7 +117,10 @@ impl Picture {
         60 + 30 * self.summary.len() as i32 + warning + self.legend.height() + 14
     }
 
-    fn draw<DB: DrawingBackend>(&self, area: &DrawingArea<DB, plotters::coord::Shift>) -> Result<(), String> {
+    fn draw<DB: DrawingBackend>(
+        &self,
+        area: &DrawingArea<DB, plotters::coord::Shift>,
+    ) -> Result<Vec<(i32, i32, usize)>, String> {
         let canvas = Canvas::new(area)?;
         canvas.text(&self.title, (MARGIN, 34), Anchor::Left, LARGE, INK)?;
         let mut y = 72;
@@ -125,7 +134,8 @@ impl Picture {
         }
         self.legend.draw(&canvas, (MARGIN, y - 12))?;
         self.panels(&canvas)?;
-        area.present().map_err(|error| error.to_string())
+        area.present().map_err(|error| error.to_string())?;
+        Ok(canvas.spots())
     }
 
     /// Two by two; where measured against predicted takes several panels, these fill the upper row.

@@ -83,7 +83,9 @@ pub(super) fn measured<DB: DrawingBackend>(
         canvas.line(bar, color(point.series).mix(0.8 * points.opacity()), 1)?;
     }
     for point in seen.iter().filter(|point| point.drawn) {
-        marker(canvas, frame.at(point.predicted, point.measured), point.series, points.opacity())?;
+        let at = frame.at(point.predicted, point.measured);
+        marker(canvas, at, point.series, points.opacity())?;
+        canvas.spot(at, point.index);
     }
     frame.line(&[(frame.x.low, frame.x.low), (frame.x.high, frame.x.high)], INK, 1)?;
     frame.axes()
@@ -167,6 +169,7 @@ fn against<DB: DrawingBackend>(
     for point in seen.iter().filter(|point| point.drawn) {
         let at = frame.at((kind.value)(point), point.standardized);
         marker(canvas, at, point.series, points.opacity())?;
+        canvas.spot(at, point.index);
     }
     frame.line(&[(frame.x.low, 0.0), (frame.x.high, 0.0)], INK, 1)?;
     for mean in &means {
@@ -237,7 +240,9 @@ pub(super) fn quantiles<DB: DrawingBackend>(
         canvas.polygon(outline, BAND.to_rgba())?;
     }
     for (i, point) in sorted.iter().enumerate().filter(|(_, point)| point.drawn) {
-        marker(canvas, frame.at(quantile(i), point.standardized), point.series, points.opacity())?;
+        let at = frame.at(quantile(i), point.standardized);
+        marker(canvas, at, point.series, points.opacity())?;
+        canvas.spot(at, point.index);
     }
     let end = frame.x.high.min(frame.y.high);
     frame.line(&[(-end, -end), (end, end)], INK, 1)?;

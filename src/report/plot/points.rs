@@ -15,6 +15,8 @@ const EXTREMES: usize = 100;
 /// One observation, angles in degrees.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Point {
+    /// Index of its residual.
+    pub(super) index: usize,
     /// Index of its observable in [`Points::observables`].
     pub(super) series: usize,
     pub(super) measured: f64,
@@ -47,7 +49,7 @@ impl Points {
                 observables.push(residual.observable);
                 observables.len() - 1
             });
-            all.push(point(residual, series));
+            all.push(point(residual, all.len(), series));
         }
         let thinned = thin(&mut all, observables.len());
         Self { observables, all, thinned }
@@ -73,9 +75,10 @@ impl Points {
     }
 }
 
-fn point(residual: &Residual, series: usize) -> Point {
+fn point(residual: &Residual, index: usize, series: usize) -> Point {
     let unit_si = residual.observable.unit_si();
     Point {
+        index,
         series,
         measured: residual.measured / unit_si,
         predicted: residual.predicted / unit_si,

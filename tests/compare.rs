@@ -1,0 +1,219 @@
+//! Comparisons: differences that are there are found, and others are not.
+
+use std::path::Path;
+use std::process::Command;
+
+use caromfit::compare::{Comparison, Options, Quantity, compare};
+use caromfit::dataset::{self, Dataset};
+use caromfit::footage::with_impacts;
+use caromfit::parameters::Parameter;
+use caromfit::synth::{self, BallSpec, Kind, Noise, Played, Shots, Spec, Truth};
+use serde_json::Value;
+
+const MU_S: Quantity = Quantity::Parameter(Parameter::MuS);
+
+fn shipped(name: &str) -> Dataset {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("data").join(name);
+    with_impacts(dataset::load(&folder).unwrap(), &|| ()).0
+}
+
+/// Impacts on one of two cloths.
+fn cloth(name: &str, mu_s: f64, seed: u64, count: usize, played: Played) -> Dataset {
+    let spec = Spec {
+        name: name.to_string(),
+        kind: Kind::Impacts,
+        seed,
+        truth: Truth { mu: 0.05, mu_s, e: 0.94 },
+        shots: Shots { count, speed_m_s: [1.0, 4.0], cut_deg: [-50.0, 50.0], cue_spin: vec![played] },
+        noise: Noise { velocity_m_s: 0.004, line_of_centres_deg: 0.05, spin_rad_s: 0.5, angle_deg: 0.2 },
+        ball: BallSpec::default(),
+        camera: synth::Camera::default(),
+        cloth: synth::ClothSpec::default(),
+    };
+    let folder = tempfile::tempdir().unwrap();
+    for (name, content) in synth::generate(&spec).unwrap() {
+        std::fs::write(folder.path().join(name), content).unwrap();
+    }
+    let mut dataset = dataset::load(folder.path()).unwrap();
+    dataset.cloth = Some(name.to_string());
+    dataset
+}
+
+fn of(comparison: &Comparison, quantity: Quantity) -> &caromfit::compare::Compared {
+    comparison.quantities.iter().find(|q| q.quantity == quantity).unwrap()
+}
+
+#[test]
+fn the_two_synthetic_cloths_differ_in_what_they_were_made_to() {
+    let both = [shipped("synthetic-cloth-a"), shipped("synthetic-cloth-b")];
+    let all = [Quantity::Parameter(Parameter::Mu), Quantity::Parameter(Parameter::E)];
+    let options = Options { per_dataset: all.to_vec(), ..Options::default() };
+    let comparison = compare(&both, &options).unwrap();
+    assert!(comparison.converged, "{}", comparison.termination);
+    assert_eq!(comparison.told_by, "cloth");
+    // true differences: μ 0, μ_s 0.15, e 0, μ_k 0.05
+    for (quantity, truth, real) in
+        [(all[0], 0.0, false), (MU_S, 0.15, true), (all[1], 0.0, false), (Quantity::Sliding, 0.05, true)]
+    {
+        let compared = of(&comparison, quantity);
+        let [difference] = compared.differences.as_slice() else { panic!("{compared:?}") };
+        let [low, high] = difference.interval_95;
+        assert!((low..=high).contains(&truth), "{}: {low}..{high}", quantity.name());
+        let test = compared.same_or_different.unwrap();
+        assert_eq!(difference.is_real(), real, "{}: {difference:?}", quantity.name());
+        assert_eq!(test.delta_aic < 0.0, real, "{}: {test:?}", quantity.name());
+        assert_eq!(difference.words.is_some(), true);
+    }
+}
+
+#[test]
+fn a_joint_fit_of_one_cloth_twice_is_the_fit_of_all_its_shots() {
+    let (a, b) =
+        (cloth("one", 0.3, 1, 30, Played::NaturalRoll), cloth("two", 0.3, 2, 30, Played::NaturalRoll));
+    let options = Options { share: vec![MU_S], ..Options::default() };
+    let comparison = compare(&[a.clone(), b.clone()], &options).unwrap();
+    let mut together = a;
+    together.shots.extend(b.shots);
+    for (i, shot) in together.shots.iter_mut().enumerate() {
+        shot.name = i.to_string();
+    }
+    let fit = &caromfit::fit::fit(&together, &caromfit::fit::Options::default()).unwrap()[0];
+    for parameter in Parameter::ALL {
+        let compared = of(&comparison, Quantity::Parameter(parameter));
+        let (own, single) = (compared.estimates[0], fit.estimates[parameter as usize]);
+        assert!(compared.shared);
+        // both minimise to rounding, magnified by weights that come to rest at 1e-9
+        assert!((own.value - single.value).abs() < 1e-6 * single.value, "{own:?} {single:?}");
+        let (error, expected) = (own.std_error.unwrap(), single.std_error.unwrap());
+        assert!((error / expected - 1.0).abs() < 1e-4, "{error} {expected}");
+    }
+    assert!((comparison.chi2 / fit.chi2 - 1.0).abs() < 1e-6);
+    assert_eq!(comparison.dof, fit.dof);
+}
+
+#[test]
+fn what_cannot_tell_is_said_and_left_out() {
+    let rolling = [cloth("a", 0.2, 1, 30, Played::NaturalRoll), cloth("b", 0.4, 2, 30, Played::NaturalRoll)];
+    let stun = cloth("c", 0.3, 3, 30, Played::Stun);
+    let comparison = compare(&[rolling[0].clone(), stun, rolling[1].clone()], &Options::default()).unwrap();
+    let compared = of(&comparison, MU_S);
+    assert_eq!(compared.left_out.len(), 1);
+    assert_eq!(compared.left_out[0].0, 1);
+    assert!(compared.left_out[0].1.contains("topspin"), "{:?}", compared.left_out);
+    let [difference] = compared.differences.as_slice() else { panic!("{compared:?}") };
+    assert_eq!((difference.first, difference.second), (0, 2));
+    // but it tells μ as the others do
+    assert!(of(&comparison, Quantity::Parameter(Parameter::Mu)).left_out.is_empty());
+}
+
+/// With CAROMFIT_COMPARISONS=1000: tests/reference/studies.md.
+#[test]
+fn differences_are_found_where_they_are_and_hardly_elsewhere() {
+    let count: u64 = std::env::var("CAROMFIT_COMPARISONS").ok().and_then(|n| n.parse().ok()).unwrap_or(100);
+    let (mut chance, mut ratio, mut found) = (0, 0, 0);
+    for seed in 0..count {
+        let a = cloth("a", 0.3, 2 * seed, 40, Played::NaturalRoll);
+        let b = cloth("b", 0.3, 2 * seed + 1, 40, Played::NaturalRoll);
+        let comparison = compare(&[a.clone(), b], &Options::default()).unwrap();
+        let compared = of(&comparison, MU_S);
+        chance += u64::from(compared.differences[0].is_real());
+        ratio += u64::from(compared.same_or_different.unwrap().p_value < 0.05);
+        // 2.8 standard errors of a difference, which 80 % of experiments find
+        let detectable = 2.8 * compared.differences[0].std_error;
+        let b = cloth("b", 0.3 + detectable, 2 * seed + 1, 40, Played::NaturalRoll);
+        let comparison = compare(&[a, b], &Options::default()).unwrap();
+        found += u64::from(of(&comparison, MU_S).differences[0].is_real());
+    }
+    println!("of {count}: {chance} false by the difference, {ratio} by the likelihood ratio; {found} found");
+    // four standard deviations of a count
+    let within = |seen: u64, expected: f64| {
+        let n = count as f64;
+        (seen as f64 - n * expected).abs() < 4.0 * (n * expected * (1.0 - expected)).sqrt()
+    };
+    assert!(within(chance, 0.05), "{chance} of {count}");
+    assert!(within(ratio, 0.05), "{ratio} of {count}");
+    assert!(within(found, 0.8), "{found} of {count}");
+}
+
+fn run(args: &[&str]) -> std::process::Output {
+    Command::new(env!("CARGO_BIN_EXE_caromfit"))
+        .args(args)
+        .current_dir(env!("CARGO_MANIFEST_DIR"))
+        .output()
+        .unwrap()
+}
+
+#[test]
+fn the_published_treatments_are_compared_in_mu() {
+    let folder = tempfile::tempdir().unwrap();
+    let out = folder.path().join("compare");
+    let output =
+        run(&["compare", "data/alciatore-2014-treatments", "--out", out.to_str().unwrap(), "--json"]);
+    assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stderr));
+    let value: Value = serde_json::from_slice(&output.stdout).unwrap();
+    assert_eq!(value["told_by"], "treatment");
+    let mu = &value["parameters"][0];
+    assert_eq!((mu["parameter"].as_str(), mu["shared"].as_bool()), (Some("mu"), Some(false)));
+    let of = |label: &str| {
+        let all = mu["estimates"].as_array().unwrap();
+        all.iter().find(|e| e["label"] == label).unwrap()["estimate"].as_f64().unwrap()
+    };
+    // as printed: 0.2° of throw with silicone, 2.7° with Turtle wax, at 30°: μ = tan(throw)
+    assert!((of("Silicone") - 0.2_f64.to_radians().tan()).abs() < 1e-4, "{}", of("Silicone"));
+    assert!((of("Turtle wax") - 2.7_f64.to_radians().tan()).abs() < 1e-4, "{}", of("Turtle wax"));
+    let left: Vec<&str> =
+        mu["left_out"].as_array().unwrap().iter().map(|l| l["label"].as_str().unwrap()).collect();
+    assert!(left.contains(&"chalk") && !left.contains(&"Silicone"), "{left:?}");
+    for file in ["compare.json", "forest.svg", "forest.png", "residuals.svg", "residuals.png", "report.html"]
+    {
+        assert!(out.join(file).metadata().unwrap().len() > 500, "{file}");
+    }
+}
+
+#[test]
+fn wrong_use_is_refused() {
+    for (args, expected) in [
+        (&["compare", "data/domenech-2023"][..], "1 sample(s)"),
+        (
+            &[
+                "compare",
+                "data/synthetic-cloth-a",
+                "data/synthetic-cloth-b",
+                "--share",
+                "mu",
+                "--per-dataset",
+                "mu",
+            ],
+            "mu is both",
+        ),
+        (&["compare", "data/synthetic-cloth-a", "--share", "nu"], "expected one of mu, mu_s, e, mu_k"),
+    ] {
+        let output = run(args);
+        assert_eq!(output.status.code(), Some(2), "{args:?}");
+        let said = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert!(said.contains(expected), "{args:?}: {said}");
+    }
+}
+
+/// Nothing from elsewhere, every link resolves, every point is named, and text that came with the data is text.
+#[test]
+fn the_report_stands_alone() {
+    let folder = tempfile::tempdir().unwrap();
+    let out = folder.path().to_str().unwrap();
+    let output = run(&["fit", "data/synthetic-natural-roll", "--out", out]);
+    assert_eq!(output.status.code(), Some(0));
+    let path = folder.path().join("synthetic-natural-roll/report.html");
+    let page = std::fs::read_to_string(path).unwrap();
+    let outside = page.replace("http://www.w3.org/2000/svg", "");
+    for forbidden in ["http:", "https:", "src=", "@import", "url("] {
+        assert!(!outside.contains(forbidden), "{forbidden}");
+    }
+    let links: Vec<&str> =
+        page.split("href=\"#").skip(1).map(|rest| rest.split('"').next().unwrap()).collect();
+    assert!(links.len() > 100, "{}", links.len());
+    for link in &links {
+        assert!(page.contains(&format!("id=\"{link}\"")), "{link}");
+    }
+    assert_eq!(page.matches("aria-label=\"track of shot").count(), 30);
+    assert!(page.contains("<title>shot 1: "));
+}
