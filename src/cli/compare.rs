@@ -2,6 +2,7 @@
 
 use std::path::PathBuf;
 
+use caromfit::collision::Fidelity;
 use caromfit::compare::{self, Options, Quantity};
 use caromfit::footage::with_impacts;
 use caromfit::report::{compare as report, write};
@@ -55,7 +56,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         progress.done();
     }
     let options = Options {
-        fidelity: args.fidelity.0,
+        fidelity: args.fidelity.0.unwrap_or(Fidelity::Full),
         share: args.share.clone(),
         per_dataset: args.per_dataset.clone(),
     };
