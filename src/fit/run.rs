@@ -334,6 +334,9 @@ impl<'a> Settled<'a> {
             let null = uncertainty::null_direction(&identify::with_ties(&minimum.jacobian, &ties));
             let Some(null) = null else {
                 identifiability = identifiability.or_else(identify);
+                for plateau in &mut plateaus {
+                    *plateau = search.plateau(plateau.parameter, &minimum.coefficients);
+                }
                 return Ok(Self { search, free, minimum, estimated, plateaus, identifiability });
             };
             // what the data cannot tell is left where it started, or at the edge from which on they no
@@ -342,7 +345,8 @@ impl<'a> Settled<'a> {
                 null.iter().filter_map(|(column, _)| free.get(*column).copied()).collect();
             if let [parameter] = lost[..] {
                 let plateau = search.plateau(parameter, &minimum.coefficients);
-                *parameter_mut(&mut search.initial, parameter) = plateau.edge;
+                // well inside: at its edge the weights would be those of either side, by the last digit
+                *parameter_mut(&mut search.initial, parameter) = 0.5 * (plateau.edge + plateau.bound);
                 plateaus.push(plateau);
             } else {
                 identifiability = identify();
