@@ -346,7 +346,7 @@ impl Lab {
     }
 }
 
-const FILES: [&str; 4] = ["fit.json", "residuals.csv", "residuals.png", "residuals.svg"];
+const FILES: [&str; 5] = ["fit.json", "report.html", "residuals.csv", "residuals.png", "residuals.svg"];
 
 /// The shape of a fit.json.
 fn check_fit(fit: &Value, dataset: &str) {

@@ -168,7 +168,7 @@ fn report_is_written_whole_and_in_place() {
         .map(|entry| entry.unwrap().file_name().into_string().unwrap())
         .collect();
     names.sort();
-    assert_eq!(names, ["fit.json", "residuals.csv", "residuals.png", "residuals.svg"]);
+    assert_eq!(names, ["fit.json", "report.html", "residuals.csv", "residuals.png", "residuals.svg"]);
     assert_eq!(fs::read_dir(out.path()).unwrap().count(), 1, "no temporary files stay");
 
     fs::write(folder.join("mine.txt"), "kept").unwrap();

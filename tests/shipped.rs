@@ -99,6 +99,8 @@ fn the_shipped_results_are_those_of_this_version() {
         "mathavan-2014",
         "pucks-opencv",
         "pucks-qualisys",
+        "synthetic-cloth-a",
+        "synthetic-cloth-b",
         "synthetic-natural-roll",
     ] {
         for fit in fit::fit(&load(name), &Options::default()).unwrap() {
@@ -108,7 +110,7 @@ fn the_shipped_results_are_those_of_this_version() {
             compared += 1;
         }
     }
-    assert_eq!(compared, 25);
+    assert_eq!(compared, 27);
 }
 
 #[test]

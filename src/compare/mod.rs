@@ -103,6 +103,8 @@ pub enum CompareError {
 /// The shots of one data set, or of one label of its `[fit] by`.
 #[derive(Clone, Debug)]
 pub(crate) struct Sample {
+    /// Its place among the summaries.
+    pub number: usize,
     pub label: usize,
     pub title: String,
     pub dataset: usize,
@@ -349,6 +351,7 @@ fn gather(
                 shots_rejected: rejected,
             });
             samples.push(Sample {
+                number: summaries.len() - 1,
                 label,
                 title,
                 dataset: number,

@@ -30,14 +30,15 @@ pub(super) fn run(
         Parameter::ALL.map(|p| (0..labels.len()).map(|label| says_of(samples, label, p)).collect::<Vec<_>>());
     let mut held: Held = samples.iter().map(|s| Parameter::ALL.map(|p| s.settings[p].initial)).collect();
     let apart = Parameter::ALL.map(|p| differs(Quantity::Parameter(p)));
+    let mut samples = samples.to_vec();
     // what ends on a plateau tells only that it is beyond its edge: it is left out, and the rest fitted again
     let (layout, solved) = loop {
-        let layout = layout(samples, &all_say, &held, apart);
-        let solved = solve(samples, &layout, None)?;
+        let layout = layout(&samples, &all_say, &held, apart);
+        let solved = solve(&samples, &layout, None)?;
         let mut lost = false;
         for parameter in Parameter::ALL {
             for (label, says) in all_say[parameter as usize].iter_mut().enumerate() {
-                let column = column_of(samples, &layout, label, parameter);
+                let column = column_of(&samples, &layout, label, parameter);
                 let Some(column) = column.filter(|c| solved.silent[*c] && *says == Says::Something) else {
                     continue;
                 };
@@ -57,7 +58,21 @@ pub(super) fn run(
         if !lost {
             break (layout, solved);
         }
+        // what is fitted to nothing of a sample any more would only pass for noise
+        let tells = |sample: &Sample| {
+            let of = |p: Parameter| all_say[p as usize][sample.label] == Says::Something;
+            Parameter::ALL.into_iter().any(|p| of(p) && !sample.settings[p].fixed)
+        };
+        let stays: Vec<bool> = samples.iter().map(tells).collect();
+        let mut each = stays.iter();
+        samples.retain(|_| each.next().copied().unwrap_or(true));
+        let mut each = stays.iter();
+        held.retain(|_| each.next().copied().unwrap_or(true));
+        if samples.is_empty() {
+            return Err(CompareError::TooFew(0));
+        }
     };
+    let samples = samples.as_slice();
     let noise_estimated = solved.sds.iter().any(|sds| !sds.is_empty());
     let dof = (solved.observations + priors(&layout)).saturating_sub(layout.start.len());
     let tests = Tests { dof, estimated: noise_estimated };
@@ -79,7 +94,7 @@ pub(super) fn run(
                 &solved,
                 &tests,
                 parameter,
-                shared.then_some(labels.len()),
+                (!shared).then_some(labels.len()),
             ),
             differences: Vec::new(),
             same_or_different: None,
@@ -266,7 +281,7 @@ fn check_noise(samples: &[Sample]) -> Result<(), CompareError> {
     Ok(())
 }
 
-/// `labels`: how many, where one value is shared by all.
+/// `labels`: how many, where each has a value of its own.
 fn estimates(
     samples: &[Sample],
     layout: &Layout,
@@ -299,12 +314,12 @@ fn estimates(
         let own = samples.iter().position(|sample| sample.label == label);
         own.map_or(f64::NAN, |i| layout.settings[i][parameter].initial)
     };
-    if labels.is_some() {
+    let Some(labels) = labels else {
         let column = layout.columns.iter().find_map(|columns| columns[parameter as usize]);
-        return vec![value(column, None, held(0))];
-    }
-    let labels = samples.iter().map(|sample| sample.label + 1).max().unwrap_or(0);
+        return vec![value(column, None, layout.settings[0][parameter].initial)];
+    };
     (0..labels)
+        .filter(|label| samples.iter().any(|sample| sample.label == *label))
         .map(|label| value(column_of(samples, layout, label, parameter), Some(label), held(label)))
         .collect()
 }
@@ -400,7 +415,7 @@ fn residuals(samples: &[Sample], layout: &Layout, solved: &Solved) -> Vec<LabelR
                 let d = difference(observable, prediction.values[row], measurement.measured.value);
                 all.push(LabelResidual {
                     label: sample.label,
-                    sample: number,
+                    sample: sample.number,
                     shot: name.clone(),
                     observable,
                     cut: shot.plan.cut(),

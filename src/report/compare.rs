@@ -96,8 +96,16 @@ pub(super) fn lines(comparison: &Comparison, compared: &Compared) -> Vec<String>
             lines.push(format!("  {words}"));
         }
     }
+    let mut reasons: Vec<(&str, Vec<&str>)> = Vec::new();
     for (label, why) in &compared.left_out {
-        lines.push(format!("{} is left out: {why}", name(*label)));
+        match reasons.iter_mut().find(|(known, _)| known == why) {
+            Some((_, labels)) => labels.push(name(*label)),
+            None => reasons.push((why, vec![name(*label)])),
+        }
+    }
+    for (why, labels) in reasons {
+        let are = if labels.len() == 1 { "is" } else { "are each" };
+        lines.push(format!("{} {are} left out: {why}", labels.join(", ")));
     }
     if lines.is_empty() {
         lines.push("nothing to compare: it is held, or one label only tells it".to_owned());

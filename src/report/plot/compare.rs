@@ -6,7 +6,7 @@ use super::axis::{Axis, drawable};
 use super::canvas::{Anchor, BAND, Canvas, GREY, INK, LARGE, SMALL, shortened};
 use super::frame::{Frame, Rect};
 use super::series::{color, marker};
-use super::{MARGIN, WIDTH, encoded};
+use super::{MARGIN, Spots, WIDTH, encoded};
 use crate::compare::{Compared, Comparison, LabelResidual};
 use crate::report::ReportError;
 use crate::report::number::plain;
@@ -32,8 +32,8 @@ pub fn forest_png(comparison: &Comparison) -> Result<Vec<u8>, ReportError> {
 }
 
 /// residuals.svg as text, and where the points of the residuals are on it: x, y, index.
-pub fn residuals_svg(comparison: &Comparison) -> Result<(String, Vec<(i32, i32, usize)>), ReportError> {
-    let mut spots = Vec::new();
+pub fn residuals_svg(comparison: &Comparison) -> Result<(String, Spots), ReportError> {
+    let mut spots = Spots::new();
     let text = svg(HEAD + legend_rows(comparison) * 26 + PANEL, |area| {
         spots = residuals(comparison, area)?;
         Ok(())
@@ -142,10 +142,7 @@ fn legend_rows(comparison: &Comparison) -> i32 {
     (comparison.labels.len() as i32 + 2) / 3
 }
 
-fn residuals<DB: DrawingBackend>(
-    comparison: &Comparison,
-    area: &Area<DB>,
-) -> Result<Vec<(i32, i32, usize)>, String> {
+fn residuals<DB: DrawingBackend>(comparison: &Comparison, area: &Area<DB>) -> Result<Spots, String> {
     let canvas = Canvas::new(area)?;
     canvas.text("Residuals of the joint fit", (MARGIN, 34), Anchor::Left, LARGE, INK)?;
     let width = (WIDTH as i32 - 2 * MARGIN) / 3;

@@ -23,6 +23,9 @@ use super::table::{chi2_text, estimate};
 use super::{ReportError, noise_estimated, reduced_chi2, title};
 use crate::fit::Fit;
 
+/// Where points of the data are on a picture: pixels from the left and from the top, and the index of the residual.
+pub type Spots = Vec<(i32, i32, usize)>;
+
 /// Width of the picture, pixels.
 pub const WIDTH: u32 = 1200;
 
@@ -38,7 +41,7 @@ pub fn svg(fit: &Fit) -> Result<String, ReportError> {
 }
 
 /// residuals.svg, and where its points are: x, y, index of the residual.
-pub fn svg_with_spots(fit: &Fit) -> Result<(String, Vec<(i32, i32, usize)>), ReportError> {
+pub fn svg_with_spots(fit: &Fit) -> Result<(String, Spots), ReportError> {
     let mut text = String::new();
     let drawn = Picture::of(fit).and_then(|picture| {
         let area = SVGBackend::with_string(&mut text, picture.size()).into_drawing_area();
@@ -120,7 +123,7 @@ impl Picture {
     fn draw<DB: DrawingBackend>(
         &self,
         area: &DrawingArea<DB, plotters::coord::Shift>,
-    ) -> Result<Vec<(i32, i32, usize)>, String> {
+    ) -> Result<Spots, String> {
         let canvas = Canvas::new(area)?;
         canvas.text(&self.title, (MARGIN, 34), Anchor::Left, LARGE, INK)?;
         let mut y = 72;
