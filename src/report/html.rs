@@ -114,10 +114,8 @@ pub fn of_fit(
         .collect();
     let rejected: Vec<[String; 2]> =
         fit.shots_rejected.iter().map(|r| [r.shot.clone(), r.reason.clone()]).collect();
-    let sections: Vec<Section> = sections(fit)
-        .into_iter()
-        .map(|(title, lines)| Section { title: String::from(title), lines })
-        .collect();
+    let sections: Vec<Section> =
+        sections(fit).into_iter().map(|(title, lines)| Section { title, lines }).collect();
     let mut warnings = fit.warnings.clone();
     if !fit.converged {
         warnings.insert(0, format!("Not converged: {}", fit.termination));

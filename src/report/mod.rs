@@ -1,4 +1,4 @@
-//! A [`Fit`](crate::fit::Fit) → what people and programs read of it. Each renderer is one file and
+//! A [`Fit`] → what people and programs read of it. Each renderer is one file and
 //! pure: a fit goes in, text or bytes come out. Only [`write`](mod@write) touches the disk.
 
 pub mod accuracy;

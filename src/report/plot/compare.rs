@@ -86,6 +86,9 @@ fn png(
     encoded(&pixels, (width, height)).map_err(|error| failed(error.to_string()))
 }
 
+/// Where a residual stands along an axis.
+type Place = fn(&LabelResidual) -> f64;
+
 /// Quantities with an interval to draw.
 fn drawn(comparison: &Comparison) -> impl Iterator<Item = &Compared> {
     comparison.quantities.iter().filter(|q| q.estimates.iter().any(|value| value.interval_95.is_some()))
@@ -153,7 +156,7 @@ fn residuals<DB: DrawingBackend>(comparison: &Comparison, area: &Area<DB>) -> Re
     }
     let top = HEAD + legend_rows(comparison) * 26;
     let mut spots = Vec::new();
-    let panels: [(&str, &str, fn(&LabelResidual) -> f64); 2] = [
+    let panels: [(&str, &str, Place); 2] = [
         ("against cut angle", "cut angle φ (°)", |r| r.cut.to_degrees()),
         ("against speed", "cue-ball speed before impact (m/s)", |r| r.speed.unwrap_or(f64::NAN)),
     ];
