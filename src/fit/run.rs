@@ -26,6 +26,10 @@ use crate::residuals::{
     EstimatedSd, Fitted, Problem, Whitening, are_filmed, covariance, difference, parameter_mut,
 };
 
+/// With more shots than this the regions of pairs of parameters and the other models, some hundred fits, would take
+/// longer than reading and extracting.
+const MANY_SHOTS: usize = 20_000;
+
 /// Fits some shots of a data set (all, or those of one label).
 pub(super) fn fit_shots(
     dataset: &Dataset,
@@ -54,6 +58,7 @@ pub(super) fn fit_shots(
         return Err(FitError::NoUsableShot { dataset: title(dataset, group.as_ref()), shots_rejected });
     }
     check_noise(dataset, shots, &fitted)?;
+    let depth = if fitted.len() > MANY_SHOTS { options.depth.min(Depth::Estimates) } else { options.depth };
 
     let search = Search {
         sliding_sd: dataset.sliding.and_then(|s| s.sd),
@@ -86,11 +91,8 @@ pub(super) fn fit_shots(
         &search
     };
     let (settled, starts) = starts::settle(first, options).map_err(named)?;
-    let alternatives = if options.depth >= Depth::Everything {
-        compare_models::compare(first, &settled)
-    } else {
-        Vec::new()
-    };
+    let alternatives =
+        if depth >= Depth::Everything { compare_models::compare(first, &settled) } else { Vec::new() };
     let Settled { search, free, minimum, estimated, plateaus, identifiability } = settled;
     let dof = (observations(search.fitted) + priors(settings, &free)).saturating_sub(minimum.room());
     let knows_noise = estimated.iter().all(|group| group.estimable);
@@ -105,7 +107,7 @@ pub(super) fn fit_shots(
     let mut uncertainty = uncertainty::of(&minimum, &free, settings, quantiles.as_ref(), sandwich.as_ref());
     let mut lowest = minimum.cost;
     let mut contours = Vec::new();
-    if let (true, None, Some(quantiles)) = (options.depth >= Depth::Intervals, &sandwich, &quantiles) {
+    if let (true, None, Some(quantiles)) = (depth >= Depth::Intervals, &sandwich, &quantiles) {
         let constraints = minimum.constraints.clone();
         let slice = Slice { search: &search, free: &free, constraints, whitening: &minimum.whitening };
         let profiles;
@@ -113,7 +115,7 @@ pub(super) fn fit_shots(
         for (estimate, profile) in uncertainty.estimates.iter_mut().zip(profiles) {
             estimate.choose_interval(profile);
         }
-        if options.depth >= Depth::Everything {
+        if depth >= Depth::Everything {
             contours = contour::contours(&slice, &minimum, estimated_dof);
         }
     }
@@ -226,6 +228,12 @@ pub(super) fn fit_shots(
     super::remarks::add_lower(&mut fit, 2.0 * lowest);
     super::remarks::add_plateaus(&mut fit, &plateaus);
     super::remarks::add_tracks(&mut fit, dataset);
+    if depth < options.depth {
+        fit.notes.push(format!(
+            "With more than {MANY_SHOTS} shots the intervals are those of the curvature of χ²; its profiles, the regions of pairs \
+             of parameters and other models are left out."
+        ));
+    }
     fit.seconds = begun.elapsed().as_secs_f64();
     Ok(fit)
 }

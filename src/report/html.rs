@@ -1,6 +1,8 @@
 //! report.html: one file that a lab attaches to its notebook. It needs no network and no other file; pictures of
 //! shots are inside it.
 
+use std::collections::HashMap;
+
 use minijinja::value::Serde;
 use minijinja::{AutoEscape, Environment};
 use serde::Serialize;
@@ -284,6 +286,7 @@ fn chi2(fit: &Fit) -> String {
 /// The shots that are listed in the report, those with the largest residuals first.
 fn shot_list(fit: &Fit, pictures: &[ShotPicture]) -> Vec<Shot> {
     let mut shots: Vec<Shot> = Vec::new();
+    let mut known: HashMap<&str, usize> = HashMap::new();
     for residual in &fit.residuals {
         let unit_si = residual.observable.unit_si();
         let row = [
@@ -294,11 +297,12 @@ fn shot_list(fit: &Fit, pictures: &[ShotPicture]) -> Vec<Shot> {
             format!("{:+.2}", residual.standardized),
         ];
         let size = if residual.standardized.is_finite() { residual.standardized.abs() } else { 0.0 };
-        if let Some(shot) = shots.iter_mut().rev().find(|shot| shot.name == residual.shot) {
+        if let Some(shot) = known.get(residual.shot.as_str()).and_then(|index| shots.get_mut(*index)) {
             shot.rows.push(row);
             shot.largest = shot.largest.max(size);
         } else {
             let id = format!("shot-{}", shots.len() + 1);
+            known.insert(&residual.shot, shots.len());
             shots.push(Shot { id, name: residual.shot.clone(), svg: None, rows: vec![row], largest: size });
         }
     }
