@@ -38,11 +38,11 @@ fn truths(truth: &TrueImpact, impact: &Impact) -> [f64; Quantity::COUNT] {
 }
 
 /// A count that an environment variable may raise, for the long study.
-fn count(variable: &str, default: usize) -> usize {
+pub fn count(variable: &str, default: usize) -> usize {
     std::env::var(variable).ok().and_then(|n| n.parse().ok()).unwrap_or(default)
 }
 
-fn dataset(tracks: Vec<TrackShot>) -> Dataset {
+pub fn dataset(tracks: Vec<TrackShot>) -> Dataset {
     Dataset {
         name: "tracks".into(),
         path: "tracks".into(),

@@ -2,23 +2,18 @@
 
 use std::time::Instant;
 
-use caromfit::ball::Ball;
-use caromfit::dataset::{Dataset, Spin, Tracks};
+use caromfit::dataset::Spin;
 use caromfit::fit::{self, Fit, Method, Options};
 use caromfit::footage;
-use caromfit::loss::Loss;
-use caromfit::parameters::Settings;
 use caromfit::synth::{self, BallSpec, Camera, ClothSpec, Kind, Noise, Played, Shots, Spec, Truth};
 use caromfit::track::TrackShot;
+
+use crate::extraction::{count, dataset};
 
 /// Standard errors from the truth that no estimate is off.
 const FAR: f64 = 5.0;
 
 const TRUTH: [f64; 3] = [0.05, 0.3, 0.94];
-
-fn count(variable: &str, default: usize) -> usize {
-    std::env::var(variable).ok().and_then(|n| n.parse().ok()).unwrap_or(default)
-}
 
 fn spec(cue_spin: &[Played], count: usize, seed: u64) -> Spec {
     let [mu, mu_s, e] = TRUTH;
@@ -32,24 +27,6 @@ fn spec(cue_spin: &[Played], count: usize, seed: u64) -> Spec {
         ball: BallSpec::default(),
         camera: Camera::default(),
         cloth: ClothSpec::default(),
-    }
-}
-
-fn dataset(tracks: Vec<TrackShot>) -> Dataset {
-    Dataset {
-        name: "tracks".into(),
-        path: "tracks".into(),
-        cloth: None,
-        source: None,
-        ball: Ball::POOL,
-        settings: Settings::default(),
-        relations: Vec::new(),
-        loss: Loss::default(),
-        by: None,
-        shots: Vec::new(),
-        left_out: Vec::new(),
-        sliding: None,
-        tracks: Some(Tracks { shots: tracks, skipped: Vec::new(), notes: Vec::new(), discs: None }),
     }
 }
 

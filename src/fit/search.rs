@@ -26,9 +26,10 @@ const MAX_ROUNDS: usize = 60;
 /// Weights rest when no estimated standard deviation and no parameter moves by more than this part.
 const AT_REST: f64 = 1e-10;
 
-/// At a kink they differ from one side to the other, and so by about 1e-5 from round to round, depending on
-/// the last digit: a thousandth of a standard error.
-const AT_REST_AT_KINK: f64 = 1e-4;
+/// At a kink the weights differ from one side to the other, and the last digit says which round has which: the
+/// parameters then rest within this part of a standard error, estimated standard deviations within the other.
+const ERRORS_AT_KINK: f64 = 0.01;
+const CHANGE_AT_KINK: f64 = 1e-4;
 
 /// The weights of a robust loss rest later: a shot at the edge of its loss makes each round gain less.
 const ROBUST_AT_REST: f64 = 1e-8;
@@ -379,7 +380,8 @@ impl Search<'_> {
             let slice = Slice { search: self, free, constraints: constraints.clone(), whitening: &whitening };
             let (solution, at_kink) = kink::minimise(&slice, &x, &options)?;
             iterations += solution.iterations as usize;
-            let moved = (&solution.x - &x).amax();
+            let step = &solution.x - &x;
+            let (moved, in_errors) = (step.amax(), (&solution.jacobian * &step).norm());
             x = solution.x.clone();
             coefficients = residuals::coefficients(&self.initial, free, &x);
             let mut changed = self.reweigh(&mut groups, &coefficients, &solution.jacobian, &losses, &weights);
@@ -392,8 +394,8 @@ impl Search<'_> {
                     *weight = new;
                 }
             }
-            let at_rest = if at_kink { at_rest.max(AT_REST_AT_KINK) } else { at_rest };
-            let rest = !weights_move || (moved.max(changed) < at_rest);
+            let by_turns = at_kink && in_errors < ERRORS_AT_KINK && changed < CHANGE_AT_KINK;
+            let rest = !weights_move || moved.max(changed) < at_rest || by_turns;
             if rest && loss != last {
                 loss = last;
                 losses = Losses::new(loss);
