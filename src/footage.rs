@@ -21,10 +21,11 @@ const SURELY: f64 = 5.0;
 const LEARN_ROUNDS: usize = 2;
 
 /// Relative standard deviation of a lift about what the collision model says of it. Gravity during the contact,
-/// which the model leaves out, takes 3 % of a usual lift. The model's coefficients were fitted to the same shots,
-/// each of which tells μ to some 3 % (a standard error of 0.5 % from 40 shots), an error that all lifts share: the
-/// lifts must be held so loosely that this does not matter.
-const LIFT_SD: f64 = 0.1;
+/// which the model leaves out, takes 3 % of a usual lift.
+const LIFT_SD: f64 = 0.03;
+
+/// All lifts may be wrong together by as much, and by what the friction is that they were predicted with.
+const SHARED_LIFT_SD: f64 = 0.03;
 
 /// Extracts the impacts of a data set of kind `tracks`: its shots, and those left out with the reason. Any
 /// other data set is returned as it is, without extractions. `done` is called after every shot, from several
@@ -41,7 +42,7 @@ pub fn with_impacts(
     let Some(tracks) = dataset.tracks.take() else { return (dataset, Vec::new(), scene) };
     let skipped = tracks.skipped.iter().map(|(shot, reason)| (shot.clone(), format!("skipped: {reason}")));
     dataset.left_out.extend(skipped);
-    let scene = learned(&dataset, &tracks.shots, scene);
+    let (scene, lift_sd) = learned(&dataset, &tracks.shots, scene);
     let impacts = extract_all(&tracks.shots, &scene, done);
     let mut extracted = Vec::with_capacity(tracks.shots.len());
     for (track, impact) in tracks.shots.into_iter().zip(impacts) {
@@ -50,6 +51,7 @@ pub fn with_impacts(
             Err(reason) => dataset.left_out.push((track.name, reason.to_string())),
         }
     }
+    dataset.lift_sd = lift_sd;
     dataset.sliding = shots::sliding(extracted.iter().map(|(_, impact)| impact));
     dataset.shots =
         extracted.iter().map(|(track, impact)| shots::shot(track, impact, dataset.sliding)).collect();
@@ -113,32 +115,35 @@ pub fn with_discs(mut dataset: Dataset) -> (Dataset, Vec<(TrackShot, DiscImpact)
     (dataset, extracted)
 }
 
-/// The scene with the lift that some of the shots, fitted together, say there is. Published values where
-/// they do not say.
-fn learned(dataset: &Dataset, tracks: &[TrackShot], scene: Scene) -> Scene {
+/// The scene with the lift that some of the shots, fitted together, say there is, and the relative standard error that
+/// all lifts then share. Published values where they do not say.
+fn learned(dataset: &Dataset, tracks: &[TrackShot], scene: Scene) -> (Scene, Option<f64>) {
     let step = tracks.len().div_ceil(LEARN_FROM).max(1);
     let sample: Vec<TrackShot> = tracks.iter().step_by(step).cloned().collect();
-    let mut scene = scene;
+    let (mut scene, mut shared) = (scene, None);
     for _ in 0..LEARN_ROUNDS {
         let impacts = extract_all(&sample, &scene, &|| ());
-        let Some(coefficients) = coefficients(dataset, &sample, &impacts) else { break };
+        let Some((coefficients, mu_sd)) = coefficients(dataset, &sample, &impacts) else { break };
         let model = Model::new(Fidelity::Full, dataset.ball);
         scene.lift = LiftPrior::Model(model, coefficients, LIFT_SD);
+        shared = Some(SHARED_LIFT_SD.hypot(mu_sd / coefficients.mu));
     }
-    scene
+    (scene, shared)
 }
 
+/// What shots tell, and the standard error of μ.
 fn coefficients(
     dataset: &Dataset,
     tracks: &[TrackShot],
     impacts: &[Result<Impact, Unusable>],
-) -> Option<Coefficients> {
+) -> Option<(Coefficients, f64)> {
     let sliding = shots::sliding(impacts.iter().flatten());
     let usable = tracks.iter().zip(impacts);
     let shots = usable.filter_map(|(track, impact)| Some(shots::shot(track, impact.as_ref().ok()?, sliding)));
     let some = Dataset { shots: shots.collect(), sliding, by: None, left_out: Vec::new(), ..dataset.clone() };
     let fit = fit::fit(&some, &Options { depth: Depth::Estimates, ..Options::default() }).ok()?.pop()?;
     let [mu, mu_s, e] = Parameter::ALL.map(|parameter| fit.estimates[parameter as usize]);
-    let known = fit.converged && mu.status != Status::NotIdentified;
-    known.then_some(Coefficients { mu: mu.value, mu_s: mu_s.value, e: e.value })
+    let known = fit.converged && mu.status != Status::NotIdentified && mu.value > 0.0;
+    let coefficients = Coefficients { mu: mu.value, mu_s: mu_s.value, e: e.value };
+    known.then_some((coefficients, mu.std_error.unwrap_or(0.0)))
 }

@@ -13,7 +13,7 @@ use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 
 use crate::collision::{Coefficients, Model};
-use crate::dataset::Joint;
+use crate::dataset::{Joint, Shared};
 use crate::impact::film::{self, Film, Reduced};
 use crate::observable::Observable;
 use crate::parameters::{Parameter, Prior, Settings};
@@ -38,21 +38,21 @@ pub type EstimatedSd = Vec<(Observable, f64)>;
 #[derive(Clone, Debug)]
 pub struct Whitening {
     inverse: Vec<f64>,
-    /// [`common_shift`], where the shots share an error.
-    common: Option<Vec<f64>>,
+    /// [`common_shifts`], one for each error that the shots share.
+    common: Vec<Vec<f64>>,
 }
 
 impl Whitening {
     /// Of frames, which are weighted as they are.
     #[must_use]
     pub fn none() -> Self {
-        Self { inverse: Vec::new(), common: None }
+        Self { inverse: Vec::new(), common: Vec::new() }
     }
 
-    /// With an error that all shots share, in the unit of its standard deviation: it becomes one more
+    /// With errors that all shots share, in the unit of their standard deviations: each becomes one more
     /// unknown behind the free parameters, with mean 0 and standard deviation 1.
     #[must_use]
-    pub fn with_common(self, common: Option<Vec<f64>>) -> Self {
+    pub fn with_common(self, common: Vec<Vec<f64>>) -> Self {
         Self { common, ..self }
     }
 
@@ -74,7 +74,7 @@ impl Whitening {
     /// How many unknowns it adds to the free parameters.
     #[must_use]
     pub fn unknowns(&self) -> usize {
-        usize::from(self.common.is_some())
+        self.common.len()
     }
 
     /// `None` where a prediction fails or a covariance is not positive definite.
@@ -94,7 +94,7 @@ impl Whitening {
         };
         let all: Option<Vec<Vec<f64>>> = shots.par_iter().with_min_len(SHARE).map(of_shot).collect();
         let all = all?.concat();
-        Some(Self { inverse: all, common: None })
+        Some(Self { inverse: all, common: Vec::new() })
     }
 }
 
@@ -130,25 +130,31 @@ fn by_joint(prediction: &Prediction, rows: usize) -> DMatrix<f64> {
     by
 }
 
-/// How the differences of all shots move together when the cloth's μ_k moves by its standard error
-/// `sd`: one number for each observation.
+/// How the differences of all shots move together when what they share moves by its standard error: for each
+/// error, one number for each observation.
 #[must_use]
-pub fn common_shift(
+pub fn common_shifts(
     shots: &[Fitted],
     model: &Model,
     coefficients: &Coefficients,
-    sd: f64,
-) -> Option<Vec<f64>> {
-    let mut shift = Vec::new();
+    errors: &[(Shared, f64)],
+) -> Option<Vec<Vec<f64>>> {
+    let mut shifts = vec![Vec::new(); errors.len()];
+    if errors.is_empty() {
+        return Some(shifts);
+    }
     for Fitted { plan, .. } in shots {
         let rows = plan.rows().len();
         let prediction = plan.predict(model, coefficients).ok()?;
-        match plan.joint() {
-            Some(joint) => shift.extend((by_joint(&prediction, rows) * &joint.by_sliding * sd).iter()),
-            None => shift.extend(std::iter::repeat_n(0.0, rows)),
+        let by = plan.joint().map(|joint| (joint, by_joint(&prediction, rows)));
+        for (shift, (shared, sd)) in shifts.iter_mut().zip(errors) {
+            match &by {
+                Some((joint, by)) => shift.extend((by * &joint.by_shared[*shared as usize] * *sd).iter()),
+                None => shift.extend(std::iter::repeat_n(0.0, rows)),
+            }
         }
     }
-    Some(shift)
+    Some(shifts)
 }
 
 /// Predicted less measured; an angle's difference is brought to (−π, π].
@@ -246,7 +252,8 @@ impl<'a> Problem<'a> {
         let coefficients = coefficients(&self.held, self.free, x);
         let observations: usize = self.shots.iter().map(|shot| shot.plan.rows().len()).sum();
         let priors = self.priors().count();
-        let shared = self.whitening.common.as_deref();
+        let shared = &self.whitening.common;
+        let own_columns = self.free.len();
         let count = observations + priors + self.whitening.unknowns();
         let columns = self.free.len() + self.whitening.unknowns();
         let mut residuals = DVector::zeros(count);
@@ -268,8 +275,8 @@ impl<'a> Problem<'a> {
                     let mut raw = [0.0; MAX_OBSERVABLES];
                     for (i, row) in rows.iter().enumerate() {
                         raw[i] = difference(row.observable, prediction.values[i], row.measured.value);
-                        if let Some(shared) = shared {
-                            raw[i] += shared[first + i] * x[self.free.len()];
+                        for (k, shift) in shared.iter().enumerate() {
+                            raw[i] += shift[first + i] * x[own_columns + k];
                         }
                     }
                     let mut own = own.iter();
@@ -277,8 +284,8 @@ impl<'a> Problem<'a> {
                         for j in 0..=i {
                             let weight = own.next().copied().unwrap_or(f64::NAN);
                             residuals[first + i] += weight * raw[j];
-                            if let Some(shared) = shared {
-                                jacobian[(first + i, self.free.len())] += weight * shared[first + j];
+                            for (k, shift) in shared.iter().enumerate() {
+                                jacobian[(first + i, own_columns + k)] += weight * shift[first + j];
                             }
                             for (column, parameter) in self.free.iter().enumerate() {
                                 jacobian[(first + i, column)] +=
@@ -296,9 +303,9 @@ impl<'a> Problem<'a> {
             residuals[observations + row] = (x[column] - prior.mean) / prior.sd;
             jacobian[(observations + row, column)] = 1.0 / prior.sd;
         }
-        if shared.is_some() {
-            residuals[observations + priors] = x[self.free.len()];
-            jacobian[(observations + priors, self.free.len())] = 1.0;
+        for k in 0..shared.len() {
+            residuals[observations + priors + k] = x[own_columns + k];
+            jacobian[(observations + priors + k, own_columns + k)] = 1.0;
         }
         Point { x: x.clone(), residuals, jacobian }
     }

@@ -56,6 +56,7 @@ pub fn dataset(tracks: Vec<TrackShot>) -> Dataset {
         shots: Vec::new(),
         left_out: Vec::new(),
         sliding: None,
+        lift_sd: None,
         tracks: Some(Tracks { shots: tracks, skipped: Vec::new(), notes: Vec::new(), discs: None }),
     }
 }

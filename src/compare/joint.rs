@@ -8,7 +8,7 @@ use crate::collision::Coefficients;
 use crate::observable::Observable;
 use crate::optimise::{self, Activity, Constraints};
 use crate::parameters::{Parameter, Settings};
-use crate::residuals::{EstimatedSd, Problem, Whitening, common_shift, difference, parameter_mut};
+use crate::residuals::{EstimatedSd, Problem, Whitening, common_shifts, difference, parameter_mut};
 
 /// Weights rest when no estimated standard deviation and no parameter moves by more than this part.
 const AT_REST: f64 = 1e-9;
@@ -148,16 +148,13 @@ pub(super) fn solve(
     weights: Option<(&[Whitening], &[EstimatedSd])>,
 ) -> Result<Solved, CompareError> {
     let count = layout.start.len();
-    let shared: Vec<Option<usize>> = {
-        let mut next = count;
-        let own = |sample: &Sample| {
-            sample.sliding_sd?;
-            next += 1;
-            Some(next - 1)
-        };
-        samples.iter().map(own).collect()
+    let mut total = count;
+    let own_errors = |sample: &Sample| {
+        let first = total;
+        total += sample.shared_errors.len();
+        first..total
     };
-    let total = count + shared.iter().flatten().count();
+    let shared: Vec<std::ops::Range<usize>> = samples.iter().map(own_errors).collect();
     let observations: usize =
         samples.iter().flat_map(|sample| &sample.fitted).map(|shot| shot.plan.rows().len()).sum();
     if observations < count || count == 0 {
@@ -178,7 +175,7 @@ pub(super) fn solve(
         .enumerate()
         .map(|(i, _)| {
             let own = free[i].iter().filter_map(|p| layout.columns[i][*p as usize]);
-            own.chain(shared[i]).collect()
+            own.chain(shared[i].clone()).collect()
         })
         .collect();
     let mut x = pad(&layout.start, 0.0);
@@ -194,8 +191,7 @@ pub(super) fn solve(
                 .zip(&held)
                 .zip(&sds)
                 .map(|((sample, at), sds)| {
-                    let common =
-                        sample.sliding_sd.and_then(|sd| common_shift(&sample.fitted, &sample.model, at, sd));
+                    let common = common_shifts(&sample.fitted, &sample.model, at, &sample.shared_errors)?;
                     Some(Whitening::new(&sample.fitted, &sample.model, at, sds)?.with_common(common))
                 })
                 .collect::<Option<_>>()

@@ -112,7 +112,8 @@ pub(crate) struct Sample {
     pub settings: crate::parameters::Settings,
     pub fitted: Vec<Fitted>,
     pub names: Vec<String>,
-    pub sliding_sd: Option<f64>,
+    /// Standard errors that its shots share.
+    pub shared_errors: Vec<(crate::dataset::Shared, f64)>,
 }
 
 /// The result: a value, which `report` renders.
@@ -359,7 +360,7 @@ fn gather(
                 settings: dataset.settings,
                 fitted,
                 names,
-                sliding_sd: dataset.sliding.and_then(|sliding| sliding.sd),
+                shared_errors: dataset.shared_errors(),
             });
         }
     }

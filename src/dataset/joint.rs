@@ -8,14 +8,19 @@ use nalgebra::{DMatrix, DVector};
 
 use super::error::Problems;
 use super::table::Table;
-use super::{Joint, Shot};
+use super::{Joint, Shared, Shot};
 
 /// What stands in front of a shot's observations, in the order of [`Joint`].
 pub(crate) const BEFORE: [&str; Joint::BEFORE] =
     ["direction_rad", "cue_vx", "cue_vy", "cue_wx", "cue_wy", "cue_wz"];
 
-/// The column of how a quantity moves with μ_k of the cloth.
-pub(crate) const BY_MU_K: &str = "by_mu_k";
+/// The column of how a quantity moves with what the shots share: μ_k of the cloth, or the factor of the lifts.
+pub(crate) const fn by(shared: Shared) -> &'static str {
+    match shared {
+        Shared::Sliding => "by_mu_k",
+        Shared::Lift => "by_lift",
+    }
+}
 
 /// Two entries of a symmetric matrix may differ by this part of the standard deviations' product.
 const SYMMETRIC: f64 = 1e-9;
@@ -26,8 +31,8 @@ pub(crate) fn quantities(shot: &Shot) -> Vec<&'static str> {
     BEFORE.into_iter().chain(after).collect()
 }
 
-/// Gives every shot its joint errors.
-pub(super) fn read(path: &Path, shots: &mut [Shot], problems: &mut Problems) {
+/// Gives every shot its joint errors, with what the shots share.
+pub(super) fn read(path: &Path, shots: &mut [Shot], shared: &[Shared], problems: &mut Problems) {
     let Some(table) = Table::read(path, problems) else { return };
     for column in ["shot", "quantity"] {
         table.require(column, &["shot", "quantity"], problems);
@@ -55,7 +60,7 @@ pub(super) fn read(path: &Path, shots: &mut [Shot], problems: &mut Problems) {
         let names = quantities(shot);
         let mut joint = Joint {
             covariance: DMatrix::zeros(names.len(), names.len()),
-            by_sliding: DVector::zeros(names.len()),
+            by_shared: [(); Shared::ALL.len()].map(|()| DVector::zeros(names.len())),
         };
         let mut complete = true;
         for (i, name) in names.iter().enumerate() {
@@ -77,7 +82,9 @@ pub(super) fn read(path: &Path, shots: &mut [Shot], problems: &mut Problems) {
             for (j, other) in names.iter().enumerate() {
                 joint.covariance[(i, j)] = number(other);
             }
-            joint.by_sliding[i] = number(BY_MU_K);
+            for shared in shared {
+                joint.by_shared[*shared as usize][i] = number(by(*shared));
+            }
         }
         if complete {
             check(path, shot, &names, &joint.covariance, problems);

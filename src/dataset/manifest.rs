@@ -7,8 +7,8 @@ use serde::Deserialize;
 use serde::de::DeserializeOwned;
 use toml::Spanned;
 
-use super::Measured;
 use super::error::{DatasetError, Problems, did_you_mean};
+use super::extraction::{Extraction, RawImpacts};
 use super::table::read_utf8;
 use super::tracks::settings::{self, RawScale, RawTracks, RawVideo, TrackSettings};
 use crate::ball::{Ball, UNIFORM_SPHERE};
@@ -36,10 +36,8 @@ pub(super) struct Manifest {
     pub loss: Loss,
     /// For kind `tracks`.
     pub tracks: Option<TrackSettings>,
-    /// For kind `impacts`: the table of joint errors.
-    pub covariance: Option<PathBuf>,
-    /// For kind `impacts`: μ_k of the cloth with its standard deviation, where the impacts depend on it.
-    pub sliding: Option<Measured>,
+    /// For kind `impacts`, where they were extracted from tracks.
+    pub extraction: Extraction,
     /// `[fit] by`, with its line and the position in it.
     pub by: Option<(String, usize, String)>,
 }
@@ -98,14 +96,6 @@ struct RawManifest {
     impacts: Option<Spanned<RawImpacts>>,
     #[serde(default)]
     fit: RawFit,
-}
-
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields, expecting = "a table, as in [impacts] covariance = \"covariance.csv\"")]
-struct RawImpacts {
-    covariance: Option<Spanned<String>>,
-    mu_k: Option<Spanned<f64>>,
-    mu_k_sd: Option<Spanned<f64>>,
 }
 
 #[derive(Default, Deserialize)]
@@ -183,7 +173,7 @@ impl Source<'_> {
     }
 
     /// What is written there.
-    fn written(&self, span: &Range<usize>) -> &str {
+    pub(super) fn written(&self, span: &Range<usize>) -> &str {
         self.text.get(span.clone()).unwrap_or_default()
     }
 
@@ -356,8 +346,8 @@ impl RawManifest {
             );
             source.add(problems, &span, message);
         }
-        let (covariance, sliding) =
-            self.impacts.as_ref().map_or((None, None), |impacts| impacts.as_ref().check(source, problems));
+        let extraction =
+            self.impacts.as_ref().map(|impacts| impacts.as_ref().check(source, problems)).unwrap_or_default();
         let files = self.files(source, problems);
         let ball = self.ball.check(source, problems);
         let discs = self.discs(source, problems);
@@ -392,8 +382,7 @@ impl RawManifest {
             relations,
             loss,
             tracks,
-            covariance,
-            sliding,
+            extraction,
             by: self.fit.by.map(|by| {
                 let (line, position) = source.place(&by.span());
                 (by.into_inner(), line, position)
@@ -489,41 +478,6 @@ impl RawManifest {
             }
         }
         files
-    }
-}
-
-impl RawImpacts {
-    /// The table of joint errors, and μ_k.
-    fn check(&self, source: &Source, problems: &mut Problems) -> (Option<PathBuf>, Option<Measured>) {
-        let folder = source.path.parent().unwrap_or(Path::new(""));
-        let covariance = self.covariance.as_ref().map(|name| folder.join(name.as_ref()));
-        let sliding = match (&self.mu_k, &self.mu_k_sd) {
-            (Some(value), Some(sd)) => {
-                for (key, number, good) in
-                    [("mu_k", value, *value.as_ref() >= 0.0), ("mu_k_sd", sd, *sd.as_ref() > 0.0)]
-                {
-                    if !(good && number.as_ref().is_finite()) {
-                        let (text, least) = (
-                            source.written(&number.span()),
-                            if key == "mu_k" { "0 or more" } else { "more than 0" },
-                        );
-                        source.add(
-                            problems,
-                            &number.span(),
-                            format!("impacts.{key} is {text}; expected {least}"),
-                        );
-                    }
-                }
-                Some(Measured { value: *value.as_ref(), sd: Some(*sd.as_ref()) })
-            }
-            (Some(given), None) | (None, Some(given)) => {
-                let message = "only one of mu_k and mu_k_sd in [impacts]; expected both or none";
-                source.add(problems, &given.span(), message.to_string());
-                None
-            }
-            (None, None) => None,
-        };
-        (covariance, sliding)
     }
 }
 

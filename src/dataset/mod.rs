@@ -2,6 +2,7 @@
 
 mod angles;
 pub(crate) mod error;
+mod extraction;
 mod impacts;
 pub(crate) mod joint;
 pub(crate) mod manifest;
@@ -49,8 +50,22 @@ pub struct Dataset {
     pub left_out: Vec<(String, String)>,
     /// The cloth's sliding friction μ_k, where the shots were extracted from tracks with it.
     pub sliding: Option<Measured>,
+    /// Relative standard error that all shots share of how high friction lifts a ball, where they were extracted with it.
+    pub lift_sd: Option<f64>,
     /// Kind `tracks`: what was filmed, from which shots are yet to be extracted.
     pub tracks: Option<Tracks>,
+}
+
+impl Dataset {
+    /// The standard errors that all shots share.
+    #[must_use]
+    pub fn shared_errors(&self) -> Vec<(Shared, f64)> {
+        let sd = |shared| match shared {
+            Shared::Sliding => self.sliding.and_then(|sliding| sliding.sd),
+            Shared::Lift => self.lift_sd,
+        };
+        Shared::ALL.into_iter().filter_map(|shared| Some((shared, sd(shared)?))).collect()
+    }
 }
 
 /// One shot, or the mean of several.
@@ -76,10 +91,23 @@ pub struct Shot {
 /// their order.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Joint {
-    /// For a given μ_k of the cloth.
+    /// Without the errors that all shots share.
     pub covariance: DMatrix<f64>,
-    /// How they move with μ_k, which all shots share.
-    pub by_sliding: DVector<f64>,
+    /// How they move with each of these, in the order of [`Shared::ALL`].
+    pub by_shared: [DVector<f64>; 2],
+}
+
+/// What all shots of footage were extracted with, so that they share its error.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Shared {
+    /// The cloth's sliding friction μ_k.
+    Sliding,
+    /// How high friction lifts a ball, as a factor.
+    Lift,
+}
+
+impl Shared {
+    pub const ALL: [Self; 2] = [Self::Sliding, Self::Lift];
 }
 
 impl Joint {
@@ -164,10 +192,10 @@ pub fn load(path: &Path) -> Result<Dataset, DatasetError> {
         shots.append(&mut own);
     }
     name_shots(&mut shots, &mut problems);
-    if let Some(path) = &manifest.covariance {
-        joint::read(path, &mut shots, &mut problems);
+    if let Some(path) = &manifest.extraction.covariance {
+        joint::read(path, &mut shots, &manifest.extraction.shared(), &mut problems);
     }
-    let Manifest { name, cloth, source, ball, settings, relations, loss, by, sliding, .. } = manifest;
+    let Manifest { name, cloth, source, ball, settings, relations, loss, by, extraction, .. } = manifest;
     let by = by.map(|(by, ..)| by);
     problems.into_result(Dataset {
         name,
@@ -181,7 +209,8 @@ pub fn load(path: &Path) -> Result<Dataset, DatasetError> {
         by,
         shots,
         left_out: Vec::new(),
-        sliding,
+        sliding: extraction.sliding,
+        lift_sd: extraction.lift_sd,
         tracks,
     })
 }

@@ -61,7 +61,7 @@ pub(super) fn fit_shots(
     let depth = if fitted.len() > MANY_SHOTS { options.depth.min(Depth::Estimates) } else { options.depth };
 
     let search = Search {
-        sliding_sd: dataset.sliding.and_then(|s| s.sd),
+        shared_errors: dataset.shared_errors(),
         cloth: film::CLOTH.map(|(mean, _)| mean),
         fitted: &fitted,
         model: &model,

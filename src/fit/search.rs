@@ -8,7 +8,7 @@ use super::robust::{self, Losses};
 use super::uncertainty::{self, Minimum};
 use super::{FitError, kink};
 use crate::collision::{Coefficients, Model};
-use crate::dataset::{Measured, Measurement};
+use crate::dataset::{Measured, Measurement, Shared};
 use crate::impact::film;
 use crate::loss::Loss;
 use crate::observable::Observable;
@@ -16,7 +16,7 @@ use crate::optimise::{self, Constraints, Linear, Termination};
 use crate::parameters::{Parameter, Setting, Settings};
 use crate::relation::{Relation, Sense};
 use crate::residuals::{
-    self, CLOTH_UNKNOWNS, EstimatedSd, Fitted, Problem, Whitening, are_filmed, common_shift, covariance,
+    self, CLOTH_UNKNOWNS, EstimatedSd, Fitted, Problem, Whitening, are_filmed, common_shifts, covariance,
     difference, parameter_mut,
 };
 
@@ -71,8 +71,8 @@ pub(super) struct Plateau {
 
 #[derive(Clone)]
 pub(super) struct Search<'a> {
-    /// Standard error of the μ_k with which all shots were extracted.
-    pub sliding_sd: Option<f64>,
+    /// Standard errors that all shots share.
+    pub shared_errors: Vec<(Shared, f64)>,
     /// Where μ_k and μ_r start, where the frames of the shots are fitted.
     pub cloth: [f64; 2],
     pub fitted: &'a [Fitted],
@@ -213,7 +213,7 @@ impl Search<'_> {
 
     /// How many unknowns all shots share besides the parameters.
     fn shared(&self) -> usize {
-        if are_filmed(self.fitted) { CLOTH_UNKNOWNS } else { usize::from(self.sliding_sd.is_some()) }
+        if are_filmed(self.fitted) { CLOTH_UNKNOWNS } else { self.shared_errors.len() }
     }
 
     fn start_of(&self, parameter: Parameter) -> f64 {
@@ -228,11 +228,10 @@ impl Search<'_> {
     fn constraints(&self, free: &[Parameter]) -> Result<Constraints, FitError> {
         /// Decimal numbers are not exact.
         const ROUNDING: f64 = 1e-12;
-        let shared = self.shared();
+        let (shared, filmed) = (self.shared(), are_filmed(self.fitted));
         let bounds = |pick: fn(&Setting) -> f64, side: usize| {
-            let of_shared = |i: usize| match shared {
-                CLOTH_UNKNOWNS => film::CLOTH_BOUNDS[i][side],
-                _ => [f64::NEG_INFINITY, f64::INFINITY][side],
+            let of_shared = |i: usize| {
+                if filmed { film::CLOTH_BOUNDS[i][side] } else { [f64::NEG_INFINITY, f64::INFINITY][side] }
             };
             DVector::from_iterator(
                 free.len() + shared,
@@ -283,8 +282,8 @@ impl Search<'_> {
             return Ok(Whitening::none());
         }
         let whitening = Whitening::new(self.fitted, self.model, at, sds).ok_or(FitError::NoWeights)?;
-        let common = self.sliding_sd.and_then(|sd| common_shift(self.fitted, self.model, at, sd));
-        Ok(whitening.with_common(common))
+        let common = common_shifts(self.fitted, self.model, at, &self.shared_errors);
+        Ok(whitening.with_common(common.ok_or(FitError::NoWeights)?))
     }
 
     /// These shots, of which velocities are fitted, at a minimum of their frames.
@@ -295,13 +294,12 @@ impl Search<'_> {
         sliding: Option<Measured>,
     ) -> Option<Minimum> {
         let whitening = self.whitening(&minimum.coefficients, &Vec::new()).ok()?;
+        // the lift is then the model's own
         let shift = sliding.map(|s| (minimum.sliding(None) - s.value) / s.sd.unwrap_or(f64::INFINITY));
         let own = minimum.x.rows(0, free.len());
         let shared = self.shared();
-        let x = DVector::from_iterator(
-            free.len() + shared,
-            own.iter().copied().chain(shift.into_iter().take(shared)),
-        );
+        let padded = own.iter().copied().chain(shift).chain(std::iter::repeat(0.0));
+        let x = DVector::from_iterator(free.len() + shared, padded.take(free.len() + shared));
         let Self { fitted, model, settings, initial, .. } = *self;
         let problem = Problem::new(fitted, model, settings, free, initial, &whitening);
         let (residuals, jacobian) = problem.evaluate_at(&x);

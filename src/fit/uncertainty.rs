@@ -10,7 +10,7 @@ use crate::dataset::Measured;
 use crate::impact::film;
 use crate::optimise::{Activity, Constraints};
 use crate::parameters::{Parameter, Settings};
-use crate::residuals::{CLOTH_UNKNOWNS, Whitening};
+use crate::residuals::Whitening;
 
 /// Below this ratio of singular values of the column-scaled Jacobian a combination of parameters
 /// is not determined: its standard error would be rounding.
@@ -64,17 +64,22 @@ impl Minimum {
     /// The cloth's μ_k: as fitted, or what is assumed of it.
     pub(super) fn sliding(&self, assumed: Option<Measured>) -> f64 {
         let own = self.x.len() - self.shared;
-        match (self.shared, assumed) {
-            (CLOTH_UNKNOWNS, _) => self.x[own],
-            (1, Some(assumed)) => assumed.value + self.x[own] * assumed.sd.unwrap_or(0.0),
-            (_, Some(assumed)) => assumed.value,
-            (_, None) => film::CLOTH[0].0,
+        match assumed {
+            _ if self.filmed() => self.x[own],
+            Some(Measured { value, sd: Some(sd) }) if self.shared > 0 => value + self.x[own] * sd,
+            Some(Measured { value, .. }) => value,
+            None => film::CLOTH[0].0,
         }
+    }
+
+    /// Whether frames were fitted: the shots then share μ_k and μ_r, and not the errors of an extraction.
+    fn filmed(&self) -> bool {
+        self.shared > self.whitening.unknowns()
     }
 
     /// μ_r, where it was fitted.
     pub(super) fn rolling(&self) -> Option<f64> {
-        (self.shared == CLOTH_UNKNOWNS).then(|| self.x[self.x.len() - 1])
+        self.filmed().then(|| self.x[self.x.len() - 1])
     }
 
     /// What constraints hold: the equalities and, if asked for, the inequalities that hold with

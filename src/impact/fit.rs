@@ -65,6 +65,8 @@ pub(super) struct Fitted {
     jacobian: DMatrix<f64>,
     residuals: DVector<f64>,
     lift: Lift,
+    /// The prior of the lift, where the collision model gave it.
+    lift_held: Option<(f64, f64)>,
     frames: [usize; 3],
 }
 
@@ -128,8 +130,10 @@ impl<'a> Tracked<'a> {
         if spin_is_unknown {
             priors.push((unknown::ROLL, ROLL.0, ROLL.1));
         }
+        let mut lift_held = None;
         if lift != Lift::None {
             let (mean, sd) = self.lift_prior(&start);
+            lift_held = matches!(self.scene.lift, LiftPrior::Model(..)).then_some((mean, sd));
             priors.push((unknown::LIFT, mean, sd));
             start[unknown::LIFT] = mean;
         }
@@ -171,6 +175,7 @@ impl<'a> Tracked<'a> {
             free,
             jacobian: solution.jacobian,
             lift,
+            lift_held,
             frames: [count(&frames.cue, false), count(&frames.cue, true), count(&frames.object, true)],
         })
     }
@@ -310,6 +315,7 @@ impl<'a> Tracked<'a> {
             outliers: fitted.wrong_cue.len() + fitted.wrong_object.len(),
             window: [fitted.from, fitted.to],
             unknowns: *z,
+            lift_held: fitted.lift_held.map(|(mean, sd)| (mean, sd * factor.sqrt())),
             wrong: [fitted.wrong_cue.clone(), fitted.wrong_object.clone()],
             scale: factor.sqrt(),
             spin: self.model.spin,

@@ -104,6 +104,8 @@ pub struct Impact {
     /// What the markers on the balls show, where there are any.
     pub rotations: Option<Box<Rotations>>,
     unknowns: model::Unknowns,
+    /// Mean and standard deviation with which the collision model's lift was held.
+    lift_held: Option<(f64, f64)>,
     /// Instants of the frames left out as wrong, of the cue ball and of the object ball.
     wrong: [Vec<f64>; 2],
     /// Standard deviation of a coordinate that the residuals show, over what the frames were weighted by.

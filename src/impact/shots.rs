@@ -4,7 +4,7 @@ use nalgebra::{DMatrix, DVector};
 
 use super::{Impact, Quantity, Rotation};
 use crate::ball::Vec3;
-use crate::dataset::{Before, Joint, Measured, Measurement, Shot, Spin};
+use crate::dataset::{Before, Joint, Measured, Measurement, Shared, Shot, Spin};
 use crate::observable::{Axis, Observable};
 use crate::track::TrackShot;
 
@@ -39,15 +39,19 @@ pub fn sliding<'a>(impacts: impl IntoIterator<Item = &'a Impact>) -> Option<Meas
 /// A shot as it is for a given μ_k: values and errors conditional on it.
 #[must_use]
 pub fn shot(track: &TrackShot, impact: &Impact, sliding: Option<Measured>) -> Shot {
-    let Together { mut values, mut covariance, with_sliding, observed } = Together::of(impact);
-    let mu_k = Quantity::Sliding as usize;
+    let Together { mut values, mut covariance, with_sliding, with_lift, observed } = Together::of(impact);
+    let (mu_k, lift) = (Quantity::Sliding as usize, Quantity::Lift as usize);
     let mut by_sliding = DVector::zeros(values.len());
+    // a prior's mean m with standard deviation s moves the minimum by ∂y/∂m = cov(y, lift)/s²
+    let by_mean = impact.lift_held.map_or(0.0, |(mean, sd)| mean / (sd * sd));
+    let mut by_lift = with_lift * by_mean;
     let variance = impact.covariance[(mu_k, mu_k)];
     if let (Some(sliding), true) = (sliding, variance > 0.0) {
         // y | μ_k = y + b(μ_k − μ_k of the track), b = cov(y, μ_k)/var μ_k
         by_sliding = with_sliding / variance;
         values += &by_sliding * (sliding.value - impact.values[mu_k]);
         covariance -= &by_sliding * by_sliding.transpose() * variance;
+        by_lift -= &by_sliding * (impact.covariance[(mu_k, lift)] * by_mean);
     }
     let sd = |i: usize| covariance[(i, i)].max(0.0).sqrt();
     let measured = |i: usize| Measured { value: values[i], sd: Some(sd(i)) };
@@ -66,6 +70,10 @@ pub fn shot(track: &TrackShot, impact: &Impact, sliding: Option<Measured>) -> Sh
         (spin, _) => spin,
     };
     let observed = observed.into_iter().enumerate();
+    let by_shared = |shared| match shared {
+        Shared::Sliding => by_sliding.clone(),
+        Shared::Lift => by_lift.clone(),
+    };
     Shot {
         name: track.name.clone(),
         file: track.file.clone(),
@@ -76,7 +84,7 @@ pub fn shot(track: &TrackShot, impact: &Impact, sliding: Option<Measured>) -> Sh
         after: observed
             .map(|(i, observable)| Measurement { observable, measured: measured(Joint::BEFORE + i) })
             .collect(),
-        joint: Some(Box::new(Joint { covariance, by_sliding })),
+        joint: Some(Box::new(Joint { covariance, by_shared: Shared::ALL.map(by_shared) })),
     }
 }
 
@@ -86,6 +94,8 @@ struct Together {
     covariance: DMatrix<f64>,
     /// Covariance with the μ_k of the track.
     with_sliding: DVector<f64>,
+    /// And with its lift.
+    with_lift: DVector<f64>,
     observed: Vec<Observable>,
 }
 
@@ -145,6 +155,7 @@ impl Together {
             _ => 0.0,
         };
         let n = sources.len();
+        let with = |other| DVector::from_fn(n, |i, _| covariance(sources[i], Source::Path(other), false));
         Self {
             values: DVector::from_fn(n, |i, _| match sources[i] {
                 Source::Path(quantity) => impact.values[quantity as usize],
@@ -152,9 +163,8 @@ impl Together {
                 Source::Played(_) => 0.0,
             }),
             covariance: DMatrix::from_fn(n, n, |i, j| covariance(sources[i], sources[j], i == j)),
-            with_sliding: DVector::from_fn(n, |i, _| {
-                covariance(sources[i], Source::Path(Quantity::Sliding), false)
-            }),
+            with_sliding: with(Quantity::Sliding),
+            with_lift: with(Quantity::Lift),
             observed,
         }
     }

@@ -5,7 +5,7 @@ use std::fmt::Write;
 
 use super::plot::track;
 use super::{ReportError, folder_name};
-use crate::dataset::{Before, Dataset, Measured, Spin, joint};
+use crate::dataset::{Before, Dataset, Measured, Shared, Spin, joint};
 use crate::impact::{Impact, Quantity, Scene};
 use crate::observable::Observable;
 use crate::track::TrackShot;
@@ -70,6 +70,9 @@ fn manifest(dataset: &Dataset) -> String {
     manifest.push_str("\n[impacts]\ncovariance = \"covariance.csv\"\n");
     if let Some(Measured { value, sd: Some(sd) }) = dataset.sliding {
         _ = writeln!(manifest, "mu_k = {value:?}\nmu_k_sd = {sd:?}");
+    }
+    if let Some(sd) = dataset.lift_sd {
+        _ = writeln!(manifest, "lift_sd = {sd:?}");
     }
     let ball = dataset.ball;
     _ = write!(
@@ -174,7 +177,12 @@ fn covariance(dataset: &Dataset) -> String {
     let after: Vec<&str> = Observable::IMPACTS.into_iter().map(Observable::column).collect();
     let present = |name: &&str| dataset.shots.iter().any(|shot| joint::quantities(shot).contains(name));
     let columns: Vec<&str> = joint::BEFORE.into_iter().chain(after).filter(present).collect();
-    let mut table = format!("shot,quantity,{},{}\n", columns.join(","), joint::BY_MU_K);
+    let shared: Vec<Shared> = dataset.shared_errors().into_iter().map(|(shared, _)| shared).collect();
+    let mut table = format!("shot,quantity,{}", columns.join(","));
+    for shared in &shared {
+        _ = write!(table, ",{}", joint::by(*shared));
+    }
+    table.push('\n');
     for shot in &dataset.shots {
         let Some(errors) = &shot.joint else { continue };
         let own = joint::quantities(shot);
@@ -186,7 +194,10 @@ fn covariance(dataset: &Dataset) -> String {
                     _ = write!(table, "{:e}", errors.covariance[(i, j)]);
                 }
             }
-            _ = writeln!(table, ",{:e}", errors.by_sliding[i]);
+            for shared in &shared {
+                _ = write!(table, ",{:e}", errors.by_shared[*shared as usize][i]);
+            }
+            table.push('\n');
         }
     }
     table

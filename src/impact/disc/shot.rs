@@ -61,8 +61,10 @@ impl DiscImpact {
         // behind ω_x and ω_y in a joint covariance, which are 0
         let place = |i: usize| if i < 3 { i } else { i + 2 };
         let places = Joint::BEFORE + 2;
-        let mut joint =
-            Joint { covariance: DMatrix::zeros(places, places), by_sliding: DVector::zeros(places) };
+        let mut joint = Joint {
+            covariance: DMatrix::zeros(places, places),
+            by_shared: [(); 2].map(|()| DVector::zeros(places)),
+        };
         for i in 0..PLACES {
             for j in 0..PLACES {
                 joint.covariance[(place(i), place(j))] = covariance[(i, j)] * scale(i) * scale(j);
