@@ -39,6 +39,10 @@ const SMALL_REDUCTION: f64 = 1e-14;
 /// of it, 30, is how much shorter the refused steps may be than the full one.
 const ROUNDING_GAP: f64 = 1e3;
 
+/// Where the radius has shrunk until its steps promise less than this part of what a full step still to be taken
+/// would, the residuals have a kink: the search ends.
+const WORTHLESS: f64 = 0.01;
+
 /// Such steps go on while each is shorter than the one before by this factor. Gauss–Newton converges
 /// linearly at worst; at the minimum the lengths are rounding and stop falling.
 const CONTRACTION: f64 = 0.9;
@@ -184,6 +188,7 @@ where
 
         let rounding = ROUNDING * f64::EPSILON * norm * (norm + spread(reduced, x));
         let unjudgeable = rounding.max(SMALL_REDUCTION * cost);
+        let worthless = WORTHLESS * self.options.orthogonality.powi(2) * cost;
         let mut polishing = self.polished.is_some();
         let mut step = within(if polishing { f64::INFINITY } else { self.radius });
         if !polishing && step.predicted <= unjudgeable {
@@ -200,7 +205,7 @@ where
             Some(Termination::SmallStep)
         } else if self.polished.is_some_and(|last| step.length > CONTRACTION * last) {
             Some(Termination::SmallReduction)
-        } else if !polishing && (unchanged || step.predicted <= rounding) {
+        } else if !polishing && (unchanged || step.predicted <= rounding.max(worthless)) {
             Some(if self.blocked { Termination::NotFinite } else { Termination::Stalled })
         } else {
             None
