@@ -4,7 +4,7 @@
 use nalgebra::{SMatrix, SVector, Vector3};
 
 use crate::ball::BallState;
-use crate::collision::{Coefficients, Effects, Fidelity, Model, NotACollision, Outcome};
+use crate::collision::{Coefficients, Corrected, Effects, Fidelity, Model, NotACollision, Outcome};
 use crate::contact::{CollisionFrame, cloth_slip};
 use crate::dataset::{Before, Joint, Measurement, Shot, Spin};
 use crate::effects::{self, Choice, Compared};
@@ -41,6 +41,8 @@ pub struct Plan {
     variance_in: SVector<f64, INPUTS>,
     /// In the place of the fidelity and the effects of the model.
     choice: Option<(Fidelity, Effects)>,
+    /// What an integrated fidelity that was chosen adds to `full`.
+    added: SVector<f64, 12>,
 }
 
 /// Why a shot cannot be predicted.
@@ -119,6 +121,7 @@ impl Plan {
             joint: shot.joint.clone(),
             variance_in,
             choice: None,
+            added: SVector::zeros(),
         })
     }
 
@@ -135,7 +138,7 @@ impl Plan {
         part: f64,
         otherwise: f64,
     ) -> Result<Choice, Unpredictable> {
-        self.choice = None;
+        (self.choice, self.added) = (None, SVector::zeros());
         let speed = self.predict(model, coefficients)?.speed;
         let start = Start::new(&self.before, &self.spin, speed, model.ball.radius);
         // an error of an angle is one of a velocity over the speed; the object ball is the slower the thinner
@@ -171,6 +174,53 @@ impl Plan {
         Ok(choice)
     }
 
+    /// Takes anew what the integrated fidelity that was chosen adds to `full`, at these coefficients. Until then
+    /// the shot is computed as with `full`.
+    ///
+    /// # Errors
+    /// As [`Plan::predict`].
+    pub fn correct(&mut self, model: &Model, coefficients: &Coefficients) -> Result<(), Unpredictable> {
+        let Some((fidelity, effects)) = self.choice else { return Ok(()) };
+        let model = Model { fidelity, effects, ..*model };
+        if model.closed().is_some() {
+            let cue = self.cue(&model, coefficients)?;
+            self.added = Corrected::near(model, &cue, coefficients)?.added;
+        }
+        Ok(())
+    }
+
+    /// What was chosen for it.
+    #[must_use]
+    pub fn choice(&self) -> Option<(Fidelity, Effects)> {
+        self.choice
+    }
+
+    /// In the place of an integrated fidelity that fails, `full`.
+    pub fn settle_for_closed(&mut self, model: &Model) {
+        self.added = SVector::zeros();
+        self.choice = self.choice.map(|(fidelity, effects)| {
+            let chosen = Model { fidelity, effects, ..*model };
+            chosen.closed().map_or((fidelity, effects), |closed| (closed.fidelity, closed.effects))
+        });
+    }
+
+    /// From now on computed as the model says, whatever model it is later computed with.
+    pub fn fix(&mut self, model: &Model) {
+        (self.choice, self.added) = (Some((model.fidelity, model.effects)), SVector::zeros());
+    }
+
+    /// As the model says, with nothing chosen.
+    #[must_use]
+    pub fn plain(&self) -> Self {
+        Self { choice: None, added: SVector::zeros(), ..self.clone() }
+    }
+
+    /// Whether it is computed at an integrated fidelity by a correction.
+    #[must_use]
+    pub fn is_corrected(&self) -> bool {
+        matches!(self.choice, Some((Fidelity::Ode | Fidelity::Contact, _)))
+    }
+
     /// The cue ball before the impact, collision frame.
     ///
     /// # Errors
@@ -180,9 +230,12 @@ impl Plan {
         Ok(Start::new(&self.before, &self.spin, speed, model.ball.radius).cue)
     }
 
-    /// The model with what was chosen.
-    fn chosen(&self, model: &Model) -> Model {
-        self.choice.map_or(*model, |(fidelity, effects)| Model { fidelity, effects, ..*model })
+    /// How the shot's collision is computed: as was chosen for it, or by the model.
+    #[must_use]
+    pub fn collision(&self, model: &Model) -> Corrected {
+        let Some((fidelity, effects)) = self.choice else { return Corrected::none(*model) };
+        let chosen = Model { fidelity, effects, ..*model };
+        Corrected { model: chosen.closed().unwrap_or(chosen), added: self.added }
     }
 
     /// The observations that are compared with the prediction.
@@ -296,9 +349,10 @@ impl Plan {
         speed: f64,
         extra: Option<Observable>,
     ) -> Result<Prediction, Unpredictable> {
-        let model = &self.chosen(model);
+        let collision = self.collision(model);
+        let model = &collision.model;
         let start = Start::new(&self.before, &self.spin, speed, model.ball.radius);
-        let (outcome, jacobian) = model.collide_with_jacobian(&start.cue, coefficients)?;
+        let (outcome, jacobian) = collision.collide_with_jacobian(&start.cue, coefficients)?;
         let by_coefficients = jacobian.fixed_columns::<3>(0);
         let by_inputs = jacobian.fixed_columns::<5>(3) * start.by_inputs;
         let mut prediction = Prediction {

@@ -219,7 +219,7 @@ impl<'a> Problem<'a> {
         let count = frames + self.priors().count() + CLOTH_UNKNOWNS;
         let mut residuals = DVector::zeros(count);
         let mut jacobian = DMatrix::zeros(count, own + CLOTH_UNKNOWNS);
-        let reduced = |shot: &Fitted| shot.film.as_ref()?.reduced(self.model, &shared);
+        let reduced = |shot: &Fitted| shot.film.as_ref()?.reduced(&shot.plan.collision(self.model), &shared);
         let all: Vec<Option<Reduced>> = self.shots.par_iter().map(reduced).collect();
         let columns = self.free.iter().map(|parameter| *parameter as usize);
         let columns: Vec<usize> = columns.chain([film::SHARED - 2, film::SHARED - 1]).collect();

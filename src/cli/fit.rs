@@ -32,8 +32,9 @@ pub struct Args {
     /// Where the results go, one folder per data set
     #[arg(long, default_value = "fits", value_name = "DIR")]
     out: PathBuf,
-    /// How closely the collision is modelled
-    #[arg(long, value_enum, default_value = "full")]
+    /// How closely the collision is modelled; auto takes for each shot the cheapest that leaves out less than a tenth of
+    /// its standard errors
+    #[arg(long, value_enum, default_value = "auto")]
     fidelity: FidelityArg,
     /// Of ode and contact: the error of each step, in parts of the closing speed
     #[arg(long, value_name = "PART", value_parser = super::tolerance, default_value_t = Model::TOLERANCE)]

@@ -14,6 +14,7 @@
 //! | m_s | `Contact::m_s` | μ_s with topspin (v_z0 > 0), else 0: the cloth then carries no load |
 //! | β_y, β_z, γ | functions of `Contact` | inertia of the slip, and the exponent that turns it |
 
+mod corrected;
 mod dynamics;
 mod effects;
 mod elastic;
@@ -34,6 +35,7 @@ use crate::cloth::Cloth;
 use crate::contact;
 use crate::friction::Law;
 
+pub use corrected::Corrected;
 pub use effects::Effects;
 pub use outcome::{Input, Jacobian, Outcome};
 

@@ -28,6 +28,16 @@ impl Outcome {
         }
         all
     }
+
+    /// With something added to the twelve components.
+    #[must_use]
+    pub fn plus(&self, added: &SVector<f64, 12>) -> Self {
+        let ball = |state: &BallState, first: usize| BallState {
+            velocity: state.velocity + added.fixed_rows::<3>(first),
+            spin: state.spin + added.fixed_rows::<3>(first + 3),
+        };
+        Self { cue: ball(&self.cue, 0), object: ball(&self.object, 6), ..*self }
+    }
 }
 
 /// Derivative of the outcome. Rows: velocity and spin of the cue ball, then of the object ball,

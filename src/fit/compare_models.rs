@@ -13,7 +13,7 @@ use super::run::{Settled, observations};
 use super::search::Search;
 use crate::collision::{Fidelity, Model};
 use crate::parameters::{Parameter, Settings};
-use crate::residuals::parameter_mut;
+use crate::residuals::{Fitted, parameter_mut};
 
 /// One model on the data of a fit.
 #[derive(Clone, Debug, PartialEq)]
@@ -45,6 +45,8 @@ pub struct LikelihoodRatio {
 struct Change {
     name: &'static str,
     fidelity: Fidelity,
+    /// Whether it is that of every shot, in the place of what was chosen for each.
+    everywhere: bool,
     settings: Settings,
     /// 1 where the change is one more parameter, −1 where one less, 0 where neither contains the other.
     nested: i32,
@@ -97,12 +99,21 @@ pub(super) fn compare(search: &Search, settled: &Settled) -> Vec<Alternative> {
 fn changes(search: &Search, settled: &Settled) -> Vec<Change> {
     let fidelity = search.model.fidelity;
     let settings = *search.settings;
-    let mut changes = vec![Change { name: "as fitted", fidelity, settings, nested: 0 }];
-    let (name, other) = match fidelity {
-        Fidelity::Full => ("linear", Fidelity::Linear),
-        _ => ("full", Fidelity::Full),
+    let fit = Change { name: "as fitted", fidelity, everywhere: false, settings, nested: 0 };
+    let corrected = search.fitted.iter().any(|shot| shot.plan.is_corrected());
+    let others: &[Fidelity] = match fidelity {
+        Fidelity::Full if corrected => &[Fidelity::Full, Fidelity::Linear],
+        Fidelity::Full => &[Fidelity::Linear],
+        _ => &[Fidelity::Full],
     };
-    changes.push(Change { name, fidelity: other, settings, nested: 0 });
+    let other = |fidelity: &Fidelity| Change {
+        name: fidelity.name(),
+        fidelity: *fidelity,
+        everywhere: true,
+        settings,
+        nested: 0,
+    };
+    let mut changes: Vec<Change> = std::iter::once(fit).chain(others.iter().map(other)).collect();
     let frictional = fidelity.effects().friction;
     let topspin = search.fitted.iter().any(|shot| shot.plan.has_topspin());
     if frictional && topspin {
@@ -113,6 +124,7 @@ fn changes(search: &Search, settled: &Settled) -> Vec<Change> {
             changes.push(Change {
                 name: "with friction of the cloth",
                 fidelity,
+                everywhere: false,
                 settings: changed,
                 nested: 1,
             });
@@ -124,6 +136,7 @@ fn changes(search: &Search, settled: &Settled) -> Vec<Change> {
             changes.push(Change {
                 name: "without friction of the cloth",
                 fidelity,
+                everywhere: false,
                 settings: changed,
                 nested,
             });
@@ -140,8 +153,15 @@ struct Found {
 
 fn fitted(search: &Search, change: &Change) -> Result<Found, FitError> {
     let model = Model { fidelity: change.fidelity, ..*search.model };
+    let plain: Vec<Fitted>;
+    let shots = if change.everywhere {
+        plain = search.fitted.iter().map(|shot| Fitted { plan: shot.plan.plain(), ..shot.clone() }).collect();
+        &plain
+    } else {
+        search.fitted
+    };
     let mut search =
-        Search { model: &model, settings: &change.settings, maximum_likelihood: true, ..search.clone() };
+        Search { fitted: shots, model: &model, settings: &change.settings, maximum_likelihood: true, ..search.clone() };
     for parameter in Parameter::ALL.into_iter().filter(|p| change.settings[*p].fixed) {
         *parameter_mut(&mut search.initial, parameter) = change.settings[parameter].initial;
     }

@@ -10,13 +10,12 @@ use super::robust::{Robust, Sandwich};
 use super::search::{Group, Plateau, Search};
 use super::uncertainty::{self, Minimum, Quantiles};
 use super::{
-    Bound, Computed, Depth, Diagnostics, Estimate, Films, Fit, FitError, Identifiability, Intervals,
-    JointFit, Method, Noise, Options, Rejected, Residual, Status, bootstrap, compare_models, contour,
+    Bound, Depth, Diagnostics, Estimate, Films, Fit, FitError, Identifiability, Intervals,
+    JointFit, Method, Noise, Options, Rejected, Residual, Status, bootstrap, choice, compare_models, contour,
     goodness, starts,
 };
 use crate::collision::{Coefficients, Effects, Model};
 use crate::dataset::{Dataset, Shot};
-use crate::effects::TOLERANCE;
 use crate::impact::film;
 use crate::loss::Loss;
 use crate::observable::Observable;
@@ -50,7 +49,6 @@ pub(super) fn fit_shots(
         e: settings[Parameter::E].initial,
     };
     let (mut fitted, mut shots_rejected) = plan(shots, &model, &initial);
-    let computed = choose(&mut fitted, &model, &initial, options.auto);
     let left_out =
         dataset.left_out.iter().map(|(shot, reason)| Rejected { shot: shot.clone(), reason: reason.clone() });
     shots_rejected.splice(0..0, left_out);
@@ -63,7 +61,7 @@ pub(super) fn fit_shots(
     let search = Search {
         shared_errors: dataset.shared_errors(),
         cloth: film::CLOTH.map(|(mean, _)| mean),
-        fitted: &fitted,
+        fitted: &[],
         model: &model,
         settings,
         relations: &dataset.relations,
@@ -74,6 +72,15 @@ pub(super) fn fit_shots(
     };
     let name = title(dataset, group.as_ref());
     let named = |error| named(error, dataset, &name);
+    let on_cloth = dataset.tracks.as_ref().is_none_or(|tracks| tracks.discs.is_none());
+    let mut refused = None;
+    if options.auto {
+        refused = choice::choose(&mut fitted, &search, on_cloth).map_err(named)?;
+    } else if model.closed().is_some() {
+        choice::integrate(&mut fitted, &search).map_err(named)?;
+    }
+    let computed = choice::computed(&fitted, &model);
+    let search = Search { fitted: &fitted, ..search };
     let with_films;
     let joint;
     let first = if options.method == Method::Joint {
@@ -226,6 +233,12 @@ pub(super) fn fit_shots(
     };
     super::remarks::add(&mut fit, &fitted, knows_noise);
     super::remarks::add_lower(&mut fit, 2.0 * lowest);
+    if let Some(worse) = refused {
+        fit.notes.push(format!(
+            "The balls' weight and all that the cloth does during the impact (--fidelity contact) are large enough for these \
+             shots to tell, but with them they are fitted less well (−2 log L higher by {worse:.1}): left out."
+        ));
+    }
     super::remarks::add_plateaus(&mut fit, &plateaus);
     super::remarks::add_tracks(&mut fit, dataset);
     if depth < options.depth {
@@ -428,23 +441,6 @@ fn plan(shots: &[&Shot], model: &Model, initial: &Coefficients) -> (Vec<Fitted>,
         }
     }
     (fitted, rejected)
-}
-
-/// With `auto` each shot takes what it calls for, at the initial values. Counts what is computed how.
-fn choose(fitted: &mut [Fitted], model: &Model, initial: &Coefficients, auto: bool) -> Vec<Computed> {
-    /// Of a shot's smallest standard error: squared it adds a hundredth.
-    const PART: f64 = 0.1;
-    let own = (model.fidelity, model.effects.and(model.fidelity.effects()));
-    let mut computed: Vec<Computed> = Vec::new();
-    for Fitted { plan, .. } in fitted {
-        let chosen = if auto { plan.choose(model, initial, PART, TOLERANCE).ok() } else { None };
-        let (fidelity, effects) = chosen.map_or(own, |choice| (choice.fidelity, choice.effects));
-        match computed.iter_mut().find(|c| (c.fidelity, c.effects) == (fidelity, effects)) {
-            Some(known) => known.shots += 1,
-            None => computed.push(Computed { fidelity, effects, shots: 1 }),
-        }
-    }
-    computed
 }
 
 /// Each observable has standard deviations everywhere or nowhere.

@@ -12,7 +12,7 @@ use super::model::{Meeting, Motion, Scene as ModelScene, Side, unknown};
 use super::{Impact, Scene, fit};
 use crate::ball::{BallState, Vec3};
 use crate::cloth::{Cloth, Number};
-use crate::collision::{Coefficients, Input, Model};
+use crate::collision::{Coefficients, Corrected, Input};
 use crate::dataset::Spin;
 use crate::track::{Sample, TrackShot};
 
@@ -178,15 +178,15 @@ impl Film {
     /// The shot with its own unknowns where χ² is least, for shared parameters μ, μ_s, e, μ_k, μ_r. `None`
     /// where there is no collision.
     #[must_use]
-    pub fn reduced(&self, model: &Model, shared: &[f64; SHARED]) -> Option<Reduced> {
+    pub fn reduced(&self, collision: &Corrected, shared: &[f64; SHARED]) -> Option<Reduced> {
         match self.spin {
-            Some(_) => self.eliminate::<MEASURED>(model, shared),
-            None if self.rolls_unknown() => self.eliminate::<UNKNOWN>(model, shared),
-            None => self.eliminate::<KNOWN>(model, shared),
+            Some(_) => self.eliminate::<MEASURED>(collision, shared),
+            None if self.rolls_unknown() => self.eliminate::<UNKNOWN>(collision, shared),
+            None => self.eliminate::<KNOWN>(collision, shared),
         }
     }
 
-    fn eliminate<const N: usize>(&self, model: &Model, shared: &[f64; SHARED]) -> Option<Reduced> {
+    fn eliminate<const N: usize>(&self, collision: &Corrected, shared: &[f64; SHARED]) -> Option<Reduced> {
         let own = N - SHARED;
         let mut all = SVector::<f64, N>::zeros();
         for i in 0..own {
@@ -195,7 +195,7 @@ impl Film {
         for (i, value) in shared.iter().enumerate() {
             all[own + i] = *value;
         }
-        let mut normal = self.normal::<N>(model, &all)?;
+        let mut normal = self.normal::<N>(collision, &all)?;
         let mut damping = 0.0;
         for _ in 0..MAX_STEPS {
             let Some(cholesky) = normal.own_part(damping) else {
@@ -208,7 +208,7 @@ impl Film {
                 break;
             }
             let trial = all + step;
-            match self.normal::<N>(model, &trial) {
+            match self.normal::<N>(collision, &trial) {
                 Some(better) if better.square < normal.square => {
                     (all, normal) = (trial, better);
                     damping *= 0.1;
@@ -223,14 +223,14 @@ impl Film {
     }
 
     /// JᵀJ, Jᵀr and rᵀr by the shot's own unknowns and the shared parameters.
-    fn normal<const N: usize>(&self, model: &Model, all: &SVector<f64, N>) -> Option<Normal<N>> {
+    fn normal<const N: usize>(&self, collision: &Corrected, all: &SVector<f64, N>) -> Option<Normal<N>> {
         let own = N - SHARED;
         let duals: [DualSVec64<N>; N] = std::array::from_fn(|i| DualSVec64::from_re(all[i]).derivative(i));
         let roll = if N == UNKNOWN { duals[OWN] } else { DualSVec64::from_re(0.0) };
         let spins = (N == MEASURED).then(|| [duals[OWN], duals[OWN + 1], duals[OWN + 2]]);
         let shared: [DualSVec64<N>; SHARED] = std::array::from_fn(|i| duals[own + i]);
         let (motion, after) =
-            self.motion(&duals[..OWN], (spins, roll), &shared, |inputs| collide(model, inputs))?;
+            self.motion(&duals[..OWN], (spins, roll), &shared, |inputs| collide(collision, inputs))?;
         let mut normal = Normal::<N>::zero();
         for (frames, ball) in [(&self.cue, true), (&self.object, false)] {
             for frame in frames {
@@ -315,14 +315,14 @@ fn raised(damping: f64) -> f64 {
 }
 
 /// The collision with its derivatives carried on.
-fn collide<const N: usize>(model: &Model, inputs: &[DualSVec64<N>; 8]) -> Option<[DualSVec64<N>; 12]> {
+fn collide<const N: usize>(collision: &Corrected, inputs: &[DualSVec64<N>; 8]) -> Option<[DualSVec64<N>; 12]> {
     let value = |input: Input| inputs[input as usize].re;
     let cue = BallState {
         velocity: Vec3::new(value(Input::VelocityX), value(Input::VelocityY), 0.0),
         spin: Vec3::new(value(Input::SpinX), value(Input::SpinY), value(Input::SpinZ)),
     };
     let coefficients = Coefficients { mu: value(Input::Mu), mu_s: value(Input::MuS), e: value(Input::E) };
-    let (outcome, jacobian) = model.collide_with_jacobian(&cue, &coefficients).ok()?;
+    let (outcome, jacobian) = collision.collide_with_jacobian(&cue, &coefficients).ok()?;
     let components = outcome.components();
     Some(std::array::from_fn(|row| {
         let mut component = DualSVec64::from_re(components[row]);
