@@ -4,7 +4,9 @@
 use nalgebra::{SMatrix, SVector, Vector3};
 
 use crate::ball::BallState;
-use crate::collision::{Coefficients, Corrected, Effects, Fidelity, Model, NotACollision, Outcome};
+use crate::collision::{
+    Coefficients, Corrected, Correction, Effects, Fidelity, Model, NotACollision, Outcome,
+};
 use crate::contact::{CollisionFrame, cloth_slip};
 use crate::dataset::{Before, Joint, Measurement, Shot, Spin};
 use crate::effects::{self, Choice, Compared};
@@ -42,7 +44,7 @@ pub struct Plan {
     /// In the place of the fidelity and the effects of the model.
     choice: Option<(Fidelity, Effects)>,
     /// What an integrated fidelity that was chosen adds to `full`.
-    added: SVector<f64, 12>,
+    correction: Option<Box<Correction>>,
 }
 
 /// Why a shot cannot be predicted.
@@ -121,7 +123,7 @@ impl Plan {
             joint: shot.joint.clone(),
             variance_in,
             choice: None,
-            added: SVector::zeros(),
+            correction: None,
         })
     }
 
@@ -138,7 +140,7 @@ impl Plan {
         part: f64,
         otherwise: f64,
     ) -> Result<Choice, Unpredictable> {
-        (self.choice, self.added) = (None, SVector::zeros());
+        (self.choice, self.correction) = (None, None);
         let speed = self.predict(model, coefficients)?.speed;
         let start = Start::new(&self.before, &self.spin, speed, model.ball.radius);
         // an error of an angle is one of a velocity over the speed; the object ball is the slower the thinner
@@ -184,7 +186,7 @@ impl Plan {
         let model = Model { fidelity, effects, ..*model };
         if model.closed().is_some() {
             let cue = self.cue(&model, coefficients)?;
-            self.added = Corrected::near(model, &cue, coefficients)?.added;
+            self.correction = Correction::of(&model, &cue, coefficients)?.map(Box::new);
         }
         Ok(())
     }
@@ -197,7 +199,7 @@ impl Plan {
 
     /// In the place of an integrated fidelity that fails, `full`.
     pub fn settle_for_closed(&mut self, model: &Model) {
-        self.added = SVector::zeros();
+        self.correction = None;
         self.choice = self.choice.map(|(fidelity, effects)| {
             let chosen = Model { fidelity, effects, ..*model };
             chosen.closed().map_or((fidelity, effects), |closed| (closed.fidelity, closed.effects))
@@ -206,13 +208,13 @@ impl Plan {
 
     /// From now on computed as the model says, whatever model it is later computed with.
     pub fn fix(&mut self, model: &Model) {
-        (self.choice, self.added) = (Some((model.fidelity, model.effects)), SVector::zeros());
+        (self.choice, self.correction) = (Some((model.fidelity, model.effects)), None);
     }
 
     /// As the model says, with nothing chosen.
     #[must_use]
     pub fn plain(&self) -> Self {
-        Self { choice: None, added: SVector::zeros(), ..self.clone() }
+        Self { choice: None, correction: None, ..self.clone() }
     }
 
     /// Whether it is computed at an integrated fidelity by a correction.
@@ -232,10 +234,12 @@ impl Plan {
 
     /// How the shot's collision is computed: as was chosen for it, or by the model.
     #[must_use]
-    pub fn collision(&self, model: &Model) -> Corrected {
-        let Some((fidelity, effects)) = self.choice else { return Corrected::none(*model) };
+    pub fn collision(&self, model: &Model) -> Corrected<'_> {
+        let Some((fidelity, effects)) = self.choice else {
+            return Corrected { model: *model, correction: None };
+        };
         let chosen = Model { fidelity, effects, ..*model };
-        Corrected { model: chosen.closed().unwrap_or(chosen), added: self.added }
+        Corrected { model: chosen.closed().unwrap_or(chosen), correction: self.correction.as_deref() }
     }
 
     /// The observations that are compared with the prediction.

@@ -1,46 +1,73 @@
 //! A collision in closed form with what an integrated fidelity adds to it.
 //!
-//! What `ode` and `contact` know beyond `full` is small and hardly changes from one shot to its neighbour: their
-//! difference, taken once, serves a fit near that shot, at the cost of `full` and with its derivatives.
+//! What `ode` and `contact` know beyond `full` is small, and linear in the coefficients for all that a fit moves them:
+//! their difference and its slope, taken once, serve a fit near that shot at the cost of `full`.
 
-use nalgebra::SVector;
+use nalgebra::{SMatrix, SVector, Vector3};
 
 use super::{Coefficients, Fidelity, Jacobian, Model, NotACollision, Outcome};
 use crate::ball::BallState;
 
-/// A model, and what is added to the components of its outcomes.
-#[derive(Clone, Copy, Debug)]
-pub struct Corrected {
-    pub model: Model,
-    /// In the order of [`Outcome::components`].
-    pub added: SVector<f64, 12>,
+/// What is added to the components of an outcome, in the order of [`Outcome::components`].
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Correction {
+    /// At [`Correction::at`].
+    pub value: SVector<f64, 12>,
+    /// By μ, μ_s, e.
+    pub slope: SMatrix<f64, 12, 3>,
+    pub at: Coefficients,
 }
 
-impl Corrected {
+/// A model, and what is added to its outcomes.
+#[derive(Clone, Copy, Debug)]
+pub struct Corrected<'a> {
+    pub model: Model,
+    pub correction: Option<&'a Correction>,
+}
+
+impl Correction {
     /// Integrated to this, relative to the closing speed: far below what a correction is worth.
     const TOLERANCE: f64 = 1e-8;
 
-    /// A model as it is.
-    #[must_use]
-    pub fn none(model: Model) -> Self {
-        Self { model, added: SVector::zeros() }
-    }
+    /// By which the coefficients are moved for the slope.
+    const STEP: f64 = 1e-3;
 
-    /// `full`, brought to what an integrated model says of one shot. Any other model is left as it is.
+    /// What an integrated model says of one shot beyond its closed form; `None` for a closed form.
     ///
     /// # Errors
     /// As [`Model::collide`].
-    pub fn near(
-        model: Model,
-        cue: &BallState,
-        coefficients: &Coefficients,
-    ) -> Result<Self, NotACollision> {
-        let Some(closed) = model.closed() else { return Ok(Self::none(model)) };
-        let fine = Model { tolerance: model.tolerance.max(Self::TOLERANCE), ..model };
-        let fine = fine.collide(cue, coefficients)?.components();
-        Ok(Self { model: closed, added: fine - closed.collide(cue, coefficients)?.components() })
+    pub fn of(model: &Model, cue: &BallState, at: &Coefficients) -> Result<Option<Self>, NotACollision> {
+        let Some(closed) = model.closed() else { return Ok(None) };
+        let fine = Model { tolerance: model.tolerance.max(Self::TOLERANCE), ..*model };
+        let beyond = |at: &Coefficients| {
+            let difference = fine.collide(cue, at)?.components() - closed.collide(cue, at)?.components();
+            Ok::<_, NotACollision>(difference)
+        };
+        let value = beyond(at)?;
+        let Coefficients { mu, mu_s, e } = *at;
+        let moved = [
+            Coefficients { mu: mu + Self::STEP, ..*at },
+            Coefficients { mu_s: mu_s + Self::STEP, ..*at },
+            // e may be 1
+            Coefficients { e: e - Self::STEP, ..*at },
+        ];
+        let mut slope = SMatrix::<f64, 12, 3>::zeros();
+        for (column, (moved, step)) in moved.iter().zip([Self::STEP, Self::STEP, -Self::STEP]).enumerate() {
+            // at the end of its range a coefficient has no slope
+            if let Ok(there) = beyond(moved) {
+                slope.set_column(column, &((there - value) / step));
+            }
+        }
+        Ok(Some(Self { value, slope, at: *at }))
     }
 
+    fn at(&self, coefficients: &Coefficients) -> SVector<f64, 12> {
+        let Coefficients { mu, mu_s, e } = *coefficients;
+        self.value + self.slope * Vector3::new(mu - self.at.mu, mu_s - self.at.mu_s, e - self.at.e)
+    }
+}
+
+impl Corrected<'_> {
     /// As [`Model::collide_with_jacobian`].
     ///
     /// # Errors
@@ -50,8 +77,11 @@ impl Corrected {
         cue: &BallState,
         coefficients: &Coefficients,
     ) -> Result<(Outcome, Jacobian), NotACollision> {
-        let (outcome, jacobian) = self.model.collide_with_jacobian(cue, coefficients)?;
-        Ok((outcome.plus(&self.added), jacobian))
+        let (outcome, mut jacobian) = self.model.collide_with_jacobian(cue, coefficients)?;
+        let Some(correction) = self.correction else { return Ok((outcome, jacobian)) };
+        let mut by_coefficients = jacobian.fixed_columns_mut::<3>(0);
+        by_coefficients += correction.slope;
+        Ok((outcome.plus(&correction.at(coefficients)), jacobian))
     }
 }
 
@@ -81,13 +111,14 @@ mod tests {
     fn is_the_finer_model_where_it_was_made() {
         let (cue, coefficients) = shot();
         let model = Model::new(Fidelity::Contact, Ball::POOL);
-        let corrected = Corrected::near(model, &cue, &coefficients).unwrap();
+        let correction = Correction::of(&model, &cue, &coefficients).unwrap().unwrap();
+        let corrected = Corrected { model: model.closed().unwrap(), correction: Some(&correction) };
         let (outcome, _) = corrected.collide_with_jacobian(&cue, &coefficients).unwrap();
         let fine = model.collide(&cue, &coefficients).unwrap();
         // both are integrated, one to TOLERANCE
         let difference = (outcome.components() - fine.components()).amax();
-        assert!(difference < 1e3 * Corrected::TOLERANCE, "{difference}");
-        assert!(corrected.added.amax() > 1e-3, "{}", corrected.added.amax());
+        assert!(difference < 1e3 * Correction::TOLERANCE, "{difference}");
+        assert!(correction.value.amax() > 1e-3, "{}", correction.value.amax());
     }
 
     #[test]
@@ -95,23 +126,27 @@ mod tests {
         /// Parts by which the shot and the coefficients differ, a few standard errors, and of the correction what
         /// that may change.
         const APART: f64 = 0.02;
-        const CHANGED: f64 = 0.1;
+        const CHANGED: f64 = 0.05;
         let (cue, coefficients) = shot();
         let model = Model::new(Fidelity::Contact, Ball::POOL);
-        let corrected = Corrected::near(model, &cue, &coefficients).unwrap();
+        let correction = Correction::of(&model, &cue, &coefficients).unwrap().unwrap();
+        let corrected = Corrected { model: model.closed().unwrap(), correction: Some(&correction) };
         let cue = BallState { velocity: cue.velocity * (1.0 + APART), spin: cue.spin * (1.0 + APART) };
         let coefficients = Coefficients { mu: coefficients.mu * (1.0 + APART), ..coefficients };
         let (outcome, _) = corrected.collide_with_jacobian(&cue, &coefficients).unwrap();
         let fine = model.collide(&cue, &coefficients).unwrap();
         let difference = (outcome.components() - fine.components()).amax();
-        assert!(difference < CHANGED * corrected.added.amax(), "{difference} of {}", corrected.added.amax());
+        assert!(
+            difference < CHANGED * correction.value.amax(),
+            "{difference} of {}",
+            correction.value.amax()
+        );
     }
 
     #[test]
     fn leaves_a_closed_form_alone() {
         let (cue, coefficients) = shot();
         let model = Model::new(Fidelity::Linear, Ball::POOL);
-        let corrected = Corrected::near(model, &cue, &coefficients).unwrap();
-        assert_eq!((corrected.model, corrected.added.amax()), (model, 0.0));
+        assert_eq!(Correction::of(&model, &cue, &coefficients).unwrap(), None);
     }
 }

@@ -35,7 +35,7 @@ use crate::cloth::Cloth;
 use crate::contact;
 use crate::friction::Law;
 
-pub use corrected::Corrected;
+pub use corrected::{Corrected, Correction};
 pub use effects::Effects;
 pub use outcome::{Input, Jacobian, Outcome};
 

@@ -14,9 +14,8 @@ const PART: f64 = 0.1;
 /// Of the speed, where the data state no errors.
 const OTHERWISE: f64 = 1e-4;
 
-/// Rounds of fitting and correcting. A correction is some thousandths of a velocity, and a round changes it by as
-/// much of itself.
-const ROUNDS: usize = 3;
+/// Rounds of correcting and fitting: with its slope, a correction is off by the square of what the first changes.
+const ROUNDS: usize = 2;
 
 /// Each shot takes the cheapest fidelity that keeps within [`PART`] of its standard errors, first at the initial
 /// values, then where a fit with these ends. One that calls for `contact` is computed as `full` with a correction,
@@ -25,7 +24,11 @@ const ROUNDS: usize = 3;
 /// What `contact` adds rests on more than is fitted: the duration of the contact, μ_k of the cloth on the cue
 /// ball. Where the shots as a whole are fitted less well with it, none is corrected, and what −2 log L was higher by
 /// is returned.
-pub(super) fn choose(fitted: &mut [Fitted], search: &Search, on_cloth: bool) -> Result<Option<f64>, FitError> {
+pub(super) fn choose(
+    fitted: &mut [Fitted],
+    search: &Search,
+    on_cloth: bool,
+) -> Result<Option<f64>, FitError> {
     let model = search.model;
     let choose = |fitted: &mut [Fitted], at: Coefficients| {
         fitted.par_iter_mut().for_each(|shot| {

@@ -160,8 +160,13 @@ fn fitted(search: &Search, change: &Change) -> Result<Found, FitError> {
     } else {
         search.fitted
     };
-    let mut search =
-        Search { fitted: shots, model: &model, settings: &change.settings, maximum_likelihood: true, ..search.clone() };
+    let mut search = Search {
+        fitted: shots,
+        model: &model,
+        settings: &change.settings,
+        maximum_likelihood: true,
+        ..search.clone()
+    };
     for parameter in Parameter::ALL.into_iter().filter(|p| change.settings[*p].fixed) {
         *parameter_mut(&mut search.initial, parameter) = change.settings[parameter].initial;
     }

@@ -10,9 +10,8 @@ use super::robust::{Robust, Sandwich};
 use super::search::{Group, Plateau, Search};
 use super::uncertainty::{self, Minimum, Quantiles};
 use super::{
-    Bound, Depth, Diagnostics, Estimate, Films, Fit, FitError, Identifiability, Intervals,
-    JointFit, Method, Noise, Options, Rejected, Residual, Status, bootstrap, choice, compare_models, contour,
-    goodness, starts,
+    Bound, Depth, Diagnostics, Estimate, Films, Fit, FitError, Identifiability, Intervals, JointFit, Method,
+    Noise, Options, Rejected, Residual, Status, bootstrap, choice, compare_models, contour, goodness, starts,
 };
 use crate::collision::{Coefficients, Effects, Model};
 use crate::dataset::{Dataset, Shot};

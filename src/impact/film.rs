@@ -315,7 +315,10 @@ fn raised(damping: f64) -> f64 {
 }
 
 /// The collision with its derivatives carried on.
-fn collide<const N: usize>(collision: &Corrected, inputs: &[DualSVec64<N>; 8]) -> Option<[DualSVec64<N>; 12]> {
+fn collide<const N: usize>(
+    collision: &Corrected,
+    inputs: &[DualSVec64<N>; 8],
+) -> Option<[DualSVec64<N>; 12]> {
     let value = |input: Input| inputs[input as usize].re;
     let cue = BallState {
         velocity: Vec3::new(value(Input::VelocityX), value(Input::VelocityY), 0.0),
