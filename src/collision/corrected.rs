@@ -27,10 +27,10 @@ pub struct Corrected<'a> {
 
 impl Correction {
     /// Integrated to this, relative to the closing speed: far below what a correction is worth.
-    const TOLERANCE: f64 = 1e-8;
+    const TOLERANCE: f64 = 1e-7;
 
     /// By which the coefficients are moved for the slope.
-    const STEP: f64 = 1e-3;
+    const STEP: f64 = 5e-3;
 
     /// What an integrated model says of one shot beyond its closed form; `None` for a closed form.
     ///

@@ -17,18 +17,45 @@ const OTHERWISE: f64 = 1e-4;
 /// Rounds of correcting and fitting: with its slope, a correction is off by the square of what the first changes.
 const ROUNDS: usize = 2;
 
+/// −2 log L must be lower by this, odds of 20 to 1, to go beyond the equations that the parameters are defined by.
+const EVIDENCE: f64 = 6.0;
+
+/// What `contact` would have given.
+pub(super) struct Refused {
+    /// −2 log L above that without it.
+    higher: f64,
+    with: Coefficients,
+}
+
+impl Refused {
+    pub(super) fn note(&self) -> String {
+        let Self { higher, with: Coefficients { mu, mu_s, e } } = self;
+        let verdict = if *higher > 0.0 {
+            format!("with these the shots are fitted less well (−2 log L higher by {higher:.1})")
+        } else {
+            format!("the shots do not tell whether these act (−2 log L lower by {:.1} only)", -higher)
+        };
+        format!(
+            "The balls' weight and all that the cloth does during the impact (--fidelity contact) are as large as a part of \
+             these shots' errors, but {verdict}: left out. With these μ = {mu:.4}, μ_s = {mu_s:.3}, e = {e:.4}."
+        )
+    }
+}
+
+/// So many shots, spread evenly, tell what is to be computed how.
+const SAMPLE: usize = 2000;
+
 /// Each shot takes the cheapest fidelity that keeps within [`PART`] of its standard errors, first at the initial
 /// values, then where a fit with these ends. One that calls for `contact` is computed as `full` with a correction,
 /// which is taken anew after each fit.
 ///
 /// What `contact` adds rests on more than is fitted: the duration of the contact, μ_k of the cloth on the cue
-/// ball. Where the shots as a whole are fitted less well with it, none is corrected, and what −2 log L was higher by
-/// is returned.
+/// ball. Unless the shots as a whole speak for it, none is corrected, and what it would have given is returned.
 pub(super) fn choose(
     fitted: &mut [Fitted],
     search: &Search,
     on_cloth: bool,
-) -> Result<Option<f64>, FitError> {
+) -> Result<Option<Refused>, FitError> {
     let model = search.model;
     let choose = |fitted: &mut [Fitted], at: Coefficients| {
         fitted.par_iter_mut().for_each(|shot| {
@@ -40,18 +67,29 @@ pub(super) fn choose(
             }
         });
     };
-    choose(fitted, search.initial);
-    let (_, at) = settle(fitted, search)?;
+    let mut sample: Vec<Fitted> =
+        fitted.iter().step_by(fitted.len().div_ceil(SAMPLE).max(1)).cloned().collect();
+    choose(&mut sample, search.initial);
+    let (_, at) = settle(&sample, search)?;
+    choose(&mut sample, at);
+    let (closed, mut at) = settle(&sample, search)?;
+    let mut refused = None;
+    if sample.iter().any(|shot| shot.plan.is_corrected()) {
+        let corrected;
+        let closed_at = at;
+        (corrected, at) = correct(&mut sample, search, at)?;
+        if corrected > closed - EVIDENCE {
+            refused = Some(Refused { higher: corrected - closed, with: at });
+            at = closed_at;
+        }
+    }
     choose(fitted, at);
-    if !fitted.iter().any(|shot| shot.plan.is_corrected()) {
-        return Ok(None);
-    }
-    let (closed, at) = settle(fitted, search)?;
-    let worse = correct(fitted, search, at)? - closed;
-    if worse > 0.0 {
+    if refused.is_some() {
         fitted.par_iter_mut().for_each(|shot| shot.plan.settle_for_closed(model));
+    } else {
+        take(fitted, model, &at);
     }
-    Ok((worse > 0.0).then_some(worse))
+    Ok(refused)
 }
 
 /// All shots at the integrated fidelity of the model, as `full` with corrections.
@@ -59,8 +97,11 @@ pub(super) fn integrate(fitted: &mut [Fitted], search: &Search) -> Result<(), Fi
     for shot in &mut *fitted {
         shot.plan.fix(search.model);
     }
-    let (_, at) = settle(fitted, search)?;
-    correct(fitted, search, at)?;
+    let mut sample: Vec<Fitted> =
+        fitted.iter().step_by(fitted.len().div_ceil(SAMPLE).max(1)).cloned().collect();
+    let (_, at) = settle(&sample, search)?;
+    let (_, at) = correct(&mut sample, search, at)?;
+    take(fitted, search.model, &at);
     Ok(())
 }
 
@@ -71,18 +112,27 @@ fn settle(fitted: &[Fitted], search: &Search) -> Result<(f64, Coefficients), Fit
     Ok((minus_two_log, settled.minimum.coefficients))
 }
 
-/// Corrects and fits in turn; −2 log L in the end.
-fn correct(fitted: &mut [Fitted], search: &Search, mut at: Coefficients) -> Result<f64, FitError> {
+/// Corrects and fits in turn; −2 log L in the end, and the coefficients.
+fn correct(
+    fitted: &mut [Fitted],
+    search: &Search,
+    mut at: Coefficients,
+) -> Result<(f64, Coefficients), FitError> {
     let mut minus_two_log = f64::NAN;
     for _ in 0..ROUNDS {
-        fitted.par_iter_mut().for_each(|shot| {
-            if shot.plan.correct(search.model, &at).is_err() {
-                shot.plan.settle_for_closed(search.model);
-            }
-        });
+        take(fitted, search.model, &at);
         (minus_two_log, at) = settle(fitted, search)?;
     }
-    Ok(minus_two_log)
+    Ok((minus_two_log, at))
+}
+
+/// Takes every shot's correction.
+fn take(fitted: &mut [Fitted], model: &Model, at: &Coefficients) {
+    fitted.par_iter_mut().for_each(|shot| {
+        if shot.plan.correct(model, at).is_err() {
+            shot.plan.settle_for_closed(model);
+        }
+    });
 }
 
 /// Counts what is computed how.

@@ -232,12 +232,7 @@ pub(super) fn fit_shots(
     };
     super::remarks::add(&mut fit, &fitted, knows_noise);
     super::remarks::add_lower(&mut fit, 2.0 * lowest);
-    if let Some(worse) = refused {
-        fit.notes.push(format!(
-            "The balls' weight and all that the cloth does during the impact (--fidelity contact) are large enough for these \
-             shots to tell, but with them they are fitted less well (−2 log L higher by {worse:.1}): left out."
-        ));
-    }
+    fit.notes.extend(refused.map(|refused| refused.note()));
     super::remarks::add_plateaus(&mut fit, &plateaus);
     super::remarks::add_tracks(&mut fit, dataset);
     if depth < options.depth {
