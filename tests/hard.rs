@@ -3,7 +3,7 @@
 use std::fs;
 
 use caromfit::ball::{Ball, BallState, Vec3};
-use caromfit::collision::{Coefficients, Fidelity, Model, Outcome, Regime};
+use caromfit::collision::{Coefficients, Fidelity, MIN_TOLERANCE, Model, Outcome, Regime};
 use caromfit::contact::{cue_velocity, slip};
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -19,6 +19,21 @@ const ROUNDINGS: f64 = 1e-14;
 
 /// Steps of the subnormal numbers that a few operations lose.
 const SUBNORMAL: f64 = 64.0 * 5e-324;
+
+/// Errors of some steps, each within the tolerance, add up to so many of it. Seen: up to 6.
+const STEPS: f64 = 10.0;
+
+/// `ode` and `contact` on the equations of `full`.
+fn integrated() -> impl Iterator<Item = Model> {
+    let tolerances = [1e-8, 1e-10, MIN_TOLERANCE].into_iter();
+    tolerances.flat_map(|tolerance| {
+        [Fidelity::Ode, Fidelity::Contact].map(|fidelity| Model {
+            effects: Fidelity::Full.effects(),
+            tolerance,
+            ..Model::new(fidelity, BALL)
+        })
+    })
+}
 
 struct Case {
     name: String,
@@ -81,6 +96,27 @@ fn hard_cases_agree_with_25_digits() {
     assert!(wrong.is_empty(), "{}", wrong.join("\n"));
 }
 
+/// What integrates the same equations is off by a few of its tolerances, which are of the closing speed.
+#[test]
+fn hard_cases_agree_with_25_digits_when_integrated() {
+    let mut wrong = Vec::new();
+    for case in cases() {
+        for model in integrated() {
+            let outcome = model.collide(&case.cue, &case.coefficients).unwrap().components();
+            for row in 0..12 {
+                let expected = case.outcome["full"][row].as_str().unwrap();
+                let off = as_speed(row) * (outcome[row] - expected.parse::<f64>().unwrap()).abs();
+                let allowed = STEPS * model.tolerance * case.cue.velocity.x;
+                if !(off <= allowed + ROUNDINGS * case.scale() + SUBNORMAL) {
+                    let by = off / allowed;
+                    wrong.push(format!("{}, {} row {row}: {by:e}", case.name, model.fidelity.name()));
+                }
+            }
+        }
+    }
+    assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+}
+
 #[test]
 fn hard_cases_have_finite_jacobians() {
     for case in cases() {
@@ -100,9 +136,9 @@ fn hard_cases_mirror_and_scale_exactly() {
         spin: s.spin.component_mul(&Vec3::new(-1.0, 1.0, -1.0)),
     };
     for case in cases() {
-        for fidelity in [Fidelity::Elastic, Fidelity::Inelastic, Fidelity::Linear, Fidelity::Full] {
-            let outcome = case.collide(fidelity);
-            let model = Model::new(fidelity, BALL);
+        let closed = [Fidelity::Elastic, Fidelity::Inelastic, Fidelity::Linear, Fidelity::Full];
+        for model in closed.map(|fidelity| Model::new(fidelity, BALL)).into_iter().chain(integrated()) {
+            let outcome = model.collide(&case.cue, &case.coefficients).unwrap();
             let run = |model: &Model, cue: &BallState| {
                 let outcome = model.collide(cue, &case.coefficients).unwrap();
                 (outcome.cue, outcome.object, outcome.regime)
@@ -122,11 +158,11 @@ fn hard_cases_mirror_and_scale_exactly() {
                 let ball = Ball { radius: by_r * BALL.radius, ..BALL };
                 let expected = (scaled(&outcome.cue), scaled(&outcome.object), outcome.regime);
                 assert_eq!(
-                    run(&Model::new(fidelity, ball), &scaled(&case.cue)),
+                    run(&Model { ball, ..model }, &scaled(&case.cue)),
                     expected,
                     "{}, {}",
                     case.name,
-                    fidelity.name()
+                    model.fidelity.name()
                 );
             }
         }
@@ -308,33 +344,54 @@ fn random(rng: &mut ChaCha8Rng) -> (BallState, Coefficients) {
 #[test]
 fn random_shots_agree_with_the_plain_solution() {
     const CHUNK: usize = 10_000;
+    /// One shot in so many is integrated too.
+    const INTEGRATED: usize = 50;
     let shots: usize = std::env::var("CAROMFIT_RANDOM").map_or(50_000, |n| n.parse().unwrap());
     let chunk = |seed: usize| {
         let mut rng = ChaCha8Rng::seed_from_u64(seed as u64);
         let mut worst = (0.0, String::new());
+        let mut worst_integrated = (0.0, String::new());
         let mut stuck = 0;
-        for _ in 0..CHUNK {
+        for number in 0..CHUNK {
             let (cue, coefficients) = random(&mut rng);
             let fast = Model::new(Fidelity::Full, BALL).collide(&cue, &coefficients).unwrap();
             let plain = plain::collide(&BALL, &cue, &coefficients);
             let scale = cue.velocity.norm().max(BALL.radius * cue.spin.norm());
             let off = plain::difference(&fast, &plain, BALL.radius) / scale;
             stuck += usize::from(fast.regime == Regime::Stick);
+            let [u, w] = [cue.velocity, cue.spin].map(|v| [v.x, v.y, v.z]);
+            let shot = || format!("{u:?} {w:?} {coefficients:?}");
             if off > worst.0 || off.is_nan() {
-                let [u, w] = [cue.velocity, cue.spin].map(|v| [v.x, v.y, v.z]);
-                worst =
-                    (off, format!("{u:?} {w:?} {coefficients:?}, {} and {}", fast.impulse, plain.impulse));
+                worst = (off, format!("{}, {} and {}", shot(), fast.impulse, plain.impulse));
+            }
+            if number % INTEGRATED == 0 {
+                for model in integrated() {
+                    let slow = model.collide(&cue, &coefficients).unwrap();
+                    let allowed = model.tolerance * cue.velocity.x + ROUNDINGS * scale;
+                    let off = plain::difference(&slow, &plain, BALL.radius) / allowed;
+                    if off > worst_integrated.0 || off.is_nan() {
+                        worst_integrated = (off, format!("{}, {model:?}", shot()));
+                    }
+                }
             }
         }
-        (worst, stuck)
+        (worst, worst_integrated, stuck)
     };
     let all: Vec<_> = (0..shots.div_ceil(CHUNK)).into_par_iter().map(chunk).collect();
-    let stuck: usize = all.iter().map(|(_, stuck)| stuck).sum();
+    let stuck: usize = all.iter().map(|(.., stuck)| stuck).sum();
     let count = all.len() * CHUNK;
-    let (off, worst) = all.iter().map(|(worst, _)| worst).max_by(|a, b| a.0.total_cmp(&b.0)).unwrap();
+    let largest =
+        |errors: Vec<&(f64, String)>| errors.into_iter().max_by(|a, b| a.0.total_cmp(&b.0)).unwrap().clone();
+    let (off, worst) = largest(all.iter().map(|(worst, ..)| worst).collect());
+    let (tolerances, integrated) = largest(all.iter().map(|(_, worst, _)| worst).collect());
     println!(
         "{count} shots, of which {stuck} stick: off by at most {off:e} of the larger of U and Rω: {worst}"
     );
-    assert!(*off < ROUNDINGS, "{off:e}: {worst}");
+    println!(
+        "integrated, {} of them: off by at most {tolerances:.1} tolerances: {integrated}",
+        count / INTEGRATED
+    );
+    assert!(off < ROUNDINGS, "{off:e}: {worst}");
+    assert!(tolerances < STEPS, "{tolerances}: {integrated}");
     assert!(stuck > count / 20 && stuck < count / 2, "{stuck} of {count} stick");
 }

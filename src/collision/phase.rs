@@ -197,20 +197,27 @@ pub(super) fn walk<const N: usize>(
     y: &mut [f64; N],
 ) -> Result<f64, GaveUp> {
     let mut x = 0.0;
-    let mut held = None;
+    let (mut held, mut stopped) = (None, None);
     for _ in 0..MAX_EVENTS {
         let q = model.impulse(phase, x, y);
-        let slips = phase.dynamics.slips(q, y);
+        let mut slips = phase.dynamics.slips(q, y);
+        if let Some(site) = stopped {
+            slips.0[site as usize] = [0.0; 2];
+        }
         // where the balls just touch, what matters is what comes next
         let normal = model.normal(phase, y).max(TOUCH);
         phase.grips = phase.dynamics.settle(phase.grips, held, &slips, normal);
         let watched = Watched { model, phase: *phase };
+        // a slip may have ended as the phase did
+        if watched.events(x, y)[event::END] <= 0.0 {
+            return Ok(q);
+        }
         let end = integrator.run(&watched, x, y)?;
         (x, *y) = (end.x, end.y);
         if end.event == event::END || end.event == event::STOPPED {
             return Ok(model.impulse(phase, x, y));
         }
-        held = None;
+        (held, stopped) = (None, None);
         for site in Site::ALL {
             let i = site as usize;
             if end.event == event::LIFT_OFF[i] {
@@ -218,7 +225,10 @@ pub(super) fn walk<const N: usize>(
                 held = Some(site);
             } else if end.event == event::GRIP[i] {
                 match phase.grips[site] {
-                    Grip::Slides => x += remove_slip(&watched, i, x, y),
+                    Grip::Slides => {
+                        x += remove_slip(&watched, i, x, y);
+                        stopped = Some(site);
+                    }
                     Grip::Sticks => {
                         phase.grips[site] = Grip::Slides;
                         held = Some(site);
@@ -241,6 +251,7 @@ fn remove_slip<const N: usize, M: Model<N>>(
     x: f64,
     y: &mut [f64; N],
 ) -> f64 {
+    let watched_slip = watched.phase.dynamics.no_slip[contact];
     // what is left still counts as slip
     let dynamics = Dynamics { no_slip: [0.0; 3], ..*watched.phase.dynamics };
     let watched = Watched { model: watched.model, phase: Phase { dynamics: &dynamics, ..watched.phase } };
@@ -249,7 +260,8 @@ fn remove_slip<const N: usize, M: Model<N>>(
     let rate = watched.slip_rates(x, y)[contact];
     let closing = -(s[0] * rate[0] + s[1] * rate[1]);
     let step = (s[0] * s[0] + s[1] * s[1]) / closing;
-    if !(step > 0.0 && step.is_finite()) {
+    // its error is of the square; where the balls just touch, the friction is only about to set in
+    if !(step > 0.0 && step * step <= watched_slip) {
         return 0.0;
     }
     let rates = watched.rates(x, y);
