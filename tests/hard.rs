@@ -3,7 +3,7 @@
 use std::fs;
 
 use caromfit::ball::{Ball, BallState, Vec3};
-use caromfit::collision::{Coefficients, Fidelity, MIN_TOLERANCE, Model, Outcome, Regime};
+use caromfit::collision::{Coefficients, Fidelity, MIN_TOLERANCE, Model, NotACollision, Outcome, Regime};
 use caromfit::contact::{cue_velocity, slip};
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -20,8 +20,12 @@ const ROUNDINGS: f64 = 1e-14;
 /// Steps of the subnormal numbers that a few operations lose.
 const SUBNORMAL: f64 = 64.0 * 5e-324;
 
-/// Errors of some steps, each within the tolerance, add up to so many of it. Seen: up to 6.
+/// Errors of some steps, each within the tolerance, add up to so many of it.
 const STEPS: f64 = 10.0;
+
+/// One shot in some 100 000 takes a step that the estimate of its error thinks far better than it is: the
+/// estimate is a difference, and passes through 0. Seen: 58 tolerances.
+const LUCKY_STEP: f64 = 100.0;
 
 /// `ode` and `contact` on the equations of `full`.
 fn integrated() -> impl Iterator<Item = Model> {
@@ -340,6 +344,37 @@ fn random(rng: &mut ChaCha8Rng) -> (BallState, Coefficients) {
     (BallState { velocity, spin }, Coefficients { mu, mu_s, e })
 }
 
+/// With gravity and all friction of the cloth a shot comes out finite, or is refused for one reason only.
+#[test]
+fn with_everything_on_shots_end_or_say_why_not() {
+    const SHOTS: usize = 1_000;
+    for (tolerance, refused_at_most) in [(1e-3, SHOTS / 500), (1e-6, SHOTS / 500), (1e-10, SHOTS / 50)] {
+        let model = Model { tolerance, ..Model::new(Fidelity::Contact, BALL) };
+        let mut rng = ChaCha8Rng::seed_from_u64(1);
+        let mut refused = 0;
+        for _ in 0..SHOTS {
+            let (cue, coefficients) = random(&mut rng);
+            match model.collide(&cue, &coefficients) {
+                Ok(outcome) => assert!(outcome.components().iter().all(|x| x.is_finite())),
+                Err(error) => {
+                    assert_eq!(error, NotACollision::NotIntegrated(tolerance));
+                    refused += 1;
+                }
+            }
+        }
+        println!("{tolerance:e}: {refused} of {SHOTS} refused");
+        assert!(refused <= refused_at_most, "{refused} refused at {tolerance:e}");
+    }
+    // e = 0 ends with compression. Near it restitution would last for days: the cue ball, rolling, pushes the
+    // object ball along until the cloth parts them
+    let roll = BallState::natural_roll(cue_velocity(2.0, 0.5), BALL.radius);
+    let model = Model { tolerance: 1e-6, ..Model::new(Fidelity::Contact, BALL) };
+    let at = |e: f64| model.collide(&roll, &Coefficients { mu: 0.05, mu_s: 0.3, e }).unwrap();
+    let [none, little] = [at(0.0), at(1e-9)];
+    assert!((none.object.velocity.x - none.cue.velocity.x).abs() < 1e-3 * roll.velocity.x);
+    assert!(little.object.velocity.x > little.cue.velocity.x && little.impulse > none.impulse);
+}
+
 /// At length: `CAROMFIT_RANDOM=10000000 cargo test --release -- --nocapture random_shots`.
 #[test]
 fn random_shots_agree_with_the_plain_solution() {
@@ -351,7 +386,7 @@ fn random_shots_agree_with_the_plain_solution() {
         let mut rng = ChaCha8Rng::seed_from_u64(seed as u64);
         let mut worst = (0.0, String::new());
         let mut worst_integrated = (0.0, String::new());
-        let mut stuck = 0;
+        let (mut stuck, mut beyond) = (0, 0);
         for number in 0..CHUNK {
             let (cue, coefficients) = random(&mut rng);
             let fast = Model::new(Fidelity::Full, BALL).collide(&cue, &coefficients).unwrap();
@@ -369,21 +404,23 @@ fn random_shots_agree_with_the_plain_solution() {
                     let slow = model.collide(&cue, &coefficients).unwrap();
                     let allowed = model.tolerance * cue.velocity.x + ROUNDINGS * scale;
                     let off = plain::difference(&slow, &plain, BALL.radius) / allowed;
+                    beyond += usize::from(!(off < STEPS));
                     if off > worst_integrated.0 || off.is_nan() {
                         worst_integrated = (off, format!("{}, {model:?}", shot()));
                     }
                 }
             }
         }
-        (worst, worst_integrated, stuck)
+        (worst, worst_integrated, stuck, beyond)
     };
     let all: Vec<_> = (0..shots.div_ceil(CHUNK)).into_par_iter().map(chunk).collect();
-    let stuck: usize = all.iter().map(|(.., stuck)| stuck).sum();
+    let stuck: usize = all.iter().map(|(_, _, stuck, _)| stuck).sum();
+    let beyond: usize = all.iter().map(|(.., beyond)| beyond).sum();
     let count = all.len() * CHUNK;
     let largest =
         |errors: Vec<&(f64, String)>| errors.into_iter().max_by(|a, b| a.0.total_cmp(&b.0)).unwrap().clone();
     let (off, worst) = largest(all.iter().map(|(worst, ..)| worst).collect());
-    let (tolerances, integrated) = largest(all.iter().map(|(_, worst, _)| worst).collect());
+    let (tolerances, integrated) = largest(all.iter().map(|(_, worst, ..)| worst).collect());
     println!(
         "{count} shots, of which {stuck} stick: off by at most {off:e} of the larger of U and Rω: {worst}"
     );
@@ -392,6 +429,7 @@ fn random_shots_agree_with_the_plain_solution() {
         count / INTEGRATED
     );
     assert!(off < ROUNDINGS, "{off:e}: {worst}");
-    assert!(tolerances < STEPS, "{tolerances}: {integrated}");
+    assert!(tolerances < LUCKY_STEP, "{tolerances}: {integrated}");
+    assert!(beyond <= count / INTEGRATED / 1000, "{beyond} beyond {STEPS} tolerances");
     assert!(stuck > count / 20 && stuck < count / 2, "{stuck} of {count} stick");
 }

@@ -10,6 +10,8 @@ use differential_equations::methods::{DormandPrince, ExplicitRungeKutta, Ordinar
 use differential_equations::ode::{ODE, OrdinaryNumericalMethod};
 use differential_equations::status::Status;
 
+use super::steps;
+
 /// Bisection on the interpolant ends at this part of the step.
 const GUESSED: f64 = 1e-4;
 
@@ -172,6 +174,7 @@ impl<const N: usize> Integrator<N> {
 
     /// Tries a step; whether it was taken.
     fn step(&mut self, stretch: &impl Stretch<N>) -> Result<bool, GaveUp> {
+        steps::record(self.steps);
         self.steps += 1;
         self.method.step(&System(stretch)).map_err(|_| GaveUp)?;
         Ok(!matches!(self.method.status(), Status::RejectedStep))

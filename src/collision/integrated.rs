@@ -150,3 +150,24 @@ fn step(model: &Model, contact: &Contact, input: Input) -> f64 {
         Input::SpinX | Input::SpinY | Input::SpinZ => h * k / model.ball.radius,
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::collision::steps;
+
+    /// Of `contact` with e = 1e-9 at the tightest tolerance; with e of 1e-3 or more, and `ode` with any, a tenth.
+    const MOST_STEPS: usize = 1_500;
+
+    #[test]
+    fn hard_cases_take_a_bounded_number_of_steps() {
+        for fidelity in [Fidelity::Ode, Fidelity::Contact] {
+            for tolerance in [MIN_TOLERANCE, Model::TOLERANCE] {
+                let same = Fidelity::Full.effects();
+                let model = Model { effects: same, tolerance, ..Model::new(fidelity, steps::HARD) };
+                let (most, name) = steps::most_of_hard_cases(&model);
+                assert!(most <= MOST_STEPS, "{fidelity:?}: {most} steps: {name}");
+            }
+        }
+    }
+}

@@ -6,8 +6,9 @@
 
 use super::path::{Descent, Path, Slip, third_order};
 use super::whole::whole;
-use super::{CLOSE, End, MAX_STEPS, MOST, ROUNDING, STUCK, steps};
+use super::{CLOSE, End, MAX_STEPS, MOST, ROUNDING, STUCK};
 use crate::collision::Contact;
+use crate::collision::steps;
 
 /// In restitution w sets out as a square: the same for this part of the way gone.
 const CLOSE_TO_SQUARE: f64 = 1e-4;

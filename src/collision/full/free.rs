@@ -4,9 +4,10 @@
 
 use super::path::{Path, Slip, third_order};
 use super::whole::whole;
-use super::{CLOSE, End, MAX_STEPS, MOST, ROUNDING, cloth::compression, steps};
+use super::{CLOSE, End, MAX_STEPS, MOST, ROUNDING, cloth::compression};
 use crate::ball::UNIFORM_SPHERE;
 use crate::collision::Contact;
+use crate::collision::steps;
 
 pub(super) fn solve(contact: &Contact, path: &Path, rho: f64) -> End {
     let &Contact { k, e, mu, nu, .. } = contact;

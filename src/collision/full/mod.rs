@@ -148,30 +148,11 @@ fn scaled_length(a: f64, b: f64) -> f64 {
     (a * a + b * b).sqrt() / scale
 }
 
-/// How many steps a search takes, for the tests.
-mod steps {
-    #[cfg(test)]
-    thread_local! {
-        pub static MOST: std::cell::Cell<usize> = const { std::cell::Cell::new(0) };
-    }
-
-    #[cfg(test)]
-    pub fn record(step: usize) {
-        MOST.set(MOST.get().max(step + 1));
-    }
-
-    #[cfg(not(test))]
-    #[inline]
-    pub fn record(_: usize) {}
-}
-
 #[cfg(test)]
 mod tests {
-    use serde_json::Value;
-
-    use super::steps;
-    use crate::ball::{Ball, BallState, Vec3};
-    use crate::collision::{Coefficients, Fidelity, Model};
+    use super::super::steps;
+    use crate::ball::Ball;
+    use crate::collision::{Fidelity, Model};
 
     /// The start is good to fourth order and the end is a series: usually one step, more where the contact
     /// is about to stick, where each leaves at least a tenth of the slip.
@@ -179,28 +160,11 @@ mod tests {
 
     #[test]
     fn hard_cases_take_few_steps() {
-        let path = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/reference/hard_cases.json");
-        let cases: Vec<Value> = serde_json::from_str(&std::fs::read_to_string(path).unwrap()).unwrap();
-        let mut most = (0, String::new());
-        for case in &cases {
-            let number = |value: &Value| value.as_f64().unwrap();
-            let cue = BallState {
-                velocity: Vec3::new(number(&case["velocity"][0]), number(&case["velocity"][1]), 0.0),
-                spin: Vec3::from([0, 1, 2].map(|i| number(&case["spin"][i]))),
-            };
-            let [mu, mu_s, e] = ["mu", "mu_s", "e"].map(|key| number(&case[key]));
-            let ball = Ball { radius: 1.0 / 32.0, ..Ball::POOL };
-            // once by the polynomial of the sphere, once by quadrature
-            for inertia in [ball.inertia, 0.41] {
-                let model = Model::new(Fidelity::Full, Ball { inertia, ..ball });
-                steps::MOST.set(0);
-                model.collide(&cue, &Coefficients { mu, mu_s, e }).unwrap();
-                if steps::MOST.get() > most.0 {
-                    most = (steps::MOST.get(), format!("{} at nu {inertia}", case["name"]));
-                }
-            }
+        // once by the polynomial of the sphere, once by quadrature
+        for inertia in [Ball::POOL.inertia, 0.41] {
+            let ball = Ball { inertia, ..steps::HARD };
+            let (most, name) = steps::most_of_hard_cases(&Model::new(Fidelity::Full, ball));
+            assert!(most <= MOST_STEPS, "{most} steps: {name} at nu {inertia}");
         }
-        println!("at most {} steps: {}", most.0, most.1);
-        assert!(most.0 <= MOST_STEPS, "{} steps: {}", most.0, most.1);
     }
 }
