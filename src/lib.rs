@@ -23,6 +23,7 @@
 pub mod accuracy;
 pub mod ball;
 pub mod baseline;
+pub mod bias;
 pub mod cases;
 pub mod check;
 pub mod cloth;

@@ -598,6 +598,10 @@ fn accuracy_against_time() {
     let out = folder.path().join("accuracy");
     let output = caromfit(["accuracy", "--shots", "8", "--out", out.to_str().unwrap()]);
     assert!(done(&output).contains("Model error"), "{}", stdout(&output));
+    assert!(stdout(&output).contains("Bias of a fit to 8 shots"), "{}", stdout(&output));
+    let biases = fs::read_to_string(out.join("bias.csv")).unwrap();
+    assert_eq!(biases.lines().count(), 1 + 6 * 3, "{biases}");
+    assert!(biases.contains("\nauto,mu,0.05,") && biases.contains("\ninelastic,mu,0.05,,,,\n"), "{biases}");
     let csv = fs::read_to_string(out.join("accuracy.csv")).unwrap();
     // every fidelity; against the exact solution but for ode and contact with all effects
     for name in ["elastic", "inelastic", "linear", "full", "ode", "contact"] {

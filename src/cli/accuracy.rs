@@ -4,17 +4,20 @@ use std::path::PathBuf;
 
 use caromfit::accuracy::{self, Shot};
 use caromfit::ball::Ball;
+use caromfit::bias;
 use caromfit::collision::{Coefficients, Fidelity, Model};
-use caromfit::dataset;
+use caromfit::dataset::{self, Dataset};
 use caromfit::footage::with_impacts;
 use caromfit::parameters::Parameter;
 use caromfit::predict::Plan;
 use caromfit::report::{self, plot::precision, write};
 
+use super::progress::Progress;
 use super::{Failure, print};
 
 /// Runs every fidelity over seeded shots, or over those of a data set, and compares error with time. Writes
-/// OUT/{accuracy.csv, accuracy.svg, accuracy.png} and prints a table.
+/// OUT/{accuracy.csv, accuracy.svg, accuracy.png} and prints a table. Fits the shots, without noise, with every
+/// fidelity, and says in the table and in OUT/bias.csv how far each is off, against its standard errors.
 #[derive(clap::Args)]
 #[command(after_help = "Example: caromfit accuracy --dataset data/mathavan-2014 --out accuracy")]
 pub struct Args {
@@ -33,22 +36,42 @@ pub struct Args {
 }
 
 pub fn run(args: &Args) -> Result<(), Failure> {
-    let (shots, ball, left_out) = match &args.dataset {
+    let (dataset, shots, left_out) = match &args.dataset {
         Some(path) => of_dataset(path)?,
-        None => (accuracy::shots(args.shots as usize, args.seed), Ball::POOL, 0),
+        None => {
+            let shots = accuracy::shots(args.shots as usize, args.seed);
+            (bias::velocities(&shots, Ball::POOL), shots, 0)
+        }
     };
-    let rows = accuracy::study(&shots, ball).map_err(Failure::work)?;
+    let progress = Progress::new(1 + bias::FITTED.len());
+    progress.step("errors and times");
+    let rows = accuracy::study(&shots, dataset.ball).map_err(Failure::work)?;
+    progress.done();
+    let data = bias::noise_free(&dataset);
+    let mut biases = Vec::new();
+    for fidelity in bias::FITTED {
+        progress.step(&format!("fitting with {}", fidelity.map_or("auto", Fidelity::name)));
+        biases.push(bias::bias(&data, fidelity).map_err(Failure::work)?);
+        progress.done();
+    }
+    progress.finish();
     let files = [
         ("accuracy.csv", report::accuracy::csv(&rows).into_bytes()),
+        ("bias.csv", report::accuracy::bias_csv(&biases).into_bytes()),
         ("accuracy.svg", precision::svg(&rows).map_err(Failure::work)?.into_bytes()),
         ("accuracy.png", precision::png(&rows).map_err(Failure::work)?),
     ];
     write::write_files(&files, &args.out).map_err(Failure::work)?;
     let left_out = if left_out > 0 { format!(", {left_out} left out") } else { String::new() };
-    print(&format!("{} shots{left_out}\n\n{}", shots.len(), report::accuracy::table(&rows)))
+    print(&format!(
+        "{} shots{left_out}\n\n{}\n{}",
+        shots.len(),
+        report::accuracy::table(&rows),
+        report::accuracy::bias_table(&biases, data.shots.len())
+    ))
 }
 
-fn of_dataset(path: &std::path::Path) -> Result<(Vec<Shot>, Ball, usize), Failure> {
+fn of_dataset(path: &std::path::Path) -> Result<(Dataset, Vec<Shot>, usize), Failure> {
     let loaded = dataset::load(path).map_err(Failure::input)?;
     let (dataset, ..) = with_impacts(loaded, &|| {});
     let [mu, mu_s, e] = Parameter::ALL.map(|parameter| dataset.settings[parameter].initial);
@@ -63,5 +86,5 @@ fn of_dataset(path: &std::path::Path) -> Result<(Vec<Shot>, Ball, usize), Failur
         return Err(Failure::work(format!("{}: no shot can be used", dataset.name)));
     }
     let left_out = dataset.shots.len() - shots.len() + dataset.left_out.len();
-    Ok((shots, dataset.ball, left_out))
+    Ok((dataset, shots, left_out))
 }

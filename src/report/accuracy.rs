@@ -1,9 +1,10 @@
-//! The study of [`crate::accuracy`] as a table and as CSV.
+//! The studies of [`crate::accuracy`] and [`crate::bias`] as tables and as CSV.
 
 use std::fmt::Write;
 
 use super::table::aligned;
 use crate::accuracy::{QUANTITIES, Row, Spread};
+use crate::bias;
 use crate::collision::Fidelity;
 
 /// What a row is called.
@@ -70,6 +71,65 @@ pub fn csv(rows: &[Row]) -> String {
                     row.failed,
                 );
             }
+        }
+    }
+    text
+}
+
+/// What a row of biases is called.
+fn fitted_with(row: &bias::Row) -> &'static str {
+    row.fidelity.map_or("auto", Fidelity::name)
+}
+
+/// For the terminal: bias ± standard error of each parameter, and their ratio.
+#[must_use]
+pub fn bias_table(rows: &[bias::Row], shots: usize) -> String {
+    let heads = ["fitted with", "μ", "", "μ_s", "", "e", "", "χ²/n", "time"];
+    let mut cells = vec![heads.map(str::to_owned).to_vec()];
+    for row in rows {
+        let mut line = vec![fitted_with(row).to_owned()];
+        for found in row.found {
+            match (found.bias(), found.std_error) {
+                (Some(bias), Some(error)) => {
+                    line.push(format!("{bias:+.5} ± {error:.5}"));
+                    line.push(times(bias / error));
+                }
+                _ => line.extend(["–".to_owned(), String::new()]),
+            }
+        }
+        line.push(format!("{:.2}", row.chi2_per_observation));
+        line.push(format!("{:.2} s", row.seconds));
+        cells.push(line);
+    }
+    format!(
+        "Bias of a fit to {shots} shots without noise, computed by contact with all effects, ± standard error, and \
+         how many of these it is\n{}",
+        aligned(&cells, "  ")
+    )
+}
+
+/// So many standard errors.
+fn times(ratio: f64) -> String {
+    if ratio.abs() < 0.05 { "0 se".to_owned() } else { format!("{ratio:+.1} se") }
+}
+
+/// One row per fidelity and parameter.
+#[must_use]
+pub fn bias_csv(rows: &[bias::Row]) -> String {
+    let mut text = "fidelity,parameter,truth,estimate,bias,std_error,bias_over_std_error\n".to_owned();
+    for row in rows {
+        for found in row.found {
+            let (bias, error) = (found.bias(), found.std_error);
+            let ratio = bias.zip(error).map(|(bias, error)| bias / error);
+            let [estimate, bias, error, ratio] = [bias.map(|_| found.estimate), bias, error, ratio]
+                .map(|x| x.map_or(String::new(), |x| format!("{x:e}")));
+            let _ = writeln!(
+                text,
+                "{},{},{},{estimate},{bias},{error},{ratio}",
+                fitted_with(row),
+                found.parameter.name(),
+                found.truth
+            );
         }
     }
     text

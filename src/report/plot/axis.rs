@@ -13,6 +13,8 @@ pub(super) struct Axis {
     pub(super) name: String,
     pub(super) low: f64,
     pub(super) high: f64,
+    /// What a tick is called, where that is not its number.
+    pub(super) words: Option<fn(f64) -> String>,
 }
 
 /// Whether a number has a place on an axis.
@@ -29,7 +31,7 @@ impl Axis {
             .filter(|value| drawable(*value))
             .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), value| (low.min(value), high.max(value)));
         if low > high {
-            return Self { name: name.into(), low: 0.0, high: 1.0 };
+            return Self { name: name.into(), low: 0.0, high: 1.0, words: None };
         }
         let largest = low.abs().max(high.abs());
         let room = if high - low > 1e-6 * largest {
@@ -39,7 +41,7 @@ impl Axis {
         } else {
             1.0
         };
-        Self { name: name.into(), low: low - room, high: high + room }
+        Self { name: name.into(), low: low - room, high: high + room, words: None }
     }
 
     /// As far below zero as above, at least `least` to either side.
@@ -51,7 +53,13 @@ impl Axis {
         let largest =
             values.into_iter().filter(|value| drawable(*value)).fold(0.0_f64, |a, b| a.max(b.abs()));
         let end = least.max(largest * (1.0 + PADDING));
-        Self { name: name.into(), low: -end, high: end }
+        Self { name: name.into(), low: -end, high: end, words: None }
+    }
+
+    /// With other words for its ticks than their numbers.
+    pub(super) fn in_words(mut self, words: fn(f64) -> String) -> Self {
+        self.words = Some(words);
+        self
     }
 
     /// Starts at zero where values none of which is negative come near it.
@@ -87,7 +95,8 @@ impl Axis {
         // Counted in steps, so that rounding errors do not add up.
         let steps = (0..=(last - first).clamp(0.0, 50.0) as u32).map(|i| first + f64::from(i));
         let largest = self.low.abs().max(self.high.abs());
-        steps.map(|n| (n * step, label(n * step, step, largest))).collect()
+        let label = |value: f64| self.words.map_or_else(|| label(value, step, largest), |words| words(value));
+        steps.map(|n| (n * step, label(n * step))).collect()
     }
 }
 
@@ -110,7 +119,11 @@ mod tests {
     use super::*;
 
     fn labels(low: f64, high: f64) -> Vec<String> {
-        Axis { name: String::new(), low, high }.ticks(6).into_iter().map(|(_, label)| label).collect()
+        Axis { name: String::new(), low, high, words: None }
+            .ticks(6)
+            .into_iter()
+            .map(|(_, label)| label)
+            .collect()
     }
 
     #[test]
@@ -119,7 +132,7 @@ mod tests {
         assert_eq!(labels(-3.1, 3.1), ["−2", "0", "2"]);
         assert_eq!(labels(0.0, 0.3), ["0.00", "0.05", "0.10", "0.15", "0.20", "0.25", "0.30"]);
         assert_eq!(labels(-0.19, 0.19), ["−0.1", "0.0", "0.1"]);
-        let few = |low, high| Axis { name: String::new(), low, high }.ticks(3).len();
+        let few = |low, high| Axis { name: String::new(), low, high, words: None }.ticks(3).len();
         assert_eq!((few(-0.19, 0.19), few(-0.51, 0.51)), (3, 3));
         assert_eq!(labels(0.0, 90.0), ["0", "20", "40", "60", "80"]);
         assert_eq!(labels(0.0, 3e7), ["0", "5e6", "1.0e7", "1.5e7", "2.0e7", "2.5e7", "3.0e7"]);

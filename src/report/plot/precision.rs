@@ -11,7 +11,7 @@ use crate::report::accuracy::Pick;
 use crate::report::{ReportError, accuracy};
 
 const HEIGHT: u32 = 640;
-const HEAD: i32 = 130;
+const HEAD: i32 = 112;
 
 /// Errors below are roundings.
 const LEAST: f64 = 1e-16;
@@ -116,8 +116,9 @@ fn panel<DB: DrawingBackend>(
     let points = |own: &[&Row]| own.iter().filter_map(|row| point(row)).collect::<Vec<_>>();
     let all: Vec<_> = series.iter().flat_map(|(.., own)| points(own)).collect();
     let axes = (
-        Axis::around("time of a collision, log10 of seconds", all.iter().map(|p| p.0)),
-        Axis::around("95 % error of a velocity over U, log10", all.iter().map(|p| p.1)),
+        Axis::around("time of a collision", all.iter().map(|p| p.0)).in_words(time),
+        Axis::around("error of a velocity over U (95 % of the shots)", all.iter().map(|p| p.1))
+            .in_words(power_of_ten),
     );
     let frame = Frame::new(canvas, rect, title, &[], axes)?;
     for (_, color, own) in series {
@@ -133,4 +134,43 @@ fn panel<DB: DrawingBackend>(
         }
     }
     frame.axes()
+}
+
+/// 10^n seconds in ns, µs, ms; nothing in between.
+fn time(log10: f64) -> String {
+    let Some(n) = whole(log10) else { return String::new() };
+    let (unit, power) = match n {
+        ..-6 => ("ns", -9),
+        -6..-3 => ("µs", -6),
+        -3..0 => ("ms", -3),
+        _ => ("s", 0),
+    };
+    format!("{} {unit}", 10_f64.powi(n - power))
+}
+
+fn power_of_ten(log10: f64) -> String {
+    let Some(n) = whole(log10) else { return String::new() };
+    let raised = |c: char| match c {
+        '-' => '⁻',
+        digit => ['⁰', '¹', '²', '³', '⁴', '⁵', '⁶', '⁷', '⁸', '⁹'][digit as usize - '0' as usize],
+    };
+    format!("10{}", n.to_string().chars().map(raised).collect::<String>())
+}
+
+fn whole(x: f64) -> Option<i32> {
+    ((x - x.round()).abs() < 1e-6).then_some(x.round() as i32)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn ticks_name_their_decade() {
+        assert_eq!(
+            [-8.0, -7.0, -6.0, -4.0, -3.0, 0.0].map(time),
+            ["10 ns", "100 ns", "1 µs", "100 µs", "1 ms", "1 s"]
+        );
+        assert_eq!([0.0, -1.0, -12.0, -6.5].map(power_of_ten), ["10⁰", "10⁻¹", "10⁻¹²", ""]);
+    }
 }
