@@ -14,6 +14,7 @@
 //! | m_s | `Contact::m_s` | μ_s with topspin (v_z0 > 0), else 0: the cloth then carries no load |
 //! | β_y, β_z, γ | functions of `Contact` | inertia of the slip, and the exponent that turns it |
 
+pub mod batch;
 mod corrected;
 mod dynamics;
 mod effects;
@@ -34,7 +35,7 @@ use nalgebra::SVector;
 use crate::ball::{Ball, BallState};
 use crate::cloth::Cloth;
 use crate::contact;
-use crate::friction::Law;
+use crate::friction::{Friction, Law};
 
 pub use corrected::{Corrected, Correction};
 pub use effects::Effects;
@@ -268,19 +269,28 @@ impl Model {
         cue: &BallState,
         coefficients: &Coefficients,
     ) -> Result<(Outcome, Jacobian), NotACollision> {
-        let contact = self.contact(cue, coefficients)?;
+        self.with_jacobian(cue, coefficients, &self.contact(cue, coefficients)?)
+    }
+
+    #[inline]
+    fn with_jacobian(
+        &self,
+        cue: &BallState,
+        coefficients: &Coefficients,
+        contact: &Contact,
+    ) -> Result<(Outcome, Jacobian), NotACollision> {
         let ((impulse, regime), gradient) = match self.fidelity {
-            Fidelity::Elastic => (elastic::impulse(&contact), elastic::gradient()),
-            Fidelity::Inelastic => (inelastic::impulse(&contact), inelastic::gradient(&contact)),
-            Fidelity::Linear => (linear::impulse(&contact), linear::gradient(&contact)),
-            Fidelity::Full => full::impulse_and_gradient(&contact),
+            Fidelity::Elastic => (elastic::impulse(contact), elastic::gradient()),
+            Fidelity::Inelastic => (inelastic::impulse(contact), inelastic::gradient(contact)),
+            Fidelity::Linear => (linear::impulse(contact), linear::gradient(contact)),
+            Fidelity::Full => full::impulse_and_gradient(contact),
             Fidelity::Ode | Fidelity::Contact => {
-                return integrated::collide_with_jacobian(self, cue, coefficients, &contact);
+                return integrated::collide_with_jacobian(self, cue, coefficients, contact);
             }
         };
-        let outcome = self.outcome(cue, &contact, &impulse, regime);
-        let mut jacobian = self.jacobian(&contact, &impulse, &gradient);
-        self.follow_law(&mut jacobian, &contact, coefficients);
+        let outcome = self.outcome(cue, contact, &impulse, regime);
+        let mut jacobian = self.jacobian(contact, &impulse, &gradient);
+        self.follow_law(&mut jacobian, contact, coefficients);
         self.silence(&mut jacobian);
         Ok((outcome, jacobian))
     }
@@ -318,11 +328,13 @@ impl Model {
     }
 
     fn contact(&self, cue: &BallState, coefficients: &Coefficients) -> Result<Contact, NotACollision> {
+        self.contact_of(cue, &self.checked(coefficients)?)
+    }
+
+    /// What all shots with these coefficients share.
+    fn checked(&self, coefficients: &Coefficients) -> Result<Shared, NotACollision> {
         let Ball { radius, inertia, .. } = self.ball;
         let Coefficients { mu, mu_s, e } = *coefficients;
-        let finite = |name, value: f64| {
-            if value.is_finite() { Ok(value) } else { Err(NotACollision::NotFinite { name, value }) }
-        };
         if !(radius > 0.0 && radius.is_finite()) {
             return Err(NotACollision::Radius(radius));
         }
@@ -349,6 +361,16 @@ impl Model {
         if !(0.0..=1.0).contains(&finite("e", e)?) {
             return Err(NotACollision::EOutOfRange(e));
         }
+        let effects = self.effects;
+        Ok(Shared {
+            friction: if effects.friction { friction } else { Friction::Constant(0.0) },
+            mu_s: if effects.cloth { mu_s } else { 0.0 },
+            e: if effects.inelasticity { e } else { 1.0 },
+        })
+    }
+
+    #[inline]
+    fn contact_of(&self, cue: &BallState, shared: &Shared) -> Result<Contact, NotACollision> {
         for (name, value) in [
             ("velocity x", cue.velocity.x),
             ("velocity y", cue.velocity.y),
@@ -362,17 +384,31 @@ impl Model {
         if cue.velocity.z != 0.0 {
             return Err(NotACollision::NotHorizontal(cue.velocity.z));
         }
-        let v = contact::slip(cue, &BallState::default(), radius);
+        let v = contact::slip(cue, &BallState::default(), self.ball.radius);
         let k = -v.x;
         if k <= 0.0 {
             return Err(NotACollision::NotApproaching(k));
         }
-        let effects = self.effects;
-        let m_s = if v.z > 0.0 && effects.cloth { mu_s } else { 0.0 };
-        let mu = if effects.friction { friction.mu(v.y.hypot(v.z)) } else { 0.0 };
-        let e = if effects.inelasticity { e } else { 1.0 };
-        Ok(Contact { k, v_y: v.y, v_z: v.z, mu, m_s, e, nu: inertia, sigma: self.cloth_torque.sign() })
+        let m_s = if v.z > 0.0 { shared.mu_s } else { 0.0 };
+        let mu = match shared.friction {
+            Friction::Constant(mu) => mu,
+            falling @ Friction::Exponential { .. } => falling.mu(v.y.hypot(v.z)),
+        };
+        let (nu, sigma) = (self.ball.inertia, self.cloth_torque.sign());
+        Ok(Contact { k, v_y: v.y, v_z: v.z, mu, m_s, e: shared.e, nu, sigma })
     }
+}
+
+fn finite(name: &'static str, value: f64) -> Result<f64, NotACollision> {
+    if value.is_finite() { Ok(value) } else { Err(NotACollision::NotFinite { name, value }) }
+}
+
+/// What [`Contact`] takes from the coefficients, the effects that are off left out.
+#[derive(Clone, Copy, Debug)]
+struct Shared {
+    friction: Friction,
+    mu_s: f64,
+    e: f64,
 }
 
 /// Moment of inertia of a thin hollow sphere over MR², the largest a ball can have.

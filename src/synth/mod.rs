@@ -11,6 +11,7 @@ use serde::{Deserialize, Serialize};
 use statrs::distribution::{ContinuousCDF, Normal};
 
 use crate::ball::{Ball, BallState, Vec3};
+use crate::collision::batch::{Arrays, Cues, Lengths};
 use crate::collision::{Coefficients, Fidelity, Model, NotACollision};
 use crate::contact::{CollisionFrame, cue_velocity};
 use crate::dataset::{Before, DatasetError, Measured, Measurement, Shot, Spin, manifest};
@@ -125,6 +126,8 @@ pub enum BadSpec {
     Value { key: &'static str, value: String, expected: &'static str },
     #[error("a shot of this specification is no collision: {0}")]
     NotACollision(#[from] NotACollision),
+    #[error(transparent)]
+    Batch(#[from] Lengths),
     #[error("a shot of this specification cannot be predicted: {0}")]
     Unpredictable(#[from] Unpredictable),
 }
@@ -315,13 +318,13 @@ impl<'a> Maker<'a> {
 
     fn impacts(&mut self) -> Result<String, BadSpec> {
         let noise = self.spec.noise;
-        let spins = self.spec.assumed().is_none();
-        let mut columns = vec!["shot", "nx", "ny", "cue_vx", "cue_vy"];
+        let spins_shown = self.spec.assumed().is_none();
+        let mut names = vec!["shot", "nx", "ny", "cue_vx", "cue_vy"];
         let after = ["cue_vx_after", "cue_vy_after", "obj_vx_after", "obj_vy_after"];
-        if spins {
-            columns.extend(["cue_wx", "cue_wy", "cue_wz"]);
+        if spins_shown {
+            names.extend(["cue_wx", "cue_wy", "cue_wz"]);
         }
-        columns.extend(after);
+        names.extend(after);
         // a column of standard deviations for every noisy column
         let line_sd = noise.line_of_centres_deg.to_radians();
         let with_sd = |name: &str| match name {
@@ -330,30 +333,46 @@ impl<'a> Maker<'a> {
             "cue_wx" | "cue_wy" | "cue_wz" => noise.spin_rad_s,
             _ => noise.velocity_m_s,
         };
-        let sd_columns: Vec<&str> = columns.iter().copied().filter(|c| with_sd(c) > 0.0).collect();
-        let mut table = columns.join(",");
+        let sd_columns: Vec<&str> = names.iter().copied().filter(|c| with_sd(c) > 0.0).collect();
+        let mut table = names.join(",");
         for column in &sd_columns {
             _ = write!(table, ",{column}_sd");
         }
         table.push('\n');
-        for number in 0..self.spec.shots.count {
+        // everything random in the order of the shots, then all collisions at once
+        let count = self.spec.shots.count;
+        let mut drawn = Vec::with_capacity(count);
+        let mut columns: [Vec<f64>; 5] = Default::default();
+        for number in 0..count {
             let (_, _, cue) = self.shot(number);
             let direction = self.between([-std::f64::consts::PI, std::f64::consts::PI]);
-            let outcome = self.model.collide(&cue, &self.coefficients)?;
+            let line = self.noise(line_sd);
+            let before = [0; 2].map(|_| self.noise(noise.velocity_m_s));
+            let spin = [0; 3].map(|_| self.noise(noise.spin_rad_s));
+            let after = [0; 4].map(|_| self.noise(noise.velocity_m_s));
+            let state = [cue.velocity.x, cue.velocity.y, cue.spin.x, cue.spin.y, cue.spin.z];
+            columns.iter_mut().zip(state).for_each(|(column, value)| column.push(value));
+            drawn.push((cue, direction, line, before, spin, after));
+        }
+        let [x, y, spins @ ..] = columns.each_ref().map(Vec::as_slice);
+        let mut arrays = Arrays::new(count);
+        let outcomes = &mut arrays.outcomes();
+        self.model.collide_batch(&Cues { velocity: [x, y], spin: spins }, &self.coefficients, outcomes)?;
+        for (number, (cue, direction, line, before, spin, after)) in drawn.into_iter().enumerate() {
+            arrays.status[number]?;
             let frame = CollisionFrame::from_normal(direction.cos(), direction.sin());
-            let seen = direction + self.noise(line_sd);
+            let seen = direction + line;
             let mut values = vec![seen.cos(), seen.sin()];
-            let before = frame.to_table(cue.velocity);
-            values.extend([before.x, before.y].map(|v| v + self.noise(noise.velocity_m_s)));
-            let spin = frame.to_table(cue.spin);
-            let spin = [spin.x, spin.y, spin.z].map(|w| w + self.noise(noise.spin_rad_s));
-            if spins {
-                values.extend(spin);
+            let velocity = frame.to_table(cue.velocity);
+            values.extend([velocity.x + before[0], velocity.y + before[1]]);
+            if spins_shown {
+                let exact = frame.to_table(cue.spin);
+                values.extend([0, 1, 2].map(|axis| exact[axis] + spin[axis]));
             }
-            for ball in [outcome.cue, outcome.object] {
-                let v = frame.to_table(ball.velocity);
-                values.extend([v.x, v.y].map(|v| v + self.noise(noise.velocity_m_s)));
-            }
+            let velocity = |of: &[Vec<f64>; 3]| frame.to_table(Vec3::from([0, 1, 2].map(|i| of[i][number])));
+            let [cue, object] = [velocity(&arrays.cue_velocity), velocity(&arrays.object_velocity)];
+            let exact = [cue.x, cue.y, object.x, object.y];
+            values.extend(exact.into_iter().zip(after).map(|(exact, noise)| exact + noise));
             _ = write!(table, "{}", number + 1);
             for value in &values {
                 _ = write!(table, ",{value}");
