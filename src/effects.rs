@@ -18,12 +18,23 @@
 //! | falling-friction | q times the change of μ | where friction falls with the slip |
 //!
 //! A friction impulse J changes a spin times R by J/ν: where spins count too, it counts 1/ν times.
+//!
+//! And for the motion of both balls on the cloth in the time T after the impact ([`motion`]), s the slip on the
+//! cloth, t = 2V_z/(g(1 − e_t)) all flights together:
+//!
+//! | effect | changes velocities by at most | there is one |
+//! | --- | --- | --- |
+//! | flight | μ_k g min(t, T) and no more than sliding does | if a ball leaves the cloth |
+//! | sliding | what stops the slip, sν/(1 + ν), or μ_k(gT + (1 + e_t)V_z) | if a ball slips on the cloth |
+//! | rolling | μ_r g T | if a ball moves |
+//!
+//! What is off there is no stretch of the path ([`crate::cloth::Path`]), and nothing of it is computed.
 
 use crate::ball::BallState;
-use crate::cloth::GRAVITY;
+use crate::cloth::{Cloth, GRAVITY};
 pub use crate::collision::Effects;
-use crate::collision::{Coefficients, Fidelity, Model, NotACollision};
-use crate::contact::slip;
+use crate::collision::{Coefficients, Fidelity, Model, NotACollision, Outcome};
+use crate::contact::{cloth_slip, slip};
 
 /// What the effects left out may add up to where nobody says otherwise, parts of U: below what the best
 /// footage resolves.
@@ -44,7 +55,7 @@ pub enum Compared {
 /// One effect on one shot.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Estimate {
-    /// As in [`Effects::NAMES`].
+    /// As in [`Effects::NAMES`], or of [`motion`].
     pub name: &'static str,
     /// Parts of U.
     pub size: f64,
@@ -113,6 +124,52 @@ pub fn choose(
         Estimate { name: on[i].0, size, on: on[i].1, why }
     });
     Ok(Choice { fidelity, effects, estimates, left_out: missing(fidelity) })
+}
+
+/// How long footage follows the balls after an impact, seconds.
+pub const FOLLOWED: f64 = 0.1;
+
+/// What the motion of both balls calls for in the first `seconds` after an impact, with velocities to
+/// `tolerance` in parts of the cue ball's speed before it: flight, sliding, rolling.
+#[must_use]
+pub fn motion(
+    model: &Model,
+    cue: &BallState,
+    outcome: &Outcome,
+    cloth: &Cloth<f64>,
+    seconds: f64,
+    tolerance: f64,
+) -> [Estimate; 3] {
+    let nu = model.ball.inertia;
+    let [mut flight, mut sliding, mut rolling] = [0.0_f64; 3];
+    for ball in [outcome.cue, outcome.object] {
+        let up = ball.velocity.z;
+        // sν/(1 + ν) stops the slip
+        let stops = cloth_slip(&ball, model.ball.radius).xy().norm() * nu / (1.0 + nu);
+        // the landings of all bounces: μ_k(1 + e_t)(V_z + e_t V_z + …)
+        let landings = (1.0 + cloth.bounce) * up / (1.0 - cloth.bounce).max(f64::EPSILON);
+        let slides = stops.min(cloth.sliding * (GRAVITY * seconds + landings));
+        // 2V_z/g in the air, and e_t of the time before at each bounce
+        let air = 2.0 * up / (GRAVITY * (1.0 - cloth.bounce).max(f64::EPSILON));
+        flight = flight.max((cloth.sliding * GRAVITY * air.min(seconds)).min(slides));
+        sliding = sliding.max(slides);
+        let speed = ball.velocity.xy().norm();
+        rolling = rolling.max((cloth.rolling * GRAVITY * seconds).min(speed));
+    }
+    let whys = [
+        (
+            "flight",
+            flight,
+            "a ball leaves the cloth, and is not braked meanwhile",
+            "no ball leaves the cloth",
+        ),
+        ("sliding", sliding, "a ball slips on the cloth before it rolls", "both balls roll at once"),
+        ("rolling", rolling, "the cloth brakes balls that roll", "no rolling resistance"),
+    ];
+    whys.map(|(name, size, there, not)| {
+        let size = size / cue.velocity.norm();
+        Estimate { name, size, on: size > tolerance, why: if size > 0.0 { there } else { not } }
+    })
 }
 
 /// The numbers that sizes are made of, m/s.

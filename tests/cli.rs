@@ -632,6 +632,9 @@ fn effects_are_chosen_and_explained() {
     assert_eq!(effects.len(), 9);
     let expected = BTreeSet::from(["name", "size", "on", "why"]);
     assert!(effects.iter().all(|effect| keys(effect) == expected));
+    // a stun ball is not lifted, slides, and rolls on
+    let motion: Vec<_> = explained["motion"].as_array().unwrap().iter().map(|one| &one["on"]).collect();
+    assert_eq!(motion, [false, true, true]);
     assert_eq!(auto(&["--effects", "inelasticity"])["fidelity"], "inelastic");
     let wrong = caromfit(shot.iter().chain(&["--effects", "frictoin"]));
     assert!(refused(&wrong, 2).contains("\"frictoin\" is no effect"));

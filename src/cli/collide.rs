@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use caromfit::ball::{Ball, BallState, Vec3};
 use caromfit::cases::{self, BadCase, Case};
+use caromfit::cloth::Cloth;
 use caromfit::collision::{ClothTorque, Effects, Fidelity, MIN_TOLERANCE, Model, Outcome};
 use caromfit::effects::{self, Choice, Compared, Estimate};
 use caromfit::friction::Law;
@@ -140,11 +141,21 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         }
         Ok(Some(estimates))
     };
+    let afterwards = |case: &Case, model: &Model, outcome: &Outcome| -> Result<[Estimate; 3], Failure> {
+        let (cue, _) = case.before().map_err(Failure::input)?;
+        let within = if fidelity.is_none() { args.tolerance } else { None }.unwrap_or(effects::TOLERANCE);
+        let cloth = Cloth { sliding: model.mu_k, ..Cloth::default() };
+        Ok(effects::motion(model, &cue, outcome, &cloth, effects::FOLLOWED, within))
+    };
     if !args.json {
         let mut tables = Vec::new();
         for (case, model, outcome) in &collided {
-            let effects =
-                explained(case, model)?.map_or(String::new(), |estimates| effects_table(&estimates));
+            let mut effects = String::new();
+            if let Some(estimates) = explained(case, model)? {
+                let motion = afterwards(case, model, outcome)?;
+                effects = effects_table("effect", &estimates)
+                    + &effects_table(&format!("in {} s afterwards", effects::FOLLOWED), &motion);
+            }
             tables.push(table(&case.name, model.fidelity.name(), outcome) + &effects);
         }
         return print(&tables.join("\n"));
@@ -155,6 +166,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         if let Some(estimates) = explained(case, model)? {
             let effect = |e: &Estimate| json!({"name": e.name, "size": e.size, "on": e.on, "why": e.why});
             one["effects"] = estimates.iter().map(effect).collect();
+            one["motion"] = afterwards(case, model, outcome)?.iter().map(effect).collect();
         }
         objects.push(one);
     }
@@ -178,8 +190,8 @@ fn object(name: &str, fidelity: &str, outcome: &Outcome) -> serde_json::Value {
     })
 }
 
-fn effects_table(estimates: &[Estimate; 9]) -> String {
-    let mut text = format!("  {:<20}{:>12}{:>6}  why\n", "effect", "size/speed", "");
+fn effects_table(of: &str, estimates: &[Estimate]) -> String {
+    let mut text = format!("  {of:<20}{:>12}{:>6}  why\n", "size/speed", "");
     for Estimate { name, size, on, why } in estimates {
         let on = if *on { "on" } else { "off" };
         text += &format!("  {name:<20}{size:>12.1e}{on:>6}  {why}\n");
