@@ -174,7 +174,7 @@ pub fn bias(dataset: &Dataset, fidelity: Option<Fidelity>) -> Result<Row, FitErr
         let truth = match parameter {
             Parameter::Mu => truth.mu,
             Parameter::MuS => truth.mu_s,
-            _ => truth.e,
+            Parameter::E => truth.e,
         };
         let estimate = fitted.estimates.iter().find(|estimate| estimate.parameter == parameter);
         Found {
