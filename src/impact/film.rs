@@ -68,6 +68,22 @@ struct Seen {
     whitening: Matrix3<f64>,
 }
 
+/// A shot as it is known to have been: table frame, the velocity of the cue ball in the collision frame.
+#[derive(Clone, Copy, Debug)]
+pub struct Known {
+    pub time: f64,
+    /// Where the object ball lies, m.
+    pub object: [f64; 2],
+    /// Direction of the line of centres, rad.
+    pub direction: f64,
+    /// Cue ball's velocity just before the impact, m/s.
+    pub velocity: [f64; 2],
+    /// Its spin as whoever fits the shot knows it.
+    pub spin: Spin,
+    /// Its topspin over the natural roll's, where [`Spin::Unknown`].
+    pub roll: f64,
+}
+
 /// The frames of one shot.
 #[derive(Clone, Debug)]
 pub struct Film {
@@ -123,17 +139,7 @@ impl Film {
         {
             start[i] = z[at];
         }
-        let spin = match impact.spin {
-            Spin::Measured { spin, sd } if sd.iter().any(Option::is_some) => {
-                start.fixed_rows_mut::<SPIN>(OWN).copy_from(&spin);
-                Some((spin, Vec3::from(sd.map(|sd| sd.unwrap_or(0.0).max(EXACT)))))
-            }
-            Spin::Unknown => {
-                start[OWN] = z[unknown::ROLL];
-                None
-            }
-            _ => None,
-        };
+        let spin = start_spin(&mut start, impact.spin, z[unknown::ROLL]);
         let seen = impact.rotations.as_deref().map_or([None; 2], |rotations| {
             [rotations.cue_after, rotations.object_after].map(|rotation| {
                 let rotation = rotation?;
@@ -150,6 +156,33 @@ impl Film {
             spin,
             seen,
             states_noise: shot.position_sd.is_some() || all().all(|sample| sample.sd.is_some()),
+        }
+    }
+
+    /// All frames of a shot whose positions state their standard deviations, and that is known, so that its own
+    /// unknowns start where they are. Positions without one weigh nothing.
+    #[must_use]
+    pub fn known(shot: &TrackShot, known: &Known, scene: &Scene) -> Self {
+        let frames = |samples: &[Sample]| {
+            let frame = |s: &Sample| Frame {
+                t: s.t,
+                position: [s.x, s.y],
+                weight: s.sd.map_or([0.0; 2], |sd| sd.map(f64::recip)),
+            };
+            samples.iter().map(frame).collect()
+        };
+        let Known { time, object: [x, y], direction, velocity: [along, across], spin, roll } = *known;
+        let mut start = SVector::<f64, { OWN + SPIN }>::zeros();
+        start.as_mut_slice()[..OWN].copy_from_slice(&[time, x, y, direction, along, across]);
+        let measured = start_spin(&mut start, spin, roll);
+        Self {
+            cue: frames(&shot.cue),
+            object: frames(&shot.object),
+            scene: ModelScene::of(spin, scene),
+            start,
+            spin: measured,
+            seen: [None; 2],
+            states_noise: true,
         }
     }
 
@@ -307,6 +340,21 @@ impl Film {
         let motion = Motion::between(&self.scene, &meeting, &before, [&side(0), &side(6)], &cloth);
         let spins = [3, 9].map(|first| to_table([after[first], after[first + 1], after[first + 2]]));
         Some((motion, spins))
+    }
+}
+
+/// Puts a spin that is an unknown where the search starts; its mean and standard deviation, where it is measured.
+fn start_spin(start: &mut SVector<f64, { OWN + SPIN }>, spin: Spin, roll: f64) -> Option<(Vec3, Vec3)> {
+    match spin {
+        Spin::Measured { spin, sd } if sd.iter().any(Option::is_some) => {
+            start.fixed_rows_mut::<SPIN>(OWN).copy_from(&spin);
+            Some((spin, Vec3::from(sd.map(|sd| sd.unwrap_or(0.0).max(EXACT)))))
+        }
+        Spin::Unknown => {
+            start[OWN] = roll;
+            None
+        }
+        _ => None,
     }
 }
 

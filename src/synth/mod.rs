@@ -19,7 +19,7 @@ use crate::observable::Observable;
 use crate::predict::{Plan, Unpredictable};
 use crate::track::TrackShot;
 
-pub use tracks::{Camera, ClothSpec, TrueImpact};
+pub use tracks::{Camera, ClothSpec, TrueImpact, noise_free};
 
 /// What to make: the content of a SPEC.toml.
 #[derive(Clone, Debug, Deserialize, Serialize)]

@@ -10,6 +10,7 @@ use serde::{Deserialize, Serialize};
 use super::{BadSpec, Maker, Played};
 use crate::ball::{BallState, Vec3};
 use crate::cloth::{Cloth, Launch, Path};
+use crate::collision::{Coefficients, Model, NotACollision};
 use crate::contact::{CollisionFrame, cloth_slip};
 use crate::dataset::Spin;
 use crate::impact::turn;
@@ -70,6 +71,8 @@ impl Default for ClothSpec {
 #[derive(Clone, Copy, Debug)]
 pub struct TrueImpact {
     pub time: f64,
+    /// Where the object ball lies, m.
+    pub object: [f64; 2],
     /// Direction of the line of centres, rad.
     pub direction: f64,
     pub cue_before: BallState,
@@ -77,24 +80,24 @@ pub struct TrueImpact {
     pub object_after: BallState,
 }
 
-impl Maker<'_> {
-    /// Every shot as a camera sees it, and what it really was.
-    pub(super) fn tracks(&mut self) -> Result<Vec<(TrackShot, TrueImpact)>, BadSpec> {
-        (0..self.spec.shots.count).map(|number| self.track(number)).collect()
-    }
+/// A shot's motion, before a camera looks at it.
+struct Course {
+    truth: TrueImpact,
+    cue_before: Path<f64>,
+    cue_after: Path<f64>,
+    object_after: Path<f64>,
+}
 
-    fn track(&mut self, number: usize) -> Result<(TrackShot, TrueImpact), BadSpec> {
-        let Camera { fps, position_sd_m: sd, before_ms, after_ms, gaps, outliers, markers } =
-            self.spec.camera;
-        let ClothSpec { mu_k: sliding, mu_r: rolling, bounce } = self.spec.cloth;
-        let cloth = Cloth { sliding, rolling, bounce };
-        let (_, _, cue) = self.shot(number);
-        let direction = self.between([-std::f64::consts::PI, std::f64::consts::PI]);
-        let object = [self.between([0.3, 1.0]), self.between([0.3, 1.0])];
-        let frames = [before_ms, after_ms].map(|ms| (1e-3 * ms * fps).round() as usize);
-        let time = (frames[0] as f64 + self.rng.random::<f64>()) / fps;
-
-        let outcome = self.model.collide(&cue, &self.coefficients)?;
+impl Course {
+    /// From the cue ball just before the impact (collision frame), and when, where and which way the balls meet.
+    fn new(
+        model: &Model,
+        coefficients: &Coefficients,
+        cloth: &Cloth<f64>,
+        cue: &BallState,
+        (time, direction, object): (f64, f64, [f64; 2]),
+    ) -> Result<Self, NotACollision> {
+        let outcome = model.collide(cue, coefficients)?;
         let frame = CollisionFrame::from_normal(direction.cos(), direction.sin());
         let table = |state: &BallState| BallState {
             velocity: frame.to_table(state.velocity),
@@ -102,12 +105,13 @@ impl Maker<'_> {
         };
         let truth = TrueImpact {
             time,
+            object,
             direction,
-            cue_before: table(&cue),
+            cue_before: table(cue),
             cue_after: table(&outcome.cue),
             object_after: table(&outcome.object),
         };
-        let radius = self.model.ball.radius;
+        let radius = model.ball.radius;
         let contact =
             [object[0] - 2.0 * radius * direction.cos(), object[1] - 2.0 * radius * direction.sin()];
         let launch = |position, state: &BallState| {
@@ -118,17 +122,106 @@ impl Maker<'_> {
                 velocity: [state.velocity.x, state.velocity.y],
                 slip: [slip.x, slip.y],
                 up: state.velocity.z,
-                inertia: self.model.ball.inertia,
+                inertia: model.ball.inertia,
             }
         };
-        let cue_before = Path::before(&launch(contact, &truth.cue_before), &cloth);
-        let cue_after = Path::after(&launch(contact, &truth.cue_after), &cloth);
-        let object_after = Path::after(&launch(object, &truth.object_after), &cloth);
+        Ok(Self {
+            cue_before: Path::before(&launch(contact, &truth.cue_before), cloth),
+            cue_after: Path::after(&launch(contact, &truth.cue_after), cloth),
+            object_after: Path::after(&launch(object, &truth.object_after), cloth),
+            truth,
+        })
+    }
+
+    /// The centres of the cue ball and of the object ball at a time.
+    fn centres(&self, t: f64) -> [[f64; 2]; 2] {
+        if t < self.truth.time {
+            [self.cue_before.position(t), self.truth.object]
+        } else {
+            [self.cue_after.position(t), self.object_after.position(t)]
+        }
+    }
+}
+
+impl Camera {
+    /// How many frames it takes before and after the impact.
+    fn frames(&self) -> [usize; 2] {
+        [self.before_ms, self.after_ms].map(|ms| (1e-3 * ms * self.fps).round() as usize)
+    }
+}
+
+impl From<ClothSpec> for Cloth<f64> {
+    fn from(ClothSpec { mu_k: sliding, mu_r: rolling, bounce }: ClothSpec) -> Self {
+        Self { sliding, rolling, bounce }
+    }
+}
+
+/// The frames of one shot without noise, gaps or markers, and what it really was. The cue ball just before the
+/// impact is given in the collision frame, which here is the table's; the impact comes `phase` of a frame after the
+/// last frame before it.
+///
+/// # Errors
+/// The shot is no collision.
+pub fn noise_free(
+    model: &Model,
+    coefficients: &Coefficients,
+    (camera, cloth): (&Camera, &ClothSpec),
+    cue: &BallState,
+    phase: f64,
+) -> Result<(TrackShot, TrueImpact), NotACollision> {
+    let [before, after] = camera.frames();
+    let time = (before as f64 + phase) / camera.fps;
+    let course = Course::new(model, coefficients, &Cloth::from(*cloth), cue, (time, 0.0, [0.5; 2]))?;
+    let sample = |t: f64, [x, y]: [f64; 2]| Sample { t, x, y, sd: Some([camera.position_sd_m; 2]) };
+    let times = || (0..=before + after).map(|n| n as f64 / camera.fps);
+    let [cues, objects] = [0, 1].map(|ball| times().map(|t| sample(t, course.centres(t)[ball])).collect());
+    Ok((tracked(camera.fps, (cues, objects), Vec::new(), Spin::Unknown, String::new()), course.truth))
+}
+
+fn tracked(
+    fps: f64,
+    (cue, object): (Vec<Sample>, Vec<Sample>),
+    markers: Vec<Marker>,
+    spin: Spin,
+    name: String,
+) -> TrackShot {
+    TrackShot {
+        name,
+        file: PathBuf::new(),
+        line: 0,
+        labels: BTreeMap::new(),
+        fps,
+        cue,
+        object,
+        markers,
+        spin,
+        position_sd: None,
+    }
+}
+
+impl Maker<'_> {
+    /// Every shot as a camera sees it, and what it really was.
+    pub(super) fn tracks(&mut self) -> Result<Vec<(TrackShot, TrueImpact)>, BadSpec> {
+        (0..self.spec.shots.count).map(|number| self.track(number)).collect()
+    }
+
+    fn track(&mut self, number: usize) -> Result<(TrackShot, TrueImpact), BadSpec> {
+        let camera = self.spec.camera;
+        let Camera { fps, position_sd_m: sd, gaps, outliers, markers, .. } = camera;
+        let (_, _, cue) = self.shot(number);
+        let direction = self.between([-std::f64::consts::PI, std::f64::consts::PI]);
+        let object = [self.between([0.3, 1.0]), self.between([0.3, 1.0])];
+        let frames = camera.frames();
+        let time = (frames[0] as f64 + self.rng.random::<f64>()) / fps;
+        let meeting = (time, direction, object);
+        let course =
+            Course::new(&self.model, &self.coefficients, &Cloth::from(self.spec.cloth), &cue, meeting)?;
+        let Course { truth, cue_before, cue_after, object_after } = &course;
+        let radius = self.model.ball.radius;
         let (mut cues, mut objects) = (Vec::new(), Vec::new());
         for n in 0..=frames[0] + frames[1] {
             let t = n as f64 / fps;
-            let cue = if t < time { cue_before.position(t) } else { cue_after.position(t) };
-            let object = if t < time { object } else { object_after.position(t) };
+            let [cue, object] = course.centres(t);
             for ([x, y], samples) in [(cue, &mut cues), (object, &mut objects)] {
                 let mut seen = Sample { t, x: x + self.noise(sd), y: y + self.noise(sd), sd: None };
                 let (missing, wrong) = (self.rng.random::<f64>() < gaps, self.rng.random::<f64>() < outliers);
@@ -143,7 +236,7 @@ impl Maker<'_> {
             }
         }
         let played = self.spec.shots.cue_spin[number % self.spec.shots.cue_spin.len()];
-        let paths = [[&cue_before, &cue_after], [&object_after, &object_after]];
+        let paths = [[cue_before, cue_after], [object_after, object_after]];
         let mut marked = Vec::new();
         for (ball, number) in [TrackedBall::Cue, TrackedBall::Object]
             .into_iter()
@@ -183,19 +276,8 @@ impl Maker<'_> {
                 Spin::Measured { spin: truth.cue_before.spin, sd: [None; 3] }
             }
         };
-        let shot = TrackShot {
-            name: (number + 1).to_string(),
-            file: PathBuf::new(),
-            line: 0,
-            labels: BTreeMap::new(),
-            fps,
-            cue: cues,
-            object: objects,
-            markers: marked,
-            spin,
-            position_sd: None,
-        };
-        Ok((shot, truth))
+        let shot = tracked(fps, (cues, objects), marked, spin, (number + 1).to_string());
+        Ok((shot, course.truth))
     }
 }
 
