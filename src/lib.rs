@@ -31,6 +31,7 @@ pub mod collision;
 pub mod compare;
 pub mod contact;
 pub mod dataset;
+pub mod design;
 pub mod disc;
 pub mod effects;
 pub mod export;

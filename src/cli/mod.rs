@@ -6,6 +6,7 @@ mod baseline;
 mod check;
 mod collide;
 mod compare;
+mod design;
 mod export;
 mod extract;
 mod fit;
@@ -47,6 +48,8 @@ enum Command {
     Extract(extract::Args),
     /// What accuracy costs in time: error against time of every fidelity
     Accuracy(accuracy::Args),
+    /// Which shots to film: standard errors before they are played, and how many shots are needed
+    Design(design::Args),
     /// Make a synthetic data set from known parameters and noise
     Synth(synth::Args),
     /// Write a dataset.toml for CSV files, with what they do not tell left blank
@@ -152,6 +155,7 @@ pub fn run() -> ExitCode {
         Command::Collide(args) => collide::run(&args),
         Command::Extract(args) => extract::run(&args),
         Command::Accuracy(args) => accuracy::run(&args),
+        Command::Design(args) => design::run(&args),
         Command::Synth(args) => synth::run(&args),
         Command::Init(args) => init::run(&args),
         Command::Check(args) => check::run(&args),

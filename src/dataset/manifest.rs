@@ -156,8 +156,8 @@ struct RawSetting {
     prior_sd: Option<Spanned<f64>>,
 }
 
-/// Places in the text of a dataset.toml.
-pub(super) struct Source<'a> {
+/// Places in the text of a TOML file.
+pub(crate) struct Source<'a> {
     pub path: &'a Path,
     pub text: &'a str,
 }
@@ -177,7 +177,7 @@ impl Source<'_> {
         self.text.get(span.clone()).unwrap_or_default()
     }
 
-    pub(super) fn add(&self, problems: &mut Problems, span: &Range<usize>, message: String) {
+    pub(crate) fn add(&self, problems: &mut Problems, span: &Range<usize>, message: String) {
         let (line, position) = self.place(span);
         problems.add(self.path, Some(line), Some(&position), message);
     }
@@ -210,10 +210,21 @@ impl Manifest {
 
 /// Reads a TOML file of another shape, with the same care for what is wrong with it.
 pub(crate) fn read_toml<T: DeserializeOwned>(path: &Path) -> Result<T, DatasetError> {
+    read_checked(path, |parsed, _, _| parsed)
+}
+
+/// Reads a TOML file of another shape; `check` says where what was parsed makes no sense.
+pub(crate) fn read_checked<T: DeserializeOwned, U>(
+    path: &Path,
+    check: impl FnOnce(T, &Source, &mut Problems) -> U,
+) -> Result<U, DatasetError> {
     let mut problems = Problems::new(format!("{} cannot be used:", path.display()));
     let Some(text) = read_utf8(path, &mut problems) else { return Err(problems.into_error()) };
     let text = text.strip_prefix('\u{feff}').unwrap_or(&text);
-    parse(&Source { path, text }, &mut problems).ok_or_else(|| problems.into_error())
+    let source = Source { path, text };
+    let Some(parsed) = parse(&source, &mut problems) else { return Err(problems.into_error()) };
+    let checked = check(parsed, &source, &mut problems);
+    problems.into_result(checked)
 }
 
 /// So many unknown keys are looked for.

@@ -82,6 +82,9 @@ pub struct Known {
     pub spin: Spin,
     /// Its topspin over the natural roll's, where [`Spin::Unknown`].
     pub roll: f64,
+    /// Spins after the impact of the cue ball and the object ball, rad/s, and the standard deviation to which markers
+    /// show their components.
+    pub after: Option<([Vec3; 2], f64)>,
 }
 
 /// The frames of one shot.
@@ -171,17 +174,20 @@ impl Film {
             };
             samples.iter().map(frame).collect()
         };
-        let Known { time, object: [x, y], direction, velocity: [along, across], spin, roll } = *known;
+        let Known { time, object: [x, y], direction, velocity: [along, across], spin, roll, after } = *known;
         let mut start = SVector::<f64, { OWN + SPIN }>::zeros();
         start.as_mut_slice()[..OWN].copy_from_slice(&[time, x, y, direction, along, across]);
         let measured = start_spin(&mut start, spin, roll);
+        let seen = after.map_or([None; 2], |(spins, sd)| {
+            spins.map(|spin| Some(Seen { spin, whitening: Matrix3::from_diagonal_element(sd.recip()) }))
+        });
         Self {
             cue: frames(&shot.cue),
             object: frames(&shot.object),
             scene: ModelScene::of(spin, scene),
             start,
             spin: measured,
-            seen: [None; 2],
+            seen,
             states_noise: true,
         }
     }

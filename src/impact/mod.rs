@@ -16,6 +16,7 @@ use rayon::prelude::*;
 
 pub use rotation::Rotation;
 pub(crate) use rotation::turn;
+pub use window::MOST as MOST_FRAMES;
 
 use crate::ball::Ball;
 use crate::cloth::Cloth;

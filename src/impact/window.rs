@@ -6,7 +6,7 @@ use super::fit::{Fitted, Tracked};
 use super::model::{Unknowns, unknown};
 
 /// The most frames on either side.
-const MOST: usize = 120;
+pub const MOST: usize = 120;
 
 /// The fewest: below this the next ones are taken unseen.
 const FIRST: usize = 8;

@@ -6,7 +6,7 @@
 //! the model did, until the residuals are orthogonal to every direction that is left. The files in the
 //! order of the algorithm: `constraints`, `solver` (the loop), `step`, `qp` (which constraints are
 //! active, by Clarabel), `active_set` (the step exactly), `working_set` and `linear_algebra`,
-//! `termination`.
+//! `termination`. Apart from these, `fewest` plans how many measurements to make.
 //!
 //! - Moré, J. J. (1978). The Levenberg–Marquardt algorithm: implementation and theory. Lecture Notes in
 //!   Mathematics 630, 105–116.
@@ -17,6 +17,7 @@ use nalgebra::{DMatrix, DVector};
 
 mod active_set;
 mod constraints;
+mod fewest;
 mod linear_algebra;
 mod nearest;
 mod qp;
@@ -26,6 +27,7 @@ mod termination;
 mod working_set;
 
 pub use constraints::{Constraints, Linear};
+pub use fewest::fewest;
 pub use termination::Termination;
 
 use solver::TrustRegion;

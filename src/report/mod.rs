@@ -4,6 +4,7 @@
 pub mod accuracy;
 pub mod compare;
 pub mod csv;
+pub mod design;
 mod diagnostics;
 pub mod discs;
 pub mod extracted;

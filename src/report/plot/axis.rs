@@ -6,7 +6,7 @@ const TOO_LARGE: f64 = 1e150;
 /// Part of the range that is left free at either end.
 const PADDING: f64 = 0.06;
 
-/// A linear axis.
+/// A linear axis, or one of decimal logarithms.
 #[derive(Clone, Debug)]
 pub(super) struct Axis {
     /// Quantity and unit.
@@ -15,6 +15,8 @@ pub(super) struct Axis {
     pub(super) high: f64,
     /// What a tick is called, where that is not its number.
     pub(super) words: Option<fn(f64) -> String>,
+    /// Places are logarithms; its ticks show the numbers themselves.
+    pub(super) logarithmic: bool,
 }
 
 /// Whether a number has a place on an axis.
@@ -30,8 +32,9 @@ impl Axis {
             .into_iter()
             .filter(|value| drawable(*value))
             .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), value| (low.min(value), high.max(value)));
+        let logarithmic = false;
         if low > high {
-            return Self { name: name.into(), low: 0.0, high: 1.0, words: None };
+            return Self { name: name.into(), low: 0.0, high: 1.0, words: None, logarithmic };
         }
         let largest = low.abs().max(high.abs());
         let room = if high - low > 1e-6 * largest {
@@ -41,7 +44,7 @@ impl Axis {
         } else {
             1.0
         };
-        Self { name: name.into(), low: low - room, high: high + room, words: None }
+        Self { name: name.into(), low: low - room, high: high + room, words: None, logarithmic }
     }
 
     /// As far below zero as above, at least `least` to either side.
@@ -53,13 +56,18 @@ impl Axis {
         let largest =
             values.into_iter().filter(|value| drawable(*value)).fold(0.0_f64, |a, b| a.max(b.abs()));
         let end = least.max(largest * (1.0 + PADDING));
-        Self { name: name.into(), low: -end, high: end, words: None }
+        Self { name: name.into(), low: -end, high: end, words: None, logarithmic: false }
     }
 
     /// With other words for its ticks than their numbers.
     pub(super) fn in_words(mut self, words: fn(f64) -> String) -> Self {
         self.words = Some(words);
         self
+    }
+
+    /// From the smallest to the largest of some positive values, whose places are their decimal logarithms.
+    pub(super) fn logarithmic(name: impl Into<String>, values: impl IntoIterator<Item = f64>) -> Self {
+        Self { logarithmic: true, ..Self::around(name, values.into_iter().map(f64::log10)) }
     }
 
     /// Starts at zero where values none of which is negative come near it.
@@ -78,6 +86,9 @@ impl Axis {
 
     /// Some `count` round numbers in the range, with their labels.
     pub(super) fn ticks(&self, count: usize) -> Vec<(f64, String)> {
+        if self.logarithmic {
+            return self.decades(count);
+        }
         let raw = (self.high - self.low) / count.max(2) as f64;
         let power = 10_f64.powf(raw.log10().floor());
         let wide = |step: &f64| *step >= raw * 0.999;
@@ -100,6 +111,33 @@ impl Axis {
     }
 }
 
+impl Axis {
+    /// Powers of ten; with 2 and 5 times these where they are few, without some where they are many.
+    fn decades(&self, count: usize) -> Vec<(f64, String)> {
+        let inside = |place: &f64| (self.low..=self.high).contains(place);
+        let (first, last) = (self.low.floor() as i32, self.high.ceil() as i32);
+        let with = |factors: &[i32]| {
+            let all = (first..=last).flat_map(|power| {
+                factors.iter().map(move |m| (f64::from(power) + f64::from(*m).log10(), power, *m))
+            });
+            all.filter(|(place, ..)| inside(place)).collect::<Vec<_>>()
+        };
+        let sets: [&[i32]; 4] = [&[1, 2, 3, 4, 5, 6, 7, 8, 9], &[1, 2, 5], &[1, 3], &[1]];
+        let few = sets.into_iter().map(with).find(|ticks| ticks.len() <= count + 1);
+        let ticks = few.unwrap_or_else(|| {
+            let all = with(&[1]);
+            let step = all.len().div_ceil(count.max(1));
+            all.into_iter().step_by(step).collect()
+        });
+        let label = |power: i32, m: i32| match power {
+            -5..0 => format!("{:.*}", power.unsigned_abs() as usize, f64::from(m) * 10_f64.powi(power)),
+            0..5 => format!("{}", m * 10_i32.pow(power.unsigned_abs())),
+            _ => format!("{m}e{power}").replace('-', "−"),
+        };
+        ticks.into_iter().map(|(place, power, m)| (place, label(power, m))).collect()
+    }
+}
+
 /// A tick's number with the decimals of the step; with a power of ten where it would get long.
 fn label(value: f64, step: f64, largest: f64) -> String {
     // A little above, as the step may be 0.000 999….
@@ -118,12 +156,12 @@ fn label(value: f64, step: f64, largest: f64) -> String {
 mod tests {
     use super::*;
 
+    fn axis(low: f64, high: f64) -> Axis {
+        Axis { name: String::new(), low, high, words: None, logarithmic: false }
+    }
+
     fn labels(low: f64, high: f64) -> Vec<String> {
-        Axis { name: String::new(), low, high, words: None }
-            .ticks(6)
-            .into_iter()
-            .map(|(_, label)| label)
-            .collect()
+        axis(low, high).ticks(6).into_iter().map(|(_, label)| label).collect()
     }
 
     #[test]
@@ -132,10 +170,23 @@ mod tests {
         assert_eq!(labels(-3.1, 3.1), ["−2", "0", "2"]);
         assert_eq!(labels(0.0, 0.3), ["0.00", "0.05", "0.10", "0.15", "0.20", "0.25", "0.30"]);
         assert_eq!(labels(-0.19, 0.19), ["−0.1", "0.0", "0.1"]);
-        let few = |low, high| Axis { name: String::new(), low, high, words: None }.ticks(3).len();
+        let few = |low, high| axis(low, high).ticks(3).len();
         assert_eq!((few(-0.19, 0.19), few(-0.51, 0.51)), (3, 3));
         assert_eq!(labels(0.0, 90.0), ["0", "20", "40", "60", "80"]);
         assert_eq!(labels(0.0, 3e7), ["0", "5e6", "1.0e7", "1.5e7", "2.0e7", "2.5e7", "3.0e7"]);
+    }
+
+    #[test]
+    fn logarithmic_ticks_are_the_numbers_themselves() {
+        let labels = |low: f64, high: f64| {
+            let axis = Axis::logarithmic("x", [low, high]);
+            axis.ticks(6).into_iter().map(|(_, label)| label).collect::<Vec<_>>()
+        };
+        assert_eq!(labels(0.001, 0.01), ["0.001", "0.002", "0.005", "0.01"]);
+        assert_eq!(labels(0.0003, 0.02), ["0.0003", "0.001", "0.003", "0.01"]);
+        assert_eq!(labels(1e-7, 1e-3), ["1e−7", "1e−6", "0.00001", "0.0001", "0.001"]);
+        assert_eq!(labels(1.0, 200.0), ["1", "3", "10", "30", "100"]);
+        assert_eq!(labels(1e-9, 1e9).len(), 5);
     }
 
     #[test]

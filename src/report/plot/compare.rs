@@ -115,7 +115,7 @@ fn forest<DB: DrawingBackend>(comparison: &Comparison, area: &Area<DB>) -> Resul
         let x =
             Axis::around(format!("{}, {}", compared.quantity.symbol(), compared.quantity.meaning()), ends);
         let count = compared.estimates.len() as f64;
-        let y = Axis { name: String::new(), low: -0.5, high: count - 0.5, words: None };
+        let y = Axis { name: String::new(), low: -0.5, high: count - 0.5, words: None, logarithmic: false };
         // names stand where the numbers of an axis would
         let left = 300;
         let area = Rect { left, top, right: WIDTH as i32, bottom };

@@ -5,6 +5,7 @@ mod axis;
 mod canvas;
 pub mod compare;
 pub mod contours;
+pub mod design;
 mod frame;
 mod panels;
 mod points;

@@ -1,0 +1,233 @@
+//! The Fisher information that filmed shots hold about μ, μ_s, e, μ_k and μ_r, each shot's own unknowns eliminated;
+//! and the standard errors that follow from it.
+
+use nalgebra::{DMatrix, SMatrix, SymmetricEigen};
+use rayon::prelude::*;
+
+use super::{Expected, PlayedKind, SpinFrom};
+use crate::ball::{BallState, Vec3};
+use crate::collision::{Corrected, Fidelity, Model, NotACollision};
+use crate::contact::cue_velocity;
+use crate::dataset::Spin;
+use crate::impact::Scene;
+use crate::impact::film::{CLOTH, Film, Known, SHARED};
+use crate::synth::{self, TrueImpact};
+
+/// By μ, μ_s, e, μ_k, μ_r.
+pub type Information = SMatrix<f64, SHARED, SHARED>;
+
+/// Shots over which a kind is averaged, and instants of the shutter for a single cut and speed: doubling either moves
+/// standard errors by less than 1 %.
+pub const SAMPLES: usize = 512;
+const PHASES: usize = 16;
+
+/// An eigenvalue of the information, scaled to a diagonal of 1, that is rounding: the fit's own limit, 1e-5 of
+/// the largest singular value, squared.
+const ROUNDING: f64 = 1e-10;
+
+/// A parameter that has more than this in an undetermined direction is undetermined.
+const SHARE: f64 = 1e-6;
+
+/// Information of an average shot.
+#[derive(Clone, Copy, Debug)]
+pub struct Average {
+    pub information: Information,
+    /// Part of the shots whose frames do not even tell their own motion.
+    pub unusable: f64,
+}
+
+/// How one shot is played.
+#[derive(Clone, Copy, Debug)]
+struct Shot {
+    speed: f64,
+    /// Cut angle, rad.
+    cut: f64,
+    topspin: f64,
+    /// Impact, in parts of a frame after the last one before it.
+    phase: f64,
+}
+
+fn between([from, to]: [f64; 2], part: f64) -> f64 {
+    from + (to - from) * part
+}
+
+/// An average shot of a kind, spread evenly over its ranges.
+///
+/// # Errors
+/// A shot of it is no collision.
+pub fn of_kind(expected: &Expected, kind: &PlayedKind) -> Result<Average, NotACollision> {
+    /// The additive recurrence that fills four dimensions most evenly: powers of 1/g, g⁵ = g + 1.
+    const G: f64 = 1.167_303_978_261_418_7;
+    let shot = |i: usize| {
+        let part = |power: i32| (0.5 + i as f64 * G.powi(-power)).fract();
+        Shot {
+            speed: between(kind.speed_m_s, part(1)),
+            cut: between(kind.cut_deg, part(2)).to_radians(),
+            topspin: between(kind.topspin, part(3)),
+            phase: part(4),
+        }
+    };
+    average(expected, kind, &(0..SAMPLES).map(shot).collect::<Vec<_>>())
+}
+
+/// An average shot of a kind at one cut angle (degrees) and one speed.
+///
+/// # Errors
+/// It is no collision.
+pub fn of_cell(
+    expected: &Expected,
+    kind: &PlayedKind,
+    speed: f64,
+    cut_deg: f64,
+) -> Result<Average, NotACollision> {
+    /// The golden ratio's part spreads the spins evenly over the instants.
+    const GOLDEN: f64 = 0.618_033_988_749_894_9;
+    let shot = |i: usize| Shot {
+        speed,
+        cut: cut_deg.to_radians(),
+        topspin: between(kind.topspin, (0.5 + i as f64 * GOLDEN).fract()),
+        phase: (i as f64 + 0.5) / PHASES as f64,
+    };
+    average(expected, kind, &(0..PHASES).map(shot).collect::<Vec<_>>())
+}
+
+fn average(expected: &Expected, kind: &PlayedKind, shots: &[Shot]) -> Result<Average, NotACollision> {
+    let found: Result<Vec<Option<Information>>, NotACollision> =
+        shots.par_iter().map(|shot| of_shot(expected, kind, *shot)).collect();
+    let found = found?;
+    let count = shots.len() as f64;
+    let told: Vec<&Information> = found.iter().flatten().collect();
+    let unusable = 1.0 - told.len() as f64 / count;
+    Ok(Average { information: told.into_iter().sum::<Information>() / count, unusable })
+}
+
+/// JᵀJ of one shot's frames as a joint fit has it; `None` where they do not tell the shot's own unknowns.
+fn of_shot(expected: &Expected, kind: &PlayedKind, shot: Shot) -> Result<Option<Information>, NotACollision> {
+    let Expected { coefficients, ball, cloth, camera, .. } = expected;
+    let velocity = cue_velocity(shot.speed, shot.cut);
+    let rolling = BallState::natural_roll(velocity, ball.radius).spin;
+    let spin = shot.topspin * rolling + Vec3::z() * (kind.side * rolling.norm());
+    let cue = BallState { velocity, spin };
+    let model = Model::new(Fidelity::Full, *ball);
+    let (track, truth) = synth::noise_free(&model, coefficients, (camera, cloth), &cue, shot.phase)?;
+    let scene = Scene { cloth: (*cloth).into(), ..Scene::new(*ball) };
+    let film = film(&track, &truth, kind, shot.topspin, &scene);
+    let shared = [coefficients.mu, coefficients.mu_s, coefficients.e, cloth.mu_k, cloth.mu_r];
+    Ok(film
+        .reduced(&Corrected { model, correction: None }, &shared)
+        .map(|reduced| reduced.jacobian.tr_mul(&reduced.jacobian)))
+}
+
+fn film(
+    track: &crate::track::TrackShot,
+    truth: &TrueImpact,
+    kind: &PlayedKind,
+    topspin: f64,
+    scene: &Scene,
+) -> Film {
+    let spin = truth.cue_before.spin;
+    let spin = match kind.from {
+        SpinFrom::Known if kind.side == 0.0 && topspin == 1.0 => Spin::NaturalRoll,
+        SpinFrom::Known if kind.side == 0.0 && topspin == 0.0 => Spin::Stun,
+        SpinFrom::Known => Spin::Measured { spin, sd: [None; 3] },
+        SpinFrom::Markers { sd } => Spin::Measured { spin, sd: [Some(sd); 3] },
+        SpinFrom::Motion => Spin::Unknown,
+    };
+    let after = match kind.from {
+        SpinFrom::Markers { sd } => Some(([truth.cue_after.spin, truth.object_after.spin], sd)),
+        _ => None,
+    };
+    // the line of centres is the table's x axis
+    let velocity = [truth.cue_before.velocity.x, truth.cue_before.velocity.y];
+    let TrueImpact { time, object, direction, .. } = *truth;
+    let known = Known { time, object, direction, velocity, spin, roll: topspin, after };
+    Film::known(track, &known, scene)
+}
+
+/// What is known of μ_k and μ_r beforehand, as information.
+#[must_use]
+pub fn prior() -> Information {
+    let mut prior = Information::zeros();
+    for (i, (_, sd)) in CLOTH.into_iter().enumerate() {
+        prior[(SHARED - CLOTH.len() + i, SHARED - CLOTH.len() + i)] = sd.powi(-2);
+    }
+    prior
+}
+
+/// A with AᵀA the information.
+#[must_use]
+pub fn root(information: &Information) -> DMatrix<f64> {
+    let (scale, eigen) = scaled(information);
+    DMatrix::from_fn(SHARED, SHARED, |i, j| {
+        eigen.eigenvalues[i].max(0.0).sqrt() * eigen.eigenvectors[(j, i)] / scale[j]
+    })
+}
+
+/// The information scaled to a diagonal of 1 as eigenvalues and -vectors, and the scales.
+fn scaled(information: &Information) -> ([f64; SHARED], SymmetricEigen<f64, nalgebra::Const<SHARED>>) {
+    let scale: [f64; SHARED] = std::array::from_fn(|i| {
+        let own = information[(i, i)];
+        if own > 0.0 { own.sqrt().recip() } else { 1.0 }
+    });
+    let matrix = Information::from_fn(|i, j| scale[i] * information[(i, j)] * scale[j]);
+    (scale, matrix.symmetric_eigen())
+}
+
+/// Covariance of μ, μ_s, e, μ_k, μ_r after shots with this much information, with what is known of μ_k and μ_r
+/// beforehand; NaN for what is not determined.
+#[must_use]
+pub fn covariance(information: &Information) -> Information {
+    let (scale, eigen) = scaled(&(information + prior()));
+    let mut covariance = Information::zeros();
+    let mut undetermined = [0.0; SHARED];
+    for (k, value) in eigen.eigenvalues.iter().enumerate() {
+        let vector = eigen.eigenvectors.column(k);
+        if *value > ROUNDING {
+            covariance += vector * vector.transpose() / *value;
+        } else {
+            for (i, share) in undetermined.iter_mut().enumerate() {
+                *share += vector[i].powi(2);
+            }
+        }
+    }
+    Information::from_fn(|i, j| {
+        let told = undetermined[i] <= SHARE && undetermined[j] <= SHARE;
+        if told { scale[i] * covariance[(i, j)] * scale[j] } else { f64::NAN }
+    })
+}
+
+/// Standard errors of μ, μ_s, e; `None` for what is not determined.
+#[must_use]
+pub fn std_errors(information: &Information) -> [Option<f64>; 3] {
+    let covariance = covariance(information);
+    std::array::from_fn(|i| Some(covariance[(i, i)].sqrt()).filter(|error| error.is_finite()))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_nothing_tells_has_no_error_and_leaves_the_others() {
+        let mut information = Information::zeros();
+        assert_eq!(std_errors(&information), [None; 3]);
+        (information[(0, 0)], information[(2, 2)]) = (4.0e6, 1.0e8);
+        let [mu, mu_s, e] = std_errors(&information);
+        assert!(mu_s.is_none());
+        assert!((mu.unwrap() - 5e-4).abs() < 1e-12 && (e.unwrap() - 1e-4).abs() < 1e-12);
+        // only μ − μ_s
+        for (i, j, sign) in [(0, 0, 1.0), (0, 1, -1.0), (1, 0, -1.0), (1, 1, 1.0)] {
+            information[(i, j)] = sign * 1e6;
+        }
+        let [mu, mu_s, e] = std_errors(&information);
+        assert!(mu.is_none() && mu_s.is_none() && e.is_some());
+    }
+
+    #[test]
+    fn the_root_of_the_information_squares_to_it() {
+        let a = Information::from_fn(|i, j| 10_f64.powi(i as i32) * ((i + 2 * j) as f64).sin());
+        let information = a.transpose() * a;
+        let root = root(&information);
+        assert!((root.tr_mul(&root) - information).amax() < 1e-9 * information.amax());
+    }
+}

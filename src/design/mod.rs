@@ -1,0 +1,312 @@
+//! The design of an experiment: which cut angles, speeds and spins tell μ, μ_s and e, what standard errors so many
+//! shots give, and how many a wanted standard error needs.
+//!
+//! A kind of shot is filmed without noise by the forward chain of [`crate::synth`], and its reduced Fisher information
+//! taken as a joint fit of frames takes it ([`crate::impact::film`]). That of N shots is N times the mean, to which
+//! what is known of the cloth is added; the inverse is the Cramér–Rao bound, which such fits reach.
+
+pub mod information;
+mod plan;
+mod spec;
+mod words;
+
+use statrs::distribution::{ContinuousCDF, Normal};
+
+use crate::ball::Ball;
+use crate::collision::{Coefficients, NotACollision};
+use crate::impact::MOST_FRAMES;
+use crate::parameters::Parameter;
+use crate::synth::{Camera, ClothSpec};
+use information::Information;
+
+pub use plan::Mixture;
+
+/// Cut angles of the cells are about so far apart, degrees.
+const CUT_STEP: f64 = 10.0;
+
+/// Beyond this ratio of speeds one between them is looked at, too.
+const WIDE: f64 = 1.5;
+
+/// What is expected of an experiment, and what is wanted of it.
+#[derive(Clone, Debug)]
+pub struct Expected {
+    pub coefficients: Coefficients,
+    pub ball: Ball,
+    pub cloth: ClothSpec,
+    /// Gaps, outliers and markers are not reckoned with.
+    pub camera: Camera,
+    pub kinds: Vec<PlayedKind>,
+    /// Standard errors of μ, μ_s, e that are wanted.
+    pub wanted: [Option<f64>; 3],
+}
+
+/// A kind of shot that someone can play, spread evenly over its ranges.
+#[derive(Clone, Debug, PartialEq)]
+pub struct PlayedKind {
+    pub name: String,
+    /// Topspin in parts of the natural roll's, from … to: 1 rolls, 0 is stun, below it is draw.
+    pub topspin: [f64; 2],
+    /// Side spin ω_z in parts of the natural roll's. With a positive cut angle a negative one is outside spin, which
+    /// takes away the slip between the balls.
+    pub side: f64,
+    pub from: SpinFrom,
+    pub speed_m_s: [f64; 2],
+    pub cut_deg: [f64; 2],
+    pub shots: usize,
+}
+
+/// How whoever fits the shot knows its spin.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum SpinFrom {
+    /// Played as said, exactly.
+    Known,
+    /// Found from the paths of the balls, for a ball struck without side.
+    Motion,
+    /// Markers show it before and after the impact, each component to this, rad/s.
+    Markers { sd: f64 },
+}
+
+impl PlayedKind {
+    /// As synthetic data sets draw.
+    const DRAW: [f64; 2] = [-1.0, -0.3];
+
+    /// Roll and stun are played as such; other spins are looked for.
+    fn usual(topspin: [f64; 2], side: f64, sd: f64) -> SpinFrom {
+        if side != 0.0 {
+            SpinFrom::Markers { sd }
+        } else if topspin == [1.0; 2] || topspin == [0.0; 2] {
+            SpinFrom::Known
+        } else {
+            SpinFrom::Motion
+        }
+    }
+}
+
+impl Default for PlayedKind {
+    /// 40 natural-roll shots.
+    fn default() -> Self {
+        Self {
+            name: "roll".to_owned(),
+            topspin: [1.0; 2],
+            side: 0.0,
+            from: SpinFrom::Known,
+            speed_m_s: [1.0, 4.0],
+            cut_deg: [0.0, 60.0],
+            shots: 40,
+        }
+    }
+}
+
+impl Default for Expected {
+    /// Pool balls on a usual cloth, 1000 fps, 0.1 mm, 40 ms before and after; 40 shots each of roll, stun, draw and side
+    /// spin either way.
+    fn default() -> Self {
+        let kind = |name: &str, topspin: [f64; 2], side: f64| PlayedKind {
+            name: name.to_owned(),
+            topspin,
+            side,
+            from: PlayedKind::usual(topspin, side, spec::MARKERS_SD),
+            ..PlayedKind::default()
+        };
+        Self {
+            coefficients: Coefficients { mu: 0.05, mu_s: 0.3, e: 0.94 },
+            ball: Ball::POOL,
+            cloth: ClothSpec::default(),
+            camera: Camera::default(),
+            kinds: vec![
+                kind("roll", [1.0; 2], 0.0),
+                kind("stun", [0.0; 2], 0.0),
+                kind("draw", PlayedKind::DRAW, 0.0),
+                kind("outside", [0.0; 2], -0.5),
+                kind("inside", [0.0; 2], 0.5),
+            ],
+            wanted: [Some(0.001), Some(0.02), Some(0.001)],
+        }
+    }
+}
+
+/// What a kind of shot tells.
+#[derive(Clone, Debug)]
+pub struct OfKind {
+    /// Of one shot on average.
+    pub information: Information,
+    /// Part of the shots whose frames do not even tell their own motion.
+    pub unusable: f64,
+    /// Of μ, μ_s, e from its planned number of shots alone; `None` where they do not tell it.
+    pub std_errors: [Option<f64>; 3],
+    /// Shots of this kind alone that reach what is wanted of each.
+    pub needed: [Option<u64>; 3],
+    /// And of all that is wanted.
+    pub needed_all: Option<u64>,
+    /// By what part the standard errors of all planned shots fall with one more of this kind.
+    pub gain: [Option<f64>; 3],
+}
+
+/// A kind of shot at one cut angle and one speed.
+#[derive(Clone, Copy, Debug)]
+pub struct Cell {
+    /// Index of the kind.
+    pub kind: usize,
+    pub speed_m_s: f64,
+    pub cut_deg: f64,
+    /// Of one shot on average.
+    pub information: Information,
+    /// From as many shots as are planned of the kind.
+    pub std_errors: [Option<f64>; 3],
+}
+
+/// All kinds as planned, together.
+#[derive(Clone, Copy, Debug)]
+pub struct Planned {
+    pub shots: usize,
+    pub std_errors: [Option<f64>; 3],
+}
+
+/// What an experiment would tell.
+#[derive(Clone, Debug)]
+pub struct Design {
+    pub expected: Expected,
+    /// In the order of `expected.kinds`.
+    pub kinds: Vec<OfKind>,
+    pub cells: Vec<Cell>,
+    pub planned: Planned,
+    /// The fewest shots for each wanted standard error and for all of them, of whole kinds and of cells.
+    pub mixtures: Vec<Mixture>,
+    /// What follows, in words.
+    pub words: Vec<String>,
+    pub notes: Vec<String>,
+}
+
+/// Two such data sets' difference in a parameter is found in 80 % of cases by a two-sided test at 5 % where it is this
+/// many standard errors of one of them: (z_0.975 + z_0.8)√2 = 3.96.
+#[must_use]
+pub fn detectable() -> f64 {
+    let normal = Normal::standard();
+    (normal.inverse_cdf(0.975) + normal.inverse_cdf(0.8)) * std::f64::consts::SQRT_2
+}
+
+/// What an experiment would tell.
+///
+/// # Errors
+/// A shot of it is no collision.
+pub fn design(expected: &Expected) -> Result<Design, NotACollision> {
+    let mut expected = expected.clone();
+    let mut notes = Vec::new();
+    let longest = 1e3 * MOST_FRAMES as f64 / expected.camera.fps;
+    let camera = &mut expected.camera;
+    if camera.before_ms.max(camera.after_ms) > longest {
+        notes.push(format!(
+            "Of the film only the {MOST_FRAMES} frames ({longest:.0} ms) next to the impact on either side are fitted, and \
+             counted here."
+        ));
+        camera.before_ms = camera.before_ms.min(longest);
+        camera.after_ms = camera.after_ms.min(longest);
+    }
+    let mut kinds = Vec::new();
+    let mut cells = Vec::new();
+    for (index, kind) in expected.kinds.iter().enumerate() {
+        let found = information::of_kind(&expected, kind)?;
+        let shots = kind.shots as f64;
+        let needed = std::array::from_fn(|i| {
+            let mut wanted = [None; 3];
+            wanted[i] = expected.wanted[i];
+            plan::needed(&found.information, &wanted)
+        });
+        if found.unusable > 0.0 {
+            notes.push(format!(
+                "{}: {:.0} % of the shots are too short on film to tell even their own motion.",
+                kind.name,
+                100.0 * found.unusable
+            ));
+        }
+        kinds.push(OfKind {
+            information: found.information,
+            unusable: found.unusable,
+            std_errors: information::std_errors(&(found.information * shots)),
+            needed,
+            needed_all: plan::needed(&found.information, &expected.wanted),
+            gain: [None; 3],
+        });
+        for speed_m_s in speeds(kind.speed_m_s) {
+            for cut_deg in cuts(kind) {
+                let information = information::of_cell(&expected, kind, speed_m_s, cut_deg)?.information;
+                let std_errors = information::std_errors(&(information * shots));
+                cells.push(Cell { kind: index, speed_m_s, cut_deg, information, std_errors });
+            }
+        }
+    }
+    let together = |kinds: &[OfKind]| {
+        let own = kinds.iter().zip(&expected.kinds);
+        own.map(|(found, kind)| found.information * kind.shots as f64).sum::<Information>()
+    };
+    let total = together(&kinds);
+    let covariance = information::covariance(&total);
+    for found in &mut kinds {
+        // d ln σ_j/dn = −½ (V I V)_jj/V_jj
+        let change = covariance * found.information * covariance;
+        found.gain = std::array::from_fn(|j| {
+            Some(0.5 * change[(j, j)] / covariance[(j, j)]).filter(|gain| gain.is_finite())
+        });
+    }
+    let planned = Planned {
+        shots: expected.kinds.iter().map(|kind| kind.shots).sum(),
+        std_errors: information::std_errors(&total),
+    };
+    for parameter in Parameter::ALL {
+        if expected.wanted[parameter as usize].is_some() && planned.std_errors[parameter as usize].is_none() {
+            notes.push(format!("No kind of shot offered tells {}.", parameter.symbol()));
+        }
+    }
+    let mixtures = plan::mixtures(&expected, &kinds, &cells);
+    let mut design =
+        Design { expected: expected.clone(), kinds, cells, planned, mixtures, words: Vec::new(), notes };
+    design.words = words::of(&design);
+    Ok(design)
+}
+
+/// The ends of a range of speeds, and between them where it is wide.
+fn speeds([slow, fast]: [f64; 2]) -> Vec<f64> {
+    if slow == fast {
+        vec![slow]
+    } else if fast < WIDE * slow {
+        vec![slow, fast]
+    } else {
+        vec![slow, (slow * fast).sqrt(), fast]
+    }
+}
+
+/// Cut angles from end to end, degrees. Without side spin either side tells the same.
+fn cuts(kind: &PlayedKind) -> Vec<f64> {
+    let [mut from, mut to] = kind.cut_deg;
+    if kind.side == 0.0 {
+        let [a, b] = [from.abs(), to.abs()];
+        let least = if from * to < 0.0 { 0.0 } else { a.min(b) };
+        (from, to) = (least, a.max(b));
+    }
+    let steps = ((to - from) / CUT_STEP).round().max(if to > from { 1.0 } else { 0.0 }) as usize;
+    (0..=steps)
+        .map(|i| if steps == 0 { from } else { from + (to - from) * i as f64 / steps as f64 })
+        .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_detectable_difference_is_that_of_the_normal_distribution() {
+        // (1.959964 + 0.841621)·√2
+        assert!((detectable() - 3.962_039).abs() < 1e-5);
+    }
+
+    #[test]
+    fn mirror_images_are_looked_at_once() {
+        let kind = |cut_deg, side| PlayedKind { cut_deg, side, ..PlayedKind::default() };
+        assert_eq!(cuts(&kind([-30.0, 20.0], 0.0)), [0.0, 10.0, 20.0, 30.0]);
+        assert_eq!(cuts(&kind([-30.0, -10.0], 0.0)), [10.0, 20.0, 30.0]);
+        assert_eq!(cuts(&kind([-10.0, 10.0], 0.5)), [-10.0, 0.0, 10.0]);
+        assert_eq!(cuts(&kind([25.0, 25.0], 0.0)), [25.0]);
+        assert_eq!(cuts(&kind([25.0, 27.0], 0.0)), [25.0, 27.0]);
+        assert_eq!(speeds([1.0, 4.0]), [1.0, 2.0, 4.0]);
+    }
+}

@@ -1,0 +1,347 @@
+//! A [`Design`] → tables, design.csv, design.json and pictures.
+
+use std::fmt::Write as _;
+
+use serde_json::{Map, Value as Json, json};
+
+use super::csv::quoted;
+use super::number::plain;
+use super::plot::design as plot;
+use super::table::aligned;
+use super::{ReportError, number};
+use crate::design::{self, Cell, Design, Mixture, SpinFrom};
+use crate::parameters::Parameter;
+
+/// The files of a design: name and content.
+pub fn files(design: &Design) -> Result<Vec<(&'static str, Vec<u8>)>, ReportError> {
+    Ok(vec![
+        ("design.csv", csv(design).into_bytes()),
+        ("design.svg", plot::svg(design)?.into_bytes()),
+        ("design.png", plot::png(design)?),
+        ("design.json", json(design)?.into_bytes()),
+    ])
+}
+
+/// A standard error, or – for what is not told.
+fn error(value: Option<f64>) -> String {
+    value.map_or("–".to_owned(), |value| number::plain(value, 2))
+}
+
+fn count(value: Option<u64>) -> String {
+    value.map_or("–".to_owned(), |value| value.to_string())
+}
+
+/// `μ ± 0.001, e ± 0.001`
+fn wishes(wanted: &[Option<f64>; 3]) -> String {
+    let each = Parameter::ALL.into_iter().zip(wanted);
+    let each = each.filter_map(|(p, wanted)| Some(format!("{} ± {}", p.symbol(), plain((*wanted)?, 3))));
+    each.collect::<Vec<_>>().join(", ")
+}
+
+/// `20 to 50`, `30`
+fn range([from, to]: [f64; 2]) -> String {
+    if from == to { plain(from, 3) } else { format!("{} to {}", plain(from, 3), plain(to, 3)) }
+}
+
+fn spin_from(from: SpinFrom) -> String {
+    match from {
+        SpinFrom::Known => "known".to_owned(),
+        SpinFrom::Motion => "from the paths".to_owned(),
+        SpinFrom::Markers { sd } => format!("markers, ± {} rad/s", plain(sd, 2)),
+    }
+}
+
+/// What `caromfit design` prints.
+#[must_use]
+pub fn text(design: &Design) -> String {
+    let expected = &design.expected;
+    let [mu, mu_s, e] = [expected.coefficients.mu, expected.coefficients.mu_s, expected.coefficients.e];
+    let camera = &expected.camera;
+    let mut text = format!(
+        "Expected μ = {mu}, μ_s = {mu_s}, e = {e}; filmed at {} fps, positions ± {} mm, {} ms before and {} ms after the \
+         impact.\nWanted: {} (standard errors; none of the three has a unit).\n",
+        plain(camera.fps, 4),
+        plain(1e3 * camera.position_sd_m, 3),
+        plain(camera.before_ms, 3),
+        plain(camera.after_ms, 3),
+        wishes(&expected.wanted)
+    );
+    kinds(design, &mut text);
+    cells(design, &mut text);
+    mixtures(design, &mut text);
+    if !design.words.is_empty() {
+        text.push_str("\nIn words\n");
+        for line in &design.words {
+            let _ = writeln!(text, "  {line}");
+        }
+    }
+    for note in &design.notes {
+        let _ = writeln!(text, "\nNote: {note}");
+    }
+    text
+}
+
+fn kinds(design: &Design, text: &mut String) {
+    let mut head: Vec<String> =
+        ["kind", "topspin", "side", "spin", "m/s", "cut, °", "shots"].map(str::to_owned).to_vec();
+    let symbols = Parameter::ALL.map(Parameter::symbol);
+    head.extend(symbols.map(|symbol| format!("± {symbol}")));
+    let wanted: Vec<usize> = (0..3).filter(|i| design.expected.wanted[*i].is_some()).collect();
+    head.extend(wanted.iter().map(|i| format!("for {}", symbols[*i])));
+    head.push("for all".to_owned());
+    head.extend(symbols.map(|symbol| format!("+1: {symbol}")));
+    let mut rows = vec![head];
+    for (kind, found) in design.expected.kinds.iter().zip(&design.kinds) {
+        let mut row = vec![
+            kind.name.clone(),
+            range(kind.topspin),
+            plain(kind.side, 3),
+            spin_from(kind.from),
+            range(kind.speed_m_s),
+            range(kind.cut_deg),
+            kind.shots.to_string(),
+        ];
+        row.extend(found.std_errors.map(error));
+        row.extend(wanted.iter().map(|i| count(found.needed[*i])));
+        row.push(count(found.needed_all));
+        row.extend(found.gain.map(|gain| gain.map_or("–".to_owned(), |g| format!("{:.2} %", 100.0 * g))));
+        rows.push(row);
+    }
+    let planned = &design.planned;
+    let mut row = vec!["together".to_owned()];
+    row.extend(std::iter::repeat_n(String::new(), 5));
+    row.push(planned.shots.to_string());
+    row.extend(planned.std_errors.map(error));
+    row.extend(std::iter::repeat_n(String::new(), wanted.len() + 4));
+    rows.push(row);
+    let _ = write!(
+        text,
+        "\nKinds of shots, spread evenly over their speeds and cut angles\n{}",
+        aligned(&rows, "  ")
+    );
+    text.push_str(
+        "  topspin, side: in parts of the natural roll's; spin: how it is known; ±: standard error that these shots alone \
+         give; for: shots of\n  this kind alone that reach what is wanted; +1: by how much one more such shot narrows the \
+         standard error of all together;\n  –: they do not tell it\n",
+    );
+    let seen = planned.std_errors.map(|e| e.map(|e| design::detectable() * e));
+    let each = Parameter::ALL.into_iter().zip(seen);
+    let each: Vec<String> =
+        each.filter_map(|(p, d)| Some(format!("{} {}", p.symbol(), plain(d?, 2)))).collect();
+    if !each.is_empty() {
+        let _ = writeln!(
+            text,
+            "  Between two such data sets (all shots together) a difference is found in 80 % of cases, at 5 %, from: {}",
+            each.join(", ")
+        );
+    }
+}
+
+/// One small table for each parameter: rows are kinds and speeds, columns cut angles.
+fn cells(design: &Design, text: &mut String) {
+    let mut cuts: Vec<f64> = design.cells.iter().map(|cell| cell.cut_deg).collect();
+    cuts.sort_by(f64::total_cmp);
+    cuts.dedup_by(|a, b| (*a - *b).abs() < 0.05);
+    for parameter in Parameter::ALL {
+        let told = |cell: &Cell| cell.std_errors[parameter as usize];
+        if design.cells.iter().all(|cell| told(cell).is_none()) {
+            continue;
+        }
+        let mut head = vec!["kind".to_owned(), "m/s".to_owned(), "shots".to_owned()];
+        head.extend(cuts.iter().map(|cut| format!("{}°", plain(*cut, 3))));
+        let mut rows = vec![head];
+        for (index, kind) in design.expected.kinds.iter().enumerate() {
+            let own: Vec<&Cell> = design.cells.iter().filter(|cell| cell.kind == index).collect();
+            if own.iter().all(|cell| told(cell).is_none()) {
+                continue;
+            }
+            let mut speeds: Vec<f64> = own.iter().map(|cell| cell.speed_m_s).collect();
+            speeds.dedup();
+            for speed in speeds {
+                let mut row = vec![kind.name.clone(), plain(speed, 3), kind.shots.to_string()];
+                row.extend(cuts.iter().map(|cut| {
+                    let at = |c: &&&Cell| c.speed_m_s == speed && (c.cut_deg - cut).abs() < 0.05;
+                    own.iter().find(at).map_or(String::new(), |cell| error(told(cell)))
+                }));
+                rows.push(row);
+            }
+        }
+        let _ = write!(
+            text,
+            "\nStandard error of {} ({}) by cut angle, from so many shots of one cut and speed alone\n{}",
+            parameter.symbol(),
+            parameter.meaning(),
+            aligned(&rows, "  ")
+        );
+    }
+}
+
+/// What a mixture is for.
+fn target(design: &Design, mixture: &Mixture) -> String {
+    let mut wanted = design.expected.wanted;
+    for (i, wanted) in wanted.iter_mut().enumerate() {
+        let meant = mixture.parameter.is_none_or(|p| p as usize == i);
+        *wanted = wanted.filter(|_| meant && mixture.std_errors[i].is_some());
+    }
+    wishes(&wanted)
+}
+
+/// `24 roll, 3 draw at 30° and 4 m/s`
+fn shots(design: &Design, mixture: &Mixture) -> String {
+    let name = |kind: usize| design.expected.kinds[kind].name.as_str();
+    let each = mixture.shots.iter().map(|(index, shots)| {
+        if mixture.of_cells {
+            let Cell { kind, speed_m_s, cut_deg, .. } = &design.cells[*index];
+            format!("{shots} {} at {}° and {} m/s", name(*kind), plain(*cut_deg, 3), plain(*speed_m_s, 3))
+        } else {
+            format!("{shots} {}", name(*index))
+        }
+    });
+    each.collect::<Vec<_>>().join(", ")
+}
+
+fn mixtures(design: &Design, text: &mut String) {
+    for (of_cells, title) in [
+        (false, "Fewest shots, of kinds spread over their speeds and cut angles"),
+        (true, "Fewest shots, of the best cut angles and speeds alone"),
+    ] {
+        let own: Vec<&Mixture> = design.mixtures.iter().filter(|m| m.of_cells == of_cells).collect();
+        if own.is_empty() {
+            continue;
+        }
+        let mut rows = vec![["for", "shots", "of which"].map(str::to_owned).to_vec()];
+        for mixture in own {
+            rows.push(vec![target(design, mixture), mixture.total().to_string(), shots(design, mixture)]);
+        }
+        let _ = write!(text, "\n{title}\n{}", aligned(&rows, "  "));
+    }
+}
+
+/// 15 significant digits; nothing where there is no number.
+fn cell(value: Option<f64>) -> String {
+    value.map_or(String::new(), |value| format!("{value:e}"))
+}
+
+/// One row per kind (without a cut angle and speed of its own) and per cell.
+#[must_use]
+pub fn csv(design: &Design) -> String {
+    let mut text = "kind,topspin,side,speed_m_s,cut_deg,shots".to_owned();
+    for what in ["sd", "sd_of_one"] {
+        for parameter in Parameter::ALL {
+            let _ = write!(text, ",{}_{what}", parameter.name());
+        }
+    }
+    text.push('\n');
+    let mut row = |kind: usize, at: Option<(f64, f64)>, information: &design::information::Information| {
+        let kind = &design.expected.kinds[kind];
+        let (speed, cut) = at.unzip();
+        let topspin = 0.5 * (kind.topspin[0] + kind.topspin[1]);
+        let shown = |value: Option<f64>| value.map_or(String::new(), |v| plain(v, 6));
+        let _ = write!(
+            text,
+            "{},{topspin},{},{},{},{}",
+            quoted(&kind.name),
+            kind.side,
+            shown(speed),
+            shown(cut),
+            kind.shots
+        );
+        for shots in [kind.shots as f64, 1.0] {
+            for error in design::information::std_errors(&(information * shots)) {
+                let _ = write!(text, ",{}", cell(error));
+            }
+        }
+        text.push('\n');
+    };
+    for (index, found) in design.kinds.iter().enumerate() {
+        row(index, None, &found.information);
+    }
+    for cell in &design.cells {
+        row(cell.kind, Some((cell.speed_m_s, cell.cut_deg)), &cell.information);
+    }
+    text
+}
+
+/// `{"mu": …, "mu_s": …, "e": …}`
+fn by_parameter<T: serde::Serialize>(values: &[T; 3]) -> Json {
+    let each = Parameter::ALL.into_iter().zip(values);
+    Json::Object(each.map(|(p, value)| (p.name().to_owned(), json!(value))).collect::<Map<_, _>>())
+}
+
+/// design.json as text.
+///
+/// # Errors
+/// None in practice: what is not finite becomes `null`.
+pub fn json(design: &Design) -> Result<String, ReportError> {
+    serde_json::to_string_pretty(&document(design))
+        .map(|text| text + "\n")
+        .map_err(|source| ReportError::Json { dataset: "the design".to_owned(), source })
+}
+
+/// What design.json holds; `null` for what is not told.
+#[must_use]
+pub fn document(design: &Design) -> Json {
+    let expected = &design.expected;
+    let camera = &expected.camera;
+    let kinds: Vec<Json> = expected
+        .kinds
+        .iter()
+        .zip(&design.kinds)
+        .map(|(kind, found)| {
+            json!({"name": kind.name, "topspin": kind.topspin, "side": kind.side,
+                   "spin_from": match kind.from {
+                       SpinFrom::Known => "known", SpinFrom::Motion => "motion", SpinFrom::Markers { .. } => "markers"},
+                   "spin_sd_rad_s": match kind.from { SpinFrom::Markers { sd } => Some(sd), _ => None },
+                   "speed_m_s": kind.speed_m_s, "cut_deg": kind.cut_deg, "shots": kind.shots,
+                   "std_error": by_parameter(&found.std_errors), "shots_needed": by_parameter(&found.needed),
+                   "shots_needed_for_all": found.needed_all, "gain_of_one_more": by_parameter(&found.gain),
+                   "unusable": found.unusable, "information_of_one": information(&found.information)})
+        })
+        .collect();
+    let name = |kind: usize| expected.kinds[kind].name.as_str();
+    let cells: Vec<Json> = design
+        .cells
+        .iter()
+        .map(|cell| {
+            json!({"kind": name(cell.kind), "speed_m_s": cell.speed_m_s, "cut_deg": cell.cut_deg,
+                   "shots": expected.kinds[cell.kind].shots, "std_error": by_parameter(&cell.std_errors),
+                   "information_of_one": information(&cell.information)})
+        })
+        .collect();
+    let mixture = |mixture: &Mixture| {
+        let shots: Vec<Json> = mixture
+            .shots
+            .iter()
+            .map(|(index, shots)| {
+                if mixture.of_cells {
+                    let cell = &design.cells[*index];
+                    json!({"kind": name(cell.kind), "speed_m_s": cell.speed_m_s, "cut_deg": cell.cut_deg, "shots": shots})
+                } else {
+                    json!({"kind": name(*index), "shots": shots})
+                }
+            })
+            .collect();
+        json!({"for": mixture.parameter.map_or("all", Parameter::name),
+               "of": if mixture.of_cells { "cells" } else { "kinds" },
+               "total": mixture.total(), "shots": shots, "std_error": by_parameter(&mixture.std_errors)})
+    };
+    let detectable = design.planned.std_errors.map(|e| e.map(|e| design::detectable() * e));
+    let c = &expected.coefficients;
+    json!({"version": env!("CARGO_PKG_VERSION"),
+           "expected": {"mu": c.mu, "mu_s": c.mu_s, "e": c.e},
+           "ball": {"radius_m": expected.ball.radius, "inertia": expected.ball.inertia},
+           "cloth": expected.cloth,
+           "camera": {"fps": camera.fps, "position_sd_mm": 1e3 * camera.position_sd_m,
+                      "before_ms": camera.before_ms, "after_ms": camera.after_ms},
+           "wanted": by_parameter(&expected.wanted),
+           "kinds": kinds, "cells": cells,
+           "together": {"shots": design.planned.shots, "std_error": by_parameter(&design.planned.std_errors),
+                        "detectable_difference": by_parameter(&detectable)},
+           "fewest_shots": design.mixtures.iter().map(mixture).collect::<Vec<_>>(),
+           "in_words": design.words, "notes": design.notes})
+}
+
+/// By mu, mu_s, e, mu_k, mu_r, row by row.
+fn information(information: &design::information::Information) -> Vec<Vec<f64>> {
+    information.row_iter().map(|row| row.iter().copied().collect()).collect()
+}
