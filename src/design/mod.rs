@@ -27,6 +27,9 @@ const CUT_STEP: f64 = 10.0;
 /// Beyond this ratio of speeds one between them is looked at, too.
 const WIDE: f64 = 1.5;
 
+/// From so many shots on, standard errors are as they are for many.
+const FEW: u64 = 10;
+
 /// What is expected of an experiment, and what is wanted of it.
 #[derive(Clone, Debug)]
 pub struct Expected {
@@ -120,7 +123,7 @@ impl Default for Expected {
                 kind("outside", [0.0; 2], -0.5),
                 kind("inside", [0.0; 2], 0.5),
             ],
-            wanted: [Some(0.001), Some(0.02), Some(0.001)],
+            wanted: [Some(3e-4), Some(5e-3), Some(3e-4)],
         }
     }
 }
@@ -258,6 +261,12 @@ pub fn design(expected: &Expected) -> Result<Design, NotACollision> {
         }
     }
     let mixtures = plan::mixtures(&expected, &kinds, &cells);
+    if mixtures.iter().any(|mixture| mixture.total() < FEW) {
+        notes.push(format!(
+            "With fewer than some {FEW} shots the standard errors are a rough guide: a straight line in the parameters no \
+             longer stands for the collision, and a single bad track counts for much."
+        ));
+    }
     let mut design =
         Design { expected: expected.clone(), kinds, cells, planned, mixtures, words: Vec::new(), notes };
     design.words = words::of(&design);

@@ -1,8 +1,203 @@
 //! What a design says, as a player would say it.
 
-use super::{Cell, Design};
+use super::information::std_errors;
+use super::{Cell, Design, Expected, PlayedKind};
+use crate::ball::{BallState, Vec3};
+use crate::collision::{Fidelity, Model, Regime};
+use crate::contact::cue_velocity;
 use crate::parameters::Parameter;
 
-pub(super) fn of(_design: &Design) -> Vec<String> {
-    Vec::new()
+/// Cut angles are as good as the best that take at most this many times the shots.
+const AS_GOOD: f64 = 2.0;
+
+/// Kinds are compared by this number of shots of each.
+const COMPARED: f64 = 40.0;
+
+pub(super) fn of(design: &Design) -> Vec<String> {
+    let mut lines = Vec::new();
+    for parameter in Parameter::ALL {
+        let told: Vec<Told> =
+            (0..design.cells.len()).filter_map(|index| Told::of(&design.cells[index], parameter)).collect();
+        let Some(best) = told.iter().min_by(|a, b| a.error.total_cmp(&b.error)) else { continue };
+        lines.push(best_shots(design, parameter, best, &told));
+        lines.extend(other_kinds(design, parameter, best, &told));
+        lines.extend(silence(design, parameter, &told));
+    }
+    lines.extend(all_wanted(design));
+    lines
+}
+
+/// A cell that tells a parameter, with the standard error that [`COMPARED`] shots give.
+#[derive(Clone, Copy)]
+struct Told<'a> {
+    cell: &'a Cell,
+    error: f64,
+}
+
+impl<'a> Told<'a> {
+    fn of(cell: &'a Cell, parameter: Parameter) -> Option<Self> {
+        let error = std_errors(&(cell.information * COMPARED))[parameter as usize]?;
+        Some(Self { cell, error })
+    }
+
+    /// How many times the shots of another it takes.
+    fn times(&self, other: &Told) -> f64 {
+        (self.error / other.error).powi(2)
+    }
+}
+
+/// `3`, `1.4`, `120`
+fn times(ratio: f64) -> String {
+    if ratio < 9.5 { two_digits(ratio) } else { format!("{ratio:.0}") }
+}
+
+/// Without trailing zeros.
+fn two_digits(value: f64) -> String {
+    let text = format!("{value:.1}");
+    text.strip_suffix(".0").map_or_else(|| text.clone(), str::to_owned)
+}
+
+/// A standard error to two digits.
+fn short(error: f64) -> String {
+    let decimals = (1.0 - error.log10().floor()).clamp(0.0, 12.0) as usize;
+    format!("{error:.decimals$}")
+}
+
+fn best_shots(design: &Design, parameter: Parameter, best: &Told, told: &[Told]) -> String {
+    let Cell { kind, speed_m_s, cut_deg, .. } = *best.cell;
+    let name = &design.expected.kinds[kind].name;
+    let mut line = format!(
+        "{} ({}) is told best by \"{name}\" at a cut of {}° and {} m/s: {COMPARED} such shots give ± {}.",
+        parameter.symbol(),
+        parameter.meaning(),
+        two_digits(cut_deg),
+        two_digits(speed_m_s),
+        short(best.error)
+    );
+    let of_speed = |t: &&Told| t.cell.kind == kind && t.cell.speed_m_s == speed_m_s;
+    let row: Vec<&Told> = told.iter().filter(of_speed).collect();
+    if let Some(at) = row.iter().position(|t| t.cell.cut_deg == cut_deg) {
+        let good = |t: &&&Told| t.times(best) <= AS_GOOD;
+        let above = row[at..].iter().take_while(good).last().map_or(cut_deg, |t| t.cell.cut_deg);
+        let below = row[..=at].iter().rev().take_while(good).last().map_or(cut_deg, |t| t.cell.cut_deg);
+        if below < above {
+            line += &format!(
+                " From {}° to {}° it takes at most {} times as many.",
+                two_digits(below),
+                two_digits(above),
+                times(AS_GOOD)
+            );
+        }
+    }
+    let of_cut = |t: &&Told| t.cell.kind == kind && t.cell.cut_deg == cut_deg;
+    let worst = told.iter().filter(of_cut).max_by(|a, b| a.error.total_cmp(&b.error));
+    if let Some(worst) = worst.filter(|worst| worst.times(best) > AS_GOOD) {
+        line += &format!(
+            " At {} m/s it takes {} times as many.",
+            two_digits(worst.cell.speed_m_s),
+            times(worst.times(best))
+        );
+    }
+    line
+}
+
+/// The others at their best, by how many times the shots they take.
+fn other_kinds(design: &Design, parameter: Parameter, best: &Told, told: &[Told]) -> Option<String> {
+    let mut others: Vec<&Told> = (0..design.expected.kinds.len())
+        .filter(|kind| *kind != best.cell.kind)
+        .filter_map(|kind| {
+            let own = told.iter().filter(|t| t.cell.kind == kind);
+            own.min_by(|a, b| a.error.total_cmp(&b.error))
+        })
+        .collect();
+    others.sort_by(|a, b| a.error.total_cmp(&b.error));
+    let each = others.iter().map(|t| {
+        format!(
+            "\"{}\" {} (at {}° and {} m/s)",
+            design.expected.kinds[t.cell.kind].name,
+            times(t.times(best)),
+            two_digits(t.cell.cut_deg),
+            two_digits(t.cell.speed_m_s)
+        )
+    });
+    let each: Vec<String> = each.collect();
+    (!each.is_empty()).then(|| {
+        format!(
+            "  For the same {}, times as many shots at their best: {}.",
+            parameter.symbol(),
+            each.join(", ")
+        )
+    })
+}
+
+/// Which shots by themselves say nothing of it, and why where that can be seen.
+fn silence(design: &Design, parameter: Parameter, told: &[Told]) -> Option<String> {
+    let expected = &design.expected;
+    let mut parts: Vec<String> = Vec::new();
+    for (index, kind) in expected.kinds.iter().enumerate() {
+        let speaks = |cell: &Cell| told.iter().any(|t| std::ptr::eq(t.cell, cell));
+        let own = || design.cells.iter().filter(|cell| cell.kind == index);
+        let silent: Vec<&Cell> = own().filter(|cell| !speaks(cell)).collect();
+        if silent.is_empty() {
+            continue;
+        }
+        let mut cuts: Vec<f64> = silent.iter().map(|cell| cell.cut_deg).collect();
+        cuts.sort_by(f64::total_cmp);
+        cuts.dedup();
+        let all = silent.len() == own().count();
+        let which = match cuts[..] {
+            _ if all => String::new(),
+            [one] => format!(" at {}°", two_digits(one)),
+            [first, .., last] => format!(" at {}° to {}°", two_digits(first), two_digits(last)),
+            [] => continue,
+        };
+        let why = if parameter == Parameter::MuS && kind.topspin[1] <= 0.0 {
+            " (without topspin nothing presses the object ball into the cloth)"
+        } else if parameter == Parameter::Mu && silent.iter().all(|cell| sticks(expected, kind, cell)) {
+            " (the balls stick together before they part)"
+        } else {
+            ""
+        };
+        let name = format!("\"{}\"{which}", kind.name);
+        // a reason that several share is given once, behind the last
+        match parts.last_mut().filter(|last| !why.is_empty() && last.ends_with(why)) {
+            Some(last) => {
+                last.truncate(last.len() - why.len());
+                *last += &format!(", {name}{why}");
+            }
+            None => parts.push(format!("{name}{why}")),
+        }
+    }
+    (!parts.is_empty())
+        .then(|| format!("  By themselves say nothing of {}: {}.", parameter.symbol(), parts.join(", ")))
+}
+
+/// Whether the slip between the balls ends before they part.
+fn sticks(expected: &Expected, kind: &PlayedKind, cell: &Cell) -> bool {
+    let velocity = cue_velocity(cell.speed_m_s, cell.cut_deg.to_radians());
+    let rolling = BallState::natural_roll(velocity, expected.ball.radius).spin;
+    let topspin = 0.5 * (kind.topspin[0] + kind.topspin[1]);
+    let spin = topspin * rolling + Vec3::z() * (kind.side * rolling.norm());
+    let model = Model::new(Fidelity::Full, expected.ball);
+    let outcome = model.collide(&BallState { velocity, spin }, &expected.coefficients);
+    outcome.is_ok_and(|outcome| outcome.regime == Regime::Stick)
+}
+
+/// The best single kind against the best mixture.
+fn all_wanted(design: &Design) -> Option<String> {
+    let mixture = design.mixtures.iter().find(|m| m.parameter.is_none() && !m.of_cells)?;
+    let name = |kind: usize| design.expected.kinds[kind].name.as_str();
+    let of: Vec<String> =
+        mixture.shots.iter().map(|(kind, shots)| format!("{shots} of \"{}\"", name(*kind))).collect();
+    let mut line =
+        format!("All that is wanted takes {} shots at the least: {}.", mixture.total(), of.join(", "));
+    let single = design.kinds.iter().enumerate().filter_map(|(i, kind)| Some((kind.needed_all?, i)));
+    match single.min() {
+        Some((shots, kind)) if shots > mixture.total() => {
+            line += &format!(" With one kind alone: {shots} of \"{}\".", name(kind));
+        }
+        None => line += " No kind alone tells all of it.",
+        Some(_) => {}
+    }
+    Some(line)
 }

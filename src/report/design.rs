@@ -4,11 +4,11 @@ use std::fmt::Write as _;
 
 use serde_json::{Map, Value as Json, json};
 
+use super::ReportError;
 use super::csv::quoted;
 use super::number::plain;
 use super::plot::design as plot;
 use super::table::aligned;
-use super::{ReportError, number};
 use crate::design::{self, Cell, Design, Mixture, SpinFrom};
 use crate::parameters::Parameter;
 
@@ -24,7 +24,7 @@ pub fn files(design: &Design) -> Result<Vec<(&'static str, Vec<u8>)>, ReportErro
 
 /// A standard error, or – for what is not told.
 fn error(value: Option<f64>) -> String {
-    value.map_or("–".to_owned(), |value| number::plain(value, 2))
+    value.map_or("–".to_owned(), |value| plain(value, 2))
 }
 
 fn count(value: Option<u64>) -> String {
@@ -78,18 +78,18 @@ pub fn text(design: &Design) -> String {
     for note in &design.notes {
         let _ = writeln!(text, "\nNote: {note}");
     }
+    text.push_str(
+        "\nNote: these are errors of chance. A scale, a radius, a frame rate or a spin that is wrong adds its own, however many \
+         the shots.\n",
+    );
     text
 }
 
 fn kinds(design: &Design, text: &mut String) {
+    let symbols = Parameter::ALL.map(Parameter::symbol);
     let mut head: Vec<String> =
         ["kind", "topspin", "side", "spin", "m/s", "cut, °", "shots"].map(str::to_owned).to_vec();
-    let symbols = Parameter::ALL.map(Parameter::symbol);
     head.extend(symbols.map(|symbol| format!("± {symbol}")));
-    let wanted: Vec<usize> = (0..3).filter(|i| design.expected.wanted[*i].is_some()).collect();
-    head.extend(wanted.iter().map(|i| format!("for {}", symbols[*i])));
-    head.push("for all".to_owned());
-    head.extend(symbols.map(|symbol| format!("+1: {symbol}")));
     let mut rows = vec![head];
     for (kind, found) in design.expected.kinds.iter().zip(&design.kinds) {
         let mut row = vec![
@@ -102,9 +102,6 @@ fn kinds(design: &Design, text: &mut String) {
             kind.shots.to_string(),
         ];
         row.extend(found.std_errors.map(error));
-        row.extend(wanted.iter().map(|i| count(found.needed[*i])));
-        row.push(count(found.needed_all));
-        row.extend(found.gain.map(|gain| gain.map_or("–".to_owned(), |g| format!("{:.2} %", 100.0 * g))));
         rows.push(row);
     }
     let planned = &design.planned;
@@ -112,17 +109,12 @@ fn kinds(design: &Design, text: &mut String) {
     row.extend(std::iter::repeat_n(String::new(), 5));
     row.push(planned.shots.to_string());
     row.extend(planned.std_errors.map(error));
-    row.extend(std::iter::repeat_n(String::new(), wanted.len() + 4));
     rows.push(row);
     let _ = write!(
         text,
-        "\nKinds of shots, spread evenly over their speeds and cut angles\n{}",
+        "\nWhat so many shots of a kind tell, spread evenly over its speeds and cut angles\n{}  \
+         topspin, side: in parts of the natural roll's; spin: how it is known; ±: standard error; –: not told\n",
         aligned(&rows, "  ")
-    );
-    text.push_str(
-        "  topspin, side: in parts of the natural roll's; spin: how it is known; ±: standard error that these shots alone \
-         give; for: shots of\n  this kind alone that reach what is wanted; +1: by how much one more such shot narrows the \
-         standard error of all together;\n  –: they do not tell it\n",
     );
     let seen = planned.std_errors.map(|e| e.map(|e| design::detectable() * e));
     let each = Parameter::ALL.into_iter().zip(seen);
@@ -135,6 +127,25 @@ fn kinds(design: &Design, text: &mut String) {
             each.join(", ")
         );
     }
+    let wanted: Vec<usize> = (0..3).filter(|i| design.expected.wanted[*i].is_some()).collect();
+    let mut head = vec!["kind".to_owned()];
+    head.extend(wanted.iter().map(|i| format!("for {}", symbols[*i])));
+    head.push("for all".to_owned());
+    head.extend(symbols.map(|symbol| format!("one more: {symbol}")));
+    let mut rows = vec![head];
+    for (kind, found) in design.expected.kinds.iter().zip(&design.kinds) {
+        let mut row = vec![kind.name.clone()];
+        row.extend(wanted.iter().map(|i| count(found.needed[*i])));
+        row.push(count(found.needed_all));
+        row.extend(found.gain.map(|gain| gain.map_or("–".to_owned(), |g| format!("{:.2} %", 100.0 * g))));
+        rows.push(row);
+    }
+    let _ = write!(
+        text,
+        "\nShots of one kind alone that reach what is wanted\n{}  one more: by how much one more such shot narrows the \
+         standard error of all together\n",
+        aligned(&rows, "  ")
+    );
 }
 
 /// One small table for each parameter: rows are kinds and speeds, columns cut angles.

@@ -122,7 +122,7 @@ impl Axis {
             });
             all.filter(|(place, ..)| inside(place)).collect::<Vec<_>>()
         };
-        let sets: [&[i32]; 4] = [&[1, 2, 3, 4, 5, 6, 7, 8, 9], &[1, 2, 5], &[1, 3], &[1]];
+        let sets: [&[i32]; 5] = [&[1, 2, 3, 4, 5, 6, 7, 8, 9], &[1, 2, 3, 5, 7], &[1, 2, 5], &[1, 3], &[1]];
         let few = sets.into_iter().map(with).find(|ticks| ticks.len() <= count + 1);
         let ticks = few.unwrap_or_else(|| {
             let all = with(&[1]);
@@ -182,7 +182,7 @@ mod tests {
             let axis = Axis::logarithmic("x", [low, high]);
             axis.ticks(6).into_iter().map(|(_, label)| label).collect::<Vec<_>>()
         };
-        assert_eq!(labels(0.001, 0.01), ["0.001", "0.002", "0.005", "0.01"]);
+        assert_eq!(labels(0.001, 0.01), ["0.001", "0.002", "0.003", "0.005", "0.007", "0.01"]);
         assert_eq!(labels(0.0003, 0.02), ["0.0003", "0.001", "0.003", "0.01"]);
         assert_eq!(labels(1e-7, 1e-3), ["1e−7", "1e−6", "0.00001", "0.0001", "0.001"]);
         assert_eq!(labels(1.0, 200.0), ["1", "3", "10", "30", "100"]);

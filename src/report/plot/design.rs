@@ -4,7 +4,7 @@
 use plotters::prelude::*;
 
 use super::axis::Axis;
-use super::canvas::{Anchor, Canvas, INK, LARGE, SMALL, width};
+use super::canvas::{Anchor, Canvas, GREY, INK, LARGE, SMALL, width};
 use super::frame::{Frame, Rect, message};
 use super::series::{color, marker};
 use super::{MARGIN, WIDTH, encoded};
@@ -16,7 +16,7 @@ use crate::report::number::plain;
 /// Height of a row of panels and of a line of the legend, pixels.
 const PANEL: i32 = 380;
 const LINE: i32 = 26;
-const HEAD: i32 = 62;
+const HEAD: i32 = 88;
 
 /// Standard errors this many times the least of a parameter tell nothing worth drawing.
 const WORST: f64 = 1e3;
@@ -111,6 +111,8 @@ impl<'a> Layout<'a> {
         let canvas = Canvas::new(area)?;
         let title = "Standard errors that shots of one cut angle and speed give";
         canvas.text(title, (MARGIN, 34), Anchor::Left, LARGE, INK)?;
+        let remark = "Without a point: such shots by themselves do not tell it.";
+        canvas.text(remark, (MARGIN, 66), Anchor::Left, SMALL, GREY)?;
         for (kind, (text, x, line)) in self.legend.iter().enumerate() {
             let (x, y) = (MARGIN + x, HEAD + 8 + LINE * line);
             marker(&canvas, (x + 8, y), kind, 1.0)?;
