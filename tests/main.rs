@@ -5,6 +5,7 @@ mod batch;
 mod cli;
 mod collisions;
 mod compare;
+mod design;
 mod discs;
 mod effects;
 mod extraction;

@@ -17,7 +17,7 @@ use crate::collision::{Coefficients, NotACollision};
 use crate::impact::MOST_FRAMES;
 use crate::parameters::Parameter;
 use crate::synth::{Camera, ClothSpec};
-use information::Information;
+use information::{Average, Information};
 
 pub use plan::Mixture;
 
@@ -139,7 +139,7 @@ pub struct OfKind {
     pub std_errors: [Option<f64>; 3],
     /// Shots of this kind alone that reach what is wanted of each.
     pub needed: [Option<u64>; 3],
-    /// And of all that is wanted.
+    /// And of all that is wanted, but for what no kind of the design tells.
     pub needed_all: Option<u64>,
     /// By what part the standard errors of all planned shots fall with one more of this kind.
     pub gain: [Option<f64>; 3],
@@ -205,59 +205,58 @@ pub fn design(expected: &Expected) -> Result<Design, NotACollision> {
         camera.before_ms = camera.before_ms.min(longest);
         camera.after_ms = camera.after_ms.min(longest);
     }
-    let mut kinds = Vec::new();
-    let mut cells = Vec::new();
-    for (index, kind) in expected.kinds.iter().enumerate() {
-        let found = information::of_kind(&expected, kind)?;
-        let shots = kind.shots as f64;
-        let needed = std::array::from_fn(|i| {
-            let mut wanted = [None; 3];
-            wanted[i] = expected.wanted[i];
-            plan::needed(&found.information, &wanted)
-        });
-        if found.unusable > 0.0 {
-            notes.push(format!(
-                "{}: {:.0} % of the shots are too short on film to tell even their own motion.",
-                kind.name,
-                100.0 * found.unusable
-            ));
-        }
-        kinds.push(OfKind {
-            information: found.information,
-            unusable: found.unusable,
-            std_errors: information::std_errors(&(found.information * shots)),
-            needed,
-            needed_all: plan::needed(&found.information, &expected.wanted),
-            gain: [None; 3],
-        });
-        for speed_m_s in speeds(kind.speed_m_s) {
-            for cut_deg in cuts(kind) {
-                let information = information::of_cell(&expected, kind, speed_m_s, cut_deg)?.information;
-                let std_errors = information::std_errors(&(information * shots));
-                cells.push(Cell { kind: index, speed_m_s, cut_deg, information, std_errors });
-            }
-        }
-    }
-    let together = |kinds: &[OfKind]| {
-        let own = kinds.iter().zip(&expected.kinds);
-        own.map(|(found, kind)| found.information * kind.shots as f64).sum::<Information>()
-    };
-    let total = together(&kinds);
-    let covariance = information::covariance(&total);
-    for found in &mut kinds {
-        // d ln σ_j/dn = −½ (V I V)_jj/V_jj
-        let change = covariance * found.information * covariance;
-        found.gain = std::array::from_fn(|j| {
-            Some(0.5 * change[(j, j)] / covariance[(j, j)]).filter(|gain| gain.is_finite())
-        });
-    }
+    let averages: Vec<Average> =
+        expected.kinds.iter().map(|kind| information::of_kind(&expected, kind)).collect::<Result<_, _>>()?;
+    let own = averages.iter().zip(&expected.kinds);
+    let total: Information = own.map(|(average, kind)| average.information * kind.shots as f64).sum();
     let planned = Planned {
         shots: expected.kinds.iter().map(|kind| kind.shots).sum(),
         std_errors: information::std_errors(&total),
     };
+    let mut told = expected.wanted;
     for parameter in Parameter::ALL {
-        if expected.wanted[parameter as usize].is_some() && planned.std_errors[parameter as usize].is_none() {
+        let i = parameter as usize;
+        if told[i].is_some() && planned.std_errors[i].is_none() {
             notes.push(format!("No kind of shot offered tells {}.", parameter.symbol()));
+            told[i] = None;
+        }
+    }
+    // a parameter that nothing tells takes no part in the others' errors
+    let covariance = information::covariance(&total).map(|value| if value.is_nan() { 0.0 } else { value });
+    let of_kind = |(average, kind): (&Average, &PlayedKind)| {
+        let information = average.information;
+        // d ln σ_j/dn = −½ (V I V)_jj/V_jj
+        let change = covariance * information * covariance;
+        OfKind {
+            information,
+            unusable: average.unusable,
+            std_errors: information::std_errors(&(information * kind.shots as f64)),
+            needed: std::array::from_fn(|i| {
+                plan::needed(&information, &std::array::from_fn(|j| expected.wanted[j].filter(|_| i == j)))
+            }),
+            needed_all: plan::needed(&information, &told),
+            gain: std::array::from_fn(|j| {
+                Some(0.5 * change[(j, j)] / covariance[(j, j)]).filter(|gain| gain.is_finite())
+            }),
+        }
+    };
+    let kinds: Vec<OfKind> = averages.iter().zip(&expected.kinds).map(of_kind).collect();
+    let mut cells = Vec::new();
+    for (index, kind) in expected.kinds.iter().enumerate() {
+        let unusable = kinds[index].unusable;
+        if unusable > 0.0 {
+            notes.push(format!(
+                "{}: {:.0} % of the shots are too short on film to tell even their own motion.",
+                kind.name,
+                100.0 * unusable
+            ));
+        }
+        for speed_m_s in speeds(kind.speed_m_s) {
+            for cut_deg in cuts(kind) {
+                let information = information::of_cell(&expected, kind, speed_m_s, cut_deg)?.information;
+                let std_errors = information::std_errors(&(information * kind.shots as f64));
+                cells.push(Cell { kind: index, speed_m_s, cut_deg, information, std_errors });
+            }
         }
     }
     let mixtures = plan::mixtures(&expected, &kinds, &cells);

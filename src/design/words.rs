@@ -18,7 +18,15 @@ pub(super) fn of(design: &Design) -> Vec<String> {
     for parameter in Parameter::ALL {
         let told: Vec<Told> =
             (0..design.cells.len()).filter_map(|index| Told::of(&design.cells[index], parameter)).collect();
-        let Some(best) = told.iter().min_by(|a, b| a.error.total_cmp(&b.error)) else { continue };
+        let Some(best) = told.iter().min_by(|a, b| a.error.total_cmp(&b.error)) else {
+            lines.push(format!(
+                "{} ({}) is told by none of these shots at one cut angle and speed.",
+                parameter.symbol(),
+                parameter.meaning()
+            ));
+            lines.extend(silence(design, parameter, &told));
+            continue;
+        };
         lines.push(best_shots(design, parameter, best, &told));
         lines.extend(other_kinds(design, parameter, best, &told));
         lines.extend(silence(design, parameter, &told));
@@ -189,8 +197,10 @@ fn all_wanted(design: &Design) -> Option<String> {
     let name = |kind: usize| design.expected.kinds[kind].name.as_str();
     let of: Vec<String> =
         mixture.shots.iter().map(|(kind, shots)| format!("{shots} of \"{}\"", name(*kind))).collect();
-    let mut line =
-        format!("All that is wanted takes {} shots at the least: {}.", mixture.total(), of.join(", "));
+    let untold = design.expected.wanted.iter().zip(&design.planned.std_errors);
+    let untold = untold.filter(|(wanted, error)| wanted.is_some() && error.is_none()).count();
+    let what = if untold == 0 { "All that is wanted" } else { "What they tell of what is wanted" };
+    let mut line = format!("{what} takes {} shots at the least: {}.", mixture.total(), of.join(", "));
     let single = design.kinds.iter().enumerate().filter_map(|(i, kind)| Some((kind.needed_all?, i)));
     match single.min() {
         Some((shots, kind)) if shots > mixture.total() => {

