@@ -203,9 +203,8 @@ fn plans_reach_what_is_wanted_and_not_with_a_shot_less() {
     }
     assert_eq!(found.mixtures.len(), 8);
     for mixture in &found.mixtures {
-        let of = |index: usize| match mixture.of_cells {
-            true => found.cells[index].information,
-            false => found.kinds[index].information,
+        let of = |index: usize| {
+            if mixture.of_cells { found.cells[index].information } else { found.kinds[index].information }
         };
         let sum = |shots: &[(usize, u64)]| -> information::Information {
             shots.iter().map(|(index, n)| of(*index) * *n as f64).sum()

@@ -309,7 +309,7 @@ mod tests {
 
     #[test]
     fn mirror_images_are_looked_at_once() {
-        let kind = |cut_deg, side| PlayedKind { cut_deg, side, ..PlayedKind::default() };
+        let kind = |cut_deg, side| PlayedKind { side, cut_deg, ..PlayedKind::default() };
         assert_eq!(cuts(&kind([-30.0, 20.0], 0.0)), [0.0, 10.0, 20.0, 30.0]);
         assert_eq!(cuts(&kind([-30.0, -10.0], 0.0)), [10.0, 20.0, 30.0]);
         assert_eq!(cuts(&kind([-10.0, 10.0], 0.5)), [-10.0, 0.0, 10.0]);

@@ -280,7 +280,7 @@ impl RawKind {
                 let Some(given) = given else { return default };
                 let [from, to] = *given.as_ref();
                 if !(from <= to && good([from, to])) {
-                    check.wrong(given, format!("{what}"));
+                    check.wrong(given, what.to_owned());
                 }
                 [from, to]
             };
