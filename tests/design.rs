@@ -65,11 +65,14 @@ fn filmed(expected: &Expected, kinds: &[Both], seed: u64) -> Vec<TrackShot> {
     shots
 }
 
-fn fitted(shots: Vec<TrackShot>, depth: Depth) -> Fit {
+/// Fits in two stages and jointly.
+fn fitted(shots: Vec<TrackShot>, depth: Depth) -> [Fit; 2] {
     let (dataset, extracted, scene) = footage::with_impacts(dataset(shots), &|| ());
     let films = footage::films(&extracted, &scene, usize::MAX);
-    let options = Options { method: Method::Joint, depth, ..Options::default() };
-    fit::fit_watched(&dataset, &films, &options, &|| ()).unwrap().remove(0)
+    [Method::TwoStage, Method::Joint].map(|method| {
+        let options = Options { method, depth, ..Options::default() };
+        fit::fit_watched(&dataset, &films, &options, &|| ()).unwrap().remove(0)
+    })
 }
 
 fn designed(kinds: &[Both]) -> Design {
@@ -94,7 +97,7 @@ fn predictions_are_the_bounds_of_fits_of_such_shots() {
         ),
     ] {
         let found = designed(&kinds);
-        let fit = fitted(filmed(&found.expected, &kinds, 40), Depth::Everything);
+        let [_, fit] = fitted(filmed(&found.expected, &kinds, 40), Depth::Everything);
         let bound = fit.diagnostics.bound.as_ref().unwrap();
         let told = found.planned.std_errors.iter().flatten().count();
         assert_eq!(told, bound.std_errors.len(), "{what}");
@@ -122,25 +125,31 @@ fn estimates_scatter_as_predicted() {
     ];
     let found = designed(&kinds);
     let truth = found.expected.coefficients;
-    let mut square = [0.0; 3];
+    let mut squares = [[0.0; 3]; 2];
     for seed in 0..sets {
-        let fit = fitted(filmed(&found.expected, &kinds, 5000 + seed as u64), Depth::Estimates);
-        for (i, truth) in [truth.mu, truth.mu_s, truth.e].into_iter().enumerate() {
-            square[i] += (fit.estimates[i].value - truth).powi(2);
+        let fits = fitted(filmed(&found.expected, &kinds, 5000 + seed as u64), Depth::Estimates);
+        for (square, fit) in squares.iter_mut().zip(fits) {
+            for (i, truth) in [truth.mu, truth.mu_s, truth.e].into_iter().enumerate() {
+                square[i] += (fit.estimates[i].value - truth).powi(2);
+            }
         }
     }
     let n = sets as f64;
     let most = WITHIN.max(SCATTERS / (2.0 * n).sqrt());
-    for parameter in Parameter::ALL {
-        let predicted = found.planned.std_errors[parameter as usize].unwrap();
-        let realised = (square[parameter as usize] / n).sqrt();
-        let ratio = realised / predicted;
-        println!(
-            "{}: predicted {predicted:.6}, realised {realised:.6} in {sets} sets, ratio {ratio:.3} ± {:.3}",
-            parameter.symbol(),
-            1.0 / (2.0 * n).sqrt()
-        );
-        assert!((ratio - 1.0).abs() < most, "{}: {ratio}", parameter.name());
+    for (method, square) in ["two stages", "joint"].into_iter().zip(squares) {
+        for parameter in Parameter::ALL {
+            let predicted = found.planned.std_errors[parameter as usize].unwrap();
+            let realised = (square[parameter as usize] / n).sqrt();
+            let ratio = realised / predicted;
+            println!(
+                "{method}, {}: predicted {predicted:.6}, realised {realised:.6} in {sets} sets, ratio {ratio:.3} ± {:.3}",
+                parameter.symbol(),
+                1.0 / (2.0 * n).sqrt()
+            );
+            // two stages also use what the collision model says of the lift, which is no position
+            let better = ratio < 1.0 && method == "two stages";
+            assert!(better || (ratio - 1.0).abs() < most, "{method}, {}: {ratio}", parameter.name());
+        }
     }
 }
 

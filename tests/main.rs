@@ -26,3 +26,4 @@ mod shipped;
 mod statistics;
 mod tracks;
 mod unusable;
+mod variables;
