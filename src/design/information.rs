@@ -25,6 +25,9 @@ const PHASES: usize = 16;
 /// the largest singular value, squared.
 const ROUNDING: f64 = 1e-10;
 
+/// All parameters are between 0 and 1: what would leave one open by a million even if all others were known is rounding.
+const LEAST: f64 = 1e-12;
+
 /// A parameter that has more than this in an undetermined direction is undetermined.
 const SHARE: f64 = 1e-6;
 
@@ -130,11 +133,13 @@ fn film(
         SpinFrom::Known if kind.side == 0.0 && topspin == 1.0 => Spin::NaturalRoll,
         SpinFrom::Known if kind.side == 0.0 && topspin == 0.0 => Spin::Stun,
         SpinFrom::Known => Spin::Measured { spin, sd: [None; 3] },
-        SpinFrom::Markers { sd } => Spin::Measured { spin, sd: [Some(sd); 3] },
+        SpinFrom::Markers { sd: [cue, _] } => Spin::Measured { spin, sd: [Some(cue); 3] },
         SpinFrom::Motion => Spin::Unknown,
     };
     let after = match kind.from {
-        SpinFrom::Markers { sd } => Some(([truth.cue_after.spin, truth.object_after.spin], sd)),
+        SpinFrom::Markers { sd: [cue, object] } => {
+            Some([(truth.cue_after.spin, cue), (truth.object_after.spin, object)])
+        }
         _ => None,
     };
     // the line of centres is the table's x axis
@@ -159,15 +164,17 @@ pub fn prior() -> Information {
 pub fn root(information: &Information) -> DMatrix<f64> {
     let (scale, eigen) = scaled(information);
     DMatrix::from_fn(SHARED, SHARED, |i, j| {
-        eigen.eigenvalues[i].max(0.0).sqrt() * eigen.eigenvectors[(j, i)] / scale[j]
+        let told = eigen.eigenvalues[i].max(0.0).sqrt() * eigen.eigenvectors[(j, i)];
+        if scale[j] > 0.0 { told / scale[j] } else { 0.0 }
     })
 }
 
-/// The information scaled to a diagonal of 1 as eigenvalues and -vectors, and the scales.
+/// The information scaled to a diagonal of 1 as eigenvalues and -vectors, and the scales; both 0 for a parameter that is
+/// not told.
 fn scaled(information: &Information) -> ([f64; SHARED], SymmetricEigen<f64, nalgebra::Const<SHARED>>) {
     let scale: [f64; SHARED] = std::array::from_fn(|i| {
         let own = information[(i, i)];
-        if own > 0.0 { own.sqrt().recip() } else { 1.0 }
+        if own > LEAST { own.sqrt().recip() } else { 0.0 }
     });
     let matrix = Information::from_fn(|i, j| scale[i] * information[(i, j)] * scale[j]);
     (scale, matrix.symmetric_eigen())
@@ -221,6 +228,11 @@ mod tests {
         }
         let [mu, mu_s, e] = std_errors(&information);
         assert!(mu.is_none() && mu_s.is_none() && e.is_some());
+        // a rounding error is no information
+        information = Information::zeros();
+        (information[(0, 0)], information[(1, 1)]) = (1e6, 1e-100);
+        assert!(std_errors(&information)[0].is_some() && std_errors(&information)[1].is_none());
+        assert_eq!(root(&information)[(1, 1)], 0.0);
     }
 
     #[test]

@@ -65,8 +65,9 @@ pub enum SpinFrom {
     Known,
     /// Found from the paths of the balls, for a ball struck without side.
     Motion,
-    /// Markers show it before and after the impact, each component to this, rad/s.
-    Markers { sd: f64 },
+    /// Markers show it before and after the impact, each component of the cue ball's and of the object ball's spin to
+    /// these, rad/s.
+    Markers { sd: [f64; 2] },
 }
 
 impl PlayedKind {
@@ -74,7 +75,7 @@ impl PlayedKind {
     const DRAW: [f64; 2] = [-1.0, -0.3];
 
     /// Roll and stun are played as such; other spins are looked for.
-    fn usual(topspin: [f64; 2], side: f64, sd: f64) -> SpinFrom {
+    fn usual(topspin: [f64; 2], side: f64, sd: [f64; 2]) -> SpinFrom {
         if side != 0.0 {
             SpinFrom::Markers { sd }
         } else if topspin == [1.0; 2] || topspin == [0.0; 2] {
@@ -108,7 +109,7 @@ impl Default for Expected {
             name: name.to_owned(),
             topspin,
             side,
-            from: PlayedKind::usual(topspin, side, spec::MARKERS_SD),
+            from: PlayedKind::usual(topspin, side, spec::markers_sd(&Camera::default())),
             ..PlayedKind::default()
         };
         Self {

@@ -13,8 +13,14 @@ use crate::dataset::manifest::{self, Source};
 use crate::parameters::Parameter;
 use crate::synth::{Camera, ClothSpec};
 
-/// A marker's spin is known to about this, rad/s: two markers, 1000 fps, 0.1 mm.
-pub(super) const MARKERS_SD: f64 = 0.3;
+/// Two markers on each ball show a component of the cue ball's and of the object ball's spin to this, rad/s, at 1000 fps and
+/// 0.1 mm: 40 draw shots at 2 m/s, the mean of 1/variance, to which those whose markers sit well add most.
+const MARKERS_SD: [f64; 2] = [0.13, 0.09];
+
+/// The same with another camera.
+pub(super) fn markers_sd(camera: &Camera) -> [f64; 2] {
+    MARKERS_SD.map(|sd| sd * camera.position_sd_m / 1e-4 * (1000.0 / camera.fps).sqrt())
+}
 
 /// The more shots of a kind, the more nearly the mean holds; beyond these a number is a slip of the pen.
 const MOST_SHOTS: i64 = 1_000_000;
@@ -98,7 +104,7 @@ struct RawKind {
     topspin: Option<Spanned<f64>>,
     side: Option<Spanned<f64>>,
     spin_from: Option<Spanned<From>>,
-    spin_sd_rad_s: Option<Spanned<f64>>,
+    spin_sd_rad_s: Option<Spanned<[f64; 2]>>,
     speed_m_s: Option<Spanned<[f64; 2]>>,
     cut_deg: Option<Spanned<[f64; 2]>>,
     shots: Option<Spanned<i64>>,
@@ -178,7 +184,7 @@ impl RawSpec {
         }
         let mut kinds: Vec<PlayedKind> = Vec::new();
         for raw in &self.kind {
-            let kind = raw.as_ref().check(&mut check);
+            let kind = raw.as_ref().check(&mut check, &camera);
             if kinds.iter().any(|known| known.name == kind.name) {
                 check.wrong(
                     &raw.as_ref().name,
@@ -235,7 +241,7 @@ impl RawCamera {
 }
 
 impl RawKind {
-    fn check(&self, check: &mut Check) -> PlayedKind {
+    fn check(&self, check: &mut Check, camera: &Camera) -> PlayedKind {
         let name = self.name.as_ref().trim().to_owned();
         if name.is_empty() {
             check.wrong(&self.name, "name is empty; expected one that the tables can show".to_owned());
@@ -261,7 +267,15 @@ impl RawKind {
             }
         };
         let side = check.number(self.side.as_ref(), "side", 0.0, spins);
-        let sd = check.number(self.spin_sd_rad_s.as_ref(), "spin_sd_rad_s", MARKERS_SD, POSITIVE);
+        let sd = self.spin_sd_rad_s.as_ref().map_or(markers_sd(camera), |given| {
+            let sd = *given.as_ref();
+            if !sd.iter().all(|sd| *sd > 0.0 && sd.is_finite()) {
+                let message =
+                    "spin_sd_rad_s is no pair of errors; expected [cue ball's, object ball's], above 0";
+                check.wrong(given, message.to_owned());
+            }
+            sd
+        });
         let from = match &self.spin_from {
             None => PlayedKind::usual(topspin, side, sd),
             Some(from) => match from.as_ref() {

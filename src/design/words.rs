@@ -56,13 +56,18 @@ impl<'a> Told<'a> {
 
 /// `3`, `1.4`, `120`
 fn times(ratio: f64) -> String {
-    if ratio < 9.5 { two_digits(ratio) } else { format!("{ratio:.0}") }
+    match ratio {
+        ..9.5 => number(ratio, 1),
+        ..1e4 => format!("{ratio:.0}"),
+        _ => "more than 10 000".to_owned(),
+    }
 }
 
-/// Without trailing zeros.
-fn two_digits(value: f64) -> String {
-    let text = format!("{value:.1}");
-    text.strip_suffix(".0").map_or_else(|| text.clone(), str::to_owned)
+/// So many decimals, without trailing zeros; more for a small number.
+fn number(value: f64, decimals: usize) -> String {
+    let needed = if value == 0.0 { 0.0 } else { (-value.abs().log10()).ceil().clamp(0.0, 12.0) };
+    let text = format!("{value:.*}", decimals.max(needed as usize));
+    if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.').to_owned() } else { text }
 }
 
 /// A standard error to two digits.
@@ -78,8 +83,8 @@ fn best_shots(design: &Design, parameter: Parameter, best: &Told, told: &[Told])
         "{} ({}) is told best by \"{name}\" at a cut of {}° and {} m/s: {COMPARED} such shots give ± {}.",
         parameter.symbol(),
         parameter.meaning(),
-        two_digits(cut_deg),
-        two_digits(speed_m_s),
+        number(cut_deg, 1),
+        number(speed_m_s, 2),
         short(best.error)
     );
     let of_speed = |t: &&Told| t.cell.kind == kind && t.cell.speed_m_s == speed_m_s;
@@ -91,8 +96,8 @@ fn best_shots(design: &Design, parameter: Parameter, best: &Told, told: &[Told])
         if below < above {
             line += &format!(
                 " From {}° to {}° it takes at most {} times as many.",
-                two_digits(below),
-                two_digits(above),
+                number(below, 1),
+                number(above, 1),
                 times(AS_GOOD)
             );
         }
@@ -102,7 +107,7 @@ fn best_shots(design: &Design, parameter: Parameter, best: &Told, told: &[Told])
     if let Some(worst) = worst.filter(|worst| worst.times(best) > AS_GOOD) {
         line += &format!(
             " At {} m/s it takes {} times as many.",
-            two_digits(worst.cell.speed_m_s),
+            number(worst.cell.speed_m_s, 2),
             times(worst.times(best))
         );
     }
@@ -124,8 +129,8 @@ fn other_kinds(design: &Design, parameter: Parameter, best: &Told, told: &[Told]
             "\"{}\" {} (at {}° and {} m/s)",
             design.expected.kinds[t.cell.kind].name,
             times(t.times(best)),
-            two_digits(t.cell.cut_deg),
-            two_digits(t.cell.speed_m_s)
+            number(t.cell.cut_deg, 1),
+            number(t.cell.speed_m_s, 2)
         )
     });
     let each: Vec<String> = each.collect();
@@ -155,8 +160,8 @@ fn silence(design: &Design, parameter: Parameter, told: &[Told]) -> Option<Strin
         let all = silent.len() == own().count();
         let which = match cuts[..] {
             _ if all => String::new(),
-            [one] => format!(" at {}°", two_digits(one)),
-            [first, .., last] => format!(" at {}° to {}°", two_digits(first), two_digits(last)),
+            [one] => format!(" at {}°", number(one, 1)),
+            [first, .., last] => format!(" at {}° to {}°", number(first, 1), number(last, 1)),
             [] => continue,
         };
         let why = if parameter == Parameter::MuS && kind.topspin[1] <= 0.0 {

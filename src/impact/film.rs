@@ -82,9 +82,9 @@ pub struct Known {
     pub spin: Spin,
     /// Its topspin over the natural roll's, where [`Spin::Unknown`].
     pub roll: f64,
-    /// Spins after the impact of the cue ball and the object ball, rad/s, and the standard deviation to which markers
-    /// show their components.
-    pub after: Option<([Vec3; 2], f64)>,
+    /// Spins after the impact of the cue ball and the object ball, rad/s, each with the standard deviation to which
+    /// markers show its components.
+    pub after: Option<[(Vec3, f64); 2]>,
 }
 
 /// The frames of one shot.
@@ -178,8 +178,8 @@ impl Film {
         let mut start = SVector::<f64, { OWN + SPIN }>::zeros();
         start.as_mut_slice()[..OWN].copy_from_slice(&[time, x, y, direction, along, across]);
         let measured = start_spin(&mut start, spin, roll);
-        let seen = after.map_or([None; 2], |(spins, sd)| {
-            spins.map(|spin| Some(Seen { spin, whitening: Matrix3::from_diagonal_element(sd.recip()) }))
+        let seen = after.map_or([None; 2], |spins| {
+            spins.map(|(spin, sd)| Some(Seen { spin, whitening: Matrix3::from_diagonal_element(sd.recip()) }))
         });
         Self {
             cue: frames(&shot.cue),

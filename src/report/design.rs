@@ -47,7 +47,9 @@ fn spin_from(from: SpinFrom) -> String {
     match from {
         SpinFrom::Known => "known".to_owned(),
         SpinFrom::Motion => "from the paths".to_owned(),
-        SpinFrom::Markers { sd } => format!("markers, ± {} rad/s", plain(sd, 2)),
+        SpinFrom::Markers { sd: [cue, object] } => {
+            format!("markers, ± {} and {} rad/s", plain(cue, 2), plain(object, 2))
+        }
     }
 }
 
