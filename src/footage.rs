@@ -24,8 +24,9 @@ const LEARN_ROUNDS: usize = 2;
 /// which the model leaves out, takes 3 % of a usual lift.
 const LIFT_SD: f64 = 0.03;
 
-/// All lifts may be wrong together by as much, and by what the friction is that they were predicted with.
-const SHARED_LIFT_SD: f64 = 0.03;
+/// All lifts may be wrong together by what gravity takes of those of fast shots, which tell the most, and by what the
+/// friction is that they were predicted with.
+const SHARED_LIFT_SD: f64 = 0.02;
 
 /// Extracts the impacts of a data set of kind `tracks`: its shots, and those left out with the reason. Any
 /// other data set is returned as it is, without extractions. `done` is called after every shot, from several

@@ -103,7 +103,9 @@ fn the_shipped_results_are_those_of_this_version() {
         "synthetic-cloth-b",
         "synthetic-natural-roll",
     ] {
-        for fit in fit::fit(&load(name), &Options::default()).unwrap() {
+        // as "caromfit fit" does
+        let options = Options { auto: true, ..Options::default() };
+        for fit in fit::fit(&load(name), &options).unwrap() {
             let shipped = baseline::find(&fit, &stored).unwrap();
             let moved = baseline::moved(&fit, shipped, &Tolerance::default());
             assert_eq!(moved, [], "{name} {:?}", fit.group);
