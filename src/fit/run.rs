@@ -24,9 +24,24 @@ use crate::residuals::{
     EstimatedSd, Fitted, Problem, Whitening, are_filmed, covariance, difference, parameter_mut,
 };
 
-/// With more shots than this the regions of pairs of parameters and the other models, some hundred fits, would take
-/// longer than reading and extracting.
+/// With more shots than this the profiles, the regions of pairs of parameters and the other models, some hundred fits,
+/// would take longer than reading and extracting…
 const MANY_SHOTS: usize = 20_000;
+/// …with so many shots whose frames are fitted, which takes a hundred times as long, the regions and other models…
+const MANY_FILMED: usize = 100;
+/// …and with so many the profiles.
+const MANY_PROFILED: usize = 500;
+
+/// What a fit of so many shots can find out about itself in a time that is worth it.
+fn affordable(depth: Depth, shots: usize, method: Method) -> Depth {
+    let most = match method {
+        Method::TwoStage if shots > MANY_SHOTS => Depth::Estimates,
+        Method::Joint if shots > MANY_PROFILED => Depth::Estimates,
+        Method::Joint if shots > MANY_FILMED => Depth::Intervals,
+        _ => Depth::Everything,
+    };
+    depth.min(most)
+}
 
 /// Fits some shots of a data set (all, or those of one label).
 pub(super) fn fit_shots(
@@ -55,7 +70,7 @@ pub(super) fn fit_shots(
         return Err(FitError::NoUsableShot { dataset: title(dataset, group.as_ref()), shots_rejected });
     }
     check_noise(dataset, shots, &fitted)?;
-    let depth = if fitted.len() > MANY_SHOTS { options.depth.min(Depth::Estimates) } else { options.depth };
+    let depth = affordable(options.depth, fitted.len(), options.method);
 
     let search = Search {
         shared_errors: dataset.shared_errors(),
@@ -236,9 +251,12 @@ pub(super) fn fit_shots(
     super::remarks::add_plateaus(&mut fit, &plateaus);
     super::remarks::add_tracks(&mut fit, dataset);
     if depth < options.depth {
+        let profiles = match depth {
+            Depth::Estimates => "the intervals are those of the curvature of χ²; its profiles, ",
+            _ => "",
+        };
         fit.notes.push(format!(
-            "With more than {MANY_SHOTS} shots the intervals are those of the curvature of χ²; its profiles, the regions of pairs \
-             of parameters and other models are left out."
+            "With so many shots {profiles}the regions of pairs of parameters and other models are left out."
         ));
     }
     fit.seconds = begun.elapsed().as_secs_f64();
