@@ -5,9 +5,11 @@ use caromfit::fit::{self, Fit, Options, Status};
 use caromfit::parameters::Parameter;
 use caromfit::synth::{self, BallSpec, Kind, Noise, Played, Shots, Spec, Truth};
 
-/// Data sets of each kind. The mean of that many standardized errors scatters by 1/√200 = 0.07,
+use crate::extraction::count;
+
+/// Data sets of each kind; CAROMFIT_SETS may raise it. The mean of that many standardized errors scatters by 1/√200 = 0.07,
 /// their standard deviation by 0.05, coverage by 1.5 %.
-const SEEDS: u64 = 200;
+const SEEDS: usize = 200;
 
 /// Three and a half of the scatters above: a right fit fails one of the checks once in some 2000 runs,
 /// and the seeds are fixed.
@@ -34,6 +36,9 @@ fn spec(kind: Kind, cue_spin: &[Played], seed: u64) -> Spec {
     }
 }
 
+/// One in so many data sets may end at a kink between two sets of weights, and say that it did not converge.
+const UNSETTLED: usize = 500;
+
 fn fitted(spec: &Spec) -> Fit {
     let folder = tempfile::tempdir().unwrap();
     for (name, content) in synth::generate(spec).unwrap() {
@@ -47,12 +52,15 @@ fn fitted(spec: &Spec) -> Fit {
 
 /// Fits many data sets and compares errors with what the fits say of them.
 fn check(kind: Kind, cue_spin: &[Played], parameters: &[Parameter]) {
-    let fits: Vec<Fit> = (0..SEEDS).map(|seed| fitted(&spec(kind, cue_spin, seed))).collect();
+    let fits: Vec<Fit> =
+        (0..count("CAROMFIT_SETS", SEEDS) as u64).map(|seed| fitted(&spec(kind, cue_spin, seed))).collect();
+    let unsettled = fits.iter().filter(|fit| !fit.converged).count();
+    println!("{kind:?} {cue_spin:?}: {unsettled} did not converge");
+    assert!(unsettled <= fits.len() / UNSETTLED, "{unsettled} did not converge");
     for parameter in parameters {
         let truth = [0.05, 0.3, 0.94][*parameter as usize];
         let (mut pulls, mut covered) = (Vec::new(), 0);
         for fit in &fits {
-            assert!(fit.converged, "{}", fit.termination);
             let estimate = fit.estimates[*parameter as usize];
             assert_eq!(estimate.status, Status::Free);
             let [low, high] = estimate.interval_95.unwrap();
