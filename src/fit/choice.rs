@@ -30,10 +30,11 @@ pub(super) struct Refused {
 impl Refused {
     pub(super) fn note(&self) -> String {
         let Self { higher, with: Coefficients { mu, mu_s, e } } = self;
-        let verdict = if *higher > 0.0 {
+        let verdict = if *higher > EVIDENCE {
             format!("with these the shots are fitted less well (−2 log L higher by {higher:.1})")
         } else {
-            format!("the shots do not tell whether these act (−2 log L lower by {:.1} only)", -higher)
+            let way = if *higher > 0.0 { "higher" } else { "lower" };
+            format!("the shots do not tell whether these act (−2 log L {way} by {:.1})", higher.abs())
         };
         format!(
             "The balls' weight and all that the cloth does during the impact (--fidelity contact) are as large as a part of \
