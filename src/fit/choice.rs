@@ -6,6 +6,7 @@ use super::run::Settled;
 use super::search::Search;
 use super::{Computed, FitError};
 use crate::collision::{Coefficients, Model};
+use crate::parameters::Parameter;
 use crate::residuals::Fitted;
 
 /// Of a shot's smallest standard error, what may be left out: squared it adds a hundredth.
@@ -24,21 +25,26 @@ const EVIDENCE: f64 = 6.0;
 pub(super) struct Refused {
     /// −2 log L above that without it.
     higher: f64,
-    with: Coefficients,
+    /// The parameters that the shots tell.
+    with: Vec<(Parameter, f64)>,
 }
 
 impl Refused {
     pub(super) fn note(&self) -> String {
-        let Self { higher, with: Coefficients { mu, mu_s, e } } = self;
+        let Self { higher, with } = self;
         let verdict = if *higher > EVIDENCE {
             format!("with these the shots are fitted less well (−2 log L higher by {higher:.1})")
         } else {
             let way = if *higher > 0.0 { "higher" } else { "lower" };
             format!("the shots do not tell whether these act (−2 log L {way} by {:.1})", higher.abs())
         };
+        let found: Vec<String> =
+            with.iter().map(|(parameter, value)| format!("{} = {value:.4}", parameter.symbol())).collect();
+        let found =
+            if found.is_empty() { String::new() } else { format!(". With these {}", found.join(", ")) };
         format!(
             "The balls' weight and all that the cloth does during the impact (--fidelity contact) are as large as a part of \
-             these shots' errors, but {verdict}: left out. With these μ = {mu:.4}, μ_s = {mu_s:.3}, e = {e:.4}."
+             these shots' errors, but {verdict}: left out{found}."
         )
     }
 }
@@ -71,17 +77,17 @@ pub(super) fn choose(
     let mut sample: Vec<Fitted> =
         fitted.iter().step_by(fitted.len().div_ceil(SAMPLE).max(1)).cloned().collect();
     choose(&mut sample, search.initial);
-    let (_, at) = settle(&sample, search)?;
-    choose(&mut sample, at);
-    let (closed, mut at) = settle(&sample, search)?;
+    let start = settle(&sample, search)?.coefficients;
+    choose(&mut sample, start);
+    let Found { minus_two_log: closed, coefficients: mut at, .. } = settle(&sample, search)?;
     let mut refused = None;
     if sample.iter().any(|shot| shot.plan.is_corrected()) {
-        let corrected;
-        let closed_at = at;
-        (corrected, at) = correct(&mut sample, search, at)?;
-        if corrected > closed - EVIDENCE {
-            refused = Some(Refused { higher: corrected - closed, with: at });
-            at = closed_at;
+        let corrected = correct(&mut sample, search, at)?;
+        let higher = corrected.minus_two_log - closed;
+        if higher > -EVIDENCE {
+            refused = Some(Refused { higher, with: corrected.told });
+        } else {
+            at = corrected.coefficients;
         }
     }
     choose(fitted, at);
@@ -100,31 +106,38 @@ pub(super) fn integrate(fitted: &mut [Fitted], search: &Search) -> Result<(), Fi
     }
     let mut sample: Vec<Fitted> =
         fitted.iter().step_by(fitted.len().div_ceil(SAMPLE).max(1)).cloned().collect();
-    let (_, at) = settle(&sample, search)?;
-    let (_, at) = correct(&mut sample, search, at)?;
-    take(fitted, search.model, &at);
+    let start = settle(&sample, search)?.coefficients;
+    take(fitted, search.model, &correct(&mut sample, search, start)?.coefficients);
     Ok(())
 }
 
-/// −2 log L and the coefficients at the minimum; with the likelihood that can be compared.
-fn settle(fitted: &[Fitted], search: &Search) -> Result<(f64, Coefficients), FitError> {
-    let settled = Settled::new(&Search { fitted, maximum_likelihood: true, ..search.clone() })?;
-    let minus_two_log = settled.search.minus_two_log_likelihood(&settled.minimum, &settled.estimated);
-    Ok((minus_two_log, settled.minimum.coefficients))
+/// A minimum.
+struct Found {
+    minus_two_log: f64,
+    coefficients: Coefficients,
+    /// What is free and told.
+    told: Vec<(Parameter, f64)>,
 }
 
-/// Corrects and fits in turn; −2 log L in the end, and the coefficients.
-fn correct(
-    fitted: &mut [Fitted],
-    search: &Search,
-    mut at: Coefficients,
-) -> Result<(f64, Coefficients), FitError> {
-    let mut minus_two_log = f64::NAN;
-    for _ in 0..ROUNDS {
+/// With the likelihood that can be compared.
+fn settle(fitted: &[Fitted], search: &Search) -> Result<Found, FitError> {
+    let Settled { search, free, minimum, estimated, .. } =
+        Settled::new(&Search { fitted, maximum_likelihood: true, ..search.clone() })?;
+    Ok(Found {
+        minus_two_log: search.minus_two_log_likelihood(&minimum, &estimated),
+        coefficients: minimum.coefficients,
+        told: free.iter().copied().zip(minimum.x.iter().copied()).collect(),
+    })
+}
+
+/// Corrects and fits in turn.
+fn correct(fitted: &mut [Fitted], search: &Search, mut at: Coefficients) -> Result<Found, FitError> {
+    for _ in 1..ROUNDS {
         take(fitted, search.model, &at);
-        (minus_two_log, at) = settle(fitted, search)?;
+        at = settle(fitted, search)?.coefficients;
     }
-    Ok((minus_two_log, at))
+    take(fitted, search.model, &at);
+    settle(fitted, search)
 }
 
 /// Takes every shot's correction.
