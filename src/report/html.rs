@@ -51,7 +51,29 @@ struct Shot {
 #[derive(Serialize)]
 struct Section {
     title: String,
+    /// What stands in brackets behind the title.
+    about: String,
+    /// Where all lines are rows of a table, the first its head; else `lines`.
+    rows: Vec<Vec<String>>,
     lines: Vec<String>,
+}
+
+impl Section {
+    /// A block of the text report.
+    fn new(title: &str, lines: Vec<String>) -> Self {
+        let (title, about) = title.split_once(" (").unwrap_or((title, ""));
+        // columns of the text stand at least two spaces apart
+        let cells = |line: &String| -> Vec<String> {
+            line.split("  ").map(str::trim).filter(|cell| !cell.is_empty()).map(String::from).collect()
+        };
+        let rows: Vec<Vec<String>> = lines.iter().map(cells).collect();
+        let (title, about) = (title.to_owned(), about.trim_end_matches(')').to_owned());
+        if rows.len() > 1 && rows.iter().all(|row| row.len() > 1) {
+            Self { title, about, rows, lines: Vec::new() }
+        } else {
+            Self { title, about, rows: Vec::new(), lines }
+        }
+    }
 }
 
 /// The report of a fit. `residuals` and its spots are of the residual plots, `contours` of the regions.
@@ -117,7 +139,7 @@ pub fn of_fit(
     let rejected: Vec<[String; 2]> =
         fit.shots_rejected.iter().map(|r| [r.shot.clone(), r.reason.clone()]).collect();
     let sections: Vec<Section> =
-        sections(fit).into_iter().map(|(title, lines)| Section { title, lines }).collect();
+        sections(fit).into_iter().map(|(title, lines)| Section::new(&title, lines)).collect();
     let mut warnings = fit.warnings.clone();
     if !fit.converged {
         warnings.insert(0, format!("Not converged: {}", fit.termination));
@@ -186,6 +208,8 @@ pub fn of_comparison(
         .iter()
         .map(|q| Section {
             title: format!("{}, {}", q.quantity.symbol(), q.quantity.meaning()),
+            about: String::new(),
+            rows: Vec::new(),
             lines: lines(comparison, q),
         })
         .collect();
