@@ -50,7 +50,7 @@ pub fn moved(fit: &Fit, stored: &StoredFit, tolerance: &Tolerance) -> Vec<Moved>
     if stored.fidelity != fit.fidelity {
         differs("fidelity", stored.fidelity.clone(), fit.fidelity.to_string(), None);
     }
-    for estimate in fit.estimates {
+    for estimate in &fit.estimates {
         let name = estimate.parameter.name();
         let Some(before) = stored.parameters.get(name) else {
             differs(name, "missing".to_string(), estimate.value.to_string(), None);

@@ -15,6 +15,7 @@ use crate::loss::Loss;
 use crate::observable::{Axis, Observable};
 use crate::parameters::{Parameter, Setting, Settings};
 use crate::predict::Plan;
+use crate::values::Values;
 
 /// Of `contact` and `ode`, far below every error that a fit sees; differences for the Jacobian are then good
 /// to 1e-5.
@@ -150,7 +151,8 @@ pub fn noise_free(dataset: &Dataset) -> Dataset {
         }
         shots.push(shot);
     }
-    let settings = Settings(dataset.settings.0.map(|setting| Setting { prior: None, ..setting }));
+    let each = dataset.settings.each.map(|setting| Setting { prior: None, ..setting });
+    let settings = Settings { each, falls: false };
     Dataset { shots, settings, relations: Vec::new(), by: None, loss: Loss::default(), ..dataset.clone() }
 }
 
@@ -169,13 +171,9 @@ pub fn bias(dataset: &Dataset, fidelity: Option<Fidelity>) -> Result<Row, FitErr
         ..Options::default()
     };
     let fitted = fit::fit(dataset, &options)?.remove(0);
-    let truth = initial(dataset);
+    let truth = Values::from(initial(dataset));
     let found = PARAMETERS.map(|parameter| {
-        let truth = match parameter {
-            Parameter::Mu => truth.mu,
-            Parameter::MuS => truth.mu_s,
-            Parameter::E => truth.e,
-        };
+        let truth = truth[parameter];
         let estimate = fitted.estimates.iter().find(|estimate| estimate.parameter == parameter);
         Found {
             parameter,

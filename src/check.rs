@@ -68,19 +68,19 @@ pub fn check(dataset: &Dataset) -> Vec<Finding> {
 
 /// Parameters that no observation depends on.
 fn told(dataset: &Dataset, say: &mut impl FnMut(String)) {
-    let initial = Parameter::ALL.map(|p| dataset.settings[p].initial);
+    let initial = Parameter::COEFFICIENTS.map(|p| dataset.settings[p].initial);
     let coefficients = Coefficients { mu: initial[0], mu_s: initial[1], e: initial[2] };
     let model = Model::new(Fidelity::Full, dataset.ball);
     let mut depends = [false; 3];
     for shot in &dataset.shots {
         let Ok(plan) = Plan::new(shot) else { continue };
         let Ok(prediction) = plan.predict(&model, &coefficients) else { continue };
-        let by = prediction.by_coefficients.rows(0, plan.rows().len());
+        let by = prediction.by_parameters.rows(0, plan.rows().len());
         for (i, depends) in depends.iter_mut().enumerate() {
             *depends |= by.column(i).iter().any(|d| *d != 0.0);
         }
     }
-    for parameter in Parameter::ALL {
+    for parameter in Parameter::COEFFICIENTS {
         if depends[parameter as usize] || dataset.settings[parameter].fixed || dataset.shots.is_empty() {
             continue;
         }
@@ -89,7 +89,7 @@ fn told(dataset: &Dataset, say: &mut impl FnMut(String)) {
                 "every shot is without slip between the balls, or only what does not depend on it is measured"
             }
             Parameter::MuS => "no shot has topspin, so the cloth never carries the object ball",
-            Parameter::E => "no speed after the impact is measured",
+            Parameter::E | Parameter::B | Parameter::C => "no speed after the impact is measured",
         };
         say(format!(
             "nothing here tells {}: {why}; it will be left at {}",

@@ -132,7 +132,7 @@ fn plain(fit: &StoredFit) -> (Map<String, Value>, Vec<String>) {
         let ball = json!({"radius_m": ball.radius_m, "mass_kg": ball.mass_kg, "inertia": ball.inertia});
         object.insert("ball".into(), ball);
     }
-    for parameter in Parameter::ALL {
+    for parameter in Parameter::COEFFICIENTS {
         let Some(value) = known(fit, parameter) else {
             left.push(format!("{}: the data do not tell it.", parameter.symbol()));
             continue;

@@ -143,7 +143,7 @@ fn coefficients(
     let shots = usable.filter_map(|(track, impact)| Some(shots::shot(track, impact.as_ref().ok()?, sliding)));
     let some = Dataset { shots: shots.collect(), sliding, by: None, left_out: Vec::new(), ..dataset.clone() };
     let fit = fit::fit(&some, &Options { depth: Depth::Estimates, ..Options::default() }).ok()?.pop()?;
-    let [mu, mu_s, e] = Parameter::ALL.map(|parameter| fit.estimates[parameter as usize]);
+    let [mu, mu_s, e] = Parameter::COEFFICIENTS.map(|parameter| fit.estimates[parameter as usize]);
     let known = fit.converged && mu.status != Status::NotIdentified && mu.value > 0.0;
     let coefficients = Coefficients { mu: mu.value, mu_s: mu_s.value, e: e.value };
     known.then_some((coefficients, mu.std_error.unwrap_or(0.0)))

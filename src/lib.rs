@@ -7,6 +7,7 @@
 //! use std::path::Path;
 //!
 //! use caromfit::fit::{self, Options};
+//! use caromfit::parameters::Parameter;
 //! use caromfit::{dataset, footage, report};
 //!
 //! let dataset = dataset::load(Path::new("data/domenech-2023"))?;
@@ -14,7 +15,7 @@
 //! let (dataset, ..) = footage::with_impacts(dataset, &|| ());
 //! for fit in fit::fit(&dataset, &Options::default())? {
 //!     print!("{}", report::text::render(&fit));
-//!     let [mu, _, e] = fit.estimates;
+//!     let [mu, e] = [Parameter::Mu, Parameter::E].map(|parameter| fit.estimates[parameter as usize]);
 //!     assert!(mu.std_error.is_some() && (0.9..1.0).contains(&e.value));
 //! }
 //! # Ok::<(), Box<dyn std::error::Error>>(())
@@ -53,3 +54,4 @@ mod rigid;
 pub mod stored;
 pub mod synth;
 pub mod track;
+pub mod values;

@@ -1,19 +1,27 @@
-//! The parameters of a fit: μ, μ_s and e, their names, bounds and starting values.
+//! The parameters of a fit: μ, μ_s and e, and b and c where friction falls with the slip; their names, bounds and
+//! starting values.
 
 /// What is fitted.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Parameter {
-    /// μ, sliding friction between the balls.
+    /// μ, sliding friction between the balls; where it falls with the slip v its a in μ(v) = a + b exp(−c v).
     Mu,
     /// μ_s, friction of the cloth on the object ball during the impact.
     MuS,
     /// e, energetic coefficient of restitution.
     E,
+    /// b, by how much μ is larger where the slip ends than at high speed.
+    B,
+    /// c, how fast μ falls with the slip, s/m.
+    C,
 }
 
 impl Parameter {
     /// In the order of every vector and matrix of a fit.
-    pub const ALL: [Self; 3] = [Self::Mu, Self::MuS, Self::E];
+    pub const ALL: [Self; 5] = [Self::Mu, Self::MuS, Self::E, Self::B, Self::C];
+
+    /// Those of a friction that does not depend on the slip, the first of [`Parameter::ALL`].
+    pub const COEFFICIENTS: [Self; 3] = [Self::Mu, Self::MuS, Self::E];
 
     /// The name in dataset.toml and fit.json.
     #[must_use]
@@ -22,6 +30,8 @@ impl Parameter {
             Self::Mu => "mu",
             Self::MuS => "mu_s",
             Self::E => "e",
+            Self::B => "mu_b",
+            Self::C => "mu_c",
         }
     }
 
@@ -32,6 +42,8 @@ impl Parameter {
             Self::Mu => "μ",
             Self::MuS => "μ_s",
             Self::E => "e",
+            Self::B => "b",
+            Self::C => "c",
         }
     }
 
@@ -42,20 +54,27 @@ impl Parameter {
             Self::Mu => "sliding friction between the balls",
             Self::MuS => "friction of the cloth on the object ball during the impact",
             Self::E => "coefficient of restitution between the balls",
+            Self::B => {
+                "friction between the balls falls with their slip v as μ + b·exp(−c·v): how far, no unit"
+            }
+            Self::C => "how fast it falls with v, in s/m",
         }
     }
 
     /// The setting used where dataset.toml has none: the middle of the published ranges
     /// 0.03 ≤ μ ≤ 0.08, 0.2 < μ_s < 0.4, 0.92 ≤ e ≤ 0.98 (Kim 2024, Eqs. 1 and 2 and below 6) to
-    /// start from, and bounds that leave room for chalked and waxed balls.
+    /// start from, and bounds that leave room for chalked and waxed balls. c is held at what D. Alciatore (TP A-14)
+    /// found, as few data tell it: 1.088 s/m.
     #[must_use]
     pub fn default_setting(self) -> Setting {
-        let (initial, upper) = match self {
-            Self::Mu => (0.05, 0.5),
-            Self::MuS => (0.3, 1.0),
-            Self::E => (0.94, 1.0),
+        let (initial, lower, upper) = match self {
+            Self::Mu => (0.05, 0.0, 0.5),
+            Self::MuS => (0.3, 0.0, 1.0),
+            Self::E => (0.94, 0.0, 1.0),
+            Self::B => (0.05, 0.0, 1.0),
+            Self::C => (1.088, 0.1, 20.0),
         };
-        Setting { initial, lower: 0.0, upper, fixed: false, prior: None }
+        Setting { initial, lower, upper, fixed: self == Self::C, prior: None }
     }
 }
 
@@ -78,13 +97,26 @@ pub struct Prior {
     pub sd: f64,
 }
 
-/// The settings of all parameters, in the order of [`Parameter::ALL`].
+/// The settings of all parameters.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Settings(pub [Setting; 3]);
+pub struct Settings {
+    /// In the order of [`Parameter::ALL`].
+    pub each: [Setting; Parameter::ALL.len()],
+    /// Whether friction falls with the slip; else b and c have no part in a fit.
+    pub falls: bool,
+}
+
+impl Settings {
+    /// The parameters that a fit has.
+    #[must_use]
+    pub fn parameters(&self) -> &'static [Parameter] {
+        if self.falls { &Parameter::ALL } else { &Parameter::COEFFICIENTS }
+    }
+}
 
 impl Default for Settings {
     fn default() -> Self {
-        Self(Parameter::ALL.map(Parameter::default_setting))
+        Self { each: Parameter::ALL.map(Parameter::default_setting), falls: false }
     }
 }
 
@@ -92,12 +124,12 @@ impl std::ops::Index<Parameter> for Settings {
     type Output = Setting;
 
     fn index(&self, parameter: Parameter) -> &Setting {
-        &self.0[parameter as usize]
+        &self.each[parameter as usize]
     }
 }
 
 impl std::ops::IndexMut<Parameter> for Settings {
     fn index_mut(&mut self, parameter: Parameter) -> &mut Setting {
-        &mut self.0[parameter as usize]
+        &mut self.each[parameter as usize]
     }
 }

@@ -10,7 +10,9 @@ use crate::collision::{
 use crate::contact::{CollisionFrame, cloth_slip};
 use crate::dataset::{Before, Joint, Measurement, Shot, Spin};
 use crate::effects::{self, Choice, Compared};
+use crate::friction::Law;
 use crate::observable::{Axis, Observable};
+use crate::parameters::Parameter;
 
 /// No kind of data set has more observables per shot.
 pub const MAX_OBSERVABLES: usize = Observable::IMPACTS.len();
@@ -24,8 +26,9 @@ pub const INPUTS: usize = Joint::BEFORE;
 #[derive(Clone, Debug)]
 pub struct Prediction {
     pub values: SVector<f64, MAX_OBSERVABLES>,
-    /// With respect to μ, μ_s, e.
-    pub by_coefficients: SMatrix<f64, MAX_OBSERVABLES, 3>,
+    /// With respect to the parameters in the order of [`Parameter::ALL`]; by b and c only where the model's friction
+    /// falls.
+    pub by_parameters: SMatrix<f64, MAX_OBSERVABLES, { Parameter::ALL.len() }>,
     pub by_inputs: SMatrix<f64, MAX_OBSERVABLES, INPUTS>,
     /// Speed of the cue ball before the impact, m/s, measured or solved for.
     pub speed: f64,
@@ -56,6 +59,11 @@ pub enum Unpredictable {
     UnknownSpin,
     #[error("its spin is given in rad/s but no speed is: give speed_m_s or a speed after the impact")]
     SpinWithoutSpeed,
+    #[error(
+        "the friction depends on the speed of the slip, but the shot has none: give speed_m_s or a speed after the \
+         impact"
+    )]
+    FallsWithoutSpeed,
     #[error("no incoming speed gives the {column} of {value}")]
     NoSpeed { column: &'static str, value: f64 },
     #[error("its only observable, {column}, serves to find the incoming speed: nothing is left to fit")]
@@ -294,6 +302,9 @@ impl Plan {
             (Before::Angle { speed: None, .. }, Some(known)) => {
                 self.predict_solved(model, coefficients, known)
             }
+            (Before::Angle { speed: None, .. }, None) if model.law != Law::Constant => {
+                Err(Unpredictable::FallsWithoutSpeed)
+            }
             (Before::Angle { speed: None, .. }, None) => {
                 // the outcome is proportional to the speed and only angles and ratios are asked for
                 self.predict_at(model, coefficients, 1.0, None)
@@ -336,8 +347,8 @@ impl Plan {
             }
             let mut p = p;
             let by_speed = p.by_inputs.column(1) / slope;
-            let (row_c, row_i) = (p.by_coefficients.row(row).into_owned(), p.by_inputs.row(row).into_owned());
-            p.by_coefficients -= by_speed * row_c;
+            let (row_p, row_i) = (p.by_parameters.row(row).into_owned(), p.by_inputs.row(row).into_owned());
+            p.by_parameters -= by_speed * row_p;
             p.by_inputs -= by_speed * row_i;
             p.by_inputs.set_column(1, &by_speed);
             return Ok(p);
@@ -356,12 +367,14 @@ impl Plan {
         let collision = self.collision(model);
         let model = &collision.model;
         let start = Start::new(&self.before, &self.spin, speed, model.ball.radius);
-        let (outcome, jacobian) = collision.collide_with_jacobian(&start.cue, coefficients)?;
-        let by_coefficients = jacobian.fixed_columns::<3>(0);
+        let (outcome, jacobian, by_law) = collision.collide_with_all(&start.cue, coefficients)?;
+        let mut by_parameters = SMatrix::<f64, 12, { Parameter::ALL.len() }>::zeros();
+        by_parameters.fixed_columns_mut::<3>(0).copy_from(&jacobian.fixed_columns::<3>(0));
+        by_parameters.fixed_columns_mut::<2>(3).copy_from(&by_law);
         let by_inputs = jacobian.fixed_columns::<5>(3) * start.by_inputs;
         let mut prediction = Prediction {
             values: SVector::zeros(),
-            by_coefficients: SMatrix::zeros(),
+            by_parameters: SMatrix::zeros(),
             by_inputs: SMatrix::zeros(),
             speed,
         };
@@ -370,7 +383,7 @@ impl Plan {
             let view = View { outcome: &outcome, start: &start, model };
             let seen = view.observe(observable);
             prediction.values[row] = seen.value;
-            prediction.by_coefficients.set_row(row, &(seen.by_outcome.transpose() * by_coefficients));
+            prediction.by_parameters.set_row(row, &(seen.by_outcome.transpose() * by_parameters));
             let by_input = seen.by_outcome.transpose() * by_inputs + seen.by_input.transpose();
             prediction.by_inputs.set_row(row, &by_input);
         }

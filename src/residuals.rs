@@ -18,6 +18,7 @@ use crate::impact::film::{self, Film, Reduced};
 use crate::observable::Observable;
 use crate::parameters::{Parameter, Prior, Settings};
 use crate::predict::{MAX_OBSERVABLES, Plan, Prediction, wrap};
+use crate::values::Values;
 
 /// A shot that is fitted: which of the data set's, and what of it is compared.
 #[derive(Clone, Debug)]
@@ -180,7 +181,7 @@ pub struct Problem<'a> {
     pub settings: &'a Settings,
     pub free: &'a [Parameter],
     /// Values of the parameters that are not free.
-    pub held: Coefficients,
+    pub held: Values,
     pub whitening: &'a Whitening,
     /// The last point, since the optimiser asks for the Jacobian where it just asked for residuals.
     last: RefCell<Option<Point>>,
@@ -199,7 +200,7 @@ impl<'a> Problem<'a> {
         model: &'a Model,
         settings: &'a Settings,
         free: &'a [Parameter],
-        held: Coefficients,
+        held: Values,
         whitening: &'a Whitening,
     ) -> Self {
         Self { shots, model, settings, free, held, whitening, last: RefCell::new(None) }
@@ -212,14 +213,15 @@ impl<'a> Problem<'a> {
 
     /// The frames of all shots, whose own unknowns are eliminated; behind the free parameters stand μ_k and μ_r.
     fn evaluate_frames(&self, x: &DVector<f64>) -> Point {
-        let Coefficients { mu, mu_s, e } = coefficients(&self.held, self.free, x);
+        let values = values(&self.held, self.free, x);
+        let (model, Coefficients { mu, mu_s, e }) = (values.model(self.model), values.coefficients);
         let own = self.free.len();
         let shared = [mu, mu_s, e, x[own], x[own + 1]];
         let frames = self.shots.len() * film::ROWS;
         let count = frames + self.priors().count() + CLOTH_UNKNOWNS;
         let mut residuals = DVector::zeros(count);
         let mut jacobian = DMatrix::zeros(count, own + CLOTH_UNKNOWNS);
-        let reduced = |shot: &Fitted| shot.film.as_ref()?.reduced(&shot.plan.collision(self.model), &shared);
+        let reduced = |shot: &Fitted| shot.film.as_ref()?.reduced(&shot.plan.collision(&model), &shared);
         let all: Vec<Option<Reduced>> = self.shots.par_iter().map(reduced).collect();
         let columns = self.free.iter().map(|parameter| *parameter as usize);
         let columns: Vec<usize> = columns.chain([film::SHARED - 2, film::SHARED - 1]).collect();
@@ -249,7 +251,8 @@ impl<'a> Problem<'a> {
         if are_filmed(self.shots) {
             return self.evaluate_frames(x);
         }
-        let coefficients = coefficients(&self.held, self.free, x);
+        let values = values(&self.held, self.free, x);
+        let model = values.model(self.model);
         let observations: usize = self.shots.iter().map(|shot| shot.plan.rows().len()).sum();
         let priors = self.priors().count();
         let shared = &self.whitening.common;
@@ -264,7 +267,7 @@ impl<'a> Problem<'a> {
             .shots
             .par_iter()
             .with_min_len(SHARE)
-            .map(|shot| shot.plan.predict(self.model, &coefficients))
+            .map(|shot| shot.plan.predict(&model, &values.coefficients))
             .collect();
         for (Fitted { plan, .. }, prediction) in self.shots.iter().zip(predictions) {
             let rows = plan.rows();
@@ -289,7 +292,7 @@ impl<'a> Problem<'a> {
                             }
                             for (column, parameter) in self.free.iter().enumerate() {
                                 jacobian[(first + i, column)] +=
-                                    weight * prediction.by_coefficients[(j, *parameter as usize)];
+                                    weight * prediction.by_parameters[(j, *parameter as usize)];
                             }
                         }
                     }
@@ -344,21 +347,12 @@ impl Jacobian for Problem<'_> {
     }
 }
 
-/// The coefficients with the free parameters at `x`, the others as in `held`.
+/// The values with the free parameters at `x`, the others as in `held`.
 #[must_use]
-pub fn coefficients(held: &Coefficients, free: &[Parameter], x: &DVector<f64>) -> Coefficients {
-    let mut coefficients = *held;
+pub fn values(held: &Values, free: &[Parameter], x: &DVector<f64>) -> Values {
+    let mut values = *held;
     for (parameter, value) in free.iter().zip(x.iter()) {
-        *parameter_mut(&mut coefficients, *parameter) = *value;
+        values[*parameter] = *value;
     }
-    coefficients
-}
-
-/// The coefficient that a parameter stands for.
-pub fn parameter_mut(coefficients: &mut Coefficients, parameter: Parameter) -> &mut f64 {
-    match parameter {
-        Parameter::Mu => &mut coefficients.mu,
-        Parameter::MuS => &mut coefficients.mu_s,
-        Parameter::E => &mut coefficients.e,
-    }
+    values
 }

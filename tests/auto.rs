@@ -94,7 +94,7 @@ fn corrections_do_what_the_integrated_fidelity_does() {
     let bias = (0..3).map(|i| pull(&full, i).abs()).fold(0.0, f64::max);
     assert!(bias > BIAS, "{bias}");
     let model = Model::new(Fidelity::Contact, Ball::POOL);
-    let [mu, mu_s, e] = contact.estimates.map(|estimate| estimate.value);
+    let [mu, mu_s, e] = [0, 1, 2].map(|i: usize| contact.estimates[i].value);
     let at_minimum = Coefficients { mu, mu_s, e };
     let residuals = |values: [f64; 3]| -> f64 {
         let coefficients = Coefficients { mu: values[0], mu_s: values[1], e: values[2] };

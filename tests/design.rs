@@ -184,7 +184,7 @@ fn estimates_scatter_as_predicted() {
     let n = sets as f64;
     let most = WITHIN.max(SCATTERS / (2.0 * n).sqrt());
     for (method, square) in ["two stages", "joint"].into_iter().zip(squares) {
-        for parameter in Parameter::ALL {
+        for parameter in Parameter::COEFFICIENTS {
             let predicted = found.planned.std_errors[parameter as usize].unwrap();
             let realised = (square[parameter as usize] / n).sqrt();
             let ratio = realised / predicted;
@@ -244,14 +244,14 @@ fn plans_reach_what_is_wanted_and_not_with_a_shot_less() {
     let found = design::design(&expected).unwrap();
     let reached = |information: &information::Information, only: Option<Parameter>| {
         let errors = information::std_errors(information);
-        let asked = Parameter::ALL.into_iter().filter(|p| only.is_none_or(|only| only == *p));
+        let asked = Parameter::COEFFICIENTS.into_iter().filter(|p| only.is_none_or(|only| only == *p));
         asked.into_iter().all(|p| {
             let wanted = expected.wanted[p as usize].unwrap();
             errors[p as usize].is_some_and(|error| error <= wanted)
         })
     };
     for kind in &found.kinds {
-        for parameter in Parameter::ALL {
+        for parameter in Parameter::COEFFICIENTS {
             let Some(needed) = kind.needed[parameter as usize] else { continue };
             assert!(reached(&(kind.information * needed as f64), Some(parameter)));
             assert!(!reached(&(kind.information * (needed - 1) as f64), Some(parameter)));

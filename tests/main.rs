@@ -15,6 +15,7 @@ mod hard;
 mod integrated;
 mod joint;
 mod large;
+mod law;
 mod loader;
 mod nist;
 mod optimise;

@@ -85,17 +85,21 @@ fn check(kind: Kind, cue_spin: &[Played], parameters: &[Parameter]) {
 
 #[test]
 fn impacts_in_natural_roll() {
-    check(Kind::Impacts, &[Played::NaturalRoll], &Parameter::ALL);
+    check(Kind::Impacts, &[Played::NaturalRoll], &Parameter::COEFFICIENTS);
 }
 
 #[test]
 fn impacts_with_measured_spin() {
-    check(Kind::Impacts, &[Played::Stun, Played::NaturalRoll, Played::Draw, Played::Side], &Parameter::ALL);
+    check(
+        Kind::Impacts,
+        &[Played::Stun, Played::NaturalRoll, Played::Draw, Played::Side],
+        &Parameter::COEFFICIENTS,
+    );
 }
 
 #[test]
 fn angles_in_natural_roll() {
-    check(Kind::Angles, &[Played::NaturalRoll], &Parameter::ALL);
+    check(Kind::Angles, &[Played::NaturalRoll], &Parameter::COEFFICIENTS);
 }
 
 #[test]

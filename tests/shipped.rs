@@ -122,7 +122,7 @@ fn synthetic_tracks_give_what_they_were_made_of() {
     let fit = &fit::fit(&dataset, &Options::default()).unwrap()[0];
     let truth = std::fs::read_to_string(folder("synthetic-natural-roll").join("truth.json")).unwrap();
     let truth: serde_json::Value = serde_json::from_str(&truth).unwrap();
-    for estimate in fit.estimates {
+    for estimate in &fit.estimates {
         let [low, high] = estimate.interval_95.unwrap();
         let truth = truth[estimate.parameter.name()].as_f64().unwrap();
         assert!(

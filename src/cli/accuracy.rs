@@ -74,7 +74,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
 fn of_dataset(path: &std::path::Path) -> Result<(Dataset, Vec<Shot>, usize), Failure> {
     let loaded = dataset::load(path).map_err(Failure::input)?;
     let (dataset, ..) = with_impacts(loaded, &|| {});
-    let [mu, mu_s, e] = Parameter::ALL.map(|parameter| dataset.settings[parameter].initial);
+    let [mu, mu_s, e] = Parameter::COEFFICIENTS.map(|parameter| dataset.settings[parameter].initial);
     let coefficients = Coefficients { mu, mu_s, e };
     let model = Model::new(Fidelity::Full, dataset.ball);
     let shot = |shot: &dataset::Shot| {

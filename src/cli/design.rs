@@ -65,12 +65,12 @@ fn wish(text: &str) -> Result<(Parameter, f64), String> {
     let (name, value) = text
         .split_once('=')
         .ok_or_else(|| format!("\"{text}\"; expected PARAMETER=ERROR, as in mu=0.001"))?;
-    let parameter = Parameter::ALL.into_iter().find(|parameter| parameter.name() == name.trim());
+    let parameter = Parameter::COEFFICIENTS.into_iter().find(|parameter| parameter.name() == name.trim());
     let parameter = parameter.ok_or_else(|| {
         format!(
             "\"{}\" is no parameter; expected one of {}",
             name.trim(),
-            Parameter::ALL.map(Parameter::name).join(", ")
+            Parameter::COEFFICIENTS.map(Parameter::name).join(", ")
         )
     })?;
     let error: f64 = value.trim().parse().map_err(|_| format!("\"{value}\" is not a number"))?;

@@ -6,7 +6,7 @@ use caromfit::baseline::Tolerance;
 use caromfit::collision::{Effects, Fidelity, Model};
 use caromfit::dataset::Spin;
 use caromfit::effects;
-use caromfit::fit::{self, Depth, Method, Options};
+use caromfit::fit::{self, Depth, Falling, Method, Options};
 use caromfit::footage::{self, with_impacts};
 use caromfit::friction::Law;
 use caromfit::impact::Impact;
@@ -42,10 +42,10 @@ pub struct Args {
     /// Simulate only these effects, at the cheapest fidelity that has them if that is auto
     #[arg(long, value_name = "NAMES", value_parser = super::effects)]
     effects: Option<Effects>,
-    /// Let the friction between the balls fall with their slip v, m/s, as μ + B·exp(−C·v); without a
-    /// closed form for it, all but ode and contact take it at the first slip
-    #[arg(long, value_name = "B,C", value_parser = super::law, allow_hyphen_values = true)]
-    falling: Option<Law>,
+    /// Let the friction between the balls fall with their slip v, m/s, as μ + B·exp(−C·v), with this B and C or with both
+    /// as the data set's [fit] mu_b and mu_c say (fit); all but ode and contact take it at the first slip
+    #[arg(long, value_name = "B,C|fit", value_parser = falling, allow_hyphen_values = true)]
+    falling: Option<Falling>,
     /// How footage is fitted: velocities extracted first (two-stage), or all frames at once (joint); two-stage unless
     /// the spin of a shot is unknown
     #[arg(long, value_parser = method, value_name = "two-stage|joint")]
@@ -87,6 +87,17 @@ fn method(name: &str) -> Result<Method, String> {
     found.ok_or_else(|| format!("expected one of {}", Method::ALL.map(Method::name).join(", ")))
 }
 
+/// `fit`, or B,C.
+fn falling(text: &str) -> Result<Falling, String> {
+    if text.trim() == "fit" {
+        return Ok(Falling::Fitted);
+    }
+    match super::law(text).map_err(|error| format!("{error}; or fit"))? {
+        Law::Exponential { b, c } => Ok(Falling::Held { b, c }),
+        Law::Constant => Ok(Falling::AsStated),
+    }
+}
+
 fn loss(name: &str) -> Result<Loss, String> {
     let found = Loss::ALL.into_iter().find(|loss| loss.name() == name);
     found.ok_or_else(|| format!("expected one of {}", Loss::ALL.map(Loss::name).join(", ")))
@@ -116,7 +127,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         fidelity: fidelity.unwrap_or(Fidelity::Full),
         auto: fidelity.is_none(),
         effects: args.effects,
-        law: args.falling.unwrap_or_default(),
+        falling: args.falling.unwrap_or_default(),
         tolerance: args.tolerance,
         method: Method::default(),
         loss: args.loss,

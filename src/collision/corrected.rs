@@ -3,19 +3,22 @@
 //! What `ode` and `contact` know beyond `full` is small, and linear in the coefficients for all that a fit moves them:
 //! their difference and its slope, taken once, serve a fit near that shot at the cost of `full`.
 
-use nalgebra::{SMatrix, SVector, Vector3};
+use nalgebra::{SMatrix, SVector, Vector5};
 
+use super::law::ByLaw;
 use super::{Coefficients, Fidelity, Jacobian, Model, NotACollision, Outcome};
 use crate::ball::BallState;
+use crate::friction::Law;
 
 /// What is added to the components of an outcome, in the order of [`Outcome::components`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Correction {
     /// At [`Correction::at`].
     pub value: SVector<f64, 12>,
-    /// By μ, μ_s, e.
-    pub slope: SMatrix<f64, 12, 3>,
+    /// By μ, μ_s, e, and b and c of a friction that falls.
+    pub slope: SMatrix<f64, 12, 5>,
     pub at: Coefficients,
+    pub law: Law,
 }
 
 /// A model, and what is added to its outcomes.
@@ -29,8 +32,9 @@ impl Correction {
     /// Integrated to this, relative to the closing speed: far below what a correction is worth.
     const TOLERANCE: f64 = 1e-7;
 
-    /// By which the coefficients are moved for the slope.
+    /// By which the coefficients and b are moved for the slope, and c, s/m.
     const STEP: f64 = 5e-3;
+    const STEP_OF_C: f64 = 5e-2;
 
     /// What an integrated model says of one shot beyond its closed form; `None` for a closed form.
     ///
@@ -39,31 +43,42 @@ impl Correction {
     pub fn of(model: &Model, cue: &BallState, at: &Coefficients) -> Result<Option<Self>, NotACollision> {
         let Some(closed) = model.closed() else { return Ok(None) };
         let fine = Model { tolerance: model.tolerance.max(Self::TOLERANCE), ..*model };
-        let beyond = |at: &Coefficients| {
+        let beyond = |at: &Coefficients, law: Law| {
+            let (fine, closed) = (Model { law, ..fine }, Model { law, ..closed });
             let difference = fine.collide(cue, at)?.components() - closed.collide(cue, at)?.components();
             Ok::<_, NotACollision>(difference)
         };
-        let value = beyond(at)?;
+        let law = model.law;
+        let value = beyond(at, law)?;
         let Coefficients { mu, mu_s, e } = *at;
-        let moved = [
-            Coefficients { mu: mu + Self::STEP, ..*at },
-            Coefficients { mu_s: mu_s + Self::STEP, ..*at },
+        let mut moved = vec![
+            (Coefficients { mu: mu + Self::STEP, ..*at }, law, Self::STEP),
+            (Coefficients { mu_s: mu_s + Self::STEP, ..*at }, law, Self::STEP),
             // e may be 1
-            Coefficients { e: e - Self::STEP, ..*at },
+            (Coefficients { e: e - Self::STEP, ..*at }, law, -Self::STEP),
         ];
-        let mut slope = SMatrix::<f64, 12, 3>::zeros();
-        for (column, (moved, step)) in moved.iter().zip([Self::STEP, Self::STEP, -Self::STEP]).enumerate() {
+        if let Law::Exponential { b, c } = law {
+            moved.push((*at, Law::Exponential { b: b + Self::STEP, c }, Self::STEP));
+            moved.push((*at, Law::Exponential { b, c: c + Self::STEP_OF_C }, Self::STEP_OF_C));
+        }
+        let mut slope = SMatrix::<f64, 12, 5>::zeros();
+        for (column, (moved, law, step)) in moved.into_iter().enumerate() {
             // at the end of its range a coefficient has no slope
-            if let Ok(there) = beyond(moved) {
+            if let Ok(there) = beyond(&moved, law) {
                 slope.set_column(column, &((there - value) / step));
             }
         }
-        Ok(Some(Self { value, slope, at: *at }))
+        Ok(Some(Self { value, slope, at: *at, law }))
     }
 
-    fn at(&self, coefficients: &Coefficients) -> SVector<f64, 12> {
+    fn at(&self, coefficients: &Coefficients, law: Law) -> SVector<f64, 12> {
         let Coefficients { mu, mu_s, e } = *coefficients;
-        self.value + self.slope * Vector3::new(mu - self.at.mu, mu_s - self.at.mu_s, e - self.at.e)
+        let (b, c) = match (law, self.law) {
+            (Law::Exponential { b, c }, Law::Exponential { b: own_b, c: own_c }) => (b - own_b, c - own_c),
+            (Law::Constant, Law::Exponential { b, .. }) => (-b, 0.0),
+            (_, Law::Constant) => (0.0, 0.0),
+        };
+        self.value + self.slope * Vector5::new(mu - self.at.mu, mu_s - self.at.mu_s, e - self.at.e, b, c)
     }
 }
 
@@ -77,11 +92,26 @@ impl Corrected<'_> {
         cue: &BallState,
         coefficients: &Coefficients,
     ) -> Result<(Outcome, Jacobian), NotACollision> {
+        let (outcome, jacobian, _) = self.collide_with_all(cue, coefficients)?;
+        Ok((outcome, jacobian))
+    }
+
+    /// Also by b and c of a friction that falls with the slip ([`Model::by_law`]).
+    ///
+    /// # Errors
+    /// As [`Model::collide`].
+    pub fn collide_with_all(
+        &self,
+        cue: &BallState,
+        coefficients: &Coefficients,
+    ) -> Result<(Outcome, Jacobian, ByLaw), NotACollision> {
         let (outcome, mut jacobian) = self.model.collide_with_jacobian(cue, coefficients)?;
-        let Some(correction) = self.correction else { return Ok((outcome, jacobian)) };
+        let mut by_law = self.model.by_law(cue, coefficients, &outcome, &jacobian);
+        let Some(correction) = self.correction else { return Ok((outcome, jacobian, by_law)) };
         let mut by_coefficients = jacobian.fixed_columns_mut::<3>(0);
-        by_coefficients += correction.slope;
-        Ok((outcome.plus(&correction.at(coefficients)), jacobian))
+        by_coefficients += correction.slope.fixed_columns::<3>(0);
+        by_law += correction.slope.fixed_columns::<2>(3);
+        Ok((outcome.plus(&correction.at(coefficients, self.model.law)), jacobian, by_law))
     }
 }
 

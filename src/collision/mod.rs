@@ -24,6 +24,7 @@ mod hertz;
 mod inelastic;
 mod integrate;
 mod integrated;
+mod law;
 mod linear;
 mod ode;
 mod outcome;
@@ -39,6 +40,7 @@ use crate::friction::{Friction, Law};
 
 pub use corrected::{Corrected, Correction};
 pub use effects::Effects;
+pub use law::ByLaw;
 pub use outcome::{Input, Jacobian, Outcome};
 
 /// How closely the collision is modelled.

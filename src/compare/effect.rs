@@ -32,7 +32,7 @@ pub fn effect(
             Quantity::Parameter(Parameter::Mu) => at.mu = value,
             Quantity::Parameter(Parameter::MuS) => at.mu_s = value,
             Quantity::Parameter(Parameter::E) => at.e = value,
-            Quantity::Sliding => {}
+            Quantity::Sliding | Quantity::Parameter(Parameter::B | Parameter::C) => {}
         }
         let velocity = cue_velocity(SPEED, f64::to_radians(cut_deg));
         let cue =
@@ -43,6 +43,8 @@ pub fn effect(
         if difference > 0.0 { more } else { less }
     };
     Some(match quantity {
+        // its friction is constant
+        Quantity::Parameter(Parameter::B | Parameter::C) => return None,
         Quantity::Parameter(Parameter::Mu) => {
             let throw = |value| {
                 let object = shot(value, HALF_BALL_DEG, false)?.object.velocity;
@@ -102,7 +104,7 @@ pub(super) fn describe(comparison: &mut Comparison, ball: Ball) {
         let count = known.len().max(1) as f64;
         if known.is_empty() { parameter.default_setting().initial } else { known.iter().sum::<f64>() / count }
     };
-    let [mu, mu_s, e] = Parameter::ALL.map(typical);
+    let [mu, mu_s, e] = Parameter::COEFFICIENTS.map(typical);
     let at = Coefficients { mu, mu_s, e };
     let labels = comparison.labels.clone();
     for compared in &mut comparison.quantities {

@@ -8,7 +8,8 @@ use crate::collision::Coefficients;
 use crate::observable::Observable;
 use crate::optimise::{self, Activity, Constraints};
 use crate::parameters::{Parameter, Settings};
-use crate::residuals::{EstimatedSd, Problem, Whitening, common_shifts, difference, parameter_mut};
+use crate::residuals::{EstimatedSd, Problem, Whitening, common_shifts, difference};
+use crate::values::Values;
 
 /// Weights rest when no estimated standard deviation and no parameter moves by more than this part.
 const AT_REST: f64 = 1e-9;
@@ -18,7 +19,7 @@ const MAX_ROUNDS: usize = 60;
 const EXACT: f64 = 1e-9;
 
 /// Which unknown a sample's parameter is; `None`: held at its initial value.
-pub(super) type Columns = [Option<usize>; Parameter::ALL.len()];
+pub(super) type Columns = [Option<usize>; Parameter::COEFFICIENTS.len()];
 
 /// What is fitted together.
 #[derive(Clone)]
@@ -133,12 +134,13 @@ impl Jacobian for Joint<'_> {
 
 /// The coefficients of a sample.
 pub(super) fn coefficients(settings: &Settings, columns: &Columns, x: &[f64]) -> Coefficients {
-    let mut coefficients = Coefficients { mu: 0.0, mu_s: 0.0, e: 0.0 };
-    for parameter in Parameter::ALL {
-        *parameter_mut(&mut coefficients, parameter) =
-            columns[parameter as usize].map_or(settings[parameter].initial, |column| x[column]);
+    let mut values = Values::initial(settings);
+    for parameter in Parameter::COEFFICIENTS {
+        if let Some(column) = columns[parameter as usize] {
+            values[parameter] = x[column];
+        }
     }
-    coefficients
+    values.coefficients
 }
 
 /// Fits until the weights rest; with given weights, once.
@@ -168,7 +170,9 @@ pub(super) fn solve(
     let free: Vec<Vec<Parameter>> = layout
         .columns
         .iter()
-        .map(|columns| Parameter::ALL.into_iter().filter(|p| columns[*p as usize].is_some()).collect())
+        .map(|columns| {
+            Parameter::COEFFICIENTS.into_iter().filter(|p| columns[*p as usize].is_some()).collect()
+        })
         .collect();
     let columns: Vec<Vec<usize>> = samples
         .iter()
@@ -205,7 +209,7 @@ pub(super) fn solve(
                     &sample.model,
                     &layout.settings[i],
                     &free[i],
-                    held[i],
+                    held[i].into(),
                     &whitening[i],
                 )
             })

@@ -90,6 +90,10 @@ pub enum CompareError {
         "{observations} observations for {parameters} parameters; expected more observations: add shots, or share parameters"
     )]
     TooFewObservations { observations: usize, parameters: usize },
+    #[error(
+        "{0}: its friction falls with the slip; a comparison takes a constant one: leave out friction under [fit]"
+    )]
+    Falls(String),
     #[error("the observations cannot be weighted: a covariance is not positive definite")]
     NoWeights,
     #[error(
@@ -234,6 +238,9 @@ pub fn compare(datasets: &[Dataset], options: &Options) -> Result<Comparison, Co
     if let Some(both) = options.share.iter().find(|q| options.per_dataset.contains(q)) {
         return Err(CompareError::Both(both.name()));
     }
+    if let Some(falling) = datasets.iter().find(|dataset| dataset.settings.falls) {
+        return Err(CompareError::Falls(falling.path.display().to_string()));
+    }
     let (told_by, labels, samples, summaries) = gather(datasets, options.fidelity);
     let kept: Vec<Sample> = samples.into_iter().filter(|sample| !sample.fitted.is_empty()).collect();
     let used: Vec<usize> = (0..labels.len()).filter(|l| kept.iter().any(|s| s.label == *l)).collect();
@@ -249,7 +256,7 @@ pub fn compare(datasets: &[Dataset], options: &Options) -> Result<Comparison, Co
         let by_default = match quantity {
             Quantity::Parameter(Parameter::MuS) | Quantity::Sliding => cloths,
             Quantity::Parameter(Parameter::Mu) => !cloths,
-            Quantity::Parameter(Parameter::E) => false,
+            Quantity::Parameter(_) => false,
         };
         by_default || options.per_dataset.contains(&quantity)
     };
@@ -324,7 +331,7 @@ fn gather(
                 labels.len() - 1
             });
             let model = Model::new(fidelity, dataset.ball);
-            let initial = Parameter::ALL.map(|p| dataset.settings[p].initial);
+            let initial = Parameter::COEFFICIENTS.map(|p| dataset.settings[p].initial);
             let initial = Coefficients { mu: initial[0], mu_s: initial[1], e: initial[2] };
             let (mut fitted, mut names) = (Vec::new(), Vec::new());
             let mut rejected: Vec<Rejected> = dataset

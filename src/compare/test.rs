@@ -26,17 +26,18 @@ pub(super) fn run(
     differs: &dyn Fn(Quantity) -> bool,
 ) -> Result<Comparison, CompareError> {
     check_noise(samples)?;
-    let mut all_say =
-        Parameter::ALL.map(|p| (0..labels.len()).map(|label| says_of(samples, label, p)).collect::<Vec<_>>());
-    let mut held: Held = samples.iter().map(|s| Parameter::ALL.map(|p| s.settings[p].initial)).collect();
-    let apart = Parameter::ALL.map(|p| differs(Quantity::Parameter(p)));
+    let mut all_say = Parameter::COEFFICIENTS
+        .map(|p| (0..labels.len()).map(|label| says_of(samples, label, p)).collect::<Vec<_>>());
+    let mut held: Held =
+        samples.iter().map(|s| Parameter::COEFFICIENTS.map(|p| s.settings[p].initial)).collect();
+    let apart = Parameter::COEFFICIENTS.map(|p| differs(Quantity::Parameter(p)));
     let mut samples = samples.to_vec();
     // what ends on a plateau tells only that it is beyond its edge: it is left out, and the rest fitted again
     let (layout, solved) = loop {
         let layout = layout(&samples, &all_say, &held, apart);
         let solved = solve(&samples, &layout, None)?;
         let mut lost = false;
-        for parameter in Parameter::ALL {
+        for parameter in Parameter::COEFFICIENTS {
             for (label, says) in all_say[parameter as usize].iter_mut().enumerate() {
                 let column = column_of(&samples, &layout, label, parameter);
                 let Some(column) = column.filter(|c| solved.silent[*c] && *says == Says::Something) else {
@@ -46,7 +47,7 @@ pub(super) fn run(
                     Parameter::Mu => {
                         "its contacts stick at the best fit: the data tell only that it is large"
                     }
-                    Parameter::MuS | Parameter::E => "nothing depends on it at the best fit",
+                    _ => "nothing depends on it at the best fit",
                 };
                 *says = Says::Nothing(why.to_string());
                 lost = true;
@@ -61,7 +62,7 @@ pub(super) fn run(
         // what is fitted to nothing of a sample any more would only pass for noise
         let tells = |sample: &Sample| {
             let of = |p: Parameter| all_say[p as usize][sample.label] == Says::Something;
-            Parameter::ALL.into_iter().any(|p| of(p) && !sample.settings[p].fixed)
+            Parameter::COEFFICIENTS.into_iter().any(|p| of(p) && !sample.settings[p].fixed)
         };
         let stays: Vec<bool> = samples.iter().map(tells).collect();
         let mut each = stays.iter();
@@ -77,7 +78,7 @@ pub(super) fn run(
     let dof = (solved.observations + priors(&layout)).saturating_sub(layout.start.len());
     let tests = Tests { dof, estimated: noise_estimated };
     let mut quantities = Vec::new();
-    for parameter in Parameter::ALL {
+    for parameter in Parameter::COEFFICIENTS {
         let says = &all_say[parameter as usize];
         let telling: Vec<usize> = (0..labels.len()).filter(|l| says[*l] == Says::Something).collect();
         let left_out = says.iter().enumerate().filter_map(|(label, says)| match says {
@@ -156,7 +157,7 @@ pub(super) fn run(
 }
 
 /// What parameters that are not fitted are held at, for each sample.
-type Held = Vec<[f64; Parameter::ALL.len()]>;
+type Held = Vec<[f64; Parameter::COEFFICIENTS.len()]>;
 
 /// How sums of squares are judged.
 struct Tests {
@@ -195,10 +196,10 @@ impl Tests {
 
 /// Whether a sample's observations depend on a parameter at its initial value.
 fn is_informed(sample: &Sample, parameter: Parameter) -> bool {
-    let [mu, mu_s, e] = Parameter::ALL.map(|p| sample.settings[p].initial);
+    let [mu, mu_s, e] = Parameter::COEFFICIENTS.map(|p| sample.settings[p].initial);
     let at = Coefficients { mu, mu_s, e };
     sample.fitted.iter().any(|shot| {
-        let by = shot.plan.predict(&sample.model, &at).map(|p| p.by_coefficients);
+        let by = shot.plan.predict(&sample.model, &at).map(|p| p.by_parameters);
         by.is_ok_and(|by| (0..shot.plan.rows().len()).any(|row| by[(row, parameter as usize)] != 0.0))
     })
 }
@@ -217,7 +218,7 @@ fn says_of(samples: &[Sample], label: usize, parameter: Parameter) -> Says {
     let why = match parameter {
         Parameter::Mu => "none of its observations depends on the friction between the balls",
         Parameter::MuS => "none of its shots has topspin, so the cloth never carries the object ball",
-        Parameter::E => "none of its observations depends on the restitution",
+        _ => "none of its observations depends on the restitution",
     };
     Says::Nothing(why.to_string())
 }
@@ -225,7 +226,7 @@ fn says_of(samples: &[Sample], label: usize, parameter: Parameter) -> Says {
 /// One unknown for all, or one for each label that tells it.
 fn layout(samples: &[Sample], says: &[Vec<Says>; 3], held: &Held, apart: [bool; 3]) -> Layout {
     let mut layout = Layout::new(samples);
-    for parameter in Parameter::ALL {
+    for parameter in Parameter::COEFFICIENTS {
         for (settings, held) in layout.settings.iter_mut().zip(held) {
             settings[parameter].initial = held[parameter as usize];
         }
@@ -256,7 +257,7 @@ fn column_of(samples: &[Sample], layout: &Layout, label: usize, parameter: Param
 fn priors(layout: &Layout) -> usize {
     let of = |(settings, columns): (&crate::parameters::Settings, &super::joint::Columns)| {
         let counts = |p: &Parameter| columns[*p as usize].is_some() && settings[*p].prior.is_some();
-        Parameter::ALL.iter().filter(|p| counts(p)).count()
+        Parameter::COEFFICIENTS.iter().filter(|p| counts(p)).count()
     };
     layout.settings.iter().zip(&layout.columns).map(of).sum()
 }

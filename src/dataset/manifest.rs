@@ -136,10 +136,23 @@ struct RawFit {
     mu: Option<RawSetting>,
     mu_s: Option<RawSetting>,
     e: Option<RawSetting>,
+    mu_b: Option<Spanned<RawSetting>>,
+    mu_c: Option<Spanned<RawSetting>>,
+    friction: Option<Friction>,
     by: Option<Spanned<String>>,
     loss: Option<Spanned<String>>,
     #[serde(default)]
     constraints: Vec<Spanned<String>>,
+}
+
+/// How the friction between the balls depends on their slip.
+#[derive(Clone, Copy, Debug, Default, Deserialize, PartialEq, Eq)]
+#[serde(rename_all = "lowercase")]
+enum Friction {
+    #[default]
+    Constant,
+    /// μ + b exp(−c v).
+    Exponential,
 }
 
 #[derive(Default, Deserialize)]
@@ -372,12 +385,25 @@ impl RawManifest {
             .zip(tracks.as_ref())
             .map(|(discs, tracks)| Discs { in_seconds: !tracks.unknown_rate, ..discs });
         let mut settings = Settings::default();
-        for (parameter, raw) in Parameter::ALL.into_iter().zip([&self.fit.mu, &self.fit.mu_s, &self.fit.e]) {
+        settings.falls = self.fit.friction == Some(Friction::Exponential);
+        let fit = &self.fit;
+        for (parameter, raw) in Parameter::COEFFICIENTS.into_iter().zip([&fit.mu, &fit.mu_s, &fit.e]) {
             if let Some(raw) = raw {
                 settings[parameter] = raw.check(parameter, source, problems);
             }
         }
-        let relations = self.fit.relations(source, problems);
+        for (parameter, raw) in [(Parameter::B, &fit.mu_b), (Parameter::C, &fit.mu_c)] {
+            let Some(raw) = raw else { continue };
+            settings[parameter] = raw.as_ref().check(parameter, source, problems);
+            if !settings.falls {
+                let message = format!(
+                    "{} stands in [fit], but friction is constant; expected friction = \"exponential\" with it",
+                    parameter.name()
+                );
+                source.add(problems, &raw.span(), message);
+            }
+        }
+        let relations = self.fit.relations(settings.falls, source, problems);
         let loss = self.fit.loss(source, problems);
         Manifest {
             name: name.clone(),
@@ -493,11 +519,24 @@ impl RawManifest {
 }
 
 impl RawFit {
-    fn relations(&self, source: &Source, problems: &mut Problems) -> Vec<Relation> {
+    fn relations(&self, falls: bool, source: &Source, problems: &mut Problems) -> Vec<Relation> {
         let mut relations = Vec::new();
         for text in &self.constraints {
             match Relation::parse(text.as_ref()) {
-                Ok(relation) => relations.push(relation),
+                Ok(relation) => {
+                    let of_law = [Parameter::B, Parameter::C];
+                    let involved = of_law.into_iter().find(|p| relation.coefficients[*p as usize] != 0.0);
+                    if let Some(parameter) = involved.filter(|_| !falls) {
+                        let message = format!(
+                            "the constraint \"{}\" has {}, but friction is constant; expected friction = \
+                             \"exponential\" with it",
+                            text.as_ref(),
+                            parameter.name()
+                        );
+                        source.add(problems, &text.span(), message);
+                    }
+                    relations.push(relation);
+                }
                 Err(error) => {
                     let message = format!("the constraint \"{}\": {error}", text.as_ref());
                     source.add(problems, &text.span(), message);
@@ -550,10 +589,11 @@ impl RawBall {
 impl RawSetting {
     fn check(&self, parameter: Parameter, source: &Source, problems: &mut Problems) -> Setting {
         let name = parameter.name();
-        let mut setting = parameter.default_setting();
+        // c is held only where nothing is said of it
+        let mut setting = Setting { fixed: false, ..parameter.default_setting() };
         let widest = match parameter {
             Parameter::E => 1.0,
-            Parameter::Mu | Parameter::MuS => f64::INFINITY,
+            _ => f64::INFINITY,
         };
         let allowed = if widest == 1.0 { "0 to 1" } else { "0 or more" };
         let mut value = |key: &str, value: &Option<Spanned<f64>>, range: bool| -> Option<f64> {

@@ -215,7 +215,7 @@ pub fn design(expected: &Expected) -> Result<Design, NotACollision> {
         std_errors: information::std_errors(&total),
     };
     let mut told = expected.wanted;
-    for parameter in Parameter::ALL {
+    for parameter in Parameter::COEFFICIENTS {
         let i = parameter as usize;
         if told[i].is_some() && planned.std_errors[i].is_none() {
             notes.push(format!("No kind of shot offered tells {}.", parameter.symbol()));

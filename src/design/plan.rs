@@ -66,7 +66,7 @@ pub(super) fn mixtures(expected: &Expected, kinds: &[OfKind], cells: &[Cell]) ->
         let told = std_errors(&informations.iter().sum());
         let wanted: [Option<f64>; 3] =
             std::array::from_fn(|i| expected.wanted[i].filter(|_| told[i].is_some()));
-        let each = Parameter::ALL.into_iter().map(|parameter| {
+        let each = Parameter::COEFFICIENTS.into_iter().map(|parameter| {
             let mut own = [None; 3];
             own[parameter as usize] = wanted[parameter as usize];
             (Some(parameter), own)

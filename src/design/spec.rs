@@ -176,7 +176,7 @@ impl RawSpec {
         let want = [&self.want.mu, &self.want.mu_s, &self.want.e];
         if want.iter().any(|given| given.is_some()) {
             wanted = [None; 3];
-            for (parameter, given) in Parameter::ALL.into_iter().zip(want) {
+            for (parameter, given) in Parameter::COEFFICIENTS.into_iter().zip(want) {
                 let key = format!("want.{}", parameter.name());
                 wanted[parameter as usize] =
                     given.as_ref().map(|given| check.number(Some(given), &key, 0.0, POSITIVE));

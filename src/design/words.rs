@@ -15,7 +15,7 @@ const COMPARED: f64 = 40.0;
 
 pub(super) fn of(design: &Design) -> Vec<String> {
     let mut lines = Vec::new();
-    for parameter in Parameter::ALL {
+    for parameter in Parameter::COEFFICIENTS {
         let told: Vec<Told> =
             (0..design.cells.len()).filter_map(|index| Told::of(&design.cells[index], parameter)).collect();
         let Some(best) = told.iter().min_by(|a, b| a.error.total_cmp(&b.error)) else {

@@ -11,7 +11,7 @@ use statrs::distribution::{ContinuousCDF, Normal};
 use super::goodness::{self, Context};
 use super::search::Search;
 use crate::parameters::Parameter;
-use crate::residuals::{Fitted, parameter_mut};
+use crate::residuals::Fitted;
 
 /// What a bootstrap over shots found.
 #[derive(Clone, Debug, PartialEq)]
@@ -53,7 +53,7 @@ pub(super) fn bootstrap(
         let count = search.fitted.len();
         let sample: Vec<Fitted> =
             (0..count).map(|_| search.fitted[rng.random_range(0..count)].clone()).collect();
-        let search = Search { fitted: &sample, initial: minimum.coefficients, ..search.clone() };
+        let search = Search { fitted: &sample, initial: minimum.values, ..search.clone() };
         let found = search.converge(context.free).ok().filter(|(minimum, _)| minimum.converged);
         done();
         found.map(|(minimum, _)| minimum.x)
@@ -64,7 +64,7 @@ pub(super) fn bootstrap(
     let estimates = context.free.iter().enumerate().filter_map(|(column, parameter)| {
         let mut values: Vec<f64> = all.iter().flatten().map(|x| x[column]).collect();
         values.sort_by(f64::total_cmp);
-        let estimate = *parameter_mut(&mut minimum.coefficients.clone(), *parameter);
+        let estimate = minimum.values[*parameter];
         // what leaving each shot out does tells how the error changes with the value
         let jackknife: Vec<f64> =
             shifts.iter().map(|shift| shift.as_ref().map_or(0.0, |s| s[column])).collect();

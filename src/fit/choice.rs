@@ -5,9 +5,10 @@ use rayon::prelude::*;
 use super::run::Settled;
 use super::search::Search;
 use super::{Computed, FitError};
-use crate::collision::{Coefficients, Model};
+use crate::collision::Model;
 use crate::parameters::Parameter;
 use crate::residuals::Fitted;
+use crate::values::Values;
 
 /// Of a shot's smallest standard error, what may be left out: squared it adds a hundredth.
 const PART: f64 = 0.1;
@@ -64,10 +65,10 @@ pub(super) fn choose(
     on_cloth: bool,
 ) -> Result<Option<Refused>, FitError> {
     let model = search.model;
-    let choose = |fitted: &mut [Fitted], at: Coefficients| {
+    let choose = |fitted: &mut [Fitted], at: Values| {
         fitted.par_iter_mut().for_each(|shot| {
             // what cannot be predicted there is told of where the fit ends
-            _ = shot.plan.choose(model, &at, PART, OTHERWISE);
+            _ = shot.plan.choose(&at.model(model), &at.values, PART, OTHERWISE);
             // weight and contact time have no part in a shot without a speed
             if !(on_cloth && shot.plan.knows_speed()) {
                 shot.plan.settle_for_closed(model);
@@ -77,9 +78,9 @@ pub(super) fn choose(
     let mut sample: Vec<Fitted> =
         fitted.iter().step_by(fitted.len().div_ceil(SAMPLE).max(1)).cloned().collect();
     choose(&mut sample, search.initial);
-    let start = settle(&sample, search)?.coefficients;
+    let start = settle(&sample, search)?.values;
     choose(&mut sample, start);
-    let Found { minus_two_log: closed, coefficients: mut at, .. } = settle(&sample, search)?;
+    let Found { minus_two_log: closed, values: mut at, .. } = settle(&sample, search)?;
     let mut refused = None;
     if sample.iter().any(|shot| shot.plan.is_corrected()) {
         let corrected = correct(&mut sample, search, at)?;
@@ -87,7 +88,7 @@ pub(super) fn choose(
         if higher > -EVIDENCE {
             refused = Some(Refused { higher, with: corrected.told });
         } else {
-            at = corrected.coefficients;
+            at = corrected.values;
         }
     }
     choose(fitted, at);
@@ -106,15 +107,15 @@ pub(super) fn integrate(fitted: &mut [Fitted], search: &Search) -> Result<(), Fi
     }
     let mut sample: Vec<Fitted> =
         fitted.iter().step_by(fitted.len().div_ceil(SAMPLE).max(1)).cloned().collect();
-    let start = settle(&sample, search)?.coefficients;
-    take(fitted, search.model, &correct(&mut sample, search, start)?.coefficients);
+    let start = settle(&sample, search)?.values;
+    take(fitted, search.model, &correct(&mut sample, search, start)?.values);
     Ok(())
 }
 
 /// A minimum.
 struct Found {
     minus_two_log: f64,
-    coefficients: Coefficients,
+    values: Values,
     /// What is free and told.
     told: Vec<(Parameter, f64)>,
 }
@@ -125,25 +126,25 @@ fn settle(fitted: &[Fitted], search: &Search) -> Result<Found, FitError> {
         Settled::new(&Search { fitted, maximum_likelihood: true, ..search.clone() })?;
     Ok(Found {
         minus_two_log: search.minus_two_log_likelihood(&minimum, &estimated),
-        coefficients: minimum.coefficients,
+        values: minimum.values,
         told: free.iter().copied().zip(minimum.x.iter().copied()).collect(),
     })
 }
 
 /// Corrects and fits in turn.
-fn correct(fitted: &mut [Fitted], search: &Search, mut at: Coefficients) -> Result<Found, FitError> {
+fn correct(fitted: &mut [Fitted], search: &Search, mut at: Values) -> Result<Found, FitError> {
     for _ in 1..ROUNDS {
         take(fitted, search.model, &at);
-        at = settle(fitted, search)?.coefficients;
+        at = settle(fitted, search)?.values;
     }
     take(fitted, search.model, &at);
     settle(fitted, search)
 }
 
 /// Takes every shot's correction.
-fn take(fitted: &mut [Fitted], model: &Model, at: &Coefficients) {
+fn take(fitted: &mut [Fitted], model: &Model, at: &Values) {
     fitted.par_iter_mut().for_each(|shot| {
-        if shot.plan.correct(model, at).is_err() {
+        if shot.plan.correct(&at.model(model), &at.values).is_err() {
             shot.plan.settle_for_closed(model);
         }
     });

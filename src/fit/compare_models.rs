@@ -12,8 +12,9 @@ use super::FitError;
 use super::run::{Settled, observations};
 use super::search::Search;
 use crate::collision::{Fidelity, Model};
+use crate::friction::Law;
 use crate::parameters::{Parameter, Settings};
-use crate::residuals::{Fitted, parameter_mut};
+use crate::residuals::{Fitted, are_filmed};
 
 /// One model on the data of a fit.
 #[derive(Clone, Debug, PartialEq)]
@@ -22,8 +23,8 @@ pub struct Alternative {
     pub name: &'static str,
     /// Why it could not be fitted.
     pub failed: Option<String>,
-    /// Estimates, in the order of [`Parameter::ALL`].
-    pub values: [f64; Parameter::ALL.len()],
+    /// Estimates of all parameters that it has.
+    pub values: Vec<(Parameter, f64)>,
     /// Fitted parameters and estimated standard deviations.
     pub parameters: usize,
     /// Akaike's and Schwarz's criterion less that of the fit: negative speaks for this model.
@@ -42,9 +43,11 @@ pub struct LikelihoodRatio {
 }
 
 /// What differs from the fit.
+#[derive(Clone)]
 struct Change {
     name: &'static str,
     fidelity: Fidelity,
+    law: Law,
     /// Whether it is that of every shot, in the place of what was chosen for each.
     everywhere: bool,
     settings: Settings,
@@ -65,7 +68,7 @@ pub(super) fn compare(search: &Search, settled: &Settled) -> Vec<Alternative> {
                 alternatives.push(Alternative {
                     name: change.name,
                     failed: Some(error.to_string()),
-                    values: [f64::NAN; Parameter::ALL.len()],
+                    values: change.settings.parameters().iter().map(|p| (*p, f64::NAN)).collect(),
                     parameters: 0,
                     delta_aic: f64::NAN,
                     delta_bic: f64::NAN,
@@ -97,62 +100,78 @@ pub(super) fn compare(search: &Search, settled: &Settled) -> Vec<Alternative> {
 }
 
 fn changes(search: &Search, settled: &Settled) -> Vec<Change> {
-    let fidelity = search.model.fidelity;
+    let &Model { fidelity, law, .. } = search.model;
     let settings = *search.settings;
-    let fit = Change { name: "as fitted", fidelity, everywhere: false, settings, nested: 0 };
+    let fit = Change { name: "as fitted", fidelity, law, everywhere: false, settings, nested: 0 };
     let corrected = search.fitted.iter().any(|shot| shot.plan.is_corrected());
     let others: &[Fidelity] = match fidelity {
         Fidelity::Full if corrected => &[Fidelity::Full, Fidelity::Linear],
         Fidelity::Full => &[Fidelity::Linear],
         _ => &[Fidelity::Full],
     };
-    let other = |fidelity: &Fidelity| Change {
-        name: fidelity.name(),
-        fidelity: *fidelity,
-        everywhere: true,
-        settings,
-        nested: 0,
-    };
-    let mut changes: Vec<Change> = std::iter::once(fit).chain(others.iter().map(other)).collect();
-    let frictional = fidelity.effects().friction;
-    let topspin = search.fitted.iter().any(|shot| shot.plan.has_topspin());
-    if frictional && topspin {
+    let mut changes = vec![fit.clone()];
+    for other in others {
+        changes.push(Change { name: other.name(), fidelity: *other, everywhere: true, ..fit.clone() });
+    }
+    if !fidelity.effects().friction {
+        return changes;
+    }
+    changes.extend(other_law(search, settled, &fit));
+    if search.fitted.iter().any(|shot| shot.plan.has_topspin()) {
         let own = settings[Parameter::MuS];
         let mut changed = settings;
         if own.fixed && own.initial == 0.0 {
             changed[Parameter::MuS] = Parameter::MuS.default_setting();
-            changes.push(Change {
-                name: "with friction of the cloth",
-                fidelity,
-                everywhere: false,
-                settings: changed,
-                nested: 1,
-            });
+            changes.push(Change { name: "with friction of the cloth", settings: changed, nested: 1, ..fit });
         } else {
             let setting = &mut changed[Parameter::MuS];
             (setting.initial, setting.lower, setting.fixed, setting.prior) = (0.0, 0.0, true, None);
             let told = settled.free.contains(&Parameter::MuS) && own.prior.is_none();
             let nested = if told { -1 } else { 0 };
-            changes.push(Change {
-                name: "without friction of the cloth",
-                fidelity,
-                everywhere: false,
-                settings: changed,
-                nested,
-            });
+            changes.push(Change { name: "without friction of the cloth", settings: changed, nested, ..fit });
         }
     }
     changes
 }
 
+/// A friction that falls with the slip in the place of a constant one, or the other way round.
+fn other_law(search: &Search, settled: &Settled, fit: &Change) -> Option<Change> {
+    let mut settings = fit.settings;
+    if fit.law != Law::Constant {
+        settings.falls = false;
+        let [b, c] = [Parameter::B, Parameter::C].map(|p| fit.settings[p]);
+        // without b nothing depends on c: the ratio then has no known distribution
+        let told = fit.settings.falls && settled.free.contains(&Parameter::B) && c.fixed;
+        let nested = if told && b.lower == 0.0 && b.prior.is_none() { -1 } else { 0 };
+        return Some(Change {
+            name: "constant friction",
+            law: Law::Constant,
+            settings,
+            nested,
+            ..fit.clone()
+        });
+    }
+    // frames do not take it, and without a speed nothing is known of the slip
+    if are_filmed(search.fitted) || !search.fitted.iter().all(|shot| shot.plan.knows_speed()) {
+        return None;
+    }
+    settings.falls = true;
+    for parameter in [Parameter::B, Parameter::C] {
+        settings[parameter] = parameter.default_setting();
+    }
+    let (b, c) = (settings[Parameter::B].initial, settings[Parameter::C].initial);
+    let law = Law::Exponential { b, c };
+    Some(Change { name: "friction falling with the slip", law, settings, nested: 1, ..fit.clone() })
+}
+
 struct Found {
-    values: [f64; Parameter::ALL.len()],
+    values: Vec<(Parameter, f64)>,
     minus_two_log: f64,
     parameters: usize,
 }
 
 fn fitted(search: &Search, change: &Change) -> Result<Found, FitError> {
-    let model = Model { fidelity: change.fidelity, ..*search.model };
+    let model = Model { fidelity: change.fidelity, law: change.law, ..*search.model };
     let plain: Vec<Fitted>;
     let shots = if change.everywhere {
         plain = search.fitted.iter().map(|shot| Fitted { plan: shot.plan.plain(), ..shot.clone() }).collect();
@@ -167,12 +186,17 @@ fn fitted(search: &Search, change: &Change) -> Result<Found, FitError> {
         maximum_likelihood: true,
         ..search.clone()
     };
-    for parameter in Parameter::ALL.into_iter().filter(|p| change.settings[*p].fixed) {
-        *parameter_mut(&mut search.initial, parameter) = change.settings[parameter].initial;
+    for parameter in Parameter::COEFFICIENTS.into_iter().filter(|p| change.settings[*p].fixed) {
+        search.initial[parameter] = change.settings[parameter].initial;
+    }
+    if change.settings.falls {
+        for parameter in [Parameter::B, Parameter::C] {
+            search.initial[parameter] = change.settings[parameter].initial;
+        }
     }
     let settled = Settled::new(&search)?;
     Ok(Found {
-        values: Parameter::ALL.map(|p| *parameter_mut(&mut settled.minimum.coefficients.clone(), p)),
+        values: change.settings.parameters().iter().map(|p| (*p, settled.minimum.values[*p])).collect(),
         minus_two_log: settled.search.minus_two_log_likelihood(&settled.minimum, &settled.estimated),
         parameters: settled.minimum.room() + settled.estimated.len(),
     })

@@ -305,7 +305,7 @@ struct View {
 
 fn view(context: &Context, number: usize) -> Option<View> {
     let Fitted { plan, .. } = &context.fitted[number];
-    let prediction: Prediction = plan.predict(context.model, &context.minimum.coefficients).ok()?;
+    let prediction: Prediction = plan.predict(context.model, &context.minimum.values.coefficients).ok()?;
     let covariance = covariance(plan, &prediction, context.sds);
     let l = covariance.clone().cholesky()?.l();
     let weight = context.minimum.weights.get(number).map_or(1.0, |w| w.sqrt());

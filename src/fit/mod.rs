@@ -31,7 +31,6 @@ use nalgebra::DMatrix;
 use crate::ball::Ball;
 use crate::collision::{Effects, Fidelity, Model};
 use crate::dataset::{Dataset, Measured, Shot};
-use crate::friction::Law;
 use crate::impact::film::Film;
 use crate::loss::Loss;
 use crate::observable::Observable;
@@ -47,8 +46,8 @@ pub struct Options {
     pub auto: bool,
     /// What is simulated, as far as the fidelity can.
     pub effects: Option<Effects>,
-    /// How the friction between the balls falls with the slip; its μ is fitted.
-    pub law: Law,
+    /// How the friction between the balls falls with the slip.
+    pub falling: Falling,
     /// Of the fidelities that integrate.
     pub tolerance: f64,
     pub method: Method,
@@ -61,6 +60,18 @@ pub struct Options {
     pub bootstrap: usize,
     /// Of everything random.
     pub seed: u64,
+}
+
+/// How the friction between the balls falls with their slip v: μ(v) = a + b exp(−c v), its a fitted as μ.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub enum Falling {
+    /// As `[fit] friction` of the data set says.
+    #[default]
+    AsStated,
+    /// With these b and c, in s/m.
+    Held { b: f64, c: f64 },
+    /// b and c are parameters of the fit, with the settings of the data set.
+    Fitted,
 }
 
 /// How footage is fitted.
@@ -106,7 +117,7 @@ impl Default for Options {
             fidelity: Fidelity::Full,
             auto: false,
             effects: None,
-            law: Law::Constant,
+            falling: Falling::AsStated,
             tolerance: Model::TOLERANCE,
             method: Method::default(),
             depth: Depth::Intervals,
@@ -147,6 +158,11 @@ pub enum FitError {
         "{0}: a joint fit takes least squares; leave out the robust loss, or fit with --method two-stage"
     )]
     JointLoss(String),
+    #[error(
+        "{0}: a joint fit takes a friction that is constant or falls with b and c held; fix mu_b and mu_c under [fit], or \
+         fit with --method two-stage"
+    )]
+    JointFriction(String),
     #[error("{0}")]
     Relations(String),
     #[error(transparent)]
@@ -164,6 +180,7 @@ impl FitError {
                 | Self::Relations(_)
                 | Self::NotFilmed(_)
                 | Self::JointLoss(_)
+                | Self::JointFriction(_)
         )
     }
 }
@@ -230,9 +247,9 @@ pub struct Fit {
     pub method: Method,
     /// Which effects the model contains.
     pub effects: Vec<(&'static str, bool)>,
-    /// In the order of [`Parameter::ALL`].
-    pub estimates: [Estimate; 3],
-    /// Of the parameters that have a standard error; NaN elsewhere. 3 × 3.
+    /// In the order of [`Parameter::ALL`]: three where friction is constant, else five.
+    pub estimates: Vec<Estimate>,
+    /// Of the parameters that have a standard error; NaN elsewhere. A row and a column for each of the estimates.
     pub correlation: DMatrix<f64>,
     /// Sum of squared standardized residuals, priors included.
     pub chi2: f64,

@@ -45,7 +45,7 @@ pub(super) fn add(fit: &mut Fit, fitted: &[Fitted], knows_noise: bool) {
         warnings.push(sentence);
     }
     let topspin = fitted.iter().any(|shot| shot.plan.has_topspin());
-    for estimate in fit.estimates {
+    for estimate in &fit.estimates {
         let symbol = estimate.parameter.symbol();
         match estimate.status {
             Status::NotIdentified if estimate.parameter == Parameter::MuS && !topspin => notes.push(format!(
@@ -70,7 +70,7 @@ pub(super) fn add(fit: &mut Fit, fitted: &[Fitted], knows_noise: bool) {
             _ => {}
         }
     }
-    for estimate in fit.estimates {
+    for estimate in &fit.estimates {
         let (Some(released), Some(conditional)) = (estimate.std_error, estimate.std_error_at_bound) else {
             continue;
         };
@@ -212,7 +212,7 @@ pub(super) fn add_plateaus(fit: &mut Fit, plateaus: &[Plateau]) {
         let symbol = parameter.symbol();
         let why = match parameter {
             Parameter::Mu => " (the contact then sticks)",
-            Parameter::MuS | Parameter::E => "",
+            _ => "",
         };
         fit.warnings.push(format!(
             "{symbol}: every value from {edge:.4} to the bound {bound} fits equally{why}; {edge:.4} is given."

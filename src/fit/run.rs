@@ -10,19 +10,20 @@ use super::robust::{Robust, Sandwich};
 use super::search::{Group, Plateau, Search};
 use super::uncertainty::{self, Minimum, Quantiles};
 use super::{
-    Bound, Depth, Diagnostics, Estimate, Films, Fit, FitError, Identifiability, Intervals, JointFit, Method,
-    Noise, Options, Rejected, Residual, Status, bootstrap, choice, compare_models, contour, goodness, starts,
+    Bound, Depth, Diagnostics, Estimate, Falling, Films, Fit, FitError, Identifiability, Intervals, JointFit,
+    Method, Noise, Options, Rejected, Residual, Status, bootstrap, choice, compare_models, contour, goodness,
+    starts,
 };
 use crate::collision::{Coefficients, Effects, Model};
 use crate::dataset::{Dataset, Shot};
+use crate::friction::Law;
 use crate::impact::film;
 use crate::loss::Loss;
 use crate::observable::Observable;
 use crate::parameters::{Parameter, Settings};
 use crate::relation::Relation;
-use crate::residuals::{
-    EstimatedSd, Fitted, Problem, Whitening, are_filmed, covariance, difference, parameter_mut,
-};
+use crate::residuals::{EstimatedSd, Fitted, Problem, Whitening, are_filmed, covariance, difference};
+use crate::values::Values;
 
 /// With more shots than this the profiles, the regions of pairs of parameters and the other models, some hundred fits,
 /// would take longer than reading and extracting…
@@ -54,14 +55,22 @@ pub(super) fn fit_shots(
 ) -> Result<Fit, FitError> {
     let begun = Instant::now();
     let mut model = Model::new(options.fidelity, dataset.ball);
-    (model.tolerance, model.law) = (options.tolerance, options.law);
+    model.tolerance = options.tolerance;
     model.effects = options.effects.unwrap_or(model.effects);
-    let settings = &dataset.settings;
-    let initial = Coefficients {
-        mu: settings[Parameter::Mu].initial,
-        mu_s: settings[Parameter::MuS].initial,
-        e: settings[Parameter::E].initial,
-    };
+    let mut settings = dataset.settings;
+    let mut initial = Values::initial(&settings);
+    match options.falling {
+        Falling::AsStated => {}
+        Falling::Fitted => settings.falls = true,
+        Falling::Held { b, c } => {
+            settings.falls = false;
+            (initial.b, initial.c) = (b, c);
+        }
+    }
+    if settings.falls || options.falling != Falling::AsStated {
+        model.law = Law::Exponential { b: initial.b, c: initial.c };
+    }
+    let settings = &settings;
     let (mut fitted, mut shots_rejected) = plan(shots, &model, &initial);
     let left_out =
         dataset.left_out.iter().map(|(shot, reason)| Rejected { shot: shot.clone(), reason: reason.clone() });
@@ -101,12 +110,15 @@ pub(super) fn fit_shots(
         if search.loss != Loss::Squares {
             return Err(FitError::JointLoss(name));
         }
+        let follows_law = |p: &Parameter| matches!(p, Parameter::B | Parameter::C) && !settings[*p].fixed;
+        if settings.parameters().iter().any(follows_law) {
+            return Err(FitError::JointFriction(name));
+        }
         // from where the two stages end
         let settled = Settled::new(&search).map_err(named)?;
         with_films = filmed(&fitted, films).ok_or_else(|| FitError::NotFilmed(name.clone()))?;
         let cloth = [settled.minimum.sliding(dataset.sliding), film::CLOTH[1].0];
-        joint =
-            Search { fitted: &with_films, cloth, initial: settled.minimum.coefficients, ..search.clone() };
+        joint = Search { fitted: &with_films, cloth, initial: settled.minimum.values, ..search.clone() };
         &joint
     } else {
         &search
@@ -140,7 +152,8 @@ pub(super) fn fit_shots(
             contours = contour::contours(&slice, &minimum, estimated_dof);
         }
     }
-    let estimates = Parameter::ALL.map(|parameter| {
+    let parameters = settings.parameters();
+    let estimate = |&parameter: &Parameter| {
         let setting = &settings[parameter];
         let own = free.iter().position(|p| *p == parameter);
         let plateau = plateaus.iter().find(|plateau| plateau.parameter == parameter);
@@ -152,7 +165,7 @@ pub(super) fn fit_shots(
                 std_error: None,
                 interval_95: quantiles.as_ref().map(|quantiles| {
                     let t = quantiles.one_sided;
-                    search.plateau_interval(plateau, &minimum.coefficients, &estimated, t)
+                    search.plateau_interval(plateau, &minimum.values, &estimated, t)
                 }),
                 intervals: Intervals::default(),
                 std_error_at_bound: None,
@@ -168,14 +181,16 @@ pub(super) fn fit_shots(
                 status: if setting.fixed { Status::Fixed } else { Status::NotIdentified },
             },
         }
-    });
-    let mut correlation = DMatrix::from_element(3, 3, f64::NAN);
+    };
+    let estimates = parameters.iter().map(estimate).collect();
+    let mut correlation = DMatrix::from_element(parameters.len(), parameters.len(), f64::NAN);
     for (i, a) in free.iter().enumerate() {
         for (j, b) in free.iter().enumerate() {
             correlation[(*a as usize, *b as usize)] = uncertainty.correlation[(i, j)];
         }
     }
-    let residuals = residual_rows(shots, &fitted, &model, &minimum.coefficients, &estimated);
+    let at_minimum = minimum.values.model(&model);
+    let residuals = residual_rows(shots, &fitted, &at_minimum, &minimum.values.coefficients, &estimated);
     let noise = noise_rows(&fitted, &residuals, &estimated);
     let sds: EstimatedSd = estimated.iter().map(|g| (g.observable, g.sd)).collect();
     // what is said of residuals is said of what was extracted, also where frames were fitted
@@ -189,7 +204,7 @@ pub(super) fn fit_shots(
     let context = goodness::Context {
         shots,
         fitted: &fitted,
-        model: &model,
+        model: &at_minimum,
         minimum: seen,
         free: &free,
         sds: &sds,
@@ -298,7 +313,7 @@ fn joint_fit(fitted: &[Fitted], minimum: &Minimum) -> JointFit {
 }
 
 /// What the frames could tell at best (Cramér–Rao): the standard errors of a joint fit of some of the shots,
-/// for all of them. `None` without frames.
+/// for all of them. `None` without frames, and where b or c of a falling friction is free.
 fn bound(
     search: &Search,
     free: &[Parameter],
@@ -306,11 +321,14 @@ fn bound(
     films: &Films,
     cloth: [f64; 2],
 ) -> Option<Bound> {
+    if free.iter().any(|p| !Parameter::COEFFICIENTS.contains(p)) {
+        return None;
+    }
     let have = |shot: &&Fitted| films.get(shot.index).is_some_and(Option::is_some);
     let some: Vec<Fitted> = search.fitted.iter().filter(have).cloned().collect();
     let shots = filmed(&some, films).filter(|shots| !shots.is_empty() && !free.is_empty())?;
     let whitening = Whitening::none();
-    let held = minimum.coefficients;
+    let held = minimum.values;
     let problem = Problem::new(&shots, search.model, search.settings, free, held, &whitening);
     let own = minimum.x.rows(0, free.len());
     let x = DVector::from_iterator(free.len() + cloth.len(), own.iter().copied().chain(cloth));
@@ -348,8 +366,12 @@ impl<'a> Settled<'a> {
         let silent = search.silent(&search.initial);
         search.untold = silent.iter().copied().filter(|p| !settings[*p].fixed).collect();
         let silent = search.untold.clone();
-        let mut free: Vec<Parameter> =
-            Parameter::ALL.into_iter().filter(|p| !settings[*p].fixed && !silent.contains(p)).collect();
+        let mut free: Vec<Parameter> = settings
+            .parameters()
+            .iter()
+            .copied()
+            .filter(|p| !settings[*p].fixed && !silent.contains(p))
+            .collect();
         let observations = observations(search.fitted);
         if observations + priors(settings, &free) < free.len() {
             return Err(FitError::TooFewObservations {
@@ -368,7 +390,7 @@ impl<'a> Settled<'a> {
             let Some(null) = null else {
                 identifiability = identifiability.or_else(identify);
                 for plateau in &mut plateaus {
-                    *plateau = search.plateau(plateau.parameter, &minimum.coefficients);
+                    *plateau = search.plateau(plateau.parameter, &minimum.values);
                 }
                 return Ok(Self { search, free, minimum, estimated, plateaus, identifiability });
             };
@@ -377,9 +399,9 @@ impl<'a> Settled<'a> {
             let lost: Vec<Parameter> =
                 null.iter().filter_map(|(column, _)| free.get(*column).copied()).collect();
             if let [parameter] = lost[..] {
-                let plateau = search.plateau(parameter, &minimum.coefficients);
+                let plateau = search.plateau(parameter, &minimum.values);
                 // well inside: at its edge the weights would be those of either side, by the last digit
-                *parameter_mut(&mut search.initial, parameter) = 0.5 * (plateau.edge + plateau.bound);
+                search.initial[parameter] = 0.5 * (plateau.edge + plateau.bound);
                 plateaus.push(plateau);
             } else {
                 identifiability = identify();
@@ -423,9 +445,7 @@ fn relations(search: &Search, minimum: &Minimum) -> Vec<(String, bool)> {
     /// Of the terms of a sum that is held exactly.
     const ROUNDING: f64 = 1e-9;
     let state = |relation: &Relation| {
-        let terms = Parameter::ALL.map(|p| {
-            relation.coefficients[p as usize] * *parameter_mut(&mut minimum.coefficients.clone(), p)
-        });
+        let terms = Parameter::ALL.map(|p| relation.coefficients[p as usize] * minimum.values[p]);
         let size = relation.limit.abs() + terms.iter().map(|t| t.abs()).sum::<f64>();
         let slack = relation.limit - terms.iter().sum::<f64>();
         (relation.text.clone(), slack.abs() <= ROUNDING * size)
@@ -442,11 +462,12 @@ fn title(dataset: &Dataset, group: Option<&(String, String)>) -> String {
 }
 
 /// The shots that can be predicted at the initial values, and the others with the reason.
-fn plan(shots: &[&Shot], model: &Model, initial: &Coefficients) -> (Vec<Fitted>, Vec<Rejected>) {
+fn plan(shots: &[&Shot], model: &Model, initial: &Values) -> (Vec<Fitted>, Vec<Rejected>) {
     let (mut fitted, mut rejected) = (Vec::new(), Vec::new());
     for (index, shot) in shots.iter().enumerate() {
-        let planned = crate::predict::Plan::new(shot)
-            .and_then(|plan| plan.predict(model, initial).map(|_| Fitted { index, plan, film: None }));
+        let planned = crate::predict::Plan::new(shot).and_then(|plan| {
+            plan.predict(model, &initial.coefficients).map(|_| Fitted { index, plan, film: None })
+        });
         match planned {
             Ok(shot) => fitted.push(shot),
             Err(error) => rejected.push(Rejected { shot: shot.name.clone(), reason: error.to_string() }),

@@ -7,18 +7,20 @@ use super::profile::Slice;
 use super::robust::{self, Losses};
 use super::uncertainty::{self, Minimum};
 use super::{FitError, kink};
-use crate::collision::{Coefficients, Model};
+use crate::collision::Model;
 use crate::dataset::{Measured, Measurement, Shared};
 use crate::impact::film;
 use crate::loss::Loss;
 use crate::observable::Observable;
 use crate::optimise::{self, Constraints, Linear, Termination};
 use crate::parameters::{Parameter, Setting, Settings};
+use crate::predict::{Plan, Prediction, Unpredictable};
 use crate::relation::{Relation, Sense};
 use crate::residuals::{
     self, CLOTH_UNKNOWNS, EstimatedSd, Fitted, Problem, Whitening, are_filmed, common_shifts, covariance,
-    difference, parameter_mut,
+    difference,
 };
+use crate::values::Values;
 
 /// Re-weighting converges by a factor of ten or more a round.
 const MAX_ROUNDS: usize = 60;
@@ -85,16 +87,21 @@ pub(super) struct Search<'a> {
     /// Parameters that are not free although they are not fixed: the data do not tell them.
     pub untold: Vec<Parameter>,
     /// Where the fit starts, and what parameters that are not free are held at.
-    pub initial: Coefficients,
+    pub initial: Values,
 }
 
 impl Search<'_> {
+    /// What is predicted of a shot at these values.
+    pub(super) fn predict(&self, plan: &Plan, at: &Values) -> Result<Prediction, Unpredictable> {
+        plan.predict(&at.model(self.model), &at.coefficients)
+    }
+
     /// Parameters that no observation depends on at these values, and that have no prior.
-    pub(super) fn silent(&self, at: &Coefficients) -> Vec<Parameter> {
-        let mut informed = [false; 3];
+    pub(super) fn silent(&self, at: &Values) -> Vec<Parameter> {
+        let mut informed = [false; Parameter::ALL.len()];
         for shot in self.fitted {
-            if let Ok(prediction) = shot.plan.predict(self.model, at) {
-                let by = prediction.by_coefficients.rows(0, shot.plan.rows().len());
+            if let Ok(prediction) = self.predict(&shot.plan, at) {
+                let by = prediction.by_parameters.rows(0, shot.plan.rows().len());
                 for (parameter, informed) in informed.iter_mut().enumerate() {
                     *informed |= by.column(parameter).iter().any(|d| *d != 0.0);
                 }
@@ -104,11 +111,11 @@ impl Search<'_> {
             self.relations.iter().any(|r| r.sense == Sense::Equal && r.coefficients[p as usize] != 0.0)
         };
         let silent = |p: &Parameter| !informed[*p as usize] && self.settings[*p].prior.is_none() && !tied(*p);
-        Parameter::ALL.into_iter().filter(silent).collect()
+        self.settings.parameters().iter().copied().filter(silent).collect()
     }
 
     /// Residuals of each observable without stated errors: root mean square at `at`.
-    fn first_noise(&self, at: &Coefficients) -> Vec<Group> {
+    fn first_noise(&self, at: &Values) -> Vec<Group> {
         let mut groups: Vec<(Observable, f64, usize)> = Vec::new();
         self.each_residual(at, |row, d, _| {
             if row.measured.sd.is_some() {
@@ -131,9 +138,9 @@ impl Search<'_> {
     }
 
     /// Calls `f(row, difference, variance from the inputs)` for every observation.
-    fn each_residual(&self, at: &Coefficients, mut f: impl FnMut(&Measurement, f64, f64)) {
+    fn each_residual(&self, at: &Values, mut f: impl FnMut(&Measurement, f64, f64)) {
         for shot in self.fitted {
-            if let Ok(prediction) = shot.plan.predict(self.model, at) {
+            if let Ok(prediction) = self.predict(&shot.plan, at) {
                 for (i, row) in shot.plan.rows().iter().enumerate() {
                     let d = difference(row.observable, prediction.values[i], row.measured.value);
                     let g = prediction.by_inputs.row(i).transpose();
@@ -144,26 +151,26 @@ impl Search<'_> {
     }
 
     /// All predictions, one after the other.
-    fn predictions(&self, at: &Coefficients) -> Vec<f64> {
+    fn predictions(&self, at: &Values) -> Vec<f64> {
         let predicted = |shot: &Fitted| {
-            let prediction = shot.plan.predict(self.model, at).ok()?;
+            let prediction = self.predict(&shot.plan, at).ok()?;
             Some(prediction.values.rows(0, shot.plan.rows().len()).iter().copied().collect::<Vec<_>>())
         };
         self.fitted.iter().filter_map(predicted).flatten().collect()
     }
 
     /// From the value where the fit ended, on the plateau, back to its edge towards the start.
-    pub(super) fn plateau(&self, parameter: Parameter, end: &Coefficients) -> Plateau {
+    pub(super) fn plateau(&self, parameter: Parameter, end: &Values) -> Plateau {
         /// Predictions on the plateau agree to rounding.
         const SAME: f64 = 1e-12;
         let setting = &self.settings[parameter];
         let there = self.predictions(end);
         let is_flat = |value: f64| {
-            let here = self.predictions(&with(end, parameter, value));
+            let here = self.predictions(&end.with(parameter, value));
             here.len() == there.len()
                 && here.iter().zip(&there).all(|(a, b)| (a - b).abs() <= SAME * a.abs().max(b.abs()))
         };
-        let mut on = *parameter_mut(&mut end.clone(), parameter);
+        let mut on = end[parameter];
         let mut off = setting.initial;
         let bound = if on < off { setting.lower } else { setting.upper };
         if is_flat(off) {
@@ -183,14 +190,14 @@ impl Search<'_> {
     pub(super) fn plateau_interval(
         &self,
         plateau: &Plateau,
-        at: &Coefficients,
+        at: &Values,
         groups: &[Group],
         t: f64,
     ) -> [f64; 2] {
         let Plateau { parameter, edge, bound } = *plateau;
         let chi2 = |value: f64| {
             let mut sum = 0.0;
-            self.each_residual(&with(at, parameter, value), |row, d, from_inputs| {
+            self.each_residual(&at.with(parameter, value), |row, d, from_inputs| {
                 let group = groups.iter().find(|g| g.observable == row.observable);
                 let sd = row.measured.sd.or(group.map(|g| g.sd)).unwrap_or(f64::NAN);
                 sum += d * d / (sd * sd + from_inputs);
@@ -217,7 +224,7 @@ impl Search<'_> {
     }
 
     fn start_of(&self, parameter: Parameter) -> f64 {
-        *parameter_mut(&mut self.initial.clone(), parameter)
+        self.initial[parameter]
     }
 
     /// Bounds of the free parameters and of what the shots share, and the relations between them with
@@ -277,12 +284,13 @@ impl Search<'_> {
         Ok(constraints)
     }
 
-    fn whitening(&self, at: &Coefficients, sds: &EstimatedSd) -> Result<Whitening, FitError> {
+    fn whitening(&self, at: &Values, sds: &EstimatedSd) -> Result<Whitening, FitError> {
         if are_filmed(self.fitted) {
             return Ok(Whitening::none());
         }
-        let whitening = Whitening::new(self.fitted, self.model, at, sds).ok_or(FitError::NoWeights)?;
-        let common = common_shifts(self.fitted, self.model, at, &self.shared_errors);
+        let whitening = Whitening::new(self.fitted, &at.model(self.model), &at.coefficients, sds)
+            .ok_or(FitError::NoWeights)?;
+        let common = common_shifts(self.fitted, &at.model(self.model), &at.coefficients, &self.shared_errors);
         Ok(whitening.with_common(common.ok_or(FitError::NoWeights)?))
     }
 
@@ -293,7 +301,7 @@ impl Search<'_> {
         minimum: &Minimum,
         sliding: Option<Measured>,
     ) -> Option<Minimum> {
-        let whitening = self.whitening(&minimum.coefficients, &Vec::new()).ok()?;
+        let whitening = self.whitening(&minimum.values, &Vec::new()).ok()?;
         // the lift is then the model's own
         let shift = sliding.map(|s| (minimum.sliding(None) - s.value) / s.sd.unwrap_or(f64::INFINITY));
         let own = minimum.x.rows(0, free.len());
@@ -331,8 +339,8 @@ impl Search<'_> {
             let texts: Vec<_> = self.relations.iter().map(|r| format!("\"{}\"", r.text)).collect();
             FitError::Relations(format!("no values within the bounds satisfy {}", texts.join(" and ")))
         })?;
-        let mut coefficients = residuals::coefficients(&self.initial, free, &x);
-        let mut groups = if filmed { Vec::new() } else { self.first_noise(&coefficients) };
+        let mut values = residuals::values(&self.initial, free, &x);
+        let mut groups = if filmed { Vec::new() } else { self.first_noise(&values) };
         let uncertain = |shot: &Fitted| shot.plan.joint().is_some() || shot.plan.variance_in().amax() > 0.0;
         let robust = self.loss != Loss::Squares && !x.is_empty();
         let weights_move = !filmed && (!groups.is_empty() || robust || self.fitted.iter().any(uncertain));
@@ -347,7 +355,7 @@ impl Search<'_> {
         let mut iterations = 0;
         for round in 0.. {
             let sds: EstimatedSd = groups.iter().map(|g| (g.observable, g.sd)).collect();
-            let mut whitening = self.whitening(&coefficients, &sds)?;
+            let mut whitening = self.whitening(&values, &sds)?;
             if robust {
                 whitening = whitening.weighted(self.fitted, &weights);
             }
@@ -355,9 +363,9 @@ impl Search<'_> {
                 let Self { fitted, model, settings, initial, .. } = *self;
                 let problem = Problem::new(fitted, model, settings, free, initial, &whitening);
                 let (residuals, jacobian) = problem.evaluate_at(&x);
-                self.reweigh(&mut groups, &coefficients, &jacobian, &losses, &weights);
+                self.reweigh(&mut groups, &values, &jacobian, &losses, &weights);
                 let minimum = Minimum {
-                    coefficients,
+                    values,
                     cost: 0.5 * residuals.norm_squared(),
                     gradient: x.clone(),
                     x,
@@ -381,8 +389,8 @@ impl Search<'_> {
             let step = &solution.x - &x;
             let (moved, in_errors) = (step.amax(), (&solution.jacobian * &step).norm());
             x = solution.x.clone();
-            coefficients = residuals::coefficients(&self.initial, free, &x);
-            let mut changed = self.reweigh(&mut groups, &coefficients, &solution.jacobian, &losses, &weights);
+            values = residuals::values(&self.initial, free, &x);
+            let mut changed = self.reweigh(&mut groups, &values, &solution.jacobian, &losses, &weights);
             let used = weights.clone();
             if robust {
                 let distances = robust::distances(self.fitted, solution.residuals.as_slice(), &weights);
@@ -415,7 +423,7 @@ impl Search<'_> {
                         format!("the weights did not come to rest in {max_rounds} rounds; {termination}");
                 }
                 let minimum = Minimum {
-                    coefficients,
+                    values,
                     x: solution.x,
                     shared,
                     cost: solution.cost,
@@ -444,7 +452,7 @@ impl Search<'_> {
         }
         let sds: EstimatedSd = groups.iter().map(|g| (g.observable, g.sd)).collect();
         let log_det = |Fitted { plan, .. }: &Fitted| {
-            let prediction = plan.predict(self.model, &minimum.coefficients).ok()?;
+            let prediction = self.predict(plan, &minimum.values).ok()?;
             let l = covariance(plan, &prediction, &sds).cholesky()?.l();
             Some(2.0 * l.diagonal().iter().map(|d| d.ln()).sum::<f64>())
         };
@@ -459,7 +467,7 @@ impl Search<'_> {
     fn reweigh(
         &self,
         groups: &mut [Group],
-        at: &Coefficients,
+        at: &Values,
         jacobian: &DMatrix<f64>,
         losses: &Losses,
         weights: &[f64],
@@ -501,11 +509,4 @@ impl Search<'_> {
         }
         changed
     }
-}
-
-/// The coefficients with one of them changed.
-fn with(coefficients: &Coefficients, parameter: Parameter, value: f64) -> Coefficients {
-    let mut changed = *coefficients;
-    *parameter_mut(&mut changed, parameter) = value;
-    changed
 }

@@ -1,6 +1,5 @@
 //! Several starts, on request: whether they all end in the same minimum.
 
-use nalgebra::DVector;
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rayon::prelude::*;
@@ -8,9 +7,8 @@ use rayon::prelude::*;
 use super::run::Settled;
 use super::search::Search;
 use super::{FitError, Options};
-use crate::collision::Coefficients;
 use crate::parameters::Parameter;
-use crate::residuals::parameter_mut;
+use crate::values::Values;
 
 /// Minima that are nearer to each other than this part of the bounds' distance are the same.
 const SAME: f64 = 1e-6;
@@ -29,8 +27,8 @@ pub struct Starts {
 /// A minimum that some of the starts found.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FoundMinimum {
-    /// In the order of [`Parameter::ALL`].
-    pub values: [f64; Parameter::ALL.len()],
+    /// Of all that the fit has.
+    pub values: Vec<(Parameter, f64)>,
     /// −2 log L above that of the best.
     pub above_best: f64,
     pub starts: usize,
@@ -55,14 +53,13 @@ pub(super) fn settle<'a>(
         return Ok((first, None));
     }
     let mut rng = ChaCha8Rng::seed_from_u64(options.seed);
-    let starts: Vec<Coefficients> = (1..options.starts)
+    let starts: Vec<Values> = (1..options.starts)
         .map(|_| {
             let mut start = search.initial;
             for parameter in &first.free {
                 let setting = &search.settings[*parameter];
                 let part = rng.random::<f64>();
-                *parameter_mut(&mut start, *parameter) =
-                    setting.lower + part * (setting.upper - setting.lower);
+                start[*parameter] = setting.lower + part * (setting.upper - setting.lower);
             }
             start
         })
@@ -89,11 +86,14 @@ pub(super) fn settle<'a>(
     let mut minima: Vec<FoundMinimum> = Vec::new();
     let best = all[0].0;
     for (objective, settled) in all.iter().filter(|(_, s)| s.minimum.converged) {
-        let values = Parameter::ALL.map(|p| *parameter_mut(&mut settled.minimum.coefficients.clone(), p));
-        let width = Parameter::ALL.map(|p| search.settings[p].upper - search.settings[p].lower);
+        let parameters = search.settings.parameters();
+        let values: Vec<_> = parameters.iter().map(|p| (*p, settled.minimum.values[*p])).collect();
+        let width = |p: Parameter| search.settings[p].upper - search.settings[p].lower;
         let far = |known: &FoundMinimum| {
-            let differences = (0..values.len()).map(|i| (values[i] - known.values[i]) / width[i].max(SAME));
-            DVector::from_iterator(values.len(), differences).amax()
+            let both = values.iter().zip(&known.values);
+            let differences =
+                both.map(|((p, value), (_, known))| (value - known).abs() / width(*p).max(SAME));
+            differences.fold(0.0, f64::max)
         };
         match minima.iter_mut().find(|known| far(known) <= SAME) {
             Some(known) => known.starts += 1,

@@ -5,12 +5,12 @@ use statrs::distribution::{ContinuousCDF, Normal, StudentsT};
 
 use super::robust::Sandwich;
 use super::{Estimate, Intervals, Status};
-use crate::collision::Coefficients;
 use crate::dataset::Measured;
 use crate::impact::film;
 use crate::optimise::{Activity, Constraints};
 use crate::parameters::{Parameter, Settings};
 use crate::residuals::Whitening;
+use crate::values::Values;
 
 /// Below this ratio of singular values of the column-scaled Jacobian a combination of parameters
 /// is not determined: its standard error would be rounding.
@@ -31,7 +31,7 @@ const OPEN: f64 = 1e-9;
 /// Where the optimiser stopped, in whitened units.
 #[derive(Clone)]
 pub(super) struct Minimum {
-    pub coefficients: Coefficients,
+    pub values: Values,
     pub x: DVector<f64>,
     /// How many of x, behind the free parameters, are not parameters but what all shots share.
     pub shared: usize,

@@ -33,7 +33,7 @@ fn count(value: Option<u64>) -> String {
 
 /// `μ ± 0.001, e ± 0.001`
 fn wishes(wanted: &[Option<f64>; 3]) -> String {
-    let each = Parameter::ALL.into_iter().zip(wanted);
+    let each = Parameter::COEFFICIENTS.into_iter().zip(wanted);
     let each = each.filter_map(|(p, wanted)| Some(format!("{} ± {}", p.symbol(), plain((*wanted)?, 3))));
     each.collect::<Vec<_>>().join(", ")
 }
@@ -88,7 +88,7 @@ pub fn text(design: &Design) -> String {
 }
 
 fn kinds(design: &Design, text: &mut String) {
-    let symbols = Parameter::ALL.map(Parameter::symbol);
+    let symbols = Parameter::COEFFICIENTS.map(Parameter::symbol);
     let mut head: Vec<String> =
         ["kind", "topspin", "side", "spin", "m/s", "cut, °", "shots"].map(str::to_owned).to_vec();
     head.extend(symbols.map(|symbol| format!("± {symbol}")));
@@ -119,7 +119,7 @@ fn kinds(design: &Design, text: &mut String) {
         aligned(&rows, "  ")
     );
     let seen = planned.std_errors.map(|e| e.map(|e| design::detectable() * e));
-    let each = Parameter::ALL.into_iter().zip(seen);
+    let each = Parameter::COEFFICIENTS.into_iter().zip(seen);
     let each: Vec<String> =
         each.filter_map(|(p, d)| Some(format!("{} {}", p.symbol(), plain(d?, 2)))).collect();
     if !each.is_empty() {
@@ -155,7 +155,7 @@ fn cells(design: &Design, text: &mut String) {
     let mut cuts: Vec<f64> = design.cells.iter().map(|cell| cell.cut_deg).collect();
     cuts.sort_by(f64::total_cmp);
     cuts.dedup_by(|a, b| (*a - *b).abs() < 0.05);
-    for parameter in Parameter::ALL {
+    for parameter in Parameter::COEFFICIENTS {
         let told = |cell: &Cell| cell.std_errors[parameter as usize];
         if design.cells.iter().all(|cell| told(cell).is_none()) {
             continue;
@@ -240,7 +240,7 @@ fn cell(value: Option<f64>) -> String {
 pub fn csv(design: &Design) -> String {
     let mut text = "kind,topspin,side,speed_m_s,cut_deg,shots".to_owned();
     for what in ["sd", "sd_of_one"] {
-        for parameter in Parameter::ALL {
+        for parameter in Parameter::COEFFICIENTS {
             let _ = write!(text, ",{}_{what}", parameter.name());
         }
     }
@@ -277,7 +277,7 @@ pub fn csv(design: &Design) -> String {
 
 /// `{"mu": …, "mu_s": …, "e": …}`
 fn by_parameter<T: serde::Serialize>(values: &[T; 3]) -> Json {
-    let each = Parameter::ALL.into_iter().zip(values);
+    let each = Parameter::COEFFICIENTS.into_iter().zip(values);
     Json::Object(each.map(|(p, value)| (p.name().to_owned(), json!(value))).collect::<Map<_, _>>())
 }
 

@@ -85,11 +85,8 @@ fn contour(contour: &Contour) -> Value {
 }
 
 fn alternative(model: &Alternative) -> Value {
-    let values: Map<String, Value> = Parameter::ALL
-        .iter()
-        .zip(model.values)
-        .map(|(parameter, value)| (parameter.name().to_owned(), json!(value)))
-        .collect();
+    let values: Map<String, Value> =
+        model.values.iter().map(|(parameter, value)| (parameter.name().to_owned(), json!(value))).collect();
     let ratio = model.likelihood_ratio.map(|r| json!({"statistic": r.statistic, "p_value": r.p_value}));
     json!({
         "model": model.name,
@@ -156,9 +153,9 @@ fn robust(found: &Robust) -> Value {
 
 fn starts(found: &Starts) -> Value {
     let minimum = |minimum: &FoundMinimum| {
-        let values: Map<String, Value> = Parameter::ALL
+        let values: Map<String, Value> = minimum
+            .values
             .iter()
-            .zip(minimum.values)
             .map(|(parameter, value)| (parameter.name().to_owned(), json!(value)))
             .collect();
         json!({

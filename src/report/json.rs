@@ -6,7 +6,6 @@ use serde_json::{Map, Value};
 
 use super::{ReportError, diagnostics, reduced_chi2, unit_name};
 use crate::fit::{Estimate, Fit, Noise};
-use crate::parameters::Parameter;
 
 /// fit.json as text, with a newline at its end. What is not finite becomes `null`.
 pub fn render(fit: &Fit) -> Result<String, ReportError> {
@@ -45,7 +44,10 @@ pub fn document(fit: &Fit) -> Document<'_> {
         warnings: &fit.warnings,
         notes: &fit.notes,
         parameters: Ordered(fit.estimates.iter().map(parameter).collect()),
-        correlation: Correlation { order: Parameter::ALL.map(Parameter::name), matrix: correlation(fit) },
+        correlation: Correlation {
+            order: fit.estimates.iter().map(|e| e.parameter.name()).collect(),
+            matrix: correlation(fit),
+        },
         chi2: fit.chi2,
         dof: fit.dof,
         reduced_chi2: reduced_chi2(fit),
@@ -132,8 +134,8 @@ struct ParameterEntry {
 
 #[derive(Debug, Serialize)]
 struct Correlation {
-    order: [&'static str; 3],
-    matrix: [[f64; 3]; 3],
+    order: Vec<&'static str>,
+    matrix: Vec<Vec<f64>>,
 }
 
 /// In the unit of the observable's column.
@@ -182,8 +184,8 @@ fn parameter(estimate: &Estimate) -> (&'static str, ParameterEntry) {
 }
 
 /// NaN, and with it `null`, where a parameter has no standard error.
-fn correlation(fit: &Fit) -> [[f64; 3]; 3] {
-    [0, 1, 2].map(|row| [0, 1, 2].map(|column| *fit.correlation.get((row, column)).unwrap_or(&f64::NAN)))
+fn correlation(fit: &Fit) -> Vec<Vec<f64>> {
+    fit.correlation.row_iter().map(|row| row.iter().copied().collect()).collect()
 }
 
 fn noise(noise: &Noise) -> NoiseEntry {

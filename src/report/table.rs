@@ -8,14 +8,19 @@ use crate::parameters::Parameter;
 /// One line per fit, and below the table what its marks mean.
 #[must_use]
 pub fn render(fits: &[Fit]) -> String {
+    let has =
+        |parameter: &Parameter| fits.iter().flat_map(|fit| &fit.estimates).any(|e| e.parameter == *parameter);
+    // b and c where some friction falls
+    let parameters: Vec<Parameter> =
+        Parameter::ALL.into_iter().filter(|p| Parameter::COEFFICIENTS.contains(p) || has(p)).collect();
     let header = ["data set", "shots"]
         .into_iter()
-        .chain(Parameter::ALL.map(Parameter::symbol))
+        .chain(parameters.iter().map(|parameter| parameter.symbol()))
         .chain(["χ²/dof", "status"])
         .map(str::to_owned)
         .collect();
     let mut rows = vec![header];
-    rows.extend(fits.iter().map(row));
+    rows.extend(fits.iter().map(|fit| row(fit, &parameters)));
     let mut text = aligned(&rows, "");
     let legend = legend(fits);
     if !legend.is_empty() {
@@ -57,7 +62,7 @@ pub(super) fn estimate(estimate: &Estimate) -> String {
     }
 }
 
-fn row(fit: &Fit) -> Vec<String> {
+fn row(fit: &Fit, parameters: &[Parameter]) -> Vec<String> {
     let name = match &fit.group {
         Some((_, label)) => format!("{} / {label}", fit.dataset),
         None => fit.dataset.clone(),
@@ -74,7 +79,8 @@ fn row(fit: &Fit) -> Vec<String> {
         None => "–".to_owned(),
     };
     let mut cells = vec![name, shots];
-    cells.extend(fit.estimates.iter().map(estimate));
+    let own = |parameter: &Parameter| fit.estimates.iter().find(|e| e.parameter == *parameter);
+    cells.extend(parameters.iter().map(|parameter| own(parameter).map_or("–".to_owned(), estimate)));
     cells.extend([chi2, status(fit)]);
     cells
 }

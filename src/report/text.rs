@@ -46,7 +46,9 @@ pub fn render(fit: &Fit) -> String {
     let profiled = fit.estimates.iter().any(Estimate::is_profiled);
     let how =
         if profiled { " (profile: where χ², least over the others, is t² above its minimum)" } else { "" };
-    push(&mut text, &format!("\nParameters (no unit), ± one standard error, 95 % interval{how}"));
+    let has_unit = fit.estimates.iter().any(|estimate| estimate.parameter == Parameter::C);
+    let unit = if has_unit { "no unit, but c in s/m" } else { "no unit" };
+    push(&mut text, &format!("\nParameters ({unit}), ± one standard error, 95 % interval{how}"));
     text.push_str(&aligned(&fit.estimates.iter().map(parameter).collect::<Vec<_>>(), "  "));
     for line in fit.estimates.iter().filter_map(at_bound) {
         push(&mut text, &line);
@@ -129,10 +131,11 @@ fn at_bound(estimate: &Estimate) -> Option<String> {
 /// One line, of the pairs that have a correlation.
 fn correlations(fit: &Fit) -> String {
     let mut pairs = Vec::new();
-    for (row, first) in Parameter::ALL.into_iter().enumerate() {
-        for (column, second) in Parameter::ALL.into_iter().enumerate().skip(row + 1) {
+    for (row, first) in fit.estimates.iter().enumerate() {
+        for (column, second) in fit.estimates.iter().enumerate().skip(row + 1) {
             if let Some(value) = fit.correlation.get((row, column)).filter(|value| value.is_finite()) {
-                pairs.push(format!("{} and {} {value:+.3}", first.symbol(), second.symbol()));
+                let [first, second] = [first, second].map(|estimate| estimate.parameter.symbol());
+                pairs.push(format!("{first} and {second} {value:+.3}"));
             }
         }
     }

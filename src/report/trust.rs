@@ -187,8 +187,8 @@ fn robust(found: &Robust) -> (String, Vec<String>) {
 fn starts(found: &Starts) -> (String, Vec<String>) {
     let mut lines: Vec<String> = (found.minima.iter())
         .map(|minimum| {
-            let values: Vec<String> = (Parameter::ALL.iter().zip(minimum.values))
-                .map(|(parameter, value)| format!("{} = {}", parameter.symbol(), plain(value, 5)))
+            let values: Vec<String> = (minimum.values.iter())
+                .map(|(parameter, value)| format!("{} = {}", parameter.symbol(), plain(*value, 5)))
                 .collect();
             format!(
                 "{} starts: {}; −2 log likelihood {} above the best",

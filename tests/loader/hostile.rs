@@ -85,7 +85,7 @@ fn check(dataset: &Dataset) {
     }
     let ball = dataset.ball;
     assert!([ball.radius, ball.mass, ball.inertia].iter().all(|x| *x > 0.0 && x.is_finite()), "{ball:?}");
-    for setting in dataset.settings.0 {
+    for setting in dataset.settings.each {
         let order = setting.lower <= setting.initial && setting.initial <= setting.upper;
         assert!(order && setting.upper.is_finite() && setting.lower >= 0.0, "{setting:?}");
     }

@@ -64,7 +64,7 @@ pub fn normal() -> Fit {
         fidelity: "full",
         method: Method::TwoStage,
         effects: vec![("friction", true), ("cloth", true), ("spin_loss", false)],
-        estimates: [
+        estimates: vec![
             estimate(Parameter::Mu, 0.101_37, 0.002_71),
             estimate(Parameter::MuS, 0.31, 0.046),
             estimate(Parameter::E, 0.941_2, 0.003_9),
@@ -95,7 +95,7 @@ pub fn normal() -> Fit {
 pub fn restricted() -> Fit {
     let mut fit = normal();
     fit.group = Some(("chalk".to_owned(), "fresh, blue".to_owned()));
-    fit.estimates = [
+    fit.estimates = vec![
         Estimate {
             interval_95: Some([0.0, 0.012_87]),
             std_error_at_bound: None,
@@ -120,7 +120,7 @@ pub fn exact() -> Fit {
     fit.residuals[0].standardized = NAN;
     fit.residuals[0].speed = None;
     fit.residuals[0].shot = "a \"quoted\", shot".into();
-    fit.estimates = [
+    fit.estimates = vec![
         without_error(Parameter::Mu, 0.095_1, Status::Free),
         without_error(Parameter::MuS, 0.3, Status::Fixed),
         without_error(Parameter::E, 0.94, Status::Fixed),

@@ -93,7 +93,7 @@ impl<'a> Layout<'a> {
             design,
             columns: speeds.iter().map(Vec::len).max().unwrap_or(1).clamp(1, COLUMNS),
             speeds,
-            rows: Parameter::ALL.into_iter().filter(told).collect(),
+            rows: Parameter::COEFFICIENTS.into_iter().filter(told).collect(),
             legend,
         })
     }
