@@ -68,7 +68,7 @@ pub(super) fn choose(
     let choose = |fitted: &mut [Fitted], at: Values| {
         fitted.par_iter_mut().for_each(|shot| {
             // what cannot be predicted there is told of where the fit ends
-            _ = shot.plan.choose(&at.model(model), &at.values, PART, OTHERWISE);
+            _ = shot.plan.choose(&at.model(model), &at.coefficients, PART, OTHERWISE);
             // weight and contact time have no part in a shot without a speed
             if !(on_cloth && shot.plan.knows_speed()) {
                 shot.plan.settle_for_closed(model);
@@ -144,7 +144,7 @@ fn correct(fitted: &mut [Fitted], search: &Search, mut at: Values) -> Result<Fou
 /// Takes every shot's correction.
 fn take(fitted: &mut [Fitted], model: &Model, at: &Values) {
     fitted.par_iter_mut().for_each(|shot| {
-        if shot.plan.correct(&at.model(model), &at.values).is_err() {
+        if shot.plan.correct(&at.model(model), &at.coefficients).is_err() {
             shot.plan.settle_for_closed(model);
         }
     });
