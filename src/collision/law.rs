@@ -108,7 +108,7 @@ mod tests {
         let coefficients = Coefficients { mu: 0.02, mu_s: 0.25, e: 0.94 };
         let effects = Effects { friction: false, ..Effects::ALL };
         let law = Law::Exponential { b: 0.1, c: 1.0 };
-        let model = Model { law, effects, ..Model::new(Fidelity::Full, Ball::POOL) };
+        let model = Model { effects, law, ..Model::new(Fidelity::Full, Ball::POOL) };
         let (outcome, jacobian) = model.collide_with_jacobian(&cue, &coefficients).unwrap();
         assert_eq!(model.by_law(&cue, &coefficients, &outcome, &jacobian).amax(), 0.0);
         let constant = Model::new(Fidelity::Full, Ball::POOL);

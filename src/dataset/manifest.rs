@@ -384,8 +384,8 @@ impl RawManifest {
         let discs = discs
             .zip(tracks.as_ref())
             .map(|(discs, tracks)| Discs { in_seconds: !tracks.unknown_rate, ..discs });
-        let mut settings = Settings::default();
-        settings.falls = self.fit.friction == Some(Friction::Exponential);
+        let falls = self.fit.friction == Some(Friction::Exponential);
+        let mut settings = Settings { falls, ..Settings::default() };
         let fit = &self.fit;
         for (parameter, raw) in Parameter::COEFFICIENTS.into_iter().zip([&fit.mu, &fit.mu_s, &fit.e]) {
             if let Some(raw) = raw {
