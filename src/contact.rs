@@ -42,6 +42,7 @@ pub fn cue_velocity(speed: f64, cut_rad: f64) -> Vec3 {
 /// Velocity of the object ball's contact point relative to the cue ball's, collision frame, m/s:
 /// v = (V_x − U_x, V_y − U_y − R(ω_z + Ω_z), V_z − U_z + R(ω_y + Ω_y)) (Kim 2024, above Eq. 11).
 #[must_use]
+#[inline]
 pub fn slip(cue: &BallState, object: &BallState, radius: f64) -> Vec3 {
     let relative = object.velocity - cue.velocity;
     let spin = cue.spin + object.spin;

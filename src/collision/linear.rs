@@ -1,10 +1,11 @@
 //! First order in μ: the friction keeps its first direction θ₀ and never sticks
 //! (Kim 2024, Eqs. 50–54, sign of the cloth's torque corrected).
 
-use super::{Contact, Gradient, Impulse, ImpulseGradient, Regime, variable};
+use super::{Contact, Gradient, Impulse, ImpulseGradient, Regime, length, variable};
 
 /// With J = μ(1 + e)k/2: q = (1 + e)k/2 · (1 − μm_s sin θ₀/2), J_y = J cos θ₀, J_z = J sin θ₀.
 /// The velocities of Eqs. 50–53 follow from these to first order in μ.
+#[inline]
 pub(super) fn impulse(contact: &Contact) -> (Impulse, Regime) {
     let Some([cos, sin]) = direction(contact) else {
         let normal = 0.5 * (1.0 + contact.e) * contact.k;
@@ -16,6 +17,7 @@ pub(super) fn impulse(contact: &Contact) -> (Impulse, Regime) {
     (Impulse { normal, y: j * cos, z: j * sin }, Regime::Slide)
 }
 
+#[inline]
 pub(super) fn gradient(contact: &Contact) -> ImpulseGradient {
     let Contact { k, v_y, v_z, mu, m_s, e, .. } = *contact;
     let Some([cos, sin]) = direction(contact) else {
@@ -29,7 +31,7 @@ pub(super) fn gradient(contact: &Contact) -> ImpulseGradient {
     // cos θ₀ = −v_y/v, sin θ₀ = −v_z/v turn by dθ: d cos = −sin dθ, d sin = cos dθ,
     // dθ = (v_y dv_z − v_z dv_y)/v²
     let j = mu * full;
-    let turn = j / v_y.hypot(v_z);
+    let turn = j / length(v_y, v_z);
     let mut j_d_theta = Gradient::zeros();
     j_d_theta[variable::V_Y] = sin * turn;
     j_d_theta[variable::V_Z] = -cos * turn;
@@ -45,7 +47,8 @@ pub(super) fn gradient(contact: &Contact) -> ImpulseGradient {
 }
 
 /// (cos θ₀, sin θ₀), or `None` without slip at first contact.
+#[inline]
 fn direction(contact: &Contact) -> Option<[f64; 2]> {
-    let v = contact.v_y.hypot(contact.v_z);
+    let v = length(contact.v_y, contact.v_z);
     (v > 0.0).then(|| [-contact.v_y / v, -contact.v_z / v])
 }

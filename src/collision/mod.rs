@@ -33,7 +33,7 @@ mod steps;
 
 use nalgebra::SVector;
 
-use crate::ball::{Ball, BallState};
+use crate::ball::{Ball, BallState, Vec3};
 use crate::cloth::Cloth;
 use crate::contact;
 use crate::friction::{Friction, Law};
@@ -120,6 +120,7 @@ pub enum ClothTorque {
 
 impl ClothTorque {
     /// σ: dΩ_y/dq = (μ/νR)(1 − σm_s) sin θ.
+    #[inline]
     fn sign(self) -> f64 {
         match self {
             Self::Corrected => 1.0,
@@ -298,9 +299,14 @@ impl Model {
     }
 
     /// The friction follows the first slip: dμ/dv of it adds to what the state before the impact does.
+    #[inline]
     fn follow_law(&self, jacobian: &mut Jacobian, contact: &Contact, coefficients: &Coefficients) {
-        let v = contact.v_y.hypot(contact.v_z);
-        let slope = self.law.friction(coefficients.mu).slope(v);
+        let friction = self.law.friction(coefficients.mu);
+        if !friction.falls() {
+            return;
+        }
+        let v = length(contact.v_y, contact.v_z);
+        let slope = friction.slope(v);
         if slope == 0.0 || v == 0.0 {
             return;
         }
@@ -318,6 +324,7 @@ impl Model {
     }
 
     /// Nothing depends on the coefficient of an effect that is off.
+    #[inline]
     fn silence(&self, jacobian: &mut Jacobian) {
         let effects = self.effects;
         for (input, on) in
@@ -329,11 +336,13 @@ impl Model {
         }
     }
 
+    #[inline]
     fn contact(&self, cue: &BallState, coefficients: &Coefficients) -> Result<Contact, NotACollision> {
         self.contact_of(cue, &self.checked(coefficients)?)
     }
 
     /// What all shots with these coefficients share.
+    #[inline]
     fn checked(&self, coefficients: &Coefficients) -> Result<Shared, NotACollision> {
         let Ball { radius, inertia, .. } = self.ball;
         let Coefficients { mu, mu_s, e } = *coefficients;
@@ -373,15 +382,8 @@ impl Model {
 
     #[inline]
     fn contact_of(&self, cue: &BallState, shared: &Shared) -> Result<Contact, NotACollision> {
-        for (name, value) in [
-            ("velocity x", cue.velocity.x),
-            ("velocity y", cue.velocity.y),
-            ("velocity z", cue.velocity.z),
-            ("omega_x", cue.spin.x),
-            ("omega_y", cue.spin.y),
-            ("omega_z", cue.spin.z),
-        ] {
-            finite(name, value)?;
+        if !(is_finite(&cue.velocity) & is_finite(&cue.spin)) {
+            return Err(not_finite(cue));
         }
         if cue.velocity.z != 0.0 {
             return Err(NotACollision::NotHorizontal(cue.velocity.z));
@@ -394,15 +396,62 @@ impl Model {
         let m_s = if v.z > 0.0 { shared.mu_s } else { 0.0 };
         let mu = match shared.friction {
             Friction::Constant(mu) => mu,
-            falling @ Friction::Exponential { .. } => falling.mu(v.y.hypot(v.z)),
+            falling @ Friction::Exponential { .. } => falling.mu(length(v.y, v.z)),
         };
         let (nu, sigma) = (self.ball.inertia, self.cloth_torque.sign());
         Ok(Contact { k, v_y: v.y, v_z: v.z, mu, m_s, e: shared.e, nu, sigma })
     }
 }
 
+#[inline]
 fn finite(name: &'static str, value: f64) -> Result<f64, NotACollision> {
     if value.is_finite() { Ok(value) } else { Err(NotACollision::NotFinite { name, value }) }
+}
+
+#[inline]
+fn is_finite(v: &Vec3) -> bool {
+    v.x.is_finite() & v.y.is_finite() & v.z.is_finite()
+}
+
+/// The first component that is not finite.
+#[cold]
+fn not_finite(cue: &BallState) -> NotACollision {
+    let BallState { velocity: v, spin } = cue;
+    let (name, value) = [
+        ("velocity x", v.x),
+        ("velocity y", v.y),
+        ("velocity z", v.z),
+        ("omega_x", spin.x),
+        ("omega_y", spin.y),
+        ("omega_z", spin.z),
+    ]
+    .into_iter()
+    .find(|(_, value)| !value.is_finite())
+    .unwrap_or(("velocity", f64::NAN));
+    NotACollision::NotFinite { name, value }
+}
+
+/// √(a² + b²), scaled only where a square is out of range.
+#[inline]
+fn length(a: f64, b: f64) -> f64 {
+    let square = a * a + b * b;
+    if SQUARES.contains(&square) { square.sqrt() } else { scaled_length(a, b) }
+}
+
+/// Squares that neither overflow nor lose digits.
+const SQUARES: std::ops::Range<f64> = 1e-280..1e280;
+
+/// √(a² + b²) of numbers whose squares are out of range, with the same rounding as of those in it.
+#[cold]
+fn scaled_length(a: f64, b: f64) -> f64 {
+    let most = a.abs().max(b.abs());
+    if most == 0.0 {
+        return 0.0;
+    }
+    // powers of 2 that bring the larger one near 1, in two steps since 1/subnormal overflows
+    let scale = if most < 1.0 { 2f64.powi(600) } else { 2f64.powi(-600) };
+    let (a, b) = (a * scale, b * scale);
+    (a * a + b * b).sqrt() / scale
 }
 
 /// What [`Contact`] takes from the coefficients, the effects that are off left out.
@@ -431,16 +480,19 @@ struct Contact {
 
 impl Contact {
     /// β_y = (1 + ν)/ν.
+    #[inline]
     fn beta_y(&self) -> f64 {
         (1.0 + self.nu) / self.nu
     }
 
     /// β_z = (2 + ν − σm_s)/2ν.
+    #[inline]
     fn beta_z(&self) -> f64 {
         (2.0 + self.nu - self.sigma * self.m_s) / (2.0 * self.nu)
     }
 
     /// γ = β_y/β_z − 1 = (ν + σm_s)/(2 + ν − σm_s).
+    #[inline]
     fn gamma(&self) -> f64 {
         (self.nu + self.sigma * self.m_s) / (2.0 + self.nu - self.sigma * self.m_s)
     }

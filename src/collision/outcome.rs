@@ -3,7 +3,7 @@
 
 use nalgebra::{SMatrix, SVector};
 
-use super::{Contact, Gradient, Impulse, ImpulseGradient, Model, Regime, variable};
+use super::{Contact, Impulse, ImpulseGradient, Model, Regime, variable};
 use crate::ball::{BallState, Vec3};
 
 /// Both balls after the impact, collision frame.
@@ -60,6 +60,7 @@ pub enum Input {
 }
 
 impl Model {
+    #[inline]
     pub(super) fn outcome(
         &self,
         cue: &BallState,
@@ -70,20 +71,21 @@ impl Model {
         let &Contact { m_s, v_z, nu, sigma, .. } = contact;
         let &Impulse { normal: q, y: j_y, z: j_z } = impulse;
         let (topspin, draw) = (f64::from(v_z > 0.0), f64::from(v_z < 0.0));
-        let nu_r = nu * self.ball.radius;
+        let per_nu_r = 1.0 / (nu * self.ball.radius);
         // U_f = U_i − (q, J_y, J_z [θ<0]),  ω_f = ω_i + (0, J_z, −J_y)/νR
         let cue = BallState {
             velocity: cue.velocity - Vec3::new(q, j_y, j_z * topspin),
-            spin: cue.spin + Vec3::new(0.0, j_z, -j_y) / nu_r,
+            spin: cue.spin + per_nu_r * Vec3::new(0.0, j_z, -j_y),
         };
         // V_f = (q + m_s J_z, J_y, J_z [θ>0]),  Ω_f = (0, (1 − σm_s) J_z, −J_y)/νR
         let object = BallState {
             velocity: Vec3::new(q + m_s * j_z, j_y, j_z * draw),
-            spin: Vec3::new(0.0, (1.0 - sigma * m_s) * j_z, -j_y) / nu_r,
+            spin: per_nu_r * Vec3::new(0.0, (1.0 - sigma * m_s) * j_z, -j_y),
         };
         Outcome { regime, impulse: q, cue, object }
     }
 
+    #[inline]
     pub(super) fn jacobian(
         &self,
         contact: &Contact,
@@ -93,26 +95,43 @@ impl Model {
         let &Contact { m_s, v_z, nu, sigma, .. } = contact;
         let (topspin, draw) = (f64::from(v_z > 0.0), f64::from(v_z < 0.0));
         let radius = self.ball.radius;
-        let nu_r = nu * radius;
-        // from derivatives with respect to (k, v_y, v_z, μ, m_s, e) to columns:
-        // k = U_x, v_y = −U_y − Rω_z, v_z = Rω_y, m_s = μ_s or 0
-        let columns = |g: &Gradient| {
-            SMatrix::<f64, 1, 8>::from([
-                [g[variable::MU]],
-                [g[variable::M_S] * topspin],
-                [g[variable::E]],
-                [g[variable::K]],
-                [-g[variable::V_Y]],
-                [0.0],
-                [radius * g[variable::V_Z]],
-                [-radius * g[variable::V_Y]],
-            ])
+        let per_nu_r = 1.0 / (nu * radius);
+        let object_spin = (1.0 - sigma * m_s) * per_nu_r;
+        let ImpulseGradient { normal, y, z } = gradient;
+        // the components of `outcome` for given (dq, dJ_y, dJ_z)
+        let column = |q: f64, j_y: f64, j_z: f64| {
+            let spin_z = -per_nu_r * j_y;
+            [
+                -q,
+                -j_y,
+                -j_z * topspin,
+                0.0,
+                per_nu_r * j_z,
+                spin_z,
+                q + m_s * j_z,
+                j_y,
+                j_z * draw,
+                0.0,
+                object_spin * j_z,
+                spin_z,
+            ]
         };
-        let (q, j_y, j_z) = (columns(&gradient.normal), columns(&gradient.y), columns(&gradient.z));
-        let mut d_m_s = SMatrix::<f64, 1, 8>::zeros();
-        d_m_s[Input::MuS as usize] = topspin;
-
-        let mut jacobian = Jacobian::zeros();
+        let of = |variable: usize, by: f64| column(by * normal[variable], by * y[variable], by * z[variable]);
+        // columns: k = U_x, v_y = −U_y − Rω_z, v_z = Rω_y, m_s = μ_s or 0
+        let mut columns = [
+            of(variable::MU, 1.0),
+            of(variable::M_S, topspin),
+            of(variable::E, 1.0),
+            of(variable::K, 1.0),
+            of(variable::V_Y, -1.0),
+            [0.0; 12],
+            of(variable::V_Z, radius),
+            of(variable::V_Y, -radius),
+        ];
+        // m_s itself
+        columns[Input::MuS as usize][6] += topspin * impulse.z;
+        columns[Input::MuS as usize][10] -= topspin * sigma * impulse.z * per_nu_r;
+        // what the cue ball keeps
         for (row, input) in [
             (0, Input::VelocityX),
             (1, Input::VelocityY),
@@ -120,22 +139,8 @@ impl Model {
             (4, Input::SpinY),
             (5, Input::SpinZ),
         ] {
-            jacobian[(row, input as usize)] = 1.0;
+            columns[input as usize][row] += 1.0;
         }
-        let mut add = |row: usize, term: SMatrix<f64, 1, 8>| {
-            let sum = jacobian.row(row) + term;
-            jacobian.set_row(row, &sum);
-        };
-        add(0, -q);
-        add(1, -j_y);
-        add(2, -j_z * topspin);
-        add(4, j_z / nu_r);
-        add(5, -j_y / nu_r);
-        add(6, q + m_s * j_z + impulse.z * d_m_s);
-        add(7, j_y);
-        add(8, j_z * draw);
-        add(10, ((1.0 - sigma * m_s) * j_z - sigma * impulse.z * d_m_s) / nu_r);
-        add(11, -j_y / nu_r);
-        jacobian
+        Jacobian::from(columns)
     }
 }

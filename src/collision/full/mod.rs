@@ -26,7 +26,7 @@ mod gradient;
 mod path;
 mod whole;
 
-use super::{Contact, Impulse, ImpulseGradient, Regime, variable};
+use super::{Contact, Impulse, ImpulseGradient, Regime, length, variable};
 use path::{Path, Slip};
 
 /// Newton's method converges from one side; each step at least divides u or squares the error, so
@@ -51,11 +51,13 @@ const TINY_MU: f64 = 1e-60;
 /// Stands in for e = 0 in derivatives with respect to e, where restitution has no length.
 const TINY_E: f64 = 1e-18;
 
+#[inline]
 pub(super) fn impulse(contact: &Contact) -> (Impulse, Regime) {
     let end = solve(contact);
     (end.impulse(contact), end.regime())
 }
 
+#[inline]
 pub(super) fn impulse_and_gradient(contact: &Contact) -> ((Impulse, Regime), ImpulseGradient) {
     let end = solve(contact);
     let solution = (end.impulse(contact), end.regime());
@@ -91,6 +93,7 @@ enum End {
 }
 
 impl End {
+    #[inline]
     fn regime(&self) -> Regime {
         match self {
             Self::Slide { .. } => Regime::Slide,
@@ -122,31 +125,13 @@ fn solve(contact: &Contact) -> End {
 #[inline]
 fn start(contact: &Contact) -> (Path, f64) {
     let &Contact { v_y, v_z, .. } = contact;
-    // ρ = √(v_y² + v_z²)
-    let square = v_y * v_y + v_z * v_z;
-    let rho = if SQUARES.contains(&square) { square.sqrt() } else { scaled_length(v_y, v_z) };
+    let rho = length(v_y, v_z);
     let (y, z) = (v_y / rho, v_z / rho);
     (Path { n: z * z, m: y * y, p: 2.0 * contact.gamma() }, rho)
 }
 
 /// Speeds whose squares stay in range, with room for μ and e.
 const SPEEDS: std::ops::Range<f64> = 1e-100..1e100;
-
-/// Squares that neither overflow nor lose digits.
-const SQUARES: std::ops::Range<f64> = 1e-280..1e280;
-
-/// √(a² + b²) of numbers whose squares are out of range, with the same rounding as of those in it.
-#[cold]
-fn scaled_length(a: f64, b: f64) -> f64 {
-    let most = a.abs().max(b.abs());
-    if most == 0.0 {
-        return 0.0;
-    }
-    // powers of 2 that bring the larger one near 1, in two steps since 1/subnormal overflows
-    let scale = if most < 1.0 { 2f64.powi(600) } else { 2f64.powi(-600) };
-    let (a, b) = (a * scale, b * scale);
-    (a * a + b * b).sqrt() / scale
-}
 
 #[cfg(test)]
 mod tests {
