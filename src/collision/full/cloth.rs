@@ -4,6 +4,7 @@
 //! v = −K + 2Q − Σd and w = ∫ v dQ = Q² − KQ − ΣP, P = ∫ (1 − s) g ds.
 //! Compression ends at u_c, where v = 0; restitution at u_f, where w = (1 − e²) w_c.
 
+use super::lanes::Usual;
 use super::path::{Descent, Path, Slip, third_order};
 use super::whole::whole;
 use super::{CLOSE, End, MAX_STEPS, MOST, ROUNDING, STUCK};
@@ -15,6 +16,9 @@ const CLOSE_TO_SQUARE: f64 = 1e-4;
 
 /// Below this K the way is too short for the slip to turn, to rounding.
 const FIRST_ORDER: f64 = 1e-20;
+
+/// So short a way is left to the branches of [`solve`].
+const SHORT: f64 = 1e-9;
 
 pub(super) fn solve(contact: &Contact, path: &Path, rho: f64) -> End {
     let &Contact { k, e, mu, m_s, v_z, .. } = contact;
@@ -89,6 +93,7 @@ fn stuck_in_compression(contact: &Contact, kk: f64, sigma: f64, uq_s: f64) -> En
 }
 
 /// Where 2Q − Σd = K. `None` if nothing is left of the slip there.
+#[inline]
 pub(super) fn compression(path: &Path, kk: f64, sigma: f64) -> Option<Descent> {
     let mut tau = path.invert(kk / (2.0 - sigma), sigma);
     for step in 0..MAX_STEPS {
@@ -98,15 +103,9 @@ pub(super) fn compression(path: &Path, kk: f64, sigma: f64) -> Option<Descent> {
         if left < STUCK {
             return None;
         }
-        let slope = 2.0 * at.g - sigma;
-        let x = (kk - 2.0 * at.q + sigma * gone) / slope;
+        let [x, length] = step_to_compression(path, &at, kk, sigma);
         if x.abs() <= CLOSE * left {
-            // f = 2Q − Σd: f' = 2g − Σ, f'' = −2tg, f''' = −2tg[(1 − p)/u + t]
-            let t = path.turn(&at);
-            let a = -t * at.g / slope;
-            let b = a * ((1.0 - path.p) / left + t) / 3.0;
-            let end = path.finish(&at, third_order(x, a, b));
-            return Some(Descent { q: 0.5 * (kk + sigma * end.slip.gone), ..end });
+            return Some(compressed(path, &at, length, kk, sigma));
         }
         if x.abs() * at.g <= ROUNDING * gone {
             return Some(at);
@@ -115,6 +114,67 @@ pub(super) fn compression(path: &Path, kk: f64, sigma: f64) -> Option<Descent> {
         tau -= (-x.clamp(-MOST * gone, MOST * left) / left).ln_1p();
     }
     None
+}
+
+/// Steps of first and of third order to the end of compression.
+#[inline(always)]
+fn step_to_compression(path: &Path, at: &Descent, kk: f64, sigma: f64) -> [f64; 2] {
+    // f = 2Q − Σd: f' = 2g − Σ, f'' = −2tg, f''' = −2tg[(1 − p)/u + t]
+    let slope = 1.0 / (2.0 * at.g - sigma);
+    let x = (kk - 2.0 * at.q + sigma * at.slip.gone) * slope;
+    let t = path.turn(at);
+    let a = -t * at.g * slope;
+    let b = a * ((1.0 - path.p) / at.slip.left + t) * (1.0 / 3.0);
+    [x, third_order(x, a, b)]
+}
+
+/// The end of compression a small step from here.
+#[inline(always)]
+fn compressed(path: &Path, at: &Descent, step: f64, kk: f64, sigma: f64) -> Descent {
+    let end = path.finish(at, step);
+    Descent { q: 0.5 * (kk + sigma * end.slip.gone), ..end }
+}
+
+/// Steps of first and of third order to the end of restitution.
+#[inline(always)]
+fn step_to_restitution(path: &Path, at: &Descent, sigma: f64, target: f64) -> [f64; 2] {
+    let w = at.q * at.q - sigma * at.r;
+    // f = w: f' = vg, f'' = (2g − Σ)g − vtg, f''' = −2tg² − 2(2g − Σ)tg − vtg[(1 − p)/u + t]
+    let per_v = 1.0 / (2.0 * at.q - sigma * at.slip.gone);
+    let x = (target * target - w) * per_v / at.g;
+    let t = path.turn(at);
+    let slope = 2.0 * at.g - sigma;
+    let a = 0.5 * (slope * per_v - t);
+    let b = -t * (2.0 * (at.g + slope) * per_v + (1.0 - path.p) / at.slip.left + t) * (1.0 / 6.0);
+    [x, third_order(x, a, b)]
+}
+
+/// The usual solution, without a branch: both ends are one step from where the series puts them.
+#[inline(always)]
+pub(super) fn usual(contact: &Contact, path: &Path, rho: f64) -> Usual {
+    let &Contact { k, e, mu, m_s, v_z, .. } = contact;
+    // as in `solve`
+    let twice = 2.0 * mu * contact.beta_z();
+    let unit = rho / twice;
+    let kk = k / unit;
+    let sigma = m_s * mu * (v_z / rho);
+    let slides = 0.5 * (1.0 + e) * (kk + sigma) + sigma < path.whole_at_least();
+    let at = path.short_descent(path.invert(kk / (2.0 - sigma), sigma));
+    let [x, length] = step_to_compression(path, &at, kk, sigma);
+    let close_c = x.abs() <= CLOSE * at.slip.left;
+    let within_c = path.within_short(at.slip.tau);
+    let c = compressed(path, &at, length, kk, sigma);
+    let lost = c.q * c.q - sigma * (c.slip.gone * c.q - c.r);
+    let rest = c.slip.left * c.g;
+    let target = e * lost.sqrt() / rest;
+    let (path, sigma) = (path.from(&c.slip, c.g), sigma / c.g);
+    let at = path.short_descent(path.invert(target / (1.0 - 0.5 * sigma).sqrt(), 0.0));
+    let [x, length] = step_to_restitution(&path, &at, sigma, target);
+    let close_f = x.abs() <= CLOSE_TO_SQUARE * at.slip.gone.min(at.slip.left);
+    let f = path.finish(&at, length);
+    let short = (kk < SHORT) | (target < SHORT);
+    let is_usual = slides & close_c & within_c & close_f & path.within_short(at.slip.tau) & !short;
+    Usual { is_usual, q: (c.q + rest * f.q) * unit, slip: c.slip.then(&f.slip) }
 }
 
 /// Where Q² − ΣR = T², behind the end of compression. `None` if nothing is left of the slip there.
@@ -133,22 +193,16 @@ fn restitution(path: &Path, sigma: f64, target: f64) -> Option<Descent> {
         if left < STUCK {
             return None;
         }
-        let w = at.q * at.q - sigma * at.r;
-        let v = 2.0 * at.q - sigma * gone;
-        let x = (target * target - w) / (v * at.g);
+        let [x, length] = step_to_restitution(path, &at, sigma, target);
         if x.abs() <= CLOSE_TO_SQUARE * gone.min(left) {
-            // f = w: f' = vg, f'' = (2g − Σ)g − vtg, f''' = −2tg² − 2(2g − Σ)tg − vtg[(1 − p)/u + t]
-            let t = path.turn(&at);
-            let slope = 2.0 * at.g - sigma;
-            let a = 0.5 * (slope / v - t);
-            let b = -t * (2.0 * (at.g + slope) / v + (1.0 - path.p) / left + t) / 6.0;
-            return Some(path.finish(&at, third_order(x, a, b)));
+            return Some(path.finish(&at, length));
         }
         if x.abs() * at.g <= ROUNDING * gone {
             return Some(at);
         }
         // √w grows almost linearly
-        let root = w.max(0.0).sqrt();
+        let root = (at.q * at.q - sigma * at.r).max(0.0).sqrt();
+        let v = 2.0 * at.q - sigma * gone;
         let x = 2.0 * root * (target - root) / (v * at.g);
         tau -= (-x.clamp(-MOST * gone, MOST * left) / left).ln_1p();
     }

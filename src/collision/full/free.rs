@@ -2,6 +2,7 @@
 //!
 //! Restitution ends at q_f = (1 + e)k/2, and only Q(u) = h is left to invert.
 
+use super::lanes::Usual;
 use super::path::{Path, Slip, third_order};
 use super::whole::whole;
 use super::{CLOSE, End, MAX_STEPS, MOST, ROUNDING, cloth::compression};
@@ -41,7 +42,7 @@ struct Sphere<'a> {
 }
 
 impl<'a> Sphere<'a> {
-    #[inline]
+    #[inline(always)]
     fn new(path: &'a Path) -> Self {
         let m = path.m;
         let [f1, f2, f3] = [-(2.0 + m), 3.0 * m, -m * m];
@@ -57,7 +58,7 @@ impl<'a> Sphere<'a> {
         Self { path, q }
     }
 
-    #[inline]
+    #[inline(always)]
     fn q(&self, z: f64) -> f64 {
         let [q1, q2, q3, q4, q5, q6, q7] = self.q;
         let z2 = z * z;
@@ -67,7 +68,7 @@ impl<'a> Sphere<'a> {
     /// Where Q = h. `None` if it sticks before.
     #[inline]
     fn find(&self, h: f64) -> Option<Slip> {
-        let &Path { n, m, p } = self.path;
+        let &Path { n, .. } = self.path;
         let (num, den) = self.path.inverse(h, 0.0);
         let mut left = 1.0 - num / den;
         if h >= self.path.whole_at_least() {
@@ -81,40 +82,69 @@ impl<'a> Sphere<'a> {
         }
         for step in 0..MAX_STEPS {
             steps::record(step);
-            let y = cube_root(left);
-            let z = (1.0 - y) / (1.0 + (n + m * y).sqrt());
-            // from here on exactly at ζ: w = √(n + my), y, d = 1 − y³
-            let w = 1.0 - m * z;
-            let y_gone = z * (1.0 + w);
-            let y = 1.0 - y_gone;
-            let gone = y_gone * (3.0 - y_gone * (3.0 - y_gone));
-            left = y * y * y;
-            let x = (h - self.q(z)) / w;
-            let slip = Slip { gone, power_gone: y_gone, left, power: y, tau: 0.0 };
+            let y = if left < HALF { left.cbrt() } else { cube_root(left) };
+            let (slip, w, x) = self.at(y, h);
+            left = slip.left;
             if x.abs() <= CLOSE * left {
-                // t = γm u^(p−1)/g²
-                let t = m / (6.0 * y * y * w * w);
-                let step = third_order(x, -0.5 * t, -t * ((1.0 - p) / left + t) / 6.0);
-                return Some(slip.finish(step, p));
+                return Some(self.finish(&slip, w, x));
             }
-            if x.abs() * w <= ROUNDING * gone {
+            if x.abs() * w <= ROUNDING * slip.gone {
                 return Some(slip);
             }
-            left -= x.clamp(-MOST * gone, MOST * left);
+            left -= x.clamp(-MOST * slip.gone, MOST * left);
         }
         None
     }
+
+    /// Near y, exactly at the ζ that is taken there: the slip, w and the step to where Q = h.
+    #[inline(always)]
+    fn at(&self, y: f64, h: f64) -> (Slip, f64, f64) {
+        let &Path { n, m, .. } = self.path;
+        let z = (1.0 - y) / (1.0 + (n + m * y).sqrt());
+        // w = √(n + my), y, d = 1 − y³
+        let w = 1.0 - m * z;
+        let y_gone = z * (1.0 + w);
+        let y = 1.0 - y_gone;
+        let gone = y_gone * (3.0 - y_gone * (3.0 - y_gone));
+        let slip = Slip { gone, power_gone: y_gone, left: y * y * y, power: y, tau: 0.0 };
+        (slip, w, (h - self.q(z)) / w)
+    }
+
+    /// A small step further, to third order.
+    #[inline(always)]
+    fn finish(&self, slip: &Slip, w: f64, x: f64) -> Slip {
+        let &Path { m, p, .. } = self.path;
+        let y = slip.power;
+        // t = γm u^(p−1)/g²
+        let t = m / (6.0 * y * y * w * w);
+        let step = third_order(x, -0.5 * t, -t * ((1.0 - p) / slip.left + t) * (1.0 / 6.0));
+        slip.finish(step, p)
+    }
 }
 
-/// ∛u, to a millionth: by one step of Halley's method from (1 − ⅔d)/(1 − ⅓d), d = 1 − u, where u is not small.
-#[inline]
+/// The usual solution of a uniform sphere, without a branch: one step from where the series puts it.
+#[inline(always)]
+pub(super) fn usual(contact: &Contact, path: &Path, rho: f64) -> Usual {
+    let &Contact { k, e, mu, .. } = contact;
+    let q = 0.5 * (1.0 + e) * k;
+    let h = 2.0 * mu * contact.beta_z() * (q / rho);
+    let sphere = Sphere::new(path);
+    let (num, den) = path.inverse(h, 0.0);
+    let left = 1.0 - num / den;
+    let (slip, w, x) = sphere.at(cube_root(left), h);
+    let is_usual = (h < path.whole_at_least()) & (left >= HALF) & (x.abs() <= CLOSE * slip.left);
+    Usual { is_usual, q, slip: sphere.finish(&slip, w, x) }
+}
+
+/// ∛u for u ≥ ½, to a millionth: one step of Halley's method from (1 − ⅔d)/(1 − ⅓d), d = 1 − u.
+#[inline(always)]
 fn cube_root(u: f64) -> f64 {
-    if u < 0.5 {
-        return u.cbrt();
-    }
     let d = 1.0 - u;
     // y = a/b, then y (y³ + 2u)/(2y³ + u)
-    let (a, b) = (1.0 - d * (2.0 / 3.0), 1.0 - d / 3.0);
+    let (a, b) = (1.0 - d * (2.0 / 3.0), 1.0 - d * (1.0 / 3.0));
     let (a3, b3) = (a * a * a, u * b * b * b);
     a * (a3 + 2.0 * b3) / (b * (2.0 * a3 + b3))
 }
+
+/// From so much of the slip left on [`cube_root`] holds.
+const HALF: f64 = 0.5;

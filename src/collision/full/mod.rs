@@ -20,13 +20,18 @@
 //! The paper's own form with v̄ (Eq. 24) and ₂F₁ (Eqs. 29–30) solves the same equations, but breaks
 //! down where v_y0 or v_z0 is 0 and where ₂F₁ has poles.
 
+// a call left in a loop over lanes would keep it from being vectorised
+#![allow(clippy::inline_always)]
+
 mod cloth;
 mod free;
 mod gradient;
+mod lanes;
 mod path;
 mod whole;
 
 use super::{Contact, Impulse, ImpulseGradient, Regime, length, variable};
+pub(super) use lanes::Lanes;
 use path::{Path, Slip};
 
 /// Newton's method converges from one side; each step at least divides u or squares the error, so
@@ -126,8 +131,15 @@ fn solve(contact: &Contact) -> End {
 fn start(contact: &Contact) -> (Path, f64) {
     let &Contact { v_y, v_z, .. } = contact;
     let rho = length(v_y, v_z);
-    let (y, z) = (v_y / rho, v_z / rho);
-    (Path { n: z * z, m: y * y, p: 2.0 * contact.gamma() }, rho)
+    (Path::new(contact, rho), rho)
+}
+
+impl Path {
+    #[inline(always)]
+    fn new(contact: &Contact, rho: f64) -> Self {
+        let (y, z) = (contact.v_y / rho, contact.v_z / rho);
+        Self { n: z * z, m: y * y, p: 2.0 * contact.gamma() }
+    }
 }
 
 /// Speeds whose squares stay in range, with room for μ and e.

@@ -65,19 +65,20 @@ const PANEL: f64 = 1.0;
 
 impl Path {
     /// The rest of the path from a point on, in u/u₀ and g/g₀.
+    #[inline(always)]
     pub fn from(&self, start: &Slip, g: f64) -> Self {
         let g2 = g * g;
         Self { n: self.n / g2, m: self.m * start.power / g2, p: self.p }
     }
 
     /// g at u^p.
-    #[inline]
+    #[inline(always)]
     pub fn g(&self, power: f64) -> f64 {
         (self.n + self.m * power).sqrt()
     }
 
     /// An approximation of τ where ∫ (g − Σ/2) ds = h(1 − Σ/2), to about h⁵.
-    #[inline]
+    #[inline(always)]
     pub fn invert(&self, h: f64, sigma: f64) -> f64 {
         let (num, den) = self.inverse(h, sigma);
         // −ln(1 − d) = 2 artanh z, z = d/(2 − d)
@@ -88,7 +89,7 @@ impl Path {
 
     /// The same as d = 1 − u, as a fraction:
     /// d = h + ½γm h²/(1 − x₁h − (x₂ − x₁²)h²).
-    #[inline]
+    #[inline(always)]
     pub fn inverse(&self, h: f64, sigma: f64) -> (f64, f64) {
         let Self { p, m, .. } = *self;
         let gm = 0.5 * p * m / (1.0 - 0.5 * sigma);
@@ -181,14 +182,49 @@ impl Path {
         Descent { slip, g: self.g(slip.power), q, r }
     }
 
+    /// The same for a short way, without a branch: [`Path::within_short`].
+    #[inline(always)]
+    pub fn short_descent(&self, tau: f64) -> Descent {
+        let half = 0.5 * tau;
+        let half_p = self.p * half;
+        let (middle, middle_p) = (Exponentials::of(half), Exponentials::of(half_p));
+        let (a, a_p) = (1.0 - middle.fall, 1.0 - middle_p.fall);
+        // at both nodes ±x: ∫ g ds and ∫ (1 − s) g ds
+        let pair = |(x, w): (f64, f64)| {
+            let (step, step_p) = (Exponentials::of(half * x), Exponentials::of(half_p * x));
+            let node = |lost: f64, lost_p: f64| {
+                let gone = middle.fall + a * lost;
+                let g = half * w * (1.0 - gone) * self.g(a_p * (1.0 - lost_p));
+                [g, gone * g]
+            };
+            let [[q_1, r_1], [q_2, r_2]] = [node(-step.rise, -step_p.rise), node(step.fall, step_p.fall)];
+            [q_1 + q_2, r_1 + r_2]
+        };
+        let [[q_1, r_1], [q_2, r_2], [q_3, r_3]] = [pair(GAUSS_6[0]), pair(GAUSS_6[1]), pair(GAUSS_6[2])];
+        let slip = Slip {
+            gone: middle.fall + a * middle.fall,
+            power_gone: middle_p.fall + a_p * middle_p.fall,
+            left: a * a,
+            power: a_p * a_p,
+            tau,
+        };
+        Descent { slip, g: self.g(slip.power), q: q_1 + q_2 + q_3, r: r_1 + r_2 + r_3 }
+    }
+
+    /// Whether [`Path::short_descent`] is exact to rounding.
+    #[inline(always)]
+    pub fn within_short(&self, tau: f64) -> bool {
+        tau * self.p.abs().max(1.0) <= REACH_6
+    }
+
     /// t = γm u^(p−1)/g², with which dg/dd = −tg, d²g/dd² = −tg[(1 − p)/u + t].
-    #[inline]
+    #[inline(always)]
     pub fn turn(&self, at: &Descent) -> f64 {
         0.5 * self.p * self.m * at.slip.power / (at.slip.left * at.g * at.g)
     }
 
     /// Further down by a small Δd, the integrals by Taylor's series of g.
-    #[inline]
+    #[inline(always)]
     pub fn finish(&self, at: &Descent, step: f64) -> Descent {
         let Descent { slip: Slip { gone, left, .. }, g, .. } = *at;
         let t = self.turn(at);
@@ -219,7 +255,7 @@ struct Exponentials {
 
 impl Exponentials {
     /// For |z| ≤ REACH_8/2: the first term left out of the series is below 2e-17.
-    #[inline]
+    #[inline(always)]
     fn of(z: f64) -> Self {
         let x = z * z;
         // cosh z − 1 = z²/2! + z⁴/4! + …, sinh z = z + z³/3! + …
@@ -254,12 +290,13 @@ impl Slip {
     }
 
     /// After a way so short that u^p is linear in it.
+    #[inline]
     pub fn short(gone: f64, p: f64) -> Self {
         Self { gone, power_gone: p * gone, left: 1.0 - gone, power: 1.0 - p * gone, tau: gone }
     }
 
     /// Further down by a small Δd = εu: (1 − ε)^p and ln(1 − ε) by their series to ε⁵.
-    #[inline]
+    #[inline(always)]
     pub fn finish(&self, step: f64, p: f64) -> Self {
         let x = step / self.left;
         let lost =
@@ -274,7 +311,7 @@ impl Slip {
     }
 
     /// This slip with another behind it, which is counted from here.
-    #[inline]
+    #[inline(always)]
     pub fn then(&self, next: &Self) -> Self {
         Self {
             gone: self.gone + self.left * next.gone,
@@ -286,7 +323,7 @@ impl Slip {
     }
 
     /// 1 − u^(1+γ), for v_y = v_y0 u^(1+γ); u^γ = √(u^p).
-    #[inline]
+    #[inline(always)]
     pub fn y_gone(&self) -> f64 {
         // 1 − u^γ = (1 − u^p)/(1 + u^γ)
         let gamma_gone = self.power_gone / (1.0 + self.power.sqrt());
@@ -295,7 +332,7 @@ impl Slip {
 }
 
 /// Third-order step to the root of f from f, f', f''/2f', f'''/6f' (reversion of Taylor's series).
-#[inline]
+#[inline(always)]
 pub(super) fn third_order(x: f64, a: f64, b: f64) -> f64 {
     x * (1.0 - x * (a - x * (2.0 * a * a - b)))
 }
