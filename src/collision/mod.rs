@@ -382,7 +382,7 @@ impl Model {
 
     #[inline]
     fn contact_of(&self, cue: &BallState, shared: &Shared) -> Result<Contact, NotACollision> {
-        if !(is_finite(&cue.velocity) & is_finite(&cue.spin)) {
+        if !(is_finite(&cue.velocity) && is_finite(&cue.spin)) {
             return Err(not_finite(cue));
         }
         if cue.velocity.z != 0.0 {
@@ -410,7 +410,7 @@ fn finite(name: &'static str, value: f64) -> Result<f64, NotACollision> {
 
 #[inline]
 fn is_finite(v: &Vec3) -> bool {
-    v.x.is_finite() & v.y.is_finite() & v.z.is_finite()
+    v.x.is_finite() && v.y.is_finite() && v.z.is_finite()
 }
 
 /// The first component that is not finite.

@@ -173,8 +173,8 @@ pub(super) fn usual(contact: &Contact, path: &Path, rho: f64) -> Usual {
     let close_f = x.abs() <= CLOSE_TO_SQUARE * at.slip.gone.min(at.slip.left);
     let f = path.finish(&at, length);
     let short = (kk < SHORT) | (target < SHORT);
-    let is_usual = slides & close_c & within_c & close_f & path.within_short(at.slip.tau) & !short;
-    Usual { is_usual, q: (c.q + rest * f.q) * unit, slip: c.slip.then(&f.slip) }
+    let holds = slides & close_c & within_c & close_f & path.within_short(at.slip.tau) & !short;
+    Usual { holds, q: (c.q + rest * f.q) * unit, slip: c.slip.then(&f.slip) }
 }
 
 /// Where Q² − ΣR = T², behind the end of compression. `None` if nothing is left of the slip there.

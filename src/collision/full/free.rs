@@ -132,8 +132,8 @@ pub(super) fn usual(contact: &Contact, path: &Path, rho: f64) -> Usual {
     let (num, den) = path.inverse(h, 0.0);
     let left = 1.0 - num / den;
     let (slip, w, x) = sphere.at(cube_root(left), h);
-    let is_usual = (h < path.whole_at_least()) & (left >= HALF) & (x.abs() <= CLOSE * slip.left);
-    Usual { is_usual, q, slip: sphere.finish(&slip, w, x) }
+    let holds = (h < path.whole_at_least()) & (left >= HALF) & (x.abs() <= CLOSE * slip.left);
+    Usual { holds, q, slip: sphere.finish(&slip, w, x) }
 }
 
 /// ∛u for u ≥ ½, to a millionth: one step of Halley's method from (1 − ⅔d)/(1 − ⅓d), d = 1 − u.

@@ -9,7 +9,7 @@ use crate::collision::{Contact, Impulse, Regime, SQUARES};
 /// A solution without a branch.
 pub(super) struct Usual {
     /// Otherwise it is none.
-    pub is_usual: bool,
+    pub holds: bool,
     pub q: f64,
     pub slip: Slip,
 }
@@ -62,9 +62,9 @@ impl<const N: usize> Lanes<N> {
             let contact = Contact { k: self.k[i], v_y, v_z, mu: self.mu[i], m_s, e, nu, sigma };
             let square = v_y * v_y + v_z * v_z;
             let rho = square.sqrt();
-            let Usual { is_usual, q, slip } = usual(&contact, &Path::new(&contact, rho), rho);
-            let is_usual = is_usual & (square >= SQUARES.start) & (square < SQUARES.end);
-            self.q[i] = if is_usual { q } else { f64::NAN };
+            let Usual { holds, q, slip } = usual(&contact, &Path::new(&contact, rho), rho);
+            let holds = holds & SQUARES.contains(&square);
+            self.q[i] = if holds { q } else { f64::NAN };
             // as End::impulse
             self.j_y[i] = -v_y / (2.0 * contact.beta_y()) * slip.y_gone();
             self.j_z[i] = -v_z / (2.0 * contact.beta_z()) * slip.gone;

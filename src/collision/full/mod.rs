@@ -20,8 +20,8 @@
 //! The paper's own form with v̄ (Eq. 24) and ₂F₁ (Eqs. 29–30) solves the same equations, but breaks
 //! down where v_y0 or v_z0 is 0 and where ₂F₁ has poles.
 
-// a call left in a loop over lanes would keep it from being vectorised
-#![allow(clippy::inline_always)]
+// a call or a branch left in a loop over lanes would keep it from being vectorised
+#![allow(clippy::inline_always, clippy::needless_bitwise_bool)]
 
 mod cloth;
 mod free;
