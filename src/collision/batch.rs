@@ -1,6 +1,6 @@
 //! Many collisions with the same coefficients, as structures of arrays: what all shots share is checked and
-//! computed once, and shots of one kind are solved one after the other, those of [`Fidelity::Full`] side by side.
-//! Every outcome is that of [`Model::collide`], to rounding for [`Fidelity::Full`] and else to the last digit.
+//! computed once, and shots of one kind are solved one after the other. Every outcome is that of
+//! [`Model::collide`], to the last digit.
 //!
 //! ```
 //! use caromfit::ball::Ball;
@@ -161,7 +161,7 @@ impl Outcomes<'_> {
 }
 
 impl Model {
-    /// As [`Model::collide`] for each of the shots, to rounding. Allocates nothing.
+    /// As [`Model::collide`] for each of the shots. Allocates nothing.
     ///
     /// # Errors
     /// Slices of unlike lengths. What is no collision stands in `outcomes.status`.
@@ -173,10 +173,6 @@ impl Model {
     ) -> Result<(), Lengths> {
         let count = cues.count()?;
         outcomes.check(count)?;
-        if self.fidelity == Fidelity::Full {
-            self.side_by_side(cues, coefficients, outcomes, count);
-            return Ok(());
-        }
         self.each(cues, coefficients, outcomes, count, |i, cue, contact, outcomes| {
             let (impulse, regime) = match self.fidelity {
                 Fidelity::Elastic => elastic::impulse(contact),
@@ -221,41 +217,6 @@ impl Model {
             }
         });
         Ok(())
-    }
-
-    /// The shots of a block and of one kind side by side.
-    fn side_by_side(&self, cues: &Cues, coefficients: &Coefficients, outcomes: &mut Outcomes, count: usize) {
-        let shared = match self.checked(coefficients) {
-            Ok(shared) => shared,
-            Err(why) => {
-                (0..count).for_each(|i| outcomes.refuse(i, why));
-                return;
-            }
-        };
-        let nothing = Contact { k: 0.0, v_y: 0.0, v_z: 0.0, mu: 0.0, m_s: 0.0, e: 0.0, nu: 0.0, sigma: 0.0 };
-        let (mut contacts, mut which) = ([nothing; BLOCK], [0; BLOCK]);
-        let mut lanes = full::Lanes::<BLOCK>::new();
-        for first in (0..count).step_by(BLOCK) {
-            let block = first..count.min(first + BLOCK);
-            for topspin in [true, false] {
-                let mut taken = 0;
-                for i in block.clone().filter(|i| (cues.spin[1][*i] > 0.0) == topspin) {
-                    match self.contact_of(&cues.get(i), &shared) {
-                        Ok(contact) => {
-                            (contacts[taken], which[taken]) = (contact, i);
-                            taken += 1;
-                        }
-                        Err(why) => outcomes.refuse(i, why),
-                    }
-                }
-                lanes.solve(&contacts[..taken]);
-                for lane in 0..taken {
-                    let (contact, i) = (&contacts[lane], which[lane]);
-                    let (impulse, regime) = lanes.impulse(lane).unwrap_or_else(|| full::impulse(contact));
-                    outcomes.set(i, &self.outcome(&cues.get(i), contact, &impulse, regime));
-                }
-            }
-        }
     }
 
     /// Block by block, first the shots that the cloth takes part in, then those that it does not: each branch

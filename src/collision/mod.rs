@@ -22,6 +22,7 @@ mod elastic;
 mod full;
 mod hertz;
 mod inelastic;
+mod input;
 mod integrate;
 mod integrated;
 mod law;
@@ -33,13 +34,14 @@ mod steps;
 
 use nalgebra::SVector;
 
-use crate::ball::{Ball, BallState, Vec3};
+use crate::ball::{Ball, BallState};
 use crate::cloth::Cloth;
-use crate::contact;
-use crate::friction::{Friction, Law};
+use crate::friction::Law;
 
 pub use corrected::{Corrected, Correction};
 pub use effects::Effects;
+use input::Contact;
+pub use input::NotACollision;
 pub use law::ByLaw;
 pub use outcome::{Input, Jacobian, Outcome};
 
@@ -127,49 +129,6 @@ impl ClothTorque {
             Self::AsPrinted => -1.0,
         }
     }
-}
-
-/// Why an input is no collision. A wrong use, not a numerical outcome.
-#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
-pub enum NotACollision {
-    #[error("{name} is {value}; expected a finite number")]
-    NotFinite { name: &'static str, value: f64 },
-    #[error(
-        "the cue ball does not approach: its velocity along the line of centres is {0} m/s; expected more than 0"
-    )]
-    NotApproaching(f64),
-    #[error("the cue ball leaves the cloth with {0} m/s; expected a horizontal velocity")]
-    NotHorizontal(f64),
-    #[error("mu is {0}; expected 0 or more")]
-    NegativeMu(f64),
-    #[error("mu_s is {0}; expected 0 or more, below {1}")]
-    MuSOutOfRange(f64, f64),
-    #[error("mu·mu_s is {0}; expected less than 2, or the balls jam")]
-    Jams(f64),
-    #[error("e is {0}; expected 0 to 1")]
-    EOutOfRange(f64),
-    #[error("the radius is {0} m; expected more than 0")]
-    Radius(f64),
-    #[error("the moment of inertia over MR² is {0}; expected more than 0, at most 2/3 (a hollow sphere)")]
-    Inertia(f64),
-    #[error("mu_k is {0}; expected 0 or more, and mu·mu_k less than 2")]
-    MuKOutOfRange(f64),
-    #[error(
-        "mu is {mu} and falls as b·exp(−c·v) with b = {b}, c = {c}; expected numbers, c and mu + b of 0 or more"
-    )]
-    Law { mu: f64, b: f64, c: f64 },
-    #[error("the tolerance is {0}; expected {MIN_TOLERANCE:e} to {MAX_TOLERANCE:e}")]
-    Tolerance(f64),
-    #[error("the contact time is {0} s; expected more than 0")]
-    ContactTime(f64),
-    /// `ode` and `contact` bound their steps and changes of grip. Under gravity some slow shots run out of
-    /// them (1 in 100 at 1e-10, below some 0.2 m/s): a slip on the cloth that passes close by 0, or settles
-    /// there, turns faster than steps can follow. So do some with an e near 0, whose restitution lasts 1/e times
-    /// their compression, under gravity all the while. (At 0 there is none: the impact ends with compression.)
-    #[error(
-        "the integration did not reach the end of the impact at a tolerance of {0:e}; expected a larger one"
-    )]
-    NotIntegrated(f64),
 }
 
 /// The range of [`Model::tolerance`]: below, roundings prevail; above, the error has no order.
@@ -282,7 +241,7 @@ impl Model {
         coefficients: &Coefficients,
         contact: &Contact,
     ) -> Result<(Outcome, Jacobian), NotACollision> {
-        let ((impulse, regime), gradient) = match self.fidelity {
+        let ((impulse, regime), mut gradient) = match self.fidelity {
             Fidelity::Elastic => (elastic::impulse(contact), elastic::gradient()),
             Fidelity::Inelastic => (inelastic::impulse(contact), inelastic::gradient(contact)),
             Fidelity::Linear => (linear::impulse(contact), linear::gradient(contact)),
@@ -291,16 +250,30 @@ impl Model {
                 return integrated::collide_with_jacobian(self, cue, coefficients, contact);
             }
         };
+        self.silence(&mut gradient);
+        self.follow_law(&mut gradient, contact, coefficients);
         let outcome = self.outcome(cue, contact, &impulse, regime);
-        let mut jacobian = self.jacobian(contact, &impulse, &gradient);
-        self.follow_law(&mut jacobian, contact, coefficients);
-        self.silence(&mut jacobian);
-        Ok((outcome, jacobian))
+        Ok((outcome, self.jacobian(contact, &impulse, &gradient)))
     }
 
-    /// The friction follows the first slip: dμ/dv of it adds to what the state before the impact does.
-    #[inline]
-    fn follow_law(&self, jacobian: &mut Jacobian, contact: &Contact, coefficients: &Coefficients) {
+    /// Nothing depends on the coefficient of an effect that is off.
+    #[inline(always)]
+    fn silence(&self, gradient: &mut ImpulseGradient) {
+        let effects = self.effects;
+        for (of, on) in [
+            (variable::MU, effects.friction),
+            (variable::M_S, effects.cloth),
+            (variable::E, effects.inelasticity),
+        ] {
+            if !on {
+                (gradient.normal[of], gradient.y[of], gradient.z[of]) = (0.0, 0.0, 0.0);
+            }
+        }
+    }
+
+    /// The friction follows the first slip: dμ/dv of it adds to what that slip does.
+    #[inline(always)]
+    fn follow_law(&self, gradient: &mut ImpulseGradient, contact: &Contact, coefficients: &Coefficients) {
         let friction = self.law.friction(coefficients.mu);
         if !friction.falls() {
             return;
@@ -310,125 +283,12 @@ impl Model {
         if slope == 0.0 || v == 0.0 {
             return;
         }
-        let radius = self.ball.radius;
-        let by_mu = jacobian.column(Input::Mu as usize) * slope;
-        // v_y = −U_y − Rω_z, v_z = Rω_y
-        for (input, dv) in [
-            (Input::VelocityY, -contact.v_y / v),
-            (Input::SpinY, radius * contact.v_z / v),
-            (Input::SpinZ, -radius * contact.v_y / v),
-        ] {
-            let mut column = jacobian.column_mut(input as usize);
-            column += by_mu * dv;
+        for of in [&mut gradient.normal, &mut gradient.y, &mut gradient.z] {
+            let by_mu = of[variable::MU] * slope;
+            of[variable::V_Y] += by_mu * contact.v_y / v;
+            of[variable::V_Z] += by_mu * contact.v_z / v;
         }
     }
-
-    /// Nothing depends on the coefficient of an effect that is off.
-    #[inline]
-    fn silence(&self, jacobian: &mut Jacobian) {
-        let effects = self.effects;
-        for (input, on) in
-            [(Input::Mu, effects.friction), (Input::MuS, effects.cloth), (Input::E, effects.inelasticity)]
-        {
-            if !on {
-                jacobian.column_mut(input as usize).fill(0.0);
-            }
-        }
-    }
-
-    #[inline]
-    fn contact(&self, cue: &BallState, coefficients: &Coefficients) -> Result<Contact, NotACollision> {
-        self.contact_of(cue, &self.checked(coefficients)?)
-    }
-
-    /// What all shots with these coefficients share.
-    #[inline]
-    fn checked(&self, coefficients: &Coefficients) -> Result<Shared, NotACollision> {
-        let Ball { radius, inertia, .. } = self.ball;
-        let Coefficients { mu, mu_s, e } = *coefficients;
-        if !(radius > 0.0 && radius.is_finite()) {
-            return Err(NotACollision::Radius(radius));
-        }
-        if !(inertia > 0.0 && inertia <= HOLLOW_SPHERE) {
-            return Err(NotACollision::Inertia(inertia));
-        }
-        if finite("mu", mu)? < 0.0 {
-            return Err(NotACollision::NegativeMu(mu));
-        }
-        // β_z must stay positive, or the cloth would drive the slip it brakes
-        if !(0.0..2.0 + inertia).contains(&finite("mu_s", mu_s)?) {
-            return Err(NotACollision::MuSOutOfRange(mu_s, 2.0 + inertia));
-        }
-        let friction = self.law.friction(mu);
-        if let Law::Exponential { b, c } = self.law {
-            let valid = b.is_finite() && c.is_finite() && c >= 0.0 && mu + b >= 0.0;
-            if !valid {
-                return Err(NotACollision::Law { mu, b, c });
-            }
-        }
-        if friction.largest() * mu_s >= 2.0 {
-            return Err(NotACollision::Jams(friction.largest() * mu_s));
-        }
-        if !(0.0..=1.0).contains(&finite("e", e)?) {
-            return Err(NotACollision::EOutOfRange(e));
-        }
-        let effects = self.effects;
-        Ok(Shared {
-            friction: if effects.friction { friction } else { Friction::Constant(0.0) },
-            mu_s: if effects.cloth { mu_s } else { 0.0 },
-            e: if effects.inelasticity { e } else { 1.0 },
-        })
-    }
-
-    #[inline]
-    fn contact_of(&self, cue: &BallState, shared: &Shared) -> Result<Contact, NotACollision> {
-        if !(is_finite(&cue.velocity) && is_finite(&cue.spin)) {
-            return Err(not_finite(cue));
-        }
-        if cue.velocity.z != 0.0 {
-            return Err(NotACollision::NotHorizontal(cue.velocity.z));
-        }
-        let v = contact::slip(cue, &BallState::default(), self.ball.radius);
-        let k = -v.x;
-        if k <= 0.0 {
-            return Err(NotACollision::NotApproaching(k));
-        }
-        let m_s = if v.z > 0.0 { shared.mu_s } else { 0.0 };
-        let mu = match shared.friction {
-            Friction::Constant(mu) => mu,
-            falling @ Friction::Exponential { .. } => falling.mu(length(v.y, v.z)),
-        };
-        let (nu, sigma) = (self.ball.inertia, self.cloth_torque.sign());
-        Ok(Contact { k, v_y: v.y, v_z: v.z, mu, m_s, e: shared.e, nu, sigma })
-    }
-}
-
-#[inline]
-fn finite(name: &'static str, value: f64) -> Result<f64, NotACollision> {
-    if value.is_finite() { Ok(value) } else { Err(NotACollision::NotFinite { name, value }) }
-}
-
-#[inline]
-fn is_finite(v: &Vec3) -> bool {
-    v.x.is_finite() && v.y.is_finite() && v.z.is_finite()
-}
-
-/// The first component that is not finite.
-#[cold]
-fn not_finite(cue: &BallState) -> NotACollision {
-    let BallState { velocity: v, spin } = cue;
-    let (name, value) = [
-        ("velocity x", v.x),
-        ("velocity y", v.y),
-        ("velocity z", v.z),
-        ("omega_x", spin.x),
-        ("omega_y", spin.y),
-        ("omega_z", spin.z),
-    ]
-    .into_iter()
-    .find(|(_, value)| !value.is_finite())
-    .unwrap_or(("velocity", f64::NAN));
-    NotACollision::NotFinite { name, value }
 }
 
 /// √(a² + b²), scaled only where a square is out of range.
@@ -452,50 +312,6 @@ fn scaled_length(a: f64, b: f64) -> f64 {
     let scale = if most < 1.0 { 2f64.powi(600) } else { 2f64.powi(-600) };
     let (a, b) = (a * scale, b * scale);
     (a * a + b * b).sqrt() / scale
-}
-
-/// What [`Contact`] takes from the coefficients, the effects that are off left out.
-#[derive(Clone, Copy, Debug)]
-struct Shared {
-    friction: Friction,
-    mu_s: f64,
-    e: f64,
-}
-
-/// Moment of inertia of a thin hollow sphere over MR², the largest a ball can have.
-const HOLLOW_SPHERE: f64 = 2.0 / 3.0;
-
-/// What the impulses depend on.
-#[derive(Clone, Copy, Debug)]
-struct Contact {
-    k: f64,
-    v_y: f64,
-    v_z: f64,
-    mu: f64,
-    m_s: f64,
-    e: f64,
-    nu: f64,
-    sigma: f64,
-}
-
-impl Contact {
-    /// β_y = (1 + ν)/ν.
-    #[inline]
-    fn beta_y(&self) -> f64 {
-        (1.0 + self.nu) / self.nu
-    }
-
-    /// β_z = (2 + ν − σm_s)/2ν.
-    #[inline]
-    fn beta_z(&self) -> f64 {
-        (2.0 + self.nu - self.sigma * self.m_s) / (2.0 * self.nu)
-    }
-
-    /// γ = β_y/β_z − 1 = (ν + σm_s)/(2 + ν − σm_s).
-    #[inline]
-    fn gamma(&self) -> f64 {
-        (self.nu + self.sigma * self.m_s) / (2.0 + self.nu - self.sigma * self.m_s)
-    }
 }
 
 /// The impulses of a collision per unit mass, m/s: q, J_y and J_z.

@@ -129,8 +129,9 @@ impl Model {
             of(variable::V_Y, -radius),
         ];
         // m_s itself
-        columns[Input::MuS as usize][6] += topspin * impulse.z;
-        columns[Input::MuS as usize][10] -= topspin * sigma * impulse.z * per_nu_r;
+        let direct = if self.effects.cloth { topspin * impulse.z } else { 0.0 };
+        columns[Input::MuS as usize][6] += direct;
+        columns[Input::MuS as usize][10] -= sigma * direct * per_nu_r;
         // what the cue ball keeps
         for (row, input) in [
             (0, Input::VelocityX),

@@ -4,10 +4,9 @@
 //! v = −K + 2Q − Σd and w = ∫ v dQ = Q² − KQ − ΣP, P = ∫ (1 − s) g ds.
 //! Compression ends at u_c, where v = 0; restitution at u_f, where w = (1 − e²) w_c.
 
-use super::lanes::Usual;
 use super::path::{Descent, Path, Slip, third_order};
 use super::whole::whole;
-use super::{CLOSE, End, MAX_STEPS, MOST, ROUNDING, STUCK};
+use super::{CLOSE, End, MAX_STEPS, MOST, ROUNDING, STUCK, Slips};
 use crate::collision::Contact;
 use crate::collision::steps;
 
@@ -16,9 +15,6 @@ const CLOSE_TO_SQUARE: f64 = 1e-4;
 
 /// Below this K the way is too short for the slip to turn, to rounding.
 const FIRST_ORDER: f64 = 1e-20;
-
-/// So short a way is left to the branches of [`solve`].
-const SHORT: f64 = 1e-9;
 
 pub(super) fn solve(contact: &Contact, path: &Path, rho: f64) -> End {
     let &Contact { k, e, mu, m_s, v_z, .. } = contact;
@@ -32,7 +28,8 @@ pub(super) fn solve(contact: &Contact, path: &Path, rho: f64) -> End {
         let d_c = kk / (2.0 - sigma);
         let slip = Slip::short((1.0 + e) * d_c, path.p);
         let [compressed, restored] = [d_c, e * d_c].map(|d| Slip::short(d, path.p));
-        return End::Slide { q: (1.0 + e) * k / (2.0 - sigma), slip, compressed, restored };
+        let slips = Slips { end: slip, compressed, restored };
+        return End::Slide { q: (1.0 + e) * k / (2.0 - sigma), slips };
     }
     // Q_f ≤ (1 + e)(K + Σ)/2 + Σ
     let mut stuck = None;
@@ -62,7 +59,8 @@ pub(super) fn solve(contact: &Contact, path: &Path, rho: f64) -> End {
         }
     }
     if e == 0.0 {
-        return End::Slide { q: c.q * unit, slip: c.slip, compressed: c.slip, restored: Slip::START };
+        let slips = Slips { end: c.slip, compressed: c.slip, restored: Slip::START };
+        return End::Slide { q: c.q * unit, slips };
     }
     // from u_c on, in units of u_c and g_c: w/(u_c g_c)² = Q² − Σ'R = T²
     let rest = c.slip.left * c.g;
@@ -70,9 +68,7 @@ pub(super) fn solve(contact: &Contact, path: &Path, rho: f64) -> End {
     match restitution(&path.from(&c.slip, c.g), sigma / c.g, target) {
         Some(f) => End::Slide {
             q: (c.q + rest * f.q) * unit,
-            slip: c.slip.then(&f.slip),
-            compressed: c.slip,
-            restored: f.slip,
+            slips: Slips { end: c.slip.then(&f.slip), compressed: c.slip, restored: f.slip },
         },
         // the end of restitution and stick coincide to rounding
         None => {
@@ -147,34 +143,6 @@ fn step_to_restitution(path: &Path, at: &Descent, sigma: f64, target: f64) -> [f
     let a = 0.5 * (slope * per_v - t);
     let b = -t * (2.0 * (at.g + slope) * per_v + (1.0 - path.p) / at.slip.left + t) * (1.0 / 6.0);
     [x, third_order(x, a, b)]
-}
-
-/// The usual solution, without a branch: both ends are one step from where the series puts them.
-#[inline(always)]
-pub(super) fn usual(contact: &Contact, path: &Path, rho: f64) -> Usual {
-    let &Contact { k, e, mu, m_s, v_z, .. } = contact;
-    // as in `solve`
-    let twice = 2.0 * mu * contact.beta_z();
-    let unit = rho / twice;
-    let kk = k / unit;
-    let sigma = m_s * mu * (v_z / rho);
-    let slides = 0.5 * (1.0 + e) * (kk + sigma) + sigma < path.whole_at_least();
-    let at = path.short_descent(path.invert(kk / (2.0 - sigma), sigma));
-    let [x, length] = step_to_compression(path, &at, kk, sigma);
-    let close_c = x.abs() <= CLOSE * at.slip.left;
-    let within_c = path.within_short(at.slip.tau);
-    let c = compressed(path, &at, length, kk, sigma);
-    let lost = c.q * c.q - sigma * (c.slip.gone * c.q - c.r);
-    let rest = c.slip.left * c.g;
-    let target = e * lost.sqrt() / rest;
-    let (path, sigma) = (path.from(&c.slip, c.g), sigma / c.g);
-    let at = path.short_descent(path.invert(target / (1.0 - 0.5 * sigma).sqrt(), 0.0));
-    let [x, length] = step_to_restitution(&path, &at, sigma, target);
-    let close_f = x.abs() <= CLOSE_TO_SQUARE * at.slip.gone.min(at.slip.left);
-    let f = path.finish(&at, length);
-    let short = (kk < SHORT) | (target < SHORT);
-    let holds = slides & close_c & within_c & close_f & path.within_short(at.slip.tau) & !short;
-    Usual { holds, q: (c.q + rest * f.q) * unit, slip: c.slip.then(&f.slip) }
 }
 
 /// Where Q² − ΣR = T², behind the end of compression. `None` if nothing is left of the slip there.

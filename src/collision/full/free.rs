@@ -2,10 +2,9 @@
 //!
 //! Restitution ends at q_f = (1 + e)k/2, and only Q(u) = h is left to invert.
 
-use super::lanes::Usual;
 use super::path::{Path, Slip, third_order};
 use super::whole::whole;
-use super::{CLOSE, End, MAX_STEPS, MOST, ROUNDING, cloth::compression};
+use super::{CLOSE, End, MAX_STEPS, MOST, ROUNDING, Slips, cloth::compression};
 use crate::ball::UNIFORM_SPHERE;
 use crate::collision::Contact;
 use crate::collision::steps;
@@ -26,7 +25,7 @@ pub(super) fn solve(contact: &Contact, path: &Path, rho: f64) -> End {
         compression(path, 2.0 * h, 0.0).map(|end| end.slip)
     };
     match slip {
-        Some(slip) => End::Slide { q, slip, compressed: slip, restored: Slip::START },
+        Some(end) => End::Slide { q, slips: Slips { end, compressed: end, restored: Slip::START } },
         None => End::Stick { q, compressed: None },
     }
 }
@@ -35,7 +34,7 @@ pub(super) fn solve(contact: &Contact, path: &Path, rho: f64) -> End {
 /// √(n + my) = 1 − mζ, y = 1 − 2ζ + mζ², and
 ///
 /// Q = 6∫ f² dζ from 0 to ζ, f = y√(n + my) = 1 − (2 + m)ζ + 3mζ² − m²ζ³.
-struct Sphere<'a> {
+pub(super) struct Sphere<'a> {
     path: &'a Path,
     /// Coefficients of Q/ζ.
     q: [f64; 7],
@@ -43,7 +42,7 @@ struct Sphere<'a> {
 
 impl<'a> Sphere<'a> {
     #[inline(always)]
-    fn new(path: &'a Path) -> Self {
+    pub fn new(path: &'a Path) -> Self {
         let m = path.m;
         let [f1, f2, f3] = [-(2.0 + m), 3.0 * m, -m * m];
         let q = [
@@ -59,7 +58,7 @@ impl<'a> Sphere<'a> {
     }
 
     #[inline(always)]
-    fn q(&self, z: f64) -> f64 {
+    pub fn q(&self, z: f64) -> f64 {
         let [q1, q2, q3, q4, q5, q6, q7] = self.q;
         let z2 = z * z;
         z * ((q1 + z * q2) + z2 * ((q3 + z * q4) + z2 * ((q5 + z * q6) + z2 * q7)))
@@ -69,7 +68,7 @@ impl<'a> Sphere<'a> {
     #[inline]
     fn find(&self, h: f64) -> Option<Slip> {
         let &Path { n, .. } = self.path;
-        let (num, den) = self.path.inverse(h, 0.0);
+        let (num, den) = self.path.inverse(h, 0.5);
         let mut left = 1.0 - num / den;
         if h >= self.path.whole_at_least() {
             // y = 0 at ζ = 1/(1 + √n)
@@ -118,22 +117,8 @@ impl<'a> Sphere<'a> {
         // t = γm u^(p−1)/g²
         let t = m / (6.0 * y * y * w * w);
         let step = third_order(x, -0.5 * t, -t * ((1.0 - p) / slip.left + t) * (1.0 / 6.0));
-        slip.finish(step, p)
+        slip.finish(step / slip.left, p)
     }
-}
-
-/// The usual solution of a uniform sphere, without a branch: one step from where the series puts it.
-#[inline(always)]
-pub(super) fn usual(contact: &Contact, path: &Path, rho: f64) -> Usual {
-    let &Contact { k, e, mu, .. } = contact;
-    let q = 0.5 * (1.0 + e) * k;
-    let h = 2.0 * mu * contact.beta_z() * (q / rho);
-    let sphere = Sphere::new(path);
-    let (num, den) = path.inverse(h, 0.0);
-    let left = 1.0 - num / den;
-    let (slip, w, x) = sphere.at(cube_root(left), h);
-    let holds = (h < path.whole_at_least()) & (left >= HALF) & (x.abs() <= CLOSE * slip.left);
-    Usual { holds, q, slip: sphere.finish(&slip, w, x) }
 }
 
 /// ∛u for u ≥ ½, to a millionth: one step of Halley's method from (1 − ⅔d)/(1 − ⅓d), d = 1 − u.

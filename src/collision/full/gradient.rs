@@ -9,14 +9,17 @@
 //! ∂P = −∂[c ∫ (s − u) S ds]  at fixed q on the left, at fixed u on the right
 //! ```
 
+use wide::f64x2;
+
 use super::path::{Node, Path, Slip};
-use super::{End, start};
+use super::side_by_side::{Stretches, within_reach};
+use super::{End, Slips, start};
 use crate::ball::UNIFORM_SPHERE;
 use crate::collision::{Contact, Gradient, ImpulseGradient, variable};
 use crate::quadrature::GAUSS_4;
 
 pub(super) fn gradient(contact: &Contact, end: &End) -> ImpulseGradient {
-    let &Contact { v_y, v_z, .. } = contact;
+    let &Contact { v_z, .. } = contact;
     let (path, rho) = start(contact);
     let scales = Scales::new(contact, rho);
     // J_y = v_y0 Y/2β_y, J_z = v_z0 Z/2β_z with Y = u^(1+γ) − 1, Z = u − 1
@@ -31,23 +34,28 @@ pub(super) fn gradient(contact: &Contact, end: &End) -> ImpulseGradient {
             z[variable::M_S] = v_z * per_z * scales.d_ln_beta_z;
             ImpulseGradient { normal, y, z }
         }
-        End::Slide { slip, compressed, restored, .. } => {
-            let (normal, d_u) = if v_z > 0.0 {
-                scales.with_cloth(&path, slip, compressed, restored)
-            } else {
-                scales.without_cloth(&path, slip)
-            };
-            // dY = (1 + γ)u^γ du + u^(1+γ) ln u dγ
-            let gamma_power = slip.power.sqrt();
-            let mut y = v_y * per_y * (1.0 + contact.gamma()) * gamma_power * d_u;
-            y[variable::V_Y] -= per_y * slip.y_gone();
-            y[variable::M_S] -= v_y * per_y * slip.left * gamma_power * slip.tau * scales.d_gamma;
-            let mut z = v_z * per_z * d_u;
-            z[variable::V_Z] -= per_z * slip.gone;
-            z[variable::M_S] += v_z * per_z * slip.gone * scales.d_ln_beta_z;
-            ImpulseGradient { normal, y, z }
-        }
+        End::Slide { slips, .. } => of_slide(contact, &path, rho, slips),
     }
+}
+
+/// Of an impact that slides to its end.
+#[inline]
+pub(super) fn of_slide(contact: &Contact, path: &Path, rho: f64, slips: &Slips) -> ImpulseGradient {
+    let &Contact { v_y, v_z, .. } = contact;
+    let scales = Scales::new(contact, rho);
+    let (per_y, per_z) = (0.5 / contact.beta_y(), 0.5 / contact.beta_z());
+    let slip = &slips.end;
+    let (normal, d_u) =
+        if v_z > 0.0 { scales.with_cloth(path, slips) } else { scales.without_cloth(path, slip) };
+    // dY = (1 + γ)u^γ du + u^(1+γ) ln u dγ
+    let gamma_power = slip.power.sqrt();
+    let mut y = v_y * per_y * (1.0 + contact.gamma()) * gamma_power * d_u;
+    y[variable::V_Y] -= per_y * slip.y_gone();
+    y[variable::M_S] -= v_y * per_y * slip.left * gamma_power * slip.tau * scales.d_gamma;
+    let mut z = v_z * per_z * d_u;
+    z[variable::V_Z] -= per_z * slip.gone;
+    z[variable::M_S] += v_z * per_z * slip.gone * scales.d_ln_beta_z;
+    ImpulseGradient { normal, y, z }
 }
 
 /// What the integrals are multiplied with, and its derivatives.
@@ -115,6 +123,36 @@ impl Path {
             all[1].add(weight * from.left * (way.gone - node.gone), terms);
         });
         all
+    }
+
+    /// [`Path::integrals`] of compression and restitution, side by side.
+    #[inline(always)]
+    fn two_integrals(&self, compressed: &Slip, restored: &Slip) -> [[Integral; 2]; 2] {
+        let stretches = Stretches::new(self, f64x2::new([compressed.tau, restored.tau]));
+        let (m, half) = (stretches.m(self), stretches.half());
+        let [from, from_power, from_tau] = [
+            f64x2::new([1.0, compressed.left]),
+            f64x2::new([1.0, compressed.power]),
+            f64x2::new([0.0, compressed.tau]),
+        ];
+        let gone = stretches.gone();
+        let mut all = [[f64x2::ZERO; 4]; 2];
+        stretches.walk(|x, nodes| {
+            let g = (m * nodes.power + self.n).sqrt();
+            let inverse = nodes.weight / g;
+            let over = from_power * nodes.power * inverse;
+            let terms = [nodes.weight * g, inverse, over, -(from_tau + half * (1.0 + x)) * over];
+            for i in 0..4 {
+                all[0][i] += terms[i];
+                all[1][i] += (gone - nodes.gone) * terms[i];
+            }
+        });
+        let integral = |arm: usize, i: usize| {
+            let scale = if arm == 0 { half * from } else { half * from * from };
+            let of = |k: usize| (all[arm][k] * scale).as_array()[i];
+            Integral { g: of(0), inverse: of(1), power: of(2), log: of(3) }
+        };
+        [[integral(0, 0), integral(1, 0)], [integral(0, 1), integral(1, 1)]]
     }
 
     /// The whole slip: ∫ s S ds.
@@ -189,16 +227,16 @@ impl<'a> Scales<'a> {
     }
 
     /// The same with topspin.
-    fn with_cloth(
-        &self,
-        path: &Path,
-        slip: &Slip,
-        compressed: &Slip,
-        restored: &Slip,
-    ) -> (Gradient, Gradient) {
+    #[inline]
+    fn with_cloth(&self, path: &Path, slips: &Slips) -> (Gradient, Gradient) {
         let &Contact { e, .. } = self.contact;
-        let [first, first_arm] = path.integrals(&Slip::START, compressed);
-        let [second, second_arm] = path.integrals(compressed, restored);
+        let Slips { end: slip, compressed, restored } = slips;
+        let [[first, first_arm], [second, second_arm]] =
+            if within_reach(path, compressed.tau.max(restored.tau)) {
+                path.two_integrals(compressed, restored)
+            } else {
+                [path.integrals(&Slip::START, compressed), path.integrals(compressed, restored)]
+            };
         let compression = self.compression(compressed, &first, &first_arm);
         // restitution by increments: Δu, Δq, ΔP = (1 − u_c)Δq + c∫(u_c − s)S ds, v_f = 2Δq − AΔu
         let d_u = compressed.left * restored.gone;

@@ -80,25 +80,25 @@ impl Path {
     /// An approximation of τ where ∫ (g − Σ/2) ds = h(1 − Σ/2), to about h⁵.
     #[inline(always)]
     pub fn invert(&self, h: f64, sigma: f64) -> f64 {
-        let (num, den) = self.inverse(h, sigma);
+        let (num, den) = self.inverse(h, 1.0 / (2.0 - sigma));
         // −ln(1 − d) = 2 artanh z, z = d/(2 − d)
         let z = num / (2.0 * den - num).max(LEAST_LEFT * den);
         let z2 = z * z;
         2.0 * z * (1.0 + z2 * (1.0 / 3.0 + z2 * (0.2 + z2 / 7.0)))
     }
 
-    /// The same as d = 1 − u, as a fraction:
+    /// The same as d = 1 − u, as a fraction, with `per` = 1/(2 − Σ):
     /// d = h + ½γm h²/(1 − x₁h − (x₂ − x₁²)h²).
     #[inline(always)]
-    pub fn inverse(&self, h: f64, sigma: f64) -> (f64, f64) {
+    pub fn inverse(&self, h: f64, per: f64) -> (f64, f64) {
         let Self { p, m, .. } = *self;
-        let gm = 0.5 * p * m / (1.0 - 0.5 * sigma);
+        let gm = p * m * per;
         let q = 1.0 - p;
         // x₁ = [(1−p) + 4γm]/3
         let x1 = (q + 4.0 * gm) * (1.0 / 3.0);
-        // x₂ = [(1−p)(2−p) + 13γm(1−p) + 28γ²m²]/12
-        let x2 = (q * (2.0 - p) + 13.0 * gm * q + 28.0 * gm * gm) * (1.0 / 12.0);
-        let den = 1.0 - h * (x1 + (x2 - x1 * x1) * h);
+        // x₂ = [(1−p)(2−p) + 13γm(1−p) + 28γ²m²]/12, x₂ − x₁² = [(1−p)(2+p) + 7γm(1−p) + 20γ²m²]/36
+        let rest = (q * (2.0 + p) + gm * (7.0 * q + 20.0 * gm)) * (1.0 / 36.0);
+        let den = 1.0 - h * (x1 + rest * h);
         (h * den + 0.5 * gm * h * h, den)
     }
 
@@ -182,41 +182,6 @@ impl Path {
         Descent { slip, g: self.g(slip.power), q, r }
     }
 
-    /// The same for a short way, without a branch: [`Path::within_short`].
-    #[inline(always)]
-    pub fn short_descent(&self, tau: f64) -> Descent {
-        let half = 0.5 * tau;
-        let half_p = self.p * half;
-        let (middle, middle_p) = (Exponentials::of(half), Exponentials::of(half_p));
-        let (a, a_p) = (1.0 - middle.fall, 1.0 - middle_p.fall);
-        // at both nodes ±x: ∫ g ds and ∫ (1 − s) g ds
-        let pair = |(x, w): (f64, f64)| {
-            let (step, step_p) = (Exponentials::of(half * x), Exponentials::of(half_p * x));
-            let node = |lost: f64, lost_p: f64| {
-                let gone = middle.fall + a * lost;
-                let g = half * w * (1.0 - gone) * self.g(a_p * (1.0 - lost_p));
-                [g, gone * g]
-            };
-            let [[q_1, r_1], [q_2, r_2]] = [node(-step.rise, -step_p.rise), node(step.fall, step_p.fall)];
-            [q_1 + q_2, r_1 + r_2]
-        };
-        let [[q_1, r_1], [q_2, r_2], [q_3, r_3]] = [pair(GAUSS_6[0]), pair(GAUSS_6[1]), pair(GAUSS_6[2])];
-        let slip = Slip {
-            gone: middle.fall + a * middle.fall,
-            power_gone: middle_p.fall + a_p * middle_p.fall,
-            left: a * a,
-            power: a_p * a_p,
-            tau,
-        };
-        Descent { slip, g: self.g(slip.power), q: q_1 + q_2 + q_3, r: r_1 + r_2 + r_3 }
-    }
-
-    /// Whether [`Path::short_descent`] is exact to rounding.
-    #[inline(always)]
-    pub fn within_short(&self, tau: f64) -> bool {
-        tau * self.p.abs().max(1.0) <= REACH_6
-    }
-
     /// t = γm u^(p−1)/g², with which dg/dd = −tg, d²g/dd² = −tg[(1 − p)/u + t].
     #[inline(always)]
     pub fn turn(&self, at: &Descent) -> f64 {
@@ -229,7 +194,7 @@ impl Path {
         let Descent { slip: Slip { gone, left, .. }, g, .. } = *at;
         let t = self.turn(at);
         let curve = (1.0 - self.p) / left + t;
-        let slip = at.slip.finish(step, self.p);
+        let slip = at.slip.finish(step / left, self.p);
         Descent {
             slip,
             g: self.g(slip.power),
@@ -295,10 +260,10 @@ impl Slip {
         Self { gone, power_gone: p * gone, left: 1.0 - gone, power: 1.0 - p * gone, tau: gone }
     }
 
-    /// Further down by a small Δd = εu: (1 − ε)^p and ln(1 − ε) by their series to ε⁵.
+    /// Further down by a small part x = Δd/u: (1 − x)^p and ln(1 − x) by their series to x⁵.
     #[inline(always)]
-    pub fn finish(&self, step: f64, p: f64) -> Self {
-        let x = step / self.left;
+    pub fn finish(&self, x: f64, p: f64) -> Self {
+        let step = x * self.left;
         let lost =
             p * x * (1.0 + 0.5 * (1.0 - p) * x * (1.0 + (2.0 - p) / 3.0 * x * (1.0 + 0.25 * (3.0 - p) * x)));
         Self {
@@ -307,6 +272,18 @@ impl Slip {
             power_gone: self.power_gone + self.power * lost,
             power: self.power - self.power * lost,
             tau: self.tau + x * (1.0 + x * (0.5 + x * (1.0 / 3.0 + 0.25 * x))),
+        }
+    }
+
+    /// What comes of this slip behind `before`, counted from there.
+    #[inline(always)]
+    pub fn since(&self, before: &Self) -> Self {
+        Self {
+            gone: (self.gone - before.gone) / before.left,
+            power_gone: (self.power_gone - before.power_gone) / before.power,
+            left: self.left / before.left,
+            power: self.power / before.power,
+            tau: self.tau - before.tau,
         }
     }
 
