@@ -20,17 +20,19 @@ pub(super) fn name(row: &Row) -> String {
 /// Which errors of a row are meant.
 pub(super) type Pick = fn(&Row) -> Option<[Spread; 4]>;
 
-/// For the terminal: errors of 95 % of the shots.
+/// For the terminal: median, 95 % and worst errors, a digit of each.
 #[must_use]
 pub fn table(rows: &[Row]) -> String {
     let heads = ["", "tolerance", "time", "of linear", "throw, °", "speed/U", "spin R/U", "jump/U"];
     let linear = rows.iter().find(|row| row.fidelity == Fidelity::Linear).map_or(f64::NAN, |row| row.seconds);
     let mut text = String::new();
     let parts: [(&str, Pick); 2] = [
-        ("Numerical error (95 % of the shots) against the exact solution of the same equations", |row| {
+        ("Numerical error (median, 95 %, worst) against the same equations solved to 30 digits", |row| {
             row.numerical
         }),
-        ("Model error (95 % of the shots) against contact with all effects", |row| Some(row.model)),
+        ("Model error (median, 95 %, worst) against contact with all effects, to 1e-9", |row| {
+            Some(row.model)
+        }),
     ];
     for (title, pick) in parts {
         let mut cells = vec![heads.map(str::to_owned).to_vec()];
@@ -39,7 +41,9 @@ pub fn table(rows: &[Row]) -> String {
             let tolerance = row.tolerance.map_or(String::new(), |tolerance| format!("{tolerance:.0e}"));
             let mut line = vec![name(row), tolerance, seconds(row.seconds)];
             line.push(format!("{:.1}", row.seconds / linear));
-            line.extend(errors.map(|error| format!("{:.1e}", error.p95)));
+            line.extend(
+                errors.map(|Spread { median, p95, worst }| format!("{median:.0e} {p95:.0e} {worst:.0e}")),
+            );
             cells.push(line);
         }
         let _ = write!(text, "{title}\n{}\n", aligned(&cells, "  "));

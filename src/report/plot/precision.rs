@@ -89,7 +89,7 @@ fn draw<DB: DrawingBackend>(
         x += wide;
     }
     let panels: [(&str, Pick); 2] = [
-        ("Numerical error: against the exact solution", |row| row.numerical),
+        ("Numerical error: against 30 digits", |row| row.numerical),
         ("Model error: against contact with all effects", |row| Some(row.model)),
     ];
     for (column, (title, pick)) in panels.into_iter().enumerate() {
