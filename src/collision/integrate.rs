@@ -16,10 +16,10 @@ use super::steps;
 const GUESSED: f64 = 1e-4;
 
 /// The last part of the way to an event may be gone by a step of first order: its error is of the square
-/// of this part of the step.
+/// of this part of the way.
 const EULER: f64 = 1e-8;
 
-/// So short a step is one of first order: its error is of the square, and the method refuses it.
+/// So short a step is one of second order: its error is of the cube, and the method refuses it.
 const SHORT: f64 = 1e-10;
 
 /// Newton's method needs three or four steps; bisection, where it fails, halves.
@@ -133,11 +133,15 @@ impl<const N: usize> Integrator<N> {
             }
         }
         early = from;
-        let probe = (EULER * length).max(4.0 * f64::EPSILON * late.abs());
         for _ in 0..MAX_NEWTON {
+            // of the way, not of the step that was tried: a hop may take a billionth of that
+            let probe = (EULER * (x - from)).max(4.0 * f64::EPSILON * late.abs());
             if x - from < SHORT {
+                // the mean of both ends' rates (Heun), or a ball that has just left the cloth would not come down
                 let rates = stretch.rates(from, &start);
-                y = std::array::from_fn(|i| start[i] + (x - from) * rates[i]);
+                let ahead = std::array::from_fn(|i| start[i] + (x - from) * rates[i]);
+                let then = stretch.rates(x, &ahead);
+                y = std::array::from_fn(|i| start[i] + 0.5 * (x - from) * (rates[i] + then[i]));
             } else {
                 self.restart(stretch, from, &start, x - from)?;
                 if !self.step(stretch)? {

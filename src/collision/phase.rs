@@ -200,6 +200,14 @@ pub(super) fn walk<const N: usize>(
     let (mut held, mut stopped) = (None, None);
     for _ in 0..MAX_EVENTS {
         let q = model.impulse(phase, x, y);
+        // a ball that has just left the cloth may be pressed down again by a change of grip elsewhere
+        for site in [Site::CueOnCloth, Site::ObjectOnCloth] {
+            if phase.grips[site] == Grip::Open && model.above_cloth(y, site) <= 0.0 {
+                model.land(q, y, site);
+                phase.grips[site] = Grip::Slides;
+                held = held.filter(|held| *held != site);
+            }
+        }
         let mut slips = phase.dynamics.slips(q, y);
         if let Some(site) = stopped {
             slips.0[site as usize] = [0.0; 2];
