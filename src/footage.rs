@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use crate::collision::{Coefficients, Fidelity, Model};
-use crate::dataset::{Dataset, Tracks};
+use crate::dataset::{Dataset, Spin, Tracks};
 use crate::fit::{self, Depth, Options, Status};
 use crate::impact::disc::{self, DiscImpact, Quantity};
 use crate::impact::film::Film;
@@ -58,6 +58,13 @@ pub fn with_impacts(
         extracted.iter().map(|(track, impact)| shots::shot(track, impact, dataset.sliding)).collect();
     dataset.tracks = Some(Tracks { shots: Vec::new(), ..tracks });
     (dataset, extracted, scene)
+}
+
+/// Whether the spin of some shot was found from its motion, since nothing else tells it: its errors are then too large to be
+/// carried over as small ones are, and a joint fit of the frames is the better one.
+#[must_use]
+pub fn finds_spins(extracted: &[(TrackShot, Impact)]) -> bool {
+    extracted.iter().any(|(_, impact)| impact.spin == Spin::Unknown)
 }
 
 /// The frames of the shots, of at most about `most` of them, spread evenly: for

@@ -1,10 +1,12 @@
 //! `caromfit compare`: is the difference real?
 
+use std::cell::Cell;
 use std::path::PathBuf;
 
 use caromfit::collision::Fidelity;
 use caromfit::compare::{self, Options, Quantity};
-use caromfit::footage::with_impacts;
+use caromfit::footage::{self, with_impacts};
+use caromfit::loss::Loss;
 use caromfit::report::{compare as report, write};
 
 use super::progress::{self, Progress};
@@ -12,7 +14,8 @@ use super::{Failure, FidelityArg, print};
 
 /// One joint fit of several data sets, or of the labels of one whose [fit] by names a column: which parameters differ,
 /// by how much, how surely. Where the data sets have different cloth labels, μ and e are shared and μ_s and μ_k differ by
-/// cloth; else μ differs by data set and the rest is shared. Writes OUT/{compare.json, forest.svg, forest.png,
+/// cloth; else μ differs by data set and the rest is shared. Bounds, priors, constraints and losses are those of each data
+/// set's [fit]. Footage is compared by the velocities extracted from it (two-stage), not by all frames at once. Writes OUT/{compare.json, forest.svg, forest.png,
 /// residuals.svg, residuals.png, report.html}.
 #[derive(clap::Args)]
 #[command(after_help = "Example: caromfit compare data/synthetic-cloth-a data/synthetic-cloth-b")]
@@ -29,9 +32,13 @@ pub struct Args {
     /// Parameters with a value for each label
     #[arg(long, value_delimiter = ',', value_parser = quantity, value_name = "PARAMETERS")]
     per_dataset: Vec<Quantity>,
-    /// How closely the collision is modelled
-    #[arg(long, value_enum, default_value = "full")]
+    /// How closely the collision is modelled; auto takes for each shot the cheapest that leaves out less than a tenth of
+    /// its standard errors, as all data sets together tell
+    #[arg(long, value_enum, default_value = "auto")]
     fidelity: FidelityArg,
+    /// How outlying shots count, in the place of what the data sets say
+    #[arg(long, value_parser = super::loss, value_name = "squares|huber|cauchy")]
+    loss: Option<Loss>,
     /// Print compare.json, and nothing else, on standard output
     #[arg(long)]
     json: bool,
@@ -43,30 +50,44 @@ fn quantity(name: &str) -> Result<Quantity, String> {
 }
 
 pub fn run(args: &Args) -> Result<(), Failure> {
-    let (datasets, wrong) = progress::load(&args.datasets);
-    if !wrong.is_empty() {
-        let wrong: Vec<String> = wrong.iter().map(ToString::to_string).collect();
-        return Err(Failure::input(wrong.join("\nerror: ")));
-    }
+    let datasets = progress::load_all(&args.datasets)?;
     let progress = Progress::over_shots(&datasets, 0);
-    let mut extracted = Vec::new();
+    progress.expect(compare::STAGES);
+    let (mut datasets_of_impacts, mut filmed, mut from_motion) = (Vec::new(), Vec::new(), Vec::new());
     for dataset in datasets {
         progress.step(&dataset.name);
-        extracted.push(with_impacts(dataset, &|| progress.done()).0);
+        let (dataset, extracted, scene) = with_impacts(dataset, &|| progress.done());
+        if footage::finds_spins(&extracted) {
+            from_motion.push(dataset.name.clone());
+        }
+        datasets_of_impacts.push(dataset);
+        filmed.push((extracted, scene));
         progress.done();
     }
     let options = Options {
         fidelity: args.fidelity.0.unwrap_or(Fidelity::Full),
+        auto: args.fidelity.0.is_none(),
+        loss: args.loss,
         share: args.share.clone(),
         per_dataset: args.per_dataset.clone(),
     };
-    let comparison = compare::compare(&extracted, &options);
+    let begun = Cell::new(false);
+    let comparison = compare::compare_watched(&datasets_of_impacts, &options, &|stage| {
+        if begun.replace(true) {
+            progress.done();
+        }
+        progress.step(stage);
+    });
     progress.finish();
-    let comparison = comparison.map_err(|error| match error {
+    let mut comparison = comparison.map_err(|error| match error {
         compare::CompareError::Optimise(_) | compare::CompareError::NoWeights => Failure::work(error),
         _ => Failure::input(error),
     })?;
-    let files = report::files(&comparison).map_err(Failure::work)?;
+    if !from_motion.is_empty() {
+        comparison.warn_of_spins_from_motion(&from_motion);
+    }
+    let pictures = report::pictures(&comparison, &filmed).map_err(Failure::work)?;
+    let files = report::files(&comparison, &pictures).map_err(Failure::work)?;
     write::write_files(&files, &args.out).map_err(Failure::work)?;
     if args.json {
         print(&report::json(&comparison).map_err(Failure::work)?)

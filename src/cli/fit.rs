@@ -4,7 +4,6 @@ use std::path::PathBuf;
 
 use caromfit::baseline::Tolerance;
 use caromfit::collision::{Effects, Fidelity, Model};
-use caromfit::dataset::Spin;
 use caromfit::effects;
 use caromfit::fit::{self, Depth, Falling, Method, Options};
 use caromfit::footage::{self, with_impacts};
@@ -51,7 +50,7 @@ pub struct Args {
     #[arg(long, value_parser = method, value_name = "two-stage|joint")]
     method: Option<Method>,
     /// How outlying shots count, in the place of what the data set says
-    #[arg(long, value_parser = loss, value_name = "squares|huber|cauchy")]
+    #[arg(long, value_parser = super::loss, value_name = "squares|huber|cauchy")]
     loss: Option<Loss>,
     /// Fit from so many starts and say whether they agree
     #[arg(long, default_value_t = 1, value_name = "N")]
@@ -78,8 +77,7 @@ pub struct Args {
 
 /// The errors of a spin that was found from the motion are too large to be carried over as small ones are.
 fn best(extracted: &[(TrackShot, Impact)], loss: Loss) -> Method {
-    let unknown = extracted.iter().any(|(_, impact)| impact.spin == Spin::Unknown);
-    if unknown && loss == Loss::Squares { Method::Joint } else { Method::TwoStage }
+    if footage::finds_spins(extracted) && loss == Loss::Squares { Method::Joint } else { Method::TwoStage }
 }
 
 fn method(name: &str) -> Result<Method, String> {
@@ -92,24 +90,15 @@ fn falling(text: &str) -> Result<Falling, String> {
     if text.trim() == "fit" {
         return Ok(Falling::Fitted);
     }
-    match super::law(text).map_err(|error| format!("{error}; or fit"))? {
+    match super::law(text).map_err(|error| format!("{error}, or fit"))? {
         Law::Exponential { b, c } => Ok(Falling::Held { b, c }),
         Law::Constant => Ok(Falling::AsStated),
     }
 }
 
-fn loss(name: &str) -> Result<Loss, String> {
-    let found = Loss::ALL.into_iter().find(|loss| loss.name() == name);
-    found.ok_or_else(|| format!("expected one of {}", Loss::ALL.map(Loss::name).join(", ")))
-}
-
 pub fn run(args: &Args) -> Result<(), Failure> {
     // All input is checked before anything is written.
-    let (datasets, wrong) = progress::load(&args.datasets);
-    if !wrong.is_empty() {
-        let wrong: Vec<String> = wrong.iter().map(ToString::to_string).collect();
-        return Err(Failure::input(wrong.join("\nerror: ")));
-    }
+    let datasets = progress::load_all(&args.datasets)?;
     for (i, one) in datasets.iter().enumerate() {
         if let Some(other) = datasets[..i].iter().find(|other| other.name == one.name) {
             return Err(Failure::input(format!(

@@ -19,6 +19,7 @@ use std::process::ExitCode;
 
 use caromfit::collision::{Effects, Fidelity, MAX_TOLERANCE, MIN_TOLERANCE};
 use caromfit::friction::Law;
+use caromfit::loss::Loss;
 use clap::{Parser, Subcommand, ValueEnum};
 
 /// From footage of billiard-ball collisions to the friction between the balls μ, the friction of the
@@ -128,8 +129,15 @@ fn law(text: &str) -> Result<Law, String> {
     let number = |part: &str| part.trim().parse::<f64>().map_err(|_| format!("\"{part}\" is not a number"));
     match text.split(',').collect::<Vec<_>>().as_slice() {
         [b, c] => Ok(Law::Exponential { b: number(b)?, c: number(c)? }),
+        [word] if number(word).is_err() => Err(format!("\"{}\" is no number; expected two, b,c with c in s/m", word.trim())),
         parts => Err(format!("{} number(s); expected two, b,c with c in s/m", parts.len())),
     }
+}
+
+/// A loss by its name.
+fn loss(name: &str) -> Result<Loss, String> {
+    let found = Loss::ALL.into_iter().find(|loss| loss.name() == name);
+    found.ok_or_else(|| format!("expected one of {}", Loss::ALL.map(Loss::name).join(", ")))
 }
 
 /// A set of effects by their names, `none` or `all`.

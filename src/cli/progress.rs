@@ -1,11 +1,13 @@
 //! Progress on standard error, for work of more than a second and if it is a terminal.
 
 use std::io::IsTerminal;
-use std::sync::atomic::{AtomicBool, Ordering};
-use std::time::{Duration, Instant};
+use std::thread;
+use std::time::Duration;
 
 use caromfit::dataset::{self, Dataset, DatasetError};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+
+use super::Failure;
 
 /// Work that takes less than this shows no progress.
 const QUIET: Duration = Duration::from_secs(1);
@@ -13,8 +15,6 @@ const QUIET: Duration = Duration::from_secs(1);
 /// Can be moved on from several threads.
 pub struct Progress {
     bar: ProgressBar,
-    begun: Instant,
-    shown: AtomicBool,
 }
 
 impl Progress {
@@ -25,8 +25,18 @@ impl Progress {
         {
             bar.set_style(style);
         }
-        let shown = AtomicBool::new(!std::io::stderr().is_terminal());
-        Self { bar, begun: Instant::now(), shown }
+        if std::io::stderr().is_terminal() {
+            // a single step may be the slow one
+            let bar = bar.downgrade();
+            thread::spawn(move || {
+                thread::sleep(QUIET);
+                if let Some(bar) = bar.upgrade().filter(|bar| !bar.is_finished()) {
+                    bar.set_draw_target(ProgressDrawTarget::stderr());
+                    bar.enable_steady_tick(Duration::from_millis(200));
+                }
+            });
+        }
+        Self { bar }
     }
 
     /// For work on each shot of data sets: footage counts its shots, and any data set one more than
@@ -39,28 +49,21 @@ impl Progress {
     /// Names the step that begins.
     pub fn step(&self, name: &str) {
         self.bar.set_message(name.to_string());
-        self.show_when_slow();
     }
 
     /// The step is done.
     pub fn done(&self) {
         self.bar.inc(1);
-        self.show_when_slow();
+    }
+
+    /// So many more steps are to come.
+    pub fn expect(&self, steps: usize) {
+        self.bar.inc_length(steps as u64);
     }
 
     /// Removes the bar.
     pub fn finish(&self) {
         self.bar.finish_and_clear();
-    }
-
-    fn show_when_slow(&self) {
-        if !self.shown.load(Ordering::Relaxed)
-            && self.begun.elapsed() > QUIET
-            && !self.shown.swap(true, Ordering::Relaxed)
-        {
-            self.bar.set_draw_target(ProgressDrawTarget::stderr());
-            self.bar.enable_steady_tick(Duration::from_millis(200));
-        }
     }
 }
 
@@ -78,4 +81,14 @@ pub fn load(paths: &[std::path::PathBuf]) -> (Vec<Dataset>, Vec<DatasetError>) {
     }
     progress.finish();
     (datasets, wrong)
+}
+
+/// Loads data sets, all of which must be right.
+pub fn load_all(paths: &[std::path::PathBuf]) -> Result<Vec<Dataset>, Failure> {
+    let (datasets, wrong) = load(paths);
+    if wrong.is_empty() {
+        return Ok(datasets);
+    }
+    let wrong: Vec<String> = wrong.iter().map(ToString::to_string).collect();
+    Err(Failure::input(wrong.join("\nerror: ")))
 }

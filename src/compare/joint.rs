@@ -3,65 +3,36 @@
 use argmin::core::{Error, Jacobian, Operator};
 use nalgebra::{DMatrix, DVector};
 
-use super::{CompareError, Sample};
+use super::layout::{Layout, Tie};
+use super::{CompareError, Sample, noise};
 use crate::collision::Coefficients;
-use crate::observable::Observable;
-use crate::optimise::{self, Activity, Constraints};
-use crate::parameters::{Parameter, Settings};
-use crate::residuals::{EstimatedSd, Problem, Whitening, common_shifts, difference};
-use crate::values::Values;
+use crate::fit::robust::{Losses, Part, Sandwich, distances};
+use crate::fit::uncertainty::open_directions;
+use crate::loss::Loss;
+use crate::optimise::{self, Activity};
+use crate::parameters::Parameter;
+use crate::residuals::{EstimatedSd, Problem, Whitening, common_shifts, covariance};
 
 /// Weights rest when no estimated standard deviation and no parameter moves by more than this part.
 const AT_REST: f64 = 1e-9;
 const MAX_ROUNDS: usize = 60;
 
-/// An estimated standard deviation below this part of its first value is an exact fit.
-const EXACT: f64 = 1e-9;
+/// The weights of a robust loss rest later: a shot at the edge of its loss makes each round gain less.
+const ROBUST_AT_REST: f64 = 1e-8;
+const MAX_ROBUST_ROUNDS: usize = 500;
 
-/// Which unknown a sample's parameter is; `None`: held at its initial value.
-pub(super) type Columns = [Option<usize>; Parameter::COEFFICIENTS.len()];
+/// A shot's weight never vanishes, so that its distance can be told from its weighted residuals.
+const LEAST_WEIGHT: f64 = 1e-12;
 
-/// What is fitted together.
-#[derive(Clone)]
-pub(super) struct Layout {
-    /// For each sample.
-    pub columns: Vec<Columns>,
-    pub start: Vec<f64>,
-    pub lower: Vec<f64>,
-    pub upper: Vec<f64>,
-    /// The settings of each sample, a prior only where it counts.
-    pub settings: Vec<Settings>,
-}
-
-impl Layout {
-    pub(super) fn new(samples: &[Sample]) -> Self {
-        Self {
-            columns: vec![[None; 3]; samples.len()],
-            start: Vec::new(),
-            lower: Vec::new(),
-            upper: Vec::new(),
-            settings: samples.iter().map(|sample| sample.settings).collect(),
-        }
-    }
-
-    /// One unknown for a parameter of some samples. A prior that they share counts once.
-    pub(super) fn add(&mut self, parameter: Parameter, members: &[usize]) {
-        let Some(first) = members.first() else { return };
-        let column = self.start.len();
-        let setting = |i: &usize| self.settings[*i][parameter];
-        let lower = members.iter().map(|i| setting(i).lower).fold(f64::NEG_INFINITY, f64::max);
-        let upper = members.iter().map(|i| setting(i).upper).fold(f64::INFINITY, f64::min).max(lower);
-        let start = setting(first).initial.clamp(lower, upper);
-        self.start.push(start);
-        self.lower.push(lower);
-        self.upper.push(upper);
-        for member in members {
-            self.columns[*member][parameter as usize] = Some(column);
-        }
-        for member in &members[1..] {
-            self.settings[*member][parameter].prior = None;
-        }
-    }
+/// How the observations are weighted.
+#[derive(Clone, Copy)]
+pub(super) enum Weights<'a> {
+    /// Where errors are not stated, by what the residuals say without bias.
+    Unbiased,
+    /// By the likeliest noise, to compare models by their likelihood.
+    Likeliest,
+    /// As where another fit ended.
+    Of(&'a Solved),
 }
 
 /// Where the joint fit ended.
@@ -69,16 +40,38 @@ pub(super) struct Solved {
     /// One for each unknown of the layout.
     pub x: Vec<f64>,
     pub chi2: f64,
-    /// Without the columns of what the shots of a sample share.
+    /// Without the columns of what the shots of a sample share; with a robust loss from the scatter of the shots.
     pub covariance: Option<DMatrix<f64>>,
-    /// Unknowns that no residual depends on where it ended.
+    /// Unknowns that no residual depends on where it ended, and no equality.
     pub silent: Vec<bool>,
     pub at_bound: Vec<bool>,
+    /// The inequalities of the layout that hold with equality.
+    pub active: Vec<usize>,
     pub observations: usize,
     pub converged: bool,
     pub termination: String,
     pub whitening: Vec<Whitening>,
     pub sds: Vec<EstimatedSd>,
+    /// Of each sample's shots, where a loss is robust.
+    pub shot_weights: Option<Vec<Vec<f64>>>,
+}
+
+impl Solved {
+    /// −2 log L up to a constant: χ² and the logarithms of the variances.
+    pub(super) fn minus_two_log_likelihood(&self, samples: &[Sample], layout: &Layout) -> f64 {
+        let mut sum = self.chi2;
+        for (i, sample) in samples.iter().enumerate() {
+            let at = layout.coefficients(i, &self.x);
+            for shot in &sample.fitted {
+                let log_det = shot.plan.predict(&sample.model, &at).ok().and_then(|prediction| {
+                    let l = covariance(&shot.plan, &prediction, &self.sds[i]).cholesky()?.l();
+                    Some(2.0 * l.diagonal().iter().map(|d| d.ln()).sum::<f64>())
+                });
+                sum += log_det.unwrap_or(f64::NAN);
+            }
+        }
+        sum
+    }
 }
 
 /// What is minimised.
@@ -132,23 +125,12 @@ impl Jacobian for Joint<'_> {
     }
 }
 
-/// The coefficients of a sample.
-pub(super) fn coefficients(settings: &Settings, columns: &Columns, x: &[f64]) -> Coefficients {
-    let mut values = Values::initial(settings);
-    for parameter in Parameter::COEFFICIENTS {
-        if let Some(column) = columns[parameter as usize] {
-            values[parameter] = x[column];
-        }
-    }
-    values.coefficients
+fn observations(sample: &Sample) -> usize {
+    sample.fitted.iter().map(|shot| shot.plan.rows().len()).sum()
 }
 
-/// Fits until the weights rest; with given weights, once.
-pub(super) fn solve(
-    samples: &[Sample],
-    layout: &Layout,
-    weights: Option<(&[Whitening], &[EstimatedSd])>,
-) -> Result<Solved, CompareError> {
+/// Fits until the weights rest; with those of another fit, once.
+pub(super) fn solve(samples: &[Sample], layout: &Layout, weights: Weights) -> Result<Solved, CompareError> {
     let count = layout.start.len();
     let mut total = count;
     let own_errors = |sample: &Sample| {
@@ -157,16 +139,11 @@ pub(super) fn solve(
         first..total
     };
     let shared: Vec<std::ops::Range<usize>> = samples.iter().map(own_errors).collect();
-    let observations: usize =
-        samples.iter().flat_map(|sample| &sample.fitted).map(|shot| shot.plan.rows().len()).sum();
-    if observations < count || count == 0 {
-        return Err(CompareError::TooFewObservations { observations, parameters: count });
+    let all: usize = samples.iter().map(observations).sum();
+    if all < layout.room() || count == 0 {
+        return Err(CompareError::TooFewObservations { observations: all, parameters: count });
     }
-    let pad = |values: &[f64], other: f64| {
-        DVector::from_iterator(total, values.iter().copied().chain(std::iter::repeat_n(other, total - count)))
-    };
-    let constraints =
-        Constraints::bounds(pad(&layout.lower, f64::NEG_INFINITY), pad(&layout.upper, f64::INFINITY));
+    let constraints = layout.constraints(total - count);
     let free: Vec<Vec<Parameter>> = layout
         .columns
         .iter()
@@ -174,161 +151,185 @@ pub(super) fn solve(
             Parameter::COEFFICIENTS.into_iter().filter(|p| columns[*p as usize].is_some()).collect()
         })
         .collect();
-    let columns: Vec<Vec<usize>> = samples
-        .iter()
-        .enumerate()
-        .map(|(i, _)| {
+    let columns: Vec<Vec<usize>> = (0..samples.len())
+        .map(|i| {
             let own = free[i].iter().filter_map(|p| layout.columns[i][*p as usize]);
             own.chain(shared[i].clone()).collect()
         })
         .collect();
-    let mut x = pad(&layout.start, 0.0);
-    let mut sds = weights.map_or_else(|| first_noise(samples, layout, x.as_slice()), |(_, sds)| sds.to_vec());
+    let start = layout.start.iter().copied().chain(std::iter::repeat_n(0.0, total - count));
+    let start = DVector::from_iterator(total, start);
+    let mut x = constraints.nearest(&start).ok_or_else(|| layout.contradiction(None))?;
+    let given = match weights {
+        Weights::Of(other) => Some(other),
+        Weights::Unbiased | Weights::Likeliest => None,
+    };
+    let robust = samples.iter().any(|sample| sample.loss != Loss::Squares);
+    let of_losses = Loss::ALL.map(|loss| Losses::new(if robust { loss } else { Loss::Squares }));
+    // Cauchy's loss has many minima: the one that is meant is near Huber's
+    let mut softly = samples.iter().any(|sample| sample.loss == Loss::Cauchy);
+    let (at_rest, max_rounds) =
+        if robust { (ROBUST_AT_REST, MAX_ROBUST_ROUNDS) } else { (AT_REST, MAX_ROUNDS) };
+    let mut shot_weights: Vec<Vec<f64>> =
+        samples.iter().map(|sample| vec![1.0; sample.fitted.len()]).collect();
+    let mut sds =
+        given.map_or_else(|| noise::first(samples, layout, x.as_slice()), |other| other.sds.clone());
     for round in 0.. {
-        let held: Vec<Coefficients> = (0..samples.len())
-            .map(|i| coefficients(&layout.settings[i], &layout.columns[i], x.as_slice()))
+        let losses: Vec<&Losses> = samples
+            .iter()
+            .map(|sample| match sample.loss {
+                Loss::Cauchy if softly => &of_losses[Loss::Huber as usize],
+                loss => &of_losses[loss as usize],
+            })
             .collect();
-        let whitening: Vec<Whitening> = match weights {
-            Some((whitening, _)) => whitening.to_vec(),
-            None => samples
-                .iter()
-                .zip(&held)
-                .zip(&sds)
-                .map(|((sample, at), sds)| {
+        let held: Vec<Coefficients> =
+            (0..samples.len()).map(|i| layout.coefficients(i, x.as_slice())).collect();
+        let whitening: Vec<Whitening> = match given {
+            Some(other) => other.whitening.clone(),
+            None => (0..samples.len())
+                .map(|i| {
+                    let (sample, at) = (&samples[i], &held[i]);
                     let common = common_shifts(&sample.fitted, &sample.model, at, &sample.shared_errors)?;
-                    Some(Whitening::new(&sample.fitted, &sample.model, at, sds)?.with_common(common))
+                    let whitening = Whitening::new(&sample.fitted, &sample.model, at, &sds[i])?;
+                    let whitening = whitening.with_common(common);
+                    Some(if robust {
+                        whitening.weighted(&sample.fitted, &shot_weights[i])
+                    } else {
+                        whitening
+                    })
                 })
                 .collect::<Option<_>>()
                 .ok_or(CompareError::NoWeights)?,
         };
         let problems = (0..samples.len())
             .map(|i| {
-                let sample = &samples[i];
-                Problem::new(
-                    &sample.fitted,
-                    &sample.model,
-                    &layout.settings[i],
-                    &free[i],
-                    held[i].into(),
-                    &whitening[i],
-                )
+                let (sample, settings) = (&samples[i], &layout.settings[i]);
+                Problem::new(&sample.fitted, &sample.model, settings, &free[i], held[i].into(), &whitening[i])
             })
             .collect();
         let joint = Joint { problems, columns: columns.clone(), count: total };
         let solution = optimise::minimise(joint, &x, &constraints, &optimise::Options::default())?;
         let mut moved = (&solution.x - &x).amax();
         x = solution.x.clone();
-        if weights.is_none() {
-            moved = moved.max(reweigh(samples, layout, x.as_slice(), &mut sds, count));
+        let used = shot_weights.clone();
+        if given.is_none() {
+            let parameters = if matches!(weights, Weights::Likeliest) { 0 } else { layout.room() };
+            let by_loss = robust.then_some((losses.as_slice(), shot_weights.as_slice()));
+            moved = moved.max(noise::reweigh(samples, layout, x.as_slice(), &mut sds, parameters, by_loss));
         }
-        let rest = moved < AT_REST || weights.is_some();
-        if rest || round + 1 >= MAX_ROUNDS {
+        if robust && given.is_none() {
+            let mut first = 0;
+            for (i, sample) in samples.iter().enumerate() {
+                let of_sample = &solution.residuals.as_slice()[first..];
+                let distances = distances(&sample.fitted, of_sample, &shot_weights[i]);
+                let own = shot_weights[i].iter_mut().zip(&sample.fitted);
+                for ((weight, shot), distance) in own.zip(distances) {
+                    let new = losses[i].of(shot).weight(distance).max(LEAST_WEIGHT);
+                    moved = moved.max((new - *weight).abs());
+                    *weight = new;
+                }
+                first += observations(sample) + layout.priors_of(i) + sample.shared_errors.len();
+            }
+        }
+        let rest = moved < at_rest || given.is_some();
+        if rest && softly {
+            softly = false;
+            continue;
+        }
+        if rest || round + 1 >= max_rounds {
             let jacobian = solution.jacobian;
+            let is_tied = |j: usize| layout.equalities.iter().any(|tie| tie.row[j] != 0.0);
             let silent: Vec<bool> =
-                (0..count).map(|j| jacobian.column(j).iter().all(|d| *d == 0.0)).collect();
+                (0..count).map(|j| jacobian.column(j).iter().all(|d| *d == 0.0) && !is_tied(j)).collect();
+            let sandwich = if robust {
+                let parts = parts(samples, layout, &losses, &used);
+                Errors::Scatter(Sandwich::of(&jacobian, &solution.residuals, &parts, layout.room()))
+            } else {
+                Errors::Curvature
+            };
             return Ok(Solved {
                 x: x.as_slice()[..count].to_vec(),
                 chi2: 2.0 * solution.cost,
-                covariance: covariance(&jacobian, &silent, count),
+                covariance: of_unknowns(&jacobian, &silent, &layout.equalities, &sandwich),
                 at_bound: solution.active[..count].iter().map(|a| *a != Activity::Free).collect(),
                 silent,
-                observations,
+                active: solution.active_inequalities,
+                observations: all,
                 converged: solution.termination.converged(),
                 termination: solution.termination.to_string(),
                 whitening,
                 sds,
+                shot_weights: robust.then_some(used),
             });
         }
     }
     Err(CompareError::NoWeights)
 }
 
-/// (JᵀJ)⁻¹ of what is not silent, at its place; NaN elsewhere. `None` if it is singular.
-fn covariance(jacobian: &DMatrix<f64>, silent: &[bool], count: usize) -> Option<DMatrix<f64>> {
+/// The rows of every shot.
+fn parts(samples: &[Sample], layout: &Layout, losses: &[&Losses], weights: &[Vec<f64>]) -> Vec<Part> {
+    let (mut parts, mut first) = (Vec::new(), 0);
+    for (i, sample) in samples.iter().enumerate() {
+        for (shot, weight) in sample.fitted.iter().zip(&weights[i]) {
+            let rows = shot.plan.rows().len();
+            parts.push(Part { first, rows, weight: *weight, loss: *losses[i].of(shot) });
+            first += rows;
+        }
+        first += layout.priors_of(i) + sample.shared_errors.len();
+    }
+    parts
+}
+
+/// What standard errors come of.
+enum Errors {
+    Curvature,
+    /// `None` without a degree of freedom.
+    Scatter(Option<Sandwich>),
+}
+
+/// The covariance of what is not silent, at its place, within what the equalities leave open; NaN elsewhere. `None`
+/// if it is singular.
+fn of_unknowns(
+    jacobian: &DMatrix<f64>,
+    silent: &[bool],
+    equalities: &[Tie],
+    errors: &Errors,
+) -> Option<DMatrix<f64>> {
+    let count = silent.len();
     let told: Vec<usize> =
         (0..jacobian.ncols()).filter(|j| !silent.get(*j).copied().unwrap_or(false)).collect();
     let own = jacobian.select_columns(&told);
-    let scale: Vec<f64> = own.column_iter().map(|c| c.norm()).collect();
+    // a column that only an equality tells has no length of its own
+    let length = |c: nalgebra::DVectorView<f64>| if c.norm() > 0.0 { c.norm() } else { 1.0 };
+    let scale: Vec<f64> = own.column_iter().map(length).collect();
     let scaled = DMatrix::from_fn(own.nrows(), own.ncols(), |i, j| own[(i, j)] / scale[j]);
-    let r = scaled.qr().r();
+    let ties = DMatrix::from_fn(equalities.len(), told.len(), |i, j| {
+        equalities[i].row.get(told[j]).map_or(0.0, |a| a / scale[j])
+    });
+    let columns: Vec<usize> = (0..told.len()).collect();
+    let basis = open_directions(&ties, &columns);
+    let r = (scaled * &basis).qr().r();
     let smallest = r.diagonal().iter().fold(f64::INFINITY, |a, b| a.min(b.abs()));
     // columns of length 1: smaller is not determined
     if !(smallest > 1e-8) {
         return None;
     }
-    let inverse = r.solve_upper_triangular(&DMatrix::identity(told.len(), told.len()))?;
-    let own = &inverse * inverse.transpose();
+    let own = match errors {
+        Errors::Curvature => {
+            let inverse = &basis * r.solve_upper_triangular(&DMatrix::identity(r.ncols(), r.ncols()))?;
+            let of_scaled = &inverse * inverse.transpose();
+            DMatrix::from_fn(told.len(), told.len(), |i, j| of_scaled[(i, j)] / (scale[i] * scale[j]))
+        }
+        Errors::Scatter(sandwich) => {
+            let unscaled = DMatrix::from_fn(ties.nrows(), told.len(), |i, j| ties[(i, j)] * scale[j]);
+            sandwich.as_ref()?.covariance(&told, &open_directions(&unscaled, &columns))?
+        }
+    };
     let mut all = DMatrix::from_element(count, count, f64::NAN);
     for (i, a) in told.iter().enumerate().filter(|(_, a)| **a < count) {
         for (j, b) in told.iter().enumerate().filter(|(_, b)| **b < count) {
-            all[(*a, *b)] = own[(i, j)] / (scale[i] * scale[j]);
+            all[(*a, *b)] = own[(i, j)];
         }
     }
     Some(all)
-}
-
-/// Sums over the observations without stated errors: of squares, of what the inputs add, and how many; of all
-/// samples of a data set together.
-fn sums(samples: &[Sample], layout: &Layout, x: &[f64]) -> Vec<Vec<(Observable, f64, f64, usize)>> {
-    let datasets = samples.iter().map(|sample| sample.dataset + 1).max().unwrap_or(0);
-    let mut all: Vec<Vec<(Observable, f64, f64, usize)>> = vec![Vec::new(); datasets];
-    for (i, sample) in samples.iter().enumerate() {
-        let at = coefficients(&layout.settings[i], &layout.columns[i], x);
-        for shot in &sample.fitted {
-            let Ok(prediction) = shot.plan.predict(&sample.model, &at) else { continue };
-            for (row, measurement) in shot.plan.rows().iter().enumerate() {
-                if measurement.measured.sd.is_some() {
-                    continue;
-                }
-                let observable = measurement.observable;
-                let d = difference(observable, prediction.values[row], measurement.measured.value);
-                let g = prediction.by_inputs.row(row).transpose();
-                let from_inputs = g.component_mul(&g).dot(shot.plan.variance_in());
-                let own = &mut all[sample.dataset];
-                match own.iter_mut().find(|(known, ..)| *known == observable) {
-                    Some(sum) => *sum = (observable, sum.1 + d * d, sum.2 + from_inputs, sum.3 + 1),
-                    None => own.push((observable, d * d, from_inputs, 1)),
-                }
-            }
-        }
-    }
-    all
-}
-
-fn first_noise(samples: &[Sample], layout: &Layout, x: &[f64]) -> Vec<EstimatedSd> {
-    let of_dataset: Vec<EstimatedSd> = sums(samples, layout, x)
-        .into_iter()
-        .map(|sums| {
-            let sd = |square: f64, n: usize| if square > 0.0 { (square / n as f64).sqrt() } else { 1.0 };
-            sums.into_iter().map(|(o, square, _, n)| (o, sd(square, n))).collect()
-        })
-        .collect();
-    samples.iter().map(|sample| of_dataset[sample.dataset].clone()).collect()
-}
-
-/// σ² = Σd²/(n − p) less what the inputs add, the parameters p counted to the observations in proportion. Returns
-/// the largest relative change.
-fn reweigh(
-    samples: &[Sample],
-    layout: &Layout,
-    x: &[f64],
-    sds: &mut [EstimatedSd],
-    parameters: usize,
-) -> f64 {
-    let all = sums(samples, layout, x);
-    let total: usize = samples.iter().flat_map(|s| &s.fitted).map(|shot| shot.plan.rows().len()).sum();
-    let left = 1.0 - parameters as f64 / total as f64;
-    let mut changed = 0.0_f64;
-    for (sample, sds) in samples.iter().zip(sds) {
-        for (observable, sd) in sds.iter_mut() {
-            let sum = all[sample.dataset].iter().find(|(known, ..)| known == observable);
-            let Some((_, square, from_inputs, n)) = sum else { continue };
-            let n = *n as f64;
-            let variance = square / (n * left).max(f64::MIN_POSITIVE) - from_inputs / n;
-            let new = variance.max((EXACT * *sd).powi(2)).sqrt();
-            changed = changed.max((new / *sd - 1.0).abs());
-            *sd = new;
-        }
-    }
-    changed
 }

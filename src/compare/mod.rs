@@ -1,25 +1,36 @@
 //! Several data sets in one fit: which parameters differ between cloths or balls, by how much, how surely.
 //!
+//! What a single fit honours, this does: bounds, priors and constraints of each data set, robust losses, and the choice
+//! of a fidelity for each shot, which all data sets make together. Footage is compared by the velocities extracted from
+//! it; its frames are not fitted jointly.
+//!
 //! Each parameter is either shared by all samples or has a value for each label. All samples are minimised
 //! together; the weights are those of the fit in which every parameter that can differ does, so that sums of squares
 //! of different models are comparable.
 //!
 //! - Holm, S. (1979). A simple sequentially rejective multiple test procedure. Scand. J. Stat. 6, 65–70.
 
+mod choice;
 mod effect;
 mod joint;
-mod test;
+mod layout;
+mod noise;
+mod run;
+mod sample;
+mod sliding;
+mod told;
+mod verdict;
 
 pub use effect::effect;
 
+use sample::{Sample, gather, label_of_datasets};
+
 use crate::ball::Ball;
-use crate::collision::{Coefficients, Fidelity, Model};
-use crate::dataset::{Dataset, Shot};
-use crate::fit::Rejected;
-use crate::observable::Observable;
+use crate::collision::Fidelity;
+use crate::dataset::Dataset;
+use crate::fit::{Computed, Rejected, Residual};
+use crate::loss::Loss;
 use crate::parameters::Parameter;
-use crate::predict::Plan;
-use crate::residuals::Fitted;
 
 /// What is compared: a parameter of the fit, or the cloth's sliding friction.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -67,6 +78,10 @@ impl Quantity {
 #[derive(Clone, Debug)]
 pub struct Options {
     pub fidelity: Fidelity,
+    /// Whether each shot takes the cheapest fidelity that keeps within a tenth of its standard errors, instead.
+    pub auto: bool,
+    /// How outlying shots count, in the place of what the data sets say.
+    pub loss: Option<Loss>,
     /// Shared by all data sets, in the place of the default.
     pub share: Vec<Quantity>,
     /// With a value for each label, in the place of the default.
@@ -75,7 +90,7 @@ pub struct Options {
 
 impl Default for Options {
     fn default() -> Self {
-        Self { fidelity: Fidelity::Full, share: Vec::new(), per_dataset: Vec::new() }
+        Self { fidelity: Fidelity::Full, auto: false, loss: None, share: Vec::new(), per_dataset: Vec::new() }
     }
 }
 
@@ -94,6 +109,21 @@ pub enum CompareError {
         "{0}: its friction falls with the slip; a comparison takes a constant one: leave out friction under [fit]"
     )]
     Falls(String),
+    #[error(
+        "{title}: the constraint \"{text}\" does not hold for the values at which its parameters are held; change it, or \
+         what is fixed, under [fit]"
+    )]
+    Broken { title: String, text: String },
+    #[error(
+        "no values within the bounds satisfy {0} together; a parameter that is shared must satisfy the constraints of every \
+         data set: change them under [fit], or give it a value for each with --per-dataset"
+    )]
+    Contradiction(String),
+    #[error(
+        "the constraint \"{text}\" leaves {parameter} no room to differ: leave it out under [fit], take one {parameter} for \
+         all with --share {parameter}{others}"
+    )]
+    Pinned { text: String, parameter: &'static str, others: String },
     #[error("the observations cannot be weighted: a covariance is not positive definite")]
     NoWeights,
     #[error(
@@ -104,22 +134,6 @@ pub enum CompareError {
     Optimise(#[from] crate::optimise::OptimiseError),
 }
 
-/// The shots of one data set, or of one label of its `[fit] by`.
-#[derive(Clone, Debug)]
-pub(crate) struct Sample {
-    /// Its place among the summaries.
-    pub number: usize,
-    pub label: usize,
-    pub title: String,
-    pub dataset: usize,
-    pub model: Model,
-    pub settings: crate::parameters::Settings,
-    pub fitted: Vec<Fitted>,
-    pub names: Vec<String>,
-    /// Standard errors that its shots share.
-    pub shared_errors: Vec<(crate::dataset::Shared, f64)>,
-}
-
 /// The result: a value, which `report` renders.
 #[derive(Clone, Debug)]
 pub struct Comparison {
@@ -128,6 +142,8 @@ pub struct Comparison {
     /// `cloth`, `data set`, or the column of `[fit] by`.
     pub told_by: String,
     pub fidelity: &'static str,
+    /// How many shots were computed at which fidelity and with which effects on.
+    pub computed: Vec<Computed>,
     pub samples: Vec<SampleSummary>,
     pub quantities: Vec<Compared>,
     pub chi2: f64,
@@ -137,13 +153,45 @@ pub struct Comparison {
     pub converged: bool,
     pub termination: String,
     pub residuals: Vec<LabelResidual>,
+    /// Where a loss is robust.
+    pub robust: Option<Robust>,
+    /// The constraints between parameters, each with whose it is, and whether they hold with equality.
+    pub relations: Vec<(String, bool)>,
     /// What the reader must know, the most important first.
     pub warnings: Vec<String>,
+    /// What the reader may want to know.
+    pub notes: Vec<String>,
+}
+
+impl Comparison {
+    /// Spins of these data sets were found from the motion, whose errors a comparison of velocities cannot carry over.
+    pub fn warn_of_spins_from_motion(&mut self, names: &[String]) {
+        self.warnings.insert(
+            0,
+            format!(
+                "The spins of {} were found from the motion. Their errors are too large for a comparison of velocities: \
+                 estimates may be biased, and differences with them. Tell the spins ([cue_spin], markers), or fit each data \
+                 set alone with --method joint.",
+                names.join(" and ")
+            ),
+        );
+    }
+}
+
+/// How robust losses weighed the shots.
+#[derive(Clone, Debug)]
+pub struct Robust {
+    /// The names of the losses, one for each that a data set has.
+    pub losses: Vec<&'static str>,
+    /// Weights below 1, the smallest first: sample, shot and weight.
+    pub weights: Vec<(usize, String, f64)>,
 }
 
 #[derive(Clone, Debug)]
 pub struct SampleSummary {
     pub title: String,
+    /// The place of its data set among those compared.
+    pub dataset: usize,
     pub label: usize,
     pub source: Option<String>,
     pub shots_used: usize,
@@ -205,43 +253,71 @@ impl Difference {
     }
 }
 
+/// What "same" is held against "different" by.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum TestKind {
+    LikelihoodRatio,
+    /// By the differences and their errors from the scatter of the shots, where a robust loss leaves no likelihood.
+    Wald,
+}
+
+impl TestKind {
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::LikelihoodRatio => "likelihood ratio",
+            Self::Wald => "Wald statistic",
+        }
+    }
+}
+
 /// "One value for all" against "one for each".
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LikelihoodRatio {
-    /// Twice the logarithm of the ratio of likelihoods, or the rise of χ².
+    /// Twice the logarithm of the ratio of likelihoods, or the rise of χ²; or Wald's statistic.
     pub statistic: f64,
+    pub by: TestKind,
     pub extra_parameters: usize,
     pub p_value: f64,
     /// Akaike's criterion of "different" less that of "same": negative speaks for a difference.
     pub delta_aic: f64,
 }
 
-/// A standardized residual of the joint fit.
-#[derive(Clone, Debug, PartialEq)]
+/// A residual of the joint fit.
+#[derive(Clone, Debug)]
 pub struct LabelResidual {
     pub label: usize,
     pub sample: usize,
-    pub shot: String,
-    pub observable: Observable,
-    /// Radians.
-    pub cut: f64,
-    /// m/s.
-    pub speed: Option<f64>,
-    pub standardized: f64,
+    pub of_shot: Residual,
 }
+
+/// How many stages a comparison has at most.
+pub const STAGES: usize = run::STAGES;
 
 /// Compares data sets, which must have their impacts extracted.
 ///
 /// # Errors
 /// See [`CompareError`].
 pub fn compare(datasets: &[Dataset], options: &Options) -> Result<Comparison, CompareError> {
+    compare_watched(datasets, options, &|_| {})
+}
+
+/// As [`compare`]; `stage` is called with the name of each of the [`STAGES`] as it begins.
+///
+/// # Errors
+/// See [`CompareError`].
+pub fn compare_watched(
+    datasets: &[Dataset],
+    options: &Options,
+    stage: &dyn Fn(&str),
+) -> Result<Comparison, CompareError> {
     if let Some(both) = options.share.iter().find(|q| options.per_dataset.contains(q)) {
         return Err(CompareError::Both(both.name()));
     }
     if let Some(falling) = datasets.iter().find(|dataset| dataset.settings.falls) {
         return Err(CompareError::Falls(falling.path.display().to_string()));
     }
-    let (told_by, labels, samples, summaries) = gather(datasets, options.fidelity);
+    let (told_by, labels, samples, summaries) = gather(datasets, options.fidelity, options.loss);
     let kept: Vec<Sample> = samples.into_iter().filter(|sample| !sample.fitted.is_empty()).collect();
     let used: Vec<usize> = (0..labels.len()).filter(|l| kept.iter().any(|s| s.label == *l)).collect();
     if used.len() < 2 {
@@ -260,116 +336,20 @@ pub fn compare(datasets: &[Dataset], options: &Options) -> Result<Comparison, Co
         };
         by_default || options.per_dataset.contains(&quantity)
     };
-    let mut comparison = test::run(&labels, &kept, &differs)?;
-    test::sliding(
+    let apart = Parameter::COEFFICIENTS.map(|p| differs(Quantity::Parameter(p)));
+    let mut comparison = run::run(&labels, kept, apart, options.auto, stage)?;
+    sliding::compare(
         datasets,
         &labels,
         &label_of_datasets(datasets, &labels, cloths),
         differs(Quantity::Sliding),
         &mut comparison,
     );
-    test::holm(&mut comparison.quantities);
+    verdict::holm(&mut comparison.quantities);
     comparison.labels = labels;
     let ball = datasets.first().map_or(Ball::POOL, |dataset| dataset.ball);
     effect::describe(&mut comparison, ball);
     comparison.told_by = told_by;
     comparison.samples = summaries;
     Ok(comparison)
-}
-
-/// The label of each data set, where it has one for all its shots.
-fn label_of_datasets(datasets: &[Dataset], labels: &[String], cloths: bool) -> Vec<Option<usize>> {
-    let of = |dataset: &Dataset| {
-        let own = if cloths { dataset.cloth.as_ref() } else { Some(&dataset.name) };
-        labels.iter().position(|label| Some(label) == own)
-    };
-    datasets.iter().map(of).collect()
-}
-
-/// Told apart by cloth where the cloths differ, else by data set and the labels of `[fit] by`.
-fn gather(
-    datasets: &[Dataset],
-    fidelity: Fidelity,
-) -> (String, Vec<String>, Vec<Sample>, Vec<SampleSummary>) {
-    let mut cloths: Vec<&String> = datasets.iter().filter_map(|dataset| dataset.cloth.as_ref()).collect();
-    let all_have = cloths.len() == datasets.len();
-    cloths.sort();
-    cloths.dedup();
-    let by_cloth = all_have && cloths.len() > 1;
-    let columns: Vec<&String> = datasets.iter().filter_map(|dataset| dataset.by.as_ref()).collect();
-    let told_by = match (by_cloth, columns.as_slice()) {
-        (true, _) => "cloth".to_string(),
-        (false, [column]) if datasets.len() == 1 => (*column).clone(),
-        _ => "data set".to_string(),
-    };
-    let (mut labels, mut samples, mut summaries): (Vec<String>, Vec<Sample>, Vec<SampleSummary>) =
-        Default::default();
-    for (number, dataset) in datasets.iter().enumerate() {
-        let mut groups: Vec<(Option<String>, Vec<&Shot>)> = Vec::new();
-        for shot in &dataset.shots {
-            let own = dataset.by.as_ref().map(|by| shot.labels.get(by).cloned().unwrap_or_default());
-            match groups.iter_mut().find(|(known, _)| *known == own) {
-                Some((_, shots)) => shots.push(shot),
-                None => groups.push((own, vec![shot])),
-            }
-        }
-        if groups.is_empty() {
-            groups.push((None, Vec::new()));
-        }
-        for (group, shots) in groups {
-            let title = match &group {
-                Some(group) if datasets.len() > 1 => format!("{}, {group}", dataset.name),
-                Some(group) => group.clone(),
-                None => dataset.name.clone(),
-            };
-            let name = match &dataset.cloth {
-                Some(cloth) if by_cloth => cloth.clone(),
-                _ => title.clone(),
-            };
-            let label = labels.iter().position(|known| *known == name).unwrap_or_else(|| {
-                labels.push(name);
-                labels.len() - 1
-            });
-            let model = Model::new(fidelity, dataset.ball);
-            let initial = Parameter::COEFFICIENTS.map(|p| dataset.settings[p].initial);
-            let initial = Coefficients { mu: initial[0], mu_s: initial[1], e: initial[2] };
-            let (mut fitted, mut names) = (Vec::new(), Vec::new());
-            let mut rejected: Vec<Rejected> = dataset
-                .left_out
-                .iter()
-                .map(|(shot, reason)| Rejected { shot: shot.clone(), reason: reason.clone() })
-                .collect();
-            for shot in shots {
-                let planned = Plan::new(shot).and_then(|plan| plan.predict(&model, &initial).map(|_| plan));
-                match planned {
-                    Ok(plan) => {
-                        fitted.push(Fitted { index: names.len(), plan, film: None });
-                        names.push(shot.name.clone());
-                    }
-                    Err(error) => {
-                        rejected.push(Rejected { shot: shot.name.clone(), reason: error.to_string() });
-                    }
-                }
-            }
-            summaries.push(SampleSummary {
-                title: title.clone(),
-                label,
-                source: dataset.source.clone(),
-                shots_used: fitted.len(),
-                shots_rejected: rejected,
-            });
-            samples.push(Sample {
-                number: summaries.len() - 1,
-                label,
-                title,
-                dataset: number,
-                model,
-                settings: dataset.settings,
-                fitted,
-                names,
-                shared_errors: dataset.shared_errors(),
-            });
-        }
-    }
-    (told_by, labels, samples, summaries)
 }

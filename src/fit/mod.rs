@@ -9,11 +9,11 @@ mod identify;
 mod kink;
 mod profile;
 mod remarks;
-mod robust;
+pub(crate) mod robust;
 mod run;
 mod search;
 mod starts;
-mod uncertainty;
+pub(crate) mod uncertainty;
 
 pub use bootstrap::{Bootstrap, Resampled};
 pub use compare_models::{Alternative, LikelihoodRatio};
@@ -36,6 +36,7 @@ use crate::loss::Loss;
 use crate::observable::Observable;
 use crate::optimise::OptimiseError;
 use crate::parameters::Parameter;
+use crate::residuals::Fitted;
 
 /// Choices of a fit that are not part of the data set.
 #[derive(Clone, Copy, Debug)]
@@ -306,6 +307,11 @@ pub struct Computed {
     pub fidelity: Fidelity,
     pub effects: Effects,
     pub shots: usize,
+}
+
+/// How many of some shots are computed how.
+pub(crate) fn computed(fitted: &[Fitted], model: &Model) -> Vec<Computed> {
+    choice::computed(fitted, model)
 }
 
 /// What a joint fit of frames found besides the parameters.

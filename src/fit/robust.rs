@@ -1,6 +1,6 @@
 //! Shots weighted down by a robust loss: their weights, and errors that do not believe the noise.
 
-use nalgebra::DMatrix;
+use nalgebra::{DMatrix, DVector};
 
 use super::search::Search;
 use super::uncertainty::Minimum;
@@ -20,20 +20,20 @@ pub struct Robust {
 }
 
 /// The losses of shots with one, two, … observations.
-pub(super) struct Losses([ShotLoss; MAX_OBSERVABLES + 1]);
+pub(crate) struct Losses([ShotLoss; MAX_OBSERVABLES + 1]);
 
 impl Losses {
-    pub(super) fn new(loss: Loss) -> Self {
+    pub(crate) fn new(loss: Loss) -> Self {
         Self(std::array::from_fn(|k| loss.of_shots(k)))
     }
 
-    pub(super) fn of(&self, shot: &Fitted) -> &ShotLoss {
+    pub(crate) fn of(&self, shot: &Fitted) -> &ShotLoss {
         &self.0[shot.plan.rows().len().min(MAX_OBSERVABLES)]
     }
 }
 
 /// Distance of each shot, from residuals that are weighted with `weights`.
-pub(super) fn distances(fitted: &[Fitted], residuals: &[f64], weights: &[f64]) -> Vec<f64> {
+pub(crate) fn distances(fitted: &[Fitted], residuals: &[f64], weights: &[f64]) -> Vec<f64> {
     let mut rest = residuals;
     let distance = |(shot, weight): (&Fitted, &f64)| {
         let (own, others) = rest.split_at(shot.plan.rows().len());
@@ -43,10 +43,18 @@ pub(super) fn distances(fitted: &[Fitted], residuals: &[f64], weights: &[f64]) -
     fitted.iter().zip(weights).map(distance).collect()
 }
 
+/// The rows of a shot in a least-squares problem, its weight, and the loss that it is of.
+pub(crate) struct Part {
+    pub first: usize,
+    pub rows: usize,
+    pub weight: f64,
+    pub loss: ShotLoss,
+}
+
 /// Curvature of the robust cost and scatter of its gradient, for the sandwich H⁻¹ B H⁻¹ (Huber 1967): the
 /// covariance of the estimates whatever the distribution of the noise.
 #[derive(Clone, Debug)]
-pub(super) struct Sandwich {
+pub(crate) struct Sandwich {
     curvature: DMatrix<f64>,
     scatter: DMatrix<f64>,
 }
@@ -54,40 +62,62 @@ pub(super) struct Sandwich {
 impl Sandwich {
     /// `None` for least squares, or without a degree of freedom among the shots.
     pub(super) fn new(search: &Search, minimum: &Minimum, free: usize) -> Option<Self> {
-        let shots = search.fitted.len();
-        if search.loss == Loss::Squares || shots <= free {
+        if search.loss == Loss::Squares {
             return None;
         }
         let losses = Losses::new(search.loss);
-        let Minimum { jacobian, residuals, weights, .. } = minimum;
-        let s = distances(search.fitted, residuals.as_slice(), weights);
+        let mut first = 0;
+        let part = |(shot, weight): (&Fitted, &f64)| {
+            let rows = shot.plan.rows().len();
+            let part = Part { first, rows, weight: *weight, loss: *losses.of(shot) };
+            first += rows;
+            part
+        };
+        let parts: Vec<Part> = search.fitted.iter().zip(&minimum.weights).map(part).collect();
+        Self::of(&minimum.jacobian, &minimum.residuals, &parts, free)
+    }
+
+    /// Of rows weighted by shots, `parts` in the order of their rows, and of rows that belong to no shot (priors).
+    /// `None` without a degree of freedom among the shots.
+    pub(crate) fn of(
+        jacobian: &DMatrix<f64>,
+        residuals: &DVector<f64>,
+        parts: &[Part],
+        free: usize,
+    ) -> Option<Self> {
+        if parts.len() <= free {
+            return None;
+        }
         let columns = jacobian.ncols();
         let mut curvature = DMatrix::zeros(columns, columns);
         let mut scatter = DMatrix::zeros(columns, columns);
-        let mut first = 0;
-        for (i, shot) in search.fitted.iter().enumerate() {
-            let count = shot.plan.rows().len();
-            let own = jacobian.rows(first, count);
+        let mut others = DMatrix::zeros(columns, columns);
+        let mut done = 0;
+        for &Part { first, rows, weight, loss } in parts {
+            let between = jacobian.rows(done, first - done);
+            others += between.tr_mul(&between);
+            done = first + rows;
+            let own = jacobian.rows(first, rows);
+            let of_shot = residuals.rows(first, rows);
             // of the weighted rows √w J and √w r: g = w Jᵀr, H = w JᵀJ + (w'/s)(Jᵀr)(Jᵀr)ᵀ
-            let gradient = own.tr_mul(&residuals.rows(first, count));
+            let gradient = own.tr_mul(&of_shot);
             curvature += own.tr_mul(&own);
-            if s[i] > 0.0 {
-                let bend = losses.of(shot).slope(s[i]) / (s[i] * weights[i] * weights[i]);
+            let distance = (of_shot.norm_squared() / weight).sqrt();
+            if distance > 0.0 {
+                let bend = loss.slope(distance) / (distance * weight * weight);
                 curvature += &gradient * gradient.transpose() * bend;
             }
             scatter += &gradient * gradient.transpose();
-            first += count;
         }
         // few shots scatter less about their own fit
-        scatter *= shots as f64 / (shots - free) as f64;
-        let rest = jacobian.rows(first, jacobian.nrows() - first);
-        curvature += rest.tr_mul(&rest);
-        scatter += rest.tr_mul(&rest);
-        Some(Self { curvature, scatter })
+        scatter *= parts.len() as f64 / (parts.len() - free) as f64;
+        let rest = jacobian.rows(done, jacobian.nrows() - done);
+        others += rest.tr_mul(&rest);
+        Some(Self { curvature: curvature + &others, scatter: scatter + others })
     }
 
     /// Covariance of some columns, within the directions `basis` of them.
-    pub(super) fn covariance(&self, columns: &[usize], basis: &DMatrix<f64>) -> Option<DMatrix<f64>> {
+    pub(crate) fn covariance(&self, columns: &[usize], basis: &DMatrix<f64>) -> Option<DMatrix<f64>> {
         let pick =
             |m: &DMatrix<f64>| basis.transpose() * m.select_columns(columns).select_rows(columns) * basis;
         let bread = basis * pick(&self.curvature).cholesky()?.inverse();

@@ -273,7 +273,7 @@ fn inverse(r: &DMatrix<f64>) -> Option<DMatrix<f64>> {
 }
 
 /// An orthonormal basis of what `ties`·x = 0 leaves of some columns.
-pub(super) fn open_directions(ties: &DMatrix<f64>, columns: &[usize]) -> DMatrix<f64> {
+pub(crate) fn open_directions(ties: &DMatrix<f64>, columns: &[usize]) -> DMatrix<f64> {
     let count = columns.len();
     let ties = ties.select_columns(columns);
     if ties.iter().all(|a| *a == 0.0) {

@@ -2,22 +2,70 @@
 
 use serde_json::{Value as Json, json};
 
+use super::html::ShotPicture;
 use super::number::{interval, plain, with_error};
-use super::plot::compare as plot;
+use super::plot;
+use super::plot::compare::{forest_png, forest_svg, residuals_png, residuals_svg};
 use super::table::aligned;
-use super::{ReportError, html};
-use crate::compare::{Compared, Comparison, Difference, Value};
+use super::trust::computed;
+use super::{ReportError, diagnostics, html};
+use crate::compare::{Compared, Comparison, Difference, LabelResidual, Value};
+use crate::fit::DOWN_WEIGHTED;
+use crate::impact::{Impact, Scene};
+use crate::track::TrackShot;
+
+/// What a comparison fits of footage.
+pub(super) const METHOD: &str = "velocities extracted from the footage, or as the data give them (two-stage); frames are not fitted jointly";
+
+/// What the report calls a shot.
+pub(super) fn shot_name(comparison: &Comparison, residual: &LabelResidual) -> String {
+    format!("{}, {}", comparison.samples[residual.sample].title, residual.of_shot.shot)
+}
+
+/// The pictures of the shots with the largest residuals, for [`files`]; `filmed`: what was extracted from each data set.
+pub fn pictures(
+    comparison: &Comparison,
+    filmed: &[(Vec<(TrackShot, Impact)>, Scene)],
+) -> Result<Vec<ShotPicture>, ReportError> {
+    let mut worst: Vec<&LabelResidual> = comparison.residuals.iter().collect();
+    let size = |r: &LabelResidual| {
+        if r.of_shot.standardized.is_finite() { r.of_shot.standardized.abs() } else { 0.0 }
+    };
+    worst.sort_by(|a, b| size(b).total_cmp(&size(a)));
+    let mut seen: Vec<(usize, &str)> = Vec::new();
+    let mut drawn = Vec::new();
+    for residual in worst {
+        let shot = (residual.sample, residual.of_shot.shot.as_str());
+        if seen.contains(&shot) {
+            continue;
+        }
+        if seen.len() == html::MOST_PICTURES {
+            break;
+        }
+        seen.push(shot);
+        let Some((extracted, scene)) = filmed.get(comparison.samples[residual.sample].dataset) else {
+            continue;
+        };
+        if let Some((track, impact)) = extracted.iter().find(|(track, _)| track.name == shot.1) {
+            drawn.push((shot_name(comparison, residual), plot::track::svg(track, impact, scene)?));
+        }
+    }
+    Ok(drawn)
+}
 
 /// The files of a comparison: name and content.
-pub fn files(comparison: &Comparison) -> Result<Vec<(&'static str, Vec<u8>)>, ReportError> {
-    let (residuals, spots) = plot::residuals_svg(comparison)?;
-    let forest = plot::forest_svg(comparison)?;
-    let report = html::of_comparison(comparison, &forest, &residuals, &spots)?;
+pub fn files(
+    comparison: &Comparison,
+    pictures: &[ShotPicture],
+) -> Result<Vec<(&'static str, Vec<u8>)>, ReportError> {
+    let (residuals, spots) = residuals_svg(comparison)?;
+    let forest = forest_svg(comparison)?;
+    let report = html::of_comparison(comparison, &forest, &residuals, &spots, pictures)?;
     Ok(vec![
         ("forest.svg", forest.into_bytes()),
-        ("forest.png", plot::forest_png(comparison)?),
+        ("forest.png", forest_png(comparison)?),
         ("residuals.svg", residuals.into_bytes()),
-        ("residuals.png", plot::residuals_png(comparison)?),
+        ("residuals.png", residuals_png(comparison)?),
         ("report.html", report.into_bytes()),
         ("compare.json", json(comparison)?.into_bytes()),
     ])
@@ -44,10 +92,62 @@ pub fn table(comparison: &Comparison) -> String {
             text.push_str(&format!("  {line}\n"));
         }
     }
+    for (title, lines) in about(comparison) {
+        text.push_str(&format!("\n{title}\n"));
+        for line in lines {
+            text.push_str(&format!("  {line}\n"));
+        }
+    }
     for warning in &comparison.warnings {
         text.push_str(&format!("\nWarning: {warning}\n"));
     }
+    for note in notes(comparison) {
+        text.push_str(&format!("\n{note}\n"));
+    }
     text
+}
+
+/// What was done to the shots: what each was computed with, constraints, shots that count less.
+pub(super) fn about(comparison: &Comparison) -> Vec<(String, Vec<String>)> {
+    /// Beyond these the rest is counted.
+    const LISTED: usize = 20;
+    let mut about = Vec::new();
+    if comparison.computed.len() > 1 {
+        about.push(computed(&comparison.computed));
+    }
+    if !comparison.relations.is_empty() {
+        let state = |active: bool| if active { "holds with equality" } else { "holds with room" };
+        let lines = comparison.relations.iter().map(|(text, active)| format!("{text}: {}", state(*active)));
+        about.push(("Constraints".to_owned(), lines.collect()));
+    }
+    if let Some(robust) = &comparison.robust {
+        let clear: Vec<_> = robust.weights.iter().filter(|(.., weight)| *weight < DOWN_WEIGHTED).collect();
+        let line = |(sample, shot, weight): &&(usize, String, f64)| {
+            let title = &comparison.samples[*sample].title;
+            format!("{title}, shot {shot}: weight {} (1: counts fully)", plain(*weight, 2))
+        };
+        let mut lines: Vec<String> = clear.iter().take(LISTED).map(line).collect();
+        if clear.is_empty() {
+            lines.push(format!("no shot has a weight below {DOWN_WEIGHTED} (1: counts fully)"));
+        } else if clear.len() > LISTED {
+            lines.push(format!("and {} more", clear.len() - LISTED));
+        }
+        about.push((format!("Shots that count less, {} loss", robust.losses.join(" and ")), lines));
+    }
+    about
+}
+
+/// What a reader may want to know.
+pub(super) fn notes(comparison: &Comparison) -> Vec<String> {
+    let mut notes = comparison.notes.clone();
+    if comparison.robust.is_some() {
+        notes.push(
+            "Outlying shots count less. χ² is weighted; errors, p-values and Wald statistics are from the scatter of the \
+             shots (sandwich), whatever their noise; ΔAIC is by the Wald statistic."
+                .to_owned(),
+        );
+    }
+    notes
 }
 
 /// An estimate of a label.
@@ -73,9 +173,10 @@ pub(super) fn lines(comparison: &Comparison, compared: &Compared) -> Vec<String>
     if let Some(test) = compared.same_or_different {
         let verdict = if test.p_value < Difference::LEVEL { "different" } else { "no difference is seen" };
         lines.push(format!(
-            "same or different: {verdict} (p = {}, likelihood ratio {} for {} more parameter(s), ΔAIC {:+.1} for \
+            "same or different: {verdict} (p = {}, {} {} for {} more parameter(s), ΔAIC {:+.1} for \
              \"different\")",
             p_text(test.p_value),
+            test.by.name(),
             plain(test.statistic, 3),
             test.extra_parameters,
             test.delta_aic
@@ -139,7 +240,7 @@ pub fn document(comparison: &Comparison) -> Json {
                    "effect": d.words})
         };
         let test = q.same_or_different.map(|t| {
-            json!({"likelihood_ratio": t.statistic, "extra_parameters": t.extra_parameters,
+            json!({"likelihood_ratio": t.statistic, "test": t.by.name(), "extra_parameters": t.extra_parameters,
                    "p_value": t.p_value, "delta_aic": t.delta_aic})
         });
         let left_out = |(label, why): &(usize, String)| json!({"label": name(*label), "reason": why});
@@ -154,7 +255,16 @@ pub fn document(comparison: &Comparison) -> Json {
         json!({"title": s.title, "label": name(s.label), "shots_used": s.shots_used,
                "shots_rejected": s.shots_rejected.iter().map(rejected).collect::<Vec<_>>()})
     };
-    json!({"version": env!("CARGO_PKG_VERSION"), "fidelity": comparison.fidelity, "told_by": comparison.told_by,
+    let robust = comparison.robust.as_ref().map(|robust| {
+        let weight = |(sample, shot, weight): &(usize, String, f64)| {
+            json!({"sample": comparison.samples[*sample].title, "shot": shot, "weight": weight})
+        };
+        json!({"losses": robust.losses, "weights": robust.weights.iter().map(weight).collect::<Vec<_>>()})
+    });
+    json!({"version": env!("CARGO_PKG_VERSION"), "fidelity": comparison.fidelity,
+           "computed": comparison.computed.iter().map(diagnostics::computed).collect::<Vec<_>>(),
+           "robust": robust, "constraints": comparison.relations.iter().map(diagnostics::constraint).collect::<Vec<_>>(),
+           "notes": comparison.notes, "told_by": comparison.told_by,
            "labels": comparison.labels, "warnings": comparison.warnings,
            "samples": comparison.samples.iter().map(sample).collect::<Vec<_>>(),
            "parameters": comparison.quantities.iter().map(quantity).collect::<Vec<_>>(),

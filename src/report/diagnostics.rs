@@ -17,7 +17,6 @@ pub(super) fn entries(fit: &Fit) -> Map<String, Value> {
     add("identifiability", found.identifiability.as_ref().map_or(Value::Null, identifiability));
     add("goodness", found.goodness.as_ref().map_or(Value::Null, goodness));
     add("robust", found.robust.as_ref().map_or(Value::Null, robust));
-    let constraint = |(text, active): &(String, bool)| json!({"text": text, "holds_with_equality": active});
     add("constraints", found.relations.iter().map(constraint).collect());
     add("starts", found.starts.as_ref().map_or(Value::Null, starts));
     add("bootstrap", found.bootstrap.as_ref().map_or(Value::Null, bootstrap));
@@ -28,9 +27,13 @@ pub(super) fn entries(fit: &Fit) -> Map<String, Value> {
     entries
 }
 
-fn computed(found: &Computed) -> Value {
+pub(super) fn computed(found: &Computed) -> Value {
     let on: Vec<_> = found.effects.list().into_iter().filter_map(|(name, on)| on.then_some(name)).collect();
     json!({"fidelity": found.fidelity.name(), "effects": on, "shots": found.shots})
+}
+
+pub(super) fn constraint((text, active): &(String, bool)) -> Value {
+    json!({"text": text, "holds_with_equality": active})
 }
 
 fn bound(found: &Bound) -> Value {

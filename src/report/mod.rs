@@ -46,6 +46,20 @@ pub fn title(fit: &Fit) -> String {
     }
 }
 
+/// `full (friction, not flight)`: the collision model and its effects.
+fn model(fit: &Fit) -> String {
+    let effects: Vec<String> = fit
+        .effects
+        .iter()
+        .map(|(effect, used)| if *used { (*effect).to_owned() } else { format!("not {effect}") })
+        .collect();
+    if effects.is_empty() {
+        fit.fidelity.to_owned()
+    } else {
+        format!("{} ({})", fit.fidelity, effects.join(", "))
+    }
+}
+
 /// χ² per degree of freedom, where there is one.
 fn reduced_chi2(fit: &Fit) -> Option<f64> {
     (fit.dof > 0).then(|| fit.chi2 / fit.dof as f64)

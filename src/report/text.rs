@@ -7,7 +7,7 @@ use statrs::distribution::{ChiSquared, ContinuousCDF};
 use super::number::{interval, plain, with_error};
 use super::table::{aligned, chi2_text, estimate};
 use super::trust::sections;
-use super::{noise_estimated, reduced_chi2, title};
+use super::{model, noise_estimated, reduced_chi2, title};
 use crate::fit::{Estimate, Fit, Noise, Status};
 use crate::parameters::Parameter;
 
@@ -88,20 +88,6 @@ pub fn render(fit: &Fit) -> String {
 fn push(text: &mut String, line: &str) {
     // Writing into a String cannot fail.
     let _ = writeln!(text, "{line}");
-}
-
-/// `full (friction, not flight)`: the collision model and its effects.
-fn model(fit: &Fit) -> String {
-    let effects: Vec<String> = fit
-        .effects
-        .iter()
-        .map(|(effect, used)| if *used { (*effect).to_owned() } else { format!("not {effect}") })
-        .collect();
-    if effects.is_empty() {
-        fit.fidelity.to_owned()
-    } else {
-        format!("{} ({})", fit.fidelity, effects.join(", "))
-    }
 }
 
 fn parameter(parameter: &Estimate) -> Vec<String> {

@@ -33,7 +33,7 @@ pub(super) fn sections(fit: &Fit) -> Vec<(String, Vec<String>)> {
     sections
 }
 
-fn computed(found: &[Computed]) -> (String, Vec<String>) {
+pub(super) fn computed(found: &[Computed]) -> (String, Vec<String>) {
     let line = |Computed { fidelity, effects, shots }: &Computed| {
         let on: Vec<_> = effects.list().into_iter().filter_map(|(name, on)| on.then_some(name)).collect();
         format!("{shots} shot(s) at {}: {}", fidelity.name(), on.join(", "))

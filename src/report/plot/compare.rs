@@ -8,6 +8,7 @@ use super::frame::{Frame, Rect};
 use super::series::{color, marker};
 use super::{MARGIN, Spots, WIDTH, encoded};
 use crate::compare::{Compared, Comparison, LabelResidual};
+use crate::fit::Residual;
 use crate::report::ReportError;
 use crate::report::number::plain;
 
@@ -87,7 +88,7 @@ fn png(
 }
 
 /// Where a residual stands along an axis.
-type Place = fn(&LabelResidual) -> f64;
+type Place = fn(&Residual) -> f64;
 
 /// Quantities with an interval to draw.
 fn drawn(comparison: &Comparison) -> impl Iterator<Item = &Compared> {
@@ -168,14 +169,18 @@ fn residuals<DB: DrawingBackend>(comparison: &Comparison, area: &Area<DB>) -> Re
             .residuals
             .iter()
             .enumerate()
-            .filter(|(_, r)| drawable(r.standardized) && drawable(of(r)))
+            .filter(|(_, r)| drawable(r.of_shot.standardized) && drawable(of(&r.of_shot)))
             .collect();
         if seen.is_empty() {
             super::frame::message(&canvas, area, title, "Unknown for every shot.")?;
             continue;
         }
-        let x = Axis::around(name, seen.iter().map(|(_, r)| of(r)));
-        let y = Axis::symmetric("(measured − predicted) / sd", seen.iter().map(|(_, r)| r.standardized), 2.5);
+        let x = Axis::around(name, seen.iter().map(|(_, r)| of(&r.of_shot)));
+        let y = Axis::symmetric(
+            "(measured − predicted) / sd",
+            seen.iter().map(|(_, r)| r.of_shot.standardized),
+            2.5,
+        );
         let outside = comparison.residuals.len() - seen.len();
         let remarks = if outside > 0 {
             vec![format!("{} point(s) left out", plain(outside as f64, 6))]
@@ -186,7 +191,7 @@ fn residuals<DB: DrawingBackend>(comparison: &Comparison, area: &Area<DB>) -> Re
         let corners = [frame.at(frame.x.low, -2.0), frame.at(frame.x.high, 2.0)];
         canvas.rectangle(corners, BAND.mix(0.8))?;
         for (index, residual) in seen {
-            let (x, y) = frame.at(of(residual), residual.standardized);
+            let (x, y) = frame.at(of(&residual.of_shot), residual.of_shot.standardized);
             marker(&canvas, (x, y), residual.label, 0.6)?;
             spots.push((x, y, index));
         }

@@ -1,0 +1,159 @@
+//! `--fidelity auto` for all data sets together: what each shot is computed with, as a single fit chooses it.
+
+use rayon::prelude::*;
+
+use super::joint::Weights;
+use super::told::{Settled, settle};
+use super::{CompareError, Sample};
+use crate::collision::Coefficients;
+use crate::parameters::Parameter;
+
+/// As in a single fit: of a shot's smallest standard error, what may be left out; of the speed, where the data
+/// state no errors; how much lower −2 log L must be to go beyond the equations that the parameters are defined by; rounds
+/// of correcting and fitting; shots that tell what is to be computed how.
+const PART: f64 = 0.1;
+const OTHERWISE: f64 = 1e-4;
+const EVIDENCE: f64 = 6.0;
+const ROUNDS: usize = 2;
+const SAMPLE: usize = 2000;
+
+/// What is compared, as [`settle`] takes it.
+#[derive(Clone, Copy)]
+pub(super) struct Question {
+    pub labels: usize,
+    pub apart: [bool; 3],
+}
+
+/// Each shot takes the cheapest fidelity that keeps within [`PART`] of its standard errors, where the joint fit ends. What
+/// calls for `contact` is computed as `full` with a correction, if the shots of all data sets together speak for it; else
+/// what it would have given is returned, in words.
+pub(super) fn choose(samples: &mut [Sample], question: Question) -> Result<Option<String>, CompareError> {
+    let mut some = thinned(samples);
+    let initial = some.iter().map(|sample| sample.initial()).collect::<Vec<_>>();
+    take_cheapest(&mut some, &initial);
+    let start = fit(&some, question)?.coefficients;
+    take_cheapest(&mut some, &start);
+    let closed = fit(&some, question)?;
+    let mut at = closed.coefficients.clone();
+    let mut refused = None;
+    if some.iter().flat_map(|sample| &sample.fitted).any(|shot| shot.plan.is_corrected()) {
+        let corrected = correct(&mut some, at.clone(), question)?;
+        let of =
+            |settled: &Settled| settled.solved.minus_two_log_likelihood(&settled.samples, &settled.layout);
+        let higher = of(&corrected) - of(&closed);
+        if higher > -EVIDENCE {
+            refused = Some(refusal(higher, &corrected));
+        } else {
+            at.clone_from(&corrected.coefficients);
+        }
+    }
+    take_cheapest(samples, &at);
+    if refused.is_some() {
+        for sample in samples {
+            let model = sample.model;
+            sample.fitted.par_iter_mut().for_each(|shot| shot.plan.settle_for_closed(&model));
+        }
+    } else {
+        take_corrections(samples, &at);
+    }
+    Ok(refused)
+}
+
+/// All shots at the integrated fidelity of the model, as `full` with corrections.
+pub(super) fn integrate(samples: &mut [Sample], question: Question) -> Result<(), CompareError> {
+    for sample in &mut *samples {
+        let model = sample.model;
+        sample.fitted.iter_mut().for_each(|shot| shot.plan.fix(&model));
+    }
+    let mut some = thinned(samples);
+    let start = fit(&some, question)?.coefficients;
+    let corrected = correct(&mut some, start, question)?;
+    take_corrections(samples, &corrected.coefficients);
+    Ok(())
+}
+
+/// Some of the shots of every sample, spread evenly.
+fn thinned(samples: &[Sample]) -> Vec<Sample> {
+    let all: usize = samples.iter().map(|sample| sample.fitted.len()).sum();
+    let step = all.div_ceil(SAMPLE).max(1);
+    let some = |sample: &Sample| Sample {
+        fitted: sample.fitted.iter().step_by(step).cloned().collect(),
+        ..sample.clone()
+    };
+    samples.iter().map(some).collect()
+}
+
+fn fit(samples: &[Sample], Question { labels, apart }: Question) -> Result<Settled, CompareError> {
+    settle(samples, labels, apart, Weights::Likeliest)
+}
+
+fn take_cheapest(samples: &mut [Sample], at: &[Coefficients]) {
+    for (sample, at) in samples.iter_mut().zip(at) {
+        let (model, on_cloth) = (sample.model, sample.on_cloth);
+        sample.fitted.par_iter_mut().for_each(|shot| {
+            // what cannot be predicted there is told of where the fit ends
+            _ = shot.plan.choose(&model, at, PART, OTHERWISE);
+            // weight and contact time have no part in a shot without a speed
+            if !(on_cloth && shot.plan.knows_speed()) {
+                shot.plan.settle_for_closed(&model);
+            }
+        });
+    }
+}
+
+fn take_corrections(samples: &mut [Sample], at: &[Coefficients]) {
+    for (sample, at) in samples.iter_mut().zip(at) {
+        let model = sample.model;
+        sample.fitted.par_iter_mut().for_each(|shot| {
+            if shot.plan.correct(&model, at).is_err() {
+                shot.plan.settle_for_closed(&model);
+            }
+        });
+    }
+}
+
+/// Corrects and fits in turn.
+fn correct(
+    samples: &mut [Sample],
+    mut at: Vec<Coefficients>,
+    question: Question,
+) -> Result<Settled, CompareError> {
+    for _ in 1..ROUNDS {
+        take_corrections(samples, &at);
+        at = fit(samples, question)?.coefficients;
+    }
+    take_corrections(samples, &at);
+    fit(samples, question)
+}
+
+fn refusal(higher: f64, with: &Settled) -> String {
+    let verdict = if higher > EVIDENCE {
+        format!("with these the shots are fitted less well (−2 log L higher by {higher:.1})")
+    } else {
+        let way = if higher > 0.0 { "higher" } else { "lower" };
+        format!(
+            "all data sets together do not tell whether these act (−2 log L {way} by {:.1})",
+            higher.abs()
+        )
+    };
+    let mut found: Vec<String> = Vec::new();
+    for parameter in Parameter::COEFFICIENTS {
+        let mut seen = Vec::new();
+        for (sample, columns) in with.samples.iter().zip(&with.layout.columns) {
+            let Some(column) = columns[parameter as usize].filter(|column| !seen.contains(column)) else {
+                continue;
+            };
+            seen.push(column);
+            found.push(format!("{} = {:.4} ({})", parameter.symbol(), with.solved.x[column], sample.title));
+        }
+        // one for all
+        if let ([_], Some(last)) = (seen.as_slice(), found.last_mut()) {
+            last.truncate(last.rfind(" (").unwrap_or(last.len()));
+        }
+    }
+    format!(
+        "The balls' weight and all that the cloth does during the impact (--fidelity contact) are as large as a part of \
+         these shots' errors, but {verdict}: left out. With these {}.",
+        found.join(", ")
+    )
+}

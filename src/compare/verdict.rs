@@ -1,0 +1,123 @@
+//! How surely: p-values of pairs and of "same" against "different", corrected for their number.
+
+use nalgebra::{DMatrix, DVector};
+use statrs::distribution::{ChiSquared, ContinuousCDF, FisherSnedecor, Normal, StudentsT};
+
+use super::{Compared, Difference};
+
+/// How sums of squares are judged.
+#[derive(Clone, Copy)]
+pub(super) struct Tests {
+    pub dof: usize,
+    /// The noise was estimated from the residuals, or the errors from the scatter of the shots.
+    pub estimated: bool,
+}
+
+impl Tests {
+    /// 97.5 % quantile.
+    pub(super) fn quantile(&self) -> f64 {
+        match StudentsT::new(0.0, 1.0, self.dof.max(1) as f64) {
+            Ok(t) if self.estimated => t.inverse_cdf(0.975),
+            _ => Normal::standard().inverse_cdf(0.975),
+        }
+    }
+
+    /// Two-sided probability of a difference of so many standard errors.
+    fn p_value(&self, errors: f64) -> f64 {
+        match StudentsT::new(0.0, 1.0, self.dof.max(1) as f64) {
+            Ok(t) if self.estimated => 2.0 * t.sf(errors.abs()),
+            _ => 2.0 * Normal::standard().sf(errors.abs()),
+        }
+    }
+
+    /// Probability of a larger rise of χ² by `extra` parameters.
+    pub(super) fn of_rise(&self, rise: f64, extra: usize) -> f64 {
+        let extra = extra as f64;
+        if self.estimated {
+            FisherSnedecor::new(extra, self.dof.max(1) as f64).map_or(f64::NAN, |f| f.sf(rise / extra))
+        } else {
+            ChiSquared::new(extra).map_or(f64::NAN, |d| d.sf(rise))
+        }
+    }
+
+    /// Of two labels, `value` the second less the first.
+    pub(super) fn pair(&self, first: usize, second: usize, value: f64, std_error: f64) -> Difference {
+        let t = self.quantile();
+        let p_value = self.p_value(value / std_error);
+        let interval_95 = [value - t * std_error, value + t * std_error];
+        Difference { first, second, value, std_error, interval_95, p_value, p_holm: p_value, words: None }
+    }
+}
+
+/// Wald's statistic dᵀV⁻¹d of the differences d of some unknowns from the first of them, with V the covariance of d within
+/// its `rank` largest directions. `None` where an error is missing.
+pub(super) fn wald(x: &[f64], covariance: &DMatrix<f64>, columns: &[usize], rank: usize) -> Option<f64> {
+    let [first, others @ ..] = columns else { return None };
+    let d = DVector::from_iterator(others.len(), others.iter().map(|c| x[*c] - x[*first]));
+    let v = DMatrix::from_fn(others.len(), others.len(), |i, j| {
+        let (i, j) = (others[i], others[j]);
+        covariance[(i, j)] - covariance[(i, *first)] - covariance[(*first, j)] + covariance[(*first, *first)]
+    });
+    if v.iter().any(|entry| !entry.is_finite()) {
+        return None;
+    }
+    let eigen = v.symmetric_eigen();
+    let mut order: Vec<usize> = (0..others.len()).collect();
+    order.sort_by(|a, b| eigen.eigenvalues[*b].total_cmp(&eigen.eigenvalues[*a]));
+    let term = |i: &usize| eigen.eigenvectors.column(*i).dot(&d).powi(2) / eigen.eigenvalues[*i];
+    Some(order.iter().take(rank).map(term).sum())
+}
+
+/// Holm's step-down correction over all pairs of all quantities.
+pub(super) fn holm(quantities: &mut [Compared]) {
+    let mut all: Vec<&mut Difference> = quantities.iter_mut().flat_map(|q| &mut q.differences).collect();
+    all.sort_by(|a, b| a.p_value.total_cmp(&b.p_value));
+    let count = all.len();
+    let mut last = 0.0_f64;
+    for (i, difference) in all.into_iter().enumerate() {
+        last = last.max((difference.p_value * (count - i) as f64).min(1.0));
+        difference.p_holm = last;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::compare::Quantity;
+
+    /// Four tests: 0.01·4, 0.02·3, then 0.03·2 is no less than 0.06, 0.5.
+    #[test]
+    fn holm_steps_down() {
+        let pair = Tests { dof: 0, estimated: false }.pair(0, 1, 1.0, 1.0);
+        let difference = |p| Difference { p_value: p, ..pair.clone() };
+        let quantity = |differences| Compared {
+            quantity: Quantity::Sliding,
+            shared: false,
+            estimates: Vec::new(),
+            differences,
+            same_or_different: None,
+            left_out: Vec::new(),
+        };
+        let mut both = [
+            quantity(vec![difference(0.02), difference(0.5)]),
+            quantity(vec![difference(0.01), difference(0.03)]),
+        ];
+        holm(&mut both);
+        let p: Vec<f64> = both.iter().flat_map(|q| &q.differences).map(|d| d.p_holm).collect();
+        for (p, expected) in p.iter().zip([0.06, 0.5, 0.04, 0.06]) {
+            assert!((p - expected).abs() < 1e-15, "{p}");
+        }
+    }
+
+    /// Of independent numbers.
+    #[test]
+    fn wald_is_the_scatter_about_the_weighted_mean() {
+        let (x, sd) = ([0.0_f64, 1.0, 2.0 / 3.0], [1.0_f64, 1.0, 2.0]);
+        let covariance = DMatrix::from_fn(3, 3, |i, j| if i == j { sd[i] * sd[i] } else { 0.0 });
+        let weight: f64 = sd.iter().map(|s| s.powi(-2)).sum();
+        let mean = x.iter().zip(sd).map(|(x, s)| x * s.powi(-2)).sum::<f64>() / weight;
+        let scatter: f64 = x.iter().zip(sd).map(|(x, s)| ((x - mean) / s).powi(2)).sum();
+        let found = wald(&x, &covariance, &[0, 1, 2], 2).unwrap();
+        assert!((found - scatter).abs() < 1e-12, "{found} {scatter}");
+    }
+}
