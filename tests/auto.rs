@@ -6,10 +6,12 @@ use caromfit::dataset;
 use caromfit::fit::{self, Fit, Options};
 use caromfit::predict::Plan;
 use caromfit::residuals::covariance;
-use caromfit::synth::{self, BallSpec, Camera, ClothSpec, Kind, Noise, Played, Shots, Spec, Truth};
+use caromfit::synth::{Kind, Noise, Played, Spec};
 
 use crate::extraction::count;
+use crate::synthetic::{made_with, spec};
 
+/// Of the specifications.
 const TRUTH: [f64; 3] = [0.05, 0.3, 0.94];
 
 /// Data sets of each kind: means of standardized errors scatter by 1/√SETS; four of that.
@@ -19,29 +21,12 @@ const SETS: usize = 24;
 const MISTAKEN: f64 = 0.05;
 
 fn made(by: Fidelity, seed: u64) -> dataset::Dataset {
-    let [mu, mu_s, e] = TRUTH;
     let spec = Spec {
-        name: "synthetic".to_string(),
-        kind: Kind::Impacts,
-        seed,
-        truth: Truth { mu, mu_s, e },
-        shots: Shots {
-            count: 40,
-            speed_m_s: [1.0, 4.0],
-            cut_deg: [-50.0, 50.0],
-            cue_spin: vec![Played::NaturalRoll, Played::Draw],
-        },
         // as footage of 1000 fps gives
         noise: Noise { velocity_m_s: 0.001, line_of_centres_deg: 0.02, spin_rad_s: 0.1, angle_deg: 0.2 },
-        ball: BallSpec::default(),
-        camera: Camera::default(),
-        cloth: ClothSpec::default(),
+        ..spec(Kind::Impacts, &[Played::NaturalRoll, Played::Draw], 40, seed)
     };
-    let folder = tempfile::tempdir().unwrap();
-    for (name, content) in synth::generate_with(&spec, &Model::new(by, Ball::POOL)).unwrap() {
-        std::fs::write(folder.path().join(name), content).unwrap();
-    }
-    dataset::load(folder.path()).unwrap()
+    made_with(&spec, &Model::new(by, Ball::POOL))
 }
 
 fn pull(fit: &Fit, parameter: usize) -> f64 {

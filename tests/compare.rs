@@ -3,12 +3,20 @@
 use std::path::Path;
 use std::process::Command;
 
-use caromfit::compare::{Comparison, Options, Quantity, compare};
+use caromfit::ball::Ball;
+use caromfit::collision::{Fidelity, Model};
+use caromfit::compare::{Comparison, Options, Quantity, TestKind, compare};
 use caromfit::dataset::{self, Dataset};
+use caromfit::fit;
 use caromfit::footage::with_impacts;
+use caromfit::loss::Loss;
+use caromfit::observable::Observable;
 use caromfit::parameters::Parameter;
-use caromfit::synth::{self, BallSpec, Kind, Noise, Played, Shots, Spec, Truth};
+use caromfit::relation::Relation;
+use caromfit::synth::{Kind, Noise, Played, Spec, Truth};
 use serde_json::Value;
+
+use crate::synthetic::{made, made_with, spec};
 
 const MU_S: Quantity = Quantity::Parameter(Parameter::MuS);
 
@@ -19,24 +27,9 @@ fn shipped(name: &str) -> Dataset {
 
 /// Impacts on one of two cloths.
 fn cloth(name: &str, mu_s: f64, seed: u64, count: usize, played: Played) -> Dataset {
-    let spec = Spec {
-        name: name.to_string(),
-        kind: Kind::Impacts,
-        seed,
-        truth: Truth { mu: 0.05, mu_s, e: 0.94 },
-        shots: Shots { count, speed_m_s: [1.0, 4.0], cut_deg: [-50.0, 50.0], cue_spin: vec![played] },
-        noise: Noise { velocity_m_s: 0.004, line_of_centres_deg: 0.05, spin_rad_s: 0.5, angle_deg: 0.2 },
-        ball: BallSpec::default(),
-        camera: synth::Camera::default(),
-        cloth: synth::ClothSpec::default(),
-    };
-    let folder = tempfile::tempdir().unwrap();
-    for (name, content) in synth::generate(&spec).unwrap() {
-        std::fs::write(folder.path().join(name), content).unwrap();
-    }
-    let mut dataset = dataset::load(folder.path()).unwrap();
-    dataset.cloth = Some(name.to_string());
-    dataset
+    let usual = spec(Kind::Impacts, &[played], count, seed);
+    let spec = Spec { name: name.to_string(), truth: Truth { mu_s, ..usual.truth }, ..usual };
+    Dataset { cloth: Some(name.to_string()), ..made(&spec) }
 }
 
 fn of(comparison: &Comparison, quantity: Quantity) -> &caromfit::compare::Compared {
@@ -66,29 +59,144 @@ fn the_two_synthetic_cloths_differ_in_what_they_were_made_to() {
     }
 }
 
-#[test]
-fn a_joint_fit_of_one_cloth_twice_is_the_fit_of_all_its_shots() {
-    let (a, b) =
-        (cloth("one", 0.3, 1, 30, Played::NaturalRoll), cloth("two", 0.3, 2, 30, Played::NaturalRoll));
-    let options = Options { share: vec![MU_S], ..Options::default() };
+/// What a comparison and a single fit are asked for.
+#[derive(Clone, Copy, Default)]
+struct Asked {
+    auto: bool,
+    loss: Option<Loss>,
+    constraints: &'static [&'static str],
+}
+
+/// All that is shared: one cloth twice is one data set of all its shots.
+fn is_the_fit_of_all(a: &Dataset, b: &Dataset, asked: Asked) -> Comparison {
+    let relations: Vec<Relation> =
+        asked.constraints.iter().map(|text| Relation::parse(text).unwrap()).collect();
+    let [a, b] = [a, b].map(|dataset| Dataset { relations: relations.clone(), ..dataset.clone() });
+    let Asked { auto, loss, .. } = asked;
+    let options = Options { share: vec![MU_S], auto, loss, ..Options::default() };
     let comparison = compare(&[a.clone(), b.clone()], &options).unwrap();
     let mut together = a;
     together.shots.extend(b.shots);
     for (i, shot) in together.shots.iter_mut().enumerate() {
         shot.name = i.to_string();
     }
-    let fit = &caromfit::fit::fit(&together, &caromfit::fit::Options::default()).unwrap()[0];
+    let fit = fit::fit(&together, &fit::Options { auto, loss, ..fit::Options::default() }).unwrap().remove(0);
     for parameter in Parameter::COEFFICIENTS {
         let compared = of(&comparison, Quantity::Parameter(parameter));
         let (own, single) = (compared.estimates[0], fit.estimates[parameter as usize]);
         assert!(compared.shared);
-        // both minimise to rounding, magnified by weights that come to rest at 1e-9
+        // both minimise to rounding, magnified by weights that come to rest at 1e-8
         assert!((own.value - single.value).abs() < 1e-6 * single.value, "{own:?} {single:?}");
-        let (error, expected) = (own.std_error.unwrap(), single.std_error.unwrap());
-        assert!((error / expected - 1.0).abs() < 1e-4, "{error} {expected}");
+        assert_eq!(own.std_error.is_some(), single.std_error.is_some(), "{own:?} {single:?}");
+        if let (Some(error), Some(expected)) = (own.std_error, single.std_error) {
+            assert!((error / expected - 1.0).abs() < 1e-4, "{error} {expected}");
+        }
     }
-    assert!((comparison.chi2 / fit.chi2 - 1.0).abs() < 1e-6);
+    assert!((comparison.chi2 / fit.chi2 - 1.0).abs() < 1e-6, "{} {}", comparison.chi2, fit.chi2);
     assert_eq!(comparison.dof, fit.dof);
+    assert_eq!(comparison.computed, fit.diagnostics.computed);
+    comparison
+}
+
+#[test]
+fn a_joint_fit_of_one_cloth_twice_is_the_fit_of_all_its_shots() {
+    let (a, b) =
+        (cloth("one", 0.3, 1, 30, Played::NaturalRoll), cloth("two", 0.3, 2, 30, Played::NaturalRoll));
+    is_the_fit_of_all(&a, &b, Asked::default());
+    for loss in [Loss::Huber, Loss::Cauchy] {
+        let comparison = is_the_fit_of_all(&a, &b, Asked { loss: Some(loss), ..Asked::default() });
+        assert_eq!(comparison.robust.unwrap().losses, [loss.name()]);
+        let test = of(&is_the_fit_of_all(&a, &b, Asked { loss: Some(loss), ..Asked::default() }), MU_S)
+            .same_or_different
+            .unwrap();
+        assert!(test.by == TestKind::Wald && (0.0..=1.0).contains(&test.p_value), "{test:?}");
+    }
+    for constraints in [&["mu_s = 6*mu"][..], &["mu_s <= 0.2", "e = 0.93"], &["mu_s = 0.28"]] {
+        let comparison = is_the_fit_of_all(&a, &b, Asked { constraints, ..Asked::default() });
+        // said once, though both data sets say it
+        assert_eq!(comparison.relations.len(), constraints.len(), "{:?}", comparison.relations);
+        assert!(comparison.relations.iter().all(|(_, active)| *active));
+    }
+}
+
+/// Shots that show what `contact` adds are computed with it, as a single fit of all of them does; others are not, and
+/// what it would have given is said.
+#[test]
+fn all_data_sets_together_choose_what_they_are_computed_with() {
+    for by in [Fidelity::Full, Fidelity::Contact] {
+        let [a, b] = [21, 22].map(|seed| {
+            let usual = spec(Kind::Impacts, &[Played::NaturalRoll, Played::Draw], 40, seed);
+            let noise =
+                Noise { velocity_m_s: 0.001, line_of_centres_deg: 0.02, spin_rad_s: 0.1, angle_deg: 0.2 };
+            let dataset = made_with(&Spec { noise, ..usual }, &Model::new(by, Ball::POOL));
+            Dataset { name: seed.to_string(), cloth: Some(seed.to_string()), ..dataset }
+        });
+        let comparison = is_the_fit_of_all(&a, &b, Asked { auto: true, ..Asked::default() });
+        assert_eq!(comparison.fidelity, "auto");
+        assert_eq!(comparison.computed.iter().map(|c| c.shots).sum::<usize>(), 80);
+        let integrated = comparison.computed.iter().any(|c| c.fidelity == Fidelity::Contact);
+        assert_eq!(integrated, by == Fidelity::Contact, "{:?}", comparison.computed);
+        assert_eq!(comparison.notes.iter().any(|note| note.contains("left out")), !integrated);
+    }
+}
+
+/// Gross errors on one of two equal cloths look like a difference to least squares, and like what they are to a robust
+/// loss.
+#[test]
+fn gross_errors_are_no_difference_with_a_robust_loss() {
+    let (a, mut b) =
+        (cloth("one", 0.3, 5, 40, Played::NaturalRoll), cloth("two", 0.3, 6, 40, Played::NaturalRoll));
+    let mut wrong = Vec::new();
+    for shot in b.shots.iter_mut().step_by(10) {
+        // the object ball 0.1 m/s too slow, in both components: some 25 standard deviations
+        for row in shot.after.iter_mut().filter(|row| matches!(row.observable, Observable::ObjectVelocity(_)))
+        {
+            row.measured.value *= 0.95;
+        }
+        wrong.push(shot.name.clone());
+    }
+    let of_loss = |loss: Loss| {
+        let own = [&a, &b].map(|dataset| Dataset { loss, ..dataset.clone() });
+        compare(&own, &Options::default()).unwrap()
+    };
+    let squares = of_loss(Loss::Squares);
+    assert!(of(&squares, MU_S).differences[0].is_real() && squares.robust.is_none());
+    let cauchy = of_loss(Loss::Cauchy);
+    assert!(!of(&cauchy, MU_S).differences[0].is_real(), "{:?}", of(&cauchy, MU_S));
+    let robust = cauchy.robust.unwrap();
+    let low: Vec<&String> = robust.weights.iter().take(wrong.len()).map(|(_, shot, _)| shot).collect();
+    assert!(wrong.iter().all(|shot| low.contains(&shot)), "{low:?} {wrong:?}");
+    assert!(robust.weights.iter().take(wrong.len()).all(|(sample, ..)| *sample == 1));
+}
+
+#[test]
+fn constraints_are_taken_across_cloths_or_refused() {
+    let with = |of_a: &[&str], of_b: &[&str], per_dataset: Vec<Quantity>| {
+        let own = [("one", 1, of_a), ("two", 2, of_b)].map(|(name, seed, texts)| Dataset {
+            relations: texts.iter().map(|text| Relation::parse(text).unwrap()).collect(),
+            ..cloth(name, 0.3, seed, 30, Played::NaturalRoll)
+        });
+        compare(&own, &Options { per_dataset, ..Options::default() })
+    };
+    let mu = Quantity::Parameter(Parameter::Mu);
+    // each cloth's own
+    let apart = with(&["mu_s = 6*mu"], &["mu_s = 5*mu"], vec![mu]).unwrap();
+    let of_each = |quantity| of(&apart, quantity).estimates.iter().map(|v| v.value).collect::<Vec<_>>();
+    for (ratio, (mu, mu_s)) in [6.0, 5.0].into_iter().zip(of_each(mu).into_iter().zip(of_each(MU_S))) {
+        assert!((mu_s / mu - ratio).abs() < 1e-9, "{mu_s} {mu}");
+    }
+    // what holds it with equality is said, and by whose word
+    let limited = with(&[], &["mu_s <= 0.2"], Vec::new()).unwrap();
+    assert!(limited.warnings.iter().any(|w| w.contains("\"mu_s <= 0.2\" (two)")), "{:?}", limited.warnings);
+    assert!(of(&limited, MU_S).estimates[0].value > 0.2);
+    for (of_a, of_b, expected) in [
+        (&["mu_s = 6*mu"][..], &["mu_s = 6*mu"][..], "no room to differ"),
+        (&["e = 0.9"], &["e = 0.95"], "\"e = 0.9\" (one) and \"e = 0.95\" (two)"),
+        (&["e <= 0.5"], &["e >= 0.6"], "no values within the bounds satisfy \"e <= 0.5\" (one)"),
+    ] {
+        let error = with(of_a, of_b, Vec::new()).unwrap_err().to_string();
+        assert!(error.contains(expected), "{error}");
+    }
 }
 
 #[test]
@@ -216,4 +324,26 @@ fn the_report_stands_alone() {
     }
     assert_eq!(page.matches("aria-label=\"track of shot").count(), 30);
     assert!(page.contains("<title>shot 1: "));
+}
+
+/// A point of a comparison names its data set and shot, and leads to the picture of its track.
+#[test]
+fn points_of_a_comparison_lead_to_their_shots() {
+    let folder = tempfile::tempdir().unwrap();
+    let out = folder.path().to_str().unwrap();
+    let output = run(&["compare", "data/synthetic-cloth-a", "data/synthetic-cloth-b", "--out", out]);
+    assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stderr));
+    let said = String::from_utf8(output.stdout).unwrap();
+    assert!(said.contains("left out. With these μ = "), "{said}");
+    let page = std::fs::read_to_string(folder.path().join("report.html")).unwrap();
+    assert!(page.contains("frames are not fitted jointly"));
+    assert!(page.contains("<title>shot synthetic-cloth-a, 1: "));
+    let links: Vec<&str> =
+        page.split("href=\"#").skip(1).map(|rest| rest.split('"').next().unwrap()).collect();
+    // four velocities of each of 60 shots, in two panels
+    assert_eq!(links.len(), 4 * 60 * 2);
+    for link in &links {
+        assert!(page.contains(&format!("id=\"{link}\"")), "{link}");
+    }
+    assert_eq!(page.matches("aria-label=\"track of shot").count(), 60);
 }

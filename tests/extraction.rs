@@ -7,23 +7,13 @@ use caromfit::footage;
 use caromfit::impact::{Impact, Lifted, Quantity};
 use caromfit::loss::Loss;
 use caromfit::parameters::Settings;
-use caromfit::synth::{
-    self, BallSpec, Camera, ClothSpec, Kind, Noise, Played, Shots, Spec, TrueImpact, Truth,
-};
+use caromfit::synth::{self, Camera, Kind, Played, Shots, Spec, TrueImpact};
 use caromfit::track::TrackShot;
 
+use crate::synthetic;
+
 fn spec(cue_spin: Played, count: usize, camera: Camera) -> Spec {
-    Spec {
-        name: "synthetic".to_string(),
-        kind: Kind::Tracks,
-        seed: 11,
-        truth: Truth { mu: 0.05, mu_s: 0.3, e: 0.94 },
-        shots: Shots { count, speed_m_s: [1.0, 4.0], cut_deg: [-50.0, 50.0], cue_spin: vec![cue_spin] },
-        noise: Noise::default(),
-        ball: BallSpec::default(),
-        camera,
-        cloth: ClothSpec::default(),
-    }
+    Spec { camera, ..synthetic::spec(Kind::Tracks, &[cue_spin], count, 11) }
 }
 
 fn truths(truth: &TrueImpact, impact: &Impact) -> [f64; Quantity::COUNT] {

@@ -3,14 +3,14 @@
 use caromfit::ball::{Ball, BallState, Vec3};
 use caromfit::collision::{Coefficients, Fidelity, Input, Model, NotACollision, Outcome, Regime};
 use caromfit::contact::{cloth_slip, cue_velocity, slip};
-use caromfit::dataset;
 use caromfit::effects::Effects;
 use caromfit::fit::{self, Depth, Options};
-use caromfit::synth::{self, BallSpec, Kind, Noise, Played, Shots, Spec, Truth};
+use caromfit::synth::{Kind, Played};
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 
 use super::collisions::{Try, reference_cases};
+use super::synthetic::{made_with, spec};
 
 const INTEGRATED: [Fidelity; 2] = [Fidelity::Ode, Fidelity::Contact];
 
@@ -321,29 +321,10 @@ fn ordinary_shots_are_integrated() {
 fn a_fit_by_integration_is_the_fit_of_the_full_solution() {
     /// Of a standard error: the optimiser stops where the gradient vanishes, to the differences' error.
     const SAME: f64 = 1e-3;
-    let spec = Spec {
-        name: "integrated".to_string(),
-        kind: Kind::Impacts,
-        seed: 5,
-        truth: Truth { mu: 0.05, mu_s: 0.3, e: 0.94 },
-        shots: Shots {
-            count: 12,
-            speed_m_s: [1.0, 4.0],
-            cut_deg: [-50.0, 50.0],
-            cue_spin: vec![Played::NaturalRoll, Played::Draw],
-        },
-        noise: Noise { velocity_m_s: 0.004, line_of_centres_deg: 0.05, spin_rad_s: 0.5, angle_deg: 0.2 },
-        ball: BallSpec::default(),
-        camera: synth::Camera::default(),
-        cloth: synth::ClothSpec::default(),
-    };
+    let spec = spec(Kind::Impacts, &[Played::NaturalRoll, Played::Draw], 12, 5);
     let ode = Model::new(Fidelity::Ode, Ball::POOL);
-    let fit = |made_with: &Model, fidelity: Fidelity| {
-        let folder = tempfile::tempdir().unwrap();
-        for (name, content) in synth::generate_with(&spec, made_with).unwrap() {
-            std::fs::write(folder.path().join(name), content).unwrap();
-        }
-        let dataset = dataset::load(folder.path()).unwrap();
+    let fit = |by: &Model, fidelity: Fidelity| {
+        let dataset = made_with(&spec, by);
         let options = Options { fidelity, depth: Depth::Estimates, ..Options::default() };
         fit::fit(&dataset, &options).unwrap().remove(0)
     };

@@ -8,7 +8,9 @@ use caromfit::dataset::{self, Dataset};
 use caromfit::fit::{self, Depth, Falling, Fit, Options, Status};
 use caromfit::friction::Law;
 use caromfit::parameters::Parameter;
-use caromfit::synth::{self, BallSpec, Kind, Noise, Played, Shots, Spec, Truth};
+use caromfit::synth::{self, Kind, Noise, Played, Shots, Spec, Truth};
+
+use crate::synthetic::{self, made_with};
 
 const B: f64 = 0.09;
 const C: f64 = 1.088;
@@ -21,31 +23,17 @@ const SPREAD: f64 = 0.32;
 const COVERAGE: f64 = 0.10;
 
 fn spec(seed: u64, speed_m_s: [f64; 2]) -> Spec {
+    let usual = synthetic::spec(Kind::Impacts, &[Played::Stun, Played::NaturalRoll, Played::Draw], 60, seed);
     Spec {
-        name: "falling".to_string(),
-        kind: Kind::Impacts,
-        seed,
-        truth: Truth { mu: 0.02, mu_s: 0.3, e: 0.94 },
-        shots: Shots {
-            count: 60,
-            speed_m_s,
-            cut_deg: [-60.0, 60.0],
-            cue_spin: vec![Played::Stun, Played::NaturalRoll, Played::Draw],
-        },
-        noise: Noise { velocity_m_s: 0.003, line_of_centres_deg: 0.05, spin_rad_s: 0.5, angle_deg: 0.2 },
-        ball: BallSpec::default(),
-        camera: synth::Camera::default(),
-        cloth: synth::ClothSpec::default(),
+        truth: Truth { mu: 0.02, ..usual.truth },
+        shots: Shots { speed_m_s, cut_deg: [-60.0, 60.0], ..usual.shots },
+        noise: Noise { velocity_m_s: 0.003, ..usual.noise },
+        ..usual
     }
 }
 
 fn made(spec: &Spec, fidelity: Fidelity, law: Law) -> Dataset {
-    let folder = tempfile::tempdir().unwrap();
-    let model = Model { law, tolerance: 1e-8, ..Model::new(fidelity, Ball::POOL) };
-    for (name, content) in synth::generate_with(spec, &model).unwrap() {
-        std::fs::write(folder.path().join(name), content).unwrap();
-    }
-    dataset::load(folder.path()).unwrap()
+    made_with(spec, &Model { law, tolerance: 1e-8, ..Model::new(fidelity, Ball::POOL) })
 }
 
 fn fitted(mut dataset: Dataset, frees_c: bool, options: &Options) -> Fit {

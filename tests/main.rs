@@ -25,6 +25,7 @@ mod recovery;
 mod report;
 mod shipped;
 mod statistics;
+mod synthetic;
 mod tracks;
 mod unusable;
 mod variables;

@@ -7,29 +7,9 @@ use caromfit::fit::{self, Depth, Fit, Options, Status};
 use caromfit::loss::Loss;
 use caromfit::parameters::Parameter;
 use caromfit::relation::Relation;
-use caromfit::synth::{self, BallSpec, Kind, Noise, Played, Shots, Spec, Truth};
+use caromfit::synth::{Kind, Played};
 
-fn spec(kind: Kind, cue_spin: &[Played], count: usize, seed: u64) -> Spec {
-    Spec {
-        name: "synthetic".to_string(),
-        kind,
-        seed,
-        truth: Truth { mu: 0.05, mu_s: 0.3, e: 0.94 },
-        shots: Shots { count, speed_m_s: [1.0, 4.0], cut_deg: [-50.0, 50.0], cue_spin: cue_spin.to_vec() },
-        noise: Noise { velocity_m_s: 0.004, line_of_centres_deg: 0.05, spin_rad_s: 0.5, angle_deg: 0.2 },
-        ball: BallSpec::default(),
-        camera: synth::Camera::default(),
-        cloth: synth::ClothSpec::default(),
-    }
-}
-
-fn made(spec: &Spec) -> Dataset {
-    let folder = tempfile::tempdir().unwrap();
-    for (name, content) in synth::generate(spec).unwrap() {
-        std::fs::write(folder.path().join(name), content).unwrap();
-    }
-    dataset::load(folder.path()).unwrap()
-}
+use crate::synthetic::{made, spec};
 
 fn shipped(name: &str) -> Dataset {
     dataset::load(&Path::new(env!("CARGO_MANIFEST_DIR")).join("data").join(name)).unwrap()

@@ -5,30 +5,20 @@ use std::fmt::Write as _;
 use std::fs;
 use std::process::{Command, Output};
 
-use caromfit::synth::{
-    self, BallSpec, Camera, ClothSpec, Kind, Noise, Played, Shots, Spec, TrueImpact, Truth,
-};
+use caromfit::synth::{self, Camera, Kind, Played, Shots, Spec, TrueImpact};
 use caromfit::track::{Sample, TrackShot};
+
+use crate::synthetic::spec;
 
 /// Frames before the impact, at 1000 fps.
 const BEFORE: usize = 40;
 
 fn film(count: usize, seed: u64, after_ms: f64) -> Vec<(TrackShot, TrueImpact)> {
+    let usual = spec(Kind::Tracks, &[Played::NaturalRoll], count, seed);
     let spec = Spec {
-        name: "synthetic".to_string(),
-        kind: Kind::Tracks,
-        seed,
-        truth: Truth { mu: 0.05, mu_s: 0.3, e: 0.94 },
-        shots: Shots {
-            count,
-            speed_m_s: [1.0, 3.0],
-            cut_deg: [-50.0, 50.0],
-            cue_spin: vec![Played::NaturalRoll],
-        },
-        noise: Noise::default(),
-        ball: BallSpec::default(),
-        camera: Camera { after_ms, ..Camera::default() },
-        cloth: ClothSpec::default(),
+        shots: Shots { speed_m_s: [1.0, 3.0], ..usual.shots },
+        camera: Camera { after_ms, ..usual.camera },
+        ..usual
     };
     synth::filmed(&spec).unwrap()
 }

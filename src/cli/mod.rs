@@ -129,7 +129,9 @@ fn law(text: &str) -> Result<Law, String> {
     let number = |part: &str| part.trim().parse::<f64>().map_err(|_| format!("\"{part}\" is not a number"));
     match text.split(',').collect::<Vec<_>>().as_slice() {
         [b, c] => Ok(Law::Exponential { b: number(b)?, c: number(c)? }),
-        [word] if number(word).is_err() => Err(format!("\"{}\" is no number; expected two, b,c with c in s/m", word.trim())),
+        [word] if number(word).is_err() => {
+            Err(format!("\"{}\" is no number; expected two, b,c with c in s/m", word.trim()))
+        }
         parts => Err(format!("{} number(s); expected two, b,c with c in s/m", parts.len())),
     }
 }

@@ -97,7 +97,10 @@ impl Default for Options {
 /// Why there is no comparison.
 #[derive(Debug, thiserror::Error)]
 pub enum CompareError {
-    #[error("{0} sample(s) with usable shots; expected two or more: data sets, or labels of [fit] by")]
+    #[error(
+        "{0} sample(s) with usable shots; expected two or more to compare: data sets, or labels of one whose [fit] by names \
+         a column"
+    )]
     TooFew(usize),
     #[error("{0} is both shared and per data set; expected one of them")]
     Both(&'static str),

@@ -144,7 +144,7 @@ fn warnings(
     for (text, active) in relations {
         if *active && text.contains(['<', '>', '≤', '≥']) {
             warnings.push(format!(
-                "The constraint {text} holds with equality: the data pull beyond it. Errors and differences are those \
+                "The constraint {text} holds with equality: the data pull beyond it. Errors are those \
                  without it, which is cautious."
             ));
         }

@@ -1,0 +1,39 @@
+//! Synthetic data sets for other tests.
+
+use caromfit::collision::Model;
+use caromfit::dataset::{self, Dataset};
+use caromfit::synth::{self, BadSpec, BallSpec, Camera, ClothSpec, Kind, Noise, Played, Shots, Spec, Truth};
+
+/// Usual shots with usual values and, unless they are tracks, the noise of footage of 250 fps.
+pub fn spec(kind: Kind, cue_spin: &[Played], count: usize, seed: u64) -> Spec {
+    let measured = Noise { velocity_m_s: 0.004, line_of_centres_deg: 0.05, spin_rad_s: 0.5, angle_deg: 0.2 };
+    Spec {
+        name: "synthetic".to_owned(),
+        kind,
+        seed,
+        truth: Truth { mu: 0.05, mu_s: 0.3, e: 0.94 },
+        shots: Shots { count, speed_m_s: [1.0, 4.0], cut_deg: [-50.0, 50.0], cue_spin: cue_spin.to_vec() },
+        noise: if kind == Kind::Tracks { Noise::default() } else { measured },
+        ball: BallSpec::default(),
+        camera: Camera::default(),
+        cloth: ClothSpec::default(),
+    }
+}
+
+/// The data set that a specification makes.
+pub fn made(spec: &Spec) -> Dataset {
+    loaded(synth::generate(spec))
+}
+
+/// With the collisions of a model.
+pub fn made_with(spec: &Spec, model: &Model) -> Dataset {
+    loaded(synth::generate_with(spec, model))
+}
+
+fn loaded(files: Result<Vec<(&'static str, String)>, BadSpec>) -> Dataset {
+    let folder = tempfile::tempdir().unwrap();
+    for (name, content) in files.unwrap() {
+        std::fs::write(folder.path().join(name), content).unwrap();
+    }
+    dataset::load(folder.path()).unwrap()
+}
