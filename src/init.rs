@@ -26,6 +26,10 @@ pub enum InitError {
     Read { path: PathBuf, source: std::io::Error },
     #[error("{}: is empty; expected a table of tracks or measurements", path.display())]
     Empty { path: PathBuf },
+    #[error("{}: is no text; expected a table of tracks or measurements, not the film itself", path.display())]
+    NoText { path: PathBuf },
+    #[error("{}: holds no table (a file that ends in .{}); name the files", path.display(), TABLES.join(", ."))]
+    NoTables { path: PathBuf },
     #[error("{} is {what}, but {} is {other}; expected files of one kind", path.display(), other_path.display())]
     Mixed { path: PathBuf, what: &'static str, other_path: PathBuf, other: &'static str },
 }
@@ -52,11 +56,39 @@ impl Seen {
     }
 }
 
-/// Looks at files, at least one, and drafts the dataset.toml that goes with them.
+/// Endings of tables, where a folder is named.
+const TABLES: [&str; 4] = ["csv", "txt", "tsv", "dat"];
+
+/// The files, and in the place of a folder the tables in it.
+fn listed(files: &[PathBuf]) -> Result<Vec<PathBuf>, InitError> {
+    let mut all = Vec::new();
+    for file in files {
+        if !file.is_dir() {
+            all.push(file.clone());
+            continue;
+        }
+        let entries =
+            file.read_dir().map_err(|source| InitError::Read { path: file.clone(), source })?.flatten();
+        let is_table = |path: &PathBuf| {
+            let ending = path.extension().unwrap_or_default().to_string_lossy().to_lowercase();
+            path.is_file() && TABLES.contains(&ending.as_str())
+        };
+        let mut tables: Vec<PathBuf> = entries.map(|entry| entry.path()).filter(is_table).collect();
+        if tables.is_empty() {
+            return Err(InitError::NoTables { path: file.clone() });
+        }
+        tables.sort();
+        all.append(&mut tables);
+    }
+    Ok(all)
+}
+
+/// Looks at files, or at the tables in folders, at least one, and drafts the dataset.toml that goes with them.
 ///
 /// # Errors
 /// A file that cannot be read or is empty, or files of different kinds.
 pub fn draft(files: &[PathBuf]) -> Result<Draft, InitError> {
+    let files = &listed(files)?;
     let mut seen: Vec<(&PathBuf, Seen)> = Vec::new();
     for file in files {
         let now = look(file)?;
@@ -159,6 +191,9 @@ fn look(file: &Path) -> Result<Seen, InitError> {
     if names.is_empty() {
         return Err(InitError::Empty { path: file.to_path_buf() });
     }
+    if names.iter().any(|name| name.contains(|c: char| c == char::REPLACEMENT_CHARACTER || c.is_control())) {
+        return Err(InitError::NoText { path: file.to_path_buf() });
+    }
     let has = |name: &str| names.iter().any(|n| n == name);
     if has("nx") && has("ny") && has("cue_vx") {
         return Ok(Seen::Impacts);
@@ -181,7 +216,14 @@ fn common_folder(files: &[PathBuf]) -> PathBuf {
 fn describe_tracks(all: &[(&PathBuf, &Survey)], sheet: &mut Sheet) {
     let Some((file, first)) = all.first().copied() else { return };
     let shots: usize = all.iter().map(|(_, survey)| survey.shots).sum();
-    sheet.found.push(format!("{} file(s) of tracks, format {}, {shots} shot(s).", all.len(), first.format));
+    let single = all.len() > 1 && all.iter().all(|(_, survey)| survey.tracks.len() == 1 && survey.shots == 1);
+    let what = if single {
+        "one ball each: two that are named alike but for the ball (kick-A.txt, kick-B.txt) are a shot"
+            .to_owned()
+    } else {
+        format!("{shots} shot(s)")
+    };
+    sheet.found.push(format!("{} file(s) of tracks, format {}, {what}.", all.len(), first.format));
     sheet.line("\n[video]");
     match (first.stated_fps, first.times_fps) {
         (Some(fps), _) => {
@@ -189,12 +231,16 @@ fn describe_tracks(all: &[(&PathBuf, &Survey)], sheet: &mut Sheet) {
             sheet.line(&format!("capture_fps = {fps:?}         # as the file states"));
         }
         (None, Some(fps)) => {
-            sheet.found.push(format!("The times follow {fps:.4} frames per second."));
+            let fps = if fps.fract() == 0.0 { format!("{fps}") } else { format!("{fps:.4}") };
+            sheet.found.push(format!("The times follow {fps} frames per second."));
             let why = format!(
-                "what the camera recorded at, not the playback rate. The times in the files follow {fps:.4} frames per \
-                 second; leave it out only if that is the camera's rate"
+                "what the camera recorded at, not the playback rate. The times in the files follow {fps} frames per second"
             );
             sheet.blank("capture_fps", "# capture_fps = …", &why);
+            let playback = format!("# playback_fps = {fps}");
+            sheet.line(&format!(
+                "{playback:<28} # take the # away if the camera recorded faster, so that these times are those of slow motion"
+            ));
         }
         (None, None) => {
             let why =

@@ -99,17 +99,6 @@ fn falling(text: &str) -> Result<Falling, String> {
 pub fn run(args: &Args) -> Result<(), Failure> {
     // All input is checked before anything is written.
     let datasets = progress::load_all(&args.datasets)?;
-    for (i, one) in datasets.iter().enumerate() {
-        if let Some(other) = datasets[..i].iter().find(|other| other.name == one.name) {
-            return Err(Failure::input(format!(
-                "{} and {} are both named \"{}\" and would be written to the same folder; expected different names",
-                other.path.display(),
-                one.path.display(),
-                one.name
-            )));
-        }
-    }
-
     let baseline = args.baseline.as_deref().map(Baseline::read).transpose()?;
     let fidelity = args.fidelity.0.or_else(|| args.effects.map(effects::cheapest));
     let options = Options {

@@ -12,7 +12,7 @@ use super::{Failure, print};
 #[derive(clap::Args)]
 #[command(after_help = "Example: caromfit init my-shots/*.csv")]
 pub struct Args {
-    /// The files of one data set: exports of Tracker, Kinovea or Qualisys, or tables
+    /// The files of one data set, or its folder: exports of Tracker, Kinovea or Qualisys, or tables
     #[arg(required = true, value_name = "CSV")]
     files: Vec<PathBuf>,
     /// Print it instead of writing it

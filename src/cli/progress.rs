@@ -83,12 +83,22 @@ pub fn load(paths: &[std::path::PathBuf]) -> (Vec<Dataset>, Vec<DatasetError>) {
     (datasets, wrong)
 }
 
-/// Loads data sets, all of which must be right.
+/// Loads data sets, all of which must be right and have names of their own, by which results are told apart.
 pub fn load_all(paths: &[std::path::PathBuf]) -> Result<Vec<Dataset>, Failure> {
     let (datasets, wrong) = load(paths);
-    if wrong.is_empty() {
-        return Ok(datasets);
+    if !wrong.is_empty() {
+        let wrong: Vec<String> = wrong.iter().map(ToString::to_string).collect();
+        return Err(Failure::input(wrong.join("\nerror: ")));
     }
-    let wrong: Vec<String> = wrong.iter().map(ToString::to_string).collect();
-    Err(Failure::input(wrong.join("\nerror: ")))
+    for (i, one) in datasets.iter().enumerate() {
+        if let Some(other) = datasets[..i].iter().find(|other| other.name == one.name) {
+            return Err(Failure::input(format!(
+                "{} and {} are both named \"{}\", by which their results are told apart; expected different names",
+                other.path.display(),
+                one.path.display(),
+                one.name
+            )));
+        }
+    }
+    Ok(datasets)
 }

@@ -6,6 +6,9 @@ use std::path::{Path, PathBuf};
 /// This many problems are listed; the rest are counted.
 const LISTED: usize = 20;
 
+/// So many other files that have the same problem are named.
+const NAMED: usize = 2;
+
 /// One thing that is wrong, and where.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Problem {
@@ -18,13 +21,17 @@ pub struct Problem {
     pub message: String,
 }
 
+impl Problem {
+    /// `file:line`.
+    fn place(&self) -> String {
+        let line = self.line.map_or(String::new(), |line| format!(":{line}"));
+        format!("{}{line}", self.file.display())
+    }
+}
+
 impl fmt::Display for Problem {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{}", self.file.display())?;
-        if let Some(line) = self.line {
-            write!(f, ":{line}")?;
-        }
-        write!(f, ": ")?;
+        write!(f, "{}: ", self.place())?;
         if let Some(column) = &self.column {
             write!(f, "column {column}: ")?;
         }
@@ -51,11 +58,38 @@ impl std::error::Error for DatasetError {}
 impl fmt::Display for DatasetError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "{}", self.what)?;
-        for problem in self.problems.iter().take(LISTED) {
-            write!(f, "\n  {problem}")?;
+        // what is wrong in the same way in other files is said once
+        let mut alike: Vec<(&Problem, Vec<&Problem>)> = Vec::new();
+        for problem in &self.problems {
+            let same = |known: &&mut (&Problem, Vec<&Problem>)| {
+                let first = known.0;
+                first.message == problem.message
+                    && first.column == problem.column
+                    && first.file != problem.file
+            };
+            match alike.iter_mut().find(same) {
+                Some((_, others)) => others.push(problem),
+                None => alike.push((problem, Vec::new())),
+            }
         }
-        if self.problems.len() > LISTED {
-            write!(f, "\n  and {} more", self.problems.len() - LISTED)?;
+        for (problem, others) in alike.iter().take(LISTED) {
+            write!(f, "\n  {problem}")?;
+            let place = |other: &&Problem| other.place();
+            let named: Vec<String> = others.iter().take(NAMED).map(place).collect();
+            match others.len() {
+                0 => {}
+                count if count > NAMED => {
+                    write!(f, "\n    the same in {} and {} more", named.join(", "), count - NAMED)?;
+                }
+                _ => write!(f, "\n    the same in {}", named.join(", "))?,
+            }
+        }
+        if alike.len() > LISTED {
+            write!(
+                f,
+                "\n  and {} more",
+                alike.iter().skip(LISTED).map(|(_, others)| 1 + others.len()).sum::<usize>()
+            )?;
         }
         Ok(())
     }

@@ -196,13 +196,34 @@ impl Source<'_> {
     }
 }
 
+/// The data sets that a folder without a dataset.toml holds, as a hint: `: data/a, data/b and 3 more`.
+fn below(folder: &Path) -> String {
+    /// So many are named.
+    const NAMED: usize = 3;
+    let Ok(entries) = std::fs::read_dir(folder) else { return String::new() };
+    let mut found: Vec<PathBuf> = entries
+        .flatten()
+        .map(|entry| entry.path())
+        .filter(|path| path.join("dataset.toml").is_file())
+        .collect();
+    found.sort();
+    let named: Vec<String> = found.iter().take(NAMED).map(|path| path.display().to_string()).collect();
+    match found.len() {
+        0 => String::new(),
+        count if count > NAMED => format!(", as {} and {} more do", named.join(", "), count - NAMED),
+        1 => format!(", as {} does", named.join(", ")),
+        _ => format!(", as {} do", named.join(", ")),
+    }
+}
+
 impl Manifest {
     /// Reads and checks it, all but the tables.
     pub(super) fn read(path: &Path) -> Result<Self, DatasetError> {
         let mut problems = Problems::of_dataset(path);
         if !path.is_file() {
+            let below = path.parent().map(below).unwrap_or_default();
             let message = "there is no such file; expected a dataset.toml, or a folder that holds one";
-            problems.add(path, None, None, message);
+            problems.add(path, None, None, format!("{message}{below}"));
             return Err(problems.into_error());
         }
         if path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("csv")) {
@@ -304,7 +325,14 @@ fn in_plain_words(message: &str, written: &str) -> String {
         }
         (["missing", "field"], [key]) => {
             let place = if written.is_empty() { String::new() } else { format!(" in {written}") };
-            format!("the key {key} is missing{place}")
+            let expected = match *key {
+                "assume" => "; expected assume = \"stun\", \"natural-roll\", \"measured\" or \"unknown\"",
+                "radius_m" => "; expected radius_m = …, the ball's radius in metres (pool 0.028575)",
+                "kind" => "; expected kind = \"tracks\", \"impacts\" or \"angles\"",
+                "files" => "; expected files = [\"…\"], the tables, relative to this file",
+                _ => "",
+            };
+            format!("the key {key} is missing{place}{expected}")
         }
         (["duplicate", "key"], _) => format!("the key {written} stands twice"),
         (["invalid", "type:"], _) => match message.split_once(", expected ") {

@@ -73,7 +73,7 @@ fn single(index: usize, shot: &RawShot, settings: &TrackSettings) -> Option<Sing
         return None;
     }
     let named = |ball: &str| matches!(find(&shot.tracks, ball), Ok(Some(_)));
-    let in_stem = [cue, object].map(|ball| without(&stem, ball));
+    let in_stem = [cue, object].map(|ball| without(&stem, ball).or_else(|| without(&stem, last_word(ball))));
     let object = match (named(cue), named(object), &in_stem) {
         (true, false, _) | (false, false, [Some(_), None]) => false,
         (false, true, _) | (false, false, [None, Some(_)]) => true,
@@ -81,6 +81,11 @@ fn single(index: usize, shot: &RawShot, settings: &TrackSettings) -> Option<Sing
     };
     let key = in_stem[usize::from(object)].clone().unwrap_or(stem);
     Some(Single { index, object, key })
+}
+
+/// Of what Tracker calls "mass A", files are called A.
+fn last_word(name: &str) -> &str {
+    name.rsplit(|c: char| c.is_whitespace() || c == '_').next().unwrap_or_default()
 }
 
 /// The words of a file's name without the one that is the ball's; `None` if none is.
@@ -103,5 +108,6 @@ mod tests {
         assert_eq!(without("A", "A").as_deref(), Some(""));
         assert_eq!(without("table-7", "A"), None);
         assert_eq!(without("a-a", "A"), None);
+        assert_eq!(without("shot01-A", last_word("mass A")).as_deref(), Some("shot01"));
     }
 }

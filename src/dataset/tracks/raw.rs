@@ -67,10 +67,18 @@ impl Row {
     }
 }
 
-/// What was detected and repaired: the first few of each kind, and how many more there were.
+/// What was detected and repaired: each message once, the first few of each kind, and how many more there were.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Notes {
-    kinds: BTreeMap<(u8, &'static str), (Vec<String>, usize)>,
+    kinds: BTreeMap<(u8, &'static str), Vec<Note>>,
+}
+
+/// A message, where it was first called for, and in how many places.
+#[derive(Clone, Debug)]
+struct Note {
+    message: String,
+    place: String,
+    places: usize,
 }
 
 /// This many notes of a kind are given one by one.
@@ -85,34 +93,35 @@ impl Notes {
         line: Option<usize>,
         message: impl AsRef<str>,
     ) {
-        let (shown, more) = self.kinds.entry((rank(kind), kind)).or_default();
-        if shown.len() < OF_A_KIND {
-            let line = line.map_or(String::new(), |line| format!(":{line}"));
-            shown.push(format!("{}{line}: {}", file.display(), message.as_ref()));
-        } else {
-            *more += 1;
+        let line = line.map_or(String::new(), |line| format!(":{line}"));
+        let place = format!("{}{line}", file.display());
+        self.put((rank(kind), kind), Note { message: message.as_ref().to_owned(), place, places: 1 });
+    }
+
+    fn put(&mut self, kind: (u8, &'static str), note: Note) {
+        let notes = self.kinds.entry(kind).or_default();
+        match notes.iter_mut().find(|known| known.message == note.message) {
+            Some(known) => known.places += note.places,
+            None => notes.push(note),
         }
     }
 
     pub(super) fn append(&mut self, other: Self) {
-        for (kind, (messages, more)) in other.kinds {
-            let (shown, total) = self.kinds.entry(kind).or_default();
-            for message in messages {
-                if shown.len() < OF_A_KIND {
-                    shown.push(message);
-                } else {
-                    *total += 1;
-                }
+        for (kind, notes) in other.kinds {
+            for note in notes {
+                self.put(kind, note);
             }
-            *total += more;
         }
     }
 
     pub(super) fn into_lines(self) -> Vec<String> {
         let mut lines = Vec::new();
-        for ((_, kind), (mut shown, more)) in self.kinds {
-            lines.append(&mut shown);
-            if more > 0 {
+        for ((_, kind), notes) in self.kinds {
+            for Note { message, place, places } in notes.iter().take(OF_A_KIND) {
+                let others = if *places > 1 { format!(" and {} more", places - 1) } else { String::new() };
+                lines.push(format!("{place}{others}: {message}"));
+            }
+            if let Some(more @ 1..) = notes.len().checked_sub(OF_A_KIND) {
                 lines.push(format!("and {more} more like this ({kind})"));
             }
         }

@@ -5,6 +5,7 @@ use std::path::Path;
 use super::raw::{Clock, Notes, RawShot};
 use super::read;
 use super::settings::{self, Format, TimeUnit};
+use super::time::tidy;
 use crate::dataset::error::Problems;
 use crate::dataset::manifest::Source;
 
@@ -88,13 +89,17 @@ fn beginnings(shot: &RawShot) -> Vec<(String, f64)> {
     shot.tracks.iter().filter_map(begin).collect()
 }
 
-/// Rows per second, from the median step of the first track.
+/// Rows per second: from the median step of the first track, or, where all steps are that long, from its length, in which
+/// rounding hardly counts.
 fn rate(shots: &[RawShot]) -> Option<f64> {
     let track = shots.iter().flat_map(|shot| &shot.tracks).find(|track| track.rows.len() > 2)?;
     let mut steps: Vec<f64> = track.rows.windows(2).map(|pair| pair[1].time - pair[0].time).collect();
     steps.sort_by(f64::total_cmp);
     let step = steps[steps.len() / 2];
-    (step > 0.0 && step.is_finite()).then(|| 1.0 / step)
+    let (rows, first, last) = (track.rows.len(), track.rows.first()?, track.rows.last()?);
+    let mean = (last.time - first.time) / (rows - 1) as f64;
+    let step = if (mean / step - 1.0).abs() < 1e-3 { mean } else { step };
+    (step > 0.0 && step.is_finite()).then(|| tidy(1.0 / step))
 }
 
 fn extent(shots: &[RawShot]) -> f64 {

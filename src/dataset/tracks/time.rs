@@ -195,6 +195,15 @@ fn with_rate(
             1.0 / fps
         ));
     }
+    if stated && grid.spacing * rate < 1.0 - MISMATCH && !fits(&grid, rate) {
+        return Err(format!(
+            "times are {:.6} s apart, closer than [video] playback_fps = {rate} allows ({:.6} s); expected the rate that \
+             the file's times follow, {:.4}, or no playback_fps where they are the camera's",
+            grid.spacing,
+            1.0 / rate,
+            tidy(1.0 / grid.spacing)
+        ));
+    }
     // a stated rate may mean frames left out; otherwise the file's own spacing, which is near it
     let spacing = if stated || grid.spacing.is_nan() { 1.0 / rate } else { grid.spacing };
     let frames = grid.frames(spacing, OFF_GRID).or_else(|| grid.frames(1.0 / rate, OFF_GRID));
@@ -272,7 +281,7 @@ fn without_rate(shot: &mut RawShot, grid: Grid, notes: &mut Notes) -> Result<f64
 }
 
 /// A whole number where it is one but for rounding.
-fn tidy(fps: f64) -> f64 {
+pub(super) fn tidy(fps: f64) -> f64 {
     if (fps - fps.round()).abs() < 1e-6 * fps { fps.round() } else { fps }
 }
 
