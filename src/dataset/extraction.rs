@@ -6,7 +6,7 @@ use serde::Deserialize;
 use toml::Spanned;
 
 use super::error::Problems;
-use super::manifest::Source;
+use super::toml_file::Source;
 use super::{Measured, Shared};
 
 /// With what impacts were extracted from tracks.

@@ -3,11 +3,13 @@
 mod angles;
 pub(crate) mod error;
 mod extraction;
+mod fit_section;
 mod impacts;
 pub(crate) mod joint;
-pub(crate) mod manifest;
+mod manifest;
 mod rows;
 pub(crate) mod table;
+pub(crate) mod toml_file;
 pub mod tracks;
 
 use std::collections::{BTreeMap, HashMap};

@@ -9,7 +9,7 @@ use super::{Expected, PlayedKind, SpinFrom};
 use crate::ball::Ball;
 use crate::dataset::DatasetError;
 use crate::dataset::error::Problems;
-use crate::dataset::manifest::{self, Source};
+use crate::dataset::toml_file::{self, Source};
 use crate::parameters::Parameter;
 use crate::synth::{Camera, ClothSpec};
 
@@ -116,7 +116,7 @@ impl Expected {
     /// # Errors
     /// Everything that is wrong with it, with line and position.
     pub fn read(path: &Path) -> Result<Self, DatasetError> {
-        manifest::read_checked(path, |raw: RawSpec, source, problems| raw.check(source, problems))
+        toml_file::read_checked(path, |raw: RawSpec, source, problems| raw.check(source, problems))
     }
 }
 

@@ -14,7 +14,7 @@ use crate::ball::{Ball, BallState, Vec3};
 use crate::collision::batch::{Arrays, Cues, Lengths};
 use crate::collision::{Coefficients, Fidelity, Model, NotACollision};
 use crate::contact::{CollisionFrame, cue_velocity};
-use crate::dataset::{Before, DatasetError, Measured, Measurement, Shot, Spin, manifest};
+use crate::dataset::{Before, DatasetError, Measured, Measurement, Shot, Spin, toml_file};
 use crate::observable::Observable;
 use crate::predict::{Plan, Unpredictable};
 use crate::track::TrackShot;
@@ -137,7 +137,7 @@ pub enum BadSpec {
 /// # Errors
 /// What is wrong with it, with line and position.
 pub fn read(path: &Path) -> Result<Spec, DatasetError> {
-    manifest::read_toml(path)
+    toml_file::read_toml(path)
 }
 
 /// Makes `dataset.toml`, `shots.csv` and `truth.json`, as (file name, content).

@@ -9,7 +9,7 @@ use toml::Spanned;
 
 use super::calibration::{Calibration, ReadOut};
 use crate::dataset::error::Problems;
-use crate::dataset::manifest::Source;
+use crate::dataset::toml_file::Source;
 
 /// `[video]`.
 #[derive(Default, Deserialize)]

@@ -7,7 +7,7 @@ use super::read;
 use super::settings::{self, Format, TimeUnit};
 use super::time::tidy;
 use crate::dataset::error::Problems;
-use crate::dataset::manifest::Source;
+use crate::dataset::toml_file::Source;
 
 /// What was seen in a file of tracks.
 #[derive(Clone, Debug, PartialEq)]
