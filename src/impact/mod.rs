@@ -180,10 +180,7 @@ pub enum Unusable {
     TooFewBefore { cue: usize, object: usize },
     #[error("too few frames of the {ball} ball after the impact: {frames}; expected at least 3")]
     TooFewAfter { ball: &'static str, frames: usize },
-    #[error(
-        "the object ball was moving before the impact, with {speed:.3} m/s; expected it to lie still: are [tracks] cue and \
-         object exchanged?"
-    )]
+    #[error("the object ball was moving before the impact, with {speed:.3} m/s")]
     ObjectMoving { speed: f64 },
     #[error(
         "the balls' centres are {:.2} mm apart at the impact, not {:.2} mm (2R){}: check the scale, the radius and \
