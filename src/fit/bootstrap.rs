@@ -8,7 +8,8 @@ use rand_chacha::ChaCha8Rng;
 use rayon::prelude::*;
 use statrs::distribution::{ContinuousCDF, Normal};
 
-use super::goodness::{self, Context};
+use super::goodness::Context;
+use super::influence;
 use super::search::Search;
 use crate::parameters::Parameter;
 use crate::residuals::Fitted;
@@ -60,7 +61,7 @@ pub(super) fn bootstrap(
     };
     let all: Vec<_> = (0..replicates).into_par_iter().map(of_replicate).collect();
     let failed = all.iter().filter(|x| x.is_none()).count();
-    let shifts = goodness::shifts_without(context);
+    let shifts = influence::shifts_without(context);
     let estimates = context.free.iter().enumerate().filter_map(|(column, parameter)| {
         let mut values: Vec<f64> = all.iter().flatten().map(|x| x[column]).collect();
         values.sort_by(f64::total_cmp);

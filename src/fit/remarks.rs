@@ -1,6 +1,6 @@
 //! What a reader must know about a fit, in sentences.
 
-use super::search::Plateau;
+use super::plateau::Plateau;
 use super::{DOWN_WEIGHTED, Fit, NoiseVerdict, Status};
 use crate::dataset::Dataset;
 use crate::parameters::Parameter;

@@ -1,24 +1,23 @@
-//! The search for the minimum: weights, optimiser, and again until the weights rest; and what lies
-//! on a plateau.
+//! The search for the minimum: weights, optimiser, and again until the weights rest.
 
-use nalgebra::{DMatrix, DVector};
+use nalgebra::DVector;
 
+pub(super) use super::noise::Group;
+pub(super) use super::plateau::Plateau;
 use super::profile::Slice;
 use super::robust::{self, Losses};
-use super::uncertainty::{self, Minimum};
+use super::uncertainty::Minimum;
 use super::{FitError, kink};
 use crate::collision::Model;
-use crate::dataset::{Measured, Measurement, Shared};
+use crate::dataset::{Measured, Shared};
 use crate::impact::film;
 use crate::loss::Loss;
-use crate::observable::Observable;
 use crate::optimise::{self, Constraints, Linear, Termination};
 use crate::parameters::{Parameter, Setting, Settings};
 use crate::predict::{Plan, Prediction, Unpredictable};
 use crate::relation::{Relation, Sense};
 use crate::residuals::{
     self, CLOTH_UNKNOWNS, EstimatedSd, Fitted, Problem, Whitening, are_filmed, common_shifts, covariance,
-    difference,
 };
 use crate::values::Values;
 
@@ -43,33 +42,6 @@ const ROUGH: &str = "converged: as far as landings between frames leave χ² smo
 
 /// A shot's weight never vanishes, so that its distance can be told from its weighted residuals.
 const LEAST_WEIGHT: f64 = 1e-12;
-
-/// An observable's variance needs at least this many degrees of freedom of its own.
-const MIN_OWN_DOF: f64 = 0.5;
-
-/// A residual standard deviation below this part of its first value is an exact fit.
-const EXACT: f64 = 1e-9;
-
-/// The noise of an observable without stated standard deviations.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Group {
-    pub observable: Observable,
-    pub sd: f64,
-    /// The first guess, against which a residual is seen to vanish.
-    first: f64,
-    /// Whether the residuals tell it.
-    pub estimable: bool,
-}
-
-/// A parameter on which nothing depends any more from some value on, as μ once every shot sticks.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Plateau {
-    pub parameter: Parameter,
-    /// Where the plateau begins.
-    pub edge: f64,
-    /// Its other end, a bound.
-    pub bound: f64,
-}
 
 #[derive(Clone)]
 pub(super) struct Search<'a> {
@@ -112,110 +84,6 @@ impl Search<'_> {
         };
         let silent = |p: &Parameter| !informed[*p as usize] && self.settings[*p].prior.is_none() && !tied(*p);
         self.settings.parameters().iter().copied().filter(silent).collect()
-    }
-
-    /// Residuals of each observable without stated errors: root mean square at `at`.
-    fn first_noise(&self, at: &Values) -> Vec<Group> {
-        let mut groups: Vec<(Observable, f64, usize)> = Vec::new();
-        self.each_residual(at, |row, d, _| {
-            if row.measured.sd.is_some() {
-                return;
-            }
-            let known = groups.iter().position(|g| g.0 == row.observable);
-            let index = known.unwrap_or_else(|| {
-                groups.push((row.observable, 0.0, 0));
-                groups.len() - 1
-            });
-            groups[index].1 += d * d;
-            groups[index].2 += 1;
-        });
-        let sd = |sum: f64, count: usize| if sum > 0.0 { (sum / count as f64).sqrt() } else { 1.0 };
-        let group = |(observable, sum, count)| {
-            let sd = sd(sum, count);
-            Group { observable, sd, first: sd, estimable: true }
-        };
-        groups.into_iter().map(group).collect()
-    }
-
-    /// Calls `f(row, difference, variance from the inputs)` for every observation.
-    fn each_residual(&self, at: &Values, mut f: impl FnMut(&Measurement, f64, f64)) {
-        for shot in self.fitted {
-            if let Ok(prediction) = self.predict(&shot.plan, at) {
-                for (i, row) in shot.plan.rows().iter().enumerate() {
-                    let d = difference(row.observable, prediction.values[i], row.measured.value);
-                    let g = prediction.by_inputs.row(i).transpose();
-                    f(row, d, g.component_mul(&g).dot(shot.plan.variance_in()));
-                }
-            }
-        }
-    }
-
-    /// All predictions, one after the other.
-    fn predictions(&self, at: &Values) -> Vec<f64> {
-        let predicted = |shot: &Fitted| {
-            let prediction = self.predict(&shot.plan, at).ok()?;
-            Some(prediction.values.rows(0, shot.plan.rows().len()).iter().copied().collect::<Vec<_>>())
-        };
-        self.fitted.iter().filter_map(predicted).flatten().collect()
-    }
-
-    /// From the value where the fit ended, on the plateau, back to its edge towards the start.
-    pub(super) fn plateau(&self, parameter: Parameter, end: &Values) -> Plateau {
-        /// Predictions on the plateau agree to rounding.
-        const SAME: f64 = 1e-12;
-        let setting = &self.settings[parameter];
-        let there = self.predictions(end);
-        let is_flat = |value: f64| {
-            let here = self.predictions(&end.with(parameter, value));
-            here.len() == there.len()
-                && here.iter().zip(&there).all(|(a, b)| (a - b).abs() <= SAME * a.abs().max(b.abs()))
-        };
-        let mut on = end[parameter];
-        let mut off = setting.initial;
-        let bound = if on < off { setting.lower } else { setting.upper };
-        if is_flat(off) {
-            return Plateau { parameter, edge: off, bound };
-        }
-        while (on - off).abs() > 1e-12 {
-            let middle = 0.5 * (on + off);
-            if middle == on || middle == off {
-                break;
-            }
-            if is_flat(middle) { on = middle } else { off = middle }
-        }
-        Plateau { parameter, edge: on, bound }
-    }
-
-    /// From where χ² is t² above the plateau's to the plateau's far end, the other parameters held.
-    pub(super) fn plateau_interval(
-        &self,
-        plateau: &Plateau,
-        at: &Values,
-        groups: &[Group],
-        t: f64,
-    ) -> [f64; 2] {
-        let Plateau { parameter, edge, bound } = *plateau;
-        let chi2 = |value: f64| {
-            let mut sum = 0.0;
-            self.each_residual(&at.with(parameter, value), |row, d, from_inputs| {
-                let group = groups.iter().find(|g| g.observable == row.observable);
-                let sd = row.measured.sd.or(group.map(|g| g.sd)).unwrap_or(f64::NAN);
-                sum += d * d / (sd * sd + from_inputs);
-            });
-            sum
-        };
-        let top = chi2(edge) + t * t;
-        let setting = &self.settings[parameter];
-        let (mut inside, mut outside) = (edge, if bound > edge { setting.lower } else { setting.upper });
-        if chi2(outside) > top {
-            for _ in 0..60 {
-                let middle = 0.5 * (inside + outside);
-                if chi2(middle) > top { outside = middle } else { inside = middle }
-            }
-        } else {
-            inside = outside;
-        }
-        [inside.min(bound), inside.max(bound)]
     }
 
     /// How many unknowns all shots share besides the parameters.
@@ -458,55 +326,5 @@ impl Search<'_> {
         };
         let log_det = self.fitted.iter().map(|shot| log_det(shot).unwrap_or(f64::NAN)).sum::<f64>();
         2.0 * minimum.cost + log_det
-    }
-
-    /// σ² = Σd²/(n − Σh) with the leverages h of the observable's rows (restricted maximum
-    /// likelihood), less what the errors of the state before the impact explain. Returns the
-    /// largest relative change. With a robust loss Σw²d² instead, less what the weights take (Huber 1964,
-    /// proposal 2).
-    fn reweigh(
-        &self,
-        groups: &mut [Group],
-        at: &Values,
-        jacobian: &DMatrix<f64>,
-        losses: &Losses,
-        weights: &[f64],
-    ) -> f64 {
-        if groups.is_empty() {
-            return 0.0;
-        }
-        let leverage = uncertainty::leverages(jacobian);
-        let mut sums = vec![[0.0; 4]; groups.len()];
-        let mut row_number = 0;
-        let of_rows = |(shot, weight): (&Fitted, &f64)| {
-            let scale = weight.powi(2) / losses.of(shot).consistency;
-            std::iter::repeat_n(scale, shot.plan.rows().len())
-        };
-        let scale: Vec<f64> = self.fitted.iter().zip(weights).flat_map(of_rows).collect();
-        self.each_residual(at, |row, d, from_inputs| {
-            if let Some(group) =
-                groups.iter().position(|g| g.observable == row.observable && row.measured.sd.is_none())
-            {
-                let terms = [scale[row_number] * d * d, 1.0, leverage[row_number], from_inputs];
-                for (sum, term) in sums[group].iter_mut().zip(terms) {
-                    *sum += term;
-                }
-            }
-            row_number += 1;
-        });
-        let mut changed = 0.0_f64;
-        for (group, [square, count, leverage, from_inputs]) in groups.iter_mut().zip(sums) {
-            let own_dof = count - leverage;
-            group.estimable = own_dof >= MIN_OWN_DOF;
-            if !group.estimable {
-                continue;
-            }
-            let own_dof = if self.maximum_likelihood { count } else { own_dof };
-            let variance = square / own_dof - from_inputs / count;
-            let sd = variance.max((EXACT * group.first).powi(2)).sqrt();
-            changed = changed.max((sd / group.sd - 1.0).abs());
-            group.sd = sd;
-        }
-        changed
     }
 }
