@@ -9,7 +9,7 @@ use super::error::{DatasetError, Problems};
 use super::extraction::{Extraction, RawImpacts};
 use super::fit_section::RawFit;
 use super::table::read_utf8;
-use super::toml_file::{Source, parse};
+use super::toml_file::{Check, POSITIVE, Source, parse};
 use super::tracks::settings::{self, RawScale, RawTracks, RawVideo, TrackSettings};
 use crate::ball::{Ball, UNIFORM_SPHERE};
 use crate::disc::{Discs, UNIFORM_DISC};
@@ -347,18 +347,13 @@ impl RawManifest {
 
 impl RawBall {
     fn check(&self, source: &Source, problems: &mut Problems) -> Ball {
-        let mut positive = |key: &str, value: &Option<Spanned<f64>>, default: f64| {
-            let Some(value) = value else { return default };
-            let number = *value.as_ref();
-            if !(number > 0.0 && number.is_finite()) {
-                let text = source.written(&value.span());
-                source.add(problems, &value.span(), format!("{key} is {text}; expected more than 0"));
-            }
-            number
+        let mut check = Check { source, problems };
+        let mut positive = |given: &Option<Spanned<f64>>, key: &str, default: f64| {
+            check.number(given.as_ref(), key, default, POSITIVE)
         };
-        let radius = positive("radius_m", &self.radius_m, Ball::POOL.radius);
-        let mass = positive("mass_kg", &self.mass_kg, Ball::POOL.mass);
-        let inertia = positive("inertia", &self.inertia, UNIFORM_SPHERE);
+        let radius = positive(&self.radius_m, "radius_m", Ball::POOL.radius);
+        let mass = positive(&self.mass_kg, "mass_kg", Ball::POOL.mass);
+        let inertia = positive(&self.inertia, "inertia", UNIFORM_SPHERE);
         let disc = self.shape.as_ref().is_some_and(|shape| *shape.as_ref() == Shape::Disc);
         let (most, said) =
             if disc { (1.0, "1, that of a ring") } else { (2.0 / 3.0, "2/3, that of a hollow sphere") };

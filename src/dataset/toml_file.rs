@@ -4,6 +4,7 @@ use std::ops::Range;
 use std::path::Path;
 
 use serde::de::DeserializeOwned;
+use toml::Spanned;
 
 use super::error::{DatasetError, Problems, did_you_mean};
 use super::table::read_utf8;
@@ -35,6 +36,41 @@ impl Source<'_> {
     }
 }
 
+/// Collects what is wrong with numbers.
+pub(crate) struct Check<'a, 's> {
+    pub source: &'a Source<'s>,
+    pub problems: &'a mut Problems,
+}
+
+impl Check<'_, '_> {
+    pub(crate) fn wrong<T>(&mut self, at: &Spanned<T>, message: String) {
+        self.source.add(self.problems, &at.span(), message);
+    }
+
+    /// A number that is given and passes, else the default.
+    pub(crate) fn number(
+        &mut self,
+        given: Option<&Spanned<f64>>,
+        key: &str,
+        default: f64,
+        (good, expected): Condition,
+    ) -> f64 {
+        let Some(given) = given else { return default };
+        let value = *given.as_ref();
+        if !(value.is_finite() && good(value)) {
+            self.wrong(
+                given,
+                format!("{key} is {}; expected {expected}", self.source.written(&given.span())),
+            );
+        }
+        value
+    }
+}
+
+/// What a number has to be, and that in words.
+pub(crate) type Condition = (fn(f64) -> bool, &'static str);
+
+pub(crate) const POSITIVE: Condition = (|x| x > 0.0, "more than 0");
 /// Reads a TOML file of another shape, with the same care for what is wrong with it.
 pub(crate) fn read_toml<T: DeserializeOwned>(path: &Path) -> Result<T, DatasetError> {
     read_checked(path, |parsed, _, _| parsed)

@@ -9,7 +9,7 @@ use super::{Expected, PlayedKind, SpinFrom};
 use crate::ball::Ball;
 use crate::dataset::DatasetError;
 use crate::dataset::error::Problems;
-use crate::dataset::toml_file::{self, Source};
+use crate::dataset::toml_file::{self, Check, Condition, POSITIVE, Source};
 use crate::parameters::Parameter;
 use crate::synth::{Camera, ClothSpec};
 
@@ -120,37 +120,6 @@ impl Expected {
     }
 }
 
-/// Collects what is wrong with numbers.
-struct Check<'a, 's> {
-    source: &'a Source<'s>,
-    problems: &'a mut Problems,
-}
-
-impl Check<'_, '_> {
-    fn wrong<T>(&mut self, at: &Spanned<T>, message: String) {
-        self.source.add(self.problems, &at.span(), message);
-    }
-
-    /// A number that is given and passes, else the default.
-    fn number(
-        &mut self,
-        given: Option<&Spanned<f64>>,
-        key: &str,
-        default: f64,
-        (good, expected): (fn(f64) -> bool, &str),
-    ) -> f64 {
-        let Some(given) = given else { return default };
-        let value = *given.as_ref();
-        if !(value.is_finite() && good(value)) {
-            self.wrong(given, format!("{key} is {value}; expected {expected}"));
-        }
-        value
-    }
-}
-
-type Condition = (fn(f64) -> bool, &'static str);
-
-const POSITIVE: Condition = (|x| x > 0.0, "more than 0");
 const PART: Condition = (|x| (0.0..=1.0).contains(&x), "a number from 0 to 1");
 
 impl RawSpec {

@@ -4,9 +4,10 @@ use plotters::prelude::*;
 
 use super::axis::{Axis, drawable};
 use super::canvas::{Anchor, BAND, Canvas, GREY, INK, LARGE, SMALL, shortened};
+use super::drawing::Area;
 use super::frame::{Frame, Rect};
 use super::series::{color, marker};
-use super::{MARGIN, Spots, WIDTH, encoded};
+use super::{MARGIN, Spots, WIDTH, drawing};
 use crate::compare::{Compared, Comparison, LabelResidual};
 use crate::fit::Residual;
 use crate::report::ReportError;
@@ -24,33 +25,24 @@ const PANEL: i32 = 460;
 
 /// forest.svg as text: each quantity's estimates with their intervals, below each other.
 pub fn forest_svg(comparison: &Comparison) -> Result<String, ReportError> {
-    svg(forest_height(comparison), |area| forest(comparison, area))
+    let drawn = drawing::svg(size(forest_height(comparison)), |area| forest(comparison, area));
+    drawn.map(|(text, ())| text).map_err(failed)
 }
 
 /// forest.png as bytes.
 pub fn forest_png(comparison: &Comparison) -> Result<Vec<u8>, ReportError> {
-    png(forest_height(comparison), |area| forest(comparison, area))
+    drawing::png(size(forest_height(comparison)), |area| forest(comparison, area)).map_err(failed)
 }
 
 /// residuals.svg as text, and where the points of the residuals are on it: x, y, index.
 pub fn residuals_svg(comparison: &Comparison) -> Result<(String, Spots), ReportError> {
-    let mut spots = Spots::new();
-    let text = svg(HEAD + legend_rows(comparison) * 26 + PANEL, |area| {
-        spots = residuals(comparison, area)?;
-        Ok(())
-    })?;
-    Ok((text, spots))
+    drawing::svg(size(residuals_height(comparison)), |area| residuals(comparison, area)).map_err(failed)
 }
 
 /// residuals.png as bytes.
 pub fn residuals_png(comparison: &Comparison) -> Result<Vec<u8>, ReportError> {
-    let mut text = Vec::new();
-    let height = HEAD + legend_rows(comparison) * 26 + PANEL;
-    text.append(&mut png(height, |area| residuals(comparison, area).map(|_| ()))?);
-    Ok(text)
+    drawing::png(size(residuals_height(comparison)), |area| residuals(comparison, area)).map_err(failed)
 }
-
-type Area<DB> = DrawingArea<DB, plotters::coord::Shift>;
 
 fn failed(reason: String) -> ReportError {
     ReportError::Draw { dataset: "the comparison".to_owned(), reason }
@@ -60,31 +52,8 @@ fn size(height: i32) -> (u32, u32) {
     (WIDTH, u32::try_from(height).unwrap_or(WIDTH))
 }
 
-fn svg(
-    height: i32,
-    mut draw: impl FnMut(&Area<SVGBackend>) -> Result<(), String>,
-) -> Result<String, ReportError> {
-    let mut text = String::new();
-    {
-        let area = SVGBackend::with_string(&mut text, size(height)).into_drawing_area();
-        draw(&area).map_err(failed)?;
-        area.present().map_err(|error| failed(error.to_string()))?;
-    }
-    Ok(text)
-}
-
-fn png(
-    height: i32,
-    mut draw: impl FnMut(&Area<BitMapBackend>) -> Result<(), String>,
-) -> Result<Vec<u8>, ReportError> {
-    let (width, height) = size(height);
-    let mut pixels = vec![255; 3 * width as usize * height as usize];
-    {
-        let area = BitMapBackend::with_buffer(&mut pixels, (width, height)).into_drawing_area();
-        draw(&area).map_err(failed)?;
-        area.present().map_err(|error| failed(error.to_string()))?;
-    }
-    encoded(&pixels, (width, height)).map_err(|error| failed(error.to_string()))
+fn residuals_height(comparison: &Comparison) -> i32 {
+    HEAD + legend_rows(comparison) * 26 + PANEL
 }
 
 /// Where a residual stands along an axis.

@@ -4,8 +4,9 @@ use plotters::prelude::*;
 
 use super::axis::Axis;
 use super::canvas::{Anchor, Canvas, GREY, INK, LARGE, SMALL, shortened};
+use super::drawing::Area;
 use super::frame::{Frame, Rect};
-use super::{MARGIN, WIDTH, encoded, failed};
+use super::{MARGIN, WIDTH, drawing, failed};
 use crate::fit::{Contour, Fit, Level};
 use crate::report::{ReportError, title};
 
@@ -19,23 +20,15 @@ const REGIONS: [RGBColor; 2] = [RGBColor(0, 114, 178), RGBColor(86, 180, 233)];
 /// contours.svg as text; `None` without a pair of free parameters.
 pub fn svg(fit: &Fit) -> Option<Result<String, ReportError>> {
     let contours = drawn(fit)?;
-    let mut text = String::new();
-    let area = SVGBackend::with_string(&mut text, size(contours)).into_drawing_area();
-    let done = draw(&area, fit, contours);
-    drop(area);
-    Some(done.map(|()| text).map_err(|reason| failed(fit, reason)))
+    let done = drawing::svg(size(contours), |area| draw(area, fit, contours));
+    Some(done.map(|(text, ())| text).map_err(|reason| failed(fit, reason)))
 }
 
 /// contours.png as bytes; `None` without a pair of free parameters.
 pub fn png(fit: &Fit) -> Option<Result<Vec<u8>, ReportError>> {
     let contours = drawn(fit)?;
-    let (width, height) = size(contours);
-    let mut pixels = vec![255; 3 * width as usize * height as usize];
-    let area = BitMapBackend::with_buffer(&mut pixels, (width, height)).into_drawing_area();
-    let done = draw(&area, fit, contours);
-    drop(area);
-    let bytes = done.and_then(|()| encoded(&pixels, (width, height)).map_err(|error| error.to_string()));
-    Some(bytes.map_err(|reason| failed(fit, reason)))
+    let done = drawing::png(size(contours), |area| draw(area, fit, contours));
+    Some(done.map_err(|reason| failed(fit, reason)))
 }
 
 fn drawn(fit: &Fit) -> Option<&[Contour]> {
@@ -49,11 +42,7 @@ fn size(contours: &[Contour]) -> (u32, u32) {
     (WIDTH, u32::try_from(HEAD + PANEL * rows).unwrap_or(WIDTH))
 }
 
-fn draw<DB: DrawingBackend>(
-    area: &DrawingArea<DB, plotters::coord::Shift>,
-    fit: &Fit,
-    contours: &[Contour],
-) -> Result<(), String> {
+fn draw<DB: DrawingBackend>(area: &Area<DB>, fit: &Fit, contours: &[Contour]) -> Result<(), String> {
     let canvas = Canvas::new(area)?;
     let width = WIDTH as i32 - 2 * MARGIN;
     let name = format!("{}: pairs of parameters", title(fit));
@@ -86,7 +75,7 @@ fn draw<DB: DrawingBackend>(
             contour,
         )?;
     }
-    area.present().map_err(|error| error.to_string())
+    Ok(())
 }
 
 fn panel<DB: DrawingBackend>(canvas: &Canvas<DB>, area: Rect, contour: &Contour) -> Result<(), String> {

@@ -5,9 +5,10 @@ use plotters::prelude::*;
 
 use super::axis::Axis;
 use super::canvas::{Anchor, Canvas, GREY, INK, LARGE, SMALL, width};
+use super::drawing::Area;
 use super::frame::{Frame, Rect, message};
 use super::series::{color, marker};
-use super::{MARGIN, WIDTH, encoded};
+use super::{MARGIN, WIDTH, drawing};
 use crate::design::{Cell, Design};
 use crate::parameters::Parameter;
 use crate::report::ReportError;
@@ -29,12 +30,8 @@ const COLUMNS: usize = 3;
 /// # Errors
 /// The drawing library gave up.
 pub fn svg(design: &Design) -> Result<String, ReportError> {
-    let mut text = String::new();
     let layout = Layout::of(design).map_err(failed)?;
-    let area = SVGBackend::with_string(&mut text, layout.size()).into_drawing_area();
-    let done = layout.draw(&area);
-    drop(area);
-    done.map(|()| text).map_err(failed)
+    drawing::svg(layout.size(), |area| layout.draw(area)).map(|(text, ())| text).map_err(failed)
 }
 
 /// design.png as bytes.
@@ -43,12 +40,7 @@ pub fn svg(design: &Design) -> Result<String, ReportError> {
 /// As [`svg`].
 pub fn png(design: &Design) -> Result<Vec<u8>, ReportError> {
     let layout = Layout::of(design).map_err(failed)?;
-    let (width, height) = layout.size();
-    let mut pixels = vec![255; 3 * width as usize * height as usize];
-    let area = BitMapBackend::with_buffer(&mut pixels, (width, height)).into_drawing_area();
-    let done = layout.draw(&area);
-    drop(area);
-    done.and_then(|()| encoded(&pixels, (width, height)).map_err(|error| error.to_string())).map_err(failed)
+    drawing::png(layout.size(), |area| layout.draw(area)).map_err(failed)
 }
 
 fn failed(reason: String) -> ReportError {
@@ -107,7 +99,7 @@ impl<'a> Layout<'a> {
         (WIDTH, u32::try_from(height).unwrap_or(WIDTH))
     }
 
-    fn draw<DB: DrawingBackend>(&self, area: &DrawingArea<DB, plotters::coord::Shift>) -> Result<(), String> {
+    fn draw<DB: DrawingBackend>(&self, area: &Area<DB>) -> Result<(), String> {
         let canvas = Canvas::new(area)?;
         let title = "Standard errors that shots of one cut angle and speed give";
         canvas.text(title, (MARGIN, 34), Anchor::Left, LARGE, INK)?;
@@ -136,7 +128,7 @@ impl<'a> Layout<'a> {
                 "No shot at a single cut angle and speed tells a parameter by itself.",
             )?;
         }
-        area.present().map_err(|error| error.to_string())
+        Ok(())
     }
 
     /// Standard errors of a parameter that are worth drawing.

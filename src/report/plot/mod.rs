@@ -6,6 +6,7 @@ mod canvas;
 pub mod compare;
 pub mod contours;
 pub mod design;
+mod drawing;
 mod frame;
 mod panels;
 mod points;
@@ -16,6 +17,7 @@ pub(super) mod track;
 use plotters::prelude::*;
 
 use self::canvas::{ALARM, Anchor, Canvas, INK, LARGE, MEDIUM, SMALL, shortened};
+use self::drawing::Area;
 use self::frame::Rect;
 use self::points::Points;
 use self::series::Legend;
@@ -43,44 +45,18 @@ pub fn svg(fit: &Fit) -> Result<String, ReportError> {
 
 /// residuals.svg, and where its points are: x, y, index of the residual.
 pub fn svg_with_spots(fit: &Fit) -> Result<(String, Spots), ReportError> {
-    let mut text = String::new();
-    let drawn = Picture::of(fit).and_then(|picture| {
-        let area = SVGBackend::with_string(&mut text, picture.size()).into_drawing_area();
-        picture.draw(&area)
-    });
-    drawn.map(|spots| (text, spots)).map_err(|reason| failed(fit, reason))
+    let drawn = Picture::of(fit).and_then(|picture| drawing::svg(picture.size(), |area| picture.draw(area)));
+    drawn.map_err(|reason| failed(fit, reason))
 }
 
 /// residuals.png as bytes.
 pub fn png(fit: &Fit) -> Result<Vec<u8>, ReportError> {
-    let drawn = Picture::of(fit).and_then(|picture| {
-        let (width, height) = picture.size();
-        let mut pixels = vec![255; 3 * width as usize * height as usize];
-        {
-            let area = BitMapBackend::with_buffer(&mut pixels, (width, height)).into_drawing_area();
-            picture.draw(&area)?;
-        }
-        encoded(&pixels, (width, height)).map_err(|error| error.to_string())
-    });
+    let drawn = Picture::of(fit).and_then(|picture| drawing::png(picture.size(), |area| picture.draw(area)));
     drawn.map_err(|reason| failed(fit, reason))
 }
 
 fn failed(fit: &Fit, reason: String) -> ReportError {
     ReportError::Draw { dataset: fit.dataset.clone(), reason }
-}
-
-fn encoded(pixels: &[u8], (width, height): (u32, u32)) -> Result<Vec<u8>, png::EncodingError> {
-    let mut bytes = Vec::new();
-    let mut encoder = png::Encoder::new(&mut bytes, width, height);
-    encoder.set_color(png::ColorType::Rgb);
-    encoder.set_depth(png::BitDepth::Eight);
-    encoder.set_compression(png::Compression::Default);
-    // Flat colours compress best unfiltered.
-    encoder.set_filter(png::FilterType::NoFilter);
-    let mut writer = encoder.write_header()?;
-    writer.write_image_data(pixels)?;
-    writer.finish()?;
-    Ok(bytes)
 }
 
 /// Everything that is drawn, laid out.
@@ -121,10 +97,7 @@ impl Picture {
         60 + 30 * self.summary.len() as i32 + warning + self.legend.height() + 14
     }
 
-    fn draw<DB: DrawingBackend>(
-        &self,
-        area: &DrawingArea<DB, plotters::coord::Shift>,
-    ) -> Result<Spots, String> {
+    fn draw<DB: DrawingBackend>(&self, area: &Area<DB>) -> Result<Spots, String> {
         let canvas = Canvas::new(area)?;
         canvas.text(&self.title, (MARGIN, 34), Anchor::Left, LARGE, INK)?;
         let mut y = 72;
@@ -138,7 +111,6 @@ impl Picture {
         }
         self.legend.draw(&canvas, (MARGIN, y - 12))?;
         self.panels(&canvas)?;
-        area.present().map_err(|error| error.to_string())?;
         Ok(canvas.spots())
     }
 

@@ -4,8 +4,9 @@ use plotters::prelude::*;
 
 use super::axis::Axis;
 use super::canvas::{Anchor, Canvas, GREY, INK, LARGE, SMALL};
+use super::drawing::Area;
 use super::frame::{Frame, Rect};
-use super::{MARGIN, WIDTH, encoded};
+use super::{MARGIN, WIDTH, drawing};
 use crate::accuracy::Row;
 use crate::report::accuracy::Pick;
 use crate::report::{ReportError, accuracy};
@@ -33,11 +34,7 @@ const COLORS: [RGBColor; 8] = [
 /// # Errors
 /// The drawing library gave up.
 pub fn svg(rows: &[Row]) -> Result<String, ReportError> {
-    let mut text = String::new();
-    let area = SVGBackend::with_string(&mut text, (WIDTH, HEIGHT)).into_drawing_area();
-    let done = draw(&area, rows);
-    drop(area);
-    done.map(|()| text).map_err(failed)
+    drawing::svg((WIDTH, HEIGHT), |area| draw(area, rows)).map(|(text, ())| text).map_err(failed)
 }
 
 /// accuracy.png as bytes.
@@ -45,11 +42,7 @@ pub fn svg(rows: &[Row]) -> Result<String, ReportError> {
 /// # Errors
 /// As [`svg`].
 pub fn png(rows: &[Row]) -> Result<Vec<u8>, ReportError> {
-    let mut pixels = vec![255; 3 * WIDTH as usize * HEIGHT as usize];
-    let area = BitMapBackend::with_buffer(&mut pixels, (WIDTH, HEIGHT)).into_drawing_area();
-    let done = draw(&area, rows);
-    drop(area);
-    done.and_then(|()| encoded(&pixels, (WIDTH, HEIGHT)).map_err(|error| error.to_string())).map_err(failed)
+    drawing::png((WIDTH, HEIGHT), |area| draw(area, rows)).map_err(failed)
 }
 
 fn failed(reason: String) -> ReportError {
@@ -71,10 +64,7 @@ fn series(rows: &[Row]) -> Vec<Series<'_>> {
     all
 }
 
-fn draw<DB: DrawingBackend>(
-    area: &DrawingArea<DB, plotters::coord::Shift>,
-    rows: &[Row],
-) -> Result<(), String> {
+fn draw<DB: DrawingBackend>(area: &Area<DB>, rows: &[Row]) -> Result<(), String> {
     let canvas = Canvas::new(area)?;
     canvas.text("Accuracy against time", (MARGIN, 34), Anchor::Left, LARGE, INK)?;
     let series = series(rows);
@@ -97,7 +87,7 @@ fn draw<DB: DrawingBackend>(
         let rect = Rect { left: left(column), top: HEAD, right: left(column + 1), bottom: HEIGHT as i32 - 8 };
         panel(&canvas, rect, title, &series, pick)?;
     }
-    area.present().map_err(|error| error.to_string())
+    Ok(())
 }
 
 fn panel<DB: DrawingBackend>(

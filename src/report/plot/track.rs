@@ -4,6 +4,7 @@ use plotters::prelude::*;
 
 use super::axis::Axis;
 use super::canvas::{Anchor, Canvas, GREY, INK, LARGE, SMALL, shortened};
+use super::drawing::{self, Area};
 use super::frame::{Frame, Rect};
 use super::series::{color, marker};
 use crate::impact::{Impact, Quantity, Scene};
@@ -56,18 +57,12 @@ pub fn svg(shot: &TrackShot, impact: &Impact, scene: &Scene) -> Result<String, R
 
 impl Picture<'_> {
     pub(in crate::report) fn svg(&self) -> Result<String, ReportError> {
-        let mut text = String::new();
+        let failed = |reason| ReportError::Draw { dataset: format!("shot {}", self.shot.name), reason };
         let size = (WIDTH as u32, HEIGHT as u32);
-        let area = SVGBackend::with_string(&mut text, size).into_drawing_area();
-        let drawn = self.draw(&area);
-        drop(area);
-        match drawn {
-            Ok(()) => Ok(text),
-            Err(reason) => Err(ReportError::Draw { dataset: format!("shot {}", self.shot.name), reason }),
-        }
+        drawing::svg(size, |area| self.draw(area)).map(|(text, ())| text).map_err(failed)
     }
 
-    fn draw<DB: DrawingBackend>(&self, area: &DrawingArea<DB, plotters::coord::Shift>) -> Result<(), String> {
+    fn draw<DB: DrawingBackend>(&self, area: &Area<DB>) -> Result<(), String> {
         let canvas = Canvas::new(area)?;
         let title = shortened(&format!("shot {}", self.shot.name), LARGE, WIDTH - 44);
         canvas.text(&title, (22, 32), Anchor::Left, LARGE, INK)?;
