@@ -144,12 +144,17 @@ fn wrong_types_in_dataset_toml() {
             "by = 3\nmu =",
             "dataset.toml:17: column 6: 3 is of the wrong type; expected text in quotation marks",
         ),
-        ("no kind", "kind = \"angles\"\n", "", "dataset.toml: the key kind is missing; expected kind = \"tracks\", \"impacts\" or \"angles\""),
+        (
+            "no kind",
+            "kind = \"angles\"\n",
+            "",
+            "dataset.toml: the key kind is missing; expected kind = \"tracks\", \"impacts\" or \"angles\"",
+        ),
         (
             "no assume",
             "assume = \"natural-roll\"\n",
             "",
-            "dataset.toml:13: column 1: the key assume is missing in [cue_spin]",
+            "dataset.toml:13: column 1: the key assume is missing in [cue_spin]; expected assume = \"stun\", \"natural-roll\", \"measured\" or \"unknown\"",
         ),
     ]);
 }
