@@ -294,6 +294,7 @@ fn wrong_use_is_refused() {
             ],
             "mu is both",
         ),
+        (&["compare", "data/synthetic-cloth-a", "data/synthetic-cloth-a"], "are both named"),
         (&["compare", "data/synthetic-cloth-a", "--share", "nu"], "expected one of mu, mu_s, e, mu_k"),
     ] {
         let output = run(args);
@@ -346,4 +347,58 @@ fn points_of_a_comparison_lead_to_their_shots() {
         assert!(page.contains(&format!("id=\"{link}\"")), "{link}");
     }
     assert_eq!(page.matches("aria-label=\"track of shot").count(), 60);
+}
+
+/// A copy of a shipped data set whose dataset.toml says something else.
+fn changed(name: &str, folder: &Path, from: &str, to: &str) -> String {
+    let own = folder.join(name);
+    std::fs::create_dir(&own).unwrap();
+    let shipped = Path::new(env!("CARGO_MANIFEST_DIR")).join("data").join(name);
+    std::fs::copy(shipped.join("tracks.csv"), own.join("tracks.csv")).unwrap();
+    let manifest = std::fs::read_to_string(shipped.join("dataset.toml")).unwrap();
+    assert!(manifest.contains(from));
+    std::fs::write(own.join("dataset.toml"), manifest.replace(from, to)).unwrap();
+    own.to_str().unwrap().to_string()
+}
+
+/// What a comparison of velocities cannot do for spins that were found from the motion is said first.
+#[test]
+fn spins_from_the_motion_are_warned_of() {
+    let folder = tempfile::tempdir().unwrap();
+    let unknown =
+        changed("synthetic-cloth-a", folder.path(), "assume = \"natural-roll\"", "assume = \"unknown\"");
+    let out = folder.path().join("out");
+    let output =
+        run(&["compare", &unknown, "data/synthetic-cloth-b", "--json", "--out", out.to_str().unwrap()]);
+    assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stderr));
+    let value: Value = serde_json::from_slice(&output.stdout).unwrap();
+    let first = value["warnings"][0].as_str().unwrap();
+    assert!(first.contains("synthetic-cloth-a were found from the motion"), "{first}");
+    assert!(!first.contains("synthetic-cloth-b"), "{first}");
+}
+
+/// The losses and constraints of each dataset.toml, and --loss in the place of the former.
+#[test]
+fn what_dataset_toml_says_is_honoured() {
+    let folder = tempfile::tempdir().unwrap();
+    let robust = "[fit]\nloss = \"huber\"\nconstraints = [\"mu_s <= 0.2\"]\n\n[video]";
+    let a = changed("synthetic-cloth-a", folder.path(), "[video]", robust);
+    let out = folder.path().join("out");
+    let with = |more: &[&str]| -> Value {
+        let all = ["compare", &a, "data/synthetic-cloth-b", "--json", "--out", out.to_str().unwrap()];
+        let output = run(&[&all, more].concat());
+        assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stderr));
+        serde_json::from_slice(&output.stdout).unwrap()
+    };
+    let value = with(&[]);
+    assert_eq!(value["fidelity"], "auto");
+    assert_eq!(value["robust"]["losses"], serde_json::json!(["huber"]));
+    assert_eq!(value["parameters"][1]["same_or_different"]["test"], "Wald statistic");
+    assert_eq!(value["constraints"][0]["holds_with_equality"], true);
+    assert!((value["parameters"][1]["estimates"][0]["estimate"].as_f64().unwrap() - 0.2).abs() < 1e-9);
+    let page = std::fs::read_to_string(out.join("report.html")).unwrap();
+    assert!(page.contains("Shots that count less, huber loss") && page.contains("mu_s &lt;= 0.2"));
+    let value = with(&["--loss", "squares"]);
+    assert!(value["robust"].is_null());
+    assert_eq!(value["parameters"][1]["same_or_different"]["test"], "likelihood ratio");
 }

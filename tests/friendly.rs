@@ -267,3 +267,71 @@ fn an_interrupted_run_leaves_what_was_there() {
     assert_eq!(fs::read_dir(&own).unwrap().count(), 1);
     assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 1, "something was left beside it");
 }
+
+/// One ball's part of [`tracker`], under the name that Tracker gives it, in the times of slow motion at 30 fps.
+fn mass(name: &str, ball: usize) -> String {
+    let mut text = format!(",{name},\nt,x,y\n");
+    for line in tracker().lines().skip(3) {
+        let cells: Vec<&str> = line.split(',').collect();
+        let time: f64 = cells[0].parse().unwrap();
+        text += &format!("{},{},{}\n", time * FPS / 30.0, cells[1 + 2 * ball], cells[2 + 2 * ball]);
+    }
+    text
+}
+
+/// A folder of exports of one ball each, of slow motion: what init drafts from it needs its blanks filled and no more, and
+/// what is the same in every file is said once.
+#[test]
+fn a_folder_of_single_tracks_in_slow_motion() {
+    let folder = tempfile::tempdir().unwrap();
+    for shot in ["one", "two"] {
+        for (ball, letter) in ["A", "B"].into_iter().enumerate() {
+            let file = folder.path().join(format!("{shot}-{letter}.txt"));
+            fs::write(file, mass(&format!("mass {letter}"), ball)).unwrap();
+        }
+    }
+    let output = caromfit([Path::new("init"), folder.path()]);
+    let (said, _) = status(&output, 0);
+    assert!(said.contains("4 file(s) of tracks") && said.contains("follow 30 frames"), "{said}");
+    let path = folder.path().join("dataset.toml");
+    let draft = fs::read_to_string(&path).unwrap();
+    let filled = draft
+        .replace("# assume = \"…\"", "assume = \"natural-roll\"")
+        .replace("# capture_fps = …", "capture_fps = 1000");
+    fs::write(&path, &filled).unwrap();
+    let output = caromfit([Path::new("check"), folder.path()]);
+    let (_, error) = status(&output, 2);
+    assert!(error.contains("write playback_fps = 30"), "{error}");
+    assert_eq!(error.matches("write playback_fps").count(), 1, "{error}");
+    assert!(error.contains("the same in "), "{error}");
+    fs::write(&path, filled.replace("# playback_fps = 30", "playback_fps = 30")).unwrap();
+    let output = caromfit([Path::new("check"), folder.path()]);
+    let (said, _) = status(&output, 0);
+    assert!(said.contains("2 shot(s) can be used, 0 left out"), "{said}");
+    assert!(said.contains("one-A.txt and 1 more: read as Tracker"), "{said}");
+    fs::write(&path, filled.replace("# playback_fps = 30", "playback_fps = 15")).unwrap();
+    let output = caromfit([Path::new("check"), folder.path()]);
+    let (_, error) = status(&output, 2);
+    assert!(error.contains("closer than [video] playback_fps = 15 allows"), "{error}");
+}
+
+#[test]
+fn what_init_cannot_take_is_said() {
+    let folder = tempfile::tempdir().unwrap();
+    let output = caromfit([Path::new("init"), folder.path()]);
+    let (_, error) = status(&output, 2);
+    assert!(error.contains("holds no table (a file that ends in .csv, .txt"), "{error}");
+    let film = folder.path().join("clip.mp4");
+    fs::write(&film, [0_u8, 0, 0, 0x20, 0x66, 0x74, 0x79, 0x70, 0xff, 0xfe, 0x0a]).unwrap();
+    let output = caromfit([Path::new("init"), &film]);
+    let (_, error) = status(&output, 2);
+    assert!(error.contains("not the film itself"), "{error}");
+    assert!(!folder.path().join("dataset.toml").exists());
+}
+
+#[test]
+fn a_folder_of_data_sets_is_none_but_says_which_it_holds() {
+    let output = caromfit([Path::new("fit"), &root().join("data")]);
+    let (_, error) = status(&output, 2);
+    assert!(error.contains("alciatore-2006") && error.contains("more do"), "{error}");
+}

@@ -71,6 +71,9 @@ pub fn files(
     ])
 }
 
+/// Smaller probabilities are not told apart.
+const LEAST_P: f64 = 1e-4;
+
 /// The table that `caromfit compare` prints.
 #[must_use]
 pub fn table(comparison: &Comparison) -> String {
@@ -173,9 +176,9 @@ pub(super) fn lines(comparison: &Comparison, compared: &Compared) -> Vec<String>
     if let Some(test) = compared.same_or_different {
         let verdict = if test.p_value < Difference::LEVEL { "different" } else { "no difference is seen" };
         lines.push(format!(
-            "same or different: {verdict} (p = {}, {} {} for {} more parameter(s), ΔAIC {:+.1} for \
+            "same or different: {verdict} ({}, {} {} for {} more parameter(s), ΔAIC {:+.1} for \
              \"different\")",
-            p_text(test.p_value),
+            p_is(test.p_value),
             test.by.name(),
             plain(test.statistic, 3),
             test.extra_parameters,
@@ -185,12 +188,12 @@ pub(super) fn lines(comparison: &Comparison, compared: &Compared) -> Vec<String>
     for d in &compared.differences {
         let verdict = if d.is_real() { "real" } else { "may be chance" };
         lines.push(format!(
-            "{} − {}: {} {}, p = {}, corrected {}: {verdict}",
+            "{} − {}: {} {}, {}, corrected {}: {verdict}",
             name(d.second),
             name(d.first),
             with_error(d.value, d.std_error),
             interval(d.interval_95, Some(d.std_error)),
-            p_text(d.p_value),
+            p_is(d.p_value),
             p_text(d.p_holm)
         ));
         if let Some(words) = d.words.as_ref().filter(|_| d.is_real()) {
@@ -214,8 +217,12 @@ pub(super) fn lines(comparison: &Comparison, compared: &Compared) -> Vec<String>
     lines
 }
 
+fn p_is(p: f64) -> String {
+    if p < LEAST_P { format!("p < {LEAST_P}") } else { format!("p = {}", plain(p, 2)) }
+}
+
 pub(super) fn p_text(p: f64) -> String {
-    if p < 1e-4 { "below 0.0001".to_owned() } else { plain(p, 2) }
+    if p < LEAST_P { format!("below {LEAST_P}") } else { plain(p, 2) }
 }
 
 /// compare.json as text.
