@@ -16,6 +16,7 @@ use caromfit::relation::Relation;
 use caromfit::synth::{Kind, Noise, Played, Spec, Truth};
 use serde_json::Value;
 
+use crate::extraction::count;
 use crate::synthetic::{made, made_with, spec};
 
 const MU_S: Quantity = Quantity::Parameter(Parameter::MuS);
@@ -214,25 +215,28 @@ fn what_cannot_tell_is_said_and_left_out() {
     assert!(of(&comparison, Quantity::Parameter(Parameter::Mu)).left_out.is_empty());
 }
 
-/// With CAROMFIT_COMPARISONS=1000: tests/reference/studies.md.
-#[test]
-fn differences_are_found_where_they_are_and_hardly_elsewhere() {
-    let count: u64 = std::env::var("CAROMFIT_COMPARISONS").ok().and_then(|n| n.parse().ok()).unwrap_or(100);
+/// How often a difference is found: where there is none, by the pair and by "same" against "different", and where there is
+/// one that 80 % of experiments should find.
+fn rates(count: u64, loss: Loss) {
+    let options = Options { loss: Some(loss), ..Options::default() };
     let (mut chance, mut ratio, mut found) = (0, 0, 0);
     for seed in 0..count {
         let a = cloth("a", 0.3, 2 * seed, 40, Played::NaturalRoll);
         let b = cloth("b", 0.3, 2 * seed + 1, 40, Played::NaturalRoll);
-        let comparison = compare(&[a.clone(), b], &Options::default()).unwrap();
+        let comparison = compare(&[a.clone(), b], &options).unwrap();
         let compared = of(&comparison, MU_S);
         chance += u64::from(compared.differences[0].is_real());
         ratio += u64::from(compared.same_or_different.unwrap().p_value < 0.05);
         // 2.8 standard errors of a difference, which 80 % of experiments find
         let detectable = 2.8 * compared.differences[0].std_error;
         let b = cloth("b", 0.3 + detectable, 2 * seed + 1, 40, Played::NaturalRoll);
-        let comparison = compare(&[a, b], &Options::default()).unwrap();
+        let comparison = compare(&[a, b], &options).unwrap();
         found += u64::from(of(&comparison, MU_S).differences[0].is_real());
     }
-    println!("of {count}: {chance} false by the difference, {ratio} by the likelihood ratio; {found} found");
+    println!(
+        "{}, of {count}: {chance} false by the difference, {ratio} by \"same or different\"; {found} found",
+        loss.name()
+    );
     // four standard deviations of a count
     let within = |seen: u64, expected: f64| {
         let n = count as f64;
@@ -241,6 +245,18 @@ fn differences_are_found_where_they_are_and_hardly_elsewhere() {
     assert!(within(chance, 0.05), "{chance} of {count}");
     assert!(within(ratio, 0.05), "{ratio} of {count}");
     assert!(within(found, 0.8), "{found} of {count}");
+}
+
+/// With CAROMFIT_COMPARISONS=1000: tests/reference/studies.md.
+#[test]
+fn differences_are_found_where_they_are_and_hardly_elsewhere() {
+    rates(count("CAROMFIT_COMPARISONS", 100) as u64, Loss::Squares);
+}
+
+/// The errors of a robust loss are from the scatter of the shots.
+#[test]
+fn with_a_robust_loss_too() {
+    rates(count("CAROMFIT_COMPARISONS", 30) as u64, Loss::Huber);
 }
 
 fn run(args: &[&str]) -> std::process::Output {
