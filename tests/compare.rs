@@ -13,7 +13,7 @@ use caromfit::loss::Loss;
 use caromfit::observable::Observable;
 use caromfit::parameters::Parameter;
 use caromfit::relation::Relation;
-use caromfit::synth::{Kind, Noise, Played, Spec, Truth};
+use caromfit::synth::{self, Kind, Noise, Played, Spec, Truth};
 use serde_json::Value;
 
 use crate::extraction::count;
@@ -381,15 +381,27 @@ fn changed(name: &str, folder: &Path, from: &str, to: &str) -> String {
 #[test]
 fn spins_from_the_motion_are_warned_of() {
     let folder = tempfile::tempdir().unwrap();
-    let unknown =
-        changed("synthetic-cloth-a", folder.path(), "assume = \"natural-roll\"", "assume = \"unknown\"");
+    // draw, which no path in natural roll explains
+    let drawn = folder.path().join("drawn");
+    std::fs::create_dir(&drawn).unwrap();
+    let usual = spec(Kind::Tracks, &[Played::Draw], 8, 3);
+    for (name, content) in synth::generate(&Spec { name: "drawn".to_string(), ..usual }).unwrap() {
+        let content = content.replace("assume = \"measured\"", "assume = \"unknown\"");
+        std::fs::write(drawn.join(name), content.replace("shots = \"shots.csv\"", "")).unwrap();
+    }
     let out = folder.path().join("out");
-    let output =
-        run(&["compare", &unknown, "data/synthetic-cloth-b", "--json", "--out", out.to_str().unwrap()]);
+    let output = run(&[
+        "compare",
+        drawn.to_str().unwrap(),
+        "data/synthetic-cloth-b",
+        "--json",
+        "--out",
+        out.to_str().unwrap(),
+    ]);
     assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stderr));
     let value: Value = serde_json::from_slice(&output.stdout).unwrap();
     let first = value["warnings"][0].as_str().unwrap();
-    assert!(first.contains("synthetic-cloth-a were found from the motion"), "{first}");
+    assert!(first.contains("drawn were found from the motion"), "{first}");
     assert!(!first.contains("synthetic-cloth-b"), "{first}");
 }
 
