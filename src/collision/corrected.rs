@@ -13,7 +13,7 @@ use crate::friction::Law;
 /// What is added to the components of an outcome, in the order of [`Outcome::components`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Correction {
-    /// At [`Correction::at`].
+    /// At the coefficients `at`.
     pub value: SVector<f64, 12>,
     /// By μ, μ_s, e, and b and c of a friction that falls.
     pub slope: SMatrix<f64, 12, 5>,
