@@ -8,8 +8,10 @@ use crate::collision::Coefficients;
 use crate::observable::Observable;
 use crate::optimise::{self, Activity, Constraints};
 use crate::parameters::{Parameter, Settings};
-use crate::residuals::{EstimatedSd, Problem, Whitening, common_shifts, difference};
+use crate::predict::difference;
+use crate::residuals::Problem;
 use crate::values::Values;
+use crate::whitening::{At, EstimatedSd, Hold, Whitening};
 
 /// Weights rest when no estimated standard deviation and no parameter moves by more than this part.
 const AT_REST: f64 = 1e-9;
@@ -143,6 +145,9 @@ pub(super) fn coefficients(settings: &Settings, columns: &Columns, x: &[f64]) ->
     values.coefficients
 }
 
+/// Inputs of shots that are best at a kink are held on one side of it from this round on.
+const HOLD_FROM: usize = 4;
+
 /// Fits until the weights rest; with given weights, once.
 pub(super) fn solve(
     samples: &[Sample],
@@ -184,19 +189,25 @@ pub(super) fn solve(
         .collect();
     let mut x = pad(&layout.start, 0.0);
     let mut sds = weights.map_or_else(|| first_noise(samples, layout, x.as_slice()), |(_, sds)| sds.to_vec());
+    let mut before: Vec<Whitening> = Vec::new();
     for round in 0.. {
         let held: Vec<Coefficients> = (0..samples.len())
             .map(|i| coefficients(&layout.settings[i], &layout.columns[i], x.as_slice()))
             .collect();
         let whitening: Vec<Whitening> = match weights {
             Some((whitening, _)) => whitening.to_vec(),
-            None => samples
-                .iter()
-                .zip(&held)
-                .zip(&sds)
-                .map(|((sample, at), sds)| {
-                    let common = common_shifts(&sample.fitted, &sample.model, at, &sample.shared_errors)?;
-                    Some(Whitening::new(&sample.fitted, &sample.model, at, sds)?.with_common(common))
+            None => (0..samples.len())
+                .map(|i| {
+                    let sample = &samples[i];
+                    let at = At {
+                        model: &sample.model,
+                        coefficients: &held[i],
+                        estimated: &sds[i],
+                        hold: if round >= HOLD_FROM { Hold::AtKinks } else { Hold::None },
+                        shared_errors: &sample.shared_errors,
+                        shared: &x.as_slice()[shared[i].clone()],
+                    };
+                    Whitening::new(&sample.fitted, &at, before.get(i))
                 })
                 .collect::<Option<_>>()
                 .ok_or(CompareError::NoWeights)?,
@@ -219,7 +230,7 @@ pub(super) fn solve(
         let mut moved = (&solution.x - &x).amax();
         x = solution.x.clone();
         if weights.is_none() {
-            moved = moved.max(reweigh(samples, layout, x.as_slice(), &mut sds, count));
+            moved = moved.max(reweigh(samples, layout, x.as_slice(), &whitening, &mut sds, count));
         }
         let rest = moved < AT_REST || weights.is_some();
         if rest || round + 1 >= MAX_ROUNDS {
@@ -239,6 +250,7 @@ pub(super) fn solve(
                 sds,
             });
         }
+        before = whitening;
     }
     Err(CompareError::NoWeights)
 }
@@ -269,13 +281,21 @@ fn covariance(jacobian: &DMatrix<f64>, silent: &[bool], count: usize) -> Option<
 
 /// Sums over the observations without stated errors: of squares, of what the inputs add, and how many; of all
 /// samples of a data set together.
-fn sums(samples: &[Sample], layout: &Layout, x: &[f64]) -> Vec<Vec<(Observable, f64, f64, usize)>> {
+fn sums(
+    samples: &[Sample],
+    layout: &Layout,
+    x: &[f64],
+    whitening: &[Whitening],
+) -> Vec<Vec<(Observable, f64, f64, usize)>> {
+    let plain = Whitening::none();
     let datasets = samples.iter().map(|sample| sample.dataset + 1).max().unwrap_or(0);
     let mut all: Vec<Vec<(Observable, f64, f64, usize)>> = vec![Vec::new(); datasets];
     for (i, sample) in samples.iter().enumerate() {
         let at = coefficients(&layout.settings[i], &layout.columns[i], x);
-        for shot in &sample.fitted {
-            let Ok(prediction) = shot.plan.predict(&sample.model, &at) else { continue };
+        let whitening = whitening.get(i).unwrap_or(&plain);
+        for (number, shot) in sample.fitted.iter().enumerate() {
+            let predicted = whitening.predict(number, &shot.plan, &sample.model, &at);
+            let Ok(prediction) = predicted else { continue };
             for (row, measurement) in shot.plan.rows().iter().enumerate() {
                 if measurement.measured.sd.is_some() {
                     continue;
@@ -296,7 +316,7 @@ fn sums(samples: &[Sample], layout: &Layout, x: &[f64]) -> Vec<Vec<(Observable, 
 }
 
 fn first_noise(samples: &[Sample], layout: &Layout, x: &[f64]) -> Vec<EstimatedSd> {
-    let of_dataset: Vec<EstimatedSd> = sums(samples, layout, x)
+    let of_dataset: Vec<EstimatedSd> = sums(samples, layout, x, &[])
         .into_iter()
         .map(|sums| {
             let sd = |square: f64, n: usize| if square > 0.0 { (square / n as f64).sqrt() } else { 1.0 };
@@ -312,10 +332,11 @@ fn reweigh(
     samples: &[Sample],
     layout: &Layout,
     x: &[f64],
+    whitening: &[Whitening],
     sds: &mut [EstimatedSd],
     parameters: usize,
 ) -> f64 {
-    let all = sums(samples, layout, x);
+    let all = sums(samples, layout, x, whitening);
     let total: usize = samples.iter().flat_map(|s| &s.fitted).map(|shot| shot.plan.rows().len()).sum();
     let left = 1.0 - parameters as f64 / total as f64;
     let mut changed = 0.0_f64;

@@ -9,7 +9,8 @@ use super::{
 use crate::collision::Coefficients;
 use crate::dataset::{Dataset, Measured};
 use crate::parameters::Parameter;
-use crate::residuals::{covariance, difference};
+use crate::predict::difference;
+use crate::whitening::covariance;
 
 /// What a label says about a parameter.
 #[derive(Clone, PartialEq)]
@@ -408,8 +409,9 @@ fn residuals(samples: &[Sample], layout: &Layout, solved: &Solved) -> Vec<LabelR
     let mut all = Vec::new();
     for (number, sample) in samples.iter().enumerate() {
         let at = coefficients(&layout.settings[number], &layout.columns[number], &solved.x);
-        for (shot, name) in sample.fitted.iter().zip(&sample.names) {
-            let Ok(prediction) = shot.plan.predict(&sample.model, &at) else { continue };
+        for (i, (shot, name)) in sample.fitted.iter().zip(&sample.names).enumerate() {
+            let predicted = solved.whitening[number].predict(i, &shot.plan, &sample.model, &at);
+            let Ok(prediction) = predicted else { continue };
             let covariance = covariance(&shot.plan, &prediction, &solved.sds[number]);
             for (row, measurement) in shot.plan.rows().iter().enumerate() {
                 let observable = measurement.observable;

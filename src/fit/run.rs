@@ -14,16 +14,18 @@ use super::{
     Method, Noise, Options, Rejected, Residual, Status, bootstrap, choice, compare_models, contour, goodness,
     starts,
 };
-use crate::collision::{Coefficients, Effects, Model};
+use crate::collision::{Effects, Model};
 use crate::dataset::{Dataset, Shot};
 use crate::friction::Law;
 use crate::impact::film;
 use crate::loss::Loss;
 use crate::observable::Observable;
 use crate::parameters::{Parameter, Settings};
+use crate::predict::difference;
 use crate::relation::Relation;
-use crate::residuals::{EstimatedSd, Fitted, Problem, Whitening, are_filmed, covariance, difference};
+use crate::residuals::{Fitted, Problem, are_filmed};
 use crate::values::Values;
+use crate::whitening::{EstimatedSd, Whitening, covariance};
 
 /// With more shots than this the profiles, the regions of pairs of parameters and the other models, some hundred fits,
 /// would take longer than reading and extracting…
@@ -165,7 +167,7 @@ pub(super) fn fit_shots(
                 std_error: None,
                 interval_95: quantiles.as_ref().map(|quantiles| {
                     let t = quantiles.one_sided;
-                    search.plateau_interval(plateau, &minimum.values, &estimated, t)
+                    search.plateau_interval(plateau, &minimum, &estimated, t)
                 }),
                 intervals: Intervals::default(),
                 std_error_at_bound: None,
@@ -190,8 +192,6 @@ pub(super) fn fit_shots(
         }
     }
     let at_minimum = minimum.values.model(&model);
-    let residuals = residual_rows(shots, &fitted, &at_minimum, &minimum.values.coefficients, &estimated);
-    let noise = noise_rows(&fitted, &residuals, &estimated);
     let sds: EstimatedSd = estimated.iter().map(|g| (g.observable, g.sd)).collect();
     // what is said of residuals is said of what was extracted, also where frames were fitted
     let of_velocities = if are_filmed(search.fitted) {
@@ -201,6 +201,8 @@ pub(super) fn fit_shots(
         None
     };
     let seen = of_velocities.as_ref().unwrap_or(&minimum);
+    let residuals = residual_rows(shots, &fitted, &at_minimum, seen, &estimated);
+    let noise = noise_rows(&fitted, &residuals, &estimated);
     let context = goodness::Context {
         shots,
         fitted: &fitted,
@@ -506,14 +508,15 @@ fn residual_rows(
     shots: &[&Shot],
     fitted: &[Fitted],
     model: &Model,
-    at: &Coefficients,
+    at: &Minimum,
     groups: &[Group],
 ) -> Vec<Residual> {
     let sds: EstimatedSd =
         groups.iter().map(|g| (g.observable, if g.estimable { g.sd } else { f64::NAN })).collect();
     let mut rows = Vec::new();
-    for Fitted { index, plan, .. } in fitted {
-        let Ok(prediction) = plan.predict(model, at) else { continue };
+    for (number, Fitted { index, plan, .. }) in fitted.iter().enumerate() {
+        let predicted = at.whitening.predict(number, plan, model, &at.values.coefficients);
+        let Ok(prediction) = predicted else { continue };
         let covariance = covariance(plan, &prediction, &sds);
         for (i, row) in plan.rows().iter().enumerate() {
             let sd = covariance[(i, i)].sqrt();

@@ -7,14 +7,15 @@ mod start;
 use nalgebra::{SMatrix, SVector};
 
 use seen::View;
-pub use seen::wrap;
-use start::Start;
+pub use seen::{difference, wrap};
+use start::{Start, State};
 
 use crate::ball::BallState;
 use crate::collision::{Coefficients, Corrected, Correction, Effects, Fidelity, Model, NotACollision};
 use crate::dataset::{Before, Joint, Measurement, Shot, Spin};
 use crate::effects::{self, Choice, Compared};
 use crate::friction::Law;
+use crate::inputs::Together;
 use crate::observable::{Axis, Observable};
 use crate::parameters::Parameter;
 
@@ -41,12 +42,10 @@ pub struct Prediction {
 /// What of a shot is input and what is observed.
 #[derive(Clone, Debug)]
 pub struct Plan {
-    before: Before,
-    spin: Spin,
-    /// The speed afterwards from which the speed before is solved, and where it stands in `asked`.
-    solved_from: Option<Measurement>,
+    state: State,
     rows: Vec<Measurement>,
     joint: Option<Box<Joint>>,
+    together: Option<Box<Together>>,
     variance_in: SVector<f64, INPUTS>,
     /// In the place of the fidelity and the effects of the model.
     choice: Option<(Fidelity, Effects)>,
@@ -88,6 +87,17 @@ fn take_solvable(rows: &mut Vec<Measurement>) -> Option<Measurement> {
     Some(rows.remove(index))
 }
 
+fn cut(before: &Before) -> f64 {
+    match before {
+        Before::Angle { cut, .. } => cut.value,
+        Before::Impact { normal, velocity } => {
+            let [nx, ny] = normal.map(|m| m.value);
+            let [vx, vy] = velocity.map(|m| m.value);
+            (nx * vy - ny * vx).atan2(nx * vx + ny * vy)
+        }
+    }
+}
+
 impl Plan {
     /// # Errors
     /// A shot with unknown spin, or whose speed is needed and neither given nor to be solved for.
@@ -127,12 +137,13 @@ impl Plan {
             }
             Spin::Stun | Spin::NaturalRoll => {}
         }
+        let Shot { before, spin, .. } = *shot;
+        let side = if cut(&before) < 0.0 { -1.0 } else { 1.0 };
         Ok(Self {
-            before: shot.before,
-            spin: shot.spin,
-            solved_from,
+            state: State { before, spin, solved_from, side },
             rows,
             joint: shot.joint.clone(),
+            together: shot.joint.as_deref().and_then(Together::new).map(Box::new),
             variance_in,
             choice: None,
             correction: None,
@@ -154,7 +165,7 @@ impl Plan {
     ) -> Result<Choice, Unpredictable> {
         (self.choice, self.correction) = (None, None);
         let speed = self.predict(model, coefficients)?.speed;
-        let start = Start::new(&self.before, &self.spin, speed, model.ball.radius);
+        let start = Start::new(&self.state, speed, model.ball.radius);
         // an error of an angle is one of a velocity over the speed; the object ball is the slower the thinner
         let cos = start.cut.cos();
         let relative = |row: &Measurement| {
@@ -241,7 +252,7 @@ impl Plan {
     /// As [`Plan::predict`].
     pub fn cue(&self, model: &Model, coefficients: &Coefficients) -> Result<BallState, Unpredictable> {
         let speed = self.predict(model, coefficients)?.speed;
-        Ok(Start::new(&self.before, &self.spin, speed, model.ball.radius).cue)
+        Ok(Start::new(&self.state, speed, model.ball.radius).cue)
     }
 
     /// How the shot's collision is computed: as was chosen for it, or by the model.
@@ -266,6 +277,18 @@ impl Plan {
         self.joint.as_deref()
     }
 
+    /// The same, taken apart.
+    #[must_use]
+    pub fn together(&self) -> Option<&Together> {
+        self.together.as_deref()
+    }
+
+    /// Whether any input has an error that can be told from those of the observations.
+    #[must_use]
+    pub fn has_uncertain_inputs(&self) -> bool {
+        self.joint.is_none() == self.together.is_none() && self.variance_in.amax() > 0.0
+    }
+
     /// Variances of the inputs; an input without a stated error counts as exact.
     #[must_use]
     pub fn variance_in(&self) -> &SVector<f64, INPUTS> {
@@ -275,50 +298,67 @@ impl Plan {
     /// Whether the incoming speed is known, measured or solved for.
     #[must_use]
     pub fn knows_speed(&self) -> bool {
-        !matches!(self.before, Before::Angle { speed: None, .. }) || self.solved_from.is_some()
+        !matches!(self.state.before, Before::Angle { speed: None, .. }) || self.state.solved_from.is_some()
     }
 
     /// Whether the cue ball has topspin about the line of centres, so that it presses the object
     /// ball into the cloth.
     #[must_use]
     pub fn has_topspin(&self) -> bool {
-        let start = Start::new(&self.before, &self.spin, 1.0, 1.0);
+        let start = Start::new(&self.state, 1.0, 1.0);
         start.cue.spin.y > 0.0
     }
 
     /// Cut angle, radians.
     #[must_use]
     pub fn cut(&self) -> f64 {
-        match self.before {
-            Before::Angle { cut, .. } => cut.value,
-            Before::Impact { normal, velocity } => {
-                let [nx, ny] = normal.map(|m| m.value);
-                let [vx, vy] = velocity.map(|m| m.value);
-                (nx * vy - ny * vx).atan2(nx * vx + ny * vy)
-            }
-        }
+        cut(&self.state.before)
     }
 
+    /// From the state before the impact as it was measured.
+    ///
     /// # Errors
     /// What is no collision, and a speed that cannot be solved for.
     pub fn predict(&self, model: &Model, coefficients: &Coefficients) -> Result<Prediction, Unpredictable> {
-        match (self.before, self.solved_from) {
+        self.predict_from(&self.state, model, coefficients)
+    }
+
+    /// With the inputs moved by so much from what was measured.
+    ///
+    /// # Errors
+    /// As [`Plan::predict`].
+    pub fn predict_moved(
+        &self,
+        by: &SVector<f64, INPUTS>,
+        model: &Model,
+        coefficients: &Coefficients,
+    ) -> Result<Prediction, Unpredictable> {
+        self.predict_from(&self.state.moved(by), model, coefficients)
+    }
+
+    fn predict_from(
+        &self,
+        state: &State,
+        model: &Model,
+        coefficients: &Coefficients,
+    ) -> Result<Prediction, Unpredictable> {
+        match (state.before, state.solved_from) {
             (Before::Angle { speed: None, .. }, Some(known)) => {
-                self.predict_solved(model, coefficients, known)
+                self.predict_solved(state, model, coefficients, known)
             }
             (Before::Angle { speed: None, .. }, None) if model.law != Law::Constant => {
                 Err(Unpredictable::FallsWithoutSpeed)
             }
             (Before::Angle { speed: None, .. }, None) => {
                 // the outcome is proportional to the speed and only angles and ratios are asked for
-                self.predict_at(model, coefficients, 1.0, None)
+                self.predict_at(state, model, coefficients, 1.0, None)
             }
             (Before::Angle { speed: Some(speed), .. }, _) => {
-                self.predict_at(model, coefficients, speed.value, None)
+                self.predict_at(state, model, coefficients, speed.value, None)
             }
             (Before::Impact { velocity, .. }, _) => {
                 let speed = velocity[0].value.hypot(velocity[1].value);
-                self.predict_at(model, coefficients, speed, None)
+                self.predict_at(state, model, coefficients, speed, None)
             }
         }
     }
@@ -327,6 +367,7 @@ impl Plan {
     /// dU = (d known − f_θ dθ)/f_U.
     fn predict_solved(
         &self,
+        state: &State,
         model: &Model,
         coefficients: &Coefficients,
         known: Measurement,
@@ -338,7 +379,7 @@ impl Plan {
         let failed = Unpredictable::NoSpeed { column: known.observable.column(), value: target };
         let mut speed = target;
         for _ in 0..MAX_STEPS {
-            let p = self.predict_at(model, coefficients, speed, Some(known.observable))?;
+            let p = self.predict_at(state, model, coefficients, speed, Some(known.observable))?;
             let row = self.rows.len();
             let (value, slope) = (p.values[row], p.by_inputs[(row, 1)]);
             let step = (target - value) / slope;
@@ -363,6 +404,7 @@ impl Plan {
     /// At a given speed; `extra` is one more observable behind the rows.
     fn predict_at(
         &self,
+        state: &State,
         model: &Model,
         coefficients: &Coefficients,
         speed: f64,
@@ -370,7 +412,7 @@ impl Plan {
     ) -> Result<Prediction, Unpredictable> {
         let collision = self.collision(model);
         let model = &collision.model;
-        let start = Start::new(&self.before, &self.spin, speed, model.ball.radius);
+        let start = Start::new(state, speed, model.ball.radius);
         let (outcome, jacobian, by_law) = collision.collide_with_all(&start.cue, coefficients)?;
         let mut by_parameters = SMatrix::<f64, 12, { Parameter::ALL.len() }>::zeros();
         by_parameters.fixed_columns_mut::<3>(0).copy_from(&jacobian.fixed_columns::<3>(0));
@@ -400,7 +442,7 @@ impl Plan {
     /// and Rω_z/U.
     #[must_use]
     pub fn spin_ratios(&self, speed: f64, radius: f64) -> [f64; 2] {
-        let BallState { velocity, spin } = Start::new(&self.before, &self.spin, speed, radius).cue;
+        let BallState { velocity, spin } = Start::new(&self.state, speed, radius).cue;
         let forward = spin.y * velocity.x - spin.x * velocity.y;
         [radius * forward / velocity.norm_squared(), radius * spin.z / velocity.norm()]
     }

@@ -80,7 +80,7 @@ impl View<'_> {
     }
 
     pub fn observe(&self, observable: Observable) -> Seen {
-        let side = if self.start.cut < 0.0 { -1.0 } else { 1.0 };
+        let side = self.start.side;
         let seen = |(value, by_outcome)| Seen { value, by_outcome, by_input: SVector::zeros() };
         // side·(outgoing − φ)
         let against_incoming = |(direction, by): (f64, SVector<f64, 12>)| Seen {
@@ -150,4 +150,11 @@ pub fn wrap(angle: f64) -> f64 {
     use std::f64::consts::{PI, TAU};
     let turned = angle.rem_euclid(TAU);
     if turned > PI { turned - TAU } else { turned }
+}
+
+/// Predicted less measured; an angle's difference is brought to (−π, π].
+#[must_use]
+pub fn difference(observable: Observable, predicted: f64, measured: f64) -> f64 {
+    let difference = predicted - measured;
+    if observable.is_angle() { wrap(difference) } else { difference }
 }

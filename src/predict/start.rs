@@ -5,13 +5,52 @@ use nalgebra::{SMatrix, SVector, Vector3};
 use super::INPUTS;
 use crate::ball::BallState;
 use crate::contact::CollisionFrame;
-use crate::dataset::{Before, Spin};
+use crate::dataset::{Before, Measurement, Spin};
+
+/// The measured state before the impact.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct State {
+    pub before: Before,
+    pub spin: Spin,
+    /// The speed afterwards from which the speed before is solved.
+    pub solved_from: Option<Measurement>,
+    /// The sign of the cut angle that was measured, which angles are counted from.
+    pub side: f64,
+}
+
+impl State {
+    /// With its inputs moved by so much, in the order of [`INPUTS`].
+    pub fn moved(mut self, by: &SVector<f64, INPUTS>) -> Self {
+        match &mut self.before {
+            Before::Impact { normal: [x, y], velocity } => {
+                let (sin, cos) = by[0].sin_cos();
+                (x.value, y.value) = (x.value * cos - y.value * sin, x.value * sin + y.value * cos);
+                velocity[0].value += by[1];
+                velocity[1].value += by[2];
+            }
+            Before::Angle { cut, speed } => {
+                cut.value += by[0];
+                if let Some(speed) = speed {
+                    speed.value += by[1];
+                } else if let Some(known) = &mut self.solved_from {
+                    known.measured.value += by[1];
+                }
+            }
+        }
+        if let Spin::Measured { spin, .. } = &mut self.spin {
+            *spin += Vector3::new(by[3], by[4], by[5]);
+        }
+        self
+    }
+}
 
 /// The cue ball before the impact in the collision frame, and how it follows from the inputs.
 pub(super) struct Start {
     pub cue: BallState,
     pub frame: CollisionFrame,
     pub cut: f64,
+    /// As [`State::side`].
+    pub side: f64,
     pub speed: f64,
     /// (U_x, U_y, ω_x, ω_y, ω_z) by inputs.
     pub by_inputs: SMatrix<f64, 5, INPUTS>,
@@ -21,7 +60,8 @@ pub(super) struct Start {
 }
 
 impl Start {
-    pub fn new(before: &Before, spin: &Spin, speed: f64, radius: f64) -> Self {
+    pub fn new(state: &State, speed: f64, radius: f64) -> Self {
+        let State { before, spin, side, .. } = state;
         let mut by_inputs = SMatrix::<f64, 5, INPUTS>::zeros();
         let mut cut_by_inputs = SVector::zeros();
         let mut speed_by_inputs = SVector::zeros();
@@ -81,6 +121,6 @@ impl Start {
                 }
             }
         }
-        Self { cue, frame, cut, speed, by_inputs, cut_by_inputs, speed_by_inputs }
+        Self { cue, frame, cut, side: *side, speed, by_inputs, cut_by_inputs, speed_by_inputs }
     }
 }
