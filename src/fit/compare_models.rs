@@ -9,7 +9,7 @@
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 
 use super::FitError;
-use super::run::{Settled, observations};
+use super::settled::{Settled, observations};
 use super::search::Search;
 use crate::collision::{Fidelity, Model};
 use crate::friction::Law;

@@ -4,14 +4,17 @@ mod bootstrap;
 mod choice;
 mod compare_models;
 mod contour;
+mod frames;
 mod goodness;
 mod identify;
 mod kink;
 mod profile;
 mod remarks;
 mod robust;
+mod rows;
 mod run;
 mod search;
+mod settled;
 mod starts;
 mod uncertainty;
 
