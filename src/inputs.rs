@@ -26,8 +26,8 @@ pub type Units = SVector<f64, INPUTS>;
 type ByUnits = SMatrix<f64, MAX_OBSERVABLES, INPUTS>;
 type Observed = SVector<f64, MAX_OBSERVABLES>;
 
-/// Inputs rest when a step is shorter than this, in standard errors: what is left of it counts squared.
-const AT_REST: f64 = 1e-7;
+/// Inputs rest when a step is shorter than this, in standard errors: it moves parameters by a hundredth of it in theirs.
+const AT_REST: f64 = 1e-6;
 
 /// Steps for one shot; those that are left are taken when the parameters have moved.
 const MAX_STEPS: usize = 20;
@@ -166,7 +166,8 @@ pub struct Estimated {
     pub at_kink: bool,
 }
 
-/// The inputs that agree best with a shot's measurements at some coefficients, from those of `start`. `shared` adds to
+/// The inputs that agree best with a shot's measurements at some coefficients, from those of `start`, and what is predicted
+/// of them. `shared` adds to
 /// the differences what the errors do that all shots share.
 #[must_use]
 pub fn estimate(
@@ -174,7 +175,7 @@ pub fn estimate(
     (model, coefficients): (&Model, &Coefficients),
     start: &Units,
     shared: impl Fn(&Prediction, usize) -> f64,
-) -> Option<Estimated> {
+) -> Option<(Estimated, Prediction)> {
     let plan = errors.plan;
     let at = |t: Units| {
         let prediction = plan.predict_moved(&Errors::moved(plan, &t), model, coefficients).ok()?;
@@ -188,16 +189,15 @@ pub fn estimate(
         chi2.is_finite().then_some(Point { t, prediction, left, chi2 })
     };
     let mut now = at(*start).or_else(|| at(Units::zeros()))?;
-    let settled = |t: Units| Some(Estimated { t, at_kink: false });
+    let settled = |now: Point| Some((Estimated { t: now.t, at_kink: false }, now.prediction));
     for number in 0.. {
         // min |t|² + |left + slope (t − now)|²
         let slope = errors.slope(&now.prediction.by_inputs);
         let normal = SMatrix::<f64, INPUTS, INPUTS>::identity() + slope.tr_mul(&slope);
-        let target = normal.cholesky()?.solve(&slope.tr_mul(&(slope * now.t - now.left)));
-        let step = target - now.t;
+        let step = normal.cholesky()?.solve(&slope.tr_mul(&(slope * now.t - now.left))) - now.t;
         let size = step.amax();
-        if size < AT_REST || (number >= MAX_STEPS && size < UNSETTLED) {
-            return settled(target);
+        if size < AT_REST {
+            return settled(now);
         }
         let mut part = 1.0;
         let limit = now.chi2 + ROUNDING * (1.0 + now.chi2);
@@ -209,8 +209,11 @@ pub fn estimate(
         });
         match next {
             Some(next) => now = next,
-            None if size < UNSETTLED => return settled(now.t),
-            None => return Some(Estimated { t: now.t - BEFORE_KINK * step, at_kink: true }),
+            None if size < UNSETTLED => return settled(now),
+            None => {
+                let before = at(now.t - BEFORE_KINK * step).unwrap_or(now);
+                return Some((Estimated { t: before.t, at_kink: true }, before.prediction));
+            }
         }
     }
     None

@@ -161,9 +161,8 @@ impl OfShot {
     fn new(plan: &Plan, at: &At, start: Estimated) -> Option<Self> {
         let At { model, coefficients, estimated, shared_errors, shared, hold } = *at;
         let rows = plan.rows().len();
-        let mut inputs = start;
         let held = hold == Hold::All || hold == Hold::AtKinks && start.at_kink;
-        if plan.has_uncertain_inputs() && !held {
+        let (inputs, prediction) = if plan.has_uncertain_inputs() && !held {
             let errors = Errors::new(plan, |row| sd(plan, row, estimated));
             let shared_shift = |prediction: &Prediction, row: usize| {
                 let shift = |((which, sd), value): (&(Shared, f64), &f64)| {
@@ -172,10 +171,11 @@ impl OfShot {
                 };
                 shared_errors.iter().zip(shared).filter_map(shift).sum()
             };
-            inputs = inputs::estimate(&errors, (model, coefficients), &start.t, shared_shift)?;
-        }
+            inputs::estimate(&errors, (model, coefficients), &start.t, shared_shift)?
+        } else {
+            (start, plan.predict_moved(&Errors::moved(plan, &start.t), model, coefficients).ok()?)
+        };
         let moved = Errors::moved(plan, &inputs.t);
-        let prediction = plan.predict_moved(&moved, model, coefficients).ok()?;
         let l = covariance(plan, &prediction, estimated).cholesky()?.l();
         let inverse = l.solve_lower_triangular(&DMatrix::identity(rows, rows))?;
         let lower = (0..rows).flat_map(|row| (0..=row).map(move |column| (row, column)));

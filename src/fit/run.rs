@@ -12,8 +12,8 @@ use super::search::Search;
 use super::settled::{Settled, observations, priors};
 use super::uncertainty::{self, Minimum, Quantiles};
 use super::{
-    Depth, Diagnostics, Estimate, Falling, Films, Fit, FitError, Intervals, Method, Options, Rejected, Status,
-    bootstrap, choice, compare_models, contour, goodness, starts,
+    Depth, Diagnostics, Estimate, Falling, Films, Fit, FitError, Intervals, Method, Options, Rejected,
+    Status, bootstrap, choice, compare_models, contour, goodness, starts,
 };
 use crate::collision::{Effects, Model};
 use crate::dataset::{Dataset, Shot};
