@@ -1,9 +1,9 @@
 //! (shots, parameters) → whitened residuals and Jacobian, as the least-squares problem that
 //! [`crate::optimise`] solves.
 //!
-//! A shot's residuals d = predicted − measured have the covariance C = diag(σ²) + G C_in Gᵀ: its
-//! observations' own variances and what the errors of the measured state before the impact add,
-//! carried over by G = ∂predicted/∂inputs. With C = LLᵀ the whitened residuals are L⁻¹d.
+//! While the parameters move, every shot's estimated inputs ξ̂, how its differences follow from the inputs (G) and what
+//! they are weighted by (C = LLᵀ) stay as a [`Whitening`] has them: the residuals are L⁻¹(f(ξ̂) + G(x − ξ̂) − measured).
+//! Where the weights have come to rest, χ² and its derivative are those of a fit of parameters and all inputs at once.
 
 use std::cell::RefCell;
 use std::sync::Arc;
@@ -13,12 +13,11 @@ use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 
 use crate::collision::{Coefficients, Model};
-use crate::dataset::{Joint, Shared};
 use crate::impact::film::{self, Film, Reduced};
-use crate::observable::Observable;
 use crate::parameters::{Parameter, Prior, Settings};
-use crate::predict::{MAX_OBSERVABLES, Plan, Prediction, wrap};
+use crate::predict::{MAX_OBSERVABLES, Plan, difference};
 use crate::values::Values;
+use crate::whitening::Whitening;
 
 /// A shot that is fitted: which of the data set's, and what of it is compared.
 #[derive(Clone, Debug)]
@@ -32,139 +31,6 @@ pub struct Fitted {
 /// How many unknowns all shots of a joint fit of frames share besides the parameters: μ_k and μ_r.
 pub const CLOTH_UNKNOWNS: usize = film::CLOTH.len();
 
-/// Standard deviations of observables for which the data give none, SI and radians.
-pub type EstimatedSd = Vec<(Observable, f64)>;
-
-/// L⁻¹ of every shot, lower triangles row by row, one after the other.
-#[derive(Clone, Debug)]
-pub struct Whitening {
-    inverse: Vec<f64>,
-    /// [`common_shifts`], one for each error that the shots share.
-    common: Vec<Vec<f64>>,
-}
-
-impl Whitening {
-    /// Of frames, which are weighted as they are.
-    #[must_use]
-    pub fn none() -> Self {
-        Self { inverse: Vec::new(), common: Vec::new() }
-    }
-
-    /// With errors that all shots share, in the unit of their standard deviations: each becomes one more
-    /// unknown behind the free parameters, with mean 0 and standard deviation 1.
-    #[must_use]
-    pub fn with_common(self, common: Vec<Vec<f64>>) -> Self {
-        Self { common, ..self }
-    }
-
-    /// With a weight for each shot's part of χ².
-    #[must_use]
-    pub fn weighted(mut self, shots: &[Fitted], weights: &[f64]) -> Self {
-        let mut rest = self.inverse.as_mut_slice();
-        for (shot, weight) in shots.iter().zip(weights) {
-            let rows = shot.plan.rows().len();
-            let (own, others) = rest.split_at_mut(rows * (rows + 1) / 2);
-            for entry in own {
-                *entry *= weight.sqrt();
-            }
-            rest = others;
-        }
-        self
-    }
-
-    /// How many unknowns it adds to the free parameters.
-    #[must_use]
-    pub fn unknowns(&self) -> usize {
-        self.common.len()
-    }
-
-    /// `None` where a prediction fails or a covariance is not positive definite.
-    #[must_use]
-    pub fn new(
-        shots: &[Fitted],
-        model: &Model,
-        coefficients: &Coefficients,
-        estimated: &EstimatedSd,
-    ) -> Option<Self> {
-        let of_shot = |Fitted { plan, .. }: &Fitted| {
-            let prediction = plan.predict(model, coefficients).ok()?;
-            let l = covariance(plan, &prediction, estimated).cholesky()?.l();
-            let inverse = l.solve_lower_triangular(&DMatrix::identity(l.nrows(), l.nrows()))?;
-            let rows = (0..inverse.nrows()).flat_map(|row| (0..=row).map(move |column| (row, column)));
-            Some(rows.map(|at| inverse[at]).collect::<Vec<_>>())
-        };
-        let all: Option<Vec<Vec<f64>>> = shots.par_iter().with_min_len(SHARE).map(of_shot).collect();
-        let all = all?.concat();
-        Some(Self { inverse: all, common: Vec::new() })
-    }
-}
-
-/// C of one shot's observations.
-#[must_use]
-pub fn covariance(plan: &Plan, prediction: &Prediction, estimated: &EstimatedSd) -> DMatrix<f64> {
-    let rows = plan.rows().len();
-    let g = prediction.by_inputs.rows(0, rows);
-    if let Some(joint) = plan.joint() {
-        // d = predicted(inputs) − measured, so that C = [G, −1] Σ [G, −1]ᵀ
-        let by = by_joint(prediction, rows);
-        return &by * &joint.covariance * by.transpose();
-    }
-    let mut covariance = g
-        * DMatrix::from_diagonal(&DVector::from_column_slice(plan.variance_in().as_slice()))
-        * g.transpose();
-    for (row, measurement) in plan.rows().iter().enumerate() {
-        let sd = measurement.measured.sd.unwrap_or_else(|| {
-            estimated.iter().find(|(o, _)| *o == measurement.observable).map_or(f64::NAN, |(_, sd)| *sd)
-        });
-        covariance[(row, row)] += sd * sd;
-    }
-    covariance
-}
-
-/// Differences by what was extracted together, in the order of [`Joint`].
-fn by_joint(prediction: &Prediction, rows: usize) -> DMatrix<f64> {
-    let mut by = DMatrix::zeros(rows, Joint::BEFORE + rows);
-    by.columns_mut(0, Joint::BEFORE).copy_from(&prediction.by_inputs.rows(0, rows));
-    for row in 0..rows {
-        by[(row, Joint::BEFORE + row)] = -1.0;
-    }
-    by
-}
-
-/// How the differences of all shots move together when what they share moves by its standard error: for each
-/// error, one number for each observation.
-#[must_use]
-pub fn common_shifts(
-    shots: &[Fitted],
-    model: &Model,
-    coefficients: &Coefficients,
-    errors: &[(Shared, f64)],
-) -> Option<Vec<Vec<f64>>> {
-    let mut shifts = vec![Vec::new(); errors.len()];
-    if errors.is_empty() {
-        return Some(shifts);
-    }
-    for Fitted { plan, .. } in shots {
-        let rows = plan.rows().len();
-        let prediction = plan.predict(model, coefficients).ok()?;
-        let by = plan.joint().map(|joint| (joint, by_joint(&prediction, rows)));
-        for (shift, (shared, sd)) in shifts.iter_mut().zip(errors) {
-            match &by {
-                Some((joint, by)) => shift.extend((by * &joint.by_shared[*shared as usize] * *sd).iter()),
-                None => shift.extend(std::iter::repeat_n(0.0, rows)),
-            }
-        }
-    }
-    Some(shifts)
-}
-
-/// Predicted less measured; an angle's difference is brought to (−π, π].
-#[must_use]
-pub fn difference(observable: Observable, predicted: f64, measured: f64) -> f64 {
-    let difference = predicted - measured;
-    if observable.is_angle() { wrap(difference) } else { difference }
-}
-
 /// Whether their frames are fitted.
 #[must_use]
 pub fn are_filmed(shots: &[Fitted]) -> bool {
@@ -172,7 +38,7 @@ pub fn are_filmed(shots: &[Fitted]) -> bool {
 }
 
 /// Fewer shots than this are not worth a second core.
-const SHARE: usize = 512;
+pub(crate) const SHARE: usize = 512;
 
 /// The least-squares problem in the free parameters.
 pub struct Problem<'a> {
@@ -255,19 +121,23 @@ impl<'a> Problem<'a> {
         let model = values.model(self.model);
         let observations: usize = self.shots.iter().map(|shot| shot.plan.rows().len()).sum();
         let priors = self.priors().count();
-        let shared = &self.whitening.common;
+        let shared = self.whitening.common();
+        let offsets = self.whitening.offsets();
         let own_columns = self.free.len();
         let count = observations + priors + self.whitening.unknowns();
         let columns = self.free.len() + self.whitening.unknowns();
         let mut residuals = DVector::zeros(count);
         let mut jacobian = DMatrix::zeros(count, columns);
-        let mut weights = self.whitening.inverse.as_slice();
+        let mut weights = self.whitening.inverse();
         let mut first = 0;
         let predictions: Vec<_> = self
             .shots
             .par_iter()
+            .enumerate()
             .with_min_len(SHARE)
-            .map(|shot| shot.plan.predict(&model, &values.coefficients))
+            .map(|(number, Fitted { plan, .. })| {
+                plan.predict_moved(&self.whitening.moved(number, plan), &model, &values.coefficients)
+            })
             .collect();
         for (Fitted { plan, .. }, prediction) in self.shots.iter().zip(predictions) {
             let rows = plan.rows();
@@ -277,7 +147,8 @@ impl<'a> Problem<'a> {
                 Ok(prediction) => {
                     let mut raw = [0.0; MAX_OBSERVABLES];
                     for (i, row) in rows.iter().enumerate() {
-                        raw[i] = difference(row.observable, prediction.values[i], row.measured.value);
+                        let value = prediction.values[i] - offsets[first + i];
+                        raw[i] = difference(row.observable, value, row.measured.value);
                         for (k, shift) in shared.iter().enumerate() {
                             raw[i] += shift[first + i] * x[own_columns + k];
                         }

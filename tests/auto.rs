@@ -5,8 +5,8 @@ use caromfit::collision::{Coefficients, Fidelity, Model};
 use caromfit::dataset;
 use caromfit::fit::{self, Fit, Options};
 use caromfit::predict::Plan;
-use caromfit::residuals::covariance;
 use caromfit::synth::{Kind, Noise, Played, Spec};
+use caromfit::whitening::covariance;
 
 use crate::extraction::count;
 use crate::synthetic::{made_with, spec};

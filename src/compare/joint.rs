@@ -11,7 +11,8 @@ use crate::fit::uncertainty::open_directions;
 use crate::loss::Loss;
 use crate::optimise::{self, Activity};
 use crate::parameters::Parameter;
-use crate::residuals::{EstimatedSd, Problem, Whitening, common_shifts, covariance};
+use crate::residuals::Problem;
+use crate::whitening::{At, EstimatedSd, Hold, Whitening, covariance};
 
 /// Weights rest when no estimated standard deviation and no parameter moves by more than this part.
 const AT_REST: f64 = 1e-9;
@@ -23,6 +24,9 @@ const MAX_ROBUST_ROUNDS: usize = 500;
 
 /// A shot's weight never vanishes, so that its distance can be told from its weighted residuals.
 const LEAST_WEIGHT: f64 = 1e-12;
+
+/// Inputs of shots that are best at a kink are held on one side of it from this round on.
+const HOLD_FROM: usize = 4;
 
 /// How the observations are weighted.
 #[derive(Clone, Copy)]
@@ -62,8 +66,9 @@ impl Solved {
         let mut sum = self.chi2;
         for (i, sample) in samples.iter().enumerate() {
             let at = layout.coefficients(i, &self.x);
-            for shot in &sample.fitted {
-                let log_det = shot.plan.predict(&sample.model, &at).ok().and_then(|prediction| {
+            for (number, shot) in sample.fitted.iter().enumerate() {
+                let prediction = self.whitening[i].predict(number, &shot.plan, &sample.model, &at);
+                let log_det = prediction.ok().and_then(|prediction| {
                     let l = covariance(&shot.plan, &prediction, &self.sds[i]).cholesky()?.l();
                     Some(2.0 * l.diagonal().iter().map(|d| d.ln()).sum::<f64>())
                 });
@@ -174,6 +179,7 @@ pub(super) fn solve(samples: &[Sample], layout: &Layout, weights: Weights) -> Re
         samples.iter().map(|sample| vec![1.0; sample.fitted.len()]).collect();
     let mut sds =
         given.map_or_else(|| noise::first(samples, layout, x.as_slice()), |other| other.sds.clone());
+    let mut before: Vec<Whitening> = Vec::new();
     for round in 0.. {
         let losses: Vec<&Losses> = samples
             .iter()
@@ -188,10 +194,16 @@ pub(super) fn solve(samples: &[Sample], layout: &Layout, weights: Weights) -> Re
             Some(other) => other.whitening.clone(),
             None => (0..samples.len())
                 .map(|i| {
-                    let (sample, at) = (&samples[i], &held[i]);
-                    let common = common_shifts(&sample.fitted, &sample.model, at, &sample.shared_errors)?;
-                    let whitening = Whitening::new(&sample.fitted, &sample.model, at, &sds[i])?;
-                    let whitening = whitening.with_common(common);
+                    let sample = &samples[i];
+                    let at = At {
+                        model: &sample.model,
+                        coefficients: &held[i],
+                        estimated: &sds[i],
+                        hold: if round >= HOLD_FROM { Hold::AtKinks } else { Hold::None },
+                        shared_errors: &sample.shared_errors,
+                        shared: &x.as_slice()[shared[i].clone()],
+                    };
+                    let whitening = Whitening::new(&sample.fitted, &at, before.get(i))?;
                     Some(if robust {
                         whitening.weighted(&sample.fitted, &shot_weights[i])
                     } else {
@@ -215,7 +227,15 @@ pub(super) fn solve(samples: &[Sample], layout: &Layout, weights: Weights) -> Re
         if given.is_none() {
             let parameters = if matches!(weights, Weights::Likeliest) { 0 } else { layout.room() };
             let by_loss = robust.then_some((losses.as_slice(), shot_weights.as_slice()));
-            moved = moved.max(noise::reweigh(samples, layout, x.as_slice(), &mut sds, parameters, by_loss));
+            moved = moved.max(noise::reweigh(
+                samples,
+                layout,
+                x.as_slice(),
+                &whitening,
+                &mut sds,
+                parameters,
+                by_loss,
+            ));
         }
         if robust && given.is_none() {
             let mut first = 0;
@@ -234,6 +254,7 @@ pub(super) fn solve(samples: &[Sample], layout: &Layout, weights: Weights) -> Re
         let rest = moved < at_rest || given.is_some();
         if rest && softly {
             softly = false;
+            before = whitening;
             continue;
         }
         if rest || round + 1 >= max_rounds {
@@ -262,6 +283,7 @@ pub(super) fn solve(samples: &[Sample], layout: &Layout, weights: Weights) -> Re
                 shot_weights: robust.then_some(used),
             });
         }
+        before = whitening;
     }
     Err(CompareError::NoWeights)
 }

@@ -4,7 +4,8 @@ use super::Sample;
 use super::layout::Layout;
 use crate::fit::robust::Losses;
 use crate::observable::Observable;
-use crate::residuals::{EstimatedSd, difference};
+use crate::predict::difference;
+use crate::whitening::{EstimatedSd, Whitening};
 
 /// An estimated standard deviation below this part of its value is an exact fit.
 const EXACT: f64 = 1e-9;
@@ -25,17 +26,21 @@ fn sums(
     samples: &[Sample],
     layout: &Layout,
     x: &[f64],
+    whitening: &[Whitening],
     scale: &dyn Fn(usize, usize) -> f64,
 ) -> Vec<Vec<Sum>> {
+    let plain = Whitening::none();
     let datasets = samples.iter().map(|sample| sample.dataset + 1).max().unwrap_or(0);
     let mut all: Vec<Vec<Sum>> = vec![Vec::new(); datasets];
     for (i, sample) in samples.iter().enumerate() {
         let at = layout.coefficients(i, x);
+        let whitening = whitening.get(i).unwrap_or(&plain);
         for (number, shot) in sample.fitted.iter().enumerate() {
             if shot.plan.rows().iter().all(|row| row.measured.sd.is_some()) {
                 continue;
             }
-            let Ok(prediction) = shot.plan.predict(&sample.model, &at) else { continue };
+            let predicted = whitening.predict(number, &shot.plan, &sample.model, &at);
+            let Ok(prediction) = predicted else { continue };
             let scale = scale(i, number);
             for (row, measurement) in shot.plan.rows().iter().enumerate() {
                 if measurement.measured.sd.is_some() {
@@ -62,7 +67,7 @@ fn sums(
 /// Root mean squares of the residuals where a fit starts, for each sample.
 pub(super) fn first(samples: &[Sample], layout: &Layout, x: &[f64]) -> Vec<EstimatedSd> {
     let sd = |sum: &Sum| if sum.square > 0.0 { (sum.square / sum.count as f64).sqrt() } else { 1.0 };
-    let of_dataset: Vec<EstimatedSd> = sums(samples, layout, x, &|_, _| 1.0)
+    let of_dataset: Vec<EstimatedSd> = sums(samples, layout, x, &[], &|_, _| 1.0)
         .iter()
         .map(|sums| sums.iter().map(|sum| (sum.observable, sd(sum))).collect())
         .collect();
@@ -75,6 +80,7 @@ pub(super) fn reweigh(
     samples: &[Sample],
     layout: &Layout,
     x: &[f64],
+    whitening: &[Whitening],
     sds: &mut [EstimatedSd],
     parameters: usize,
     robust: Option<(&[&Losses], &[Vec<f64>])>,
@@ -87,7 +93,7 @@ pub(super) fn reweigh(
             weights[sample][shot].powi(2) / losses[sample].of(&samples[sample].fitted[shot]).consistency
         })
     };
-    let all = sums(samples, layout, x, &scale);
+    let all = sums(samples, layout, x, whitening, &scale);
     let total: usize = samples.iter().flat_map(|s| &s.fitted).map(|shot| shot.plan.rows().len()).sum();
     let left = 1.0 - parameters as f64 / total as f64;
     let mut changed = 0.0_f64;

@@ -14,7 +14,8 @@ use super::{
 use crate::fit::{Computed, Residual, computed};
 use crate::loss::Loss;
 use crate::parameters::Parameter;
-use crate::residuals::{covariance, difference};
+use crate::predict::difference;
+use crate::whitening::covariance;
 
 /// What shots are computed with, the joint fit, and a test of each parameter.
 pub(super) const STAGES: usize = 2 + Parameter::COEFFICIENTS.len();
@@ -348,8 +349,9 @@ fn residuals(samples: &[Sample], layout: &Layout, solved: &Solved) -> Vec<LabelR
     let mut all = Vec::new();
     for (number, sample) in samples.iter().enumerate() {
         let at = layout.coefficients(number, &solved.x);
-        for shot in &sample.fitted {
-            let Ok(prediction) = shot.plan.predict(&sample.model, &at) else { continue };
+        for (i, shot) in sample.fitted.iter().enumerate() {
+            let predicted = solved.whitening[number].predict(i, &shot.plan, &sample.model, &at);
+            let Ok(prediction) = predicted else { continue };
             let covariance = covariance(&shot.plan, &prediction, &solved.sds[number]);
             for (row, measurement) in shot.plan.rows().iter().enumerate() {
                 let (observable, measured) = (measurement.observable, measurement.measured.value);

@@ -2,8 +2,8 @@
 
 use rayon::prelude::*;
 
-use super::run::Settled;
 use super::search::Search;
+use super::settled::Settled;
 use super::{Computed, FitError};
 use crate::collision::Model;
 use crate::parameters::Parameter;

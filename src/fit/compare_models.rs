@@ -9,8 +9,8 @@
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 
 use super::FitError;
-use super::run::{Settled, observations};
 use super::search::Search;
+use super::settled::{Settled, observations};
 use crate::collision::{Fidelity, Model};
 use crate::friction::Law;
 use crate::parameters::{Parameter, Settings};

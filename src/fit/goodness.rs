@@ -11,7 +11,8 @@ use crate::collision::Model;
 use crate::dataset::Shot;
 use crate::optimise::Activity;
 use crate::parameters::Parameter;
-use crate::residuals::{EstimatedSd, Fitted};
+use crate::residuals::Fitted;
+use crate::whitening::EstimatedSd;
 
 /// A χ² this improbable, at either end, means that the stated noise does not describe the residuals.
 pub(super) const IMPROBABLE: f64 = 0.001;

@@ -37,7 +37,7 @@ pub(super) fn minimise(
     };
     let filmed = are_filmed(slice.search.fitted);
     if filmed
-        || solution.termination != Termination::Stalled
+        || !matches!(solution.termination, Termination::Stalled | Termination::MaxIterations)
         || constraints.lower[mu] == constraints.upper[mu]
     {
         return Ok((solution, false));

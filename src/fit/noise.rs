@@ -7,8 +7,10 @@ use super::search::Search;
 use super::uncertainty;
 use crate::dataset::Measurement;
 use crate::observable::Observable;
-use crate::residuals::{Fitted, difference};
+use crate::predict::difference;
+use crate::residuals::Fitted;
 use crate::values::Values;
+use crate::whitening::Whitening;
 
 /// An observable's variance needs at least this many degrees of freedom of its own.
 const MIN_OWN_DOF: f64 = 0.5;
@@ -31,7 +33,7 @@ impl Search<'_> {
     /// Residuals of each observable without stated errors: root mean square at `at`.
     pub(super) fn first_noise(&self, at: &Values) -> Vec<Group> {
         let mut groups: Vec<(Observable, f64, usize)> = Vec::new();
-        self.each_residual(at, |row, d, _| {
+        self.each_residual(at, &Whitening::none(), |row, d, _| {
             if row.measured.sd.is_some() {
                 return;
             }
@@ -52,9 +54,15 @@ impl Search<'_> {
     }
 
     /// Calls `f(row, difference, variance from the inputs)` for every observation.
-    pub(super) fn each_residual(&self, at: &Values, mut f: impl FnMut(&Measurement, f64, f64)) {
-        for shot in self.fitted {
-            if let Ok(prediction) = self.predict(&shot.plan, at) {
+    pub(super) fn each_residual(
+        &self,
+        at: &Values,
+        whitening: &Whitening,
+        mut f: impl FnMut(&Measurement, f64, f64),
+    ) {
+        let model = at.model(self.model);
+        for (number, shot) in self.fitted.iter().enumerate() {
+            if let Ok(prediction) = whitening.predict(number, &shot.plan, &model, &at.coefficients) {
                 for (i, row) in shot.plan.rows().iter().enumerate() {
                     let d = difference(row.observable, prediction.values[i], row.measured.value);
                     let g = prediction.by_inputs.row(i).transpose();
@@ -72,6 +80,7 @@ impl Search<'_> {
         &self,
         groups: &mut [Group],
         at: &Values,
+        whitening: &Whitening,
         jacobian: &DMatrix<f64>,
         losses: &Losses,
         weights: &[f64],
@@ -87,7 +96,7 @@ impl Search<'_> {
             std::iter::repeat_n(scale, shot.plan.rows().len())
         };
         let scale: Vec<f64> = self.fitted.iter().zip(weights).flat_map(of_rows).collect();
-        self.each_residual(at, |row, d, from_inputs| {
+        self.each_residual(at, whitening, |row, d, from_inputs| {
             if let Some(group) =
                 groups.iter().position(|g| g.observable == row.observable && row.measured.sd.is_none())
             {

@@ -2,6 +2,7 @@
 
 use super::noise::Group;
 use super::search::Search;
+use super::uncertainty::Minimum;
 use crate::parameters::Parameter;
 use crate::residuals::Fitted;
 use crate::values::Values;
@@ -57,14 +58,14 @@ impl Search<'_> {
     pub(super) fn plateau_interval(
         &self,
         plateau: &Plateau,
-        at: &Values,
+        at: &Minimum,
         groups: &[Group],
         t: f64,
     ) -> [f64; 2] {
         let Plateau { parameter, edge, bound } = *plateau;
         let chi2 = |value: f64| {
             let mut sum = 0.0;
-            self.each_residual(&at.with(parameter, value), |row, d, from_inputs| {
+            self.each_residual(&at.values.with(parameter, value), &at.whitening, |row, d, from_inputs| {
                 let group = groups.iter().find(|g| g.observable == row.observable);
                 let sd = row.measured.sd.or(group.map(|g| g.sd)).unwrap_or(f64::NAN);
                 sum += d * d / (sd * sd + from_inputs);

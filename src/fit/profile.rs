@@ -9,7 +9,8 @@ use super::uncertainty::{Minimum, Quantiles};
 use super::{Estimate, Status, kink};
 use crate::optimise::{Constraints, Options};
 use crate::parameters::Parameter;
-use crate::residuals::{Problem, Whitening};
+use crate::residuals::Problem;
+use crate::whitening::Whitening;
 
 /// χ² at a given point of a profile needs no more than this: it errs by the square.
 const QUICK: Options = Options { max_iterations: 100, orthogonality: 1e-6 };

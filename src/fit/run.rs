@@ -2,28 +2,30 @@
 
 use std::time::Instant;
 
-use nalgebra::{DMatrix, DVector};
+use nalgebra::DMatrix;
 
-use super::identify;
+use super::frames::{bound, cloth_of, filmed, joint_fit};
 use super::profile::{self, Slice};
 use super::robust::{Robust, Sandwich};
-use super::search::{Group, Plateau, Search};
+use super::rows::{noise_rows, residual_rows};
+use super::search::Search;
+use super::settled::{Settled, observations, priors};
 use super::uncertainty::{self, Minimum, Quantiles};
 use super::{
-    Bound, Depth, Diagnostics, Estimate, Falling, Films, Fit, FitError, Identifiability, Intervals, JointFit,
-    Method, Noise, Options, Rejected, Residual, Status, bootstrap, choice, compare_models, contour, goodness,
-    starts,
+    Depth, Diagnostics, Estimate, Falling, Films, Fit, FitError, Intervals, Method, Options, Rejected,
+    Status, bootstrap, choice, compare_models, contour, goodness, starts,
 };
-use crate::collision::{Coefficients, Effects, Model};
+use crate::collision::{Effects, Model};
 use crate::dataset::{Dataset, Shot};
 use crate::friction::Law;
 use crate::impact::film;
 use crate::loss::Loss;
 use crate::observable::Observable;
-use crate::parameters::{Parameter, Settings};
+use crate::parameters::Parameter;
 use crate::relation::Relation;
-use crate::residuals::{EstimatedSd, Fitted, Problem, Whitening, are_filmed, covariance, difference};
+use crate::residuals::{Fitted, are_filmed};
 use crate::values::Values;
+use crate::whitening::EstimatedSd;
 
 /// With more shots than this the profiles, the regions of pairs of parameters and the other models, some hundred fits,
 /// would take longer than reading and extracting…
@@ -165,7 +167,7 @@ pub(super) fn fit_shots(
                 std_error: None,
                 interval_95: quantiles.as_ref().map(|quantiles| {
                     let t = quantiles.one_sided;
-                    search.plateau_interval(plateau, &minimum.values, &estimated, t)
+                    search.plateau_interval(plateau, &minimum, &estimated, t)
                 }),
                 intervals: Intervals::default(),
                 std_error_at_bound: None,
@@ -190,8 +192,6 @@ pub(super) fn fit_shots(
         }
     }
     let at_minimum = minimum.values.model(&model);
-    let residuals = residual_rows(shots, &fitted, &at_minimum, &minimum.values.coefficients, &estimated);
-    let noise = noise_rows(&fitted, &residuals, &estimated);
     let sds: EstimatedSd = estimated.iter().map(|g| (g.observable, g.sd)).collect();
     // what is said of residuals is said of what was extracted, also where frames were fitted
     let of_velocities = if are_filmed(search.fitted) {
@@ -201,6 +201,8 @@ pub(super) fn fit_shots(
         None
     };
     let seen = of_velocities.as_ref().unwrap_or(&minimum);
+    let residuals = residual_rows(shots, &fitted, &at_minimum, seen, &estimated);
+    let noise = noise_rows(&fitted, &residuals, &estimated);
     let context = goodness::Context {
         shots,
         fitted: &fitted,
@@ -276,145 +278,6 @@ pub(super) fn fit_shots(
     }
     fit.seconds = begun.elapsed().as_secs_f64();
     Ok(fit)
-}
-
-/// Numbers that are fitted, less the unknowns of each shot where its frames are.
-pub(super) fn observations(fitted: &[Fitted]) -> usize {
-    let of = |shot: &Fitted| match &shot.film {
-        Some(film) => film.observations().saturating_sub(film.unknowns()),
-        None => shot.plan.rows().len(),
-    };
-    fitted.iter().map(of).sum()
-}
-
-/// The shots with their frames; `None` if one has none.
-fn filmed(fitted: &[Fitted], films: &Films) -> Option<Vec<Fitted>> {
-    let with = |shot: &Fitted| {
-        let film = films.get(shot.index).cloned().flatten()?;
-        Some(Fitted { film: Some(film), ..shot.clone() })
-    };
-    fitted.iter().map(with).collect()
-}
-
-fn joint_fit(fitted: &[Fitted], minimum: &Minimum) -> JointFit {
-    let columns: Vec<usize> = (0..minimum.x.len()).collect();
-    let covariance = uncertainty::covariance(&minimum.jacobian, &columns, &minimum.ties(false));
-    let of = |column: usize| {
-        let error = covariance.as_ref().map_or(f64::NAN, |c| c[(column, column)].sqrt());
-        (minimum.x[column], error)
-    };
-    let films = || fitted.iter().filter_map(|shot| shot.film.as_ref());
-    JointFit {
-        sliding: of(minimum.x.len() - 2),
-        rolling: of(minimum.x.len() - 1),
-        observations: films().map(|film| film.observations()).sum(),
-        unknowns: films().map(|film| film.unknowns()).sum(),
-    }
-}
-
-/// What the frames could tell at best (Cramér–Rao): the standard errors of a joint fit of some of the shots,
-/// for all of them. `None` without frames, and where b or c of a falling friction is free.
-fn bound(
-    search: &Search,
-    free: &[Parameter],
-    minimum: &Minimum,
-    films: &Films,
-    cloth: [f64; 2],
-) -> Option<Bound> {
-    if free.iter().any(|p| !Parameter::COEFFICIENTS.contains(p)) {
-        return None;
-    }
-    let have = |shot: &&Fitted| films.get(shot.index).is_some_and(Option::is_some);
-    let some: Vec<Fitted> = search.fitted.iter().filter(have).cloned().collect();
-    let shots = filmed(&some, films).filter(|shots| !shots.is_empty() && !free.is_empty())?;
-    let whitening = Whitening::none();
-    let held = minimum.values;
-    let problem = Problem::new(&shots, search.model, search.settings, free, held, &whitening);
-    let own = minimum.x.rows(0, free.len());
-    let x = DVector::from_iterator(free.len() + cloth.len(), own.iter().copied().chain(cloth));
-    let (residuals, jacobian) = problem.evaluate_at(&x);
-    let columns: Vec<usize> = (0..x.len()).collect();
-    let covariance = uncertainty::covariance(&jacobian, &columns, &DMatrix::zeros(0, x.len()))?;
-    if !residuals.iter().all(|r| r.is_finite()) {
-        return None;
-    }
-    let part = shots.len() as f64 / search.fitted.len() as f64;
-    let errors = (0..free.len()).map(|i| (free[i], (covariance[(i, i)] * part).sqrt()));
-    Some(Bound { std_errors: errors.collect(), shots: shots.len() })
-}
-
-fn priors(settings: &Settings, free: &[Parameter]) -> usize {
-    free.iter().filter(|p| settings[**p].prior.is_some()).count()
-}
-
-/// A minimum at which everything that is still free is determined.
-pub(super) struct Settled<'a> {
-    /// With what the data do not tell held.
-    pub search: Search<'a>,
-    pub free: Vec<Parameter>,
-    pub minimum: Minimum,
-    pub estimated: Vec<Group>,
-    pub plateaus: Vec<Plateau>,
-    pub identifiability: Option<Identifiability>,
-}
-
-impl<'a> Settled<'a> {
-    /// Fits all that is free and that the data tell.
-    pub(super) fn new(search: &Search<'a>) -> Result<Self, FitError> {
-        let mut search = search.clone();
-        let settings = search.settings;
-        let silent = search.silent(&search.initial);
-        search.untold = silent.iter().copied().filter(|p| !settings[*p].fixed).collect();
-        let silent = search.untold.clone();
-        let mut free: Vec<Parameter> = settings
-            .parameters()
-            .iter()
-            .copied()
-            .filter(|p| !settings[*p].fixed && !silent.contains(p))
-            .collect();
-        let observations = observations(search.fitted);
-        if observations + priors(settings, &free) < free.len() {
-            return Err(FitError::TooFewObservations {
-                dataset: String::new(),
-                observations,
-                parameters: free.iter().map(|p| p.name()).collect::<Vec<_>>().join(", "),
-            });
-        }
-        let mut identifiability = None;
-        let mut plateaus: Vec<Plateau> = Vec::new();
-        loop {
-            let (minimum, estimated) = search.converge(&free)?;
-            let ties = minimum.ties(false);
-            let identify = || identify::identify(&minimum.jacobian, &ties, &free, &minimum.x, silent.clone());
-            let null = uncertainty::null_direction(&identify::with_ties(&minimum.jacobian, &ties));
-            let Some(null) = null else {
-                identifiability = identifiability.or_else(identify);
-                for plateau in &mut plateaus {
-                    *plateau = search.plateau(plateau.parameter, &minimum.values);
-                }
-                return Ok(Self { search, free, minimum, estimated, plateaus, identifiability });
-            };
-            // what the data cannot tell is left where it started, or at the edge from which on they no
-            // longer tell it, and the rest fitted again
-            let lost: Vec<Parameter> =
-                null.iter().filter_map(|(column, _)| free.get(*column).copied()).collect();
-            if let [parameter] = lost[..] {
-                let plateau = search.plateau(parameter, &minimum.values);
-                // well inside: at its edge the weights would be those of either side, by the last digit
-                search.initial[parameter] = 0.5 * (plateau.edge + plateau.bound);
-                plateaus.push(plateau);
-            } else {
-                identifiability = identify();
-            }
-            search.untold.extend(&lost);
-            free.retain(|p| !lost.contains(p));
-        }
-    }
-}
-
-/// μ_k and μ_r, as they were fitted or are assumed.
-fn cloth_of(minimum: &Minimum, dataset: &Dataset) -> [f64; 2] {
-    [minimum.sliding(dataset.sliding), minimum.rolling().unwrap_or(film::CLOTH[1].0)]
 }
 
 /// An error of a search, with the name of the data set.
@@ -500,56 +363,4 @@ fn check_noise(dataset: &Dataset, shots: &[&Shot], fitted: &[Fitted]) -> Result<
         }
     }
     Ok(())
-}
-
-fn residual_rows(
-    shots: &[&Shot],
-    fitted: &[Fitted],
-    model: &Model,
-    at: &Coefficients,
-    groups: &[Group],
-) -> Vec<Residual> {
-    let sds: EstimatedSd =
-        groups.iter().map(|g| (g.observable, if g.estimable { g.sd } else { f64::NAN })).collect();
-    let mut rows = Vec::new();
-    for Fitted { index, plan, .. } in fitted {
-        let Ok(prediction) = plan.predict(model, at) else { continue };
-        let covariance = covariance(plan, &prediction, &sds);
-        for (i, row) in plan.rows().iter().enumerate() {
-            let sd = covariance[(i, i)].sqrt();
-            let d = difference(row.observable, prediction.values[i], row.measured.value);
-            rows.push(Residual {
-                shot: shots[*index].name.clone(),
-                observable: row.observable,
-                measured: row.measured.value,
-                predicted: row.measured.value + d,
-                sd,
-                standardized: -d / sd,
-                cut: plan.cut(),
-                speed: plan.knows_speed().then_some(prediction.speed),
-            });
-        }
-    }
-    rows
-}
-
-fn noise_rows(fitted: &[Fitted], residuals: &[Residual], groups: &[Group]) -> Vec<Noise> {
-    let mut rows: Vec<Noise> = Vec::new();
-    for measurement in fitted.iter().flat_map(|shot| shot.plan.rows()) {
-        let observable = measurement.observable;
-        if rows.iter().any(|row| row.observable == observable) {
-            continue;
-        }
-        let own = residuals.iter().filter(|r| r.observable == observable);
-        let (sum, count) =
-            own.fold((0.0, 0), |(sum, count), r| (sum + (r.measured - r.predicted).powi(2), count + 1));
-        let group = groups.iter().find(|g| g.observable == observable);
-        rows.push(Noise {
-            observable,
-            count,
-            rms: (sum / count as f64).sqrt(),
-            estimated_sd: group.map(|g| if g.estimable { g.sd } else { f64::NAN }),
-        });
-    }
-    rows
 }

@@ -16,10 +16,9 @@ use crate::optimise::{self, Constraints, Linear, Termination};
 use crate::parameters::{Parameter, Setting, Settings};
 use crate::predict::{Plan, Prediction, Unpredictable};
 use crate::relation::{Relation, Sense};
-use crate::residuals::{
-    self, CLOTH_UNKNOWNS, EstimatedSd, Fitted, Problem, Whitening, are_filmed, common_shifts, covariance,
-};
+use crate::residuals::{self, CLOTH_UNKNOWNS, Fitted, Problem, are_filmed};
 use crate::values::Values;
+use crate::whitening::{At, EstimatedSd, Hold, Whitening, covariance};
 
 /// Re-weighting converges by a factor of ten or more a round.
 const MAX_ROUNDS: usize = 60;
@@ -27,10 +26,19 @@ const MAX_ROUNDS: usize = 60;
 /// Weights rest when no estimated standard deviation and no parameter moves by more than this part.
 const AT_REST: f64 = 1e-10;
 
+/// Where errors of the inputs are large and collisions curved, rounds gain less: from this one on the weights rest within this
+/// part of a standard error.
+const PATIENCE: usize = 15;
+const SLOW_AT_REST: f64 = 1e-5;
+
 /// At a kink the weights differ from one side to the other, and the last digit says which round has which: the
 /// parameters then rest within this part of a standard error, estimated standard deviations within the other.
 const ERRORS_AT_KINK: f64 = 0.01;
 const CHANGE_AT_KINK: f64 = 1e-4;
+
+/// Inputs of shots that are best at a kink are held on one side of it once the parameters move by less than this part of a
+/// standard error.
+const HELD_FROM: f64 = 0.1;
 
 /// The weights of a robust loss rest later: a shot at the edge of its loss makes each round gain less.
 const ROBUST_AT_REST: f64 = 1e-8;
@@ -152,14 +160,26 @@ impl Search<'_> {
         Ok(constraints)
     }
 
-    fn whitening(&self, at: &Values, sds: &EstimatedSd) -> Result<Whitening, FitError> {
+    /// With the inputs of the shots estimated anew from where they were; `shared` are the errors that they share.
+    fn whitening(
+        &self,
+        at: &Values,
+        sds: &EstimatedSd,
+        shared: &[f64],
+        (before, hold): (Option<&Whitening>, Hold),
+    ) -> Result<Whitening, FitError> {
         if are_filmed(self.fitted) {
             return Ok(Whitening::none());
         }
-        let whitening = Whitening::new(self.fitted, &at.model(self.model), &at.coefficients, sds)
-            .ok_or(FitError::NoWeights)?;
-        let common = common_shifts(self.fitted, &at.model(self.model), &at.coefficients, &self.shared_errors);
-        Ok(whitening.with_common(common.ok_or(FitError::NoWeights)?))
+        let at = At {
+            model: &at.model(self.model),
+            coefficients: &at.coefficients,
+            estimated: sds,
+            hold,
+            shared_errors: &self.shared_errors,
+            shared,
+        };
+        Whitening::new(self.fitted, &at, before).ok_or(FitError::NoWeights)
     }
 
     /// These shots, of which velocities are fitted, at a minimum of their frames.
@@ -169,13 +189,15 @@ impl Search<'_> {
         minimum: &Minimum,
         sliding: Option<Measured>,
     ) -> Option<Minimum> {
-        let whitening = self.whitening(&minimum.values, &Vec::new()).ok()?;
         // the lift is then the model's own
         let shift = sliding.map(|s| (minimum.sliding(None) - s.value) / s.sd.unwrap_or(f64::INFINITY));
         let own = minimum.x.rows(0, free.len());
         let shared = self.shared();
         let padded = own.iter().copied().chain(shift).chain(std::iter::repeat(0.0));
         let x = DVector::from_iterator(free.len() + shared, padded.take(free.len() + shared));
+        let shared_values = &x.as_slice()[free.len()..];
+        let whitening =
+            self.whitening(&minimum.values, &Vec::new(), shared_values, (None, Hold::None)).ok()?;
         let Self { fitted, model, settings, initial, .. } = *self;
         let problem = Problem::new(fitted, model, settings, free, initial, &whitening);
         let (residuals, jacobian) = problem.evaluate_at(&x);
@@ -221,9 +243,12 @@ impl Search<'_> {
         let mut losses = Losses::new(loss);
         let mut weights = vec![1.0; self.fitted.len()];
         let mut iterations = 0;
+        let mut before: Option<Whitening> = None;
+        let mut hold = Hold::None;
         for round in 0.. {
             let sds: EstimatedSd = groups.iter().map(|g| (g.observable, g.sd)).collect();
-            let mut whitening = self.whitening(&values, &sds)?;
+            let shared_values = &x.as_slice()[free.len()..];
+            let mut whitening = self.whitening(&values, &sds, shared_values, (before.as_ref(), hold))?;
             if robust {
                 whitening = whitening.weighted(self.fitted, &weights);
             }
@@ -231,7 +256,7 @@ impl Search<'_> {
                 let Self { fitted, model, settings, initial, .. } = *self;
                 let problem = Problem::new(fitted, model, settings, free, initial, &whitening);
                 let (residuals, jacobian) = problem.evaluate_at(&x);
-                self.reweigh(&mut groups, &values, &jacobian, &losses, &weights);
+                self.reweigh(&mut groups, &values, &whitening, &jacobian, &losses, &weights);
                 let minimum = Minimum {
                     values,
                     cost: 0.5 * residuals.norm_squared(),
@@ -258,7 +283,8 @@ impl Search<'_> {
             let (moved, in_errors) = (step.amax(), (&solution.jacobian * &step).norm());
             x = solution.x.clone();
             values = residuals::values(&self.initial, free, &x);
-            let mut changed = self.reweigh(&mut groups, &values, &solution.jacobian, &losses, &weights);
+            let mut changed =
+                self.reweigh(&mut groups, &values, &whitening, &solution.jacobian, &losses, &weights);
             let used = weights.clone();
             if robust {
                 let distances = robust::distances(self.fitted, solution.residuals.as_slice(), &weights);
@@ -268,11 +294,19 @@ impl Search<'_> {
                     *weight = new;
                 }
             }
+            if round > 0 && in_errors < HELD_FROM {
+                hold = hold.max(Hold::AtKinks);
+            }
+            if round >= MAX_ROUNDS / 2 {
+                hold = Hold::All;
+            }
             let by_turns = at_kink && in_errors < ERRORS_AT_KINK && changed < CHANGE_AT_KINK;
-            let rest = !weights_move || moved.max(changed) < at_rest || by_turns;
+            let slow = round >= PATIENCE && in_errors.max(changed) < SLOW_AT_REST;
+            let rest = !weights_move || moved.max(changed) < at_rest || by_turns || slow;
             if rest && loss != last {
                 loss = last;
                 losses = Losses::new(loss);
+                before = Some(whitening);
                 continue;
             }
             if rest || round + 1 >= max_rounds {
@@ -309,6 +343,7 @@ impl Search<'_> {
                 };
                 return Ok((minimum, groups));
             }
+            before = Some(whitening);
         }
         Err(FitError::NoWeights)
     }
@@ -319,12 +354,15 @@ impl Search<'_> {
             return 2.0 * minimum.cost;
         }
         let sds: EstimatedSd = groups.iter().map(|g| (g.observable, g.sd)).collect();
-        let log_det = |Fitted { plan, .. }: &Fitted| {
-            let prediction = self.predict(plan, &minimum.values).ok()?;
+        let Minimum { values, whitening, .. } = minimum;
+        let model = values.model(self.model);
+        let log_det = |(number, Fitted { plan, .. }): (usize, &Fitted)| {
+            let prediction = whitening.predict(number, plan, &model, &values.coefficients).ok()?;
             let l = covariance(plan, &prediction, &sds).cholesky()?.l();
             Some(2.0 * l.diagonal().iter().map(|d| d.ln()).sum::<f64>())
         };
-        let log_det = self.fitted.iter().map(|shot| log_det(shot).unwrap_or(f64::NAN)).sum::<f64>();
+        let shots = self.fitted.iter().enumerate();
+        let log_det = shots.map(|shot| log_det(shot).unwrap_or(f64::NAN)).sum::<f64>();
         2.0 * minimum.cost + log_det
     }
 }

@@ -4,8 +4,8 @@ use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rayon::prelude::*;
 
-use super::run::Settled;
 use super::search::Search;
+use super::settled::Settled;
 use super::{FitError, Options};
 use crate::parameters::Parameter;
 use crate::values::Values;

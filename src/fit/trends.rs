@@ -4,10 +4,11 @@ use nalgebra::{DMatrix, DVector};
 use statrs::distribution::{ContinuousCDF, Normal, StudentsT};
 
 use super::goodness::{Basis, Context, OWN};
+use super::uncertainty::Minimum;
 use crate::dataset::{Before, Shot};
 use crate::observable::{Axis, Observable};
-use crate::predict::Prediction;
-use crate::residuals::{Fitted, covariance};
+use crate::residuals::Fitted;
+use crate::whitening::covariance;
 
 /// A trend this improbable, with all the trends that were looked for taken into account, is named.
 const SIGNIFICANT: f64 = 0.05;
@@ -137,7 +138,8 @@ struct View {
 
 fn view(context: &Context, number: usize) -> Option<View> {
     let Fitted { plan, .. } = &context.fitted[number];
-    let prediction: Prediction = plan.predict(context.model, &context.minimum.values.coefficients).ok()?;
+    let Minimum { whitening, values, .. } = context.minimum;
+    let prediction = whitening.predict(number, plan, context.model, &values.coefficients).ok()?;
     let covariance = covariance(plan, &prediction, context.sds);
     let l = covariance.clone().cholesky()?.l();
     let weight = context.minimum.weights.get(number).map_or(1.0, |w| w.sqrt());

@@ -9,8 +9,8 @@ use crate::dataset::Measured;
 use crate::impact::film;
 use crate::optimise::{Activity, Constraints};
 use crate::parameters::{Parameter, Settings};
-use crate::residuals::Whitening;
 use crate::values::Values;
+use crate::whitening::Whitening;
 
 /// Below this ratio of singular values of the column-scaled Jacobian a combination of parameters
 /// is not determined: its standard error would be rounding.

@@ -5,6 +5,7 @@ use nalgebra::{DMatrix, DVector, SMatrix};
 
 use super::model::{Frames, Lift, Scene as ModelScene, Unknowns, unknown};
 use super::{Impact, LiftPrior, Lifted, PathErrors, Quantity, Scene, Unusable, start, symmetric};
+use crate::collision::Coefficients;
 use crate::dataset::Spin;
 use crate::optimise::{self, Constraints, Options, Termination};
 use crate::track::{Sample, TrackShot};
@@ -23,6 +24,9 @@ const GAP_PART: f64 = 0.01;
 
 /// Part of the closing speed that a lift is always uncertain by.
 const LEAST_LIFT: f64 = 1e-3;
+
+/// Less than this part of the closing speed upwards is stun.
+const LEAST_VERTICAL: f64 = 1e-6;
 
 /// A fit stops within some hundredths of a standard error of the minimum.
 const ORTHOGONALITY: f64 = 3e-3;
@@ -121,7 +125,7 @@ impl<'a> Tracked<'a> {
         let mut free: Vec<usize> = (0..unknown::COUNT).filter(|i| *i != unknown::GAP).collect();
         let spin_is_unknown = self.model.spin == Spin::Unknown;
         free.retain(|i| *i != unknown::ROLL || spin_is_unknown);
-        if lift == Lift::None {
+        if lift == Lift::None && !spin_is_unknown {
             start[unknown::LIFT] = 0.0;
             free.retain(|i| *i != unknown::LIFT);
         }
@@ -131,7 +135,7 @@ impl<'a> Tracked<'a> {
             priors.push((unknown::ROLL, ROLL.0, ROLL.1));
         }
         let mut lift_held = None;
-        if lift != Lift::None {
+        if lift != Lift::None || spin_is_unknown {
             let (mean, sd) = self.lift_prior(&start);
             lift_held = matches!(self.scene.lift, LiftPrior::Model(..)).then_some((mean, sd));
             priors.push((unknown::LIFT, mean, sd));
@@ -140,6 +144,7 @@ impl<'a> Tracked<'a> {
         let bound = |low: bool| {
             let limit = |i: &usize| match (*i, low) {
                 (unknown::LIFT | unknown::SLIDING, true) => 0.0,
+                (unknown::LIFT, false) if spin_is_unknown => MOST_LIFT,
                 (unknown::LIFT, false) => MOST_LIFT * closing,
                 (unknown::SLIDING, false) => 1.0,
                 (_, true) => f64::NEG_INFINITY,
@@ -180,9 +185,26 @@ impl<'a> Tracked<'a> {
         })
     }
 
-    /// Mean and standard deviation of |J_z|.
+    /// Mean and standard deviation of [`unknown::LIFT`].
     fn lift_prior(&self, z: &Unknowns) -> (f64, f64) {
         let vertical = z[unknown::BEFORE] * self.model.vertical(z);
+        let (mean, sd) = self.vertical_impulse(z, vertical);
+        match (self.model.spin, self.scene.lift) {
+            (Spin::Unknown, LiftPrior::Published(mean, sd)) => (mean, sd),
+            // without vertical slip the friction's first direction says nothing: J_n μ
+            (Spin::Unknown, LiftPrior::Model(_, Coefficients { mu, e, .. }, sd))
+                if !(vertical > LEAST_VERTICAL * z[unknown::BEFORE]) =>
+            {
+                let mean = 0.5 * mu * (1.0 + e);
+                (mean, (sd * mean).max(LEAST_LIFT))
+            }
+            (Spin::Unknown, _) => (mean / vertical, sd / vertical),
+            _ => (mean, sd),
+        }
+    }
+
+    /// Mean and standard deviation of |J_z|.
+    fn vertical_impulse(&self, z: &Unknowns, vertical: f64) -> (f64, f64) {
         match self.scene.lift {
             LiftPrior::Published(mean, sd) => (mean * vertical, sd * vertical),
             LiftPrior::Model(model, coefficients, sd) => {
@@ -285,7 +307,11 @@ impl<'a> Tracked<'a> {
             put(qx, x, &[(first, cos), (first + 1, -sin), (unknown::DIRECTION, -y)]);
             put(qy, y, &[(first, sin), (first + 1, cos), (unknown::DIRECTION, x)]);
         }
-        put(Quantity::Lift, z[unknown::LIFT], &[(unknown::LIFT, 1.0)]);
+        let per_lift = match self.model.spin {
+            Spin::Unknown => z[unknown::BEFORE] * self.model.vertical(z),
+            _ => 1.0,
+        };
+        put(Quantity::Lift, per_lift * z[unknown::LIFT], &[(unknown::LIFT, per_lift)]);
         put(Quantity::Sliding, z[unknown::SLIDING], &[(unknown::SLIDING, 1.0)]);
         put(Quantity::Time, z[unknown::TIME], &[(unknown::TIME, 1.0)]);
         if self.model.spin == Spin::Unknown {
@@ -315,7 +341,10 @@ impl<'a> Tracked<'a> {
             outliers: fitted.wrong_cue.len() + fitted.wrong_object.len(),
             window: [fitted.from, fitted.to],
             unknowns: *z,
-            lift_held: fitted.lift_held.map(|(mean, sd)| (mean, sd * factor.sqrt())),
+            lift_held: fitted
+                .lift_held
+                .filter(|_| per_lift > 0.0)
+                .map(|(mean, sd)| (per_lift * mean, per_lift * sd * factor.sqrt())),
             wrong: [fitted.wrong_cue.clone(), fitted.wrong_object.clone()],
             scale: factor.sqrt(),
             spin: self.model.spin,

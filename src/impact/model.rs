@@ -22,7 +22,9 @@ pub(super) mod unknown {
     pub const CUE: usize = 6;
     /// Object ball's velocity just after it.
     pub const BALL: usize = 8;
-    /// Vertical friction impulse |J_z|, which lifts the cue ball (topspin) or the object ball (draw).
+    /// Vertical friction impulse |J_z|, which lifts the cue ball (topspin) or the object ball (draw). Where the spin is
+    /// unknown, in parts of the vertical part of the closing speed, μ(1 + e)/2 of it, so that it turns round smoothly
+    /// with the spin.
     pub const LIFT: usize = 10;
     /// μ_k of the cloth.
     pub const SLIDING: usize = 11;
@@ -124,6 +126,13 @@ impl Scene {
         if slip > 0.0 { v_z.abs() / slip } else { 0.0 }
     }
 
+    /// The part of the closing speed that is vertical in the slip of the contact, v_z/|v|, positive with topspin.
+    fn upward<T: Number>(&self, before: [T; 2], spin: [T; 3]) -> T {
+        let (v_y, v_z) = (-before[1] - spin[2] * self.ball.radius, spin[1] * self.ball.radius);
+        let slip = (v_y * v_y + v_z * v_z).sqrt();
+        if slip.re() > 0.0 { before[0] * v_z / slip } else { T::from(0.0) }
+    }
+
     pub(super) fn lift(&self, z: &Unknowns) -> Lift {
         let (sin, cos) = z[DIRECTION].sin_cos();
         let topspin = self.spin([cos, sin], [z[BEFORE], z[BEFORE + 1]], z[ROLL])[1];
@@ -186,12 +195,16 @@ impl<T: Number> Motion<T> {
         let (before, cue, ball) = (pair(BEFORE), pair(CUE), pair(BALL));
 
         let spin = scene.spin(normal, before, z[ROLL]);
-        let lift = scene.lift(&Unknowns::from_fn(|i, _| z[i].re()));
         // J_z is negative with topspin; J_y = U_y − U_fy
-        let j_z = match lift {
-            Lift::Cue => -z[LIFT],
-            Lift::Object => z[LIFT],
-            Lift::None => zero,
+        let (lift, j_z) = if scene.spin == Spin::Unknown {
+            let j_z = -z[LIFT] * scene.upward(before, spin);
+            (if j_z.re() > 0.0 { Lift::Object } else { Lift::Cue }, j_z)
+        } else {
+            match scene.lift(&Unknowns::from_fn(|i, _| z[i].re())) {
+                Lift::Cue => (Lift::Cue, -z[LIFT]),
+                Lift::Object => (Lift::Object, z[LIFT]),
+                Lift::None => (Lift::None, zero),
+            }
         };
         let nu_r = inertia * radius;
         // ω_f = ω_i + (0, J_z, −J_y)/νR
@@ -199,7 +212,11 @@ impl<T: Number> Motion<T> {
         // Ω_y = (1 − m_s)J_z/νR, where m_s J_z = V_x − q and q = U_x − U_fx
         let cloth_impulse = if lift == Lift::Cue { ball[0] - (before[0] - cue[0]) } else { zero };
         let object_spin = [zero, (j_z - cloth_impulse) / nu_r];
-        let up = |lifted: bool| if lifted { z[LIFT] } else { zero };
+        let up = |lifted: bool| match (lifted, lift) {
+            (false, _) | (_, Lift::None) => zero,
+            (true, Lift::Cue) => -j_z,
+            (true, Lift::Object) => j_z,
+        };
 
         let cloth =
             Cloth { sliding: z[SLIDING], rolling: T::from(scene.rolling), bounce: T::from(scene.bounce) };

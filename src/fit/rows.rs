@@ -1,0 +1,65 @@
+//! Residuals and noise of a fit, a row each.
+
+use super::search::Group;
+use super::uncertainty::Minimum;
+use super::{Noise, Residual};
+use crate::collision::Model;
+use crate::dataset::Shot;
+use crate::predict::difference;
+use crate::residuals::Fitted;
+use crate::whitening::{EstimatedSd, covariance};
+
+/// One row for each observation.
+pub(super) fn residual_rows(
+    shots: &[&Shot],
+    fitted: &[Fitted],
+    model: &Model,
+    at: &Minimum,
+    groups: &[Group],
+) -> Vec<Residual> {
+    let sds: EstimatedSd =
+        groups.iter().map(|g| (g.observable, if g.estimable { g.sd } else { f64::NAN })).collect();
+    let mut rows = Vec::new();
+    for (number, Fitted { index, plan, .. }) in fitted.iter().enumerate() {
+        let predicted = at.whitening.predict(number, plan, model, &at.values.coefficients);
+        let Ok(prediction) = predicted else { continue };
+        let covariance = covariance(plan, &prediction, &sds);
+        for (i, row) in plan.rows().iter().enumerate() {
+            let sd = covariance[(i, i)].sqrt();
+            let d = difference(row.observable, prediction.values[i], row.measured.value);
+            rows.push(Residual {
+                shot: shots[*index].name.clone(),
+                observable: row.observable,
+                measured: row.measured.value,
+                predicted: row.measured.value + d,
+                sd,
+                standardized: -d / sd,
+                cut: plan.cut(),
+                speed: plan.knows_speed().then_some(prediction.speed),
+            });
+        }
+    }
+    rows
+}
+
+/// One row for each observable.
+pub(super) fn noise_rows(fitted: &[Fitted], residuals: &[Residual], groups: &[Group]) -> Vec<Noise> {
+    let mut rows: Vec<Noise> = Vec::new();
+    for measurement in fitted.iter().flat_map(|shot| shot.plan.rows()) {
+        let observable = measurement.observable;
+        if rows.iter().any(|row| row.observable == observable) {
+            continue;
+        }
+        let own = residuals.iter().filter(|r| r.observable == observable);
+        let (sum, count) =
+            own.fold((0.0, 0), |(sum, count), r| (sum + (r.measured - r.predicted).powi(2), count + 1));
+        let group = groups.iter().find(|g| g.observable == observable);
+        rows.push(Noise {
+            observable,
+            count,
+            rms: (sum / count as f64).sqrt(),
+            estimated_sd: group.map(|g| if g.estimable { g.sd } else { f64::NAN }),
+        });
+    }
+    rows
+}
