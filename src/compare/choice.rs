@@ -6,16 +6,8 @@ use super::joint::Weights;
 use super::told::{Settled, settle};
 use super::{CompareError, Sample};
 use crate::collision::Coefficients;
+use crate::fit::choice::{EVIDENCE, OTHERWISE, PART, ROUNDS, SAMPLE};
 use crate::parameters::Parameter;
-
-/// As in a single fit: of a shot's smallest standard error, what may be left out; of the speed, where the data
-/// state no errors; how much lower −2 log L must be to go beyond the equations that the parameters are defined by; rounds
-/// of correcting and fitting; shots that tell what is to be computed how.
-const PART: f64 = 0.1;
-const OTHERWISE: f64 = 1e-4;
-const EVIDENCE: f64 = 6.0;
-const ROUNDS: usize = 2;
-const SAMPLE: usize = 2000;
 
 /// What is compared, as [`settle`] takes it.
 #[derive(Clone, Copy)]

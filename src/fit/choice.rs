@@ -11,16 +11,16 @@ use crate::residuals::Fitted;
 use crate::values::Values;
 
 /// Of a shot's smallest standard error, what may be left out: squared it adds a hundredth.
-const PART: f64 = 0.1;
+pub(crate) const PART: f64 = 0.1;
 
 /// Of the speed, where the data state no errors.
-const OTHERWISE: f64 = 1e-4;
+pub(crate) const OTHERWISE: f64 = 1e-4;
 
 /// Rounds of correcting and fitting: with its slope, a correction is off by the square of what the first changes.
-const ROUNDS: usize = 2;
+pub(crate) const ROUNDS: usize = 2;
 
 /// −2 log L must be lower by this, odds of 20 to 1, to go beyond the equations that the parameters are defined by.
-const EVIDENCE: f64 = 6.0;
+pub(crate) const EVIDENCE: f64 = 6.0;
 
 /// What `contact` would have given.
 pub(super) struct Refused {
@@ -51,7 +51,7 @@ impl Refused {
 }
 
 /// So many shots, spread evenly, tell what is to be computed how.
-const SAMPLE: usize = 2000;
+pub(crate) const SAMPLE: usize = 2000;
 
 /// Each shot takes the cheapest fidelity that keeps within [`PART`] of its standard errors, first at the initial
 /// values, then where a fit with these ends. One that calls for `contact` is computed as `full` with a correction,

@@ -1,7 +1,7 @@
 //! Data set + settings → [`Fit`]: estimates, uncertainties, residuals, and what to think of them.
 
 mod bootstrap;
-mod choice;
+pub(crate) mod choice;
 mod compare_models;
 mod contour;
 mod frames;

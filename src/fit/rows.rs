@@ -1,6 +1,6 @@
 //! Residuals and noise of a fit, a row each.
 
-use super::search::Group;
+use super::noise::Group;
 use super::uncertainty::Minimum;
 use super::{Noise, Residual};
 use crate::collision::Model;

@@ -2,8 +2,7 @@
 
 use nalgebra::DVector;
 
-pub(super) use super::noise::Group;
-pub(super) use super::plateau::Plateau;
+use super::noise::Group;
 use super::profile::Slice;
 use super::robust::{self, Losses};
 use super::uncertainty::Minimum;

@@ -1,7 +1,9 @@
 //! The fit of all that the data tell: what they do not is held, and the rest fitted again.
 
 use super::identify;
-use super::search::{Group, Plateau, Search};
+use super::noise::Group;
+use super::plateau::Plateau;
+use super::search::Search;
 use super::uncertainty::{self, Minimum};
 use super::{FitError, Identifiability};
 use crate::parameters::{Parameter, Settings};
