@@ -1,6 +1,6 @@
 //! The equations of `full` to 30 digits: in numbers of twice the precision, by power series in τ = −ln u
 //! along the whole way of the slip. It shares nothing with [`crate::collision`] but the equations, and takes
-//! a thousand times as long.
+//! thousands of times as long. For μ_s up to 1 and speeds whose squares neither overflow nor vanish.
 //!
 //! | symbol | meaning |
 //! | --- | --- |
@@ -169,7 +169,7 @@ impl Scaled {
         if self.e == zero {
             return from;
         }
-        // w = w_c + (…)² there: bisection to where Newton's method is safe, then its last rounds on w itself
+        // w sets out as a square, from which Newton's method would start badly
         let (mut low, mut high) = (from, number(PANEL));
         for _ in 0..BISECTIONS {
             let middle = 0.5 * (low + high);

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use caromfit::baseline::Tolerance;
 use caromfit::collision::{Effects, Fidelity, Model};
 use caromfit::effects;
-use caromfit::fit::{self, Depth, Falling, Method, Options};
+use caromfit::fit::{self, Depth, Falling, Fit, Method, Options};
 use caromfit::footage::{self, with_impacts};
 use caromfit::friction::Law;
 use caromfit::impact::Impact;
@@ -125,7 +125,10 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         let most = if method == Method::Joint { usize::MAX } else { BOUND_FROM };
         let films = footage::films(&extracted, &scene, most);
         match fit::fit_watched(&dataset, &films, &options, &|| progress.done()) {
-            Ok(of_dataset) => {
+            Ok(mut of_dataset) => {
+                if method == Method::TwoStage && footage::finds_spins(&extracted) {
+                    of_dataset.iter_mut().for_each(Fit::warn_of_spins_from_motion);
+                }
                 let worst = report::html::worth_drawing(&of_dataset);
                 let drawn =
                     report::extracted::pictures_of(&worst, &extracted, &scene).map_err(Failure::work)?;

@@ -326,3 +326,44 @@ fn a_fit_counts_how_its_shots_were_computed() {
     let shots = fit["computed"].as_array().unwrap().iter().map(|c| c["shots"].as_u64().unwrap());
     assert_eq!(Some(shots.sum()), fit["shots_used"].as_u64());
 }
+
+const DRAWN: &str = r#"
+name = "drawn"
+kind = "tracks"
+seed = 5
+[truth]
+mu = 0.06
+mu_s = 0.25
+e = 0.95
+[shots]
+count = 8
+speed_m_s = [1.0, 4.0]
+cut_deg = [-50.0, 50.0]
+cue_spin = ["draw"]
+[noise]
+velocity_m_s = 0.004
+line_of_centres_deg = 0.05
+spin_rad_s = 0.5
+angle_deg = 0.2
+"#;
+
+/// Where nothing tells the spins, all frames are fitted; a fit of velocities that is asked for warns.
+#[test]
+fn unknown_spins() {
+    let lab = Lab::empty();
+    let (spec, file) = (lab.data.with_file_name("spec.toml"), lab.data.join("dataset.toml"));
+    fs::write(&spec, DRAWN).unwrap();
+    fs::remove_dir(&lab.data).unwrap();
+    done(&caromfit(["synth", spec.to_str().unwrap(), "--out", lab.data.to_str().unwrap()]));
+    let toml = fs::read_to_string(&file).unwrap();
+    fs::write(&file, swap(&swap(&toml, "\"measured\"", "\"unknown\""), "shots = \"shots.csv\"\n", ""))
+        .unwrap();
+    let warnings = |more: &[&str], method: &str| {
+        let output = lab.fit(&[&["--json"], more].concat());
+        let fits: Value = serde_json::from_str(done(&output)).unwrap();
+        assert_eq!(fits[0]["method"], method);
+        fits[0]["warnings"].to_string()
+    };
+    assert!(!warnings(&[], "joint").contains("found from the motion"));
+    assert!(warnings(&["--method", "two-stage"], "two-stage").contains("--method joint"));
+}
