@@ -6,7 +6,7 @@ use super::joint::Weights;
 use super::told::{Settled, settle};
 use super::{CompareError, Sample};
 use crate::collision::Coefficients;
-use crate::fit::choice::{EVIDENCE, OTHERWISE, PART, ROUNDS, SAMPLE};
+use crate::fit::choice::{EVIDENCE, OTHERWISE, PART, ROUNDS, SAMPLE, left_out};
 use crate::parameters::Parameter;
 
 /// What is compared, as [`settle`] takes it.
@@ -119,15 +119,6 @@ fn correct(
 }
 
 fn refusal(higher: f64, with: &Settled) -> String {
-    let verdict = if higher > EVIDENCE {
-        format!("with these the shots are fitted less well (−2 log L higher by {higher:.1})")
-    } else {
-        let way = if higher > 0.0 { "higher" } else { "lower" };
-        format!(
-            "all data sets together do not tell whether these act (−2 log L {way} by {:.1})",
-            higher.abs()
-        )
-    };
     let mut found: Vec<String> = Vec::new();
     for parameter in Parameter::COEFFICIENTS {
         let mut seen = Vec::new();
@@ -143,9 +134,5 @@ fn refusal(higher: f64, with: &Settled) -> String {
             last.truncate(last.rfind(" (").unwrap_or(last.len()));
         }
     }
-    format!(
-        "The balls' weight and all that the cloth does during the impact (--fidelity contact) are as large as a part of \
-         these shots' errors, but {verdict}: left out. With these {}.",
-        found.join(", ")
-    )
+    left_out(higher, "all data sets together do", &found)
 }

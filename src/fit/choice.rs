@@ -32,22 +32,28 @@ pub(super) struct Refused {
 
 impl Refused {
     pub(super) fn note(&self) -> String {
-        let Self { higher, with } = self;
-        let verdict = if *higher > EVIDENCE {
-            format!("with these the shots are fitted less well (−2 log L higher by {higher:.1})")
-        } else {
-            let way = if *higher > 0.0 { "higher" } else { "lower" };
-            format!("the shots do not tell whether these act (−2 log L {way} by {:.1})", higher.abs())
-        };
-        let found: Vec<String> =
-            with.iter().map(|(parameter, value)| format!("{} = {value:.4}", parameter.symbol())).collect();
-        let found =
-            if found.is_empty() { String::new() } else { format!(". With these {}", found.join(", ")) };
-        format!(
-            "The balls' weight and all that the cloth does during the impact (--fidelity contact) are as large as a part of \
-             these shots' errors, but {verdict}: left out{found}."
-        )
+        let found: Vec<String> = self
+            .with
+            .iter()
+            .map(|(parameter, value)| format!("{} = {value:.4}", parameter.symbol()))
+            .collect();
+        left_out(self.higher, "the shots do", &found)
     }
+}
+
+/// Why `contact` was left out, with −2 log L `higher` by so much and these values `found` with it; `who` do not tell.
+pub(crate) fn left_out(higher: f64, who: &str, found: &[String]) -> String {
+    let verdict = if higher > EVIDENCE {
+        format!("with these the shots are fitted less well (−2 log L higher by {higher:.1})")
+    } else {
+        let way = if higher > 0.0 { "higher" } else { "lower" };
+        format!("{who} not tell whether these act (−2 log L {way} by {:.1})", higher.abs())
+    };
+    let found = if found.is_empty() { String::new() } else { format!(". With these {}", found.join(", ")) };
+    format!(
+        "The balls' weight and all that the cloth does during the impact (--fidelity contact) are as large as a part of \
+         these shots' errors, but {verdict}: left out{found}."
+    )
 }
 
 /// So many shots, spread evenly, tell what is to be computed how.

@@ -64,7 +64,7 @@ pub(super) fn impulse(contact: &Contact) -> (Impulse, Regime) {
     if usual.holds {
         return (usual.impulse(contact, &path), Regime::Slide);
     }
-    let end = solve(contact);
+    let end = solve(contact, &path, rho);
     (end.impulse(contact), end.regime())
 }
 
@@ -82,7 +82,7 @@ pub(super) fn impulse_and_gradient(contact: &Contact) -> ((Impulse, Regime), Imp
         };
         return (solution, gradient);
     }
-    let end = solve(contact);
+    let end = solve(contact, &path, rho);
     let gradient = if regular { gradient::gradient(contact, &end) } else { regular_gradient(contact) };
     ((end.impulse(contact), end.regime()), gradient)
 }
@@ -93,7 +93,8 @@ fn regular_gradient(contact: &Contact) -> ImpulseGradient {
     let &Contact { k, v_y, v_z, mu, e, .. } = contact;
     let unit =
         Contact { k: 1.0, v_y: v_y / k, v_z: v_z / k, mu: mu.max(TINY_MU), e: e.max(TINY_E), ..*contact };
-    let mut gradient = gradient::gradient(&unit, &solve(&unit));
+    let (path, rho) = start(&unit);
+    let mut gradient = gradient::gradient(&unit, &solve(&unit, &path, rho));
     for of in [&mut gradient.normal, &mut gradient.y, &mut gradient.z] {
         for coefficient in [variable::MU, variable::M_S, variable::E] {
             of[coefficient] *= k;
@@ -144,12 +145,11 @@ impl End {
 }
 
 #[inline]
-fn solve(contact: &Contact) -> End {
-    let (path, rho) = start(contact);
+fn solve(contact: &Contact, path: &Path, rho: f64) -> End {
     if rho == 0.0 {
         return End::Stick { q: 0.5 * (1.0 + contact.e) * contact.k, compressed: None };
     }
-    if contact.v_z > 0.0 { cloth::solve(contact, &path, rho) } else { free::solve(contact, &path, rho) }
+    if contact.v_z > 0.0 { cloth::solve(contact, path, rho) } else { free::solve(contact, path, rho) }
 }
 
 /// The path of the slip and ρ.

@@ -225,7 +225,7 @@ mod tests {
                 continue;
             }
             held[usize::from(topspin)] += 1;
-            let end = solve(&contact);
+            let end = solve(&contact, &path, rho);
             let End::Slide { slips: Slips { end: slip, .. }, .. } = end else {
                 panic!("sticks: {contact:?}");
             };

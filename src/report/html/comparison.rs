@@ -1,6 +1,6 @@
 //! The report of a comparison.
 
-use super::{Page, Picture, Section, ShotPicture, Spot, present, render, shot_list, spot, with_spots};
+use super::{Page, Picture, Section, ShotPicture, present, render, shot_list, with_spots};
 use crate::compare::Comparison;
 use crate::fit::Residual;
 use crate::report::compare::{METHOD, about, cell, lines, notes, shot_name};
@@ -15,13 +15,10 @@ pub fn of_comparison(
     shots: &[ShotPicture],
 ) -> Result<String, ReportError> {
     let listed = shot_list(named(comparison), shots);
-    let spots: Vec<Spot> = spots
-        .iter()
-        .filter_map(|(x, y, index)| {
-            let residual = comparison.residuals.get(*index)?;
-            Some(spot(*x, *y, &shot_name(comparison, residual), &residual.of_shot, &listed))
-        })
-        .collect();
+    let spots = super::spots(spots, &listed, |index| {
+        let residual = comparison.residuals.get(index)?;
+        Some((shot_name(comparison, residual), &residual.of_shot))
+    });
     let pictures = vec![
         Picture {
             title: "Estimates".to_owned(),

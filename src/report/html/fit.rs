@@ -1,8 +1,6 @@
 //! The report of a fit.
 
-use super::{
-    MOST_PICTURES, Page, Picture, Section, ShotPicture, Spot, present, render, shot_list, spot, with_spots,
-};
+use super::{MOST_PICTURES, Page, Picture, Section, ShotPicture, present, render, shot_list, with_spots};
 use crate::fit::{Fit, Residual};
 use crate::report::compare::p_text;
 use crate::report::table::estimate;
@@ -18,13 +16,9 @@ pub fn of_fit(
     shots: &[ShotPicture],
 ) -> Result<String, ReportError> {
     let listed = shot_list(named(fit), shots);
-    let spots: Vec<Spot> = spots
-        .iter()
-        .filter_map(|(x, y, index)| {
-            let residual = fit.residuals.get(*index)?;
-            Some(spot(*x, *y, &residual.shot, residual, &listed))
-        })
-        .collect();
+    let spots = super::spots(spots, &listed, |index| {
+        fit.residuals.get(index).map(|residual| (residual.shot.clone(), residual))
+    });
     let mut pictures = vec![Picture {
         title: "Residuals".to_owned(),
         svg: with_spots(residuals, &spots),

@@ -146,15 +146,23 @@ fn shot_list<'a>(
     shots
 }
 
-/// What a point on a picture says of its residual, and where it leads.
-fn spot(x: i32, y: i32, name: &str, residual: &Residual, shots: &[Shot]) -> Spot {
-    let text = format!(
-        "shot {name}: {}, {:+.2} standard deviations",
-        residual.observable.label(),
-        residual.standardized
-    );
-    let target = shots.iter().find(|shot| shot.name == name).map(|shot| shot.id.clone());
-    Spot { x, y, target, text }
+/// What each point on a picture says of its residual, and where it leads; `of` tells a residual's shot and itself.
+fn spots<'a>(
+    points: &[(i32, i32, usize)],
+    shots: &[Shot],
+    of: impl Fn(usize) -> Option<(String, &'a Residual)>,
+) -> Vec<Spot> {
+    let spot = |&(x, y, index): &(i32, i32, usize)| {
+        let (name, residual) = of(index)?;
+        let text = format!(
+            "shot {name}: {}, {:+.2} standard deviations",
+            residual.observable.label(),
+            residual.standardized
+        );
+        let target = shots.iter().find(|shot| shot.name == name).map(|shot| shot.id.clone());
+        Some(Spot { x, y, target, text })
+    };
+    points.iter().filter_map(spot).collect()
 }
 
 /// A picture with a place over each point that names its shot when the pointer is there.
