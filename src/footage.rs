@@ -2,12 +2,15 @@
 
 use std::sync::Arc;
 
+use rayon::prelude::*;
+
 use crate::collision::{Coefficients, Fidelity, Model};
-use crate::dataset::{Dataset, Spin, Tracks};
+use crate::dataset::{Dataset, Measured, Shot, Spin, Tracks};
 use crate::fit::{self, Depth, Options, Status};
 use crate::impact::disc::{self, DiscImpact, Quantity};
 use crate::impact::film::Film;
-use crate::impact::{Impact, LiftPrior, Scene, Unusable, extract_all, shots};
+use crate::impact::{Impact, LiftPrior, Scene, Unusable, extract_all, near_model, shots};
+use crate::loss::Loss;
 use crate::parameters::Parameter;
 use crate::track::TrackShot;
 
@@ -43,7 +46,7 @@ pub fn with_impacts(
     let Some(tracks) = dataset.tracks.take() else { return (dataset, Vec::new(), scene) };
     let skipped = tracks.skipped.iter().map(|(shot, reason)| (shot.clone(), format!("skipped: {reason}")));
     dataset.left_out.extend(skipped);
-    let (scene, lift_sd) = learned(&dataset, &tracks.shots, scene);
+    let (mut scene, lift_sd) = learned(&dataset, &tracks.shots, scene);
     let impacts = extract_all(&tracks.shots, &scene, done);
     let mut extracted = Vec::with_capacity(tracks.shots.len());
     for (track, impact) in tracks.shots.into_iter().zip(impacts) {
@@ -53,9 +56,8 @@ pub fn with_impacts(
         }
     }
     dataset.lift_sd = lift_sd;
-    dataset.sliding = shots::sliding(extracted.iter().map(|(_, impact)| impact));
-    dataset.shots =
-        extracted.iter().map(|(track, impact)| shots::shot(track, impact, dataset.sliding)).collect();
+    let found = extracted.iter().map(|(track, impact)| (track, impact)).collect();
+    (dataset.shots, dataset.sliding) = shots_of(found, &mut scene);
     dataset.tracks = Some(Tracks { shots: Vec::new(), ..tracks });
     (dataset, extracted, scene)
 }
@@ -131,7 +133,7 @@ fn learned(dataset: &Dataset, tracks: &[TrackShot], scene: Scene) -> (Scene, Opt
     let (mut scene, mut shared) = (scene, None);
     for _ in 0..LEARN_ROUNDS {
         let impacts = extract_all(&sample, &scene, &|| ());
-        let Some((coefficients, mu_sd)) = coefficients(dataset, &sample, &impacts) else { break };
+        let Some((coefficients, mu_sd)) = coefficients(dataset, &sample, &impacts, &mut scene) else { break };
         let model = Model::new(Fidelity::Full, dataset.ball);
         scene.lift = LiftPrior::Model(model, coefficients, LIFT_SD);
         shared = Some(SHARED_LIFT_SD.hypot(mu_sd / coefficients.mu));
@@ -139,17 +141,35 @@ fn learned(dataset: &Dataset, tracks: &[TrackShot], scene: Scene) -> (Scene, Opt
     (scene, shared)
 }
 
+/// The shots of a data set, and the μ_k that all of them together tell, which the scene has from then on.
+fn shots_of(found: Vec<(&TrackShot, &Impact)>, scene: &mut Scene) -> (Vec<Shot>, Option<Measured>) {
+    let sliding = shots::sliding(found.iter().map(|(_, impact)| *impact));
+    if let Some(sliding) = sliding {
+        scene.cloth.sliding = sliding.value;
+    }
+    let scene = *scene;
+    let shot = |(track, impact): (&TrackShot, &Impact)| {
+        let near = near_model(track, impact, &scene);
+        shots::shot(track, near.as_ref().unwrap_or(impact), sliding)
+    };
+    (found.into_par_iter().map(shot).collect(), sliding)
+}
+
 /// What shots tell, and the standard error of μ.
 fn coefficients(
     dataset: &Dataset,
     tracks: &[TrackShot],
     impacts: &[Result<Impact, Unusable>],
+    scene: &mut Scene,
 ) -> Option<(Coefficients, f64)> {
-    let sliding = shots::sliding(impacts.iter().flatten());
     let usable = tracks.iter().zip(impacts);
-    let shots = usable.filter_map(|(track, impact)| Some(shots::shot(track, impact.as_ref().ok()?, sliding)));
-    let some = Dataset { shots: shots.collect(), sliding, by: None, left_out: Vec::new(), ..dataset.clone() };
-    let fit = fit::fit(&some, &Options { depth: Depth::Estimates, ..Options::default() }).ok()?.pop()?;
+    let usable: Vec<_> = usable.filter_map(|(track, impact)| Some((track, impact.as_ref().ok()?))).collect();
+    // paths alone may tell a spin that is wholly wrong
+    let loss = usable.iter().any(|(_, impact)| impact.spin == Spin::Unknown).then_some(Loss::Huber);
+    let (shots, sliding) = shots_of(usable, scene);
+    let some = Dataset { shots, sliding, by: None, left_out: Vec::new(), ..dataset.clone() };
+    let options = Options { depth: Depth::Estimates, loss, ..Options::default() };
+    let fit = fit::fit(&some, &options).ok()?.pop()?;
     let [mu, mu_s, e] = Parameter::COEFFICIENTS.map(|parameter| fit.estimates[parameter as usize]);
     let known = fit.converged && mu.status != Status::NotIdentified && mu.value > 0.0;
     let coefficients = Coefficients { mu: mu.value, mu_s: mu_s.value, e: e.value };

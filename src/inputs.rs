@@ -40,6 +40,10 @@ const UNSETTLED: f64 = 1e-2;
 /// side, also when the parameters move a little.
 const BEFORE_KINK: f64 = 0.5;
 
+/// The spin's place among the inputs, and where else it is looked for, in standard errors.
+const SPIN: usize = 3;
+const ELSEWHERE: [f64; 4] = [-2.0, -1.0, 1.0, 2.0];
+
 /// A sum that rises by this part of itself, or of 1, is rounding.
 const ROUNDING: f64 = 1e-13;
 
@@ -161,9 +165,19 @@ struct Point {
 #[derive(Clone, Copy, Debug)]
 pub struct Estimated {
     pub t: Units,
+    /// The shot's part of χ².
+    pub chi2: f64,
     /// The best place is a kink: where the contact begins to stick, or the cue ball's topspin to press the object ball into
     /// the cloth. They are on one side of it.
     pub at_kink: bool,
+}
+
+/// Where the inputs of a shot are looked for besides where they were: a spin that the motion told errs so much that the sum has
+/// several minima.
+pub fn elsewhere(plan: &Plan) -> impl Iterator<Item = Units> {
+    let errs = |k: usize| plan.together().is_some_and(|together| together.factor.column(k).amax() > 0.0);
+    let spins = (SPIN..INPUTS).filter(move |k| errs(*k));
+    spins.flat_map(|k| ELSEWHERE.map(|by| Units::from_fn(|i, _| if i == k { by } else { 0.0 })))
 }
 
 /// The inputs that agree best with a shot's measurements at some coefficients, from those of `start`, and what is predicted
@@ -189,7 +203,7 @@ pub fn estimate(
         chi2.is_finite().then_some(Point { t, prediction, left, chi2 })
     };
     let mut now = at(*start).or_else(|| at(Units::zeros()))?;
-    let settled = |now: Point| Some((Estimated { t: now.t, at_kink: false }, now.prediction));
+    let settled = |now: Point| Some((Estimated { t: now.t, chi2: now.chi2, at_kink: false }, now.prediction));
     for number in 0.. {
         // min |t|² + |left + slope (t − now)|²
         let slope = errors.slope(&now.prediction.by_inputs);
@@ -212,7 +226,10 @@ pub fn estimate(
             None if size < UNSETTLED => return settled(now),
             None => {
                 let before = at(now.t - BEFORE_KINK * step).unwrap_or(now);
-                return Some((Estimated { t: before.t, at_kink: true }, before.prediction));
+                return Some((
+                    Estimated { t: before.t, chi2: before.chi2, at_kink: true },
+                    before.prediction,
+                ));
             }
         }
     }

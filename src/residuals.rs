@@ -51,6 +51,8 @@ pub struct Problem<'a> {
     pub whitening: &'a Whitening,
     /// The last point, since the optimiser asks for the Jacobian where it just asked for residuals.
     last: RefCell<Option<Point>>,
+    /// The least χ² of frames met, and where the own unknowns of all shots were: from there they are looked for.
+    best: RefCell<(f64, Vec<film::Own>)>,
 }
 
 struct Point {
@@ -69,7 +71,16 @@ impl<'a> Problem<'a> {
         held: Values,
         whitening: &'a Whitening,
     ) -> Self {
-        Self { shots, model, settings, free, held, whitening, last: RefCell::new(None) }
+        Self {
+            shots,
+            model,
+            settings,
+            free,
+            held,
+            whitening,
+            last: RefCell::new(None),
+            best: RefCell::new((f64::INFINITY, Vec::new())),
+        }
     }
 
     fn priors(&self) -> impl Iterator<Item = (usize, Prior)> {
@@ -87,8 +98,20 @@ impl<'a> Problem<'a> {
         let count = frames + self.priors().count() + CLOTH_UNKNOWNS;
         let mut residuals = DVector::zeros(count);
         let mut jacobian = DMatrix::zeros(count, own + CLOTH_UNKNOWNS);
-        let reduced = |shot: &Fitted| shot.film.as_ref()?.reduced(&shot.plan.collision(&model), &shared);
-        let all: Vec<Option<Reduced>> = self.shots.par_iter().map(reduced).collect();
+        let best = self.best.borrow();
+        let (least, starts) = (best.0, best.1.as_slice());
+        let reduced = |(i, shot): (usize, &Fitted)| {
+            let film = shot.film.as_ref()?;
+            film.reduced(&shot.plan.collision(&model), &shared, starts.get(i).unwrap_or(&film.start))
+        };
+        let all: Vec<Option<Reduced>> = self.shots.par_iter().enumerate().map(reduced).collect();
+        let square: f64 =
+            all.iter().map(|r| r.as_ref().map_or(f64::INFINITY, |r| r.residuals.norm_squared())).sum();
+        let better = square < least;
+        drop(best);
+        if better {
+            *self.best.borrow_mut() = (square, all.iter().flatten().map(|r| r.own).collect());
+        }
         let columns = self.free.iter().map(|parameter| *parameter as usize);
         let columns: Vec<usize> = columns.chain([film::SHARED - 2, film::SHARED - 1]).collect();
         for (i, reduced) in all.iter().enumerate() {

@@ -52,7 +52,8 @@ pub struct Whitening {
 }
 
 /// As they were measured.
-const MEASURED: Estimated = Estimated { t: Units::new(0.0, 0.0, 0.0, 0.0, 0.0, 0.0), at_kink: false };
+const MEASURED: Estimated =
+    Estimated { t: Units::new(0.0, 0.0, 0.0, 0.0, 0.0, 0.0), chi2: f64::INFINITY, at_kink: false };
 
 /// A shot's part.
 struct OfShot {
@@ -171,7 +172,16 @@ impl OfShot {
                 };
                 shared_errors.iter().zip(shared).filter_map(shift).sum()
             };
-            inputs::estimate(&errors, (model, coefficients), &start.t, shared_shift)?
+            let from = |t: Units| inputs::estimate(&errors, (model, coefficients), &t, shared_shift);
+            let mut best = from(start.t)?;
+            if hold == Hold::None {
+                for found in inputs::elsewhere(plan).filter_map(from) {
+                    if found.0.chi2 < best.0.chi2 {
+                        best = found;
+                    }
+                }
+            }
+            best
         } else {
             (start, plan.predict_moved(&Errors::moved(plan, &start.t), model, coefficients).ok()?)
         };

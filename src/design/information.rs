@@ -117,7 +117,7 @@ fn of_shot(expected: &Expected, kind: &PlayedKind, shot: Shot) -> Result<Option<
     let film = film(&track, &truth, kind, shot.topspin, &scene);
     let shared = [coefficients.mu, coefficients.mu_s, coefficients.e, cloth.mu_k, cloth.mu_r];
     Ok(film
-        .reduced(&Corrected { model, correction: None }, &shared)
+        .reduced(&Corrected { model, correction: None }, &shared, &film.start)
         .map(|reduced| reduced.jacobian.tr_mul(&reduced.jacobian)))
 }
 

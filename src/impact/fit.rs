@@ -30,7 +30,7 @@ const LEAST_VERTICAL: f64 = 1e-6;
 
 /// A fit stops within some hundredths of a standard error of the minimum.
 const ORTHOGONALITY: f64 = 3e-3;
-const MAX_ITERATIONS: u32 = 60;
+const MAX_ITERATIONS: u32 = 200;
 
 /// An unknown spin, over the natural roll's: no spin, give or take as much as rolling.
 pub(super) const ROLL: (f64, f64) = (0.0, 1.0);
@@ -119,7 +119,8 @@ impl<'a> Tracked<'a> {
         Err(Unusable::NoCollision)
     }
 
-    fn fit_frames(&self, start: &Unknowns, frames: &Frames, from: f64, to: f64) -> Result<Fitted, Unusable> {
+    /// What is free and what is known beforehand, of unknowns near `start`.
+    fn freedom(&self, start: &Unknowns) -> Freedom {
         let lift = self.model.lift(start);
         let mut start = *start;
         let mut free: Vec<usize> = (0..unknown::COUNT).filter(|i| *i != unknown::GAP).collect();
@@ -129,7 +130,6 @@ impl<'a> Tracked<'a> {
             start[unknown::LIFT] = 0.0;
             free.retain(|i| *i != unknown::LIFT);
         }
-        let closing = start[unknown::BEFORE];
         let mut priors = vec![(unknown::SLIDING, self.scene.cloth.sliding, self.scene.sliding_sd)];
         if spin_is_unknown {
             priors.push((unknown::ROLL, ROLL.0, ROLL.1));
@@ -141,6 +141,13 @@ impl<'a> Tracked<'a> {
             priors.push((unknown::LIFT, mean, sd));
             start[unknown::LIFT] = mean;
         }
+        Freedom { start, free, priors, lift, lift_held }
+    }
+
+    fn fit_frames(&self, start: &Unknowns, frames: &Frames, from: f64, to: f64) -> Result<Fitted, Unusable> {
+        let Freedom { start, free, priors, lift, lift_held } = self.freedom(start);
+        let spin_is_unknown = self.model.spin == Spin::Unknown;
+        let closing = start[unknown::BEFORE];
         let bound = |low: bool| {
             let limit = |i: &usize| match (*i, low) {
                 (unknown::LIFT | unknown::SLIDING, true) => 0.0,
@@ -183,6 +190,44 @@ impl<'a> Tracked<'a> {
             lift_held,
             frames: [count(&frames.cue, false), count(&frames.cue, true), count(&frames.object, true)],
         })
+    }
+
+    /// One step of Gauss and Newton's method from `near`, over the frames that `impact` used; its errors are those of the
+    /// motion there.
+    pub(super) fn linearised(&self, near: &Unknowns, impact: &Impact) -> Option<Impact> {
+        let [from, to] = impact.window;
+        let [wrong_cue, wrong_object] = impact.wrong.clone();
+        let frames = self.frames_without(from, to, &wrong_cue, &wrong_object);
+        let Freedom { free, priors, lift, lift_held, .. } = self.freedom(near);
+        let problem =
+            Problem { frames: &frames, scene: &self.model, start: *near, free: &free, priors: &priors };
+        let x = DVector::from_iterator(free.len(), free.iter().map(|i| near[*i]));
+        let (residuals, jacobian) = (problem.apply(&x).ok()?, problem.jacobian(&x).ok()?);
+        let qr = jacobian.clone().qr();
+        let mut right = residuals.clone();
+        qr.q_tr_mul(&mut right);
+        let step = -qr.r().solve_upper_triangular(&right.rows(0, free.len()))?;
+        let residuals = residuals + &jacobian * &step;
+        let z = problem.unknowns(&(x + step));
+        let dof = (frames.count() + priors.len()).saturating_sub(free.len());
+        let fitted = Fitted {
+            z,
+            from,
+            to,
+            wrong_cue,
+            wrong_object,
+            chi2: residuals.norm_squared(),
+            dof,
+            converged: true,
+            termination: String::new(),
+            free,
+            jacobian,
+            residuals,
+            lift,
+            lift_held,
+            frames: impact.frames,
+        };
+        Some(self.quantities(&fitted).ok()?.0)
     }
 
     /// Mean and standard deviation of [`unknown::LIFT`].
@@ -273,6 +318,11 @@ impl<'a> Tracked<'a> {
         if let Some((wrong, _)) = self.separation(fitted) {
             return Err(wrong);
         }
+        self.quantities(fitted)
+    }
+
+    /// The same of what may not have converged.
+    pub(super) fn quantities(&self, fitted: &Fitted) -> Result<(Impact, PathErrors), Unusable> {
         // noise that is not stated is estimated from these residuals
         let factor = if self.states_noise() { 1.0 } else { fitted.reduced() };
         let z = &fitted.z;
@@ -341,6 +391,7 @@ impl<'a> Tracked<'a> {
             outliers: fitted.wrong_cue.len() + fitted.wrong_object.len(),
             window: [fitted.from, fitted.to],
             unknowns: *z,
+            at_model: None,
             lift_held: fitted
                 .lift_held
                 .filter(|_| per_lift > 0.0)
@@ -352,6 +403,16 @@ impl<'a> Tracked<'a> {
         };
         Ok((impact, PathErrors { unknowns: all, quantities: by }))
     }
+}
+
+/// What a fit may change.
+struct Freedom {
+    start: Unknowns,
+    free: Vec<usize>,
+    /// Unknown, mean, standard deviation.
+    priors: Vec<(usize, f64, f64)>,
+    lift: Lift,
+    lift_held: Option<(f64, f64)>,
 }
 
 /// Instants of the frames that are far off, alone or nearly so.

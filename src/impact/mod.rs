@@ -5,6 +5,7 @@ pub mod disc;
 pub mod film;
 mod fit;
 mod model;
+mod near;
 mod rotation;
 pub mod shots;
 mod spins;
@@ -14,6 +15,7 @@ mod window;
 use nalgebra::{DMatrix, SMatrix};
 use rayon::prelude::*;
 
+pub use near::near_model;
 pub use rotation::Rotation;
 pub(crate) use rotation::turn;
 pub use window::MOST as MOST_FRAMES;
@@ -105,6 +107,8 @@ pub struct Impact {
     /// What the markers on the balls show, where there are any.
     pub rotations: Option<Box<Rotations>>,
     unknowns: model::Unknowns,
+    /// Where the spin is unknown and the collision model known, what a joint fit of the frames starts from.
+    at_model: Option<film::Own>,
     /// Mean and standard deviation with which the collision model's lift was held.
     lift_held: Option<(f64, f64)>,
     /// Instants of the frames left out as wrong, of the cue ball and of the object ball.

@@ -85,6 +85,8 @@ pub enum Played {
     Draw,
     /// Side spin of up to the natural roll's, either way, on a sliding ball.
     Side,
+    /// Topspin or backspin of up to the natural roll's.
+    Any,
 }
 
 /// Standard deviations of the measurement; 0 leaves a quantity exact.
@@ -203,7 +205,7 @@ fn check(spec: &Spec) -> Result<(), BadSpec> {
         return fail(
             "shots.cue_spin",
             "[]".into(),
-            "at least one of stun, natural-roll, almost-roll, draw, side",
+            "at least one of stun, natural-roll, almost-roll, draw, side, any",
         );
     }
     let Noise { velocity_m_s, line_of_centres_deg, spin_rad_s, angle_deg } = spec.noise;
@@ -311,6 +313,7 @@ impl<'a> Maker<'a> {
             Played::NaturalRoll => rolling.spin,
             Played::AlmostRoll => 0.9 * rolling.spin,
             Played::Draw => -(0.3 + 0.7 * share) * rolling.spin,
+            Played::Any => (2.0 * share - 1.0) * rolling.spin,
             Played::Side => Vec3::z() * ((2.0 * share - 1.0) * rolling.spin.norm()),
         };
         (speed, cut, BallState { velocity, spin })

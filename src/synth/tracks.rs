@@ -272,7 +272,7 @@ impl Maker<'_> {
             _ if markers > 0 => Spin::Unknown,
             Played::Stun => Spin::Stun,
             Played::NaturalRoll => Spin::NaturalRoll,
-            Played::AlmostRoll | Played::Draw | Played::Side => {
+            Played::AlmostRoll | Played::Draw | Played::Side | Played::Any => {
                 Spin::Measured { spin: truth.cue_before.spin, sd: [None; 3] }
             }
         };

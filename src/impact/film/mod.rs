@@ -5,7 +5,11 @@
 //!
 //! - Golub, G. and Pereyra, V. (1973), SIAM J. Numer. Anal. 10, 413–432: variable projection.
 
-use nalgebra::{Cholesky, Const, Matrix3, SMatrix, SVector, Vector3};
+mod normal;
+mod settle;
+
+use nalgebra::{Matrix3, SMatrix, SVector, Vector3};
+use normal::Normal;
 use num_dual::DualSVec64;
 
 use super::model::{Meeting, Motion, Scene as ModelScene, Side, unknown};
@@ -20,8 +24,8 @@ use crate::track::{Sample, TrackShot};
 pub const SHARED: usize = 5;
 
 /// A shot's own unknowns: instant (s), place of the object ball (m, 2), direction of the line of centres
-/// (rad), velocity of the cue ball (m/s, collision frame, 2)…
-const OWN: usize = 6;
+/// (rad), velocity of the cue ball (m/s, collision frame, 2), in the order in which a path begins…
+pub(super) const OWN: usize = 6;
 /// …and its spin (rad/s, table frame), where it is not exactly known.
 const SPIN: usize = 3;
 
@@ -39,19 +43,12 @@ pub const ROWS: usize = SHARED + 1;
 /// A spin component without a stated error is this exact, rad/s.
 const EXACT: f64 = 1e-6;
 
-/// The shot's own unknowns rest when a step promises less than this of ½χ².
-const AT_REST: f64 = 1e-9;
-const MAX_STEPS: usize = 30;
-
 /// What is known of μ_k and μ_r beforehand, mean and standard deviation: nothing much of μ_k, and of μ_r,
 /// which a few hundredths of a second hardly tell, what is published.
 pub const CLOTH: [(f64, f64); 2] = [(0.2, 1.0), (0.01, 0.005)];
 
 /// Where they may be.
 pub const CLOTH_BOUNDS: [[f64; 2]; 2] = [[0.0, 1.0], [0.0, 0.1]];
-
-/// Relative to its column, a pivot below this is rounding: the shot does not depend on that parameter.
-const SILENT: f64 = 1e-11;
 
 /// A frame of a ball: instant, position, 1/sd.
 #[derive(Clone, Copy, Debug)]
@@ -87,6 +84,9 @@ pub struct Known {
     pub after: Option<[(Vec3, f64); 2]>,
 }
 
+/// A shot's own unknowns; those that a shot does not have are 0.
+pub type Own = SVector<f64, { OWN + SPIN }>;
+
 /// The frames of one shot.
 #[derive(Clone, Debug)]
 pub struct Film {
@@ -94,7 +94,7 @@ pub struct Film {
     object: Vec<Frame>,
     scene: ModelScene,
     /// Where the search for the shot's own unknowns begins.
-    start: SVector<f64, { OWN + SPIN }>,
+    pub start: Own,
     /// Mean and standard deviation of the spin's components, where it is an unknown.
     spin: Option<(Vec3, Vec3)>,
     /// Spins after the impact, of the cue ball and of the object ball.
@@ -110,6 +110,8 @@ pub struct Reduced {
     pub residuals: SVector<f64, ROWS>,
     /// And by the shared parameters.
     pub jacobian: SMatrix<f64, ROWS, SHARED>,
+    /// Where its own unknowns are.
+    pub own: Own,
 }
 
 impl Film {
@@ -143,6 +145,7 @@ impl Film {
             start[i] = z[at];
         }
         let spin = start_spin(&mut start, impact.spin, z[unknown::ROLL]);
+        let start = impact.at_model.unwrap_or(start);
         let seen = impact.rotations.as_deref().map_or([None; 2], |rotations| {
             [rotations.cue_after, rotations.object_after].map(|rotation| {
                 let rotation = rotation?;
@@ -212,53 +215,6 @@ impl Film {
 
     fn rolls_unknown(&self) -> bool {
         self.scene.spin == Spin::Unknown
-    }
-
-    /// The shot with its own unknowns where χ² is least, for shared parameters μ, μ_s, e, μ_k, μ_r. `None`
-    /// where there is no collision.
-    #[must_use]
-    pub fn reduced(&self, collision: &Corrected, shared: &[f64; SHARED]) -> Option<Reduced> {
-        match self.spin {
-            Some(_) => self.eliminate::<MEASURED>(collision, shared),
-            None if self.rolls_unknown() => self.eliminate::<UNKNOWN>(collision, shared),
-            None => self.eliminate::<KNOWN>(collision, shared),
-        }
-    }
-
-    fn eliminate<const N: usize>(&self, collision: &Corrected, shared: &[f64; SHARED]) -> Option<Reduced> {
-        let own = N - SHARED;
-        let mut all = SVector::<f64, N>::zeros();
-        for i in 0..own {
-            all[i] = self.start[i];
-        }
-        for (i, value) in shared.iter().enumerate() {
-            all[own + i] = *value;
-        }
-        let mut normal = self.normal::<N>(collision, &all)?;
-        let mut damping = 0.0;
-        for _ in 0..MAX_STEPS {
-            let Some(cholesky) = normal.own_part(damping) else {
-                damping = raised(damping);
-                continue;
-            };
-            let step = -cholesky.solve(&normal.own_gradient());
-            let promised = -0.5 * normal.own_gradient().dot(&step);
-            if promised < AT_REST {
-                break;
-            }
-            let trial = all + step;
-            match self.normal::<N>(collision, &trial) {
-                Some(better) if better.square < normal.square => {
-                    (all, normal) = (trial, better);
-                    damping *= 0.1;
-                }
-                _ => damping = raised(damping),
-            }
-            if damping > 1e6 {
-                break;
-            }
-        }
-        normal.reduce()
     }
 
     /// JᵀJ, Jᵀr and rᵀr by the shot's own unknowns and the shared parameters.
@@ -364,10 +320,6 @@ fn start_spin(start: &mut SVector<f64, { OWN + SPIN }>, spin: Spin, roll: f64) -
     }
 }
 
-fn raised(damping: f64) -> f64 {
-    (10.0 * damping).max(1e-3)
-}
-
 /// The collision with its derivatives carried on.
 fn collide<const N: usize>(
     collision: &Corrected,
@@ -391,103 +343,4 @@ fn collide<const N: usize>(
         }
         component
     }))
-}
-
-/// The normal equations of a shot.
-struct Normal<const N: usize> {
-    /// JᵀJ, lower triangle.
-    matrix: SMatrix<f64, N, N>,
-    /// Jᵀr.
-    gradient: SVector<f64, N>,
-    /// rᵀr.
-    square: f64,
-}
-
-impl<const N: usize> Normal<N> {
-    fn zero() -> Self {
-        Self { matrix: SMatrix::zeros(), gradient: SVector::zeros(), square: 0.0 }
-    }
-
-    fn add(&mut self, residual: DualSVec64<N>) {
-        self.square += residual.re * residual.re;
-        if let Some(row) = residual.eps.0 {
-            self.gradient.axpy(residual.re, &row, 1.0);
-            self.matrix.syger(1.0, &row, &row, 1.0);
-        }
-    }
-
-    /// The shared parameters held: 0 in the gradient…
-    fn own_gradient(&self) -> SVector<f64, N> {
-        let mut gradient = self.gradient;
-        gradient.rows_mut(N - SHARED, SHARED).fill(0.0);
-        gradient
-    }
-
-    /// …and 1 in the matrix.
-    fn own_part(&self, damping: f64) -> Option<Cholesky<f64, Const<N>>> {
-        let own = N - SHARED;
-        let mut matrix = self.matrix;
-        for i in 0..N {
-            if i >= own {
-                matrix.row_mut(i).fill(0.0);
-                matrix[(i, i)] = 1.0;
-            } else {
-                matrix[(i, i)] *= 1.0 + damping;
-            }
-        }
-        Cholesky::new(matrix)
-    }
-
-    /// The own unknowns eliminated: [R r] with RᵀR the Schur complement S = A_pp − A_py A_yy⁻¹ A_yp.
-    fn reduce(&self) -> Option<Reduced> {
-        let own = N - SHARED;
-        let cholesky = self.own_part(0.0)?;
-        let mut coupling = SMatrix::<f64, N, SHARED>::zeros();
-        for i in 0..own {
-            for j in 0..SHARED {
-                coupling[(i, j)] = self.matrix[(own + j, i)];
-            }
-        }
-        let carried = cholesky.solve(&coupling);
-        let inner = self.own_gradient();
-        let mut schur = SMatrix::<f64, ROWS, ROWS>::zeros();
-        let mut scale = [0.0; ROWS];
-        for i in 0..SHARED {
-            for j in 0..=i {
-                schur[(i, j)] = self.matrix[(own + i, own + j)] - coupling.column(i).dot(&carried.column(j));
-            }
-            schur[(SHARED, i)] = self.gradient[own + i] - carried.column(i).dot(&inner);
-            scale[i] = self.matrix[(own + i, own + i)];
-        }
-        schur[(SHARED, SHARED)] = self.square;
-        scale[SHARED] = self.square;
-        let l = semidefinite(schur, &scale);
-        let jacobian = l.fixed_view::<SHARED, ROWS>(0, 0).transpose();
-        Some(Reduced { residuals: l.row(SHARED).transpose(), jacobian })
-    }
-}
-
-/// L of a positive semidefinite LLᵀ, from its lower triangle; a column is 0 whose pivot is rounding beside
-/// `scale`.
-fn semidefinite(mut a: SMatrix<f64, ROWS, ROWS>, scale: &[f64; ROWS]) -> SMatrix<f64, ROWS, ROWS> {
-    for k in 0..ROWS {
-        let pivot = a[(k, k)];
-        if pivot <= SILENT * scale[k] {
-            a.column_mut(k).fill(0.0);
-        } else {
-            let root = pivot.sqrt();
-            for i in k..ROWS {
-                a[(i, k)] /= root;
-            }
-            for j in k + 1..ROWS {
-                for i in j..ROWS {
-                    a[(i, j)] -= a[(i, k)] * a[(j, k)];
-                }
-            }
-        }
-        for j in k + 1..ROWS {
-            a[(k, j)] = 0.0;
-        }
-    }
-    a
 }

@@ -1,0 +1,163 @@
+//! A shot's own unknowns where χ² is least, for given shared parameters.
+
+use nalgebra::SVector;
+
+use super::normal::Normal;
+use super::{Film, KNOWN, MEASURED, OWN, Own, Reduced, SHARED, UNKNOWN};
+use crate::collision::{Coefficients, Corrected};
+use crate::impact::{LiftPrior, Scene};
+
+/// The shot's own unknowns rest when a step promises less than this of ½χ².
+const AT_REST: f64 = 1e-9;
+const MAX_STEPS: usize = 30;
+const MOST_DAMPING: f64 = 1e6;
+
+/// A spin of this part of the natural roll's stands for none, on its side.
+const KINK: f64 = 1e-9;
+
+/// Within so many standard errors of none, both sides are tried.
+const NEAR: f64 = 5.0;
+
+impl Film {
+    /// The shot with its own unknowns where χ² is least, for shared parameters μ, μ_s, e, μ_k, μ_r; looked for from `from`.
+    /// `None` where there is no collision.
+    #[must_use]
+    pub fn reduced(&self, collision: &Corrected, shared: &[f64; SHARED], from: &Own) -> Option<Reduced> {
+        match self.spin {
+            Some(_) => self.eliminate::<MEASURED>(collision, shared, from),
+            None if self.rolls_unknown() => self.eliminate::<UNKNOWN>(collision, shared, from),
+            None => self.eliminate::<KNOWN>(collision, shared, from),
+        }
+    }
+
+    fn eliminate<const N: usize>(
+        &self,
+        collision: &Corrected,
+        shared: &[f64; SHARED],
+        from: &Own,
+    ) -> Option<Reduced> {
+        let own = N - SHARED;
+        let mut all = SVector::<f64, N>::zeros();
+        for i in 0..own {
+            all[i] = from[i];
+        }
+        for (i, value) in shared.iter().enumerate() {
+            all[own + i] = *value;
+        }
+        let start = Point { all, normal: self.normal::<N>(collision, &all)? };
+        if N != UNKNOWN {
+            return self.settled(collision, start, None).reduce(N);
+        }
+        let side = all[OWN].signum();
+        let mut best = self.settled(collision, start, Some(side));
+        if best.is_near_stun()? {
+            let mut beyond = best.all;
+            beyond[OWN] = -side * KINK;
+            if let Some(normal) = self.normal::<N>(collision, &beyond) {
+                let other = self.settled(collision, Point { all: beyond, normal }, Some(-side));
+                if other.normal.square < best.normal.square {
+                    best = other;
+                }
+            }
+        }
+        // at the kink the spin stays where it is while the parameters move a little
+        best.reduce(if best.all[OWN].abs() <= KINK { OWN } else { N })
+    }
+
+    /// The own unknowns moved to the least χ²; an unknown spin on one side of stun, where χ² has a kink: topspin presses the
+    /// object ball into the cloth and lifts the cue ball, draw lifts the object ball.
+    fn settled<const N: usize>(
+        &self,
+        collision: &Corrected,
+        mut point: Point<N>,
+        side: Option<f64>,
+    ) -> Point<N> {
+        let mut damping = 0.0;
+        for _ in 0..MAX_STEPS {
+            if damping > MOST_DAMPING {
+                break;
+            }
+            let roll = point.all[OWN];
+            // how far the spin may go towards the kink and beyond
+            let room = side.map(|sign| (roll - sign * KINK, sign));
+            let rests = |(room, sign): (f64, f64)| room == 0.0 && point.normal.gradient[OWN] * sign >= 0.0;
+            let held = if room.is_some_and(rests) { OWN } else { N };
+            let Some(cholesky) = point.normal.own_part(damping, held) else {
+                damping = raised(damping);
+                continue;
+            };
+            let gradient = point.normal.own_gradient(held);
+            let step = -cholesky.solve(&gradient);
+            // ½χ² − ½|r + Jδ|²
+            let promised = -0.5 * gradient.dot(&step);
+            if promised < AT_REST {
+                break;
+            }
+            let trial = match room {
+                Some((room, sign)) if held == N && (room + step[OWN]) * sign < 0.0 => {
+                    let mut at_kink = point.all - step * (room / step[OWN]);
+                    at_kink[OWN] = sign * KINK;
+                    at_kink
+                }
+                _ => point.all + step,
+            };
+            match self.normal::<N>(collision, &trial) {
+                Some(normal) if normal.square < point.normal.square => {
+                    point = Point { all: trial, normal };
+                    damping *= 0.1;
+                }
+                _ => damping = raised(damping),
+            }
+        }
+        point
+    }
+
+    /// The own unknowns of a shot whose spin is unknown that agree best with the collision model that the scene has, looked
+    /// for from where they start and with these spins in the place of that, in parts of the natural roll's. `None` where
+    /// the scene has no model.
+    pub(in crate::impact) fn at_model(&self, scene: &Scene, rolls: &[f64]) -> Option<Own> {
+        let (LiftPrior::Model(model, Coefficients { mu, mu_s, e }, _), true) =
+            (scene.lift, self.rolls_unknown())
+        else {
+            return None;
+        };
+        let collision = Corrected { model, correction: None };
+        let shared = [mu, mu_s, e, scene.cloth.sliding, scene.cloth.rolling];
+        let tried = std::iter::once(self.start[OWN]).chain(rolls.iter().copied()).filter_map(|roll| {
+            let mut from = self.start;
+            from[OWN] = roll;
+            let found = self.reduced(&collision, &shared, &from)?;
+            Some((found.residuals.norm_squared(), found.own))
+        });
+        Some(tried.min_by(|a, b| a.0.total_cmp(&b.0))?.1)
+    }
+}
+
+/// A shot's unknowns and shared parameters, and the normal equations there.
+struct Point<const N: usize> {
+    all: SVector<f64, N>,
+    normal: Normal<N>,
+}
+
+impl<const N: usize> Point<N> {
+    /// With the own unknowns from `held` on as they are.
+    fn reduce(&self, held: usize) -> Option<Reduced> {
+        let (residuals, jacobian) = self.normal.reduce(held)?;
+        let mut own = Own::zeros();
+        for i in 0..N - SHARED {
+            own[i] = self.all[i];
+        }
+        Some(Reduced { residuals, jacobian, own })
+    }
+
+    /// Whether an unknown spin may as well be none, or lie on the other side of it.
+    fn is_near_stun(&self) -> Option<bool> {
+        // LLᵀ = JᵀJ: the spin is the last of the own unknowns, and the others are free
+        let sd = 1.0 / self.normal.own_part(0.0, N)?.l_dirty()[(OWN, OWN)];
+        Some(self.all[OWN].abs() < NEAR * sd)
+    }
+}
+
+fn raised(damping: f64) -> f64 {
+    (10.0 * damping).max(1e-3)
+}
