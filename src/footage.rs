@@ -62,11 +62,13 @@ pub fn with_impacts(
     (dataset, extracted, scene)
 }
 
-/// Whether the spin of some shot was found from its motion, since nothing else tells it: its errors are then too large to be
-/// carried over as small ones are, and a joint fit of the frames is the better one.
+/// Whether the spin of some shot was found from its paths alone, since nothing else tells it and the shots did not tell enough
+/// of the collision: its errors are then too large to be carried over as small ones are, and a joint fit of the frames is
+/// the better one.
 #[must_use]
-pub fn finds_spins(extracted: &[(TrackShot, Impact)]) -> bool {
-    extracted.iter().any(|(_, impact)| impact.spin == Spin::Unknown)
+pub fn finds_spins_from_paths(extracted: &[(TrackShot, Impact)], scene: &Scene) -> bool {
+    matches!(scene.lift, LiftPrior::Published(..))
+        && extracted.iter().any(|(_, impact)| impact.spin == Spin::Unknown)
 }
 
 /// The frames of the shots, of at most about `most` of them, spread evenly: for

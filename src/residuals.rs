@@ -105,8 +105,7 @@ impl<'a> Problem<'a> {
             film.reduced(&shot.plan.collision(&model), &shared, starts.get(i).unwrap_or(&film.start))
         };
         let all: Vec<Option<Reduced>> = self.shots.par_iter().enumerate().map(reduced).collect();
-        let square: f64 =
-            all.iter().map(|r| r.as_ref().map_or(f64::INFINITY, |r| r.residuals.norm_squared())).sum();
+        let square: f64 = all.iter().map(|r| r.as_ref().map_or(f64::INFINITY, Reduced::chi2)).sum();
         let better = square < least;
         drop(best);
         if better {

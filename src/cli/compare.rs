@@ -53,12 +53,12 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let datasets = progress::load_all(&args.datasets)?;
     let progress = Progress::over_shots(&datasets, 0);
     progress.expect(compare::STAGES);
-    let (mut datasets_of_impacts, mut filmed, mut from_motion) = (Vec::new(), Vec::new(), Vec::new());
+    let (mut datasets_of_impacts, mut filmed, mut from_paths) = (Vec::new(), Vec::new(), Vec::new());
     for dataset in datasets {
         progress.step(&dataset.name);
         let (dataset, extracted, scene) = with_impacts(dataset, &|| progress.done());
-        if footage::finds_spins(&extracted) {
-            from_motion.push(dataset.name.clone());
+        if footage::finds_spins_from_paths(&extracted, &scene) {
+            from_paths.push(dataset.name.clone());
         }
         datasets_of_impacts.push(dataset);
         filmed.push((extracted, scene));
@@ -83,8 +83,8 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         compare::CompareError::Optimise(_) | compare::CompareError::NoWeights => Failure::work(error),
         _ => Failure::input(error),
     })?;
-    if !from_motion.is_empty() {
-        comparison.warn_of_spins_from_motion(&from_motion);
+    if !from_paths.is_empty() {
+        comparison.warn_of_spins_from_paths(&from_paths);
     }
     let pictures = report::pictures(&comparison, &filmed).map_err(Failure::work)?;
     let files = report::files(&comparison, &pictures).map_err(Failure::work)?;

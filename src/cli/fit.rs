@@ -8,7 +8,7 @@ use caromfit::effects;
 use caromfit::fit::{self, Depth, Falling, Fit, Method, Options};
 use caromfit::footage::{self, with_impacts};
 use caromfit::friction::Law;
-use caromfit::impact::Impact;
+use caromfit::impact::{Impact, Scene};
 use caromfit::loss::Loss;
 use caromfit::report;
 use caromfit::track::TrackShot;
@@ -46,7 +46,7 @@ pub struct Args {
     #[arg(long, value_name = "B,C|fit", value_parser = falling, allow_hyphen_values = true)]
     falling: Option<Falling>,
     /// How footage is fitted: velocities extracted first (two-stage), or all frames at once (joint); two-stage unless
-    /// the spin of a shot is unknown
+    /// spins are unknown and the shots do not tell enough to find them
     #[arg(long, value_parser = method, value_name = "two-stage|joint")]
     method: Option<Method>,
     /// How outlying shots count, in the place of what the data set says
@@ -75,9 +75,10 @@ pub struct Args {
     json: bool,
 }
 
-/// The errors of a spin that was found from the motion are too large to be carried over as small ones are.
-fn best(extracted: &[(TrackShot, Impact)], loss: Loss) -> Method {
-    if footage::finds_spins(extracted) && loss == Loss::Squares { Method::Joint } else { Method::TwoStage }
+/// The errors of a spin that paths alone tell are too large to be carried over as small ones are.
+fn best(extracted: &[(TrackShot, Impact)], scene: &Scene, loss: Loss) -> Method {
+    let from_paths = footage::finds_spins_from_paths(extracted, scene);
+    if from_paths && loss == Loss::Squares { Method::Joint } else { Method::TwoStage }
 }
 
 fn method(name: &str) -> Result<Method, String> {
@@ -120,14 +121,15 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     for dataset in datasets {
         progress.step(&dataset.name);
         let (dataset, extracted, scene) = with_impacts(dataset, &|| progress.done());
-        let method = args.method.unwrap_or_else(|| best(&extracted, options.loss.unwrap_or(dataset.loss)));
+        let method =
+            args.method.unwrap_or_else(|| best(&extracted, &scene, options.loss.unwrap_or(dataset.loss)));
         let options = Options { method, ..options };
         let most = if method == Method::Joint { usize::MAX } else { BOUND_FROM };
         let films = footage::films(&extracted, &scene, most);
         match fit::fit_watched(&dataset, &films, &options, &|| progress.done()) {
             Ok(mut of_dataset) => {
-                if method == Method::TwoStage && footage::finds_spins(&extracted) {
-                    of_dataset.iter_mut().for_each(Fit::warn_of_spins_from_motion);
+                if method == Method::TwoStage && footage::finds_spins_from_paths(&extracted, &scene) {
+                    of_dataset.iter_mut().for_each(Fit::warn_of_spins_from_paths);
                 }
                 let worst = report::html::worth_drawing(&of_dataset);
                 let drawn =

@@ -167,12 +167,12 @@ pub struct Comparison {
 }
 
 impl Comparison {
-    /// Spins of these data sets were found from the motion, whose errors a comparison of velocities cannot carry over.
-    pub fn warn_of_spins_from_motion(&mut self, names: &[String]) {
+    /// Spins of these data sets were found from the paths alone, whose errors a comparison of velocities cannot carry over.
+    pub fn warn_of_spins_from_paths(&mut self, names: &[String]) {
         self.warnings.insert(
             0,
             format!(
-                "The spins of {} were found from the motion. Their errors are too large for a comparison of velocities: \
+                "The spins of {} were found from the paths alone. Their errors are too large for a comparison of velocities: \
                  estimates may be biased, and differences with them. Tell the spins ([cue_spin], markers), or fit each data \
                  set alone with --method joint.",
                 names.join(" and ")

@@ -285,12 +285,12 @@ pub struct Fit {
 }
 
 impl Fit {
-    /// Spins were found from the motion, whose errors a fit of velocities cannot carry over.
-    pub fn warn_of_spins_from_motion(&mut self) {
+    /// Spins were found from the paths alone, whose errors a fit of velocities cannot carry over.
+    pub fn warn_of_spins_from_paths(&mut self) {
         self.warnings.insert(
             0,
-            "Spins were found from the motion. Where they are not natural roll, their errors are larger than a fit of velocities \
-             is told: estimates may err by more than they state. Tell the spins ([cue_spin], markers), or fit all frames with \
+            "Spins were found from the paths alone. Where they are not natural roll, their errors are larger than a fit of \
+             velocities is told: estimates may err by more than they state. Tell the spins ([cue_spin], markers), or fit all frames with \
              --method joint."
                 .to_owned(),
         );

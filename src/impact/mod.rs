@@ -4,8 +4,10 @@
 pub mod disc;
 pub mod film;
 mod fit;
+mod from_motion;
 mod model;
 mod near;
+mod quantities;
 mod rotation;
 pub mod shots;
 mod spins;
@@ -216,7 +218,7 @@ pub fn extract(shot: &TrackShot, scene: &Scene) -> Result<Impact, Unusable> {
     };
     if shot.markers.is_empty() {
         return match shot.spin {
-            Spin::Unknown => spins::from_motion(shot, scene, &guess, noise),
+            Spin::Unknown => from_motion::from_motion(shot, scene, &guess, noise),
             spin => Ok(with_spin(spin)?.0),
         };
     }

@@ -21,7 +21,7 @@ pub fn near_model(shot: &TrackShot, impact: &Impact, scene: &Scene) -> Option<Im
     if impact.spin != Spin::Unknown {
         return None;
     }
-    let own = Film::new(shot, impact, scene).at_model(scene, &[])?;
+    let own = Film::new(shot, impact, scene).at_model(scene, &[])?.own;
     let z = path(&own, impact, scene)?;
     let tracked = Tracked::new(shot, scene, impact.position_sd / impact.scale, impact.spin);
     let near = tracked.linearised(&z, impact)?;

@@ -2,12 +2,9 @@
 
 use nalgebra::SMatrix;
 
-use super::film::Film;
-use super::fit::{self, Tracked};
 use super::model::unknown;
-use super::near;
 use super::rotation::{self, Carrier, Rotation, Spot};
-use super::{Impact, LiftPrior, PathErrors, Rotations, Scene, Unusable, model, window};
+use super::{Impact, PathErrors, Rotations, Scene, model};
 use crate::ball::Ball;
 use crate::dataset::Spin;
 use crate::track::{Marker, Sample, TrackShot, TrackedBall};
@@ -17,70 +14,6 @@ const CLEAR: f64 = 0.01;
 
 /// A rough spin is this wrong, relative.
 const ROUGH: f64 = 0.05;
-
-/// A cue ball that slides is preferred to one that rolls when χ² falls by this much: three standard deviations.
-const SLIDES: f64 = 9.0;
-
-/// An unknown spin is looked for from both sides of stun, as part of the natural roll's.
-const ROLLS: [f64; 2] = [0.5, -0.5];
-/// And, where the collision model is known, from these too.
-const EVERYWHERE: [f64; 8] = [-1.0, -0.7, -0.4, -0.15, 0.15, 0.4, 0.7, 0.9];
-
-/// A shot without markers whose spin is unknown. It is taken to be about the axis across the ball's path, as that
-/// of a ball struck without side: natural roll where the motion agrees with it, else what the paths tell. They may tell
-/// several: where the collision model is known, the one that it agrees with best.
-pub(super) fn from_motion(
-    shot: &TrackShot,
-    scene: &Scene,
-    guess: &model::Unknowns,
-    noise: f64,
-) -> Result<Impact, Unusable> {
-    let rolls = Tracked::new(shot, scene, noise, Spin::NaturalRoll);
-    let slides = Tracked::new(shot, scene, noise, Spin::Unknown);
-    let starts = if matches!(scene.lift, LiftPrior::Model(..)) { &ROLLS[..1] } else { &ROLLS };
-    let sliding = starts.iter().map(|roll| {
-        let mut start = *guess;
-        start[unknown::ROLL] = *roll;
-        (&slides, start)
-    });
-    let hypotheses: Vec<(&Tracked, model::Unknowns)> =
-        std::iter::once((&rolls, *guess)).chain(sliding).collect();
-    // a wrong hypothesis ends the window early
-    let chosen: Vec<_> = hypotheses.iter().map(|(tracked, start)| window::choose(tracked, start)).collect();
-    let length = |fitted: &fit::Fitted| fitted.to - fitted.from;
-    let widest = chosen.iter().flatten().max_by(|a, b| length(a).total_cmp(&length(b)));
-    let Some([from, to]) = widest.map(|fitted| [fitted.from, fitted.to]) else {
-        return chosen.into_iter().find_map(Result::err).map_or(Err(Unusable::NoCollision), Err);
-    };
-    let mut all = hypotheses.iter().zip(&chosen).map(|((tracked, start), chosen)| {
-        let start = chosen.as_ref().map_or(*start, |fitted| fitted.z);
-        tracked.fit(&start, from, to).ok()
-    });
-    let rolling = all.next().flatten();
-    let mut sliding = all.flatten().min_by(|a, b| a.chi2.total_cmp(&b.chi2));
-    let mut at_model = None;
-    if let Some(paths_only) = &sliding {
-        let first = slides.quantities(paths_only)?.0;
-        at_model = Film::new(shot, &first, scene).at_model(scene, &EVERYWHERE);
-        let start = at_model.and_then(|own| near::path(&own, &first, scene));
-        // the collision tells more of a spin than the paths do, which must only not speak against it
-        let allowed = paths_only.chi2 + SLIDES * slides.misfit(paths_only).max(1.0);
-        let again = start.and_then(|start| slides.fit(&start, from, to).ok());
-        sliding = again.filter(|again| again.chi2 < allowed).or(sliding);
-    }
-    let (tracked, fitted) = match (rolling, sliding) {
-        (Some(rolling), Some(sliding))
-            if rolling.chi2 - sliding.chi2 > SLIDES * rolls.misfit(&rolling).max(1.0) =>
-        {
-            (slides, sliding)
-        }
-        (Some(rolling), _) => (rolls, rolling),
-        (None, Some(sliding)) => (slides, sliding),
-        (None, None) => return Err(Unusable::NoCollision),
-    };
-    let at_model = at_model.filter(|_| tracked.model.spin == Spin::Unknown);
-    Ok(Impact { at_model, ..tracked.impact(&fitted)?.0 })
-}
 
 fn markers_of(shot: &TrackShot, ball: TrackedBall) -> impl Iterator<Item = &Marker> {
     shot.markers.iter().filter(move |marker| marker.ball == ball)

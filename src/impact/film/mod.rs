@@ -114,6 +114,14 @@ pub struct Reduced {
     pub own: Own,
 }
 
+impl Reduced {
+    /// χ² of the shot.
+    #[must_use]
+    pub fn chi2(&self) -> f64 {
+        self.residuals.norm_squared()
+    }
+}
+
 impl Film {
     /// The frames that an extraction used.
     #[must_use]
