@@ -1,7 +1,7 @@
 //! Spins that nothing tells but the motion.
 
 use super::film::Film;
-use super::fit::{self, Tracked};
+use super::fit::{Fitted, Tracked};
 use super::model::{Unknowns, unknown};
 use super::{Impact, LiftPrior, Scene, Unusable, near, window};
 use crate::dataset::Spin;
@@ -33,19 +33,9 @@ pub(super) fn from_motion(
         (&slides, start)
     });
     let hypotheses: Vec<(&Tracked, Unknowns)> = std::iter::once((&rolls, *guess)).chain(sliding).collect();
-    // a wrong hypothesis ends the window early
-    let chosen: Vec<_> = hypotheses.iter().map(|(tracked, start)| window::choose(tracked, start)).collect();
-    let length = |fitted: &fit::Fitted| fitted.to - fitted.from;
-    let widest = chosen.iter().flatten().max_by(|a, b| length(a).total_cmp(&length(b)));
-    let Some([from, to]) = widest.map(|fitted| [fitted.from, fitted.to]) else {
-        return chosen.into_iter().find_map(Result::err).map_or(Err(Unusable::NoCollision), Err);
-    };
-    let mut all = hypotheses.iter().zip(&chosen).map(|((tracked, start), chosen)| {
-        let start = chosen.as_ref().map_or(*start, |fitted| fitted.z);
-        tracked.fit(&start, from, to).ok()
-    });
-    let rolling = all.next().flatten();
-    let mut sliding = all.flatten().min_by(|a, b| a.chi2.total_cmp(&b.chi2));
+    let (mut fits, [from, to]) = in_one_window(&hypotheses)?;
+    let rolling = fits.remove(0);
+    let mut sliding = fits.into_iter().flatten().min_by(|a, b| a.chi2.total_cmp(&b.chi2));
     let paths_only = sliding.as_ref().and_then(|sliding| Some(slides.quantities(sliding).ok()?.0));
     let mut found = None;
     if let (Some(fitted), Some(impact)) = (&sliding, &paths_only) {
@@ -77,7 +67,28 @@ pub(super) fn from_motion(
     Ok(Impact { at_model, ..tracked.impact(&fitted)?.0 })
 }
 
+/// The fits of hypotheses over the same frames, which are all that some hypothesis agrees with; and from when to when these are.
+fn in_one_window(hypotheses: &[(&Tracked, Unknowns)]) -> Result<(Vec<Option<Fitted>>, [f64; 2]), Unusable> {
+    let whole: Vec<_> = hypotheses.iter().map(|(tracked, start)| window::whole(tracked, start)).collect();
+    if let Some((fitted, _)) = whole.iter().flatten().find(|(_, is_good)| *is_good) {
+        let window = [fitted.from, fitted.to];
+        return Ok((whole.into_iter().map(|all| Some(all?.0)).collect(), window));
+    }
+    // a wrong hypothesis ends the window early
+    let grown: Vec<_> = hypotheses.iter().map(|(tracked, start)| window::grown(tracked, start)).collect();
+    let length = |fitted: &Fitted| fitted.to - fitted.from;
+    let widest = grown.iter().flatten().max_by(|a, b| length(a).total_cmp(&length(b)));
+    let Some([from, to]) = widest.map(|fitted| [fitted.from, fitted.to]) else {
+        return grown.into_iter().find_map(Result::err).map_or(Err(Unusable::NoCollision), Err);
+    };
+    let again = |((tracked, start), grown): (&(&Tracked, Unknowns), &Result<Fitted, Unusable>)| {
+        let start = grown.as_ref().map_or(start, |fitted| &fitted.z);
+        tracked.fit(start, from, to).ok()
+    };
+    Ok((hypotheses.iter().zip(&grown).map(again).collect(), [from, to]))
+}
+
 /// χ² may fall by so much by chance.
-fn likely(tracked: &Tracked, fitted: &fit::Fitted) -> f64 {
+fn likely(tracked: &Tracked, fitted: &Fitted) -> f64 {
     SLIDES * tracked.misfit(fitted).max(1.0)
 }

@@ -64,20 +64,37 @@ fn is_likely(squares: f64, n: usize, fitted: &Fitted) -> bool {
     squares < fitted.reduced().max(1.0) * (n + ADDED * (2.0 * n).sqrt()) || n == 0.0 && squares <= 0.0
 }
 
-/// The widest window whose fit is good: all of it, or what grows from the impact.
-pub(super) fn choose(tracked: &Tracked, guess: &Unknowns) -> Result<Fitted, Unusable> {
+/// The fit of all frames, and whether it is good.
+pub(super) fn whole(tracked: &Tracked, guess: &Unknowns) -> Option<(Fitted, bool)> {
     let frame = 1.0 / tracked.shot.fps;
     let time = guess[unknown::TIME];
-    let reach = |frames: usize| (frames as f64 + 0.5) * frame;
+    let [from, to] = extent(tracked, time, frame).map(|frames| reach(frames, frame));
+    let fitted = tracked.fit(guess, time - from, time + to).ok()?;
+    let is_good = good(tracked, &fitted);
+    Some((fitted, is_good))
+}
+
+/// How far so many frames reach from the impact, s.
+fn reach(frames: usize, frame: f64) -> f64 {
+    (frames as f64 + 0.5) * frame
+}
+
+/// The widest window whose fit is good: all of it, or what grows from the impact.
+pub(super) fn choose(tracked: &Tracked, guess: &Unknowns) -> Result<Fitted, Unusable> {
+    match whole(tracked, guess) {
+        Some((fitted, true)) => Ok(fitted),
+        _ => grown(tracked, guess),
+    }
+}
+
+/// The widest window whose fit is good and that grows from the impact.
+pub(super) fn grown(tracked: &Tracked, guess: &Unknowns) -> Result<Fitted, Unusable> {
+    let frame = 1.0 / tracked.shot.fps;
+    let time = guess[unknown::TIME];
     let fit = |start: &Unknowns, before: usize, after: usize| {
-        tracked.fit(start, time - reach(before), time + reach(after))
+        tracked.fit(start, time - reach(before, frame), time + reach(after, frame))
     };
     let [ends_before, ends_after] = extent(tracked, time, frame);
-    if let Ok(whole) = fit(guess, ends_before, ends_after)
-        && good(tracked, &whole)
-    {
-        return Ok(whole);
-    }
     let first = fit(guess, FIRST, FIRST)?;
     let misfit = tracked.misfit(&first);
     if misfit > HOPELESS {
