@@ -35,11 +35,21 @@ fn write(folder: &Path, files: impl IntoIterator<Item = (&'static str, Vec<u8>)>
     }
 }
 
+#[derive(Clone, Copy, PartialEq)]
+enum Spins {
+    Told,
+    Unknown,
+}
+
 /// Makes tracks, fits them, writes the extracted impacts beside them, and gives their folder.
-fn extracted(folder: &Path, markers: usize, fit: &str) -> Fit {
+fn extracted(folder: &Path, markers: usize, fit: &str, spins: Spins) -> Fit {
     let mut spec: Spec = toml::from_str(SPEC).unwrap();
     spec.camera.markers = markers;
     let files = synth::generate(&spec).unwrap().into_iter().map(|(name, text)| match name {
+        "dataset.toml" if spins == Spins::Unknown => {
+            let untold = text.replace("\"measured\"", "\"unknown\"").replace("shots = \"shots.csv\"", "");
+            (name, format!("{untold}\n{fit}").into_bytes())
+        }
         "dataset.toml" => (name, format!("{text}\n{fit}").into_bytes()),
         _ => (name, text.into_bytes()),
     });
@@ -52,11 +62,12 @@ fn extracted(folder: &Path, markers: usize, fit: &str) -> Fit {
 
 #[test]
 fn extract_and_fit_give_what_a_fit_of_the_tracks_gives() {
-    for (markers, settings) in
-        [(0, ""), (2, ""), (0, "[fit]\nmu_s = { prior_mean = 0.3, prior_sd = 0.01 }\n")]
+    const PRIOR: &str = "[fit]\nmu_s = { prior_mean = 0.3, prior_sd = 0.01 }\n";
+    for (markers, settings, spins) in
+        [(0, "", Spins::Told), (2, "", Spins::Told), (0, PRIOR, Spins::Told), (0, "", Spins::Unknown)]
     {
         let folder = tempfile::tempdir().unwrap();
-        let at_once = extracted(folder.path(), markers, settings);
+        let at_once = extracted(folder.path(), markers, settings, spins);
         let impacts = dataset::load(&folder.path().join("impacts")).unwrap();
         let refitted = fit::fit(&impacts, &Options::default()).unwrap().remove(0);
         for (a, b) in at_once.estimates.iter().zip(&refitted.estimates) {
@@ -72,7 +83,7 @@ fn extract_and_fit_give_what_a_fit_of_the_tracks_gives() {
 #[test]
 fn a_wrong_table_of_joint_errors_is_refused() {
     let folder = tempfile::tempdir().unwrap();
-    extracted(folder.path(), 0, "");
+    extracted(folder.path(), 0, "", Spins::Told);
     let impacts = folder.path().join("impacts");
     let good = std::fs::read_to_string(impacts.join("covariance.csv")).unwrap();
     let mut lines: Vec<&str> = good.lines().collect();
