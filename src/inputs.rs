@@ -44,6 +44,9 @@ const BEFORE_KINK: f64 = 0.5;
 const SPIN: usize = 3;
 const ELSEWHERE: [f64; 4] = [-2.0, -1.0, 1.0, 2.0];
 
+/// Spins that err by less than this part of the natural roll's, as those that markers show, leave one minimum.
+const LARGE: f64 = 0.01;
+
 /// A sum that rises by this part of itself, or of 1, is rounding.
 const ROUNDING: f64 = 1e-13;
 
@@ -172,10 +175,12 @@ pub struct Estimated {
     pub at_kink: bool,
 }
 
-/// Where the inputs of a shot are looked for besides where they were: a spin that the motion told errs so much that the sum has
-/// several minima.
-pub fn elsewhere(plan: &Plan) -> impl Iterator<Item = Units> {
-    let errs = |k: usize| plan.together().is_some_and(|together| together.factor.column(k).amax() > 0.0);
+/// Where the inputs of a shot are looked for besides where they were: a spin that the motion told may err so much that the sum
+/// has several minima. `rolling`: the spin of natural roll, rad/s.
+pub fn elsewhere(plan: &Plan, rolling: f64) -> impl Iterator<Item = Units> {
+    let errs = move |k: usize| {
+        plan.together().is_some_and(|together| together.factor.column(k).amax() > LARGE * rolling)
+    };
     let spins = (SPIN..INPUTS).filter(move |k| errs(*k));
     spins.flat_map(|k| ELSEWHERE.map(|by| Units::from_fn(|i, _| if i == k { by } else { 0.0 })))
 }

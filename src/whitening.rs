@@ -175,7 +175,8 @@ impl OfShot {
             let from = |t: Units| inputs::estimate(&errors, (model, coefficients), &t, shared_shift);
             let mut best = from(start.t)?;
             if hold == Hold::None {
-                for found in inputs::elsewhere(plan).filter_map(from) {
+                let rolling = best.1.speed / model.ball.radius;
+                for found in inputs::elsewhere(plan, rolling).filter_map(from) {
                     if found.0.chi2 < best.0.chi2 {
                         best = found;
                     }
