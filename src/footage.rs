@@ -77,9 +77,9 @@ pub fn finds_spins_from_paths(extracted: &[(TrackShot, Impact)], scene: &Scene) 
 pub fn films(extracted: &[(TrackShot, Impact)], scene: &Scene, most: usize) -> Vec<Option<Arc<Film>>> {
     let step = extracted.len().div_ceil(most.max(1)).max(1);
     let film = |(i, (track, impact)): (usize, &(TrackShot, Impact))| {
-        (i % step == 0).then(|| Arc::new(Film::new(track, impact, scene)))
+        (i % step == 0).then(|| Arc::new(Film::new(track, impact, scene).with_all_minima(scene)))
     };
-    extracted.iter().enumerate().map(film).collect()
+    extracted.par_iter().enumerate().map(film).collect()
 }
 
 /// Extracts the impacts of discs. The shots of the data set are then those of equal discs with the same

@@ -1,6 +1,7 @@
 //! Spins that nothing tells but the motion.
 
 use super::film::Film;
+use super::film::settle::EVERYWHERE;
 use super::fit::{Fitted, Tracked};
 use super::model::{Unknowns, unknown};
 use super::{Impact, LiftPrior, Scene, Unusable, near, window};
@@ -12,8 +13,6 @@ const SLIDES: f64 = 9.0;
 
 /// An unknown spin is looked for from both sides of stun, as part of the natural roll's.
 const ROLLS: [f64; 2] = [0.5, -0.5];
-/// And, where the collision model is known, from these too.
-const EVERYWHERE: [f64; 8] = [-1.0, -0.7, -0.4, -0.15, 0.15, 0.4, 0.7, 0.9];
 
 /// A shot without markers whose spin is unknown. It is taken to be about the axis across the ball's path, as that
 /// of a ball struck without side: natural roll where the motion agrees with it, else what the paths tell. They may tell

@@ -253,7 +253,11 @@ impl<T: Number> Motion<T> {
             inertia: scene.ball.inertia,
         };
         let slips = before.slip[0].re().hypot(before.slip[1].re());
-        let least = scene.rolls_within + ROLLS_PART * before.velocity[0].re().hypot(before.velocity[1].re());
+        let least = match scene.spin {
+            // that it does not roll is what is assumed
+            Spin::Unknown => 0.0,
+            _ => scene.rolls_within + ROLLS_PART * before.velocity[0].re().hypot(before.velocity[1].re()),
+        };
         let before = if slips < least { Side { slip: [zero; 2], ..*before } } else { *before };
         Self {
             time: time.re(),

@@ -6,7 +6,7 @@
 //! - Golub, G. and Pereyra, V. (1973), SIAM J. Numer. Anal. 10, 413–432: variable projection.
 
 mod normal;
-mod settle;
+pub(super) mod settle;
 
 use nalgebra::{Matrix3, SMatrix, SVector, Vector3};
 use normal::Normal;
@@ -95,6 +95,8 @@ pub struct Film {
     scene: ModelScene,
     /// Where the search for the shot's own unknowns begins.
     pub start: Own,
+    /// And from where else, since they have several minima.
+    others: Vec<Own>,
     /// Mean and standard deviation of the spin's components, where it is an unknown.
     spin: Option<(Vec3, Vec3)>,
     /// Spins after the impact, of the cue ball and of the object ball.
@@ -167,6 +169,7 @@ impl Film {
             object: frames(&shot.object, &impact.wrong[1]),
             scene: ModelScene::of(impact.spin, scene),
             start,
+            others: Vec::new(),
             spin,
             seen,
             states_noise: shot.position_sd.is_some() || all().all(|sample| sample.sd.is_some()),
@@ -197,6 +200,7 @@ impl Film {
             object: frames(&shot.object),
             scene: ModelScene::of(spin, scene),
             start,
+            others: Vec::new(),
             spin: measured,
             seen,
             states_noise: true,

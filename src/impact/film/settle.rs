@@ -12,8 +12,24 @@ const AT_REST: f64 = 1e-9;
 const MAX_STEPS: usize = 30;
 const MOST_DAMPING: f64 = 1e6;
 
-/// A spin of this part of the natural roll's stands for none, on its side.
+/// A spin of this part of the natural roll's stands for none, on its side…
 const KINK: f64 = 1e-9;
+/// …and one that differs from the natural roll's by this part of it slides before the impact, on its side.
+const ALMOST: f64 = 1e-5;
+/// Where an unknown spin may be while it is looked for, as part of the natural roll's. At none χ² has a kink: topspin presses
+/// the object ball into the cloth and lifts the cue ball, draw lifts the object ball. At natural roll it leaps, since the cloth
+/// slows down a ball that rolls less and drives on one that spins faster.
+const SIDES: [[f64; 2]; 3] =
+    [[f64::NEG_INFINITY, -KINK], [KINK, 1.0 - ALMOST], [1.0 + ALMOST, f64::INFINITY]];
+
+/// An unknown spin is looked for from all these, in parts of the natural roll's.
+pub(in crate::impact) const EVERYWHERE: [f64; 9] = [-1.0, -0.7, -0.4, -0.15, 0.15, 0.4, 0.7, 0.9, 1.15];
+/// Another minimum may become the least while the parameters move if its χ² is higher by no more than this,
+const POSSIBLE: f64 = 16.0;
+/// and is one if its spin differs by this part of the natural roll's.
+const APART: f64 = 0.003;
+/// No shot was seen with more.
+const MOST_OTHERS: usize = 3;
 
 /// Within so many standard errors of none, both sides are tried.
 const NEAR: f64 = 5.0;
@@ -23,6 +39,12 @@ impl Film {
     /// `None` where there is no collision.
     #[must_use]
     pub fn reduced(&self, collision: &Corrected, shared: &[f64; SHARED], from: &Own) -> Option<Reduced> {
+        let tried = std::iter::once(from).chain(&self.others);
+        let found = tried.filter_map(|from| self.reduced_from(collision, shared, from));
+        found.min_by(|a, b| a.chi2().total_cmp(&b.chi2()))
+    }
+
+    fn reduced_from(&self, collision: &Corrected, shared: &[f64; SHARED], from: &Own) -> Option<Reduced> {
         match self.spin {
             Some(_) => self.eliminate::<MEASURED>(collision, shared, from),
             None if self.rolls_unknown() => self.eliminate::<UNKNOWN>(collision, shared, from),
@@ -48,40 +70,40 @@ impl Film {
         if N != UNKNOWN {
             return self.settled(collision, start, None).reduce(N);
         }
-        let side = all[OWN].signum();
-        let mut best = self.settled(collision, start, Some(side));
-        if best.is_near_stun()? {
+        let (mut all, roll) = (all, all[OWN]);
+        let side = SIDES.iter().position(|[_, high]| roll <= *high)?;
+        all[OWN] = roll.max(SIDES[side][0]);
+        let start =
+            if all[OWN] == roll { start } else { Point { all, normal: self.normal::<N>(collision, &all)? } };
+        let mut best = self.settled(collision, start, Some(SIDES[side]));
+        if side < 2 && best.is_near_stun()? {
             let mut beyond = best.all;
-            beyond[OWN] = -side * KINK;
+            beyond[OWN] = if side == 0 { KINK } else { -KINK };
             if let Some(normal) = self.normal::<N>(collision, &beyond) {
-                let other = self.settled(collision, Point { all: beyond, normal }, Some(-side));
+                let other = self.settled(collision, Point { all: beyond, normal }, Some(SIDES[1 - side]));
                 if other.normal.square < best.normal.square {
                     best = other;
                 }
             }
         }
-        // at the kink the spin stays where it is while the parameters move a little
-        best.reduce(if best.all[OWN].abs() <= KINK { OWN } else { N })
+        // at an end the spin stays where it is while the parameters move a little
+        let at_end = SIDES.as_flattened().contains(&best.all[OWN]);
+        best.reduce(if at_end { OWN } else { N })
     }
 
-    /// The own unknowns moved to the least χ²; an unknown spin on one side of stun, where χ² has a kink: topspin presses the
-    /// object ball into the cloth and lifts the cue ball, draw lifts the object ball.
+    /// The own unknowns moved to the least χ², an unknown spin within its side.
     fn settled<const N: usize>(
         &self,
         collision: &Corrected,
         mut point: Point<N>,
-        side: Option<f64>,
+        side: Option<[f64; 2]>,
     ) -> Point<N> {
         let mut damping = 0.0;
         for _ in 0..MAX_STEPS {
             if damping > MOST_DAMPING {
                 break;
             }
-            let roll = point.all[OWN];
-            // how far the spin may go towards the kink and beyond
-            let room = side.map(|sign| (roll - sign * KINK, sign));
-            let rests = |(room, sign): (f64, f64)| room == 0.0 && point.normal.gradient[OWN] * sign >= 0.0;
-            let held = if room.is_some_and(rests) { OWN } else { N };
+            let held = point.held(side);
             let Some(cholesky) = point.normal.own_part(damping, held) else {
                 damping = raised(damping);
                 continue;
@@ -93,17 +115,10 @@ impl Film {
             if promised < AT_REST {
                 break;
             }
-            let trial = match room {
-                Some((room, sign)) if held == N && (room + step[OWN]) * sign < 0.0 => {
-                    let mut at_kink = point.all - step * (room / step[OWN]);
-                    at_kink[OWN] = sign * KINK;
-                    at_kink
-                }
-                _ => point.all + step,
-            };
-            match self.normal::<N>(collision, &trial) {
+            let all = within(point.all, step, side.filter(|_| held == N));
+            match self.normal::<N>(collision, &all) {
                 Some(normal) if normal.square < point.normal.square => {
-                    point = Point { all: trial, normal };
+                    point = Point { all, normal };
                     damping *= 0.1;
                 }
                 _ => damping = raised(damping),
@@ -115,15 +130,41 @@ impl Film {
     /// The shot as it agrees best with the collision model that the scene has, looked for from where its own unknowns start and
     /// with these unknown spins in the place of that, in parts of the natural roll's. `None` where the scene has no model.
     pub(in crate::impact) fn at_model(&self, scene: &Scene, rolls: &[f64]) -> Option<Reduced> {
-        let LiftPrior::Model(model, Coefficients { mu, mu_s, e }, _) = scene.lift else { return None };
+        self.minima(scene, rolls).into_iter().next()
+    }
+
+    /// As where [`Film::at_model`] finds them, the least first.
+    fn minima(&self, scene: &Scene, rolls: &[f64]) -> Vec<Reduced> {
+        let LiftPrior::Model(model, Coefficients { mu, mu_s, e }, _) = scene.lift else { return Vec::new() };
         let collision = Corrected { model, correction: None };
         let shared = [mu, mu_s, e, scene.cloth.sliding, scene.cloth.rolling];
         let tried = std::iter::once(self.start[OWN]).chain(rolls.iter().copied()).filter_map(|roll| {
             let mut from = self.start;
             from[OWN] = roll;
-            self.reduced(&collision, &shared, &from)
+            self.reduced_from(&collision, &shared, &from)
         });
-        tried.min_by(|a, b| a.chi2().total_cmp(&b.chi2()))
+        let mut found: Vec<Reduced> = tried.collect();
+        found.sort_by(|a, b| a.chi2().total_cmp(&b.chi2()));
+        found
+    }
+
+    /// With an unknown spin looked for from everywhere, whatever the parameters, where its frames allow several.
+    #[must_use]
+    pub fn with_all_minima(mut self, scene: &Scene) -> Self {
+        if !self.rolls_unknown() {
+            return self;
+        }
+        let found = self.minima(scene, &EVERYWHERE);
+        let Some(best) = found.first() else { return self };
+        self.start = best.own;
+        let least = best.chi2();
+        for other in found.iter().filter(|other| other.chi2() < least + POSSIBLE) {
+            let apart = |own: &Own| (own[OWN] - other.own[OWN]).abs() > APART;
+            if apart(&self.start) && self.others.iter().all(apart) && self.others.len() < MOST_OTHERS {
+                self.others.push(other.own);
+            }
+        }
+        self
     }
 }
 
@@ -144,12 +185,38 @@ impl<const N: usize> Point<N> {
         Some(Reduced { residuals, jacobian, own })
     }
 
+    /// Where unknowns begin that stay: an unknown spin at an end of its side, from where the free step leads out of it.
+    fn held(&self, side: Option<[f64; 2]>) -> usize {
+        let roll = self.all[OWN];
+        let Some([low, high]) = side.filter(|side| side.contains(&roll)) else { return N };
+        let Some(cholesky) = self.normal.own_part(0.0, N) else { return N };
+        let step = -cholesky.solve(&self.normal.own_gradient(N))[OWN];
+        if (roll == low && step <= 0.0) || (roll == high && step >= 0.0) { OWN } else { N }
+    }
+
     /// Whether an unknown spin may as well be none, or lie on the other side of it.
     fn is_near_stun(&self) -> Option<bool> {
         // LLᵀ = JᵀJ: the spin is the last of the own unknowns, and the others are free
         let sd = 1.0 / self.normal.own_part(0.0, N)?.l_dirty()[(OWN, OWN)];
         Some(self.all[OWN].abs() < NEAR * sd)
     }
+}
+
+/// As far along a step as an unknown spin stays within its side.
+fn within<const N: usize>(
+    from: SVector<f64, N>,
+    step: SVector<f64, N>,
+    side: Option<[f64; 2]>,
+) -> SVector<f64, N> {
+    let mut to = from + step;
+    if let Some([low, high]) = side
+        && !(low..=high).contains(&to[OWN])
+    {
+        let end = to[OWN].clamp(low, high);
+        to = from + step * ((end - from[OWN]) / step[OWN]);
+        to[OWN] = end;
+    }
+    to
 }
 
 fn raised(damping: f64) -> f64 {
@@ -168,9 +235,6 @@ mod tests {
 
     /// χ² of two searches for the same minimum.
     const SAME: f64 = 1e-4;
-
-    /// Of 24: landings between frames and the slip's turning round after the impact leave some shots several minima.
-    const MOST: usize = 20;
 
     /// Films of stun shots of which nobody says that they are.
     fn of_stun() -> (Vec<Film>, Scene, Model) {
@@ -212,9 +276,10 @@ mod tests {
     fn both_sides_of_stun_lead_to_the_same_minimum() {
         let (films, _, model) = of_stun();
         let chi2 = |film: &Film, roll| at(film, model, TRUTH[2], roll).chi2();
-        let same = |film: &&Film| (chi2(film, -1e-3) - chi2(film, 1e-3)).abs() < SAME;
-        let count = films.iter().filter(same).count();
-        assert!(count >= MOST, "{count} of {}", films.len());
+        for (i, film) in films.iter().enumerate() {
+            let off = chi2(film, -1e-3) - chi2(film, 1e-3);
+            assert!(off.abs() < SAME, "{i}: {off}");
+        }
     }
 
     #[test]
