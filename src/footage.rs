@@ -20,6 +20,11 @@ const LEARN_FROM: usize = 300;
 /// So many standard errors are no chance.
 const SURELY: f64 = 5.0;
 
+/// Twice the error of spins that 1000 frames/s and 0.1 mm tell, in parts of the natural roll's…
+const NEAR_STUN: f64 = 0.06;
+/// …and more spins than this part within it are no chance.
+const MANY_STUNS: f64 = 0.2;
+
 /// Rounds of extracting those shots and fitting them: the first starts from published values.
 const LEARN_ROUNDS: usize = 2;
 
@@ -58,8 +63,24 @@ pub fn with_impacts(
     dataset.lift_sd = lift_sd;
     let found = extracted.iter().map(|(track, impact)| (track, impact)).collect();
     (dataset.shots, dataset.sliding) = shots_of(found, &mut scene);
-    dataset.tracks = Some(Tracks { shots: Vec::new(), ..tracks });
+    let notes = tracks.notes.into_iter().chain(many_stuns(&extracted)).collect();
+    dataset.tracks = Some(Tracks { shots: Vec::new(), notes, ..tracks });
     (dataset, extracted, scene)
+}
+
+/// What is to be said where many of the spins that were found from the motion may as well be none: no model has a derivative
+/// there, and spins that err to either side of it bias e.
+fn many_stuns(extracted: &[(TrackShot, Impact)]) -> Option<String> {
+    let count =
+        extracted.iter().filter_map(|(_, impact)| impact.roll()).filter(|r| r.abs() < NEAR_STUN).count();
+    (count as f64 > MANY_STUNS * extracted.len() as f64).then(|| {
+        format!(
+            "{count} of {} cue balls of unknown spin had hardly any before the impact. Spins that are found err to both sides of \
+             none, where lift and pressure of the cloth change over, and many of them move e by up to half its standard error: if \
+             these are stun shots, say so (cue_spin = stun in the shots table).",
+            extracted.len()
+        )
+    })
 }
 
 /// Whether the spin of some shot was found from its paths alone, since nothing else tells it and the shots did not tell enough

@@ -185,6 +185,22 @@ fn both_methods_recover_the_parameters_where_mixed_spins_are_unknown() {
     joint.check("mixed, spin unknown, joint,     ");
 }
 
+#[test]
+fn many_stuns_among_unknown_spins_are_pointed_out() {
+    let notes = |played: &[Played]| {
+        let mut film = filmed(&spec(played, 12, 5000));
+        film.iter_mut().for_each(|shot| shot.spin = Spin::Unknown);
+        footage::with_impacts(dataset(film), &|| ()).0.tracks.unwrap().notes.concat()
+    };
+    let of_stun = notes(&[Played::Stun]);
+    assert!(
+        of_stun.contains("of 12 cue balls of unknown spin had hardly any")
+            && of_stun.contains("cue_spin = stun")
+    );
+    assert!(!notes(&[Played::Any]).contains("of unknown spin had hardly any"));
+    assert!(!notes(ROLLS).contains("of unknown spin had hardly any"));
+}
+
 type Change<'a> = &'a dyn Fn(&mut TrackShot);
 
 /// What is assumed of the footage is wrong: how far off are the two methods?

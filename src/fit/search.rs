@@ -11,7 +11,7 @@ use crate::collision::Model;
 use crate::dataset::{Measured, Shared};
 use crate::impact::film;
 use crate::loss::Loss;
-use crate::optimise::{self, Constraints, Linear, Termination};
+use crate::optimise::{self, Constraints, Linear};
 use crate::parameters::{Parameter, Setting, Settings};
 use crate::predict::{Plan, Prediction, Unpredictable};
 use crate::relation::{Relation, Sense};
@@ -44,7 +44,7 @@ const ROBUST_AT_REST: f64 = 1e-8;
 const MAX_ROBUST_ROUNDS: usize = 500;
 
 /// Frames are minimised to a small part of a standard error: landings make χ² a little rough.
-const FRAMES: optimise::Options = optimise::Options { max_iterations: 100, orthogonality: 1e-6 };
+const FRAMES: optimise::Options = optimise::Options { max_iterations: 50, orthogonality: 1e-6 };
 const ROUGH: &str = "converged: as far as landings between frames leave χ² smooth";
 
 /// A shot's weight never vanishes, so that its distance can be told from its weighted residuals.
@@ -276,7 +276,15 @@ impl Search<'_> {
                 return Ok((minimum, groups));
             }
             let slice = Slice { search: self, free, constraints: constraints.clone(), whitening: &whitening };
-            let (solution, at_kink) = kink::minimise(&slice, &x, &options)?;
+            let (solution, at_kink, rough) = if filmed {
+                let (solution, rests) =
+                    optimise::minimise_rough(|| slice.problem(), &x, &constraints, &options)?;
+                let rough = rests && !solution.termination.converged();
+                (solution, false, rough)
+            } else {
+                let (solution, at_kink) = kink::minimise(&slice, &x, &options)?;
+                (solution, at_kink, false)
+            };
             iterations += solution.iterations as usize;
             let step = &solution.x - &x;
             let (moved, in_errors) = (step.amax(), (&solution.jacobian * &step).norm());
@@ -309,8 +317,6 @@ impl Search<'_> {
                 continue;
             }
             if rest || round + 1 >= max_rounds {
-                // landings and ends of sliding that cross a frame are kinks
-                let rough = filmed && solution.termination == Termination::Stalled;
                 let converged = (solution.termination.converged() || at_kink || rough) && rest;
                 let mut termination = solution.termination.to_string();
                 if rough {

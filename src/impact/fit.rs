@@ -7,7 +7,7 @@ use super::model::{Frames, Lift, Scene as ModelScene, Unknowns, unknown};
 use super::{Impact, LiftPrior, Scene, Unusable, start};
 use crate::collision::Coefficients;
 use crate::dataset::Spin;
-use crate::optimise::{self, Constraints, Options, Termination};
+use crate::optimise::{self, Constraints, Options};
 use crate::track::{Sample, TrackShot};
 
 /// A frame is wrong when a coordinate is this many standard deviations off…
@@ -30,7 +30,7 @@ const LEAST_VERTICAL: f64 = 1e-6;
 
 /// A fit stops within some hundredths of a standard error of the minimum.
 const ORTHOGONALITY: f64 = 3e-3;
-const MAX_ITERATIONS: u32 = 200;
+const MAX_ITERATIONS: u32 = 100;
 
 /// An unknown spin, over the natural roll's: no spin, give or take as much as rolling.
 pub(super) const ROLL: (f64, f64) = (0.0, 1.0);
@@ -164,12 +164,12 @@ impl<'a> Tracked<'a> {
         let constraints = Constraints::bounds(bound(true), bound(false));
         let x = DVector::from_iterator(free.len(), free.iter().map(|i| start[*i]));
         let x = x.zip_zip_map(&constraints.lower, &constraints.upper, |x, low, high| x.clamp(low, high));
-        let problem = Problem { frames, scene: &self.model, start, free: &free, priors: &priors };
+        let problem = || Problem { frames, scene: &self.model, start, free: &free, priors: &priors };
         let options = Options { orthogonality: ORTHOGONALITY, max_iterations: MAX_ITERATIONS };
-        let solution = optimise::minimise(problem, &x, &constraints, &options)
+        // where a landing or the impact itself crosses a frame, the residuals have a kink
+        let (solution, converged) = optimise::minimise_rough(problem, &x, &constraints, &options)
             .map_err(|error| Unusable::NotConverged(error.to_string()))?;
-        let problem = Problem { frames, scene: &self.model, start, free: &free, priors: &priors };
-        let z = problem.unknowns(&solution.x);
+        let z = problem().unknowns(&solution.x);
         let dof = (frames.count() + priors.len()).saturating_sub(free.len());
         let count = |samples: &[(&Sample, [f64; 2])], after: bool| {
             samples.iter().filter(|(s, _)| (s.t >= z[unknown::TIME]) == after).count()
@@ -183,8 +183,7 @@ impl<'a> Tracked<'a> {
             wrong_object: Vec::new(),
             chi2: 2.0 * solution.cost,
             dof,
-            // where a landing or the impact itself crosses a frame, the residuals have a kink
-            converged: solution.termination.converged() || solution.termination == Termination::Stalled,
+            converged,
             termination: solution.termination.to_string(),
             free,
             jacobian: solution.jacobian,

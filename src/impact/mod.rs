@@ -155,6 +155,13 @@ impl FittedMotion {
 }
 
 impl Impact {
+    /// Its topspin before the impact over the natural roll's, where that was found from the motion alone.
+    #[must_use]
+    pub fn roll(&self) -> Option<f64> {
+        let roll = self.at_model.map_or(self.unknowns[model::unknown::ROLL], |own| own[film::OWN]);
+        (self.spin == Spin::Unknown).then_some(roll)
+    }
+
     /// The motion that was fitted to a shot.
     #[must_use]
     pub fn motion(&self, scene: &Scene) -> FittedMotion {

@@ -21,6 +21,7 @@ mod fewest;
 mod linear_algebra;
 mod nearest;
 mod qp;
+mod rough;
 mod solver;
 mod step;
 mod termination;
@@ -28,6 +29,7 @@ mod working_set;
 
 pub use constraints::{Constraints, Linear};
 pub use fewest::fewest;
+pub use rough::minimise_rough;
 pub use termination::Termination;
 
 use solver::TrustRegion;
