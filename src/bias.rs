@@ -113,6 +113,7 @@ pub fn velocities(shots: &[accuracy::Shot], ball: Ball) -> Dataset {
         shots: shots.iter().enumerate().map(shot).collect(),
         left_out: Vec::new(),
         sliding: None,
+        rolling: None,
         lift_sd: None,
         tracks: None,
     }

@@ -62,7 +62,7 @@ pub fn with_impacts(
     }
     dataset.lift_sd = lift_sd;
     let found = extracted.iter().map(|(track, impact)| (track, impact)).collect();
-    (dataset.shots, dataset.sliding) = shots_of(found, &mut scene);
+    (dataset.shots, dataset.sliding, dataset.rolling) = shots_of(found, &mut scene);
     let notes = tracks.notes.into_iter().chain(many_stuns(&extracted)).collect();
     dataset.tracks = Some(Tracks { shots: Vec::new(), notes, ..tracks });
     (dataset, extracted, scene)
@@ -164,18 +164,26 @@ fn learned(dataset: &Dataset, tracks: &[TrackShot], scene: Scene) -> (Scene, Opt
     (scene, shared)
 }
 
-/// The shots of a data set, and the μ_k that all of them together tell, which the scene has from then on.
-fn shots_of(found: Vec<(&TrackShot, &Impact)>, scene: &mut Scene) -> (Vec<Shot>, Option<Measured>) {
-    let sliding = shots::sliding(found.iter().map(|(_, impact)| *impact));
+/// The shots of a data set, and the μ_k and μ_r that all of them together tell, which the scene has from then on.
+fn shots_of(
+    found: Vec<(&TrackShot, &Impact)>,
+    scene: &mut Scene,
+) -> (Vec<Shot>, Option<Measured>, Option<Measured>) {
+    if found.is_empty() {
+        return (Vec::new(), None, None);
+    }
+    let rolling = shots::rolling(found.iter().map(|(_, impact)| *impact));
+    scene.cloth.rolling = rolling.value;
+    let sliding = shots::sliding(found.iter().map(|(_, impact)| *impact), rolling);
     if let Some(sliding) = sliding {
         scene.cloth.sliding = sliding.value;
     }
     let scene = *scene;
     let shot = |(track, impact): (&TrackShot, &Impact)| {
         let near = near_model(track, impact, &scene);
-        shots::shot(track, near.as_ref().unwrap_or(impact), sliding)
+        shots::shot(track, near.as_ref().unwrap_or(impact), sliding, rolling)
     };
-    (found.into_par_iter().map(shot).collect(), sliding)
+    (found.into_par_iter().map(shot).collect(), sliding, Some(rolling))
 }
 
 /// What shots tell, and the standard error of μ.
@@ -189,8 +197,8 @@ fn coefficients(
     let usable: Vec<_> = usable.filter_map(|(track, impact)| Some((track, impact.as_ref().ok()?))).collect();
     // paths alone may tell a spin that is wholly wrong
     let loss = usable.iter().any(|(_, impact)| impact.spin == Spin::Unknown).then_some(Loss::Huber);
-    let (shots, sliding) = shots_of(usable, scene);
-    let some = Dataset { shots, sliding, by: None, left_out: Vec::new(), ..dataset.clone() };
+    let (shots, sliding, rolling) = shots_of(usable, scene);
+    let some = Dataset { shots, sliding, rolling, by: None, left_out: Vec::new(), ..dataset.clone() };
     let options = Options { depth: Depth::Estimates, loss, ..Options::default() };
     let fit = fit::fit(&some, &options).ok()?.pop()?;
     let [mu, mu_s, e] = Parameter::COEFFICIENTS.map(|parameter| fit.estimates[parameter as usize]);

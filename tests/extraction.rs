@@ -46,6 +46,7 @@ pub fn dataset(tracks: Vec<TrackShot>) -> Dataset {
         shots: Vec::new(),
         left_out: Vec::new(),
         sliding: None,
+        rolling: None,
         lift_sd: None,
         tracks: Some(Tracks { shots: tracks, skipped: Vec::new(), notes: Vec::new(), discs: None }),
     }

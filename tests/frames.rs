@@ -8,6 +8,7 @@ use caromfit::footage;
 use caromfit::synth::{self, BallSpec, Camera, ClothSpec, Kind, Noise, Played, Shots, Spec, Truth};
 use caromfit::track::TrackShot;
 use rayon::prelude::*;
+use statrs::distribution::{ContinuousCDF, Normal};
 
 use crate::extraction::{count, dataset};
 
@@ -107,6 +108,13 @@ impl Tally {
 const ROLLS: &[Played] = &[Played::NaturalRoll];
 const MIXED: &[Played] = &[Played::Stun, Played::Draw, Played::NaturalRoll];
 
+/// The cloths of the data sets roll as is assumed of cloths beforehand, 0.01 ± 0.005, spread evenly by the golden ratio.
+fn mu_r(seed: u64) -> f64 {
+    const LEAST: f64 = 0.001;
+    let part = (0.618_033_988_749_895 * (seed as f64 + 0.5)).fract();
+    Normal::new(0.01, 0.005).unwrap().inverse_cdf(part).max(LEAST)
+}
+
 /// Data sets side by side.
 const AT_A_TIME: usize = 50;
 
@@ -115,7 +123,9 @@ fn tallied(what: &str, played: &[Played], known: bool, sets: u64) -> [Tally; 2] 
     let mut tallies = [Tally::default(), Tally::default()];
     let mut seconds = 0.0;
     let of_set = |seed: u64| {
-        let mut film = filmed(&spec(played, 40, 5000 + seed));
+        let mut spec = spec(played, 40, 5000 + seed);
+        spec.cloth.mu_r = mu_r(seed);
+        let mut film = filmed(&spec);
         if !known {
             for shot in &mut film {
                 shot.spin = Spin::Unknown;
@@ -189,7 +199,9 @@ fn both_methods_recover_the_parameters_where_mixed_spins_are_unknown() {
 fn many_stuns_among_unknown_spins_are_pointed_out() {
     let notes = |played: &[Played]| {
         let mut film = filmed(&spec(played, 12, 5000));
-        film.iter_mut().for_each(|shot| shot.spin = Spin::Unknown);
+        for shot in &mut film {
+            shot.spin = Spin::Unknown;
+        }
         footage::with_impacts(dataset(film), &|| ()).0.tracks.unwrap().notes.concat()
     };
     let of_stun = notes(&[Played::Stun]);
@@ -199,6 +211,27 @@ fn many_stuns_among_unknown_spins_are_pointed_out() {
     );
     assert!(!notes(&[Played::Any]).contains("of unknown spin had hardly any"));
     assert!(!notes(ROLLS).contains("of unknown spin had hardly any"));
+}
+
+/// Cloths that roll half as well or better than what is published: velocities before an impact depend on it.
+#[test]
+fn another_rolling_resistance_biases_neither_method() {
+    /// Of e between μ_r = 0.005 and 0.015, standard errors. It was 3 in two stages that took μ_r for known; what 40 shots tell of it
+    /// leaves half a one.
+    const SHIFT: f64 = 1.0;
+    for seed in 0..count("CAROMFIT_SETS", 3) as u64 {
+        let [less, more] = [0.005, 0.015].map(|mu_r| {
+            let mut spec = spec(ROLLS, 40, 7000 + seed);
+            spec.cloth.mu_r = mu_r;
+            fits(filmed(&spec), both())
+        });
+        for (less, more) in less.iter().zip(&more) {
+            let [less, more] = [less, more].map(|fit| fit.estimates[2]);
+            let shift = (less.value - more.value) / more.std_error.unwrap();
+            println!("{seed}: {shift:+.2}");
+            assert!(shift.abs() < SHIFT, "{seed}: {shift}");
+        }
+    }
 }
 
 type Change<'a> = &'a dyn Fn(&mut TrackShot);

@@ -3,10 +3,10 @@
 use std::path::Path;
 
 use caromfit::collision::Coefficients;
-use caromfit::dataset::{self, Joint, Shared};
+use caromfit::dataset::{self, Before, Joint, Shared};
 use caromfit::fit::{self, Fit, Options};
 use caromfit::footage::with_impacts;
-use caromfit::impact::{LiftPrior, Scene, extract, shots};
+use caromfit::impact::{LiftPrior, Quantity, Scene, extract, shots};
 use caromfit::report::extracted;
 use caromfit::synth::{self, Spec};
 
@@ -121,6 +121,41 @@ fn a_wrong_table_of_joint_errors_is_refused() {
     assert!(error.contains("only one of mu_k and mu_k_sd in [impacts]; expected both or none"), "{error}");
 }
 
+/// What is told of μ_r beforehand is put right once all shots have told it.
+#[test]
+fn a_wrong_rolling_resistance_moves_what_is_extracted_as_stated() {
+    /// Of a standard deviation: the fit of a shot stops within some hundredths.
+    const SAME: f64 = 0.05;
+    let spec: Spec = toml::from_str(SPEC).unwrap();
+    let folder = tempfile::tempdir().unwrap();
+    let files = synth::generate(&spec).unwrap();
+    write(folder.path(), files.into_iter().map(|(name, text)| (name, text.into_bytes())));
+    let dataset = dataset::load(folder.path()).unwrap();
+    let tracks = dataset.tracks.clone().unwrap().shots;
+    let (dataset, _, scene) = with_impacts(dataset, &|| ());
+    let mut other = scene;
+    other.cloth.rolling *= 2.0;
+    let mut moved = 0.0_f64;
+    for track in &tracks {
+        let of = |scene| {
+            let impact = extract(track, scene).unwrap();
+            let shot = shots::shot(track, &impact, dataset.sliding, dataset.rolling.unwrap());
+            (impact.values[Quantity::CueVxBefore as usize], shot.before, shot.after)
+        };
+        let ((raw, before, after), (other_raw, other_before, other_after)) = (of(&scene), of(&other));
+        let (Before::Impact { velocity: a, .. }, Before::Impact { velocity: b, .. }) = (before, other_before)
+        else {
+            panic!("{before:?}")
+        };
+        let after = after.iter().zip(&other_after).map(|(a, b)| (a.measured, b.measured));
+        for (a, b) in a.into_iter().zip(b).chain(after) {
+            assert!((a.value - b.value).abs() < SAME * a.sd.unwrap(), "{a:?} {b:?}");
+        }
+        moved = moved.max((raw - other_raw).abs() / a[0].sd.unwrap());
+    }
+    assert!(moved > 0.5, "{moved}");
+}
+
 /// μ is changed by this part.
 const STEP: f64 = 0.01;
 /// The lift grows by a little less than μ where the slip falls much; single shots are off at a landing, which is a kink.
@@ -143,7 +178,9 @@ fn the_lift_moves_what_is_extracted_as_stated() {
     let higher = Scene { lift: LiftPrior::Model(model, higher, sd), ..scene };
     let (mut both, mut square) = (0.0, 0.0);
     for track in &tracks {
-        let of = |scene| shots::shot(track, &extract(track, scene).unwrap(), dataset.sliding);
+        let of = |scene| {
+            shots::shot(track, &extract(track, scene).unwrap(), dataset.sliding, dataset.rolling.unwrap())
+        };
         let (before, after) = (of(&scene), of(&higher));
         let by = &before.joint.as_ref().unwrap().by_shared[Shared::Lift as usize];
         let by = by.rows(Joint::BEFORE, before.after.len());

@@ -16,6 +16,8 @@ pub(super) struct Extraction {
     pub covariance: Option<PathBuf>,
     /// μ_k of the cloth with its standard deviation, where the impacts depend on it.
     pub sliding: Option<Measured>,
+    /// Its μ_r likewise.
+    pub rolling: Option<Measured>,
     /// Relative standard error that the lifts share.
     pub lift_sd: Option<f64>,
 }
@@ -26,6 +28,7 @@ impl Extraction {
         let is_shared = |shared: &Shared| match shared {
             Shared::Sliding => self.sliding.is_some(),
             Shared::Lift => self.lift_sd.is_some(),
+            Shared::Rolling => self.rolling.is_some(),
         };
         Shared::ALL.into_iter().filter(is_shared).collect()
     }
@@ -37,6 +40,8 @@ pub(super) struct RawImpacts {
     covariance: Option<Spanned<String>>,
     mu_k: Option<Spanned<f64>>,
     mu_k_sd: Option<Spanned<f64>>,
+    mu_r: Option<Spanned<f64>>,
+    mu_r_sd: Option<Spanned<f64>>,
     lift_sd: Option<Spanned<f64>>,
 }
 
@@ -52,19 +57,25 @@ impl RawImpacts {
             }
             value
         };
+        let mut alone = Vec::new();
         let lift_sd = self.lift_sd.as_ref().map(|sd| number("lift_sd", sd, false));
-        let sliding = match (&self.mu_k, &self.mu_k_sd) {
+        let both = [("mu_k", &self.mu_k, &self.mu_k_sd), ("mu_r", &self.mu_r, &self.mu_r_sd)];
+        let [sliding, rolling] = both.map(|(key, value, sd)| match (value, sd) {
             (Some(value), Some(sd)) => {
-                Some(Measured { value: number("mu_k", value, true), sd: Some(number("mu_k_sd", sd, false)) })
+                let sd = number(&format!("{key}_sd"), sd, false);
+                Some(Measured { value: number(key, value, true), sd: Some(sd) })
             }
             (Some(given), None) | (None, Some(given)) => {
-                let message = "only one of mu_k and mu_k_sd in [impacts]; expected both or none";
-                source.add(problems, &given.span(), message.to_string());
+                alone.push((given.span(), key));
                 None
             }
             (None, None) => None,
-        };
+        });
+        for (span, key) in alone {
+            let message = format!("only one of {key} and {key}_sd in [impacts]; expected both or none");
+            source.add(problems, &span, message);
+        }
         let covariance = self.covariance.as_ref().map(|name| folder.join(name.as_ref()));
-        Extraction { covariance, sliding, lift_sd }
+        Extraction { covariance, sliding, rolling, lift_sd }
     }
 }

@@ -14,11 +14,12 @@ use super::{Joint, Shared, Shot};
 pub(crate) const BEFORE: [&str; Joint::BEFORE] =
     ["direction_rad", "cue_vx", "cue_vy", "cue_wx", "cue_wy", "cue_wz"];
 
-/// The column of how a quantity moves with what the shots share: μ_k of the cloth, or the factor of the lifts.
+/// The column of how a quantity moves with what the shots share: μ_k or μ_r of the cloth, or the factor of the lifts.
 pub(crate) const fn by(shared: Shared) -> &'static str {
     match shared {
         Shared::Sliding => "by_mu_k",
         Shared::Lift => "by_lift",
+        Shared::Rolling => "by_mu_r",
     }
 }
 

@@ -52,6 +52,8 @@ pub struct Dataset {
     pub left_out: Vec<(String, String)>,
     /// The cloth's sliding friction μ_k, where the shots were extracted from tracks with it.
     pub sliding: Option<Measured>,
+    /// Its rolling resistance μ_r likewise.
+    pub rolling: Option<Measured>,
     /// Relative standard error that all shots share of how high friction lifts a ball, where they were extracted with it.
     pub lift_sd: Option<f64>,
     /// Kind `tracks`: what was filmed, from which shots are yet to be extracted.
@@ -65,6 +67,7 @@ impl Dataset {
         let sd = |shared| match shared {
             Shared::Sliding => self.sliding.and_then(|sliding| sliding.sd),
             Shared::Lift => self.lift_sd,
+            Shared::Rolling => self.rolling.and_then(|rolling| rolling.sd),
         };
         Shared::ALL.into_iter().filter_map(|shared| Some((shared, sd(shared)?))).collect()
     }
@@ -96,7 +99,7 @@ pub struct Joint {
     /// Without the errors that all shots share.
     pub covariance: DMatrix<f64>,
     /// How they move with each of these, in the order of [`Shared::ALL`].
-    pub by_shared: [DVector<f64>; 2],
+    pub by_shared: [DVector<f64>; 3],
 }
 
 /// What all shots of footage were extracted with, so that they share its error.
@@ -106,10 +109,12 @@ pub enum Shared {
     Sliding,
     /// How high friction lifts a ball, as a factor.
     Lift,
+    /// The cloth's rolling resistance μ_r.
+    Rolling,
 }
 
 impl Shared {
-    pub const ALL: [Self; 2] = [Self::Sliding, Self::Lift];
+    pub const ALL: [Self; 3] = [Self::Sliding, Self::Lift, Self::Rolling];
 }
 
 impl Joint {
@@ -212,6 +217,7 @@ pub fn load(path: &Path) -> Result<Dataset, DatasetError> {
         shots,
         left_out: Vec::new(),
         sliding: extraction.sliding,
+        rolling: extraction.rolling,
         lift_sd: extraction.lift_sd,
         tracks,
     })

@@ -71,5 +71,6 @@ pub(super) fn bound(
 
 /// μ_k and μ_r, as they were fitted or are assumed.
 pub(super) fn cloth_of(minimum: &Minimum, dataset: &Dataset) -> [f64; 2] {
-    [minimum.sliding(dataset.sliding), minimum.rolling().unwrap_or(film::CLOTH[1].0)]
+    let assumed = dataset.rolling.map_or(film::CLOTH[1].0, |rolling| rolling.value);
+    [minimum.sliding(dataset.sliding), minimum.rolling().unwrap_or(assumed)]
 }

@@ -252,6 +252,8 @@ pub struct Fit {
     pub ball: Ball,
     /// The cloth's sliding friction μ_k, where footage or dataset.toml tells it.
     pub sliding: Option<Measured>,
+    /// Its rolling resistance μ_r, likewise.
+    pub rolling: Option<Measured>,
     /// Name of the collision model, as on the command line.
     pub fidelity: &'static str,
     pub method: Method,

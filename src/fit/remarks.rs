@@ -2,7 +2,7 @@
 
 use super::plateau::Plateau;
 use super::{DOWN_WEIGHTED, Fit, NoiseVerdict, Status};
-use crate::dataset::Dataset;
+use crate::dataset::{Dataset, Measured};
 use crate::parameters::Parameter;
 use crate::residuals::Fitted;
 
@@ -239,6 +239,12 @@ pub(super) fn add_tracks(fit: &mut Fit, dataset: &Dataset) {
              Its error is part of the errors of the parameters.",
             sliding.value,
             sliding.sd.unwrap_or(f64::NAN)
+        ));
+    }
+    if let (None, Some(Measured { value, sd: Some(sd) })) = (fit.diagnostics.joint, dataset.rolling) {
+        fit.notes.push(format!(
+            "Its rolling resistance is taken as μ_r = {value:.4} ± {sd:.4}: published values, 0.01 ± 0.005, and what the frames tell. \
+             Its error is part of the errors of the parameters."
         ));
     }
     for note in dataset.tracks.iter().flat_map(|tracks| &tracks.notes) {

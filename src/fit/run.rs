@@ -119,7 +119,7 @@ pub(super) fn fit_shots(
         // from where the two stages end
         let settled = Settled::new(&search).map_err(named)?;
         with_films = filmed(&fitted, films).ok_or_else(|| FitError::NotFilmed(name.clone()))?;
-        let cloth = [settled.minimum.sliding(dataset.sliding), film::CLOTH[1].0];
+        let cloth = cloth_of(&settled.minimum, dataset);
         joint = Search { fitted: &with_films, cloth, initial: settled.minimum.values, ..search.clone() };
         &joint
     } else {
@@ -196,7 +196,7 @@ pub(super) fn fit_shots(
     // what is said of residuals is said of what was extracted, also where frames were fitted
     let of_velocities = if are_filmed(search.fitted) {
         let plain = Search { fitted: &fitted, ..search.clone() };
-        plain.at(&free, &minimum, dataset.sliding)
+        plain.at(&free, &minimum, dataset)
     } else {
         None
     };
@@ -243,6 +243,7 @@ pub(super) fn fit_shots(
         source: dataset.source.clone(),
         ball: dataset.ball,
         sliding: dataset.sliding,
+        rolling: dataset.rolling,
         fidelity: if options.auto { "auto" } else { options.fidelity.name() },
         method: options.method,
         effects,

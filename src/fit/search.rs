@@ -8,7 +8,7 @@ use super::robust::{self, Losses};
 use super::uncertainty::Minimum;
 use super::{FitError, kink};
 use crate::collision::Model;
-use crate::dataset::{Measured, Shared};
+use crate::dataset::{Dataset, Measured, Shared};
 use crate::impact::film;
 use crate::loss::Loss;
 use crate::optimise::{self, Constraints, Linear};
@@ -182,18 +182,19 @@ impl Search<'_> {
     }
 
     /// These shots, of which velocities are fitted, at a minimum of their frames.
-    pub(super) fn at(
-        &self,
-        free: &[Parameter],
-        minimum: &Minimum,
-        sliding: Option<Measured>,
-    ) -> Option<Minimum> {
-        // the lift is then the model's own
-        let shift = sliding.map(|s| (minimum.sliding(None) - s.value) / s.sd.unwrap_or(f64::INFINITY));
+    pub(super) fn at(&self, free: &[Parameter], minimum: &Minimum, dataset: &Dataset) -> Option<Minimum> {
+        let further =
+            |value: f64, known: Option<Measured>, sd: f64| (value - known.map_or(value, |k| k.value)) / sd;
+        let shift = |(which, sd): &(Shared, f64)| match which {
+            Shared::Sliding => further(minimum.sliding(None), dataset.sliding, *sd),
+            Shared::Rolling => minimum.rolling().map_or(0.0, |value| further(value, dataset.rolling, *sd)),
+            // the model's own
+            Shared::Lift => 0.0,
+        };
         let own = minimum.x.rows(0, free.len());
         let shared = self.shared();
-        let padded = own.iter().copied().chain(shift).chain(std::iter::repeat(0.0));
-        let x = DVector::from_iterator(free.len() + shared, padded.take(free.len() + shared));
+        let shifts = self.shared_errors.iter().map(shift);
+        let x = DVector::from_iterator(free.len() + shared, own.iter().copied().chain(shifts));
         let shared_values = &x.as_slice()[free.len()..];
         let whitening =
             self.whitening(&minimum.values, &Vec::new(), shared_values, (None, Hold::None)).ok()?;

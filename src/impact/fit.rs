@@ -125,7 +125,7 @@ impl<'a> Tracked<'a> {
     fn freedom(&self, start: &Unknowns) -> Freedom {
         let lift = self.model.lift(start);
         let mut start = *start;
-        let mut free: Vec<usize> = (0..unknown::COUNT).filter(|i| *i != unknown::GAP).collect();
+        let mut free: Vec<usize> = (0..unknown::ROLLING).filter(|i| *i != unknown::GAP).collect();
         let spin_is_unknown = self.model.spin == Spin::Unknown;
         free.retain(|i| *i != unknown::ROLL || spin_is_unknown);
         if lift == Lift::None && !spin_is_unknown {
@@ -275,6 +275,31 @@ impl<'a> Tracked<'a> {
         qr.q_tr_mul(&mut right);
         let corner = qr.r()[(last, last)];
         (right[last] / corner, 1.0 / corner.abs(), right[last].powi(2))
+    }
+
+    /// How the unknowns move with μ_r, and what the frames tell of it: how far from what was assumed they agree with it best, one
+    /// Gauss–Newton step, and 1/variance.
+    pub(super) fn rolling(&self, fitted: &Fitted) -> (Unknowns, f64, f64) {
+        let (_, full) = self.frames(fitted).with_all_derivatives(&self.model, &fitted.z);
+        let mut column = DVector::zeros(fitted.jacobian.nrows());
+        column.rows_mut(0, full.nrows()).copy_from(&full.column(unknown::ROLLING));
+        let mut by = Unknowns::zeros();
+        by[unknown::ROLLING] = 1.0;
+        let (qr, free) = (fitted.jacobian.clone().qr(), fitted.free.len());
+        let (mut of_rolling, mut residuals) = (column, fitted.residuals.clone());
+        qr.q_tr_mul(&mut of_rolling);
+        qr.q_tr_mul(&mut residuals);
+        let own = of_rolling.rows(0, free).into_owned();
+        let Some(moved) = qr.r().solve_upper_triangular(&own) else { return (by, 0.0, 0.0) };
+        for (i, moved) in fitted.free.iter().zip(moved.iter()) {
+            by[*i] = -moved;
+        }
+        // what the other unknowns cannot make up for
+        let rest = fitted.jacobian.nrows() - free;
+        let (left, residuals) = (of_rolling.rows(free, rest), residuals.rows(free, rest));
+        let information = left.norm_squared();
+        let step = if information > 0.0 { -left.dot(&residuals) / information } else { 0.0 };
+        (by, step, information)
     }
 
     /// The separation at the impact, where it is not 2R; χ² is that of the fit with it free.

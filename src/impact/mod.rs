@@ -14,7 +14,7 @@ mod spins;
 mod start;
 mod window;
 
-use nalgebra::{DMatrix, SMatrix};
+use nalgebra::{DMatrix, SMatrix, SVector};
 use rayon::prelude::*;
 
 pub use near::near_model;
@@ -109,6 +109,8 @@ pub struct Impact {
     /// What the markers on the balls show, where there are any.
     pub rotations: Option<Box<Rotations>>,
     unknowns: model::Unknowns,
+    /// What the frames tell of μ_r.
+    rolling: Rolling,
     /// Where the spin is unknown and the collision model known, what a joint fit of the frames starts from.
     at_model: Option<film::Own>,
     /// Mean and standard deviation with which the collision model's lift was held.
@@ -127,12 +129,27 @@ pub struct Rotations {
     pub object_after: Option<Rotation>,
     /// Of the three, x, y, z each, with each other; 0 for those that are not measured.
     pub covariance: SMatrix<f64, 9, 9>,
+    /// How they move with μ_r.
+    by_rolling: SVector<f64, 9>,
     /// And with the [`Quantity`]s.
     pub with_path: SMatrix<f64, 9, { Quantity::COUNT }>,
 }
 
-/// Covariance of the unknowns of a path, and how the [`Quantity`]s follow from them.
+/// What a shot's frames tell of the cloth's rolling resistance μ_r, with which they were reckoned.
+#[derive(Clone, Copy, Debug)]
+struct Rolling {
+    /// Which was assumed…
+    assumed: f64,
+    /// …what agrees best with the frames, and 1/variance of that.
+    best: f64,
+    information: f64,
+    /// How the [`Quantity`]s move with it.
+    by: SVector<f64, { Quantity::COUNT }>,
+}
+
+/// Covariance of the unknowns of a path, how they move with μ_r, and how the [`Quantity`]s follow from them.
 struct PathErrors {
+    by_rolling: model::Unknowns,
     unknowns: SMatrix<f64, { model::unknown::COUNT }, { model::unknown::COUNT }>,
     quantities: SMatrix<f64, { Quantity::COUNT }, { model::unknown::COUNT }>,
 }
@@ -217,7 +234,7 @@ fn error_text(error: f64) -> String {
 /// Why the shot cannot be used.
 pub fn extract(shot: &TrackShot, scene: &Scene) -> Result<Impact, Unusable> {
     let noise = start::noise(shot);
-    let guess = start::guess(shot, &scene.ball, noise, scene.cloth.sliding)?;
+    let guess = start::guess(shot, scene, noise)?;
     let with_spin = |spin: Spin| {
         let tracked = fit::Tracked::new(shot, scene, noise, spin);
         let chosen = window::choose(&tracked, &guess)?;

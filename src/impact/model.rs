@@ -33,12 +33,15 @@ pub(super) mod unknown {
     /// Where the spin is unknown: topspin of the cue ball before the impact over the natural roll's. 0 for stun,
     /// negative for draw.
     pub const ROLL: usize = 13;
-    pub const COUNT: usize = 14;
+    /// μ_r of the cloth, which a single shot is given: all shots together tell it.
+    pub const ROLLING: usize = 14;
+    pub const COUNT: usize = 15;
 }
-use unknown::{BALL, BEFORE, COUNT, CUE, DIRECTION, GAP, LIFT, OBJECT, ROLL, SLIDING, TIME};
+use unknown::{BALL, BEFORE, COUNT, CUE, DIRECTION, GAP, LIFT, OBJECT, ROLL, ROLLING, SLIDING, TIME};
 
-/// The unknowns of a shot whose spin is known.
+/// The unknowns of a shot whose spin is known, and of one whose is not.
 const KNOWN: usize = ROLL;
+const UNKNOWN: usize = ROLLING;
 
 /// All unknowns of a shot.
 pub(super) type Unknowns = SVector<f64, COUNT>;
@@ -60,7 +63,6 @@ pub(super) fn with_derivatives<const N: usize>(scene: &Scene, z: &Unknowns) -> M
 pub(super) struct Scene {
     pub ball: Ball,
     pub spin: Spin,
-    pub rolling: f64,
     pub bounce: f64,
     /// A cue ball that slips less than this on the cloth (m/s) rolls, for all that its measured spin says.
     pub rolls_within: f64,
@@ -84,12 +86,12 @@ pub(super) enum Lift {
 
 impl Scene {
     pub(super) fn of(spin: Spin, scene: &super::Scene) -> Self {
-        let Cloth { rolling, bounce, .. } = scene.cloth;
+        let bounce = scene.cloth.bounce;
         let sd = match spin {
             Spin::Measured { sd: [x, y, _], .. } => x.unwrap_or(0.0).max(y.unwrap_or(0.0)),
             _ => 0.0,
         };
-        Self { ball: scene.ball, spin, rolling, bounce, rolls_within: ROLLS_ERRORS * sd * scene.ball.radius }
+        Self { ball: scene.ball, spin, bounce, rolls_within: ROLLS_ERRORS * sd * scene.ball.radius }
     }
 
     /// Spin in the collision frame; `roll` is its part of the natural roll where it is unknown.
@@ -218,8 +220,7 @@ impl<T: Number> Motion<T> {
             (true, Lift::Object) => j_z,
         };
 
-        let cloth =
-            Cloth { sliding: z[SLIDING], rolling: T::from(scene.rolling), bounce: T::from(scene.bounce) };
+        let cloth = Cloth { sliding: z[SLIDING], rolling: z[ROLLING], bounce: T::from(scene.bounce) };
         let meeting = Meeting {
             time: z[TIME],
             normal,
@@ -325,9 +326,14 @@ impl<'a> Frames<'a> {
     /// the derivatives by the unknowns.
     pub(super) fn residuals(&self, scene: &Scene, z: &Unknowns) -> (DVector<f64>, DMatrix<f64>) {
         match scene.spin {
-            Spin::Unknown => self.with_jacobian::<COUNT>(scene, z),
+            Spin::Unknown => self.with_jacobian::<UNKNOWN>(scene, z),
             _ => self.with_jacobian::<KNOWN>(scene, z),
         }
+    }
+
+    /// As [`Frames::residuals`], with the derivatives by what a single shot is given, too.
+    pub(super) fn with_all_derivatives(&self, scene: &Scene, z: &Unknowns) -> (DVector<f64>, DMatrix<f64>) {
+        self.with_jacobian::<COUNT>(scene, z)
     }
 
     fn with_jacobian<const N: usize>(&self, scene: &Scene, z: &Unknowns) -> (DVector<f64>, DMatrix<f64>) {

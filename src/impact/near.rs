@@ -29,6 +29,7 @@ pub fn near_model(shot: &TrackShot, impact: &Impact, scene: &Scene) -> Option<Im
         values: near.values,
         covariance: near.covariance,
         lift_held: near.lift_held,
+        rolling: near.rolling,
         ..impact.clone()
     })
 }
@@ -40,6 +41,7 @@ pub(super) fn path(own: &Own, impact: &Impact, scene: &Scene) -> Option<Unknowns
     z.fixed_rows_mut::<OWN>(0).copy_from(&own.fixed_rows::<OWN>(0));
     z[unknown::ROLL] = own[OWN];
     z[unknown::SLIDING] = scene.cloth.sliding;
+    z[unknown::ROLLING] = scene.cloth.rolling;
     let model_scene = model::Scene::of(impact.spin, scene);
     let Outcome { cue, object, .. } = model.collide(&model_scene.cue(&z), &coefficients).ok()?;
     for (first, ball) in [(unknown::CUE, cue), (unknown::BALL, object)] {

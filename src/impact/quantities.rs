@@ -4,7 +4,7 @@ use nalgebra::{DMatrix, SMatrix};
 
 use super::fit::{Fitted, Tracked};
 use super::model::{Lift, unknown};
-use super::{Impact, Lifted, PathErrors, Quantity, Unusable, symmetric};
+use super::{Impact, Lifted, PathErrors, Quantity, Rolling, Unusable, symmetric};
 use crate::dataset::Spin;
 
 impl Tracked<'_> {
@@ -75,6 +75,8 @@ impl Tracked<'_> {
             put(Quantity::CueSpinY, part * x, &by_y);
             put(Quantity::CueSpinY, part * x, &[(unknown::ROLL, x / radius)]);
         }
+        let (by_rolling, step, information) = self.rolling(fitted);
+        let assumed = z[unknown::ROLLING];
         let impact = Impact {
             values,
             covariance: by * all * by.transpose(),
@@ -89,6 +91,12 @@ impl Tracked<'_> {
             outliers: fitted.wrong_cue.len() + fitted.wrong_object.len(),
             window: [fitted.from, fitted.to],
             unknowns: *z,
+            rolling: Rolling {
+                assumed,
+                best: assumed + step,
+                information: information / factor,
+                by: by * by_rolling,
+            },
             at_model: None,
             lift_held: fitted
                 .lift_held
@@ -99,6 +107,6 @@ impl Tracked<'_> {
             spin: self.model.spin,
             rotations: None,
         };
-        Ok((impact, PathErrors { unknowns: all, quantities: by }))
+        Ok((impact, PathErrors { unknowns: all, by_rolling, quantities: by }))
     }
 }

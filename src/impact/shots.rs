@@ -2,6 +2,7 @@
 
 use nalgebra::{DMatrix, DVector};
 
+use super::film::CLOTH;
 use super::{Impact, Quantity, Rotation};
 use crate::ball::Vec3;
 use crate::dataset::{Before, Joint, Measured, Measurement, Shared, Shot, Spin};
@@ -20,9 +21,9 @@ const KEPT: [Quantity; 7] = [
     Quantity::ObjVyAfter,
 ];
 
-/// The cloth's sliding friction μ_k, as all shots together tell it: the mean weighted by 1/variance.
+/// The cloth's sliding friction μ_k, as all shots together tell it for a given μ_r: the mean weighted by 1/variance.
 #[must_use]
-pub fn sliding<'a>(impacts: impl IntoIterator<Item = &'a Impact>) -> Option<Measured> {
+pub fn sliding<'a>(impacts: impl IntoIterator<Item = &'a Impact>, rolling: Measured) -> Option<Measured> {
     let at = Quantity::Sliding as usize;
     let (mut weights, mut sum) = (0.0, 0.0);
     for impact in impacts {
@@ -30,18 +31,35 @@ pub fn sliding<'a>(impacts: impl IntoIterator<Item = &'a Impact>) -> Option<Meas
         // at a bound the track did not tell it
         if variance > 0.0 && (0.0..1.0).contains(&impact.values[at]) && impact.values[at] > 0.0 {
             weights += 1.0 / variance;
-            sum += impact.values[at] / variance;
+            let further = impact.rolling.by[at] * (rolling.value - impact.rolling.assumed);
+            sum += (impact.values[at] + further) / variance;
         }
     }
     (weights > 0.0).then(|| Measured { value: sum / weights, sd: Some(weights.recip().sqrt()) })
 }
 
-/// A shot as it is for a given μ_k: values and errors conditional on it.
+/// The cloth's rolling resistance μ_r, as all shots together tell it, with what is known of it beforehand.
 #[must_use]
-pub fn shot(track: &TrackShot, impact: &Impact, sliding: Option<Measured>) -> Shot {
-    let Together { mut values, mut covariance, with_sliding, with_lift, observed } = Together::of(impact);
+pub fn rolling<'a>(impacts: impl IntoIterator<Item = &'a Impact>) -> Measured {
+    let (mean, sd) = CLOTH[1];
+    let (mut weights, mut sum) = (sd.powi(-2), mean * sd.powi(-2));
+    for impact in impacts {
+        weights += impact.rolling.information;
+        sum += impact.rolling.information * impact.rolling.best;
+    }
+    Measured { value: (sum / weights).max(0.0), sd: Some(weights.recip().sqrt()) }
+}
+
+/// A shot as it is for given μ_k and μ_r: values and errors conditional on them.
+#[must_use]
+pub fn shot(track: &TrackShot, impact: &Impact, sliding: Option<Measured>, rolling: Measured) -> Shot {
+    let Together { mut values, mut covariance, with_sliding, with_lift, mut by_rolling, observed } =
+        Together::of(impact);
     let (mu_k, lift) = (Quantity::Sliding as usize, Quantity::Lift as usize);
     let mut by_sliding = DVector::zeros(values.len());
+    let further = rolling.value - impact.rolling.assumed;
+    values += &by_rolling * further;
+    let mu_k_here = impact.values[mu_k] + impact.rolling.by[mu_k] * further;
     // a prior's mean m with standard deviation s moves the minimum by ∂y/∂m = cov(y, lift)/s²
     let by_mean = impact.lift_held.map_or(0.0, |(mean, sd)| mean / (sd * sd));
     let mut by_lift = with_lift * by_mean;
@@ -49,7 +67,8 @@ pub fn shot(track: &TrackShot, impact: &Impact, sliding: Option<Measured>) -> Sh
     if let (Some(sliding), true) = (sliding, variance > 0.0) {
         // y | μ_k = y + b(μ_k − μ_k of the track), b = cov(y, μ_k)/var μ_k
         by_sliding = with_sliding / variance;
-        values += &by_sliding * (sliding.value - impact.values[mu_k]);
+        values += &by_sliding * (sliding.value - mu_k_here);
+        by_rolling -= &by_sliding * impact.rolling.by[mu_k];
         covariance -= &by_sliding * by_sliding.transpose() * variance;
         by_lift -= &by_sliding * (impact.covariance[(mu_k, lift)] * by_mean);
     }
@@ -73,6 +92,7 @@ pub fn shot(track: &TrackShot, impact: &Impact, sliding: Option<Measured>) -> Sh
     let by_shared = |shared| match shared {
         Shared::Sliding => by_sliding.clone(),
         Shared::Lift => by_lift.clone(),
+        Shared::Rolling => by_rolling.clone(),
     };
     Shot {
         name: track.name.clone(),
@@ -96,6 +116,8 @@ struct Together {
     with_sliding: DVector<f64>,
     /// And with its lift.
     with_lift: DVector<f64>,
+    /// How the values move with μ_r.
+    by_rolling: DVector<f64>,
     observed: Vec<Observable>,
 }
 
@@ -165,6 +187,11 @@ impl Together {
             covariance: DMatrix::from_fn(n, n, |i, j| covariance(sources[i], sources[j], i == j)),
             with_sliding: with(Quantity::Sliding),
             with_lift: with(Quantity::Lift),
+            by_rolling: DVector::from_fn(n, |i, _| match sources[i] {
+                Source::Path(quantity) => impact.rolling.by[quantity as usize],
+                Source::Markers(component) => rotations.map_or(0.0, |r| r.by_rolling[component]),
+                Source::Played(_) => 0.0,
+            }),
             observed,
         }
     }

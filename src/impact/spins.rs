@@ -87,6 +87,7 @@ pub(super) fn measure(shot: &TrackShot, impact: &Impact, errors: &PathErrors, sc
         }
     }
     rotations.covariance = by * errors.unknowns * by.transpose();
+    rotations.by_rolling = by * errors.by_rolling;
     rotations.with_path = by * errors.unknowns * errors.quantities.transpose();
     for (side, measured) in sides.into_iter().enumerate() {
         let Some(measured) = measured else { continue };

@@ -1,7 +1,7 @@
 //! A first guess of a shot's unknowns, and the shots that have none.
 
-use super::Unusable;
 use super::model::{Unknowns, unknown};
+use super::{Scene, Unusable};
 use crate::ball::Ball;
 use crate::track::{Sample, TrackShot};
 
@@ -125,7 +125,8 @@ fn drifts(cue: &[Sample], object: &[Sample], ball: &Ball, noise: f64) -> Option<
 }
 
 /// Unknowns from straight lines near the impact.
-pub(super) fn guess(shot: &TrackShot, ball: &Ball, noise: f64, sliding: f64) -> Result<Unknowns, Unusable> {
+pub(super) fn guess(shot: &TrackShot, scene: &Scene, noise: f64) -> Result<Unknowns, Unusable> {
+    let ball = &scene.ball;
     let (cue, object) = (steady(&shot.cue, noise), steady(&shot.object, noise));
     if cue.len() < 2 * LEAST_FRAMES || object.len() < 2 * LEAST_FRAMES {
         return Err(Unusable::TooShort { cue: shot.cue.len(), object: shot.object.len() });
@@ -203,6 +204,7 @@ pub(super) fn guess(shot: &TrackShot, ball: &Ball, noise: f64, sliding: f64) -> 
         z[at] = w[0];
         z[at + 1] = w[1];
     }
-    z[unknown::SLIDING] = sliding;
+    z[unknown::SLIDING] = scene.cloth.sliding;
+    z[unknown::ROLLING] = scene.cloth.rolling;
     Ok(z)
 }

@@ -71,6 +71,9 @@ fn manifest(dataset: &Dataset) -> String {
     if let Some(Measured { value, sd: Some(sd) }) = dataset.sliding {
         _ = writeln!(manifest, "mu_k = {value:?}\nmu_k_sd = {sd:?}");
     }
+    if let Some(Measured { value, sd: Some(sd) }) = dataset.rolling {
+        _ = writeln!(manifest, "mu_r = {value:?}\nmu_r_sd = {sd:?}");
+    }
     if let Some(sd) = dataset.lift_sd {
         _ = writeln!(manifest, "lift_sd = {sd:?}");
     }

@@ -5,6 +5,7 @@ use serde::{Serialize, Serializer};
 use serde_json::{Map, Value};
 
 use super::{ReportError, diagnostics, reduced_chi2, unit_name};
+use crate::dataset::Measured;
 use crate::fit::{Estimate, Fit, Noise};
 
 /// fit.json as text, with a newline at its end. What is not finite becomes `null`.
@@ -36,7 +37,8 @@ pub fn document(fit: &Fit) -> Document<'_> {
         cloth: fit.cloth.as_deref(),
         source: fit.source.as_deref(),
         ball: BallEntry { radius_m: fit.ball.radius, mass_kg: fit.ball.mass, inertia: fit.ball.inertia },
-        mu_k: fit.sliding.map(|mu_k| MuK { estimate: mu_k.value, std_error: mu_k.sd }),
+        mu_k: fit.sliding.map(friction),
+        mu_r: fit.rolling.map(friction),
         version: env!("CARGO_PKG_VERSION"),
         fidelity: fit.fidelity,
         method: fit.method.name(),
@@ -75,7 +77,8 @@ pub struct Document<'a> {
     cloth: Option<&'a str>,
     source: Option<&'a str>,
     ball: BallEntry,
-    mu_k: Option<MuK>,
+    mu_k: Option<Friction>,
+    mu_r: Option<Friction>,
     version: &'static str,
     fidelity: &'static str,
     method: &'static str,
@@ -112,11 +115,15 @@ struct BallEntry {
     inertia: f64,
 }
 
-/// The cloth's sliding friction.
+/// Friction of the cloth on a ball that slides or rolls.
 #[derive(Debug, Serialize)]
-struct MuK {
+struct Friction {
     estimate: f64,
     std_error: Option<f64>,
+}
+
+fn friction(measured: Measured) -> Friction {
+    Friction { estimate: measured.value, std_error: measured.sd }
 }
 
 #[derive(Debug, Serialize)]

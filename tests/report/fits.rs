@@ -61,6 +61,7 @@ pub fn normal() -> Fit {
         source: Some("measured by \"A\", 2026".to_owned()),
         ball: caromfit::ball::Ball::POOL,
         sliding: None,
+        rolling: None,
         fidelity: "full",
         method: Method::TwoStage,
         effects: vec![("friction", true), ("cloth", true), ("spin_loss", false)],

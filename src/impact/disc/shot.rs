@@ -6,7 +6,7 @@ use nalgebra::{DMatrix, DVector, SMatrix};
 use super::quantities::{INPUTS, Known};
 use super::{DiscImpact, Dual, gradient, value};
 use crate::ball::{Ball, Vec3};
-use crate::dataset::{Before, Joint, Measured, Measurement, Shot, Spin};
+use crate::dataset::{Before, Joint, Measured, Measurement, Shared, Shot, Spin};
 use crate::disc::Discs;
 use crate::observable::{Axis, Observable};
 use crate::track::TrackShot;
@@ -63,7 +63,7 @@ impl DiscImpact {
         let places = Joint::BEFORE + 2;
         let mut joint = Joint {
             covariance: DMatrix::zeros(places, places),
-            by_shared: [(); 2].map(|()| DVector::zeros(places)),
+            by_shared: [(); Shared::ALL.len()].map(|()| DVector::zeros(places)),
         };
         for i in 0..PLACES {
             for j in 0..PLACES {
