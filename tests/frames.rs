@@ -213,6 +213,19 @@ fn many_stuns_among_unknown_spins_are_pointed_out() {
     assert!(!notes(ROLLS).contains("of unknown spin had hardly any"));
 }
 
+#[test]
+fn balls_said_to_roll_that_slide_are_told_by_how_they_slow_down() {
+    let told = |played: Played| {
+        let mut film = filmed(&spec(&[played], 40, 7000));
+        for shot in &mut film {
+            shot.spin = Spin::NaturalRoll;
+        }
+        fits(film, both()).map(|fit| fit.warnings.concat().contains("The balls slow down before the impacts"))
+    };
+    assert_eq!(told(Played::AlmostRoll), [true, true]);
+    assert_eq!(told(Played::NaturalRoll), [false, false]);
+}
+
 /// Cloths that roll half as well or better than what is published: velocities before an impact depend on it.
 #[test]
 fn another_rolling_resistance_biases_neither_method() {

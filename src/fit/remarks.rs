@@ -220,6 +220,9 @@ pub(super) fn add_plateaus(fit: &mut Fit, plateaus: &[Plateau]) {
     }
 }
 
+/// No cloth that is published of, four standard deviations from the mean.
+const MOST_ROLLING: f64 = 0.03;
+
 /// What the tracks told besides the parameters, and what was done to them on reading.
 pub(super) fn add_tracks(fit: &mut Fit, dataset: &Dataset) {
     if let Some(joint) = fit.diagnostics.joint {
@@ -245,6 +248,14 @@ pub(super) fn add_tracks(fit: &mut Fit, dataset: &Dataset) {
         fit.notes.push(format!(
             "Its rolling resistance is taken as μ_r = {value:.4} ± {sd:.4}: published values, 0.01 ± 0.005, and what the frames tell. \
              Its error is part of the errors of the parameters."
+        ));
+    }
+    let rolling =
+        fit.diagnostics.joint.map(|joint| joint.rolling.0).or(dataset.rolling.map(|rolling| rolling.value));
+    if let Some(rolling) = rolling.filter(|rolling| *rolling > MOST_ROLLING) {
+        fit.warnings.push(format!(
+            "The balls slow down before the impacts as if the cloth's rolling resistance were {rolling:.3}, where 0.01 is usual: cue \
+             balls that are said to roll may slide (cue_spin), or the times or the scale of the footage are wrong."
         ));
     }
     for note in dataset.tracks.iter().flat_map(|tracks| &tracks.notes) {
