@@ -1,7 +1,7 @@
 //! One least-squares fit of a shot's frames between two times.
 
 use argmin::core::{Error, Jacobian, Operator};
-use nalgebra::{DMatrix, DVector};
+use nalgebra::{DMatrix, DVector, Dyn, QR};
 
 use super::model::{Frames, Lift, Scene as ModelScene, Unknowns, unknown};
 use super::{Impact, LiftPrior, Scene, Unusable, start};
@@ -279,14 +279,13 @@ impl<'a> Tracked<'a> {
 
     /// How the unknowns move with μ_r, and what the frames tell of it: how far from what was assumed they agree with it best, one
     /// Gauss–Newton step, and 1/variance.
-    pub(super) fn rolling(&self, fitted: &Fitted) -> (Unknowns, f64, f64) {
-        let (_, full) = self.frames(fitted).with_all_derivatives(&self.model, &fitted.z);
-        let mut column = DVector::zeros(fitted.jacobian.nrows());
-        column.rows_mut(0, full.nrows()).copy_from(&full.column(unknown::ROLLING));
+    pub(super) fn rolling(&self, fitted: &Fitted, qr: &QR<f64, Dyn, Dyn>) -> (Unknowns, f64, f64) {
+        let own = self.frames(fitted).by_rolling(&self.model, &fitted.z);
+        let mut of_rolling = DVector::zeros(fitted.jacobian.nrows());
+        of_rolling.rows_mut(0, own.nrows()).copy_from(&own);
         let mut by = Unknowns::zeros();
         by[unknown::ROLLING] = 1.0;
-        let (qr, free) = (fitted.jacobian.clone().qr(), fitted.free.len());
-        let (mut of_rolling, mut residuals) = (column, fitted.residuals.clone());
+        let (mut residuals, free) = (fitted.residuals.clone(), fitted.free.len());
         qr.q_tr_mul(&mut of_rolling);
         qr.q_tr_mul(&mut residuals);
         let own = of_rolling.rows(0, free).into_owned();

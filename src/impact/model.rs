@@ -1,7 +1,7 @@
 //! Where both balls should be in every frame, through the instant of impact.
 
 use nalgebra::{DMatrix, DVector, SVector};
-use num_dual::DualSVec64;
+use num_dual::{Dual64, DualSVec64};
 
 use crate::ball::{Ball, BallState, Vec3};
 use crate::cloth::{Cloth, Launch, Number, Path};
@@ -331,9 +331,15 @@ impl<'a> Frames<'a> {
         }
     }
 
-    /// As [`Frames::residuals`], with the derivatives by what a single shot is given, too.
-    pub(super) fn with_all_derivatives(&self, scene: &Scene, z: &Unknowns) -> (DVector<f64>, DMatrix<f64>) {
-        self.with_jacobian::<COUNT>(scene, z)
+    /// The derivatives of [`Frames::residuals`] by μ_r, which a single shot is given.
+    pub(super) fn by_rolling(&self, scene: &Scene, z: &Unknowns) -> DVector<f64> {
+        let mut dual: [Dual64; COUNT] = std::array::from_fn(|i| Dual64::from_re(z[i]));
+        dual[ROLLING] = dual[ROLLING].derivative();
+        let motion = Motion::new(scene, &dual);
+        let by = |predicted: [Dual64; 2], sd: &[f64; 2]| [predicted[0].eps / sd[0], predicted[1].eps / sd[1]];
+        let cue = self.cue.iter().flat_map(|(sample, sd)| by(motion.cue(sample.t), sd));
+        let object = self.object.iter().flat_map(|(sample, sd)| by(motion.object(sample.t), sd));
+        DVector::from_iterator(self.count(), cue.chain(object))
     }
 
     fn with_jacobian<const N: usize>(&self, scene: &Scene, z: &Unknowns) -> (DVector<f64>, DMatrix<f64>) {

@@ -24,7 +24,8 @@ impl Tracked<'_> {
         // noise that is not stated is estimated from these residuals
         let factor = if self.states_noise() { 1.0 } else { fitted.reduced() };
         let z = &fitted.z;
-        let r = fitted.jacobian.clone().qr().r();
+        let qr = fitted.jacobian.clone().qr();
+        let r = qr.r();
         let inverse = r
             .solve_upper_triangular(&DMatrix::identity(r.ncols(), r.ncols()))
             .ok_or_else(|| Unusable::NotConverged("its unknowns are not determined".to_string()))?;
@@ -75,7 +76,7 @@ impl Tracked<'_> {
             put(Quantity::CueSpinY, part * x, &by_y);
             put(Quantity::CueSpinY, part * x, &[(unknown::ROLL, x / radius)]);
         }
-        let (by_rolling, step, information) = self.rolling(fitted);
+        let (by_rolling, step, information) = self.rolling(fitted, &qr);
         let assumed = z[unknown::ROLLING];
         let impact = Impact {
             values,
