@@ -17,6 +17,9 @@ use crate::whitening::EstimatedSd;
 /// A χ² this improbable, at either end, means that the stated noise does not describe the residuals.
 pub(super) const IMPROBABLE: f64 = 0.001;
 
+/// Standard deviations that are too large by less than this do no harm, however many shots show it.
+const HARMLESS: f64 = 0.05;
+
 /// A direction of which less than this part is left has been taken up by the fit.
 pub(super) const OWN: f64 = 1e-6;
 
@@ -97,10 +100,11 @@ pub(super) fn goodness(context: &Context) -> Goodness {
     let chi2 = 2.0 * context.minimum.cost;
     let dof = context.dof as f64;
     let p_value = ChiSquared::new(dof).ok().filter(|_| context.tests_noise).map(|d| d.sf(chi2));
+    let noise_factor = p_value.map(|_| (chi2 / dof).sqrt());
     let noise = match p_value {
         None => NoiseVerdict::NotTested,
         Some(p) if p < IMPROBABLE => NoiseVerdict::TooSmall,
-        Some(p) if p > 1.0 - IMPROBABLE => NoiseVerdict::TooLarge,
+        Some(p) if p > 1.0 - IMPROBABLE && noise_factor < Some(1.0 - HARMLESS) => NoiseVerdict::TooLarge,
         Some(_) => NoiseVerdict::Explains,
     };
     let basis = Basis::new(context);
@@ -110,7 +114,7 @@ pub(super) fn goodness(context: &Context) -> Goodness {
     Goodness {
         p_value,
         noise,
-        noise_factor: p_value.map(|_| (chi2 / dof).sqrt()),
+        noise_factor,
         trends: trends(context, &basis),
         normality: normality(context, &basis),
         influence: influence(context, &basis, influential_from),

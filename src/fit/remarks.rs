@@ -105,7 +105,8 @@ pub(super) fn add(fit: &mut Fit, fitted: &[Fitted], knows_noise: bool) {
         ));
     }
     if let Some(goodness) = &fit.diagnostics.goodness {
-        let reduced = fit.chi2 / fit.dof as f64;
+        // of the velocities, also where frames were fitted
+        let reduced = goodness.noise_factor.map_or(f64::NAN, |factor| factor * factor);
         match (goodness.noise, goodness.p_value) {
             (NoiseVerdict::TooSmall, Some(p)) => warnings.push(format!(
                 "The residuals are larger than the stated standard deviations explain (χ²/dof = {reduced:.2}, \
