@@ -3,12 +3,13 @@
 use std::path::Path;
 
 use caromfit::collision::Coefficients;
-use caromfit::dataset::{self, Before, Joint, Shared};
+use caromfit::dataset::{self, Before, Dataset, Joint, Shared};
 use caromfit::fit::{self, Fit, Options};
 use caromfit::footage::with_impacts;
 use caromfit::impact::{LiftPrior, Quantity, Scene, extract, shots};
 use caromfit::report::extracted;
 use caromfit::synth::{self, Spec};
+use caromfit::track::TrackShot;
 
 /// The direction of the line of centres goes through nx, ny and back; the minimum is found to some hundredths
 /// of a thousandth of a standard error either way.
@@ -115,17 +116,18 @@ fn a_wrong_table_of_joint_errors_is_refused() {
     lines.clear();
     let toml = std::fs::read_to_string(impacts.join("dataset.toml")).unwrap();
     std::fs::write(impacts.join("covariance.csv"), good).unwrap();
-    let without = toml.lines().filter(|line| !line.starts_with("mu_k_sd")).collect::<Vec<_>>().join("\n");
-    std::fs::write(impacts.join("dataset.toml"), without).unwrap();
-    let error = dataset::load(&impacts).unwrap_err().to_string();
-    assert!(error.contains("only one of mu_k and mu_k_sd in [impacts]; expected both or none"), "{error}");
+    for key in ["mu_k", "mu_r"] {
+        let sd = format!("{key}_sd");
+        let without = toml.lines().filter(|line| !line.starts_with(&sd)).collect::<Vec<_>>().join("\n");
+        std::fs::write(impacts.join("dataset.toml"), without).unwrap();
+        let error = dataset::load(&impacts).unwrap_err().to_string();
+        let expected = format!("only one of {key} and {sd} in [impacts]; expected both or none");
+        assert!(error.contains(&expected), "{error}");
+    }
 }
 
-/// What is told of μ_r beforehand is put right once all shots have told it.
-#[test]
-fn a_wrong_rolling_resistance_moves_what_is_extracted_as_stated() {
-    /// Of a standard deviation: the fit of a shot stops within some hundredths.
-    const SAME: f64 = 0.05;
+/// Footage, what was extracted from it, and with what.
+fn filmed() -> (Vec<TrackShot>, Dataset, Scene) {
     let spec: Spec = toml::from_str(SPEC).unwrap();
     let folder = tempfile::tempdir().unwrap();
     let files = synth::generate(&spec).unwrap();
@@ -133,6 +135,15 @@ fn a_wrong_rolling_resistance_moves_what_is_extracted_as_stated() {
     let dataset = dataset::load(folder.path()).unwrap();
     let tracks = dataset.tracks.clone().unwrap().shots;
     let (dataset, _, scene) = with_impacts(dataset, &|| ());
+    (tracks, dataset, scene)
+}
+
+/// What is told of μ_r beforehand is put right once all shots have told it.
+#[test]
+fn a_wrong_rolling_resistance_moves_what_is_extracted_as_stated() {
+    /// Of a standard deviation: the fit of a shot stops within some hundredths.
+    const SAME: f64 = 0.05;
+    let (tracks, dataset, scene) = filmed();
     let mut other = scene;
     other.cloth.rolling *= 2.0;
     let mut moved = 0.0_f64;
@@ -164,13 +175,7 @@ const LINEAR: f64 = 0.1;
 /// What is stated of the lift's shared error is what another lift makes of the same tracks.
 #[test]
 fn the_lift_moves_what_is_extracted_as_stated() {
-    let spec: Spec = toml::from_str(SPEC).unwrap();
-    let folder = tempfile::tempdir().unwrap();
-    let files = synth::generate(&spec).unwrap();
-    write(folder.path(), files.into_iter().map(|(name, text)| (name, text.into_bytes())));
-    let dataset = dataset::load(folder.path()).unwrap();
-    let tracks = dataset.tracks.clone().unwrap().shots;
-    let (dataset, _, scene) = with_impacts(dataset, &|| ());
+    let (tracks, dataset, scene) = filmed();
     assert!(dataset.lift_sd.is_some());
     let LiftPrior::Model(model, coefficients, sd) = scene.lift else { panic!("{scene:?}") };
     // the lift grows with μ where the balls slip

@@ -3,6 +3,7 @@
 use super::plateau::Plateau;
 use super::{DOWN_WEIGHTED, Fit, NoiseVerdict, Status};
 use crate::dataset::{Dataset, Measured};
+use crate::impact::film::CLOTH;
 use crate::parameters::Parameter;
 use crate::residuals::Fitted;
 
@@ -246,18 +247,21 @@ pub(super) fn add_tracks(fit: &mut Fit, dataset: &Dataset) {
         ));
     }
     if let (None, Some(Measured { value, sd: Some(sd) })) = (fit.diagnostics.joint, dataset.rolling) {
+        let (published, spread) = CLOTH[1];
         fit.notes.push(format!(
-            "Its rolling resistance is taken as μ_r = {value:.4} ± {sd:.4}: published values, 0.01 ± 0.005, and what the frames tell. \
+            "Its rolling resistance is taken as μ_r = {value:.4} ± {sd:.4}: published values, {published} ± {spread}, and what the frames tell. \
              Its error is part of the errors of the parameters."
         ));
     }
     let rolling =
         fit.diagnostics.joint.map(|joint| joint.rolling.0).or(dataset.rolling.map(|rolling| rolling.value));
     if let Some(rolling) = rolling.filter(|rolling| *rolling > MOST_ROLLING) {
-        fit.warnings.push(format!(
+        let warning = format!(
             "The balls slow down before the impacts as if the cloth's rolling resistance were {rolling:.3}, where 0.01 is usual: cue \
              balls that are said to roll may slide (cue_spin), or the times or the scale of the footage are wrong."
-        ));
+        );
+        // what else is wrong follows from it
+        fit.warnings.insert(0, warning);
     }
     for note in dataset.tracks.iter().flat_map(|tracks| &tracks.notes) {
         fit.notes.push(note.clone());

@@ -66,15 +66,13 @@ impl Film {
         for (i, value) in shared.iter().enumerate() {
             all[own + i] = *value;
         }
-        let start = Point { all, normal: self.normal::<N>(collision, &all)? };
         if N != UNKNOWN {
+            let start = Point { all, normal: self.normal::<N>(collision, &all)? };
             return self.settled(collision, start, None).reduce(N);
         }
-        let (mut all, roll) = (all, all[OWN]);
-        let side = SIDES.iter().position(|[_, high]| roll <= *high)?;
-        all[OWN] = roll.max(SIDES[side][0]);
-        let start =
-            if all[OWN] == roll { start } else { Point { all, normal: self.normal::<N>(collision, &all)? } };
+        let side = SIDES.iter().position(|[_, high]| all[OWN] <= *high)?;
+        all[OWN] = all[OWN].max(SIDES[side][0]);
+        let start = Point { all, normal: self.normal::<N>(collision, &all)? };
         let mut best = self.settled(collision, start, Some(SIDES[side]));
         if side < 2 && best.is_near_stun()? {
             let mut beyond = best.all;
