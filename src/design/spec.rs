@@ -11,7 +11,7 @@ use crate::dataset::DatasetError;
 use crate::dataset::error::Problems;
 use crate::dataset::toml_file::{self, Check, Condition, POSITIVE, Source};
 use crate::parameters::Parameter;
-use crate::synth::{Camera, ClothSpec};
+use crate::synth::{Camera, ClothSpec, MOST_FRAMES, MOST_SHOTS};
 
 /// Two markers on each ball show a component of the cue ball's and of the object ball's spin to this, rad/s, at 1000 fps and
 /// 0.1 mm: 40 draw shots at 2 m/s, the mean of 1/variance, to which those whose markers sit well add most.
@@ -21,9 +21,6 @@ const MARKERS_SD: [f64; 2] = [0.13, 0.09];
 pub(super) fn markers_sd(camera: &Camera) -> [f64; 2] {
     MARKERS_SD.map(|sd| sd * camera.position_sd_m / 1e-4 * (1000.0 / camera.fps).sqrt())
 }
-
-/// The more shots of a kind, the more nearly the mean holds; beyond these a number is a slip of the pen.
-const MOST_SHOTS: i64 = 1_000_000;
 
 /// Frames that an extraction needs on either side of the impact.
 const LEAST_FRAMES: f64 = 3.0;
@@ -193,11 +190,11 @@ impl RawCamera {
         let mut side = |given: Option<&Spanned<f64>>, key: &str, default: f64| {
             let ms = check.number(given, key, default, POSITIVE);
             let frames = (1e-3 * ms * fps).round();
-            if frames < LEAST_FRAMES
+            if !(LEAST_FRAMES..=MOST_FRAMES).contains(&frames)
                 && let Some(at) = given.or(self.fps.as_ref())
             {
                 let message = format!(
-                    "{key} is {ms}, which is {frames} frame(s) at {fps} fps; expected {LEAST_FRAMES} or more"
+                    "{key} is {ms}, which is {frames} frame(s) at {fps} fps; expected {LEAST_FRAMES} to {MOST_FRAMES}"
                 );
                 check.wrong(at, message);
             }
@@ -281,7 +278,7 @@ impl RawKind {
         );
         let shots = self.shots.as_ref().map_or(default.shots as i64, |given| {
             let shots = *given.as_ref();
-            if !(1..=MOST_SHOTS).contains(&shots) {
+            if !(1..=MOST_SHOTS as i64).contains(&shots) {
                 check.wrong(given, format!("shots is {shots}; expected 1 to {MOST_SHOTS}"));
             }
             shots
@@ -320,6 +317,11 @@ mod tests {
                 ":3: column 13: camera.before_ms is 40, which is 0 frame(s)",
             ),
             ("[camera]\nposition_sd_px = 1", "expected position_sd_mm, or position_sd_px with mm_per_px"),
+            (
+                "[camera]\nfps = 1000\nafter_ms = 1e12",
+                ":3: column 12: camera.after_ms is 1000000000000, which is 1000000000000 frame(s)",
+            ),
+            ("[cloth]\nbounce = 1.5", "cloth.bounce is 1.5; expected a number from 0 to 1"),
             ("[camera]\nfsp = 1", "unknown key \"fsp\" (did you mean \"fps\"?)"),
             ("[[kind]]\nname = \"a\"", "neither cue_spin nor topspin"),
             ("[[kind]]\nname = \"a\"\ncue_spin = \"role\"", "unknown word \"role\""),

@@ -1,5 +1,6 @@
 //! Synthetic data sets from known parameters and noise: what a fit must recover.
 
+mod check;
 mod tracks;
 
 use std::fmt::Write as _;
@@ -19,6 +20,8 @@ use crate::observable::Observable;
 use crate::predict::{Plan, Unpredictable};
 use crate::track::TrackShot;
 
+use check::check;
+pub(crate) use check::{MOST_FRAMES, MOST_SHOTS};
 pub use tracks::{Camera, ClothSpec, TrueImpact, noise_free};
 
 /// What to make: the content of a SPEC.toml.
@@ -184,42 +187,6 @@ pub fn generate_with(spec: &Spec, model: &Model) -> Result<Vec<(&'static str, St
 pub fn filmed(spec: &Spec) -> Result<Vec<(TrackShot, TrueImpact)>, BadSpec> {
     check(spec)?;
     Maker::new(spec, &Model::new(Fidelity::Full, Ball::POOL)).tracks()
-}
-
-fn check(spec: &Spec) -> Result<(), BadSpec> {
-    let fail = |key, value: String, expected| Err(BadSpec::Value { key, value, expected });
-    let Shots { count, speed_m_s: [slow, fast], cut_deg: [thick, thin], ref cue_spin } = spec.shots;
-    if spec.name.is_empty() || spec.name.contains(['/', '\\']) || spec.name.starts_with('.') {
-        return fail("name", format!("\"{}\"", spec.name), "a name that can name a folder");
-    }
-    if count == 0 {
-        return fail("shots.count", "0".into(), "at least 1");
-    }
-    if !(slow > 0.0 && slow <= fast && fast.is_finite()) {
-        return fail("shots.speed_m_s", format!("[{slow}, {fast}]"), "[slowest, fastest], above 0");
-    }
-    if !(-90.0 < thick && thick <= thin && thin < 90.0) {
-        return fail("shots.cut_deg", format!("[{thick}, {thin}]"), "[least, most], between -90 and 90");
-    }
-    if cue_spin.is_empty() {
-        return fail(
-            "shots.cue_spin",
-            "[]".into(),
-            "at least one of stun, natural-roll, almost-roll, draw, side, any",
-        );
-    }
-    let Noise { velocity_m_s, line_of_centres_deg, spin_rad_s, angle_deg } = spec.noise;
-    for (key, value) in [
-        ("noise.velocity_m_s", velocity_m_s),
-        ("noise.line_of_centres_deg", line_of_centres_deg),
-        ("noise.spin_rad_s", spin_rad_s),
-        ("noise.angle_deg", angle_deg),
-    ] {
-        if !(value >= 0.0 && value.is_finite()) {
-            return fail(key, value.to_string(), "0 or more");
-        }
-    }
-    Ok(())
 }
 
 /// `dataset.toml` of the made data.
