@@ -1,7 +1,7 @@
 //! What is suspicious about a data set, without fitting it. What is wrong was said when it was loaded.
 
 use crate::collision::{Coefficients, Fidelity, Model};
-use crate::dataset::{Before, Dataset, Shot, Spin};
+use crate::dataset::{Before, Dataset, Measured, Shot, Spin};
 use crate::observable::{Axis, Observable};
 use crate::parameters::Parameter;
 use crate::predict::Plan;
@@ -20,26 +20,174 @@ const RADII: [f64; 2] = [0.015, 0.037];
 /// treated balls (Alciatore 2014); more than this is another line.
 const MOST_THROW_DEG: f64 = 20.0;
 
+/// Published sliding frictions of a ball on a cloth lie between 0.15 and 0.4; these limits leave room for others.
+const SLIDING: [f64; 2] = [0.1, 0.5];
+
+/// What is usual, to say by how much a frame rate would have to be wrong.
+const USUAL_SLIDING: f64 = 0.2;
+
+/// No cloth that is published of has a higher rolling resistance, four standard deviations from the mean.
+const MOST_ROLLING: f64 = 0.03;
+
+/// So many standard errors are no chance.
+const SURELY: f64 = 3.0;
+
+/// A rolling ball's spin can add a few per cent to the energy of motion, and to a speed.
+const MOST_RATIO: f64 = 1.05;
+
+/// So many shots are named in a warning.
+const NAMED: usize = 3;
+
 /// A finding: of what, and a sentence.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Finding {
+    /// `None`: of the whole data set.
     pub shot: Option<String>,
     pub text: String,
+    pub kind: Kind,
 }
 
-/// Everything suspicious, that of the whole first. Tracks must have been made into impacts before.
+/// What a finding is about.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Kind {
+    /// Nothing need be wrong, but it is good to know.
+    Advice,
+    Radius,
+    /// Sliding friction of the cloth, as the paths show it.
+    Sliding,
+    /// Its rolling resistance.
+    Rolling,
+    Slow,
+    Fast,
+    UnknownSpin,
+    /// The object ball's direction.
+    Direction,
+    Energy,
+    SpeedRatio,
+    Throw,
+}
+
+impl Finding {
+    fn whole(kind: Kind, text: String) -> Self {
+        Self { shot: None, text, kind }
+    }
+
+    /// Whether something may be wrong with the data.
+    #[must_use]
+    pub fn is_suspicious(&self) -> bool {
+        self.kind != Kind::Advice
+    }
+}
+
+/// Everything suspicious and what else is good to know, that of the whole first. Tracks must have been made into impacts before.
 #[must_use]
 pub fn check(dataset: &Dataset) -> Vec<Finding> {
+    let shots: Vec<&Shot> = dataset.shots.iter().collect();
+    let (whole, mut of_shots): (Vec<_>, Vec<_>) =
+        suspicious(dataset, &shots, [dataset.sliding, dataset.rolling])
+            .into_iter()
+            .partition(|finding| finding.shot.is_none());
+    for shot in shots.iter().filter(|shot| shot.spin == Spin::Unknown) {
+        let text = "its spin is unknown: it cannot be fitted".to_string();
+        of_shots.push(Finding { shot: Some(shot.name.clone()), text, kind: Kind::UnknownSpin });
+    }
+    let order =
+        |finding: &Finding| dataset.shots.iter().position(|shot| Some(&shot.name) == finding.shot.as_ref());
+    of_shots.sort_by_key(order);
+    whole.into_iter().chain(advice(dataset)).chain(of_shots).collect()
+}
+
+/// What lets doubt some shots of a data set, or the μ_k and μ_r of the cloth that their paths show; that of the whole first. The
+/// same is among the warnings of a fit.
+#[must_use]
+pub fn suspicious(
+    dataset: &Dataset,
+    shots: &[&Shot],
+    [sliding, rolling]: [Option<Measured>; 2],
+) -> Vec<Finding> {
+    if dataset.tracks.as_ref().is_some_and(|tracks| tracks.discs.is_some()) {
+        return Vec::new();
+    }
     let mut found = Vec::new();
-    let mut whole = |text: String| found.push(Finding { shot: None, text });
-    let radius = dataset.ball.radius;
-    let balls = dataset.tracks.as_ref().is_none_or(|tracks| tracks.discs.is_none());
-    if balls && !(RADII[0]..=RADII[1]).contains(&radius) {
-        whole(format!(
-            "the radius is {radius} m: billiard balls have {} to {} m (pool 0.028575, carom 0.03075, snooker 0.02625)",
-            RADII[0], RADII[1]
+    if let Some(Measured { value, sd }) = rolling
+        && value > MOST_ROLLING
+    {
+        let error = sd.map_or(String::new(), |sd| format!(" ± {sd:.3}"));
+        found.push(Finding::whole(
+            Kind::Rolling,
+            format!(
+                "the balls slow down before the impacts as if the cloth's rolling resistance were {value:.3}{error}, where 0.01 is \
+                 usual: cue balls that are said to roll may slide (cue_spin), or the times or the scale of the footage are wrong"
+            ),
         ));
     }
+    if let Some(Measured { value, sd: Some(sd) }) = sliding
+        && (value + SURELY * sd < SLIDING[0] || value - SURELY * sd > SLIDING[1])
+    {
+        found.push(Finding::whole(
+            Kind::Sliding,
+            format!(
+                "the paths after the impacts show that the cloth's sliding friction is {value:.3} ± {sd:.3}, where {USUAL_SLIDING} is \
+                 usual: the frame rate of the camera (capture_fps) or the scale may be wrong. Frames {:.2} times as fast would \
+                 give {USUAL_SLIDING}",
+                (USUAL_SLIDING / value).sqrt()
+            ),
+        ));
+    }
+    let radius = dataset.ball.radius;
+    if !(RADII[0]..=RADII[1]).contains(&radius) {
+        found.push(Finding::whole(
+            Kind::Radius,
+            format!(
+                "the radius is {radius} m: billiard balls have {} to {} m (pool 0.028575, carom 0.03075, snooker 0.02625)",
+                RADII[0], RADII[1]
+            ),
+        ));
+    }
+    for shot in shots {
+        let of_shot = of_shot(shot).into_iter();
+        found.extend(of_shot.map(|(kind, text)| Finding { shot: Some(shot.name.clone()), text, kind }));
+    }
+    found
+}
+
+/// Findings as warnings, each kind once: sentences.
+#[must_use]
+pub fn warnings(found: &[Finding], shots: usize) -> Vec<String> {
+    let mut kinds: Vec<Kind> = Vec::new();
+    for finding in found {
+        if !kinds.contains(&finding.kind) {
+            kinds.push(finding.kind);
+        }
+    }
+    let of_kind = |kind: Kind| {
+        let alike: Vec<&Finding> = found.iter().filter(|finding| finding.kind == kind).collect();
+        let names: Vec<&str> = alike.iter().filter_map(|finding| finding.shot.as_deref()).collect();
+        let text = &alike.first()?.text;
+        Some(match names[..] {
+            [] => format!("{}.", capital(text)),
+            [name] => format!("Shot {name}: {text}."),
+            [first, ..] => {
+                let others = if names.len() > NAMED { ", …" } else { "" };
+                let named = names[..names.len().min(NAMED)].join(", ");
+                format!("{} of {shots} shots ({named}{others}), as shot {first}: {text}.", names.len())
+            }
+        })
+    };
+    kinds.into_iter().filter_map(of_kind).collect()
+}
+
+/// With a capital letter.
+pub(crate) fn capital(words: &str) -> String {
+    let mut letters = words.chars();
+    letters.next().map_or(String::new(), |first| first.to_uppercase().chain(letters).collect())
+}
+
+/// What is good to know before a fit.
+fn advice(dataset: &Dataset) -> Vec<Finding> {
+    let mut found = Vec::new();
+    let mut whole = |text: String| found.push(Finding::whole(Kind::Advice, text));
+    let balls = dataset.tracks.as_ref().is_none_or(|tracks| tracks.discs.is_none());
     let usable = dataset.shots.len();
     if usable < FEW_SHOTS {
         whole(format!("{usable} shot(s) can be used: too few to tell how noisy they are"));
@@ -58,11 +206,6 @@ pub fn check(dataset: &Dataset) -> Vec<Finding> {
     }
     told(dataset, &mut whole);
     noise(dataset, &mut whole);
-    for shot in &dataset.shots {
-        for text in of_shot(shot) {
-            found.push(Finding { shot: Some(shot.name.clone()), text });
-        }
-    }
     found
 }
 
@@ -115,7 +258,8 @@ fn noise(dataset: &Dataset, say: &mut impl FnMut(String)) {
     }
 }
 
-fn of_shot(shot: &Shot) -> Vec<String> {
+/// What is suspicious about a shot.
+fn of_shot(shot: &Shot) -> Vec<(Kind, String)> {
     let mut found = Vec::new();
     let value = |observable| shot.after.iter().find(|m| m.observable == observable).map(|m| m.measured.value);
     let speed = match shot.before {
@@ -124,18 +268,17 @@ fn of_shot(shot: &Shot) -> Vec<String> {
     };
     if let Some(speed) = speed {
         if speed < SPEEDS[0] {
-            found.push(format!(
+            let text = format!(
                 "the cue ball comes at {speed:.2} m/s: below {} m/s the model leaves too much out",
                 SPEEDS[0]
-            ));
+            );
+            found.push((Kind::Slow, text));
         } else if speed > SPEEDS[1] {
-            found.push(format!(
-                "the cue ball comes at {speed:.1} m/s, faster than any break: is the frame rate or the scale wrong?"
-            ));
+            let text = format!(
+                "the cue ball comes at {speed:.1} m/s, faster than any break: the frame rate or the scale may be wrong"
+            );
+            found.push((Kind::Fast, text));
         }
-    }
-    if shot.spin == Spin::Unknown {
-        found.push("its spin is unknown: it cannot be fitted".into());
     }
     match shot.before {
         Before::Impact { normal, .. } => {
@@ -145,30 +288,32 @@ fn of_shot(shot: &Shot) -> Vec<String> {
                 let [nx, ny] = normal.map(|n| n.value);
                 let off = (nx * y - ny * x).atan2(nx * x + ny * y).to_degrees();
                 if off.abs() > MOST_THROW_DEG {
-                    found.push(format!(
-                        "the object ball leaves {off:.0}° off the line of centres: are the balls or the axes mixed up?"
-                    ));
+                    let text = format!(
+                        "the object ball leaves {off:.0}° off the line of centres: the balls or the axes may be mixed up"
+                    );
+                    found.push((Kind::Direction, text));
                 }
             }
             if let (Some(object), Some(cue), Some(speed)) = (object, after(Observable::CueVelocity), speed) {
-                // 2/3 of nothing: a rolling ball's spin can add at most a few per cent of its energy
                 let ratio =
                     (object[0].hypot(object[1]).powi(2) + cue[0].hypot(cue[1]).powi(2)) / (speed * speed);
-                if ratio > 1.05 {
-                    found.push(format!(
+                if ratio > MOST_RATIO {
+                    let text = format!(
                         "the balls have {ratio:.2} times the cue ball's energy of motion after the impact"
-                    ));
+                    );
+                    found.push((Kind::Energy, text));
                 }
             }
         }
         Before::Angle { .. } => {
-            if let Some(ratio) = value(Observable::ObjectSpeedRatio).filter(|ratio| *ratio > 1.05) {
-                found.push(format!("the object ball leaves {ratio:.2} times as fast as the cue ball came"));
+            if let Some(ratio) = value(Observable::ObjectSpeedRatio).filter(|ratio| *ratio > MOST_RATIO) {
+                let text = format!("the object ball leaves {ratio:.2} times as fast as the cue ball came");
+                found.push((Kind::SpeedRatio, text));
             }
             if let Some(throw) = value(Observable::Throw).map(f64::to_degrees)
                 && throw.abs() > MOST_THROW_DEG
             {
-                found.push(format!("a throw of {throw:.1}° is more than friction gives"));
+                found.push((Kind::Throw, format!("a throw of {throw:.1}° is more than friction gives")));
             }
         }
     }

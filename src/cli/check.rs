@@ -41,7 +41,8 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         let found = check::check(&dataset);
         for finding in &found {
             let shot = finding.shot.as_ref().map_or(String::new(), |shot| format!("shot {shot}: "));
-            text.push_str(&format!("  suspicious: {shot}{}\n", finding.text));
+            let what = if finding.is_suspicious() { "suspicious" } else { "note" };
+            text.push_str(&format!("  {what}: {shot}{}\n", finding.text));
         }
         if found.is_empty() && dataset.left_out.is_empty() {
             text.push_str("  nothing suspicious\n");

@@ -2,7 +2,8 @@
 
 use super::plateau::Plateau;
 use super::{DOWN_WEIGHTED, Fit, NoiseVerdict, Status};
-use crate::dataset::{Dataset, Measured};
+use crate::check::{self, capital};
+use crate::dataset::{Dataset, Measured, Shot};
 use crate::impact::film::CLOTH;
 use crate::parameters::Parameter;
 use crate::residuals::Fitted;
@@ -202,12 +203,6 @@ pub(super) fn add_lower(fit: &mut Fit, lowest: f64) {
     }
 }
 
-/// With a capital letter.
-fn capital(words: &str) -> String {
-    let mut letters = words.chars();
-    letters.next().map_or(String::new(), |first| first.to_uppercase().chain(letters).collect())
-}
-
 /// Parameters that are known only to lie on a plateau.
 pub(super) fn add_plateaus(fit: &mut Fit, plateaus: &[Plateau]) {
     for Plateau { parameter, edge, bound } in plateaus {
@@ -222,11 +217,8 @@ pub(super) fn add_plateaus(fit: &mut Fit, plateaus: &[Plateau]) {
     }
 }
 
-/// No cloth that is published of, four standard deviations from the mean.
-const MOST_ROLLING: f64 = 0.03;
-
 /// What the tracks told besides the parameters, and what was done to them on reading.
-pub(super) fn add_tracks(fit: &mut Fit, dataset: &Dataset) {
+pub(super) fn add_tracks(fit: &mut Fit, dataset: &Dataset, shots: &[&Shot]) {
     if let Some(joint) = fit.diagnostics.joint {
         let ((sliding, sliding_error), (rolling, rolling_error)) = (joint.sliding, joint.rolling);
         fit.notes.push(format!(
@@ -253,16 +245,14 @@ pub(super) fn add_tracks(fit: &mut Fit, dataset: &Dataset) {
              Its error is part of the errors of the parameters."
         ));
     }
-    let rolling =
-        fit.diagnostics.joint.map(|joint| joint.rolling.0).or(dataset.rolling.map(|rolling| rolling.value));
-    if let Some(rolling) = rolling.filter(|rolling| *rolling > MOST_ROLLING) {
-        let warning = format!(
-            "The balls slow down before the impacts as if the cloth's rolling resistance were {rolling:.3}, where 0.01 is usual: cue \
-             balls that are said to roll may slide (cue_spin), or the times or the scale of the footage are wrong."
-        );
-        // what else is wrong follows from it
-        fit.warnings.insert(0, warning);
-    }
+    let fitted = |(value, error): (f64, f64)| Measured { value, sd: Some(error) };
+    let cloth = match fit.diagnostics.joint {
+        Some(joint) => [Some(fitted(joint.sliding)), Some(fitted(joint.rolling))],
+        None => [dataset.sliding, dataset.rolling],
+    };
+    // first, since what else is wrong may follow from it
+    let suspicious = check::warnings(&check::suspicious(dataset, shots, cloth), shots.len());
+    fit.warnings.splice(0..0, suspicious);
     for note in dataset.tracks.iter().flat_map(|tracks| &tracks.notes) {
         fit.notes.push(note.clone());
     }

@@ -267,7 +267,7 @@ pub(super) fn fit_shots(
     super::remarks::add_lower(&mut fit, 2.0 * lowest);
     fit.notes.extend(refused.map(|refused| refused.note()));
     super::remarks::add_plateaus(&mut fit, &plateaus);
-    super::remarks::add_tracks(&mut fit, dataset);
+    super::remarks::add_tracks(&mut fit, dataset, shots);
     if depth < options.depth {
         let profiles = match depth {
             Depth::Estimates => "the intervals are those of the curvature of χ²; its profiles, ",
