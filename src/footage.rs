@@ -49,8 +49,7 @@ pub fn with_impacts(
         return (with_discs(dataset).0, Vec::new(), scene);
     }
     let Some(tracks) = dataset.tracks.take() else { return (dataset, Vec::new(), scene) };
-    let skipped = tracks.skipped.iter().map(|(shot, reason)| (shot.clone(), format!("skipped: {reason}")));
-    dataset.left_out.extend(skipped);
+    dataset.left_out.extend(tracks.left_out());
     let (mut scene, lift_sd) = learned(&dataset, &tracks.shots, scene);
     let impacts = extract_all(&tracks.shots, &scene, done);
     let mut extracted = Vec::with_capacity(tracks.shots.len());
@@ -111,8 +110,7 @@ pub fn with_discs(mut dataset: Dataset) -> (Dataset, Vec<(TrackShot, DiscImpact)
         return (dataset, Vec::new());
     };
     let Some(mut tracks) = dataset.tracks.take() else { return (dataset, Vec::new()) };
-    let skipped = tracks.skipped.iter().map(|(shot, reason)| (shot.clone(), format!("skipped: {reason}")));
-    dataset.left_out.extend(skipped);
+    dataset.left_out.extend(tracks.left_out());
     let impacts = disc::extract_all(&tracks.shots, &discs);
     let mut extracted = Vec::with_capacity(tracks.shots.len());
     for (track, impact) in std::mem::take(&mut tracks.shots).into_iter().zip(impacts) {

@@ -42,6 +42,7 @@ pub mod friction;
 pub mod impact;
 pub mod init;
 pub mod inputs;
+mod isolate;
 pub mod loss;
 pub mod observable;
 pub mod optimise;

@@ -27,6 +27,9 @@ pub struct TrackShot {
     pub spin: Spin,
     /// Standard deviation of a coordinate that dataset.toml states, metres.
     pub position_sd: Option<f64>,
+    /// Step of the grid that the coordinates of the cue ball and of the object ball were rounded to, metres, such as a pixel; 0
+    /// where there is none. Rounding errs by step/√12, as a uniform distribution of this width.
+    pub resolution: [f64; 2],
 }
 
 /// A position in one frame.

@@ -48,7 +48,13 @@ pub fn dataset(tracks: Vec<TrackShot>) -> Dataset {
         sliding: None,
         rolling: None,
         lift_sd: None,
-        tracks: Some(Tracks { shots: tracks, skipped: Vec::new(), notes: Vec::new(), discs: None }),
+        tracks: Some(Tracks {
+            shots: tracks,
+            skipped: Vec::new(),
+            damaged: Vec::new(),
+            notes: Vec::new(),
+            discs: None,
+        }),
     }
 }
 

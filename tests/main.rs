@@ -9,6 +9,7 @@ mod design;
 mod discs;
 mod effects;
 mod extraction;
+mod films;
 mod frames;
 mod friendly;
 mod hard;

@@ -3,12 +3,12 @@
 use argmin::core::{Error, Jacobian, Operator};
 use nalgebra::{DMatrix, DVector, Dyn, QR};
 
-use super::model::{Frames, Lift, Scene as ModelScene, Unknowns, unknown};
+use super::model::{Frame, Frames, Lift, Scene as ModelScene, Unknowns, unknown};
 use super::{Impact, LiftPrior, Scene, Unusable, start};
 use crate::collision::Coefficients;
 use crate::dataset::Spin;
 use crate::optimise::{self, Constraints, Options};
-use crate::track::{Sample, TrackShot};
+use crate::track::TrackShot;
 
 /// A frame is wrong when a coordinate is this many standard deviations off…
 const OUTLIER: f64 = 5.0;
@@ -37,6 +37,9 @@ pub(super) const ROLL: (f64, f64) = (0.0, 1.0);
 /// The lift that comes with an unknown spin follows it in so many rounds.
 const ROLL_ROUNDS: usize = 3;
 
+/// What became of a search that lost the collision.
+pub(super) const AWAY: &str = "the cue ball does not come towards the object ball";
+
 /// |J_z| is at most this part of the closing speed: μ(1 + e)/2 with μ = 0.5.
 const MOST_LIFT: f64 = 0.5;
 
@@ -51,6 +54,8 @@ pub(super) struct Tracked<'a> {
     pub alone: [Vec<f64>; 2],
     /// What stands for the noise where the track gives none: stated, else from second differences.
     pub sd: f64,
+    /// All frames of the shot.
+    all: Frames<'a>,
 }
 
 /// A fit of the frames between two times.
@@ -86,16 +91,17 @@ impl<'a> Tracked<'a> {
     pub(super) fn new(shot: &'a TrackShot, scene: &'a Scene, noise: f64, spin: Spin) -> Self {
         let model = ModelScene::of(spin, scene);
         let alone = [&shot.cue, &shot.object].map(|samples| start::alone(samples, noise));
-        Self { shot, scene, model, noise, alone, sd: shot.position_sd.unwrap_or(noise) }
+        let sd = shot.position_sd.unwrap_or(noise);
+        Self { shot, scene, model, noise, alone, sd, all: Frames::of(shot, sd, noise) }
     }
 
     /// Fits the frames from `from` to `to`, without those that stand out alone.
     pub(super) fn fit(&self, start: &Unknowns, from: f64, to: f64) -> Result<Fitted, Unusable> {
         let [mut wrong_cue, mut wrong_object] = self.alone.clone();
         let mut z = *start;
-        let all = Frames::between(self.shot, from, to, self.sd);
+        let all = self.all.between(from, to, [&[], &[]]);
         for round in 0.. {
-            let frames = self.frames_without(from, to, &wrong_cue, &wrong_object);
+            let frames = self.all.between(from, to, [&wrong_cue, &wrong_object]);
             let fitted = self.fit_frames(&z, &frames, from, to)?;
             z = fitted.z;
             let residuals = all.residuals_only(&self.model, &z);
@@ -150,6 +156,9 @@ impl<'a> Tracked<'a> {
         let Freedom { start, free, priors, lift, lift_held } = self.freedom(start);
         let spin_is_unknown = self.model.spin == Spin::Unknown;
         let closing = start[unknown::BEFORE];
+        if !(closing > 0.0 && start.iter().all(|unknown| unknown.is_finite())) {
+            return Err(Unusable::NotConverged(AWAY.to_string()));
+        }
         let bound = |low: bool| {
             let limit = |i: &usize| match (*i, low) {
                 (unknown::LIFT | unknown::SLIDING, true) => 0.0,
@@ -170,9 +179,9 @@ impl<'a> Tracked<'a> {
         let (solution, converged) = optimise::minimise_rough(problem, &x, &constraints, &options)
             .map_err(|error| Unusable::NotConverged(error.to_string()))?;
         let z = problem().unknowns(&solution.x);
-        let dof = (frames.count() + priors.len()).saturating_sub(free.len());
-        let count = |samples: &[(&Sample, [f64; 2])], after: bool| {
-            samples.iter().filter(|(s, _)| (s.t >= z[unknown::TIME]) == after).count()
+        let dof = (frames.independent() + priors.len()).saturating_sub(free.len());
+        let count = |frames: &[Frame], after: bool| {
+            frames.iter().filter(|frame| (frame.sample.t >= z[unknown::TIME]) == after).count()
         };
         Ok(Fitted {
             z,
@@ -198,7 +207,7 @@ impl<'a> Tracked<'a> {
     pub(super) fn linearised(&self, near: &Unknowns, impact: &Impact) -> Option<Impact> {
         let [from, to] = impact.window;
         let [wrong_cue, wrong_object] = impact.wrong.clone();
-        let frames = self.frames_without(from, to, &wrong_cue, &wrong_object);
+        let frames = self.all.between(from, to, [&wrong_cue, &wrong_object]);
         let Freedom { free, priors, lift, lift_held, .. } = self.freedom(near);
         let problem =
             Problem { frames: &frames, scene: &self.model, start: *near, free: &free, priors: &priors };
@@ -210,7 +219,7 @@ impl<'a> Tracked<'a> {
         let step = -qr.r().solve_upper_triangular(&right.rows(0, free.len()))?;
         let residuals = residuals + &jacobian * &step;
         let z = problem.unknowns(&(x + step));
-        let dof = (frames.count() + priors.len()).saturating_sub(free.len());
+        let dof = (frames.independent() + priors.len()).saturating_sub(free.len());
         let fitted = Fitted {
             z,
             from,
@@ -325,14 +334,7 @@ impl<'a> Tracked<'a> {
 
     /// The frames that a fit used.
     pub(super) fn frames(&self, fitted: &Fitted) -> Frames<'a> {
-        self.frames_without(fitted.from, fitted.to, &fitted.wrong_cue, &fitted.wrong_object)
-    }
-
-    fn frames_without(&self, from: f64, to: f64, wrong_cue: &[f64], wrong_object: &[f64]) -> Frames<'a> {
-        let mut frames = Frames::between(self.shot, from, to, self.sd);
-        frames.cue.retain(|(sample, _)| !wrong_cue.contains(&sample.t));
-        frames.object.retain(|(sample, _)| !wrong_object.contains(&sample.t));
-        frames
+        self.all.between(fitted.from, fitted.to, [&fitted.wrong_cue, &fitted.wrong_object])
     }
 }
 
@@ -347,14 +349,14 @@ struct Freedom {
 }
 
 /// Instants of the frames that are far off, alone or nearly so.
-fn outliers(frames: &[(&Sample, [f64; 2])], residuals: &[f64], far: f64) -> Vec<f64> {
+fn outliers(frames: &[Frame], residuals: &[f64], far: f64) -> Vec<f64> {
     let wrong: Vec<bool> = residuals.chunks(2).map(|xy| xy.iter().any(|r| r.abs() > far)).collect();
     let mut found = Vec::new();
     let mut i = 0;
     while i < wrong.len() {
         let run = wrong[i..].iter().take_while(|wrong| **wrong).count();
         if (1..RUN).contains(&run) {
-            found.extend(frames[i..i + run].iter().map(|(sample, _)| sample.t));
+            found.extend(frames[i..i + run].iter().map(|frame| frame.sample.t));
         }
         i += run.max(1);
     }

@@ -5,6 +5,7 @@ pub mod disc;
 pub mod film;
 mod fit;
 mod from_motion;
+mod grid;
 mod model;
 mod near;
 mod quantities;
@@ -26,6 +27,7 @@ use crate::ball::Ball;
 use crate::cloth::Cloth;
 use crate::collision::{Coefficients, Model};
 use crate::dataset::Spin;
+use crate::isolate::isolated;
 use crate::track::TrackShot;
 
 /// What the extraction assumes of balls and cloth.
@@ -119,6 +121,8 @@ pub struct Impact {
     wrong: [Vec<f64>; 2],
     /// Standard deviation of a coordinate that the residuals show, over what the frames were weighted by.
     scale: f64,
+    /// Noise from second differences, m.
+    noise: f64,
 }
 
 /// Angular velocities just before and after the impact, of balls with markers.
@@ -222,6 +226,8 @@ pub enum Unusable {
     BadFit { reduced_chi2: f64 },
     #[error("the fit of its tracks did not converge: {0}")]
     NotConverged(String),
+    #[error("it could not be processed ({0}), which is a defect of caromfit")]
+    Failed(String),
 }
 
 fn error_text(error: f64) -> String {
@@ -255,14 +261,14 @@ pub fn extract(shot: &TrackShot, scene: &Scene) -> Result<Impact, Unusable> {
     Ok(Impact { spin: spins::before(shot, &rotations), rotations: Some(Box::new(rotations)), ..impact })
 }
 
-/// Finds the impacts of many shots in parallel; `done` is called after each.
+/// Finds the impacts of many shots in parallel; `done` is called after each. However a shot fails, the others go on.
 pub fn extract_all(
     shots: &[TrackShot],
     scene: &Scene,
     done: &(dyn Fn() + Sync),
 ) -> Vec<Result<Impact, Unusable>> {
     let one = |shot| {
-        let impact = extract(shot, scene);
+        let impact = isolated(|| extract(shot, scene)).unwrap_or_else(|panic| Err(Unusable::Failed(panic)));
         done();
         impact
     };

@@ -3,6 +3,7 @@
 use nalgebra::{DMatrix, DVector, SVector};
 use num_dual::{Dual64, DualSVec64};
 
+use super::grid;
 use crate::ball::{Ball, BallState, Vec3};
 use crate::cloth::{Cloth, Launch, Number, Path};
 use crate::dataset::Spin;
@@ -290,35 +291,69 @@ impl<T: Number> Motion<T> {
     }
 }
 
-/// The frames that a fit uses, each with the standard deviations of x and y.
+/// A frame of a ball.
+#[derive(Clone, Copy)]
+pub(super) struct Frame<'a> {
+    pub sample: &'a Sample,
+    /// Standard deviations of x and y, such that frames may be taken for independent.
+    pub sd: [f64; 2],
+    /// In how many frames the same number stands with the same error: see [`grid::repeats`].
+    repeats: [f64; 2],
+}
+
+/// The frames that a fit uses.
+#[derive(Clone)]
 pub(super) struct Frames<'a> {
-    pub cue: Vec<(&'a Sample, [f64; 2])>,
-    pub object: Vec<(&'a Sample, [f64; 2])>,
+    pub cue: Vec<Frame<'a>>,
+    pub object: Vec<Frame<'a>>,
 }
 
 impl<'a> Frames<'a> {
-    /// Those between two times, with a common standard deviation where the track has none.
-    pub(super) fn between(shot: &'a TrackShot, from: f64, to: f64, sd: f64) -> Self {
-        let of = |samples: &'a [Sample]| {
-            let inside = samples.iter().filter(|sample| (from..=to).contains(&sample.t));
-            inside.map(|sample| (sample, sample.sd.unwrap_or([sd; 2]))).collect()
+    /// All of a shot, with a common standard deviation where the track has none; none is below the error of rounding. `noise` is
+    /// what the track shows.
+    pub(super) fn of(shot: &'a TrackShot, sd: f64, noise: f64) -> Self {
+        let of = |samples: &'a [Sample], step: f64| {
+            let least = grid::rounding(step);
+            let frame = |(sample, repeats): (&'a Sample, [f64; 2])| {
+                let sd = sample.sd.unwrap_or([sd; 2]);
+                Frame { sample, sd: [0, 1].map(|i| sd[i].max(least) * repeats[i].sqrt()), repeats }
+            };
+            samples.iter().zip(grid::repeats(samples, noise.max(least), step)).map(frame).collect()
         };
-        Self { cue: of(&shot.cue), object: of(&shot.object) }
+        let [cue, object] = shot.resolution;
+        Self { cue: of(&shot.cue, cue), object: of(&shot.object, object) }
     }
 
+    /// Those between two times, without those at the instants that are wrong.
+    pub(super) fn between(&self, from: f64, to: f64, [wrong_cue, wrong_object]: [&[f64]; 2]) -> Self {
+        let of = |frames: &[Frame<'a>], wrong: &[f64]| {
+            let used =
+                |frame: &&Frame| (from..=to).contains(&frame.sample.t) && !wrong.contains(&frame.sample.t);
+            frames.iter().filter(used).copied().collect()
+        };
+        Self { cue: of(&self.cue, wrong_cue), object: of(&self.object, wrong_object) }
+    }
+
+    /// How many coordinates there are.
     pub(super) fn count(&self) -> usize {
         2 * (self.cue.len() + self.object.len())
+    }
+
+    /// How many of them tell something of their own: those that repeat one error count once.
+    pub(super) fn independent(&self) -> usize {
+        let frames = self.cue.iter().chain(&self.object);
+        frames.flat_map(|frame| frame.repeats).map(f64::recip).sum::<f64>().round() as usize
     }
 
     /// As [`Frames::residuals`], without derivatives.
     pub(super) fn residuals_only(&self, scene: &Scene, z: &Unknowns) -> DVector<f64> {
         let plain: [f64; COUNT] = (*z).into();
         let motion = Motion::new(scene, &plain);
-        let off = |predicted: [f64; 2], (sample, sd): &(&Sample, [f64; 2])| {
+        let off = |predicted: [f64; 2], Frame { sample, sd, .. }: &Frame| {
             [(predicted[0] - sample.x) / sd[0], (predicted[1] - sample.y) / sd[1]]
         };
-        let cue = self.cue.iter().flat_map(|frame| off(motion.cue(frame.0.t), frame));
-        let object = self.object.iter().flat_map(|frame| off(motion.object(frame.0.t), frame));
+        let cue = self.cue.iter().flat_map(|frame| off(motion.cue(frame.sample.t), frame));
+        let object = self.object.iter().flat_map(|frame| off(motion.object(frame.sample.t), frame));
         DVector::from_iterator(self.count(), cue.chain(object))
     }
 
@@ -337,8 +372,8 @@ impl<'a> Frames<'a> {
         dual[ROLLING] = dual[ROLLING].derivative();
         let motion = Motion::new(scene, &dual);
         let by = |predicted: [Dual64; 2], sd: &[f64; 2]| [predicted[0].eps / sd[0], predicted[1].eps / sd[1]];
-        let cue = self.cue.iter().flat_map(|(sample, sd)| by(motion.cue(sample.t), sd));
-        let object = self.object.iter().flat_map(|(sample, sd)| by(motion.object(sample.t), sd));
+        let cue = self.cue.iter().flat_map(|frame| by(motion.cue(frame.sample.t), &frame.sd));
+        let object = self.object.iter().flat_map(|frame| by(motion.object(frame.sample.t), &frame.sd));
         DVector::from_iterator(self.count(), cue.chain(object))
     }
 
@@ -358,10 +393,10 @@ impl<'a> Frames<'a> {
                 row += 1;
             }
         };
-        for (sample, sd) in &self.cue {
+        for Frame { sample, sd, .. } in &self.cue {
             add(motion.cue(sample.t), sample, sd);
         }
-        for (sample, sd) in &self.object {
+        for Frame { sample, sd, .. } in &self.object {
             add(motion.object(sample.t), sample, sd);
         }
         (residuals, jacobian)

@@ -23,7 +23,8 @@ pub fn near_model(shot: &TrackShot, impact: &Impact, scene: &Scene) -> Option<Im
     }
     let own = Film::new(shot, impact, scene).at_model(scene, &[])?.own;
     let z = path(&own, impact, scene)?;
-    let tracked = Tracked::new(shot, scene, impact.position_sd / impact.scale, impact.spin);
+    let noise = impact.noise;
+    let tracked = Tracked::new(shot, scene, noise, impact.spin);
     let near = tracked.linearised(&z, impact)?;
     Some(Impact {
         values: near.values,

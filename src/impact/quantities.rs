@@ -2,7 +2,7 @@
 
 use nalgebra::{DMatrix, SMatrix};
 
-use super::fit::{Fitted, Tracked};
+use super::fit::{AWAY, Fitted, Tracked};
 use super::model::{Lift, unknown};
 use super::{Impact, Lifted, PathErrors, Quantity, Rolling, Unusable, symmetric};
 use crate::dataset::Spin;
@@ -15,6 +15,9 @@ impl Tracked<'_> {
         }
         if let Some((wrong, _)) = self.separation(fitted) {
             return Err(wrong);
+        }
+        if !(fitted.z[unknown::BEFORE] > 0.0) {
+            return Err(Unusable::NotConverged(AWAY.to_string()));
         }
         self.quantities(fitted)
     }
@@ -105,6 +108,7 @@ impl Tracked<'_> {
                 .map(|(mean, sd)| (per_lift * mean, per_lift * sd * factor.sqrt())),
             wrong: [fitted.wrong_cue.clone(), fitted.wrong_object.clone()],
             scale: factor.sqrt(),
+            noise: self.noise,
             spin: self.model.spin,
             rotations: None,
         };

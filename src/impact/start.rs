@@ -1,7 +1,7 @@
 //! A first guess of a shot's unknowns, and the shots that have none.
 
 use super::model::{Unknowns, unknown};
-use super::{Scene, Unusable};
+use super::{Scene, Unusable, grid};
 use crate::ball::Ball;
 use crate::track::{Sample, TrackShot};
 
@@ -23,13 +23,16 @@ const MOVING_PART: f64 = 0.01;
 const LEAST_NOISE: f64 = 1e-8;
 
 /// The noise of a coordinate, m, from the second differences of consecutive frames, in which a
-/// smooth motion leaves only its acceleration: median |Δ²x|/0.6745/√6.
+/// smooth motion leaves only its acceleration: median |Δ²x|/0.6745/√6. It is no less than the error of rounding to the grid that
+/// the coordinates lie on.
 pub(super) fn noise(shot: &TrackShot) -> f64 {
-    noise_of([&shot.cue, &shot.object], shot.fps)
+    noise_of([&shot.cue, &shot.object], shot.resolution, shot.fps)
 }
 
 /// The same, of parts of two tracks.
-pub(super) fn noise_of(tracks: [&[Sample]; 2], fps: f64) -> f64 {
+pub(super) fn noise_of(tracks: [&[Sample]; 2], resolution: [f64; 2], fps: f64) -> f64 {
+    let [finer, coarser] = [resolution[0].min(resolution[1]), resolution[0].max(resolution[1])];
+    let least = LEAST_NOISE.max(grid::rounding(finer));
     let frame = 1.0 / fps;
     let mut differences = Vec::new();
     for samples in tracks {
@@ -44,11 +47,10 @@ pub(super) fn noise_of(tracks: [&[Sample]; 2], fps: f64) -> f64 {
         }
     }
     if differences.is_empty() {
-        return LEAST_NOISE;
+        return least;
     }
     differences.sort_by(f64::total_cmp);
-    let median = differences[differences.len() / 2];
-    (median / 0.6745 / 6.0_f64.sqrt()).max(LEAST_NOISE)
+    (grid::median_of_multiples(&differences, coarser) / 0.6745 / 6.0_f64.sqrt()).max(least)
 }
 
 /// A frame stands alone that is off by more than this many standard deviations…
@@ -103,9 +105,9 @@ fn line(samples: &[Sample], at: f64) -> Line {
     Line { position: [x, y], velocity: [vx, vy], error }
 }
 
-/// Speed from the medians of both halves of some samples, which a few wrong frames do not move, and its standard error for unit
-/// noise.
-fn robust_speed(samples: &[Sample]) -> (f64, f64) {
+/// Speed from the medians of both halves of some samples, which a few wrong frames do not move, its standard error for unit
+/// noise, and the time between the halves.
+fn robust_speed(samples: &[Sample]) -> (f64, f64, f64) {
     // the median of many numbers errs by this times as much as their mean
     let of_median = std::f64::consts::FRAC_PI_2.sqrt();
     let halves = samples.split_at(samples.len() / 2);
@@ -116,7 +118,8 @@ fn robust_speed(samples: &[Sample]) -> (f64, f64) {
     let ([t, x, y], [later, then_x, then_y]) = (of(halves.0), of(halves.1));
     let counts = [halves.0.len(), halves.1.len()].map(|count| (count as f64).recip());
     let seconds = later - t;
-    ((then_x - x).hypot(then_y - y) / seconds, of_median * (counts[0] + counts[1]).sqrt() / seconds)
+    let error = of_median * (counts[0] + counts[1]).sqrt() / seconds;
+    ((then_x - x).hypot(then_y - y) / seconds, error, seconds)
 }
 
 fn median(mut values: Vec<f64>) -> f64 {
@@ -150,9 +153,10 @@ pub(super) fn guess(shot: &TrackShot, scene: &Scene, noise: f64) -> Result<Unkno
     let first = &object[..LEAST_FRAMES + 2.min(object.len() - LEAST_FRAMES)];
     let lay = [median(first.iter().map(|s| s.x).collect()), median(first.iter().map(|s| s.y).collect())];
     let away = |s: &Sample| (s.x - lay[0]).hypot(s.y - lay[1]);
-    // for good: the next two frames are still further away
-    let moved =
-        |w: &[Sample]| away(&w[0]) > MOVED * noise && away(&w[1]) > away(&w[0]) && away(&w[2]) > away(&w[1]);
+    // for good: the next two frames are still further away, or as far on a coarse grid
+    let moved = |w: &[Sample]| {
+        away(&w[0]) > MOVED * noise && away(&w[1]) >= away(&w[0]) && away(&w[2]) >= away(&w[1])
+    };
     let index = object.windows(3).position(moved).ok_or(Unusable::NoCollision)?;
     let after = &object[index..object.len().min(index + NEAR)];
     if after.len() < LEAST_FRAMES {
@@ -161,6 +165,9 @@ pub(super) fn guess(shot: &TrackShot, scene: &Scene, noise: f64) -> Result<Unkno
     let moving = line(after, after[0].t);
     let [vx, vy] = moving.velocity;
     let square = vx * vx + vy * vy;
+    if !(square > 0.0) {
+        return Err(Unusable::NoCollision);
+    }
     let start = line(&object[..LEAST_FRAMES], object[0].t);
     let drift = start.velocity[0].hypot(start.velocity[1]);
     if index < NEAR && drift > MOVED * noise * start.error {
@@ -189,8 +196,10 @@ pub(super) fn guess(shot: &TrackShot, scene: &Scene, noise: f64) -> Result<Unkno
     let [ux, uy] = arriving.velocity;
     let speed = ux.hypot(uy);
     if before.len() >= LEAST_FRAMES {
-        let (drift, error) = robust_speed(&before);
-        if drift > MOVING_ERRORS * noise * error && drift > MOVING_PART * speed {
+        let (drift, error, seconds) = robust_speed(&before);
+        // medians of rounded numbers differ by a whole step where the ball lies between two
+        let rounded = shot.resolution[1] * std::f64::consts::SQRT_2 / seconds;
+        if drift - rounded > MOVING_ERRORS * noise * error && drift > MOVING_PART * speed {
             return Err(Unusable::ObjectMoving { speed: drift });
         }
     }
@@ -207,7 +216,7 @@ pub(super) fn guess(shot: &TrackShot, scene: &Scene, noise: f64) -> Result<Unkno
     let (nx, ny) = (across[0] / distance, across[1] / distance);
     let turn = |v: [f64; 2]| [v[0] * nx + v[1] * ny, v[1] * nx - v[0] * ny];
     let (u, c, v) = (turn(arriving.velocity), turn(leaving.velocity), turn(moving.velocity));
-    if u[0] <= 0.0 {
+    if !(u[0] > 0.0) {
         return Err(Unusable::NoCollision);
     }
     let mut z = Unknowns::zeros();
@@ -242,7 +251,7 @@ mod tests {
     fn a_wrong_frame_does_not_move_a_ball_that_lies() {
         const NOISE: f64 = 3e-4;
         let moves = |speed: f64| {
-            let (speed, error) = robust_speed(&filmed(speed));
+            let (speed, error, _) = robust_speed(&filmed(speed));
             speed > MOVING_ERRORS * NOISE * error
         };
         assert!(!moves(0.0));

@@ -196,6 +196,7 @@ fn tracked(
         markers,
         spin,
         position_sd: None,
+        resolution: [0.0; 2],
     }
 }
 

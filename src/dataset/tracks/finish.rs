@@ -5,7 +5,8 @@ use std::collections::BTreeMap;
 use super::calibration::Calibration;
 use super::check;
 use super::number::shortened;
-use super::raw::{NAMES, Notes, RawShot, RawTrack};
+use super::raw::{FORMAT, NAMES, Notes, RawShot, RawTrack};
+use super::resolution;
 use super::settings::{Names, TrackSettings};
 use super::time;
 use crate::dataset::Spin;
@@ -13,7 +14,23 @@ use crate::rigid::circle_centres;
 use crate::track::{Marker, Sample, TrackShot, TrackedBall};
 
 /// What is wrong with a shot, and the line where there is one.
-pub(super) type Wrong = (Option<usize>, String);
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Wrong {
+    pub line: Option<usize>,
+    pub message: String,
+    /// Camera or tracker damaged this shot only: others can do without it. Else the file or dataset.toml is wrong.
+    pub is_damage: bool,
+}
+
+impl Wrong {
+    pub(super) fn input(line: Option<usize>, message: String) -> Self {
+        Self { line, message, is_damage: false }
+    }
+
+    pub(super) fn damaged(line: Option<usize>, message: String) -> Self {
+        Self { line, message, is_damage: true }
+    }
+}
 
 /// What the shots table and `[cue_spin]` say of a shot.
 #[derive(Clone, Debug)]
@@ -54,10 +71,11 @@ pub(super) fn shot(
     let sizes = [&cue.centres, &cue.markers, &object.centres].map(Vec::len);
     raw.tracks = [cue.centres, cue.markers, object.centres, object.markers].into_iter().flatten().collect();
     let file = raw.file.clone();
-    let fps = time::settle(&mut raw, settings, notes).map_err(|message| (Some(raw.line), message))?;
-    let located = |(line, message): check::Wrong| (Some(line), message);
+    let fps =
+        time::settle(&mut raw, settings, notes).map_err(|message| Wrong::input(Some(raw.line), message))?;
+    let damaged = |(line, message): check::Wrong| Wrong::damaged(Some(line), message);
     for track in &mut raw.tracks {
-        check::order(track, &file, notes).map_err(located)?;
+        check::order(track, &file, notes).map_err(|(line, message)| Wrong::input(Some(line), message))?;
     }
     let mut rest = raw.tracks.into_iter();
     let mut take = |n: usize| rest.by_ref().take(n).collect::<Vec<_>>();
@@ -65,13 +83,14 @@ pub(super) fn shot(
     let mut object_markers: Vec<_> = rest.collect();
     let mut cue = mean(&mut cue_centres, &mut cue_markers);
     let mut object = mean(&mut object_centres, &mut object_markers);
-    check::thaw(&mut cue, &mut object, fps, &file, notes).map_err(located)?;
-    let swapped = check::unswap(&mut cue, &mut object, fps, &file, notes).map_err(located)?;
+    check::thaw(&mut cue, &mut object, fps, &file, notes).map_err(damaged)?;
+    let swapped = check::unswap(&mut cue, &mut object, fps, &file, notes).map_err(damaged)?;
     if let Some(line) = swapped.filter(|_| !cue_markers.is_empty() || !object_markers.is_empty()) {
         let message = "cue and object ball have exchanged their names from here on, and with markers on them it is \
                        not certain which of these did; expected them set right, or the shot skipped";
-        return Err((Some(line), message.to_string()));
+        return Err(Wrong::damaged(Some(line), message.to_string()));
     }
+    let resolution = resolution(&cue, &object, calibration, &file, notes);
     let several = [sizes[0] > 1, sizes[2] > 1];
     let samples = |track: &RawTrack| samples(track, calibration);
     let marker = |ball: TrackedBall| {
@@ -90,7 +109,7 @@ pub(super) fn shot(
         }
         let own = markers.iter().filter(|marker| marker.ball == ball);
         let points: Vec<&[Sample]> = own.map(|marker| marker.samples.as_slice()).collect();
-        circle_centres(&points).map_err(|message| (Some(raw.line), message))
+        circle_centres(&points).map_err(|message| Wrong::damaged(Some(raw.line), message))
     };
     let (cue, object) =
         (centre(TrackedBall::Cue, several[0], cue)?, centre(TrackedBall::Object, several[1], object)?);
@@ -105,11 +124,13 @@ pub(super) fn shot(
         markers,
         spin: facts.spin,
         position_sd: settings.position_sd,
+        resolution,
     };
     let finite = |s: &Sample| s.t.is_finite() && s.x.is_finite() && s.y.is_finite();
     let mut all = shot.cue.iter().chain(&shot.object).chain(shot.markers.iter().flat_map(|m| &m.samples));
     if !all.all(finite) {
-        return Err((Some(shot.line), "a position or time is too large to be converted".to_string()));
+        let message = "a position or time is too large to be converted".to_string();
+        return Err(Wrong::input(Some(shot.line), message));
     }
     Ok(shot)
 }
@@ -125,7 +146,7 @@ fn assign(
 ) -> Result<Ball, Wrong> {
     let mut found = Ball { centres: Vec::new(), markers: Vec::new() };
     for name in &names.0 {
-        let (own, i) = find(tracks, name).map_err(|message| (Some(raw.line), message))?.ok_or_else(|| {
+        let (own, i) = find(tracks, name).map_err(|message| Wrong::input(Some(raw.line), message))?.ok_or_else(|| {
             let apart = if tracks.len() + found.centres.len() < 2 {
                 " (one file a ball: named alike but for the ball, as in kick-A.txt and kick-B.txt)"
             } else {
@@ -137,7 +158,7 @@ fn assign(
                 raw.name,
                 names.shown()
             );
-            (Some(raw.line), message)
+            Wrong::input(Some(raw.line), message)
         })?;
         if own != *name {
             let message = format!("the track \"{own}\" is [tracks] {ball} = \"{name}\"");
@@ -229,6 +250,38 @@ fn mean(centres: &mut Vec<RawTrack>, markers: &mut Vec<RawTrack>) -> RawTrack {
     }
     markers.append(centres);
     mean
+}
+
+/// Coarser coordinates than this, m, are worth a note: a ball that is tracked well errs by as much.
+const COARSE: f64 = 1.5e-4;
+
+/// Step of the grid that the coordinates of both balls lie on, m, where it is at the first position; 0 where there is none. It is
+/// recognised in the file's own unit, since a calibration by points bends it. A ball that hardly moves has that of the other.
+fn resolution(
+    cue: &RawTrack,
+    object: &RawTrack,
+    calibration: &Calibration,
+    file: &std::path::Path,
+    notes: &mut Notes,
+) -> [f64; 2] {
+    let steps = [cue, object].map(|track| {
+        let step = resolution::step(&[track]).or_else(|| resolution::step(&[cue, object]))?;
+        let first = track.rows.iter().find(|row| !row.is_gap())?;
+        let [x, y] = calibration.sd(first.x, first.y, [step; 2]);
+        let step = (0.5 * (x * x + y * y)).sqrt();
+        step.is_finite().then_some(step)
+    });
+    let steps = steps.map(|step| step.unwrap_or(0.0));
+    let coarsest = steps[0].max(steps[1]);
+    if coarsest > COARSE {
+        let message = format!(
+            "positions are rounded to {:.2} mm: each errs by {:.2} mm at least",
+            1e3 * coarsest,
+            1e3 * coarsest / 12.0_f64.sqrt()
+        );
+        notes.add(FORMAT, file, None, message);
+    }
+    steps
 }
 
 fn samples(track: &RawTrack, calibration: &Calibration) -> Vec<Sample> {

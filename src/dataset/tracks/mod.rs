@@ -13,6 +13,7 @@ mod pair;
 mod qualisys;
 mod raw;
 mod read;
+mod resolution;
 pub(super) mod settings;
 mod sheet;
 mod shots_table;
@@ -25,10 +26,12 @@ mod typed;
 use std::collections::HashMap;
 use std::fs;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 use calibration::Calibration;
 use finish::{Facts, Wrong};
 use raw::{Notes, RawShot};
+use rayon::prelude::*;
 use settings::{Format, TrackSettings, Unit};
 use shots_table::ShotsTable;
 
@@ -37,6 +40,7 @@ pub use survey::{Survey, survey};
 use super::error::Problems;
 use super::manifest::Manifest;
 use crate::disc::Discs;
+use crate::isolate::isolated;
 use crate::track::TrackShot;
 
 /// The filmed shots of a data set.
@@ -45,10 +49,20 @@ pub struct Tracks {
     pub shots: Vec<TrackShot>,
     /// Shots that the shots table says to skip: name and reason.
     pub skipped: Vec<(String, String)>,
+    /// Shots that were damaged between the camera and the file and cannot be mended: name and reason, with file and line.
+    pub damaged: Vec<(String, String)>,
     /// What was detected and repaired, with file and line.
     pub notes: Vec<String>,
     /// `None`: balls.
     pub discs: Option<Discs>,
+}
+
+impl Tracks {
+    /// Shots that were left out on loading: name and reason.
+    pub(crate) fn left_out(&self) -> impl Iterator<Item = (String, String)> {
+        let skipped = self.skipped.iter().map(|(shot, reason)| (shot.clone(), format!("skipped: {reason}")));
+        skipped.chain(self.damaged.iter().cloned())
+    }
 }
 
 /// Loads every file that the manifest names; what is wrong is added to the problems.
@@ -115,10 +129,10 @@ pub(super) fn load(
         };
         work.push((shot, facts));
     }
-    let shots = finish_all(work, settings, &calibrations, problems, &mut notes);
+    let (shots, damaged) = finish_all(work, settings, &calibrations, problems, &mut notes);
     let mut lines = settings.notes.clone();
     lines.append(&mut notes.into_lines());
-    Tracks { shots, skipped, notes: lines, discs: manifest.discs }
+    Tracks { shots, skipped, damaged, notes: lines, discs: manifest.discs }
 }
 
 fn same_file(a: &Path, b: &Path) -> bool {
@@ -170,48 +184,48 @@ fn name_shots<'a>(raw: &'a [RawShot], problems: &mut Problems) -> HashMap<&'a st
     known
 }
 
-/// Finished shots, what is wrong with others, and notes.
-type Done = (Vec<TrackShot>, Vec<(PathBuf, Wrong)>, Notes);
+/// So many shots are handed to a core at a time, at least.
+const SHOTS_A_CORE: usize = 64;
 
-/// Finishes shots on all cores; the order stays.
+/// Finishes shots on all cores; the order stays. Damaged shots are left out, with name and reason. Where nothing else is left, and
+/// where a shot is not damaged but the file or dataset.toml is wrong, this is a problem of the data set.
 fn finish_all(
-    mut work: Vec<(RawShot, Facts)>,
+    work: Vec<(RawShot, Facts)>,
     settings: &TrackSettings,
     calibrations: &HashMap<PathBuf, Calibration>,
     problems: &mut Problems,
     notes: &mut Notes,
-) -> Vec<TrackShot> {
-    let threads = std::thread::available_parallelism().map_or(1, usize::from);
-    let part = work.len().div_ceil(threads).max(64);
-    let mut parts = Vec::new();
-    while !work.is_empty() {
-        let rest = work.split_off(part.min(work.len()));
-        parts.push(std::mem::replace(&mut work, rest));
-    }
-    let finish = |part: Vec<(RawShot, Facts)>| -> Done {
-        let (mut shots, mut wrong, mut notes) =
-            (Vec::with_capacity(part.len()), Vec::new(), Notes::default());
-        for (raw, facts) in part {
-            let file = raw.file.clone();
-            let Some(calibration) = calibrations.get(file.as_path()) else { continue };
-            match finish::shot(raw, facts, settings, calibration, &mut notes) {
-                Ok(shot) => shots.push(shot),
-                Err(error) => wrong.push((file.to_path_buf(), error)),
-            }
-        }
-        (shots, wrong, notes)
+) -> (Vec<TrackShot>, Vec<(String, String)>) {
+    let finish = |(raw, facts): (RawShot, Facts)| {
+        let (name, file, mut notes) = (raw.name.clone(), raw.file.clone(), Notes::default());
+        let calibration = calibrations.get(file.as_path())?;
+        let done = isolated(|| finish::shot(raw, facts, settings, calibration, &mut notes));
+        let shot = done.unwrap_or_else(|panic| {
+            Err(Wrong::damaged(
+                None,
+                format!("it could not be processed ({panic}), which is a defect of caromfit"),
+            ))
+        });
+        Some((name, file, shot, notes))
     };
-    let done: Vec<Done> = std::thread::scope(|scope| {
-        let handles: Vec<_> = parts.into_iter().map(|part| scope.spawn(move || finish(part))).collect();
-        handles.into_iter().filter_map(|handle| handle.join().ok()).collect()
-    });
-    let mut shots = Vec::new();
-    for (mut own, wrong, own_notes) in done {
-        shots.append(&mut own);
-        for (file, (line, message)) in wrong {
+    let done: Vec<_> = work.into_par_iter().with_min_len(SHOTS_A_CORE).filter_map(finish).collect();
+    let (mut shots, mut damaged) = (Vec::with_capacity(done.len()), Vec::new());
+    for (name, file, shot, own_notes) in done {
+        notes.append(own_notes);
+        match shot {
+            Ok(shot) => shots.push(shot),
+            Err(wrong) if wrong.is_damage => damaged.push((name, file, wrong)),
+            Err(Wrong { line, message, .. }) => problems.add(&file, line, None, message),
+        }
+    }
+    if shots.is_empty() {
+        for (_, file, Wrong { line, message, .. }) in damaged.drain(..) {
             problems.add(&file, line, None, message);
         }
-        notes.append(own_notes);
     }
-    shots
+    let reason = |(name, file, Wrong { line, message, .. }): (String, Arc<PathBuf>, Wrong)| {
+        let line = line.map_or(String::new(), |line| format!(":{line}"));
+        (name, format!("{}{line}: {message}", file.display()))
+    };
+    (shots, damaged.into_iter().map(reason).collect())
 }

@@ -109,7 +109,7 @@ impl<'a> Tracked<'a> {
             &samples[from..to]
         });
         let expected = discs.radii.map(|[first, second]| first + second);
-        Self { shot, expected, noise: noise_of(near, shot.fps) }
+        Self { shot, expected, noise: noise_of(near, shot.resolution, shot.fps) }
     }
 
     fn sd(&self) -> f64 {

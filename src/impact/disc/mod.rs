@@ -23,6 +23,7 @@ use rayon::prelude::*;
 
 use crate::dataset::Measured;
 use crate::disc::Discs;
+use crate::isolate::isolated;
 use crate::track::TrackShot;
 
 pub use quantities::Quantity;
@@ -84,6 +85,8 @@ pub enum Unusable {
     BadFit { rms_mm: f64 },
     #[error("the fit of its tracks did not converge: {0}")]
     NotConverged(String),
+    #[error("it could not be processed ({0}), which is a defect of caromfit")]
+    Failed(String),
 }
 
 /// Finds the impact of a shot.
@@ -110,9 +113,10 @@ pub fn extract(shot: &TrackShot, discs: &Discs) -> Result<DiscImpact, Unusable> 
     })
 }
 
-/// Finds the impacts of many shots in parallel.
+/// Finds the impacts of many shots in parallel. However a shot fails, the others go on.
 pub fn extract_all(shots: &[TrackShot], discs: &Discs) -> Vec<Result<DiscImpact, Unusable>> {
-    shots.par_iter().map(|shot| extract(shot, discs)).collect()
+    let one = |shot| isolated(|| extract(shot, discs)).unwrap_or_else(|panic| Err(Unusable::Failed(panic)));
+    shots.par_iter().map(one).collect()
 }
 
 /// A vector of numbers with derivatives by the fit's unknowns and the four spins.

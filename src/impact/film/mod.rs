@@ -12,8 +12,8 @@ use nalgebra::{Matrix3, SMatrix, SVector, Vector3};
 use normal::Normal;
 use num_dual::DualSVec64;
 
-use super::model::{Meeting, Motion, Scene as ModelScene, Side, unknown};
-use super::{Impact, Scene, fit};
+use super::model::{Frames, Meeting, Motion, Scene as ModelScene, Side, unknown};
+use super::{Impact, Scene, fit, model};
 use crate::ball::{BallState, Vec3};
 use crate::cloth::{Cloth, Number};
 use crate::collision::{Coefficients, Corrected, Input};
@@ -92,6 +92,8 @@ pub type Own = SVector<f64, { OWN + SPIN }>;
 pub struct Film {
     cue: Vec<Frame>,
     object: Vec<Frame>,
+    /// How many of their coordinates tell something of their own.
+    independent: usize,
     scene: ModelScene,
     /// Where the search for the shot's own unknowns begins.
     pub start: Own,
@@ -130,14 +132,19 @@ impl Film {
     pub fn new(shot: &TrackShot, impact: &Impact, scene: &Scene) -> Self {
         let [from, to] = impact.window;
         let common = impact.position_sd / impact.scale;
-        let frames = |samples: &[Sample], wrong: &[f64]| {
-            let used = samples.iter().filter(|s| (from..=to).contains(&s.t) && !wrong.contains(&s.t));
-            used.map(|s| Frame {
-                t: s.t,
-                position: [s.x, s.y],
-                weight: s.sd.unwrap_or([common; 2]).map(|sd| 1.0 / (sd * impact.scale)),
-            })
-            .collect()
+        let used = Frames::of(shot, common, impact.noise).between(
+            from,
+            to,
+            impact.wrong.each_ref().map(Vec::as_slice),
+        );
+        let independent = used.independent();
+        let frames = |frames: Vec<model::Frame>| {
+            let frame = |frame: model::Frame| Frame {
+                t: frame.sample.t,
+                position: [frame.sample.x, frame.sample.y],
+                weight: frame.sd.map(|sd| 1.0 / (sd * impact.scale)),
+            };
+            frames.into_iter().map(frame).collect()
         };
         let z = &impact.unknowns;
         let mut start = SVector::<f64, { OWN + SPIN }>::zeros();
@@ -165,8 +172,9 @@ impl Film {
         });
         let all = || shot.cue.iter().chain(&shot.object);
         Self {
-            cue: frames(&shot.cue, &impact.wrong[0]),
-            object: frames(&shot.object, &impact.wrong[1]),
+            cue: frames(used.cue),
+            object: frames(used.object),
+            independent,
             scene: ModelScene::of(impact.spin, scene),
             start,
             others: Vec::new(),
@@ -198,6 +206,7 @@ impl Film {
         Self {
             cue: frames(&shot.cue),
             object: frames(&shot.object),
+            independent: 2 * (shot.cue.len() + shot.object.len()),
             scene: ModelScene::of(spin, scene),
             start,
             others: Vec::new(),
@@ -212,7 +221,7 @@ impl Film {
     pub fn observations(&self) -> usize {
         let spins = self.seen.iter().flatten().count() + usize::from(self.spin.is_some());
         let roll = usize::from(self.rolls_unknown());
-        2 * (self.cue.len() + self.object.len()) + SPIN * spins + roll
+        self.independent + SPIN * spins + roll
     }
 
     /// The shot's own unknowns.

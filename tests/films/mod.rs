@@ -1,0 +1,246 @@
+//! Films with everything that goes wrong between the table and the table of positions, and all of it at once: whatever was filmed,
+//! nothing panics or hangs, and every shot is used or left out with its reason.
+//!
+//! At length: `CAROMFIT_FILMS=100000 cargo test --release -- --nocapture films_of_every_kind`.
+
+mod faults;
+
+use std::fs;
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::sync::atomic::{AtomicU64, AtomicUsize, Ordering};
+use std::time::Instant;
+
+use caromfit::dataset::{self, Dataset, DatasetError};
+use caromfit::fit::{self, Depth, Fit, Method, Options};
+use caromfit::synth::{Camera, ClothSpec, Kind, Played, Shots, Spec};
+use caromfit::{check, footage};
+use rand::{Rng, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+
+use faults::{Faults, manifest, table};
+
+use crate::extraction::count as count_of;
+use crate::synthetic::spec;
+
+/// A film that takes longer, s, is named.
+const SLOW: f64 = 10.0;
+
+/// What a shot that was left out because caromfit itself failed says.
+const DEFECT: &str = "defect of caromfit";
+
+/// What became of films.
+#[derive(Default)]
+struct Tally {
+    films: AtomicUsize,
+    refused: AtomicUsize,
+    used: AtomicUsize,
+    left_out: AtomicUsize,
+    fitted: AtomicUsize,
+}
+
+/// A film as it is loaded.
+fn loaded(table: &str, manifest: &str) -> Result<Dataset, DatasetError> {
+    let folder = tempfile::tempdir().unwrap();
+    fs::write(folder.path().join("tracks.csv"), table).unwrap();
+    fs::write(folder.path().join("dataset.toml"), manifest).unwrap();
+    dataset::load(folder.path())
+}
+
+/// Makes a film and takes it through everything that a fit does.
+fn film(seed: u64, tally: &Tally) {
+    let random = &mut ChaCha8Rng::seed_from_u64(seed);
+    let faults = Faults::draw(random);
+    let fps = [50.0, 120.0, 240.0, 500.0, 1000.0][random.random_range(0..5)];
+    let played = [Played::Stun, Played::NaturalRoll, Played::Any, Played::Side][random.random_range(0..4)];
+    let shots = random.random_range(1..=4);
+    let usual = spec(Kind::Tracks, &[played], shots, seed);
+    let [before_ms, after_ms] = [0; 2].map(|_| random.random_range(3.0..60.0) * 1e3 / fps);
+    let spec = Spec {
+        shots: Shots { speed_m_s: [0.1, 6.0], cut_deg: [-75.0, 75.0], ..usual.shots },
+        camera: Camera { fps, before_ms, after_ms, ..Camera::default() },
+        cloth: ClothSpec { bounce: random.random(), ..usual.cloth },
+        ..usual
+    };
+    let discs = random.random_bool(0.1);
+    let spin = ["stun", "natural-roll", "unknown"][random.random_range(0..3)];
+    let more = if random.random_bool(0.2) { "position_sd_m = 1e-4\n" } else { "" };
+    let table = table(&spec, &faults, random);
+    tally.films.fetch_add(1, Ordering::Relaxed);
+    let dataset = match loaded(&table, &manifest(fps, &faults, (!discs).then_some(spin), more)) {
+        Ok(dataset) => dataset,
+        Err(error) => {
+            assert!(!error.to_string().contains(DEFECT), "{error}");
+            tally.refused.fetch_add(1, Ordering::Relaxed);
+            return;
+        }
+    };
+    let (dataset, extracted, scene) = footage::with_impacts(dataset, &|| ());
+    // a shot of which no row is left is none
+    assert!(dataset.shots.len() + dataset.left_out.len() <= shots);
+    for (shot, reason) in &dataset.left_out {
+        assert!(!reason.contains(DEFECT), "shot {shot}: {reason}");
+    }
+    for (_, impact) in &extracted {
+        assert!(impact.values.iter().all(|value| value.is_finite()), "{:?}", impact.values);
+        assert!(impact.covariance.iter().all(|entry| entry.is_finite()), "{}", impact.covariance);
+    }
+    tally.used.fetch_add(dataset.shots.len(), Ordering::Relaxed);
+    tally.left_out.fetch_add(dataset.left_out.len(), Ordering::Relaxed);
+    for finding in check::check(&dataset) {
+        assert!(!finding.text.contains("NaN"), "{}", finding.text);
+    }
+    let method = if !discs && random.random_bool(0.2) { Method::Joint } else { Method::TwoStage };
+    let options = Options { method, depth: Depth::Estimates, auto: true, ..Options::default() };
+    let films = footage::films(&extracted, &scene, usize::MAX);
+    for fit in fit::fit_watched(&dataset, &films, &options, &|| ()).into_iter().flatten() {
+        assert!(fit.estimates.iter().all(|estimate| estimate.value.is_finite()));
+        tally.fitted.fetch_add(1, Ordering::Relaxed);
+    }
+}
+
+#[test]
+fn films_of_every_kind_neither_panic_nor_hang() {
+    let count = count_of("CAROMFIT_FILMS", 300) as u64;
+    let first = count_of("CAROMFIT_FIRST_FILM", 0) as u64;
+    let tally = Tally::default();
+    let begun = Instant::now();
+    // threads of their own: a worker of the pool that extracts shots would take up one film within another, ever deeper
+    let next = AtomicU64::new(first);
+    let work = || {
+        let mut failed = Vec::new();
+        loop {
+            let seed = next.fetch_add(1, Ordering::Relaxed);
+            if seed >= first + count {
+                return failed;
+            }
+            let begun = Instant::now();
+            if catch_unwind(AssertUnwindSafe(|| film(seed, &tally))).is_err() {
+                failed.push(seed);
+            }
+            let seconds = begun.elapsed().as_secs_f64();
+            if seconds > SLOW {
+                println!("film {seed} took {seconds:.0} s");
+            }
+        }
+    };
+    let failed: Vec<u64> = std::thread::scope(|scope| {
+        let threads = std::thread::available_parallelism().map_or(1, usize::from);
+        let all: Vec<_> = (0..threads).map(|_| scope.spawn(work)).collect();
+        all.into_iter().flat_map(|thread| thread.join().unwrap()).collect()
+    });
+    let seen = |number: &AtomicUsize| number.load(Ordering::Relaxed);
+    println!(
+        "{} films, {} refused; of the shots of the others {} used, {} left out; {} fits; {:.0} s",
+        seen(&tally.films),
+        seen(&tally.refused),
+        seen(&tally.used),
+        seen(&tally.left_out),
+        seen(&tally.fitted),
+        begun.elapsed().as_secs_f64()
+    );
+    assert!(failed.is_empty(), "films {failed:?}");
+    // they are not all beyond use
+    assert!(seen(&tally.used) > seen(&tally.films) / 2);
+}
+
+/// 40 films of natural roll, with one fault, as they are fitted.
+fn fitted(fps: f64, faults: &Faults, seed: u64) -> (Dataset, Fit) {
+    let usual = spec(Kind::Tracks, &[Played::NaturalRoll], 40, seed);
+    let ms = if fps < 500.0 { 120.0 } else { 40.0 };
+    let spec = Spec { camera: Camera { fps, before_ms: ms, after_ms: ms, ..usual.camera }, ..usual };
+    let table = table(&spec, faults, &mut ChaCha8Rng::seed_from_u64(seed));
+    let dataset = loaded(&table, &manifest(fps, faults, Some("natural-roll"), "")).unwrap();
+    let (dataset, ..) = footage::with_impacts(dataset, &|| ());
+    let fit =
+        fit::fit(&dataset, &Options { depth: Depth::Estimates, ..Options::default() }).unwrap().remove(0);
+    (dataset, fit)
+}
+
+/// Whole pixels and few decimals: the resolution is recognised and is the noise, so that no shot is lost and errors are true.
+#[test]
+fn rounded_positions_are_fitted() {
+    /// χ² of some 160 numbers with errors that are right to a few per cent, at four standard deviations.
+    const MOST: f64 = 1.6;
+    /// Rounding errors that repeat are taken for as large as they can be.
+    const LEAST: f64 = 0.4;
+    let sets = count_of("CAROMFIT_SETS", 2) as u64;
+    for (fps, grid, noise) in [
+        (1000.0, 5e-4, 1e-4),
+        (240.0, 1e-3, 1e-4),
+        (240.0, 1e-3, 1e-6),
+        (240.0, 1e-3, 3e-4),
+        (240.0, 3e-3, 3e-4),
+    ] {
+        let faults = Faults { grid, noise, decimals: 7, ..Faults::default() };
+        for seed in 0..sets {
+            let (dataset, fit) = fitted(fps, &faults, seed);
+            let what = format!("{fps} fps, {grid} m, noise {noise}, seed {seed}");
+            let pulls: Vec<f64> = fit
+                .estimates
+                .iter()
+                .zip([0.05, 0.3, 0.94])
+                .map(|(estimate, truth)| {
+                    (estimate.value - truth) / estimate.std_error.unwrap_or(f64::INFINITY)
+                })
+                .collect();
+            let reduced = fit.chi2 / fit.dof as f64;
+            println!("{what}: {} shots, chi2/dof {reduced:.2}, errors {pulls:.1?}", dataset.shots.len());
+            assert_eq!(dataset.left_out, [], "{what}");
+            assert!((LEAST..MOST).contains(&reduced), "{what}: {reduced}");
+            assert!(pulls.iter().all(|pull| pull.abs() < 3.5), "{what}: {pulls:?}");
+        }
+    }
+}
+
+/// What `check` finds suspicious is among the fit's warnings.
+#[test]
+fn a_fit_warns_of_what_check_finds_suspicious() {
+    // filmed at 240 fps, said to be filmed at 120
+    let faults = Faults { rate: -0.5, noise: 3e-4, decimals: 7, ..Faults::default() };
+    let (dataset, fit) = fitted(240.0, &faults, 1);
+    let rate = "The paths after the impacts show that the cloth's sliding friction is 0.05";
+    assert!(fit.warnings.iter().any(|warning| warning.starts_with(rate)), "{:#?}", fit.warnings);
+    assert!(fit.warnings.iter().any(|warning| warning.contains("Frames 2.0")), "{:#?}", fit.warnings);
+    let suspicious: Vec<_> = check::check(&dataset).into_iter().filter(|f| f.is_suspicious()).collect();
+    assert!(!suspicious.is_empty());
+    let shots: Vec<_> = dataset.shots.iter().collect();
+    for warning in check::warnings(&suspicious, shots.len()) {
+        assert!(fit.warnings.contains(&warning), "{warning} is not in {:#?}", fit.warnings);
+    }
+    let (_, right) = fitted(240.0, &Faults { rate: 0.0, ..faults }, 1);
+    assert!(right.warnings.is_empty(), "{:#?}", right.warnings);
+}
+
+/// A frame that was put in makes all later ones of its shot late: the other shots go on. Where it is the only shot, the file is refused.
+#[test]
+fn a_damaged_shot_is_left_out_with_its_reason() {
+    let spec = spec(Kind::Tracks, &[Played::NaturalRoll], 3, 2);
+    let faults = Faults { noise: 1e-4, decimals: 7, ..Faults::default() };
+    let table = table(&spec, &faults, &mut ChaCha8Rng::seed_from_u64(2));
+    let damaged: String = table
+        .lines()
+        .map(|line| {
+            let cells: Vec<&str> = line.split(',').collect();
+            let frame: u32 = cells[1].parse().unwrap_or(0);
+            if cells[0] != "2" || frame < 10 {
+                return format!("{line}\n");
+            }
+            // frame 10 comes again as 11
+            let again = if frame == 10 { format!("{line}\n") } else { String::new() };
+            format!("{again}{},{},{}\n", cells[0], frame + 1, cells[2..].join(","))
+        })
+        .collect();
+    let manifest = manifest(1000.0, &faults, Some("natural-roll"), "");
+    let (dataset, ..) = footage::with_impacts(loaded(&damaged, &manifest).unwrap(), &|| ());
+    assert_eq!(dataset.shots.len(), 2);
+    let [(shot, reason)] = &dataset.left_out[..] else { panic!("{:?}", dataset.left_out) };
+    assert_eq!(shot, "2");
+    assert!(reason.contains("tracks.csv:") && reason.contains("a frame was put in here"), "{reason}");
+    let alone: String = damaged
+        .lines()
+        .filter(|line| !line.starts_with(['1', '3']))
+        .map(|line| format!("{line}\n"))
+        .collect();
+    let error = loaded(&alone, &manifest).expect_err("is refused").to_string();
+    assert!(error.contains("a frame was put in here"), "{error}");
+}
