@@ -6,7 +6,7 @@
 use serde_json::{Map, Value, json};
 
 use crate::parameters::Parameter;
-use crate::stored::{StoredFit, StoredParameter};
+use crate::stored::{StoredBall, StoredFit, StoredParameter};
 
 /// What to write.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -43,10 +43,13 @@ pub struct Exported {
 /// Renders a fit for another program. A parameter that the data did not tell is left out.
 #[must_use]
 pub fn export(fit: &StoredFit, target: Target) -> Exported {
-    let (object, left_behind) = match target {
+    let (object, mut left_behind) = match target {
         Target::Pooltool => pooltool(fit),
         Target::Json | Target::Toml => plain(fit),
     };
+    if let Some(refuted) = &fit.refuted {
+        left_behind.insert(0, refuted.sentence.clone());
+    }
     let value = Value::Object(object);
     let text = match target {
         Target::Toml => toml::to_string(&value).unwrap_or_default(),
@@ -64,7 +67,17 @@ fn pooltool(fit: &StoredFit) -> (Map<String, Value>, Vec<String>) {
     let mut object = Map::new();
     let mut left = Vec::new();
     if let Some(ball) = fit.ball {
-        object.insert("m".into(), json!(ball.mass_kg));
+        match ball.mass_kg {
+            Some(mass) => _ = object.insert("m".into(), json!(mass)),
+            None => left.push("m: the data set does not state the masses; pooltool's default holds.".into()),
+        }
+        if let Some(second) = fit.object
+            && (second.radius_m, second.mass_kg) != (ball.radius_m, ball.mass_kg)
+        {
+            left.push(
+                "The second disc's radius and mass: pooltool takes all balls for equal; m and R are the first disc's.".into(),
+            );
+        }
         object.insert("R".into(), json!(ball.radius_m));
         if (ball.inertia - crate::ball::UNIFORM_SPHERE).abs() > 1e-9 {
             left.push(format!(
@@ -78,15 +91,23 @@ fn pooltool(fit: &StoredFit) -> (Map<String, Value>, Vec<String>) {
         );
     }
     let mut not_told = |parameter: Parameter, name: &str| {
-        left.push(format!(
-            "{} ({name}): the data do not tell it; pooltool's default holds.",
-            parameter.symbol()
-        ));
+        let why = match fit.refuted {
+            Some(_) => "the data refute the model that it belongs to",
+            None => "the data do not determine it",
+        };
+        left.push(format!("{} ({name}): {why}; pooltool's default holds.", parameter.symbol()));
     };
+    let measured_e = fit.refuted.as_ref().and_then(|refuted| refuted.measured_e);
     for (parameter, name) in [(Parameter::Mu, "u_b"), (Parameter::E, "e_b")] {
+        if let Some(measured) = measured_e.filter(|_| parameter == Parameter::E) {
+            object.insert(name.into(), json!(measured.estimate));
+            continue;
+        }
         match known(fit, parameter) {
-            Some(value) => _ = object.insert(name.into(), json!(value.estimate)),
-            None => not_told(parameter, name),
+            Some(value) if fit.refuted.is_none() || value.status == "fixed" => {
+                object.insert(name.into(), json!(value.estimate));
+            }
+            _ => not_told(parameter, name),
         }
     }
     if object.contains_key("u_b") {
@@ -119,6 +140,16 @@ fn pooltool(fit: &StoredFit) -> (Map<String, Value>, Vec<String>) {
     (object, left)
 }
 
+/// Without a mass that is not stated: TOML has no null.
+fn body(body: StoredBall) -> Value {
+    let mut entry = Map::from_iter([("radius_m".to_string(), json!(body.radius_m))]);
+    if let Some(mass) = body.mass_kg {
+        entry.insert("mass_kg".into(), json!(mass));
+    }
+    entry.insert("inertia".into(), json!(body.inertia));
+    Value::Object(entry)
+}
+
 /// Everything that the fit knows of its parameters.
 fn plain(fit: &StoredFit) -> (Map<String, Value>, Vec<String>) {
     let mut object = Map::new();
@@ -129,8 +160,17 @@ fn plain(fit: &StoredFit) -> (Map<String, Value>, Vec<String>) {
     }
     object.insert("fidelity".into(), json!(fit.fidelity));
     if let Some(ball) = fit.ball {
-        let ball = json!({"radius_m": ball.radius_m, "mass_kg": ball.mass_kg, "inertia": ball.inertia});
-        object.insert("ball".into(), ball);
+        object.insert("ball".into(), body(ball));
+    }
+    if let Some(second) = fit.object {
+        object.insert("object".into(), body(second));
+    }
+    if let Some(refuted) = &fit.refuted {
+        object.insert("refuted".into(), json!(true));
+        if let Some(measured) = refuted.measured_e {
+            let entry = json!({"estimate": measured.estimate, "std_error": measured.std_error});
+            object.insert("measured_e".into(), entry);
+        }
     }
     for parameter in Parameter::COEFFICIENTS {
         let Some(value) = known(fit, parameter) else {

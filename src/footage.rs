@@ -46,7 +46,25 @@ pub fn with_impacts(
 ) -> (Dataset, Vec<(TrackShot, Impact)>, Scene) {
     let scene = Scene::new(dataset.ball);
     if dataset.tracks.as_ref().is_some_and(|tracks| tracks.discs.is_some()) {
-        return (with_discs(dataset).0, Vec::new(), scene);
+        let (mut dataset, extracted) = with_discs(dataset);
+        let stuck = extracted.iter().filter_map(|(track, impact)| Some((track, impact.stuck?)));
+        dataset.left_out.extend(stuck.map(|(track, stuck)| {
+            let reason = format!(
+                "{}. What is fitted describes discs that part again; \"caromfit extract\" gives the motion of this shot",
+                stuck.sentence()
+            );
+            (track.name.clone(), reason)
+        }));
+        if let Some(tracks) = &mut dataset.tracks {
+            let in_seconds = tracks.discs.is_some_and(|discs| discs.in_seconds);
+            let unit =
+                if in_seconds { "" } else { " The frame rate is unknown: velocities are in m per frame." };
+            tracks.notes.push(format!(
+                "Discs: fitted as equal ones, in the frame of the second before the impact, where restitution and friction are \
+                 the same. Their own velocities and the balance of momentum are in what \"caromfit extract\" writes.{unit}"
+            ));
+        }
+        return (dataset, Vec::new(), scene);
     }
     let Some(tracks) = dataset.tracks.take() else { return (dataset, Vec::new(), scene) };
     dataset.left_out.extend(tracks.left_out());
@@ -103,7 +121,7 @@ pub fn films(extracted: &[(TrackShot, Impact)], scene: &Scene, most: usize) -> V
 }
 
 /// Extracts the impacts of discs. The shots of the data set are then those of equal discs with the same
-/// restitution and friction, and its ball is such a disc. Any other data set is returned as it is.
+/// restitution and friction, but for discs that stick together, and its ball is such a disc. Any other data set is returned as it is.
 #[must_use]
 pub fn with_discs(mut dataset: Dataset) -> (Dataset, Vec<(TrackShot, DiscImpact)>) {
     let Some(discs) = dataset.tracks.as_ref().and_then(|tracks| tracks.discs) else {
@@ -119,31 +137,47 @@ pub fn with_discs(mut dataset: Dataset) -> (Dataset, Vec<(TrackShot, DiscImpact)
             Err(reason) => dataset.left_out.push((track.name, reason.to_string())),
         }
     }
-    for (track, impact) in &extracted {
-        if let (Some(before), Some(after)) =
-            (impact.get(Quantity::SlipBefore), impact.get(Quantity::SlipAfter))
-            && before.value * after.value < 0.0
-            && after.value.abs() > SURELY * after.sd.unwrap_or(f64::INFINITY)
-        {
-            tracks.notes.push(format!(
-                "Shot {}: the slip of the contact turns round in the impact, from {:.3} to {:.3}: an elastic surface (a \
-                 rubber band), which throws back along the surface, too. The friction that is fitted knows only slip \
-                 and stick.",
-                track.name, before.value, after.value
-            ));
-        }
+    for (track, impact) in extracted.iter().filter(|(_, impact)| !impact.doubts.is_empty()) {
+        tracks.doubtful.push((track.name.clone(), impact.doubts.join("; ")));
     }
+    tracks.notes.extend(notes_on(&extracted));
     let impacts: Vec<&DiscImpact> = extracted.iter().map(|(_, impact)| impact).collect();
     dataset.ball = disc::ball(&discs, &impacts);
-    dataset.shots = extracted.iter().map(|(track, impact)| impact.shot(track, &dataset.ball)).collect();
-    let unit =
-        if discs.in_seconds { "" } else { " The frame rate is unknown: velocities are in m per frame." };
-    tracks.notes.push(format!(
-        "Discs: fitted as equal ones, in the frame of the second before the impact, where restitution and friction are \
-         the same. Their own velocities and the balance of momentum are in what \"caromfit extract\" writes.{unit}"
-    ));
+    let parted = extracted.iter().filter(|(_, impact)| impact.stuck.is_none());
+    dataset.shots = parted.map(|(track, impact)| impact.shot(track, &dataset.ball)).collect();
     dataset.tracks = Some(tracks);
     (dataset, extracted)
+}
+
+/// What there is to say of all shots of discs together.
+fn notes_on(extracted: &[(TrackShot, DiscImpact)]) -> Vec<String> {
+    let mut notes = Vec::new();
+    let unbalanced = extracted.iter().filter(|(_, impact)| impact.is_out_of_balance()).count();
+    if unbalanced > 0 {
+        notes.push(format!(
+            "Momentum is out of balance by more than five stated errors in {unbalanced} of {} shots, though by no more than half a \
+             percent of the velocities makes: the stated errors of e and J_t/J_n are those of the frames' noise alone, without \
+             the camera's calibration.",
+            extracted.len()
+        ));
+    }
+    let turned = |(track, impact): &(TrackShot, DiscImpact)| {
+        let (before, after) = (impact.get(Quantity::SlipBefore)?, impact.get(Quantity::SlipAfter)?);
+        let surely = after.value.abs() > SURELY * after.sd.unwrap_or(f64::INFINITY);
+        (impact.stuck.is_none() && before.value * after.value < 0.0 && surely)
+            .then(|| (track.name.clone(), before.value, after.value))
+    };
+    let turned: Vec<_> = extracted.iter().filter_map(turned).collect();
+    if let Some((name, before, after)) = turned.first() {
+        notes.push(format!(
+            "The slip of the contact turns round in the impact in {} of {} shots, first in shot {name}, from {before:.3} to {after:.3}: \
+             an elastic surface (a rubber band) throws back along the surface, too. The friction that is fitted knows only slip \
+             and stick.",
+            turned.len(),
+            extracted.len()
+        ));
+    }
+    notes
 }
 
 /// The scene with the lift that some of the shots, fitted together, say there is, and the relative standard error that
@@ -202,5 +236,9 @@ fn coefficients(
     let [mu, mu_s, e] = Parameter::COEFFICIENTS.map(|parameter| fit.estimates[parameter as usize]);
     let known = fit.converged && mu.status != Status::NotIdentified && mu.value > 0.0;
     let coefficients = Coefficients { mu: mu.value, mu_s: mu_s.value, e: e.value };
-    known.then_some((coefficients, mu.std_error.unwrap_or(0.0)))
+    let mu_sd = mu.std_error.or_else(|| {
+        let if_held = fit.refuted.iter().flat_map(|refuted| &refuted.if_model_held);
+        if_held.filter(|(parameter, _)| *parameter == Parameter::Mu).map(|(_, sd)| *sd).next()
+    });
+    known.then_some((coefficients, mu_sd.unwrap_or(0.0)))
 }

@@ -15,6 +15,10 @@ pub struct StoredFit {
     pub group: Option<StoredGroup>,
     /// Missing from files of the first versions.
     pub ball: Option<StoredBall>,
+    /// The second of two discs.
+    pub object: Option<StoredBall>,
+    /// Where the data refute the model, why; its estimates are then without errors.
+    pub refuted: Option<StoredRefuted>,
     /// The cloth's sliding friction, where footage told it.
     pub mu_k: Option<StoredEstimate>,
     pub fidelity: String,
@@ -27,6 +31,13 @@ pub struct StoredFit {
     pub warnings: Vec<String>,
 }
 
+#[derive(Clone, Debug, Deserialize)]
+pub struct StoredRefuted {
+    pub sentence: String,
+    /// The restitution that was measured without the model, where it was.
+    pub measured_e: Option<StoredEstimate>,
+}
+
 #[derive(Clone, Debug, Deserialize, PartialEq, Eq)]
 pub struct StoredGroup {
     pub column: String,
@@ -36,7 +47,8 @@ pub struct StoredGroup {
 #[derive(Clone, Copy, Debug, Deserialize)]
 pub struct StoredBall {
     pub radius_m: f64,
-    pub mass_kg: f64,
+    /// `None`: discs whose masses are not stated.
+    pub mass_kg: Option<f64>,
     pub inertia: f64,
 }
 

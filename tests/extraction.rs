@@ -53,6 +53,7 @@ pub fn dataset(tracks: Vec<TrackShot>) -> Dataset {
             skipped: Vec::new(),
             damaged: Vec::new(),
             notes: Vec::new(),
+            doubtful: Vec::new(),
             discs: None,
         }),
     }

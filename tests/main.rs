@@ -6,6 +6,7 @@ mod cli;
 mod collisions;
 mod compare;
 mod design;
+mod disc_verdicts;
 mod discs;
 mod effects;
 mod extraction;

@@ -95,10 +95,10 @@ fn csv_is_exact() {
         speed: Some(2.0),
     });
     let expected = "\
-shot,observable,unit,measured,predicted,sd,standardized,cut_deg,speed_m_s
-1,throw_deg,deg,0.53,0.5,0.1,0.3,8,0.5
-\"a \"\"quoted\"\", shot\",throw_deg,deg,0.53,0.5,,,8,
-3,object_speed_ratio,1,0.333333333333333,0.5,1e-7,-1,30,2
+shot,observable,unit,measured,predicted,sd,standardized,cut_deg,speed_m_s,model
+1,throw_deg,deg,0.53,0.5,0.1,0.3,8,0.5,
+\"a \"\"quoted\"\", shot\",throw_deg,deg,0.53,0.5,,,8,,
+3,object_speed_ratio,1,0.333333333333333,0.5,1e-7,-1,30,2,
 ";
     assert_eq!(csv::render(&fit), expected);
     assert_eq!(csv::render(&empty()).lines().count(), 1);

@@ -97,8 +97,13 @@ fn extract(
             let drawn = if pictures { discs::pictures(&facts, &shots)? } else { Vec::new() };
             save(drawn, &discs::files(&dataset, &facts, &shots))?;
         }
-        let summary = |(shot, impact): &(_, _)| format!("shot {}: {}", name(shot), discs::summary(impact));
-        let lines = said.into_iter().chain(shots.iter().map(summary)).collect();
+        let notes = dataset.tracks.iter().flat_map(|tracks| tracks.notes.iter().skip(said.len()));
+        let mut lines: Vec<String> = said.iter().chain(notes).cloned().collect();
+        for (shot, impact) in &shots {
+            let name = name(shot);
+            lines.push(format!("shot {name}: {}", discs::summary(impact)));
+            lines.extend(discs::remarks(impact).iter().map(|remark| format!("shot {name}: {remark}")));
+        }
         return Ok(Done { dataset, shots: shots.len(), lines });
     }
     let (dataset, shots, scene) = with_impacts(dataset, &|| progress.done());

@@ -226,6 +226,16 @@ impl RawManifest {
                 (self.scale.as_ref().map(Spanned::as_ref), self.tracks.as_ref().map(Spanned::as_ref));
             settings::check(video, scale, tracks, discs.is_some(), source, problems)
         });
+        let mut tracks = tracks;
+        if let (Some(discs), Some(tracks)) = (discs, tracks.as_mut())
+            && let Some([first, _]) = discs.masses
+            && self.object.as_ref().is_none_or(|object| object.as_ref().mass_kg.is_none())
+        {
+            tracks.notes.push(format!(
+                "Both discs are taken to weigh {first} kg: [ball] mass_kg states the first one's, and nothing states the second one's. \
+                 If it differs, give [object] mass_kg."
+            ));
+        }
         let discs = discs
             .zip(tracks.as_ref())
             .map(|(discs, tracks)| Discs { in_seconds: !tracks.unknown_rate, ..discs });
@@ -239,8 +249,8 @@ impl RawManifest {
             cloth: self.cloth,
             source: self.source,
             ball,
-            // a disc does not roll
-            assume: discs.map(|_| Assume::Unknown).or(self.cue_spin.map(|spin| spin.as_ref().assume)),
+            // of discs, points on them show how they turn
+            assume: (self.cue_spin.map(|spin| spin.into_inner().assume)).or(discs.map(|_| Assume::Unknown)),
             discs,
             settings,
             relations,
@@ -272,8 +282,10 @@ impl RawManifest {
             );
             source.add(problems, &disc.span(), message);
         }
-        if let Some(spin) = &self.cue_spin {
-            let message = "[cue_spin] goes with balls: how a disc turns is seen from points on it";
+        if let Some(spin) = self.cue_spin.as_ref().filter(|spin| spin.as_ref().assume == Assume::NaturalRoll)
+        {
+            let message = "[cue_spin] assume is \"natural-roll\", but discs do not roll; expected \"stun\" (neither disc turns before \
+                           the impact) or \"unknown\": points on the discs show how they turn";
             source.add(problems, &spin.span(), message.to_string());
         }
         let number = |value: &Option<Spanned<f64>>| value.as_ref().map(|value| *value.as_ref());

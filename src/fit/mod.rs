@@ -12,6 +12,7 @@ mod kink;
 mod noise;
 mod plateau;
 mod profile;
+mod refuted;
 mod remarks;
 pub(crate) mod robust;
 mod rows;
@@ -28,6 +29,7 @@ pub use contour::{Contour, LEVELS, Level};
 pub use goodness::{Goodness, NoiseVerdict, Normality};
 pub use identify::{Combination, Identifiability};
 pub use influence::Influence;
+pub use refuted::{MeasuredRestitution, Refuted};
 pub use robust::{DOWN_WEIGHTED, Robust};
 pub use starts::{FoundMinimum, Starts};
 pub use trends::{Trend, Variable};
@@ -40,6 +42,7 @@ use nalgebra::DMatrix;
 use crate::ball::Ball;
 use crate::collision::{Effects, Fidelity, Model};
 use crate::dataset::{Dataset, Measured, Shot};
+use crate::disc::Discs;
 use crate::impact::film::Film;
 use crate::loss::Loss;
 use crate::observable::Observable;
@@ -250,6 +253,8 @@ pub struct Fit {
     pub cloth: Option<String>,
     pub source: Option<String>,
     pub ball: Ball,
+    /// Of discs: their own radii and masses, where they are known.
+    pub discs: Option<Discs>,
     /// The cloth's sliding friction μ_k, where footage or dataset.toml tells it.
     pub sliding: Option<Measured>,
     /// Its rolling resistance μ_r, likewise.
@@ -271,6 +276,10 @@ pub struct Fit {
     pub noise: Vec<Noise>,
     pub shots_used: usize,
     pub shots_rejected: Vec<Rejected>,
+    /// Shots that were used, though something about them is wrong; with what it is.
+    pub shots_doubtful: Vec<Rejected>,
+    /// Where the data refute the model: then no estimate has an error.
+    pub refuted: Option<Refuted>,
     /// One row per observation.
     pub residuals: Vec<Residual>,
     /// Why the optimiser stopped, in words.
@@ -445,7 +454,7 @@ pub struct Noise {
     pub estimated_sd: Option<f64>,
 }
 
-/// A shot that was not used, and why.
+/// A shot that was not used, or is doubtful, and why.
 #[derive(Clone, Debug)]
 pub struct Rejected {
     pub shot: String,

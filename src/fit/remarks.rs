@@ -33,6 +33,7 @@ pub(super) fn add(fit: &mut Fit, fitted: &[Fitted], knows_noise: bool) {
             first.reason
         ));
     }
+    warnings.extend(doubtful_shots(fit));
     let worst = fit.diagnostics.identifiability.as_ref().and_then(|found| found.worst.as_ref());
     let undetermined = worst.is_some_and(|worst| worst.undetermined);
     if let Some(worst) = worst.filter(|worst| worst.weak) {
@@ -110,6 +111,8 @@ pub(super) fn add(fit: &mut Fit, fitted: &[Fitted], knows_noise: bool) {
         // of the velocities, also where frames were fitted
         let reduced = goodness.noise_factor.map_or(f64::NAN, |factor| factor * factor);
         match (goodness.noise, goodness.p_value) {
+            // said first, below
+            (NoiseVerdict::TooSmall, _) if fit.refuted.is_some() => {}
             (NoiseVerdict::TooSmall, Some(p)) => warnings.push(format!(
                 "The residuals are larger than the stated standard deviations explain (χ²/dof = {reduced:.2}, \
                  probability {p:.1e}): the model leaves something out, or the deviations are too small. The \
@@ -183,8 +186,38 @@ pub(super) fn add(fit: &mut Fit, fitted: &[Fitted], knows_noise: bool) {
                 .to_string(),
         );
     }
+    if let Some(refuted) = &fit.refuted {
+        let measured =
+            refuted.restitution.map_or(String::new(), |measured| format!(" {}", measured.sentence()));
+        warnings.insert(0, refuted.sentence() + &measured);
+    }
     fit.warnings.extend(warnings);
     fit.notes.extend(notes);
+}
+
+/// Shots that were used, though something about them is wrong.
+fn doubtful_shots(fit: &Fit) -> Option<String> {
+    let first = fit.shots_doubtful.first()?;
+    let rest = match fit.shots_doubtful.len() - 1 {
+        0 => String::new(),
+        rest => format!(" {rest} more shots are doubtful; fit.json and the report list them."),
+    };
+    Some(format!(
+        "Shot {} is doubtful, but was used: {}.{rest} To leave a shot out, set skip = true in the table that [tracks] shots names.",
+        first.shot, first.reason
+    ))
+}
+
+/// A number to so many significant digits, all of them before the point where it has more.
+pub(super) fn to_digits(value: f64, digits: i32) -> String {
+    let decimals = digits - 1 - value.abs().log10().floor() as i32;
+    format!("{value:.*}", usize::try_from(decimals).unwrap_or(0))
+}
+
+/// A value with its standard error to two digits.
+pub(crate) fn with_error(value: f64, error: f64) -> String {
+    let decimals = usize::try_from(1 - error.log10().floor() as i32).unwrap_or(0);
+    format!("{value:.decimals$} ± {error:.decimals$}")
 }
 
 /// A profile that leads below the minimum that was found.
@@ -226,9 +259,14 @@ pub(super) fn add_tracks(fit: &mut Fit, dataset: &Dataset, shots: &[&Shot]) {
              listed are those of the velocities that were extracted from each shot, against these estimates.",
             joint.observations, joint.unknowns
         ));
+        let errors = [sliding_error, rolling_error].map(|error| {
+            // none where the model is refuted
+            if error.is_finite() { format!(" ± {error:.4}") } else { String::new() }
+        });
         fit.notes.push(format!(
-            "The cloth's sliding friction is μ_k = {sliding:.4} ± {sliding_error:.4}, its rolling resistance μ_r = \
-             {rolling:.4} ± {rolling_error:.4} (fitted, with what is published of μ_r as a prior)."
+            "The cloth's sliding friction is μ_k = {sliding:.4}{}, its rolling resistance μ_r = {rolling:.4}{} (fitted, with \
+             what is published of μ_r as a prior).",
+            errors[0], errors[1]
         ));
     } else if let Some(sliding) = dataset.sliding {
         fit.notes.push(format!(

@@ -73,7 +73,8 @@ pub(super) fn fit_shots(
         model.law = Law::Exponential { b: initial.b, c: initial.c };
     }
     let settings = &settings;
-    let (mut fitted, mut shots_rejected) = plan(shots, &model, &initial);
+    let discs = dataset.tracks.as_ref().and_then(|tracks| tracks.discs);
+    let (mut fitted, mut shots_rejected) = plan(shots, &model, &initial, discs.is_some());
     let left_out =
         dataset.left_out.iter().map(|(shot, reason)| Rejected { shot: shot.clone(), reason: reason.clone() });
     shots_rejected.splice(0..0, left_out);
@@ -97,10 +98,9 @@ pub(super) fn fit_shots(
     };
     let name = title(dataset, group.as_ref());
     let named = |error| named(error, dataset, &name);
-    let on_cloth = dataset.tracks.as_ref().is_none_or(|tracks| tracks.discs.is_none());
     let mut refused = None;
     if options.auto {
-        refused = choice::choose(&mut fitted, &search, on_cloth).map_err(named)?;
+        refused = choice::choose(&mut fitted, &search, discs.is_none()).map_err(named)?;
     } else if model.closed().is_some() {
         choice::integrate(&mut fitted, &search).map_err(named)?;
     }
@@ -242,6 +242,7 @@ pub(super) fn fit_shots(
         cloth: dataset.cloth.clone(),
         source: dataset.source.clone(),
         ball: dataset.ball,
+        discs,
         sliding: dataset.sliding,
         rolling: dataset.rolling,
         fidelity: if options.auto { "auto" } else { options.fidelity.name() },
@@ -254,6 +255,8 @@ pub(super) fn fit_shots(
         noise,
         shots_used: fitted.len(),
         shots_rejected,
+        shots_doubtful: doubtful(dataset, shots, &fitted),
+        refuted: None,
         residuals,
         termination: minimum.termination.clone(),
         converged: minimum.converged,
@@ -263,6 +266,8 @@ pub(super) fn fit_shots(
         warnings: Vec::new(),
         notes: Vec::new(),
     };
+    let used: Vec<&Shot> = fitted.iter().map(|shot| shots[shot.index]).collect();
+    super::refuted::judge(&mut fit, &used, discs.is_some());
     super::remarks::add(&mut fit, &fitted, knows_noise);
     super::remarks::add_lower(&mut fit, 2.0 * lowest);
     fit.notes.extend(refused.map(|refused| refused.note()));
@@ -325,8 +330,15 @@ fn title(dataset: &Dataset, group: Option<&(String, String)>) -> String {
     }
 }
 
+/// The shots that are used though something about them is wrong.
+fn doubtful(dataset: &Dataset, shots: &[&Shot], fitted: &[Fitted]) -> Vec<Rejected> {
+    let named = |name: &str| fitted.iter().any(|shot| shots[shot.index].name == name);
+    let all = dataset.tracks.iter().flat_map(|tracks| &tracks.doubtful).filter(|(name, _)| named(name));
+    all.map(|(shot, reason)| Rejected { shot: shot.clone(), reason: reason.clone() }).collect()
+}
+
 /// The shots that can be predicted at the initial values, and the others with the reason.
-fn plan(shots: &[&Shot], model: &Model, initial: &Values) -> (Vec<Fitted>, Vec<Rejected>) {
+fn plan(shots: &[&Shot], model: &Model, initial: &Values, discs: bool) -> (Vec<Fitted>, Vec<Rejected>) {
     let (mut fitted, mut rejected) = (Vec::new(), Vec::new());
     for (index, shot) in shots.iter().enumerate() {
         let planned = crate::predict::Plan::new(shot).and_then(|plan| {
@@ -334,7 +346,10 @@ fn plan(shots: &[&Shot], model: &Model, initial: &Values) -> (Vec<Fitted>, Vec<R
         });
         match planned {
             Ok(shot) => fitted.push(shot),
-            Err(error) => rejected.push(Rejected { shot: shot.name.clone(), reason: error.to_string() }),
+            Err(error) => {
+                let error = if discs { error.of_discs() } else { error };
+                rejected.push(Rejected { shot: shot.name.clone(), reason: error.to_string() });
+            }
         }
     }
     (fitted, rejected)

@@ -60,6 +60,13 @@ pub enum Unpredictable {
     NotACollision(#[from] NotACollision),
     #[error("its spin is unknown; give spin columns, or cue_spin stun or natural-roll")]
     UnknownSpin,
+    #[error(
+        "the rotation of its discs was not seen, and their friction depends on it: track points on both discs (as [tracks] cue \
+         and object, three or more on a circle about the centre of each, or a marker beside each centre), or, if neither \
+         disc turns before the impact, state [cue_spin] assume = \"stun\". Its e and J_t/J_n need no rotation: \"caromfit \
+         extract\" gives them"
+    )]
+    UnknownRotation,
     #[error("its spin is given in rad/s but no speed is: give speed_m_s or a speed after the impact")]
     SpinWithoutSpeed,
     #[error(
@@ -71,6 +78,14 @@ pub enum Unpredictable {
     NoSpeed { column: &'static str, value: f64 },
     #[error("its only observable, {column}, serves to find the incoming speed: nothing is left to fit")]
     NothingLeft { column: &'static str },
+}
+
+impl Unpredictable {
+    /// The same of discs, whose rotation only points on them show.
+    #[must_use]
+    pub fn of_discs(self) -> Self {
+        if self == Self::UnknownSpin { Self::UnknownRotation } else { self }
+    }
 }
 
 /// The speeds afterwards that the speed before can be solved from, best first.

@@ -7,8 +7,8 @@ use super::unit_name;
 use crate::fit::Fit;
 
 /// The columns: `measured`, `predicted` and `sd` are in `unit`, `cut_deg` in degrees, `speed_m_s`
-/// in m/s, `standardized` has none.
-pub const HEADER: &str = "shot,observable,unit,measured,predicted,sd,standardized,cut_deg,speed_m_s";
+/// in m/s, `standardized` has none. `model` is `refuted` where the data rule the model out, else empty.
+pub const HEADER: &str = "shot,observable,unit,measured,predicted,sd,standardized,cut_deg,speed_m_s,model";
 
 /// residuals.csv as text. A cell whose number is unknown is empty.
 #[must_use]
@@ -21,7 +21,7 @@ pub fn render(fit: &Fit) -> String {
         // Writing into a String cannot fail.
         let _ = writeln!(
             text,
-            "{},{},{},{},{},{},{},{},{}",
+            "{},{},{},{},{},{},{},{},{},{}",
             quoted(&residual.shot),
             residual.observable.column(),
             unit_name(residual.observable),
@@ -31,6 +31,7 @@ pub fn render(fit: &Fit) -> String {
             number(residual.standardized),
             number(residual.cut.to_degrees()),
             number(residual.speed.unwrap_or(f64::NAN)),
+            if fit.refuted.is_some() { "refuted" } else { "" },
         );
     }
     text

@@ -4,6 +4,7 @@ use std::fmt::Write;
 
 use super::ReportError;
 use super::csv::quoted;
+use super::number::{plain, with_error};
 use super::plot::track::Picture;
 use crate::dataset::Dataset;
 use crate::disc::Discs;
@@ -71,14 +72,17 @@ fn table(discs: &Discs, extracted: &[(TrackShot, DiscImpact)]) -> String {
         let name = if discs.in_seconds { name.to_string() } else { per_frame(name) };
         _ = write!(table, ",{name},{name}_sd");
     }
-    table.push_str(",mass_ratio_from,position_sd_mm,reduced_chi2,frames_used,frames_left_out\n");
+    table.push_str(
+        ",mass_ratio_from,position_sd_mm,reduced_chi2,frames_used,frames_left_out,outcome,verdict,doubts\n",
+    );
     for (shot, impact) in extracted {
         table.push_str(&quoted(&shot.name));
         for quantity in Quantity::ALL {
             match impact.get(quantity) {
                 Some(measured) => {
                     let unit = column(quantity).1;
-                    let sd = measured.sd.unwrap_or(f64::NAN) / unit;
+                    // what is stated has no error here
+                    let sd = measured.sd.map_or(String::new(), |sd| (sd / unit).to_string());
                     _ = write!(table, ",{},{sd}", measured.value / unit);
                 }
                 None => table.push_str(",,"),
@@ -86,12 +90,15 @@ fn table(discs: &Discs, extracted: &[(TrackShot, DiscImpact)]) -> String {
         }
         _ = writeln!(
             table,
-            ",{},{},{},{},{}",
+            ",{},{},{},{},{},{},{},{}",
             if discs.masses.is_some() { "masses" } else { "momentum" },
             1e3 * impact.position_sd,
             impact.reduced_chi2,
             impact.frames.iter().sum::<usize>(),
-            impact.outliers
+            impact.outliers,
+            if impact.stuck.is_some() { "stick" } else { "part" },
+            if impact.doubts.is_empty() { "good" } else { "doubtful" },
+            quoted(&impact.doubts.join("; "))
         );
     }
     table
@@ -128,16 +135,26 @@ pub fn pictures(
 /// What a reader wants to know first.
 #[must_use]
 pub fn summary(impact: &DiscImpact) -> String {
-    let with_error = |name: &str, quantity: Quantity| {
-        let text =
-            |m: crate::dataset::Measured| format!("{name} {:.4} ± {:.4}", m.value, m.sd.unwrap_or(f64::NAN));
-        impact.get(quantity).map_or(String::new(), text)
+    let text = |name: &str, quantity: Quantity| {
+        let measured = impact.get(quantity)?;
+        Some(match measured.sd {
+            Some(sd) => format!("{name} {}", with_error(measured.value, sd)),
+            None => format!("{name} {} (stated)", plain(measured.value, 4)),
+        })
     };
     let parts = [
-        with_error("e", Quantity::Restitution),
-        with_error("J_t/J_n", Quantity::ImpulseRatio),
-        with_error("mass ratio", Quantity::MassRatio),
-        format!("noise {:.3} mm", 1e3 * impact.position_sd),
+        // of discs that stick, the remark says it
+        text("e", Quantity::Restitution).filter(|_| impact.stuck.is_none()),
+        text("J_t/J_n", Quantity::ImpulseRatio),
+        text("mass ratio", Quantity::MassRatio),
+        Some(format!("noise {:.3} mm", 1e3 * impact.position_sd)),
     ];
-    parts.join(", ")
+    parts.into_iter().flatten().collect::<Vec<_>>().join(", ")
+}
+
+/// What there is to say of a shot, a line each: that its discs stick together, and what makes it doubtful.
+#[must_use]
+pub fn remarks(impact: &DiscImpact) -> Vec<String> {
+    let stuck = impact.stuck.iter().map(|stuck| format!("{}.", stuck.sentence()));
+    stuck.chain(impact.doubts.iter().map(|doubt| format!("doubtful: {doubt}."))).collect()
 }

@@ -6,7 +6,7 @@ use serde_json::{Map, Value};
 
 use super::{ReportError, diagnostics, reduced_chi2, unit_name};
 use crate::dataset::Measured;
-use crate::fit::{Estimate, Fit, Noise};
+use crate::fit::{self, Estimate, Fit, Noise, Refuted};
 
 /// fit.json as text, with a newline at its end. What is not finite becomes `null`.
 pub fn render(fit: &Fit) -> Result<String, ReportError> {
@@ -36,7 +36,8 @@ pub fn document(fit: &Fit) -> Document<'_> {
         group: fit.group.as_ref().map(|(column, label)| Group { column, label }),
         cloth: fit.cloth.as_deref(),
         source: fit.source.as_deref(),
-        ball: BallEntry { radius_m: fit.ball.radius, mass_kg: fit.ball.mass, inertia: fit.ball.inertia },
+        ball: body(fit, 0),
+        object: fit.discs.map(|_| body(fit, 1)),
         mu_k: fit.sliding.map(friction),
         mu_r: fit.rolling.map(friction),
         version: env!("CARGO_PKG_VERSION"),
@@ -53,15 +54,13 @@ pub fn document(fit: &Fit) -> Document<'_> {
         chi2: fit.chi2,
         dof: fit.dof,
         reduced_chi2: reduced_chi2(fit),
+        refuted: fit.refuted.as_ref().map(refuted),
         observations: fit.residuals.len(),
         noise: fit.noise.iter().map(noise).collect(),
         diagnostics: diagnostics::entries(fit),
         shots_used: fit.shots_used,
-        shots_rejected: fit
-            .shots_rejected
-            .iter()
-            .map(|rejected| Rejected { shot: &rejected.shot, reason: &rejected.reason })
-            .collect(),
+        shots_rejected: with_reasons(&fit.shots_rejected),
+        shots_doubtful: with_reasons(&fit.shots_doubtful),
         converged: fit.converged,
         termination: &fit.termination,
         iterations: fit.iterations,
@@ -77,6 +76,9 @@ pub struct Document<'a> {
     cloth: Option<&'a str>,
     source: Option<&'a str>,
     ball: BallEntry,
+    /// Of discs: the second one.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    object: Option<BallEntry>,
     mu_k: Option<Friction>,
     mu_r: Option<Friction>,
     version: &'static str,
@@ -90,12 +92,15 @@ pub struct Document<'a> {
     chi2: f64,
     dof: usize,
     reduced_chi2: Option<f64>,
+    /// `null` where the data do not refute the model.
+    refuted: Option<RefutedEntry>,
     observations: usize,
     noise: Vec<NoiseEntry>,
     #[serde(flatten)]
     diagnostics: Map<String, Value>,
     shots_used: usize,
     shots_rejected: Vec<Rejected<'a>>,
+    shots_doubtful: Vec<Rejected<'a>>,
     converged: bool,
     termination: &'a str,
     iterations: usize,
@@ -111,8 +116,58 @@ struct Group<'a> {
 #[derive(Debug, Serialize)]
 struct BallEntry {
     radius_m: f64,
-    mass_kg: f64,
+    mass_kg: Option<f64>,
     inertia: f64,
+}
+
+/// The ball, or one of two discs (0 or 1); its mass only where it is stated.
+fn body(fit: &Fit, which: usize) -> BallEntry {
+    let radii = fit.discs.and_then(|discs| discs.radii);
+    let mass_kg = match fit.discs {
+        Some(discs) => discs.masses.map(|masses| masses[which]),
+        None => Some(fit.ball.mass),
+    };
+    BallEntry {
+        radius_m: radii.map_or(fit.ball.radius, |radii| radii[which]),
+        mass_kg,
+        inertia: fit.ball.inertia,
+    }
+}
+
+/// Where the data refute the model.
+#[derive(Debug, Serialize)]
+struct RefutedEntry {
+    reduced_chi2: f64,
+    p_value: f64,
+    sentence: String,
+    /// No errors of the estimates: they would be if the model held.
+    std_errors_if_model_held: Ordered<f64>,
+    measured_e: Option<MeasuredEntry>,
+}
+
+/// The ratio of the normal velocities, which needs no model.
+#[derive(Debug, Serialize)]
+struct MeasuredEntry {
+    estimate: f64,
+    std_error: f64,
+    scatter_between_shots: f64,
+    shots: usize,
+}
+
+fn refuted(found: &Refuted) -> RefutedEntry {
+    let errors = found.if_model_held.iter().map(|(parameter, error)| (parameter.name(), *error));
+    RefutedEntry {
+        reduced_chi2: found.reduced_chi2,
+        p_value: found.p_value,
+        sentence: found.sentence(),
+        std_errors_if_model_held: Ordered(errors.collect()),
+        measured_e: found.restitution.map(|measured| MeasuredEntry {
+            estimate: measured.value,
+            std_error: measured.std_error,
+            scatter_between_shots: measured.scatter,
+            shots: measured.shots,
+        }),
+    }
 }
 
 /// Friction of the cloth on a ball that slides or rolls.
@@ -159,6 +214,10 @@ struct NoiseEntry {
 struct Rejected<'a> {
     shot: &'a str,
     reason: &'a str,
+}
+
+fn with_reasons(shots: &[fit::Rejected]) -> Vec<Rejected<'_>> {
+    shots.iter().map(|shot| Rejected { shot: &shot.shot, reason: &shot.reason }).collect()
 }
 
 /// An object whose keys keep their order.

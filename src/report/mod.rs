@@ -60,6 +60,30 @@ fn model(fit: &Fit) -> String {
     }
 }
 
+/// What a reader calls the bodies that collided, and their size and mass.
+fn bodies(fit: &Fit) -> (&'static str, String) {
+    let millimetres = |radius: f64| number::plain(1e3 * radius, 5);
+    let grams = |mass: f64| number::plain(1e3 * mass, 4);
+    let Some(discs) = fit.discs else {
+        return (
+            "Balls",
+            format!("radius {} mm, mass {} g", millimetres(fit.ball.radius), grams(fit.ball.mass)),
+        );
+    };
+    let radii = match discs.radii {
+        Some([first, second]) => format!("radii {} and {} mm", millimetres(first), millimetres(second)),
+        None => format!(
+            "radii not stated ({} mm is half the distance of the centres at the impact)",
+            millimetres(fit.ball.radius)
+        ),
+    };
+    let masses = match discs.masses {
+        Some([first, second]) => format!("masses {} and {} g", grams(first), grams(second)),
+        None => "masses not stated".to_owned(),
+    };
+    ("Discs", format!("{radii}, {masses}"))
+}
+
 /// χ² per degree of freedom, where there is one.
 fn reduced_chi2(fit: &Fit) -> Option<f64> {
     (fit.dof > 0).then(|| fit.chi2 / fit.dof as f64)

@@ -49,9 +49,18 @@ pub(super) fn aligned(rows: &[Vec<String>], indent: &str) -> String {
     text
 }
 
-/// An estimate in one cell.
-pub(super) fn estimate(estimate: &Estimate) -> String {
+/// An estimate in one cell. Of a refuted model: the restitution that was measured without it, where there is one, else the
+/// bare estimate.
+pub(super) fn estimate(fit: &Fit, estimate: &Estimate) -> String {
     let value = plain(estimate.value, 4);
+    if let Some(refuted) = fit.refuted.as_ref().filter(|_| estimate.status == Status::Free) {
+        return match refuted.restitution.filter(|_| estimate.parameter == Parameter::E) {
+            Some(measured) => {
+                format!("measured {} (fit refuted)", with_error(measured.value, measured.std_error))
+            }
+            None => format!("{value} (refuted)"),
+        };
+    }
     match (estimate.status, estimate.std_error) {
         (Status::Free, Some(error)) if error.is_finite() => with_error(estimate.value, error),
         (Status::Free, _) => format!("{value} (no error)"),
@@ -80,7 +89,9 @@ fn row(fit: &Fit, parameters: &[Parameter]) -> Vec<String> {
     };
     let mut cells = vec![name, shots];
     let own = |parameter: &Parameter| fit.estimates.iter().find(|e| e.parameter == *parameter);
-    cells.extend(parameters.iter().map(|parameter| own(parameter).map_or("–".to_owned(), estimate)));
+    cells.extend(
+        parameters.iter().map(|parameter| own(parameter).map_or("–".to_owned(), |e| estimate(fit, e))),
+    );
     cells.extend([chi2, status(fit)]);
     cells
 }
@@ -96,22 +107,33 @@ fn status(fit: &Fit) -> String {
         1 => Some("1 warning".to_owned()),
         n => Some(format!("{n} warnings")),
     };
-    match (fit.converged, warnings) {
-        (true, None) => "ok".to_owned(),
-        (true, Some(warnings)) => warnings,
-        (false, None) => "not converged".to_owned(),
-        (false, Some(warnings)) => format!("not converged, {warnings}"),
-    }
+    let refuted = fit.refuted.as_ref().map(|_| "refuted".to_owned());
+    let failed = (!fit.converged).then(|| "not converged".to_owned());
+    let said: Vec<String> = [refuted, failed, warnings].into_iter().flatten().collect();
+    if said.is_empty() { "ok".to_owned() } else { said.join(", ") }
 }
 
 /// A line for each mark that some fit carries.
 fn legend(fits: &[Fit]) -> String {
     let has = |status: Status| fits.iter().flat_map(|fit| &fit.estimates).any(|e| e.status == status);
     let free = || fits.iter().flat_map(|fit| fit.estimates.iter().map(move |estimate| (fit, estimate)));
-    let free = || free().filter(|(_, estimate)| estimate.status == Status::Free);
+    let refuted = || fits.iter().filter_map(|fit| fit.refuted.as_ref());
+    let free = || free().filter(|(fit, estimate)| estimate.status == Status::Free && fit.refuted.is_none());
     let no_error = |(_, estimate): &(&Fit, &Estimate)| !estimate.std_error.is_some_and(f64::is_finite);
     let lines = [
-        (free().any(|pair| !no_error(&pair)), "±: one standard error"),
+        (
+            free().any(|pair| !no_error(&pair)) || refuted().any(|r| r.restitution.is_some()),
+            "±: one standard error",
+        ),
+        (
+            refuted().next().is_some(),
+            "refuted: χ² rules the model out; the value is where χ² is least, and has no standard error, which would hold only \
+             if the model did",
+        ),
+        (
+            refuted().any(|r| r.restitution.is_some()),
+            "measured: the ratio of the normal velocities after and before the impact, without any model of the friction",
+        ),
         (has(Status::Fixed), "fixed: held at this value, not fitted"),
         (
             has(Status::AtLowerBound) || has(Status::AtUpperBound),

@@ -7,7 +7,7 @@ use statrs::distribution::{ChiSquared, ContinuousCDF};
 use super::number::{interval, plain, with_error};
 use super::table::{aligned, chi2_text, estimate};
 use super::trust::sections;
-use super::{model, noise_estimated, reduced_chi2, title};
+use super::{bodies, model, noise_estimated, reduced_chi2, title};
 use crate::fit::{Estimate, Fit, Noise, Status};
 use crate::parameters::Parameter;
 
@@ -33,6 +33,9 @@ pub fn render(fit: &Fit) -> String {
             push(&mut text, &format!("  {name}: {value}"));
         }
     }
+    if fit.discs.is_some() {
+        push(&mut text, &format!("  discs: {}", bodies(fit).1));
+    }
     push(&mut text, &format!("  model: {}", model(fit)));
     if !fit.converged {
         push(&mut text, &format!("\nNOT CONVERGED: {}", fit.termination));
@@ -48,8 +51,9 @@ pub fn render(fit: &Fit) -> String {
         if profiled { " (profile: where χ², least over the others, is t² above its minimum)" } else { "" };
     let has_unit = fit.estimates.iter().any(|estimate| estimate.parameter == Parameter::C);
     let unit = if has_unit { "no unit, but c in s/m" } else { "no unit" };
-    push(&mut text, &format!("\nParameters ({unit}), ± one standard error, 95 % interval{how}"));
-    text.push_str(&aligned(&fit.estimates.iter().map(parameter).collect::<Vec<_>>(), "  "));
+    let errors = if fit.refuted.is_some() { "" } else { ", ± one standard error, 95 % interval" };
+    push(&mut text, &format!("\nParameters ({unit}){errors}{how}"));
+    text.push_str(&aligned(&fit.estimates.iter().map(|e| parameter(fit, e)).collect::<Vec<_>>(), "  "));
     for line in fit.estimates.iter().filter_map(at_bound) {
         push(&mut text, &line);
     }
@@ -90,7 +94,7 @@ fn push(text: &mut String, line: &str) {
     let _ = writeln!(text, "{line}");
 }
 
-fn parameter(parameter: &Estimate) -> Vec<String> {
+fn parameter(fit: &Fit, parameter: &Estimate) -> Vec<String> {
     let interval = match parameter.interval_95 {
         Some(ends) if ends.iter().all(|end| end.is_finite()) => {
             let how = if parameter.is_profiled() { " profile" } else { "" };
@@ -99,8 +103,10 @@ fn parameter(parameter: &Estimate) -> Vec<String> {
         _ => String::new(),
     };
     let value = match parameter.status {
-        Status::NotIdentified => format!("{}, left at {}", estimate(parameter), plain(parameter.value, 4)),
-        _ => estimate(parameter),
+        Status::NotIdentified => {
+            format!("{}, left at {}", estimate(fit, parameter), plain(parameter.value, 4))
+        }
+        _ => estimate(fit, parameter),
     };
     vec![parameter.parameter.symbol().to_owned(), value, interval, parameter.parameter.meaning().to_owned()]
 }

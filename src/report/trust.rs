@@ -12,6 +12,13 @@ use crate::parameters::Parameter;
 pub(super) fn sections(fit: &Fit) -> Vec<(String, Vec<String>)> {
     let found = &fit.diagnostics;
     let mut sections = Vec::new();
+    if !fit.shots_doubtful.is_empty() {
+        let lines = fit.shots_doubtful.iter().map(|shot| format!("shot {}: {}", shot.shot, shot.reason));
+        sections.push((
+            "Doubtful shots (they were used, but something about them is wrong)".to_owned(),
+            lines.collect(),
+        ));
+    }
     if found.computed.len() > 1 {
         sections.push(computed(&found.computed));
     }

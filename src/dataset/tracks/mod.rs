@@ -39,6 +39,7 @@ pub use survey::{Survey, survey};
 
 use super::error::Problems;
 use super::manifest::Manifest;
+use crate::dataset::Spin;
 use crate::disc::Discs;
 use crate::isolate::isolated;
 use crate::track::TrackShot;
@@ -53,6 +54,8 @@ pub struct Tracks {
     pub damaged: Vec<(String, String)>,
     /// What was detected and repaired, with file and line.
     pub notes: Vec<String>,
+    /// Shots whose impact was found, though something about them is wrong: name and what it is.
+    pub doubtful: Vec<(String, String)>,
     /// `None`: balls.
     pub discs: Option<Discs>,
 }
@@ -127,12 +130,21 @@ pub(super) fn load(
             problems.add(path, None, None, message);
             break;
         };
+        if manifest.discs.is_some() && !matches!(facts.spin, Spin::Stun | Spin::Unknown) {
+            let message = format!(
+                "shot \"{}\" is of discs, which do not roll; expected cue_spin stun (neither disc turns before the impact) or \
+                 unknown: points on the discs show how they turn",
+                shot.name
+            );
+            problems.add(settings.shots.as_deref().unwrap_or(path), None, Some("cue_spin"), message);
+            continue;
+        }
         work.push((shot, facts));
     }
     let (shots, damaged) = finish_all(work, settings, &calibrations, problems, &mut notes);
     let mut lines = settings.notes.clone();
     lines.append(&mut notes.into_lines());
-    Tracks { shots, skipped, damaged, notes: lines, discs: manifest.discs }
+    Tracks { shots, skipped, damaged, notes: lines, doubtful: Vec::new(), discs: manifest.discs }
 }
 
 fn same_file(a: &Path, b: &Path) -> bool {

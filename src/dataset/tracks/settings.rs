@@ -222,8 +222,8 @@ pub(in crate::dataset) struct TrackSettings {
     pub(super) position_sd: Option<f64>,
     pub(super) time_unit: Option<TimeUnit>,
     pub(super) columns: Option<ColumnNames>,
-    /// About the calibration.
-    pub(super) notes: Vec<String>,
+    /// What was assumed, for the reader.
+    pub(in crate::dataset) notes: Vec<String>,
 }
 
 /// Checks the sections; what is wrong is added to the problems.

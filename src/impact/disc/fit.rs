@@ -4,8 +4,8 @@
 use argmin::core::{Error, Jacobian, Operator};
 use nalgebra::{DMatrix, DVector, SMatrix, SVector};
 
-use super::Unusable;
 use super::start::{LEAST, median};
+use super::{Outcome, Unusable, stick};
 use crate::disc::Discs;
 use crate::impact::start::noise_of;
 use crate::optimise::{self, Constraints, Options, Termination};
@@ -42,6 +42,9 @@ const SEPARATION: f64 = 5.0;
 
 /// Frames on either side: at first, at most, and by how much a window grows.
 const FIRST: usize = 8;
+/// Discs that stick settle for some frames, in which the glue gives way: what is left of that shifts the paths by less than the noise,
+/// but velocities of few frames by more than theirs.
+const FIRST_SETTLING: usize = 30;
 const MOST: usize = 120;
 const GROWTH: f64 = 1.4;
 /// A window grows while the mean square of each disc's residuals on that side stays within this many of its
@@ -62,7 +65,10 @@ const ORTHOGONALITY: f64 = 1e-6;
 const MAX_ITERATIONS: u32 = 60;
 
 /// The place of a disc (0 or 1) at a time.
-pub(super) fn place(z: &Unknowns, disc: usize, time: f64) -> [f64; 2] {
+pub(super) fn place(outcome: Outcome, z: &Unknowns, disc: usize, time: f64) -> [f64; 2] {
+    if outcome == Outcome::Stick && time >= z[TIME] {
+        return stick::place(z, disc, time);
+    }
     let late = time - z[TIME];
     let first = velocity(disc, usize::from(late >= 0.0));
     let (sin, cos) = z[DIRECTION].sin_cos();
@@ -77,6 +83,8 @@ pub(super) struct Tracked<'a> {
     expected: Option<f64>,
     /// Noise from second differences near the impact, m.
     noise: f64,
+    /// Of discs that stick together: from when to when they settle.
+    settling: Option<[f64; 2]>,
 }
 
 /// A fit of the frames between two times.
@@ -101,7 +109,12 @@ pub(super) struct Centres {
 type Frame<'a> = (&'a Sample, [f64; 2]);
 
 impl<'a> Tracked<'a> {
-    pub(super) fn new(shot: &'a TrackShot, discs: &Discs, guess: &Unknowns) -> Self {
+    pub(super) fn new(
+        shot: &'a TrackShot,
+        discs: &Discs,
+        guess: &Unknowns,
+        settling: Option<[f64; 2]>,
+    ) -> Self {
         let reach = NOISE_FRAMES / shot.fps;
         let near = [&shot.cue, &shot.object].map(|samples| {
             let [from, to] =
@@ -109,7 +122,11 @@ impl<'a> Tracked<'a> {
             &samples[from..to]
         });
         let expected = discs.radii.map(|[first, second]| first + second);
-        Self { shot, expected, noise: noise_of(near, shot.resolution, shot.fps) }
+        Self { shot, expected, noise: noise_of(near, shot.resolution, shot.fps), settling }
+    }
+
+    fn outcome(&self) -> Outcome {
+        if self.settling.is_some() { Outcome::Stick } else { Outcome::Part }
     }
 
     fn sd(&self) -> f64 {
@@ -118,7 +135,10 @@ impl<'a> Tracked<'a> {
 
     fn frames(&self, [from, to]: [f64; 2], wrong: &[Vec<f64>; 2]) -> [Vec<Frame<'a>>; 2] {
         let of = |samples: &'a [Sample], wrong: &[f64]| {
+            let [settles, settled] = self.settling.unwrap_or([f64::NAN; 2]);
+            let settling = |t: f64| t > settles && t < settled;
             let used = samples.iter().filter(|s| (from..=to).contains(&s.t) && !wrong.contains(&s.t));
+            let used = used.filter(|s| !settling(s.t));
             used.map(|s| (s, s.sd.unwrap_or([self.sd(); 2]))).collect()
         };
         [of(&self.shot.cue, &wrong[0]), of(&self.shot.object, &wrong[1])]
@@ -131,8 +151,9 @@ impl<'a> Tracked<'a> {
         for _ in 0..ROUNDS {
             let z = fitted.as_ref().map_or(guess, |fitted| &fitted.z);
             // the scatter by medians: wrong frames are not to hide each other
-            let off =
-                [0, 1].map(|disc| all[disc].iter().map(|frame| worst(z, disc, frame)).collect::<Vec<_>>());
+            let off = [0, 1].map(|disc| {
+                all[disc].iter().map(|frame| worst(self.outcome(), z, disc, frame)).collect::<Vec<_>>()
+            });
             let middle = median(off.iter().flatten().copied().collect());
             // the median of the larger of two absolute normal deviates is 1.05
             let most = OUTLIER * (middle / 1.05).max(1.0);
@@ -161,14 +182,14 @@ impl<'a> Tracked<'a> {
                 }
             }
         }
-        let problem = || Problem { frames: &frames, expected: self.expected };
+        let problem = || Problem { frames: &frames, expected: self.expected, outcome: self.outcome() };
         let none = DVector::from_element(COUNT, f64::INFINITY);
         let constraints = Constraints::bounds(-&none, none);
         let x = DVector::from_column_slice(guess.as_slice());
         let options = Options { orthogonality: ORTHOGONALITY, max_iterations: MAX_ITERATIONS };
         let solution = optimise::minimise(problem(), &x, &constraints, &options)
             .map_err(|error| Unusable::NotConverged(error.to_string()))?;
-        let rows = 2 * (frames[0].len() + frames[1].len()) + usize::from(self.expected.is_some());
+        let rows = problem().rows();
         // where the impact itself crosses a frame, the residuals have a kink
         let converged = solution.termination.converged() || solution.termination == Termination::Stalled;
         Ok(Fitted {
@@ -187,15 +208,17 @@ impl<'a> Tracked<'a> {
         let frame = 1.0 / self.shot.fps;
         let window = |[before, after]: [usize; 2]| {
             let reach = |frames: usize| (frames as f64 + 0.5) * frame;
-            [guess[TIME] - reach(before), guess[TIME] + reach(after)]
+            let settled = self.settling.map_or(guess[TIME], |[_, settled]| settled);
+            [guess[TIME] - reach(before), settled + reach(after)]
         };
-        let mut best = self.fit(guess, window([FIRST; 2]))?;
+        let first = if self.settling.is_some() { FIRST_SETTLING } else { FIRST };
+        let mut best = self.fit(guess, window([first; 2]))?;
         let rms = best.reduced().sqrt() * self.sd();
         if best.reduced() > HOPELESS && rms > HOPELESS_PART * best.z[DISTANCE] {
             return Err(Unusable::BadFit { rms_mm: 1e3 * rms });
         }
         let next_to_impact = best.reduced().max(1.0);
-        let mut sides = [FIRST; 2];
+        let mut sides = [first; 2];
         for side in [1, 0] {
             while sides[side] < MOST {
                 let mut wider = sides;
@@ -221,7 +244,7 @@ impl<'a> Tracked<'a> {
         let frames = &self.frames(fitted.window, &fitted.wrong)[disc];
         let side = frames.iter().filter(|(s, _)| (s.t >= fitted.z[TIME]) == after);
         let left = side.map(|(s, sd)| {
-            let [x, y] = place(&fitted.z, disc, s.t);
+            let [x, y] = place(self.outcome(), &fitted.z, disc, s.t);
             [(s.x - x) / sd[0], (s.y - y) / sd[1]]
         });
         left.collect()
@@ -259,6 +282,7 @@ impl<'a> Tracked<'a> {
                 return Err(Unusable::Separation { measured, expected, error });
             }
         }
+        // (sin, cos) of the line of centres
         let (n, g) = (fitted.z[DIRECTION].sin_cos(), velocity(1, 0));
         let closing = (fitted.z[g] - fitted.z[g - 2]) * n.1 + (fitted.z[g + 1] - fitted.z[g - 1]) * n.0;
         if closing >= 0.0 {
@@ -302,8 +326,8 @@ pub(super) fn repeated(runs: &[Vec<f64>]) -> f64 {
 }
 
 /// The larger residual of a frame's coordinates, in standard deviations.
-fn worst(z: &Unknowns, disc: usize, (sample, sd): &Frame) -> f64 {
-    let [x, y] = place(z, disc, sample.t);
+fn worst(outcome: Outcome, z: &Unknowns, disc: usize, (sample, sd): &Frame) -> f64 {
+    let [x, y] = place(outcome, z, disc, sample.t);
     ((sample.x - x) / sd[0]).abs().max(((sample.y - y) / sd[1]).abs())
 }
 
@@ -325,12 +349,19 @@ fn alone(frames: &[Frame], off: &[f64], most: f64) -> Vec<f64> {
 struct Problem<'a> {
     frames: &'a [Vec<Frame<'a>>; 2],
     expected: Option<f64>,
+    outcome: Outcome,
 }
 
 impl Problem<'_> {
+    /// Two a frame, and the priors.
+    fn rows(&self) -> usize {
+        let priors = usize::from(self.expected.is_some()) + usize::from(self.outcome == Outcome::Stick);
+        2 * (self.frames[0].len() + self.frames[1].len()) + priors
+    }
+
     fn evaluate(&self, x: &DVector<f64>) -> (DVector<f64>, DMatrix<f64>) {
         let z = Unknowns::from_column_slice(x.as_slice());
-        let rows = 2 * (self.frames[0].len() + self.frames[1].len()) + usize::from(self.expected.is_some());
+        let rows = self.rows();
         let (mut residuals, mut jacobian) = (DVector::zeros(rows), DMatrix::zeros(rows, COUNT));
         let (sin, cos) = z[DIRECTION].sin_cos();
         let mut row = 0;
@@ -338,9 +369,16 @@ impl Problem<'_> {
             for (sample, sd) in frames {
                 let late = sample.t - z[TIME];
                 let first = velocity(disc, usize::from(late >= 0.0));
-                let predicted = place(&z, disc, sample.t);
+                let predicted = place(self.outcome, &z, disc, sample.t);
+                let stuck = (self.outcome == Outcome::Stick && late >= 0.0)
+                    .then(|| stick::derivatives(&z, disc, sample.t));
                 for (k, measured) in [sample.x, sample.y].into_iter().enumerate() {
                     residuals[row] = (predicted[k] - measured) / sd[k];
+                    if let Some(derivatives) = &stuck {
+                        jacobian.row_mut(row).copy_from(&(derivatives[k].transpose() / sd[k]));
+                        row += 1;
+                        continue;
+                    }
                     jacobian[(row, TIME)] = -z[first + k] / sd[k];
                     jacobian[(row, PLACE + k)] = 1.0 / sd[k];
                     jacobian[(row, first + k)] = late / sd[k];
@@ -356,6 +394,12 @@ impl Problem<'_> {
             let sd = RADII_PART * expected;
             residuals[row] = (z[DISTANCE] - expected) / sd;
             jacobian[(row, DISTANCE)] = 1.0 / sd;
+            row += 1;
+        }
+        if self.outcome == Outcome::Stick {
+            let [part, sd] = stick::PART;
+            residuals[row] = (z[stick::OF_SECOND] - part) / sd;
+            jacobian[(row, stick::OF_SECOND)] = 1.0 / sd;
         }
         (residuals, jacobian)
     }

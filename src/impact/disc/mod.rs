@@ -16,7 +16,9 @@ mod fit;
 mod quantities;
 mod shot;
 mod start;
+mod stick;
 mod turn;
+mod verdict;
 
 use nalgebra::SVector;
 use rayon::prelude::*;
@@ -28,6 +30,7 @@ use crate::track::TrackShot;
 
 pub use quantities::Quantity;
 pub use shot::ball;
+pub use stick::Stuck;
 
 /// The impact of two discs. Velocities in m/s, spins in rad/s, table frame; where the frame rate is not
 /// known, per frame.
@@ -47,6 +50,10 @@ pub struct DiscImpact {
     pub window: [f64; 2],
     /// Radii, m; half the distance of the centres at the impact where they are not given.
     pub radii: [f64; 2],
+    /// Where the discs stick together after the impact.
+    pub stuck: Option<Stuck>,
+    /// What speaks against these numbers: sentences without a capital letter and a full stop. Empty for a good shot.
+    pub doubts: Vec<String>,
     unknowns: fit::Unknowns,
     equal: shot::Equal,
 }
@@ -60,8 +67,28 @@ impl DiscImpact {
     /// The fitted place of a disc (0 or 1) at a time, m.
     #[must_use]
     pub fn place(&self, disc: usize, time: f64) -> [f64; 2] {
-        fit::place(&self.unknowns, disc, time)
+        fit::place(self.outcome(), &self.unknowns, disc, time)
     }
+
+    /// Whether momentum is out of balance by more than its stated errors explain, though not by more than a camera's calibration
+    /// does (then the shot is doubtful).
+    #[must_use]
+    pub fn is_out_of_balance(&self) -> bool {
+        verdict::is_out_of_balance(self)
+    }
+
+    fn outcome(&self) -> Outcome {
+        if self.stuck.is_some() { Outcome::Stick } else { Outcome::Part }
+    }
+}
+
+/// What the discs do after the impact.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Outcome {
+    /// Each goes its own way, straight on.
+    Part,
+    /// They move on as one rigid body.
+    Stick,
 }
 
 /// Why a shot of discs cannot be used.
@@ -81,6 +108,11 @@ pub enum Unusable {
         1e3 * measured, 1e3 * error, 1e3 * expected
     )]
     Separation { measured: f64, expected: f64, error: f64 },
+    #[error(
+        "the points \"{first}\" and \"{second}\" on the {disc} disc do not move as one rigid body: they are {least_mm:.1} to \
+         {most_mm:.1} mm apart; check in [tracks] cue and object which points are on which disc"
+    )]
+    NotRigid { disc: &'static str, first: String, second: String, least_mm: f64, most_mm: f64 },
     #[error("its motion fits no single collision of discs: {rms_mm:.2} mm are left even next to the impact")]
     BadFit { rms_mm: f64 },
     #[error("the fit of its tracks did not converge: {0}")]
@@ -94,13 +126,18 @@ pub enum Unusable {
 /// # Errors
 /// Why the shot cannot be used.
 pub fn extract(shot: &TrackShot, discs: &Discs) -> Result<DiscImpact, Unusable> {
-    let guess = start::guess(shot)?;
-    let tracked = fit::Tracked::new(shot, discs, &guess);
+    let found = stick::find(shot);
+    let guess = found.as_ref().map_or_else(|| start::guess(shot), |found| Ok(found.guess));
+    // points that are not on one disc explain whatever else is wrong
+    let rigid = verdict::rigidity(shot, guess.as_ref().ok().map(|guess| guess[fit::TIME]))?;
+    let guess = guess?;
+    let tracked = fit::Tracked::new(shot, discs, &guess, found.as_ref().map(|found| found.settling));
+    let stuck = found.map(|found| found.stuck);
     let fitted = tracked.choose(&guess)?;
     let centres = tracked.checked(&fitted)?;
     let turns = [0, 1].map(|disc| turn::turn(shot, disc, centres.unknowns[fit::TIME], fitted.window));
-    let known = quantities::Known::new(&centres, turns, discs);
-    Ok(DiscImpact {
+    let known = quantities::Known::new(&centres, turns, discs, stuck.map(|stuck| stuck.restitution));
+    let mut impact = DiscImpact {
         values: known.values(),
         position_sd: centres.position_sd,
         reduced_chi2: centres.reduced_chi2,
@@ -108,15 +145,21 @@ pub fn extract(shot: &TrackShot, discs: &Discs) -> Result<DiscImpact, Unusable> 
         outliers: fitted.outliers(),
         window: fitted.window,
         radii: known.radii,
+        stuck,
+        doubts: rigid.into_iter().collect(),
         unknowns: centres.unknowns,
         equal: known.equal(),
-    })
+    };
+    verdict::judge(&mut impact);
+    Ok(impact)
 }
 
 /// Finds the impacts of many shots in parallel. However a shot fails, the others go on.
 pub fn extract_all(shots: &[TrackShot], discs: &Discs) -> Vec<Result<DiscImpact, Unusable>> {
     let one = |shot| isolated(|| extract(shot, discs)).unwrap_or_else(|panic| Err(Unusable::Failed(panic)));
-    shots.par_iter().map(one).collect()
+    let mut impacts: Vec<_> = shots.par_iter().map(one).collect();
+    verdict::compare_distances(&mut impacts);
+    impacts
 }
 
 /// A vector of numbers with derivatives by the fit's unknowns and the four spins.

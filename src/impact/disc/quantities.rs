@@ -5,7 +5,7 @@ use num_dual::DualNum;
 
 use super::fit::{COUNT, Centres, DIRECTION, DISTANCE, TIME, velocity};
 use super::turn::Turn;
-use super::{Dual, gradient, value};
+use super::{Dual, gradient, stick, value};
 use crate::dataset::Measured;
 use crate::disc::Discs;
 
@@ -98,10 +98,17 @@ pub(super) struct Known {
     pub radii: [f64; 2],
     masses: Option<[f64; 2]>,
     inertia: f64,
+    /// Of discs that stick: e from the growth of their distance.
+    stuck: Option<Measured>,
 }
 
 impl Known {
-    pub(super) fn new(centres: &Centres, turns: [Option<Turn>; 2], discs: &Discs) -> Self {
+    pub(super) fn new(
+        centres: &Centres,
+        turns: [Option<Turn>; 2],
+        discs: &Discs,
+        stuck: Option<Measured>,
+    ) -> Self {
         let mut values = SVector::<f64, INPUTS>::zeros();
         let mut covariance = SMatrix::<f64, INPUTS, INPUTS>::zeros();
         values.fixed_rows_mut::<COUNT>(0).copy_from(&centres.unknowns);
@@ -124,11 +131,15 @@ impl Known {
             radii: discs.radii.unwrap_or([half; 2]),
             masses: discs.masses,
             inertia: discs.inertia,
+            stuck,
         }
     }
 
     fn velocity(&self, disc: usize, side: usize) -> [Dual; 2] {
         let first = velocity(disc, side);
+        if self.stuck.is_some() && side == 1 {
+            return stick::velocity_after(&self.z, disc);
+        }
         [self.z[first], self.z[first + 1]]
     }
 
@@ -162,7 +173,14 @@ impl Known {
 
     pub(super) fn values(&self) -> [Option<Measured>; Quantity::COUNT] {
         Quantity::ALL.map(|quantity| {
+            if quantity == Quantity::Restitution && self.stuck.is_some() {
+                return self.stuck;
+            }
             let dual = self.quantity(quantity)?;
+            // stated, not measured
+            if quantity == Quantity::MassRatio && self.masses.is_some() {
+                return Some(Measured { value: value(&dual), sd: None });
+            }
             let gradient = gradient(&dual);
             let variance = gradient.dot(&(self.covariance * gradient)).max(0.0);
             Some(Measured { value: value(&dual), sd: Some(variance.sqrt()) })

@@ -42,17 +42,18 @@ impl Known {
     }
 }
 
-/// The ball that stands for either of the equal discs.
+/// The ball that stands for either of the equal discs. Its mass cancels; where the discs' masses are not stated it means nothing.
 #[must_use]
 pub fn ball(discs: &Discs, impacts: &[&DiscImpact]) -> Ball {
     let radius = |[first, second]: [f64; 2]| 0.5 * (first + second);
     let radius = radius(discs.radii.or(impacts.first().map(|impact| impact.radii)).unwrap_or([1.0; 2]));
-    Ball { radius, inertia: discs.inertia, ..Ball::POOL }
+    let mass = discs.masses.map_or(Ball::POOL.mass, |[first, second]| 0.5 * (first + second));
+    Ball { radius, inertia: discs.inertia, mass }
 }
 
 impl DiscImpact {
     /// The shot of equal discs that has the same restitution and the same friction. Its spin is unknown
-    /// where a disc's rotation was not seen.
+    /// where a disc's rotation was not seen, unless the data set states that neither disc turns before the impact.
     #[must_use]
     pub fn shot(&self, track: &TrackShot, ball: &Ball) -> Shot {
         let Equal { values, covariance, turning } = &self.equal;
@@ -90,7 +91,11 @@ impl DiscImpact {
             line: track.line,
             labels: track.labels.clone(),
             before: Before::Impact { normal, velocity: [measured(1), measured(2)] },
-            spin: if *turning { spin } else { Spin::Unknown },
+            spin: match track.spin {
+                _ if *turning => spin,
+                Spin::Stun => Spin::Stun,
+                _ => Spin::Unknown,
+            },
             after: after.to_vec(),
             joint: Some(Box::new(joint)),
         }

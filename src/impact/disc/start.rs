@@ -13,6 +13,7 @@ const NEAR: usize = 12;
 /// The relative velocity must change by this part of itself.
 const CHANGE: f64 = 1e-3;
 
+/// Where the discs part again.
 pub(super) fn guess(shot: &TrackShot) -> Result<Unknowns, Unusable> {
     let discs = [&shot.cue, &shot.object];
     if discs.iter().any(|samples| samples.len() < 2 * LEAST) {
@@ -74,6 +75,13 @@ pub(super) fn guess(shot: &TrackShot) -> Result<Unknowns, Unusable> {
 /// When the discs are nearest to each other. Of three neighbours the middle distance counts, so that a
 /// frame in which a disc was mistaken for another does not.
 fn nearest(shot: &TrackShot) -> Option<f64> {
+    let distances = distances(shot);
+    let least = distances.into_iter().min_by(|a, b| a.1.total_cmp(&b.1))?;
+    Some(least.0)
+}
+
+/// Times and distances of the centres, in the frames that have both, each the middle one of three neighbours.
+pub(super) fn distances(shot: &TrackShot) -> Vec<(f64, f64)> {
     let mut distances = Vec::new();
     for a in &shot.cue {
         let i = shot.object.partition_point(|b| b.t < a.t);
@@ -86,19 +94,18 @@ fn nearest(shot: &TrackShot) -> Option<f64> {
         values.sort_by(f64::total_cmp);
         (three[1].0, values[1])
     };
-    let least = distances.windows(3).map(middle).min_by(|a, b| a.1.total_cmp(&b.1))?;
-    Some(least.0)
+    distances.windows(3).map(middle).collect()
 }
 
 #[derive(Clone, Copy, Default)]
-struct Line {
-    position: [f64; 2],
-    velocity: [f64; 2],
+pub(super) struct Line {
+    pub position: [f64; 2],
+    pub velocity: [f64; 2],
 }
 
 impl Line {
     /// By medians (Theil and Sen): wrong frames do not count.
-    fn through(samples: &[Sample], at: f64) -> Self {
+    pub(super) fn through(samples: &[Sample], at: f64) -> Self {
         let mut line = Self::default();
         for (k, pick) in [(0, (|s: &Sample| s.x) as fn(&Sample) -> f64), (1, |s| s.y)] {
             let pairs =

@@ -5,7 +5,7 @@ use crate::fit::{Fit, Residual};
 use crate::report::compare::p_text;
 use crate::report::table::estimate;
 use crate::report::trust::sections;
-use crate::report::{ReportError, model, noise_estimated, number, reduced_chi2, title};
+use crate::report::{ReportError, bodies, model, noise_estimated, number, reduced_chi2, title};
 
 /// The report of a fit. `residuals` and its spots are of the residual plots, `contours` of the regions.
 pub fn of_fit(
@@ -34,14 +34,7 @@ pub fn of_fit(
     let facts = [
         ("Data", fit.source.clone().unwrap_or_default()),
         ("Cloth", fit.cloth.clone().unwrap_or_default()),
-        (
-            "Balls",
-            format!(
-                "radius {} mm, mass {} g",
-                number::plain(1e3 * fit.ball.radius, 5),
-                number::plain(1e3 * fit.ball.mass, 4)
-            ),
-        ),
+        bodies(fit),
         ("Model", model(fit)),
         ("Method", fit.method.name().to_owned()),
         ("Shots", format!("{} used, {} not used", fit.shots_used, fit.shots_rejected.len())),
@@ -53,7 +46,12 @@ pub fn of_fit(
         .iter()
         .map(|e| {
             let interval = e.interval_95.map_or(String::new(), |ends| number::interval(ends, e.std_error));
-            vec![e.parameter.symbol().to_owned(), estimate(e), interval, e.parameter.meaning().to_owned()]
+            vec![
+                e.parameter.symbol().to_owned(),
+                estimate(fit, e),
+                interval,
+                e.parameter.meaning().to_owned(),
+            ]
         })
         .collect();
     let rejected: Vec<[String; 2]> =
@@ -64,12 +62,16 @@ pub fn of_fit(
     if !fit.converged {
         warnings.insert(0, format!("Not converged: {}", fit.termination));
     }
+    let head = match fit.refuted {
+        Some(_) => ["", "estimate", "", "meaning"],
+        None => ["", "estimate ± standard error", "95 % interval", "meaning"],
+    };
     render(&Page {
         title: title(fit),
         warnings,
         notes: fit.notes.clone(),
         facts: present(facts),
-        head: ["", "estimate ± standard error", "95 % interval", "meaning"].map(str::to_owned).to_vec(),
+        head: head.map(str::to_owned).to_vec(),
         parameters,
         pictures,
         rejected,

@@ -155,7 +155,7 @@ fn summary(fit: &Fit) -> Vec<String> {
     let estimates: Vec<String> = fit
         .estimates
         .iter()
-        .map(|parameter| format!("{} = {}", parameter.parameter.symbol(), estimate(parameter)))
+        .map(|parameter| format!("{} = {}", parameter.parameter.symbol(), estimate(fit, parameter)))
         .collect();
     let chi2 = match reduced_chi2(fit) {
         Some(chi2) => {
