@@ -64,7 +64,7 @@ pub struct Launch<T> {
 
 /// A stretch of constant acceleration.
 #[derive(Clone, Copy, Debug)]
-struct Segment<T> {
+pub(crate) struct Stretch<T> {
     start: T,
     position: [T; 2],
     velocity: [T; 2],
@@ -73,7 +73,7 @@ struct Segment<T> {
     rolls: bool,
 }
 
-impl<T: Number> Segment<T> {
+impl<T: Number> Stretch<T> {
     fn at(&self, time: T) -> ([T; 2], [T; 2]) {
         let t = time - self.start;
         let [p, v, a] = [self.position, self.velocity, self.acceleration];
@@ -81,11 +81,27 @@ impl<T: Number> Segment<T> {
         let velocity = [0, 1].map(|i| v[i] + a[i] * t);
         (position, velocity)
     }
+
+    /// A ball that lies still.
+    pub(crate) fn at_rest(start: T, position: [T; 2]) -> Self {
+        let zero = [T::from(0.0); 2];
+        Self { start, position, velocity: zero, acceleration: zero, rolls: true }
+    }
+
+    /// x and y as polynomials A + Bu + Cu² in u = (t − centre)/scale.
+    pub(crate) fn about(&self, centre: f64, scale: f64) -> [[T; 3]; 2] {
+        let t = -self.start + centre;
+        [0, 1].map(|i| {
+            let (p, v, a) = (self.position[i], self.velocity[i], self.acceleration[i]);
+            // p + v t + a t²/2, its derivative and half its second derivative
+            [p + (v + a * t * 0.5) * t, (v + a * t) * scale, a * (0.5 * scale * scale)]
+        })
+    }
 }
 
 /// The way of a ball after an impact.
 #[derive(Clone, Debug)]
-pub struct Path<T>(Vec<Segment<T>>);
+pub struct Path<T>(Vec<Stretch<T>>);
 
 impl<T: Number> Path<T> {
     /// After an impact: flight with its bounces, sliding, rolling to the end.
@@ -97,7 +113,7 @@ impl<T: Number> Path<T> {
         // what of the slip an impulse on the ball removes: Δs = (1 + ν)/ν Δv
         let lever = (1.0 + inertia) / inertia;
         while up.re() > LEAST_REBOUND && path.len() < MOST_FLIGHTS {
-            let flight = Segment { start: time, position, velocity, acceleration: [zero; 2], rolls: false };
+            let flight = Stretch { start: time, position, velocity, acceleration: [zero; 2], rolls: false };
             path.push(flight);
             // 2V_z/g in the air
             time += up * (2.0 / GRAVITY);
@@ -132,7 +148,7 @@ impl<T: Number> Path<T> {
                 continue;
             }
             let acceleration = slip.map(|s| -s / speed * friction);
-            let sliding = Segment { start: time, position, velocity, acceleration, rolls: false };
+            let sliding = Stretch { start: time, position, velocity, acceleration, rolls: false };
             path.push(sliding);
             // s falls by (1 + ν)/ν times the friction
             let until_rolling = speed / (friction * lever);
@@ -150,7 +166,7 @@ impl<T: Number> Path<T> {
             time += speed / (cloth.rolling * GRAVITY);
             let (position, _) = last.at(time);
             let (velocity, acceleration) = ([zero; 2], [zero; 2]);
-            path.push(Segment { start: time, position, velocity, acceleration, rolls: true });
+            path.push(Stretch { start: time, position, velocity, acceleration, rolls: true });
         }
         Self(path)
     }
@@ -160,13 +176,13 @@ impl<T: Number> Path<T> {
     pub fn before(launch: &Launch<T>, cloth: &Cloth<T>) -> Self {
         let Launch { time, position, velocity, slip, .. } = *launch;
         let speed = norm(slip);
-        let segment = if speed.re() > SLIPS * norm(velocity).re() {
+        let stretch = if speed.re() > SLIPS * norm(velocity).re() {
             let acceleration = slip.map(|s| -s / speed * cloth.sliding * GRAVITY);
-            Segment { start: time, position, velocity, acceleration, rolls: false }
+            Stretch { start: time, position, velocity, acceleration, rolls: false }
         } else {
             rolling(time, position, velocity, cloth)
         };
-        Self(vec![segment])
+        Self(vec![stretch])
     }
 
     /// Position at a time, metres.
@@ -175,9 +191,18 @@ impl<T: Number> Path<T> {
         self.at(time).0
     }
 
+    /// The stretches of the path, each with the instant when it begins and that when the next one does; the first one reaches
+    /// back as far as is asked for.
+    pub(crate) fn stretches(&self) -> impl Iterator<Item = (&Stretch<T>, [f64; 2])> {
+        self.0.iter().enumerate().map(|(i, stretch)| {
+            let from = if i == 0 { f64::NEG_INFINITY } else { stretch.start.re() };
+            (stretch, [from, self.0.get(i + 1).map_or(f64::INFINITY, |next| next.start.re())])
+        })
+    }
+
     /// Position and velocity at a time.
     fn at(&self, time: f64) -> ([T; 2], [T; 2]) {
-        let index = self.0.iter().rposition(|segment| segment.start.re() <= time).unwrap_or(0);
+        let index = self.0.iter().rposition(|stretch| stretch.start.re() <= time).unwrap_or(0);
         self.0[index].at(T::from(time))
     }
 }
@@ -195,11 +220,11 @@ impl<T: Number> Path<T> {
             change[1] += (to[0] - from[0]) * factor;
         };
         let mut velocity = self.0[0].velocity;
-        for (i, segment) in self.0.iter().enumerate().filter(|(i, s)| *i == 0 || s.start.re() <= time) {
-            add(velocity, segment.velocity, false);
+        for (i, stretch) in self.0.iter().enumerate().filter(|(i, s)| *i == 0 || s.start.re() <= time) {
+            add(velocity, stretch.velocity, false);
             let next = self.0.get(i + 1).filter(|next| next.start.re() <= time);
-            let (_, then) = segment.at(next.map_or(T::from(time), |next| next.start));
-            add(segment.velocity, then, segment.rolls);
+            let (_, then) = stretch.at(next.map_or(T::from(time), |next| next.start));
+            add(stretch.velocity, then, stretch.rolls);
             velocity = then;
         }
         change
@@ -209,12 +234,12 @@ impl<T: Number> Path<T> {
 /// A slip of this part of the speed is the rounding of a natural roll.
 const SLIPS: f64 = 1e-6;
 
-fn rolling<T: Number>(start: T, position: [T; 2], velocity: [T; 2], cloth: &Cloth<T>) -> Segment<T> {
+fn rolling<T: Number>(start: T, position: [T; 2], velocity: [T; 2], cloth: &Cloth<T>) -> Stretch<T> {
     let speed = norm(velocity);
     let zero = T::from(0.0);
     let acceleration =
         if speed.re() > 0.0 { velocity.map(|v| -v / speed * cloth.rolling * GRAVITY) } else { [zero; 2] };
-    Segment { start, position, velocity, acceleration, rolls: true }
+    Stretch { start, position, velocity, acceleration, rolls: true }
 }
 
 fn norm<T: Number>(v: [T; 2]) -> T {

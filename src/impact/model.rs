@@ -5,7 +5,7 @@ use num_dual::{Dual64, DualSVec64};
 
 use super::grid;
 use crate::ball::{Ball, BallState, Vec3};
-use crate::cloth::{Cloth, Launch, Number, Path};
+use crate::cloth::{Cloth, Launch, Number, Path, Stretch};
 use crate::dataset::Spin;
 use crate::track::{Sample, TrackShot, TrackedBall};
 
@@ -268,6 +268,18 @@ impl<T: Number> Motion<T> {
             object,
             object_after: Path::after(&launch(object, ball), cloth),
         }
+    }
+
+    /// The stretches of the cue ball's path, then of the object ball's, each with the instants between which it holds.
+    pub(super) fn stretches(&self) -> [Vec<(Stretch<T>, [f64; 2])>; 2] {
+        let lies = Stretch::at_rest(T::from(self.time), self.object);
+        let before = |stretch: Stretch<T>| (stretch, [f64::NEG_INFINITY, self.time]);
+        let after = |(stretch, [from, to]): (&Stretch<T>, [f64; 2])| (*stretch, [from.max(self.time), to]);
+        let cue = self.cue_before.stretches().map(|(stretch, _)| before(*stretch));
+        [
+            cue.chain(self.cue_after.stretches().map(after)).collect(),
+            std::iter::once(before(lies)).chain(self.object_after.stretches().map(after)).collect(),
+        ]
     }
 
     pub(super) fn cue(&self, time: f64) -> [T; 2] {

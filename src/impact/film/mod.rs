@@ -5,10 +5,12 @@
 //!
 //! - Golub, G. and Pereyra, V. (1973), SIAM J. Numer. Anal. 10, 413–432: variable projection.
 
+mod moments;
 mod normal;
 pub(super) mod settle;
 
 use nalgebra::{Matrix3, SMatrix, SVector, Vector3};
+use moments::Moments;
 use normal::Normal;
 use num_dual::DualSVec64;
 
@@ -90,8 +92,8 @@ pub type Own = SVector<f64, { OWN + SPIN }>;
 /// The frames of one shot.
 #[derive(Clone, Debug)]
 pub struct Film {
-    cue: Vec<Frame>,
-    object: Vec<Frame>,
+    cue: Moments,
+    object: Moments,
     /// How many of their coordinates tell something of their own.
     independent: usize,
     scene: ModelScene,
@@ -172,8 +174,8 @@ impl Film {
         });
         let all = || shot.cue.iter().chain(&shot.object);
         Self {
-            cue: frames(used.cue),
-            object: frames(used.object),
+            cue: Moments::new(frames(used.cue), start[0]),
+            object: Moments::new(frames(used.object), start[0]),
             independent,
             scene: ModelScene::of(impact.spin, scene),
             start,
@@ -204,8 +206,8 @@ impl Film {
             spins.map(|(spin, sd)| Some(Seen { spin, whitening: Matrix3::from_diagonal_element(sd.recip()) }))
         });
         Self {
-            cue: frames(&shot.cue),
-            object: frames(&shot.object),
+            cue: Moments::new(frames(&shot.cue), time),
+            object: Moments::new(frames(&shot.object), time),
             independent: 2 * (shot.cue.len() + shot.object.len()),
             scene: ModelScene::of(spin, scene),
             start,
@@ -248,12 +250,9 @@ impl Film {
         let (motion, after) =
             self.motion(&duals[..OWN], (spins, roll), &shared, |inputs| collide(collision, inputs))?;
         let mut normal = Normal::<N>::zero();
-        for (frames, ball) in [(&self.cue, true), (&self.object, false)] {
-            for frame in frames {
-                let predicted = if ball { motion.cue(frame.t) } else { motion.object(frame.t) };
-                for (i, predicted) in predicted.into_iter().enumerate() {
-                    normal.add((predicted - frame.position[i]) * frame.weight[i]);
-                }
+        for (frames, path) in [&self.cue, &self.object].into_iter().zip(motion.stretches()) {
+            for (stretch, during) in path {
+                frames.add_to(&mut normal, &stretch, during);
             }
         }
         if let (Some(spin), Some((mean, sd))) = (spins, self.spin) {

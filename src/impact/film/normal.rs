@@ -31,6 +31,33 @@ impl<const N: usize> Normal<N> {
         }
     }
 
+    /// Adds χ² = Q − 2c·Y + cᵀMc of the frames of one stretch of a path, with M the matrix of S_(i+k).
+    pub(super) fn add_stretch(&mut self, c: &[DualSVec64<N>; 3], s: &[f64; 5], y: &[f64; 3], q: f64) {
+        self.square += q;
+        for i in 0..3 {
+            // Mc − Y
+            let pull = s[i] * c[0].re + s[i + 1] * c[1].re + s[i + 2] * c[2].re - y[i];
+            self.square += c[i].re * (pull - y[i]);
+            let Some(by_i) = &c[i].eps.0 else { continue };
+            self.gradient.axpy(pull, by_i, 1.0);
+            // DᵀMD, a row of D at a time
+            let mut weighted = SVector::<f64, N>::zeros();
+            for (k, c) in c.iter().enumerate() {
+                if let Some(by_k) = &c.eps.0 {
+                    weighted.axpy(s[i + k], by_k, 1.0);
+                }
+            }
+            self.matrix.ger(1.0, &weighted, by_i, 1.0);
+        }
+    }
+
+    /// The largest difference of the entries of JᵀJ, as part of the largest.
+    #[cfg(test)]
+    pub(super) fn differs_from(&self, other: &Self) -> f64 {
+        let lower = |m: &SMatrix<f64, N, N>| m.lower_triangle();
+        (lower(&self.matrix) - lower(&other.matrix)).amax() / lower(&other.matrix).amax()
+    }
+
     /// The shared parameters held, and those from `held` on: 0 in the gradient…
     pub(super) fn own_gradient(&self, held: usize) -> SVector<f64, N> {
         let from = held.min(N - SHARED);
