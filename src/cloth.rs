@@ -82,12 +82,6 @@ impl<T: Number> Stretch<T> {
         (position, velocity)
     }
 
-    /// A ball that lies still.
-    pub(crate) fn at_rest(start: T, position: [T; 2]) -> Self {
-        let zero = [T::from(0.0); 2];
-        Self { start, position, velocity: zero, acceleration: zero, rolls: true }
-    }
-
     /// x and y as polynomials A + Bu + Cu² in u = (t − centre)/scale.
     pub(crate) fn about(&self, centre: f64, scale: f64) -> [[T; 3]; 2] {
         let t = -self.start + centre;
@@ -183,6 +177,14 @@ impl<T: Number> Path<T> {
             rolling(time, position, velocity, cloth)
         };
         Self(vec![stretch])
+    }
+
+    /// Before an impact, of a ball that lies still.
+    #[must_use]
+    pub fn at_rest(launch: &Launch<T>) -> Self {
+        let (velocity, acceleration) = ([T::from(0.0); 2], [T::from(0.0); 2]);
+        let Launch { time: start, position, .. } = *launch;
+        Self(vec![Stretch { start, position, velocity, acceleration, rolls: true }])
     }
 
     /// Position at a time, metres.

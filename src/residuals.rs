@@ -9,7 +9,7 @@ use std::cell::RefCell;
 use std::sync::Arc;
 
 use argmin::core::{Error, Jacobian, Operator};
-use nalgebra::{DMatrix, DVector};
+use nalgebra::{DMatrix, DVector, SVector};
 use rayon::prelude::*;
 
 use crate::collision::{Coefficients, Model};
@@ -51,8 +51,16 @@ pub struct Problem<'a> {
     pub whitening: &'a Whitening,
     /// The last point, since the optimiser asks for the Jacobian where it just asked for residuals.
     last: RefCell<Option<Point>>,
-    /// The least χ² of frames met, and where the own unknowns of all shots were: from there they are looked for.
-    best: RefCell<(f64, Vec<film::Own>)>,
+    /// Where χ² of the frames was least so far: from there the own unknowns of the shots are looked for.
+    best: RefCell<Best>,
+}
+
+/// All shots at some shared parameters.
+struct Best {
+    chi2: f64,
+    shared: SVector<f64, { film::SHARED }>,
+    /// None before the first evaluation.
+    shots: Vec<Reduced>,
 }
 
 struct Point {
@@ -79,7 +87,7 @@ impl<'a> Problem<'a> {
             held,
             whitening,
             last: RefCell::new(None),
-            best: RefCell::new((f64::INFINITY, Vec::new())),
+            best: RefCell::new(Best { chi2: f64::INFINITY, shared: SVector::zeros(), shots: Vec::new() }),
         }
     }
 
@@ -98,18 +106,21 @@ impl<'a> Problem<'a> {
         let count = frames + self.priors().count() + CLOTH_UNKNOWNS;
         let mut residuals = DVector::zeros(count);
         let mut jacobian = DMatrix::zeros(count, own + CLOTH_UNKNOWNS);
+        let at = SVector::from(shared);
         let best = self.best.borrow();
-        let (least, starts) = (best.0, best.1.as_slice());
+        let (moved, near) = (at - best.shared, best.shots.as_slice());
         let reduced = |(i, shot): (usize, &Fitted)| {
             let film = shot.film.as_ref()?;
-            film.reduced(&shot.plan.collision(&model), &shared, starts.get(i).unwrap_or(&film.start))
+            let start = near.get(i).map_or(film.start, |found| film.start_after(found, &moved));
+            film.reduced(&shot.plan.collision(&model), &shared, &start)
         };
         let all: Vec<Option<Reduced>> = self.shots.par_iter().enumerate().map(reduced).collect();
-        let square: f64 = all.iter().map(|r| r.as_ref().map_or(f64::INFINITY, Reduced::chi2)).sum();
-        let better = square < least;
+        let chi2: f64 = all.iter().map(|r| r.as_ref().map_or(f64::INFINITY, Reduced::chi2)).sum();
+        let better = chi2 < best.chi2;
         drop(best);
         if better {
-            *self.best.borrow_mut() = (square, all.iter().flatten().map(|r| r.own).collect());
+            let shots = all.iter().flatten().copied().collect();
+            *self.best.borrow_mut() = Best { chi2, shared: at, shots };
         }
         let columns = self.free.iter().map(|parameter| *parameter as usize);
         let columns: Vec<usize> = columns.chain([film::SHARED - 2, film::SHARED - 1]).collect();

@@ -5,14 +5,15 @@ use nalgebra::{Matrix2, Vector2};
 use rayon::prelude::*;
 use statrs::distribution::{ChiSquared, ContinuousCDF, FisherSnedecor};
 
-use super::profile::{Ray, Slice};
+use super::profile::{EDGE, Ray, Slice};
 use super::uncertainty::{Minimum, covariance};
 use crate::parameters::Parameter;
+use crate::residuals::are_filmed;
 
 /// The regions that are drawn: they hold the true pair with this probability.
 pub const LEVELS: [f64; 2] = [0.68, 0.95];
 
-/// Strips of a region, and with so many shots that each takes long.
+/// Strips of a region, and where each takes long: with many shots, or where frames are fitted.
 const STRIPS: usize = 25;
 const MANY_SHOTS: usize = 1000;
 const FEWER_STRIPS: usize = 9;
@@ -100,11 +101,12 @@ fn edge(
 ) -> Option<Vec<[f64; 2]>> {
     let from = (&minimum.x, minimum.cost);
     let end = |sign: f64| {
-        let ray = Ray { slice, from, lowest: minimum.cost, column: i, sign };
+        let ray = Ray { slice, from, lowest: minimum.cost, column: i, sign, precision: EDGE };
         Some(ray.value(ray.reach(t, t * root[(0, 0)])?.0))
     };
     let (low, high) = (end(-1.0)?, end(1.0)?);
-    let strips = if slice.search.fitted.len() > MANY_SHOTS { FEWER_STRIPS } else { STRIPS };
+    let fitted = slice.search.fitted;
+    let strips = if fitted.len() > MANY_SHOTS || are_filmed(fitted) { FEWER_STRIPS } else { STRIPS };
     let strip = |k: usize| {
         // closer at the ends, where the region is round
         let part = 0.5 * (1.0 - (std::f64::consts::PI * k as f64 / (strips - 1) as f64).cos());
@@ -113,7 +115,14 @@ fn edge(
         let held = slice.holding(&[(i, first)]);
         let left = (t * t - 2.0 * (cost - minimum.cost)).max(0.0).sqrt();
         let end = |sign: f64| {
-            let ray = Ray { slice: &held, from: (&x, cost), lowest: minimum.cost, column: j, sign };
+            let ray = Ray {
+                slice: &held,
+                from: (&x, cost),
+                lowest: minimum.cost,
+                column: j,
+                sign,
+                precision: EDGE,
+            };
             Some(ray.value(ray.reach(t, (left * root[(1, 1)]).max(TINY * t * root[(1, 1)]))?.0))
         };
         Some([[first, end(-1.0)?], [first, end(1.0)?]])

@@ -9,14 +9,19 @@ use super::uncertainty::{Minimum, Quantiles};
 use super::{Estimate, Status, kink};
 use crate::optimise::{Constraints, Options};
 use crate::parameters::Parameter;
-use crate::residuals::Problem;
+use crate::residuals::{Problem, are_filmed};
 use crate::whitening::Whitening;
 
 /// χ² at a given point of a profile needs no more than this: it errs by the square.
 const QUICK: Options = Options { max_iterations: 100, orthogonality: 1e-6 };
 
-/// An end of an interval is found to this part of its distance from the estimate.
+/// That of frames is the sum of thousands of squares, each about 1, so that 1e-3 of its root is a twentieth of a standard error.
+const QUICK_OF_FRAMES: Options = Options { max_iterations: 100, orthogonality: 1e-3 };
+
+/// An end of an interval is found to this part of its distance from the estimate…
 const END: f64 = 1e-3;
+/// …and the edge of a region that is drawn to this, less than a pixel of most pictures.
+pub(super) const EDGE: f64 = 1e-2;
 
 /// Evaluations for one end; a smooth profile takes two or three.
 const MAX_TRIALS: usize = 40;
@@ -60,7 +65,8 @@ impl<'a> Slice<'a> {
             let cost = 0.5 * residuals.norm_squared();
             return cost.is_finite().then_some((start, cost));
         }
-        let (solution, _) = kink::minimise(&slice, &start, &QUICK).ok()?;
+        let quick = if are_filmed(slice.search.fitted) { QUICK_OF_FRAMES } else { QUICK };
+        let (solution, _) = kink::minimise(&slice, &start, &quick).ok()?;
         Some((solution.x, solution.cost))
     }
 }
@@ -85,7 +91,7 @@ pub(super) fn intervals(
         let mut end = |side: usize, t: f64| {
             let sign = if side == 0 { -1.0 } else { 1.0 };
             let from = (&minimum.x, minimum.cost);
-            let ray = Ray { slice, from, lowest: minimum.cost, column, sign };
+            let ray = Ray { slice, from, lowest: minimum.cost, column, sign, precision: END };
             let (reach, cost) = ray.reach(t, first(side))?;
             lowest = lowest.min(cost);
             Some(ray.value(reach))
@@ -111,6 +117,8 @@ pub(super) struct Ray<'a> {
     pub column: usize,
     /// Up or down.
     pub sign: f64,
+    /// To which part of its distance an end is found.
+    pub precision: f64,
 }
 
 impl Ray<'_> {
@@ -155,7 +163,7 @@ impl Ray<'_> {
                 }
                 None => f64::INFINITY,
             };
-            if (rise - t).abs() <= END * t {
+            if (rise - t).abs() <= self.precision * t {
                 return Some((trial, lowest));
             }
             if rise < t {
@@ -169,7 +177,7 @@ impl Ray<'_> {
             trial = match outside {
                 None => ((t / inside.1).clamp(1.05, 3.0) * inside.0).min(limit),
                 Some((far, rise)) => {
-                    if far - inside.0 <= END * far {
+                    if far - inside.0 <= self.precision * far {
                         // a cliff
                         return Some((inside.0, lowest));
                     }

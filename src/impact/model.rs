@@ -5,7 +5,7 @@ use num_dual::{Dual64, DualSVec64};
 
 use super::grid;
 use crate::ball::{Ball, BallState, Vec3};
-use crate::cloth::{Cloth, Launch, Number, Path, Stretch};
+use crate::cloth::{Cloth, Launch, Number, Path};
 use crate::dataset::Spin;
 use crate::track::{Sample, TrackShot, TrackedBall};
 
@@ -188,6 +188,45 @@ pub(super) struct Meeting<T> {
     pub distance: T,
 }
 
+/// Both balls at the impact, table frame: the cue ball just before it, and both just after it.
+pub(super) struct Launches<T> {
+    pub before: Launch<T>,
+    pub cue: Launch<T>,
+    pub object: Launch<T>,
+}
+
+impl<T: Number> Launches<T> {
+    /// From the states just before and just after the impact in the collision frame; after it of the cue ball, then of the
+    /// object ball.
+    pub(super) fn new(
+        scene: &Scene,
+        meeting: &Meeting<T>,
+        before: &Side<T>,
+        [cue, ball]: [&Side<T>; 2],
+    ) -> Self {
+        let zero = T::from(0.0);
+        let Meeting { time, normal: [cos, sin], object, distance } = *meeting;
+        let to_table = |v: [T; 2]| [v[0] * cos - v[1] * sin, v[0] * sin + v[1] * cos];
+        let contact = [object[0] - cos * distance, object[1] - sin * distance];
+        let launch = |position, side: &Side<T>| Launch {
+            time,
+            position,
+            velocity: to_table(side.velocity),
+            slip: to_table(side.slip),
+            up: side.up,
+            inertia: scene.ball.inertia,
+        };
+        let slips = before.slip[0].re().hypot(before.slip[1].re());
+        let least = match scene.spin {
+            // that it does not roll is what is assumed
+            Spin::Unknown => 0.0,
+            _ => scene.rolls_within + ROLLS_PART * before.velocity[0].re().hypot(before.velocity[1].re()),
+        };
+        let before = if slips < least { Side { slip: [zero; 2], ..*before } } else { *before };
+        Self { before: launch(contact, &before), cue: launch(contact, cue), object: launch(object, ball) }
+    }
+}
+
 impl<T: Number> Motion<T> {
     pub(super) fn new(scene: &Scene, z: &[T; COUNT]) -> Self {
         let Ball { radius, inertia, .. } = scene.ball;
@@ -235,51 +274,21 @@ impl<T: Number> Motion<T> {
     }
 
     /// The paths from the states just before and after the impact: of the cue ball, then of the object ball.
-    pub(super) fn between(
+    fn between(
         scene: &Scene,
         meeting: &Meeting<T>,
         before: &Side<T>,
-        [cue, ball]: [&Side<T>; 2],
+        after: [&Side<T>; 2],
         cloth: &Cloth<T>,
     ) -> Self {
-        let zero = T::from(0.0);
-        let Meeting { time, normal: [cos, sin], object, distance } = *meeting;
-        let to_table = |v: [T; 2]| [v[0] * cos - v[1] * sin, v[0] * sin + v[1] * cos];
-        let contact = [object[0] - cos * distance, object[1] - sin * distance];
-        let launch = |position, side: &Side<T>| Launch {
-            time,
-            position,
-            velocity: to_table(side.velocity),
-            slip: to_table(side.slip),
-            up: side.up,
-            inertia: scene.ball.inertia,
-        };
-        let slips = before.slip[0].re().hypot(before.slip[1].re());
-        let least = match scene.spin {
-            // that it does not roll is what is assumed
-            Spin::Unknown => 0.0,
-            _ => scene.rolls_within + ROLLS_PART * before.velocity[0].re().hypot(before.velocity[1].re()),
-        };
-        let before = if slips < least { Side { slip: [zero; 2], ..*before } } else { *before };
+        let Launches { before, cue, object } = Launches::new(scene, meeting, before, after);
         Self {
-            time: time.re(),
-            cue_before: Path::before(&launch(contact, &before), cloth),
-            cue_after: Path::after(&launch(contact, cue), cloth),
-            object,
-            object_after: Path::after(&launch(object, ball), cloth),
+            time: meeting.time.re(),
+            cue_before: Path::before(&before, cloth),
+            cue_after: Path::after(&cue, cloth),
+            object: meeting.object,
+            object_after: Path::after(&object, cloth),
         }
-    }
-
-    /// The stretches of the cue ball's path, then of the object ball's, each with the instants between which it holds.
-    pub(super) fn stretches(&self) -> [Vec<(Stretch<T>, [f64; 2])>; 2] {
-        let lies = Stretch::at_rest(T::from(self.time), self.object);
-        let before = |stretch: Stretch<T>| (stretch, [f64::NEG_INFINITY, self.time]);
-        let after = |(stretch, [from, to]): (&Stretch<T>, [f64; 2])| (*stretch, [from.max(self.time), to]);
-        let cue = self.cue_before.stretches().map(|(stretch, _)| before(*stretch));
-        [
-            cue.chain(self.cue_after.stretches().map(after)).collect(),
-            std::iter::once(before(lies)).chain(self.object_after.stretches().map(after)).collect(),
-        ]
     }
 
     pub(super) fn cue(&self, time: f64) -> [T; 2] {

@@ -5,19 +5,20 @@
 //!
 //! - Golub, G. and Pereyra, V. (1973), SIAM J. Numer. Anal. 10, 413–432: variable projection.
 
+mod local;
 mod moments;
 mod normal;
 pub(super) mod settle;
 
-use nalgebra::{Matrix3, SMatrix, SVector, Vector3};
 use moments::Moments;
+use nalgebra::{Matrix3, SMatrix, SVector, Vector3};
 use normal::Normal;
 use num_dual::DualSVec64;
 
-use super::model::{Frames, Meeting, Motion, Scene as ModelScene, Side, unknown};
+use super::model::{Frames, Launches, Meeting, Scene as ModelScene, Side, unknown};
 use super::{Impact, Scene, fit, model};
 use crate::ball::{BallState, Vec3};
-use crate::cloth::{Cloth, Number};
+use crate::cloth::{Launch, Number, Path};
 use crate::collision::{Coefficients, Corrected, Input};
 use crate::dataset::Spin;
 use crate::track::{Sample, TrackShot};
@@ -89,6 +90,9 @@ pub struct Known {
 /// A shot's own unknowns; those that a shot does not have are 0.
 pub type Own = SVector<f64, { OWN + SPIN }>;
 
+/// How these follow the shared parameters where χ² of the shot is least.
+pub type OwnByShared = SMatrix<f64, { OWN + SPIN }, SHARED>;
+
 /// The frames of one shot.
 #[derive(Clone, Debug)]
 pub struct Film {
@@ -118,6 +122,8 @@ pub struct Reduced {
     pub jacobian: SMatrix<f64, ROWS, SHARED>,
     /// Where its own unknowns are.
     pub own: Own,
+    /// Their derivatives by the shared parameters, as far as these are small.
+    pub own_by_shared: OwnByShared,
 }
 
 impl Reduced {
@@ -247,14 +253,23 @@ impl Film {
         let roll = if N == UNKNOWN { duals[OWN] } else { DualSVec64::from_re(0.0) };
         let spins = (N == MEASURED).then(|| [duals[OWN], duals[OWN + 1], duals[OWN + 2]]);
         let shared: [DualSVec64<N>; SHARED] = std::array::from_fn(|i| duals[own + i]);
-        let (motion, after) =
-            self.motion(&duals[..OWN], (spins, roll), &shared, |inputs| collide(collision, inputs))?;
+        let (Launches { before, cue, object }, after) =
+            self.launches(&duals[..OWN], (spins, roll), &shared, |inputs| collide(collision, inputs))?;
+        let [.., sliding, rolling] = shared;
+        let cloth = [sliding, rolling];
+        let time = before.time.re;
         let mut normal = Normal::<N>::zero();
-        for (frames, path) in [&self.cue, &self.object].into_iter().zip(motion.stretches()) {
-            for (stretch, during) in path {
-                frames.add_to(&mut normal, &stretch, during);
-            }
-        }
+        let mut add =
+            |frames: &Moments, launch: &Launch<DualSVec64<N>>, path: fn(&_, &_) -> Path<_>, during| {
+                let (own, own_cloth) = local::launch(launch, [sliding.re, rolling.re, self.scene.bounce]);
+                let sums = frames.along(&path(&own, &own_cloth), during);
+                normal.add_path(&sums, &local::by_unknowns(launch, &cloth));
+            };
+        let (until, from) = ([f64::NEG_INFINITY, time], [time, f64::INFINITY]);
+        add(&self.cue, &before, Path::before, until);
+        add(&self.cue, &cue, Path::after, from);
+        add(&self.object, &object, |launch, _| Path::at_rest(launch), until);
+        add(&self.object, &object, Path::after, from);
         if let (Some(spin), Some((mean, sd))) = (spins, self.spin) {
             for (i, component) in spin.into_iter().enumerate() {
                 normal.add((component - mean[i]) / sd[i]);
@@ -274,14 +289,14 @@ impl Film {
         normal.square.is_finite().then_some(normal)
     }
 
-    /// The paths of both balls, and their spins just after the impact in the table frame.
-    fn motion<T: Number>(
+    /// Both balls at the impact, and their spins just after it in the table frame.
+    fn launches<T: Number>(
         &self,
         own: &[T],
         (spin, roll): (Option<[T; SPIN]>, T),
         shared: &[T; SHARED],
         collide: impl FnOnce(&[T; 8]) -> Option<[T; 12]>,
-    ) -> Option<(Motion<T>, [[T; SPIN]; 2])> {
+    ) -> Option<(Launches<T>, [[T; SPIN]; 2])> {
         let zero = T::from(0.0);
         let radius = self.scene.ball.radius;
         let (sin, cos) = own[3].sin_cos();
@@ -292,7 +307,7 @@ impl Film {
             Some(spin) => to_frame(spin),
             None => self.scene.spin([cos, sin], before, roll),
         };
-        let [mu, mu_s, e, sliding, rolling] = *shared;
+        let [mu, mu_s, e, ..] = *shared;
         let mut inputs = [zero; 8];
         for (input, value) in [
             (Input::Mu, mu),
@@ -317,11 +332,10 @@ impl Film {
             object: [own[1], own[2]],
             distance: T::from(2.0 * radius),
         };
-        let cloth = Cloth { sliding, rolling, bounce: T::from(self.scene.bounce) };
         let before = Side::new(before, [spin[0], spin[1]], zero, radius);
-        let motion = Motion::between(&self.scene, &meeting, &before, [&side(0), &side(6)], &cloth);
+        let launches = Launches::new(&self.scene, &meeting, &before, [&side(0), &side(6)]);
         let spins = [3, 9].map(|first| to_table([after[first], after[first + 1], after[first + 2]]));
-        Some((motion, spins))
+        Some((launches, spins))
     }
 }
 

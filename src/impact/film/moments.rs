@@ -13,12 +13,11 @@
 //!
 //! A path is continuous where stretches meet, so that the instants of the events need no derivative of their own.
 
-use nalgebra::{Matrix3, Vector3};
-use num_dual::DualSVec64;
+use nalgebra::{Matrix3, SMatrix, SVector, Vector3};
 
 use super::Frame;
-use super::normal::Normal;
-use crate::cloth::Stretch;
+use super::local::{FIRST, LOCAL, Local};
+use crate::cloth::Path;
 
 /// Sums are stored after each so many frames and completed from the frames, which keeps large data sets small.
 const BLOCK: usize = 8;
@@ -146,67 +145,109 @@ impl Moments {
         self.0.iter().map(|part| part.frames.len()).sum()
     }
 
-    /// Adds what the frames of one stretch of the path say, those at instants in [from, to).
-    pub(super) fn add_to<const N: usize>(
-        &self,
-        normal: &mut Normal<N>,
-        stretch: &Stretch<DualSVec64<N>>,
-        [from, to]: [f64; 2],
-    ) {
-        for part in &self.0 {
-            let [first, end] = [from, to].map(|time| part.before(time));
-            if first >= end {
-                continue;
-            }
-            let (skipped, until) = (part.first(first), part.first(end));
-            let path = stretch.about(part.centre, part.scale);
-            for axis in 0..2 {
-                let sums = until[axis].without(&skipped[axis]);
-                let c = [0, 1, 2].map(|k| path[axis][k] - part.reference[axis][k]);
-                normal.add_stretch(&c, &sums.s, &sums.y, sums.q);
+    /// What the frames at instants in [from, to) say of a path.
+    pub(super) fn along(&self, path: &Path<Local>, [from, to]: [f64; 2]) -> Along {
+        let mut sums = Along { square: 0.0, gradient: SVector::zeros(), matrix: SMatrix::zeros() };
+        for (stretch, [begins, ends]) in path.stretches() {
+            for part in &self.0 {
+                let [first, end] = [from.max(begins), to.min(ends)].map(|time| part.before(time));
+                if first >= end {
+                    continue;
+                }
+                let (skipped, until) = (part.first(first), part.first(end));
+                let polynomial = stretch.about(part.centre, part.scale);
+                for axis in 0..2 {
+                    let of_frames = until[axis].without(&skipped[axis]);
+                    sums.add(axis, &polynomial[axis], (&part.reference[axis], part.scale), &of_frames);
+                }
             }
         }
+        sums
+    }
+}
+
+/// χ² of frames along a path, and Jᵀr and JᵀJ by what the path starts with.
+pub(super) struct Along {
+    pub square: f64,
+    pub gradient: SVector<f64, LOCAL>,
+    pub matrix: SMatrix<f64, LOCAL, LOCAL>,
+}
+
+impl Along {
+    /// Adds a stretch of the path: a polynomial of x (`axis` 0) or y in u = (t − T)/h, what ŷ is there with h, and the sums over
+    /// the frames.
+    fn add(
+        &mut self,
+        axis: usize,
+        polynomial: &[Local; 3],
+        (reference, scale): (&[f64; 3], f64),
+        Sums { s, y, q }: &Sums,
+    ) {
+        let [_, b, c] = polynomial;
+        let mut by = SMatrix::<f64, 3, LOCAL>::zeros();
+        // later by δ: p(t − δ), so that ∂p/∂δ = −(B + 2Cu)/h
+        by[(0, 0)] = -b.re / scale;
+        by[(1, 0)] = -2.0 * c.re / scale;
+        by[(0, 1 + axis)] = 1.0;
+        for (k, coefficient) in polynomial.iter().enumerate() {
+            if let Some(derivatives) = &coefficient.eps.0 {
+                by.fixed_view_mut::<1, { LOCAL - FIRST }>(k, FIRST).copy_from(&derivatives.transpose());
+            }
+        }
+        let c = Vector3::from_fn(|k, _| polynomial[k].re - reference[k]);
+        let moments = Matrix3::from_fn(|i, k| s[i + k]);
+        let y = Vector3::from(*y);
+        // χ² = Q − 2c·Y + cᵀMc, its halved derivatives Dᵀ(Mc − Y) and DᵀMD
+        let pull = moments * c - y;
+        self.square += q + c.dot(&(pull - y));
+        self.gradient.gemv_tr(1.0, &by, &pull, 1.0);
+        self.matrix.gemm_tr(1.0, &by, &(moments * by), 1.0);
     }
 }
 
 #[cfg(test)]
 mod tests {
+    use num_dual::DualSVec64;
+
+    use super::super::{local, normal::Normal};
     use super::*;
-    use crate::cloth::{Cloth, Launch, Path};
+    use crate::cloth::{Cloth, Launch};
 
     /// Sums of some hundred terms that are as large as (10 mm / 0.1 mm)², in χ² and its derivatives.
     const ROUNDING: f64 = 1e-10;
 
-    /// A lifted ball that bounces, slides and rolls, with derivatives by a velocity, the slip, the rise and the instant.
-    fn path(frame_rate: f64) -> (Path<DualSVec64<4>>, Vec<Frame>) {
-        let unknown = |i, value| DualSVec64::<4>::from_re(value).derivative(i);
-        let plain = DualSVec64::<4>::from_re;
+    type Dual = DualSVec64<6>;
+
+    /// A lifted ball that bounces, slides and rolls, with derivatives by a velocity, the slip, the rise, the instant, a
+    /// coordinate and μ_k.
+    fn start() -> (Launch<Dual>, Cloth<Dual>) {
+        let unknown = |i, value| Dual::from_re(value).derivative(i);
         let launch = Launch {
             time: unknown(3, 0.01),
-            position: [plain(0.1), plain(-0.2)],
-            velocity: [unknown(0, 1.5), plain(-0.4)],
-            slip: [unknown(1, 0.3), plain(0.1)],
+            position: [unknown(4, 0.1), Dual::from_re(-0.2)],
+            velocity: [unknown(0, 1.5), Dual::from_re(-0.4)],
+            slip: [unknown(1, 0.3), Dual::from_re(0.1)],
             up: unknown(2, 0.06),
             inertia: 0.4,
         };
-        let cloth = Cloth { sliding: plain(0.2), rolling: plain(0.01), bounce: plain(0.5) };
-        let path = Path::after(&launch, &cloth);
-        let count = (0.3 * frame_rate) as usize;
-        let frames = (0..count).map(|i| {
-            let t = 0.01 + i as f64 / frame_rate;
-            let [x, y] = path.position(t).map(|p| p.re);
-            // no noise is as even as that of real frames; any will do
-            let off = 1e-4 * (i as f64 * 1.7).sin();
-            Frame { t, position: [x + off, y - 2.0 * off], weight: [1e4, 0.5e4] }
-        });
-        let frames = frames.collect();
-        (path, frames)
+        let cloth =
+            Cloth { sliding: unknown(5, 0.2), rolling: Dual::from_re(0.01), bounce: Dual::from_re(0.5) };
+        (launch, cloth)
     }
 
     #[test]
     fn moments_give_the_normal_equations_of_the_frames_one_by_one() {
+        let (launch, cloth) = start();
+        let path = Path::after(&launch, &cloth);
         for rate in [240.0, 1000.0, 4000.0] {
-            let (path, frames) = path(rate);
+            let frames = (0..(0.3 * rate) as usize).map(|i| {
+                let t = 0.01 + i as f64 / rate;
+                let [x, y] = path.position(t).map(|p| p.re);
+                // as uneven as noise, and the same every time
+                let off = 1e-4 * (i as f64 * 1.7).sin();
+                Frame { t, position: [x + off, y - 2.0 * off], weight: [1e4, 0.5e4] }
+            });
+            let frames: Vec<Frame> = frames.collect();
             let mut one_by_one = Normal::zero();
             for frame in &frames {
                 for (i, predicted) in path.position(frame.t).into_iter().enumerate() {
@@ -215,10 +256,10 @@ mod tests {
             }
             // the reference paths meet in the middle of a slide
             let moments = Moments::new(frames, 0.1);
+            let (own, own_cloth) = local::launch(&launch, [0.2, 0.01, 0.5]);
+            let sums = moments.along(&Path::after(&own, &own_cloth), [f64::NEG_INFINITY, f64::INFINITY]);
             let mut together = Normal::zero();
-            for (stretch, during) in path.stretches() {
-                moments.add_to(&mut together, stretch, during);
-            }
+            together.add_path(&sums, &local::by_unknowns(&launch, &[cloth.sliding, cloth.rolling]));
             assert!((together.square / one_by_one.square - 1.0).abs() < ROUNDING, "{rate}");
             let most = one_by_one.gradient.amax();
             assert!((together.gradient - one_by_one.gradient).amax() < ROUNDING * most, "{rate}");

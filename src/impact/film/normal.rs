@@ -3,6 +3,8 @@
 use nalgebra::{Cholesky, Const, SMatrix, SVector};
 use num_dual::DualSVec64;
 
+use super::local::LOCAL;
+use super::moments::Along;
 use super::{ROWS, SHARED};
 
 /// Relative to its column, a pivot below this is rounding: the shot does not depend on that parameter.
@@ -31,24 +33,11 @@ impl<const N: usize> Normal<N> {
         }
     }
 
-    /// Adds χ² = Q − 2c·Y + cᵀMc of the frames of one stretch of a path, with M the matrix of S_(i+k).
-    pub(super) fn add_stretch(&mut self, c: &[DualSVec64<N>; 3], s: &[f64; 5], y: &[f64; 3], q: f64) {
-        self.square += q;
-        for i in 0..3 {
-            // Mc − Y
-            let pull = s[i] * c[0].re + s[i + 1] * c[1].re + s[i + 2] * c[2].re - y[i];
-            self.square += c[i].re * (pull - y[i]);
-            let Some(by_i) = &c[i].eps.0 else { continue };
-            self.gradient.axpy(pull, by_i, 1.0);
-            // DᵀMD, a row of D at a time
-            let mut weighted = SVector::<f64, N>::zeros();
-            for (k, c) in c.iter().enumerate() {
-                if let Some(by_k) = &c.eps.0 {
-                    weighted.axpy(s[i + k], by_k, 1.0);
-                }
-            }
-            self.matrix.ger(1.0, &weighted, by_i, 1.0);
-        }
+    /// Adds the sums along a path, which starts with numbers that have these derivatives.
+    pub(super) fn add_path(&mut self, sums: &Along, by: &SMatrix<f64, LOCAL, N>) {
+        self.square += sums.square;
+        self.gradient.gemv_tr(1.0, by, &sums.gradient, 1.0);
+        self.matrix.gemm_tr(1.0, by, &(sums.matrix * by), 1.0);
     }
 
     /// The largest difference of the entries of JᵀJ, as part of the largest.
@@ -81,8 +70,10 @@ impl<const N: usize> Normal<N> {
         Cholesky::new(matrix)
     }
 
-    /// The own unknowns eliminated: [R r] with RᵀR the Schur complement S = A_pp − A_py A_yy⁻¹ A_yp.
-    pub(super) fn reduce(&self, held: usize) -> Option<(SVector<f64, ROWS>, SMatrix<f64, ROWS, SHARED>)> {
+    /// The own unknowns eliminated: [R r] with RᵀR the Schur complement S = A_pp − A_py A_yy⁻¹ A_yp of JᵀJ, Jᵀr and rᵀr; and
+    /// where that puts the own unknowns: the step that is left to their minimum, −A_yy⁻¹g_y, and how this follows the shared
+    /// parameters, −A_yy⁻¹A_yp.
+    pub(super) fn reduce(&self, held: usize) -> Option<Eliminated<N>> {
         let own = N - SHARED;
         let cholesky = self.own_part(0.0, held)?;
         let mut coupling = SMatrix::<f64, N, SHARED>::zeros();
@@ -93,6 +84,7 @@ impl<const N: usize> Normal<N> {
         }
         let carried = cholesky.solve(&coupling);
         let inner = self.own_gradient(held);
+        let step = cholesky.solve(&inner);
         let mut schur = SMatrix::<f64, ROWS, ROWS>::zeros();
         let mut scale = [0.0; ROWS];
         for i in 0..SHARED {
@@ -102,12 +94,21 @@ impl<const N: usize> Normal<N> {
             schur[(SHARED, i)] = self.gradient[own + i] - carried.column(i).dot(&inner);
             scale[i] = self.matrix[(own + i, own + i)];
         }
-        schur[(SHARED, SHARED)] = self.square;
+        schur[(SHARED, SHARED)] = self.square - inner.dot(&step);
         scale[SHARED] = self.square;
         let l = semidefinite(schur, &scale);
         let jacobian = l.fixed_view::<SHARED, ROWS>(0, 0).transpose();
-        Some((l.row(SHARED).transpose(), jacobian))
+        Some(Eliminated { residuals: l.row(SHARED).transpose(), jacobian, step: -step, by_shared: -carried })
     }
+}
+
+/// What is left of a shot's normal equations without its own unknowns.
+pub(super) struct Eliminated<const N: usize> {
+    pub residuals: SVector<f64, ROWS>,
+    pub jacobian: SMatrix<f64, ROWS, SHARED>,
+    /// 0 where there is no own unknown, or it is held.
+    pub step: SVector<f64, N>,
+    pub by_shared: SMatrix<f64, N, SHARED>,
 }
 
 /// L of a positive semidefinite LLᵀ, from its lower triangle; a column is 0 whose pivot is rounding beside

@@ -2,13 +2,14 @@
 
 use nalgebra::SVector;
 
-use super::normal::Normal;
-use super::{Film, KNOWN, MEASURED, OWN, Own, Reduced, SHARED, UNKNOWN};
+use super::normal::{Eliminated, Normal};
+use super::{Film, KNOWN, MEASURED, OWN, Own, OwnByShared, Reduced, SHARED, UNKNOWN};
 use crate::collision::{Coefficients, Corrected};
 use crate::impact::{LiftPrior, Scene};
 
-/// The shot's own unknowns rest when a step promises less than this of ½χ².
-const AT_REST: f64 = 1e-9;
+/// The shot's own unknowns rest when a step promises less than this of ½χ²: the Schur complement counts what it promises, which
+/// leaves an error of the third order in the step.
+const AT_REST: f64 = 1e-6;
 const MAX_STEPS: usize = 30;
 const MOST_DAMPING: f64 = 1e6;
 
@@ -42,6 +43,18 @@ impl Film {
         let tried = std::iter::once(from).chain(&self.others);
         let found = tried.filter_map(|from| self.reduced_from(collision, shared, from));
         found.min_by(|a, b| a.chi2().total_cmp(&b.chi2()))
+    }
+
+    /// Where to look for the own unknowns when the shared parameters have moved by so much from where they were `found`: where
+    /// they are expected, an unknown spin on the side where it was.
+    #[must_use]
+    pub fn start_after(&self, found: &Reduced, moved: &SVector<f64, SHARED>) -> Own {
+        let side = |own: &Own| SIDES.iter().position(|[_, high]| own[OWN] <= *high);
+        let mut start = found.own + found.own_by_shared * moved;
+        if self.rolls_unknown() && side(&start) != side(&found.own) {
+            start[OWN] = found.own[OWN];
+        }
+        start
     }
 
     fn reduced_from(&self, collision: &Corrected, shared: &[f64; SHARED], from: &Own) -> Option<Reduced> {
@@ -175,12 +188,14 @@ struct Point<const N: usize> {
 impl<const N: usize> Point<N> {
     /// With the own unknowns from `held` on as they are.
     fn reduce(&self, held: usize) -> Option<Reduced> {
-        let (residuals, jacobian) = self.normal.reduce(held)?;
-        let mut own = Own::zeros();
+        let Eliminated { residuals, jacobian, step, by_shared } = self.normal.reduce(held)?;
+        let (mut own, mut own_by_shared) = (Own::zeros(), OwnByShared::zeros());
         for i in 0..N - SHARED {
-            own[i] = self.all[i];
+            // a spin stays on its side
+            own[i] = if N == UNKNOWN { self.all[i] } else { self.all[i] + step[i] };
+            own_by_shared.set_row(i, &by_shared.row(i));
         }
-        Some(Reduced { residuals, jacobian, own })
+        Some(Reduced { residuals, jacobian, own, own_by_shared })
     }
 
     /// Where unknowns begin that stay: an unknown spin at an end of its side, from where the free step leads out of it.
