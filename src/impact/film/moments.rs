@@ -141,10 +141,6 @@ impl Moments {
         Self([Part::new(frames), Part::new(after)])
     }
 
-    pub(super) fn count(&self) -> usize {
-        self.0.iter().map(|part| part.frames.len()).sum()
-    }
-
     /// What the frames at instants in [from, to) say of a path.
     pub(super) fn along(&self, path: &Path<Local>, [from, to]: [f64; 2]) -> Along {
         let mut sums = Along { square: 0.0, gradient: SVector::zeros(), matrix: SMatrix::zeros() };
