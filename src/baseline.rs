@@ -20,6 +20,22 @@ impl Default for Tolerance {
     }
 }
 
+impl Tolerance {
+    /// With another number of standard errors.
+    ///
+    /// # Errors
+    /// A number that is not finite, or below 0: with NaN everything would count as moved, with infinity nothing.
+    pub fn of(standard_errors: f64) -> Result<Self, String> {
+        if standard_errors.is_finite() && standard_errors >= 0.0 {
+            Ok(Self { standard_errors, ..Self::default() })
+        } else {
+            Err(format!(
+                "{standard_errors} is no number of standard errors; expected a finite number, 0 or more"
+            ))
+        }
+    }
+}
+
 /// One thing that is no longer as it was.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Moved {

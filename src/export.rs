@@ -98,19 +98,23 @@ fn pooltool(fit: &StoredFit) -> (Map<String, Value>, Vec<String>) {
         left.push(format!("{} ({name}): {why}; pooltool's default holds.", parameter.symbol()));
     };
     let measured_e = fit.refuted.as_ref().and_then(|refuted| refuted.measured_e);
+    let falls = falls(fit);
     for (parameter, name) in [(Parameter::Mu, "u_b"), (Parameter::E, "e_b")] {
         if let Some(measured) = measured_e.filter(|_| parameter == Parameter::E) {
             object.insert(name.into(), json!(measured.estimate));
             continue;
         }
         match known(fit, parameter) {
+            _ if falls && parameter == Parameter::Mu => {}
             Some(value) if fit.refuted.is_none() || value.status == "fixed" => {
                 object.insert(name.into(), json!(value.estimate));
             }
             _ => not_told(parameter, name),
         }
     }
-    if object.contains_key("u_b") {
+    if falls {
+        left.push(falling_in_pooltool(fit));
+    } else if object.contains_key("u_b") {
         left.push(
             "u_b is used by pooltool's AverageBallBallFriction only: its default for balls, \
              AlciatoreBallBallFriction, is a curve of its own over the slip speed and ignores u_b."
@@ -150,6 +154,25 @@ fn body(body: StoredBall) -> Value {
     Value::Object(entry)
 }
 
+/// Whether the friction between the balls falls with their slip v, as μ + b·exp(−c·v).
+fn falls(fit: &StoredFit) -> bool {
+    [Parameter::B, Parameter::C].iter().any(|p| fit.parameters.contains_key(p.name()))
+}
+
+/// What to do about a friction that falls: a ball's `u_b` is one number and cannot hold it.
+fn falling_in_pooltool(fit: &StoredFit) -> String {
+    let [mu, b, c] = [Parameter::Mu, Parameter::B, Parameter::C].map(|p| known(fit, p).map(|p| p.estimate));
+    match (mu, b, c) {
+        (Some(mu), Some(b), Some(c)) if fit.refuted.is_none() => format!(
+            "u_b: the friction of this fit falls with the slip v as {mu} + {b}·exp(−{c}·v), v in m/s, and u_b is one number: \
+             pooltool's default holds. Its model AlciatoreBallBallFriction(a={mu}, b={b}, c={c}) is this friction."
+        ),
+        _ => "u_b: the friction of this fit falls with the slip, but the data do not determine μ, b and c, or refute the \
+              model: pooltool's default holds."
+            .to_string(),
+    }
+}
+
 /// Everything that the fit knows of its parameters.
 fn plain(fit: &StoredFit) -> (Map<String, Value>, Vec<String>) {
     let mut object = Map::new();
@@ -172,7 +195,13 @@ fn plain(fit: &StoredFit) -> (Map<String, Value>, Vec<String>) {
             object.insert("measured_e".into(), entry);
         }
     }
-    for parameter in Parameter::COEFFICIENTS {
+    let falls = falls(fit);
+    if falls {
+        // mu alone is the friction at high slip only
+        object.insert("friction".into(), json!("mu + mu_b exp(-mu_c v), v: slip in m/s"));
+    }
+    let stated = |p: &Parameter| falls || Parameter::COEFFICIENTS.contains(p);
+    for parameter in Parameter::ALL.into_iter().filter(stated) {
         let Some(value) = known(fit, parameter) else {
             left.push(format!("{}: the data do not tell it.", parameter.symbol()));
             continue;

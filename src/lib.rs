@@ -44,6 +44,7 @@ pub mod init;
 pub mod inputs;
 mod isolate;
 pub mod loss;
+mod number;
 pub mod observable;
 pub mod optimise;
 pub mod parameters;

@@ -47,6 +47,12 @@ impl Parameter {
         }
     }
 
+    /// `s/m` for c; empty for the others, which are ratios.
+    #[must_use]
+    pub fn unit(self) -> &'static str {
+        if self == Self::C { "s/m" } else { "" }
+    }
+
     /// What it means, in one line.
     #[must_use]
     pub fn meaning(self) -> &'static str {
@@ -88,6 +94,14 @@ pub struct Setting {
     /// Held at `initial`.
     pub fixed: bool,
     pub prior: Option<Prior>,
+}
+
+impl Setting {
+    /// Not fitted: its value is stated.
+    #[must_use]
+    pub fn held(value: f64) -> Self {
+        Self { initial: value, lower: value, upper: value, fixed: true, prior: None }
+    }
 }
 
 /// A Gaussian prior: one more observation of the parameter.

@@ -22,7 +22,7 @@ pub struct StoredFit {
     /// The cloth's sliding friction, where footage told it.
     pub mu_k: Option<StoredEstimate>,
     pub fidelity: String,
-    /// By name: mu, mu_s, e.
+    /// By name: mu, mu_s, e; where friction falls with the slip also mu_b and mu_c.
     pub parameters: BTreeMap<String, StoredParameter>,
     pub chi2: Option<f64>,
     pub dof: usize,

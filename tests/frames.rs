@@ -5,6 +5,7 @@ use std::time::Instant;
 use caromfit::dataset::Spin;
 use caromfit::fit::{self, Depth, Fit, Method, Options};
 use caromfit::footage;
+use caromfit::report;
 use caromfit::synth::{self, BallSpec, Camera, ClothSpec, Kind, Noise, Played, Shots, Spec, Truth};
 use caromfit::track::TrackShot;
 use rayon::prelude::*;
@@ -300,6 +301,48 @@ fn wrong_assumptions_bias_both_methods_alike() {
 }
 
 /// Cost grows linearly with the number of shots: 10 000 shots in under a minute on two cores.
+/// residuals.csv of a joint fit lists what its χ² is of: every coordinate of every frame, and spins that markers show.
+#[test]
+fn the_residuals_of_a_joint_fit_add_up_to_its_chi2() {
+    /// Standardized residuals have four decimals.
+    const ROUNDING: f64 = 1e-4;
+    for markers in [0, 2] {
+        let camera = Camera { markers, ..Camera::default() };
+        let spec = Spec { camera, ..spec(&[Played::NaturalRoll, Played::Draw], 6, 7) };
+        let tracks = filmed(&spec);
+        let coordinates: usize = tracks.iter().map(|shot| 2 * (shot.cue.len() + shot.object.len())).sum();
+        let [_, fit] = fits(tracks, both());
+        let table = report::csv::render(&fit);
+        let column = |name: &str| report::csv::HEADER.split(',').position(|column| column == name).unwrap();
+        let rows: Vec<Vec<&str>> = table.lines().skip(1).map(|line| line.split(',').collect()).collect();
+        let square = |row: &Vec<&str>| row[column("standardized")].parse::<f64>().unwrap().powi(2);
+        let sum: f64 = rows.iter().map(square).sum();
+        let json: serde_json::Value = serde_json::from_str(&report::json::render(&fit).unwrap()).unwrap();
+        let number = |key: &str| json[key].as_f64().unwrap();
+        let expected = number("chi2") - number("chi2_of_priors");
+        assert!((sum - expected).abs() < ROUNDING * expected, "{markers}: {sum}, not {expected}");
+        assert!(number("chi2_of_priors") < 0.1 * number("chi2"));
+        assert_eq!(json["observations"].as_u64(), Some(rows.len() as u64));
+        assert_eq!(json["counted"], "coordinates");
+        assert_eq!(json["goodness"]["counted"], "velocities");
+        assert!(json["goodness"]["dof"].as_u64() < json["dof"].as_u64());
+        let positions = rows.iter().filter(|row| row[column("unit")] == "m");
+        // as many as there are frames, but for what the extraction left out
+        let positions = positions.inspect(|row| {
+            let [ball, observable, t] = ["ball", "observable", "t_s"].map(|name| row[column(name)]);
+            assert!(["cue", "object"].contains(&ball) && observable.starts_with(&ball[..3]), "{row:?}");
+            assert!(t.parse::<f64>().is_ok(), "{row:?}");
+        });
+        let positions = positions.count();
+        assert!(positions <= coordinates && positions > coordinates / 2, "{positions} of {coordinates}");
+        assert_eq!(rows.len() > positions, markers > 0);
+        let text = report::text::render(&fit);
+        assert!(
+            text.contains("χ² of the frames' coordinates = ") && text.contains("χ² of the velocities = ")
+        );
+    }
+}
+
 #[test]
 fn many_shots_are_fitted_at_once() {
     let shots = count("CAROMFIT_SHOTS", 200);

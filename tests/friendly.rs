@@ -162,6 +162,48 @@ fn export_gives_what_pooltool_reads_and_says_what_is_left_behind() {
     assert!(status(&output, 2).1.contains("holds 3 fits"));
 }
 
+/// μ(v) = μ + b·exp(−c·v): without b and c, μ is the friction at high slip only.
+#[test]
+fn export_carries_a_falling_friction_over_or_says_that_it_cannot() {
+    let folder = tempfile::tempdir().unwrap();
+    let out = folder.path().to_str().unwrap();
+    let data = root().join("data/alciatore-2014-speed");
+    for falling in ["fit", "0.1,1.5"] {
+        status(&caromfit(["fit", data.to_str().unwrap(), "--out", out, "--falling", falling]), 0);
+        let path = folder.path().join("alciatore-2014-speed/fit.json");
+        let stored: Value = serde_json::from_str(&fs::read_to_string(&path).unwrap()).unwrap();
+        let of = |name: &str| stored["parameters"][name]["estimate"].as_f64().unwrap();
+        let path = path.to_str().unwrap();
+        let output = caromfit(["export", path, "--to", "toml"]);
+        let table: toml::Table = toml::from_str(status(&output, 0).0).unwrap();
+        for name in ["mu", "mu_b", "mu_c"] {
+            assert_eq!(table[name]["estimate"].as_float(), Some(of(name)), "{falling}: {name}");
+        }
+        assert!(table["friction"].as_str().unwrap().contains("mu_b exp(-mu_c v)"), "{table}");
+        let output = caromfit(["export", path, "--to", "pooltool"]);
+        let (out, err) = status(&output, 0);
+        assert!(!out.contains("u_b"), "{out}");
+        let model = format!("AlciatoreBallBallFriction(a={}, b={}, c={})", of("mu"), of("mu_b"), of("mu_c"));
+        assert!(err.contains(&model), "{model}:\n{err}");
+    }
+}
+
+#[test]
+fn a_baseline_tolerance_is_a_finite_number_of_standard_errors() {
+    let data = root().join("data/mathavan-2014");
+    let baseline = root().join("fits/mathavan-2014/fit.json");
+    let [data, baseline] = [data.to_str().unwrap(), baseline.to_str().unwrap()];
+    for wrong in ["nan", "-1", "inf", "x"] {
+        let folder = tempfile::tempdir().unwrap();
+        let out = folder.path().join("out");
+        let path = out.to_str().unwrap();
+        let all = ["fit", data, "--out", path, "--baseline", baseline, "--baseline-tolerance", wrong];
+        let output = caromfit(all);
+        let (_, err) = status(&output, 2);
+        assert!(err.contains("--baseline-tolerance") && !out.exists(), "{wrong}: {err}");
+    }
+}
+
 #[test]
 fn a_baseline_that_moved_ends_with_status_1_and_is_kept() {
     let folder = tempfile::tempdir().unwrap();

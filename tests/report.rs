@@ -5,12 +5,17 @@ mod plots;
 
 use std::fs;
 
-use caromfit::fit::{Fit, Residual};
-use caromfit::observable::Observable;
-use caromfit::report::{csv, folder_name, group_folders, json, table, text, write};
+use caromfit::fit::{
+    Alternative, Bootstrap, Estimate, Fit, Influence, NoiseVerdict, Resampled, Residual, Robust,
+};
+use caromfit::loss::Loss;
+use caromfit::observable::{Axis, Observable};
+use caromfit::parameters::Parameter;
+use caromfit::report::content::Block;
+use caromfit::report::{self, csv, folder_name, group_folders, html, json, table, text, write};
 use serde_json::Value;
 
-use fits::{empty, exact, normal, restricted};
+use fits::{NAN, empty, exact, normal, restricted, synthetic};
 
 fn parsed(fit: &Fit) -> Value {
     serde_json::from_str(&json::render(fit).unwrap()).unwrap()
@@ -95,10 +100,10 @@ fn csv_is_exact() {
         speed: Some(2.0),
     });
     let expected = "\
-shot,observable,unit,measured,predicted,sd,standardized,cut_deg,speed_m_s,model
-1,throw_deg,deg,0.53,0.5,0.1,0.3,8,0.5,
-\"a \"\"quoted\"\", shot\",throw_deg,deg,0.53,0.5,,,8,,
-3,object_speed_ratio,1,0.333333333333333,0.5,1e-7,-1,30,2,
+shot,observable,unit,measured,predicted,sd,standardized,cut_deg,speed_m_s,model,t_s,ball
+1,throw_deg,deg,0.53,0.5,0.1,0.3,8,0.5,,,
+\"a \"\"quoted\"\", shot\",throw_deg,deg,0.53,0.5,,,8,,,,
+3,object_speed_ratio,1,0.33333333333,0.5,1e-7,-1,30,2,,,
 ";
     assert_eq!(csv::render(&fit), expected);
     assert_eq!(csv::render(&empty()).lines().count(), 1);
@@ -128,34 +133,174 @@ no error: no degrees of freedom are left to tell one from
 fn text_puts_warnings_first_and_units_beside_numbers() {
     let expected = "\
 lab-a, chalk = fresh, blue
-  cloth: Simonis 860
   source: measured by \"A\", 2026
+  cloth: Simonis 860
+  balls: radius 28.575 mm, mass 170 g
   model: full (friction, cloth, not spin_loss)
+  method: two-stage
+  shots: 10 used, 1 not used
+  optimiser: stopped after 9 iterations, 0.012 s: the cost no longer falls
 
 Warning: μ_s is not identified: no shot has follow or draw.
 
-Parameters (no unit), ± one standard error, 95 % interval
-  μ    0 (at lower bound)               [0, 0.0129]  sliding friction between the balls
-  μ_s  – (not identified), left at 0.3               friction of the cloth on the object ball during the impact
-  e    0.94 (fixed)                                  coefficient of restitution between the balls
+Parameters (± one standard error)
+       estimate                         95 % interval  meaning
+  μ    0 (at lower bound)               [0, 0.0129]    sliding friction between the balls
+  μ_s  – (not identified), left at 0.3                 friction of the cloth on the object ball during the impact
+  e    0.94 (fixed)                                    coefficient of restitution between the balls
 
-χ² = 7 for 7 degrees of freedom, χ²/dof = 1.00: near 1 whatever the model, as noise was estimated from these residuals
+χ²
+  χ² of the angles and speeds = 7 for 7 degrees of freedom, χ²/dof = 1.00: near 1 whatever the model, as noise was estimated \
+from these residuals
 
-Noise of one observation, and root mean square (rms) of the residuals
-  throw  10 values  sd 0.1° estimated from the residuals  rms 0.11°
+Noise (rms: root mean square)
+         values  sd of one value                     rms of the residuals
+  throw      10  0.1°, estimated from the residuals  0.11°
 
-Shots: 10 used, 1 rejected
-  shot 7: no impact found
-
-Stopped after 9 iterations, 0.012 s: the cost no longer falls
+Shots that were not used
+  shot  why
+  7     no impact found
 ";
     assert_eq!(text::render(&restricted()), expected);
     let normal = text::render(&normal());
     assert!(normal.contains("  μ    0.1014 ± 0.0027  [0.0961, 0.1067]  sliding friction"), "{normal}");
     assert!(normal.contains("μ and μ_s -0.500, μ and e +0.250, μ_s and e +0.125"), "{normal}");
     assert!(normal.contains("would give a larger χ² with probability 0.43"), "{normal}");
-    assert!(text::render(&exact()).contains("NOT CONVERGED: the cost no longer falls"));
-    assert!(text::render(&empty()).contains("Shots: 0 used, 0 rejected"));
+    assert!(text::render(&exact()).contains("Warning: Not converged: the cost no longer falls"));
+    assert!(text::render(&empty()).contains("shots: 0 used, 0 not used"));
+}
+
+fn page(fit: &Fit) -> String {
+    html::render(&report::fit::content(fit)).unwrap()
+}
+
+/// The cells of each row of the tables of a page, in which a cell that spans several counts as one.
+fn rows(page: &str) -> Vec<Vec<String>> {
+    let cells = |row: &str| {
+        let mut cells: Vec<_> =
+            row.split("</t").map(|cell| cell.rsplit_once('>').unwrap().1.to_owned()).collect();
+        // behind the last cell
+        cells.pop();
+        cells
+    };
+    page.split("<tr>").skip(1).map(|rest| cells(rest.split("</tr>").next().unwrap())).collect()
+}
+
+#[test]
+fn names_with_spaces_and_empty_cells_keep_their_columns() {
+    let mut fit = normal();
+    let influence = |shot: &str| Influence {
+        shot: shot.to_owned(),
+        leverage: 0.25,
+        cook: 1.5,
+        shifts: vec![(Parameter::Mu, -0.5)],
+    };
+    let goodness = fit.diagnostics.goodness.as_mut().unwrap();
+    goodness.influence = vec![influence("thin  cut  3"), influence("<b>")];
+    let resampled = |parameter| Resampled {
+        parameter,
+        std_error: 0.01,
+        bias: 0.001,
+        percentile: [0.03, 0.07],
+        bca: [0.031, 0.071],
+    };
+    let estimates = vec![resampled(Parameter::Mu), resampled(Parameter::C)];
+    fit.diagnostics.bootstrap = Some(Bootstrap { replicates: 20, seed: 5, failed: 1, estimates });
+    let failed = Alternative {
+        name: "linear",
+        failed: Some("too  few".to_owned()),
+        values: Vec::new(),
+        parameters: 0,
+        delta_aic: NAN,
+        delta_bic: NAN,
+        likelihood_ratio: None,
+    };
+    fit.diagnostics.alternatives = vec![failed];
+    let rows = rows(&page(&fit));
+    let row = |cells: &[&str]| {
+        let found = rows.iter().any(|row| row.iter().map(String::as_str).eq(cells.iter().copied()));
+        assert!(found, "{cells:?} is not among {rows:?}");
+    };
+    row(&["shot", "leverage", "Cook&#x27;s distance", "without it"]);
+    row(&["thin  cut  3", "0.25", "1.5", "μ -0.50 se"]);
+    row(&["&lt;b&gt;", "0.25", "1.5", "μ -0.50 se"]);
+    row(&["", "standard error", "bias", "95 % interval, percentile", "95 % interval, BCa"]);
+    row(&["μ", "0.01", "0.001", "[0.030, 0.070]", "[0.031, 0.071]"]);
+    row(&["c", "0.01 s&#x2f;m", "0.001 s&#x2f;m", "[0.030, 0.070] s&#x2f;m", "[0.031, 0.071] s&#x2f;m"]);
+    row(&["linear", "not fitted: too  few"]);
+    assert!(page(&fit).contains("colspan=\"4\">not fitted"));
+}
+
+/// Both renderers walk the same value: what one says, the other says.
+#[test]
+fn text_and_html_say_the_same() {
+    for fit in [normal(), restricted(), exact(), robust()] {
+        let (text, page) = (text::render(&fit), page(&fit));
+        let escaped = |text: &str| text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;");
+        let escaped =
+            |text: &str| escaped(text).replace('"', "&quot;").replace('\'', "&#x27;").replace('/', "&#x2f;");
+        let mut compared = 0;
+        let mut both = |words: &str| {
+            compared += 1;
+            assert!(text.contains(words) && page.contains(&escaped(words)), "{words}");
+        };
+        let report = report::fit::content(&fit);
+        report.warnings.iter().for_each(|line| both(line));
+        report.facts.iter().for_each(|fact| both(&fact.text));
+        for section in &report.sections {
+            for block in &section.blocks {
+                match block {
+                    Block::Lines(lines) => lines.iter().for_each(|line| both(line)),
+                    Block::Table(table) => {
+                        table.rows.iter().flatten().for_each(|cell| both(&cell.text));
+                    }
+                    Block::Figure(_) | Block::Shots(_) => {}
+                }
+            }
+        }
+        assert!(compared > 20, "{compared}");
+    }
+}
+
+/// Where outlying shots count less, χ² tests nothing, in every file.
+#[test]
+fn a_robust_fit_states_no_probability_of_its_chi2() {
+    let fit = robust();
+    assert_eq!(parsed(&fit)["goodness"]["p_value"], Value::Null);
+    for said in [text::render(&fit), page(&fit)] {
+        assert!(said.contains("not tested, as outlying shots count less"), "{said}");
+        assert!(!said.contains("would give a larger χ²"), "{said}");
+    }
+}
+
+fn robust() -> Fit {
+    let mut fit = normal();
+    let goodness = fit.diagnostics.goodness.as_mut().unwrap();
+    (goodness.p_value, goodness.noise, goodness.noise_factor) = (None, NoiseVerdict::NotTested, None);
+    fit.diagnostics.robust = Some(Robust { loss: Loss::Huber, weights: vec![("9".to_owned(), 0.4)] });
+    fit
+}
+
+#[test]
+fn c_has_its_unit_everywhere() {
+    let mut fit = normal();
+    fit.estimates.push(Estimate { parameter: Parameter::C, value: 1.088, ..fit.estimates[0] });
+    assert!(table::render(std::slice::from_ref(&fit)).contains("c, s/m"));
+    assert!(text::render(&fit).contains("1.0880 ± 0.0027 s/m"));
+    assert!(page(&fit).contains("1.0880 ± 0.0027 s&#x2f;m") && !page(&fit).contains("no unit"));
+    assert_eq!(parsed(&fit)["parameters"]["mu_c"]["unit"], "s/m");
+    assert_eq!(parsed(&fit)["parameters"]["mu"]["unit"], "1");
+}
+
+#[test]
+fn every_number_says_what_it_counts() {
+    let angles = normal();
+    assert_eq!(parsed(&angles)["counted"], "angles");
+    assert!(text::render(&angles).contains("χ² of the angles and speeds = 7 for 7 degrees"));
+    let velocities = synthetic("v", &[Observable::CueVelocity(Axis::X)], 10, 1);
+    assert_eq!(parsed(&velocities)["counted"], "velocities");
+    assert_eq!(parsed(&velocities)["goodness"]["counted"], "velocities");
+    assert!(page(&velocities).contains("χ² of the velocities"));
 }
 
 #[test]

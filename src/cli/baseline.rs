@@ -21,13 +21,12 @@ impl Baseline {
         Ok(Self { path: path.to_path_buf(), stored })
     }
 
-    /// What moved by more than `tolerance` standard errors, with the title of the fit.
+    /// What moved by more than the tolerance, with the title of the fit.
     pub fn moved<'a>(
         &self,
         fits: impl Iterator<Item = &'a Fit>,
-        tolerance: f64,
+        tolerance: &Tolerance,
     ) -> Result<Vec<(String, Moved)>, Failure> {
-        let tolerance = Tolerance { standard_errors: tolerance, ..Tolerance::default() };
         let mut all = Vec::new();
         for fit in fits {
             let title = report::title(fit);
@@ -37,7 +36,7 @@ impl Baseline {
                     self.path.display()
                 )));
             };
-            let moved = baseline::moved(fit, stored, &tolerance);
+            let moved = baseline::moved(fit, stored, tolerance);
             all.extend(moved.into_iter().map(|moved| (title.clone(), moved)));
         }
         Ok(all)
@@ -48,6 +47,12 @@ impl Baseline {
         let (Ok(own), Ok(folder)) = (self.path.canonicalize(), folder.canonicalize()) else { return false };
         own.starts_with(&folder) || folder.starts_with(&own)
     }
+}
+
+/// The value of `--baseline-tolerance`.
+pub fn tolerance(text: &str) -> Result<Tolerance, String> {
+    let number: f64 = text.trim().parse().map_err(|_| format!("\"{text}\" is not a number"))?;
+    Tolerance::of(number)
 }
 
 pub fn table(moved: &[(String, Moved)]) -> String {

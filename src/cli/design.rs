@@ -45,7 +45,7 @@ use super::{Failure, print};
     cut_deg = [30.0, 60.0]
     shots = 40
 
-Example: caromfit design --want mu=0.001,mu_s=0.02,e=0.001 --out design"#)]
+Example: caromfit design --want mu=0.001,mu_s=0.02,e=0.001"#)]
 pub struct Args {
     /// What is expected, the camera, and the kinds of shots; see below
     #[arg(value_name = "SPEC.toml")]
@@ -54,7 +54,7 @@ pub struct Args {
     #[arg(long, value_name = "PARAMETER=ERROR", value_delimiter = ',', value_parser = wish)]
     want: Vec<(Parameter, f64)>,
     /// Where the results go
-    #[arg(long, default_value = "design", value_name = "DIR")]
+    #[arg(long, default_value = "fits/design", value_name = "DIR")]
     out: PathBuf,
     /// Print design.json, and nothing else, on standard output
     #[arg(long)]

@@ -8,7 +8,8 @@ use caromfit::stored;
 use super::{Failure, print};
 
 /// Prints the parameters of a fit in the form that another program reads; what cannot be carried over is said on
-/// standard error. pooltool: a JSON object of keyword arguments for its BallParams (m, R, u_b, e_b, u_s).
+/// standard error. pooltool: a JSON object of keyword arguments for its BallParams (m, R, u_b, e_b, u_s; not u_b where
+/// friction falls with the slip).
 #[derive(clap::Args)]
 #[command(after_help = "Example: caromfit export fits/synthetic-natural-roll --to pooltool > ball.json\n  \
                         and then in Python: pooltool.BallParams(**json.load(open(\"ball.json\")))")]

@@ -64,9 +64,9 @@ pub struct Args {
     /// Compare with stored fits (a fit.json, or a folder of them): status 1 and a table of what moved
     #[arg(long, value_name = "FIT.json")]
     baseline: Option<PathBuf>,
-    /// What counts as moved, in standard errors (of χ²: in its standard deviation)
-    #[arg(long, default_value_t = Tolerance::default().standard_errors, value_name = "N", requires = "baseline")]
-    baseline_tolerance: f64,
+    /// What counts as moved, in standard errors (of χ²: in its standard deviation); 0.01 unless given
+    #[arg(long, value_parser = baseline::tolerance, value_name = "N", requires = "baseline", allow_hyphen_values = true)]
+    baseline_tolerance: Option<Tolerance>,
     /// Print a full report of each fit below the table
     #[arg(long, short)]
     verbose: bool,
@@ -131,7 +131,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
                 if method == Method::TwoStage && footage::finds_spins_from_paths(&extracted, &scene) {
                     of_dataset.iter_mut().for_each(Fit::warn_of_spins_from_paths);
                 }
-                let worst = report::html::worth_drawing(&of_dataset);
+                let worst = report::shots::worth_drawing(&of_dataset);
                 let drawn =
                     report::extracted::pictures_of(&worst, &extracted, &scene).map_err(Failure::work)?;
                 pictures.push(drawn);
@@ -149,7 +149,9 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         return Err(Failure::input(failed.join("\nerror: ")));
     }
     let moved = match &baseline {
-        Some(baseline) => Some(baseline.moved(fits.iter().flatten(), args.baseline_tolerance)?),
+        Some(baseline) => {
+            Some(baseline.moved(fits.iter().flatten(), &args.baseline_tolerance.unwrap_or_default())?)
+        }
         None => None,
     };
     let has_moved = moved.as_ref().is_some_and(|moved| !moved.is_empty());

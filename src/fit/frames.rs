@@ -2,14 +2,18 @@
 //! best.
 
 use nalgebra::{DMatrix, DVector};
+use rayon::prelude::*;
+use statrs::distribution::{ChiSquared, ContinuousCDF};
 
 use super::search::Search;
 use super::uncertainty::{self, Minimum};
 use super::{Bound, Films, JointFit};
-use crate::dataset::Dataset;
-use crate::impact::film;
+use crate::collision::{Coefficients, Model};
+use crate::dataset::{Dataset, Shot};
+use crate::impact::film::rows::Row;
+use crate::impact::film::{self, Own};
 use crate::parameters::Parameter;
-use crate::residuals::{Fitted, Problem};
+use crate::residuals::{CLOTH_UNKNOWNS, Fitted, Problem};
 use crate::whitening::Whitening;
 
 /// The shots with their frames; `None` if one has none.
@@ -21,8 +25,60 @@ pub(super) fn filmed(fitted: &[Fitted], films: &Films) -> Option<Vec<Fitted>> {
     fitted.iter().map(with).collect()
 }
 
-/// What a joint fit found besides the parameters.
-pub(super) fn joint_fit(fitted: &[Fitted], minimum: &Minimum) -> JointFit {
+/// The frames of a joint fit with what it takes to compare them with the model, shot by shot: all at once they would take
+/// ten times the memory.
+#[derive(Clone, Debug)]
+pub struct FittedFrames {
+    shots: Vec<(String, Fitted, Own)>,
+    model: Model,
+    shared: [f64; film::SHARED],
+}
+
+/// The frames of one shot against the model.
+#[derive(Clone, Debug)]
+pub struct OfShot {
+    /// Its name.
+    pub shot: String,
+    /// Cut angle, radians.
+    pub cut: f64,
+    /// Cue ball's speed before the impact, m/s.
+    pub speed: f64,
+    pub rows: Vec<Row>,
+}
+
+impl FittedFrames {
+    /// At a minimum, with the own unknowns of each shot.
+    pub(super) fn new(shots: &[&Shot], fitted: &[Fitted], model: &Model, minimum: &Minimum) -> Self {
+        let model = minimum.values.model(model);
+        let Coefficients { mu, mu_s, e } = minimum.values.coefficients;
+        let cloth = minimum.x.len() - CLOTH_UNKNOWNS;
+        let shared = [mu, mu_s, e, minimum.x[cloth], minimum.x[cloth + 1]];
+        let with_own = |shot: &Fitted| {
+            let film = shot.film.as_ref()?;
+            let reduced = film.reduced(&shot.plan.collision(&model), &shared, &film.start)?;
+            Some((shots[shot.index].name.clone(), shot.clone(), reduced.own))
+        };
+        Self { shots: fitted.par_iter().filter_map(with_own).collect(), model, shared }
+    }
+
+    /// Shot by shot, in the order of those that were used.
+    pub fn shots(&self) -> impl Iterator<Item = OfShot> {
+        self.shots.iter().filter_map(|(name, shot, own)| {
+            let film = shot.film.as_ref()?;
+            let rows = film.rows(&shot.plan.collision(&self.model), &self.shared, own)?;
+            let speed = film.speed(own);
+            Some(OfShot { shot: name.clone(), cut: shot.plan.cut(), speed, rows })
+        })
+    }
+
+    /// What is expected of unknown spins beforehand, as part of χ².
+    pub(super) fn prior_chi2(&self) -> f64 {
+        self.shots.iter().filter_map(|(_, shot, own)| Some(shot.film.as_ref()?.prior_chi2(own))).sum()
+    }
+}
+
+/// What a joint fit found besides the parameters; `chi2` and `dof` are those of the frames.
+pub(super) fn joint_fit(fitted: &[Fitted], minimum: &Minimum, (chi2, dof): (f64, usize)) -> JointFit {
     let columns: Vec<usize> = (0..minimum.x.len()).collect();
     let covariance = uncertainty::covariance(&minimum.jacobian, &columns, &minimum.ties(false));
     let of = |column: usize| {
@@ -30,7 +86,9 @@ pub(super) fn joint_fit(fitted: &[Fitted], minimum: &Minimum) -> JointFit {
         (minimum.x[column], error)
     };
     let films = || fitted.iter().filter_map(|shot| shot.film.as_ref());
+    let states_noise = films().all(|film| film.states_noise);
     JointFit {
+        p_value: ChiSquared::new(dof as f64).ok().filter(|_| states_noise).map(|d| d.sf(chi2)),
         sliding: of(minimum.x.len() - 2),
         rolling: of(minimum.x.len() - 1),
         observations: films().map(|film| film.observations()).sum(),

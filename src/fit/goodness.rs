@@ -32,6 +32,9 @@ const ENOUGH: usize = 8;
 /// How well model and noise describe the residuals.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Goodness {
+    /// χ² and degrees of freedom of what is tested, see [`super::Fit::tested`].
+    pub chi2: f64,
+    pub dof: usize,
     /// Probability of a larger χ² were model and stated noise right; `None` where the noise was
     /// estimated from these residuals, or shots were down-weighted.
     pub p_value: Option<f64>,
@@ -112,6 +115,8 @@ pub(super) fn goodness(context: &Context) -> Goodness {
     let influential_from =
         FisherSnedecor::new(parameters, dof).ok().map(|f| f.inverse_cdf(0.5)).filter(|x| x.is_finite());
     Goodness {
+        chi2,
+        dof: context.dof,
         p_value,
         noise,
         noise_factor,

@@ -2,7 +2,7 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use super::goodness::{Basis, Context};
+use super::goodness::{Basis, Context, OWN};
 use crate::parameters::Parameter;
 use crate::residuals::Fitted;
 
@@ -31,7 +31,10 @@ fn deletions(context: &Context, basis: &Basis) -> Vec<(f64, Option<DVector<f64>>
         let leverage = h.trace();
         let residual = context.minimum.residuals.rows(first, count).into_owned();
         // R δθ = Qᵢᵀ(1 − H)⁻¹rᵢ
-        let rest = (DMatrix::identity(count, count) - h).cholesky().map(|c| c.solve(&residual));
+        // what only this shot determines leaves nothing but roundings
+        let told = |l: &DMatrix<f64>| l.diagonal().iter().all(|pivot| pivot * pivot > OWN);
+        let rest = (DMatrix::identity(count, count) - h).cholesky().filter(|c| told(c.l_dirty()));
+        let rest = rest.map(|c| c.solve(&residual));
         (leverage, rest.map(|rest| q.tr_mul(&rest)))
     };
     basis.rows.iter().map(of_shot).collect()
@@ -70,8 +73,14 @@ pub(super) fn influence(context: &Context, basis: &Basis, influential_from: Opti
     };
     let mut all: Vec<Influence> =
         deletions(context, basis).into_iter().zip(context.fitted).map(of_shot).collect();
-    all.sort_by(|a, b| b.cook.total_cmp(&a.cook));
+    // shots that matter alike keep their order, whatever the last digits say
+    all.sort_by(|a, b| rounded(b.cook).total_cmp(&rounded(a.cook)));
     let influential = all.iter().filter(|i| influential_from.is_some_and(|from| i.cook > from)).count();
     all.truncate(influential.clamp(LISTED[0], LISTED[1]));
     all
+}
+
+/// To six significant digits.
+fn rounded(value: f64) -> f64 {
+    format!("{value:.5e}").parse().unwrap_or(value)
 }

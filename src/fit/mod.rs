@@ -4,6 +4,8 @@ mod bootstrap;
 pub(crate) mod choice;
 mod compare_models;
 mod contour;
+mod counted;
+mod estimate;
 mod frames;
 mod goodness;
 mod identify;
@@ -26,6 +28,9 @@ pub(crate) mod uncertainty;
 pub use bootstrap::{Bootstrap, Resampled};
 pub use compare_models::{Alternative, LikelihoodRatio};
 pub use contour::{Contour, LEVELS, Level};
+pub use counted::Counted;
+pub use estimate::{Estimate, Intervals, Status};
+pub use frames::{FittedFrames, OfShot};
 pub use goodness::{Goodness, NoiseVerdict, Normality};
 pub use identify::{Combination, Identifiability};
 pub use influence::Influence;
@@ -268,9 +273,11 @@ pub struct Fit {
     pub estimates: Vec<Estimate>,
     /// Of the parameters that have a standard error; NaN elsewhere. A row and a column for each of the estimates.
     pub correlation: DMatrix<f64>,
-    /// Sum of squared standardized residuals, priors included.
+    /// Sum of squared standardized residuals of what [`Fit::counted`] says, priors included.
     pub chi2: f64,
-    /// Observations and priors less fitted parameters.
+    /// What priors, and errors that all shots share, add to it.
+    pub prior_chi2: f64,
+    /// Measured numbers and priors less fitted parameters (and, in a joint fit, unknowns of the shots' own).
     pub dof: usize,
     /// How the noise of each observable was known, in the order of first appearance.
     pub noise: Vec<Noise>,
@@ -280,8 +287,10 @@ pub struct Fit {
     pub shots_doubtful: Vec<Rejected>,
     /// Where the data refute the model: then no estimate has an error.
     pub refuted: Option<Refuted>,
-    /// One row per observation.
+    /// One row per observation of [`Fit::tested`]: in a joint fit of the velocities that were extracted from each shot.
     pub residuals: Vec<Residual>,
+    /// Of a joint fit: its frames.
+    pub frames: Option<FittedFrames>,
     /// Why the optimiser stopped, in words.
     pub termination: String,
     /// Whether it stopped at a minimum.
@@ -353,6 +362,9 @@ pub struct JointFit {
     /// The cloth's sliding friction μ_k and rolling resistance μ_r, with standard errors.
     pub sliding: (f64, f64),
     pub rolling: (f64, f64),
+    /// Probability of a larger χ² of the frames were model and noise right; `None` where the noise was estimated from the
+    /// same frames.
+    pub p_value: Option<f64>,
     /// Coordinates (and components of spins that markers show) that were fitted.
     pub observations: usize,
     /// Unknowns that the shots have of their own.
@@ -366,80 +378,6 @@ pub struct Bound {
     pub std_errors: Vec<(Parameter, f64)>,
     /// Shots it was reckoned from; it holds for all.
     pub shots: usize,
-}
-
-/// One fitted parameter.
-#[derive(Clone, Copy, Debug)]
-pub struct Estimate {
-    pub parameter: Parameter,
-    pub value: f64,
-    pub std_error: Option<f64>,
-    /// 95 % interval, within the bounds; at an active bound it is one-sided. That of the profile where
-    /// the two of `intervals` differ by more than a tenth, else that of the Hessian.
-    pub interval_95: Option<[f64; 2]>,
-    pub intervals: Intervals,
-    /// The standard error if the parameters at their bounds were known to be there. Only where
-    /// that differs from `std_error`.
-    pub std_error_at_bound: Option<f64>,
-    pub status: Status,
-}
-
-/// A parameter's 95 % interval, found in two ways.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Intervals {
-    /// From the curvature of χ² at its minimum: value ± t·error, as far as the bounds allow.
-    pub hessian: Option<[f64; 2]>,
-    /// Where χ², least over all other parameters, is t² above its minimum.
-    pub profile: Option<[f64; 2]>,
-}
-
-impl Estimate {
-    /// Sets both intervals and which of them is the one to quote.
-    fn choose_interval(&mut self, profile: Option<[f64; 2]>) {
-        /// An end that is off by more than this part of the half width matters.
-        const DIFFERENT: f64 = 0.1;
-        let hessian = self.interval_95;
-        self.intervals = Intervals { hessian, profile };
-        let (Some(hessian), Some(profile)) = (hessian, profile) else {
-            self.interval_95 = hessian.or(profile);
-            return;
-        };
-        let half = 0.5 * (hessian[1] - hessian[0]);
-        if (0..2).any(|side| (hessian[side] - profile[side]).abs() > DIFFERENT * half) {
-            self.interval_95 = Some(profile);
-        }
-    }
-
-    /// Whether `interval_95` is that of the profile.
-    #[must_use]
-    pub fn is_profiled(&self) -> bool {
-        self.interval_95.is_some() && self.interval_95 == self.intervals.profile
-    }
-}
-
-/// What a fit could say about a parameter.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Status {
-    Free,
-    Fixed,
-    AtLowerBound,
-    AtUpperBound,
-    /// The data say nothing about it: it was left at its initial value.
-    NotIdentified,
-}
-
-impl Status {
-    /// As in fit.json.
-    #[must_use]
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Free => "free",
-            Self::Fixed => "fixed",
-            Self::AtLowerBound => "at-lower-bound",
-            Self::AtUpperBound => "at-upper-bound",
-            Self::NotIdentified => "not-identified",
-        }
-    }
 }
 
 /// The noise of one observable.

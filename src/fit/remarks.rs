@@ -5,6 +5,7 @@ use super::{DOWN_WEIGHTED, Fit, NoiseVerdict, Status};
 use crate::check::{self, capital};
 use crate::dataset::{Dataset, Measured, Shot};
 use crate::impact::film::CLOTH;
+use crate::number::plain;
 use crate::parameters::Parameter;
 use crate::residuals::Fitted;
 
@@ -62,9 +63,9 @@ pub(super) fn add(fit: &mut Fit, fitted: &[Fitted], knows_noise: bool) {
             )),
             Status::AtLowerBound | Status::AtUpperBound => {
                 let (side, limit) = match (estimate.status, estimate.interval_95) {
-                    (Status::AtLowerBound, Some([_, end])) => ("lower", Some(format!("at most {end:.2}"))),
+                    (Status::AtLowerBound, Some([_, end])) => ("lower", Some(format!("at most {}", plain(end, 3)))),
                     (Status::AtLowerBound, None) => ("lower", None),
-                    (_, Some([end, _])) => ("upper", Some(format!("at least {end:.2}"))),
+                    (_, Some([end, _])) => ("upper", Some(format!("at least {}", plain(end, 3)))),
                     (_, None) => ("upper", None),
                 };
                 let limit = limit.map_or(String::new(), |limit| format!(", and is {limit} at 95 % confidence"));
@@ -255,8 +256,9 @@ pub(super) fn add_tracks(fit: &mut Fit, dataset: &Dataset, shots: &[&Shot]) {
     if let Some(joint) = fit.diagnostics.joint {
         let ((sliding, sliding_error), (rolling, rolling_error)) = (joint.sliding, joint.rolling);
         fit.notes.push(format!(
-            "All frames were fitted at once: χ² is that of {} numbers with {} unknowns of the shots' own. The residuals \
-             listed are those of the velocities that were extracted from each shot, against these estimates.",
+            "All frames were fitted at once: χ² is that of {} numbers with {} unknowns of the shots' own, and residuals.csv lists \
+             them one by one. Plots, trends and the shots' tables are of the velocities that were extracted from each shot, \
+             against these estimates.",
             joint.observations, joint.unknowns
         ));
         let errors = [sliding_error, rolling_error].map(|error| {

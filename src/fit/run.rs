@@ -4,7 +4,7 @@ use std::time::Instant;
 
 use nalgebra::DMatrix;
 
-use super::frames::{bound, cloth_of, filmed, joint_fit};
+use super::frames::{FittedFrames, bound, cloth_of, filmed, joint_fit};
 use super::profile::{self, Slice};
 use super::robust::{Robust, Sandwich};
 use super::rows::{noise_rows, residual_rows};
@@ -21,7 +21,7 @@ use crate::friction::Law;
 use crate::impact::film;
 use crate::loss::Loss;
 use crate::observable::Observable;
-use crate::parameters::Parameter;
+use crate::parameters::{Parameter, Setting};
 use crate::relation::Relation;
 use crate::residuals::{Fitted, are_filmed};
 use crate::values::Values;
@@ -65,11 +65,13 @@ pub(super) fn fit_shots(
         Falling::AsStated => {}
         Falling::Fitted => settings.falls = true,
         Falling::Held { b, c } => {
-            settings.falls = false;
+            settings.falls = true;
+            settings[Parameter::B] = Setting::held(b);
+            settings[Parameter::C] = Setting::held(c);
             (initial.b, initial.c) = (b, c);
         }
     }
-    if settings.falls || options.falling != Falling::AsStated {
+    if settings.falls {
         model.law = Law::Exponential { b: initial.b, c: initial.c };
     }
     let settings = &settings;
@@ -213,6 +215,13 @@ pub(super) fn fit_shots(
         dof: (observations(&fitted) + priors(settings, &free)).saturating_sub(seen.room()),
         tests_noise: !estimates_noise && search.loss == Loss::Squares,
     };
+    let frames = are_filmed(search.fitted).then(|| FittedFrames::new(shots, search.fitted, &model, &minimum));
+    let measured = match &frames {
+        Some(_) => film::ROWS * fitted.len(),
+        None => observations(&fitted),
+    };
+    let priors_of_all = minimum.residuals.rows_range(measured..).norm_squared();
+    let prior_chi2 = priors_of_all + frames.as_ref().map_or(0.0, FittedFrames::prior_chi2);
     let resampled = options.bootstrap > 0 && !free.is_empty();
     let diagnostics = Diagnostics {
         computed,
@@ -225,7 +234,8 @@ pub(super) fn fit_shots(
             .then(|| bootstrap::bootstrap(&search, &context, options.bootstrap, options.seed, done)),
         contours,
         alternatives,
-        joint: are_filmed(search.fitted).then(|| joint_fit(search.fitted, &minimum)),
+        joint: are_filmed(search.fitted)
+            .then(|| joint_fit(search.fitted, &minimum, (2.0 * minimum.cost, dof))),
         bound: bound(&search, &free, &minimum, films, cloth_of(&minimum, dataset)),
     };
     // an effect is in the fit if it is in a shot
@@ -251,6 +261,7 @@ pub(super) fn fit_shots(
         estimates,
         correlation,
         chi2: 2.0 * minimum.cost,
+        prior_chi2,
         dof,
         noise,
         shots_used: fitted.len(),
@@ -258,6 +269,7 @@ pub(super) fn fit_shots(
         shots_doubtful: doubtful(dataset, shots, &fitted),
         refuted: None,
         residuals,
+        frames,
         termination: minimum.termination.clone(),
         converged: minimum.converged,
         iterations: minimum.iterations,

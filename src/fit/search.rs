@@ -43,6 +43,10 @@ const HELD_FROM: f64 = 0.1;
 const ROBUST_AT_REST: f64 = 1e-8;
 const MAX_ROBUST_ROUNDS: usize = 500;
 
+/// The gradient vanishes to this part of what it might be, some 1e-9 standard errors from the minimum. Further on steps follow
+/// roundings, and how many there are depends on the processor.
+const VELOCITIES: optimise::Options = optimise::Options { max_iterations: 1000, orthogonality: 1e-11 };
+
 /// Frames are minimised to a small part of a standard error: landings make χ² a little rough.
 const FRAMES: optimise::Options = optimise::Options { max_iterations: 50, orthogonality: 1e-6 };
 const ROUGH: &str = "converged: as far as landings between frames leave χ² smooth";
@@ -234,7 +238,7 @@ impl Search<'_> {
         let uncertain = |shot: &Fitted| shot.plan.joint().is_some() || shot.plan.variance_in().amax() > 0.0;
         let robust = self.loss != Loss::Squares && !x.is_empty();
         let weights_move = !filmed && (!groups.is_empty() || robust || self.fitted.iter().any(uncertain));
-        let options = if filmed { FRAMES } else { optimise::Options::default() };
+        let options = if filmed { FRAMES } else { VELOCITIES };
         let (at_rest, max_rounds) =
             if robust { (ROBUST_AT_REST, MAX_ROBUST_ROUNDS) } else { (AT_REST, MAX_ROUNDS) };
         // Cauchy's loss has many minima: the one that is meant is near Huber's

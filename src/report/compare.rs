@@ -2,23 +2,24 @@
 
 use serde_json::{Value as Json, json};
 
-use super::html::ShotPicture;
+use super::content::{Block, Cell, Figure, Report, Section, Table, facts};
+use super::digits::{self, FEW, MANY, decimal, probability, relative, significant};
 use super::number::{interval, plain, with_error};
 use super::plot;
 use super::plot::compare::{forest_png, forest_svg, residuals_png, residuals_svg};
-use super::table::aligned;
-use super::trust::computed;
-use super::{ReportError, diagnostics, html};
+use super::shots::{MOST_PICTURES, ShotPicture, shot_list, with_spots};
+use super::trust::{computed, constraints, down_weighted};
+use super::{LEAST_P, ReportError, diagnostics, html, p_text, text};
 use crate::compare::{Compared, Comparison, Difference, LabelResidual, Value};
-use crate::fit::DOWN_WEIGHTED;
+use crate::fit::{Counted, Rejected, Residual};
 use crate::impact::{Impact, Scene};
 use crate::track::TrackShot;
 
 /// What a comparison fits of footage.
-pub(super) const METHOD: &str = "velocities extracted from the footage, or as the data give them (two-stage); frames are not fitted jointly";
+const METHOD: &str = "velocities extracted from the footage, or as the data give them (two-stage); frames are not fitted jointly";
 
 /// What the report calls a shot.
-pub(super) fn shot_name(comparison: &Comparison, residual: &LabelResidual) -> String {
+fn shot_name(comparison: &Comparison, residual: &LabelResidual) -> String {
     format!("{}, {}", comparison.samples[residual.sample].title, residual.of_shot.shot)
 }
 
@@ -39,7 +40,7 @@ pub fn pictures(
         if seen.contains(&shot) {
             continue;
         }
-        if seen.len() == html::MOST_PICTURES {
+        if seen.len() == MOST_PICTURES {
             break;
         }
         seen.push(shot);
@@ -60,7 +61,8 @@ pub fn files(
 ) -> Result<Vec<(&'static str, Vec<u8>)>, ReportError> {
     let (residuals, spots) = residuals_svg(comparison)?;
     let forest = forest_svg(comparison)?;
-    let report = html::of_comparison(comparison, &forest, &residuals, &spots, pictures)?;
+    let plots = Some([forest.as_str(), residuals.as_str()]);
+    let report = html::render(&content(comparison, plots, &spots, pictures))?;
     Ok(vec![
         ("forest.svg", forest.into_bytes()),
         ("forest.png", forest_png(comparison)?),
@@ -71,82 +73,128 @@ pub fn files(
     ])
 }
 
-/// Smaller probabilities are not told apart.
-const LEAST_P: f64 = 1e-4;
-
-/// The table that `caromfit compare` prints.
+/// What `caromfit compare` prints.
 #[must_use]
 pub fn table(comparison: &Comparison) -> String {
-    let mut text = String::new();
-    let mut header = vec![comparison.told_by.clone(), "shots".to_owned()];
-    header.extend(comparison.quantities.iter().map(|q| q.quantity.symbol().to_owned()));
-    let mut rows = vec![header];
-    for (label, name) in comparison.labels.iter().enumerate() {
+    text::walk(&content(comparison, None, &[], &[]))
+}
+
+/// What is said of a comparison; with plots, the estimates' and the residuals', and with tracks of shots.
+fn content(
+    comparison: &Comparison,
+    plots: Option<[&str; 2]>,
+    spots: &[(i32, i32, usize)],
+    tracks: &[ShotPicture],
+) -> Report {
+    let shots = shot_list(named(comparison), tracks);
+    let figure = |alt: &str, svg: String| Block::Figure(Figure { alt: alt.to_owned(), svg });
+    let mut estimates = vec![Block::Table(estimates(comparison))];
+    let mut residuals = None;
+    if let Some([forest, all]) = plots {
+        estimates.push(figure("Estimates with their intervals", forest.to_owned()));
+        let all = with_spots(all, spots, &shots, |index| {
+            let residual = comparison.residuals.get(index)?;
+            Some((shot_name(comparison, residual), &residual.of_shot))
+        });
+        residuals = Some(Section::new("Residuals", "", vec![figure("Residuals of all, by colour", all)]));
+    }
+    let legend = "±: one standard error; (shared): one value for all; –: says nothing about it";
+    let mut sections = vec![Section::new("Estimates", legend, estimates)];
+    sections.extend(comparison.quantities.iter().map(|q| {
+        let title = format!("{}, {}", q.quantity.symbol(), q.quantity.meaning());
+        Section::new(title, "", vec![Block::Lines(lines(comparison, q))])
+    }));
+    sections.extend(residuals);
+    sections.extend(about(comparison));
+    let rejected = comparison.samples.iter().flat_map(|sample| {
+        let row =
+            |r: &Rejected| vec![Cell::text(format!("{}, {}", sample.title, r.shot)), Cell::text(&*r.reason)];
+        sample.shots_rejected.iter().map(row).collect::<Vec<_>>()
+    });
+    let rejected = Table::new(["shot", "why"], rejected);
+    if !rejected.rows.is_empty() {
+        sections.push(Section::new("Shots that were not used", "", vec![Block::Table(rejected)]));
+    }
+    let notes = notes(comparison);
+    if !notes.is_empty() {
+        sections.push(Section::new("Notes", "", vec![Block::Lines(notes)]));
+    }
+    if !shots.is_empty() {
+        sections.push(Section::new("Shots, the largest residuals first", "", vec![Block::Shots(shots)]));
+    }
+    Report {
+        title: format!("Comparison by {}", comparison.told_by),
+        warnings: comparison.warnings.clone(),
+        facts: facts([
+            ("model", comparison.fidelity.to_owned()),
+            ("method", METHOD.to_owned()),
+            ("shots", comparison.samples.iter().map(|s| s.shots_used).sum::<usize>().to_string()),
+            ("χ²", chi2(comparison)),
+        ]),
+        sections,
+    }
+}
+
+/// What the sum of squares counts.
+fn counted(comparison: &Comparison) -> Counted {
+    Counted::of(comparison.residuals.iter().map(|residual| residual.of_shot.observable))
+}
+
+fn chi2(comparison: &Comparison) -> String {
+    let noise = if comparison.noise_estimated { "; noise estimated from the residuals" } else { "" };
+    format!(
+        "{} of {} for {} degrees of freedom, χ²/dof = {}{noise}",
+        plain(comparison.chi2, 4),
+        counted(comparison).words(),
+        comparison.dof,
+        plain(comparison.chi2 / comparison.dof.max(1) as f64, 3)
+    )
+}
+
+fn named(comparison: &Comparison) -> impl Iterator<Item = (String, &Residual)> {
+    comparison.residuals.iter().map(|residual| (shot_name(comparison, residual), &residual.of_shot))
+}
+
+/// A row for each label.
+fn estimates(comparison: &Comparison) -> Table {
+    let symbols = comparison.quantities.iter().map(|q| q.quantity.symbol());
+    let head: Vec<&str> = [comparison.told_by.as_str(), "shots"].into_iter().chain(symbols).collect();
+    let row = |(label, name): (usize, &String)| {
         let shots: usize = comparison.samples.iter().filter(|s| s.label == label).map(|s| s.shots_used).sum();
-        let mut row = vec![name.clone(), shots.to_string()];
-        row.extend(comparison.quantities.iter().map(|q| cell(q, label)));
-        rows.push(row);
+        let cells = comparison.quantities.iter().map(|q| Cell::text(cell(q, label)));
+        [Cell::text(name.as_str()), Cell::text(shots.to_string())].into_iter().chain(cells).collect()
+    };
+    Table {
+        head: head.into_iter().map(Cell::text).collect(),
+        rows: comparison.labels.iter().enumerate().map(row).collect(),
     }
-    text.push_str(&aligned(&rows, ""));
-    text.push_str("\n±: one standard error; (shared): one value for all; –: says nothing about it\n");
-    for compared in &comparison.quantities {
-        text.push_str(&format!("\n{}, {}\n", compared.quantity.symbol(), compared.quantity.meaning()));
-        for line in lines(comparison, compared) {
-            text.push_str(&format!("  {line}\n"));
-        }
-    }
-    for (title, lines) in about(comparison) {
-        text.push_str(&format!("\n{title}\n"));
-        for line in lines {
-            text.push_str(&format!("  {line}\n"));
-        }
-    }
-    for warning in &comparison.warnings {
-        text.push_str(&format!("\nWarning: {warning}\n"));
-    }
-    for note in notes(comparison) {
-        text.push_str(&format!("\n{note}\n"));
-    }
-    text
 }
 
 /// What was done to the shots: what each was computed with, constraints, shots that count less.
-pub(super) fn about(comparison: &Comparison) -> Vec<(String, Vec<String>)> {
-    /// Beyond these the rest is counted.
-    const LISTED: usize = 20;
+fn about(comparison: &Comparison) -> Vec<Section> {
     let mut about = Vec::new();
     if comparison.computed.len() > 1 {
         about.push(computed(&comparison.computed));
     }
     if !comparison.relations.is_empty() {
-        let state = |active: bool| if active { "holds with equality" } else { "holds with room" };
-        let lines = comparison.relations.iter().map(|(text, active)| format!("{text}: {}", state(*active)));
-        about.push(("Constraints".to_owned(), lines.collect()));
+        about.push(constraints(&comparison.relations));
     }
     if let Some(robust) = &comparison.robust {
-        let clear: Vec<_> = robust.weights.iter().filter(|(.., weight)| *weight < DOWN_WEIGHTED).collect();
-        let line = |(sample, shot, weight): &&(usize, String, f64)| {
-            let title = &comparison.samples[*sample].title;
-            format!("{title}, shot {shot}: weight {} (1: counts fully)", plain(*weight, 2))
+        let named = |(sample, shot, weight): &(usize, String, f64)| {
+            (format!("{}, shot {shot}", comparison.samples[*sample].title), *weight)
         };
-        let mut lines: Vec<String> = clear.iter().take(LISTED).map(line).collect();
-        if clear.is_empty() {
-            lines.push(format!("no shot has a weight below {DOWN_WEIGHTED} (1: counts fully)"));
-        } else if clear.len() > LISTED {
-            lines.push(format!("and {} more", clear.len() - LISTED));
-        }
-        about.push((format!("Shots that count less, {} loss", robust.losses.join(" and ")), lines));
+        about.push(down_weighted(&robust.losses.join(" and "), robust.weights.iter().map(named)));
     }
     about
 }
 
 /// What a reader may want to know.
-pub(super) fn notes(comparison: &Comparison) -> Vec<String> {
+fn notes(comparison: &Comparison) -> Vec<String> {
     let mut notes = comparison.notes.clone();
     if comparison.robust.is_some() {
         notes.push(
-            "Outlying shots count less. χ² is weighted; errors, p-values and Wald statistics are from the scatter of the \
-             shots (sandwich), whatever their noise; ΔAIC is by the Wald statistic."
+            "Outlying shots count less. χ² is weighted and tests nothing; errors, p-values and Wald statistics are from the \
+             scatter of the shots (sandwich), whatever their noise; ΔAIC is by the Wald statistic."
                 .to_owned(),
         );
     }
@@ -154,7 +202,7 @@ pub(super) fn notes(comparison: &Comparison) -> Vec<String> {
 }
 
 /// An estimate of a label.
-pub(super) fn cell(compared: &Compared, label: usize) -> String {
+fn cell(compared: &Compared, label: usize) -> String {
     if compared.left_out.iter().any(|(out, _)| *out == label) {
         return "–".to_owned();
     }
@@ -170,7 +218,7 @@ pub(super) fn cell(compared: &Compared, label: usize) -> String {
 }
 
 /// Everything that is said of one quantity, most important first.
-pub(super) fn lines(comparison: &Comparison, compared: &Compared) -> Vec<String> {
+fn lines(comparison: &Comparison, compared: &Compared) -> Vec<String> {
     let name = |label: usize| comparison.labels[label].as_str();
     let mut lines = Vec::new();
     if let Some(test) = compared.same_or_different {
@@ -196,8 +244,8 @@ pub(super) fn lines(comparison: &Comparison, compared: &Compared) -> Vec<String>
             p_is(d.p_value),
             p_text(d.p_holm)
         ));
-        if let Some(words) = d.words.as_ref().filter(|_| d.is_real()) {
-            lines.push(format!("  {words}"));
+        if let (Some(words), Some(line)) = (d.words.as_ref().filter(|_| d.is_real()), lines.last_mut()) {
+            line.push_str(&format!(". {words}"));
         }
     }
     let mut reasons: Vec<(&str, Vec<&str>)> = Vec::new();
@@ -221,10 +269,6 @@ fn p_is(p: f64) -> String {
     if p < LEAST_P { format!("p < {LEAST_P}") } else { format!("p = {}", plain(p, 2)) }
 }
 
-pub(super) fn p_text(p: f64) -> String {
-    if p < LEAST_P { format!("below {LEAST_P}") } else { plain(p, 2) }
-}
-
 /// compare.json as text.
 pub fn json(comparison: &Comparison) -> Result<String, ReportError> {
     serde_json::to_string_pretty(&document(comparison))
@@ -238,17 +282,22 @@ pub fn document(comparison: &Comparison) -> Json {
     let name = |label: usize| comparison.labels[label].clone();
     let quantity = |q: &Compared| {
         let estimate = |v: &Value| {
-            json!({"label": v.label.map(name), "estimate": v.value, "std_error": v.std_error,
-                   "interval_95": v.interval_95, "fitted": v.fitted, "at_bound": v.at_bound})
+            let end = |end: f64| digits::to_error(end, v.std_error);
+            json!({"label": v.label.map(name), "estimate": end(v.value),
+                   "std_error": v.std_error.map(|error| relative(error, FEW)),
+                   "interval_95": v.interval_95.map(|ends| ends.map(end)), "fitted": v.fitted, "at_bound": v.at_bound})
         };
         let difference = |d: &Difference| {
-            json!({"first": name(d.first), "second": name(d.second), "difference": d.value, "std_error": d.std_error,
-                   "interval_95": d.interval_95, "p_value": d.p_value, "p_holm": d.p_holm, "real": d.is_real(),
+            let end = |end: f64| digits::to_error(end, Some(d.std_error));
+            json!({"first": name(d.first), "second": name(d.second), "difference": end(d.value),
+                   "std_error": relative(d.std_error, FEW), "interval_95": d.interval_95.map(end),
+                   "p_value": probability(d.p_value), "p_holm": probability(d.p_holm), "real": d.is_real(),
                    "effect": d.words})
         };
         let test = q.same_or_different.map(|t| {
-            json!({"likelihood_ratio": t.statistic, "test": t.by.name(), "extra_parameters": t.extra_parameters,
-                   "p_value": t.p_value, "delta_aic": t.delta_aic})
+            json!({"likelihood_ratio": decimal(t.statistic), "test": t.by.name(),
+                   "extra_parameters": t.extra_parameters, "p_value": probability(t.p_value),
+                   "delta_aic": decimal(t.delta_aic)})
         });
         let left_out = |(label, why): &(usize, String)| json!({"label": name(*label), "reason": why});
         json!({"parameter": q.quantity.name(), "meaning": q.quantity.meaning(), "shared": q.shared,
@@ -258,13 +307,13 @@ pub fn document(comparison: &Comparison) -> Json {
                "left_out": q.left_out.iter().map(left_out).collect::<Vec<_>>()})
     };
     let sample = |s: &crate::compare::SampleSummary| {
-        let rejected = |r: &crate::fit::Rejected| json!({"shot": r.shot, "reason": r.reason});
+        let rejected = |r: &Rejected| json!({"shot": r.shot, "reason": r.reason});
         json!({"title": s.title, "label": name(s.label), "shots_used": s.shots_used,
                "shots_rejected": s.shots_rejected.iter().map(rejected).collect::<Vec<_>>()})
     };
     let robust = comparison.robust.as_ref().map(|robust| {
         let weight = |(sample, shot, weight): &(usize, String, f64)| {
-            json!({"sample": comparison.samples[*sample].title, "shot": shot, "weight": weight})
+            json!({"sample": comparison.samples[*sample].title, "shot": shot, "weight": significant(*weight, FEW)})
         };
         json!({"losses": robust.losses, "weights": robust.weights.iter().map(weight).collect::<Vec<_>>()})
     });
@@ -275,6 +324,6 @@ pub fn document(comparison: &Comparison) -> Json {
            "labels": comparison.labels, "warnings": comparison.warnings,
            "samples": comparison.samples.iter().map(sample).collect::<Vec<_>>(),
            "parameters": comparison.quantities.iter().map(quantity).collect::<Vec<_>>(),
-           "chi2": comparison.chi2, "dof": comparison.dof, "noise_estimated": comparison.noise_estimated,
+           "counted": counted(comparison).name(), "chi2": significant(comparison.chi2, MANY), "dof": comparison.dof, "noise_estimated": comparison.noise_estimated,
            "converged": comparison.converged, "termination": comparison.termination})
 }

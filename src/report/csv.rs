@@ -1,40 +1,83 @@
-//! residuals.csv: one row per observation, in the unit of the observable's column.
+//! residuals.csv: one row per measured number that χ² counts, in the unit of its column.
 
 use std::borrow::Cow;
-use std::fmt::Write;
+use std::io::{self, Write};
 
+use super::digits::{self, FEW, MANY, SHOT};
 use super::unit_name;
 use crate::fit::Fit;
+use crate::impact::film::rows::{Ball, Measured, Row};
 
 /// The columns: `measured`, `predicted` and `sd` are in `unit`, `cut_deg` in degrees, `speed_m_s`
-/// in m/s, `standardized` has none. `model` is `refuted` where the data rule the model out, else empty.
-pub const HEADER: &str = "shot,observable,unit,measured,predicted,sd,standardized,cut_deg,speed_m_s,model";
+/// in m/s, `standardized` has none. `model` is `refuted` where the data rule the model out, else empty. `t_s` (s) and `ball`
+/// (cue or object) are those of a frame's coordinate; other observables leave them empty.
+pub const HEADER: &str =
+    "shot,observable,unit,measured,predicted,sd,standardized,cut_deg,speed_m_s,model,t_s,ball";
 
 /// residuals.csv as text. A cell whose number is unknown is empty.
 #[must_use]
 pub fn render(fit: &Fit) -> String {
-    let mut text = String::with_capacity(100 * (fit.residuals.len() + 1));
-    text.push_str(HEADER);
-    text.push('\n');
-    for residual in &fit.residuals {
-        let unit_si = residual.observable.unit_si();
-        // Writing into a String cannot fail.
-        let _ = writeln!(
-            text,
-            "{},{},{},{},{},{},{},{},{},{}",
-            quoted(&residual.shot),
-            residual.observable.column(),
-            unit_name(residual.observable),
-            number(residual.measured / unit_si),
-            number(residual.predicted / unit_si),
-            number(residual.sd / unit_si),
-            number(residual.standardized),
-            number(residual.cut.to_degrees()),
-            number(residual.speed.unwrap_or(f64::NAN)),
-            if fit.refuted.is_some() { "refuted" } else { "" },
-        );
+    let mut bytes = Vec::new();
+    // Writing into a vector cannot fail.
+    let _ = write(fit, &mut bytes);
+    String::from_utf8(bytes).unwrap_or_default()
+}
+
+/// Writes residuals.csv row by row: of a joint fit every coordinate of every frame, else every observable of every shot.
+///
+/// # Errors
+/// Those of `to`.
+pub fn write(fit: &Fit, to: &mut dyn Write) -> io::Result<()> {
+    writeln!(to, "{HEADER}")?;
+    let model = if fit.refuted.is_some() { "refuted" } else { "" };
+    match &fit.frames {
+        Some(frames) => frames.shots().try_for_each(|of_shot| {
+            let shot = quoted(&of_shot.shot);
+            let [cut, speed] = [of_shot.cut.to_degrees(), of_shot.speed].map(|value| number(value, SHOT));
+            let common = format!("{cut},{speed},{model}");
+            of_shot.rows.iter().try_for_each(|row| frame(to, &shot, row, &common))
+        }),
+        None => fit.residuals.iter().try_for_each(|residual| {
+            let unit_si = residual.observable.unit_si();
+            writeln!(
+                to,
+                "{},{},{},{},{},{},{model},,",
+                quoted(&residual.shot),
+                residual.observable.column(),
+                unit_name(residual.observable),
+                compared([residual.measured, residual.predicted, residual.sd].map(|si| si / unit_si)),
+                cell(digits::decimal(residual.standardized)),
+                [number(residual.cut.to_degrees(), SHOT), number(residual.speed.unwrap_or(f64::NAN), SHOT)]
+                    .join(","),
+            )
+        }),
     }
-    text
+}
+
+fn frame(to: &mut dyn Write, shot: &str, row: &Row, common: &str) -> io::Result<()> {
+    let (prefix, ball) = match row.ball {
+        Ball::Cue => ("cue", "cue"),
+        Ball::Object => ("obj", "object"),
+    };
+    let axis = ["x", "y", "z"][row.axis.index()];
+    let (name, unit) = match row.quantity {
+        Measured::Coordinate => (format!("{prefix}_{axis}"), "m"),
+        Measured::SpinBefore => (format!("{prefix}_w{axis}"), "rad/s"),
+        Measured::SpinAfter => (format!("{prefix}_w{axis}_after"), "rad/s"),
+    };
+    writeln!(
+        to,
+        "{shot},{name},{unit},{},{},{common},{},{ball}",
+        compared([row.measured, row.predicted, row.sd]),
+        cell(digits::decimal(row.standardized())),
+        number(row.time.unwrap_or(f64::NAN), MANY),
+    )
+}
+
+/// A measured value, what was predicted of it, and its standard deviation.
+fn compared([measured, predicted, sd]: [f64; 3]) -> String {
+    let [measured, predicted] = [measured, predicted].map(|value| cell(digits::to_error(value, Some(sd))));
+    [measured, predicted, number(sd, FEW)].join(",")
 }
 
 /// A cell as RFC 4180 wants it.
@@ -47,16 +90,17 @@ pub(super) fn quoted(cell: &str) -> Cow<'_, str> {
     }
 }
 
-/// 15 significant digits: all that a number holds whose last bits the change of unit has touched,
-/// so that 30° stays 30.
-fn number(value: f64) -> String {
+fn number(value: f64, digits: usize) -> String {
+    cell(digits::significant(value, digits))
+}
+
+/// Empty where it is no number.
+fn cell(value: f64) -> String {
     if !value.is_finite() {
-        return String::new();
-    }
-    let rounded = format!("{value:.14e}").parse().unwrap_or(value);
-    if rounded == 0.0 || (1e-6..1e15).contains(&rounded.abs()) {
-        format!("{rounded}")
+        String::new()
+    } else if value == 0.0 || (1e-6..1e15).contains(&value.abs()) {
+        format!("{value}")
     } else {
-        format!("{rounded:e}")
+        format!("{value:e}")
     }
 }

@@ -6,6 +6,7 @@ use serde_json::{Map, Value as Json, json};
 
 use super::ReportError;
 use super::csv::quoted;
+use super::digits::{self, FEW};
 use super::number::plain;
 use super::plot::design as plot;
 use super::table::aligned;
@@ -230,9 +231,9 @@ fn mixtures(design: &Design, text: &mut String) {
     }
 }
 
-/// 15 significant digits; nothing where there is no number.
+/// Four significant digits; nothing where there is no number.
 fn cell(value: Option<f64>) -> String {
-    value.map_or(String::new(), |value| format!("{value:e}"))
+    value.map_or(String::new(), |value| format!("{:e}", digits::significant(value, FEW)))
 }
 
 /// One row per kind (without a cut angle and speed of its own) and per cell.
@@ -340,7 +341,7 @@ pub fn document(design: &Design) -> Json {
     };
     let detectable = design.planned.std_errors.map(|e| e.map(|e| design::detectable() * e));
     let c = &expected.coefficients;
-    json!({"version": env!("CARGO_PKG_VERSION"),
+    let mut document = json!({"version": env!("CARGO_PKG_VERSION"),
            "expected": {"mu": c.mu, "mu_s": c.mu_s, "e": c.e},
            "ball": {"radius_m": expected.ball.radius, "inertia": expected.ball.inertia},
            "cloth": expected.cloth,
@@ -351,7 +352,9 @@ pub fn document(design: &Design) -> Json {
            "together": {"shots": design.planned.shots, "std_error": by_parameter(&design.planned.std_errors),
                         "detectable_difference": by_parameter(&detectable)},
            "fewest_shots": design.mixtures.iter().map(mixture).collect::<Vec<_>>(),
-           "in_words": design.words, "notes": design.notes})
+           "in_words": design.words, "notes": design.notes});
+    digits::of_document(&mut document);
+    document
 }
 
 /// By mu, mu_s, e, mu_k, mu_r, row by row.

@@ -2,26 +2,35 @@
 
 use serde_json::{Map, Value, json};
 
+use super::digits::{FEW, MANY, decimal, edge, probability, relative, significant, to_error};
+
 use crate::fit::{
     Alternative, Bootstrap, Bound, Combination, Computed, Contour, Fit, FoundMinimum, Goodness,
     Identifiability, Influence, JointFit, Level, Robust, Starts, Trend,
 };
 use crate::parameters::Parameter;
 
+/// The standard error of each parameter that has one: what its values elsewhere are rounded by.
+type Errors<'a> = &'a dyn Fn(Parameter) -> Option<f64>;
+
 /// The keys of fit.json that say it.
 pub(super) fn entries(fit: &Fit) -> Map<String, Value> {
     let found = &fit.diagnostics;
+    let error = |parameter: Parameter| {
+        fit.estimates.iter().find(|e| e.parameter == parameter).and_then(|e| e.std_error)
+    };
+    let tested = fit.tested().name();
     let mut entries = Map::new();
     let mut add = |key: &str, value: Value| entries.insert(key.to_owned(), value);
     add("computed", found.computed.iter().map(computed).collect());
     add("identifiability", found.identifiability.as_ref().map_or(Value::Null, identifiability));
-    add("goodness", found.goodness.as_ref().map_or(Value::Null, goodness));
+    add("goodness", found.goodness.as_ref().map_or(Value::Null, |found| goodness(found, tested)));
     add("robust", found.robust.as_ref().map_or(Value::Null, robust));
     add("constraints", found.relations.iter().map(constraint).collect());
-    add("starts", found.starts.as_ref().map_or(Value::Null, starts));
-    add("bootstrap", found.bootstrap.as_ref().map_or(Value::Null, bootstrap));
-    add("contours", found.contours.iter().map(contour).collect());
-    add("model_comparison", found.alternatives.iter().map(alternative).collect());
+    add("starts", found.starts.as_ref().map_or(Value::Null, |found| starts(found, &error)));
+    add("bootstrap", found.bootstrap.as_ref().map_or(Value::Null, |found| bootstrap(found, &error)));
+    add("contours", found.contours.iter().map(|found| contour(found, &error)).collect());
+    add("model_comparison", found.alternatives.iter().map(|found| alternative(found, &error)).collect());
     add("information_bound", found.bound.as_ref().map_or(Value::Null, bound));
     add("joint", found.joint.as_ref().map_or(Value::Null, joint));
     entries
@@ -37,29 +46,35 @@ pub(super) fn constraint((text, active): &(String, bool)) -> Value {
 }
 
 fn bound(found: &Bound) -> Value {
-    let errors: Map<String, Value> =
-        found.std_errors.iter().map(|(p, error)| (p.name().to_owned(), json!(error))).collect();
+    let errors: Map<String, Value> = found
+        .std_errors
+        .iter()
+        .map(|(p, error)| (p.name().to_owned(), json!(relative(*error, FEW))))
+        .collect();
     json!({"std_errors": errors, "shots": found.shots})
 }
 
 fn joint(found: &JointFit) -> Value {
-    let friction = |(value, error): (f64, f64)| json!({"value": value, "std_error": error});
+    let friction = |(value, error): (f64, f64)| json!({"value": to_error(value, Some(error)), "std_error": relative(error, FEW)});
     json!({
         "mu_k": friction(found.sliding),
         "mu_r": friction(found.rolling),
+        "p_value": found.p_value.map(probability),
         "observations": found.observations,
         "shot_unknowns": found.unknowns,
     })
 }
 
-fn bootstrap(found: &Bootstrap) -> Value {
+fn bootstrap(found: &Bootstrap, error: Errors) -> Value {
     let parameters: Map<String, Value> = (found.estimates.iter())
         .map(|one| {
+            let error = error(one.parameter).or(Some(one.std_error));
+            let rounded = |value: f64| to_error(value, error);
             let entry = json!({
-                "std_error": one.std_error,
-                "bias": one.bias,
-                "interval_95_percentile": one.percentile,
-                "interval_95_bca": one.bca,
+                "std_error": relative(one.std_error, FEW),
+                "bias": rounded(one.bias),
+                "interval_95_percentile": one.percentile.map(rounded),
+                "interval_95_bca": one.bca.map(rounded),
             });
             (one.parameter.name().to_owned(), entry)
         })
@@ -72,45 +87,50 @@ fn bootstrap(found: &Bootstrap) -> Value {
     })
 }
 
-fn contour(contour: &Contour) -> Value {
+fn contour(contour: &Contour, error: Errors) -> Value {
+    let at = |point: &[f64; 2]| [0, 1].map(|i| edge(point[i], error(contour.parameters[i])));
     let level = |level: &Level| {
         json!({
             "probability": level.probability,
-            "chi2_rise": level.rise,
-            "edge": level.edge,
+            "chi2_rise": relative(level.rise, MANY),
+            "edge": level.edge.iter().map(at).collect::<Vec<_>>(),
         })
     };
     json!({
         "parameters": names(&contour.parameters),
-        "centre": contour.centre,
+        "centre": at(&contour.centre),
         "levels": contour.levels.iter().map(level).collect::<Vec<_>>(),
     })
 }
 
-fn alternative(model: &Alternative) -> Value {
-    let values: Map<String, Value> =
-        model.values.iter().map(|(parameter, value)| (parameter.name().to_owned(), json!(value))).collect();
-    let ratio = model.likelihood_ratio.map(|r| json!({"statistic": r.statistic, "p_value": r.p_value}));
+fn alternative(model: &Alternative, error: Errors) -> Value {
+    let values: Map<String, Value> = model
+        .values
+        .iter()
+        .map(|(p, value)| (p.name().to_owned(), json!(to_error(*value, error(*p)))))
+        .collect();
+    let ratio = model.likelihood_ratio;
+    let ratio = ratio.map(|r| json!({"statistic": decimal(r.statistic), "p_value": probability(r.p_value)}));
     json!({
         "model": model.name,
         "failed": model.failed,
         "values": values,
         "fitted_parameters": model.parameters,
-        "delta_aic": model.delta_aic,
-        "delta_bic": model.delta_bic,
+        "delta_aic": decimal(model.delta_aic),
+        "delta_bic": decimal(model.delta_bic),
         "likelihood_ratio": ratio,
     })
 }
 
-fn goodness(found: &Goodness) -> Value {
+fn goodness(found: &Goodness, tested: &str) -> Value {
     let trend = |trend: &Trend| {
         json!({
             "residuals_of": trend.quantity,
             "against": trend.variable.name(),
-            "slope_sd": trend.slope,
+            "slope_sd": decimal(trend.slope),
             "slope_per": trend.variable.unit(),
-            "p_value": trend.p_value,
-            "p_corrected": trend.p_corrected,
+            "p_value": probability(trend.p_value),
+            "p_corrected": probability(trend.p_corrected),
             "significant": trend.significant,
             "words": trend.words,
         })
@@ -119,23 +139,26 @@ fn goodness(found: &Goodness) -> Value {
         let shifts: Map<String, Value> = shot
             .shifts
             .iter()
-            .map(|(parameter, shift)| (parameter.name().to_owned(), json!(shift)))
+            .map(|(parameter, shift)| (parameter.name().to_owned(), json!(decimal(*shift))))
             .collect();
         json!({
             "shot": shot.shot,
-            "leverage": shot.leverage,
-            "cook_distance": finite(shot.cook),
+            "leverage": significant(shot.leverage, FEW),
+            "cook_distance": significant(finite(shot.cook), FEW),
             "shift_without_it_in_std_errors": shifts,
         })
     };
     json!({
-        "p_value": found.p_value,
+        "counted": tested,
+        "chi2": significant(found.chi2, MANY),
+        "dof": found.dof,
+        "p_value": found.p_value.map(probability),
         "stated_noise": found.noise.name(),
-        "noise_factor": found.noise_factor,
+        "noise_factor": found.noise_factor.map(|factor| significant(factor, FEW)),
         "trends": found.trends.iter().map(trend).collect::<Vec<_>>(),
-        "normality": found.normality.map(|n| json!({"anderson_darling": n.statistic, "p_value": n.p_value})),
+        "normality": found.normality.map(|n| json!({"anderson_darling": decimal(n.statistic), "p_value": probability(n.p_value)})),
         "influence": found.influence.iter().map(influence).collect::<Vec<_>>(),
-        "influential_from_cook_distance": found.influential_from,
+        "influential_from_cook_distance": found.influential_from.map(|from| significant(from, FEW)),
     })
 }
 
@@ -145,7 +168,7 @@ fn finite(value: f64) -> f64 {
 }
 
 fn robust(found: &Robust) -> Value {
-    let weight = |(shot, weight): &(String, f64)| json!({"shot": shot, "weight": weight});
+    let weight = |(shot, weight): &(String, f64)| json!({"shot": shot, "weight": significant(*weight, FEW)});
     json!({
         "loss": found.loss.name(),
         "tuning_constant": found.loss.tuning(),
@@ -154,16 +177,16 @@ fn robust(found: &Robust) -> Value {
     })
 }
 
-fn starts(found: &Starts) -> Value {
+fn starts(found: &Starts, error: Errors) -> Value {
     let minimum = |minimum: &FoundMinimum| {
         let values: Map<String, Value> = minimum
             .values
             .iter()
-            .map(|(parameter, value)| (parameter.name().to_owned(), json!(value)))
+            .map(|(p, value)| (p.name().to_owned(), json!(to_error(*value, error(*p)))))
             .collect();
         json!({
             "values": values,
-            "minus_2_log_likelihood_above_best": minimum.above_best,
+            "minus_2_log_likelihood_above_best": decimal(minimum.above_best),
             "starts": minimum.starts,
         })
     };
@@ -183,8 +206,8 @@ fn names(parameters: &[Parameter]) -> Vec<&'static str> {
 fn identifiability(found: &Identifiability) -> Value {
     json!({
         "parameters": names(&found.parameters),
-        "singular_values": found.singular_values,
-        "condition_number": found.condition,
+        "singular_values": found.singular_values.iter().map(|s| significant(*s, FEW)).collect::<Vec<_>>(),
+        "condition_number": significant(found.condition, FEW),
         "worst": found.worst.as_ref().map(combination),
         "silent": names(&found.silent),
     })
@@ -192,11 +215,11 @@ fn identifiability(found: &Identifiability) -> Value {
 
 fn combination(worst: &Combination) -> Value {
     let terms: Map<String, Value> =
-        worst.terms.iter().map(|(parameter, step)| (parameter.name().to_owned(), json!(step))).collect();
+        worst.terms.iter().map(|(p, step)| (p.name().to_owned(), json!(significant(*step, FEW)))).collect();
     let determined = worst
         .determined
         .as_ref()
-        .map(|(name, value, error)| json!({"name": name, "estimate": value, "std_error": error}));
+        .map(|(name, value, error)| json!({"name": name, "estimate": to_error(*value, Some(*error)), "std_error": relative(*error, FEW)}));
     json!({
         "words": worst.words,
         "one_standard_error_along": terms,

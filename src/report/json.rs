@@ -1,9 +1,10 @@
 //! fit.json: the whole fit but its residuals, for programs. SI and radians, except where a unit
-//! stands beside the number.
+//! stands beside the number. Numbers have the digits that mean something, see [`digits`].
 
 use serde::{Serialize, Serializer};
 use serde_json::{Map, Value};
 
+use super::digits::{self, FEW, MANY};
 use super::{ReportError, diagnostics, reduced_chi2, unit_name};
 use crate::dataset::Measured;
 use crate::fit::{self, Estimate, Fit, Noise, Refuted};
@@ -18,6 +19,16 @@ pub fn render(fit: &Fit) -> Result<String, ReportError> {
         Err(source) => Err(ReportError::Json { dataset: fit.dataset.clone(), source }),
     }
 }
+
+/// Whether two texts of fit.json tell the same result, whatever it took to find it.
+#[must_use]
+pub fn same_result(one: &str, other: &str) -> bool {
+    let result = |line: &&str| !EFFORT.iter().any(|key| line.starts_with(key));
+    one.lines().filter(result).eq(other.lines().filter(result))
+}
+
+/// How the lines of fit.json begin that tell what it took: the time, and steps, of which one more or less is a matter of roundings.
+const EFFORT: [&str; 2] = ["  \"seconds\":", "  \"iterations\":"];
 
 /// Several fits as a JSON array, with a newline at its end.
 pub fn render_all(fits: &[Fit]) -> Result<String, ReportError> {
@@ -51,11 +62,13 @@ pub fn document(fit: &Fit) -> Document<'_> {
             order: fit.estimates.iter().map(|e| e.parameter.name()).collect(),
             matrix: correlation(fit),
         },
-        chi2: fit.chi2,
+        counted: fit.counted().name(),
+        chi2: digits::significant(fit.chi2, MANY),
+        chi2_of_priors: digits::significant(fit.prior_chi2, FEW),
         dof: fit.dof,
-        reduced_chi2: reduced_chi2(fit),
+        reduced_chi2: reduced_chi2(fit).map(|value| digits::significant(value, MANY)),
         refuted: fit.refuted.as_ref().map(refuted),
-        observations: fit.residuals.len(),
+        observations: fit.diagnostics.joint.map_or(fit.residuals.len(), |joint| joint.observations),
         noise: fit.noise.iter().map(noise).collect(),
         diagnostics: diagnostics::entries(fit),
         shots_used: fit.shots_used,
@@ -64,7 +77,7 @@ pub fn document(fit: &Fit) -> Document<'_> {
         converged: fit.converged,
         termination: &fit.termination,
         iterations: fit.iterations,
-        seconds: fit.seconds,
+        seconds: digits::relative(fit.seconds, FEW),
     }
 }
 
@@ -89,7 +102,11 @@ pub struct Document<'a> {
     notes: &'a [String],
     parameters: Ordered<ParameterEntry>,
     correlation: Correlation,
+    /// What chi2, dof, observations and residuals.csv count.
+    counted: &'static str,
     chi2: f64,
+    /// The part of chi2 that is no residual's.
+    chi2_of_priors: f64,
     dof: usize,
     reduced_chi2: Option<f64>,
     /// `null` where the data do not refute the model.
@@ -128,9 +145,9 @@ fn body(fit: &Fit, which: usize) -> BallEntry {
         None => Some(fit.ball.mass),
     };
     BallEntry {
-        radius_m: radii.map_or(fit.ball.radius, |radii| radii[which]),
-        mass_kg,
-        inertia: fit.ball.inertia,
+        radius_m: digits::significant(radii.map_or(fit.ball.radius, |radii| radii[which]), MANY),
+        mass_kg: mass_kg.map(|mass| digits::significant(mass, MANY)),
+        inertia: digits::significant(fit.ball.inertia, MANY),
     }
 }
 
@@ -155,16 +172,19 @@ struct MeasuredEntry {
 }
 
 fn refuted(found: &Refuted) -> RefutedEntry {
-    let errors = found.if_model_held.iter().map(|(parameter, error)| (parameter.name(), *error));
+    let errors = found
+        .if_model_held
+        .iter()
+        .map(|(parameter, error)| (parameter.name(), digits::relative(*error, FEW)));
     RefutedEntry {
-        reduced_chi2: found.reduced_chi2,
-        p_value: found.p_value,
+        reduced_chi2: digits::significant(found.reduced_chi2, MANY),
+        p_value: digits::probability(found.p_value),
         sentence: found.sentence(),
         std_errors_if_model_held: Ordered(errors.collect()),
         measured_e: found.restitution.map(|measured| MeasuredEntry {
-            estimate: measured.value,
-            std_error: measured.std_error,
-            scatter_between_shots: measured.scatter,
+            estimate: digits::to_error(measured.value, Some(measured.std_error)),
+            std_error: digits::relative(measured.std_error, FEW),
+            scatter_between_shots: digits::relative(measured.scatter, FEW),
             shots: measured.shots,
         }),
     }
@@ -178,12 +198,17 @@ struct Friction {
 }
 
 fn friction(measured: Measured) -> Friction {
-    Friction { estimate: measured.value, std_error: measured.sd }
+    Friction {
+        estimate: digits::to_error(measured.value, measured.sd),
+        std_error: measured.sd.map(|sd| digits::relative(sd, FEW)),
+    }
 }
 
 #[derive(Debug, Serialize)]
 struct ParameterEntry {
     meaning: &'static str,
+    /// `1` for a ratio.
+    unit: &'static str,
     estimate: f64,
     std_error: Option<f64>,
     interval_95: Option<[f64; 2]>,
@@ -231,11 +256,16 @@ impl<T: Serialize> Serialize for Ordered<T> {
 }
 
 fn parameter(estimate: &Estimate) -> (&'static str, ParameterEntry) {
-    let finite = |interval: [f64; 2]| interval.iter().all(|end| end.is_finite()).then_some(interval);
+    let error = estimate.std_error.or(estimate.std_error_at_bound);
+    let finite = |interval: [f64; 2]| {
+        interval.iter().all(|end| end.is_finite()).then(|| interval.map(|end| digits::to_error(end, error)))
+    };
+    let unit = estimate.parameter.unit();
     let entry = ParameterEntry {
         meaning: estimate.parameter.meaning(),
-        estimate: estimate.value,
-        std_error: estimate.std_error,
+        unit: if unit.is_empty() { "1" } else { unit },
+        estimate: digits::to_error(estimate.value, error),
+        std_error: estimate.std_error.map(|error| digits::relative(error, FEW)),
         interval_95: estimate.interval_95.and_then(finite),
         interval_method: estimate
             .interval_95
@@ -243,7 +273,7 @@ fn parameter(estimate: &Estimate) -> (&'static str, ParameterEntry) {
             .map(|_| if estimate.is_profiled() { "profile" } else { "hessian" }),
         interval_95_hessian: estimate.intervals.hessian.and_then(finite),
         interval_95_profile: estimate.intervals.profile.and_then(finite),
-        std_error_at_bound: estimate.std_error_at_bound,
+        std_error_at_bound: estimate.std_error_at_bound.map(|error| digits::relative(error, FEW)),
         status: estimate.status.name(),
     };
     (estimate.parameter.name(), entry)
@@ -251,7 +281,7 @@ fn parameter(estimate: &Estimate) -> (&'static str, ParameterEntry) {
 
 /// NaN, and with it `null`, where a parameter has no standard error.
 fn correlation(fit: &Fit) -> Vec<Vec<f64>> {
-    fit.correlation.row_iter().map(|row| row.iter().copied().collect()).collect()
+    fit.correlation.row_iter().map(|row| row.iter().map(|value| digits::decimal(*value)).collect()).collect()
 }
 
 fn noise(noise: &Noise) -> NoiseEntry {
@@ -260,7 +290,7 @@ fn noise(noise: &Noise) -> NoiseEntry {
         observable: noise.observable.column(),
         unit: unit_name(noise.observable),
         count: noise.count,
-        rms: noise.rms / unit_si,
-        estimated_sd: noise.estimated_sd.map(|sd| sd / unit_si),
+        rms: digits::significant(noise.rms / unit_si, FEW),
+        estimated_sd: noise.estimated_sd.map(|sd| digits::significant(sd / unit_si, FEW)),
     }
 }

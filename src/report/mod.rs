@@ -1,18 +1,22 @@
-//! A [`Fit`] → what people and programs read of it. Each renderer is one file and
-//! pure: a fit goes in, text or bytes come out. Only [`write`](mod@write) touches the disk.
+//! A [`Fit`] → what people and programs read of it. What people read is made once, as a value ([`content`]), and walked by
+//! [`text`] and [`html`]; programs read [`json`] and [`csv`]. All are pure: a fit goes in, text or bytes come out. Only
+//! [`write`](mod@write) touches the disk.
 
 pub mod accuracy;
 pub mod compare;
+pub mod content;
 pub mod csv;
 pub mod design;
 mod diagnostics;
+mod digits;
 pub mod discs;
 pub mod extracted;
+pub mod fit;
 pub mod html;
 pub mod json;
 pub mod moved;
-mod number;
 pub mod plot;
+pub mod shots;
 pub mod table;
 pub mod text;
 mod trust;
@@ -23,6 +27,7 @@ use std::path::PathBuf;
 pub use write::{fit_folder, folder_name, group_folders, write, write_all};
 
 use crate::fit::Fit;
+use crate::number;
 use crate::observable::Observable;
 
 /// Why a report was not made.
@@ -66,7 +71,7 @@ fn bodies(fit: &Fit) -> (&'static str, String) {
     let grams = |mass: f64| number::plain(1e3 * mass, 4);
     let Some(discs) = fit.discs else {
         return (
-            "Balls",
+            "balls",
             format!("radius {} mm, mass {} g", millimetres(fit.ball.radius), grams(fit.ball.mass)),
         );
     };
@@ -81,7 +86,15 @@ fn bodies(fit: &Fit) -> (&'static str, String) {
         Some([first, second]) => format!("masses {} and {} g", grams(first), grams(second)),
         None => "masses not stated".to_owned(),
     };
-    ("Discs", format!("{radii}, {masses}"))
+    ("discs", format!("{radii}, {masses}"))
+}
+
+/// Smaller probabilities are not told apart.
+const LEAST_P: f64 = 1e-4;
+
+/// A probability in words.
+fn p_text(p: f64) -> String {
+    if p < LEAST_P { format!("below {LEAST_P}") } else { number::plain(p, 2) }
 }
 
 /// χ² per degree of freedom, where there is one.

@@ -1,7 +1,8 @@
 //! The table that `caromfit fit` prints: one line per fit.
 
+use super::content::{Cell, Table};
 use super::number::{plain, with_error};
-use super::{noise_estimated, reduced_chi2};
+use super::{noise_estimated, reduced_chi2, text};
 use crate::fit::{Estimate, Fit, Status};
 use crate::parameters::Parameter;
 
@@ -15,9 +16,9 @@ pub fn render(fits: &[Fit]) -> String {
         Parameter::ALL.into_iter().filter(|p| Parameter::COEFFICIENTS.contains(p) || has(p)).collect();
     let header = ["data set", "shots"]
         .into_iter()
-        .chain(parameters.iter().map(|parameter| parameter.symbol()))
-        .chain(["χ²/dof", "status"])
         .map(str::to_owned)
+        .chain(parameters.iter().map(|parameter| with_unit(parameter.symbol(), parameter.unit(), ", ")))
+        .chain(["χ²/dof", "status"].map(str::to_owned))
         .collect();
     let mut rows = vec![header];
     rows.extend(fits.iter().map(|fit| row(fit, &parameters)));
@@ -30,23 +31,16 @@ pub fn render(fits: &[Fit]) -> String {
     text
 }
 
-/// Columns padded to the widest cell, two spaces apart, `indent` before each line.
+/// Rows of a table, the first its head, as [`text::table`] lays them out.
 pub(super) fn aligned(rows: &[Vec<String>], indent: &str) -> String {
-    let columns = rows.iter().map(Vec::len).max().unwrap_or(0);
-    let width = |column: usize| {
-        rows.iter().filter_map(|row| row.get(column)).map(|cell| cell.chars().count()).max().unwrap_or(0)
-    };
-    let widths: Vec<usize> = (0..columns).map(width).collect();
-    let mut text = String::new();
-    for row in rows {
-        let mut line = indent.to_owned();
-        for (cell, width) in row.iter().zip(&widths) {
-            line.push_str(&format!("{cell:<width$}  "));
-        }
-        text.push_str(line.trim_end());
-        text.push('\n');
-    }
-    text
+    let mut rows = rows.iter().map(|row| row.iter().map(Cell::text).collect::<Vec<_>>());
+    let head = rows.next().unwrap_or_default();
+    text::table(&Table { head, rows: rows.collect() }, indent)
+}
+
+/// With its unit, where it has one.
+pub(super) fn with_unit(text: &str, unit: &str, space: &str) -> String {
+    if unit.is_empty() { text.to_owned() } else { format!("{text}{space}{unit}") }
 }
 
 /// An estimate in one cell. Of a refuted model: the restitution that was measured without it, where there is one, else the

@@ -1,23 +1,22 @@
 //! How far a fit can be trusted, in words.
 
+use super::content::{Block, Cell, Section, Table};
 use super::number::{interval, plain};
-use super::table::aligned;
+use super::table::with_unit;
 use crate::fit::{
-    Alternative, Bootstrap, Bound, Computed, DOWN_WEIGHTED, Fit, Goodness, Identifiability, NoiseVerdict,
-    Normality, Robust, Starts, Trend,
+    Alternative, Bootstrap, Bound, Computed, DOWN_WEIGHTED, Fit, Goodness, Identifiability, Influence,
+    NoiseVerdict, Normality, Robust, Starts, Trend,
 };
 use crate::parameters::Parameter;
 
-/// Sections of the text report, each a title and its lines.
-pub(super) fn sections(fit: &Fit) -> Vec<(String, Vec<String>)> {
+/// What else was found of a fit, a section each.
+pub(super) fn sections(fit: &Fit) -> Vec<Section> {
     let found = &fit.diagnostics;
     let mut sections = Vec::new();
     if !fit.shots_doubtful.is_empty() {
         let lines = fit.shots_doubtful.iter().map(|shot| format!("shot {}: {}", shot.shot, shot.reason));
-        sections.push((
-            "Doubtful shots (they were used, but something about them is wrong)".to_owned(),
-            lines.collect(),
-        ));
+        let about = "they were used, but something about them is wrong";
+        sections.push(Section::new("Doubtful shots", about, vec![Block::Lines(lines.collect())]));
     }
     if found.computed.len() > 1 {
         sections.push(computed(&found.computed));
@@ -28,9 +27,7 @@ pub(super) fn sections(fit: &Fit) -> Vec<(String, Vec<String>)> {
     sections.extend(found.goodness.as_ref().filter(|g| !g.influence.is_empty()).map(influence));
     sections.extend(found.robust.as_ref().map(robust));
     if !found.relations.is_empty() {
-        let state = |active: bool| if active { "holds with equality" } else { "holds, with room" };
-        let lines = found.relations.iter().map(|(text, active)| format!("{text}: {}", state(*active)));
-        sections.push(("Constraints between parameters".to_owned(), lines.collect()));
+        sections.push(constraints(&found.relations));
     }
     sections.extend(found.starts.as_ref().map(starts));
     sections.extend(found.bootstrap.as_ref().map(bootstrap));
@@ -40,77 +37,97 @@ pub(super) fn sections(fit: &Fit) -> Vec<(String, Vec<String>)> {
     sections
 }
 
-pub(super) fn computed(found: &[Computed]) -> (String, Vec<String>) {
+/// What every shot was computed with.
+pub(super) fn computed(found: &[Computed]) -> Section {
     let line = |Computed { fidelity, effects, shots }: &Computed| {
         let on: Vec<_> = effects.list().into_iter().filter_map(|(name, on)| on.then_some(name)).collect();
-        format!("{shots} shot(s) at {}: {}", fidelity.name(), on.join(", "))
+        let count = if *shots == 1 { "1 shot".to_owned() } else { format!("{shots} shots") };
+        format!("{count} at {}: {}", fidelity.name(), on.join(", "))
     };
-    ("What each shot calls for".to_owned(), found.iter().map(line).collect())
+    listed("What each shot calls for", found.iter().map(line).collect())
 }
 
-fn bound(fit: &Fit, found: &Bound) -> (String, Vec<String>) {
+/// Relations between parameters, and whether they hold with equality.
+pub(super) fn constraints(found: &[(String, bool)]) -> Section {
+    let state = |active: bool| if active { "holds with equality" } else { "holds, with room" };
+    let lines = found.iter().map(|(text, active)| format!("{text}: {}", state(*active)));
+    listed("Constraints between parameters", lines.collect())
+}
+
+fn listed(title: impl Into<String>, lines: Vec<String>) -> Section {
+    Section::new(title, "", vec![Block::Lines(lines)])
+}
+
+fn bound(fit: &Fit, found: &Bound) -> Section {
     let line = |(parameter, least): &(Parameter, f64)| {
-        let used = fit.estimates[*parameter as usize].std_error.map_or(String::new(), |error| {
+        let unit = parameter.unit();
+        let own = fit.estimates.iter().find(|e| e.parameter == *parameter).and_then(|e| e.std_error);
+        let used = own.map_or(String::new(), |error| {
             format!(
                 "; the fit's {} used {:.0} % of the information",
-                plain(error, 2),
+                with_unit(&plain(error, 2), unit, " "),
                 100.0 * (least / error).powi(2)
             )
         });
-        format!("{}: standard error {} (no unit){used}", parameter.symbol(), plain(*least, 2))
+        format!("{}: standard error {}{used}", parameter.symbol(), with_unit(&plain(*least, 2), unit, " "))
     };
-    let title = "What the frames could tell at best (Cramér-Rao bound of the positions, friction of the cloth unknown; \
-                 beyond 100 %: the fit used more than positions)";
-    (title.to_owned(), found.std_errors.iter().map(line).collect())
+    let about = "Cramér-Rao bound of the positions, friction of the cloth unknown; beyond 100 %: the fit used more than \
+                 positions";
+    let lines = found.std_errors.iter().map(line).collect();
+    Section::new("What the frames could tell at best", about, vec![Block::Lines(lines)])
 }
 
-fn bootstrap(found: &Bootstrap) -> (String, Vec<String>) {
-    let mut rows = vec![
-        ["", "standard error", "bias", "95 % interval (percentile)", "95 % interval (BCa)"]
-            .map(str::to_owned)
-            .to_vec(),
-    ];
-    for one in &found.estimates {
-        rows.push(vec![
-            one.parameter.symbol().to_owned(),
-            plain(one.std_error, 2),
-            plain(one.bias, 2),
-            interval(one.percentile, Some(one.std_error)),
-            interval(one.bca, Some(one.std_error)),
-        ]);
-    }
-    let mut lines: Vec<String> = aligned(&rows, "").lines().map(str::to_owned).collect();
+fn bootstrap(found: &Bootstrap) -> Section {
+    let head = ["", "standard error", "bias", "95 % interval, percentile", "95 % interval, BCa"];
+    let rows = found.estimates.iter().map(|one| {
+        let unit = one.parameter.unit();
+        vec![
+            Cell::text(one.parameter.symbol()),
+            Cell::number(with_unit(&plain(one.std_error, 2), unit, " ")),
+            Cell::number(with_unit(&plain(one.bias, 2), unit, " ")),
+            Cell::text(with_unit(&interval(one.percentile, Some(one.std_error)), unit, " ")),
+            Cell::text(with_unit(&interval(one.bca, Some(one.std_error)), unit, " ")),
+        ]
+    });
+    let mut blocks = vec![Block::Table(Table::new(head, rows))];
     if found.failed > 0 {
-        lines.push(format!("{} samples could not be fitted and are left out", found.failed));
+        let line = format!("{} samples could not be fitted and are left out", found.failed);
+        blocks.push(Block::Lines(vec![line]));
     }
-    let title = format!(
-        "Bootstrap: {} samples of shots drawn anew, seed {} (no unit; bias: their mean less the estimate; BCa: \
-         corrected for it)",
+    let about = format!(
+        "{} samples of shots drawn anew, seed {}; bias: their mean less the estimate; BCa: corrected for it",
         found.replicates, found.seed
     );
-    (title, lines)
+    Section::new("Bootstrap", about, blocks)
 }
 
-fn alternatives(found: &[Alternative]) -> (String, Vec<String>) {
-    let mut rows = vec![["model", "fitted", "ΔAIC", "ΔBIC", "likelihood ratio"].map(str::to_owned).to_vec()];
-    for model in found {
+fn alternatives(found: &[Alternative]) -> Section {
+    let row = |model: &Alternative| {
         if let Some(reason) = &model.failed {
-            rows.push(vec![model.name.to_owned(), format!("not fitted: {reason}")]);
-            continue;
+            return vec![Cell::text(model.name), Cell::text(format!("not fitted: {reason}"))];
         }
         let ratio = model.likelihood_ratio.map_or(String::new(), |ratio| {
             format!("{}, by chance with probability {}", plain(ratio.statistic, 3), plain(ratio.p_value, 2))
         });
-        let difference = |value: f64| format!("{value:+.2}");
-        let (aic, bic) = (difference(model.delta_aic), difference(model.delta_bic));
-        rows.push(vec![model.name.to_owned(), model.parameters.to_string(), aic, bic, ratio]);
-    }
-    let title = "Other models on these data (ΔAIC, ΔBIC: no unit, less than −10 speaks clearly for the model, more \
-                 than 10 clearly against; fitted: parameters and noises)";
-    (title.to_owned(), aligned(&rows, "").lines().map(str::to_owned).collect())
+        vec![
+            Cell::text(model.name),
+            Cell::number(model.parameters.to_string()),
+            Cell::number(format!("{:+.2}", model.delta_aic)),
+            Cell::number(format!("{:+.2}", model.delta_bic)),
+            Cell::text(ratio),
+        ]
+    };
+    let head = ["model", "fitted", "ΔAIC", "ΔBIC", "likelihood ratio"];
+    let about = "ΔAIC, ΔBIC: no unit, less than −10 speaks clearly for the model, more than 10 clearly against; fitted: \
+                 parameters and noises";
+    Section::new(
+        "Other models on these data",
+        about,
+        vec![Block::Table(Table::new(head, found.iter().map(row)))],
+    )
 }
 
-fn residuals(fit: &Fit, found: &Goodness) -> (String, Vec<String>) {
+fn residuals(fit: &Fit, found: &Goodness) -> Section {
     let mut lines = Vec::new();
     lines.push(match (found.noise, found.noise_factor) {
         (NoiseVerdict::Explains, Some(factor)) => format!(
@@ -123,8 +140,12 @@ fn residuals(fit: &Fit, found: &Goodness) -> (String, Vec<String>) {
                 plain(factor, 3)
             )
         }
-        _ if fit.dof == 0 => "no degree of freedom is left to test the noise with".to_owned(),
-        _ => "whether noise explains the residuals cannot be tested: it was told from them".to_owned(),
+        _ if found.dof == 0 => "no degree of freedom is left to test the noise with".to_owned(),
+        _ if fit.diagnostics.robust.is_some() => {
+            "whether the stated noise explains the residuals is not tested: outlying shots count less"
+                .to_owned()
+        }
+        _ => "whether noise explains the residuals cannot be tested: it was estimated from them".to_owned(),
     });
     let significant: Vec<&Trend> = found.trends.iter().filter(|trend| trend.significant).collect();
     if significant.is_empty() {
@@ -150,52 +171,62 @@ fn residuals(fit: &Fit, found: &Goodness) -> (String, Vec<String>) {
         ),
         None => "normal distribution: fewer than eight residuals do not tell".to_owned(),
     });
-    ("Residuals".to_owned(), lines)
+    Section::new("Residuals", format!("of {}", fit.tested().words()), vec![Block::Lines(lines)])
 }
 
-fn influence(found: &Goodness) -> (String, Vec<String>) {
-    let mut rows = vec![["shot", "leverage", "Cook's distance", "without it"].map(str::to_owned).to_vec()];
-    for shot in &found.influence {
+fn influence(found: &Goodness) -> Section {
+    let row = |shot: &Influence| {
         let shifts: Vec<String> = (shot.shifts.iter())
             .map(|(parameter, shift)| format!("{} {shift:+.2} se", parameter.symbol()))
             .collect();
         let without = if shifts.is_empty() { "not determined".to_owned() } else { shifts.join(", ") };
         let cook = if shot.cook.is_finite() { plain(shot.cook, 2) } else { "∞".to_owned() };
-        rows.push(vec![shot.shot.clone(), plain(shot.leverage, 2), cook, without]);
-    }
+        vec![
+            Cell::text(&*shot.shot),
+            Cell::number(plain(shot.leverage, 2)),
+            Cell::number(cook),
+            Cell::text(without),
+        ]
+    };
     let threshold = match found.influential_from {
         Some(from) => format!(", influential from {}", plain(from, 2)),
         None => String::new(),
     };
-    let title = format!(
-        "Shots that matter most (leverage: its share in the fit, of as many as there are parameters; Cook's \
-         distance: how far the estimates move without it{threshold}; se: standard errors)"
+    let about = format!(
+        "leverage: its share in the fit, of as many as there are parameters; Cook's distance: how far the estimates move \
+         without it{threshold}; se: standard errors"
     );
-    (title, aligned(&rows, "").lines().map(str::to_owned).collect())
+    let head = ["shot", "leverage", "Cook's distance", "without it"];
+    let table = Table::new(head, found.influence.iter().map(row));
+    Section::new("Shots that matter most", about, vec![Block::Table(table)])
 }
 
-fn robust(found: &Robust) -> (String, Vec<String>) {
+/// Shots with a small weight, most of them by name: name and weight.
+pub(super) fn down_weighted(losses: &str, weights: impl Iterator<Item = (String, f64)>) -> Section {
     /// Beyond these the rest is counted.
     const LISTED: usize = 20;
-    let clear: Vec<_> = found.weights.iter().filter(|(_, weight)| *weight < DOWN_WEIGHTED).collect();
-    let mut lines: Vec<String> = clear
-        .iter()
-        .take(LISTED)
-        .map(|(shot, weight)| format!("shot {shot}: weight {} (1: counts fully)", plain(*weight, 2)))
-        .collect();
+    let clear: Vec<(String, f64)> = weights.filter(|(_, weight)| *weight < DOWN_WEIGHTED).collect();
+    let line =
+        |(shot, weight): &(String, f64)| format!("{shot}: weight {} (1: counts fully)", plain(*weight, 2));
+    let mut lines: Vec<String> = clear.iter().take(LISTED).map(line).collect();
     if clear.is_empty() {
         lines.push(format!("no shot has a weight below {DOWN_WEIGHTED} (1: counts fully)"));
     } else if clear.len() > LISTED {
         lines.push(format!("and {} more", clear.len() - LISTED));
     }
-    (format!("Shots that count less, {} loss", found.loss.name()), lines)
+    listed(format!("Shots that count less, {losses} loss"), lines)
 }
 
-fn starts(found: &Starts) -> (String, Vec<String>) {
+fn robust(found: &Robust) -> Section {
+    let weights = found.weights.iter().map(|(shot, weight)| (format!("shot {shot}"), *weight));
+    down_weighted(found.loss.name(), weights)
+}
+
+fn starts(found: &Starts) -> Section {
     let mut lines: Vec<String> = (found.minima.iter())
         .map(|minimum| {
             let values: Vec<String> = (minimum.values.iter())
-                .map(|(parameter, value)| format!("{} = {}", parameter.symbol(), plain(*value, 5)))
+                .map(|(p, value)| format!("{} = {}", p.symbol(), with_unit(&plain(*value, 5), p.unit(), " ")))
                 .collect();
             format!(
                 "{} starts: {}; −2 log likelihood {} above the best",
@@ -209,10 +240,10 @@ fn starts(found: &Starts) -> (String, Vec<String>) {
         lines.push(format!("{} starts ended in no minimum", found.failed));
     }
     let agree = if found.agree() { "all agree" } else { "they do not agree" };
-    (format!("{} starts, seed {}: {agree}", found.count, found.seed), lines)
+    listed(format!("{} starts, seed {}: {agree}", found.count, found.seed), lines)
 }
 
-fn identifiability(found: &Identifiability) -> (String, Vec<String>) {
+fn identifiability(found: &Identifiability) -> Section {
     let values: Vec<String> = found.singular_values.iter().map(|value| plain(*value, 3)).collect();
     let mut lines = vec![format!(
         "singular values {} (no unit; of the Jacobian by parameters, columns scaled to 1), condition number {} (1: \
@@ -225,5 +256,5 @@ fn identifiability(found: &Identifiability) -> (String, Vec<String>) {
         let names: Vec<_> = found.silent.iter().map(|parameter| parameter.symbol()).collect();
         lines.push(format!("the data are silent on {}", names.join(", ")));
     }
-    ("What the data determine".to_owned(), lines)
+    listed("What the data determine", lines)
 }

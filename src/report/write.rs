@@ -1,12 +1,14 @@
 //! A fit on disk: `<out>/<data set>/` or, where labels are fitted apart, `<out>/<data set>/<label>/`.
 
+use std::borrow::Cow;
 use std::collections::HashSet;
 use std::fs::{self, File};
-use std::io::{self, Write};
+use std::io::{self, BufWriter, Write};
 use std::path::{Path, PathBuf};
 
-use super::html::{self, ShotPicture};
-use super::{ReportError, csv, json, plot};
+use super::fit::{Pictures, content_with, named};
+use super::shots::{ShotPicture, shot_list, with_spots};
+use super::{ReportError, csv, html, json, plot};
 use crate::fit::Fit;
 
 /// Writes the report of a fit below `out` and returns its folder. The label of a group gives its
@@ -36,8 +38,7 @@ pub fn write_all(fits: &[Fit], shots: &[ShotPicture], out: &Path) -> Result<(), 
     let mut rendered = Vec::new();
     for (fit, name) in fits.iter().zip(group_folders(&labels)) {
         let folder = out.join(dataset_folder(&fit.dataset));
-        rendered
-            .push((if fit.group.is_some() { folder.join(name) } else { folder }, files_with(fit, shots)?));
+        rendered.push((if fit.group.is_some() { folder.join(name) } else { folder }, files(fit, shots)?));
     }
     rendered.iter().try_for_each(|(folder, files)| put(files, folder))
 }
@@ -45,12 +46,44 @@ pub fn write_all(fits: &[Fit], shots: &[ShotPicture], out: &Path) -> Result<(), 
 /// Writes the report of a fit into `folder`, whole or not at all: everything is rendered, then
 /// written beside the folder, then moved into place file by file. Other files there stay.
 pub fn write_to(fit: &Fit, folder: &Path) -> Result<(), ReportError> {
-    put(&files(fit)?, folder)
+    put(&files(fit, &[])?, folder)
+}
+
+/// What programs read of a fit.
+const FIT: &str = "fit.json";
+
+/// A file to be written.
+enum Content<'a> {
+    Bytes(Cow<'a, [u8]>),
+    /// residuals.csv, which may be larger than what should be held in memory.
+    Residuals(&'a Fit),
+}
+
+impl Content<'_> {
+    fn write(&self, file: File) -> io::Result<()> {
+        let mut buffer = BufWriter::new(file);
+        match self {
+            Self::Bytes(bytes) => buffer.write_all(bytes)?,
+            Self::Residuals(fit) => csv::write(fit, &mut buffer)?,
+        }
+        buffer.into_inner().map_err(io::IntoInnerError::into_error)?.sync_all()
+    }
 }
 
 /// Writes the files of a report, and removes a picture of an earlier one that this one does not have.
-fn put(files: &[(&'static str, Vec<u8>)], folder: &Path) -> Result<(), ReportError> {
-    write_files(files, folder)?;
+///
+/// A fit.json that tells the same result stays, with the time and the steps of the run that found it first: what is kept under version
+/// control does not change with every run.
+fn put(files: &[(&'static str, Content)], folder: &Path) -> Result<(), ReportError> {
+    let stays = |(name, content): &&(&'static str, Content)| match content {
+        Content::Bytes(bytes) if *name == FIT => {
+            let stored = fs::read_to_string(folder.join(name)).unwrap_or_default();
+            std::str::from_utf8(bytes).is_ok_and(|text| json::same_result(text, &stored))
+        }
+        _ => false,
+    };
+    let written: Vec<_> = files.iter().filter(|file| !stays(file)).collect();
+    write_contents(&written, folder)?;
     for name in ["contours.svg", "contours.png"] {
         let path = folder.join(name);
         if files.iter().all(|(written, _)| *written != name) && path.exists() {
@@ -60,36 +93,42 @@ fn put(files: &[(&'static str, Vec<u8>)], folder: &Path) -> Result<(), ReportErr
     Ok(())
 }
 
-/// The files of a report: name and content.
-pub fn files(fit: &Fit) -> Result<Vec<(&'static str, Vec<u8>)>, ReportError> {
-    files_with(fit, &[])
-}
-
-/// The same, with pictures of shots for report.html.
-pub fn files_with(fit: &Fit, shots: &[ShotPicture]) -> Result<Vec<(&'static str, Vec<u8>)>, ReportError> {
+/// The files of a report, with pictures of shots for report.html.
+fn files<'a>(fit: &'a Fit, shots: &[ShotPicture]) -> Result<Vec<(&'static str, Content<'a>)>, ReportError> {
     let (residuals, spots) = plot::svg_with_spots(fit)?;
     let contours = plot::contours::svg(fit).transpose()?;
-    let report = html::of_fit(fit, &residuals, &spots, contours.as_deref(), shots)?;
+    let plot = with_spots(&residuals, &spots, &shot_list(named(fit), &[]), |index| {
+        fit.residuals.get(index).map(|residual| (residual.shot.clone(), residual))
+    });
+    let pictures = Pictures { residuals: Some(plot), contours: contours.clone(), shots: shots.to_vec() };
+    let report = html::render(&content_with(fit, &pictures))?;
+    let bytes = |bytes: Vec<u8>| Content::Bytes(Cow::Owned(bytes));
     let mut files = vec![
-        ("residuals.csv", csv::render(fit).into_bytes()),
-        ("residuals.svg", residuals.into_bytes()),
-        ("residuals.png", plot::png(fit)?),
+        ("residuals.csv", Content::Residuals(fit)),
+        ("residuals.svg", bytes(residuals.into_bytes())),
+        ("residuals.png", bytes(plot::png(fit)?)),
     ];
     if let Some(svg) = contours {
-        files.push(("contours.svg", svg.into_bytes()));
+        files.push(("contours.svg", bytes(svg.into_bytes())));
     }
-    files.push(("report.html", report.into_bytes()));
+    files.push(("report.html", bytes(report.into_bytes())));
     if let Some(png) = plot::contours::png(fit) {
-        files.push(("contours.png", png?));
+        files.push(("contours.png", bytes(png?)));
     }
     // Last, so that a program which waits for it finds the others.
-    files.push(("fit.json", json::render(fit)?.into_bytes()));
+    files.push((FIT, bytes(json::render(fit)?.into_bytes())));
     Ok(files)
 }
 
 /// Puts files into a folder, which is made where it is missing: all are complete on the disk before
 /// the first one replaces what was there.
 pub fn write_files(files: &[(&str, Vec<u8>)], folder: &Path) -> Result<(), ReportError> {
+    let contents = files.iter().map(|(name, bytes)| (*name, Content::Bytes(Cow::Borrowed(bytes.as_slice()))));
+    let contents: Vec<_> = contents.collect();
+    write_contents(&contents.iter().collect::<Vec<_>>(), folder)
+}
+
+fn write_contents(files: &[&(&str, Content)], folder: &Path) -> Result<(), ReportError> {
     let at = |path: &Path| {
         let path = path.to_owned();
         move |source: io::Error| ReportError::Write { path, source }
@@ -101,11 +140,7 @@ pub fn write_files(files: &[(&str, Vec<u8>)], folder: &Path) -> Result<(), Repor
     let staging = tempfile::Builder::new().prefix(".caromfit-").tempdir_in(parent).map_err(at(parent))?;
     for (name, content) in files {
         let path = staging.path().join(name);
-        let written = File::create(&path).and_then(|mut file| {
-            file.write_all(content)?;
-            file.sync_all()
-        });
-        written.map_err(at(&path))?;
+        File::create(&path).and_then(|file| content.write(file)).map_err(at(&path))?;
     }
     for (name, _) in files {
         let target = folder.join(name);

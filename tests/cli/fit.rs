@@ -155,6 +155,26 @@ fn a_fit_and_its_files() {
     assert_eq!(fs::read_to_string(folder.join("residuals.csv")).unwrap(), csv);
 }
 
+/// Results that are kept under version control change with the result, not with the time that it took.
+#[test]
+fn the_same_result_leaves_fit_json_as_it_was() {
+    let lab = Lab::of("mathavan-2014");
+    done(&lab.fit(&[]));
+    let path = lab.out.join("mathavan-2014/fit.json");
+    let first = fs::read_to_string(&path).unwrap();
+    let line = first.lines().find(|line| line.contains("\"seconds\"")).unwrap();
+    let slower = swap(&first, line, "  \"seconds\": 1234.5");
+    fs::write(&path, &slower).unwrap();
+    done(&lab.fit(&[]));
+    assert_eq!(fs::read_to_string(&path).unwrap(), slower);
+    let other = swap(&slower, "\"shots_used\": 5", "\"shots_used\": 4");
+    fs::write(&path, &other).unwrap();
+    done(&lab.fit(&[]));
+    let again = lab.fit_json("mathavan-2014");
+    assert_eq!(again["shots_used"], 5);
+    assert!(again["seconds"].as_f64().unwrap() < 1234.5);
+}
+
 #[test]
 fn a_picture_of_an_earlier_fit_does_not_stay() {
     let lab = Lab::of("alciatore-2006");
@@ -172,7 +192,7 @@ fn statistics_on_request_stand_in_the_report() {
     let report = lab.fit(&["--bootstrap", "20", "--starts", "3", "--loss", "huber", "--seed", "5", "-v"]);
     let text = done(&report).to_string();
     for part in [
-        "Bootstrap: 20 samples of shots drawn anew, seed 5",
+        "Bootstrap (20 samples of shots drawn anew, seed 5",
         "3 starts, seed 5: all agree",
         "Shots that count less, huber loss",
         "What the data determine",

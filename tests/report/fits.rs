@@ -2,7 +2,9 @@
 
 use std::path::PathBuf;
 
-use caromfit::fit::{Diagnostics, Estimate, Fit, Intervals, Method, Noise, Rejected, Residual, Status};
+use caromfit::fit::{
+    Diagnostics, Estimate, Fit, Goodness, Intervals, Method, Noise, NoiseVerdict, Rejected, Residual, Status,
+};
 use caromfit::observable::Observable;
 use caromfit::parameters::Parameter;
 use nalgebra::DMatrix;
@@ -32,6 +34,21 @@ fn without_error(parameter: Parameter, value: f64, status: Status) -> Estimate {
         intervals: Intervals::default(),
         std_error_at_bound: None,
         status,
+    }
+}
+
+/// What ten throws with stated noise give.
+fn goodness() -> Goodness {
+    Goodness {
+        chi2: 7.0,
+        dof: 7,
+        p_value: Some(0.428_88),
+        noise: NoiseVerdict::Explains,
+        noise_factor: Some(1.0),
+        trends: Vec::new(),
+        normality: None,
+        influence: Vec::new(),
+        influential_from: None,
     }
 }
 
@@ -73,6 +90,7 @@ pub fn normal() -> Fit {
         ],
         correlation: DMatrix::from_row_slice(3, 3, &[1.0, -0.5, 0.25, -0.5, 1.0, 0.125, 0.25, 0.125, 1.0]),
         chi2: 7.0,
+        prior_chi2: 0.0,
         dof: 7,
         noise: vec![Noise {
             observable: Observable::Throw,
@@ -85,11 +103,12 @@ pub fn normal() -> Fit {
         shots_doubtful: Vec::new(),
         refuted: None,
         residuals: (1..=10).map(throw).collect(),
+        frames: None,
         termination: "the cost no longer falls".to_owned(),
         converged: true,
         iterations: 9,
         seconds: 0.0123,
-        diagnostics: Diagnostics::default(),
+        diagnostics: Diagnostics { goodness: Some(goodness()), ..Diagnostics::default() },
         warnings: Vec::new(),
         notes: Vec::new(),
     }
@@ -110,6 +129,7 @@ pub fn restricted() -> Fit {
     ];
     fit.correlation = DMatrix::from_element(3, 3, NAN);
     fit.noise[0].estimated_sd = Some(0.1_f64.to_radians());
+    fit.diagnostics.goodness = None;
     fit.shots_rejected = vec![Rejected { shot: "7".to_owned(), reason: "no impact found".to_owned() }];
     fit.warnings = vec!["μ_s is not identified: no shot has follow or draw.".to_owned()];
     fit

@@ -8,6 +8,7 @@
 mod local;
 mod moments;
 mod normal;
+pub mod rows;
 pub(super) mod settle;
 
 use moments::Moments;

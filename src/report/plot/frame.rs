@@ -72,7 +72,7 @@ impl<'c, 'a, DB: DrawingBackend> Frame<'c, 'a, DB> {
     /// Where a point of the data is; at the edge, if it is beyond.
     pub(super) fn at(&self, x: f64, y: f64) -> Pixel {
         let Rect { left, top, right, bottom } = self.plot;
-        let along = |from: i32, to: i32, part: f64| from + (part * f64::from(to - from)).round() as i32;
+        let along = |from: i32, to: i32, part: f64| from + whole(part * f64::from(to - from));
         (along(left, right, self.x.position(x)), along(bottom, top, self.y.position(y)))
     }
 
@@ -115,6 +115,12 @@ impl<'c, 'a, DB: DrawingBackend> Frame<'c, 'a, DB> {
         let middle = centred((top + bottom) / 2, width(&name, SMALL), (area.top, area.bottom));
         self.canvas.text(&name, (area.left + 13, middle), Anchor::Upwards, SMALL, INK)
     }
+}
+
+/// The nearest pixel. What is half-way but for a rounding goes up, on every machine.
+fn whole(pixels: f64) -> i32 {
+    const ROUNDING: f64 = 1e-6;
+    (pixels + ROUNDING).round() as i32
 }
 
 /// The place nearest to `wish` where something `length` long does not stick out.

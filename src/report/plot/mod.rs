@@ -24,7 +24,7 @@ use self::series::Legend;
 use super::number::plain;
 use super::table::{chi2_text, estimate};
 use super::{ReportError, noise_estimated, reduced_chi2, title};
-use crate::fit::Fit;
+use crate::fit::{Fit, Method};
 
 /// Where points of the data are on a picture: pixels from the left and from the top, and the index of the residual.
 pub type Spots = Vec<(i32, i32, usize)>;
@@ -160,7 +160,12 @@ fn summary(fit: &Fit) -> Vec<String> {
     let chi2 = match reduced_chi2(fit) {
         Some(chi2) => {
             let how = if noise_estimated(fit) { "; noise estimated from these residuals" } else { "" };
-            format!("χ²/dof = {} (χ² = {}, {} dof{how})", chi2_text(chi2), plain(fit.chi2, 4), fit.dof)
+            let counted = match fit.method {
+                Method::Joint => format!(" of {}", fit.counted().words()),
+                Method::TwoStage => String::new(),
+            };
+            let value = plain(fit.chi2, 4);
+            format!("χ²/dof{counted} = {} (χ² = {value}, {} dof{how})", chi2_text(chi2), fit.dof)
         }
         None => "no degrees of freedom".to_owned(),
     };

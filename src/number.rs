@@ -1,8 +1,8 @@
-//! Numbers as people read them.
+//! Numbers as people read them, in sentences and tables.
 
 /// A number to at most so many significant digits, without trailing zeros: `0.3`, `0.0514`,
 /// `12.3`, `1.2e-9`.
-pub(super) fn plain(value: f64, digits: usize) -> String {
+pub(crate) fn plain(value: f64, digits: usize) -> String {
     if !value.is_finite() {
         return "–".to_owned();
     }
@@ -22,7 +22,7 @@ pub(super) fn plain(value: f64, digits: usize) -> String {
 }
 
 /// `0.1014 ± 0.0027`: the error to two significant digits, the value to the same decimals.
-pub(super) fn with_error(value: f64, error: f64) -> String {
+pub(crate) fn with_error(value: f64, error: f64) -> String {
     let decimals = decimals_of_error(error);
     if decimals > MOST_DECIMALS {
         return format!("{value:.MOST_DECIMALS$} ± {error:.1e}");
@@ -31,7 +31,7 @@ pub(super) fn with_error(value: f64, error: f64) -> String {
 }
 
 /// `[0.0489, 0.0517]`, to the decimals of the standard error where there is one.
-pub(super) fn interval([low, high]: [f64; 2], error: Option<f64>) -> String {
+pub(crate) fn interval([low, high]: [f64; 2], error: Option<f64>) -> String {
     match error {
         Some(error) => {
             let decimals = decimals_of_error(error).min(MOST_DECIMALS);

@@ -1,0 +1,61 @@
+//! What χ², degrees of freedom and residuals count.
+
+use super::{Fit, Method};
+use crate::observable::Observable;
+
+/// The measured numbers that a sum of squares is of.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Counted {
+    /// Coordinates of the balls in the frames, and components of spins that markers show.
+    Coordinates,
+    /// Components of velocities, and of spins, after the impact.
+    Velocities,
+    /// Angles, speeds and their ratios.
+    Angles,
+}
+
+impl Counted {
+    /// As in fit.json.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Coordinates => "coordinates",
+            Self::Velocities => "velocities",
+            Self::Angles => "angles",
+        }
+    }
+
+    /// As in a sentence.
+    #[must_use]
+    pub fn words(self) -> &'static str {
+        match self {
+            Self::Coordinates => "the frames' coordinates",
+            Self::Velocities => "the velocities",
+            Self::Angles => "the angles and speeds",
+        }
+    }
+
+    /// Of these observables.
+    #[must_use]
+    pub fn of(mut observables: impl Iterator<Item = Observable>) -> Self {
+        if observables.any(|observable| Observable::IMPACTS.contains(&observable)) {
+            Self::Velocities
+        } else {
+            Self::Angles
+        }
+    }
+}
+
+impl Fit {
+    /// What `chi2`, `dof` and residuals.csv count.
+    #[must_use]
+    pub fn counted(&self) -> Counted {
+        if self.method == Method::Joint { Counted::Coordinates } else { self.tested() }
+    }
+
+    /// What `residuals` list, and what [`super::Goodness`] tests.
+    #[must_use]
+    pub fn tested(&self) -> Counted {
+        Counted::of(self.residuals.iter().map(|residual| residual.observable))
+    }
+}

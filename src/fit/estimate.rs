@@ -1,0 +1,77 @@
+//! What a fit says of one parameter.
+
+use crate::parameters::Parameter;
+
+/// One fitted parameter.
+#[derive(Clone, Copy, Debug)]
+pub struct Estimate {
+    pub parameter: Parameter,
+    pub value: f64,
+    pub std_error: Option<f64>,
+    /// 95 % interval, within the bounds; at an active bound it is one-sided. That of the profile where
+    /// the two of `intervals` differ by more than a tenth, else that of the Hessian.
+    pub interval_95: Option<[f64; 2]>,
+    pub intervals: Intervals,
+    /// The standard error if the parameters at their bounds were known to be there. Only where
+    /// that differs from `std_error`.
+    pub std_error_at_bound: Option<f64>,
+    pub status: Status,
+}
+
+/// A parameter's 95 % interval, found in two ways.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Intervals {
+    /// From the curvature of χ² at its minimum: value ± t·error, as far as the bounds allow.
+    pub hessian: Option<[f64; 2]>,
+    /// Where χ², least over all other parameters, is t² above its minimum.
+    pub profile: Option<[f64; 2]>,
+}
+
+impl Estimate {
+    /// Sets both intervals and which of them is the one to quote.
+    pub(super) fn choose_interval(&mut self, profile: Option<[f64; 2]>) {
+        /// An end that is off by more than this part of the half width matters.
+        const DIFFERENT: f64 = 0.1;
+        let hessian = self.interval_95;
+        self.intervals = Intervals { hessian, profile };
+        let (Some(hessian), Some(profile)) = (hessian, profile) else {
+            self.interval_95 = hessian.or(profile);
+            return;
+        };
+        let half = 0.5 * (hessian[1] - hessian[0]);
+        if (0..2).any(|side| (hessian[side] - profile[side]).abs() > DIFFERENT * half) {
+            self.interval_95 = Some(profile);
+        }
+    }
+
+    /// Whether `interval_95` is that of the profile.
+    #[must_use]
+    pub fn is_profiled(&self) -> bool {
+        self.interval_95.is_some() && self.interval_95 == self.intervals.profile
+    }
+}
+
+/// What a fit could say about a parameter.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Status {
+    Free,
+    Fixed,
+    AtLowerBound,
+    AtUpperBound,
+    /// The data say nothing about it: it was left at its initial value.
+    NotIdentified,
+}
+
+impl Status {
+    /// As in fit.json.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Free => "free",
+            Self::Fixed => "fixed",
+            Self::AtLowerBound => "at-lower-bound",
+            Self::AtUpperBound => "at-upper-bound",
+            Self::NotIdentified => "not-identified",
+        }
+    }
+}

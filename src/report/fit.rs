@@ -1,0 +1,238 @@
+//! A [`Fit`] → [`Report`].
+
+use super::content::{Block, Cell, Figure, Report, Section, Table, facts};
+use super::number::{interval, plain, with_error};
+use super::shots::shot_list;
+use super::table::{chi2_text, estimate, with_unit};
+use super::trust::sections;
+use super::{bodies, model, noise_estimated, p_text, reduced_chi2, title};
+use crate::fit::{Counted, DOWN_WEIGHTED, Estimate, Fit, Method, Noise, Residual, Status};
+
+/// The pictures that go into a report.
+#[derive(Clone, Debug, Default)]
+pub struct Pictures {
+    /// Residual plots, as SVG.
+    pub residuals: Option<String>,
+    /// Regions of pairs of parameters, as SVG.
+    pub contours: Option<String>,
+    /// Tracks of shots: name and SVG.
+    pub shots: Vec<(String, String)>,
+}
+
+/// What is said of a fit, without pictures.
+#[must_use]
+pub fn content(fit: &Fit) -> Report {
+    content_with(fit, &Pictures::default())
+}
+
+/// What is said of a fit.
+#[must_use]
+pub fn content_with(fit: &Fit, pictures: &Pictures) -> Report {
+    let mut warnings = fit.warnings.clone();
+    if !fit.converged {
+        warnings.insert(0, format!("Not converged: {}", fit.termination));
+    }
+    let figure = |svg: &Option<String>, alt: &str| {
+        svg.clone().map(|svg| Block::Figure(Figure { alt: alt.into(), svg }))
+    };
+    let tested = match fit.method {
+        Method::Joint => "of the velocities extracted from each shot, against the estimates of the joint fit",
+        Method::TwoStage => "",
+    };
+    let mut all = vec![parameters(fit), Section::new("χ²", "", vec![Block::Lines(chi2(fit))])];
+    if !fit.noise.is_empty() {
+        let rows = fit.noise.iter().map(noise);
+        let table = Table::new(["", "values", "sd of one value", "rms of the residuals"], rows);
+        all.push(Section::new("Noise", "rms: root mean square", vec![Block::Table(table)]));
+    }
+    let residuals = figure(&pictures.residuals, "Measured against predicted values, and residuals");
+    all.extend(residuals.map(|figure| Section::new("Residual plots", tested, vec![figure])));
+    let regions = figure(&pictures.contours, "68 % and 95 % regions");
+    all.extend(regions.map(|figure| Section::new("Regions of pairs of parameters", "", vec![figure])));
+    all.extend(sections(fit));
+    if !fit.shots_rejected.is_empty() {
+        let row = |(shot, reason): (&str, &str)| vec![Cell::text(shot), Cell::text(reason)];
+        let rows = fit.shots_rejected.iter().map(|rejected| row((&rejected.shot, &rejected.reason)));
+        let table = Table::new(["shot", "why"], rows);
+        all.push(Section::new("Shots that were not used", "", vec![Block::Table(table)]));
+    }
+    if !fit.notes.is_empty() {
+        all.push(Section::new("Notes", "", vec![Block::Lines(fit.notes.clone())]));
+    }
+    let shots = shot_list(named(fit), &pictures.shots);
+    if !shots.is_empty() {
+        all.push(Section::new("Shots, the largest residuals first", tested, vec![Block::Shots(shots)]));
+    }
+    Report { title: title(fit), warnings, facts: about(fit), sections: all }
+}
+
+/// Each residual with the name of its shot.
+pub(super) fn named(fit: &Fit) -> impl Iterator<Item = (String, &Residual)> {
+    fit.residuals.iter().map(|residual| (residual.shot.clone(), residual))
+}
+
+/// What was measured, and how it was fitted.
+fn about(fit: &Fit) -> Vec<super::content::Fact> {
+    let iterations = if fit.iterations == 1 { "iteration" } else { "iterations" };
+    facts([
+        ("source", fit.source.clone().unwrap_or_default()),
+        ("cloth", fit.cloth.clone().unwrap_or_default()),
+        bodies(fit),
+        ("model", model(fit)),
+        ("method", fit.method.name().to_owned()),
+        ("shots", format!("{} used, {} not used", fit.shots_used, fit.shots_rejected.len())),
+        (
+            "optimiser",
+            format!(
+                "stopped after {} {iterations}, {} s: {}",
+                fit.iterations,
+                plain(fit.seconds, 2),
+                fit.termination
+            ),
+        ),
+    ])
+}
+
+fn parameters(fit: &Fit) -> Section {
+    let profiled = fit.estimates.iter().any(Estimate::is_profiled);
+    let how =
+        if profiled { "; profile: where χ², least over the others, is t² above its minimum" } else { "" };
+    let head = match fit.refuted {
+        Some(_) => ["", "estimate", "", "meaning"],
+        None => ["", "estimate", "95 % interval", "meaning"],
+    };
+    let rows = fit.estimates.iter().map(|estimate| parameter(fit, estimate));
+    let mut blocks = vec![Block::Table(Table::new(head, rows))];
+    let mut lines: Vec<String> = fit.estimates.iter().filter_map(at_bound).collect();
+    lines.extend(correlations(fit));
+    if !lines.is_empty() {
+        blocks.push(Block::Lines(lines));
+    }
+    let errors = if fit.refuted.is_some() { "" } else { "± one standard error" };
+    Section::new("Parameters", format!("{errors}{how}"), blocks)
+}
+
+fn parameter(fit: &Fit, parameter: &Estimate) -> Vec<Cell> {
+    let unit = parameter.parameter.unit();
+    let interval = match parameter.interval_95 {
+        Some(ends) if ends.iter().all(|end| end.is_finite()) => {
+            let how = if parameter.is_profiled() { " profile" } else { "" };
+            with_unit(&interval(ends, parameter.std_error), unit, " ") + how
+        }
+        _ => String::new(),
+    };
+    let value = match parameter.status {
+        Status::NotIdentified => {
+            format!("{}, left at {}", estimate(fit, parameter), plain(parameter.value, 4))
+        }
+        _ => estimate(fit, parameter),
+    };
+    let cells = [
+        parameter.parameter.symbol(),
+        &with_unit(&value, unit, " "),
+        &interval,
+        parameter.parameter.meaning(),
+    ];
+    cells.map(Cell::text).to_vec()
+}
+
+fn at_bound(estimate: &Estimate) -> Option<String> {
+    let error = estimate.std_error_at_bound.filter(|error| error.is_finite())?;
+    let value = with_unit(&with_error(estimate.value, error), estimate.parameter.unit(), " ");
+    Some(format!(
+        "{}: {value} if the parameters at their bounds are truly there",
+        estimate.parameter.symbol()
+    ))
+}
+
+/// One line, of the pairs that have a correlation.
+fn correlations(fit: &Fit) -> Option<String> {
+    let mut pairs = Vec::new();
+    for (row, first) in fit.estimates.iter().enumerate() {
+        for (column, second) in fit.estimates.iter().enumerate().skip(row + 1) {
+            if let Some(value) = fit.correlation.get((row, column)).filter(|value| value.is_finite()) {
+                let [first, second] = [first, second].map(|estimate| estimate.parameter.symbol());
+                pairs.push(format!("{first} and {second} {value:+.3}"));
+            }
+        }
+    }
+    (!pairs.is_empty()).then(|| format!("correlation of the errors, −1 to 1: {}", pairs.join(", ")))
+}
+
+/// χ², what it counts, and what it says about model and noise; in a joint fit first of the frames, then of the velocities.
+fn chi2(fit: &Fit) -> Vec<String> {
+    let Some(reduced) = reduced_chi2(fit) else {
+        return vec![
+            "no degrees of freedom: the fit passes through the data and cannot be tested".to_owned(),
+        ];
+    };
+    let goodness = fit.diagnostics.goodness.as_ref();
+    let mut lines = vec![of(fit.counted(), fit.chi2, fit.dof, reduced)];
+    match &fit.diagnostics.joint {
+        Some(joint) => {
+            lines[0] += &joint.p_value.map_or(
+                ": not tested, as the noise of the positions was estimated from the same frames".to_owned(),
+                by_chance,
+            );
+            if let Some(found) = goodness.filter(|found| found.dof > 0) {
+                let line = of(fit.tested(), found.chi2, found.dof, found.chi2 / found.dof as f64);
+                lines.push(line + &found.p_value.map_or(": not tested".to_owned(), by_chance));
+            }
+        }
+        None => lines[0] += &tested(fit),
+    }
+    if fit.prior_chi2 >= LEAST_SHOWN * fit.chi2 {
+        lines.push(format!(
+            "{} of this χ² is what priors and errors that all shots share add",
+            plain(fit.prior_chi2, 2)
+        ));
+    }
+    lines
+}
+
+/// A smaller part of χ² is not worth a line.
+const LEAST_SHOWN: f64 = 0.005;
+
+fn of(counted: Counted, chi2: f64, dof: usize, reduced: f64) -> String {
+    format!(
+        "χ² of {} = {} for {dof} degrees of freedom, χ²/dof = {}",
+        counted.words(),
+        plain(chi2, 4),
+        chi2_text(reduced)
+    )
+}
+
+/// Whether χ² tells model from noise, and what it says.
+fn tested(fit: &Fit) -> String {
+    let p = fit.diagnostics.goodness.as_ref().and_then(|goodness| goodness.p_value);
+    if noise_estimated(fit) {
+        ": near 1 whatever the model, as noise was estimated from these residuals".to_owned()
+    } else if fit.diagnostics.robust.is_some() {
+        format!(": not tested, as outlying shots count less (weights below {DOWN_WEIGHTED} are listed)")
+    } else {
+        p.map_or(String::new(), by_chance)
+    }
+}
+
+fn by_chance(p: f64) -> String {
+    format!("; were model and noise right, chance would give a larger χ² with probability {}", p_text(p))
+}
+
+fn noise(noise: &Noise) -> Vec<Cell> {
+    let observable = noise.observable;
+    let unit = observable.unit();
+    let quantity = |si: f64| {
+        let space = if unit == "°" { "" } else { " " };
+        with_unit(&plain(si / observable.unit_si(), 3), unit, space)
+    };
+    let sd = match noise.estimated_sd {
+        Some(sd) => format!("{}, estimated from the residuals", quantity(sd)),
+        None => "given with the data".to_owned(),
+    };
+    vec![
+        Cell::text(observable.label()),
+        Cell::number(noise.count.to_string()),
+        Cell::text(sd),
+        Cell::text(quantity(noise.rms)),
+    ]
+}
