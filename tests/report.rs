@@ -100,7 +100,7 @@ fn csv_is_exact() {
         speed: Some(2.0),
     });
     let expected = "\
-shot,observable,unit,measured,predicted,sd,standardized,cut_deg,speed_m_s,model,t_s,ball
+shot,observable,unit,measured,predicted,sd,standardized,cut_deg,speed_m_s,t_s,ball,model
 1,throw_deg,deg,0.53,0.5,0.1,0.3,8,0.5,,,
 \"a \"\"quoted\"\", shot\",throw_deg,deg,0.53,0.5,,,8,,,,
 3,object_speed_ratio,1,0.33333333333,0.5,1e-7,-1,30,2,,,

@@ -12,7 +12,7 @@ use crate::impact::film::rows::{Ball, Measured, Row};
 /// in m/s, `standardized` has none. `model` is `refuted` where the data rule the model out, else empty. `t_s` (s) and `ball`
 /// (cue or object) are those of a frame's coordinate; other observables leave them empty.
 pub const HEADER: &str =
-    "shot,observable,unit,measured,predicted,sd,standardized,cut_deg,speed_m_s,model,t_s,ball";
+    "shot,observable,unit,measured,predicted,sd,standardized,cut_deg,speed_m_s,t_s,ball,model";
 
 /// residuals.csv as text. A cell whose number is unknown is empty.
 #[must_use]
@@ -34,14 +34,14 @@ pub fn write(fit: &Fit, to: &mut dyn Write) -> io::Result<()> {
         Some(frames) => frames.shots().try_for_each(|of_shot| {
             let shot = quoted(&of_shot.shot);
             let [cut, speed] = [of_shot.cut.to_degrees(), of_shot.speed].map(|value| number(value, SHOT));
-            let common = format!("{cut},{speed},{model}");
-            of_shot.rows.iter().try_for_each(|row| frame(to, &shot, row, &common))
+            let common = format!("{cut},{speed}");
+            of_shot.rows.iter().try_for_each(|row| frame(to, &shot, row, [&common, model]))
         }),
         None => fit.residuals.iter().try_for_each(|residual| {
             let unit_si = residual.observable.unit_si();
             writeln!(
                 to,
-                "{},{},{},{},{},{},{model},,",
+                "{},{},{},{},{},{},,,{model}",
                 quoted(&residual.shot),
                 residual.observable.column(),
                 unit_name(residual.observable),
@@ -54,7 +54,7 @@ pub fn write(fit: &Fit, to: &mut dyn Write) -> io::Result<()> {
     }
 }
 
-fn frame(to: &mut dyn Write, shot: &str, row: &Row, common: &str) -> io::Result<()> {
+fn frame(to: &mut dyn Write, shot: &str, row: &Row, [common, model]: [&str; 2]) -> io::Result<()> {
     let (prefix, ball) = match row.ball {
         Ball::Cue => ("cue", "cue"),
         Ball::Object => ("obj", "object"),
@@ -67,7 +67,7 @@ fn frame(to: &mut dyn Write, shot: &str, row: &Row, common: &str) -> io::Result<
     };
     writeln!(
         to,
-        "{shot},{name},{unit},{},{},{common},{},{ball}",
+        "{shot},{name},{unit},{},{},{common},{},{ball},{model}",
         compared([row.measured, row.predicted, row.sd]),
         cell(digits::decimal(row.standardized())),
         number(row.time.unwrap_or(f64::NAN), MANY),
