@@ -141,6 +141,11 @@ impl Moments {
         Self([Part::new(frames), Part::new(after)])
     }
 
+    /// The frames themselves, in the order of time.
+    pub(super) fn frames(&self) -> impl Iterator<Item = &Frame> {
+        self.0.iter().flat_map(|part| &part.frames)
+    }
+
     /// What the frames at instants in [from, to) say of a path.
     pub(super) fn along(&self, path: &Path<Local>, [from, to]: [f64; 2]) -> Along {
         let mut sums = Along { square: 0.0, gradient: SVector::zeros(), matrix: SMatrix::zeros() };

@@ -2,6 +2,7 @@
 
 use super::{Film, OWN, Own, SHARED, SPIN, fit};
 use crate::ball::{BallState, Vec3};
+use crate::cloth::{Cloth, Path};
 use crate::collision::{Coefficients, Corrected, Input};
 use crate::observable::Axis;
 
@@ -56,15 +57,29 @@ impl Film {
     pub fn rows(&self, collision: &Corrected, shared: &[f64; SHARED], own: &Own) -> Option<Vec<Row>> {
         let spins = self.spin.is_some().then(|| [own[OWN], own[OWN + 1], own[OWN + 2]]);
         let roll = if self.rolls_unknown() { own[OWN] } else { 0.0 };
-        let (motion, after) =
-            self.motion(&own.as_slice()[..OWN], (spins, roll), shared, |inputs| collide(collision, inputs))?;
+        let (launches, after) = self
+            .launches(&own.as_slice()[..OWN], (spins, roll), shared, |inputs| collide(collision, inputs))?;
+        let [.., sliding, rolling] = *shared;
+        let cloth = Cloth { sliding, rolling, bounce: self.scene.bounce };
+        let time = own[0];
+        let paths = [
+            (
+                &self.cue,
+                Ball::Cue,
+                Path::before(&launches.before, &cloth),
+                Path::after(&launches.cue, &cloth),
+            ),
+            (
+                &self.object,
+                Ball::Object,
+                Path::at_rest(&launches.object),
+                Path::after(&launches.object, &cloth),
+            ),
+        ];
         let mut rows = Vec::new();
-        for (frames, ball) in [(&self.cue, Ball::Cue), (&self.object, Ball::Object)] {
-            for frame in frames {
-                let predicted = match ball {
-                    Ball::Cue => motion.cue(frame.t),
-                    Ball::Object => motion.object(frame.t),
-                };
+        for (frames, ball, before, later) in paths {
+            for frame in frames.frames() {
+                let predicted = if frame.t < time { &before } else { &later }.position(frame.t);
                 for (i, axis) in [Axis::X, Axis::Y].into_iter().enumerate() {
                     rows.push(Row {
                         ball,
