@@ -28,8 +28,8 @@ pub struct Ball {
 }
 
 impl Ball {
-    /// A standard pool ball: 57.15 mm across, 170 g, uniform (physics: § 10 of the model notes in
-    /// the README).
+    /// A standard pool ball: 57.15 mm (2¼ inches) across and uniform, as the World Pool-Billiard Association
+    /// specifies it, of 170 g (specified: 5.5 to 6 oz, 156 to 170 g).
     pub const POOL: Self = Self { radius: 0.028_575, mass: 0.170, inertia: UNIFORM_SPHERE };
 }
 

@@ -83,15 +83,27 @@ impl Case {
     }
 }
 
+/// A case of a file, and what came of it.
+#[derive(Clone, Debug)]
+pub struct Computed {
+    pub case: Case,
+    /// In the file, from 1.
+    pub line: usize,
+    pub model: Model,
+    /// An integration that did not reach the end of the impact has none: [`NotACollision::NotIntegrated`].
+    pub outcome: Result<Outcome, NotACollision>,
+}
+
 /// Reads a CSV with the columns name, speed_m_s, cut_deg, omega_x, omega_y, omega_z, mu, mu_s, e,
-/// radius_m and computes every row; `model` gives the model for each.
+/// radius_m and computes every row; `model` gives the model for each. A row whose integration fails leaves the others
+/// as they are.
 ///
 /// # Errors
 /// Every cell that is no number and every row that is no collision, with its line.
 pub fn collide_all(
     path: &Path,
     model: impl Fn(&Case) -> Result<Model, BadCase>,
-) -> Result<Vec<(Case, Model, Outcome)>, DatasetError> {
+) -> Result<Vec<Computed>, DatasetError> {
     const NUMBERS: [&str; 9] =
         ["speed_m_s", "cut_deg", "omega_x", "omega_y", "omega_z", "mu", "mu_s", "e", "radius_m"];
     let mut problems = Problems::new(format!("the cases {} cannot be computed:", path.display()));
@@ -120,12 +132,17 @@ pub fn collide_all(
         };
         let name = table.text("name", row).unwrap_or_default().to_string();
         let case = Case { name, speed, cut_deg, spin: Vec3::new(x, y, z), mu, mu_s, e, radius };
-        let computed = model(&case).and_then(|model| Ok((model, case.collide(&model)?)));
+        let line = table.line(row);
+        let computed = model(&case).and_then(|model| match case.collide(&model) {
+            Ok(outcome) => Ok((model, Ok(outcome))),
+            Err(BadCase::NotACollision(why @ NotACollision::NotIntegrated(_))) => Ok((model, Err(why))),
+            Err(error) => Err(error),
+        });
         match computed {
-            Ok((model, outcome)) => collided.push((case, model, outcome)),
+            Ok((model, outcome)) => collided.push(Computed { case, line, model, outcome }),
             Err(error) => {
                 let message = format!("\"{}\" is no collision: {error}", case.name);
-                problems.add(path, Some(table.line(row)), error.column(), message);
+                problems.add(path, Some(line), error.column(), message);
             }
         }
     }

@@ -28,6 +28,8 @@ pub enum InitError {
     Empty { path: PathBuf },
     #[error("{}: is no text; expected a table of tracks or measurements, not the film itself", path.display())]
     NoText { path: PathBuf },
+    #[error("{}: is JSON; expected a table (CSV, tab-separated or text) of tracks or measurements", path.display())]
+    Json { path: PathBuf },
     #[error("{}: holds no table (a file that ends in .{}); name the files", path.display(), TABLES.join(", ."))]
     NoTables { path: PathBuf },
     #[error("{} is {what}, but {} is {other}; expected files of one kind", path.display(), other_path.display())]
@@ -194,6 +196,9 @@ fn look(file: &Path) -> Result<Seen, InitError> {
     if names.iter().any(|name| name.contains(|c: char| c == char::REPLACEMENT_CHARACTER || c.is_control())) {
         return Err(InitError::NoText { path: file.to_path_buf() });
     }
+    if names.first().is_some_and(|name| name.starts_with(['{', '['])) {
+        return Err(InitError::Json { path: file.to_path_buf() });
+    }
     let has = |name: &str| names.iter().any(|n| n == name);
     if has("nx") && has("ny") && has("cue_vx") {
         return Ok(Seen::Impacts);
@@ -231,7 +236,8 @@ fn describe_tracks(all: &[(&PathBuf, &Survey)], sheet: &mut Sheet) {
             sheet.line(&format!("capture_fps = {fps:?}         # as the file states"));
         }
         (None, Some(fps)) => {
-            let fps = if fps.fract() == 0.0 { format!("{fps}") } else { format!("{fps:.4}") };
+            let fps = format!("{fps:.4}");
+            let fps = fps.trim_end_matches('0').trim_end_matches('.');
             sheet.found.push(format!("The times follow {fps} frames per second."));
             let why = format!(
                 "what the camera recorded at, not the playback rate. The times in the files follow {fps} frames per second"
@@ -291,8 +297,24 @@ fn describe_tracks(all: &[(&PathBuf, &Survey)], sheet: &mut Sheet) {
     sheet.line("# shots = \"shots.csv\"         # optional: shot, and any of cue_spin, omega_x, omega_y, omega_z, skip, note");
 }
 
+/// So many columns of a table are listed, and so many characters of the name of one.
+const MOST_COLUMNS: usize = 30;
+const LONGEST_COLUMN: usize = 40;
+
+/// A name, or how a long one begins.
+fn begin(name: &str) -> String {
+    let mut short: String = name.chars().take(LONGEST_COLUMN).collect();
+    if short.len() < name.len() {
+        short.push('…');
+    }
+    short
+}
+
 fn describe_columns(file: &Path, names: &[String], sheet: &mut Sheet) {
-    let listed: Vec<String> = names.iter().map(|name| quoted(name)).collect();
+    let mut listed: Vec<String> = names.iter().take(MOST_COLUMNS).map(|name| quoted(&begin(name))).collect();
+    if names.len() > MOST_COLUMNS {
+        listed.push(format!("… ({} in all)", names.len()));
+    }
     sheet.found.push(format!(
         "{}: no known format; its first line is {}. Say under [tracks.columns] which column is what.",
         file.display(),

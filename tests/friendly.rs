@@ -108,6 +108,116 @@ fn init_knows_every_shipped_table() {
     assert!(status(&output, 2).1.contains("/nowhere.csv"));
 }
 
+/// Rates are those of the camera, however coarsely the times are rounded and however many rows are missing.
+#[test]
+fn init_finds_the_rate_that_times_follow() {
+    let folder = tempfile::tempdir().unwrap();
+    let csv = folder.path().join("shot.csv");
+    let table = |rate: f64, decimals: usize, missing: &dyn Fn(usize) -> bool| {
+        let rows = (0..60).filter(|n| !missing(*n)).map(|n| {
+            let t = n as f64 / rate;
+            format!("{t:.decimals$},A,{},0\n{t:.decimals$},B,1,0\n", 0.02 * n as f64)
+        });
+        format!("t,ball,x,y\n{}", rows.collect::<String>())
+    };
+    for (rate, decimals, expected) in [
+        (120.0, 3, "120"),
+        (50.0, 2, "50"),
+        (240.0, 3, "240"),
+        (1000.0, 3, "1000"),
+        (59.94, 4, "59.94"),
+        (30.0, 2, "30"),
+    ] {
+        fs::write(&csv, table(rate, decimals, &|_| false)).unwrap();
+        let output = caromfit([Path::new("init"), Path::new("--stdout"), &csv]);
+        let (draft, _) = status(&output, 0);
+        assert!(draft.contains(&format!("follow {expected} frames per second")), "{rate}:\n{draft}");
+    }
+    // mostly every second row, some in between: 50 Hz, not 25
+    fs::write(&csv, table(50.0, 2, &|n| n % 2 == 1 && n % 9 != 0)).unwrap();
+    let output = caromfit([Path::new("init"), Path::new("--stdout"), &csv]);
+    assert!(status(&output, 0).0.contains("follow 50 frames per second"));
+}
+
+#[test]
+fn init_does_not_paste_what_is_no_table() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("shots.csv");
+    fs::write(&path, format!("{{\"shots\": [{}0]}}\n", "1, 2, ".repeat(100_000))).unwrap();
+    let output = caromfit([Path::new("init"), &path]);
+    let (_, said) = status(&output, 2);
+    assert!(said.contains("shots.csv: is JSON; expected a table") && said.len() < 500, "{}", said.len());
+    // a table of very many columns is not listed whole either
+    fs::write(&path, format!("{}\n", "a column of a table,".repeat(10_000))).unwrap();
+    let output = caromfit([Path::new("init"), Path::new("--stdout"), &path]);
+    let (draft, _) = status(&output, 0);
+    assert!(draft.len() < 5_000 && draft.contains("(10001 in all)"), "{}", draft.len());
+    toml::from_str::<toml::Table>(draft).unwrap();
+}
+
+/// What a fresh draft lacks is said all at once, and each thing once for all files.
+#[test]
+fn check_says_at_once_what_a_fresh_draft_lacks() {
+    let folder = tempfile::tempdir().unwrap();
+    for shot in 0..30 {
+        let rows: String = (0..40).map(|n| format!("{n},red,{},0\n{n},white,{},0\n", n, 80 - n)).collect();
+        fs::write(folder.path().join(format!("kick-{shot:02}.csv")), format!("frame,ball,x,y\n{rows}"))
+            .unwrap();
+    }
+    status(&caromfit([Path::new("init"), folder.path()]), 0);
+    let output = caromfit([Path::new("check"), folder.path()]);
+    let (_, said) = status(&output, 2);
+    for fragment in [
+        "expected [cue_spin] assume",
+        "no track \"cue\"",
+        "no track \"object\"",
+        "expected [video] capture_fps",
+    ] {
+        assert_eq!(said.matches(fragment).count(), 1, "{fragment}:\n{said}");
+    }
+    assert!(said.contains("the same in") && said.contains("kick-02.csv:2 and 27 more"), "{said}");
+    assert!(said.lines().count() < 12, "{said}");
+}
+
+#[test]
+fn fit_says_where_the_report_is() {
+    let folder = tempfile::tempdir().unwrap();
+    let out = folder.path().to_str().unwrap();
+    let [one, two] = ["data/mathavan-2014", "data/domenech-2023"].map(|data| root().join(data));
+    let output = caromfit(["fit", one.to_str().unwrap(), "--out", out]);
+    let last = status(&output, 0).0.lines().last().unwrap();
+    let report = last.strip_prefix("Report: ").unwrap();
+    assert!(Path::new(report).is_file(), "{last}");
+    let output = caromfit(["fit", one.to_str().unwrap(), two.to_str().unwrap(), "--out", out]);
+    let last = status(&output, 0).0.lines().last().unwrap();
+    assert!(last.starts_with(&format!("Reports: {out}/*/report.html (2 data sets")), "{last}");
+}
+
+/// Words, not files, are offered where words are expected; examples of the manual keep their lines.
+#[test]
+fn completions_offer_words_and_the_manual_keeps_lines() {
+    let output = caromfit(["completions", "bash"]);
+    let (script, _) = status(&output, 0);
+    for words in ["\"squares huber cauchy\"", "\"pooltool json toml\"", "\"two-stage joint\""] {
+        assert!(script.contains(words), "{words}");
+    }
+    let output = caromfit(["fit", "nowhere", "--loss", "hubert"]);
+    assert!(status(&output, 2).1.contains("huber"));
+    let folder = tempfile::tempdir().unwrap();
+    status(&caromfit(["man", "--out", folder.path().to_str().unwrap()]), 0);
+    let page = fs::read_to_string(folder.path().join("caromfit-synth.1")).unwrap();
+    let example = page.split(".nf\n").nth(1).and_then(|rest| rest.split(".fi\n").next()).unwrap();
+    assert!(example.contains("\n    [camera]") && example.contains("impacts | angles | tracks"), "{page}");
+    let page = fs::read_to_string(folder.path().join("caromfit-collide.1")).unwrap();
+    assert!(page.contains(".SH EXAMPLES\n.nf\nExamples:\n  caromfit collide"), "{page}");
+    // where --effects is, its names are
+    for command in ["fit", "collide"] {
+        let output = caromfit([command, "--help"]);
+        let help: String = status(&output, 0).0.split_whitespace().collect::<Vec<_>>().join(" ");
+        assert!(help.contains("cloth-on-cue, gravity, falling-friction"), "{help}");
+    }
+}
+
 #[test]
 fn check_says_what_is_suspicious() {
     let folder = tempfile::tempdir().unwrap();

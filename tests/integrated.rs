@@ -340,3 +340,63 @@ fn a_fit_by_integration_is_the_fit_of_the_full_solution() {
         assert!((c.value - truth).abs() < 3.5 * c.std_error.unwrap(), "{c:?}");
     }
 }
+
+/// Shots whose three contacts stick and slide by turns: rough balls and cloths, slow and fast, without slip between the balls
+/// at first, or with a cue ball that skids sideways on the cloth. Slip that sets in is followed to the tolerance, and so
+/// are the many small hops of slow balls.
+#[test]
+fn contacts_that_stick_and_slip_by_turns_are_integrated() {
+    /// Of U, at the default tolerance against one of 1e-12: up to a thousand steps instead of some dozen.
+    const MOST: f64 = 1e-7;
+    const USUALLY: f64 = 1e-9;
+    let ball = Ball::POOL;
+    let at = |tolerance: f64| Model { tolerance, ..Model::new(Fidelity::Contact, ball) };
+    let energy = |s: &BallState| {
+        s.velocity.norm_squared() + ball.inertia * ball.radius.powi(2) * s.spin.norm_squared()
+    };
+    let mut errors = Vec::new();
+    for speed in [1e-3, 2e-3, 0.02, 0.3, 5.0] {
+        for cut in [-60_f64, -30.0, -5.0, 0.0, 15.0, 45.0] {
+            let (sin, cos) = cut.to_radians().sin_cos();
+            let spin = speed / ball.radius;
+            // a skid sideways; no slip between the balls: of a sliding ball, one that turns sideways, one that rolls
+            let spins = [
+                Vec3::new(-1.9117 * spin, 0.0, 0.0),
+                Vec3::new(0.0, 0.0, -spin * sin),
+                Vec3::new(-spin * sin, 0.0, -spin * sin),
+                Vec3::new(-spin * sin, spin * cos, -spin * sin),
+            ];
+            for (mu, mu_s) in [(0.05, 0.3), (0.3, 1.0), (0.5, 0.3), (1.0, 0.0), (1.0, 0.6), (1.0, 1.0)] {
+                for spin in spins {
+                    let cue = BallState { velocity: cue_velocity(speed, cut.to_radians()), spin };
+                    let coefficients = Coefficients { mu, mu_s, e: 0.94 };
+                    let [found, exact] = [Model::TOLERANCE, 1e-12].map(|tolerance| {
+                        at(tolerance).collide(&cue, &coefficients).unwrap_or_else(|error| {
+                            panic!("{error} at {tolerance:e}: {cue:?} {coefficients:?}")
+                        })
+                    });
+                    let error = off(&found, &exact, ball.radius, speed);
+                    assert!(error < MOST, "{error:e}: {cue:?} {coefficients:?}");
+                    assert!(energy(&found.cue) + energy(&found.object) <= energy(&cue));
+                    errors.push(error);
+                    // without gravity and the cloth's true directions these are the equations of the full solution
+                    let same = same_equations(Fidelity::Contact, ball, Model::TOLERANCE);
+                    let [full, same] = [Model::new(Fidelity::Full, ball), same]
+                        .map(|model| model.collide(&cue, &coefficients).unwrap());
+                    let error = off(&full, &same, ball.radius, speed);
+                    assert!(error < STEPS * Model::TOLERANCE, "{error:e}: {cue:?} {coefficients:?}");
+                    // with the cloth on both balls, but without gravity, those of the integration in the impulse
+                    let effects = Fidelity::Ode.effects();
+                    let [ode, contact] = INTEGRATED.map(|fidelity| {
+                        let model = Model { effects, ..Model::new(fidelity, ball) };
+                        model.collide(&cue, &coefficients).unwrap()
+                    });
+                    let error = off(&ode, &contact, ball.radius, speed);
+                    assert!(error < MOST, "{error:e}: {cue:?} {coefficients:?}");
+                }
+            }
+        }
+    }
+    errors.sort_by(f64::total_cmp);
+    assert!(errors[errors.len() * 95 / 100] < USUALLY, "{:e}", errors[errors.len() * 95 / 100]);
+}

@@ -26,6 +26,7 @@ mod published;
 mod recovery;
 mod report;
 mod shipped;
+mod signs;
 mod statistics;
 mod synthetic;
 mod tracks;

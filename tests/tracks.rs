@@ -112,7 +112,7 @@ fn tracker_exports() {
     refused(settings, "#multi:\n;A;;B;\nt;x;y;x;y\n", &["no rows"]);
     // one track, copied
     refused(settings, "\tmass_C\nt\tx\ty\n0.0\t1\t2\n0.01\t1\t2\n", &["no track \"A\"", "\"mass_C\""]);
-    refused(settings, "t\ty\tx\n0.0\t1\t2\n0.01\t1\t2\n", &["no track \"B\"", "its tracks: \"a\""]);
+    refused(settings, "t\ty\tx\n0.0\t1\t2\n0.01\t1\t2\n", &["no track \"B\"", "there are: \"a\""]);
     refused(
         settings,
         "#multi:\n,A,,B,,\nt,x,y,x,y\n0,0,1,5,1,5,1,5,1,5\n",
@@ -343,7 +343,7 @@ fn table_of_shots() {
     assert!(error("shot,skip\n").contains("no rows"));
     let alone =
         load("[video]\ncapture_fps = 100\n[cue_spin]\nassume = \"unknown\"", &[("d.csv", data.as_bytes())]);
-    assert!(alone.err().unwrap().contains("d.csv:6: shot \"c\" has no track \"object\""));
+    assert!(alone.err().unwrap().contains("d.csv:6: there is no track \"object\""));
 }
 
 #[test]

@@ -35,14 +35,14 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         for note in dataset.tracks.iter().flat_map(|tracks| &tracks.notes) {
             text.push_str(&format!("  note: {note}\n"));
         }
-        for (shot, reason) in &dataset.left_out {
-            text.push_str(&format!("  left out: shot {shot}: {reason}\n"));
-        }
+        let left_out =
+            dataset.left_out.iter().map(|(shot, reason)| (Some(shot.as_str()), reason.to_string()));
+        text.push_str(&said_once("left out", left_out));
         let found = check::check(&dataset);
-        for finding in &found {
-            let shot = finding.shot.as_ref().map_or(String::new(), |shot| format!("shot {shot}: "));
-            let what = if finding.is_suspicious() { "suspicious" } else { "note" };
-            text.push_str(&format!("  {what}: {shot}{}\n", finding.text));
+        for (what, suspicious) in [("suspicious", true), ("note", false)] {
+            let alike = found.iter().filter(|finding| finding.is_suspicious() == suspicious);
+            let alike = alike.map(|finding| (finding.shot.as_deref(), finding.text.clone()));
+            text.push_str(&said_once(what, alike));
         }
         if found.is_empty() && dataset.left_out.is_empty() {
             text.push_str("  nothing suspicious\n");
@@ -58,4 +58,30 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         return Err(Failure::input(wrong.join("\nerror: ")));
     }
     if unusable.is_empty() { Ok(()) } else { Err(Failure::work(unusable.join("\nerror: "))) }
+}
+
+/// Shots that are named of many with the same finding.
+const NAMED: usize = 5;
+
+/// A line for each different sentence, with the shots that it is about.
+fn said_once<'a>(what: &str, found: impl Iterator<Item = (Option<&'a str>, String)>) -> String {
+    let mut sentences: Vec<(String, Vec<&str>)> = Vec::new();
+    for (shot, sentence) in found {
+        match sentences.iter_mut().find(|(known, _)| *known == sentence) {
+            Some((_, shots)) => shots.extend(shot),
+            None => sentences.push((sentence, shot.into_iter().collect())),
+        }
+    }
+    let mut text = String::new();
+    for (sentence, shots) in sentences {
+        let named = shots.iter().take(NAMED).copied().collect::<Vec<_>>().join(", ");
+        let of = match shots.len() {
+            0 => String::new(),
+            1 => format!("shot {named}: "),
+            count if count > NAMED => format!("shots {named} and {} more: ", count - NAMED),
+            _ => format!("shots {named}: "),
+        };
+        text.push_str(&format!("  {what}: {of}{sentence}\n"));
+    }
+    text
 }

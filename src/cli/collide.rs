@@ -1,11 +1,11 @@
 //! `caromfit collide`: one collision, or a file of them.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use caromfit::ball::{Ball, BallState, Vec3};
-use caromfit::cases::{self, BadCase, Case};
+use caromfit::cases::{self, BadCase, Case, Computed};
 use caromfit::cloth::Cloth;
-use caromfit::collision::{ClothTorque, Effects, Fidelity, MIN_TOLERANCE, Model, Outcome};
+use caromfit::collision::{ClothTorque, Effects, Fidelity, MIN_TOLERANCE, Model, NotACollision, Outcome};
 use caromfit::effects::{self, Choice, Compared, Estimate};
 use caromfit::friction::Law;
 use serde_json::json;
@@ -20,7 +20,10 @@ const INTEGRATION: f64 = 1e-3;
 #[derive(clap::Args)]
 #[command(
     after_help = "Examples:\n  caromfit collide --speed 2 --cut 30 --omega 0,69.99,0 --mu 0.05 --mu-s 0.3 --e 0.94\n  \
-                  caromfit collide --cases cases.csv --json"
+                  caromfit collide --cases cases.csv --json\n\n\
+                  A row of --cases that cannot be integrated to the tolerance (ode, contact) has \"error\" in the place of its \
+                  outcome, and its line is named on standard error; the others are computed, and the exit status is 1. Rows \
+                  that are no collision are all named, with exit status 2, and then nothing is computed."
 )]
 pub struct Args {
     /// Cue ball's speed, m/s
@@ -51,9 +54,7 @@ pub struct Args {
     /// what the effects left out may change together, in parts of the cue ball's speed [default: 1e-3]
     #[arg(long, value_name = "PART", value_parser = super::tolerance)]
     tolerance: Option<f64>,
-    /// Simulate only these effects, at the cheapest fidelity that has them if that is auto: names with
-    /// commas between, all, or none; --explain shows the names
-    #[arg(long, value_name = "NAMES", value_parser = super::effects)]
+    #[arg(long, value_name = "NAMES", value_parser = super::effects, help = super::effects_help())]
     effects: Option<Effects>,
     /// Say of each effect how large it is, whether it is on, and why
     #[arg(long)]
@@ -112,7 +113,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         let model = given(case.radius);
         if fidelity.is_some() { Ok(model) } else { Ok(explain(case)?.model(&model)) }
     };
-    let collided: Vec<(Case, Model, Outcome)> = if let Some(path) = &args.cases {
+    let collided: Vec<Computed> = if let Some(path) = &args.cases {
         cases::collide_all(path, model).map_err(Failure::input)?
     } else {
         let number = |value: Option<f64>| value.unwrap_or(f64::NAN);
@@ -128,7 +129,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         };
         let model = model(&case).map_err(Failure::input)?;
         let outcome = case.collide(&model).map_err(Failure::input)?;
-        vec![(case, model, outcome)]
+        vec![Computed { case, line: 1, model, outcome: Ok(outcome) }]
     };
     let explained = |case: &Case, model: &Model| -> Result<Option<[Estimate; 9]>, Failure> {
         if !args.explain {
@@ -147,9 +148,34 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         let cloth = Cloth { sliding: model.mu_k, ..Cloth::default() };
         Ok(effects::motion(model, &cue, outcome, &cloth, effects::FOLLOWED, within))
     };
-    if !args.json {
+    let file = args.cases.as_deref().unwrap_or(Path::new(""));
+    let failed: Vec<String> = collided
+        .iter()
+        .filter_map(|Computed { case, line, outcome, .. }| {
+            let why = outcome.as_ref().err()?;
+            Some(format!("{}:{line}: \"{}\" was not computed: {why}", file.display(), case.name))
+        })
+        .collect();
+    if args.json {
+        let mut objects = Vec::new();
+        for Computed { case, model, outcome, .. } in &collided {
+            let mut one = object(&case.name, model.fidelity.name(), outcome);
+            if let (Some(estimates), Ok(outcome)) = (explained(case, model)?, outcome) {
+                let effect = |e: &Estimate| json!({"name": e.name, "size": e.size, "on": e.on, "why": e.why});
+                one["effects"] = estimates.iter().map(effect).collect();
+                one["motion"] = afterwards(case, model, outcome)?.iter().map(effect).collect();
+            }
+            objects.push(one);
+        }
+        let document = match objects.as_slice() {
+            [one] if args.cases.is_none() => serde_json::to_string_pretty(one),
+            all => serde_json::to_string_pretty(all),
+        };
+        print(&(document.map_err(Failure::work)? + "\n"))?;
+    } else {
         let mut tables = Vec::new();
-        for (case, model, outcome) in &collided {
+        for Computed { case, model, outcome, .. } in &collided {
+            let Ok(outcome) = outcome else { continue };
             let mut effects = String::new();
             if let Some(estimates) = explained(case, model)? {
                 let motion = afterwards(case, model, outcome)?;
@@ -158,26 +184,16 @@ pub fn run(args: &Args) -> Result<(), Failure> {
             }
             tables.push(table(&case.name, model.fidelity.name(), outcome) + &effects);
         }
-        return print(&tables.join("\n"));
+        print(&tables.join("\n"))?;
     }
-    let mut objects = Vec::new();
-    for (case, model, outcome) in &collided {
-        let mut one = object(&case.name, model.fidelity.name(), outcome);
-        if let Some(estimates) = explained(case, model)? {
-            let effect = |e: &Estimate| json!({"name": e.name, "size": e.size, "on": e.on, "why": e.why});
-            one["effects"] = estimates.iter().map(effect).collect();
-            one["motion"] = afterwards(case, model, outcome)?.iter().map(effect).collect();
-        }
-        objects.push(one);
-    }
-    let document = match objects.as_slice() {
-        [one] if args.cases.is_none() => serde_json::to_string_pretty(one),
-        all => serde_json::to_string_pretty(all),
-    };
-    print(&(document.map_err(Failure::work)? + "\n"))
+    if failed.is_empty() { Ok(()) } else { Err(Failure::work(failed.join("\nerror: "))) }
 }
 
-fn object(name: &str, fidelity: &str, outcome: &Outcome) -> serde_json::Value {
+fn object(name: &str, fidelity: &str, outcome: &Result<Outcome, NotACollision>) -> serde_json::Value {
+    let outcome = match outcome {
+        Ok(outcome) => outcome,
+        Err(why) => return json!({"name": name, "fidelity": fidelity, "error": why.to_string()}),
+    };
     let ball =
         |state: &BallState| json!({"velocity": state.velocity.as_slice(), "spin": state.spin.as_slice()});
     json!({

@@ -37,7 +37,7 @@ pub struct Args {
     #[arg(long, value_enum, default_value = "auto")]
     fidelity: FidelityArg,
     /// How outlying shots count, in the place of what the data sets say
-    #[arg(long, value_parser = super::loss, value_name = "squares|huber|cauchy")]
+    #[arg(long, value_parser = super::loss())]
     loss: Option<Loss>,
     /// Print compare.json, and nothing else, on standard output
     #[arg(long)]

@@ -40,7 +40,8 @@ use super::{Failure, print};
     cue_spin = "natural-roll"         # stun | natural-roll | draw | slide; or topspin = 0.5, in parts of the roll's
     side = 0.0                        # in parts of the roll's; with positive cuts, below 0 is outside spin
     spin_from = "known"               # known | motion (cue_spin unknown in the fit) | markers
-    spin_sd_rad_s = [0.13, 0.09]      # of markers: to what they show the cue ball's and the object ball's spin
+    spin_sd_rad_s = [0.13, 0.09]      # of markers: standard errors of the cue ball's and the object ball's spin; left out:
+                                      # those of two markers on each ball, filmed by this camera
     speed_m_s = [1.0, 4.0]
     cut_deg = [30.0, 60.0]
     shots = 40

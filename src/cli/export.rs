@@ -18,13 +18,8 @@ pub struct Args {
     #[arg(value_name = "FIT")]
     fit: PathBuf,
     /// What to write
-    #[arg(long, value_parser = target, value_name = "pooltool|json|toml")]
+    #[arg(long, value_parser = super::named(Target::ALL, Target::name))]
     to: Target,
-}
-
-fn target(name: &str) -> Result<Target, String> {
-    let found = Target::ALL.into_iter().find(|target| target.name() == name);
-    found.ok_or_else(|| format!("expected one of {}", Target::ALL.map(Target::name).join(", ")))
 }
 
 pub fn run(args: &Args) -> Result<(), Failure> {

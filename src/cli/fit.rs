@@ -1,6 +1,6 @@
 //! `caromfit fit`: the main job.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use caromfit::baseline::Tolerance;
 use caromfit::collision::{Effects, Fidelity, Model};
@@ -16,6 +16,9 @@ use caromfit::track::TrackShot;
 use super::baseline::{self, Baseline};
 use super::progress::{self, Progress};
 use super::{Failure, FidelityArg, print};
+
+/// The report in the folder of a fit.
+const REPORT: &str = "report.html";
 
 /// So many shots tell how much the frames could tell at best.
 const BOUND_FROM: usize = 1000;
@@ -38,8 +41,7 @@ pub struct Args {
     /// Of ode and contact: the error of each step, in parts of the closing speed
     #[arg(long, value_name = "PART", value_parser = super::tolerance, default_value_t = Model::TOLERANCE)]
     tolerance: f64,
-    /// Simulate only these effects, at the cheapest fidelity that has them if that is auto
-    #[arg(long, value_name = "NAMES", value_parser = super::effects)]
+    #[arg(long, value_name = "NAMES", value_parser = super::effects, help = super::effects_help())]
     effects: Option<Effects>,
     /// Let the friction between the balls fall with their slip v, m/s, as μ + B·exp(−C·v), with this B and C or with both
     /// as the data set's [fit] mu_b and mu_c say (fit); all but ode and contact take it at the first slip
@@ -47,10 +49,10 @@ pub struct Args {
     falling: Option<Falling>,
     /// How footage is fitted: velocities extracted first (two-stage), or all frames at once (joint); two-stage unless
     /// spins are unknown and the shots do not tell enough to find them
-    #[arg(long, value_parser = method, value_name = "two-stage|joint")]
+    #[arg(long, value_parser = super::named(Method::ALL, Method::name))]
     method: Option<Method>,
     /// How outlying shots count, in the place of what the data set says
-    #[arg(long, value_parser = super::loss, value_name = "squares|huber|cauchy")]
+    #[arg(long, value_parser = super::loss())]
     loss: Option<Loss>,
     /// Fit from so many starts and say whether they agree
     #[arg(long, default_value_t = 1, value_name = "N")]
@@ -81,11 +83,6 @@ fn best(extracted: &[(TrackShot, Impact)], scene: &Scene, loss: Loss) -> Method 
     if from_paths && loss == Loss::Squares { Method::Joint } else { Method::TwoStage }
 }
 
-fn method(name: &str) -> Result<Method, String> {
-    let found = Method::ALL.into_iter().find(|method| method.name() == name);
-    found.ok_or_else(|| format!("expected one of {}", Method::ALL.map(Method::name).join(", ")))
-}
-
 /// `fit`, or B,C.
 fn falling(text: &str) -> Result<Falling, String> {
     if text.trim() == "fit" {
@@ -94,6 +91,21 @@ fn falling(text: &str) -> Result<Falling, String> {
     match super::law(text).map_err(|error| format!("{error}, or fit"))? {
         Law::Exponential { b, c } => Ok(Falling::Held { b, c }),
         Law::Constant => Ok(Falling::AsStated),
+    }
+}
+
+/// A sentence that names the report, or the folder that holds all of them.
+fn where_reports_are(folders: &[PathBuf], out: &Path) -> String {
+    match folders {
+        [] => String::new(),
+        [one] if one.join(REPORT).is_file() => format!("\nReport: {}\n", one.join(REPORT).display()),
+        // a data set that was fitted label by label has a report for each
+        [one] => format!("\nReports: {}\n", one.join("*").join(REPORT).display()),
+        all => format!(
+            "\nReports: {} ({} data sets; one that was fitted label by label has a folder for each label)\n",
+            out.join("*").join(REPORT).display(),
+            all.len()
+        ),
     }
 }
 
@@ -155,6 +167,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         None => None,
     };
     let has_moved = moved.as_ref().is_some_and(|moved| !moved.is_empty());
+    let mut reports = Vec::new();
     for (of_dataset, pictures) in fits.iter().zip(&pictures) {
         // what moved is not written over what it moved from
         if has_moved && baseline.as_ref().is_some_and(|b| b.is_in(&report::fit_folder(of_dataset, &args.out)))
@@ -166,6 +179,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
             progress.finish();
             return Err(Failure::work(error));
         }
+        reports.push(report::fit_folder(of_dataset, &args.out));
     }
     progress.finish();
     let fits: Vec<_> = fits.into_iter().flatten().collect();
@@ -180,6 +194,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         } else {
             print(&report::text::warnings(&fits))?;
         }
+        print(&where_reports_are(&reports, &args.out))?;
     }
     if let Some(moved) = moved.filter(|moved| !moved.is_empty()) {
         failed.push(baseline::table(&moved));

@@ -20,6 +20,7 @@ use std::process::ExitCode;
 use caromfit::collision::{Effects, Fidelity, MAX_TOLERANCE, MIN_TOLERANCE};
 use caromfit::friction::Law;
 use caromfit::loss::Loss;
+use clap::builder::{PossibleValuesParser, TypedValueParser};
 use clap::{Parser, Subcommand, ValueEnum};
 
 /// From footage of billiard-ball collisions to the friction between the balls μ, the friction of the
@@ -136,10 +137,28 @@ fn law(text: &str) -> Result<Law, String> {
     }
 }
 
+/// One of several values by its name: completions offer the names.
+fn named<T: Copy + Send + Sync + 'static, const N: usize>(
+    all: [T; N],
+    name: fn(T) -> &'static str,
+) -> impl TypedValueParser<Value = T> {
+    let names = PossibleValuesParser::new(all.map(name));
+    // the parser lets no other name through
+    names.try_map(move |given| all.into_iter().find(|one| name(*one) == given).ok_or("unknown name"))
+}
+
 /// A loss by its name.
-fn loss(name: &str) -> Result<Loss, String> {
-    let found = Loss::ALL.into_iter().find(|loss| loss.name() == name);
-    found.ok_or_else(|| format!("expected one of {}", Loss::ALL.map(Loss::name).join(", ")))
+fn loss() -> impl TypedValueParser<Value = Loss> {
+    named(Loss::ALL, Loss::name)
+}
+
+/// What --effects takes.
+fn effects_help() -> String {
+    format!(
+        "Simulate only these effects, at the cheapest fidelity that has them if that is auto: all, none, or names with \
+         commas between, of {}",
+        Effects::NAMES.join(", ")
+    )
 }
 
 /// A set of effects by their names, `none` or `all`.

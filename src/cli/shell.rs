@@ -36,7 +36,8 @@ pub fn completions(args: &Completions) -> Result<(), Failure> {
 pub fn man(args: &Man) -> Result<(), Failure> {
     let page = |command: Command| {
         let mut text = Vec::new();
-        clap_mangen::Man::new(command).render(&mut text).map(|()| text).map_err(Failure::work)
+        clap_mangen::Man::new(command).render(&mut text).map_err(Failure::work)?;
+        Ok(keep_lines(&String::from_utf8_lossy(&text)).into_bytes())
     };
     // built, each command knows that it is caromfit's
     let mut all = Cli::command();
@@ -48,4 +49,28 @@ pub fn man(args: &Man) -> Result<(), Failure> {
     }
     let pages: Vec<_> = pages.iter().map(|(name, text)| (name.as_str(), text.clone())).collect();
     write::write_files(&pages, out).map_err(Failure::work)
+}
+
+/// What follows the options of a command, where examples keep their lines: man would fill and break them like prose.
+fn keep_lines(page: &str) -> String {
+    const EXTRA: &str = ".SH EXTRA";
+    let mut text = String::with_capacity(page.len());
+    let (mut extra, mut kept) = (false, false);
+    for line in page.lines() {
+        if line.starts_with(".SH") {
+            extra = line == EXTRA;
+        }
+        let keeps = extra && (line.starts_with(' ') || line.starts_with("Example") || line.is_empty());
+        let keeps = keeps && line != EXTRA;
+        if keeps != kept {
+            text.push_str(if keeps { ".nf\n" } else { ".fi\n" });
+            kept = keeps;
+        }
+        text.push_str(if line == EXTRA { ".SH EXAMPLES" } else { line });
+        text.push('\n');
+    }
+    if kept {
+        text.push_str(".fi\n");
+    }
+    text
 }

@@ -10,12 +10,12 @@ use caromfit::synth;
 
 use super::{Failure, FidelityArg, print};
 
-/// Makes dataset.toml, shots.csv and truth.json in DIR, the same for the same SPEC.
+/// Makes dataset.toml, shots.csv (tracks.csv for footage) and truth.json in DIR, the same for the same SPEC.
 #[derive(clap::Args)]
 #[command(after_long_help = r#"A SPEC.toml:
 
     name = "two-cloths-a"
-    kind = "impacts"                  # impacts | angles
+    kind = "impacts"                  # impacts | angles | tracks
     seed = 1
 
     [truth]
@@ -27,13 +27,27 @@ use super::{Failure, FidelityArg, print};
     count = 40
     speed_m_s = [1.0, 4.0]
     cut_deg = [-50.0, 50.0]
-    cue_spin = ["natural-roll"]       # any of stun, natural-roll, draw, side; played in turn
+    cue_spin = ["natural-roll"]       # any of stun, natural-roll, almost-roll, draw, side, any; played in turn
 
     [noise]                           # standard deviations; left out means exact
     velocity_m_s = 0.005              # every velocity and speed after the impact, and before (impacts)
     line_of_centres_deg = 0.1         # impacts
     spin_rad_s = 1.0                  # impacts, where spins are given
     angle_deg = 0.3                   # angles
+
+    [camera]                          # tracks; optional
+    fps = 1000
+    position_sd_m = 1e-4              # of every coordinate
+    before_ms = 40                    # filmed before and after the impact
+    after_ms = 40
+    gaps = 0.0                        # part of the positions that are missing
+    outliers = 0.0                    # part of the positions that are wrong by up to 20 mm
+    markers = 0                       # marker points on each ball, which show its spin
+
+    [cloth]                           # tracks; optional
+    mu_k = 0.2                        # sliding friction
+    mu_r = 0.01                       # rolling resistance
+    bounce = 0.5                      # restitution of a ball that falls on the bed
 
     [ball]                            # optional
     radius_m = 0.028575

@@ -23,8 +23,8 @@
 //! carries a ball's weight and what the other ball presses it down with; where that would have to pull,
 //! the ball flies.
 
-use super::Contact;
 use super::integrated::Impulses;
+use super::{Contact, starts};
 use crate::friction::Friction;
 
 pub(super) type Pair = [f64; 2];
@@ -46,7 +46,12 @@ pub(super) mod at {
 /// How a contact grips.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Grip {
+    /// With its friction against its slip.
     Slides,
+    /// Slides from rest, still so slowly that its slip follows from the forces: see [`super::starts`].
+    Starts,
+    /// Slides from rest while its friction is too weak to turn a slip: see [`super::starts`].
+    Creeps,
     Sticks,
     /// The ball is off the cloth.
     Open,
@@ -103,6 +108,8 @@ pub(super) struct Dynamics {
     pub cue_slip: Pair,
     /// Less slip than this is none, for each contact.
     pub no_slip: [f64; 3],
+    /// How far ahead the slip of a contact is looked at that starts to slide: see [`super::starts`].
+    pub ahead: f64,
 }
 
 /// Slips of the contacts: between the balls along y, z; on the cloth along x, y.
@@ -138,11 +145,14 @@ impl Affine {
     }
 }
 
+/// Friction that is just at its limit still holds, whatever the roundings: with μ_s = 1 it is, all the time.
+const HOLDS: f64 = 1.0 + 1e-13;
+
 pub(super) fn norm(v: Pair) -> f64 {
     (v[0] * v[0] + v[1] * v[1]).sqrt()
 }
 
-fn unit(v: Pair) -> Pair {
+pub(super) fn unit(v: Pair) -> Pair {
     let length = norm(v);
     if length > 0.0 { v.map(|x| x / length) } else { [0.0; 2] }
 }
@@ -166,6 +176,7 @@ impl Dynamics {
             slip,
             cue_slip: [0.0; 2],
             no_slip: [least(slip), least([0.0; 2]), least([0.0; 2])],
+            ahead: starts::ahead(tolerance),
         }
     }
 
@@ -176,6 +187,11 @@ impl Dynamics {
         self.cue_slip = slip.map(|s| s / self.k);
         self.no_slip[Site::CueOnCloth as usize] += 8.0 * f64::EPSILON * speed / self.k;
         self
+    }
+
+    /// The most that friction adds to a contact's slip, per unit of it.
+    pub fn lever(&self, site: Site) -> f64 {
+        if site == Site::Balls { 2.0 * self.beta_y() } else { self.beta_y() }
     }
 
     /// β_y = (1 + ν)/ν.
@@ -207,27 +223,28 @@ impl Dynamics {
 
     /// Forces for a normal force between the balls.
     pub fn forces(&self, grips: &Grips, slips: &Slips, normal: f64) -> Forces {
-        let v = slips.0[Site::Balls as usize];
-        let speed = norm(v);
-        let most = self.friction.mu(self.k * speed) * normal;
-        let slides = grips[Site::Balls] == Grip::Slides;
-        let f = if slides && speed > self.no_slip[0] {
-            v.map(|v| -most * v / speed)
-        } else {
-            // a contact without slip yet starts to slip against the friction that would hold it
-            let guess = self.holding(
-                grips,
-                [self.cue_cloth(grips, slips, normal, None), self.object_cloth(grips, slips, normal, None)],
-            );
-            let cloths = [
-                self.cue_cloth(grips, slips, normal, Some(guess)),
-                self.object_cloth(grips, slips, normal, Some(guess)),
-            ];
-            let holding = self.holding(grips, cloths);
-            if slides { unit(holding).map(|d| most * d) } else { holding }
+        let mut along = slips.0.map(|slip| unit(slip).map(|s| -s));
+        if Site::ALL.into_iter().any(|site| self.is_starting(site, grips, slips)) {
+            self.start(grips, slips, normal, &mut along);
+        }
+        self.forces_along(grips, slips, normal, &along)
+    }
+
+    /// Forces with the friction of sliding contacts along given directions.
+    pub(super) fn forces_along(
+        &self,
+        grips: &Grips,
+        slips: &Slips,
+        normal: f64,
+        along: &[Pair; 3],
+    ) -> Forces {
+        let most = self.friction.mu(self.k * norm(slips.0[Site::Balls as usize])) * normal;
+        let cloths = [self.cue_cloth(grips, normal, along), self.object_cloth(grips, normal, along)];
+        let f = match grips[Site::Balls] {
+            Grip::Sticks => self.holding(grips, cloths),
+            _ => along[Site::Balls as usize].map(|d| most * d),
         };
-        let cue = self.cue_cloth(grips, slips, normal, Some(f)).at(f);
-        let object = self.object_cloth(grips, slips, normal, Some(f)).at(f);
+        let [cue, object] = cloths.map(|cloth| cloth.at(f));
         let pressed = |site: Site, force: f64| if grips[site] == Grip::Open { 0.0 } else { force };
         let normals = [
             normal,
@@ -237,78 +254,54 @@ impl Dynamics {
         Forces {
             friction: [f, cue, object],
             normal: normals,
-            most: [most, self.mu_k * normals[1], self.mu_s * normals[2]],
+            most: [most, self.mu_k * normals[1], self.mu_s * normals[2]].map(|most| most * HOLDS),
         }
     }
 
-    /// Cloth on the cue ball. Where it slides without slip yet, it starts against the friction that
-    /// would hold it with f between the balls; `None` takes that friction itself.
-    fn cue_cloth(&self, grips: &Grips, slips: &Slips, normal: f64, f: Option<Pair>) -> Affine {
+    /// d(slip)/dt of all contacts.
+    pub fn slip_rates(&self, grips: &Grips, forces: &Forces) -> [Pair; 3] {
+        let mut rates = [0.0; at::COUNT];
+        self.rates(grips, forces, &mut rates);
+        // slips are linear in the impulses
+        let at_rest = Self { slip: [0.0; 2], cue_slip: [0.0; 2], ..*self };
+        at_rest.slips(forces.normal[Site::Balls as usize], &rates).0
+    }
+
+    /// Cloth on the cue ball.
+    fn cue_cloth(&self, grips: &Grips, normal: f64, along: &[Pair; 3]) -> Affine {
         let lever = 1.0 + 1.0 / self.nu;
-        // ds_x/dt = c_x(1 + 1/ν) − F − f_z/ν = 0, ds_y/dt = c_y(1 + 1/ν) − f_y = 0
-        let holding = Affine {
-            at0: [normal / lever, 0.0],
-            by_y: [0.0, 1.0 / lever],
-            by_z: [1.0 / (self.nu * lever), 0.0],
-        };
         let site = Site::CueOnCloth;
-        self.cloth(
-            grips[site],
-            slips.0[site as usize],
-            self.no_slip[site as usize],
-            holding,
-            f,
-            (self.mu_k, 1.0),
-        )
+        match grips[site] {
+            Grip::Open => Affine::default(),
+            // ds_x/dt = c_x(1 + 1/ν) − F − f_z/ν = 0, ds_y/dt = c_y(1 + 1/ν) − f_y = 0
+            Grip::Sticks => Affine {
+                at0: [normal / lever, 0.0],
+                by_y: [0.0, 1.0 / lever],
+                by_z: [1.0 / (self.nu * lever), 0.0],
+            },
+            Grip::Slides | Grip::Starts | Grip::Creeps => {
+                Affine::along(along[site as usize], self.mu_k * self.gravity, self.mu_k)
+            }
+        }
     }
 
     /// Cloth on the object ball, likewise.
-    fn object_cloth(&self, grips: &Grips, slips: &Slips, normal: f64, f: Option<Pair>) -> Affine {
-        let site = Site::ObjectOnCloth;
-        if !self.cloth_turning {
-            // −μ_s N x
-            return match grips[site] {
-                Grip::Open => Affine::default(),
-                _ => Affine::along([-1.0, 0.0], self.mu_s * self.gravity, -self.mu_s),
-            };
-        }
+    fn object_cloth(&self, grips: &Grips, normal: f64, along: &[Pair; 3]) -> Affine {
         let lever = 1.0 + self.sigma / self.nu;
-        // ds_x/dt = o_x(1 + σ/ν) + F − f_z/ν = 0, ds_y/dt = o_y(1 + σ/ν) + f_y = 0
-        let holding = Affine {
-            at0: [-normal / lever, 0.0],
-            by_y: [0.0, -1.0 / lever],
-            by_z: [1.0 / (self.nu * lever), 0.0],
-        };
-        self.cloth(
-            grips[site],
-            slips.0[site as usize],
-            self.no_slip[site as usize],
-            holding,
-            f,
-            (self.mu_s, -1.0),
-        )
-    }
-
-    /// Friction of the cloth whose normal force is g ± f_z.
-    fn cloth(
-        &self,
-        grip: Grip,
-        slip: Pair,
-        no_slip: f64,
-        holding: Affine,
-        f: Option<Pair>,
-        (mu, sign): (f64, f64),
-    ) -> Affine {
-        match grip {
+        let site = Site::ObjectOnCloth;
+        // −μ_s N x
+        let direction = if self.cloth_turning { along[site as usize] } else { [-1.0, 0.0] };
+        match grips[site] {
             Grip::Open => Affine::default(),
-            Grip::Sticks => holding,
-            Grip::Slides if norm(slip) > no_slip => {
-                Affine::along(unit(slip).map(|s| -s), mu * self.gravity, sign * mu)
-            }
-            Grip::Slides => match f {
-                Some(f) => Affine::along(unit(holding.at(f)), mu * self.gravity, sign * mu),
-                None => holding,
+            // ds_x/dt = o_x(1 + σ/ν) + F − f_z/ν = 0, ds_y/dt = o_y(1 + σ/ν) + f_y = 0
+            Grip::Sticks => Affine {
+                at0: [-normal / lever, 0.0],
+                by_y: [0.0, -1.0 / lever],
+                by_z: [1.0 / (self.nu * lever), 0.0],
             },
+            Grip::Slides | Grip::Starts | Grip::Creeps => {
+                Affine::along(direction, self.mu_s * self.gravity, -self.mu_s)
+            }
         }
     }
 
@@ -359,8 +352,12 @@ impl Dynamics {
     pub fn settle(&self, mut grips: Grips, held: Option<Site>, slips: &Slips, normal: f64) -> Grips {
         for site in Site::ALL.into_iter().filter(|site| Some(*site) != held) {
             if grips[site] != Grip::Open {
-                let sticks = norm(slips.0[site as usize]) <= self.no_slip[site as usize];
-                grips[site] = if sticks && self.has_friction(site) { Grip::Sticks } else { Grip::Slides };
+                let slips_not = norm(slips.0[site as usize]) <= self.no_slip[site as usize];
+                grips[site] = match grips[site] {
+                    _ if slips_not && self.has_friction(site) => Grip::Sticks,
+                    Grip::Sticks | Grip::Creeps => Grip::Slides,
+                    grip => grip,
+                };
             }
         }
         // each pass opens or frees at least one contact
@@ -372,13 +369,29 @@ impl Dynamics {
                 if site != Site::Balls && grips[site] != Grip::Open && forces.normal[i] < 0.0 {
                     grips[site] = Grip::Open;
                     settled = false;
-                } else if grips[site] == Grip::Sticks && norm(forces.friction[i]) > forces.most[i] {
+                } else if grips[site] == Grip::Starts
+                    && norm(slips.0[i]) > self.no_slip[i]
+                    && self.starts_for(site, &grips, slips, &forces) < 0.0
+                {
                     grips[site] = Grip::Slides;
+                    settled = false;
+                } else if grips[site] == Grip::Sticks && norm(forces.friction[i]) > forces.most[i] {
+                    grips[site] = Grip::Starts;
                     settled = false;
                 }
             }
             if settled {
                 break;
+            }
+        }
+        // friction that is only about to set in, or to end, turns nothing
+        let forces = self.forces(&grips, slips, normal);
+        for site in Site::ALL {
+            let i = site as usize;
+            if grips[site] == Grip::Starts
+                && self.turned_by(site, &forces) <= norm(slips.0[i]).max(self.no_slip[i])
+            {
+                grips[site] = Grip::Creeps;
             }
         }
         grips

@@ -26,6 +26,10 @@ const OBJECT_HEIGHT: usize = at::COUNT + 3;
 const TIME: usize = at::COUNT + 4;
 const STATE: usize = at::COUNT + 5;
 
+/// A ball that falls more slowly than this, in units of k, does not fall: friction may carry just its weight, and
+/// roundings must not make it land again and again.
+const AT_REST: f64 = 1e-14;
+
 /// Duration of an elastic contact in units of t₀: 4√π Γ(2/5)/(5 Γ(9/10)) · (5/8)^(2/5).
 const ELASTIC: f64 = 2.438_837_564_705_526_7;
 
@@ -98,7 +102,7 @@ impl Model<STATE> for InTime<'_> {
 
     fn above_cloth(&self, y: &[f64; STATE], site: Site) -> f64 {
         let (up, height) = vertical(site);
-        if y[up] >= 0.0 { 1.0 } else { y[height] }
+        if y[up] >= -AT_REST { 1.0 } else { y[height] }
     }
 
     /// It stays down: it falls for less than the contact lasts, far too slowly to rebound. The cloth

@@ -29,7 +29,7 @@ const MAX_NEWTON: usize = 60;
 const MAX_STEPS: usize = 5_000;
 
 /// How many kinds of events there are at most.
-pub(super) const EVENTS: usize = 7;
+pub(super) const EVENTS: usize = 10;
 
 /// The first step of a stretch, in units of the whole impact; the method finds its own from there.
 const FIRST_STEP: f64 = 0.1;

@@ -30,6 +30,7 @@ mod linear;
 mod ode;
 mod outcome;
 mod phase;
+mod starts;
 mod steps;
 
 use nalgebra::SVector;

@@ -12,10 +12,18 @@ mod event {
     /// The balls have none.
     pub const LIFT_OFF: [usize; 3] = [usize::MAX, 4, 5];
     pub const STOPPED: usize = 6;
+    /// A contact that slid from rest has started.
+    pub const STARTED: [usize; 3] = [7, 8, 9];
 }
 
 /// A step goes at most this part of the way to where a slip would vanish.
 const TOWARDS_STICK: f64 = 0.99;
+
+/// A step is at most this many times as long as friction takes to turn a slip: longer ones are unstable from six on.
+const STABLE: f64 = 4.0;
+
+/// A step of a contact that starts goes at most this part of the way to where it has started.
+const NOT_STARTED: f64 = 0.5;
 
 /// Stands in for the normal force at first contact.
 const TOUCH: f64 = 1e-30;
@@ -114,14 +122,10 @@ impl<M> Watched<'_, M> {
     where
         M: Model<N>,
     {
-        let q = self.model.impulse(&self.phase, x, y);
-        let slips = self.phase.dynamics.slips(q, y);
-        let rates = self.rates(x, y);
-        let ahead: [f64; N] = std::array::from_fn(|i| y[i] + rates[i]);
-        let dq = self.model.normal(&self.phase, y) * self.model.pace(&self.phase, y);
-        // slips are linear in q and the state
-        let then = self.phase.dynamics.slips(q + dq, &ahead);
-        std::array::from_fn(|i| [0, 1].map(|j| then.0[i][j] - slips.0[i][j]))
+        let Phase { dynamics, grips, .. } = &self.phase;
+        let (_, _, forces) = self.forces(x, y);
+        let pace = self.model.pace(&self.phase, y);
+        dynamics.slip_rates(grips, &forces).map(|rate| rate.map(|r| pace * r))
     }
 }
 
@@ -152,11 +156,16 @@ impl<const N: usize, M: Model<N>> Stretch<N> for Watched<'_, M> {
         for site in Site::ALL {
             let i = site as usize;
             events[event::GRIP[i]] = match grips[site] {
-                Grip::Slides if dynamics.has_friction(site) => norm(slips.0[i]) - dynamics.no_slip[i],
-                Grip::Slides => f64::NAN,
+                Grip::Slides | Grip::Starts | Grip::Creeps if dynamics.has_friction(site) => {
+                    norm(slips.0[i]) - dynamics.no_slip[i]
+                }
+                Grip::Slides | Grip::Starts | Grip::Creeps => f64::NAN,
                 Grip::Sticks => forces.most[i] - norm(forces.friction[i]),
                 Grip::Open => self.model.above_cloth(y, site),
             };
+            if grips[site] == Grip::Starts {
+                events[event::STARTED[i]] = dynamics.starts_for(site, grips, &slips, &forces);
+            }
             if site != Site::Balls && grips[site] != Grip::Open {
                 events[event::LIFT_OFF[i]] = forces.normal[i];
             }
@@ -167,17 +176,33 @@ impl<const N: usize, M: Model<N>> Stretch<N> for Watched<'_, M> {
     fn longest_step(&self, x: f64, y: &[f64; N], proposed: f64) -> f64 {
         let q = self.model.impulse(&self.phase, x, y);
         let slips = self.phase.dynamics.slips(q, y);
-        let rates = self.slip_rates(x, &self.model.fastest(&self.phase, y, proposed));
         let Phase { dynamics, grips, .. } = &self.phase;
+        let fastest = self.model.fastest(&self.phase, y, proposed);
+        let (_, _, forces) = self.forces(x, &fastest);
+        let pace = self.model.pace(&self.phase, &fastest);
+        let rates = dynamics.slip_rates(grips, &forces);
         let mut longest = proposed;
         for site in Site::ALL {
             let i = site as usize;
-            let (s, rate) = (slips.0[i], rates[i]);
-            let closing = -(s[0] * rate[0] + s[1] * rate[1]);
-            let watched = grips[site] == Grip::Slides && dynamics.has_friction(site);
-            if watched && closing > 0.0 && norm(s) > dynamics.no_slip[i] {
-                // |s|/(−d|s|/dx)
-                longest = longest.min(TOWARDS_STICK * (s[0] * s[0] + s[1] * s[1]) / closing);
+            let (s, slip, rate) = (slips.0[i], norm(slips.0[i]), rates[i].map(|rate| pace * rate));
+            // the rate at which friction turns a slip, times the slip
+            let turning = pace * dynamics.lever(site) * forces.most[i];
+            match grips[site] {
+                Grip::Slides | Grip::Creeps if dynamics.has_friction(site) && slip > dynamics.no_slip[i] => {
+                    let closing = -(s[0] * rate[0] + s[1] * rate[1]);
+                    if closing > 0.0 {
+                        // |s|/(−d|s|/dx)
+                        longest = longest.min(TOWARDS_STICK * slip * slip / closing);
+                    }
+                    if turning > 0.0 {
+                        longest = longest.min(STABLE * slip / turning);
+                    }
+                }
+                Grip::Starts if turning > 0.0 => {
+                    let ahead = dynamics.ahead / pace;
+                    longest = longest.min(ahead * STABLE.min(NOT_STARTED * turning / norm(rate)));
+                }
+                _ => {}
             }
         }
         longest
@@ -231,14 +256,23 @@ pub(super) fn walk<const N: usize>(
             if end.event == event::LIFT_OFF[i] {
                 phase.grips[site] = Grip::Open;
                 held = Some(site);
+            } else if end.event == event::STARTED[i] {
+                let slip = phase.dynamics.slips(model.impulse(phase, x, y), y).0[i];
+                if norm(slip) > phase.dynamics.no_slip[i] {
+                    phase.grips[site] = Grip::Slides;
+                } else {
+                    // it would stop before it has moved
+                    phase.grips[site] = Grip::Sticks;
+                    held = Some(site);
+                }
             } else if end.event == event::GRIP[i] {
                 match phase.grips[site] {
-                    Grip::Slides => {
+                    Grip::Slides | Grip::Starts | Grip::Creeps => {
                         x += remove_slip(&watched, i, x, y);
                         stopped = Some(site);
                     }
                     Grip::Sticks => {
-                        phase.grips[site] = Grip::Slides;
+                        phase.grips[site] = Grip::Starts;
                         held = Some(site);
                     }
                     Grip::Open => {
@@ -260,9 +294,6 @@ fn remove_slip<const N: usize, M: Model<N>>(
     y: &mut [f64; N],
 ) -> f64 {
     let watched_slip = watched.phase.dynamics.no_slip[contact];
-    // what is left still counts as slip
-    let dynamics = Dynamics { no_slip: [0.0; 3], ..*watched.phase.dynamics };
-    let watched = Watched { model: watched.model, phase: Phase { dynamics: &dynamics, ..watched.phase } };
     let (_, slips, _) = watched.forces(x, y);
     let s = slips.0[contact];
     let rate = watched.slip_rates(x, y)[contact];

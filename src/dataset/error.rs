@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 /// This many problems are listed; the rest are counted.
 const LISTED: usize = 20;
 
-/// So many other files that have the same problem are named.
+/// So many other places that have the same problem are named.
 const NAMED: usize = 2;
 
 /// One thing that is wrong, and where.
@@ -58,14 +58,12 @@ impl std::error::Error for DatasetError {}
 impl fmt::Display for DatasetError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "{}", self.what)?;
-        // what is wrong in the same way in other files is said once
+        // what is wrong in the same way in other places is said once
         let mut alike: Vec<(&Problem, Vec<&Problem>)> = Vec::new();
         for problem in &self.problems {
             let same = |known: &&mut (&Problem, Vec<&Problem>)| {
                 let first = known.0;
-                first.message == problem.message
-                    && first.column == problem.column
-                    && first.file != problem.file
+                first.message == problem.message && first.column == problem.column
             };
             match alike.iter_mut().find(same) {
                 Some((_, others)) => others.push(problem),

@@ -1,4 +1,7 @@
 //! Tables of kind `impacts`: velocities before and after each impact, table frame.
+//!
+//! (n_x, n_y) is a unit vector, which can err only across itself: an error σ of its direction (rad) gives its components the
+//! standard deviations `nx_sd` = σ|n_y| and `ny_sd` = σ|n_x|, whose squares add up to σ² again.
 
 use super::error::Problems;
 use super::manifest::Assume;

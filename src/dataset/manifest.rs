@@ -127,7 +127,8 @@ struct RawObject {
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields, expecting = "a table, as in [cue_spin] assume = \"stun\"")]
 struct RawSpin {
-    assume: Assume,
+    /// Where it is left out, as in a fresh draft, what is missing is said with all else that is.
+    assume: Option<Assume>,
 }
 
 /// The data sets that a folder without a dataset.toml holds, as a hint: `: data/a, data/b and 3 more`.
@@ -250,7 +251,8 @@ impl RawManifest {
             source: self.source,
             ball,
             // of discs, points on them show how they turn
-            assume: (self.cue_spin.map(|spin| spin.into_inner().assume)).or(discs.map(|_| Assume::Unknown)),
+            assume: (self.cue_spin.and_then(|spin| spin.into_inner().assume))
+                .or(discs.map(|_| Assume::Unknown)),
             discs,
             settings,
             relations,
@@ -282,7 +284,8 @@ impl RawManifest {
             );
             source.add(problems, &disc.span(), message);
         }
-        if let Some(spin) = self.cue_spin.as_ref().filter(|spin| spin.as_ref().assume == Assume::NaturalRoll)
+        if let Some(spin) =
+            self.cue_spin.as_ref().filter(|spin| spin.as_ref().assume == Some(Assume::NaturalRoll))
         {
             let message = "[cue_spin] assume is \"natural-roll\", but discs do not roll; expected \"stun\" (neither disc turns before \
                            the impact) or \"unknown\": points on the discs show how they turn";

@@ -155,7 +155,6 @@ fn in_plain_words(message: &str, written: &str) -> String {
         (["missing", "field"], [key]) => {
             let place = if written.is_empty() { String::new() } else { format!(" in {written}") };
             let expected = match *key {
-                "assume" => "; expected assume = \"stun\", \"natural-roll\", \"measured\" or \"unknown\"",
                 "radius_m" => "; expected radius_m = …, the ball's radius in metres (pool 0.028575)",
                 "kind" => "; expected kind = \"tracks\", \"impacts\" or \"angles\"",
                 "files" => "; expected files = [\"…\"], the tables, relative to this file",

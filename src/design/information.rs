@@ -9,8 +9,8 @@ use crate::ball::{BallState, Vec3};
 use crate::collision::{Corrected, Fidelity, Model, NotACollision};
 use crate::contact::cue_velocity;
 use crate::dataset::Spin;
-use crate::impact::Scene;
 use crate::impact::film::{CLOTH, Film, Known, SHARED};
+use crate::impact::{self, Rotation, Rotations, Scene};
 use crate::synth::{self, TrueImpact};
 
 /// By μ, μ_s, e, μ_k, μ_r.
@@ -20,6 +20,15 @@ pub type Information = SMatrix<f64, SHARED, SHARED>;
 /// standard errors by less than 1 %.
 pub const SAMPLES: usize = 512;
 const PHASES: usize = 16;
+
+/// Shots with markers whose extraction tells how well markers show spins: doubling moves the errors by a few per cent.
+const MARKED: usize = 96;
+
+/// Markers on each ball.
+const MARKERS: u32 = 2;
+
+/// The standard error of a spin that markers do not show, rad/s: ten times that of any shot.
+pub const UNSEEN: f64 = 1e4;
 
 /// An eigenvalue of the information, scaled to a diagonal of 1, that is rounding: the fit's own limit, 1e-5 of
 /// the largest singular value, squared.
@@ -59,18 +68,73 @@ fn between([from, to]: [f64; 2], part: f64) -> f64 {
 /// # Errors
 /// A shot of it is no collision.
 pub fn of_kind(expected: &Expected, kind: &PlayedKind) -> Result<Average, NotACollision> {
+    average(expected, kind, &(0..SAMPLES).map(|i| spread(kind, i)).collect::<Vec<_>>())
+}
+
+/// The i-th of shots that are spread evenly over a kind's ranges.
+fn spread(kind: &PlayedKind, i: usize) -> Shot {
     /// The additive recurrence that fills four dimensions most evenly: powers of 1/g, g⁵ = g + 1.
     const G: f64 = 1.167_303_978_261_418_7;
-    let shot = |i: usize| {
-        let part = |power: i32| (0.5 + i as f64 * G.powi(-power)).fract();
-        Shot {
-            speed: between(kind.speed_m_s, part(1)),
-            cut: between(kind.cut_deg, part(2)).to_radians(),
-            topspin: between(kind.topspin, part(3)),
-            phase: part(4),
-        }
+    let part = |power: i32| (0.5 + i as f64 * G.powi(-power)).fract();
+    Shot {
+        speed: between(kind.speed_m_s, part(1)),
+        cut: between(kind.cut_deg, part(2)).to_radians(),
+        topspin: between(kind.topspin, part(3)),
+        phase: part(4),
+    }
+}
+
+/// With what standard errors (rad/s, of a component) two markers on each ball show the spins of the cue ball and of the
+/// object ball: those that the extraction states for such shots without noise, from the frame rate, the noise, how long
+/// each marker is filmed and where it sits. The mean of 1/variance over shots and components: shots whose markers sit well
+/// tell most. `None` where no shot's markers show a spin.
+///
+/// # Errors
+/// A shot of the kind is no collision.
+pub fn shown_by_markers(expected: &Expected, kind: &PlayedKind) -> Result<Option<[f64; 2]>, NotACollision> {
+    let extracted: Result<Vec<Option<Box<Rotations>>>, NotACollision> = (0..MARKED)
+        .into_par_iter()
+        .map(|i| {
+            let (cue, model) = played(expected, kind, spread(kind, i));
+            let Expected { coefficients, ball, cloth, camera, .. } = expected;
+            let phase = spread(kind, i).phase;
+            let (track, _) =
+                synth::noise_free(&model, coefficients, (camera, cloth), &cue, (phase, &places(i)))?;
+            let scene = Scene { cloth: (*cloth).into(), ..Scene::new(*ball) };
+            Ok(impact::extract(&track, &scene).ok().and_then(|impact| impact.rotations))
+        })
+        .collect();
+    let extracted = extracted?;
+    let of = |pick: fn(&Rotations) -> Option<Rotation>| {
+        let rotations = extracted.iter().flatten().filter_map(|rotations| pick(rotations));
+        let weights: Vec<f64> =
+            rotations.flat_map(|r| [0, 1, 2].map(|i| r.covariance[(i, i)].recip())).collect();
+        (!weights.is_empty()).then(|| (weights.len() as f64 / weights.iter().sum::<f64>()).sqrt())
     };
-    average(expected, kind, &(0..SAMPLES).map(shot).collect::<Vec<_>>())
+    Ok(of(|r| r.cue_after).zip(of(|r| r.object_after)).map(|(cue, object)| [cue, object]))
+}
+
+/// Where the markers of the i-th shot sit at the impact, on the cue ball and on the object ball: on the upper quarter of
+/// the ball, evenly spread over all shots, as [`crate::synth`] draws them.
+fn places(i: usize) -> [Vec<Vec3>; 2] {
+    /// Powers of 1/g, g³ = g + 1: they fill two dimensions evenly.
+    const STEPS: [f64; 2] = [0.754_877_666_246_692_7, 0.569_840_290_998_053_2];
+    let first = 2 * MARKERS * i as u32;
+    let place = |n: u32| {
+        let [height, angle] = STEPS.map(|step| (0.5 + f64::from(n) * step).fract());
+        let (height, angle) = (between([0.5, 0.95], height), between([0.0, std::f64::consts::TAU], angle));
+        let across = (1.0 - height * height).sqrt();
+        Vec3::new(across * angle.cos(), across * angle.sin(), height)
+    };
+    [0, 1].map(|ball| (0..MARKERS).map(|k| place(first + MARKERS * ball + k)).collect())
+}
+
+/// The cue ball just before the impact of a shot, and the model of the collision.
+fn played(expected: &Expected, kind: &PlayedKind, shot: Shot) -> (BallState, Model) {
+    let velocity = cue_velocity(shot.speed, shot.cut);
+    let rolling = BallState::natural_roll(velocity, expected.ball.radius).spin;
+    let spin = shot.topspin * rolling + Vec3::z() * (kind.side * rolling.norm());
+    (BallState { velocity, spin }, Model::new(Fidelity::Full, expected.ball))
 }
 
 /// An average shot of a kind at one cut angle (degrees) and one speed.
@@ -107,12 +171,9 @@ fn average(expected: &Expected, kind: &PlayedKind, shots: &[Shot]) -> Result<Ave
 /// JᵀJ of one shot's frames as a joint fit has it; `None` where they do not tell the shot's own unknowns.
 fn of_shot(expected: &Expected, kind: &PlayedKind, shot: Shot) -> Result<Option<Information>, NotACollision> {
     let Expected { coefficients, ball, cloth, camera, .. } = expected;
-    let velocity = cue_velocity(shot.speed, shot.cut);
-    let rolling = BallState::natural_roll(velocity, ball.radius).spin;
-    let spin = shot.topspin * rolling + Vec3::z() * (kind.side * rolling.norm());
-    let cue = BallState { velocity, spin };
-    let model = Model::new(Fidelity::Full, *ball);
-    let (track, truth) = synth::noise_free(&model, coefficients, (camera, cloth), &cue, shot.phase)?;
+    let (cue, model) = played(expected, kind, shot);
+    let unmarked = (shot.phase, &[Vec::new(), Vec::new()]);
+    let (track, truth) = synth::noise_free(&model, coefficients, (camera, cloth), &cue, unmarked)?;
     let scene = Scene { cloth: (*cloth).into(), ..Scene::new(*ball) };
     let film = film(&track, &truth, kind, shot.topspin, &scene);
     let shared = [coefficients.mu, coefficients.mu_s, coefficients.e, cloth.mu_k, cloth.mu_r];
@@ -129,16 +190,20 @@ fn film(
     scene: &Scene,
 ) -> Film {
     let spin = truth.cue_before.spin;
+    let shown = match kind.from {
+        SpinFrom::Markers { sd } => sd.unwrap_or([UNSEEN; 2]),
+        _ => [UNSEEN; 2],
+    };
     let spin = match kind.from {
         SpinFrom::Known if kind.side == 0.0 && topspin == 1.0 => Spin::NaturalRoll,
         SpinFrom::Known if kind.side == 0.0 && topspin == 0.0 => Spin::Stun,
         SpinFrom::Known => Spin::Measured { spin, sd: [None; 3] },
-        SpinFrom::Markers { sd: [cue, _] } => Spin::Measured { spin, sd: [Some(cue); 3] },
+        SpinFrom::Markers { .. } => Spin::Measured { spin, sd: [Some(shown[0]); 3] },
         SpinFrom::Motion => Spin::Unknown,
     };
     let after = match kind.from {
-        SpinFrom::Markers { sd: [cue, object] } => {
-            Some([(truth.cue_after.spin, cue), (truth.object_after.spin, object)])
+        SpinFrom::Markers { .. } => {
+            Some([(truth.cue_after.spin, shown[0]), (truth.object_after.spin, shown[1])])
         }
         _ => None,
     };

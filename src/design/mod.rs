@@ -36,7 +36,7 @@ pub struct Expected {
     pub coefficients: Coefficients,
     pub ball: Ball,
     pub cloth: ClothSpec,
-    /// Gaps, outliers and markers are not reckoned with.
+    /// Its gaps, outliers and markers are ignored.
     pub camera: Camera,
     pub kinds: Vec<PlayedKind>,
     /// Standard errors of μ, μ_s, e that are wanted.
@@ -65,9 +65,10 @@ pub enum SpinFrom {
     Known,
     /// Found from the paths of the balls, for a ball struck without side.
     Motion,
-    /// Markers show it before and after the impact, each component of the cue ball's and of the object ball's spin to
-    /// these, rad/s.
-    Markers { sd: [f64; 2] },
+    /// Markers show it before and after the impact, each component of the cue ball's and of the object ball's spin with
+    /// these standard errors, rad/s. `None`: those that an extraction states for two markers on each ball, with this
+    /// camera; [`design`] finds them.
+    Markers { sd: Option<[f64; 2]> },
 }
 
 impl PlayedKind {
@@ -75,9 +76,9 @@ impl PlayedKind {
     const DRAW: [f64; 2] = [-1.0, -0.3];
 
     /// Roll and stun are played as such; other spins are looked for.
-    fn usual(topspin: [f64; 2], side: f64, sd: [f64; 2]) -> SpinFrom {
+    fn usual(topspin: [f64; 2], side: f64) -> SpinFrom {
         if side != 0.0 {
-            SpinFrom::Markers { sd }
+            SpinFrom::Markers { sd: None }
         } else if topspin == [1.0; 2] || topspin == [0.0; 2] {
             SpinFrom::Known
         } else {
@@ -109,7 +110,7 @@ impl Default for Expected {
             name: name.to_owned(),
             topspin,
             side,
-            from: PlayedKind::usual(topspin, side, spec::markers_sd(&Camera::default())),
+            from: PlayedKind::usual(topspin, side),
             ..PlayedKind::default()
         };
         Self {
@@ -205,6 +206,21 @@ pub fn design(expected: &Expected) -> Result<Design, NotACollision> {
         ));
         camera.before_ms = camera.before_ms.min(longest);
         camera.after_ms = camera.after_ms.min(longest);
+    }
+    for index in 0..expected.kinds.len() {
+        let kind = &expected.kinds[index];
+        if kind.from != (SpinFrom::Markers { sd: None }) {
+            continue;
+        }
+        let shown = information::shown_by_markers(&expected, kind)?;
+        if shown.is_none() {
+            notes.push(format!(
+                "{}: no marker is in sight for long enough to show the spin; taken as unknown.",
+                kind.name
+            ));
+        }
+        expected.kinds[index].from =
+            SpinFrom::Markers { sd: Some(shown.unwrap_or([information::UNSEEN; 2])) };
     }
     let averages: Vec<Average> =
         expected.kinds.iter().map(|kind| information::of_kind(&expected, kind)).collect::<Result<_, _>>()?;

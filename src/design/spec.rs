@@ -13,15 +13,6 @@ use crate::dataset::toml_file::{self, Check, Condition, POSITIVE, Source};
 use crate::parameters::Parameter;
 use crate::synth::{Camera, ClothSpec, MOST_FRAMES, MOST_SHOTS};
 
-/// Two markers on each ball show a component of the cue ball's and of the object ball's spin to this, rad/s, at 1000 fps and
-/// 0.1 mm: 40 draw shots at 2 m/s, the mean of 1/variance, to which those whose markers sit well add most.
-const MARKERS_SD: [f64; 2] = [0.13, 0.09];
-
-/// The same with another camera.
-pub(super) fn markers_sd(camera: &Camera) -> [f64; 2] {
-    MARKERS_SD.map(|sd| sd * camera.position_sd_m / 1e-4 * (1000.0 / camera.fps).sqrt())
-}
-
 /// Frames that an extraction needs on either side of the impact.
 const LEAST_FRAMES: f64 = 3.0;
 
@@ -150,7 +141,7 @@ impl RawSpec {
         }
         let mut kinds: Vec<PlayedKind> = Vec::new();
         for raw in &self.kind {
-            let kind = raw.as_ref().check(&mut check, &camera);
+            let kind = raw.as_ref().check(&mut check);
             if kinds.iter().any(|known| known.name == kind.name) {
                 check.wrong(
                     &raw.as_ref().name,
@@ -207,7 +198,7 @@ impl RawCamera {
 }
 
 impl RawKind {
-    fn check(&self, check: &mut Check, camera: &Camera) -> PlayedKind {
+    fn check(&self, check: &mut Check) -> PlayedKind {
         let name = self.name.as_ref().trim().to_owned();
         if name.is_empty() {
             check.wrong(&self.name, "name is empty; expected one that the tables can show".to_owned());
@@ -233,7 +224,7 @@ impl RawKind {
             }
         };
         let side = check.number(self.side.as_ref(), "side", 0.0, spins);
-        let sd = self.spin_sd_rad_s.as_ref().map_or(markers_sd(camera), |given| {
+        let sd = self.spin_sd_rad_s.as_ref().map(|given| {
             let sd = *given.as_ref();
             if !sd.iter().all(|sd| *sd > 0.0 && sd.is_finite()) {
                 let message =
@@ -243,7 +234,10 @@ impl RawKind {
             sd
         });
         let from = match &self.spin_from {
-            None => PlayedKind::usual(topspin, side, sd),
+            None => match PlayedKind::usual(topspin, side) {
+                SpinFrom::Markers { .. } => SpinFrom::Markers { sd },
+                other => other,
+            },
             Some(from) => match from.as_ref() {
                 From::Known => SpinFrom::Known,
                 From::Motion => SpinFrom::Motion,
@@ -305,7 +299,7 @@ mod tests {
         assert_eq!(spec.kinds.len(), Expected::default().kinds.len());
         assert_eq!(spec.wanted, [None, None, Some(0.001)]);
         let spec = read("[[kind]]\nname = \"a\"\ncue_spin = \"stun\"\nside = 0.5\n").unwrap();
-        assert_eq!(spec.kinds[0].from, SpinFrom::Markers { sd: MARKERS_SD });
+        assert_eq!(spec.kinds[0].from, SpinFrom::Markers { sd: None });
     }
 
     #[test]

@@ -48,7 +48,8 @@ fn spin_from(from: SpinFrom) -> String {
     match from {
         SpinFrom::Known => "known".to_owned(),
         SpinFrom::Motion => "from the paths".to_owned(),
-        SpinFrom::Markers { sd: [cue, object] } => {
+        SpinFrom::Markers { sd: None } => "markers".to_owned(),
+        SpinFrom::Markers { sd: Some([cue, object]) } => {
             format!("markers, ± {} and {} rad/s", plain(cue, 2), plain(object, 2))
         }
     }
@@ -305,7 +306,7 @@ pub fn document(design: &Design) -> Json {
             json!({"name": kind.name, "topspin": kind.topspin, "side": kind.side,
                    "spin_from": match kind.from {
                        SpinFrom::Known => "known", SpinFrom::Motion => "motion", SpinFrom::Markers { .. } => "markers"},
-                   "spin_sd_rad_s": match kind.from { SpinFrom::Markers { sd } => Some(sd), _ => None },
+                   "spin_sd_rad_s": match kind.from { SpinFrom::Markers { sd } => sd, _ => None },
                    "speed_m_s": kind.speed_m_s, "cut_deg": kind.cut_deg, "shots": kind.shots,
                    "std_error": by_parameter(&found.std_errors), "shots_needed": by_parameter(&found.needed),
                    "shots_needed_for_all": found.needed_all, "gain_of_one_more": by_parameter(&found.gain),

@@ -8,7 +8,7 @@ use rand::Rng;
 use serde::{Deserialize, Serialize};
 
 use super::{BadSpec, Maker, Played};
-use crate::ball::{BallState, Vec3};
+use crate::ball::{Ball, BallState, Vec3};
 use crate::cloth::{Cloth, Launch, Path};
 use crate::collision::{Coefficients, Model, NotACollision};
 use crate::contact::{CollisionFrame, cloth_slip};
@@ -141,6 +141,37 @@ impl Course {
             [self.cue_after.position(t), self.object_after.position(t)]
         }
     }
+
+    /// A marker that is at `place` at the impact, in every frame: instant, position, whether it is in sight.
+    fn marker(
+        &self,
+        camera: &Camera,
+        properties: &Ball,
+        ball: TrackedBall,
+        place: Vec3,
+    ) -> Vec<(f64, [f64; 2], bool)> {
+        let [before, after] = camera.frames();
+        let TrueImpact { time, cue_before, cue_after, object_after, .. } = &self.truth;
+        let position = |n: usize| {
+            let t = n as f64 / camera.fps;
+            let first = n <= before;
+            let (path, spin) = match (ball, first) {
+                (TrackedBall::Cue, true) => (Some(&self.cue_before), cue_before.spin),
+                (TrackedBall::Cue, false) => (Some(&self.cue_after), cue_after.spin),
+                (TrackedBall::Object, true) => (None, Vec3::zeros()),
+                (TrackedBall::Object, false) => (Some(&self.object_after), object_after.spin),
+            };
+            let change = |t: f64| {
+                let [x, y] = path.map_or([0.0; 2], |path| path.spin_change(t, properties));
+                Vec3::new(x, y, 0.0)
+            };
+            let at = turned_until(place, spin, *time, t, &change);
+            let centre = path.map_or(self.truth.object, |path| path.position(t));
+            let seen = [0, 1].map(|i| centre[i] + properties.radius * at[i]);
+            (t, seen, at.z > LEAST_HEIGHT)
+        };
+        (0..=before + after).map(position).collect()
+    }
 }
 
 impl Camera {
@@ -156,9 +187,10 @@ impl From<ClothSpec> for Cloth<f64> {
     }
 }
 
-/// The frames of one shot without noise, gaps or markers, and what it really was. The cue ball just before the
-/// impact is given in the collision frame, which here is the table's; the impact comes `phase` of a frame after the
-/// last frame before it.
+/// The frames of one shot without noise or gaps, and what it really was. The cue ball just before the
+/// impact is given in the collision frame, which here is the table's; the impact comes a part `phase` of a frame after the
+/// last frame before it, with markers at these places on the cue ball and on the object ball (unit vectors from the
+/// ball's centre).
 ///
 /// # Errors
 /// The shot is no collision.
@@ -167,7 +199,7 @@ pub fn noise_free(
     coefficients: &Coefficients,
     (camera, cloth): (&Camera, &ClothSpec),
     cue: &BallState,
-    phase: f64,
+    (phase, places): (f64, &[Vec<Vec3>; 2]),
 ) -> Result<(TrackShot, TrueImpact), NotACollision> {
     let [before, after] = camera.frames();
     let time = (before as f64 + phase) / camera.fps;
@@ -175,7 +207,16 @@ pub fn noise_free(
     let sample = |t: f64, [x, y]: [f64; 2]| Sample { t, x, y, sd: Some([camera.position_sd_m; 2]) };
     let times = || (0..=before + after).map(|n| n as f64 / camera.fps);
     let [cues, objects] = [0, 1].map(|ball| times().map(|t| sample(t, course.centres(t)[ball])).collect());
-    Ok((tracked(camera.fps, (cues, objects), Vec::new(), Spin::Unknown, String::new()), course.truth))
+    let mut marked = Vec::new();
+    for ball in [TrackedBall::Cue, TrackedBall::Object] {
+        for (number, place) in places[ball as usize].iter().enumerate() {
+            let positions = course.marker(camera, &model.ball, ball, *place);
+            let in_sight = positions.into_iter().filter(|(.., in_sight)| *in_sight);
+            let samples = in_sight.map(|(t, at, _)| sample(t, at)).collect();
+            marked.push(Marker { ball, name: format!("m{}", number + 1), samples });
+        }
+    }
+    Ok((tracked(camera.fps, (cues, objects), marked, Spin::Unknown, String::new()), course.truth))
 }
 
 fn tracked(
@@ -217,8 +258,6 @@ impl Maker<'_> {
         let meeting = (time, direction, object);
         let course =
             Course::new(&self.model, &self.coefficients, &Cloth::from(self.spec.cloth), &cue, meeting)?;
-        let Course { truth, cue_before, cue_after, object_after } = &course;
-        let radius = self.model.ball.radius;
         let (mut cues, mut objects) = (Vec::new(), Vec::new());
         for n in 0..=frames[0] + frames[1] {
             let t = n as f64 / fps;
@@ -237,34 +276,17 @@ impl Maker<'_> {
             }
         }
         let played = self.spec.shots.cue_spin[number % self.spec.shots.cue_spin.len()];
-        let paths = [[cue_before, cue_after], [object_after, object_after]];
         let mut marked = Vec::new();
         for (ball, number) in [TrackedBall::Cue, TrackedBall::Object]
             .into_iter()
             .flat_map(|ball| (0..markers).map(move |number| (ball, number)))
         {
-            let spins = match ball {
-                TrackedBall::Cue => [truth.cue_before.spin, truth.cue_after.spin],
-                TrackedBall::Object => [Vec3::zeros(), truth.object_after.spin],
-            };
             let place = self.place_on_top();
             let mut samples = Vec::new();
-            for (side, path) in paths[ball as usize].into_iter().enumerate() {
-                let still = ball == TrackedBall::Object && side == 0;
-                let ball = self.model.ball;
-                let change = |t: f64| {
-                    let [x, y] = if still { [0.0; 2] } else { path.spin_change(t, &ball) };
-                    Vec3::new(x, y, 0.0)
-                };
-                let filmed =
-                    if side == 0 { 0..frames[0] + 1 } else { frames[0] + 1..frames[0] + frames[1] + 1 };
-                for t in filmed.map(|n| n as f64 / fps) {
-                    let at = turned_until(place, spins[side], time, t, &change);
-                    let centre = if still { object } else { path.position(t) };
-                    let seen = [0, 1].map(|i| centre[i] + radius * at[i] + self.noise(sd));
-                    if at.z > LEAST_HEIGHT {
-                        samples.push(Sample { t, x: seen[0], y: seen[1], sd: None });
-                    }
+            for (t, at, in_sight) in course.marker(&camera, &self.model.ball, ball, place) {
+                let [x, y] = at.map(|at| at + self.noise(sd));
+                if in_sight {
+                    samples.push(Sample { t, x, y, sd: None });
                 }
             }
             marked.push(Marker { ball, name: format!("m{}", number + 1), samples });
@@ -274,7 +296,7 @@ impl Maker<'_> {
             Played::Stun => Spin::Stun,
             Played::NaturalRoll => Spin::NaturalRoll,
             Played::AlmostRoll | Played::Draw | Played::Side | Played::Any => {
-                Spin::Measured { spin: truth.cue_before.spin, sd: [None; 3] }
+                Spin::Measured { spin: course.truth.cue_before.spin, sd: [None; 3] }
             }
         };
         let shot = tracked(fps, (cues, objects), marked, spin, (number + 1).to_string());

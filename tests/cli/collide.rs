@@ -250,3 +250,31 @@ fn effects_are_chosen_and_explained() {
     let slower = caromfit(shot.iter().chain(&["--fidelity", "ode", "--tolerance", "1e-20"]));
     assert!(refused(&slower, 2).contains("1e-12 to 1e-2"));
 }
+
+/// A ball that lifts off and lands again without end, at a coarse tolerance.
+const FAILS: &str = "odd,5,5,0,0,-15.250348687254272,0.3,0.1,0.94,0.028575";
+
+/// One row that cannot be integrated so closely leaves the others as they are, and the exit status says it.
+#[test]
+fn a_case_that_is_not_integrated_leaves_the_others() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("cases.csv");
+    let rows =
+        ["good,2,30,0,0,0,0.05,0.3,0.94,0.028575", FAILS, "roll,2,30,0,69.99,0,0.05,0.3,0.94,0.028575"];
+    fs::write(&path, format!("{CASES_HEADER}{}\n", rows.join("\n"))).unwrap();
+    let args = ["collide", "--fidelity", "contact", "--tolerance", "1e-6", "--cases", path.to_str().unwrap()];
+    let output = caromfit(args.iter().chain(&["--json"]));
+    assert_eq!(output.status.code(), Some(1));
+    let said = String::from_utf8(output.stderr).unwrap();
+    let named = format!("{}:3: \"odd\" was not computed: the integration did not reach", path.display());
+    assert!(said.contains(&named) && said.lines().count() == 1, "{said}");
+    let value: Value = serde_json::from_slice(&output.stdout).unwrap();
+    let [good, odd, roll] = [0, 1, 2].map(|i| &value[i]);
+    assert!(good["impulse"].as_f64().unwrap() > 1.0 && roll["impulse"].as_f64().unwrap() > 1.0);
+    assert_eq!(keys(odd), BTreeSet::from(["name", "fidelity", "error"]));
+    assert!(odd["error"].as_str().unwrap().contains("1e-6"), "{odd}");
+    let output = caromfit(args);
+    assert_eq!(output.status.code(), Some(1));
+    let table = String::from_utf8(output.stdout).unwrap();
+    assert!(table.contains("good (contact)") && table.contains("roll (contact)"), "{table}");
+}

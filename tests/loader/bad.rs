@@ -154,7 +154,7 @@ fn wrong_types_in_dataset_toml() {
             "no assume",
             "assume = \"natural-roll\"\n",
             "",
-            "dataset.toml:13: column 1: the key assume is missing in [cue_spin]; expected assume = \"stun\", \"natural-roll\", \"measured\" or \"unknown\"",
+            "shots.csv:1: nothing says how the cue ball spins; expected [cue_spin] assume = \"stun\", \"natural-roll\" or \"unknown\" in dataset.toml, a column cue_spin, or columns omega_x, omega_y, omega_z",
         ),
     ]);
 }

@@ -39,6 +39,13 @@ pub(super) struct Facts {
     pub labels: BTreeMap<String, String>,
 }
 
+impl Facts {
+    /// Nothing is known of the shot.
+    pub(super) fn unknown() -> Self {
+        Self { spin: Spin::Unknown, labels: BTreeMap::new() }
+    }
+}
+
 /// The tracks of one ball.
 struct Ball {
     /// The ball's centre, or the points whose mean it is.
@@ -47,27 +54,51 @@ struct Ball {
     markers: Vec<RawTrack>,
 }
 
-/// Makes a shot of its rows.
+/// Makes a shot of its rows. `Err` says everything that has to be given in dataset.toml first, or the first fault of the
+/// rows.
 pub(super) fn shot(
     mut raw: RawShot,
     facts: Facts,
     settings: &TrackSettings,
     calibration: &Calibration,
     notes: &mut Notes,
-) -> Result<TrackShot, Wrong> {
+) -> Result<TrackShot, Vec<Wrong>> {
     let mut tracks = std::mem::take(&mut raw.tracks);
     number_twins(&mut tracks);
     let mut names: Vec<_> = tracks.iter().map(|track| format!("\"{}\"", shortened(&track.name))).collect();
     names.dedup();
     names.truncate(12);
     let names = if names.is_empty() { "there are none".to_string() } else { names.join(", ") };
-    let cue = assign(&mut tracks, "cue", &settings.cue, &names, &raw, notes)?;
-    let object = assign(&mut tracks, "object", &settings.object, &names, &raw, notes)?;
+    let cue = assign(&mut tracks, "cue", &settings.cue, &names, &raw, notes);
+    let object = assign(&mut tracks, "object", &settings.object, &names, &raw, notes);
+    let (cue, object) = match (cue, object) {
+        (Ok(cue), Ok(object)) => (cue, object),
+        (cue, object) => {
+            let mut wrong: Vec<Wrong> = cue.err().into_iter().chain(object.err()).collect();
+            raw.tracks = tracks;
+            if let Err(message) = time::settle(&mut raw, settings, &mut Notes::default()) {
+                wrong.push(Wrong::input(Some(raw.line), message));
+            }
+            return Err(wrong);
+        }
+    };
     for other in &tracks {
         let message =
             format!("the track \"{}\" is neither cue nor object; passed over", shortened(&other.name));
         notes.add(NAMES, &raw.file, Some(other.line()), message);
     }
+    of_balls(raw, cue, object, facts, (settings, calibration), notes).map_err(|wrong| vec![wrong])
+}
+
+/// Makes a shot of the tracks of its balls.
+fn of_balls(
+    mut raw: RawShot,
+    cue: Ball,
+    object: Ball,
+    facts: Facts,
+    (settings, calibration): (&TrackSettings, &Calibration),
+    notes: &mut Notes,
+) -> Result<TrackShot, Wrong> {
     let sizes = [&cue.centres, &cue.markers, &object.centres].map(Vec::len);
     raw.tracks = [cue.centres, cue.markers, object.centres, object.markers].into_iter().flatten().collect();
     let file = raw.file.clone();
@@ -153,9 +184,8 @@ fn assign(
                 ""
             };
             let message = format!(
-                "shot \"{}\" has no track \"{name}\" ([tracks] {ball} = {}); its tracks: {there}. Expected \
+                "there is no track \"{name}\" ([tracks] {ball} = {}); there are: {there}. Expected \
                  both balls in one file or shot{apart}, and their names in [tracks] cue and object; or the shot skipped",
-                raw.name,
                 names.shown()
             );
             Wrong::input(Some(raw.line), message)

@@ -119,17 +119,18 @@ pub(super) fn load(
         }
         None => true,
     });
+    if let Some(shot) = raw.iter().find(|shot| table.facts(&shot.name).is_none()) {
+        let message = format!(
+            "nothing says how the cue ball of shot \"{}\" spins; expected [cue_spin] assume = \"stun\", \
+             \"natural-roll\" or \"unknown\", or cue_spin in the table that [tracks] shots names",
+            shot.name
+        );
+        problems.add(path, None, None, message);
+    }
     let mut work = Vec::with_capacity(raw.len());
     for shot in raw {
-        let Some(facts) = table.facts(&shot.name) else {
-            let message = format!(
-                "nothing says how the cue ball of shot \"{}\" spins; expected [cue_spin] assume = \"stun\", \
-                 \"natural-roll\" or \"unknown\", or cue_spin in the table that [tracks] shots names",
-                shot.name
-            );
-            problems.add(path, None, None, message);
-            break;
-        };
+        // what else is wrong with such shots is to be said, too
+        let facts = table.facts(&shot.name).unwrap_or_else(Facts::unknown);
         if manifest.discs.is_some() && !matches!(facts.spin, Spin::Stun | Spin::Unknown) {
             let message = format!(
                 "shot \"{}\" is of discs, which do not roll; expected cue_spin stun (neither disc turns before the impact) or \
@@ -213,10 +214,10 @@ fn finish_all(
         let calibration = calibrations.get(file.as_path())?;
         let done = isolated(|| finish::shot(raw, facts, settings, calibration, &mut notes));
         let shot = done.unwrap_or_else(|panic| {
-            Err(Wrong::damaged(
+            Err(vec![Wrong::damaged(
                 None,
                 format!("it could not be processed ({panic}), which is a defect of caromfit"),
-            ))
+            )])
         });
         Some((name, file, shot, notes))
     };
@@ -226,8 +227,15 @@ fn finish_all(
         notes.append(own_notes);
         match shot {
             Ok(shot) => shots.push(shot),
-            Err(wrong) if wrong.is_damage => damaged.push((name, file, wrong)),
-            Err(Wrong { line, message, .. }) => problems.add(&file, line, None, message),
+            Err(all) => {
+                for wrong in all {
+                    if wrong.is_damage {
+                        damaged.push((name.clone(), file.clone(), wrong));
+                    } else {
+                        problems.add(&file, wrong.line, None, wrong.message);
+                    }
+                }
+            }
         }
     }
     if shots.is_empty() {

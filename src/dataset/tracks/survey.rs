@@ -5,7 +5,7 @@ use std::path::Path;
 use super::raw::{Clock, Notes, RawShot};
 use super::read;
 use super::settings::{self, Format, TimeUnit};
-use super::time::tidy;
+use super::time;
 use crate::dataset::error::Problems;
 use crate::dataset::toml_file::Source;
 
@@ -36,7 +36,7 @@ pub fn survey(file: &Path) -> Option<Survey> {
     let source = Source { path: file, text: "" };
     let mut problems = Problems::new("");
     let settings = settings::check(None, None, None, false, &source, &mut problems);
-    let (shots, format) = read::file(file, &settings, &mut problems, &mut Notes::default())?;
+    let (mut shots, format) = read::file(file, &settings, &mut problems, &mut Notes::default())?;
     let clock = shots.first()?.clock;
     let mut tracks: Vec<(String, Vec<f64>)> = Vec::new();
     for shot in &shots {
@@ -65,7 +65,7 @@ pub fn survey(file: &Path) -> Option<Survey> {
         },
         shots: shots.len(),
         points: shots.iter().flat_map(|shot| &shot.tracks).any(|track| track.point.is_some()),
-        times_fps: (!in_frames).then(|| rate(&shots)).flatten(),
+        times_fps: (!in_frames).then(|| shots.iter_mut().find_map(time::followed)).flatten(),
         extent: extent(&shots),
         tracks: tracks.into_iter().map(|(name, all)| (name, median(all))).collect(),
         in_frames,
@@ -87,19 +87,6 @@ fn beginnings(shot: &RawShot) -> Vec<(String, f64)> {
         Some((track.name.clone(), (moving.time - first) / (last - first).max(f64::MIN_POSITIVE)))
     };
     shot.tracks.iter().filter_map(begin).collect()
-}
-
-/// Rows per second: from the median step of the first track, or, where all steps are that long, from its length, in which
-/// rounding hardly counts.
-fn rate(shots: &[RawShot]) -> Option<f64> {
-    let track = shots.iter().flat_map(|shot| &shot.tracks).find(|track| track.rows.len() > 2)?;
-    let mut steps: Vec<f64> = track.rows.windows(2).map(|pair| pair[1].time - pair[0].time).collect();
-    steps.sort_by(f64::total_cmp);
-    let step = steps[steps.len() / 2];
-    let (rows, first, last) = (track.rows.len(), track.rows.first()?, track.rows.last()?);
-    let mean = (last.time - first.time) / (rows - 1) as f64;
-    let step = if (mean / step - 1.0).abs() < 1e-3 { mean } else { step };
-    (step > 0.0 && step.is_finite()).then(|| tidy(1.0 / step))
 }
 
 fn extent(shots: &[RawShot]) -> f64 {

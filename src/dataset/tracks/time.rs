@@ -285,6 +285,43 @@ pub(super) fn tidy(fps: f64) -> f64 {
     if (fps - fps.round()).abs() < 1e-6 * fps { fps.round() } else { fps }
 }
 
+/// Rates at which cameras record.
+const USUAL: [f64; 24] = [
+    24.0, 25.0, 30.0, 48.0, 50.0, 60.0, 90.0, 100.0, 120.0, 200.0, 240.0, 250.0, 300.0, 400.0, 480.0, 500.0,
+    600.0, 960.0, 1000.0, 2000.0, 29.97, 59.94, 119.88, 239.76,
+];
+
+/// The frame rate that the times of a shot follow, in seconds of the file's own clock: the coarsest grid on which all of
+/// them lie. Where rounding leaves several rates possible, one at which cameras record, else a whole number. The times
+/// are left in seconds.
+pub(super) fn followed(shot: &mut RawShot) -> Option<f64> {
+    let unit = match shot.clock {
+        Clock::In(unit) => unit,
+        Clock::Rounded(_) | Clock::Unsaid => TimeUnit::S,
+        Clock::FramesAt(_) => return None,
+    };
+    let second = unit.seconds()?;
+    for row in shot.tracks.iter_mut().flat_map(|track| &mut track.rows) {
+        row.time *= second;
+    }
+    let grid = Grid::of(shot, second);
+    let length = grid.times.last()? - grid.times.first()?;
+    let steps = || grid.times.windows(2).map(|two| two[1] - two[0]);
+    // most of the steps may be of several frames
+    let least = steps().fold(f64::INFINITY, f64::min);
+    let near = steps().filter(|step| *step <= least + 1.02 * grid.resolution);
+    let (sum, count) = near.fold((0.0, 0.0), |(sum, count), step| (sum + step, count + 1.0));
+    let frames = [grid.spacing, sum / count].into_iter().find_map(|spacing| grid.frames(spacing, OFF_GRID));
+    let fps = match frames.and_then(|frames| frames.last().copied()) {
+        Some(number) => number / length,
+        None => 1.0 / grid.spacing,
+    };
+    let slack = (grid.resolution / length).max(1e-6);
+    let possible = |rate: &f64| (rate / fps - 1.0).abs() <= slack;
+    let usual = USUAL.into_iter().find(possible);
+    (fps > 0.0 && fps.is_finite()).then(|| usual.or(Some(fps.round()).filter(possible)).unwrap_or(fps))
+}
+
 /// A clock so coarse that neighbouring frames show the same time: rows are counted.
 fn by_row(shot: &mut RawShot, grid: &Grid, rate: f64, fps: f64, notes: &mut Notes) -> Result<f64, String> {
     let help = format!(

@@ -1,0 +1,87 @@
+//! What the documentation says of columns of data: signs of angles, and how standard deviations of components add up.
+
+use std::fs;
+
+use caromfit::ball::{Ball, BallState};
+use caromfit::collision::{Coefficients, Fidelity, Model};
+use caromfit::contact::{cloth_slip, cue_velocity};
+use caromfit::dataset;
+use caromfit::observable::Observable;
+use caromfit::predict::Plan;
+
+const COEFFICIENTS: Coefficients = Coefficients { mu: 0.06, mu_s: 0.3, e: 0.94 };
+
+/// Two roundings of angles.
+const ROUNDING: f64 = 1e-12;
+
+/// The only shot of a data set of kind `angles` with one row of zeros as observations.
+fn predicted(cut_deg: f64) -> Vec<(Observable, f64)> {
+    let folder = tempfile::tempdir().unwrap();
+    let manifest =
+        "name = \"signs\"\nkind = \"angles\"\nfiles = [\"a.csv\"]\n[cue_spin]\nassume = \"natural-roll\"\n";
+    fs::write(folder.path().join("dataset.toml"), manifest).unwrap();
+    let columns = "cut_deg,speed_m_s,throw_deg,cue_turn_deg,cue_turn_rolling_deg,object_angle_rolling_deg";
+    fs::write(folder.path().join("a.csv"), format!("{columns}\n{cut_deg},2,0,0,0,0\n")).unwrap();
+    let dataset = dataset::load(folder.path()).unwrap();
+    let plan = Plan::new(&dataset.shots[0]).unwrap();
+    let model = Model::new(Fidelity::Full, Ball::POOL);
+    let prediction = plan.predict(&model, &COEFFICIENTS).unwrap();
+    plan.rows().iter().zip(prediction.values.iter()).map(|(row, value)| (row.observable, *value)).collect()
+}
+
+/// The cut angle is measured from the cue ball's path to the line of centres. `object_angle_rolling_deg` is counted like it:
+/// from the cue ball's incoming path to the object ball's path once it rolls, positive on the side of the line of centres,
+/// so that throw makes it smaller. `throw_deg` is counted from the line of centres, `cue_turn_deg` from the incoming path,
+/// positive away from the line of centres.
+#[test]
+fn angles_have_the_signs_that_the_readme_says() {
+    let cut = 40_f64;
+    let model = Model::new(Fidelity::Full, Ball::POOL);
+    let cue = BallState::natural_roll(cue_velocity(2.0, cut.to_radians()), model.ball.radius);
+    let outcome = model.collide(&cue, &COEFFICIENTS).unwrap();
+    // in the collision frame the line of centres is at 0 and the cue ball comes at +40°
+    let direction = |ball: &BallState| ball.velocity.y.atan2(ball.velocity.x).to_degrees();
+    let rolling = |ball: &BallState| {
+        let velocity = ball.velocity - 2.0 / 7.0 * cloth_slip(ball, model.ball.radius);
+        velocity.y.atan2(velocity.x).to_degrees()
+    };
+    let expected = [
+        (Observable::Throw, direction(&outcome.object)),
+        (Observable::CueTurn, direction(&outcome.cue) - cut),
+        (Observable::CueTurnRolling, rolling(&outcome.cue) - cut),
+        (Observable::ObjectAngleRolling, cut - rolling(&outcome.object)),
+    ];
+    for cut in [cut, -cut] {
+        for (observable, value) in predicted(cut) {
+            let expected = expected.iter().find(|(known, _)| *known == observable).unwrap().1;
+            assert!(
+                (value.to_degrees() - expected).abs() < ROUNDING.to_degrees(),
+                "{observable:?} {value} {expected}"
+            );
+            assert!(value > 0.0, "{observable:?} at {cut}°");
+        }
+    }
+    // thrown towards where the cue ball goes, the object ball leaves at less than the cut angle
+    let found = predicted(cut);
+    let of = |observable| found.iter().find(|(known, _)| *known == observable).unwrap().1.to_degrees();
+    assert!(of(Observable::ObjectAngleRolling) < cut && of(Observable::ObjectAngleRolling) > cut - 5.0);
+}
+
+/// `nx_sd` and `ny_sd` are those of the components of a unit vector: an error σ of its direction is (σ|ny|, σ|nx|), and the
+/// squares add up to σ².
+#[test]
+fn errors_of_a_line_of_centres_are_those_of_its_components() {
+    let sigma = 0.004_f64;
+    let head = "shot,nx,ny,nx_sd,ny_sd,cue_vx,cue_vy,cue_vx_after,cue_vy_after,obj_vx_after,obj_vy_after\n";
+    let manifest = "name = \"n\"\nkind = \"impacts\"\nfiles = [\"a.csv\"]\n[cue_spin]\nassume = \"stun\"\n";
+    let folder = tempfile::tempdir().unwrap();
+    fs::write(folder.path().join("dataset.toml"), manifest).unwrap();
+    for direction in [0.3_f64, 1.2, 2.5] {
+        let (ny, nx) = direction.sin_cos();
+        let row = format!("1,{nx},{ny},{},{},{nx},{ny},0.1,0,0.9,0\n", sigma * ny.abs(), sigma * nx.abs());
+        fs::write(folder.path().join("a.csv"), format!("{head}{row}")).unwrap();
+        let dataset = dataset::load(folder.path()).unwrap();
+        let variance = Plan::new(&dataset.shots[0]).unwrap().variance_in()[0];
+        assert!((variance / sigma.powi(2) - 1.0).abs() < ROUNDING, "{variance}");
+    }
+}
