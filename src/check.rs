@@ -124,13 +124,17 @@ pub fn suspicious(
     if let Some(Measured { value, sd: Some(sd) }) = sliding
         && (value + SURELY * sd < SLIDING[0] || value - SURELY * sd > SLIDING[1])
     {
+        let rate = if value > SURELY * sd {
+            let faster = (USUAL_SLIDING / value).sqrt();
+            format!(". Frames {faster:.2} times as fast would give {USUAL_SLIDING}")
+        } else {
+            String::new()
+        };
         found.push(Finding::whole(
             Kind::Sliding,
             format!(
                 "the paths after the impacts show that the cloth's sliding friction is {value:.3} ± {sd:.3}, where {USUAL_SLIDING} is \
-                 usual: the frame rate of the camera (capture_fps) or the scale may be wrong. Frames {:.2} times as fast would \
-                 give {USUAL_SLIDING}",
-                (USUAL_SLIDING / value).sqrt()
+                 usual: the frame rate of the camera (capture_fps) or the scale may be wrong{rate}"
             ),
         ));
     }

@@ -35,7 +35,8 @@ pub fn sliding<'a>(impacts: impl IntoIterator<Item = &'a Impact>, rolling: Measu
             sum += (impact.values[at] + further) / variance;
         }
     }
-    (weights > 0.0).then(|| Measured { value: sum / weights, sd: Some(weights.recip().sqrt()) })
+    // another μ_r may carry what the tracks hardly determine beyond 0
+    (weights > 0.0).then(|| Measured { value: (sum / weights).max(0.0), sd: Some(weights.recip().sqrt()) })
 }
 
 /// The cloth's rolling resistance μ_r, as all shots together tell it, with what is known of it beforehand.
