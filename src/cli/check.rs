@@ -35,8 +35,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         for note in dataset.tracks.iter().flat_map(|tracks| &tracks.notes) {
             text.push_str(&format!("  note: {note}\n"));
         }
-        let left_out =
-            dataset.left_out.iter().map(|(shot, reason)| (Some(shot.as_str()), reason.to_string()));
+        let left_out = dataset.left_out.iter().map(|(shot, reason)| (Some(shot.as_str()), reason.clone()));
         text.push_str(&said_once("left out", left_out));
         let found = check::check(&dataset);
         for (what, suspicious) in [("suspicious", true), ("note", false)] {
