@@ -180,7 +180,8 @@ pub fn bias(dataset: &Dataset, fidelity: Option<Fidelity>) -> Result<Row, FitErr
             parameter,
             truth,
             estimate: estimate.map_or(truth, |estimate| estimate.value),
-            std_error: estimate.and_then(|estimate| estimate.std_error),
+            // a fidelity that leaves much out is refuted, which is what the bias is to show
+            std_error: fitted.std_error_if_model_held(parameter),
         }
     });
     let observations = dataset.shots.iter().map(|shot| shot.after.len()).sum::<usize>();

@@ -236,9 +236,6 @@ fn coefficients(
     let [mu, mu_s, e] = Parameter::COEFFICIENTS.map(|parameter| fit.estimates[parameter as usize]);
     let known = fit.converged && mu.status != Status::NotIdentified && mu.value > 0.0;
     let coefficients = Coefficients { mu: mu.value, mu_s: mu_s.value, e: e.value };
-    let mu_sd = mu.std_error.or_else(|| {
-        let if_held = fit.refuted.iter().flat_map(|refuted| &refuted.if_model_held);
-        if_held.filter(|(parameter, _)| *parameter == Parameter::Mu).map(|(_, sd)| *sd).next()
-    });
+    let mu_sd = fit.std_error_if_model_held(Parameter::Mu);
     known.then_some((coefficients, mu_sd.unwrap_or(0.0)))
 }

@@ -76,6 +76,19 @@ impl MeasuredRestitution {
     }
 }
 
+impl Fit {
+    /// The standard error of a parameter as if the model held: what is stated, or where the data refute the model what would
+    /// have been.
+    #[must_use]
+    pub fn std_error_if_model_held(&self, parameter: Parameter) -> Option<f64> {
+        let stated = self.estimates.iter().find(|e| e.parameter == parameter).and_then(|e| e.std_error);
+        stated.or_else(|| {
+            let nominal = &self.refuted.as_ref()?.if_model_held;
+            nominal.iter().find(|(known, _)| *known == parameter).map(|(_, error)| *error)
+        })
+    }
+}
+
 /// Finds out whether χ² refutes the model; then takes the errors of the estimates away. `shots` are those that were fitted,
 /// `discs` whether they stand for discs.
 pub(super) fn judge(fit: &mut Fit, shots: &[&Shot], discs: bool) {
