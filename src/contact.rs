@@ -13,10 +13,33 @@ pub struct CollisionFrame {
     ny: f64,
 }
 
+/// A line of centres that has no length or is not finite.
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+#[error("the line of centres ({0}, {1}) has no direction; expected a finite vector other than 0")]
+pub struct NoDirection(pub f64, pub f64);
+
 impl CollisionFrame {
-    /// From the line of centres (cue ball to object ball) in the table frame, a unit vector.
+    /// From the line of centres (cue ball to object ball) in the table frame, of any length.
+    ///
+    /// # Errors
+    /// A vector that is 0 or not finite.
+    pub fn from_normal(nx: f64, ny: f64) -> Result<Self, NoDirection> {
+        let length = nx.hypot(ny);
+        if !(length > 0.0 && length.is_finite()) {
+            return Err(NoDirection(nx, ny));
+        }
+        Ok(Self { nx: nx / length, ny: ny / length })
+    }
+
+    /// From the direction of the line of centres in the table frame, in rad from the x axis.
     #[must_use]
-    pub fn from_normal(nx: f64, ny: f64) -> Self {
+    pub fn from_direction(direction_rad: f64) -> Self {
+        let (ny, nx) = direction_rad.sin_cos();
+        Self { nx, ny }
+    }
+
+    /// From a line of centres whose length is known to be 1.
+    pub(crate) fn from_unit(nx: f64, ny: f64) -> Self {
         Self { nx, ny }
     }
 
@@ -65,10 +88,20 @@ mod tests {
 
     #[test]
     fn frames_are_inverse_and_x_is_the_line_of_centres() {
-        let frame = CollisionFrame::from_normal(0.6, -0.8);
+        let frame = CollisionFrame::from_normal(0.6, -0.8).unwrap();
         let v = Vec3::new(1.5, -2.0, 0.3);
         assert!((frame.to_table(frame.to_collision(v)) - v).norm() < ROUNDING * v.norm());
         assert!((frame.to_collision(Vec3::new(0.6, -0.8, 0.0)) - Vec3::x()).norm() < ROUNDING);
+    }
+
+    #[test]
+    fn a_frame_keeps_lengths_whatever_that_of_the_line_of_centres() {
+        let v = Vec3::new(2.0, 0.5, 0.0);
+        let frame = CollisionFrame::from_normal(0.03, -0.04).unwrap();
+        assert!((frame.to_collision(v).norm() - v.norm()).abs() < ROUNDING * v.norm());
+        for (nx, ny) in [(0.0, 0.0), (f64::NAN, 1.0), (1.0, f64::INFINITY)] {
+            assert!(CollisionFrame::from_normal(nx, ny).is_err());
+        }
     }
 
     #[test]

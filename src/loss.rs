@@ -8,6 +8,8 @@
 //! - Huber, P. J. (1964). Robust estimation of a location parameter. Ann. Math. Statist. 35, 73–101.
 //! - Maronna, R. A. (1976). Robust M-estimators of multivariate location and scatter. Ann. Statist. 4, 51–67.
 
+use std::sync::OnceLock;
+
 use statrs::distribution::{ChiSquared, Continuous, ContinuousCDF};
 
 /// How a shot's distance counts.
@@ -49,6 +51,17 @@ impl Loss {
     /// For shots of `k` observations: the distance that is as improbable as the tuning constant is of one.
     #[must_use]
     pub fn of_shots(self, k: usize) -> ShotLoss {
+        /// More observations than any shot has. A search asks for the same losses thousands of times.
+        const MOST: usize = 32;
+        static KNOWN: [[OnceLock<ShotLoss>; MOST]; Loss::ALL.len()] =
+            [const { [const { OnceLock::new() }; MOST] }; Loss::ALL.len()];
+        match KNOWN[self as usize].get(k) {
+            Some(known) => *known.get_or_init(|| self.found_for(k)),
+            None => self.found_for(k),
+        }
+    }
+
+    fn found_for(self, k: usize) -> ShotLoss {
         let squared = |k: usize| ChiSquared::new(k.max(1) as f64).ok();
         let tuning = self.tuning();
         let c = match (self, squared(1), squared(k)) {
@@ -81,6 +94,16 @@ pub struct ShotLoss {
 }
 
 impl ShotLoss {
+    /// ρ(s), as large as s² near 0.
+    #[must_use]
+    pub fn cost(&self, s: f64) -> f64 {
+        match self.loss {
+            Loss::Huber if s > self.c => self.c * (2.0 * s - self.c),
+            Loss::Squares | Loss::Huber => s * s,
+            Loss::Cauchy => self.c * self.c * (s / self.c).powi(2).ln_1p(),
+        }
+    }
+
     /// w(s).
     #[must_use]
     pub fn weight(&self, s: f64) -> f64 {
@@ -130,10 +153,13 @@ mod tests {
     }
 
     #[test]
-    fn slopes_are_those_of_the_weights() {
+    fn slopes_are_those_of_the_weights_and_weights_those_of_the_costs() {
         for loss in [Loss::Huber, Loss::Cauchy] {
             let loss = loss.of_shots(4);
             for s in [0.5, 1.5, 4.0, 9.0] {
+                // ρ = s² near 0: ρ' = 2 w s
+                let slope = (loss.cost(s + 1e-6) - loss.cost(s - 1e-6)) / 2e-6;
+                assert!((2.0 * loss.weight(s) * s - slope).abs() < 1e-8, "{loss:?} {s}");
                 let numeric = (loss.weight(s + 1e-6) - loss.weight(s - 1e-6)) / 2e-6;
                 assert!((loss.slope(s) - numeric).abs() < 1e-8, "{loss:?} {s}");
             }

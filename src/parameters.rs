@@ -84,7 +84,7 @@ impl Parameter {
     }
 }
 
-/// How one parameter enters a fit. Always consistent: lower ≤ initial ≤ upper, all finite.
+/// How one parameter enters a fit. A fit refuses what [`Setting::faults`] finds.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Setting {
     /// Where the fit starts; the value itself when `fixed`.
@@ -96,11 +96,58 @@ pub struct Setting {
     pub prior: Option<Prior>,
 }
 
+/// What keeps a fit from using a setting.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SettingFault {
+    /// Which of its values: `lower`, `upper`, `initial`, `fixed`, `prior_mean` or `prior_sd`, as in dataset.toml.
+    pub key: &'static str,
+    pub value: f64,
+    /// What stands behind "mu.lower is 2": a comparison, and what was expected.
+    pub rest: String,
+}
+
 impl Setting {
     /// Not fitted: its value is stated.
     #[must_use]
     pub fn held(value: f64) -> Self {
         Self { initial: value, lower: value, upper: value, fixed: true, prior: None }
+    }
+
+    /// What keeps a fit from using it: numbers that are not finite or out of range, bounds that leave no value, an initial
+    /// value outside them. Empty for a good one.
+    #[must_use]
+    pub fn faults(&self, parameter: Parameter) -> Vec<SettingFault> {
+        let Self { initial, lower, upper, fixed, prior } = *self;
+        let fault = |key, value, rest: String| SettingFault { key, value, rest };
+        let value_key = if fixed { "fixed" } else { "initial" };
+        let range = if parameter == Parameter::E { 0.0..=1.0 } else { 0.0..=f64::MAX };
+        let allowed = if parameter == Parameter::E { "0 to 1" } else { "0 or more" };
+        let mut faults: Vec<SettingFault> = [("lower", lower), ("upper", upper), (value_key, initial)]
+            .into_iter()
+            .filter(|(_, value)| !range.contains(value))
+            .map(|(key, value)| fault(key, value, format!("; expected {allowed}")))
+            .collect();
+        if let Some(Prior { mean, sd }) = prior {
+            for (key, value) in [("prior_mean", mean), ("prior_sd", sd)] {
+                if !value.is_finite() {
+                    faults.push(fault(key, value, "; expected a finite number".to_owned()));
+                }
+            }
+            if sd <= 0.0 {
+                faults.push(fault("prior_sd", sd, "; expected more than 0".to_owned()));
+            }
+        }
+        if faults.iter().any(|fault| ["lower", "upper", value_key].contains(&fault.key)) {
+            return faults;
+        }
+        if lower > upper {
+            let rest = format!(", above {}.upper, {upper:?}; expected lower ≤ upper", parameter.name());
+            faults.push(fault("lower", lower, rest));
+        } else if !(lower..=upper).contains(&initial) {
+            let rest = format!("; expected {lower:?} to {upper:?}, its bounds");
+            faults.push(fault(value_key, initial, rest));
+        }
+        faults
     }
 }
 

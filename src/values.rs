@@ -5,7 +5,7 @@ use std::ops::{Index, IndexMut};
 
 use crate::collision::{Coefficients, Model};
 use crate::friction::Law;
-use crate::parameters::{Parameter, Settings};
+use crate::parameters::{Parameter, Setting, Settings};
 
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Values {
@@ -16,10 +16,23 @@ pub struct Values {
 }
 
 impl Values {
-    /// Where a fit starts.
+    /// What parameters that are not fitted are held at: those that are fixed, and those that the data say nothing of.
     #[must_use]
     pub fn initial(settings: &Settings) -> Self {
-        let of = |parameter: Parameter| settings[parameter].initial;
+        Self::each(|parameter| settings[parameter].initial)
+    }
+
+    /// Usual values within the bounds, and fixed parameters where they are fixed: where a search begins, whatever the
+    /// initial values are.
+    #[must_use]
+    pub fn usual(settings: &Settings) -> Self {
+        Self::each(|parameter| {
+            let Setting { initial, lower, upper, fixed, .. } = settings[parameter];
+            if fixed { initial } else { parameter.default_setting().initial.clamp(lower, upper) }
+        })
+    }
+
+    fn each(of: impl Fn(Parameter) -> f64) -> Self {
         Self {
             coefficients: Coefficients {
                 mu: of(Parameter::Mu),
@@ -29,6 +42,26 @@ impl Values {
             b: of(Parameter::B),
             c: of(Parameter::C),
         }
+    }
+
+    /// These values with little friction, with that which they have, and with much, as far as bounds allow: what no
+    /// observation depends on at any of them none depends on at all. With much friction every contact sticks, with little
+    /// all slide.
+    #[must_use]
+    pub fn across_friction(&self, settings: &Settings) -> [Self; 3] {
+        /// Of the way from the lower bound to the upper one.
+        const LITTLE: f64 = 1e-3;
+        let at = |part: f64| {
+            let mut values = *self;
+            for parameter in [Parameter::Mu, Parameter::B] {
+                let Setting { lower, upper, fixed, .. } = settings[parameter];
+                if !fixed {
+                    values[parameter] = lower + part * (upper - lower);
+                }
+            }
+            values
+        };
+        [at(LITTLE), *self, at(1.0)]
     }
 
     /// The model with these b and c, if its friction falls.

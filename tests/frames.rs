@@ -300,6 +300,39 @@ fn wrong_assumptions_bias_both_methods_alike() {
     }
 }
 
+/// 240 frames a second with 0.5 mm of noise, a phone's: two stages state errors that are too small, and say so.
+#[test]
+fn rough_footage_is_warned_of_in_two_stages() {
+    let warned = |camera: Camera, seed: u64| {
+        let spec = Spec { camera, ..spec(ROLLS, 40, 9000 + seed) };
+        let (dataset, extracted, scene) = footage::with_impacts(dataset(filmed(&spec)), &|| ());
+        let films = footage::films(&extracted, &scene, usize::MAX);
+        let fit = fit::fit_watched(&dataset, &films, &both()[0], &|| ()).unwrap().remove(0);
+        let warned = fit
+            .warnings
+            .iter()
+            .any(|w| w.contains("too rough for two stages") && w.contains("--method joint"));
+        (fit, warned)
+    };
+    let sets = count("CAROMFIT_SETS", 3) as u64;
+    let phone = Camera { fps: 240.0, position_sd_m: 5e-4, ..Camera::default() };
+    for (what, camera, expected) in
+        [("240 fps, 0.5 mm", phone, true), ("1000 fps, 0.1 mm", Camera::default(), false)]
+    {
+        let found: Vec<_> = (0..sets).into_par_iter().map(|seed| warned(camera, seed)).collect();
+        let mut tally = Tally::default();
+        for (fit, _) in &found {
+            tally.add(fit);
+        }
+        tally.print(what);
+        let count = found.iter().filter(|(_, warned)| *warned).count();
+        println!("{what}: {count} of {sets} warned of");
+        // one data set in twenty may lie on the other side
+        let wrong = if expected { sets as usize - count } else { count };
+        assert!(wrong <= sets as usize / 20, "{what}: {count} of {sets}");
+    }
+}
+
 /// Cost grows linearly with the number of shots: 10 000 shots in under a minute on two cores.
 /// residuals.csv of a joint fit lists what its χ² is of: every coordinate of every frame, and spins that markers show.
 #[test]

@@ -3,7 +3,7 @@
 use rayon::prelude::*;
 
 use super::joint::Weights;
-use super::told::{Settled, settle};
+use super::told::{Says, Settled, settle};
 use super::{CompareError, Sample};
 use crate::collision::Coefficients;
 use crate::fit::choice::{EVIDENCE, OTHERWISE, PART, ROUNDS, SAMPLE, left_out};
@@ -21,8 +21,8 @@ pub(super) struct Question {
 /// what it would have given is returned, in words.
 pub(super) fn choose(samples: &mut [Sample], question: Question) -> Result<Option<String>, CompareError> {
     let mut some = thinned(samples);
-    let initial = some.iter().map(|sample| sample.initial()).collect::<Vec<_>>();
-    take_cheapest(&mut some, &initial);
+    let usual = some.iter().map(|sample| sample.usual()).collect::<Vec<_>>();
+    take_cheapest(&mut some, &usual);
     let start = fit(&some, question)?.coefficients;
     take_cheapest(&mut some, &start);
     let closed = fit(&some, question)?;
@@ -34,7 +34,7 @@ pub(super) fn choose(samples: &mut [Sample], question: Question) -> Result<Optio
             |settled: &Settled| settled.solved.minus_two_log_likelihood(&settled.samples, &settled.layout);
         let higher = of(&corrected) - of(&closed);
         if higher > -EVIDENCE {
-            refused = Some(refusal(higher, &corrected));
+            refused = Some(refusal(higher, &corrected, &closed));
         } else {
             at.clone_from(&corrected.coefficients);
         }
@@ -118,14 +118,15 @@ fn correct(
     fit(samples, question)
 }
 
-fn refusal(higher: f64, with: &Settled) -> String {
+/// What is not told without `contact` is hardly told with it, and not quoted.
+fn refusal(higher: f64, with: &Settled, without: &Settled) -> String {
     let mut found: Vec<String> = Vec::new();
     for parameter in Parameter::COEFFICIENTS {
         let mut seen = Vec::new();
         for (sample, columns) in with.samples.iter().zip(&with.layout.columns) {
-            let Some(column) = columns[parameter as usize].filter(|column| !seen.contains(column)) else {
-                continue;
-            };
+            let is_told = without.says[parameter as usize][sample.label] == Says::Something;
+            let column = columns[parameter as usize].filter(|column| is_told && !seen.contains(column));
+            let Some(column) = column else { continue };
             seen.push(column);
             found.push(format!("{} = {:.4} ({})", parameter.symbol(), with.solved.x[column], sample.title));
         }

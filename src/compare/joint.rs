@@ -7,6 +7,7 @@ use super::layout::{Layout, Tie};
 use super::{CompareError, Sample, noise};
 use crate::collision::Coefficients;
 use crate::fit::robust::{Losses, Part, Sandwich, distances};
+use crate::fit::search::Effort;
 use crate::fit::uncertainty::open_directions;
 use crate::loss::Loss;
 use crate::optimise::{self, Activity};
@@ -44,6 +45,9 @@ pub(super) struct Solved {
     /// One for each unknown of the layout.
     pub x: Vec<f64>,
     pub chi2: f64,
+    /// What was minimised, to tell which of two minima is the lower: as [`chi2`](Self::chi2) with the losses of the
+    /// samples, and 2 ln σ of each observation whose noise was estimated.
+    pub objective: f64,
     /// Without the columns of what the shots of a sample share; with a robust loss from the scatter of the shots.
     pub covariance: Option<DMatrix<f64>>,
     /// Unknowns that no residual depends on where it ended, and no equality.
@@ -134,8 +138,13 @@ fn observations(sample: &Sample) -> usize {
     sample.fitted.iter().map(|shot| shot.plan.rows().len()).sum()
 }
 
-/// Fits until the weights rest; with those of another fit, once.
-pub(super) fn solve(samples: &[Sample], layout: &Layout, weights: Weights) -> Result<Solved, CompareError> {
+/// Fits from the start of the layout until the weights rest; with those of another fit, once.
+pub(super) fn solve(
+    samples: &[Sample],
+    layout: &Layout,
+    weights: Weights,
+    effort: Effort,
+) -> Result<Solved, CompareError> {
     let count = layout.start.len();
     let mut total = count;
     let own_errors = |sample: &Sample| {
@@ -175,6 +184,7 @@ pub(super) fn solve(samples: &[Sample], layout: &Layout, weights: Weights) -> Re
     let mut softly = samples.iter().any(|sample| sample.loss == Loss::Cauchy);
     let (at_rest, max_rounds) =
         if robust { (ROBUST_AT_REST, MAX_ROBUST_ROUNDS) } else { (AT_REST, MAX_ROUNDS) };
+    let max_rounds = max_rounds.min(effort.rounds);
     let mut shot_weights: Vec<Vec<f64>> =
         samples.iter().map(|sample| vec![1.0; sample.fitted.len()]).collect();
     let mut sds =
@@ -220,7 +230,7 @@ pub(super) fn solve(samples: &[Sample], layout: &Layout, weights: Weights) -> Re
             })
             .collect();
         let joint = Joint { problems, columns: columns.clone(), count: total };
-        let solution = optimise::minimise(joint, &x, &constraints, &optimise::Options::default())?;
+        let solution = optimise::minimise(joint, &x, &constraints, &effort.options)?;
         let mut moved = (&solution.x - &x).amax();
         x = solution.x.clone();
         let used = shot_weights.clone();
@@ -269,6 +279,7 @@ pub(super) fn solve(samples: &[Sample], layout: &Layout, weights: Weights) -> Re
                 Errors::Curvature
             };
             return Ok(Solved {
+                objective: objective(samples, layout, &losses, &used, &solution.residuals, &sds),
                 x: x.as_slice()[..count].to_vec(),
                 chi2: 2.0 * solution.cost,
                 covariance: of_unknowns(&jacobian, &silent, &layout.equalities, &sandwich),
@@ -286,6 +297,32 @@ pub(super) fn solve(samples: &[Sample], layout: &Layout, weights: Weights) -> Re
         before = whitening;
     }
     Err(CompareError::NoWeights)
+}
+
+/// [`Solved::objective`]; the distances of shots are those of residuals weighted with `weights`.
+fn objective(
+    samples: &[Sample],
+    layout: &Layout,
+    losses: &[&Losses],
+    weights: &[Vec<f64>],
+    residuals: &DVector<f64>,
+    sds: &[EstimatedSd],
+) -> f64 {
+    let (mut sum, mut rest) = (0.0, residuals.as_slice());
+    for (i, sample) in samples.iter().enumerate() {
+        let distances = distances(&sample.fitted, rest, &weights[i]);
+        sum += sample.fitted.iter().zip(distances).map(|(shot, d)| losses[i].of(shot).cost(d)).sum::<f64>();
+        rest = &rest[observations(sample)..];
+        let (others, next) = rest.split_at(layout.priors_of(i) + sample.shared_errors.len());
+        sum += others.iter().map(|r| r * r).sum::<f64>();
+        rest = next;
+        for row in sample.fitted.iter().flat_map(|shot| shot.plan.rows()).filter(|r| r.measured.sd.is_none())
+        {
+            let sd = sds[i].iter().find(|(observable, _)| *observable == row.observable);
+            sum += sd.map_or(0.0, |(_, sd)| 2.0 * sd.ln());
+        }
+    }
+    sum
 }
 
 /// The rows of every shot.

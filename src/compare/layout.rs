@@ -161,6 +161,44 @@ impl Layout {
         !self.equalities.is_empty() && self.beyond_equalities(row, 0.0).0.norm() < IMPLIED
     }
 
+    /// The layout of some of the samples alone: their unknowns, and the constraints between these.
+    pub(super) fn part(&self, members: &[usize]) -> Self {
+        let mut kept: Vec<usize> =
+            members.iter().flat_map(|i| self.columns[*i].iter().copied().flatten()).collect();
+        kept.sort_unstable();
+        kept.dedup();
+        let pick = |all: &[f64]| kept.iter().map(|column| all[*column]).collect::<Vec<_>>();
+        let among = |ties: &[Tie]| {
+            let own = |tie: &&Tie| (0..tie.row.len()).all(|j| tie.row[j] == 0.0 || kept.contains(&j));
+            let tie = |tie: &Tie| Tie { row: DVector::from_vec(pick(tie.row.as_slice())), ..tie.clone() };
+            ties.iter().filter(own).map(tie).collect()
+        };
+        let place = |column: usize| kept.iter().position(|known| *known == column);
+        Self {
+            columns: members.iter().map(|i| self.columns[*i].map(|c| c.and_then(place))).collect(),
+            start: pick(&self.start),
+            lower: pick(&self.lower),
+            upper: pick(&self.upper),
+            settings: members.iter().map(|i| self.settings[*i]).collect(),
+            equalities: among(&self.equalities),
+            inequalities: among(&self.inequalities),
+        }
+    }
+
+    /// With an unknown held at a value, from which the search also starts.
+    pub(super) fn holding(&self, column: usize, value: f64) -> Self {
+        let mut held = self.starting(column, value);
+        (held.lower[column], held.upper[column]) = (value, value);
+        held
+    }
+
+    /// With another start of an unknown.
+    pub(super) fn starting(&self, column: usize, value: f64) -> Self {
+        let mut layout = self.clone();
+        layout.start[column] = value;
+        layout
+    }
+
     /// How many unknowns the equalities leave to be fitted.
     pub(super) fn room(&self) -> usize {
         self.start.len() - self.equalities.len()

@@ -12,6 +12,7 @@
 
 mod choice;
 mod effect;
+mod global;
 mod joint;
 mod layout;
 mod noise;
@@ -127,6 +128,13 @@ pub enum CompareError {
          all with --share {parameter}{others}"
     )]
     Pinned { text: String, parameter: &'static str, others: String },
+    /// What is wrong with a data set, as [`Dataset::faults`] says it.
+    #[error("{dataset}: {}", .faults.join("\n"))]
+    Invalid { dataset: String, faults: Vec<String> },
+    #[error(
+        "{0}: its impacts have not been extracted from the tracks; call footage::with_impacts before comparing it"
+    )]
+    NotExtracted(String),
     #[error("the observations cannot be weighted: a covariance is not positive definite")]
     NoWeights,
     #[error(
@@ -316,6 +324,15 @@ pub fn compare_watched(
 ) -> Result<Comparison, CompareError> {
     if let Some(both) = options.share.iter().find(|q| options.per_dataset.contains(q)) {
         return Err(CompareError::Both(both.name()));
+    }
+    for dataset in datasets {
+        if dataset.awaits_extraction() {
+            return Err(CompareError::NotExtracted(dataset.name.clone()));
+        }
+        let faults = dataset.faults();
+        if !faults.is_empty() {
+            return Err(CompareError::Invalid { dataset: dataset.name.clone(), faults });
+        }
     }
     if let Some(falling) = datasets.iter().find(|dataset| dataset.settings.falls) {
         return Err(CompareError::Falls(falling.path.display().to_string()));

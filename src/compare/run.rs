@@ -3,6 +3,7 @@
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 
 use super::choice::{self, Question};
+use super::global::solve_all;
 use super::joint::{Solved, Weights, solve};
 use super::layout::Layout;
 use super::told::{AllSay, Held, Says, Settled, check_room, column_of, layout, settle};
@@ -11,6 +12,7 @@ use super::{
     CompareError, Compared, Comparison, Difference, LabelResidual, LikelihoodRatio, Quantity, Robust, Sample,
     TestKind, Value,
 };
+use crate::fit::search::Effort;
 use crate::fit::{Computed, Residual, computed};
 use crate::loss::Loss;
 use crate::parameters::Parameter;
@@ -309,7 +311,7 @@ impl Ways<'_> {
             (of_fit, fitted)
         } else {
             own_layout = self.layout(true)?;
-            own = solve(self.samples, &own_layout, Weights::Unbiased)?;
+            own = solve_all(self.samples, &own_layout, Weights::Unbiased)?;
             (&own_layout, &own)
         };
         // two labels that must be the same contradict nothing; two that must differ leave no "same"
@@ -335,8 +337,9 @@ impl Ways<'_> {
             return Ok(statistic.map(|statistic| judged(statistic, statistic, TestKind::Wald)));
         }
         // with the weights of the larger model, in which that of the smaller one is contained
-        let same = solve(self.samples, &smaller, Weights::Of(different))?;
-        let of_larger = solve(self.samples, larger, Weights::Of(different))?;
+        let same = solve_all(self.samples, &smaller, Weights::Of(different))?;
+        let larger = Layout { start: different.x.clone(), ..larger.clone() };
+        let of_larger = solve(self.samples, &larger, Weights::Of(different), Effort::FULL)?;
         let rise = (same.chi2 - of_larger.chi2).max(0.0);
         let n = fitted.observations as f64;
         // Gaussian noise of unknown size: n ln of the ratio of the sums of squares

@@ -34,9 +34,9 @@ pub(super) struct Sample {
 }
 
 impl Sample {
-    /// Where its fit starts.
-    pub(super) fn initial(&self) -> Coefficients {
-        Values::initial(&self.settings).coefficients
+    /// Usual values, with which its shots are first looked at.
+    pub(super) fn usual(&self) -> Coefficients {
+        Values::usual(&self.settings).coefficients
     }
 }
 
@@ -95,7 +95,7 @@ pub(super) fn gather(
                 labels.len() - 1
             });
             let model = Model::new(fidelity, dataset.ball);
-            let initial = Values::initial(&dataset.settings).coefficients;
+            let usual = Values::usual(&dataset.settings).coefficients;
             let (mut fitted, mut names) = (Vec::new(), Vec::new());
             let mut rejected: Vec<Rejected> = dataset
                 .left_out
@@ -103,7 +103,7 @@ pub(super) fn gather(
                 .map(|(shot, reason)| Rejected { shot: shot.clone(), reason: reason.clone() })
                 .collect();
             for shot in shots {
-                let planned = Plan::new(shot).and_then(|plan| plan.predict(&model, &initial).map(|_| plan));
+                let planned = Plan::new(shot).and_then(|plan| plan.predict(&model, &usual).map(|_| plan));
                 match planned {
                     Ok(plan) => {
                         fitted.push(Fitted { index: names.len(), plan, film: None });

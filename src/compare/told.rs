@@ -1,11 +1,13 @@
 //! What each label says about each parameter, and the joint fit of what is told.
 
-use super::joint::{Solved, Weights, solve};
+use super::global::solve_all;
+use super::joint::{Solved, Weights};
 use super::layout::Layout;
 use super::{CompareError, Quantity, Sample};
 use crate::collision::Coefficients;
 use crate::parameters::Parameter;
 use crate::relation::Sense;
+use crate::values::Values;
 
 /// What a label says about a parameter.
 #[derive(Clone, PartialEq)]
@@ -41,8 +43,13 @@ pub(super) fn settle(
     apart: [bool; 3],
     weights: Weights,
 ) -> Result<Settled, CompareError> {
-    let initial = |s: &Sample| Parameter::COEFFICIENTS.map(|p| s.settings[p].initial);
-    let mut ends: Held = all.iter().map(initial).collect();
+    // the search starts from usual values; what is not told stays at its initial value
+    let start = |sample: &Sample| {
+        let usual = Values::usual(&sample.settings);
+        Parameter::COEFFICIENTS
+            .map(|p| if is_informed(sample, p) { usual[p] } else { sample.settings[p].initial })
+    };
+    let mut ends: Held = all.iter().map(start).collect();
     let mut held = ends.clone();
     let mut says =
         Parameter::COEFFICIENTS.map(|p| (0..labels).map(|label| says_of(all, label, p)).collect::<Vec<_>>());
@@ -51,7 +58,7 @@ pub(super) fn settle(
     let mut samples = all.to_vec();
     loop {
         let layout = layout(&samples, &says, &held, apart)?;
-        let solved = solve(&samples, &layout, weights)?;
+        let solved = solve_all(&samples, &layout, weights)?;
         for (i, place) in places.iter().enumerate() {
             let Coefficients { mu, mu_s, e } = layout.coefficients(i, &solved.x);
             ends[*place] = [mu, mu_s, e];
@@ -77,6 +84,14 @@ pub(super) fn settle(
             }
         }
         if !lost {
+            // tests of one value for all start from here
+            for ((held, place), columns) in held.iter_mut().zip(&places).zip(&layout.columns) {
+                for parameter in
+                    Parameter::COEFFICIENTS.into_iter().filter(|p| columns[*p as usize].is_some())
+                {
+                    held[parameter as usize] = ends[*place][parameter as usize];
+                }
+            }
             let coefficients = ends.into_iter().map(|[mu, mu_s, e]| Coefficients { mu, mu_s, e }).collect();
             return Ok(Settled { samples, says, held, layout, solved, coefficients });
         }
@@ -100,18 +115,18 @@ fn keep<T>(all: &mut Vec<T>, stays: &[bool]) {
     all.retain(|_| each.next().copied().unwrap_or(true));
 }
 
-/// Whether a sample's observations depend on a parameter at its initial value, or an equality ties it.
+/// Whether a sample's observations depend on a parameter, whatever the friction, or an equality ties it.
 fn is_informed(sample: &Sample, parameter: Parameter) -> bool {
     let ties =
         |r: &crate::relation::Relation| r.sense == Sense::Equal && r.coefficients[parameter as usize] != 0.0;
     if sample.relations.iter().any(ties) {
         return true;
     }
-    let [mu, mu_s, e] = Parameter::COEFFICIENTS.map(|p| sample.settings[p].initial);
-    let at = Coefficients { mu, mu_s, e };
-    sample.fitted.iter().any(|shot| {
-        let by = shot.plan.predict(&sample.model, &at).map(|p| p.by_parameters);
-        by.is_ok_and(|by| (0..shot.plan.rows().len()).any(|row| by[(row, parameter as usize)] != 0.0))
+    Values::usual(&sample.settings).across_friction(&sample.settings).iter().any(|at| {
+        sample.fitted.iter().any(|shot| {
+            let prediction = shot.plan.predict(&sample.model, &at.coefficients);
+            prediction.is_ok_and(|prediction| shot.plan.depends(&prediction)[parameter as usize])
+        })
     })
 }
 

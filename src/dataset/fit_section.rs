@@ -8,7 +8,7 @@ use toml::Spanned;
 use super::error::{Problems, did_you_mean};
 use super::toml_file::Source;
 use crate::loss::Loss;
-use crate::parameters::{Parameter, Prior, Setting, Settings};
+use crate::parameters::{Parameter, Prior, Setting, SettingFault, Settings};
 use crate::relation::Relation;
 
 #[derive(Default, Deserialize)]
@@ -117,70 +117,49 @@ impl RawFit {
 impl RawSetting {
     fn check(&self, parameter: Parameter, source: &Source, problems: &mut Problems) -> Setting {
         let name = parameter.name();
+        let number = |value: &Option<Spanned<f64>>| value.as_ref().map(|spanned| *spanned.as_ref());
         // c is held only where nothing is said of it
-        let mut setting = Setting { fixed: false, ..parameter.default_setting() };
-        let widest = match parameter {
-            Parameter::E => 1.0,
-            _ => f64::INFINITY,
+        let default = Setting { fixed: false, ..parameter.default_setting() };
+        let lower = number(&self.lower).unwrap_or(default.lower);
+        let upper = number(&self.upper).unwrap_or(default.upper.max(lower));
+        let prior = match (number(&self.prior_mean), number(&self.prior_sd)) {
+            (Some(mean), Some(sd)) => Some(Prior { mean, sd }),
+            _ => None,
         };
-        let allowed = if widest == 1.0 { "0 to 1" } else { "0 or more" };
-        let mut value = |key: &str, value: &Option<Spanned<f64>>, range: bool| -> Option<f64> {
-            let spanned = value.as_ref()?;
-            let number = *spanned.as_ref();
-            let good = number.is_finite() && (!range || (0.0..=widest).contains(&number));
-            if !good {
-                let expected = if range { allowed } else { "a finite number" };
-                source.add(
-                    problems,
-                    &spanned.span(),
-                    format!("{name}.{key} is {}; expected {expected}", source.written(&spanned.span())),
-                );
-            }
-            good.then_some(number)
+        let said = number(&self.fixed).or(number(&self.initial));
+        let setting = Setting {
+            initial: said.unwrap_or(default.initial.max(lower).min(upper)),
+            lower,
+            upper,
+            fixed: self.fixed.is_some(),
+            prior: prior.filter(|_| self.fixed.is_none()),
         };
-        let (lower, upper) = (value("lower", &self.lower, true), value("upper", &self.upper, true));
-        let (initial, fixed) = (value("initial", &self.initial, true), value("fixed", &self.fixed, true));
-        let (mean, sd) =
-            (value("prior_mean", &self.prior_mean, false), value("prior_sd", &self.prior_sd, false));
-        setting.lower = lower.unwrap_or(setting.lower);
-        setting.upper = upper.unwrap_or(setting.upper.max(setting.lower));
-        let span = |value: &Option<Spanned<f64>>| value.as_ref().map(Spanned::span);
+        let faults = setting.faults(parameter);
+        for SettingFault { key, value, rest } in &faults {
+            let (lower, upper) = (self.lower.as_ref(), self.upper.as_ref());
+            let spanned = match *key {
+                "lower" => lower.or(upper),
+                "upper" => upper,
+                "fixed" => self.fixed.as_ref(),
+                "initial" => self.initial.as_ref(),
+                "prior_mean" => self.prior_mean.as_ref(),
+                _ => self.prior_sd.as_ref(),
+            };
+            let of_default = format!("{value:?}");
+            let written = spanned.filter(|s| *s.as_ref() == *value || value.is_nan());
+            let written = written.map_or(of_default, |spanned| source.written(&spanned.span()).to_string());
+            let near = matches!(*key, "initial" | "fixed")
+                && upper.is_none()
+                && rest.ends_with("its bounds")
+                && parameter != Parameter::E;
+            let hint =
+                if near { format!(" (give {name}.upper to move the upper one)") } else { String::new() };
+            let at = spanned.map_or(0..0, Spanned::span);
+            source.add(problems, &at, format!("{name}.{key} is {written}{rest}{hint}"));
+        }
         let mut wrong = |at: Option<Range<usize>>, message: String| {
             source.add(problems, &at.unwrap_or(0..0), message);
         };
-        let Setting { lower, upper, .. } = setting;
-        if lower > upper {
-            let at = span(&self.lower).or(span(&self.upper));
-            wrong(
-                at,
-                format!("{name}.lower is {lower:?}, above {name}.upper, {upper:?}; expected lower ≤ upper"),
-            );
-            return setting;
-        }
-        let bounds = format!(
-            "{lower:?} to {upper:?}, its bounds{}",
-            if self.upper.is_none() && widest > upper {
-                format!(" (give {name}.upper to move the upper one)")
-            } else {
-                String::new()
-            }
-        );
-        setting.initial = setting.initial.clamp(lower, upper);
-        if let Some(initial) = initial {
-            setting.initial = initial;
-            if !(lower..=upper).contains(&initial) {
-                let message = format!("{name}.initial is {initial:?}; expected {bounds}");
-                wrong(span(&self.initial), message);
-            }
-        }
-        if let Some(fixed) = fixed {
-            setting.initial = fixed;
-            setting.fixed = true;
-            if !(lower..=upper).contains(&fixed) {
-                let message = format!("{name}.fixed is {fixed:?}; expected {bounds}");
-                wrong(span(&self.fixed), message);
-            }
-        }
         if let (Some(_), Some(prior)) = (&self.fixed, self.prior_mean.as_ref().or(self.prior_sd.as_ref())) {
             let message =
                 format!("{name} is fixed, so that its prior says nothing; expected only one of them");
@@ -193,17 +172,8 @@ impl RawSetting {
                     format!("{name}: only one of prior_mean and prior_sd; expected both or none"),
                 );
             }
-            (Some(_), Some(spanned)) => {
-                if sd.is_some_and(|sd| sd <= 0.0) {
-                    let text = source.written(&spanned.span());
-                    let message = format!("{name}.prior_sd is {text}; expected more than 0");
-                    wrong(Some(spanned.span()), message);
-                } else if let (Some(mean), Some(sd)) = (mean, sd) {
-                    setting.prior = Some(Prior { mean, sd });
-                }
-            }
-            (None, None) => {}
+            (Some(_), Some(_)) | (None, None) => {}
         }
-        setting
+        if faults.is_empty() { setting } else { default }
     }
 }

@@ -7,15 +7,13 @@ use super::error::Problems;
 use super::manifest::Assume;
 use super::rows::{self, Column, Observables};
 use super::table::Table;
+use super::valid::is_unit;
 use super::{Before, Measured, Shot};
 use crate::observable::Observable;
 
 const BEFORE: [&str; 4] = ["nx", "ny", "cue_vx", "cue_vy"];
 const AFTER: [&str; 4] = ["cue_vx_after", "cue_vy_after", "obj_vx_after", "obj_vy_after"];
 const SPIN: [&str; 3] = ["cue_wx", "cue_wy", "cue_wz"];
-
-/// A line of centres is taken for a unit vector, and made one, if its length is within this of 1.
-const UNIT: f64 = 1e-3;
 
 /// One row, one shot.
 pub(super) fn shots(table: &Table, assume: Option<Assume>, problems: &mut Problems) -> Vec<Shot> {
@@ -42,7 +40,7 @@ pub(super) fn shots(table: &Table, assume: Option<Assume>, problems: &mut Proble
             let [x, y] = columns.map(|column| table.text(column, row).unwrap_or_default());
             format!("({x}, {y})")
         };
-        if (length - 1.0).abs() > UNIT {
+        if !is_unit(nx.value, ny.value) {
             let message = format!(
                 "the line of centres (nx, ny) = {} has the length {length:?}; expected a unit vector",
                 written(["nx", "ny"])

@@ -11,6 +11,7 @@ mod rows;
 pub(crate) mod table;
 pub(crate) mod toml_file;
 pub mod tracks;
+mod valid;
 
 use std::collections::{BTreeMap, HashMap};
 use std::path::{Path, PathBuf};
@@ -30,7 +31,8 @@ use crate::relation::Relation;
 pub use error::{DatasetError, Problem};
 pub use tracks::{Survey, Tracks, survey};
 
-/// A loaded and checked data set: every number finite, every standard deviation positive.
+/// A data set. One that was read from files is checked; of one that a program made a fit refuses what
+/// [`Dataset::faults`] finds.
 #[derive(Clone, Debug)]
 pub struct Dataset {
     /// Also the name of its folder below `fits/`.
@@ -61,6 +63,12 @@ pub struct Dataset {
 }
 
 impl Dataset {
+    /// Whether it is of tracks from which no impacts have been extracted yet.
+    #[must_use]
+    pub fn awaits_extraction(&self) -> bool {
+        self.shots.is_empty() && self.tracks.as_ref().is_some_and(|tracks| !tracks.shots.is_empty())
+    }
+
     /// The standard errors that all shots share.
     #[must_use]
     pub fn shared_errors(&self) -> Vec<(Shared, f64)> {

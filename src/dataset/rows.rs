@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 use super::error::{Problems, did_you_mean, nearest, similarity};
 use super::manifest::Assume;
 use super::table::Table;
+use super::valid::is_standard_deviation;
 use super::{Measured, Measurement, Spin};
 use crate::ball::Vec3;
 use crate::observable::Observable;
@@ -24,7 +25,7 @@ impl Column {
         let sds = table.numbers(&sd_name, problems);
         for (row, sd) in sds.iter().flatten().enumerate() {
             // also one that is lost when it becomes radians
-            if sd.is_some_and(|sd| sd * unit_si <= 0.0) {
+            if sd.is_some_and(|sd| !is_standard_deviation(sd * unit_si)) {
                 let text = table.text(&sd_name, row).unwrap_or_default();
                 let message = format!("{text} is no standard deviation; expected more than 0");
                 problems.add(&table.path, Some(table.line(row)), Some(&sd_name), message);

@@ -19,7 +19,7 @@ use crate::residuals::Fitted;
 pub struct Bootstrap {
     pub replicates: usize,
     pub seed: u64,
-    /// Replicates that could not be fitted; they are left out.
+    /// Replicates that could not be fitted or say nothing of some parameter; they are left out.
     pub failed: usize,
     pub estimates: Vec<Resampled>,
 }
@@ -55,9 +55,9 @@ pub(super) fn bootstrap(
         let sample: Vec<Fitted> =
             (0..count).map(|_| search.fitted[rng.random_range(0..count)].clone()).collect();
         let search = Search { fitted: &sample, initial: minimum.values, ..search.clone() };
-        let found = search.converge(context.free).ok().filter(|(minimum, _)| minimum.converged);
+        let found = search.converge(context.free).ok().map(|(minimum, _)| minimum);
         done();
-        found.map(|(minimum, _)| minimum.x)
+        found.filter(|minimum| minimum.converged && minimum.determines_all()).map(|minimum| minimum.x)
     };
     let all: Vec<_> = (0..replicates).into_par_iter().map(of_replicate).collect();
     let failed = all.iter().filter(|x| x.is_none()).count();

@@ -59,17 +59,19 @@ pub(crate) fn left_out(higher: f64, who: &str, found: &[String]) -> String {
 /// So many shots, spread evenly, tell what is to be computed how.
 pub(crate) const SAMPLE: usize = 2000;
 
-/// Each shot takes the cheapest fidelity that keeps within [`PART`] of its standard errors, first at the initial
+/// Each shot takes the cheapest fidelity that keeps within [`PART`] of its standard errors, first at usual
 /// values, then where a fit with these ends. One that calls for `contact` is computed as `full` with a correction,
 /// which is taken anew after each fit.
 ///
 /// What `contact` adds rests on more than is fitted: the duration of the contact, μ_k of the cloth on the cue
 /// ball. Unless the shots as a whole speak for it, none is corrected, and what it would have given is returned.
+///
+/// Also where the search of all shots is then to begin.
 pub(super) fn choose(
     fitted: &mut [Fitted],
     search: &Search,
     on_cloth: bool,
-) -> Result<Option<Refused>, FitError> {
+) -> Result<(Option<Refused>, Vec<Values>), FitError> {
     let model = search.model;
     let choose = |fitted: &mut [Fitted], at: Values| {
         fitted.par_iter_mut().for_each(|shot| {
@@ -84,17 +86,22 @@ pub(super) fn choose(
     let mut sample: Vec<Fitted> =
         fitted.iter().step_by(fitted.len().div_ceil(SAMPLE).max(1)).cloned().collect();
     choose(&mut sample, search.initial);
-    let start = settle(&sample, search)?.values;
-    choose(&mut sample, start);
-    let Found { minus_two_log: closed, values: mut at, .. } = settle(&sample, search)?;
+    let first = settle(&sample, search, &[])?;
+    choose(&mut sample, first.values);
+    let Found { minus_two_log: closed, values: mut at, told, mut starts } =
+        settle(&sample, search, &first.starts)?;
     let mut refused = None;
     if sample.iter().any(|shot| shot.plan.is_corrected()) {
-        let corrected = correct(&mut sample, search, at)?;
+        let corrected = correct(&mut sample, search, &starts)?;
         let higher = corrected.minus_two_log - closed;
         if higher > -EVIDENCE {
-            refused = Some(Refused { higher, with: corrected.told });
+            // what is not identified without it is hardly identified with it
+            let is_told =
+                |(parameter, _): &(Parameter, f64)| told.iter().any(|(known, _)| known == parameter);
+            let with = corrected.told.into_iter().filter(is_told).collect();
+            refused = Some(Refused { higher, with });
         } else {
-            at = corrected.values;
+            (at, starts) = (corrected.values, corrected.starts);
         }
     }
     choose(fitted, at);
@@ -103,19 +110,20 @@ pub(super) fn choose(
     } else {
         take(fitted, model, &at);
     }
-    Ok(refused)
+    Ok((refused, starts))
 }
 
-/// All shots at the integrated fidelity of the model, as `full` with corrections.
-pub(super) fn integrate(fitted: &mut [Fitted], search: &Search) -> Result<(), FitError> {
+/// All shots at the integrated fidelity of the model, as `full` with corrections; and where their search is to begin.
+pub(super) fn integrate(fitted: &mut [Fitted], search: &Search) -> Result<Vec<Values>, FitError> {
     for shot in &mut *fitted {
         shot.plan.fix(search.model);
     }
     let mut sample: Vec<Fitted> =
         fitted.iter().step_by(fitted.len().div_ceil(SAMPLE).max(1)).cloned().collect();
-    let start = settle(&sample, search)?.values;
-    take(fitted, search.model, &correct(&mut sample, search, start)?.values);
-    Ok(())
+    let starts = settle(&sample, search, &[])?.starts;
+    let corrected = correct(&mut sample, search, &starts)?;
+    take(fitted, search.model, &corrected.values);
+    Ok(corrected.starts)
 }
 
 /// A minimum.
@@ -124,27 +132,35 @@ struct Found {
     values: Values,
     /// What is free and told.
     told: Vec<(Parameter, f64)>,
+    /// Where a search of shots that are computed a little differently is to begin: here first.
+    starts: Vec<Values>,
 }
 
-/// With the likelihood that can be compared.
-fn settle(fitted: &[Fitted], search: &Search) -> Result<Found, FitError> {
-    let Settled { search, free, minimum, estimated, .. } =
-        Settled::new(&Search { fitted, maximum_likelihood: true, ..search.clone() })?;
+/// With the likelihood that can be compared, from some starts; without any wherever the least minimum may be.
+fn settle(fitted: &[Fitted], search: &Search, starts: &[Values]) -> Result<Found, FitError> {
+    let search = Search { fitted, maximum_likelihood: true, ..search.clone() };
+    let settled =
+        if starts.is_empty() { Settled::new(&search) } else { Settled::from_starts(&search, starts) };
+    let settled = settled?;
+    let starts = settled.starts_nearby();
+    let Settled { search, free, minimum, estimated, .. } = settled;
     Ok(Found {
         minus_two_log: search.minus_two_log_likelihood(&minimum, &estimated),
         values: minimum.values,
         told: free.iter().copied().zip(minimum.x.iter().copied()).collect(),
+        starts,
     })
 }
 
 /// Corrects and fits in turn.
-fn correct(fitted: &mut [Fitted], search: &Search, mut at: Values) -> Result<Found, FitError> {
+fn correct(fitted: &mut [Fitted], search: &Search, starts: &[Values]) -> Result<Found, FitError> {
+    let mut starts = starts.to_vec();
     for _ in 1..ROUNDS {
-        take(fitted, search.model, &at);
-        at = settle(fitted, search)?.values;
+        take(fitted, search.model, &starts[0]);
+        starts = settle(fitted, search, &starts)?.starts;
     }
-    take(fitted, search.model, &at);
-    settle(fitted, search)
+    take(fitted, search.model, &starts[0]);
+    settle(fitted, search, &starts)
 }
 
 /// Takes every shot's correction.

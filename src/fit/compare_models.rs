@@ -60,7 +60,7 @@ pub(super) fn compare(search: &Search, settled: &Settled) -> Vec<Alternative> {
     let mut alternatives: Vec<Alternative> = Vec::new();
     let mut of_fit = None;
     for change in changes(search, settled) {
-        let found = fitted(search, &change);
+        let found = fitted(search, &change, settled);
         let found = match (found, of_fit) {
             (Ok(found), _) => found,
             (Err(_), None) => return Vec::new(),
@@ -82,9 +82,7 @@ pub(super) fn compare(search: &Search, settled: &Settled) -> Vec<Alternative> {
         let (rise, more) = (found.minus_two_log - base.0, found.parameters as f64 - base.1 as f64);
         let likelihood_ratio = (change.nested != 0).then(|| {
             let statistic = (-f64::from(change.nested) * rise).max(0.0);
-            let tail = ChiSquared::new(1.0).map_or(f64::NAN, |d| d.sf(statistic));
-            // the parameter is held at its bound 0: half the time it would stay there by itself
-            LikelihoodRatio { statistic, p_value: 0.5 * tail }
+            LikelihoodRatio { statistic, p_value: at_bound(statistic) }
         });
         alternatives.push(Alternative {
             name: change.name,
@@ -97,6 +95,17 @@ pub(super) fn compare(search: &Search, settled: &Settled) -> Vec<Alternative> {
         });
     }
     alternatives
+}
+
+/// The probability of a statistic as large, where the smaller model holds a parameter at its bound 0: half the time the
+/// larger model leaves it there, too, and the statistic is 0; else it is that of χ² with one degree of freedom.
+fn at_bound(statistic: f64) -> f64 {
+    /// −2 log L of two searches for the same minimum.
+    const NOTHING: f64 = 1e-6;
+    if statistic <= NOTHING {
+        return 1.0;
+    }
+    0.5 * ChiSquared::new(1.0).map_or(f64::NAN, |d| d.sf(statistic))
 }
 
 fn changes(search: &Search, settled: &Settled) -> Vec<Change> {
@@ -170,7 +179,7 @@ struct Found {
     parameters: usize,
 }
 
-fn fitted(search: &Search, change: &Change) -> Result<Found, FitError> {
+fn fitted(search: &Search, change: &Change, fit: &Settled) -> Result<Found, FitError> {
     let model = Model { fidelity: change.fidelity, law: change.law, ..*search.model };
     let plain: Vec<Fitted>;
     let shots = if change.everywhere {
@@ -186,18 +195,34 @@ fn fitted(search: &Search, change: &Change) -> Result<Found, FitError> {
         maximum_likelihood: true,
         ..search.clone()
     };
-    for parameter in Parameter::COEFFICIENTS.into_iter().filter(|p| change.settings[*p].fixed) {
+    for parameter in change.settings.parameters().iter().copied().filter(|p| change.settings[*p].fixed) {
         search.initial[parameter] = change.settings[parameter].initial;
     }
-    if change.settings.falls {
-        for parameter in [Parameter::B, Parameter::C] {
-            search.initial[parameter] = change.settings[parameter].initial;
+    // another law of friction may have its minimum elsewhere; the other changes are small
+    let settled = if change.law == fit.search.model.law {
+        let mut start = fit.minimum.values;
+        for parameter in Parameter::COEFFICIENTS.into_iter().filter(|p| fit.search.settings[*p].fixed) {
+            start[parameter] = search.initial[parameter];
         }
-    }
-    let settled = Settled::new(&search)?;
+        Settled::from_starts(&search, &[start])
+    } else {
+        Settled::new(&search)
+    }?;
     Ok(Found {
         values: change.settings.parameters().iter().map(|p| (*p, settled.minimum.values[*p])).collect(),
         minus_two_log: settled.search.minus_two_log_likelihood(&settled.minimum, &settled.estimated),
         parameters: settled.minimum.room() + settled.estimated.len(),
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_statistic_of_0_is_no_evidence() {
+        assert_eq!((at_bound(0.0), at_bound(1e-9)), (1.0, 1.0));
+        // half of the 5 % quantile's tail, 3.841 459
+        assert!((at_bound(3.841_459) - 0.025).abs() < 1e-7);
+    }
 }

@@ -58,7 +58,8 @@ pub enum Status {
     Fixed,
     AtLowerBound,
     AtUpperBound,
-    /// The data say nothing about it: it was left at its initial value.
+    /// The data say nothing about it: it is given at its initial value, or, where they tell a combination of several, at
+    /// one of the values that fit equally.
     NotIdentified,
 }
 

@@ -61,7 +61,15 @@ pub(super) fn identify(
     if count == 0 || jacobian.iter().any(|x| !x.is_finite()) {
         return None;
     }
-    let own = with_ties(&without_shared(jacobian, count), &ties.columns(0, count).into_owned());
+    // what an equality prescribes follows from the others: it is no parameter of its own
+    let (kept, follow) = independent(&ties.columns(0, count).into_owned());
+    let own = without_shared(jacobian, count) * follow;
+    let all = free;
+    let (free, count) = (kept.iter().map(|i| free[*i]).collect::<Vec<_>>(), kept.len());
+    let x = DVector::from_iterator(count, kept.iter().map(|i| x[*i]));
+    if count == 0 {
+        return None;
+    }
     let norms = DVector::from_iterator(count, own.column_iter().map(|c| c.norm()));
     if norms.min() == 0.0 {
         return None;
@@ -86,16 +94,51 @@ pub(super) fn identify(
         let length = sign / if undetermined { direction.component_div(&norms).amax() } else { smallest };
         let named = (0..count).filter(|j| direction[*j].abs() > SHARE);
         let terms: Vec<(usize, f64)> = named.map(|j| (j, length * direction[j] / norms[j])).collect();
-        let determined = invariant(&terms, free, x)
+        let determined = invariant(&terms, &free, &x)
             .map(|(name, value, gradient)| (name, value, variance(&gradient.component_div(&norms)).sqrt()));
         let terms: Vec<(Parameter, f64)> = terms.iter().map(|(j, step)| (free[*j], *step)).collect();
         let weak = largest > WEAK * smallest;
         let words = words(&terms, weak, undetermined, determined.as_ref());
         Combination { terms, weak, undetermined, determined, words }
     });
-    let parameters = free.to_vec();
+    let parameters = all.to_vec();
     let condition = largest / smallest;
     Some(Identifiability { parameters, singular_values, condition, worst, silent })
+}
+
+/// The parameters that equalities (`ties`·x constant, a row each) leave to be chosen, and how all of them follow these.
+fn independent(ties: &DMatrix<f64>) -> (Vec<usize>, DMatrix<f64>) {
+    /// Of the largest entry of a row: smaller ones are rounding.
+    const ROUNDING: f64 = 1e-9;
+    let count = ties.ncols();
+    let mut rows = ties.clone();
+    let mut prescribed: Vec<(usize, usize)> = Vec::new();
+    for row in 0..rows.nrows() {
+        let largest = rows.row(row).amax();
+        // the last one, so that μ is kept
+        let entry = (0..count).rev().find(|j| rows[(row, *j)].abs() > ROUNDING * largest);
+        let Some(pivot) = entry.filter(|_| largest > ROUNDING * ties.row(row).amax()) else { continue };
+        let own = rows.row(row) / rows[(row, pivot)];
+        for other in 0..rows.nrows() {
+            let part = rows[(other, pivot)];
+            if other == row {
+                rows.set_row(row, &own);
+            } else {
+                let less = rows.row(other) - &own * part;
+                rows.set_row(other, &less);
+            }
+        }
+        prescribed.push((row, pivot));
+    }
+    let kept: Vec<usize> = (0..count).filter(|j| prescribed.iter().all(|(_, pivot)| pivot != j)).collect();
+    let mut follow = DMatrix::zeros(count, kept.len());
+    for (column, parameter) in kept.iter().enumerate() {
+        follow[(*parameter, column)] = 1.0;
+        for (row, pivot) in &prescribed {
+            follow[(*pivot, column)] = -rows[(*row, *parameter)];
+        }
+    }
+    (kept, follow)
 }
 
 /// The first `count` columns, orthogonal to the others.
@@ -106,19 +149,6 @@ fn without_shared(jacobian: &DMatrix<f64>, count: usize) -> DMatrix<f64> {
     }
     let q = jacobian.columns(count, jacobian.ncols() - count).into_owned().qr().q();
     &own - &q * (q.transpose() * &own)
-}
-
-/// The Jacobian with what constraints hold as observations that are as good as exact.
-pub(super) fn with_ties(jacobian: &DMatrix<f64>, ties: &DMatrix<f64>) -> DMatrix<f64> {
-    /// So much surer than the data.
-    const EXACT: f64 = 1e4;
-    if ties.nrows() == 0 {
-        return jacobian.clone();
-    }
-    let mut all = DMatrix::zeros(jacobian.nrows() + ties.nrows(), jacobian.ncols());
-    all.rows_mut(0, jacobian.nrows()).copy_from(jacobian);
-    all.rows_mut(jacobian.nrows(), ties.nrows()).copy_from(&(ties * (EXACT * jacobian.norm())));
-    all
 }
 
 /// The product or ratio of two parameters that stays the same along a direction: name, value and
@@ -239,7 +269,17 @@ mod tests {
         let jacobian = DMatrix::from_row_slice(2, 2, &[1.0, 1.0, 2.0, 2.0]);
         let tie = DMatrix::from_row_slice(1, 2, &[-3.0, 1.0]);
         let found = identify(&jacobian, &tie, &MU_AND_MU_S, &x, vec![]).unwrap();
-        assert!(!found.worst.unwrap().undetermined);
+        // one parameter is left, which cannot be taken for another
+        assert_eq!((found.worst, found.condition), (None, 1.0));
+    }
+
+    #[test]
+    fn parameters_follow_those_that_equalities_leave() {
+        // μ_s = 3μ and μ_s + e = const
+        let ties = DMatrix::from_row_slice(2, 3, &[-3.0, 1.0, 0.0, 0.0, 1.0, 1.0]);
+        let (kept, follow) = independent(&ties);
+        assert_eq!(kept, [0]);
+        assert!((follow - DMatrix::from_column_slice(3, 1, &[1.0, 3.0, -3.0])).amax() < 1e-15);
     }
 
     /// One standard error along the worst direction of a straight line: the larger half axis of its ellipse.

@@ -5,8 +5,10 @@ pub(crate) mod choice;
 mod compare_models;
 mod contour;
 mod counted;
+mod doubts;
 mod estimate;
 mod frames;
+pub(crate) mod global;
 mod goodness;
 mod identify;
 mod influence;
@@ -19,7 +21,7 @@ mod remarks;
 pub(crate) mod robust;
 mod rows;
 mod run;
-mod search;
+pub(crate) mod search;
 mod settled;
 mod starts;
 mod trends;
@@ -170,6 +172,13 @@ pub enum FitError {
     },
     #[error("the observations cannot be weighted: a covariance is not positive definite")]
     NoWeights,
+    /// What is wrong with the data set, as [`Dataset::faults`] says it.
+    #[error("{dataset}: {}", .faults.join("\n"))]
+    Invalid { dataset: String, faults: Vec<String> },
+    #[error(
+        "{0}: its impacts have not been extracted from the tracks; call footage::with_impacts before fitting it"
+    )]
+    NotExtracted(String),
     #[error("{0}: a joint fit needs the frames of every shot, as data sets of kind \"tracks\" have them")]
     NotFilmed(String),
     #[error(
@@ -196,6 +205,8 @@ impl FitError {
             Self::TooFewObservations { .. }
                 | Self::MixedNoise { .. }
                 | Self::Relations(_)
+                | Self::Invalid { .. }
+                | Self::NotExtracted(_)
                 | Self::NotFilmed(_)
                 | Self::JointLoss(_)
                 | Self::JointFriction(_)
@@ -227,6 +238,13 @@ pub fn fit_watched(
     options: &Options,
     done: &(dyn Fn() + Sync),
 ) -> Result<Vec<Fit>, FitError> {
+    if dataset.awaits_extraction() {
+        return Err(FitError::NotExtracted(dataset.name.clone()));
+    }
+    let faults = dataset.faults();
+    if !faults.is_empty() {
+        return Err(FitError::Invalid { dataset: dataset.name.clone(), faults });
+    }
     let Some(column) = &dataset.by else {
         let shots: Vec<&Shot> = dataset.shots.iter().collect();
         return Ok(vec![run::fit_shots(dataset, &shots, films, None, options, done)?]);

@@ -13,7 +13,7 @@ pub(super) struct Plateau {
     pub parameter: Parameter,
     /// Where the plateau begins.
     pub edge: f64,
-    /// Its other end, a bound.
+    /// Its other end: a bound, unless the outcomes change again beyond.
     pub bound: f64,
 }
 
@@ -27,8 +27,8 @@ impl Search<'_> {
         self.fitted.iter().filter_map(predicted).flatten().collect()
     }
 
-    /// From the value where the fit ended, on the plateau, back to its edge towards the start.
-    pub(super) fn plateau(&self, parameter: Parameter, end: &Values) -> Plateau {
+    /// The plateau on which the search for a parameter ended; `None` where nothing depends on the parameter at all.
+    pub(super) fn plateau(&self, parameter: Parameter, end: &Values) -> Option<Plateau> {
         /// Predictions on the plateau agree to rounding.
         const SAME: f64 = 1e-12;
         let setting = &self.settings[parameter];
@@ -38,20 +38,26 @@ impl Search<'_> {
             here.len() == there.len()
                 && here.iter().zip(&there).all(|(a, b)| (a - b).abs() <= SAME * a.abs().max(b.abs()))
         };
-        let mut on = end[parameter];
-        let mut off = setting.initial;
-        let bound = if on < off { setting.lower } else { setting.upper };
-        if is_flat(off) {
-            return Plateau { parameter, edge: off, bound };
-        }
-        while (on - off).abs() > 1e-12 {
-            let middle = 0.5 * (on + off);
-            if middle == on || middle == off {
-                break;
+        let edge = |mut off: f64| {
+            let mut on = end[parameter];
+            if is_flat(off) {
+                return off;
             }
-            if is_flat(middle) { on = middle } else { off = middle }
+            while (on - off).abs() > 1e-12 {
+                let middle = 0.5 * (on + off);
+                if middle == on || middle == off {
+                    break;
+                }
+                if is_flat(middle) { on = middle } else { off = middle }
+            }
+            on
+        };
+        let [low, high] = [edge(setting.lower), edge(setting.upper)];
+        match (low > setting.lower, high < setting.upper) {
+            (false, false) => None,
+            (true, _) => Some(Plateau { parameter, edge: low, bound: high }),
+            (false, true) => Some(Plateau { parameter, edge: high, bound: low }),
         }
-        Plateau { parameter, edge: on, bound }
     }
 
     /// From where χ² is t² above the plateau's to the plateau's far end, the other parameters held.

@@ -42,7 +42,7 @@ pub(super) fn add(fit: &mut Fit, fitted: &[Fitted], knows_noise: bool) {
         if undetermined {
             let names: Vec<_> = worst.terms.iter().map(|(p, _)| p.symbol()).collect();
             sentence += &format!(
-                " {} were left at their initial values; fix all but one of them.",
+                " The values given for {} are some of many that fit equally; fix all but one of them.",
                 names.join(" and ")
             );
         }
@@ -81,17 +81,16 @@ pub(super) fn add(fit: &mut Fit, fitted: &[Fitted], knows_noise: bool) {
         if released < WORTH_WARNING * conditional {
             continue;
         }
-        let bound =
-            fit.estimates.iter().filter(|e| matches!(e.status, Status::AtLowerBound | Status::AtUpperBound));
-        let (bounds, names): (Vec<_>, Vec<_>) =
-            bound.map(|e| (format!("{} = {}", e.parameter.symbol(), e.value), e.parameter.symbol())).unzip();
-        // with μ_s the data know only its product with μ
-        let names = names.join(" and ").replace("μ_s", "μ·μ_s");
+        let (conditions, others) = super::doubts::held_exactly(fit, estimate.parameter);
+        if conditions.is_empty() {
+            continue;
+        }
         let symbol = estimate.parameter.symbol();
+        let from = if others.is_empty() { String::new() } else { format!(" from {}", others.join(" and ")) };
         warnings.push(format!(
-            "These data hardly tell {symbol} from {names}: {symbol} is ± {conditional:.2e} if {} holds exactly, but \
-             ± {released:.2e} ({:.0} times as much) if it need not.",
-            bounds.join(" and "),
+            "These data hardly tell {symbol}{from}: {symbol} is ± {conditional:.2e} if {} exactly, but \
+             ± {released:.2e} ({:.0} times as much) if not.",
+            conditions.join(" and "),
             released / conditional
         ));
     }
@@ -229,8 +228,8 @@ pub(super) fn add_lower(fit: &mut Fit, lowest: f64) {
         fit.warnings.insert(
             0,
             format!(
-                "This is not the lowest minimum: elsewhere χ² is {lowest:.4} instead of {:.4}. Give other initial \
-                 values under [fit].",
+                "This is not the lowest minimum: elsewhere χ² is {lowest:.4} instead of {:.4}. Search from more \
+                 starts (--starts 20).",
                 fit.chi2
             ),
         );

@@ -60,7 +60,7 @@ pub(super) fn fit_shots(
     model.tolerance = options.tolerance;
     model.effects = options.effects.unwrap_or(model.effects);
     let mut settings = dataset.settings;
-    let mut initial = Values::initial(&settings);
+    let mut initial = Values::usual(&settings);
     match options.falling {
         Falling::AsStated => {}
         Falling::Fitted => settings.falls = true,
@@ -100,17 +100,17 @@ pub(super) fn fit_shots(
     };
     let name = title(dataset, group.as_ref());
     let named = |error| named(error, dataset, &name);
-    let mut refused = None;
+    let (mut refused, mut starts) = (None, Vec::new());
     if options.auto {
-        refused = choice::choose(&mut fitted, &search, discs.is_none()).map_err(named)?;
+        (refused, starts) = choice::choose(&mut fitted, &search, discs.is_none()).map_err(named)?;
     } else if model.closed().is_some() {
-        choice::integrate(&mut fitted, &search).map_err(named)?;
+        starts = choice::integrate(&mut fitted, &search).map_err(named)?;
     }
     let computed = choice::computed(&fitted, &model);
     let search = Search { fitted: &fitted, ..search };
     let with_films;
     let joint;
-    let first = if options.method == Method::Joint {
+    let (first, settled) = if options.method == Method::Joint {
         if search.loss != Loss::Squares {
             return Err(FitError::JointLoss(name));
         }
@@ -118,19 +118,21 @@ pub(super) fn fit_shots(
         if settings.parameters().iter().any(follows_law) {
             return Err(FitError::JointFriction(name));
         }
-        // from where the two stages end
-        let settled = Settled::new(&search).map_err(named)?;
+        // from where the two stages end, and from their other minima: frames are too costly to be scanned
+        let settled = Settled::near_starts(&search, &starts).map_err(named)?;
         with_films = filmed(&fitted, films).ok_or_else(|| FitError::NotFilmed(name.clone()))?;
         let cloth = cloth_of(&settled.minimum, dataset);
-        joint = Search { fitted: &with_films, cloth, initial: settled.minimum.values, ..search.clone() };
-        &joint
+        joint = Search { fitted: &with_films, cloth, ..search.clone() };
+        let minima = settled.starts_nearby();
+        (&joint, Settled::from_starts(&joint, &minima))
     } else {
-        &search
+        (&search, Settled::near_starts(&search, &starts))
     };
-    let (settled, starts) = starts::settle(first, options).map_err(named)?;
+    let (settled, starts) = starts::settle(first, settled.map_err(named)?, options);
+    let rivals = settled.rivals();
     let alternatives =
         if depth >= Depth::Everything { compare_models::compare(first, &settled) } else { Vec::new() };
-    let Settled { search, free, minimum, estimated, plateaus, identifiability } = settled;
+    let Settled { search, free, minimum, estimated, plateaus, identifiability, .. } = settled;
     let dof = (observations(search.fitted) + priors(settings, &free)).saturating_sub(minimum.room());
     let knows_noise = estimated.iter().all(|group| group.estimable);
     let estimates_noise = !estimated.is_empty();
@@ -177,7 +179,7 @@ pub(super) fn fit_shots(
             },
             (None, None) => Estimate {
                 parameter,
-                value: setting.initial,
+                value: minimum.values[parameter],
                 std_error: None,
                 interval_95: None,
                 intervals: Intervals::default(),
@@ -284,6 +286,8 @@ pub(super) fn fit_shots(
     super::remarks::add_lower(&mut fit, 2.0 * lowest);
     fit.notes.extend(refused.map(|refused| refused.note()));
     super::remarks::add_plateaus(&mut fit, &plateaus);
+    super::doubts::add_rivals(&mut fit, &rivals);
+    super::doubts::add_below_bound(&mut fit);
     super::remarks::add_tracks(&mut fit, dataset, shots);
     if depth < options.depth {
         let profiles = match depth {
@@ -349,12 +353,12 @@ fn doubtful(dataset: &Dataset, shots: &[&Shot], fitted: &[Fitted]) -> Vec<Reject
     all.map(|(shot, reason)| Rejected { shot: shot.clone(), reason: reason.clone() }).collect()
 }
 
-/// The shots that can be predicted at the initial values, and the others with the reason.
-fn plan(shots: &[&Shot], model: &Model, initial: &Values, discs: bool) -> (Vec<Fitted>, Vec<Rejected>) {
+/// The shots that can be predicted at usual values of the parameters, and the others with the reason.
+fn plan(shots: &[&Shot], model: &Model, usual: &Values, discs: bool) -> (Vec<Fitted>, Vec<Rejected>) {
     let (mut fitted, mut rejected) = (Vec::new(), Vec::new());
     for (index, shot) in shots.iter().enumerate() {
         let planned = crate::predict::Plan::new(shot).and_then(|plan| {
-            plan.predict(model, &initial.coefficients).map(|_| Fitted { index, plan, film: None })
+            plan.predict(model, &usual.coefficients).map(|_| Fitted { index, plan, film: None })
         });
         match planned {
             Ok(shot) => fitted.push(shot),

@@ -51,6 +51,36 @@ const VELOCITIES: optimise::Options = optimise::Options { max_iterations: 1000, 
 const FRAMES: optimise::Options = optimise::Options { max_iterations: 50, orthogonality: 1e-6 };
 const ROUGH: &str = "converged: as far as landings between frames leave χ² smooth";
 
+/// How thoroughly a minimum is looked for.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Effort {
+    /// Rounds of weighting and minimising.
+    pub rounds: usize,
+    pub options: optimise::Options,
+    /// Whether a search that stalls at a kink goes on across it.
+    crosses_kinks: bool,
+}
+
+impl Effort {
+    /// To the digits that the data have.
+    pub(crate) const FULL: Self = Self { rounds: usize::MAX, options: VELOCITIES, crosses_kinks: true };
+
+    /// Near enough to tell which of several minima is the least.
+    pub(crate) const SCREEN: Self = Self {
+        rounds: 6,
+        options: optimise::Options { max_iterations: 50, orthogonality: 1e-6 },
+        crosses_kinks: true,
+    };
+
+    /// Near enough to tell which of several regions holds the least minimum: within some hundredths of the
+    /// objective's standard error.
+    pub(crate) const ROUGH: Self = Self {
+        rounds: 2,
+        options: optimise::Options { max_iterations: 8, orthogonality: 1e-3 },
+        crosses_kinks: false,
+    };
+}
+
 /// A shot's weight never vanishes, so that its distance can be told from its weighted residuals.
 const LEAST_WEIGHT: f64 = 1e-12;
 
@@ -79,21 +109,24 @@ impl Search<'_> {
         plan.predict(&at.model(self.model), &at.coefficients)
     }
 
-    /// Parameters that no observation depends on at these values, and that have no prior.
-    pub(super) fn silent(&self, at: &Values) -> Vec<Parameter> {
+    /// Free parameters that no observation depends on, whatever the friction, and that have no prior.
+    pub(super) fn silent(&self) -> Vec<Parameter> {
         let mut informed = [false; Parameter::ALL.len()];
-        for shot in self.fitted {
-            if let Ok(prediction) = self.predict(&shot.plan, at) {
-                let by = prediction.by_parameters.rows(0, shot.plan.rows().len());
-                for (parameter, informed) in informed.iter_mut().enumerate() {
-                    *informed |= by.column(parameter).iter().any(|d| *d != 0.0);
+        for at in self.initial.across_friction(self.settings) {
+            for shot in self.fitted {
+                let Ok(prediction) = self.predict(&shot.plan, &at) else { continue };
+                for (informed, depends) in informed.iter_mut().zip(shot.plan.depends(&prediction)) {
+                    *informed |= depends;
                 }
             }
         }
         let tied = |p: Parameter| {
             self.relations.iter().any(|r| r.sense == Sense::Equal && r.coefficients[p as usize] != 0.0)
         };
-        let silent = |p: &Parameter| !informed[*p as usize] && self.settings[*p].prior.is_none() && !tied(*p);
+        let silent = |p: &Parameter| {
+            let setting = &self.settings[*p];
+            !setting.fixed && !informed[*p as usize] && setting.prior.is_none() && !tied(*p)
+        };
         self.settings.parameters().iter().copied().filter(silent).collect()
     }
 
@@ -111,7 +144,7 @@ impl Search<'_> {
     ///
     /// # Errors
     /// A relation among parameters none of which is free, and that does not hold.
-    fn constraints(&self, free: &[Parameter]) -> Result<Constraints, FitError> {
+    pub(super) fn constraints(&self, free: &[Parameter]) -> Result<Constraints, FitError> {
         /// Decimal numbers are not exact.
         const ROUNDING: f64 = 1e-12;
         let (shared, filmed) = (self.shared(), are_filmed(self.fitted));
@@ -164,7 +197,7 @@ impl Search<'_> {
     }
 
     /// With the inputs of the shots estimated anew from where they were; `shared` are the errors that they share.
-    fn whitening(
+    pub(super) fn whitening(
         &self,
         at: &Values,
         sds: &EstimatedSd,
@@ -218,8 +251,36 @@ impl Search<'_> {
         })
     }
 
+    /// What a fit minimises, to tell which of two minima is the lower: the cost of all shots' distances, the squares of
+    /// priors, and 2 ln σ of each observation whose noise was estimated.
+    pub(super) fn objective(&self, minimum: &Minimum, groups: &[Group]) -> f64 {
+        if are_filmed(self.fitted) {
+            return 2.0 * minimum.cost;
+        }
+        let Minimum { residuals, weights, .. } = minimum;
+        let losses = Losses::new(self.loss);
+        let distances = robust::distances(self.fitted, residuals.as_slice(), weights);
+        let of_shots: f64 =
+            self.fitted.iter().zip(distances).map(|(shot, distance)| losses.of(shot).cost(distance)).sum();
+        let rows: usize = self.fitted.iter().map(|shot| shot.plan.rows().len()).sum();
+        let others = residuals.rows(rows, residuals.len() - rows).norm_squared();
+        let of_noise = self.fitted.iter().flat_map(|shot| shot.plan.rows()).filter_map(|row| {
+            let group = groups.iter().find(|group| group.observable == row.observable)?;
+            row.measured.sd.is_none().then(|| 2.0 * group.sd.ln())
+        });
+        of_shots + others + of_noise.sum::<f64>()
+    }
+
     /// Fits the free parameters, the others at their initial values, until the weights rest.
     pub(super) fn converge(&self, free: &[Parameter]) -> Result<(Minimum, Vec<Group>), FitError> {
+        self.converge_with(free, Effort::FULL)
+    }
+
+    pub(super) fn converge_with(
+        &self,
+        free: &[Parameter],
+        effort: Effort,
+    ) -> Result<(Minimum, Vec<Group>), FitError> {
         // behind the free parameters, the error that all shots share
         let shared = self.shared();
         let filmed = are_filmed(self.fitted);
@@ -238,9 +299,10 @@ impl Search<'_> {
         let uncertain = |shot: &Fitted| shot.plan.joint().is_some() || shot.plan.variance_in().amax() > 0.0;
         let robust = self.loss != Loss::Squares && !x.is_empty();
         let weights_move = !filmed && (!groups.is_empty() || robust || self.fitted.iter().any(uncertain));
-        let options = if filmed { FRAMES } else { VELOCITIES };
+        let options = if filmed { FRAMES } else { effort.options };
         let (at_rest, max_rounds) =
             if robust { (ROBUST_AT_REST, MAX_ROBUST_ROUNDS) } else { (AT_REST, MAX_ROUNDS) };
+        let max_rounds = max_rounds.min(effort.rounds);
         // Cauchy's loss has many minima: the one that is meant is near Huber's
         let last = if robust { self.loss } else { Loss::Squares };
         let mut loss = if last == Loss::Cauchy { Loss::Huber } else { last };
@@ -286,9 +348,11 @@ impl Search<'_> {
                     optimise::minimise_rough(|| slice.problem(), &x, &constraints, &options)?;
                 let rough = rests && !solution.termination.converged();
                 (solution, false, rough)
-            } else {
+            } else if effort.crosses_kinks {
                 let (solution, at_kink) = kink::minimise(&slice, &x, &options)?;
                 (solution, at_kink, false)
+            } else {
+                (optimise::minimise(slice.problem(), &x, &constraints, &options)?, false, false)
             };
             iterations += solution.iterations as usize;
             let step = &solution.x - &x;

@@ -4,9 +4,9 @@ use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rayon::prelude::*;
 
+use super::Options;
 use super::search::Search;
 use super::settled::Settled;
-use super::{FitError, Options};
 use crate::parameters::Parameter;
 use crate::values::Values;
 
@@ -29,7 +29,7 @@ pub struct Starts {
 pub struct FoundMinimum {
     /// Of all that the fit has.
     pub values: Vec<(Parameter, f64)>,
-    /// −2 log L above that of the best.
+    /// What is minimised (χ², or −2 log L where noise is estimated) above that of the best.
     pub above_best: f64,
     pub starts: usize,
 }
@@ -42,15 +42,15 @@ impl Starts {
     }
 }
 
-/// The best minimum of as many starts as asked for: the first from the initial values, the others spread
-/// evenly at random between the bounds.
+/// The best minimum of that which the scan led to and those near starts that are spread evenly at random between the
+/// bounds, as many in all as asked for.
 pub(super) fn settle<'a>(
     search: &Search<'a>,
+    first: Settled<'a>,
     options: &Options,
-) -> Result<(Settled<'a>, Option<Starts>), FitError> {
-    let first = Settled::new(search)?;
+) -> (Settled<'a>, Option<Starts>) {
     if options.starts <= 1 {
-        return Ok((first, None));
+        return (first, None);
     }
     let mut rng = ChaCha8Rng::seed_from_u64(options.seed);
     let starts: Vec<Values> = (1..options.starts)
@@ -66,17 +66,12 @@ pub(super) fn settle<'a>(
         .collect();
     let others: Vec<Option<Settled>> = starts
         .into_par_iter()
-        .map(|initial| {
-            // what is told at one start is told at all
-            let search = Search { initial, ..first.search.clone() };
-            Settled::new(&search).ok().filter(|settled| settled.minimum.converged)
-        })
+        .map(|start| Settled::from_starts(search, &[start]).ok().filter(|settled| settled.minimum.converged))
         .collect();
     let mut failed = others.iter().filter(|other| other.is_none()).count();
     failed += usize::from(!first.minimum.converged);
-    let objective = |s: &Settled| s.search.minus_two_log_likelihood(&s.minimum, &s.estimated);
     let mut all: Vec<(f64, Settled)> =
-        std::iter::once(first).chain(others.into_iter().flatten()).map(|s| (objective(&s), s)).collect();
+        std::iter::once(first).chain(others.into_iter().flatten()).map(|s| (s.objective, s)).collect();
     // one that did not converge stands behind those that did
     all.sort_by(|a, b| {
         (!a.1.minimum.converged, a.0)
@@ -101,5 +96,5 @@ pub(super) fn settle<'a>(
         }
     }
     let starts = Starts { count: options.starts, seed: options.seed, failed, minima };
-    Ok((all.swap_remove(0).1, Some(starts)))
+    (all.swap_remove(0).1, Some(starts))
 }

@@ -82,6 +82,15 @@ impl Minimum {
         self.filmed().then(|| self.x[self.x.len() - 1])
     }
 
+    /// The columns, with their weights, of a direction that neither the residuals nor the equalities determine.
+    pub(super) fn undetermined(&self) -> Option<Vec<(usize, f64)>> {
+        null_direction(&with_ties(&self.jacobian, &self.ties(false)))
+    }
+
+    pub(super) fn determines_all(&self) -> bool {
+        self.undetermined().is_none()
+    }
+
     /// What constraints hold: the equalities and, if asked for, the inequalities that hold with
     /// equality. A row each.
     pub(super) fn ties(&self, with_inequalities: bool) -> DMatrix<f64> {
@@ -122,6 +131,19 @@ pub(super) fn null_direction(jacobian: &DMatrix<f64>) -> Option<Vec<(usize, f64)
     let shares = (0..jacobian.ncols()).map(|j| (j, direction[j] / norms[j]));
     let named = shares.filter(|(j, _)| direction[*j].abs() > SHARE);
     Some(named.collect())
+}
+
+/// The Jacobian with what constraints hold as observations that are as good as exact.
+fn with_ties(jacobian: &DMatrix<f64>, ties: &DMatrix<f64>) -> DMatrix<f64> {
+    /// So much surer than the data.
+    const EXACT: f64 = 1e4;
+    if ties.nrows() == 0 {
+        return jacobian.clone();
+    }
+    let mut all = DMatrix::zeros(jacobian.nrows() + ties.nrows(), jacobian.ncols());
+    all.rows_mut(0, jacobian.nrows()).copy_from(jacobian);
+    all.rows_mut(jacobian.nrows(), ties.nrows()).copy_from(&(ties * (EXACT * jacobian.norm())));
+    all
 }
 
 /// Leverages: squared row norms of Q in J = QR.

@@ -1,7 +1,7 @@
 //! Where the parameters may be: bounds, and linear constraints between them.
 use nalgebra::{DMatrix, DVector, RowDVector};
 
-use super::OptimiseError;
+use super::{Activity, OptimiseError};
 
 /// A linear constraint is held to this share of |b| + Σ|a_j x_j|: the rounding of its terms, with room
 /// for a start that was itself computed. Bounds are held exactly.
@@ -130,8 +130,24 @@ impl Constraints {
         within && (0..inequalities.len()).all(|i| -inequalities.slack(i, x) <= inequalities.tolerance(i, x))
     }
 
+    /// Where each parameter of x is within its bounds.
+    #[must_use]
+    pub fn activity(&self, x: &DVector<f64>) -> Vec<Activity> {
+        let of = |j: usize| {
+            if x[j] == self.lower[j] {
+                Activity::AtLower
+            } else if x[j] == self.upper[j] {
+                Activity::AtUpper
+            } else {
+                Activity::Free
+            }
+        };
+        (0..x.len()).map(of).collect()
+    }
+
     /// The inequalities that hold with equality at x, to rounding.
-    pub(super) fn active_inequalities(&self, x: &DVector<f64>) -> Vec<usize> {
+    #[must_use]
+    pub fn active_inequalities(&self, x: &DVector<f64>) -> Vec<usize> {
         let rows = &self.inequalities;
         (0..rows.len()).filter(|&i| rows.slack(i, x) <= rows.tolerance(i, x)).collect()
     }

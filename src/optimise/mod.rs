@@ -6,7 +6,8 @@
 //! the model did, until the residuals are orthogonal to every direction that is left. The files in the
 //! order of the algorithm: `constraints`, `solver` (the loop), `step`, `qp` (which constraints are
 //! active, by Clarabel), `active_set` (the step exactly), `working_set` and `linear_algebra`,
-//! `termination`. Apart from these, `fewest` plans how many measurements to make.
+//! `termination`. Apart from these, `scan` finds where to begin where there are several minima, and `fewest` plans how
+//! many measurements to make.
 //!
 //! - Moré, J. J. (1978). The Levenberg–Marquardt algorithm: implementation and theory. Lecture Notes in
 //!   Mathematics 630, 105–116.
@@ -22,6 +23,7 @@ mod linear_algebra;
 mod nearest;
 mod qp;
 mod rough;
+mod scan;
 mod solver;
 mod step;
 mod termination;
@@ -30,6 +32,7 @@ mod working_set;
 pub use constraints::{Constraints, Linear};
 pub use fewest::fewest;
 pub use rough::minimise_rough;
+pub use scan::scan;
 pub use termination::Termination;
 
 use solver::TrustRegion;
@@ -46,9 +49,14 @@ pub struct Options {
     pub orthogonality: f64,
 }
 
+impl Options {
+    /// To the digits of the residuals.
+    pub const DEFAULT: Self = Self { max_iterations: 1000, orthogonality: 1e-14 };
+}
+
 impl Default for Options {
     fn default() -> Self {
-        Self { max_iterations: 1000, orthogonality: 1e-14 }
+        Self::DEFAULT
     }
 }
 
@@ -213,19 +221,8 @@ where
     let (Some(x), Some(residuals), Some(jacobian)) = (state.param, state.residuals, state.jacobian) else {
         return Err(OptimiseError::NoParameters);
     };
-    let active = (0..x.len())
-        .map(|j| {
-            if x[j] == constraints.lower[j] {
-                Activity::AtLower
-            } else if x[j] == constraints.upper[j] {
-                Activity::AtUpper
-            } else {
-                Activity::Free
-            }
-        })
-        .collect();
     Ok(Solution {
-        active,
+        active: constraints.activity(&x),
         active_inequalities: constraints.active_inequalities(&x),
         x,
         residuals,

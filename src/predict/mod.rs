@@ -12,7 +12,9 @@ pub use seen::{difference, wrap};
 use start::{Start, State};
 
 use crate::ball::BallState;
-use crate::collision::{Coefficients, Corrected, Correction, Effects, Fidelity, Model, NotACollision};
+use crate::collision::{
+    Coefficients, Corrected, Correction, Effects, Fidelity, Model, NotACollision, Regime,
+};
 use crate::dataset::{Before, Joint, Measurement, Shot, Spin};
 use crate::friction::Law;
 use crate::inputs::Together;
@@ -152,7 +154,11 @@ impl Plan {
             }
             Spin::Stun | Spin::NaturalRoll => {}
         }
-        let Shot { before, spin, .. } = *shot;
+        let Shot { mut before, spin, .. } = *shot;
+        if let Before::Impact { normal: [x, y], .. } = &mut before {
+            let length = x.value.hypot(y.value);
+            (x.value, y.value) = (x.value / length, y.value / length);
+        }
         let side = if cut(&before) < 0.0 { -1.0 } else { 1.0 };
         Ok(Self {
             state: State { before, spin, solved_from, side },
@@ -172,6 +178,22 @@ impl Plan {
     pub fn cue(&self, model: &Model, coefficients: &Coefficients) -> Result<BallState, Unpredictable> {
         let speed = self.predict(model, coefficients)?.speed;
         Ok(Start::new(&self.state, speed, model.ball.radius).cue)
+    }
+
+    /// Which parameters, in the order of [`Parameter::ALL`], its observations depend on where this is predicted of it.
+    #[must_use]
+    pub fn depends(&self, prediction: &Prediction) -> [bool; Parameter::ALL.len()] {
+        let by = prediction.by_parameters.rows(0, self.rows.len());
+        std::array::from_fn(|parameter| by.column(parameter).iter().any(|d| *d != 0.0))
+    }
+
+    /// Whether its contact slides to the end or sticks, in closed form.
+    ///
+    /// # Errors
+    /// As [`Plan::predict`].
+    pub fn regime(&self, model: &Model, coefficients: &Coefficients) -> Result<Regime, Unpredictable> {
+        let cue = self.cue(model, coefficients)?;
+        Ok(self.collision(model).model.collide(&cue, coefficients)?.regime)
     }
 
     /// How the shot's collision is computed: as was chosen for it, or by the model.

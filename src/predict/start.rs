@@ -76,11 +76,11 @@ impl Start {
                 by_inputs[(1, 1)] = sin;
                 cut_by_inputs[0] = 1.0;
                 speed_by_inputs[1] = 1.0;
-                (CollisionFrame::from_normal(1.0, 0.0), cut.value)
+                (CollisionFrame::from_unit(1.0, 0.0), cut.value)
             }
             Before::Impact { normal, velocity } => {
                 let [nx, ny] = normal.map(|m| m.value);
-                let frame = CollisionFrame::from_normal(nx, ny);
+                let frame = CollisionFrame::from_unit(nx, ny);
                 let u = Vector3::new(velocity[0].value, velocity[1].value, 0.0);
                 cue.velocity = frame.to_collision(u);
                 // turning the line of centres by dα turns the vector by −dα

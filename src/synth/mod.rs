@@ -330,7 +330,7 @@ impl<'a> Maker<'a> {
         self.model.collide_batch(&Cues { velocity: [x, y], spin: spins }, &self.coefficients, outcomes)?;
         for (number, (cue, direction, line, before, spin, after)) in drawn.into_iter().enumerate() {
             arrays.status[number]?;
-            let frame = CollisionFrame::from_normal(direction.cos(), direction.sin());
+            let frame = CollisionFrame::from_direction(direction);
             let seen = direction + line;
             let mut values = vec![seen.cos(), seen.sin()];
             let velocity = frame.to_table(cue.velocity);

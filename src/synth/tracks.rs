@@ -98,7 +98,7 @@ impl Course {
         (time, direction, object): (f64, f64, [f64; 2]),
     ) -> Result<Self, NotACollision> {
         let outcome = model.collide(cue, coefficients)?;
-        let frame = CollisionFrame::from_normal(direction.cos(), direction.sin());
+        let frame = CollisionFrame::from_direction(direction);
         let table = |state: &BallState| BallState {
             velocity: frame.to_table(state.velocity),
             spin: frame.to_table(state.spin),

@@ -1,0 +1,78 @@
+//! Why the errors of a fit may not be what they seem, in sentences: errors below what is possible, other minima, and what
+//! holds with equality.
+
+use super::{Estimate, Fit, Method, Status};
+use crate::parameters::Parameter;
+use crate::relation::{Relation, Sense};
+use crate::values::Values;
+
+/// Two stages know how high the balls jump from what a first fit of the same shots says of μ. On rough footage, whose frames
+/// hardly show it, that counts the same shots twice, and errors come out below what the frames can tell at best.
+pub(super) fn add_below_bound(fit: &mut Fit) {
+    /// Of the bound. In two stages errors are 1.06 of it at 1000 frames/s and 0.1 mm, and 0.91 at 240 frames/s and 0.5 mm, where
+    /// their standardized errors have a root mean square of 1.4.
+    const BELOW: f64 = 0.97;
+    let Some(bound) = fit.diagnostics.bound.as_ref().filter(|_| fit.method == Method::TwoStage) else {
+        return;
+    };
+    let below = |(parameter, least): &(Parameter, f64)| {
+        let error = fit.estimates.iter().find(|e| e.parameter == *parameter)?.std_error?;
+        let symbol = parameter.symbol();
+        (error < BELOW * least)
+            .then(|| format!("{symbol} ± {error:.2e}, where the frames tell ± {least:.2e} at best"))
+    };
+    let below: Vec<String> = bound.std_errors.iter().filter_map(below).collect();
+    if !below.is_empty() {
+        fit.warnings.push(format!(
+            "The errors stated are too small ({}): this footage is too rough for two stages. Its frames hardly show how high the \
+             balls jump, and what a first fit of the same shots says of it is counted twice. Fit all frames with --method joint.",
+            below.join("; ")
+        ));
+    }
+}
+
+/// Other minima that fit nearly as well, with how much higher what is minimised is there.
+pub(super) fn add_rivals(fit: &mut Fit, others: &[(Values, f64)]) {
+    for (values, higher) in others {
+        let outside = |e: &&Estimate| {
+            let interval = e.interval_95.unwrap_or([e.value; 2]);
+            e.status != Status::NotIdentified && !(interval[0]..=interval[1]).contains(&values[e.parameter])
+        };
+        let there: Vec<String> = fit
+            .estimates
+            .iter()
+            .filter(outside)
+            .map(|e| format!("{} = {:.4}", e.parameter.symbol(), values[e.parameter]))
+            .collect();
+        if !there.is_empty() {
+            fit.warnings.push(format!(
+                "Another minimum, at {}, fits nearly as well (χ² higher by {higher:.1}): the intervals do not know it.",
+                there.join(", ")
+            ));
+        }
+    }
+}
+
+/// What holds with equality where the fit ended, bounds and constraints, as the conditions of a standard error; and which
+/// other parameters are involved. With μ_s the data know only its product with μ.
+pub(super) fn held_exactly(fit: &Fit, parameter: Parameter) -> (Vec<String>, Vec<&'static str>) {
+    let is_at_bound = |status| matches!(status, Status::AtLowerBound | Status::AtUpperBound);
+    let (mut conditions, mut others) = (Vec::new(), Vec::new());
+    for bound in fit.estimates.iter().filter(|e| is_at_bound(e.status)) {
+        conditions.push(format!("{} = {} holds", bound.parameter.symbol(), bound.value));
+        others.push(if bound.parameter == Parameter::MuS { "μ·μ_s" } else { bound.parameter.symbol() });
+    }
+    for (text, _) in fit.diagnostics.relations.iter().filter(|(_, active)| *active) {
+        let Ok(relation) = Relation::parse(text) else { continue };
+        if relation.sense == Sense::Equal {
+            continue;
+        }
+        conditions.push(format!("\"{text}\" holds with equality"));
+        for other in Parameter::ALL.into_iter().filter(|p| *p != parameter) {
+            if relation.coefficients[other as usize] != 0.0 && !others.contains(&other.symbol()) {
+                others.push(other.symbol());
+            }
+        }
+    }
+    (conditions, others)
+}
