@@ -87,7 +87,8 @@ fn errors_before_the_impact_would_bias_mu_if_they_were_ignored() {
             for (found, dataset) in found.iter_mut().zip([dataset.clone(), ignoring(dataset)]) {
                 let options = Options { depth: Depth::Estimates, ..Options::default() };
                 let fit = fit::fit(&dataset, &options).unwrap().remove(0);
-                found.push((fit.estimates[0].value, fit.estimates[0].std_error.unwrap()));
+                let estimate = fit.estimates[0];
+                found.push((estimate.value, fit.std_error_if_model_held(estimate.parameter).unwrap()));
             }
         }
         let [ours, ignoring] = found.map(|fits| bias(&fits));
