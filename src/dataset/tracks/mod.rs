@@ -44,30 +44,6 @@ use crate::disc::Discs;
 use crate::isolate::isolated;
 use crate::track::TrackShot;
 
-/// The filmed shots of a data set.
-#[derive(Clone, Debug)]
-pub struct Tracks {
-    pub shots: Vec<TrackShot>,
-    /// Shots that the shots table says to skip: name and reason.
-    pub skipped: Vec<(String, String)>,
-    /// Shots that were damaged between the camera and the file and cannot be mended: name and reason, with file and line.
-    pub damaged: Vec<(String, String)>,
-    /// What was detected and repaired, with file and line.
-    pub notes: Vec<String>,
-    /// Shots whose impact was found, though something about them is wrong: name and what it is.
-    pub doubtful: Vec<(String, String)>,
-    /// `None`: balls.
-    pub discs: Option<Discs>,
-}
-
-impl Tracks {
-    /// Shots that were left out on loading: name and reason.
-    pub(crate) fn left_out(&self) -> impl Iterator<Item = (String, String)> {
-        let skipped = self.skipped.iter().map(|(shot, reason)| (shot.clone(), format!("skipped: {reason}")));
-        skipped.chain(self.damaged.iter().cloned())
-    }
-}
-
 /// Loads every file that the manifest names; what is wrong is added to the problems.
 pub(super) fn load(
     manifest: &Manifest,
