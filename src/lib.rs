@@ -6,11 +6,11 @@
 //! ```
 //! use std::path::Path;
 //!
-//! use caromfit::fit::{self, Options};
-//! use caromfit::parameters::Parameter;
-//! use caromfit::{dataset, footage, report};
+//! use caromfit::fit::{self, Options, footage};
+//! use caromfit::measurement::parameter::Parameter;
+//! use caromfit::{io, report};
 //!
-//! let dataset = dataset::load(Path::new("data/domenech-2023"))?;
+//! let dataset = io::load(Path::new("data/domenech-2023"))?;
 //! // finds the impacts of a data set of kind "tracks"; any other stays as it is
 //! let (dataset, ..) = footage::with_impacts(dataset, &|| ());
 //! for fit in fit::fit(&dataset, &Options::default())? {
@@ -20,42 +20,32 @@
 //! }
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
+//!
+//! The modules in the order of the house: each uses only those above it.
+//!
+//! | module | what it holds |
+//! | --- | --- |
+//! | [`physics`] | balls, discs, friction, motion on the cloth, the collision models |
+//! | [`numerics`] | least squares under constraints, quadrature: knows no balls |
+//! | [`measurement`] | what was measured, as values: data set, shot, track, observable, parameter |
+//! | [`io`] | files to measurements and back |
+//! | [`trajectory`] | the motion of both balls before, through and after an impact |
+//! | [`likelihood`] | of the frames, the velocities or the angles of one shot |
+//! | [`extraction`] | frames to impacts |
+//! | [`fit`] | data set to estimates with their uncertainties |
+//! | [`compare`], [`design`], [`simulate`], [`studies`] | what is built on fits |
+//! | [`report`] | results as text, HTML, JSON, CSV and plots |
 
-pub mod accuracy;
-pub mod ball;
-pub mod baseline;
-pub mod bias;
-pub mod cases;
-pub mod check;
-pub mod cloth;
-pub mod collision;
 pub mod compare;
-pub mod contact;
-pub mod dataset;
 pub mod design;
-pub mod disc;
-pub mod effects;
-pub mod export;
+pub mod extraction;
 pub mod fit;
-pub mod footage;
-pub mod friction;
-pub mod impact;
-pub mod init;
-pub mod inputs;
-mod isolate;
-pub mod loss;
-mod number;
-pub mod observable;
-pub mod optimise;
-pub mod parameters;
-pub mod predict;
-mod quadrature;
-pub mod relation;
+pub mod io;
+pub mod likelihood;
+pub mod measurement;
+pub mod numerics;
+pub mod physics;
 pub mod report;
-pub mod residuals;
-mod rigid;
-pub mod stored;
-pub mod synth;
-pub mod track;
-pub mod values;
-pub mod whitening;
+pub mod simulate;
+pub mod studies;
+pub mod trajectory;

@@ -1,9 +1,9 @@
 //! Collisions in batches are those one at a time.
 
-use caromfit::ball::{Ball, BallState};
-use caromfit::collision::batch::{Arrays, Cues, Lengths};
-use caromfit::collision::{Coefficients, Fidelity, Jacobian, Model, NotACollision};
-use caromfit::friction::Law;
+use caromfit::physics::ball::{Ball, BallState};
+use caromfit::physics::collision::batch::{Arrays, Cues, Lengths};
+use caromfit::physics::collision::{Coefficients, Fidelity, Jacobian, Model, NotACollision};
+use caromfit::physics::friction_law::Law;
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 

@@ -2,9 +2,9 @@
 
 use std::fs;
 
-use caromfit::ball::{Ball, BallState, Vec3};
-use caromfit::collision::{ClothTorque, Coefficients, Fidelity, Model, Outcome, Regime};
-use caromfit::contact::{cue_velocity, slip};
+use caromfit::physics::ball::{Ball, BallState, Vec3};
+use caromfit::physics::collision::{ClothTorque, Coefficients, Fidelity, Model, Outcome, Regime};
+use caromfit::physics::contact_frame::{cue_velocity, slip};
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
@@ -269,7 +269,7 @@ fn column_scale(shot: &Try, column: usize) -> f64 {
 }
 
 /// `Err` where a kink lies within the steps.
-fn differences(shot: &Try) -> Result<caromfit::collision::Jacobian, ()> {
+fn differences(shot: &Try) -> Result<caromfit::physics::collision::Jacobian, ()> {
     let start = shot.model.collide(&shot.cue, &shot.coefficients).unwrap();
     let regime = start.regime;
     // just before it sticks, the slip falls as a fractional power: no place for differences
@@ -297,7 +297,7 @@ fn differences(shot: &Try) -> Result<caromfit::collision::Jacobian, ()> {
         let same = outcome.regime == regime && side == slip_side(&shot.cue) && side.2;
         if same { Ok(outcome.components()) } else { Err(()) }
     };
-    let mut jacobian = caromfit::collision::Jacobian::zeros();
+    let mut jacobian = caromfit::physics::collision::Jacobian::zeros();
     for column in 0..8 {
         let central =
             |h: f64| Ok((at(column, h)? - at(column, -h)?) / (2.0 * h * column_scale(shot, column)));

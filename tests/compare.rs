@@ -3,17 +3,19 @@
 use std::path::Path;
 use std::process::Command;
 
-use caromfit::ball::Ball;
-use caromfit::collision::{Fidelity, Model};
 use caromfit::compare::{Comparison, Options, Quantity, TestKind, compare};
-use caromfit::dataset::{self, Dataset};
 use caromfit::fit;
-use caromfit::footage::with_impacts;
-use caromfit::loss::Loss;
-use caromfit::observable::Observable;
-use caromfit::parameters::Parameter;
-use caromfit::relation::Relation;
-use caromfit::synth::{self, Kind, Noise, Played, Spec, Truth};
+use caromfit::fit::footage::with_impacts;
+use caromfit::io;
+use caromfit::measurement::dataset::Dataset;
+use caromfit::measurement::loss::Loss;
+use caromfit::measurement::observable::Observable;
+use caromfit::measurement::parameter::Parameter;
+use caromfit::measurement::relation::Relation;
+use caromfit::physics::ball::Ball;
+use caromfit::physics::collision::{Fidelity, Model};
+use caromfit::simulate;
+use caromfit::simulate::{Kind, Noise, Played, Spec, Truth};
 use serde_json::Value;
 
 use crate::extraction::count;
@@ -23,7 +25,7 @@ const MU_S: Quantity = Quantity::Parameter(Parameter::MuS);
 
 fn shipped(name: &str) -> Dataset {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("data").join(name);
-    with_impacts(dataset::load(&folder).unwrap(), &|| ()).0
+    with_impacts(io::load(&folder).unwrap(), &|| ()).0
 }
 
 /// Impacts on one of two cloths.
@@ -389,7 +391,7 @@ fn spins_from_paths_alone_are_warned_of() {
     let drawn = folder.path().join("drawn");
     std::fs::create_dir(&drawn).unwrap();
     let usual = spec(Kind::Tracks, &[Played::Draw], 8, 3);
-    for (name, content) in synth::generate(&Spec { name: "drawn".to_string(), ..usual }).unwrap() {
+    for (name, content) in simulate::generate(&Spec { name: "drawn".to_string(), ..usual }).unwrap() {
         let content = content.replace("assume = \"measured\"", "assume = \"unknown\"");
         let mut content = content.replace("shots = \"shots.csv\"", "");
         if name == "dataset.toml" {

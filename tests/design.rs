@@ -5,14 +5,17 @@ use std::fs;
 use std::path::Path;
 use std::process::{Command, Output};
 
-use caromfit::dataset::Spin;
-use caromfit::design::{self, Design, Expected, PlayedKind, SpinFrom, information};
-use caromfit::fit::{self, Depth, Fit, Method, Options};
-use caromfit::footage;
-use caromfit::impact::{Rotation, Rotations};
-use caromfit::parameters::Parameter;
-use caromfit::synth::{self, BallSpec, ClothSpec, Kind, Noise, Played, Shots, Spec, Truth};
-use caromfit::track::TrackShot;
+use caromfit::design;
+use caromfit::design::{Design, Expected, PlayedKind, SpinFrom, information};
+use caromfit::extraction::{Rotation, Rotations};
+use caromfit::fit;
+use caromfit::fit::footage;
+use caromfit::fit::{Depth, Fit, Method, Options};
+use caromfit::measurement::parameter::Parameter;
+use caromfit::measurement::spin::Spin;
+use caromfit::measurement::track::TrackShot;
+use caromfit::simulate;
+use caromfit::simulate::{BallSpec, ClothSpec, Kind, Noise, Played, Shots, Spec, Truth};
 use serde_json::Value;
 
 use crate::extraction::{count, dataset};
@@ -58,7 +61,7 @@ fn filmed(expected: &Expected, kinds: &[Both], seed: u64) -> Vec<TrackShot> {
             camera: expected.camera,
             cloth: ClothSpec::default(),
         };
-        for (mut shot, _) in synth::filmed(&spec).unwrap() {
+        for (mut shot, _) in simulate::filmed(&spec).unwrap() {
             shot.name = format!("{} {}", kind.planned.name, shot.name);
             shot.position_sd = Some(expected.camera.position_sd_m);
             shots.push(shot);

@@ -5,8 +5,8 @@ use std::fs;
 use std::path::Path;
 use std::process::{Command, Output};
 
-use caromfit::footage::with_discs;
-use caromfit::impact::disc::Quantity;
+use caromfit::extraction::disc::Quantity;
+use caromfit::fit::footage::with_discs;
 use serde_json::Value;
 
 use crate::discs::{E, SETTINGS, film_with, load};

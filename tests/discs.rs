@@ -6,10 +6,12 @@ use std::fmt::Write as _;
 use std::fs;
 use std::path::Path;
 
-use caromfit::dataset::{self, Dataset};
-use caromfit::fit::{self, Options};
-use caromfit::footage::{with_discs, with_impacts};
-use caromfit::impact::disc::{DiscImpact, Quantity};
+use caromfit::extraction::disc::{DiscImpact, Quantity};
+use caromfit::fit;
+use caromfit::fit::Options;
+use caromfit::fit::footage::{with_discs, with_impacts};
+use caromfit::io;
+use caromfit::measurement::dataset::Dataset;
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
@@ -131,7 +133,7 @@ pub fn load(settings: &str, table: &str) -> Result<Dataset, String> {
     let folder = tempfile::tempdir().unwrap();
     fs::write(folder.path().join("dataset.toml"), settings).unwrap();
     fs::write(folder.path().join("pucks.csv"), table).unwrap();
-    dataset::load(folder.path()).map_err(|error| error.to_string())
+    io::load(folder.path()).map_err(|error| error.to_string())
 }
 
 /// What every quantity of a collision truly is.
@@ -160,7 +162,7 @@ fn truths(truth: &Collision) -> Vec<(Quantity, f64)> {
 }
 
 fn of_shot(
-    extracted: &[(caromfit::track::TrackShot, DiscImpact)],
+    extracted: &[(caromfit::measurement::track::TrackShot, DiscImpact)],
 ) -> impl Iterator<Item = (usize, &DiscImpact)> {
     extracted.iter().map(|(track, impact)| (track.name.parse().unwrap(), impact))
 }
@@ -301,7 +303,7 @@ fn shots_of_discs_that_cannot_be_used_say_why() {
 
 fn shipped(name: &str) -> (Dataset, DiscImpact) {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("data").join(name);
-    let (dataset, mut extracted) = with_discs(dataset::load(&folder).unwrap());
+    let (dataset, mut extracted) = with_discs(io::load(&folder).unwrap());
     assert_eq!((extracted.len(), dataset.left_out.len()), (1, 0));
     (dataset, extracted.remove(0).1)
 }

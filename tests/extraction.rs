@@ -1,14 +1,15 @@
 //! Impacts extracted from synthetic footage, against what the shots really were.
 
-use caromfit::ball::Ball;
-use caromfit::dataset::{Dataset, Tracks};
+use caromfit::extraction::{Impact, Lifted, Quantity};
 use caromfit::fit::Options;
-use caromfit::footage;
-use caromfit::impact::{Impact, Lifted, Quantity};
-use caromfit::loss::Loss;
-use caromfit::parameters::Settings;
-use caromfit::synth::{self, Camera, Kind, Played, Shots, Spec, TrueImpact};
-use caromfit::track::TrackShot;
+use caromfit::fit::footage;
+use caromfit::measurement::dataset::{Dataset, Tracks};
+use caromfit::measurement::loss::Loss;
+use caromfit::measurement::parameter::Settings;
+use caromfit::measurement::track::TrackShot;
+use caromfit::physics::ball::Ball;
+use caromfit::simulate;
+use caromfit::simulate::{Camera, Kind, Played, Shots, Spec, TrueImpact};
 
 use crate::synthetic;
 
@@ -62,7 +63,7 @@ pub fn dataset(tracks: Vec<TrackShot>) -> Dataset {
 /// Standardized errors of each quantity over many shots; how many shots are rejected; root mean square error of
 /// the instant, frames.
 fn pulls(spec: &Spec) -> (Vec<Vec<f64>>, usize, f64) {
-    let (tracks, truth): (Vec<_>, Vec<_>) = synth::filmed(spec).unwrap().into_iter().unzip();
+    let (tracks, truth): (Vec<_>, Vec<_>) = simulate::filmed(spec).unwrap().into_iter().unzip();
     let mut pulls = vec![Vec::new(); Quantity::COUNT];
     let (mut rejected, mut square) = (0, 0.0);
     let (dataset, extracted, _) = footage::with_impacts(dataset(tracks), &|| ());
@@ -76,7 +77,11 @@ fn pulls(spec: &Spec) -> (Vec<Vec<f64>>, usize, f64) {
         for (i, expected) in truths(truth, &impact).into_iter().enumerate() {
             let sd = impact.covariance[(i, i)].sqrt();
             let off = impact.values[i] - expected;
-            let off = if i == Quantity::Direction as usize { caromfit::predict::wrap(off) } else { off };
+            let off = if i == Quantity::Direction as usize {
+                caromfit::likelihood::prediction::wrap(off)
+            } else {
+                off
+            };
             if sd > 0.0 {
                 pulls[i].push(off / sd);
             }
@@ -143,7 +148,7 @@ fn markers_tell_the_spin_with_its_error() {
         },
         ..spec(Played::Side, shots, camera)
     };
-    let (tracks, truth): (Vec<_>, Vec<_>) = synth::filmed(&spec).unwrap().into_iter().unzip();
+    let (tracks, truth): (Vec<_>, Vec<_>) = simulate::filmed(&spec).unwrap().into_iter().unzip();
     let (dataset, extracted, _) = footage::with_impacts(dataset(tracks), &|| ());
     assert_eq!(dataset.left_out, []);
     let mut pulls = [const { Vec::new() }; 3];
@@ -201,7 +206,7 @@ fn fits_of_tracks_recover_the_parameters() {
     let mut covered = [0.0; 3];
     for seed in 0..sets {
         let spec = Spec { seed: 1000 + seed, ..spec(Played::NaturalRoll, 40, Camera::default()) };
-        let tracks: Vec<_> = synth::filmed(&spec).unwrap().into_iter().map(|(shot, _)| shot).collect();
+        let tracks: Vec<_> = simulate::filmed(&spec).unwrap().into_iter().map(|(shot, _)| shot).collect();
         let dataset = footage::with_impacts(dataset(tracks), &|| ()).0;
         let fit = caromfit::fit::fit(&dataset, &Options::default()).unwrap().remove(0);
         for (i, truth) in [0.05, 0.3, 0.94].into_iter().enumerate() {

@@ -2,12 +2,14 @@
 
 use std::time::Instant;
 
-use caromfit::dataset::Spin;
-use caromfit::fit::{self, Depth, Fit, Method, Options};
-use caromfit::footage;
+use caromfit::fit;
+use caromfit::fit::footage;
+use caromfit::fit::{Depth, Fit, Method, Options};
+use caromfit::measurement::spin::Spin;
+use caromfit::measurement::track::TrackShot;
 use caromfit::report;
-use caromfit::synth::{self, BallSpec, Camera, ClothSpec, Kind, Noise, Played, Shots, Spec, Truth};
-use caromfit::track::TrackShot;
+use caromfit::simulate;
+use caromfit::simulate::{BallSpec, Camera, ClothSpec, Kind, Noise, Played, Shots, Spec, Truth};
 use rayon::prelude::*;
 use statrs::distribution::{ContinuousCDF, Normal};
 
@@ -45,7 +47,7 @@ fn both() -> [Options; 2] {
 }
 
 fn filmed(spec: &Spec) -> Vec<TrackShot> {
-    synth::filmed(spec).unwrap().into_iter().map(|(shot, _)| shot).collect()
+    simulate::filmed(spec).unwrap().into_iter().map(|(shot, _)| shot).collect()
 }
 
 /// Least standard errors of 40 natural-roll shots by the Cramér–Rao bound with μ_k free and μ_r known, reckoned

@@ -2,9 +2,11 @@
 
 use std::fs;
 
-use caromfit::ball::{Ball, BallState, Vec3};
-use caromfit::collision::{Coefficients, Fidelity, MIN_TOLERANCE, Model, NotACollision, Outcome, Regime};
-use caromfit::contact::{cue_velocity, slip};
+use caromfit::physics::ball::{Ball, BallState, Vec3};
+use caromfit::physics::collision::{
+    Coefficients, Fidelity, MIN_TOLERANCE, Model, NotACollision, Outcome, Regime,
+};
+use caromfit::physics::contact_frame::{cue_velocity, slip};
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rayon::prelude::*;

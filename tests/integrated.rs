@@ -1,11 +1,12 @@
 //! The integrated fidelities `ode` and `contact` against the reference values, `full`, and each other.
 
-use caromfit::ball::{Ball, BallState, Vec3};
-use caromfit::collision::{Coefficients, Fidelity, Input, Model, NotACollision, Outcome, Regime};
-use caromfit::contact::{cloth_slip, cue_velocity, slip};
-use caromfit::effects::Effects;
-use caromfit::fit::{self, Depth, Options};
-use caromfit::synth::{Kind, Played};
+use caromfit::fit;
+use caromfit::fit::{Depth, Options};
+use caromfit::physics::ball::{Ball, BallState, Vec3};
+use caromfit::physics::collision::{Coefficients, Fidelity, Input, Model, NotACollision, Outcome, Regime};
+use caromfit::physics::contact_frame::{cloth_slip, cue_velocity, slip};
+use caromfit::physics::effect_sizes::Effects;
+use caromfit::simulate::{Kind, Played};
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 

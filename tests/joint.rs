@@ -2,14 +2,18 @@
 
 use std::path::Path;
 
-use caromfit::collision::Coefficients;
-use caromfit::dataset::{self, Before, Dataset, Joint, Shared};
-use caromfit::fit::{self, Fit, Options};
-use caromfit::footage::with_impacts;
-use caromfit::impact::{LiftPrior, Quantity, Scene, extract, shots};
+use caromfit::extraction::{Quantity, extract, shots};
+use caromfit::fit;
+use caromfit::fit::footage::with_impacts;
+use caromfit::fit::{Fit, Options};
+use caromfit::io;
+use caromfit::measurement::dataset::{Before, Dataset, Joint, Shared};
+use caromfit::measurement::track::TrackShot;
+use caromfit::physics::collision::Coefficients;
 use caromfit::report::extracted;
-use caromfit::synth::{self, Spec};
-use caromfit::track::TrackShot;
+use caromfit::simulate;
+use caromfit::simulate::Spec;
+use caromfit::trajectory::scene::{LiftPrior, Scene};
 
 /// The direction of the line of centres goes through nx, ny and back; the minimum is found to some hundredths
 /// of a thousandth of a standard error either way.
@@ -46,7 +50,7 @@ enum Spins {
 fn extracted(folder: &Path, markers: usize, fit: &str, spins: Spins) -> Fit {
     let mut spec: Spec = toml::from_str(SPEC).unwrap();
     spec.camera.markers = markers;
-    let files = synth::generate(&spec).unwrap().into_iter().map(|(name, text)| match name {
+    let files = simulate::generate(&spec).unwrap().into_iter().map(|(name, text)| match name {
         "dataset.toml" if spins == Spins::Unknown => {
             let untold = text.replace("\"measured\"", "\"unknown\"").replace("shots = \"shots.csv\"", "");
             (name, format!("{untold}\n{fit}").into_bytes())
@@ -56,7 +60,7 @@ fn extracted(folder: &Path, markers: usize, fit: &str, spins: Spins) -> Fit {
     });
     let tracks = folder.join("tracks");
     write(&tracks, files);
-    let (dataset, shots, _) = with_impacts(dataset::load(&tracks).unwrap(), &|| ());
+    let (dataset, shots, _) = with_impacts(io::load(&tracks).unwrap(), &|| ());
     write(&folder.join("impacts"), extracted::files(&dataset, &shots));
     fit::fit(&dataset, &Options::default()).unwrap().remove(0)
 }
@@ -69,7 +73,7 @@ fn extract_and_fit_give_what_a_fit_of_the_tracks_gives() {
     {
         let folder = tempfile::tempdir().unwrap();
         let at_once = extracted(folder.path(), markers, settings, spins);
-        let impacts = dataset::load(&folder.path().join("impacts")).unwrap();
+        let impacts = io::load(&folder.path().join("impacts")).unwrap();
         let refitted = fit::fit(&impacts, &Options::default()).unwrap().remove(0);
         for (a, b) in at_once.estimates.iter().zip(&refitted.estimates) {
             let error = a.std_error.unwrap();
@@ -100,7 +104,7 @@ fn a_wrong_table_of_joint_errors_is_refused() {
         let line = line.unwrap_or_default();
         changed[2] = &line;
         std::fs::write(impacts.join("covariance.csv"), changed.join("\n")).unwrap();
-        let error = dataset::load(&impacts).unwrap_err().to_string();
+        let error = io::load(&impacts).unwrap_err().to_string();
         assert!(error.contains(expected), "{error}");
     };
     check(None, "covariance.csv: column quantity: no row of \"cue_vx\" for shot 1; expected one");
@@ -120,7 +124,7 @@ fn a_wrong_table_of_joint_errors_is_refused() {
         let sd = format!("{key}_sd");
         let without = toml.lines().filter(|line| !line.starts_with(&sd)).collect::<Vec<_>>().join("\n");
         std::fs::write(impacts.join("dataset.toml"), without).unwrap();
-        let error = dataset::load(&impacts).unwrap_err().to_string();
+        let error = io::load(&impacts).unwrap_err().to_string();
         let expected = format!("only one of {key} and {sd} in [impacts]; expected both or none");
         assert!(error.contains(&expected), "{error}");
     }
@@ -130,9 +134,9 @@ fn a_wrong_table_of_joint_errors_is_refused() {
 fn filmed() -> (Vec<TrackShot>, Dataset, Scene) {
     let spec: Spec = toml::from_str(SPEC).unwrap();
     let folder = tempfile::tempdir().unwrap();
-    let files = synth::generate(&spec).unwrap();
+    let files = simulate::generate(&spec).unwrap();
     write(folder.path(), files.into_iter().map(|(name, text)| (name, text.into_bytes())));
-    let dataset = dataset::load(folder.path()).unwrap();
+    let dataset = io::load(folder.path()).unwrap();
     let tracks = dataset.tracks.clone().unwrap().shots;
     let (dataset, _, scene) = with_impacts(dataset, &|| ());
     (tracks, dataset, scene)

@@ -5,7 +5,8 @@
 use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
 
-use caromfit::synth::{self, Spec};
+use caromfit::simulate;
+use caromfit::simulate::Spec;
 
 const SPEC: &str = r#"
 name = "large"
@@ -39,7 +40,7 @@ fn large_footage() {
     spec.shots.count = count;
     let folder = tempfile::tempdir().unwrap();
     let mut bytes = 0;
-    for (name, content) in synth::generate(&spec).unwrap() {
+    for (name, content) in simulate::generate(&spec).unwrap() {
         bytes += content.len();
         std::fs::write(folder.path().join(name), content).unwrap();
     }

@@ -2,13 +2,16 @@
 
 use std::process::Command;
 
-use caromfit::ball::Ball;
-use caromfit::collision::{Fidelity, Model};
-use caromfit::dataset::{self, Dataset};
-use caromfit::fit::{self, Depth, Falling, Fit, Options, Status};
-use caromfit::friction::Law;
-use caromfit::parameters::Parameter;
-use caromfit::synth::{self, Kind, Noise, Played, Shots, Spec, Truth};
+use caromfit::fit;
+use caromfit::fit::{Depth, Falling, Fit, Options, Status};
+use caromfit::io;
+use caromfit::measurement::dataset::Dataset;
+use caromfit::measurement::parameter::Parameter;
+use caromfit::physics::ball::Ball;
+use caromfit::physics::collision::{Fidelity, Model};
+use caromfit::physics::friction_law::Law;
+use caromfit::simulate;
+use caromfit::simulate::{Kind, Noise, Played, Shots, Spec, Truth};
 
 use crate::synthetic::{self, made_with};
 
@@ -175,7 +178,7 @@ fn the_other_law_is_among_the_models() {
 #[test]
 fn alciatores_throw_gives_a_falling_friction() {
     let path = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("data").join("alciatore-2006");
-    let mut dataset = dataset::load(&path).unwrap();
+    let mut dataset = io::load(&path).unwrap();
     dataset.by = None;
     let fit = fitted(dataset, false, &Options::default());
     let [a, b] = [Parameter::Mu, Parameter::B].map(|p| fit.estimates[p as usize]);
@@ -191,7 +194,7 @@ fn from_end_to_end() {
     let folder = tempfile::tempdir().unwrap();
     let law = Law::Exponential { b: B, c: C };
     let model = Model { law, ..Model::new(Fidelity::Full, Ball::POOL) };
-    for (name, content) in synth::generate_with(&spec(7, [0.5, 5.0]), &model).unwrap() {
+    for (name, content) in simulate::generate_with(&spec(7, [0.5, 5.0]), &model).unwrap() {
         std::fs::write(folder.path().join(name), content).unwrap();
     }
     let manifest = folder.path().join("dataset.toml");

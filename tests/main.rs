@@ -14,6 +14,7 @@ mod films;
 mod frames;
 mod friendly;
 mod hard;
+mod house;
 mod integrated;
 mod joint;
 mod large;

@@ -1,7 +1,7 @@
 //! What `optimise::minimise` promises: exact active bounds, linear constraints, regions where the
 //! residuals cannot be evaluated, dependent parameters, wrong use.
 use argmin::core::{Error, Jacobian, Operator};
-use caromfit::optimise::{
+use caromfit::numerics::least_squares::{
     Activity, Constraints, Linear, OptimiseError, Options, Solution, Termination, minimise,
 };
 use nalgebra::{DMatrix, DVector};

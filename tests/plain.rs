@@ -6,9 +6,9 @@
 
 use std::sync::LazyLock;
 
-use caromfit::ball::{Ball, BallState, Vec3};
-use caromfit::collision::{Coefficients, Outcome, Regime};
-use caromfit::contact::slip;
+use caromfit::physics::ball::{Ball, BallState, Vec3};
+use caromfit::physics::collision::{Coefficients, Outcome, Regime};
+use caromfit::physics::contact_frame::slip;
 
 /// Positive half of the 8-point Gauss–Legendre rule (Abramowitz & Stegun, Table 25.4).
 const GAUSS: [(f64, f64); 4] = [

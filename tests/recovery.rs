@@ -1,9 +1,11 @@
 //! Synthetic data with known parameters: estimates within their own error bars.
 
-use caromfit::dataset;
-use caromfit::fit::{self, Fit, Options, Status};
-use caromfit::parameters::Parameter;
-use caromfit::synth::{self, BallSpec, Kind, Noise, Played, Shots, Spec, Truth};
+use caromfit::fit;
+use caromfit::fit::{Fit, Options, Status};
+use caromfit::io;
+use caromfit::measurement::parameter::Parameter;
+use caromfit::simulate;
+use caromfit::simulate::{BallSpec, Kind, Noise, Played, Shots, Spec, Truth};
 
 use crate::extraction::count;
 
@@ -31,17 +33,17 @@ fn spec(kind: Kind, cue_spin: &[Played], seed: u64) -> Spec {
         },
         noise: Noise { velocity_m_s: 0.004, line_of_centres_deg: 0.05, spin_rad_s: 0.5, angle_deg: 0.2 },
         ball: BallSpec::default(),
-        camera: synth::Camera::default(),
-        cloth: synth::ClothSpec::default(),
+        camera: simulate::Camera::default(),
+        cloth: simulate::ClothSpec::default(),
     }
 }
 
 fn fitted(spec: &Spec) -> Fit {
     let folder = tempfile::tempdir().unwrap();
-    for (name, content) in synth::generate(spec).unwrap() {
+    for (name, content) in simulate::generate(spec).unwrap() {
         std::fs::write(folder.path().join(name), content).unwrap();
     }
-    let dataset = dataset::load(folder.path()).unwrap();
+    let dataset = io::load(folder.path()).unwrap();
     let mut fits = fit::fit(&dataset, &Options::default()).unwrap();
     assert_eq!(fits.len(), 1);
     fits.remove(0)

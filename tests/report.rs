@@ -8,11 +8,12 @@ use std::fs;
 use caromfit::fit::{
     Alternative, Bootstrap, Estimate, Fit, Influence, NoiseVerdict, Resampled, Residual, Robust,
 };
-use caromfit::loss::Loss;
-use caromfit::observable::{Axis, Observable};
-use caromfit::parameters::Parameter;
+use caromfit::measurement::loss::Loss;
+use caromfit::measurement::observable::{Axis, Observable};
+use caromfit::measurement::parameter::Parameter;
+use caromfit::report;
 use caromfit::report::content::Block;
-use caromfit::report::{self, csv, folder_name, group_folders, html, json, table, text, write};
+use caromfit::report::{csv, folder_name, group_folders, html, json, table, text, write};
 use serde_json::Value;
 
 use fits::{NAN, empty, exact, normal, restricted, synthetic};

@@ -1,13 +1,16 @@
 //! The least minimum is found, whatever the initial values: contacts that stick leave χ² flat in μ, and with several minima.
 
-use caromfit::collision::{Fidelity, Model};
-use caromfit::compare::{self, Quantity};
-use caromfit::dataset::{Before, Dataset, Spin};
-use caromfit::fit::{self, Depth, Estimate, Fit, Method, Options, Status};
-use caromfit::footage;
-use caromfit::friction::Law;
-use caromfit::parameters::{Parameter, Settings};
-use caromfit::synth::{Camera, Kind, Noise, Played, Shots, Spec, Truth};
+use caromfit::compare;
+use caromfit::compare::Quantity;
+use caromfit::fit;
+use caromfit::fit::footage;
+use caromfit::fit::{Depth, Estimate, Fit, Method, Options, Status};
+use caromfit::measurement::dataset::{Before, Dataset};
+use caromfit::measurement::parameter::{Parameter, Settings};
+use caromfit::measurement::spin::Spin;
+use caromfit::physics::collision::{Fidelity, Model};
+use caromfit::physics::friction_law::Law;
+use caromfit::simulate::{Camera, Kind, Noise, Played, Shots, Spec, Truth};
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rayon::prelude::*;
@@ -93,7 +96,7 @@ fn falling_friction_is_found_from_anywhere() {
     let usual = spec(Kind::Impacts, &[Played::Stun, Played::NaturalRoll, Played::Side], 60, 5);
     let truth = Truth { mu: 0.02, ..usual.truth };
     let shots = Shots { speed_m_s: [0.3, 6.0], ..usual.shots.clone() };
-    let model = Model { law, ..Model::new(Fidelity::Full, caromfit::ball::Ball::POOL) };
+    let model = Model { law, ..Model::new(Fidelity::Full, caromfit::physics::ball::Ball::POOL) };
     let mut dataset = made_with(&Spec { truth, shots, ..usual }, &model);
     dataset.settings.falls = true;
     for c_is_free in [false, true] {

@@ -2,14 +2,17 @@
 
 use std::path::{Path, PathBuf};
 
-use caromfit::baseline::{self, Tolerance};
-use caromfit::dataset::{self, Dataset};
-use caromfit::fit::{self, Depth, Estimate, Fit, Options, Status};
-use caromfit::footage::with_impacts;
-use caromfit::observable::Observable;
-use caromfit::parameters::Parameter;
+use caromfit::fit;
+use caromfit::fit::footage::with_impacts;
+use caromfit::fit::{Depth, Estimate, Fit, Options, Status};
+use caromfit::io;
+use caromfit::io::stored_fit;
+use caromfit::measurement::dataset::Dataset;
+use caromfit::measurement::observable::Observable;
+use caromfit::measurement::parameter::Parameter;
+use caromfit::report::regression;
+use caromfit::report::regression::Tolerance;
 use caromfit::report::{csv, json};
-use caromfit::stored;
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
@@ -32,7 +35,7 @@ fn folder(name: &str) -> PathBuf {
 }
 
 fn load(name: &str) -> Dataset {
-    with_impacts(dataset::load(&folder(name)).unwrap(), &|| ()).0
+    with_impacts(io::load(&folder(name)).unwrap(), &|| ()).0
 }
 
 fn estimate(fit: &Fit, parameter: Parameter) -> Estimate {
@@ -106,14 +109,14 @@ fn throws_beyond_sticking_are_said_to_be_so() {
 
 #[test]
 fn the_shipped_results_are_those_of_this_version() {
-    let stored = stored::read(&Path::new(env!("CARGO_MANIFEST_DIR")).join("fits")).unwrap();
+    let stored = stored_fit::read(&Path::new(env!("CARGO_MANIFEST_DIR")).join("fits")).unwrap();
     let mut compared = 0;
     for name in SHIPPED {
         // as "caromfit fit" does
         let options = Options { auto: true, ..Options::default() };
         for fit in fit::fit(&load(name), &options).unwrap() {
-            let shipped = baseline::find(&fit, &stored).unwrap();
-            let moved = baseline::moved(&fit, shipped, &Tolerance::default());
+            let shipped = regression::find(&fit, &stored).unwrap();
+            let moved = regression::moved(&fit, shipped, &Tolerance::default());
             assert_eq!(moved, [], "{name} {:?}", fit.group);
             compared += 1;
         }
@@ -138,7 +141,7 @@ fn stored_results_do_not_depend_on_roundings() {
     };
     let mut lines = 0;
     for name in SHIPPED {
-        let dataset = dataset::load(&folder(name)).unwrap();
+        let dataset = io::load(&folder(name)).unwrap();
         let mut other = dataset.clone();
         for shot in &mut other.shots {
             shot.after.iter_mut().for_each(|m| jogged(&mut m.measured.value, &mut random));
@@ -179,8 +182,8 @@ fn synthetic_tracks_give_what_they_were_made_of() {
 
 #[test]
 fn synthetic_tracks_are_made_again_by_their_spec() {
-    let spec = caromfit::synth::read(&folder("synthetic-natural-roll").join("spec.toml")).unwrap();
-    for (name, content) in caromfit::synth::generate(&spec).unwrap() {
+    let spec = caromfit::simulate::read(&folder("synthetic-natural-roll").join("spec.toml")).unwrap();
+    for (name, content) in caromfit::simulate::generate(&spec).unwrap() {
         let shipped = std::fs::read_to_string(folder("synthetic-natural-roll").join(name)).unwrap();
         // another machine's sine may round the last digit otherwise
         let cells = |text: &str| text.split([',', '\n']).map(str::to_string).collect::<Vec<_>>();

@@ -2,12 +2,12 @@
 
 use std::fs;
 
-use caromfit::ball::{Ball, BallState};
-use caromfit::collision::{Coefficients, Fidelity, Model};
-use caromfit::contact::{cloth_slip, cue_velocity};
-use caromfit::dataset;
-use caromfit::observable::Observable;
-use caromfit::predict::Plan;
+use caromfit::io;
+use caromfit::likelihood::prediction::Plan;
+use caromfit::measurement::observable::Observable;
+use caromfit::physics::ball::{Ball, BallState};
+use caromfit::physics::collision::{Coefficients, Fidelity, Model};
+use caromfit::physics::contact_frame::{cloth_slip, cue_velocity};
 
 const COEFFICIENTS: Coefficients = Coefficients { mu: 0.06, mu_s: 0.3, e: 0.94 };
 
@@ -22,7 +22,7 @@ fn predicted(cut_deg: f64) -> Vec<(Observable, f64)> {
     fs::write(folder.path().join("dataset.toml"), manifest).unwrap();
     let columns = "cut_deg,speed_m_s,throw_deg,cue_turn_deg,cue_turn_rolling_deg,object_angle_rolling_deg";
     fs::write(folder.path().join("a.csv"), format!("{columns}\n{cut_deg},2,0,0,0,0\n")).unwrap();
-    let dataset = dataset::load(folder.path()).unwrap();
+    let dataset = io::load(folder.path()).unwrap();
     let plan = Plan::new(&dataset.shots[0]).unwrap();
     let model = Model::new(Fidelity::Full, Ball::POOL);
     let prediction = plan.predict(&model, &COEFFICIENTS).unwrap();
@@ -80,7 +80,7 @@ fn errors_of_a_line_of_centres_are_those_of_its_components() {
         let (ny, nx) = direction.sin_cos();
         let row = format!("1,{nx},{ny},{},{},{nx},{ny},0.1,0,0.9,0\n", sigma * ny.abs(), sigma * nx.abs());
         fs::write(folder.path().join("a.csv"), format!("{head}{row}")).unwrap();
-        let dataset = dataset::load(folder.path()).unwrap();
+        let dataset = io::load(folder.path()).unwrap();
         let variance = Plan::new(&dataset.shots[0]).unwrap().variance_in()[0];
         assert!((variance / sigma.powi(2) - 1.0).abs() < ROUNDING, "{variance}");
     }

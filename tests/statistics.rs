@@ -2,17 +2,19 @@
 
 use std::path::Path;
 
-use caromfit::dataset::{self, Dataset};
-use caromfit::fit::{self, Depth, Fit, Options, Status};
-use caromfit::loss::Loss;
-use caromfit::parameters::Parameter;
-use caromfit::relation::Relation;
-use caromfit::synth::{Kind, Played};
+use caromfit::fit;
+use caromfit::fit::{Depth, Fit, Options, Status};
+use caromfit::io;
+use caromfit::measurement::dataset::Dataset;
+use caromfit::measurement::loss::Loss;
+use caromfit::measurement::parameter::Parameter;
+use caromfit::measurement::relation::Relation;
+use caromfit::simulate::{Kind, Played};
 
 use crate::synthetic::{made, spec};
 
 fn shipped(name: &str) -> Dataset {
-    dataset::load(&Path::new(env!("CARGO_MANIFEST_DIR")).join("data").join(name)).unwrap()
+    io::load(&Path::new(env!("CARGO_MANIFEST_DIR")).join("data").join(name)).unwrap()
 }
 
 fn fitted(dataset: &Dataset) -> Fit {
@@ -76,13 +78,13 @@ fn only_the_product_is_said_to_be_determined() {
     let setting = &mut dataset.settings[Parameter::E];
     (setting.initial, setting.fixed) = (0.94, true);
     for shot in &mut dataset.shots {
-        if let dataset::Before::Angle { cut, .. } = &mut shot.before {
+        if let io::Before::Angle { cut, .. } = &mut shot.before {
             cut.value = 0.0;
             cut.sd = None;
         }
-        shot.after.retain(|row| row.observable == caromfit::observable::Observable::ObjectSpeed);
+        shot.after.retain(|row| row.observable == caromfit::measurement::observable::Observable::ObjectSpeed);
     }
-    let options = Options { fidelity: caromfit::collision::Fidelity::Linear, ..Options::default() };
+    let options = Options { fidelity: caromfit::physics::collision::Fidelity::Linear, ..Options::default() };
     let fit = fit::fit(&dataset, &options).unwrap().remove(0);
     let worst = fit.diagnostics.identifiability.as_ref().unwrap().worst.clone().unwrap();
     assert!(worst.undetermined, "{worst:?}");

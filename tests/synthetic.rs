@@ -1,8 +1,10 @@
 //! Synthetic data sets for other tests.
 
-use caromfit::collision::Model;
-use caromfit::dataset::{self, Dataset};
-use caromfit::synth::{self, BadSpec, BallSpec, Camera, ClothSpec, Kind, Noise, Played, Shots, Spec, Truth};
+use caromfit::io;
+use caromfit::measurement::dataset::Dataset;
+use caromfit::physics::collision::Model;
+use caromfit::simulate;
+use caromfit::simulate::{BadSpec, BallSpec, Camera, ClothSpec, Kind, Noise, Played, Shots, Spec, Truth};
 
 /// Usual shots with usual values and, unless they are tracks, the noise of footage of 250 fps.
 pub fn spec(kind: Kind, cue_spin: &[Played], count: usize, seed: u64) -> Spec {
@@ -22,12 +24,12 @@ pub fn spec(kind: Kind, cue_spin: &[Played], count: usize, seed: u64) -> Spec {
 
 /// The data set that a specification makes.
 pub fn made(spec: &Spec) -> Dataset {
-    loaded(synth::generate(spec))
+    loaded(simulate::generate(spec))
 }
 
 /// With the collisions of a model.
 pub fn made_with(spec: &Spec, model: &Model) -> Dataset {
-    loaded(synth::generate_with(spec, model))
+    loaded(simulate::generate_with(spec, model))
 }
 
 fn loaded(files: Result<Vec<(&'static str, String)>, BadSpec>) -> Dataset {
@@ -35,5 +37,5 @@ fn loaded(files: Result<Vec<(&'static str, String)>, BadSpec>) -> Dataset {
     for (name, content) in files.unwrap() {
         std::fs::write(folder.path().join(name), content).unwrap();
     }
-    dataset::load(folder.path()).unwrap()
+    io::load(folder.path()).unwrap()
 }

@@ -2,8 +2,10 @@
 
 use std::fs;
 
-use caromfit::dataset::{self, Spin, Tracks};
-use caromfit::track::{Sample, TrackedBall};
+use caromfit::io;
+use caromfit::measurement::dataset::Tracks;
+use caromfit::measurement::spin::Spin;
+use caromfit::measurement::track::{Sample, TrackedBall};
 
 /// Loads files of these names and contents.
 fn load(settings: &str, files: &[(&str, &[u8])]) -> Result<Tracks, String> {
@@ -16,7 +18,7 @@ fn load(settings: &str, files: &[(&str, &[u8])]) -> Result<Tracks, String> {
     let manifest = format!("name = \"t\"\nkind = \"tracks\"\nfiles = {names:?}\n{spin}{settings}\n");
     fs::write(folder.path().join("dataset.toml"), manifest).unwrap();
     let prefix = format!("{}/", folder.path().display());
-    match dataset::load(folder.path()) {
+    match io::load(folder.path()) {
         Ok(dataset) => {
             let mut tracks = dataset.tracks.unwrap();
             for note in &mut tracks.notes {
@@ -352,7 +354,7 @@ fn no_spin_is_an_error() {
     fs::write(folder.path().join("a.csv"), "frame,ball,x,y\n0,cue,0,0\n0,object,1,0\n").unwrap();
     let manifest = "name = \"t\"\nkind = \"tracks\"\nfiles = [\"a.csv\"]\n[video]\ncapture_fps = 10\n";
     fs::write(folder.path().join("dataset.toml"), manifest).unwrap();
-    let error = dataset::load(folder.path()).err().unwrap().to_string();
+    let error = io::load(folder.path()).err().unwrap().to_string();
     assert!(error.contains("nothing says how the cue ball"), "{error}");
 }
 

@@ -5,8 +5,9 @@ use std::fmt::Write as _;
 use std::fs;
 use std::process::{Command, Output};
 
-use caromfit::synth::{self, Camera, Kind, Played, Shots, Spec, TrueImpact};
-use caromfit::track::{Sample, TrackShot};
+use caromfit::measurement::track::{Sample, TrackShot};
+use caromfit::simulate;
+use caromfit::simulate::{Camera, Kind, Played, Shots, Spec, TrueImpact};
 
 use crate::synthetic::spec;
 
@@ -20,7 +21,7 @@ fn film(count: usize, seed: u64, after_ms: f64) -> Vec<(TrackShot, TrueImpact)> 
         camera: Camera { after_ms, ..usual.camera },
         ..usual
     };
-    synth::filmed(&spec).unwrap()
+    simulate::filmed(&spec).unwrap()
 }
 
 fn table(shots: &[TrackShot]) -> String {

@@ -1,14 +1,16 @@
 //! What the library refuses of data sets that a program made, as the loader refuses it of files; and what it says where the
 //! data do not tell everything.
 
-use caromfit::compare::{self, CompareError};
-use caromfit::contact::CollisionFrame;
-use caromfit::dataset::{Before, Dataset};
-use caromfit::fit::{self, Depth, Fit, FitError, Options, Status};
-use caromfit::loss::Loss;
-use caromfit::parameters::{Parameter, Prior};
-use caromfit::relation::Relation;
-use caromfit::synth::{Kind, Played, Shots, Spec};
+use caromfit::compare;
+use caromfit::compare::CompareError;
+use caromfit::fit;
+use caromfit::fit::{Depth, Fit, FitError, Options, Status};
+use caromfit::measurement::dataset::{Before, Dataset};
+use caromfit::measurement::loss::Loss;
+use caromfit::measurement::parameter::{Parameter, Prior};
+use caromfit::measurement::relation::Relation;
+use caromfit::physics::contact_frame::CollisionFrame;
+use caromfit::simulate::{Kind, Played, Shots, Spec};
 
 use crate::synthetic::{made, spec};
 
@@ -84,7 +86,7 @@ fn a_forgotten_extraction_is_named() {
 
 #[test]
 fn a_line_of_centres_gives_a_frame_whatever_its_length() {
-    let v = caromfit::ball::Vec3::new(2.06, 0.0, 0.0);
+    let v = caromfit::physics::ball::Vec3::new(2.06, 0.0, 0.0);
     let frame = CollisionFrame::from_normal(0.058, 0.0).unwrap();
     assert!((frame.to_collision(v) - v).norm() < 1e-15);
     assert!(CollisionFrame::from_normal(0.0, 0.0).is_err());

@@ -3,9 +3,13 @@
 
 use std::path::Path;
 
-use caromfit::dataset::{self, Before, Dataset, Spin};
-use caromfit::fit::{self, Depth, Options};
-use caromfit::synth::{self, BallSpec, Camera, ClothSpec, Kind, Noise, Played, Shots, Spec, Truth};
+use caromfit::fit;
+use caromfit::fit::{Depth, Options};
+use caromfit::io;
+use caromfit::measurement::dataset::{Before, Dataset};
+use caromfit::measurement::spin::Spin;
+use caromfit::simulate;
+use caromfit::simulate::{BallSpec, Camera, ClothSpec, Kind, Noise, Played, Shots, Spec, Truth};
 
 use crate::extraction::count;
 
@@ -40,10 +44,10 @@ fn made(seed: u64, count: usize, played: &[Played], noise: Noise, cut_deg: [f64;
         cloth: ClothSpec::default(),
     };
     let folder = tempfile::tempdir().unwrap();
-    for (name, content) in synth::generate(&spec).unwrap() {
+    for (name, content) in simulate::generate(&spec).unwrap() {
         std::fs::write(folder.path().join(name), content).unwrap();
     }
-    dataset::load(folder.path()).unwrap()
+    io::load(folder.path()).unwrap()
 }
 
 /// As if the state before the impact were exact.
@@ -117,7 +121,7 @@ fn the_minimum_is_that_of_all_inputs_and_parameters_at_once() {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/reference/odr");
     let expected = std::fs::read_to_string(folder.join("minimum.json")).unwrap();
     let expected: serde_json::Value = serde_json::from_str(&expected).unwrap();
-    let dataset = dataset::load(&folder).unwrap();
+    let dataset = io::load(&folder).unwrap();
     let fit =
         fit::fit(&dataset, &Options { depth: Depth::Estimates, ..Options::default() }).unwrap().remove(0);
     assert!(fit.converged, "{}", fit.termination);

@@ -2,15 +2,19 @@
 
 use std::path::PathBuf;
 
-use caromfit::accuracy::{self, Shot};
-use caromfit::ball::Ball;
-use caromfit::bias;
-use caromfit::collision::{Coefficients, Fidelity, Model};
-use caromfit::dataset::{self, Dataset};
-use caromfit::footage::with_impacts;
-use caromfit::parameters::Parameter;
-use caromfit::predict::Plan;
-use caromfit::report::{self, plot::precision, write};
+use caromfit::fit::footage::with_impacts;
+use caromfit::io;
+use caromfit::likelihood::prediction::Plan;
+use caromfit::measurement::dataset::Dataset;
+use caromfit::measurement::parameter::Parameter;
+use caromfit::physics::ball::Ball;
+use caromfit::physics::collision::{Coefficients, Fidelity, Model};
+use caromfit::report;
+use caromfit::report::plot::precision;
+use caromfit::report::write;
+use caromfit::studies::accuracy;
+use caromfit::studies::accuracy::Shot;
+use caromfit::studies::bias;
 
 use super::progress::Progress;
 use super::{Failure, print};
@@ -72,12 +76,12 @@ pub fn run(args: &Args) -> Result<(), Failure> {
 }
 
 fn of_dataset(path: &std::path::Path) -> Result<(Dataset, Vec<Shot>, usize), Failure> {
-    let loaded = dataset::load(path).map_err(Failure::input)?;
+    let loaded = io::load(path).map_err(Failure::input)?;
     let (dataset, ..) = with_impacts(loaded, &|| {});
     let [mu, mu_s, e] = Parameter::COEFFICIENTS.map(|parameter| dataset.settings[parameter].initial);
     let coefficients = Coefficients { mu, mu_s, e };
     let model = Model::new(Fidelity::Full, dataset.ball);
-    let shot = |shot: &dataset::Shot| {
+    let shot = |shot: &io::Shot| {
         let cue = Plan::new(shot).ok()?.cue(&model, &coefficients).ok()?;
         Some(Shot { cue, coefficients })
     };

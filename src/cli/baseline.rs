@@ -2,10 +2,12 @@
 
 use std::path::{Path, PathBuf};
 
-use caromfit::baseline::{self, Moved, Tolerance};
 use caromfit::fit::Fit;
+use caromfit::io::stored_fit;
+use caromfit::io::stored_fit::StoredFit;
 use caromfit::report;
-use caromfit::stored::{self, StoredFit};
+use caromfit::report::regression;
+use caromfit::report::regression::{Moved, Tolerance};
 
 use super::Failure;
 
@@ -17,7 +19,7 @@ pub struct Baseline {
 
 impl Baseline {
     pub fn read(path: &Path) -> Result<Self, Failure> {
-        let stored = stored::read(path).map_err(Failure::input)?;
+        let stored = stored_fit::read(path).map_err(Failure::input)?;
         Ok(Self { path: path.to_path_buf(), stored })
     }
 
@@ -30,13 +32,13 @@ impl Baseline {
         let mut all = Vec::new();
         for fit in fits {
             let title = report::title(fit);
-            let Some(stored) = baseline::find(fit, &self.stored) else {
+            let Some(stored) = regression::find(fit, &self.stored) else {
                 return Err(Failure::input(format!(
                     "{}: holds no fit of {title}; expected one to compare with",
                     self.path.display()
                 )));
             };
-            let moved = baseline::moved(fit, stored, tolerance);
+            let moved = regression::moved(fit, stored, tolerance);
             all.extend(moved.into_iter().map(|moved| (title.clone(), moved)));
         }
         Ok(all)
@@ -56,5 +58,8 @@ pub fn tolerance(text: &str) -> Result<Tolerance, String> {
 }
 
 pub fn table(moved: &[(String, Moved)]) -> String {
-    format!("the fit is no longer that of the baseline:\n{}", report::moved::render(moved).trim_end())
+    format!(
+        "the fit is no longer that of the baseline:\n{}",
+        report::regression_table::render(moved).trim_end()
+    )
 }

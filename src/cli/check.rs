@@ -2,10 +2,11 @@
 
 use std::path::PathBuf;
 
-use caromfit::check;
-use caromfit::footage::with_impacts;
+use caromfit::fit::check;
+use caromfit::fit::footage::with_impacts;
 
-use super::progress::{self, Progress};
+use super::progress;
+use super::progress::Progress;
 use super::{Failure, print};
 
 /// Loads data sets, finds the impacts of footage, and says everything that is wrong or suspicious, without fitting

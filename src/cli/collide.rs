@@ -2,12 +2,16 @@
 
 use std::path::{Path, PathBuf};
 
-use caromfit::ball::{Ball, BallState, Vec3};
-use caromfit::cases::{self, BadCase, Case, Computed};
-use caromfit::cloth::Cloth;
-use caromfit::collision::{ClothTorque, Effects, Fidelity, MIN_TOLERANCE, Model, NotACollision, Outcome};
-use caromfit::effects::{self, Choice, Compared, Estimate};
-use caromfit::friction::Law;
+use caromfit::io::cases;
+use caromfit::io::cases::{BadCase, Case, Computed};
+use caromfit::physics::ball::{Ball, BallState, Vec3};
+use caromfit::physics::cloth_motion::Cloth;
+use caromfit::physics::collision::{
+    ClothTorque, Effects, Fidelity, MIN_TOLERANCE, Model, NotACollision, Outcome,
+};
+use caromfit::physics::effect_sizes;
+use caromfit::physics::effect_sizes::{Choice, Compared, Estimate};
+use caromfit::physics::friction_law::Law;
 use serde_json::json;
 
 use super::{Failure, FidelityArg, print};
@@ -85,10 +89,10 @@ fn parse_spin(text: &str) -> Result<Vec3, String> {
 
 pub fn run(args: &Args) -> Result<(), Failure> {
     let torque = if args.as_printed { ClothTorque::AsPrinted } else { ClothTorque::Corrected };
-    let fidelity = args.fidelity.0.or_else(|| args.effects.map(effects::cheapest));
+    let fidelity = args.fidelity.0.or_else(|| args.effects.map(effect_sizes::cheapest));
     let given = |radius| {
         let model = Model::new(fidelity.unwrap_or(Fidelity::Contact), Ball { radius, ..Ball::POOL });
-        let within = args.tolerance.map_or(effects::TOLERANCE, |tolerance| tolerance);
+        let within = args.tolerance.map_or(effect_sizes::TOLERANCE, |tolerance| tolerance);
         // integration must not add to what is left out
         let tolerance = match fidelity {
             Some(_) => args.tolerance.unwrap_or(Model::TOLERANCE),
@@ -104,10 +108,10 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         }
     };
     let explain = |case: &Case| -> Result<Choice, BadCase> {
-        let within = args.tolerance.unwrap_or(effects::TOLERANCE);
+        let within = args.tolerance.unwrap_or(effect_sizes::TOLERANCE);
         let (cue, coefficients) = case.before()?;
         let model = given(case.radius);
-        Ok(effects::choose(&model, &cue, &coefficients, within, Compared::Everything)?)
+        Ok(effect_sizes::choose(&model, &cue, &coefficients, within, Compared::Everything)?)
     };
     let model = |case: &Case| -> Result<Model, BadCase> {
         let model = given(case.radius);
@@ -144,9 +148,10 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     };
     let afterwards = |case: &Case, model: &Model, outcome: &Outcome| -> Result<[Estimate; 3], Failure> {
         let (cue, _) = case.before().map_err(Failure::input)?;
-        let within = if fidelity.is_none() { args.tolerance } else { None }.unwrap_or(effects::TOLERANCE);
+        let within =
+            if fidelity.is_none() { args.tolerance } else { None }.unwrap_or(effect_sizes::TOLERANCE);
         let cloth = Cloth { sliding: model.mu_k, ..Cloth::default() };
-        Ok(effects::motion(model, &cue, outcome, &cloth, effects::FOLLOWED, within))
+        Ok(effect_sizes::motion(model, &cue, outcome, &cloth, effect_sizes::FOLLOWED, within))
     };
     let file = args.cases.as_deref().unwrap_or(Path::new(""));
     let failed: Vec<String> = collided
@@ -180,7 +185,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
             if let Some(estimates) = explained(case, model)? {
                 let motion = afterwards(case, model, outcome)?;
                 effects = effects_table("effect", &estimates)
-                    + &effects_table(&format!("in {} s afterwards", effects::FOLLOWED), &motion);
+                    + &effects_table(&format!("in {} s afterwards", effect_sizes::FOLLOWED), &motion);
             }
             tables.push(table(&case.name, model.fidelity.name(), outcome) + &effects);
         }

@@ -3,13 +3,16 @@
 use std::cell::Cell;
 use std::path::PathBuf;
 
-use caromfit::collision::Fidelity;
-use caromfit::compare::{self, Options, Quantity};
-use caromfit::footage::{self, with_impacts};
-use caromfit::loss::Loss;
+use caromfit::compare;
+use caromfit::compare::{Options, Quantity};
+use caromfit::fit::footage;
+use caromfit::fit::footage::with_impacts;
+use caromfit::measurement::loss::Loss;
+use caromfit::physics::collision::Fidelity;
 use caromfit::report::{compare as report, write};
 
-use super::progress::{self, Progress};
+use super::progress;
+use super::progress::Progress;
 use super::{Failure, FidelityArg, print};
 
 /// One joint fit of several data sets, or of the labels of one whose [fit] by names a column: which parameters differ,

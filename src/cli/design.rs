@@ -2,8 +2,9 @@
 
 use std::path::PathBuf;
 
-use caromfit::design::{self, Expected};
-use caromfit::parameters::Parameter;
+use caromfit::design;
+use caromfit::design::Expected;
+use caromfit::measurement::parameter::Parameter;
 use caromfit::report::{design as report, write};
 
 use super::{Failure, print};

@@ -2,8 +2,9 @@
 
 use std::path::PathBuf;
 
-use caromfit::export::{self, Target};
-use caromfit::stored;
+use caromfit::io::stored_fit;
+use caromfit::report::export;
+use caromfit::report::export::Target;
 
 use super::{Failure, print};
 
@@ -23,7 +24,7 @@ pub struct Args {
 }
 
 pub fn run(args: &Args) -> Result<(), Failure> {
-    let fits = stored::read(&args.fit).map_err(Failure::input)?;
+    let fits = stored_fit::read(&args.fit).map_err(Failure::input)?;
     let [fit] = fits.as_slice() else {
         return Err(Failure::input(format!(
             "{}: holds {} fits; expected one: name the folder of a label",

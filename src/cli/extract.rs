@@ -2,11 +2,12 @@
 
 use std::path::{Path, PathBuf};
 
-use caromfit::dataset::Dataset;
-use caromfit::footage::{with_discs, with_impacts};
+use caromfit::fit::footage::{with_discs, with_impacts};
+use caromfit::measurement::dataset::Dataset;
 use caromfit::report::{ReportError, discs, extracted, write};
 
-use super::progress::{self, Progress};
+use super::progress;
+use super::progress::Progress;
 use super::{Failure, print};
 
 /// Finds the impact of every shot and writes OUT/NAME/: a data set of kind "impacts" with uncertainties
@@ -114,6 +115,6 @@ fn extract(
     Ok(Done { dataset, shots: shots.len(), lines: said })
 }
 
-fn name(shot: &caromfit::track::TrackShot) -> &str {
+fn name(shot: &caromfit::measurement::track::TrackShot) -> &str {
     &shot.name
 }

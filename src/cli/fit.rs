@@ -2,19 +2,24 @@
 
 use std::path::{Path, PathBuf};
 
-use caromfit::baseline::Tolerance;
-use caromfit::collision::{Effects, Fidelity, Model};
-use caromfit::effects;
-use caromfit::fit::{self, Depth, Falling, Fit, Method, Options};
-use caromfit::footage::{self, with_impacts};
-use caromfit::friction::Law;
-use caromfit::impact::{Impact, Scene};
-use caromfit::loss::Loss;
+use caromfit::extraction::Impact;
+use caromfit::fit;
+use caromfit::fit::footage;
+use caromfit::fit::footage::with_impacts;
+use caromfit::fit::{Depth, Falling, Fit, Method, Options};
+use caromfit::measurement::loss::Loss;
+use caromfit::measurement::track::TrackShot;
+use caromfit::physics::collision::{Effects, Fidelity, Model};
+use caromfit::physics::effect_sizes;
+use caromfit::physics::friction_law::Law;
 use caromfit::report;
-use caromfit::track::TrackShot;
+use caromfit::report::regression::Tolerance;
+use caromfit::trajectory::scene::Scene;
 
-use super::baseline::{self, Baseline};
-use super::progress::{self, Progress};
+use super::baseline;
+use super::baseline::Baseline;
+use super::progress;
+use super::progress::Progress;
 use super::{Failure, FidelityArg, print};
 
 /// The report in the folder of a fit.
@@ -113,7 +118,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     // All input is checked before anything is written.
     let datasets = progress::load_all(&args.datasets)?;
     let baseline = args.baseline.as_deref().map(Baseline::read).transpose()?;
-    let fidelity = args.fidelity.0.or_else(|| args.effects.map(effects::cheapest));
+    let fidelity = args.fidelity.0.or_else(|| args.effects.map(effect_sizes::cheapest));
     let options = Options {
         fidelity: fidelity.unwrap_or(Fidelity::Full),
         auto: fidelity.is_none(),

@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use caromfit::init;
+use caromfit::io::draft;
 use caromfit::report::write;
 
 use super::{Failure, print};
@@ -21,7 +21,7 @@ pub struct Args {
 }
 
 pub fn run(args: &Args) -> Result<(), Failure> {
-    let draft = init::draft(&args.files).map_err(Failure::input)?;
+    let draft = draft::draft(&args.files).map_err(Failure::input)?;
     if args.stdout {
         return print(&draft.text);
     }

@@ -17,9 +17,9 @@ mod synth;
 
 use std::process::ExitCode;
 
-use caromfit::collision::{Effects, Fidelity, MAX_TOLERANCE, MIN_TOLERANCE};
-use caromfit::friction::Law;
-use caromfit::loss::Loss;
+use caromfit::measurement::loss::Loss;
+use caromfit::physics::collision::{Effects, Fidelity, MAX_TOLERANCE, MIN_TOLERANCE};
+use caromfit::physics::friction_law::Law;
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 use clap::{Parser, Subcommand, ValueEnum};
 

@@ -4,7 +4,9 @@ use std::io::IsTerminal;
 use std::thread;
 use std::time::Duration;
 
-use caromfit::dataset::{self, Dataset, DatasetError};
+use caromfit::io;
+use caromfit::io::DatasetError;
+use caromfit::measurement::dataset::Dataset;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 
 use super::Failure;
@@ -73,7 +75,7 @@ pub fn load(paths: &[std::path::PathBuf]) -> (Vec<Dataset>, Vec<DatasetError>) {
     let (mut datasets, mut wrong) = (Vec::new(), Vec::new());
     for path in paths {
         progress.step(&format!("reading {}", path.display()));
-        match dataset::load(path) {
+        match io::load(path) {
             Ok(dataset) => datasets.push(dataset),
             Err(error) => wrong.push(error),
         }

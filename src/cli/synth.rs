@@ -2,11 +2,11 @@
 
 use std::path::PathBuf;
 
-use caromfit::ball::Ball;
-use caromfit::collision::Model;
-use caromfit::friction::Law;
+use caromfit::physics::ball::Ball;
+use caromfit::physics::collision::Model;
+use caromfit::physics::friction_law::Law;
 use caromfit::report::write;
-use caromfit::synth;
+use caromfit::simulate;
 
 use super::{Failure, FidelityArg, print};
 
@@ -73,12 +73,12 @@ pub struct Args {
 }
 
 pub fn run(args: &Args) -> Result<(), Failure> {
-    let spec = synth::read(&args.spec).map_err(Failure::input)?;
+    let spec = simulate::read(&args.spec).map_err(Failure::input)?;
     let fidelity =
         args.fidelity.0.ok_or_else(|| Failure::input("--fidelity auto: expected one for all shots"))?;
     let law = args.falling.unwrap_or_default();
     let model = Model { tolerance: args.tolerance, law, ..Model::new(fidelity, Ball::POOL) };
-    let files = synth::generate_with(&spec, &model)
+    let files = simulate::generate_with(&spec, &model)
         .map_err(|error| Failure::input(format!("{}: {error}", args.spec.display())))?;
     let files: Vec<_> = files.into_iter().map(|(name, text)| (name, text.into_bytes())).collect();
     write::write_files(&files, &args.out).map_err(Failure::work)?;

@@ -1,10 +1,10 @@
 //! A difference of a parameter in words that a player understands: what one usual shot does otherwise.
 
 use super::{Comparison, Quantity};
-use crate::ball::{Ball, BallState};
-use crate::collision::{Coefficients, Fidelity, Model, Outcome};
-use crate::contact::cue_velocity;
-use crate::parameters::Parameter;
+use crate::measurement::parameter::Parameter;
+use crate::physics::ball::{Ball, BallState};
+use crate::physics::collision::{Coefficients, Fidelity, Model, Outcome};
+use crate::physics::contact_frame::cue_velocity;
 
 /// Of the shots that are compared: a firm shot, m/s.
 const SPEED: f64 = 2.0;

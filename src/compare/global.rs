@@ -6,9 +6,9 @@ use super::layout::Layout;
 use super::{CompareError, Sample};
 use crate::fit::global::{friction_axis, promising, thinned};
 use crate::fit::search::Effort;
-use crate::optimise::scan;
-use crate::parameters::{Parameter, Setting};
-use crate::values::Values;
+use crate::measurement::parameter::{Parameter, Setting};
+use crate::measurement::values::Values;
+use crate::numerics::least_squares::scan;
 
 /// The least minimum; each sample's μ may have several places to be descended from.
 pub(super) fn solve_all(

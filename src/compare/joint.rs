@@ -5,15 +5,16 @@ use nalgebra::{DMatrix, DVector};
 
 use super::layout::{Layout, Tie};
 use super::{CompareError, Sample, noise};
-use crate::collision::Coefficients;
 use crate::fit::robust::{Losses, Part, Sandwich, distances};
 use crate::fit::search::Effort;
 use crate::fit::uncertainty::open_directions;
-use crate::loss::Loss;
-use crate::optimise::{self, Activity};
-use crate::parameters::Parameter;
-use crate::residuals::Problem;
-use crate::whitening::{At, EstimatedSd, Hold, Whitening, covariance};
+use crate::likelihood::problem::Problem;
+use crate::likelihood::whitening::{At, EstimatedSd, Hold, Whitening, covariance};
+use crate::measurement::loss::Loss;
+use crate::measurement::parameter::Parameter;
+use crate::numerics::least_squares;
+use crate::numerics::least_squares::Activity;
+use crate::physics::collision::Coefficients;
 
 /// Weights rest when no estimated standard deviation and no parameter moves by more than this part.
 const AT_REST: f64 = 1e-9;
@@ -230,7 +231,7 @@ pub(super) fn solve(
             })
             .collect();
         let joint = Joint { problems, columns: columns.clone(), count: total };
-        let solution = optimise::minimise(joint, &x, &constraints, &effort.options)?;
+        let solution = least_squares::minimise(joint, &x, &constraints, &effort.options)?;
         let mut moved = (&solution.x - &x).amax();
         x = solution.x.clone();
         let used = shot_weights.clone();

@@ -3,11 +3,11 @@
 use nalgebra::DVector;
 
 use super::{CompareError, Sample};
-use crate::collision::Coefficients;
-use crate::optimise::{Constraints, Linear};
-use crate::parameters::{Parameter, Settings};
-use crate::relation::Sense;
-use crate::values::Values;
+use crate::measurement::parameter::{Parameter, Settings};
+use crate::measurement::relation::Sense;
+use crate::measurement::values::Values;
+use crate::numerics::least_squares::{Constraints, Linear};
+use crate::physics::collision::Coefficients;
 
 /// Which unknown a sample's parameter is; `None`: held at its initial value.
 pub(super) type Columns = [Option<usize>; Parameter::COEFFICIENTS.len()];

@@ -10,8 +10,8 @@
 //!
 //! - Holm, S. (1979). A simple sequentially rejective multiple test procedure. Scand. J. Stat. 6, 65–70.
 
-mod choice;
 mod effect;
+mod fidelity_choice;
 mod global;
 mod joint;
 mod layout;
@@ -19,19 +19,19 @@ mod noise;
 mod run;
 mod sample;
 mod sliding;
-mod told;
+mod uninformed;
 mod verdict;
 
 pub use effect::effect;
 
 use sample::{Sample, gather, label_of_datasets};
 
-use crate::ball::Ball;
-use crate::collision::Fidelity;
-use crate::dataset::Dataset;
 use crate::fit::{Computed, Rejected, Residual};
-use crate::loss::Loss;
-use crate::parameters::Parameter;
+use crate::measurement::dataset::Dataset;
+use crate::measurement::loss::Loss;
+use crate::measurement::parameter::Parameter;
+use crate::physics::ball::Ball;
+use crate::physics::collision::Fidelity;
 
 /// What is compared: a parameter of the fit, or the cloth's sliding friction.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -142,7 +142,7 @@ pub enum CompareError {
     )]
     MixedNoise { label: String, column: &'static str },
     #[error(transparent)]
-    Optimise(#[from] crate::optimise::OptimiseError),
+    Optimise(#[from] crate::numerics::least_squares::OptimiseError),
 }
 
 /// The result: a value, which `report` renders.

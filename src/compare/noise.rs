@@ -3,9 +3,9 @@
 use super::Sample;
 use super::layout::Layout;
 use crate::fit::robust::Losses;
-use crate::observable::Observable;
-use crate::predict::difference;
-use crate::whitening::{EstimatedSd, Whitening};
+use crate::likelihood::prediction::difference;
+use crate::likelihood::whitening::{EstimatedSd, Whitening};
+use crate::measurement::observable::Observable;
 
 /// An estimated standard deviation below this part of its value is an exact fit.
 const EXACT: f64 = 1e-9;

@@ -2,11 +2,12 @@
 
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 
-use super::choice::{self, Question};
+use super::fidelity_choice;
+use super::fidelity_choice::Question;
 use super::global::solve_all;
 use super::joint::{Solved, Weights, solve};
 use super::layout::Layout;
-use super::told::{AllSay, Held, Says, Settled, check_room, column_of, layout, settle};
+use super::uninformed::{AllSay, Held, Says, Settled, check_room, column_of, layout, settle};
 use super::verdict::{Tests, wald};
 use super::{
     CompareError, Compared, Comparison, Difference, LabelResidual, LikelihoodRatio, Quantity, Robust, Sample,
@@ -14,10 +15,10 @@ use super::{
 };
 use crate::fit::search::Effort;
 use crate::fit::{Computed, Residual, computed};
-use crate::loss::Loss;
-use crate::parameters::Parameter;
-use crate::predict::difference;
-use crate::whitening::covariance;
+use crate::likelihood::prediction::difference;
+use crate::likelihood::whitening::covariance;
+use crate::measurement::loss::Loss;
+use crate::measurement::parameter::Parameter;
 
 /// What shots are computed with, the joint fit, and a test of each parameter.
 pub(super) const STAGES: usize = 2 + Parameter::COEFFICIENTS.len();
@@ -39,8 +40,8 @@ pub(super) fn run(
     let integrated = samples.first().is_some_and(|sample| sample.model.closed().is_some());
     let fidelity = samples.first().map_or("", |sample| sample.model.fidelity.name());
     let refused = match (auto, integrated) {
-        (true, _) => choice::choose(&mut samples, question)?,
-        (false, true) => choice::integrate(&mut samples, question).map(|()| None)?,
+        (true, _) => fidelity_choice::choose(&mut samples, question)?,
+        (false, true) => fidelity_choice::integrate(&mut samples, question).map(|()| None)?,
         (false, false) => None,
     };
     let computed = count(&samples);

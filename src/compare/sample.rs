@@ -1,15 +1,15 @@
 //! Data sets → samples, each with the label that it is told apart by.
 
 use super::SampleSummary;
-use crate::collision::{Coefficients, Fidelity, Model};
-use crate::dataset::{Dataset, Shared, Shot};
 use crate::fit::Rejected;
-use crate::loss::Loss;
-use crate::parameters::Settings;
-use crate::predict::Plan;
-use crate::relation::Relation;
-use crate::residuals::Fitted;
-use crate::values::Values;
+use crate::likelihood::fitted::Fitted;
+use crate::likelihood::prediction::Plan;
+use crate::measurement::dataset::{Dataset, Shared, Shot};
+use crate::measurement::loss::Loss;
+use crate::measurement::parameter::Settings;
+use crate::measurement::relation::Relation;
+use crate::measurement::values::Values;
+use crate::physics::collision::{Coefficients, Fidelity, Model};
 
 /// The shots of one data set, or of one label of its `[fit] by`.
 #[derive(Clone, Debug)]

@@ -2,7 +2,7 @@
 
 use super::verdict::Tests;
 use super::{Compared, Comparison, LikelihoodRatio, Quantity, TestKind, Value};
-use crate::dataset::{Dataset, Measured};
+use crate::measurement::dataset::{Dataset, Measured};
 
 /// μ_k is found shot by shot, when the impacts are: values of data sets of one label are averaged by their
 /// errors, and differences are of independent numbers.

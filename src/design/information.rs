@@ -5,13 +5,16 @@ use nalgebra::{DMatrix, SMatrix, SymmetricEigen};
 use rayon::prelude::*;
 
 use super::{Expected, PlayedKind, SpinFrom};
-use crate::ball::{BallState, Vec3};
-use crate::collision::{Corrected, Fidelity, Model, NotACollision};
-use crate::contact::cue_velocity;
-use crate::dataset::Spin;
-use crate::impact::film::{CLOTH, Film, Known, SHARED};
-use crate::impact::{self, Rotation, Rotations, Scene};
-use crate::synth::{self, TrueImpact};
+use crate::extraction;
+use crate::extraction::{Rotation, Rotations};
+use crate::likelihood::frames::{CLOTH, Film, Known, SHARED};
+use crate::measurement::spin::Spin;
+use crate::physics::ball::{BallState, Vec3};
+use crate::physics::collision::{Corrected, Fidelity, Model, NotACollision};
+use crate::physics::contact_frame::cue_velocity;
+use crate::simulate;
+use crate::simulate::TrueImpact;
+use crate::trajectory::scene::Scene;
 
 /// By μ, μ_s, e, μ_k, μ_r.
 pub type Information = SMatrix<f64, SHARED, SHARED>;
@@ -99,9 +102,9 @@ pub fn shown_by_markers(expected: &Expected, kind: &PlayedKind) -> Result<Option
             let Expected { coefficients, ball, cloth, camera, .. } = expected;
             let phase = spread(kind, i).phase;
             let (track, _) =
-                synth::noise_free(&model, coefficients, (camera, cloth), &cue, (phase, &places(i)))?;
+                simulate::noise_free(&model, coefficients, (camera, cloth), &cue, (phase, &places(i)))?;
             let scene = Scene { cloth: (*cloth).into(), ..Scene::new(*ball) };
-            Ok(impact::extract(&track, &scene).ok().and_then(|impact| impact.rotations))
+            Ok(extraction::extract(&track, &scene).ok().and_then(|impact| impact.rotations))
         })
         .collect();
     let extracted = extracted?;
@@ -115,7 +118,7 @@ pub fn shown_by_markers(expected: &Expected, kind: &PlayedKind) -> Result<Option
 }
 
 /// Where the markers of the i-th shot sit at the impact, on the cue ball and on the object ball: on the upper quarter of
-/// the ball, evenly spread over all shots, as [`crate::synth`] draws them.
+/// the ball, evenly spread over all shots, as [`crate::simulate`] draws them.
 fn places(i: usize) -> [Vec<Vec3>; 2] {
     /// Powers of 1/g, g³ = g + 1: they fill two dimensions evenly.
     const STEPS: [f64; 2] = [0.754_877_666_246_692_7, 0.569_840_290_998_053_2];
@@ -173,7 +176,7 @@ fn of_shot(expected: &Expected, kind: &PlayedKind, shot: Shot) -> Result<Option<
     let Expected { coefficients, ball, cloth, camera, .. } = expected;
     let (cue, model) = played(expected, kind, shot);
     let unmarked = (shot.phase, &[Vec::new(), Vec::new()]);
-    let (track, truth) = synth::noise_free(&model, coefficients, (camera, cloth), &cue, unmarked)?;
+    let (track, truth) = simulate::noise_free(&model, coefficients, (camera, cloth), &cue, unmarked)?;
     let scene = Scene { cloth: (*cloth).into(), ..Scene::new(*ball) };
     let film = film(&track, &truth, kind, shot.topspin, &scene);
     let shared = [coefficients.mu, coefficients.mu_s, coefficients.e, cloth.mu_k, cloth.mu_r];
@@ -183,7 +186,7 @@ fn of_shot(expected: &Expected, kind: &PlayedKind, shot: Shot) -> Result<Option<
 }
 
 fn film(
-    track: &crate::track::TrackShot,
+    track: &crate::measurement::track::TrackShot,
     truth: &TrueImpact,
     kind: &PlayedKind,
     topspin: f64,

@@ -1,8 +1,8 @@
 //! The design of an experiment: which cut angles, speeds and spins tell μ, μ_s and e, what standard errors so many
 //! shots give, and how many a wanted standard error needs.
 //!
-//! A kind of shot is filmed without noise by the forward chain of [`crate::synth`], and its reduced Fisher information
-//! taken as a joint fit of frames takes it ([`crate::impact::film`]). That of N shots is N times the mean, to which
+//! A kind of shot is filmed without noise by the forward chain of [`crate::simulate`], and its reduced Fisher information
+//! taken as a joint fit of frames takes it ([`crate::likelihood::frames`]). That of N shots is N times the mean, to which
 //! what is known of the cloth is added; the inverse is the Cramér–Rao bound, which such fits reach.
 
 pub mod information;
@@ -12,11 +12,11 @@ mod words;
 
 use statrs::distribution::{ContinuousCDF, Normal};
 
-use crate::ball::Ball;
-use crate::collision::{Coefficients, NotACollision};
-use crate::impact::MOST_FRAMES;
-use crate::parameters::Parameter;
-use crate::synth::{Camera, ClothSpec};
+use crate::extraction::MOST_FRAMES;
+use crate::measurement::parameter::Parameter;
+use crate::physics::ball::Ball;
+use crate::physics::collision::{Coefficients, NotACollision};
+use crate::simulate::{Camera, ClothSpec};
 use information::{Average, Information};
 
 pub use plan::Mixture;

@@ -6,12 +6,13 @@ use serde::Deserialize;
 use toml::Spanned;
 
 use super::{Expected, PlayedKind, SpinFrom};
-use crate::ball::Ball;
-use crate::dataset::DatasetError;
-use crate::dataset::error::Problems;
-use crate::dataset::toml_file::{self, Check, Condition, POSITIVE, Source};
-use crate::parameters::Parameter;
-use crate::synth::{Camera, ClothSpec, MOST_FRAMES, MOST_SHOTS};
+use crate::io::DatasetError;
+use crate::io::error::Problems;
+use crate::io::toml_file;
+use crate::io::toml_file::{Check, Condition, POSITIVE, Source};
+use crate::measurement::parameter::Parameter;
+use crate::physics::ball::Ball;
+use crate::simulate::{Camera, ClothSpec, MOST_FRAMES, MOST_SHOTS};
 
 /// Frames that an extraction needs on either side of the impact.
 const LEAST_FRAMES: f64 = 3.0;

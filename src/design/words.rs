@@ -2,10 +2,10 @@
 
 use super::information::std_errors;
 use super::{Cell, Design, Expected, PlayedKind};
-use crate::ball::{BallState, Vec3};
-use crate::collision::{Fidelity, Model, Regime};
-use crate::contact::cue_velocity;
-use crate::parameters::Parameter;
+use crate::measurement::parameter::Parameter;
+use crate::physics::ball::{BallState, Vec3};
+use crate::physics::collision::{Fidelity, Model, Regime};
+use crate::physics::contact_frame::cue_velocity;
 
 /// Cut angles are as good as the best that take at most this many times the shots.
 const AS_GOOD: f64 = 2.0;

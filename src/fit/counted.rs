@@ -1,7 +1,7 @@
 //! What χ², degrees of freedom and residuals count.
 
 use super::{Fit, Method};
-use crate::observable::Observable;
+use crate::measurement::observable::Observable;
 
 /// The measured numbers that a sum of squares is of.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -2,9 +2,9 @@
 //! holds with equality.
 
 use super::{Estimate, Fit, Method, Status};
-use crate::parameters::Parameter;
-use crate::relation::{Relation, Sense};
-use crate::values::Values;
+use crate::measurement::parameter::Parameter;
+use crate::measurement::relation::{Relation, Sense};
+use crate::measurement::values::Values;
 
 /// Two stages know how high the balls jump from what a first fit of the same shots says of μ. On rough footage, whose frames
 /// hardly show it, that counts the same shots twice, and errors come out below what the frames can tell at best.

@@ -1,6 +1,6 @@
 //! What a fit says of one parameter.
 
-use crate::parameters::Parameter;
+use crate::measurement::parameter::Parameter;
 
 /// One fitted parameter.
 #[derive(Clone, Copy, Debug)]

@@ -6,15 +6,18 @@ use rayon::prelude::*;
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 
 use super::search::Search;
-use super::uncertainty::{self, Minimum};
+use super::uncertainty;
+use super::uncertainty::Minimum;
 use super::{Bound, Films, JointFit};
-use crate::collision::{Coefficients, Model};
-use crate::dataset::{Dataset, Shot};
-use crate::impact::film::rows::Row;
-use crate::impact::film::{self, Own};
-use crate::parameters::Parameter;
-use crate::residuals::{CLOTH_UNKNOWNS, Fitted, Problem};
-use crate::whitening::Whitening;
+use crate::likelihood::fitted::Fitted;
+use crate::likelihood::frames;
+use crate::likelihood::frames::Own;
+use crate::likelihood::frames::rows::Row;
+use crate::likelihood::problem::{CLOTH_UNKNOWNS, Problem};
+use crate::likelihood::whitening::Whitening;
+use crate::measurement::dataset::{Dataset, Shot};
+use crate::measurement::parameter::Parameter;
+use crate::physics::collision::{Coefficients, Model};
 
 /// The shots with their frames; `None` if one has none.
 pub(super) fn filmed(fitted: &[Fitted], films: &Films) -> Option<Vec<Fitted>> {
@@ -31,7 +34,7 @@ pub(super) fn filmed(fitted: &[Fitted], films: &Films) -> Option<Vec<Fitted>> {
 pub struct FittedFrames {
     shots: Vec<(String, Fitted, Own)>,
     model: Model,
-    shared: [f64; film::SHARED],
+    shared: [f64; frames::SHARED],
 }
 
 /// The frames of one shot against the model.
@@ -129,6 +132,6 @@ pub(super) fn bound(
 
 /// μ_k and μ_r, as they were fitted or are assumed.
 pub(super) fn cloth_of(minimum: &Minimum, dataset: &Dataset) -> [f64; 2] {
-    let assumed = dataset.rolling.map_or(film::CLOTH[1].0, |rolling| rolling.value);
+    let assumed = dataset.rolling.map_or(frames::CLOTH[1].0, |rolling| rolling.value);
     [minimum.sliding(dataset.sliding), minimum.rolling().unwrap_or(assumed)]
 }

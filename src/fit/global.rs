@@ -8,12 +8,13 @@
 
 use super::search::{Effort, Search};
 use super::settled::Settled;
-use crate::collision::{Model, Regime};
-use crate::optimise::scan;
-use crate::parameters::{Parameter, Setting};
-use crate::predict::Plan;
-use crate::residuals::{Fitted, are_filmed};
-use crate::values::Values;
+use crate::likelihood::fitted::Fitted;
+use crate::likelihood::prediction::Plan;
+use crate::likelihood::problem::are_filmed;
+use crate::measurement::parameter::{Parameter, Setting};
+use crate::measurement::values::Values;
+use crate::numerics::least_squares::scan;
+use crate::physics::collision::{Model, Regime};
 
 /// What friction depends on, in the order of the axes of a scan.
 const FRICTION: [Parameter; 3] = [Parameter::C, Parameter::B, Parameter::Mu];

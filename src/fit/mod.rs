@@ -1,61 +1,56 @@
 //! Data set + settings → [`Fit`]: estimates, uncertainties, residuals, and what to think of them.
 
-mod bootstrap;
-pub(crate) mod choice;
-mod compare_models;
-mod contour;
+pub mod check;
 mod counted;
+pub mod diagnostics;
 mod doubts;
 mod estimate;
+pub(crate) mod fidelity_choice;
+pub mod footage;
 mod frames;
 pub(crate) mod global;
-mod goodness;
-mod identify;
-mod influence;
-mod kink;
+pub mod intervals;
 mod noise;
-mod plateau;
-mod profile;
-mod refuted;
-mod remarks;
+mod nonsmooth;
 pub(crate) mod robust;
 mod rows;
 mod run;
+mod saturation;
 pub(crate) mod search;
 mod settled;
 mod starts;
-mod trends;
 pub(crate) mod uncertainty;
+mod warnings;
 
-pub use bootstrap::{Bootstrap, Resampled};
-pub use compare_models::{Alternative, LikelihoodRatio};
-pub use contour::{Contour, LEVELS, Level};
 pub use counted::Counted;
+pub use diagnostics::goodness::{Goodness, NoiseVerdict, Normality};
+pub use diagnostics::identifiability::{Combination, Identifiability};
+pub use diagnostics::influence::Influence;
+pub use diagnostics::other_models::{Alternative, LikelihoodRatio};
+pub use diagnostics::refuted::{MeasuredRestitution, Refuted};
+pub use diagnostics::trends::{Trend, Variable};
 pub use estimate::{Estimate, Intervals, Status};
 pub use frames::{FittedFrames, OfShot};
-pub use goodness::{Goodness, NoiseVerdict, Normality};
-pub use identify::{Combination, Identifiability};
-pub use influence::Influence;
-pub use refuted::{MeasuredRestitution, Refuted};
+pub use intervals::bootstrap::{Bootstrap, Resampled};
+pub use intervals::confidence_region::{Contour, LEVELS, Level};
 pub use robust::{DOWN_WEIGHTED, Robust};
 pub use starts::{FoundMinimum, Starts};
-pub use trends::{Trend, Variable};
 
 use std::path::PathBuf;
 use std::sync::Arc;
 
 use nalgebra::DMatrix;
 
-use crate::ball::Ball;
-use crate::collision::{Effects, Fidelity, Model};
-use crate::dataset::{Dataset, Measured, Shot};
-use crate::disc::Discs;
-use crate::impact::film::Film;
-use crate::loss::Loss;
-use crate::observable::Observable;
-use crate::optimise::OptimiseError;
-use crate::parameters::Parameter;
-use crate::residuals::Fitted;
+use crate::likelihood::fitted::Fitted;
+use crate::likelihood::frames::Film;
+use crate::measurement::dataset::{Dataset, Measured, Shot};
+use crate::measurement::loss::Loss;
+use crate::measurement::observable::Observable;
+use crate::measurement::parameter::Parameter;
+use crate::numerics::least_squares::OptimiseError;
+use crate::physics::ball::Ball;
+use crate::physics::collision::{Effects, Fidelity, Model};
+use crate::physics::disc::Discs;
 
 /// Choices of a fit that are not part of the data set.
 #[derive(Clone, Copy, Debug)]
@@ -371,7 +366,7 @@ pub struct Computed {
 
 /// How many of some shots are computed how.
 pub(crate) fn computed(fitted: &[Fitted], model: &Model) -> Vec<Computed> {
-    choice::computed(fitted, model)
+    fidelity_choice::computed(fitted, model)
 }
 
 /// What a joint fit of frames found besides the parameters.

@@ -5,12 +5,12 @@ use nalgebra::DMatrix;
 use super::robust::Losses;
 use super::search::Search;
 use super::uncertainty;
-use crate::dataset::Measurement;
-use crate::observable::Observable;
-use crate::predict::difference;
-use crate::residuals::Fitted;
-use crate::values::Values;
-use crate::whitening::Whitening;
+use crate::likelihood::fitted::Fitted;
+use crate::likelihood::prediction::difference;
+use crate::likelihood::whitening::Whitening;
+use crate::measurement::dataset::Measurement;
+use crate::measurement::observable::Observable;
+use crate::measurement::values::Values;
 
 /// An observable's variance needs at least this many degrees of freedom of its own.
 const MIN_OWN_DOF: f64 = 0.5;

@@ -4,9 +4,9 @@ use nalgebra::{DMatrix, DVector};
 
 use super::search::Search;
 use super::uncertainty::Minimum;
-use crate::loss::{Loss, ShotLoss};
-use crate::predict::MAX_OBSERVABLES;
-use crate::residuals::Fitted;
+use crate::likelihood::fitted::Fitted;
+use crate::likelihood::prediction::MAX_OBSERVABLES;
+use crate::measurement::loss::{Loss, ShotLoss};
 
 /// Shots of a weight below this are listed in the report.
 pub const DOWN_WEIGHTED: f64 = 0.5;

@@ -3,11 +3,11 @@
 use super::noise::Group;
 use super::uncertainty::Minimum;
 use super::{Noise, Residual};
-use crate::collision::Model;
-use crate::dataset::Shot;
-use crate::predict::difference;
-use crate::residuals::Fitted;
-use crate::whitening::{EstimatedSd, covariance};
+use crate::likelihood::fitted::Fitted;
+use crate::likelihood::prediction::difference;
+use crate::likelihood::whitening::{EstimatedSd, covariance};
+use crate::measurement::dataset::Shot;
+use crate::physics::collision::Model;
 
 /// One row for each observation.
 pub(super) fn residual_rows(

@@ -4,28 +4,33 @@ use std::time::Instant;
 
 use nalgebra::DMatrix;
 
+use super::diagnostics::{goodness, other_models};
 use super::frames::{FittedFrames, bound, cloth_of, filmed, joint_fit};
-use super::profile::{self, Slice};
+use super::intervals::profile;
+use super::intervals::profile::Slice;
+use super::intervals::{bootstrap, confidence_region};
 use super::robust::{Robust, Sandwich};
 use super::rows::{noise_rows, residual_rows};
 use super::search::Search;
 use super::settled::{Settled, observations, priors};
-use super::uncertainty::{self, Minimum, Quantiles};
+use super::uncertainty;
+use super::uncertainty::{Minimum, Quantiles};
 use super::{
     Depth, Diagnostics, Estimate, Falling, Films, Fit, FitError, Intervals, Method, Options, Rejected,
-    Status, bootstrap, choice, compare_models, contour, goodness, starts,
+    Status, fidelity_choice, starts,
 };
-use crate::collision::{Effects, Model};
-use crate::dataset::{Dataset, Shot};
-use crate::friction::Law;
-use crate::impact::film;
-use crate::loss::Loss;
-use crate::observable::Observable;
-use crate::parameters::{Parameter, Setting};
-use crate::relation::Relation;
-use crate::residuals::{Fitted, are_filmed};
-use crate::values::Values;
-use crate::whitening::EstimatedSd;
+use crate::likelihood::fitted::Fitted;
+use crate::likelihood::frames;
+use crate::likelihood::problem::are_filmed;
+use crate::likelihood::whitening::EstimatedSd;
+use crate::measurement::dataset::{Dataset, Shot};
+use crate::measurement::loss::Loss;
+use crate::measurement::observable::Observable;
+use crate::measurement::parameter::{Parameter, Setting};
+use crate::measurement::relation::Relation;
+use crate::measurement::values::Values;
+use crate::physics::collision::{Effects, Model};
+use crate::physics::friction_law::Law;
 
 /// With more shots than this the profiles, the regions of pairs of parameters and the other models, some hundred fits,
 /// would take longer than reading and extracting…
@@ -88,7 +93,7 @@ pub(super) fn fit_shots(
 
     let search = Search {
         shared_errors: dataset.shared_errors(),
-        cloth: film::CLOTH.map(|(mean, _)| mean),
+        cloth: frames::CLOTH.map(|(mean, _)| mean),
         fitted: &[],
         model: &model,
         settings,
@@ -102,11 +107,11 @@ pub(super) fn fit_shots(
     let named = |error| named(error, dataset, &name);
     let (mut refused, mut starts) = (None, Vec::new());
     if options.auto {
-        (refused, starts) = choice::choose(&mut fitted, &search, discs.is_none()).map_err(named)?;
+        (refused, starts) = fidelity_choice::choose(&mut fitted, &search, discs.is_none()).map_err(named)?;
     } else if model.closed().is_some() {
-        starts = choice::integrate(&mut fitted, &search).map_err(named)?;
+        starts = fidelity_choice::integrate(&mut fitted, &search).map_err(named)?;
     }
-    let computed = choice::computed(&fitted, &model);
+    let computed = fidelity_choice::computed(&fitted, &model);
     let search = Search { fitted: &fitted, ..search };
     let with_films;
     let joint;
@@ -131,7 +136,7 @@ pub(super) fn fit_shots(
     let (settled, starts) = starts::settle(first, settled.map_err(named)?, options);
     let rivals = settled.rivals();
     let alternatives =
-        if depth >= Depth::Everything { compare_models::compare(first, &settled) } else { Vec::new() };
+        if depth >= Depth::Everything { other_models::compare(first, &settled) } else { Vec::new() };
     let Settled { search, free, minimum, estimated, plateaus, identifiability, .. } = settled;
     let dof = (observations(search.fitted) + priors(settings, &free)).saturating_sub(minimum.room());
     let knows_noise = estimated.iter().all(|group| group.estimable);
@@ -155,7 +160,7 @@ pub(super) fn fit_shots(
             estimate.choose_interval(profile);
         }
         if depth >= Depth::Everything {
-            contours = contour::contours(&slice, &minimum, estimated_dof);
+            contours = confidence_region::contours(&slice, &minimum, estimated_dof);
         }
     }
     let parameters = settings.parameters();
@@ -219,7 +224,7 @@ pub(super) fn fit_shots(
     };
     let frames = are_filmed(search.fitted).then(|| FittedFrames::new(shots, search.fitted, &model, &minimum));
     let measured = match &frames {
-        Some(_) => film::ROWS * fitted.len(),
+        Some(_) => frames::ROWS * fitted.len(),
         None => observations(&fitted),
     };
     let priors_of_all = minimum.residuals.rows_range(measured..).norm_squared();
@@ -281,14 +286,14 @@ pub(super) fn fit_shots(
         notes: Vec::new(),
     };
     let used: Vec<&Shot> = fitted.iter().map(|shot| shots[shot.index]).collect();
-    super::refuted::judge(&mut fit, &used, discs.is_some());
-    super::remarks::add(&mut fit, &fitted, knows_noise);
-    super::remarks::add_lower(&mut fit, 2.0 * lowest);
+    super::diagnostics::refuted::judge(&mut fit, &used, discs.is_some());
+    super::warnings::add(&mut fit, &fitted, knows_noise);
+    super::warnings::add_lower(&mut fit, 2.0 * lowest);
     fit.notes.extend(refused.map(|refused| refused.note()));
-    super::remarks::add_plateaus(&mut fit, &plateaus);
+    super::warnings::add_plateaus(&mut fit, &plateaus);
     super::doubts::add_rivals(&mut fit, &rivals);
     super::doubts::add_below_bound(&mut fit);
-    super::remarks::add_tracks(&mut fit, dataset, shots);
+    super::warnings::add_tracks(&mut fit, dataset, shots);
     if depth < options.depth {
         let profiles = match depth {
             Depth::Estimates => "the intervals are those of the curvature of χ²; its profiles, ",
@@ -357,7 +362,7 @@ fn doubtful(dataset: &Dataset, shots: &[&Shot], fitted: &[Fitted]) -> Vec<Reject
 fn plan(shots: &[&Shot], model: &Model, usual: &Values, discs: bool) -> (Vec<Fitted>, Vec<Rejected>) {
     let (mut fitted, mut rejected) = (Vec::new(), Vec::new());
     for (index, shot) in shots.iter().enumerate() {
-        let planned = crate::predict::Plan::new(shot).and_then(|plan| {
+        let planned = crate::likelihood::prediction::Plan::new(shot).and_then(|plan| {
             plan.predict(model, &usual.coefficients).map(|_| Fitted { index, plan, film: None })
         });
         match planned {

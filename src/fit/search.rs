@@ -2,22 +2,26 @@
 
 use nalgebra::DVector;
 
+use super::intervals::profile::Slice;
 use super::noise::Group;
-use super::profile::Slice;
-use super::robust::{self, Losses};
+use super::robust;
+use super::robust::Losses;
 use super::uncertainty::Minimum;
-use super::{FitError, kink};
-use crate::collision::Model;
-use crate::dataset::{Dataset, Measured, Shared};
-use crate::impact::film;
-use crate::loss::Loss;
-use crate::optimise::{self, Constraints, Linear};
-use crate::parameters::{Parameter, Setting, Settings};
-use crate::predict::{Plan, Prediction, Unpredictable};
-use crate::relation::{Relation, Sense};
-use crate::residuals::{self, CLOTH_UNKNOWNS, Fitted, Problem, are_filmed};
-use crate::values::Values;
-use crate::whitening::{At, EstimatedSd, Hold, Whitening, covariance};
+use super::{FitError, nonsmooth};
+use crate::likelihood::fitted::Fitted;
+use crate::likelihood::frames;
+use crate::likelihood::prediction::{Plan, Prediction, Unpredictable};
+use crate::likelihood::problem;
+use crate::likelihood::problem::{CLOTH_UNKNOWNS, Problem, are_filmed};
+use crate::likelihood::whitening::{At, EstimatedSd, Hold, Whitening, covariance};
+use crate::measurement::dataset::{Dataset, Measured, Shared};
+use crate::measurement::loss::Loss;
+use crate::measurement::parameter::{Parameter, Setting, Settings};
+use crate::measurement::relation::{Relation, Sense};
+use crate::measurement::values::Values;
+use crate::numerics::least_squares;
+use crate::numerics::least_squares::{Constraints, Linear};
+use crate::physics::collision::Model;
 
 /// Re-weighting converges by a factor of ten or more a round.
 const MAX_ROUNDS: usize = 60;
@@ -45,10 +49,11 @@ const MAX_ROBUST_ROUNDS: usize = 500;
 
 /// The gradient vanishes to this part of what it might be, some 1e-9 standard errors from the minimum. Further on steps follow
 /// roundings, and how many there are depends on the processor.
-const VELOCITIES: optimise::Options = optimise::Options { max_iterations: 1000, orthogonality: 1e-11 };
+const VELOCITIES: least_squares::Options =
+    least_squares::Options { max_iterations: 1000, orthogonality: 1e-11 };
 
 /// Frames are minimised to a small part of a standard error: landings make χ² a little rough.
-const FRAMES: optimise::Options = optimise::Options { max_iterations: 50, orthogonality: 1e-6 };
+const FRAMES: least_squares::Options = least_squares::Options { max_iterations: 50, orthogonality: 1e-6 };
 const ROUGH: &str = "converged: as far as landings between frames leave χ² smooth";
 
 /// How thoroughly a minimum is looked for.
@@ -56,7 +61,7 @@ const ROUGH: &str = "converged: as far as landings between frames leave χ² smo
 pub(crate) struct Effort {
     /// Rounds of weighting and minimising.
     pub rounds: usize,
-    pub options: optimise::Options,
+    pub options: least_squares::Options,
     /// Whether a search that stalls at a kink goes on across it.
     crosses_kinks: bool,
 }
@@ -68,7 +73,7 @@ impl Effort {
     /// Near enough to tell which of several minima is the least.
     pub(crate) const SCREEN: Self = Self {
         rounds: 6,
-        options: optimise::Options { max_iterations: 50, orthogonality: 1e-6 },
+        options: least_squares::Options { max_iterations: 50, orthogonality: 1e-6 },
         crosses_kinks: true,
     };
 
@@ -76,7 +81,7 @@ impl Effort {
     /// objective's standard error.
     pub(crate) const ROUGH: Self = Self {
         rounds: 2,
-        options: optimise::Options { max_iterations: 8, orthogonality: 1e-3 },
+        options: least_squares::Options { max_iterations: 8, orthogonality: 1e-3 },
         crosses_kinks: false,
     };
 }
@@ -150,7 +155,7 @@ impl Search<'_> {
         let (shared, filmed) = (self.shared(), are_filmed(self.fitted));
         let bounds = |pick: fn(&Setting) -> f64, side: usize| {
             let of_shared = |i: usize| {
-                if filmed { film::CLOTH_BOUNDS[i][side] } else { [f64::NEG_INFINITY, f64::INFINITY][side] }
+                if filmed { frames::CLOTH_BOUNDS[i][side] } else { [f64::NEG_INFINITY, f64::INFINITY][side] }
             };
             DVector::from_iterator(
                 free.len() + shared,
@@ -294,7 +299,7 @@ impl Search<'_> {
             let texts: Vec<_> = self.relations.iter().map(|r| format!("\"{}\"", r.text)).collect();
             FitError::Relations(format!("no values within the bounds satisfy {}", texts.join(" and ")))
         })?;
-        let mut values = residuals::values(&self.initial, free, &x);
+        let mut values = problem::values(&self.initial, free, &x);
         let mut groups = if filmed { Vec::new() } else { self.first_noise(&values) };
         let uncertain = |shot: &Fitted| shot.plan.joint().is_some() || shot.plan.variance_in().amax() > 0.0;
         let robust = self.loss != Loss::Squares && !x.is_empty();
@@ -345,20 +350,20 @@ impl Search<'_> {
             let slice = Slice { search: self, free, constraints: constraints.clone(), whitening: &whitening };
             let (solution, at_kink, rough) = if filmed {
                 let (solution, rests) =
-                    optimise::minimise_rough(|| slice.problem(), &x, &constraints, &options)?;
+                    least_squares::minimise_rough(|| slice.problem(), &x, &constraints, &options)?;
                 let rough = rests && !solution.termination.converged();
                 (solution, false, rough)
             } else if effort.crosses_kinks {
-                let (solution, at_kink) = kink::minimise(&slice, &x, &options)?;
+                let (solution, at_kink) = nonsmooth::minimise(&slice, &x, &options)?;
                 (solution, at_kink, false)
             } else {
-                (optimise::minimise(slice.problem(), &x, &constraints, &options)?, false, false)
+                (least_squares::minimise(slice.problem(), &x, &constraints, &options)?, false, false)
             };
             iterations += solution.iterations as usize;
             let step = &solution.x - &x;
             let (moved, in_errors) = (step.amax(), (&solution.jacobian * &step).norm());
             x = solution.x.clone();
-            values = residuals::values(&self.initial, free, &x);
+            values = problem::values(&self.initial, free, &x);
             let mut changed =
                 self.reweigh(&mut groups, &values, &whitening, &solution.jacobian, &losses, &weights);
             let used = weights.clone();
@@ -392,7 +397,7 @@ impl Search<'_> {
                     termination = ROUGH.to_string();
                 }
                 if at_kink {
-                    termination = kink::TERMINATION.to_string();
+                    termination = nonsmooth::TERMINATION.to_string();
                 }
                 if !rest {
                     termination =

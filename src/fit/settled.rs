@@ -2,16 +2,17 @@
 
 use std::cmp::Ordering::Equal;
 
+use super::diagnostics::identifiability;
 use super::global::{MARGIN, RIVAL, SAME};
-use super::identify;
 use super::noise::Group;
-use super::plateau::Plateau;
+use super::saturation::Plateau;
 use super::search::Search;
-use super::uncertainty::{self, Minimum};
+use super::uncertainty;
+use super::uncertainty::Minimum;
 use super::{FitError, Identifiability};
-use crate::parameters::{Parameter, Settings};
-use crate::residuals::Fitted;
-use crate::values::Values;
+use crate::likelihood::fitted::Fitted;
+use crate::measurement::parameter::{Parameter, Settings};
+use crate::measurement::values::Values;
 
 /// A minimum between kinks may lie beside a lower one: so often the next one is looked for.
 const MOST_REFINEMENTS: usize = 4;
@@ -77,7 +78,7 @@ impl<'a> Settled<'a> {
         let ties = minimum.ties(false);
         let silent = search.untold.clone();
         Some(Self {
-            identifiability: identify::identify(&minimum.jacobian, &ties, free, &minimum.x, silent),
+            identifiability: identifiability::identify(&minimum.jacobian, &ties, free, &minimum.x, silent),
             objective: search.objective(&minimum, &estimated),
             search: search.clone(),
             free: free.to_vec(),
@@ -206,7 +207,8 @@ impl<'a> Settled<'a> {
         loop {
             let (minimum, estimated) = search.converge(&free)?;
             let ties = minimum.ties(false);
-            let identify = || identify::identify(&minimum.jacobian, &ties, &free, &minimum.x, silent.clone());
+            let identify =
+                || identifiability::identify(&minimum.jacobian, &ties, &free, &minimum.x, silent.clone());
             let Some(null) = minimum.undetermined() else {
                 identifiability = identifiability.or_else(identify);
                 for plateau in &mut plateaus {

@@ -7,8 +7,8 @@ use rayon::prelude::*;
 use super::Options;
 use super::search::Search;
 use super::settled::Settled;
-use crate::parameters::Parameter;
-use crate::values::Values;
+use crate::measurement::parameter::Parameter;
+use crate::measurement::values::Values;
 
 /// Minima that are nearer to each other than this part of the bounds' distance are the same.
 const SAME: f64 = 1e-6;

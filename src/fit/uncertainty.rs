@@ -5,12 +5,12 @@ use statrs::distribution::{ContinuousCDF, Normal, StudentsT};
 
 use super::robust::Sandwich;
 use super::{Estimate, Intervals, Status};
-use crate::dataset::Measured;
-use crate::impact::film;
-use crate::optimise::{Activity, Constraints};
-use crate::parameters::{Parameter, Settings};
-use crate::values::Values;
-use crate::whitening::Whitening;
+use crate::likelihood::frames;
+use crate::likelihood::whitening::Whitening;
+use crate::measurement::dataset::Measured;
+use crate::measurement::parameter::{Parameter, Settings};
+use crate::measurement::values::Values;
+use crate::numerics::least_squares::{Activity, Constraints};
 
 /// Below this ratio of singular values of the column-scaled Jacobian a combination of parameters
 /// is not determined: its standard error would be rounding.
@@ -68,7 +68,7 @@ impl Minimum {
             _ if self.filmed() => self.x[own],
             Some(Measured { value, sd: Some(sd) }) if self.shared > 0 => value + self.x[own] * sd,
             Some(Measured { value, .. }) => value,
-            None => film::CLOTH[0].0,
+            None => frames::CLOTH[0].0,
         }
     }
 

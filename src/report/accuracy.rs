@@ -1,11 +1,11 @@
-//! The studies of [`crate::accuracy`] and [`crate::bias`] as tables and as CSV.
+//! The studies of [`crate::studies::accuracy`] and [`crate::studies::bias`] as tables and as CSV.
 
 use std::fmt::Write;
 
 use super::table::aligned;
-use crate::accuracy::{QUANTITIES, Row, Spread};
-use crate::bias;
-use crate::collision::Fidelity;
+use crate::physics::collision::Fidelity;
+use crate::studies::accuracy::{QUANTITIES, Row, Spread};
+use crate::studies::bias;
 
 /// What a row is called.
 pub(super) fn name(row: &Row) -> String {

@@ -3,7 +3,8 @@
 use serde_json::{Value as Json, json};
 
 use super::content::{Block, Cell, Figure, Report, Section, Table, facts};
-use super::digits::{self, FEW, MANY, decimal, probability, relative, significant};
+use super::digits;
+use super::digits::{FEW, MANY, decimal, probability, relative, significant};
 use super::number::{interval, plain, with_error};
 use super::plot;
 use super::plot::compare::{forest_png, forest_svg, residuals_png, residuals_svg};
@@ -11,9 +12,10 @@ use super::shots::{MOST_PICTURES, ShotPicture, shot_list, with_spots};
 use super::trust::{computed, constraints, down_weighted};
 use super::{LEAST_P, ReportError, diagnostics, html, p_text, text};
 use crate::compare::{Compared, Comparison, Difference, LabelResidual, Value};
+use crate::extraction::Impact;
 use crate::fit::{Counted, Rejected, Residual};
-use crate::impact::{Impact, Scene};
-use crate::track::TrackShot;
+use crate::measurement::track::TrackShot;
+use crate::trajectory::scene::Scene;
 
 /// What a comparison fits of footage.
 const METHOD: &str = "velocities extracted from the footage, or as the data give them (two-stage); frames are not fitted jointly";

@@ -3,10 +3,11 @@
 use std::borrow::Cow;
 use std::io::{self, Write};
 
-use super::digits::{self, FEW, MANY, SHOT};
+use super::digits;
+use super::digits::{FEW, MANY, SHOT};
 use super::unit_name;
 use crate::fit::Fit;
-use crate::impact::film::rows::{Ball, Measured, Row};
+use crate::likelihood::frames::rows::{Ball, Measured, Row};
 
 /// The columns: `measured`, `predicted` and `sd` are in `unit`, `cut_deg` in degrees, `speed_m_s`
 /// in m/s, `standardized` has none. `model` is `refuted` where the data rule the model out, else empty. `t_s` (s) and `ball`

@@ -6,12 +6,14 @@ use serde_json::{Map, Value as Json, json};
 
 use super::ReportError;
 use super::csv::quoted;
-use super::digits::{self, FEW};
+use super::digits;
+use super::digits::FEW;
 use super::number::plain;
 use super::plot::design as plot;
 use super::table::aligned;
-use crate::design::{self, Cell, Design, Mixture, SpinFrom};
-use crate::parameters::Parameter;
+use crate::design;
+use crate::design::{Cell, Design, Mixture, SpinFrom};
+use crate::measurement::parameter::Parameter;
 
 /// The files of a design: name and content.
 pub fn files(design: &Design) -> Result<Vec<(&'static str, Vec<u8>)>, ReportError> {

@@ -8,7 +8,7 @@ use crate::fit::{
     Alternative, Bootstrap, Bound, Combination, Computed, Contour, Fit, FoundMinimum, Goodness,
     Identifiability, Influence, JointFit, Level, Robust, Starts, Trend,
 };
-use crate::parameters::Parameter;
+use crate::measurement::parameter::Parameter;
 
 /// The standard error of each parameter that has one: what its values elsewhere are rounded by.
 type Errors<'a> = &'a dyn Fn(Parameter) -> Option<f64>;

@@ -6,10 +6,10 @@ use super::ReportError;
 use super::csv::quoted;
 use super::number::{plain, with_error};
 use super::plot::track::Picture;
-use crate::dataset::Dataset;
-use crate::disc::Discs;
-use crate::impact::disc::{DiscImpact, Quantity};
-use crate::track::TrackShot;
+use crate::extraction::disc::{DiscImpact, Quantity};
+use crate::measurement::dataset::Dataset;
+use crate::measurement::track::TrackShot;
+use crate::physics::disc::Discs;
 
 /// The column of a quantity, and what one unit of it is in SI.
 fn column(quantity: Quantity) -> (&'static str, f64) {

@@ -5,10 +5,13 @@ use std::fmt::Write;
 
 use super::plot::track;
 use super::{ReportError, folder_name};
-use crate::dataset::{Before, Dataset, Measured, Shared, Spin, joint};
-use crate::impact::{Impact, Quantity, Scene};
-use crate::observable::Observable;
-use crate::track::TrackShot;
+use crate::extraction::{Impact, Quantity};
+use crate::io::covariance;
+use crate::measurement::dataset::{Before, Dataset, Measured, Shared};
+use crate::measurement::observable::Observable;
+use crate::measurement::spin::Spin;
+use crate::measurement::track::TrackShot;
+use crate::trajectory::scene::Scene;
 
 /// dataset.toml, impacts.csv, covariance.csv and left-out.csv.
 #[must_use]
@@ -178,17 +181,17 @@ const LEAST_SD: f64 = 1e-12;
 /// The joint errors of every shot: a row for each quantity.
 fn covariance(dataset: &Dataset) -> String {
     let after: Vec<&str> = Observable::IMPACTS.into_iter().map(Observable::column).collect();
-    let present = |name: &&str| dataset.shots.iter().any(|shot| joint::quantities(shot).contains(name));
-    let columns: Vec<&str> = joint::BEFORE.into_iter().chain(after).filter(present).collect();
+    let present = |name: &&str| dataset.shots.iter().any(|shot| covariance::quantities(shot).contains(name));
+    let columns: Vec<&str> = covariance::BEFORE.into_iter().chain(after).filter(present).collect();
     let shared: Vec<Shared> = dataset.shared_errors().into_iter().map(|(shared, _)| shared).collect();
     let mut table = format!("shot,quantity,{}", columns.join(","));
     for shared in &shared {
-        _ = write!(table, ",{}", joint::by(*shared));
+        _ = write!(table, ",{}", covariance::by(*shared));
     }
     table.push('\n');
     for shot in &dataset.shots {
         let Some(errors) = &shot.joint else { continue };
-        let own = joint::quantities(shot);
+        let own = covariance::quantities(shot);
         for (i, quantity) in own.iter().enumerate() {
             _ = write!(table, "{},{quantity}", super::csv::quoted(&shot.name));
             for column in &columns {

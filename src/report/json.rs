@@ -4,10 +4,12 @@
 use serde::{Serialize, Serializer};
 use serde_json::{Map, Value};
 
-use super::digits::{self, FEW, MANY};
+use super::digits;
+use super::digits::{FEW, MANY};
 use super::{ReportError, diagnostics, reduced_chi2, unit_name};
-use crate::dataset::Measured;
-use crate::fit::{self, Estimate, Fit, Noise, Refuted};
+use crate::fit;
+use crate::fit::{Estimate, Fit, Noise, Refuted};
+use crate::measurement::dataset::Measured;
 
 /// fit.json as text, with a newline at its end. What is not finite becomes `null`.
 pub fn render(fit: &Fit) -> Result<String, ReportError> {

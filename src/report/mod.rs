@@ -10,12 +10,14 @@ pub mod design;
 mod diagnostics;
 mod digits;
 pub mod discs;
+pub mod export;
 pub mod extracted;
 pub mod fit;
 pub mod html;
 pub mod json;
-pub mod moved;
 pub mod plot;
+pub mod regression;
+pub mod regression_table;
 pub mod shots;
 pub mod table;
 pub mod text;
@@ -27,8 +29,8 @@ use std::path::PathBuf;
 pub use write::{fit_folder, folder_name, group_folders, write, write_all};
 
 use crate::fit::Fit;
-use crate::number;
-use crate::observable::Observable;
+use crate::measurement::number;
+use crate::measurement::observable::Observable;
 
 /// Why a report was not made.
 #[derive(Debug, thiserror::Error)]

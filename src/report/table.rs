@@ -4,7 +4,7 @@ use super::content::{Cell, Table};
 use super::number::{plain, with_error};
 use super::{noise_estimated, reduced_chi2, text};
 use crate::fit::{Estimate, Fit, Status};
-use crate::parameters::Parameter;
+use crate::measurement::parameter::Parameter;
 
 /// One line per fit, and below the table what its marks mean.
 #[must_use]

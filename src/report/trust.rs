@@ -7,7 +7,7 @@ use crate::fit::{
     Alternative, Bootstrap, Bound, Computed, DOWN_WEIGHTED, Fit, Goodness, Identifiability, Influence,
     NoiseVerdict, Normality, Robust, Starts, Trend,
 };
-use crate::parameters::Parameter;
+use crate::measurement::parameter::Parameter;
 
 /// What else was found of a fit, a section each.
 pub(super) fn sections(fit: &Fit) -> Vec<Section> {

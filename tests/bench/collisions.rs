@@ -5,10 +5,10 @@
 //! Shots of 0.5–5 m/s, |φ| < 70°, roll, stun, draw, side spin, μ 0.02–0.1, μ_s 0.2–0.4,
 //! e 0.9–0.98. Only ratios of one run mean anything on another machine.
 
-use caromfit::ball::{Ball, BallState, Vec3};
-use caromfit::collision::batch::{Arrays, Cues};
-use caromfit::collision::{Coefficients, Fidelity, Jacobian, Model};
-use caromfit::contact::cue_velocity;
+use caromfit::physics::ball::{Ball, BallState, Vec3};
+use caromfit::physics::collision::batch::{Arrays, Cues};
+use caromfit::physics::collision::{Coefficients, Fidelity, Jacobian, Model};
+use caromfit::physics::contact_frame::cue_velocity;
 use divan::{Bencher, black_box, counter::ItemsCount};
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;

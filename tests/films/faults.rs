@@ -2,8 +2,9 @@
 
 use std::fmt::Write as _;
 
-use caromfit::synth::{self, Camera, Spec};
-use caromfit::track::{Sample, TrackShot};
+use caromfit::measurement::track::{Sample, TrackShot};
+use caromfit::simulate;
+use caromfit::simulate::{Camera, Spec};
 use rand::Rng;
 use rand_chacha::ChaCha8Rng;
 
@@ -238,7 +239,7 @@ pub fn table(spec: &Spec, faults: &Faults, random: &mut ChaCha8Rng) -> String {
     let fps = spec.camera.fps;
     let exact = Camera { fps: fps * FINE as f64, position_sd_m: 0.0, ..spec.camera };
     let mut table = String::from("shot,frame,ball,x,y\n");
-    for (shot, _) in synth::filmed(&Spec { camera: exact, ..spec.clone() }).unwrap() {
+    for (shot, _) in simulate::filmed(&Spec { camera: exact, ..spec.clone() }).unwrap() {
         rows(&shot, fps, faults, random, &mut table);
     }
     table

@@ -10,10 +10,13 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::atomic::{AtomicU64, AtomicUsize, Ordering};
 use std::time::Instant;
 
-use caromfit::dataset::{self, Dataset, DatasetError, Measured};
-use caromfit::fit::{self, Depth, Fit, Method, Options};
-use caromfit::synth::{Camera, ClothSpec, Kind, Played, Shots, Spec};
-use caromfit::{check, footage};
+use caromfit::fit;
+use caromfit::fit::{Depth, Fit, Method, Options};
+use caromfit::fit::{check, footage};
+use caromfit::io;
+use caromfit::io::DatasetError;
+use caromfit::measurement::dataset::{Dataset, Measured};
+use caromfit::simulate::{Camera, ClothSpec, Kind, Played, Shots, Spec};
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
@@ -43,7 +46,7 @@ fn loaded(table: &str, manifest: &str) -> Result<Dataset, DatasetError> {
     let folder = tempfile::tempdir().unwrap();
     fs::write(folder.path().join("tracks.csv"), table).unwrap();
     fs::write(folder.path().join("dataset.toml"), manifest).unwrap();
-    dataset::load(folder.path())
+    io::load(folder.path())
 }
 
 /// Makes a film and takes it through everything that a fit does.

@@ -2,7 +2,8 @@
 
 use std::path::Path;
 
-use caromfit::dataset::{Dataset, DatasetError, load};
+use caromfit::io::{DatasetError, load};
+use caromfit::measurement::dataset::Dataset;
 
 use super::{ANGLES, HITS, IMPACTS, SHOTS, load_one, swap, write};
 

@@ -2,10 +2,12 @@
 
 use std::path::Path;
 
-use caromfit::ball::{Ball, Vec3};
-use caromfit::dataset::{Before, Dataset, Measured, Spin, load};
-use caromfit::observable::{Axis, Observable};
-use caromfit::parameters::{Parameter, Prior};
+use caromfit::io::load;
+use caromfit::measurement::dataset::{Before, Dataset, Measured};
+use caromfit::measurement::observable::{Axis, Observable};
+use caromfit::measurement::parameter::{Parameter, Prior};
+use caromfit::measurement::spin::Spin;
+use caromfit::physics::ball::{Ball, Vec3};
 
 use super::{ANGLES, HITS, IMPACTS, SHOTS, load_one, swap, write};
 
@@ -15,7 +17,7 @@ fn plain(value: f64) -> Measured {
 
 /// Name, line and first measured value of every shot.
 fn summary(dataset: &Dataset) -> Vec<(&str, usize, f64)> {
-    let first = |shot: &caromfit::dataset::Shot| shot.after[0].measured.value;
+    let first = |shot: &caromfit::measurement::dataset::Shot| shot.after[0].measured.value;
     dataset.shots.iter().map(|shot| (shot.name.as_str(), shot.line, first(shot))).collect()
 }
 

@@ -3,7 +3,9 @@
 use std::fs;
 use std::path::Path;
 
-use caromfit::dataset::{Before, Dataset, Measured, Spin, load};
+use caromfit::io::load;
+use caromfit::measurement::dataset::{Before, Dataset, Measured};
+use caromfit::measurement::spin::Spin;
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 

@@ -7,7 +7,8 @@ mod hostile;
 use std::fs;
 use std::path::Path;
 
-use caromfit::dataset::{Dataset, DatasetError, load};
+use caromfit::io::{DatasetError, load};
+use caromfit::measurement::dataset::Dataset;
 
 /// A valid dataset.toml of kind `angles`.
 pub const ANGLES: &str = r#"# a comment

@@ -2,7 +2,7 @@
 use std::fmt::Write as _;
 
 use argmin::core::{Error, Jacobian, Operator};
-use caromfit::optimise::{Constraints, Options, Solution, minimise};
+use caromfit::numerics::least_squares::{Constraints, Options, Solution, minimise};
 use nalgebra::{DMatrix, DVector};
 
 pub mod data;

@@ -5,8 +5,8 @@ use std::path::PathBuf;
 use caromfit::fit::{
     Diagnostics, Estimate, Fit, Goodness, Intervals, Method, Noise, NoiseVerdict, Rejected, Residual, Status,
 };
-use caromfit::observable::Observable;
-use caromfit::parameters::Parameter;
+use caromfit::measurement::observable::Observable;
+use caromfit::measurement::parameter::Parameter;
 use nalgebra::DMatrix;
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -76,7 +76,7 @@ pub fn normal() -> Fit {
         path: PathBuf::from("data/lab-a/dataset.toml"),
         cloth: Some("Simonis 860".to_owned()),
         source: Some("measured by \"A\", 2026".to_owned()),
-        ball: caromfit::ball::Ball::POOL,
+        ball: caromfit::physics::ball::Ball::POOL,
         discs: None,
         sliding: None,
         rolling: None,

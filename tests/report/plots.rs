@@ -3,7 +3,7 @@
 use std::collections::HashSet;
 
 use caromfit::fit::Fit;
-use caromfit::observable::{Axis, Observable};
+use caromfit::measurement::observable::{Axis, Observable};
 use caromfit::report::plot;
 
 use super::fits::{NAN, empty, exact, normal, restricted, synthetic};

@@ -10,7 +10,7 @@ use super::frame::{Frame, Rect, message};
 use super::series::{color, marker};
 use super::{MARGIN, WIDTH, drawing};
 use crate::design::{Cell, Design};
-use crate::parameters::Parameter;
+use crate::measurement::parameter::Parameter;
 use crate::report::ReportError;
 use crate::report::number::plain;
 

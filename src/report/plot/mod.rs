@@ -16,15 +16,15 @@ pub(super) mod track;
 
 use plotters::prelude::*;
 
-use self::canvas::{ALARM, Anchor, Canvas, INK, LARGE, MEDIUM, SMALL, shortened};
-use self::drawing::Area;
-use self::frame::Rect;
-use self::points::Points;
-use self::series::Legend;
 use super::number::plain;
 use super::table::{chi2_text, estimate};
 use super::{ReportError, noise_estimated, reduced_chi2, title};
 use crate::fit::{Fit, Method};
+use canvas::{ALARM, Anchor, Canvas, INK, LARGE, MEDIUM, SMALL, shortened};
+use drawing::Area;
+use frame::Rect;
+use points::Points;
+use series::Legend;
 
 /// Where points of the data are on a picture: pixels from the left and from the top, and the index of the residual.
 pub type Spots = Vec<(i32, i32, usize)>;

@@ -8,7 +8,7 @@ use super::canvas::{BAND, Canvas, INK};
 use super::frame::{Frame, Rect, message};
 use super::points::{Point, Points};
 use super::series::{color, marker};
-use crate::observable::Observable;
+use crate::measurement::observable::Observable;
 
 /// The name of the axis of standardized residuals.
 const STANDARDIZED: &str = "(measured − predicted) / sd";

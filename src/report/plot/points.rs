@@ -2,7 +2,7 @@
 //! are too many to see.
 
 use crate::fit::{Fit, Residual};
-use crate::observable::Observable;
+use crate::measurement::observable::Observable;
 
 use super::axis::drawable;
 

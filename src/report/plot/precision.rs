@@ -7,9 +7,9 @@ use super::canvas::{Anchor, Canvas, GREY, INK, LARGE, SMALL};
 use super::drawing::Area;
 use super::frame::{Frame, Rect};
 use super::{MARGIN, WIDTH, drawing};
-use crate::accuracy::Row;
 use crate::report::accuracy::Pick;
 use crate::report::{ReportError, accuracy};
+use crate::studies::accuracy::Row;
 
 const HEIGHT: u32 = 640;
 const HEAD: i32 = 112;

@@ -3,7 +3,8 @@
 
 use plotters::prelude::*;
 
-use super::canvas::{self, Anchor, Canvas, INK, Pixel, SMALL};
+use super::canvas;
+use super::canvas::{Anchor, Canvas, INK, Pixel, SMALL};
 use super::points::Points;
 
 const COLORS: [RGBColor; 7] = [

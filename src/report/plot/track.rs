@@ -4,12 +4,14 @@ use plotters::prelude::*;
 
 use super::axis::Axis;
 use super::canvas::{Anchor, Canvas, GREY, INK, LARGE, SMALL, shortened};
-use super::drawing::{self, Area};
+use super::drawing;
+use super::drawing::Area;
 use super::frame::{Frame, Rect};
 use super::series::{color, marker};
-use crate::impact::{Impact, Quantity, Scene};
+use crate::extraction::{Impact, Quantity};
+use crate::measurement::track::{Sample, TrackShot};
 use crate::report::ReportError;
-use crate::track::{Sample, TrackShot};
+use crate::trajectory::scene::Scene;
 
 const WIDTH: i32 = 1200;
 const HEIGHT: i32 = 660;
@@ -18,7 +20,7 @@ const HEIGHT: i32 = 660;
 const PLAN: i32 = 538;
 
 /// What a picture shows, whatever was fitted.
-pub(in crate::report) struct Picture<'a> {
+pub(crate) struct Picture<'a> {
     pub shot: &'a TrackShot,
     /// Below the title.
     pub summary: String,
@@ -56,7 +58,7 @@ pub fn svg(shot: &TrackShot, impact: &Impact, scene: &Scene) -> Result<String, R
 }
 
 impl Picture<'_> {
-    pub(in crate::report) fn svg(&self) -> Result<String, ReportError> {
+    pub(crate) fn svg(&self) -> Result<String, ReportError> {
         let failed = |reason| ReportError::Draw { dataset: format!("shot {}", self.shot.name), reason };
         let size = (WIDTH as u32, HEIGHT as u32);
         drawing::svg(size, |area| self.draw(area)).map(|(text, ())| text).map_err(failed)

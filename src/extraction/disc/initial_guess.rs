@@ -1,0 +1,125 @@
+//! Where the discs are nearest, and a first guess from straight lines on both sides of it.
+
+use super::Unusable;
+use super::window_fit;
+use super::window_fit::Unknowns;
+use crate::measurement::track::{Sample, TrackShot};
+
+/// Of each disc on either side of the impact.
+pub(super) const LEAST: usize = 4;
+
+/// So many frames next to the impact give the guess.
+const NEAR: usize = 12;
+
+/// The relative velocity must change by this part of itself.
+const CHANGE: f64 = 1e-3;
+
+/// Where the discs part again.
+pub(super) fn guess(shot: &TrackShot) -> Result<Unknowns, Unusable> {
+    let discs = [&shot.cue, &shot.object];
+    if discs.iter().any(|samples| samples.len() < 2 * LEAST) {
+        return Err(Unusable::TooShort(shot.cue.len(), shot.object.len()));
+    }
+    let nearest = nearest(shot).ok_or(Unusable::NoCollision)?;
+    let frame = 1.0 / shot.fps;
+    let mut lines = [[Line::default(); 2]; 2];
+    for (disc, samples) in discs.into_iter().enumerate() {
+        let before = samples.partition_point(|s| s.t < nearest - 0.5 * frame);
+        let after = samples.partition_point(|s| s.t < nearest + 0.5 * frame);
+        let sides =
+            [&samples[before.saturating_sub(NEAR)..before], &samples[after..samples.len().min(after + NEAR)]];
+        for (side, near) in sides.into_iter().enumerate() {
+            if near.len() < LEAST {
+                return Err(Unusable::TooFew {
+                    disc: ["first", "second"][disc],
+                    when: ["before", "after"][side],
+                    frames: near.len(),
+                });
+            }
+            lines[disc][side] = Line::through(near, nearest);
+        }
+    }
+    // relative position p + gτ on either side; the two lines are nearest to each other at τ = −Δp·Δg/|Δg|²
+    let relative = |side: usize, pick: fn(&Line) -> [f64; 2]| {
+        let [a, b] = [pick(&lines[0][side]), pick(&lines[1][side])];
+        [b[0] - a[0], b[1] - a[1]]
+    };
+    let (p, q) = (relative(0, |l| l.position), relative(1, |l| l.position));
+    let (g, h) = (relative(0, |l| l.velocity), relative(1, |l| l.velocity));
+    let (dp, dg) = ([q[0] - p[0], q[1] - p[1]], [h[0] - g[0], h[1] - g[1]]);
+    let square = dg[0] * dg[0] + dg[1] * dg[1];
+    let approach = p[0] * g[0] + p[1] * g[1];
+    let parting = q[0] * h[0] + q[1] * h[1];
+    if !(approach < 0.0 && parting > 0.0 && square.sqrt() > CHANGE * g[0].hypot(g[1])) {
+        return Err(Unusable::NoCollision);
+    }
+    let late = (-(dp[0] * dg[0] + dp[1] * dg[1]) / square).clamp(-2.0 * frame, 2.0 * frame);
+    let at = |disc: usize| [0, 1].map(|k| lines[disc][0].position[k] + lines[disc][0].velocity[k] * late);
+    let (first, second) = (at(0), at(1));
+    let across = [second[0] - first[0], second[1] - first[1]];
+    let mut z = Unknowns::zeros();
+    z[window_fit::TIME] = nearest + late;
+    z[window_fit::PLACE] = first[0];
+    z[window_fit::PLACE + 1] = first[1];
+    z[window_fit::DIRECTION] = across[1].atan2(across[0]);
+    z[window_fit::DISTANCE] = across[0].hypot(across[1]);
+    for (disc, sides) in lines.iter().enumerate() {
+        for (side, line) in sides.iter().enumerate() {
+            for k in 0..2 {
+                z[window_fit::velocity(disc, side) + k] = line.velocity[k];
+            }
+        }
+    }
+    Ok(z)
+}
+
+/// When the discs are nearest to each other. Of three neighbours the middle distance counts, so that a
+/// frame in which a disc was mistaken for another does not.
+fn nearest(shot: &TrackShot) -> Option<f64> {
+    let distances = distances(shot);
+    let least = distances.into_iter().min_by(|a, b| a.1.total_cmp(&b.1))?;
+    Some(least.0)
+}
+
+/// Times and distances of the centres, in the frames that have both, each the middle one of three neighbours.
+pub(super) fn distances(shot: &TrackShot) -> Vec<(f64, f64)> {
+    let mut distances = Vec::new();
+    for a in &shot.cue {
+        let i = shot.object.partition_point(|b| b.t < a.t);
+        if let Some(b) = shot.object.get(i).filter(|b| (b.t - a.t) * shot.fps < 0.25) {
+            distances.push((a.t, (b.x - a.x).hypot(b.y - a.y)));
+        }
+    }
+    let middle = |three: &[(f64, f64)]| {
+        let mut values = [three[0].1, three[1].1, three[2].1];
+        values.sort_by(f64::total_cmp);
+        (three[1].0, values[1])
+    };
+    distances.windows(3).map(middle).collect()
+}
+
+#[derive(Clone, Copy, Default)]
+pub(super) struct Line {
+    pub position: [f64; 2],
+    pub velocity: [f64; 2],
+}
+
+impl Line {
+    /// By medians (Theil and Sen): wrong frames do not count.
+    pub(super) fn through(samples: &[Sample], at: f64) -> Self {
+        let mut line = Self::default();
+        for (k, pick) in [(0, (|s: &Sample| s.x) as fn(&Sample) -> f64), (1, |s| s.y)] {
+            let pairs =
+                samples.iter().enumerate().flat_map(|(i, a)| samples[i + 1..].iter().map(move |b| (a, b)));
+            let slope = median(pairs.map(|(a, b)| (pick(b) - pick(a)) / (b.t - a.t)).collect());
+            line.velocity[k] = slope;
+            line.position[k] = median(samples.iter().map(|s| pick(s) - slope * (s.t - at)).collect());
+        }
+        line
+    }
+}
+
+pub(super) fn median(mut values: Vec<f64>) -> f64 {
+    values.sort_by(f64::total_cmp);
+    values.get(values.len() / 2).copied().unwrap_or(f64::NAN)
+}

@@ -1,0 +1,175 @@
+//! Impacts of two discs: straight paths before and after, both may move, masses and radii may differ.
+//!
+//! With the line of centres n from the first disc to the second, t = z × n, and the second disc's velocity
+//! relative to the first g before and g' after the impact:
+//!
+//! - e = −g'·n / g·n;
+//! - Δg = g' − g = J (1/m₁ + 1/m₂), so that J_t/J_n = Δg·t / Δg·n: neither needs the masses;
+//! - m₂/m₁ = −Δu·n / Δv·n, u and v the velocities of the first and the second disc; what is left across
+//!   the line of centres then checks the balance of momentum, or along it, too, where the masses are given;
+//! - the spins change by −R J_t/(νMR²), which gives J_t/J_n once more from each disc's rotation;
+//! - the slip of the contact point is s = g·t − R₁ω₁ − R₂ω₂, and friction on the second disc is against it.
+//!
+//! In g and s the collision is that of two equal discs, one of them at rest: [`DiscImpact::shot`].
+
+mod initial_guess;
+mod quantities;
+mod rotation;
+mod shot;
+mod stick;
+mod verdict;
+mod window_fit;
+
+use nalgebra::SVector;
+use rayon::prelude::*;
+
+use crate::measurement::dataset::Measured;
+use crate::measurement::isolate::isolated;
+use crate::measurement::track::TrackShot;
+use crate::physics::disc::Discs;
+
+pub use quantities::Quantity;
+pub use shot::ball;
+pub use stick::Stuck;
+
+/// The impact of two discs. Velocities in m/s, spins in rad/s, table frame; where the frame rate is not
+/// known, per frame.
+#[derive(Clone, Debug)]
+pub struct DiscImpact {
+    /// By [`Quantity`]; `None` where the tracks do not tell.
+    pub values: [Option<Measured>; Quantity::COUNT],
+    /// Standard deviation of a coordinate, m: stated, or estimated from this track.
+    pub position_sd: f64,
+    /// χ² per degree of freedom with the noise that second differences of the track show.
+    pub reduced_chi2: f64,
+    /// Frames used: the first disc before and after, the second before and after.
+    pub frames: [usize; 4],
+    /// Frames left out as wrong.
+    pub outliers: usize,
+    /// First and last instant used, s.
+    pub window: [f64; 2],
+    /// Radii, m; half the distance of the centres at the impact where they are not given.
+    pub radii: [f64; 2],
+    /// Where the discs stick together after the impact.
+    pub stuck: Option<Stuck>,
+    /// What speaks against these numbers: sentences without a capital letter and a full stop. Empty for a good shot.
+    pub doubts: Vec<String>,
+    unknowns: window_fit::Unknowns,
+    equal: shot::Equal,
+}
+
+impl DiscImpact {
+    #[must_use]
+    pub fn get(&self, quantity: Quantity) -> Option<Measured> {
+        self.values[quantity as usize]
+    }
+
+    /// The fitted place of a disc (0 or 1) at a time, m.
+    #[must_use]
+    pub fn place(&self, disc: usize, time: f64) -> [f64; 2] {
+        window_fit::place(self.outcome(), &self.unknowns, disc, time)
+    }
+
+    /// Whether momentum is out of balance by more than its stated errors explain, though not by more than a camera's calibration
+    /// does (then the shot is doubtful).
+    #[must_use]
+    pub fn is_out_of_balance(&self) -> bool {
+        verdict::is_out_of_balance(self)
+    }
+
+    fn outcome(&self) -> Outcome {
+        if self.stuck.is_some() { Outcome::Stick } else { Outcome::Part }
+    }
+}
+
+/// What the discs do after the impact.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Outcome {
+    /// Each goes its own way, straight on.
+    Part,
+    /// They move on as one rigid body.
+    Stick,
+}
+
+/// Why a shot of discs cannot be used.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum Unusable {
+    #[error(
+        "the tracks are too short: {0} frames of the first disc, {1} of the second; expected at least 8 of each"
+    )]
+    TooShort(usize, usize),
+    #[error("no collision found: the discs do not come near each other and part again with other velocities")]
+    NoCollision,
+    #[error("too few frames of the {disc} disc {when} the impact: {frames}; expected at least 4")]
+    TooFew { disc: &'static str, when: &'static str, frames: usize },
+    #[error(
+        "the discs' centres are {:.2} ± {:.2} mm apart at the impact, not {:.2} mm (the sum of the radii): check the \
+         scale, the radii and which track is which disc; without radius_m the tracks decide",
+        1e3 * measured, 1e3 * error, 1e3 * expected
+    )]
+    Separation { measured: f64, expected: f64, error: f64 },
+    #[error(
+        "the points \"{first}\" and \"{second}\" on the {disc} disc do not move as one rigid body: they are {least_mm:.1} to \
+         {most_mm:.1} mm apart; check in [tracks] cue and object which points are on which disc"
+    )]
+    NotRigid { disc: &'static str, first: String, second: String, least_mm: f64, most_mm: f64 },
+    #[error("its motion fits no single collision of discs: {rms_mm:.2} mm are left even next to the impact")]
+    BadFit { rms_mm: f64 },
+    #[error("the fit of its tracks did not converge: {0}")]
+    NotConverged(String),
+    #[error("it could not be processed ({0}), which is a defect of caromfit")]
+    Failed(String),
+}
+
+/// Finds the impact of a shot.
+///
+/// # Errors
+/// Why the shot cannot be used.
+pub fn extract(shot: &TrackShot, discs: &Discs) -> Result<DiscImpact, Unusable> {
+    let found = stick::find(shot);
+    let guess = found.as_ref().map_or_else(|| initial_guess::guess(shot), |found| Ok(found.guess));
+    // points that are not on one disc explain whatever else is wrong
+    let rigid = verdict::rigidity(shot, guess.as_ref().ok().map(|guess| guess[window_fit::TIME]))?;
+    let guess = guess?;
+    let tracked = window_fit::Tracked::new(shot, discs, &guess, found.as_ref().map(|found| found.settling));
+    let stuck = found.map(|found| found.stuck);
+    let fitted = tracked.choose(&guess)?;
+    let centres = tracked.checked(&fitted)?;
+    let turns =
+        [0, 1].map(|disc| rotation::turn(shot, disc, centres.unknowns[window_fit::TIME], fitted.window));
+    let known = quantities::Known::new(&centres, turns, discs, stuck.map(|stuck| stuck.restitution));
+    let mut impact = DiscImpact {
+        values: known.values(),
+        position_sd: centres.position_sd,
+        reduced_chi2: centres.reduced_chi2,
+        frames: fitted.frames(&tracked),
+        outliers: fitted.outliers(),
+        window: fitted.window,
+        radii: known.radii,
+        stuck,
+        doubts: rigid.into_iter().collect(),
+        unknowns: centres.unknowns,
+        equal: known.equal(),
+    };
+    verdict::judge(&mut impact);
+    Ok(impact)
+}
+
+/// Finds the impacts of many shots in parallel. However a shot fails, the others go on.
+pub fn extract_all(shots: &[TrackShot], discs: &Discs) -> Vec<Result<DiscImpact, Unusable>> {
+    let one = |shot| isolated(|| extract(shot, discs)).unwrap_or_else(|panic| Err(Unusable::Failed(panic)));
+    let mut impacts: Vec<_> = shots.par_iter().map(one).collect();
+    verdict::compare_distances(&mut impacts);
+    impacts
+}
+
+/// A vector of numbers with derivatives by the fit's unknowns and the four spins.
+type Dual = num_dual::DualSVec64<{ quantities::INPUTS }>;
+
+fn value(dual: &Dual) -> f64 {
+    dual.re
+}
+
+fn gradient(dual: &Dual) -> SVector<f64, { quantities::INPUTS }> {
+    dual.eps.0.unwrap_or_else(SVector::zeros)
+}

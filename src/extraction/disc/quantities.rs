@@ -1,0 +1,231 @@
+//! What follows from the fitted unknowns, with errors carried over by exact derivatives.
+
+use nalgebra::{SMatrix, SVector};
+use num_dual::DualNum;
+
+use super::rotation::Turn;
+use super::window_fit::{COUNT, Centres, DIRECTION, DISTANCE, TIME, velocity};
+use super::{Dual, gradient, stick, value};
+use crate::measurement::dataset::Measured;
+use crate::physics::disc::Discs;
+
+/// The fit's unknowns and four spins: first disc before and after, second before and after.
+pub(super) const INPUTS: usize = COUNT + 4;
+
+/// Where a spin stands.
+const fn spin(disc: usize, side: usize) -> usize {
+    COUNT + 2 * disc + side
+}
+
+/// The quantities of a [`super::DiscImpact`], in the order of the columns that report them.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Quantity {
+    /// e.
+    Restitution,
+    /// J_t/J_n on the second disc, t 90° counter-clockwise from the line of centres.
+    ImpulseRatio,
+    /// The same from the change of the first disc's spin, and of the second's.
+    ImpulseRatioByFirstSpin,
+    ImpulseRatioBySecondSpin,
+    /// m₂/m₁: given, or from the balance of momentum along the line of centres.
+    MassRatio,
+    /// Momentum gained along and across the line of centres, over the normal impulse.
+    MomentumAlong,
+    MomentumAcross,
+    /// Slip of the contact point, second disc's against the first's, along t, before and after, m/s.
+    SlipBefore,
+    SlipAfter,
+    /// Line of centres, unit vector.
+    NormalX,
+    NormalY,
+    /// m.
+    ContactDistance,
+    FirstVxBefore,
+    FirstVyBefore,
+    SecondVxBefore,
+    SecondVyBefore,
+    FirstVxAfter,
+    FirstVyAfter,
+    SecondVxAfter,
+    SecondVyAfter,
+    /// rad/s.
+    FirstSpinBefore,
+    FirstSpinAfter,
+    SecondSpinBefore,
+    SecondSpinAfter,
+    /// s.
+    Time,
+}
+
+impl Quantity {
+    pub const COUNT: usize = 25;
+
+    pub const ALL: [Self; Self::COUNT] = [
+        Self::Restitution,
+        Self::ImpulseRatio,
+        Self::ImpulseRatioByFirstSpin,
+        Self::ImpulseRatioBySecondSpin,
+        Self::MassRatio,
+        Self::MomentumAlong,
+        Self::MomentumAcross,
+        Self::SlipBefore,
+        Self::SlipAfter,
+        Self::NormalX,
+        Self::NormalY,
+        Self::ContactDistance,
+        Self::FirstVxBefore,
+        Self::FirstVyBefore,
+        Self::SecondVxBefore,
+        Self::SecondVyBefore,
+        Self::FirstVxAfter,
+        Self::FirstVyAfter,
+        Self::SecondVxAfter,
+        Self::SecondVyAfter,
+        Self::FirstSpinBefore,
+        Self::FirstSpinAfter,
+        Self::SecondSpinBefore,
+        Self::SecondSpinAfter,
+        Self::Time,
+    ];
+}
+
+/// All that was measured of an impact.
+pub(super) struct Known {
+    z: SVector<Dual, INPUTS>,
+    pub covariance: SMatrix<f64, INPUTS, INPUTS>,
+    /// Whether each disc's rotation was seen.
+    pub turns: [bool; 2],
+    pub radii: [f64; 2],
+    masses: Option<[f64; 2]>,
+    inertia: f64,
+    /// Of discs that stick: e from the growth of their distance.
+    stuck: Option<Measured>,
+}
+
+impl Known {
+    pub(super) fn new(
+        centres: &Centres,
+        turns: [Option<Turn>; 2],
+        discs: &Discs,
+        stuck: Option<Measured>,
+    ) -> Self {
+        let mut values = SVector::<f64, INPUTS>::zeros();
+        let mut covariance = SMatrix::<f64, INPUTS, INPUTS>::zeros();
+        values.fixed_rows_mut::<COUNT>(0).copy_from(&centres.unknowns);
+        covariance.fixed_view_mut::<COUNT, COUNT>(0, 0).copy_from(&centres.covariance);
+        for (disc, turn) in turns.iter().enumerate() {
+            if let Some(turn) = turn {
+                for side in 0..2 {
+                    values[spin(disc, side)] = turn.values[side];
+                    for other in 0..2 {
+                        covariance[(spin(disc, side), spin(disc, other))] = turn.covariance[(side, other)];
+                    }
+                }
+            }
+        }
+        let half = 0.5 * centres.unknowns[DISTANCE];
+        Self {
+            z: SVector::from_fn(|i, _| Dual::from_re(values[i]).derivative(i)),
+            covariance,
+            turns: turns.map(|turn| turn.is_some()),
+            radii: discs.radii.unwrap_or([half; 2]),
+            masses: discs.masses,
+            inertia: discs.inertia,
+            stuck,
+        }
+    }
+
+    fn velocity(&self, disc: usize, side: usize) -> [Dual; 2] {
+        let first = velocity(disc, side);
+        if self.stuck.is_some() && side == 1 {
+            return stick::velocity_after(&self.z, disc);
+        }
+        [self.z[first], self.z[first + 1]]
+    }
+
+    /// Components of a vector along n and t.
+    fn along(&self, [x, y]: [Dual; 2]) -> [Dual; 2] {
+        let (sin, cos) = self.z[DIRECTION].sin_cos();
+        [x * cos + y * sin, y * cos - x * sin]
+    }
+
+    /// g before (0) and after (1) the impact, along n and t.
+    pub(super) fn relative(&self, side: usize) -> [Dual; 2] {
+        let ([ux, uy], [vx, vy]) = (self.velocity(0, side), self.velocity(1, side));
+        self.along([vx - ux, vy - uy])
+    }
+
+    /// Change of a disc's velocity, along n and t.
+    fn change(&self, disc: usize) -> [Dual; 2] {
+        let ([ax, ay], [bx, by]) = (self.velocity(disc, 0), self.velocity(disc, 1));
+        self.along([bx - ax, by - ay])
+    }
+
+    /// R₁ω₁ + R₂ω₂, the part of the slip that comes of the spins. `None` where one is not known.
+    pub(super) fn rim(&self, side: usize) -> Option<Dual> {
+        let known = self.turns == [true; 2];
+        known.then(|| self.z[spin(0, side)] * self.radii[0] + self.z[spin(1, side)] * self.radii[1])
+    }
+
+    pub(super) fn direction(&self) -> Dual {
+        self.z[DIRECTION]
+    }
+
+    pub(super) fn values(&self) -> [Option<Measured>; Quantity::COUNT] {
+        Quantity::ALL.map(|quantity| {
+            if quantity == Quantity::Restitution && self.stuck.is_some() {
+                return self.stuck;
+            }
+            let dual = self.quantity(quantity)?;
+            // stated, not measured
+            if quantity == Quantity::MassRatio && self.masses.is_some() {
+                return Some(Measured { value: value(&dual), sd: None });
+            }
+            let gradient = gradient(&dual);
+            let variance = gradient.dot(&(self.covariance * gradient)).max(0.0);
+            Some(Measured { value: value(&dual), sd: Some(variance.sqrt()) })
+        })
+    }
+
+    fn quantity(&self, quantity: Quantity) -> Option<Dual> {
+        let ([g_n, g_t], [h_n, h_t]) = (self.relative(0), self.relative(1));
+        let ([u_n, u_t], [v_n, v_t]) = (self.change(0), self.change(1));
+        // m₂/m₁, where it is given
+        let given = self.masses.map(|[first, second]| Dual::from_re(second / first));
+        let mass_ratio = given.unwrap_or(-u_n / v_n);
+        // Δω = −R J_t/(νMR²); J_n/m₁ = −Δu_n, J_n/m₂ = Δv_n
+        let by_spin = |disc: usize, normal: Dual| {
+            let change = self.z[spin(disc, 1)] - self.z[spin(disc, 0)];
+            self.turns[disc].then(|| -change * self.inertia * self.radii[disc] / normal)
+        };
+        let of_disc = |disc: usize, side: usize| self.turns[disc].then(|| self.z[spin(disc, side)]);
+        let component = |disc: usize, side: usize, k: usize| Some(self.velocity(disc, side)[k]);
+        match quantity {
+            Quantity::Restitution => Some(-h_n / g_n),
+            Quantity::ImpulseRatio => Some((h_t - g_t) / (h_n - g_n)),
+            Quantity::ImpulseRatioByFirstSpin => by_spin(0, -u_n),
+            Quantity::ImpulseRatioBySecondSpin => by_spin(1, v_n),
+            Quantity::MassRatio => Some(mass_ratio),
+            Quantity::MomentumAlong => given.map(|ratio| (u_n + ratio * v_n) / -u_n),
+            Quantity::MomentumAcross => Some((u_t + mass_ratio * v_t) / -u_n),
+            Quantity::SlipBefore => self.rim(0).map(|rim| g_t - rim),
+            Quantity::SlipAfter => self.rim(1).map(|rim| h_t - rim),
+            Quantity::NormalX => Some(self.z[DIRECTION].cos()),
+            Quantity::NormalY => Some(self.z[DIRECTION].sin()),
+            Quantity::ContactDistance => Some(self.z[DISTANCE]),
+            Quantity::FirstVxBefore => component(0, 0, 0),
+            Quantity::FirstVyBefore => component(0, 0, 1),
+            Quantity::SecondVxBefore => component(1, 0, 0),
+            Quantity::SecondVyBefore => component(1, 0, 1),
+            Quantity::FirstVxAfter => component(0, 1, 0),
+            Quantity::FirstVyAfter => component(0, 1, 1),
+            Quantity::SecondVxAfter => component(1, 1, 0),
+            Quantity::SecondVyAfter => component(1, 1, 1),
+            Quantity::FirstSpinBefore => of_disc(0, 0),
+            Quantity::FirstSpinAfter => of_disc(0, 1),
+            Quantity::SecondSpinBefore => of_disc(1, 0),
+            Quantity::SecondSpinAfter => of_disc(1, 1),
+            Quantity::Time => Some(self.z[TIME]),
+        }
+    }
+}

@@ -1,0 +1,104 @@
+//! Two discs as a shot of two equal balls, the second at rest: what the collision model then says of e
+//! and of the friction between them is the same.
+
+use nalgebra::{DMatrix, DVector, SMatrix};
+
+use super::quantities::{INPUTS, Known};
+use super::{DiscImpact, Dual, gradient, value};
+use crate::measurement::dataset::{Before, Joint, Measured, Measurement, Shared, Shot};
+use crate::measurement::observable::{Axis, Observable};
+use crate::measurement::spin::Spin;
+use crate::measurement::track::TrackShot;
+use crate::physics::ball::{Ball, Vec3};
+use crate::physics::disc::Discs;
+
+/// The equal discs: direction, velocity of the first before, its spin (times the radius that both have),
+/// velocity of the second after; with their covariance.
+#[derive(Clone, Debug)]
+pub(super) struct Equal {
+    values: [f64; PLACES],
+    covariance: SMatrix<f64, PLACES, PLACES>,
+    turning: bool,
+}
+
+const PLACES: usize = 6;
+
+impl Known {
+    /// In the frame of the second disc before the impact the first has U = −g; equal discs get V = Δg/2 and
+    /// U' = U − V. Their slip is g_t − R(ω + Ω), so that all of R₁ω₁ + R₂ω₂ may be the first one's.
+    pub(super) fn equal(&self) -> Equal {
+        let (sin, cos) = num_dual::DualNum::sin_cos(&self.direction());
+        let table = |[n, t]: [Dual; 2]| [n * cos - t * sin, n * sin + t * cos];
+        let (g, h) = (self.relative(0), self.relative(1));
+        let [ux, uy] = table(g.map(|g| -g));
+        let [vx, vy] = table([0, 1].map(|k| (h[k] - g[k]) * 0.5));
+        let rim = self.rim(0);
+        let all = [self.direction(), ux, uy, rim.unwrap_or_else(|| ux * 0.0), vx, vy];
+        let by = SMatrix::<f64, PLACES, INPUTS>::from_fn(|i, j| gradient(&all[i])[j]);
+        Equal {
+            values: all.map(|dual| value(&dual)),
+            covariance: by * self.covariance * by.transpose(),
+            turning: rim.is_some(),
+        }
+    }
+}
+
+/// The ball that stands for either of the equal discs. Its mass cancels; where the discs' masses are not stated it means nothing.
+#[must_use]
+pub fn ball(discs: &Discs, impacts: &[&DiscImpact]) -> Ball {
+    let radius = |[first, second]: [f64; 2]| 0.5 * (first + second);
+    let radius = radius(discs.radii.or(impacts.first().map(|impact| impact.radii)).unwrap_or([1.0; 2]));
+    let mass = discs.masses.map_or(Ball::POOL.mass, |[first, second]| 0.5 * (first + second));
+    Ball { radius, inertia: discs.inertia, mass }
+}
+
+impl DiscImpact {
+    /// The shot of equal discs that has the same restitution and the same friction. Its spin is unknown
+    /// where a disc's rotation was not seen, unless the data set states that neither disc turns before the impact.
+    #[must_use]
+    pub fn shot(&self, track: &TrackShot, ball: &Ball) -> Shot {
+        let Equal { values, covariance, turning } = &self.equal;
+        // ω of the equal discs is the rims' speed over their radius
+        let scale = |i: usize| if i == 3 { 1.0 / ball.radius } else { 1.0 };
+        // behind ω_x and ω_y in a joint covariance, which are 0
+        let place = |i: usize| if i < 3 { i } else { i + 2 };
+        let places = Joint::BEFORE + 2;
+        let mut joint = Joint {
+            covariance: DMatrix::zeros(places, places),
+            by_shared: [(); Shared::ALL.len()].map(|()| DVector::zeros(places)),
+        };
+        for i in 0..PLACES {
+            for j in 0..PLACES {
+                joint.covariance[(place(i), place(j))] = covariance[(i, j)] * scale(i) * scale(j);
+            }
+        }
+        let measured = |i: usize| Measured {
+            value: values[i] * scale(i),
+            sd: Some(covariance[(i, i)].max(0.0).sqrt() * scale(i)),
+        };
+        let (sin, cos) = values[0].sin_cos();
+        let sd = covariance[(0, 0)].max(0.0).sqrt();
+        let normal =
+            [(cos, sin), (sin, cos)].map(|(value, across)| Measured { value, sd: Some(sd * across.abs()) });
+        let spin =
+            Spin::Measured { spin: Vec3::new(0.0, 0.0, measured(3).value), sd: [None, None, measured(3).sd] };
+        let after = [(Axis::X, 4), (Axis::Y, 5)].map(|(axis, i)| Measurement {
+            observable: Observable::ObjectVelocity(axis),
+            measured: measured(i),
+        });
+        Shot {
+            name: track.name.clone(),
+            file: track.file.clone(),
+            line: track.line,
+            labels: track.labels.clone(),
+            before: Before::Impact { normal, velocity: [measured(1), measured(2)] },
+            spin: match track.spin {
+                _ if *turning => spin,
+                Spin::Stun => Spin::Stun,
+                _ => Spin::Unknown,
+            },
+            after: after.to_vec(),
+            joint: Some(Box::new(joint)),
+        }
+    }
+}

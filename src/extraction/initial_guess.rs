@@ -1,0 +1,264 @@
+//! A first guess of a shot's unknowns, and the shots that have none.
+
+use super::Unusable;
+use crate::measurement::track::{Sample, TrackShot};
+use crate::physics::ball::Ball;
+use crate::trajectory::both_balls::{Unknowns, unknown};
+use crate::trajectory::grid;
+use crate::trajectory::scene::Scene;
+
+/// The object ball has moved when it is this many standard deviations away from where it lay.
+const MOVED: f64 = 6.0;
+
+/// Of each ball before and after the impact, to fit a line with something to spare.
+const LEAST_FRAMES: usize = 3;
+
+/// So many frames next to the impact give the first guess of a velocity.
+const NEAR: usize = 12;
+
+/// The object ball counts as moving before the impact when its speed is this many standard errors
+/// and this part of the cue ball's.
+const MOVING_ERRORS: f64 = 5.0;
+const MOVING_PART: f64 = 0.01;
+
+/// No tracker is better than this, m: keeps exact synthetic tracks finite.
+const LEAST_NOISE: f64 = 1e-8;
+
+/// The noise of a coordinate, m, from the second differences of consecutive frames, in which a
+/// smooth motion leaves only its acceleration: median |Δ²x|/0.6745/√6. It is no less than the error of rounding to the grid that
+/// the coordinates lie on.
+pub(crate) fn noise(shot: &TrackShot) -> f64 {
+    noise_of([&shot.cue, &shot.object], shot.resolution, shot.fps)
+}
+
+/// The same, of parts of two tracks.
+pub(crate) fn noise_of(tracks: [&[Sample]; 2], resolution: [f64; 2], fps: f64) -> f64 {
+    let [finer, coarser] = [resolution[0].min(resolution[1]), resolution[0].max(resolution[1])];
+    let least = LEAST_NOISE.max(grid::rounding(finer));
+    let frame = 1.0 / fps;
+    let mut differences = Vec::new();
+    for samples in tracks {
+        for three in samples.windows(3) {
+            let even = |a: &Sample, b: &Sample| (b.t - a.t - frame).abs() < 0.1 * frame;
+            if even(&three[0], &three[1]) && even(&three[1], &three[2]) {
+                for pick in [|s: &Sample| s.x, |s: &Sample| s.y] {
+                    let [a, b, c] = [pick(&three[0]), pick(&three[1]), pick(&three[2])];
+                    differences.push((a - 2.0 * b + c).abs());
+                }
+            }
+        }
+    }
+    if differences.is_empty() {
+        return least;
+    }
+    differences.sort_by(f64::total_cmp);
+    (grid::median_of_multiples(&differences, coarser) / 0.6745 / 6.0_f64.sqrt()).max(least)
+}
+
+/// A frame stands alone that is off by more than this many standard deviations…
+const ALONE: f64 = 10.0;
+/// …and by what a ball on a cloth may accelerate, m/s².
+const ACCELERATION: f64 = 5.0;
+
+/// The samples without those that fit neither the two before them nor the two behind: at the impact
+/// itself a good one fits one side.
+fn steady(samples: &[Sample], noise: f64) -> Vec<Sample> {
+    let fits = |s: &Sample, near: &Sample, far: &Sample| {
+        let part = (s.t - near.t) / (near.t - far.t);
+        let off = |s: f64, near: f64, far: f64| (s - near - (near - far) * part).abs();
+        let most = ALONE * noise * (1.0 + part.abs()) + ACCELERATION * (s.t - far.t).powi(2);
+        off(s.x, near.x, far.x) <= most && off(s.y, near.y, far.y) <= most
+    };
+    let good = |i: usize| {
+        let before = i >= 2 && fits(&samples[i], &samples[i - 1], &samples[i - 2]);
+        let behind = i + 2 < samples.len() && fits(&samples[i], &samples[i + 1], &samples[i + 2]);
+        before || behind
+    };
+    (0..samples.len()).filter(|i| good(*i)).map(|i| samples[i]).collect()
+}
+
+/// The instants of the others.
+pub(crate) fn alone(samples: &[Sample], noise: f64) -> Vec<f64> {
+    let good = steady(samples, noise);
+    let others = samples.iter().filter(|sample| !good.contains(sample));
+    others.map(|sample| sample.t).collect()
+}
+
+/// A straight line through samples: position and velocity at a time, and the standard error of the
+/// velocity for unit noise.
+struct Line {
+    position: [f64; 2],
+    velocity: [f64; 2],
+    error: f64,
+}
+
+fn line(samples: &[Sample], at: f64) -> Line {
+    let n = samples.len() as f64;
+    let mean_t = samples.iter().map(|s| s.t).sum::<f64>() / n;
+    let spread: f64 = samples.iter().map(|s| (s.t - mean_t).powi(2)).sum();
+    let fit = |pick: fn(&Sample) -> f64| {
+        let mean = samples.iter().map(pick).sum::<f64>() / n;
+        let moment: f64 = samples.iter().map(|s| (s.t - mean_t) * (pick(s) - mean)).sum();
+        let velocity = if spread > 0.0 { moment / spread } else { 0.0 };
+        (mean + velocity * (at - mean_t), velocity)
+    };
+    let ((x, vx), (y, vy)) = (fit(|s| s.x), fit(|s| s.y));
+    let error = if spread > 0.0 { 1.0 / spread.sqrt() } else { f64::INFINITY };
+    Line { position: [x, y], velocity: [vx, vy], error }
+}
+
+/// Speed from the medians of both halves of some samples, which a few wrong frames do not move, its standard error for unit
+/// noise, and the time between the halves.
+fn robust_speed(samples: &[Sample]) -> (f64, f64, f64) {
+    // the median of many numbers errs by this times as much as their mean
+    let of_median = std::f64::consts::FRAC_PI_2.sqrt();
+    let halves = samples.split_at(samples.len() / 2);
+    let of = |half: &[Sample]| {
+        [|s: &Sample| s.t, |s: &Sample| s.x, |s: &Sample| s.y]
+            .map(|pick| median(half.iter().map(pick).collect()))
+    };
+    let ([t, x, y], [later, then_x, then_y]) = (of(halves.0), of(halves.1));
+    let counts = [halves.0.len(), halves.1.len()].map(|count| (count as f64).recip());
+    let seconds = later - t;
+    let error = of_median * (counts[0] + counts[1]).sqrt() / seconds;
+    ((then_x - x).hypot(then_y - y) / seconds, error, seconds)
+}
+
+fn median(mut values: Vec<f64>) -> f64 {
+    values.sort_by(f64::total_cmp);
+    values.get(values.len() / 2).copied().unwrap_or(f64::NAN)
+}
+
+/// The speed of an object ball that moves before the balls touch, as far as frames show both.
+fn drifts(cue: &[Sample], object: &[Sample], ball: &Ball, noise: f64) -> Option<f64> {
+    let apart = |s: &Sample| {
+        let other = cue.iter().find(|c| (c.t - s.t).abs() < 1e-6)?;
+        Some((s.x - other.x).hypot(s.y - other.y))
+    };
+    let free = |s: &&Sample| apart(s).is_none_or(|apart| apart > 2.0 * ball.radius + MOVED * noise);
+    let before: Vec<Sample> = object.iter().take_while(free).copied().collect();
+    if before.len() < LEAST_FRAMES {
+        return None;
+    }
+    let line = line(&before, before[0].t);
+    let speed = line.velocity[0].hypot(line.velocity[1]);
+    (speed > MOVING_ERRORS * noise * line.error).then_some(speed)
+}
+
+/// Unknowns from straight lines near the impact.
+pub(crate) fn guess(shot: &TrackShot, scene: &Scene, noise: f64) -> Result<Unknowns, Unusable> {
+    let ball = &scene.ball;
+    let (cue, object) = (steady(&shot.cue, noise), steady(&shot.object, noise));
+    if cue.len() < 2 * LEAST_FRAMES || object.len() < 2 * LEAST_FRAMES {
+        return Err(Unusable::TooShort { cue: shot.cue.len(), object: shot.object.len() });
+    }
+    let first = &object[..LEAST_FRAMES + 2.min(object.len() - LEAST_FRAMES)];
+    let lay = [median(first.iter().map(|s| s.x).collect()), median(first.iter().map(|s| s.y).collect())];
+    let away = |s: &Sample| (s.x - lay[0]).hypot(s.y - lay[1]);
+    // for good: the next two frames are still further away, or as far on a coarse grid
+    let moved = |w: &[Sample]| {
+        away(&w[0]) > MOVED * noise && away(&w[1]) >= away(&w[0]) && away(&w[2]) >= away(&w[1])
+    };
+    let index = object.windows(3).position(moved).ok_or(Unusable::NoCollision)?;
+    let after = &object[index..object.len().min(index + NEAR)];
+    if after.len() < LEAST_FRAMES {
+        return Err(Unusable::TooFewAfter { ball: "object", frames: after.len() });
+    }
+    let moving = line(after, after[0].t);
+    let [vx, vy] = moving.velocity;
+    let square = vx * vx + vy * vy;
+    if !(square > 0.0) {
+        return Err(Unusable::NoCollision);
+    }
+    let start = line(&object[..LEAST_FRAMES], object[0].t);
+    let drift = start.velocity[0].hypot(start.velocity[1]);
+    if index < NEAR && drift > MOVED * noise * start.error {
+        return Err(Unusable::ObjectMoving { speed: drift });
+    }
+    // where the line passes the place where the ball lay
+    let back = ((moving.position[0] - lay[0]) * vx + (moving.position[1] - lay[1]) * vy) / square;
+    let time = after[0].t - back;
+
+    let frame = 1.0 / shot.fps;
+    let before: Vec<Sample> = object.iter().filter(|s| s.t < time - 0.5 * frame).copied().collect();
+    let cue_before: Vec<Sample> = cue.iter().filter(|s| s.t < time - 0.5 * frame).copied().collect();
+    let cue_after: Vec<Sample> =
+        cue.iter().filter(|s| s.t > time + 0.5 * frame).take(NEAR).copied().collect();
+    if before.is_empty() || cue_before.len() < LEAST_FRAMES {
+        return Err(match drifts(&cue, &object, ball, noise) {
+            Some(speed) => Unusable::ObjectMoving { speed },
+            None => Unusable::TooFewBefore { cue: cue_before.len(), object: before.len() },
+        });
+    }
+    if cue_after.len() < LEAST_FRAMES {
+        return Err(Unusable::TooFewAfter { ball: "cue", frames: cue_after.len() });
+    }
+    let arriving = line(&cue_before[cue_before.len().saturating_sub(NEAR)..], time);
+    let leaving = line(&cue_after, time);
+    let [ux, uy] = arriving.velocity;
+    let speed = ux.hypot(uy);
+    if before.len() >= LEAST_FRAMES {
+        let (drift, error, seconds) = robust_speed(&before);
+        // medians of rounded numbers differ by a whole step where the ball lies between two
+        let rounded = shot.resolution[1] * std::f64::consts::SQRT_2 / seconds;
+        if drift - rounded > MOVING_ERRORS * noise * error && drift > MOVING_PART * speed {
+            return Err(Unusable::ObjectMoving { speed: drift });
+        }
+    }
+    let lay = [median(before.iter().map(|s| s.x).collect()), median(before.iter().map(|s| s.y).collect())];
+    let across = [lay[0] - arriving.position[0], lay[1] - arriving.position[1]];
+    let distance = across[0].hypot(across[1]);
+    if (distance / (2.0 * ball.radius) - 1.0).abs() > 0.5 {
+        return Err(Unusable::Separation {
+            measured: distance,
+            expected: 2.0 * ball.radius,
+            error: f64::NAN,
+        });
+    }
+    let (nx, ny) = (across[0] / distance, across[1] / distance);
+    let turn = |v: [f64; 2]| [v[0] * nx + v[1] * ny, v[1] * nx - v[0] * ny];
+    let (u, c, v) = (turn(arriving.velocity), turn(leaving.velocity), turn(moving.velocity));
+    if !(u[0] > 0.0) {
+        return Err(Unusable::NoCollision);
+    }
+    let mut z = Unknowns::zeros();
+    z[unknown::TIME] = time;
+    z[unknown::OBJECT] = lay[0];
+    z[unknown::OBJECT + 1] = lay[1];
+    z[unknown::DIRECTION] = ny.atan2(nx);
+    for (at, w) in [(unknown::BEFORE, u), (unknown::CUE, c), (unknown::BALL, v)] {
+        z[at] = w[0];
+        z[at + 1] = w[1];
+    }
+    z[unknown::SLIDING] = scene.cloth.sliding;
+    z[unknown::ROLLING] = scene.cloth.rolling;
+    Ok(z)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// 20 frames at 500 frames/s of a ball with this speed, the last of them 5 mm off.
+    fn filmed(speed: f64) -> Vec<Sample> {
+        let frame = |n: usize| {
+            let t = n as f64 / 500.0;
+            let wrong = if n == 19 { 0.005 } else { 0.0 };
+            Sample { t, x: 0.4 + speed * t + wrong, y: 0.2, sd: None }
+        };
+        (0..20).map(frame).collect()
+    }
+
+    #[test]
+    fn a_wrong_frame_does_not_move_a_ball_that_lies() {
+        const NOISE: f64 = 3e-4;
+        let moves = |speed: f64| {
+            let (speed, error, _) = robust_speed(&filmed(speed));
+            speed > MOVING_ERRORS * NOISE * error
+        };
+        assert!(!moves(0.0));
+        assert!(moves(0.1));
+        let straight = line(&filmed(0.0), 0.0);
+        assert!(straight.velocity[0] > MOVING_ERRORS * NOISE * straight.error);
+    }
+}

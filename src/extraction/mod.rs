@@ -1,0 +1,261 @@
+//! Tracks → impacts: for each shot one weighted least-squares fit of both balls' positions at once,
+//! through the instant of impact; from it velocities before and after with their covariance.
+
+pub mod disc;
+mod film;
+mod initial_guess;
+mod marker_rotation;
+mod marker_spins;
+mod near_model;
+mod quantities;
+pub mod shots;
+mod spin_from_motion;
+mod window;
+mod window_fit;
+
+use nalgebra::{DMatrix, SMatrix, SVector};
+use rayon::prelude::*;
+
+pub use marker_rotation::Rotation;
+pub(crate) use marker_rotation::turn;
+pub use near_model::near_model;
+pub use window::MOST as MOST_FRAMES;
+
+use crate::measurement::isolate::isolated;
+use crate::measurement::spin::Spin;
+use crate::measurement::track::TrackShot;
+use crate::trajectory::scene::Scene;
+
+/// The quantities of an [`Impact`], in the order of its values and covariance.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Quantity {
+    /// Direction of the line of centres in the table frame, rad.
+    Direction,
+    CueVxBefore,
+    CueVyBefore,
+    CueVxAfter,
+    CueVyAfter,
+    ObjVxAfter,
+    ObjVyAfter,
+    /// Upward velocity of the ball that friction lifts, m/s; 0 for stun.
+    Lift,
+    /// The cloth's sliding friction μ_k.
+    Sliding,
+    /// Instant of impact, s.
+    Time,
+    /// Spin of the cue ball before the impact, rad/s, where it is unknown and was found from the motion.
+    CueSpinX,
+    CueSpinY,
+}
+
+impl Quantity {
+    pub const COUNT: usize = 12;
+}
+
+/// Values and covariance of the [`Quantity`]s of a shot, table frame.
+#[derive(Clone, Debug)]
+pub struct Impact {
+    pub values: [f64; Quantity::COUNT],
+    pub covariance: SMatrix<f64, { Quantity::COUNT }, { Quantity::COUNT }>,
+    /// Which ball flies after the impact.
+    pub lifted: Lifted,
+    /// Standard deviation of a coordinate, m: stated, or estimated from this track.
+    pub position_sd: f64,
+    /// χ² per degree of freedom with the noise that second differences of the track show.
+    pub reduced_chi2: f64,
+    /// Frames used: cue ball before, cue ball after, object ball after the impact.
+    pub frames: [usize; 3],
+    /// Frames left out as wrong.
+    pub outliers: usize,
+    /// First and last instant used, s.
+    pub window: [f64; 2],
+    /// The cue ball's spin before the impact that was reckoned with, table frame: as played, or as its
+    /// markers show. Where it was unknown: natural roll if the motion agrees with that, else still unknown and found
+    /// from the motion.
+    pub spin: Spin,
+    /// What the markers on the balls show, where there are any.
+    pub rotations: Option<Box<Rotations>>,
+    unknowns: crate::trajectory::both_balls::Unknowns,
+    /// What the frames tell of μ_r.
+    rolling: Rolling,
+    /// Where the spin is unknown and the collision model known, what a joint fit of the frames starts from.
+    at_model: Option<crate::likelihood::frames::Own>,
+    /// Mean and standard deviation with which the collision model's lift was held.
+    lift_held: Option<(f64, f64)>,
+    /// Instants of the frames left out as wrong, of the cue ball and of the object ball.
+    wrong: [Vec<f64>; 2],
+    /// Standard deviation of a coordinate that the residuals show, over what the frames were weighted by.
+    scale: f64,
+    /// Noise from second differences, m.
+    noise: f64,
+}
+
+/// Angular velocities just before and after the impact, of balls with markers.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Rotations {
+    pub cue_before: Option<Rotation>,
+    pub cue_after: Option<Rotation>,
+    pub object_after: Option<Rotation>,
+    /// Of the three, x, y, z each, with each other; 0 for those that are not measured.
+    pub covariance: SMatrix<f64, 9, 9>,
+    /// How they move with μ_r.
+    by_rolling: SVector<f64, 9>,
+    /// And with the [`Quantity`]s.
+    pub with_path: SMatrix<f64, 9, { Quantity::COUNT }>,
+}
+
+/// What a shot's frames tell of the cloth's rolling resistance μ_r, with which they were reckoned.
+#[derive(Clone, Copy, Debug)]
+struct Rolling {
+    /// Which was assumed…
+    assumed: f64,
+    /// …what agrees best with the frames, and 1/variance of that.
+    best: f64,
+    information: f64,
+    /// How the [`Quantity`]s move with it.
+    by: SVector<f64, { Quantity::COUNT }>,
+}
+
+/// Covariance of the unknowns of a path, how they move with μ_r, and how the [`Quantity`]s follow from them.
+struct PathErrors {
+    by_rolling: crate::trajectory::both_balls::Unknowns,
+    unknowns: SMatrix<
+        f64,
+        { crate::trajectory::both_balls::unknown::COUNT },
+        { crate::trajectory::both_balls::unknown::COUNT },
+    >,
+    quantities: SMatrix<f64, { Quantity::COUNT }, { crate::trajectory::both_balls::unknown::COUNT }>,
+}
+
+/// The fitted motion of both balls.
+pub struct FittedMotion(crate::trajectory::both_balls::Motion<f64>);
+
+impl FittedMotion {
+    /// The cue ball's centre at a time (s), m.
+    #[must_use]
+    pub fn cue(&self, time: f64) -> [f64; 2] {
+        self.0.cue(time)
+    }
+
+    /// The object ball's centre at a time (s), m.
+    #[must_use]
+    pub fn object(&self, time: f64) -> [f64; 2] {
+        self.0.object(time)
+    }
+}
+
+impl Impact {
+    /// Its topspin before the impact over the natural roll's, where that was found from the motion alone.
+    #[must_use]
+    pub fn roll(&self) -> Option<f64> {
+        let roll = self.at_model.map_or(self.unknowns[crate::trajectory::both_balls::unknown::ROLL], |own| {
+            own[crate::likelihood::frames::OWN]
+        });
+        (self.spin == Spin::Unknown).then_some(roll)
+    }
+
+    /// The motion that was fitted to a shot.
+    #[must_use]
+    pub fn motion(&self, scene: &Scene) -> FittedMotion {
+        let scene = crate::trajectory::both_balls::Scene::of(self.spin, scene);
+        FittedMotion(crate::trajectory::both_balls::Motion::new(&scene, &self.unknowns.into()))
+    }
+}
+
+/// Which ball the vertical friction lifts.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Lifted {
+    Neither,
+    Cue,
+    Object,
+}
+
+/// Why a shot cannot be used.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum Unusable {
+    #[error(
+        "the tracks are too short: {cue} frames of the cue ball, {object} of the object ball; expected at least 6 of each"
+    )]
+    TooShort { cue: usize, object: usize },
+    #[error("no collision found: the object ball is not set in motion by the cue ball")]
+    NoCollision,
+    #[error(
+        "too few frames before the impact: {cue} of the cue ball (expected at least 3), {object} of the object ball (at least 1)"
+    )]
+    TooFewBefore { cue: usize, object: usize },
+    #[error("too few frames of the {ball} ball after the impact: {frames}; expected at least 3")]
+    TooFewAfter { ball: &'static str, frames: usize },
+    #[error("the object ball was moving before the impact, with {speed:.3} m/s")]
+    ObjectMoving { speed: f64 },
+    #[error(
+        "the balls' centres are {:.2} mm apart at the impact, not {:.2} mm (2R){}: check the scale, the radius and \
+         which track is which ball",
+        1e3 * measured, 1e3 * expected, error_text(*error)
+    )]
+    Separation { measured: f64, expected: f64, error: f64 },
+    #[error("its motion fits no single collision: χ²/dof is {reduced_chi2:.1} even next to the impact")]
+    BadFit { reduced_chi2: f64 },
+    #[error("the fit of its tracks did not converge: {0}")]
+    NotConverged(String),
+    #[error("it could not be processed ({0}), which is a defect of caromfit")]
+    Failed(String),
+}
+
+fn error_text(error: f64) -> String {
+    if error.is_finite() { format!(" ± {:.2} mm", 1e3 * error) } else { String::new() }
+}
+
+/// Finds the impact of a shot.
+///
+/// # Errors
+/// Why the shot cannot be used.
+pub fn extract(shot: &TrackShot, scene: &Scene) -> Result<Impact, Unusable> {
+    let noise = initial_guess::noise(shot);
+    let guess = initial_guess::guess(shot, scene, noise)?;
+    let with_spin = |spin: Spin| {
+        let tracked = window_fit::Tracked::new(shot, scene, noise, spin);
+        let chosen = window::choose(&tracked, &guess)?;
+        tracked.impact(&chosen)
+    };
+    if shot.markers.is_empty() {
+        return match shot.spin {
+            Spin::Unknown => spin_from_motion::from_motion(shot, scene, &guess, noise),
+            spin => Ok(with_spin(spin)?.0),
+        };
+    }
+    // the motion needs the spin and the exact spin needs the motion
+    let (first, errors) = with_spin(marker_spins::rough(
+        shot,
+        &scene.ball,
+        guess[crate::trajectory::both_balls::unknown::TIME],
+        noise,
+    ))?;
+    let rotations = marker_spins::measure(shot, &first, &errors, scene);
+    let (impact, errors) = with_spin(marker_spins::before(shot, &rotations))?;
+    let rotations = marker_spins::measure(shot, &impact, &errors, scene);
+    // the spin as it was last measured
+    Ok(Impact {
+        spin: marker_spins::before(shot, &rotations),
+        rotations: Some(Box::new(rotations)),
+        ..impact
+    })
+}
+
+/// Finds the impacts of many shots in parallel; `done` is called after each. However a shot fails, the others go on.
+pub fn extract_all(
+    shots: &[TrackShot],
+    scene: &Scene,
+    done: &(dyn Fn() + Sync),
+) -> Vec<Result<Impact, Unusable>> {
+    let one = |shot| {
+        let impact = isolated(|| extract(shot, scene)).unwrap_or_else(|panic| Err(Unusable::Failed(panic)));
+        done();
+        impact
+    };
+    shots.par_iter().map(one).collect()
+}
+
+/// A covariance is kept symmetric, whatever the roundings.
+fn symmetric(matrix: &DMatrix<f64>) -> DMatrix<f64> {
+    0.5 * (matrix + matrix.transpose())
+}

@@ -1,0 +1,117 @@
+//! A fit of a shot's frames → values and covariance of what it is after.
+
+use nalgebra::{DMatrix, SMatrix};
+
+use super::window_fit::{AWAY, Fitted, Tracked};
+use super::{Impact, Lifted, PathErrors, Quantity, Rolling, Unusable, symmetric};
+use crate::measurement::spin::Spin;
+use crate::trajectory::both_balls::{Lift, unknown};
+
+impl Tracked<'_> {
+    /// Values and covariance of what a fit is after.
+    pub(crate) fn impact(&self, fitted: &Fitted) -> Result<(Impact, PathErrors), Unusable> {
+        if !fitted.converged {
+            return Err(Unusable::NotConverged(fitted.termination.clone()));
+        }
+        if let Some((wrong, _)) = self.separation(fitted) {
+            return Err(wrong);
+        }
+        if !(fitted.z[unknown::BEFORE] > 0.0) {
+            return Err(Unusable::NotConverged(AWAY.to_string()));
+        }
+        self.quantities(fitted)
+    }
+
+    /// The same of what may not have converged.
+    pub(crate) fn quantities(&self, fitted: &Fitted) -> Result<(Impact, PathErrors), Unusable> {
+        // noise that is not stated is estimated from these residuals
+        let factor = if self.states_noise() { 1.0 } else { fitted.reduced() };
+        let z = &fitted.z;
+        let qr = fitted.jacobian.clone().qr();
+        let r = qr.r();
+        let inverse = r
+            .solve_upper_triangular(&DMatrix::identity(r.ncols(), r.ncols()))
+            .ok_or_else(|| Unusable::NotConverged("its unknowns are not determined".to_string()))?;
+        let covariance = factor * symmetric(&(&inverse * inverse.transpose()));
+        let mut all = SMatrix::<f64, { unknown::COUNT }, { unknown::COUNT }>::zeros();
+        for (i, a) in fitted.free.iter().enumerate() {
+            for (j, b) in fitted.free.iter().enumerate() {
+                all[(*a, *b)] = covariance[(i, j)];
+            }
+        }
+        // collision frame to table frame: w = (v_x cos α − v_y sin α, v_x sin α + v_y cos α)
+        let (sin, cos) = z[unknown::DIRECTION].sin_cos();
+        let mut values = [0.0; Quantity::COUNT];
+        let mut by = SMatrix::<f64, { Quantity::COUNT }, { unknown::COUNT }>::zeros();
+        let mut put = |quantity: Quantity, value: f64, terms: &[(usize, f64)]| {
+            values[quantity as usize] = value;
+            for (unknown, derivative) in terms {
+                by[(quantity as usize, *unknown)] += derivative;
+            }
+        };
+        put(Quantity::Direction, z[unknown::DIRECTION], &[(unknown::DIRECTION, 1.0)]);
+        for (first, qx, qy) in [
+            (unknown::BEFORE, Quantity::CueVxBefore, Quantity::CueVyBefore),
+            (unknown::CUE, Quantity::CueVxAfter, Quantity::CueVyAfter),
+            (unknown::BALL, Quantity::ObjVxAfter, Quantity::ObjVyAfter),
+        ] {
+            let (x, y) = (z[first] * cos - z[first + 1] * sin, z[first] * sin + z[first + 1] * cos);
+            put(qx, x, &[(first, cos), (first + 1, -sin), (unknown::DIRECTION, -y)]);
+            put(qy, y, &[(first, sin), (first + 1, cos), (unknown::DIRECTION, x)]);
+        }
+        let per_lift = match self.model.spin {
+            Spin::Unknown => z[unknown::BEFORE] * self.model.vertical(z),
+            _ => 1.0,
+        };
+        put(Quantity::Lift, per_lift * z[unknown::LIFT], &[(unknown::LIFT, per_lift)]);
+        put(Quantity::Sliding, z[unknown::SLIDING], &[(unknown::SLIDING, 1.0)]);
+        put(Quantity::Time, z[unknown::TIME], &[(unknown::TIME, 1.0)]);
+        if self.model.spin == Spin::Unknown {
+            // ω = ρ ẑ × U/R
+            let (roll, radius) = (z[unknown::ROLL], self.scene.ball.radius);
+            let (first, second) = (unknown::BEFORE, unknown::BEFORE + 1);
+            let (x, y) = (z[first] * cos - z[second] * sin, z[first] * sin + z[second] * cos);
+            let part = roll / radius;
+            let by_x = [(first, -part * sin), (second, -part * cos), (unknown::DIRECTION, -part * x)];
+            put(Quantity::CueSpinX, -part * y, &by_x);
+            put(Quantity::CueSpinX, -part * y, &[(unknown::ROLL, -y / radius)]);
+            let by_y = [(first, part * cos), (second, -part * sin), (unknown::DIRECTION, -part * y)];
+            put(Quantity::CueSpinY, part * x, &by_y);
+            put(Quantity::CueSpinY, part * x, &[(unknown::ROLL, x / radius)]);
+        }
+        let (by_rolling, step, information) = self.rolling(fitted, &qr);
+        let assumed = z[unknown::ROLLING];
+        let impact = Impact {
+            values,
+            covariance: by * all * by.transpose(),
+            lifted: match fitted.lift {
+                Lift::None => Lifted::Neither,
+                Lift::Cue => Lifted::Cue,
+                Lift::Object => Lifted::Object,
+            },
+            position_sd: if self.states_noise() { self.sd } else { self.sd * factor.sqrt() },
+            reduced_chi2: self.misfit(fitted),
+            frames: fitted.frames,
+            outliers: fitted.wrong_cue.len() + fitted.wrong_object.len(),
+            window: [fitted.from, fitted.to],
+            unknowns: *z,
+            rolling: Rolling {
+                assumed,
+                best: assumed + step,
+                information: information / factor,
+                by: by * by_rolling,
+            },
+            at_model: None,
+            lift_held: fitted
+                .lift_held
+                .filter(|_| per_lift > 0.0)
+                .map(|(mean, sd)| (per_lift * mean, per_lift * sd * factor.sqrt())),
+            wrong: [fitted.wrong_cue.clone(), fitted.wrong_object.clone()],
+            scale: factor.sqrt(),
+            noise: self.noise,
+            spin: self.model.spin,
+            rotations: None,
+        };
+        Ok((impact, PathErrors { unknowns: all, by_rolling, quantities: by }))
+    }
+}

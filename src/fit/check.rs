@@ -1,0 +1,326 @@
+//! What is suspicious about a data set, without fitting it. What is wrong was said when it was loaded.
+
+use crate::likelihood::prediction::Plan;
+use crate::measurement::dataset::{Before, Dataset, Measured, Shot};
+use crate::measurement::observable::{Axis, Observable};
+use crate::measurement::parameter::Parameter;
+use crate::measurement::spin::Spin;
+use crate::physics::collision::{Coefficients, Fidelity, Model};
+
+/// Fewer shots than this leave the noise to luck.
+const FEW_SHOTS: usize = 5;
+
+/// Speeds of a cue ball before the impact, m/s: below, gravity during the contact and the cloth take more than
+/// the model leaves out; above, no player hits a ball (a break reaches 13).
+const SPEEDS: [f64; 2] = [0.3, 14.0];
+
+/// Radii of billiard balls, m: from miniature to Russian pyramid balls.
+const RADII: [f64; 2] = [0.015, 0.037];
+
+/// The object ball leaves along the line of centres but for the throw, which is at most 12° in any table of
+/// treated balls (Alciatore 2014); more than this is another line.
+const MOST_THROW_DEG: f64 = 20.0;
+
+/// Published sliding frictions of a ball on a cloth lie between 0.15 and 0.4; these limits leave room for others.
+const SLIDING: [f64; 2] = [0.1, 0.5];
+
+/// What is usual, to say by how much a frame rate would have to be wrong.
+const USUAL_SLIDING: f64 = 0.2;
+
+/// No cloth that is published of has a higher rolling resistance, four standard deviations from the mean.
+const MOST_ROLLING: f64 = 0.03;
+
+/// So many standard errors are no chance.
+const SURELY: f64 = 3.0;
+
+/// A rolling ball's spin can add a few per cent to the energy of motion, and to a speed.
+const MOST_RATIO: f64 = 1.05;
+
+/// So many shots are named in a warning.
+const NAMED: usize = 3;
+
+/// A finding: of what, and a sentence.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Finding {
+    /// `None`: of the whole data set.
+    pub shot: Option<String>,
+    pub text: String,
+    pub kind: Kind,
+}
+
+/// What a finding is about.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Kind {
+    /// Nothing need be wrong, but it is good to know.
+    Advice,
+    Radius,
+    /// Sliding friction of the cloth, as the paths show it.
+    Sliding,
+    /// Its rolling resistance.
+    Rolling,
+    Slow,
+    Fast,
+    UnknownSpin,
+    /// The object ball's direction.
+    Direction,
+    Energy,
+    SpeedRatio,
+    Throw,
+}
+
+impl Finding {
+    fn whole(kind: Kind, text: String) -> Self {
+        Self { shot: None, text, kind }
+    }
+
+    /// Whether something may be wrong with the data.
+    #[must_use]
+    pub fn is_suspicious(&self) -> bool {
+        self.kind != Kind::Advice
+    }
+}
+
+/// Everything suspicious and what else is good to know, that of the whole first. Tracks must have been made into impacts before.
+#[must_use]
+pub fn check(dataset: &Dataset) -> Vec<Finding> {
+    let shots: Vec<&Shot> = dataset.shots.iter().collect();
+    let (whole, mut of_shots): (Vec<_>, Vec<_>) =
+        suspicious(dataset, &shots, [dataset.sliding, dataset.rolling])
+            .into_iter()
+            .partition(|finding| finding.shot.is_none());
+    for shot in shots.iter().filter(|shot| shot.spin == Spin::Unknown) {
+        let text = "its spin is unknown: it cannot be fitted".to_string();
+        of_shots.push(Finding { shot: Some(shot.name.clone()), text, kind: Kind::UnknownSpin });
+    }
+    let order =
+        |finding: &Finding| dataset.shots.iter().position(|shot| Some(&shot.name) == finding.shot.as_ref());
+    of_shots.sort_by_key(order);
+    whole.into_iter().chain(advice(dataset)).chain(of_shots).collect()
+}
+
+/// What lets doubt some shots of a data set, or the μ_k and μ_r of the cloth that their paths show; that of the whole first. The
+/// same is among the warnings of a fit.
+#[must_use]
+pub fn suspicious(
+    dataset: &Dataset,
+    shots: &[&Shot],
+    [sliding, rolling]: [Option<Measured>; 2],
+) -> Vec<Finding> {
+    if dataset.tracks.as_ref().is_some_and(|tracks| tracks.discs.is_some()) {
+        return Vec::new();
+    }
+    let mut found = Vec::new();
+    if let Some(Measured { value, sd }) = rolling
+        && value > MOST_ROLLING
+    {
+        let error = sd.map_or(String::new(), |sd| format!(" ± {sd:.3}"));
+        found.push(Finding::whole(
+            Kind::Rolling,
+            format!(
+                "the balls slow down before the impacts as if the cloth's rolling resistance were {value:.3}{error}, where 0.01 is \
+                 usual: cue balls that are said to roll may slide (cue_spin), or the times or the scale of the footage are wrong"
+            ),
+        ));
+    }
+    if let Some(Measured { value, sd: Some(sd) }) = sliding
+        && (value + SURELY * sd < SLIDING[0] || value - SURELY * sd > SLIDING[1])
+    {
+        let rate = if value > SURELY * sd {
+            let faster = (USUAL_SLIDING / value).sqrt();
+            format!(". Frames {faster:.2} times as fast would give {USUAL_SLIDING}")
+        } else {
+            String::new()
+        };
+        found.push(Finding::whole(
+            Kind::Sliding,
+            format!(
+                "the paths after the impacts show that the cloth's sliding friction is {value:.3} ± {sd:.3}, where {USUAL_SLIDING} is \
+                 usual: the frame rate of the camera (capture_fps) or the scale may be wrong{rate}"
+            ),
+        ));
+    }
+    let radius = dataset.ball.radius;
+    if !(RADII[0]..=RADII[1]).contains(&radius) {
+        found.push(Finding::whole(
+            Kind::Radius,
+            format!(
+                "the radius is {radius} m: billiard balls have {} to {} m (pool 0.028575, carom 0.03075, snooker 0.02625)",
+                RADII[0], RADII[1]
+            ),
+        ));
+    }
+    for shot in shots {
+        let of_shot = of_shot(shot).into_iter();
+        found.extend(of_shot.map(|(kind, text)| Finding { shot: Some(shot.name.clone()), text, kind }));
+    }
+    found
+}
+
+/// Findings as warnings, each kind once: sentences.
+#[must_use]
+pub fn warnings(found: &[Finding], shots: usize) -> Vec<String> {
+    let mut kinds: Vec<Kind> = Vec::new();
+    for finding in found {
+        if !kinds.contains(&finding.kind) {
+            kinds.push(finding.kind);
+        }
+    }
+    let of_kind = |kind: Kind| {
+        let alike: Vec<&Finding> = found.iter().filter(|finding| finding.kind == kind).collect();
+        let names: Vec<&str> = alike.iter().filter_map(|finding| finding.shot.as_deref()).collect();
+        let text = &alike.first()?.text;
+        Some(match names[..] {
+            [] => format!("{}.", capital(text)),
+            [name] => format!("Shot {name}: {text}."),
+            [first, ..] => {
+                let others = if names.len() > NAMED { ", …" } else { "" };
+                let named = names[..names.len().min(NAMED)].join(", ");
+                format!("{} of {shots} shots ({named}{others}), as shot {first}: {text}.", names.len())
+            }
+        })
+    };
+    kinds.into_iter().filter_map(of_kind).collect()
+}
+
+/// With a capital letter.
+pub(crate) fn capital(words: &str) -> String {
+    let mut letters = words.chars();
+    letters.next().map_or(String::new(), |first| first.to_uppercase().chain(letters).collect())
+}
+
+/// What is good to know before a fit.
+fn advice(dataset: &Dataset) -> Vec<Finding> {
+    let mut found = Vec::new();
+    let mut whole = |text: String| found.push(Finding::whole(Kind::Advice, text));
+    let balls = dataset.tracks.as_ref().is_none_or(|tracks| tracks.discs.is_none());
+    let usable = dataset.shots.len();
+    if usable < FEW_SHOTS {
+        whole(format!("{usable} shot(s) can be used: too few to tell how noisy they are"));
+    }
+    if dataset.tracks.as_ref().is_some_and(|tracks| tracks.shots.is_empty())
+        && dataset.sliding.is_none()
+        && balls
+    {
+        whole(
+            "the paths after the impacts do not tell the cloth's friction μ_k: a published value is used"
+                .into(),
+        );
+    }
+    if dataset.source.is_none() {
+        whole("there is no source: say who measured it, how and when".into());
+    }
+    told(dataset, &mut whole);
+    noise(dataset, &mut whole);
+    found
+}
+
+/// Parameters that no observation depends on.
+fn told(dataset: &Dataset, say: &mut impl FnMut(String)) {
+    let initial = Parameter::COEFFICIENTS.map(|p| dataset.settings[p].initial);
+    let coefficients = Coefficients { mu: initial[0], mu_s: initial[1], e: initial[2] };
+    let model = Model::new(Fidelity::Full, dataset.ball);
+    let mut depends = [false; 3];
+    for shot in &dataset.shots {
+        let Ok(plan) = Plan::new(shot) else { continue };
+        let Ok(prediction) = plan.predict(&model, &coefficients) else { continue };
+        let by = prediction.by_parameters.rows(0, plan.rows().len());
+        for (i, depends) in depends.iter_mut().enumerate() {
+            *depends |= by.column(i).iter().any(|d| *d != 0.0);
+        }
+    }
+    for parameter in Parameter::COEFFICIENTS {
+        if depends[parameter as usize] || dataset.settings[parameter].fixed || dataset.shots.is_empty() {
+            continue;
+        }
+        let why = match parameter {
+            Parameter::Mu => {
+                "every shot is without slip between the balls, or only what does not depend on it is measured"
+            }
+            Parameter::MuS => "no shot has topspin, so the cloth never carries the object ball",
+            Parameter::E | Parameter::B | Parameter::C => "no speed after the impact is measured",
+        };
+        say(format!(
+            "nothing here tells {}: {why}; it will be left at {}",
+            parameter.symbol(),
+            dataset.settings[parameter].initial
+        ));
+    }
+}
+
+fn noise(dataset: &Dataset, say: &mut impl FnMut(String)) {
+    let mut without: Vec<Observable> = Vec::new();
+    for row in dataset.shots.iter().filter(|shot| shot.joint.is_none()).flat_map(|shot| &shot.after) {
+        if row.measured.sd.is_none() && !without.contains(&row.observable) {
+            without.push(row.observable);
+        }
+    }
+    if !without.is_empty() {
+        let names: Vec<_> = without.iter().map(|observable| observable.column()).collect();
+        say(format!(
+            "no standard deviations for {}: they will be estimated from the residuals, and nothing can test the fit",
+            names.join(", ")
+        ));
+    }
+}
+
+/// What is suspicious about a shot.
+fn of_shot(shot: &Shot) -> Vec<(Kind, String)> {
+    let mut found = Vec::new();
+    let value = |observable| shot.after.iter().find(|m| m.observable == observable).map(|m| m.measured.value);
+    let speed = match shot.before {
+        Before::Impact { velocity, .. } => Some(velocity[0].value.hypot(velocity[1].value)),
+        Before::Angle { speed, .. } => speed.map(|speed| speed.value),
+    };
+    if let Some(speed) = speed {
+        if speed < SPEEDS[0] {
+            let text = format!(
+                "the cue ball comes at {speed:.2} m/s: below {} m/s the model leaves too much out",
+                SPEEDS[0]
+            );
+            found.push((Kind::Slow, text));
+        } else if speed > SPEEDS[1] {
+            let text = format!(
+                "the cue ball comes at {speed:.1} m/s, faster than any break: the frame rate or the scale may be wrong"
+            );
+            found.push((Kind::Fast, text));
+        }
+    }
+    match shot.before {
+        Before::Impact { normal, .. } => {
+            let after = |ball: fn(Axis) -> Observable| Some([value(ball(Axis::X))?, value(ball(Axis::Y))?]);
+            let object = after(Observable::ObjectVelocity);
+            if let Some([x, y]) = object.filter(|v| v[0].hypot(v[1]) > 0.0) {
+                let [nx, ny] = normal.map(|n| n.value);
+                let off = (nx * y - ny * x).atan2(nx * x + ny * y).to_degrees();
+                if off.abs() > MOST_THROW_DEG {
+                    let text = format!(
+                        "the object ball leaves {off:.0}° off the line of centres: the balls or the axes may be mixed up"
+                    );
+                    found.push((Kind::Direction, text));
+                }
+            }
+            if let (Some(object), Some(cue), Some(speed)) = (object, after(Observable::CueVelocity), speed) {
+                let ratio =
+                    (object[0].hypot(object[1]).powi(2) + cue[0].hypot(cue[1]).powi(2)) / (speed * speed);
+                if ratio > MOST_RATIO {
+                    let text = format!(
+                        "the balls have {ratio:.2} times the cue ball's energy of motion after the impact"
+                    );
+                    found.push((Kind::Energy, text));
+                }
+            }
+        }
+        Before::Angle { .. } => {
+            if let Some(ratio) = value(Observable::ObjectSpeedRatio).filter(|ratio| *ratio > MOST_RATIO) {
+                let text = format!("the object ball leaves {ratio:.2} times as fast as the cue ball came");
+                found.push((Kind::SpeedRatio, text));
+            }
+            if let Some(throw) = value(Observable::Throw).map(f64::to_degrees)
+                && throw.abs() > MOST_THROW_DEG
+            {
+                found.push((Kind::Throw, format!("a throw of {throw:.1}° is more than friction gives")));
+            }
+        }
+    }
+    found
+}

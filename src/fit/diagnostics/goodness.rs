@@ -1,0 +1,193 @@
+//! Do model and noise describe the residuals? χ² and normality here, `trends` and `influence` in their own files.
+
+use nalgebra::DMatrix;
+use statrs::distribution::{ChiSquared, ContinuousCDF, FisherSnedecor, Normal};
+use statrs::stats_tests::anderson_darling::anderson_darling;
+
+use super::influence::{Influence, influence};
+use super::trends::{Trend, trends};
+use crate::fit::uncertainty::{Minimum, open_directions};
+use crate::likelihood::fitted::Fitted;
+use crate::likelihood::whitening::EstimatedSd;
+use crate::measurement::dataset::Shot;
+use crate::measurement::parameter::Parameter;
+use crate::numerics::least_squares::Activity;
+use crate::physics::collision::Model;
+
+/// A χ² this improbable, at either end, means that the stated noise does not describe the residuals.
+pub(in crate::fit) const IMPROBABLE: f64 = 0.001;
+
+/// Standard deviations that are too large by less than this do no harm, however many shots show it.
+const HARMLESS: f64 = 0.05;
+
+/// A direction of which less than this part is left has been taken up by the fit.
+pub(in crate::fit) const OWN: f64 = 1e-6;
+
+/// An Anderson-Darling statistic beyond which the formula for its probability no longer holds: there is none.
+const HOPELESS: f64 = 13.0;
+
+/// Fewer residuals say nothing of their distribution (D'Agostino and Stephens 1986, Table 4.9).
+const ENOUGH: usize = 8;
+
+/// How well model and noise describe the residuals.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Goodness {
+    /// χ² and degrees of freedom of what is tested, see [`crate::fit::Fit::tested`].
+    pub chi2: f64,
+    pub dof: usize,
+    /// Probability of a larger χ² were model and stated noise right; `None` where the noise was
+    /// estimated from these residuals, or shots were down-weighted.
+    pub p_value: Option<f64>,
+    pub noise: NoiseVerdict,
+    /// √(χ²/dof): by how much the stated standard deviations are too small.
+    pub noise_factor: Option<f64>,
+    /// All trends that were looked for, the surest first.
+    pub trends: Vec<Trend>,
+    /// `None` with fewer than eight residuals.
+    pub normality: Option<Normality>,
+    /// The most influential shots, first the most.
+    pub influence: Vec<Influence>,
+    /// Cook's distance above which a shot is influential: the median of F(p, n − p).
+    pub influential_from: Option<f64>,
+}
+
+/// Whether the stated noise explains the residuals.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum NoiseVerdict {
+    /// There is nothing to compare: the noise was estimated from the residuals, or no degree of
+    /// freedom is left.
+    NotTested,
+    Explains,
+    /// The residuals are larger.
+    TooSmall,
+    /// The residuals are smaller.
+    TooLarge,
+}
+
+impl NoiseVerdict {
+    /// As in fit.json.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::NotTested => "not-tested",
+            Self::Explains => "explains-residuals",
+            Self::TooSmall => "too-small",
+            Self::TooLarge => "too-large",
+        }
+    }
+}
+
+/// Anderson and Darling's test of the residuals, each over its own standard deviation, against a normal
+/// distribution of their mean and standard deviation.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Normality {
+    pub statistic: f64,
+    pub p_value: f64,
+}
+
+/// What the tests need of a fit.
+pub(in crate::fit) struct Context<'a> {
+    pub shots: &'a [&'a Shot],
+    pub fitted: &'a [Fitted],
+    pub model: &'a Model,
+    pub minimum: &'a Minimum,
+    pub free: &'a [Parameter],
+    pub sds: &'a EstimatedSd,
+    pub dof: usize,
+    /// Whether χ² tells model from noise: the noise is stated, and no shot is down-weighted.
+    pub tests_noise: bool,
+}
+
+/// Tests the residuals of a fit.
+pub(in crate::fit) fn goodness(context: &Context) -> Goodness {
+    let chi2 = 2.0 * context.minimum.cost;
+    let dof = context.dof as f64;
+    let p_value = ChiSquared::new(dof).ok().filter(|_| context.tests_noise).map(|d| d.sf(chi2));
+    let noise_factor = p_value.map(|_| (chi2 / dof).sqrt());
+    let noise = match p_value {
+        None => NoiseVerdict::NotTested,
+        Some(p) if p < IMPROBABLE => NoiseVerdict::TooSmall,
+        Some(p) if p > 1.0 - IMPROBABLE && noise_factor < Some(1.0 - HARMLESS) => NoiseVerdict::TooLarge,
+        Some(_) => NoiseVerdict::Explains,
+    };
+    let basis = Basis::new(context);
+    let parameters = basis.fitted as f64;
+    let influential_from =
+        FisherSnedecor::new(parameters, dof).ok().map(|f| f.inverse_cdf(0.5)).filter(|x| x.is_finite());
+    Goodness {
+        chi2,
+        dof: context.dof,
+        p_value,
+        noise,
+        noise_factor,
+        trends: trends(context, &basis),
+        normality: normality(context, &basis),
+        influence: influence(context, &basis, influential_from),
+        influential_from,
+    }
+}
+
+/// The directions in which the fit could move: the Jacobian of the parameters that are not at a bound,
+/// and of what the shots share.
+pub(in crate::fit) struct Basis {
+    /// Orthonormal, in whitened units.
+    pub q: DMatrix<f64>,
+    /// From coordinates in `q` to the unknowns of `columns`: R⁻¹.
+    pub back: DMatrix<f64>,
+    pub columns: Vec<usize>,
+    /// The parameters among `columns`, which come first.
+    pub parameters: Vec<Parameter>,
+    /// How many of them constraints leave to be fitted.
+    pub fitted: usize,
+    /// First row and number of rows of each shot.
+    pub rows: Vec<(usize, usize)>,
+}
+
+impl Basis {
+    pub(in crate::fit) fn new(context: &Context) -> Self {
+        let Context { minimum, free, fitted, .. } = context;
+        let columns: Vec<usize> = (0..minimum.jacobian.ncols())
+            .filter(|j| minimum.active.get(*j).is_none_or(|a| *a == Activity::Free))
+            .collect();
+        let open = open_directions(&minimum.ties(true), &columns);
+        let qr = (minimum.jacobian.select_columns(&columns) * &open).qr();
+        let count = open.ncols();
+        let inverse = qr.r().solve_upper_triangular(&DMatrix::identity(count, count));
+        let back = inverse.map_or_else(|| DMatrix::zeros(columns.len(), count), |inverse| open * inverse);
+        let mut first = 0;
+        let rows = fitted.iter().map(|shot| {
+            let count = shot.plan.rows().len();
+            first += count;
+            (first - count, count)
+        });
+        Self {
+            q: qr.q(),
+            back,
+            parameters: columns.iter().filter_map(|j| free.get(*j).copied()).collect(),
+            fitted: count.saturating_sub(minimum.shared),
+            columns,
+            rows: rows.collect(),
+        }
+    }
+}
+
+fn normality(context: &Context, basis: &Basis) -> Option<Normality> {
+    let observations: usize = basis.rows.iter().map(|(_, count)| count).sum();
+    let standardized: Vec<f64> = (0..observations)
+        .filter_map(|row| {
+            let left = 1.0 - basis.q.row(row).norm_squared();
+            (left > OWN).then(|| context.minimum.residuals[row] / left.sqrt())
+        })
+        .filter(|value| value.is_finite())
+        .collect();
+    let n = standardized.len();
+    if n < ENOUGH {
+        return None;
+    }
+    let mean = standardized.iter().sum::<f64>() / n as f64;
+    let variance = standardized.iter().map(|x| (x - mean).powi(2)).sum::<f64>() / (n - 1) as f64;
+    let normal = Normal::new(mean, variance.sqrt()).ok()?;
+    let (statistic, p_value) = anderson_darling(&standardized, &normal).ok()?;
+    let p_value = if statistic < HOPELESS { p_value.clamp(0.0, 1.0) } else { 0.0 };
+    Some(Normality { statistic: if statistic.is_finite() { statistic } else { f64::MAX }, p_value })
+}

@@ -1,0 +1,239 @@
+//! Whether the data refute the model, and what they then still say.
+//!
+//! Standard errors hold if the model does. Where χ² rules the model out they are not given; what needs no model of the
+//! friction, the ratio of the normal velocities, is given in their place.
+
+use crate::fit::{Estimate, Fit, Status};
+use crate::measurement::dataset::{Before, Joint, Measured, Shot};
+use crate::measurement::observable::{Axis, Observable};
+use crate::measurement::parameter::Parameter;
+
+/// A χ² that chance exceeds with less than this probability is no chance: one fit in a million…
+const NO_CHANCE: f64 = 1e-6;
+/// …and where χ²/dof is above this, the residuals are more than twice (√5) what the noise explains. Below it, noise that
+/// is stated too small by half, as trackers often have it, explains them, and errors of twice the size would hold.
+const NO_NOISE: f64 = 5.0;
+
+/// The model does not describe the data.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Refuted {
+    /// χ² per degree of freedom.
+    pub reduced_chi2: f64,
+    /// The probability that chance alone gives a larger χ².
+    pub p_value: f64,
+    /// The standard errors that would hold if the model did.
+    pub if_model_held: Vec<(Parameter, f64)>,
+    /// `None` where the data do not hold both velocities after the impact.
+    pub restitution: Option<MeasuredRestitution>,
+}
+
+/// The coefficient of restitution as the ratio of the normal velocities after and before the impact. No law of friction
+/// goes into it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct MeasuredRestitution {
+    /// Mean over the shots, each weighted by its own error and the scatter between shots.
+    pub value: f64,
+    pub std_error: f64,
+    /// Standard deviation between shots, beyond their own errors; 0 of a single shot.
+    pub scatter: f64,
+    pub shots: usize,
+}
+
+impl Refuted {
+    /// The criterion: both the probability of χ² and χ²/dof itself.
+    #[must_use]
+    pub fn is(p_value: f64, reduced_chi2: f64) -> bool {
+        p_value < NO_CHANCE && reduced_chi2 > NO_NOISE
+    }
+
+    /// For a reader, without what was measured.
+    #[must_use]
+    pub fn sentence(&self) -> String {
+        format!(
+            "These data refute the model: χ²/dof is {}, which chance gives with a probability {}. The estimates only mark \
+             the least χ²; they have no standard errors, since those hold only if the model does.",
+            crate::fit::warnings::to_digits(self.reduced_chi2, 3),
+            if self.p_value > 0.0 { format!("of {:.1e}", self.p_value) } else { "below 1e-300".to_owned() }
+        )
+    }
+}
+
+impl MeasuredRestitution {
+    /// For a reader.
+    #[must_use]
+    pub fn sentence(&self) -> String {
+        let shots = if self.shots == 1 { "1 shot".to_owned() } else { format!("{} shots", self.shots) };
+        let scatter = if self.scatter > 0.0 {
+            format!("; between shots it varies by {}", crate::fit::warnings::to_digits(self.scatter, 2))
+        } else {
+            String::new()
+        };
+        format!(
+            "Measured without the model, as the ratio of the normal velocities after and before the impact: e = {} \
+             ({shots}{scatter}).",
+            crate::fit::warnings::with_error(self.value, self.std_error)
+        )
+    }
+}
+
+impl Fit {
+    /// The standard error of a parameter as if the model held: what is stated, or where the data refute the model what would
+    /// have been.
+    #[must_use]
+    pub fn std_error_if_model_held(&self, parameter: Parameter) -> Option<f64> {
+        let stated = self.estimates.iter().find(|e| e.parameter == parameter).and_then(|e| e.std_error);
+        stated.or_else(|| {
+            let nominal = &self.refuted.as_ref()?.if_model_held;
+            nominal.iter().find(|(known, _)| *known == parameter).map(|(_, error)| *error)
+        })
+    }
+}
+
+/// Finds out whether χ² refutes the model; then takes the errors of the estimates away. `shots` are those that were fitted,
+/// `discs` whether they stand for discs.
+pub(in crate::fit) fn judge(fit: &mut Fit, shots: &[&Shot], discs: bool) {
+    let goodness = fit.diagnostics.goodness.as_ref();
+    let (Some(p_value), Some(factor)) =
+        (goodness.and_then(|g| g.p_value), goodness.and_then(|g| g.noise_factor))
+    else {
+        return;
+    };
+    let reduced_chi2 = factor * factor;
+    if !Refuted::is(p_value, reduced_chi2) {
+        return;
+    }
+    let if_model_held =
+        fit.estimates.iter().filter_map(|e| Some((e.parameter, e.std_error?))).collect::<Vec<_>>();
+    for estimate in fit.estimates.iter_mut().filter(|e| e.status != Status::Fixed) {
+        *estimate = Estimate {
+            std_error: None,
+            interval_95: None,
+            intervals: crate::fit::Intervals::default(),
+            std_error_at_bound: None,
+            ..*estimate
+        };
+    }
+    if let Some(joint) = &mut fit.diagnostics.joint {
+        joint.sliding.1 = f64::NAN;
+        joint.rolling.1 = f64::NAN;
+    }
+    // their regions are intervals of two parameters
+    fit.diagnostics.contours.clear();
+    let measured: Vec<Measured> = shots.iter().filter_map(|shot| restitution(shot, discs)).collect();
+    fit.refuted = Some(Refuted { reduced_chi2, p_value, if_model_held, restitution: mean(&measured) });
+}
+
+/// e = −(V' − U')·n / (V − U)·n of one shot, with the error that its joint errors give. Of the equal discs that stand for two
+/// others only V' is known, and U' follows from the balance of momentum.
+fn restitution(shot: &Shot, discs: bool) -> Option<Measured> {
+    let Before::Impact { normal, velocity } = shot.before else { return None };
+    let place = |observable| shot.after.iter().position(|measurement| measurement.observable == observable);
+    let after = |place: [usize; 2]| place.map(|i| shot.after[i].measured);
+    let both = |of: fn(Axis) -> Observable| Some([place(of(Axis::X))?, place(of(Axis::Y))?]);
+    let object = both(Observable::ObjectVelocity)?;
+    let cue = both(Observable::CueVelocity);
+    if cue.is_none() && !discs {
+        return None;
+    }
+    let length = normal[0].value.hypot(normal[1].value);
+    let n = normal.map(|m| m.value / length);
+    let along = |v: [Measured; 2]| v[0].value * n[0] + v[1].value * n[1];
+    let across = |v: [Measured; 2]| v[1].value * n[0] - v[0].value * n[1];
+    let (u, v) = (velocity, after(object));
+    // (V' − U')·n = a V'·n + b U'·n + c U·n, with U' = U − V' where momentum tells it
+    let (a, b, c) = if cue.is_some() { (1.0, -1.0, 0.0) } else { (2.0, 0.0, -1.0) };
+    let w = cue.map(after);
+    let parting = |part: &dyn Fn([Measured; 2]) -> f64| a * part(v) + b * w.map_or(0.0, part) + c * part(u);
+    let closing = along(u);
+    let e = parting(&along) / closing;
+    let by_direction = (parting(&across) - e * across(u)) / closing;
+    let by_u = n.map(|n| n * (c - e) / closing);
+    let (by_v, by_w) = (n.map(|n| n * a / closing), n.map(|n| n * b / closing));
+    let sd = if let Some(joint) = &shot.joint {
+        let mut gradient = vec![0.0; joint.covariance.nrows()];
+        gradient[0] = by_direction;
+        for k in 0..2 {
+            gradient[1 + k] = by_u[k];
+            gradient[Joint::BEFORE + object[k]] = by_v[k];
+            if let Some(cue) = cue {
+                gradient[Joint::BEFORE + cue[k]] = by_w[k];
+            }
+        }
+        let gradient = nalgebra::DVector::from_vec(gradient);
+        gradient.dot(&(&joint.covariance * &gradient)).max(0.0).sqrt()
+    } else {
+        let mut variance = 0.0;
+        // a change of n by dn turns it by n × dn
+        let turned = [-n[1] * by_direction, n[0] * by_direction];
+        let parts = [(normal, turned), (u, by_u), (v, by_v)];
+        for (measured, by) in parts.into_iter().chain(w.map(|w| (w, by_w))) {
+            for k in 0..2 {
+                variance += (by[k] * measured[k].sd.unwrap_or(0.0)).powi(2);
+            }
+        }
+        variance.sqrt()
+    };
+    (e.is_finite() && sd.is_finite() && sd > 0.0).then_some(Measured { value: e, sd: Some(sd) })
+}
+
+/// The mean of values that scatter by more than their own errors: weights 1/(s² + τ²), with τ² from Cochran's Q
+/// (DerSimonian and Laird 1986, Controlled Clinical Trials 7, 177, Eq. 8).
+fn mean(values: &[Measured]) -> Option<MeasuredRestitution> {
+    let weighted = |between: f64| {
+        let (mut sum, mut weights, mut squares) = (0.0, 0.0, 0.0);
+        for Measured { value, sd } in values {
+            let weight = 1.0 / (sd.unwrap_or(f64::INFINITY).powi(2) + between);
+            (sum, weights, squares) = (sum + weight * value, weights + weight, squares + weight * weight);
+        }
+        (sum / weights, weights, squares)
+    };
+    if values.is_empty() {
+        return None;
+    }
+    let (first, weights, squares) = weighted(0.0);
+    let q: f64 = values.iter().map(|m| ((m.value - first) / m.sd.unwrap_or(f64::INFINITY)).powi(2)).sum();
+    let room = weights - squares / weights;
+    let excess = q - (values.len() - 1) as f64;
+    let between = if values.len() > 1 && room > 0.0 { (excess / room).max(0.0) } else { 0.0 };
+    let (value, weights, _) = weighted(between);
+    Some(MeasuredRestitution {
+        value,
+        std_error: weights.sqrt().recip(),
+        scatter: between.sqrt(),
+        shots: values.len(),
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn measured(value: f64, sd: f64) -> Measured {
+        Measured { value, sd: Some(sd) }
+    }
+
+    #[test]
+    fn one_value_is_its_own_mean_and_scatter_widens_the_error() {
+        let one = mean(&[measured(0.8, 0.01)]).unwrap();
+        assert_eq!((one.value, one.scatter, one.shots), (0.8, 0.0, 1));
+        assert!((one.std_error - 0.01).abs() < 1e-12);
+        // equal errors: τ² + s² is the sample variance, the error that of the plain mean
+        let values = [0.70, 0.75, 0.80, 0.85].map(|e| measured(e, 0.01));
+        let four = mean(&values).unwrap();
+        let variance: f64 = [0.075, 0.025, 0.025, 0.075].iter().map(|d: &f64| d * d).sum::<f64>() / 3.0;
+        assert!(
+            (four.value - 0.775).abs() < 1e-12 && (four.std_error - (variance / 4.0).sqrt()).abs() < 1e-12
+        );
+        assert!((four.scatter - (variance - 1e-4).sqrt()).abs() < 1e-12);
+        assert!(mean(&[]).is_none());
+    }
+
+    #[test]
+    fn both_the_probability_and_the_size_of_chi2_count() {
+        assert!(Refuted::is(0.0, 3736.0));
+        // many shots with noise stated too small by a third
+        assert!(!Refuted::is(1e-80, 1.8));
+        // a single residual of 2.5 standard deviations
+        assert!(!Refuted::is(0.01, 6.3));
+    }
+}

@@ -1,0 +1,290 @@
+//! Do residuals change with something that the model should have taken care of?
+
+use nalgebra::{DMatrix, DVector};
+use statrs::distribution::{ContinuousCDF, Normal, StudentsT};
+
+use super::goodness::{Basis, Context, OWN};
+use crate::fit::uncertainty::Minimum;
+use crate::likelihood::fitted::Fitted;
+use crate::likelihood::whitening::covariance;
+use crate::measurement::dataset::{Before, Shot};
+use crate::measurement::observable::{Axis, Observable};
+
+/// A trend this improbable, with all the trends that were looked for taken into account, is named.
+const SIGNIFICANT: f64 = 0.05;
+
+/// How residuals change with something that the model should have taken care of.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Trend {
+    pub quantity: &'static str,
+    pub variable: Variable,
+    /// Standard deviations of the quantity per unit of the variable.
+    pub slope: f64,
+    /// Probability of a slope as far from 0 by chance.
+    pub p_value: f64,
+    /// The same, corrected for the number of trends looked for (Holm 1979).
+    pub p_corrected: f64,
+    pub significant: bool,
+    /// In words, with what it may mean.
+    pub words: String,
+}
+
+/// What residuals may change with.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Variable {
+    /// Of the cue ball before the impact, m/s.
+    Speed,
+    /// Size of the cut angle, radians.
+    Cut,
+    /// Forward spin over that of natural roll.
+    Roll,
+    /// Rω_z/U.
+    Side,
+}
+
+impl Variable {
+    const ALL: [Self; 4] = [Self::Speed, Self::Cut, Self::Roll, Self::Side];
+
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Speed => "speed",
+            Self::Cut => "cut angle",
+            Self::Roll => "forward spin",
+            Self::Side => "side spin",
+        }
+    }
+
+    /// The unit of [`Trend::slope`]'s denominator.
+    #[must_use]
+    pub fn unit(self) -> &'static str {
+        match self {
+            Self::Speed => "m/s",
+            Self::Cut => "rad",
+            Self::Roll => "natural roll",
+            Self::Side => "U/R",
+        }
+    }
+}
+
+/// What may have a trend: how an error of 1 of it would move a shot's observations, in raw units.
+struct Quantity {
+    name: &'static str,
+    moves: fn(&Shot, f64, Observable) -> f64,
+}
+
+/// Of impacts the velocities along and across the line of centres, of angles every observable.
+fn quantities(context: &Context) -> Vec<(Quantity, Option<Observable>)> {
+    /// n·axis and side·t·axis of the line of centres.
+    fn axes(shot: &Shot, cut: f64, axis: Axis) -> [f64; 2] {
+        let Before::Impact { normal: [x, y], .. } = shot.before else { return [0.0; 2] };
+        let side = if cut < 0.0 { -1.0 } else { 1.0 };
+        match axis {
+            Axis::X => [x.value, -side * y.value],
+            Axis::Y => [y.value, side * x.value],
+            Axis::Z => [0.0; 2],
+        }
+    }
+    fn object(shot: &Shot, cut: f64, observable: Observable, which: usize) -> f64 {
+        if let Observable::ObjectVelocity(axis) = observable { axes(shot, cut, axis)[which] } else { 0.0 }
+    }
+    fn cue(shot: &Shot, cut: f64, observable: Observable, which: usize) -> f64 {
+        if let Observable::CueVelocity(axis) = observable { axes(shot, cut, axis)[which] } else { 0.0 }
+    }
+    if context.shots.iter().any(|shot| matches!(shot.before, Before::Impact { .. })) {
+        return vec![
+            (Quantity { name: "throw", moves: |s, c, o| object(s, c, o, 1) }, None),
+            (
+                Quantity {
+                    name: "object-ball velocity along the line of centres",
+                    moves: |s, c, o| object(s, c, o, 0),
+                },
+                None,
+            ),
+            (
+                Quantity {
+                    name: "cue-ball velocity along the line of centres",
+                    moves: |s, c, o| cue(s, c, o, 0),
+                },
+                None,
+            ),
+            (
+                Quantity {
+                    name: "cue-ball velocity across the line of centres",
+                    moves: |s, c, o| cue(s, c, o, 1),
+                },
+                None,
+            ),
+        ];
+    }
+    let mut seen: Vec<Observable> = Vec::new();
+    for row in context.fitted.iter().flat_map(|shot| shot.plan.rows()) {
+        if !seen.contains(&row.observable) {
+            seen.push(row.observable);
+        }
+    }
+    seen.into_iter().map(|o| (Quantity { name: o.label(), moves: |_, _, _| 1.0 }, Some(o))).collect()
+}
+
+/// What the tests need of one shot.
+struct View {
+    /// L⁻¹ of its covariance, times √weight.
+    whiten: DMatrix<f64>,
+    covariance: DMatrix<f64>,
+    cut: f64,
+    /// In the order of [`Variable::ALL`]; NaN where it is unknown.
+    variables: [f64; 4],
+}
+
+fn view(context: &Context, number: usize) -> Option<View> {
+    let Fitted { plan, .. } = &context.fitted[number];
+    let Minimum { whitening, values, .. } = context.minimum;
+    let prediction = whitening.predict(number, plan, context.model, &values.coefficients).ok()?;
+    let covariance = covariance(plan, &prediction, context.sds);
+    let l = covariance.clone().cholesky()?.l();
+    let weight = context.minimum.weights.get(number).map_or(1.0, |w| w.sqrt());
+    let whiten = l.solve_lower_triangular(&DMatrix::identity(l.nrows(), l.nrows()))? * weight;
+    let speed = if plan.knows_speed() { prediction.speed } else { f64::NAN };
+    let [roll, side] = plan.spin_ratios(prediction.speed, context.model.ball.radius);
+    let cut = plan.cut();
+    Some(View { whiten, covariance, cut, variables: [speed, cut.abs(), roll, side] })
+}
+
+/// Added-variable tests: is there a slope in the residuals that the parameters cannot take up?
+pub(in crate::fit) fn trends(context: &Context, basis: &Basis) -> Vec<Trend> {
+    let views: Option<Vec<View>> = (0..context.fitted.len()).map(|i| view(context, i)).collect();
+    let Some(views) = views else { return Vec::new() };
+    let mut trends = Vec::new();
+    for (quantity, only) in quantities(context) {
+        // one standard deviation of the quantity in each shot, whitened
+        let unit: Vec<Option<DVector<f64>>> = (views.iter().zip(context.fitted))
+            .map(|(view, Fitted { index, plan, .. })| {
+                let moves = plan.rows().iter().map(|row| {
+                    let asked = only.is_none_or(|only| only == row.observable);
+                    let own = (quantity.moves)(context.shots[*index], view.cut, row.observable);
+                    if asked { own } else { 0.0 }
+                });
+                let moves = DVector::from_iterator(plan.rows().len(), moves);
+                let square = moves.norm_squared();
+                let sd = moves.dot(&(&view.covariance * &moves)).sqrt() / square;
+                (square > 0.0).then(|| &view.whiten * moves * sd)
+            })
+            .collect();
+        for (which, variable) in Variable::ALL.into_iter().enumerate() {
+            if let Some((slope, p_value)) = slope(context, basis, &views, &unit, which) {
+                let (significant, words) = (false, String::new());
+                let quantity = quantity.name;
+                trends.push(Trend {
+                    quantity,
+                    variable,
+                    slope,
+                    p_value,
+                    p_corrected: p_value,
+                    significant,
+                    words,
+                });
+            }
+        }
+    }
+    trends.sort_by(|a, b| a.p_value.total_cmp(&b.p_value));
+    let count = trends.len();
+    let mut largest = 0.0_f64;
+    for (rank, trend) in trends.iter_mut().enumerate() {
+        largest = largest.max(trend.p_value * (count - rank) as f64).min(1.0);
+        trend.p_corrected = largest;
+        trend.significant = largest < SIGNIFICANT;
+        trend.words = words(trend, count);
+    }
+    trends
+}
+
+/// Slope and its probability by chance; `None` where the variable does not vary, or the parameters can
+/// take any slope up.
+fn slope(
+    context: &Context,
+    basis: &Basis,
+    views: &[View],
+    unit: &[Option<DVector<f64>>],
+    which: usize,
+) -> Option<(f64, f64)> {
+    let minimum = context.minimum;
+    let total = minimum.residuals.len();
+    let used = |i: usize| unit[i].as_ref().filter(|_| views[i].variables[which].is_finite());
+    let values: Vec<f64> =
+        (0..views.len()).filter(|i| used(*i).is_some()).map(|i| views[i].variables[which]).collect();
+    let mean = values.iter().sum::<f64>() / values.len().max(1) as f64;
+    let spread = values.iter().map(|v| (v - mean).abs()).fold(0.0, f64::max);
+    if spread <= OWN * mean.abs().max(1e-3) {
+        return None;
+    }
+    let (mut level, mut rise) = (DVector::zeros(total), DVector::zeros(total));
+    for (i, (first, count)) in basis.rows.iter().enumerate() {
+        if let Some(unit) = used(i) {
+            level.rows_mut(*first, *count).copy_from(unit);
+            rise.rows_mut(*first, *count).copy_from(&(unit * (views[i].variables[which] - mean)));
+        }
+    }
+    let out = |v: &DVector<f64>| v - &basis.q * basis.q.tr_mul(v);
+    let size = rise.norm();
+    let mut level = out(&level);
+    if level.norm() > OWN * (values.len() as f64).sqrt() {
+        level /= level.norm();
+    } else {
+        level.fill(0.0);
+    }
+    let own = |v: &DVector<f64>| {
+        let v = out(v);
+        &v - &level * level.dot(&v)
+    };
+    let rise = own(&rise);
+    // measured less predicted
+    let residual = -own(&minimum.residuals);
+    let square = rise.norm_squared();
+    if square.sqrt() <= OWN * size {
+        return None;
+    }
+    let slope = rise.dot(&residual) / square;
+    let t = slope * square.sqrt();
+    if context.tests_noise {
+        let p = 2.0 * Normal::standard().sf(t.abs());
+        return p.is_finite().then_some((slope, p));
+    }
+    // against the scatter of the same observations
+    let left = &residual - &rise * slope;
+    let (mut sum, mut dof) = (0.0, 0.0);
+    for (i, (first, count)) in basis.rows.iter().enumerate() {
+        let Some(unit) = used(i) else { continue };
+        for row in (*first..first + count).filter(|row| unit[row - first] != 0.0) {
+            sum += left[row].powi(2);
+            let taken = basis.q.row(row).norm_squared() + level[row].powi(2) + rise[row].powi(2) / square;
+            dof += 1.0 - taken;
+        }
+    }
+    if dof < 1.0 {
+        return None;
+    }
+    let p = 2.0 * StudentsT::new(0.0, 1.0, dof).ok()?.sf((t / (sum / dof).sqrt()).abs());
+    p.is_finite().then_some((slope, p))
+}
+
+fn words(trend: &Trend, count: usize) -> String {
+    let verb = if trend.slope < 0.0 { "fall" } else { "rise" };
+    let meaning = match (trend.quantity, trend.variable) {
+        ("throw", Variable::Speed) => "friction is not constant",
+        ("throw", Variable::Cut) => "friction is not constant, or the cut angles err",
+        (_, Variable::Cut) => "the model leaves something out, or the cut angles err",
+        (_, Variable::Roll | Variable::Side) => {
+            "the model leaves something out, or the spin is not as stated"
+        }
+        (_, Variable::Speed) => "the model leaves something out that depends on speed",
+    };
+    format!(
+        "{} residuals {verb} with {} ({:+.2} sd per {}; by chance with probability {:.1e}, {count} trends looked \
+         for): {meaning}",
+        trend.quantity,
+        trend.variable.name(),
+        trend.slope,
+        trend.variable.unit(),
+        trend.p_corrected
+    )
+}

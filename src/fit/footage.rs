@@ -1,0 +1,245 @@
+//! Footage → shots: extracts the impacts of a data set of kind `tracks`.
+
+use std::sync::Arc;
+
+use rayon::prelude::*;
+
+use super::{Depth, Options, Status};
+use crate::extraction::disc;
+use crate::extraction::disc::{DiscImpact, Quantity};
+use crate::extraction::{Impact, Unusable, extract_all, near_model, shots};
+use crate::fit;
+use crate::likelihood::frames::Film;
+use crate::measurement::dataset::{Dataset, Measured, Shot, Tracks};
+use crate::measurement::loss::Loss;
+use crate::measurement::parameter::Parameter;
+use crate::measurement::spin::Spin;
+use crate::measurement::track::TrackShot;
+use crate::physics::collision::{Coefficients, Fidelity, Model};
+use crate::trajectory::scene::{LiftPrior, Scene};
+
+/// So many shots tell the friction between the balls well enough to know how high it lifts them.
+const LEARN_FROM: usize = 300;
+
+/// So many standard errors are no chance.
+const SURELY: f64 = 5.0;
+
+/// Twice the error of spins that 1000 frames/s and 0.1 mm tell, in parts of the natural roll's…
+const NEAR_STUN: f64 = 0.06;
+/// …and more spins than this part within it are no chance.
+const MANY_STUNS: f64 = 0.2;
+
+/// Rounds of extracting those shots and fitting them: the first starts from published values.
+const LEARN_ROUNDS: usize = 2;
+
+/// Relative standard deviation of a lift about what the collision model says of it. Gravity during the contact,
+/// which the model leaves out, takes 3 % of a usual lift.
+const LIFT_SD: f64 = 0.03;
+
+/// All lifts may be wrong together by what gravity takes of those of fast shots, which tell the most, and by what the
+/// friction is that they were predicted with.
+const SHARED_LIFT_SD: f64 = 0.02;
+
+/// Extracts the impacts of a data set of kind `tracks`: its shots, and those left out with the reason. Any
+/// other data set is returned as it is, without extractions. `done` is called after every shot, from several
+/// threads.
+#[must_use]
+pub fn with_impacts(
+    mut dataset: Dataset,
+    done: &(dyn Fn() + Sync),
+) -> (Dataset, Vec<(TrackShot, Impact)>, Scene) {
+    let scene = Scene::new(dataset.ball);
+    if dataset.tracks.as_ref().is_some_and(|tracks| tracks.discs.is_some()) {
+        let (mut dataset, extracted) = with_discs(dataset);
+        let stuck = extracted.iter().filter_map(|(track, impact)| Some((track, impact.stuck?)));
+        dataset.left_out.extend(stuck.map(|(track, stuck)| {
+            let reason = format!(
+                "{}. What is fitted describes discs that part again; \"caromfit extract\" gives the motion of this shot",
+                stuck.sentence()
+            );
+            (track.name.clone(), reason)
+        }));
+        if let Some(tracks) = &mut dataset.tracks {
+            let in_seconds = tracks.discs.is_some_and(|discs| discs.in_seconds);
+            let unit =
+                if in_seconds { "" } else { " The frame rate is unknown: velocities are in m per frame." };
+            tracks.notes.push(format!(
+                "Discs: fitted as equal ones, in the frame of the second before the impact, where restitution and friction are \
+                 the same. Their own velocities and the balance of momentum are in what \"caromfit extract\" writes.{unit}"
+            ));
+        }
+        return (dataset, Vec::new(), scene);
+    }
+    let Some(tracks) = dataset.tracks.take() else { return (dataset, Vec::new(), scene) };
+    dataset.left_out.extend(tracks.left_out());
+    let (mut scene, lift_sd) = learned(&dataset, &tracks.shots, scene);
+    let impacts = extract_all(&tracks.shots, &scene, done);
+    let mut extracted = Vec::with_capacity(tracks.shots.len());
+    for (track, impact) in tracks.shots.into_iter().zip(impacts) {
+        match impact {
+            Ok(impact) => extracted.push((track, impact)),
+            Err(reason) => dataset.left_out.push((track.name, reason.to_string())),
+        }
+    }
+    dataset.lift_sd = lift_sd;
+    let found = extracted.iter().map(|(track, impact)| (track, impact)).collect();
+    (dataset.shots, dataset.sliding, dataset.rolling) = shots_of(found, &mut scene);
+    let notes = tracks.notes.into_iter().chain(many_stuns(&extracted)).collect();
+    dataset.tracks = Some(Tracks { shots: Vec::new(), notes, ..tracks });
+    (dataset, extracted, scene)
+}
+
+/// What is to be said where many of the spins that were found from the motion may as well be none: no model has a derivative
+/// there, and spins that err to either side of it bias e.
+fn many_stuns(extracted: &[(TrackShot, Impact)]) -> Option<String> {
+    let count =
+        extracted.iter().filter_map(|(_, impact)| impact.roll()).filter(|r| r.abs() < NEAR_STUN).count();
+    (count as f64 > MANY_STUNS * extracted.len() as f64).then(|| {
+        format!(
+            "{count} of {} cue balls of unknown spin had hardly any before the impact. Spins that are found err to both sides of \
+             none, where lift and pressure of the cloth change over, and many of them move e by up to half its standard error: if \
+             these are stun shots, say so (cue_spin = stun in the shots table).",
+            extracted.len()
+        )
+    })
+}
+
+/// Whether the spin of some shot was found from its paths alone, since nothing else tells it and the shots did not tell enough
+/// of the collision: its errors are then too large to be carried over as small ones are, and a joint fit of the frames is
+/// the better one.
+#[must_use]
+pub fn finds_spins_from_paths(extracted: &[(TrackShot, Impact)], scene: &Scene) -> bool {
+    matches!(scene.lift, LiftPrior::Published(..))
+        && extracted.iter().any(|(_, impact)| impact.spin == Spin::Unknown)
+}
+
+/// The frames of the shots, of at most about `most` of them, spread evenly: for
+/// [`fit_watched`](fit::fit_watched).
+#[must_use]
+pub fn films(extracted: &[(TrackShot, Impact)], scene: &Scene, most: usize) -> Vec<Option<Arc<Film>>> {
+    let step = extracted.len().div_ceil(most.max(1)).max(1);
+    let film = |(i, (track, impact)): (usize, &(TrackShot, Impact))| {
+        (i % step == 0).then(|| Arc::new(impact.film(track, scene).with_all_minima(scene)))
+    };
+    extracted.par_iter().enumerate().map(film).collect()
+}
+
+/// Extracts the impacts of discs. The shots of the data set are then those of equal discs with the same
+/// restitution and friction, but for discs that stick together, and its ball is such a disc. Any other data set is returned as it is.
+#[must_use]
+pub fn with_discs(mut dataset: Dataset) -> (Dataset, Vec<(TrackShot, DiscImpact)>) {
+    let Some(discs) = dataset.tracks.as_ref().and_then(|tracks| tracks.discs) else {
+        return (dataset, Vec::new());
+    };
+    let Some(mut tracks) = dataset.tracks.take() else { return (dataset, Vec::new()) };
+    dataset.left_out.extend(tracks.left_out());
+    let impacts = disc::extract_all(&tracks.shots, &discs);
+    let mut extracted = Vec::with_capacity(tracks.shots.len());
+    for (track, impact) in std::mem::take(&mut tracks.shots).into_iter().zip(impacts) {
+        match impact {
+            Ok(impact) => extracted.push((track, impact)),
+            Err(reason) => dataset.left_out.push((track.name, reason.to_string())),
+        }
+    }
+    for (track, impact) in extracted.iter().filter(|(_, impact)| !impact.doubts.is_empty()) {
+        tracks.doubtful.push((track.name.clone(), impact.doubts.join("; ")));
+    }
+    tracks.notes.extend(notes_on(&extracted));
+    let impacts: Vec<&DiscImpact> = extracted.iter().map(|(_, impact)| impact).collect();
+    dataset.ball = disc::ball(&discs, &impacts);
+    let parted = extracted.iter().filter(|(_, impact)| impact.stuck.is_none());
+    dataset.shots = parted.map(|(track, impact)| impact.shot(track, &dataset.ball)).collect();
+    dataset.tracks = Some(tracks);
+    (dataset, extracted)
+}
+
+/// What there is to say of all shots of discs together.
+fn notes_on(extracted: &[(TrackShot, DiscImpact)]) -> Vec<String> {
+    let mut notes = Vec::new();
+    let unbalanced = extracted.iter().filter(|(_, impact)| impact.is_out_of_balance()).count();
+    if unbalanced > 0 {
+        notes.push(format!(
+            "Momentum is out of balance by more than five stated errors in {unbalanced} of {} shots, though by no more than half a \
+             percent of the velocities makes: the stated errors of e and J_t/J_n are those of the frames' noise alone, without \
+             the camera's calibration.",
+            extracted.len()
+        ));
+    }
+    let turned = |(track, impact): &(TrackShot, DiscImpact)| {
+        let (before, after) = (impact.get(Quantity::SlipBefore)?, impact.get(Quantity::SlipAfter)?);
+        let surely = after.value.abs() > SURELY * after.sd.unwrap_or(f64::INFINITY);
+        (impact.stuck.is_none() && before.value * after.value < 0.0 && surely)
+            .then(|| (track.name.clone(), before.value, after.value))
+    };
+    let turned: Vec<_> = extracted.iter().filter_map(turned).collect();
+    if let Some((name, before, after)) = turned.first() {
+        notes.push(format!(
+            "The slip of the contact turns round in the impact in {} of {} shots, first in shot {name}, from {before:.3} to {after:.3}: \
+             an elastic surface (a rubber band) throws back along the surface, too. The friction that is fitted knows only slip \
+             and stick.",
+            turned.len(),
+            extracted.len()
+        ));
+    }
+    notes
+}
+
+/// The scene with the lift that some of the shots, fitted together, say there is, and the relative standard error that
+/// all lifts then share. Published values where they do not say.
+fn learned(dataset: &Dataset, tracks: &[TrackShot], scene: Scene) -> (Scene, Option<f64>) {
+    let step = tracks.len().div_ceil(LEARN_FROM).max(1);
+    let sample: Vec<TrackShot> = tracks.iter().step_by(step).cloned().collect();
+    let (mut scene, mut shared) = (scene, None);
+    for _ in 0..LEARN_ROUNDS {
+        let impacts = extract_all(&sample, &scene, &|| ());
+        let Some((coefficients, mu_sd)) = coefficients(dataset, &sample, &impacts, &mut scene) else { break };
+        let model = Model::new(Fidelity::Full, dataset.ball);
+        scene.lift = LiftPrior::Model(model, coefficients, LIFT_SD);
+        shared = Some(SHARED_LIFT_SD.hypot(mu_sd / coefficients.mu));
+    }
+    (scene, shared)
+}
+
+/// The shots of a data set, and the μ_k and μ_r that all of them together tell, which the scene has from then on.
+fn shots_of(
+    found: Vec<(&TrackShot, &Impact)>,
+    scene: &mut Scene,
+) -> (Vec<Shot>, Option<Measured>, Option<Measured>) {
+    if found.is_empty() {
+        return (Vec::new(), None, None);
+    }
+    let rolling = shots::rolling(found.iter().map(|(_, impact)| *impact));
+    scene.cloth.rolling = rolling.value;
+    let sliding = shots::sliding(found.iter().map(|(_, impact)| *impact), rolling);
+    if let Some(sliding) = sliding {
+        scene.cloth.sliding = sliding.value;
+    }
+    let scene = *scene;
+    let shot = |(track, impact): (&TrackShot, &Impact)| {
+        let near = near_model(track, impact, &scene);
+        shots::shot(track, near.as_ref().unwrap_or(impact), sliding, rolling)
+    };
+    (found.into_par_iter().map(shot).collect(), sliding, Some(rolling))
+}
+
+/// What shots tell, and the standard error of μ.
+fn coefficients(
+    dataset: &Dataset,
+    tracks: &[TrackShot],
+    impacts: &[Result<Impact, Unusable>],
+    scene: &mut Scene,
+) -> Option<(Coefficients, f64)> {
+    let usable = tracks.iter().zip(impacts);
+    let usable: Vec<_> = usable.filter_map(|(track, impact)| Some((track, impact.as_ref().ok()?))).collect();
+    // paths alone may tell a spin that is wholly wrong
+    let loss = usable.iter().any(|(_, impact)| impact.spin == Spin::Unknown).then_some(Loss::Huber);
+    let (shots, sliding, rolling) = shots_of(usable, scene);
+    let some = Dataset { shots, sliding, rolling, by: None, left_out: Vec::new(), ..dataset.clone() };
+    let options = Options { depth: Depth::Estimates, loss, ..Options::default() };
+    let fit = fit::fit(&some, &options).ok()?.pop()?;
+    let [mu, mu_s, e] = Parameter::COEFFICIENTS.map(|parameter| fit.estimates[parameter as usize]);
+    let known = fit.converged && mu.status != Status::NotIdentified && mu.value > 0.0;
+    let coefficients = Coefficients { mu: mu.value, mu_s: mu_s.value, e: e.value };
+    let mu_sd = fit.std_error_if_model_held(Parameter::Mu);
+    known.then_some((coefficients, mu_sd.unwrap_or(0.0)))
+}

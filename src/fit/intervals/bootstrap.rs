@@ -1,0 +1,130 @@
+//! The bootstrap over shots, on request: how the estimates scatter when shots are drawn anew, with
+//! replacement, from those that were measured. It believes neither model nor stated noise.
+//!
+//! - Efron, B. (1987). Better bootstrap confidence intervals. J. Am. Stat. Assoc. 82, 171–185.
+
+use rand::{Rng, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+use rayon::prelude::*;
+use statrs::distribution::{ContinuousCDF, Normal};
+
+use crate::fit::diagnostics::goodness::Context;
+use crate::fit::diagnostics::influence;
+use crate::fit::search::Search;
+use crate::likelihood::fitted::Fitted;
+use crate::measurement::parameter::Parameter;
+
+/// What a bootstrap over shots found.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Bootstrap {
+    pub replicates: usize,
+    pub seed: u64,
+    /// Replicates that could not be fitted or say nothing of some parameter; they are left out.
+    pub failed: usize,
+    pub estimates: Vec<Resampled>,
+}
+
+/// A parameter over the replicates.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Resampled {
+    pub parameter: Parameter,
+    /// Standard deviation over the replicates.
+    pub std_error: f64,
+    /// Mean of the replicates less the estimate.
+    pub bias: f64,
+    /// 95 % interval: 2.5 and 97.5 % of the replicates.
+    pub percentile: [f64; 2],
+    /// The same, corrected for bias and for an error that changes with the value (BCa).
+    pub bca: [f64; 2],
+}
+
+/// Draws and fits `replicates` samples of shots, in parallel; `done` is called after each.
+pub(in crate::fit) fn bootstrap(
+    search: &Search,
+    context: &Context,
+    replicates: usize,
+    seed: u64,
+    done: &(dyn Fn() + Sync),
+) -> Bootstrap {
+    let minimum = context.minimum;
+    let of_replicate = |number: usize| {
+        // a stream of its own: the result does not depend on the order
+        let mut rng = ChaCha8Rng::seed_from_u64(seed);
+        rng.set_stream(number as u64 + 1);
+        let count = search.fitted.len();
+        let sample: Vec<Fitted> =
+            (0..count).map(|_| search.fitted[rng.random_range(0..count)].clone()).collect();
+        let search = Search { fitted: &sample, initial: minimum.values, ..search.clone() };
+        let found = search.converge(context.free).ok().map(|(minimum, _)| minimum);
+        done();
+        found.filter(|minimum| minimum.converged && minimum.determines_all()).map(|minimum| minimum.x)
+    };
+    let all: Vec<_> = (0..replicates).into_par_iter().map(of_replicate).collect();
+    let failed = all.iter().filter(|x| x.is_none()).count();
+    let shifts = influence::shifts_without(context);
+    let estimates = context.free.iter().enumerate().filter_map(|(column, parameter)| {
+        let mut values: Vec<f64> = all.iter().flatten().map(|x| x[column]).collect();
+        values.sort_by(f64::total_cmp);
+        let estimate = minimum.values[*parameter];
+        // what leaving each shot out does tells how the error changes with the value
+        let jackknife: Vec<f64> =
+            shifts.iter().map(|shift| shift.as_ref().map_or(0.0, |s| s[column])).collect();
+        summary(*parameter, &values, estimate, &jackknife)
+    });
+    Bootstrap { replicates, seed, failed, estimates: estimates.collect() }
+}
+
+/// Of sorted replicates; `None` with fewer than two.
+fn summary(parameter: Parameter, sorted: &[f64], estimate: f64, jackknife: &[f64]) -> Option<Resampled> {
+    let n = sorted.len() as f64;
+    if sorted.len() < 2 {
+        return None;
+    }
+    let mean = sorted.iter().sum::<f64>() / n;
+    let std_error = (sorted.iter().map(|v| (v - mean).powi(2)).sum::<f64>() / (n - 1.0)).sqrt();
+    let percentile = [0.025, 0.975].map(|part| quantile(sorted, part));
+    let normal = Normal::standard();
+    let (below, ties) = sorted.iter().fold((0.0, 0.0), |(below, ties), v| {
+        (below + f64::from(u8::from(*v < estimate)), ties + f64::from(u8::from(*v == estimate)))
+    });
+    // where all lie on one side there is nothing to correct by
+    let part = ((below + 0.5 * ties) / n).clamp(0.5 / n, 1.0 - 0.5 / n);
+    let z0 = normal.inverse_cdf(part);
+    let centre = jackknife.iter().sum::<f64>() / jackknife.len().max(1) as f64;
+    let moment = |power: i32| jackknife.iter().map(|v| (centre - v).powi(power)).sum::<f64>();
+    let (second, third) = (moment(2), moment(3));
+    let acceleration = if second > 0.0 { third / (6.0 * second.powf(1.5)) } else { 0.0 };
+    let bca = [0.025, 0.975].map(|part| {
+        let z = z0 + normal.inverse_cdf(part);
+        quantile(sorted, normal.cdf(z0 + z / (1.0 - acceleration * z)))
+    });
+    Some(Resampled { parameter, std_error, bias: mean - estimate, percentile, bca })
+}
+
+/// Interpolated between neighbours.
+fn quantile(sorted: &[f64], part: f64) -> f64 {
+    let at = part.clamp(0.0, 1.0) * (sorted.len() - 1) as f64;
+    let (below, above) = (at.floor() as usize, at.ceil() as usize);
+    sorted[below] + (at - at.floor()) * (sorted[above] - sorted[below])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn symmetric_replicates_need_no_correction() {
+        let values: Vec<f64> = (-500..=500).map(|i| f64::from(i) / 500.0).collect();
+        let found = summary(Parameter::Mu, &values, 0.0, &[-0.1, 0.1, 0.0]).unwrap();
+        assert!((found.percentile[1] - 0.95).abs() < 1e-12 && found.bias.abs() < 1e-12);
+        assert!((found.bca[0] + 0.95).abs() < 1e-9 && (found.bca[1] - 0.95).abs() < 1e-9);
+    }
+
+    #[test]
+    fn a_skewed_jackknife_moves_the_interval() {
+        let values: Vec<f64> = (-500..=500).map(|i| f64::from(i) / 500.0).collect();
+        // a shot that raises the estimate much: leaving it out lowers it, and the interval reaches further up
+        let found = summary(Parameter::Mu, &values, 0.0, &[-0.5, 0.1, 0.1, 0.1, 0.1, 0.1]).unwrap();
+        assert!(found.bca[0] > found.percentile[0] && found.bca[1] > found.percentile[1], "{found:?}");
+    }
+}

@@ -1,0 +1,196 @@
+//! The least-squares problem with some of its unknowns held, and the intervals that follow: a
+//! parameter's 95 % interval is where χ², least over all others, is within t² of its minimum. Unlike
+//! value ± t·error this knows bounds, kinks and curvature.
+
+use nalgebra::DVector;
+
+use crate::fit::search::Search;
+use crate::fit::uncertainty::{Minimum, Quantiles};
+use crate::fit::{Estimate, Status, nonsmooth};
+use crate::likelihood::problem::{Problem, are_filmed};
+use crate::likelihood::whitening::Whitening;
+use crate::measurement::parameter::Parameter;
+use crate::numerics::least_squares::{Constraints, Options};
+
+/// χ² at a given point of a profile needs no more than this: it errs by the square.
+const QUICK: Options = Options { max_iterations: 100, orthogonality: 1e-6 };
+
+/// That of frames is the sum of thousands of squares, each about 1, so that 1e-3 of its root is a twentieth of a standard error.
+const QUICK_OF_FRAMES: Options = Options { max_iterations: 100, orthogonality: 1e-3 };
+
+/// An end of an interval is found to this part of its distance from the estimate…
+const END: f64 = 1e-3;
+/// …and the edge of a region that is drawn to this, less than a pixel of most pictures.
+pub(in crate::fit) const EDGE: f64 = 1e-2;
+
+/// Evaluations for one end; a smooth profile takes two or three.
+const MAX_TRIALS: usize = 40;
+
+/// A part of the least-squares problem: within some constraints, with the weights of the minimum.
+#[derive(Clone)]
+pub(in crate::fit) struct Slice<'a> {
+    pub search: &'a Search<'a>,
+    pub free: &'a [Parameter],
+    pub constraints: Constraints,
+    pub whitening: &'a Whitening,
+}
+
+impl<'a> Slice<'a> {
+    pub(in crate::fit) fn problem(&self) -> Problem<'a> {
+        let Search { fitted, model, settings, initial, .. } = *self.search;
+        Problem::new(fitted, model, settings, self.free, initial, self.whitening)
+    }
+
+    /// The same with some of its unknowns held.
+    pub(in crate::fit) fn holding(&self, held: &[(usize, f64)]) -> Self {
+        let mut slice = self.clone();
+        for &(column, value) in held {
+            slice.constraints.lower[column] = value;
+            slice.constraints.upper[column] = value;
+        }
+        slice
+    }
+
+    /// ½χ² least over what is not held, and where; from `start`. `None` where nothing can be
+    /// evaluated, or the constraints do not allow the values.
+    pub(in crate::fit) fn at(
+        &self,
+        held: &[(usize, f64)],
+        start: &DVector<f64>,
+    ) -> Option<(DVector<f64>, f64)> {
+        let slice = self.holding(held);
+        let mut start = start.clone();
+        for (column, value) in held {
+            start[*column] = *value;
+        }
+        let start = slice.constraints.nearest(&start)?;
+        if slice.constraints.lower == slice.constraints.upper {
+            let (residuals, _) = slice.problem().evaluate_at(&start);
+            let cost = 0.5 * residuals.norm_squared();
+            return cost.is_finite().then_some((start, cost));
+        }
+        let quick = if are_filmed(slice.search.fitted) { QUICK_OF_FRAMES } else { QUICK };
+        let (solution, _) = nonsmooth::minimise(&slice, &start, &quick).ok()?;
+        Some((solution.x, solution.cost))
+    }
+}
+
+/// Profile-likelihood intervals of the free parameters, one-sided at an active bound; `None` where
+/// there is none. Also the lowest cost met, in case that is below the minimum.
+pub(in crate::fit) fn intervals(
+    slice: &Slice,
+    minimum: &Minimum,
+    estimates: &[Estimate],
+    quantiles: &Quantiles,
+) -> (Vec<Option<[f64; 2]>>, f64) {
+    let mut lowest = minimum.cost;
+    let mut intervals = Vec::with_capacity(estimates.len());
+    for (column, estimate) in estimates.iter().enumerate() {
+        let value = minimum.x[column];
+        // as far as the Hessian's interval says
+        let first = |side: usize| {
+            let reach = estimate.interval_95.map_or(f64::NAN, |ends| (ends[side] - value).abs());
+            if reach > 0.0 && reach.is_finite() { reach } else { 0.1 * value.abs().max(0.01) }
+        };
+        let mut end = |side: usize, t: f64| {
+            let sign = if side == 0 { -1.0 } else { 1.0 };
+            let from = (&minimum.x, minimum.cost);
+            let ray = Ray { slice, from, lowest: minimum.cost, column, sign, precision: END };
+            let (reach, cost) = ray.reach(t, first(side))?;
+            lowest = lowest.min(cost);
+            Some(ray.value(reach))
+        };
+        let (both, one) = (quantiles.two_sided, quantiles.one_sided);
+        intervals.push(match estimate.status {
+            Status::Free => end(0, both).and_then(|low| Some([low, end(1, both)?])),
+            Status::AtLowerBound => end(1, one).map(|high| [value, high]),
+            Status::AtUpperBound => end(0, one).map(|low| [low, value]),
+            Status::Fixed | Status::NotIdentified => None,
+        });
+    }
+    (intervals, lowest)
+}
+
+/// One of the unknowns on its way from a point; χ² is least over the others.
+pub(in crate::fit) struct Ray<'a> {
+    pub slice: &'a Slice<'a>,
+    /// The point and its cost.
+    pub from: (&'a DVector<f64>, f64),
+    /// The least cost there is.
+    pub lowest: f64,
+    pub column: usize,
+    /// Up or down.
+    pub sign: f64,
+    /// To which part of its distance an end is found.
+    pub precision: f64,
+}
+
+impl Ray<'_> {
+    /// The unknown at some distance; exactly at its bound, where that is.
+    pub(in crate::fit) fn value(&self, distance: f64) -> f64 {
+        let bound = self.bound();
+        let value = self.from.0[self.column] + self.sign * distance;
+        if self.sign * (bound - value) > 0.0 && distance < self.room() { value } else { bound }
+    }
+
+    fn bound(&self) -> f64 {
+        let Constraints { lower, upper, .. } = &self.slice.constraints;
+        if self.sign > 0.0 { upper[self.column] } else { lower[self.column] }
+    }
+
+    /// How far away the bound is.
+    fn room(&self) -> f64 {
+        (self.sign * (self.bound() - self.from.0[self.column])).max(0.0)
+    }
+
+    /// The distance at which √(χ² − χ²_min), nearly a straight line far away, reaches t, or the bound if
+    /// it does not; and the lowest cost met. `first`: where to look first.
+    pub(in crate::fit) fn reach(&self, t: f64, first: f64) -> Option<(f64, f64)> {
+        let risen = |cost: f64| (2.0 * (cost - self.lowest)).max(0.0).sqrt();
+        let (mut lowest, limit, start) = (self.from.1, self.room(), risen(self.from.1));
+        if limit <= 0.0 || start >= t {
+            return Some((0.0, lowest));
+        }
+        // inside: χ² is less than t² above the minimum; outside: more, or cannot be had
+        let (mut inside, mut at_inside) = ((0.0, start), self.from.0.clone());
+        let mut outside: Option<(f64, f64)> = None;
+        let mut trial = first.min(limit);
+        for _ in 0..MAX_TRIALS {
+            let rise = match self.slice.at(&[(self.column, self.value(trial))], &at_inside) {
+                Some((x, cost)) => {
+                    lowest = lowest.min(cost);
+                    let rise = risen(cost);
+                    if rise <= t {
+                        at_inside = x;
+                    }
+                    rise
+                }
+                None => f64::INFINITY,
+            };
+            if (rise - t).abs() <= self.precision * t {
+                return Some((trial, lowest));
+            }
+            if rise < t {
+                if trial >= limit {
+                    return Some((limit, lowest));
+                }
+                inside = (trial, rise);
+            } else {
+                outside = Some((trial, rise));
+            }
+            trial = match outside {
+                None => ((t / inside.1).clamp(1.05, 3.0) * inside.0).min(limit),
+                Some((far, rise)) => {
+                    if far - inside.0 <= self.precision * far {
+                        // a cliff
+                        return Some((inside.0, lowest));
+                    }
+                    let part = (t - inside.1) / (rise - inside.1);
+                    let part = if rise.is_finite() { part.clamp(0.1, 0.9) } else { 0.5 };
+                    inside.0 + part * (far - inside.0)
+                }
+            };
+        }
+        None
+    }
+}

@@ -1,0 +1,210 @@
+//! Minima at a kink. As μ grows, a thick shot's contact begins to stick, and from there on its
+//! outcome no longer follows μ: χ² has a kink, where it can be least without being flat. A
+//! least-squares step stalls there; μ is then found by golden sections of the profile of χ².
+
+use argmin::core::{CostFunction, Error, Executor};
+use argmin::solver::goldensectionsearch::GoldenSectionSearch;
+use nalgebra::DVector;
+
+use super::FitError;
+use super::intervals::profile::Slice;
+use super::noise::Group;
+use super::robust::Losses;
+use super::search::Search;
+use super::uncertainty::Minimum;
+use crate::likelihood::problem::{Problem, are_filmed};
+use crate::likelihood::whitening::{Hold, Whitening};
+use crate::measurement::loss::Loss;
+use crate::measurement::parameter::Parameter;
+use crate::measurement::values::Values;
+use crate::numerics::least_squares;
+use crate::numerics::least_squares::{Options, Solution, Termination};
+
+/// What a fit says that ends at a kink.
+pub(super) const TERMINATION: &str = "converged: at the value of μ where a shot begins to stick";
+
+/// Golden sections end at this part of μ: an error of χ² in the last digits.
+const TOLERANCE: f64 = 1e-12;
+
+/// Each section leaves 0.618 of the bracket: 100 leave nothing.
+const MAX_SECTIONS: u64 = 100;
+
+/// The stalled step is this near to the minimum.
+const BRACKET: f64 = 0.1;
+
+/// The bracket is looked at in so many places before it is divided: it may hold several kinks.
+const PLACES: usize = 16;
+
+/// A search that ends at an end of the bracket goes on from there, at most so often.
+const MAX_BRACKETS: usize = 5;
+
+/// The minimum from a start that satisfies the constraints, and whether it is at a kink.
+pub(super) fn minimise(
+    slice: &Slice,
+    start: &DVector<f64>,
+    options: &Options,
+) -> Result<(Solution, bool), FitError> {
+    let constraints = &slice.constraints;
+    let mut solution = least_squares::minimise(slice.problem(), start, constraints, options)?;
+    let Some(mu) = slice.free.iter().position(|parameter| *parameter == Parameter::Mu) else {
+        return Ok((solution, false));
+    };
+    if are_filmed(slice.search.fitted) || constraints.lower[mu] == constraints.upper[mu] {
+        return Ok((solution, false));
+    }
+    for _ in 0..MAX_BRACKETS {
+        if !matches!(solution.termination, Termination::Stalled | Termination::MaxIterations) {
+            break;
+        }
+        let Some((x, at_kink)) = across(slice, mu, &solution) else { break };
+        let next = least_squares::minimise(slice.problem(), &x, constraints, options)?;
+        let iterations = solution.iterations + next.iterations;
+        if at_kink && !next.termination.converged() {
+            (solution.residuals, solution.jacobian) = slice.problem().evaluate_at(&x);
+            solution.cost = 0.5 * solution.residuals.norm_squared();
+            solution.active = constraints.activity(&x);
+            solution.active_inequalities = constraints.active_inequalities(&x);
+            solution.x = x;
+            return Ok((Solution { iterations, ..solution }, true));
+        }
+        if next.cost >= solution.cost {
+            break;
+        }
+        solution = Solution { iterations, ..next };
+    }
+    Ok((solution, false))
+}
+
+/// The lowest point within the bracket of a stalled search, and whether it is inside; `None` where none is lower.
+fn across(slice: &Slice, mu: usize, stalled: &Solution) -> Option<(DVector<f64>, bool)> {
+    let (lower, upper) = (slice.constraints.lower[mu], slice.constraints.upper[mu]);
+    let value = stalled.x[mu];
+    let ends = [(value * (1.0 - BRACKET)).max(lower), (value * (1.0 + BRACKET)).min(upper)];
+    let profile = Profile { slice, mu, start: &stalled.x };
+    let at = |place: usize| ends[0] + (ends[1] - ends[0]) * place as f64 / PLACES as f64;
+    let costs: Vec<f64> =
+        (0..=PLACES).map(|i| profile.at(at(i)).map_or(f64::INFINITY, |(_, cost)| cost)).collect();
+    let lowest = (0..=PLACES).min_by(|a, b| costs[*a].total_cmp(&costs[*b]))?;
+    // around where the search stalled, unless another place is lower
+    let around = if costs[lowest] < stalled.cost { at(lowest) } else { value };
+    let step = (ends[1] - ends[0]) / PLACES as f64;
+    let (from, to) = ((around - step).max(ends[0]), (around + step).min(ends[1]));
+    let golden = GoldenSectionSearch::new(from, to).and_then(|g| g.with_tolerance(TOLERANCE)).ok()?;
+    let found = Executor::new(&profile, golden)
+        .configure(|state| state.param(around.clamp(from, to)).max_iters(MAX_SECTIONS))
+        .timer(false)
+        .run();
+    let best = found.ok()?.state.best_param?;
+    let (x, cost) = profile.at(best)?;
+    (cost <= stalled.cost).then_some((x, from < best && best < to))
+}
+
+impl Search<'_> {
+    /// The minimum at a kink near some values, by golden sections of what is minimised, least over all other unknowns with
+    /// their weights at rest: where the weights differ from one side of a kink to the other, a search of all unknowns goes
+    /// to and fro between them.
+    pub(super) fn at_kink(
+        &self,
+        free: &[Parameter],
+        near: &Values,
+        reach: f64,
+    ) -> Option<(Minimum, Vec<Group>)> {
+        /// The bracket is narrowed to this part of itself, by 0.618 each time.
+        const SECTIONS: usize = 30;
+        const GOLDEN: f64 = 0.618_033_988_749_895;
+        let others: Vec<Parameter> = free.iter().copied().filter(|p| *p != Parameter::Mu).collect();
+        let held = |mu: f64| {
+            let search = Search { initial: near.with(Parameter::Mu, mu), ..self.clone() };
+            let (minimum, groups) = search.converge(&others).ok()?;
+            let objective = search.objective(&minimum, &groups);
+            objective.is_finite().then_some((objective, minimum, groups))
+        };
+        let value =
+            |found: &Option<(f64, Minimum, Vec<Group>)>| found.as_ref().map_or(f64::INFINITY, |f| f.0);
+        let setting = &self.settings[Parameter::Mu];
+        let centre = near[Parameter::Mu];
+        let [mut low, mut high] =
+            [-reach, reach].map(|by| (centre * (1.0 + by)).clamp(setting.lower, setting.upper));
+        let mut best = held(centre);
+        let mut inner = [high - GOLDEN * (high - low), low + GOLDEN * (high - low)].map(|mu| (mu, held(mu)));
+        for _ in 0..SECTIONS {
+            let [left, right] = inner;
+            let is_left = value(&left.1) <= value(&right.1);
+            let lower = if is_left { &left.1 } else { &right.1 };
+            if value(lower) < value(&best) {
+                best.clone_from(lower);
+            }
+            inner = if is_left {
+                high = right.0;
+                let mu = high - GOLDEN * (high - low);
+                [(mu, held(mu)), left]
+            } else {
+                low = left.0;
+                let mu = low + GOLDEN * (high - low);
+                [right, (mu, held(mu))]
+            };
+        }
+        let (_, minimum, mut groups) = best?;
+        let constraints = self.constraints(free).ok()?;
+        let unknowns = minimum.x.len() - minimum.shared;
+        let own = free.iter().map(|p| minimum.values[*p]);
+        let x = DVector::from_iterator(
+            free.len() + minimum.shared,
+            own.chain(minimum.x.iter().skip(unknowns).copied()),
+        );
+        let Self { fitted, model, settings, .. } = *self;
+        let at = |whitening: &Whitening| {
+            Problem::new(fitted, model, settings, free, minimum.values, whitening).evaluate_at(&x)
+        };
+        let mut whitening = minimum.whitening.clone();
+        if !groups.is_empty() {
+            // estimated noise knows that μ was fitted, too
+            let losses = Losses::new(self.loss);
+            let (_, jacobian) = at(&whitening);
+            self.reweigh(&mut groups, &minimum.values, &whitening, &jacobian, &losses, &minimum.weights);
+            let sds = groups.iter().map(|g| (g.observable, g.sd)).collect();
+            let shared = &x.as_slice()[free.len()..];
+            let anew = self.whitening(&minimum.values, &sds, shared, (Some(&whitening), Hold::All)).ok()?;
+            whitening =
+                if self.loss == Loss::Squares { anew } else { anew.weighted(fitted, &minimum.weights) };
+        }
+        let (residuals, jacobian) = at(&whitening);
+        let minimum = Minimum {
+            cost: 0.5 * residuals.norm_squared(),
+            gradient: jacobian.tr_mul(&residuals),
+            active: constraints.activity(&x),
+            active_inequalities: constraints.active_inequalities(&x),
+            constraints,
+            x,
+            residuals,
+            jacobian,
+            whitening,
+            termination: TERMINATION.to_string(),
+            ..minimum
+        };
+        Some((minimum, groups))
+    }
+}
+
+/// ½χ² as a function of μ, least over the others.
+struct Profile<'a> {
+    slice: &'a Slice<'a>,
+    mu: usize,
+    start: &'a DVector<f64>,
+}
+
+impl Profile<'_> {
+    /// The unknowns and the cost.
+    fn at(&self, mu: f64) -> Option<(DVector<f64>, f64)> {
+        self.slice.at(&[(self.mu, mu)], self.start)
+    }
+}
+
+impl CostFunction for &Profile<'_> {
+    type Param = f64;
+    type Output = f64;
+
+    fn cost(&self, mu: &f64) -> Result<f64, Error> {
+        Ok(self.at(*mu).map_or(f64::INFINITY, |(_, cost)| cost))
+    }
+}

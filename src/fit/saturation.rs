@@ -1,0 +1,94 @@
+//! Where a parameter no longer matters: the edge of its plateau, and what the data say of it.
+
+use super::noise::Group;
+use super::search::Search;
+use super::uncertainty::Minimum;
+use crate::likelihood::fitted::Fitted;
+use crate::measurement::parameter::Parameter;
+use crate::measurement::values::Values;
+
+/// A parameter on which nothing depends any more from some value on, as μ once every shot sticks.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Plateau {
+    pub parameter: Parameter,
+    /// Where the plateau begins.
+    pub edge: f64,
+    /// Its other end: a bound, unless the outcomes change again beyond.
+    pub bound: f64,
+}
+
+impl Search<'_> {
+    /// All predictions, one after the other.
+    fn predictions(&self, at: &Values) -> Vec<f64> {
+        let predicted = |shot: &Fitted| {
+            let prediction = self.predict(&shot.plan, at).ok()?;
+            Some(prediction.values.rows(0, shot.plan.rows().len()).iter().copied().collect::<Vec<_>>())
+        };
+        self.fitted.iter().filter_map(predicted).flatten().collect()
+    }
+
+    /// The plateau on which the search for a parameter ended; `None` where nothing depends on the parameter at all.
+    pub(super) fn plateau(&self, parameter: Parameter, end: &Values) -> Option<Plateau> {
+        /// Predictions on the plateau agree to rounding.
+        const SAME: f64 = 1e-12;
+        let setting = &self.settings[parameter];
+        let there = self.predictions(end);
+        let is_flat = |value: f64| {
+            let here = self.predictions(&end.with(parameter, value));
+            here.len() == there.len()
+                && here.iter().zip(&there).all(|(a, b)| (a - b).abs() <= SAME * a.abs().max(b.abs()))
+        };
+        let edge = |mut off: f64| {
+            let mut on = end[parameter];
+            if is_flat(off) {
+                return off;
+            }
+            while (on - off).abs() > 1e-12 {
+                let middle = 0.5 * (on + off);
+                if middle == on || middle == off {
+                    break;
+                }
+                if is_flat(middle) { on = middle } else { off = middle }
+            }
+            on
+        };
+        let [low, high] = [edge(setting.lower), edge(setting.upper)];
+        match (low > setting.lower, high < setting.upper) {
+            (false, false) => None,
+            (true, _) => Some(Plateau { parameter, edge: low, bound: high }),
+            (false, true) => Some(Plateau { parameter, edge: high, bound: low }),
+        }
+    }
+
+    /// From where χ² is t² above the plateau's to the plateau's far end, the other parameters held.
+    pub(super) fn plateau_interval(
+        &self,
+        plateau: &Plateau,
+        at: &Minimum,
+        groups: &[Group],
+        t: f64,
+    ) -> [f64; 2] {
+        let Plateau { parameter, edge, bound } = *plateau;
+        let chi2 = |value: f64| {
+            let mut sum = 0.0;
+            self.each_residual(&at.values.with(parameter, value), &at.whitening, |row, d, from_inputs| {
+                let group = groups.iter().find(|g| g.observable == row.observable);
+                let sd = row.measured.sd.or(group.map(|g| g.sd)).unwrap_or(f64::NAN);
+                sum += d * d / (sd * sd + from_inputs);
+            });
+            sum
+        };
+        let top = chi2(edge) + t * t;
+        let setting = &self.settings[parameter];
+        let (mut inside, mut outside) = (edge, if bound > edge { setting.lower } else { setting.upper });
+        if chi2(outside) > top {
+            for _ in 0..60 {
+                let middle = 0.5 * (inside + outside);
+                if chi2(middle) > top { outside = middle } else { inside = middle }
+            }
+        } else {
+            inside = outside;
+        }
+        [inside.min(bound), inside.max(bound)]
+    }
+}

@@ -1,0 +1,299 @@
+//! What a reader must know about a fit, in sentences.
+
+use super::check;
+use super::check::capital;
+use super::saturation::Plateau;
+use super::{DOWN_WEIGHTED, Fit, NoiseVerdict, Status};
+use crate::likelihood::fitted::Fitted;
+use crate::likelihood::frames::CLOTH;
+use crate::measurement::dataset::{Dataset, Measured, Shot};
+use crate::measurement::number::plain;
+use crate::measurement::parameter::Parameter;
+
+/// Releasing a bound is worth a warning when it makes an error this many times as large.
+const WORTH_WARNING: f64 = 2.0;
+
+pub(super) fn add(fit: &mut Fit, fitted: &[Fitted], knows_noise: bool) {
+    let mut warnings = Vec::new();
+    let mut notes = Vec::new();
+    if !fit.converged {
+        warnings.push(format!("The fit did not converge: {}.", fit.termination));
+    }
+    if !knows_noise {
+        warnings.push(
+            "No errors: the data state no standard deviations and leave no degrees of freedom to estimate them."
+                .to_string(),
+        );
+    }
+    if !fit.shots_rejected.is_empty() {
+        let first = &fit.shots_rejected[0];
+        warnings.push(format!(
+            "{} of {} shots were not used; the first is shot {}: {}.",
+            fit.shots_rejected.len(),
+            fit.shots_rejected.len() + fit.shots_used,
+            first.shot,
+            first.reason
+        ));
+    }
+    warnings.extend(doubtful_shots(fit));
+    let worst = fit.diagnostics.identifiability.as_ref().and_then(|found| found.worst.as_ref());
+    let undetermined = worst.is_some_and(|worst| worst.undetermined);
+    if let Some(worst) = worst.filter(|worst| worst.weak) {
+        let mut sentence = format!("{}.", capital(&worst.words));
+        if undetermined {
+            let names: Vec<_> = worst.terms.iter().map(|(p, _)| p.symbol()).collect();
+            sentence += &format!(
+                " The values given for {} are some of many that fit equally; fix all but one of them.",
+                names.join(" and ")
+            );
+        }
+        warnings.push(sentence);
+    }
+    let topspin = fitted.iter().any(|shot| shot.plan.has_topspin());
+    for estimate in &fit.estimates {
+        let symbol = estimate.parameter.symbol();
+        match estimate.status {
+            Status::NotIdentified if estimate.parameter == Parameter::MuS && !topspin => notes.push(format!(
+                "μ_s is not identified: no shot has topspin, so the cloth never carries the object ball. It was \
+                 left at {}.",
+                estimate.value
+            )),
+            Status::NotIdentified if !undetermined => notes.push(format!(
+                "{symbol} is not identified: no observation depends on it. It was left at {}.",
+                estimate.value
+            )),
+            Status::AtLowerBound | Status::AtUpperBound => {
+                let (side, limit) = match (estimate.status, estimate.interval_95) {
+                    (Status::AtLowerBound, Some([_, end])) => ("lower", Some(format!("at most {}", plain(end, 3)))),
+                    (Status::AtLowerBound, None) => ("lower", None),
+                    (_, Some([end, _])) => ("upper", Some(format!("at least {}", plain(end, 3)))),
+                    (_, None) => ("upper", None),
+                };
+                let limit = limit.map_or(String::new(), |limit| format!(", and is {limit} at 95 % confidence"));
+                warnings.push(format!("{symbol} ends on its {side} bound {}{limit}.", estimate.value));
+            }
+            _ => {}
+        }
+    }
+    for estimate in &fit.estimates {
+        let (Some(released), Some(conditional)) = (estimate.std_error, estimate.std_error_at_bound) else {
+            continue;
+        };
+        if released < WORTH_WARNING * conditional {
+            continue;
+        }
+        let (conditions, others) = super::doubts::held_exactly(fit, estimate.parameter);
+        if conditions.is_empty() {
+            continue;
+        }
+        let symbol = estimate.parameter.symbol();
+        let from = if others.is_empty() { String::new() } else { format!(" from {}", others.join(" and ")) };
+        warnings.push(format!(
+            "These data hardly tell {symbol}{from}: {symbol} is ± {conditional:.2e} if {} exactly, but \
+             ± {released:.2e} ({:.0} times as much) if not.",
+            conditions.join(" and "),
+            released / conditional
+        ));
+    }
+    let estimated: Vec<_> = fit
+        .noise
+        .iter()
+        .filter_map(|n| n.estimated_sd.filter(|sd| sd.is_finite()).map(|sd| (n.observable, sd)))
+        .map(|(o, sd)| format!("{} {:.3} {}", o.label(), sd / o.unit_si(), o.unit()).trim_end().to_string())
+        .collect();
+    if !estimated.is_empty() {
+        notes.push(format!(
+            "The data give no standard deviation for these observables: equal weights within each, with the one \
+             estimated from its residuals ({}). χ² then says nothing about the quality of the fit.",
+            estimated.join(", ")
+        ));
+    }
+    if let Some(goodness) = &fit.diagnostics.goodness {
+        // of the velocities, also where frames were fitted
+        let reduced = goodness.noise_factor.map_or(f64::NAN, |factor| factor * factor);
+        match (goodness.noise, goodness.p_value) {
+            // said first, below
+            (NoiseVerdict::TooSmall, _) if fit.refuted.is_some() => {}
+            (NoiseVerdict::TooSmall, Some(p)) => warnings.push(format!(
+                "The residuals are larger than the stated standard deviations explain (χ²/dof = {reduced:.2}, \
+                 probability {p:.1e}): the model leaves something out, or the deviations are too small. The \
+                 errors below trust the stated deviations."
+            )),
+            (NoiseVerdict::TooLarge, _) => warnings.push(format!(
+                "The residuals are smaller than the stated standard deviations (χ²/dof = {reduced:.2}): the \
+                 deviations, and the errors below, are too large."
+            )),
+            _ => {}
+        }
+        for trend in goodness.trends.iter().filter(|trend| trend.significant) {
+            warnings.push(format!("{}.", capital(&trend.words)));
+        }
+        let influential = goodness.influence.iter();
+        let influential: Vec<&str> = influential
+            .filter(|shot| goodness.influential_from.is_some_and(|from| shot.cook > from))
+            .map(|shot| shot.shot.as_str())
+            .collect();
+        match influential[..] {
+            [] => {}
+            [shot] => notes.push(format!(
+                "Shot {shot} alone moves the estimates much (Cook's distance); look at whether it can be trusted."
+            )),
+            [first, ..] => notes.push(format!(
+                "{} shots each move the estimates much (Cook's distance), first shot {first}; look at whether they \
+                 can be trusted.",
+                influential.len()
+            )),
+        }
+    }
+    for (text, active) in &fit.diagnostics.relations {
+        if *active && text.contains(['<', '>', '≤', '≥']) {
+            warnings.push(format!(
+                "The constraint \"{text}\" holds with equality: the data pull beyond it. The intervals know it, the \
+                 standard errors are those without it."
+            ));
+        }
+    }
+    if let Some(robust) = &fit.diagnostics.robust {
+        let clear: Vec<_> = robust.weights.iter().filter(|(_, weight)| *weight < DOWN_WEIGHTED).collect();
+        notes.push(format!(
+            "Outlying shots count less ({} loss); {} of {} have a weight below {DOWN_WEIGHTED}. χ² is weighted, and \
+             the errors are honest ones from the scatter of the shots (sandwich), whatever their noise.",
+            robust.loss.name(),
+            clear.len(),
+            fit.shots_used
+        ));
+    }
+    if let Some(starts) = fit.diagnostics.starts.as_ref().filter(|starts| !starts.agree()) {
+        /// −2 log L: a minimum that much above the best is no rival, as 5 standard errors are none.
+        const RIVAL: f64 = 25.0;
+        let others = starts.minima.get(1..).unwrap_or_default();
+        let sentence = format!(
+            "Of {} starts {} ended in a worse minimum, and {} in none; the best one is given.",
+            starts.count,
+            others.iter().map(|minimum| minimum.starts).sum::<usize>(),
+            starts.failed
+        );
+        match others.iter().find(|minimum| minimum.above_best < RIVAL) {
+            Some(rival) => warnings.push(format!(
+                "{sentence} One of them is nearly as good: −2 log likelihood is {:.2} more.",
+                rival.above_best
+            )),
+            None => notes.push(sentence),
+        }
+    }
+    if fitted.iter().any(|shot| !shot.plan.knows_speed()) {
+        notes.push(
+            "Some shots have no speed. Only angles and ratios were asked of them, which do not depend on it."
+                .to_string(),
+        );
+    }
+    if let Some(refuted) = &fit.refuted {
+        let measured =
+            refuted.restitution.map_or(String::new(), |measured| format!(" {}", measured.sentence()));
+        warnings.insert(0, refuted.sentence() + &measured);
+    }
+    fit.warnings.extend(warnings);
+    fit.notes.extend(notes);
+}
+
+/// Shots that were used, though something about them is wrong.
+fn doubtful_shots(fit: &Fit) -> Option<String> {
+    let first = fit.shots_doubtful.first()?;
+    let rest = match fit.shots_doubtful.len() - 1 {
+        0 => String::new(),
+        rest => format!(" {rest} more shots are doubtful; fit.json and the report list them."),
+    };
+    Some(format!(
+        "Shot {} is doubtful, but was used: {}.{rest} To leave a shot out, set skip = true in the table that [tracks] shots names.",
+        first.shot, first.reason
+    ))
+}
+
+/// A number to so many significant digits, all of them before the point where it has more.
+pub(super) fn to_digits(value: f64, digits: i32) -> String {
+    let decimals = digits - 1 - value.abs().log10().floor() as i32;
+    format!("{value:.*}", usize::try_from(decimals).unwrap_or(0))
+}
+
+/// A value with its standard error to two digits.
+pub(crate) fn with_error(value: f64, error: f64) -> String {
+    let decimals = usize::try_from(1 - error.log10().floor() as i32).unwrap_or(0);
+    format!("{value:.decimals$} ± {error:.decimals$}")
+}
+
+/// A profile that leads below the minimum that was found.
+pub(super) fn add_lower(fit: &mut Fit, lowest: f64) {
+    /// Of χ²: less than this part, or than this much, is rounding.
+    const WORTH_SAYING: f64 = 1e-6;
+    if lowest < fit.chi2 - WORTH_SAYING * fit.chi2.max(1.0) {
+        fit.warnings.insert(
+            0,
+            format!(
+                "This is not the lowest minimum: elsewhere χ² is {lowest:.4} instead of {:.4}. Search from more \
+                 starts (--starts 20).",
+                fit.chi2
+            ),
+        );
+    }
+}
+
+/// Parameters that are known only to lie on a plateau.
+pub(super) fn add_plateaus(fit: &mut Fit, plateaus: &[Plateau]) {
+    for Plateau { parameter, edge, bound } in plateaus {
+        let symbol = parameter.symbol();
+        let why = match parameter {
+            Parameter::Mu => " (the contact then sticks)",
+            _ => "",
+        };
+        fit.warnings.push(format!(
+            "{symbol}: every value from {edge:.4} to the bound {bound} fits equally{why}; {edge:.4} is given."
+        ));
+    }
+}
+
+/// What the tracks told besides the parameters, and what was done to them on reading.
+pub(super) fn add_tracks(fit: &mut Fit, dataset: &Dataset, shots: &[&Shot]) {
+    if let Some(joint) = fit.diagnostics.joint {
+        let ((sliding, sliding_error), (rolling, rolling_error)) = (joint.sliding, joint.rolling);
+        fit.notes.push(format!(
+            "All frames were fitted at once: χ² is that of {} numbers with {} unknowns of the shots' own, and residuals.csv lists \
+             them one by one. Plots, trends and the shots' tables are of the velocities that were extracted from each shot, \
+             against these estimates.",
+            joint.observations, joint.unknowns
+        ));
+        let errors = [sliding_error, rolling_error].map(|error| {
+            // none where the model is refuted
+            if error.is_finite() { format!(" ± {error:.4}") } else { String::new() }
+        });
+        fit.notes.push(format!(
+            "The cloth's sliding friction is μ_k = {sliding:.4}{}, its rolling resistance μ_r = {rolling:.4}{} (fitted, with \
+             what is published of μ_r as a prior).",
+            errors[0], errors[1]
+        ));
+    } else if let Some(sliding) = dataset.sliding {
+        fit.notes.push(format!(
+            "The cloth's sliding friction is μ_k = {:.4} ± {:.4}, from the curvature of the paths after the impacts. \
+             Its error is part of the errors of the parameters.",
+            sliding.value,
+            sliding.sd.unwrap_or(f64::NAN)
+        ));
+    }
+    if let (None, Some(Measured { value, sd: Some(sd) })) = (fit.diagnostics.joint, dataset.rolling) {
+        let (published, spread) = CLOTH[1];
+        fit.notes.push(format!(
+            "Its rolling resistance is taken as μ_r = {value:.4} ± {sd:.4}: published values, {published} ± {spread}, and what the frames tell. \
+             Its error is part of the errors of the parameters."
+        ));
+    }
+    let fitted = |(value, error): (f64, f64)| Measured { value, sd: Some(error) };
+    let cloth = match fit.diagnostics.joint {
+        Some(joint) => [Some(fitted(joint.sliding)), Some(fitted(joint.rolling))],
+        None => [dataset.sliding, dataset.rolling],
+    };
+    // first, since what else is wrong may follow from it
+    let suspicious = check::warnings(&check::suspicious(dataset, shots, cloth), shots.len());
+    fit.warnings.splice(0..0, suspicious);
+    for note in dataset.tracks.iter().flat_map(|tracks| &tracks.notes) {
+        fit.notes.push(note.clone());
+    }
+}

@@ -1,0 +1,150 @@
+//! Collisions asked for in a file: `caromfit collide --cases`.
+
+use std::path::Path;
+
+use super::DatasetError;
+use super::error::Problems;
+use super::table::Table;
+use crate::physics::ball::{BallState, Vec3};
+use crate::physics::collision::{Coefficients, Model, NotACollision, Outcome};
+use crate::physics::contact_frame;
+
+/// One collision to compute, in the units of the file.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Case {
+    pub name: String,
+    /// m/s.
+    pub speed: f64,
+    /// Between −90 and 90.
+    pub cut_deg: f64,
+    /// Cue ball's spin in the collision frame, rad/s.
+    pub spin: Vec3,
+    pub mu: f64,
+    pub mu_s: f64,
+    pub e: f64,
+    /// m.
+    pub radius: f64,
+}
+
+/// Why a case is no collision.
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+pub enum BadCase {
+    #[error("the speed is {0} m/s; expected more than 0")]
+    Speed(f64),
+    #[error("the cut angle is {0}°; expected more than −90° and less than 90°")]
+    Cut(f64),
+    #[error(transparent)]
+    NotACollision(#[from] NotACollision),
+}
+
+impl BadCase {
+    /// The column that is to blame, where it is one.
+    fn column(&self) -> Option<&'static str> {
+        match self {
+            Self::Speed(_) => Some("speed_m_s"),
+            Self::Cut(_) => Some("cut_deg"),
+            Self::NotACollision(error) => match error {
+                NotACollision::NotFinite { name, .. } => Some(name),
+                NotACollision::NegativeMu(_) => Some("mu"),
+                NotACollision::MuSOutOfRange(..) => Some("mu_s"),
+                NotACollision::EOutOfRange(_) => Some("e"),
+                NotACollision::Radius(_) => Some("radius_m"),
+                _ => None,
+            },
+        }
+    }
+}
+
+impl Case {
+    /// # Errors
+    /// A speed that is not positive, a cut angle of 90° or more, and what [`Model::collide`] refuses.
+    pub fn collide(&self, model: &Model) -> Result<Outcome, BadCase> {
+        let (cue, coefficients) = self.before()?;
+        Ok(model.collide(&cue, &coefficients)?)
+    }
+
+    /// The cue ball before the impact, and the coefficients.
+    ///
+    /// # Errors
+    /// A speed that is not positive, a cut angle of 90° or more.
+    pub fn before(&self) -> Result<(BallState, Coefficients), BadCase> {
+        if !(self.speed > 0.0 && self.speed.is_finite()) {
+            return Err(BadCase::Speed(self.speed));
+        }
+        if self.cut_deg.is_nan() || self.cut_deg.abs() >= 90.0 {
+            return Err(BadCase::Cut(self.cut_deg));
+        }
+        let cue = BallState {
+            velocity: contact_frame::cue_velocity(self.speed, self.cut_deg.to_radians()),
+            spin: self.spin,
+        };
+        let coefficients = Coefficients { mu: self.mu, mu_s: self.mu_s, e: self.e };
+        Ok((cue, coefficients))
+    }
+}
+
+/// A case of a file, and what came of it.
+#[derive(Clone, Debug)]
+pub struct Computed {
+    pub case: Case,
+    /// In the file, from 1.
+    pub line: usize,
+    pub model: Model,
+    /// An integration that did not reach the end of the impact has none: [`NotACollision::NotIntegrated`].
+    pub outcome: Result<Outcome, NotACollision>,
+}
+
+/// Reads a CSV with the columns name, speed_m_s, cut_deg, omega_x, omega_y, omega_z, mu, mu_s, e,
+/// radius_m and computes every row; `model` gives the model for each. A row whose integration fails leaves the others
+/// as they are.
+///
+/// # Errors
+/// Every cell that is no number and every row that is no collision, with its line.
+pub fn collide_all(
+    path: &Path,
+    model: impl Fn(&Case) -> Result<Model, BadCase>,
+) -> Result<Vec<Computed>, DatasetError> {
+    const NUMBERS: [&str; 9] =
+        ["speed_m_s", "cut_deg", "omega_x", "omega_y", "omega_z", "mu", "mu_s", "e", "radius_m"];
+    let mut problems = Problems::new(format!("the cases {} cannot be computed:", path.display()));
+    let Some(table) = Table::read(path, &mut problems) else { return Err(problems.into_error()) };
+    let known: Vec<_> = ["name"].into_iter().chain(NUMBERS).collect();
+    for column in &known {
+        table.require(column, &known, &mut problems);
+    }
+    let columns = NUMBERS.map(|column| table.numbers(column, &mut problems).unwrap_or_default());
+    let mut collided = Vec::with_capacity(table.rows());
+    for row in 0..table.rows() {
+        let cells = columns.each_ref().map(|column| column.get(row).copied().flatten());
+        let [
+            Some(speed),
+            Some(cut_deg),
+            Some(x),
+            Some(y),
+            Some(z),
+            Some(mu),
+            Some(mu_s),
+            Some(e),
+            Some(radius),
+        ] = cells
+        else {
+            continue;
+        };
+        let name = table.text("name", row).unwrap_or_default().to_string();
+        let case = Case { name, speed, cut_deg, spin: Vec3::new(x, y, z), mu, mu_s, e, radius };
+        let line = table.line(row);
+        let computed = model(&case).and_then(|model| match case.collide(&model) {
+            Ok(outcome) => Ok((model, Ok(outcome))),
+            Err(BadCase::NotACollision(why @ NotACollision::NotIntegrated(_))) => Ok((model, Err(why))),
+            Err(error) => Err(error),
+        });
+        match computed {
+            Ok((model, outcome)) => collided.push(Computed { case, line, model, outcome }),
+            Err(error) => {
+                let message = format!("\"{}\" is no collision: {error}", case.name);
+                problems.add(path, Some(line), error.column(), message);
+            }
+        }
+    }
+    problems.into_result(collided)
+}

@@ -1,0 +1,334 @@
+//! CSV files → a commented dataset.toml, with what the files do not tell left as marked blanks.
+
+use std::path::{Path, PathBuf};
+
+use super::{Survey, header, survey};
+
+/// Marks a line that has to be filled in.
+pub const BLANK: &str = "FILL IN";
+
+/// A dataset.toml that was drafted.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Draft {
+    /// Where it belongs: the folder that holds all the files.
+    pub folder: PathBuf,
+    pub text: String,
+    /// What was found out about the files; sentences.
+    pub found: Vec<String>,
+    /// What has to be filled in, the most important first.
+    pub blanks: Vec<&'static str>,
+}
+
+/// Why there is no draft.
+#[derive(Debug, thiserror::Error)]
+pub enum InitError {
+    #[error("{}: cannot be read: {source}", path.display())]
+    Read { path: PathBuf, source: std::io::Error },
+    #[error("{}: is empty; expected a table of tracks or measurements", path.display())]
+    Empty { path: PathBuf },
+    #[error("{}: is no text; expected a table of tracks or measurements, not the film itself", path.display())]
+    NoText { path: PathBuf },
+    #[error("{}: is JSON; expected a table (CSV, tab-separated or text) of tracks or measurements", path.display())]
+    Json { path: PathBuf },
+    #[error("{}: holds no table (a file that ends in .{}); name the files", path.display(), TABLES.join(", ."))]
+    NoTables { path: PathBuf },
+    #[error("{} is {what}, but {} is {other}; expected files of one kind", path.display(), other_path.display())]
+    Mixed { path: PathBuf, what: &'static str, other_path: PathBuf, other: &'static str },
+}
+
+/// What a file is.
+enum Seen {
+    Tracks(Survey),
+    Impacts,
+    Angles {
+        spin: bool,
+    },
+    /// The names of its columns.
+    Unknown(Vec<String>),
+}
+
+impl Seen {
+    fn what(&self) -> &'static str {
+        match self {
+            Self::Tracks(_) => "a file of tracks",
+            Self::Impacts => "a table of impacts",
+            Self::Angles { .. } => "a table of angles",
+            Self::Unknown(_) => "in no known format",
+        }
+    }
+}
+
+/// Endings of tables, where a folder is named.
+const TABLES: [&str; 4] = ["csv", "txt", "tsv", "dat"];
+
+/// The files, and in the place of a folder the tables in it.
+fn listed(files: &[PathBuf]) -> Result<Vec<PathBuf>, InitError> {
+    let mut all = Vec::new();
+    for file in files {
+        if !file.is_dir() {
+            all.push(file.clone());
+            continue;
+        }
+        let entries =
+            file.read_dir().map_err(|source| InitError::Read { path: file.clone(), source })?.flatten();
+        let is_table = |path: &PathBuf| {
+            let ending = path.extension().unwrap_or_default().to_string_lossy().to_lowercase();
+            path.is_file() && TABLES.contains(&ending.as_str())
+        };
+        let mut tables: Vec<PathBuf> = entries.map(|entry| entry.path()).filter(is_table).collect();
+        if tables.is_empty() {
+            return Err(InitError::NoTables { path: file.clone() });
+        }
+        tables.sort();
+        all.append(&mut tables);
+    }
+    Ok(all)
+}
+
+/// Looks at files, or at the tables in folders, at least one, and drafts the dataset.toml that goes with them.
+///
+/// # Errors
+/// A file that cannot be read or is empty, or files of different kinds.
+pub fn draft(files: &[PathBuf]) -> Result<Draft, InitError> {
+    let files = &listed(files)?;
+    let mut seen: Vec<(&PathBuf, Seen)> = Vec::new();
+    for file in files {
+        let now = look(file)?;
+        if let Some((other_path, other)) = seen.first()
+            && other.what() != now.what()
+        {
+            let (what, other) = (now.what(), other.what());
+            return Err(InitError::Mixed {
+                path: file.clone(),
+                what,
+                other_path: (*other_path).clone(),
+                other,
+            });
+        }
+        seen.push((file, now));
+    }
+    let folder = common_folder(files);
+    let mut sheet = Sheet { text: String::new(), found: Vec::new(), blanks: Vec::new() };
+    let name = std::path::absolute(&folder).unwrap_or_else(|_| folder.clone());
+    let name = name.file_name().map_or("my-data".to_string(), |name| name.to_string_lossy().into_owned());
+    sheet.line(&format!("name = {}          # also the name of its folder under fits/", quoted(&name)));
+    let kind = match seen.first() {
+        Some((_, Seen::Impacts)) => "impacts",
+        Some((_, Seen::Angles { .. })) => "angles",
+        _ => "tracks",
+    };
+    sheet.line(&format!("kind = \"{kind}\""));
+    let listed: Vec<String> = files
+        .iter()
+        .map(|file| quoted(&file.strip_prefix(&folder).unwrap_or(file).to_string_lossy().replace('\\', "/")))
+        .collect();
+    sheet.line(&format!("files = [{}]", listed.join(", ")));
+    sheet.blank(
+        "cloth",
+        "# cloth = \"…\"",
+        "which cloth: `caromfit compare` tells cloths apart by it; optional",
+    );
+    sheet.blank("source", "# source = \"…\"", "who measured it, how, when; optional");
+    sheet.line("\n[ball]");
+    sheet.line("radius_m = 0.028575          # a pool ball; carom 0.03075, snooker 0.02625: correct it if it is another");
+    let spins = matches!(seen.first(), Some((_, Seen::Angles { spin: true })));
+    if !spins {
+        sheet.line("\n[cue_spin]");
+        sheet.blank(
+            "cue_spin",
+            "# assume = \"…\"",
+            "stun (it slides without turning), natural-roll (it rolls), measured, unknown",
+        );
+    }
+    let tracks: Vec<(&PathBuf, &Survey)> = seen
+        .iter()
+        .filter_map(|(file, seen)| if let Seen::Tracks(survey) = seen { Some((*file, survey)) } else { None })
+        .collect();
+    if !tracks.is_empty() {
+        describe_tracks(&tracks, &mut sheet);
+    }
+    if let Some((file, Seen::Unknown(names))) = seen.first() {
+        describe_columns(file, names, &mut sheet);
+    }
+    let Sheet { text, found, mut blanks } = sheet;
+    blanks.sort_by_key(|blank| ORDER.iter().position(|known| known == blank).unwrap_or(ORDER.len()));
+    let head = "# Drafted by caromfit init. Lines that say FILL IN wait for what the files do not tell.\n";
+    Ok(Draft { folder, text: format!("{head}{text}"), found, blanks })
+}
+
+/// A table is 2.84 m long, and no shot is filmed on less than a few centimetres.
+const METRES: std::ops::Range<f64> = 0.02..4.0;
+
+/// The ball that moves first by this part of the film is the cue ball.
+const EARLIER: f64 = 0.05;
+
+/// The most important first.
+const ORDER: [&str; 6] = ["capture_fps", "length_unit", "which ball is which", "cue_spin", "cloth", "source"];
+
+/// The text as it grows.
+struct Sheet {
+    text: String,
+    found: Vec<String>,
+    blanks: Vec<&'static str>,
+}
+
+impl Sheet {
+    fn line(&mut self, line: &str) {
+        self.text.push_str(line);
+        self.text.push('\n');
+    }
+
+    fn blank(&mut self, what: &'static str, line: &str, why: &str) {
+        self.line(&format!("{line:<28} # {BLANK}: {why}"));
+        self.blanks.push(what);
+    }
+}
+
+fn quoted(text: &str) -> String {
+    toml::Value::from(text).to_string()
+}
+
+fn look(file: &Path) -> Result<Seen, InitError> {
+    let names = header(file).map_err(|source| InitError::Read { path: file.to_path_buf(), source })?;
+    if names.is_empty() {
+        return Err(InitError::Empty { path: file.to_path_buf() });
+    }
+    if names.iter().any(|name| name.contains(|c: char| c == char::REPLACEMENT_CHARACTER || c.is_control())) {
+        return Err(InitError::NoText { path: file.to_path_buf() });
+    }
+    if names.first().is_some_and(|name| name.starts_with(['{', '['])) {
+        return Err(InitError::Json { path: file.to_path_buf() });
+    }
+    let has = |name: &str| names.iter().any(|n| n == name);
+    if has("nx") && has("ny") && has("cue_vx") {
+        return Ok(Seen::Impacts);
+    }
+    if has("cut_deg") {
+        return Ok(Seen::Angles { spin: has("cue_spin") || has("omega_x") });
+    }
+    Ok(survey(file).map_or(Seen::Unknown(names), Seen::Tracks))
+}
+
+fn common_folder(files: &[PathBuf]) -> PathBuf {
+    let parent = |file: &PathBuf| file.parent().map(Path::to_path_buf).unwrap_or_default();
+    let mut folder = files.first().map(parent).unwrap_or_default();
+    while !files.iter().all(|file| file.starts_with(&folder)) {
+        folder = folder.parent().map(Path::to_path_buf).unwrap_or_default();
+    }
+    folder
+}
+
+fn describe_tracks(all: &[(&PathBuf, &Survey)], sheet: &mut Sheet) {
+    let Some((file, first)) = all.first().copied() else { return };
+    let shots: usize = all.iter().map(|(_, survey)| survey.shots).sum();
+    let single = all.len() > 1 && all.iter().all(|(_, survey)| survey.tracks.len() == 1 && survey.shots == 1);
+    let what = if single {
+        "one ball each: two that are named alike but for the ball (kick-A.txt, kick-B.txt) are a shot"
+            .to_owned()
+    } else {
+        format!("{shots} shot(s)")
+    };
+    sheet.found.push(format!("{} file(s) of tracks, format {}, {what}.", all.len(), first.format));
+    sheet.line("\n[video]");
+    match (first.stated_fps, first.times_fps) {
+        (Some(fps), _) => {
+            sheet.found.push(format!("{} states {fps} frames per second.", file.display()));
+            sheet.line(&format!("capture_fps = {fps:?}         # as the file states"));
+        }
+        (None, Some(fps)) => {
+            let fps = format!("{fps:.4}");
+            let fps = fps.trim_end_matches('0').trim_end_matches('.');
+            sheet.found.push(format!("The times follow {fps} frames per second."));
+            let why = format!(
+                "what the camera recorded at, not the playback rate. The times in the files follow {fps} frames per second"
+            );
+            sheet.blank("capture_fps", "# capture_fps = …", &why);
+            let playback = format!("# playback_fps = {fps}");
+            sheet.line(&format!(
+                "{playback:<28} # take the # away if the camera recorded faster, so that these times are those of slow motion"
+            ));
+        }
+        (None, None) => {
+            let why =
+                "frames per second that the camera recorded at, not the playback rate; times are in frames";
+            sheet.blank("capture_fps", "# capture_fps = …", why);
+        }
+    }
+    sheet.line("\n[scale]");
+    let extent = all.iter().map(|(_, survey)| survey.extent).fold(0.0, f64::max);
+    if first.format == "qualisys" {
+        sheet.line("length_unit = \"mm\"           # as always in this format");
+    } else if METRES.contains(&extent) {
+        sheet.line(&format!(
+            "length_unit = \"m\"            # the positions span {extent:.3}: metres, if the film was calibrated"
+        ));
+    } else {
+        let why = format!(
+            "m, cm, mm, or px with m_per_px = … or four [[scale.point]]; the positions span {extent:.0}"
+        );
+        sheet.blank("length_unit", "# length_unit = \"…\"", &why);
+    }
+    sheet
+        .line("y_axis = \"up\"                # \"down\" where y grows downwards, as in pixels of a picture");
+    sheet.line("\n[tracks]");
+    sheet.line("format = \"auto\"");
+    let mut names: Vec<(&str, f64)> = Vec::new();
+    for (name, begin) in all.iter().flat_map(|(_, survey)| &survey.tracks) {
+        if !names.iter().any(|(known, _)| *known == name.as_str()) {
+            names.push((name, *begin));
+        }
+    }
+    let listed: Vec<String> = names.iter().map(|(name, _)| format!("\"{name}\"")).collect();
+    sheet.found.push(format!("Tracks: {}.", listed.join(", ")));
+    let order = match names.as_slice() {
+        [a, b] if a.1 + EARLIER < b.1 => Some((a.0, b.0)),
+        [a, b] if b.1 + EARLIER < a.1 => Some((b.0, a.0)),
+        _ => None,
+    };
+    if let Some((cue, object)) = order {
+        sheet.found.push(format!("\"{cue}\" moves first: taken as the cue ball."));
+        sheet.line(&format!("cue = {:<24} # it moves first", quoted(cue)));
+        sheet.line(&format!("object = {}", quoted(object)));
+    } else {
+        let why = format!("which track is the cue ball; the files have {}", listed.join(", "));
+        sheet.blank("which ball is which", "# cue = \"…\"", &why);
+        sheet.line("# object = \"…\"               # and which the object ball");
+    }
+    sheet.line("# shots = \"shots.csv\"         # optional: shot, and any of cue_spin, omega_x, omega_y, omega_z, skip, note");
+}
+
+/// So many columns of a table are listed, and so many characters of the name of one.
+const MOST_COLUMNS: usize = 30;
+const LONGEST_COLUMN: usize = 40;
+
+/// A name, or how a long one begins.
+fn begin(name: &str) -> String {
+    let mut short: String = name.chars().take(LONGEST_COLUMN).collect();
+    if short.len() < name.len() {
+        short.push('…');
+    }
+    short
+}
+
+fn describe_columns(file: &Path, names: &[String], sheet: &mut Sheet) {
+    let mut listed: Vec<String> = names.iter().take(MOST_COLUMNS).map(|name| quoted(&begin(name))).collect();
+    if names.len() > MOST_COLUMNS {
+        listed.push(format!("… ({} in all)", names.len()));
+    }
+    sheet.found.push(format!(
+        "{}: no known format; its first line is {}. Say under [tracks.columns] which column is what.",
+        file.display(),
+        listed.join(", ")
+    ));
+    sheet.line("\n[video]");
+    sheet.blank("capture_fps", "# capture_fps = …", "frames per second that the camera recorded at");
+    sheet.line("\n[scale]");
+    sheet.blank("length_unit", "# length_unit = \"…\"", "m, cm, mm, or px with m_per_px = …");
+    sheet.line("\n[tracks]\n# The first line of the file: ");
+    sheet.line(&format!("#   {}", listed.join(", ")));
+    sheet.line("[tracks.columns]");
+    sheet.blank("which column is what", "# t = \"…\"", "time in seconds, or frame = \"…\"");
+    for key in ["cue_x", "cue_y", "object_x", "object_y"] {
+        sheet.line(&format!("# {key} = \"…\""));
+    }
+}

@@ -1,0 +1,179 @@
+//! The section [fit] of a dataset.toml: settings of the parameters, constraints between them, the loss.
+
+use std::ops::Range;
+
+use serde::Deserialize;
+use toml::Spanned;
+
+use super::error::{Problems, did_you_mean};
+use super::toml_file::Source;
+use crate::measurement::loss::Loss;
+use crate::measurement::parameter::{Parameter, Prior, Setting, SettingFault, Settings};
+use crate::measurement::relation::Relation;
+
+#[derive(Default, Deserialize)]
+#[serde(deny_unknown_fields, expecting = "a table, as in [fit] mu_s = { fixed = 0.3 }")]
+pub(crate) struct RawFit {
+    mu: Option<RawSetting>,
+    mu_s: Option<RawSetting>,
+    e: Option<RawSetting>,
+    mu_b: Option<Spanned<RawSetting>>,
+    mu_c: Option<Spanned<RawSetting>>,
+    friction: Option<Friction>,
+    pub by: Option<Spanned<String>>,
+    loss: Option<Spanned<String>>,
+    #[serde(default)]
+    constraints: Vec<Spanned<String>>,
+}
+
+/// How the friction between the balls depends on their slip.
+#[derive(Clone, Copy, Debug, Default, Deserialize, PartialEq, Eq)]
+#[serde(rename_all = "lowercase")]
+enum Friction {
+    #[default]
+    Constant,
+    /// μ + b exp(−c v).
+    Exponential,
+}
+
+#[derive(Default, Deserialize)]
+#[serde(
+    deny_unknown_fields,
+    expecting = "a table, as in { initial = 0.05, upper = 0.5 } or { fixed = 0.05 }"
+)]
+struct RawSetting {
+    initial: Option<Spanned<f64>>,
+    lower: Option<Spanned<f64>>,
+    upper: Option<Spanned<f64>>,
+    fixed: Option<Spanned<f64>>,
+    prior_mean: Option<Spanned<f64>>,
+    prior_sd: Option<Spanned<f64>>,
+}
+
+impl RawFit {
+    /// Of each parameter.
+    pub(crate) fn settings(&self, source: &Source, problems: &mut Problems) -> Settings {
+        let falls = self.friction == Some(Friction::Exponential);
+        let mut settings = Settings { falls, ..Settings::default() };
+        for (parameter, raw) in Parameter::COEFFICIENTS.into_iter().zip([&self.mu, &self.mu_s, &self.e]) {
+            if let Some(raw) = raw {
+                settings[parameter] = raw.check(parameter, source, problems);
+            }
+        }
+        for (parameter, raw) in [(Parameter::B, &self.mu_b), (Parameter::C, &self.mu_c)] {
+            let Some(raw) = raw else { continue };
+            settings[parameter] = raw.as_ref().check(parameter, source, problems);
+            if !settings.falls {
+                let message = format!(
+                    "{} stands in [fit], but friction is constant; expected friction = \"exponential\" with it",
+                    parameter.name()
+                );
+                source.add(problems, &raw.span(), message);
+            }
+        }
+        settings
+    }
+
+    pub(crate) fn relations(&self, falls: bool, source: &Source, problems: &mut Problems) -> Vec<Relation> {
+        let mut relations = Vec::new();
+        for text in &self.constraints {
+            match Relation::parse(text.as_ref()) {
+                Ok(relation) => {
+                    let of_law = [Parameter::B, Parameter::C];
+                    let involved = of_law.into_iter().find(|p| relation.coefficients[*p as usize] != 0.0);
+                    if let Some(parameter) = involved.filter(|_| !falls) {
+                        let message = format!(
+                            "the constraint \"{}\" has {}, but friction is constant; expected friction = \
+                             \"exponential\" with it",
+                            text.as_ref(),
+                            parameter.name()
+                        );
+                        source.add(problems, &text.span(), message);
+                    }
+                    relations.push(relation);
+                }
+                Err(error) => {
+                    let message = format!("the constraint \"{}\": {error}", text.as_ref());
+                    source.add(problems, &text.span(), message);
+                }
+            }
+        }
+        relations
+    }
+
+    pub(crate) fn loss(&self, source: &Source, problems: &mut Problems) -> Loss {
+        let Some(word) = &self.loss else { return Loss::default() };
+        let found = Loss::ALL.into_iter().find(|loss| loss.name() == word.as_ref());
+        found.unwrap_or_else(|| {
+            let near = did_you_mean(word.as_ref(), Loss::ALL.map(Loss::name));
+            let names = Loss::ALL.map(Loss::name).join(", ");
+            let message = format!("loss is \"{}\"{near}; expected one of {names}", word.as_ref());
+            source.add(problems, &word.span(), message);
+            Loss::default()
+        })
+    }
+}
+
+impl RawSetting {
+    fn check(&self, parameter: Parameter, source: &Source, problems: &mut Problems) -> Setting {
+        let name = parameter.name();
+        let number = |value: &Option<Spanned<f64>>| value.as_ref().map(|spanned| *spanned.as_ref());
+        // c is held only where nothing is said of it
+        let default = Setting { fixed: false, ..parameter.default_setting() };
+        let lower = number(&self.lower).unwrap_or(default.lower);
+        let upper = number(&self.upper).unwrap_or(default.upper.max(lower));
+        let prior = match (number(&self.prior_mean), number(&self.prior_sd)) {
+            (Some(mean), Some(sd)) => Some(Prior { mean, sd }),
+            _ => None,
+        };
+        let said = number(&self.fixed).or(number(&self.initial));
+        let setting = Setting {
+            initial: said.unwrap_or(default.initial.max(lower).min(upper)),
+            lower,
+            upper,
+            fixed: self.fixed.is_some(),
+            prior: prior.filter(|_| self.fixed.is_none()),
+        };
+        let faults = setting.faults(parameter);
+        for SettingFault { key, value, rest } in &faults {
+            let (lower, upper) = (self.lower.as_ref(), self.upper.as_ref());
+            let spanned = match *key {
+                "lower" => lower.or(upper),
+                "upper" => upper,
+                "fixed" => self.fixed.as_ref(),
+                "initial" => self.initial.as_ref(),
+                "prior_mean" => self.prior_mean.as_ref(),
+                _ => self.prior_sd.as_ref(),
+            };
+            let of_default = format!("{value:?}");
+            let written = spanned.filter(|s| *s.as_ref() == *value || value.is_nan());
+            let written = written.map_or(of_default, |spanned| source.written(&spanned.span()).to_string());
+            let near = matches!(*key, "initial" | "fixed")
+                && upper.is_none()
+                && rest.ends_with("its bounds")
+                && parameter != Parameter::E;
+            let hint =
+                if near { format!(" (give {name}.upper to move the upper one)") } else { String::new() };
+            let at = spanned.map_or(0..0, Spanned::span);
+            source.add(problems, &at, format!("{name}.{key} is {written}{rest}{hint}"));
+        }
+        let mut wrong = |at: Option<Range<usize>>, message: String| {
+            source.add(problems, &at.unwrap_or(0..0), message);
+        };
+        if let (Some(_), Some(prior)) = (&self.fixed, self.prior_mean.as_ref().or(self.prior_sd.as_ref())) {
+            let message =
+                format!("{name} is fixed, so that its prior says nothing; expected only one of them");
+            wrong(Some(prior.span()), message);
+        }
+        match (&self.prior_mean, &self.prior_sd) {
+            (Some(given), None) | (None, Some(given)) => {
+                wrong(
+                    Some(given.span()),
+                    format!("{name}: only one of prior_mean and prior_sd; expected both or none"),
+                );
+            }
+            (Some(_), Some(_)) | (None, None) => {}
+        }
+        if faults.is_empty() { setting } else { default }
+    }
+}

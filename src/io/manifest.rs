@@ -1,0 +1,384 @@
+//! `dataset.toml`.
+
+use std::path::{Path, PathBuf};
+
+use serde::Deserialize;
+use toml::Spanned;
+
+use super::error::{DatasetError, Problems};
+use super::fit_section::RawFit;
+use super::impacts_section::{Extraction, RawImpacts};
+use super::table::read_utf8;
+use super::toml_file::{Check, POSITIVE, Source, parse};
+use super::tracking::settings;
+use super::tracking::settings::{RawScale, RawTracks, RawVideo, TrackSettings};
+use crate::measurement::loss::Loss;
+use crate::measurement::parameter::Settings;
+use crate::measurement::relation::Relation;
+use crate::physics::ball::{Ball, UNIFORM_SPHERE};
+use crate::physics::disc::{Discs, UNIFORM_DISC};
+
+/// In bytes: a folder's name may be this long everywhere, and something still be added to it.
+const LONGEST_NAME: usize = 200;
+
+/// A checked dataset.toml.
+pub(crate) struct Manifest {
+    pub name: String,
+    pub kind: Kind,
+    pub files: Vec<PathBuf>,
+    pub cloth: Option<String>,
+    pub source: Option<String>,
+    pub ball: Ball,
+    /// Where the data are of discs, for kind `tracks`.
+    pub discs: Option<Discs>,
+    pub assume: Option<Assume>,
+    pub settings: Settings,
+    pub relations: Vec<Relation>,
+    pub loss: Loss,
+    /// For kind `tracks`.
+    pub tracks: Option<TrackSettings>,
+    /// For kind `impacts`, where they were extracted from tracks.
+    pub extraction: Extraction,
+    /// `[fit] by`, with its line and the position in it.
+    pub by: Option<(String, usize, String)>,
+}
+
+#[derive(Clone, Copy, Debug, Deserialize, PartialEq, Eq)]
+#[serde(rename_all = "lowercase")]
+pub(crate) enum Kind {
+    Tracks,
+    Impacts,
+    Angles,
+}
+
+#[derive(Clone, Copy, Debug, Deserialize, PartialEq, Eq)]
+#[serde(rename_all = "kebab-case")]
+pub(crate) enum Assume {
+    Stun,
+    NaturalRoll,
+    Measured,
+    Unknown,
+}
+
+impl Kind {
+    fn name(self) -> &'static str {
+        match self {
+            Self::Tracks => "tracks",
+            Self::Impacts => "impacts",
+            Self::Angles => "angles",
+        }
+    }
+}
+
+impl Assume {
+    pub(crate) const WORDS: [(&'static str, Self); 4] = [
+        ("stun", Self::Stun),
+        ("natural-roll", Self::NaturalRoll),
+        ("measured", Self::Measured),
+        ("unknown", Self::Unknown),
+    ];
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields, expecting = "the keys of a data set")]
+struct RawManifest {
+    name: Spanned<String>,
+    kind: Spanned<Kind>,
+    files: Spanned<Vec<Spanned<String>>>,
+    cloth: Option<String>,
+    source: Option<String>,
+    #[serde(default)]
+    ball: RawBall,
+    object: Option<Spanned<RawObject>>,
+    cue_spin: Option<Spanned<RawSpin>>,
+    video: Option<Spanned<RawVideo>>,
+    scale: Option<Spanned<RawScale>>,
+    tracks: Option<Spanned<RawTracks>>,
+    impacts: Option<Spanned<RawImpacts>>,
+    #[serde(default)]
+    fit: RawFit,
+}
+
+#[derive(Default, Deserialize)]
+#[serde(deny_unknown_fields, expecting = "a table, as in [ball] radius_m = 0.028575")]
+struct RawBall {
+    shape: Option<Spanned<Shape>>,
+    radius_m: Option<Spanned<f64>>,
+    mass_kg: Option<Spanned<f64>>,
+    inertia: Option<Spanned<f64>>,
+}
+
+#[derive(Clone, Copy, Debug, Default, Deserialize, PartialEq, Eq)]
+#[serde(rename_all = "lowercase")]
+enum Shape {
+    #[default]
+    Sphere,
+    /// Slides without rolling.
+    Disc,
+}
+
+/// What of the second disc is not as of the first.
+#[derive(Clone, Copy, Default, Deserialize)]
+#[serde(deny_unknown_fields, expecting = "a table, as in [object] radius_m = 0.025")]
+struct RawObject {
+    radius_m: Option<f64>,
+    mass_kg: Option<f64>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields, expecting = "a table, as in [cue_spin] assume = \"stun\"")]
+struct RawSpin {
+    /// Where it is left out, as in a fresh draft, what is missing is said with all else that is.
+    assume: Option<Assume>,
+}
+
+/// The data sets that a folder without a dataset.toml holds, as a hint: `: data/a, data/b and 3 more`.
+fn below(folder: &Path) -> String {
+    /// So many are named.
+    const NAMED: usize = 3;
+    let Ok(entries) = std::fs::read_dir(folder) else { return String::new() };
+    let mut found: Vec<PathBuf> = entries
+        .flatten()
+        .map(|entry| entry.path())
+        .filter(|path| path.join("dataset.toml").is_file())
+        .collect();
+    found.sort();
+    let named: Vec<String> = found.iter().take(NAMED).map(|path| path.display().to_string()).collect();
+    match found.len() {
+        0 => String::new(),
+        count if count > NAMED => format!(", as {} and {} more do", named.join(", "), count - NAMED),
+        1 => format!(", as {} does", named.join(", ")),
+        _ => format!(", as {} do", named.join(", ")),
+    }
+}
+
+impl Manifest {
+    /// Reads and checks it, all but the tables.
+    pub(crate) fn read(path: &Path) -> Result<Self, DatasetError> {
+        let mut problems = Problems::of_dataset(path);
+        if !path.is_file() {
+            let below = path.parent().map(below).unwrap_or_default();
+            let message = "there is no such file; expected a dataset.toml, or a folder that holds one";
+            problems.add(path, None, None, format!("{message}{below}"));
+            return Err(problems.into_error());
+        }
+        if path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("csv")) {
+            problems.add(path, None, None, "is a table; expected the dataset.toml that names it under files");
+            return Err(problems.into_error());
+        }
+        let Some(text) = read_utf8(path, &mut problems) else { return Err(problems.into_error()) };
+        // a byte order mark is no part of the first line
+        let text = text.strip_prefix('\u{feff}').unwrap_or(&text);
+        let source = Source { path, text };
+        let Some(raw) = parse::<RawManifest>(&source, &mut problems) else {
+            return Err(problems.into_error());
+        };
+        let manifest = raw.check(&source, &mut problems);
+        problems.into_result(manifest)
+    }
+}
+
+impl RawManifest {
+    fn check(self, source: &Source, problems: &mut Problems) -> Manifest {
+        let name = self.name.as_ref();
+        let odd = |c: char| c == '/' || c == '\\' || c.is_control();
+        if name.trim() != name || name.is_empty() || name == "." || name == ".." || name.contains(odd) {
+            let message = format!(
+                "name is {}; expected one that can name a folder, without slashes, control characters and \
+                 blanks around it",
+                source.written(&self.name.span())
+            );
+            source.add(problems, &self.name.span(), message);
+        } else if name.len() > LONGEST_NAME {
+            let message = format!("name has {} bytes; expected at most {LONGEST_NAME}", name.len());
+            source.add(problems, &self.name.span(), message);
+        }
+        let kind = *self.kind.as_ref();
+        if kind != Kind::Tracks {
+            let sections = [
+                ("video", self.video.as_ref().map(Spanned::span)),
+                ("scale", self.scale.as_ref().map(Spanned::span)),
+                ("tracks", self.tracks.as_ref().map(Spanned::span)),
+            ];
+            for (key, span) in sections {
+                if let Some(span) = span {
+                    let message = format!(
+                        "[{key}] stands in a data set of kind \"{}\"; it goes with \"tracks\" only",
+                        kind.name()
+                    );
+                    source.add(problems, &span, message);
+                }
+            }
+        }
+        if let Some(span) = self.impacts.as_ref().map(Spanned::span).filter(|_| kind != Kind::Impacts) {
+            let message = format!(
+                "[impacts] stands in a data set of kind \"{}\"; it goes with \"impacts\" only",
+                kind.name()
+            );
+            source.add(problems, &span, message);
+        }
+        let extraction =
+            self.impacts.as_ref().map(|impacts| impacts.as_ref().check(source, problems)).unwrap_or_default();
+        let files = self.files(source, problems);
+        let ball = self.ball.check(source, problems);
+        let discs = self.discs(source, problems);
+        let tracks = (kind == Kind::Tracks).then(|| {
+            let video = self.video.as_ref().map(Spanned::as_ref);
+            let (scale, tracks) =
+                (self.scale.as_ref().map(Spanned::as_ref), self.tracks.as_ref().map(Spanned::as_ref));
+            settings::check(video, scale, tracks, discs.is_some(), source, problems)
+        });
+        let mut tracks = tracks;
+        if let (Some(discs), Some(tracks)) = (discs, tracks.as_mut())
+            && let Some([first, _]) = discs.masses
+            && self.object.as_ref().is_none_or(|object| object.as_ref().mass_kg.is_none())
+        {
+            tracks.notes.push(format!(
+                "Both discs are taken to weigh {first} kg: [ball] mass_kg states the first one's, and nothing states the second one's. \
+                 If it differs, give [object] mass_kg."
+            ));
+        }
+        let discs = discs
+            .zip(tracks.as_ref())
+            .map(|(discs, tracks)| Discs { in_seconds: !tracks.unknown_rate, ..discs });
+        let settings = self.fit.settings(source, problems);
+        let relations = self.fit.relations(settings.falls, source, problems);
+        let loss = self.fit.loss(source, problems);
+        Manifest {
+            name: name.clone(),
+            kind,
+            files,
+            cloth: self.cloth,
+            source: self.source,
+            ball,
+            // of discs, points on them show how they turn
+            assume: (self.cue_spin.and_then(|spin| spin.into_inner().assume))
+                .or(discs.map(|_| Assume::Unknown)),
+            discs,
+            settings,
+            relations,
+            loss,
+            tracks,
+            extraction,
+            by: self.fit.by.map(|by| {
+                let (line, position) = source.place(&by.span());
+                (by.into_inner(), line, position)
+            }),
+        }
+    }
+
+    /// The discs, where [ball] says that they are.
+    fn discs(&self, source: &Source, problems: &mut Problems) -> Option<Discs> {
+        let disc = self.ball.shape.as_ref().filter(|shape| *shape.as_ref() == Shape::Disc);
+        let Some(disc) = disc else {
+            if let Some(object) = &self.object {
+                let message =
+                    "[object] goes with [ball] shape = \"disc\" only: two balls are taken to be equal";
+                source.add(problems, &object.span(), message.to_string());
+            }
+            return None;
+        };
+        if *self.kind.as_ref() != Kind::Tracks {
+            let message = format!(
+                "shape is \"disc\" in a data set of kind \"{}\"; expected it with kind \"tracks\" only",
+                self.kind.as_ref().name()
+            );
+            source.add(problems, &disc.span(), message);
+        }
+        if let Some(spin) =
+            self.cue_spin.as_ref().filter(|spin| spin.as_ref().assume == Some(Assume::NaturalRoll))
+        {
+            let message = "[cue_spin] assume is \"natural-roll\", but discs do not roll; expected \"stun\" (neither disc turns before \
+                           the impact) or \"unknown\": points on the discs show how they turn";
+            source.add(problems, &spin.span(), message.to_string());
+        }
+        let number = |value: &Option<Spanned<f64>>| value.as_ref().map(|value| *value.as_ref());
+        let other = self.object.as_ref().map(|object| *object.as_ref()).unwrap_or_default();
+        let mut pair = |key: &str, first: Option<f64>, second: Option<f64>| {
+            let span = self.object.as_ref().map_or_else(|| disc.span(), Spanned::span);
+            if second.is_some_and(|second| !(second > 0.0 && second.is_finite())) {
+                source.add(
+                    problems,
+                    &span,
+                    format!("object.{key} is {}; expected more than 0", second.unwrap_or(f64::NAN)),
+                );
+            } else if first.is_none() && second.is_some() {
+                source.add(
+                    problems,
+                    &span,
+                    format!("{key} stands in [object], but not in [ball]; expected it in both"),
+                );
+            }
+            first.map(|first| [first, second.unwrap_or(first)])
+        };
+        Some(Discs {
+            radii: pair("radius_m", number(&self.ball.radius_m), other.radius_m),
+            masses: pair("mass_kg", number(&self.ball.mass_kg), other.mass_kg),
+            inertia: number(&self.ball.inertia).unwrap_or(UNIFORM_DISC),
+            in_seconds: true,
+        })
+    }
+
+    /// The globs, relative to the file's own folder.
+    fn files(&self, source: &Source, problems: &mut Problems) -> Vec<PathBuf> {
+        let folder = source.path.parent().unwrap_or(Path::new(""));
+        let shown = if folder.as_os_str().is_empty() { Path::new(".") } else { folder };
+        let folder = glob::Pattern::escape(&folder.to_string_lossy());
+        let mut files = Vec::new();
+        if self.files.as_ref().is_empty() {
+            let message = "files is empty; expected at least one, as in [\"shots.csv\"]";
+            source.add(problems, &self.files.span(), message.to_string());
+        }
+        for pattern in self.files.as_ref() {
+            let (span, text) = (pattern.span(), pattern.as_ref());
+            let whole = if Path::new(text).is_absolute() || folder.is_empty() {
+                text.clone()
+            } else {
+                format!("{folder}/{text}")
+            };
+            match glob::glob(&whole) {
+                Ok(paths) => {
+                    let mut seen = 0;
+                    for path in paths.filter_map(Result::ok).filter(|path| path.is_file()) {
+                        seen += 1;
+                        // two patterns may name the same file
+                        if !files.contains(&path) {
+                            files.push(path);
+                        }
+                    }
+                    if seen == 0 {
+                        source.add(
+                            problems,
+                            &span,
+                            format!("\"{text}\" names no file in {}; expected at least one", shown.display()),
+                        );
+                    }
+                }
+                Err(error) => source.add(problems, &span, format!("\"{text}\" is no pattern: {}", error.msg)),
+            }
+        }
+        files
+    }
+}
+
+impl RawBall {
+    fn check(&self, source: &Source, problems: &mut Problems) -> Ball {
+        let mut check = Check { source, problems };
+        let mut positive = |given: &Option<Spanned<f64>>, key: &str, default: f64| {
+            check.number(given.as_ref(), key, default, POSITIVE)
+        };
+        let radius = positive(&self.radius_m, "radius_m", Ball::POOL.radius);
+        let mass = positive(&self.mass_kg, "mass_kg", Ball::POOL.mass);
+        let inertia = positive(&self.inertia, "inertia", UNIFORM_SPHERE);
+        let disc = self.shape.as_ref().is_some_and(|shape| *shape.as_ref() == Shape::Disc);
+        let (most, said) =
+            if disc { (1.0, "1, that of a ring") } else { (2.0 / 3.0, "2/3, that of a hollow sphere") };
+        let hollow = |value: &&Spanned<f64>| value.as_ref().is_finite() && *value.as_ref() > most;
+        if let Some(value) = self.inertia.as_ref().filter(hollow) {
+            let text = source.written(&value.span());
+            let message = format!("inertia is {text}; expected at most {said}");
+            source.add(problems, &value.span(), message);
+        }
+        Ball { radius, mass, inertia }
+    }
+}

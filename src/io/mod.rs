@@ -1,0 +1,134 @@
+//! Measured collisions: `dataset.toml` and the tables it names.
+
+mod angles;
+pub mod cases;
+pub(crate) mod covariance;
+pub mod draft;
+pub(crate) mod error;
+mod fit_section;
+mod impacts;
+mod impacts_section;
+mod manifest;
+mod rows;
+pub mod stored_fit;
+pub(crate) mod table;
+pub(crate) mod toml_file;
+pub mod tracking;
+
+use std::collections::HashMap;
+use std::path::{Path, PathBuf};
+
+use error::{Problems, did_you_mean};
+use manifest::{Kind, Manifest};
+use table::Table;
+
+pub use crate::measurement::dataset::*;
+pub use crate::measurement::spin::*;
+pub use error::{DatasetError, Problem};
+pub use tracking::{Survey, survey};
+
+/// Loads a data set from a folder that holds a dataset.toml, or from the path of such a file.
+///
+/// # Errors
+/// Everything that is wrong with it, each with file, line, column, value and what was expected.
+pub fn load(path: &Path) -> Result<Dataset, DatasetError> {
+    let file = if path.is_dir() { path.join("dataset.toml") } else { path.to_path_buf() };
+    let manifest = Manifest::read(&file)?;
+    let mut problems = Problems::of_dataset(&file);
+    let mut tracks = None;
+    if let Some(settings) = &manifest.tracks {
+        tracks = Some(tracking::load(&manifest, settings, &file, &mut problems));
+    }
+    let tables = if tracks.is_some() { &[] } else { manifest.files.as_slice() };
+    let mut shots: Vec<Shot> = Vec::new();
+    for table in tables {
+        let Some(table) = Table::read(table, &mut problems) else { continue };
+        if let Some((by, line, position)) = &manifest.by
+            && !table.has(by)
+        {
+            let near = did_you_mean(by, table.names());
+            let message = format!("by is \"{by}\", but {} has no such column{near}", table.path.display());
+            problems.add(&file, Some(*line), Some(position), message);
+        }
+        let read = match manifest.kind {
+            Kind::Impacts => impacts::shots,
+            Kind::Angles | Kind::Tracks => angles::shots,
+        };
+        let mut own = read(&table, manifest.assume, &mut problems);
+        if let Some((by, ..)) = manifest.by.as_ref().filter(|(by, ..)| table.has(by)) {
+            for row in (0..table.rows()).filter(|row| table.text(by, *row).is_none()) {
+                let message = "is empty; expected a label, since [fit] by names this column";
+                problems.add(&table.path, Some(table.line(row)), Some(by), message);
+            }
+            for shot in &mut own {
+                let label = table.row(shot.line).and_then(|row| table.text(by, row)).unwrap_or_default();
+                shot.labels.entry(by.clone()).or_insert_with(|| label.to_string());
+            }
+        }
+        shots.append(&mut own);
+    }
+    name_shots(&mut shots, &mut problems);
+    if let Some(path) = &manifest.extraction.covariance {
+        covariance::read(path, &mut shots, &manifest.extraction.shared(), &mut problems);
+    }
+    let Manifest { name, cloth, source, ball, settings, relations, loss, by, extraction, .. } = manifest;
+    let by = by.map(|(by, ..)| by);
+    problems.into_result(Dataset {
+        name,
+        path: file,
+        cloth,
+        source,
+        ball,
+        settings,
+        relations,
+        loss,
+        by,
+        shots,
+        left_out: Vec::new(),
+        sliding: extraction.sliding,
+        rolling: extraction.rolling,
+        lift_sd: extraction.lift_sd,
+        tracks,
+    })
+}
+
+/// The names of the columns in the first line of a table that is neither blank nor a comment.
+///
+/// # Errors
+/// A file that cannot be read.
+pub fn header(file: &Path) -> std::io::Result<Vec<String>> {
+    let bytes = std::fs::read(file)?;
+    let text = String::from_utf8_lossy(&bytes);
+    let text = text.trim_start_matches('\u{feff}');
+    let first = text.lines().find(|line| !line.trim().is_empty() && !line.starts_with('#'));
+    let Some(first) = first.or(text.lines().find(|line| !line.trim().is_empty())) else {
+        return Ok(Vec::new());
+    };
+    let separator = [';', '\t', ','].into_iter().max_by_key(|c| first.matches(*c).count()).unwrap_or(',');
+    Ok(first.split(separator).map(|name| name.trim().trim_matches('"').to_string()).collect())
+}
+
+/// Numbers the shots that have no name, and complains about names given twice.
+fn name_shots(shots: &mut [Shot], problems: &mut Problems) {
+    let mut seen: HashMap<String, (PathBuf, usize)> = HashMap::new();
+    for shot in shots.iter().filter(|shot| !shot.name.is_empty()) {
+        if let Some((file, line)) = seen.get(&shot.name) {
+            let file = file.file_name().unwrap_or_default().display();
+            let message = format!(
+                "\"{}\" also names the shot in line {line} of {file}; expected a name of its own",
+                shot.name
+            );
+            problems.add(&shot.file, Some(shot.line), Some("shot"), message);
+        } else {
+            seen.insert(shot.name.clone(), (shot.file.clone(), shot.line));
+        }
+    }
+    for (i, shot) in shots.iter_mut().enumerate().filter(|(_, shot)| shot.name.is_empty()) {
+        shot.name = (i + 1).to_string();
+        // another file may number its shots
+        if seen.contains_key(&shot.name) {
+            let file = shot.file.file_name().unwrap_or_default().display();
+            shot.name = format!("{} ({file}:{})", i + 1, shot.line);
+        }
+    }
+}

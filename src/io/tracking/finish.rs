@@ -1,0 +1,328 @@
+//! From the rows of a file to a shot: which track is which ball, when, and where in metres.
+
+use std::collections::BTreeMap;
+
+use super::calibration::Calibration;
+use super::check;
+use super::number::shortened;
+use super::raw::{FORMAT, NAMES, Notes, RawShot, RawTrack};
+use super::resolution;
+use super::settings::{Names, TrackSettings};
+use super::time;
+use crate::measurement::rigid_body::circle_centres;
+use crate::measurement::spin::Spin;
+use crate::measurement::track::{Marker, Sample, TrackShot, TrackedBall};
+
+/// What is wrong with a shot, and the line where there is one.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Wrong {
+    pub line: Option<usize>,
+    pub message: String,
+    /// Camera or tracker damaged this shot only: others can do without it. Else the file or dataset.toml is wrong.
+    pub is_damage: bool,
+}
+
+impl Wrong {
+    pub(super) fn input(line: Option<usize>, message: String) -> Self {
+        Self { line, message, is_damage: false }
+    }
+
+    pub(super) fn damaged(line: Option<usize>, message: String) -> Self {
+        Self { line, message, is_damage: true }
+    }
+}
+
+/// What the shots table and `[cue_spin]` say of a shot.
+#[derive(Clone, Debug)]
+pub(super) struct Facts {
+    pub spin: Spin,
+    pub labels: BTreeMap<String, String>,
+}
+
+impl Facts {
+    /// Nothing is known of the shot.
+    pub(super) fn unknown() -> Self {
+        Self { spin: Spin::Unknown, labels: BTreeMap::new() }
+    }
+}
+
+/// The tracks of one ball.
+struct Ball {
+    /// The ball's centre, or the points whose mean it is.
+    centres: Vec<RawTrack>,
+    /// Points on it.
+    markers: Vec<RawTrack>,
+}
+
+/// Makes a shot of its rows. `Err` says everything that has to be given in dataset.toml first, or the first fault of the
+/// rows.
+pub(super) fn shot(
+    mut raw: RawShot,
+    facts: Facts,
+    settings: &TrackSettings,
+    calibration: &Calibration,
+    notes: &mut Notes,
+) -> Result<TrackShot, Vec<Wrong>> {
+    let mut tracks = std::mem::take(&mut raw.tracks);
+    number_twins(&mut tracks);
+    let mut names: Vec<_> = tracks.iter().map(|track| format!("\"{}\"", shortened(&track.name))).collect();
+    names.dedup();
+    names.truncate(12);
+    let names = if names.is_empty() { "there are none".to_string() } else { names.join(", ") };
+    let cue = assign(&mut tracks, "cue", &settings.cue, &names, &raw, notes);
+    let object = assign(&mut tracks, "object", &settings.object, &names, &raw, notes);
+    let (cue, object) = match (cue, object) {
+        (Ok(cue), Ok(object)) => (cue, object),
+        (cue, object) => {
+            let mut wrong: Vec<Wrong> = cue.err().into_iter().chain(object.err()).collect();
+            raw.tracks = tracks;
+            if let Err(message) = time::settle(&mut raw, settings, &mut Notes::default()) {
+                wrong.push(Wrong::input(Some(raw.line), message));
+            }
+            return Err(wrong);
+        }
+    };
+    for other in &tracks {
+        let message =
+            format!("the track \"{}\" is neither cue nor object; passed over", shortened(&other.name));
+        notes.add(NAMES, &raw.file, Some(other.line()), message);
+    }
+    of_balls(raw, cue, object, facts, (settings, calibration), notes).map_err(|wrong| vec![wrong])
+}
+
+/// Makes a shot of the tracks of its balls.
+fn of_balls(
+    mut raw: RawShot,
+    cue: Ball,
+    object: Ball,
+    facts: Facts,
+    (settings, calibration): (&TrackSettings, &Calibration),
+    notes: &mut Notes,
+) -> Result<TrackShot, Wrong> {
+    let sizes = [&cue.centres, &cue.markers, &object.centres].map(Vec::len);
+    raw.tracks = [cue.centres, cue.markers, object.centres, object.markers].into_iter().flatten().collect();
+    let file = raw.file.clone();
+    let fps =
+        time::settle(&mut raw, settings, notes).map_err(|message| Wrong::input(Some(raw.line), message))?;
+    let damaged = |(line, message): check::Wrong| Wrong::damaged(Some(line), message);
+    for track in &mut raw.tracks {
+        check::order(track, &file, notes).map_err(|(line, message)| Wrong::input(Some(line), message))?;
+    }
+    let mut rest = raw.tracks.into_iter();
+    let mut take = |n: usize| rest.by_ref().take(n).collect::<Vec<_>>();
+    let [mut cue_centres, mut cue_markers, mut object_centres] = sizes.map(&mut take);
+    let mut object_markers: Vec<_> = rest.collect();
+    let mut cue = mean(&mut cue_centres, &mut cue_markers);
+    let mut object = mean(&mut object_centres, &mut object_markers);
+    check::thaw(&mut cue, &mut object, fps, &file, notes).map_err(damaged)?;
+    let swapped = check::unswap(&mut cue, &mut object, fps, &file, notes).map_err(damaged)?;
+    if let Some(line) = swapped.filter(|_| !cue_markers.is_empty() || !object_markers.is_empty()) {
+        let message = "cue and object ball have exchanged their names from here on, and with markers on them it is \
+                       not certain which of these did; expected them set right, or the shot skipped";
+        return Err(Wrong::damaged(Some(line), message.to_string()));
+    }
+    let resolution = resolution(&cue, &object, calibration, &file, notes);
+    let several = [sizes[0] > 1, sizes[2] > 1];
+    let samples = |track: &RawTrack| samples(track, calibration);
+    let marker = |ball: TrackedBall| {
+        move |track: &RawTrack| Marker {
+            ball,
+            name: track.point.clone().unwrap_or_else(|| track.name.clone()),
+            samples: samples(track),
+        }
+    };
+    let mut markers: Vec<_> = cue_markers.iter().map(marker(TrackedBall::Cue)).collect();
+    markers.extend(object_markers.iter().map(marker(TrackedBall::Object)));
+    let (cue, object) = (samples(&cue), samples(&object));
+    let centre = |ball: TrackedBall, several: bool, mean: Vec<Sample>| {
+        if !(settings.discs && several) {
+            return Ok(mean);
+        }
+        let own = markers.iter().filter(|marker| marker.ball == ball);
+        let points: Vec<&[Sample]> = own.map(|marker| marker.samples.as_slice()).collect();
+        circle_centres(&points).map_err(|message| Wrong::damaged(Some(raw.line), message))
+    };
+    let (cue, object) =
+        (centre(TrackedBall::Cue, several[0], cue)?, centre(TrackedBall::Object, several[1], object)?);
+    let shot = TrackShot {
+        name: raw.name,
+        file: raw.file.to_path_buf(),
+        line: raw.line,
+        labels: facts.labels,
+        fps,
+        cue,
+        object,
+        markers,
+        spin: facts.spin,
+        position_sd: settings.position_sd,
+        resolution,
+    };
+    let finite = |s: &Sample| s.t.is_finite() && s.x.is_finite() && s.y.is_finite();
+    let mut all = shot.cue.iter().chain(&shot.object).chain(shot.markers.iter().flat_map(|m| &m.samples));
+    if !all.all(finite) {
+        let message = "a position or time is too large to be converted".to_string();
+        return Err(Wrong::input(Some(shot.line), message));
+    }
+    Ok(shot)
+}
+
+/// Takes the tracks of a ball out of the list.
+fn assign(
+    tracks: &mut Vec<RawTrack>,
+    ball: &str,
+    names: &Names,
+    there: &str,
+    raw: &RawShot,
+    notes: &mut Notes,
+) -> Result<Ball, Wrong> {
+    let mut found = Ball { centres: Vec::new(), markers: Vec::new() };
+    for name in &names.0 {
+        let (own, i) = find(tracks, name).map_err(|message| Wrong::input(Some(raw.line), message))?.ok_or_else(|| {
+            let apart = if tracks.len() + found.centres.len() < 2 {
+                " (one file a ball: named alike but for the ball, as in kick-A.txt and kick-B.txt)"
+            } else {
+                ""
+            };
+            let message = format!(
+                "there is no track \"{name}\" ([tracks] {ball} = {}); there are: {there}. Expected \
+                 both balls in one file or shot{apart}, and their names in [tracks] cue and object; or the shot skipped",
+                names.shown()
+            );
+            Wrong::input(Some(raw.line), message)
+        })?;
+        if own != *name {
+            let message = format!("the track \"{own}\" is [tracks] {ball} = \"{name}\"");
+            notes.add(NAMES, &raw.file, Some(tracks[i].line()), message);
+        }
+        found.centres.push(tracks.remove(i));
+        let (markers, rest): (Vec<_>, Vec<_>) =
+            std::mem::take(tracks).into_iter().partition(|track| track.point.is_some() && track.name == own);
+        *tracks = rest;
+        found.markers.extend(markers);
+    }
+    Ok(found)
+}
+
+/// Numbers tracks of the same name, in their order: "A (1)", "A (2)".
+fn number_twins(tracks: &mut [RawTrack]) {
+    let names: Vec<String> =
+        tracks.iter().filter(|track| track.point.is_none()).map(|track| track.name.clone()).collect();
+    for name in &names {
+        if names.iter().filter(|other| *other == name).count() > 1 {
+            let twins = tracks.iter_mut().filter(|track| track.point.is_none() && track.name == *name);
+            for (i, track) in twins.enumerate() {
+                track.name = format!("{name} ({})", i + 1);
+            }
+        }
+    }
+}
+
+/// The track that a name of dataset.toml means, with the name that it has in the file.
+pub(super) fn find(tracks: &[RawTrack], wanted: &str) -> Result<Option<(String, usize)>, String> {
+    let last_word = |name: &str| {
+        name.rsplit(|c: char| c.is_whitespace() || c == '_').next().unwrap_or_default().to_string()
+    };
+    let ways: [&dyn Fn(&str) -> bool; 3] = [
+        &|name| name == wanted,
+        &|name| name.to_lowercase() == wanted.to_lowercase(),
+        // Tracker calls them "mass A", or mass_A
+        &|name| name.to_lowercase().starts_with("mass") && last_word(name) == wanted,
+    ];
+    for way in ways {
+        let fits = |i: &usize| tracks[*i].point.is_none() && way(&tracks[*i].name);
+        let found: Vec<usize> = (0..tracks.len()).filter(fits).collect();
+        match found.as_slice() {
+            [] => {}
+            [one] => return Ok(Some((tracks[*one].name.clone(), *one))),
+            many => return Err(several(tracks, many, wanted)),
+        }
+    }
+    let twin = |name: &str| {
+        let number = name.strip_prefix(wanted).and_then(|rest| rest.strip_prefix(" (")?.strip_suffix(')'));
+        number.is_some_and(|number| number.parse::<usize>().is_ok())
+    };
+    let twins: Vec<usize> = (0..tracks.len()).filter(|i| twin(&tracks[*i].name)).collect();
+    if twins.len() > 1 {
+        return Err(several(tracks, &twins, wanted));
+    }
+    Ok(None)
+}
+
+fn several(tracks: &[RawTrack], which: &[usize], wanted: &str) -> String {
+    let names: Vec<_> =
+        which.iter().map(|i| format!("\"{}\" (line {})", tracks[*i].name, tracks[*i].line())).collect();
+    format!(
+        "{} tracks are named \"{wanted}\"; write in [tracks] which of them it is: {}",
+        names.len(),
+        names.join(", ")
+    )
+}
+
+/// The mean of several points, which then are markers.
+fn mean(centres: &mut Vec<RawTrack>, markers: &mut Vec<RawTrack>) -> RawTrack {
+    if centres.len() < 2 {
+        return centres.pop().unwrap_or_else(|| RawTrack::new("", None));
+    }
+    let names: Vec<_> = centres.iter().map(|track| track.name.as_str()).collect();
+    let mut mean = RawTrack::new(names.join(" + "), None);
+    let (first, others) = centres.split_at(1);
+    for row in &first[0].rows {
+        let mut sum = *row;
+        for other in others {
+            let i = other.rows.partition_point(|other| other.time < row.time);
+            let found = other.rows.get(i).filter(|other| other.time == row.time);
+            sum.x += found.map_or(f64::NAN, |found| found.x);
+            sum.y += found.map_or(f64::NAN, |found| found.y);
+        }
+        sum.x /= centres.len() as f64;
+        sum.y /= centres.len() as f64;
+        mean.rows.push(sum);
+    }
+    markers.append(centres);
+    mean
+}
+
+/// Coarser coordinates than this, m, are worth a note: a ball that is tracked well errs by as much.
+const COARSE: f64 = 1.5e-4;
+
+/// Step of the grid that the coordinates of both balls lie on, m, where it is at the first position; 0 where there is none. It is
+/// recognised in the file's own unit, since a calibration by points bends it. A ball that hardly moves has that of the other.
+fn resolution(
+    cue: &RawTrack,
+    object: &RawTrack,
+    calibration: &Calibration,
+    file: &std::path::Path,
+    notes: &mut Notes,
+) -> [f64; 2] {
+    let steps = [cue, object].map(|track| {
+        let step = resolution::step(&[track]).or_else(|| resolution::step(&[cue, object]))?;
+        let first = track.rows.iter().find(|row| !row.is_gap())?;
+        let [x, y] = calibration.sd(first.x, first.y, [step; 2]);
+        let step = (0.5 * (x * x + y * y)).sqrt();
+        step.is_finite().then_some(step)
+    });
+    let steps = steps.map(|step| step.unwrap_or(0.0));
+    let coarsest = steps[0].max(steps[1]);
+    if coarsest > COARSE {
+        let message = format!(
+            "positions are rounded to {:.2} mm: each errs by {:.2} mm at least",
+            1e3 * coarsest,
+            1e3 * coarsest / 12.0_f64.sqrt()
+        );
+        notes.add(FORMAT, file, None, message);
+    }
+    steps
+}
+
+fn samples(track: &RawTrack, calibration: &Calibration) -> Vec<Sample> {
+    let rows = track.rows.iter().enumerate().filter(|(_, row)| !row.is_gap());
+    let sample = |(i, row): (usize, &super::raw::Row)| {
+        let [x, y] = calibration.metres(row.x, row.y);
+        let sd = track.sds.get(i).filter(|sd| !sd[0].is_nan() && !sd[1].is_nan());
+        let sd = sd.map(|sd| calibration.sd(row.x, row.y, *sd));
+        Sample { t: row.time + calibration.delay(row.y), x, y, sd }
+    };
+    let mut samples = Vec::with_capacity(rows.clone().count());
+    samples.extend(rows.map(sample));
+    samples
+}

@@ -1,0 +1,227 @@
+//! Tracked paths of both balls, as programs that follow them in a film write them.
+
+mod calibration;
+mod check;
+mod columns;
+mod finish;
+#[cfg(test)]
+mod fuzz;
+mod kinovea;
+mod long;
+mod number;
+mod pair;
+mod qualisys;
+mod raw;
+mod read;
+mod resolution;
+pub(crate) mod settings;
+mod sheet;
+mod shots_table;
+mod survey;
+mod text;
+mod time;
+mod tracker;
+mod typed;
+
+use std::collections::HashMap;
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use calibration::Calibration;
+use finish::{Facts, Wrong};
+use raw::{Notes, RawShot};
+use rayon::prelude::*;
+use settings::{Format, TrackSettings, Unit};
+use shots_table::ShotsTable;
+
+pub use survey::{Survey, survey};
+
+use super::error::Problems;
+use super::manifest::Manifest;
+use crate::measurement::dataset::Tracks;
+use crate::measurement::isolate::isolated;
+use crate::measurement::spin::Spin;
+use crate::measurement::track::TrackShot;
+
+/// Loads every file that the manifest names; what is wrong is added to the problems.
+pub(crate) fn load(
+    manifest: &Manifest,
+    settings: &TrackSettings,
+    path: &Path,
+    problems: &mut Problems,
+) -> Tracks {
+    let table = ShotsTable::read(settings.shots.as_deref(), manifest.assume, problems);
+    if let Some((by, line, position)) = &manifest.by
+        && !table.has_label(by)
+    {
+        let message =
+            format!("[fit] by is \"{by}\"; expected a column of the table that [tracks] shots names");
+        problems.add(path, Some(*line), Some(position), message);
+    }
+    let mut notes = Notes::default();
+    let mut raw: Vec<RawShot> = Vec::new();
+    let mut calibrations = HashMap::new();
+    for file in &manifest.files {
+        if settings.shots.as_ref().is_some_and(|shots| same_file(shots, file)) {
+            continue;
+        }
+        let before = problems.len();
+        let Some((mut shots, format)) = read::file(file, settings, problems, &mut notes) else { continue };
+        let calibration = calibration_for(format, settings, file, problems, &mut notes);
+        // What follows from a row that could not be read need not be said.
+        if problems.len() > before {
+            continue;
+        }
+        if shots.iter().flat_map(|shot| &shot.tracks).all(|track| track.rows.is_empty()) {
+            problems.add(file, None, None, "has no rows below its header; expected positions");
+            continue;
+        }
+        calibrations.insert(file.clone(), calibration);
+        raw.append(&mut shots);
+    }
+    let broken = !problems.is_empty();
+    pair::pair(&mut raw, settings, &mut notes);
+    let known = name_shots(&raw, problems);
+    if !broken {
+        table.check_names(&known, problems);
+    }
+    drop(known);
+    let mut skipped = Vec::new();
+    raw.retain(|shot| match table.skip(&shot.name) {
+        Some(reason) => {
+            skipped.push((shot.name.clone(), reason.to_string()));
+            false
+        }
+        None => true,
+    });
+    if let Some(shot) = raw.iter().find(|shot| table.facts(&shot.name).is_none()) {
+        let message = format!(
+            "nothing says how the cue ball of shot \"{}\" spins; expected [cue_spin] assume = \"stun\", \
+             \"natural-roll\" or \"unknown\", or cue_spin in the table that [tracks] shots names",
+            shot.name
+        );
+        problems.add(path, None, None, message);
+    }
+    let mut work = Vec::with_capacity(raw.len());
+    for shot in raw {
+        // what else is wrong with such shots is to be said, too
+        let facts = table.facts(&shot.name).unwrap_or_else(Facts::unknown);
+        if manifest.discs.is_some() && !matches!(facts.spin, Spin::Stun | Spin::Unknown) {
+            let message = format!(
+                "shot \"{}\" is of discs, which do not roll; expected cue_spin stun (neither disc turns before the impact) or \
+                 unknown: points on the discs show how they turn",
+                shot.name
+            );
+            problems.add(settings.shots.as_deref().unwrap_or(path), None, Some("cue_spin"), message);
+            continue;
+        }
+        work.push((shot, facts));
+    }
+    let (shots, damaged) = finish_all(work, settings, &calibrations, problems, &mut notes);
+    let mut lines = settings.notes.clone();
+    lines.append(&mut notes.into_lines());
+    Tracks { shots, skipped, damaged, notes: lines, doubtful: Vec::new(), discs: manifest.discs }
+}
+
+fn same_file(a: &Path, b: &Path) -> bool {
+    a == b || matches!((fs::canonicalize(a), fs::canonicalize(b)), (Ok(a), Ok(b)) if a == b)
+}
+
+/// Lengths of Qualisys are millimetres; elsewhere dataset.toml says, and metres are assumed.
+fn calibration_for(
+    format: Format,
+    settings: &TrackSettings,
+    file: &Path,
+    problems: &mut Problems,
+    notes: &mut Notes,
+) -> Calibration {
+    match settings.unit {
+        None if format == Format::Qualisys => {
+            notes.add(raw::FORMAT, file, None, "lengths are in mm, as always in this format");
+            return settings.calibration.in_millimetres();
+        }
+        None if format != Format::Long => {
+            notes.add(
+                raw::FORMAT,
+                file,
+                None,
+                "lengths are taken as metres ([scale] length_unit is not given)",
+            );
+        }
+        Some(unit) if format == Format::Qualisys && unit != Unit::Mm => {
+            let message =
+                "is an export of Qualisys, which is in mm; expected [scale] length_unit = \"mm\" or none";
+            problems.add(file, None, None, message);
+        }
+        _ => {}
+    }
+    settings.calibration.clone()
+}
+
+/// The shots by name, with complaints about names given twice.
+fn name_shots<'a>(raw: &'a [RawShot], problems: &mut Problems) -> HashMap<&'a str, usize> {
+    let mut known = HashMap::with_capacity(raw.len());
+    for (i, shot) in raw.iter().enumerate() {
+        if let Some(first) = known.insert(shot.name.as_str(), i) {
+            let first = &raw[first];
+            let message =
+                format!("\"{}\" also names the shot of {}:{}", shot.name, first.file.display(), first.line);
+            problems.add(&shot.file, Some(shot.line), Some("shot"), message);
+        }
+    }
+    known
+}
+
+/// So many shots are handed to a core at a time, at least.
+const SHOTS_A_CORE: usize = 64;
+
+/// Finishes shots on all cores; the order stays. Damaged shots are left out, with name and reason. Where nothing else is left, and
+/// where a shot is not damaged but the file or dataset.toml is wrong, this is a problem of the data set.
+fn finish_all(
+    work: Vec<(RawShot, Facts)>,
+    settings: &TrackSettings,
+    calibrations: &HashMap<PathBuf, Calibration>,
+    problems: &mut Problems,
+    notes: &mut Notes,
+) -> (Vec<TrackShot>, Vec<(String, String)>) {
+    let finish = |(raw, facts): (RawShot, Facts)| {
+        let (name, file, mut notes) = (raw.name.clone(), raw.file.clone(), Notes::default());
+        let calibration = calibrations.get(file.as_path())?;
+        let done = isolated(|| finish::shot(raw, facts, settings, calibration, &mut notes));
+        let shot = done.unwrap_or_else(|panic| {
+            Err(vec![Wrong::damaged(
+                None,
+                format!("it could not be processed ({panic}), which is a defect of caromfit"),
+            )])
+        });
+        Some((name, file, shot, notes))
+    };
+    let done: Vec<_> = work.into_par_iter().with_min_len(SHOTS_A_CORE).filter_map(finish).collect();
+    let (mut shots, mut damaged) = (Vec::with_capacity(done.len()), Vec::new());
+    for (name, file, shot, own_notes) in done {
+        notes.append(own_notes);
+        match shot {
+            Ok(shot) => shots.push(shot),
+            Err(all) => {
+                for wrong in all {
+                    if wrong.is_damage {
+                        damaged.push((name.clone(), file.clone(), wrong));
+                    } else {
+                        problems.add(&file, wrong.line, None, wrong.message);
+                    }
+                }
+            }
+        }
+    }
+    if shots.is_empty() {
+        for (_, file, Wrong { line, message, .. }) in damaged.drain(..) {
+            problems.add(&file, line, None, message);
+        }
+    }
+    let reason = |(name, file, Wrong { line, message, .. }): (String, Arc<PathBuf>, Wrong)| {
+        let line = line.map_or(String::new(), |line| format!(":{line}"));
+        (name, format!("{}{line}: {message}", file.display()))
+    };
+    (shots, damaged.into_iter().map(reason).collect())
+}

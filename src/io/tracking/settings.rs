@@ -1,0 +1,432 @@
+//! The sections of dataset.toml that go with kind = "tracks".
+
+use std::fmt;
+use std::path::PathBuf;
+
+use serde::de::{SeqAccess, Unexpected, Visitor};
+use serde::{Deserialize, Deserializer};
+use toml::Spanned;
+
+use super::calibration::{Calibration, ReadOut};
+use crate::io::error::Problems;
+use crate::io::toml_file::Source;
+
+/// `[video]`.
+#[derive(Default, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct RawVideo {
+    capture_fps: Option<Spanned<Rate>>,
+    playback_fps: Option<Spanned<f64>>,
+    row_readout_s: Option<Spanned<f64>>,
+    rows: Option<Spanned<f64>>,
+}
+
+/// A frame rate, or `"unknown"`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Rate {
+    Fps(f64),
+    Unknown,
+}
+
+impl<'de> Deserialize<'de> for Rate {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        struct Either;
+        impl Visitor<'_> for Either {
+            type Value = Rate;
+
+            fn expecting(&self, f: &mut fmt::Formatter) -> fmt::Result {
+                f.write_str("a number, without quotation marks, or for discs \"unknown\"")
+            }
+
+            fn visit_f64<E>(self, fps: f64) -> Result<Rate, E> {
+                Ok(Rate::Fps(fps))
+            }
+
+            fn visit_i64<E>(self, fps: i64) -> Result<Rate, E> {
+                Ok(Rate::Fps(fps as f64))
+            }
+
+            fn visit_str<E: serde::de::Error>(self, word: &str) -> Result<Rate, E> {
+                if word == "unknown" {
+                    Ok(Rate::Unknown)
+                } else {
+                    Err(E::invalid_type(Unexpected::Str(word), &self))
+                }
+            }
+        }
+        deserializer.deserialize_any(Either)
+    }
+}
+
+/// `[scale]`.
+#[derive(Default, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct RawScale {
+    length_unit: Option<Spanned<Unit>>,
+    m_per_px: Option<Spanned<f64>>,
+    y_axis: Option<Spanned<YAxis>>,
+    #[serde(default)]
+    point: Vec<Spanned<RawPoint>>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct RawPoint {
+    px: [f64; 2],
+    m: [f64; 2],
+}
+
+/// `[tracks]`.
+#[derive(Default, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct RawTracks {
+    #[serde(default)]
+    format: Format,
+    cue: Option<Spanned<Names>>,
+    object: Option<Spanned<Names>>,
+    shots: Option<Spanned<String>>,
+    position_sd_m: Option<Spanned<f64>>,
+    time_unit: Option<TimeUnit>,
+    columns: Option<Spanned<ColumnNames>>,
+}
+
+#[derive(Clone, Copy, Debug, Deserialize, PartialEq, Eq)]
+#[serde(rename_all = "lowercase")]
+pub(super) enum Unit {
+    M,
+    Cm,
+    Mm,
+    Px,
+}
+
+#[derive(Clone, Copy, Debug, Deserialize, PartialEq, Eq)]
+#[serde(rename_all = "lowercase")]
+pub(super) enum YAxis {
+    Up,
+    Down,
+}
+
+#[derive(Clone, Copy, Debug, Default, Deserialize, PartialEq, Eq)]
+#[serde(rename_all = "lowercase")]
+pub(super) enum Format {
+    #[default]
+    Auto,
+    Long,
+    Tracker,
+    Kinovea,
+    Qualisys,
+    Columns,
+}
+
+/// What the time column of a file is in.
+#[derive(Clone, Copy, Debug, Deserialize, PartialEq, Eq)]
+#[serde(rename_all = "lowercase")]
+pub(super) enum TimeUnit {
+    Frames,
+    S,
+    Ms,
+    Us,
+}
+
+impl TimeUnit {
+    /// Seconds in one of it; `None` for frames.
+    pub(super) fn seconds(self) -> Option<f64> {
+        match self {
+            Self::Frames => None,
+            Self::S => Some(1.0),
+            Self::Ms => Some(1e-3),
+            Self::Us => Some(1e-6),
+        }
+    }
+}
+
+/// The tracks of one ball: its centre, or several markers on it.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Names(pub Vec<String>);
+
+impl Names {
+    /// `"A"`, or `["a1", "a2"]`, as it stands in dataset.toml.
+    pub(super) fn shown(&self) -> String {
+        match self.0.as_slice() {
+            [one] => format!("{one:?}"),
+            many => format!("{many:?}"),
+        }
+    }
+}
+
+impl<'de> Deserialize<'de> for Names {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        struct Either;
+        impl<'de> Visitor<'de> for Either {
+            type Value = Names;
+
+            fn expecting(&self, f: &mut fmt::Formatter) -> fmt::Result {
+                f.write_str("the name of a track, or a list of the names of markers on one ball")
+            }
+
+            fn visit_str<E>(self, name: &str) -> Result<Names, E> {
+                Ok(Names(vec![name.to_string()]))
+            }
+
+            fn visit_seq<A: SeqAccess<'de>>(self, mut list: A) -> Result<Names, A::Error> {
+                let mut names = Vec::new();
+                while let Some(name) = list.next_element()? {
+                    names.push(name);
+                }
+                Ok(Names(names))
+            }
+        }
+        deserializer.deserialize_any(Either)
+    }
+}
+
+/// `[tracks.columns]`: the file's name for each of ours.
+#[derive(Clone, Debug, Default, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct ColumnNames {
+    pub separator: Option<String>,
+    pub shot: Option<String>,
+    pub frame: Option<String>,
+    pub t: Option<String>,
+    pub ball: Option<String>,
+    pub point: Option<String>,
+    pub x: Option<String>,
+    pub y: Option<String>,
+    pub x_sd: Option<String>,
+    pub y_sd: Option<String>,
+    pub marker_x: Option<String>,
+    pub marker_y: Option<String>,
+    pub cue_x: Option<String>,
+    pub cue_y: Option<String>,
+    pub object_x: Option<String>,
+    pub object_y: Option<String>,
+}
+
+/// All of it, checked.
+#[derive(Clone, Debug)]
+pub(crate) struct TrackSettings {
+    pub(super) capture_fps: Option<f64>,
+    /// `capture_fps` is said to be unknown and stands for one frame a second (discs).
+    pub(crate) unknown_rate: bool,
+    /// The tracks are of discs, whose centre may have to be found from points on them.
+    pub(super) discs: bool,
+    /// The rate that the file's times follow, where it is not the camera's.
+    pub(super) playback_fps: Option<f64>,
+    pub(super) calibration: Calibration,
+    /// `None`: not stated.
+    pub(super) unit: Option<Unit>,
+    pub(super) format: Format,
+    pub(super) cue: Names,
+    pub(super) object: Names,
+    pub(super) shots: Option<PathBuf>,
+    pub(super) position_sd: Option<f64>,
+    pub(super) time_unit: Option<TimeUnit>,
+    pub(super) columns: Option<ColumnNames>,
+    /// What was assumed, for the reader.
+    pub(crate) notes: Vec<String>,
+}
+
+/// Checks the sections; what is wrong is added to the problems.
+pub(crate) fn check(
+    video: Option<&RawVideo>,
+    scale: Option<&RawScale>,
+    tracks: Option<&RawTracks>,
+    discs: bool,
+    source: &Source,
+    problems: &mut Problems,
+) -> TrackSettings {
+    let (no_video, no_scale, no_tracks) = (RawVideo::default(), RawScale::default(), RawTracks::default());
+    let (video, scale) = (video.unwrap_or(&no_video), scale.unwrap_or(&no_scale));
+    let tracks = tracks.unwrap_or(&no_tracks);
+    let mut positive = |key: &str, value: &Option<Spanned<f64>>| {
+        let value = value.as_ref()?;
+        let number = *value.as_ref();
+        let good = number > 0.0 && number.is_finite();
+        if !good {
+            source.add(problems, &value.span(), format!("{key} is {number}; expected more than 0"));
+        }
+        good.then_some(number)
+    };
+    let capture_fps = match &video.capture_fps {
+        Some(given) => match *given.as_ref() {
+            Rate::Fps(fps) => positive("capture_fps", &Some(Spanned::new(given.span(), fps))),
+            Rate::Unknown => Some(1.0),
+        },
+        None => None,
+    };
+    let unknown_rate = video.capture_fps.as_ref().filter(|given| *given.as_ref() == Rate::Unknown);
+    let playback_fps = positive("playback_fps", &video.playback_fps);
+    let readout = positive("row_readout_s", &video.row_readout_s);
+    let rows = positive("rows", &video.rows);
+    let m_per_px = positive("m_per_px", &scale.m_per_px);
+    let position_sd = positive("position_sd_m", &tracks.position_sd_m);
+
+    if let Some(given) = unknown_rate.filter(|_| !discs) {
+        let message = "capture_fps is \"unknown\"; expected a number: gravity and the cloth act in seconds (only discs \
+                       can do without)";
+        source.add(problems, &given.span(), message.to_string());
+    }
+    if let (Some(playback), None) = (&video.playback_fps, &video.capture_fps) {
+        let message = "playback_fps needs capture_fps beside it: what the camera recorded at";
+        source.add(problems, &playback.span(), message.to_string());
+    }
+    let readout = read_out(video, scale, readout.zip(rows), source, problems);
+    let mut notes = Vec::new();
+    let calibration = calibration(scale, m_per_px, readout, &mut notes, source, problems);
+    let (cue, object) = names(tracks, source, problems);
+    if let Some(columns) = &tracks.columns {
+        if !matches!(tracks.format, Format::Auto | Format::Columns) {
+            let message = "[tracks.columns] goes with format = \"columns\" only";
+            source.add(problems, &columns.span(), message.to_string());
+        }
+        if let Err(message) = columns.as_ref().check() {
+            source.add(problems, &columns.span(), message);
+        }
+    } else if tracks.format == Format::Columns {
+        let message = "format = \"columns\" needs a section [tracks.columns] that says which column is what";
+        source.add(problems, &(0..0), message.to_string());
+    }
+    let folder = source.path.parent().map(PathBuf::from).unwrap_or_default();
+    TrackSettings {
+        capture_fps,
+        unknown_rate: unknown_rate.is_some(),
+        discs,
+        playback_fps,
+        calibration,
+        unit: scale.length_unit.as_ref().map(|unit| *unit.as_ref()),
+        format: tracks.format,
+        cue,
+        object,
+        shots: tracks.shots.as_ref().map(|shots| folder.join(shots.as_ref())),
+        position_sd,
+        time_unit: tracks.time_unit,
+        columns: tracks.columns.as_ref().map(|columns| columns.as_ref().clone()),
+        notes,
+    }
+}
+
+fn read_out(
+    video: &RawVideo,
+    scale: &RawScale,
+    given: Option<(f64, f64)>,
+    source: &Source,
+    problems: &mut Problems,
+) -> Option<ReadOut> {
+    let span = match (&video.row_readout_s, &video.rows) {
+        (Some(seconds), Some(_)) => seconds.span(),
+        (Some(only), None) | (None, Some(only)) => {
+            let message = "row_readout_s and rows (the height of the picture in pixels) go together";
+            source.add(problems, &only.span(), message.to_string());
+            return None;
+        }
+        (None, None) => return None,
+    };
+    let unit = scale.length_unit.as_ref().map(|unit| *unit.as_ref());
+    let Some(y_axis) = scale.y_axis.as_ref().filter(|_| unit == Some(Unit::Px)) else {
+        let message = "row_readout_s needs [scale] length_unit = \"px\" and y_axis: without them nothing says \
+                       which row of the picture a ball is in";
+        source.add(problems, &span, message.to_string());
+        return None;
+    };
+    let (seconds, rows) = given?;
+    Some(ReadOut { seconds, rows, up: *y_axis.as_ref() == YAxis::Up })
+}
+
+fn calibration(
+    scale: &RawScale,
+    m_per_px: Option<f64>,
+    readout: Option<ReadOut>,
+    notes: &mut Vec<String>,
+    source: &Source,
+    problems: &mut Problems,
+) -> Calibration {
+    let unit = scale.length_unit.as_ref().map(|unit| *unit.as_ref());
+    let up = scale.y_axis.as_ref().is_none_or(|axis| *axis.as_ref() == YAxis::Up);
+    let (factor, divisor) = match unit {
+        None | Some(Unit::M) => (1.0, 1.0),
+        Some(Unit::Cm) => (1.0, 100.0),
+        Some(Unit::Mm) => (1.0, 1000.0),
+        Some(Unit::Px) => (m_per_px.unwrap_or(1.0), 1.0),
+    };
+    let linear = Calibration::linear(factor, divisor, up, readout);
+    let first_point = scale.point.first();
+    if unit != Some(Unit::Px) {
+        let span = scale.m_per_px.as_ref().map(Spanned::span).or(first_point.map(Spanned::span));
+        if let Some(span) = span {
+            let message = "m_per_px and [[scale.point]] go with length_unit = \"px\" only";
+            source.add(problems, &span, message.to_string());
+        }
+        return linear;
+    }
+    let span = scale.length_unit.as_ref().map_or(0..0, Spanned::span);
+    match (&scale.m_per_px, first_point) {
+        (None, None) => {
+            let message = "length_unit is \"px\"; expected m_per_px beside it, or four or more [[scale.point]] \
+                           with px = [u, v] and m = [x, y]";
+            source.add(problems, &span, message.to_string());
+            return linear;
+        }
+        (Some(_), None) => return linear,
+        (Some(both), Some(_)) => {
+            let message = "both m_per_px and [[scale.point]] are given; expected one of them";
+            source.add(problems, &both.span(), message.to_string());
+            return linear;
+        }
+        (None, Some(_)) => {}
+    }
+    let pairs: Vec<_> = scale.point.iter().map(|point| (point.as_ref().px, point.as_ref().m)).collect();
+    let axis = scale.y_axis.as_ref().map(|axis| *axis.as_ref() == YAxis::Up);
+    match Calibration::homography(&pairs, axis, readout) {
+        Ok((calibration, note)) => {
+            notes.push(format!("{}: {note}", source.path.display()));
+            calibration
+        }
+        Err(message) => {
+            source.add(problems, &first_point.map_or(0..0, Spanned::span), message);
+            linear
+        }
+    }
+}
+
+fn names(tracks: &RawTracks, source: &Source, problems: &mut Problems) -> (Names, Names) {
+    let mut name = |key: &str, given: &Option<Spanned<Names>>| {
+        let Some(given) = given else { return Names(vec![key.to_string()]) };
+        let trimmed: Vec<_> = given.as_ref().0.iter().map(|name| name.trim().to_string()).collect();
+        let twice = trimmed.iter().enumerate().any(|(i, name)| trimmed[..i].contains(name));
+        if trimmed.is_empty() || trimmed.iter().any(String::is_empty) || twice {
+            let message = format!("{key} is {}; expected names of tracks, each once", given.as_ref().shown());
+            source.add(problems, &given.span(), message);
+        }
+        Names(trimmed)
+    };
+    let (cue, object) = (name("cue", &tracks.cue), name("object", &tracks.object));
+    if let Some(both) = cue.0.iter().find(|name| object.0.contains(name)) {
+        let span = tracks.object.as_ref().or(tracks.cue.as_ref()).map_or(0..0, Spanned::span);
+        let message = format!("\"{both}\" is both cue and object; expected different tracks");
+        source.add(problems, &span, message);
+    }
+    (cue, object)
+}
+
+#[cfg(test)]
+pub(super) mod tests {
+    use super::*;
+
+    #[derive(Deserialize)]
+    struct Sections {
+        video: Option<RawVideo>,
+        scale: Option<RawScale>,
+        tracks: Option<RawTracks>,
+    }
+
+    /// Checked settings of these sections.
+    pub(crate) fn settings(text: &str) -> TrackSettings {
+        let raw: Sections = toml::from_str(text).unwrap();
+        let source = Source { path: std::path::Path::new("dataset.toml"), text };
+        let mut problems = Problems::new("");
+        let settings =
+            check(raw.video.as_ref(), raw.scale.as_ref(), raw.tracks.as_ref(), false, &source, &mut problems);
+        assert!(problems.is_empty(), "{}", problems.into_error());
+        settings
+    }
+}

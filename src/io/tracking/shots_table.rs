@@ -1,0 +1,163 @@
+//! `[tracks] shots`: what no camera sees. A row per shot.
+
+use std::collections::{BTreeMap, HashMap};
+use std::path::{Path, PathBuf};
+
+use super::finish::Facts;
+use crate::io::error::{Problems, did_you_mean};
+use crate::io::manifest::Assume;
+use crate::io::rows;
+use crate::io::table::Table;
+use crate::measurement::spin::Spin;
+use crate::physics::ball::Vec3;
+
+const OMEGA: [&str; 3] = ["omega_x", "omega_y", "omega_z"];
+const KNOWN: [&str; 7] = ["shot", "cue_spin", "omega_x", "omega_y", "omega_z", "skip", "note"];
+
+/// The rows of the table by the names of their shots, and what holds for shots that it does not name.
+pub(super) struct ShotsTable {
+    path: PathBuf,
+    rows: HashMap<String, ShotRow>,
+    assume: Option<Assume>,
+    labels: Vec<String>,
+}
+
+struct ShotRow {
+    line: usize,
+    /// The reason, if the shot is to be skipped.
+    skip: Option<String>,
+    spin: Option<Spin>,
+    labels: BTreeMap<String, String>,
+}
+
+impl ShotsTable {
+    pub(super) fn read(path: Option<&Path>, assume: Option<Assume>, problems: &mut Problems) -> Self {
+        let mut all = Self {
+            path: path.map(Path::to_path_buf).unwrap_or_default(),
+            rows: HashMap::new(),
+            assume,
+            labels: Vec::new(),
+        };
+        let Some(table) = path.and_then(|path| Table::read(path, problems)) else { return all };
+        table.require("shot", &["shot"], problems);
+        let present = OMEGA.iter().filter(|column| table.has(column)).count();
+        if (1..3).contains(&present) {
+            problems.add(
+                &table.path,
+                None,
+                None,
+                format!("expected all three of {}, or none", OMEGA.join(", ")),
+            );
+        }
+        let columns = OMEGA.map(|column| rows::Column::read(&table, column, 1.0, problems));
+        for name in table.names().into_iter().filter(|name| !KNOWN.contains(name) && !name.ends_with("_sd")) {
+            all.labels.push(name.to_string());
+        }
+        for row in 0..table.rows() {
+            let Some(name) = table.text("shot", row) else { continue };
+            let line = table.line(row);
+            let skip = skip(&table, row, problems);
+            let omega =
+                columns.each_ref().map(|column| column.as_ref().and_then(|column| column.measured(row)));
+            let spin = spin(&table, row, omega, assume, problems);
+            let labels = rows::labels(&table, &KNOWN, row);
+            let row = ShotRow { line, skip, spin, labels };
+            if let Some(first) = all.rows.insert(name.to_string(), row) {
+                let message =
+                    format!("\"{name}\" also stands in line {}; expected each shot once", first.line);
+                problems.add(&table.path, Some(line), Some("shot"), message);
+            }
+        }
+        all
+    }
+
+    /// Whether it has this column of labels.
+    pub(super) fn has_label(&self, label: &str) -> bool {
+        self.labels.iter().any(|own| own == label)
+    }
+
+    /// Why a shot is to be skipped, if it is.
+    pub(super) fn skip(&self, shot: &str) -> Option<&str> {
+        self.rows.get(shot)?.skip.as_deref()
+    }
+
+    /// `None` if nothing says how the cue ball spins.
+    pub(super) fn facts(&self, shot: &str) -> Option<Facts> {
+        let row = self.rows.get(shot);
+        let spin = row.and_then(|row| row.spin).or(self.assume.map(of_word))?;
+        let labels = row.map_or_else(
+            || self.labels.iter().map(|label| (label.clone(), String::new())).collect(),
+            |row| row.labels.clone(),
+        );
+        Some(Facts { spin, labels })
+    }
+
+    /// Complains about rows of shots that are not there.
+    pub(super) fn check_names(&self, known: &HashMap<&str, usize>, problems: &mut Problems) {
+        let mut strange: Vec<_> =
+            self.rows.iter().filter(|(name, _)| !known.contains_key(name.as_str())).collect();
+        strange.sort_by_key(|(_, row)| row.line);
+        for (name, row) in strange {
+            let near = did_you_mean(name, known.keys().copied());
+            let message = format!("there is no shot \"{name}\" in the data{near}");
+            problems.add(&self.path, Some(row.line), Some("shot"), message);
+        }
+    }
+}
+
+fn skip(table: &Table, row: usize, problems: &mut Problems) -> Option<String> {
+    let word = table.text("skip", row).unwrap_or("no");
+    match word.to_lowercase().as_str() {
+        "true" | "1" | "yes" => {
+            Some(table.text("note", row).unwrap_or("skip in the shots table").to_string())
+        }
+        "false" | "0" | "no" => None,
+        _ => {
+            let message =
+                format!("\"{word}\" is neither true nor false; expected true, false, 1, 0, yes or no");
+            problems.add(&table.path, Some(table.line(row)), Some("skip"), message);
+            None
+        }
+    }
+}
+
+fn spin(
+    table: &Table,
+    row: usize,
+    omega: [Option<crate::measurement::dataset::Measured>; 3],
+    assume: Option<Assume>,
+    problems: &mut Problems,
+) -> Option<Spin> {
+    let mut wrong = |column: &str, message: String| {
+        problems.add(&table.path, Some(table.line(row)), Some(column), message);
+        None
+    };
+    let mut word = None;
+    if let Some(given) = table.text("cue_spin", row) {
+        word = Assume::WORDS.iter().find(|(name, _)| *name == given).map(|(_, word)| *word);
+        if word.is_none() {
+            let names = Assume::WORDS.map(|(name, _)| name);
+            let near = did_you_mean(given, names);
+            return wrong("cue_spin", format!("\"{given}\" is no spin{near}; expected {}", names.join(", ")));
+        }
+    }
+    match (omega, word) {
+        ([Some(x), Some(y), Some(z)], None | Some(Assume::Measured)) => {
+            Some(Spin::Measured { spin: Vec3::new(x.value, y.value, z.value), sd: [x.sd, y.sd, z.sd] })
+        }
+        ([Some(_), Some(_), Some(_)] | [None, None, None], word) => word.or(assume).map(of_word),
+        (omega, _) => {
+            let empty = omega.iter().position(Option::is_none).unwrap_or(0);
+            wrong(OMEGA[empty], "is empty; expected all three components of the spin or none".to_string())
+        }
+    }
+}
+
+/// A spin that is said to be measured, without numbers, is for the markers to tell.
+fn of_word(word: Assume) -> Spin {
+    match word {
+        Assume::Stun => Spin::Stun,
+        Assume::NaturalRoll => Spin::NaturalRoll,
+        Assume::Measured | Assume::Unknown => Spin::Unknown,
+    }
+}

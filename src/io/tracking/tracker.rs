@@ -1,0 +1,111 @@
+//! Tracker: exports of one track or several (`#multi:`), and tables copied from it.
+
+use std::path::Path;
+
+use super::raw::{Clock, FORMAT, Notes, RawTrack};
+use super::settings::{TimeUnit, TrackSettings};
+use super::sheet::{Place, Sheet};
+use super::text::{Separator, lines, trimmed};
+use crate::io::error::Problems;
+
+/// Names of the columns of time, the best first.
+const TIMES: [&str; 3] = ["frame", "t", "time"];
+
+/// The parts of an export above its rows.
+pub(super) struct Head {
+    separator: Separator,
+    /// Line of the names of columns.
+    header: usize,
+    names: Vec<String>,
+    /// Names of tracks, each in the first of its columns.
+    tracks: Vec<String>,
+    multi: bool,
+}
+
+/// Whether the text is such an export.
+pub(super) fn detect(text: &str) -> Option<Head> {
+    let (mut multi, mut above) = (false, None);
+    for (line, text) in lines(text).filter(|(_, text)| !text.trim().is_empty()).take(4) {
+        if text.trim_start().starts_with('#') {
+            multi |= text.trim().trim_end_matches(':').eq_ignore_ascii_case("#multi");
+            continue;
+        }
+        let fits = |separator: &Separator| {
+            let Some(names) = trimmed(text, *separator) else { return false };
+            let has = |name: &str| names.iter().any(|n| n == name);
+            has("x") && has("y") && TIMES.iter().any(|t| has(t)) && !has("ball")
+        };
+        if let Some(separator) = Separator::ALL.into_iter().find(fits) {
+            let names = trimmed(text, separator)?;
+            let tracks = above.and_then(|text| trimmed(text, separator)).unwrap_or_default();
+            return Some(Head { separator, header: line, names, tracks, multi });
+        }
+        above = Some(text);
+    }
+    None
+}
+
+/// Reads the tracks of an export. `stem` names a track that has no name.
+pub(super) fn read(
+    file: &Path,
+    text: &str,
+    head: Head,
+    stem: &str,
+    settings: &TrackSettings,
+    problems: &mut Problems,
+    notes: &mut Notes,
+) -> Option<(Clock, Vec<RawTrack>)> {
+    let Head { separator, header, names, tracks, multi } = head;
+    let position = |name: &str| names.iter().position(|n| n == name);
+    // The number of a frame cannot follow a wrong rate, but needs the right one.
+    let by_frame = settings.capture_fps.is_some() || !names.iter().any(|n| n == "t" || n == "time");
+    let time = TIMES.iter().filter(|name| by_frame || **name != "frame").find_map(|name| position(name))?;
+    let named = |column: usize| {
+        tracks.iter().take(column + 1).rev().find(|name| !name.is_empty()).map_or(stem, String::as_str)
+    };
+    // Each track has its columns side by side, in any order.
+    let starts: Vec<usize> = (0..tracks.len()).filter(|i| !tracks[*i].is_empty()).collect();
+    let begin = |column: usize| starts.iter().copied().rev().find(|start| *start <= column);
+    let mut places: Vec<Place> = Vec::new();
+    let mut good = true;
+    for (x, _) in names.iter().enumerate().filter(|(_, name)| *name == "x") {
+        let ys: Vec<_> = (0..names.len()).filter(|y| names[*y] == "y" && begin(*y) == begin(x)).collect();
+        let xs = (0..names.len()).filter(|i| names[*i] == "x" && begin(*i) == begin(x)).count();
+        let [y] = ys.as_slice() else {
+            let message = format!("track \"{}\" has {} columns y; expected one", named(x), ys.len());
+            problems.add(file, Some(header), None, message);
+            good = false;
+            continue;
+        };
+        if xs > 1 {
+            let message = format!(
+                "{xs} columns x belong to the track \"{}\"; expected a name above the columns of each track",
+                named(x)
+            );
+            problems.add(file, Some(header), None, message);
+            return None;
+        }
+        places.push(Place { name: named(x).to_string(), point: None, x, y: *y });
+    }
+    if !good {
+        return None;
+    }
+    let ignored: Vec<&str> = names
+        .iter()
+        .map(String::as_str)
+        .filter(|name| !name.is_empty() && !["x", "y"].contains(name) && !TIMES.contains(name))
+        .collect();
+    let passed = if ignored.is_empty() {
+        String::new()
+    } else {
+        format!("; columns passed over: {}", ignored.join(", "))
+    };
+    let found: Vec<_> = places.iter().map(|place| format!("\"{}\"", place.name)).collect();
+    let kind = if multi { "Tracker (several tracks)" } else { "Tracker" };
+    let message =
+        format!("read as {kind}, {} between cells, tracks {}{passed}", separator.name(), found.join(", "));
+    notes.add(FORMAT, file, None, message);
+    let clock = if names[time] == "frame" { TimeUnit::Frames } else { TimeUnit::S };
+    let sheet = Sheet { file, text, separator, header, above: header, offset: 0, names };
+    Some((Clock::In(clock), sheet.wide(Some(time), places, false, problems, notes).0))
+}

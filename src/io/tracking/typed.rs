@@ -1,0 +1,234 @@
+//! The fast way through a long table: polars reads numbers as numbers, a stretch of lines at a time.
+//! Whatever is not plain (quotation marks, comments, decimal commas, half positions, errors) is left to
+//! the reader of cells, stretch by stretch, which gives the same rows and says what is wrong.
+
+use std::io::Cursor;
+use std::sync::Arc;
+
+use polars::prelude::{
+    CsvParseOptions, CsvReadOptions, DataFrame, DataType, Field, Float64Chunked, Schema, SerReader,
+    StringChunked,
+};
+
+use super::long;
+use super::long::{Columns, Gather};
+use super::raw::{Notes, Row};
+use super::sheet::Sheet;
+use super::text::Separator;
+use crate::io::error::Problems;
+
+/// Bytes read at a time.
+const STRETCH: usize = 1 << 25;
+
+/// Reads all rows of a table.
+pub(super) fn read(
+    sheet: &Sheet,
+    columns: &Columns,
+    gather: &mut Gather,
+    problems: &mut Problems,
+    notes: &mut Notes,
+) {
+    read_by(STRETCH, sheet, columns, gather, problems, notes);
+}
+
+fn read_by(
+    stretch: usize,
+    sheet: &Sheet,
+    columns: &Columns,
+    gather: &mut Gather,
+    problems: &mut Problems,
+    notes: &mut Notes,
+) {
+    let start = problems.len();
+    let Some(mut rest) = below(sheet.text, sheet.above) else {
+        // a file with CR for ends of lines
+        long::read(sheet, columns, gather, problems, notes);
+        return;
+    };
+    let mut above = sheet.above;
+    // of the stretches so far, with the line where the first of them begins
+    let mut seen: Option<(char, usize)> = None;
+    while !rest.is_empty() && problems.len() < start + 100 {
+        let bytes = rest.as_bytes();
+        let from = stretch.min(bytes.len());
+        let end = bytes[from..].iter().position(|byte| *byte == b'\n').map_or(bytes.len(), |i| from + i + 1);
+        let (part, after) = rest.split_at(end);
+        let mark = if plain(part, above, sheet, columns, gather).is_some() {
+            part.contains('.').then_some('.')
+        } else {
+            let names = sheet.names.clone();
+            let (file, separator, header) = (sheet.file, sheet.separator, sheet.header);
+            let sheet = Sheet { file, text: part, separator, header, above: 0, offset: above, names };
+            long::read(&sheet, columns, gather, problems, notes)
+        };
+        if let Some(mark) = mark {
+            let (other, line) = *seen.get_or_insert((mark, above + 1));
+            if other != mark {
+                let message = format!(
+                    "decimal marks from here on differ from those from line {line} on; expected points or commas \
+                     throughout"
+                );
+                problems.add(sheet.file, Some(above + 1), None, message);
+                return;
+            }
+        }
+        above += part.bytes().filter(|byte| *byte == b'\n').count();
+        rest = after;
+    }
+}
+
+/// The text below so many lines.
+fn below(text: &str, lines: usize) -> Option<&str> {
+    let mut rest = text;
+    for _ in 0..lines {
+        rest = rest.split_once('\n')?.1;
+    }
+    Some(rest)
+}
+
+/// Reads a stretch of whole lines. `None`, and nothing read, if anything about it is unusual.
+fn plain(text: &str, above: usize, sheet: &Sheet, columns: &Columns, gather: &mut Gather) -> Option<()> {
+    let Separator::Char(separator) = sheet.separator else { return None };
+    let separator = u8::try_from(separator).ok()?;
+    let bytes = text.as_bytes();
+    let (mut ends, mut separators) = (0, 0);
+    for byte in bytes {
+        ends += usize::from(*byte == b'\n');
+        separators += usize::from(*byte == separator);
+    }
+    let rows = ends + usize::from(bytes.last().is_some_and(|byte| *byte != b'\n'));
+    let width = sheet.names.len();
+    if separators != rows * (width - 1) || bytes.iter().any(|byte| *byte == b'"' || *byte == b'#') {
+        return None;
+    }
+    let frame = parse(text, separator, width, columns)?;
+    if frame.height() != rows {
+        return None;
+    }
+    let numbers = |i: usize| {
+        frame.column(&name(i)).ok()?.f64().ok().cloned().map(|column| column.rechunk().into_owned())
+    };
+    let words = |i: usize| {
+        frame.column(&name(i)).ok()?.str().ok().cloned().map(|column| column.rechunk().into_owned())
+    };
+    let optional = |i: Option<usize>| i.map(words).map_or(Some(None), |column| column.map(Some));
+    let (time, x, y) = (numbers(columns.time)?, numbers(columns.x)?, numbers(columns.y)?);
+    let (ball, shot, point) = (words(columns.ball)?, optional(columns.shot)?, optional(columns.point)?);
+    let sds = match columns.sd {
+        Some([x, y]) => Some((numbers(x)?, numbers(y)?)),
+        None => None,
+    };
+    let missing = |column: &StringChunked| {
+        column.null_count() > 0 || column.iter().any(|cell| cell.is_none_or(|cell| cell.trim().is_empty()))
+    };
+    let half = x.iter().zip(y.iter()).any(|(x, y)| match (x, y) {
+        (Some(x), Some(y)) => !x.is_finite() || !y.is_finite(),
+        (None, None) => false,
+        _ => true,
+    });
+    let wrong_sd = |sd: &Float64Chunked| sd.iter().flatten().any(|sd| !(sd > 0.0 && sd.is_finite()));
+    if half
+        || time.iter().any(|t| t.is_none_or(|t| !t.is_finite()))
+        || missing(&ball)
+        || shot.as_ref().is_some_and(missing)
+        || sds.as_ref().is_some_and(|(x, y)| wrong_sd(x) || wrong_sd(y))
+    {
+        return None;
+    }
+    for row in 0..rows {
+        let number = |column: &Float64Chunked| column.get(row).unwrap_or(f64::NAN);
+        let line = (above + row + 1) as u32;
+        let shot = shot.as_ref().and_then(|shot| shot.get(row)).map(str::trim);
+        let point = point.as_ref().and_then(|point| point.get(row)).map_or("", str::trim);
+        let sd = sds.as_ref().map(|(x, y)| [number(x), number(y)]);
+        let row_of = Row { time: number(&time), x: number(&x), y: number(&y), line };
+        gather.push(shot, ball.get(row).unwrap_or_default().trim(), point, row_of, sd);
+    }
+    Some(())
+}
+
+fn name(i: usize) -> String {
+    format!("c{i}")
+}
+
+fn parse(text: &str, separator: u8, width: usize, columns: &Columns) -> Option<DataFrame> {
+    let mut used = vec![columns.time, columns.x, columns.y];
+    used.extend(columns.sd.into_iter().flatten());
+    let is_number = |i: usize| used.contains(&i);
+    let fields = (0..width).map(|i| {
+        let kind = if is_number(i) { DataType::Float64 } else { DataType::String };
+        Field::new(name(i).into(), kind)
+    });
+    let schema: Schema = fields.collect();
+    let mut used_all = used.clone();
+    used_all.extend([Some(columns.ball), columns.shot, columns.point].into_iter().flatten());
+    used_all.sort_unstable();
+    CsvReadOptions::default()
+        .with_has_header(false)
+        .with_schema(Some(Arc::new(schema)))
+        .with_projection(Some(Arc::new(used_all)))
+        .with_parse_options(CsvParseOptions::default().with_separator(separator).with_quote_char(None))
+        .into_reader_with_file_handle(Cursor::new(text.as_bytes()))
+        .finish()
+        .ok()
+}
+
+#[cfg(test)]
+mod tests {
+    use std::path::Path;
+
+    use super::*;
+
+    /// Both ways through the same table.
+    fn both(text: &str) {
+        let file = Path::new("a.csv");
+        let settings = crate::io::tracking::settings::tests::settings("[video]\ncapture_fps = 10");
+        let head = long::detect(text, &settings).expect("a long table");
+        let sheet = Sheet {
+            file,
+            text,
+            separator: head.separator,
+            header: head.header,
+            above: head.header,
+            offset: 0,
+            names: head.names.clone(),
+        };
+        let run = |fast: usize| {
+            let (mut problems, mut notes) = (Problems::new(""), Notes::default());
+            let mut gather = Gather::new(file, "a", head.columns.frames);
+            if fast > 0 {
+                read_by(fast, &sheet, &head.columns, &mut gather, &mut problems, &mut notes);
+            } else {
+                long::read(&sheet, &head.columns, &mut gather, &mut problems, &mut notes);
+            }
+            // not-a-number is not equal to itself
+            (format!("{:?}", gather.shots), format!("{}", problems.into_error()))
+        };
+        let slow = run(0);
+        for stretch in [1, 20, 1000] {
+            assert_eq!(run(stretch), slow, "{text:?}");
+        }
+    }
+
+    #[test]
+    fn both_ways_give_the_same() {
+        let head = "shot,frame,ball,x,y\n";
+        for body in [
+            "1,0,A,1.5,2\n1,1,A,,\n1,2,B,-1e-3,+.5\n2,0,A,0.1,7\n",
+            "1,0,A,1.5,2\r\n1,1,A,,\r\n1,2,B,-1e-3,5\r\n",
+            "1,0, A ,1.5,2\n 1,1,A, 1 , 2\n\n# no\n1,2,B,1,2",
+            "1,0,A,nan,2\n1,1,A,inf,1\n1,1,A,1e999,1\n1,2,A,1,\n",
+            "1,0,A,1\n1,1,A,1,2,3\n,1,A,1,2\n1,,A,1,2\n1,1,,1,2\n",
+            "\"1\",0,A,1,2\n1,0,A,\"1\",2\n1,0,A,1..2,2\n1,0,A,1_0,0x3\n",
+            "01,0,A,0.1,0.30000000000000004\n1,1,A,123456789.123456789123,5e-324\n1,0.5,A,1,2\n",
+            "1,0,A,\u{2212}1,2\n1,1,é,1,2\n1,1,null,null,NA\n",
+            "a\rb,0,A,1,2\n",
+            // found by damaging files: a last line with CR inside
+            "1,0,A,1,2\n1,1,A,1,2\r1,2,A,1,2\r",
+        ] {
+            both(&format!("{head}{body}"));
+        }
+        both("t;ball;point;x;y;x_sd;y_sd\n0,1;A;m1;1,5;2,5;0,1;0,1\n0,2;A;;1;2;;\n0,3;A;;1;2;0;1\n");
+        both("z\tt\tball\tx\ty\n\t0.1\tA\t1\t2\nw\t0.2\tA\t1\t2\n");
+    }
+}

@@ -1,0 +1,402 @@
+//! One shot's frames through the whole chain: motion before → collision → flight, sliding, rolling →
+//! frames. Its own unknowns (instant, place and direction of the contact, velocity and, where it is not
+//! given, spin of the cue ball) are found by least squares for given shared parameters, and eliminated by
+//! their Schur complement, so that a fit of many shots sees the shared parameters alone.
+//!
+//! - Golub, G. and Pereyra, V. (1973), SIAM J. Numer. Anal. 10, 413–432: variable projection.
+
+mod moments;
+pub(crate) mod own_unknowns;
+mod path_start;
+pub mod rows;
+mod schur_reduced;
+
+use moments::Moments;
+use nalgebra::{Matrix3, SMatrix, SVector, Vector3};
+use num_dual::DualSVec64;
+use schur_reduced::Normal;
+
+use crate::measurement::spin::Spin;
+use crate::measurement::track::{Sample, TrackShot};
+use crate::physics::ball::{BallState, Vec3};
+use crate::physics::cloth_motion::{Launch, Number, Path};
+use crate::physics::collision::{Coefficients, Corrected, Input};
+use crate::trajectory::both_balls;
+use crate::trajectory::both_balls::{
+    Frames, Launches, Meeting, Scene as ModelScene, Side, Unknowns, unknown,
+};
+use crate::trajectory::scene::Scene;
+
+/// What all shots share: μ, μ_s, e, the cloth's sliding friction μ_k and rolling resistance μ_r.
+pub const SHARED: usize = 5;
+
+/// A shot's own unknowns: instant (s), place of the object ball (m, 2), direction of the line of centres
+/// (rad), velocity of the cue ball (m/s, collision frame, 2), in the order in which a path begins…
+pub(crate) const OWN: usize = 6;
+/// …and its spin (rad/s, table frame), where it is not exactly known.
+const SPIN: usize = 3;
+
+/// …or its topspin over the natural roll's, where nothing is known of it.
+const ROLL: usize = 1;
+
+/// Unknowns and shared parameters of a shot whose spin is known, is measured, is not known.
+const KNOWN: usize = OWN + SHARED;
+const MEASURED: usize = OWN + SPIN + SHARED;
+const UNKNOWN: usize = OWN + ROLL + SHARED;
+
+/// Rows that are left of a shot: one for each shared parameter, and what they cannot change.
+pub const ROWS: usize = SHARED + 1;
+
+/// A spin component without a stated error is this exact, rad/s.
+const EXACT: f64 = 1e-6;
+
+/// What is known of μ_k and μ_r beforehand, mean and standard deviation: nothing much of μ_k, and of μ_r,
+/// which a few hundredths of a second hardly tell, what is published.
+pub const CLOTH: [(f64, f64); 2] = [(0.2, 1.0), (0.01, 0.005)];
+
+/// Where they may be.
+pub const CLOTH_BOUNDS: [[f64; 2]; 2] = [[0.0, 1.0], [0.0, 0.1]];
+
+/// A frame of a ball: instant, position, 1/sd.
+#[derive(Clone, Copy, Debug)]
+struct Frame {
+    t: f64,
+    position: [f64; 2],
+    weight: [f64; 2],
+}
+
+/// What markers show of a spin after the impact: table frame, rad/s, and L⁻¹ of its covariance.
+#[derive(Clone, Copy, Debug)]
+struct Seen {
+    spin: Vector3<f64>,
+    whitening: Matrix3<f64>,
+}
+
+/// A shot as it is known to have been: table frame, the velocity of the cue ball in the collision frame.
+#[derive(Clone, Copy, Debug)]
+pub struct Known {
+    pub time: f64,
+    /// Where the object ball lies, m.
+    pub object: [f64; 2],
+    /// Direction of the line of centres, rad.
+    pub direction: f64,
+    /// Cue ball's velocity just before the impact, m/s.
+    pub velocity: [f64; 2],
+    /// Its spin as whoever fits the shot knows it.
+    pub spin: Spin,
+    /// Its topspin over the natural roll's, where [`Spin::Unknown`].
+    pub roll: f64,
+    /// Spins after the impact of the cue ball and the object ball, rad/s, each with the standard deviation to which
+    /// markers show its components.
+    pub after: Option<[(Vec3, f64); 2]>,
+}
+
+/// A shot's own unknowns; those that a shot does not have are 0.
+pub type Own = SVector<f64, { OWN + SPIN }>;
+
+/// How these follow the shared parameters where χ² of the shot is least.
+pub type OwnByShared = SMatrix<f64, { OWN + SPIN }, SHARED>;
+
+/// The frames of one shot.
+#[derive(Clone, Debug)]
+pub struct Film {
+    cue: Moments,
+    object: Moments,
+    /// How many of their coordinates tell something of their own.
+    independent: usize,
+    scene: ModelScene,
+    /// Where the search for the shot's own unknowns begins.
+    pub start: Own,
+    /// And from where else, since they have several minima.
+    others: Vec<Own>,
+    /// Mean and standard deviation of the spin's components, where it is an unknown.
+    spin: Option<(Vec3, Vec3)>,
+    /// Spins after the impact, of the cue ball and of the object ball.
+    seen: [Option<Seen>; 2],
+    /// Whether the noise of the positions is stated.
+    pub states_noise: bool,
+}
+
+/// A shot at given shared parameters, its own unknowns eliminated.
+#[derive(Clone, Copy, Debug)]
+pub struct Reduced {
+    /// As residuals: their squares sum to χ² of the shot.
+    pub residuals: SVector<f64, ROWS>,
+    /// And by the shared parameters.
+    pub jacobian: SMatrix<f64, ROWS, SHARED>,
+    /// Where its own unknowns are.
+    pub own: Own,
+    /// Their derivatives by the shared parameters, as far as these are small.
+    pub own_by_shared: OwnByShared,
+}
+
+impl Reduced {
+    /// χ² of the shot.
+    #[must_use]
+    pub fn chi2(&self) -> f64 {
+        self.residuals.norm_squared()
+    }
+}
+
+/// What an extraction found of a shot.
+pub(crate) struct Extracted<'a> {
+    /// First and last instant used, s.
+    pub window: [f64; 2],
+    /// Standard deviation of a coordinate, m, and what it is over that which the frames were weighted by.
+    pub position_sd: f64,
+    pub scale: f64,
+    /// Noise from second differences, m.
+    pub noise: f64,
+    /// Instants of the frames left out as wrong, of the cue ball and of the object ball.
+    pub wrong: &'a [Vec<f64>; 2],
+    pub unknowns: &'a Unknowns,
+    pub spin: Spin,
+    /// Where the collision model puts the own unknowns, where that is known.
+    pub at_model: Option<Own>,
+    /// Angular velocities just after the impact (rad/s) that markers show, of the cue ball and of the object ball, with their
+    /// covariance.
+    pub spins_after: [Option<(Vector3<f64>, Matrix3<f64>)>; 2],
+}
+
+impl Film {
+    /// The frames that an extraction used.
+    #[must_use]
+    pub(crate) fn new(shot: &TrackShot, impact: &Extracted, scene: &Scene) -> Self {
+        let [from, to] = impact.window;
+        let common = impact.position_sd / impact.scale;
+        let used = Frames::of(shot, common, impact.noise).between(
+            from,
+            to,
+            impact.wrong.each_ref().map(Vec::as_slice),
+        );
+        let independent = used.independent();
+        let frames = |frames: Vec<both_balls::Frame>| {
+            let frame = |frame: both_balls::Frame| Frame {
+                t: frame.sample.t,
+                position: [frame.sample.x, frame.sample.y],
+                weight: frame.sd.map(|sd| 1.0 / (sd * impact.scale)),
+            };
+            frames.into_iter().map(frame).collect()
+        };
+        let z = impact.unknowns;
+        let mut start = SVector::<f64, { OWN + SPIN }>::zeros();
+        for (i, at) in [
+            unknown::TIME,
+            unknown::OBJECT,
+            unknown::OBJECT + 1,
+            unknown::DIRECTION,
+            unknown::BEFORE,
+            unknown::BEFORE + 1,
+        ]
+        .into_iter()
+        .enumerate()
+        {
+            start[i] = z[at];
+        }
+        let spin = start_spin(&mut start, impact.spin, z[unknown::ROLL]);
+        let start = impact.at_model.unwrap_or(start);
+        let seen = impact.spins_after.map(|spin| {
+            let (spin, covariance) = spin?;
+            Some(Seen { spin, whitening: covariance.cholesky()?.l().try_inverse()? })
+        });
+        let all = || shot.cue.iter().chain(&shot.object);
+        Self {
+            cue: Moments::new(frames(used.cue), start[0]),
+            object: Moments::new(frames(used.object), start[0]),
+            independent,
+            scene: ModelScene::of(impact.spin, scene),
+            start,
+            others: Vec::new(),
+            spin,
+            seen,
+            states_noise: shot.position_sd.is_some() || all().all(|sample| sample.sd.is_some()),
+        }
+    }
+
+    /// All frames of a shot whose positions state their standard deviations, and that is known, so that its own
+    /// unknowns start where they are. Positions without one weigh nothing.
+    #[must_use]
+    pub fn known(shot: &TrackShot, known: &Known, scene: &Scene) -> Self {
+        let frames = |samples: &[Sample]| {
+            let frame = |s: &Sample| Frame {
+                t: s.t,
+                position: [s.x, s.y],
+                weight: s.sd.map_or([0.0; 2], |sd| sd.map(f64::recip)),
+            };
+            samples.iter().map(frame).collect()
+        };
+        let Known { time, object: [x, y], direction, velocity: [along, across], spin, roll, after } = *known;
+        let mut start = SVector::<f64, { OWN + SPIN }>::zeros();
+        start.as_mut_slice()[..OWN].copy_from_slice(&[time, x, y, direction, along, across]);
+        let measured = start_spin(&mut start, spin, roll);
+        let seen = after.map_or([None; 2], |spins| {
+            spins.map(|(spin, sd)| Some(Seen { spin, whitening: Matrix3::from_diagonal_element(sd.recip()) }))
+        });
+        Self {
+            cue: Moments::new(frames(&shot.cue), time),
+            object: Moments::new(frames(&shot.object), time),
+            independent: 2 * (shot.cue.len() + shot.object.len()),
+            scene: ModelScene::of(spin, scene),
+            start,
+            others: Vec::new(),
+            spin: measured,
+            seen,
+            states_noise: true,
+        }
+    }
+
+    /// Measured numbers: coordinates, and components of spins.
+    #[must_use]
+    pub fn observations(&self) -> usize {
+        let spins = self.seen.iter().flatten().count() + usize::from(self.spin.is_some());
+        let roll = usize::from(self.rolls_unknown());
+        self.independent + SPIN * spins + roll
+    }
+
+    /// The shot's own unknowns.
+    #[must_use]
+    pub fn unknowns(&self) -> usize {
+        match self.spin {
+            Some(_) => OWN + SPIN,
+            None if self.rolls_unknown() => OWN + ROLL,
+            None => OWN,
+        }
+    }
+
+    fn rolls_unknown(&self) -> bool {
+        self.scene.spin == Spin::Unknown
+    }
+
+    /// JᵀJ, Jᵀr and rᵀr by the shot's own unknowns and the shared parameters.
+    fn normal<const N: usize>(&self, collision: &Corrected, all: &SVector<f64, N>) -> Option<Normal<N>> {
+        let own = N - SHARED;
+        let duals: [DualSVec64<N>; N] = std::array::from_fn(|i| DualSVec64::from_re(all[i]).derivative(i));
+        let roll = if N == UNKNOWN { duals[OWN] } else { DualSVec64::from_re(0.0) };
+        let spins = (N == MEASURED).then(|| [duals[OWN], duals[OWN + 1], duals[OWN + 2]]);
+        let shared: [DualSVec64<N>; SHARED] = std::array::from_fn(|i| duals[own + i]);
+        let (Launches { before, cue, object }, after) =
+            self.launches(&duals[..OWN], (spins, roll), &shared, |inputs| collide(collision, inputs))?;
+        let [.., sliding, rolling] = shared;
+        let cloth = [sliding, rolling];
+        let time = before.time.re;
+        let mut normal = Normal::<N>::zero();
+        let mut add =
+            |frames: &Moments, launch: &Launch<DualSVec64<N>>, path: fn(&_, &_) -> Path<_>, during| {
+                let (own, own_cloth) =
+                    path_start::launch(launch, [sliding.re, rolling.re, self.scene.bounce]);
+                let sums = frames.along(&path(&own, &own_cloth), during);
+                normal.add_path(&sums, &path_start::by_unknowns(launch, &cloth));
+            };
+        let (until, from) = ([f64::NEG_INFINITY, time], [time, f64::INFINITY]);
+        add(&self.cue, &before, Path::before, until);
+        add(&self.cue, &cue, Path::after, from);
+        add(&self.object, &object, |launch, _| Path::at_rest(launch), until);
+        add(&self.object, &object, Path::after, from);
+        if let (Some(spin), Some((mean, sd))) = (spins, self.spin) {
+            for (i, component) in spin.into_iter().enumerate() {
+                normal.add((component - mean[i]) / sd[i]);
+            }
+        }
+        if N == UNKNOWN {
+            let (mean, sd) = both_balls::ROLL_PRIOR;
+            normal.add((roll - mean) / sd);
+        }
+        for (spin, seen) in after.into_iter().zip(&self.seen) {
+            let Some(seen) = seen else { continue };
+            for row in 0..SPIN {
+                let terms = (0..=row).map(|i| (spin[i] - seen.spin[i]) * seen.whitening[(row, i)]);
+                normal.add(terms.fold(DualSVec64::from_re(0.0), |sum, term| sum + term));
+            }
+        }
+        normal.square.is_finite().then_some(normal)
+    }
+
+    /// Both balls at the impact, and their spins just after it in the table frame.
+    fn launches<T: Number>(
+        &self,
+        own: &[T],
+        (spin, roll): (Option<[T; SPIN]>, T),
+        shared: &[T; SHARED],
+        collide: impl FnOnce(&[T; 8]) -> Option<[T; 12]>,
+    ) -> Option<(Launches<T>, [[T; SPIN]; 2])> {
+        let zero = T::from(0.0);
+        let radius = self.scene.ball.radius;
+        let (sin, cos) = own[3].sin_cos();
+        let before = [own[4], own[5]];
+        let to_frame = |w: [T; 3]| [cos * w[0] + sin * w[1], cos * w[1] - sin * w[0], w[2]];
+        let to_table = |w: [T; 3]| [cos * w[0] - sin * w[1], sin * w[0] + cos * w[1], w[2]];
+        let spin = match spin {
+            Some(spin) => to_frame(spin),
+            None => self.scene.spin([cos, sin], before, roll),
+        };
+        let [mu, mu_s, e, ..] = *shared;
+        let mut inputs = [zero; 8];
+        for (input, value) in [
+            (Input::Mu, mu),
+            (Input::MuS, mu_s),
+            (Input::E, e),
+            (Input::VelocityX, before[0]),
+            (Input::VelocityY, before[1]),
+            (Input::SpinX, spin[0]),
+            (Input::SpinY, spin[1]),
+            (Input::SpinZ, spin[2]),
+        ] {
+            inputs[input as usize] = value;
+        }
+        let after = collide(&inputs)?;
+        let side = |first: usize| {
+            let (velocity, spin) = ([after[first], after[first + 1]], [after[first + 3], after[first + 4]]);
+            Side::new(velocity, spin, after[first + 2], radius)
+        };
+        let meeting = Meeting {
+            time: own[0],
+            normal: [cos, sin],
+            object: [own[1], own[2]],
+            distance: T::from(2.0 * radius),
+        };
+        let before = Side::new(before, [spin[0], spin[1]], zero, radius);
+        let launches = Launches::new(&self.scene, &meeting, &before, [&side(0), &side(6)]);
+        let spins = [3, 9].map(|first| to_table([after[first], after[first + 1], after[first + 2]]));
+        Some((launches, spins))
+    }
+}
+
+/// Puts a spin that is an unknown where the search starts; its mean and standard deviation, where it is measured.
+fn start_spin(start: &mut SVector<f64, { OWN + SPIN }>, spin: Spin, roll: f64) -> Option<(Vec3, Vec3)> {
+    match spin {
+        Spin::Measured { spin, sd } if sd.iter().any(Option::is_some) => {
+            start.fixed_rows_mut::<SPIN>(OWN).copy_from(&spin);
+            Some((spin, Vec3::from(sd.map(|sd| sd.unwrap_or(0.0).max(EXACT)))))
+        }
+        Spin::Unknown => {
+            start[OWN] = roll;
+            None
+        }
+        _ => None,
+    }
+}
+
+/// The collision with its derivatives carried on.
+fn collide<const N: usize>(
+    collision: &Corrected,
+    inputs: &[DualSVec64<N>; 8],
+) -> Option<[DualSVec64<N>; 12]> {
+    let value = |input: Input| inputs[input as usize].re;
+    let cue = BallState {
+        velocity: Vec3::new(value(Input::VelocityX), value(Input::VelocityY), 0.0),
+        spin: Vec3::new(value(Input::SpinX), value(Input::SpinY), value(Input::SpinZ)),
+    };
+    let coefficients = Coefficients { mu: value(Input::Mu), mu_s: value(Input::MuS), e: value(Input::E) };
+    let (outcome, jacobian) = collision.collide_with_jacobian(&cue, &coefficients).ok()?;
+    let components = outcome.components();
+    Some(std::array::from_fn(|row| {
+        let mut component = DualSVec64::from_re(components[row]);
+        for (column, input) in inputs.iter().enumerate() {
+            let by = jacobian[(row, column)];
+            if by != 0.0 {
+                component += (*input - input.re) * by;
+            }
+        }
+        component
+    }))
+}

@@ -1,0 +1,271 @@
+//! The frames of one ball by their moments, so that the cost of a shot does not grow with the frame rate.
+//!
+//! Between two events (impact, landing, end of sliding) a path is a polynomial of degree 2 in time. With
+//! u = (t − T)/h, the path p = A + Bu + Cu², the frames y at u with weights w = 1/σ², and ŷ = Â + B̂u + Ĉu² a reference
+//! path near them, the sums
+//!
+//!   S_k = Σ w uᵏ (k = 0…4),   Y_k = Σ w (y − ŷ) uᵏ (k = 0…2),   Q = Σ w (y − ŷ)²
+//!
+//! over the frames of a stretch give χ² and its derivatives there exactly, with c = (A − Â, B − B̂, C − Ĉ), D = ∂c/∂z and
+//! M the matrix of S_(i+k):
+//!
+//!   χ² = Q − 2c·Y + cᵀMc     Jᵀr = Dᵀ(Mc − Y)     JᵀJ = DᵀMD
+//!
+//! A path is continuous where stretches meet, so that the instants of the events need no derivative of their own.
+
+use nalgebra::{Matrix3, SMatrix, SVector, Vector3};
+
+use super::Frame;
+use super::path_start::{FIRST, LOCAL, Local};
+use crate::physics::cloth_motion::Path;
+
+/// Sums are stored after each so many frames and completed from the frames, which keeps large data sets small.
+const BLOCK: usize = 8;
+
+/// The sums over some frames of one coordinate.
+#[derive(Clone, Copy, Debug, Default)]
+struct Sums {
+    /// S_k = Σ w uᵏ
+    s: [f64; 5],
+    /// Y_k = Σ w (y − ŷ) uᵏ
+    y: [f64; 3],
+    /// Q = Σ w (y − ŷ)²
+    q: f64,
+}
+
+impl Sums {
+    fn add(&mut self, u: f64, off: f64, weight: f64) {
+        let mut term = weight;
+        for k in 0..5 {
+            self.s[k] += term;
+            if k < 3 {
+                self.y[k] += term * off;
+            }
+            term *= u;
+        }
+        self.q += weight * off * off;
+    }
+
+    /// What is left of these sums without the first ones.
+    fn without(&self, first: &Self) -> Self {
+        Self {
+            s: std::array::from_fn(|k| self.s[k] - first.s[k]),
+            y: std::array::from_fn(|k| self.y[k] - first.y[k]),
+            q: self.q - first.q,
+        }
+    }
+}
+
+/// Frames in the order of time that share one reference path.
+#[derive(Clone, Debug)]
+struct Part {
+    frames: Vec<Frame>,
+    /// T and h, seconds.
+    centre: f64,
+    scale: f64,
+    /// Â, B̂, Ĉ of x and of y, metres.
+    reference: [[f64; 3]; 2],
+    /// The sums of x and of y over the first 0, [`BLOCK`], 2 [`BLOCK`], … frames.
+    blocks: Vec<[Sums; 2]>,
+}
+
+impl Part {
+    fn new(frames: Vec<Frame>) -> Self {
+        let ends = frames.first().zip(frames.last()).map_or([0.0; 2], |(first, last)| [first.t, last.t]);
+        let centre = 0.5 * (ends[0] + ends[1]);
+        let half = 0.5 * (ends[1] - ends[0]);
+        let scale = if half > 0.0 { half } else { 1.0 };
+        let mut part = Self { frames, centre, scale, reference: [[0.0; 3]; 2], blocks: Vec::new() };
+        part.reference = part.parabolas();
+        let mut sums = [Sums::default(); 2];
+        for (i, frame) in part.frames.iter().enumerate() {
+            if i % BLOCK == 0 {
+                part.blocks.push(sums);
+            }
+            part.add(&mut sums, frame);
+        }
+        part.blocks.push(sums);
+        part
+    }
+
+    fn add(&self, sums: &mut [Sums; 2], frame: &Frame) {
+        let u = (frame.t - self.centre) / self.scale;
+        for ((sums, reference), (y, weight)) in
+            sums.iter_mut().zip(&self.reference).zip(frame.position.iter().zip(&frame.weight))
+        {
+            let [a, b, c] = reference;
+            sums.add(u, y - (a + u * (b + u * c)), weight * weight);
+        }
+    }
+
+    /// The parabola nearest to the frames in x and in y; a constant or a straight line where more is not determined.
+    fn parabolas(&self) -> [[f64; 3]; 2] {
+        let mut sums = [Sums::default(); 2];
+        for frame in &self.frames {
+            self.add(&mut sums, frame);
+        }
+        sums.map(|Sums { s, y, .. }| {
+            let all = Matrix3::from_fn(|i, k| s[i + k]).cholesky().map(|m| m.solve(&Vector3::from(y)));
+            match all {
+                Some(found) if found.iter().all(|c| c.is_finite()) => found.into(),
+                _ if s[0] > 0.0 => [y[0] / s[0], 0.0, 0.0],
+                _ => [0.0; 3],
+            }
+        })
+    }
+
+    /// The sums over the first `count` frames.
+    fn first(&self, count: usize) -> [Sums; 2] {
+        let block = count / BLOCK;
+        let mut sums = self.blocks[block];
+        for frame in &self.frames[block * BLOCK..count] {
+            self.add(&mut sums, frame);
+        }
+        sums
+    }
+
+    /// How many frames are earlier than an instant.
+    fn before(&self, time: f64) -> usize {
+        self.frames.partition_point(|frame| frame.t < time)
+    }
+}
+
+/// The frames of one ball: those before about the impact, and those after it.
+#[derive(Clone, Debug)]
+pub(super) struct Moments([Part; 2]);
+
+impl Moments {
+    /// Of frames in the order of time; `impact` is about when the balls meet.
+    pub(super) fn new(mut frames: Vec<Frame>, impact: f64) -> Self {
+        let after = frames.split_off(frames.partition_point(|frame| frame.t < impact));
+        Self([Part::new(frames), Part::new(after)])
+    }
+
+    /// The frames themselves, in the order of time.
+    pub(super) fn frames(&self) -> impl Iterator<Item = &Frame> {
+        self.0.iter().flat_map(|part| &part.frames)
+    }
+
+    /// What the frames at instants in [from, to) say of a path.
+    pub(super) fn along(&self, path: &Path<Local>, [from, to]: [f64; 2]) -> Along {
+        let mut sums = Along { square: 0.0, gradient: SVector::zeros(), matrix: SMatrix::zeros() };
+        for (stretch, [begins, ends]) in path.stretches() {
+            for part in &self.0 {
+                let [first, end] = [from.max(begins), to.min(ends)].map(|time| part.before(time));
+                if first >= end {
+                    continue;
+                }
+                let (skipped, until) = (part.first(first), part.first(end));
+                let polynomial = stretch.about(part.centre, part.scale);
+                for axis in 0..2 {
+                    let of_frames = until[axis].without(&skipped[axis]);
+                    sums.add(axis, &polynomial[axis], (&part.reference[axis], part.scale), &of_frames);
+                }
+            }
+        }
+        sums
+    }
+}
+
+/// χ² of frames along a path, and Jᵀr and JᵀJ by what the path starts with.
+pub(super) struct Along {
+    pub square: f64,
+    pub gradient: SVector<f64, LOCAL>,
+    pub matrix: SMatrix<f64, LOCAL, LOCAL>,
+}
+
+impl Along {
+    /// Adds a stretch of the path: a polynomial of x (`axis` 0) or y in u = (t − T)/h, what ŷ is there with h, and the sums over
+    /// the frames.
+    fn add(
+        &mut self,
+        axis: usize,
+        polynomial: &[Local; 3],
+        (reference, scale): (&[f64; 3], f64),
+        Sums { s, y, q }: &Sums,
+    ) {
+        let [_, b, c] = polynomial;
+        let mut by = SMatrix::<f64, 3, LOCAL>::zeros();
+        // later by δ: p(t − δ), so that ∂p/∂δ = −(B + 2Cu)/h
+        by[(0, 0)] = -b.re / scale;
+        by[(1, 0)] = -2.0 * c.re / scale;
+        by[(0, 1 + axis)] = 1.0;
+        for (k, coefficient) in polynomial.iter().enumerate() {
+            if let Some(derivatives) = &coefficient.eps.0 {
+                by.fixed_view_mut::<1, { LOCAL - FIRST }>(k, FIRST).copy_from(&derivatives.transpose());
+            }
+        }
+        let c = Vector3::from_fn(|k, _| polynomial[k].re - reference[k]);
+        let moments = Matrix3::from_fn(|i, k| s[i + k]);
+        let y = Vector3::from(*y);
+        // χ² = Q − 2c·Y + cᵀMc, its halved derivatives Dᵀ(Mc − Y) and DᵀMD
+        let pull = moments * c - y;
+        self.square += q + c.dot(&(pull - y));
+        self.gradient.gemv_tr(1.0, &by, &pull, 1.0);
+        self.matrix.gemm_tr(1.0, &by, &(moments * by), 1.0);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use num_dual::DualSVec64;
+
+    use super::*;
+    use crate::likelihood::frames::path_start;
+    use crate::likelihood::frames::schur_reduced::Normal;
+    use crate::physics::cloth_motion::{Cloth, Launch};
+
+    /// Sums of some hundred terms that are as large as (10 mm / 0.1 mm)², in χ² and its derivatives.
+    const ROUNDING: f64 = 1e-10;
+
+    type Dual = DualSVec64<6>;
+
+    /// A lifted ball that bounces, slides and rolls, with derivatives by a velocity, the slip, the rise, the instant, a
+    /// coordinate and μ_k.
+    fn start() -> (Launch<Dual>, Cloth<Dual>) {
+        let unknown = |i, value| Dual::from_re(value).derivative(i);
+        let launch = Launch {
+            time: unknown(3, 0.01),
+            position: [unknown(4, 0.1), Dual::from_re(-0.2)],
+            velocity: [unknown(0, 1.5), Dual::from_re(-0.4)],
+            slip: [unknown(1, 0.3), Dual::from_re(0.1)],
+            up: unknown(2, 0.06),
+            inertia: 0.4,
+        };
+        let cloth =
+            Cloth { sliding: unknown(5, 0.2), rolling: Dual::from_re(0.01), bounce: Dual::from_re(0.5) };
+        (launch, cloth)
+    }
+
+    #[test]
+    fn moments_give_the_normal_equations_of_the_frames_one_by_one() {
+        let (launch, cloth) = start();
+        let path = Path::after(&launch, &cloth);
+        for rate in [240.0, 1000.0, 4000.0] {
+            let frames = (0..(0.3 * rate) as usize).map(|i| {
+                let t = 0.01 + i as f64 / rate;
+                let [x, y] = path.position(t).map(|p| p.re);
+                // as uneven as noise, and the same every time
+                let off = 1e-4 * (i as f64 * 1.7).sin();
+                Frame { t, position: [x + off, y - 2.0 * off], weight: [1e4, 0.5e4] }
+            });
+            let frames: Vec<Frame> = frames.collect();
+            let mut one_by_one = Normal::zero();
+            for frame in &frames {
+                for (i, predicted) in path.position(frame.t).into_iter().enumerate() {
+                    one_by_one.add((predicted - frame.position[i]) * frame.weight[i]);
+                }
+            }
+            // the reference paths meet in the middle of a slide
+            let moments = Moments::new(frames, 0.1);
+            let (own, own_cloth) = path_start::launch(&launch, [0.2, 0.01, 0.5]);
+            let sums = moments.along(&Path::after(&own, &own_cloth), [f64::NEG_INFINITY, f64::INFINITY]);
+            let mut together = Normal::zero();
+            together.add_path(&sums, &path_start::by_unknowns(&launch, &[cloth.sliding, cloth.rolling]));
+            assert!((together.square / one_by_one.square - 1.0).abs() < ROUNDING, "{rate}");
+            let most = one_by_one.gradient.amax();
+            assert!((together.gradient - one_by_one.gradient).amax() < ROUNDING * most, "{rate}");
+            assert!(together.differs_from(&one_by_one) < ROUNDING, "{rate}");
+        }
+    }
+}

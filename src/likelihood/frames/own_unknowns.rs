@@ -1,0 +1,331 @@
+//! A shot's own unknowns where χ² is least, for given shared parameters.
+
+use nalgebra::SVector;
+
+use super::schur_reduced::{Eliminated, Normal};
+use super::{Film, KNOWN, MEASURED, OWN, Own, OwnByShared, Reduced, SHARED, UNKNOWN};
+use crate::physics::collision::{Coefficients, Corrected};
+use crate::trajectory::scene::{LiftPrior, Scene};
+
+/// The shot's own unknowns rest when a step promises less than this of ½χ²: the Schur complement counts what it promises, which
+/// leaves an error of the third order in the step.
+const AT_REST: f64 = 1e-6;
+const MAX_STEPS: usize = 30;
+const MOST_DAMPING: f64 = 1e6;
+
+/// A spin of this part of the natural roll's stands for none, on its side…
+const KINK: f64 = 1e-9;
+/// …and one that differs from the natural roll's by this part of it slides before the impact, on its side.
+const ALMOST: f64 = 1e-5;
+/// Where an unknown spin may be while it is looked for, as part of the natural roll's. At none χ² has a kink: topspin presses
+/// the object ball into the cloth and lifts the cue ball, draw lifts the object ball. At natural roll it leaps, since the cloth
+/// slows down a ball that rolls less and drives on one that spins faster.
+const SIDES: [[f64; 2]; 3] =
+    [[f64::NEG_INFINITY, -KINK], [KINK, 1.0 - ALMOST], [1.0 + ALMOST, f64::INFINITY]];
+
+/// An unknown spin is looked for from all these, in parts of the natural roll's.
+pub(crate) const EVERYWHERE: [f64; 9] = [-1.0, -0.7, -0.4, -0.15, 0.15, 0.4, 0.7, 0.9, 1.15];
+/// Another minimum may become the least while the parameters move if its χ² is higher by no more than this,
+const POSSIBLE: f64 = 16.0;
+/// and is one if its spin differs by this part of the natural roll's.
+const APART: f64 = 0.003;
+/// No shot was seen with more.
+const MOST_OTHERS: usize = 3;
+
+/// Within so many standard errors of none, both sides are tried.
+const NEAR: f64 = 5.0;
+
+impl Film {
+    /// The shot with its own unknowns where χ² is least, for shared parameters μ, μ_s, e, μ_k, μ_r; looked for from `from`.
+    /// `None` where there is no collision.
+    #[must_use]
+    pub fn reduced(&self, collision: &Corrected, shared: &[f64; SHARED], from: &Own) -> Option<Reduced> {
+        let tried = std::iter::once(from).chain(&self.others);
+        let found = tried.filter_map(|from| self.reduced_from(collision, shared, from));
+        found.min_by(|a, b| a.chi2().total_cmp(&b.chi2()))
+    }
+
+    /// Where to look for the own unknowns when the shared parameters have moved by so much from where they were `found`: where
+    /// they are expected, an unknown spin on the side where it was.
+    #[must_use]
+    pub fn start_after(&self, found: &Reduced, moved: &SVector<f64, SHARED>) -> Own {
+        let side = |own: &Own| SIDES.iter().position(|[_, high]| own[OWN] <= *high);
+        let mut start = found.own + found.own_by_shared * moved;
+        if self.rolls_unknown() && side(&start) != side(&found.own) {
+            start[OWN] = found.own[OWN];
+        }
+        start
+    }
+
+    fn reduced_from(&self, collision: &Corrected, shared: &[f64; SHARED], from: &Own) -> Option<Reduced> {
+        match self.spin {
+            Some(_) => self.eliminate::<MEASURED>(collision, shared, from),
+            None if self.rolls_unknown() => self.eliminate::<UNKNOWN>(collision, shared, from),
+            None => self.eliminate::<KNOWN>(collision, shared, from),
+        }
+    }
+
+    fn eliminate<const N: usize>(
+        &self,
+        collision: &Corrected,
+        shared: &[f64; SHARED],
+        from: &Own,
+    ) -> Option<Reduced> {
+        let own = N - SHARED;
+        let mut all = SVector::<f64, N>::zeros();
+        for i in 0..own {
+            all[i] = from[i];
+        }
+        for (i, value) in shared.iter().enumerate() {
+            all[own + i] = *value;
+        }
+        if N != UNKNOWN {
+            let start = Point { all, normal: self.normal::<N>(collision, &all)? };
+            return self.settled(collision, start, None).reduce(N);
+        }
+        let side = SIDES.iter().position(|[_, high]| all[OWN] <= *high)?;
+        all[OWN] = all[OWN].max(SIDES[side][0]);
+        let start = Point { all, normal: self.normal::<N>(collision, &all)? };
+        let mut best = self.settled(collision, start, Some(SIDES[side]));
+        if side < 2 && best.is_near_stun()? {
+            let mut beyond = best.all;
+            beyond[OWN] = if side == 0 { KINK } else { -KINK };
+            if let Some(normal) = self.normal::<N>(collision, &beyond) {
+                let other = self.settled(collision, Point { all: beyond, normal }, Some(SIDES[1 - side]));
+                if other.normal.square < best.normal.square {
+                    best = other;
+                }
+            }
+        }
+        // at an end the spin stays where it is while the parameters move a little
+        let at_end = SIDES.as_flattened().contains(&best.all[OWN]);
+        best.reduce(if at_end { OWN } else { N })
+    }
+
+    /// The own unknowns moved to the least χ², an unknown spin within its side.
+    fn settled<const N: usize>(
+        &self,
+        collision: &Corrected,
+        mut point: Point<N>,
+        side: Option<[f64; 2]>,
+    ) -> Point<N> {
+        let mut damping = 0.0;
+        for _ in 0..MAX_STEPS {
+            if damping > MOST_DAMPING {
+                break;
+            }
+            let held = point.held(side);
+            let Some(cholesky) = point.normal.own_part(damping, held) else {
+                damping = raised(damping);
+                continue;
+            };
+            let gradient = point.normal.own_gradient(held);
+            let step = -cholesky.solve(&gradient);
+            // ½χ² − ½|r + Jδ|²
+            let promised = -0.5 * gradient.dot(&step);
+            if promised < AT_REST {
+                break;
+            }
+            let all = within(point.all, step, side.filter(|_| held == N));
+            match self.normal::<N>(collision, &all) {
+                Some(normal) if normal.square < point.normal.square => {
+                    point = Point { all, normal };
+                    damping *= 0.1;
+                }
+                _ => damping = raised(damping),
+            }
+        }
+        point
+    }
+
+    /// The shot as it agrees best with the collision model that the scene has, looked for from where its own unknowns start and
+    /// with these unknown spins in the place of that, in parts of the natural roll's. `None` where the scene has no model.
+    pub(crate) fn at_model(&self, scene: &Scene, rolls: &[f64]) -> Option<Reduced> {
+        self.minima(scene, rolls).into_iter().next()
+    }
+
+    /// As where [`Film::at_model`] finds them, the least first.
+    fn minima(&self, scene: &Scene, rolls: &[f64]) -> Vec<Reduced> {
+        let LiftPrior::Model(model, Coefficients { mu, mu_s, e }, _) = scene.lift else { return Vec::new() };
+        let collision = Corrected { model, correction: None };
+        let shared = [mu, mu_s, e, scene.cloth.sliding, scene.cloth.rolling];
+        let tried = std::iter::once(self.start[OWN]).chain(rolls.iter().copied()).filter_map(|roll| {
+            let mut from = self.start;
+            from[OWN] = roll;
+            self.reduced_from(&collision, &shared, &from)
+        });
+        let mut found: Vec<Reduced> = tried.collect();
+        found.sort_by(|a, b| a.chi2().total_cmp(&b.chi2()));
+        found
+    }
+
+    /// With an unknown spin looked for from everywhere, whatever the parameters, where its frames allow several.
+    #[must_use]
+    pub fn with_all_minima(mut self, scene: &Scene) -> Self {
+        if !self.rolls_unknown() {
+            return self;
+        }
+        let found = self.minima(scene, &EVERYWHERE);
+        let Some(best) = found.first() else { return self };
+        self.start = best.own;
+        let least = best.chi2();
+        for other in found.iter().filter(|other| other.chi2() < least + POSSIBLE) {
+            let apart = |own: &Own| (own[OWN] - other.own[OWN]).abs() > APART;
+            if apart(&self.start) && self.others.iter().all(apart) && self.others.len() < MOST_OTHERS {
+                self.others.push(other.own);
+            }
+        }
+        self
+    }
+}
+
+/// A shot's unknowns and shared parameters, and the normal equations there.
+struct Point<const N: usize> {
+    all: SVector<f64, N>,
+    normal: Normal<N>,
+}
+
+impl<const N: usize> Point<N> {
+    /// With the own unknowns from `held` on as they are.
+    fn reduce(&self, held: usize) -> Option<Reduced> {
+        let Eliminated { residuals, jacobian, step, by_shared } = self.normal.reduce(held)?;
+        let (mut own, mut own_by_shared) = (Own::zeros(), OwnByShared::zeros());
+        for i in 0..N - SHARED {
+            // a spin stays on its side
+            own[i] = if N == UNKNOWN { self.all[i] } else { self.all[i] + step[i] };
+            own_by_shared.set_row(i, &by_shared.row(i));
+        }
+        Some(Reduced { residuals, jacobian, own, own_by_shared })
+    }
+
+    /// Where unknowns begin that stay: an unknown spin at an end of its side, from where the free step leads out of it.
+    fn held(&self, side: Option<[f64; 2]>) -> usize {
+        let roll = self.all[OWN];
+        let Some([low, high]) = side.filter(|side| side.contains(&roll)) else { return N };
+        let Some(cholesky) = self.normal.own_part(0.0, N) else { return N };
+        let step = -cholesky.solve(&self.normal.own_gradient(N))[OWN];
+        if (roll == low && step <= 0.0) || (roll == high && step >= 0.0) { OWN } else { N }
+    }
+
+    /// Whether an unknown spin may as well be none, or lie on the other side of it.
+    fn is_near_stun(&self) -> Option<bool> {
+        // LLᵀ = JᵀJ: the spin is the last of the own unknowns, and the others are free
+        let sd = 1.0 / self.normal.own_part(0.0, N)?.l_dirty()[(OWN, OWN)];
+        Some(self.all[OWN].abs() < NEAR * sd)
+    }
+}
+
+/// As far along a step as an unknown spin stays within its side.
+fn within<const N: usize>(
+    from: SVector<f64, N>,
+    step: SVector<f64, N>,
+    side: Option<[f64; 2]>,
+) -> SVector<f64, N> {
+    let mut to = from + step;
+    if let Some([low, high]) = side
+        && !(low..=high).contains(&to[OWN])
+    {
+        let end = to[OWN].clamp(low, high);
+        to = from + step * ((end - from[OWN]) / step[OWN]);
+        to[OWN] = end;
+    }
+    to
+}
+
+fn raised(damping: f64) -> f64 {
+    (10.0 * damping).max(1e-3)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::extraction::extract;
+    use crate::measurement::spin::Spin;
+    use crate::physics::collision::{Fidelity, Model};
+    use crate::simulate;
+    use crate::simulate::{BallSpec, Camera, ClothSpec, Kind, Noise, Played, Shots, Spec, Truth};
+
+    const TRUTH: [f64; SHARED] = [0.05, 0.3, 0.94, 0.2, 0.01];
+
+    /// χ² of two searches for the same minimum.
+    const SAME: f64 = 1e-4;
+
+    /// Films of stun shots of which nobody says that they are.
+    fn of_stun() -> (Vec<Film>, Scene, Model) {
+        let [mu, mu_s, e, ..] = TRUTH;
+        let spec = Spec {
+            name: "stun".to_string(),
+            kind: Kind::Tracks,
+            seed: 1,
+            truth: Truth { mu, mu_s, e },
+            shots: Shots {
+                count: 24,
+                speed_m_s: [1.0, 4.0],
+                cut_deg: [-50.0, 50.0],
+                cue_spin: vec![Played::Stun],
+            },
+            noise: Noise::default(),
+            ball: BallSpec::default(),
+            camera: Camera::default(),
+            cloth: ClothSpec::default(),
+        };
+        let ball = crate::physics::ball::Ball { radius: 0.028_575, mass: 0.17, inertia: 0.4 };
+        let model = Model::new(Fidelity::Full, ball);
+        let lift = LiftPrior::Model(model, Coefficients { mu, mu_s, e }, 0.03);
+        let scene = Scene { lift, ..Scene::new(ball) };
+        let film = |(mut shot, _): (crate::measurement::track::TrackShot, _)| {
+            shot.spin = Spin::Unknown;
+            extract(&shot, &scene).unwrap().film(&shot, &scene)
+        };
+        (simulate::filmed(&spec).unwrap().into_iter().map(film).collect(), scene, model)
+    }
+
+    fn at(film: &Film, model: Model, e: f64, roll: f64) -> Reduced {
+        let (mut shared, mut from) = (TRUTH, film.start);
+        (shared[2], from[OWN]) = (e, roll);
+        film.reduced(&Corrected { model, correction: None }, &shared, &from).unwrap()
+    }
+
+    #[test]
+    fn both_sides_of_stun_lead_to_the_same_minimum() {
+        let (films, _, model) = of_stun();
+        let chi2 = |film: &Film, roll| at(film, model, TRUTH[2], roll).chi2();
+        for (i, film) in films.iter().enumerate() {
+            let off = chi2(film, -1e-3) - chi2(film, 1e-3);
+            assert!(off.abs() < SAME, "{i}: {off}");
+        }
+    }
+
+    #[test]
+    fn at_the_kink_chi2_follows_the_parameters_as_its_derivative_says() {
+        const STEP: f64 = 1e-7;
+        /// χ² rests within some 1e-8, over the 2e-7 between both ends; slopes are some hundred.
+        const DIFFERENCE: f64 = 0.5;
+        let (films, _, model) = of_stun();
+        let mut at_kink = 0;
+        for film in &films {
+            let here = at(film, model, TRUTH[2], 1e-3);
+            if here.own[OWN].abs() > KINK {
+                continue;
+            }
+            at_kink += 1;
+            let slope = 2.0 * here.jacobian.column(2).dot(&here.residuals);
+            let chi2 = |by: f64| at(film, model, TRUTH[2] + by, here.own[OWN]).chi2();
+            let difference = (chi2(STEP) - chi2(-STEP)) / (2.0 * STEP);
+            assert!((slope - difference).abs() < DIFFERENCE, "{slope} {difference}");
+        }
+        assert!(at_kink > 0);
+    }
+
+    #[test]
+    fn a_spin_is_found_from_far_away() {
+        /// Several standard errors of the spins that are told worst, and nearer than any start but one.
+        const FOUND: f64 = 0.3;
+        let (films, scene, _) = of_stun();
+        for (i, mut film) in films.into_iter().enumerate() {
+            film.start[OWN] = -0.9;
+            let found = film.at_model(&scene, &[-0.4, 0.1, 0.6]).unwrap();
+            assert!(found.own[OWN].abs() < FOUND, "{i}: {}", found.own[OWN]);
+        }
+    }
+}

@@ -1,0 +1,150 @@
+//! A film's measured numbers against the model, one by one.
+
+use super::{Film, OWN, Own, SHARED, SPIN};
+use crate::measurement::observable::Axis;
+use crate::physics::ball::{BallState, Vec3};
+use crate::physics::cloth_motion::{Cloth, Path};
+use crate::physics::collision::{Coefficients, Corrected, Input};
+use crate::trajectory::both_balls::ROLL_PRIOR;
+
+/// Where the cue ball's velocity stands among the own unknowns.
+const BEFORE: usize = 4;
+
+/// One of the two balls.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Ball {
+    Cue,
+    Object,
+}
+
+/// What is measured of a ball.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Measured {
+    /// A coordinate in a frame, m.
+    Coordinate,
+    /// A component of the cue ball's spin before the impact, rad/s, table frame.
+    SpinBefore,
+    /// A component of a spin that markers show after the impact, rad/s, table frame.
+    SpinAfter,
+}
+
+/// A measured number, SI units.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Row {
+    pub ball: Ball,
+    pub quantity: Measured,
+    pub axis: Axis,
+    /// When, s; of coordinates.
+    pub time: Option<f64>,
+    pub measured: f64,
+    /// Of a spin that markers show: as expected from the model and the components before it, since their errors are correlated.
+    pub predicted: f64,
+    /// Likewise: what is left of the standard deviation once the components before it are known.
+    pub sd: f64,
+}
+
+impl Row {
+    /// (measured − predicted) / sd.
+    #[must_use]
+    pub fn standardized(&self) -> f64 {
+        (self.measured - self.predicted) / self.sd
+    }
+}
+
+impl Film {
+    /// Every measured number of the shot against what the parameters and its own unknowns say. The squares of the standardized
+    /// ones sum to χ² of the shot, less [`Film::prior_chi2`]. `None` where there is no collision.
+    #[must_use]
+    pub fn rows(&self, collision: &Corrected, shared: &[f64; SHARED], own: &Own) -> Option<Vec<Row>> {
+        let spins = self.spin.is_some().then(|| [own[OWN], own[OWN + 1], own[OWN + 2]]);
+        let roll = if self.rolls_unknown() { own[OWN] } else { 0.0 };
+        let (launches, after) = self
+            .launches(&own.as_slice()[..OWN], (spins, roll), shared, |inputs| collide(collision, inputs))?;
+        let [.., sliding, rolling] = *shared;
+        let cloth = Cloth { sliding, rolling, bounce: self.scene.bounce };
+        let time = own[0];
+        let paths = [
+            (
+                &self.cue,
+                Ball::Cue,
+                Path::before(&launches.before, &cloth),
+                Path::after(&launches.cue, &cloth),
+            ),
+            (
+                &self.object,
+                Ball::Object,
+                Path::at_rest(&launches.object),
+                Path::after(&launches.object, &cloth),
+            ),
+        ];
+        let mut rows = Vec::new();
+        for (frames, ball, before, later) in paths {
+            for frame in frames.frames() {
+                let predicted = if frame.t < time { &before } else { &later }.position(frame.t);
+                for (i, axis) in [Axis::X, Axis::Y].into_iter().enumerate() {
+                    rows.push(Row {
+                        ball,
+                        quantity: Measured::Coordinate,
+                        axis,
+                        time: Some(frame.t),
+                        measured: frame.position[i],
+                        predicted: predicted[i],
+                        sd: frame.weight[i].recip(),
+                    });
+                }
+            }
+        }
+        let spin = |ball, quantity, axis: Axis, measured, predicted, sd| Row {
+            ball,
+            quantity,
+            axis,
+            time: None,
+            measured,
+            predicted,
+            sd,
+        };
+        if let (Some(spins), Some((mean, sd))) = (spins, self.spin) {
+            for axis in Axis::ALL {
+                let i = axis.index();
+                rows.push(spin(Ball::Cue, Measured::SpinBefore, axis, mean[i], spins[i], sd[i]));
+            }
+        }
+        for ((spins, seen), ball) in after.iter().zip(&self.seen).zip([Ball::Cue, Ball::Object]) {
+            let Some(seen) = seen else { continue };
+            let off: [f64; SPIN] = std::array::from_fn(|i| spins[i] - seen.spin[i]);
+            for axis in Axis::ALL {
+                let i = axis.index();
+                let sd = seen.whitening[(i, i)].recip();
+                let standardized: f64 = (0..=i).map(|j| off[j] * seen.whitening[(i, j)]).sum();
+                let predicted = seen.spin[i] + standardized * sd;
+                rows.push(spin(ball, Measured::SpinAfter, axis, seen.spin[i], predicted, sd));
+            }
+        }
+        Some(rows)
+    }
+
+    /// Cue ball's speed just before the impact, m/s.
+    #[must_use]
+    pub fn speed(&self, own: &Own) -> f64 {
+        own[BEFORE].hypot(own[BEFORE + 1])
+    }
+
+    /// What is expected of an unknown spin beforehand, as part of χ².
+    #[must_use]
+    pub fn prior_chi2(&self, own: &Own) -> f64 {
+        let (mean, sd) = ROLL_PRIOR;
+        if self.rolls_unknown() { ((own[OWN] - mean) / sd).powi(2) } else { 0.0 }
+    }
+}
+
+/// The collision, without derivatives.
+fn collide(collision: &Corrected, inputs: &[f64; 8]) -> Option<[f64; 12]> {
+    let value = |input: Input| inputs[input as usize];
+    let cue = BallState {
+        velocity: Vec3::new(value(Input::VelocityX), value(Input::VelocityY), 0.0),
+        spin: Vec3::new(value(Input::SpinX), value(Input::SpinY), value(Input::SpinZ)),
+    };
+    let coefficients = Coefficients { mu: value(Input::Mu), mu_s: value(Input::MuS), e: value(Input::E) };
+    let (outcome, _) = collision.collide_with_jacobian(&cue, &coefficients).ok()?;
+    Some(outcome.components().into())
+}

@@ -1,0 +1,137 @@
+//! The normal equations of one shot, and its own unknowns eliminated from them.
+
+use nalgebra::{Cholesky, Const, SMatrix, SVector};
+use num_dual::DualSVec64;
+
+use super::moments::Along;
+use super::path_start::LOCAL;
+use super::{ROWS, SHARED};
+
+/// Relative to its column, a pivot below this is rounding: the shot does not depend on that parameter.
+const SILENT: f64 = 1e-11;
+
+/// The normal equations of a shot.
+pub(super) struct Normal<const N: usize> {
+    /// JᵀJ, lower triangle.
+    matrix: SMatrix<f64, N, N>,
+    /// Jᵀr.
+    pub gradient: SVector<f64, N>,
+    /// rᵀr.
+    pub square: f64,
+}
+
+impl<const N: usize> Normal<N> {
+    pub(super) fn zero() -> Self {
+        Self { matrix: SMatrix::zeros(), gradient: SVector::zeros(), square: 0.0 }
+    }
+
+    pub(super) fn add(&mut self, residual: DualSVec64<N>) {
+        self.square += residual.re * residual.re;
+        if let Some(row) = residual.eps.0 {
+            self.gradient.axpy(residual.re, &row, 1.0);
+            self.matrix.syger(1.0, &row, &row, 1.0);
+        }
+    }
+
+    /// Adds the sums along a path, which starts with numbers that have these derivatives.
+    pub(super) fn add_path(&mut self, sums: &Along, by: &SMatrix<f64, LOCAL, N>) {
+        self.square += sums.square;
+        self.gradient.gemv_tr(1.0, by, &sums.gradient, 1.0);
+        self.matrix.gemm_tr(1.0, by, &(sums.matrix * by), 1.0);
+    }
+
+    /// The largest difference of the entries of JᵀJ, as part of the largest.
+    #[cfg(test)]
+    pub(super) fn differs_from(&self, other: &Self) -> f64 {
+        let lower = |m: &SMatrix<f64, N, N>| m.lower_triangle();
+        (lower(&self.matrix) - lower(&other.matrix)).amax() / lower(&other.matrix).amax()
+    }
+
+    /// The shared parameters held, and those from `held` on: 0 in the gradient…
+    pub(super) fn own_gradient(&self, held: usize) -> SVector<f64, N> {
+        let from = held.min(N - SHARED);
+        let mut gradient = self.gradient;
+        gradient.rows_mut(from, N - from).fill(0.0);
+        gradient
+    }
+
+    /// …and 1 in the matrix.
+    pub(super) fn own_part(&self, damping: f64, held: usize) -> Option<Cholesky<f64, Const<N>>> {
+        let own = held.min(N - SHARED);
+        let mut matrix = self.matrix;
+        for i in 0..N {
+            if i >= own {
+                matrix.row_mut(i).fill(0.0);
+                matrix[(i, i)] = 1.0;
+            } else {
+                matrix[(i, i)] *= 1.0 + damping;
+            }
+        }
+        Cholesky::new(matrix)
+    }
+
+    /// The own unknowns eliminated: [R r] with RᵀR the Schur complement S = A_pp − A_py A_yy⁻¹ A_yp of JᵀJ, Jᵀr and rᵀr; and
+    /// where that puts the own unknowns: the step that is left to their minimum, −A_yy⁻¹g_y, and how this follows the shared
+    /// parameters, −A_yy⁻¹A_yp.
+    pub(super) fn reduce(&self, held: usize) -> Option<Eliminated<N>> {
+        let own = N - SHARED;
+        let cholesky = self.own_part(0.0, held)?;
+        let mut coupling = SMatrix::<f64, N, SHARED>::zeros();
+        for i in 0..own.min(held) {
+            for j in 0..SHARED {
+                coupling[(i, j)] = self.matrix[(own + j, i)];
+            }
+        }
+        let carried = cholesky.solve(&coupling);
+        let inner = self.own_gradient(held);
+        let step = cholesky.solve(&inner);
+        let mut schur = SMatrix::<f64, ROWS, ROWS>::zeros();
+        let mut scale = [0.0; ROWS];
+        for i in 0..SHARED {
+            for j in 0..=i {
+                schur[(i, j)] = self.matrix[(own + i, own + j)] - coupling.column(i).dot(&carried.column(j));
+            }
+            schur[(SHARED, i)] = self.gradient[own + i] - carried.column(i).dot(&inner);
+            scale[i] = self.matrix[(own + i, own + i)];
+        }
+        schur[(SHARED, SHARED)] = self.square - inner.dot(&step);
+        scale[SHARED] = self.square;
+        let l = semidefinite(schur, &scale);
+        let jacobian = l.fixed_view::<SHARED, ROWS>(0, 0).transpose();
+        Some(Eliminated { residuals: l.row(SHARED).transpose(), jacobian, step: -step, by_shared: -carried })
+    }
+}
+
+/// What is left of a shot's normal equations without its own unknowns.
+pub(super) struct Eliminated<const N: usize> {
+    pub residuals: SVector<f64, ROWS>,
+    pub jacobian: SMatrix<f64, ROWS, SHARED>,
+    /// 0 where there is no own unknown, or it is held.
+    pub step: SVector<f64, N>,
+    pub by_shared: SMatrix<f64, N, SHARED>,
+}
+
+/// L of a positive semidefinite LLᵀ, from its lower triangle; a column is 0 whose pivot is rounding beside
+/// `scale`.
+fn semidefinite(mut a: SMatrix<f64, ROWS, ROWS>, scale: &[f64; ROWS]) -> SMatrix<f64, ROWS, ROWS> {
+    for k in 0..ROWS {
+        let pivot = a[(k, k)];
+        if pivot <= SILENT * scale[k] {
+            a.column_mut(k).fill(0.0);
+        } else {
+            let root = pivot.sqrt();
+            for i in k..ROWS {
+                a[(i, k)] /= root;
+            }
+            for j in k + 1..ROWS {
+                for i in j..ROWS {
+                    a[(i, j)] -= a[(i, k)] * a[(j, k)];
+                }
+            }
+        }
+        for j in k + 1..ROWS {
+            a[(k, j)] = 0.0;
+        }
+    }
+    a
+}

@@ -1,0 +1,7 @@
+//! How likely the measurements of a shot are, given the parameters: of frames, of velocities, of angles.
+pub mod errors_in_variables;
+pub mod fitted;
+pub mod frames;
+pub mod prediction;
+pub mod problem;
+pub mod whitening;

@@ -1,0 +1,391 @@
+//! Shot + coefficients → what the model says each observable should be, with derivatives with
+//! respect to the coefficients and to the measured state before the impact.
+
+mod choice;
+mod seen;
+mod start;
+
+use nalgebra::{SMatrix, SVector};
+
+use seen::View;
+pub use seen::{difference, wrap};
+use start::{Start, State};
+
+use super::errors_in_variables::Together;
+use crate::measurement::dataset::{Before, Joint, Measurement, Shot};
+use crate::measurement::observable::Observable;
+use crate::measurement::parameter::Parameter;
+use crate::measurement::spin::Spin;
+use crate::physics::ball::BallState;
+use crate::physics::collision::{
+    Coefficients, Corrected, Correction, Effects, Fidelity, Model, NotACollision, Regime,
+};
+use crate::physics::friction_law::Law;
+
+/// No kind of data set has more observables per shot.
+pub const MAX_OBSERVABLES: usize = Observable::IMPACTS.len();
+
+/// Inputs of a shot. Kind `impacts`: direction of the line of centres (rad), v_x, v_y, ω_x, ω_y,
+/// ω_z in the table frame. Kind `angles`: cut angle, speed (or the speed afterwards that it is
+/// solved from), nothing, ω_x, ω_y, ω_z in the collision frame.
+pub const INPUTS: usize = Joint::BEFORE;
+
+/// Predicted observables of one shot, SI and radians, in the order of [`Plan::rows`].
+#[derive(Clone, Debug)]
+pub struct Prediction {
+    pub values: SVector<f64, MAX_OBSERVABLES>,
+    /// With respect to the parameters in the order of [`Parameter::ALL`]; by b and c only where the model's friction
+    /// falls.
+    pub by_parameters: SMatrix<f64, MAX_OBSERVABLES, { Parameter::ALL.len() }>,
+    pub by_inputs: SMatrix<f64, MAX_OBSERVABLES, INPUTS>,
+    /// Speed of the cue ball before the impact, m/s, measured or solved for.
+    pub speed: f64,
+}
+
+/// What of a shot is input and what is observed.
+#[derive(Clone, Debug)]
+pub struct Plan {
+    state: State,
+    rows: Vec<Measurement>,
+    joint: Option<Box<Joint>>,
+    together: Option<Box<Together>>,
+    variance_in: SVector<f64, INPUTS>,
+    /// In the place of the fidelity and the effects of the model.
+    choice: Option<(Fidelity, Effects)>,
+    /// What an integrated fidelity that was chosen adds to `full`.
+    correction: Option<Box<Correction>>,
+}
+
+/// Why a shot cannot be predicted.
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+pub enum Unpredictable {
+    #[error(transparent)]
+    NotACollision(#[from] NotACollision),
+    #[error("its spin is unknown; give spin columns, or cue_spin stun or natural-roll")]
+    UnknownSpin,
+    #[error(
+        "the rotation of its discs was not seen, and their friction depends on it: track points on both discs (as [tracks] cue \
+         and object, three or more on a circle about the centre of each, or a marker beside each centre), or, if neither \
+         disc turns before the impact, state [cue_spin] assume = \"stun\". Its e and J_t/J_n need no rotation: \"caromfit \
+         extract\" gives them"
+    )]
+    UnknownRotation,
+    #[error("its spin is given in rad/s but no speed is: give speed_m_s or a speed after the impact")]
+    SpinWithoutSpeed,
+    #[error(
+        "the friction depends on the speed of the slip, but the shot has none: give speed_m_s or a speed after the \
+         impact"
+    )]
+    FallsWithoutSpeed,
+    #[error("no incoming speed gives the {column} of {value}")]
+    NoSpeed { column: &'static str, value: f64 },
+    #[error("its only observable, {column}, serves to find the incoming speed: nothing is left to fit")]
+    NothingLeft { column: &'static str },
+}
+
+impl Unpredictable {
+    /// The same of discs, whose rotation only points on them show.
+    #[must_use]
+    pub fn of_discs(self) -> Self {
+        if self == Self::UnknownSpin { Self::UnknownRotation } else { self }
+    }
+}
+
+/// The speeds afterwards that the speed before can be solved from, best first.
+const SOLVABLE: [Observable; 4] = [
+    Observable::ObjectSpeed,
+    Observable::ObjectSpeedRolling,
+    Observable::CueSpeed,
+    Observable::CueSpeedRolling,
+];
+
+/// Takes the best speed to solve from out of the observations.
+fn take_solvable(rows: &mut Vec<Measurement>) -> Option<Measurement> {
+    let index = SOLVABLE.iter().find_map(|o| rows.iter().position(|row| row.observable == *o))?;
+    Some(rows.remove(index))
+}
+
+fn cut(before: &Before) -> f64 {
+    match before {
+        Before::Angle { cut, .. } => cut.value,
+        Before::Impact { normal, velocity } => {
+            let [nx, ny] = normal.map(|m| m.value);
+            let [vx, vy] = velocity.map(|m| m.value);
+            (nx * vy - ny * vx).atan2(nx * vx + ny * vy)
+        }
+    }
+}
+
+impl Plan {
+    /// # Errors
+    /// A shot with unknown spin, or whose speed is needed and neither given nor to be solved for.
+    pub fn new(shot: &Shot) -> Result<Self, Unpredictable> {
+        let mut rows = shot.after.clone();
+        let mut variance_in = SVector::zeros();
+        let variance = |sd: Option<f64>| sd.map_or(0.0, |sd| sd * sd);
+        let mut solved_from = None;
+        match shot.before {
+            Before::Impact { normal, velocity } => {
+                // a unit vector errs across itself: dn = (−n_y, n_x) dα, so dα² = dn_x² + dn_y²
+                variance_in[0] = variance(normal[0].sd) + variance(normal[1].sd);
+                variance_in[1] = variance(velocity[0].sd);
+                variance_in[2] = variance(velocity[1].sd);
+            }
+            Before::Angle { cut, speed } => {
+                variance_in[0] = variance(cut.sd);
+                if let Some(speed) = speed {
+                    variance_in[1] = variance(speed.sd);
+                } else if let Some(row) = take_solvable(&mut rows) {
+                    variance_in[1] = variance(row.measured.sd);
+                    if rows.is_empty() {
+                        return Err(Unpredictable::NothingLeft { column: row.observable.column() });
+                    }
+                    solved_from = Some(row);
+                } else if matches!(shot.spin, Spin::Measured { spin, .. } if spin.norm() > 0.0) {
+                    return Err(Unpredictable::SpinWithoutSpeed);
+                }
+            }
+        }
+        match shot.spin {
+            Spin::Unknown => return Err(Unpredictable::UnknownSpin),
+            Spin::Measured { sd, .. } => {
+                for (axis, sd) in sd.into_iter().enumerate() {
+                    variance_in[3 + axis] = variance(sd);
+                }
+            }
+            Spin::Stun | Spin::NaturalRoll => {}
+        }
+        let Shot { mut before, spin, .. } = *shot;
+        if let Before::Impact { normal: [x, y], .. } = &mut before {
+            let length = x.value.hypot(y.value);
+            (x.value, y.value) = (x.value / length, y.value / length);
+        }
+        let side = if cut(&before) < 0.0 { -1.0 } else { 1.0 };
+        Ok(Self {
+            state: State { before, spin, solved_from, side },
+            rows,
+            joint: shot.joint.clone(),
+            together: shot.joint.as_deref().and_then(Together::new).map(Box::new),
+            variance_in,
+            choice: None,
+            correction: None,
+        })
+    }
+
+    /// The cue ball before the impact, collision frame.
+    ///
+    /// # Errors
+    /// As [`Plan::predict`].
+    pub fn cue(&self, model: &Model, coefficients: &Coefficients) -> Result<BallState, Unpredictable> {
+        let speed = self.predict(model, coefficients)?.speed;
+        Ok(Start::new(&self.state, speed, model.ball.radius).cue)
+    }
+
+    /// Which parameters, in the order of [`Parameter::ALL`], its observations depend on where this is predicted of it.
+    #[must_use]
+    pub fn depends(&self, prediction: &Prediction) -> [bool; Parameter::ALL.len()] {
+        let by = prediction.by_parameters.rows(0, self.rows.len());
+        std::array::from_fn(|parameter| by.column(parameter).iter().any(|d| *d != 0.0))
+    }
+
+    /// Whether its contact slides to the end or sticks, in closed form.
+    ///
+    /// # Errors
+    /// As [`Plan::predict`].
+    pub fn regime(&self, model: &Model, coefficients: &Coefficients) -> Result<Regime, Unpredictable> {
+        let cue = self.cue(model, coefficients)?;
+        Ok(self.collision(model).model.collide(&cue, coefficients)?.regime)
+    }
+
+    /// How the shot's collision is computed: as was chosen for it, or by the model.
+    #[must_use]
+    pub fn collision(&self, model: &Model) -> Corrected<'_> {
+        let Some((fidelity, effects)) = self.choice else {
+            return Corrected { model: *model, correction: None };
+        };
+        let chosen = Model { fidelity, effects, ..*model };
+        Corrected { model: chosen.closed().unwrap_or(chosen), correction: self.correction.as_deref() }
+    }
+
+    /// The observations that are compared with the prediction.
+    #[must_use]
+    pub fn rows(&self) -> &[Measurement] {
+        &self.rows
+    }
+
+    /// The joint errors of inputs and observations, where they were extracted together.
+    #[must_use]
+    pub fn joint(&self) -> Option<&Joint> {
+        self.joint.as_deref()
+    }
+
+    /// The same, taken apart.
+    #[must_use]
+    pub fn together(&self) -> Option<&Together> {
+        self.together.as_deref()
+    }
+
+    /// Whether any input has an error that can be told from those of the observations.
+    #[must_use]
+    pub fn has_uncertain_inputs(&self) -> bool {
+        self.joint.is_none() == self.together.is_none() && self.variance_in.amax() > 0.0
+    }
+
+    /// Variances of the inputs; an input without a stated error counts as exact.
+    #[must_use]
+    pub fn variance_in(&self) -> &SVector<f64, INPUTS> {
+        &self.variance_in
+    }
+
+    /// Whether the incoming speed is known, measured or solved for.
+    #[must_use]
+    pub fn knows_speed(&self) -> bool {
+        !matches!(self.state.before, Before::Angle { speed: None, .. }) || self.state.solved_from.is_some()
+    }
+
+    /// Whether the cue ball has topspin about the line of centres, so that it presses the object
+    /// ball into the cloth.
+    #[must_use]
+    pub fn has_topspin(&self) -> bool {
+        let start = Start::new(&self.state, 1.0, 1.0);
+        start.cue.spin.y > 0.0
+    }
+
+    /// Cut angle, radians.
+    #[must_use]
+    pub fn cut(&self) -> f64 {
+        cut(&self.state.before)
+    }
+
+    /// From the state before the impact as it was measured.
+    ///
+    /// # Errors
+    /// What is no collision, and a speed that cannot be solved for.
+    pub fn predict(&self, model: &Model, coefficients: &Coefficients) -> Result<Prediction, Unpredictable> {
+        self.predict_from(&self.state, model, coefficients)
+    }
+
+    /// With the inputs moved by so much from what was measured.
+    ///
+    /// # Errors
+    /// As [`Plan::predict`].
+    pub fn predict_moved(
+        &self,
+        by: &SVector<f64, INPUTS>,
+        model: &Model,
+        coefficients: &Coefficients,
+    ) -> Result<Prediction, Unpredictable> {
+        self.predict_from(&self.state.moved(by), model, coefficients)
+    }
+
+    fn predict_from(
+        &self,
+        state: &State,
+        model: &Model,
+        coefficients: &Coefficients,
+    ) -> Result<Prediction, Unpredictable> {
+        match (state.before, state.solved_from) {
+            (Before::Angle { speed: None, .. }, Some(known)) => {
+                self.predict_solved(state, model, coefficients, known)
+            }
+            (Before::Angle { speed: None, .. }, None) if model.law != Law::Constant => {
+                Err(Unpredictable::FallsWithoutSpeed)
+            }
+            (Before::Angle { speed: None, .. }, None) => {
+                // the outcome is proportional to the speed and only angles and ratios are asked for
+                self.predict_at(state, model, coefficients, 1.0, None)
+            }
+            (Before::Angle { speed: Some(speed), .. }, _) => {
+                self.predict_at(state, model, coefficients, speed.value, None)
+            }
+            (Before::Impact { velocity, .. }, _) => {
+                let speed = velocity[0].value.hypot(velocity[1].value);
+                self.predict_at(state, model, coefficients, speed, None)
+            }
+        }
+    }
+
+    /// Solves f(U) = `known` for the incoming speed U, then takes `known` as the input in its place:
+    /// dU = (d known − f_θ dθ)/f_U.
+    fn predict_solved(
+        &self,
+        state: &State,
+        model: &Model,
+        coefficients: &Coefficients,
+        known: Measurement,
+    ) -> Result<Prediction, Unpredictable> {
+        /// Without spin in rad/s the second step only removes roundings.
+        const MAX_STEPS: usize = 50;
+        const CONVERGED: f64 = 1e-13;
+        let target = known.measured.value;
+        let failed = Unpredictable::NoSpeed { column: known.observable.column(), value: target };
+        let mut speed = target;
+        for _ in 0..MAX_STEPS {
+            let p = self.predict_at(state, model, coefficients, speed, Some(known.observable))?;
+            let row = self.rows.len();
+            let (value, slope) = (p.values[row], p.by_inputs[(row, 1)]);
+            let step = (target - value) / slope;
+            if !step.is_finite() {
+                return Err(failed);
+            }
+            if step.abs() > CONVERGED * speed {
+                speed = (speed + step).max(0.1 * speed);
+                continue;
+            }
+            let mut p = p;
+            let by_speed = p.by_inputs.column(1) / slope;
+            let (row_p, row_i) = (p.by_parameters.row(row).into_owned(), p.by_inputs.row(row).into_owned());
+            p.by_parameters -= by_speed * row_p;
+            p.by_inputs -= by_speed * row_i;
+            p.by_inputs.set_column(1, &by_speed);
+            return Ok(p);
+        }
+        Err(failed)
+    }
+
+    /// At a given speed; `extra` is one more observable behind the rows.
+    fn predict_at(
+        &self,
+        state: &State,
+        model: &Model,
+        coefficients: &Coefficients,
+        speed: f64,
+        extra: Option<Observable>,
+    ) -> Result<Prediction, Unpredictable> {
+        let collision = self.collision(model);
+        let model = &collision.model;
+        let start = Start::new(state, speed, model.ball.radius);
+        let (outcome, jacobian, by_law) = collision.collide_with_all(&start.cue, coefficients)?;
+        let mut by_parameters = SMatrix::<f64, 12, { Parameter::ALL.len() }>::zeros();
+        by_parameters.fixed_columns_mut::<3>(0).copy_from(&jacobian.fixed_columns::<3>(0));
+        by_parameters.fixed_columns_mut::<2>(3).copy_from(&by_law);
+        let by_inputs = jacobian.fixed_columns::<5>(3) * start.by_inputs;
+        let mut prediction = Prediction {
+            values: SVector::zeros(),
+            by_parameters: SMatrix::zeros(),
+            by_inputs: SMatrix::zeros(),
+            speed,
+        };
+        let asked = self.rows.iter().map(|row| row.observable).chain(extra);
+        for (row, observable) in asked.enumerate() {
+            let view = View { outcome: &outcome, start: &start, model };
+            let seen = view.observe(observable);
+            prediction.values[row] = seen.value;
+            prediction.by_parameters.set_row(row, &(seen.by_outcome.transpose() * by_parameters));
+            let by_input = seen.by_outcome.transpose() * by_inputs + seen.by_input.transpose();
+            prediction.by_inputs.set_row(row, &by_input);
+        }
+        Ok(prediction)
+    }
+}
+
+impl Plan {
+    /// The cue ball's spin before the impact at a speed (m/s): forward spin over that of natural roll,
+    /// and Rω_z/U.
+    #[must_use]
+    pub fn spin_ratios(&self, speed: f64, radius: f64) -> [f64; 2] {
+        let BallState { velocity, spin } = Start::new(&self.state, speed, radius).cue;
+        let forward = spin.y * velocity.x - spin.x * velocity.y;
+        [radius * forward / velocity.norm_squared(), radius * spin.z / velocity.norm()]
+    }
+}

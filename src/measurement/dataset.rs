@@ -1,0 +1,161 @@
+//! A data set and its shots, as loaded and checked.
+
+use std::collections::BTreeMap;
+use std::path::PathBuf;
+
+use nalgebra::{DMatrix, DVector};
+
+use super::loss::Loss;
+use super::observable::Observable;
+use super::parameter::Settings;
+use super::relation::Relation;
+use super::spin::Spin;
+use super::track::TrackShot;
+use crate::physics::ball::Ball;
+use crate::physics::disc::Discs;
+
+/// A data set. One that was read from files is checked; of one that a program made a fit refuses what
+/// [`Dataset::faults`] finds.
+#[derive(Clone, Debug)]
+pub struct Dataset {
+    /// Also the name of its folder below `fits/`.
+    pub name: String,
+    /// The file it was read from.
+    pub path: PathBuf,
+    pub cloth: Option<String>,
+    pub source: Option<String>,
+    pub ball: Ball,
+    pub settings: Settings,
+    /// Constraints between parameters (`[fit] constraints`).
+    pub relations: Vec<Relation>,
+    /// How outlying shots count (`[fit] loss`).
+    pub loss: Loss,
+    /// The label column whose values are fitted apart (`[fit] by`).
+    pub by: Option<String>,
+    pub shots: Vec<Shot>,
+    /// Shots that are left out from the start, with the reason.
+    pub left_out: Vec<(String, String)>,
+    /// The cloth's sliding friction μ_k, where the shots were extracted from tracks with it.
+    pub sliding: Option<Measured>,
+    /// Its rolling resistance μ_r likewise.
+    pub rolling: Option<Measured>,
+    /// Relative standard error that all shots share of how high friction lifts a ball, where they were extracted with it.
+    pub lift_sd: Option<f64>,
+    /// Kind `tracks`: what was filmed, from which shots are yet to be extracted.
+    pub tracks: Option<Tracks>,
+}
+
+impl Dataset {
+    /// Whether it is of tracks from which no impacts have been extracted yet.
+    #[must_use]
+    pub fn awaits_extraction(&self) -> bool {
+        self.shots.is_empty() && self.tracks.as_ref().is_some_and(|tracks| !tracks.shots.is_empty())
+    }
+
+    /// The standard errors that all shots share.
+    #[must_use]
+    pub fn shared_errors(&self) -> Vec<(Shared, f64)> {
+        let sd = |shared| match shared {
+            Shared::Sliding => self.sliding.and_then(|sliding| sliding.sd),
+            Shared::Lift => self.lift_sd,
+            Shared::Rolling => self.rolling.and_then(|rolling| rolling.sd),
+        };
+        Shared::ALL.into_iter().filter_map(|shared| Some((shared, sd(shared)?))).collect()
+    }
+}
+
+/// One shot, or the mean of several.
+#[derive(Clone, Debug)]
+pub struct Shot {
+    /// The `shot` column, or where there is none the number, from 1, among all the data set's shots.
+    pub name: String,
+    pub file: PathBuf,
+    /// Line of the file, from 1, comments and header counted.
+    pub line: usize,
+    /// Columns that are neither input nor observable, kept as text.
+    pub labels: BTreeMap<String, String>,
+    pub before: Before,
+    pub spin: Spin,
+    /// At least one.
+    pub after: Vec<Measurement>,
+    /// Where state before and observations were extracted together, their joint errors.
+    pub joint: Option<Box<Joint>>,
+}
+
+/// Errors of what was extracted from one track, table frame: direction of the line of centres (rad), the
+/// cue ball's v_x, v_y (m/s), ω_x, ω_y, ω_z (rad/s) before the impact, then the shot's observations in
+/// their order.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Joint {
+    /// Without the errors that all shots share.
+    pub covariance: DMatrix<f64>,
+    /// How they move with each of these, in the order of [`Shared::ALL`].
+    pub by_shared: [DVector<f64>; 3],
+}
+
+/// What all shots of footage were extracted with, so that they share its error.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Shared {
+    /// The cloth's sliding friction μ_k.
+    Sliding,
+    /// How high friction lifts a ball, as a factor.
+    Lift,
+    /// The cloth's rolling resistance μ_r.
+    Rolling,
+}
+
+impl Shared {
+    pub const ALL: [Self; 3] = [Self::Sliding, Self::Lift, Self::Rolling];
+}
+
+impl Joint {
+    /// How many quantities before the impact stand in front of the observations.
+    pub const BEFORE: usize = 6;
+}
+
+/// A value with its standard deviation, where the data give one.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Measured {
+    pub value: f64,
+    pub sd: Option<f64>,
+}
+
+/// An observable's measured value, in SI units and radians.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Measurement {
+    pub observable: Observable,
+    pub measured: Measured,
+}
+
+/// The cue ball's motion before the impact.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Before {
+    /// Kind `impacts`: line of centres (unit vector, cue to object) and velocity, table frame.
+    Impact { normal: [Measured; 2], velocity: [Measured; 2] },
+    /// Kind `angles`: cut angle in radians, and the speed (m/s) where it is known.
+    Angle { cut: Measured, speed: Option<Measured> },
+}
+
+/// The filmed shots of a data set.
+#[derive(Clone, Debug)]
+pub struct Tracks {
+    pub shots: Vec<TrackShot>,
+    /// Shots that the shots table says to skip: name and reason.
+    pub skipped: Vec<(String, String)>,
+    /// Shots that were damaged between the camera and the file and cannot be mended: name and reason, with file and line.
+    pub damaged: Vec<(String, String)>,
+    /// What was detected and repaired, with file and line.
+    pub notes: Vec<String>,
+    /// Shots whose impact was found, though something about them is wrong: name and what it is.
+    pub doubtful: Vec<(String, String)>,
+    /// `None`: balls.
+    pub discs: Option<Discs>,
+}
+
+impl Tracks {
+    /// Shots that were left out on loading: name and reason.
+    pub(crate) fn left_out(&self) -> impl Iterator<Item = (String, String)> {
+        let skipped = self.skipped.iter().map(|(shot, reason)| (shot.clone(), format!("skipped: {reason}")));
+        skipped.chain(self.damaged.iter().cloned())
+    }
+}

@@ -1,0 +1,13 @@
+//! What was measured and what is asked of it, as values: shots, tracks, observables, parameters.
+pub mod dataset;
+pub(crate) mod isolate;
+pub mod loss;
+pub(crate) mod number;
+pub mod observable;
+pub mod parameter;
+pub mod relation;
+pub(crate) mod rigid_body;
+pub mod spin;
+pub mod track;
+pub(crate) mod valid;
+pub mod values;

@@ -1,0 +1,59 @@
+//! What a camera saw of a shot, in metres and seconds: loaded by `dataset`, read by `impact`.
+
+use std::collections::BTreeMap;
+use std::path::PathBuf;
+
+use super::spin::Spin;
+
+/// One filmed shot, calibrated: metres in the plane of the table (x right, y up, seen from above),
+/// seconds from the first frame of the file.
+#[derive(Clone, Debug)]
+pub struct TrackShot {
+    pub name: String,
+    pub file: PathBuf,
+    /// Line of its first row in the file.
+    pub line: usize,
+    /// Columns of the shots table that mean nothing to caromfit.
+    pub labels: BTreeMap<String, String>,
+    /// Frames per second at which the camera recorded.
+    pub fps: f64,
+    /// Positions of the cue ball's centre, in the order of time, without gaps' empty rows.
+    pub cue: Vec<Sample>,
+    /// And of the object ball's.
+    pub object: Vec<Sample>,
+    /// Tracked points on the balls' surfaces.
+    pub markers: Vec<Marker>,
+    /// The cue ball's spin before the impact; in the table frame where it is measured.
+    pub spin: Spin,
+    /// Standard deviation of a coordinate that dataset.toml states, metres.
+    pub position_sd: Option<f64>,
+    /// Step of the grid that the coordinates of the cue ball and of the object ball were rounded to, metres, such as a pixel; 0
+    /// where there is none. Rounding errs by step/√12, as a uniform distribution of this width.
+    pub resolution: [f64; 2],
+}
+
+/// A position in one frame.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Sample {
+    /// Seconds.
+    pub t: f64,
+    /// Metres.
+    pub x: f64,
+    pub y: f64,
+    /// Standard deviations of x and y, where the data give them.
+    pub sd: Option<[f64; 2]>,
+}
+
+/// A marker on a ball.
+#[derive(Clone, Debug)]
+pub struct Marker {
+    pub ball: TrackedBall,
+    pub name: String,
+    pub samples: Vec<Sample>,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum TrackedBall {
+    Cue,
+    Object,
+}

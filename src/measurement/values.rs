@@ -1,0 +1,116 @@
+//! Values of all parameters of a fit: the coefficients of a collision, and b and c of a friction that falls with the
+//! slip.
+
+use std::ops::{Index, IndexMut};
+
+use super::parameter::{Parameter, Setting, Settings};
+use crate::physics::collision::{Coefficients, Model};
+use crate::physics::friction_law::Law;
+
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Values {
+    pub coefficients: Coefficients,
+    /// Of μ(v) = a + b exp(−c v), where the friction falls; c in s/m.
+    pub b: f64,
+    pub c: f64,
+}
+
+impl Values {
+    /// What parameters that are not fitted are held at: those that are fixed, and those that the data say nothing of.
+    #[must_use]
+    pub fn initial(settings: &Settings) -> Self {
+        Self::each(|parameter| settings[parameter].initial)
+    }
+
+    /// Usual values within the bounds, and fixed parameters where they are fixed: where a search begins, whatever the
+    /// initial values are.
+    #[must_use]
+    pub fn usual(settings: &Settings) -> Self {
+        Self::each(|parameter| {
+            let Setting { initial, lower, upper, fixed, .. } = settings[parameter];
+            if fixed { initial } else { parameter.default_setting().initial.clamp(lower, upper) }
+        })
+    }
+
+    fn each(of: impl Fn(Parameter) -> f64) -> Self {
+        Self {
+            coefficients: Coefficients {
+                mu: of(Parameter::Mu),
+                mu_s: of(Parameter::MuS),
+                e: of(Parameter::E),
+            },
+            b: of(Parameter::B),
+            c: of(Parameter::C),
+        }
+    }
+
+    /// These values with little friction, with that which they have, and with much, as far as bounds allow: what no
+    /// observation depends on at any of them none depends on at all. With much friction every contact sticks, with little
+    /// all slide.
+    #[must_use]
+    pub fn across_friction(&self, settings: &Settings) -> [Self; 3] {
+        /// Of the way from the lower bound to the upper one.
+        const LITTLE: f64 = 1e-3;
+        let at = |part: f64| {
+            let mut values = *self;
+            for parameter in [Parameter::Mu, Parameter::B] {
+                let Setting { lower, upper, fixed, .. } = settings[parameter];
+                if !fixed {
+                    values[parameter] = lower + part * (upper - lower);
+                }
+            }
+            values
+        };
+        [at(LITTLE), *self, at(1.0)]
+    }
+
+    /// The model with these b and c, if its friction falls.
+    #[must_use]
+    pub fn model(&self, model: &Model) -> Model {
+        let law = match model.law {
+            Law::Constant => Law::Constant,
+            Law::Exponential { .. } => Law::Exponential { b: self.b, c: self.c },
+        };
+        Model { law, ..*model }
+    }
+
+    /// With one of them changed.
+    #[must_use]
+    pub fn with(mut self, parameter: Parameter, value: f64) -> Self {
+        self[parameter] = value;
+        self
+    }
+}
+
+/// With a friction that does not fall.
+impl From<Coefficients> for Values {
+    fn from(coefficients: Coefficients) -> Self {
+        Self { coefficients, b: 0.0, c: 0.0 }
+    }
+}
+
+impl Index<Parameter> for Values {
+    type Output = f64;
+
+    fn index(&self, parameter: Parameter) -> &f64 {
+        match parameter {
+            Parameter::Mu => &self.coefficients.mu,
+            Parameter::MuS => &self.coefficients.mu_s,
+            Parameter::E => &self.coefficients.e,
+            Parameter::B => &self.b,
+            Parameter::C => &self.c,
+        }
+    }
+}
+
+impl IndexMut<Parameter> for Values {
+    fn index_mut(&mut self, parameter: Parameter) -> &mut f64 {
+        match parameter {
+            Parameter::Mu => &mut self.coefficients.mu,
+            Parameter::MuS => &mut self.coefficients.mu_s,
+            Parameter::E => &mut self.coefficients.e,
+            Parameter::B => &mut self.b,
+            Parameter::C => &mut self.c,
+        }
+    }
+}

@@ -1,0 +1,362 @@
+//! Motion on the cloth before and after an impact: flight, bounce, sliding, rolling.
+//!
+//! A ball's slip on the cloth is s = (V_x − RΩ_y, V_y + RΩ_x). While it slides, its velocity changes
+//! by −μ_k g ŝ and its slip by (1 + ν)/ν times that, so that ŝ keeps its direction and the path is a
+//! parabola; once s = 0 it rolls and slows down by μ_r g. A ball that leaves the cloth flies
+//! straight for 2V_z/g, and at each landing takes a friction impulse of at most μ_k(1 + e_t)|V_z| per
+//! unit mass against its slip. Bounces too low to be seen act as their average, so that the path does not leap when one
+//! more of them counts as a flight.
+//!
+//! Written for any number type with derivatives, so that the same lines give a path and its
+//! sensitivities.
+
+use num_dual::DualNum;
+
+use super::ball::Ball;
+
+/// Acceleration of gravity, m/s².
+pub const GRAVITY: f64 = 9.81;
+
+/// A rebound slower than this (a height of 0.2 µm) has no flight of its own. Where it becomes one, the path moves by μ_k(1 + e_t)V_z²/g,
+/// some 0.2 µm.
+const LEAST_REBOUND: f64 = 0.002;
+
+/// A ball has at most so many flights of its own; the bounces after them act as their average, as low ones do. At e_t = 0.9 all
+/// rebounds of a ball that rises with 1.7 m/s are among them; at e_t = 1 there is no last one.
+const MOST_FLIGHTS: usize = 64;
+
+/// A plain number, or one with derivatives.
+pub trait Number: DualNum<Primitive = f64> + Copy {}
+
+impl<T: DualNum<Primitive = f64> + Copy> Number for T {}
+
+/// Friction of the cloth with a moving ball.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Cloth<T> {
+    /// μ_k, sliding.
+    pub sliding: T,
+    /// μ_r, rolling resistance.
+    pub rolling: T,
+    /// e_t, restitution of a ball that falls on the bed.
+    pub bounce: T,
+}
+
+impl Default for Cloth<f64> {
+    /// Published values: μ_k ≈ 0.2, μ_r ≈ 0.01, e_t ≈ 0.5.
+    fn default() -> Self {
+        Self { sliding: 0.2, rolling: 0.01, bounce: 0.5 }
+    }
+}
+
+/// A ball at the start of a path, table frame.
+#[derive(Clone, Copy, Debug)]
+pub struct Launch<T> {
+    pub time: T,
+    pub position: [T; 2],
+    pub velocity: [T; 2],
+    /// Slip on the cloth.
+    pub slip: [T; 2],
+    /// Upward velocity, 0 for a ball on the cloth.
+    pub up: T,
+    /// ν, moment of inertia over MR².
+    pub inertia: f64,
+}
+
+/// A stretch of constant acceleration.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Stretch<T> {
+    start: T,
+    position: [T; 2],
+    velocity: [T; 2],
+    acceleration: [T; 2],
+    /// Whether the ball rolls, without slip on the cloth.
+    rolls: bool,
+}
+
+impl<T: Number> Stretch<T> {
+    fn at(&self, time: T) -> ([T; 2], [T; 2]) {
+        let t = time - self.start;
+        let [p, v, a] = [self.position, self.velocity, self.acceleration];
+        let position = [0, 1].map(|i| p[i] + v[i] * t + a[i] * t * t * 0.5);
+        let velocity = [0, 1].map(|i| v[i] + a[i] * t);
+        (position, velocity)
+    }
+
+    /// x and y as polynomials A + Bu + Cu² in u = (t − centre)/scale.
+    pub(crate) fn about(&self, centre: f64, scale: f64) -> [[T; 3]; 2] {
+        let t = -self.start + centre;
+        [0, 1].map(|i| {
+            let (p, v, a) = (self.position[i], self.velocity[i], self.acceleration[i]);
+            // p + v t + a t²/2, its derivative and half its second derivative
+            [p + (v + a * t * 0.5) * t, (v + a * t) * scale, a * (0.5 * scale * scale)]
+        })
+    }
+}
+
+/// The way of a ball after an impact.
+#[derive(Clone, Debug)]
+pub struct Path<T>(Vec<Stretch<T>>);
+
+impl<T: Number> Path<T> {
+    /// After an impact: flight with its bounces, sliding, rolling to the end.
+    #[must_use]
+    pub fn after(launch: &Launch<T>, cloth: &Cloth<T>) -> Self {
+        let zero = T::from(0.0);
+        let mut path = Vec::with_capacity(12);
+        let Launch { mut time, mut position, mut velocity, mut slip, mut up, inertia } = *launch;
+        // what of the slip an impulse on the ball removes: Δs = (1 + ν)/ν Δv
+        let lever = (1.0 + inertia) / inertia;
+        while up.re() > LEAST_REBOUND && path.len() < MOST_FLIGHTS {
+            let flight = Stretch { start: time, position, velocity, acceleration: [zero; 2], rolls: false };
+            path.push(flight);
+            // 2V_z/g in the air
+            time += up * (2.0 / GRAVITY);
+            (position, velocity) = flight.at(time);
+            // μ_k(1 + e_t)V_z at the landing, or what stops the slip
+            let speed = norm(slip);
+            if speed.re() > 0.0 {
+                let most = cloth.sliding * (cloth.bounce + 1.0) * up;
+                let stops = speed / lever;
+                let impulse = if most.re() < stops.re() { most } else { stops };
+                for i in 0..2 {
+                    let direction = slip[i] / speed;
+                    velocity[i] -= impulse * direction;
+                    slip[i] -= impulse * direction * lever;
+                }
+            }
+            up *= cloth.bounce;
+        }
+        // each bounce that is left takes at most μ_k(1 + e_t)V_z in 2V_z/g, all of them Σ 2V_z e_tⁿ/g, without end at e_t = 1…
+        let lost = -cloth.bounce + 1.0;
+        let bouncing = if lost.re() > 0.0 {
+            up * (2.0 / GRAVITY) / lost
+        } else {
+            T::from(if up.re() > 0.0 { f64::INFINITY } else { 0.0 })
+        };
+        let low = cloth.sliding * (cloth.bounce + 1.0) * (0.5 * GRAVITY);
+        // …and then it slides
+        let stages = [(low, bouncing), (cloth.sliding * GRAVITY, T::from(f64::INFINITY))];
+        for (friction, lasts) in stages {
+            let speed = norm(slip);
+            if speed.re() <= 0.0 || friction.re() <= 0.0 || lasts.re() <= 0.0 {
+                continue;
+            }
+            let acceleration = slip.map(|s| -s / speed * friction);
+            let sliding = Stretch { start: time, position, velocity, acceleration, rolls: false };
+            path.push(sliding);
+            // s falls by (1 + ν)/ν times the friction
+            let until_rolling = speed / (friction * lever);
+            let rolls = until_rolling.re() <= lasts.re();
+            let seconds = if rolls { until_rolling } else { lasts };
+            time += seconds;
+            (position, velocity) = sliding.at(time);
+            slip = if rolls { [zero; 2] } else { slip.map(|s| s - s * (seconds / until_rolling)) };
+        }
+        path.push(rolling(time, position, velocity, cloth));
+        let speed = norm(velocity);
+        if speed.re() > 0.0 && cloth.rolling.re() > 0.0 {
+            // until it lies still
+            let last = path[path.len() - 1];
+            time += speed / (cloth.rolling * GRAVITY);
+            let (position, _) = last.at(time);
+            let (velocity, acceleration) = ([zero; 2], [zero; 2]);
+            path.push(Stretch { start: time, position, velocity, acceleration, rolls: true });
+        }
+        Self(path)
+    }
+
+    /// Before an impact, backwards from it: sliding if the ball slips at the impact, else rolling.
+    #[must_use]
+    pub fn before(launch: &Launch<T>, cloth: &Cloth<T>) -> Self {
+        let Launch { time, position, velocity, slip, .. } = *launch;
+        let speed = norm(slip);
+        let stretch = if speed.re() > SLIPS * norm(velocity).re() {
+            let acceleration = slip.map(|s| -s / speed * cloth.sliding * GRAVITY);
+            Stretch { start: time, position, velocity, acceleration, rolls: false }
+        } else {
+            rolling(time, position, velocity, cloth)
+        };
+        Self(vec![stretch])
+    }
+
+    /// Before an impact, of a ball that lies still.
+    #[must_use]
+    pub fn at_rest(launch: &Launch<T>) -> Self {
+        let (velocity, acceleration) = ([T::from(0.0); 2], [T::from(0.0); 2]);
+        let Launch { time: start, position, .. } = *launch;
+        Self(vec![Stretch { start, position, velocity, acceleration, rolls: true }])
+    }
+
+    /// Position at a time, metres.
+    #[must_use]
+    pub fn position(&self, time: f64) -> [T; 2] {
+        self.at(time).0
+    }
+
+    /// The stretches of the path, each with the instant when it begins and that when the next one does; the first one reaches
+    /// back as far as is asked for.
+    pub(crate) fn stretches(&self) -> impl Iterator<Item = (&Stretch<T>, [f64; 2])> {
+        self.0.iter().enumerate().map(|(i, stretch)| {
+            let from = if i == 0 { f64::NEG_INFINITY } else { stretch.start.re() };
+            (stretch, [from, self.0.get(i + 1).map_or(f64::INFINITY, |next| next.start.re())])
+        })
+    }
+
+    /// Position and velocity at a time.
+    fn at(&self, time: f64) -> ([T; 2], [T; 2]) {
+        let index = self.0.iter().rposition(|stretch| stretch.start.re() <= time).unwrap_or(0);
+        self.0[index].at(T::from(time))
+    }
+}
+
+impl<T: Number> Path<T> {
+    /// How much the horizontal spin (rad/s) at a time differs from that at the impact: the cloth changes it
+    /// by −ẑ × Δv/(νR) while the ball slips and at landings, by ẑ × Δv/R while it rolls.
+    #[must_use]
+    pub fn spin_change(&self, time: f64, ball: &Ball) -> [T; 2] {
+        let mut change = [T::from(0.0); 2];
+        let mut add = |from: [T; 2], to: [T; 2], rolls: bool| {
+            let factor = if rolls { 1.0 } else { -1.0 / ball.inertia } / ball.radius;
+            // ẑ × Δv = (−Δv_y, Δv_x)
+            change[0] -= (to[1] - from[1]) * factor;
+            change[1] += (to[0] - from[0]) * factor;
+        };
+        let mut velocity = self.0[0].velocity;
+        for (i, stretch) in self.0.iter().enumerate().filter(|(i, s)| *i == 0 || s.start.re() <= time) {
+            add(velocity, stretch.velocity, false);
+            let next = self.0.get(i + 1).filter(|next| next.start.re() <= time);
+            let (_, then) = stretch.at(next.map_or(T::from(time), |next| next.start));
+            add(stretch.velocity, then, stretch.rolls);
+            velocity = then;
+        }
+        change
+    }
+}
+
+/// A slip of this part of the speed is the rounding of a natural roll.
+const SLIPS: f64 = 1e-6;
+
+fn rolling<T: Number>(start: T, position: [T; 2], velocity: [T; 2], cloth: &Cloth<T>) -> Stretch<T> {
+    let speed = norm(velocity);
+    let zero = T::from(0.0);
+    let acceleration =
+        if speed.re() > 0.0 { velocity.map(|v| -v / speed * cloth.rolling * GRAVITY) } else { [zero; 2] };
+    Stretch { start, position, velocity, acceleration, rolls: true }
+}
+
+fn norm<T: Number>(v: [T; 2]) -> T {
+    let square = v[0] * v[0] + v[1] * v[1];
+    if square.re() > 0.0 { square.sqrt() } else { T::from(0.0) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Sums of a few terms.
+    const ROUNDING: f64 = 1e-13;
+
+    fn launch(slip: [f64; 2], up: f64) -> Launch<f64> {
+        Launch { time: 0.5, position: [1.0, 2.0], velocity: [1.5, -0.5], slip, up, inertia: 0.4 }
+    }
+
+    #[test]
+    fn a_sliding_ball_ends_rolling_with_v_minus_two_sevenths_of_its_slip() {
+        for up in [0.0, 0.05, 0.3] {
+            let cloth = Cloth { rolling: 0.0, ..Cloth::default() };
+            let slip = [1.0, 0.4];
+            let path = Path::after(&launch(slip, up), &cloth);
+            let (_, velocity) = path.at(5.0);
+            for i in 0..2 {
+                let expected = [1.5, -0.5][i] - 2.0 / 7.0 * slip[i];
+                assert!((velocity[i] - expected).abs() < ROUNDING, "{velocity:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn sliding_lasts_two_sevenths_of_the_slip_over_mu_g() {
+        let path = Path::after(&launch([0.7, 0.0], 0.0), &Cloth::default());
+        let rolls = path.0[1].start - 0.5;
+        assert!((rolls - 2.0 * 0.7 / (7.0 * 0.2 * GRAVITY)).abs() < ROUNDING);
+    }
+
+    #[test]
+    fn friction_takes_mu_times_what_the_cloth_pushes() {
+        // a ball that flies up first is pushed by the cloth as much as one that never left it, less MV_z
+        for up in [0.0, 0.001, 0.003, 0.05, 0.3] {
+            let path = Path::after(&launch([5.0, 0.0], up), &Cloth::default());
+            let seconds = 0.15;
+            let (_, velocity) = path.at(0.5 + seconds);
+            let expected = 1.5 - 0.2 * (GRAVITY * seconds - up);
+            assert!((velocity[0] - expected).abs() < ROUNDING, "{up}: {velocity:?}");
+        }
+    }
+
+    #[test]
+    fn a_ball_that_bounces_for_ever_has_a_path_with_an_end() {
+        for bounce in [0.0, 0.5, 0.9, 0.99, 1.0] {
+            let cloth = Cloth { bounce, ..Cloth::default() };
+            for up in [0.0, 0.0021, 0.05, 0.3] {
+                let path = Path::after(&launch([5.0, 0.0], up), &cloth);
+                assert!(path.0.len() <= MOST_FLIGHTS + 4, "{bounce} {up}: {} stretches", path.0.len());
+                // the cloth pushes with Mg on average, landing by landing: within what one landing takes
+                for seconds in [0.15, 0.4] {
+                    let (_, velocity) = path.at(0.5 + seconds);
+                    let expected = 1.5 - 0.2 * (GRAVITY * seconds - up);
+                    let landing = 0.2 * (1.0 + bounce) * up;
+                    assert!(
+                        (velocity[0] - expected).abs() < landing + ROUNDING,
+                        "{bounce} {up}: {velocity:?}"
+                    );
+                }
+                assert!(norm(path.at(1e4).1) < ROUNDING);
+            }
+        }
+    }
+
+    #[test]
+    fn a_bounce_that_becomes_a_flight_does_not_move_the_path() {
+        /// μ_k(1 + e_t)V_z²/g of the least rebound is 0.12 µm.
+        const SAME: f64 = 2e-7;
+        for bounces in 0..7 {
+            let up = LEAST_REBOUND / 0.5_f64.powi(bounces);
+            let at =
+                |up: f64, time: f64| Path::after(&launch([1.0, 0.4], up), &Cloth::default()).position(time);
+            for time in [0.501, 0.51, 0.53, 0.6, 0.8] {
+                let [low, high] = [1.0 - 1e-9, 1.0 + 1e-9].map(|part| at(part * up, time));
+                assert!((low[0] - high[0]).hypot(low[1] - high[1]) < SAME, "{up} {time}");
+            }
+        }
+    }
+
+    #[test]
+    fn the_spin_follows_the_slip_until_the_ball_rolls() {
+        let (slip, ball) = ([1.0, 0.4], Ball::POOL);
+        for up in [0.0, 0.1] {
+            let path = Path::after(&launch(slip, up), &Cloth::default());
+            for time in [0.5, 0.55, 0.6, 0.9, 1.5] {
+                let (_, velocity) = path.at(time);
+                let change = path.spin_change(time, &ball);
+                // s = (V_x − RΩ_y, V_y + RΩ_x), so that Δs = Δv + R(−ΔΩ_y, ΔΩ_x)
+                let left = [
+                    slip[0] + velocity[0] - 1.5 - ball.radius * change[1],
+                    slip[1] + velocity[1] + 0.5 + ball.radius * change[0],
+                ];
+                assert!((left[0] * slip[1] - left[1] * slip[0]).abs() < ROUNDING, "{left:?}");
+                let rolls = path.0[path.0.len() - 2].start <= time;
+                assert_eq!(norm(left) < ROUNDING, rolls, "at {time}: {left:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn the_path_is_continuous_and_ends_at_rest() {
+        let path = Path::after(&launch([1.0, 0.4], 0.1), &Cloth::default());
+        for pair in path.0.windows(2) {
+            let (position, _) = pair[0].at(pair[1].start);
+            assert!((position[0] - pair[1].position[0]).abs() < ROUNDING);
+        }
+        assert!(norm(path.at(1e4).1) < ROUNDING);
+    }
+}

@@ -1,0 +1,118 @@
+//! How an outcome changes with b and c of a friction that falls with the slip, μ(v) = a + b exp(−c v).
+
+use nalgebra::SMatrix;
+
+use super::Input;
+use super::{Coefficients, Jacobian, Model, NotACollision, Outcome};
+use crate::physics::ball::BallState;
+use crate::physics::contact_frame;
+use crate::physics::friction_law::Law;
+
+/// The components of an outcome by b and c.
+pub type ByLaw = SMatrix<f64, 12, 2>;
+
+impl Model {
+    /// `outcome` and `jacobian` are those of [`Model::collide_with_jacobian`]. 0 for a constant friction; for `ode` and
+    /// `contact` differences, with an error of about the tolerance to the power 2/3.
+    #[must_use]
+    pub fn by_law(
+        &self,
+        cue: &BallState,
+        coefficients: &Coefficients,
+        outcome: &Outcome,
+        jacobian: &Jacobian,
+    ) -> ByLaw {
+        let Law::Exponential { b, c } = self.law else { return ByLaw::zeros() };
+        if self.closed().is_some() {
+            return self.law_differences([b, c], cue, coefficients, outcome);
+        }
+        let slip = contact_frame::slip(cue, &BallState::default(), self.ball.radius);
+        let v = slip.y.hypot(slip.z);
+        let by_mu = jacobian.column(Input::Mu as usize);
+        // μ = a + b exp(−c v) at the first slip: ∂μ/∂b = exp(−c v), ∂μ/∂c = −b v exp(−c v)
+        let by_b = (-c * v).exp();
+        let mut by_law = ByLaw::zeros();
+        by_law.set_column(0, &(by_mu * by_b));
+        by_law.set_column(1, &(by_mu * (-b * v * by_b)));
+        by_law
+    }
+
+    fn law_differences(
+        &self,
+        [b, c]: [f64; 2],
+        cue: &BallState,
+        coefficients: &Coefficients,
+        outcome: &Outcome,
+    ) -> ByLaw {
+        let h = self.tolerance.cbrt();
+        let mut by_law = ByLaw::zeros();
+        for (column, step) in [h, h * c.max(1.0)].into_iter().enumerate() {
+            let moved = |by: f64| -> Result<_, NotACollision> {
+                let law = match column {
+                    0 => Law::Exponential { b: b + by, c },
+                    _ => Law::Exponential { b, c: c + by },
+                };
+                Ok(Self { law, ..*self }.collide(cue, coefficients)?.components())
+            };
+            let here = outcome.components();
+            // at the end of its range from within
+            let slope = match (moved(-step), moved(step)) {
+                (Ok(below), Ok(above)) => (above - below) / (2.0 * step),
+                (Err(_), Ok(above)) => (above - here) / step,
+                (Ok(below), Err(_)) => (here - below) / step,
+                (Err(_), Err(_)) => continue,
+            };
+            by_law.set_column(column, &slope);
+        }
+        by_law
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::physics::ball::{Ball, Vec3};
+    use crate::physics::collision::{Effects, Fidelity};
+
+    /// Central differences of a smooth function with this step err by its square, of numbers of order 1; those of
+    /// integrated outcomes by the tolerance over it.
+    const STEP: f64 = 1e-4;
+    const ERROR: f64 = 1e-5;
+
+    #[test]
+    fn agrees_with_differences_at_every_fidelity() {
+        let cue = BallState { velocity: Vec3::new(1.5, 0.8, 0.0), spin: Vec3::new(0.0, 12.0, 5.0) };
+        let coefficients = Coefficients { mu: 0.02, mu_s: 0.25, e: 0.94 };
+        let (b, c) = (0.08, 1.3);
+        for fidelity in [Fidelity::Linear, Fidelity::Full, Fidelity::Ode, Fidelity::Contact] {
+            let at = |b: f64, c: f64| {
+                let law = Law::Exponential { b, c };
+                Model { law, ..Model::new(fidelity, Ball::POOL) }
+            };
+            let components = |b: f64, c: f64| at(b, c).collide(&cue, &coefficients).unwrap().components();
+            let model = at(b, c);
+            let (outcome, jacobian) = model.collide_with_jacobian(&cue, &coefficients).unwrap();
+            let by_law = model.by_law(&cue, &coefficients, &outcome, &jacobian);
+            let by_b = (components(b + STEP, c) - components(b - STEP, c)) / (2.0 * STEP);
+            let by_c = (components(b, c + STEP) - components(b, c - STEP)) / (2.0 * STEP);
+            for (column, expected) in [by_b, by_c].iter().enumerate() {
+                let error = (by_law.column(column) - expected).amax() / expected.amax();
+                assert!(expected.amax() > 0.01 && error < ERROR, "{fidelity:?} {column}: {error}");
+            }
+        }
+    }
+
+    #[test]
+    fn nothing_depends_on_the_law_without_friction() {
+        let cue = BallState { velocity: Vec3::new(1.5, 0.8, 0.0), spin: Vec3::zeros() };
+        let coefficients = Coefficients { mu: 0.02, mu_s: 0.25, e: 0.94 };
+        let effects = Effects { friction: false, ..Effects::ALL };
+        let law = Law::Exponential { b: 0.1, c: 1.0 };
+        let model = Model { effects, law, ..Model::new(Fidelity::Full, Ball::POOL) };
+        let (outcome, jacobian) = model.collide_with_jacobian(&cue, &coefficients).unwrap();
+        assert_eq!(model.by_law(&cue, &coefficients, &outcome, &jacobian).amax(), 0.0);
+        let constant = Model::new(Fidelity::Full, Ball::POOL);
+        let (outcome, jacobian) = constant.collide_with_jacobian(&cue, &coefficients).unwrap();
+        assert_eq!(constant.by_law(&cue, &coefficients, &outcome, &jacobian), ByLaw::zeros());
+    }
+}

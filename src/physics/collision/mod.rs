@@ -1,0 +1,344 @@
+//! The collision itself: from the cue ball's state before the impact to both balls' after it, in
+//! the collision frame ([`super::contact_frame`]), for equal balls with the object ball at rest.
+//!
+//! H.-C. Kim, "Collision of two spinning billiard balls and the role of table", arXiv:2402.13258
+//! (2024), with its errors corrected. Everything is per unit mass: q is the normal impulse p/M in
+//! m/s and takes the place of time. Each [`Fidelity`] is one file that finds three numbers, the
+//! normal impulse q and the friction impulses J_y = μ∫cos θ dq, J_z = μ∫sin θ dq; from these
+//! [`Model::collide`] writes down all velocities and spins.
+//!
+//! | symbol | here | meaning |
+//! | --- | --- | --- |
+//! | k | `Contact::k` | closing speed U cos φ = −v_x0, m/s |
+//! | v_y0, v_z0 | `Contact::v_y`, `v_z` | contact slip at first contact, m/s |
+//! | m_s | `Contact::m_s` | μ_s with topspin (v_z0 > 0), else 0: the cloth then carries no load |
+//! | β_y, β_z, γ | functions of `Contact` | inertia of the slip, and the exponent that turns it |
+
+pub mod batch;
+mod corrected;
+mod effects;
+mod elastic;
+mod inelastic;
+mod input;
+mod integrated;
+mod kim;
+mod law;
+mod linear;
+mod outcome;
+mod steps;
+
+use nalgebra::SVector;
+
+use super::ball::{Ball, BallState};
+use super::cloth_motion::Cloth;
+use super::friction_law::Law;
+
+pub use corrected::{Corrected, Correction};
+pub use effects::Effects;
+use input::Contact;
+pub use input::NotACollision;
+pub use law::ByLaw;
+pub use outcome::{Input, Jacobian, Outcome};
+
+/// How closely the collision is modelled.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Fidelity {
+    /// No friction, no loss.
+    Elastic,
+    /// Restitution, no friction.
+    Inelastic,
+    /// First order in μ; no stick.
+    Linear,
+    /// The exact solution of the equations of motion, stick included.
+    Full,
+    /// The equations of motion integrated numerically, to [`Model::tolerance`]. It can do more than
+    /// [`Fidelity::Full`], see [`Fidelity::effects`].
+    Ode,
+    /// The contact resolved in time, to [`Model::tolerance`], with everything that acts on the balls.
+    Contact,
+}
+
+impl Fidelity {
+    /// From the cheapest to the most exact.
+    pub const ALL: [Self; 6] =
+        [Self::Elastic, Self::Inelastic, Self::Linear, Self::Full, Self::Ode, Self::Contact];
+
+    /// The name on the command line and in fit.json.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Elastic => "elastic",
+            Self::Inelastic => "inelastic",
+            Self::Linear => "linear",
+            Self::Full => "full",
+            Self::Ode => "ode",
+            Self::Contact => "contact",
+        }
+    }
+
+    /// Everything that it can do. [`Model::new`] switches all of it on, but for `ode` the cloth's
+    /// friction on the cue ball and along the true slip, so that it solves the equations of `full`.
+    #[must_use]
+    pub fn effects(self) -> Effects {
+        let inelastic = Effects { inelasticity: true, ..Effects::NONE };
+        let linear = Effects { friction: true, cloth: true, ..inelastic };
+        match self {
+            Self::Elastic => Effects::NONE,
+            Self::Inelastic => inelastic,
+            Self::Linear => linear,
+            Self::Full => Effects { stick: true, turning: true, ..linear },
+            Self::Ode => Effects { gravity: false, ..Effects::ALL },
+            Self::Contact => Effects::ALL,
+        }
+    }
+}
+
+/// Friction and restitution of one collision.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Coefficients {
+    /// μ, sliding friction between the balls; the a of a [`Law`] by which it falls with the slip.
+    pub mu: f64,
+    /// μ_s, friction of the cloth on the object ball.
+    pub mu_s: f64,
+    /// e, energetic coefficient of restitution (Stronge).
+    pub e: f64,
+}
+
+/// The sign of the torque by which the cloth acts on the object ball.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
+pub enum ClothTorque {
+    /// 1 − μ_s in dΩ_y/dq, for which the energy balance closes.
+    #[default]
+    Corrected,
+    /// 1 + μ_s as printed in Kim's Eq. (10) and what follows from it. For comparison with the
+    /// paper only.
+    AsPrinted,
+}
+
+impl ClothTorque {
+    /// σ: dΩ_y/dq = (μ/νR)(1 − σm_s) sin θ.
+    #[inline]
+    fn sign(self) -> f64 {
+        match self {
+            Self::Corrected => 1.0,
+            Self::AsPrinted => -1.0,
+        }
+    }
+}
+
+/// The range of [`Model::tolerance`]: below, roundings prevail; above, the error has no order.
+pub const MIN_TOLERANCE: f64 = 1e-12;
+pub const MAX_TOLERANCE: f64 = 1e-2;
+
+/// Whether the contact slides to the end or sticks on the way.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Regime {
+    Slide,
+    Stick,
+}
+
+impl Regime {
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Slide => "slide",
+            Self::Stick => "stick",
+        }
+    }
+}
+
+/// A collision model: what is needed besides the coefficients and the state of the cue ball.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Model {
+    pub fidelity: Fidelity,
+    pub ball: Ball,
+    pub cloth_torque: ClothTorque,
+    /// What is simulated, as far as the fidelity can. Stick and turning have no switch of their own.
+    pub effects: Effects,
+    /// How the friction between the balls falls with the slip. What has a closed form takes the friction
+    /// at the first slip, an approximation; `ode` and `contact` follow the slip.
+    pub law: Law,
+    /// `ode` and `contact`: error of each step relative to the closing speed k. The outcome's error is
+    /// of that order.
+    pub tolerance: f64,
+    /// `ode` and `contact`: μ_k, friction of the cloth on the cue ball.
+    pub mu_k: f64,
+    /// `contact`: how long an elastic head-on impact at 1 m/s lasts, in seconds. At k it lasts
+    /// k^(−1/5) times as long (Hertz).
+    pub contact_time: f64,
+}
+
+impl Model {
+    /// Balls of phenolic resin touch for 250 to 300 µs (Kim 2024, below Eq. 37).
+    pub const CONTACT_TIME: f64 = 280e-6;
+
+    /// Far below what is measured, and half a dozen digits above roundings.
+    pub const TOLERANCE: f64 = 1e-10;
+
+    /// The corrected model with what the fidelity contains by default.
+    #[must_use]
+    pub fn new(fidelity: Fidelity, ball: Ball) -> Self {
+        let effects = match fidelity {
+            Fidelity::Ode => Effects { cloth_turning: false, cloth_on_cue: false, ..Effects::ALL },
+            _ => Effects::ALL,
+        };
+        Self {
+            fidelity,
+            ball,
+            cloth_torque: ClothTorque::Corrected,
+            effects,
+            law: Law::Constant,
+            tolerance: Self::TOLERANCE,
+            mu_k: Cloth::default().sliding,
+            contact_time: Self::CONTACT_TIME,
+        }
+    }
+
+    /// The outcome of a collision (Kim 2024, Eqs. 42–49 with q, J_y, J_z in place of his functions
+    /// of θ).
+    ///
+    /// # Errors
+    /// What is no collision: balls that do not approach, coefficients out of range, a vertical
+    /// velocity, anything not finite.
+    pub fn collide(&self, cue: &BallState, coefficients: &Coefficients) -> Result<Outcome, NotACollision> {
+        let contact = self.contact(cue, coefficients)?;
+        let (impulse, regime) = match self.fidelity {
+            Fidelity::Elastic => elastic::impulse(&contact),
+            Fidelity::Inelastic => inelastic::impulse(&contact),
+            Fidelity::Linear => linear::impulse(&contact),
+            Fidelity::Full => kim::impulse(&contact),
+            Fidelity::Ode | Fidelity::Contact => {
+                return integrated::collide(self, cue, coefficients, &contact);
+            }
+        };
+        Ok(self.outcome(cue, &contact, &impulse, regime))
+    }
+
+    /// The outcome and its derivative: analytic, but by central differences for `ode` and `contact`,
+    /// with an error of about the tolerance to the power 2/3. Where the outcome has a kink (stick
+    /// setting in, topspin turning to draw) it is the derivative of the side that the outcome is on; in
+    /// between topspin and draw, differences give the mean of both sides.
+    ///
+    /// # Errors
+    /// As [`Model::collide`].
+    pub fn collide_with_jacobian(
+        &self,
+        cue: &BallState,
+        coefficients: &Coefficients,
+    ) -> Result<(Outcome, Jacobian), NotACollision> {
+        self.with_jacobian(cue, coefficients, &self.contact(cue, coefficients)?)
+    }
+
+    #[inline]
+    fn with_jacobian(
+        &self,
+        cue: &BallState,
+        coefficients: &Coefficients,
+        contact: &Contact,
+    ) -> Result<(Outcome, Jacobian), NotACollision> {
+        let ((impulse, regime), mut gradient) = match self.fidelity {
+            Fidelity::Elastic => (elastic::impulse(contact), elastic::gradient()),
+            Fidelity::Inelastic => (inelastic::impulse(contact), inelastic::gradient(contact)),
+            Fidelity::Linear => (linear::impulse(contact), linear::gradient(contact)),
+            Fidelity::Full => kim::impulse_and_gradient(contact),
+            Fidelity::Ode | Fidelity::Contact => {
+                return integrated::collide_with_jacobian(self, cue, coefficients, contact);
+            }
+        };
+        self.silence(&mut gradient);
+        self.follow_law(&mut gradient, contact, coefficients);
+        let outcome = self.outcome(cue, contact, &impulse, regime);
+        Ok((outcome, self.jacobian(contact, &impulse, &gradient)))
+    }
+
+    /// Nothing depends on the coefficient of an effect that is off.
+    #[inline(always)]
+    fn silence(&self, gradient: &mut ImpulseGradient) {
+        let effects = self.effects;
+        for (of, on) in [
+            (variable::MU, effects.friction),
+            (variable::M_S, effects.cloth),
+            (variable::E, effects.inelasticity),
+        ] {
+            if !on {
+                (gradient.normal[of], gradient.y[of], gradient.z[of]) = (0.0, 0.0, 0.0);
+            }
+        }
+    }
+
+    /// The friction follows the first slip: dμ/dv of it adds to what that slip does.
+    #[inline(always)]
+    fn follow_law(&self, gradient: &mut ImpulseGradient, contact: &Contact, coefficients: &Coefficients) {
+        let friction = self.law.friction(coefficients.mu);
+        if !friction.falls() {
+            return;
+        }
+        let v = length(contact.v_y, contact.v_z);
+        let slope = friction.slope(v);
+        if slope == 0.0 || v == 0.0 {
+            return;
+        }
+        for of in [&mut gradient.normal, &mut gradient.y, &mut gradient.z] {
+            let by_mu = of[variable::MU] * slope;
+            of[variable::V_Y] += by_mu * contact.v_y / v;
+            of[variable::V_Z] += by_mu * contact.v_z / v;
+        }
+    }
+}
+
+/// √(a² + b²), scaled only where a square is out of range.
+#[inline]
+fn length(a: f64, b: f64) -> f64 {
+    let square = a * a + b * b;
+    if SQUARES.contains(&square) { square.sqrt() } else { scaled_length(a, b) }
+}
+
+/// Squares that neither overflow nor lose digits.
+const SQUARES: std::ops::Range<f64> = 1e-280..1e280;
+
+/// √(a² + b²) of numbers whose squares are out of range, with the same rounding as of those in it.
+#[cold]
+fn scaled_length(a: f64, b: f64) -> f64 {
+    let most = a.abs().max(b.abs());
+    if most == 0.0 {
+        return 0.0;
+    }
+    // powers of 2 that bring the larger one near 1, in two steps since 1/subnormal overflows
+    let scale = if most < 1.0 { 2f64.powi(600) } else { 2f64.powi(-600) };
+    let (a, b) = (a * scale, b * scale);
+    (a * a + b * b).sqrt() / scale
+}
+
+/// The impulses of a collision per unit mass, m/s: q, J_y and J_z.
+#[derive(Clone, Copy, Debug)]
+struct Impulse {
+    normal: f64,
+    y: f64,
+    z: f64,
+}
+
+/// Derivative with respect to the variables of [`Contact`], in the order of [`variable`].
+type Gradient = SVector<f64, 6>;
+
+mod variable {
+    pub const K: usize = 0;
+    pub const V_Y: usize = 1;
+    pub const V_Z: usize = 2;
+    pub const MU: usize = 3;
+    pub const M_S: usize = 4;
+    pub const E: usize = 5;
+}
+
+/// Derivatives of [`Impulse`].
+#[derive(Clone, Copy, Debug)]
+struct ImpulseGradient {
+    normal: Gradient,
+    y: Gradient,
+    z: Gradient,
+}
+
+impl ImpulseGradient {
+    fn zero() -> Self {
+        Self { normal: Gradient::zeros(), y: Gradient::zeros(), z: Gradient::zeros() }
+    }
+}

@@ -1,0 +1,115 @@
+//! The contact between the balls: line of centres, collision frame, contact slip.
+//!
+//! The collision frame is right-handed: **x** along the line of centres from cue ball to object
+//! ball, **z** up, **y** = z × x. A positive cut angle φ means that the cue ball moves towards +y:
+//! U = U(cos φ, sin φ, 0).
+
+use super::ball::{BallState, Vec3};
+
+/// The collision frame as seen from the table frame.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct CollisionFrame {
+    nx: f64,
+    ny: f64,
+}
+
+/// A line of centres that has no length or is not finite.
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+#[error("the line of centres ({0}, {1}) has no direction; expected a finite vector other than 0")]
+pub struct NoDirection(pub f64, pub f64);
+
+impl CollisionFrame {
+    /// From the line of centres (cue ball to object ball) in the table frame, of any length.
+    ///
+    /// # Errors
+    /// A vector that is 0 or not finite.
+    pub fn from_normal(nx: f64, ny: f64) -> Result<Self, NoDirection> {
+        let length = nx.hypot(ny);
+        if !(length > 0.0 && length.is_finite()) {
+            return Err(NoDirection(nx, ny));
+        }
+        Ok(Self { nx: nx / length, ny: ny / length })
+    }
+
+    /// From the direction of the line of centres in the table frame, in rad from the x axis.
+    #[must_use]
+    pub fn from_direction(direction_rad: f64) -> Self {
+        let (ny, nx) = direction_rad.sin_cos();
+        Self { nx, ny }
+    }
+
+    /// From a line of centres whose length is known to be 1.
+    pub(crate) fn from_unit(nx: f64, ny: f64) -> Self {
+        Self { nx, ny }
+    }
+
+    /// A table vector in the collision frame.
+    #[must_use]
+    pub fn to_collision(self, v: Vec3) -> Vec3 {
+        Vec3::new(v.x * self.nx + v.y * self.ny, v.y * self.nx - v.x * self.ny, v.z)
+    }
+
+    /// A collision-frame vector in the table frame.
+    #[must_use]
+    pub fn to_table(self, v: Vec3) -> Vec3 {
+        Vec3::new(v.x * self.nx - v.y * self.ny, v.x * self.ny + v.y * self.nx, v.z)
+    }
+}
+
+/// The cue ball's velocity before the impact in the collision frame: U(cos φ, sin φ, 0).
+#[must_use]
+pub fn cue_velocity(speed: f64, cut_rad: f64) -> Vec3 {
+    Vec3::new(speed * cut_rad.cos(), speed * cut_rad.sin(), 0.0)
+}
+
+/// Velocity of the object ball's contact point relative to the cue ball's, collision frame, m/s:
+/// v = (V_x − U_x, V_y − U_y − R(ω_z + Ω_z), V_z − U_z + R(ω_y + Ω_y)) (Kim 2024, above Eq. 11).
+#[must_use]
+#[inline]
+pub fn slip(cue: &BallState, object: &BallState, radius: f64) -> Vec3 {
+    let relative = object.velocity - cue.velocity;
+    let spin = cue.spin + object.spin;
+    relative + radius * Vec3::new(0.0, -spin.z, spin.y)
+}
+
+/// Slip of a ball on the cloth, horizontal, m/s: s = (V_x − RΩ_y, V_y + RΩ_x, 0).
+#[must_use]
+pub fn cloth_slip(ball: &BallState, radius: f64) -> Vec3 {
+    let BallState { velocity: v, spin } = ball;
+    Vec3::new(v.x - radius * spin.y, v.y + radius * spin.x, 0.0)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A rotation and back costs two roundings of each component.
+    const ROUNDING: f64 = 4.0 * f64::EPSILON;
+
+    #[test]
+    fn frames_are_inverse_and_x_is_the_line_of_centres() {
+        let frame = CollisionFrame::from_normal(0.6, -0.8).unwrap();
+        let v = Vec3::new(1.5, -2.0, 0.3);
+        assert!((frame.to_table(frame.to_collision(v)) - v).norm() < ROUNDING * v.norm());
+        assert!((frame.to_collision(Vec3::new(0.6, -0.8, 0.0)) - Vec3::x()).norm() < ROUNDING);
+    }
+
+    #[test]
+    fn a_frame_keeps_lengths_whatever_that_of_the_line_of_centres() {
+        let v = Vec3::new(2.0, 0.5, 0.0);
+        let frame = CollisionFrame::from_normal(0.03, -0.04).unwrap();
+        assert!((frame.to_collision(v).norm() - v.norm()).abs() < ROUNDING * v.norm());
+        for (nx, ny) in [(0.0, 0.0), (f64::NAN, 1.0), (1.0, f64::INFINITY)] {
+            assert!(CollisionFrame::from_normal(nx, ny).is_err());
+        }
+    }
+
+    #[test]
+    fn a_rolling_ball_does_not_slip_on_the_cloth_but_does_on_the_object_ball() {
+        let radius = 0.03;
+        let cue = BallState::natural_roll(cue_velocity(2.0, 0.5), radius);
+        assert!(cloth_slip(&cue, radius).norm() < ROUNDING);
+        // v_z0 = Rω_y > 0 for topspin.
+        assert!(slip(&cue, &BallState::default(), radius).z > 0.0);
+    }
+}

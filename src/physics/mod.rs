@@ -1,0 +1,8 @@
+//! Balls, discs, their contact and their motion on the cloth: every equation of the collision models.
+pub mod ball;
+pub mod cloth_motion;
+pub mod collision;
+pub mod contact_frame;
+pub mod disc;
+pub mod effect_sizes;
+pub mod friction_law;

@@ -1,0 +1,113 @@
+//! A fit against a stored one: what moved, and by how many standard errors. For regression tests of
+//! simulators, of data that are kept, and of this program.
+
+use crate::fit::Fit;
+use crate::io::stored_fit::StoredFit;
+
+/// What is still the same.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Tolerance {
+    /// Of an estimate, in standard errors (the larger of the two); of χ², in its own standard deviation √(2·dof).
+    pub standard_errors: f64,
+    /// Of an estimate without a standard error, relative to it.
+    pub relative: f64,
+}
+
+impl Default for Tolerance {
+    /// Far below what matters in practice, far above the roundings of another machine.
+    fn default() -> Self {
+        Self { standard_errors: 0.01, relative: 1e-6 }
+    }
+}
+
+impl Tolerance {
+    /// With another number of standard errors.
+    ///
+    /// # Errors
+    /// A number that is not finite, or below 0: with NaN everything would count as moved, with infinity nothing.
+    pub fn of(standard_errors: f64) -> Result<Self, String> {
+        if standard_errors.is_finite() && standard_errors >= 0.0 {
+            Ok(Self { standard_errors, ..Self::default() })
+        } else {
+            Err(format!(
+                "{standard_errors} is no number of standard errors; expected a finite number, 0 or more"
+            ))
+        }
+    }
+}
+
+/// One thing that is no longer as it was.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Moved {
+    /// `mu`, `mu status`, `chi2`, …
+    pub what: String,
+    pub before: String,
+    pub now: String,
+    /// In standard errors, where there are any.
+    pub standard_errors: Option<f64>,
+}
+
+/// The stored fit that belongs to a fit: of the same data set and label.
+#[must_use]
+pub fn find<'a>(fit: &Fit, stored: &'a [StoredFit]) -> Option<&'a StoredFit> {
+    let label = fit.group.as_ref().map(|(_, label)| label.as_str());
+    stored.iter().find(|stored| {
+        stored.dataset == fit.dataset && stored.group.as_ref().map(|group| group.label.as_str()) == label
+    })
+}
+
+/// What differs by more than the tolerance; in the order of the parameters, then χ² and the rest.
+#[must_use]
+pub fn moved(fit: &Fit, stored: &StoredFit, tolerance: &Tolerance) -> Vec<Moved> {
+    let mut all = Vec::new();
+    let mut differs = |what: &str, before: String, now: String, standard_errors| {
+        all.push(Moved { what: what.to_string(), before, now, standard_errors });
+    };
+    if stored.fidelity != fit.fidelity {
+        differs("fidelity", stored.fidelity.clone(), fit.fidelity.to_string(), None);
+    }
+    for estimate in &fit.estimates {
+        let name = estimate.parameter.name();
+        let Some(before) = stored.parameters.get(name) else {
+            differs(name, "missing".to_string(), estimate.value.to_string(), None);
+            continue;
+        };
+        let status = estimate.status.name();
+        if before.status != status {
+            differs(&format!("{name} status"), before.status.clone(), status.to_string(), None);
+        }
+        let change = estimate.value - before.estimate;
+        let error = before.std_error.into_iter().chain(estimate.std_error).fold(0.0, f64::max);
+        let in_errors = (error > 0.0).then(|| change / error);
+        let same = match in_errors {
+            Some(errors) => errors.abs() <= tolerance.standard_errors,
+            None => change.abs() <= tolerance.relative * before.estimate.abs().max(estimate.value.abs()),
+        };
+        if !same {
+            differs(name, before.estimate.to_string(), estimate.value.to_string(), in_errors);
+        }
+        // an interval that widens is a change even where the estimate stays
+        if let (Some(old), Some(new)) = (before.std_error, estimate.std_error)
+            && (new / old - 1.0).abs() > tolerance.standard_errors
+        {
+            differs(&format!("{name} std_error"), old.to_string(), new.to_string(), None);
+        } else if before.std_error.is_some() != estimate.std_error.is_some() {
+            let text = |error: Option<f64>| error.map_or("none".to_string(), |error| error.to_string());
+            differs(&format!("{name} std_error"), text(before.std_error), text(estimate.std_error), None);
+        }
+    }
+    let chi2 = stored.chi2.unwrap_or(f64::NAN);
+    let spread = (2.0 * fit.dof.max(1) as f64).sqrt();
+    let change = (fit.chi2 - chi2) / spread;
+    if fit.chi2.is_finite() != chi2.is_finite() || change.abs() > tolerance.standard_errors {
+        differs("chi2", chi2.to_string(), fit.chi2.to_string(), Some(change).filter(|c| c.is_finite()));
+    }
+    for (what, before, now) in
+        [("dof", stored.dof, fit.dof), ("shots_used", stored.shots_used, fit.shots_used)]
+    {
+        if before != now {
+            differs(what, before.to_string(), now.to_string(), None);
+        }
+    }
+    all
+}

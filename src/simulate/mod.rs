@@ -1,0 +1,412 @@
+//! Synthetic data sets from known parameters and noise: what a fit must recover.
+
+mod check;
+mod tracks;
+
+use std::fmt::Write as _;
+use std::path::Path;
+
+use rand::{Rng, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+use serde::{Deserialize, Serialize};
+use statrs::distribution::{ContinuousCDF, Normal};
+
+use crate::io::{DatasetError, toml_file};
+use crate::likelihood::prediction::{Plan, Unpredictable};
+use crate::measurement::dataset::{Before, Measured, Measurement, Shot};
+use crate::measurement::observable::Observable;
+use crate::measurement::spin::Spin;
+use crate::measurement::track::TrackShot;
+use crate::physics::ball::{Ball, BallState, Vec3};
+use crate::physics::collision::batch::{Arrays, Cues, Lengths};
+use crate::physics::collision::{Coefficients, Fidelity, Model, NotACollision};
+use crate::physics::contact_frame::{CollisionFrame, cue_velocity};
+
+use check::check;
+pub(crate) use check::{MOST_FRAMES, MOST_SHOTS};
+pub use tracks::{Camera, ClothSpec, TrueImpact, noise_free};
+
+/// What to make: the content of a SPEC.toml.
+#[derive(Clone, Debug, Deserialize, Serialize)]
+#[serde(deny_unknown_fields)]
+pub struct Spec {
+    /// Name of the data set.
+    pub name: String,
+    pub kind: Kind,
+    /// The same seed gives the same files.
+    pub seed: u64,
+    pub truth: Truth,
+    pub shots: Shots,
+    #[serde(default)]
+    pub noise: Noise,
+    #[serde(default)]
+    pub ball: BallSpec,
+    /// Kind `tracks`.
+    #[serde(default)]
+    pub camera: Camera,
+    /// Kind `tracks`.
+    #[serde(default)]
+    pub cloth: ClothSpec,
+}
+
+#[derive(Clone, Copy, Debug, Deserialize, Serialize, PartialEq, Eq)]
+#[serde(rename_all = "lowercase")]
+pub enum Kind {
+    Impacts,
+    Angles,
+    Tracks,
+}
+
+/// The parameters that the fit should find.
+#[derive(Clone, Copy, Debug, Deserialize, Serialize)]
+#[serde(deny_unknown_fields)]
+pub struct Truth {
+    pub mu: f64,
+    pub mu_s: f64,
+    pub e: f64,
+}
+
+/// Shots are spread evenly at random between the ends of each range.
+#[derive(Clone, Debug, Deserialize, Serialize)]
+#[serde(deny_unknown_fields)]
+pub struct Shots {
+    pub count: usize,
+    /// Cue ball's speed, m/s.
+    pub speed_m_s: [f64; 2],
+    /// Cut angle, degrees, negative to the other side.
+    pub cut_deg: [f64; 2],
+    /// Each shot plays one of these, in turn.
+    pub cue_spin: Vec<Played>,
+}
+
+#[derive(Clone, Copy, Debug, Deserialize, Serialize, PartialEq, Eq)]
+#[serde(rename_all = "kebab-case")]
+pub enum Played {
+    Stun,
+    NaturalRoll,
+    /// Topspin of 90 % of the natural roll's: a ball that still slides a little.
+    AlmostRoll,
+    /// Backspin of 30 to 100 % of the natural roll's.
+    Draw,
+    /// Side spin of up to the natural roll's, either way, on a sliding ball.
+    Side,
+    /// Topspin or backspin of up to the natural roll's.
+    Any,
+}
+
+/// Standard deviations of the measurement; 0 leaves a quantity exact.
+#[derive(Clone, Copy, Debug, Default, Deserialize, Serialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Noise {
+    /// Every velocity component and speed, m/s.
+    pub velocity_m_s: f64,
+    /// Direction of the line of centres, degrees (impacts).
+    pub line_of_centres_deg: f64,
+    /// Every spin component, rad/s.
+    pub spin_rad_s: f64,
+    /// Every angle, degrees (angles).
+    pub angle_deg: f64,
+}
+
+#[derive(Clone, Copy, Debug, Deserialize, Serialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct BallSpec {
+    pub radius_m: f64,
+    pub mass_kg: f64,
+    pub inertia: f64,
+}
+
+impl Default for BallSpec {
+    fn default() -> Self {
+        let Ball { radius, mass, inertia } = Ball::POOL;
+        Self { radius_m: radius, mass_kg: mass, inertia }
+    }
+}
+
+/// Standard deviations in a file are positive: this part stands for 0.
+const NOT_ZERO: f64 = 1e-6;
+
+/// Why a specification cannot be followed.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum BadSpec {
+    #[error("{key} is {value}; expected {expected}")]
+    Value { key: &'static str, value: String, expected: &'static str },
+    #[error("a shot of this specification is no collision: {0}")]
+    NotACollision(#[from] NotACollision),
+    #[error(transparent)]
+    Batch(#[from] Lengths),
+    #[error("a shot of this specification cannot be predicted: {0}")]
+    Unpredictable(#[from] Unpredictable),
+}
+
+/// Reads a SPEC.toml.
+///
+/// # Errors
+/// What is wrong with it, with line and position.
+pub fn read(path: &Path) -> Result<Spec, DatasetError> {
+    toml_file::read_toml(path)
+}
+
+/// Makes `dataset.toml`, `shots.csv` and `truth.json`, as (file name, content).
+///
+/// # Errors
+/// A value out of its range, named with what was expected.
+pub fn generate(spec: &Spec) -> Result<Vec<(&'static str, String)>, BadSpec> {
+    generate_with(spec, &Model::new(Fidelity::Full, Ball::POOL))
+}
+
+/// With another collision model; the ball is that of the specification.
+///
+/// # Errors
+/// As [`generate`].
+pub fn generate_with(spec: &Spec, model: &Model) -> Result<Vec<(&'static str, String)>, BadSpec> {
+    check(spec)?;
+    let mut maker = Maker::new(spec, model);
+    let mut files = match spec.kind {
+        Kind::Impacts => vec![("shots.csv", maker.impacts()?)],
+        Kind::Angles => vec![("shots.csv", maker.angles()?)],
+        Kind::Tracks => {
+            let shots = maker.tracks()?;
+            let mut files = vec![("tracks.csv", tracks::long_csv(&shots))];
+            if spec.assumed().is_none() {
+                files.push(("shots.csv", tracks::shots_csv(&shots)));
+            }
+            files
+        }
+    };
+    let truth = serde_json::json!({
+        "mu": spec.truth.mu, "mu_s": spec.truth.mu_s, "e": spec.truth.e, "seed": spec.seed,
+    });
+    files.insert(0, ("dataset.toml", manifest_text(spec)));
+    files.push(("truth.json", format!("{truth:#}\n")));
+    Ok(files)
+}
+
+/// The shots of a specification of kind `tracks` as a camera sees them, and what they really were.
+///
+/// # Errors
+/// As [`generate`].
+pub fn filmed(spec: &Spec) -> Result<Vec<(TrackShot, TrueImpact)>, BadSpec> {
+    check(spec)?;
+    Maker::new(spec, &Model::new(Fidelity::Full, Ball::POOL)).tracks()
+}
+
+/// `dataset.toml` of the made data.
+fn manifest_text(spec: &Spec) -> String {
+    let BallSpec { radius_m, mass_kg, inertia } = spec.ball;
+    let Truth { mu, mu_s, e } = spec.truth;
+    let (kind, files) = match spec.kind {
+        Kind::Impacts => ("impacts", "shots.csv"),
+        Kind::Angles => ("angles", "shots.csv"),
+        Kind::Tracks => ("tracks", "tracks.csv"),
+    };
+    let name = toml::Value::from(spec.name.as_str());
+    let assume = match spec.assumed() {
+        Some(Played::Stun) => "stun",
+        Some(_) => "natural-roll",
+        None => "measured",
+    };
+    format!(
+        "# Synthetic: mu = {mu}, mu_s = {mu_s}, e = {e}, seed {}.\nname = {name}\nkind = \"{kind}\"\n\
+         files = [\"{files}\"]\nsource = \"synthetic, caromfit {}\"\n\n[ball]\nradius_m = {radius_m:?}\n\
+         mass_kg = {mass_kg:?}\ninertia = {inertia:?}\n\n[cue_spin]\nassume = \"{assume}\"\n",
+        spec.seed,
+        env!("CARGO_PKG_VERSION"),
+    ) + &video_text(spec)
+}
+
+/// What dataset.toml says of the footage, for kind `tracks`.
+fn video_text(spec: &Spec) -> String {
+    if spec.kind != Kind::Tracks {
+        return String::new();
+    }
+    let table = if spec.assumed().is_none() { "shots = \"shots.csv\"\n" } else { "" };
+    format!(
+        "\n[video]\ncapture_fps = {:?}\n\n[scale]\nlength_unit = \"m\"\n\n[tracks]\ncue = \"cue\"\nobject = \"object\"\n{table}",
+        spec.camera.fps
+    )
+}
+
+impl Spec {
+    /// The one spin that every shot plays, where the data need no spin columns.
+    fn assumed(&self) -> Option<Played> {
+        let first = *self.shots.cue_spin.first()?;
+        // markers show it
+        let known = self.camera.markers == 0 && matches!(first, Played::Stun | Played::NaturalRoll);
+        (known && self.shots.cue_spin.iter().all(|played| *played == first)).then_some(first)
+    }
+}
+
+struct Maker<'a> {
+    spec: &'a Spec,
+    rng: ChaCha8Rng,
+    normal: Normal,
+    model: Model,
+    coefficients: Coefficients,
+}
+
+impl<'a> Maker<'a> {
+    fn new(spec: &'a Spec, model: &Model) -> Self {
+        let BallSpec { radius_m: radius, mass_kg: mass, inertia } = spec.ball;
+        let Truth { mu, mu_s, e } = spec.truth;
+        Self {
+            spec,
+            rng: ChaCha8Rng::seed_from_u64(spec.seed),
+            normal: Normal::standard(),
+            model: Model { ball: Ball { radius, mass, inertia }, ..*model },
+            coefficients: Coefficients { mu, mu_s, e },
+        }
+    }
+
+    /// A draw from a normal distribution; `sd` = 0 uses up a random number all the same, so that
+    /// the shots do not depend on the noise.
+    fn noise(&mut self, sd: f64) -> f64 {
+        let uniform = self.rng.random_range(f64::EPSILON..1.0);
+        sd * self.normal.inverse_cdf(uniform)
+    }
+
+    fn between(&mut self, [from, to]: [f64; 2]) -> f64 {
+        from + (to - from) * self.rng.random::<f64>()
+    }
+
+    /// Speed, cut angle (rad), and the cue ball in the collision frame.
+    fn shot(&mut self, number: usize) -> (f64, f64, BallState) {
+        let spec = self.spec;
+        let speed = self.between(spec.shots.speed_m_s);
+        let cut = self.between(spec.shots.cut_deg).to_radians();
+        let share = self.rng.random::<f64>();
+        let velocity = cue_velocity(speed, cut);
+        let rolling = BallState::natural_roll(velocity, self.model.ball.radius);
+        let spin = match spec.shots.cue_spin[number % spec.shots.cue_spin.len()] {
+            Played::Stun => Vec3::zeros(),
+            Played::NaturalRoll => rolling.spin,
+            Played::AlmostRoll => 0.9 * rolling.spin,
+            Played::Draw => -(0.3 + 0.7 * share) * rolling.spin,
+            Played::Any => (2.0 * share - 1.0) * rolling.spin,
+            Played::Side => Vec3::z() * ((2.0 * share - 1.0) * rolling.spin.norm()),
+        };
+        (speed, cut, BallState { velocity, spin })
+    }
+
+    fn impacts(&mut self) -> Result<String, BadSpec> {
+        let noise = self.spec.noise;
+        let spins_shown = self.spec.assumed().is_none();
+        let mut names = vec!["shot", "nx", "ny", "cue_vx", "cue_vy"];
+        let after = ["cue_vx_after", "cue_vy_after", "obj_vx_after", "obj_vy_after"];
+        if spins_shown {
+            names.extend(["cue_wx", "cue_wy", "cue_wz"]);
+        }
+        names.extend(after);
+        // a column of standard deviations for every noisy column
+        let line_sd = noise.line_of_centres_deg.to_radians();
+        let with_sd = |name: &str| match name {
+            "shot" => 0.0,
+            "nx" | "ny" => line_sd,
+            "cue_wx" | "cue_wy" | "cue_wz" => noise.spin_rad_s,
+            _ => noise.velocity_m_s,
+        };
+        let sd_columns: Vec<&str> = names.iter().copied().filter(|c| with_sd(c) > 0.0).collect();
+        let mut table = names.join(",");
+        for column in &sd_columns {
+            _ = write!(table, ",{column}_sd");
+        }
+        table.push('\n');
+        // everything random in the order of the shots, then all collisions at once
+        let count = self.spec.shots.count;
+        let mut drawn = Vec::with_capacity(count);
+        let mut columns: [Vec<f64>; 5] = Default::default();
+        for number in 0..count {
+            let (_, _, cue) = self.shot(number);
+            let direction = self.between([-std::f64::consts::PI, std::f64::consts::PI]);
+            let line = self.noise(line_sd);
+            let before = [0; 2].map(|_| self.noise(noise.velocity_m_s));
+            let spin = [0; 3].map(|_| self.noise(noise.spin_rad_s));
+            let after = [0; 4].map(|_| self.noise(noise.velocity_m_s));
+            let state = [cue.velocity.x, cue.velocity.y, cue.spin.x, cue.spin.y, cue.spin.z];
+            columns.iter_mut().zip(state).for_each(|(column, value)| column.push(value));
+            drawn.push((cue, direction, line, before, spin, after));
+        }
+        let [x, y, spins @ ..] = columns.each_ref().map(Vec::as_slice);
+        let mut arrays = Arrays::new(count);
+        let outcomes = &mut arrays.outcomes();
+        self.model.collide_batch(&Cues { velocity: [x, y], spin: spins }, &self.coefficients, outcomes)?;
+        for (number, (cue, direction, line, before, spin, after)) in drawn.into_iter().enumerate() {
+            arrays.status[number]?;
+            let frame = CollisionFrame::from_direction(direction);
+            let seen = direction + line;
+            let mut values = vec![seen.cos(), seen.sin()];
+            let velocity = frame.to_table(cue.velocity);
+            values.extend([velocity.x + before[0], velocity.y + before[1]]);
+            if spins_shown {
+                let exact = frame.to_table(cue.spin);
+                values.extend([0, 1, 2].map(|axis| exact[axis] + spin[axis]));
+            }
+            let velocity = |of: &[Vec<f64>; 3]| frame.to_table(Vec3::from([0, 1, 2].map(|i| of[i][number])));
+            let [cue, object] = [velocity(&arrays.cue_velocity), velocity(&arrays.object_velocity)];
+            let exact = [cue.x, cue.y, object.x, object.y];
+            values.extend(exact.into_iter().zip(after).map(|(exact, noise)| exact + noise));
+            _ = write!(table, "{}", number + 1);
+            for value in &values {
+                _ = write!(table, ",{value}");
+            }
+            // n = (cos α, sin α): dn = (−sin α, cos α) dα; nearly 0 where a component is exact
+            for column in &sd_columns {
+                let sd = match *column {
+                    "nx" => line_sd * seen.sin().abs().max(NOT_ZERO),
+                    "ny" => line_sd * seen.cos().abs().max(NOT_ZERO),
+                    other => with_sd(other),
+                };
+                _ = write!(table, ",{sd}");
+            }
+            table.push('\n');
+        }
+        Ok(table)
+    }
+
+    fn angles(&mut self) -> Result<String, BadSpec> {
+        let noise = self.spec.noise;
+        let asked = [Observable::Throw, Observable::CueTurn, Observable::ObjectSpeed, Observable::CueSpeed];
+        let sd = |o: Observable| if o.is_angle() { noise.angle_deg } else { noise.velocity_m_s };
+        let spins = self.spec.assumed().is_none();
+        let mut columns = vec!["shot", "speed_m_s", "cut_deg"];
+        if spins {
+            columns.extend(["omega_x", "omega_y", "omega_z"]);
+        }
+        let mut table = columns.join(",");
+        for observable in asked {
+            _ = write!(table, ",{}", observable.column());
+            if sd(observable) > 0.0 {
+                _ = write!(table, ",{}_sd", observable.column());
+            }
+        }
+        table.push('\n');
+        let exact = |value| Measured { value, sd: None };
+        for number in 0..self.spec.shots.count {
+            let (speed, cut, cue) = self.shot(number);
+            let shot = Shot {
+                name: String::new(),
+                file: std::path::PathBuf::new(),
+                line: 0,
+                labels: std::collections::BTreeMap::new(),
+                before: Before::Angle { cut: exact(cut), speed: Some(exact(speed)) },
+                spin: Spin::Measured { spin: cue.spin, sd: [None; 3] },
+                after: asked.map(|observable| Measurement { observable, measured: exact(0.0) }).to_vec(),
+                joint: None,
+            };
+            let prediction = Plan::new(&shot)?.predict(&self.model, &self.coefficients)?;
+            _ = write!(table, "{},{speed},{}", number + 1, cut.to_degrees());
+            if spins {
+                _ = write!(table, ",{},{},{}", cue.spin.x, cue.spin.y, cue.spin.z);
+            }
+            for (row, observable) in asked.into_iter().enumerate() {
+                let value = prediction.values[row] / observable.unit_si() + self.noise(sd(observable));
+                _ = write!(table, ",{value}");
+                if sd(observable) > 0.0 {
+                    _ = write!(table, ",{}", sd(observable));
+                }
+            }
+            table.push('\n');
+        }
+        Ok(table)
+    }
+}

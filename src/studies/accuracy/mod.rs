@@ -1,0 +1,210 @@
+//! What accuracy costs in time: the error of every fidelity on a set of shots, and how long a collision
+//! takes it.
+//!
+//! Two references answer two questions. The numerical error is against the same equations solved to 30
+//! digits ([`exact`]). The model error is against `contact` with every effect, at a tolerance far below it: what
+//! the equations leave out.
+
+pub mod exact;
+
+use std::hint::black_box;
+use std::time::Instant;
+
+use rand::{Rng, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+
+use crate::physics::ball::{Ball, BallState, Vec3};
+use crate::physics::collision::{Coefficients, Effects, Fidelity, Model, NotACollision, Outcome};
+use crate::physics::contact_frame::cue_velocity;
+
+/// Tolerances at which `ode` and `contact` are run.
+pub const TOLERANCES: [f64; 6] = [1e-2, 1e-4, 1e-6, 1e-8, 1e-10, 1e-12];
+
+/// Of `contact` as the reference of the model error, which is of 1e-3.
+const REFERENCE: f64 = 1e-9;
+
+/// Each way is timed for at least so long, seconds.
+const TIMED: f64 = 0.1;
+
+/// What errors are stated of.
+pub const QUANTITIES: [&str; 4] = ["throw_deg", "speed", "spin", "jump"];
+
+/// One shot.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Shot {
+    pub cue: BallState,
+    pub coefficients: Coefficients,
+}
+
+/// Median, 95 % and worst over the shots.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Spread {
+    pub median: f64,
+    pub p95: f64,
+    pub worst: f64,
+}
+
+/// One way to compute a collision.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Row {
+    pub fidelity: Fidelity,
+    /// Of the fidelities that integrate.
+    pub tolerance: Option<f64>,
+    /// With what the closed forms leave out.
+    pub everything: bool,
+    /// Seconds per collision, on one core.
+    pub seconds: f64,
+    /// In the order of [`QUANTITIES`]: throw in degrees; speeds, spins times R and vertical speeds in
+    /// parts of U. `None` where it solves other equations.
+    pub numerical: Option<[Spread; 4]>,
+    pub model: [Spread; 4],
+    /// Shots that it could not compute, left out of its errors.
+    pub failed: usize,
+}
+
+/// Seeded shots as on a table: 0.5 to 5 m/s, cuts up to 70°, natural roll, stun, draw or side spin.
+#[must_use]
+pub fn shots(count: usize, seed: u64) -> Vec<Shot> {
+    let mut rng = ChaCha8Rng::seed_from_u64(seed);
+    let coefficients = Coefficients { mu: 0.05, mu_s: 0.3, e: 0.94 };
+    let mut shot = |number: usize| {
+        let velocity = cue_velocity(rng.random_range(0.5..5.0), rng.random_range(-70_f64..70.0).to_radians());
+        let roll = BallState::natural_roll(velocity, Ball::POOL.radius).spin;
+        let share: f64 = rng.random();
+        let spin = match number % 4 {
+            0 => roll,
+            1 => Vec3::zeros(),
+            2 => -share * roll,
+            _ => share * roll + Vec3::z() * (rng.random_range(-1.0..1.0) * roll.norm()),
+        };
+        Shot { cue: BallState { velocity, spin }, coefficients }
+    };
+    (0..count).map(&mut shot).collect()
+}
+
+/// Runs every fidelity over the shots.
+///
+/// # Errors
+/// A shot that is no collision.
+pub fn study(shots: &[Shot], ball: Ball) -> Result<Vec<Row>, NotACollision> {
+    let same = Fidelity::Full.effects();
+    let everything =
+        Model { effects: Effects::ALL, tolerance: REFERENCE, ..Model::new(Fidelity::Contact, ball) };
+    let all = |model: &Model| -> Result<Vec<Outcome>, NotACollision> {
+        shots.iter().map(|shot| model.collide(&shot.cue, &shot.coefficients)).collect()
+    };
+    let true_ = all(&everything)?;
+    let exact: Vec<_> = shots.iter().map(|shot| exact::collide(shot, ball)).collect();
+    let row = |model: Model, tolerance: Option<f64>, everything: bool| {
+        let outcomes: Vec<_> =
+            shots.iter().map(|shot| model.collide(&shot.cue, &shot.coefficients).ok()).collect();
+        let against = |reference: &[Outcome]| spreads(shots, &outcomes, reference, ball.radius);
+        Row {
+            fidelity: model.fidelity,
+            tolerance,
+            everything,
+            seconds: timed(&model, shots),
+            numerical: (!everything).then(|| against(&exact)),
+            model: against(&true_),
+            failed: outcomes.iter().filter(|outcome| outcome.is_none()).count(),
+        }
+    };
+    let mut rows = Vec::new();
+    for fidelity in Fidelity::ALL {
+        let model = Model::new(fidelity, ball);
+        if !matches!(fidelity, Fidelity::Ode | Fidelity::Contact) {
+            rows.push(row(model, None, false));
+            continue;
+        }
+        for (effects, everything) in [(same, false), (fidelity.effects(), true)] {
+            for tolerance in TOLERANCES {
+                rows.push(row(Model { effects, tolerance, ..model }, Some(tolerance), everything));
+            }
+        }
+    }
+    Ok(rows)
+}
+
+/// Seconds per collision: the fastest of several passes over all shots.
+fn timed(model: &Model, shots: &[Shot]) -> f64 {
+    let begun = Instant::now();
+    let mut least = f64::INFINITY;
+    while begun.elapsed().as_secs_f64() < TIMED {
+        let pass = Instant::now();
+        for shot in shots {
+            // a failure has taken its time too
+            let _ = black_box(model.collide(black_box(&shot.cue), black_box(&shot.coefficients)));
+        }
+        least = least.min(pass.elapsed().as_secs_f64());
+    }
+    least / shots.len().max(1) as f64
+}
+
+fn spreads(shots: &[Shot], outcomes: &[Option<Outcome>], reference: &[Outcome], radius: f64) -> [Spread; 4] {
+    let mut errors: [Vec<f64>; 4] = Default::default();
+    for ((shot, outcome), reference) in shots.iter().zip(outcomes).zip(reference) {
+        let Some(outcome) = outcome else { continue };
+        let speed = shot.cue.velocity.norm();
+        let throw = |o: &Outcome| o.object.velocity.y.atan2(o.object.velocity.x).to_degrees();
+        let horizontal = |a: &BallState, b: &BallState| (a.velocity - b.velocity).xy().norm();
+        let vertical = |a: &BallState, b: &BallState| (a.velocity.z - b.velocity.z).abs();
+        let (a, b) = (outcome, reference);
+        let spin = (a.cue.spin - b.cue.spin).norm().max((a.object.spin - b.object.spin).norm());
+        let of_shot = [
+            (throw(a) - throw(b)).abs(),
+            horizontal(&a.cue, &b.cue).max(horizontal(&a.object, &b.object)) / speed,
+            radius * spin / speed,
+            vertical(&a.cue, &b.cue).max(vertical(&a.object, &b.object)) / speed,
+        ];
+        for (errors, error) in errors.iter_mut().zip(of_shot) {
+            errors.push(error);
+        }
+    }
+    errors.map(spread)
+}
+
+fn spread(mut errors: Vec<f64>) -> Spread {
+    errors.sort_by(f64::total_cmp);
+    let at = |part: f64| {
+        let last = errors.len().checked_sub(1)?;
+        errors.get((part * last as f64).round() as usize).copied()
+    };
+    let [median, p95, worst] = [0.5, 0.95, 1.0].map(|part| at(part).unwrap_or(f64::NAN));
+    Spread { median, p95, worst }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Of `full`, of U.
+    const ROUNDINGS: f64 = 3e-15;
+
+    #[test]
+    fn errors_fall_with_the_tolerance_and_up_the_ladder() {
+        let rows = study(&shots(40, 1), Ball::POOL).unwrap();
+        let speed = |row: &Row| row.numerical.map(|errors| errors[1].worst);
+        for fidelity in [Fidelity::Ode, Fidelity::Contact] {
+            let same = rows.iter().filter(|row| row.fidelity == fidelity && !row.everything);
+            for row in same {
+                // some dozen steps, each to the tolerance
+                assert!(speed(row).unwrap() < 20.0 * row.tolerance.unwrap() + 1e-13, "{row:?}");
+                assert_eq!(row.failed, 0);
+            }
+        }
+        let closed: Vec<f64> = rows.iter().filter(|r| r.tolerance.is_none()).filter_map(speed).collect();
+        // elastic, inelastic, linear, full
+        assert!(closed.windows(2).all(|pair| pair[1] < pair[0]), "{closed:?}");
+        assert!(closed[3] < ROUNDINGS, "{closed:?}");
+        // friction of the cloth and weight are of a thousandth
+        let full = rows.iter().find(|row| row.fidelity == Fidelity::Full).unwrap();
+        assert!((1e-5..1e-2).contains(&full.model[1].p95), "{:?}", full.model);
+    }
+
+    #[test]
+    fn a_spread_of_nothing_is_no_number() {
+        assert!(spread(Vec::new()).worst.is_nan());
+        let found = spread(vec![3.0, 1.0, 2.0]);
+        assert_eq!((found.median, found.worst), (2.0, 3.0));
+    }
+}

@@ -1,0 +1,4 @@
+//! The motion of both balls before, through and after an impact.
+pub(crate) mod both_balls;
+pub(crate) mod grid;
+pub mod scene;
