@@ -288,10 +288,14 @@ pub(super) fn fit_shots(
     let used: Vec<&Shot> = fitted.iter().map(|shot| shots[shot.index]).collect();
     super::diagnostics::refuted::judge(&mut fit, &used, discs.is_some());
     super::warnings::add(&mut fit, &fitted, knows_noise);
-    super::warnings::add_lower(&mut fit, 2.0 * lowest);
+    if fit.refuted.is_none() {
+        super::warnings::add_lower(&mut fit, 2.0 * lowest);
+    }
     fit.notes.extend(refused.map(|refused| refused.note()));
     super::warnings::add_plateaus(&mut fit, &plateaus);
-    super::doubts::add_rivals(&mut fit, &rivals);
+    if fit.refuted.is_none() {
+        super::doubts::add_rivals(&mut fit, &rivals);
+    }
     super::doubts::add_below_bound(&mut fit);
     super::warnings::add_tracks(&mut fit, dataset, shots);
     if depth < options.depth {

@@ -4,6 +4,7 @@ use super::noise::Group;
 use super::search::Search;
 use super::uncertainty::Minimum;
 use crate::likelihood::fitted::Fitted;
+use crate::likelihood::whitening::Whitening;
 use crate::measurement::parameter::Parameter;
 use crate::measurement::values::Values;
 
@@ -18,25 +19,27 @@ pub(super) struct Plateau {
 }
 
 impl Search<'_> {
-    /// All predictions, one after the other.
-    fn predictions(&self, at: &Values) -> Vec<f64> {
-        let predicted = |shot: &Fitted| {
-            let prediction = self.predict(&shot.plan, at).ok()?;
+    /// All predictions, one after the other, at the inputs of the shots that were estimated with these weights.
+    fn predictions(&self, at: &Values, whitening: &Whitening) -> Vec<f64> {
+        let model = at.model(self.model);
+        let predicted = |(number, shot): (usize, &Fitted)| {
+            let prediction = whitening.predict(number, &shot.plan, &model, &at.coefficients).ok()?;
             Some(prediction.values.rows(0, shot.plan.rows().len()).iter().copied().collect::<Vec<_>>())
         };
-        self.fitted.iter().filter_map(predicted).flatten().collect()
+        self.fitted.iter().enumerate().filter_map(predicted).flatten().collect()
     }
 
     /// The plateau on which the search for a parameter ended; `None` where nothing depends on the parameter at all.
-    pub(super) fn plateau(&self, parameter: Parameter, end: &Values) -> Option<Plateau> {
-        /// Predictions on the plateau agree to rounding.
+    pub(super) fn plateau(&self, parameter: Parameter, minimum: &Minimum) -> Option<Plateau> {
+        /// Predictions on the plateau agree to rounding of the largest: a small one may be what is left of large ones.
         const SAME: f64 = 1e-12;
+        let Minimum { values: end, whitening, .. } = minimum;
         let setting = &self.settings[parameter];
-        let there = self.predictions(end);
+        let there = self.predictions(end, whitening);
+        let same = SAME * there.iter().fold(0.0_f64, |most, value| most.max(value.abs()));
         let is_flat = |value: f64| {
-            let here = self.predictions(&end.with(parameter, value));
-            here.len() == there.len()
-                && here.iter().zip(&there).all(|(a, b)| (a - b).abs() <= SAME * a.abs().max(b.abs()))
+            let here = self.predictions(&end.with(parameter, value), whitening);
+            here.len() == there.len() && here.iter().zip(&there).all(|(a, b)| (a - b).abs() <= same)
         };
         let edge = |mut off: f64| {
             let mut on = end[parameter];

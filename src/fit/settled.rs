@@ -212,7 +212,7 @@ impl<'a> Settled<'a> {
             let Some(null) = minimum.undetermined() else {
                 identifiability = identifiability.or_else(identify);
                 for plateau in &mut plateaus {
-                    if let Some(anew) = search.plateau(plateau.parameter, &minimum.values) {
+                    if let Some(anew) = search.plateau(plateau.parameter, &minimum) {
                         *plateau = anew;
                     }
                 }
@@ -237,7 +237,7 @@ impl<'a> Settled<'a> {
                 search.initial[*parameter] = minimum.values[*parameter];
             }
             match lost[..] {
-                [parameter] => match search.plateau(parameter, &minimum.values) {
+                [parameter] => match search.plateau(parameter, &minimum) {
                     Some(plateau) => {
                         search.initial[parameter] = 0.5 * (plateau.edge + plateau.bound);
                         plateaus.push(plateau);

@@ -42,6 +42,7 @@ fn goodness() -> Goodness {
     Goodness {
         chi2: 7.0,
         dof: 7,
+        noise_is_stated: true,
         p_value: Some(0.428_88),
         noise: NoiseVerdict::Explains,
         noise_factor: Some(1.0),

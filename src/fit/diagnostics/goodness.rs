@@ -35,6 +35,8 @@ pub struct Goodness {
     /// χ² and degrees of freedom of what is tested, see [`crate::fit::Fit::tested`].
     pub chi2: f64,
     pub dof: usize,
+    /// Whether χ² can be tested: the noise is stated, and no shot is down-weighted.
+    pub noise_is_stated: bool,
     /// Probability of a larger χ² were model and stated noise right; `None` where the noise was
     /// estimated from these residuals, or shots were down-weighted.
     pub p_value: Option<f64>,
@@ -117,6 +119,7 @@ pub(in crate::fit) fn goodness(context: &Context) -> Goodness {
     Goodness {
         chi2,
         dof: context.dof,
+        noise_is_stated: context.tests_noise,
         p_value,
         noise,
         noise_factor,

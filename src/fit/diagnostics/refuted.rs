@@ -3,6 +3,8 @@
 //! Standard errors hold if the model does. Where χ² rules the model out they are not given; what needs no model of the
 //! friction, the ratio of the normal velocities, is given in their place.
 
+use statrs::distribution::{ChiSquared, ContinuousCDF};
+
 use crate::fit::{Estimate, Fit, Status};
 use crate::measurement::dataset::{Before, Joint, Measured, Shot};
 use crate::measurement::observable::{Axis, Observable};
@@ -92,13 +94,13 @@ impl Fit {
 /// Finds out whether χ² refutes the model; then takes the errors of the estimates away. `shots` are those that were fitted,
 /// `discs` whether they stand for discs.
 pub(in crate::fit) fn judge(fit: &mut Fit, shots: &[&Shot], discs: bool) {
-    let goodness = fit.diagnostics.goodness.as_ref();
-    let (Some(p_value), Some(factor)) =
-        (goodness.and_then(|g| g.p_value), goodness.and_then(|g| g.noise_factor))
-    else {
+    let Some(goodness) = fit.diagnostics.goodness.as_ref().filter(|goodness| goodness.noise_is_stated) else {
         return;
     };
-    let reduced_chi2 = factor * factor;
+    // as many parameters as observations should leave nothing; what they leave is judged as one degree of freedom
+    let dof = goodness.dof.max(1) as f64;
+    let reduced_chi2 = goodness.chi2 / dof;
+    let p_value = ChiSquared::new(dof).map_or(1.0, |distribution| distribution.sf(goodness.chi2));
     if !Refuted::is(p_value, reduced_chi2) {
         return;
     }
