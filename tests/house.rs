@@ -157,7 +157,7 @@ fn reached(
     from: &Vec<String>,
     arrows: &BTreeMap<Vec<String>, BTreeSet<Vec<String>>>,
 ) -> BTreeSet<Vec<String>> {
-    let (mut found, mut open) = (BTreeSet::new(), vec![from.clone()]);
+    let (mut found, mut open) = (BTreeSet::new(), vec![from.to_vec()]);
     while let Some(module) = open.pop() {
         for next in arrows.get(&module).into_iter().flatten() {
             if found.insert(next.clone()) {
