@@ -153,10 +153,7 @@ fn every_room_uses_only_rooms_before_it() {
 }
 
 /// Every module that can be reached from one along the arrows.
-fn reached(
-    from: &Vec<String>,
-    arrows: &BTreeMap<Vec<String>, BTreeSet<Vec<String>>>,
-) -> BTreeSet<Vec<String>> {
+fn reached(from: &[String], arrows: &BTreeMap<Vec<String>, BTreeSet<Vec<String>>>) -> BTreeSet<Vec<String>> {
     let (mut found, mut open) = (BTreeSet::new(), vec![from.to_vec()]);
     while let Some(module) = open.pop() {
         for next in arrows.get(&module).into_iter().flatten() {
