@@ -62,6 +62,28 @@ fn the_two_synthetic_cloths_differ_in_what_they_were_made_to() {
     }
 }
 
+/// Noise stated five times too small is a model that χ²/dof 25 rules out.
+#[test]
+fn a_refuted_model_has_no_errors_and_no_differences() {
+    let good = cloth("good", 0.2, 1, 60, Played::NaturalRoll);
+    let mut bad = cloth("bad", 0.4, 2, 60, Played::NaturalRoll);
+    for sd in bad.shots.iter_mut().flat_map(|shot| &mut shot.after).filter_map(|m| m.measured.sd.as_mut()) {
+        *sd *= 0.2;
+    }
+    let comparison = compare(&[good.clone(), bad], &Options::default()).unwrap();
+    let said = comparison.refuted.as_ref().unwrap();
+    assert!(said.contains("bad (") && !said.contains("good ("), "{said}");
+    assert_eq!(&comparison.warnings[0], said);
+    for compared in &comparison.quantities {
+        assert!(compared.estimates.iter().all(|value| value.std_error.is_none()), "{compared:?}");
+        assert!(compared.differences.is_empty() && compared.same_or_different.is_none());
+    }
+    let table = caromfit::report::compare::table(&comparison);
+    assert!(table.contains("(refuted)") && !table.contains(" ± 0"), "{table}");
+    let other = cloth("other", 0.4, 2, 60, Played::NaturalRoll);
+    assert!(compare(&[good, other], &Options::default()).unwrap().refuted.is_none());
+}
+
 /// What a comparison and a single fit are asked for.
 #[derive(Clone, Copy, Default)]
 struct Asked {

@@ -1,7 +1,6 @@
 //! Every integration test is a module of this one binary, so that it links the library once.
 
 mod auto;
-mod batch;
 mod cli;
 mod collisions;
 mod compare;

@@ -16,6 +16,7 @@ mod global;
 mod joint;
 mod layout;
 mod noise;
+mod refuted;
 mod run;
 mod sample;
 mod sliding;
@@ -166,6 +167,8 @@ pub struct Comparison {
     pub residuals: Vec<LabelResidual>,
     /// Where a loss is robust.
     pub robust: Option<Robust>,
+    /// Where χ² rules the model out: how, for a reader. Nothing but what does not rest on the model has errors then.
+    pub refuted: Option<String>,
     /// The constraints between parameters, each with whose it is, and whether they hold with equality.
     pub relations: Vec<(String, bool)>,
     /// What the reader must know, the most important first.
@@ -367,6 +370,7 @@ pub fn compare_watched(
     );
     verdict::holm(&mut comparison.quantities);
     comparison.labels = labels;
+    refuted::judge(&mut comparison, &summaries);
     let ball = datasets.first().map_or(Ball::POOL, |dataset| dataset.ball);
     effect::describe(&mut comparison, ball);
     comparison.told_by = told_by;

@@ -101,6 +101,7 @@ pub(super) fn run(
         termination: solved.termination.clone(),
         residuals: residuals(samples, layout, solved),
         robust: robust(samples, solved),
+        refuted: None,
         relations,
         warnings,
         notes: refused.into_iter().collect(),

@@ -20,7 +20,7 @@ pub(crate) mod search;
 mod settled;
 mod starts;
 pub(crate) mod uncertainty;
-mod warnings;
+pub(crate) mod warnings;
 
 pub use counted::Counted;
 pub use diagnostics::goodness::{Goodness, NoiseVerdict, Normality};

@@ -23,7 +23,7 @@ use crate::numerics::least_squares::{Options, Solution, Termination};
 /// What a fit says that ends at a kink.
 pub(super) const TERMINATION: &str = "converged: at the value of μ where a shot begins to stick";
 
-/// Golden sections end at this part of μ: an error of χ² in the last digits.
+/// Golden sections end at this part of μ, an error of χ² in the last digits, or where what is asked for is less precise.
 const TOLERANCE: f64 = 1e-12;
 
 /// Each section leaves 0.618 of the bracket: 100 leave nothing.
@@ -37,6 +37,12 @@ const PLACES: usize = 16;
 
 /// A search that ends at an end of the bracket goes on from there, at most so often.
 const MAX_BRACKETS: usize = 5;
+
+/// Where μ is one of several unknowns that the friction depends on, kinks are valleys across all of them, and a search with μ
+/// held stalls as well: the places of the bracket then say as much as sections of it would.
+const LAW: [Parameter; 2] = [Parameter::B, Parameter::C];
+const BRACKETS_OF_A_LAW: usize = 2;
+const PLACES_OF_A_LAW: Options = Options { max_iterations: 30, orthogonality: 1e-6 };
 
 /// The minimum from a start that satisfies the constraints, and whether it is at a kink.
 pub(super) fn minimise(
@@ -52,11 +58,13 @@ pub(super) fn minimise(
     if are_filmed(slice.search.fitted) || constraints.lower[mu] == constraints.upper[mu] {
         return Ok((solution, false));
     }
-    for _ in 0..MAX_BRACKETS {
+    let is_law = LAW.iter().any(|p| slice.free.contains(p));
+    for _ in 0..if is_law { BRACKETS_OF_A_LAW } else { MAX_BRACKETS } {
         if !matches!(solution.termination, Termination::Stalled | Termination::MaxIterations) {
             break;
         }
-        let Some((x, at_kink)) = across(slice, mu, &solution) else { break };
+        let found = if is_law { places(slice, mu, &solution) } else { across(slice, mu, &solution, options) };
+        let Some((x, at_kink)) = found else { break };
         let next = least_squares::minimise(slice.problem(), &x, constraints, options)?;
         let iterations = solution.iterations + next.iterations;
         if at_kink && !next.termination.converged() {
@@ -76,7 +84,7 @@ pub(super) fn minimise(
 }
 
 /// The lowest point within the bracket of a stalled search, and whether it is inside; `None` where none is lower.
-fn across(slice: &Slice, mu: usize, stalled: &Solution) -> Option<(DVector<f64>, bool)> {
+fn across(slice: &Slice, mu: usize, stalled: &Solution, options: &Options) -> Option<(DVector<f64>, bool)> {
     let (lower, upper) = (slice.constraints.lower[mu], slice.constraints.upper[mu]);
     let value = stalled.x[mu];
     let ends = [(value * (1.0 - BRACKET)).max(lower), (value * (1.0 + BRACKET)).min(upper)];
@@ -89,7 +97,9 @@ fn across(slice: &Slice, mu: usize, stalled: &Solution) -> Option<(DVector<f64>,
     let around = if costs[lowest] < stalled.cost { at(lowest) } else { value };
     let step = (ends[1] - ends[0]) / PLACES as f64;
     let (from, to) = ((around - step).max(ends[0]), (around + step).min(ends[1]));
-    let golden = GoldenSectionSearch::new(from, to).and_then(|g| g.with_tolerance(TOLERANCE)).ok()?;
+    let golden = GoldenSectionSearch::new(from, to)
+        .and_then(|g| g.with_tolerance(options.orthogonality.max(TOLERANCE)))
+        .ok()?;
     let found = Executor::new(&profile, golden)
         .configure(|state| state.param(around.clamp(from, to)).max_iters(MAX_SECTIONS))
         .timer(false)
@@ -97,6 +107,26 @@ fn across(slice: &Slice, mu: usize, stalled: &Solution) -> Option<(DVector<f64>,
     let best = found.ok()?.state.best_param?;
     let (x, cost) = profile.at(best)?;
     (cost <= stalled.cost).then_some((x, from < best && best < to))
+}
+
+/// As [`across`] to the precision of the places themselves: the lowest of them or, if none is lower, where the search
+/// stalled.
+fn places(slice: &Slice, mu: usize, stalled: &Solution) -> Option<(DVector<f64>, bool)> {
+    let value = stalled.x[mu];
+    let at = |place: usize| {
+        let mu_there = value * (1.0 + BRACKET * (2.0 * place as f64 / PLACES as f64 - 1.0));
+        let mut start = stalled.x.clone();
+        start[mu] = mu_there;
+        let held = slice.holding(&[(mu, mu_there)]);
+        let start = held.constraints.nearest(&start)?;
+        let found = least_squares::minimise(held.problem(), &start, &held.constraints, &PLACES_OF_A_LAW);
+        found.ok().map(|found| (found.x, found.cost))
+    };
+    let lowest = (0..=PLACES).filter_map(at).min_by(|a, b| a.1.total_cmp(&b.1));
+    match lowest {
+        Some((x, cost)) if cost < stalled.cost => Some((x, false)),
+        _ => Some((stalled.x.clone(), true)),
+    }
 }
 
 impl Search<'_> {

@@ -39,6 +39,10 @@ const SLOW_AT_REST: f64 = 1e-5;
 const ERRORS_AT_KINK: f64 = 0.01;
 const CHANGE_AT_KINK: f64 = 1e-4;
 
+/// Or after so many rounds at a kink within a tenth of a standard error; after so many more the search gives up.
+const ROUNDS_AT_KINK: usize = 8;
+const MOST_AT_KINK: usize = 16;
+
 /// Inputs of shots that are best at a kink are held on one side of it once the parameters move by less than this part of a
 /// standard error.
 const HELD_FROM: f64 = 0.1;
@@ -316,6 +320,7 @@ impl Search<'_> {
         let mut iterations = 0;
         let mut before: Option<Whitening> = None;
         let mut hold = Hold::None;
+        let mut at_kinks = 0;
         for round in 0.. {
             let sds: EstimatedSd = groups.iter().map(|g| (g.observable, g.sd)).collect();
             let shared_values = &x.as_slice()[free.len()..];
@@ -381,7 +386,10 @@ impl Search<'_> {
             if round >= MAX_ROUNDS / 2 {
                 hold = Hold::All;
             }
-            let by_turns = at_kink && in_errors < ERRORS_AT_KINK && changed < CHANGE_AT_KINK;
+            at_kinks += usize::from(at_kink);
+            let by_turns = at_kink
+                && (in_errors < ERRORS_AT_KINK && changed < CHANGE_AT_KINK
+                    || at_kinks >= ROUNDS_AT_KINK && in_errors < HELD_FROM);
             let slow = round >= PATIENCE && in_errors.max(changed) < SLOW_AT_REST;
             let rest = !weights_move || moved.max(changed) < at_rest || by_turns || slow;
             if rest && loss != last {
@@ -390,7 +398,7 @@ impl Search<'_> {
                 before = Some(whitening);
                 continue;
             }
-            if rest || round + 1 >= max_rounds {
+            if rest || round + 1 >= max_rounds || at_kinks >= MOST_AT_KINK {
                 let converged = (solution.termination.converged() || at_kink || rough) && rest;
                 let mut termination = solution.termination.to_string();
                 if rough {
@@ -401,7 +409,7 @@ impl Search<'_> {
                 }
                 if !rest {
                     termination =
-                        format!("the weights did not come to rest in {max_rounds} rounds; {termination}");
+                        format!("the weights did not come to rest in {} rounds; {termination}", round + 1);
                 }
                 let minimum = Minimum {
                     values,

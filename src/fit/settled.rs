@@ -71,6 +71,10 @@ impl<'a> Settled<'a> {
 
     /// The minimum at a kink near some values, if all is determined there.
     fn at_kink(search: &Search<'a>, free: &[Parameter], near: &Values) -> Option<Self> {
+        // a friction of several unknowns has kinks across all of them
+        if free.contains(&Parameter::B) || free.contains(&Parameter::C) {
+            return None;
+        }
         let (minimum, estimated) = search.at_kink(free, near, REACH)?;
         if !minimum.determines_all() {
             return None;

@@ -210,7 +210,7 @@ fn doubtful_shots(fit: &Fit) -> Option<String> {
 }
 
 /// A number to so many significant digits, all of them before the point where it has more.
-pub(super) fn to_digits(value: f64, digits: i32) -> String {
+pub(crate) fn to_digits(value: f64, digits: i32) -> String {
     let decimals = digits - 1 - value.abs().log10().floor() as i32;
     format!("{value:.*}", usize::try_from(decimals).unwrap_or(0))
 }

@@ -163,7 +163,7 @@ fn estimates(comparison: &Comparison) -> Table {
     let head: Vec<&str> = [comparison.told_by.as_str(), "shots"].into_iter().chain(symbols).collect();
     let row = |(label, name): (usize, &String)| {
         let shots: usize = comparison.samples.iter().filter(|s| s.label == label).map(|s| s.shots_used).sum();
-        let cells = comparison.quantities.iter().map(|q| Cell::text(cell(q, label)));
+        let cells = comparison.quantities.iter().map(|q| Cell::text(cell(comparison, q, label)));
         [Cell::text(name.as_str()), Cell::text(shots.to_string())].into_iter().chain(cells).collect()
     };
     Table {
@@ -204,7 +204,7 @@ fn notes(comparison: &Comparison) -> Vec<String> {
 }
 
 /// An estimate of a label.
-fn cell(compared: &Compared, label: usize) -> String {
+fn cell(comparison: &Comparison, compared: &Compared, label: usize) -> String {
     if compared.left_out.iter().any(|(out, _)| *out == label) {
         return "–".to_owned();
     }
@@ -212,6 +212,9 @@ fn cell(compared: &Compared, label: usize) -> String {
     compared.estimates.iter().find(own).map_or("–".to_owned(), |value| {
         let number = match value.std_error {
             Some(error) if value.fitted => with_error(value.value, error),
+            _ if value.fitted && comparison.refuted.is_some() => {
+                format!("{} (refuted)", plain(value.value, 4))
+            }
             _ if value.fitted => plain(value.value, 4),
             _ => format!("{} (fixed)", plain(value.value, 4)),
         };
@@ -260,6 +263,9 @@ fn lines(comparison: &Comparison, compared: &Compared) -> Vec<String> {
     for (why, labels) in reasons {
         let are = if labels.len() == 1 { "is" } else { "are each" };
         lines.push(format!("{} {are} left out: {why}", labels.join(", ")));
+    }
+    if lines.is_empty() && comparison.refuted.is_some() {
+        lines.push("not compared: the data refute the model".to_owned());
     }
     if lines.is_empty() {
         lines.push("nothing to compare: it is held, or one label only tells it".to_owned());
@@ -323,7 +329,7 @@ pub fn document(comparison: &Comparison) -> Json {
            "computed": comparison.computed.iter().map(diagnostics::computed).collect::<Vec<_>>(),
            "robust": robust, "constraints": comparison.relations.iter().map(diagnostics::constraint).collect::<Vec<_>>(),
            "notes": comparison.notes, "told_by": comparison.told_by,
-           "labels": comparison.labels, "warnings": comparison.warnings,
+           "labels": comparison.labels, "warnings": comparison.warnings, "refuted": comparison.refuted,
            "samples": comparison.samples.iter().map(sample).collect::<Vec<_>>(),
            "parameters": comparison.quantities.iter().map(quantity).collect::<Vec<_>>(),
            "counted": counted(comparison).name(), "chi2": significant(comparison.chi2, MANY), "dof": comparison.dof, "noise_estimated": comparison.noise_estimated,

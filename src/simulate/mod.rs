@@ -18,7 +18,6 @@ use crate::measurement::observable::Observable;
 use crate::measurement::spin::Spin;
 use crate::measurement::track::TrackShot;
 use crate::physics::ball::{Ball, BallState, Vec3};
-use crate::physics::collision::batch::{Arrays, Cues, Lengths};
 use crate::physics::collision::{Coefficients, Fidelity, Model, NotACollision};
 use crate::physics::contact_frame::{CollisionFrame, cue_velocity};
 
@@ -133,8 +132,6 @@ pub enum BadSpec {
     Value { key: &'static str, value: String, expected: &'static str },
     #[error("a shot of this specification is no collision: {0}")]
     NotACollision(#[from] NotACollision),
-    #[error(transparent)]
-    Batch(#[from] Lengths),
     #[error("a shot of this specification cannot be predicted: {0}")]
     Unpredictable(#[from] Unpredictable),
 }
@@ -311,27 +308,14 @@ impl<'a> Maker<'a> {
             _ = write!(table, ",{column}_sd");
         }
         table.push('\n');
-        // everything random in the order of the shots, then all collisions at once
-        let count = self.spec.shots.count;
-        let mut drawn = Vec::with_capacity(count);
-        let mut columns: [Vec<f64>; 5] = Default::default();
-        for number in 0..count {
+        for number in 0..self.spec.shots.count {
             let (_, _, cue) = self.shot(number);
             let direction = self.between([-std::f64::consts::PI, std::f64::consts::PI]);
             let line = self.noise(line_sd);
             let before = [0; 2].map(|_| self.noise(noise.velocity_m_s));
             let spin = [0; 3].map(|_| self.noise(noise.spin_rad_s));
             let after = [0; 4].map(|_| self.noise(noise.velocity_m_s));
-            let state = [cue.velocity.x, cue.velocity.y, cue.spin.x, cue.spin.y, cue.spin.z];
-            columns.iter_mut().zip(state).for_each(|(column, value)| column.push(value));
-            drawn.push((cue, direction, line, before, spin, after));
-        }
-        let [x, y, spins @ ..] = columns.each_ref().map(Vec::as_slice);
-        let mut arrays = Arrays::new(count);
-        let outcomes = &mut arrays.outcomes();
-        self.model.collide_batch(&Cues { velocity: [x, y], spin: spins }, &self.coefficients, outcomes)?;
-        for (number, (cue, direction, line, before, spin, after)) in drawn.into_iter().enumerate() {
-            arrays.status[number]?;
+            let outcome = self.model.collide(&cue, &self.coefficients)?;
             let frame = CollisionFrame::from_direction(direction);
             let seen = direction + line;
             let mut values = vec![seen.cos(), seen.sin()];
@@ -341,8 +325,7 @@ impl<'a> Maker<'a> {
                 let exact = frame.to_table(cue.spin);
                 values.extend([0, 1, 2].map(|axis| exact[axis] + spin[axis]));
             }
-            let velocity = |of: &[Vec<f64>; 3]| frame.to_table(Vec3::from([0, 1, 2].map(|i| of[i][number])));
-            let [cue, object] = [velocity(&arrays.cue_velocity), velocity(&arrays.object_velocity)];
+            let [cue, object] = [outcome.cue, outcome.object].map(|ball| frame.to_table(ball.velocity));
             let exact = [cue.x, cue.y, object.x, object.y];
             values.extend(exact.into_iter().zip(after).map(|(exact, noise)| exact + noise));
             _ = write!(table, "{}", number + 1);

@@ -359,7 +359,7 @@ impl Plan {
         let mut by_parameters = SMatrix::<f64, 12, { Parameter::ALL.len() }>::zeros();
         by_parameters.fixed_columns_mut::<3>(0).copy_from(&jacobian.fixed_columns::<3>(0));
         by_parameters.fixed_columns_mut::<2>(3).copy_from(&by_law);
-        let by_inputs = jacobian.fixed_columns::<5>(3) * start.by_inputs;
+        let by_inputs = product(&jacobian.fixed_columns::<5>(3).into_owned(), &start.by_inputs);
         let mut prediction = Prediction {
             values: SVector::zeros(),
             by_parameters: SMatrix::zeros(),
@@ -371,12 +371,34 @@ impl Plan {
             let view = View { outcome: &outcome, start: &start, model };
             let seen = view.observe(observable);
             prediction.values[row] = seen.value;
-            prediction.by_parameters.set_row(row, &(seen.by_outcome.transpose() * by_parameters));
-            let by_input = seen.by_outcome.transpose() * by_inputs + seen.by_input.transpose();
-            prediction.by_inputs.set_row(row, &by_input);
+            prediction.by_inputs.set_row(row, &seen.by_input.transpose());
+            for (k, by_outcome) in seen.by_outcome.iter().enumerate().filter(|(_, by)| **by != 0.0) {
+                for column in 0..Parameter::ALL.len() {
+                    prediction.by_parameters[(row, column)] += by_outcome * by_parameters[(k, column)];
+                }
+                for column in 0..INPUTS {
+                    prediction.by_inputs[(row, column)] += by_outcome * by_inputs[(k, column)];
+                }
+            }
         }
         Ok(prediction)
     }
+}
+
+/// A · B of matrices so small, and of so many zeros, that a general product takes several times as long.
+fn product<const R: usize, const M: usize, const C: usize>(
+    a: &SMatrix<f64, R, M>,
+    b: &SMatrix<f64, M, C>,
+) -> SMatrix<f64, R, C> {
+    let mut product = SMatrix::zeros();
+    for column in 0..C {
+        for k in (0..M).filter(|&k| b[(k, column)] != 0.0) {
+            for row in 0..R {
+                product[(row, column)] += a[(row, k)] * b[(k, column)];
+            }
+        }
+    }
+    product
 }
 
 impl Plan {

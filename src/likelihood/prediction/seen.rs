@@ -130,8 +130,7 @@ impl View<'_> {
     /// A component, in the table frame, of the vector that starts at `first` of the outcome's.
     fn component(&self, first: usize, axis: Axis) -> Seen {
         let frame = self.start.frame;
-        let components = self.outcome.components();
-        let vector: Vector3<f64> = components.fixed_rows::<3>(first).into_owned();
+        let vector: Vector3<f64> = self.outcome.components().fixed_rows::<3>(first).into_owned();
         let table = frame.to_table(vector);
         let mut by_outcome = SVector::<f64, 12>::zeros();
         for along in 0..3 {

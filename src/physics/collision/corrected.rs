@@ -120,8 +120,8 @@ impl Model {
     #[must_use]
     pub fn closed(&self) -> Option<Self> {
         let is_integrated = matches!(self.fidelity, Fidelity::Ode | Fidelity::Contact);
-        let effects = self.effects.and(Fidelity::Full.effects());
-        is_integrated.then_some(Self { fidelity: Fidelity::Full, effects, ..*self })
+        let effects = || self.effects.and(Fidelity::Full.effects());
+        is_integrated.then(|| Self { fidelity: Fidelity::Full, effects: effects(), ..*self })
     }
 }
 

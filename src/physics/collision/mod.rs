@@ -14,7 +14,6 @@
 //! | m_s | `Contact::m_s` | μ_s with topspin (v_z0 > 0), else 0: the cloth then carries no load |
 //! | β_y, β_z, γ | functions of `Contact` | inertia of the slip, and the exponent that turns it |
 
-pub mod batch;
 mod corrected;
 mod effects;
 mod elastic;

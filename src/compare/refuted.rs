@@ -1,0 +1,54 @@
+//! Whether one of the samples refutes the model: differences and their errors hold only if the model does.
+
+use statrs::distribution::{ChiSquared, ContinuousCDF};
+
+use super::{Comparison, Quantity, SampleSummary};
+use crate::fit::Refuted;
+use crate::fit::warnings::to_digits;
+
+/// Takes errors, differences and tests away where the residuals of the whole or of a sample refute the model. The cloth's
+/// sliding friction, from the paths after the impacts, stays.
+pub(super) fn judge(comparison: &mut Comparison, samples: &[SampleSummary]) {
+    if comparison.noise_estimated || comparison.robust.is_some() {
+        return;
+    }
+    let mut named = Vec::new();
+    for (number, sample) in samples.iter().enumerate() {
+        let own = comparison.residuals.iter().filter(|residual| residual.sample == number);
+        let squares: Vec<f64> = own.map(|residual| residual.of_shot.standardized.powi(2)).collect();
+        // how many of the parameters a sample takes up is not told: few, of many observations
+        if let Some(reduced) = refutes(squares.iter().sum(), squares.len()) {
+            named.push(format!("{} (χ²/dof {})", sample.title, to_digits(reduced, 3)));
+        }
+    }
+    if named.is_empty() && refutes(comparison.chi2, comparison.dof).is_none() {
+        return;
+    }
+    let whose = if named.is_empty() {
+        format!("together (χ²/dof {})", to_digits(comparison.chi2 / comparison.dof.max(1) as f64, 3))
+    } else {
+        format!("of {}", named.join(" and "))
+    };
+    let sentence = format!(
+        "The data {whose} refute the model. The estimates only mark the least χ²; they have no standard errors, and \
+         differences between them are not judged, since both hold only if the model does. Fit each data set alone to see \
+         what does not fit."
+    );
+    let by_model = |quantity: Quantity| quantity != Quantity::Sliding;
+    for compared in comparison.quantities.iter_mut().filter(|compared| by_model(compared.quantity)) {
+        for value in &mut compared.estimates {
+            (value.std_error, value.interval_95) = (None, None);
+        }
+        compared.differences.clear();
+        compared.same_or_different = None;
+    }
+    comparison.warnings.insert(0, sentence.clone());
+    comparison.refuted = Some(sentence);
+}
+
+/// χ² per degree of freedom, where it refutes the model.
+fn refutes(chi2: f64, dof: usize) -> Option<f64> {
+    let dof = dof.max(1) as f64;
+    let p_value = ChiSquared::new(dof).map_or(1.0, |distribution| distribution.sf(chi2));
+    Refuted::is(p_value, chi2 / dof).then_some(chi2 / dof)
+}
