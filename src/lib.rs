@@ -28,6 +28,7 @@
 //! | [`physics`] | balls, discs, friction, motion on the cloth, the collision models |
 //! | [`numerics`] | least squares under constraints, quadrature: knows no balls |
 //! | [`measurement`] | what was measured, as values: data set, shot, track, observable, parameter |
+//! | [`film`] | what a camera makes of the table, and back |
 //! | [`io`] | files to measurements and back |
 //! | [`trajectory`] | the motion of both balls before, through and after an impact |
 //! | [`likelihood`] | of the frames, the velocities or the angles of one shot |
@@ -39,6 +40,7 @@
 pub mod compare;
 pub mod design;
 pub mod extraction;
+pub mod film;
 pub mod fit;
 pub mod io;
 pub mod likelihood;

@@ -77,7 +77,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
 
 fn of_dataset(path: &std::path::Path) -> Result<(Dataset, Vec<Shot>, usize), Failure> {
     let loaded = io::load(path).map_err(Failure::input)?;
-    let (dataset, ..) = with_impacts(loaded, &|| {});
+    let (dataset, ..) = with_impacts(caromfit::fit::calibrated(loaded).0, &|| {});
     let [mu, mu_s, e] = Parameter::COEFFICIENTS.map(|parameter| dataset.settings[parameter].initial);
     let coefficients = Coefficients { mu, mu_s, e };
     let model = Model::new(Fidelity::Full, dataset.ball);

@@ -25,7 +25,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let mut unusable = Vec::new();
     for dataset in datasets {
         progress.step(&dataset.name);
-        let (dataset, ..) = with_impacts(dataset, &|| progress.done());
+        let (dataset, ..) = with_impacts(caromfit::fit::calibrated(dataset).0, &|| progress.done());
         progress.done();
         let mut text = format!(
             "{}: {} shot(s) can be used, {} left out\n",

@@ -59,7 +59,8 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let (mut datasets_of_impacts, mut filmed, mut from_paths) = (Vec::new(), Vec::new(), Vec::new());
     for dataset in datasets {
         progress.step(&dataset.name);
-        let (dataset, extracted, scene) = with_impacts(dataset, &|| progress.done());
+        let (dataset, extracted, scene) =
+            with_impacts(caromfit::fit::calibrated(dataset).0, &|| progress.done());
         if footage::finds_spins_from_paths(&extracted, &scene) {
             from_paths.push(dataset.name.clone());
         }

@@ -107,7 +107,7 @@ fn extract(
         }
         return Ok(Done { dataset, shots: shots.len(), lines });
     }
-    let (dataset, shots, scene) = with_impacts(dataset, &|| progress.done());
+    let (dataset, shots, scene) = with_impacts(caromfit::fit::calibrated(dataset).0, &|| progress.done());
     if !shots.is_empty() {
         let drawn = if pictures { extracted::pictures(&shots, &scene)? } else { Vec::new() };
         save(drawn, &extracted::files(&dataset, &shots))?;

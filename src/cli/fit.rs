@@ -6,15 +6,16 @@ use caromfit::extraction::Impact;
 use caromfit::fit;
 use caromfit::fit::footage;
 use caromfit::fit::footage::with_impacts;
-use caromfit::fit::{Depth, Falling, Fit, Method, Options};
+use caromfit::fit::{Depth, Falling, FilmUnknowns, Fit, FoundCamera, Method, Options};
+use caromfit::measurement::dataset::Dataset;
 use caromfit::measurement::loss::Loss;
+use caromfit::measurement::parameter::Parameter;
 use caromfit::measurement::track::TrackShot;
 use caromfit::physics::collision::{Effects, Fidelity, Model};
 use caromfit::physics::effect_sizes;
 use caromfit::physics::friction_law::Law;
 use caromfit::report;
 use caromfit::report::regression::Tolerance;
-use caromfit::trajectory::scene::Scene;
 
 use super::baseline;
 use super::baseline::Baseline;
@@ -52,10 +53,13 @@ pub struct Args {
     /// as the data set's [fit] mu_b and mu_c say (fit); all but ode and contact take it at the first slip
     #[arg(long, value_name = "B,C|fit", value_parser = falling, allow_hyphen_values = true)]
     falling: Option<Falling>,
-    /// How footage is fitted: velocities extracted first (two-stage), or all frames at once (joint); two-stage unless
-    /// spins are unknown and the shots do not tell enough to find them
+    /// How footage is fitted: velocities extracted first (two-stage), or all frames at once (joint); joint, but for a
+    /// robust loss and a friction whose fall with the slip is fitted
     #[arg(long, value_parser = super::named(Method::ALL, Method::name))]
     method: Option<Method>,
+    /// What else is fitted with --method joint: the cloth's bounce e_t, which is else taken as 0.5
+    #[arg(long, value_name = "NAME", value_parser = [BOUNCE])]
+    free: Vec<String>,
     /// How outlying shots count, in the place of what the data set says
     #[arg(long, value_parser = super::loss())]
     loss: Option<Loss>,
@@ -82,10 +86,26 @@ pub struct Args {
     json: bool,
 }
 
-/// The errors of a spin that paths alone tell are too large to be carried over as small ones are.
-fn best(extracted: &[(TrackShot, Impact)], scene: &Scene, loss: Loss) -> Method {
-    let from_paths = footage::finds_spins_from_paths(extracted, scene);
-    if from_paths && loss == Loss::Squares { Method::Joint } else { Method::TwoStage }
+/// The name of the cloth's bounce.
+const BOUNCE: &str = "bounce";
+
+/// Frames of more shots than this take minutes to fit jointly.
+const MOST_JOINT: usize = 20_000;
+
+/// All frames at once use all that they tell; a robust loss and a friction that falls by as much as is fitted are known only to fits
+/// of velocities.
+fn best(dataset: &Dataset, extracted: &[(TrackShot, Impact)], options: &Options) -> Method {
+    let settings = &dataset.settings;
+    let falls = match options.falling {
+        Falling::Fitted => true,
+        Falling::Held { .. } => false,
+        Falling::AsStated => {
+            settings.falls && [Parameter::B, Parameter::C].into_iter().any(|p| !settings[p].fixed)
+        }
+    };
+    let squares = options.loss.unwrap_or(dataset.loss) == Loss::Squares;
+    let joint = !extracted.is_empty() && extracted.len() <= MOST_JOINT && squares && !falls;
+    if joint { Method::Joint } else { Method::TwoStage }
 }
 
 /// `fit`, or B,C.
@@ -126,6 +146,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         falling: args.falling.unwrap_or_default(),
         tolerance: args.tolerance,
         method: Method::default(),
+        film: FilmUnknowns::default(),
         loss: args.loss,
         depth: Depth::Everything,
         starts: args.starts,
@@ -137,16 +158,22 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let (mut failed, mut bad_input) = (Vec::new(), false);
     for dataset in datasets {
         progress.step(&dataset.name);
+        let (dataset, found) = fit::calibrated(dataset);
         let (dataset, extracted, scene) = with_impacts(dataset, &|| progress.done());
-        let method =
-            args.method.unwrap_or_else(|| best(&extracted, &scene, options.loss.unwrap_or(dataset.loss)));
-        let options = Options { method, ..options };
+        let method = args.method.unwrap_or_else(|| best(&dataset, &extracted, &options));
+        let film = found.as_ref().map(FoundCamera::unknowns).unwrap_or_default();
+        let film = FilmUnknowns { bounce: args.free.iter().any(|name| name == BOUNCE), ..film };
+        let options = Options { method, film, ..options };
         let most = if method == Method::Joint { usize::MAX } else { BOUND_FROM };
-        let films = footage::films(&extracted, &scene, most);
+        let camera = found.as_ref().filter(|found| found.corrects()).map(|found| &found.camera);
+        let films = footage::films(&extracted, &scene, camera, most);
         match fit::fit_watched(&dataset, &films, &options, &|| progress.done()) {
             Ok(mut of_dataset) => {
                 if method == Method::TwoStage && footage::finds_spins_from_paths(&extracted, &scene) {
                     of_dataset.iter_mut().for_each(Fit::warn_of_spins_from_paths);
+                }
+                if let Some(found) = &found {
+                    of_dataset.iter_mut().for_each(|fit| fit.set_camera(found));
                 }
                 let worst = report::shots::worth_drawing(&of_dataset);
                 let drawn =

@@ -227,7 +227,8 @@ pub(super) fn solve(
         let problems = (0..samples.len())
             .map(|i| {
                 let (sample, settings) = (&samples[i], &layout.settings[i]);
-                Problem::new(&sample.fitted, &sample.model, settings, &free[i], held[i].into(), &whitening[i])
+                let columns = (free[i].as_slice(), &[][..]);
+                Problem::new(&sample.fitted, &sample.model, settings, columns, held[i].into(), &whitening[i])
             })
             .collect();
         let joint = Joint { problems, columns: columns.clone(), count: total };

@@ -7,7 +7,8 @@ use rayon::prelude::*;
 use super::{Expected, PlayedKind, SpinFrom};
 use crate::extraction;
 use crate::extraction::{Rotation, Rotations};
-use crate::likelihood::frames::{CLOTH, Film, Known, SHARED};
+use crate::likelihood::frames::shared_unknowns::{self, Kind, SharedUnknown};
+use crate::likelihood::frames::{CLOTH, Film, Known};
 use crate::measurement::spin::Spin;
 use crate::physics::ball::{BallState, Vec3};
 use crate::physics::collision::{Corrected, Fidelity, Model, NotACollision};
@@ -15,6 +16,9 @@ use crate::physics::contact_frame::cue_velocity;
 use crate::simulate;
 use crate::simulate::TrueImpact;
 use crate::trajectory::scene::Scene;
+
+/// μ, μ_s, e, μ_k, μ_r.
+const SHARED: usize = 5;
 
 /// By μ, μ_s, e, μ_k, μ_r.
 pub type Information = SMatrix<f64, SHARED, SHARED>;
@@ -179,10 +183,13 @@ fn of_shot(expected: &Expected, kind: &PlayedKind, shot: Shot) -> Result<Option<
     let (track, truth) = simulate::noise_free(&model, coefficients, (camera, cloth), &cue, unmarked)?;
     let scene = Scene { cloth: (*cloth).into(), ..Scene::new(*ball) };
     let film = film(&track, &truth, kind, shot.topspin, &scene);
-    let shared = [coefficients.mu, coefficients.mu_s, coefficients.e, cloth.mu_k, cloth.mu_r];
-    Ok(film
-        .reduced(&Corrected { model, correction: None }, &shared, &film.start)
-        .map(|reduced| reduced.jacobian.tr_mul(&reduced.jacobian)))
+    let parameters = [coefficients.mu, coefficients.mu_s, coefficients.e];
+    let list = [Kind::Sliding, Kind::Rolling, Kind::Bounce].map(|kind| SharedUnknown::usual(kind, 0.0));
+    let shared = shared_unknowns::shared(parameters, &list, &[cloth.mu_k, cloth.mu_r, cloth.bounce]);
+    Ok(film.reduced(&Corrected { model, correction: None }, &shared, &film.start).map(|reduced| {
+        let jacobian = reduced.jacobian.fixed_columns::<SHARED>(0);
+        jacobian.tr_mul(&jacobian)
+    }))
 }
 
 fn film(

@@ -145,8 +145,28 @@ fn drifts(cue: &[Sample], object: &[Sample], ball: &Ball, noise: f64) -> Option<
     (speed > MOVING_ERRORS * noise * line.error).then_some(speed)
 }
 
+/// Where the centres of the cue ball and the object ball are when they meet, m, whatever their distance; `None` where there is no
+/// collision.
+#[must_use]
+pub fn contact(shot: &TrackShot, scene: &Scene) -> Option<[[f64; 2]; 2]> {
+    let (z, distance) = from_lines(shot, scene, noise(shot)).ok()?;
+    let (sin, cos) = z[unknown::DIRECTION].sin_cos();
+    let [x, y] = [z[unknown::OBJECT], z[unknown::OBJECT + 1]];
+    Some([[x - distance * cos, y - distance * sin], [x, y]])
+}
+
 /// Unknowns from straight lines near the impact.
 pub(crate) fn guess(shot: &TrackShot, scene: &Scene, noise: f64) -> Result<Unknowns, Unusable> {
+    let (z, distance) = from_lines(shot, scene, noise)?;
+    let expected = 2.0 * scene.ball.radius;
+    if (distance / expected - 1.0).abs() > 0.5 {
+        return Err(Unusable::Separation { measured: distance, expected, error: f64::NAN });
+    }
+    Ok(z)
+}
+
+/// The same, and the distance of the centres at the impact, m.
+fn from_lines(shot: &TrackShot, scene: &Scene, noise: f64) -> Result<(Unknowns, f64), Unusable> {
     let ball = &scene.ball;
     let (cue, object) = (steady(&shot.cue, noise), steady(&shot.object, noise));
     if cue.len() < 2 * LEAST_FRAMES || object.len() < 2 * LEAST_FRAMES {
@@ -208,13 +228,6 @@ pub(crate) fn guess(shot: &TrackShot, scene: &Scene, noise: f64) -> Result<Unkno
     let lay = [median(before.iter().map(|s| s.x).collect()), median(before.iter().map(|s| s.y).collect())];
     let across = [lay[0] - arriving.position[0], lay[1] - arriving.position[1]];
     let distance = across[0].hypot(across[1]);
-    if (distance / (2.0 * ball.radius) - 1.0).abs() > 0.5 {
-        return Err(Unusable::Separation {
-            measured: distance,
-            expected: 2.0 * ball.radius,
-            error: f64::NAN,
-        });
-    }
     let (nx, ny) = (across[0] / distance, across[1] / distance);
     let turn = |v: [f64; 2]| [v[0] * nx + v[1] * ny, v[1] * nx - v[0] * ny];
     let (u, c, v) = (turn(arriving.velocity), turn(leaving.velocity), turn(moving.velocity));
@@ -232,7 +245,7 @@ pub(crate) fn guess(shot: &TrackShot, scene: &Scene, noise: f64) -> Result<Unkno
     }
     z[unknown::SLIDING] = scene.cloth.sliding;
     z[unknown::ROLLING] = scene.cloth.rolling;
-    Ok(z)
+    Ok((z, distance))
 }
 
 #[cfg(test)]

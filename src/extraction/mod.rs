@@ -16,6 +16,7 @@ mod window_fit;
 use nalgebra::{DMatrix, SMatrix, SVector};
 use rayon::prelude::*;
 
+pub use initial_guess::contact;
 pub use marker_rotation::Rotation;
 pub(crate) use marker_rotation::turn;
 pub use near_model::near_model;

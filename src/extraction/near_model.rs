@@ -23,7 +23,7 @@ pub fn near_model(shot: &TrackShot, impact: &Impact, scene: &Scene) -> Option<Im
     if impact.spin != Spin::Unknown {
         return None;
     }
-    let own = impact.film(shot, scene).at_model(scene, &[])?.own;
+    let own = impact.film(shot, scene, None).at_model(scene, &[])?.own;
     let z = path(&own, impact, scene)?;
     let noise = impact.noise;
     let tracked = Tracked::new(shot, scene, noise, impact.spin);

@@ -38,7 +38,7 @@ pub(crate) fn from_motion(
     let paths_only = sliding.as_ref().and_then(|sliding| Some(slides.quantities(sliding).ok()?.0));
     let mut found = None;
     if let (Some(fitted), Some(impact)) = (&sliding, &paths_only) {
-        found = impact.film(shot, scene).at_model(scene, &EVERYWHERE);
+        found = impact.film(shot, scene, None).at_model(scene, &EVERYWHERE);
         let start = found.as_ref().and_then(|found| near_model::path(&found.own, impact, scene));
         // the collision tells more of a spin than the paths do, which must only not speak against it
         let allowed = fitted.chi2 + likely(&slides, fitted);
@@ -50,7 +50,7 @@ pub(crate) fn from_motion(
             // of the same frames
             let in_natural_roll = paths_only.and_then(|impact| {
                 let impact = Impact { spin: Spin::NaturalRoll, ..impact };
-                impact.film(shot, scene).at_model(scene, &[])
+                impact.film(shot, scene, None).at_model(scene, &[])
             });
             let explained = match (in_natural_roll, &found) {
                 (Some(rolling), Some(sliding)) => rolling.chi2() - sliding.chi2(),

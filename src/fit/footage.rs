@@ -8,6 +8,7 @@ use super::{Depth, Options, Status};
 use crate::extraction::disc;
 use crate::extraction::disc::{DiscImpact, Quantity};
 use crate::extraction::{Impact, Unusable, extract_all, near_model, shots};
+use crate::film::camera::Camera;
 use crate::fit;
 use crate::likelihood::frames::Film;
 use crate::measurement::dataset::{Dataset, Measured, Shot, Tracks};
@@ -114,12 +115,17 @@ pub fn finds_spins_from_paths(extracted: &[(TrackShot, Impact)], scene: &Scene) 
 }
 
 /// The frames of the shots, of at most about `most` of them, spread evenly: for
-/// [`fit_watched`](fit::fit_watched).
+/// [`fit_watched`](fit::fit_watched). With `camera`, also how they follow its corrections.
 #[must_use]
-pub fn films(extracted: &[(TrackShot, Impact)], scene: &Scene, most: usize) -> Vec<Option<Arc<Film>>> {
+pub fn films(
+    extracted: &[(TrackShot, Impact)],
+    scene: &Scene,
+    camera: Option<&Camera>,
+    most: usize,
+) -> Vec<Option<Arc<Film>>> {
     let step = extracted.len().div_ceil(most.max(1)).max(1);
     let film = |(i, (track, impact)): (usize, &(TrackShot, Impact))| {
-        (i % step == 0).then(|| Arc::new(impact.film(track, scene).with_all_minima(scene)))
+        (i % step == 0).then(|| Arc::new(impact.film(track, scene, camera).with_all_minima(scene)))
     };
     extracted.par_iter().enumerate().map(film).collect()
 }

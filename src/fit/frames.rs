@@ -13,7 +13,8 @@ use crate::likelihood::fitted::Fitted;
 use crate::likelihood::frames;
 use crate::likelihood::frames::Own;
 use crate::likelihood::frames::rows::Row;
-use crate::likelihood::problem::{CLOTH_UNKNOWNS, Problem};
+use crate::likelihood::frames::shared_unknowns::{self, SharedUnknown};
+use crate::likelihood::problem::Problem;
 use crate::likelihood::whitening::Whitening;
 use crate::measurement::dataset::{Dataset, Shot};
 use crate::measurement::parameter::Parameter;
@@ -34,7 +35,7 @@ pub(super) fn filmed(fitted: &[Fitted], films: &Films) -> Option<Vec<Fitted>> {
 pub struct FittedFrames {
     shots: Vec<(String, Fitted, Own)>,
     model: Model,
-    shared: [f64; frames::SHARED],
+    shared: frames::Shared,
 }
 
 /// The frames of one shot against the model.
@@ -51,11 +52,17 @@ pub struct OfShot {
 
 impl FittedFrames {
     /// At a minimum, with the own unknowns of each shot.
-    pub(super) fn new(shots: &[&Shot], fitted: &[Fitted], model: &Model, minimum: &Minimum) -> Self {
+    pub(super) fn new(
+        shots: &[&Shot],
+        fitted: &[Fitted],
+        model: &Model,
+        minimum: &Minimum,
+        unknowns: &[SharedUnknown],
+    ) -> Self {
         let model = minimum.values.model(model);
         let Coefficients { mu, mu_s, e } = minimum.values.coefficients;
-        let cloth = minimum.x.len() - CLOTH_UNKNOWNS;
-        let shared = [mu, mu_s, e, minimum.x[cloth], minimum.x[cloth + 1]];
+        let values = &minimum.x.as_slice()[minimum.x.len() - unknowns.len()..];
+        let shared = shared_unknowns::shared([mu, mu_s, e], unknowns, values);
         let with_own = |shot: &Fitted| {
             let film = shot.film.as_ref()?;
             let reduced = film.reduced(&shot.plan.collision(&model), &shared, &film.start)?;
@@ -81,19 +88,36 @@ impl FittedFrames {
 }
 
 /// What a joint fit found besides the parameters; `chi2` and `dof` are those of the frames.
-pub(super) fn joint_fit(fitted: &[Fitted], minimum: &Minimum, (chi2, dof): (f64, usize)) -> JointFit {
+pub(super) fn joint_fit(
+    fitted: &[Fitted],
+    minimum: &Minimum,
+    unknowns: &[SharedUnknown],
+    (chi2, dof): (f64, usize),
+) -> JointFit {
     let columns: Vec<usize> = (0..minimum.x.len()).collect();
     let covariance = uncertainty::covariance(&minimum.jacobian, &columns, &minimum.ties(false));
     let of = |column: usize| {
         let error = covariance.as_ref().map_or(f64::NAN, |c| c[(column, column)].sqrt());
         (minimum.x[column], error)
     };
+    let first = minimum.x.len() - unknowns.len();
     let films = || fitted.iter().filter_map(|shot| shot.film.as_ref());
     let states_noise = films().all(|film| film.states_noise);
     JointFit {
         p_value: ChiSquared::new(dof as f64).ok().filter(|_| states_noise).map(|d| d.sf(chi2)),
-        sliding: of(minimum.x.len() - 2),
-        rolling: of(minimum.x.len() - 1),
+        sliding: of(first),
+        rolling: of(first + 1),
+        others_covariance: DMatrix::from_fn(
+            unknowns.len().saturating_sub(2),
+            unknowns.len().saturating_sub(2),
+            |i, j| covariance.as_ref().map_or(f64::NAN, |c| c[(first + 2 + i, first + 2 + j)]),
+        ),
+        others: unknowns
+            .iter()
+            .enumerate()
+            .skip(2)
+            .map(|(i, unknown)| (unknown.kind, of(first + i)))
+            .collect(),
         observations: films().map(|film| film.observations()).sum(),
         unknowns: films().map(|film| film.unknowns()).sum(),
     }
@@ -116,7 +140,8 @@ pub(super) fn bound(
     let shots = filmed(&some, films).filter(|shots| !shots.is_empty() && !free.is_empty())?;
     let whitening = Whitening::none();
     let held = minimum.values;
-    let problem = Problem::new(&shots, search.model, search.settings, free, held, &whitening);
+    let unknowns = shared_unknowns::of_fit(std::iter::empty());
+    let problem = Problem::new(&shots, search.model, search.settings, (free, &unknowns), held, &whitening);
     let own = minimum.x.rows(0, free.len());
     let x = DVector::from_iterator(free.len() + cloth.len(), own.iter().copied().chain(cloth));
     let (residuals, jacobian) = problem.evaluate_at(&x);

@@ -1,5 +1,6 @@
 //! Data set + settings → [`Fit`]: estimates, uncertainties, residuals, and what to think of them.
 
+mod camera;
 pub mod check;
 mod counted;
 pub mod diagnostics;
@@ -22,6 +23,8 @@ mod starts;
 pub(crate) mod uncertainty;
 pub(crate) mod warnings;
 
+pub use crate::likelihood::frames::shared_unknowns::Kind as SharedKind;
+pub use camera::{FoundCamera, FoundCorrection, calibrated};
 pub use counted::Counted;
 pub use diagnostics::goodness::{Goodness, NoiseVerdict, Normality};
 pub use diagnostics::identifiability::{Combination, Identifiability};
@@ -41,8 +44,10 @@ use std::sync::Arc;
 
 use nalgebra::DMatrix;
 
+use crate::film::camera::Correction;
 use crate::likelihood::fitted::Fitted;
 use crate::likelihood::frames::Film;
+use crate::likelihood::frames::shared_unknowns::SharedUnknown;
 use crate::measurement::dataset::{Dataset, Measured, Shot};
 use crate::measurement::loss::Loss;
 use crate::measurement::observable::Observable;
@@ -66,6 +71,8 @@ pub struct Options {
     /// Of the fidelities that integrate.
     pub tolerance: f64,
     pub method: Method,
+    /// What is free in a joint fit besides.
+    pub film: FilmUnknowns,
     pub depth: Depth,
     /// In the place of the data set's.
     pub loss: Option<Loss>,
@@ -112,6 +119,26 @@ impl Method {
     }
 }
 
+/// What a joint fit of frames finds besides the parameters, μ_k and μ_r.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct FilmUnknowns {
+    /// The cloth's bounce e_t.
+    pub bounce: bool,
+    /// For each correction of the camera that is free: where what is known of it beforehand lies from where the camera is. The films
+    /// must have been made with that camera.
+    pub corrections: [Option<f64>; Correction::COUNT],
+}
+
+impl FilmUnknowns {
+    pub(crate) fn unknowns(&self) -> impl Iterator<Item = SharedUnknown> {
+        let bounce = self.bounce.then(|| SharedUnknown::usual(SharedKind::Bounce, 0.0));
+        let corrections = Correction::ALL.into_iter().zip(self.corrections);
+        let corrections = corrections
+            .filter_map(|(which, known)| Some(SharedUnknown::usual(SharedKind::Camera(which), known?)));
+        bounce.into_iter().chain(corrections)
+    }
+}
+
 /// The frames of the shots of a data set, in their order, for those that have them.
 pub type Films = [Option<Arc<Film>>];
 
@@ -135,6 +162,7 @@ impl Default for Options {
             falling: Falling::AsStated,
             tolerance: Model::TOLERANCE,
             method: Method::default(),
+            film: FilmUnknowns::default(),
             depth: Depth::Intervals,
             loss: None,
             starts: 1,
@@ -298,6 +326,8 @@ pub struct Fit {
     pub shots_rejected: Vec<Rejected>,
     /// Shots that were used, though something about them is wrong; with what it is.
     pub shots_doubtful: Vec<Rejected>,
+    /// Of footage: the camera by which the films were corrected.
+    pub camera: Option<FoundCamera>,
     /// Where the data refute the model: then no estimate has an error.
     pub refuted: Option<Refuted>,
     /// One row per observation of [`Fit::tested`]: in a joint fit of the velocities that were extracted from each shot.
@@ -370,11 +400,15 @@ pub(crate) fn computed(fitted: &[Fitted], model: &Model) -> Vec<Computed> {
 }
 
 /// What a joint fit of frames found besides the parameters.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct JointFit {
     /// The cloth's sliding friction μ_k and rolling resistance μ_r, with standard errors.
     pub sliding: (f64, f64),
     pub rolling: (f64, f64),
+    /// What else all shots share, with standard errors: a correction of the camera as what is left to correct.
+    pub others: Vec<(SharedKind, (f64, f64))>,
+    /// Their covariance.
+    pub others_covariance: DMatrix<f64>,
     /// Probability of a larger χ² of the frames were model and noise right; `None` where the noise was estimated from the
     /// same frames.
     pub p_value: Option<f64>,

@@ -184,7 +184,8 @@ impl Search<'_> {
         );
         let Self { fitted, model, settings, .. } = *self;
         let at = |whitening: &Whitening| {
-            Problem::new(fitted, model, settings, free, minimum.values, whitening).evaluate_at(&x)
+            let columns = (free, self.unknowns.as_slice());
+            Problem::new(fitted, model, settings, columns, minimum.values, whitening).evaluate_at(&x)
         };
         let mut whitening = minimum.whitening.clone();
         if !groups.is_empty() {

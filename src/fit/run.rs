@@ -21,6 +21,7 @@ use super::{
 };
 use crate::likelihood::fitted::Fitted;
 use crate::likelihood::frames;
+use crate::likelihood::frames::shared_unknowns;
 use crate::likelihood::problem::are_filmed;
 use crate::likelihood::whitening::EstimatedSd;
 use crate::measurement::dataset::{Dataset, Shot};
@@ -93,7 +94,7 @@ pub(super) fn fit_shots(
 
     let search = Search {
         shared_errors: dataset.shared_errors(),
-        cloth: frames::CLOTH.map(|(mean, _)| mean),
+        unknowns: Vec::new(),
         fitted: &[],
         model: &model,
         settings,
@@ -126,8 +127,11 @@ pub(super) fn fit_shots(
         // from where the two stages end, and from their other minima: frames are too costly to be scanned
         let settled = Settled::near_starts(&search, &starts).map_err(named)?;
         with_films = filmed(&fitted, films).ok_or_else(|| FitError::NotFilmed(name.clone()))?;
-        let cloth = cloth_of(&settled.minimum, dataset);
-        joint = Search { fitted: &with_films, cloth, ..search.clone() };
+        let mut unknowns = shared_unknowns::of_fit(options.film.unknowns());
+        for (unknown, start) in unknowns.iter_mut().zip(cloth_of(&settled.minimum, dataset)) {
+            unknown.start = start;
+        }
+        joint = Search { fitted: &with_films, unknowns, ..search.clone() };
         let minima = settled.starts_nearby();
         (&joint, Settled::from_starts(&joint, &minima))
     } else {
@@ -222,7 +226,8 @@ pub(super) fn fit_shots(
         dof: (observations(&fitted) + priors(settings, &free)).saturating_sub(seen.room()),
         tests_noise: !estimates_noise && search.loss == Loss::Squares,
     };
-    let frames = are_filmed(search.fitted).then(|| FittedFrames::new(shots, search.fitted, &model, &minimum));
+    let frames = are_filmed(search.fitted)
+        .then(|| FittedFrames::new(shots, search.fitted, &model, &minimum, &search.unknowns));
     let measured = match &frames {
         Some(_) => frames::ROWS * fitted.len(),
         None => observations(&fitted),
@@ -242,7 +247,7 @@ pub(super) fn fit_shots(
         contours,
         alternatives,
         joint: are_filmed(search.fitted)
-            .then(|| joint_fit(search.fitted, &minimum, (2.0 * minimum.cost, dof))),
+            .then(|| joint_fit(search.fitted, &minimum, &search.unknowns, (2.0 * minimum.cost, dof))),
         bound: bound(&search, &free, &minimum, films, cloth_of(&minimum, dataset)),
     };
     // an effect is in the fit if it is in a shot
@@ -274,6 +279,7 @@ pub(super) fn fit_shots(
         shots_used: fitted.len(),
         shots_rejected,
         shots_doubtful: doubtful(dataset, shots, &fitted),
+        camera: None,
         refuted: None,
         residuals,
         frames,

@@ -9,10 +9,10 @@ use super::robust::Losses;
 use super::uncertainty::Minimum;
 use super::{FitError, nonsmooth};
 use crate::likelihood::fitted::Fitted;
-use crate::likelihood::frames;
+use crate::likelihood::frames::shared_unknowns::SharedUnknown;
 use crate::likelihood::prediction::{Plan, Prediction, Unpredictable};
 use crate::likelihood::problem;
-use crate::likelihood::problem::{CLOTH_UNKNOWNS, Problem, are_filmed};
+use crate::likelihood::problem::{Problem, are_filmed};
 use crate::likelihood::whitening::{At, EstimatedSd, Hold, Whitening, covariance};
 use crate::measurement::dataset::{Dataset, Measured, Shared};
 use crate::measurement::loss::Loss;
@@ -97,8 +97,8 @@ const LEAST_WEIGHT: f64 = 1e-12;
 pub(super) struct Search<'a> {
     /// Standard errors that all shots share.
     pub shared_errors: Vec<(Shared, f64)>,
-    /// Where μ_k and μ_r start, where the frames of the shots are fitted.
-    pub cloth: [f64; 2],
+    /// What all shots share besides the parameters, where their frames are fitted.
+    pub unknowns: Vec<SharedUnknown>,
     pub fitted: &'a [Fitted],
     pub model: &'a Model,
     pub settings: &'a Settings,
@@ -141,7 +141,7 @@ impl Search<'_> {
 
     /// How many unknowns all shots share besides the parameters.
     fn shared(&self) -> usize {
-        if are_filmed(self.fitted) { CLOTH_UNKNOWNS } else { self.shared_errors.len() }
+        if are_filmed(self.fitted) { self.unknowns.len() } else { self.shared_errors.len() }
     }
 
     fn start_of(&self, parameter: Parameter) -> f64 {
@@ -159,7 +159,7 @@ impl Search<'_> {
         let (shared, filmed) = (self.shared(), are_filmed(self.fitted));
         let bounds = |pick: fn(&Setting) -> f64, side: usize| {
             let of_shared = |i: usize| {
-                if filmed { frames::CLOTH_BOUNDS[i][side] } else { [f64::NEG_INFINITY, f64::INFINITY][side] }
+                if filmed { self.unknowns[i].bounds[side] } else { [f64::NEG_INFINITY, f64::INFINITY][side] }
             };
             DVector::from_iterator(
                 free.len() + shared,
@@ -245,7 +245,7 @@ impl Search<'_> {
         let whitening =
             self.whitening(&minimum.values, &Vec::new(), shared_values, (None, Hold::None)).ok()?;
         let Self { fitted, model, settings, initial, .. } = *self;
-        let problem = Problem::new(fitted, model, settings, free, initial, &whitening);
+        let problem = Problem::new(fitted, model, settings, (free, &self.unknowns), initial, &whitening);
         let (residuals, jacobian) = problem.evaluate_at(&x);
         Some(Minimum {
             cost: 0.5 * residuals.norm_squared(),
@@ -294,7 +294,7 @@ impl Search<'_> {
         let shared = self.shared();
         let filmed = are_filmed(self.fitted);
         let constraints = self.constraints(free)?;
-        let of_shared = |i: usize| if filmed { self.cloth[i] } else { 0.0 };
+        let of_shared = |i: usize| if filmed { self.unknowns[i].start } else { 0.0 };
         let start = DVector::from_iterator(
             free.len() + shared,
             free.iter().map(|p| self.start_of(*p)).chain((0..shared).map(of_shared)),
@@ -330,7 +330,8 @@ impl Search<'_> {
             }
             if x.is_empty() {
                 let Self { fitted, model, settings, initial, .. } = *self;
-                let problem = Problem::new(fitted, model, settings, free, initial, &whitening);
+                let problem =
+                    Problem::new(fitted, model, settings, (free, &self.unknowns), initial, &whitening);
                 let (residuals, jacobian) = problem.evaluate_at(&x);
                 self.reweigh(&mut groups, &values, &whitening, &jacobian, &losses, &weights);
                 let minimum = Minimum {

@@ -79,7 +79,7 @@ impl Minimum {
 
     /// μ_r, where it was fitted.
     pub(super) fn rolling(&self) -> Option<f64> {
-        self.filmed().then(|| self.x[self.x.len() - 1])
+        self.filmed().then(|| self.x[self.x.len() - self.shared + 1])
     }
 
     /// The columns, with their weights, of a direction that neither the residuals nor the equalities determine.

@@ -253,7 +253,7 @@ pub(super) fn add_plateaus(fit: &mut Fit, plateaus: &[Plateau]) {
 
 /// What the tracks told besides the parameters, and what was done to them on reading.
 pub(super) fn add_tracks(fit: &mut Fit, dataset: &Dataset, shots: &[&Shot]) {
-    if let Some(joint) = fit.diagnostics.joint {
+    if let Some(joint) = fit.diagnostics.joint.clone() {
         let ((sliding, sliding_error), (rolling, rolling_error)) = (joint.sliding, joint.rolling);
         fit.notes.push(format!(
             "All frames were fitted at once: χ² is that of {} numbers with {} unknowns of the shots' own, and residuals.csv lists \
@@ -278,7 +278,7 @@ pub(super) fn add_tracks(fit: &mut Fit, dataset: &Dataset, shots: &[&Shot]) {
             sliding.sd.unwrap_or(f64::NAN)
         ));
     }
-    if let (None, Some(Measured { value, sd: Some(sd) })) = (fit.diagnostics.joint, dataset.rolling) {
+    if let (None, Some(Measured { value, sd: Some(sd) })) = (&fit.diagnostics.joint, dataset.rolling) {
         let (published, spread) = CLOTH[1];
         fit.notes.push(format!(
             "Its rolling resistance is taken as μ_r = {value:.4} ± {sd:.4}: published values, {published} ± {spread}, and what the frames tell. \
@@ -286,7 +286,7 @@ pub(super) fn add_tracks(fit: &mut Fit, dataset: &Dataset, shots: &[&Shot]) {
         ));
     }
     let fitted = |(value, error): (f64, f64)| Measured { value, sd: Some(error) };
-    let cloth = match fit.diagnostics.joint {
+    let cloth = match &fit.diagnostics.joint {
         Some(joint) => [Some(fitted(joint.sliding)), Some(fitted(joint.rolling))],
         None => [dataset.sliding, dataset.rolling],
     };

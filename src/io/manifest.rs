@@ -10,6 +10,7 @@ use super::fit_section::RawFit;
 use super::impacts_section::{Extraction, RawImpacts};
 use super::table::read_utf8;
 use super::toml_file::{Check, POSITIVE, Source, parse};
+use super::tracking::camera::RawCamera;
 use super::tracking::settings;
 use super::tracking::settings::{RawScale, RawTracks, RawVideo, TrackSettings};
 use crate::measurement::loss::Loss;
@@ -92,6 +93,7 @@ struct RawManifest {
     object: Option<Spanned<RawObject>>,
     cue_spin: Option<Spanned<RawSpin>>,
     video: Option<Spanned<RawVideo>>,
+    camera: Option<Spanned<RawCamera>>,
     scale: Option<Spanned<RawScale>>,
     tracks: Option<Spanned<RawTracks>>,
     impacts: Option<Spanned<RawImpacts>>,
@@ -197,6 +199,7 @@ impl RawManifest {
         if kind != Kind::Tracks {
             let sections = [
                 ("video", self.video.as_ref().map(Spanned::span)),
+                ("camera", self.camera.as_ref().map(Spanned::span)),
                 ("scale", self.scale.as_ref().map(Spanned::span)),
                 ("tracks", self.tracks.as_ref().map(Spanned::span)),
             ];
@@ -226,7 +229,8 @@ impl RawManifest {
             let video = self.video.as_ref().map(Spanned::as_ref);
             let (scale, tracks) =
                 (self.scale.as_ref().map(Spanned::as_ref), self.tracks.as_ref().map(Spanned::as_ref));
-            settings::check(video, scale, tracks, discs.is_some(), source, problems)
+            let camera = self.camera.as_ref().map(Spanned::as_ref);
+            settings::check((video, camera), scale, tracks, discs.is_some(), source, problems)
         });
         let mut tracks = tracks;
         if let (Some(discs), Some(tracks)) = (discs, tracks.as_mut())

@@ -12,15 +12,13 @@ use nalgebra::{DMatrix, DVector, SVector};
 use rayon::prelude::*;
 
 use super::fitted::{Fitted, SHARE};
+use super::frames::shared_unknowns::{self, SharedUnknown};
 use super::frames::{self, Reduced};
 use super::prediction::{MAX_OBSERVABLES, difference};
 use super::whitening::Whitening;
 use crate::measurement::parameter::{Parameter, Prior, Settings};
 use crate::measurement::values::Values;
 use crate::physics::collision::{Coefficients, Model};
-
-/// How many unknowns all shots of a joint fit of frames share besides the parameters: μ_k and μ_r.
-pub const CLOTH_UNKNOWNS: usize = frames::CLOTH.len();
 
 /// Whether their frames are fitted.
 #[must_use]
@@ -34,6 +32,8 @@ pub struct Problem<'a> {
     pub model: &'a Model,
     pub settings: &'a Settings,
     pub free: &'a [Parameter],
+    /// What all shots of a fit of frames share besides, in the order of its columns behind the free parameters.
+    pub unknowns: &'a [SharedUnknown],
     /// Values of the parameters that are not free.
     pub held: Values,
     pub whitening: &'a Whitening,
@@ -46,7 +46,7 @@ pub struct Problem<'a> {
 /// All shots at some shared parameters.
 struct Best {
     chi2: f64,
-    shared: SVector<f64, { frames::SHARED }>,
+    shared: SVector<f64, { frames::ALL_SHARED }>,
     /// None before the first evaluation.
     shots: Vec<Reduced>,
 }
@@ -63,7 +63,7 @@ impl<'a> Problem<'a> {
         shots: &'a [Fitted],
         model: &'a Model,
         settings: &'a Settings,
-        free: &'a [Parameter],
+        (free, unknowns): (&'a [Parameter], &'a [SharedUnknown]),
         held: Values,
         whitening: &'a Whitening,
     ) -> Self {
@@ -72,6 +72,7 @@ impl<'a> Problem<'a> {
             model,
             settings,
             free,
+            unknowns,
             held,
             whitening,
             last: RefCell::new(None),
@@ -84,16 +85,18 @@ impl<'a> Problem<'a> {
         priors.filter_map(|(column, parameter)| Some((column, self.settings[*parameter].prior?)))
     }
 
-    /// The frames of all shots, whose own unknowns are eliminated; behind the free parameters stand μ_k and μ_r.
+    /// The frames of all shots, whose own unknowns are eliminated; behind the free parameters stand the unknowns of the list.
     fn evaluate_frames(&self, x: &DVector<f64>) -> Point {
         let values = values(&self.held, self.free, x);
         let (model, Coefficients { mu, mu_s, e }) = (values.model(self.model), values.coefficients);
         let own = self.free.len();
-        let shared = [mu, mu_s, e, x[own], x[own + 1]];
+        let unknowns = self.unknowns.len();
+        let shared =
+            shared_unknowns::shared([mu, mu_s, e], self.unknowns, &x.as_slice()[own..own + unknowns]);
         let frames = self.shots.len() * frames::ROWS;
-        let count = frames + self.priors().count() + CLOTH_UNKNOWNS;
+        let count = frames + self.priors().count() + unknowns;
         let mut residuals = DVector::zeros(count);
-        let mut jacobian = DMatrix::zeros(count, own + CLOTH_UNKNOWNS);
+        let mut jacobian = DMatrix::zeros(count, own + unknowns);
         let at = SVector::from(shared);
         let best = self.best.borrow();
         let (moved, near) = (at - best.shared, best.shots.as_slice());
@@ -111,7 +114,8 @@ impl<'a> Problem<'a> {
             *self.best.borrow_mut() = Best { chi2, shared: at, shots };
         }
         let columns = self.free.iter().map(|parameter| *parameter as usize);
-        let columns: Vec<usize> = columns.chain([frames::SHARED - 2, frames::SHARED - 1]).collect();
+        let columns: Vec<usize> =
+            columns.chain(self.unknowns.iter().map(|unknown| unknown.kind.place())).collect();
         for (i, reduced) in all.iter().enumerate() {
             let mut rows = residuals.rows_mut(i * frames::ROWS, frames::ROWS);
             let Some(reduced) = reduced else {
@@ -125,8 +129,9 @@ impl<'a> Problem<'a> {
                 block.copy_from(&reduced.jacobian.column(*of));
             }
         }
-        let cloth = frames::CLOTH.iter().enumerate().map(|(i, (mean, sd))| (own + i, *mean, *sd));
-        let priors = self.priors().map(|(column, prior)| (column, prior.mean, prior.sd)).chain(cloth);
+        let known =
+            self.unknowns.iter().enumerate().map(|(i, unknown)| (own + i, unknown.prior.0, unknown.prior.1));
+        let priors = self.priors().map(|(column, prior)| (column, prior.mean, prior.sd)).chain(known);
         for (row, (column, mean, sd)) in priors.enumerate() {
             residuals[frames + row] = (x[column] - mean) / sd;
             jacobian[(frames + row, column)] = 1.0 / sd;

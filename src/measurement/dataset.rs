@@ -150,6 +150,11 @@ pub struct Tracks {
     pub doubtful: Vec<(String, String)>,
     /// `None`: balls.
     pub discs: Option<Discs>,
+    /// Corrections for the camera that are stated, in the order of [`Correction::ALL`](crate::film::camera::Correction::ALL); `None`:
+    /// to be found from the balls.
+    pub camera: [Option<f64>; 7],
+    /// Lengths are in an unknown unit: the size of the balls tells it.
+    pub from_balls: bool,
 }
 
 impl Tracks {

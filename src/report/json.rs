@@ -8,7 +8,7 @@ use super::digits;
 use super::digits::{FEW, MANY};
 use super::{ReportError, diagnostics, reduced_chi2, unit_name};
 use crate::fit;
-use crate::fit::{Estimate, Fit, Noise, Refuted};
+use crate::fit::{Estimate, Fit, FoundCamera, FoundCorrection, Noise, Refuted};
 use crate::measurement::dataset::Measured;
 
 /// fit.json as text, with a newline at its end. What is not finite becomes `null`.
@@ -70,7 +70,8 @@ pub fn document(fit: &Fit) -> Document<'_> {
         dof: fit.dof,
         reduced_chi2: reduced_chi2(fit).map(|value| digits::significant(value, MANY)),
         refuted: fit.refuted.as_ref().map(refuted),
-        observations: fit.diagnostics.joint.map_or(fit.residuals.len(), |joint| joint.observations),
+        film: fit.camera.as_ref().map(film),
+        observations: fit.diagnostics.joint.as_ref().map_or(fit.residuals.len(), |joint| joint.observations),
         noise: fit.noise.iter().map(noise).collect(),
         diagnostics: diagnostics::entries(fit),
         shots_used: fit.shots_used,
@@ -113,6 +114,7 @@ pub struct Document<'a> {
     reduced_chi2: Option<f64>,
     /// `null` where the data do not refute the model.
     refuted: Option<RefutedEntry>,
+    film: Option<Map<String, Value>>,
     observations: usize,
     noise: Vec<NoiseEntry>,
     #[serde(flatten)]
@@ -171,6 +173,19 @@ struct MeasuredEntry {
     std_error: f64,
     scatter_between_shots: f64,
     shots: usize,
+}
+
+/// What the balls tell of their camera.
+fn film(found: &FoundCamera) -> Map<String, Value> {
+    let entry = |correction: &FoundCorrection| {
+        let FoundCorrection { which, value, std_error, adopted } = *correction;
+        let estimate = digits::to_error(value, Some(std_error));
+        let entry = serde_json::json!({
+            "estimate": estimate, "std_error": digits::relative(std_error, FEW), "adopted": adopted
+        });
+        (which.name().to_owned(), entry)
+    };
+    found.corrections.iter().map(entry).collect()
 }
 
 fn refuted(found: &Refuted) -> RefutedEntry {

@@ -38,7 +38,8 @@ pub(in crate::fit) struct Slice<'a> {
 impl<'a> Slice<'a> {
     pub(in crate::fit) fn problem(&self) -> Problem<'a> {
         let Search { fitted, model, settings, initial, .. } = *self.search;
-        Problem::new(fitted, model, settings, self.free, initial, self.whitening)
+        let columns = (self.free, self.search.unknowns.as_slice());
+        Problem::new(fitted, model, settings, columns, initial, self.whitening)
     }
 
     /// The same with some of its unknowns held.

@@ -1,6 +1,7 @@
 //! Tracked paths of both balls, as programs that follow them in a film write them.
 
 mod calibration;
+pub(crate) mod camera;
 mod check;
 mod columns;
 mod finish;
@@ -121,7 +122,16 @@ pub(crate) fn load(
     let (shots, damaged) = finish_all(work, settings, &calibrations, problems, &mut notes);
     let mut lines = settings.notes.clone();
     lines.append(&mut notes.into_lines());
-    Tracks { shots, skipped, damaged, notes: lines, doubtful: Vec::new(), discs: manifest.discs }
+    Tracks {
+        shots,
+        skipped,
+        damaged,
+        notes: lines,
+        doubtful: Vec::new(),
+        discs: manifest.discs,
+        camera: settings.camera,
+        from_balls: settings.from_balls,
+    }
 }
 
 fn same_file(a: &Path, b: &Path) -> bool {

@@ -8,6 +8,8 @@ use serde::{Deserialize, Deserializer};
 use toml::Spanned;
 
 use super::calibration::{Calibration, ReadOut};
+use super::camera::RawCamera;
+use crate::film::camera::Correction;
 use crate::io::error::Problems;
 use crate::io::toml_file::Source;
 
@@ -64,9 +66,17 @@ impl<'de> Deserialize<'de> for Rate {
 pub(crate) struct RawScale {
     length_unit: Option<Spanned<Unit>>,
     m_per_px: Option<Spanned<f64>>,
+    from: Option<Spanned<Ruler>>,
     y_axis: Option<Spanned<YAxis>>,
     #[serde(default)]
     point: Vec<Spanned<RawPoint>>,
+}
+
+/// What tells the scale where no number does.
+#[derive(Clone, Copy, Debug, Deserialize, PartialEq, Eq)]
+#[serde(rename_all = "lowercase")]
+enum Ruler {
+    Balls,
 }
 
 #[derive(Deserialize)]
@@ -222,13 +232,17 @@ pub(crate) struct TrackSettings {
     pub(super) position_sd: Option<f64>,
     pub(super) time_unit: Option<TimeUnit>,
     pub(super) columns: Option<ColumnNames>,
+    /// Corrections for the camera that are stated.
+    pub(super) camera: [Option<f64>; Correction::COUNT],
+    /// Nothing but the size of the balls tells the scale.
+    pub(super) from_balls: bool,
     /// What was assumed, for the reader.
     pub(crate) notes: Vec<String>,
 }
 
 /// Checks the sections; what is wrong is added to the problems.
 pub(crate) fn check(
-    video: Option<&RawVideo>,
+    (video, camera): (Option<&RawVideo>, Option<&RawCamera>),
     scale: Option<&RawScale>,
     tracks: Option<&RawTracks>,
     discs: bool,
@@ -272,7 +286,9 @@ pub(crate) fn check(
     }
     let readout = read_out(video, scale, readout.zip(rows), source, problems);
     let mut notes = Vec::new();
-    let calibration = calibration(scale, m_per_px, readout, &mut notes, source, problems);
+    let from_balls = is_from_balls(scale, discs, source, problems);
+    let calibration = calibration(scale, (m_per_px, from_balls), readout, &mut notes, source, problems);
+    let camera = camera.map(|camera| camera.check(source, problems)).unwrap_or_default();
     let (cue, object) = names(tracks, source, problems);
     if let Some(columns) = &tracks.columns {
         if !matches!(tracks.format, Format::Auto | Format::Columns) {
@@ -301,6 +317,8 @@ pub(crate) fn check(
         position_sd,
         time_unit: tracks.time_unit,
         columns: tracks.columns.as_ref().map(|columns| columns.as_ref().clone()),
+        camera,
+        from_balls,
         notes,
     }
 }
@@ -332,9 +350,25 @@ fn read_out(
     Some(ReadOut { seconds, rows, up: *y_axis.as_ref() == YAxis::Up })
 }
 
+/// Whether the size of the balls is the ruler: pixels of which nothing else says what they measure, or what is asked for.
+fn is_from_balls(scale: &RawScale, discs: bool, source: &Source, problems: &mut Problems) -> bool {
+    let is_px = scale.length_unit.as_ref().is_some_and(|unit| *unit.as_ref() == Unit::Px);
+    let is_measured = scale.m_per_px.is_some() || !scale.point.is_empty();
+    if let Some(from) = &scale.from {
+        if is_measured {
+            let message = "from = \"balls\" stands beside m_per_px or [[scale.point]]; expected one of them";
+            source.add(problems, &from.span(), message.to_string());
+        } else if discs {
+            let message = "from is \"balls\"; discs need a scale: m_per_px, or four or more [[scale.point]]";
+            source.add(problems, &from.span(), message.to_string());
+        }
+    }
+    !discs && !is_measured && (scale.from.is_some() || is_px)
+}
+
 fn calibration(
     scale: &RawScale,
-    m_per_px: Option<f64>,
+    (m_per_px, from_balls): (Option<f64>, bool),
     readout: Option<ReadOut>,
     notes: &mut Vec<String>,
     source: &Source,
@@ -360,6 +394,7 @@ fn calibration(
     }
     let span = scale.length_unit.as_ref().map_or(0..0, Spanned::span);
     match (&scale.m_per_px, first_point) {
+        (None, None) if from_balls => return linear,
         (None, None) => {
             let message = "length_unit is \"px\"; expected m_per_px beside it, or four or more [[scale.point]] \
                            with px = [u, v] and m = [x, y]";
@@ -415,6 +450,7 @@ pub(super) mod tests {
     #[derive(Deserialize)]
     struct Sections {
         video: Option<RawVideo>,
+        camera: Option<RawCamera>,
         scale: Option<RawScale>,
         tracks: Option<RawTracks>,
     }
@@ -424,8 +460,14 @@ pub(super) mod tests {
         let raw: Sections = toml::from_str(text).unwrap();
         let source = Source { path: std::path::Path::new("dataset.toml"), text };
         let mut problems = Problems::new("");
-        let settings =
-            check(raw.video.as_ref(), raw.scale.as_ref(), raw.tracks.as_ref(), false, &source, &mut problems);
+        let settings = check(
+            (raw.video.as_ref(), raw.camera.as_ref()),
+            raw.scale.as_ref(),
+            raw.tracks.as_ref(),
+            false,
+            &source,
+            &mut problems,
+        );
         assert!(problems.is_empty(), "{}", problems.into_error());
         settings
     }

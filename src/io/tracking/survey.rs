@@ -36,7 +36,7 @@ pub struct Survey {
 pub fn survey(file: &Path) -> Option<Survey> {
     let source = Source { path: file, text: "" };
     let mut problems = Problems::new("");
-    let settings = settings::check(None, None, None, false, &source, &mut problems);
+    let settings = settings::check((None, None), None, None, false, &source, &mut problems);
     let (mut shots, format) = read::file(file, &settings, &mut problems, &mut Notes::default())?;
     let clock = shots.first()?.clock;
     let mut tracks: Vec<(String, Vec<f64>)> = Vec::new();

@@ -10,12 +10,14 @@ pub(crate) mod own_unknowns;
 mod path_start;
 pub mod rows;
 mod schur_reduced;
+pub mod shared_unknowns;
 
-use moments::Moments;
+use moments::{Moments, Off};
 use nalgebra::{Matrix3, SMatrix, SVector, Vector3};
 use num_dual::DualSVec64;
 use schur_reduced::Normal;
 
+use crate::film::camera::{Camera, Correction};
 use crate::measurement::spin::Spin;
 use crate::measurement::track::{Sample, TrackShot};
 use crate::physics::ball::{BallState, Vec3};
@@ -27,8 +29,14 @@ use crate::trajectory::both_balls::{
 };
 use crate::trajectory::scene::Scene;
 
-/// What all shots share: μ, μ_s, e, the cloth's sliding friction μ_k and rolling resistance μ_r.
-pub const SHARED: usize = 5;
+/// What the motion of all shots shares: μ, μ_s, e, the cloth's sliding friction μ_k, rolling resistance μ_r and bounce e_t.
+const SHARED: usize = 6;
+
+/// What all shots of a film share: those, and by how much each [`Correction`] of the camera is off.
+pub const ALL_SHARED: usize = SHARED + Correction::COUNT;
+
+/// Their values, in this order.
+pub type Shared = [f64; ALL_SHARED];
 
 /// A shot's own unknowns: instant (s), place of the object ball (m, 2), direction of the line of centres
 /// (rad), velocity of the cue ball (m/s, collision frame, 2), in the order in which a path begins…
@@ -45,7 +53,7 @@ const MEASURED: usize = OWN + SPIN + SHARED;
 const UNKNOWN: usize = OWN + ROLL + SHARED;
 
 /// Rows that are left of a shot: one for each shared parameter, and what they cannot change.
-pub const ROWS: usize = SHARED + 1;
+pub const ROWS: usize = ALL_SHARED + 1;
 
 /// A spin component without a stated error is this exact, rad/s.
 const EXACT: f64 = 1e-6;
@@ -95,7 +103,7 @@ pub struct Known {
 pub type Own = SVector<f64, { OWN + SPIN }>;
 
 /// How these follow the shared parameters where χ² of the shot is least.
-pub type OwnByShared = SMatrix<f64, { OWN + SPIN }, SHARED>;
+pub type OwnByShared = SMatrix<f64, { OWN + SPIN }, ALL_SHARED>;
 
 /// The frames of one shot.
 #[derive(Clone, Debug)]
@@ -123,7 +131,7 @@ pub struct Reduced {
     /// As residuals: their squares sum to χ² of the shot.
     pub residuals: SVector<f64, ROWS>,
     /// And by the shared parameters.
-    pub jacobian: SMatrix<f64, ROWS, SHARED>,
+    pub jacobian: SMatrix<f64, ROWS, ALL_SHARED>,
     /// Where its own unknowns are.
     pub own: Own,
     /// Their derivatives by the shared parameters, as far as these are small.
@@ -159,9 +167,9 @@ pub(crate) struct Extracted<'a> {
 }
 
 impl Film {
-    /// The frames that an extraction used.
+    /// The frames that an extraction used; with `camera`, also how they follow its corrections.
     #[must_use]
-    pub(crate) fn new(shot: &TrackShot, impact: &Extracted, scene: &Scene) -> Self {
+    pub(crate) fn new(shot: &TrackShot, impact: &Extracted, scene: &Scene, camera: Option<&Camera>) -> Self {
         let [from, to] = impact.window;
         let common = impact.position_sd / impact.scale;
         let used = Frames::of(shot, common, impact.noise).between(
@@ -201,8 +209,8 @@ impl Film {
         });
         let all = || shot.cue.iter().chain(&shot.object);
         Self {
-            cue: Moments::new(frames(used.cue), start[0]),
-            object: Moments::new(frames(used.object), start[0]),
+            cue: Moments::new(frames(used.cue), start[0], camera),
+            object: Moments::new(frames(used.object), start[0], camera),
             independent,
             scene: ModelScene::of(impact.spin, scene),
             start,
@@ -233,8 +241,8 @@ impl Film {
             spins.map(|(spin, sd)| Some(Seen { spin, whitening: Matrix3::from_diagonal_element(sd.recip()) }))
         });
         Self {
-            cue: Moments::new(frames(&shot.cue), time),
-            object: Moments::new(frames(&shot.object), time),
+            cue: Moments::new(frames(&shot.cue), time, None),
+            object: Moments::new(frames(&shot.object), time, None),
             independent: 2 * (shot.cue.len() + shot.object.len()),
             scene: ModelScene::of(spin, scene),
             start,
@@ -267,8 +275,14 @@ impl Film {
         self.scene.spin == Spin::Unknown
     }
 
-    /// JᵀJ, Jᵀr and rᵀr by the shot's own unknowns and the shared parameters.
-    fn normal<const N: usize>(&self, collision: &Corrected, all: &SVector<f64, N>) -> Option<Normal<N>> {
+    /// JᵀJ, Jᵀr and rᵀr by the shot's own unknowns and what all shots share; `off` is by how much each correction of the camera
+    /// is off.
+    fn normal<const N: usize>(
+        &self,
+        collision: &Corrected,
+        all: &SVector<f64, N>,
+        off: &Off,
+    ) -> Option<Normal<N>> {
         let own = N - SHARED;
         let duals: [DualSVec64<N>; N] = std::array::from_fn(|i| DualSVec64::from_re(all[i]).derivative(i));
         let roll = if N == UNKNOWN { duals[OWN] } else { DualSVec64::from_re(0.0) };
@@ -276,15 +290,14 @@ impl Film {
         let shared: [DualSVec64<N>; SHARED] = std::array::from_fn(|i| duals[own + i]);
         let (Launches { before, cue, object }, after) =
             self.launches(&duals[..OWN], (spins, roll), &shared, |inputs| collide(collision, inputs))?;
-        let [.., sliding, rolling] = shared;
-        let cloth = [sliding, rolling];
+        let [.., sliding, rolling, bounce] = shared;
+        let cloth = [sliding, rolling, bounce];
         let time = before.time.re;
         let mut normal = Normal::<N>::zero();
         let mut add =
             |frames: &Moments, launch: &Launch<DualSVec64<N>>, path: fn(&_, &_) -> Path<_>, during| {
-                let (own, own_cloth) =
-                    path_start::launch(launch, [sliding.re, rolling.re, self.scene.bounce]);
-                let sums = frames.along(&path(&own, &own_cloth), during);
+                let (own, own_cloth) = path_start::launch(launch, cloth.map(|of| of.re));
+                let sums = frames.along(&path(&own, &own_cloth), during, off);
                 normal.add_path(&sums, &path_start::by_unknowns(launch, &cloth));
             };
         let (until, from) = ([f64::NEG_INFINITY, time], [time, f64::INFINITY]);

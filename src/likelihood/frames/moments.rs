@@ -12,12 +12,29 @@
 //!   χ² = Q − 2c·Y + cᵀMc     Jᵀr = Dᵀ(Mc − Y)     JᵀJ = DᵀMD
 //!
 //! A path is continuous where stretches meet, so that the instants of the events need no derivative of their own.
+//!
+//! Where the camera is not known, its corrections δ move the frames by Σ δ_k b_k, which adds
+//!
+//!   B_ka = Σ w b_k uᵃ (a = 0…2),   G_k = Σ w b_k (y − ŷ),   H_kl = Σ w b_k b_l
+//!
+//! With Y_a + Σ δ_k B_ka in the place of Y_a, and Q + 2δ·G + δᵀHδ in that of Q:
+//!
+//!   Jᵀr by δ = G + Hδ − Bc     JᵀJ = H among the corrections, −DᵀBᵀ between them and the others
 
 use nalgebra::{Matrix3, SMatrix, SVector, Vector3};
 
 use super::Frame;
 use super::path_start::{FIRST, LOCAL, Local};
+use crate::film::camera::{Camera, Correction};
 use crate::physics::cloth_motion::Path;
+
+const CORRECTIONS: usize = Correction::COUNT;
+
+/// By how much each correction of the camera is off.
+pub(super) type Off = [f64; CORRECTIONS];
+
+/// How a frame follows the corrections: x and y, m by the unit of each.
+type Shifts = [[f64; 2]; CORRECTIONS];
 
 /// Sums are stored after each so many frames and completed from the frames, which keeps large data sets small.
 const BLOCK: usize = 8;
@@ -56,10 +73,63 @@ impl Sums {
     }
 }
 
+/// What the corrections of the camera add to the sums over some frames of one coordinate.
+#[derive(Clone, Copy, Debug)]
+struct CameraSums {
+    /// B_ka = Σ w b_k uᵃ
+    b: [[f64; 3]; CORRECTIONS],
+    /// G_k = Σ w b_k (y − ŷ)
+    g: SVector<f64, CORRECTIONS>,
+    /// H_kl = Σ w b_k b_l
+    h: SMatrix<f64, CORRECTIONS, CORRECTIONS>,
+}
+
+impl CameraSums {
+    fn zero() -> Self {
+        Self { b: [[0.0; 3]; CORRECTIONS], g: SVector::zeros(), h: SMatrix::zeros() }
+    }
+
+    fn add(&mut self, shifts: &SVector<f64, CORRECTIONS>, u: f64, off: f64, weight: f64) {
+        for (k, b) in self.b.iter_mut().enumerate() {
+            let term = weight * shifts[k];
+            for (a, power) in b.iter_mut().zip([1.0, u, u * u]) {
+                *a += term * power;
+            }
+        }
+        self.g.axpy(weight * off, shifts, 1.0);
+        self.h.ger(weight, shifts, shifts, 1.0);
+    }
+
+    /// What is left of these sums without the first ones.
+    fn without(&self, first: &Self) -> Self {
+        Self {
+            b: std::array::from_fn(|k| std::array::from_fn(|a| self.b[k][a] - first.b[k][a])),
+            g: self.g - first.g,
+            h: self.h - first.h,
+        }
+    }
+
+    /// The sums of frames that are moved by corrections that are off by so much.
+    fn moved(&self, sums: &Sums, off: &Off) -> Sums {
+        let delta = SVector::from(*off);
+        let mut moved = *sums;
+        for (k, by) in off.iter().enumerate() {
+            for a in 0..3 {
+                moved.y[a] += by * self.b[k][a];
+            }
+        }
+        moved.q += 2.0 * delta.dot(&self.g) + delta.dot(&(self.h * delta));
+        moved
+    }
+}
+
 /// Frames in the order of time that share one reference path.
 #[derive(Clone, Debug)]
 struct Part {
     frames: Vec<Frame>,
+    /// How each frame follows the corrections of the camera, where these are not known, and the sums with these as in `blocks`.
+    shifts: Vec<Shifts>,
+    camera_blocks: Vec<[CameraSums; 2]>,
     /// T and h, seconds.
     centre: f64,
     scale: f64,
@@ -70,13 +140,32 @@ struct Part {
 }
 
 impl Part {
-    fn new(frames: Vec<Frame>) -> Self {
+    fn new(frames: Vec<Frame>, camera: Option<&Camera>) -> Self {
         let ends = frames.first().zip(frames.last()).map_or([0.0; 2], |(first, last)| [first.t, last.t]);
         let centre = 0.5 * (ends[0] + ends[1]);
         let half = 0.5 * (ends[1] - ends[0]);
         let scale = if half > 0.0 { half } else { 1.0 };
-        let mut part = Self { frames, centre, scale, reference: [[0.0; 3]; 2], blocks: Vec::new() };
+        let mut part = Self {
+            frames,
+            shifts: Vec::new(),
+            camera_blocks: Vec::new(),
+            centre,
+            scale,
+            reference: [[0.0; 3]; 2],
+            blocks: Vec::new(),
+        };
         part.reference = part.parabolas();
+        if let Some(camera) = camera {
+            part.shifts = part.frames.iter().map(|frame| part.shifts_of(frame, camera)).collect();
+            let mut sums = [CameraSums::zero(); 2];
+            for i in 0..part.frames.len() {
+                if i % BLOCK == 0 {
+                    part.camera_blocks.push(sums);
+                }
+                part.add_shifts(&mut sums, i);
+            }
+            part.camera_blocks.push(sums);
+        }
         let mut sums = [Sums::default(); 2];
         for (i, frame) in part.frames.iter().enumerate() {
             if i % BLOCK == 0 {
@@ -96,6 +185,41 @@ impl Part {
             let [a, b, c] = reference;
             sums.add(u, y - (a + u * (b + u * c)), weight * weight);
         }
+    }
+
+    /// How a frame follows the corrections. A row that is read later by δ shows where the ball was earlier by δ: −v p_y δ.
+    fn shifts_of(&self, frame: &Frame, camera: &Camera) -> Shifts {
+        let mut shifts = camera.derivatives(camera.film(frame.position));
+        let u = (frame.t - self.centre) / self.scale;
+        let velocity = self.reference.map(|[_, b, c]| (b + 2.0 * c * u) / self.scale);
+        let row = frame.position[1] - camera.middle[1];
+        shifts[Correction::Shutter as usize] = velocity.map(|v| -v * row);
+        shifts
+    }
+
+    fn add_shifts(&self, sums: &mut [CameraSums; 2], i: usize) {
+        let (frame, shifts) = (&self.frames[i], &self.shifts[i]);
+        let u = (frame.t - self.centre) / self.scale;
+        for (axis, sums) in sums.iter_mut().enumerate() {
+            let [a, b, c] = self.reference[axis];
+            let off = frame.position[axis] - (a + u * (b + u * c));
+            let own = SVector::from_fn(|k, _| shifts[k][axis]);
+            sums.add(&own, u, off, frame.weight[axis].powi(2));
+        }
+    }
+
+    /// What the corrections add over the frames from `first` to `end`.
+    fn camera_sums(&self, first: usize, end: usize) -> Option<[CameraSums; 2]> {
+        let until = |count: usize| {
+            let block = count / BLOCK;
+            let mut sums = *self.camera_blocks.get(block)?;
+            for i in block * BLOCK..count {
+                self.add_shifts(&mut sums, i);
+            }
+            Some(sums)
+        };
+        let (skipped, until) = (until(first)?, until(end)?);
+        Some([0, 1].map(|axis| until[axis].without(&skipped[axis])))
     }
 
     /// The parabola nearest to the frames in x and in y; a constant or a straight line where more is not determined.
@@ -136,19 +260,35 @@ pub(super) struct Moments([Part; 2]);
 
 impl Moments {
     /// Of frames in the order of time; `impact` is about when the balls meet.
-    pub(super) fn new(mut frames: Vec<Frame>, impact: f64) -> Self {
+    pub(super) fn new(mut frames: Vec<Frame>, impact: f64, camera: Option<&Camera>) -> Self {
         let after = frames.split_off(frames.partition_point(|frame| frame.t < impact));
-        Self([Part::new(frames), Part::new(after)])
+        Self([Part::new(frames, camera), Part::new(after, camera)])
     }
 
-    /// The frames themselves, in the order of time.
-    pub(super) fn frames(&self) -> impl Iterator<Item = &Frame> {
-        self.0.iter().flat_map(|part| &part.frames)
+    /// The frames themselves, in the order of time, and by how much corrections of the camera that are off move them, m.
+    pub(super) fn frames(&self) -> impl Iterator<Item = (&Frame, impl Fn(&Off) -> [f64; 2])> {
+        self.0.iter().flat_map(|part| {
+            part.frames.iter().enumerate().map(|(i, frame)| {
+                let shifts = part.shifts.get(i);
+                let moved = move |off: &Off| {
+                    let sum = |axis: usize| {
+                        shifts.map_or(0.0, |shifts| off.iter().zip(shifts).map(|(by, b)| by * b[axis]).sum())
+                    };
+                    [sum(0), sum(1)]
+                };
+                (frame, moved)
+            })
+        })
     }
 
-    /// What the frames at instants in [from, to) say of a path.
-    pub(super) fn along(&self, path: &Path<Local>, [from, to]: [f64; 2]) -> Along {
-        let mut sums = Along { square: 0.0, gradient: SVector::zeros(), matrix: SMatrix::zeros() };
+    /// What the frames at instants in [from, to) say of a path, moved by corrections of the camera that are off.
+    pub(super) fn along(&self, path: &Path<Local>, [from, to]: [f64; 2], off: &Off) -> Along {
+        let camera = self.0.iter().any(|part| !part.shifts.is_empty()).then(|| AlongCamera {
+            coupling: SMatrix::zeros(),
+            gradient: SVector::zeros(),
+            matrix: SMatrix::zeros(),
+        });
+        let mut sums = Along { square: 0.0, gradient: SVector::zeros(), matrix: SMatrix::zeros(), camera };
         for (stretch, [begins, ends]) in path.stretches() {
             for part in &self.0 {
                 let [first, end] = [from.max(begins), to.min(ends)].map(|time| part.before(time));
@@ -157,9 +297,17 @@ impl Moments {
                 }
                 let (skipped, until) = (part.first(first), part.first(end));
                 let polynomial = stretch.about(part.centre, part.scale);
+                let camera = part.camera_sums(first, end);
                 for axis in 0..2 {
                     let of_frames = until[axis].without(&skipped[axis]);
-                    sums.add(axis, &polynomial[axis], (&part.reference[axis], part.scale), &of_frames);
+                    let camera = camera.as_ref().map(|camera| (&camera[axis], off));
+                    sums.add(
+                        axis,
+                        &polynomial[axis],
+                        (&part.reference[axis], part.scale),
+                        &of_frames,
+                        camera,
+                    );
                 }
             }
         }
@@ -172,6 +320,15 @@ pub(super) struct Along {
     pub square: f64,
     pub gradient: SVector<f64, LOCAL>,
     pub matrix: SMatrix<f64, LOCAL, LOCAL>,
+    /// Where the camera is not known.
+    pub camera: Option<AlongCamera>,
+}
+
+/// JᵀJ between what a path starts with and the corrections of the camera, and among these; and their part of Jᵀr.
+pub(super) struct AlongCamera {
+    pub coupling: SMatrix<f64, LOCAL, CORRECTIONS>,
+    pub gradient: SVector<f64, CORRECTIONS>,
+    pub matrix: SMatrix<f64, CORRECTIONS, CORRECTIONS>,
 }
 
 impl Along {
@@ -182,8 +339,17 @@ impl Along {
         axis: usize,
         polynomial: &[Local; 3],
         (reference, scale): (&[f64; 3], f64),
-        Sums { s, y, q }: &Sums,
+        of_frames: &Sums,
+        of_camera: Option<(&CameraSums, &Off)>,
     ) {
+        let moved;
+        let Sums { s, y, q } = match of_camera {
+            Some((camera, off)) => {
+                moved = camera.moved(of_frames, off);
+                &moved
+            }
+            None => of_frames,
+        };
         let [_, b, c] = polynomial;
         let mut by = SMatrix::<f64, 3, LOCAL>::zeros();
         // later by δ: p(t − δ), so that ∂p/∂δ = −(B + 2Cu)/h
@@ -203,6 +369,13 @@ impl Along {
         self.square += q + c.dot(&(pull - y));
         self.gradient.gemv_tr(1.0, &by, &pull, 1.0);
         self.matrix.gemm_tr(1.0, &by, &(moments * by), 1.0);
+        if let (Some(sums), Some((CameraSums { b, g, h }, off))) = (&mut self.camera, of_camera) {
+            let b = SMatrix::<f64, 3, CORRECTIONS>::from_fn(|a, k| b[k][a]);
+            // G + Hδ − Bc, −DᵀBᵀ and H
+            sums.gradient += g + h * SVector::from(*off) - b.tr_mul(&c);
+            sums.coupling.gemm_tr(-1.0, &by, &b, 1.0);
+            sums.matrix += h;
+        }
     }
 }
 
@@ -214,6 +387,59 @@ mod tests {
     use crate::likelihood::frames::path_start;
     use crate::likelihood::frames::schur_reduced::Normal;
     use crate::physics::cloth_motion::{Cloth, Launch};
+
+    /// Frames that corrections of the camera have moved are those frames, and the derivatives by the corrections are differences.
+    #[test]
+    fn corrections_of_the_camera_move_the_frames() {
+        /// Differences of numbers some 1e4 times as large, over 2e-4 of a usual error.
+        const DIFFERENCE: f64 = 1e-5;
+        let (launch, cloth) = start();
+        let path = Path::after(&launch, &cloth);
+        let camera = Camera::neutral([0.2, 0.1]).with(Correction::Lens, 0.01);
+        let frames: Vec<Frame> = (0..100)
+            .map(|i| {
+                let t = 0.012 + f64::from(i) / 500.0;
+                let [x, y] = path.position(t).map(|p| p.re);
+                Frame { t, position: [x + 1e-4, y - 1e-4 * f64::from(i % 3)], weight: [1e4, 0.5e4] }
+            })
+            .collect();
+        let moments = Moments::new(frames, 0.1, Some(&camera));
+        let (own, own_cloth) = path_start::launch(&launch, [0.2, 0.01, 0.5]);
+        let along = |off: &Off| {
+            moments.along(&Path::after(&own, &own_cloth), [f64::NEG_INFINITY, f64::INFINITY], off)
+        };
+        let mut off: Off = Correction::ALL.map(|c| 2e-3 * c.usual());
+        let here = along(&off);
+        // χ² frame by frame
+        let square: f64 = moments
+            .frames()
+            .map(|(frame, moved)| {
+                let (at, shift) = (path.position(frame.t), moved(&off));
+                (0..2)
+                    .map(|i| ((at[i].re - frame.position[i] - shift[i]) * frame.weight[i]).powi(2))
+                    .sum::<f64>()
+            })
+            .sum();
+        assert!((here.square / square - 1.0).abs() < ROUNDING, "{} {square}", here.square);
+        let camera = here.camera.as_ref().unwrap();
+        for correction in Correction::ALL {
+            let (k, step) = (correction as usize, 1e-4 * correction.usual());
+            let value = off[k];
+            off[k] = value + step;
+            let up = along(&off);
+            off[k] = value - step;
+            let down = along(&off);
+            off[k] = value;
+            let slope = (up.square - down.square) / (4.0 * step);
+            assert!(
+                (slope - camera.gradient[k]).abs() < DIFFERENCE * camera.gradient[k].abs(),
+                "{correction:?}"
+            );
+            let coupling = (up.gradient - down.gradient) / (2.0 * step);
+            let most = camera.coupling.column(k).amax();
+            assert!((coupling - camera.coupling.column(k)).amax() < DIFFERENCE * most, "{correction:?}");
+        }
+    }
 
     /// Sums of some hundred terms that are as large as (10 mm / 0.1 mm)², in χ² and its derivatives.
     const ROUNDING: f64 = 1e-10;
@@ -257,11 +483,16 @@ mod tests {
                 }
             }
             // the reference paths meet in the middle of a slide
-            let moments = Moments::new(frames, 0.1);
+            let moments = Moments::new(frames, 0.1, None);
             let (own, own_cloth) = path_start::launch(&launch, [0.2, 0.01, 0.5]);
-            let sums = moments.along(&Path::after(&own, &own_cloth), [f64::NEG_INFINITY, f64::INFINITY]);
+            let off = [0.0; CORRECTIONS];
+            let sums =
+                moments.along(&Path::after(&own, &own_cloth), [f64::NEG_INFINITY, f64::INFINITY], &off);
             let mut together = Normal::zero();
-            together.add_path(&sums, &path_start::by_unknowns(&launch, &[cloth.sliding, cloth.rolling]));
+            together.add_path(
+                &sums,
+                &path_start::by_unknowns(&launch, &[cloth.sliding, cloth.rolling, cloth.bounce]),
+            );
             assert!((together.square / one_by_one.square - 1.0).abs() < ROUNDING, "{rate}");
             let most = one_by_one.gradient.amax();
             assert!((together.gradient - one_by_one.gradient).amax() < ROUNDING * most, "{rate}");

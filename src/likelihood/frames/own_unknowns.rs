@@ -2,8 +2,9 @@
 
 use nalgebra::SVector;
 
+use super::moments::Off;
 use super::schur_reduced::{Eliminated, Normal};
-use super::{Film, KNOWN, MEASURED, OWN, Own, OwnByShared, Reduced, SHARED, UNKNOWN};
+use super::{ALL_SHARED, Film, KNOWN, MEASURED, OWN, Own, OwnByShared, Reduced, SHARED, Shared, UNKNOWN};
 use crate::physics::collision::{Coefficients, Corrected};
 use crate::trajectory::scene::{LiftPrior, Scene};
 
@@ -36,10 +37,10 @@ const MOST_OTHERS: usize = 3;
 const NEAR: f64 = 5.0;
 
 impl Film {
-    /// The shot with its own unknowns where χ² is least, for shared parameters μ, μ_s, e, μ_k, μ_r; looked for from `from`.
+    /// The shot with its own unknowns where χ² is least, for what all shots share; looked for from `from`.
     /// `None` where there is no collision.
     #[must_use]
-    pub fn reduced(&self, collision: &Corrected, shared: &[f64; SHARED], from: &Own) -> Option<Reduced> {
+    pub fn reduced(&self, collision: &Corrected, shared: &Shared, from: &Own) -> Option<Reduced> {
         let tried = std::iter::once(from).chain(&self.others);
         let found = tried.filter_map(|from| self.reduced_from(collision, shared, from));
         found.min_by(|a, b| a.chi2().total_cmp(&b.chi2()))
@@ -48,7 +49,7 @@ impl Film {
     /// Where to look for the own unknowns when the shared parameters have moved by so much from where they were `found`: where
     /// they are expected, an unknown spin on the side where it was.
     #[must_use]
-    pub fn start_after(&self, found: &Reduced, moved: &SVector<f64, SHARED>) -> Own {
+    pub fn start_after(&self, found: &Reduced, moved: &SVector<f64, ALL_SHARED>) -> Own {
         let side = |own: &Own| SIDES.iter().position(|[_, high]| own[OWN] <= *high);
         let mut start = found.own + found.own_by_shared * moved;
         if self.rolls_unknown() && side(&start) != side(&found.own) {
@@ -57,7 +58,7 @@ impl Film {
         start
     }
 
-    fn reduced_from(&self, collision: &Corrected, shared: &[f64; SHARED], from: &Own) -> Option<Reduced> {
+    fn reduced_from(&self, collision: &Corrected, shared: &Shared, from: &Own) -> Option<Reduced> {
         match self.spin {
             Some(_) => self.eliminate::<MEASURED>(collision, shared, from),
             None if self.rolls_unknown() => self.eliminate::<UNKNOWN>(collision, shared, from),
@@ -68,7 +69,7 @@ impl Film {
     fn eliminate<const N: usize>(
         &self,
         collision: &Corrected,
-        shared: &[f64; SHARED],
+        shared: &Shared,
         from: &Own,
     ) -> Option<Reduced> {
         let own = N - SHARED;
@@ -76,22 +77,24 @@ impl Film {
         for i in 0..own {
             all[i] = from[i];
         }
-        for (i, value) in shared.iter().enumerate() {
-            all[own + i] = *value;
+        for i in 0..SHARED {
+            all[own + i] = shared[i];
         }
+        let off: Off = std::array::from_fn(|i| shared[SHARED + i]);
         if N != UNKNOWN {
-            let start = Point { all, normal: self.normal::<N>(collision, &all)? };
-            return self.settled(collision, start, None).reduce(N);
+            let start = Point { all, normal: self.normal::<N>(collision, &all, &off)? };
+            return self.settled((collision, &off), start, None).reduce(N);
         }
         let side = SIDES.iter().position(|[_, high]| all[OWN] <= *high)?;
         all[OWN] = all[OWN].max(SIDES[side][0]);
-        let start = Point { all, normal: self.normal::<N>(collision, &all)? };
-        let mut best = self.settled(collision, start, Some(SIDES[side]));
+        let start = Point { all, normal: self.normal::<N>(collision, &all, &off)? };
+        let mut best = self.settled((collision, &off), start, Some(SIDES[side]));
         if side < 2 && best.is_near_stun()? {
             let mut beyond = best.all;
             beyond[OWN] = if side == 0 { KINK } else { -KINK };
-            if let Some(normal) = self.normal::<N>(collision, &beyond) {
-                let other = self.settled(collision, Point { all: beyond, normal }, Some(SIDES[1 - side]));
+            if let Some(normal) = self.normal::<N>(collision, &beyond, &off) {
+                let beyond = Point { all: beyond, normal };
+                let other = self.settled((collision, &off), beyond, Some(SIDES[1 - side]));
                 if other.normal.square < best.normal.square {
                     best = other;
                 }
@@ -105,7 +108,7 @@ impl Film {
     /// The own unknowns moved to the least χ², an unknown spin within its side.
     fn settled<const N: usize>(
         &self,
-        collision: &Corrected,
+        (collision, off): (&Corrected, &Off),
         mut point: Point<N>,
         side: Option<[f64; 2]>,
     ) -> Point<N> {
@@ -127,7 +130,7 @@ impl Film {
                 break;
             }
             let all = within(point.all, step, side.filter(|_| held == N));
-            match self.normal::<N>(collision, &all) {
+            match self.normal::<N>(collision, &all, off) {
                 Some(normal) if normal.square < point.normal.square => {
                     point = Point { all, normal };
                     damping *= 0.1;
@@ -148,7 +151,9 @@ impl Film {
     fn minima(&self, scene: &Scene, rolls: &[f64]) -> Vec<Reduced> {
         let LiftPrior::Model(model, Coefficients { mu, mu_s, e }, _) = scene.lift else { return Vec::new() };
         let collision = Corrected { model, correction: None };
-        let shared = [mu, mu_s, e, scene.cloth.sliding, scene.cloth.rolling];
+        let mut shared = [0.0; ALL_SHARED];
+        let cloth = scene.cloth;
+        shared[..SHARED].copy_from_slice(&[mu, mu_s, e, cloth.sliding, cloth.rolling, cloth.bounce]);
         let tried = std::iter::once(self.start[OWN]).chain(rolls.iter().copied()).filter_map(|roll| {
             let mut from = self.start;
             from[OWN] = roll;
@@ -245,7 +250,11 @@ mod tests {
     use crate::simulate;
     use crate::simulate::{BallSpec, Camera, ClothSpec, Kind, Noise, Played, Shots, Spec, Truth};
 
-    const TRUTH: [f64; SHARED] = [0.05, 0.3, 0.94, 0.2, 0.01];
+    const TRUTH: Shared = {
+        let mut truth = [0.0; ALL_SHARED];
+        [truth[0], truth[1], truth[2], truth[3], truth[4], truth[5]] = [0.05, 0.3, 0.94, 0.2, 0.01, 0.5];
+        truth
+    };
 
     /// χ² of two searches for the same minimum.
     const SAME: f64 = 1e-4;
@@ -275,7 +284,7 @@ mod tests {
         let scene = Scene { lift, ..Scene::new(ball) };
         let film = |(mut shot, _): (crate::measurement::track::TrackShot, _)| {
             shot.spin = Spin::Unknown;
-            extract(&shot, &scene).unwrap().film(&shot, &scene)
+            extract(&shot, &scene).unwrap().film(&shot, &scene, None)
         };
         (simulate::filmed(&spec).unwrap().into_iter().map(film).collect(), scene, model)
     }

@@ -36,14 +36,15 @@ pub(super) fn launch<const N: usize>(
     (local, Cloth { sliding: unknown(5, sliding), rolling: unknown(6, rolling), bounce: unknown(7, bounce) })
 }
 
-/// The derivatives of the start of a path and of μ_k, μ_r by the unknowns of a shot and the shared parameters.
+/// The derivatives of the start of a path and of μ_k, μ_r, e_t by the unknowns of a shot and the shared parameters.
 pub(super) fn by_unknowns<const N: usize>(
     launch: &Launch<DualSVec64<N>>,
-    [sliding, rolling]: &[DualSVec64<N>; 2],
+    [sliding, rolling, bounce]: &[DualSVec64<N>; 3],
 ) -> SMatrix<f64, LOCAL, N> {
     let Launch { time, position: [x, y], velocity: [v_x, v_y], slip: [s_x, s_y], up, .. } = launch;
     let mut by = SMatrix::<f64, LOCAL, N>::zeros();
-    for (row, number) in [time, x, y, v_x, v_y, s_x, s_y, up, sliding, rolling].into_iter().enumerate() {
+    let numbers = [time, x, y, v_x, v_y, s_x, s_y, up, sliding, rolling, bounce];
+    for (row, number) in numbers.into_iter().enumerate() {
         if let Some(derivatives) = &number.eps.0 {
             by.set_row(row, &derivatives.transpose());
         }

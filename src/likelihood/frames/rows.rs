@@ -1,6 +1,7 @@
 //! A film's measured numbers against the model, one by one.
 
-use super::{Film, OWN, Own, SHARED, SPIN};
+use super::{Film, OWN, Own, SHARED, SPIN, Shared};
+use crate::film::camera::Correction;
 use crate::measurement::observable::Axis;
 use crate::physics::ball::{BallState, Vec3};
 use crate::physics::cloth_motion::{Cloth, Path};
@@ -55,13 +56,15 @@ impl Film {
     /// Every measured number of the shot against what the parameters and its own unknowns say. The squares of the standardized
     /// ones sum to χ² of the shot, less [`Film::prior_chi2`]. `None` where there is no collision.
     #[must_use]
-    pub fn rows(&self, collision: &Corrected, shared: &[f64; SHARED], own: &Own) -> Option<Vec<Row>> {
+    pub fn rows(&self, collision: &Corrected, shared: &Shared, own: &Own) -> Option<Vec<Row>> {
         let spins = self.spin.is_some().then(|| [own[OWN], own[OWN + 1], own[OWN + 2]]);
         let roll = if self.rolls_unknown() { own[OWN] } else { 0.0 };
+        let motion: [f64; SHARED] = std::array::from_fn(|i| shared[i]);
+        let off: [f64; Correction::COUNT] = std::array::from_fn(|i| shared[SHARED + i]);
         let (launches, after) = self
-            .launches(&own.as_slice()[..OWN], (spins, roll), shared, |inputs| collide(collision, inputs))?;
-        let [.., sliding, rolling] = *shared;
-        let cloth = Cloth { sliding, rolling, bounce: self.scene.bounce };
+            .launches(&own.as_slice()[..OWN], (spins, roll), &motion, |inputs| collide(collision, inputs))?;
+        let [.., sliding, rolling, bounce] = motion;
+        let cloth = Cloth { sliding, rolling, bounce };
         let time = own[0];
         let paths = [
             (
@@ -79,7 +82,7 @@ impl Film {
         ];
         let mut rows = Vec::new();
         for (frames, ball, before, later) in paths {
-            for frame in frames.frames() {
+            for (frame, shift) in frames.frames() {
                 let predicted = if frame.t < time { &before } else { &later }.position(frame.t);
                 for (i, axis) in [Axis::X, Axis::Y].into_iter().enumerate() {
                     rows.push(Row {
@@ -87,7 +90,7 @@ impl Film {
                         quantity: Measured::Coordinate,
                         axis,
                         time: Some(frame.t),
-                        measured: frame.position[i],
+                        measured: frame.position[i] + shift(&off)[i],
                         predicted: predicted[i],
                         sd: frame.weight[i].recip(),
                     });

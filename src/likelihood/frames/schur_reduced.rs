@@ -5,7 +5,8 @@ use num_dual::DualSVec64;
 
 use super::moments::Along;
 use super::path_start::LOCAL;
-use super::{ROWS, SHARED};
+use super::{ALL_SHARED, ROWS, SHARED};
+use crate::film::camera::Correction;
 
 /// Relative to its column, a pivot below this is rounding: the shot does not depend on that parameter.
 const SILENT: f64 = 1e-11;
@@ -18,11 +19,22 @@ pub(super) struct Normal<const N: usize> {
     pub gradient: SVector<f64, N>,
     /// rᵀr.
     pub square: f64,
+    /// JᵀJ between the unknowns and the corrections of the camera, and among these; and their part of Jᵀr.
+    camera_coupling: SMatrix<f64, N, { Correction::COUNT }>,
+    camera_matrix: SMatrix<f64, { Correction::COUNT }, { Correction::COUNT }>,
+    camera_gradient: SVector<f64, { Correction::COUNT }>,
 }
 
 impl<const N: usize> Normal<N> {
     pub(super) fn zero() -> Self {
-        Self { matrix: SMatrix::zeros(), gradient: SVector::zeros(), square: 0.0 }
+        Self {
+            matrix: SMatrix::zeros(),
+            gradient: SVector::zeros(),
+            square: 0.0,
+            camera_coupling: SMatrix::zeros(),
+            camera_matrix: SMatrix::zeros(),
+            camera_gradient: SVector::zeros(),
+        }
     }
 
     pub(super) fn add(&mut self, residual: DualSVec64<N>) {
@@ -38,6 +50,11 @@ impl<const N: usize> Normal<N> {
         self.square += sums.square;
         self.gradient.gemv_tr(1.0, by, &sums.gradient, 1.0);
         self.matrix.gemm_tr(1.0, by, &(sums.matrix * by), 1.0);
+        if let Some(camera) = &sums.camera {
+            self.camera_coupling.gemm_tr(1.0, by, &camera.coupling, 1.0);
+            self.camera_matrix += camera.matrix;
+            self.camera_gradient += camera.gradient;
+        }
     }
 
     /// The largest difference of the entries of JᵀJ, as part of the largest.
@@ -76,10 +93,13 @@ impl<const N: usize> Normal<N> {
     pub(super) fn reduce(&self, held: usize) -> Option<Eliminated<N>> {
         let own = N - SHARED;
         let cholesky = self.own_part(0.0, held)?;
-        let mut coupling = SMatrix::<f64, N, SHARED>::zeros();
+        let mut coupling = SMatrix::<f64, N, ALL_SHARED>::zeros();
         for i in 0..own.min(held) {
             for j in 0..SHARED {
                 coupling[(i, j)] = self.matrix[(own + j, i)];
+            }
+            for j in 0..Correction::COUNT {
+                coupling[(i, SHARED + j)] = self.camera_coupling[(i, j)];
             }
         }
         let carried = cholesky.solve(&coupling);
@@ -87,28 +107,41 @@ impl<const N: usize> Normal<N> {
         let step = cholesky.solve(&inner);
         let mut schur = SMatrix::<f64, ROWS, ROWS>::zeros();
         let mut scale = [0.0; ROWS];
-        for i in 0..SHARED {
+        for i in 0..ALL_SHARED {
             for j in 0..=i {
-                schur[(i, j)] = self.matrix[(own + i, own + j)] - coupling.column(i).dot(&carried.column(j));
+                schur[(i, j)] = self.shared_entry(own, i, j) - coupling.column(i).dot(&carried.column(j));
             }
-            schur[(SHARED, i)] = self.gradient[own + i] - carried.column(i).dot(&inner);
-            scale[i] = self.matrix[(own + i, own + i)];
+            let gradient = if i < SHARED { self.gradient[own + i] } else { self.camera_gradient[i - SHARED] };
+            schur[(ALL_SHARED, i)] = gradient - carried.column(i).dot(&inner);
+            scale[i] = self.shared_entry(own, i, i);
         }
-        schur[(SHARED, SHARED)] = self.square - inner.dot(&step);
-        scale[SHARED] = self.square;
+        schur[(ALL_SHARED, ALL_SHARED)] = self.square - inner.dot(&step);
+        scale[ALL_SHARED] = self.square;
         let l = semidefinite(schur, &scale);
-        let jacobian = l.fixed_view::<SHARED, ROWS>(0, 0).transpose();
-        Some(Eliminated { residuals: l.row(SHARED).transpose(), jacobian, step: -step, by_shared: -carried })
+        let jacobian = l.fixed_view::<ALL_SHARED, ROWS>(0, 0).transpose();
+        let residuals = l.row(ALL_SHARED).transpose();
+        Some(Eliminated { residuals, jacobian, step: -step, by_shared: -carried })
+    }
+
+    /// JᵀJ among what all shots share, i ≥ j.
+    fn shared_entry(&self, own: usize, i: usize, j: usize) -> f64 {
+        if i < SHARED {
+            self.matrix[(own + i, own + j)]
+        } else if j < SHARED {
+            self.camera_coupling[(own + j, i - SHARED)]
+        } else {
+            self.camera_matrix[(i - SHARED, j - SHARED)]
+        }
     }
 }
 
 /// What is left of a shot's normal equations without its own unknowns.
 pub(super) struct Eliminated<const N: usize> {
     pub residuals: SVector<f64, ROWS>,
-    pub jacobian: SMatrix<f64, ROWS, SHARED>,
+    pub jacobian: SMatrix<f64, ROWS, ALL_SHARED>,
     /// 0 where there is no own unknown, or it is held.
     pub step: SVector<f64, N>,
-    pub by_shared: SMatrix<f64, N, SHARED>,
+    pub by_shared: SMatrix<f64, N, ALL_SHARED>,
 }
 
 /// L of a positive semidefinite LLᵀ, from its lower triangle; a column is 0 whose pivot is rounding beside

@@ -1,0 +1,305 @@
+//! How a camera maps the table to its picture, as small corrections of a film that is calibrated roughly: scale, aspect, shear,
+//! perspective, lens and rolling shutter.
+//!
+//! With p a point of the plane of the balls' centres (m, from the middle of the film), the film shows
+//!
+//!   q = s (p_x, a p_y)            scale s, aspect a
+//!   q′ = q (1 + l |q|²/r₀²)       lens l: what it adds at r₀ = 0.5 m
+//!   q″ = q′/(1 + k·q′)            perspective k, 1/m
+//!   f = (q″_x + h q″_y, q″_y)     shear h
+//!
+//! and shows it at the instant t + τ p_y, where t is that of the frame: a rolling shutter reads the rows one after the other, τ in s/m.
+//! A turn and a shift of the table leave everything that is fitted as it is, and are none of these.
+//!
+//! Sources: Hartley and Zisserman, Multiple View Geometry (2004), § 2.4 (projective maps) and Eq. 7.5 (radial lens); Ait-Aider et
+//! al., ECCV 2006 (rolling shutter).
+
+use crate::measurement::track::{Sample, TrackShot};
+
+/// The distance from the middle of the film at which the lens is stated, m.
+const LENS_RADIUS: f64 = 0.5;
+
+/// The equation of the lens is solved to this part of a length, in at most so many steps of Newton's method.
+const LENS_TOLERANCE: f64 = 1e-14;
+const LENS_STEPS: usize = 20;
+
+/// What a camera may do to a film.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Correction {
+    /// Of lengths, over what is stated: 1 where that is right.
+    Scale,
+    /// Lengths along y over lengths along x: 1 for square pixels.
+    Aspect,
+    /// By how much x leans as y grows: 0 for an upright camera.
+    Shear,
+    /// How the picture shrinks along x and along y, 1/m.
+    PerspectiveX,
+    PerspectiveY,
+    /// What the lens adds to a length at 0.5 m from the middle, as part of it: negative for a barrel.
+    Lens,
+    /// Of a rolling shutter, s per metre along y.
+    Shutter,
+}
+
+impl Correction {
+    pub const COUNT: usize = 7;
+
+    pub const ALL: [Self; Self::COUNT] = [
+        Self::Scale,
+        Self::Aspect,
+        Self::Shear,
+        Self::PerspectiveX,
+        Self::PerspectiveY,
+        Self::Lens,
+        Self::Shutter,
+    ];
+
+    /// As in fit.json.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Scale => "scale",
+            Self::Aspect => "aspect",
+            Self::Shear => "shear",
+            Self::PerspectiveX => "perspective_x",
+            Self::PerspectiveY => "perspective_y",
+            Self::Lens => "lens",
+            Self::Shutter => "shutter_s_per_m",
+        }
+    }
+
+    /// For a reader, with its unit.
+    #[must_use]
+    pub fn words(self) -> &'static str {
+        match self {
+            Self::Scale => "scale",
+            Self::Aspect => "aspect (y over x)",
+            Self::Shear => "shear",
+            Self::PerspectiveX => "perspective along x (1/m)",
+            Self::PerspectiveY => "perspective along y (1/m)",
+            Self::Lens => "lens (at 0.5 m)",
+            Self::Shutter => "rolling shutter (s/m)",
+        }
+    }
+
+    /// Its value where the camera does nothing of the kind.
+    #[must_use]
+    pub fn neutral(self) -> f64 {
+        match self {
+            Self::Scale | Self::Aspect => 1.0,
+            _ => 0.0,
+        }
+    }
+
+    /// The standard deviation of what is known beforehand, about the neutral value: cameras and calibrations are seldom worse.
+    #[must_use]
+    pub fn usual(self) -> f64 {
+        match self {
+            Self::Scale | Self::Aspect | Self::Shear | Self::Lens => 0.05,
+            Self::PerspectiveX | Self::PerspectiveY => 0.3,
+            Self::Shutter => 0.01,
+        }
+    }
+}
+
+/// A camera: a value for each correction, and the middle of the film, m.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Camera {
+    values: [f64; Correction::COUNT],
+    pub middle: [f64; 2],
+}
+
+impl Camera {
+    /// One that shows the table as it is.
+    #[must_use]
+    pub fn neutral(middle: [f64; 2]) -> Self {
+        Self { values: Correction::ALL.map(Correction::neutral), middle }
+    }
+
+    #[must_use]
+    pub fn get(&self, correction: Correction) -> f64 {
+        self.values[correction as usize]
+    }
+
+    #[must_use]
+    pub fn with(mut self, correction: Correction, value: f64) -> Self {
+        self.values[correction as usize] = value;
+        self
+    }
+
+    /// Whether it shows the table as it is.
+    #[must_use]
+    pub fn is_neutral(&self) -> bool {
+        self.values == Self::neutral(self.middle).values
+    }
+
+    /// Table → film, m.
+    #[must_use]
+    pub fn film(&self, table: [f64; 2]) -> [f64; 2] {
+        let [scale, aspect, shear, kx, ky, lens, _] = self.values;
+        let p = [table[0] - self.middle[0], table[1] - self.middle[1]];
+        // q = s (p_x, a p_y)
+        let q = [scale * p[0], scale * aspect * p[1]];
+        // q′ = q (1 + l |q|²/r₀²)
+        let stretched = 1.0 + lens * (q[0] * q[0] + q[1] * q[1]) / (LENS_RADIUS * LENS_RADIUS);
+        let q = q.map(|q| q * stretched);
+        // q″ = q′/(1 + k·q′)
+        let shrunk = 1.0 + kx * q[0] + ky * q[1];
+        let q = q.map(|q| q / shrunk);
+        // f = (q″_x + h q″_y, q″_y)
+        [q[0] + shear * q[1] + self.middle[0], q[1] + self.middle[1]]
+    }
+
+    /// Film → table, m; NaN where no point of the table is shown.
+    #[must_use]
+    pub fn table(&self, film: [f64; 2]) -> [f64; 2] {
+        let [scale, aspect, shear, kx, ky, lens, _] = self.values;
+        let f = [film[0] - self.middle[0], film[1] - self.middle[1]];
+        // q″ = (f_x − h f_y, f_y)
+        let q = [f[0] - shear * f[1], f[1]];
+        // q′ = q″/(1 − k·q″)
+        let shrunk = 1.0 - (kx * q[0] + ky * q[1]);
+        if !(shrunk > 0.0) {
+            return [f64::NAN; 2];
+        }
+        let q = q.map(|q| q / shrunk);
+        let q = q.map(|q_of| q_of * unstretched(lens, q[0].hypot(q[1])));
+        [q[0] / scale + self.middle[0], q[1] / (scale * aspect) + self.middle[1]]
+    }
+
+    /// How the point of the table that a point of the film shows follows the corrections but for the shutter's, m by the unit of each.
+    #[must_use]
+    pub fn derivatives(&self, film: [f64; 2]) -> [[f64; 2]; Correction::COUNT] {
+        /// Of each, in usual errors: the map is smooth over far more.
+        const STEP: f64 = 1e-4;
+        Correction::ALL.map(|correction| {
+            if correction == Correction::Shutter {
+                return [0.0; 2];
+            }
+            let (value, step) = (self.get(correction), STEP * correction.usual());
+            let at = |by: f64| self.with(correction, value + by).table(film);
+            let (up, down) = (at(step), at(-step));
+            [0, 1].map(|i| (up[i] - down[i]) / (2.0 * step))
+        })
+    }
+
+    /// Lengths on the table over lengths in the film near a point of it, along x and along y.
+    #[must_use]
+    pub fn magnification(&self, film: [f64; 2]) -> [f64; 2] {
+        /// A millimetre: the map is nearly straight over it.
+        const STEP: f64 = 1e-3;
+        let here = self.table(film);
+        let by = |shift: [f64; 2]| {
+            let there = self.table([film[0] + shift[0], film[1] + shift[1]]);
+            (there[0] - here[0]).hypot(there[1] - here[1]) / STEP
+        };
+        [by([STEP, 0.0]), by([0.0, STEP])]
+    }
+
+    /// A shot on the table, from its film; samples that show no point of the table are left out.
+    #[must_use]
+    pub fn shot(&self, film: &TrackShot) -> TrackShot {
+        if self.is_neutral() {
+            return film.clone();
+        }
+        let samples = |samples: &[Sample]| -> Vec<Sample> {
+            let on_table = samples.iter().map(|sample| self.sample(sample));
+            on_table.filter(|sample| sample.x.is_finite() && sample.y.is_finite()).collect()
+        };
+        let magnified = film.cue.first().map_or([1.0; 2], |sample| self.magnification([sample.x, sample.y]));
+        let mean = (magnified[0] * magnified[1]).sqrt();
+        let mut shot = film.clone();
+        (shot.cue, shot.object) = (samples(&film.cue), samples(&film.object));
+        for marker in &mut shot.markers {
+            marker.samples = samples(&marker.samples);
+        }
+        shot.position_sd = shot.position_sd.map(|sd| sd * mean);
+        shot.resolution = shot.resolution.map(|step| step * mean);
+        shot
+    }
+
+    /// A frame on the table, at the instant at which its row was read.
+    fn sample(&self, film: &Sample) -> Sample {
+        let [x, y] = self.table([film.x, film.y]);
+        let t = film.t + self.get(Correction::Shutter) * (y - self.middle[1]);
+        let sd = film.sd.map(|sd| {
+            let magnified = self.magnification([film.x, film.y]);
+            [0, 1].map(|i| sd[i] * magnified[i])
+        });
+        Sample { t, x, y, sd }
+    }
+}
+
+/// |q|/|q′| with |q′| = |q| (1 + l |q|²/r₀²); NaN beyond the largest |q′| that a barrel shows.
+fn unstretched(lens: f64, shown: f64) -> f64 {
+    let strength = lens / (LENS_RADIUS * LENS_RADIUS);
+    if strength == 0.0 || shown == 0.0 {
+        return 1.0;
+    }
+    // r (1 + c r²) = r′ by Newton's method
+    let mut r = shown;
+    for _ in 0..LENS_STEPS {
+        let slope = 1.0 + 3.0 * strength * r * r;
+        if !(slope > 0.0) {
+            return f64::NAN;
+        }
+        let step = (shown - r * (1.0 + strength * r * r)) / slope;
+        r += step;
+        if step.abs() < LENS_TOLERANCE * shown {
+            return r / shown;
+        }
+    }
+    f64::NAN
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Some twenty operations on numbers of order 1.
+    const ROUNDING: f64 = 1e-13;
+
+    fn askew() -> Camera {
+        let values = [1.02, 0.99, 0.03, 0.1, -0.2, -0.02, 0.003];
+        Camera { values, middle: [0.3, -0.1] }
+    }
+
+    #[test]
+    fn film_and_table_are_inverse() {
+        let camera = askew();
+        for table in [[0.3, -0.1], [0.8, 0.3], [-0.2, -0.6], [0.31, 0.5]] {
+            let there = camera.table(camera.film(table));
+            assert!((0..2).all(|i| (there[i] - table[i]).abs() < ROUNDING), "{table:?} {there:?}");
+        }
+        let neutral = Camera::neutral([0.3, -0.1]);
+        assert!(neutral.is_neutral() && !camera.is_neutral());
+        assert_eq!(neutral.film([0.5, 0.25]), [0.5, 0.25]);
+    }
+
+    #[test]
+    fn what_shows_no_point_of_the_table_is_none() {
+        let steep = Camera::neutral([0.0; 2]).with(Correction::PerspectiveY, 1.0);
+        assert!(steep.table([0.0, 1.5])[1].is_nan());
+        let barrel = Camera::neutral([0.0; 2]).with(Correction::Lens, -0.05);
+        assert!(barrel.table([2.0, 0.0])[0].is_nan());
+    }
+
+    #[test]
+    fn derivatives_are_those_of_the_map() {
+        /// Central differences of steps ten times as long.
+        const SAME: f64 = 1e-6;
+        let (camera, film) = (askew(), [0.7, 0.2]);
+        for (correction, by) in Correction::ALL.into_iter().zip(camera.derivatives(film)) {
+            if correction == Correction::Shutter {
+                assert_eq!(by, [0.0; 2]);
+                continue;
+            }
+            let step = 1e-3 * correction.usual();
+            let at = |by: f64| camera.with(correction, camera.get(correction) + by).table(film);
+            for i in 0..2 {
+                let difference = (at(step)[i] - at(-step)[i]) / (2.0 * step);
+                assert!((by[i] - difference).abs() < SAME, "{correction:?}");
+            }
+        }
+    }
+}

@@ -1,0 +1,3 @@
+//! Positions on the table ↔ what the camera and the tracker made of them.
+
+pub mod camera;

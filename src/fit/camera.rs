@@ -1,0 +1,391 @@
+//! The balls calibrate the camera: they touch at 2R in every direction and everywhere in the picture, and move as the cloth lets them.
+//!
+//! The search begins at the distances of the centres at the contacts, which tell scale, aspect, shear and perspective. From there the
+//! frames of all shots are fitted jointly with every [`Correction`] free, the films corrected by what was found, and again until
+//! nothing is left to correct. What the frames do not call for is then left out.
+
+use nalgebra::{DMatrix, DVector};
+
+use super::footage::{films, with_impacts};
+use super::{Depth, FilmUnknowns, Fit, Method, Options, SharedKind};
+use crate::extraction::contact;
+use crate::film::camera::{Camera, Correction};
+use crate::fit;
+use crate::measurement::dataset::{Dataset, Tracks};
+use crate::measurement::track::TrackShot;
+use crate::trajectory::scene::Scene;
+
+/// Of fewer shots the camera is taken as stated.
+const LEAST_SHOTS: usize = 6;
+
+/// So many shots, spread evenly, calibrate a camera to some 1e-4.
+const CALIBRATED_FROM: usize = 120;
+
+/// Lengths that are off by more than this part are in another unit, or their scale is wrong by a factor.
+const OTHER_UNIT: f64 = 0.1;
+
+/// Rounds of fitting and correcting, and when nothing is left to correct, in standard errors.
+const ROUNDS: usize = 8;
+const AT_REST: f64 = 0.2;
+
+/// A correction is called for where −2 log L falls by as much with it, as for effects of an impact.
+const CALLED_FOR: f64 = 6.0;
+
+/// A correction as it was found.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct FoundCorrection {
+    pub which: Correction,
+    /// As a correction of what the data set states; a scale that was wrong by a factor holds that factor.
+    pub value: f64,
+    pub std_error: f64,
+    /// Whether the frames call for it; else it is not applied.
+    pub adopted: bool,
+}
+
+/// What the shots tell of their camera.
+#[derive(Clone, Debug, PartialEq)]
+pub struct FoundCamera {
+    /// By which the shots were corrected.
+    pub camera: Camera,
+    pub corrections: Vec<FoundCorrection>,
+    /// By which all lengths were multiplied beforehand: the unit of the film, m; 1 where it was right to a tenth.
+    pub unit: f64,
+    /// How many shots it was found from.
+    pub shots: usize,
+    /// Whether nothing was left to correct at the end.
+    pub converged: bool,
+}
+
+impl FoundCamera {
+    /// What is still free in a joint fit of the corrected films.
+    #[must_use]
+    pub fn unknowns(&self) -> FilmUnknowns {
+        let mut unknowns = FilmUnknowns::default();
+        for found in self.corrections.iter().filter(|found| found.adopted) {
+            let which = found.which;
+            unknowns.corrections[which as usize] = Some(which.neutral() - self.camera.get(which));
+        }
+        unknowns
+    }
+
+    /// Whether a correction was adopted.
+    #[must_use]
+    pub fn corrects(&self) -> bool {
+        self.corrections.iter().any(|found| found.adopted)
+    }
+
+    /// For a reader: what was adopted.
+    #[must_use]
+    pub fn sentence(&self) -> Option<String> {
+        use super::warnings::with_error;
+        let adopted: Vec<String> = self
+            .corrections
+            .iter()
+            .filter(|found| found.adopted)
+            .map(|found| format!("{} {}", found.which.words(), with_error(found.value, found.std_error)))
+            .collect();
+        (!adopted.is_empty()).then(|| {
+            format!(
+                "The positions were corrected for the camera, which the balls themselves calibrate ({} shots): {}.",
+                self.shots,
+                adopted.join(", ")
+            )
+        })
+    }
+}
+
+impl Fit {
+    /// Notes the camera by which the films were corrected, as the fit of their frames has it where they were fitted jointly.
+    pub fn set_camera(&mut self, found: &FoundCamera) {
+        let mut found = found.clone();
+        for correction in found.corrections.iter_mut().filter(|correction| correction.adopted) {
+            let others = self.diagnostics.joint.iter().flat_map(|joint| &joint.others);
+            let left = others.into_iter().find(|(kind, _)| *kind == SharedKind::Camera(correction.which));
+            let Some((_, (left, error))) = left else { continue };
+            let unit = if correction.which == Correction::Scale { found.unit } else { 1.0 };
+            correction.value = (found.camera.get(correction.which) + left) / unit;
+            correction.std_error = error / unit;
+        }
+        self.camera = Some(found);
+    }
+}
+
+/// A data set of footage corrected for its camera as far as its shots call for it; any other as it is. What is found of discs is
+/// nothing.
+#[must_use]
+pub fn calibrated(mut dataset: Dataset) -> (Dataset, Option<FoundCamera>) {
+    let Some(tracks) = dataset.tracks.as_ref().filter(|tracks| tracks.discs.is_none()) else {
+        return (dataset, None);
+    };
+    let scene = Scene::new(dataset.ball);
+    let Some(mut search) = Search::new(&dataset, tracks, &scene) else { return (dataset, None) };
+    search.start();
+    let found = search.found();
+    let unit = search.unit;
+    if let (Some(tracks), Some(found)) = (dataset.tracks.as_mut(), &found) {
+        for shot in &mut tracks.shots {
+            *shot = found.camera.shot(&in_metres(shot, unit));
+        }
+        tracks.notes.extend(found.sentence());
+    }
+    (dataset, found)
+}
+
+/// A film whose lengths are in another unit.
+fn in_metres(film: &TrackShot, unit: f64) -> TrackShot {
+    let mut shot = film.clone();
+    if unit == 1.0 {
+        return shot;
+    }
+    let markers = shot.markers.iter_mut().map(|marker| &mut marker.samples);
+    for sample in [&mut shot.cue, &mut shot.object].into_iter().chain(markers).flatten() {
+        (sample.x, sample.y) = (sample.x * unit, sample.y * unit);
+        sample.sd = sample.sd.map(|sd| sd.map(|sd| sd * unit));
+    }
+    shot.position_sd = shot.position_sd.map(|sd| sd * unit);
+    shot.resolution = shot.resolution.map(|step| step * unit);
+    shot
+}
+
+/// The search for a camera.
+struct Search<'a> {
+    dataset: &'a Dataset,
+    radius: f64,
+    /// By which lengths are multiplied, and the films of the shots that calibrate, m.
+    unit: f64,
+    films: Vec<TrackShot>,
+    /// Where the centres of both balls are at the contacts in these films, m.
+    contacts: Vec<[[f64; 2]; 2]>,
+    camera: Camera,
+    free: Vec<Correction>,
+    /// Whether lengths have no unit but the balls.
+    from_balls: bool,
+}
+
+/// What a joint fit says is left to correct, in the order of the free corrections.
+struct Left {
+    values: DVector<f64>,
+    covariance: DMatrix<f64>,
+}
+
+impl<'a> Search<'a> {
+    fn new(dataset: &'a Dataset, tracks: &'a Tracks, scene: &Scene) -> Option<Self> {
+        let from_balls = tracks.from_balls;
+        let step = tracks.shots.len().div_ceil(CALIBRATED_FROM).max(1);
+        let films: Vec<TrackShot> = tracks.shots.iter().step_by(step).cloned().collect();
+        let contacts = |films: &[TrackShot]| -> Vec<[[f64; 2]; 2]> {
+            films.iter().filter_map(|film| contact(film, scene)).collect()
+        };
+        let seen = contacts(&films);
+        if seen.is_empty() || seen.len() < LEAST_SHOTS && !from_balls {
+            return None;
+        }
+        let mut apart: Vec<f64> = seen.iter().map(|[a, b]| (b[0] - a[0]).hypot(b[1] - a[1])).collect();
+        apart.sort_by(f64::total_cmp);
+        let ratio = 2.0 * scene.ball.radius / apart[apart.len() / 2];
+        let other = from_balls || (ratio - 1.0).abs() > OTHER_UNIT;
+        let unit = if other && ratio.is_finite() { ratio } else { 1.0 };
+        let films: Vec<TrackShot> = films.iter().map(|film| in_metres(film, unit)).collect();
+        let contacts = contacts(&films);
+        let count = contacts.len().max(1) as f64;
+        let middle = [0, 1].map(|i| contacts.iter().map(|[a, b]| 0.5 * (a[i] + b[i])).sum::<f64>() / count);
+        let mut camera = Camera::neutral(middle);
+        let mut free = Vec::new();
+        for (which, stated) in Correction::ALL.into_iter().zip(tracks.camera) {
+            match stated {
+                Some(value) => camera = camera.with(which, value),
+                None if seen.len() >= LEAST_SHOTS => free.push(which),
+                None => {}
+            }
+        }
+        Some(Self { dataset, radius: scene.ball.radius, unit, films, contacts, camera, free, from_balls })
+    }
+
+    /// Distances of the centres at the contacts over 2R, less 1.
+    fn gaps(&self, camera: &Camera) -> DVector<f64> {
+        let gap = |[cue, object]: &[[f64; 2]; 2]| {
+            let [a, b] = [camera.table(*cue), camera.table(*object)];
+            (b[0] - a[0]).hypot(b[1] - a[1]) / (2.0 * self.radius) - 1.0
+        };
+        DVector::from_iterator(self.contacts.len(), self.contacts.iter().map(gap))
+    }
+
+    /// Puts scale, aspect, shear and perspective where the contacts are 2R apart, by least squares of Huber's loss.
+    fn start(&mut self) {
+        const STEPS: usize = 30;
+        /// No contact is seen better than to this part of 2R between two frames.
+        const LEAST_ERROR: f64 = 1e-3;
+        const HUBER: f64 = 1.345;
+        let lens_or_shutter = [Correction::Lens, Correction::Shutter];
+        let free: Vec<Correction> =
+            self.free.iter().copied().filter(|which| !lens_or_shutter.contains(which)).collect();
+        if free.is_empty() || self.contacts.len() < LEAST_SHOTS {
+            return;
+        }
+        let before = self.gaps(&self.camera);
+        let mut camera = self.camera;
+        let mut error = LEAST_ERROR;
+        for _ in 0..STEPS {
+            let gaps = self.gaps(&camera);
+            let mut sizes: Vec<f64> = gaps.iter().map(|gap| gap.abs()).collect();
+            sizes.sort_by(f64::total_cmp);
+            error = (sizes[sizes.len() / 2] / 0.6745).max(LEAST_ERROR);
+            let weight = |gap: f64| (HUBER * error / gap.abs()).min(1.0) / (error * error);
+            let mut normal = DMatrix::<f64>::zeros(free.len(), free.len());
+            let mut gradient = DVector::<f64>::zeros(free.len());
+            let by: Vec<DVector<f64>> = free
+                .iter()
+                .map(|which| {
+                    let step = 1e-4 * which.usual();
+                    let up = self.gaps(&camera.with(*which, camera.get(*which) + step));
+                    (up - &gaps) / step
+                })
+                .collect();
+            for i in 0..free.len() {
+                let sum = |f: &dyn Fn(usize) -> f64| (0..gaps.len()).map(f).sum::<f64>();
+                for j in 0..free.len() {
+                    normal[(i, j)] = sum(&|n| weight(gaps[n]) * by[i][n] * by[j][n]);
+                }
+                let off = camera.get(free[i]) - free[i].neutral();
+                // a scale that is not stated has no prior
+                let prior = if free[i] == Correction::Scale { 1e-2 } else { 1.0 };
+                let prior = prior / free[i].usual().powi(2);
+                normal[(i, i)] += prior;
+                gradient[i] = sum(&|n| weight(gaps[n]) * by[i][n] * gaps[n]) + prior * off;
+            }
+            let Some(step) = normal.cholesky().map(|cholesky| cholesky.solve(&gradient)) else { return };
+            if !step.iter().all(|s| s.is_finite()) {
+                return;
+            }
+            for (which, step) in free.iter().zip(step.iter()) {
+                camera = camera.with(*which, camera.get(*which) - step);
+            }
+            if step.iter().zip(&free).all(|(step, which)| step.abs() < 1e-6 * which.usual()) {
+                break;
+            }
+        }
+        let after = self.gaps(&camera);
+        let cost = |gaps: &DVector<f64>| gaps.iter().map(|gap| (gap / error).powi(2).min(9.0)).sum::<f64>();
+        // as much as so many numbers fit by chance, and more
+        if cost(&before) - cost(&after) > 2.0 * CALLED_FOR + free.len() as f64 {
+            self.camera = camera;
+        }
+    }
+
+    /// What the frames of the films as the camera corrects them say is left.
+    fn left(&self, free: &[Correction]) -> Option<Left> {
+        let shots = self.films.iter().map(|film| self.camera.shot(film)).collect();
+        let tracks = self.dataset.tracks.as_ref()?;
+        let tracks = Tracks { shots, notes: Vec::new(), ..tracks.clone() };
+        let some = Dataset { tracks: Some(tracks), by: None, left_out: Vec::new(), ..self.dataset.clone() };
+        let (dataset, extracted, scene) = with_impacts(some, &|| ());
+        if extracted.len() < LEAST_SHOTS {
+            return None;
+        }
+        let mut film = FilmUnknowns::default();
+        for which in free {
+            film.corrections[*which as usize] = Some(which.neutral() - self.camera.get(*which));
+        }
+        let options = Options { method: Method::Joint, film, depth: Depth::Estimates, ..Options::default() };
+        let filmed = films(&extracted, &scene, Some(&self.camera), usize::MAX);
+        let fit = fit::fit_watched(&dataset, &filmed, &options, &|| ()).ok()?.pop()?;
+        let joint = fit.diagnostics.joint?;
+        let of = |which: &Correction| {
+            joint.others.iter().position(|(kind, _)| *kind == SharedKind::Camera(*which))
+        };
+        let places: Vec<usize> = free.iter().map(of).collect::<Option<_>>()?;
+        let values = DVector::from_iterator(free.len(), places.iter().map(|i| joint.others[*i].1.0));
+        let covariance =
+            DMatrix::from_fn(free.len(), free.len(), |i, j| joint.others_covariance[(places[i], places[j])]);
+        (values.iter().chain(covariance.iter()).all(|v| v.is_finite())).then_some(Left { values, covariance })
+    }
+
+    /// Corrects until nothing is left; the last covariance, and whether nothing is.
+    fn converge(&mut self, free: &[Correction]) -> Option<(DMatrix<f64>, bool)> {
+        let mut last = None;
+        for _ in 0..ROUNDS {
+            let Some(Left { values, covariance }) = self.left(free) else { break };
+            for (which, by) in free.iter().zip(values.iter()) {
+                self.camera = self.camera.with(*which, self.camera.get(*which) + by);
+            }
+            let rests = (0..free.len()).all(|i| values[i].abs() < AT_REST * covariance[(i, i)].sqrt());
+            last = Some((covariance, rests));
+            if rests {
+                break;
+            }
+        }
+        last
+    }
+
+    fn found(&mut self) -> Option<FoundCamera> {
+        let all = self.free.clone();
+        if all.is_empty() || self.films.len() < LEAST_SHOTS {
+            let needs = self.unit != 1.0 || !self.camera.is_neutral();
+            return needs.then(|| self.as_found(Vec::new(), true));
+        }
+        let (covariance, mut converged) = self.converge(&all)?;
+        let mut corrections: Vec<FoundCorrection> = all
+            .iter()
+            .enumerate()
+            .map(|(i, which)| FoundCorrection {
+                which: *which,
+                value: self.camera.get(*which),
+                std_error: covariance[(i, i)].sqrt(),
+                adopted: false,
+            })
+            .collect();
+        let adopted = self.called_for(&all, covariance);
+        for (which, found) in all.iter().zip(&mut corrections) {
+            found.adopted = adopted.contains(which);
+            if !found.adopted {
+                self.camera = self.camera.with(*which, which.neutral());
+            }
+        }
+        if !adopted.is_empty() {
+            let (covariance, rests) = self.converge(&adopted)?;
+            converged = rests;
+            for (i, which) in adopted.iter().enumerate() {
+                if let Some(found) = corrections.iter_mut().find(|found| found.which == *which) {
+                    (found.value, found.std_error) = (self.camera.get(*which), covariance[(i, i)].sqrt());
+                }
+            }
+        }
+        Some(self.as_found(corrections, converged))
+    }
+
+    /// The corrections without which −2 log L would be higher by as much as calls for them, one after the other left out; the camera
+    /// goes where the others are then best.
+    fn called_for(&mut self, all: &[Correction], mut covariance: DMatrix<f64>) -> Vec<Correction> {
+        let mut kept: Vec<Correction> = all.to_vec();
+        loop {
+            let off = |which: &Correction| self.camera.get(*which) - which.neutral();
+            // −2 log L rises by z² where a correction is left out
+            let z2 = |i: usize, which: &Correction| off(which).powi(2) / covariance[(i, i)];
+            // the unit of a film that states none is always needed
+            let needed = |which: &Correction| self.from_balls && *which == Correction::Scale;
+            let least = kept.iter().enumerate().filter(|(_, which)| !needed(which));
+            let least = least.map(|(i, which)| (i, z2(i, which))).min_by(|a, b| a.1.total_cmp(&b.1));
+            let Some((out, _)) = least.filter(|(_, z2)| *z2 < CALLED_FOR) else { return kept };
+            let by = off(&kept[out]) / covariance[(out, out)];
+            for (i, which) in kept.iter().enumerate() {
+                self.camera = self.camera.with(*which, self.camera.get(*which) - covariance[(i, out)] * by);
+            }
+            let column = covariance.column(out).into_owned();
+            let rest = &covariance - &column * column.transpose() / column[out];
+            covariance = rest.remove_row(out).remove_column(out);
+            kept.remove(out);
+        }
+    }
+
+    fn as_found(&self, mut corrections: Vec<FoundCorrection>, converged: bool) -> FoundCamera {
+        for found in &mut corrections {
+            if found.which == Correction::Scale {
+                // film over table: of lengths in the film's own unit
+                found.value /= self.unit;
+                found.std_error /= self.unit;
+            }
+        }
+        let (camera, unit, shots) = (self.camera, self.unit, self.contacts.len());
+        FoundCamera { camera, corrections, unit, shots, converged }
+    }
+}
