@@ -8,6 +8,7 @@ mod design;
 mod disc_verdicts;
 mod discs;
 mod effects;
+mod exports;
 mod extraction;
 mod films;
 mod frames;

@@ -8,7 +8,7 @@ use caromfit::measurement::spin::Spin;
 use caromfit::measurement::track::{Sample, TrackedBall};
 
 /// Loads files of these names and contents.
-fn load(settings: &str, files: &[(&str, &[u8])]) -> Result<Tracks, String> {
+pub fn load(settings: &str, files: &[(&str, &[u8])]) -> Result<Tracks, String> {
     let folder = tempfile::tempdir().unwrap();
     for (name, content) in files {
         fs::write(folder.path().join(name), content).unwrap();
@@ -30,12 +30,12 @@ fn load(settings: &str, files: &[(&str, &[u8])]) -> Result<Tracks, String> {
     }
 }
 
-fn good(settings: &str, file: &str, content: &str) -> Tracks {
+pub fn good(settings: &str, file: &str, content: &str) -> Tracks {
     load(settings, &[(file, content.as_bytes())]).unwrap_or_else(|error| panic!("{error}"))
 }
 
 #[track_caller]
-fn refused(settings: &str, content: &str, parts: &[&str]) {
+pub fn refused(settings: &str, content: &str, parts: &[&str]) {
     let error = load(settings, &[("a.txt", content.as_bytes())]).expect_err("is refused");
     for part in parts {
         assert!(error.contains(part), "{part:?} is not in: {error}");
@@ -43,11 +43,11 @@ fn refused(settings: &str, content: &str, parts: &[&str]) {
 }
 
 #[track_caller]
-fn noted(tracks: &Tracks, part: &str) {
+pub fn noted(tracks: &Tracks, part: &str) {
     assert!(tracks.notes.iter().any(|note| note.contains(part)), "{part:?} is not in: {:#?}", tracks.notes);
 }
 
-fn at(t: f64, x: f64, y: f64) -> Sample {
+pub fn at(t: f64, x: f64, y: f64) -> Sample {
     Sample { t, x, y, sd: None }
 }
 

@@ -152,10 +152,10 @@ impl Calibration {
         })
     }
 
-    /// The same, for a format whose own unit is known.
-    pub(super) fn in_millimetres(&self) -> Self {
+    /// The same, for a file whose unit has so many metres: `factor / divisor`.
+    pub(super) fn in_unit(&self, (factor, divisor): (f64, f64)) -> Self {
         match self.map {
-            Map::Linear { up, .. } => Self::linear(1.0, 1000.0, up > 0.0, None),
+            Map::Linear { up, .. } => Self::linear(factor, divisor, up > 0.0, None),
             Map::Homography(_) => self.clone(),
         }
     }

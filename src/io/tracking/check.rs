@@ -18,27 +18,34 @@ pub(super) type Wrong = (usize, String);
 
 /// Puts the rows of a track in the order of time, each time once.
 pub(super) fn order(track: &mut RawTrack, file: &std::path::Path, notes: &mut Notes) -> Result<(), Wrong> {
-    let rows = &mut track.rows;
-    let backwards = rows.windows(2).filter(|two| two[1].time < two[0].time).count();
+    let backwards = track.rows.windows(2).filter(|two| two[1].time < two[0].time).count();
     if backwards > 0 {
-        if backwards + 1 < rows.len() || rows.len() < 3 {
-            let at = rows.windows(2).position(|two| two[1].time < two[0].time).unwrap_or(0);
+        let at = track.rows.windows(2).position(|two| two[1].time < two[0].time).unwrap_or(0);
+        let (before, next) = (track.rows[at], track.rows[at + 1]);
+        let sorted = sorted(track);
+        // a clock that begins anew: another clip, or times that were counted only so far
+        let (first, second) = track.rows.split_at(at + 1);
+        let begins_anew = backwards == 1
+            && track.rows.len() > 2
+            && second.last().is_some_and(|last| last.time < first[0].time);
+        let places = |two: &[Row]| two[0].time == two[1].time && [two[0].x, two[0].y] != [two[1].x, two[1].y];
+        if begins_anew
+            || sorted.rows.windows(2).any(|two| places(two) && !two[0].is_gap() && !two[1].is_gap())
+        {
             let message = format!(
-                "time of \"{}\" runs backwards, from {:.6} s (line {}) to {:.6} s; expected the rows in the order \
-                 of time, and each clip as a shot of its own",
-                track.name,
-                rows[at].time,
-                rows[at].line,
-                rows[at + 1].time
+                "time of \"{}\" runs backwards, from {:.6} s (line {}) to {:.6} s; expected the rows of one clip, in any \
+                 order, and each clip as a shot of its own",
+                track.name, before.time, before.line, next.time
             );
-            return Err((rows[at + 1].line as usize, message));
+            return Err((next.line as usize, message));
         }
-        rows.reverse();
-        track.sds.reverse();
-        let message =
-            format!("the rows of \"{}\" run backwards from here on; put in the order of time", track.name);
-        notes.add(ORDER, file, Some(rows[rows.len() - 1].line as usize), message);
+        let how =
+            if backwards + 1 == track.rows.len() { "run backwards" } else { "are not in the order of time" };
+        *track = sorted;
+        let message = format!("the rows of \"{}\" {how}; put in the order of time", track.name);
+        notes.add(ORDER, file, Some(next.line as usize), message);
     }
+    let rows = &mut track.rows;
     if rows.windows(2).all(|two| two[0].time < two[1].time) {
         return Ok(());
     }
@@ -71,6 +78,15 @@ pub(super) fn order(track: &mut RawTrack, file: &std::path::Path, notes: &mut No
     }
     retain(track, &keep);
     Ok(())
+}
+
+/// The same track with its rows in the order of time; those with the same time stay in the order of the file.
+fn sorted(track: &RawTrack) -> RawTrack {
+    let mut order: Vec<usize> = (0..track.rows.len()).collect();
+    order.sort_by(|a, b| track.rows[*a].time.total_cmp(&track.rows[*b].time));
+    let rows = order.iter().map(|i| track.rows[*i]).collect();
+    let sds = if track.sds.is_empty() { Vec::new() } else { order.iter().map(|i| track.sds[*i]).collect() };
+    RawTrack { name: track.name.clone(), point: track.point.clone(), rows, sds }
 }
 
 /// Drops rows.

@@ -2,15 +2,21 @@
 
 use std::path::Path;
 
+use super::column_names::{Column, ColumnNames};
+use super::heading::Heading;
 use super::long;
 use super::long::{Columns, Gather};
-use super::number::shortened;
-use super::raw::{FORMAT, Notes, RawShot, Row};
-use super::settings::{ColumnNames, TrackSettings};
+use super::number::{Cell, parse, shortened};
+use super::raw::{CLOCK, FORMAT, Notes, RawShot, Row};
+use super::settings::{TimeUnit, TrackSettings, Unit};
 use super::sheet::{Reader, Sheet};
 use super::text::{Separator, lines, trimmed};
 use crate::io::error::{Problems, did_you_mean};
 
+/// The names of the columns, or the first row where they have none, are within so many lines.
+const WITHIN: usize = 100;
+
+/// The shots of a file, and the unit of lengths that its header states.
 pub(super) fn read(
     file: &Path,
     text: &str,
@@ -19,49 +25,109 @@ pub(super) fn read(
     settings: &TrackSettings,
     problems: &mut Problems,
     notes: &mut Notes,
-) -> Option<Vec<RawShot>> {
-    let sheet = header(file, text, wanted, problems)?;
-    let position = |name: &Option<String>| {
-        let name = name.as_deref()?.trim();
-        sheet.names.iter().position(|n| n == name)
+) -> Option<(Vec<RawShot>, Option<Unit>)> {
+    let heading = if wanted.is_numbered() {
+        numbered(file, text, wanted, problems)?
+    } else {
+        header(file, text, wanted, problems)?
     };
-    let frame = position(&wanted.frame).filter(|_| settings.capture_fps.is_some() || wanted.t.is_none());
-    let time = frame.or(position(&wanted.t))?;
-    let shape = if wanted.cue_x.is_some() { "a row per frame" } else { "a row per ball and frame" };
-    let message = format!(
-        "read by [tracks.columns], {} between cells, names in line {}, {shape}",
-        sheet.separator.name(),
-        sheet.header
-    );
+    let shape = if wanted.is_wide() { "a row per frame" } else { "a row per ball and frame" };
+    let place = if wanted.is_numbered() {
+        format!("by number, rows from line {} on", heading.above + 1)
+    } else {
+        format!("names in line {}", heading.line)
+    };
+    let message =
+        format!("read by [tracks.columns], {} between cells, {place}, {shape}", heading.separator.name());
     notes.add(FORMAT, file, None, message);
-    let mut gather = Gather::new(file, stem, frame.is_some());
-    if wanted.cue_x.is_none() {
-        let columns = Columns {
-            shot: position(&wanted.shot),
-            time,
-            frames: frame.is_some(),
-            ball: position(&wanted.ball)?,
-            point: position(&wanted.point),
-            x: position(&wanted.x)?,
-            y: position(&wanted.y)?,
-            sd: position(&wanted.x_sd).zip(position(&wanted.y_sd)).map(|(x, y)| [x, y]),
-            marker: position(&wanted.marker_x).zip(position(&wanted.marker_y)).map(|(x, y)| [x, y]),
-        };
-        long::read(&sheet, &columns, &mut gather, problems, notes);
-        return Some(gather.shots);
+    if wanted.is_wide() {
+        return wide(file, text, stem, wanted, heading, settings, problems, notes);
     }
+    let position = |column: &Option<Column>| position(&heading, column.as_ref()?);
+    let frame = position(&wanted.frame).filter(|_| settings.capture_fps.is_some() || wanted.t.is_none());
+    let columns = Columns {
+        shot: position(&wanted.shot),
+        time: frame.or(position(&wanted.t))?,
+        frames: frame.is_some(),
+        ball: position(&wanted.ball)?,
+        point: position(&wanted.point),
+        x: position(&wanted.x)?,
+        y: position(&wanted.y)?,
+        sd: position(&wanted.x_sd).zip(position(&wanted.y_sd)).map(|(x, y)| [x, y]),
+        marker: position(&wanted.marker_x).zip(position(&wanted.marker_y)).map(|(x, y)| [x, y]),
+    };
+    let stated = columns.stated(&heading, file, settings, problems);
+    let mut gather = Gather::new(file, stem, stated.clock);
+    long::read(&sheet(file, text, heading), &columns, &mut gather, problems, notes);
+    Some((gather.shots, stated.unit))
+}
+
+fn position(heading: &Heading, column: &Column) -> Option<usize> {
+    match column {
+        Column::Name(name) => heading.position(name),
+        Column::Number(number) => Some(number - 1),
+    }
+}
+
+fn sheet<'a>(file: &'a Path, text: &'a str, heading: Heading) -> Sheet<'a> {
+    let Heading { line, above, separator, names, .. } = heading;
+    Sheet { file, text, separator, header: line, above, offset: 0, names }
+}
+
+/// Reads a table with both balls in a row. Where it has no column of times, the rows of a shot are its frames.
+#[expect(clippy::too_many_arguments, reason = "those of `read`, and the heading")]
+fn wide(
+    file: &Path,
+    text: &str,
+    stem: &str,
+    wanted: &ColumnNames,
+    heading: Heading,
+    settings: &TrackSettings,
+    problems: &mut Problems,
+    notes: &mut Notes,
+) -> Option<(Vec<RawShot>, Option<Unit>)> {
+    let column = |column: &Option<Column>| position(&heading, column.as_ref()?);
+    let frame = column(&wanted.frame).filter(|_| settings.capture_fps.is_some() || wanted.t.is_none());
+    let time = frame.or(column(&wanted.t));
     let balls = [
-        (settings.cue.0.first()?, position(&wanted.cue_x)?, position(&wanted.cue_y)?),
-        (settings.object.0.first()?, position(&wanted.object_x)?, position(&wanted.object_y)?),
+        (settings.cue.0.first()?, column(&wanted.cue_x)?, column(&wanted.cue_y)?),
+        (settings.object.0.first()?, column(&wanted.object_x)?, column(&wanted.object_y)?),
     ];
-    let shot = position(&wanted.shot);
+    let shot = column(&wanted.shot);
+    let unit = heading.length(&balls.map(|(_, x, y)| [x, y]).concat(), file, problems);
+    let clock = match time {
+        Some(time) if frame.is_none() => {
+            heading.time(time, settings.time_unit, file, problems).unwrap_or(TimeUnit::S)
+        }
+        _ => TimeUnit::Frames,
+    };
+    if time.is_none() {
+        notes.add(
+            CLOCK,
+            file,
+            None,
+            "no column of times: every row is taken as one frame after the row above it",
+        );
+    }
+    let mut gather = Gather::new(file, stem, clock);
+    let sheet = sheet(file, text, heading);
     let mut reader = Reader::new(file);
+    let (mut current, mut count) = (String::new(), 0.0);
     sheet.rows(problems, |line, row, problems| {
         let shot_name = shot.map(|i| row[i].trim());
         if let Some(i) = shot.filter(|_| shot_name == Some("")) {
             problems.add(file, Some(line), Some(&sheet.names[i]), "is empty; expected the name of a shot");
         }
-        let Some(time) = reader.time(line, &row[time], &sheet.names[time], problems) else {
+        if shot_name.is_some_and(|name| name != current) {
+            (current, count) = (shot_name.unwrap_or_default().to_string(), 0.0);
+        }
+        let counted = count;
+        count += 1.0;
+        let now = match time {
+            Some(time) => reader.time(line, &row[time], &sheet.names[time], problems),
+            None => Some(counted),
+        };
+        let Some(time) = now else {
             if balls.iter().any(|(_, x, _)| !row[*x].trim().is_empty()) {
                 reader.no_time(line, problems);
             }
@@ -74,30 +140,33 @@ pub(super) fn read(
         }
     });
     reader.finish(notes);
-    Some(gather.shots)
+    Some((gather.shots, unit))
+}
+
+fn separators(wanted: &ColumnNames, blanks: Separator) -> Vec<Separator> {
+    match wanted.separator.as_deref().and_then(|s| s.chars().next()) {
+        Some(separator) => vec![Separator::Char(separator)],
+        None => Separator::ALL.into_iter().filter(|s| *s != Separator::Char(' ')).chain([blanks]).collect(),
+    }
 }
 
 /// The first line that has all the names.
-fn header<'a>(
-    file: &'a Path,
-    text: &'a str,
-    wanted: &ColumnNames,
-    problems: &mut Problems,
-) -> Option<Sheet<'a>> {
-    let wanted_names = wanted.names();
-    let separators: Vec<_> = match wanted.separator.as_deref().and_then(|s| s.chars().next()) {
-        Some(separator) => vec![Separator::Char(separator)],
-        None => Separator::ALL.to_vec(),
-    };
+fn header(file: &Path, text: &str, wanted: &ColumnNames, problems: &mut Problems) -> Option<Heading> {
+    let all = wanted.all();
+    let wanted_names: Vec<&str> = all
+        .iter()
+        .filter_map(|column| if let Column::Name(name) = column { Some(name.as_str()) } else { None })
+        .collect();
+    let separators = separators(wanted, Separator::Char(' '));
     let mut nearest: Option<(usize, usize, Vec<String>)> = None;
-    for (line, content) in lines(text).filter(|(_, content)| !content.trim().is_empty()).take(100) {
+    for (line, content) in lines(text).filter(|(_, content)| !content.trim().is_empty()).take(WITHIN) {
         for separator in &separators {
             let bare = content.trim_start().strip_prefix('#').unwrap_or(content);
             let Some(names) = trimmed(bare, *separator) else { continue };
-            let here = wanted_names.iter().filter(|name| names.iter().any(|n| n == *name)).count();
+            let heading = Heading::new(text, line, *separator, names);
+            let here = wanted_names.iter().filter(|name| heading.position(name).is_some()).count();
             if here == wanted_names.len() {
-                let twice = wanted_names.iter().find(|name| names.iter().filter(|n| n == *name).count() > 1);
-                if let Some(name) = twice {
+                if let Some(name) = wanted_names.iter().find(|name| heading.count(name) > 1) {
                     problems.add(
                         file,
                         Some(line),
@@ -106,18 +175,10 @@ fn header<'a>(
                     );
                     return None;
                 }
-                return Some(Sheet {
-                    file,
-                    text,
-                    separator: *separator,
-                    header: line,
-                    above: line,
-                    offset: 0,
-                    names,
-                });
+                return Some(heading);
             }
             if nearest.as_ref().is_none_or(|(most, ..)| here > *most) {
-                nearest = Some((here, line, names));
+                nearest = Some((here, line, heading.names));
             }
         }
     }
@@ -136,68 +197,31 @@ fn header<'a>(
     None
 }
 
-impl ColumnNames {
-    /// Whether the columns make a table, long or wide.
-    pub(super) fn check(&self) -> Result<(), String> {
-        if self.frame.is_none() && self.t.is_none() {
-            return Err("[tracks.columns] has neither frame nor t; expected one of them".to_string());
-        }
-        let wide = [&self.cue_x, &self.cue_y, &self.object_x, &self.object_y];
-        let long = [&self.ball, &self.x, &self.y];
-        let rest = [&self.point, &self.x_sd, &self.y_sd, &self.marker_x, &self.marker_y];
-        let any_wide = wide.iter().any(|name| name.is_some());
-        let any_long = long.iter().chain(&rest).any(|name| name.is_some());
-        if any_wide && any_long {
-            return Err(
-                "[tracks.columns] mixes a wide table (cue_x, cue_y, object_x, object_y) with a long \
-                        one (ball, x, y); expected one of them"
-                    .to_string(),
-            );
-        }
-        let full = |names: &[&Option<String>]| names.iter().all(|name| name.is_some());
-        if !full(&wide) && !full(&long) {
-            return Err("[tracks.columns] needs ball, x and y (a long table: a row per ball and frame) or \
-                        cue_x, cue_y, object_x and object_y (a wide one: a row per frame)"
-                .to_string());
-        }
-        let pairs = [
-            (&self.x_sd, &self.y_sd, "x_sd and y_sd"),
-            (&self.marker_x, &self.marker_y, "marker_x and marker_y"),
-        ];
-        for (one, other, names) in pairs {
-            if one.is_some() != other.is_some() {
-                return Err(format!("[tracks.columns]: {names} go together"));
+/// Where the rows of a table without names begin: at the first line with numbers in all columns that hold numbers.
+fn numbered(file: &Path, text: &str, wanted: &ColumnNames, problems: &mut Problems) -> Option<Heading> {
+    let index = |column: &Column| match column {
+        Column::Number(number) => number - 1,
+        Column::Name(_) => 0,
+    };
+    let all: Vec<usize> = wanted.all().into_iter().map(index).collect();
+    let last = all.iter().copied().max()?;
+    let words = [&wanted.shot, &wanted.ball, &wanted.point].map(|column| column.as_ref().map(index));
+    let numbers: Vec<usize> = all.into_iter().filter(|column| !words.contains(&Some(*column))).collect();
+    let separators = separators(wanted, Separator::Blanks);
+    for (line, content) in lines(text).filter(|(_, content)| !content.trim().is_empty()).take(WITHIN) {
+        for separator in &separators {
+            let Some(cells) = trimmed(content, *separator) else { continue };
+            let number = |column: &usize| matches!(parse(&cells[*column]), Ok(Cell::Number(..)));
+            if cells.len() > last && numbers.iter().all(number) {
+                let open = cells.len() > last + 1 && cells.last().is_some_and(String::is_empty);
+                return Some(Heading::unnamed(line, *separator, cells.len() - usize::from(open)));
             }
         }
-        if let Some(separator) = &self.separator
-            && ![",", ";", "\t", " ", "|"].contains(&separator.as_str())
-        {
-            return Err(format!(
-                "separator is {separator:?}; expected \",\", \";\", \"\\t\", \"|\" or \" \""
-            ));
-        }
-        Ok(())
     }
-
-    /// The file's names of all columns that are asked for.
-    fn names(&self) -> Vec<&str> {
-        let all = [
-            &self.shot,
-            &self.frame,
-            &self.t,
-            &self.ball,
-            &self.point,
-            &self.x,
-            &self.y,
-            &self.x_sd,
-            &self.y_sd,
-            &self.marker_x,
-            &self.marker_y,
-            &self.cue_x,
-            &self.cue_y,
-            &self.object_x,
-            &self.object_y,
-        ];
-        all.into_iter().flatten().map(|name| name.trim()).collect()
-    }
+    let message = format!(
+        "none of the first {WITHIN} lines has numbers in the columns {} that [tracks.columns] gives",
+        numbers.iter().map(|column| (column + 1).to_string()).collect::<Vec<_>>().join(", ")
+    );
+    problems.add(file, None, None, message);
+    None
 }

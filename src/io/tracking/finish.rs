@@ -1,5 +1,6 @@
 //! From the rows of a file to a shot: which track is which ball, when, and where in metres.
 
+use std::borrow::Cow;
 use std::collections::BTreeMap;
 
 use super::calibration::Calibration;
@@ -37,12 +38,45 @@ impl Wrong {
 pub(super) struct Facts {
     pub spin: Spin,
     pub labels: BTreeMap<String, String>,
+    pub own: Own,
+}
+
+/// What the shots table says of a shot in place of dataset.toml.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(super) struct Own {
+    pub cue: Option<Names>,
+    pub object: Option<Names>,
+    pub cue_markers: Option<Names>,
+    pub object_markers: Option<Names>,
+    pub capture_fps: Option<f64>,
+}
+
+impl Own {
+    /// The settings that hold for the shot.
+    fn settings<'a>(&self, all: &'a TrackSettings) -> Cow<'a, TrackSettings> {
+        if *self == Self::default() {
+            return Cow::Borrowed(all);
+        }
+        let mut own = all.clone();
+        for (name, given) in [
+            (&mut own.cue, &self.cue),
+            (&mut own.object, &self.object),
+            (&mut own.cue_markers, &self.cue_markers),
+            (&mut own.object_markers, &self.object_markers),
+        ] {
+            if let Some(given) = given {
+                name.clone_from(given);
+            }
+        }
+        own.capture_fps = self.capture_fps.or(own.capture_fps);
+        Cow::Owned(own)
+    }
 }
 
 impl Facts {
     /// Nothing is known of the shot.
     pub(super) fn unknown() -> Self {
-        Self { spin: Spin::Unknown, labels: BTreeMap::new() }
+        Self { spin: Spin::Unknown, labels: BTreeMap::new(), own: Own::default() }
     }
 }
 
@@ -63,14 +97,23 @@ pub(super) fn shot(
     calibration: &Calibration,
     notes: &mut Notes,
 ) -> Result<TrackShot, Vec<Wrong>> {
+    let settings = &*facts.own.settings(settings);
     let mut tracks = std::mem::take(&mut raw.tracks);
     number_twins(&mut tracks);
     let mut names: Vec<_> = tracks.iter().map(|track| format!("\"{}\"", shortened(&track.name))).collect();
     names.dedup();
     names.truncate(12);
     let names = if names.is_empty() { "there are none".to_string() } else { names.join(", ") };
-    let cue = assign(&mut tracks, "cue", &settings.cue, &names, &raw, notes);
-    let object = assign(&mut tracks, "object", &settings.object, &names, &raw, notes);
+    let mut ball = |key: &'static str, centre: &Names, markers: &Names| {
+        let mut ball = assign(&mut tracks, key, centre, &names, &raw, notes)?;
+        if !markers.0.is_empty() {
+            let key = if key == "cue" { "cue_markers" } else { "object_markers" };
+            ball.markers.append(&mut assign(&mut tracks, key, markers, &names, &raw, notes)?.centres);
+        }
+        Ok(ball)
+    };
+    let cue = ball("cue", &settings.cue, &settings.cue_markers);
+    let object = ball("object", &settings.object, &settings.object_markers);
     let (cue, object) = match (cue, object) {
         (Ok(cue), Ok(object)) => (cue, object),
         (cue, object) => {

@@ -1,7 +1,6 @@
 //! Damaged files of every format: no panic, no endless loop, and no number that the text does not hold.
 //! `CAROMFIT_FUZZ=1000000` sets how many.
 
-use std::collections::BTreeMap;
 use std::path::Path;
 
 use rand::{Rng, SeedableRng};
@@ -15,9 +14,8 @@ use super::settings::tests::settings;
 use super::text::{decode, lines};
 use super::{calibration_for, read};
 use crate::io::error::Problems;
-use crate::measurement::spin::Spin;
 
-const FILES: [&str; 10] = [
+const FILES: [&str; 13] = [
     "shot,frame,ball,x,y\n1,0,A,0.001,2\n1,0,B,0.3,0.01\n1,1,A,1.5e-3,2\n1,1,B,,\n2,4,A,1,2\n2,4,B,-3,4\n",
     "# c\nt;ball;point;x;y;x_sd;y_sd\r\n0,01;A;centre;1,5;2;0,1;0,2\r\n0,01;A;m1;1,6;2;;\r\n0,01;B;;3;4;;\r\n0,02;A;;1,7;2;0,1;0,2\r\n0,02;B;;3;4;;\r\n",
     "\u{feff}#multi:\n;mass A;;mass B;;\nt;x;y;x;y;\n0,00E0;\u{2212}1,55E1;5,5E0;1,95E0;3,2E0\n1,00E\u{2212}2;\u{2212}1,49E1;5,6E0;;\n2,0E\u{2212}2;\u{2212}1,4E1;5,7E0;1,9E0;3,2E0\n",
@@ -28,15 +26,19 @@ const FILES: [&str; 10] = [
     "NO_OF_FRAMES\t3\nNO_OF_MARKERS\t2\nFREQUENCY\t500\nDATA_INCLUDED\t3D\nMARKER_NAMES\tA\tB\nA X\tA Y\tA Z\tB X\tB Y\tB Z\t\n1.5\t2\t-1\t3\t4\t5\n1.6\t2\t-1\t0.000\t0.000\t0.000\n1.7\t2\t-1\t3\t4\t5\n",
     "frame,disk_id,cx,cy,mx,my,r\n133,A,866.19,7.05,871.3,24.5,53\n133,B,1,2,3,4,5\n134,A,857.9,22.3,860.9,41.6,54\n134,B,1,2,3,4,5\n",
     "n|t|ax|ay|bx|by\n1|0.00|1|2|3|4\n1|0.01|1.1|2|3|4\n2|0.02|1.2|2|3|4\n",
+    "by hand\n0.00  1 2 3 4\n0.01  1.1 2 3 4\n0.02  1.2 2 3 4\n",
+    "sep=;\na title\n\nt;ball;x [cm];y\nms;;;cm\n10;A;1,5;2\n10;B;3;4\n30;A;1,7;2\n20;A;1,6;2\n20;B;3;4\n",
+    "FILE_VERSION\t2.0.0\nNO_OF_FRAMES\t2\nFREQUENCY\t100\nMARKER_NAMES\tA\tB\nTRAJECTORY_TYPES\tMixed\tMixed\n1.5\t2\t-1\t3\t4\t5\n1.6\t2\t-1\t3.5\t4\t5\n",
 ];
 
-const SETTINGS: [&str; 6] = [
+const SETTINGS: [&str; 7] = [
     "[video]\ncapture_fps = 100\n[tracks]\ncue = \"A\"\nobject = \"B\"",
     "[video]\ncapture_fps = 30\n[scale]\nlength_unit = \"px\"\nm_per_px = 0.001\ny_axis = \"down\"\n[tracks]\ncue = \"A\"\nobject = \"B\"",
     "[tracks]\ncue = \"A\"\nobject = \"B\"",
     "[video]\ncapture_fps = 240\nplayback_fps = 30\nrow_readout_s = 0.004\nrows = 720\n[scale]\nlength_unit = \"px\"\ny_axis = \"down\"\n[[scale.point]]\npx = [0, 0]\nm = [0, 1]\n[[scale.point]]\npx = [100, 0]\nm = [1, 1]\n[[scale.point]]\npx = [100, 100]\nm = [1, 0]\n[[scale.point]]\npx = [0, 100]\nm = [0, 0]\n[tracks]\ncue = \"A\"\nobject = \"B\"",
     "[video]\ncapture_fps = 60\n[tracks]\ncue = \"A\"\nobject = \"B\"\n[tracks.columns]\nframe = \"frame\"\nball = \"disk_id\"\nx = \"cx\"\ny = \"cy\"\nmarker_x = \"mx\"\nmarker_y = \"my\"",
     "[tracks]\ncue = \"A\"\nobject = \"B\"\n[tracks.columns]\nshot = \"n\"\nt = \"t\"\ncue_x = \"ax\"\ncue_y = \"ay\"\nobject_x = \"bx\"\nobject_y = \"by\"",
+    "[tracks]\ncue = \"A\"\nobject = \"B\"\n[tracks.columns]\nt = 1\ncue_x = 2\ncue_y = 3\nobject_x = 4\nobject_y = 5",
 ];
 
 const PIECES: [&str; 34] = [
@@ -155,14 +157,16 @@ fn faithful(shots: &[RawShot], text: &str) {
 fn try_one(bytes: &[u8], settings: &TrackSettings) {
     let file = Path::new("a.txt");
     let (mut problems, mut notes) = (Problems::new(""), Notes::default());
-    let Some((shots, format)) = read::bytes(file, bytes, settings, &mut problems, &mut notes) else {
+    let Some(read::Tracked { shots, format, unit }) =
+        read::bytes(file, bytes, settings, &mut problems, &mut notes)
+    else {
         assert!(!problems.is_empty(), "refused without a reason");
         return;
     };
     faithful(&shots, &decode(bytes, file, &mut Notes::default()));
-    let calibration = calibration_for(format, settings, file, &mut problems, &mut notes);
+    let calibration = calibration_for(format, unit, settings, file, &mut problems, &mut notes);
     for raw in shots {
-        let facts = Facts { spin: Spin::Unknown, labels: BTreeMap::new() };
+        let facts = Facts::unknown();
         let Ok(shot) = finish::shot(raw, facts, settings, &calibration, &mut notes) else { continue };
         assert!(shot.fps > 0.0);
         let markers = shot.markers.iter().map(|marker| &marker.samples);
@@ -182,8 +186,11 @@ fn damaged_files() {
         let mut bytes = FILES[which].as_bytes().to_vec();
         damage(&mut random, &mut bytes);
         let own = which.saturating_sub(4);
-        let chosen =
-            if own >= 4 && random.random_bool(0.9) { own } else { random.random_range(0..settings.len()) };
+        let chosen = if (4..settings.len()).contains(&own) && random.random_bool(0.9) {
+            own
+        } else {
+            random.random_range(0..settings.len())
+        };
         let settings = &settings[chosen];
         let tried = std::panic::catch_unwind(|| try_one(&bytes, settings));
         assert!(
@@ -199,15 +206,15 @@ fn damaged_files() {
 fn whole_files_are_read() {
     for (i, text) in FILES.iter().enumerate() {
         let chosen = match i {
-            8 | 9 => i - 4,
+            8..=10 => i - 4,
             // rounded to ms, at 30 fps
             3 => 1,
-            4 | 7 => 2,
+            4 | 7 | 11 | 12 => 2,
             _ => 0,
         };
         let settings = settings(SETTINGS[chosen]);
         let (mut problems, mut notes) = (Problems::new(""), Notes::default());
-        let (shots, _) =
+        let read::Tracked { shots, .. } =
             read::bytes(Path::new("a.txt"), text.as_bytes(), &settings, &mut problems, &mut notes)
                 .unwrap_or_else(|| panic!("file {i}"));
         assert!(problems.is_empty(), "file {i}: {}", problems.into_error());

@@ -4,8 +4,9 @@ use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
+use super::heading::{Heading, TITLES};
 use super::raw::{Clock, FORMAT, Notes, REPEATED, RawShot, RawTrack, Row};
-use super::settings::{TimeUnit, TrackSettings};
+use super::settings::{TimeUnit, TrackSettings, Unit};
 use super::sheet::{Reader, Sheet};
 use super::text::{Separator, lines, trimmed};
 use crate::io::error::Problems;
@@ -27,70 +28,108 @@ pub(super) struct Columns {
 /// The parts of a long table above its rows.
 #[derive(Clone, Debug)]
 pub(super) struct Head {
-    pub separator: Separator,
-    pub header: usize,
-    pub names: Vec<String>,
+    pub heading: Heading,
     pub columns: Columns,
 }
 
-/// Whether the text begins like the canonical table.
-pub(super) fn detect(text: &str, settings: &TrackSettings) -> Option<Head> {
-    let (header, line) = lines(text).find(|(_, line)| {
-        let line = line.trim();
-        !line.is_empty() && !line.starts_with('#')
-    })?;
-    let named = |separator: Separator| {
-        let names: Vec<_> = trimmed(line, separator)?.iter().map(|name| name.to_lowercase()).collect();
-        let position = |name: &str| names.iter().position(|n| n == name);
-        let by_frame = settings.capture_fps.is_some() || position("t").is_none();
-        let frame = position("frame").filter(|_| by_frame);
-        let columns = Columns {
-            shot: position("shot"),
-            time: frame.or(position("t"))?,
-            frames: frame.is_some(),
-            ball: position("ball")?,
-            point: position("point"),
-            x: position("x")?,
-            y: position("y")?,
-            sd: position("x_sd").zip(position("y_sd")).map(|(x, y)| [x, y]),
-            marker: None,
-        };
-        Some(Head { separator, header, names, columns })
-    };
-    Separator::ALL.into_iter().filter(|s| !s.is_white() || *s == Separator::Char('\t')).find_map(named)
+/// What the header says of times and lengths.
+pub(super) struct Stated {
+    pub clock: TimeUnit,
+    pub unit: Option<Unit>,
 }
 
-/// Complaints and notes about the header. False if the table cannot be read.
-pub(super) fn check_head(head: &Head, file: &Path, problems: &mut Problems, notes: &mut Notes) -> bool {
+/// Whether the text begins like the canonical table, below a title perhaps.
+pub(super) fn detect(text: &str, settings: &TrackSettings) -> Option<Head> {
+    let no_comment = |line: &str| !line.trim().is_empty() && !line.trim_start().starts_with('#');
+    lines(text).filter(|(_, line)| no_comment(line)).take(TITLES).find_map(|(line, content)| {
+        let named = |separator: Separator| {
+            let names: Vec<_> = trimmed(content, separator)?.iter().map(|name| name.to_lowercase()).collect();
+            // most lines are no header: looked at more closely only if it may be one
+            if !names.iter().any(|name| name == "ball") {
+                return None;
+            }
+            let heading = Heading::new(text, line, separator, names);
+            let position = |name: &str| heading.position(name);
+            let by_frame = settings.capture_fps.is_some() || position("t").is_none();
+            let frame = position("frame").filter(|_| by_frame);
+            let columns = Columns {
+                shot: position("shot"),
+                time: frame.or(position("t"))?,
+                frames: frame.is_some(),
+                ball: position("ball")?,
+                point: position("point"),
+                x: position("x")?,
+                y: position("y")?,
+                sd: position("x_sd").zip(position("y_sd")).map(|(x, y)| [x, y]),
+                marker: None,
+            };
+            Some(Head { heading, columns })
+        };
+        Separator::ALL.into_iter().filter(|s| !s.is_white() || *s == Separator::Char('\t')).find_map(named)
+    })
+}
+
+/// Complaints and notes about the header. `None` if the table cannot be read.
+pub(super) fn check_head(
+    head: &Head,
+    file: &Path,
+    settings: &TrackSettings,
+    problems: &mut Problems,
+    notes: &mut Notes,
+) -> Option<Stated> {
     const KNOWN: [&str; 10] = ["shot", "frame", "t", "ball", "x", "y", "z", "point", "x_sd", "y_sd"];
-    let mut good = true;
+    let (heading, before) = (&head.heading, problems.len());
     let mut strange = Vec::new();
-    for (i, name) in head.names.iter().enumerate() {
-        if head.names[..i].contains(name) && KNOWN.contains(&name.as_str()) {
-            problems.add(file, Some(head.header), Some(name), "stands twice in the header");
-            good = false;
+    for (i, name) in heading.bare.iter().enumerate() {
+        if heading.bare[..i].contains(name) && KNOWN.contains(&name.as_str()) {
+            problems.add(file, Some(heading.line), Some(name), "stands twice in the header");
         } else if !KNOWN.contains(&name.as_str()) {
             strange.push(format!("\"{name}\""));
         }
     }
-    let lonely = ["x_sd", "y_sd"].into_iter().filter(|sd| head.names.iter().any(|n| n == sd)).count();
-    if lonely == 1 {
-        problems.add(file, Some(head.header), None, "x_sd and y_sd go together; expected both or neither");
-        good = false;
+    let has = |name: &str| heading.bare.iter().any(|own| own == name);
+    if has("x_sd") != has("y_sd") {
+        problems.add(file, Some(heading.line), None, "x_sd and y_sd go together; expected both or neither");
+    }
+    let stated = head.columns.stated(heading, file, settings, problems);
+    if problems.len() > before {
+        return None;
     }
     let passed = if strange.is_empty() {
         String::new()
     } else {
         format!("; columns passed over: {}", strange.join(", "))
     };
-    let heights = if head.names.iter().any(|name| name == "z") {
+    let heights = if has("z") {
         "; heights (z) are not used: how high a ball flies follows from its path seen from above"
     } else {
         ""
     };
-    let message = format!("read as a long table, {} between cells{passed}{heights}", head.separator.name());
+    let message =
+        format!("read as a long table, {} between cells{passed}{heights}", heading.separator.name());
     notes.add(FORMAT, file, None, message);
-    good
+    Some(stated)
+}
+
+impl Columns {
+    /// The units that the header gives these columns; complaints where it contradicts itself or dataset.toml.
+    pub(super) fn stated(
+        &self,
+        heading: &Heading,
+        file: &Path,
+        settings: &TrackSettings,
+        problems: &mut Problems,
+    ) -> Stated {
+        let lengths: Vec<usize> =
+            [[self.x, self.y]].into_iter().chain(self.sd).chain(self.marker).flatten().collect();
+        let unit = heading.length(&lengths, file, problems);
+        let clock = if self.frames {
+            TimeUnit::Frames
+        } else {
+            heading.time(self.time, settings.time_unit, file, problems).unwrap_or(TimeUnit::S)
+        };
+        Stated { clock, unit }
+    }
 }
 
 /// Notes rows that are taken for comments since the name of their shot begins with #.
@@ -99,11 +138,12 @@ pub(super) fn note_comments(text: &str, head: &Head, file: &Path, notes: &mut No
         return;
     }
     let is_row = |line: &str| {
-        let cells = trimmed(line, head.separator).unwrap_or_default();
-        cells.len() == head.names.len()
+        let cells = trimmed(line, head.heading.separator).unwrap_or_default();
+        cells.len() == head.heading.names.len()
             && [head.columns.time, head.columns.x].iter().all(|i| cells[*i].parse::<f64>().is_ok())
     };
-    let commented = lines(text).skip(head.header).filter(|(_, line)| line.starts_with('#') && is_row(line));
+    let commented =
+        lines(text).skip(head.heading.line).filter(|(_, line)| line.starts_with('#') && is_row(line));
     let mut lines = commented.map(|(line, _)| line);
     if let Some(first) = lines.next() {
         let message = format!(
@@ -126,8 +166,8 @@ pub(super) struct Gather {
 }
 
 impl Gather {
-    pub(super) fn new(file: &Path, stem: &str, frames: bool) -> Self {
-        let clock = Clock::In(if frames { TimeUnit::Frames } else { TimeUnit::S });
+    pub(super) fn new(file: &Path, stem: &str, unit: TimeUnit) -> Self {
+        let clock = Clock::In(unit);
         let file = Arc::new(file.to_path_buf());
         Self {
             file,

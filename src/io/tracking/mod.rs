@@ -3,10 +3,12 @@
 mod calibration;
 pub(crate) mod camera;
 mod check;
+mod column_names;
 mod columns;
 mod finish;
 #[cfg(test)]
 mod fuzz;
+mod heading;
 mod kinovea;
 mod long;
 mod number;
@@ -23,6 +25,7 @@ mod text;
 mod time;
 mod tracker;
 mod typed;
+mod units;
 
 use std::collections::HashMap;
 use std::fs;
@@ -68,8 +71,12 @@ pub(crate) fn load(
             continue;
         }
         let before = problems.len();
-        let Some((mut shots, format)) = read::file(file, settings, problems, &mut notes) else { continue };
-        let calibration = calibration_for(format, settings, file, problems, &mut notes);
+        let Some(read::Tracked { mut shots, format, unit }) =
+            read::file(file, settings, problems, &mut notes)
+        else {
+            continue;
+        };
+        let calibration = calibration_for(format, unit, settings, file, problems, &mut notes);
         // What follows from a row that could not be read need not be said.
         if problems.len() > before {
             continue;
@@ -83,6 +90,12 @@ pub(crate) fn load(
     }
     let broken = !problems.is_empty();
     pair::pair(&mut raw, settings, &mut notes);
+    table.name_by_file(&mut raw, problems);
+    if settings.unknown_rate && table.has_rates() {
+        let message = "[video] capture_fps is \"unknown\", but the table of shots states capture_fps; expected it for all \
+                       shots or for none";
+        problems.add(path, None, None, message);
+    }
     let known = name_shots(&raw, problems);
     if !broken {
         table.check_names(&known, problems);
@@ -138,31 +151,49 @@ fn same_file(a: &Path, b: &Path) -> bool {
     a == b || matches!((fs::canonicalize(a), fs::canonicalize(b)), (Ok(a), Ok(b)) if a == b)
 }
 
-/// Lengths of Qualisys are millimetres; elsewhere dataset.toml says, and metres are assumed.
+/// Lengths are in the unit that the file itself states, else in that of dataset.toml, else in metres.
 fn calibration_for(
     format: Format,
+    stated: Option<Unit>,
     settings: &TrackSettings,
     file: &Path,
     problems: &mut Problems,
     notes: &mut Notes,
 ) -> Calibration {
-    match settings.unit {
-        None if format == Format::Qualisys => {
-            notes.add(raw::FORMAT, file, None, "lengths are in mm, as always in this format");
-            return settings.calibration.in_millimetres();
+    let who = if format == Format::Qualisys {
+        "is an export of Qualisys, which is"
+    } else {
+        "says that its positions are"
+    };
+    match (settings.unit, stated) {
+        (None, Some(unit)) => {
+            let Some(metres) = unit.metres() else {
+                let message = format!(
+                    "{who} in pixels; expected [scale] length_unit = \"px\", with what a pixel is in metres"
+                );
+                problems.add(file, None, None, message);
+                return settings.calibration.clone();
+            };
+            let always =
+                if format == Format::Qualisys { "as always in this format" } else { "as the file says" };
+            notes.add(raw::FORMAT, file, None, format!("lengths are in {}, {always}", unit.name()));
+            return settings.calibration.in_unit(metres);
         }
-        None if format != Format::Long => {
+        (Some(given), Some(unit)) if given != unit => {
+            let message = format!(
+                "{who} in {0}, but [scale] length_unit is \"{1}\"; expected [scale] length_unit = \"{0}\" or none",
+                unit.name(),
+                given.name()
+            );
+            problems.add(file, None, None, message);
+        }
+        (None, None) if format != Format::Long => {
             notes.add(
                 raw::FORMAT,
                 file,
                 None,
                 "lengths are taken as metres ([scale] length_unit is not given)",
             );
-        }
-        Some(unit) if format == Format::Qualisys && unit != Unit::Mm => {
-            let message =
-                "is an export of Qualisys, which is in mm; expected [scale] length_unit = \"mm\" or none";
-            problems.add(file, None, None, message);
         }
         _ => {}
     }

@@ -12,7 +12,7 @@ use crate::io::error::Problems;
 pub(super) fn detect(text: &str) -> bool {
     lines(text)
         .find(|(_, line)| !line.trim().is_empty())
-        .is_some_and(|(_, line)| line.starts_with("NO_OF_FRAMES"))
+        .is_some_and(|(_, line)| ["NO_OF_FRAMES", "FILE_VERSION"].iter().any(|key| line.starts_with(key)))
 }
 
 pub(super) fn read(
@@ -24,7 +24,7 @@ pub(super) fn read(
     const TAB: Separator = Separator::Char('\t');
     let (mut markers, mut fps, mut frames) = (None, None, None);
     let mut names: Option<(usize, Vec<String>)> = None;
-    let mut above = 0;
+    let (mut above, mut width) = (0, 0);
     for (line, text) in lines(text) {
         let Some(row) = trimmed(text, TAB) else { break };
         match row[0].as_str() {
@@ -42,9 +42,9 @@ pub(super) fn read(
                 let slot = if row[0] == "FREQUENCY" { &mut fps } else { &mut frames };
                 *slot = Some((line, number));
             }
-            first
-                if matches!(parse(first), Ok(Cell::Number(..))) || (first.is_empty() && names.is_some()) =>
-            {
+            // the first row, which may begin with a gap
+            first if markers.is_some() && row.len() > 1 && parse(first).is_ok() => {
+                width = row.len() - usize::from(row.last().is_some_and(String::is_empty));
                 break;
             }
             _ if row.iter().any(|cell| cell.ends_with(" X")) => names = Some((line, row)),
@@ -69,8 +69,10 @@ pub(super) fn read(
         return None;
     };
     let (header, names) = names.unwrap_or_else(|| {
+        // without a row of names: those that the format always has
+        let counted = if width == 3 * markers.len() + 2 { &["Frame", "Time"][..] } else { &[] };
         let names = markers.iter().flat_map(|name| ["X", "Y", "Z"].map(|axis| format!("{name} {axis}")));
-        (line, names.collect())
+        (line, counted.iter().map(ToString::to_string).chain(names).collect())
     });
     let mut places = Vec::new();
     for name in &markers {

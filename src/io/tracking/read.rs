@@ -1,24 +1,33 @@
 //! Which format a file is in, by what stands in it.
 
+use std::borrow::Cow;
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use super::number::shortened;
 use super::raw::{Clock, Notes, RawShot, RawTrack};
-use super::settings::{Format, TrackSettings};
+use super::settings::{Format, TrackSettings, Unit};
 use super::sheet::Sheet;
 use super::text::{decode, lines};
-use super::{columns, kinovea, long, qualisys, tracker, typed};
+use super::{columns, heading, kinovea, long, qualisys, tracker, typed};
 use crate::io::error::Problems;
 
-/// The shots of a file, and its format.
+/// What was read from a file.
+pub(super) struct Tracked {
+    pub shots: Vec<RawShot>,
+    pub format: Format,
+    /// Unit of its lengths, where the file or its format states it.
+    pub unit: Option<Unit>,
+}
+
+/// The shots of a file.
 pub(super) fn file(
     file: &Path,
     settings: &TrackSettings,
     problems: &mut Problems,
     notes: &mut Notes,
-) -> Option<(Vec<RawShot>, Format)> {
+) -> Option<Tracked> {
     match fs::read(file) {
         Ok(content) => bytes(file, &content, settings, problems, notes),
         Err(error) => {
@@ -35,50 +44,53 @@ pub(super) fn bytes(
     settings: &TrackSettings,
     problems: &mut Problems,
     notes: &mut Notes,
-) -> Option<(Vec<RawShot>, Format)> {
-    let text = decode(bytes, file, notes);
+) -> Option<Tracked> {
+    let mut text = decode(bytes, file, notes);
     let stem = file.file_stem().map(|stem| stem.to_string_lossy().into_owned()).unwrap_or_default();
+    let first = lines(&text).next().map_or("", |(_, line)| line);
+    if heading::is_separator_line(first) {
+        // a blank line in its place, so that all others keep their numbers
+        text = Cow::Owned(text[first.len()..].to_string());
+    }
     if let Some(wanted) = &settings.columns {
-        let shots = columns::read(file, &text, &stem, wanted, settings, problems, notes)?;
-        return Some((shots, Format::Columns));
+        let (shots, unit) = columns::read(file, &text, &stem, wanted, settings, problems, notes)?;
+        return Some(Tracked { shots, format: Format::Columns, unit });
     }
     let wanted = |format: Format| settings.format == format || settings.format == Format::Auto;
     if wanted(Format::Qualisys) && qualisys::detect(&text) {
         let (clock, tracks) = qualisys::read(file, &text, problems, notes)?;
-        return Some(one_shot(file, &stem, clock, tracks, Format::Qualisys));
+        return Some(one_shot(file, &stem, clock, tracks, Format::Qualisys, Some(Unit::Mm)));
     }
     if wanted(Format::Kinovea)
         && let Some(head) = kinovea::detect(&text)
     {
         let (clock, tracks) = kinovea::read(file, &text, head, problems, notes)?;
-        return Some(one_shot(file, &stem, clock, tracks, Format::Kinovea));
+        return Some(one_shot(file, &stem, clock, tracks, Format::Kinovea, None));
     }
     if wanted(Format::Long)
         && let Some(head) = long::detect(&text, settings)
     {
-        if !long::check_head(&head, file, problems, notes) {
-            return None;
-        }
+        let long::Stated { clock, unit } = long::check_head(&head, file, settings, problems, notes)?;
         long::note_comments(&text, &head, file, notes);
         let columns = head.columns;
-        let mut gather = long::Gather::new(file, &stem, columns.frames);
+        let mut gather = long::Gather::new(file, &stem, clock);
         let sheet = Sheet {
             file,
             text: &text,
-            separator: head.separator,
-            header: head.header,
-            above: head.header,
+            separator: head.heading.separator,
+            header: head.heading.line,
+            above: head.heading.above,
             offset: 0,
-            names: head.names,
+            names: head.heading.names,
         };
         typed::read(&sheet, &columns, &mut gather, problems, notes);
-        return Some((gather.shots, Format::Long));
+        return Some(Tracked { shots: gather.shots, format: Format::Long, unit });
     }
     if wanted(Format::Tracker)
         && let Some(head) = tracker::detect(&text)
     {
-        let (clock, tracks) = tracker::read(file, &text, head, &stem, settings, problems, notes)?;
-        return Some(one_shot(file, &stem, clock, tracks, Format::Tracker));
+        let (clock, tracks, unit) = tracker::read(file, &text, head, &stem, settings, problems, notes)?;
+        return Some(one_shot(file, &stem, clock, tracks, Format::Tracker, unit));
     }
     unknown(file, &text, settings.format, problems);
     None
@@ -91,10 +103,11 @@ fn one_shot(
     clock: Clock,
     tracks: Vec<RawTrack>,
     format: Format,
-) -> (Vec<RawShot>, Format) {
+    unit: Option<Unit>,
+) -> Tracked {
     let line = tracks.iter().map(RawTrack::line).min().unwrap_or(1);
     let file: Arc<PathBuf> = Arc::new(file.to_path_buf());
-    (vec![RawShot { name: stem.to_string(), file, line, clock, tracks }], format)
+    Tracked { shots: vec![RawShot { name: stem.to_string(), file, line, clock, tracks }], format, unit }
 }
 
 fn unknown(file: &Path, text: &str, format: Format, problems: &mut Problems) {
@@ -113,7 +126,7 @@ fn unknown(file: &Path, text: &str, format: Format, problems: &mut Problems) {
             "expected an export of Tracker: a line of columns with t, x and y below the track's name"
         }
         Format::Kinovea => "expected an export of Kinovea, text or CSV",
-        Format::Qualisys => "expected an export of Qualisys, which begins with NO_OF_FRAMES",
+        Format::Qualisys => "expected an export of Qualisys, which begins with NO_OF_FRAMES or FILE_VERSION",
         Format::Columns => "expected the columns that [tracks.columns] names",
     };
     let message = format!("no format begins like this, \"{}\"; {expected}", shortened(first.trim()));

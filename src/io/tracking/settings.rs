@@ -9,6 +9,8 @@ use toml::Spanned;
 
 use super::calibration::{Calibration, ReadOut};
 use super::camera::RawCamera;
+use super::column_names::ColumnNames;
+pub(super) use super::units::{TimeUnit, Unit};
 use crate::film::camera::Correction;
 use crate::io::error::Problems;
 use crate::io::toml_file::Source;
@@ -94,19 +96,12 @@ pub(crate) struct RawTracks {
     format: Format,
     cue: Option<Spanned<Names>>,
     object: Option<Spanned<Names>>,
+    cue_markers: Option<Spanned<Names>>,
+    object_markers: Option<Spanned<Names>>,
     shots: Option<Spanned<String>>,
     position_sd_m: Option<Spanned<f64>>,
     time_unit: Option<TimeUnit>,
     columns: Option<Spanned<ColumnNames>>,
-}
-
-#[derive(Clone, Copy, Debug, Deserialize, PartialEq, Eq)]
-#[serde(rename_all = "lowercase")]
-pub(super) enum Unit {
-    M,
-    Cm,
-    Mm,
-    Px,
 }
 
 #[derive(Clone, Copy, Debug, Deserialize, PartialEq, Eq)]
@@ -126,28 +121,6 @@ pub(super) enum Format {
     Kinovea,
     Qualisys,
     Columns,
-}
-
-/// What the time column of a file is in.
-#[derive(Clone, Copy, Debug, Deserialize, PartialEq, Eq)]
-#[serde(rename_all = "lowercase")]
-pub(super) enum TimeUnit {
-    Frames,
-    S,
-    Ms,
-    Us,
-}
-
-impl TimeUnit {
-    /// Seconds in one of it; `None` for frames.
-    pub(super) fn seconds(self) -> Option<f64> {
-        match self {
-            Self::Frames => None,
-            Self::S => Some(1.0),
-            Self::Ms => Some(1e-3),
-            Self::Us => Some(1e-6),
-        }
-    }
 }
 
 /// The tracks of one ball: its centre, or several markers on it.
@@ -190,28 +163,6 @@ impl<'de> Deserialize<'de> for Names {
     }
 }
 
-/// `[tracks.columns]`: the file's name for each of ours.
-#[derive(Clone, Debug, Default, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub(super) struct ColumnNames {
-    pub separator: Option<String>,
-    pub shot: Option<String>,
-    pub frame: Option<String>,
-    pub t: Option<String>,
-    pub ball: Option<String>,
-    pub point: Option<String>,
-    pub x: Option<String>,
-    pub y: Option<String>,
-    pub x_sd: Option<String>,
-    pub y_sd: Option<String>,
-    pub marker_x: Option<String>,
-    pub marker_y: Option<String>,
-    pub cue_x: Option<String>,
-    pub cue_y: Option<String>,
-    pub object_x: Option<String>,
-    pub object_y: Option<String>,
-}
-
 /// All of it, checked.
 #[derive(Clone, Debug)]
 pub(crate) struct TrackSettings {
@@ -228,6 +179,9 @@ pub(crate) struct TrackSettings {
     pub(super) format: Format,
     pub(super) cue: Names,
     pub(super) object: Names,
+    /// Tracks of points on the balls, beside those that are their centres.
+    pub(super) cue_markers: Names,
+    pub(super) object_markers: Names,
     pub(super) shots: Option<PathBuf>,
     pub(super) position_sd: Option<f64>,
     pub(super) time_unit: Option<TimeUnit>,
@@ -289,7 +243,7 @@ pub(crate) fn check(
     let from_balls = is_from_balls(scale, discs, source, problems);
     let calibration = calibration(scale, (m_per_px, from_balls), readout, &mut notes, source, problems);
     let camera = camera.map(|camera| camera.check(source, problems)).unwrap_or_default();
-    let (cue, object) = names(tracks, source, problems);
+    let [cue, object, cue_markers, object_markers] = names(tracks, source, problems);
     if let Some(columns) = &tracks.columns {
         if !matches!(tracks.format, Format::Auto | Format::Columns) {
             let message = "[tracks.columns] goes with format = \"columns\" only";
@@ -313,6 +267,8 @@ pub(crate) fn check(
         format: tracks.format,
         cue,
         object,
+        cue_markers,
+        object_markers,
         shots: tracks.shots.as_ref().map(|shots| folder.join(shots.as_ref())),
         position_sd,
         time_unit: tracks.time_unit,
@@ -376,12 +332,7 @@ fn calibration(
 ) -> Calibration {
     let unit = scale.length_unit.as_ref().map(|unit| *unit.as_ref());
     let up = scale.y_axis.as_ref().is_none_or(|axis| *axis.as_ref() == YAxis::Up);
-    let (factor, divisor) = match unit {
-        None | Some(Unit::M) => (1.0, 1.0),
-        Some(Unit::Cm) => (1.0, 100.0),
-        Some(Unit::Mm) => (1.0, 1000.0),
-        Some(Unit::Px) => (m_per_px.unwrap_or(1.0), 1.0),
-    };
+    let (factor, divisor) = unit.unwrap_or(Unit::M).metres().unwrap_or((m_per_px.unwrap_or(1.0), 1.0));
     let linear = Calibration::linear(factor, divisor, up, readout);
     let first_point = scale.point.first();
     if unit != Some(Unit::Px) {
@@ -423,24 +374,33 @@ fn calibration(
     }
 }
 
-fn names(tracks: &RawTracks, source: &Source, problems: &mut Problems) -> (Names, Names) {
-    let mut name = |key: &str, given: &Option<Spanned<Names>>| {
-        let Some(given) = given else { return Names(vec![key.to_string()]) };
+/// Names of the tracks of cue and object, and of the markers on either.
+fn names(tracks: &RawTracks, source: &Source, problems: &mut Problems) -> [Names; 4] {
+    let given = [
+        ("cue", &tracks.cue),
+        ("object", &tracks.object),
+        ("cue_markers", &tracks.cue_markers),
+        ("object_markers", &tracks.object_markers),
+    ];
+    let mut used: Vec<(String, &str)> = Vec::new();
+    given.map(|(key, given)| {
+        let Some(given) = given else {
+            let default = if key.ends_with("markers") { vec![] } else { vec![key.to_string()] };
+            return Names(default);
+        };
         let trimmed: Vec<_> = given.as_ref().0.iter().map(|name| name.trim().to_string()).collect();
         let twice = trimmed.iter().enumerate().any(|(i, name)| trimmed[..i].contains(name));
         if trimmed.is_empty() || trimmed.iter().any(String::is_empty) || twice {
             let message = format!("{key} is {}; expected names of tracks, each once", given.as_ref().shown());
             source.add(problems, &given.span(), message);
         }
+        if let Some((both, other)) = used.iter().find(|(name, _)| trimmed.contains(name)) {
+            let message = format!("\"{both}\" is both {other} and {key}; expected different tracks");
+            source.add(problems, &given.span(), message);
+        }
+        used.extend(trimmed.iter().map(|name| (name.clone(), key)));
         Names(trimmed)
-    };
-    let (cue, object) = (name("cue", &tracks.cue), name("object", &tracks.object));
-    if let Some(both) = cue.0.iter().find(|name| object.0.contains(name)) {
-        let span = tracks.object.as_ref().or(tracks.cue.as_ref()).map_or(0..0, Spanned::span);
-        let message = format!("\"{both}\" is both cue and object; expected different tracks");
-        source.add(problems, &span, message);
-    }
-    (cue, object)
+    })
 }
 
 #[cfg(test)]

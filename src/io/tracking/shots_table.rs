@@ -3,7 +3,9 @@
 use std::collections::{BTreeMap, HashMap};
 use std::path::{Path, PathBuf};
 
-use super::finish::Facts;
+use super::finish::{Facts, Own};
+use super::raw::RawShot;
+use super::settings::Names;
 use crate::io::error::{Problems, did_you_mean};
 use crate::io::manifest::Assume;
 use crate::io::rows;
@@ -12,7 +14,24 @@ use crate::measurement::spin::Spin;
 use crate::physics::ball::Vec3;
 
 const OMEGA: [&str; 3] = ["omega_x", "omega_y", "omega_z"];
-const KNOWN: [&str; 7] = ["shot", "cue_spin", "omega_x", "omega_y", "omega_z", "skip", "note"];
+/// Columns that mean something; all others are labels.
+pub(crate) const KNOWN: [&str; 13] = [
+    "shot",
+    "cue_spin",
+    "omega_x",
+    "omega_y",
+    "omega_z",
+    "skip",
+    "note",
+    "file",
+    "cue",
+    "object",
+    "cue_markers",
+    "object_markers",
+    "capture_fps",
+];
+/// What stands between several names of tracks in a cell.
+const BETWEEN: char = ';';
 
 /// The rows of the table by the names of their shots, and what holds for shots that it does not name.
 pub(super) struct ShotsTable {
@@ -27,6 +46,9 @@ struct ShotRow {
     /// The reason, if the shot is to be skipped.
     skip: Option<String>,
     spin: Option<Spin>,
+    /// The file that holds the shot, as it is written.
+    file: Option<String>,
+    own: Own,
     labels: BTreeMap<String, String>,
 }
 
@@ -50,6 +72,7 @@ impl ShotsTable {
             );
         }
         let columns = OMEGA.map(|column| rows::Column::read(&table, column, 1.0, problems));
+        let rates = table.numbers("capture_fps", problems);
         for name in table.names().into_iter().filter(|name| !KNOWN.contains(name) && !name.ends_with("_sd")) {
             all.labels.push(name.to_string());
         }
@@ -61,7 +84,9 @@ impl ShotsTable {
                 columns.each_ref().map(|column| column.as_ref().and_then(|column| column.measured(row)));
             let spin = spin(&table, row, omega, assume, problems);
             let labels = rows::labels(&table, &KNOWN, row);
-            let row = ShotRow { line, skip, spin, labels };
+            let own = own(&table, row, rates.as_ref().and_then(|rates| rates[row]), problems);
+            let file = table.text("file", row).map(str::to_string);
+            let row = ShotRow { line, skip, spin, file, own, labels };
             if let Some(first) = all.rows.insert(name.to_string(), row) {
                 let message =
                     format!("\"{name}\" also stands in line {}; expected each shot once", first.line);
@@ -89,7 +114,49 @@ impl ShotsTable {
             || self.labels.iter().map(|label| (label.clone(), String::new())).collect(),
             |row| row.labels.clone(),
         );
-        Some(Facts { spin, labels })
+        let own = row.map(|row| row.own.clone()).unwrap_or_default();
+        Some(Facts { spin, labels, own })
+    }
+
+    /// Whether some shot has a frame rate of its own.
+    pub(super) fn has_rates(&self) -> bool {
+        self.rows.values().any(|row| row.own.capture_fps.is_some())
+    }
+
+    /// Gives shots the names that the table has for their files. A file that is one shot need not be called like it.
+    pub(super) fn name_by_file(&self, raw: &mut [RawShot], problems: &mut Problems) {
+        let mut rows: Vec<_> = self.rows.iter().collect();
+        rows.sort_by_key(|(_, row)| row.line);
+        let mut named: HashMap<usize, usize> = HashMap::new();
+        for (name, row) in rows {
+            let Some(file) = &row.file else { continue };
+            let mut wrong = |message: String| problems.add(&self.path, Some(row.line), Some("file"), message);
+            let of_file: Vec<usize> = (0..raw.len()).filter(|i| raw[*i].file.ends_with(file)).collect();
+            let own = of_file.iter().copied().find(|i| raw[*i].name == *name);
+            match (of_file.as_slice(), own) {
+                ([], _) => {
+                    let known: Vec<String> = raw.iter().map(|shot| file_name(shot)).collect();
+                    let near = did_you_mean(file, known.iter().map(String::as_str));
+                    wrong(format!(
+                        "\"{file}\" is none of the files with shots that dataset.toml names under files{near}"
+                    ));
+                }
+                (_, Some(shot)) | (&[shot], None) => {
+                    if let Some(line) = named.insert(shot, row.line) {
+                        wrong(format!("\"{file}\" is also the file of line {line}; expected each shot once"));
+                    }
+                    raw[shot].name.clone_from(name);
+                }
+                (many, None) => {
+                    let names: Vec<_> =
+                        many.iter().take(12).map(|i| format!("\"{}\"", raw[*i].name)).collect();
+                    wrong(format!(
+                        "\"{file}\" holds no shot \"{name}\"; expected one of its shots under shot: {}",
+                        names.join(", ")
+                    ));
+                }
+            }
+        }
     }
 
     /// Complains about rows of shots that are not there.
@@ -103,6 +170,37 @@ impl ShotsTable {
             problems.add(&self.path, Some(row.line), Some("shot"), message);
         }
     }
+}
+
+fn file_name(shot: &RawShot) -> String {
+    shot.file.file_name().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default()
+}
+
+/// What the cells of a row say of the shot in place of dataset.toml.
+fn own(table: &Table, row: usize, rate: Option<f64>, problems: &mut Problems) -> Own {
+    let mut names = |column: &str| {
+        let cell = table.text(column, row)?;
+        let names: Vec<String> = cell.split(BETWEEN).map(|name| name.trim().to_string()).collect();
+        let twice = names.iter().enumerate().any(|(i, name)| names[..i].contains(name));
+        if names.iter().any(String::is_empty) || twice {
+            let message =
+                format!("\"{cell}\"; expected names of tracks, each once, with {BETWEEN} between them");
+            problems.add(&table.path, Some(table.line(row)), Some(column), message);
+        }
+        Some(Names(names))
+    };
+    let own = Own {
+        cue: names("cue"),
+        object: names("object"),
+        cue_markers: names("cue_markers"),
+        object_markers: names("object_markers"),
+        capture_fps: rate,
+    };
+    if let Some(rate) = rate.filter(|rate| *rate <= 0.0) {
+        let message = format!("{rate} is no frame rate; expected more than 0");
+        problems.add(&table.path, Some(table.line(row)), Some("capture_fps"), message);
+    }
+    own
 }
 
 fn skip(table: &Table, row: usize, problems: &mut Problems) -> Option<String> {

@@ -5,7 +5,7 @@ use std::path::Path;
 use super::raw::{Clock, Notes, RawShot};
 use super::read;
 use super::settings;
-use super::settings::{Format, TimeUnit};
+use super::settings::{Format, TimeUnit, Unit};
 use super::time;
 use crate::io::error::Problems;
 use crate::io::toml_file::Source;
@@ -27,6 +27,8 @@ pub struct Survey {
     pub stated_fps: Option<f64>,
     /// Frames per second that the times follow, where they are in seconds.
     pub times_fps: Option<f64>,
+    /// Unit of lengths that the file itself states, as dataset.toml names it.
+    pub unit: Option<&'static str>,
     /// The longer side of the box about all positions, in the unit of the file.
     pub extent: f64,
 }
@@ -37,7 +39,8 @@ pub fn survey(file: &Path) -> Option<Survey> {
     let source = Source { path: file, text: "" };
     let mut problems = Problems::new("");
     let settings = settings::check((None, None), None, None, false, &source, &mut problems);
-    let (mut shots, format) = read::file(file, &settings, &mut problems, &mut Notes::default())?;
+    let read::Tracked { mut shots, format, unit } =
+        read::file(file, &settings, &mut problems, &mut Notes::default())?;
     let clock = shots.first()?.clock;
     let mut tracks: Vec<(String, Vec<f64>)> = Vec::new();
     for shot in &shots {
@@ -71,6 +74,7 @@ pub fn survey(file: &Path) -> Option<Survey> {
         tracks: tracks.into_iter().map(|(name, all)| (name, median(all))).collect(),
         in_frames,
         stated_fps,
+        unit: unit.map(Unit::name),
     })
 }
 

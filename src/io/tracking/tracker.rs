@@ -2,8 +2,9 @@
 
 use std::path::Path;
 
+use super::heading::{Heading, TITLES};
 use super::raw::{Clock, FORMAT, Notes, RawTrack};
-use super::settings::{TimeUnit, TrackSettings};
+use super::settings::{TimeUnit, TrackSettings, Unit};
 use super::sheet::{Place, Sheet};
 use super::text::{Separator, lines, trimmed};
 use crate::io::error::Problems;
@@ -13,10 +14,7 @@ const TIMES: [&str; 3] = ["frame", "t", "time"];
 
 /// The parts of an export above its rows.
 pub(super) struct Head {
-    separator: Separator,
-    /// Line of the names of columns.
-    header: usize,
-    names: Vec<String>,
+    heading: Heading,
     /// Names of tracks, each in the first of its columns.
     tracks: Vec<String>,
     multi: bool,
@@ -25,22 +23,23 @@ pub(super) struct Head {
 /// Whether the text is such an export.
 pub(super) fn detect(text: &str) -> Option<Head> {
     let (mut multi, mut above) = (false, None);
-    for (line, text) in lines(text).filter(|(_, text)| !text.trim().is_empty()).take(4) {
-        if text.trim_start().starts_with('#') {
-            multi |= text.trim().trim_end_matches(':').eq_ignore_ascii_case("#multi");
+    for (line, content) in lines(text).filter(|(_, content)| !content.trim().is_empty()).take(TITLES) {
+        if content.trim_start().starts_with('#') {
+            multi |= content.trim().trim_end_matches(':').eq_ignore_ascii_case("#multi");
             continue;
         }
         let fits = |separator: &Separator| {
-            let Some(names) = trimmed(text, *separator) else { return false };
-            let has = |name: &str| names.iter().any(|n| n == name);
+            let Some(names) = trimmed(content, *separator) else { return false };
+            let heading = Heading::new("", line, *separator, names);
+            let has = |name: &str| heading.position(name).is_some();
             has("x") && has("y") && TIMES.iter().any(|t| has(t)) && !has("ball")
         };
         if let Some(separator) = Separator::ALL.into_iter().find(fits) {
-            let names = trimmed(text, separator)?;
+            let heading = Heading::new(text, line, separator, trimmed(content, separator)?);
             let tracks = above.and_then(|text| trimmed(text, separator)).unwrap_or_default();
-            return Some(Head { separator, header: line, names, tracks, multi });
+            return Some(Head { heading, tracks, multi });
         }
-        above = Some(text);
+        above = Some(content);
     }
     None
 }
@@ -54,8 +53,9 @@ pub(super) fn read(
     settings: &TrackSettings,
     problems: &mut Problems,
     notes: &mut Notes,
-) -> Option<(Clock, Vec<RawTrack>)> {
-    let Head { separator, header, names, tracks, multi } = head;
+) -> Option<(Clock, Vec<RawTrack>, Option<Unit>)> {
+    let Head { heading, tracks, multi } = head;
+    let (separator, header, names) = (heading.separator, heading.line, &heading.bare);
     let position = |name: &str| names.iter().position(|n| n == name);
     // The number of a frame cannot follow a wrong rate, but needs the right one.
     let by_frame = settings.capture_fps.is_some() || !names.iter().any(|n| n == "t" || n == "time");
@@ -105,7 +105,14 @@ pub(super) fn read(
     let message =
         format!("read as {kind}, {} between cells, tracks {}{passed}", separator.name(), found.join(", "));
     notes.add(FORMAT, file, None, message);
-    let clock = if names[time] == "frame" { TimeUnit::Frames } else { TimeUnit::S };
-    let sheet = Sheet { file, text, separator, header, above: header, offset: 0, names };
-    Some((Clock::In(clock), sheet.wide(Some(time), places, false, problems, notes).0))
+    let clock = if names[time] == "frame" {
+        TimeUnit::Frames
+    } else {
+        heading.time(time, settings.time_unit, file, problems).unwrap_or(TimeUnit::S)
+    };
+    let lengths: Vec<usize> = places.iter().flat_map(|place| [place.x, place.y]).collect();
+    let unit = heading.length(&lengths, file, problems);
+    let sheet =
+        Sheet { file, text, separator, header, above: heading.above, offset: 0, names: heading.names };
+    Some((Clock::In(clock), sheet.wide(Some(time), places, false, problems, notes).0, unit))
 }

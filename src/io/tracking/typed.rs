@@ -178,6 +178,7 @@ mod tests {
     use std::path::Path;
 
     use super::*;
+    use crate::io::tracking::settings::TimeUnit;
 
     /// Both ways through the same table.
     fn both(text: &str) {
@@ -187,15 +188,16 @@ mod tests {
         let sheet = Sheet {
             file,
             text,
-            separator: head.separator,
-            header: head.header,
-            above: head.header,
+            separator: head.heading.separator,
+            header: head.heading.line,
+            above: head.heading.above,
             offset: 0,
-            names: head.names.clone(),
+            names: head.heading.names.clone(),
         };
         let run = |fast: usize| {
             let (mut problems, mut notes) = (Problems::new(""), Notes::default());
-            let mut gather = Gather::new(file, "a", head.columns.frames);
+            let unit = if head.columns.frames { TimeUnit::Frames } else { TimeUnit::S };
+            let mut gather = Gather::new(file, "a", unit);
             if fast > 0 {
                 read_by(fast, &sheet, &head.columns, &mut gather, &mut problems, &mut notes);
             } else {

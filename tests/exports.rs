@@ -1,0 +1,179 @@
+//! What people export from other programs and type into spreadsheets, as they do it.
+
+use caromfit::measurement::dataset::Tracks;
+
+use super::tracks::{at, good, load, noted, refused};
+
+/// `[tracks]` of balls that are called A and B.
+const AB: &str = "[tracks]\ncue = \"A\"\nobject = \"B\"";
+
+/// Qualisys Track Manager 2025 begins with the version of the file, and may leave out the row of column names.
+#[test]
+fn qualisys_with_a_version_and_without_names() {
+    let head = "FILE_VERSION\t2.0.0\nNO_OF_FRAMES\t2\nNO_OF_CAMERAS\t2\nNO_OF_MARKERS\t2\nFREQUENCY\t100\nDESCRIPTION\t--\nTIME_STAMP\t2025-11-16, 16:36:52.070\t235999.51255370\nDATA_INCLUDED\t3D\nMARKER_NAMES\tA\tB\nTRAJECTORY_TYPES\tMixed\tMeasured\n";
+    let rows = "482.031\t619.826\t-19.321\t462.785\t616.601\t-19.704\n481.884\t617.119\t-19.294\t462.683\t613.559\t-19.718\n";
+    let check = |tracks: &Tracks| {
+        let shot = &tracks.shots[0];
+        assert_eq!(shot.fps, 100.0);
+        assert_eq!(shot.cue, [at(0.0, 0.482_031, 0.619_826), at(0.01, 481.884 / 1000.0, 0.617_119)]);
+        assert_eq!(shot.object[1], at(0.01, 0.462_683, 0.613_559));
+        noted(tracks, "lengths are in mm");
+    };
+    check(&good(AB, "q.tsv", &format!("{head}{rows}")));
+    // numbers of frames and times in front
+    let counted: String =
+        rows.lines().enumerate().map(|(i, row)| format!("{}\t0.0{i}\t{row}\t\n", i + 1)).collect();
+    check(&good(AB, "q.tsv", &format!("{head}{counted}")));
+    let names = "Frame\tTime\tA X\tA Y\tA Z\tB X\tB Y\tB Z\n";
+    check(&good(AB, "q.tsv", &format!("{head}{names}{counted}")));
+    // a first row that begins with a gap is a row
+    let gap = format!("{head}\t\t\t462.8\t616.6\t-19.7\n{rows}");
+    let tracks = good(AB, "q.tsv", &gap);
+    assert_eq!((tracks.shots[0].cue.len(), tracks.shots[0].object.len()), (2, 3));
+    refused(AB, &format!("{head}{}", rows.replace("\t-19.7", "")), &["5 cells; expected 6"]);
+}
+
+#[test]
+fn inches_and_feet() {
+    let text = "frame,ball,x,y\n0,A,1,2\n0,B,10,-5\n1,A,1.5,2\n1,B,10,-5\n";
+    let settings = |unit| format!("[video]\ncapture_fps = 100\n[scale]\nlength_unit = \"{unit}\"\n{AB}");
+    let inches = good(&settings("in"), "a.csv", text);
+    assert_eq!((inches.shots[0].cue[0].x, inches.shots[0].object[0].y), (0.0254, -0.127));
+    let feet = good(&settings("ft"), "a.csv", text);
+    assert_eq!((feet.shots[0].cue[0].x, feet.shots[0].object[0].x), (0.3048, 3.048));
+    refused(&settings("inch"), text, &["dataset.toml", "\"inch\"", "did you mean \"in\""]);
+}
+
+/// A title, `sep=;`, units beside the names or below them, rows in any order.
+#[test]
+fn spreadsheets() {
+    let settings = format!("[video]\ncapture_fps = 100\n{AB}");
+    let expected = [at(0.01, 0.015, 0.02), at(0.02, 0.016, 0.02), at(0.03, 0.017, 0.02)];
+    let rows = "10;A;1,5;2\n10;B;3;4\n30;A;1,7;2\n20;A;1,6;2\n20;B;3;4\n";
+    for head in [
+        "sep=;\nShots of Monday\nt [ms];ball;x [cm];y [cm]\n",
+        "\"sep=;\"\n\nt;ball;x;y\nms;;cm;cm\n",
+        "Shots of Monday;;;\n;;;\nT (ms);Ball;X (cm);Y (cm)\n",
+        "t;ball;x [cm];y\n[ms];;;(cm)\n",
+    ] {
+        let tracks = good(&settings, "s.csv", &format!("{head}{rows}"));
+        assert_eq!(tracks.shots[0].cue, expected, "{head}");
+        noted(&tracks, "lengths are in cm, as the file says");
+        noted(&tracks, "not in the order of time");
+    }
+    // the same of a table like that of Tracker, and of one that is mapped
+    let wide = "Monday\n;A;;B;\nt [s];x [cm];y [cm];x [cm];y [cm]\n0,02;1,6;2;3;4\n0,03;1,7;2;3;4\n0,01;1,5;2;3;4\n0,04;1,8;2;3;4\n";
+    assert_eq!(good(&settings, "s.csv", wide).shots[0].cue[..3], expected);
+    let mapped = format!(
+        "{settings}\n[tracks.columns]\nt = \"zeit\"\ncue_x = \"ax [cm]\"\ncue_y = \"ay\"\nobject_x = \"bx\"\nobject_y = \"by\""
+    );
+    let table =
+        "sep=,\nMonday\nzeit,ax [cm],ay,bx,by\ns,,cm,cm,cm\n0.02,1.6,2,3,4\n0.01,1.5,2,3,4\n0.03,1.7,2,3,4\n";
+    assert_eq!(good(&mapped, "s.csv", table).shots[0].cue, expected);
+    // what the header says is not overridden in silence
+    let head = "t [ms];ball;x [cm];y [cm]\n";
+    let text = format!("{head}{rows}");
+    refused(
+        &format!("{settings}\n[scale]\nlength_unit = \"m\""),
+        &text,
+        &["a.txt", "in cm", "length_unit = \"cm\""],
+    );
+    refused(
+        &format!("{settings}\ntime_unit = \"s\""),
+        &text,
+        &["a.txt:1: column t: is in ms", "time_unit is \"s\""],
+    );
+    refused(&settings, &text.replace("y [cm]", "y [mm]"), &["a.txt:1: column y: is in mm; expected cm"]);
+    refused(&settings, &text.replace("[cm]", "[px]"), &["in pixels", "length_unit = \"px\""]);
+    refused(&settings, &text.replace("y [cm]", "y [s]"), &["a.txt:1: column y: is in s; expected cm"]);
+    // two clips in one file are not shuffled into one
+    let clips = "t;ball;x;y\n5;A;1;2\n6;A;2;2\n7;A;3;2\n1;A;7;2\n2;A;8;2\n5;B;3;4\n";
+    refused(&settings.replace("100", "1"), clips, &["a.txt:5", "runs backwards"]);
+}
+
+/// Where there is no header, columns have numbers; where there is no time, rows are frames.
+#[test]
+fn columns_by_number_and_rows_as_frames() {
+    let numbers = "[tracks.columns]\nt = 2\ncue_x = 3\ncue_y = 4\nobject_x = 5\nobject_y = 6";
+    let settings = format!("[video]\ncapture_fps = 100\n{AB}\n{numbers}");
+    for text in [
+        "7,0.00,1,2,3,4\n7,0.01,1.5,2,3,4\n",
+        "made by hand\n\n7;0,00;1;2;3;4\n7;0,01;1,5;2;3;4\n",
+        "  7  0.00  1 2   3 4\n  7  0.01  1.5 2 3 4\n",
+    ] {
+        let tracks = good(&settings, "n.txt", text);
+        assert_eq!(tracks.shots[0].cue, [at(0.0, 1.0, 2.0), at(0.01, 1.5, 2.0)], "{text}");
+        assert_eq!(tracks.shots[0].line, 1 + text.lines().position(|line| line.contains('7')).unwrap());
+    }
+    let long = "0,white,1,2\n0,red,3,4\n1,white,1.5,2\n1,red,3,4\n";
+    let by_ball = "[video]\ncapture_fps = 100\n[tracks]\ncue = \"white\"\nobject = \"red\"\n[tracks.columns]\nframe = 1\nball = 2\nx = 3\ny = 4";
+    assert_eq!(good(by_ball, "n.txt", long).shots[0].cue[1], at(0.01, 1.5, 2.0));
+    refused(&settings.replace("= 6", "= 7"), "7,0.00,1,2,3,4\n", &["numbers in the columns 2, 3, 4, 5, 7"]);
+    refused(&settings.replace("= 6", "= 0"), "7,0.00,1,2,3,4\n", &["dataset.toml", "from 1 on"]);
+    refused(
+        &settings.replace("= 6", "= \"by\""),
+        "7,0.00,1,2,3,4\n",
+        &["dataset.toml", "by name and some by number"],
+    );
+    refused(&settings, "7,0.00,1,2,3,4\n7,0.01,1,2,3,x\n", &["a.txt:2: column column 6: \"x\""]);
+    // no time at all
+    let columns = "[tracks.columns]\nshot = \"n\"\ncue_x = \"ax\"\ncue_y = \"ay\"\nobject_x = \"bx\"\nobject_y = \"by\"";
+    let rows = "n,ax,ay,bx,by\n1,1,2,3,4\n1,1.5,2,3,4\n2,1,2,3,4\n2,1.5,2,3,4\n2,2,2,3,4\n";
+    let tracks = good(&format!("[video]\ncapture_fps = 100\n{AB}\n{columns}"), "n.csv", rows);
+    assert_eq!(tracks.shots[0].cue[1], at(0.01, 1.5, 2.0));
+    assert_eq!(tracks.shots[1].cue[2], at(0.02, 2.0, 2.0));
+    noted(&tracks, "every row is taken as one frame");
+    refused(&format!("{AB}\n{columns}"), rows, &["capture_fps"]);
+}
+
+/// Names, rates and files that differ from shot to shot stand in the table of shots.
+#[test]
+fn what_differs_from_shot_to_shot() {
+    let multi = |cue: &str, object: &str| {
+        format!("#multi:\n,{cue},,{object},\nframe,x,y,x,y\n0,1,2,3,4\n1,1.5,2,3,4\n")
+    };
+    let (one, two) = (multi("red", "blue"), multi("m 1", "m 2"));
+    let shots =
+        "shot,file,cue,object,capture_fps,who\na,kick 1.txt,red,blue,,me\nb,day/kick 2.txt,m 2,m 1,50,you\n";
+    let files = |table: &str| {
+        let table = table.replace("day/", "");
+        let files =
+            [("kick 1.txt", one.as_bytes()), ("kick 2.txt", two.as_bytes()), ("shots.csv", table.as_bytes())];
+        load("[video]\ncapture_fps = 100\n[tracks]\nshots = \"shots.csv\"", &files)
+    };
+    let tracks = files(shots).unwrap();
+    let [a, b] = tracks.shots.as_slice() else { panic!("{:?}", tracks.shots) };
+    assert_eq!((a.name.as_str(), a.fps, a.cue[1]), ("a", 100.0, at(0.01, 1.5, 2.0)));
+    assert_eq!((b.name.as_str(), b.fps, b.object[1]), ("b", 50.0, at(0.02, 1.5, 2.0)));
+    assert_eq!((a.labels.len(), b.labels["who"].as_str()), (1, "you"));
+    let wrong = |from: &str, to: &str, parts: &[&str]| {
+        let error = files(&shots.replace(from, to)).unwrap_err();
+        for part in parts {
+            assert!(error.contains(part), "{part:?} is not in: {error}");
+        }
+    };
+    wrong("kick 1", "kick 3", &["shots.csv:2: column file: \"kick 3.txt\"", "did you mean"]);
+    wrong("kick 1", "kick 2", &["shots.csv:3: column file", "also the file of line 2"]);
+    wrong(",50,", ",-5,", &["shots.csv:3: column capture_fps", "-5 is no frame rate"]);
+    wrong("m 2,m 1", "m 2;;,m 1", &["shots.csv:3: column cue: \"m 2;;\""]);
+    wrong("red,blue", "red,green", &["no track \"green\"", "\"blue\""]);
+}
+
+/// A centre and points on the rim, each with a name of its own.
+#[test]
+fn markers_beside_the_centre() {
+    let text = "NO_OF_FRAMES\t2\nFREQUENCY\t500\nMARKER_NAMES\tc\tr1\tr2\tB\n10\t0\t0\t20\t0\t0\t10\t12\t0\t90\t0\t0\n11\t0\t0\t21\t0\t0\t11\t12\t0\t90\t0\t0\n";
+    let stated = "[tracks]\ncue = \"c\"\nobject = \"B\"\ncue_markers = [\"r1\", \"r2\"]";
+    let shots = "shot,cue_markers\nq,r1; r2\n";
+    let table = "[tracks]\ncue = \"c\"\nobject = \"B\"\nshots = \"shots.csv\"";
+    for (settings, more) in [(stated, None), (table, Some(("shots.csv", shots.as_bytes())))] {
+        let files: Vec<(&str, &[u8])> = [("q.tsv", text.as_bytes())].into_iter().chain(more).collect();
+        let tracks = load(settings, &files).unwrap();
+        let shot = &tracks.shots[0];
+        assert_eq!(shot.cue[1], at(0.002, 0.011, 0.0));
+        let markers: Vec<_> =
+            shot.markers.iter().map(|marker| (marker.name.as_str(), marker.samples[1])).collect();
+        assert_eq!(markers, [("r1", at(0.002, 0.021, 0.0)), ("r2", at(0.002, 0.011, 0.012))]);
+    }
+    refused(&stated.replace("\"r2\"", "\"c\""), text, &["dataset.toml", "both cue and cue_markers"]);
+}
