@@ -2,6 +2,7 @@
 pub mod dataset;
 pub(crate) mod isolate;
 pub mod loss;
+pub(crate) mod marker_groups;
 pub(crate) mod number;
 pub mod observable;
 pub mod parameter;

@@ -86,7 +86,7 @@ fn sorted(track: &RawTrack) -> RawTrack {
     order.sort_by(|a, b| track.rows[*a].time.total_cmp(&track.rows[*b].time));
     let rows = order.iter().map(|i| track.rows[*i]).collect();
     let sds = if track.sds.is_empty() { Vec::new() } else { order.iter().map(|i| track.sds[*i]).collect() };
-    RawTrack { name: track.name.clone(), point: track.point.clone(), rows, sds }
+    RawTrack { name: track.name.clone(), point: track.point.clone(), is_angle: track.is_angle, rows, sds }
 }
 
 /// Drops rows.

@@ -56,10 +56,40 @@ pub(super) struct ColumnNames {
     pub y_sd: Option<Column>,
     pub marker_x: Option<Column>,
     pub marker_y: Option<Column>,
+    pub angle: Option<Column>,
     pub cue_x: Option<Column>,
     pub cue_y: Option<Column>,
     pub object_x: Option<Column>,
     pub object_y: Option<Column>,
+    pub cue_angle: Option<Column>,
+    pub object_angle: Option<Column>,
+    pub angle_unit: Option<AngleUnit>,
+}
+
+/// What columns of angles are in, where their header does not say it.
+#[derive(Clone, Copy, Debug, Deserialize, PartialEq, Eq)]
+#[serde(rename_all = "lowercase")]
+pub(super) enum AngleUnit {
+    Rad,
+    Deg,
+}
+
+impl AngleUnit {
+    /// As dataset.toml names it.
+    pub(super) fn name(self) -> &'static str {
+        match self {
+            Self::Rad => "rad",
+            Self::Deg => "deg",
+        }
+    }
+
+    /// Radians in one of it.
+    pub(super) fn radians(self) -> f64 {
+        match self {
+            Self::Rad => 1.0,
+            Self::Deg => 1.0_f64.to_radians(),
+        }
+    }
 }
 
 impl ColumnNames {
@@ -73,12 +103,18 @@ impl ColumnNames {
         self.all().iter().any(|column| matches!(column, Column::Number(_)))
     }
 
+    /// Whether a column holds angles.
+    pub(super) fn has_angles(&self) -> bool {
+        [&self.angle, &self.cue_angle, &self.object_angle].into_iter().any(Option::is_some)
+    }
+
     /// Whether the columns make a table, long or wide.
     pub(super) fn check(&self) -> Result<(), String> {
         let wide = [&self.cue_x, &self.cue_y, &self.object_x, &self.object_y];
         let long = [&self.ball, &self.x, &self.y];
-        let rest = [&self.point, &self.x_sd, &self.y_sd, &self.marker_x, &self.marker_y];
-        let any_wide = wide.iter().any(|name| name.is_some());
+        let rest = [&self.point, &self.x_sd, &self.y_sd, &self.marker_x, &self.marker_y, &self.angle];
+        let turns = [&self.cue_angle, &self.object_angle];
+        let any_wide = wide.iter().chain(&turns).any(|name| name.is_some());
         let any_long = long.iter().chain(&rest).any(|name| name.is_some());
         if any_wide && any_long {
             return Err(
@@ -138,10 +174,13 @@ impl ColumnNames {
             &self.y_sd,
             &self.marker_x,
             &self.marker_y,
+            &self.angle,
             &self.cue_x,
             &self.cue_y,
             &self.object_x,
             &self.object_y,
+            &self.cue_angle,
+            &self.object_angle,
         ];
         all.into_iter().flatten().collect()
     }

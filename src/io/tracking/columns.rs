@@ -55,6 +55,7 @@ pub(super) fn read(
         y: position(&wanted.y)?,
         sd: position(&wanted.x_sd).zip(position(&wanted.y_sd)).map(|(x, y)| [x, y]),
         marker: position(&wanted.marker_x).zip(position(&wanted.marker_y)).map(|(x, y)| [x, y]),
+        angle: angle(&heading, &wanted.angle, wanted, file, problems),
     };
     let stated = columns.stated(&heading, file, settings, problems);
     let mut gather = Gather::new(file, stem, stated.clock);
@@ -67,6 +68,18 @@ fn position(heading: &Heading, column: &Column) -> Option<usize> {
         Column::Name(name) => heading.position(name),
         Column::Number(number) => Some(number - 1),
     }
+}
+
+/// A column of angles, with the radians in its unit.
+fn angle(
+    heading: &Heading,
+    column: &Option<Column>,
+    wanted: &ColumnNames,
+    file: &Path,
+    problems: &mut Problems,
+) -> Option<(usize, f64)> {
+    let column = position(heading, column.as_ref()?)?;
+    Some((column, heading.angle(column, wanted.angle_unit, file, problems)?.radians()))
 }
 
 fn sheet<'a>(file: &'a Path, text: &'a str, heading: Heading) -> Sheet<'a> {
@@ -93,6 +106,8 @@ fn wide(
         (settings.cue.0.first()?, column(&wanted.cue_x)?, column(&wanted.cue_y)?),
         (settings.object.0.first()?, column(&wanted.object_x)?, column(&wanted.object_y)?),
     ];
+    let mut turn = |column| angle(&heading, column, wanted, file, problems);
+    let turns = [turn(&wanted.cue_angle), turn(&wanted.object_angle)];
     let shot = column(&wanted.shot);
     let unit = heading.length(&balls.map(|(_, x, y)| [x, y]).concat(), file, problems);
     let clock = match time {
@@ -133,10 +148,20 @@ fn wide(
             }
             return;
         };
-        for (ball, x, y) in balls {
+        for ((ball, x, y), turn) in balls.into_iter().zip(turns) {
             let names = [sheet.names[x].as_str(), sheet.names[y].as_str()];
             let [x, y] = reader.position(line, [&row[x], &row[y]], names, problems, notes);
             gather.push(shot_name, ball, "", Row { time, x, y, line: line as u32 }, None);
+            if let Some((i, unit)) = turn {
+                let angle = reader.extra(line, &row[i], &sheet.names[i], problems);
+                gather.push_angle(
+                    shot_name,
+                    ball,
+                    time,
+                    angle.map_or(f64::NAN, |angle| unit * angle),
+                    line as u32,
+                );
+            }
         }
     });
     reader.finish(notes);

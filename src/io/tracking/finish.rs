@@ -3,6 +3,7 @@
 use std::borrow::Cow;
 use std::collections::BTreeMap;
 
+use super::bodies;
 use super::calibration::Calibration;
 use super::check;
 use super::number::shortened;
@@ -68,6 +69,7 @@ impl Own {
                 name.clone_from(given);
             }
         }
+        own.are_balls_stated |= self.cue.is_some() || self.object.is_some();
         own.capture_fps = self.capture_fps.or(own.capture_fps);
         Cow::Owned(own)
     }
@@ -104,16 +106,27 @@ pub(super) fn shot(
     names.dedup();
     names.truncate(12);
     let names = if names.is_empty() { "there are none".to_string() } else { names.join(", ") };
-    let mut ball = |key: &'static str, centre: &Names, markers: &Names| {
-        let mut ball = assign(&mut tracks, key, centre, &names, &raw, notes)?;
-        if !markers.0.is_empty() {
-            let key = if key == "cue" { "cue_markers" } else { "object_markers" };
-            ball.markers.append(&mut assign(&mut tracks, key, markers, &names, &raw, notes)?.centres);
-        }
-        Ok(ball)
+    let named = |name: &str| !matches!(find(&tracks, name), Ok(None));
+    let grouped = settings.discs
+        && !settings.are_balls_stated
+        && !named("cue")
+        && !named("object")
+        && tracks.iter().all(|track| track.point.is_none());
+    let (cue, object) = if grouped && tracks.len() > 1 {
+        let [cue, object] = grouped_balls(&mut tracks, &raw, notes).map_err(|wrong| vec![wrong])?;
+        (Ok(cue), Ok(object))
+    } else {
+        let mut ball = |key: &'static str, centre: &Names, markers: &Names| {
+            let mut ball = assign(&mut tracks, key, centre, &names, &raw, notes)?;
+            if !markers.0.is_empty() {
+                let key = if key == "cue" { "cue_markers" } else { "object_markers" };
+                ball.markers.append(&mut assign(&mut tracks, key, markers, &names, &raw, notes)?.centres);
+            }
+            Ok(ball)
+        };
+        let cue = ball("cue", &settings.cue, &settings.cue_markers);
+        (cue, ball("object", &settings.object, &settings.object_markers))
     };
-    let cue = ball("cue", &settings.cue, &settings.cue_markers);
-    let object = ball("object", &settings.object, &settings.object_markers);
     let (cue, object) = match (cue, object) {
         (Ok(cue), Ok(object)) => (cue, object),
         (cue, object) => {
@@ -166,17 +179,18 @@ fn of_balls(
     }
     let resolution = resolution(&cue, &object, calibration, &file, notes);
     let several = [sizes[0] > 1, sizes[2] > 1];
-    let samples = |track: &RawTrack| samples(track, calibration);
-    let marker = |ball: TrackedBall| {
-        move |track: &RawTrack| Marker {
-            ball,
-            name: track.point.clone().unwrap_or_else(|| track.name.clone()),
-            samples: samples(track),
-        }
+    let marker = |ball: TrackedBall, centre: &RawTrack, track: &RawTrack| Marker {
+        ball,
+        name: track.point.clone().unwrap_or_else(|| track.name.clone()),
+        samples: if track.is_angle {
+            turned(track, centre, calibration)
+        } else {
+            samples(track, calibration)
+        },
     };
-    let mut markers: Vec<_> = cue_markers.iter().map(marker(TrackedBall::Cue)).collect();
-    markers.extend(object_markers.iter().map(marker(TrackedBall::Object)));
-    let (cue, object) = (samples(&cue), samples(&object));
+    let mut markers: Vec<_> = cue_markers.iter().map(|track| marker(TrackedBall::Cue, &cue, track)).collect();
+    markers.extend(object_markers.iter().map(|track| marker(TrackedBall::Object, &object, track)));
+    let (cue, object) = (samples(&cue, calibration), samples(&object, calibration));
     let centre = |ball: TrackedBall, several: bool, mean: Vec<Sample>| {
         if !(settings.discs && several) {
             return Ok(mean);
@@ -207,6 +221,35 @@ fn of_balls(
         return Err(Wrong::input(Some(shot.line), message));
     }
     Ok(shot)
+}
+
+/// Takes the tracks of both discs out of the list, grouped by the distances that points keep.
+fn grouped_balls(tracks: &mut Vec<RawTrack>, raw: &RawShot, notes: &mut Notes) -> Result<[Ball; 2], Wrong> {
+    let discs = bodies::discs(tracks).map_err(|message| Wrong::damaged(Some(raw.line), message))?;
+    let mut all: Vec<Option<RawTrack>> = std::mem::take(tracks).into_iter().map(Some).collect();
+    let mut take =
+        |which: &[usize]| -> Vec<RawTrack> { which.iter().filter_map(|i| all[*i].take()).collect() };
+    let balls = discs.map(|disc| Ball { centres: take(&disc.centre), markers: take(&disc.markers) });
+    tracks.extend(all.into_iter().flatten());
+    let said = |ball: &Ball| {
+        let names = |tracks: &[RawTrack]| {
+            let names: Vec<_> = tracks.iter().map(|track| format!("\"{}\"", track.name)).collect();
+            names.join(", ")
+        };
+        let centre = names(&ball.centres);
+        match (ball.centres.len(), ball.markers.len()) {
+            (1, 0) => centre,
+            (1, _) => format!("{centre} (its centre) with {}", names(&ball.markers)),
+            _ => format!("{centre} (on a circle about its centre)"),
+        }
+    };
+    let message = format!(
+        "[tracks] cue and object are not given: the disc that moves first, taken as cue, is {}; the other is {}",
+        said(&balls[0]),
+        said(&balls[1])
+    );
+    notes.add(NAMES, &raw.file, Some(raw.line), message);
+    Ok(balls)
 }
 
 /// Takes the tracks of a ball out of the list.
@@ -368,4 +411,25 @@ fn samples(track: &RawTrack, calibration: &Calibration) -> Vec<Sample> {
     let mut samples = Vec::with_capacity(rows.clone().count());
     samples.extend(rows.map(sample));
     samples
+}
+
+/// Distance of a point that stands for the angle of a disc from its centre, m: any will do.
+const ARM: f64 = 0.02;
+
+/// A point that turns with the disc, for angles in the place of positions: they are told from the axes of the file.
+fn turned(angles: &RawTrack, centre: &RawTrack, calibration: &Calibration) -> Vec<Sample> {
+    let at = |time: f64| {
+        let i = centre.rows.partition_point(|row| row.time < time);
+        centre.rows.get(i).filter(|row| row.time == time && !row.is_gap())
+    };
+    let point = |row: &super::raw::Row| {
+        let middle = at(row.time)?;
+        let (sin, cos) = row.x.sin_cos();
+        let [x, y] = calibration.metres(middle.x, middle.y);
+        let [along, up] = calibration.metres(middle.x + cos, middle.y + sin);
+        let length = (along - x).hypot(up - y);
+        let [x, y] = [x + ARM * (along - x) / length, y + ARM * (up - y) / length];
+        Some(Sample { t: row.time + calibration.delay(middle.y), x, y, sd: None })
+    };
+    angles.rows.iter().filter(|row| !row.is_gap()).filter_map(point).collect()
 }

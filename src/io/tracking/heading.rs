@@ -2,6 +2,7 @@
 
 use std::path::Path;
 
+use super::column_names::AngleUnit;
 use super::settings::{TimeUnit, Unit};
 use super::text::{Separator, lines, trimmed};
 use crate::io::error::Problems;
@@ -14,8 +15,7 @@ pub(super) const TITLES: usize = 10;
 pub(super) enum Measure {
     Length(Unit),
     Time(TimeUnit),
-    /// In radians.
-    Angle(f64),
+    Angle(AngleUnit),
 }
 
 impl Measure {
@@ -32,8 +32,8 @@ impl Measure {
             "ms" => Self::Time(TimeUnit::Ms),
             "us" | "µs" | "μs" => Self::Time(TimeUnit::Us),
             "frame" | "frames" => Self::Time(TimeUnit::Frames),
-            "rad" | "radian" | "radians" => Self::Angle(1.0),
-            "deg" | "°" | "degree" | "degrees" => Self::Angle(1.0_f64.to_radians()),
+            "rad" | "radian" | "radians" => Self::Angle(AngleUnit::Rad),
+            "deg" | "°" | "degree" | "degrees" => Self::Angle(AngleUnit::Deg),
             _ => return None,
         })
     }
@@ -43,8 +43,7 @@ impl Measure {
         match self {
             Self::Length(unit) => unit.name(),
             Self::Time(unit) => unit.name(),
-            Self::Angle(1.0) => "rad",
-            Self::Angle(_) => "deg",
+            Self::Angle(unit) => unit.name(),
         }
     }
 }
@@ -168,6 +167,29 @@ impl Heading {
             }
         }
     }
+
+    /// The unit of a column of angles: that of the header or, where it says none, of dataset.toml, which must not differ.
+    pub(super) fn angle(
+        &self,
+        column: usize,
+        stated: Option<AngleUnit>,
+        file: &Path,
+        problems: &mut Problems,
+    ) -> Option<AngleUnit> {
+        let message = match (self.units[column], stated) {
+            (Some(Measure::Angle(unit)), None) | (None, Some(unit)) => return Some(unit),
+            (Some(Measure::Angle(unit)), Some(other)) if unit == other => return Some(unit),
+            (Some(Measure::Angle(unit)), Some(other)) => {
+                format!("is in {}, but [tracks.columns] angle_unit is \"{}\"; expected the same", unit.name(), other.name())
+            }
+            (Some(other), _) => format!("is in {}; expected rad or deg", other.name()),
+            (None, None) => {
+                "nothing says what these angles are in; expected [tracks.columns] angle_unit = \"rad\" or \"deg\"".to_string()
+            }
+        };
+        problems.add(file, Some(self.line), Some(&self.bare[column]), message);
+        None
+    }
 }
 
 /// The line below the names and its units, where every cell that is not empty is a unit, in brackets or not.
@@ -212,7 +234,7 @@ mod tests {
         assert_eq!(split("x [mm]"), ("x", Some(Measure::Length(Unit::Mm))));
         assert_eq!(split("x(cm)"), ("x", Some(Measure::Length(Unit::Cm))));
         assert_eq!(split("t [µs]"), ("t", Some(Measure::Time(TimeUnit::Us))));
-        assert_eq!(split("θ (°)"), ("θ", Some(Measure::Angle(1.0_f64.to_radians()))));
+        assert_eq!(split("θ (°)"), ("θ", Some(Measure::Angle(AngleUnit::Deg))));
         for plain in ["x", "A (1)", "x [", "(m", "v (m/s)"] {
             assert_eq!(split(plain), (plain, None));
         }

@@ -23,6 +23,8 @@ pub(super) struct Columns {
     pub y: usize,
     pub sd: Option<[usize; 2]>,
     pub marker: Option<[usize; 2]>,
+    /// How far a disc has turned, with the radians in its unit.
+    pub angle: Option<(usize, f64)>,
 }
 
 /// The parts of a long table above its rows.
@@ -62,6 +64,7 @@ pub(super) fn detect(text: &str, settings: &TrackSettings) -> Option<Head> {
                 y: position("y")?,
                 sd: position("x_sd").zip(position("y_sd")).map(|(x, y)| [x, y]),
                 marker: None,
+                angle: None,
             };
             Some(Head { heading, columns })
         };
@@ -188,6 +191,28 @@ impl Gather {
         row: Row,
         sd: Option<[f64; 2]>,
     ) {
+        let centre =
+            point.is_empty() || point.eq_ignore_ascii_case("centre") || point.eq_ignore_ascii_case("center");
+        let track = self.track(shot, ball, (!centre).then_some(point), false, row.line);
+        track.rows.push(row);
+        if let Some(sd) = sd {
+            track.sds.push(sd);
+        }
+    }
+
+    /// Adds an angle in radians, not a number in a gap, by which a disc has turned.
+    pub(super) fn push_angle(&mut self, shot: Option<&str>, ball: &str, time: f64, angle: f64, line: u32) {
+        self.track(shot, ball, Some("angle"), true, line).rows.push(Row { time, x: angle, y: 0.0, line });
+    }
+
+    fn track(
+        &mut self,
+        shot: Option<&str>,
+        ball: &str,
+        point: Option<&str>,
+        is_angle: bool,
+        line: u32,
+    ) -> &mut RawTrack {
         let name = shot.unwrap_or(&self.stem);
         if self.shots.get(self.last).is_none_or(|last| last.name != name) {
             self.last = self.by_name.get(name).copied().unwrap_or(self.shots.len());
@@ -196,25 +221,21 @@ impl Gather {
                 self.shots.push(RawShot {
                     name: name.to_string(),
                     file: self.file.clone(),
-                    line: row.line as usize,
+                    line: line as usize,
                     clock: self.clock,
                     tracks: Vec::new(),
                 });
             }
         }
         let tracks = &mut self.shots[self.last].tracks;
-        let centre =
-            point.is_empty() || point.eq_ignore_ascii_case("centre") || point.eq_ignore_ascii_case("center");
-        let point = (!centre).then_some(point);
-        let same = |track: &RawTrack| track.name == ball && track.point.as_deref() == point;
+        let same = |track: &RawTrack| {
+            track.name == ball && track.point.as_deref() == point && track.is_angle == is_angle
+        };
         let i = tracks.iter().position(same).unwrap_or(tracks.len());
         if i == tracks.len() {
-            tracks.push(RawTrack::new(ball, point.map(str::to_string)));
+            tracks.push(RawTrack { is_angle, ..RawTrack::new(ball, point.map(str::to_string)) });
         }
-        tracks[i].rows.push(row);
-        if let Some(sd) = sd {
-            tracks[i].sds.push(sd);
-        }
+        &mut tracks[i]
     }
 }
 
@@ -269,6 +290,10 @@ pub(super) fn read(
         gather.push(shot, ball, point, Row { time, x, y, line }, sd);
         if let Some([x, y]) = marker {
             gather.push(shot, ball, "marker", Row { time, x, y, line }, None);
+        }
+        if let Some((i, unit)) = columns.angle {
+            let angle = reader.extra(line as usize, &row[i], name(i), problems);
+            gather.push_angle(shot, ball, time, angle.map_or(f64::NAN, |angle| unit * angle), line);
         }
     });
     let mark = reader.mark();

@@ -1,5 +1,6 @@
 //! Tracked paths of both balls, as programs that follow them in a film write them.
 
+mod bodies;
 mod calibration;
 pub(crate) mod camera;
 mod check;
@@ -9,6 +10,8 @@ mod finish;
 #[cfg(test)]
 mod fuzz;
 mod heading;
+mod json;
+mod json_text;
 mod kinovea;
 mod long;
 mod number;

@@ -35,6 +35,8 @@ pub(super) struct RawTrack {
     pub name: String,
     /// A marker on the ball `name`.
     pub point: Option<String>,
+    /// Not positions, but the angle by which the disc `name` has turned, radians from the x axis to the y axis of the file, in x.
+    pub is_angle: bool,
     /// In the order of the file.
     pub rows: Vec<Row>,
     /// One per row, or none at all; not a number where the file has none.
@@ -52,7 +54,7 @@ pub(super) struct Row {
 
 impl RawTrack {
     pub(super) fn new(name: impl Into<String>, point: Option<String>) -> Self {
-        Self { name: name.into(), point, rows: Vec::new(), sds: Vec::new() }
+        Self { name: name.into(), point, is_angle: false, rows: Vec::new(), sds: Vec::new() }
     }
 
     /// Line of its first row.

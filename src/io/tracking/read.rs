@@ -10,7 +10,7 @@ use super::raw::{Clock, Notes, RawShot, RawTrack};
 use super::settings::{Format, TrackSettings, Unit};
 use super::sheet::Sheet;
 use super::text::{decode, lines};
-use super::{columns, heading, kinovea, long, qualisys, tracker, typed};
+use super::{columns, heading, json, kinovea, long, qualisys, tracker, typed};
 use crate::io::error::Problems;
 
 /// What was read from a file.
@@ -57,6 +57,10 @@ pub(super) fn bytes(
         return Some(Tracked { shots, format: Format::Columns, unit });
     }
     let wanted = |format: Format| settings.format == format || settings.format == Format::Auto;
+    if wanted(Format::Json) && json::detect(&text) {
+        let (shots, unit) = json::read(file, &text, &stem, settings, problems, notes)?;
+        return Some(Tracked { shots, format: Format::Json, unit });
+    }
     if wanted(Format::Qualisys) && qualisys::detect(&text) {
         let (clock, tracks) = qualisys::read(file, &text, problems, notes)?;
         return Some(one_shot(file, &stem, clock, tracks, Format::Qualisys, Some(Unit::Mm)));
@@ -118,7 +122,7 @@ fn unknown(file: &Path, text: &str, format: Format, problems: &mut Problems) {
     };
     let expected = match format {
         Format::Auto => {
-            "expected a long table (shot,frame,ball,x,y), an export of Tracker, Kinovea or Qualisys, or a section \
+            "expected a long table (shot,frame,ball,x,y), an export of Tracker, Kinovea or Qualisys, JSON (an array of shots with balls with samples), or a section \
              [tracks.columns] in dataset.toml that says which column is what"
         }
         Format::Long => "expected the header of a long table, such as shot,frame,ball,x,y",
@@ -127,6 +131,7 @@ fn unknown(file: &Path, text: &str, format: Format, problems: &mut Problems) {
         }
         Format::Kinovea => "expected an export of Kinovea, text or CSV",
         Format::Qualisys => "expected an export of Qualisys, which begins with NO_OF_FRAMES or FILE_VERSION",
+        Format::Json => "expected JSON: an array of shots, each with balls, each with samples",
         Format::Columns => "expected the columns that [tracks.columns] names",
     };
     let message = format!("no format begins like this, \"{}\"; {expected}", shortened(first.trim()));

@@ -120,6 +120,7 @@ pub(super) enum Format {
     Tracker,
     Kinovea,
     Qualisys,
+    Json,
     Columns,
 }
 
@@ -179,6 +180,8 @@ pub(crate) struct TrackSettings {
     pub(super) format: Format,
     pub(super) cue: Names,
     pub(super) object: Names,
+    /// `cue` or `object` is stated.
+    pub(super) are_balls_stated: bool,
     /// Tracks of points on the balls, beside those that are their centres.
     pub(super) cue_markers: Names,
     pub(super) object_markers: Names,
@@ -252,6 +255,11 @@ pub(crate) fn check(
         if let Err(message) = columns.as_ref().check() {
             source.add(problems, &columns.span(), message);
         }
+        if columns.as_ref().has_angles() && !discs {
+            let message = "[tracks.columns] has a column of angles, but an angle does not say how a ball turns; expected it with \
+                           [ball] shape = \"disc\" only";
+            source.add(problems, &columns.span(), message.to_string());
+        }
     } else if tracks.format == Format::Columns {
         let message = "format = \"columns\" needs a section [tracks.columns] that says which column is what";
         source.add(problems, &(0..0), message.to_string());
@@ -267,6 +275,7 @@ pub(crate) fn check(
         format: tracks.format,
         cue,
         object,
+        are_balls_stated: tracks.cue.is_some() || tracks.object.is_some(),
         cue_markers,
         object_markers,
         shots: tracks.shots.as_ref().map(|shots| folder.join(shots.as_ref())),

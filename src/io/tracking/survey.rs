@@ -2,6 +2,7 @@
 
 use std::path::Path;
 
+use super::bodies;
 use super::raw::{Clock, Notes, RawShot};
 use super::read;
 use super::settings;
@@ -13,7 +14,7 @@ use crate::io::toml_file::Source;
 /// What was seen in a file of tracks.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Survey {
-    /// `long`, `tracker`, `kinovea` or `qualisys`.
+    /// `long`, `tracker`, `kinovea`, `qualisys` or `json`.
     pub format: &'static str,
     pub shots: usize,
     /// Names of tracks in the order of first appearance, with the part of the file's time at which each one
@@ -44,7 +45,9 @@ pub fn survey(file: &Path) -> Option<Survey> {
     let clock = shots.first()?.clock;
     let mut tracks: Vec<(String, Vec<f64>)> = Vec::new();
     for shot in &shots {
-        for (name, begin) in beginnings(shot) {
+        for track in &shot.tracks {
+            let Some(begin) = bodies::beginning(track, &shot.tracks) else { continue };
+            let name = track.name.clone();
             match tracks.iter_mut().find(|(known, _)| *known == name) {
                 Some((_, all)) => all.push(begin),
                 None => tracks.push((name, vec![begin])),
@@ -65,6 +68,7 @@ pub fn survey(file: &Path) -> Option<Survey> {
             Format::Tracker => "tracker",
             Format::Kinovea => "kinovea",
             Format::Qualisys => "qualisys",
+            Format::Json => "json",
             Format::Long | Format::Auto | Format::Columns => "long",
         },
         shots: shots.len(),
@@ -76,22 +80,6 @@ pub fn survey(file: &Path) -> Option<Survey> {
         stated_fps,
         unit: unit.map(Unit::name),
     })
-}
-
-/// For each track of a shot, the part of the time at which it is a tenth of its way from where it began.
-fn beginnings(shot: &RawShot) -> Vec<(String, f64)> {
-    const MOVED: f64 = 0.1;
-    let times = || shot.tracks.iter().flat_map(|track| &track.rows).map(|row| row.time);
-    let (first, last) = (times().fold(f64::INFINITY, f64::min), times().fold(f64::NEG_INFINITY, f64::max));
-    let begin = |track: &super::raw::RawTrack| {
-        let seen: Vec<_> = track.rows.iter().filter(|row| !row.is_gap()).collect();
-        let origin = *seen.first()?;
-        let way = |row: &super::raw::Row| (row.x - origin.x).hypot(row.y - origin.y);
-        let most = seen.iter().map(|row| way(row)).fold(0.0, f64::max);
-        let moving = seen.iter().find(|row| way(row) > MOVED * most)?;
-        Some((track.name.clone(), (moving.time - first) / (last - first).max(f64::MIN_POSITIVE)))
-    };
-    shot.tracks.iter().filter_map(begin).collect()
 }
 
 fn extent(shots: &[RawShot]) -> f64 {

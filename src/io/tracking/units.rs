@@ -15,6 +15,13 @@ pub(super) enum Unit {
 }
 
 impl Unit {
+    const ALL: [Self; 6] = [Self::M, Self::Cm, Self::Mm, Self::In, Self::Ft, Self::Px];
+
+    /// The one that dataset.toml names so.
+    pub(super) fn of(word: &str) -> Option<Self> {
+        Self::ALL.into_iter().find(|unit| unit.name().eq_ignore_ascii_case(word.trim()))
+    }
+
     /// As dataset.toml names it.
     pub(super) fn name(self) -> &'static str {
         match self {

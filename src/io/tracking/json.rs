@@ -1,0 +1,236 @@
+//! JSON as tools in the browser save it: an array of shots, each with balls, each with samples.
+
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use super::json_text::{Node, Value, parse};
+use super::number::shortened;
+use super::raw::{Clock, FORMAT, Notes, RawShot, RawTrack, Row};
+use super::settings::{TimeUnit, TrackSettings, Unit};
+use crate::io::error::Problems;
+
+/// Keys that mean the same, the usual one first.
+const SHOTS: [&str; 1] = ["shots"];
+const BALLS: [&str; 3] = ["balls", "tracks", "objects"];
+const SAMPLES: [&str; 5] = ["samples", "points", "positions", "frames", "data"];
+const NAME: [&str; 6] = ["name", "shot", "ball", "id", "label", "color"];
+const FPS: [&str; 3] = ["capture_fps", "fps", "frame_rate"];
+const LENGTH: [&str; 3] = ["length_unit", "unit", "units"];
+const TIMES: [(&str, TimeUnit); 4] =
+    [("t", TimeUnit::S), ("time", TimeUnit::S), ("t_ms", TimeUnit::Ms), ("frame", TimeUnit::Frames)];
+
+const EXPECTED: &str = "expected an array of shots, each with \"balls\", each with a \"name\" and \"samples\" of t (seconds) or frame, \
+                        x and y";
+
+/// Whether the text is JSON.
+pub(super) fn detect(text: &str) -> bool {
+    let text = text.trim_start();
+    text.starts_with('{')
+        || text.strip_prefix('[').is_some_and(|rest| rest.trim_start().starts_with(['{', ']']))
+}
+
+/// The shots of a file, and the unit of lengths that it states.
+pub(super) fn read(
+    file: &Path,
+    text: &str,
+    stem: &str,
+    settings: &TrackSettings,
+    problems: &mut Problems,
+    notes: &mut Notes,
+) -> Option<(Vec<RawShot>, Option<Unit>)> {
+    let before = problems.len();
+    let mut reader = Reader { file, settings, problems, clock: None };
+    let read = reader.file(text, stem);
+    if reader.problems.len() > before {
+        return None;
+    }
+    let (shots, unit) = read?;
+    let message = format!("read as JSON, {} shot(s)", shots.len());
+    notes.add(FORMAT, file, None, message);
+    Some((shots, unit))
+}
+
+struct Reader<'a> {
+    file: &'a Path,
+    settings: &'a TrackSettings,
+    problems: &'a mut Problems,
+    /// What the times of the present shot are in.
+    clock: Option<Clock>,
+}
+
+impl Reader<'_> {
+    fn wrong(&mut self, line: usize, key: &str, message: String) {
+        let key = (!key.is_empty()).then_some(key);
+        self.problems.add(self.file, Some(line), key, message);
+    }
+
+    fn file(&mut self, text: &str, stem: &str) -> Option<(Vec<RawShot>, Option<Unit>)> {
+        let root = match parse(text) {
+            Ok(root) => root,
+            Err((line, message)) => {
+                self.wrong(line, "", format!("is no JSON: {message}"));
+                return None;
+            }
+        };
+        let one = std::slice::from_ref(&root);
+        let shots: &[Node] = match root.get(&SHOTS).map_or(&root.value, |shots| &shots.value) {
+            Value::List(list) => list,
+            _ if root.get(&BALLS).is_some() => one,
+            _ => &[],
+        };
+        if shots.is_empty() {
+            self.wrong(root.line, "", format!("holds no shots; {EXPECTED}"));
+            return None;
+        }
+        let file = Arc::new(self.file.to_path_buf());
+        let mut found = Vec::with_capacity(shots.len());
+        for (i, shot) in shots.iter().enumerate() {
+            let own = if shots.len() == 1 { stem.to_string() } else { format!("{stem}-{}", i + 1) };
+            found.push(self.shot(&root, shot, own, &file)?);
+        }
+        let unit = match root.get(&LENGTH).or(shots[0].get(&LENGTH)) {
+            Some(Node { line, value: Value::Text(word) }) => {
+                let unit = Unit::of(word);
+                if unit.is_none() {
+                    let message =
+                        format!("\"{}\" is no unit; expected m, cm, mm, in, ft or px", shortened(word));
+                    self.wrong(*line, "length_unit", message);
+                }
+                unit
+            }
+            _ => None,
+        };
+        Some((found, unit))
+    }
+
+    fn shot(&mut self, root: &Node, shot: &Node, own: String, file: &Arc<PathBuf>) -> Option<RawShot> {
+        let shot_name = name(shot).unwrap_or(own);
+        let Some(balls) = shot.get(&BALLS) else {
+            self.wrong(
+                shot.line,
+                "",
+                format!("the shot \"{}\" has no \"balls\"; {EXPECTED}", shortened(&shot_name)),
+            );
+            return None;
+        };
+        self.clock = None;
+        let mut tracks = Vec::new();
+        match &balls.value {
+            Value::List(list) => {
+                for (i, ball) in list.iter().enumerate() {
+                    let own = format!("{}", i + 1);
+                    tracks.push(self.ball(ball, name(ball).unwrap_or(own))?);
+                }
+            }
+            Value::Object(entries) => {
+                for (key, ball) in entries {
+                    tracks.push(self.ball(ball, key.clone())?);
+                }
+            }
+            _ => {
+                self.wrong(balls.line, "balls", format!("{}; {EXPECTED}", balls.what()));
+                return None;
+            }
+        }
+        let fps = match shot.get(&FPS).or(root.get(&FPS)) {
+            None | Some(Node { value: Value::Null, .. }) => None,
+            Some(Node { value: Value::Number(fps), .. }) if *fps > 0.0 => Some(*fps),
+            Some(other) => {
+                self.wrong(other.line, "fps", format!("{}; expected frames per second", other.what()));
+                return None;
+            }
+        };
+        let clock = match (self.clock.unwrap_or(Clock::In(TimeUnit::Frames)), fps) {
+            (Clock::In(TimeUnit::Frames), Some(fps)) => Clock::FramesAt(fps),
+            (clock, _) => clock,
+        };
+        Some(RawShot { name: shot_name, file: file.clone(), line: shot.line, clock, tracks })
+    }
+
+    fn ball(&mut self, ball: &Node, name: String) -> Option<RawTrack> {
+        let samples = ball.get(&SAMPLES).unwrap_or(ball);
+        let Value::List(list) = &samples.value else {
+            let message = format!("the ball \"{}\" has no \"samples\"; {EXPECTED}", shortened(&name));
+            self.wrong(ball.line, "", message);
+            return None;
+        };
+        let mut track = RawTrack::new(name, None);
+        for sample in list {
+            track.rows.push(self.sample(sample)?);
+        }
+        Some(track)
+    }
+
+    /// `{t, x, y}`, with the position perhaps in an object of its own, or `[t, x, y]`.
+    fn sample(&mut self, sample: &Node) -> Option<Row> {
+        let line = sample.line as u32;
+        if let Value::List(list) = &sample.value {
+            let [time, x, y] = list.as_slice() else {
+                self.wrong(sample.line, "", format!("{} values; expected 3, time, x and y", list.len()));
+                return None;
+            };
+            self.clock(Clock::Unsaid, sample.line)?;
+            let time = self.number(time, "t")?;
+            let [x, y] = [self.coordinate(Some(x), "x")?, self.coordinate(Some(y), "y")?];
+            return Some(Row { time, x, y, line });
+        }
+        // the number of a frame cannot follow a wrong rate, but needs the right one
+        let by_frame = self.settings.capture_fps.is_some()
+            || TIMES[..3].iter().all(|(key, _)| sample.get(&[key]).is_none());
+        let mut times = TIMES.iter().filter_map(|(key, unit)| Some((*key, *unit, sample.get(&[key])?)));
+        let frame = times.clone().find(|(_, unit, _)| by_frame && *unit == TimeUnit::Frames);
+        let Some((key, unit, time)) = frame.or_else(|| times.next()) else {
+            self.wrong(
+                sample.line,
+                "",
+                format!("{} without t or frame; expected t (seconds) or frame, x and y", sample.what()),
+            );
+            return None;
+        };
+        self.clock(Clock::In(unit), sample.line)?;
+        let time = self.number(time, key)?;
+        let position = sample.get(&["position", "pos", "centre", "center"]).unwrap_or(sample);
+        let at = |keys: &[&str], i: usize| match &position.value {
+            Value::List(list) => list.get(i),
+            _ => position.get(keys),
+        };
+        let [x, y] = [self.coordinate(at(&["x"], 0), "x")?, self.coordinate(at(&["y"], 1), "y")?];
+        Some(Row { time, x, y, line })
+    }
+
+    /// All times of a shot are of one kind.
+    fn clock(&mut self, clock: Clock, line: usize) -> Option<()> {
+        if *self.clock.get_or_insert(clock) == clock {
+            return Some(());
+        }
+        let message =
+            "has another kind of time than the samples above; expected t or frame throughout a shot"
+                .to_string();
+        self.wrong(line, "", message);
+        None
+    }
+
+    fn number(&mut self, node: &Node, key: &str) -> Option<f64> {
+        if let Value::Number(number) = node.value {
+            return Some(number);
+        }
+        self.wrong(node.line, key, format!("{}; expected a number, without quotation marks", node.what()));
+        None
+    }
+
+    /// Not a number in a gap.
+    fn coordinate(&mut self, node: Option<&Node>, key: &str) -> Option<f64> {
+        match node {
+            None | Some(Node { value: Value::Null, .. }) => Some(f64::NAN),
+            Some(node) => self.number(node, key),
+        }
+    }
+}
+
+fn name(node: &Node) -> Option<String> {
+    match &node.get(&NAME)?.value {
+        Value::Text(text) => Some(text.trim().to_string()),
+        Value::Number(number) => Some(number.to_string()),
+        _ => None,
+    }
+}

@@ -1,0 +1,177 @@
+//! Points followed in a film, grouped into the rigid bodies that they are on, by the distances that they keep.
+
+use super::rigid_body::circle_centres;
+use super::track::Sample;
+
+/// Two points are on one body where their distance changes by at most this part of its median. Points of one puck change theirs by
+/// up to 0.035 (calibration, and tape that is seen from another side; 0.16 while a hand holds the puck), points of two by 0.8 and
+/// more (30 films of two pucks, Chalmers 2023).
+const RIGID: f64 = 0.25;
+
+/// A distance is the median over so many frames, so that a frame with two markers mistaken for each other does not count.
+const FRAMES: usize = 5;
+
+/// A path is bent where it is off the middle between its points so many frames before and after.
+const REACH: usize = 20;
+
+/// The path of a centre is this many times straighter than that of a point on the rim.
+const STRAIGHTER: f64 = 3.0;
+
+/// A point may be the centre where its distances to the others differ by at most this part: markers are put on by hand.
+const EQUAL: f64 = 0.1;
+
+/// A path is as bent as this part of its frames are at most: a collision, or a hand, bends the rest.
+const FREE: f64 = 0.75;
+
+/// Groups of points of which every two keep their distance. Those nearest to rigid are joined first.
+pub(crate) fn rigid_groups(points: &[&[Sample]]) -> Vec<Vec<usize>> {
+    let mut changes = Vec::new();
+    for i in 0..points.len() {
+        for j in 0..i {
+            changes.push((change(points[i], points[j]), i, j));
+        }
+    }
+    changes.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let is_rigid = |i: usize, j: usize| {
+        let of_pair = |(_, a, b): &&(f64, usize, usize)| (*a, *b) == (i.max(j), i.min(j));
+        changes.iter().find(of_pair).is_some_and(|(change, ..)| *change <= RIGID)
+    };
+    let mut groups: Vec<Vec<usize>> = (0..points.len()).map(|i| vec![i]).collect();
+    for (_, i, j) in changes.iter().take_while(|(change, ..)| *change <= RIGID) {
+        let at = |point: &usize| groups.iter().position(|group| group.contains(point));
+        let (Some(a), Some(b)) = (at(i), at(j)) else { continue };
+        if a != b && groups[a].iter().all(|p| groups[b].iter().all(|q| is_rigid(*p, *q))) {
+            let (into, from) = (a.min(b), a.max(b));
+            let mut joined = groups.remove(from);
+            groups[into].append(&mut joined);
+            groups[into].sort_unstable();
+        }
+    }
+    groups
+}
+
+/// How much the distance of two points changes, over its median; infinite where they are hardly ever seen together.
+fn change(one: &[Sample], other: &[Sample]) -> f64 {
+    let at = |t: f64| other.get(other.partition_point(|s| s.t < t)).filter(|s| s.t == t);
+    let distances: Vec<f64> =
+        one.iter().filter_map(|s| at(s.t).map(|o| (s.x - o.x).hypot(s.y - o.y))).collect();
+    let mut smooth: Vec<f64> = distances.windows(FRAMES).map(|window| median(window.to_vec())).collect();
+    if smooth.is_empty() {
+        return f64::INFINITY;
+    }
+    smooth.sort_by(f64::total_cmp);
+    (smooth[smooth.len() - 1] - smooth[0]) / smooth[smooth.len() / 2].max(f64::MIN_POSITIVE)
+}
+
+fn median(mut values: Vec<f64>) -> f64 {
+    values.sort_by(f64::total_cmp);
+    values[values.len() / 2]
+}
+
+/// Which of the points on a disc is its centre, `None` where all are on a circle about it. Only a centre moves straight on while the
+/// disc turns.
+///
+/// # Errors
+/// A point that may be the centre or not, since the disc does not turn enough to tell.
+pub(crate) fn central(points: &[&[Sample]]) -> Result<Option<usize>, usize> {
+    let Ok(circle) = circle_centres(points) else { return Ok(None) };
+    let of_circle = bend(&circle);
+    let is_like_centre = |i: &usize| {
+        let others = (0..points.len()).filter(|j| j != i).map(|j| distance(points[*i], points[j]));
+        let (least, most) = others.fold((f64::INFINITY, 0.0_f64), |(a, b), d| (a.min(d), b.max(d)));
+        most <= (1.0 + EQUAL) * least
+    };
+    let like_centre: Vec<usize> = (0..points.len()).filter(is_like_centre).collect();
+    // a centre is the only one; points on the rim may all be as far from each other
+    let several = like_centre.len() > 1;
+    let bends = like_centre.into_iter().map(|i| (bend(points[i]), i));
+    let Some((bend, i)) = bends.min_by(|a, b| a.0.total_cmp(&b.0)) else { return Ok(None) };
+    if bend * STRAIGHTER < of_circle {
+        Ok(Some(i))
+    } else if several || of_circle * STRAIGHTER < bend {
+        Ok(None)
+    } else {
+        Err(i)
+    }
+}
+
+/// Median distance of two points.
+fn distance(one: &[Sample], other: &[Sample]) -> f64 {
+    let at = |t: f64| other.get(other.partition_point(|s| s.t < t)).filter(|s| s.t == t);
+    let all: Vec<f64> = one.iter().filter_map(|s| at(s.t).map(|o| (s.x - o.x).hypot(s.y - o.y))).collect();
+    if all.is_empty() { f64::INFINITY } else { median(all) }
+}
+
+/// How far a path is off the middle between its points before and after, in the part of the frames that are free of collisions.
+fn bend(path: &[Sample]) -> f64 {
+    let mut all: Vec<f64> = path
+        .windows(2 * REACH + 1)
+        .map(|window| {
+            let [a, b, c] = [window[0], window[REACH], window[2 * REACH]];
+            (0.5 * (a.x + c.x) - b.x).hypot(0.5 * (a.y + c.y) - b.y)
+        })
+        .collect();
+    all.sort_by(f64::total_cmp);
+    all.get((all.len() as f64 * FREE) as usize).copied().unwrap_or(0.0)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Points on two discs that turn, in turns from one and the other; the second is hit half-way.
+    fn film(rate: f64, on: &[(f64, f64)]) -> Vec<Vec<Sample>> {
+        let mut points = vec![Vec::new(); 2 * on.len()];
+        for frame in 0..400 {
+            let t = f64::from(frame) * 0.002;
+            let late = (t - 0.4).max(0.0);
+            let centres = [[0.4 * t - 0.25 * late, 0.0], [0.21 + 0.25 * late, 0.05 * late]];
+            for (i, point) in points.iter_mut().enumerate() {
+                let (radius, angle) = on[i / 2];
+                let (sin, cos) = (angle + rate * t * [1.0, -1.5][i % 2]).sin_cos();
+                let [x, y] = centres[i % 2];
+                // in one frame, markers are mistaken for each other
+                let wrong = if frame == 150 && i < 2 { 0.1 } else { 0.0 };
+                point.push(Sample { t, x: x + radius * cos + wrong, y: y + radius * sin, sd: None });
+            }
+        }
+        points
+    }
+
+    fn slices(points: &[Vec<Sample>]) -> Vec<&[Sample]> {
+        points.iter().map(Vec::as_slice).collect()
+    }
+
+    #[test]
+    fn points_are_grouped_by_the_distances_that_they_keep() {
+        for rate in [0.0, 8.0] {
+            let mut points = film(rate, &[(0.023, 0.0), (0.023, 1.7), (0.023, 3.9)]);
+            assert_eq!(rigid_groups(&slices(&points)), [vec![0, 2, 4], vec![1, 3, 5]]);
+            // a seventh that is on neither, and one that is never seen
+            points.push(
+                (0..400).map(|i| Sample { t: f64::from(i) * 0.002, x: 0.3, y: 0.1, sd: None }).collect(),
+            );
+            points.push(Vec::new());
+            assert_eq!(rigid_groups(&slices(&points)), [vec![0, 2, 4], vec![1, 3, 5], vec![6], vec![7]]);
+        }
+    }
+
+    #[test]
+    fn a_centre_moves_straight_while_the_disc_turns() {
+        // rim only, centre and two on the rim, centre and three, three on the rim as far from each other
+        for (on, expected) in [
+            (vec![(0.023, 0.0), (0.023, 1.7), (0.023, 3.9)], None),
+            (vec![(0.02, 0.0), (0.0, 0.0), (0.02, 1.6)], Some(1)),
+            (vec![(0.02, 0.0), (0.0, 0.0), (0.02, 1.6), (0.02, 3.0)], Some(1)),
+            (vec![(0.02, 0.0), (0.02, 2.094_395), (0.02, 4.188_790)], None),
+        ] {
+            let points = film(6.0, &on);
+            let one: Vec<&[Sample]> = points.iter().step_by(2).map(Vec::as_slice).collect();
+            assert_eq!(central(&one), Ok(expected), "{on:?}");
+        }
+        // where it does not turn, nothing tells
+        let points = film(0.0, &[(0.02, 0.0), (0.0, 0.0), (0.02, 1.6)]);
+        let one: Vec<&[Sample]> = points.iter().step_by(2).map(Vec::as_slice).collect();
+        assert_eq!(central(&one), Err(1));
+    }
+}
