@@ -30,7 +30,7 @@ fn qualisys_with_a_version_and_without_names() {
     let gap = format!("{head}\t\t\t462.8\t616.6\t-19.7\n{rows}");
     let tracks = good(AB, "q.tsv", &gap);
     assert_eq!((tracks.shots[0].cue.len(), tracks.shots[0].object.len()), (2, 3));
-    refused(AB, &format!("{head}{}", rows.replace("\t-19.7", "")), &["5 cells; expected 6"]);
+    refused(AB, &format!("{head}{}", rows.replace("\t-19.718\n", "\n")), &["5 cells; expected 6"]);
 }
 
 #[test]
@@ -176,4 +176,102 @@ fn markers_beside_the_centre() {
         assert_eq!(markers, [("r1", at(0.002, 0.021, 0.0)), ("r2", at(0.002, 0.011, 0.012))]);
     }
     refused(&stated.replace("\"r2\"", "\"c\""), text, &["dataset.toml", "both cue and cue_markers"]);
+}
+
+/// JSON as tools in the browser save it, in its several shapes.
+#[test]
+fn json_of_shots_with_balls_with_samples() {
+    let settings = "[video]\ncapture_fps = 100\n[tracks]\ncue = \"white\"\nobject = \"red\"";
+    let cue = [at(0.0, 1.0, 2.0), at(0.01, 1.5, 2.0), at(0.03, 2.5, 2.0)];
+    for text in [
+        r#"[{"name": "one", "balls": [
+            {"name": "white", "samples": [{"t": 0, "x": 1, "y": 2}, {"t": 0.01, "x": 1.5, "y": 2}, {"t": 0.02, "x": null, "y": null}, {"t": 0.03, "x": 2.5, "y": 2}]},
+            {"name": "red", "samples": [{"t": 0, "x": 3, "y": 4}, {"t": 0.01, "x": 3, "y": 4}]}]}]"#,
+        r#"{"unit": "m", "shots": [{"id": "one", "tracks": {"white": [[0, 1, 2], [0.01, 1.5, 2], [0.02, null, null], [0.03, 2.5, 2]], "red": [[0, 3, 4], [0.01, 3, 4]]}}]}"#,
+        r#"[{"shot": "one", "fps": 100, "balls": [
+            {"ball": "white", "points": [{"frame": 0, "position": {"x": 1, "y": 2}}, {"frame": 1, "position": [1.5, 2]}, {"frame": 3, "position": [2.5, 2]}]},
+            {"ball": "red", "points": [{"frame": 0, "x": 3, "y": 4}, {"frame": 1, "x": 3, "y": 4}]}]}]"#,
+    ] {
+        let tracks = good(settings, "web.json", text);
+        let [shot] = tracks.shots.as_slice() else { panic!("{text}") };
+        assert_eq!((shot.name.as_str(), shot.fps), ("one", 100.0));
+        assert_eq!(shot.cue, cue, "{text}");
+        assert_eq!(shot.object[1], at(0.01, 3.0, 4.0));
+        noted(&tracks, "read as JSON, 1 shot(s)");
+    }
+    // frames and their rate are in the file, lengths in cm; shots without names
+    let ball =
+        |name: &str| format!("{{\"name\": \"{name}\", \"samples\": [{{\"frame\": 7, \"x\": 1, \"y\": 2}}]}}");
+    let shot = format!("{{\"fps\": 50, \"balls\": [{}, {}]}}", ball("cue"), ball("object"));
+    let tracks = good("", "web.json", &format!("{{\"length_unit\": \"cm\", \"shots\": [{shot},\n{shot}]}}"));
+    let found: Vec<_> =
+        tracks.shots.iter().map(|shot| (shot.name.as_str(), shot.line, shot.cue[0])).collect();
+    assert_eq!(found, [("web-1", 1, at(0.14, 0.01, 0.02)), ("web-2", 2, at(0.14, 0.01, 0.02))]);
+    // every complaint knows its line
+    refused(
+        settings,
+        "[{\"name\": 1,\n\"balls\": [{\"name\": \"white\",\n\"samples\": [\n{\"t\": 0, \"x\": \"1\", \"y\": 2}]}]}]",
+        &["a.txt:4: column x: \"1\"; expected a number"],
+    );
+    refused(
+        settings,
+        "[{\"balls\": [{\"name\": \"white\", \"samples\": [\n{\"x\": 1, \"y\": 2}]}]}]",
+        &["a.txt:2", "without t or frame"],
+    );
+    refused(settings, "[{\"name\": \"one\"}]", &["a.txt:1", "\"one\" has no \"balls\""]);
+    refused(settings, "{\"shots\": 3}", &["holds no shots"]);
+    refused(settings, "[{\"balls\": [\n,]}]", &["a.txt:2", "is no JSON"]);
+    refused(
+        settings,
+        "{\"unit\": \"yard\", \"shots\": [{\"balls\": []}]}",
+        &["length_unit: \"yard\" is no unit"],
+    );
+}
+
+/// Angles in the place of points: they turn as the file's axes do.
+#[test]
+fn angles_of_discs() {
+    let columns = "[tracks.columns]\nframe = \"n\"\ncue_x = \"ax\"\ncue_y = \"ay\"\nobject_x = \"bx\"\nobject_y = \"by\"\ncue_angle = \"a\"\nobject_angle = \"b\"";
+    let discs = "[ball]\nshape = \"disc\"\n[video]\ncapture_fps = 100\n";
+    let table = "n,ax,ay,a [deg],bx,by,b [rad]\n0,1,2,0,3,4,0.5\n1,1,2,30,3,4,\n2,1,2,370,3,4,-0.5\n";
+    let angle = |settings: &str, text: &str, marker: usize| {
+        let tracks = good(&format!("[cue_spin]\nassume = \"unknown\"\n{settings}"), "t.csv", text);
+        let shot = &tracks.shots[0];
+        let (marker, centres) = (&shot.markers[marker], [&shot.cue, &shot.object][marker]);
+        let of = |s: &caromfit::measurement::track::Sample| {
+            let centre = centres.iter().find(|centre| centre.t == s.t).unwrap();
+            (s.t, (s.y - centre.y).atan2(s.x - centre.x))
+        };
+        marker.samples.iter().map(of).collect::<Vec<_>>()
+    };
+    let near = |found: Vec<(f64, f64)>, expected: &[(f64, f64)]| {
+        assert_eq!(found.len(), expected.len(), "{found:?}");
+        for ((t, angle), (expected_t, expected_angle)) in found.iter().zip(expected) {
+            // rounding of a sine and back
+            assert!(t == expected_t && (angle - expected_angle).abs() < 1e-12, "{found:?}");
+        }
+    };
+    let (half, thirty) = (0.5, 30.0_f64.to_radians());
+    near(angle(&format!("{discs}{columns}"), table, 0), &[(0.0, 0.0), (0.01, thirty), (0.02, thirty / 3.0)]);
+    near(angle(&format!("{discs}{columns}"), table, 1), &[(0.0, half), (0.02, -half)]);
+    let down = format!("{discs}[scale]\nlength_unit = \"mm\"\ny_axis = \"down\"\n{columns}");
+    near(angle(&down, table, 1), &[(0.0, -half), (0.02, half)]);
+    let bare = table.replace(" [deg]", "").replace(" [rad]", "");
+    near(
+        angle(&format!("{discs}{columns}\nangle_unit = \"deg\""), &bare, 0),
+        &[(0.0, 0.0), (0.01, thirty), (0.02, thirty / 3.0)],
+    );
+    let long = "n,disc,x,y,turn\n0,A,1,2,0.1\n0,B,3,4,0.2\n1,A,1,2,0.3\n";
+    let by_disc = format!(
+        "{discs}{AB}\n[tracks.columns]\nframe = \"n\"\nball = \"disc\"\nx = \"x\"\ny = \"y\"\nangle = \"turn\"\nangle_unit = \"rad\""
+    );
+    near(angle(&by_disc, long, 0), &[(0.0, 0.1), (0.01, 0.3)]);
+    let assume = "[cue_spin]\nassume = \"unknown\"\n";
+    refused(&format!("{assume}{discs}{columns}"), &bare, &["a.txt:1: column a: nothing says", "angle_unit"]);
+    refused(
+        &format!("{assume}{discs}{columns}\nangle_unit = \"deg\""),
+        table,
+        &["column b: is in rad", "\"deg\""],
+    );
+    refused(&format!("[video]\ncapture_fps = 100\n{columns}"), table, &["dataset.toml", "shape = \"disc\""]);
 }

@@ -7,6 +7,7 @@ mod compare;
 mod design;
 mod disc_verdicts;
 mod discs;
+mod drafts;
 mod effects;
 mod exports;
 mod extraction;

@@ -7,12 +7,13 @@ use caromfit::report::write;
 
 use super::{Failure, print};
 
-/// Looks at CSV files, detects their format and the names of tracks, and writes a commented dataset.toml beside
-/// them. What the files do not tell is left as a line that says FILL IN. Asks nothing, and overwrites nothing.
+/// Looks at files of tracks or measurements, detects their format, units and the names of tracks, whether they are of discs, and a
+/// table shots.csv, and writes a commented dataset.toml beside them; columns of tables in no known format are guessed by their names.
+/// What the files do not tell is left as a line that says FILL IN. Asks nothing, and overwrites nothing.
 #[derive(clap::Args)]
 #[command(after_help = "Example: caromfit init my-shots/*.csv")]
 pub struct Args {
-    /// The files of one data set, or its folder: exports of Tracker, Kinovea or Qualisys, or tables
+    /// The files of one data set, or its folder: exports of Tracker, Kinovea or Qualisys, JSON, or tables
     #[arg(required = true, value_name = "CSV")]
     files: Vec<PathBuf>,
     /// Print it instead of writing it

@@ -2,6 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
+use super::tracking::shots_table::KNOWN;
 use super::{Survey, header, survey};
 
 /// Marks a line that has to be filled in.
@@ -28,7 +29,11 @@ pub enum InitError {
     Empty { path: PathBuf },
     #[error("{}: is no text; expected a table of tracks or measurements, not the film itself", path.display())]
     NoText { path: PathBuf },
-    #[error("{}: is JSON; expected a table (CSV, tab-separated or text) of tracks or measurements", path.display())]
+    #[error(
+        "{}: is JSON; expected a table (CSV, tab-separated or text) of tracks or measurements, or an array of shots, each with balls, \
+         each with samples of t (or frame), x and y",
+        path.display()
+    )]
     Json { path: PathBuf },
     #[error("{}: holds no table (a file that ends in .{}); name the files", path.display(), TABLES.join(", ."))]
     NoTables { path: PathBuf },
@@ -60,6 +65,10 @@ impl Seen {
 
 /// Endings of tables, where a folder is named.
 const TABLES: [&str; 4] = ["csv", "txt", "tsv", "dat"];
+/// Of what is looked at where there is no table.
+const OTHERS: [&str; 1] = ["json"];
+/// The table of what differs from shot to shot.
+const SHOTS: &str = "shots.csv";
 
 /// The files, and in the place of a folder the tables in it.
 fn listed(files: &[PathBuf]) -> Result<Vec<PathBuf>, InitError> {
@@ -71,11 +80,17 @@ fn listed(files: &[PathBuf]) -> Result<Vec<PathBuf>, InitError> {
         }
         let entries =
             file.read_dir().map_err(|source| InitError::Read { path: file.clone(), source })?.flatten();
-        let is_table = |path: &PathBuf| {
+        let ends = |path: &PathBuf, endings: &[&str]| {
             let ending = path.extension().unwrap_or_default().to_string_lossy().to_lowercase();
-            path.is_file() && TABLES.contains(&ending.as_str())
+            path.is_file() && endings.contains(&ending.as_str())
         };
-        let mut tables: Vec<PathBuf> = entries.map(|entry| entry.path()).filter(is_table).collect();
+        let files: Vec<PathBuf> = entries.map(|entry| entry.path()).collect();
+        let of =
+            |endings: &[&str]| files.iter().filter(|path| ends(path, endings)).cloned().collect::<Vec<_>>();
+        let mut tables = of(&TABLES);
+        if tables.is_empty() {
+            tables = of(&OTHERS);
+        }
         if tables.is_empty() {
             return Err(InitError::NoTables { path: file.clone() });
         }
@@ -90,7 +105,11 @@ fn listed(files: &[PathBuf]) -> Result<Vec<PathBuf>, InitError> {
 /// # Errors
 /// A file that cannot be read or is empty, or files of different kinds.
 pub fn draft(files: &[PathBuf]) -> Result<Draft, InitError> {
-    let files = &listed(files)?;
+    let mut files = listed(files)?;
+    let is_shots =
+        |file: &PathBuf| file.file_name().is_some_and(|name| name == SHOTS) && tells_of_shots(file);
+    let table = if files.len() > 1 { files.iter().position(is_shots).map(|i| files.remove(i)) } else { None };
+    let files = &files;
     let mut seen: Vec<(&PathBuf, Seen)> = Vec::new();
     for file in files {
         let now = look(file)?;
@@ -129,10 +148,28 @@ pub fn draft(files: &[PathBuf]) -> Result<Draft, InitError> {
         "which cloth: `caromfit compare` tells cloths apart by it; optional",
     );
     sheet.blank("source", "# source = \"…\"", "who measured it, how, when; optional");
+    let are_discs = matches!(seen.first(), Some((_, Seen::Tracks(survey))) if survey.are_discs);
     sheet.line("\n[ball]");
-    sheet.line("radius_m = 0.028575          # a pool ball; carom 0.03075, snooker 0.02625: correct it if it is another");
+    if are_discs {
+        sheet.line("shape = \"disc\"               # what was followed are points on two discs, or discs with their angles");
+        sheet.blank(
+            "radius_m",
+            "# radius_m = …",
+            "of the discs; optional: else the tracks tell how far apart they are when they touch",
+        );
+        sheet.blank(
+            "mass_kg",
+            "# mass_kg = …",
+            "of the first disc, and [object] mass_kg of the second; optional",
+        );
+    } else {
+        sheet.line("radius_m = 0.028575          # a pool ball; carom 0.03075, snooker 0.02625: correct it if it is another");
+        if kind == "tracks" {
+            sheet.line("# shape = \"disc\"             # pucks and coins, which slide and do not roll");
+        }
+    }
     let spins = matches!(seen.first(), Some((_, Seen::Angles { spin: true })));
-    if !spins {
+    if !spins && !are_discs {
         sheet.line("\n[cue_spin]");
         sheet.blank(
             "cue_spin",
@@ -145,7 +182,7 @@ pub fn draft(files: &[PathBuf]) -> Result<Draft, InitError> {
         .filter_map(|(file, seen)| if let Seen::Tracks(survey) = seen { Some((*file, survey)) } else { None })
         .collect();
     if !tracks.is_empty() {
-        describe_tracks(&tracks, &mut sheet);
+        describe_tracks(&tracks, table.as_deref(), &mut sheet);
     }
     if let Some((file, Seen::Unknown(names))) = seen.first() {
         describe_columns(file, names, &mut sheet);
@@ -163,7 +200,16 @@ const METRES: std::ops::Range<f64> = 0.02..4.0;
 const EARLIER: f64 = 0.05;
 
 /// The most important first.
-const ORDER: [&str; 6] = ["capture_fps", "length_unit", "which ball is which", "cue_spin", "cloth", "source"];
+const ORDER: [&str; 8] = [
+    "capture_fps",
+    "length_unit",
+    "which ball is which",
+    "cue_spin",
+    "radius_m",
+    "mass_kg",
+    "cloth",
+    "source",
+];
 
 /// The text as it grows.
 struct Sheet {
@@ -196,9 +242,6 @@ fn look(file: &Path) -> Result<Seen, InitError> {
     if names.iter().any(|name| name.contains(|c: char| c == char::REPLACEMENT_CHARACTER || c.is_control())) {
         return Err(InitError::NoText { path: file.to_path_buf() });
     }
-    if names.first().is_some_and(|name| name.starts_with(['{', '['])) {
-        return Err(InitError::Json { path: file.to_path_buf() });
-    }
     let has = |name: &str| names.iter().any(|n| n == name);
     if has("nx") && has("ny") && has("cue_vx") {
         return Ok(Seen::Impacts);
@@ -206,7 +249,24 @@ fn look(file: &Path) -> Result<Seen, InitError> {
     if has("cut_deg") {
         return Ok(Seen::Angles { spin: has("cue_spin") || has("omega_x") });
     }
-    Ok(survey(file).map_or(Seen::Unknown(names), Seen::Tracks))
+    match survey(file) {
+        Some(survey) => Ok(Seen::Tracks(survey)),
+        None if names.first().is_some_and(|name| name.starts_with(['{', '['])) => {
+            Err(InitError::Json { path: file.to_path_buf() })
+        }
+        None => Ok(Seen::Unknown(names)),
+    }
+}
+
+/// Whether a table is not of tracks or measurements but tells of shots what `[tracks] shots` may.
+fn tells_of_shots(file: &Path) -> bool {
+    let names = header(file).unwrap_or_default();
+    let has = |name: &str| names.iter().any(|own| own == name);
+    has("shot")
+        && KNOWN.iter().any(|known| *known != "shot" && has(known))
+        && !has("cut_deg")
+        && !has("nx")
+        && !has("x")
 }
 
 fn common_folder(files: &[PathBuf]) -> PathBuf {
@@ -218,7 +278,7 @@ fn common_folder(files: &[PathBuf]) -> PathBuf {
     folder
 }
 
-fn describe_tracks(all: &[(&PathBuf, &Survey)], sheet: &mut Sheet) {
+fn describe_tracks(all: &[(&PathBuf, &Survey)], table: Option<&Path>, sheet: &mut Sheet) {
     let Some((file, first)) = all.first().copied() else { return };
     let shots: usize = all.iter().map(|(_, survey)| survey.shots).sum();
     let single = all.len() > 1 && all.iter().all(|(_, survey)| survey.tracks.len() == 1 && survey.shots == 1);
@@ -254,24 +314,57 @@ fn describe_tracks(all: &[(&PathBuf, &Survey)], sheet: &mut Sheet) {
             sheet.blank("capture_fps", "# capture_fps = …", why);
         }
     }
+    describe_scale(all, sheet);
+    sheet.line("\n[tracks]");
+    sheet.line(&format!("format = \"{}\"", if first.columns.is_empty() { "auto" } else { "columns" }));
+    if first.are_discs && first.columns.is_empty() {
+        sheet.found.push("Points keep their distances in two groups: two discs.".to_string());
+        sheet.line("# cue and object are found for every shot: the disc that moves first is cue. Else: cue = [\"…\", \"…\", \"…\"]");
+    } else {
+        describe_balls(all, sheet);
+    }
+    if let Some(table) = table {
+        sheet.found.push(format!("{}: what differs from shot to shot.", table.display()));
+        sheet.line(&format!("shots = \"{SHOTS}\""));
+    } else {
+        sheet.line(&format!(
+            "# shots = \"{SHOTS}\"         # optional: shot, and any of {}",
+            KNOWN[1..].join(", ")
+        ));
+    }
+    if !first.columns.is_empty() {
+        sheet.found.push(
+            "In no known format: [tracks.columns] is guessed from the names of columns; check it."
+                .to_string(),
+        );
+        sheet.line("\n[tracks.columns]              # guessed: check it");
+        for (key, value) in &first.columns {
+            sheet.line(&format!("{key} = {value}"));
+        }
+    }
+}
+
+fn describe_scale(all: &[(&PathBuf, &Survey)], sheet: &mut Sheet) {
     sheet.line("\n[scale]");
     let extent = all.iter().map(|(_, survey)| survey.extent).fold(0.0, f64::max);
-    if first.format == "qualisys" {
-        sheet.line("length_unit = \"mm\"           # as always in this format");
+    let stated = all.first().and_then(|(_, survey)| survey.unit);
+    if let Some(unit) = stated {
+        sheet.line(&format!("{:<28} # as the file states", format!("length_unit = \"{unit}\"")));
     } else if METRES.contains(&extent) {
         sheet.line(&format!(
             "length_unit = \"m\"            # the positions span {extent:.3}: metres, if the film was calibrated"
         ));
     } else {
         let why = format!(
-            "m, cm, mm, or px with m_per_px = … or four [[scale.point]]; the positions span {extent:.0}"
+            "m, cm, mm, in, ft, or px with m_per_px = … or four [[scale.point]]; the positions span {extent:.0}"
         );
         sheet.blank("length_unit", "# length_unit = \"…\"", &why);
     }
     sheet
         .line("y_axis = \"up\"                # \"down\" where y grows downwards, as in pixels of a picture");
-    sheet.line("\n[tracks]");
-    sheet.line("format = \"auto\"");
+}
+
+fn describe_balls(all: &[(&PathBuf, &Survey)], sheet: &mut Sheet) {
     let mut names: Vec<(&str, f64)> = Vec::new();
     for (name, begin) in all.iter().flat_map(|(_, survey)| &survey.tracks) {
         if !names.iter().any(|(known, _)| *known == name.as_str()) {
@@ -285,16 +378,33 @@ fn describe_tracks(all: &[(&PathBuf, &Survey)], sheet: &mut Sheet) {
         [a, b] if b.1 + EARLIER < a.1 => Some((b.0, a.0)),
         _ => None,
     };
-    if let Some((cue, object)) = order {
-        sheet.found.push(format!("\"{cue}\" moves first: taken as the cue ball."));
-        sheet.line(&format!("cue = {:<24} # it moves first", quoted(cue)));
-        sheet.line(&format!("object = {}", quoted(object)));
-    } else {
-        let why = format!("which track is the cue ball; the files have {}", listed.join(", "));
-        sheet.blank("which ball is which", "# cue = \"…\"", &why);
-        sheet.line("# object = \"…\"               # and which the object ball");
+    // a table with a row per frame names the balls by its columns
+    let wide = all.first().is_some_and(|(_, survey)| survey.columns.iter().any(|(key, _)| *key == "cue_x"));
+    match order {
+        Some((cue, _)) if wide => {
+            let which = if cue == "cue" { "cue_x, cue_y" } else { "object_x, object_y: exchange them below" };
+            sheet.found.push(format!("The ball that moves first is that of {which}."));
+            sheet.line(&format!("# the ball that moves first, and so the cue ball, is that of {which}"));
+        }
+        None if wide => {
+            sheet.line(
+                "# which ball is the cue ball does not show: cue_x and cue_y, below, are to be its columns",
+            );
+        }
+        Some((cue, object)) => {
+            sheet.found.push(format!("\"{cue}\" moves first: taken as the cue ball."));
+            sheet.line(&format!("cue = {:<24} # it moves first", quoted(cue)));
+            sheet.line(&format!("object = {}", quoted(object)));
+        }
+        None => {
+            let why = format!(
+                "which track is the cue ball; the files have {} (where it differs from shot to shot: column cue of {SHOTS})",
+                listed.join(", ")
+            );
+            sheet.blank("which ball is which", "# cue = \"…\"", &why);
+            sheet.line("# object = \"…\"               # and which the object ball");
+        }
     }
-    sheet.line("# shots = \"shots.csv\"         # optional: shot, and any of cue_spin, omega_x, omega_y, omega_z, skip, note");
 }
 
 /// So many columns of a table are listed, and so many characters of the name of one.

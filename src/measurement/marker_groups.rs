@@ -11,17 +11,20 @@ const RIGID: f64 = 0.25;
 /// A distance is the median over so many frames, so that a frame with two markers mistaken for each other does not count.
 const FRAMES: usize = 5;
 
-/// A path is bent where it is off the middle between its points so many frames before and after.
-const REACH: usize = 20;
+/// A path is bent where it is off the middle between its points before and after: this part of the film before and after, but at most
+/// so many frames.
+const REACH: usize = 8;
+const MOST: usize = 60;
 
-/// The path of a centre is this many times straighter than that of a point on the rim.
-const STRAIGHTER: f64 = 3.0;
+/// Of two points on a disc that turns, the centre's path is this many times straighter in most frames. Noise alone makes it so in a
+/// twentieth of the frames, either way.
+const STRAIGHTER: f64 = 5.0;
+
+/// In so many more frames, as a part of all, is the path of the centre the straighter one. In a collision both are bent.
+const SURE: f64 = 0.25;
 
 /// A point may be the centre where its distances to the others differ by at most this part: markers are put on by hand.
 const EQUAL: f64 = 0.1;
-
-/// A path is as bent as this part of its frames are at most: a collision, or a hand, bends the rest.
-const FREE: f64 = 0.75;
 
 /// Groups of points of which every two keep their distance. Those nearest to rigid are joined first.
 pub(crate) fn rigid_groups(points: &[&[Sample]]) -> Vec<Vec<usize>> {
@@ -75,23 +78,18 @@ fn median(mut values: Vec<f64>) -> f64 {
 /// A point that may be the centre or not, since the disc does not turn enough to tell.
 pub(crate) fn central(points: &[&[Sample]]) -> Result<Option<usize>, usize> {
     let Ok(circle) = circle_centres(points) else { return Ok(None) };
-    let of_circle = bend(&circle);
     let is_like_centre = |i: &usize| {
         let others = (0..points.len()).filter(|j| j != i).map(|j| distance(points[*i], points[j]));
         let (least, most) = others.fold((f64::INFINITY, 0.0_f64), |(a, b), d| (a.min(d), b.max(d)));
         most <= (1.0 + EQUAL) * least
     };
     let like_centre: Vec<usize> = (0..points.len()).filter(is_like_centre).collect();
-    // a centre is the only one; points on the rim may all be as far from each other
-    let several = like_centre.len() > 1;
-    let bends = like_centre.into_iter().map(|i| (bend(points[i]), i));
-    let Some((bend, i)) = bends.min_by(|a, b| a.0.total_cmp(&b.0)) else { return Ok(None) };
-    if bend * STRAIGHTER < of_circle {
-        Ok(Some(i))
-    } else if several || of_circle * STRAIGHTER < bend {
-        Ok(None)
-    } else {
-        Err(i)
+    let sureness = like_centre.iter().map(|i| (straighter(points[*i], &circle), *i));
+    match sureness.max_by(|a, b| a.0.total_cmp(&b.0)) {
+        Some((sure, i)) if sure > SURE => Ok(Some(i)),
+        // a centre is the only one; points on the rim may all be as far from each other
+        Some((sure, i)) if like_centre.len() == 1 && sure > -SURE => Err(i),
+        _ => Ok(None),
     }
 }
 
@@ -102,17 +100,19 @@ fn distance(one: &[Sample], other: &[Sample]) -> f64 {
     if all.is_empty() { f64::INFINITY } else { median(all) }
 }
 
-/// How far a path is off the middle between its points before and after, in the part of the frames that are free of collisions.
-fn bend(path: &[Sample]) -> f64 {
-    let mut all: Vec<f64> = path
-        .windows(2 * REACH + 1)
-        .map(|window| {
-            let [a, b, c] = [window[0], window[REACH], window[2 * REACH]];
-            (0.5 * (a.x + c.x) - b.x).hypot(0.5 * (a.y + c.y) - b.y)
-        })
-        .collect();
-    all.sort_by(f64::total_cmp);
-    all.get((all.len() as f64 * FREE) as usize).copied().unwrap_or(0.0)
+/// In how many more frames, as a part of all, the first path is the straighter one.
+fn straighter(one: &[Sample], other: &[Sample]) -> f64 {
+    let at = |t: f64| other.get(other.partition_point(|s| s.t < t)).filter(|s| s.t == t);
+    let both: Vec<[&Sample; 2]> = one.iter().filter_map(|s| at(s.t).map(|o| [s, o])).collect();
+    let reach = (both.len() / REACH).clamp(1, MOST);
+    let bend = |[a, b, c]: [&Sample; 3]| (0.5 * (a.x + c.x) - b.x).hypot(0.5 * (a.y + c.y) - b.y);
+    let (mut more, mut all) = (0.0, 0.0);
+    for window in both.windows(2 * reach + 1) {
+        let [one, other] = [0, 1].map(|k| bend([window[0][k], window[reach][k], window[2 * reach][k]]));
+        all += 1.0;
+        more += f64::from(i8::from(other > STRAIGHTER * one) - i8::from(one > STRAIGHTER * other));
+    }
+    if all > 0.0 { more / all } else { 0.0 }
 }
 
 #[cfg(test)]

@@ -22,12 +22,7 @@ pub(super) struct Disc {
 /// Why there are not two.
 pub(super) fn discs(tracks: &[RawTrack]) -> Result<Discs, String> {
     let points: Vec<Vec<Sample>> = tracks.iter().map(samples).collect();
-    let mut groups: Vec<Vec<usize>> = if tracks.len() == 2 {
-        vec![vec![0], vec![1]]
-    } else {
-        let slices: Vec<&[Sample]> = points.iter().map(Vec::as_slice).collect();
-        rigid_groups(&slices).into_iter().filter(|group| group.len() > 2).collect()
-    };
+    let mut groups = if tracks.len() == 2 { vec![vec![0], vec![1]] } else { groups(&points) };
     let [_, _] = groups.as_slice() else {
         let found: Vec<String> = groups.iter().map(|group| names(tracks, group)).collect();
         let found = if found.is_empty() { "none".to_string() } else { found.join(" and ") };
@@ -66,6 +61,18 @@ pub(super) fn discs(tracks: &[RawTrack]) -> Result<Discs, String> {
     Ok([disc(&groups[0])?, disc(&groups[1])?])
 }
 
+/// Groups of three and more points that keep their distances.
+fn groups(points: &[Vec<Sample>]) -> Vec<Vec<usize>> {
+    let slices: Vec<&[Sample]> = points.iter().map(Vec::as_slice).collect();
+    rigid_groups(&slices).into_iter().filter(|group| group.len() > 2).collect()
+}
+
+/// Whether the tracks are points on two discs.
+pub(super) fn are_two(tracks: &[RawTrack]) -> bool {
+    let points: Vec<Vec<Sample>> = tracks.iter().map(samples).collect();
+    groups(&points).len() == 2
+}
+
 fn names(tracks: &[RawTrack], group: &[usize]) -> String {
     let names: Vec<_> = group.iter().map(|i| format!("\"{}\"", tracks[*i].name)).collect();
     names.join(", ")
@@ -77,7 +84,7 @@ fn samples(track: &RawTrack) -> Vec<Sample> {
     rows.into_iter().map(|row| Sample { t: row.time, x: row.x, y: row.y, sd: None }).collect()
 }
 
-/// The part of the time of all tracks at which one of them is a tenth of its way from where it began.
+/// The part of the time of all tracks at which one of them is a tenth of its way from where it began; 1 where it stays there.
 pub(super) fn beginning(track: &RawTrack, all: &[RawTrack]) -> Option<f64> {
     const MOVED: f64 = 0.1;
     let times = || all.iter().flat_map(|track| &track.rows).map(|row| row.time);
@@ -86,6 +93,6 @@ pub(super) fn beginning(track: &RawTrack, all: &[RawTrack]) -> Option<f64> {
     let origin = *seen.first()?;
     let way = |row: &Row| (row.x - origin.x).hypot(row.y - origin.y);
     let most = seen.iter().map(|row| way(row)).fold(0.0, f64::max);
-    let moving = seen.iter().find(|row| way(row) > MOVED * most)?;
-    Some((moving.time - first) / (last - first).max(f64::MIN_POSITIVE))
+    let moving = seen.iter().find(|row| way(row) > MOVED * most);
+    Some(moving.map_or(1.0, |row| (row.time - first) / (last - first).max(f64::MIN_POSITIVE)))
 }

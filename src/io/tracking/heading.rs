@@ -115,6 +115,11 @@ impl Heading {
         at(&self.names).or_else(|| at(&self.bare))
     }
 
+    /// Whether the header states the unit of a column.
+    pub(super) fn has_unit(&self, column: usize) -> bool {
+        self.units[column].is_some()
+    }
+
     /// How many columns have this name, with or without their unit.
     pub(super) fn count(&self, name: &str) -> usize {
         let count = |names: &[String]| names.iter().filter(|own| *own == name).count();

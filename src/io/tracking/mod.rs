@@ -9,6 +9,7 @@ mod columns;
 mod finish;
 #[cfg(test)]
 mod fuzz;
+mod guess;
 mod heading;
 mod json;
 mod json_text;
@@ -22,7 +23,7 @@ mod read;
 mod resolution;
 pub(crate) mod settings;
 mod sheet;
-mod shots_table;
+pub(crate) mod shots_table;
 mod survey;
 mod text;
 mod time;

@@ -1,12 +1,15 @@
 //! What a file of tracks holds, seen without a dataset.toml: for writing one.
 
+use std::fs;
 use std::path::Path;
 
 use super::bodies;
+use super::guess;
 use super::raw::{Clock, Notes, RawShot};
 use super::read;
 use super::settings;
 use super::settings::{Format, TimeUnit, Unit};
+use super::text::decode;
 use super::time;
 use crate::io::error::Problems;
 use crate::io::toml_file::Source;
@@ -14,7 +17,7 @@ use crate::io::toml_file::Source;
 /// What was seen in a file of tracks.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Survey {
-    /// `long`, `tracker`, `kinovea`, `qualisys` or `json`.
+    /// `long`, `tracker`, `kinovea`, `qualisys`, `json` or `columns`.
     pub format: &'static str,
     pub shots: usize,
     /// Names of tracks in the order of first appearance, with the part of the file's time at which each one
@@ -30,18 +33,42 @@ pub struct Survey {
     pub times_fps: Option<f64>,
     /// Unit of lengths that the file itself states, as dataset.toml names it.
     pub unit: Option<&'static str>,
+    /// They are of discs: points keep their distances in two groups, or angles are told.
+    pub are_discs: bool,
+    /// What `[tracks.columns]` must say for the file to be read, as keys and values of TOML; empty where it need not be there.
+    pub columns: Vec<(&'static str, String)>,
     /// The longer side of the box about all positions, in the unit of the file.
     pub extent: f64,
 }
 
-/// Looks at a file; `None` if it is in no known format or cannot be read.
+/// Looks at a file; `None` if it is in no known format or cannot be read. Of a table in no known format, the columns are
+/// guessed by their names.
 #[must_use]
 pub fn survey(file: &Path) -> Option<Survey> {
+    let nothing = guess::Guess { lines: Vec::new(), has_angles: false };
+    look(file, nothing).or_else(|| {
+        let text = decode(&fs::read(file).ok()?, file, &mut Notes::default()).into_owned();
+        look(file, guess::columns(&text)?)
+    })
+}
+
+/// Looks at a file with these columns, if any.
+fn look(file: &Path, columns: guess::Guess) -> Option<Survey> {
+    let guess::Guess { lines, has_angles } = columns;
+    let mut text = String::new();
+    if !lines.is_empty() {
+        text.push_str("[columns]\n");
+        text.extend(lines.iter().map(|(key, value)| format!("{key} = {value}\n")));
+    }
+    let tracks: settings::RawTracks = toml::from_str(&text).ok()?;
     let source = Source { path: file, text: "" };
     let mut problems = Problems::new("");
-    let settings = settings::check((None, None), None, None, false, &source, &mut problems);
+    let settings = settings::check((None, None), None, Some(&tracks), has_angles, &source, &mut problems);
     let read::Tracked { mut shots, format, unit } =
         read::file(file, &settings, &mut problems, &mut Notes::default())?;
+    if !lines.is_empty() && !problems.is_empty() {
+        return None;
+    }
     let clock = shots.first()?.clock;
     let mut tracks: Vec<(String, Vec<f64>)> = Vec::new();
     for shot in &shots {
@@ -69,7 +96,8 @@ pub fn survey(file: &Path) -> Option<Survey> {
             Format::Kinovea => "kinovea",
             Format::Qualisys => "qualisys",
             Format::Json => "json",
-            Format::Long | Format::Auto | Format::Columns => "long",
+            Format::Columns => "columns",
+            Format::Long | Format::Auto => "long",
         },
         shots: shots.len(),
         points: shots.iter().flat_map(|shot| &shot.tracks).any(|track| track.point.is_some()),
@@ -79,6 +107,9 @@ pub fn survey(file: &Path) -> Option<Survey> {
         in_frames,
         stated_fps,
         unit: unit.map(Unit::name),
+        are_discs: has_angles
+            || shots.iter().any(|shot| shot.tracks.len() > 5 && bodies::are_two(&shot.tracks)),
+        columns: lines,
     })
 }
 
