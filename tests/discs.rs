@@ -388,6 +388,9 @@ fn the_pucks_of_chalmers_2023() {
             .map(|(quantity, expected)| (value(quantity) - expected).abs());
         assert!(off[0] < OPEN[0] && off[1] < OPEN[1], "{shot}: {off:?}");
         // the second puck is at rest, the first is pushed
-        assert!(value(Quantity::SlipBefore).is_finite() && value(Quantity::ContactDistance) > 0.0495, "{shot}");
+        assert!(
+            value(Quantity::SlipBefore).is_finite() && value(Quantity::ContactDistance) > 0.0495,
+            "{shot}"
+        );
     }
 }

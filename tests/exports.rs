@@ -30,7 +30,7 @@ fn qualisys_with_a_version_and_without_names() {
     let gap = format!("{head}\t\t\t462.8\t616.6\t-19.7\n{rows}");
     let tracks = good(AB, "q.tsv", &gap);
     assert_eq!((tracks.shots[0].cue.len(), tracks.shots[0].object.len()), (2, 3));
-    refused(AB, &format!("{head}{}", rows.replace('\n', "\t1\t2\t3\n")), &["9 cells; expected 6"]); expected 6"]);
+    refused(AB, &format!("{head}{}", rows.replace('\n', "\t1\t2\t3\n")), &["9 cells; expected 6"]);
 }
 
 #[test]

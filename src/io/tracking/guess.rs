@@ -24,20 +24,24 @@ pub(super) struct Guess {
 
 /// `None` where the table is not understood.
 pub(super) fn columns(text: &str) -> Option<Guess> {
-    let no_comment = |line: &str| !line.trim().is_empty();
-    lines(text).filter(|(_, line)| no_comment(line)).take(TITLES).find_map(|(line, content)| {
+    let top: Vec<(usize, &str)> =
+        lines(text).filter(|(_, line)| !line.trim().is_empty()).take(TITLES).collect();
+    for (i, (line, content)) in top.iter().enumerate() {
         let bare = content.trim_start().strip_prefix('#').unwrap_or(content);
-        Separator::ALL.into_iter().find_map(|separator| {
-            let names = trimmed(bare, separator)?;
-            if names.len() < 4 {
-                return None;
-            }
+        for separator in Separator::ALL {
+            let Some(names) = trimmed(bare, separator).filter(|names| names.len() > 3) else { continue };
             if names.iter().all(|name| is_number(name)) {
-                return numbered(names.len());
+                // names of columns that are not understood may stand above the numbers
+                let above = top[..i].iter().filter_map(|(_, line)| trimmed(line, separator));
+                let has_names = above.into_iter().any(|cells| cells.len() == names.len());
+                return if has_names { None } else { numbered(names.len()) };
             }
-            named(text, &Heading::new(text, line, separator, names))
-        })
-    })
+            if let Some(guess) = named(text, &Heading::new(text, *line, separator, names)) {
+                return Some(guess);
+            }
+        }
+    }
+    None
 }
 
 fn is_number(cell: &str) -> bool {
