@@ -346,36 +346,36 @@ fn the_opencv_disks() {
     assert!(dataset.tracks.unwrap().discs.unwrap().masses.is_none());
 }
 
-/// 23 shots whose markers are numbered anew in every file, against an independent calculation as above (12 frames either side; with 8
-/// and 16 frames, e differs by 0.01 as a rule, and the ratio by 0.005): e, and J_t/J_n.
+/// 23 shots whose markers are numbered anew in every file, against an independent calculation as above: e and J_t/J_n by lines through 8
+/// frames either side. Longer windows take in how the pucks slow down: with 16 frames, e is lower by 0.01 as a rule.
 #[test]
 fn the_pucks_of_chalmers_2023() {
     /// What the windows leave open.
     const OPEN: [f64; 2] = [0.02, 0.012];
     const SHOTS: [(&str, f64, f64); 23] = [
-        ("42", 0.811, -0.074),
-        ("56", 0.679, -0.109),
-        ("64", 0.747, -0.481),
-        ("74", 0.724, -0.266),
-        ("78", 0.778, -0.358),
-        ("82", 0.740, -0.257),
-        ("86", 0.770, -0.460),
-        ("106", 0.781, -0.522),
-        ("118", 0.727, 0.269),
-        ("126", 0.730, -0.023),
-        ("130", 0.726, -0.226),
-        ("136", 0.704, -0.277),
-        ("144", 0.750, -0.182),
-        ("148", 0.752, -0.259),
-        ("152", 0.716, -0.099),
-        ("160", 0.649, -0.227),
-        ("170", 0.705, 0.038),
-        ("174", 0.732, -0.250),
-        ("178", 0.744, -0.275),
-        ("184", 0.854, -0.619),
-        ("188", 0.763, -0.526),
-        ("196", 0.739, 0.033),
-        ("202", 0.661, 0.050),
+        ("42", 0.814, -0.073),
+        ("56", 0.685, -0.109),
+        ("64", 0.752, -0.479),
+        ("74", 0.726, -0.265),
+        ("78", 0.785, -0.355),
+        ("82", 0.751, -0.251),
+        ("86", 0.781, -0.460),
+        ("106", 0.782, -0.513),
+        ("118", 0.728, 0.265),
+        ("126", 0.734, -0.026),
+        ("130", 0.731, -0.227),
+        ("136", 0.713, -0.277),
+        ("144", 0.751, -0.181),
+        ("148", 0.753, -0.254),
+        ("152", 0.718, -0.101),
+        ("160", 0.654, -0.223),
+        ("170", 0.704, 0.039),
+        ("174", 0.734, -0.251),
+        ("178", 0.748, -0.276),
+        ("184", 0.850, -0.619),
+        ("188", 0.773, -0.519),
+        ("196", 0.750, 0.030),
+        ("202", 0.664, 0.053),
     ];
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("data/pucks-chalmers-2023");
     let (dataset, extracted) = with_discs(io::load(&folder).unwrap());

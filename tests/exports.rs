@@ -1,5 +1,7 @@
 //! What people export from other programs and type into spreadsheets, as they do it.
 
+mod drafts;
+
 use caromfit::measurement::dataset::Tracks;
 
 use super::tracks::{at, good, load, noted, refused};
@@ -152,10 +154,10 @@ fn what_differs_from_shot_to_shot() {
             assert!(error.contains(part), "{part:?} is not in: {error}");
         }
     };
-    wrong("kick 1", "kick 3", &["shots.csv:2: column file: \"kick 3.txt\"", "did you mean"]);
-    wrong("kick 1", "kick 2", &["shots.csv:3: column file", "also the file of line 2"]);
-    wrong(",50,", ",-5,", &["shots.csv:3: column capture_fps", "-5 is no frame rate"]);
-    wrong("m 2,m 1", "m 2;;,m 1", &["shots.csv:3: column cue: \"m 2;;\""]);
+    wrong("kick 1", "kick 3", &["shots.csv:3: column file: \"kick 3.txt\"", "did you mean"]);
+    wrong("kick 1", "kick 2", &["shots.csv:4: column file", "also the file of line 3"]);
+    wrong(",50,", ",-5,", &["shots.csv:4: column capture_fps", "-5 is no frame rate"]);
+    wrong("m 2,m 1", "m 2;;,m 1", &["shots.csv:4: column cue: \"m 2;;\""]);
     wrong("red,blue", "red,green", &["no track \"green\"", "\"blue\""]);
 }
 

@@ -7,7 +7,6 @@ mod compare;
 mod design;
 mod disc_verdicts;
 mod discs;
-mod drafts;
 mod effects;
 mod exports;
 mod extraction;

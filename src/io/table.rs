@@ -8,6 +8,7 @@ use polars::error::PolarsError;
 use polars::prelude::{CsvReadOptions, DataFrame, SerReader};
 
 use super::error::{Problems, nearest};
+use super::tracking::heading::is_separator_line;
 
 /// The rows of a file, all cells as text without the blanks around them.
 pub(crate) struct Table {
@@ -30,7 +31,11 @@ impl Table {
     /// Comments (`#`) and lines with nothing but blanks and commas are passed over. `None` if it cannot
     /// be read; what is wrong is then among the problems.
     pub(crate) fn read(path: &Path, problems: &mut Problems) -> Option<Self> {
-        let text = read_utf8(path, problems)?;
+        let mut text = read_utf8(path, problems)?;
+        if is_separator_line(text.trim_start_matches('\u{feff}').lines().next().unwrap_or_default()) {
+            // a comment, so that all lines keep their numbers
+            text.insert(0, '#');
+        }
         let (records, slips) = records(text.strip_prefix('\u{feff}').unwrap_or(&text));
         for (line, message) in &slips {
             problems.add(path, Some(*line), None, *message);

@@ -55,7 +55,7 @@ pub(super) fn read(
         y: position(&wanted.y)?,
         sd: position(&wanted.x_sd).zip(position(&wanted.y_sd)).map(|(x, y)| [x, y]),
         marker: position(&wanted.marker_x).zip(position(&wanted.marker_y)).map(|(x, y)| [x, y]),
-        angle: angle(&heading, &wanted.angle, wanted, file, problems),
+        angle: angle(&heading, wanted.angle.as_ref(), wanted, file, problems),
     };
     let stated = columns.stated(&heading, file, settings, problems);
     let mut gather = Gather::new(file, stem, stated.clock);
@@ -73,12 +73,12 @@ fn position(heading: &Heading, column: &Column) -> Option<usize> {
 /// A column of angles, with the radians in its unit.
 fn angle(
     heading: &Heading,
-    column: &Option<Column>,
+    column: Option<&Column>,
     wanted: &ColumnNames,
     file: &Path,
     problems: &mut Problems,
 ) -> Option<(usize, f64)> {
-    let column = position(heading, column.as_ref()?)?;
+    let column = position(heading, column?)?;
     Some((column, heading.angle(column, wanted.angle_unit, file, problems)?.radians()))
 }
 
@@ -106,7 +106,7 @@ fn wide(
         (settings.cue.0.first()?, column(&wanted.cue_x)?, column(&wanted.cue_y)?),
         (settings.object.0.first()?, column(&wanted.object_x)?, column(&wanted.object_y)?),
     ];
-    let mut turn = |column| angle(&heading, column, wanted, file, problems);
+    let mut turn = |column: &Option<Column>| angle(&heading, column.as_ref(), wanted, file, problems);
     let turns = [turn(&wanted.cue_angle), turn(&wanted.object_angle)];
     let shot = column(&wanted.shot);
     let unit = heading.length(&balls.map(|(_, x, y)| [x, y]).concat(), file, problems);

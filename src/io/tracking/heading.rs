@@ -213,7 +213,7 @@ fn row_of_units(
     for cell in &cells {
         let word = cell.trim_matches(['[', ']', '(', ')']).trim();
         units.push(match word {
-            "" | "-" | "1" => None,
+            "" | "-" => None,
             word => Some(Measure::of(word)?),
         });
     }
@@ -221,7 +221,7 @@ fn row_of_units(
 }
 
 /// Whether the line only tells a spreadsheet what stands between cells, as `sep=;` does.
-pub(super) fn is_separator_line(line: &str) -> bool {
+pub(crate) fn is_separator_line(line: &str) -> bool {
     let bare = line.trim().trim_matches('"');
     let Some(rest) = bare.get(..4).filter(|start| start.eq_ignore_ascii_case("sep=")).map(|_| &bare[4..])
     else {

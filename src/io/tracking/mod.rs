@@ -10,7 +10,7 @@ mod finish;
 #[cfg(test)]
 mod fuzz;
 mod guess;
-mod heading;
+pub(crate) mod heading;
 mod json;
 mod json_text;
 mod kinovea;
@@ -172,9 +172,7 @@ fn calibration_for(
     match (settings.unit, stated) {
         (None, Some(unit)) => {
             let Some(metres) = unit.metres() else {
-                let message = format!(
-                    "{who} in pixels; expected [scale] length_unit = \"px\", with what a pixel is in metres"
-                );
+                let message = format!("{who} in pixels; expected [scale] length_unit = \"px\"");
                 problems.add(file, None, None, message);
                 return settings.calibration.clone();
             };

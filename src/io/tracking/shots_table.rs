@@ -135,7 +135,7 @@ impl ShotsTable {
             let own = of_file.iter().copied().find(|i| raw[*i].name == *name);
             match (of_file.as_slice(), own) {
                 ([], _) => {
-                    let known: Vec<String> = raw.iter().map(|shot| file_name(shot)).collect();
+                    let known: Vec<String> = raw.iter().map(file_name).collect();
                     let near = did_you_mean(file, known.iter().map(String::as_str));
                     wrong(format!(
                         "\"{file}\" is none of the files with shots that dataset.toml names under files{near}"
