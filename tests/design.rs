@@ -73,7 +73,7 @@ fn filmed(expected: &Expected, kinds: &[Both], seed: u64) -> Vec<TrackShot> {
 /// Fits in two stages and jointly.
 fn fitted(shots: Vec<TrackShot>, depth: Depth) -> [Fit; 2] {
     let (dataset, extracted, scene) = footage::with_impacts(dataset(shots), &|| ());
-    let films = footage::films(&extracted, &scene, usize::MAX);
+    let films = footage::films(&extracted, &scene, None, usize::MAX);
     [Method::TwoStage, Method::Joint].map(|method| {
         let options = Options { method, depth, ..Options::default() };
         fit::fit_watched(&dataset, &films, &options, &|| ()).unwrap().remove(0)

@@ -56,6 +56,8 @@ pub fn dataset(tracks: Vec<TrackShot>) -> Dataset {
             notes: Vec::new(),
             doubtful: Vec::new(),
             discs: None,
+            camera: [None; 7],
+            from_balls: false,
         }),
     }
 }

@@ -37,7 +37,7 @@ fn spec(cue_spin: &[Played], count: usize, seed: u64) -> Spec {
 
 fn fits(tracks: Vec<TrackShot>, options: [Options; 2]) -> [Fit; 2] {
     let (dataset, extracted, scene) = footage::with_impacts(dataset(tracks), &|| ());
-    let films = footage::films(&extracted, &scene, usize::MAX);
+    let films = footage::films(&extracted, &scene, None, usize::MAX);
     options.map(|options| fit::fit_watched(&dataset, &films, &options, &|| ()).unwrap().remove(0))
 }
 
@@ -308,7 +308,7 @@ fn rough_footage_is_warned_of_in_two_stages() {
     let warned = |camera: Camera, seed: u64| {
         let spec = Spec { camera, ..spec(ROLLS, 40, 9000 + seed) };
         let (dataset, extracted, scene) = footage::with_impacts(dataset(filmed(&spec)), &|| ());
-        let films = footage::films(&extracted, &scene, usize::MAX);
+        let films = footage::films(&extracted, &scene, None, usize::MAX);
         let fit = fit::fit_watched(&dataset, &films, &both()[0], &|| ()).unwrap().remove(0);
         let warned = fit
             .warnings
@@ -383,7 +383,7 @@ fn many_shots_are_fitted_at_once() {
     let shots = count("CAROMFIT_SHOTS", 200);
     let film = filmed(&spec(&[Played::NaturalRoll], shots, 3));
     let (dataset, extracted, scene) = footage::with_impacts(dataset(film), &|| ());
-    let films = footage::films(&extracted, &scene, usize::MAX);
+    let films = footage::films(&extracted, &scene, None, usize::MAX);
     let begun = Instant::now();
     let options = Options { method: Method::Joint, ..Options::default() };
     let fit = fit::fit_watched(&dataset, &films, &options, &|| ()).unwrap().remove(0);

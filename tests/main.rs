@@ -1,6 +1,7 @@
 //! Every integration test is a module of this one binary, so that it links the library once.
 
 mod auto;
+mod camera;
 mod cli;
 mod collisions;
 mod compare;

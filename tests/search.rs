@@ -59,7 +59,7 @@ fn thick_stun_shots_on_film_tell_a_small_friction() {
         ..stun(Kind::Tracks, [-16.0, 16.0], 0.03)
     });
     let (dataset, extracted, scene) = footage::with_impacts(dataset, &|| ());
-    let films = footage::films(&extracted, &scene, usize::MAX);
+    let films = footage::films(&extracted, &scene, None, usize::MAX);
     for method in Method::ALL {
         let options = Options { method, depth: Depth::Estimates, ..Options::default() };
         let fit = fit::fit_watched(&dataset, &films, &options, &|| ()).unwrap().remove(0);
@@ -191,7 +191,7 @@ fn faults(seed: u64) -> Vec<String> {
     // footage is extracted with what a first fit says, which must not depend on the start either
     let from = |start: &[(Parameter, f64)]| {
         let (dataset, extracted, scene) = footage::with_impacts(with_initial(&dataset, start), &|| ());
-        let films = footage::films(&extracted, &scene, usize::MAX);
+        let films = footage::films(&extracted, &scene, None, usize::MAX);
         let method = if is_film && seed.is_multiple_of(2) { Method::Joint } else { Method::TwoStage };
         let options = Options { method, depth: Depth::Estimates, ..Options::default() };
         let fit = fit::fit_watched(&dataset, &films, &options, &|| ()).map(|mut fits| fits.remove(0));

@@ -146,6 +146,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         falling: args.falling.unwrap_or_default(),
         tolerance: args.tolerance,
         method: Method::default(),
+        near: None,
         film: FilmUnknowns::default(),
         loss: args.loss,
         depth: Depth::Everything,
@@ -163,7 +164,9 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         let method = args.method.unwrap_or_else(|| best(&dataset, &extracted, &options));
         let film = found.as_ref().map(FoundCamera::unknowns).unwrap_or_default();
         let film = FilmUnknowns { bounce: args.free.iter().any(|name| name == BOUNCE), ..film };
-        let options = Options { method, film, ..options };
+        // labels that are fitted apart may lie elsewhere
+        let near = footage::near(&scene).filter(|_| dataset.by.is_none());
+        let options = Options { method, film, near, ..options };
         let most = if method == Method::Joint { usize::MAX } else { BOUND_FROM };
         let camera = found.as_ref().filter(|found| found.corrects()).map(|found| &found.camera);
         let films = footage::films(&extracted, &scene, camera, most);

@@ -25,14 +25,15 @@ const MOVING_PART: f64 = 0.01;
 const LEAST_NOISE: f64 = 1e-8;
 
 /// The noise of a coordinate, m, from the second differences of consecutive frames, in which a
-/// smooth motion leaves only its acceleration: median |Δ²x|/0.6745/√6. It is no less than the error of rounding to the grid that
+/// smooth motion leaves only its acceleration: median |Δ²x|/0.6745/√(6 − 8ρ + 2ρ²), with ρ the correlation of neighbouring frames.
+/// It is no less than the error of rounding to the grid that
 /// the coordinates lie on.
 pub(crate) fn noise(shot: &TrackShot) -> f64 {
-    noise_of([&shot.cue, &shot.object], shot.resolution, shot.fps)
+    noise_of([&shot.cue, &shot.object], shot.resolution, (shot.fps, shot.correlation))
 }
 
 /// The same, of parts of two tracks.
-pub(crate) fn noise_of(tracks: [&[Sample]; 2], resolution: [f64; 2], fps: f64) -> f64 {
+pub(crate) fn noise_of(tracks: [&[Sample]; 2], resolution: [f64; 2], (fps, correlation): (f64, f64)) -> f64 {
     let [finer, coarser] = [resolution[0].min(resolution[1]), resolution[0].max(resolution[1])];
     let least = LEAST_NOISE.max(grid::rounding(finer));
     let frame = 1.0 / fps;
@@ -52,7 +53,8 @@ pub(crate) fn noise_of(tracks: [&[Sample]; 2], resolution: [f64; 2], fps: f64) -
         return least;
     }
     differences.sort_by(f64::total_cmp);
-    (grid::median_of_multiples(&differences, coarser) / 0.6745 / 6.0_f64.sqrt()).max(least)
+    let differs = (6.0 - 8.0 * correlation + 2.0 * correlation * correlation).sqrt();
+    (grid::median_of_multiples(&differences, coarser) / 0.6745 / differs).max(least)
 }
 
 /// A frame stands alone that is off by more than this many standard deviations…
@@ -155,6 +157,11 @@ pub fn contact(shot: &TrackShot, scene: &Scene) -> Option<[[f64; 2]; 2]> {
     Some([[x - distance * cos, y - distance * sin], [x, y]])
 }
 
+/// About when the balls meet, s.
+pub(crate) fn instant(shot: &TrackShot, scene: &Scene) -> Option<f64> {
+    from_lines(shot, scene, noise(shot)).ok().map(|(z, _)| z[unknown::TIME])
+}
+
 /// Unknowns from straight lines near the impact.
 pub(crate) fn guess(shot: &TrackShot, scene: &Scene, noise: f64) -> Result<Unknowns, Unusable> {
     let (z, distance) = from_lines(shot, scene, noise)?;
@@ -192,7 +199,8 @@ fn from_lines(shot: &TrackShot, scene: &Scene, noise: f64) -> Result<(Unknowns, 
     }
     let start = line(&object[..LEAST_FRAMES], object[0].t);
     let drift = start.velocity[0].hypot(start.velocity[1]);
-    if index < NEAR && drift > MOVED * noise * start.error {
+    let lasts = ((1.0 + shot.correlation) / (1.0 - shot.correlation)).sqrt();
+    if index < NEAR && drift > MOVED * noise * lasts * start.error {
         return Err(Unusable::ObjectMoving { speed: drift });
     }
     // where the line passes the place where the ball lay
@@ -221,7 +229,9 @@ fn from_lines(shot: &TrackShot, scene: &Scene, noise: f64) -> Result<(Unknowns, 
         let (drift, error, seconds) = robust_speed(&before);
         // medians of rounded numbers differ by a whole step where the ball lies between two
         let rounded = shot.resolution[1] * std::f64::consts::SQRT_2 / seconds;
-        if drift - rounded > MOVING_ERRORS * noise * error && drift > MOVING_PART * speed {
+        // noise that lasts tells less
+        let alike = ((1.0 + shot.correlation) / (1.0 - shot.correlation)).sqrt();
+        if drift - rounded > MOVING_ERRORS * noise * alike * error && drift > MOVING_PART * speed {
             return Err(Unusable::ObjectMoving { speed: drift });
         }
     }

@@ -7,6 +7,7 @@ mod initial_guess;
 mod marker_rotation;
 mod marker_spins;
 mod near_model;
+mod noise_correlation;
 mod quantities;
 pub mod shots;
 mod spin_from_motion;
@@ -20,6 +21,7 @@ pub use initial_guess::contact;
 pub use marker_rotation::Rotation;
 pub(crate) use marker_rotation::turn;
 pub use near_model::near_model;
+pub use noise_correlation::{NoiseCorrelation, noise_correlation};
 pub use window::MOST as MOST_FRAMES;
 
 use crate::measurement::isolate::isolated;

@@ -1,3 +1,4 @@
 //! Positions on the table ↔ what the camera and the tracker made of them.
 
 pub mod camera;
+pub(crate) mod drops;

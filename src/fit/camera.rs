@@ -6,14 +6,20 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use super::footage::{films, with_impacts};
-use super::{Depth, FilmUnknowns, Fit, Method, Options, SharedKind};
-use crate::extraction::contact;
+use super::footage;
+use super::frames::{filmed, outlying};
+use super::settled::Settled;
+use super::{FilmUnknowns, Fit, SharedKind, run, search, uncertainty};
+use crate::extraction::{NoiseCorrelation, contact, noise_correlation};
 use crate::film::camera::{Camera, Correction};
-use crate::fit;
-use crate::measurement::dataset::{Dataset, Tracks};
+use crate::film::drops;
+use crate::likelihood::frames::shared_unknowns;
+use crate::measurement::dataset::{Dataset, Shot, Tracks};
+use crate::measurement::loss::Loss;
 use crate::measurement::track::TrackShot;
-use crate::trajectory::scene::Scene;
+use crate::measurement::values::Values;
+use crate::physics::collision::{Fidelity, Model};
+use crate::trajectory::scene::{LiftPrior, Scene};
 
 /// Of fewer shots the camera is taken as stated.
 const LEAST_SHOTS: usize = 6;
@@ -24,9 +30,11 @@ const CALIBRATED_FROM: usize = 120;
 /// Lengths that are off by more than this part are in another unit, or their scale is wrong by a factor.
 const OTHER_UNIT: f64 = 0.1;
 
-/// Rounds of fitting and correcting, and when nothing is left to correct, in standard errors.
+/// Rounds of fitting and correcting. Nothing is left to correct within this part of a standard error, or of what is usual of a
+/// correction: its square is then far below a standard error.
 const ROUNDS: usize = 8;
 const AT_REST: f64 = 0.2;
+const SMALL: f64 = 0.02;
 
 /// A correction is called for where −2 log L falls by as much with it, as for effects of an impact.
 const CALLED_FOR: f64 = 6.0;
@@ -54,9 +62,29 @@ pub struct FoundCamera {
     pub shots: usize,
     /// Whether nothing was left to correct at the end.
     pub converged: bool,
+    /// Correlation of the noise of neighbouring frames; `None` where the frames do not tell it.
+    pub noise_correlation: Option<NoiseCorrelation>,
+    /// Coarsest step of the grid that positions were rounded to, m; 0 where there is none.
+    pub resolution: f64,
+    /// Shots in which frames were dropped without a sign in their numbers, and how many drops.
+    pub drops: [usize; 2],
 }
 
 impl FoundCamera {
+    /// The films are taken as they are.
+    fn as_it_is() -> Self {
+        Self {
+            camera: Camera::neutral([0.0; 2]),
+            corrections: Vec::new(),
+            unit: 1.0,
+            shots: 0,
+            converged: true,
+            noise_correlation: None,
+            resolution: 0.0,
+            drops: [0; 2],
+        }
+    }
+
     /// What is still free in a joint fit of the corrected films.
     #[must_use]
     pub fn unknowns(&self) -> FilmUnknowns {
@@ -74,9 +102,28 @@ impl FoundCamera {
         self.corrections.iter().any(|found| found.adopted)
     }
 
-    /// For a reader: what was adopted.
+    /// For a reader: what was done to the films.
     #[must_use]
-    pub fn sentence(&self) -> Option<String> {
+    pub fn sentences(&self) -> Vec<String> {
+        let [shots, drops] = self.drops;
+        let dropped = (drops > 0).then(|| {
+            format!(
+                "Frames were dropped that the frame numbers do not show ({drops} times, in {shots} shots): both balls go several \
+                 steps at once there. The frames after them were moved in time."
+            )
+        });
+        let lasts = self.noise_correlation.filter(|found| found.adopted).map(|found| {
+            format!(
+                "The noise of the positions lasts from frame to frame: neighbouring frames are correlated by {}. Errors take it \
+                 into account.",
+                super::warnings::with_error(found.value, found.std_error)
+            )
+        });
+        self.sentence().into_iter().chain(lasts).chain(dropped).collect()
+    }
+
+    /// For a reader: which corrections were adopted.
+    fn sentence(&self) -> Option<String> {
         use super::warnings::with_error;
         let adopted: Vec<String> = self
             .corrections
@@ -118,17 +165,28 @@ pub fn calibrated(mut dataset: Dataset) -> (Dataset, Option<FoundCamera>) {
         return (dataset, None);
     };
     let scene = Scene::new(dataset.ball);
-    let Some(mut search) = Search::new(&dataset, tracks, &scene) else { return (dataset, None) };
-    search.start();
-    let found = search.found();
-    let unit = search.unit;
-    if let (Some(tracks), Some(found)) = (dataset.tracks.as_mut(), &found) {
-        for shot in &mut tracks.shots {
-            *shot = found.camera.shot(&in_metres(shot, unit));
-        }
-        tracks.notes.extend(found.sentence());
+    let mut tracks = tracks.clone();
+    let dropped: Vec<usize> = tracks.shots.iter_mut().map(drops::repair).filter(|count| *count > 0).collect();
+    let noise_correlation = noise_correlation(&tracks.shots, &scene);
+    if let Some(found) = noise_correlation.filter(|found| found.adopted) {
+        tracks.shots.iter_mut().for_each(|shot| shot.correlation = found.value);
     }
-    (dataset, found)
+    let search = Search::new(&dataset, &tracks, &scene);
+    let found = search.and_then(|mut search| {
+        search.start();
+        Some((search.found()?, search.unit))
+    });
+    let coarsest = tracks.shots.iter().flat_map(|shot| shot.resolution).fold(0.0, f64::max);
+    let (mut found, unit) = found.unwrap_or_else(|| (FoundCamera::as_it_is(), 1.0));
+    found.noise_correlation = noise_correlation;
+    found.resolution = coarsest * unit;
+    found.drops = [dropped.len(), dropped.iter().sum()];
+    for shot in &mut tracks.shots {
+        *shot = found.camera.shot(&in_metres(shot, unit));
+    }
+    tracks.notes.extend(found.sentences());
+    dataset.tracks = Some(tracks);
+    (dataset, Some(found))
 }
 
 /// A film whose lengths are in another unit.
@@ -160,6 +218,8 @@ struct Search<'a> {
     free: Vec<Correction>,
     /// Whether lengths have no unit but the balls.
     from_balls: bool,
+    /// With the lift that the shots tell, once they do.
+    scene: Option<Scene>,
 }
 
 /// What a joint fit says is left to correct, in the order of the free corrections.
@@ -198,7 +258,17 @@ impl<'a> Search<'a> {
                 None => {}
             }
         }
-        Some(Self { dataset, radius: scene.ball.radius, unit, films, contacts, camera, free, from_balls })
+        Some(Self {
+            dataset,
+            radius: scene.ball.radius,
+            unit,
+            films,
+            contacts,
+            camera,
+            free,
+            from_balls,
+            scene: None,
+        })
     }
 
     /// Distances of the centres at the contacts over 2R, less 1.
@@ -273,30 +343,64 @@ impl<'a> Search<'a> {
     }
 
     /// What the frames of the films as the camera corrects them say is left.
-    fn left(&self, free: &[Correction]) -> Option<Left> {
-        let shots = self.films.iter().map(|film| self.camera.shot(film)).collect();
-        let tracks = self.dataset.tracks.as_ref()?;
-        let tracks = Tracks { shots, notes: Vec::new(), ..tracks.clone() };
-        let some = Dataset { tracks: Some(tracks), by: None, left_out: Vec::new(), ..self.dataset.clone() };
-        let (dataset, extracted, scene) = with_impacts(some, &|| ());
-        if extracted.len() < LEAST_SHOTS {
+    fn left(&mut self, free: &[Correction]) -> Option<Left> {
+        let shots: Vec<TrackShot> = self.films.iter().map(|film| self.camera.shot(film)).collect();
+        let scene = match self.scene {
+            Some(scene) => scene,
+            None => footage::learned(self.dataset, &shots, Scene::new(self.dataset.ball)).0,
+        };
+        let (dataset, films) = footage::filmed_with(self.dataset, &shots, (scene, &self.camera));
+        if dataset.shots.len() < LEAST_SHOTS {
             return None;
         }
         let mut film = FilmUnknowns::default();
         for which in free {
             film.corrections[*which as usize] = Some(which.neutral() - self.camera.get(*which));
         }
-        let options = Options { method: Method::Joint, film, depth: Depth::Estimates, ..Options::default() };
-        let filmed = films(&extracted, &scene, Some(&self.camera), usize::MAX);
-        let fit = fit::fit_watched(&dataset, &filmed, &options, &|| ()).ok()?.pop()?;
-        let joint = fit.diagnostics.joint?;
-        let of = |which: &Correction| {
-            joint.others.iter().position(|(kind, _)| *kind == SharedKind::Camera(*which))
+        let mut initial = Values::usual(&dataset.settings);
+        if let LiftPrior::Model(_, coefficients, _) = scene.lift {
+            initial.coefficients = coefficients;
+        }
+        let model = Model::new(Fidelity::Full, dataset.ball);
+        let all: Vec<&Shot> = dataset.shots.iter().collect();
+        let (fitted, _) = run::plan(&all, &model, &initial, false);
+        let fitted = filmed(&fitted, &films)?;
+        let search = search::Search {
+            shared_errors: Vec::new(),
+            unknowns: shared_unknowns::of_fit(film.unknowns()),
+            fitted: &fitted,
+            model: &model,
+            settings: &dataset.settings,
+            relations: &dataset.relations,
+            loss: Loss::Squares,
+            maximum_likelihood: false,
+            untold: Vec::new(),
+            initial,
         };
-        let places: Vec<usize> = free.iter().map(of).collect::<Option<_>>()?;
-        let values = DVector::from_iterator(free.len(), places.iter().map(|i| joint.others[*i].1.0));
-        let covariance =
-            DMatrix::from_fn(free.len(), free.len(), |i, j| joint.others_covariance[(places[i], places[j])]);
+        let mut settled = Settled::from_starts(&search, &[initial]).ok()?;
+        // shots that fit no collision tell nothing of the camera
+        let odd = outlying(&fitted, &settled.minimum);
+        let others: Vec<_> = (0..fitted.len())
+            .filter(|i| odd.iter().all(|(place, _)| place != i))
+            .map(|i| fitted[i].clone())
+            .collect();
+        if !odd.is_empty() {
+            let search = search::Search { fitted: &others, ..search.clone() };
+            settled = Settled::from_starts(&search, &[settled.minimum.values]).ok()?;
+        }
+        let minimum = &settled.minimum;
+        let columns: Vec<usize> = (0..minimum.x.len()).collect();
+        let covariance = uncertainty::covariance(&minimum.jacobian, &columns, &minimum.ties(false))?;
+        // the noise may be stated too small, or what the camera does not explain be large
+        let scale = settled.scale();
+        let first = minimum.x.len() - free.len();
+        let values = minimum.x.rows(first, free.len()).into_owned();
+        let covariance = covariance.view((first, first), (free.len(), free.len())) * scale;
+        // the lift of the next round is that of these coefficients
+        if let (LiftPrior::Model(model, _, sd), true) = (scene.lift, minimum.values.coefficients.mu > 0.0) {
+            let lift = LiftPrior::Model(model, minimum.values.coefficients, sd);
+            self.scene = Some(Scene { lift, ..scene });
+        }
         (values.iter().chain(covariance.iter()).all(|v| v.is_finite())).then_some(Left { values, covariance })
     }
 
@@ -308,7 +412,9 @@ impl<'a> Search<'a> {
             for (which, by) in free.iter().zip(values.iter()) {
                 self.camera = self.camera.with(*which, self.camera.get(*which) + by);
             }
-            let rests = (0..free.len()).all(|i| values[i].abs() < AT_REST * covariance[(i, i)].sqrt());
+            let rests = (0..free.len()).all(|i| {
+                values[i].abs() < (AT_REST * covariance[(i, i)].sqrt()).max(SMALL * free[i].usual())
+            });
             last = Some((covariance, rests));
             if rests {
                 break;
@@ -386,6 +492,6 @@ impl<'a> Search<'a> {
             }
         }
         let (camera, unit, shots) = (self.camera, self.unit, self.contacts.len());
-        FoundCamera { camera, corrections, unit, shots, converged }
+        FoundCamera { camera, corrections, unit, shots, converged, ..FoundCamera::as_it_is() }
     }
 }

@@ -71,6 +71,7 @@ pub(super) fn choose(
     fitted: &mut [Fitted],
     search: &Search,
     on_cloth: bool,
+    near: &[Values],
 ) -> Result<(Option<Refused>, Vec<Values>), FitError> {
     let model = search.model;
     let choose = |fitted: &mut [Fitted], at: Values| {
@@ -86,7 +87,7 @@ pub(super) fn choose(
     let mut sample: Vec<Fitted> =
         fitted.iter().step_by(fitted.len().div_ceil(SAMPLE).max(1)).cloned().collect();
     choose(&mut sample, search.initial);
-    let first = settle(&sample, search, &[])?;
+    let first = settle(&sample, search, near)?;
     choose(&mut sample, first.values);
     let Found { minus_two_log: closed, values: mut at, told, mut starts } =
         settle(&sample, search, &first.starts)?;

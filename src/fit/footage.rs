@@ -105,6 +105,15 @@ fn many_stuns(extracted: &[(TrackShot, Impact)]) -> Option<String> {
     })
 }
 
+/// What the first fits of these shots gave, where a search may begin.
+#[must_use]
+pub fn near(scene: &Scene) -> Option<Coefficients> {
+    match scene.lift {
+        LiftPrior::Model(_, coefficients, _) => Some(coefficients),
+        LiftPrior::Published(..) => None,
+    }
+}
+
 /// Whether the spin of some shot was found from its paths alone, since nothing else tells it and the shots did not tell enough
 /// of the collision: its errors are then too large to be carried over as small ones are, and a joint fit of the frames is
 /// the better one.
@@ -190,9 +199,34 @@ fn notes_on(extracted: &[(TrackShot, DiscImpact)]) -> Vec<String> {
     notes
 }
 
+/// Some footage extracted with a scene that is known, for a joint fit of its frames: the data set with its shots, and their films
+/// with how these follow the corrections of a camera.
+pub(super) fn filmed_with(
+    dataset: &Dataset,
+    tracks: &[TrackShot],
+    (mut scene, camera): (Scene, &Camera),
+) -> (Dataset, Vec<Option<Arc<Film>>>) {
+    let impacts = extract_all(tracks, &scene, &|| ());
+    let extracted: Vec<(TrackShot, Impact)> = tracks
+        .iter()
+        .cloned()
+        .zip(impacts)
+        .filter_map(|(track, impact)| Some((track, impact.ok()?)))
+        .collect();
+    let rolling = shots::rolling(extracted.iter().map(|(_, impact)| impact));
+    scene.cloth.rolling = rolling.value;
+    let sliding = shots::sliding(extracted.iter().map(|(_, impact)| impact), rolling);
+    let shots =
+        extracted.iter().map(|(track, impact)| shots::shot(track, impact, sliding, rolling)).collect();
+    let films = films(&extracted, &scene, Some(camera), usize::MAX);
+    let rolling = Some(rolling);
+    let left_out = Vec::new();
+    (Dataset { shots, sliding, rolling, by: None, left_out, tracks: None, ..dataset.clone() }, films)
+}
+
 /// The scene with the lift that some of the shots, fitted together, say there is, and the relative standard error that
 /// all lifts then share. Published values where they do not say.
-fn learned(dataset: &Dataset, tracks: &[TrackShot], scene: Scene) -> (Scene, Option<f64>) {
+pub(super) fn learned(dataset: &Dataset, tracks: &[TrackShot], scene: Scene) -> (Scene, Option<f64>) {
     let step = tracks.len().div_ceil(LEARN_FROM).max(1);
     let sample: Vec<TrackShot> = tracks.iter().step_by(step).cloned().collect();
     let (mut scene, mut shared) = (scene, None);
@@ -241,7 +275,8 @@ fn coefficients(
     let loss = usable.iter().any(|(_, impact)| impact.spin == Spin::Unknown).then_some(Loss::Huber);
     let (shots, sliding, rolling) = shots_of(usable, scene);
     let some = Dataset { shots, sliding, rolling, by: None, left_out: Vec::new(), ..dataset.clone() };
-    let options = Options { depth: Depth::Estimates, loss, ..Options::default() };
+    // the second round begins where the first ended
+    let options = Options { depth: Depth::Estimates, loss, near: near(scene), ..Options::default() };
     let fit = fit::fit(&some, &options).ok()?.pop()?;
     let [mu, mu_s, e] = Parameter::COEFFICIENTS.map(|parameter| fit.estimates[parameter as usize]);
     let known = fit.converged && mu.status != Status::NotIdentified && mu.value > 0.0;

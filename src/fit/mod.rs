@@ -54,7 +54,7 @@ use crate::measurement::observable::Observable;
 use crate::measurement::parameter::Parameter;
 use crate::numerics::least_squares::OptimiseError;
 use crate::physics::ball::Ball;
-use crate::physics::collision::{Effects, Fidelity, Model};
+use crate::physics::collision::{Coefficients, Effects, Fidelity, Model};
 use crate::physics::disc::Discs;
 
 /// Choices of a fit that are not part of the data set.
@@ -71,6 +71,8 @@ pub struct Options {
     /// Of the fidelities that integrate.
     pub tolerance: f64,
     pub method: Method,
+    /// Where the search begins, in the place of a scan of all values of the friction: what an earlier fit of the same shots gave.
+    pub near: Option<Coefficients>,
     /// What is free in a joint fit besides.
     pub film: FilmUnknowns,
     pub depth: Depth,
@@ -162,6 +164,7 @@ impl Default for Options {
             falling: Falling::AsStated,
             tolerance: Model::TOLERANCE,
             method: Method::default(),
+            near: None,
             film: FilmUnknowns::default(),
             depth: Depth::Intervals,
             loss: None,

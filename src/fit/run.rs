@@ -5,7 +5,7 @@ use std::time::Instant;
 use nalgebra::DMatrix;
 
 use super::diagnostics::{goodness, other_models};
-use super::frames::{FittedFrames, bound, cloth_of, filmed, joint_fit};
+use super::frames::{FittedFrames, bound, cloth_of, filmed, joint_fit, outlying};
 use super::intervals::profile;
 use super::intervals::profile::Slice;
 use super::intervals::{bootstrap, confidence_region};
@@ -106,9 +106,11 @@ pub(super) fn fit_shots(
     };
     let name = title(dataset, group.as_ref());
     let named = |error| named(error, dataset, &name);
-    let (mut refused, mut starts) = (None, Vec::new());
+    let near = |coefficients| Values { coefficients, ..initial };
+    let (mut refused, mut starts) = (None, options.near.map(near).into_iter().collect::<Vec<Values>>());
     if options.auto {
-        (refused, starts) = fidelity_choice::choose(&mut fitted, &search, discs.is_none()).map_err(named)?;
+        (refused, starts) =
+            fidelity_choice::choose(&mut fitted, &search, discs.is_none(), &starts).map_err(named)?;
     } else if model.closed().is_some() {
         starts = fidelity_choice::integrate(&mut fitted, &search).map_err(named)?;
     }
@@ -133,7 +135,14 @@ pub(super) fn fit_shots(
         }
         joint = Search { fitted: &with_films, unknowns, ..search.clone() };
         let minima = settled.starts_nearby();
-        (&joint, Settled::from_starts(&joint, &minima))
+        let of_frames = Settled::from_starts(&joint, &minima);
+        let odd = of_frames.as_ref().map_or(Vec::new(), |found| outlying(&with_films, &found.minimum));
+        if !odd.is_empty() {
+            let odd: Vec<(usize, f64)> =
+                odd.into_iter().map(|(place, reduced)| (with_films[place].index, reduced)).collect();
+            return without(dataset, (shots, films), &odd, group, options, done);
+        }
+        (&joint, of_frames)
     } else {
         (&search, Settled::near_starts(&search, &starts))
     };
@@ -317,6 +326,30 @@ pub(super) fn fit_shots(
     Ok(fit)
 }
 
+/// The fit of the other shots, where the frames of some fit no collision that fits theirs: places among `shots`, and χ²/dof.
+fn without(
+    dataset: &Dataset,
+    (shots, films): (&[&Shot], &Films),
+    odd: &[(usize, f64)],
+    group: Option<(String, String)>,
+    options: &Options,
+    done: &(dyn Fn() + Sync),
+) -> Result<Fit, FitError> {
+    let is_odd = |i: &usize| odd.iter().any(|(place, _)| place == i);
+    let kept: Vec<usize> = (0..shots.len()).filter(|i| !is_odd(i)).collect();
+    let kept_shots: Vec<&Shot> = kept.iter().map(|i| shots[*i]).collect();
+    let kept_films: Vec<_> = kept.iter().map(|i| films.get(*i).cloned().flatten()).collect();
+    let mut fit = fit_shots(dataset, &kept_shots, &kept_films, group, options, done)?;
+    fit.shots_rejected.extend(odd.iter().map(|(place, reduced)| Rejected {
+        shot: shots[*place].name.clone(),
+        reason: format!(
+            "its frames fit no collision that fits the other shots: their χ²/dof is {}",
+            super::warnings::to_digits(*reduced, 3)
+        ),
+    }));
+    Ok(fit)
+}
+
 /// An error of a search, with the name of the data set.
 fn named(error: FitError, dataset: &Dataset, name: &str) -> FitError {
     match error {
@@ -369,7 +402,12 @@ fn doubtful(dataset: &Dataset, shots: &[&Shot], fitted: &[Fitted]) -> Vec<Reject
 }
 
 /// The shots that can be predicted at usual values of the parameters, and the others with the reason.
-fn plan(shots: &[&Shot], model: &Model, usual: &Values, discs: bool) -> (Vec<Fitted>, Vec<Rejected>) {
+pub(super) fn plan(
+    shots: &[&Shot],
+    model: &Model,
+    usual: &Values,
+    discs: bool,
+) -> (Vec<Fitted>, Vec<Rejected>) {
     let (mut fitted, mut rejected) = (Vec::new(), Vec::new());
     for (index, shot) in shots.iter().enumerate() {
         let planned = crate::likelihood::prediction::Plan::new(shot).and_then(|plan| {

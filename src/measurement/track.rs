@@ -30,6 +30,8 @@ pub struct TrackShot {
     /// Step of the grid that the coordinates of the cue ball and of the object ball were rounded to, metres, such as a pixel; 0
     /// where there is none. Rounding errs by step/√12, as a uniform distribution of this width.
     pub resolution: [f64; 2],
+    /// Correlation of the noise of neighbouring frames, from 0 to below 1; it falls by this factor from frame to frame.
+    pub correlation: f64,
 }
 
 /// A position in one frame.

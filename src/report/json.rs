@@ -185,7 +185,23 @@ fn film(found: &FoundCamera) -> Map<String, Value> {
         });
         (which.name().to_owned(), entry)
     };
-    found.corrections.iter().map(entry).collect()
+    let mut film: Map<String, Value> = found.corrections.iter().map(entry).collect();
+    if let Some(noise) = found.noise_correlation {
+        let estimate = digits::to_error(noise.value, Some(noise.std_error));
+        let entry = serde_json::json!({
+            "estimate": estimate, "std_error": digits::relative(noise.std_error, FEW), "adopted": noise.adopted
+        });
+        film.insert("noise_correlation".to_owned(), entry);
+    }
+    film.insert(
+        "resolution_m".to_owned(),
+        serde_json::json!({"estimate": digits::significant(found.resolution, FEW)}),
+    );
+    film.insert(
+        "dropped_frames".to_owned(),
+        serde_json::json!({"shots": found.drops[0], "drops": found.drops[1]}),
+    );
+    film
 }
 
 fn refuted(found: &Refuted) -> RefutedEntry {

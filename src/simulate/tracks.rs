@@ -238,6 +238,7 @@ fn tracked(
         spin,
         position_sd: None,
         resolution: [0.0; 2],
+        correlation: 0.0,
     }
 }
 

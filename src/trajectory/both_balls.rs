@@ -321,7 +321,7 @@ pub(crate) struct Frame<'a> {
     pub sample: &'a Sample,
     /// Standard deviations of x and y, such that frames may be taken for independent.
     pub sd: [f64; 2],
-    /// In how many frames the same number stands with the same error: see [`grid::repeats`].
+    /// In how many frames the same error stands: see [`grid::repeats`]; and noise that lasts from frame to frame.
     repeats: [f64; 2],
 }
 
@@ -338,7 +338,10 @@ impl<'a> Frames<'a> {
     pub(crate) fn of(shot: &'a TrackShot, sd: f64, noise: f64) -> Self {
         let of = |samples: &'a [Sample], step: f64| {
             let least = grid::rounding(step);
+            // noise that lasts adds up over so many frames
+            let alike = (1.0 + shot.correlation) / (1.0 - shot.correlation);
             let frame = |(sample, repeats): (&'a Sample, [f64; 2])| {
+                let repeats = repeats.map(|repeats| repeats * alike);
                 let sd = sample.sd.unwrap_or([sd; 2]);
                 Frame { sample, sd: [0, 1].map(|i| sd[i].max(least) * repeats[i].sqrt()), repeats }
             };

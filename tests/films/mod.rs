@@ -95,7 +95,7 @@ fn film(seed: u64, tally: &Tally) {
     }
     let method = if !discs && random.random_bool(0.2) { Method::Joint } else { Method::TwoStage };
     let options = Options { method, depth: Depth::Estimates, auto: true, ..Options::default() };
-    let films = footage::films(&extracted, &scene, usize::MAX);
+    let films = footage::films(&extracted, &scene, None, usize::MAX);
     for fit in fit::fit_watched(&dataset, &films, &options, &|| ()).into_iter().flatten() {
         assert!(fit.estimates.iter().all(|estimate| estimate.value.is_finite()));
         tally.fitted.fetch_add(1, Ordering::Relaxed);

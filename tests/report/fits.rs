@@ -102,6 +102,7 @@ pub fn normal() -> Fit {
         shots_used: 10,
         shots_rejected: Vec::new(),
         shots_doubtful: Vec::new(),
+        camera: None,
         refuted: None,
         residuals: (1..=10).map(throw).collect(),
         frames: None,

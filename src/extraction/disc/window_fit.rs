@@ -123,7 +123,12 @@ impl<'a> Tracked<'a> {
             &samples[from..to]
         });
         let expected = discs.radii.map(|[first, second]| first + second);
-        Self { shot, expected, noise: noise_of(near, shot.resolution, shot.fps), settling }
+        Self {
+            shot,
+            expected,
+            noise: noise_of(near, shot.resolution, (shot.fps, shot.correlation)),
+            settling,
+        }
     }
 
     fn outcome(&self) -> Outcome {

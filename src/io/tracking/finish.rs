@@ -213,6 +213,7 @@ fn of_balls(
         spin: facts.spin,
         position_sd: settings.position_sd,
         resolution,
+        correlation: 0.0,
     };
     let finite = |s: &Sample| s.t.is_finite() && s.x.is_finite() && s.y.is_finite();
     let mut all = shot.cue.iter().chain(&shot.object).chain(shot.markers.iter().flat_map(|m| &m.samples));

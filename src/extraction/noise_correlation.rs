@@ -1,0 +1,179 @@
+//! Noise that lasts from frame to frame: trackers that follow a ball err alike in frames next to each other.
+//!
+//! The noise of a coordinate is taken as autoregressive of first order, with the correlation ρ^|i−j| between frames i and j. ρ is found from the cue
+//! balls before their impacts, whose paths are cubics in time, by restricted maximum likelihood over all of them:
+//!
+//!   −2 ln L = N ln Σ rᵀR⁻¹r + Σ (ln|R| + ln|XᵀR⁻¹X|)
+//!
+//! with R the correlation matrix, X the powers of time, r what generalised least squares leaves and N the frames less the columns of X.
+//! The number of unknowns does not bias it, as it biases the correlation of residuals.
+//!
+//! Sources: Patterson and Thompson (1971), Biometrika 58, 545; Box, Jenkins and Reinsel, Time Series Analysis, § 3.2.
+
+use nalgebra::{DMatrix, DVector};
+
+use super::initial_guess;
+use crate::measurement::track::{Sample, TrackShot};
+use crate::trajectory::scene::Scene;
+
+/// Columns of X: 1, t, t², t³.
+const POWERS: usize = 4;
+
+/// Frames of a path that are used, and how few are too few.
+const MOST_FRAMES: usize = 48;
+const LEAST_FRAMES: usize = 10;
+
+/// Paths of less tell no correlation.
+const LEAST_NUMBERS: usize = 100;
+
+/// Frames are so many times noisier in a path with wrong ones, which is left out.
+const WRONG: f64 = 3.0;
+
+/// ρ is looked for up to this, in steps of this.
+const HIGHEST: f64 = 0.96;
+const STEP: f64 = 0.02;
+
+/// It is called for where −2 ln L falls by as much with it; less than this correlation changes no error by a tenth.
+const CALLED_FOR: f64 = 6.0;
+const LEAST: f64 = 0.1;
+
+/// The correlation of the noise of neighbouring frames.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct NoiseCorrelation {
+    pub value: f64,
+    pub std_error: f64,
+    /// Whether the frames call for it.
+    pub adopted: bool,
+}
+
+/// Finds the correlation of the noise of all shots; `None` where they do not tell.
+#[must_use]
+pub fn noise_correlation(shots: &[TrackShot], scene: &Scene) -> Option<NoiseCorrelation> {
+    let mut paths: Vec<DVector<f64>> = shots.iter().flat_map(|shot| paths(shot, scene)).flatten().collect();
+    let noise = |y: &DVector<f64>| whitened(y, 0.0).map_or(f64::INFINITY, |w| w.square / w.numbers);
+    let mut noises: Vec<f64> = paths.iter().map(noise).collect();
+    noises.sort_by(f64::total_cmp);
+    let usual = noises.get(noises.len() / 2).copied()?;
+    paths.retain(|path| noise(path) < WRONG * WRONG * usual);
+    let numbers: usize = paths.iter().map(|path| path.len() - POWERS).sum();
+    if numbers < LEAST_NUMBERS || !(usual > 0.0) {
+        return None;
+    }
+    let minus_two_ln_l = |rho: f64| {
+        let (mut square, mut of_determinants) = (0.0, 0.0);
+        for path in &paths {
+            let Some(found) = whitened(path, rho) else { return f64::INFINITY };
+            square += found.square;
+            of_determinants += found.ln_determinants;
+        }
+        numbers as f64 * square.ln() + of_determinants
+    };
+    let steps = (HIGHEST / STEP) as usize;
+    let values: Vec<f64> = (0..=steps).map(|i| minus_two_ln_l(i as f64 * STEP)).collect();
+    let best = (0..=steps).min_by(|a, b| values[*a].total_cmp(&values[*b]))?.clamp(1, steps - 1);
+    // the parabola through three values about the least
+    let [a, b, c] = [values[best - 1], values[best], values[best + 1]];
+    let curvature = a - 2.0 * b + c;
+    let shift = if curvature > 0.0 { (0.5 * (a - c) / curvature).clamp(-1.0, 1.0) } else { 0.0 };
+    let value = ((best as f64 + shift) * STEP).max(0.0);
+    let std_error = if curvature > 0.0 { STEP * (2.0 / curvature).sqrt() } else { f64::NAN };
+    let adopted = value > LEAST && values[0] - values[best] > CALLED_FOR;
+    Some(NoiseCorrelation { value, std_error, adopted })
+}
+
+/// x and y of the cue ball in the last even frames before the impact.
+fn paths(shot: &TrackShot, scene: &Scene) -> Option<[DVector<f64>; 2]> {
+    let impact = initial_guess::instant(shot, scene)?;
+    let frame = shot.fps.recip();
+    let before: Vec<Sample> = shot.cue.iter().filter(|s| s.t < impact - 0.5 * frame).copied().collect();
+    let even = |two: &[Sample]| {
+        (two[1].t - two[0].t - frame).abs() < 0.1 * frame && (two[0].x != two[1].x || two[0].y != two[1].y)
+    };
+    let from = before.windows(2).rposition(|two| !even(two)).map_or(0, |i| i + 1);
+    let last = &before[from.max(before.len().saturating_sub(MOST_FRAMES))..];
+    (last.len() >= LEAST_FRAMES).then(|| {
+        [|s: &Sample| s.x, |s: &Sample| s.y]
+            .map(|pick| DVector::from_iterator(last.len(), last.iter().map(pick)))
+    })
+}
+
+/// Of one path at a correlation.
+struct Whitened {
+    /// rᵀR⁻¹r
+    square: f64,
+    /// ln|R| + ln|XᵀR⁻¹X|
+    ln_determinants: f64,
+    /// Frames less columns of X.
+    numbers: f64,
+}
+
+fn whitened(y: &DVector<f64>, rho: f64) -> Option<Whitened> {
+    let n = y.len();
+    let rest = (1.0 - rho * rho).sqrt();
+    // L⁻¹ with LLᵀ = R: the first as it is, then (y_i − ρ y_(i−1))/√(1 − ρ²)
+    let whiten = |value: &dyn Fn(usize) -> f64, i: usize| {
+        if i == 0 { value(0) } else { (value(i) - rho * value(i - 1)) / rest }
+    };
+    let time = |i: usize| 2.0 * i as f64 / (n - 1) as f64 - 1.0;
+    let x = DMatrix::from_fn(n, POWERS, |i, k| whiten(&|i| time(i).powi(k as i32), i));
+    let mut y = DVector::from_fn(n, |i, _| whiten(&|i| y[i] - y[0], i));
+    let qr = x.qr();
+    qr.q_tr_mul(&mut y);
+    let square = y.rows(POWERS, n - POWERS).norm_squared();
+    let r = qr.r();
+    let ln_x: f64 = (0..POWERS).map(|k| 2.0 * r[(k, k)].abs().ln()).sum();
+    // |R| = (1 − ρ²)^(n−1)
+    let ln_determinants = 2.0 * (n - 1) as f64 * rest.ln() + ln_x;
+    let numbers = (n - POWERS) as f64;
+    (square.is_finite() && ln_determinants.is_finite()).then_some(Whitened {
+        square,
+        ln_determinants,
+        numbers,
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use rand::{Rng, SeedableRng};
+    use rand_chacha::ChaCha8Rng;
+
+    use super::*;
+    use crate::simulate::{self, Spec};
+
+    /// Footage of 40 shots to which noise of this correlation is added.
+    fn found(rho: f64, seed: u64) -> NoiseCorrelation {
+        const NOISE: f64 = 2e-4;
+        let text = "name = \"a\"\nkind = \"tracks\"\nseed = 1\n[truth]\nmu = 0.05\nmu_s = 0.25\ne = 0.94\n[shots]\ncount = 40\n\
+                    speed_m_s = [1.0, 3.0]\ncut_deg = [-50.0, 50.0]\ncue_spin = [\"natural-roll\"]\n[camera]\nposition_sd_m = 1e-7\n";
+        let spec: Spec = toml::from_str(text).unwrap();
+        let shots = simulate::filmed(&spec).unwrap();
+        let mut rng = ChaCha8Rng::seed_from_u64(seed);
+        // a sum of twelve uniform numbers is as good as normal
+        let mut normal = move || (0..12).map(|_| rng.random_range(-0.5..0.5)).sum::<f64>();
+        let shots: Vec<TrackShot> = shots
+            .into_iter()
+            .map(|(mut shot, _)| {
+                let mut last = [normal(), normal()];
+                for sample in &mut shot.cue {
+                    last = last.map(|z| rho * z + (1.0 - rho * rho).sqrt() * normal());
+                    sample.x += NOISE * last[0];
+                    sample.y += NOISE * last[1];
+                }
+                shot
+            })
+            .collect();
+        let scene = Scene::new(crate::physics::ball::Ball::POOL);
+        noise_correlation(&shots, &scene).unwrap()
+    }
+
+    #[test]
+    fn a_correlation_is_found_as_surely_as_is_said() {
+        /// So many standard errors seldom happen in six trials.
+        const ERRORS: f64 = 3.0;
+        for (rho, seed) in [(0.0, 1), (0.3, 2), (0.6, 3), (0.8, 4), (0.9, 5)] {
+            let NoiseCorrelation { value, std_error, adopted } = found(rho, seed);
+            assert!((value - rho).abs() < ERRORS * std_error.max(STEP), "{rho}: {value} ± {std_error}");
+            assert!(std_error < 0.06 && adopted == (rho > 0.0), "{rho}: {value} ± {std_error}");
+        }
+    }
+}

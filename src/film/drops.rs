@@ -1,0 +1,163 @@
+//! Frames that a camera dropped and that neither numbers nor times show: from there on everything happens one frame too early.
+//!
+//! A ball that moves evenly then goes two or more steps at once, and so does the other ball if it moves. A frame that stands twice, after
+//! which the ball catches up, is none; nor is a step at the impact, where nothing says how far a ball should go.
+
+use crate::measurement::track::{Sample, TrackShot};
+
+/// Steps on either side that say how far a ball goes in a frame.
+const SIDE: usize = 6;
+/// Of them, so many at least.
+const LEAST: usize = 3;
+
+/// A step of this many times the usual one, more or less, is one of so many frames.
+const OFF: f64 = 0.35;
+
+/// Steps are told apart that are so many times as long as the root mean square by which noise makes them uneven.
+const NOISES: f64 = 4.0;
+
+/// No more frames are lost at once without a sign in the numbers.
+const MOST: f64 = 8.0;
+
+/// Puts the frames after each drop where they belong in time; how many drops there were.
+pub fn repair(shot: &mut TrackShot) -> usize {
+    let frame = shot.fps.recip();
+    let mut found: Vec<(f64, f64)> = Vec::new();
+    let steps = [&shot.cue, &shot.object].map(|samples| steps(samples, frame));
+    for (own, other) in [(0, 1), (1, 0)] {
+        for step in &steps[own] {
+            let Some(lost) = step.lost else { continue };
+            let contradicts = |other: &Step| {
+                (other.from - step.from).abs() < 0.5 * frame && other.is_even && other.lost.is_none()
+            };
+            let known = found.iter().any(|(at, _)| (at - step.from).abs() < 0.5 * frame);
+            if !known && !steps[other].iter().any(contradicts) {
+                found.push((step.from, lost));
+            }
+        }
+    }
+    let shift = |t: f64| -> f64 {
+        let later = found.iter().filter(|(from, _)| t > from + 0.5 * frame);
+        t + frame * later.map(|(_, lost)| lost).sum::<f64>()
+    };
+    let markers = shot.markers.iter_mut().map(|marker| &mut marker.samples);
+    for sample in [&mut shot.cue, &mut shot.object].into_iter().chain(markers).flatten() {
+        sample.t = shift(sample.t);
+    }
+    found.len()
+}
+
+/// From a sample to the next.
+struct Step {
+    from: f64,
+    /// The ball moves by steps that are well above the noise on both sides.
+    is_even: bool,
+    /// How many frames are missing in it.
+    lost: Option<f64>,
+}
+
+fn steps(samples: &[Sample], frame: f64) -> Vec<Step> {
+    let lengths: Vec<Option<[f64; 2]>> = samples
+        .windows(2)
+        .map(|two| {
+            let follows = (two[1].t - two[0].t - frame).abs() < 0.1 * frame;
+            follows.then(|| [two[1].x - two[0].x, two[1].y - two[0].y])
+        })
+        .collect();
+    let step = |i: usize| {
+        let none = Step { from: samples[i].t, is_even: false, lost: None };
+        let Some(own) = lengths[i] else { return none };
+        let before: Vec<[f64; 2]> = lengths[i.saturating_sub(SIDE)..i].iter().copied().flatten().collect();
+        let after: Vec<[f64; 2]> =
+            lengths[i + 1..lengths.len().min(i + 1 + SIDE)].iter().copied().flatten().collect();
+        if before.len() < LEAST || after.len() < LEAST {
+            return none;
+        }
+        let (usual_before, usual_after) = (middle(&before), middle(&after));
+        let length = |v: [f64; 2]| v[0].hypot(v[1]);
+        let squares = |all: &[[f64; 2]], usual: [f64; 2]| -> f64 {
+            all.iter().map(|v| length([v[0] - usual[0], v[1] - usual[1]]).powi(2)).sum()
+        };
+        let usual = [0, 1].map(|k| 0.5 * (usual_before[k] + usual_after[k]));
+        let all = squares(&before, usual_before) + squares(&after, usual_after);
+        let noise = (all / (before.len() + after.len()) as f64).sqrt();
+        let turns = length([usual_before[0] - usual_after[0], usual_before[1] - usual_after[1]]);
+        // the same on both sides, and neighbours that are no catching up
+        let is_even = length(usual) > NOISES * noise && turns < OFF * length(usual);
+        // how often the usual step goes into this one, and what is left across it
+        let square = usual[0] * usual[0] + usual[1] * usual[1];
+        let times = (own[0] * usual[0] + own[1] * usual[1]) / square;
+        let whole = times.round();
+        let left = length([own[0] - whole * usual[0], own[1] - whole * usual[1]]);
+        let lost = is_even && (2.0..=MOST).contains(&whole) && left < OFF * length(usual);
+        Step { is_even, lost: lost.then_some(whole - 1.0), ..none }
+    };
+    (0..lengths.len()).map(step).collect()
+}
+
+/// The medians of x and of y.
+fn middle(steps: &[[f64; 2]]) -> [f64; 2] {
+    [0, 1].map(|axis| {
+        let mut values: Vec<f64> = steps.iter().map(|step| step[axis]).collect();
+        values.sort_by(f64::total_cmp);
+        values[values.len() / 2]
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use std::collections::BTreeMap;
+
+    use super::*;
+    use crate::measurement::spin::Spin;
+
+    const FPS: f64 = 500.0;
+
+    /// Two balls that move evenly; the cue ball's frame is shown at the instants that `shows` gives, the numbers count on.
+    fn shot(shows: impl Fn(usize) -> f64) -> TrackShot {
+        let samples = |speed: f64| {
+            let sample = |i: usize| {
+                let noise = 1e-5 * (1.7 * i as f64).sin();
+                Sample { t: i as f64 / FPS, x: speed * shows(i) / FPS + noise, y: 0.1 - noise, sd: None }
+            };
+            (0..40).map(sample).collect()
+        };
+        TrackShot {
+            name: String::new(),
+            file: std::path::PathBuf::new(),
+            line: 0,
+            labels: BTreeMap::new(),
+            fps: FPS,
+            cue: samples(1.0),
+            object: samples(0.7),
+            markers: Vec::new(),
+            spin: Spin::Stun,
+            position_sd: None,
+            resolution: [0.0; 2],
+            correlation: 0.0,
+        }
+    }
+
+    #[test]
+    fn what_is_lost_is_made_up_for() {
+        let mut dropped =
+            shot(|i| i as f64 + if i > 20 { 1.0 } else { 0.0 } + if i > 30 { 2.0 } else { 0.0 });
+        assert_eq!(repair(&mut dropped), 2);
+        assert!((dropped.cue[20].t - 20.0 / FPS).abs() < 1e-12);
+        assert!((dropped.object[21].t - 22.0 / FPS).abs() < 1e-12);
+        assert!((dropped.cue[39].t - 42.0 / FPS).abs() < 1e-12);
+    }
+
+    #[test]
+    fn what_is_no_drop_stays() {
+        let mut even = shot(|i| i as f64);
+        assert_eq!(repair(&mut even), 0);
+        // a frame that stands twice, and the next that catches up
+        let mut twice = shot(|i| if i == 20 { 19.0 } else { i as f64 });
+        assert_eq!(repair(&mut twice), 0);
+        // a wrong frame of one ball
+        let mut wrong = shot(|i| i as f64);
+        wrong.cue[20].x += 2e-3;
+        assert_eq!(repair(&mut wrong), 0);
+    }
+}

@@ -1,0 +1,186 @@
+//! Films with faults of the camera and of the tracker: the balls calibrate the camera. The faults are made here, by formulas written
+//! apart from the crate's.
+
+use caromfit::film::camera::Correction;
+use caromfit::fit;
+use caromfit::fit::footage;
+use caromfit::fit::{Depth, Fit, FoundCamera, FoundCorrection, Method, Options};
+use caromfit::measurement::dataset::Dataset;
+use caromfit::measurement::parameter::Parameter;
+use caromfit::measurement::track::{Sample, TrackShot};
+use caromfit::simulate;
+use caromfit::simulate::{Kind, Played, Spec};
+
+use crate::extraction::{count, dataset};
+use crate::synthetic::spec;
+
+const TRUTH: [f64; 3] = [0.05, 0.25, 0.94];
+
+/// Standard errors by which a value may be off: one in 370 is by chance, and a few dozen are looked at.
+const ERRORS: f64 = 3.5;
+
+/// A camera with a fault costs the parameters at most this part of their errors (0.06 by the Cramér–Rao bound of all corrections).
+const COST: f64 = 1.3;
+
+fn clean(seed: u64) -> Vec<TrackShot> {
+    let usual = spec(Kind::Tracks, &[Played::NaturalRoll], 40, seed);
+    let [mu, mu_s, e] = TRUTH;
+    let spec = Spec { truth: simulate::Truth { mu, mu_s, e }, ..usual };
+    simulate::filmed(&spec).unwrap().into_iter().map(|(shot, _)| shot).collect()
+}
+
+/// Every position as a camera shows it.
+fn shown(mut shots: Vec<TrackShot>, show: impl Fn(f64, f64) -> [f64; 2]) -> Vec<TrackShot> {
+    for sample in shots.iter_mut().flat_map(|shot| shot.cue.iter_mut().chain(&mut shot.object)) {
+        [sample.x, sample.y] = show(sample.x, sample.y);
+        sample.sd = None;
+    }
+    shots
+}
+
+/// Rows of y are read `delay` seconds later for each metre: where a ball is then, between two frames.
+fn rolling_shutter(mut shots: Vec<TrackShot>, delay: f64) -> Vec<TrackShot> {
+    for samples in shots.iter_mut().flat_map(|shot| [&mut shot.cue, &mut shot.object]) {
+        let seen = samples.clone();
+        for (i, sample) in samples.iter_mut().enumerate() {
+            let t = sample.t + delay * sample.y;
+            let later = seen.partition_point(|s| s.t < t).clamp(1, seen.len() - 1);
+            let [a, b]: [Sample; 2] = [seen[later - 1], seen[later]];
+            let part = (t - a.t) / (b.t - a.t);
+            if i > 0 && i + 1 < seen.len() {
+                (sample.x, sample.y) = (a.x + part * (b.x - a.x), a.y + part * (b.y - a.y));
+            }
+            sample.sd = None;
+        }
+    }
+    shots
+}
+
+fn fitted(dataset: Dataset) -> (Fit, FoundCamera) {
+    let (dataset, found) = fit::calibrated(dataset);
+    let found = found.unwrap();
+    let (dataset, extracted, scene) = footage::with_impacts(dataset, &|| ());
+    let films = footage::films(&extracted, &scene, Some(&found.camera), usize::MAX);
+    let options = Options {
+        method: Method::Joint,
+        depth: Depth::Estimates,
+        film: found.unknowns(),
+        ..Options::default()
+    };
+    let mut fit = fit::fit_watched(&dataset, &films, &options, &|| ()).unwrap().remove(0);
+    fit.set_camera(&found);
+    let found = fit.camera.clone().unwrap();
+    (fit, found)
+}
+
+/// The parameters are those of the film, and errors no larger than a camera costs.
+fn is_recovered(name: &str, fit: &Fit, clean: &Fit) {
+    for (parameter, truth) in Parameter::COEFFICIENTS.into_iter().zip(TRUTH) {
+        let estimate = fit.estimates[parameter as usize];
+        let error = estimate.std_error.unwrap_or_else(|| panic!("{name}: {parameter:?} has no error"));
+        assert!((estimate.value - truth).abs() < ERRORS * error, "{name}: {estimate:?}");
+        let usual = clean.estimates[parameter as usize].std_error.unwrap();
+        assert!(error < COST * usual, "{name}: {parameter:?} {error} {usual}");
+    }
+    assert_eq!(fit.shots_used, 40, "{name}: {:?}", fit.shots_rejected);
+}
+
+fn of(found: &FoundCamera, which: Correction) -> FoundCorrection {
+    *found.corrections.iter().find(|found| found.which == which).unwrap()
+}
+
+#[test]
+fn the_balls_calibrate_the_camera() {
+    let seeds = count("CAROMFIT_SETS", 1) as u64;
+    for seed in 0..seeds {
+        let films = || clean(7100 + seed);
+        let (reference, found) = fitted(dataset(films()));
+        is_recovered("clean", &reference, &reference);
+        for found in found.corrections.iter().filter(|found| found.adopted) {
+            let off = (found.value - found.which.neutral()).abs();
+            assert!(off < ERRORS * found.std_error, "{found:?}");
+        }
+        let faults: [(&str, Vec<TrackShot>, Correction, f64); 6] = [
+            ("scale", shown(films(), |x, y| [1.02 * x, 1.02 * y]), Correction::Scale, 1.02),
+            ("aspect", shown(films(), |x, y| [x, 0.98 * y]), Correction::Aspect, 0.98),
+            ("shear", shown(films(), |x, y| [x + 0.03 * y, y]), Correction::Shear, 0.03),
+            (
+                "perspective",
+                shown(films(), |x, y| [x / (1.0 + 0.05 * x), y / (1.0 + 0.05 * x)]),
+                Correction::PerspectiveX,
+                0.05,
+            ),
+            (
+                "lens",
+                shown(films(), |x, y| {
+                    let stretched = 1.0 - 0.02 * (x * x + y * y) / 0.25;
+                    [x * stretched, y * stretched]
+                }),
+                Correction::Lens,
+                -0.02,
+            ),
+            ("shutter", rolling_shutter(films(), 0.003), Correction::Shutter, 0.003),
+        ];
+        for (name, film, which, truth) in faults {
+            let (fit, found) = fitted(dataset(film));
+            is_recovered(name, &fit, &reference);
+            let correction = of(&found, which);
+            assert!(correction.adopted, "{name}: {correction:?}");
+            // the middle of the film, where lens and perspective are counted from, is found to some centimetres
+            let off = (correction.value - truth).abs();
+            assert!(off < (ERRORS * correction.std_error).max(0.05 * truth.abs()), "{name}: {correction:?}");
+        }
+    }
+}
+
+/// A phone on a tripod: 1.6 m above the table, tilted by 20°, pixels, y downwards, and no ruler.
+#[test]
+fn a_phone_needs_no_ruler() {
+    let (height, tilt, focal) = (1.6, 0.35_f64, 1500.0);
+    let (sin, cos) = tilt.sin_cos();
+    let film = shown(clean(7200), |x, y| {
+        let y = y + height * tilt.tan();
+        let depth = y * sin + height * cos;
+        [960.0 + focal * x / depth, 540.0 + focal * (y * cos - height * sin) / depth]
+    });
+    let mut pixels = dataset(film);
+    pixels.tracks.as_mut().unwrap().from_balls = true;
+    let (fit, found) = fitted(pixels);
+    let (reference, _) = fitted(dataset(clean(7200)));
+    is_recovered("phone", &fit, &reference);
+    assert!(of(&found, Correction::Scale).adopted && of(&found, Correction::PerspectiveY).adopted);
+    // 1500 px over the 1.7 m to the middle of the picture
+    let scale = of(&found, Correction::Scale).value;
+    assert!((700.0..1000.0).contains(&scale), "{scale}");
+}
+
+/// What dataset.toml states is taken, and not found.
+#[test]
+fn what_is_stated_of_the_camera_is_taken() {
+    let film = shown(clean(7300), |x, y| [1.02 * x, 1.02 * y]);
+    let mut stated = dataset(film);
+    stated.tracks.as_mut().unwrap().camera[Correction::Scale as usize] = Some(1.02);
+    let (fit, found) = fitted(stated);
+    assert!(found.corrections.iter().all(|found| found.which != Correction::Scale));
+    let (reference, _) = fitted(dataset(clean(7300)));
+    is_recovered("stated", &fit, &reference);
+}
+
+/// Frames that the camera dropped without a sign.
+#[test]
+fn dropped_frames_are_found() {
+    let mut film = clean(7400);
+    for (i, shot) in film.iter_mut().enumerate().filter(|(i, _)| i % 4 == 0) {
+        let at = 15 + i / 4;
+        for samples in [&mut shot.cue, &mut shot.object] {
+            samples.remove(at);
+            for sample in &mut samples[at..] {
+                sample.t -= 1.0 / shot.fps;
+            }
+        }
+    }
+    let (fit, found) = fitted(dataset(film));
+    assert_eq!(found.drops, [10, 10]);
+    let (reference, _) = fitted(dataset(clean(7400)));
+    is_recovered("drops", &fit, &reference);
+}
