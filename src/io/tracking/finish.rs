@@ -9,7 +9,7 @@ use super::check;
 use super::number::shortened;
 use super::raw::{FORMAT, NAMES, Notes, RawShot, RawTrack};
 use super::resolution;
-use super::settings::{Names, TrackSettings};
+use super::settings::{Balls, Names, TrackSettings};
 use super::time;
 use crate::measurement::rigid_body::circle_centres;
 use crate::measurement::spin::Spin;
@@ -69,7 +69,9 @@ impl Own {
                 name.clone_from(given);
             }
         }
-        own.are_balls_stated |= self.cue.is_some() || self.object.is_some();
+        if self.cue.is_some() || self.object.is_some() {
+            own.balls = Balls::Stated;
+        }
         own.capture_fps = self.capture_fps.or(own.capture_fps);
         Cow::Owned(own)
     }
@@ -108,7 +110,7 @@ pub(super) fn shot(
     let names = if names.is_empty() { "there are none".to_string() } else { names.join(", ") };
     let named = |name: &str| !matches!(find(&tracks, name), Ok(None));
     let grouped = settings.discs
-        && !settings.are_balls_stated
+        && settings.balls == Balls::Usual
         && !named("cue")
         && !named("object")
         && tracks.iter().all(|track| track.point.is_none());
