@@ -135,8 +135,7 @@ fn what_differs_from_shot_to_shot() {
         format!("#multi:\n,{cue},,{object},\nframe,x,y,x,y\n0,1,2,3,4\n1,1.5,2,3,4\n")
     };
     let (one, two) = (multi("red", "blue"), multi("m 1", "m 2"));
-    let shots =
-        "shot,file,cue,object,capture_fps,who\na,kick 1.txt,red,blue,,me\nb,day/kick 2.txt,m 2,m 1,50,you\n";
+    let shots = "sep=,\nshot,file,cue,object,capture_fps,who\na,kick 1.txt,red,blue,,me\nb,day/kick 2.txt,m 2,m 1,50,you\n";
     let files = |table: &str| {
         let table = table.replace("day/", "");
         let files =

@@ -8,7 +8,6 @@ use polars::error::PolarsError;
 use polars::prelude::{CsvReadOptions, DataFrame, SerReader};
 
 use super::error::{Problems, nearest};
-use super::tracking::heading::is_separator_line;
 
 /// The rows of a file, all cells as text without the blanks around them.
 pub(crate) struct Table {
@@ -316,6 +315,16 @@ fn quoted_cell(text: &str) -> Option<(&str, &str)> {
     }
 }
 
+/// Whether the line only tells a spreadsheet what stands between cells, as `sep=;` does.
+pub(crate) fn is_separator_line(line: &str) -> bool {
+    let bare = line.trim().trim_matches('"');
+    let Some(rest) = bare.get(..4).filter(|start| start.eq_ignore_ascii_case("sep=")).map(|_| &bare[4..])
+    else {
+        return false;
+    };
+    rest.chars().count() <= 1
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -342,5 +351,15 @@ mod tests {
         let (found, slips) = records("a\n\"b\n\"c,\"d\ne\n\"f,g\n");
         assert_eq!(found, [record(1, &["a"]), record(4, &["e"])]);
         assert_eq!(slips.iter().map(|(line, _)| *line).collect::<Vec<_>>(), [3, 5]);
+    }
+
+    #[test]
+    fn what_a_spreadsheet_is_told_of_separators() {
+        for line in ["sep=;", "SEP=,", "\"sep=;\"", "sep=\t", "sep="] {
+            assert!(is_separator_line(line), "{line:?}");
+        }
+        for line in ["sep=;;", "t;x;y", "", "ça=;"] {
+            assert!(!is_separator_line(line), "{line:?}");
+        }
     }
 }

@@ -87,11 +87,16 @@ fn spreadsheets_of_any_names() {
 fn discs_with_angles_and_discs_of_markers() {
     let table = rows(",", 40, |n, a, b| {
         let n = f64::from(n);
-        vec![a.to_string(), "0.5".into(), (0.1 * n).to_string(), b.to_string(), "0.52".into(), "2".into()]
+        vec![a.to_string(), "0.5".into(), (0.2 * n).to_string(), b.to_string(), "0.52".into(), "2".into()]
     });
     let head = "c_a_x,c_a_y,ang_a,c_b_x,c_b_y,ang_b\n";
-    let expected =
-        ["shape = \"disc\"", "cue_angle = \"ang_a\"", "angle_unit = \"rad\"", "that of cue_x, cue_y"];
+    let expected = [
+        "shape = \"disc\"",
+        "cue_angle = \"ang_a\"",
+        "angle_unit = \"rad\"",
+        "length_unit = \"m\" ",
+        "that of cue_x, cue_y",
+    ];
     let tracks = drafted(&[("102.csv", &format!("{head}{table}"))], &[FPS], expected.as_slice());
     assert!(tracks.discs.is_some());
     assert_eq!((tracks.shots[0].markers.len(), tracks.shots[0].cue.len()), (2, 40));

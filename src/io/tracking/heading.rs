@@ -220,16 +220,6 @@ fn row_of_units(
     units.iter().any(Option::is_some).then_some((line, units))
 }
 
-/// Whether the line only tells a spreadsheet what stands between cells, as `sep=;` does.
-pub(crate) fn is_separator_line(line: &str) -> bool {
-    let bare = line.trim().trim_matches('"');
-    let Some(rest) = bare.get(..4).filter(|start| start.eq_ignore_ascii_case("sep=")).map(|_| &bare[4..])
-    else {
-        return false;
-    };
-    rest.chars().count() <= 1
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -252,16 +242,6 @@ mod tests {
         assert_eq!(units("t,x,y\n[s],,(m)\n"), Some(2));
         for text in ["t,x,y\n0,1,2\n", "t,x,y\n,,\n1,,\n", "t,x,y\n1,,\n", "t,x,y\ns,m,m,m,m\n", "t,x,y"] {
             assert_eq!(units(text), None, "{text}");
-        }
-    }
-
-    #[test]
-    fn what_a_spreadsheet_is_told_of_separators() {
-        for line in ["sep=;", "SEP=,", "\"sep=;\"", "sep=\t", "sep="] {
-            assert!(is_separator_line(line), "{line:?}");
-        }
-        for line in ["sep=;;", "t;x;y", "", "ça=;"] {
-            assert!(!is_separator_line(line), "{line:?}");
         }
     }
 }

@@ -10,7 +10,7 @@ mod finish;
 #[cfg(test)]
 mod fuzz;
 mod guess;
-pub(crate) mod heading;
+mod heading;
 mod json;
 mod json_text;
 mod kinovea;

@@ -10,8 +10,9 @@ use super::raw::{Clock, Notes, RawShot, RawTrack};
 use super::settings::{Format, TrackSettings, Unit};
 use super::sheet::Sheet;
 use super::text::{decode, lines};
-use super::{columns, heading, json, kinovea, long, qualisys, tracker, typed};
+use super::{columns, json, kinovea, long, qualisys, tracker, typed};
 use crate::io::error::Problems;
+use crate::io::table::is_separator_line;
 
 /// What was read from a file.
 pub(super) struct Tracked {
@@ -48,7 +49,7 @@ pub(super) fn bytes(
     let mut text = decode(bytes, file, notes);
     let stem = file.file_stem().map(|stem| stem.to_string_lossy().into_owned()).unwrap_or_default();
     let first = lines(&text).next().map_or("", |(_, line)| line);
-    if heading::is_separator_line(first) {
+    if is_separator_line(first) {
         // a blank line in its place, so that all others keep their numbers
         text = Cow::Owned(text[first.len()..].to_string());
     }

@@ -72,7 +72,7 @@ fn look(file: &Path, columns: guess::Guess) -> Option<Survey> {
     let clock = shots.first()?.clock;
     let mut tracks: Vec<(String, Vec<f64>)> = Vec::new();
     for shot in &shots {
-        for track in &shot.tracks {
+        for track in shot.tracks.iter().filter(|track| !track.is_angle) {
             let Some(begin) = bodies::beginning(track, &shot.tracks) else { continue };
             let name = track.name.clone();
             match tracks.iter_mut().find(|(known, _)| *known == name) {
@@ -114,7 +114,8 @@ fn look(file: &Path, columns: guess::Guess) -> Option<Survey> {
 }
 
 fn extent(shots: &[RawShot]) -> f64 {
-    let rows = shots.iter().flat_map(|shot| &shot.tracks).flat_map(|track| &track.rows);
+    let tracks = shots.iter().flat_map(|shot| &shot.tracks).filter(|track| !track.is_angle);
+    let rows = tracks.flat_map(|track| &track.rows);
     let (mut low, mut high) = ([f64::INFINITY; 2], [f64::NEG_INFINITY; 2]);
     for row in rows.filter(|row| !row.is_gap()) {
         for (i, value) in [row.x, row.y].into_iter().enumerate() {
