@@ -35,10 +35,10 @@ fn spec(cue_spin: &[Played], count: usize, seed: u64) -> Spec {
     }
 }
 
-fn fits(tracks: Vec<TrackShot>, options: [Options; 2]) -> [Fit; 2] {
+fn fits(tracks: Vec<TrackShot>, options: &[Options; 2]) -> [Fit; 2] {
     let (dataset, extracted, scene) = footage::with_impacts(dataset(tracks), &|| ());
     let films = footage::films(&extracted, &scene, None, usize::MAX);
-    options.map(|options| fit::fit_watched(&dataset, &films, &options, &|| ()).unwrap().remove(0))
+    options.each_ref().map(|options| fit::fit_watched(&dataset, &films, options, &|| ()).unwrap().remove(0))
 }
 
 fn both() -> [Options; 2] {
@@ -135,7 +135,7 @@ fn tallied(what: &str, played: &[Played], known: bool, sets: u64) -> [Tally; 2] 
             }
         }
         let begun = Instant::now();
-        (fits(film, both()), begun.elapsed().as_secs_f64())
+        (fits(film, &both()), begun.elapsed().as_secs_f64())
     };
     for first in (0..sets).step_by(AT_A_TIME) {
         let seeds = first..sets.min(first + AT_A_TIME as u64);
@@ -223,7 +223,8 @@ fn balls_said_to_roll_that_slide_are_told_by_how_they_slow_down() {
         for shot in &mut film {
             shot.spin = Spin::NaturalRoll;
         }
-        fits(film, both()).map(|fit| fit.warnings.concat().contains("The balls slow down before the impacts"))
+        fits(film, &both())
+            .map(|fit| fit.warnings.concat().contains("The balls slow down before the impacts"))
     };
     assert_eq!(told(Played::AlmostRoll), [true, true]);
     assert_eq!(told(Played::NaturalRoll), [false, false]);
@@ -239,7 +240,7 @@ fn another_rolling_resistance_biases_neither_method() {
         let [less, more] = [0.005, 0.015].map(|mu_r| {
             let mut spec = spec(ROLLS, 40, 7000 + seed);
             spec.cloth.mu_r = mu_r;
-            fits(filmed(&spec), both())
+            fits(filmed(&spec), &both())
         });
         for (less, more) in less.iter().zip(&more) {
             let [less, more] = [less, more].map(|fit| fit.estimates[2]);
@@ -283,7 +284,7 @@ fn wrong_assumptions_bias_both_methods_alike() {
         for seed in 0..sets {
             let mut film = filmed(&spec(&[played], 40, 7000 + seed));
             film.iter_mut().for_each(wrong);
-            for (tally, fit) in tallies.iter_mut().zip(&fits(film, both())) {
+            for (tally, fit) in tallies.iter_mut().zip(&fits(film, &both())) {
                 tally.add(fit);
             }
         }
@@ -346,7 +347,7 @@ fn the_residuals_of_a_joint_fit_add_up_to_its_chi2() {
         let spec = Spec { camera, ..spec(&[Played::NaturalRoll, Played::Draw], 6, 7) };
         let tracks = filmed(&spec);
         let coordinates: usize = tracks.iter().map(|shot| 2 * (shot.cue.len() + shot.object.len())).sum();
-        let [_, fit] = fits(tracks, both());
+        let [_, fit] = fits(tracks, &both());
         let table = report::csv::render(&fit);
         let column = |name: &str| report::csv::HEADER.split(',').position(|column| column == name).unwrap();
         let rows: Vec<Vec<&str>> = table.lines().skip(1).map(|line| line.split(',').collect()).collect();

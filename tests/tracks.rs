@@ -365,7 +365,6 @@ fn settings_are_checked() {
     for (settings, part) in [
         ("[video]\nfps = 3", "unknown key \"fps\""),
         ("[video]\ncapture_fps = -3", "capture_fps is -3"),
-        ("[scale]\nlength_unit = \"px\"", "m_per_px"),
         ("[scale]\nm_per_px = 1e-3", "go with length_unit = \"px\""),
         ("[scale]\nlength_unit = \"inch\"", "unknown word \"inch\""),
         (
@@ -383,6 +382,8 @@ fn settings_are_checked() {
     ] {
         refused(settings, data, &[part]);
     }
+    // pixels of which nothing says what they mean: the balls do
+    assert!(good(&format!("{video}[scale]\nlength_unit = \"px\""), "p.csv", data).from_balls);
     let settings = "[video]\ncapture_fps = 100\nrow_readout_s = 0.01\nrows = 1000\n[scale]\nlength_unit = \"px\"\nm_per_px = 0.001\ny_axis = \"down\"";
     let tracks = good(settings, "p.csv", data);
     let Sample { t, x, y, .. } = tracks.shots[0].cue[1];

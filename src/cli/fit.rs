@@ -176,7 +176,9 @@ pub fn run(args: &Args) -> Result<(), Failure> {
                     of_dataset.iter_mut().for_each(Fit::warn_of_spins_from_paths);
                 }
                 if let Some(found) = &found {
-                    of_dataset.iter_mut().for_each(|fit| fit.set_camera(found));
+                    for fit in &mut of_dataset {
+                        fit.set_camera(found);
+                    }
                 }
                 let worst = report::shots::worth_drawing(&of_dataset);
                 let drawn =

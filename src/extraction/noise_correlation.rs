@@ -49,7 +49,7 @@ pub struct NoiseCorrelation {
 /// Finds the correlation of the noise of all shots; `None` where they do not tell.
 #[must_use]
 pub fn noise_correlation(shots: &[TrackShot], scene: &Scene) -> Option<NoiseCorrelation> {
-    let mut paths: Vec<DVector<f64>> = shots.iter().flat_map(|shot| paths(shot, scene)).flatten().collect();
+    let mut paths: Vec<DVector<f64>> = shots.iter().filter_map(|shot| paths(shot, scene)).flatten().collect();
     let noise = |y: &DVector<f64>| whitened(y, 0.0).map_or(f64::INFINITY, |w| w.square / w.numbers);
     let mut noises: Vec<f64> = paths.iter().map(noise).collect();
     noises.sort_by(f64::total_cmp);

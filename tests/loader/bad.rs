@@ -47,7 +47,7 @@ fn unknown_keys_name_the_nearest() {
             "top",
             "cloth =",
             "clothe =",
-            "dataset.toml:5: column 1: unknown key \"clothe\" (did you mean \"cloth\"?); expected one of name, kind, files, cloth, source, ball, object, cue_spin, video, scale, tracks, impacts, fit",
+            "dataset.toml:5: column 1: unknown key \"clothe\" (did you mean \"cloth\"?); expected one of name, kind, files, cloth, source, ball, object, cue_spin, video, camera, scale, tracks, impacts, fit",
         ),
         (
             "ball",
@@ -89,7 +89,7 @@ fn unknown_keys_name_the_nearest() {
             "far",
             "cloth =",
             "xyz =",
-            "dataset.toml:5: column 1: unknown key \"xyz\"; expected one of name, kind, files, cloth, source, ball, object, cue_spin, video, scale, tracks, impacts, fit",
+            "dataset.toml:5: column 1: unknown key \"xyz\"; expected one of name, kind, files, cloth, source, ball, object, cue_spin, video, camera, scale, tracks, impacts, fit",
         ),
     ]);
 }
