@@ -2,15 +2,9 @@
 
 use std::path::{Path, PathBuf};
 
-use caromfit::extraction::Impact;
 use caromfit::fit;
-use caromfit::fit::footage;
-use caromfit::fit::footage::with_impacts;
-use caromfit::fit::{Depth, Falling, FilmUnknowns, Fit, FoundCamera, Method, Options};
-use caromfit::measurement::dataset::Dataset;
+use caromfit::fit::{Depth, Falling, FilmUnknowns, Method, Options};
 use caromfit::measurement::loss::Loss;
-use caromfit::measurement::parameter::Parameter;
-use caromfit::measurement::track::TrackShot;
 use caromfit::physics::collision::{Effects, Fidelity, Model};
 use caromfit::physics::effect_sizes;
 use caromfit::physics::friction_law::Law;
@@ -25,9 +19,6 @@ use super::{Failure, FidelityArg, print};
 
 /// The report in the folder of a fit.
 const REPORT: &str = "report.html";
-
-/// So many shots tell how much the frames could tell at best.
-const BOUND_FROM: usize = 1000;
 
 /// Loads each data set, fits it (each label apart where its [fit] by says so), writes
 /// OUT/NAME/{fit.json, residuals.csv, residuals.svg, residuals.png, contours.svg, contours.png, report.html} and prints one table over all.
@@ -89,25 +80,6 @@ pub struct Args {
 /// The name of the cloth's bounce.
 const BOUNCE: &str = "bounce";
 
-/// Frames of more shots than this take minutes to fit jointly.
-const MOST_JOINT: usize = 20_000;
-
-/// All frames at once use all that they tell; a robust loss and a friction that falls by as much as is fitted are known only to fits
-/// of velocities.
-fn best(dataset: &Dataset, extracted: &[(TrackShot, Impact)], options: &Options) -> Method {
-    let settings = &dataset.settings;
-    let falls = match options.falling {
-        Falling::Fitted => true,
-        Falling::Held { .. } => false,
-        Falling::AsStated => {
-            settings.falls && [Parameter::B, Parameter::C].into_iter().any(|p| !settings[p].fixed)
-        }
-    };
-    let squares = options.loss.unwrap_or(dataset.loss) == Loss::Squares;
-    let joint = !extracted.is_empty() && extracted.len() <= MOST_JOINT && squares && !falls;
-    if joint { Method::Joint } else { Method::TwoStage }
-}
-
 /// `fit`, or B,C.
 fn falling(text: &str) -> Result<Falling, String> {
     if text.trim() == "fit" {
@@ -147,7 +119,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         tolerance: args.tolerance,
         method: Method::default(),
         near: None,
-        film: FilmUnknowns::default(),
+        film: FilmUnknowns { bounce: args.free.iter().any(|name| name == BOUNCE), ..FilmUnknowns::default() },
         loss: args.loss,
         depth: Depth::Everything,
         starts: args.starts,
@@ -159,30 +131,12 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let (mut failed, mut bad_input) = (Vec::new(), false);
     for dataset in datasets {
         progress.step(&dataset.name);
-        let (dataset, found) = fit::calibrated(dataset);
-        let (dataset, extracted, scene) = with_impacts(dataset, &|| progress.done());
-        let method = args.method.unwrap_or_else(|| best(&dataset, &extracted, &options));
-        let film = found.as_ref().map(FoundCamera::unknowns).unwrap_or_default();
-        let film = FilmUnknowns { bounce: args.free.iter().any(|name| name == BOUNCE), ..film };
-        // labels that are fitted apart may lie elsewhere
-        let near = footage::near(&scene).filter(|_| dataset.by.is_none());
-        let options = Options { method, film, near, ..options };
-        let most = if method == Method::Joint { usize::MAX } else { BOUND_FROM };
-        let camera = found.as_ref().filter(|found| found.corrects()).map(|found| &found.camera);
-        let films = footage::films(&extracted, &scene, camera, most);
-        match fit::fit_watched(&dataset, &films, &options, &|| progress.done()) {
-            Ok(mut of_dataset) => {
-                if method == Method::TwoStage && footage::finds_spins_from_paths(&extracted, &scene) {
-                    of_dataset.iter_mut().for_each(Fit::warn_of_spins_from_paths);
-                }
-                if let Some(found) = &found {
-                    for fit in &mut of_dataset {
-                        fit.set_camera(found);
-                    }
-                }
+        let analysis = fit::analyse(dataset, &options, args.method, &|| progress.done());
+        match analysis.fits {
+            Ok(of_dataset) => {
                 let worst = report::shots::worth_drawing(&of_dataset);
-                let drawn =
-                    report::extracted::pictures_of(&worst, &extracted, &scene).map_err(Failure::work)?;
+                let drawn = report::extracted::pictures_of(&worst, &analysis.extracted, &analysis.scene)
+                    .map_err(Failure::work)?;
                 pictures.push(drawn);
                 fits.push(of_dataset);
             }

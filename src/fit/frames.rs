@@ -32,8 +32,9 @@ pub(super) fn filmed(fitted: &[Fitted], films: &Films) -> Option<Vec<Fitted>> {
 /// The shots whose frames fit the model far worse than those of the others: places among `fitted`, and χ²/dof. None if there are many,
 /// since then the model is wrong and not the shots.
 pub(super) fn outlying(fitted: &[Fitted], minimum: &Minimum) -> Vec<(usize, f64)> {
-    /// χ²/dof over the usual one; below this the noise of a shot may be larger than that of the others.
-    const WORSE: f64 = 3.0;
+    /// χ²/dof over the usual one, with the noise that is usual of the other shots: a shot whose noise is estimated from its own
+    /// residuals hides a misfit in it. Below this the noise of a shot may well be twice that of the others.
+    const WORSE: f64 = 6.0;
     /// By chance less often than this.
     const NO_CHANCE: f64 = 1e-9;
     /// At most this part of the shots.
@@ -42,10 +43,16 @@ pub(super) fn outlying(fitted: &[Fitted], minimum: &Minimum) -> Vec<(usize, f64)
     if fitted.len() < LEAST_SHOTS {
         return Vec::new();
     }
+    let mut noises: Vec<f64> =
+        fitted.iter().filter_map(|shot| Some(shot.film.as_ref()?.position_sd)).collect();
+    noises.sort_by(f64::total_cmp);
+    let noise = noises.get(noises.len() / 2).copied().unwrap_or(0.0);
     let of = |(i, shot): (usize, &Fitted)| {
         let film = shot.film.as_ref()?;
         let dof = film.observations().saturating_sub(film.unknowns()).max(1) as f64;
         let chi2 = minimum.residuals.rows(i * frames::ROWS, frames::ROWS).norm_squared();
+        let noisier = if film.states_noise || !(noise > 0.0) { 1.0 } else { film.position_sd / noise };
+        let chi2 = chi2 * noisier * noisier;
         chi2.is_finite().then_some((i, chi2, dof))
     };
     let all: Vec<(usize, f64, f64)> = fitted.iter().enumerate().filter_map(of).collect();

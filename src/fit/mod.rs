@@ -1,5 +1,6 @@
 //! Data set + settings → [`Fit`]: estimates, uncertainties, residuals, and what to think of them.
 
+mod analysis;
 mod camera;
 pub mod check;
 mod counted;
@@ -24,6 +25,7 @@ pub(crate) mod uncertainty;
 pub(crate) mod warnings;
 
 pub use crate::likelihood::frames::shared_unknowns::Kind as SharedKind;
+pub use analysis::{Analysis, analyse};
 pub use camera::{FoundCamera, FoundCorrection, calibrated};
 pub use counted::Counted;
 pub use diagnostics::goodness::{Goodness, NoiseVerdict, Normality};

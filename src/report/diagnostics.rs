@@ -30,7 +30,14 @@ pub(super) fn entries(fit: &Fit) -> Map<String, Value> {
     add("starts", found.starts.as_ref().map_or(Value::Null, |found| starts(found, &error)));
     add("bootstrap", found.bootstrap.as_ref().map_or(Value::Null, |found| bootstrap(found, &error)));
     add("contours", found.contours.iter().map(|found| contour(found, &error)).collect());
-    add("model_comparison", found.alternatives.iter().map(|found| alternative(found, &error)).collect());
+    add(
+        "model_comparison",
+        found
+            .alternatives
+            .iter()
+            .map(|found| alternative(found, fit.refuted.is_none().then_some(&error)))
+            .collect(),
+    );
     add("information_bound", found.bound.as_ref().map_or(Value::Null, bound));
     add("joint", found.joint.as_ref().map_or(Value::Null, joint));
     entries
@@ -103,11 +110,12 @@ fn contour(contour: &Contour, error: Errors) -> Value {
     })
 }
 
-fn alternative(model: &Alternative, error: Errors) -> Value {
+/// Without values where the data refute the model: they need not be determined, and differ with the last digits of the data.
+fn alternative(model: &Alternative, error: Option<Errors>) -> Value {
     let values: Map<String, Value> = model
         .values
         .iter()
-        .map(|(p, value)| (p.name().to_owned(), json!(to_error(*value, error(*p)))))
+        .filter_map(|(p, value)| Some((p.name().to_owned(), json!(to_error(*value, error?(*p))))))
         .collect();
     let ratio = model.likelihood_ratio;
     let ratio = ratio.map(|r| json!({"statistic": decimal(r.statistic), "p_value": probability(r.p_value)}));

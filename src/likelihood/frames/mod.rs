@@ -123,6 +123,8 @@ pub struct Film {
     seen: [Option<Seen>; 2],
     /// Whether the noise of the positions is stated.
     pub states_noise: bool,
+    /// Standard deviation of a coordinate, m: stated, or what the shot's own residuals show; 0 where positions state their own.
+    pub position_sd: f64,
 }
 
 /// A shot at given shared parameters, its own unknowns eliminated.
@@ -218,6 +220,7 @@ impl Film {
             spin,
             seen,
             states_noise: shot.position_sd.is_some() || all().all(|sample| sample.sd.is_some()),
+            position_sd: impact.position_sd,
         }
     }
 
@@ -250,6 +253,7 @@ impl Film {
             spin: measured,
             seen,
             states_noise: true,
+            position_sd: 0.0,
         }
     }
 
