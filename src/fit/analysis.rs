@@ -45,7 +45,7 @@ pub fn analyse(
     let film = FilmUnknowns { bounce: options.film.bounce, ..found };
     // labels that are fitted apart may lie elsewhere
     let near = near(&scene).filter(|_| dataset.by.is_none());
-    let options = Options { method, film, near, ..*options };
+    let options = Options { method, near, film, ..*options };
     let most = if method == Method::Joint { usize::MAX } else { BOUND_FROM };
     let corrected = camera.as_ref().filter(|found| found.corrects()).map(|found| &found.camera);
     let filmed = films(&extracted, &scene, corrected, most);

@@ -60,6 +60,8 @@ pub struct FoundCamera {
     pub unit: f64,
     /// How many shots it was found from.
     pub shots: usize,
+    /// Where the balls met in the films of these shots, m.
+    pub contacts: Vec<[f64; 2]>,
     /// Whether nothing was left to correct at the end.
     pub converged: bool,
     /// Correlation of the noise of neighbouring frames; `None` where the frames do not tell it.
@@ -78,6 +80,7 @@ impl FoundCamera {
             corrections: Vec::new(),
             unit: 1.0,
             shots: 0,
+            contacts: Vec::new(),
             converged: true,
             noise_correlation: None,
             resolution: 0.0,
@@ -123,7 +126,8 @@ impl FoundCamera {
     }
 
     /// For a reader: which corrections were adopted.
-    fn sentence(&self) -> Option<String> {
+    #[must_use]
+    pub fn sentence(&self) -> Option<String> {
         use super::warnings::with_error;
         let adopted: Vec<String> = self
             .corrections
@@ -492,6 +496,7 @@ impl<'a> Search<'a> {
             }
         }
         let (camera, unit, shots) = (self.camera, self.unit, self.contacts.len());
-        FoundCamera { camera, corrections, unit, shots, converged, ..FoundCamera::as_it_is() }
+        let contacts = self.contacts.iter().map(|[a, b]| [0, 1].map(|i| 0.5 * (a[i] + b[i]))).collect();
+        FoundCamera { camera, corrections, unit, shots, contacts, converged, ..FoundCamera::as_it_is() }
     }
 }

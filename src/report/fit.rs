@@ -15,6 +15,8 @@ pub struct Pictures {
     pub residuals: Option<String>,
     /// Regions of pairs of parameters, as SVG.
     pub contours: Option<String>,
+    /// How far the corrections of the camera move what the film shows, as SVG.
+    pub camera: Option<String>,
     /// Tracks of shots: name and SVG.
     pub shots: Vec<(String, String)>,
 }
@@ -50,6 +52,7 @@ pub fn content_with(fit: &Fit, pictures: &Pictures) -> Report {
     let regions = figure(&pictures.contours, "68 % and 95 % regions");
     all.extend(regions.map(|figure| Section::new("Regions of pairs of parameters", "", vec![figure])));
     all.extend(sections(fit));
+    all.extend(camera(fit, figure(&pictures.camera, "How far positions were moved")));
     if !fit.shots_rejected.is_empty() {
         let row = |(shot, reason): (&str, &str)| vec![Cell::text(shot), Cell::text(reason)];
         let rows = fit.shots_rejected.iter().map(|rejected| row((&rejected.shot, &rejected.reason)));
@@ -64,6 +67,19 @@ pub fn content_with(fit: &Fit, pictures: &Pictures) -> Report {
         all.push(Section::new("Shots, the largest residuals first", tested, vec![Block::Shots(shots)]));
     }
     Report { title: title(fit), warnings, facts: about(fit), sections: all }
+}
+
+/// The camera by which footage was corrected, and what else was found of the film.
+fn camera(fit: &Fit, picture: Option<Block>) -> Option<Section> {
+    let found = fit.camera.as_ref().filter(|found| !found.corrections.is_empty())?;
+    let rows = found.corrections.iter().map(|correction| {
+        let adopted = if correction.adopted { "corrected" } else { "not called for" };
+        let value = with_error(correction.value, correction.std_error);
+        vec![Cell::text(correction.which.words()), Cell::text(value), Cell::text(adopted)]
+    });
+    let table = Block::Table(Table::new(["", "found", ""], rows));
+    let legend = format!("from the frames of {} shots; ± one standard error", found.shots);
+    Some(Section::new("Camera", legend, [table].into_iter().chain(picture).collect()))
 }
 
 /// Each residual with the name of its shot.

@@ -150,5 +150,10 @@ fn legend(fits: &[Fit]) -> String {
             "*: noise estimated from the residuals of this fit, so that χ²/dof is near 1 whatever the model",
         ),
     ];
-    lines.iter().filter(|(used, _)| *used).map(|(_, line)| format!("{line}\n")).collect()
+    let marks: String = lines.iter().filter(|(used, _)| *used).map(|(_, line)| format!("{line}\n")).collect();
+    let corrected = fits.iter().filter_map(|fit| {
+        let sentence = fit.camera.as_ref()?.sentence()?;
+        Some(format!("{}: {sentence}\n", super::title(fit)))
+    });
+    marks + &corrected.collect::<String>()
 }

@@ -100,7 +100,10 @@ fn files<'a>(fit: &'a Fit, shots: &[ShotPicture]) -> Result<Vec<(&'static str, C
     let plot = with_spots(&residuals, &spots, &shot_list(named(fit), &[]), |index| {
         fit.residuals.get(index).map(|residual| (residual.shot.clone(), residual))
     });
-    let pictures = Pictures { residuals: Some(plot), contours: contours.clone(), shots: shots.to_vec() };
+    let camera =
+        fit.camera.as_ref().map(|found| plot::camera::svg(found, &fit.dataset)).transpose()?.flatten();
+    let pictures =
+        Pictures { residuals: Some(plot), contours: contours.clone(), camera, shots: shots.to_vec() };
     let report = html::render(&content_with(fit, &pictures))?;
     let bytes = |bytes: Vec<u8>| Content::Bytes(Cow::Owned(bytes));
     let mut files = vec![

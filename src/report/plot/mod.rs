@@ -2,6 +2,7 @@
 //! same drawing; neither needs a font of the machine for its layout, and the PNG none at all.
 
 mod axis;
+pub(super) mod camera;
 mod canvas;
 pub mod compare;
 pub mod contours;
