@@ -2,6 +2,7 @@
 //! through the instant of impact; from it velocities before and after with their covariance.
 
 pub mod disc;
+mod drops_at_impact;
 mod film;
 mod initial_guess;
 mod marker_rotation;
@@ -17,6 +18,7 @@ mod window_fit;
 use nalgebra::{DMatrix, SMatrix, SVector};
 use rayon::prelude::*;
 
+pub use drops_at_impact::repair_drops_at_impacts;
 pub use initial_guess::contact;
 pub use marker_rotation::Rotation;
 pub(crate) use marker_rotation::turn;

@@ -10,7 +10,7 @@ use super::footage;
 use super::frames::{filmed, outlying};
 use super::settled::Settled;
 use super::{FilmUnknowns, Fit, SharedKind, run, search, uncertainty};
-use crate::extraction::{NoiseCorrelation, contact, noise_correlation};
+use crate::extraction::{NoiseCorrelation, contact, noise_correlation, repair_drops_at_impacts};
 use crate::film::camera::{Camera, Correction};
 use crate::film::drops;
 use crate::likelihood::frames::shared_unknowns;
@@ -178,15 +178,21 @@ pub fn calibrated(mut dataset: Dataset) -> (Dataset, Option<FoundCamera>) {
     let search = Search::new(&dataset, &tracks, &scene);
     let found = search.and_then(|mut search| {
         search.start();
-        Some((search.found()?, search.unit))
+        Some((search.found()?, search.unit, search.scene))
     });
     let coarsest = tracks.shots.iter().flat_map(|shot| shot.resolution).fold(0.0, f64::max);
-    let (mut found, unit) = found.unwrap_or_else(|| (FoundCamera::as_it_is(), 1.0));
+    let (mut found, unit, last_scene) = found.unwrap_or_else(|| (FoundCamera::as_it_is(), 1.0, None));
     found.noise_correlation = noise_correlation;
     found.resolution = coarsest * unit;
     found.drops = [dropped.len(), dropped.iter().sum()];
     for shot in &mut tracks.shots {
         *shot = found.camera.shot(&in_metres(shot, unit));
+    }
+    if !dropped.is_empty() {
+        // a camera that drops frames does so next to impacts, too
+        let scene = last_scene.unwrap_or(scene);
+        let at_impacts = repair_drops_at_impacts(&mut tracks.shots, &scene);
+        found.drops = [found.drops[0] + at_impacts, found.drops[1] + at_impacts];
     }
     tracks.notes.extend(found.sentences());
     dataset.tracks = Some(tracks);
