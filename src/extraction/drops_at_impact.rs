@@ -53,11 +53,8 @@ fn repaired(shot: &TrackShot, scene: &Scene) -> Option<TrackShot> {
 fn later(shot: &TrackShot, from: f64) -> TrackShot {
     let mut shot = shot.clone();
     let frame = shot.fps.recip();
-    let markers = shot.markers.iter_mut().map(|marker| &mut marker.samples);
-    for sample in [&mut shot.cue, &mut shot.object].into_iter().chain(markers).flatten() {
-        if sample.t > from {
-            sample.t += frame;
-        }
+    for sample in shot.samples_mut().filter(|sample| sample.t > from) {
+        sample.t += frame;
     }
     shot
 }

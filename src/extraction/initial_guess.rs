@@ -199,7 +199,8 @@ fn from_lines(shot: &TrackShot, scene: &Scene, noise: f64) -> Result<(Unknowns, 
     }
     let start = line(&object[..LEAST_FRAMES], object[0].t);
     let drift = start.velocity[0].hypot(start.velocity[1]);
-    let lasts = ((1.0 + shot.correlation) / (1.0 - shot.correlation)).sqrt();
+    // noise that lasts from frame to frame tells less
+    let lasts = shot.frames_alike().sqrt();
     if index < NEAR && drift > MOVED * noise * lasts * start.error {
         return Err(Unusable::ObjectMoving { speed: drift });
     }
@@ -229,9 +230,7 @@ fn from_lines(shot: &TrackShot, scene: &Scene, noise: f64) -> Result<(Unknowns, 
         let (drift, error, seconds) = robust_speed(&before);
         // medians of rounded numbers differ by a whole step where the ball lies between two
         let rounded = shot.resolution[1] * std::f64::consts::SQRT_2 / seconds;
-        // noise that lasts tells less
-        let alike = ((1.0 + shot.correlation) / (1.0 - shot.correlation)).sqrt();
-        if drift - rounded > MOVING_ERRORS * noise * alike * error && drift > MOVING_PART * speed {
+        if drift - rounded > MOVING_ERRORS * noise * lasts * error && drift > MOVING_PART * speed {
             return Err(Unusable::ObjectMoving { speed: drift });
         }
     }

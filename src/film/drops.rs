@@ -40,8 +40,7 @@ pub fn repair(shot: &mut TrackShot) -> usize {
         let later = found.iter().filter(|(from, _)| t > from + 0.5 * frame);
         t + frame * later.map(|(_, lost)| lost).sum::<f64>()
     };
-    let markers = shot.markers.iter_mut().map(|marker| &mut marker.samples);
-    for sample in [&mut shot.cue, &mut shot.object].into_iter().chain(markers).flatten() {
+    for sample in shot.samples_mut() {
         sample.t = shift(sample.t);
     }
     found.len()

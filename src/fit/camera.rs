@@ -111,8 +111,8 @@ impl FoundCamera {
         let [shots, drops] = self.drops;
         let dropped = (drops > 0).then(|| {
             format!(
-                "Frames were dropped that the frame numbers do not show ({drops} times, in {shots} shots): both balls go several \
-                 steps at once there. The frames after them were moved in time."
+                "The camera dropped frames that the frame numbers do not show ({drops} times, in {shots} shots): balls go several steps \
+                 at once there. The frames after them were moved in time."
             )
         });
         let lasts = self.noise_correlation.filter(|found| found.adopted).map(|found| {
@@ -122,7 +122,18 @@ impl FoundCamera {
                 super::warnings::with_error(found.value, found.std_error)
             )
         });
-        self.sentence().into_iter().chain(lasts).chain(dropped).collect()
+        let scaled = (self.unit != 1.0).then(|| {
+            format!(
+                "The scale is that of the balls, which touch at a distance of 2R: about {:.4} units of the film are 1 m.",
+                self.unit.recip()
+            )
+        });
+        let unfinished = (!self.converged).then(|| {
+            "The search for the camera did not converge: what is left to correct may bias the estimates. Check the radius, \
+             the frame rate and which track is which ball, or state what is known under [camera]."
+                .to_owned()
+        });
+        scaled.into_iter().chain(self.sentence()).chain(unfinished).chain(lasts).chain(dropped).collect()
     }
 
     /// For a reader: which corrections were adopted.
@@ -161,8 +172,7 @@ impl Fit {
     }
 }
 
-/// A data set of footage corrected for its camera as far as its shots call for it; any other as it is. What is found of discs is
-/// nothing.
+/// Corrects footage of balls for its camera as far as the shots call for it. Any other data set, discs among them, is returned as it is.
 #[must_use]
 pub fn calibrated(mut dataset: Dataset) -> (Dataset, Option<FoundCamera>) {
     let Some(tracks) = dataset.tracks.as_ref().filter(|tracks| tracks.discs.is_none()) else {
@@ -199,14 +209,13 @@ pub fn calibrated(mut dataset: Dataset) -> (Dataset, Option<FoundCamera>) {
     (dataset, Some(found))
 }
 
-/// A film whose lengths are in another unit.
+/// A film with all lengths multiplied by the unit that they are in, m.
 fn in_metres(film: &TrackShot, unit: f64) -> TrackShot {
     let mut shot = film.clone();
     if unit == 1.0 {
         return shot;
     }
-    let markers = shot.markers.iter_mut().map(|marker| &mut marker.samples);
-    for sample in [&mut shot.cue, &mut shot.object].into_iter().chain(markers).flatten() {
+    for sample in shot.samples_mut() {
         (sample.x, sample.y) = (sample.x * unit, sample.y * unit);
         sample.sd = sample.sd.map(|sd| sd.map(|sd| sd * unit));
     }
@@ -439,7 +448,10 @@ impl<'a> Search<'a> {
             let needs = self.unit != 1.0 || !self.camera.is_neutral();
             return needs.then(|| self.as_found(Vec::new(), true));
         }
-        let (covariance, mut converged) = self.converge(&all)?;
+        let Some((covariance, mut converged)) = self.converge(&all) else {
+            // a film without a unit still has that of its balls
+            return (self.unit != 1.0).then(|| self.as_found(Vec::new(), false));
+        };
         let mut corrections: Vec<FoundCorrection> = all
             .iter()
             .enumerate()
@@ -458,7 +470,9 @@ impl<'a> Search<'a> {
             }
         }
         if !adopted.is_empty() {
-            let (covariance, rests) = self.converge(&adopted)?;
+            let Some((covariance, rests)) = self.converge(&adopted) else {
+                return Some(self.as_found(corrections, false));
+            };
             converged = rests;
             for (i, which) in adopted.iter().enumerate() {
                 if let Some(found) = corrections.iter_mut().find(|found| found.which == *which) {
@@ -477,8 +491,9 @@ impl<'a> Search<'a> {
             let off = |which: &Correction| self.camera.get(*which) - which.neutral();
             // −2 log L rises by z² where a correction is left out
             let z2 = |i: usize, which: &Correction| off(which).powi(2) / covariance[(i, i)];
-            // the unit of a film that states none is always needed
-            let needed = |which: &Correction| self.from_balls && *which == Correction::Scale;
+            // a scale that the balls gave is always needed
+            let gave = self.from_balls || self.unit != 1.0;
+            let needed = |which: &Correction| gave && *which == Correction::Scale;
             let least = kept.iter().enumerate().filter(|(_, which)| !needed(which));
             let least = least.map(|(i, which)| (i, z2(i, which))).min_by(|a, b| a.1.total_cmp(&b.1));
             let Some((out, _)) = least.filter(|(_, z2)| *z2 < CALLED_FOR) else { return kept };

@@ -34,6 +34,21 @@ pub struct TrackShot {
     pub correlation: f64,
 }
 
+impl TrackShot {
+    /// All positions: of both balls and of the markers.
+    pub fn samples_mut(&mut self) -> impl Iterator<Item = &mut Sample> {
+        let markers = self.markers.iter_mut().map(|marker| &mut marker.samples);
+        [&mut self.cue, &mut self.object].into_iter().chain(markers).flatten()
+    }
+
+    /// How many frames together tell as much of a slow motion as one with independent noise: (1 + ρ)/(1 − ρ), where the correlation of
+    /// the noise falls by ρ from frame to frame.
+    #[must_use]
+    pub fn frames_alike(&self) -> f64 {
+        (1.0 + self.correlation) / (1.0 - self.correlation)
+    }
+}
+
 /// A position in one frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Sample {

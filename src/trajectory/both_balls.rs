@@ -339,7 +339,7 @@ impl<'a> Frames<'a> {
         let of = |samples: &'a [Sample], step: f64| {
             let least = grid::rounding(step);
             // noise that lasts adds up over so many frames
-            let alike = (1.0 + shot.correlation) / (1.0 - shot.correlation);
+            let alike = shot.frames_alike();
             let frame = |(sample, repeats): (&'a Sample, [f64; 2])| {
                 let repeats = repeats.map(|repeats| repeats * alike);
                 let sd = sample.sd.unwrap_or([sd; 2]);
