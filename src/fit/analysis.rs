@@ -1,6 +1,6 @@
 //! Everything from a data set as it was loaded to its fits, as `caromfit fit` does it.
 
-use super::camera::calibrated;
+use super::calibration::calibrated;
 use super::footage::{films, finds_spins_from_paths, near, with_impacts};
 use super::{Falling, FilmUnknowns, Fit, FitError, FoundCamera, Method, Options, fit_watched};
 use crate::extraction::Impact;

@@ -1,6 +1,7 @@
 //! Data set + settings → [`Fit`]: estimates, uncertainties, residuals, and what to think of them.
 
 mod analysis;
+mod calibration;
 mod camera;
 pub mod check;
 mod counted;
@@ -26,7 +27,8 @@ pub(crate) mod warnings;
 
 pub use crate::likelihood::frames::shared_unknowns::Kind as SharedKind;
 pub use analysis::{Analysis, analyse};
-pub use camera::{FoundCamera, FoundCorrection, calibrated};
+pub use calibration::calibrated;
+pub use camera::{FoundCamera, FoundCorrection};
 pub use counted::Counted;
 pub use diagnostics::goodness::{Goodness, NoiseVerdict, Normality};
 pub use diagnostics::identifiability::{Combination, Identifiability};
