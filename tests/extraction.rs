@@ -49,6 +49,7 @@ pub fn dataset(tracks: Vec<TrackShot>) -> Dataset {
         sliding: None,
         rolling: None,
         lift_sd: None,
+        side_sd: 0.0,
         tracks: Some(Tracks {
             shots: tracks,
             skipped: Vec::new(),

@@ -2,6 +2,7 @@
 
 mod auto;
 mod camera;
+mod causes;
 mod cli;
 mod collisions;
 mod compare;

@@ -138,7 +138,7 @@ lab-a, chalk = fresh, blue
   cloth: Simonis 860
   balls: radius 28.575 mm, mass 170 g
   model: full (friction, cloth, not spin_loss)
-  method: two-stage
+  method: direct
   shots: 10 used, 1 not used
   optimiser: stopped after 9 iterations, 0.012 s: the cost no longer falls
 

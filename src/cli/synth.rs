@@ -27,7 +27,7 @@ use super::{Failure, FidelityArg, print};
     count = 40
     speed_m_s = [1.0, 4.0]
     cut_deg = [-50.0, 50.0]
-    cue_spin = ["natural-roll"]       # any of stun, natural-roll, almost-roll, draw, side, any; played in turn
+    cue_spin = ["natural-roll"]       # any of stun, natural-roll, almost-roll, draw, side, slight-side, any; played in turn
 
     [noise]                           # standard deviations; left out means exact
     velocity_m_s = 0.005              # every velocity and speed after the impact, and before (impacts)

@@ -2,16 +2,18 @@
 
 use super::calibration::calibrated;
 use super::footage::{films, finds_spins_from_paths, near, with_impacts};
-use super::{Falling, FilmUnknowns, Fit, FitError, FoundCamera, Method, Options, fit_watched};
+use super::{FilmUnknowns, Fit, FitError, FoundCamera, Method, Options, fit_watched};
 use crate::extraction::Impact;
 use crate::measurement::dataset::Dataset;
 use crate::measurement::loss::Loss;
-use crate::measurement::parameter::Parameter;
 use crate::measurement::track::TrackShot;
 use crate::trajectory::scene::Scene;
 
 /// Frames of more shots than this take minutes to fit jointly.
 const MOST_JOINT: usize = 20_000;
+
+const SIDE_SPIN_LEFT_OUT: &str = "[cue_spin] side_sd is included only where the frames are fitted jointly; this fit of two stages takes \
+                                  the cue balls for having no side spin.";
 
 /// So many shots tell how much the frames could tell at best.
 const BOUND_FROM: usize = 1000;
@@ -33,11 +35,12 @@ pub struct Analysis {
 /// `done` is called after every shot that is extracted and every replicate of a bootstrap, from several threads.
 #[must_use]
 pub fn analyse(
-    dataset: Dataset,
+    mut dataset: Dataset,
     options: &Options,
     method: Option<Method>,
     done: &(dyn Fn() + Sync),
 ) -> Analysis {
+    dataset.settings = options.falling.applied(dataset.settings);
     let (dataset, camera) = calibrated(dataset);
     let (dataset, extracted, scene) = with_impacts(dataset, done);
     let method = method.unwrap_or_else(|| best(&dataset, &extracted, options));
@@ -54,6 +57,9 @@ pub fn analyse(
         if method == Method::TwoStage && finds_spins_from_paths(&extracted, &scene) {
             fit.warn_of_spins_from_paths();
         }
+        if method == Method::TwoStage && dataset.side_sd > 0.0 && !extracted.is_empty() {
+            fit.warnings.insert(0, SIDE_SPIN_LEFT_OUT.to_owned());
+        }
         if let Some(found) = &camera {
             fit.set_camera(found);
         }
@@ -61,18 +67,9 @@ pub fn analyse(
     Analysis { dataset, extracted, scene, camera, fits }
 }
 
-/// All frames at once use all that they tell; a robust loss and a friction that falls by as much as is fitted are known only to fits
-/// of velocities.
+/// All frames at once use all that they tell; a robust loss is known only to fits of velocities.
 fn best(dataset: &Dataset, extracted: &[(TrackShot, Impact)], options: &Options) -> Method {
-    let settings = &dataset.settings;
-    let falls = match options.falling {
-        Falling::Fitted => true,
-        Falling::Held { .. } => false,
-        Falling::AsStated => {
-            settings.falls && [Parameter::B, Parameter::C].into_iter().any(|p| !settings[p].fixed)
-        }
-    };
     let squares = options.loss.unwrap_or(dataset.loss) == Loss::Squares;
-    let joint = !extracted.is_empty() && extracted.len() <= MOST_JOINT && squares && !falls;
+    let joint = !extracted.is_empty() && extracted.len() <= MOST_JOINT && squares;
     if joint { Method::Joint } else { Method::TwoStage }
 }

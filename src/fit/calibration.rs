@@ -46,7 +46,7 @@ pub fn calibrated(mut dataset: Dataset) -> (Dataset, Option<FoundCamera>) {
     let Some(tracks) = dataset.tracks.as_ref().filter(|tracks| tracks.discs.is_none()) else {
         return (dataset, None);
     };
-    let scene = Scene::new(dataset.ball);
+    let scene = Scene { side_sd: dataset.side_sd, ..Scene::new(dataset.ball) };
     let mut tracks = tracks.clone();
     let dropped: Vec<usize> = tracks.shots.iter_mut().map(drops::repair).filter(|count| *count > 0).collect();
     let noise_correlation = noise_correlation(&tracks.shots, &scene);
@@ -234,7 +234,11 @@ impl<'a> Search<'a> {
         let shots: Vec<TrackShot> = self.films.iter().map(|film| self.camera.shot(film)).collect();
         let scene = match self.scene {
             Some(scene) => scene,
-            None => footage::learned(self.dataset, &shots, Scene::new(self.dataset.ball)).0,
+            None => {
+                let side_sd = self.dataset.side_sd;
+                let scene = Scene { side_sd, ..Scene::new(self.dataset.ball) };
+                footage::learned(self.dataset, &shots, scene).0
+            }
         };
         let (dataset, films) = footage::filmed_with(self.dataset, &shots, (scene, &self.camera));
         if dataset.shots.len() < LEAST_SHOTS {
@@ -244,11 +248,11 @@ impl<'a> Search<'a> {
         for which in free {
             film.corrections[*which as usize] = Some(which.neutral() - self.camera.get(*which));
         }
-        let mut initial = Values::usual(&dataset.settings);
-        if let LiftPrior::Model(_, coefficients, _) = scene.lift {
-            initial.coefficients = coefficients;
+        let mut model = Model::new(Fidelity::Full, dataset.ball);
+        if let LiftPrior::Model(of_lift, ..) = scene.lift {
+            model.law = of_lift.law;
         }
-        let model = Model::new(Fidelity::Full, dataset.ball);
+        let initial = footage::near(&scene).unwrap_or_else(|| Values::usual(&dataset.settings));
         let all: Vec<&Shot> = dataset.shots.iter().collect();
         let (fitted, _) = run::plan(&all, &model, &initial, false);
         let fitted = filmed(&fitted, &films)?;
@@ -285,7 +289,7 @@ impl<'a> Search<'a> {
         let covariance = covariance.view((first, first), (free.len(), free.len())) * scale;
         // the lift of the next round is that of these coefficients
         if let (LiftPrior::Model(model, _, sd), true) = (scene.lift, minimum.values.coefficients.mu > 0.0) {
-            let lift = LiftPrior::Model(model, minimum.values.coefficients, sd);
+            let lift = LiftPrior::Model(minimum.values.model(&model), minimum.values.coefficients, sd);
             self.scene = Some(Scene { lift, ..scene });
         }
         (values.iter().chain(covariance.iter()).all(|v| v.is_finite())).then_some(Left { values, covariance })

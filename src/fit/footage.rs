@@ -16,7 +16,9 @@ use crate::measurement::loss::Loss;
 use crate::measurement::parameter::Parameter;
 use crate::measurement::spin::Spin;
 use crate::measurement::track::TrackShot;
+use crate::measurement::values::Values;
 use crate::physics::collision::{Coefficients, Fidelity, Model};
+use crate::physics::friction_law::Law;
 use crate::trajectory::scene::{LiftPrior, Scene};
 
 /// So many shots tell the friction between the balls well enough to know how high it lifts them.
@@ -49,7 +51,7 @@ pub fn with_impacts(
     mut dataset: Dataset,
     done: &(dyn Fn() + Sync),
 ) -> (Dataset, Vec<(TrackShot, Impact)>, Scene) {
-    let scene = Scene::new(dataset.ball);
+    let scene = Scene { side_sd: dataset.side_sd, ..Scene::new(dataset.ball) };
     if dataset.tracks.as_ref().is_some_and(|tracks| tracks.discs.is_some()) {
         let (mut dataset, extracted) = with_discs(dataset);
         let stuck = extracted.iter().filter_map(|(track, impact)| Some((track, impact.stuck?)));
@@ -107,11 +109,13 @@ fn many_stuns(extracted: &[(TrackShot, Impact)]) -> Option<String> {
 
 /// What the first fits of these shots gave, where a search may begin.
 #[must_use]
-pub fn near(scene: &Scene) -> Option<Coefficients> {
-    match scene.lift {
-        LiftPrior::Model(_, coefficients, _) => Some(coefficients),
-        LiftPrior::Published(..) => None,
-    }
+pub fn near(scene: &Scene) -> Option<Values> {
+    let LiftPrior::Model(model, coefficients, _) = scene.lift else { return None };
+    let (b, c) = match model.law {
+        Law::Constant => (0.0, 0.0),
+        Law::Exponential { b, c } => (b, c),
+    };
+    Some(Values { coefficients, b, c })
 }
 
 /// Whether the spin of some shot was found from its paths alone, since nothing else tells it and the shots did not tell enough
@@ -232,10 +236,11 @@ pub(super) fn learned(dataset: &Dataset, tracks: &[TrackShot], scene: Scene) -> 
     let (mut scene, mut shared) = (scene, None);
     for _ in 0..LEARN_ROUNDS {
         let impacts = extract_all(&sample, &scene, &|| ());
-        let Some((coefficients, mu_sd)) = coefficients(dataset, &sample, &impacts, &mut scene) else { break };
-        let model = Model::new(Fidelity::Full, dataset.ball);
-        scene.lift = LiftPrior::Model(model, coefficients, LIFT_SD);
-        shared = Some(SHARED_LIFT_SD.hypot(mu_sd / coefficients.mu));
+        let Some((values, mu_sd)) = coefficients(dataset, &sample, &impacts, &mut scene) else { break };
+        let law = if values.b == 0.0 { Law::Constant } else { Law::Exponential { b: values.b, c: values.c } };
+        let model = Model { law, ..Model::new(Fidelity::Full, dataset.ball) };
+        scene.lift = LiftPrior::Model(model, values.coefficients, LIFT_SD);
+        shared = Some(SHARED_LIFT_SD.hypot(mu_sd / (values.coefficients.mu + values.b)));
     }
     (scene, shared)
 }
@@ -262,13 +267,13 @@ fn shots_of(
     (found.into_par_iter().map(shot).collect(), sliding, Some(rolling))
 }
 
-/// What shots tell, and the standard error of μ.
+/// What shots tell, and the standard error of μ, or of the a of a friction that falls.
 fn coefficients(
     dataset: &Dataset,
     tracks: &[TrackShot],
     impacts: &[Result<Impact, Unusable>],
     scene: &mut Scene,
-) -> Option<(Coefficients, f64)> {
+) -> Option<(Values, f64)> {
     let usable = tracks.iter().zip(impacts);
     let usable: Vec<_> = usable.filter_map(|(track, impact)| Some((track, impact.as_ref().ok()?))).collect();
     // paths alone may tell a spin that is wholly wrong
@@ -278,9 +283,12 @@ fn coefficients(
     // the second round begins where the first ended
     let options = Options { depth: Depth::Estimates, loss, near: near(scene), ..Options::default() };
     let fit = fit::fit(&some, &options).ok()?.pop()?;
-    let [mu, mu_s, e] = Parameter::COEFFICIENTS.map(|parameter| fit.estimates[parameter as usize]);
-    let known = fit.converged && mu.status != Status::NotIdentified && mu.value > 0.0;
-    let coefficients = Coefficients { mu: mu.value, mu_s: mu_s.value, e: e.value };
+    let mut values = Values::from(Coefficients { mu: 0.0, mu_s: 0.0, e: 0.0 });
+    for estimate in &fit.estimates {
+        values[estimate.parameter] = estimate.value;
+    }
+    let tells = fit.estimates.first().is_some_and(|mu| mu.status != Status::NotIdentified);
+    let known = fit.converged && tells && values.coefficients.mu + values.b > 0.0;
     let mu_sd = fit.std_error_if_model_held(Parameter::Mu);
-    known.then_some((coefficients, mu_sd.unwrap_or(0.0)))
+    known.then_some((values, mu_sd.unwrap_or(0.0)))
 }

@@ -3,6 +3,7 @@
 mod analysis;
 mod calibration;
 mod camera;
+pub mod causes;
 pub mod check;
 mod counted;
 pub mod diagnostics;
@@ -55,10 +56,11 @@ use crate::likelihood::frames::shared_unknowns::SharedUnknown;
 use crate::measurement::dataset::{Dataset, Measured, Shot};
 use crate::measurement::loss::Loss;
 use crate::measurement::observable::Observable;
-use crate::measurement::parameter::Parameter;
+use crate::measurement::parameter::{Parameter, Setting, Settings};
+use crate::measurement::values::Values;
 use crate::numerics::least_squares::OptimiseError;
 use crate::physics::ball::Ball;
-use crate::physics::collision::{Coefficients, Effects, Fidelity, Model};
+use crate::physics::collision::{Effects, Fidelity, Model};
 use crate::physics::disc::Discs;
 
 /// Choices of a fit that are not part of the data set.
@@ -76,7 +78,7 @@ pub struct Options {
     pub tolerance: f64,
     pub method: Method,
     /// Where the search begins, in the place of a scan of all values of the friction: what an earlier fit of the same shots gave.
-    pub near: Option<Coefficients>,
+    pub near: Option<Values>,
     /// What is free in a joint fit besides.
     pub film: FilmUnknowns,
     pub depth: Depth,
@@ -100,6 +102,19 @@ pub enum Falling {
     Held { b: f64, c: f64 },
     /// b and c are parameters of the fit, with the settings of the data set.
     Fitted,
+}
+
+impl Falling {
+    /// The settings of a data set with this in the place of what they say of b and c.
+    #[must_use]
+    pub fn applied(self, mut settings: Settings) -> Settings {
+        settings.falls |= self != Self::AsStated;
+        if let Self::Held { b, c } = self {
+            settings[Parameter::B] = Setting::held(b);
+            settings[Parameter::C] = Setting::held(c);
+        }
+        settings
+    }
 }
 
 /// How footage is fitted.
@@ -215,11 +230,6 @@ pub enum FitError {
         "{0}: a joint fit takes least squares; leave out the robust loss, or fit with --method two-stage"
     )]
     JointLoss(String),
-    #[error(
-        "{0}: a joint fit takes a friction that is constant or falls with b and c held; fix mu_b and mu_c under [fit], or \
-         fit with --method two-stage"
-    )]
-    JointFriction(String),
     #[error("{0}")]
     Relations(String),
     #[error(transparent)]
@@ -239,7 +249,6 @@ impl FitError {
                 | Self::NotExtracted(_)
                 | Self::NotFilmed(_)
                 | Self::JointLoss(_)
-                | Self::JointFriction(_)
         )
     }
 }
@@ -337,6 +346,10 @@ pub struct Fit {
     pub camera: Option<FoundCamera>,
     /// Where the data refute the model: then no estimate has an error.
     pub refuted: Option<Refuted>,
+    /// Whether the shots were filmed, rather than measured as impacts or angles.
+    pub footage: bool,
+    /// What explains residuals that the model leaves, and what was corrected of the film; the best first.
+    pub explanations: Vec<causes::Explanation>,
     /// One row per observation of [`Fit::tested`]: in a joint fit of the velocities that were extracted from each shot.
     pub residuals: Vec<Residual>,
     /// Of a joint fit: its frames.
@@ -355,6 +368,12 @@ pub struct Fit {
 }
 
 impl Fit {
+    /// As in fit.json: how footage was fitted; impacts and angles are fitted directly.
+    #[must_use]
+    pub fn method_name(&self) -> &'static str {
+        if self.footage { self.method.name() } else { "direct" }
+    }
+
     /// Spins were found from the paths alone, whose errors a fit of velocities cannot carry over.
     pub fn warn_of_spins_from_paths(&mut self) {
         self.warnings.insert(

@@ -16,8 +16,8 @@ use super::settled::{Settled, observations, priors};
 use super::uncertainty;
 use super::uncertainty::{Minimum, Quantiles};
 use super::{
-    Depth, Diagnostics, Estimate, Falling, Films, Fit, FitError, Intervals, Method, Options, Rejected,
-    Status, fidelity_choice, starts,
+    Depth, Diagnostics, Estimate, Films, Fit, FitError, Intervals, Method, Options, Rejected, Status, causes,
+    fidelity_choice, starts,
 };
 use crate::likelihood::fitted::Fitted;
 use crate::likelihood::frames;
@@ -27,7 +27,7 @@ use crate::likelihood::whitening::EstimatedSd;
 use crate::measurement::dataset::{Dataset, Shot};
 use crate::measurement::loss::Loss;
 use crate::measurement::observable::Observable;
-use crate::measurement::parameter::{Parameter, Setting};
+use crate::measurement::parameter::Parameter;
 use crate::measurement::relation::Relation;
 use crate::measurement::values::Values;
 use crate::physics::collision::{Effects, Model};
@@ -65,18 +65,8 @@ pub(super) fn fit_shots(
     let mut model = Model::new(options.fidelity, dataset.ball);
     model.tolerance = options.tolerance;
     model.effects = options.effects.unwrap_or(model.effects);
-    let mut settings = dataset.settings;
-    let mut initial = Values::usual(&settings);
-    match options.falling {
-        Falling::AsStated => {}
-        Falling::Fitted => settings.falls = true,
-        Falling::Held { b, c } => {
-            settings.falls = true;
-            settings[Parameter::B] = Setting::held(b);
-            settings[Parameter::C] = Setting::held(c);
-            (initial.b, initial.c) = (b, c);
-        }
-    }
+    let settings = options.falling.applied(dataset.settings);
+    let initial = Values::usual(&settings);
     if settings.falls {
         model.law = Law::Exponential { b: initial.b, c: initial.c };
     }
@@ -106,8 +96,12 @@ pub(super) fn fit_shots(
     };
     let name = title(dataset, group.as_ref());
     let named = |error| named(error, dataset, &name);
-    let near = |coefficients| Values { coefficients, ..initial };
-    let (mut refused, mut starts) = (None, options.near.map(near).into_iter().collect::<Vec<Values>>());
+    // what is fixed stays where it is
+    let fixed = |p: &Parameter| settings[*p].fixed || !settings.parameters().contains(p);
+    let near = |near: Values| {
+        Parameter::ALL.into_iter().filter(fixed).fold(near, |near, p| near.with(p, initial[p]))
+    };
+    let (mut refused, mut starts): (_, Vec<Values>) = (None, options.near.map(near).into_iter().collect());
     if options.auto {
         (refused, starts) =
             fidelity_choice::choose(&mut fitted, &search, discs.is_none(), &starts).map_err(named)?;
@@ -121,10 +115,6 @@ pub(super) fn fit_shots(
     let (first, settled) = if options.method == Method::Joint {
         if search.loss != Loss::Squares {
             return Err(FitError::JointLoss(name));
-        }
-        let follows_law = |p: &Parameter| matches!(p, Parameter::B | Parameter::C) && !settings[*p].fixed;
-        if settings.parameters().iter().any(follows_law) {
-            return Err(FitError::JointFriction(name));
         }
         // from where the two stages end, and from their other minima: frames are too costly to be scanned
         let settled = Settled::near_starts(&search, &starts).map_err(named)?;
@@ -150,6 +140,7 @@ pub(super) fn fit_shots(
     let rivals = settled.rivals();
     let alternatives =
         if depth >= Depth::Everything { other_models::compare(first, &settled) } else { Vec::new() };
+    let found = settled.clone();
     let Settled { search, free, minimum, estimated, plateaus, identifiability, .. } = settled;
     let dof = (observations(search.fitted) + priors(settings, &free)).saturating_sub(minimum.room());
     let knows_noise = estimated.iter().all(|group| group.estimable);
@@ -278,6 +269,7 @@ pub(super) fn fit_shots(
         rolling: dataset.rolling,
         fidelity: if options.auto { "auto" } else { options.fidelity.name() },
         method: options.method,
+        footage: dataset.tracks.is_some(),
         effects,
         estimates,
         correlation,
@@ -289,6 +281,7 @@ pub(super) fn fit_shots(
         shots_rejected,
         shots_doubtful: doubtful(dataset, shots, &fitted),
         camera: None,
+        explanations: Vec::new(),
         refuted: None,
         residuals,
         frames,
@@ -302,6 +295,9 @@ pub(super) fn fit_shots(
     };
     let used: Vec<&Shot> = fitted.iter().map(|shot| shots[shot.index]).collect();
     super::diagnostics::refuted::judge(&mut fit, &used, discs.is_some());
+    if options.depth >= Depth::Everything && causes::is_called_for(&fit) {
+        fit.explanations = causes::explain(&found, &search);
+    }
     super::warnings::add(&mut fit, &fitted, knows_noise);
     if fit.refuted.is_none() {
         super::warnings::add_lower(&mut fit, 2.0 * lowest);
@@ -322,6 +318,8 @@ pub(super) fn fit_shots(
             "With so many shots {profiles}the regions of pairs of parameters and other models are left out."
         ));
     }
+    let sentences = fit.explanations.iter().map(|explanation| explanation.sentence.clone());
+    fit.warnings.splice(0..0, sentences.collect::<Vec<_>>());
     fit.seconds = begun.elapsed().as_secs_f64();
     Ok(fit)
 }

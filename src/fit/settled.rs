@@ -21,6 +21,7 @@ const MOST_REFINEMENTS: usize = 4;
 const REACH: f64 = 0.01;
 
 /// A minimum at which everything that is still free is determined.
+#[derive(Clone)]
 pub(super) struct Settled<'a> {
     /// With what the data do not tell held.
     pub search: Search<'a>,

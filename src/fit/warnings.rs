@@ -125,7 +125,9 @@ pub(super) fn add(fit: &mut Fit, fitted: &[Fitted], knows_noise: bool) {
             )),
             _ => {}
         }
-        for trend in goodness.trends.iter().filter(|trend| trend.significant) {
+        // what explains the residuals says more than how they run
+        let unexplained = fit.explanations.is_empty();
+        for trend in goodness.trends.iter().filter(|trend| trend.significant && unexplained) {
             warnings.push(format!("{}.", capital(&trend.words)));
         }
         let influential = goodness.influence.iter();

@@ -33,6 +33,8 @@ pub(crate) struct Manifest {
     /// Where the data are of discs, for kind `tracks`.
     pub discs: Option<Discs>,
     pub assume: Option<Assume>,
+    /// Standard deviation of side spin that nobody saw, as Rω_z/U; 0: there is none.
+    pub side_sd: f64,
     pub settings: Settings,
     pub relations: Vec<Relation>,
     pub loss: Loss,
@@ -132,6 +134,8 @@ struct RawObject {
 struct RawSpin {
     /// Where it is left out, as in a fresh draft, what is missing is said with all else that is.
     assume: Option<Assume>,
+    /// Standard deviation of side spin that nobody saw, as Rω_z/U.
+    side_sd: Option<Spanned<f64>>,
 }
 
 /// The data sets that a folder without a dataset.toml holds, as a hint: `: data/a, data/b and 3 more`.
@@ -246,6 +250,7 @@ impl RawManifest {
             .zip(tracks.as_ref())
             .map(|(discs, tracks)| Discs { in_seconds: !tracks.unknown_rate, ..discs });
         let settings = self.fit.settings(source, problems);
+        let side_sd = self.side_sd(source, problems);
         let relations = self.fit.relations(settings.falls, source, problems);
         let loss = self.fit.loss(source, problems);
         Manifest {
@@ -256,6 +261,7 @@ impl RawManifest {
             source: self.source,
             ball,
             // of discs, points on them show how they turn
+            side_sd,
             assume: (self.cue_spin.and_then(|spin| spin.into_inner().assume))
                 .or(discs.map(|_| Assume::Unknown)),
             discs,
@@ -269,6 +275,26 @@ impl RawManifest {
                 (by.into_inner(), line, position)
             }),
         }
+    }
+
+    /// `[cue_spin] side_sd`, checked.
+    fn side_sd(&self, source: &Source, problems: &mut Problems) -> f64 {
+        let Some(side_sd) = self.cue_spin.as_ref().and_then(|spin| spin.as_ref().side_sd.as_ref()) else {
+            return 0.0;
+        };
+        let value = *side_sd.as_ref();
+        let disc = self.ball.shape.as_ref().is_some_and(|shape| *shape.as_ref() == Shape::Disc);
+        if !(0.0..=1.0).contains(&value) {
+            let message = format!(
+                "cue_spin.side_sd is {value}; expected the standard deviation of the side spin times the radius over the speed, \
+                 from 0 to 1"
+            );
+            source.add(problems, &side_sd.span(), message);
+        } else if disc {
+            let message = "cue_spin.side_sd goes with balls: points on discs show how they turn";
+            source.add(problems, &side_sd.span(), message.to_string());
+        }
+        value
     }
 
     /// The discs, where [ball] says that they are.

@@ -68,6 +68,14 @@ pub fn load(path: &Path) -> Result<Dataset, DatasetError> {
         shots.append(&mut own);
     }
     name_shots(&mut shots, &mut problems);
+    let side_sd = manifest.side_sd;
+    for shot in shots.iter_mut().filter(|_| side_sd > 0.0) {
+        if !shot.add_side_spin(side_sd, manifest.ball.radius) {
+            let message =
+                "is missing; expected a speed in every row, since [cue_spin] side_sd is a part of it";
+            problems.add(&shot.file, Some(shot.line), Some("speed_m_s"), message);
+        }
+    }
     if let Some(path) = &manifest.extraction.covariance {
         covariance::read(path, &mut shots, &manifest.extraction.shared(), &mut problems);
     }
@@ -88,6 +96,7 @@ pub fn load(path: &Path) -> Result<Dataset, DatasetError> {
         sliding: extraction.sliding,
         rolling: extraction.rolling,
         lift_sd: extraction.lift_sd,
+        side_sd,
         tracks,
     })
 }

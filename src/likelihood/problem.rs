@@ -113,10 +113,8 @@ impl<'a> Problem<'a> {
             let shots = all.iter().flatten().copied().collect();
             *self.best.borrow_mut() = Best { chi2, shared: at, shots };
         }
-        let columns = self.free.iter().map(|parameter| *parameter as usize);
-        let columns: Vec<usize> =
-            columns.chain(self.unknowns.iter().map(|unknown| unknown.kind.place())).collect();
-        for (i, reduced) in all.iter().enumerate() {
+        let places: Vec<usize> = self.unknowns.iter().map(|unknown| unknown.kind.place()).collect();
+        for (i, (reduced, shot)) in all.iter().zip(self.shots).enumerate() {
             let mut rows = residuals.rows_mut(i * frames::ROWS, frames::ROWS);
             let Some(reduced) = reduced else {
                 // the optimiser shrinks a step that ends where there is no prediction
@@ -124,9 +122,17 @@ impl<'a> Problem<'a> {
                 continue;
             };
             rows.copy_from(&reduced.residuals);
-            for (column, of) in columns.iter().enumerate() {
+            let slip = shot.film.as_ref().map_or(0.0, |film| film.slip(&reduced.own));
+            let of_parameter = |parameter: &Parameter| match parameter {
+                // μ = a + b exp(−c v) at the first slip: ∂μ/∂b = exp(−c v), ∂μ/∂c = −b v exp(−c v)
+                Parameter::B => (Parameter::Mu as usize, (-values.c * slip).exp()),
+                Parameter::C => (Parameter::Mu as usize, -values.b * slip * (-values.c * slip).exp()),
+                other => (*other as usize, 1.0),
+            };
+            let columns = self.free.iter().map(of_parameter).chain(places.iter().map(|of| (*of, 1.0)));
+            for (column, (of, factor)) in columns.enumerate() {
                 let mut block = jacobian.view_mut((i * frames::ROWS, column), (frames::ROWS, 1));
-                block.copy_from(&reduced.jacobian.column(*of));
+                block.copy_from(&(reduced.jacobian.column(of) * factor));
             }
         }
         let known =

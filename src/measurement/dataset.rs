@@ -11,7 +11,7 @@ use super::parameter::Settings;
 use super::relation::Relation;
 use super::spin::Spin;
 use super::track::TrackShot;
-use crate::physics::ball::Ball;
+use crate::physics::ball::{Ball, Vec3};
 use crate::physics::disc::Discs;
 
 /// A data set. One that was read from files is checked; of one that a program made a fit refuses what
@@ -41,6 +41,9 @@ pub struct Dataset {
     pub rolling: Option<Measured>,
     /// Relative standard error that all shots share of how high friction lifts a ball, where they were extracted with it.
     pub lift_sd: Option<f64>,
+    /// Standard deviation of side spin that nobody saw, as Rω_z/U: of shots that are stated as stun or natural roll (`[cue_spin]
+    /// side_sd`). 0: there is none.
+    pub side_sd: f64,
     /// Kind `tracks`: what was filmed, from which shots are yet to be extracted.
     pub tracks: Option<Tracks>,
 }
@@ -80,6 +83,30 @@ pub struct Shot {
     pub after: Vec<Measurement>,
     /// Where state before and observations were extracted together, their joint errors.
     pub joint: Option<Box<Joint>>,
+}
+
+impl Shot {
+    /// Makes the side spin of a shot that is stated as stun or natural roll uncertain: `sd` is its standard deviation, of Rω_z/U.
+    /// Whether the speed is known that this takes.
+    pub fn add_side_spin(&mut self, sd: f64, radius: f64) -> bool {
+        let rolls = match self.spin {
+            Spin::Stun => 0.0,
+            Spin::NaturalRoll => 1.0,
+            Spin::Measured { .. } | Spin::Unknown => return true,
+        };
+        let velocity = match self.before {
+            Before::Impact { velocity, .. } => velocity.map(|v| v.value),
+            Before::Angle { cut, speed: Some(speed) } => {
+                [speed.value * cut.value.cos(), speed.value * cut.value.sin()]
+            }
+            Before::Angle { speed: None, .. } => return false,
+        };
+        // ω = (−U_y, U_x, 0)/R where it rolls
+        let spin = Vec3::new(-velocity[1], velocity[0], 0.0) * (rolls / radius);
+        let side = sd * velocity[0].hypot(velocity[1]) / radius;
+        self.spin = Spin::Measured { spin, sd: [None, None, Some(side)] };
+        true
+    }
 }
 
 /// Errors of what was extracted from one track, table frame: direction of the line of centres (rad), the

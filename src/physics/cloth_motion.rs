@@ -187,6 +187,35 @@ impl<T: Number> Path<T> {
         Self(vec![Stretch { start, position, velocity, acceleration, rolls: true }])
     }
 
+    /// The same on a table that is not level: `acceleration` (m/s²) is that of a body that slides without friction. A ball that rolls
+    /// has 1/(1 + ν) of it, one that lies still stays. The direction of the slip is taken as on a level table.
+    #[must_use]
+    pub(crate) fn tilted(mut self, acceleration: [f64; 2], inertia: f64) -> Self {
+        let zero = T::from(0.0);
+        let (mut moved, mut faster) = ([zero; 2], [zero; 2]);
+        for i in 0..self.0.len() {
+            let lasts = self.0.get(i + 1).map(|next| next.start - self.0[i].start);
+            let stretch = &mut self.0[i];
+            let lies = norm(stretch.velocity).re() == 0.0 && norm(stretch.acceleration).re() == 0.0;
+            let part = match (lies, stretch.rolls) {
+                (true, _) => 0.0,
+                (false, true) => 1.0 / (1.0 + inertia),
+                (false, false) => 1.0,
+            };
+            for axis in 0..2 {
+                let own = acceleration[axis] * part;
+                stretch.position[axis] += moved[axis];
+                stretch.velocity[axis] += faster[axis];
+                stretch.acceleration[axis] += T::from(own);
+                if let Some(lasts) = lasts {
+                    moved[axis] += (faster[axis] + lasts * (0.5 * own)) * lasts;
+                    faster[axis] += lasts * own;
+                }
+            }
+        }
+        self
+    }
+
     /// Position at a time, metres.
     #[must_use]
     pub fn position(&self, time: f64) -> [T; 2] {
@@ -348,6 +377,20 @@ mod tests {
                 assert_eq!(norm(left) < ROUNDING, rolls, "at {time}: {left:?}");
             }
         }
+    }
+
+    #[test]
+    fn a_tilted_table_accelerates_a_ball_that_slides_fully_and_one_that_rolls_by_five_sevenths() {
+        let (slides, level) = (0.05, Path::after(&launch([1.0, 0.4], 0.0), &Cloth::default()));
+        let tilted = level.clone().tilted([0.02, 0.0], 0.4);
+        let off = |time: f64| tilted.position(time)[0] - level.position(time)[0];
+        assert!((off(0.5 + slides) - 0.5 * 0.02 * slides * slides).abs() < ROUNDING);
+        let rolls = level.0[1].start;
+        let (since, sliding) = (0.1, rolls - 0.5);
+        let expected = 0.01 * sliding * sliding + 0.02 * sliding * since + 0.5 * 0.02 / 1.4 * since * since;
+        assert!((off(rolls + since) - expected).abs() < ROUNDING);
+        let still = Path::at_rest(&launch([0.0; 2], 0.0)).tilted([0.02, 0.0], 0.4);
+        assert_eq!(still.position(0.1), [1.0, 2.0]);
     }
 
     #[test]

@@ -95,7 +95,7 @@ fn about(fit: &Fit) -> Vec<super::content::Fact> {
         ("cloth", fit.cloth.clone().unwrap_or_default()),
         bodies(fit),
         ("model", model(fit)),
-        ("method", fit.method.name().to_owned()),
+        ("method", fit.method_name().to_owned()),
         ("shots", format!("{} used, {} not used", fit.shots_used, fit.shots_rejected.len())),
         (
             "optimiser",

@@ -8,8 +8,10 @@ use super::digits;
 use super::digits::{FEW, MANY};
 use super::{ReportError, diagnostics, reduced_chi2, unit_name};
 use crate::fit;
+use crate::fit::causes::Explanation;
 use crate::fit::{Estimate, Fit, FoundCamera, FoundCorrection, Noise, Refuted};
 use crate::measurement::dataset::Measured;
+use crate::measurement::parameter::Parameter;
 
 /// fit.json as text, with a newline at its end. What is not finite becomes `null`.
 pub fn render(fit: &Fit) -> Result<String, ReportError> {
@@ -41,6 +43,46 @@ pub fn render_all(fits: &[Fit]) -> Result<String, ReportError> {
     }
 }
 
+/// A cause, and what the parameters would be with it.
+#[derive(Debug, Serialize)]
+struct ExplanationEntry {
+    cause: &'static str,
+    estimate: f64,
+    std_error: f64,
+    delta_2logl: f64,
+    adopted: bool,
+    with_it: Ordered<WithIt>,
+    /// Of the velocities, without it and with it.
+    reduced_chi2: Option<[f64; 2]>,
+    sentence: String,
+}
+
+#[derive(Debug, Serialize)]
+struct WithIt {
+    estimate: f64,
+    std_error: f64,
+}
+
+fn explanation(found: &Explanation) -> ExplanationEntry {
+    let with_it = |(parameter, estimate, error): &(Parameter, f64, f64)| {
+        let entry = WithIt {
+            estimate: digits::to_error(*estimate, Some(*error)),
+            std_error: digits::significant(*error, FEW),
+        };
+        (parameter.name(), entry)
+    };
+    ExplanationEntry {
+        cause: found.cause.name(),
+        estimate: digits::to_error(found.estimate, Some(found.std_error)),
+        std_error: digits::significant(found.std_error, FEW),
+        delta_2logl: digits::significant(found.delta_2logl, MANY),
+        adopted: found.adopted,
+        with_it: Ordered(found.with_it.iter().map(with_it).collect()),
+        reduced_chi2: found.reduced_chi2.map(|both| both.map(|value| digits::significant(value, MANY))),
+        sentence: found.sentence.clone(),
+    }
+}
+
 /// What fit.json holds, to serialise it alone or among others.
 #[must_use]
 pub fn document(fit: &Fit) -> Document<'_> {
@@ -55,7 +97,7 @@ pub fn document(fit: &Fit) -> Document<'_> {
         mu_r: fit.rolling.map(friction),
         version: env!("CARGO_PKG_VERSION"),
         fidelity: fit.fidelity,
-        method: fit.method.name(),
+        method: fit.method_name(),
         effects: Ordered(fit.effects.clone()),
         warnings: &fit.warnings,
         notes: &fit.notes,
@@ -71,6 +113,7 @@ pub fn document(fit: &Fit) -> Document<'_> {
         reduced_chi2: reduced_chi2(fit).map(|value| digits::significant(value, MANY)),
         refuted: fit.refuted.as_ref().map(refuted),
         film: fit.camera.as_ref().map(film),
+        explanations: fit.explanations.iter().map(explanation).collect(),
         observations: fit.diagnostics.joint.as_ref().map_or(fit.residuals.len(), |joint| joint.observations),
         noise: fit.noise.iter().map(noise).collect(),
         diagnostics: diagnostics::entries(fit),
@@ -115,6 +158,8 @@ pub struct Document<'a> {
     /// `null` where the data do not refute the model.
     refuted: Option<RefutedEntry>,
     film: Option<Map<String, Value>>,
+    /// What explains the residuals, the best first; empty where nothing is amiss.
+    explanations: Vec<ExplanationEntry>,
     observations: usize,
     noise: Vec<NoiseEntry>,
     #[serde(flatten)]

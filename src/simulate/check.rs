@@ -31,7 +31,7 @@ pub(super) fn check(spec: &Spec) -> Result<(), BadSpec> {
         return fail(
             "shots.cue_spin",
             "[]".into(),
-            "at least one of stun, natural-roll, almost-roll, draw, side, any",
+            "at least one of stun, natural-roll, almost-roll, draw, side, slight-side, any",
         );
     }
     check_numbers(spec)

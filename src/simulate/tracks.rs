@@ -296,7 +296,7 @@ impl Maker<'_> {
             _ if markers > 0 => Spin::Unknown,
             Played::Stun => Spin::Stun,
             Played::NaturalRoll => Spin::NaturalRoll,
-            Played::AlmostRoll | Played::Draw | Played::Side | Played::Any => {
+            Played::AlmostRoll | Played::Draw | Played::Side | Played::SlightSide | Played::Any => {
                 Spin::Measured { spin: course.truth.cue_before.spin, sd: [None; 3] }
             }
         };

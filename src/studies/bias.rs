@@ -117,6 +117,7 @@ pub fn velocities(shots: &[accuracy::Shot], ball: Ball) -> Dataset {
         sliding: None,
         rolling: None,
         lift_sd: None,
+        side_sd: 0.0,
         tracks: None,
     }
 }

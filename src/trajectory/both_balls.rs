@@ -70,6 +70,26 @@ pub(crate) struct Scene {
     pub bounce: f64,
     /// A cue ball that slips less than this on the cloth (m/s) rolls, for all that its measured spin says.
     pub rolls_within: f64,
+    /// Standard deviation of side spin that nobody saw, of a shot that is stated as stun or natural roll: of Rω_z/U. 0 where there is
+    /// none.
+    pub side_sd: f64,
+    /// In what the shot differs from what is stated.
+    pub departure: Departure,
+}
+
+/// In what a shot may differ from what its data set states, to find out what explains its residuals.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Departure {
+    /// Gravity in the film's units of length and time, over g: (stated frame rate / true one)².
+    pub gravity: f64,
+    /// Topspin besides that of a stun or natural-roll shot, over the natural roll's.
+    pub topspin: f64,
+    /// Acceleration of a body that slides without friction down the table, table frame, m/s².
+    pub tilt: [f64; 2],
+}
+
+impl Departure {
+    pub(crate) const NONE: Self = Self { gravity: 1.0, topspin: 0.0, tilt: [0.0; 2] };
 }
 
 /// Standard deviations of a measured spin within which a ball that rolls may seem to slip.
@@ -95,21 +115,30 @@ impl Scene {
             Spin::Measured { sd: [x, y, _], .. } => x.unwrap_or(0.0).max(y.unwrap_or(0.0)),
             _ => 0.0,
         };
-        Self { ball: scene.ball, spin, bounce, rolls_within: ROLLS_ERRORS * sd * scene.ball.radius }
+        let rolls_within = ROLLS_ERRORS * sd * scene.ball.radius;
+        let side_sd = if matches!(spin, Spin::Stun | Spin::NaturalRoll) { scene.side_sd } else { 0.0 };
+        Self { ball: scene.ball, spin, bounce, rolls_within, side_sd, departure: Departure::NONE }
     }
 
-    /// Spin in the collision frame; `roll` is its part of the natural roll where it is unknown.
-    pub(crate) fn spin<T: Number>(&self, direction: [T; 2], before: [T; 2], roll: T) -> [T; 3] {
+    /// Spin in the collision frame; `unknown` is its part of the natural roll where it is unknown, and Rω_z/U where the side
+    /// spin is.
+    pub(crate) fn spin<T: Number>(&self, direction: [T; 2], before: [T; 2], unknown: T) -> [T; 3] {
         let zero = T::from(0.0);
         let rolling = [-before[1] / self.ball.radius, before[0] / self.ball.radius, zero];
-        match self.spin {
-            Spin::Stun => [zero; 3],
-            Spin::NaturalRoll => rolling,
-            Spin::Unknown => rolling.map(|spin| spin * roll),
+        let [x, y, z] = match self.spin {
+            Spin::Stun => rolling.map(|spin| spin * self.departure.topspin),
+            Spin::NaturalRoll => rolling.map(|spin| spin * (1.0 + self.departure.topspin)),
+            Spin::Unknown => rolling.map(|spin| spin * unknown),
             Spin::Measured { spin, .. } => {
                 let [cos, sin] = direction;
                 [cos * spin.x + sin * spin.y, cos * spin.y - sin * spin.x, T::from(spin.z)]
             }
+        };
+        if self.side_sd > 0.0 {
+            let speed = (before[0] * before[0] + before[1] * before[1]).sqrt();
+            [x, y, z + unknown * speed / self.ball.radius]
+        } else {
+            [x, y, z]
         }
     }
 
@@ -216,7 +245,8 @@ impl<T: Number> Launches<T> {
             position,
             velocity: to_table(side.velocity),
             slip: to_table(side.slip),
-            up: side.up,
+            // a flight lasts 2V_z/g; μ_k g and μ_r g are as the paths have them
+            up: side.up / scene.departure.gravity,
             inertia: scene.ball.inertia,
         };
         let slips = before.slip[0].re().hypot(before.slip[1].re());

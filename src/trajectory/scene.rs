@@ -14,6 +14,8 @@ pub struct Scene {
     pub sliding_sd: f64,
     /// What is known of the vertical friction that lifts one of the balls.
     pub lift: LiftPrior,
+    /// Standard deviation of side spin that nobody saw, of shots stated as stun or natural roll: of Rω_z/U.
+    pub side_sd: f64,
 }
 
 /// How fast the friction between the balls lifts one of them. A single track hardly tells for how long a
@@ -31,6 +33,12 @@ impl Scene {
     /// Published values to start from, with priors so wide that the tracks decide.
     #[must_use]
     pub fn new(ball: Ball) -> Self {
-        Self { ball, cloth: Cloth::default(), sliding_sd: 1.0, lift: LiftPrior::Published(0.05, 0.05) }
+        Self {
+            ball,
+            cloth: Cloth::default(),
+            sliding_sd: 1.0,
+            lift: LiftPrior::Published(0.05, 0.05),
+            side_sd: 0.0,
+        }
     }
 }

@@ -83,6 +83,8 @@ pub fn normal() -> Fit {
         rolling: None,
         fidelity: "full",
         method: Method::TwoStage,
+        footage: false,
+        explanations: Vec::new(),
         effects: vec![("friction", true), ("cloth", true), ("spin_loss", false)],
         estimates: vec![
             estimate(Parameter::Mu, 0.101_37, 0.002_71),

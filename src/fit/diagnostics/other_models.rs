@@ -161,7 +161,7 @@ fn other_law(search: &Search, settled: &Settled, fit: &Change) -> Option<Change>
             ..fit.clone()
         });
     }
-    // frames do not take it, and without a speed nothing is known of the slip
+    // of frames only where they do not fit (`causes`), and without a speed nothing is known of the slip
     if are_filmed(search.fitted) || !search.fitted.iter().all(|shot| shot.plan.knows_speed()) {
         return None;
     }

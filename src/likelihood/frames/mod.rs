@@ -25,7 +25,7 @@ use crate::physics::cloth_motion::{Launch, Number, Path};
 use crate::physics::collision::{Coefficients, Corrected, Input};
 use crate::trajectory::both_balls;
 use crate::trajectory::both_balls::{
-    Frames, Launches, Meeting, Scene as ModelScene, Side, Unknowns, unknown,
+    Departure, Frames, Launches, Meeting, Scene as ModelScene, Side, Unknowns, unknown,
 };
 use crate::trajectory::scene::Scene;
 
@@ -44,7 +44,7 @@ pub(crate) const OWN: usize = 6;
 /// …and its spin (rad/s, table frame), where it is not exactly known.
 const SPIN: usize = 3;
 
-/// …or its topspin over the natural roll's, where nothing is known of it.
+/// …or its topspin over the natural roll's, where nothing is known of it, or Rω_z/U where nobody saw the side spin.
 const ROLL: usize = 1;
 
 /// Unknowns and shared parameters of a shot whose spin is known, is measured, is not known.
@@ -138,6 +138,9 @@ pub struct Reduced {
     pub own: Own,
     /// Their derivatives by the shared parameters, as far as these are small.
     pub own_by_shared: OwnByShared,
+    /// ln(σ²/p) of an unknown side spin of prior variance σ² and posterior variance p: what −2 log L has besides χ² where σ is
+    /// varied. 0 where there is none.
+    pub log_volume: f64,
 }
 
 impl Reduced {
@@ -257,12 +260,31 @@ impl Film {
         }
     }
 
+    /// The same film of a shot that differs so from what is stated, with side spin of this standard deviation where that is not 0.
+    #[must_use]
+    pub(crate) fn departing(&self, departure: Departure, side_sd: f64) -> Self {
+        let side_sd = if side_sd > 0.0 { side_sd } else { self.scene.side_sd };
+        Self { scene: ModelScene { departure, side_sd, ..self.scene }, ..self.clone() }
+    }
+
+    /// Whether its side spin is an unknown.
+    #[must_use]
+    pub(crate) fn has_side_spin(&self) -> bool {
+        self.scene.side_sd > 0.0
+    }
+
+    /// Whether the cue ball's spin is stated, as stun or natural roll.
+    #[must_use]
+    pub(crate) fn states_spin(&self) -> bool {
+        matches!(self.scene.spin, Spin::Stun | Spin::NaturalRoll)
+    }
+
     /// Measured numbers: coordinates, and components of spins.
     #[must_use]
     pub fn observations(&self) -> usize {
         let spins = self.seen.iter().flatten().count() + usize::from(self.spin.is_some());
-        let roll = usize::from(self.rolls_unknown());
-        self.independent + SPIN * spins + roll
+        let one = usize::from(self.one_unknown().is_some());
+        self.independent + SPIN * spins + one
     }
 
     /// The shot's own unknowns.
@@ -270,8 +292,17 @@ impl Film {
     pub fn unknowns(&self) -> usize {
         match self.spin {
             Some(_) => OWN + SPIN,
-            None if self.rolls_unknown() => OWN + ROLL,
+            None if self.one_unknown().is_some() => OWN + ROLL,
             None => OWN,
+        }
+    }
+
+    /// Mean and standard deviation of the one number of the spin that is an unknown: topspin over the natural roll's, or Rω_z/U.
+    fn one_unknown(&self) -> Option<(f64, f64)> {
+        match (self.rolls_unknown(), self.scene.side_sd) {
+            (true, _) => Some(both_balls::ROLL_PRIOR),
+            (false, side_sd) if side_sd > 0.0 => Some((0.0, side_sd)),
+            _ => None,
         }
     }
 
@@ -289,19 +320,23 @@ impl Film {
     ) -> Option<Normal<N>> {
         let own = N - SHARED;
         let duals: [DualSVec64<N>; N] = std::array::from_fn(|i| DualSVec64::from_re(all[i]).derivative(i));
-        let roll = if N == UNKNOWN { duals[OWN] } else { DualSVec64::from_re(0.0) };
+        let one = if N == UNKNOWN { duals[OWN] } else { DualSVec64::from_re(0.0) };
         let spins = (N == MEASURED).then(|| [duals[OWN], duals[OWN + 1], duals[OWN + 2]]);
         let shared: [DualSVec64<N>; SHARED] = std::array::from_fn(|i| duals[own + i]);
         let (Launches { before, cue, object }, after) =
-            self.launches(&duals[..OWN], (spins, roll), &shared, |inputs| collide(collision, inputs))?;
+            self.launches(&duals[..OWN], (spins, one), &shared, |inputs| collide(collision, inputs))?;
         let [.., sliding, rolling, bounce] = shared;
         let cloth = [sliding, rolling, bounce];
         let time = before.time.re;
+        let tilt = self.scene.departure.tilt;
         let mut normal = Normal::<N>::zero();
         let mut add =
             |frames: &Moments, launch: &Launch<DualSVec64<N>>, path: fn(&_, &_) -> Path<_>, during| {
                 let (own, own_cloth) = path_start::launch(launch, cloth.map(|of| of.re));
-                let sums = frames.along(&path(&own, &own_cloth), during, off);
+                let path = path(&own, &own_cloth);
+                let level = tilt == [0.0; 2];
+                let path = if level { path } else { path.tilted(tilt, self.scene.ball.inertia) };
+                let sums = frames.along(&path, during, off);
                 normal.add_path(&sums, &path_start::by_unknowns(launch, &cloth));
             };
         let (until, from) = ([f64::NEG_INFINITY, time], [time, f64::INFINITY]);
@@ -314,9 +349,8 @@ impl Film {
                 normal.add((component - mean[i]) / sd[i]);
             }
         }
-        if N == UNKNOWN {
-            let (mean, sd) = both_balls::ROLL_PRIOR;
-            normal.add((roll - mean) / sd);
+        if let (UNKNOWN, Some((mean, sd))) = (N, self.one_unknown()) {
+            normal.add((one - mean) / sd);
         }
         for (spin, seen) in after.into_iter().zip(&self.seen) {
             let Some(seen) = seen else { continue };
@@ -332,7 +366,7 @@ impl Film {
     fn launches<T: Number>(
         &self,
         own: &[T],
-        (spin, roll): (Option<[T; SPIN]>, T),
+        (spin, one): (Option<[T; SPIN]>, T),
         shared: &[T; SHARED],
         collide: impl FnOnce(&[T; 8]) -> Option<[T; 12]>,
     ) -> Option<(Launches<T>, [[T; SPIN]; 2])> {
@@ -344,7 +378,7 @@ impl Film {
         let to_table = |w: [T; 3]| [cos * w[0] - sin * w[1], sin * w[0] + cos * w[1], w[2]];
         let spin = match spin {
             Some(spin) => to_frame(spin),
-            None => self.scene.spin([cos, sin], before, roll),
+            None => self.scene.spin([cos, sin], before, one),
         };
         let [mu, mu_s, e, ..] = *shared;
         let mut inputs = [zero; 8];

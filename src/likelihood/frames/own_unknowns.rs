@@ -61,7 +61,7 @@ impl Film {
     fn reduced_from(&self, collision: &Corrected, shared: &Shared, from: &Own) -> Option<Reduced> {
         match self.spin {
             Some(_) => self.eliminate::<MEASURED>(collision, shared, from),
-            None if self.rolls_unknown() => self.eliminate::<UNKNOWN>(collision, shared, from),
+            None if self.one_unknown().is_some() => self.eliminate::<UNKNOWN>(collision, shared, from),
             None => self.eliminate::<KNOWN>(collision, shared, from),
         }
     }
@@ -81,9 +81,16 @@ impl Film {
             all[own + i] = shared[i];
         }
         let off: Off = std::array::from_fn(|i| shared[SHARED + i]);
-        if N != UNKNOWN {
+        if !self.rolls_unknown() {
             let start = Point { all, normal: self.normal::<N>(collision, &all, &off)? };
-            return self.settled((collision, &off), start, None).reduce(N);
+            let point = self.settled((collision, &off), start, None);
+            let mut reduced = point.reduce(N, false)?;
+            if let Some((_, sd)) = self.one_unknown() {
+                // LLᵀ = JᵀJ: the side spin is the last of the own unknowns, so that 1/p = L²
+                let last = point.normal.own_part(0.0, N)?.l_dirty()[(OWN, OWN)];
+                reduced.log_volume = 2.0 * (sd * last).ln();
+            }
+            return Some(reduced);
         }
         let side = SIDES.iter().position(|[_, high]| all[OWN] <= *high)?;
         all[OWN] = all[OWN].max(SIDES[side][0]);
@@ -102,7 +109,7 @@ impl Film {
         }
         // at an end the spin stays where it is while the parameters move a little
         let at_end = SIDES.as_flattened().contains(&best.all[OWN]);
-        best.reduce(if at_end { OWN } else { N })
+        best.reduce(if at_end { OWN } else { N }, true)
     }
 
     /// The own unknowns moved to the least χ², an unknown spin within its side.
@@ -191,16 +198,15 @@ struct Point<const N: usize> {
 }
 
 impl<const N: usize> Point<N> {
-    /// With the own unknowns from `held` on as they are.
-    fn reduce(&self, held: usize) -> Option<Reduced> {
+    /// With the own unknowns from `held` on as they are; a topspin that is unknown stays on its side.
+    fn reduce(&self, held: usize, stays: bool) -> Option<Reduced> {
         let Eliminated { residuals, jacobian, step, by_shared } = self.normal.reduce(held)?;
         let (mut own, mut own_by_shared) = (Own::zeros(), OwnByShared::zeros());
         for i in 0..N - SHARED {
-            // a spin stays on its side
-            own[i] = if N == UNKNOWN { self.all[i] } else { self.all[i] + step[i] };
+            own[i] = if stays { self.all[i] } else { self.all[i] + step[i] };
             own_by_shared.set_row(i, &by_shared.row(i));
         }
-        Some(Reduced { residuals, jacobian, own, own_by_shared })
+        Some(Reduced { residuals, jacobian, own, own_by_shared, log_volume: 0.0 })
     }
 
     /// Where unknowns begin that stay: an unknown spin at an end of its side, from where the free step leads out of it.

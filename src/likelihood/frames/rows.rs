@@ -6,7 +6,7 @@ use crate::measurement::observable::Axis;
 use crate::physics::ball::{BallState, Vec3};
 use crate::physics::cloth_motion::{Cloth, Path};
 use crate::physics::collision::{Coefficients, Corrected, Input};
-use crate::trajectory::both_balls::ROLL_PRIOR;
+use crate::physics::contact_frame;
 
 /// Where the cue ball's velocity stands among the own unknowns.
 const BEFORE: usize = 4;
@@ -58,11 +58,11 @@ impl Film {
     #[must_use]
     pub fn rows(&self, collision: &Corrected, shared: &Shared, own: &Own) -> Option<Vec<Row>> {
         let spins = self.spin.is_some().then(|| [own[OWN], own[OWN + 1], own[OWN + 2]]);
-        let roll = if self.rolls_unknown() { own[OWN] } else { 0.0 };
+        let one = if self.one_unknown().is_some() { own[OWN] } else { 0.0 };
         let motion: [f64; SHARED] = std::array::from_fn(|i| shared[i]);
         let off: [f64; Correction::COUNT] = std::array::from_fn(|i| shared[SHARED + i]);
         let (launches, after) = self
-            .launches(&own.as_slice()[..OWN], (spins, roll), &motion, |inputs| collide(collision, inputs))?;
+            .launches(&own.as_slice()[..OWN], (spins, one), &motion, |inputs| collide(collision, inputs))?;
         let [.., sliding, rolling, bounce] = motion;
         let cloth = Cloth { sliding, rolling, bounce };
         let time = own[0];
@@ -132,11 +132,28 @@ impl Film {
         own[BEFORE].hypot(own[BEFORE + 1])
     }
 
+    /// Speed of the contact's slip at the beginning of the impact, m/s.
+    #[must_use]
+    pub fn slip(&self, own: &Own) -> f64 {
+        let velocity = [own[BEFORE], own[BEFORE + 1]];
+        let (sin, cos) = own[BEFORE - 1].sin_cos();
+        let one = if self.one_unknown().is_some() { own[OWN] } else { 0.0 };
+        let spin = match self.spin {
+            // from the table frame
+            Some(_) => {
+                [cos * own[OWN] + sin * own[OWN + 1], cos * own[OWN + 1] - sin * own[OWN], own[OWN + 2]]
+            }
+            None => self.scene.spin([cos, sin], velocity, one),
+        };
+        let cue = BallState { velocity: Vec3::new(velocity[0], velocity[1], 0.0), spin: Vec3::from(spin) };
+        let slip = contact_frame::slip(&cue, &BallState::default(), self.scene.ball.radius);
+        slip.y.hypot(slip.z)
+    }
+
     /// What is expected of an unknown spin beforehand, as part of χ².
     #[must_use]
     pub fn prior_chi2(&self, own: &Own) -> f64 {
-        let (mean, sd) = ROLL_PRIOR;
-        if self.rolls_unknown() { ((own[OWN] - mean) / sd).powi(2) } else { 0.0 }
+        self.one_unknown().map_or(0.0, |(mean, sd)| ((own[OWN] - mean) / sd).powi(2))
     }
 }
 

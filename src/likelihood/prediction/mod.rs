@@ -162,7 +162,7 @@ impl Plan {
         }
         let side = if cut(&before) < 0.0 { -1.0 } else { 1.0 };
         Ok(Self {
-            state: State { before, spin, solved_from, side },
+            state: State { before, spin, solved_from, side, topspin: 0.0 },
             rows,
             joint: shot.joint.clone(),
             together: shot.joint.as_deref().and_then(Together::new).map(Box::new),
@@ -249,6 +249,19 @@ impl Plan {
     pub fn has_topspin(&self) -> bool {
         let start = Start::new(&self.state, 1.0, 1.0);
         start.cue.spin.y > 0.0
+    }
+
+    /// Whether the cue ball's spin is stated, as stun or natural roll.
+    pub(crate) fn states_spin(&self) -> bool {
+        matches!(self.state.spin, Spin::Stun | Spin::NaturalRoll)
+    }
+
+    /// The same shot with this much more topspin than is stated, over the natural roll's; one whose spin is measured or unknown
+    /// stays as it is.
+    #[must_use]
+    pub(crate) fn with_topspin(mut self, topspin: f64) -> Self {
+        self.state.topspin = topspin;
+        self
     }
 
     /// Cut angle, radians.

@@ -17,6 +17,8 @@ pub(super) struct State {
     pub solved_from: Option<Measurement>,
     /// The sign of the cut angle that was measured, which angles are counted from.
     pub side: f64,
+    /// Topspin besides that of a stun or natural-roll shot, over the natural roll's.
+    pub topspin: f64,
 }
 
 impl State {
@@ -62,7 +64,7 @@ pub(super) struct Start {
 
 impl Start {
     pub fn new(state: &State, speed: f64, radius: f64) -> Self {
-        let State { before, spin, side, .. } = state;
+        let State { before, spin, side, topspin, .. } = state;
         let mut by_inputs = SMatrix::<f64, 5, INPUTS>::zeros();
         let mut cut_by_inputs = SVector::zeros();
         let mut speed_by_inputs = SVector::zeros();
@@ -102,13 +104,16 @@ impl Start {
             }
         };
         match *spin {
-            Spin::Stun | Spin::Unknown => {}
-            Spin::NaturalRoll => {
+            Spin::Unknown => {}
+            Spin::Stun if *topspin == 0.0 => {}
+            Spin::Stun | Spin::NaturalRoll => {
+                let part = topspin + if *spin == Spin::NaturalRoll { 1.0 } else { 0.0 };
                 cue = BallState::natural_roll(cue.velocity, radius);
-                // ω = (−U_y, U_x, 0)/R
+                cue.spin *= part;
+                // ω = (−U_y, U_x, 0)/R of natural roll
                 let (x, y) = (by_inputs.row(0).into_owned(), by_inputs.row(1).into_owned());
-                by_inputs.set_row(2, &(-y / radius));
-                by_inputs.set_row(3, &(x / radius));
+                by_inputs.set_row(2, &(-y * part / radius));
+                by_inputs.set_row(3, &(x * part / radius));
             }
             Spin::Measured { spin, .. } => {
                 cue.spin = frame.to_collision(spin);

@@ -1,0 +1,202 @@
+//! Assumptions that may not hold, and what is said where one does not.
+
+use crate::film::camera::Correction;
+use crate::fit::camera::FoundCorrection;
+use crate::fit::warnings::with_error;
+use crate::measurement::parameter::Parameter;
+
+/// Why residuals may be larger than their errors.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Cause {
+    /// A correction of the camera.
+    Film(Correction),
+    /// Frames per second over those stated.
+    FrameRate,
+    /// The balls' radius over the stated one.
+    Radius,
+    /// Topspin that is not stated, over the natural roll's.
+    CueSpin,
+    /// Side spin that nobody saw: standard deviation of Rω_z/U from shot to shot.
+    SideSpin,
+    /// μ falls with the slip: b of μ(v) = a + b exp(−c v).
+    FallingFriction,
+    /// A table that is not level: fall along x and along y of the film, m/m.
+    TiltX,
+    TiltY,
+}
+
+impl Cause {
+    /// Those that are looked for beyond the film's.
+    pub(super) const ALL: [Self; 6] =
+        [Self::FrameRate, Self::CueSpin, Self::SideSpin, Self::FallingFriction, Self::TiltX, Self::TiltY];
+
+    /// As in fit.json.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Film(Correction::PerspectiveX | Correction::PerspectiveY) => "perspective",
+            Self::Film(Correction::Shutter) => "rolling-shutter",
+            Self::Film(correction) => correction.name(),
+            Self::FrameRate => "frame-rate",
+            Self::Radius => "radius",
+            Self::CueSpin => "cue-spin",
+            Self::SideSpin => "side-spin",
+            Self::FallingFriction => "falling-friction",
+            Self::TiltX | Self::TiltY => "tilt",
+        }
+    }
+
+    /// Its value where what is assumed holds.
+    pub(super) fn neutral(self) -> f64 {
+        match self {
+            Self::FrameRate | Self::Radius => 1.0,
+            _ => 0.0,
+        }
+    }
+
+    /// Values where the search along it begins, each with a first step.
+    pub(super) fn starts(self) -> &'static [(f64, f64)] {
+        match self {
+            Self::FrameRate => &[(1.0, 0.02)],
+            Self::CueSpin => &[(0.0, 0.02)],
+            // of none there is no slope
+            Self::SideSpin => &[(0.03, 0.01), (0.15, 0.05)],
+            Self::FallingFriction => &[(0.04, 0.02)],
+            _ => &[(0.0, 0.001)],
+        }
+    }
+
+    /// Where it may be: beyond, it is no explanation.
+    pub(super) fn range(self) -> [f64; 2] {
+        match self {
+            // films are played at a thirtieth of their rate or as fast as they were taken
+            Self::FrameRate => [0.02, 50.0],
+            Self::Radius => [0.5, 2.0],
+            Self::CueSpin => [-1.5, 1.5],
+            Self::SideSpin => [1e-4, 1.0],
+            Self::FallingFriction => [0.0, 1.0],
+            Self::TiltX | Self::TiltY => [-0.05, 0.05],
+            Self::Film(_) => [f64::NEG_INFINITY, f64::INFINITY],
+        }
+    }
+}
+
+/// A cause, with the value that explains the residuals best.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Explanation {
+    pub cause: Cause,
+    pub estimate: f64,
+    pub std_error: f64,
+    /// By how much −2 log L changes where it is let in: negative.
+    pub delta_2logl: f64,
+    /// Whether the estimates of the fit already include it.
+    pub adopted: bool,
+    /// What the parameters would be, each with its standard error; empty where it is adopted.
+    pub with_it: Vec<(Parameter, f64, f64)>,
+    /// χ²/dof without it and with it; `None` where it is adopted.
+    pub reduced_chi2: Option<[f64; 2]>,
+    /// For a reader.
+    pub sentence: String,
+}
+
+impl Explanation {
+    /// What a correction of the camera explained.
+    pub(super) fn of_correction(found: &FoundCorrection) -> Self {
+        let cause = Cause::Film(found.which);
+        let off = (found.value - found.which.neutral()) / found.std_error;
+        let value = with_error(found.value, found.std_error);
+        Self {
+            cause,
+            estimate: found.value,
+            std_error: found.std_error,
+            delta_2logl: -off * off,
+            adopted: true,
+            with_it: Vec::new(),
+            reduced_chi2: None,
+            sentence: format!(
+                "The film has a {} of {value}; the positions were corrected for it.",
+                found.which.words()
+            ),
+        }
+    }
+
+    /// What explains a wrong scale as well: the film measures lengths in radii of the balls.
+    pub(super) fn of_radius(scale: &FoundCorrection) -> Self {
+        let Self { delta_2logl, adopted, with_it, reduced_chi2, .. } = Self::of_correction(scale);
+        let (radius, error) = (scale.value.recip(), scale.std_error / scale.value.powi(2));
+        let percent = with_error(100.0 * (scale.value - 1.0).abs(), 100.0 * scale.std_error);
+        let [scale_is, radius_is] = if scale.value > 1.0 { ["large", "large"] } else { ["small", "small"] };
+        Self {
+            cause: Cause::Radius,
+            estimate: radius,
+            std_error: error,
+            delta_2logl,
+            adopted,
+            with_it,
+            reduced_chi2,
+            sentence: format!(
+                "Either the lengths of the film are {percent} % too {scale_is}, or the stated radius is as much too {radius_is}: the \
+                 film alone does not tell which. μ, μ_s and e are the same in both cases."
+            ),
+        }
+    }
+
+    /// What is said of a cause that is not adopted; `parameters` as in "μ = 0.05 ± 0.01, …".
+    pub(super) fn sentence(
+        cause: Cause,
+        (value, error): (f64, f64),
+        [before, after]: [f64; 2],
+        (explains, parameters): (bool, &str),
+    ) -> String {
+        let what = match cause {
+            Cause::Film(which) => format!("A {} of {}", which.words(), with_error(value, error)),
+            Cause::FrameRate => format!("A frame rate of {} times the stated one", with_error(value, error)),
+            Cause::Radius => format!("A radius of {} times the stated one", with_error(value, error)),
+            Cause::CueSpin if value >= 0.0 => {
+                format!("Topspin of {} % of the natural roll's besides what is stated", percent(value, error))
+            }
+            Cause::CueSpin => {
+                format!(
+                    "Topspin that is less than stated by {} % of the natural roll's",
+                    percent(-value, error)
+                )
+            }
+            Cause::SideSpin => format!(
+                "Side spin that nobody saw, of {} % of the speed over the radius from shot to shot,",
+                percent(value, error)
+            ),
+            Cause::FallingFriction => {
+                format!(
+                    "Friction between the balls that falls with their slip, by {} from slow to fast,",
+                    with_error(value, error)
+                )
+            }
+            Cause::TiltX | Cause::TiltY => format!(
+                "A table that falls by {} mm/m along {} of the film",
+                with_error(1e3 * value, 1e3 * error),
+                if cause == Cause::TiltX { "x" } else { "y" }
+            ),
+        };
+        let verb = if explains { "explains the residuals" } else { "explains part of the residuals" };
+        let then = match cause {
+            Cause::Film(_) => "Leave [camera] at \"auto\" to correct for it.",
+            Cause::FrameRate => {
+                "Check [video] capture_fps: what the camera recorded at, not what it is played at."
+            }
+            Cause::Radius => "Measure the balls; [ball] radius_m takes it.",
+            Cause::CueSpin => "[cue_spin] assume = \"unknown\" lets every shot tell its own spin.",
+            Cause::SideSpin => "side_sd under [cue_spin] takes it.",
+            Cause::FallingFriction => "friction = \"exponential\" under [fit] takes it, or --falling fit.",
+            Cause::TiltX | Cause::TiltY => "Level the table; a fit does not take it.",
+        };
+        format!("{what} {verb} (χ²/dof {} → {}). With it {parameters}. {then}", digits(before), digits(after))
+    }
+}
+
+fn percent(value: f64, error: f64) -> String {
+    with_error(100.0 * value, 100.0 * error)
+}
+
+fn digits(value: f64) -> String {
+    if value < 10.0 { format!("{value:.2}") } else { format!("{value:.1}") }
+}

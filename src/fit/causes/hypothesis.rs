@@ -1,0 +1,229 @@
+//! A fit with some assumptions given up.
+
+use std::sync::Arc;
+
+use super::cause::{Cause, Explanation};
+use super::profile::{Profile, least};
+use crate::fit::diagnostics::goodness::IMPROBABLE;
+use crate::fit::search::Search;
+use crate::fit::settled::{Settled, observations};
+use crate::fit::warnings::with_error;
+use crate::likelihood::fitted::Fitted;
+use crate::likelihood::frames::shared_unknowns;
+use crate::likelihood::problem::are_filmed;
+use crate::measurement::parameter::{Parameter, Settings};
+use crate::measurement::values::Values;
+use crate::physics::cloth_motion::GRAVITY;
+use crate::physics::collision::{Coefficients, Model};
+use crate::physics::friction_law::Law;
+use crate::trajectory::both_balls::Departure;
+use statrs::distribution::{ChiSquared, ContinuousCDF};
+
+/// What is assumed in the place of what is stated.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Departures(Vec<(Cause, f64)>);
+
+impl Departures {
+    pub(super) fn contains(&self, cause: Cause) -> bool {
+        self.0.iter().any(|(known, _)| *known == cause)
+    }
+
+    pub(super) fn with(&self, cause: Cause, value: f64) -> Self {
+        let others = self.0.iter().copied().filter(|(known, _)| *known != cause);
+        Self(others.chain([(cause, value)]).collect())
+    }
+
+    fn get(&self, cause: Cause) -> f64 {
+        self.0.iter().find(|(known, _)| *known == cause).map_or(cause.neutral(), |(_, value)| *value)
+    }
+}
+
+/// A fit that is tried under other assumptions.
+pub(super) struct Trial<'a> {
+    pub search: &'a Search<'a>,
+    pub start: Values,
+}
+
+/// What came of it.
+pub(super) struct Tried {
+    pub minus_two_log: f64,
+    /// Estimates and their standard errors, with the scatter that is left.
+    pub parameters: Vec<(Parameter, f64, f64)>,
+    /// How many velocities there are, less the parameters.
+    pub velocities: usize,
+    /// χ²/dof where that is above 1.
+    pub scale: f64,
+    /// χ² and degrees of freedom of what was fitted.
+    pub fitted: (f64, usize),
+    /// Whether the noise of all that was fitted is stated.
+    pub states_noise: bool,
+}
+
+impl Tried {
+    /// χ²/dof of what was fitted. Where each shot tells the noise of its frames by itself, what they leave beyond that noise counts
+    /// over as many velocities as are extracted from them.
+    pub(super) fn reduced(&self) -> f64 {
+        let (chi2, dof) = self.fitted;
+        if self.states_noise {
+            chi2 / dof.max(1) as f64
+        } else {
+            1.0 + (chi2 - dof as f64) / self.velocities.max(1) as f64
+        }
+    }
+
+    /// What χ²/dof has its distribution by.
+    fn dof(&self) -> usize {
+        if self.states_noise { self.fitted.1 } else { self.velocities }
+    }
+}
+
+impl Trial<'_> {
+    /// Whether the shots can tell this cause.
+    pub(super) fn knows(&self, cause: Cause) -> bool {
+        let fitted = self.search.fitted;
+        let filmed = are_filmed(fitted);
+        match cause {
+            Cause::FrameRate | Cause::TiltX | Cause::TiltY => filmed,
+            Cause::SideSpin => {
+                filmed
+                    && self
+                        .search
+                        .fitted
+                        .iter()
+                        .all(|shot| shot.film.as_ref().is_some_and(|film| !film.has_side_spin()))
+                    && fitted.iter().all(|shot| shot.plan.states_spin())
+            }
+            Cause::CueSpin => fitted.iter().all(|shot| {
+                shot.plan.states_spin() && shot.film.as_ref().is_none_or(|film| film.states_spin())
+            }),
+            Cause::FallingFriction => {
+                let mu = &self.search.settings[Parameter::Mu];
+                self.search.model.law == Law::Constant
+                    && !mu.fixed
+                    && fitted.iter().all(|shot| shot.plan.knows_speed())
+            }
+            Cause::Film(_) | Cause::Radius => false,
+        }
+    }
+
+    /// The fit with these assumptions; `None` where there is none.
+    pub(super) fn fit(&self, departures: &Departures) -> Option<Tried> {
+        let search = self.search;
+        let rate = departures.get(Cause::FrameRate);
+        let topspin = departures.get(Cause::CueSpin);
+        let side_sd = departures.get(Cause::SideSpin);
+        let departure = Departure {
+            gravity: rate.powi(-2),
+            topspin,
+            // the acceleration leads downwards
+            tilt: [Cause::TiltX, Cause::TiltY].map(|cause| GRAVITY * departures.get(cause)),
+        };
+        let shots: Vec<Fitted> = search
+            .fitted
+            .iter()
+            .map(|shot| Fitted {
+                index: shot.index,
+                plan: shot.plan.clone().with_topspin(topspin),
+                film: shot.film.as_ref().map(|film| Arc::new(film.departing(departure, side_sd))),
+            })
+            .collect();
+        let (mut model, mut settings, mut initial) = (*search.model, *search.settings, self.start);
+        if departures.contains(Cause::FallingFriction) {
+            let b = departures.get(Cause::FallingFriction);
+            let c = Parameter::C.default_setting().initial;
+            fall(&mut settings, &mut model, &mut initial, [b, c]);
+        }
+        let altered =
+            Search { fitted: &shots, model: &model, settings: &settings, initial, ..search.clone() };
+        let settled = Settled::from_starts(&altered, &[initial]).ok()?;
+        let volume = if side_sd > 0.0 { log_volume(&settled) } else { 0.0 };
+        let minus_two_log =
+            settled.search.minus_two_log_likelihood(&settled.minimum, &settled.estimated) + volume;
+        let values = &settled.minimum.values;
+        let parameters = settled.free.iter().map(|p| (*p, values[*p], settled.error_of(*p))).collect();
+        let scale = settled.scale();
+        let rows: usize = shots.iter().map(|shot| shot.plan.rows().len()).sum();
+        let velocities = rows.saturating_sub(settled.free.len());
+        let dof = observations(&shots).saturating_sub(settled.minimum.room());
+        let fitted = (2.0 * settled.minimum.cost, dof);
+        let states_noise = shots.iter().all(|shot| shot.film.as_ref().is_none_or(|film| film.states_noise));
+        minus_two_log.is_finite().then_some(Tried {
+            states_noise,
+            minus_two_log,
+            parameters,
+            velocities,
+            scale,
+            fitted,
+        })
+    }
+
+    /// Where −2 log L is least along a cause, with these assumptions given up, too; `None` where that is nowhere within its range.
+    pub(super) fn along(&self, cause: Cause, held: &Departures) -> Option<Profile> {
+        let [low, high] = cause.range();
+        let of = |value: f64| {
+            let fit = (low..=high).contains(&value).then(|| self.fit(&held.with(cause, value)))??;
+            Some(fit.minus_two_log)
+        };
+        let found = cause.starts().iter().filter_map(|(start, step)| least(of, *start, *step));
+        found.min_by(|a, b| a.lowest.total_cmp(&b.lowest)).filter(|found| (low..=high).contains(&found.at))
+    }
+
+    /// Whether what is left is improbable.
+    pub(super) fn is_unexplained(&self, tried: &Tried) -> bool {
+        let dof = tried.dof().max(1) as f64;
+        ChiSquared::new(dof).is_ok_and(|distribution| distribution.sf(tried.reduced() * dof) < IMPROBABLE)
+    }
+
+    pub(super) fn explanation(
+        &self,
+        cause: Cause,
+        profile: &Profile,
+        before: &Tried,
+        after: &Tried,
+    ) -> Explanation {
+        let (estimate, std_error) = (profile.at, profile.error * after.scale.sqrt());
+        let (explains, reduced) = (!self.is_unexplained(after), [before.reduced(), after.reduced()]);
+        let values: Vec<String> = after
+            .parameters
+            .iter()
+            .map(|(p, value, error)| format!("{} = {}", p.symbol(), with_error(*value, *error)))
+            .collect();
+        let sentence =
+            Explanation::sentence(cause, (estimate, std_error), reduced, (explains, &values.join(", ")));
+        Explanation {
+            cause,
+            estimate,
+            std_error,
+            delta_2logl: profile.lowest - before.minus_two_log,
+            adopted: false,
+            with_it: after.parameters.clone(),
+            reduced_chi2: Some(reduced),
+            sentence,
+        }
+    }
+}
+
+/// What −2 log L of side spins has besides χ².
+fn log_volume(settled: &Settled) -> f64 {
+    let Settled { search, minimum, .. } = settled;
+    let values = &minimum.values;
+    let model = values.model(search.model);
+    let Coefficients { mu, mu_s, e } = values.coefficients;
+    let others = &minimum.x.as_slice()[minimum.x.len() - minimum.shared..];
+    let shared = shared_unknowns::shared([mu, mu_s, e], &search.unknowns, others);
+    let of = |shot: &Fitted| {
+        let film = shot.film.as_ref()?;
+        Some(film.reduced(&shot.plan.collision(&model), &shared, &film.start)?.log_volume)
+    };
+    search.fitted.iter().filter_map(of).sum()
+}
+
+/// Lets the friction fall, with b and c held.
+fn fall(settings: &mut Settings, model: &mut Model, initial: &mut Values, [b, c]: [f64; 2]) {
+    use crate::measurement::parameter::Setting;
+    settings.falls = true;
+    settings[Parameter::B] = Setting::held(b);
+    settings[Parameter::C] = Setting::held(c);
+    (initial.b, initial.c) = (b, c);
+    model.law = Law::Exponential { b, c };
+}

@@ -1,0 +1,96 @@
+//! What explains residuals that the model leaves: each assumption of a fit that may not hold is given up in turn, and the one
+//! without which −2 log L falls furthest is named first, with the value that it would have.
+//!
+//! Along each assumption −2 log L is that of a whole fit (a profile), so that what parameters, camera and the shots' own unknowns
+//! can take up is not blamed on it. Where one assumption is not enough, the best is given up and the others are tried again.
+
+mod cause;
+mod hypothesis;
+mod profile;
+
+pub use cause::{Cause, Explanation};
+use hypothesis::{Departures, Trial};
+use profile::Profile;
+
+use super::diagnostics::goodness::IMPROBABLE;
+use super::search::Search;
+use super::settled::Settled;
+use super::{Fit, FoundCamera};
+use crate::film::camera::Correction;
+use crate::likelihood::fitted::Fitted;
+use crate::likelihood::problem::are_filmed;
+
+/// A cause is named if −2 log L falls by so much where it is let in: chance does that once in 10⁵ fits.
+const NAMED: f64 = 20.0;
+
+/// Another cause that takes this part of the fall explains alike.
+const ALIKE: f64 = 0.95;
+
+/// So many causes together are looked for.
+const TOGETHER: usize = 3;
+
+/// So many shots, spread evenly, tell a cause.
+const SHOTS: usize = 60;
+
+/// Whether something is left to explain: residuals that the stated noise makes improbable.
+pub(super) fn is_called_for(fit: &Fit) -> bool {
+    let improbable = |p: f64| p < IMPROBABLE;
+    let goodness = fit.diagnostics.goodness.as_ref();
+    goodness.is_some_and(|goodness| {
+        goodness.p_value.is_some_and(improbable) && goodness.chi2 > goodness.dof as f64
+    })
+}
+
+/// What explains the residuals of a fit, the best first; empty where nothing does.
+pub(super) fn explain(settled: &Settled, search: &Search) -> Vec<Explanation> {
+    let step = search.fitted.len().div_ceil(SHOTS).max(1);
+    let some: Vec<Fitted> = search.fitted.iter().step_by(step).cloned().collect();
+    let mut unknowns = search.unknowns.clone();
+    let first = settled.minimum.x.len() - settled.minimum.shared;
+    if are_filmed(search.fitted) {
+        for (unknown, value) in unknowns.iter_mut().zip(settled.minimum.x.iter().skip(first)) {
+            unknown.start = *value;
+        }
+    }
+    let search = Search { fitted: &some, unknowns, maximum_likelihood: true, ..search.clone() };
+    let trial = Trial { search: &search, start: settled.minimum.values };
+    let mut held = Departures::default();
+    let Some(mut before) = trial.fit(&held) else { return Vec::new() };
+    let mut explanations = Vec::new();
+    for round in 0..TOGETHER {
+        let mut found: Vec<(Cause, Profile)> = Cause::ALL
+            .into_iter()
+            .filter(|cause| !held.contains(*cause) && trial.knows(*cause))
+            .filter_map(|cause| Some((cause, trial.along(cause, &held)?)))
+            .collect();
+        found.sort_by(|a, b| a.1.lowest.total_cmp(&b.1.lowest));
+        let Some((best, profile)) = found.first().copied() else { break };
+        let fall = |profile: &Profile| before.minus_two_log - profile.lowest;
+        if !(fall(&profile) > NAMED) {
+            break;
+        }
+        let alike = |other: &Profile| round == 0 && fall(other) > ALIKE * fall(&profile);
+        for (cause, profile) in found.iter().filter(|(cause, other)| *cause == best || alike(other)) {
+            let Some(after) = trial.fit(&held.with(*cause, profile.at)) else { continue };
+            explanations.push(trial.explanation(*cause, profile, &before, &after));
+        }
+        held = held.with(best, profile.at);
+        let Some(after) = trial.fit(&held) else { break };
+        before = after;
+        if !trial.is_unexplained(&before) {
+            break;
+        }
+    }
+    explanations
+}
+
+/// What was adopted of the film, as explanations of what would be left without it, and what explains it as well.
+pub(super) fn of_film(found: &FoundCamera, fit: &mut Fit) {
+    let adopted = found.corrections.iter().filter(|correction| correction.adopted);
+    let mut known: Vec<Explanation> = adopted.map(Explanation::of_correction).collect();
+    let scale = found.corrections.iter().find(|c| c.adopted && c.which == Correction::Scale);
+    if let Some(scale) = scale.filter(|_| found.unit == 1.0) {
+        known.push(Explanation::of_radius(scale));
+    }
+    fit.explanations.append(&mut known);
+}

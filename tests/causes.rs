@@ -1,0 +1,93 @@
+//! The cause of residuals that the model leaves is named, with its value; nothing is named where nothing is amiss.
+
+use caromfit::fit;
+use caromfit::fit::causes::{Cause, Explanation};
+use caromfit::fit::{Depth, Fit, Options};
+use caromfit::measurement::dataset::Dataset;
+use caromfit::measurement::parameter::Parameter;
+use caromfit::measurement::spin::Spin;
+use caromfit::physics::ball::Ball;
+use caromfit::physics::collision::{Fidelity, Model};
+use caromfit::physics::friction_law::Law;
+use caromfit::simulate::{Kind, Played};
+
+use crate::extraction::count;
+use crate::synthetic::{made, made_with, spec};
+
+const TRUTH: [f64; 3] = [0.05, 0.3, 0.94];
+
+/// Standard errors by which a value may be off: one in 370 is by chance, and two dozen are looked at.
+const ERRORS: f64 = 3.5;
+
+/// Footage of shots that are told to have this spin, whatever they had.
+fn footage(played: Played, told: Spin, seed: u64) -> Dataset {
+    let mut dataset = made(&spec(Kind::Tracks, &[played], 40, seed));
+    for shot in &mut dataset.tracks.as_mut().unwrap().shots {
+        shot.spin = told;
+    }
+    dataset
+}
+
+fn fitted(dataset: Dataset) -> Fit {
+    let options = Options { depth: Depth::Everything, ..Options::default() };
+    fit::analyse(dataset, &options, None, &|| ()).fits.unwrap().remove(0)
+}
+
+/// What is named first, if anything: adopted corrections of the film are not asked for.
+fn named(fit: &Fit) -> Option<&Explanation> {
+    fit.explanations.iter().find(|explanation| !explanation.adopted)
+}
+
+fn is_named(fit: &Fit, cause: Cause, truth: f64, parameters: [f64; 3]) {
+    let found = named(fit).unwrap_or_else(|| panic!("{cause:?}: {:?}", fit.warnings));
+    println!("{}", found.sentence);
+    assert_eq!(found.cause, cause, "{}", found.sentence);
+    assert!((found.estimate - truth).abs() < ERRORS * found.std_error, "{found:?}");
+    assert!(fit.warnings[0] == found.sentence);
+    for (parameter, truth) in Parameter::COEFFICIENTS.into_iter().zip(parameters) {
+        let Some((_, value, error)) = found.with_it.iter().find(|(p, ..)| *p == parameter) else { continue };
+        assert!((value - truth).abs() < ERRORS * error, "{cause:?} {parameter:?}: {value} ± {error}");
+    }
+}
+
+#[test]
+fn nothing_is_named_where_nothing_is_amiss() {
+    for seed in 0..count("CAROMFIT_SETS", 2) as u64 {
+        let fit = fitted(footage(Played::NaturalRoll, Spin::NaturalRoll, 9100 + seed));
+        assert!(named(&fit).is_none(), "{seed}: {:?}", fit.explanations);
+    }
+}
+
+#[test]
+fn topspin_that_is_stated_wrongly_is_named() {
+    let fit = fitted(footage(Played::AlmostRoll, Spin::NaturalRoll, 9200));
+    is_named(&fit, Cause::CueSpin, -0.1, TRUTH);
+}
+
+#[test]
+fn friction_that_falls_with_the_slip_is_named() {
+    let law = Law::Exponential { b: 0.1, c: 1.088 };
+    let mut spec = spec(Kind::Tracks, &[Played::NaturalRoll], 40, 9300);
+    spec.truth.mu = 0.01;
+    let fit = fitted(made_with(&spec, &Model { law, ..Model::new(Fidelity::Full, Ball::POOL) }));
+    is_named(&fit, Cause::FallingFriction, 0.1, [0.01, 0.3, 0.94]);
+}
+
+/// Balls that spin sideways at random, by up to a tenth of the natural roll's spin: with that spread stated they fit, without it it is
+/// named.
+#[test]
+fn side_spin_that_nobody_saw_is_named_and_taken() {
+    /// Of numbers spread evenly from −0.1 to 0.1.
+    const SPREAD: f64 = 0.057_735;
+    let ignored = footage(Played::SlightSide, Spin::Stun, 9400);
+    let stated = Dataset { side_sd: SPREAD, ..ignored.clone() };
+    let fit = fitted(ignored);
+    is_named(&fit, Cause::SideSpin, SPREAD, TRUTH);
+    let fit = fitted(stated);
+    assert!(named(&fit).is_none(), "{:?}", fit.explanations);
+    for (parameter, truth) in [(Parameter::Mu, TRUTH[0]), (Parameter::E, TRUTH[2])] {
+        let estimate = fit.estimates[parameter as usize];
+        let off = (estimate.value - truth) / estimate.std_error.unwrap();
+        assert!(off.abs() < ERRORS, "{parameter:?}: {off}");
+    }
+}
