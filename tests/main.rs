@@ -6,6 +6,7 @@ mod causes;
 mod cli;
 mod collisions;
 mod compare;
+mod compliant;
 mod design;
 mod disc_verdicts;
 mod discs;

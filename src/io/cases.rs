@@ -6,7 +6,7 @@ use super::DatasetError;
 use super::error::Problems;
 use super::table::Table;
 use crate::physics::ball::{BallState, Vec3};
-use crate::physics::collision::{Coefficients, Model, NotACollision, Outcome};
+use crate::physics::collision::{Coefficients, Fidelity, Model, NotACollision, Outcome};
 use crate::physics::contact_frame;
 
 /// One collision to compute, in the units of the file.
@@ -24,6 +24,10 @@ pub struct Case {
     pub e: f64,
     /// m.
     pub radius: f64,
+    /// κ; `None`: what the command says.
+    pub kappa: Option<f64>,
+    /// m_cue/m_object; `None`: what the command says.
+    pub mass_ratio: Option<f64>,
 }
 
 /// Why a case is no collision.
@@ -33,6 +37,11 @@ pub enum BadCase {
     Speed(f64),
     #[error("the cut angle is {0}°; expected more than −90° and less than 90°")]
     Cut(f64),
+    #[error(
+        "kappa is {0} with {name}, which is rigid along the surface; expected the fidelity ode, contact or auto",
+        name = .1.name()
+    )]
+    Rigid(f64, Fidelity),
     #[error(transparent)]
     NotACollision(#[from] NotACollision),
 }
@@ -43,12 +52,15 @@ impl BadCase {
         match self {
             Self::Speed(_) => Some("speed_m_s"),
             Self::Cut(_) => Some("cut_deg"),
+            Self::Rigid(..) => Some("kappa"),
             Self::NotACollision(error) => match error {
                 NotACollision::NotFinite { name, .. } => Some(name),
                 NotACollision::NegativeMu(_) => Some("mu"),
                 NotACollision::MuSOutOfRange(..) => Some("mu_s"),
                 NotACollision::EOutOfRange(_) => Some("e"),
                 NotACollision::Radius(_) => Some("radius_m"),
+                NotACollision::MassRatio(_) => Some("mass_ratio"),
+                NotACollision::KappaOutOfRange(_) => Some("kappa"),
                 _ => None,
             },
         }
@@ -95,7 +107,7 @@ pub struct Computed {
 }
 
 /// Reads a CSV with the columns name, speed_m_s, cut_deg, omega_x, omega_y, omega_z, mu, mu_s, e,
-/// radius_m and computes every row; `model` gives the model for each. A row whose integration fails leaves the others
+/// radius_m, and kappa and mass_ratio where they are there, and computes every row; `model` gives the model for each. A row whose integration fails leaves the others
 /// as they are.
 ///
 /// # Errors
@@ -108,11 +120,14 @@ pub fn collide_all(
         ["speed_m_s", "cut_deg", "omega_x", "omega_y", "omega_z", "mu", "mu_s", "e", "radius_m"];
     let mut problems = Problems::new(format!("the cases {} cannot be computed:", path.display()));
     let Some(table) = Table::read(path, &mut problems) else { return Err(problems.into_error()) };
-    let known: Vec<_> = ["name"].into_iter().chain(NUMBERS).collect();
-    for column in &known {
+    const OPTIONAL: [&str; 2] = ["kappa", "mass_ratio"];
+    let needed: Vec<_> = ["name"].into_iter().chain(NUMBERS).collect();
+    let known: Vec<_> = needed.iter().copied().chain(OPTIONAL).collect();
+    for column in &needed {
         table.require(column, &known, &mut problems);
     }
     let columns = NUMBERS.map(|column| table.numbers(column, &mut problems).unwrap_or_default());
+    let optional = OPTIONAL.map(|column| table.numbers(column, &mut problems).unwrap_or_default());
     let mut collided = Vec::with_capacity(table.rows());
     for row in 0..table.rows() {
         let cells = columns.each_ref().map(|column| column.get(row).copied().flatten());
@@ -131,7 +146,9 @@ pub fn collide_all(
             continue;
         };
         let name = table.text("name", row).unwrap_or_default().to_string();
-        let case = Case { name, speed, cut_deg, spin: Vec3::new(x, y, z), mu, mu_s, e, radius };
+        let [kappa, mass_ratio] = optional.each_ref().map(|column| column.get(row).copied().flatten());
+        let spin = Vec3::new(x, y, z);
+        let case = Case { name, speed, cut_deg, spin, mu, mu_s, e, radius, kappa, mass_ratio };
         let line = table.line(row);
         let computed = model(&case).and_then(|model| match case.collide(&model) {
             Ok(outcome) => Ok((model, Ok(outcome))),

@@ -16,6 +16,8 @@
 //! | cloth-on-cue | μ_k J_z | with draw |
 //! | gravity | gΔt, horizontally max(μ_k, μ_s) of it | always |
 //! | falling-friction | q times the change of μ | where friction falls with the slip |
+//! | compliance | what stops the slip, once more, where friction may stop it | if κ > 0 and v_∥0 ≤ max(μκk, 2β_yμq) |
+//! | | else μq·Δθ, Δθ ≤ ⅚κμ²(β_y − β_z) sin θ cos θ (k/v_∥)² by which friction lags behind the slip | if spin and slip are not aligned |
 //!
 //! A friction impulse J changes a spin times R by J/ν: where spins count too, it counts 1/ν times.
 //!
@@ -69,7 +71,7 @@ pub struct Choice {
     pub fidelity: Fidelity,
     pub effects: Effects,
     /// In the order of [`Effects::NAMES`].
-    pub estimates: [Estimate; 9],
+    pub estimates: [Estimate; 10],
     /// Sum of the sizes of what is off, parts of U.
     pub left_out: f64,
 }
@@ -196,18 +198,25 @@ impl<'a> Shot<'a> {
         let (k, v_y, v_z) = (-v.x, v.y, v.z);
         let mu = model.law.friction(coefficients.mu).largest();
         let m_s = if v_z > 0.0 { coefficients.mu_s } else { 0.0 };
-        let (beta_y, beta_z) = ((1.0 + nu) / nu, (2.0 + nu - m_s) / (2.0 * nu));
-        let q = 0.5 * (1.0 + coefficients.e) * k * (1.0 + mu * m_s);
+        let per_r = 1.0 / model.mass_ratio();
+        let nu_c = nu;
+        let nu = model.object_ball().inertia;
+        let rising = if v_z > 0.0 { [per_r, 0.0] } else { [0.0, 1.0] };
+        let beta_y = 0.5 * ((1.0 + 1.0 / nu_c) * per_r + 1.0 + 1.0 / nu);
+        let beta_z = 0.5 * (rising[0] + rising[1] + per_r / nu_c + (1.0 - m_s) / nu);
+        let q = (1.0 + coefficients.e) * k / (1.0 + per_r) * (1.0 + mu * m_s);
         let slip = v_y.hypot(v_z);
         // v_y falls faster than v_z, so that |cos θ| only falls, but |sin θ| may grow
         let cos = if slip > 0.0 { v_y.abs() / slip } else { 0.0 };
         let j_y = (mu * q * cos).min(v_y.abs() / (2.0 * beta_y));
         let j_z = (mu * q).min(v_z.abs() / (2.0 * beta_z));
-        Self { model, coefficients, speed: cue.velocity.norm(), k, v_y, v_z, mu, beta_y, beta_z, q, j_y, j_z }
+        // impulses are per unit of the object ball's mass; the lighter ball changes its velocity more
+        let speed = cue.velocity.norm() / per_r.max(1.0);
+        Self { model, coefficients, speed, k, v_y, v_z, mu, beta_y, beta_z, q, j_y, j_z }
     }
 
     /// Size and reason of each effect, in the order of [`Effects::NAMES`].
-    fn sizes(&self, compared: Compared) -> [(f64, &'static str); 9] {
+    fn sizes(&self, compared: Compared) -> [(f64, &'static str); 10] {
         let &Self { model, coefficients, k, v_y, v_z, mu, q, j_y, j_z, .. } = self;
         let all = compared == Compared::Everything;
         let lever = if all { 1.0 / model.ball.inertia } else { 1.0 };
@@ -259,6 +268,17 @@ impl<'a> Shot<'a> {
         } else {
             0.0
         };
+        let stopping = (v_y.abs() / (2.0 * self.beta_y)).hypot(v_z.abs() / (2.0 * self.beta_z));
+        let kappa = model.kappa;
+        let compliance = if !slips || kappa == 0.0 {
+            0.0
+        } else if left > 0.0 && slip > mu * kappa * k {
+            let behind =
+                5.0 / 6.0 * kappa * mu * mu * (self.beta_y - self.beta_z) * mixed * (k / left).powi(2);
+            mu * q * behind.min(1.0) * lever
+        } else {
+            stopping.min(2.0 * mu * q) * lever
+        };
         [
             or(inelasticity, "the balls lose (1 − e)k/2", "e = 1"),
             or(friction, "the balls slip on each other", "the balls do not slip on each other"),
@@ -273,6 +293,11 @@ impl<'a> Shot<'a> {
             or(cloth_on_cue, "draw presses the cue ball into the cloth", "no draw"),
             or(gravity, "the balls' weight acts for the contact's duration", "no weight"),
             or(falling, "friction changes as the slip falls", "friction does not depend on the slip"),
+            or(
+                compliance,
+                "the contact springs back along the surface",
+                "the contact slides in one direction throughout",
+            ),
         ]
     }
 }

@@ -278,3 +278,43 @@ fn a_case_that_is_not_integrated_leaves_the_others() {
     let table = String::from_utf8(output.stdout).unwrap();
     assert!(table.contains("good (contact)") && table.contains("roll (contact)"), "{table}");
 }
+
+#[test]
+fn a_contact_that_gives_way_and_balls_of_unequal_mass() {
+    // far thicker a hit than a rigid contact can throw: tan θ = 2 tan φ/7(1 + e) = tan 4.86°
+    let stun =
+        ["collide", "--speed", "2", "--cut", "30", "--mu", "0.2", "--mu-s", "0.3", "--e", "0.94", "--json"];
+    let throw = |more: &[&str]| {
+        let output = caromfit(stun.iter().chain(more));
+        let value: Value = serde_json::from_str(done(&output)).unwrap();
+        let v = numbers(&value["object"]["velocity"]);
+        v[1].atan2(v[0]).to_degrees()
+    };
+    let rigid = throw(&[]);
+    assert!((rigid - 4.860).abs() < 1e-3, "{rigid}");
+    for fidelity in ["ode", "contact", "auto"] {
+        let gives_way = throw(&["--fidelity", fidelity, "--kappa", "1.258"]);
+        assert!((gives_way - 6.73).abs() < 0.02, "{fidelity} {gives_way}");
+        assert!((throw(&["--fidelity", fidelity, "--kappa", "0"]) - rigid).abs() < 0.02);
+    }
+    // a heavier cue ball leaves the object ball faster
+    assert!(throw(&["--mass-ratio", "1.2"]) != rigid);
+
+    let output = caromfit(stun.iter().chain(&["--kappa", "1"]));
+    let message = refused(&output, 2);
+    assert!(message.contains("kappa is 1 with full"), "{message}");
+    let folder = tempfile::tempdir().unwrap();
+    let cases = folder.path().join("cases.csv");
+    let text = "name,speed_m_s,cut_deg,omega_x,omega_y,omega_z,mu,mu_s,e,radius_m,kappa,mass_ratio\n\
+                a,2,30,0,0,0,0.2,0.3,0.94,0.028575,1.258,1\nb,2,30,0,0,0,0.2,0.3,0.94,0.028575,,\n";
+    fs::write(&cases, text).unwrap();
+    let path = cases.to_str().unwrap();
+    let output = caromfit(["collide", "--cases", path, "--fidelity", "ode", "--json"]);
+    let value: Value = serde_json::from_str(done(&output)).unwrap();
+    let y = [0, 1].map(|i| numbers(&value[i]["object"]["velocity"])[1]);
+    assert!(y[0] > 1.3 * y[1], "{y:?}");
+    fs::write(&cases, text.replace(",1.258,1\n", ",1.258,-1\n")).unwrap();
+    let output = caromfit(["collide", "--cases", path, "--fidelity", "ode"]);
+    let message = refused(&output, 2);
+    assert!(message.contains("mass_ratio") && message.contains("cases.csv:2"), "{message}");
+}

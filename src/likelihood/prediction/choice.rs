@@ -53,7 +53,9 @@ impl Plan {
         };
         let everything = self.rows.iter().any(vertical);
         let compared = if everything { Compared::Everything } else { Compared::Velocities };
-        let choice = effect_sizes::choose(model, &start.cue, coefficients, tolerance, compared)?;
+        // rigid along the surface: no fit knows κ yet
+        let rigid = Model { kappa: 0.0, ..*model };
+        let choice = effect_sizes::choose(&rigid, &start.cue, coefficients, tolerance, compared)?;
         self.choice = Some((choice.fidelity, choice.effects));
         Ok(choice)
     }

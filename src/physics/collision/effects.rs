@@ -23,6 +23,8 @@ pub struct Effects {
     pub gravity: bool,
     /// A friction that depends on the slip speed follows it during the impact.
     pub falling_friction: bool,
+    /// The contact gives way along the surface and springs back, by κ of [`super::Model`].
+    pub compliance: bool,
 }
 
 impl Effects {
@@ -37,6 +39,7 @@ impl Effects {
         cloth_on_cue: false,
         gravity: false,
         falling_friction: false,
+        compliance: false,
     };
 
     /// Everything.
@@ -50,10 +53,14 @@ impl Effects {
         cloth_on_cue: true,
         gravity: true,
         falling_friction: true,
+        compliance: true,
     };
 
+    /// Everything between balls that are rigid along the surface, as Kim's are.
+    pub const RIGID: Self = Self { compliance: false, ..Self::ALL };
+
     /// The names of the effects, as on the command line and in fit.json.
-    pub const NAMES: [&'static str; 9] = [
+    pub const NAMES: [&'static str; 10] = [
         "inelasticity",
         "friction",
         "stick",
@@ -63,11 +70,12 @@ impl Effects {
         "cloth-on-cue",
         "gravity",
         "falling-friction",
+        "compliance",
     ];
 
     /// Each effect's name and whether it is on, in the order of [`Effects::NAMES`].
     #[must_use]
-    pub fn list(&self) -> [(&'static str, bool); 9] {
+    pub fn list(&self) -> [(&'static str, bool); 10] {
         let mut copy = *self;
         Self::NAMES.map(|name| (name, copy.switch(name).is_some_and(|on| *on)))
     }
@@ -84,6 +92,7 @@ impl Effects {
             "cloth-on-cue" => &mut self.cloth_on_cue,
             "gravity" => &mut self.gravity,
             "falling-friction" => &mut self.falling_friction,
+            "compliance" => &mut self.compliance,
             _ => return None,
         })
     }

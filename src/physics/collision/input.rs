@@ -1,7 +1,7 @@
 //! What goes into a collision, and what is none.
 
-use super::{Coefficients, MAX_TOLERANCE, MIN_TOLERANCE, Model, length};
-use crate::physics::ball::{Ball, BallState, Vec3};
+use super::{ClothTorque, Coefficients, MAX_KAPPA, MAX_TOLERANCE, MIN_TOLERANCE, Model, length};
+use crate::physics::ball::{Ball, BallState, UNIFORM_SPHERE, Vec3};
 use crate::physics::contact_frame;
 use crate::physics::friction_law::{Friction, Law};
 
@@ -34,6 +34,12 @@ pub enum NotACollision {
         "mu is {mu} and falls as b·exp(−c·v) with b = {b}, c = {c}; expected numbers, c and mu + b of 0 or more"
     )]
     Law { mu: f64, b: f64, c: f64 },
+    #[error("the cue ball's mass over the object ball's is {0}; expected 0.001 to 1000")]
+    MassRatio(f64),
+    #[error("kappa is {0}; expected 0 (rigid along the surface) to {MAX_KAPPA}")]
+    KappaOutOfRange(f64),
+    #[error("the paper's equations as printed are for equal balls; expected no other object ball")]
+    UnequalAsPrinted,
     #[error("the tolerance is {0}; expected {MIN_TOLERANCE:e} to {MAX_TOLERANCE:e}")]
     Tolerance(f64),
     #[error("the contact time is {0} s; expected more than 0")]
@@ -59,25 +65,86 @@ pub(super) struct Contact {
     pub e: f64,
     pub nu: f64,
     pub sigma: f64,
+    pub levers: Levers,
+    /// μ_s, whether or not the friction between the balls brings it to bear.
+    pub mu_s: f64,
+}
+
+/// What the inertia of both balls makes of an impulse, with the object ball's ν as the unit of both β.
+///
+/// Balls that are not equal obey the same equations as equal ones, in impulses times a = (1 + 1/r)/2, r = m_cue/m_object, with
+/// m_s over a and these sums, so that dv_x/dq = 2 + m_s μ sin θ as ever.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Levers {
+    /// νβ_y: 1 + ν of equal balls, else ν[(1 + 1/ν_c)/r + 1 + 1/ν]/2a.
+    pub y: f64,
+    /// 2νβ_z without the cloth: 2 + ν of equal balls, else ν[(1 + 1/ν_c)/r + 1/ν]/a with topspin, ν[1/(rν_c) + 1 + 1/ν]/a
+    /// with draw.
+    pub z: f64,
+    /// 2y − z: ν of equal balls.
+    pub difference: f64,
+    /// 1/a.
+    pub scale: f64,
+}
+
+impl Levers {
+    /// Of equal balls.
+    #[inline(always)]
+    pub fn equal(nu: f64) -> Self {
+        Self { y: 1.0 + nu, z: 2.0 + nu, difference: nu, scale: 1.0 }
+    }
+
+    /// Of a cue ball `mass_ratio` times as heavy as the object ball.
+    fn unequal(mass_ratio: f64, [nu_c, nu]: [f64; 2], topspin: bool) -> Self {
+        let per_r = 1.0 / mass_ratio;
+        let scale = 2.0 / (1.0 + per_r);
+        let y = 0.5 * scale * nu * ((1.0 + 1.0 / nu_c) * per_r + 1.0 + 1.0 / nu);
+        let carried = if topspin { per_r } else { 1.0 };
+        let z = scale * nu * (per_r / nu_c + carried + 1.0 / nu);
+        Self { y, z, difference: 2.0 * y - z, scale }
+    }
+
+    /// d ln z/d ln(1/r), d ln y/d ln(1/r) and d ln(1/a)/d ln(1/r) are what [`super::unequal`] needs: here by r itself, of y, z and 1/a.
+    pub fn by_mass_ratio(mass_ratio: f64, [nu_c, nu]: [f64; 2], topspin: bool) -> [f64; 3] {
+        let per_r = 1.0 / mass_ratio;
+        let sum = 1.0 + per_r;
+        // d(1/r)/dr = −1/r²
+        let d = -per_r * per_r;
+        let (scale, d_scale) = (2.0 / sum, -2.0 / (sum * sum) * d);
+        let of_y = (1.0 + 1.0 / nu_c) * per_r + 1.0 + 1.0 / nu;
+        let d_y = 0.5 * nu * (d_scale * of_y + scale * (1.0 + 1.0 / nu_c) * d);
+        let [of_z, slope] = if topspin {
+            [per_r / nu_c + per_r + 1.0 / nu, 1.0 / nu_c + 1.0]
+        } else {
+            [per_r / nu_c + 1.0 + 1.0 / nu, 1.0 / nu_c]
+        };
+        [d_y, nu * (d_scale * of_z + scale * slope * d), d_scale]
+    }
+
+    /// Whether γ is 1/6 without friction of the cloth, as of equal uniform spheres.
+    #[inline(always)]
+    pub fn are_of_spheres(&self) -> bool {
+        self.difference == UNIFORM_SPHERE && self.z == 2.0 + UNIFORM_SPHERE
+    }
 }
 
 impl Contact {
     /// β_y = (1 + ν)/ν.
     #[inline]
     pub fn beta_y(&self) -> f64 {
-        (1.0 + self.nu) / self.nu
+        self.levers.y / self.nu
     }
 
     /// β_z = (2 + ν − σm_s)/2ν.
     #[inline]
     pub fn beta_z(&self) -> f64 {
-        (2.0 + self.nu - self.sigma * self.m_s) / (2.0 * self.nu)
+        (self.levers.z - self.sigma * self.m_s) / (2.0 * self.nu)
     }
 
     /// γ = β_y/β_z − 1 = (ν + σm_s)/(2 + ν − σm_s).
     #[inline]
     pub fn gamma(&self) -> f64 {
-        (self.nu + self.sigma * self.m_s) / (2.0 + self.nu - self.sigma * self.m_s)
+        (self.levers.difference + self.sigma * self.m_s) / (self.levers.z - self.sigma * self.m_s)
     }
 }
 
@@ -102,6 +169,9 @@ impl Model {
         }
         if !(inertia > 0.0 && inertia <= HOLLOW_SPHERE) {
             return Err(NotACollision::Inertia(inertia));
+        }
+        if let Some(object) = &self.object {
+            self.check_object(object)?;
         }
         if finite("mu", mu)? < 0.0 {
             return Err(NotACollision::NegativeMu(mu));
@@ -131,6 +201,24 @@ impl Model {
         })
     }
 
+    #[cold]
+    fn check_object(&self, object: &Ball) -> Result<(), NotACollision> {
+        if !(object.radius > 0.0 && object.radius.is_finite()) {
+            return Err(NotACollision::Radius(object.radius));
+        }
+        if !(object.inertia > 0.0 && object.inertia <= HOLLOW_SPHERE) {
+            return Err(NotACollision::Inertia(object.inertia));
+        }
+        let ratio = self.mass_ratio();
+        if !MASS_RATIOS.contains(&ratio) {
+            return Err(NotACollision::MassRatio(ratio));
+        }
+        if self.cloth_torque == ClothTorque::AsPrinted {
+            return Err(NotACollision::UnequalAsPrinted);
+        }
+        Ok(())
+    }
+
     #[inline(always)]
     pub(super) fn contact_of(&self, cue: &BallState, shared: &Shared) -> Result<Contact, NotACollision> {
         if !(is_finite(&cue.velocity) && is_finite(&cue.spin)) {
@@ -144,13 +232,22 @@ impl Model {
         if k <= 0.0 {
             return Err(NotACollision::NotApproaching(k));
         }
-        let m_s = if v.z > 0.0 { shared.mu_s } else { 0.0 };
+        let topspin = v.z > 0.0;
+        let m_s = if topspin { shared.mu_s } else { 0.0 };
         let mu = match shared.friction {
             Friction::Constant(mu) => mu,
             falling @ Friction::Exponential { .. } => falling.mu(length(v.y, v.z)),
         };
-        let (nu, sigma) = (self.ball.inertia, self.cloth_torque.sign());
-        Ok(Contact { k, v_y: v.y, v_z: v.z, mu, m_s, e: shared.e, nu, sigma })
+        let sigma = self.cloth_torque.sign();
+        let (nu, levers) = match &self.object {
+            None => (self.ball.inertia, Levers::equal(self.ball.inertia)),
+            Some(object) => {
+                let inertias = [self.ball.inertia, object.inertia];
+                (object.inertia, Levers::unequal(self.mass_ratio(), inertias, topspin))
+            }
+        };
+        let m_s = m_s * levers.scale;
+        Ok(Contact { k, v_y: v.y, v_z: v.z, mu, m_s, e: shared.e, nu, sigma, levers, mu_s: shared.mu_s })
     }
 }
 
@@ -161,6 +258,9 @@ pub(super) struct Shared {
     mu_s: f64,
     e: f64,
 }
+
+/// m_cue/m_object: beyond, roundings of the lighter ball's velocity show in the heavier one's.
+const MASS_RATIOS: std::ops::RangeInclusive<f64> = 1e-3..=1e3;
 
 /// Moment of inertia of a thin hollow sphere over MR², the largest a ball can have.
 const HOLLOW_SPHERE: f64 = 2.0 / 3.0;

@@ -1,9 +1,9 @@
-//! How an outcome changes with b and c of a friction that falls with the slip, μ(v) = a + b exp(−c v).
+//! How an outcome changes with b and c of a friction that falls with the slip, μ(v) = a + b exp(−c v), and with κ.
 
 use nalgebra::SMatrix;
 
 use super::Input;
-use super::{Coefficients, Jacobian, Model, NotACollision, Outcome};
+use super::{Coefficients, Column, Jacobian, Model, NotACollision, Outcome};
 use crate::physics::ball::BallState;
 use crate::physics::contact_frame;
 use crate::physics::friction_law::Law;
@@ -35,6 +35,22 @@ impl Model {
         by_law.set_column(0, &(by_mu * by_b));
         by_law.set_column(1, &(by_mu * (-b * v * by_b)));
         by_law
+    }
+
+    /// The components of an outcome by κ: differences, with an error of about the tolerance to the power 2/3; 0 where the contact is
+    /// rigid along the surface.
+    ///
+    /// # Errors
+    /// As [`Model::collide`].
+    pub fn by_kappa(&self, cue: &BallState, coefficients: &Coefficients) -> Result<Column, NotACollision> {
+        if !self.is_compliant() {
+            return Ok(Column::zeros());
+        }
+        let h = self.tolerance.cbrt() * self.kappa.min(1.0);
+        let at = |kappa: f64| {
+            Ok::<_, NotACollision>(Self { kappa, ..*self }.collide(cue, coefficients)?.components())
+        };
+        Ok((at(self.kappa + h)? - at(self.kappa - h)?) / (2.0 * h))
     }
 
     fn law_differences(

@@ -1,5 +1,5 @@
 //! The collision itself: from the cue ball's state before the impact to both balls' after it, in
-//! the collision frame ([`super::contact_frame`]), for equal balls with the object ball at rest.
+//! the collision frame ([`super::contact_frame`]), with the object ball at rest.
 //!
 //! H.-C. Kim, "Collision of two spinning billiard balls and the role of table", arXiv:2402.13258
 //! (2024), with its errors corrected. Everything is per unit mass: q is the normal impulse p/M in
@@ -25,6 +25,7 @@ mod law;
 mod linear;
 mod outcome;
 mod steps;
+mod unequal;
 
 use nalgebra::SVector;
 
@@ -38,6 +39,7 @@ use input::Contact;
 pub use input::NotACollision;
 pub use law::ByLaw;
 pub use outcome::{Input, Jacobian, Outcome};
+pub use unequal::Column;
 
 /// How closely the collision is modelled.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -129,6 +131,18 @@ impl ClothTorque {
 pub const MIN_TOLERANCE: f64 = 1e-12;
 pub const MAX_TOLERANCE: f64 = 1e-2;
 
+/// Poisson's ratio σ of phenolic resin.
+pub const POISSON: f64 = 0.34;
+
+/// The largest [`Model::kappa`]: a contact so soft along its surface hardly brings friction to bear.
+pub const MAX_KAPPA: f64 = 100.0;
+
+/// κ = (2 − σ)/2(1 − σ) of bodies that are elastic with Poisson's ratio σ (Mindlin 1949).
+#[must_use]
+pub const fn kappa(poisson: f64) -> f64 {
+    (2.0 - poisson) / (2.0 * (1.0 - poisson))
+}
+
 /// Whether the contact slides to the end or sticks on the way.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Regime {
@@ -150,13 +164,18 @@ impl Regime {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Model {
     pub fidelity: Fidelity,
+    /// The cue ball.
     pub ball: Ball,
+    /// The object ball, where it is not like the cue ball.
+    pub object: Option<Ball>,
     pub cloth_torque: ClothTorque,
     /// What is simulated, as far as the fidelity can. Stick and turning have no switch of their own.
     pub effects: Effects,
     /// How the friction between the balls falls with the slip. What has a closed form takes the friction
     /// at the first slip, an approximation; `ode` and `contact` follow the slip.
     pub law: Law,
+    /// κ, how far the contact gives way along the surface, with [`Effects::compliance`]: 0 is rigid.
+    pub kappa: f64,
     /// `ode` and `contact`: error of each step relative to the closing speed k. The outcome's error is
     /// of that order.
     pub tolerance: f64,
@@ -174,23 +193,63 @@ impl Model {
     /// Far below what is measured, and half a dozen digits above roundings.
     pub const TOLERANCE: f64 = 1e-10;
 
-    /// The corrected model with what the fidelity contains by default.
+    /// κ of phenolic resin, σ = 0.34 ([`kappa`]).
+    pub const KAPPA: f64 = kappa(POISSON);
+
+    /// The corrected model with what the fidelity contains by default: equal balls, rigid along the surface.
     #[must_use]
     pub fn new(fidelity: Fidelity, ball: Ball) -> Self {
         let effects = match fidelity {
-            Fidelity::Ode => Effects { cloth_turning: false, cloth_on_cue: false, ..Effects::ALL },
-            _ => Effects::ALL,
+            Fidelity::Ode => Effects { cloth_turning: false, cloth_on_cue: false, ..Effects::RIGID },
+            _ => Effects::RIGID,
         };
         Self {
             fidelity,
             ball,
+            object: None,
             cloth_torque: ClothTorque::Corrected,
             effects,
             law: Law::Constant,
+            kappa: Self::KAPPA,
             tolerance: Self::TOLERANCE,
             mu_k: Cloth::default().sliding,
             contact_time: Self::CONTACT_TIME,
         }
+    }
+
+    /// m_cue/m_object.
+    #[must_use]
+    #[inline]
+    pub fn mass_ratio(&self) -> f64 {
+        self.object.map_or(1.0, |object| self.ball.mass / object.mass)
+    }
+
+    /// The object ball.
+    #[must_use]
+    #[inline]
+    pub fn object_ball(&self) -> Ball {
+        self.object.unwrap_or(self.ball)
+    }
+
+    /// With this m_cue/m_object, all else as it is.
+    #[must_use]
+    pub fn with_mass_ratio(self, ratio: f64) -> Self {
+        let object = Ball { mass: self.ball.mass / ratio, ..self.object_ball() };
+        Self { object: Some(object), ..self }
+    }
+
+    /// sin δ = (R_o − R_c)/(R_o + R_c) of the angle δ by which the line of centres rises towards the object ball.
+    #[must_use]
+    #[inline]
+    pub fn tilt(&self) -> f64 {
+        let (cue, object) = (self.ball.radius, self.object_ball().radius);
+        (object - cue) / (object + cue)
+    }
+
+    /// Whether the contact gives way along the surface.
+    #[must_use]
+    pub fn is_compliant(&self) -> bool {
+        self.effects.and(self.fidelity.effects()).compliance && self.kappa != 0.0
     }
 
     /// The outcome of a collision (Kim 2024, Eqs. 42–49 with q, J_y, J_z in place of his functions
@@ -235,19 +294,25 @@ impl Model {
         coefficients: &Coefficients,
         contact: &Contact,
     ) -> Result<(Outcome, Jacobian), NotACollision> {
-        let ((impulse, regime), mut gradient) = match self.fidelity {
-            Fidelity::Elastic => (elastic::impulse(contact), elastic::gradient()),
-            Fidelity::Inelastic => (inelastic::impulse(contact), inelastic::gradient(contact)),
-            Fidelity::Linear => (linear::impulse(contact), linear::gradient(contact)),
-            Fidelity::Full => kim::impulse_and_gradient(contact),
-            Fidelity::Ode | Fidelity::Contact => {
-                return integrated::collide_with_jacobian(self, cue, coefficients, contact);
-            }
-        };
+        if matches!(self.fidelity, Fidelity::Ode | Fidelity::Contact) {
+            return integrated::collide_with_jacobian(self, cue, coefficients, contact);
+        }
+        let ((impulse, regime), mut gradient) = self.impulse_and_gradient(contact);
         self.silence(&mut gradient);
         self.follow_law(&mut gradient, contact, coefficients);
         let outcome = self.outcome(cue, contact, &impulse, regime);
         Ok((outcome, self.jacobian(contact, &impulse, &gradient)))
+    }
+
+    /// Of a closed form.
+    #[inline(always)]
+    fn impulse_and_gradient(&self, contact: &Contact) -> ((Impulse, Regime), ImpulseGradient) {
+        match self.fidelity {
+            Fidelity::Elastic => (elastic::impulse(contact), elastic::gradient()),
+            Fidelity::Inelastic => (inelastic::impulse(contact), inelastic::gradient(contact)),
+            Fidelity::Linear => (linear::impulse(contact), linear::gradient(contact)),
+            Fidelity::Full | Fidelity::Ode | Fidelity::Contact => kim::impulse_and_gradient(contact),
+        }
     }
 
     /// Nothing depends on the coefficient of an effect that is off.

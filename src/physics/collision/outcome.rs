@@ -68,6 +68,9 @@ impl Model {
         impulse: &Impulse,
         regime: Regime,
     ) -> Outcome {
+        if self.object.is_some() {
+            return self.outcome_of_unequal(cue, contact, impulse, regime);
+        }
         let &Contact { m_s, v_z, nu, sigma, .. } = contact;
         let &Impulse { normal: q, y: j_y, z: j_z } = impulse;
         let (topspin, draw) = (f64::from(v_z > 0.0), f64::from(v_z < 0.0));
@@ -92,6 +95,9 @@ impl Model {
         impulse: &Impulse,
         gradient: &ImpulseGradient,
     ) -> Jacobian {
+        if self.object.is_some() {
+            return self.jacobian_of_unequal(contact, impulse, gradient);
+        }
         let &Contact { m_s, v_z, nu, sigma, .. } = contact;
         let (topspin, draw) = (f64::from(v_z > 0.0), f64::from(v_z < 0.0));
         let radius = self.ball.radius;

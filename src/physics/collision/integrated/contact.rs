@@ -12,7 +12,7 @@
 //! r = √ξ: then dr/dx = −v_x and F dt = 2r⁴ dx.
 
 use super::Impulses;
-use super::dynamics::{Dynamics, Site, at};
+use super::dynamics::{Dynamics, Site, Slips, at};
 use super::phase::{Model, Phase, tolerance_of_restitution, walk};
 use super::solver::{GaveUp, Integrator};
 use crate::physics::collision::Regime;
@@ -28,7 +28,7 @@ const STATE: usize = at::COUNT + 5;
 
 /// A ball that falls more slowly than this, in units of k, does not fall: friction may carry just its weight, and
 /// roundings must not make it land again and again.
-const AT_REST: f64 = 1e-14;
+pub(in crate::physics::collision) const AT_REST: f64 = 1e-14;
 
 /// Duration of an elastic contact in units of t₀: 4√π Γ(2/5)/(5 Γ(9/10)) · (5/8)^(2/5).
 const ELASTIC: f64 = 2.438_837_564_705_526_7;
@@ -90,7 +90,7 @@ impl Model<STATE> for InTime<'_> {
         fastest
     }
 
-    fn own_rates(&self, phase: &Phase, y: &[f64; STATE], v_x: f64, rates: &mut [f64; STATE]) {
+    fn own_rates(&self, phase: &Phase, y: &[f64; STATE], _: &Slips, v_x: f64, rates: &mut [f64; STATE]) {
         let pace = self.pace(phase, y);
         // F dt = 2r⁴ dx, times e in restitution
         rates[IMPULSE] = 2.0 * y[ROOT].powi(4);
@@ -128,6 +128,7 @@ fn vertical(site: Site) -> (usize, usize) {
 mod tests {
     use super::*;
     use crate::physics::collision::Contact;
+    use crate::physics::collision::input::Levers;
     use crate::physics::friction_law::Friction;
 
     #[test]
@@ -135,7 +136,19 @@ mod tests {
         /// The constant and the integration to 1e-13.
         const ROUNDING: f64 = 1e-12;
         for e in [1.0, 0.5] {
-            let contact = Contact { k: 1.0, v_y: 0.0, v_z: 0.0, mu: 0.0, m_s: 0.0, e, nu: 0.4, sigma: 1.0 };
+            let levers = Levers::equal(0.4);
+            let contact = Contact {
+                k: 1.0,
+                v_y: 0.0,
+                v_z: 0.0,
+                mu: 0.0,
+                m_s: 0.0,
+                e,
+                nu: 0.4,
+                sigma: 1.0,
+                levers,
+                mu_s: 0.0,
+            };
             let dynamics = Dynamics::new(&contact, Friction::Constant(0.0), 1e-13);
             let (q, y, _) = solve(&dynamics, e, 1e-13).unwrap();
             assert!((y[TIME] / (0.5 * ELASTIC * (1.0 + 1.0 / e)) - 1.0).abs() < ROUNDING, "{}", y[TIME]);

@@ -14,9 +14,14 @@
 //! from which, with σ = 1 (−1: the cloth's torque on the object ball as printed),
 //!
 //! ```text
-//! U = U₀ + (C_x − q, C_y − J_y, U_z)      ω = ω₀ + (C_y, J_z − C_x, −J_y)/νR
-//! V = (q + O_x, J_y + O_y, V_z)           Ω = (σO_y, J_z − σO_x, −J_y)/νR
+//! U = U₀ + (C_x − q, C_y − J_y, ·)/r + U_z   ω = ω₀ + (C_y, J_z − C_x, −J_y)/(rν_c R_c)
+//! V = (q + O_x, J_y + O_y, V_z)             Ω = (σO_y, J_z − σO_x, −J_y)/νR
 //! ```
+//!
+//! with r = m_cue/m_object, all impulses per unit of the object ball's mass. Where the radii differ the normal force has a
+//! vertical part F sin δ, to first order ([`crate::physics::collision::Model::tilt`]).
+//!
+//! A contact that gives way along the surface has a friction of its own, which the state carries: [`super::compliant`].
 //!
 //! Each contact obeys Coulomb's law: it slides with the friction against its slip, or sticks with what
 //! friction keeps it so, at most the coefficient times the normal force. The normal force of the cloth
@@ -56,6 +61,10 @@ pub(in crate::physics::collision) enum Grip {
     Sticks,
     /// The ball is off the cloth.
     Open,
+    /// Between the balls, where the contact gives way: the spring's end holds.
+    Springs,
+    /// The spring's end slides.
+    Yields,
 }
 
 /// The three contacts.
@@ -98,9 +107,20 @@ pub(in crate::physics::collision) struct Dynamics {
     pub mu_s: f64,
     /// Cloth on the cue ball.
     pub mu_k: f64,
+    /// Of the object ball, and of the cue ball.
     pub nu: f64,
+    pub nu_c: f64,
+    /// 1/r, and ν/(rν_c).
+    pub per_r: f64,
+    pub share: f64,
+    /// 2β_y = (1 + 1/ν_c)/r + 1 + 1/ν.
+    pub lever_y: f64,
+    /// sin δ.
+    pub tilt: f64,
     pub sigma: f64,
     pub gravity: f64,
+    /// κ; 0 where the contact is rigid along the surface.
+    pub kappa: f64,
     /// Whether the cloth's friction on the object ball follows its slip, and is not just along −x.
     pub cloth_turning: bool,
     /// (v_y0, v_z0).
@@ -116,6 +136,16 @@ pub(in crate::physics::collision) struct Dynamics {
 /// Slips of the contacts: between the balls along y, z; on the cloth along x, y.
 #[derive(Clone, Copy, Debug)]
 pub(in crate::physics::collision) struct Slips(pub [Pair; 3]);
+
+/// What a contact that gives way adds to the slips and the normal force, by which alone a rigid one acts.
+#[derive(Clone, Copy, Debug, Default)]
+pub(in crate::physics::collision) struct Give {
+    /// The friction on the object ball while the spring's end holds; its direction while it slides.
+    pub friction: Pair,
+    /// dF/dt.
+    pub rising: f64,
+    pub is_compression: bool,
+}
 
 /// Forces on the object ball (balls), the cue ball (its cloth), the object ball (its cloth), and the
 /// normal forces of the three contacts.
@@ -171,14 +201,30 @@ impl Dynamics {
             mu_s: contact.m_s,
             mu_k: 0.0,
             nu,
+            nu_c: nu,
+            per_r: 1.0,
+            share: 1.0,
+            lever_y: 2.0 * ((1.0 + nu) / nu),
+            tilt: 0.0,
             sigma,
             gravity: 0.0,
+            kappa: 0.0,
             cloth_turning: false,
             slip,
             cue_slip: [0.0; 2],
             no_slip: [least(slip), least([0.0; 2]), least([0.0; 2])],
             ahead: starts::ahead(tolerance),
         }
+    }
+
+    /// With another object ball, whose ν this has: r, ν_c of the cue ball, and sin δ.
+    pub fn with_unequal(mut self, mass_ratio: f64, nu_c: f64, tilt: f64) -> Self {
+        self.nu_c = nu_c;
+        self.per_r = 1.0 / mass_ratio;
+        self.share = self.per_r * self.nu / nu_c;
+        self.lever_y = (1.0 + 1.0 / nu_c) * self.per_r + 1.0 + 1.0 / self.nu;
+        self.tilt = tilt;
+        self
     }
 
     /// With friction μ_k of the cloth on the cue ball, which slips on it with `slip`, m/s; `speed` is
@@ -192,39 +238,47 @@ impl Dynamics {
 
     /// The most that friction adds to a contact's slip, per unit of it.
     pub fn lever(&self, site: Site) -> f64 {
-        if site == Site::Balls { 2.0 * self.beta_y() } else { self.beta_y() }
-    }
-
-    /// β_y = (1 + ν)/ν.
-    fn beta_y(&self) -> f64 {
-        (1.0 + self.nu) / self.nu
+        match site {
+            Site::Balls => self.lever_y,
+            Site::CueOnCloth => (1.0 + self.nu_c) / self.nu_c * self.per_r,
+            Site::ObjectOnCloth => (1.0 + self.nu) / self.nu,
+        }
     }
 
     pub fn slips(&self, q: f64, y: &[f64]) -> Slips {
-        let &Self { nu, sigma, slip: [v_y0, v_z0], cue_slip: [s_x0, s_y0], .. } = self;
+        let &Self { nu, nu_c, per_r, share, sigma, slip: [v_y0, v_z0], cue_slip: [s_x0, s_y0], .. } = self;
         let (j_y, j_z) = (y[at::J_Y], y[at::J_Z]);
         let (c, o) = ([y[at::C_X], y[at::C_Y]], [y[at::O_X], y[at::O_Y]]);
         Slips([
             // (V_y − U_y − R(ω_z + Ω_z), V_z − U_z + R(ω_y + Ω_y))
             [
-                v_y0 + 2.0 * self.beta_y() * j_y + o[1] - c[1],
-                v_z0 + y[at::V_Z] - y[at::U_Z] + (2.0 * j_z - c[0] - sigma * o[0]) / nu,
+                v_y0 + self.lever_y * j_y + o[1] - per_r * c[1],
+                v_z0 + y[at::V_Z] - y[at::U_Z] + ((1.0 + share) * j_z - share * c[0] - sigma * o[0]) / nu,
             ],
             // (U_x − Rω_y, U_y + Rω_x)
-            [s_x0 - q + c[0] - (j_z - c[0]) / nu, s_y0 - j_y + c[1] + c[1] / nu],
+            [
+                s_x0 - per_r * q + per_r * c[0] - per_r * ((j_z - c[0]) / nu_c),
+                s_y0 - per_r * j_y + per_r * c[1] + per_r * (c[1] / nu_c),
+            ],
             // (V_x − RΩ_y, V_y + RΩ_x)
             [q + o[0] - (j_z - sigma * o[0]) / nu, j_y + o[1] + sigma * o[1] / nu],
         ])
     }
 
     /// v_x + k: what the impulses have added to the velocity along the line of centres.
-    pub fn separation(q: f64, y: &[f64]) -> f64 {
-        2.0 * q + y[at::O_X] - y[at::C_X]
+    pub fn separation(&self, q: f64, y: &[f64]) -> f64 {
+        (1.0 + self.per_r) * q + y[at::O_X] - self.per_r * y[at::C_X]
     }
 
     /// Forces for a normal force between the balls.
-    pub fn forces(&self, grips: &Grips, slips: &Slips, normal: f64) -> Forces {
+    pub fn forces(&self, grips: &Grips, slips: &Slips, normal: f64, give: &Give) -> Forces {
         let mut along = slips.0.map(|slip| unit(slip).map(|s| -s));
+        match grips[Site::Balls] {
+            Grip::Springs => along[Site::Balls as usize] = give.friction,
+            Grip::Yields => along[Site::Balls as usize] = unit(give.friction),
+            Grip::Slides if self.kappa > 0.0 => self.lag_behind(grips, slips, normal, give, &mut along),
+            _ => {}
+        }
         if Site::ALL.into_iter().any(|site| self.is_starting(site, grips, slips)) {
             self.start(grips, slips, normal, &mut along);
         }
@@ -242,15 +296,16 @@ impl Dynamics {
         let most = self.friction.mu(self.k * norm(slips.0[Site::Balls as usize])) * normal;
         let cloths = [self.cue_cloth(grips, normal, along), self.object_cloth(grips, normal, along)];
         let f = match grips[Site::Balls] {
-            Grip::Sticks => self.holding(grips, cloths),
+            Grip::Sticks => self.holding(grips, cloths, normal),
+            Grip::Springs => along[Site::Balls as usize],
             _ => along[Site::Balls as usize].map(|d| most * d),
         };
         let [cue, object] = cloths.map(|cloth| cloth.at(f));
         let pressed = |site: Site, force: f64| if grips[site] == Grip::Open { 0.0 } else { force };
         let normals = [
             normal,
-            pressed(Site::CueOnCloth, self.gravity + f[1]),
-            pressed(Site::ObjectOnCloth, self.gravity - f[1]),
+            pressed(Site::CueOnCloth, self.cue_weight() + f[1] + self.tilt * normal),
+            pressed(Site::ObjectOnCloth, self.gravity - f[1] - self.tilt * normal),
         ];
         Forces {
             friction: [f, cue, object],
@@ -268,9 +323,14 @@ impl Dynamics {
         at_rest.slips(forces.normal[Site::Balls as usize], &rates).0
     }
 
+    /// The cue ball's weight, per unit of the object ball's mass.
+    fn cue_weight(&self) -> f64 {
+        self.gravity / self.per_r
+    }
+
     /// Cloth on the cue ball.
     fn cue_cloth(&self, grips: &Grips, normal: f64, along: &[Pair; 3]) -> Affine {
-        let lever = 1.0 + 1.0 / self.nu;
+        let lever = 1.0 + 1.0 / self.nu_c;
         let site = Site::CueOnCloth;
         match grips[site] {
             Grip::Open => Affine::default(),
@@ -278,11 +338,13 @@ impl Dynamics {
             Grip::Sticks => Affine {
                 at0: [normal / lever, 0.0],
                 by_y: [0.0, 1.0 / lever],
-                by_z: [1.0 / (self.nu * lever), 0.0],
+                by_z: [1.0 / (self.nu_c * lever), 0.0],
             },
-            Grip::Slides | Grip::Starts | Grip::Creeps => {
-                Affine::along(along[site as usize], self.mu_k * self.gravity, self.mu_k)
-            }
+            _ => Affine::along(
+                along[site as usize],
+                self.mu_k * (self.cue_weight() + self.tilt * normal),
+                self.mu_k,
+            ),
         }
     }
 
@@ -300,27 +362,29 @@ impl Dynamics {
                 by_y: [0.0, -1.0 / lever],
                 by_z: [1.0 / (self.nu * lever), 0.0],
             },
-            Grip::Slides | Grip::Starts | Grip::Creeps => {
-                Affine::along(direction, self.mu_s * self.gravity, -self.mu_s)
-            }
+            _ => Affine::along(direction, self.mu_s * (self.gravity - self.tilt * normal), -self.mu_s),
         }
     }
 
     /// The friction between the balls that keeps them from slipping, given the cloths':
     /// dv_y/dt = 2β_y f_y + o_y − c_y = 0,
     /// dv_z/dt = dV_z/dt − dU_z/dt + (2f_z − c_x − σo_x)/ν = 0.
-    fn holding(&self, grips: &Grips, [c, o]: [Affine; 2]) -> Pair {
-        let &Self { nu, sigma, gravity: g, .. } = self;
+    fn holding(&self, grips: &Grips, [c, o]: [Affine; 2], normal: f64) -> Pair {
+        let &Self { nu, per_r, share, sigma, gravity: g, tilt, .. } = self;
         let flies = |site: Site| f64::from(grips[site] == Grip::Open);
         let (cue, object) = (flies(Site::CueOnCloth), flies(Site::ObjectOnCloth));
         let a = [
-            [2.0 * self.beta_y() + o.by_y[1] - c.by_y[1], o.by_z[1] - c.by_z[1]],
+            [self.lever_y + o.by_y[1] - per_r * c.by_y[1], o.by_z[1] - per_r * c.by_z[1]],
             [
-                -(c.by_y[0] + sigma * o.by_y[0]) / nu,
-                cue + object + (2.0 - c.by_z[0] - sigma * o.by_z[0]) / nu,
+                -(share * c.by_y[0] + sigma * o.by_y[0]) / nu,
+                per_r * cue + object + ((1.0 + share) - share * c.by_z[0] - sigma * o.by_z[0]) / nu,
             ],
         ];
-        let b = [c.at0[1] - o.at0[1], (c.at0[0] + sigma * o.at0[0]) / nu + g * (object - cue)];
+        let tilted = tilt * normal * (object + per_r * cue);
+        let b = [
+            per_r * c.at0[1] - o.at0[1],
+            (share * c.at0[0] + sigma * o.at0[0]) / nu + g * (object - cue) - tilted,
+        ];
         let det = a[0][0] * a[1][1] - a[0][1] * a[1][0];
         [(b[0] * a[1][1] - a[0][1] * b[1]) / det, (a[0][0] * b[1] - b[0] * a[1][0]) / det]
     }
@@ -335,82 +399,9 @@ impl Dynamics {
         rates[at::C_Y] = c[1];
         rates[at::O_X] = o[0];
         rates[at::O_Y] = o[1];
-        rates[at::U_Z] = up(Site::CueOnCloth, -f[1]);
-        rates[at::V_Z] = up(Site::ObjectOnCloth, f[1]);
-    }
-
-    /// Whether a contact can bring friction to bear at all.
-    pub fn has_friction(&self, site: Site) -> bool {
-        match site {
-            Site::Balls => true,
-            Site::CueOnCloth => self.mu_k > 0.0,
-            Site::ObjectOnCloth => self.mu_s > 0.0 && self.cloth_turning,
-        }
-    }
-
-    /// Decides the grip of all contacts but `held`, whose grip is given: a contact without slip sticks
-    /// if its friction can hold it; a ball that the cloth would have to pull down flies.
-    pub fn settle(&self, mut grips: Grips, held: Option<Site>, slips: &Slips, normal: f64) -> Grips {
-        for site in Site::ALL.into_iter().filter(|site| Some(*site) != held) {
-            if grips[site] != Grip::Open {
-                let slips_not = norm(slips.0[site as usize]) <= self.no_slip[site as usize];
-                grips[site] = match grips[site] {
-                    _ if slips_not && self.has_friction(site) => Grip::Sticks,
-                    Grip::Sticks | Grip::Creeps => Grip::Slides,
-                    grip => grip,
-                };
-            }
-        }
-        // each pass opens or frees at least one contact
-        for _ in 0..2 * Site::ALL.len() {
-            let forces = self.forces(&grips, slips, normal);
-            let mut settled = true;
-            for site in Site::ALL.into_iter().filter(|site| Some(*site) != held) {
-                let i = site as usize;
-                if site != Site::Balls && grips[site] != Grip::Open && forces.normal[i] < 0.0 {
-                    grips[site] = Grip::Open;
-                    settled = false;
-                } else if grips[site] == Grip::Starts
-                    && norm(slips.0[i]) > self.no_slip[i]
-                    && self.starts_for(site, &grips, slips, &forces) < 0.0
-                {
-                    grips[site] = Grip::Slides;
-                    settled = false;
-                } else if grips[site] == Grip::Sticks && norm(forces.friction[i]) > forces.most[i] {
-                    grips[site] = Grip::Starts;
-                    settled = false;
-                }
-            }
-            if settled {
-                break;
-            }
-        }
-        // friction that is only about to set in, or to end, turns nothing
-        let forces = self.forces(&grips, slips, normal);
-        for site in Site::ALL {
-            let i = site as usize;
-            if grips[site] == Grip::Starts
-                && self.turned_by(site, &forces) <= norm(slips.0[i]).max(self.no_slip[i])
-            {
-                grips[site] = Grip::Creeps;
-            }
-        }
-        grips
-    }
-
-    /// What the cloth takes off a ball's slip that lands on it with `fallen`: at most its coefficient
-    /// times that, at most what stops the slip.
-    pub fn landing_friction(&self, q: f64, y: &mut [f64], site: Site, fallen: f64) {
-        let (mu, x, sigma) = match site {
-            Site::CueOnCloth => (self.mu_k, at::C_X, 1.0),
-            _ if self.cloth_turning => (self.mu_s, at::O_X, self.sigma),
-            _ => return,
-        };
-        let slip = self.slips(q, y).0[site as usize];
-        let impulse = (mu * fallen).min(norm(slip) / (1.0 + sigma / self.nu));
-        for (i, direction) in unit(slip).into_iter().enumerate() {
-            y[x + i] -= impulse * direction;
-        }
+        let rising = f[1] + self.tilt * forces.normal[Site::Balls as usize];
+        rates[at::U_Z] = up(Site::CueOnCloth, -self.per_r * rising);
+        rates[at::V_Z] = up(Site::ObjectOnCloth, rising);
     }
 
     /// The impulses of the state in m/s.

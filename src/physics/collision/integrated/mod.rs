@@ -1,16 +1,18 @@
 //! What [`ode`] and [`contact`] have in common: from a shot to what drives the balls, and
 //! from the impulses to the outcome and its derivative.
 
+pub(crate) mod compliant;
 pub(crate) mod contact;
 pub(crate) mod dynamics;
 pub(crate) mod ode;
 pub(crate) mod phase;
+pub(crate) mod settle;
 pub(crate) mod solver;
 pub(crate) mod starts;
 
 use super::{
-    Coefficients, Contact, Fidelity, Input, Jacobian, MAX_TOLERANCE, MIN_TOLERANCE, Model, NotACollision,
-    Outcome, Regime,
+    Coefficients, Contact, Fidelity, Input, Jacobian, MAX_KAPPA, MAX_TOLERANCE, MIN_TOLERANCE, Model,
+    NotACollision, Outcome, Regime,
 };
 use crate::physics::ball::{BallState, Vec3};
 use crate::physics::cloth_motion::GRAVITY;
@@ -46,6 +48,9 @@ pub(super) fn collide(
     if !(mu_k >= 0.0 && friction.largest() * mu_k < 2.0) {
         return Err(NotACollision::MuKOutOfRange(mu_k));
     }
+    if !(0.0..=MAX_KAPPA).contains(&model.kappa) {
+        return Err(NotACollision::KappaOutOfRange(model.kappa));
+    }
     if !(contact_time > 0.0 && contact_time.is_finite()) {
         return Err(NotACollision::ContactTime(contact_time));
     }
@@ -56,14 +61,22 @@ pub(super) fn collide(
     let mut dynamics = Dynamics::new(contact, friction, tolerance);
     dynamics.mu_s = if effects.cloth { coefficients.mu_s } else { 0.0 };
     dynamics.cloth_turning = effects.cloth_turning;
+    if model.object.is_some() {
+        dynamics = dynamics.with_unequal(model.mass_ratio(), model.ball.inertia, model.tilt());
+    }
     if effects.cloth_on_cue {
         let slip = cloth_slip(cue, model.ball.radius);
         dynamics = dynamics.with_cloth_on_cue(mu_k, [slip.x, slip.y], cue.velocity.norm());
     }
-    let solved = if model.fidelity == Fidelity::Contact {
+    if model.fidelity == Fidelity::Contact {
         if effects.gravity {
             dynamics.gravity = GRAVITY * contact::time_unit(contact_time, contact.k) / contact.k;
         }
+    }
+    let solved = if effects.compliance && model.kappa > 0.0 && friction.largest() > 0.0 {
+        dynamics.kappa = model.kappa;
+        compliant::impulses(&dynamics, contact.e, tolerance)
+    } else if model.fidelity == Fidelity::Contact {
         contact::impulses(&dynamics, contact.e, tolerance)
     } else {
         ode::impulses(&dynamics, contact.e, tolerance)
@@ -74,11 +87,13 @@ pub(super) fn collide(
 
 fn outcome(model: &Model, cue: &BallState, impulses: &Impulses, regime: Regime) -> Outcome {
     let &Impulses { normal: q, y: j_y, z: j_z, cue_cloth: c, object_cloth: o, cue_up, object_up } = impulses;
-    let (nu_r, sigma) = (model.ball.inertia * model.ball.radius, model.cloth_torque.sign());
-    // U_f = U_i + (C_x − q, C_y − J_y, U_z),  ω_f = ω_i + (C_y, J_z − C_x, −J_y)/νR
+    let (object, per_r) = (model.object_ball(), 1.0 / model.mass_ratio());
+    let (cue_nu_r, nu_r) = (model.ball.inertia * model.ball.radius, object.inertia * object.radius);
+    let sigma = model.cloth_torque.sign();
+    // U_f = U_i + ((C_x − q)/r, (C_y − J_y)/r, U_z),  ω_f = ω_i + (C_y, J_z − C_x, −J_y)/(rν_c R_c)
     let cue = BallState {
-        velocity: cue.velocity + Vec3::new(c[0] - q, c[1] - j_y, cue_up),
-        spin: cue.spin + Vec3::new(c[1], j_z - c[0], -j_y) / nu_r,
+        velocity: cue.velocity + Vec3::new(per_r * (c[0] - q), per_r * (c[1] - j_y), cue_up),
+        spin: cue.spin + per_r * Vec3::new(c[1], j_z - c[0], -j_y) / cue_nu_r,
     };
     // V_f = (q + O_x, J_y + O_y, V_z),  Ω_f = (σO_y, J_z − σO_x, −J_y)/νR
     let object = BallState {

@@ -7,7 +7,7 @@
 //! x = (q − q_c)/e with w = (W − W_c)/e², which are of order 1 however small e is.
 
 use super::Impulses;
-use super::dynamics::{Dynamics, Site, at};
+use super::dynamics::{Dynamics, Site, Slips, at};
 use super::phase::{Model, Phase, tolerance_of_restitution, walk};
 use super::solver::{GaveUp, Integrator};
 use crate::physics::collision::Regime;
@@ -57,7 +57,7 @@ impl Model<STATE> for InImpulse {
         *y
     }
 
-    fn own_rates(&self, _: &Phase, _: &[f64; STATE], v_x: f64, rates: &mut [f64; STATE]) {
+    fn own_rates(&self, _: &Phase, _: &[f64; STATE], _: &Slips, v_x: f64, rates: &mut [f64; STATE]) {
         // dw/dx = v_x/e
         rates[WORK] = v_x;
     }

@@ -1,6 +1,6 @@
 //! Compression and restitution, each walked through from event to event.
 
-use super::dynamics::{Dynamics, Forces, Grip, Grips, Pair, Site, Slips, at, norm};
+use super::dynamics::{Dynamics, Forces, Give, Grip, Grips, Pair, Site, Slips, at, norm};
 use super::solver::{EVENTS, GaveUp, Integrator, Stretch};
 use crate::physics::collision::{MAX_TOLERANCE, Regime};
 
@@ -47,7 +47,25 @@ pub(in crate::physics::collision) trait Model<const N: usize> {
     fn fastest(&self, phase: &Phase, y: &[f64; N], step: f64) -> [f64; N];
 
     /// Rates by x of what the model adds to the state, with v_x.
-    fn own_rates(&self, phase: &Phase, y: &[f64; N], v_x: f64, rates: &mut [f64; N]);
+    fn own_rates(&self, phase: &Phase, y: &[f64; N], slips: &Slips, v_x: f64, rates: &mut [f64; N]);
+
+    /// What a contact that gives way adds to slips and normal force; a rigid one adds nothing.
+    fn give(&self, _: &Phase, _: &[f64; N], _: f64) -> Give {
+        Give::default()
+    }
+
+    /// The time in which the friction of a contact that gives way turns.
+    fn longest_turn(&self, _: &Phase, _: &[f64; N], _: &Slips) -> f64 {
+        f64::INFINITY
+    }
+
+    /// Of a contact that gives way: positive until it changes its grip, and until its friction follows its slip again.
+    fn grip_events(&self, _: &Phase, _: &[f64; N], _: &Slips, _: &Forces, _: &Give) -> Option<[f64; 2]> {
+        None
+    }
+
+    /// Changes that grip, `again` where the friction follows its slip again.
+    fn change_grip(&self, _: &mut Phase, _: f64, _: &mut [f64; N], _: bool) {}
 
     /// Positive until restitution ends.
     fn restitution_left(&self, phase: &Phase, y: &[f64; N]) -> f64;
@@ -72,17 +90,19 @@ pub(in crate::physics::collision) struct Phase<'a> {
     /// v_x + k at its beginning, and v_x there.
     separation: f64,
     v_x: f64,
+    /// A contact that gives way has been stuck.
+    pub held_once: bool,
 }
 
 impl<'a> Phase<'a> {
     pub fn compression(dynamics: &'a Dynamics) -> Self {
         let grips = Grips([Grip::Slides; 3]);
-        Self { dynamics, grips, stretch: 1.0, q: 0.0, separation: 0.0, v_x: -1.0 }
+        Self { dynamics, grips, stretch: 1.0, q: 0.0, separation: 0.0, v_x: -1.0, held_once: false }
     }
 
     /// From where compression ended.
     pub fn restitution(self, e: f64, q: f64, y: &[f64]) -> Self {
-        Self { stretch: e, q, separation: Dynamics::separation(q, y), v_x: 0.0, ..self }
+        Self { stretch: e, q, separation: self.dynamics.separation(q, y), v_x: 0.0, ..self }
     }
 
     pub fn is_compression(&self) -> bool {
@@ -90,12 +110,20 @@ impl<'a> Phase<'a> {
     }
 
     pub fn regime(&self) -> Regime {
-        if self.grips[Site::Balls] == Grip::Sticks { Regime::Stick } else { Regime::Slide }
+        let sticks = self.grips[Site::Balls] == Grip::Sticks || self.held_once;
+        if sticks { Regime::Stick } else { Regime::Slide }
+    }
+
+    /// With another grip between the balls.
+    pub fn grips_with(&self, grip: Grip) -> Grips {
+        let mut grips = self.grips;
+        grips[Site::Balls] = grip;
+        grips
     }
 
     /// v_x/stretch.
-    fn v_x(&self, q: f64, y: &[f64]) -> f64 {
-        (self.v_x + (Dynamics::separation(q, y) - self.separation)) / self.stretch
+    pub fn v_x(&self, q: f64, y: &[f64]) -> f64 {
+        (self.v_x + (self.dynamics.separation(q, y) - self.separation)) / self.stretch
     }
 }
 
@@ -113,7 +141,8 @@ impl<M> Watched<'_, M> {
         let Phase { dynamics, grips, .. } = &self.phase;
         let q = self.model.impulse(&self.phase, x, y);
         let slips = dynamics.slips(q, y);
-        let forces = dynamics.forces(grips, &slips, self.model.normal(&self.phase, y));
+        let give = self.model.give(&self.phase, y, self.phase.v_x(q, y));
+        let forces = dynamics.forces(grips, &slips, self.model.normal(&self.phase, y), &give);
         (q, slips, forces)
     }
 
@@ -131,14 +160,14 @@ impl<M> Watched<'_, M> {
 
 impl<const N: usize, M: Model<N>> Stretch<N> for Watched<'_, M> {
     fn rates(&self, x: f64, y: &[f64; N]) -> [f64; N] {
-        let (q, _, forces) = self.forces(x, y);
+        let (q, slips, forces) = self.forces(x, y);
         let mut rates = [0.0; N];
         self.phase.dynamics.rates(&self.phase.grips, &forces, &mut rates);
         let pace = self.model.pace(&self.phase, y);
         for rate in &mut rates[..at::COUNT] {
             *rate *= pace;
         }
-        self.model.own_rates(&self.phase, y, self.phase.v_x(q, y), &mut rates);
+        self.model.own_rates(&self.phase, y, &slips, self.phase.v_x(q, y), &mut rates);
         rates
     }
 
@@ -162,6 +191,7 @@ impl<const N: usize, M: Model<N>> Stretch<N> for Watched<'_, M> {
                 Grip::Slides | Grip::Starts | Grip::Creeps => f64::NAN,
                 Grip::Sticks => forces.most[i] - norm(forces.friction[i]),
                 Grip::Open => self.model.above_cloth(y, site),
+                Grip::Springs | Grip::Yields => f64::NAN,
             };
             if grips[site] == Grip::Starts {
                 events[event::STARTED[i]] = dynamics.starts_for(site, grips, &slips, &forces);
@@ -169,6 +199,11 @@ impl<const N: usize, M: Model<N>> Stretch<N> for Watched<'_, M> {
             if site != Site::Balls && grips[site] != Grip::Open {
                 events[event::LIFT_OFF[i]] = forces.normal[i];
             }
+        }
+        let give = self.model.give(&self.phase, y, v_x);
+        if let Some([change, again]) = self.model.grip_events(&self.phase, y, &slips, &forces, &give) {
+            let i = Site::Balls as usize;
+            (events[event::GRIP[i]], events[event::STARTED[i]]) = (change, again);
         }
         events
     }
@@ -181,7 +216,7 @@ impl<const N: usize, M: Model<N>> Stretch<N> for Watched<'_, M> {
         let (_, _, forces) = self.forces(x, &fastest);
         let pace = self.model.pace(&self.phase, &fastest);
         let rates = dynamics.slip_rates(grips, &forces);
-        let mut longest = proposed;
+        let mut longest = proposed.min(STABLE * self.model.longest_turn(&self.phase, y, &slips));
         for site in Site::ALL {
             let i = site as usize;
             let (s, slip, rate) = (slips.0[i], norm(slips.0[i]), rates[i].map(|rate| pace * rate));
@@ -239,7 +274,8 @@ pub(in crate::physics::collision) fn walk<const N: usize>(
         }
         // where the balls just touch, what matters is what comes next
         let normal = model.normal(phase, y).max(TOUCH);
-        phase.grips = phase.dynamics.settle(phase.grips, held, &slips, normal);
+        let give = model.give(phase, y, phase.v_x(q, y));
+        phase.grips = phase.dynamics.settle(phase.grips, held, &slips, normal, &give);
         let watched = Watched { model, phase: *phase };
         // a slip may have ended as the phase did
         if watched.events(x, y)[event::END] <= 0.0 {
@@ -253,7 +289,11 @@ pub(in crate::physics::collision) fn walk<const N: usize>(
         (held, stopped) = (None, None);
         for site in Site::ALL {
             let i = site as usize;
-            if end.event == event::LIFT_OFF[i] {
+            let gives_way = site == Site::Balls && phase.dynamics.kappa > 0.0;
+            if gives_way && [event::GRIP[i], event::STARTED[i]].contains(&end.event) {
+                let q = model.impulse(phase, x, y);
+                model.change_grip(phase, q, y, end.event == event::STARTED[i]);
+            } else if end.event == event::LIFT_OFF[i] {
                 phase.grips[site] = Grip::Open;
                 held = Some(site);
             } else if end.event == event::STARTED[i] {
@@ -275,6 +315,7 @@ pub(in crate::physics::collision) fn walk<const N: usize>(
                         phase.grips[site] = Grip::Starts;
                         held = Some(site);
                     }
+                    Grip::Springs | Grip::Yields => {}
                     Grip::Open => {
                         model.land(model.impulse(phase, x, y), y, site);
                         phase.grips[site] = Grip::Slides;

@@ -27,7 +27,7 @@ pub(in crate::physics::collision) fn ahead(tolerance: f64) -> f64 {
     AHEAD * tolerance.sqrt()
 }
 
-fn turn([x, y]: Pair, angle: f64) -> Pair {
+pub(super) fn turn([x, y]: Pair, angle: f64) -> Pair {
     let (sin, cos) = angle.sin_cos();
     [cos * x - sin * y, sin * x + cos * y]
 }
@@ -44,7 +44,7 @@ impl Dynamics {
         match grips[site] {
             Grip::Starts => true,
             Grip::Creeps => norm(slips.0[i]) <= self.no_slip[i],
-            Grip::Slides | Grip::Sticks | Grip::Open => false,
+            Grip::Slides | Grip::Sticks | Grip::Open | Grip::Springs | Grip::Yields => false,
         }
     }
 

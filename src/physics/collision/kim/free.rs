@@ -6,18 +6,17 @@ use super::cloth::compression;
 use super::path::{Path, Slip, third_order};
 use super::whole::whole;
 use super::{CLOSE, End, MAX_STEPS, MOST, ROUNDING, Slips};
-use crate::physics::ball::UNIFORM_SPHERE;
 use crate::physics::collision::Contact;
 use crate::physics::collision::steps;
 
 pub(super) fn solve(contact: &Contact, path: &Path, rho: f64) -> End {
-    let &Contact { k, e, mu, nu, .. } = contact;
+    let &Contact { k, e, mu, .. } = contact;
     let q = 0.5 * (1.0 + e) * k;
     // h = 2μβ_z q_f/ρ
     let h = 2.0 * mu * contact.beta_z() * (q / rho);
     let slip = if h >= path.whole_at_most() {
         None
-    } else if nu == UNIFORM_SPHERE {
+    } else if contact.levers.are_of_spheres() {
         Sphere::new(path).find(h)
     } else if h >= path.whole_at_least() && h >= whole(path).0 {
         None

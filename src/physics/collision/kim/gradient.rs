@@ -15,13 +15,46 @@ use super::path::{Node, Path, Slip};
 use super::side_by_side::{Stretches, within_reach};
 use super::{End, Slips, start};
 use crate::numerics::quadrature::GAUSS_4;
-use crate::physics::ball::UNIFORM_SPHERE;
 use crate::physics::collision::{Contact, Gradient, ImpulseGradient, variable};
 
+/// A way in which inertia and cloth change: the derivative by it takes the place of that by m_s.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Change {
+    pub m_s: f64,
+    pub ln_beta_y: f64,
+    pub ln_beta_z: f64,
+    pub gamma: f64,
+}
+
+impl Change {
+    /// By m_s: β_z = (2 + ν − σm_s)/2ν, γ = (ν + σm_s)/(2 + ν − σm_s).
+    #[inline]
+    pub fn of_cloth(contact: &Contact) -> Self {
+        let &Contact { m_s, sigma, levers, .. } = contact;
+        let twice = levers.z - sigma * m_s;
+        let gamma = sigma * 2.0 * levers.y / (twice * twice);
+        Self { m_s: 1.0, ln_beta_y: 0.0, ln_beta_z: -sigma / twice, gamma }
+    }
+
+    /// Of both levers, and of m_s with them.
+    pub fn of_levers(contact: &Contact, [y, z]: [f64; 2], m_s: f64) -> Self {
+        let &Contact { levers, sigma, .. } = contact;
+        let twice = levers.z - sigma * contact.m_s;
+        // γ = 2y/(z − σm_s) − 1
+        let (ln_y, ln_z) = (y / levers.y, (z - sigma * m_s) / twice);
+        Self { m_s, ln_beta_y: ln_y, ln_beta_z: ln_z, gamma: 2.0 * levers.y / twice * (ln_y - ln_z) }
+    }
+}
+
 pub(super) fn gradient(contact: &Contact, end: &End) -> ImpulseGradient {
-    let &Contact { v_z, .. } = contact;
+    along(contact, end, &Change::of_cloth(contact))
+}
+
+/// With the derivative by a change in the place of that by m_s.
+pub(super) fn along(contact: &Contact, end: &End, change: &Change) -> ImpulseGradient {
+    let &Contact { v_y, v_z, .. } = contact;
     let (path, rho) = start(contact);
-    let scales = Scales::new(contact, rho);
+    let scales = Scales::new(contact, rho, change);
     // J_y = v_y0 Y/2β_y, J_z = v_z0 Z/2β_z with Y = u^(1+γ) − 1, Z = u − 1
     let (per_y, per_z) = (0.5 / contact.beta_y(), 0.5 / contact.beta_z());
     match end {
@@ -29,20 +62,26 @@ pub(super) fn gradient(contact: &Contact, end: &End) -> ImpulseGradient {
             let normal = scales.stuck(&path, *q, compressed.as_ref());
             let mut y = Gradient::zeros();
             y[variable::V_Y] = -per_y;
+            y[variable::M_S] = v_y * per_y * change.ln_beta_y;
             let mut z = Gradient::zeros();
             z[variable::V_Z] = -per_z;
-            z[variable::M_S] = v_z * per_z * scales.d_ln_beta_z;
+            z[variable::M_S] = v_z * per_z * change.ln_beta_z;
             ImpulseGradient { normal, y, z }
         }
-        End::Slide { slips, .. } => of_slide(contact, &path, rho, slips),
+        End::Slide { slips, .. } => slide_along(contact, &path, rho, slips, change),
     }
 }
 
 /// Of an impact that slides to its end.
 #[inline]
 pub(super) fn of_slide(contact: &Contact, path: &Path, rho: f64, slips: &Slips) -> ImpulseGradient {
+    slide_along(contact, path, rho, slips, &Change::of_cloth(contact))
+}
+
+#[inline]
+fn slide_along(contact: &Contact, path: &Path, rho: f64, slips: &Slips, change: &Change) -> ImpulseGradient {
     let &Contact { v_y, v_z, .. } = contact;
-    let scales = Scales::new(contact, rho);
+    let scales = Scales::new(contact, rho, change);
     let (per_y, per_z) = (0.5 / contact.beta_y(), 0.5 / contact.beta_z());
     let slip = &slips.end;
     let (normal, d_u) =
@@ -51,10 +90,11 @@ pub(super) fn of_slide(contact: &Contact, path: &Path, rho: f64, slips: &Slips) 
     let gamma_power = slip.power.sqrt();
     let mut y = v_y * per_y * (1.0 + contact.gamma()) * gamma_power * d_u;
     y[variable::V_Y] -= per_y * slip.y_gone();
-    y[variable::M_S] -= v_y * per_y * slip.left * gamma_power * slip.tau * scales.d_gamma;
+    y[variable::M_S] -= v_y * per_y * slip.left * gamma_power * slip.tau * change.gamma;
+    y[variable::M_S] += v_y * per_y * slip.y_gone() * change.ln_beta_y;
     let mut z = v_z * per_z * d_u;
     z[variable::V_Z] -= per_z * slip.gone;
-    z[variable::M_S] += v_z * per_z * slip.gone * scales.d_ln_beta_z;
+    z[variable::M_S] += v_z * per_z * slip.gone * change.ln_beta_z;
     ImpulseGradient { normal, y, z }
 }
 
@@ -65,10 +105,7 @@ struct Scales<'a> {
     c: f64,
     a: f64,
     d_a: Gradient,
-    /// d ln β_z/dm_s.
-    d_ln_beta_z: f64,
-    /// dγ/dm_s.
-    d_gamma: f64,
+    change: &'a Change,
 }
 
 /// ∫ wS ds over a part of the path, in m/s, and what its derivatives need: ∫ w/g ds, ∫ w s^p/g ds and
@@ -165,19 +202,15 @@ impl Path {
 
 impl<'a> Scales<'a> {
     #[inline]
-    fn new(contact: &'a Contact, rho: f64) -> Self {
-        let &Contact { mu, m_s, v_z, sigma, nu, .. } = contact;
+    fn new(contact: &'a Contact, rho: f64, change: &'a Change) -> Self {
+        let &Contact { mu, m_s, v_z, .. } = contact;
         let beta_z = contact.beta_z();
-        let twice = 2.0 + nu - sigma * m_s;
-        // β_z = (2 + ν − σm_s)/2ν, γ = (ν + σm_s)/(2 + ν − σm_s)
-        let d_ln_beta_z = -sigma / twice;
-        let d_gamma = sigma * 2.0 * (1.0 + nu) / (twice * twice);
         let c = 1.0 / (2.0 * mu * beta_z);
         let a = m_s * v_z / (2.0 * beta_z);
         let mut d_a = Gradient::zeros();
-        d_a[variable::M_S] = v_z / (2.0 * beta_z) - a * d_ln_beta_z;
+        d_a[variable::M_S] = change.m_s * (v_z / (2.0 * beta_z)) - a * change.ln_beta_z;
         d_a[variable::V_Z] = m_s / (2.0 * beta_z);
-        Self { contact, rho, c, a, d_a, d_ln_beta_z, d_gamma }
+        Self { contact, rho, c, a, d_a, change }
     }
 
     /// c∫wS ds.
@@ -196,7 +229,8 @@ impl<'a> Scales<'a> {
         d[variable::V_Y] = self.c * y * integral.power;
         d[variable::V_Z] = self.c * z * integral.inverse;
         d[variable::MU] = -value / self.contact.mu;
-        d[variable::M_S] = self.c * self.rho * y * y * integral.log * self.d_gamma - value * self.d_ln_beta_z;
+        d[variable::M_S] =
+            self.c * self.rho * y * y * integral.log * self.change.gamma - value * self.change.ln_beta_z;
         d
     }
 
@@ -218,7 +252,8 @@ impl<'a> Scales<'a> {
     /// dq_f and du_f of a shot without topspin.
     fn without_cloth(&self, path: &Path, slip: &Slip) -> (Gradient, Gradient) {
         let d_q = self.d_free();
-        let whole = if self.contact.nu == UNIFORM_SPHERE {
+        // by m_s nothing depends on γ here
+        let whole = if self.contact.levers.are_of_spheres() && self.change.m_s == 1.0 {
             of_sphere(path, slip)
         } else {
             path.integrals(&Slip::START, slip)[0]

@@ -8,7 +8,6 @@ use super::free::Sphere;
 use super::path::{Path, Slip, third_order};
 use super::side_by_side::{descents, within_reach};
 use super::{CLOSE, Slips};
-use crate::physics::ball::UNIFORM_SPHERE;
 use crate::physics::collision::{Contact, Impulse};
 
 /// So near to the end of compression, in parts of the slip left, w is a parabola to rounding.
@@ -149,7 +148,7 @@ fn with_cloth(contact: &Contact, path: &Path, rho: f64) -> Usual {
 /// Case A, for a uniform sphere.
 #[inline(always)]
 fn without_cloth(contact: &Contact, path: &Path, rho: f64) -> Usual {
-    let &Contact { k, e, mu, nu, .. } = contact;
+    let &Contact { k, e, mu, .. } = contact;
     let &Path { n: _, m, p } = path;
     // q_f = (1 + e)k/2, h = 2μβ_z q_f/ρ
     let q = 0.5 * (1.0 + e) * k;
@@ -177,7 +176,7 @@ fn without_cloth(contact: &Contact, path: &Path, rho: f64) -> Usual {
     let slip = Slip { gone, power_gone: y_gone, left, power: y, tau: 0.0 };
     let close = (num <= FARTHEST * den) & (x.abs() <= CLOSE * left);
     Usual {
-        holds: close & (h < path.whole_at_least()) & (nu == UNIFORM_SPHERE),
+        holds: close & (h < path.whole_at_least()) & contact.levers.are_of_spheres(),
         q,
         end: Near { slip, x: step * w * per },
         compressed: Near { slip: Slip::START, x: 0.0 },
@@ -190,6 +189,8 @@ mod tests {
     use rand_chacha::ChaCha8Rng;
 
     use super::*;
+    use crate::physics::ball::UNIFORM_SPHERE;
+    use crate::physics::collision::input::Levers;
     use crate::physics::collision::kim::{End, Slips, gradient, solve, start};
     use crate::physics::collision::{Gradient, variable};
 
@@ -218,6 +219,8 @@ mod tests {
                 e: rng.random_range(0.4..1.0),
                 nu: UNIFORM_SPHERE,
                 sigma: 1.0,
+                levers: Levers::equal(UNIFORM_SPHERE),
+                mu_s: 0.0,
             };
             let (path, rho) = start(&contact);
             let usual = super::solve(&contact, &path, rho);

@@ -1,0 +1,443 @@
+//! A contact that gives way along the surface, and balls of unequal mass.
+
+use caromfit::physics::ball::{Ball, BallState, Vec3};
+use caromfit::physics::collision::{Coefficients, Effects, Fidelity, MAX_KAPPA, Model, Outcome, Regime};
+use caromfit::physics::contact_frame::cue_velocity;
+use caromfit::physics::effect_sizes::{Compared, choose};
+use rand::{Rng, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+use serde_json::Value;
+
+/// One case of the table.
+struct Case {
+    name: String,
+    model: Model,
+    cue: BallState,
+    coefficients: Coefficients,
+    expected: [Vec3; 4],
+    error: f64,
+}
+
+fn vector(value: &Value) -> Vec3 {
+    Vec3::from([0, 1, 2].map(|i| value[i].as_f64().unwrap()))
+}
+
+fn cases() -> Vec<Case> {
+    let text = include_str!("reference/compliant.json");
+    let cases: Vec<Value> = serde_json::from_str(text).unwrap();
+    let case = |(i, case): (usize, &Value)| {
+        let number = |key: &str| case[key].as_f64().unwrap();
+        let ball = Ball { radius: number("radius_m"), ..Ball::POOL };
+        let model = Model { kappa: number("kappa"), tolerance: 1e-11, ..compliant(Fidelity::Ode, ball) };
+        let ratio = number("mass_ratio");
+        Case {
+            name: format!("{} {i}", case["kind"]),
+            model: if ratio == 1.0 { model } else { model.with_mass_ratio(ratio) },
+            cue: BallState {
+                velocity: cue_velocity(number("speed_m_s"), number("cut_deg").to_radians()),
+                spin: vector(&case["omega_rad_s"]),
+            },
+            coefficients: Coefficients { mu: number("mu"), mu_s: number("mu_s"), e: number("e") },
+            expected: ["cue_velocity_m_s", "cue_spin_rad_s", "object_velocity_m_s", "object_spin_rad_s"]
+                .map(|key| vector(&case[key])),
+            error: number("error"),
+        }
+    };
+    cases.iter().enumerate().map(case).collect()
+}
+
+/// What `full` contains, and compliance.
+fn compliant(fidelity: Fidelity, ball: Ball) -> Model {
+    Model { effects: Effects { compliance: true, ..Fidelity::Full.effects() }, ..Model::new(fidelity, ball) }
+}
+
+fn off(outcome: &Outcome, expected: &[Vec3; 4], radius: f64) -> f64 {
+    let found = [outcome.cue.velocity, outcome.cue.spin, outcome.object.velocity, outcome.object.spin];
+    let units = [1.0, radius, 1.0, radius];
+    found.iter().zip(expected).zip(units).map(|((a, b), unit)| unit * (a - b).amax()).fold(0.0, f64::max)
+}
+
+#[test]
+fn the_table_is_met_to_its_own_error() {
+    /// Steps of 1e-11 of the closing speed, up to 5 m/s, some ten of which add up.
+    const INTEGRATION: f64 = 1e-10;
+    let cases = cases();
+    assert_eq!(cases.len(), 60);
+    for fidelity in [Fidelity::Ode, Fidelity::Contact] {
+        for case in &cases {
+            let model = Model { fidelity, ..case.model };
+            let outcome = model.collide(&case.cue, &case.coefficients).unwrap();
+            let off = off(&outcome, &case.expected, model.ball.radius);
+            assert!(off < case.error + INTEGRATION, "{fidelity:?} {}: {off:e}", case.name);
+        }
+    }
+}
+
+/// A shot of any kind.
+fn shot(rng: &mut ChaCha8Rng) -> (BallState, Coefficients) {
+    let velocity = cue_velocity(rng.random_range(0.5..5.0), rng.random_range(-60_f64..60.0).to_radians());
+    let roll = BallState::natural_roll(velocity, Ball::POOL.radius).spin;
+    let share: f64 = rng.random_range(-1.0..1.0);
+    let spin = match rng.random_range(0..4) {
+        0 => roll,
+        1 => Vec3::zeros(),
+        2 => share * roll,
+        _ => roll + Vec3::z() * (share * roll.norm()),
+    };
+    let coefficients = Coefficients {
+        mu: rng.random_range(0.02..0.3),
+        mu_s: rng.random_range(0.0..0.4),
+        e: rng.random_range(0.5..1.0),
+    };
+    (BallState { velocity, spin }, coefficients)
+}
+
+/// Between two outcomes, velocities and spins times R.
+fn apart(a: &Outcome, b: &Outcome) -> f64 {
+    off(a, &[b.cue.velocity, b.cue.spin, b.object.velocity, b.object.spin], Ball::POOL.radius)
+}
+
+#[test]
+fn towards_no_compliance_it_becomes_the_rigid_contact() {
+    /// The difference over √κ and the closing speed, of the hardest of these shots; over κ where it slides throughout.
+    const SHAKES: f64 = 0.3;
+    const SLIDES: f64 = 0.5;
+    let mut rng = ChaCha8Rng::seed_from_u64(5);
+    let mut slid = 0;
+    for _ in 0..100 {
+        let (cue, coefficients) = shot(&mut rng);
+        let full = Model::new(Fidelity::Full, Ball::POOL).collide(&cue, &coefficients).unwrap();
+        for kappa in [1e-1, 1e-2, 1e-3, 1e-4] {
+            let model = Model { kappa, tolerance: 1e-7, ..compliant(Fidelity::Ode, Ball::POOL) };
+            let outcome = model.collide(&cue, &coefficients).unwrap();
+            let apart = apart(&outcome, &full) / cue.velocity.x;
+            assert!(apart < SHAKES * kappa.sqrt(), "{kappa}: {apart:e} {cue:?} {coefficients:?}");
+            if outcome.regime == full.regime && full.regime == Regime::Slide {
+                slid += 1;
+                assert!(apart < SLIDES * kappa + 1e-5, "{kappa}: {apart:e} {cue:?} {coefficients:?}");
+            }
+        }
+    }
+    assert!(slid > 50, "{slid}");
+}
+
+#[test]
+fn outcomes_mirror_and_scale() {
+    /// Of the tolerance, in m/s of up to 5.
+    const OF_TOLERANCE: f64 = 1e-9;
+    let mut rng = ChaCha8Rng::seed_from_u64(6);
+    let model = compliant(Fidelity::Ode, Ball::POOL).with_mass_ratio(1.04);
+    for _ in 0..50 {
+        let (cue, coefficients) = shot(&mut rng);
+        let outcome = model.collide(&cue, &coefficients).unwrap();
+        // mirrored at the plane y = 0: axial vectors keep their y
+        let mirror = |v: Vec3| Vec3::new(v.x, -v.y, v.z);
+        let mirror_spin = |v: Vec3| Vec3::new(-v.x, v.y, -v.z);
+        let state =
+            |ball: BallState| BallState { velocity: mirror(ball.velocity), spin: mirror_spin(ball.spin) };
+        let mirrored = model.collide(&state(cue), &coefficients).unwrap();
+        let expected = Outcome { cue: state(outcome.cue), object: state(outcome.object), ..outcome };
+        assert!(apart(&mirrored, &expected) < OF_TOLERANCE);
+        let twice = BallState { velocity: 2.0 * cue.velocity, spin: 2.0 * cue.spin };
+        let double = |ball: BallState| BallState { velocity: 2.0 * ball.velocity, spin: 2.0 * ball.spin };
+        let expected = Outcome { cue: double(outcome.cue), object: double(outcome.object), ..outcome };
+        assert!(apart(&model.collide(&twice, &coefficients).unwrap(), &expected) < OF_TOLERANCE);
+    }
+}
+
+/// Where the energy goes in an impact without cloth, by plain steps of the equations as they stand at the head of
+/// `integrated/compliant.rs`, each a ten-thousandth of the impact's duration: normal loss, sliding of the spring's end, and what a spring loses as it softens.
+/// Impulses J_y, J_z with it.
+fn by_plain_steps(model: &Model, v0: [f64; 2], coefficients: &Coefficients) -> ([f64; 2], [f64; 3]) {
+    const STEPS: f64 = 2e4;
+    let &Coefficients { mu, e, .. } = coefficients;
+    let (nu, kappa) = (model.ball.inertia, model.kappa);
+    // draw: the object ball rises, the cue ball is not braked
+    let levers = [2.0 * (1.0 + nu) / nu, 1.0 + 2.0 / nu];
+    let dt = 1.0 / STEPS;
+    let (mut v, mut v_x, mut x, mut most) = (v0, -1.0, 0.0_f64, 0.0_f64);
+    let (mut f, mut slides, mut losses, mut impulse) =
+        ([0.0_f64; 2], v0[0].hypot(v0[1]) > mu * kappa, [0.0_f64; 3], [0.0_f64; 2]);
+    loop {
+        let rising = v_x < 0.0;
+        if rising {
+            most = x;
+        }
+        let u = if rising { x } else { (x - (1.0 - e * e) * most) / (e * e) };
+        if u <= 0.0 && !rising {
+            return (impulse, losses);
+        }
+        let force = u.max(0.0).powf(1.5);
+        let rate = 1.5 * u.max(0.0).sqrt() * if rising { -v_x } else { -v_x / (e * e) };
+        let k_t = 1.5 * force.cbrt() / kappa;
+        let norm = f[0].hypot(f[1]);
+        let mut next = [0, 1].map(|i| f[i] - dt * k_t * v[i]);
+        if !rising && force > 0.0 {
+            next = [0, 1].map(|i| next[i] + dt * f[i] * rate / (3.0 * force));
+            losses[2] -= dt * norm * norm / (2.0 * k_t * k_t) * k_t * rate / (3.0 * force);
+        } else if force > 0.0 && k_t > 0.0 {
+            losses[2] += dt * norm * norm / (2.0 * k_t * k_t) * k_t * rate / (3.0 * force);
+        }
+        let limit = mu * (force + dt * rate).max(0.0);
+        let length = next[0].hypot(next[1]);
+        slides = length > limit || slides && norm == 0.0;
+        if slides && length > 0.0 {
+            // by how much the end slides to bring the force back to its limit
+            losses[1] += (length - limit).max(0.0) / k_t.max(1e-9) * limit;
+            next = next.map(|f| f * limit / length);
+        }
+        f = next;
+        // normal work over both phases
+        losses[0] -= dt * force * v_x;
+        v = [0, 1].map(|i| v[i] + dt * levers[i] * f[i]);
+        impulse = [0, 1].map(|i| impulse[i] + dt * f[i]);
+        x -= dt * v_x;
+        v_x += dt * 2.0 * force;
+    }
+}
+
+#[test]
+fn what_energy_is_lost_slid_or_was_lost_along_the_normal() {
+    /// Of plain steps, first order in a step of 5e-5.
+    const PLAIN: f64 = 1e-3;
+    let radius = Ball::POOL.radius;
+    for (mu, e, kappa, v_y, v_z) in [
+        (0.1, 0.9, 1.258, -0.3, 0.0),
+        (0.3, 0.8, 1.258, -0.2, 0.0),
+        (0.2, 0.95, 0.5, 0.05, 0.0),
+        (0.05, 1.0, 3.0, -0.9, -0.6),
+    ] {
+        let coefficients = Coefficients { mu, mu_s: 0.0, e };
+        let model = Model { kappa, ..compliant(Fidelity::Ode, Ball::POOL) };
+        let cue = BallState { velocity: Vec3::new(1.0, -v_y, 0.0), spin: Vec3::new(0.0, v_z / radius, 0.0) };
+        let outcome = model.collide(&cue, &coefficients).unwrap();
+        let energy = |ball: &BallState| {
+            0.5 * ball.velocity.norm_squared() + 0.5 * 0.4 * radius * radius * ball.spin.norm_squared()
+        };
+        let lost = energy(&cue) - energy(&outcome.cue) - energy(&outcome.object);
+        let (impulse, [normal, slid, softened]) = by_plain_steps(&model, [v_y, v_z], &coefficients);
+        let found = [outcome.object.velocity.y, outcome.object.velocity.z];
+        for (found, expected) in found.iter().zip(impulse) {
+            assert!((found - expected).abs() < PLAIN, "J {found} for {expected}");
+        }
+        // ½(1 − e²)k² over 1 + 1/r = 2
+        assert!((normal - 0.25 * (1.0 - e * e)).abs() < PLAIN, "{normal}");
+        let expected = normal + slid + softened;
+        assert!((lost - expected).abs() < PLAIN, "{lost} for {normal} + {slid} + {softened}");
+        assert!(slid > 10.0 * PLAIN * PLAIN && lost > 0.0);
+    }
+}
+
+#[test]
+fn no_impact_makes_energy_and_stiff_ones_are_computed() {
+    let mut rng = ChaCha8Rng::seed_from_u64(8);
+    let radius = Ball::POOL.radius;
+    for round in 0..300 {
+        let (cue, coefficients) = shot(&mut rng);
+        let coefficients = match round % 5 {
+            0 => Coefficients { e: 1.0, mu_s: 0.0, ..coefficients },
+            1 => Coefficients { e: 0.0, ..coefficients },
+            2 => Coefficients { e: 1e-3, ..coefficients },
+            3 => Coefficients { mu: 1e-3, ..coefficients },
+            _ => Coefficients { mu: 1.0, ..coefficients },
+        };
+        let kappa = [1e-4, 1e-2, 1.0, 20.0, MAX_KAPPA][rng.random_range(0..5)];
+        let ratio = [0.5, 1.0, 2.0][rng.random_range(0..3)];
+        for fidelity in [Fidelity::Ode, Fidelity::Contact] {
+            let model =
+                Model { kappa, tolerance: 1e-6, ..compliant(fidelity, Ball::POOL) }.with_mass_ratio(ratio);
+            let outcome = model.collide(&cue, &coefficients).unwrap();
+            let energy = |ball: &BallState, mass: f64| {
+                mass * (ball.velocity.norm_squared() + 0.4 * radius * radius * ball.spin.norm_squared())
+            };
+            let before = energy(&cue, ratio);
+            let after = energy(&outcome.cue, ratio) + energy(&outcome.object, 1.0);
+            assert!(after <= before * (1.0 + 1e-5), "{kappa} {ratio} {cue:?} {coefficients:?}");
+        }
+    }
+}
+
+#[test]
+fn momentum_is_kept_whatever_the_masses() {
+    /// Of sums of some roundings, m/s; what is integrated keeps sums of its state.
+    const ROUNDING: f64 = 1e-12;
+    let mut rng = ChaCha8Rng::seed_from_u64(9);
+    for _ in 0..50 {
+        let (cue, coefficients) = shot(&mut rng);
+        let coefficients = Coefficients { mu_s: 0.0, ..coefficients };
+        let ratio = rng.random_range(0.3..3.0);
+        for fidelity in Fidelity::ALL {
+            let base = compliant(fidelity, Ball::POOL).with_mass_ratio(ratio);
+            let effects = Effects { gravity: false, cloth_on_cue: false, ..base.effects };
+            let outcome = Model { effects, tolerance: 1e-6, ..base }.collide(&cue, &coefficients).unwrap();
+            let change = ratio * (outcome.cue.velocity - cue.velocity) + outcome.object.velocity;
+            assert!(change.xy().amax() < ROUNDING, "{fidelity:?} {change}");
+            // the relative speed along the line of centres falls to e of what it was, without the cloth
+            let e = if fidelity == Fidelity::Elastic { 1.0 } else { coefficients.e };
+            let leaves = outcome.object.velocity.x - outcome.cue.velocity.x;
+            assert!((leaves - e * cue.velocity.x).abs() < 1e-5, "{fidelity:?} {leaves}");
+        }
+    }
+}
+
+#[test]
+fn a_mass_ratio_of_one_changes_nothing() {
+    /// Different sums of the same numbers; of what is integrated, its tolerance.
+    const ROUNDING: f64 = 1e-13;
+    const INTEGRATED: f64 = 1e-8;
+    let mut rng = ChaCha8Rng::seed_from_u64(10);
+    for _ in 0..100 {
+        let (cue, coefficients) = shot(&mut rng);
+        for fidelity in Fidelity::ALL {
+            let model = compliant(fidelity, Ball::POOL);
+            let same = model.with_mass_ratio(1.0);
+            let apart = apart(
+                &model.collide(&cue, &coefficients).unwrap(),
+                &same.collide(&cue, &coefficients).unwrap(),
+            );
+            let most = if model.closed().is_some() { INTEGRATED } else { ROUNDING };
+            assert!(apart < most, "{fidelity:?} {apart:e}");
+        }
+    }
+}
+
+/// Balls that differ in everything.
+fn unequal(model: Model) -> Model {
+    let object = Ball { radius: model.ball.radius, mass: model.ball.mass / 1.2, inertia: 0.43 };
+    Model { object: Some(object), ..model }
+}
+
+#[test]
+fn full_solves_the_equations_of_unequal_balls_as_they_are_integrated() {
+    /// Of ode at a tolerance of 1e-10, m/s.
+    const INTEGRATED: f64 = 1e-8;
+    let mut rng = ChaCha8Rng::seed_from_u64(12);
+    for i in 0..200 {
+        let (cue, coefficients) = shot(&mut rng);
+        let with = |fidelity| {
+            let rigid = Model { effects: Fidelity::Full.effects(), ..Model::new(fidelity, Ball::POOL) };
+            let model = if i % 2 == 0 { unequal(rigid) } else { rigid.with_mass_ratio(0.7) };
+            model.collide(&cue, &coefficients).unwrap()
+        };
+        let full = with(Fidelity::Full);
+        let apart = apart(&with(Fidelity::Ode), &full);
+        assert!(apart < INTEGRATED, "{apart:e} {cue:?} {coefficients:?} {:?}", full.regime);
+    }
+}
+
+#[test]
+fn derivatives_of_unequal_balls_agree_with_differences() {
+    /// Central differences with a step of 1e-6: their square, and roundings over them.
+    const STEP: f64 = 1e-6;
+    const ERROR: f64 = 1e-6;
+    let mut rng = ChaCha8Rng::seed_from_u64(13);
+    for fidelity in [Fidelity::Elastic, Fidelity::Inelastic, Fidelity::Linear, Fidelity::Full] {
+        for round in 0..50 {
+            let (cue, coefficients) = shot(&mut rng);
+            let plain = Model::new(fidelity, Ball::POOL);
+            let larger = Ball { radius: 1.004 * Ball::POOL.radius, mass: 0.16, inertia: 0.4 };
+            let model = match round % 3 {
+                0 => unequal(plain),
+                1 => plain,
+                _ => Model { object: Some(larger), ..plain },
+            };
+            let at = |model: &Model, c: &Coefficients, cue: &BallState| model.collide(cue, c).unwrap();
+            let slope = |up: Outcome, down: Outcome| (up.components() - down.components()) / (2.0 * STEP);
+            let ratio = model.mass_ratio();
+            let mass = |by: f64| at(&model.with_mass_ratio(ratio + by), &coefficients, &cue);
+            if mass(STEP).regime != mass(-STEP).regime {
+                continue;
+            }
+            let found = model.by_mass_ratio(&cue, &coefficients).unwrap();
+            let expected = slope(mass(STEP), mass(-STEP));
+            let off = (found - expected).amax() / expected.amax();
+            assert!(off < ERROR, "{fidelity:?} r: {off:e} {found} {expected}");
+            let (_, jacobian) = model.collide_with_jacobian(&cue, &coefficients).unwrap();
+            let moved = |input: usize, by: f64| {
+                let (mut c, mut cue) = (coefficients, cue);
+                match input {
+                    0 => c.mu += by,
+                    1 => c.mu_s += by,
+                    2 => c.e += by,
+                    3 => cue.velocity.x += by,
+                    4 => cue.velocity.y += by,
+                    i => cue.spin[i - 5] += by,
+                }
+                at(&model, &c, &cue)
+            };
+            // where topspin turns to draw there are two derivatives
+            for input in (0..8).filter(|input| *input != 6 || cue.spin.y != 0.0) {
+                let [up, down] = [STEP, -STEP].map(|by| moved(input, by));
+                if up.regime == down.regime {
+                    let expected = slope(up, down);
+                    let off = (jacobian.column(input) - expected).amax() / (1.0 + expected.amax());
+                    assert!(off < 1e-5, "{fidelity:?} {input}: {off:e}");
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn a_ball_that_is_larger_presses_the_other_down_and_a_smaller_one_lifts_it() {
+    /// Friction between the balls turns by so little: second order.
+    const FRICTION: f64 = 0.02;
+    // side spin keeps the friction between the balls along y, whatever the balls then do along z
+    let cue = BallState { velocity: Vec3::new(2.0, 0.0, 0.0), spin: Vec3::new(0.0, 0.0, 100.0) };
+    let coefficients = Coefficients { mu: 0.05, mu_s: 0.25, e: 0.94 };
+    let radius = Ball::POOL.radius;
+    for fidelity in [Fidelity::Inelastic, Fidelity::Full, Fidelity::Ode, Fidelity::Contact] {
+        let outcome = |object_radius: f64| {
+            let object = Ball { radius: object_radius, ..Ball::POOL };
+            let effects = Fidelity::Full.effects();
+            let model = Model { object: Some(object), effects, ..Model::new(fidelity, Ball::POOL) };
+            model.collide(&cue, &coefficients).unwrap()
+        };
+        // sin δ = 0.005
+        let (lifts, presses) = (outcome(radius * 1.005 / 0.995), outcome(radius * 0.995 / 1.005));
+        let p = 0.97 * 2.0;
+        assert!((lifts.object.velocity.z - 0.005 * p).abs() < FRICTION * 0.005 * p, "{fidelity:?} {lifts:?}");
+        assert!(lifts.cue.velocity.z == 0.0 && presses.object.velocity.z == 0.0);
+        assert!(
+            (presses.cue.velocity.z - 0.005 * p).abs() < FRICTION * 0.005 * p,
+            "{fidelity:?} {presses:?}"
+        );
+        if fidelity != Fidelity::Inelastic {
+            // −μ_s P sin δ along x, half of which P makes up for; it turns the ball forwards
+            let braked = 0.25 * 0.005 * p;
+            assert!(
+                (presses.object.velocity.x - (p - 0.5 * braked)).abs() < 2.0 * FRICTION * braked,
+                "{fidelity:?} {presses:?}"
+            );
+            let forward = presses.object.spin.y * 0.4 * radius * 0.995 / 1.005;
+            assert!((forward - braked).abs() < 2.0 * FRICTION * braked, "{fidelity:?} {forward} {braked}");
+        }
+    }
+}
+
+#[test]
+fn the_size_of_compliance_bounds_what_it_changes() {
+    /// "To leading order".
+    const LEADING: f64 = 1.3;
+    let mut rng = ChaCha8Rng::seed_from_u64(14);
+    let mut none = 0;
+    for _ in 0..300 {
+        let (cue, mut coefficients) = shot(&mut rng);
+        coefficients.mu = rng.random_range(0.02..0.12);
+        let kappa = rng.random_range(0.1..4.0);
+        let model = Model { kappa, tolerance: 1e-8, ..compliant(Fidelity::Ode, Ball::POOL) };
+        let rigid = Model { kappa: 0.0, ..model };
+        let choice = choose(&model, &cue, &coefficients, 1e-3, Compared::Velocities).unwrap();
+        let size = choice.estimates.iter().find(|e| e.name == "compliance").unwrap().size;
+        let difference = model.collide(&cue, &coefficients).unwrap().components()
+            - rigid.collide(&cue, &coefficients).unwrap().components();
+        let change = [0, 1, 6, 7].into_iter().map(|i| difference[i].abs()).fold(0.0, f64::max);
+        let part = change / cue.velocity.norm();
+        assert!(part <= LEADING * size + 1e-7, "{part:e} > {size:e}: {cue:?} {coefficients:?} {kappa}");
+        if size == 0.0 {
+            none += 1;
+            assert!(part < 1e-7);
+        }
+    }
+    assert!(none > 20, "{none}");
+}
