@@ -50,7 +50,7 @@ fn what_is_left_out_stays_within_the_tolerance() {
     let mut rng = ChaCha8Rng::seed_from_u64(21);
     // integrated far below every tolerance
     let everything =
-        Model { effects: Effects::RIGID, tolerance: 1e-7, ..Model::new(Fidelity::Contact, Ball::POOL) };
+        Model { effects: Effects::ALL, tolerance: 1e-7, ..Model::new(Fidelity::Contact, Ball::POOL) };
     let cases: Vec<_> = (0..shots)
         .map(|i| {
             let (cue, coefficients) = shot(&mut rng);
