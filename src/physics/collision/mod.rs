@@ -259,6 +259,26 @@ impl Model {
     /// What is no collision: balls that do not approach, coefficients out of range, a vertical
     /// velocity, anything not finite.
     pub fn collide(&self, cue: &BallState, coefficients: &Coefficients) -> Result<Outcome, NotACollision> {
+        if self.object.is_some() {
+            self.collide_unequal(cue, coefficients)
+        } else {
+            self.find(cue, coefficients)
+        }
+    }
+
+    /// Apart, so that equal balls are computed with what is constant for them.
+    #[cold]
+    #[inline(never)]
+    fn collide_unequal(
+        &self,
+        cue: &BallState,
+        coefficients: &Coefficients,
+    ) -> Result<Outcome, NotACollision> {
+        self.find(cue, coefficients)
+    }
+
+    #[inline(always)]
+    fn find(&self, cue: &BallState, coefficients: &Coefficients) -> Result<Outcome, NotACollision> {
         let contact = self.contact(cue, coefficients)?;
         let (impulse, regime) = match self.fidelity {
             Fidelity::Elastic => elastic::impulse(&contact),
@@ -284,10 +304,23 @@ impl Model {
         cue: &BallState,
         coefficients: &Coefficients,
     ) -> Result<(Outcome, Jacobian), NotACollision> {
+        if self.object.is_some() {
+            return self.unequal_with_jacobian(cue, coefficients);
+        }
         self.with_jacobian(cue, coefficients, &self.contact(cue, coefficients)?)
     }
 
-    #[inline]
+    #[cold]
+    #[inline(never)]
+    fn unequal_with_jacobian(
+        &self,
+        cue: &BallState,
+        coefficients: &Coefficients,
+    ) -> Result<(Outcome, Jacobian), NotACollision> {
+        self.with_jacobian(cue, coefficients, &self.contact(cue, coefficients)?)
+    }
+
+    #[inline(always)]
     fn with_jacobian(
         &self,
         cue: &BallState,

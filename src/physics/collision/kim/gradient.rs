@@ -28,7 +28,7 @@ pub(super) struct Change {
 
 impl Change {
     /// By m_s: β_z = (2 + ν − σm_s)/2ν, γ = (ν + σm_s)/(2 + ν − σm_s).
-    #[inline]
+    #[inline(always)]
     pub fn of_cloth(contact: &Contact) -> Self {
         let &Contact { m_s, sigma, levers, .. } = contact;
         let twice = levers.z - sigma * m_s;
@@ -78,7 +78,7 @@ pub(super) fn of_slide(contact: &Contact, path: &Path, rho: f64, slips: &Slips) 
     slide_along(contact, path, rho, slips, &Change::of_cloth(contact))
 }
 
-#[inline]
+#[inline(always)]
 fn slide_along(contact: &Contact, path: &Path, rho: f64, slips: &Slips, change: &Change) -> ImpulseGradient {
     let &Contact { v_y, v_z, .. } = contact;
     let scales = Scales::new(contact, rho, change);
@@ -91,7 +91,9 @@ fn slide_along(contact: &Contact, path: &Path, rho: f64, slips: &Slips, change: 
     let mut y = v_y * per_y * (1.0 + contact.gamma()) * gamma_power * d_u;
     y[variable::V_Y] -= per_y * slip.y_gone();
     y[variable::M_S] -= v_y * per_y * slip.left * gamma_power * slip.tau * change.gamma;
-    y[variable::M_S] += v_y * per_y * slip.y_gone() * change.ln_beta_y;
+    if change.ln_beta_y != 0.0 {
+        y[variable::M_S] += v_y * per_y * slip.y_gone() * change.ln_beta_y;
+    }
     let mut z = v_z * per_z * d_u;
     z[variable::V_Z] -= per_z * slip.gone;
     z[variable::M_S] += v_z * per_z * slip.gone * change.ln_beta_z;
@@ -105,7 +107,7 @@ struct Scales<'a> {
     c: f64,
     a: f64,
     d_a: Gradient,
-    change: &'a Change,
+    change: Change,
 }
 
 /// ∫ wS ds over a part of the path, in m/s, and what its derivatives need: ∫ w/g ds, ∫ w s^p/g ds and
@@ -201,7 +203,7 @@ impl Path {
 }
 
 impl<'a> Scales<'a> {
-    #[inline]
+    #[inline(always)]
     fn new(contact: &'a Contact, rho: f64, change: &'a Change) -> Self {
         let &Contact { mu, m_s, v_z, .. } = contact;
         let beta_z = contact.beta_z();
@@ -210,7 +212,7 @@ impl<'a> Scales<'a> {
         let mut d_a = Gradient::zeros();
         d_a[variable::M_S] = change.m_s * (v_z / (2.0 * beta_z)) - a * change.ln_beta_z;
         d_a[variable::V_Z] = m_s / (2.0 * beta_z);
-        Self { contact, rho, c, a, d_a, change }
+        Self { contact, rho, c, a, d_a, change: *change }
     }
 
     /// c∫wS ds.
