@@ -118,9 +118,9 @@ pub fn collide_all(
 ) -> Result<Vec<Computed>, DatasetError> {
     const NUMBERS: [&str; 9] =
         ["speed_m_s", "cut_deg", "omega_x", "omega_y", "omega_z", "mu", "mu_s", "e", "radius_m"];
+    const OPTIONAL: [&str; 2] = ["kappa", "mass_ratio"];
     let mut problems = Problems::new(format!("the cases {} cannot be computed:", path.display()));
     let Some(table) = Table::read(path, &mut problems) else { return Err(problems.into_error()) };
-    const OPTIONAL: [&str; 2] = ["kappa", "mass_ratio"];
     let needed: Vec<_> = ["name"].into_iter().chain(NUMBERS).collect();
     let known: Vec<_> = needed.iter().copied().chain(OPTIONAL).collect();
     for column in &needed {

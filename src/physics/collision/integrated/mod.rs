@@ -68,10 +68,8 @@ pub(super) fn collide(
         let slip = cloth_slip(cue, model.ball.radius);
         dynamics = dynamics.with_cloth_on_cue(mu_k, [slip.x, slip.y], cue.velocity.norm());
     }
-    if model.fidelity == Fidelity::Contact {
-        if effects.gravity {
-            dynamics.gravity = GRAVITY * contact::time_unit(contact_time, contact.k) / contact.k;
-        }
+    if model.fidelity == Fidelity::Contact && effects.gravity {
+        dynamics.gravity = GRAVITY * contact::time_unit(contact_time, contact.k) / contact.k;
     }
     let solved = if effects.compliance && model.kappa > 0.0 && friction.largest() > 0.0 {
         dynamics.kappa = model.kappa;

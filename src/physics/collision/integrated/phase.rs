@@ -188,10 +188,9 @@ impl<const N: usize, M: Model<N>> Stretch<N> for Watched<'_, M> {
                 Grip::Slides | Grip::Starts | Grip::Creeps if dynamics.has_friction(site) => {
                     norm(slips.0[i]) - dynamics.no_slip[i]
                 }
-                Grip::Slides | Grip::Starts | Grip::Creeps => f64::NAN,
                 Grip::Sticks => forces.most[i] - norm(forces.friction[i]),
                 Grip::Open => self.model.above_cloth(y, site),
-                Grip::Springs | Grip::Yields => f64::NAN,
+                _ => f64::NAN,
             };
             if grips[site] == Grip::Starts {
                 events[event::STARTED[i]] = dynamics.starts_for(site, grips, &slips, &forces);
