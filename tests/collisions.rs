@@ -1,5 +1,7 @@
 //! The collision solver: reference values, energy, limits, derivatives, symmetries.
 
+mod compliant;
+
 use std::fs;
 
 use caromfit::physics::ball::{Ball, BallState, Vec3};

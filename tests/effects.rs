@@ -50,7 +50,7 @@ fn what_is_left_out_stays_within_the_tolerance() {
     let mut rng = ChaCha8Rng::seed_from_u64(21);
     // integrated far below every tolerance
     let everything =
-        Model { effects: Effects::ALL, tolerance: 1e-7, ..Model::new(Fidelity::Contact, Ball::POOL) };
+        Model { kappa: Model::KAPPA, tolerance: 1e-7, ..Model::new(Fidelity::Contact, Ball::POOL) };
     let cases: Vec<_> = (0..shots)
         .map(|i| {
             let (cue, coefficients) = shot(&mut rng);
@@ -179,8 +179,7 @@ fn friction_that_falls_with_the_slip() {
     let throw = |fidelity: Fidelity, law: Law, coefficients: &Coefficients| {
         let mut model = Model { law, tolerance: 1e-11, ..Model::new(fidelity, Ball::POOL) };
         // without the cloth `contact` solves what `ode` does
-        model.effects =
-            Effects { gravity: false, cloth_on_cue: false, cloth_turning: false, ..Effects::RIGID };
+        model.effects = Effects { gravity: false, cloth_on_cue: false, cloth_turning: false, ..Effects::ALL };
         model.collide(&cue, coefficients).unwrap().object.velocity.y
     };
     // a constant friction by another name

@@ -80,7 +80,7 @@ fn they_agree_with_full_and_so_with_each_other() {
 fn outcomes_mirror_and_scale() {
     let mut rng = ChaCha8Rng::seed_from_u64(12);
     for fidelity in INTEGRATED {
-        for effects in [Fidelity::Full.effects(), Effects { gravity: false, ..Effects::RIGID }] {
+        for effects in [Fidelity::Full.effects(), Effects { gravity: false, ..Effects::ALL }] {
             for _ in 0..100 {
                 let Try { model, cue, coefficients } = Try::random(&mut rng, Fidelity::Full);
                 let model = Model { effects, ..same_equations(fidelity, model.ball, Model::TOLERANCE) };
@@ -173,7 +173,7 @@ fn gravity_matters_as_its_impulse_does() {
         // a sliding ball without spin loses μ_k g Δt on the cloth
         let cue = BallState::stun(velocity);
         let with = Model::new(Fidelity::Contact, ball);
-        let without = Model { effects: Effects { gravity: false, ..Effects::RIGID }, ..with };
+        let without = Model { effects: Effects { gravity: false, ..Effects::ALL }, ..with };
         let [with, without] = [with, without].map(|model| model.collide(&cue, &coefficients).unwrap());
         let duration = Model::CONTACT_TIME * velocity.x.powf(-0.2) * 0.5 * (1.0 + 1.0 / coefficients.e);
         let lost = (with.cue.velocity - without.cue.velocity).norm();
@@ -230,7 +230,7 @@ fn edges_are_no_trouble() {
                     let off = off(&outcome, &full, ball.radius, cue.velocity.norm());
                     assert!(off < STEPS * 1e-10, "{fidelity:?} {cut} {spin:?} {coefficients:?}: {off:e}");
                     // and with everything on it ends too
-                    let all = Model { effects: Effects::RIGID, ..same };
+                    let all = Model { effects: Effects::ALL, ..same };
                     match all.collide(&cue, &coefficients) {
                         Ok(outcome) => assert!(outcome.components().iter().all(|x| x.is_finite())),
                         // gravity acts for as long as the contact lasts, 1/e times its compression

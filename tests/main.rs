@@ -6,7 +6,6 @@ mod causes;
 mod cli;
 mod collisions;
 mod compare;
-mod compliant;
 mod design;
 mod disc_verdicts;
 mod discs;

@@ -68,7 +68,8 @@ pub struct Args {
     #[arg(long, value_name = "B,C", value_parser = super::law, allow_hyphen_values = true)]
     falling: Option<Law>,
     /// How far the contact between the balls gives way along the surface, 0 (rigid) or more: (2 − s)/(2 − 2s) with
-    /// Poisson's ratio s, 1.258 for phenolic resin. Of ode, contact and auto
+    /// Poisson's ratio s. Of ode and contact [default: 0, or 1.258 (phenolic resin) where --effects has compliance] and of
+    /// auto [default: 1.258]
     #[arg(long, value_name = "K", allow_hyphen_values = true)]
     kappa: Option<f64>,
     /// The cue ball's mass over the object ball's
@@ -113,8 +114,12 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         let law = args.falling.unwrap_or_default();
         let effects = args.effects.unwrap_or(model.effects);
         let model = Model { cloth_torque: torque, tolerance, law, effects, ..model };
-        let Some(kappa) = case.kappa.or(args.kappa) else { return Ok(model) };
-        if kappa != 0.0 && !model.fidelity.effects().compliance {
+        // auto and an effect that is named know what balls are made of
+        let usual =
+            || (fidelity.is_none() || args.effects.is_some_and(|on| on.compliance)).then_some(Model::KAPPA);
+        let stated = case.kappa.or(args.kappa);
+        let Some(kappa) = stated.or_else(usual) else { return Ok(model) };
+        if stated.is_some() && kappa != 0.0 && !model.fidelity.effects().compliance {
             return Err(BadCase::Rigid(kappa, model.fidelity));
         }
         Ok(Model { kappa, effects: Effects { compliance: true, ..effects }, ..model })

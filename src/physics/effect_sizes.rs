@@ -120,6 +120,7 @@ pub fn choose(
             }
         }
     }
+    effects.compliance &= model.kappa > 0.0;
     let on = effects.list();
     let estimates = std::array::from_fn(|i| {
         let (size, why) = sizes[i];

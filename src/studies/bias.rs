@@ -129,11 +129,8 @@ pub fn velocities(shots: &[accuracy::Shot], ball: Ball) -> Dataset {
 #[must_use]
 pub fn noise_free(dataset: &Dataset) -> Dataset {
     let coefficients = initial(dataset);
-    let reference = Model {
-        effects: Effects::RIGID,
-        tolerance: TOLERANCE,
-        ..Model::new(Fidelity::Contact, dataset.ball)
-    };
+    let reference =
+        Model { effects: Effects::ALL, tolerance: TOLERANCE, ..Model::new(Fidelity::Contact, dataset.ball) };
     let typical = |observable: Observable| match observable {
         Observable::CueSpin(_) | Observable::ObjectSpin(_) => SPIN_SD,
         Observable::ObjectSpeedRatio => VELOCITY_SD,

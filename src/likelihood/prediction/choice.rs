@@ -53,9 +53,7 @@ impl Plan {
         };
         let everything = self.rows.iter().any(vertical);
         let compared = if everything { Compared::Everything } else { Compared::Velocities };
-        // rigid along the surface: no fit knows κ yet
-        let rigid = Model { kappa: 0.0, ..*model };
-        let choice = effect_sizes::choose(&rigid, &start.cue, coefficients, tolerance, compared)?;
+        let choice = effect_sizes::choose(model, &start.cue, coefficients, tolerance, compared)?;
         self.choice = Some((choice.fidelity, choice.effects));
         Ok(choice)
     }

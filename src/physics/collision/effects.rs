@@ -56,9 +56,6 @@ impl Effects {
         compliance: true,
     };
 
-    /// Everything between balls that are rigid along the surface, as Kim's are.
-    pub const RIGID: Self = Self { compliance: false, ..Self::ALL };
-
     /// The names of the effects, as on the command line and in fit.json.
     pub const NAMES: [&'static str; 10] = [
         "inelasticity",

@@ -174,7 +174,7 @@ pub struct Model {
     /// How the friction between the balls falls with the slip. What has a closed form takes the friction
     /// at the first slip, an approximation; `ode` and `contact` follow the slip.
     pub law: Law,
-    /// κ, how far the contact gives way along the surface, with [`Effects::compliance`]: 0 is rigid.
+    /// `ode` and `contact`: κ, how far the contact gives way along the surface. 0 is rigid, as Kim's is.
     pub kappa: f64,
     /// `ode` and `contact`: error of each step relative to the closing speed k. The outcome's error is
     /// of that order.
@@ -200,8 +200,8 @@ impl Model {
     #[must_use]
     pub fn new(fidelity: Fidelity, ball: Ball) -> Self {
         let effects = match fidelity {
-            Fidelity::Ode => Effects { cloth_turning: false, cloth_on_cue: false, ..Effects::RIGID },
-            _ => Effects::RIGID,
+            Fidelity::Ode => Effects { cloth_turning: false, cloth_on_cue: false, ..Effects::ALL },
+            _ => Effects::ALL,
         };
         Self {
             fidelity,
@@ -210,7 +210,7 @@ impl Model {
             cloth_torque: ClothTorque::Corrected,
             effects,
             law: Law::Constant,
-            kappa: Self::KAPPA,
+            kappa: 0.0,
             tolerance: Self::TOLERANCE,
             mu_k: Cloth::default().sliding,
             contact_time: Self::CONTACT_TIME,

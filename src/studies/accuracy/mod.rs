@@ -89,7 +89,7 @@ pub fn shots(count: usize, seed: u64) -> Vec<Shot> {
 pub fn study(shots: &[Shot], ball: Ball) -> Result<Vec<Row>, NotACollision> {
     let same = Fidelity::Full.effects();
     let everything =
-        Model { effects: Effects::RIGID, tolerance: REFERENCE, ..Model::new(Fidelity::Contact, ball) };
+        Model { effects: Effects::ALL, tolerance: REFERENCE, ..Model::new(Fidelity::Contact, ball) };
     let all = |model: &Model| -> Result<Vec<Outcome>, NotACollision> {
         shots.iter().map(|shot| model.collide(&shot.cue, &shot.coefficients)).collect()
     };

@@ -23,7 +23,7 @@ fn vector(value: &Value) -> Vec3 {
 }
 
 fn cases() -> Vec<Case> {
-    let text = include_str!("reference/compliant.json");
+    let text = include_str!("../reference/compliant.json");
     let cases: Vec<Value> = serde_json::from_str(text).unwrap();
     let case = |(i, case): (usize, &Value)| {
         let number = |key: &str| case[key].as_f64().unwrap();
