@@ -48,7 +48,8 @@ fn cases() -> Vec<Case> {
 
 /// What `full` contains, and compliance.
 fn compliant(fidelity: Fidelity, ball: Ball) -> Model {
-    Model { effects: Effects { compliance: true, ..Fidelity::Full.effects() }, ..Model::new(fidelity, ball) }
+    let effects = Effects { compliance: true, ..Fidelity::Full.effects() };
+    Model { effects, kappa: Model::KAPPA, ..Model::new(fidelity, ball) }
 }
 
 fn off(outcome: &Outcome, expected: &[Vec3; 4], radius: f64) -> f64 {
@@ -262,20 +263,22 @@ fn momentum_is_kept_whatever_the_masses() {
     /// Of sums of some roundings, m/s; what is integrated keeps sums of its state.
     const ROUNDING: f64 = 1e-12;
     let mut rng = ChaCha8Rng::seed_from_u64(9);
-    for _ in 0..50 {
+    for round in 0..50 {
         let (cue, coefficients) = shot(&mut rng);
         let coefficients = Coefficients { mu_s: 0.0, ..coefficients };
+        let kappa = if round % 2 == 0 { 0.0 } else { Model::KAPPA };
         let ratio = rng.random_range(0.3..3.0);
         for fidelity in Fidelity::ALL {
             let base = compliant(fidelity, Ball::POOL).with_mass_ratio(ratio);
             let effects = Effects { gravity: false, cloth_on_cue: false, ..base.effects };
-            let outcome = Model { effects, tolerance: 1e-6, ..base }.collide(&cue, &coefficients).unwrap();
+            let outcome =
+                Model { effects, kappa, tolerance: 1e-8, ..base }.collide(&cue, &coefficients).unwrap();
             let change = ratio * (outcome.cue.velocity - cue.velocity) + outcome.object.velocity;
             assert!(change.xy().amax() < ROUNDING, "{fidelity:?} {change}");
             // the relative speed along the line of centres falls to e of what it was, without the cloth
             let e = if fidelity == Fidelity::Elastic { 1.0 } else { coefficients.e };
             let leaves = outcome.object.velocity.x - outcome.cue.velocity.x;
-            assert!((leaves - e * cue.velocity.x).abs() < 1e-5, "{fidelity:?} {leaves}");
+            assert!((leaves - e * cue.velocity.x).abs() < 1e-6, "{fidelity:?} {leaves} {kappa}");
         }
     }
 }
