@@ -11,7 +11,7 @@ use super::footage;
 use super::frames::{filmed, outlying};
 use super::settled::Settled;
 use super::{FilmUnknowns, run, search, uncertainty};
-use crate::extraction::{contact, noise_correlation, repair_drops_at_impacts};
+use crate::extraction::{Unusable, contact, extract_all, noise_correlation, repair_drops_at_impacts};
 use crate::film::camera::{Camera, Correction};
 use crate::film::drops;
 use crate::likelihood::frames::shared_unknowns;
@@ -54,9 +54,13 @@ pub fn calibrated(mut dataset: Dataset) -> (Dataset, Option<FoundCamera>) {
         tracks.shots.iter_mut().for_each(|shot| shot.correlation = found.value);
     }
     let search = Search::new(&dataset, &tracks, &scene);
-    let found = search.and_then(|mut search| {
-        search.start();
-        Some((search.found()?, search.unit, search.scene))
+    let found = search.and_then(|search| {
+        let from = |mut search: Search| Some((search.found()?, search.unit, search.scene));
+        let mut started = search.clone();
+        started.start();
+        let first = from(started);
+        // lines see the contacts of slow films so badly that what they say of the camera may lead astray
+        if first.as_ref().is_some_and(|(found, ..)| found.converged) { first } else { from(search).or(first) }
     });
     let coarsest = tracks.shots.iter().flat_map(|shot| shot.resolution).fold(0.0, f64::max);
     let (mut found, unit, last_scene) = found.unwrap_or_else(|| (FoundCamera::as_it_is(), 1.0, None));
@@ -92,7 +96,32 @@ fn in_metres(film: &TrackShot, unit: f64) -> TrackShot {
     shot
 }
 
+/// The unit of films, m, where straight lines near the contacts gave a first one: fits of the whole paths tell the distance of the
+/// centres at the contact far better, while lines miss how the paths bend between slow frames. Only contacts that are seen not to be at
+/// 2R tell anything.
+fn finer_unit(films: &[TrackShot], first: f64, scene: &Scene) -> f64 {
+    const ROUNDS: usize = 3;
+    /// Of the shots: fewer that are not at 2R are those that something else is wrong with.
+    const FEW: f64 = 0.2;
+    let mut unit = first;
+    for _ in 0..ROUNDS {
+        let shots: Vec<TrackShot> = films.iter().map(|film| in_metres(film, unit)).collect();
+        let off = extract_all(&shots, scene, &|| ()).into_iter().filter_map(|impact| match impact {
+            Err(Unusable::Separation { measured, expected, .. }) => Some(expected / measured),
+            _ => None,
+        });
+        let mut ratios: Vec<f64> = off.filter(|ratio| ratio.is_finite() && *ratio > 0.0).collect();
+        if ratios.len() as f64 <= FEW * films.len() as f64 {
+            break;
+        }
+        ratios.sort_by(f64::total_cmp);
+        unit *= ratios[ratios.len() / 2];
+    }
+    unit
+}
+
 /// The search for a camera.
+#[derive(Clone)]
 struct Search<'a> {
     dataset: &'a Dataset,
     radius: f64,
@@ -131,7 +160,7 @@ impl<'a> Search<'a> {
         apart.sort_by(f64::total_cmp);
         let ratio = 2.0 * scene.ball.radius / apart[apart.len() / 2];
         let other = from_balls || (ratio - 1.0).abs() > OTHER_UNIT;
-        let unit = if other && ratio.is_finite() { ratio } else { 1.0 };
+        let unit = if other && ratio.is_finite() { finer_unit(&films, ratio, scene) } else { 1.0 };
         let films: Vec<TrackShot> = films.iter().map(|film| in_metres(film, unit)).collect();
         let contacts = contacts(&films);
         let count = contacts.len().max(1) as f64;
