@@ -5,7 +5,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
 /// The rooms in their order; each uses only what stands before it, and itself.
-const ROOMS: [&str; 15] = [
+const ROOMS: [&str; 16] = [
     "numerics",
     "physics",
     "measurement",
@@ -20,6 +20,7 @@ const ROOMS: [&str; 15] = [
     "design",
     "studies",
     "report",
+    "guide",
     "cli",
 ];
 

@@ -2,6 +2,7 @@
 
 mod fits;
 mod plots;
+mod verdicts;
 
 use std::fs;
 
@@ -13,7 +14,7 @@ use caromfit::measurement::observable::{Axis, Observable};
 use caromfit::measurement::parameter::Parameter;
 use caromfit::report;
 use caromfit::report::content::Block;
-use caromfit::report::{csv, folder_name, group_folders, html, json, table, text, write};
+use caromfit::report::{csv, folder_name, group_folders, html, json, shot_table, table, text, write};
 use serde_json::Value;
 
 use fits::{NAN, empty, exact, normal, restricted, synthetic};
@@ -111,19 +112,44 @@ shot,observable,unit,measured,predicted,sd,standardized,cut_deg,speed_m_s,t_s,ba
 }
 
 #[test]
+fn a_row_for_each_shot_with_all_that_was_measured_of_it() {
+    let mut fit = normal();
+    fit.residuals.truncate(2);
+    fit.residuals.push(Residual {
+        shot: "2".to_owned(),
+        observable: Observable::ObjectSpeedRatio,
+        measured: 0.75,
+        predicted: 0.5,
+        sd: 0.125,
+        standardized: 2.0,
+        cut: fit.residuals[1].cut,
+        speed: None,
+    });
+    fit.shots_rejected = restricted().shots_rejected;
+    let expected = "\
+shot,used,reason,cut_deg,speed_m_s,values,chi2,largest,throw_deg,throw_deg_sd,throw_deg_predicted,object_speed_ratio,\
+object_speed_ratio_sd,object_speed_ratio_predicted
+1,true,,8,0.5,1,0.09,0.3,0.53,0.1,0.5,,,
+2,true,,16,1,2,5.44,2,0.88,0.1,1,0.75,0.125,0.5
+7,false,no impact found,,,,,,,,,,,
+";
+    assert_eq!(shot_table::render(&fit), expected);
+}
+
+#[test]
 fn table_is_exact() {
     let fits = [normal(), restricted(), exact()];
     let expected = "\
-data set             shots     μ                   μ_s                 e                χ²/dof  status
-lab-a                10        0.1014 ± 0.0027     0.310 ± 0.046       0.9412 ± 0.0039  1.00    ok
-lab-a / fresh, blue  10 of 11  0 (at lower bound)  – (not identified)  0.94 (fixed)     1.00 *  1 warning
-one-shot             1         0.0951 (no error)   0.3 (fixed)         0.94 (fixed)     –       not converged
+data set             shots     μ                μ_s            e                χ²/dof  verdict
+lab-a                10        0.1014 ± 0.0027  0.310 ± 0.046  0.9412 ± 0.0039  1.00    good
+lab-a / fresh, blue  10 of 11  0 (bound)        –              0.94 (fixed)     1.00 *  doubtful
+one-shot             1         –                –              –                –       unusable
 
 ±: one standard error
+unusable: the numbers of that fit mean nothing; its report says why
 fixed: held at this value, not fitted
-at … bound: the best value within the allowed range is at its end; the data pull beyond it or leave it open
-not identified: these data say nothing about it; it stayed at its initial value
-no error: no degrees of freedom are left to tell one from
+bound: the best value within the allowed range is at its end; the data pull beyond it or leave it open
+–: these shots say nothing about it
 *: noise estimated from the residuals of this fit, so that χ²/dof is near 1 whatever the model
 ";
     assert_eq!(table::render(&fits), expected);
@@ -134,6 +160,7 @@ no error: no degrees of freedom are left to tell one from
 fn text_puts_warnings_first_and_units_beside_numbers() {
     let expected = "\
 lab-a, chalk = fresh, blue
+Verdict: doubtful. μ ends on its lower bound 0 (at most 0.013 at 95 %).
   source: measured by \"A\", 2026
   cloth: Simonis 860
   balls: radius 28.575 mm, mass 170 g
@@ -314,7 +341,10 @@ fn report_is_written_whole_and_in_place() {
         .map(|entry| entry.unwrap().file_name().into_string().unwrap())
         .collect();
     names.sort();
-    assert_eq!(names, ["fit.json", "report.html", "residuals.csv", "residuals.png", "residuals.svg"]);
+    assert_eq!(
+        names,
+        ["fit.json", "report.html", "residuals.csv", "residuals.png", "residuals.svg", "shots.csv"]
+    );
     assert_eq!(fs::read_dir(out.path()).unwrap().count(), 1, "no temporary files stay");
 
     fs::write(folder.join("mine.txt"), "kept").unwrap();

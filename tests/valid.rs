@@ -5,10 +5,13 @@ use caromfit::compare;
 use caromfit::compare::CompareError;
 use caromfit::fit;
 use caromfit::fit::{Depth, Fit, FitError, Options, Status};
-use caromfit::measurement::dataset::{Before, Dataset};
+use caromfit::measurement::dataset::{Before, Dataset, Measured, Shot};
 use caromfit::measurement::loss::Loss;
 use caromfit::measurement::parameter::{Parameter, Prior};
 use caromfit::measurement::relation::Relation;
+use caromfit::measurement::spin::Spin;
+use caromfit::physics::ball::{Ball, BallState};
+use caromfit::physics::collision::{Coefficients, Fidelity, Model};
 use caromfit::physics::contact_frame::CollisionFrame;
 use caromfit::simulate::{Kind, Played, Shots, Spec};
 
@@ -34,6 +37,42 @@ fn a_good_data_set_has_no_faults() {
     for kind in [Kind::Impacts, Kind::Angles, Kind::Tracks] {
         assert_eq!(made(&spec(kind, &[Played::Draw], 5, 1)).faults(), Vec::<String>::new());
     }
+}
+
+/// A program's own measurements, without files: exact ones give the parameters that they were made with.
+#[test]
+fn a_data_set_from_vectors_is_fitted() {
+    /// Noise is stated to weigh the values, but there is none: what is left is the tolerance of the search.
+    const EXACT: f64 = 1e-6;
+    let model = Model::new(Fidelity::Full, Ball::POOL);
+    let truth = Coefficients { mu: 0.06, mu_s: 0.25, e: 0.95 };
+    let shots = (1..=9).map(|i| {
+        let (cut, speed) = (f64::from(6 * i).to_radians(), 1.0 + 0.3 * f64::from(i));
+        let (sin, cos) = cut.sin_cos();
+        let roll = speed / Ball::POOL.radius;
+        let cue = BallState {
+            velocity: [speed * cos, speed * sin, 0.0].into(),
+            spin: [-roll * sin, roll * cos, 0.0].into(),
+        };
+        let after = model.collide(&cue, &truth).unwrap();
+        let plane = |ball: &BallState| [ball.velocity.x, ball.velocity.y].map(|v| Measured::new(v, 1e-3));
+        // a line of centres of any length
+        Shot::impact(
+            i.to_string(),
+            ([2.0, 0.0], Some(1e-3)),
+            Spin::NaturalRoll,
+            plane(&cue),
+            [plane(&after.cue), plane(&after.object)],
+        )
+    });
+    let dataset = Dataset::new("vectors", Ball::POOL, shots.collect());
+    assert_eq!(dataset.faults(), Vec::<String>::new());
+    let fits = caromfit::analyse(dataset, &Options::default(), None, &|| ()).fits.unwrap();
+    let found = [fits[0].mu(), fits[0].mu_s(), fits[0].e()].map(|estimate| estimate.unwrap().value);
+    for (found, truth) in found.into_iter().zip([truth.mu, truth.mu_s, truth.e]) {
+        assert!((found - truth).abs() < EXACT, "{found} for {truth}");
+    }
+    assert!(fits[0].get(Parameter::C).is_none());
 }
 
 #[test]

@@ -4,6 +4,8 @@ use std::path::PathBuf;
 
 use caromfit::fit::check;
 use caromfit::fit::footage::with_impacts;
+use caromfit::measurement::dataset::Dataset;
+use serde_json::{Value, json};
 
 use super::progress;
 use super::progress::Progress;
@@ -17,12 +19,27 @@ pub struct Args {
     /// Folders that hold a dataset.toml, or such files
     #[arg(required = true, value_name = "DATASET")]
     datasets: Vec<PathBuf>,
+    /// Print what was found as a JSON array, and nothing else, on standard output
+    #[arg(long)]
+    json: bool,
+}
+
+/// What was found of a data set, for programs.
+fn document(dataset: &Dataset, found: &[check::Finding]) -> Value {
+    let notes: Vec<&String> = dataset.tracks.iter().flat_map(|tracks| &tracks.notes).collect();
+    let left_out = |(shot, reason): &(String, String)| json!({"shot": shot, "reason": reason});
+    let finding = |finding: &check::Finding| json!({"shot": finding.shot, "suspicious": finding.is_suspicious(), "sentence": finding.text});
+    json!({
+        "dataset": dataset.name, "shots": dataset.shots.len(), "notes": notes,
+        "left_out": dataset.left_out.iter().map(left_out).collect::<Vec<_>>(),
+        "findings": found.iter().map(finding).collect::<Vec<_>>(),
+    })
 }
 
 pub fn run(args: &Args) -> Result<(), Failure> {
     let (datasets, wrong) = progress::load(&args.datasets);
     let progress = Progress::over_shots(&datasets, 0);
-    let mut unusable = Vec::new();
+    let (mut unusable, mut documents) = (Vec::new(), Vec::new());
     for dataset in datasets {
         progress.step(&dataset.name);
         let (dataset, ..) = with_impacts(caromfit::fit::calibrated(dataset).0, &|| progress.done());
@@ -47,12 +64,19 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         if found.is_empty() && dataset.left_out.is_empty() {
             text.push_str("  nothing suspicious\n");
         }
-        print(&text)?;
+        if args.json {
+            documents.push(document(&dataset, &found));
+        } else {
+            print(&text)?;
+        }
         if dataset.shots.is_empty() {
             unusable.push(format!("{}: no shot can be used", dataset.name));
         }
     }
     progress.finish();
+    if args.json {
+        print(&format!("{:#}\n", Value::from(documents)))?;
+    }
     if !wrong.is_empty() {
         let wrong: Vec<String> = wrong.iter().map(ToString::to_string).collect();
         return Err(Failure::input(wrong.join("\nerror: ")));

@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use caromfit::fit::footage::{with_discs, with_impacts};
 use caromfit::measurement::dataset::Dataset;
 use caromfit::report::{ReportError, discs, extracted, write};
+use serde_json::json;
 
 use super::progress;
 use super::progress::Progress;
@@ -25,6 +26,9 @@ pub struct Args {
     /// Do not draw the shots
     #[arg(long)]
     no_pictures: bool,
+    /// Print what was extracted as a JSON array, and nothing else, on standard output
+    #[arg(long)]
+    json: bool,
 }
 
 pub fn run(args: &Args) -> Result<(), Failure> {
@@ -39,6 +43,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     }
     let progress = Progress::over_shots(&datasets, 0);
     let mut empty = Vec::new();
+    let mut documents = Vec::new();
     for dataset in datasets {
         progress.step(&dataset.name);
         let folder = args.out.join(write::dataset_folder(&dataset.name));
@@ -49,6 +54,14 @@ pub fn run(args: &Args) -> Result<(), Failure> {
             let reason =
                 dataset.left_out.first().map_or(String::new(), |(shot, why)| format!(": shot {shot}: {why}"));
             empty.push(format!("{}: no shot can be used{reason}", dataset.name));
+            continue;
+        }
+        if args.json {
+            let left_out = |(shot, reason): &(String, String)| json!({"shot": shot, "reason": reason});
+            documents.push(json!({
+                "dataset": dataset.name, "folder": folder.display().to_string(), "shots": shots, "notes": lines,
+                "left_out": dataset.left_out.iter().map(left_out).collect::<Vec<_>>(),
+            }));
             continue;
         }
         print(&format!(
@@ -66,6 +79,9 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         }
     }
     progress.finish();
+    if args.json {
+        print(&format!("{:#}\n", serde_json::Value::from(documents)))?;
+    }
     if empty.is_empty() { Ok(()) } else { Err(Failure::work(empty.join("\nerror: "))) }
 }
 

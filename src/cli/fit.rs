@@ -4,30 +4,39 @@ use std::path::{Path, PathBuf};
 
 use caromfit::fit;
 use caromfit::fit::{Depth, Falling, FilmUnknowns, Method, Options};
+use caromfit::measurement::dataset::Dataset;
 use caromfit::measurement::loss::Loss;
 use caromfit::physics::collision::{Effects, Fidelity, Model};
 use caromfit::physics::effect_sizes;
 use caromfit::physics::friction_law::Law;
 use caromfit::report;
+use caromfit::report::plot::paths;
 use caromfit::report::regression::Tolerance;
+use caromfit::report::shots::Filmed;
 
 use super::baseline;
 use super::baseline::Baseline;
 use super::progress;
 use super::progress::Progress;
+use super::table_only::{Told, is_table};
+use super::wanted::Wanted;
 use super::{Failure, FidelityArg, print};
 
 /// The report in the folder of a fit.
 const REPORT: &str = "report.html";
 
 /// Loads each data set, fits it (each label apart where its [fit] by says so), writes
-/// OUT/NAME/{fit.json, residuals.csv, residuals.svg, residuals.png, contours.svg, contours.png, report.html} and prints one table over all.
+/// OUT/NAME/{fit.json, residuals.csv, shots.csv, residuals.svg, residuals.png, contours.svg, contours.png, report.html} and prints one table over all.
 #[derive(clap::Args)]
 #[command(after_help = "Example: caromfit fit data/*/")]
 pub struct Args {
-    /// Folders that hold a dataset.toml, or such files
+    /// Folders that hold a dataset.toml, or such files; or a table, with what a dataset.toml would say as options
     #[arg(required = true, value_name = "DATASET")]
     datasets: Vec<PathBuf>,
+    #[command(flatten)]
+    told: Told,
+    #[command(flatten)]
+    wanted: Wanted,
     /// Where the results go, one folder per data set
     #[arg(long, default_value = "fits", value_name = "DIR")]
     out: PathBuf,
@@ -69,6 +78,9 @@ pub struct Args {
     /// What counts as moved, in standard errors (of χ²: in its standard deviation); 0.01 unless given
     #[arg(long, value_parser = baseline::tolerance, value_name = "N", requires = "baseline", allow_hyphen_values = true)]
     baseline_tolerance: Option<Tolerance>,
+    /// Show every label of a data set on a line of its own, χ²/dof, what the marks mean, and all warnings
+    #[arg(long)]
+    all: bool,
     /// Print a full report of each fit below the table
     #[arg(long, short)]
     verbose: bool,
@@ -106,9 +118,31 @@ fn where_reports_are(folders: &[PathBuf], out: &Path) -> String {
     }
 }
 
+/// The data sets, and of tables without a dataset.toml what was assumed.
+fn load(args: &Args) -> Result<(Vec<Dataset>, Vec<String>), Failure> {
+    let (tables, folders): (Vec<PathBuf>, Vec<PathBuf>) =
+        args.datasets.iter().cloned().partition(|path| is_table(path));
+    if tables.is_empty() && !args.told.is_empty() {
+        return Err(Failure::input(
+            "--fps, --radius, --spin, --cue, --object and --unit are for a table without a dataset.toml; of a data set, its \
+             dataset.toml states them",
+        ));
+    }
+    let mut datasets = progress::load_all(&folders)?;
+    let mut assumed = Vec::new();
+    for table in &tables {
+        let (dataset, said) = args.told.load(table)?;
+        assumed.extend(said.into_iter().map(|line| format!("{}: {line}", dataset.name)));
+        datasets.push(dataset);
+    }
+    progress::named_apart(&datasets)?;
+    Ok((datasets, assumed))
+}
+
 pub fn run(args: &Args) -> Result<(), Failure> {
     // All input is checked before anything is written.
-    let datasets = progress::load_all(&args.datasets)?;
+    let (mut datasets, assumed) = load(args)?;
+    args.wanted.of(&mut datasets)?;
     let baseline = args.baseline.as_deref().map(Baseline::read).transpose()?;
     let fidelity = args.fidelity.0.or_else(|| args.effects.map(effect_sizes::cheapest));
     let options = Options {
@@ -137,7 +171,12 @@ pub fn run(args: &Args) -> Result<(), Failure> {
                 let worst = report::shots::worth_drawing(&of_dataset);
                 let drawn = report::extracted::pictures_of(&worst, &analysis.extracted, &analysis.scene)
                     .map_err(Failure::work)?;
-                pictures.push(drawn);
+                let paths = match of_dataset.as_slice() {
+                    [fit] => paths::svg(&fit.dataset, &analysis.extracted, &analysis.scene)
+                        .map_err(Failure::work)?,
+                    _ => None,
+                };
+                pictures.push(Filmed { shots: drawn, paths });
                 fits.push(of_dataset);
             }
             Err(error) => {
@@ -177,13 +216,22 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     if args.json {
         print(&report::json::render_all(&fits).map_err(Failure::work)?)?;
     } else {
-        print(&report::table::render(&fits))?;
+        for line in &assumed {
+            print(&format!("{line}\n"))?;
+        }
+        if !assumed.is_empty() {
+            print("\n")?;
+        }
+        if args.all {
+            print(&report::table::render(&fits))?;
+            print(&report::text::warnings(&fits))?;
+        } else {
+            print(&report::overview::render(&fits, super::colour()))?;
+        }
         if args.verbose {
             for fit in &fits {
                 print(&format!("\n{}", report::text::render(fit)))?;
             }
-        } else {
-            print(&report::text::warnings(&fits))?;
         }
         print(&where_reports_are(&reports, &args.out))?;
     }

@@ -1,15 +1,19 @@
 //! `caromfit init`: a dataset.toml for CSV files.
 
+use std::io::{IsTerminal, Write};
 use std::path::PathBuf;
 
 use caromfit::io::draft;
+use caromfit::io::draft::Draft;
 use caromfit::report::write;
 
+use super::table_only::SLOW_MOTION;
 use super::{Failure, print};
 
 /// Looks at files of tracks or measurements, detects their format, units and the names of tracks, whether they are of discs, and a
 /// table shots.csv, and writes a commented dataset.toml beside them; columns of tables in no known format are guessed by their names.
-/// What the files do not tell is left as a line that says FILL IN. Asks nothing, and overwrites nothing.
+/// At a terminal it asks what the files do not tell (Enter leaves a question open); what is left open is a line that says FILL IN.
+/// Overwrites nothing.
 #[derive(clap::Args)]
 #[command(after_help = "Example: caromfit init my-shots/*.csv")]
 pub struct Args {
@@ -22,7 +26,7 @@ pub struct Args {
 }
 
 pub fn run(args: &Args) -> Result<(), Failure> {
-    let draft = draft::draft(&args.files).map_err(Failure::input)?;
+    let mut draft = draft::draft(&args.files).map_err(Failure::input)?;
     if args.stdout {
         return print(&draft.text);
     }
@@ -33,15 +37,99 @@ pub fn run(args: &Args) -> Result<(), Failure> {
             path.display()
         )));
     }
+    let talks = std::io::stdin().is_terminal() && std::io::stdout().is_terminal();
+    if talks {
+        for line in std::mem::take(&mut draft.found) {
+            print(&format!("{line}\n"))?;
+        }
+        ask(&mut draft)?;
+    }
     let folder = if draft.folder.as_os_str().is_empty() { PathBuf::from(".") } else { draft.folder };
     write::write_files(&[("dataset.toml", draft.text.into_bytes())], &folder).map_err(Failure::work)?;
     for line in &draft.found {
         print(&format!("{line}\n"))?;
     }
-    print(&format!(
-        "Wrote {}. Fill in: {}. Then: caromfit check {}\n",
-        path.display(),
-        draft.blanks.join(", "),
-        folder.display()
-    ))
+    let open = match draft.blanks.as_slice() {
+        [] => String::new(),
+        blanks => format!(" Fill in: {}.", blanks.join(", ")),
+    };
+    print(&format!("Wrote {}.{open} Then: caromfit check {}\n", path.display(), folder.display()))
+}
+
+/// Asks what nobody but the user knows, and puts the answers in.
+fn ask(draft: &mut Draft) -> Result<(), Failure> {
+    if draft.blanks.contains(&"capture_fps") {
+        let question = "Frames per second that the camera recorded at (phones in slow motion: 120 or 240)";
+        if let Some(fps) = answer(question, number)? {
+            draft.fill("capture_fps", &format!("capture_fps = {fps:?}"));
+            if draft.follows.is_some_and(|follows| fps > SLOW_MOTION * follows) {
+                draft.set_playback();
+            }
+        }
+    }
+    if draft.blanks.contains(&"length_unit") {
+        let units = ["m", "cm", "mm", "in", "ft", "px"];
+        let question =
+            "Unit of the positions: m, cm, mm, in, ft, or px (pixels: the balls are then the ruler)";
+        if let Some(unit) = answer(question, |word| one_of(word, &units))? {
+            draft.set_unit(&unit);
+        }
+    }
+    let named = draft.blanks.contains(&"which ball is which") && draft.tracks.len() == 2;
+    if let ([one, other], true) = (draft.tracks.clone().as_slice(), named) {
+        let question = format!("Which is the cue ball: {one} or {other}");
+        let names = [one.as_str(), other.as_str()];
+        if let Some(cue) = answer(&question, |word| one_of(word, &names))? {
+            draft.set_balls(&cue, if cue == *one { other } else { one });
+        }
+    }
+    if !draft.are_discs && draft.text.contains("radius_m = ") {
+        let stated = draft.text.lines().find_map(|line| line.strip_prefix("radius_m = "));
+        let stated = stated.and_then(|line| line.split_whitespace().next()).unwrap_or("0.028575").to_owned();
+        let question = format!(
+            "Radius of the balls, m (pool 0.028575, carom 0.03075, snooker 0.02625; Enter: {stated})"
+        );
+        if let Some(radius) = answer(&question, number)? {
+            draft.set_radius(radius);
+        }
+    }
+    if draft.blanks.contains(&"cue_spin") {
+        let spins = ["natural-roll", "stun", "unknown", "measured"];
+        let question =
+            "The cue ball before the hit: natural-roll (it rolls), stun (it slides), unknown, measured";
+        if let Some(spin) = answer(question, |word| one_of(word, &spins))? {
+            draft.fill("cue_spin", &format!("assume = \"{spin}\""));
+        }
+    }
+    Ok(())
+}
+
+/// Asks until the answer can be read; `None` where the line is empty or there is none.
+fn answer<T>(question: &str, read: impl Fn(&str) -> Result<T, String>) -> Result<Option<T>, Failure> {
+    loop {
+        print(&format!("{question}: "))?;
+        std::io::stdout().flush().map_err(Failure::work)?;
+        let mut line = String::new();
+        let bytes = std::io::stdin().read_line(&mut line).map_err(Failure::work)?;
+        let line = line.trim();
+        if bytes == 0 || line.is_empty() {
+            return Ok(None);
+        }
+        match read(line) {
+            Ok(value) => return Ok(Some(value)),
+            Err(error) => print(&format!("  {error}\n"))?,
+        }
+    }
+}
+
+fn number(word: &str) -> Result<f64, String> {
+    let value = word.replace(',', ".").parse::<f64>().ok().filter(|value| *value > 0.0 && value.is_finite());
+    value.ok_or_else(|| format!("\"{word}\" is no number above 0"))
+}
+
+fn one_of(word: &str, words: &[&str]) -> Result<String, String> {
+    let known = words.iter().find(|known| known.eq_ignore_ascii_case(word));
+    known
+        .map(|known| (*known).to_owned())
+        .ok_or_else(|| format!("\"{word}\": expected one of {}", words.join(", ")))
 }

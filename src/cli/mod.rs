@@ -7,19 +7,25 @@ mod check;
 mod collide;
 mod compare;
 mod design;
+mod example;
 mod export;
 mod extract;
 mod fit;
+mod help;
 mod init;
 mod progress;
+mod schema;
 mod shell;
 mod synth;
+mod table_only;
+mod wanted;
 
 use std::process::ExitCode;
 
 use caromfit::measurement::loss::Loss;
 use caromfit::physics::collision::{Effects, Fidelity, MAX_TOLERANCE, MIN_TOLERANCE};
 use caromfit::physics::friction_law::Law;
+use caromfit::report::overview::Colour;
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 use clap::{Parser, Subcommand, ValueEnum};
 
@@ -31,7 +37,8 @@ use clap::{Parser, Subcommand, ValueEnum};
     version,
     about,
     max_term_width = 100,
-    after_help = "Example: caromfit fit data/*/"
+    disable_help_subcommand = true,
+    after_help = format!("Example: caromfit example demo && caromfit fit demo/balls\n\n{}", help::topics())
 )]
 struct Cli {
     #[command(subcommand)]
@@ -60,10 +67,16 @@ enum Command {
     Check(check::Args),
     /// Print fitted parameters for another program
     Export(export::Args),
+    /// Copy a small complete example to try everything on
+    Example(example::Args),
+    /// Print the JSON Schema of fit.json or compare.json
+    Schema(schema::Args),
     /// Print completions for a shell
     Completions(shell::Completions),
     /// Print the manual page
     Man(shell::Man),
+    /// Print the help of a command, or a page of the guide
+    Help(help::Args),
 }
 
 /// Why a command ended without its result.
@@ -191,6 +204,9 @@ pub fn run() -> ExitCode {
         Command::Export(args) => export::run(&args),
         Command::Completions(args) => shell::completions(&args),
         Command::Man(args) => shell::man(&args),
+        Command::Example(args) => example::run(&args),
+        Command::Schema(args) => schema::run(&args),
+        Command::Help(args) => help::run(&args),
     };
     match result {
         Ok(()) => ExitCode::SUCCESS,
@@ -199,6 +215,14 @@ pub fn run() -> ExitCode {
             ExitCode::from(if failure.bad_input { 2 } else { 1 })
         }
     }
+}
+
+/// Whether standard output is a terminal that shows colours, which <https://no-color.org> and `TERM=dumb` turn off.
+fn colour() -> Colour {
+    use std::io::IsTerminal;
+    let is_set = |name: &str| std::env::var_os(name).is_some_and(|value| !value.is_empty());
+    let is_dumb = std::env::var_os("TERM").is_some_and(|value| value == "dumb");
+    if std::io::stdout().is_terminal() && !is_set("NO_COLOR") && !is_dumb { Colour::On } else { Colour::Off }
 }
 
 /// Prints to standard output; a closed pipe (`caromfit … | head`) is no error.

@@ -92,6 +92,12 @@ pub fn load_all(paths: &[std::path::PathBuf]) -> Result<Vec<Dataset>, Failure> {
         let wrong: Vec<String> = wrong.iter().map(ToString::to_string).collect();
         return Err(Failure::input(wrong.join("\nerror: ")));
     }
+    named_apart(&datasets)?;
+    Ok(datasets)
+}
+
+/// Data sets must have names of their own, by which results are told apart.
+pub fn named_apart(datasets: &[Dataset]) -> Result<(), Failure> {
     for (i, one) in datasets.iter().enumerate() {
         if let Some(other) = datasets[..i].iter().find(|other| other.name == one.name) {
             return Err(Failure::input(format!(
@@ -102,5 +108,5 @@ pub fn load_all(paths: &[std::path::PathBuf]) -> Result<Vec<Dataset>, Failure> {
             )));
         }
     }
-    Ok(datasets)
+    Ok(())
 }

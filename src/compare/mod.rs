@@ -10,6 +10,7 @@
 //!
 //! - Holm, S. (1979). A simple sequentially rejective multiple test procedure. Scand. J. Stat. 6, 65–70.
 
+mod conclusion;
 mod effect;
 mod fidelity_choice;
 mod global;

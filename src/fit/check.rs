@@ -8,7 +8,7 @@ use crate::measurement::spin::Spin;
 use crate::physics::collision::{Coefficients, Fidelity, Model};
 
 /// Fewer shots than this leave the noise to luck.
-const FEW_SHOTS: usize = 5;
+pub(super) const FEW_SHOTS: usize = 5;
 
 /// Speeds of a cue ball before the impact, m/s: below, gravity during the contact and the cloth take more than
 /// the model leaves out; above, no player hits a ball (a break reaches 13).

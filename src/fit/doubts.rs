@@ -7,21 +7,30 @@ use crate::measurement::relation::{Relation, Sense};
 use crate::measurement::values::Values;
 
 /// Two stages know how high the balls jump from what a first fit of the same shots says of μ. On rough footage, whose frames
-/// hardly show it, that counts the same shots twice, and errors come out below what the frames can tell at best.
-pub(super) fn add_below_bound(fit: &mut Fit) {
+/// hardly show it, that counts the same shots twice, and errors come out below what the frames can tell at best: each such
+/// parameter with its error and the least that is possible.
+pub(super) fn below_bound(fit: &Fit) -> Vec<(Parameter, f64, f64)> {
     /// Of the bound. In two stages errors are 1.06 of it at 1000 frames/s and 0.1 mm, and 0.91 at 240 frames/s and 0.5 mm, where
     /// their standardized errors have a root mean square of 1.4.
     const BELOW: f64 = 0.97;
     let Some(bound) = fit.diagnostics.bound.as_ref().filter(|_| fit.method == Method::TwoStage) else {
-        return;
+        return Vec::new();
     };
     let below = |(parameter, least): &(Parameter, f64)| {
         let error = fit.estimates.iter().find(|e| e.parameter == *parameter)?.std_error?;
-        let symbol = parameter.symbol();
-        (error < BELOW * least)
-            .then(|| format!("{symbol} ± {error:.2e}, where the frames tell ± {least:.2e} at best"))
+        (error < BELOW * least).then_some((*parameter, error, *least))
     };
-    let below: Vec<String> = bound.std_errors.iter().filter_map(below).collect();
+    bound.std_errors.iter().filter_map(below).collect()
+}
+
+/// Says so.
+pub(super) fn add_below_bound(fit: &mut Fit) {
+    let below: Vec<String> = below_bound(fit)
+        .into_iter()
+        .map(|(parameter, error, least)| {
+            format!("{} ± {error:.2e}, where the frames tell ± {least:.2e} at best", parameter.symbol())
+        })
+        .collect();
     if !below.is_empty() {
         fit.warnings.push(format!(
             "The errors stated are too small ({}): this footage is too rough for two stages. Its frames hardly show how high the \
@@ -45,6 +54,7 @@ pub(super) fn add_rivals(fit: &mut Fit, others: &[(Values, f64)]) {
             .map(|e| format!("{} = {:.4}", e.parameter.symbol(), values[e.parameter]))
             .collect();
         if !there.is_empty() {
+            fit.diagnostics.has_rival = true;
             fit.warnings.push(format!(
                 "Another minimum, at {}, fits nearly as well (χ² higher by {higher:.1}): the intervals do not know it.",
                 there.join(", ")

@@ -1,6 +1,39 @@
 //! What a fit says of one parameter.
 
+use super::Fit;
 use crate::measurement::parameter::Parameter;
+
+impl Fit {
+    /// The estimate of a parameter; `None` of b and c where the friction is constant.
+    #[must_use]
+    pub fn get(&self, parameter: Parameter) -> Option<&Estimate> {
+        self.estimates.iter().find(|estimate| estimate.parameter == parameter)
+    }
+
+    /// The friction between the balls.
+    #[must_use]
+    pub fn mu(&self) -> Option<&Estimate> {
+        self.get(Parameter::Mu)
+    }
+
+    /// The friction of the cloth on the object ball during the impact.
+    #[must_use]
+    pub fn mu_s(&self) -> Option<&Estimate> {
+        self.get(Parameter::MuS)
+    }
+
+    /// The coefficient of restitution between the balls.
+    #[must_use]
+    pub fn e(&self) -> Option<&Estimate> {
+        self.get(Parameter::E)
+    }
+
+    /// As in fit.json: how footage was fitted; impacts and angles are fitted directly.
+    #[must_use]
+    pub fn method_name(&self) -> &'static str {
+        if self.footage { self.method.name() } else { "direct" }
+    }
+}
 
 /// One fitted parameter.
 #[derive(Clone, Copy, Debug)]

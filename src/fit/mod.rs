@@ -24,6 +24,7 @@ pub(crate) mod search;
 mod settled;
 mod starts;
 pub(crate) mod uncertainty;
+mod verdict;
 pub(crate) mod warnings;
 
 pub use crate::likelihood::frames::shared_unknowns::Kind as SharedKind;
@@ -42,7 +43,9 @@ pub use frames::{FittedFrames, OfShot};
 pub use intervals::bootstrap::{Bootstrap, Resampled};
 pub use intervals::confidence_region::{Contour, LEVELS, Level};
 pub use robust::{DOWN_WEIGHTED, Robust};
+pub use saturation::Plateau;
 pub use starts::{FoundMinimum, Starts};
+pub use verdict::{Grade, Verdict};
 
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -368,14 +371,9 @@ pub struct Fit {
 }
 
 impl Fit {
-    /// As in fit.json: how footage was fitted; impacts and angles are fitted directly.
-    #[must_use]
-    pub fn method_name(&self) -> &'static str {
-        if self.footage { self.method.name() } else { "direct" }
-    }
-
     /// Spins were found from the paths alone, whose errors a fit of velocities cannot carry over.
     pub fn warn_of_spins_from_paths(&mut self) {
+        self.diagnostics.spins_from_paths = true;
         self.warnings.insert(
             0,
             "Spins were found from the paths alone. Where they are not natural roll, their errors are larger than a fit of \
@@ -410,6 +408,16 @@ pub struct Diagnostics {
     pub bound: Option<Bound>,
     /// Of a joint fit of frames.
     pub joint: Option<JointFit>,
+    /// Parameters that are known only to lie between two values, all of which fit equally.
+    pub plateaus: Vec<Plateau>,
+    /// χ² of a minimum lower than the one that is given.
+    pub lower_minimum: Option<f64>,
+    /// Whether values outside the intervals fit nearly as well.
+    pub has_rival: bool,
+    /// What is suspicious about the shots, or about the cloth as their paths show it.
+    pub suspicious: Vec<check::Finding>,
+    /// Whether spins were found from the paths alone, whose errors a fit of velocities does not know.
+    pub spins_from_paths: bool,
 }
 
 /// Shots that were computed alike.

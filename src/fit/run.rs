@@ -249,6 +249,8 @@ pub(super) fn fit_shots(
         joint: are_filmed(search.fitted)
             .then(|| joint_fit(search.fitted, &minimum, &search.unknowns, (2.0 * minimum.cost, dof))),
         bound: bound(&search, &free, &minimum, films, cloth_of(&minimum, dataset)),
+        // what else lets doubt is found below
+        ..Diagnostics::default()
     };
     // an effect is in the fit if it is in a shot
     let mut effects = Effects::NONE.list().to_vec();

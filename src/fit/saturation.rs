@@ -9,8 +9,8 @@ use crate::measurement::parameter::Parameter;
 use crate::measurement::values::Values;
 
 /// A parameter on which nothing depends any more from some value on, as μ once every shot sticks.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Plateau {
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Plateau {
     pub parameter: Parameter,
     /// Where the plateau begins.
     pub edge: f64,

@@ -228,6 +228,7 @@ pub(super) fn add_lower(fit: &mut Fit, lowest: f64) {
     /// Of χ²: less than this part, or than this much, is rounding.
     const WORTH_SAYING: f64 = 1e-6;
     if lowest < fit.chi2 - WORTH_SAYING * fit.chi2.max(1.0) {
+        fit.diagnostics.lower_minimum = Some(lowest);
         fit.warnings.insert(
             0,
             format!(
@@ -241,6 +242,7 @@ pub(super) fn add_lower(fit: &mut Fit, lowest: f64) {
 
 /// Parameters that are known only to lie on a plateau.
 pub(super) fn add_plateaus(fit: &mut Fit, plateaus: &[Plateau]) {
+    fit.diagnostics.plateaus = plateaus.to_vec();
     for Plateau { parameter, edge, bound } in plateaus {
         let symbol = parameter.symbol();
         let why = match parameter {
@@ -293,8 +295,9 @@ pub(super) fn add_tracks(fit: &mut Fit, dataset: &Dataset, shots: &[&Shot]) {
         None => [dataset.sliding, dataset.rolling],
     };
     // first, since what else is wrong may follow from it
-    let suspicious = check::warnings(&check::suspicious(dataset, shots, cloth), shots.len());
-    fit.warnings.splice(0..0, suspicious);
+    let suspicious = check::suspicious(dataset, shots, cloth);
+    fit.warnings.splice(0..0, check::warnings(&suspicious, shots.len()));
+    fit.diagnostics.suspicious = suspicious;
     for note in dataset.tracks.iter().flat_map(|tracks| &tracks.notes) {
         fit.notes.push(note.clone());
     }

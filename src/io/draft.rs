@@ -2,14 +2,14 @@
 
 use std::path::{Path, PathBuf};
 
+use super::draft_columns::describe_columns;
+pub use super::draft_sheet::BLANK;
+use super::draft_sheet::{Sheet, quoted};
 use super::tracking::shots_table::KNOWN;
 use super::{Survey, header, survey};
 
-/// Marks a line that has to be filled in.
-pub const BLANK: &str = "FILL IN";
-
 /// A dataset.toml that was drafted.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Draft {
     /// Where it belongs: the folder that holds all the files.
     pub folder: PathBuf,
@@ -18,6 +18,11 @@ pub struct Draft {
     pub found: Vec<String>,
     /// What has to be filled in, the most important first.
     pub blanks: Vec<&'static str>,
+    /// Names of the tracks.
+    pub tracks: Vec<String>,
+    /// Frames per second that the times in the files follow.
+    pub follows: Option<f64>,
+    pub are_discs: bool,
 }
 
 /// Why there is no draft.
@@ -128,7 +133,8 @@ pub fn draft(files: &[PathBuf]) -> Result<Draft, InitError> {
     }
     let folder = common_folder(files);
     let mut sheet = Sheet { text: String::new(), found: Vec::new(), blanks: Vec::new() };
-    let name = std::path::absolute(&folder).unwrap_or_else(|_| folder.clone());
+    let here = if folder.as_os_str().is_empty() { Path::new(".") } else { &folder };
+    let name = std::path::absolute(here).unwrap_or_else(|_| folder.clone());
     let name = name.file_name().map_or("my-data".to_string(), |name| name.to_string_lossy().into_owned());
     sheet.line(&format!("name = {}          # also the name of its folder under fits/", quoted(&name)));
     let kind = match seen.first() {
@@ -163,7 +169,10 @@ pub fn draft(files: &[PathBuf]) -> Result<Draft, InitError> {
             "of the first disc, and [object] mass_kg of the second; optional",
         );
     } else {
-        sheet.line("radius_m = 0.028575          # a pool ball; carom 0.03075, snooker 0.02625: correct it if it is another");
+        let surveys = seen
+            .iter()
+            .filter_map(|(_, seen)| if let Seen::Tracks(survey) = seen { Some(survey) } else { None });
+        describe_radius(surveys, &mut sheet);
         if kind == "tracks" {
             sheet.line("# shape = \"disc\"             # pucks and coins, which slide and do not roll");
         }
@@ -190,7 +199,14 @@ pub fn draft(files: &[PathBuf]) -> Result<Draft, InitError> {
     let Sheet { text, found, mut blanks } = sheet;
     blanks.sort_by_key(|blank| ORDER.iter().position(|known| known == blank).unwrap_or(ORDER.len()));
     let head = "# Drafted by caromfit init. Lines that say FILL IN wait for what the files do not tell.\n";
-    Ok(Draft { folder, text: format!("{head}{text}"), found, blanks })
+    let mut names: Vec<String> = Vec::new();
+    for (name, _) in tracks.iter().flat_map(|(_, survey)| &survey.tracks) {
+        if !names.contains(name) {
+            names.push(name.clone());
+        }
+    }
+    let follows = tracks.first().and_then(|(_, survey)| survey.times_fps);
+    Ok(Draft { folder, text: format!("{head}{text}"), found, blanks, tracks: names, follows, are_discs })
 }
 
 /// A table is 2.84 m long, and no shot is filmed on less than a few centimetres.
@@ -210,29 +226,6 @@ const ORDER: [&str; 8] = [
     "cloth",
     "source",
 ];
-
-/// The text as it grows.
-struct Sheet {
-    text: String,
-    found: Vec<String>,
-    blanks: Vec<&'static str>,
-}
-
-impl Sheet {
-    fn line(&mut self, line: &str) {
-        self.text.push_str(line);
-        self.text.push('\n');
-    }
-
-    fn blank(&mut self, what: &'static str, line: &str, why: &str) {
-        self.line(&format!("{line:<28} # {BLANK}: {why}"));
-        self.blanks.push(what);
-    }
-}
-
-fn quoted(text: &str) -> String {
-    toml::Value::from(text).to_string()
-}
 
 fn look(file: &Path) -> Result<Seen, InitError> {
     let names = header(file).map_err(|source| InitError::Read { path: file.to_path_buf(), source })?;
@@ -344,6 +337,35 @@ fn describe_tracks(all: &[(&PathBuf, &Survey)], table: Option<&Path>, sheet: &mu
     }
 }
 
+/// The radius: at most half of how near the centres come to each other, where the scale is known.
+fn describe_radius<'a>(surveys: impl Iterator<Item = &'a Survey>, sheet: &mut Sheet) {
+    /// Balls and their radii, mm, the largest first.
+    const BALLS: [(&str, f64); 4] =
+        [("pyramid", 34.0), ("carom", 30.75), ("pool", 28.575), ("snooker", 26.25)];
+    /// Noise lets centres come nearer by so much.
+    const NEARER: f64 = 1.02;
+    let nearest = surveys.filter_map(|survey| {
+        let metres = survey
+            .unit
+            .map_or_else(|| METRES.contains(&survey.extent).then_some(1.0), super::tracking::metres);
+        Some(1e3 * survey.closest? * metres?)
+    });
+    let nearest = nearest.fold(f64::INFINITY, f64::min);
+    match BALLS.iter().find(|(_, radius)| *radius <= 0.5 * NEARER * nearest).filter(|_| nearest.is_finite()) {
+        Some((ball, radius)) => {
+            sheet.found.push(format!(
+                "The centres come as near as {nearest:.1} mm: radius at most {:.2} mm, as {ball} balls have.",
+                0.5 * nearest
+            ));
+            let line = format!("radius_m = {:?}", 1e-3 * radius);
+            sheet.line(&format!("{line:<28} # a {ball} ball: the centres come as near as {nearest:.1} mm"));
+        }
+        None => sheet.line(
+            "radius_m = 0.028575          # a pool ball; carom 0.03075, snooker 0.02625: correct it if it is another",
+        ),
+    }
+}
+
 fn describe_scale(all: &[(&PathBuf, &Survey)], sheet: &mut Sheet) {
     sheet.line("\n[scale]");
     let extent = all.iter().map(|(_, survey)| survey.extent).fold(0.0, f64::max);
@@ -356,7 +378,7 @@ fn describe_scale(all: &[(&PathBuf, &Survey)], sheet: &mut Sheet) {
         ));
     } else {
         let why = format!(
-            "m, cm, mm, in, ft, or px with m_per_px = … or four [[scale.point]]; the positions span {extent:.0}"
+            "m, cm, mm, in, ft, or px (the balls are then the ruler, unless m_per_px = … or four [[scale.point]] are given); the positions span {extent:.0}"
         );
         sheet.blank("length_unit", "# length_unit = \"…\"", &why);
     }
@@ -404,41 +426,5 @@ fn describe_balls(all: &[(&PathBuf, &Survey)], sheet: &mut Sheet) {
             sheet.blank("which ball is which", "# cue = \"…\"", &why);
             sheet.line("# object = \"…\"               # and which the object ball");
         }
-    }
-}
-
-/// So many columns of a table are listed, and so many characters of the name of one.
-const MOST_COLUMNS: usize = 30;
-const LONGEST_COLUMN: usize = 40;
-
-/// A name, or how a long one begins.
-fn begin(name: &str) -> String {
-    let mut short: String = name.chars().take(LONGEST_COLUMN).collect();
-    if short.len() < name.len() {
-        short.push('…');
-    }
-    short
-}
-
-fn describe_columns(file: &Path, names: &[String], sheet: &mut Sheet) {
-    let mut listed: Vec<String> = names.iter().take(MOST_COLUMNS).map(|name| quoted(&begin(name))).collect();
-    if names.len() > MOST_COLUMNS {
-        listed.push(format!("… ({} in all)", names.len()));
-    }
-    sheet.found.push(format!(
-        "{}: no known format; its first line is {}. Say under [tracks.columns] which column is what.",
-        file.display(),
-        listed.join(", ")
-    ));
-    sheet.line("\n[video]");
-    sheet.blank("capture_fps", "# capture_fps = …", "frames per second that the camera recorded at");
-    sheet.line("\n[scale]");
-    sheet.blank("length_unit", "# length_unit = \"…\"", "m, cm, mm, or px with m_per_px = …");
-    sheet.line("\n[tracks]\n# The first line of the file: ");
-    sheet.line(&format!("#   {}", listed.join(", ")));
-    sheet.line("[tracks.columns]");
-    sheet.blank("which column is what", "# t = \"…\"", "time in seconds, or frame = \"…\"");
-    for key in ["cue_x", "cue_y", "object_x", "object_y"] {
-        sheet.line(&format!("# {key} = \"…\""));
     }
 }

@@ -173,8 +173,14 @@ impl Manifest {
             return Err(problems.into_error());
         }
         let Some(text) = read_utf8(path, &mut problems) else { return Err(problems.into_error()) };
+        Self::of_text(path, &text)
+    }
+
+    /// Checks a text that stands for a dataset.toml at this path.
+    pub(crate) fn of_text(path: &Path, text: &str) -> Result<Self, DatasetError> {
+        let mut problems = Problems::of_dataset(path);
         // a byte order mark is no part of the first line
-        let text = text.strip_prefix('\u{feff}').unwrap_or(&text);
+        let text = text.strip_prefix('\u{feff}').unwrap_or(text);
         let source = Source { path, text };
         let Some(raw) = parse::<RawManifest>(&source, &mut problems) else {
             return Err(problems.into_error());

@@ -4,6 +4,9 @@ mod angles;
 pub mod cases;
 pub(crate) mod covariance;
 pub mod draft;
+mod draft_answers;
+mod draft_columns;
+mod draft_sheet;
 pub(crate) mod error;
 mod fit_section;
 mod impacts;
@@ -33,7 +36,18 @@ pub use tracking::{Survey, survey};
 /// Everything that is wrong with it, each with file, line, column, value and what was expected.
 pub fn load(path: &Path) -> Result<Dataset, DatasetError> {
     let file = if path.is_dir() { path.join("dataset.toml") } else { path.to_path_buf() };
-    let manifest = Manifest::read(&file)?;
+    load_manifest(Manifest::read(&file)?, file)
+}
+
+/// Loads a data set whose dataset.toml is this text, as if it stood in the file `path`.
+///
+/// # Errors
+/// As [`load`].
+pub fn load_text(text: &str, path: &Path) -> Result<Dataset, DatasetError> {
+    load_manifest(Manifest::of_text(path, text)?, path.to_path_buf())
+}
+
+fn load_manifest(manifest: Manifest, file: PathBuf) -> Result<Dataset, DatasetError> {
     let mut problems = Problems::of_dataset(&file);
     let mut tracks = None;
     if let Some(settings) = &manifest.tracks {

@@ -6,7 +6,7 @@ use std::path::PathBuf;
 use nalgebra::{DMatrix, DVector};
 
 use super::loss::Loss;
-use super::observable::Observable;
+use super::observable::{Axis, Observable};
 use super::parameter::Settings;
 use super::relation::Relation;
 use super::spin::Spin;
@@ -49,10 +49,51 @@ pub struct Dataset {
 }
 
 impl Dataset {
+    /// Shots that a program measured, with the usual settings of the fit; [`Dataset::faults`] names what is wrong with them.
+    #[must_use]
+    pub fn new(name: impl Into<String>, ball: Ball, shots: Vec<Shot>) -> Self {
+        Self {
+            name: name.into(),
+            path: PathBuf::new(),
+            cloth: None,
+            source: None,
+            ball,
+            settings: Settings::default(),
+            relations: Vec::new(),
+            loss: Loss::default(),
+            by: None,
+            shots,
+            left_out: Vec::new(),
+            sliding: None,
+            rolling: None,
+            lift_sd: None,
+            side_sd: 0.0,
+            tracks: None,
+        }
+    }
+
     /// Whether it is of tracks from which no impacts have been extracted yet.
     #[must_use]
     pub fn awaits_extraction(&self) -> bool {
         self.shots.is_empty() && self.tracks.as_ref().is_some_and(|tracks| !tracks.shots.is_empty())
+    }
+
+    /// The names of its shots, of footage as filmed, in their order.
+    #[must_use]
+    pub fn names(&self) -> Vec<&str> {
+        let filmed = self.tracks.iter().flat_map(|tracks| &tracks.shots).map(|shot| shot.name.as_str());
+        filmed.chain(self.shots.iter().map(|shot| shot.name.as_str())).collect()
+    }
+
+    /// Leaves out the shots that are not wanted, as [`ON_REQUEST`] states.
+    pub fn keep(&mut self, wanted: impl Fn(&str) -> bool) {
+        let unwanted: Vec<String> =
+            self.names().into_iter().filter(|name| !wanted(name)).map(str::to_owned).collect();
+        self.shots.retain(|shot| wanted(&shot.name));
+        if let Some(tracks) = &mut self.tracks {
+            tracks.shots.retain(|shot| wanted(&shot.name));
+        }
+        self.left_out.extend(unwanted.into_iter().map(|name| (name, ON_REQUEST.to_owned())));
     }
 
     /// The standard errors that all shots share.
@@ -66,6 +107,9 @@ impl Dataset {
         Shared::ALL.into_iter().filter_map(|shared| Some((shared, sd(shared)?))).collect()
     }
 }
+
+/// Why shots are left out that a user did not want.
+pub const ON_REQUEST: &str = "left out on request";
 
 /// One shot, or the mean of several.
 #[derive(Clone, Debug)]
@@ -86,6 +130,45 @@ pub struct Shot {
 }
 
 impl Shot {
+    /// A measured impact in the table's frame: the line of centres from the cue ball to the object ball, of any length but 0, the
+    /// cue ball's velocity before, and its own and the object ball's after, in m/s, each component with its standard deviation where
+    /// one is known. The direction of the line of centres errs by `normal_sd` radians, where that is known.
+    #[must_use]
+    pub fn impact(
+        name: impl Into<String>,
+        (normal, normal_sd): ([f64; 2], Option<f64>),
+        spin: Spin,
+        before: [Measured; 2],
+        [cue_after, object_after]: [[Measured; 2]; 2],
+    ) -> Self {
+        const LEAST: f64 = 1e-12;
+        let length = normal[0].hypot(normal[1]);
+        let [nx, ny] = normal.map(|component| component / length);
+        // a unit vector that turns by σ moves by σ across itself; standard deviations are positive
+        let component = |value: f64, across: f64| Measured {
+            value,
+            sd: normal_sd.map(|sd| sd * across.abs().max(LEAST)),
+        };
+        let of = |observable: fn(Axis) -> Observable, velocity: [Measured; 2]| {
+            [Axis::X, Axis::Y]
+                .into_iter()
+                .zip(velocity)
+                .map(move |(axis, measured)| Measurement { observable: observable(axis), measured })
+        };
+        Self {
+            name: name.into(),
+            file: PathBuf::new(),
+            line: 0,
+            labels: BTreeMap::new(),
+            before: Before::Impact { normal: [component(nx, ny), component(ny, nx)], velocity: before },
+            spin,
+            after: of(Observable::CueVelocity, cue_after)
+                .chain(of(Observable::ObjectVelocity, object_after))
+                .collect(),
+            joint: None,
+        }
+    }
+
     /// Makes the side spin of a shot that is stated as stun or natural roll uncertain: `sd` is its standard deviation, of Rω_z/U.
     /// Whether the speed is known that this takes.
     pub fn add_side_spin(&mut self, sd: f64, radius: f64) -> bool {
@@ -145,6 +228,14 @@ impl Joint {
 pub struct Measured {
     pub value: f64,
     pub sd: Option<f64>,
+}
+
+impl Measured {
+    /// With its standard deviation.
+    #[must_use]
+    pub fn new(value: f64, sd: f64) -> Self {
+        Self { value, sd: Some(sd) }
+    }
 }
 
 /// An observable's measured value, in SI units and radians.

@@ -5,6 +5,7 @@ use serde_json::{Value as Json, json};
 use super::content::{Block, Cell, Figure, Report, Section, Table, facts};
 use super::digits;
 use super::digits::{FEW, MANY, decimal, probability, relative, significant};
+use super::json::verdict;
 use super::number::{interval, plain, with_error};
 use super::plot;
 use super::plot::compare::{forest_png, forest_svg, residuals_png, residuals_svg};
@@ -126,6 +127,7 @@ fn content(
     }
     Report {
         title: format!("Comparison by {}", comparison.told_by),
+        verdict: comparison.verdict().into(),
         warnings: comparison.warnings.clone(),
         facts: facts([
             ("model", comparison.fidelity.to_owned()),
@@ -325,7 +327,7 @@ pub fn document(comparison: &Comparison) -> Json {
         };
         json!({"losses": robust.losses, "weights": robust.weights.iter().map(weight).collect::<Vec<_>>()})
     });
-    json!({"version": env!("CARGO_PKG_VERSION"), "fidelity": comparison.fidelity,
+    json!({"version": env!("CARGO_PKG_VERSION"), "verdict": verdict(&comparison.verdict()), "fidelity": comparison.fidelity,
            "computed": comparison.computed.iter().map(diagnostics::computed).collect::<Vec<_>>(),
            "robust": robust, "constraints": comparison.relations.iter().map(diagnostics::constraint).collect::<Vec<_>>(),
            "notes": comparison.notes, "told_by": comparison.told_by,

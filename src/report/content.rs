@@ -7,11 +7,26 @@ use serde::Serialize;
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Report {
     pub title: String,
+    /// Whether its numbers can be used: a word, and the one sentence to read.
+    pub verdict: Verdict,
     /// Sentences that must not be overlooked, the most important first.
     pub warnings: Vec<String>,
     /// What was measured, and how it was fitted.
     pub facts: Vec<Fact>,
     pub sections: Vec<Section>,
+}
+
+/// What stands first.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Verdict {
+    pub grade: &'static str,
+    pub sentence: String,
+}
+
+impl From<crate::fit::Verdict> for Verdict {
+    fn from(found: crate::fit::Verdict) -> Self {
+        Self { grade: found.grade.name(), sentence: found.sentence }
+    }
 }
 
 /// Something in a word or two, and its name.
@@ -34,11 +49,19 @@ pub struct Section {
     /// What its numbers mean; empty where the title says it.
     pub about: String,
     pub blocks: Vec<Block>,
+    /// Whether it is a detail, which pages show on request only.
+    pub folded: bool,
 }
 
 impl Section {
     pub fn new(title: impl Into<String>, about: impl Into<String>, blocks: Vec<Block>) -> Self {
-        Self { title: title.into(), about: about.into(), blocks }
+        Self { title: title.into(), about: about.into(), blocks, folded: false }
+    }
+
+    /// The same as a detail.
+    #[must_use]
+    pub fn folded(self) -> Self {
+        Self { folded: true, ..self }
     }
 }
 

@@ -91,12 +91,13 @@ pub(super) fn quoted(cell: &str) -> Cow<'_, str> {
     }
 }
 
-fn number(value: f64, digits: usize) -> String {
+/// To so many significant digits.
+pub(super) fn number(value: f64, digits: usize) -> String {
     cell(digits::significant(value, digits))
 }
 
 /// Empty where it is no number.
-fn cell(value: f64) -> String {
+pub(super) fn cell(value: f64) -> String {
     if !value.is_finite() {
         String::new()
     } else if value == 0.0 || (1e-6..1e15).contains(&value.abs()) {

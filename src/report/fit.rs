@@ -11,6 +11,8 @@ use crate::fit::{Counted, DOWN_WEIGHTED, Estimate, Fit, Method, Noise, Residual,
 /// The pictures that go into a report.
 #[derive(Clone, Debug, Default)]
 pub struct Pictures {
+    /// The paths of all shots, as SVG.
+    pub paths: Option<String>,
     /// Residual plots, as SVG.
     pub residuals: Option<String>,
     /// Regions of pairs of parameters, as SVG.
@@ -20,6 +22,10 @@ pub struct Pictures {
     /// Tracks of shots: name and SVG.
     pub shots: Vec<(String, String)>,
 }
+
+/// Titles of sections that stay open.
+const ALL_SHOTS: &str = "All shots";
+const RESIDUAL_PLOTS: &str = "Residual plots";
 
 /// What is said of a fit, without pictures.
 #[must_use]
@@ -41,14 +47,17 @@ pub fn content_with(fit: &Fit, pictures: &Pictures) -> Report {
         Method::Joint => "of the velocities extracted from each shot, against the estimates of the joint fit",
         Method::TwoStage => "",
     };
-    let mut all = vec![parameters(fit), Section::new("χ²", "", vec![Block::Lines(chi2(fit))])];
+    let mut all = vec![parameters(fit)];
+    let paths = figure(&pictures.paths, "The paths of both balls in all shots, seen from above");
+    all.extend(paths.map(|figure| Section::new(ALL_SHOTS, "", vec![figure])));
+    all.extend([Section::new("χ²", "", vec![Block::Lines(chi2(fit))])]);
     if !fit.noise.is_empty() {
         let rows = fit.noise.iter().map(noise);
         let table = Table::new(["", "values", "sd of one value", "rms of the residuals"], rows);
         all.push(Section::new("Noise", "rms: root mean square", vec![Block::Table(table)]));
     }
     let residuals = figure(&pictures.residuals, "Measured against predicted values, and residuals");
-    all.extend(residuals.map(|figure| Section::new("Residual plots", tested, vec![figure])));
+    all.extend(residuals.map(|figure| Section::new(RESIDUAL_PLOTS, tested, vec![figure])));
     let regions = figure(&pictures.contours, "68 % and 95 % regions");
     all.extend(regions.map(|figure| Section::new("Regions of pairs of parameters", "", vec![figure])));
     all.extend(sections(fit));
@@ -66,7 +75,12 @@ pub fn content_with(fit: &Fit, pictures: &Pictures) -> Report {
     if !shots.is_empty() {
         all.push(Section::new("Shots, the largest residuals first", tested, vec![Block::Shots(shots)]));
     }
-    Report { title: title(fit), warnings, facts: about(fit), sections: all }
+    // what was measured and what it is compared with stays open
+    let open =
+        |section: &Section| ["Parameters", ALL_SHOTS, RESIDUAL_PLOTS].contains(&section.title.as_str());
+    let all =
+        all.into_iter().map(|section| if open(&section) { section } else { section.folded() }).collect();
+    Report { title: title(fit), verdict: fit.verdict().into(), warnings, facts: about(fit), sections: all }
 }
 
 /// The camera by which footage was corrected, and what else was found of the film.

@@ -9,7 +9,7 @@ use super::digits::{FEW, MANY};
 use super::{ReportError, diagnostics, reduced_chi2, unit_name};
 use crate::fit;
 use crate::fit::causes::Explanation;
-use crate::fit::{Estimate, Fit, FoundCamera, FoundCorrection, Noise, Refuted};
+use crate::fit::{Estimate, Fit, FoundCamera, FoundCorrection, Noise, Refuted, Verdict};
 use crate::measurement::dataset::Measured;
 use crate::measurement::parameter::Parameter;
 
@@ -89,6 +89,7 @@ pub fn document(fit: &Fit) -> Document<'_> {
     Document {
         dataset: &fit.dataset,
         group: fit.group.as_ref().map(|(column, label)| Group { column, label }),
+        verdict: verdict(&fit.verdict()),
         cloth: fit.cloth.as_deref(),
         source: fit.source.as_deref(),
         ball: body(fit, 0),
@@ -132,6 +133,7 @@ pub fn document(fit: &Fit) -> Document<'_> {
 pub struct Document<'a> {
     dataset: &'a str,
     group: Option<Group<'a>>,
+    verdict: Value,
     cloth: Option<&'a str>,
     source: Option<&'a str>,
     ball: BallEntry,
@@ -171,6 +173,11 @@ pub struct Document<'a> {
     termination: &'a str,
     iterations: usize,
     seconds: f64,
+}
+
+/// As fit.json and compare.json have it.
+pub(super) fn verdict(found: &Verdict) -> Value {
+    serde_json::json!({"grade": found.grade.name(), "sentence": found.sentence})
 }
 
 #[derive(Debug, Serialize)]

@@ -1,24 +1,20 @@
-//! The table that `caromfit fit` prints: one line per fit.
+//! All fits in one table, a line each, as `caromfit fit --all` prints it.
 
 use super::content::{Cell, Table};
 use super::number::{plain, with_error};
 use super::{noise_estimated, reduced_chi2, text};
-use crate::fit::{Estimate, Fit, Status};
+use crate::fit::{Estimate, Fit, Grade, Status};
 use crate::measurement::parameter::Parameter;
 
 /// One line per fit, and below the table what its marks mean.
 #[must_use]
 pub fn render(fits: &[Fit]) -> String {
-    let has =
-        |parameter: &Parameter| fits.iter().flat_map(|fit| &fit.estimates).any(|e| e.parameter == *parameter);
-    // b and c where some friction falls
-    let parameters: Vec<Parameter> =
-        Parameter::ALL.into_iter().filter(|p| Parameter::COEFFICIENTS.contains(p) || has(p)).collect();
+    let parameters = parameters(fits);
     let header = ["data set", "shots"]
         .into_iter()
         .map(str::to_owned)
         .chain(parameters.iter().map(|parameter| with_unit(parameter.symbol(), parameter.unit(), ", ")))
-        .chain(["χ²/dof", "status"].map(str::to_owned))
+        .chain(["χ²/dof", "verdict"].map(str::to_owned))
         .collect();
     let mut rows = vec![header];
     rows.extend(fits.iter().map(|fit| row(fit, &parameters)));
@@ -29,6 +25,13 @@ pub fn render(fits: &[Fit]) -> String {
         text.push_str(&legend);
     }
     text
+}
+
+/// The parameters that have a column: b and c where some friction falls.
+pub(super) fn parameters(fits: &[Fit]) -> Vec<Parameter> {
+    let has =
+        |parameter: &Parameter| fits.iter().flat_map(|fit| &fit.estimates).any(|e| e.parameter == *parameter);
+    Parameter::ALL.into_iter().filter(|p| Parameter::COEFFICIENTS.contains(p) || has(p)).collect()
 }
 
 /// Rows of a table, the first its head, as [`text::table`] lays them out.
@@ -65,28 +68,47 @@ pub(super) fn estimate(fit: &Fit, estimate: &Estimate) -> String {
     }
 }
 
-fn row(fit: &Fit, parameters: &[Parameter]) -> Vec<String> {
-    let name = match &fit.group {
+/// An estimate in the cell of a table of fits: no number where none can be used.
+pub(super) fn brief(fit: &Fit, parameter: Parameter) -> String {
+    let Some(own) = fit.estimates.iter().find(|e| e.parameter == parameter) else { return "–".to_owned() };
+    let plateau = fit.diagnostics.plateaus.iter().find(|plateau| plateau.parameter == parameter);
+    match (own.status, plateau) {
+        _ if fit.verdict().grade == Grade::Unusable => "–".to_owned(),
+        (_, Some(plateau)) => {
+            let sign = if plateau.bound >= plateau.edge { '≥' } else { '≤' };
+            format!("{sign} {}", plain(plateau.edge, 3))
+        }
+        (Status::NotIdentified, None) => "–".to_owned(),
+        (Status::AtLowerBound | Status::AtUpperBound, None) => format!("{} (bound)", plain(own.value, 4)),
+        (Status::Free | Status::Fixed, None) => estimate(fit, own),
+    }
+}
+
+/// The data set, and the label of a fit of one.
+pub(super) fn name(fit: &Fit) -> String {
+    match &fit.group {
         Some((_, label)) => format!("{} / {label}", fit.dataset),
         None => fit.dataset.clone(),
-    };
-    let rejected = fit.shots_rejected.len();
-    let shots = if rejected == 0 {
-        fit.shots_used.to_string()
-    } else {
-        format!("{} of {}", fit.shots_used, fit.shots_used + rejected)
-    };
+    }
+}
+
+/// How many shots were used, of how many.
+pub(super) fn shots(fit: &Fit) -> String {
+    match fit.shots_rejected.len() {
+        0 => fit.shots_used.to_string(),
+        rejected => format!("{} of {}", fit.shots_used, fit.shots_used + rejected),
+    }
+}
+
+fn row(fit: &Fit, parameters: &[Parameter]) -> Vec<String> {
     let chi2 = match reduced_chi2(fit) {
         Some(chi2) if noise_estimated(fit) => format!("{} *", chi2_text(chi2)),
         Some(chi2) => chi2_text(chi2),
         None => "–".to_owned(),
     };
-    let mut cells = vec![name, shots];
-    let own = |parameter: &Parameter| fit.estimates.iter().find(|e| e.parameter == *parameter);
-    cells.extend(
-        parameters.iter().map(|parameter| own(parameter).map_or("–".to_owned(), |e| estimate(fit, e))),
-    );
-    cells.extend([chi2, status(fit)]);
+    let mut cells = vec![name(fit), shots(fit)];
+    cells.extend(parameters.iter().map(|parameter| brief(fit, *parameter)));
+    cells.extend([chi2, fit.verdict().grade.name().to_owned()]);
     cells
 }
 
@@ -95,48 +117,28 @@ pub(super) fn chi2_text(chi2: f64) -> String {
     if (0.01..100.0).contains(&chi2) { format!("{chi2:.2}") } else { plain(chi2, 3) }
 }
 
-fn status(fit: &Fit) -> String {
-    let warnings = match fit.warnings.len() {
-        0 => None,
-        1 => Some("1 warning".to_owned()),
-        n => Some(format!("{n} warnings")),
-    };
-    let refuted = fit.refuted.as_ref().map(|_| "refuted".to_owned());
-    let failed = (!fit.converged).then(|| "not converged".to_owned());
-    let said: Vec<String> = [refuted, failed, warnings].into_iter().flatten().collect();
-    if said.is_empty() { "ok".to_owned() } else { said.join(", ") }
-}
-
 /// A line for each mark that some fit carries.
 fn legend(fits: &[Fit]) -> String {
-    let has = |status: Status| fits.iter().flat_map(|fit| &fit.estimates).any(|e| e.status == status);
-    let free = || fits.iter().flat_map(|fit| fit.estimates.iter().map(move |estimate| (fit, estimate)));
-    let refuted = || fits.iter().filter_map(|fit| fit.refuted.as_ref());
-    let free = || free().filter(|(fit, estimate)| estimate.status == Status::Free && fit.refuted.is_none());
+    let usable = || fits.iter().filter(|fit| fit.verdict().grade != Grade::Unusable);
+    let all = || usable().flat_map(|fit| fit.estimates.iter().map(move |estimate| (fit, estimate)));
+    let has = |status: Status| all().any(|(_, e)| e.status == status);
+    let on_plateau =
+        |fit: &Fit, e: &Estimate| fit.diagnostics.plateaus.iter().any(|found| found.parameter == e.parameter);
+    let free = || all().filter(|(fit, e)| e.status == Status::Free && !on_plateau(fit, e));
     let no_error = |(_, estimate): &(&Fit, &Estimate)| !estimate.std_error.is_some_and(f64::is_finite);
     let lines = [
+        (free().any(|pair| !no_error(&pair)), "±: one standard error"),
         (
-            free().any(|pair| !no_error(&pair)) || refuted().any(|r| r.restitution.is_some()),
-            "±: one standard error",
+            usable().count() < fits.len(),
+            "unusable: the numbers of that fit mean nothing; its report says why",
         ),
-        (
-            refuted().next().is_some(),
-            "refuted: χ² rules the model out; the value is where χ² is least, and has no standard error, which would hold only \
-             if the model did",
-        ),
-        (
-            refuted().any(|r| r.restitution.is_some()),
-            "measured: the ratio of the normal velocities after and before the impact, without any model of the friction",
-        ),
+        (all().any(|(fit, e)| on_plateau(fit, e)), "≥, ≤: every larger (smaller) value fits equally"),
         (has(Status::Fixed), "fixed: held at this value, not fitted"),
         (
             has(Status::AtLowerBound) || has(Status::AtUpperBound),
-            "at … bound: the best value within the allowed range is at its end; the data pull beyond it or leave it open",
+            "bound: the best value within the allowed range is at its end; the data pull beyond it or leave it open",
         ),
-        (
-            has(Status::NotIdentified),
-            "not identified: these data say nothing about it; it stayed at its initial value",
-        ),
+        (has(Status::NotIdentified), "–: these shots say nothing about it"),
         (
             free().filter(no_error).any(|(fit, _)| fit.dof == 0),
             "no error: no degrees of freedom are left to tell one from",

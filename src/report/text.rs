@@ -29,6 +29,7 @@ pub fn render(fit: &Fit) -> String {
 pub fn walk(report: &Report) -> String {
     let mut text = report.title.clone();
     text.push('\n');
+    push(&mut text, &format!("Verdict: {}. {}", report.verdict.grade, report.verdict.sentence));
     for fact in &report.facts {
         push(&mut text, &format!("  {}: {}", fact.name, fact.text));
     }

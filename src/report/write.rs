@@ -7,8 +7,8 @@ use std::io::{self, BufWriter, Write};
 use std::path::{Path, PathBuf};
 
 use super::fit::{Pictures, content_with, named};
-use super::shots::{ShotPicture, shot_list, with_spots};
-use super::{ReportError, csv, html, json, plot};
+use super::shots::{Filmed, shot_list, with_spots};
+use super::{ReportError, csv, html, json, plot, shot_table};
 use crate::fit::Fit;
 
 /// Writes the report of a fit below `out` and returns its folder. The label of a group gives its
@@ -30,7 +30,7 @@ pub fn fit_folder(fits: &[Fit], out: &Path) -> PathBuf {
 
 /// Writes the fits of one data set below `out`, labels that would share a folder apart, after all
 /// have been rendered.
-pub fn write_all(fits: &[Fit], shots: &[ShotPicture], out: &Path) -> Result<(), ReportError> {
+pub fn write_all(fits: &[Fit], filmed: &Filmed, out: &Path) -> Result<(), ReportError> {
     let labels: Vec<String> = fits
         .iter()
         .map(|fit| fit.group.as_ref().map_or_else(String::new, |(_, label)| label.clone()))
@@ -38,7 +38,7 @@ pub fn write_all(fits: &[Fit], shots: &[ShotPicture], out: &Path) -> Result<(), 
     let mut rendered = Vec::new();
     for (fit, name) in fits.iter().zip(group_folders(&labels)) {
         let folder = out.join(dataset_folder(&fit.dataset));
-        rendered.push((if fit.group.is_some() { folder.join(name) } else { folder }, files(fit, shots)?));
+        rendered.push((if fit.group.is_some() { folder.join(name) } else { folder }, files(fit, filmed)?));
     }
     rendered.iter().try_for_each(|(folder, files)| put(files, folder))
 }
@@ -46,7 +46,7 @@ pub fn write_all(fits: &[Fit], shots: &[ShotPicture], out: &Path) -> Result<(), 
 /// Writes the report of a fit into `folder`, whole or not at all: everything is rendered, then
 /// written beside the folder, then moved into place file by file. Other files there stay.
 pub fn write_to(fit: &Fit, folder: &Path) -> Result<(), ReportError> {
-    put(&files(fit, &[])?, folder)
+    put(&files(fit, &Filmed::default())?, folder)
 }
 
 /// What programs read of a fit.
@@ -93,8 +93,8 @@ fn put(files: &[(&'static str, Content)], folder: &Path) -> Result<(), ReportErr
     Ok(())
 }
 
-/// The files of a report, with pictures of shots for report.html.
-fn files<'a>(fit: &'a Fit, shots: &[ShotPicture]) -> Result<Vec<(&'static str, Content<'a>)>, ReportError> {
+/// The files of a report, with pictures of footage for report.html.
+fn files<'a>(fit: &'a Fit, filmed: &Filmed) -> Result<Vec<(&'static str, Content<'a>)>, ReportError> {
     let (residuals, spots) = plot::svg_with_spots(fit)?;
     let contours = plot::contours::svg(fit).transpose()?;
     let plot = with_spots(&residuals, &spots, &shot_list(named(fit), &[]), |index| {
@@ -102,12 +102,18 @@ fn files<'a>(fit: &'a Fit, shots: &[ShotPicture]) -> Result<Vec<(&'static str, C
     });
     let camera =
         fit.camera.as_ref().map(|found| plot::camera::svg(found, &fit.dataset)).transpose()?.flatten();
-    let pictures =
-        Pictures { residuals: Some(plot), contours: contours.clone(), camera, shots: shots.to_vec() };
+    let pictures = Pictures {
+        paths: filmed.paths.clone(),
+        residuals: Some(plot),
+        contours: contours.clone(),
+        camera,
+        shots: filmed.shots.clone(),
+    };
     let report = html::render(&content_with(fit, &pictures))?;
     let bytes = |bytes: Vec<u8>| Content::Bytes(Cow::Owned(bytes));
     let mut files = vec![
         ("residuals.csv", Content::Residuals(fit)),
+        ("shots.csv", bytes(shot_table::render(fit).into_bytes())),
         ("residuals.svg", bytes(residuals.into_bytes())),
         ("residuals.png", bytes(plot::png(fit)?)),
     ];

@@ -13,7 +13,7 @@ use statrs::distribution::{ContinuousCDF, Normal};
 
 use crate::io::{DatasetError, toml_file};
 use crate::likelihood::prediction::{Plan, Unpredictable};
-use crate::measurement::dataset::{Before, Measured, Measurement, Shot};
+use crate::measurement::dataset::{Before, Dataset, Measured, Measurement, Shot};
 use crate::measurement::observable::Observable;
 use crate::measurement::spin::Spin;
 use crate::measurement::track::TrackShot;
@@ -179,6 +179,29 @@ pub fn generate_with(spec: &Spec, model: &Model) -> Result<Vec<(&'static str, St
     files.insert(0, ("dataset.toml", manifest_text(spec)));
     files.push(("truth.json", format!("{truth:#}\n")));
     Ok(files)
+}
+
+/// The data set of a specification, as if it had been written to files and loaded.
+///
+/// # Errors
+/// As [`generate`]; and where the files, which go through the folder of temporary files, cannot be written or read.
+pub fn dataset(spec: &Spec) -> Result<Dataset, SynthError> {
+    let folder = tempfile::tempdir()?;
+    for (name, text) in generate(spec)? {
+        std::fs::write(folder.path().join(name), text)?;
+    }
+    Ok(crate::io::load(folder.path())?)
+}
+
+/// Why there is no synthetic data set.
+#[derive(Debug, thiserror::Error)]
+pub enum SynthError {
+    #[error(transparent)]
+    Spec(#[from] BadSpec),
+    #[error("the folder of temporary files cannot be written: {0}")]
+    Write(#[from] std::io::Error),
+    #[error(transparent)]
+    Load(#[from] DatasetError),
 }
 
 /// The shots of a specification of kind `tracks` as a camera sees them, and what they really were.

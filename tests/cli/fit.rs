@@ -69,7 +69,8 @@ impl Lab {
     }
 }
 
-const FILES: [&str; 5] = ["fit.json", "report.html", "residuals.csv", "residuals.png", "residuals.svg"];
+const FILES: [&str; 6] =
+    ["fit.json", "report.html", "residuals.csv", "residuals.png", "residuals.svg", "shots.csv"];
 
 /// The shape of a fit.json.
 fn check_fit(fit: &Value, dataset: &str) {

@@ -29,6 +29,22 @@ pub struct Trend {
     pub words: String,
 }
 
+impl Trend {
+    /// What it may mean, in words.
+    #[must_use]
+    pub fn meaning(&self) -> &'static str {
+        match (self.quantity, self.variable) {
+            ("throw", Variable::Speed) => "friction is not constant",
+            ("throw", Variable::Cut) => "friction is not constant, or the cut angles err",
+            (_, Variable::Cut) => "the model leaves something out, or the cut angles err",
+            (_, Variable::Roll | Variable::Side) => {
+                "the model leaves something out, or the spin is not as stated"
+            }
+            (_, Variable::Speed) => "the model leaves something out that depends on speed",
+        }
+    }
+}
+
 /// What residuals may change with.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Variable {
@@ -269,15 +285,7 @@ fn slope(
 
 fn words(trend: &Trend, count: usize) -> String {
     let verb = if trend.slope < 0.0 { "fall" } else { "rise" };
-    let meaning = match (trend.quantity, trend.variable) {
-        ("throw", Variable::Speed) => "friction is not constant",
-        ("throw", Variable::Cut) => "friction is not constant, or the cut angles err",
-        (_, Variable::Cut) => "the model leaves something out, or the cut angles err",
-        (_, Variable::Roll | Variable::Side) => {
-            "the model leaves something out, or the spin is not as stated"
-        }
-        (_, Variable::Speed) => "the model leaves something out that depends on speed",
-    };
+    let meaning = trend.meaning();
     format!(
         "{} residuals {verb} with {} ({:+.2} sd per {}; by chance with probability {:.1e}, {count} trends looked \
          for): {meaning}",

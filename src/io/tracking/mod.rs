@@ -45,6 +45,11 @@ use shots_table::ShotsTable;
 
 pub use survey::{Survey, survey};
 
+/// Metres in one of a unit that dataset.toml knows; `None` for pixels.
+pub(super) fn metres(unit: &str) -> Option<f64> {
+    Unit::of(unit)?.metres().map(|(times, over)| times / over)
+}
+
 use super::error::Problems;
 use super::manifest::Manifest;
 use crate::measurement::dataset::Tracks;

@@ -10,6 +10,7 @@ pub mod design;
 mod drawing;
 mod frame;
 mod panels;
+pub mod paths;
 mod points;
 pub mod precision;
 mod series;

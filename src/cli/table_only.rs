@@ -1,0 +1,114 @@
+//! A table in the place of a data set: what a dataset.toml would say comes from the file and the command line.
+
+use std::path::Path;
+
+use caromfit::io;
+use caromfit::io::draft;
+use caromfit::measurement::dataset::Dataset;
+
+use super::Failure;
+
+/// What a table without a dataset.toml needs to be told.
+#[derive(clap::Args)]
+pub struct Told {
+    /// Of a table without a dataset.toml: frames per second that the camera recorded at
+    #[arg(long, value_name = "N")]
+    fps: Option<f64>,
+    /// Of a table without a dataset.toml: radius of the balls, m; 0.028575, a pool ball, unless given
+    #[arg(long, value_name = "M")]
+    radius: Option<f64>,
+    /// Of a table without a dataset.toml: the cue ball's spin before the impact
+    #[arg(long, value_parser = ["stun", "natural-roll", "unknown", "measured"])]
+    spin: Option<String>,
+    /// Of a table without a dataset.toml: which track is the cue ball
+    #[arg(long, value_name = "TRACK", requires = "object")]
+    cue: Option<String>,
+    /// Of a table without a dataset.toml: which track is the object ball
+    #[arg(long, value_name = "TRACK", requires = "cue")]
+    object: Option<String>,
+    /// Of a table without a dataset.toml: unit of its lengths
+    #[arg(long, value_parser = ["m", "cm", "mm", "in", "ft", "px"])]
+    unit: Option<String>,
+}
+
+/// Times of a film that was recorded faster than this times what they follow are those of its slow motion.
+pub const SLOW_MOTION: f64 = 1.05;
+
+impl Told {
+    /// Whether anything was told.
+    pub fn is_empty(&self) -> bool {
+        let words = [&self.spin, &self.cue, &self.object, &self.unit];
+        self.fps.is_none() && self.radius.is_none() && words.iter().all(|word| word.is_none())
+    }
+
+    /// The data set, and what was assumed: sentences.
+    pub fn load(&self, table: &Path) -> Result<(Dataset, Vec<String>), Failure> {
+        let mut draft = draft::draft(&[table.to_path_buf()]).map_err(Failure::input)?;
+        let name = table.file_stem().unwrap_or_default().to_string_lossy().into_owned();
+        draft.set_name(&name);
+        let mut said = draft.found.clone();
+        if let Some(fps) = self.fps {
+            draft.fill("capture_fps", &format!("capture_fps = {fps:?}"));
+            if draft.follows.is_some_and(|follows| fps > SLOW_MOTION * follows) {
+                draft.set_playback();
+                said.push(format!(
+                    "Its times are those of slow motion, recorded at {fps} frames per second."
+                ));
+            }
+        }
+        if let Some(spin) = &self.spin {
+            draft.fill("cue_spin", &format!("assume = \"{spin}\""));
+        }
+        if let (Some(cue), Some(object)) = (&self.cue, &self.object) {
+            draft.set_balls(cue, object);
+        }
+        match (&self.unit, draft.blanks.contains(&"length_unit")) {
+            (Some(unit), _) => draft.set_unit(unit),
+            (None, true) => {
+                draft.set_unit("px");
+                said.push("Lengths are taken as pixels: the balls are the ruler (else: --unit).".to_owned());
+            }
+            (None, false) => {}
+        }
+        match self.radius {
+            Some(radius) => draft.set_radius(radius),
+            None if !draft.are_discs => {
+                said.push(
+                    "The balls are taken as pool balls, radius 0.028575 m (else: --radius).".to_owned(),
+                );
+            }
+            None => {}
+        }
+        let tracks = draft.tracks.iter().map(|name| format!("\"{name}\"")).collect::<Vec<_>>().join(", ");
+        let missing: Vec<String> = draft
+            .blanks
+            .iter()
+            .filter_map(|blank| match *blank {
+                "capture_fps" => Some("--fps (what the camera recorded at)".to_owned()),
+                "cue_spin" => Some("--spin (natural-roll, stun or unknown)".to_owned()),
+                "which ball is which" => Some(format!("--cue and --object (of the tracks {tracks})")),
+                "which column is what" => {
+                    Some("a dataset.toml (caromfit init writes a first version)".to_owned())
+                }
+                _ => None,
+            })
+            .collect();
+        if !missing.is_empty() {
+            return Err(Failure::input(format!(
+                "{}: does not say what a fit needs; expected {}, or a dataset.toml",
+                table.display(),
+                missing.join(", ")
+            )));
+        }
+        // messages name the table and the line of what stands for its dataset.toml
+        let place = table.with_file_name(format!("{name} (assumed dataset.toml)"));
+        let mut dataset = io::load_text(&draft.text, &place).map_err(Failure::input)?;
+        dataset.path = table.to_path_buf();
+        Ok((dataset, said))
+    }
+}
+
+/// Whether a path names a table rather than a data set.
+pub fn is_table(path: &Path) -> bool {
+    path.is_file() && path.extension().is_none_or(|extension| !extension.eq_ignore_ascii_case("toml"))
+}

@@ -1,0 +1,356 @@
+//! The verdict on a fit: one word and one sentence that stand first everywhere.
+//!
+//! It is a pure function of the [`Fit`]. What rules the numbers out comes first, then what lets doubt them, the most harmful
+//! first; the first that holds is the verdict.
+
+use super::check;
+use super::check::{Finding, capital};
+use super::diagnostics::goodness::IMPROBABLE;
+use super::doubts::{below_bound, held_exactly};
+use super::{Fit, NoiseVerdict, Rejected, Status};
+use crate::measurement::dataset::ON_REQUEST;
+use crate::measurement::number::{plain, with_error};
+use crate::measurement::parameter::Parameter;
+
+/// Of the shots that were used: more doubtful ones than this part decide the result.
+const MANY_DOUBTFUL: f64 = 0.1;
+
+/// Of all shots: with fewer than this part used, those that were left out may be the rule.
+const FEW_USED: f64 = 0.5;
+
+/// Of the shots: what so many of them show is no accident of one.
+const MANY_SUSPICIOUS: f64 = 0.5;
+
+/// Releasing a bound is worth a doubt when it makes an error this many times as large.
+const WORTH_DOUBTING: f64 = 2.0;
+
+/// Whether the numbers of a fit can be used.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Grade {
+    /// Nothing that was tested speaks against them.
+    Good,
+    /// They stand, with one reservation that the sentence states.
+    Doubtful,
+    /// There are none to use.
+    Unusable,
+}
+
+impl Grade {
+    /// The best first.
+    pub const ALL: [Self; 3] = [Self::Good, Self::Doubtful, Self::Unusable];
+
+    /// As in fit.json.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Good => "good",
+            Self::Doubtful => "doubtful",
+            Self::Unusable => "unusable",
+        }
+    }
+}
+
+/// A grade and the reason for it.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Verdict {
+    pub grade: Grade,
+    /// For a reader: what is determined, the one reason for doubt, or why there is nothing to use.
+    pub sentence: String,
+}
+
+impl Fit {
+    /// Whether the numbers can be used, and the one thing to know about them.
+    #[must_use]
+    pub fn verdict(&self) -> Verdict {
+        if let Some(sentence) = self.ruled_out() {
+            return Verdict { grade: Grade::Unusable, sentence };
+        }
+        if let Some(sentence) = self.first_doubt() {
+            return Verdict { grade: Grade::Doubtful, sentence };
+        }
+        Verdict { grade: Grade::Good, sentence: self.what_is_determined() }
+    }
+
+    /// Why no number can be used.
+    fn ruled_out(&self) -> Option<String> {
+        if let Some(refuted) = &self.refuted {
+            let (what, see) = match self.discs {
+                Some(_) => (
+                    "two rigid discs with constant friction",
+                    " caromfit extract lists what was measured in every shot.",
+                ),
+                None => ("two equal balls with constant friction", ""),
+            };
+            // where something else is wrong, that is why
+            let why = self.cause().or_else(|| self.wrong_footage()).or_else(|| self.doubtful_shots());
+            let measured = refuted.restitution.map(|e| {
+                format!("Measured without the model: e = {}.{see}", with_error(e.value, e.std_error))
+            });
+            let said: Vec<String> = why.into_iter().chain(measured).collect();
+            let sentence = format!(
+                "No collision of {what} describes these shots: χ²/dof is {}, where 1 is expected. {}",
+                plain(refuted.reduced_chi2, 3),
+                said.join(" ")
+            );
+            return Some(sentence.trim_end().to_owned());
+        }
+        if !self.converged {
+            return Some(format!(
+                "The search for the best values came to no end ({}): fix parameters under [fit], or search from more starts \
+                 (--starts 20).",
+                self.termination
+            ));
+        }
+        let free: Vec<_> = self.estimates.iter().filter(|e| e.status != Status::Fixed).collect();
+        let silent = free.iter().all(|e| e.status == Status::NotIdentified);
+        (silent && !free.is_empty()).then(|| {
+            format!("These shots determine none of {}.", listed(free.iter().map(|e| e.parameter.symbol())))
+        })
+    }
+
+    /// The most harmful reason for doubt.
+    fn first_doubt(&self) -> Option<String> {
+        let found = &self.diagnostics;
+        self.wrong_footage()
+            .or_else(|| {
+                let chi2 = found.lower_minimum?;
+                Some(format!(
+                    "A better fit exists elsewhere (χ² {} instead of {}): search from more starts (--starts 20).",
+                    plain(chi2, 4),
+                    plain(self.chi2, 4)
+                ))
+            })
+            .or_else(|| self.unexplained())
+            .or_else(|| self.doubtful_shots())
+            .or_else(|| self.undetermined())
+            .or_else(|| self.few_shots())
+            .or_else(|| self.untrue_errors())
+            .or_else(|| {
+                let trend = found.goodness.as_ref()?.trends.iter().find(|trend| trend.p_corrected < IMPROBABLE)?;
+                Some(format!(
+                    "The residuals of {} change with {}, which chance hardly does: {}.",
+                    trend.quantity,
+                    trend.variable.name(),
+                    trend.meaning()
+                ))
+            })
+    }
+
+    /// What the paths of the balls, or most shots, show to be wrong with the footage or its description.
+    fn wrong_footage(&self) -> Option<String> {
+        let suspicious = &self.diagnostics.suspicious;
+        let many = |finding: &&Finding| {
+            let alike = suspicious.iter().filter(|other| other.kind == finding.kind).count();
+            finding.shot.is_none() || alike as f64 > MANY_SUSPICIOUS * self.shots_used as f64
+        };
+        if let Some(finding) = suspicious.iter().find(many) {
+            let whose =
+                finding.shot.as_ref().map_or(String::new(), |shot| format!("in most shots, as in {shot}, "));
+            return Some(format!("{}.", capital(&format!("{whose}{}", finding.text))));
+        }
+        let camera = self.camera.as_ref().filter(|camera| !camera.converged)?;
+        Some(format!(
+            "The camera could not be calibrated from these {} shots: check radius, capture_fps and which track is which ball, or \
+             state what is known of it under [camera].",
+            camera.shots
+        ))
+    }
+
+    /// What explains the residuals best, unless it was adopted.
+    fn cause(&self) -> Option<String> {
+        let best = self.explanations.first().filter(|best| !best.adopted)?;
+        Some(best.sentence.clone())
+    }
+
+    /// Residuals that the stated noise does not explain.
+    fn unexplained(&self) -> Option<String> {
+        let goodness = self.diagnostics.goodness.as_ref()?;
+        let times = goodness.noise_factor?;
+        match goodness.noise {
+            NoiseVerdict::TooSmall if self.cause().is_some() => self.cause(),
+            NoiseVerdict::TooSmall => Some(format!(
+                "The residuals are {} times as large as the stated noise: the model leaves something out, or the noise and with it \
+                 the errors are larger.",
+                plain(times, 2)
+            )),
+            NoiseVerdict::TooLarge => Some(format!(
+                "The residuals are only {} times as large as the stated noise: the stated errors are too large.",
+                plain(times, 2)
+            )),
+            NoiseVerdict::NotTested | NoiseVerdict::Explains => None,
+        }
+    }
+
+    /// Too many of the shots that were used are doubtful themselves.
+    fn doubtful_shots(&self) -> Option<String> {
+        let first = self.shots_doubtful.first()?;
+        let count = self.shots_doubtful.len();
+        (count as f64 > MANY_DOUBTFUL * self.shots_used as f64).then(|| {
+            format!(
+                "{count} of the {} shots that were used are doubtful; the first is shot {}: {}.",
+                self.shots_used,
+                first.shot,
+                // the details stand in the report
+                first.reason.split([':', ';', '(']).next().unwrap_or_default().trim_end()
+            )
+        })
+    }
+
+    /// A value that these data leave open.
+    fn undetermined(&self) -> Option<String> {
+        let found = &self.diagnostics;
+        if let Some(plateau) = found.plateaus.first() {
+            let symbol = plateau.parameter.symbol();
+            let why = match plateau.parameter {
+                Parameter::Mu if self.discs.is_some() => {
+                    ": the discs stick together where they touch. Thinner hits determine it"
+                }
+                Parameter::Mu => {
+                    ": the balls stick together where they touch. Thinner cuts, or faster shots, determine it"
+                }
+                _ => ": beyond, nothing depends on it",
+            };
+            let side = if plateau.bound >= plateau.edge { "at least" } else { "at most" };
+            return Some(format!("{symbol} is known to be {side} {} only{why}.", plain(plateau.edge, 3)));
+        }
+        let worst = found.identifiability.as_ref().and_then(|found| found.worst.as_ref());
+        if let Some(worst) = worst.filter(|worst| worst.undetermined) {
+            return Some(format!("{}.", capital(&worst.words)));
+        }
+        let at_bound = self.estimates.iter().find_map(|estimate| {
+            let (side, limit) = match (estimate.status, estimate.interval_95) {
+                (Status::AtLowerBound, Some([_, high])) => {
+                    ("lower", format!(" (at most {} at 95 %)", plain(high, 2)))
+                }
+                (Status::AtUpperBound, Some([low, _])) => {
+                    ("upper", format!(" (at least {} at 95 %)", plain(low, 2)))
+                }
+                (Status::AtLowerBound, None) => ("lower", String::new()),
+                (Status::AtUpperBound, None) => ("upper", String::new()),
+                _ => return None,
+            };
+            let symbol = estimate.parameter.symbol();
+            Some(format!(
+                "{symbol} ends on its {side} bound {}{limit}{}.",
+                plain(estimate.value, 3),
+                self.bound_hides()
+            ))
+        });
+        if at_bound.is_some() {
+            return at_bound;
+        }
+        if let Some(worst) = worst.filter(|worst| worst.weak) {
+            return Some(format!("{}.", capital(&worst.words)));
+        }
+        let (text, _) =
+            found.relations.iter().find(|(text, active)| *active && text.contains(['<', '>', '≤', '≥']))?;
+        Some(format!("The data pull beyond the constraint \"{text}\", which holds with equality."))
+    }
+
+    /// Which parameter is known only if a bound is the truth.
+    fn bound_hides(&self) -> String {
+        let hidden = self.estimates.iter().find_map(|estimate| {
+            let (released, conditional) = (estimate.std_error?, estimate.std_error_at_bound?);
+            let (conditions, others) = held_exactly(self, estimate.parameter);
+            let hides =
+                released > WORTH_DOUBTING * conditional && !conditions.is_empty() && !others.is_empty();
+            hides.then(|| {
+                format!(
+                    ", and these shots hardly tell {} from {}",
+                    estimate.parameter.symbol(),
+                    others.join(" and ")
+                )
+            })
+        });
+        hidden.unwrap_or_default()
+    }
+
+    /// Too few shots to believe what they agree on.
+    fn few_shots(&self) -> Option<String> {
+        let unwanted = |rejected: &&Rejected| rejected.reason != ON_REQUEST;
+        let rejected: Vec<&Rejected> = self.shots_rejected.iter().filter(unwanted).collect();
+        let (used, all) = (self.shots_used, self.shots_used + rejected.len());
+        if let Some(first) = rejected.first()
+            && (used as f64) < FEW_USED * all as f64
+        {
+            return Some(format!(
+                "Only {used} of {all} shots could be used; the first that was left out is shot {}: {}.",
+                first.shot, first.reason
+            ));
+        }
+        let shots = if used == 1 { "1 shot".to_owned() } else { format!("{used} shots") };
+        if self.dof == 0 {
+            return Some(format!(
+                "There are as many unknown values as measured ones ({shots}): no error can be stated, and nothing tests the model."
+            ));
+        }
+        (used < check::FEW_SHOTS).then(|| {
+            format!(
+                "{} not enough to show how much shots differ.",
+                if used == 1 { "1 shot is".to_owned() } else { format!("{shots} are") }
+            )
+        })
+    }
+
+    /// Errors that are smaller than they should be.
+    fn untrue_errors(&self) -> Option<String> {
+        if self.diagnostics.spins_from_paths {
+            return Some(
+                "The spins were found from the paths alone, and a fit of velocities does not know how uncertain they are: state the \
+                 spins ([cue_spin], markers), or fit all frames (--method joint)."
+                    .to_owned(),
+            );
+        }
+        if !below_bound(self).is_empty() {
+            return Some(
+                "The stated errors are too small, since this footage is too rough for two stages: fit all frames (--method joint)."
+                    .to_owned(),
+            );
+        }
+        self.diagnostics.has_rival.then(|| {
+            "Other values fit nearly as well, and the intervals do not include them: more shots, or a prior, decide.".to_owned()
+        })
+    }
+
+    /// What is determined, and what tests it.
+    fn what_is_determined(&self) -> String {
+        let with = |status: Status| {
+            let alike = self.estimates.iter().filter(move |e| e.status == status);
+            alike.map(|e| e.parameter.symbol()).collect::<Vec<_>>()
+        };
+        let (free, silent) = (with(Status::Free), with(Status::NotIdentified));
+        let (shots, verb) = match self.shots_used {
+            1 => ("1 shot".to_owned(), "determines"),
+            count => (format!("{count} shots"), "determine"),
+        };
+        let what = if free.is_empty() {
+            format!("All parameters were held, and compared with {shots}")
+        } else {
+            format!("{shots} {verb} {}", listed(free.into_iter()))
+        };
+        let goodness = self.diagnostics.goodness.as_ref();
+        let test = match goodness.filter(|goodness| goodness.p_value.is_some() && goodness.dof > 0) {
+            Some(found) => {
+                format!("; the noise explains the residuals (χ²/dof = {:.2})", found.chi2 / found.dof as f64)
+            }
+            None if self.diagnostics.robust.is_some() => "; outlying shots count less".to_owned(),
+            None => "; the noise was estimated from the residuals, so that χ² tests nothing".to_owned(),
+        };
+        let open = if silent.is_empty() {
+            String::new()
+        } else {
+            format!(". They say nothing about {}", listed(silent.into_iter()))
+        };
+        format!("{what}{test}{open}.")
+    }
+}
+
+/// `μ`, `μ and e`, `μ, μ_s and e`.
+fn listed<'a>(symbols: impl Iterator<Item = &'a str>) -> String {
+    let symbols: Vec<&str> = symbols.collect();
+    match symbols.as_slice() {
+        [] => String::new(),
+        [one] => (*one).to_owned(),
+        [others @ .., last] => format!("{} and {last}", others.join(", ")),
+    }
+}

@@ -1,0 +1,151 @@
+//! What `caromfit fit` prints: one line per data set, those that can be used first, each with its verdict.
+
+use super::number::plain;
+use super::table::{aligned, brief, name, parameters, shots, with_unit};
+use crate::fit::{Fit, Grade, Status};
+use crate::measurement::parameter::Parameter;
+
+/// Whether the words of verdicts have colours, as terminals show them.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Colour {
+    On,
+    Off,
+}
+
+impl Colour {
+    /// A word in the colour of a grade (ECMA-48, SGR).
+    fn paint(self, text: &str, grade: Grade) -> String {
+        let code = match grade {
+            Grade::Good => 32,
+            Grade::Doubtful => 33,
+            Grade::Unusable => 31,
+        };
+        match self {
+            Self::On => format!("\u{1b}[{code}m{text}\u{1b}[0m"),
+            Self::Off => text.to_owned(),
+        }
+    }
+}
+
+/// A line of the table and what is said below it.
+struct Line {
+    grade: Grade,
+    cells: Vec<String>,
+    verdict: String,
+    below: Vec<String>,
+}
+
+/// One line per data set, whose labels are folded into it, the best verdict first; below a line the sentence of its verdict
+/// where it is not good, or where it is the only one.
+#[must_use]
+pub fn render(fits: &[Fit], colour: Colour) -> String {
+    if fits.is_empty() {
+        return String::new();
+    }
+    let known = parameters(fits);
+    let mut lines: Vec<Line> = of_datasets(fits).into_iter().map(|fits| line(fits, &known)).collect();
+    lines.sort_by_key(|line| line.grade);
+    if let ([line], [fit]) = (lines.as_mut_slice(), fits)
+        && line.grade == Grade::Good
+    {
+        line.below.insert(0, fit.verdict().sentence);
+    }
+    let symbols = known.iter().map(|parameter| with_unit(parameter.symbol(), parameter.unit(), ", "));
+    let head = ["data set", "shots"].map(str::to_owned).into_iter().chain(symbols);
+    let mut rows: Vec<Vec<String>> = vec![head.chain(["verdict".to_owned()]).collect()];
+    rows.extend(lines.iter().map(|line| line.cells.iter().chain([&line.verdict]).cloned().collect()));
+    let table = aligned(&rows, "");
+    let mut rows = table.lines();
+    let mut text = format!("{}\n", rows.next().unwrap_or_default());
+    for (row, line) in rows.zip(&lines) {
+        let numbers = row.strip_suffix(line.verdict.as_str()).unwrap_or(row);
+        text.push_str(&format!("{numbers}{}\n", colour.paint(&line.verdict, line.grade)));
+        line.below.iter().for_each(|sentence| text.push_str(&format!("    {sentence}\n")));
+    }
+    text + &legend(&lines)
+}
+
+/// The fits of each data set, in their order.
+fn of_datasets(fits: &[Fit]) -> Vec<&[Fit]> {
+    fits.chunk_by(|one, next| one.group.is_some() && next.group.is_some() && one.dataset == next.dataset)
+        .collect()
+}
+
+fn line(fits: &[Fit], known: &[Parameter]) -> Line {
+    if let [fit] = fits {
+        let verdict = fit.verdict();
+        let mut below = Vec::new();
+        if verdict.grade != Grade::Good {
+            below.push(verdict.sentence);
+        }
+        below.extend(fit.camera.as_ref().and_then(|camera| camera.sentence()));
+        let cells = known.iter().map(|parameter| brief(fit, *parameter));
+        return Line {
+            grade: verdict.grade,
+            cells: [name(fit), shots(fit)].into_iter().chain(cells).collect(),
+            verdict: verdict.grade.name().to_owned(),
+            below,
+        };
+    }
+    let verdicts: Vec<_> = fits.iter().map(|fit| (fit, fit.verdict())).collect();
+    let count = |grade: Grade| verdicts.iter().filter(|(_, verdict)| verdict.grade == grade).count();
+    let counted = Grade::ALL.into_iter().map(|grade| (grade, count(grade))).filter(|(_, count)| *count > 0);
+    let verdict: Vec<String> = counted.map(|(grade, count)| format!("{count} {}", grade.name())).collect();
+    // as good as the better half of its labels
+    let mut grades: Vec<Grade> = verdicts.iter().map(|(_, verdict)| verdict.grade).collect();
+    grades.sort_unstable();
+    let grade = grades.get(fits.len() / 2).copied().unwrap_or(Grade::Good);
+    let below = verdicts.iter().find(|(_, verdict)| verdict.grade != Grade::Good).map(|(fit, verdict)| {
+        let label = fit.group.as_ref().map_or("", |(_, label)| label);
+        match fits.len() - count(Grade::Good) {
+            1 => format!("{label}: {}", verdict.sentence),
+            others => format!("{label}, the first of {others}: {}", verdict.sentence),
+        }
+    });
+    let title = fits.first().map_or(String::new(), |fit| format!("{} ({} labels)", fit.dataset, fits.len()));
+    let used: usize = fits.iter().map(|fit| fit.shots_used).sum();
+    let cells = known.iter().map(|parameter| range(fits, *parameter));
+    Line {
+        grade,
+        cells: [title, used.to_string()].into_iter().chain(cells).collect(),
+        verdict: verdict.join(", "),
+        below: below.into_iter().collect(),
+    }
+}
+
+/// From where to where a parameter goes over the labels that can be used; where all say the same, that.
+fn range(fits: &[Fit], parameter: Parameter) -> String {
+    let usable = || fits.iter().filter(|fit| fit.verdict().grade != Grade::Unusable);
+    let mut cells: Vec<String> = usable().map(|fit| brief(fit, parameter)).collect();
+    cells.dedup();
+    if let [one] = cells.as_slice() {
+        return one.clone();
+    }
+    let own = |fit: &Fit| fit.estimates.iter().find(|e| e.parameter == parameter).copied();
+    let values =
+        usable().filter_map(own).filter(|e| !matches!(e.status, Status::NotIdentified)).map(|e| e.value);
+    let (low, high) =
+        values.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), x| (low.min(x), high.max(x)));
+    let [low_text, high_text] = [low, high].map(|end| plain(end, 3));
+    match (low > high, low_text == high_text) {
+        (true, _) => "–".to_owned(),
+        (_, true) => low_text,
+        _ => format!("{low_text} to {high_text}"),
+    }
+}
+
+/// What the marks of the table mean, as far as it has them.
+fn legend(lines: &[Line]) -> String {
+    let has =
+        |mark: &str| lines.iter().flat_map(|line| line.cells.iter().skip(1)).any(|cell| cell.contains(mark));
+    let marks = [
+        ("±", "±: one standard error"),
+        ("≥", "≥: every larger value fits equally"),
+        ("≤", "≤: every smaller value fits equally"),
+        ("–", "–: not determined by these shots"),
+        ("(bound)", "(bound): at the end of the allowed range"),
+        ("no error", "no error: nothing to tell it from"),
+    ];
+    let said: Vec<&str> = marks.iter().filter(|(mark, _)| has(mark)).map(|(_, words)| *words).collect();
+    if said.is_empty() { String::new() } else { format!("\n{}\n", said.join("; ")) }
+}

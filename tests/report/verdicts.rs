@@ -1,0 +1,205 @@
+//! The verdict on a fit, of every kind of doubt, and the table that it stands in.
+
+use caromfit::fit::check::{Finding, Kind};
+use caromfit::fit::{
+    Combination, Estimate, Fit, Grade, Identifiability, Method, NoiseVerdict, Plateau, Refuted, Rejected,
+    Status, Trend, Variable,
+};
+use caromfit::measurement::parameter::Parameter;
+use caromfit::report::overview::{Colour, render};
+use caromfit::report::{json, text};
+
+use super::fits::{exact, normal, restricted};
+
+type Change = fn(&mut Fit);
+
+fn rejected(shot: &str) -> Rejected {
+    Rejected { shot: shot.to_owned(), reason: "no impact found".to_owned() }
+}
+
+fn refute(fit: &mut Fit) {
+    fit.refuted =
+        Some(Refuted { reduced_chi2: 25.7, p_value: 0.0, if_model_held: Vec::new(), restitution: None });
+}
+
+fn not_identified(fit: &mut Fit) {
+    fit.estimates.iter_mut().for_each(|e| (e.status, e.std_error) = (Status::NotIdentified, None));
+}
+
+fn noise(fit: &mut Fit, verdict: NoiseVerdict, factor: f64) {
+    let goodness = fit.diagnostics.goodness.as_mut().unwrap();
+    (goodness.noise, goodness.noise_factor) = (verdict, Some(factor));
+}
+
+fn trend(fit: &mut Fit) {
+    let found = Trend {
+        quantity: "throw",
+        variable: Variable::Speed,
+        slope: -1.0,
+        p_value: 1e-5,
+        p_corrected: 1e-4,
+        significant: true,
+        words: "throw residuals fall with speed".to_owned(),
+    };
+    fit.diagnostics.goodness.as_mut().unwrap().trends = vec![found];
+}
+
+fn weak(fit: &mut Fit, undetermined: bool) {
+    let worst = Combination {
+        terms: Vec::new(),
+        weak: true,
+        undetermined,
+        determined: None,
+        words: "only the product μ·μ_s is determined".to_owned(),
+    };
+    fit.diagnostics.identifiability = Some(Identifiability {
+        parameters: Vec::new(),
+        singular_values: Vec::new(),
+        condition: 1e3,
+        worst: Some(worst),
+        silent: Vec::new(),
+    });
+}
+
+fn suspicious(fit: &mut Fit, shots: usize) {
+    let finding =
+        |shot| Finding { shot, text: "the balls may be mixed up".to_owned(), kind: Kind::Direction };
+    fit.diagnostics.suspicious = (0..shots).map(|i| finding(Some(i.to_string()))).collect();
+}
+
+/// Every kind of doubt, the most harmful first: each is said whatever stands below it.
+const KINDS: [(Grade, &str, Change); 19] = [
+    (Grade::Unusable, "χ²/dof is 25.7, where 1 is expected", refute),
+    (Grade::Unusable, "came to no end (the cost no longer falls)", |fit| fit.converged = false),
+    (Grade::Unusable, "determine none of μ, μ_s and e", not_identified),
+    (Grade::Doubtful, "In most shots, as in 0, the balls may be mixed up.", |fit| suspicious(fit, 6)),
+    (Grade::Doubtful, "A better fit exists elsewhere (χ² 5 instead of 7)", |fit| {
+        fit.diagnostics.lower_minimum = Some(5.0);
+    }),
+    (Grade::Doubtful, "The residuals are 1.5 times as large as the stated noise", |fit| {
+        noise(fit, NoiseVerdict::TooSmall, 1.5);
+    }),
+    (Grade::Doubtful, "The residuals are only 0.4 times", |fit| noise(fit, NoiseVerdict::TooLarge, 0.4)),
+    (Grade::Doubtful, "2 of the 10 shots that were used are doubtful; the first is shot 3", |fit| {
+        fit.shots_doubtful = vec![rejected("3"), rejected("4")];
+    }),
+    (
+        Grade::Doubtful,
+        "μ is known to be at least 0.085 only: the balls stick together where they touch",
+        |fit| {
+            fit.diagnostics.plateaus = vec![Plateau { parameter: Parameter::Mu, edge: 0.085, bound: 0.5 }];
+        },
+    ),
+    (Grade::Doubtful, "Only the product μ·μ_s is determined.", |fit| weak(fit, true)),
+    (Grade::Doubtful, "μ_s ends on its lower bound 0 (at most 0.03 at 95 %).", |fit| {
+        let own = &mut fit.estimates[1];
+        *own = Estimate { value: 0.0, status: Status::AtLowerBound, std_error: None, ..*own };
+        own.interval_95 = Some([0.0, 0.03]);
+    }),
+    (Grade::Doubtful, "Only the product μ·μ_s is determined.", |fit| weak(fit, false)),
+    (Grade::Doubtful, "beyond the constraint \"e <= 1 - mu\"", |fit| {
+        fit.diagnostics.relations = vec![("e <= 1 - mu".to_owned(), true)];
+    }),
+    (Grade::Doubtful, "Only 10 of 21 shots could be used; the first that was left out is shot 7", |fit| {
+        fit.shots_rejected = (7..18).map(|i| rejected(&i.to_string())).collect();
+    }),
+    (Grade::Doubtful, "as many unknown values as measured ones (10 shots)", |fit| fit.dof = 0),
+    (Grade::Doubtful, "4 shots are not enough", |fit| fit.shots_used = 4),
+    (Grade::Doubtful, "spins were found from the paths alone", Fit::warn_of_spins_from_paths),
+    (Grade::Doubtful, "Other values fit nearly as well", |fit| fit.diagnostics.has_rival = true),
+    (
+        Grade::Doubtful,
+        "residuals of throw change with speed, which chance hardly does: friction is not",
+        trend,
+    ),
+];
+
+#[test]
+fn every_doubt_is_said_and_the_most_harmful_first() {
+    let good = normal().verdict();
+    assert_eq!(good.grade, Grade::Good);
+    assert_eq!(
+        good.sentence,
+        "10 shots determine μ, μ_s and e; the noise explains the residuals (χ²/dof = 1.00)."
+    );
+    let mut all = normal();
+    for (grade, fragment, change) in KINDS.into_iter().rev() {
+        let mut fit = normal();
+        change(&mut fit);
+        let alone = fit.verdict();
+        assert_eq!(alone.grade, grade, "{fragment}: {alone:?}");
+        assert!(alone.sentence.contains(fragment) && alone.sentence.ends_with('.'), "{fragment}: {alone:?}");
+        // errors below the bound of two stages, and what is excluded by what was set before, apart
+        change(&mut all);
+        assert!(all.verdict().grade >= grade);
+    }
+    assert_eq!(all.verdict().grade, Grade::Unusable);
+    assert!(all.verdict().sentence.contains(KINDS[0].1));
+}
+
+/// What is rare or does no harm lets the numbers stand.
+#[test]
+fn a_single_odd_shot_is_no_doubt_about_all() {
+    let mut fit = normal();
+    suspicious(&mut fit, 5);
+    fit.shots_doubtful = vec![rejected("3")];
+    fit.shots_rejected = vec![rejected("11")];
+    assert_eq!(fit.verdict(), normal().verdict());
+    // what stun shots cannot tell is no fault of theirs
+    fit.estimates[1].status = Status::NotIdentified;
+    let verdict = fit.verdict();
+    assert_eq!(verdict.grade, Grade::Good);
+    assert!(verdict.sentence.ends_with("They say nothing about μ_s."), "{verdict:?}");
+    fit.method = Method::TwoStage;
+    fit.diagnostics.bound = Some(caromfit::fit::Bound { std_errors: vec![(Parameter::Mu, 0.01)], shots: 10 });
+    assert!(fit.verdict().sentence.contains("too rough for two stages"));
+    fit.method = Method::Joint;
+    assert_eq!(fit.verdict().grade, Grade::Good);
+}
+
+#[test]
+fn it_stands_first_in_every_output() {
+    let fit = restricted();
+    let sentence = "μ ends on its lower bound 0 (at most 0.013 at 95 %).";
+    assert_eq!(text::render(&fit).lines().nth(1), Some(format!("Verdict: doubtful. {sentence}").as_str()));
+    let value: serde_json::Value = serde_json::from_str(&json::render(&fit).unwrap()).unwrap();
+    assert_eq!(value["verdict"], serde_json::json!({"grade": "doubtful", "sentence": sentence}));
+    let page = super::page(&fit);
+    let (verdict, table) = (page.find("class=\"verdict doubtful\"").unwrap(), page.find("<table").unwrap());
+    let wrong = page.find("What could be wrong").unwrap();
+    assert!(verdict < table && table < wrong);
+}
+
+/// One line a data set, the best first; a label does not hide another.
+#[test]
+fn the_table_is_short_and_shows_what_is_good_first() {
+    let mut labels = [restricted(), restricted(), restricted()];
+    labels[1] = Fit { group: Some(("chalk".to_owned(), "old".to_owned())), ..normal() };
+    labels[2] = Fit { group: Some(("chalk".to_owned(), "none".to_owned())), ..normal() };
+    labels[2].estimates[0].value = 0.2;
+    let mut fits = vec![exact()];
+    fits.extend(labels);
+    fits.push(Fit { dataset: "lab-b".to_owned(), ..normal() });
+    let expected = "\
+data set          shots  μ                μ_s            e                verdict
+lab-a (3 labels)  30     0 to 0.2         0.31           0.94 to 0.941    2 good, 1 doubtful
+    fresh, blue: μ ends on its lower bound 0 (at most 0.013 at 95 %).
+lab-b             10     0.1014 ± 0.0027  0.310 ± 0.046  0.9412 ± 0.0039  good
+one-shot          1      –                –              –                unusable
+    The search for the best values came to no end (the cost no longer falls): fix parameters under [fit], or search from \
+more starts (--starts 20).
+
+±: one standard error; –: not determined by these shots
+";
+    assert_eq!(render(&fits, Colour::Off), expected);
+    let coloured = render(&fits, Colour::On);
+    for painted in
+        ["\u{1b}[32m2 good, 1 doubtful\u{1b}[0m", "\u{1b}[32mgood\u{1b}[0m", "\u{1b}[31munusable\u{1b}[0m"]
+    {
+        assert!(coloured.contains(painted), "{coloured}");
+    }
+    // alone, a good one says why
+    let alone = render(&[normal()], Colour::Off);
+    assert!(alone.contains("\n    10 shots determine μ, μ_s and e;"), "{alone}");
+    assert_eq!(render(&[], Colour::Off), "");
+}

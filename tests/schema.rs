@@ -1,0 +1,138 @@
+//! `caromfit schema` against what is really written, and the page that reads it with pandas.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+use serde_json::Value;
+
+fn schema(of: &str) -> Value {
+    let output = Command::new(env!("CARGO_BIN_EXE_caromfit")).args(["schema", of]).output().unwrap();
+    assert!(output.status.success());
+    serde_json::from_slice(&output.stdout).unwrap()
+}
+
+fn type_of(value: &Value) -> &'static str {
+    match value {
+        Value::Null => "null",
+        Value::Bool(_) => "boolean",
+        Value::Number(_) => "number",
+        Value::String(_) => "string",
+        Value::Array(_) => "array",
+        Value::Object(_) => "object",
+    }
+}
+
+/// The keywords that the schemas use. A key that a schema does not describe is wrong here, though it allows it.
+fn check(schema: &Value, value: &Value, at: &str, wrong: &mut Vec<String>) {
+    let has = |words: &Value| match words {
+        Value::Array(words) => words.iter().any(|word| word == type_of(value)),
+        word => word == type_of(value),
+    };
+    if !schema.get("type").is_none_or(has) {
+        wrong.push(format!("{at}: {} is not {}", type_of(value), schema["type"]));
+    }
+    if let Some(known) = schema.get("enum").and_then(Value::as_array)
+        && !known.contains(value)
+    {
+        wrong.push(format!("{at}: {value} is not of {known:?}"));
+    }
+    for key in schema.get("required").and_then(Value::as_array).into_iter().flatten() {
+        if value.as_object().is_some_and(|object| !object.contains_key(key.as_str().unwrap())) {
+            wrong.push(format!("{at}: {key} is missing"));
+        }
+    }
+    for (key, inner) in value.as_object().into_iter().flatten() {
+        let at = format!("{at}.{key}");
+        if let Some(names) = schema.get("propertyNames") {
+            check(names, &Value::from(key.as_str()), &at, wrong);
+        }
+        let described = schema.get("properties").and_then(|own| own.get(key));
+        match described.or(schema.get("additionalProperties")) {
+            Some(schema) => check(schema, inner, &at, wrong),
+            None => wrong.push(format!("{at}: is not described")),
+        }
+    }
+    for (i, inner) in value.as_array().into_iter().flatten().enumerate() {
+        if let Some(items) = schema.get("items") {
+            check(items, inner, &format!("{at}[{i}]"), wrong);
+        }
+    }
+}
+
+fn stored(folder: &Path, name: &str, found: &mut Vec<PathBuf>) {
+    for entry in fs::read_dir(folder).unwrap() {
+        let path = entry.unwrap().path();
+        if path.is_dir() {
+            stored(&path, name, found);
+        } else if path.file_name().is_some_and(|own| own == name) {
+            found.push(path);
+        }
+    }
+}
+
+/// All stored results, of every kind of data.
+#[test]
+fn stored_results_are_as_the_schema_describes_them() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("fits");
+    for (of, least) in [("fit", 20), ("compare", 2)] {
+        let (schema, mut found) = (schema(of), Vec::new());
+        stored(&root, &format!("{of}.json"), &mut found);
+        assert!(found.len() >= least, "{} of {of}", found.len());
+        for path in found {
+            let value: Value = serde_json::from_str(&fs::read_to_string(&path).unwrap()).unwrap();
+            let mut wrong = Vec::new();
+            check(&schema, &value, "", &mut wrong);
+            assert!(wrong.is_empty(), "{}: {wrong:#?}", path.display());
+        }
+    }
+}
+
+/// The checker finds what is wrong.
+#[test]
+fn a_wrong_document_is_found() {
+    let schema = schema("fit");
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("fits/domenech-2023/fit.json");
+    let right: Value = serde_json::from_str(&fs::read_to_string(path).unwrap()).unwrap();
+    let found = |change: &dyn Fn(&mut Value)| {
+        let mut value = right.clone();
+        change(&mut value);
+        let mut wrong = Vec::new();
+        check(&schema, &value, "", &mut wrong);
+        wrong.concat()
+    };
+    assert_eq!(found(&|_| {}), "");
+    assert!(found(&|fit| fit["verdict"]["grade"] = "fair".into()).contains(".verdict.grade"));
+    assert!(found(&|fit| fit["chi2"] = "7".into()).contains(".chi2: string"));
+    assert!(
+        found(&|fit| fit["parameters"]["nu"] = right["parameters"]["mu"].clone()).contains(".parameters.nu")
+    );
+    assert!(found(&|fit| fit["new"] = 1.into()).contains(".new: is not described"));
+    assert!(
+        found(&|fit| _ = fit.as_object_mut().unwrap().remove("verdict")).contains("\"verdict\" is missing")
+    );
+}
+
+/// The Python of the guide runs where there is pandas.
+#[test]
+fn the_guide_s_python_reads_the_tables() {
+    let has_pandas = Command::new("python3").args(["-c", "import pandas"]).output();
+    if !has_pandas.is_ok_and(|output| output.status.success()) {
+        eprintln!("no python3 with pandas here: not tried");
+        return;
+    }
+    let folder = tempfile::tempdir().unwrap();
+    let run = |args: &[&str]| {
+        let output =
+            Command::new(env!("CARGO_BIN_EXE_caromfit")).args(args).current_dir(&folder).output().unwrap();
+        assert!(output.status.success(), "{output:?}");
+    };
+    run(&["example", "demo"]);
+    run(&["fit", "demo/balls"]);
+    let page = caromfit::guide::TOPICS.iter().find(|topic| topic.name == "results").unwrap().text;
+    let python = page.split("```python\n").nth(1).unwrap().split("```").next().unwrap();
+    let output = Command::new("python3").args(["-c", python]).current_dir(&folder).output().unwrap();
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    let said = String::from_utf8(output.stdout).unwrap();
+    assert!(said.starts_with("good 0.0") && said.contains("speed_m_s"), "{said}");
+}
