@@ -27,7 +27,7 @@ const MAX_ROBUST_ROUNDS: usize = 500;
 /// A shot's weight never vanishes, so that its distance can be told from its weighted residuals.
 const LEAST_WEIGHT: f64 = 1e-12;
 
-/// Inputs of shots that are best at a kink are held on one side of it from this round on.
+/// Shots whose inputs have several minima stay with theirs from this round on.
 const HOLD_FROM: usize = 4;
 
 /// How the observations are weighted.
@@ -210,7 +210,7 @@ pub(super) fn solve(
                         model: &sample.model,
                         coefficients: &held[i],
                         estimated: &sds[i],
-                        hold: if round >= HOLD_FROM { Hold::AtKinks } else { Hold::None },
+                        hold: if round >= HOLD_FROM { Hold::Near } else { Hold::None },
                         shared_errors: &sample.shared_errors,
                         shared: &x.as_slice()[shared[i].clone()],
                     };

@@ -29,8 +29,8 @@ const MAX_ROUNDS: usize = 60;
 /// Weights rest when no estimated standard deviation and no parameter moves by more than this part.
 const AT_REST: f64 = 1e-10;
 
-/// Where errors of the inputs are large and collisions curved, rounds gain less: from this one on the weights rest within this
-/// part of a standard error.
+/// Where errors of the inputs are large and collisions curved, rounds gain less: from this one on shots with several minima stay
+/// with theirs, and the weights rest within this part of a standard error.
 const PATIENCE: usize = 15;
 const SLOW_AT_REST: f64 = 1e-5;
 
@@ -39,13 +39,10 @@ const SLOW_AT_REST: f64 = 1e-5;
 const ERRORS_AT_KINK: f64 = 0.01;
 const CHANGE_AT_KINK: f64 = 1e-4;
 
-/// Or after so many rounds at a kink within a tenth of a standard error; after so many more the search gives up.
+/// Or after so many rounds at a kink within this part of a standard error; after so many more the search gives up.
 const ROUNDS_AT_KINK: usize = 8;
+const MORE_ERRORS_AT_KINK: f64 = 0.1;
 const MOST_AT_KINK: usize = 16;
-
-/// Inputs of shots that are best at a kink are held on one side of it once the parameters move by less than this part of a
-/// standard error.
-const HELD_FROM: f64 = 0.1;
 
 /// The weights of a robust loss rest later: a shot at the edge of its loss makes each round gain less.
 const ROBUST_AT_REST: f64 = 1e-8;
@@ -381,8 +378,8 @@ impl Search<'_> {
                     *weight = new;
                 }
             }
-            if round > 0 && in_errors < HELD_FROM {
-                hold = hold.max(Hold::AtKinks);
+            if round >= PATIENCE {
+                hold = hold.max(Hold::Near);
             }
             if round >= MAX_ROUNDS / 2 {
                 hold = Hold::All;
@@ -390,7 +387,7 @@ impl Search<'_> {
             at_kinks += usize::from(at_kink);
             let by_turns = at_kink
                 && (in_errors < ERRORS_AT_KINK && changed < CHANGE_AT_KINK
-                    || at_kinks >= ROUNDS_AT_KINK && in_errors < HELD_FROM);
+                    || at_kinks >= ROUNDS_AT_KINK && in_errors < MORE_ERRORS_AT_KINK);
             let slow = round >= PATIENCE && in_errors.max(changed) < SLOW_AT_REST;
             let rest = !weights_move || moved.max(changed) < at_rest || by_turns || slow;
             if rest && loss != last {

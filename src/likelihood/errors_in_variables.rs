@@ -10,35 +10,30 @@
 //! the minimum is dᵀC⁻¹d with d = f(ξ̂) + G(x − ξ̂) − y and C = [G, −1] Σ [G, −1]ᵀ, and its derivative by the parameters
 //! that of d at fixed ξ̂ and G. Taken at x instead of ξ̂, d and ∂f/∂θ would err together, and bias the fit.
 //!
+//! f has kinks ([`super::kinks`]), and the sum may have a minimum on either side of one, or at it. All are looked for that
+//! are in reach, and the least is taken: what is left depends on the parameters only, and follows them without kinks.
+//!
 //! - Fuller, W. A. (1987). Measurement Error Models. Wiley. Section 3.2.
 //! - Boggs, P. T., Byrd, R. H. and Schnabel, R. B. (1987). A stable and efficient algorithm for nonlinear orthogonal
 //!   distance regression. SIAM J. Sci. Stat. Comput. 8, 1052–1078.
 
-use nalgebra::{DMatrix, SMatrix, SVector};
-
-use super::prediction::{INPUTS, MAX_OBSERVABLES, Plan, Prediction, difference};
-use crate::measurement::dataset::Joint;
+use super::kinks::{Kink, Kinks};
+use super::prediction::{INPUTS, Plan, Prediction};
+use super::shot_errors::{Errors, OfShot, Point, Units};
+use crate::physics::ball::Ball;
 use crate::physics::collision::{Coefficients, Model};
-
-/// Errors of a shot's inputs in units in which they are independent and of variance 1.
-pub type Units = SVector<f64, INPUTS>;
-
-type ByUnits = SMatrix<f64, MAX_OBSERVABLES, INPUTS>;
-type Observed = SVector<f64, MAX_OBSERVABLES>;
 
 /// Inputs rest when a step is shorter than this, in standard errors: it moves parameters by a hundredth of it in theirs.
 const AT_REST: f64 = 1e-6;
 
 /// Steps for one shot; those that are left are taken when the parameters have moved.
-const MAX_STEPS: usize = 20;
+const MAX_STEPS: usize = 30;
 
-/// A step is halved so often before it is taken to end at a kink, as one is that is still longer than this after all steps.
+/// A step is halved at most so often.
 const MAX_HALVINGS: usize = 12;
-const UNSETTLED: f64 = 1e-2;
 
-/// Inputs whose best place is a kink are taken this part of the last step before it, so that what follows is that of one
-/// side, also when the parameters move a little.
-const BEFORE_KINK: f64 = 0.5;
+/// The other sides of kinks are looked at anew from a lower minimum, at most so often.
+const MAX_CROSSINGS: usize = 3;
 
 /// The spin's place among the inputs, and where else it is looked for, in standard errors.
 const SPIN: usize = 3;
@@ -47,121 +42,33 @@ const ELSEWHERE: [f64; 4] = [-2.0, -1.0, 1.0, 2.0];
 /// Spins that err by less than this part of the natural roll's, as those that markers show, leave one minimum.
 const LARGE: f64 = 0.01;
 
+/// The kinks of a prediction, in the order of [`super::prediction::Contact::side`].
+const TOPSPIN: usize = 0;
+const STICKS: usize = 1;
+
+/// Inputs on both sides of a kink are so near to each other, in standard errors, that its slopes are those at the kink;
+const WIDTH: f64 = 1e-9;
+/// those on it are looked for in steps that grow by this factor up to so far away.
+const WIDER: f64 = 8.0;
+const FARTHEST: f64 = 2.0;
+
+/// Slopes that differ by less than this part of them across a kink differ by their curvature.
+const NO_KINK: f64 = 1e-6;
+
+/// The rough friction at which sticking sets in errs by less than this factor,
+const ABOUT: f64 = 1.25;
+/// and where it sets in is passed by at most this part of the reach.
+const COARSE: f64 = 0.02;
+
 /// A sum that rises by this part of itself, or of 1, is rounding.
 const ROUNDING: f64 = 1e-13;
 
-/// A variance of which less than this part is left, given the inputs before it, follows from these.
-const DEPENDENT: f64 = 1e-12;
-
-/// Errors that inputs and observations have together: inputs err by F t, observations by A t and a rest of their own,
-/// with t independent and of variance 1. Partial Cholesky factor of the joint covariance.
-#[derive(Clone, Debug)]
-pub struct Together {
-    factor: SMatrix<f64, INPUTS, INPUTS>,
-    carried: DMatrix<f64>,
-    /// L⁻¹ of the rest's covariance.
-    rest: DMatrix<f64>,
-}
-
-impl Together {
-    /// `None` where an observation's errors leave nothing of its own.
-    #[must_use]
-    pub fn new(joint: &Joint) -> Option<Self> {
-        let sigma = &joint.covariance;
-        let all = sigma.nrows();
-        let mut l = DMatrix::zeros(all, Joint::BEFORE);
-        for column in 0..Joint::BEFORE {
-            let own = l.row(column).norm_squared();
-            let pivot: f64 = sigma[(column, column)] - own;
-            if !(pivot > DEPENDENT * sigma[(column, column)]) {
-                continue;
-            }
-            for row in column..all {
-                let known = l.row(row).dot(&l.row(column));
-                l[(row, column)] = (sigma[(row, column)] - known) / pivot.sqrt();
-            }
-        }
-        let carried = l.rows(Joint::BEFORE, all - Joint::BEFORE).into_owned();
-        let after = sigma.view((Joint::BEFORE, Joint::BEFORE), (carried.nrows(), carried.nrows()));
-        let rest: DMatrix<f64> = after - &carried * carried.transpose();
-        let rest = rest.cholesky()?.l();
-        let rest = rest.solve_lower_triangular(&DMatrix::identity(rest.nrows(), rest.nrows()))?;
-        Some(Self { factor: l.fixed_view::<INPUTS, INPUTS>(0, 0).into_owned(), carried, rest })
-    }
-}
-
-/// A shot's errors at some standard deviations of its observations.
-pub struct Errors<'a> {
-    plan: &'a Plan,
-    sds: Observed,
-}
-
-impl<'a> Errors<'a> {
-    /// `sd` tells the standard deviation of a row's observation.
-    pub fn new(plan: &'a Plan, sd: impl Fn(usize) -> f64) -> Self {
-        let count = plan.rows().len();
-        Self { plan, sds: Observed::from_fn(|row, _| if row < count { sd(row) } else { 1.0 }) }
-    }
-
-    /// By how much inputs differ that are `t` from those that were measured.
-    #[must_use]
-    pub fn moved(plan: &Plan, t: &Units) -> SVector<f64, INPUTS> {
-        match plan.together() {
-            Some(together) => together.factor * t,
-            None => plan.variance_in().map(f64::sqrt).component_mul(t),
-        }
-    }
-
-    /// What is left of the observations over their standard errors, where inputs err by `t` and differences are d.
-    fn left(&self, d: &Observed, t: &Units) -> Observed {
-        let count = self.plan.rows().len();
-        let Some(Together { carried, rest, .. }) = self.plan.together() else {
-            return d.component_div(&self.sds);
-        };
-        let mut own = *d;
-        for row in 0..count {
-            own[row] -= (0..INPUTS).map(|k| carried[(row, k)] * t[k]).sum::<f64>();
-        }
-        Observed::from_fn(
-            |row, _| {
-                if row < count { (0..=row).map(|k| rest[(row, k)] * own[k]).sum() } else { 0.0 }
-            },
-        )
-    }
-
-    /// How that changes with t.
-    fn slope(&self, by_inputs: &ByUnits) -> ByUnits {
-        let count = self.plan.rows().len();
-        let mut slope = ByUnits::zeros();
-        match self.plan.together() {
-            None => {
-                let sds = self.plan.variance_in().map(f64::sqrt);
-                for row in 0..count {
-                    for k in 0..INPUTS {
-                        slope[(row, k)] = by_inputs[(row, k)] * sds[k] / self.sds[row];
-                    }
-                }
-            }
-            Some(Together { factor, carried, rest }) => {
-                let by = by_inputs * factor;
-                for row in 0..count {
-                    for k in 0..INPUTS {
-                        let own = (0..=row).map(|j| rest[(row, j)] * (by[(j, k)] - carried[(j, k)]));
-                        slope[(row, k)] = own.sum();
-                    }
-                }
-            }
-        }
-        slope
-    }
-}
-
-/// A shot's inputs as they are estimated, and what is predicted from them.
-struct Point {
-    t: Units,
-    prediction: Prediction,
-    left: Observed,
-    chi2: f64,
+/// Where a sum falls from both sides of a kink.
+enum Leads {
+    Near,
+    Far,
+    /// To the kink.
+    Onto,
 }
 
 /// Inputs that were estimated.
@@ -170,14 +77,13 @@ pub struct Estimated {
     pub t: Units,
     /// The shot's part of χ².
     pub chi2: f64,
-    /// The best place is a kink: where the contact begins to stick, or the cue ball's topspin to press the object ball into
-    /// the cloth. They are on one side of it.
-    pub at_kink: bool,
+    /// Those that the inputs are best at.
+    pub kinks: Kinks,
 }
 
 /// Where the inputs of a shot are looked for besides where they were: a spin that the motion told may err so much that the sum
 /// has several minima. `rolling`: the spin of natural roll, rad/s.
-pub fn elsewhere(plan: &Plan, rolling: f64) -> impl Iterator<Item = Units> {
+fn elsewhere(plan: &Plan, rolling: f64) -> impl Iterator<Item = Units> {
     let errs = move |k: usize| {
         plan.together().is_some_and(|together| together.factor.column(k).amax() > LARGE * rolling)
     };
@@ -186,57 +92,244 @@ pub fn elsewhere(plan: &Plan, rolling: f64) -> impl Iterator<Item = Units> {
 }
 
 /// The inputs that agree best with a shot's measurements at some coefficients, from those of `start`, and what is predicted
-/// of them. `shared` adds to
-/// the differences what the errors do that all shots share.
+/// of them: the least minimum if `everywhere`, else that which is near. `shared` adds to the differences what the errors do
+/// that all shots share.
 #[must_use]
 pub fn estimate(
     errors: &Errors,
     (model, coefficients): (&Model, &Coefficients),
-    start: &Units,
+    (start, everywhere): (&Units, bool),
     shared: impl Fn(&Prediction, usize) -> f64,
 ) -> Option<(Estimated, Prediction)> {
-    let plan = errors.plan;
-    let at = |t: Units| {
-        let prediction = plan.predict_moved(&Errors::moved(plan, &t), model, coefficients).ok()?;
-        let mut d = Observed::zeros();
-        for (row, measurement) in plan.rows().iter().enumerate() {
-            let own = difference(measurement.observable, prediction.values[row], measurement.measured.value);
-            d[row] = own + shared(&prediction, row);
+    let shot = OfShot { errors, model, coefficients, shared };
+    let first = shot.at(*start).or_else(|| shot.at(Units::zeros()))?;
+    let mut best = shot.settled(first)?;
+    if everywhere {
+        let rolling = best.0.prediction.speed / model.ball.radius;
+        let is_lower = |found: &(Point, Kinks), best: &(Point, Kinks)| {
+            found.0.chi2 < best.0.chi2 - ROUNDING * (1.0 + best.0.chi2)
+        };
+        for found in elsewhere(errors.plan(), rolling).filter_map(|t| shot.settled(shot.at(t)?)) {
+            if is_lower(&found, &best) {
+                best = found;
+            }
         }
-        let left = errors.left(&d, &t);
-        let chi2 = t.norm_squared() + left.norm_squared();
-        chi2.is_finite().then_some(Point { t, prediction, left, chi2 })
-    };
-    let mut now = at(*start).or_else(|| at(Units::zeros()))?;
-    let settled = |now: Point| Some((Estimated { t: now.t, chi2: now.chi2, at_kink: false }, now.prediction));
-    for number in 0.. {
-        // min |t|² + |left + slope (t − now)|²
-        let slope = errors.slope(&now.prediction.by_inputs);
-        let normal = SMatrix::<f64, INPUTS, INPUTS>::identity() + slope.tr_mul(&slope);
-        let step = normal.cholesky()?.solve(&slope.tr_mul(&(slope * now.t - now.left))) - now.t;
-        let size = step.amax();
-        if size < AT_REST {
-            return settled(now);
+        for _ in 0..MAX_CROSSINGS {
+            let beyond = shot.beyond_kinks(&best.0, &best.1).into_iter().flatten();
+            let found = beyond.filter_map(|point| shot.settled(point));
+            let least = found.min_by(|a, b| a.0.chi2.total_cmp(&b.0.chi2));
+            let Some(lower) = least.filter(|found| is_lower(found, &best)) else { break };
+            best = lower;
         }
-        let mut part = 1.0;
-        let limit = now.chi2 + ROUNDING * (1.0 + now.chi2);
-        let halvings = if number < MAX_STEPS { MAX_HALVINGS } else { 0 };
-        let next = (0..halvings).find_map(|_| {
-            let next = at(now.t + part * step).filter(|next| next.chi2 <= limit);
-            part *= 0.5;
-            next
-        });
-        match next {
-            Some(next) => now = next,
-            None if size < UNSETTLED => return settled(now),
-            None => {
-                let before = at(now.t - BEFORE_KINK * step).unwrap_or(now);
-                return Some((
-                    Estimated { t: before.t, chi2: before.chi2, at_kink: true },
-                    before.prediction,
-                ));
+    }
+    let (Point { t, chi2, prediction, .. }, kinks) = best;
+    Some((Estimated { t, chi2, kinks }, prediction))
+}
+
+impl<S: Fn(&Prediction, usize) -> f64> OfShot<'_, S> {
+    /// The minimum near some inputs, and the kinks that it is at.
+    fn settled(&self, mut now: Point) -> Option<(Point, Kinks)> {
+        let mut kinks = Kinks::NONE;
+        for _ in 0..MAX_STEPS {
+            let step = self.step(&now, &kinks)?;
+            if step.amax() < AT_REST {
+                let Some((released, rest)) = self.released(&now, &kinks) else { break };
+                (now, kinks) = (released, rest);
+                continue;
+            }
+            let limit = now.chi2 + ROUNDING * (1.0 + now.chi2);
+            let mut part = 1.0;
+            let mut blocked = None;
+            let next = (0..MAX_HALVINGS).find_map(|_| {
+                let tried = self.at(now.t + part * step);
+                part *= 0.5;
+                let (tried, anew) = self.on_kinks(tried?, &kinks)?;
+                if tried.chi2 <= limit {
+                    return Some((tried, anew));
+                }
+                // on the way the sum falls up to a kink
+                let at_kink = blocked.is_none().then(|| self.at_new_kink(&now, &tried, &kinks)).flatten();
+                blocked = blocked.take().or(at_kink.filter(|(point, _)| point.chi2 <= limit));
+                None
+            });
+            let lower =
+                |(point, _): &(Point, Kinks)| next.as_ref().is_none_or(|next| point.chi2 < next.0.chi2);
+            match blocked.filter(lower).or(next) {
+                Some(found) => (now, kinks) = found,
+                None => break,
+            }
+        }
+        Some((now, kinks))
+    }
+
+    /// The kink between two neighbouring inputs on its two sides, towards the second; `None` where the slopes are the same.
+    fn kink(&self, which: usize, near: &Point, far: &Point) -> Option<Kink> {
+        let (near_slopes, far_slopes) = (self.slopes(near), self.slopes(far));
+        // across a kink the slopes differ by w aᵀ, by inputs and parameters alike: f goes on without a leap
+        let (by_units, by_parameters) = (far_slopes.0 - near_slopes.0, far_slopes.1 - near_slopes.1);
+        let row = (0..by_units.nrows())
+            .max_by(|a, b| by_units.row(*a).norm_squared().total_cmp(&by_units.row(*b).norm_squared()))?;
+        let size = by_units.row(row).norm();
+        if !(size > NO_KINK * near_slopes.0.norm()) {
+            return None;
+        }
+        let normal = by_units.row(row).transpose() / size;
+        let sign = normal.dot(&(far.t - near.t)).signum();
+        Some(Kink {
+            which,
+            side: near.prediction.contact.side[which],
+            normal: sign * normal,
+            by_parameters: sign * by_parameters.row(row).transpose() / size,
+        })
+    }
+
+    /// Neighbouring inputs on the line between two, on the sides of the first and of the second.
+    fn between(&self, mut near: Point, mut far: Point, which: usize, width: f64) -> Option<(Point, Point)> {
+        let side = near.prediction.contact.side[which];
+        loop {
+            let length = (far.t - near.t).amax();
+            if !(length > width) {
+                return Some((near, far));
+            }
+            // v_z0 is nearly linear along the line; halves where that does not gain as much
+            let (from, to) = (near.prediction.contact.vertical, far.prediction.contact.vertical);
+            let (part, slack) = (from / (from - to), 0.25 * width / length);
+            let mut places = vec![0.5 * (near.t + far.t)];
+            if which == TOPSPIN && part.is_finite() {
+                let guess = |part: f64| near.t + part.clamp(0.0, 1.0) * (far.t - near.t);
+                places.extend([guess(part + slack), guess(part - slack)]);
+            }
+            while let Some(place) = places.pop().filter(|_| (far.t - near.t).amax() > 0.5 * length) {
+                let middle = self.at(place)?;
+                if middle.prediction.contact.side[which] == side { near = middle } else { far = middle }
+            }
+            if (far.t - near.t).amax() >= length {
+                return Some((near, far));
             }
         }
     }
-    None
+
+    /// Neighbouring inputs on both sides of a kink, on its own side first, from some near it.
+    fn beside(&self, point: &Point, kink: &Kink) -> Option<(Point, Point)> {
+        let contact = &point.prediction.contact;
+        let is_near = contact.side[kink.which] == kink.side;
+        let direction = if is_near { kink.normal } else { -kink.normal };
+        let mut reach = WIDTH;
+        if kink.which == TOPSPIN {
+            let slope = Errors::in_units(self.errors.plan(), &contact.vertical_by_inputs).dot(&direction);
+            reach += (contact.vertical / slope).abs();
+        }
+        while reach < FARTHEST {
+            let other = self.at(point.t + reach * direction)?;
+            if other.prediction.contact.side[kink.which] != contact.side[kink.which] {
+                let (a, b) = self.between(point.clone(), other, kink.which, WIDTH)?;
+                return Some(if is_near { (a, b) } else { (b, a) });
+            }
+            reach *= WIDER;
+        }
+        None
+    }
+
+    /// Inputs moved on to kinks that they are near to, and the kinks there.
+    fn on_kinks(&self, mut point: Point, kinks: &Kinks) -> Option<(Point, Kinks)> {
+        let mut anew = *kinks;
+        // on to the second kink may be a little off the first
+        for _ in 0..kinks.list().len() {
+            for (number, kink) in kinks.list().iter().enumerate() {
+                let (near, far) = self.beside(&point, kink)?;
+                anew = anew.replaced(number, self.kink(kink.which, &near, &far)?)?;
+                point = near;
+            }
+        }
+        Some((point, anew))
+    }
+
+    /// The kink between two inputs, or, where the sum falls on beyond it, the other side of it.
+    fn at_new_kink(&self, now: &Point, tried: &Point, kinks: &Kinks) -> Option<(Point, Kinks)> {
+        let which = kinks.crossed(&now.prediction.contact.side, &tried.prediction.contact.side)?;
+        let (near, far) = self.between(now.clone(), tried.clone(), which, WIDTH)?;
+        let kink = self.kink(which, &near, &far)?;
+        Some(match self.leads_to(&near, &far, &kink, kinks)? {
+            Leads::Near => (near, *kinks),
+            Leads::Far => (far, *kinks),
+            Leads::Onto => (near, kinks.with(kink)?),
+        })
+    }
+
+    /// Where the sum falls from inputs on both sides of a kink, along the others.
+    fn leads_to(&self, near: &Point, far: &Point, kink: &Kink, others: &Kinks) -> Option<Leads> {
+        let forth = kink.normal.dot(&self.step(near, others)?);
+        let back = kink.normal.dot(&self.step(far, others)?);
+        Some(if forth < -AT_REST {
+            Leads::Near
+        } else if back > AT_REST {
+            Leads::Far
+        } else {
+            Leads::Onto
+        })
+    }
+
+    /// Where inputs that rest at kinks go on from when one of these no longer holds them.
+    fn released(&self, now: &Point, kinks: &Kinks) -> Option<(Point, Kinks)> {
+        kinks.list().iter().enumerate().find_map(|(number, kink)| {
+            let others = kinks.without(number);
+            let (near, far) = self.beside(now, kink)?;
+            match self.leads_to(&near, &far, kink, &others)? {
+                Leads::Near => Some((near, others)),
+                Leads::Far => Some((far, others)),
+                Leads::Onto => None,
+            }
+        })
+    }
+
+    /// Inputs on the other sides of kinks at which a shot's part of χ² may be lower.
+    fn beyond_kinks(&self, best: &Point, kinks: &Kinks) -> [Option<Point>; 2] {
+        [self.beyond_no_topspin(best, kinks), self.beyond_sticking(best, kinks)]
+    }
+
+    /// With draw instead of topspin, or the other way.
+    fn beyond_no_topspin(&self, best: &Point, kinks: &Kinks) -> Option<Point> {
+        let contact = &best.prediction.contact;
+        let slope = Errors::in_units(self.errors.plan(), &contact.vertical_by_inputs);
+        let (size, reach) = (slope.norm(), best.chi2.sqrt());
+        let is_within = (contact.vertical - slope.dot(&best.t)).abs() <= reach * size;
+        if kinks.holds(TOPSPIN) || !is_within || !(size > 0.0) {
+            return None;
+        }
+        let across = contact.vertical.abs() / size + WIDTH;
+        let beyond = self.at(best.t - across * contact.vertical.signum() * slope / size)?;
+        (beyond.prediction.contact.side[TOPSPIN] != contact.side[TOPSPIN]).then_some(beyond)
+    }
+
+    /// Where the contact sticks instead of sliding to the end, or the other way.
+    fn beyond_sticking(&self, best: &Point, kinks: &Kinks) -> Option<Point> {
+        let contact = &best.prediction.contact;
+        let slope = Errors::in_units(self.errors.plan(), &contact.log_slip_by_inputs);
+        let (size, reach) = (slope.norm(), best.chi2.sqrt());
+        let middle = contact.log_slip - slope.dot(&best.t);
+        let [least, most] = self.sticks_below();
+        let is_within = middle - reach * size <= most && middle + reach * size >= least;
+        if kinks.holds(STICKS) || !is_within || !(size > 0.0) {
+            return None;
+        }
+        let towards = if contact.side[STICKS] { slope / size } else { -slope / size };
+        let farthest = best.t + (reach - towards.dot(&best.t)) * towards;
+        let farthest = self.at(farthest)?;
+        if farthest.prediction.contact.side[STICKS] == contact.side[STICKS] {
+            return None;
+        }
+        self.between(best.clone(), farthest, STICKS, COARSE * reach).map(|(_, far)| far)
+    }
+
+    /// ln(|v_∥0|/k) below which a contact surely sticks, and above which it surely slides: about μ(1 + e)β, with β between
+    /// β_z and β_y.
+    fn sticks_below(&self) -> [f64; 2] {
+        let Coefficients { mu, mu_s, e } = *self.coefficients;
+        let Ball { inertia: nu, .. } = self.model.ball;
+        let (most_mu, least_mu) = (self.model.law.friction(mu).largest(), mu);
+        let betas = [(1.0 + nu) / nu, (2.0 + nu) / (2.0 * nu), (2.0 + nu - mu_s) / (2.0 * nu)];
+        let least = betas.into_iter().fold(f64::INFINITY, f64::min) * least_mu.min(most_mu);
+        let most = betas.into_iter().fold(0.0, f64::max) * most_mu.max(least_mu);
+        [(least * (1.0 + e) / ABOUT).ln(), (most * (1.0 + e) * ABOUT).ln()]
+    }
 }

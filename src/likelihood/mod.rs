@@ -2,6 +2,9 @@
 pub mod errors_in_variables;
 pub mod fitted;
 pub mod frames;
+mod joint_errors;
+mod kinks;
 pub mod prediction;
 pub mod problem;
+mod shot_errors;
 pub mod whitening;

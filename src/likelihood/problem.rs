@@ -14,8 +14,8 @@ use rayon::prelude::*;
 use super::fitted::{Fitted, SHARE};
 use super::frames::shared_unknowns::{self, SharedUnknown};
 use super::frames::{self, Reduced};
-use super::prediction::{MAX_OBSERVABLES, difference};
-use super::whitening::Whitening;
+use super::prediction::{MAX_OBSERVABLES, Unpredictable, difference};
+use super::whitening::{AtKinks, Whitening};
 use crate::measurement::parameter::{Parameter, Prior, Settings};
 use crate::measurement::values::Values;
 use crate::physics::collision::{Coefficients, Model};
@@ -156,7 +156,8 @@ impl<'a> Problem<'a> {
         let shared = self.whitening.common();
         let offsets = self.whitening.offsets();
         let own_columns = self.free.len();
-        let count = observations + priors + self.whitening.unknowns();
+        let count = observations + priors + self.whitening.unknowns() + self.whitening.kink_rows();
+        let passed = self.whitening.passed(&model, &values.coefficients);
         let columns = self.free.len() + self.whitening.unknowns();
         let mut residuals = DVector::zeros(count);
         let mut jacobian = DMatrix::zeros(count, columns);
@@ -168,7 +169,13 @@ impl<'a> Problem<'a> {
             .enumerate()
             .with_min_len(SHARE)
             .map(|(number, Fitted { plan, .. })| {
-                plan.predict_moved(&self.whitening.moved(number, plan), &model, &values.coefficients)
+                let moved = self.whitening.moved(number, plan, &passed);
+                let mut prediction = plan.predict_moved(&moved, &model, &values.coefficients)?;
+                if let Some(AtKinks { inputs_by_parameters, carried, .. }) = self.whitening.kinks(number) {
+                    prediction.values += carried * passed;
+                    prediction.by_parameters += prediction.by_inputs * inputs_by_parameters + carried;
+                }
+                Ok::<_, Unpredictable>(prediction)
             })
             .collect();
         for (Fitted { plan, .. }, prediction) in self.shots.iter().zip(predictions) {
@@ -212,6 +219,15 @@ impl<'a> Problem<'a> {
         for k in 0..shared.len() {
             residuals[observations + priors + k] = x[own_columns + k];
             jacobian[(observations + priors + k, own_columns + k)] = 1.0;
+        }
+        let kinks = (0..self.shots.len()).filter_map(|number| self.whitening.kinks(number));
+        let off = kinks.flat_map(|kinks| kinks.off.iter().map(|off| (kinks.root_weight, off)));
+        for (k, (root_weight, (off, by_parameters))) in off.enumerate() {
+            let row = count - self.whitening.kink_rows() + k;
+            residuals[row] = root_weight * (off + by_parameters.dot(&passed));
+            for (column, parameter) in self.free.iter().enumerate() {
+                jacobian[(row, column)] = root_weight * by_parameters[*parameter as usize];
+            }
         }
         Point { x: x.clone(), residuals, jacobian }
     }

@@ -3,17 +3,25 @@
 //! A shot's differences d = f(ξ̂) + G(x − ξ̂) − measured, linearised at its inputs ξ̂ as [`super::errors_in_variables`] estimates them,
 //! have the covariance C = diag(σ²) + G C_in Gᵀ: its observations' own variances and what the errors of the measured state
 //! before the impact add, carried over by G = ∂f/∂inputs. With C = LLᵀ the whitened residuals are L⁻¹d.
+//!
+//! Inputs that are best at kinks ([`super::kinks`]) have, in the units t of their errors, orthonormal A and θ the parameters, the
+//! constraint A(t − t̂) + B(θ − θ̂) = 0. Along the kinks they are t̂ − AᵀB(θ − θ̂); with S = ∂d/∂t, d gets S AᵀA t more and C
+//! S AᵀA Sᵀ less; and what they are off along the normals, s = A t̂ − B(θ − θ̂), adds |s|² to χ².
 
-use nalgebra::{DMatrix, DVector, SVector};
+use nalgebra::{DMatrix, DVector, SMatrix, SVector};
 use rayon::prelude::*;
 
 use super::errors_in_variables;
-use super::errors_in_variables::{Errors, Estimated, Units};
+use super::errors_in_variables::Estimated;
 use super::fitted::{Fitted, SHARE};
+use super::kinks::Kinks;
 use super::prediction::{INPUTS, Plan, Prediction, Unpredictable};
+use super::shot_errors::{ByParameters, Errors, Units};
 use crate::measurement::dataset::{Joint, Shared};
 use crate::measurement::observable::Observable;
+use crate::measurement::parameter::Parameter;
 use crate::physics::collision::{Coefficients, Model};
+use crate::physics::friction_law::Law;
 
 /// Standard deviations of observables for which the data give none, SI and radians.
 pub type EstimatedSd = Vec<(Observable, f64)>;
@@ -22,8 +30,8 @@ pub type EstimatedSd = Vec<(Observable, f64)>;
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Hold {
     None,
-    /// Those that were at a kink: they would go from one side to the other.
-    AtKinks,
+    /// They are looked for near where they were only: where a shot has several minima, they stay with one.
+    Near,
     All,
 }
 
@@ -50,11 +58,30 @@ pub struct Whitening {
     /// How the differences of all shots move together when what they share moves by its standard error: for each
     /// error, one number for each observation.
     common: Vec<Vec<f64>>,
+    /// Of each shot whose inputs are at kinks.
+    kinks: Vec<Option<Box<AtKinks>>>,
+    /// The parameters that all this is taken at.
+    at: Parameters,
+}
+
+/// Parameters in the order of [`Parameter::ALL`].
+pub type Parameters = SVector<f64, { Parameter::ALL.len() }>;
+
+/// What follows from inputs that stay on kinks while the parameters move.
+#[derive(Clone, Debug)]
+pub struct AtKinks {
+    /// How the inputs move with the parameters.
+    pub inputs_by_parameters: SMatrix<f64, INPUTS, { Parameter::ALL.len() }>,
+    /// What the differences get besides, through errors that inputs and observations have together.
+    pub carried: ByParameters,
+    /// s at the parameters that the weights are taken at, its derivative, and the root of the shot's weight.
+    pub off: Vec<(f64, Parameters)>,
+    pub root_weight: f64,
 }
 
 /// As they were measured.
 const MEASURED: Estimated =
-    Estimated { t: Units::new(0.0, 0.0, 0.0, 0.0, 0.0, 0.0), chi2: f64::INFINITY, at_kink: false };
+    Estimated { t: Units::new(0.0, 0.0, 0.0, 0.0, 0.0, 0.0), chi2: f64::INFINITY, kinks: Kinks::NONE };
 
 /// A shot's part.
 struct OfShot {
@@ -62,13 +89,31 @@ struct OfShot {
     inputs: Estimated,
     offsets: Vec<f64>,
     common: Vec<Vec<f64>>,
+    kinks: Option<Box<AtKinks>>,
+}
+
+/// The parameters of a collision.
+fn parameters(model: &Model, coefficients: &Coefficients) -> Parameters {
+    let Coefficients { mu, mu_s, e } = *coefficients;
+    let (b, c) = match model.law {
+        Law::Constant => (0.0, 0.0),
+        Law::Exponential { b, c } => (b, c),
+    };
+    Parameters::new(mu, mu_s, e, b, c)
 }
 
 impl Whitening {
     /// Of frames, which are weighted as they are.
     #[must_use]
     pub fn none() -> Self {
-        Self { inverse: Vec::new(), inputs: Vec::new(), offsets: Vec::new(), common: Vec::new() }
+        Self {
+            inverse: Vec::new(),
+            inputs: Vec::new(),
+            offsets: Vec::new(),
+            common: Vec::new(),
+            kinks: Vec::new(),
+            at: Parameters::zeros(),
+        }
     }
 
     /// With inputs estimated anew from where they were, or from what was measured. Errors that all shots share are in
@@ -76,18 +121,21 @@ impl Whitening {
     /// standard deviation 1. `None` where a prediction fails or a covariance is not positive definite.
     #[must_use]
     pub fn new(shots: &[Fitted], at: &At, before: Option<&Self>) -> Option<Self> {
+        let now = parameters(at.model, at.coefficients);
         let of_shot = |(number, shot): (usize, &Fitted)| {
-            let start = before.and_then(|before| before.inputs.get(number)).copied();
-            OfShot::new(&shot.plan, at, start.unwrap_or(MEASURED))
+            let start = before.and_then(|before| before.followed(number, &now));
+            OfShot::new(&shot.plan, at, &start.unwrap_or(MEASURED))
         };
         let all: Option<Vec<OfShot>> =
             shots.par_iter().enumerate().with_min_len(SHARE).map(of_shot).collect();
         let mut whitening = Self::none();
         whitening.common = vec![Vec::new(); at.shared_errors.len()];
+        whitening.at = now;
         for own in all? {
             whitening.inverse.extend(own.inverse);
             whitening.inputs.push(own.inputs);
             whitening.offsets.extend(own.offsets);
+            whitening.kinks.push(own.kinks);
             for (all, own) in whitening.common.iter_mut().zip(own.common) {
                 all.extend(own);
             }
@@ -107,7 +155,37 @@ impl Whitening {
             }
             rest = others;
         }
+        for (kinks, weight) in self.kinks.iter_mut().zip(weights) {
+            if let Some(kinks) = kinks {
+                kinks.root_weight = weight.sqrt();
+            }
+        }
         self
+    }
+
+    /// What the inputs of a shot are at, if that is kinks.
+    #[must_use]
+    pub fn kinks(&self, number: usize) -> Option<&AtKinks> {
+        self.kinks.get(number)?.as_deref()
+    }
+
+    /// How many residuals the kinks of all shots add.
+    #[must_use]
+    pub fn kink_rows(&self) -> usize {
+        self.kinks.iter().flatten().map(|kinks| kinks.off.len()).sum()
+    }
+
+    /// By how much the parameters have moved from where the weights are taken.
+    #[must_use]
+    pub fn passed(&self, model: &Model, coefficients: &Coefficients) -> Parameters {
+        parameters(model, coefficients) - self.at
+    }
+
+    /// A shot's inputs at some parameters.
+    fn followed(&self, number: usize, parameters: &Parameters) -> Option<Estimated> {
+        let estimated = *self.inputs.get(number)?;
+        let t = estimated.kinks.followed(&estimated.t, &(parameters - self.at));
+        Some(Estimated { t, ..estimated })
     }
 
     /// How many unknowns it adds to the free parameters.
@@ -134,11 +212,13 @@ impl Whitening {
         &self.offsets
     }
 
-    /// By how much a shot's inputs are moved from what was measured.
+    /// By how much a shot's inputs are moved from what was measured, when the parameters have passed this.
     #[must_use]
-    pub fn moved(&self, number: usize, plan: &Plan) -> SVector<f64, INPUTS> {
+    pub fn moved(&self, number: usize, plan: &Plan, passed: &Parameters) -> SVector<f64, INPUTS> {
         let estimated = self.inputs.get(number);
-        estimated.map_or_else(SVector::zeros, |estimated| Errors::moved(plan, &estimated.t))
+        estimated.map_or_else(SVector::zeros, |estimated| {
+            Errors::moved(plan, &estimated.kinks.followed(&estimated.t, passed))
+        })
     }
 
     /// What is predicted of a shot at its measured inputs, linearised at those that are estimated.
@@ -152,19 +232,28 @@ impl Whitening {
         model: &Model,
         coefficients: &Coefficients,
     ) -> Result<Prediction, Unpredictable> {
-        let moved = self.moved(number, plan);
+        let passed = self.passed(model, coefficients);
+        let moved = self.moved(number, plan, &passed);
         let mut prediction = plan.predict_moved(&moved, model, coefficients)?;
         prediction.values -= prediction.by_inputs * moved;
+        if let Some(AtKinks { inputs_by_parameters, carried, .. }) = self.kinks(number) {
+            let estimated = &self.inputs[number];
+            let t = estimated.kinks.followed(&estimated.t, &passed);
+            let by_units = Errors::by_units(plan, &prediction.by_inputs);
+            for (a, _) in estimated.kinks.orthonormal() {
+                prediction.values += by_units * a * a.dot(&t);
+            }
+            prediction.by_parameters += prediction.by_inputs * inputs_by_parameters + carried;
+        }
         Ok(prediction)
     }
 }
 
 impl OfShot {
-    fn new(plan: &Plan, at: &At, start: Estimated) -> Option<Self> {
+    fn new(plan: &Plan, at: &At, start: &Estimated) -> Option<Self> {
         let At { model, coefficients, estimated, shared_errors, shared, hold } = *at;
         let rows = plan.rows().len();
-        let held = hold == Hold::All || hold == Hold::AtKinks && start.at_kink;
-        let (inputs, prediction) = if plan.has_uncertain_inputs() && !held {
+        let (inputs, prediction) = if plan.has_uncertain_inputs() && hold != Hold::All {
             let errors = Errors::new(plan, |row| sd(plan, row, estimated));
             let shared_shift = |prediction: &Prediction, row: usize| {
                 let shift = |((which, sd), value): (&(Shared, f64), &f64)| {
@@ -173,26 +262,24 @@ impl OfShot {
                 };
                 shared_errors.iter().zip(shared).filter_map(shift).sum()
             };
-            let from =
-                |t: Units| errors_in_variables::estimate(&errors, (model, coefficients), &t, shared_shift);
-            let mut best = from(start.t)?;
-            if hold == Hold::None {
-                let rolling = best.1.speed / model.ball.radius;
-                for found in errors_in_variables::elsewhere(plan, rolling).filter_map(from) {
-                    if found.0.chi2 < best.0.chi2 {
-                        best = found;
-                    }
-                }
-            }
-            best
+            let from = (&start.t, hold == Hold::None);
+            errors_in_variables::estimate(&errors, (model, coefficients), from, shared_shift)?
         } else {
-            (start, plan.predict_moved(&Errors::moved(plan, &start.t), model, coefficients).ok()?)
+            (*start, plan.predict_moved(&Errors::moved(plan, &start.t), model, coefficients).ok()?)
         };
         let moved = Errors::moved(plan, &inputs.t);
-        let l = covariance(plan, &prediction, estimated).cholesky()?.l();
+        let mut covariance = covariance(plan, &prediction, estimated);
+        let mut offsets = prediction.by_inputs * moved;
+        let kinks = inputs.kinks.orthonormal();
+        let by_units = Errors::by_units(plan, &prediction.by_inputs);
+        for (a, _) in &kinks {
+            let along = (by_units * a).rows(0, rows).into_owned();
+            covariance.syger(-1.0, &along, &along, 1.0);
+            offsets -= by_units * a * a.dot(&inputs.t);
+        }
+        let l = covariance.cholesky()?.l();
         let inverse = l.solve_lower_triangular(&DMatrix::identity(rows, rows))?;
         let lower = (0..rows).flat_map(|row| (0..=row).map(move |column| (row, column)));
-        let offsets = prediction.by_inputs * moved;
         let common = |(which, sd): &(Shared, f64)| {
             let shift =
                 |row| plan.joint().map_or(0.0, |joint| by_shared(joint, &prediction, row, *which) * sd);
@@ -203,7 +290,21 @@ impl OfShot {
             inputs,
             offsets: offsets.iter().take(rows).copied().collect(),
             common: shared_errors.iter().map(common).collect(),
+            kinks: (!kinks.is_empty()).then(|| Box::new(AtKinks::new(plan, &inputs.t, &kinks))),
         })
+    }
+}
+
+impl AtKinks {
+    fn new(plan: &Plan, t: &Units, kinks: &[(Units, Parameters)]) -> Self {
+        // AᵀB
+        let by = kinks.iter().fold(SMatrix::zeros(), |sum, (a, b)| sum + a * b.transpose());
+        Self {
+            inputs_by_parameters: -Errors::inputs(plan, &by),
+            carried: Errors::carried(plan) * by,
+            off: kinks.iter().map(|(a, b)| (a.dot(t), -b)).collect(),
+            root_weight: 1.0,
+        }
     }
 }
 

@@ -11,7 +11,7 @@ use seen::View;
 pub use seen::{difference, wrap};
 use start::{Start, State};
 
-use super::errors_in_variables::Together;
+use super::joint_errors::Together;
 use crate::measurement::dataset::{Before, Joint, Measurement, Shot};
 use crate::measurement::observable::Observable;
 use crate::measurement::parameter::Parameter;
@@ -40,6 +40,20 @@ pub struct Prediction {
     pub by_inputs: SMatrix<f64, MAX_OBSERVABLES, INPUTS>,
     /// Speed of the cue ball before the impact, m/s, measured or solved for.
     pub speed: f64,
+    pub contact: Contact,
+}
+
+/// How the balls touch: what decides on which side of its kinks a prediction is.
+#[derive(Clone, Copy, Debug)]
+pub struct Contact {
+    /// Whether the cue ball presses the object ball into the cloth, and whether the contact sticks.
+    pub side: [bool; 2],
+    /// The slip at first contact over the closing speed: its vertical component v_z0/k, and ln(|v_∥0|/k); and how
+    /// they follow from the inputs.
+    pub vertical: f64,
+    pub log_slip: f64,
+    pub vertical_by_inputs: SVector<f64, INPUTS>,
+    pub log_slip_by_inputs: SVector<f64, INPUTS>,
 }
 
 /// What of a shot is input and what is observed.
@@ -378,6 +392,7 @@ impl Plan {
             by_parameters: SMatrix::zeros(),
             by_inputs: SMatrix::zeros(),
             speed,
+            contact: start.contact(model.ball.radius, outcome.regime),
         };
         let asked = self.rows.iter().map(|row| row.observable).chain(extra);
         for (row, observable) in asked.enumerate() {

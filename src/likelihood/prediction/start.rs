@@ -2,10 +2,11 @@
 
 use nalgebra::{SMatrix, SVector, Vector3};
 
-use super::INPUTS;
+use super::{Contact, INPUTS};
 use crate::measurement::dataset::{Before, Measurement};
 use crate::measurement::spin::Spin;
 use crate::physics::ball::BallState;
+use crate::physics::collision::Regime;
 use crate::physics::contact_frame::CollisionFrame;
 
 /// The measured state before the impact.
@@ -128,5 +129,22 @@ impl Start {
             }
         }
         Self { cue, frame, cut, side: *side, speed, by_inputs, cut_by_inputs, speed_by_inputs }
+    }
+
+    /// How the balls touch; `regime` as the collision ends.
+    pub fn contact(&self, radius: f64, regime: Regime) -> Contact {
+        let BallState { velocity, spin } = self.cue;
+        // v_y0 = −U_y − Rω_z, v_z0 = Rω_y, k = U_x
+        let (k, v_y, v_z) = (velocity.x, -velocity.y - radius * spin.z, radius * spin.y);
+        let by = |row: usize| self.by_inputs.row(row).transpose();
+        let (by_k, by_y, by_z) = (by(0) / k, -by(1) - radius * by(4), radius * by(3));
+        let square = v_y * v_y + v_z * v_z;
+        Contact {
+            side: [v_z > 0.0, regime == Regime::Stick],
+            vertical: v_z / k,
+            log_slip: 0.5 * square.ln() - k.ln(),
+            vertical_by_inputs: (by_z - v_z * by_k) / k,
+            log_slip_by_inputs: (v_y * by_y + v_z * by_z) / square - by_k,
+        }
     }
 }
