@@ -119,6 +119,30 @@ fn falling_friction_is_found_from_anywhere() {
     }
 }
 
+/// Shots with side spin hardly have topspin or draw, and many stick: the inputs of most are best at a kink, and those of some have
+/// minima on both sides of it.
+#[test]
+fn shots_that_are_best_at_a_kink_leave_chi2_smooth() {
+    /// Second differences are those of a parabola with a standard error of many steps.
+    const SMOOTH: f64 = 1e-3;
+    const POINTS: usize = 24;
+    let usual = spec(Kind::Impacts, &[Played::Side], 39, 180);
+    let noise = Noise { velocity_m_s: 0.001, line_of_centres_deg: 0.0135, spin_rad_s: 0.135, angle_deg: 0.2 };
+    let shots = Shots { cut_deg: [20.0, 50.0], ..usual.shots.clone() };
+    let truth = Truth { mu: 0.33, ..usual.truth };
+    let mut dataset = made(&Spec { noise, shots, truth, ..usual });
+    let chi2: Vec<f64> = (0..POINTS)
+        .map(|point| {
+            let setting = &mut dataset.settings[Parameter::Mu];
+            (setting.initial, setting.fixed) = (0.4 + 0.004 * point as f64, true);
+            quick(&dataset).chi2
+        })
+        .collect();
+    for three in chi2.windows(3) {
+        assert!((three[0] - 2.0 * three[1] + three[2]).abs() < SMOOTH, "{chi2:.4?}");
+    }
+}
+
 /// A data set of some kind, cut range, spins, friction and noise, and what it is in words.
 fn random(rng: &mut ChaCha8Rng, seed: u64) -> (Dataset, String) {
     let kind =
