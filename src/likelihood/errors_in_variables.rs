@@ -333,3 +333,109 @@ impl<S: Fn(&Prediction, usize) -> f64> OfShot<'_, S> {
         [(least * (1.0 + e) / ABOUT).ln(), (most * (1.0 + e) * ABOUT).ln()]
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use rand::{Rng, SeedableRng};
+    use rand_chacha::ChaCha8Rng;
+    use std::collections::BTreeMap;
+
+    use super::*;
+    use crate::measurement::dataset::{Before, Measured, Measurement, Shot};
+    use crate::measurement::observable::{Axis, Observable};
+    use crate::measurement::spin::Spin;
+    use crate::physics::ball::{BallState, Vec3};
+    use crate::physics::collision::Fidelity;
+
+    /// Standard deviations: of velocities, m/s, of the line of centres, rad, and of spins, rad/s.
+    const SD: [f64; 3] = [0.01, 0.002, 1.0];
+
+    /// A number that errs.
+    fn erring(rng: &mut ChaCha8Rng, value: f64, sd: f64) -> Measured {
+        // Irwin and Hall's sum of twelve is all but normal
+        let normal: f64 = (0..12).map(|_| rng.random::<f64>()).sum::<f64>() - 6.0;
+        Measured { value: value + sd * normal, sd: Some(sd) }
+    }
+
+    /// A thick shot with side spin and hardly any topspin or draw, as it was measured.
+    fn shot(rng: &mut ChaCha8Rng, model: &Model, coefficients: &Coefficients) -> Shot {
+        let (speed, cut) = (rng.random_range(1.0..3.0), rng.random_range(-0.4_f64..0.4));
+        let velocity = Vec3::new(speed * cut.cos(), speed * cut.sin(), 0.0);
+        let spin = Vec3::new(0.0, rng.random_range(-1.0..1.0), rng.random_range(-20.0..20.0));
+        let after = model.collide(&BallState { velocity, spin }, coefficients).unwrap();
+        let rows = [
+            (Observable::CueVelocity(Axis::X), after.cue.velocity.x),
+            (Observable::CueVelocity(Axis::Y), after.cue.velocity.y),
+            (Observable::ObjectVelocity(Axis::X), after.object.velocity.x),
+            (Observable::ObjectVelocity(Axis::Y), after.object.velocity.y),
+        ];
+        let [sd, of_normal, of_spin] = SD;
+        let angle = erring(rng, 0.0, of_normal).value;
+        let [x, y] = [velocity.x, velocity.y].map(|v| erring(rng, v, sd));
+        Shot {
+            name: String::new(),
+            file: std::path::PathBuf::new(),
+            line: 1,
+            labels: BTreeMap::new(),
+            before: Before::Impact {
+                normal: [
+                    Measured { value: angle.cos(), sd: Some(0.0) },
+                    Measured { value: angle.sin(), sd: Some(of_normal) },
+                ],
+                velocity: [x, y],
+            },
+            spin: Spin::Measured {
+                spin: spin.map(|w| erring(rng, w, of_spin).value),
+                sd: [Some(of_spin); 3],
+            },
+            after: rows
+                .map(|(observable, value)| Measurement { observable, measured: erring(rng, value, sd) })
+                .to_vec(),
+            joint: None,
+        }
+    }
+
+    #[test]
+    fn no_inputs_agree_better_than_those_estimated() {
+        /// Of χ², a thirtieth of a standard error: just where sticking begins slopes change so fast that a search may pass by a
+        /// minimum that is lower by this.
+        const SAME: f64 = 1e-3;
+        let rng = &mut ChaCha8Rng::seed_from_u64(1);
+        let model = Model::new(Fidelity::Full, Ball::POOL);
+        let (mut at_kinks, mut missed) = ([0; 3], Vec::new());
+        for number in 0..300 {
+            let mu = 0.005 * 80_f64.powf(rng.random());
+            let coefficients = Coefficients { mu, mu_s: rng.random_range(0.1..0.5), e: 0.94 };
+            let plan = Plan::new(&shot(rng, &model, &coefficients)).unwrap();
+            let errors = Errors::new(&plan, |row| plan.rows()[row].measured.sd.unwrap());
+            let from = (&Units::zeros(), true);
+            let (found, _) = estimate(&errors, (&model, &coefficients), from, |_, _| 0.0).unwrap();
+            at_kinks[found.kinks.list().len()] += 1;
+            let shot = OfShot {
+                errors: &errors,
+                model: &model,
+                coefficients: &coefficients,
+                shared: |_: &Prediction, _| 0.0,
+            };
+            let (mut least, mut at) = (found.chi2, 0.0);
+            for reach in [1e-5, 1e-4, 1e-3, 1e-2, 0.1, 0.5, 1.0, 2.0] {
+                for _ in 0..100 {
+                    let t = found.t + reach * Units::from_fn(|_, _| rng.random_range(-1.0..1.0));
+                    let chi2 = shot.at(t).map_or(f64::INFINITY, |point| point.chi2);
+                    if chi2 < least {
+                        (least, at) = (chi2, reach);
+                    }
+                }
+            }
+            if least < found.chi2 - SAME {
+                missed.push(format!(
+                    "{number}: {:.7}, {least:.7} within {at}; {:?}",
+                    found.chi2,
+                    found.kinks.list()
+                ));
+            }
+        }
+        assert!(missed.is_empty(), "{missed:#?}");
+        assert!(at_kinks.iter().all(|count| *count > 0), "{at_kinks:?}");
+    }
+}
