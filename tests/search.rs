@@ -119,8 +119,8 @@ fn falling_friction_is_found_from_anywhere() {
     }
 }
 
-/// Shots with side spin hardly have topspin or draw, and many stick: the inputs of most are best at a kink, and those of some have
-/// minima on both sides of it.
+/// Shots with side spin have neither topspin nor draw: their inputs may be best just where one turns to the other, or have minima on
+/// both sides of it.
 #[test]
 fn shots_that_are_best_at_a_kink_leave_chi2_smooth() {
     /// Second differences are those of a parabola with a standard error of many steps.

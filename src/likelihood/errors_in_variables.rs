@@ -348,7 +348,7 @@ mod tests {
     use crate::physics::collision::Fidelity;
 
     /// Standard deviations: of velocities, m/s, of the line of centres, rad, and of spins, rad/s.
-    const SD: [f64; 3] = [0.01, 0.002, 1.0];
+    const SD: [f64; 3] = [0.001, 5e-4, 0.3];
 
     /// A number that errs.
     fn erring(rng: &mut ChaCha8Rng, value: f64, sd: f64) -> Measured {
@@ -357,11 +357,11 @@ mod tests {
         Measured { value: value + sd * normal, sd: Some(sd) }
     }
 
-    /// A thick shot with side spin and hardly any topspin or draw, as it was measured.
+    /// A shot with side spin and neither topspin nor draw, as it was measured.
     fn shot(rng: &mut ChaCha8Rng, model: &Model, coefficients: &Coefficients) -> Shot {
-        let (speed, cut) = (rng.random_range(1.0..3.0), rng.random_range(-0.4_f64..0.4));
+        let (speed, cut) = (rng.random_range(1.0..3.0), rng.random_range(-0.9_f64..0.9));
         let velocity = Vec3::new(speed * cut.cos(), speed * cut.sin(), 0.0);
-        let spin = Vec3::new(0.0, rng.random_range(-1.0..1.0), rng.random_range(-20.0..20.0));
+        let spin = Vec3::new(0.0, 0.0, rng.random_range(-20.0..20.0));
         let after = model.collide(&BallState { velocity, spin }, coefficients).unwrap();
         let rows = [
             (Observable::CueVelocity(Axis::X), after.cue.velocity.x),
@@ -400,12 +400,14 @@ mod tests {
         /// Of χ², a thirtieth of a standard error: just where sticking begins slopes change so fast that a search may pass by a
         /// minimum that is lower by this.
         const SAME: f64 = 1e-3;
+        /// Of 300.
+        const MANY: usize = 20;
         let rng = &mut ChaCha8Rng::seed_from_u64(1);
         let model = Model::new(Fidelity::Full, Ball::POOL);
         let (mut at_kinks, mut missed) = ([0; 3], Vec::new());
         for number in 0..300 {
-            let mu = 0.005 * 80_f64.powf(rng.random());
-            let coefficients = Coefficients { mu, mu_s: rng.random_range(0.1..0.5), e: 0.94 };
+            let (mu, mu_s) = (rng.random_range(0.02..0.4), rng.random_range(0.1..0.5));
+            let coefficients = Coefficients { mu, mu_s, e: 0.94 };
             let plan = Plan::new(&shot(rng, &model, &coefficients)).unwrap();
             let errors = Errors::new(&plan, |row| plan.rows()[row].measured.sd.unwrap());
             let from = (&Units::zeros(), true);
@@ -436,6 +438,7 @@ mod tests {
             }
         }
         assert!(missed.is_empty(), "{missed:#?}");
-        assert!(at_kinks.iter().all(|count| *count > 0), "{at_kinks:?}");
+        println!("{at_kinks:?} at no kink, at one and at two");
+        assert!(at_kinks[1] > MANY, "{at_kinks:?}");
     }
 }
