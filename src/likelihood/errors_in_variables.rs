@@ -401,7 +401,7 @@ mod tests {
         /// minimum that is lower by this.
         const SAME: f64 = 1e-3;
         /// Of 300.
-        const MANY: usize = 20;
+        const MANY: usize = 10;
         let rng = &mut ChaCha8Rng::seed_from_u64(1);
         let model = Model::new(Fidelity::Full, Ball::POOL);
         let (mut at_kinks, mut missed) = ([0; 3], Vec::new());
