@@ -298,7 +298,7 @@ pub(super) fn fit_shots(
     let used: Vec<&Shot> = fitted.iter().map(|shot| shots[shot.index]).collect();
     super::diagnostics::refuted::judge(&mut fit, &used, discs.is_some());
     if options.depth >= Depth::Everything && causes::is_called_for(&fit) {
-        fit.explanations = causes::explain(&found, &search);
+        fit.explanations = causes::explain(&found, &search, discs.is_some());
     }
     super::warnings::add(&mut fit, &fitted, knows_noise);
     if fit.refuted.is_none() {

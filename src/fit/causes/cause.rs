@@ -18,6 +18,10 @@ pub enum Cause {
     CueSpin,
     /// Side spin that nobody saw: standard deviation of Rω_z/U from shot to shot.
     SideSpin,
+    /// Mass of the cue ball over that of the object ball.
+    MassRatio,
+    /// κ of a contact that gives way along the surface.
+    Compliance,
     /// μ falls with the slip: b of μ(v) = a + b exp(−c v).
     FallingFriction,
     /// A table that is not level: fall along x and along y of the film, m/m.
@@ -27,8 +31,16 @@ pub enum Cause {
 
 impl Cause {
     /// Those that are looked for beyond the film's.
-    pub(super) const ALL: [Self; 6] =
-        [Self::FrameRate, Self::CueSpin, Self::SideSpin, Self::FallingFriction, Self::TiltX, Self::TiltY];
+    pub(super) const ALL: [Self; 8] = [
+        Self::MassRatio,
+        Self::Compliance,
+        Self::FrameRate,
+        Self::CueSpin,
+        Self::SideSpin,
+        Self::FallingFriction,
+        Self::TiltX,
+        Self::TiltY,
+    ];
 
     /// As in fit.json.
     #[must_use]
@@ -41,6 +53,8 @@ impl Cause {
             Self::Radius => "radius",
             Self::CueSpin => "cue-spin",
             Self::SideSpin => "side-spin",
+            Self::MassRatio => "mass-ratio",
+            Self::Compliance => "compliance",
             Self::FallingFriction => "falling-friction",
             Self::TiltX | Self::TiltY => "tilt",
         }
@@ -49,7 +63,7 @@ impl Cause {
     /// Its value where what is assumed holds.
     pub(super) fn neutral(self) -> f64 {
         match self {
-            Self::FrameRate | Self::Radius => 1.0,
+            Self::FrameRate | Self::Radius | Self::MassRatio => 1.0,
             _ => 0.0,
         }
     }
@@ -58,6 +72,9 @@ impl Cause {
     pub(super) fn starts(self) -> &'static [(f64, f64)] {
         match self {
             Self::FrameRate => &[(1.0, 0.02)],
+            Self::MassRatio => &[(1.03, 0.02), (0.97, 0.02)],
+            // of Poisson's ratio 0.34
+            Self::Compliance => &[(1.258, 0.5)],
             Self::CueSpin => &[(0.0, 0.02)],
             // of none there is no slope
             Self::SideSpin => &[(0.03, 0.01), (0.15, 0.05)],
@@ -71,7 +88,8 @@ impl Cause {
         match self {
             // films are played at a thirtieth of their rate or as fast as they were taken
             Self::FrameRate => [0.02, 50.0],
-            Self::Radius => [0.5, 2.0],
+            Self::Radius | Self::MassRatio => [0.5, 2.0],
+            Self::Compliance => [0.01, 20.0],
             Self::CueSpin => [-1.5, 1.5],
             Self::SideSpin => [1e-4, 1.0],
             Self::FallingFriction => [0.0, 1.0],
@@ -161,6 +179,14 @@ impl Explanation {
                     percent(-value, error)
                 )
             }
+            Cause::MassRatio => format!(
+                "A cue ball {} % {} than the object ball",
+                percent((value - 1.0).abs(), error),
+                if value > 1.0 { "heavier" } else { "lighter" }
+            ),
+            Cause::Compliance => {
+                format!("A contact that gives way along the surface, κ = {},", with_error(value, error))
+            }
             Cause::SideSpin => format!(
                 "Side spin that nobody saw, of {} % of the speed over the radius from shot to shot,",
                 percent(value, error)
@@ -185,6 +211,8 @@ impl Explanation {
             }
             Cause::Radius => "Measure the balls; [ball] radius_m takes it.",
             Cause::CueSpin => "[cue_spin] assume = \"unknown\" lets every shot tell its own spin.",
+            Cause::MassRatio => "Weigh both; mass_kg under [ball] and [object] takes it.",
+            Cause::Compliance => "kappa under [fit] takes it.",
             Cause::SideSpin => "side_sd under [cue_spin] takes it.",
             Cause::FallingFriction => "friction = \"exponential\" under [fit] takes it, or --falling fit.",
             Cause::TiltX | Cause::TiltY => "Level the table; a fit does not take it.",
@@ -198,5 +226,13 @@ fn percent(value: f64, error: f64) -> String {
 }
 
 fn digits(value: f64) -> String {
-    if value < 10.0 { format!("{value:.2}") } else { format!("{value:.1}") }
+    /// Noise that is told by residuals that the cause had inflated leaves next to nothing.
+    const LITTLE: f64 = 0.5;
+    if value < LITTLE {
+        format!("below {LITTLE}")
+    } else if value < 10.0 {
+        format!("{value:.2}")
+    } else {
+        format!("{value:.1}")
+    }
 }

@@ -1,7 +1,9 @@
 //! A fit with some assumptions given up.
 
+use std::cell::Cell;
 use std::sync::Arc;
 
+use super::NAMED;
 use super::cause::{Cause, Explanation};
 use super::profile::{Profile, least};
 use crate::fit::diagnostics::goodness::IMPROBABLE;
@@ -14,10 +16,13 @@ use crate::likelihood::problem::are_filmed;
 use crate::measurement::parameter::{Parameter, Settings};
 use crate::measurement::values::Values;
 use crate::physics::cloth_motion::GRAVITY;
-use crate::physics::collision::{Coefficients, Model};
+use crate::physics::collision::{Coefficients, Fidelity, Model};
 use crate::physics::friction_law::Law;
 use crate::trajectory::both_balls::Departure;
 use statrs::distribution::{ChiSquared, ContinuousCDF};
+
+/// Of collisions that are integrated: far below what footage tells.
+const TOLERANCE: f64 = 1e-7;
 
 /// What is assumed in the place of what is stated.
 #[derive(Clone, Debug, Default)]
@@ -33,6 +38,10 @@ impl Departures {
         Self(others.chain([(cause, value)]).collect())
     }
 
+    pub(super) fn without(&self, cause: Cause) -> Self {
+        Self(self.0.iter().copied().filter(|(known, _)| *known != cause).collect())
+    }
+
     fn get(&self, cause: Cause) -> f64 {
         self.0.iter().find(|(known, _)| *known == cause).map_or(cause.neutral(), |(_, value)| *value)
     }
@@ -42,11 +51,13 @@ impl Departures {
 pub(super) struct Trial<'a> {
     pub search: &'a Search<'a>,
     pub start: Values,
+    pub discs: bool,
 }
 
 /// What came of it.
 pub(super) struct Tried {
     pub minus_two_log: f64,
+    pub values: Values,
     /// Estimates and their standard errors, with the scatter that is left.
     pub parameters: Vec<(Parameter, f64, f64)>,
     /// How many velocities there are, less the parameters.
@@ -69,6 +80,12 @@ impl Tried {
         } else {
             1.0 + (chi2 - dof as f64) / self.velocities.max(1) as f64
         }
+    }
+
+    /// Whether what is left is improbable.
+    pub(super) fn is_unexplained(&self) -> bool {
+        let dof = self.dof().max(1) as f64;
+        ChiSquared::new(dof).is_ok_and(|distribution| distribution.sf(self.reduced() * dof) < IMPROBABLE)
     }
 
     /// What χ²/dof has its distribution by.
@@ -102,12 +119,21 @@ impl Trial<'_> {
                     && !mu.fixed
                     && fitted.iter().all(|shot| shot.plan.knows_speed())
             }
+            // of discs, masses are stated or follow from the momentum
+            Cause::MassRatio => self.search.model.object.is_none() && !self.discs,
+            Cause::Compliance => {
+                !self.search.model.is_compliant() && !self.search.settings[Parameter::Mu].fixed
+            }
             Cause::Film(_) | Cause::Radius => false,
         }
     }
 
     /// The fit with these assumptions; `None` where there is none.
     pub(super) fn fit(&self, departures: &Departures) -> Option<Tried> {
+        self.fit_from(departures, self.start)
+    }
+
+    fn fit_from(&self, departures: &Departures, start: Values) -> Option<Tried> {
         let search = self.search;
         let rate = departures.get(Cause::FrameRate);
         let topspin = departures.get(Cause::CueSpin);
@@ -118,16 +144,30 @@ impl Trial<'_> {
             // the acceleration leads downwards
             tilt: [Cause::TiltX, Cause::TiltY].map(|cause| GRAVITY * departures.get(cause)),
         };
+        let compliant = departures.contains(Cause::Compliance);
+        let plan = |shot: &Fitted| {
+            let plan = shot.plan.clone().with_topspin(topspin);
+            if compliant { plan.plain() } else { plan }
+        };
         let shots: Vec<Fitted> = search
             .fitted
             .iter()
             .map(|shot| Fitted {
                 index: shot.index,
-                plan: shot.plan.clone().with_topspin(topspin),
+                plan: plan(shot),
                 film: shot.film.as_ref().map(|film| Arc::new(film.departing(departure, side_sd))),
             })
             .collect();
-        let (mut model, mut settings, mut initial) = (*search.model, *search.settings, self.start);
+        let (mut model, mut settings, mut initial) = (*search.model, *search.settings, start);
+        if departures.contains(Cause::MassRatio) {
+            model = model.with_mass_ratio(departures.get(Cause::MassRatio));
+        }
+        if compliant {
+            model.fidelity = Fidelity::Ode;
+            model.effects.compliance = true;
+            model.kappa = departures.get(Cause::Compliance);
+            model.tolerance = TOLERANCE;
+        }
         if departures.contains(Cause::FallingFriction) {
             let b = departures.get(Cause::FallingFriction);
             let c = Parameter::C.default_setting().initial;
@@ -148,6 +188,7 @@ impl Trial<'_> {
         let fitted = (2.0 * settled.minimum.cost, dof);
         let states_noise = shots.iter().all(|shot| shot.film.as_ref().is_none_or(|film| film.states_noise));
         minus_two_log.is_finite().then_some(Tried {
+            values: *values,
             states_noise,
             minus_two_log,
             parameters,
@@ -158,31 +199,32 @@ impl Trial<'_> {
     }
 
     /// Where −2 log L is least along a cause, with these assumptions given up, too; `None` where that is nowhere within its range.
+    /// Each fit begins where the best so far ended.
     pub(super) fn along(&self, cause: Cause, held: &Departures) -> Option<Profile> {
         let [low, high] = cause.range();
+        let best = Cell::new((f64::INFINITY, self.start));
         let of = |value: f64| {
-            let fit = (low..=high).contains(&value).then(|| self.fit(&held.with(cause, value)))??;
+            let departures = (low..=high).contains(&value).then(|| held.with(cause, value))?;
+            let fit = self.fit_from(&departures, best.get().1)?;
+            if fit.minus_two_log < best.get().0 {
+                best.set((fit.minus_two_log, fit.values));
+            }
             Some(fit.minus_two_log)
         };
         let found = cause.starts().iter().filter_map(|(start, step)| least(of, *start, *step));
         found.min_by(|a, b| a.lowest.total_cmp(&b.lowest)).filter(|found| (low..=high).contains(&found.at))
     }
 
-    /// Whether what is left is improbable.
-    pub(super) fn is_unexplained(&self, tried: &Tried) -> bool {
-        let dof = tried.dof().max(1) as f64;
-        ChiSquared::new(dof).is_ok_and(|distribution| distribution.sf(tried.reduced() * dof) < IMPROBABLE)
+    /// Whether a cause whose fits are slow is worth looking along: −2 log L is lower at its usual value.
+    pub(super) fn is_worth_it(&self, cause: Cause, held: &Departures, before: &Tried) -> bool {
+        let Cause::Compliance = cause else { return true };
+        let usual = self.fit(&held.with(cause, Model::KAPPA));
+        usual.is_some_and(|usual| before.minus_two_log - usual.minus_two_log > NAMED)
     }
 
-    pub(super) fn explanation(
-        &self,
-        cause: Cause,
-        profile: &Profile,
-        before: &Tried,
-        after: &Tried,
-    ) -> Explanation {
+    pub(super) fn explanation(cause: Cause, profile: &Profile, before: &Tried, after: &Tried) -> Explanation {
         let (estimate, std_error) = (profile.at, profile.error * after.scale.sqrt());
-        let (explains, reduced) = (!self.is_unexplained(after), [before.reduced(), after.reduced()]);
+        let (explains, reduced) = (!after.is_unexplained(), [before.reduced(), after.reduced()]);
         let values: Vec<String> = after
             .parameters
             .iter()

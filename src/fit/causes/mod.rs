@@ -42,7 +42,7 @@ pub(super) fn is_called_for(fit: &Fit) -> bool {
 }
 
 /// What explains the residuals of a fit, the best first; empty where nothing does.
-pub(super) fn explain(settled: &Settled, search: &Search) -> Vec<Explanation> {
+pub(super) fn explain(settled: &Settled, search: &Search, discs: bool) -> Vec<Explanation> {
     let step = search.fitted.len().div_ceil(SHOTS).max(1);
     let some: Vec<Fitted> = search.fitted.iter().step_by(step).cloned().collect();
     let mut unknowns = search.unknowns.clone();
@@ -53,7 +53,7 @@ pub(super) fn explain(settled: &Settled, search: &Search) -> Vec<Explanation> {
         }
     }
     let search = Search { fitted: &some, unknowns, maximum_likelihood: true, ..search.clone() };
-    let trial = Trial { search: &search, start: settled.minimum.values };
+    let trial = Trial { search: &search, start: settled.minimum.values, discs };
     let mut held = Departures::default();
     let Some(mut before) = trial.fit(&held) else { return Vec::new() };
     let mut explanations = Vec::new();
@@ -61,6 +61,7 @@ pub(super) fn explain(settled: &Settled, search: &Search) -> Vec<Explanation> {
         let mut found: Vec<(Cause, Profile)> = Cause::ALL
             .into_iter()
             .filter(|cause| !held.contains(*cause) && trial.knows(*cause))
+            .filter(|cause| trial.is_worth_it(*cause, &held, &before))
             .filter_map(|cause| Some((cause, trial.along(cause, &held)?)))
             .collect();
         found.sort_by(|a, b| a.1.lowest.total_cmp(&b.1.lowest));
@@ -72,15 +73,25 @@ pub(super) fn explain(settled: &Settled, search: &Search) -> Vec<Explanation> {
         let alike = |other: &Profile| round == 0 && fall(other) > ALIKE * fall(&profile);
         for (cause, profile) in found.iter().filter(|(cause, other)| *cause == best || alike(other)) {
             let Some(after) = trial.fit(&held.with(*cause, profile.at)) else { continue };
-            explanations.push(trial.explanation(*cause, profile, &before, &after));
+            explanations.push(Trial::explanation(*cause, profile, &before, &after));
         }
         held = held.with(best, profile.at);
         let Some(after) = trial.fit(&held) else { break };
         before = after;
-        if !trial.is_unexplained(&before) {
+        if !before.is_unexplained() {
             break;
         }
     }
+    // what came first may only have stood in for what came later
+    explanations.sort_by(|a: &Explanation, b| a.delta_2logl.total_cmp(&b.delta_2logl));
+    let needless = |cause: Cause| {
+        held.contains(cause)
+            && trial
+                .fit(&held.without(cause))
+                .is_some_and(|fit| fit.minus_two_log < before.minus_two_log + NAMED)
+    };
+    let best = explanations.first().map(|best| best.cause);
+    explanations.retain(|explanation| Some(explanation.cause) == best || !needless(explanation.cause));
     explanations
 }
 

@@ -264,7 +264,7 @@ impl Film {
     #[must_use]
     pub(crate) fn departing(&self, departure: Departure, side_sd: f64) -> Self {
         let side_sd = if side_sd > 0.0 { side_sd } else { self.scene.side_sd };
-        Self { scene: ModelScene { departure, side_sd, ..self.scene }, ..self.clone() }
+        Self { scene: ModelScene { side_sd, departure, ..self.scene }, ..self.clone() }
     }
 
     /// Whether its side spin is an unknown.
