@@ -232,7 +232,8 @@ pub(super) fn fit_shots(
         Some(_) => frames::ROWS * fitted.len(),
         None => observations(&fitted),
     };
-    let priors_of_all = minimum.residuals.rows_range(measured..).norm_squared();
+    let kinks_from = minimum.residuals.len() - minimum.whitening.kink_rows();
+    let priors_of_all = minimum.residuals.rows_range(measured..kinks_from).norm_squared();
     let prior_chi2 = priors_of_all + frames.as_ref().map_or(0.0, FittedFrames::prior_chi2);
     let resampled = options.bootstrap > 0 && !free.is_empty();
     let diagnostics = Diagnostics {
