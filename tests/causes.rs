@@ -73,13 +73,13 @@ fn friction_that_falls_with_the_slip_is_named() {
     is_named(&fit, Cause::FallingFriction, 0.1, [0.01, 0.3, 0.94]);
 }
 
-/// Balls that spin sideways at random, by up to a tenth of the natural roll's spin: with that spread stated they fit, without it it is
+/// Rolling balls that spin sideways at random, by up to a tenth of the natural roll's spin: with that spread stated they fit, without it it is
 /// named.
 #[test]
 fn side_spin_that_nobody_saw_is_named_and_taken() {
     /// Of numbers spread evenly from −0.1 to 0.1.
     const SPREAD: f64 = 0.057_735;
-    let ignored = footage(Played::SlightSide, Spin::Stun, 9400);
+    let ignored = footage(Played::SlightSide, Spin::NaturalRoll, 9400);
     let stated = Dataset { side_sd: SPREAD, ..ignored.clone() };
     let fit = fitted(ignored);
     is_named(&fit, Cause::SideSpin, SPREAD, TRUTH);

@@ -12,9 +12,6 @@ use crate::trajectory::scene::Scene;
 /// Frames of more shots than this take minutes to fit jointly.
 const MOST_JOINT: usize = 20_000;
 
-const SIDE_SPIN_LEFT_OUT: &str = "[cue_spin] side_sd is included only where the frames are fitted jointly; this fit of two stages takes \
-                                  the cue balls for having no side spin.";
-
 /// So many shots tell how much the frames could tell at best.
 const BOUND_FROM: usize = 1000;
 
@@ -56,9 +53,6 @@ pub fn analyse(
     for fit in fits.iter_mut().flatten() {
         if method == Method::TwoStage && finds_spins_from_paths(&extracted, &scene) {
             fit.warn_of_spins_from_paths();
-        }
-        if method == Method::TwoStage && dataset.side_sd > 0.0 && !extracted.is_empty() {
-            fit.warnings.insert(0, SIDE_SPIN_LEFT_OUT.to_owned());
         }
         if let Some(found) = &camera {
             fit.set_camera(found);

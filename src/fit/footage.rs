@@ -87,6 +87,9 @@ pub fn with_impacts(
     dataset.lift_sd = lift_sd;
     let found = extracted.iter().map(|(track, impact)| (track, impact)).collect();
     (dataset.shots, dataset.sliding, dataset.rolling) = shots_of(found, &mut scene);
+    for shot in dataset.shots.iter_mut().filter(|_| dataset.side_sd > 0.0) {
+        shot.add_side_spin(dataset.side_sd, dataset.ball.radius);
+    }
     let notes = tracks.notes.into_iter().chain(many_stuns(&extracted)).collect();
     dataset.tracks = Some(Tracks { shots: Vec::new(), notes, ..tracks });
     (dataset, extracted, scene)

@@ -188,6 +188,15 @@ impl Shot {
         let spin = Vec3::new(-velocity[1], velocity[0], 0.0) * (rolls / radius);
         let side = sd * velocity[0].hypot(velocity[1]) / radius;
         self.spin = Spin::Measured { spin, sd: [None, None, Some(side)] };
+        if let Some(joint) = &mut self.joint {
+            // the spin that rolls goes with the velocity, and its error with that of the velocity
+            let mut with = DMatrix::identity(joint.covariance.nrows(), joint.covariance.ncols());
+            with[(3, 2)] = -rolls / radius;
+            with[(4, 1)] = rolls / radius;
+            joint.covariance = &with * &joint.covariance * with.transpose();
+            joint.covariance[(5, 5)] += side * side;
+            joint.by_shared = joint.by_shared.clone().map(|by| &with * by);
+        }
         true
     }
 }

@@ -89,7 +89,7 @@ pub enum Played {
     Draw,
     /// Side spin of up to the natural roll's, either way, on a sliding ball.
     Side,
-    /// Side spin of up to a tenth of the natural roll's, either way: what a player does not see.
+    /// Natural roll with side spin of up to a tenth of its spin, either way: what a player does not see.
     SlightSide,
     /// Topspin or backspin of up to the natural roll's.
     Any,
@@ -306,7 +306,9 @@ impl<'a> Maker<'a> {
             Played::Draw => -(0.3 + 0.7 * share) * rolling.spin,
             Played::Any => (2.0 * share - 1.0) * rolling.spin,
             Played::Side => Vec3::z() * ((2.0 * share - 1.0) * rolling.spin.norm()),
-            Played::SlightSide => Vec3::z() * (0.1 * (2.0 * share - 1.0) * rolling.spin.norm()),
+            Played::SlightSide => {
+                rolling.spin + Vec3::z() * (0.1 * (2.0 * share - 1.0) * rolling.spin.norm())
+            }
         };
         (speed, cut, BallState { velocity, spin })
     }

@@ -121,8 +121,9 @@ impl Trial<'_> {
             }
             // of discs, masses are stated or follow from the momentum
             Cause::MassRatio => self.search.model.object.is_none() && !self.discs,
+            // integrated, which fits of velocities with errors of their inputs repeat too often
             Cause::Compliance => {
-                !self.search.model.is_compliant() && !self.search.settings[Parameter::Mu].fixed
+                filmed && { !self.search.model.is_compliant() && !self.search.settings[Parameter::Mu].fixed }
             }
             Cause::Film(_) | Cause::Radius => false,
         }
