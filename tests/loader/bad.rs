@@ -59,7 +59,7 @@ fn unknown_keys_name_the_nearest() {
             "cue_spin",
             "assume",
             "asume",
-            "dataset.toml:14: column 1: unknown key \"asume\" (did you mean \"assume\"?); expected assume",
+            "dataset.toml:14: column 1: unknown key \"asume\" (did you mean \"assume\"?); expected one of assume, side_sd",
         ),
         (
             "fit",
