@@ -325,6 +325,38 @@ fn repeated_frames_and_swapped_balls() {
     assert_eq!(good(&settings, "s.txt", &export(&times, &cue, &object)).shots[0].cue[6].x, object[6][0]);
 }
 
+/// Whole pixels are said to be so in millimetres where a scale tells how long one is, else in pixels.
+#[test]
+fn coordinates_are_rounded_in_the_unit_that_is_known() {
+    let mut text = "shot,frame,ball,x,y\n".to_owned();
+    for frame in 0..40 {
+        text.push_str(&format!(
+            "1,{frame},cue,{},{}\n1,{frame},object,700,400\n",
+            17 * frame,
+            400 - 3 * frame
+        ));
+    }
+    let scale = |more: &str| {
+        format!("[video]\ncapture_fps = 100\n[scale]\nlength_unit = \"px\"\ny_axis = \"down\"\n{more}")
+    };
+    noted(
+        &good(&scale(""), "a.csv", &text),
+        "positions are rounded to 1.00 px: each errs by 0.29 px at least",
+    );
+    noted(
+        &good(&scale("m_per_px = 0.002"), "a.csv", &text),
+        "positions are rounded to 2.00 mm: each errs by 0.58 mm",
+    );
+    let mut fine = "shot,frame,ball,x,y\n".to_owned();
+    for frame in 0..40 {
+        let t = f64::from(frame);
+        let [x, y] = [17.0 * t + 3.0 * (0.37 * t).sin(), 400.0 - 2.9 * t];
+        fine.push_str(&format!("1,{frame},cue,{x:.2},{y:.2}\n1,{frame},object,700.02,400.01\n"));
+    }
+    let tracks = good(&scale(""), "a.csv", &fine);
+    assert!(!tracks.notes.iter().any(|note| note.contains("rounded")), "{:?}", tracks.notes);
+}
+
 #[test]
 fn table_of_shots() {
     let data = "shot,frame,ball,x,y\na,0,cue,0,0\na,0,object,1,0\nb,0,cue,0,0\nb,0,object,1,0\nc,0,cue,0,0\n";
