@@ -357,6 +357,24 @@ fn report_is_written_whole_and_in_place() {
     assert_eq!(group, out.path().join("lab-a").join("fresh--blue"));
 }
 
+/// What a run that was stopped while it wrote left beside the results is removed by a later one, but not what one is writing.
+#[test]
+fn leftovers_of_stopped_runs_are_removed() {
+    let out = tempfile::tempdir().unwrap();
+    let [old, new, other] = [".caromfit-old", ".caromfit-new", ".other"].map(|name| out.path().join(name));
+    let hour_ago = std::time::SystemTime::now() - std::time::Duration::from_secs(3600);
+    for folder in [&old, &new, &other] {
+        fs::create_dir(folder).unwrap();
+        let file = fs::File::create(folder.join("fit.json")).unwrap();
+        if folder != &new {
+            file.set_modified(hour_ago).unwrap();
+        }
+        fs::File::open(folder).unwrap().set_modified(hour_ago).unwrap();
+    }
+    write(&normal(), out.path()).unwrap();
+    assert!(!old.exists() && new.exists() && other.exists());
+}
+
 #[test]
 fn a_report_that_cannot_be_written_names_the_file() {
     let out = tempfile::tempdir().unwrap();

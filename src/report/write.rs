@@ -5,6 +5,7 @@ use std::collections::HashSet;
 use std::fs::{self, File};
 use std::io::{self, BufWriter, Write};
 use std::path::{Path, PathBuf};
+use std::time::Duration;
 
 use super::fit::{Pictures, content_with, named};
 use super::shots::{Filmed, shot_list, with_spots};
@@ -146,7 +147,8 @@ fn write_contents(files: &[&(&str, Content)], folder: &Path) -> Result<(), Repor
     // On the same file system as the folder, so that moving is atomic; inside it would be, too, but
     // what a killed run leaves behind would then sit among the results.
     let parent = folder.parent().filter(|parent| !parent.as_os_str().is_empty()).unwrap_or(Path::new("."));
-    let staging = tempfile::Builder::new().prefix(".caromfit-").tempdir_in(parent).map_err(at(parent))?;
+    remove_leftovers(parent);
+    let staging = tempfile::Builder::new().prefix(STAGING).tempdir_in(parent).map_err(at(parent))?;
     for (name, content) in files {
         let path = staging.path().join(name);
         File::create(&path).and_then(|file| content.write(file)).map_err(at(&path))?;
@@ -156,6 +158,26 @@ fn write_contents(files: &[&(&str, Content)], folder: &Path) -> Result<(), Repor
         fs::rename(staging.path().join(name), &target).map_err(at(&target))?;
     }
     Ok(())
+}
+
+/// How the names of folders begin in which files are completed.
+const STAGING: &str = ".caromfit-";
+
+/// A folder of that kind in which nothing has been written for so long is that of a run that was stopped.
+const LEFT: Duration = Duration::from_secs(600);
+
+/// Removes what runs that were stopped while they wrote left beside the results. One that cannot be removed does no harm.
+fn remove_leftovers(parent: &Path) {
+    let is_old = |path: &Path| {
+        let age = |path: &Path| fs::metadata(path).ok()?.modified().ok()?.elapsed().ok();
+        let files = fs::read_dir(path).into_iter().flatten().flatten().map(|entry| entry.path());
+        files.chain([path.to_owned()]).all(|path| age(&path).is_some_and(|age| age > LEFT))
+    };
+    for entry in fs::read_dir(parent).into_iter().flatten().flatten() {
+        if entry.file_name().to_string_lossy().starts_with(STAGING) && is_old(&entry.path()) {
+            _ = fs::remove_dir_all(entry.path());
+        }
+    }
 }
 
 /// The folder of a data set: its name, with path separators and control characters replaced.
