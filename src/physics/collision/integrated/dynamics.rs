@@ -29,7 +29,6 @@
 //! the ball flies.
 
 use super::Impulses;
-use super::starts;
 use crate::physics::collision::Contact;
 use crate::physics::friction_law::Friction;
 
@@ -179,6 +178,10 @@ impl Affine {
 /// Friction that is just at its limit still holds, whatever the roundings: with μ_s = 1 it is, all the time.
 const HOLDS: f64 = 1.0 + 1e-13;
 
+/// The time that is looked ahead, in parts of the root of the tolerance: the error that goes as its square is then of the order
+/// of the tolerance.
+const AHEAD: f64 = 2.0;
+
 pub(in crate::physics::collision) fn norm(v: Pair) -> f64 {
     (v[0] * v[0] + v[1] * v[1]).sqrt()
 }
@@ -213,7 +216,7 @@ impl Dynamics {
             slip,
             cue_slip: [0.0; 2],
             no_slip: [least(slip), least([0.0; 2]), least([0.0; 2])],
-            ahead: starts::ahead(tolerance),
+            ahead: AHEAD * tolerance.sqrt(),
         }
     }
 

@@ -9,10 +9,6 @@
 
 use super::dynamics::{Dynamics, Forces, Grip, Grips, Pair, Site, Slips, norm, unit};
 
-/// The time that is looked ahead, in parts of the root of the tolerance: the error that goes as its square is then of the order
-/// of the tolerance.
-const AHEAD: f64 = 2.0;
-
 /// Directions of contacts that start are found by Newton's method, in turn: with a slope from so large a turn (rad)…
 const PROBE: f64 = 1e-6;
 /// …to so small a one, some roundings…
@@ -21,11 +17,6 @@ const TURNED: f64 = 1e-14;
 const MAX_TURNS: usize = 20;
 /// …and by at most this at a time.
 const MAX_TURN: f64 = 0.5;
-
-/// [`Dynamics::ahead`] at a tolerance.
-pub(in crate::physics::collision) fn ahead(tolerance: f64) -> f64 {
-    AHEAD * tolerance.sqrt()
-}
 
 pub(super) fn turn([x, y]: Pair, angle: f64) -> Pair {
     let (sin, cos) = angle.sin_cos();
