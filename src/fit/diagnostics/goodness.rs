@@ -1,27 +1,19 @@
 //! Do model and noise describe the residuals? χ² and normality here, `trends` and `influence` in their own files.
 
-use nalgebra::DMatrix;
 use statrs::distribution::{ChiSquared, ContinuousCDF, FisherSnedecor, Normal};
 use statrs::stats_tests::anderson_darling::anderson_darling;
 
+use super::basis::{Basis, OWN};
 use super::influence::{Influence, influence};
 use super::trends::{Trend, trends};
-use crate::fit::uncertainty::{Minimum, open_directions};
-use crate::likelihood::fitted::Fitted;
-use crate::likelihood::whitening::EstimatedSd;
-use crate::measurement::dataset::Shot;
-use crate::measurement::parameter::Parameter;
-use crate::numerics::least_squares::Activity;
-use crate::physics::collision::Model;
+
+pub(in crate::fit) use super::basis::Context;
 
 /// A χ² this improbable, at either end, means that the stated noise does not describe the residuals.
 pub(in crate::fit) const IMPROBABLE: f64 = 0.001;
 
 /// Standard deviations that are too large by less than this do no harm, however many shots show it.
 const HARMLESS: f64 = 0.05;
-
-/// A direction of which less than this part is left has been taken up by the fit.
-pub(in crate::fit) const OWN: f64 = 1e-6;
 
 /// An Anderson-Darling statistic beyond which the formula for its probability no longer holds: there is none.
 const HOPELESS: f64 = 13.0;
@@ -87,19 +79,6 @@ pub struct Normality {
     pub p_value: f64,
 }
 
-/// What the tests need of a fit.
-pub(in crate::fit) struct Context<'a> {
-    pub shots: &'a [&'a Shot],
-    pub fitted: &'a [Fitted],
-    pub model: &'a Model,
-    pub minimum: &'a Minimum,
-    pub free: &'a [Parameter],
-    pub sds: &'a EstimatedSd,
-    pub dof: usize,
-    /// Whether χ² tells model from noise: the noise is stated, and no shot is down-weighted.
-    pub tests_noise: bool,
-}
-
 /// Tests the residuals of a fit.
 pub(in crate::fit) fn goodness(context: &Context) -> Goodness {
     let chi2 = 2.0 * context.minimum.cost;
@@ -127,50 +106,6 @@ pub(in crate::fit) fn goodness(context: &Context) -> Goodness {
         normality: normality(context, &basis),
         influence: influence(context, &basis, influential_from),
         influential_from,
-    }
-}
-
-/// The directions in which the fit could move: the Jacobian of the parameters that are not at a bound,
-/// and of what the shots share.
-pub(in crate::fit) struct Basis {
-    /// Orthonormal, in whitened units.
-    pub q: DMatrix<f64>,
-    /// From coordinates in `q` to the unknowns of `columns`: R⁻¹.
-    pub back: DMatrix<f64>,
-    pub columns: Vec<usize>,
-    /// The parameters among `columns`, which come first.
-    pub parameters: Vec<Parameter>,
-    /// How many of them constraints leave to be fitted.
-    pub fitted: usize,
-    /// First row and number of rows of each shot.
-    pub rows: Vec<(usize, usize)>,
-}
-
-impl Basis {
-    pub(in crate::fit) fn new(context: &Context) -> Self {
-        let Context { minimum, free, fitted, .. } = context;
-        let columns: Vec<usize> = (0..minimum.jacobian.ncols())
-            .filter(|j| minimum.active.get(*j).is_none_or(|a| *a == Activity::Free))
-            .collect();
-        let open = open_directions(&minimum.ties(true), &columns);
-        let qr = (minimum.jacobian.select_columns(&columns) * &open).qr();
-        let count = open.ncols();
-        let inverse = qr.r().solve_upper_triangular(&DMatrix::identity(count, count));
-        let back = inverse.map_or_else(|| DMatrix::zeros(columns.len(), count), |inverse| open * inverse);
-        let mut first = 0;
-        let rows = fitted.iter().map(|shot| {
-            let count = shot.plan.rows().len();
-            first += count;
-            (first - count, count)
-        });
-        Self {
-            q: qr.q(),
-            back,
-            parameters: columns.iter().filter_map(|j| free.get(*j).copied()).collect(),
-            fitted: count.saturating_sub(minimum.shared),
-            columns,
-            rows: rows.collect(),
-        }
     }
 }
 

@@ -2,7 +2,7 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use super::goodness::{Basis, Context, OWN};
+use super::basis::{Basis, Context, OWN};
 use crate::likelihood::fitted::Fitted;
 use crate::measurement::parameter::Parameter;
 

@@ -1,4 +1,5 @@
 //! How far a fit can be trusted.
+mod basis;
 pub(crate) mod goodness;
 pub(crate) mod identifiability;
 pub(crate) mod influence;

@@ -3,7 +3,7 @@
 use nalgebra::{DMatrix, DVector};
 use statrs::distribution::{ContinuousCDF, Normal, StudentsT};
 
-use super::goodness::{Basis, Context, OWN};
+use super::basis::{Basis, Context, OWN};
 use crate::fit::uncertainty::Minimum;
 use crate::likelihood::fitted::Fitted;
 use crate::likelihood::whitening::covariance;
