@@ -1,12 +1,10 @@
-//! Where the discs are nearest, and a first guess from straight lines on both sides of it.
+//! A first guess from straight lines on both sides of where the discs are nearest.
 
 use super::Unusable;
-use super::window_fit;
-use super::window_fit::Unknowns;
-use crate::measurement::track::{Sample, TrackShot};
-
-/// Of each disc on either side of the impact.
-pub(super) const LEAST: usize = 4;
+use super::lines::{LEAST, Line, distances};
+use super::unknowns;
+use super::unknowns::Unknowns;
+use crate::measurement::track::TrackShot;
 
 /// So many frames next to the impact give the guess.
 const NEAR: usize = 12;
@@ -58,15 +56,15 @@ pub(super) fn guess(shot: &TrackShot) -> Result<Unknowns, Unusable> {
     let (first, second) = (at(0), at(1));
     let across = [second[0] - first[0], second[1] - first[1]];
     let mut z = Unknowns::zeros();
-    z[window_fit::TIME] = nearest + late;
-    z[window_fit::PLACE] = first[0];
-    z[window_fit::PLACE + 1] = first[1];
-    z[window_fit::DIRECTION] = across[1].atan2(across[0]);
-    z[window_fit::DISTANCE] = across[0].hypot(across[1]);
+    z[unknowns::TIME] = nearest + late;
+    z[unknowns::PLACE] = first[0];
+    z[unknowns::PLACE + 1] = first[1];
+    z[unknowns::DIRECTION] = across[1].atan2(across[0]);
+    z[unknowns::DISTANCE] = across[0].hypot(across[1]);
     for (disc, sides) in lines.iter().enumerate() {
         for (side, line) in sides.iter().enumerate() {
             for k in 0..2 {
-                z[window_fit::velocity(disc, side) + k] = line.velocity[k];
+                z[unknowns::velocity(disc, side) + k] = line.velocity[k];
             }
         }
     }
@@ -79,47 +77,4 @@ fn nearest(shot: &TrackShot) -> Option<f64> {
     let distances = distances(shot);
     let least = distances.into_iter().min_by(|a, b| a.1.total_cmp(&b.1))?;
     Some(least.0)
-}
-
-/// Times and distances of the centres, in the frames that have both, each the middle one of three neighbours.
-pub(super) fn distances(shot: &TrackShot) -> Vec<(f64, f64)> {
-    let mut distances = Vec::new();
-    for a in &shot.cue {
-        let i = shot.object.partition_point(|b| b.t < a.t);
-        if let Some(b) = shot.object.get(i).filter(|b| (b.t - a.t) * shot.fps < 0.25) {
-            distances.push((a.t, (b.x - a.x).hypot(b.y - a.y)));
-        }
-    }
-    let middle = |three: &[(f64, f64)]| {
-        let mut values = [three[0].1, three[1].1, three[2].1];
-        values.sort_by(f64::total_cmp);
-        (three[1].0, values[1])
-    };
-    distances.windows(3).map(middle).collect()
-}
-
-#[derive(Clone, Copy, Default)]
-pub(super) struct Line {
-    pub position: [f64; 2],
-    pub velocity: [f64; 2],
-}
-
-impl Line {
-    /// By medians (Theil and Sen): wrong frames do not count.
-    pub(super) fn through(samples: &[Sample], at: f64) -> Self {
-        let mut line = Self::default();
-        for (k, pick) in [(0, (|s: &Sample| s.x) as fn(&Sample) -> f64), (1, |s| s.y)] {
-            let pairs =
-                samples.iter().enumerate().flat_map(|(i, a)| samples[i + 1..].iter().map(move |b| (a, b)));
-            let slope = median(pairs.map(|(a, b)| (pick(b) - pick(a)) / (b.t - a.t)).collect());
-            line.velocity[k] = slope;
-            line.position[k] = median(samples.iter().map(|s| pick(s) - slope * (s.t - at)).collect());
-        }
-        line
-    }
-}
-
-pub(super) fn median(mut values: Vec<f64>) -> f64 {
-    values.sort_by(f64::total_cmp);
-    values.get(values.len() / 2).copied().unwrap_or(f64::NAN)
 }

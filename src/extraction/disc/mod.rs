@@ -13,10 +13,12 @@
 //! In g and s the collision is that of two equal discs, one of them at rest: [`DiscImpact::shot`].
 
 mod initial_guess;
+mod lines;
 mod quantities;
 mod rotation;
 mod shot;
 mod stick;
+mod unknowns;
 mod verdict;
 mod window_fit;
 
@@ -54,7 +56,7 @@ pub struct DiscImpact {
     pub stuck: Option<Stuck>,
     /// What speaks against these numbers: sentences without a capital letter and a full stop. Empty for a good shot.
     pub doubts: Vec<String>,
-    unknowns: window_fit::Unknowns,
+    unknowns: unknowns::Unknowns,
     equal: shot::Equal,
 }
 
@@ -129,14 +131,14 @@ pub fn extract(shot: &TrackShot, discs: &Discs) -> Result<DiscImpact, Unusable> 
     let found = stick::find(shot);
     let guess = found.as_ref().map_or_else(|| initial_guess::guess(shot), |found| Ok(found.guess));
     // points that are not on one disc explain whatever else is wrong
-    let rigid = verdict::rigidity(shot, guess.as_ref().ok().map(|guess| guess[window_fit::TIME]))?;
+    let rigid = verdict::rigidity(shot, guess.as_ref().ok().map(|guess| guess[unknowns::TIME]))?;
     let guess = guess?;
     let tracked = window_fit::Tracked::new(shot, discs, &guess, found.as_ref().map(|found| found.settling));
     let stuck = found.map(|found| found.stuck);
     let fitted = tracked.choose(&guess)?;
     let centres = tracked.checked(&fitted)?;
     let turns =
-        [0, 1].map(|disc| rotation::turn(shot, disc, centres.unknowns[window_fit::TIME], fitted.window));
+        [0, 1].map(|disc| rotation::turn(shot, disc, centres.unknowns[unknowns::TIME], fitted.window));
     let known = quantities::Known::new(&centres, turns, discs, stuck.map(|stuck| stuck.restitution));
     let mut impact = DiscImpact {
         values: known.values(),
@@ -164,12 +166,12 @@ pub fn extract_all(shots: &[TrackShot], discs: &Discs) -> Vec<Result<DiscImpact,
 }
 
 /// A vector of numbers with derivatives by the fit's unknowns and the four spins.
-type Dual = num_dual::DualSVec64<{ quantities::INPUTS }>;
+type Dual = num_dual::DualSVec64<{ unknowns::INPUTS }>;
 
 fn value(dual: &Dual) -> f64 {
     dual.re
 }
 
-fn gradient(dual: &Dual) -> SVector<f64, { quantities::INPUTS }> {
+fn gradient(dual: &Dual) -> SVector<f64, { unknowns::INPUTS }> {
     dual.eps.0.unwrap_or_else(SVector::zeros)
 }

@@ -4,13 +4,11 @@ use nalgebra::{SMatrix, SVector};
 use num_dual::DualNum;
 
 use super::rotation::Turn;
-use super::window_fit::{COUNT, Centres, DIRECTION, DISTANCE, TIME, velocity};
+use super::unknowns::{COUNT, DIRECTION, DISTANCE, INPUTS, TIME, velocity};
+use super::window_fit::Centres;
 use super::{Dual, gradient, stick, value};
 use crate::measurement::dataset::Measured;
 use crate::physics::disc::Discs;
-
-/// The fit's unknowns and four spins: first disc before and after, second before and after.
-pub(super) const INPUTS: usize = COUNT + 4;
 
 /// Where a spin stands.
 const fn spin(disc: usize, side: usize) -> usize {

@@ -2,8 +2,7 @@
 
 use nalgebra::{Matrix2, Matrix3, Vector3};
 
-use super::initial_guess::{LEAST, median};
-use super::window_fit::repeated;
+use super::lines::{LEAST, median, repeated};
 use crate::likelihood::prediction::wrap;
 use crate::measurement::track::{Sample, TrackShot, TrackedBall};
 

@@ -3,7 +3,8 @@
 
 use nalgebra::{DMatrix, DVector, SMatrix};
 
-use super::quantities::{INPUTS, Known};
+use super::quantities::Known;
+use super::unknowns::INPUTS;
 use super::{DiscImpact, Dual, gradient, value};
 use crate::measurement::dataset::{Before, Joint, Measured, Measurement, Shared, Shot};
 use crate::measurement::observable::{Axis, Observable};

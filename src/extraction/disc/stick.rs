@@ -5,9 +5,8 @@ use nalgebra::SVector;
 use num_dual::{DualNum, DualSVec64};
 
 use super::Dual;
-use super::initial_guess::{LEAST, Line, distances, median};
-use super::quantities::INPUTS;
-use super::window_fit::{COUNT, DIRECTION, DISTANCE, PLACE, TIME, Unknowns, velocity};
+use super::lines::{LEAST, Line, distances, median};
+use super::unknowns::{COUNT, DIRECTION, DISTANCE, INPUTS, PLACE, TIME, Unknowns, velocity};
 use crate::extraction::initial_guess::noise_of;
 use crate::measurement::dataset::Measured;
 use crate::measurement::track::TrackShot;

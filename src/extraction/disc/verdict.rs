@@ -1,6 +1,6 @@
 //! What speaks against the numbers of a shot: what must hold of any two rigid discs that collide, whatever the friction.
 
-use super::initial_guess::median;
+use super::lines::median;
 use super::{DiscImpact, Quantity, Unusable};
 use crate::measurement::track::{Sample, TrackShot, TrackedBall};
 

@@ -2,33 +2,16 @@
 //! valid in.
 
 use argmin::core::{Error, Jacobian, Operator};
-use nalgebra::{DMatrix, DVector, SMatrix, SVector};
+use nalgebra::{DMatrix, DVector, SMatrix};
 
-use super::initial_guess::{LEAST, median};
+use super::lines::{LEAST, median, repeated};
+use super::unknowns::{COUNT, DIRECTION, DISTANCE, PLACE, TIME, Unknowns, velocity};
 use super::{Outcome, Unusable, stick};
 use crate::extraction::initial_guess::noise_of;
 use crate::measurement::track::{Sample, TrackShot};
 use crate::numerics::least_squares;
 use crate::numerics::least_squares::{Constraints, Options, Termination};
 use crate::physics::disc::Discs;
-
-/// Instant of impact, s.
-pub(super) const TIME: usize = 0;
-/// Where the first disc's centre then is, m.
-pub(super) const PLACE: usize = 1;
-/// Direction of the line of centres, from the first disc to the second, rad.
-pub(super) const DIRECTION: usize = 3;
-/// Distance of the centres then, m.
-pub(super) const DISTANCE: usize = 4;
-/// How many unknowns there are with the velocities.
-pub(super) const COUNT: usize = 13;
-
-/// First component of the velocity of a disc (0 or 1) before (0) or after (1) the impact, m/s.
-pub(super) const fn velocity(disc: usize, side: usize) -> usize {
-    5 + 4 * side + 2 * disc
-}
-
-pub(super) type Unknowns = SVector<f64, COUNT>;
 
 /// A frame is wrong when a coordinate is this many standard deviations off, of those of its window…
 const OUTLIER: f64 = 5.0;
@@ -55,9 +38,6 @@ const SLACK: f64 = 0.3;
 /// Even next to the impact, so much more than the noise, and this part of the distance, is no collision.
 const HOPELESS: f64 = 10.0;
 const HOPELESS_PART: f64 = 0.02;
-
-/// Neighbouring residuals are taken to be correlated by no more than this.
-const MOST_REPEATED: f64 = 0.95;
 
 /// So many frames on either side tell the noise.
 const NOISE_FRAMES: f64 = 30.0;
@@ -320,15 +300,6 @@ impl Fitted {
         };
         [count(0, false), count(0, true), count(1, false), count(1, true)]
     }
-}
-
-/// (1 + ρ)/(1 − ρ), ρ the correlation of neighbouring residuals: so much larger are variances where a disc
-/// wobbles about its straight path, or a push is not quite over, than those of independent errors.
-pub(super) fn repeated(runs: &[Vec<f64>]) -> f64 {
-    let products: f64 = runs.iter().flat_map(|run| run.windows(2).map(|two| two[0] * two[1])).sum();
-    let squares: f64 = runs.iter().flatten().map(|r| r * r).sum();
-    let rho = if squares > 0.0 { (products / squares).clamp(0.0, MOST_REPEATED) } else { 0.0 };
-    (1.0 + rho) / (1.0 - rho)
 }
 
 /// The larger residual of a frame's coordinates, in standard deviations.

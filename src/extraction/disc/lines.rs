@@ -1,0 +1,61 @@
+//! Straight lines through the frames of a disc, its distance from the other one, and how residuals go with their neighbours.
+
+use crate::measurement::track::{Sample, TrackShot};
+
+/// Of each disc on either side of the impact.
+pub(super) const LEAST: usize = 4;
+
+/// Neighbouring residuals are taken to be correlated by no more than this.
+const MOST_REPEATED: f64 = 0.95;
+
+/// Times and distances of the centres, in the frames that have both, each the middle one of three neighbours.
+pub(super) fn distances(shot: &TrackShot) -> Vec<(f64, f64)> {
+    let mut distances = Vec::new();
+    for a in &shot.cue {
+        let i = shot.object.partition_point(|b| b.t < a.t);
+        if let Some(b) = shot.object.get(i).filter(|b| (b.t - a.t) * shot.fps < 0.25) {
+            distances.push((a.t, (b.x - a.x).hypot(b.y - a.y)));
+        }
+    }
+    let middle = |three: &[(f64, f64)]| {
+        let mut values = [three[0].1, three[1].1, three[2].1];
+        values.sort_by(f64::total_cmp);
+        (three[1].0, values[1])
+    };
+    distances.windows(3).map(middle).collect()
+}
+
+#[derive(Clone, Copy, Default)]
+pub(super) struct Line {
+    pub position: [f64; 2],
+    pub velocity: [f64; 2],
+}
+
+impl Line {
+    /// By medians (Theil and Sen): wrong frames do not count.
+    pub(super) fn through(samples: &[Sample], at: f64) -> Self {
+        let mut line = Self::default();
+        for (k, pick) in [(0, (|s: &Sample| s.x) as fn(&Sample) -> f64), (1, |s| s.y)] {
+            let pairs =
+                samples.iter().enumerate().flat_map(|(i, a)| samples[i + 1..].iter().map(move |b| (a, b)));
+            let slope = median(pairs.map(|(a, b)| (pick(b) - pick(a)) / (b.t - a.t)).collect());
+            line.velocity[k] = slope;
+            line.position[k] = median(samples.iter().map(|s| pick(s) - slope * (s.t - at)).collect());
+        }
+        line
+    }
+}
+
+pub(super) fn median(mut values: Vec<f64>) -> f64 {
+    values.sort_by(f64::total_cmp);
+    values.get(values.len() / 2).copied().unwrap_or(f64::NAN)
+}
+
+/// (1 + ρ)/(1 − ρ), ρ the correlation of neighbouring residuals: so much larger are variances where a disc
+/// wobbles about its straight path, or a push is not quite over, than those of independent errors.
+pub(super) fn repeated(runs: &[Vec<f64>]) -> f64 {
+    let products: f64 = runs.iter().flat_map(|run| run.windows(2).map(|two| two[0] * two[1])).sum();
+    let squares: f64 = runs.iter().flatten().map(|r| r * r).sum();
+    let rho = if squares > 0.0 { (products / squares).clamp(0.0, MOST_REPEATED) } else { 0.0 };
+    (1.0 + rho) / (1.0 - rho)
+}
