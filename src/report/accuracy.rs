@@ -2,7 +2,7 @@
 
 use std::fmt::Write;
 
-use super::table::aligned;
+use super::aligned::aligned;
 use crate::physics::collision::Fidelity;
 use crate::studies::accuracy::{QUANTITIES, Row, Spread};
 use crate::studies::bias;

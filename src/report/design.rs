@@ -5,12 +5,12 @@ use std::fmt::Write as _;
 use serde_json::{Map, Value as Json, json};
 
 use super::ReportError;
+use super::aligned::aligned;
 use super::csv::quoted;
 use super::digits;
 use super::digits::FEW;
 use super::number::plain;
 use super::plot::design as plot;
-use super::table::aligned;
 use crate::design;
 use crate::design::{Cell, Design, Mixture, SpinFrom};
 use crate::measurement::parameter::Parameter;

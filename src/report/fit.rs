@@ -2,11 +2,11 @@
 
 use super::content::{Block, Cell, Figure, Report, Section, Table, facts};
 use super::number::{interval, plain, with_error};
-use super::shots::shot_list;
+use super::shots::{named, shot_list};
 use super::table::{chi2_text, estimate, with_unit};
 use super::trust::sections;
 use super::{bodies, model, noise_estimated, p_text, reduced_chi2, title};
-use crate::fit::{Counted, DOWN_WEIGHTED, Estimate, Fit, Method, Noise, Residual, Status};
+use crate::fit::{Counted, DOWN_WEIGHTED, Estimate, Fit, Method, Noise, Status};
 
 /// The pictures that go into a report.
 #[derive(Clone, Debug, Default)]
@@ -94,11 +94,6 @@ fn camera(fit: &Fit, picture: Option<Block>) -> Option<Section> {
     let table = Block::Table(Table::new(["", "found", ""], rows));
     let legend = format!("from the frames of {} shots; ± one standard error", found.shots);
     Some(Section::new("Camera", legend, [table].into_iter().chain(picture).collect()))
-}
-
-/// Each residual with the name of its shot.
-pub(super) fn named(fit: &Fit) -> impl Iterator<Item = (String, &Residual)> {
-    fit.residuals.iter().map(|residual| (residual.shot.clone(), residual))
 }
 
 /// What was measured, and how it was fitted.

@@ -1,7 +1,8 @@
 //! What `caromfit fit` prints: one line per data set, those that can be used first, each with its verdict.
 
+use super::aligned::aligned;
 use super::number::plain;
-use super::table::{aligned, brief, name, parameters, shots, with_unit};
+use super::table::{brief, name, parameters, shots, with_unit};
 use crate::fit::{Fit, Grade, Status};
 use crate::measurement::parameter::Parameter;
 

@@ -1,7 +1,7 @@
 //! What moved since a stored fit, as a table.
 
+use super::aligned::aligned;
 use super::regression::Moved;
-use super::table::aligned;
 
 /// A row for each thing that moved, `title` naming its fit.
 #[must_use]

@@ -25,10 +25,15 @@ pub const MOST_PICTURES: usize = 60;
 #[must_use]
 pub fn worth_drawing(fits: &[Fit]) -> Vec<String> {
     let of = |fit: &Fit| {
-        let shots = shot_list(super::fit::named(fit), &[]);
+        let shots = shot_list(named(fit), &[]);
         shots.into_iter().take(MOST_PICTURES).map(|shot| shot.name).collect::<Vec<_>>()
     };
     fits.iter().flat_map(of).collect()
+}
+
+/// Each residual with the name of its shot.
+pub(super) fn named(fit: &Fit) -> impl Iterator<Item = (String, &Residual)> {
+    fit.residuals.iter().map(|residual| (residual.shot.clone(), residual))
 }
 
 /// The shots that are listed in a report, those with the largest residuals first: each residual with the name of its

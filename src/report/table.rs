@@ -1,8 +1,8 @@
 //! All fits in one table, a line each, as `caromfit fit --all` prints it.
 
-use super::content::{Cell, Table};
+use super::aligned::aligned;
 use super::number::{plain, with_error};
-use super::{noise_estimated, reduced_chi2, text};
+use super::{noise_estimated, reduced_chi2};
 use crate::fit::{Estimate, Fit, Grade, Status};
 use crate::measurement::parameter::Parameter;
 
@@ -32,13 +32,6 @@ pub(super) fn parameters(fits: &[Fit]) -> Vec<Parameter> {
     let has =
         |parameter: &Parameter| fits.iter().flat_map(|fit| &fit.estimates).any(|e| e.parameter == *parameter);
     Parameter::ALL.into_iter().filter(|p| Parameter::COEFFICIENTS.contains(p) || has(p)).collect()
-}
-
-/// Rows of a table, the first its head, as [`text::table`] lays them out.
-pub(super) fn aligned(rows: &[Vec<String>], indent: &str) -> String {
-    let mut rows = rows.iter().map(|row| row.iter().map(Cell::text).collect::<Vec<_>>());
-    let head = rows.next().unwrap_or_default();
-    text::table(&Table { head, rows: rows.collect() }, indent)
 }
 
 /// With its unit, where it has one.

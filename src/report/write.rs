@@ -7,8 +7,8 @@ use std::io::{self, BufWriter, Write};
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
-use super::fit::{Pictures, content_with, named};
-use super::shots::{Filmed, shot_list, with_spots};
+use super::fit::{Pictures, content_with};
+use super::shots::{Filmed, named, shot_list, with_spots};
 use super::{ReportError, csv, html, json, plot, shot_table};
 use crate::fit::Fit;
 
