@@ -3,25 +3,27 @@
 //!
 //! # One collision
 //!
-//! In the collision's own frame: x along the line of centres, z up.
+//! As a simulator has it: x and y along the table, z up. `default-features = false` is the collision models alone, with few
+//! dependencies.
 //!
 //! ```
 //! use caromfit::physics::ball::{Ball, BallState};
 //! use caromfit::physics::collision::{Coefficients, Fidelity, Model};
 //!
 //! let model = Model::new(Fidelity::Full, Ball::POOL);
-//! // 2 m/s, a cut of 30°, rolling
-//! let (sin, cos) = 30_f64.to_radians().sin_cos();
-//! let rolling = 2.0 / Ball::POOL.radius;
-//! let cue = BallState {
-//!     velocity: [2.0 * cos, 2.0 * sin, 0.0].into(),
-//!     spin: [-rolling * sin, rolling * cos, 0.0].into(),
-//! };
-//! let after = model.collide(&cue, &Coefficients { mu: 0.05, mu_s: 0.3, e: 0.94 })?;
-//! let throw = after.object.velocity.y.atan2(after.object.velocity.x);
-//! assert!(throw > 0.0 && throw < 5_f64.to_radians());
+//! let coefficients = Coefficients { mu: 0.05, mu_s: 0.3, e: 0.94 };
+//! // rolling along x with 2 m/s; the object ball lies 30° to its left
+//! let rolling = BallState::natural_roll([2.0, 0.0, 0.0].into(), Ball::POOL.radius);
+//! let line_of_centres = [30_f64.to_radians().cos(), 30_f64.to_radians().sin()];
+//! let after = model.collide_on_table(line_of_centres, &rolling, &coefficients)?;
+//! // friction throws the object ball off the line of centres, the way the cue ball went
+//! let direction = after.object.velocity.y.atan2(after.object.velocity.x).to_degrees();
+//! assert!(direction < 30.0 && direction > 25.0);
 //! # Ok::<(), caromfit::physics::collision::NotACollision>(())
 //! ```
+//!
+//! [`Model::collide`](physics::collision::Model::collide) does the same in the frame of the collision, with derivatives in
+//! [`Model::collide_with_jacobian`](physics::collision::Model::collide_with_jacobian).
 //!
 //! # Fit a folder
 //!
@@ -76,37 +78,56 @@
 //!
 //! The [`guide`] has the pages of `caromfit help`.
 //!
-//! The modules in the order of the house: each uses only those above it.
+//! The modules in the order of the house: each uses only those above it. A Cargo feature that a program does not need can be left
+//! out: `cli`, the program itself, builds on `report`, that on `io`, that on `fit`, and all are there by default.
 //!
-//! | module | what it holds |
-//! | --- | --- |
-//! | [`physics`] | balls, discs, friction, motion on the cloth, the collision models |
-//! | [`numerics`] | least squares under constraints, quadrature: knows no balls |
-//! | [`measurement`] | what was measured, as values: data set, shot, track, observable, parameter |
-//! | [`film`] | what a camera makes of the table, and back |
-//! | [`io`] | files to measurements and back |
-//! | [`trajectory`] | the motion of both balls before, through and after an impact |
-//! | [`likelihood`] | of the frames, the velocities or the angles of one shot |
-//! | [`extraction`] | frames to impacts |
-//! | [`fit`] | data set to estimates with their uncertainties |
-//! | [`compare`], [`design`], [`simulate`], [`studies`] | what is built on fits |
-//! | [`report`] | results as text, HTML, JSON, CSV and plots |
-//! | [`guide`] | what a user of the program reads |
+//! | module | what it holds | feature |
+//! | --- | --- | --- |
+//! | [`physics`] | balls, discs, friction, motion on the cloth, the collision models | – |
+//! | [`numerics`] | least squares under constraints, quadrature: knows no balls | – (least squares: `fit`) |
+//! | [`measurement`] | what was measured, as values: data set, shot, track, observable, parameter | `fit` |
+//! | [`film`] | what a camera makes of the table, and back | `fit` |
+//! | [`io`] | files to measurements and back | `io` |
+//! | [`trajectory`] | the motion of both balls before, through and after an impact | `fit` |
+//! | [`likelihood`] | of the frames, the velocities or the angles of one shot | `fit` |
+//! | [`extraction`] | frames to impacts | `fit` |
+//! | [`fit`] | data set to estimates with their uncertainties | `fit` |
+//! | [`compare`] | several data sets at once: which parameters differ | `fit` |
+//! | [`design`], [`simulate`], [`studies`] | what else is built on fits | `io` |
+//! | [`report`] | results as text, HTML, JSON, CSV and plots | `report` |
+//! | [`guide`] | what a user of the program reads | `report` |
 
+// what only left out features use is no mistake
+#![cfg_attr(not(feature = "report"), allow(dead_code, unused_imports))]
+
+#[cfg(feature = "fit")]
 pub mod compare;
+#[cfg(feature = "io")]
 pub mod design;
+#[cfg(feature = "fit")]
 pub mod extraction;
+#[cfg(feature = "fit")]
 pub mod film;
+#[cfg(feature = "fit")]
 pub mod fit;
+#[cfg(feature = "report")]
 pub mod guide;
+#[cfg(feature = "io")]
 pub mod io;
+#[cfg(feature = "fit")]
 pub mod likelihood;
+#[cfg(feature = "fit")]
 pub mod measurement;
 pub mod numerics;
 pub mod physics;
+#[cfg(feature = "report")]
 pub mod report;
+#[cfg(feature = "io")]
 pub mod simulate;
+#[cfg(feature = "io")]
 pub mod studies;
+#[cfg(feature = "fit")]
 pub mod trajectory;
 
+#[cfg(feature = "fit")]
 pub use fit::analyse;

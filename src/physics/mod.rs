@@ -6,3 +6,4 @@ pub mod contact_frame;
 pub mod disc;
 pub mod effect_sizes;
 pub mod friction_law;
+mod on_table;

@@ -10,6 +10,8 @@ use crate::physics::friction_law::{Friction, Law};
 pub enum NotACollision {
     #[error("{name} is {value}; expected a finite number")]
     NotFinite { name: &'static str, value: f64 },
+    #[error("the line of centres ({0}, {1}) has no direction; expected a finite vector other than 0")]
+    NoDirection(f64, f64),
     #[error(
         "the cue ball does not approach: its velocity along the line of centres is {0} m/s; expected more than 0"
     )]
