@@ -32,6 +32,7 @@ mod report;
 mod schema;
 mod search;
 mod shipped;
+mod shot_estimates;
 mod signs;
 mod statistics;
 mod synthetic;

@@ -113,26 +113,55 @@ fn a_wrong_document_is_found() {
     );
 }
 
-/// The Python of the guide runs where there is pandas.
+/// Runs the program in a folder.
+fn run(folder: &Path, args: &[&str]) {
+    let output =
+        Command::new(env!("CARGO_BIN_EXE_caromfit")).args(args).current_dir(folder).output().unwrap();
+    assert!(output.status.success(), "{output:?}");
+}
+
+/// The Python of the guide names columns that the tables have, and runs where there is pandas.
 #[test]
 fn the_guide_s_python_reads_the_tables() {
-    let has_pandas = Command::new("python3").args(["-c", "import pandas"]).output();
-    if !has_pandas.is_ok_and(|output| output.status.success()) {
-        eprintln!("no python3 with pandas here: not tried");
-        return;
-    }
     let folder = tempfile::tempdir().unwrap();
-    let run = |args: &[&str]| {
-        let output =
-            Command::new(env!("CARGO_BIN_EXE_caromfit")).args(args).current_dir(&folder).output().unwrap();
-        assert!(output.status.success(), "{output:?}");
-    };
-    run(&["example", "demo"]);
-    run(&["fit", "demo/balls"]);
+    run(folder.path(), &["example", "demo"]);
+    run(folder.path(), &["fit", "demo/balls"]);
     let page = caromfit::guide::TOPICS.iter().find(|topic| topic.name == "results").unwrap().text;
     let python = page.split("```python\n").nth(1).unwrap().split("```").next().unwrap();
+
+    let mut columns = 0;
+    for (table, after) in ["residuals", "shots", "frames"].map(|table| {
+        let read = format!("fits/balls/{table}.csv");
+        (table, python.split(&read).nth(1).unwrap_or_else(|| panic!("{read} is not read")))
+    }) {
+        let text = fs::read_to_string(folder.path().join(format!("fits/balls/{table}.csv"))).unwrap();
+        let header: Vec<&str> = text.lines().next().unwrap().split(',').collect();
+        // what stands in quotation marks until the next table is read, but for how it is read
+        let own = after.split("read_csv").next().unwrap().split_once(')').unwrap().1;
+        for name in own.split('"').skip(1).step_by(2) {
+            assert!(header.contains(&name), "{table}.csv has no column {name}: {header:?}");
+            columns += 1;
+        }
+        let described =
+            page.split(&format!("## {table}.csv\n")).nth(1).unwrap().split("\n## ").next().unwrap();
+        let unknown: Vec<_> = header
+            .iter()
+            .filter(|name| {
+                !name.ends_with("_sd") && !name.ends_with("_after") && !name.ends_with("_predicted")
+            })
+            .filter(|name| !described.contains(**name))
+            .collect();
+        assert!(unknown.is_empty(), "{table}.csv has columns that the guide leaves out: {unknown:?}");
+    }
+    assert!(columns > 8, "{columns}");
+
+    let has_pandas = Command::new("python3").args(["-c", "import pandas"]).output();
+    if !has_pandas.is_ok_and(|output| output.status.success()) {
+        eprintln!("no python3 with pandas here: the Python was not run");
+        return;
+    }
     let output = Command::new("python3").args(["-c", python]).current_dir(&folder).output().unwrap();
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
     let said = String::from_utf8(output.stdout).unwrap();
-    assert!(said.starts_with("good 0.0") && said.contains("speed_m_s"), "{said}");
+    assert!(said.starts_with("good 0.0") && said.contains("speed_m_s") && said.contains("object"), "{said}");
 }

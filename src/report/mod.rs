@@ -14,6 +14,7 @@ pub mod discs;
 pub mod export;
 pub mod extracted;
 pub mod fit;
+pub mod frame_table;
 pub mod html;
 pub mod json;
 pub mod overview;

@@ -9,8 +9,8 @@ use std::time::Duration;
 
 use super::fit::{Pictures, content_with};
 use super::shots::{Filmed, named, shot_list, with_spots};
-use super::{ReportError, csv, html, json, plot, shot_table};
-use crate::fit::Fit;
+use super::{ReportError, csv, frame_table, html, json, plot, shot_table};
+use crate::fit::{Fit, FittedFrames};
 
 /// Writes the report of a fit below `out` and returns its folder. The label of a group gives its
 /// folder by [`folder_name`]; where labels may collide, use [`group_folders`] and [`write_to`].
@@ -58,6 +58,8 @@ enum Content<'a> {
     Bytes(Cow<'a, [u8]>),
     /// residuals.csv, which may be larger than what should be held in memory.
     Residuals(&'a Fit),
+    /// frames.csv, likewise.
+    Frames(&'a FittedFrames),
 }
 
 impl Content<'_> {
@@ -66,12 +68,13 @@ impl Content<'_> {
         match self {
             Self::Bytes(bytes) => buffer.write_all(bytes)?,
             Self::Residuals(fit) => csv::write(fit, &mut buffer)?,
+            Self::Frames(frames) => frame_table::write(frames, &mut buffer)?,
         }
         buffer.into_inner().map_err(io::IntoInnerError::into_error)?.sync_all()
     }
 }
 
-/// Writes the files of a report, and removes a picture of an earlier one that this one does not have.
+/// Writes the files of a report, and removes those of an earlier one that this one does not have.
 ///
 /// A fit.json that tells the same result stays, with the time and the steps of the run that found it first: what is kept under version
 /// control does not change with every run.
@@ -85,7 +88,7 @@ fn put(files: &[(&'static str, Content)], folder: &Path) -> Result<(), ReportErr
     };
     let written: Vec<_> = files.iter().filter(|file| !stays(file)).collect();
     write_contents(&written, folder)?;
-    for name in ["contours.svg", "contours.png"] {
+    for name in ["contours.svg", "contours.png", "frames.csv"] {
         let path = folder.join(name);
         if files.iter().all(|(written, _)| *written != name) && path.exists() {
             fs::remove_file(&path).map_err(|source| ReportError::Write { path, source })?;
@@ -118,6 +121,9 @@ fn files<'a>(fit: &'a Fit, filmed: &Filmed) -> Result<Vec<(&'static str, Content
         ("residuals.svg", bytes(residuals.into_bytes())),
         ("residuals.png", bytes(plot::png(fit)?)),
     ];
+    if let Some(frames) = &fit.frames {
+        files.push(("frames.csv", Content::Frames(frames)));
+    }
     if let Some(svg) = contours {
         files.push(("contours.svg", bytes(svg.into_bytes())));
     }
