@@ -9,7 +9,7 @@ use super::check;
 use super::number::shortened;
 use super::raw::{FORMAT, NAMES, Notes, RawShot, RawTrack};
 use super::resolution;
-use super::settings::{Balls, Names, TrackSettings};
+use super::settings::{Balls, Names, TrackSettings, Unit};
 use super::time;
 use crate::measurement::rigid_body::circle_centres;
 use crate::measurement::spin::Spin;
@@ -179,7 +179,10 @@ fn of_balls(
                        not certain which of these did; expected them set right, or the shot skipped";
         return Err(Wrong::damaged(Some(line), message.to_string()));
     }
-    let resolution = resolution(&cue, &object, calibration, &file, notes);
+    let (resolution, coarse) = resolution(&cue, &object, (settings, calibration));
+    if let Some(message) = coarse {
+        notes.add(FORMAT, &file, None, message);
+    }
     let several = [sizes[0] > 1, sizes[2] > 1];
     let marker = |ball: TrackedBall, centre: &RawTrack, track: &RawTrack| Marker {
         ball,
@@ -374,15 +377,17 @@ fn mean(centres: &mut Vec<RawTrack>, markers: &mut Vec<RawTrack>) -> RawTrack {
 /// Coarser coordinates than this, m, are worth a note: a ball that is tracked well errs by as much.
 const COARSE: f64 = 1.5e-4;
 
+/// The same of coordinates in pixels where no scale says how long one is.
+const COARSE_PX: f64 = 0.1;
+
 /// Step of the grid that the coordinates of both balls lie on, m, where it is at the first position; 0 where there is none. It is
-/// recognised in the file's own unit, since a calibration by points bends it. A ball that hardly moves has that of the other.
+/// recognised in the file's own unit, since a calibration by points bends it. A ball that hardly moves has that of the other. With what
+/// there is to say of a coarse one, in pixels where the balls are yet to tell how long one is.
 fn resolution(
     cue: &RawTrack,
     object: &RawTrack,
-    calibration: &Calibration,
-    file: &std::path::Path,
-    notes: &mut Notes,
-) -> [f64; 2] {
+    (settings, calibration): (&TrackSettings, &Calibration),
+) -> ([f64; 2], Option<String>) {
     let steps = [cue, object].map(|track| {
         let step = resolution::step(&[track]).or_else(|| resolution::step(&[cue, object]))?;
         let first = track.rows.iter().find(|row| !row.is_gap())?;
@@ -392,15 +397,15 @@ fn resolution(
     });
     let steps = steps.map(|step| step.unwrap_or(0.0));
     let coarsest = steps[0].max(steps[1]);
-    if coarsest > COARSE {
-        let message = format!(
-            "positions are rounded to {:.2} mm: each errs by {:.2} mm at least",
-            1e3 * coarsest,
-            1e3 * coarsest / 12.0_f64.sqrt()
-        );
-        notes.add(FORMAT, file, None, message);
-    }
-    steps
+    let (limit, rounded, unit) = match settings.unit {
+        Some(Unit::Px) if settings.from_balls => (COARSE_PX, coarsest, "px"),
+        _ => (COARSE, 1e3 * coarsest, "mm"),
+    };
+    let message = || {
+        let least = rounded / 12.0_f64.sqrt();
+        format!("positions are rounded to {rounded:.2} {unit}: each errs by {least:.2} {unit} at least")
+    };
+    (steps, (coarsest > limit).then(message))
 }
 
 fn samples(track: &RawTrack, calibration: &Calibration) -> Vec<Sample> {
