@@ -88,6 +88,26 @@ fn stored_results_are_as_the_schema_describes_them() {
     }
 }
 
+/// What `synth --json` prints, and nothing else on standard output.
+#[test]
+fn printed_documents_are_as_the_schema_describes_them() {
+    let folder = tempfile::tempdir().unwrap();
+    let spec = concat!(env!("CARGO_MANIFEST_DIR"), "/src/example/balls-spec.toml");
+    let args = ["synth", spec, "--out", "s", "--falling", "0.1,1", "--json"];
+    let output = Command::new(env!("CARGO_BIN_EXE_caromfit")).args(args).current_dir(&folder).output();
+    let output = output.unwrap();
+    assert!(output.status.success(), "{output:?}");
+    let synth: Value = serde_json::from_slice(&output.stdout).unwrap();
+    let mut wrong = Vec::new();
+    check(&schema("synth"), &synth, "", &mut wrong);
+    assert!(wrong.is_empty(), "{wrong:#?}");
+    assert_eq!(synth["format_version"], 1);
+    assert!(synth["parameters"]["mu_c"] == serde_json::json!({"truth": 1.0, "unit": "s/m"}));
+    for file in synth["files"].as_array().unwrap() {
+        assert!(folder.path().join("s").join(file.as_str().unwrap()).is_file(), "{file}");
+    }
+}
+
 /// The checker finds what is wrong.
 #[test]
 fn a_wrong_document_is_found() {

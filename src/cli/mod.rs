@@ -69,7 +69,7 @@ enum Command {
     Export(export::Args),
     /// Copy a small complete example to try everything on
     Example(example::Args),
-    /// Print the JSON Schema of fit.json or compare.json
+    /// Print the JSON Schema of fit.json, compare.json, or what accuracy --json or synth --json prints
     Schema(schema::Args),
     /// Print completions for a shell
     Completions(shell::Completions),

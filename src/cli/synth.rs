@@ -2,11 +2,14 @@
 
 use std::path::PathBuf;
 
+use caromfit::measurement::parameter::Parameter;
 use caromfit::physics::ball::Ball;
-use caromfit::physics::collision::Model;
+use caromfit::physics::collision::{Fidelity, Model};
 use caromfit::physics::friction_law::Law;
-use caromfit::report::write;
+use caromfit::report::{FORMAT_VERSION, unit_of, write};
 use caromfit::simulate;
+use caromfit::simulate::{Kind, Spec, Truth};
+use serde_json::{Value, json};
 
 use super::{Failure, FidelityArg, print};
 
@@ -70,6 +73,31 @@ pub struct Args {
     /// closed form for it, all but ode and contact take it at the first slip
     #[arg(long, value_name = "B,C", value_parser = super::law, allow_hyphen_values = true)]
     falling: Option<Law>,
+    /// Print what was made as JSON, and nothing else, on standard output
+    #[arg(long)]
+    json: bool,
+}
+
+/// What was made, for programs.
+fn document(args: &Args, spec: &Spec, fidelity: Fidelity, files: &[&str]) -> Value {
+    let Truth { mu, mu_s, e } = spec.truth;
+    let mut truth: Vec<(Parameter, f64)> = Parameter::COEFFICIENTS.into_iter().zip([mu, mu_s, e]).collect();
+    if let Some(Law::Exponential { b, c }) = args.falling {
+        truth.extend([(Parameter::B, b), (Parameter::C, c)]);
+    }
+    let parameter = |(parameter, value): (Parameter, f64)| {
+        (parameter.name().to_owned(), json!({"truth": value, "unit": unit_of(parameter)}))
+    };
+    let kind = match spec.kind {
+        Kind::Tracks => "tracks",
+        Kind::Impacts => "impacts",
+        Kind::Angles => "angles",
+    };
+    json!({
+        "version": env!("CARGO_PKG_VERSION"), "format_version": FORMAT_VERSION, "dataset": spec.name, "kind": kind,
+        "folder": args.out, "files": files, "shots": spec.shots.count, "seed": spec.seed, "fidelity": fidelity.name(),
+        "parameters": Value::Object(truth.into_iter().map(parameter).collect()),
+    })
 }
 
 pub fn run(args: &Args) -> Result<(), Failure> {
@@ -82,5 +110,9 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         .map_err(|error| Failure::input(format!("{}: {error}", args.spec.display())))?;
     let files: Vec<_> = files.into_iter().map(|(name, text)| (name, text.into_bytes())).collect();
     write::write_files(&files, &args.out).map_err(Failure::work)?;
+    if args.json {
+        let names: Vec<&str> = files.iter().map(|(name, _)| *name).collect();
+        return print(&format!("{:#}\n", document(args, &spec, fidelity, &names)));
+    }
     print(&format!("{} shots in {}\n", spec.shots.count, args.out.display()))
 }

@@ -2,10 +2,62 @@
 
 use std::fmt::Write;
 
+use serde_json::{Value, json};
+
 use super::aligned::aligned;
+use super::digits::{FEW, relative};
+use super::{FORMAT_VERSION, ReportError, unit_of};
 use crate::physics::collision::Fidelity;
 use crate::studies::accuracy::{QUANTITIES, Row, Spread};
 use crate::studies::bias;
+
+/// Units of [`QUANTITIES`]: speeds, spins times R and vertical speeds are in parts of the cue ball's speed U.
+const UNITS: [&str; 4] = ["deg", "1", "1", "1"];
+
+/// Both studies as JSON, with a newline at its end: `shots` were computed, `left_out` could not be used.
+///
+/// # Errors
+/// None in practice: what is not finite becomes `null`.
+pub fn json(
+    rows: &[Row],
+    biases: &[bias::Row],
+    (shots, left_out): (usize, usize),
+) -> Result<String, ReportError> {
+    let errors = |errors: [Spread; 4]| -> Value {
+        let each = QUANTITIES.into_iter().zip(UNITS).zip(errors).map(|((name, unit), spread)| {
+            let [median, p95, worst] =
+                [spread.median, spread.p95, spread.worst].map(|error| relative(error, FEW));
+            (name.to_owned(), json!({"unit": unit, "median": median, "p95": p95, "worst": worst}))
+        });
+        Value::Object(each.collect())
+    };
+    let way = |row: &Row| {
+        json!({"fidelity": row.fidelity.name(), "effects": if row.everything { "all" } else { "as-full" },
+               "tolerance": row.tolerance, "seconds": relative(row.seconds, FEW), "failed": row.failed,
+               "numerical_error": row.numerical.map(errors), "model_error": errors(row.model)})
+    };
+    let fitted = |row: &bias::Row| {
+        let parameter = |found: &bias::Found| {
+            let bias = found.bias();
+            let value = json!({
+                "unit": unit_of(found.parameter), "truth": found.truth, "estimate": bias.map(|_| found.estimate),
+                "bias": bias.map(|bias| relative(bias, FEW)),
+                "std_error": found.std_error.map(|error| relative(error, FEW)),
+            });
+            (found.parameter.name().to_owned(), value)
+        };
+        json!({"fidelity": fitted_with(row), "parameters": Value::Object(row.found.iter().map(parameter).collect()),
+               "chi2_per_observation": relative(row.chi2_per_observation, FEW),
+               "seconds": relative(row.seconds, FEW)})
+    };
+    let document = json!({
+        "version": env!("CARGO_PKG_VERSION"), "format_version": FORMAT_VERSION, "shots": shots, "left_out": left_out,
+        "ways": rows.iter().map(way).collect::<Vec<_>>(), "biases": biases.iter().map(fitted).collect::<Vec<_>>(),
+    });
+    serde_json::to_string_pretty(&document)
+        .map(|text| text + "\n")
+        .map_err(|source| ReportError::Json { dataset: "the study".to_owned(), source })
+}
 
 /// What a row is called.
 pub(super) fn name(row: &Row) -> String {

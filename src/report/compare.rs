@@ -327,7 +327,7 @@ pub fn document(comparison: &Comparison) -> Json {
         };
         json!({"losses": robust.losses, "weights": robust.weights.iter().map(weight).collect::<Vec<_>>()})
     });
-    json!({"version": env!("CARGO_PKG_VERSION"), "verdict": verdict(&comparison.verdict()), "fidelity": comparison.fidelity,
+    json!({"version": env!("CARGO_PKG_VERSION"), "format_version": super::FORMAT_VERSION, "verdict": verdict(&comparison.verdict()), "fidelity": comparison.fidelity,
            "computed": comparison.computed.iter().map(diagnostics::computed).collect::<Vec<_>>(),
            "robust": robust, "constraints": comparison.relations.iter().map(diagnostics::constraint).collect::<Vec<_>>(),
            "notes": comparison.notes, "told_by": comparison.told_by,

@@ -344,7 +344,7 @@ pub fn document(design: &Design) -> Json {
     };
     let detectable = design.planned.std_errors.map(|e| e.map(|e| design::detectable() * e));
     let c = &expected.coefficients;
-    let mut document = json!({"version": env!("CARGO_PKG_VERSION"),
+    let mut document = json!({"version": env!("CARGO_PKG_VERSION"), "format_version": super::FORMAT_VERSION,
            "expected": {"mu": c.mu, "mu_s": c.mu_s, "e": c.e},
            "ball": {"radius_m": expected.ball.radius, "inertia": expected.ball.inertia},
            "cloth": expected.cloth,

@@ -6,7 +6,7 @@ use serde_json::{Map, Value};
 
 use super::digits;
 use super::digits::{FEW, MANY};
-use super::{ReportError, diagnostics, reduced_chi2, unit_name};
+use super::{FORMAT_VERSION, ReportError, diagnostics, reduced_chi2, unit_name, unit_of};
 use crate::fit;
 use crate::fit::causes::Explanation;
 use crate::fit::{Estimate, Fit, FoundCamera, FoundCorrection, Noise, Refuted, Verdict};
@@ -97,6 +97,7 @@ pub fn document(fit: &Fit) -> Document<'_> {
         mu_k: fit.sliding.map(friction),
         mu_r: fit.rolling.map(friction),
         version: env!("CARGO_PKG_VERSION"),
+        format_version: FORMAT_VERSION,
         fidelity: fit.fidelity,
         method: fit.method_name(),
         effects: Ordered(fit.effects.clone()),
@@ -143,6 +144,7 @@ pub struct Document<'a> {
     mu_k: Option<Friction>,
     mu_r: Option<Friction>,
     version: &'static str,
+    format_version: u32,
     fidelity: &'static str,
     method: &'static str,
     effects: Ordered<bool>,
@@ -345,10 +347,9 @@ fn parameter(estimate: &Estimate) -> (&'static str, ParameterEntry) {
     let finite = |interval: [f64; 2]| {
         interval.iter().all(|end| end.is_finite()).then(|| interval.map(|end| digits::to_error(end, error)))
     };
-    let unit = estimate.parameter.unit();
     let entry = ParameterEntry {
         meaning: estimate.parameter.meaning(),
-        unit: if unit.is_empty() { "1" } else { unit },
+        unit: unit_of(estimate.parameter),
         estimate: digits::to_error(estimate.value, error),
         std_error: estimate.std_error.map(|error| digits::relative(error, FEW)),
         interval_95: estimate.interval_95.and_then(finite),

@@ -35,6 +35,10 @@ pub use write::{fit_folder, folder_name, group_folders, write, write_all};
 use crate::fit::Fit;
 use crate::measurement::number;
 use crate::measurement::observable::Observable;
+use crate::measurement::parameter::Parameter;
+
+/// `format_version` of the JSON documents: raised when a key is renamed or dropped, or changes its meaning.
+pub const FORMAT_VERSION: u32 = 1;
 
 /// Why a report was not made.
 #[derive(Debug, thiserror::Error)]
@@ -115,6 +119,11 @@ fn noise_estimated(fit: &Fit) -> bool {
 }
 
 /// The unit of an observable's column in files for programs: plain ASCII, `1` for a ratio.
+/// The unit of a parameter; 1 where it has none.
+pub fn unit_of(parameter: Parameter) -> &'static str {
+    if parameter.unit().is_empty() { "1" } else { parameter.unit() }
+}
+
 fn unit_name(observable: Observable) -> &'static str {
     match observable.unit() {
         "°" => "deg",
