@@ -4,8 +4,6 @@ use caromfit::extraction::{Impact, Lifted, Quantity};
 use caromfit::fit::Options;
 use caromfit::fit::footage;
 use caromfit::measurement::dataset::{Dataset, Tracks};
-use caromfit::measurement::loss::Loss;
-use caromfit::measurement::parameter::Settings;
 use caromfit::measurement::track::TrackShot;
 use caromfit::physics::ball::Ball;
 use caromfit::simulate;
@@ -35,21 +33,6 @@ pub fn count(variable: &str, default: usize) -> usize {
 
 pub fn dataset(tracks: Vec<TrackShot>) -> Dataset {
     Dataset {
-        name: "tracks".into(),
-        path: "tracks".into(),
-        cloth: None,
-        source: None,
-        ball: Ball::POOL,
-        settings: Settings::default(),
-        relations: Vec::new(),
-        loss: Loss::default(),
-        by: None,
-        shots: Vec::new(),
-        left_out: Vec::new(),
-        sliding: None,
-        rolling: None,
-        lift_sd: None,
-        side_sd: 0.0,
         tracks: Some(Tracks {
             shots: tracks,
             skipped: Vec::new(),
@@ -60,6 +43,8 @@ pub fn dataset(tracks: Vec<TrackShot>) -> Dataset {
             camera: [None; 7],
             from_balls: false,
         }),
+        path: "tracks".into(),
+        ..Dataset::new("tracks", Ball::POOL, Vec::new())
     }
 }
 

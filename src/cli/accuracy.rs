@@ -8,7 +8,7 @@ use caromfit::likelihood::prediction::Plan;
 use caromfit::measurement::dataset::Dataset;
 use caromfit::measurement::parameter::Parameter;
 use caromfit::physics::ball::Ball;
-use caromfit::physics::collision::{Coefficients, Fidelity, Model};
+use caromfit::physics::collision::{Coefficients, Fidelity};
 use caromfit::report;
 use caromfit::report::plot::precision;
 use caromfit::report::write;
@@ -80,7 +80,7 @@ fn of_dataset(path: &std::path::Path) -> Result<(Dataset, Vec<Shot>, usize), Fai
     let (dataset, ..) = with_impacts(caromfit::fit::calibrated(loaded).0, &|| {});
     let [mu, mu_s, e] = Parameter::COEFFICIENTS.map(|parameter| dataset.settings[parameter].initial);
     let coefficients = Coefficients { mu, mu_s, e };
-    let model = Model::new(Fidelity::Full, dataset.ball);
+    let model = dataset.model(Fidelity::Full);
     let shot = |shot: &io::Shot| {
         let cue = Plan::new(shot).ok()?.cue(&model, &coefficients).ok()?;
         Some(Shot { cue, coefficients })

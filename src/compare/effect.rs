@@ -32,7 +32,7 @@ pub fn effect(
             Quantity::Parameter(Parameter::Mu) => at.mu = value,
             Quantity::Parameter(Parameter::MuS) => at.mu_s = value,
             Quantity::Parameter(Parameter::E) => at.e = value,
-            Quantity::Sliding | Quantity::Parameter(Parameter::B | Parameter::C) => {}
+            Quantity::Sliding | Quantity::Parameter(_) => {}
         }
         let velocity = cue_velocity(SPEED, f64::to_radians(cut_deg));
         let cue =
@@ -43,8 +43,10 @@ pub fn effect(
         if difference > 0.0 { more } else { less }
     };
     Some(match quantity {
-        // its friction is constant
-        Quantity::Parameter(Parameter::B | Parameter::C) => return None,
+        // no quantity of a comparison
+        Quantity::Parameter(
+            Parameter::B | Parameter::C | Parameter::Kappa | Parameter::MassRatio | Parameter::RadiusRatio,
+        ) => return None,
         Quantity::Parameter(Parameter::Mu) => {
             let throw = |value| {
                 let object = shot(value, HALF_BALL_DEG, false)?.object.velocity;

@@ -5,7 +5,7 @@ use rayon::prelude::*;
 use super::joint::Weights;
 use super::uninformed::{Says, Settled, settle};
 use super::{CompareError, Sample};
-use crate::fit::fidelity_choice::{EVIDENCE, OTHERWISE, PART, ROUNDS, SAMPLE, left_out};
+use crate::fit::fidelity_choice::{EVIDENCE, OTHERWISE, PART, ROUNDS, SAMPLE, WEIGHT, left_out};
 use crate::measurement::parameter::Parameter;
 use crate::physics::collision::Coefficients;
 
@@ -135,5 +135,5 @@ fn refusal(higher: f64, with: &Settled, without: &Settled) -> String {
             last.truncate(last.rfind(" (").unwrap_or(last.len()));
         }
     }
-    left_out(higher, "all data sets together do", &found)
+    left_out(WEIGHT, higher, "all data sets together do", &found)
 }

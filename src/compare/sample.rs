@@ -94,7 +94,7 @@ pub(super) fn gather(
                 labels.push(name);
                 labels.len() - 1
             });
-            let model = Model::new(fidelity, dataset.ball);
+            let model = dataset.model(fidelity);
             let usual = Values::usual(&dataset.settings).coefficients;
             let (mut fitted, mut names) = (Vec::new(), Vec::new());
             let mut rejected: Vec<Rejected> = dataset

@@ -10,6 +10,7 @@ use crate::extraction::{Rotation, Rotations};
 use crate::likelihood::frames::shared_unknowns::{self, Kind, SharedUnknown};
 use crate::likelihood::frames::{CLOTH, Film, Known};
 use crate::measurement::spin::Spin;
+use crate::measurement::values::Values;
 use crate::physics::ball::{BallState, Vec3};
 use crate::physics::collision::{Corrected, Fidelity, Model, NotACollision};
 use crate::physics::contact_frame::cue_velocity;
@@ -183,9 +184,9 @@ fn of_shot(expected: &Expected, kind: &PlayedKind, shot: Shot) -> Result<Option<
     let (track, truth) = simulate::noise_free(&model, coefficients, (camera, cloth), &cue, unmarked)?;
     let scene = Scene { cloth: (*cloth).into(), ..Scene::new(*ball) };
     let film = film(&track, &truth, kind, shot.topspin, &scene);
-    let parameters = [coefficients.mu, coefficients.mu_s, coefficients.e];
+    let parameters = Values::from(*coefficients);
     let list = [Kind::Sliding, Kind::Rolling, Kind::Bounce].map(|kind| SharedUnknown::usual(kind, 0.0));
-    let shared = shared_unknowns::shared(parameters, &list, &[cloth.mu_k, cloth.mu_r, cloth.bounce]);
+    let shared = shared_unknowns::shared(&parameters, &list, &[cloth.mu_k, cloth.mu_r, cloth.bounce]);
     Ok(film.reduced(&Corrected { model, correction: None }, &shared, &film.start).map(|reduced| {
         let jacobian = reduced.jacobian.fixed_columns::<SHARED>(0);
         jacobian.tr_mul(&jacobian)

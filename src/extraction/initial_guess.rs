@@ -165,7 +165,7 @@ pub(crate) fn instant(shot: &TrackShot, scene: &Scene) -> Option<f64> {
 /// Unknowns from straight lines near the impact.
 pub(crate) fn guess(shot: &TrackShot, scene: &Scene, noise: f64) -> Result<Unknowns, Unusable> {
     let (z, distance) = from_lines(shot, scene, noise)?;
-    let expected = 2.0 * scene.ball.radius;
+    let expected = scene.contact_distance();
     if (distance / expected - 1.0).abs() > 0.5 {
         return Err(Unusable::Separation { measured: distance, expected, error: f64::NAN });
     }

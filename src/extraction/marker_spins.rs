@@ -49,14 +49,15 @@ pub(crate) fn measure(shot: &TrackShot, impact: &Impact, errors: &PathErrors, sc
     let motion = both_balls::with_derivatives::<{ unknown::COUNT }>(&known, &impact.unknowns);
     let plain = both_balls::Motion::new(&known, &impact.unknowns.into());
     let time = impact.unknowns[unknown::TIME];
-    let radius = scene.ball.radius;
     let of = |ball: TrackedBall, [from, to]: [f64; 2]| {
         let centre = |t: f64| match ball {
             TrackedBall::Cue => motion.cue(time + t),
             TrackedBall::Object => motion.object(time + t),
         };
-        let change = |t: f64| motion.spin_change(ball, time + t, &scene.ball);
-        let plain_change = |t: f64| plain.spin_change(ball, time + t, &scene.ball);
+        let body = if ball == TrackedBall::Cue { &scene.ball } else { &scene.object };
+        let radius = body.radius;
+        let change = |t: f64| motion.spin_change(ball, time + t, body);
+        let plain_change = |t: f64| plain.spin_change(ball, time + t, body);
         let seen_at = |t: f64| {
             Some(match ball {
                 TrackedBall::Cue => plain.cue(t),

@@ -317,7 +317,7 @@ impl<'a> Tracked<'a> {
         let (gap, error, explained) = self.gap(fitted);
         let reduced = fitted.reduced() - explained / fitted.dof.max(1) as f64;
         let error = error * if self.states_noise() { 1.0 } else { reduced.max(0.0).sqrt() };
-        let expected = 2.0 * self.scene.ball.radius;
+        let expected = self.scene.contact_distance();
         let wrong =
             Unusable::Separation { measured: expected * (1.0 + gap), expected, error: expected * error };
         (gap.abs() > GAP_ERRORS * error && gap.abs() > GAP_PART).then_some((wrong, reduced))

@@ -6,6 +6,7 @@ use super::{FilmUnknowns, Fit, FitError, FoundCamera, Method, Options, fit_watch
 use crate::extraction::Impact;
 use crate::measurement::dataset::Dataset;
 use crate::measurement::loss::Loss;
+use crate::measurement::parameter::{Compliance, Parameter, Setting};
 use crate::measurement::track::TrackShot;
 use crate::trajectory::scene::Scene;
 
@@ -38,6 +39,35 @@ pub fn analyse(
     done: &(dyn Fn() + Sync),
 ) -> Analysis {
     dataset.settings = options.falling.applied(dataset.settings);
+    if dataset.tracks.is_none() {
+        return analyse_once(dataset, options, method, done);
+    }
+    let first = analyse_once(dataset.clone(), options, method, done);
+    let Some(lower) = gives_way(&first) else { return first };
+    // the film is to be corrected, and the impacts extracted, with the contact that gives way, too
+    dataset.settings.compliance = Compliance::Stated;
+    let kappa = &mut dataset.settings[Parameter::Kappa];
+    *kappa = Setting::held(kappa.initial);
+    let mut again = analyse_once(dataset, options, method, done);
+    for fit in again.fits.iter_mut().flatten() {
+        fit.adopt_compliance(lower);
+    }
+    again
+}
+
+/// By how much −2 log L is lower with a contact that gives way, where all fits call for it.
+fn gives_way(analysis: &Analysis) -> Option<f64> {
+    let fits = analysis.fits.as_ref().ok()?;
+    let lower = fits.iter().map(Fit::compliance_lowers).collect::<Option<Vec<f64>>>()?;
+    lower.into_iter().min_by(f64::total_cmp)
+}
+
+fn analyse_once(
+    dataset: Dataset,
+    options: &Options,
+    method: Option<Method>,
+    done: &(dyn Fn() + Sync),
+) -> Analysis {
     let (dataset, camera) = calibrated(dataset);
     let (dataset, extracted, scene) = with_impacts(dataset, done);
     let method = method.unwrap_or_else(|| best(&dataset, &extracted, options));

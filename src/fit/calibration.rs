@@ -19,7 +19,7 @@ use crate::measurement::dataset::{Dataset, Shot, Tracks};
 use crate::measurement::loss::Loss;
 use crate::measurement::track::TrackShot;
 use crate::measurement::values::Values;
-use crate::physics::collision::{Fidelity, Model};
+use crate::physics::collision::Fidelity;
 use crate::trajectory::scene::{LiftPrior, Scene};
 
 /// Of fewer shots the camera is taken as stated.
@@ -46,7 +46,7 @@ pub fn calibrated(mut dataset: Dataset) -> (Dataset, Option<FoundCamera>) {
     let Some(tracks) = dataset.tracks.as_ref().filter(|tracks| tracks.discs.is_none()) else {
         return (dataset, None);
     };
-    let scene = Scene { side_sd: dataset.side_sd, ..Scene::new(dataset.ball) };
+    let scene = Scene { side_sd: dataset.side_sd, ..Scene::of(&dataset.model(Fidelity::Full)) };
     let mut tracks = tracks.clone();
     let dropped: Vec<usize> = tracks.shots.iter_mut().map(drops::repair).filter(|count| *count > 0).collect();
     let noise_correlation = noise_correlation(&tracks.shots, &scene);
@@ -158,7 +158,7 @@ impl<'a> Search<'a> {
         }
         let mut apart: Vec<f64> = seen.iter().map(|[a, b]| (b[0] - a[0]).hypot(b[1] - a[1])).collect();
         apart.sort_by(f64::total_cmp);
-        let ratio = 2.0 * scene.ball.radius / apart[apart.len() / 2];
+        let ratio = scene.contact_distance() / apart[apart.len() / 2];
         let other = from_balls || (ratio - 1.0).abs() > OTHER_UNIT;
         let unit = if other && ratio.is_finite() { finer_unit(&films, ratio, scene) } else { 1.0 };
         let films: Vec<TrackShot> = films.iter().map(|film| in_metres(film, unit)).collect();
@@ -176,7 +176,7 @@ impl<'a> Search<'a> {
         }
         Some(Self {
             dataset,
-            radius: scene.ball.radius,
+            radius: 0.5 * scene.contact_distance(),
             unit,
             films,
             contacts,
@@ -265,7 +265,7 @@ impl<'a> Search<'a> {
             Some(scene) => scene,
             None => {
                 let side_sd = self.dataset.side_sd;
-                let scene = Scene { side_sd, ..Scene::new(self.dataset.ball) };
+                let scene = Scene { side_sd, ..Scene::of(&self.dataset.model(Fidelity::Full)) };
                 footage::learned(self.dataset, &shots, scene).0
             }
         };
@@ -277,7 +277,7 @@ impl<'a> Search<'a> {
         for which in free {
             film.corrections[*which as usize] = Some(which.neutral() - self.camera.get(*which));
         }
-        let mut model = Model::new(Fidelity::Full, dataset.ball);
+        let mut model = dataset.model_of_contact();
         if let LiftPrior::Model(of_lift, ..) = scene.lift {
             model.law = of_lift.law;
         }

@@ -5,7 +5,7 @@ use crate::measurement::dataset::{Before, Dataset, Measured, Shot};
 use crate::measurement::observable::{Axis, Observable};
 use crate::measurement::parameter::Parameter;
 use crate::measurement::spin::Spin;
-use crate::physics::collision::{Coefficients, Fidelity, Model};
+use crate::physics::collision::{Coefficients, Fidelity};
 
 /// Fewer shots than this leave the noise to luck.
 pub(super) const FEW_SHOTS: usize = 5;
@@ -218,7 +218,7 @@ fn advice(dataset: &Dataset) -> Vec<Finding> {
 fn told(dataset: &Dataset, say: &mut impl FnMut(String)) {
     let initial = Parameter::COEFFICIENTS.map(|p| dataset.settings[p].initial);
     let coefficients = Coefficients { mu: initial[0], mu_s: initial[1], e: initial[2] };
-    let model = Model::new(Fidelity::Full, dataset.ball);
+    let model = dataset.model(Fidelity::Full);
     let mut depends = [false; 3];
     for shot in &dataset.shots {
         let Ok(plan) = Plan::new(shot) else { continue };
@@ -237,7 +237,7 @@ fn told(dataset: &Dataset, say: &mut impl FnMut(String)) {
                 "every shot is without slip between the balls, or only what does not depend on it is measured"
             }
             Parameter::MuS => "no shot has topspin, so the cloth never carries the object ball",
-            Parameter::E | Parameter::B | Parameter::C => "no speed after the impact is measured",
+            _ => "no speed after the impact is measured",
         };
         say(format!(
             "nothing here tells {}: {why}; it will be left at {}",

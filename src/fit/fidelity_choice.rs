@@ -6,7 +6,7 @@ use super::search::Search;
 use super::settled::Settled;
 use super::{Computed, FitError};
 use crate::likelihood::fitted::Fitted;
-use crate::measurement::parameter::Parameter;
+use crate::measurement::parameter::{Compliance, Parameter};
 use crate::measurement::values::Values;
 use crate::physics::collision::Model;
 
@@ -22,96 +22,111 @@ pub(crate) const ROUNDS: usize = 2;
 /// −2 log L must be lower by this, odds of 20 to 1, to go beyond the equations that the parameters are defined by.
 pub(crate) const EVIDENCE: f64 = 6.0;
 
-/// What `contact` would have given.
-pub(super) struct Refused {
-    /// −2 log L above that without it.
-    higher: f64,
-    /// The parameters that the shots tell.
-    with: Vec<(Parameter, f64)>,
+/// What the shots of a fit are computed with.
+pub(super) struct Chosen {
+    /// Where their search is to begin.
+    pub starts: Vec<Values>,
+    /// How much lower −2 log L is with a contact that gives way, where they call for it.
+    pub gives_way: Option<f64>,
+    /// What was left out and what came of it: sentences.
+    pub notes: Vec<String>,
 }
 
-impl Refused {
-    pub(super) fn note(&self) -> String {
-        let found: Vec<String> = self
-            .with
-            .iter()
-            .map(|(parameter, value)| format!("{} = {value:.4}", parameter.symbol()))
-            .collect();
-        left_out(self.higher, "the shots do", &found)
-    }
-}
+/// χ²/dof of a fit that misses its data by far.
+const POOR: f64 = 1.5;
 
-/// Why `contact` was left out, with −2 log L `higher` by so much and these values `found` with it; `who` do not tell.
-pub(crate) fn left_out(higher: f64, who: &str, found: &[String]) -> String {
+/// What is as large as a part of the shots' errors.
+pub(crate) const WEIGHT: &str =
+    "The balls' weight and all that the cloth does during the impact (--fidelity contact) are";
+const GIVES_WAY: &str = "What a contact that gives way along its surface (kappa under [fit]) changes is";
+
+/// Why `what` was left out, with −2 log L `higher` by so much and these values `found` with it; `who` do not tell.
+pub(crate) fn left_out(what: &str, higher: f64, who: &str, found: &[String]) -> String {
+    let with = if what.ends_with("are") { "these" } else { "it" };
     let verdict = if higher > EVIDENCE {
-        format!("with these the shots are fitted less well (−2 log L higher by {higher:.1})")
+        format!("with {with} the shots are fitted less well (−2 log L higher by {higher:.1})")
     } else {
         let way = if higher > 0.0 { "higher" } else { "lower" };
-        format!("{who} not tell whether these act (−2 log L {way} by {:.1})", higher.abs())
+        let act = if with == "it" { "it acts" } else { "these act" };
+        format!("{who} not tell whether {act} (−2 log L {way} by {:.1})", higher.abs())
     };
-    let found = if found.is_empty() { String::new() } else { format!(". With these {}", found.join(", ")) };
-    format!(
-        "The balls' weight and all that the cloth does during the impact (--fidelity contact) are as large as a part of \
-         these shots' errors, but {verdict}: left out{found}."
-    )
+    let found = if found.is_empty() { String::new() } else { format!(". With {with} {}", found.join(", ")) };
+    format!("{what} as large as a part of these shots' errors, but {verdict}: left out{found}.")
 }
 
 /// So many shots, spread evenly, tell what is to be computed how.
 pub(crate) const SAMPLE: usize = 2000;
 
 /// Each shot takes the cheapest fidelity that keeps within [`PART`] of its standard errors, first at usual
-/// values, then where a fit with these ends. One that calls for `contact` is computed as `full` with a correction,
-/// which is taken anew after each fit.
+/// values, then where a fit with these ends. One that calls for more than `full` is computed as `full` with a correction,
+/// which is taken anew after each fit, or where the contact gives way so much that no correction serves, integrated.
 ///
-/// What `contact` adds rests on more than is fitted: the duration of the contact, μ_k of the cloth on the cue
-/// ball. Unless the shots as a whole speak for it, none is corrected, and what it would have given is returned.
-///
-/// Also where the search of all shots is then to begin.
+/// What `contact` adds rests on more than is fitted: the duration of the contact, μ_k of the cloth on the cue ball; and that a
+/// contact gives way on Poisson's ratio. Unless the shots as a whole speak for it, it is left out, and what it would have given is
+/// said.
 pub(super) fn choose(
     fitted: &mut [Fitted],
     search: &Search,
     on_cloth: bool,
     near: &[Values],
-) -> Result<(Option<Refused>, Vec<Values>), FitError> {
-    let model = search.model;
-    let choose = |fitted: &mut [Fitted], at: Values| {
-        fitted.par_iter_mut().for_each(|shot| {
-            // what cannot be predicted there is told of where the fit ends
-            _ = shot.plan.choose(&at.model(model), &at.coefficients, PART, OTHERWISE);
-            // weight and contact time have no part in a shot without a speed
-            if !(on_cloth && shot.plan.knows_speed()) {
-                shot.plan.settle_for_closed(model);
-            }
-        });
-    };
+) -> Result<Chosen, FitError> {
     let mut sample: Vec<Fitted> =
         fitted.iter().step_by(fitted.len().div_ceil(SAMPLE).max(1)).cloned().collect();
-    choose(&mut sample, search.initial);
+    let mut notes = Vec::new();
+    take_cheapest(&mut sample, search.model, &search.initial, (on_cloth, false));
     let first = settle(&sample, search, near)?;
-    choose(&mut sample, first.values);
-    let Found { minus_two_log: closed, values: mut at, told, mut starts } =
-        settle(&sample, search, &first.starts)?;
-    let mut refused = None;
-    if sample.iter().any(|shot| shot.plan.is_corrected()) {
-        let corrected = correct(&mut sample, search, &starts)?;
-        let higher = corrected.minus_two_log - closed;
-        if higher > -EVIDENCE {
-            // what is not identified without it is hardly identified with it
-            let is_told =
-                |(parameter, _): &(Parameter, f64)| told.iter().any(|(known, _)| known == parameter);
-            let with = corrected.told.into_iter().filter(is_told).collect();
-            refused = Some(Refused { higher, with });
-        } else {
-            (at, starts) = (corrected.values, corrected.starts);
+    take_cheapest(&mut sample, search.model, &first.values, (on_cloth, false));
+    let mut found = correct(&mut sample, search, &first.starts)?;
+    let mut model = *search.model;
+    let mut gives_way = None;
+    let kappa = search.settings[Parameter::Kappa].initial;
+    // Poisson's ratio of discs, with whatever is around them, says little: their κ is asked for
+    if on_cloth && search.settings.compliance == Compliance::Auto && kappa > 0.0 {
+        let giving = Model { kappa, ..model };
+        let search = Search { model: &giving, ..search.clone() };
+        take_cheapest(&mut sample, &giving, &found.values, (on_cloth, false));
+        if sample.iter().any(|shot| shot.plan.gives_way()) {
+            // where the shots stuck without, or did not fit, any friction may fit with
+            let anew = found.is_poor && sample.iter().any(|shot| shot.plan.is_direct());
+            let starts = if anew { &[][..] } else { &found.starts };
+            let with = correct(&mut sample, &search, starts)?;
+            let higher = with.minus_two_log - found.minus_two_log;
+            if higher < -EVIDENCE {
+                (model, gives_way) = (giving, Some(-higher));
+                found = with;
+            } else {
+                notes.push(left_out(GIVES_WAY, higher, "the shots do", &found.told_of(&with)));
+            }
         }
     }
-    choose(fitted, at);
-    if refused.is_some() {
-        fitted.par_iter_mut().for_each(|shot| shot.plan.settle_for_closed(model));
-    } else {
-        take(fitted, model, &at);
+    let search = Search { model: &model, ..search.clone() };
+    take_cheapest(&mut sample, &model, &found.values, (on_cloth, true));
+    let mut weighs = sample.iter().any(|shot| shot.plan.has_weight());
+    if weighs {
+        let with = correct(&mut sample, &search, &found.starts)?;
+        let higher = with.minus_two_log - found.minus_two_log;
+        if higher > -EVIDENCE {
+            notes.push(left_out(WEIGHT, higher, "the shots do", &found.told_of(&with)));
+            weighs = false;
+        } else {
+            found = with;
+        }
     }
-    Ok((refused, starts))
+    take_cheapest(fitted, &model, &found.values, (on_cloth, weighs));
+    take(fitted, &model, &found.values);
+    Ok(Chosen { starts: found.starts, gives_way, notes })
+}
+
+/// Each shot takes the cheapest fidelity; without weight none takes more than the contact between the balls calls for.
+fn take_cheapest(fitted: &mut [Fitted], model: &Model, at: &Values, (on_cloth, weight): (bool, bool)) {
+    fitted.par_iter_mut().for_each(|shot| {
+        // what cannot be predicted there is told of where the fit ends
+        _ = shot.plan.choose(&at.model(model), &at.coefficients, PART, OTHERWISE);
+        // weight and contact time have no part in a shot without a speed
+        if !(weight && on_cloth && shot.plan.knows_speed()) {
+            shot.plan.leave_out_weight(model);
+        }
+    });
 }
 
 /// All shots at the integrated fidelity of the model, as `full` with corrections; and where their search is to begin.
@@ -130,11 +145,22 @@ pub(super) fn integrate(fitted: &mut [Fitted], search: &Search) -> Result<Vec<Va
 /// A minimum.
 struct Found {
     minus_two_log: f64,
+    /// Whether it is on a plateau, or misses the data by far.
+    is_poor: bool,
     values: Values,
     /// What is free and told.
     told: Vec<(Parameter, f64)>,
     /// Where a search of shots that are computed a little differently is to begin: here first.
     starts: Vec<Values>,
+}
+
+impl Found {
+    /// What another fit makes of the parameters that are told here: what is not told without an effect is hardly told with it.
+    fn told_of(&self, other: &Self) -> Vec<String> {
+        let is_told = |parameter: &Parameter| self.told.iter().any(|(known, _)| known == parameter);
+        let with = other.told.iter().filter(|(parameter, _)| is_told(parameter));
+        with.map(|(parameter, value)| format!("{} = {value:.4}", parameter.symbol())).collect()
+    }
 }
 
 /// With the likelihood that can be compared, from some starts; without any wherever the least minimum may be.
@@ -144,8 +170,10 @@ fn settle(fitted: &[Fitted], search: &Search, starts: &[Values]) -> Result<Found
         if starts.is_empty() { Settled::new(&search) } else { Settled::from_starts(&search, starts) };
     let settled = settled?;
     let starts = settled.starts_nearby();
+    let is_poor = !settled.plateaus.is_empty() || settled.scale() > POOR;
     let Settled { search, free, minimum, estimated, .. } = settled;
     Ok(Found {
+        is_poor,
         minus_two_log: search.minus_two_log_likelihood(&minimum, &estimated),
         values: minimum.values,
         told: free.iter().copied().zip(minimum.x.iter().copied()).collect(),
@@ -153,9 +181,16 @@ fn settle(fitted: &[Fitted], search: &Search, starts: &[Values]) -> Result<Found
     })
 }
 
-/// Corrects and fits in turn.
+/// Corrects and fits in turn; without starts the first fit is one without corrections, from anywhere.
 fn correct(fitted: &mut [Fitted], search: &Search, starts: &[Values]) -> Result<Found, FitError> {
     let mut starts = starts.to_vec();
+    if starts.is_empty() || !fitted.iter().any(|shot| shot.plan.is_corrected()) {
+        let found = settle(fitted, search, &starts)?;
+        if !fitted.iter().any(|shot| shot.plan.is_corrected()) {
+            return Ok(found);
+        }
+        starts = found.starts;
+    }
     for _ in 1..ROUNDS {
         take(fitted, search.model, &starts[0]);
         starts = settle(fitted, search, &starts)?.starts;
@@ -168,7 +203,11 @@ fn correct(fitted: &mut [Fitted], search: &Search, starts: &[Values]) -> Result<
 fn take(fitted: &mut [Fitted], model: &Model, at: &Values) {
     fitted.par_iter_mut().for_each(|shot| {
         if shot.plan.correct(&at.model(model), &at.coefficients).is_err() {
-            shot.plan.settle_for_closed(model);
+            if shot.plan.is_direct() {
+                shot.plan.leave_out_weight(model);
+            } else {
+                shot.plan.settle_for_closed(model);
+            }
         }
     });
 }

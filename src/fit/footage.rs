@@ -13,7 +13,7 @@ use crate::fit;
 use crate::likelihood::frames::Film;
 use crate::measurement::dataset::{Dataset, Measured, Shot, Tracks};
 use crate::measurement::loss::Loss;
-use crate::measurement::parameter::Parameter;
+use crate::measurement::parameter::{Parameter, Setting};
 use crate::measurement::spin::Spin;
 use crate::measurement::track::TrackShot;
 use crate::measurement::values::Values;
@@ -51,7 +51,7 @@ pub fn with_impacts(
     mut dataset: Dataset,
     done: &(dyn Fn() + Sync),
 ) -> (Dataset, Vec<(TrackShot, Impact)>, Scene) {
-    let scene = Scene { side_sd: dataset.side_sd, ..Scene::new(dataset.ball) };
+    let scene = Scene { side_sd: dataset.side_sd, ..Scene::of(&dataset.model(Fidelity::Full)) };
     if dataset.tracks.as_ref().is_some_and(|tracks| tracks.discs.is_some()) {
         let (mut dataset, extracted) = with_discs(dataset);
         let stuck = extracted.iter().filter_map(|(track, impact)| Some((track, impact.stuck?)));
@@ -114,11 +114,7 @@ fn many_stuns(extracted: &[(TrackShot, Impact)]) -> Option<String> {
 #[must_use]
 pub fn near(scene: &Scene) -> Option<Values> {
     let LiftPrior::Model(model, coefficients, _) = scene.lift else { return None };
-    let (b, c) = match model.law {
-        Law::Constant => (0.0, 0.0),
-        Law::Exponential { b, c } => (b, c),
-    };
-    Some(Values { coefficients, b, c })
+    Some(Values::of(&model, coefficients))
 }
 
 /// Whether the spin of some shot was found from its paths alone, since nothing else tells it and the shots did not tell enough
@@ -241,7 +237,7 @@ pub(super) fn learned(dataset: &Dataset, tracks: &[TrackShot], scene: Scene) -> 
         let impacts = extract_all(&sample, &scene, &|| ());
         let Some((values, mu_sd)) = coefficients(dataset, &sample, &impacts, &mut scene) else { break };
         let law = if values.b == 0.0 { Law::Constant } else { Law::Exponential { b: values.b, c: values.c } };
-        let model = Model { law, ..Model::new(Fidelity::Full, dataset.ball) };
+        let model = Model { law, ..dataset.model_of_contact() };
         scene.lift = LiftPrior::Model(model, values.coefficients, LIFT_SD);
         shared = Some(SHARED_LIFT_SD.hypot(mu_sd / (values.coefficients.mu + values.b)));
     }
@@ -282,9 +278,14 @@ fn coefficients(
     // paths alone may tell a spin that is wholly wrong
     let loss = usable.iter().any(|(_, impact)| impact.spin == Spin::Unknown).then_some(Loss::Huber);
     let (shots, sliding, rolling) = shots_of(usable, scene);
-    let some = Dataset { shots, sliding, rolling, by: None, left_out: Vec::new(), ..dataset.clone() };
+    let mut some = Dataset { shots, sliding, rolling, by: None, left_out: Vec::new(), ..dataset.clone() };
+    // a lift hardly depends on it
+    let kappa = &mut some.settings[Parameter::Kappa];
+    *kappa = Setting::held(kappa.initial);
     // the second round begins where the first ended
-    let options = Options { depth: Depth::Estimates, loss, near: near(scene), ..Options::default() };
+    let fidelity = dataset.model_of_contact().fidelity;
+    let options =
+        Options { fidelity, depth: Depth::Estimates, loss, near: near(scene), ..Options::default() };
     let fit = fit::fit(&some, &options).ok()?.pop()?;
     let mut values = Values::from(Coefficients { mu: 0.0, mu_s: 0.0, e: 0.0 });
     for estimate in &fit.estimates {

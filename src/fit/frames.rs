@@ -18,7 +18,7 @@ use crate::likelihood::problem::Problem;
 use crate::likelihood::whitening::Whitening;
 use crate::measurement::dataset::{Dataset, Shot};
 use crate::measurement::parameter::Parameter;
-use crate::physics::collision::{Coefficients, Model};
+use crate::physics::collision::Model;
 
 /// The shots with their frames; `None` if one has none.
 pub(super) fn filmed(fitted: &[Fitted], films: &Films) -> Option<Vec<Fitted>> {
@@ -98,9 +98,8 @@ impl FittedFrames {
         unknowns: &[SharedUnknown],
     ) -> Self {
         let model = minimum.values.model(model);
-        let Coefficients { mu, mu_s, e } = minimum.values.coefficients;
         let values = &minimum.x.as_slice()[minimum.x.len() - unknowns.len()..];
-        let shared = shared_unknowns::shared([mu, mu_s, e], unknowns, values);
+        let shared = shared_unknowns::shared(&minimum.values, unknowns, values);
         let with_own = |shot: &Fitted| {
             let film = shot.film.as_ref()?;
             let reduced = film.reduced(&shot.plan.collision(&model), &shared, &film.start)?;

@@ -17,7 +17,10 @@ use crate::numerics::least_squares::scan;
 use crate::physics::collision::{Model, Regime};
 
 /// What friction depends on, in the order of the axes of a scan.
-const FRICTION: [Parameter; 3] = [Parameter::C, Parameter::B, Parameter::Mu];
+const FRICTION: [Parameter; 4] = [Parameter::Kappa, Parameter::C, Parameter::B, Parameter::Mu];
+
+/// Values of κ that are scanned: less hardly gives way, and the outcome changes evenly with its logarithm.
+const LEAST_KAPPA: f64 = 0.3;
 
 /// A smaller μ throws a ball by less than a hundredth of a degree: between it and the lower bound nothing is told apart.
 const LEAST_FRICTION: f64 = 2e-4;
@@ -86,8 +89,12 @@ pub(crate) fn friction_axis<'a>(
     axis(setting, LEAST_FRICTION, PER_DECADE, &edges)
 }
 
-/// The μ at which a shot begins to stick; `None` where it sticks, or slides, at both bounds.
+/// The μ at which a shot begins to stick; `None` where it sticks, or slides, at both bounds, or nothing sets in there.
 fn sticks_from(setting: &Setting, plan: &Plan, model: &Model, at: &Values) -> Option<f64> {
+    // a contact that gives way goes over from sliding to sticking smoothly
+    if model.kappa > 0.0 {
+        return None;
+    }
     let model = at.model(model);
     let sticks = |mu: f64| {
         let coefficients = at.with(Parameter::Mu, mu).coefficients;
@@ -189,6 +196,7 @@ impl Search<'_> {
             Parameter::Mu if of == 1 => {
                 friction_axis(setting, self.fitted.iter().map(|shot| (&shot.plan, self.model)), &self.initial)
             }
+            Parameter::Kappa => axis(setting, LEAST_KAPPA, PER_DECADE_OF_SEVERAL, &[]),
             _ => axis(setting, LEAST_FRICTION, if of == 1 { PER_DECADE } else { PER_DECADE_OF_SEVERAL }, &[]),
         }
     }

@@ -233,6 +233,11 @@ pub enum FitError {
         "{0}: a joint fit takes least squares; leave out the robust loss, or fit with --method two-stage"
     )]
     JointLoss(String),
+    #[error(
+        "{dataset}: kappa stands in [fit], but with the fidelity {fidelity} a contact is rigid along its surface; expected the fidelity \
+         auto, ode or contact with it"
+    )]
+    Rigid { dataset: String, fidelity: &'static str },
     #[error("{0}")]
     Relations(String),
     #[error(transparent)]
@@ -252,6 +257,7 @@ impl FitError {
                 | Self::NotExtracted(_)
                 | Self::NotFilmed(_)
                 | Self::JointLoss(_)
+                | Self::Rigid { .. }
         )
     }
 }
@@ -329,7 +335,7 @@ pub struct Fit {
     pub method: Method,
     /// Which effects the model contains.
     pub effects: Vec<(&'static str, bool)>,
-    /// In the order of [`Parameter::ALL`]: three where friction is constant, else five.
+    /// Of the parameters that the fit has, in the order of [`Parameter::ALL`].
     pub estimates: Vec<Estimate>,
     /// Of the parameters that have a standard error; NaN elsewhere. A row and a column for each of the estimates.
     pub correlation: DMatrix<f64>,

@@ -27,7 +27,7 @@ use crate::likelihood::whitening::EstimatedSd;
 use crate::measurement::dataset::{Dataset, Shot};
 use crate::measurement::loss::Loss;
 use crate::measurement::observable::Observable;
-use crate::measurement::parameter::Parameter;
+use crate::measurement::parameter::{Compliance, Parameter};
 use crate::measurement::relation::Relation;
 use crate::measurement::values::Values;
 use crate::physics::collision::{Effects, Model};
@@ -62,15 +62,20 @@ pub(super) fn fit_shots(
     done: &(dyn Fn() + Sync),
 ) -> Result<Fit, FitError> {
     let begun = Instant::now();
-    let mut model = Model::new(options.fidelity, dataset.ball);
+    let mut model = dataset.model(options.fidelity);
     model.tolerance = options.tolerance;
     model.effects = options.effects.unwrap_or(model.effects);
-    let settings = options.falling.applied(dataset.settings);
+    let mut settings = options.falling.applied(dataset.settings_of_balls());
     let initial = Values::usual(&settings);
     if settings.falls {
         model.law = Law::Exponential { b: initial.b, c: initial.c };
     }
-    let settings = &settings;
+    if settings.compliance == Compliance::Stated {
+        if !options.auto && !options.fidelity.effects().compliance {
+            return Err(FitError::Rigid { dataset: dataset.name.clone(), fidelity: options.fidelity.name() });
+        }
+        model.kappa = initial.kappa;
+    }
     let discs = dataset.tracks.as_ref().and_then(|tracks| tracks.discs);
     let (mut fitted, mut shots_rejected) = plan(shots, &model, &initial, discs.is_some());
     let left_out =
@@ -87,7 +92,7 @@ pub(super) fn fit_shots(
         unknowns: Vec::new(),
         fitted: &[],
         model: &model,
-        settings,
+        settings: &settings,
         relations: &dataset.relations,
         loss: options.loss.unwrap_or(dataset.loss),
         maximum_likelihood: false,
@@ -97,19 +102,39 @@ pub(super) fn fit_shots(
     let name = title(dataset, group.as_ref());
     let named = |error| named(error, dataset, &name);
     // what is fixed stays where it is
-    let fixed = |p: &Parameter| settings[*p].fixed || !settings.parameters().contains(p);
+    let has = settings.parameters();
+    let fixed = |p: &Parameter| settings[*p].fixed || !has.contains(p);
     let near = |near: Values| {
         Parameter::ALL.into_iter().filter(fixed).fold(near, |near, p| near.with(p, initial[p]))
     };
-    let (mut refused, mut starts): (_, Vec<Values>) = (None, options.near.map(near).into_iter().collect());
+    let mut starts: Vec<Values> = options.near.map(near).into_iter().collect();
+    let (mut left_out, mut gives_way) = (Vec::new(), None);
     if options.auto {
-        (refused, starts) =
+        let chosen =
             fidelity_choice::choose(&mut fitted, &search, discs.is_none(), &starts).map_err(named)?;
-    } else if model.closed().is_some() {
+        (starts, left_out, gives_way) = (chosen.starts, chosen.notes, chosen.gives_way);
+    } else if model.fidelity.is_integrated() {
         starts = fidelity_choice::integrate(&mut fitted, &search).map_err(named)?;
     }
+    let Search { shared_errors, loss, .. } = search;
+    if gives_way.is_some() {
+        settings.compliance = Compliance::Stated;
+        model.kappa = initial.kappa;
+    }
+    let settings = &settings;
     let computed = fidelity_choice::computed(&fitted, &model);
-    let search = Search { fitted: &fitted, ..search };
+    let search = Search {
+        shared_errors,
+        unknowns: Vec::new(),
+        fitted: &fitted,
+        model: &model,
+        settings,
+        relations: &dataset.relations,
+        loss,
+        maximum_likelihood: false,
+        untold: Vec::new(),
+        initial,
+    };
     let with_films;
     let joint;
     let (first, settled) = if options.method == Method::Joint {
@@ -201,7 +226,9 @@ pub(super) fn fit_shots(
     let mut correlation = DMatrix::from_element(parameters.len(), parameters.len(), f64::NAN);
     for (i, a) in free.iter().enumerate() {
         for (j, b) in free.iter().enumerate() {
-            correlation[(*a as usize, *b as usize)] = uncertainty.correlation[(i, j)];
+            let place = |p: &Parameter| parameters.iter().position(|known| known == p);
+            let (Some(row), Some(column)) = (place(a), place(b)) else { continue };
+            correlation[(row, column)] = uncertainty.correlation[(i, j)];
         }
     }
     let at_minimum = minimum.values.model(&model);
@@ -298,14 +325,16 @@ pub(super) fn fit_shots(
     };
     let used: Vec<&Shot> = fitted.iter().map(|shot| shots[shot.index]).collect();
     super::diagnostics::refuted::judge(&mut fit, &used, discs.is_some());
-    if options.depth >= Depth::Everything && causes::is_called_for(&fit) {
+    // footage is corrected anew for a contact that gives way, and looked at then
+    let is_settled = gives_way.is_none() || !fit.footage;
+    if is_settled && options.depth >= Depth::Everything && causes::is_called_for(&fit) {
         fit.explanations = causes::explain(&found, &search, discs.is_some());
     }
     super::warnings::add(&mut fit, &fitted, knows_noise);
     if fit.refuted.is_none() {
         super::warnings::add_lower(&mut fit, 2.0 * lowest);
     }
-    fit.notes.extend(refused.map(|refused| refused.note()));
+    fit.notes.extend(left_out);
     super::warnings::add_plateaus(&mut fit, &plateaus);
     if fit.refuted.is_none() {
         super::doubts::add_rivals(&mut fit, &rivals);
@@ -323,6 +352,9 @@ pub(super) fn fit_shots(
     }
     let sentences = fit.explanations.iter().map(|explanation| explanation.sentence.clone());
     fit.warnings.splice(0..0, sentences.collect::<Vec<_>>());
+    if let Some(lower) = gives_way {
+        fit.adopt_compliance(lower);
+    }
     fit.seconds = begun.elapsed().as_secs_f64();
     Ok(fit)
 }

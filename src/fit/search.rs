@@ -133,7 +133,7 @@ impl Search<'_> {
             let setting = &self.settings[*p];
             !setting.fixed && !informed[*p as usize] && setting.prior.is_none() && !tied(*p)
         };
-        self.settings.parameters().iter().copied().filter(silent).collect()
+        self.settings.parameters().into_iter().filter(silent).collect()
     }
 
     /// How many unknowns all shots share besides the parameters.

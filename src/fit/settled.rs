@@ -72,8 +72,8 @@ impl<'a> Settled<'a> {
 
     /// The minimum at a kink near some values, if all is determined there.
     fn at_kink(search: &Search<'a>, free: &[Parameter], near: &Values) -> Option<Self> {
-        // a friction of several unknowns has kinks across all of them
-        if free.contains(&Parameter::B) || free.contains(&Parameter::C) {
+        // with more unknowns than the coefficients kinks lie across all of them
+        if !free.iter().all(|p| Parameter::COEFFICIENTS.contains(p)) {
             return None;
         }
         let (minimum, estimated) = search.at_kink(free, near, REACH)?;
@@ -267,7 +267,7 @@ fn told<'a>(search: &Search<'a>) -> Result<(Search<'a>, Vec<Parameter>), FitErro
         search.initial[*parameter] = settings[*parameter].initial;
     }
     let is_free = |p: &Parameter| !settings[*p].fixed && !search.untold.contains(p);
-    let free: Vec<Parameter> = settings.parameters().iter().copied().filter(is_free).collect();
+    let free: Vec<Parameter> = settings.parameters().into_iter().filter(is_free).collect();
     let observations = observations(search.fitted);
     if observations + priors(settings, &free) < free.len() {
         return Err(FitError::TooFewObservations {
@@ -281,7 +281,7 @@ fn told<'a>(search: &Search<'a>) -> Result<(Search<'a>, Vec<Parameter>), FitErro
 
 /// Whether the friction differs by more than neighbouring points of a scan do.
 fn differs(a: &Values, b: &Values) -> bool {
-    [Parameter::Mu, Parameter::B, Parameter::C]
+    [Parameter::Mu, Parameter::B, Parameter::C, Parameter::Kappa]
         .into_iter()
         .any(|p| (a[p] - b[p]).abs() > SAME * a[p].abs().max(b[p].abs()))
 }

@@ -8,7 +8,7 @@ use toml::Spanned;
 use super::error::{Problems, did_you_mean};
 use super::toml_file::Source;
 use crate::measurement::loss::Loss;
-use crate::measurement::parameter::{Parameter, Prior, Setting, SettingFault, Settings};
+use crate::measurement::parameter::{Compliance, Parameter, Prior, Setting, SettingFault, Settings};
 use crate::measurement::relation::Relation;
 
 #[derive(Default, Deserialize)]
@@ -19,6 +19,7 @@ pub(crate) struct RawFit {
     e: Option<RawSetting>,
     mu_b: Option<Spanned<RawSetting>>,
     mu_c: Option<Spanned<RawSetting>>,
+    kappa: Option<RawSetting>,
     friction: Option<Friction>,
     pub by: Option<Spanned<String>>,
     loss: Option<Spanned<String>>,
@@ -52,9 +53,17 @@ struct RawSetting {
 
 impl RawFit {
     /// Of each parameter.
-    pub(crate) fn settings(&self, source: &Source, problems: &mut Problems) -> Settings {
+    /// `kappa` follows from the Poisson's ratio of the balls' material.
+    pub(crate) fn settings(&self, kappa: f64, source: &Source, problems: &mut Problems) -> Settings {
         let falls = self.friction == Some(Friction::Exponential);
         let mut settings = Settings { falls, ..Settings::default() };
+        settings[Parameter::Kappa].initial = kappa;
+        if let Some(raw) = &self.kappa {
+            settings[Parameter::Kappa] = raw.check(Parameter::Kappa, source, problems);
+            let Setting { initial, fixed, .. } = settings[Parameter::Kappa];
+            settings.compliance =
+                if fixed && initial == 0.0 { Compliance::Rigid } else { Compliance::Stated };
+        }
         for (parameter, raw) in Parameter::COEFFICIENTS.into_iter().zip([&self.mu, &self.mu_s, &self.e]) {
             if let Some(raw) = raw {
                 settings[parameter] = raw.check(parameter, source, problems);
@@ -74,17 +83,32 @@ impl RawFit {
         settings
     }
 
-    pub(crate) fn relations(&self, falls: bool, source: &Source, problems: &mut Problems) -> Vec<Relation> {
+    pub(crate) fn relations(
+        &self,
+        settings: &Settings,
+        source: &Source,
+        problems: &mut Problems,
+    ) -> Vec<Relation> {
+        let has = settings.parameters();
         let mut relations = Vec::new();
         for text in &self.constraints {
             match Relation::parse(text.as_ref()) {
                 Ok(relation) => {
-                    let of_law = [Parameter::B, Parameter::C];
-                    let involved = of_law.into_iter().find(|p| relation.coefficients[*p as usize] != 0.0);
-                    if let Some(parameter) = involved.filter(|_| !falls) {
+                    let involved = Parameter::ALL
+                        .into_iter()
+                        .find(|p| relation.coefficients[*p as usize] != 0.0 && !has.contains(p));
+                    if let Some(parameter) = involved {
+                        let without = match parameter {
+                            Parameter::B | Parameter::C => {
+                                "friction is constant; expected friction = \"exponential\" with it"
+                            }
+                            Parameter::Kappa => {
+                                "kappa does not stand in [fit]; expected it, as in kappa = { lower = 0, upper = 20 }"
+                            }
+                            _ => "no error of it is stated in [object]; expected mass_kg_sd or radius_m_sd",
+                        };
                         let message = format!(
-                            "the constraint \"{}\" has {}, but friction is constant; expected friction = \
-                             \"exponential\" with it",
+                            "the constraint \"{}\" has {}, but {without}",
                             text.as_ref(),
                             parameter.name()
                         );

@@ -5,18 +5,21 @@ use std::path::{Path, PathBuf};
 use serde::Deserialize;
 use toml::Spanned;
 
+use super::balls_section::{RawBall, RawObject, Shape};
 use super::error::{DatasetError, Problems};
 use super::fit_section::RawFit;
 use super::impacts_section::{Extraction, RawImpacts};
 use super::table::read_utf8;
-use super::toml_file::{Check, POSITIVE, Source, parse};
+use super::toml_file::{Source, parse};
 use super::tracking::camera::RawCamera;
 use super::tracking::settings;
 use super::tracking::settings::{RawScale, RawTracks, RawVideo, TrackSettings};
+use crate::measurement::dataset::ObjectBall;
 use crate::measurement::loss::Loss;
 use crate::measurement::parameter::Settings;
 use crate::measurement::relation::Relation;
-use crate::physics::ball::{Ball, UNIFORM_SPHERE};
+use crate::physics::ball::Ball;
+use crate::physics::collision::kappa;
 use crate::physics::disc::{Discs, UNIFORM_DISC};
 
 /// In bytes: a folder's name may be this long everywhere, and something still be added to it.
@@ -30,6 +33,8 @@ pub(crate) struct Manifest {
     pub cloth: Option<String>,
     pub source: Option<String>,
     pub ball: Ball,
+    /// Of balls: the object ball, where it is not like the cue ball.
+    pub object: Option<ObjectBall>,
     /// Where the data are of discs, for kind `tracks`.
     pub discs: Option<Discs>,
     pub assume: Option<Assume>,
@@ -101,32 +106,6 @@ struct RawManifest {
     impacts: Option<Spanned<RawImpacts>>,
     #[serde(default)]
     fit: RawFit,
-}
-
-#[derive(Default, Deserialize)]
-#[serde(deny_unknown_fields, expecting = "a table, as in [ball] radius_m = 0.028575")]
-struct RawBall {
-    shape: Option<Spanned<Shape>>,
-    radius_m: Option<Spanned<f64>>,
-    mass_kg: Option<Spanned<f64>>,
-    inertia: Option<Spanned<f64>>,
-}
-
-#[derive(Clone, Copy, Debug, Default, Deserialize, PartialEq, Eq)]
-#[serde(rename_all = "lowercase")]
-enum Shape {
-    #[default]
-    Sphere,
-    /// Slides without rolling.
-    Disc,
-}
-
-/// What of the second disc is not as of the first.
-#[derive(Clone, Copy, Default, Deserialize)]
-#[serde(deny_unknown_fields, expecting = "a table, as in [object] radius_m = 0.025")]
-struct RawObject {
-    radius_m: Option<f64>,
-    mass_kg: Option<f64>,
 }
 
 #[derive(Deserialize)]
@@ -233,8 +212,10 @@ impl RawManifest {
         let extraction =
             self.impacts.as_ref().map(|impacts| impacts.as_ref().check(source, problems)).unwrap_or_default();
         let files = self.files(source, problems);
-        let ball = self.ball.check(source, problems);
+        let (ball, poisson) = self.ball.check(source, problems);
         let discs = self.discs(source, problems);
+        let object = self.object.as_ref().filter(|_| discs.is_none());
+        let object = object.map(|object| object.as_ref().ball(&self.ball, &ball, source, problems));
         let tracks = (kind == Kind::Tracks).then(|| {
             let video = self.video.as_ref().map(Spanned::as_ref);
             let (scale, tracks) =
@@ -255,9 +236,10 @@ impl RawManifest {
         let discs = discs
             .zip(tracks.as_ref())
             .map(|(discs, tracks)| Discs { in_seconds: !tracks.unknown_rate, ..discs });
-        let settings = self.fit.settings(source, problems);
+        let settings = self.fit.settings(kappa(poisson), source, problems);
         let side_sd = self.side_sd(source, problems);
-        let relations = self.fit.relations(settings.falls, source, problems);
+        let of_balls = object.map_or(settings, |object| object.settings(ball, settings));
+        let relations = self.fit.relations(&of_balls, source, problems);
         let loss = self.fit.loss(source, problems);
         Manifest {
             name: name.clone(),
@@ -266,6 +248,7 @@ impl RawManifest {
             cloth: self.cloth,
             source: self.source,
             ball,
+            object,
             // of discs, points on them show how they turn
             side_sd,
             assume: (self.cue_spin.and_then(|spin| spin.into_inner().assume))
@@ -306,14 +289,7 @@ impl RawManifest {
     /// The discs, where [ball] says that they are.
     fn discs(&self, source: &Source, problems: &mut Problems) -> Option<Discs> {
         let disc = self.ball.shape.as_ref().filter(|shape| *shape.as_ref() == Shape::Disc);
-        let Some(disc) = disc else {
-            if let Some(object) = &self.object {
-                let message =
-                    "[object] goes with [ball] shape = \"disc\" only: two balls are taken to be equal";
-                source.add(problems, &object.span(), message.to_string());
-            }
-            return None;
-        };
+        let disc = disc?;
         if *self.kind.as_ref() != Kind::Tracks {
             let message = format!(
                 "shape is \"disc\" in a data set of kind \"{}\"; expected it with kind \"tracks\" only",
@@ -329,27 +305,30 @@ impl RawManifest {
             source.add(problems, &spin.span(), message.to_string());
         }
         let number = |value: &Option<Spanned<f64>>| value.as_ref().map(|value| *value.as_ref());
-        let other = self.object.as_ref().map(|object| *object.as_ref()).unwrap_or_default();
-        let mut pair = |key: &str, first: Option<f64>, second: Option<f64>| {
-            let span = self.object.as_ref().map_or_else(|| disc.span(), Spanned::span);
-            if second.is_some_and(|second| !(second > 0.0 && second.is_finite())) {
-                source.add(
-                    problems,
-                    &span,
-                    format!("object.{key} is {}; expected more than 0", second.unwrap_or(f64::NAN)),
-                );
-            } else if first.is_none() && second.is_some() {
-                source.add(
-                    problems,
-                    &span,
-                    format!("{key} stands in [object], but not in [ball]; expected it in both"),
-                );
+        let other = self.object.as_ref().map(|object| object.as_ref().clone()).unwrap_or_default();
+        if let Some(inertia) = &other.inertia {
+            let message = "object.inertia goes with balls; both discs have the inertia that stands in [ball]";
+            source.add(problems, &inertia.span(), message.to_string());
+        }
+        let mut pair = |key: &str, first: Option<f64>, second: &Option<Spanned<f64>>| {
+            let mut wrong = |second: &Spanned<f64>, text| source.add(problems, &second.span(), text);
+            match second {
+                Some(second) if !(*second.as_ref() > 0.0 && second.as_ref().is_finite()) => {
+                    wrong(second, format!("object.{key} is {}; expected more than 0", second.as_ref()));
+                }
+                Some(second) if first.is_none() => {
+                    wrong(
+                        second,
+                        format!("{key} stands in [object], but not in [ball]; expected it in both"),
+                    );
+                }
+                _ => {}
             }
-            first.map(|first| [first, second.unwrap_or(first)])
+            first.map(|first| [first, number(second).unwrap_or(first)])
         };
         Some(Discs {
-            radii: pair("radius_m", number(&self.ball.radius_m), other.radius_m),
-            masses: pair("mass_kg", number(&self.ball.mass_kg), other.mass_kg),
+            radii: pair("radius_m", number(&self.ball.radius_m), &other.radius_m),
+            masses: pair("mass_kg", number(&self.ball.mass_kg), &other.mass_kg),
             inertia: number(&self.ball.inertia).unwrap_or(UNIFORM_DISC),
             in_seconds: true,
         })
@@ -394,27 +373,5 @@ impl RawManifest {
             }
         }
         files
-    }
-}
-
-impl RawBall {
-    fn check(&self, source: &Source, problems: &mut Problems) -> Ball {
-        let mut check = Check { source, problems };
-        let mut positive = |given: &Option<Spanned<f64>>, key: &str, default: f64| {
-            check.number(given.as_ref(), key, default, POSITIVE)
-        };
-        let radius = positive(&self.radius_m, "radius_m", Ball::POOL.radius);
-        let mass = positive(&self.mass_kg, "mass_kg", Ball::POOL.mass);
-        let inertia = positive(&self.inertia, "inertia", UNIFORM_SPHERE);
-        let disc = self.shape.as_ref().is_some_and(|shape| *shape.as_ref() == Shape::Disc);
-        let (most, said) =
-            if disc { (1.0, "1, that of a ring") } else { (2.0 / 3.0, "2/3, that of a hollow sphere") };
-        let hollow = |value: &&Spanned<f64>| value.as_ref().is_finite() && *value.as_ref() > most;
-        if let Some(value) = self.inertia.as_ref().filter(hollow) {
-            let text = source.written(&value.span());
-            let message = format!("inertia is {text}; expected at most {said}");
-            source.add(problems, &value.span(), message);
-        }
-        Ball { radius, mass, inertia }
     }
 }

@@ -1,6 +1,7 @@
 //! Measured collisions: `dataset.toml` and the tables it names.
 
 mod angles;
+mod balls_section;
 pub mod cases;
 pub(crate) mod covariance;
 pub mod draft;
@@ -93,7 +94,8 @@ fn load_manifest(manifest: Manifest, file: PathBuf) -> Result<Dataset, DatasetEr
     if let Some(path) = &manifest.extraction.covariance {
         covariance::read(path, &mut shots, &manifest.extraction.shared(), &mut problems);
     }
-    let Manifest { name, cloth, source, ball, settings, relations, loss, by, extraction, .. } = manifest;
+    let Manifest { name, cloth, source, ball, object, settings, relations, loss, by, extraction, .. } =
+        manifest;
     let by = by.map(|(by, ..)| by);
     problems.into_result(Dataset {
         name,
@@ -101,6 +103,7 @@ fn load_manifest(manifest: Manifest, file: PathBuf) -> Result<Dataset, DatasetEr
         cloth,
         source,
         ball,
+        object,
         settings,
         relations,
         loss,

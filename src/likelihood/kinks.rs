@@ -4,7 +4,7 @@
 //! that agree best with a shot's measurements are often just there. They then move with the parameters θ along the kink:
 //! with t the errors of the inputs, a its normal and t̂ a place on it, a·(t − t̂) + b·(θ − θ̂) = 0.
 
-use nalgebra::{Cholesky, Const, SMatrix, SVector};
+use nalgebra::{ArrayStorage, Cholesky, Const, SMatrix, SVector};
 
 use super::prediction::INPUTS;
 use crate::measurement::parameter::Parameter;
@@ -44,7 +44,7 @@ impl Kinks {
             which: 0,
             side: false,
             normal: Units::new(0.0, 0.0, 0.0, 0.0, 0.0, 0.0),
-            by_parameters: Parameters::new(0.0, 0.0, 0.0, 0.0, 0.0),
+            by_parameters: Parameters::from_array_storage(ArrayStorage([[0.0; Parameter::ALL.len()]])),
         };
         Self { count: 0, list: [none; MOST] }
     };

@@ -18,7 +18,7 @@ use super::prediction::{MAX_OBSERVABLES, Unpredictable, difference};
 use super::whitening::{AtKinks, Whitening};
 use crate::measurement::parameter::{Parameter, Prior, Settings};
 use crate::measurement::values::Values;
-use crate::physics::collision::{Coefficients, Model};
+use crate::physics::collision::Model;
 
 /// Whether their frames are fitted.
 #[must_use]
@@ -88,11 +88,10 @@ impl<'a> Problem<'a> {
     /// The frames of all shots, whose own unknowns are eliminated; behind the free parameters stand the unknowns of the list.
     fn evaluate_frames(&self, x: &DVector<f64>) -> Point {
         let values = values(&self.held, self.free, x);
-        let (model, Coefficients { mu, mu_s, e }) = (values.model(self.model), values.coefficients);
+        let model = values.model(self.model);
         let own = self.free.len();
         let unknowns = self.unknowns.len();
-        let shared =
-            shared_unknowns::shared([mu, mu_s, e], self.unknowns, &x.as_slice()[own..own + unknowns]);
+        let shared = shared_unknowns::shared(&values, self.unknowns, &x.as_slice()[own..own + unknowns]);
         let frames = self.shots.len() * frames::ROWS;
         let count = frames + self.priors().count() + unknowns;
         let mut residuals = DVector::zeros(count);
@@ -113,8 +112,10 @@ impl<'a> Problem<'a> {
             let shots = all.iter().flatten().copied().collect();
             *self.best.borrow_mut() = Best { chi2, shared: at, shots };
         }
-        let places: Vec<usize> = self.unknowns.iter().map(|unknown| unknown.kind.place()).collect();
-        for (i, (reduced, shot)) in all.iter().zip(self.shots).enumerate() {
+        let of_parameters = self.free.iter().map(|parameter| frames::place_of(*parameter));
+        let places: Vec<usize> =
+            of_parameters.chain(self.unknowns.iter().map(|unknown| unknown.kind.place())).collect();
+        for (i, reduced) in all.iter().enumerate() {
             let mut rows = residuals.rows_mut(i * frames::ROWS, frames::ROWS);
             let Some(reduced) = reduced else {
                 // the optimiser shrinks a step that ends where there is no prediction
@@ -122,17 +123,9 @@ impl<'a> Problem<'a> {
                 continue;
             };
             rows.copy_from(&reduced.residuals);
-            let slip = shot.film.as_ref().map_or(0.0, |film| film.slip(&reduced.own));
-            let of_parameter = |parameter: &Parameter| match parameter {
-                // μ = a + b exp(−c v) at the first slip: ∂μ/∂b = exp(−c v), ∂μ/∂c = −b v exp(−c v)
-                Parameter::B => (Parameter::Mu as usize, (-values.c * slip).exp()),
-                Parameter::C => (Parameter::Mu as usize, -values.b * slip * (-values.c * slip).exp()),
-                other => (*other as usize, 1.0),
-            };
-            let columns = self.free.iter().map(of_parameter).chain(places.iter().map(|of| (*of, 1.0)));
-            for (column, (of, factor)) in columns.enumerate() {
+            for (column, place) in places.iter().enumerate() {
                 let mut block = jacobian.view_mut((i * frames::ROWS, column), (frames::ROWS, 1));
-                block.copy_from(&(reduced.jacobian.column(of) * factor));
+                block.copy_from(&reduced.jacobian.column(*place));
             }
         }
         let known =

@@ -20,8 +20,8 @@ use super::shot_errors::{ByParameters, Errors, Units};
 use crate::measurement::dataset::{Joint, Shared};
 use crate::measurement::observable::Observable;
 use crate::measurement::parameter::Parameter;
+use crate::measurement::values::Values;
 use crate::physics::collision::{Coefficients, Model};
-use crate::physics::friction_law::Law;
 
 /// Standard deviations of observables for which the data give none, SI and radians.
 pub type EstimatedSd = Vec<(Observable, f64)>;
@@ -94,12 +94,8 @@ struct OfShot {
 
 /// The parameters of a collision.
 fn parameters(model: &Model, coefficients: &Coefficients) -> Parameters {
-    let Coefficients { mu, mu_s, e } = *coefficients;
-    let (b, c) = match model.law {
-        Law::Constant => (0.0, 0.0),
-        Law::Exponential { b, c } => (b, c),
-    };
-    Parameters::new(mu, mu_s, e, b, c)
+    let values = Values::of(model, *coefficients);
+    Parameters::from(Parameter::ALL.map(|parameter| values[parameter]))
 }
 
 impl Whitening {

@@ -7,11 +7,12 @@ use nalgebra::{DMatrix, DVector};
 
 use super::loss::Loss;
 use super::observable::{Axis, Observable};
-use super::parameter::Settings;
+use super::parameter::{Compliance, Parameter, Prior, Settings};
 use super::relation::Relation;
 use super::spin::Spin;
 use super::track::TrackShot;
 use crate::physics::ball::{Ball, Vec3};
+use crate::physics::collision::{Effects, Fidelity, Model};
 use crate::physics::disc::Discs;
 
 /// A data set. One that was read from files is checked; of one that a program made a fit refuses what
@@ -24,7 +25,9 @@ pub struct Dataset {
     pub path: PathBuf,
     pub cloth: Option<String>,
     pub source: Option<String>,
+    /// The cue ball, and what is not like it of the object ball.
     pub ball: Ball,
+    pub object: Option<ObjectBall>,
     pub settings: Settings,
     /// Constraints between parameters (`[fit] constraints`).
     pub relations: Vec<Relation>,
@@ -58,6 +61,7 @@ impl Dataset {
             cloth: None,
             source: None,
             ball,
+            object: None,
             settings: Settings::default(),
             relations: Vec::new(),
             loss: Loss::default(),
@@ -70,6 +74,29 @@ impl Dataset {
             side_sd: 0.0,
             tracks: None,
         }
+    }
+
+    /// The model of its balls.
+    #[must_use]
+    pub fn model(&self, fidelity: Fidelity) -> Model {
+        Model { object: self.object.map(|object| object.ball), ..Model::new(fidelity, self.ball) }
+    }
+
+    /// The model by which films are corrected and impacts extracted: `full`, or `ode` where it is stated that the contact gives way.
+    #[must_use]
+    pub(crate) fn model_of_contact(&self) -> Model {
+        let kappa = self.settings[Parameter::Kappa].initial;
+        if self.settings.compliance != Compliance::Stated || kappa <= 0.0 {
+            return self.model(Fidelity::Full);
+        }
+        let effects = Effects { compliance: true, falling_friction: true, ..Fidelity::Full.effects() };
+        Model { effects, kappa, tolerance: Model::TOLERANCE_OF_FITS, ..self.model(Fidelity::Ode) }
+    }
+
+    /// The settings of its fit, with what is known of balls that are not equal.
+    #[must_use]
+    pub fn settings_of_balls(&self) -> Settings {
+        self.object.map_or(self.settings, |object| object.settings(self.ball, self.settings))
     }
 
     /// Whether it is of tracks from which no impacts have been extracted yet.
@@ -105,6 +132,32 @@ impl Dataset {
             Shared::Rolling => self.rolling.and_then(|rolling| rolling.sd),
         };
         Shared::ALL.into_iter().filter_map(|shared| Some((shared, sd(shared)?))).collect()
+    }
+}
+
+/// An object ball that is not like the cue ball.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ObjectBall {
+    pub ball: Ball,
+    /// Standard deviations of m_cue/m_object and of R_cue/R_object, where they are known.
+    pub mass_ratio_sd: Option<f64>,
+    pub radius_ratio_sd: Option<f64>,
+}
+
+impl ObjectBall {
+    /// Settings with the ratios of masses and radii as they are known.
+    #[must_use]
+    pub fn settings(&self, cue: Ball, mut settings: Settings) -> Settings {
+        let model = Model { object: Some(self.ball), ..Model::new(Fidelity::Full, cue) };
+        for (parameter, mean, sd) in [
+            (Parameter::MassRatio, model.mass_ratio(), self.mass_ratio_sd),
+            (Parameter::RadiusRatio, model.radius_ratio(), self.radius_ratio_sd),
+        ] {
+            let setting = &mut settings[parameter];
+            (setting.initial, setting.fixed) = (mean, sd.is_none());
+            setting.prior = sd.map(|sd| Prior { mean, sd });
+        }
+        settings
     }
 }
 

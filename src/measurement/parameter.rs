@@ -1,5 +1,7 @@
-//! The parameters of a fit: μ, μ_s and e, and b and c where friction falls with the slip; their names, bounds and
-//! starting values.
+//! The parameters of a fit: μ, μ_s and e; b and c where friction falls with the slip, κ where the contact gives way, and the ratios
+//! of masses and radii where these have errors. Their names, bounds and starting values.
+
+use crate::physics::collision::{MAX_KAPPA, Model};
 
 /// What is fitted.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -14,13 +16,20 @@ pub enum Parameter {
     B,
     /// c, how fast μ falls with the slip, s/m.
     C,
+    /// κ, how far the contact gives way along its surface ([`Model::kappa`]).
+    Kappa,
+    /// m_cue/m_object, of masses that are stated with their errors.
+    MassRatio,
+    /// R_cue/R_object, of radii that are stated with their errors.
+    RadiusRatio,
 }
 
 impl Parameter {
     /// In the order of every vector and matrix of a fit.
-    pub const ALL: [Self; 5] = [Self::Mu, Self::MuS, Self::E, Self::B, Self::C];
+    pub const ALL: [Self; 8] =
+        [Self::Mu, Self::MuS, Self::E, Self::B, Self::C, Self::Kappa, Self::MassRatio, Self::RadiusRatio];
 
-    /// Those of a friction that does not depend on the slip, the first of [`Parameter::ALL`].
+    /// Those that every fit has, the first of [`Parameter::ALL`].
     pub const COEFFICIENTS: [Self; 3] = [Self::Mu, Self::MuS, Self::E];
 
     /// The name in dataset.toml and fit.json.
@@ -32,6 +41,9 @@ impl Parameter {
             Self::E => "e",
             Self::B => "mu_b",
             Self::C => "mu_c",
+            Self::Kappa => "kappa",
+            Self::MassRatio => "mass_ratio",
+            Self::RadiusRatio => "radius_ratio",
         }
     }
 
@@ -44,6 +56,9 @@ impl Parameter {
             Self::E => "e",
             Self::B => "b",
             Self::C => "c",
+            Self::Kappa => "κ",
+            Self::MassRatio => "m_cue/m_object",
+            Self::RadiusRatio => "R_cue/R_object",
         }
     }
 
@@ -64,13 +79,16 @@ impl Parameter {
                 "friction between the balls falls with their slip v as μ + b·exp(−c·v): how far, no unit"
             }
             Self::C => "how fast it falls with v, in s/m",
+            Self::Kappa => "how far the contact between the balls gives way along its surface",
+            Self::MassRatio => "mass of the cue ball over that of the object ball",
+            Self::RadiusRatio => "radius of the cue ball over that of the object ball",
         }
     }
 
     /// The setting used where dataset.toml has none: the middle of the published ranges
     /// 0.03 ≤ μ ≤ 0.08, 0.2 < μ_s < 0.4, 0.92 ≤ e ≤ 0.98 (Kim 2024, Eqs. 1 and 2 and below 6) to
     /// start from, and bounds that leave room for chalked and waxed balls. c is held at what D. Alciatore (TP A-14)
-    /// found, as few data tell it: 1.088 s/m.
+    /// found, as few data tell it: 1.088 s/m. κ is that of phenolic resin; masses and radii are held where they are stated.
     #[must_use]
     pub fn default_setting(self) -> Setting {
         let (initial, lower, upper) = match self {
@@ -79,8 +97,12 @@ impl Parameter {
             Self::E => (0.94, 0.0, 1.0),
             Self::B => (0.05, 0.0, 1.0),
             Self::C => (1.088, 0.1, 20.0),
+            Self::Kappa => (Model::KAPPA, 0.0, 20.0),
+            Self::MassRatio => (1.0, 0.01, 100.0),
+            Self::RadiusRatio => (1.0, 0.2, 5.0),
         };
-        Setting { initial, lower, upper, fixed: self == Self::C, prior: None }
+        let fixed = matches!(self, Self::C | Self::Kappa | Self::MassRatio | Self::RadiusRatio);
+        Setting { initial, lower, upper, fixed, prior: None }
     }
 }
 
@@ -120,8 +142,11 @@ impl Setting {
         let Self { initial, lower, upper, fixed, prior } = *self;
         let fault = |key, value, rest: String| SettingFault { key, value, rest };
         let value_key = if fixed { "fixed" } else { "initial" };
-        let range = if parameter == Parameter::E { 0.0..=1.0 } else { 0.0..=f64::MAX };
-        let allowed = if parameter == Parameter::E { "0 to 1" } else { "0 or more" };
+        let (range, allowed) = match parameter {
+            Parameter::E => (0.0..=1.0, "0 to 1"),
+            Parameter::Kappa => (0.0..=MAX_KAPPA, "0 (rigid along the surface) to 100"),
+            _ => (0.0..=f64::MAX, "0 or more"),
+        };
         let mut faults: Vec<SettingFault> = [("lower", lower), ("upper", upper), (value_key, initial)]
             .into_iter()
             .filter(|(_, value)| !range.contains(value))
@@ -165,19 +190,40 @@ pub struct Settings {
     pub each: [Setting; Parameter::ALL.len()],
     /// Whether friction falls with the slip; else b and c have no part in a fit.
     pub falls: bool,
+    /// Whether the contact gives way; unless [`Compliance::Stated`] κ is no parameter of the fit.
+    pub compliance: Compliance,
+}
+
+/// Whether the contact between the balls gives way along its surface.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Compliance {
+    /// As the data call for it, with the κ that its setting holds.
+    #[default]
+    Auto,
+    /// It does not.
+    Rigid,
+    /// With κ as its setting says.
+    Stated,
 }
 
 impl Settings {
-    /// The parameters that a fit has.
+    /// The parameters that a fit has, in the order of [`Parameter::ALL`].
     #[must_use]
-    pub fn parameters(&self) -> &'static [Parameter] {
-        if self.falls { &Parameter::ALL } else { &Parameter::COEFFICIENTS }
+    pub fn parameters(&self) -> Vec<Parameter> {
+        let has = |parameter: &Parameter| match parameter {
+            Parameter::Mu | Parameter::MuS | Parameter::E => true,
+            Parameter::B | Parameter::C => self.falls,
+            Parameter::Kappa => self.compliance == Compliance::Stated,
+            Parameter::MassRatio | Parameter::RadiusRatio => self[*parameter].prior.is_some(),
+        };
+        Parameter::ALL.into_iter().filter(has).collect()
     }
 }
 
 impl Default for Settings {
     fn default() -> Self {
-        Self { each: Parameter::ALL.map(Parameter::default_setting), falls: false }
+        let each = Parameter::ALL.map(Parameter::default_setting);
+        Self { each, falls: false, compliance: Compliance::Auto }
     }
 }
 

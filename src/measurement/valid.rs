@@ -24,12 +24,21 @@ impl Dataset {
     #[must_use]
     pub fn faults(&self) -> Vec<String> {
         let mut faults = Vec::new();
-        for (name, value) in
-            [("radius", self.ball.radius), ("mass", self.ball.mass), ("inertia", self.ball.inertia)]
-        {
-            if !is_standard_deviation(value) {
-                faults.push(format!("the {name} of the ball is {value:?}; expected a finite number above 0"));
+        let balls = [("ball", Some(self.ball)), ("object ball", self.object.map(|object| object.ball))];
+        for (which, ball) in balls.into_iter().filter_map(|(which, ball)| Some((which, ball?))) {
+            for (name, value) in [("radius", ball.radius), ("mass", ball.mass), ("inertia", ball.inertia)] {
+                if !is_standard_deviation(value) {
+                    faults.push(format!(
+                        "the {name} of the {which} is {value:?}; expected a finite number above 0"
+                    ));
+                }
             }
+        }
+        let ratios = self.object.map(|object| [object.mass_ratio_sd, object.radius_ratio_sd]);
+        for sd in ratios.into_iter().flatten().flatten().filter(|sd| !is_standard_deviation(*sd)) {
+            faults.push(format!(
+                "a ratio of the balls has the standard deviation {sd:?}; expected more than 0"
+            ));
         }
         for parameter in Parameter::ALL {
             let of_setting = self.settings[parameter].faults(parameter).into_iter();

@@ -1,9 +1,9 @@
-//! Values of all parameters of a fit: the coefficients of a collision, and b and c of a friction that falls with the
-//! slip.
+//! Values of all parameters of a fit: the coefficients of a collision, and what else its outcome depends on.
 
 use std::ops::{Index, IndexMut};
 
 use super::parameter::{Parameter, Setting, Settings};
+use crate::physics::ball::Ball;
 use crate::physics::collision::{Coefficients, Model};
 use crate::physics::friction_law::Law;
 
@@ -13,7 +13,15 @@ pub struct Values {
     /// Of μ(v) = a + b exp(−c v), where the friction falls; c in s/m.
     pub b: f64,
     pub c: f64,
+    /// Of a contact that gives way along its surface.
+    pub kappa: f64,
+    /// m_cue/m_object and R_cue/R_object of balls that are not equal.
+    pub mass_ratio: f64,
+    pub radius_ratio: f64,
 }
+
+/// A contact is computed as giving way at least so far while κ is fitted: 0 is another model, whose outcome this one's nears as √κ.
+const LEAST_KAPPA: f64 = 1e-3;
 
 impl Values {
     /// What parameters that are not fitted are held at: those that are fixed, and those that the data say nothing of.
@@ -41,7 +49,21 @@ impl Values {
             },
             b: of(Parameter::B),
             c: of(Parameter::C),
+            kappa: of(Parameter::Kappa),
+            mass_ratio: of(Parameter::MassRatio),
+            radius_ratio: of(Parameter::RadiusRatio),
         }
+    }
+
+    /// Those of a model with these coefficients.
+    #[must_use]
+    pub fn of(model: &Model, coefficients: Coefficients) -> Self {
+        let (b, c) = match model.law {
+            Law::Constant => (0.0, 0.0),
+            Law::Exponential { b, c } => (b, c),
+        };
+        let (mass_ratio, radius_ratio) = (model.mass_ratio(), model.radius_ratio());
+        Self { coefficients, b, c, kappa: model.kappa, mass_ratio, radius_ratio }
     }
 
     /// These values with little friction, with that which they have, and with much, as far as bounds allow: what no
@@ -64,14 +86,21 @@ impl Values {
         [at(LITTLE), *self, at(1.0)]
     }
 
-    /// The model with these b and c, if its friction falls.
+    /// The model with these b and c, if its friction falls, this κ, if its contact gives way, and these ratios, if its balls are not
+    /// equal.
     #[must_use]
     pub fn model(&self, model: &Model) -> Model {
         let law = match model.law {
             Law::Constant => Law::Constant,
             Law::Exponential { .. } => Law::Exponential { b: self.b, c: self.c },
         };
-        Model { law, ..*model }
+        let kappa = if model.kappa > 0.0 { self.kappa.max(LEAST_KAPPA) } else { 0.0 };
+        let object = model.object.map(|object| Ball {
+            mass: model.ball.mass / self.mass_ratio,
+            radius: model.ball.radius / self.radius_ratio,
+            ..object
+        });
+        Model { object, law, kappa, ..*model }
     }
 
     /// With one of them changed.
@@ -82,10 +111,10 @@ impl Values {
     }
 }
 
-/// With a friction that does not fall.
+/// With a friction that does not fall, between equal balls that are rigid along their surface.
 impl From<Coefficients> for Values {
     fn from(coefficients: Coefficients) -> Self {
-        Self { coefficients, b: 0.0, c: 0.0 }
+        Self { coefficients, b: 0.0, c: 0.0, kappa: 0.0, mass_ratio: 1.0, radius_ratio: 1.0 }
     }
 }
 
@@ -99,6 +128,9 @@ impl Index<Parameter> for Values {
             Parameter::E => &self.coefficients.e,
             Parameter::B => &self.b,
             Parameter::C => &self.c,
+            Parameter::Kappa => &self.kappa,
+            Parameter::MassRatio => &self.mass_ratio,
+            Parameter::RadiusRatio => &self.radius_ratio,
         }
     }
 }
@@ -111,6 +143,9 @@ impl IndexMut<Parameter> for Values {
             Parameter::E => &mut self.coefficients.e,
             Parameter::B => &mut self.b,
             Parameter::C => &mut self.c,
+            Parameter::Kappa => &mut self.kappa,
+            Parameter::MassRatio => &mut self.mass_ratio,
+            Parameter::RadiusRatio => &mut self.radius_ratio,
         }
     }
 }

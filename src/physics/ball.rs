@@ -16,12 +16,12 @@ pub type Vec3 = Vector3<f64>;
 /// Moment of inertia of a uniform sphere over MR².
 pub const UNIFORM_SPHERE: f64 = 0.4;
 
-/// The ball: both balls of a collision are equal.
+/// A ball. Both balls of a collision are equal unless it is said otherwise.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Ball {
     /// R, in metres.
     pub radius: f64,
-    /// M, in kilograms. It cancels from every velocity, since the balls are equal.
+    /// M, in kilograms. It cancels from every velocity where the balls are equal.
     pub mass: f64,
     /// ν, the moment of inertia over MR².
     pub inertia: f64,
@@ -31,6 +31,17 @@ impl Ball {
     /// A standard pool ball: 57.15 mm (2¼ inches) across and uniform, as the World Pool-Billiard Association
     /// specifies it, of 170 g (specified: 5.5 to 6 oz, 156 to 170 g).
     pub const POOL: Self = Self { radius: 0.028_575, mass: 0.170, inertia: UNIFORM_SPHERE };
+
+    /// How far apart the centres of two balls are on the table where they touch: 2√(R₁R₂), m.
+    #[must_use]
+    pub fn contact_distance(&self, other: &Self) -> f64 {
+        // exactly 2R of equal balls
+        if self.radius == other.radius {
+            2.0 * self.radius
+        } else {
+            2.0 * (self.radius * other.radius).sqrt()
+        }
+    }
 }
 
 impl Default for Ball {

@@ -13,7 +13,7 @@ use crate::likelihood::prediction::Plan;
 use crate::measurement::dataset::{Before, Dataset, Measured, Measurement, Shot};
 use crate::measurement::loss::Loss;
 use crate::measurement::observable::{Axis, Observable};
-use crate::measurement::parameter::{Parameter, Setting, Settings};
+use crate::measurement::parameter::{Compliance, Parameter, Setting, Settings};
 use crate::measurement::spin::Spin;
 use crate::measurement::values::Values;
 use crate::physics::ball::Ball;
@@ -102,24 +102,7 @@ pub fn velocities(shots: &[accuracy::Shot], ball: Ball) -> Dataset {
         after: after.map(|observable| Measurement { observable, measured: exact(0.0) }).to_vec(),
         joint: None,
     };
-    Dataset {
-        name: "accuracy".to_owned(),
-        path: PathBuf::new(),
-        cloth: None,
-        source: None,
-        ball,
-        settings: Settings::default(),
-        relations: Vec::new(),
-        loss: Loss::default(),
-        by: None,
-        shots: shots.iter().enumerate().map(shot).collect(),
-        left_out: Vec::new(),
-        sliding: None,
-        rolling: None,
-        lift_sd: None,
-        side_sd: 0.0,
-        tracks: None,
-    }
+    Dataset::new("accuracy", ball, shots.iter().enumerate().map(shot).collect())
 }
 
 /// The data set's shots with what they would have measured without noise if `contact`, with everything on,
@@ -129,8 +112,7 @@ pub fn velocities(shots: &[accuracy::Shot], ball: Ball) -> Dataset {
 #[must_use]
 pub fn noise_free(dataset: &Dataset) -> Dataset {
     let coefficients = initial(dataset);
-    let reference =
-        Model { effects: Effects::ALL, tolerance: TOLERANCE, ..Model::new(Fidelity::Contact, dataset.ball) };
+    let reference = Model { effects: Effects::ALL, tolerance: TOLERANCE, ..dataset.model(Fidelity::Contact) };
     let typical = |observable: Observable| match observable {
         Observable::CueSpin(_) | Observable::ObjectSpin(_) => SPIN_SD,
         Observable::ObjectSpeedRatio => VELOCITY_SD,
@@ -156,7 +138,7 @@ pub fn noise_free(dataset: &Dataset) -> Dataset {
         shots.push(shot);
     }
     let each = dataset.settings.each.map(|setting| Setting { prior: None, ..setting });
-    let settings = Settings { each, falls: false };
+    let settings = Settings { each, falls: false, compliance: Compliance::Rigid };
     Dataset { shots, settings, relations: Vec::new(), by: None, loss: Loss::default(), ..dataset.clone() }
 }
 

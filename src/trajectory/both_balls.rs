@@ -65,7 +65,9 @@ pub(crate) fn with_derivatives<const N: usize>(scene: &Scene, z: &Unknowns) -> M
 /// What is known of a shot besides its unknowns.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Scene {
+    /// The cue ball and the object ball.
     pub ball: Ball,
+    pub object: Ball,
     pub spin: Spin,
     pub bounce: f64,
     /// A cue ball that slips less than this on the cloth (m/s) rolls, for all that its measured spin says.
@@ -117,7 +119,13 @@ impl Scene {
         };
         let rolls_within = ROLLS_ERRORS * sd * scene.ball.radius;
         let side_sd = if matches!(spin, Spin::Stun | Spin::NaturalRoll) { scene.side_sd } else { 0.0 };
-        Self { ball: scene.ball, spin, bounce, rolls_within, side_sd, departure: Departure::NONE }
+        let super::scene::Scene { ball, object, .. } = *scene;
+        Self { ball, object, spin, bounce, rolls_within, side_sd, departure: Departure::NONE }
+    }
+
+    /// How far apart the centres of the balls are on the table where they touch: 2√(R_c R_o).
+    pub(crate) fn contact_distance(&self) -> f64 {
+        self.ball.contact_distance(&self.object)
     }
 
     /// Spin in the collision frame; `unknown` is its part of the natural roll where it is unknown, and Rω_z/U where the side
@@ -240,15 +248,16 @@ impl<T: Number> Launches<T> {
         let Meeting { time, normal: [cos, sin], object, distance } = *meeting;
         let to_table = |v: [T; 2]| [v[0] * cos - v[1] * sin, v[0] * sin + v[1] * cos];
         let contact = [object[0] - cos * distance, object[1] - sin * distance];
-        let launch = |position, side: &Side<T>| Launch {
+        let launch = |position, side: &Side<T>, ball: &Ball| Launch {
             time,
             position,
             velocity: to_table(side.velocity),
             slip: to_table(side.slip),
             // a flight lasts 2V_z/g; μ_k g and μ_r g are as the paths have them
             up: side.up / scene.departure.gravity,
-            inertia: scene.ball.inertia,
+            inertia: ball.inertia,
         };
+        let Scene { ball: own, object: other, .. } = scene;
         let slips = before.slip[0].re().hypot(before.slip[1].re());
         let least = match scene.spin {
             // that it does not roll is what is assumed
@@ -256,13 +265,19 @@ impl<T: Number> Launches<T> {
             _ => scene.rolls_within + ROLLS_PART * before.velocity[0].re().hypot(before.velocity[1].re()),
         };
         let before = if slips < least { Side { slip: [zero; 2], ..*before } } else { *before };
-        Self { before: launch(contact, &before), cue: launch(contact, cue), object: launch(object, ball) }
+        Self {
+            before: launch(contact, &before, own),
+            cue: launch(contact, cue, own),
+            object: launch(object, ball, other),
+        }
     }
 }
 
 impl<T: Number> Motion<T> {
     pub(crate) fn new(scene: &Scene, z: &[T; COUNT]) -> Self {
-        let Ball { radius, inertia, .. } = scene.ball;
+        let balls = [scene.ball, scene.object];
+        // m_cue/m_object
+        let ratio = balls[0].mass / balls[1].mass;
         let zero = T::from(0.0);
         let (sin, cos) = z[DIRECTION].sin_cos();
         let normal = [cos, sin];
@@ -270,10 +285,10 @@ impl<T: Number> Motion<T> {
         let (before, cue, ball) = (pair(BEFORE), pair(CUE), pair(BALL));
 
         let spin = scene.spin(normal, before, z[ROLL]);
-        // J_z is negative with topspin; J_y = U_y − U_fy
-        let (lift, j_z) = if scene.spin == Spin::Unknown {
-            let j_z = -z[LIFT] * scene.upward(before, spin);
-            (if j_z.re() > 0.0 { Lift::Object } else { Lift::Cue }, j_z)
+        // the vertical impulse on the ball that is lifted, over its mass: negative with topspin
+        let (lift, impulse) = if scene.spin == Spin::Unknown {
+            let impulse = -z[LIFT] * scene.upward(before, spin);
+            (if impulse.re() > 0.0 { Lift::Object } else { Lift::Cue }, impulse)
         } else {
             match scene.lift(&Unknowns::from_fn(|i, _| z[i].re())) {
                 Lift::Cue => (Lift::Cue, -z[LIFT]),
@@ -281,16 +296,21 @@ impl<T: Number> Motion<T> {
                 Lift::None => (Lift::None, zero),
             }
         };
-        let nu_r = inertia * radius;
-        // ω_f = ω_i + (0, J_z, −J_y)/νR
-        let cue_spin = [spin[0], spin[1] + j_z / nu_r];
-        // Ω_y = (1 − m_s)J_z/νR, where m_s J_z = V_x − q and q = U_x − U_fx
-        let cloth_impulse = if lift == Lift::Cue { ball[0] - (before[0] - cue[0]) } else { zero };
-        let object_spin = [zero, (j_z - cloth_impulse) / nu_r];
+        // q = r(U_x − U_fx), and J_z without the part q sin δ of the normal impulse
+        let normal_impulse = (before[0] - cue[0]) * ratio;
+        let tilt = (balls[1].radius - balls[0].radius) / (balls[1].radius + balls[0].radius);
+        let on_object = if lift == Lift::Cue { impulse * ratio } else { impulse };
+        let j_z = on_object - normal_impulse * tilt;
+        let nu_r = balls.map(|ball| ball.inertia * ball.radius);
+        // ω_f = ω_i + (0, J_z, −J_y)/(rνR)
+        let cue_spin = [spin[0], spin[1] + j_z / (nu_r[0] * ratio)];
+        // Ω_y = (1 − m_s)J_z/νR, where m_s J_z = V_x − q
+        let cloth_impulse = if lift == Lift::Cue { ball[0] - normal_impulse } else { zero };
+        let object_spin = [zero, (j_z - cloth_impulse) / nu_r[1]];
         let up = |lifted: bool| match (lifted, lift) {
             (false, _) | (_, Lift::None) => zero,
-            (true, Lift::Cue) => -j_z,
-            (true, Lift::Object) => j_z,
+            (true, Lift::Cue) => -impulse,
+            (true, Lift::Object) => impulse,
         };
 
         let cloth = Cloth { sliding: z[SLIDING], rolling: z[ROLLING], bounce: T::from(scene.bounce) };
@@ -298,11 +318,12 @@ impl<T: Number> Motion<T> {
             time: z[TIME],
             normal,
             object: pair(OBJECT),
-            distance: (z[GAP] + 1.0) * (2.0 * radius),
+            distance: (z[GAP] + 1.0) * scene.contact_distance(),
         };
+        let [radius, other] = balls.map(|ball| ball.radius);
         let before = Side::new(before, [spin[0], spin[1]], zero, radius);
         let cue = Side::new(cue, cue_spin, up(lift == Lift::Cue), radius);
-        let object = Side::new(ball, object_spin, up(lift == Lift::Object), radius);
+        let object = Side::new(ball, object_spin, up(lift == Lift::Object), other);
         Self::between(scene, &meeting, &before, [&cue, &object], &cloth)
     }
 

@@ -7,7 +7,9 @@ use crate::physics::collision::{Coefficients, Model};
 /// What the extraction assumes of balls and cloth.
 #[derive(Clone, Copy, Debug)]
 pub struct Scene {
+    /// The cue ball and the object ball.
     pub ball: Ball,
+    pub object: Ball,
     /// μ_k is the mean of a prior; it is estimated from the curvature of the paths.
     pub cloth: Cloth<f64>,
     /// Standard deviation of that prior.
@@ -35,10 +37,23 @@ impl Scene {
     pub fn new(ball: Ball) -> Self {
         Self {
             ball,
+            object: ball,
             cloth: Cloth::default(),
             sliding_sd: 1.0,
             lift: LiftPrior::Published(0.05, 0.05),
             side_sd: 0.0,
         }
+    }
+
+    /// As [`Scene::new`], with the balls of a model.
+    #[must_use]
+    pub fn of(model: &Model) -> Self {
+        Self { object: model.object_ball(), ..Self::new(model.ball) }
+    }
+
+    /// How far apart the centres of the balls are on the table where they touch: 2√(R_c R_o).
+    #[must_use]
+    pub fn contact_distance(&self) -> f64 {
+        self.ball.contact_distance(&self.object)
     }
 }

@@ -6,7 +6,7 @@
 //! e 0.9–0.98. Only ratios of one run mean anything on another machine.
 
 use caromfit::physics::ball::{Ball, BallState, Vec3};
-use caromfit::physics::collision::{Coefficients, Fidelity, Model};
+use caromfit::physics::collision::{Coefficients, Effects, Fidelity, Model};
 use caromfit::physics::contact_frame::cue_velocity;
 use divan::{Bencher, black_box, counter::ItemsCount};
 use rand::{Rng, SeedableRng};
@@ -65,6 +65,23 @@ fn single_with_jacobian(bencher: Bencher, fidelity: &str) {
     bencher.counter(ItemsCount::new(shots.len())).bench_local(|| {
         for (cue, coefficients) in &shots {
             let _ = black_box(model.collide_with_jacobian(black_box(cue), coefficients));
+        }
+    });
+}
+
+/// A contact that gives way along its surface, as a fit computes it; and what it takes with all derivatives.
+#[divan::bench(args = [false, true], max_time = SECONDS)]
+fn compliant(bencher: Bencher, derivatives: bool) {
+    let effects = Effects { compliance: true, ..Fidelity::Full.effects() };
+    let (model, shots) = setting("ode");
+    let model = Model { effects, kappa: Model::KAPPA, tolerance: Model::TOLERANCE_OF_FITS, ..model };
+    bencher.counter(ItemsCount::new(shots.len())).bench_local(|| {
+        for (cue, coefficients) in &shots {
+            if derivatives {
+                let _ = black_box(model.collide_with_all(black_box(cue), coefficients));
+            } else {
+                let _ = black_box(model.collide(black_box(cue), coefficients));
+            }
         }
     });
 }

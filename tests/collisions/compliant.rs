@@ -74,6 +74,64 @@ fn the_table_is_met_to_its_own_error() {
     }
 }
 
+#[test]
+fn what_a_fit_computes_meets_the_table() {
+    /// Steps of 1e-8 of the closing speed, up to 5 m/s, and friction that is taken to follow its slip closely.
+    const QUICK: f64 = 1e-5;
+    for case in cases() {
+        let model = Model { tolerance: Model::TOLERANCE_OF_FITS, ..case.model };
+        let outcome = model.collide(&case.cue, &case.coefficients).unwrap();
+        let off = off(&outcome, &case.expected, model.ball.radius);
+        assert!(off < QUICK, "{}: {off:e}", case.name);
+    }
+}
+
+#[test]
+fn what_a_fit_differentiates_agrees_with_differences() {
+    /// Of a difference over STEP: its square, the tolerance over it, and the sides of a switch that differ.
+    const STEP: f64 = 1e-4;
+    const ERROR: f64 = 2e-3;
+    let mut rng = ChaCha8Rng::seed_from_u64(21);
+    let mut compared = 0;
+    for round in 0..60 {
+        let (cue, coefficients) = shot(&mut rng);
+        let mut fine = Model { tolerance: 1e-11, ..compliant(Fidelity::Ode, Ball::POOL) };
+        if round % 2 == 1 {
+            fine = unequal(fine);
+        }
+        let quick = Model { tolerance: Model::TOLERANCE_OF_FITS, ..fine };
+        let (_, jacobian, others) = quick.collide_with_all(&cue, &coefficients).unwrap();
+        let others = others.unwrap();
+        for input in 0..9 {
+            let moved = |by: f64| {
+                let (mut c, mut cue, mut model) = (coefficients, cue, fine);
+                match input {
+                    0 => c.mu += by,
+                    1 => c.mu_s += by,
+                    2 => c.e += by,
+                    3 => cue.velocity.x += by,
+                    4 => cue.velocity.y += by,
+                    8 => model.kappa += by,
+                    i => cue.spin[i - 5] += by / Ball::POOL.radius,
+                }
+                model.collide(&cue, &c).unwrap().components()
+            };
+            // topspin and draw are two sides of a kink
+            if input == 6 && cue.spin.y.abs() * Ball::POOL.radius < 2.0 * STEP {
+                continue;
+            }
+            let unit = if (5..8).contains(&input) { 1.0 / Ball::POOL.radius } else { 1.0 };
+            let found =
+                if input == 8 { others.column(2).into_owned() } else { jacobian.column(input) * unit };
+            let expected = (moved(STEP) - moved(-STEP)) / (2.0 * STEP);
+            let off = (found - expected).amax() / (1.0 + expected.amax());
+            assert!(off < ERROR, "{round} {input}: {off:e} {cue:?} {coefficients:?}");
+            compared += 1;
+        }
+    }
+    assert!(compared > 400, "{compared}");
+}
+
 /// A shot of any kind.
 fn shot(rng: &mut ChaCha8Rng) -> (BallState, Coefficients) {
     let velocity = cue_velocity(rng.random_range(0.5..5.0), rng.random_range(-60_f64..60.0).to_radians());

@@ -53,7 +53,7 @@ fn unknown_keys_name_the_nearest() {
             "ball",
             "radius_m",
             "radus_m",
-            "dataset.toml:9: column 1: unknown key \"radus_m\" (did you mean \"radius_m\"?); expected one of shape, radius_m, mass_kg, inertia",
+            "dataset.toml:9: column 1: unknown key \"radus_m\" (did you mean \"radius_m\"?); expected one of shape, radius_m, radius_m_sd, mass_kg, mass_kg_sd, inertia, poisson",
         ),
         (
             "cue_spin",
@@ -65,7 +65,7 @@ fn unknown_keys_name_the_nearest() {
             "fit",
             "mu =",
             "nu =",
-            "dataset.toml:17: column 1: unknown key \"nu\" (did you mean \"mu\"?); expected one of mu, mu_s, e, mu_b, mu_c, friction, by, loss, constraints",
+            "dataset.toml:17: column 1: unknown key \"nu\" (did you mean \"mu\"?); expected one of mu, mu_s, e, mu_b, mu_c, kappa, friction, by, loss, constraints",
         ),
         (
             "parameter",

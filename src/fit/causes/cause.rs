@@ -2,6 +2,7 @@
 
 use crate::film::camera::Correction;
 use crate::fit::camera::FoundCorrection;
+use crate::fit::estimate::Estimate;
 use crate::fit::warnings::with_error;
 use crate::measurement::parameter::Parameter;
 
@@ -134,6 +135,24 @@ impl Explanation {
             sentence: format!(
                 "The film has a {} of {value}; the positions were corrected for it.",
                 found.which.words()
+            ),
+        }
+    }
+
+    /// That the contact gives way, with κ held, where the data call for it.
+    pub(super) fn of_compliance(kappa: Option<&Estimate>, lower: f64) -> Self {
+        let value = kappa.map_or(f64::NAN, |kappa| kappa.value);
+        Self {
+            cause: Cause::Compliance,
+            estimate: value,
+            std_error: kappa.and_then(|kappa| kappa.std_error).unwrap_or(f64::NAN),
+            delta_2logl: -lower,
+            adopted: true,
+            with_it: Vec::new(),
+            reduced_chi2: None,
+            sentence: format!(
+                "The contact between the balls gives way along its surface (κ = {value:.3}, as follows from Poisson's ratio): −2 log L is \
+                 {lower:.1} lower than with a rigid contact, which kappa = {{ fixed = 0 }} under [fit] asks for."
             ),
         }
     }

@@ -16,13 +16,10 @@ use crate::likelihood::problem::are_filmed;
 use crate::measurement::parameter::{Parameter, Settings};
 use crate::measurement::values::Values;
 use crate::physics::cloth_motion::GRAVITY;
-use crate::physics::collision::{Coefficients, Fidelity, Model};
+use crate::physics::collision::{Effects, Fidelity, Model};
 use crate::physics::friction_law::Law;
 use crate::trajectory::both_balls::Departure;
 use statrs::distribution::{ChiSquared, ContinuousCDF};
-
-/// Of collisions that are integrated: far below what footage tells.
-const TOLERANCE: f64 = 1e-7;
 
 /// What is assumed in the place of what is stated.
 #[derive(Clone, Debug, Default)]
@@ -123,7 +120,7 @@ impl Trial<'_> {
             Cause::MassRatio => self.search.model.object.is_none() && !self.discs,
             // integrated, which fits of velocities with errors of their inputs repeat too often
             Cause::Compliance => {
-                filmed && { !self.search.model.is_compliant() && !self.search.settings[Parameter::Mu].fixed }
+                filmed && self.search.model.kappa == 0.0 && !self.search.settings[Parameter::Mu].fixed
             }
             Cause::Film(_) | Cause::Radius => false,
         }
@@ -162,12 +159,14 @@ impl Trial<'_> {
         let (mut model, mut settings, mut initial) = (*search.model, *search.settings, start);
         if departures.contains(Cause::MassRatio) {
             model = model.with_mass_ratio(departures.get(Cause::MassRatio));
+            initial.mass_ratio = model.mass_ratio();
         }
         if compliant {
             model.fidelity = Fidelity::Ode;
-            model.effects.compliance = true;
+            model.effects = Effects { compliance: true, falling_friction: true, ..Fidelity::Full.effects() };
             model.kappa = departures.get(Cause::Compliance);
-            model.tolerance = TOLERANCE;
+            initial.kappa = model.kappa;
+            model.tolerance = Model::TOLERANCE_OF_FITS;
         }
         if departures.contains(Cause::FallingFriction) {
             let b = departures.get(Cause::FallingFriction);
@@ -251,9 +250,8 @@ fn log_volume(settled: &Settled) -> f64 {
     let Settled { search, minimum, .. } = settled;
     let values = &minimum.values;
     let model = values.model(search.model);
-    let Coefficients { mu, mu_s, e } = values.coefficients;
     let others = &minimum.x.as_slice()[minimum.x.len() - minimum.shared..];
-    let shared = shared_unknowns::shared([mu, mu_s, e], &search.unknowns, others);
+    let shared = shared_unknowns::shared(values, &search.unknowns, others);
     let of = |shot: &Fitted| {
         let film = shot.film.as_ref()?;
         Some(film.reduced(&shot.plan.collision(&model), &shared, &film.start)?.log_volume)

@@ -19,6 +19,7 @@ use super::{Fit, FoundCamera};
 use crate::film::camera::Correction;
 use crate::likelihood::fitted::Fitted;
 use crate::likelihood::problem::are_filmed;
+use crate::measurement::parameter::Parameter;
 
 /// A cause is named if −2 log L falls by so much where it is let in: chance does that once in 10⁵ fits.
 const NAMED: f64 = 20.0;
@@ -104,4 +105,18 @@ pub(super) fn of_film(found: &FoundCamera, fit: &mut Fit) {
         known.push(Explanation::of_radius(scale));
     }
     fit.explanations.append(&mut known);
+}
+
+impl Fit {
+    /// Says that the contact gives way, as the data call for it: −2 log L is `lower` by so much than with a rigid contact.
+    pub(super) fn adopt_compliance(&mut self, lower: f64) {
+        self.explanations.push(Explanation::of_compliance(self.get(Parameter::Kappa), lower));
+        self.notes.extend(self.explanations.last().map(|explanation| explanation.sentence.clone()));
+    }
+
+    /// By how much a contact that gives way lowers −2 log L, where the data call for it.
+    pub(super) fn compliance_lowers(&self) -> Option<f64> {
+        let mut adopted = self.explanations.iter().filter(|known| known.adopted);
+        adopted.find(|known| known.cause == Cause::Compliance).map(|known| -known.delta_2logl)
+    }
 }

@@ -18,22 +18,36 @@ use num_dual::DualSVec64;
 use schur_reduced::Normal;
 
 use crate::film::camera::{Camera, Correction};
+use crate::measurement::parameter::Parameter;
 use crate::measurement::spin::Spin;
 use crate::measurement::track::{Sample, TrackShot};
 use crate::physics::ball::{BallState, Vec3};
 use crate::physics::cloth_motion::{Launch, Number, Path};
-use crate::physics::collision::{Coefficients, Corrected, Input};
+use crate::physics::collision::{Coefficients, Corrected, Input, OTHERS};
 use crate::trajectory::both_balls;
 use crate::trajectory::both_balls::{
     Departure, Frames, Launches, Meeting, Scene as ModelScene, Side, Unknowns, unknown,
 };
 use crate::trajectory::scene::Scene;
 
-/// What the motion of all shots shares: μ, μ_s, e, the cloth's sliding friction μ_k, rolling resistance μ_r and bounce e_t.
+/// What the motion of all shots shares: μ, μ_s, e, the cloth's sliding friction μ_k, rolling resistance μ_r and bounce e_t…
 const SHARED: usize = 6;
+/// …and where outcomes depend on more ([`OTHERS`]), these, too.
+const MORE_SHARED: usize = SHARED + OTHERS;
 
-/// What all shots of a film share: those, and by how much each [`Correction`] of the camera is off.
-pub const ALL_SHARED: usize = SHARED + Correction::COUNT;
+/// What all shots of a film share: the former, by how much each [`Correction`] of the camera is off, and the others.
+pub const ALL_SHARED: usize = SHARED + Correction::COUNT + OTHERS;
+
+/// Where a parameter stands among them.
+#[must_use]
+pub fn place_of(parameter: Parameter) -> usize {
+    let place = parameter as usize;
+    let coefficients = Parameter::COEFFICIENTS.len();
+    if place < coefficients { place } else { FIRST_OTHER + place - coefficients }
+}
+
+/// Where the first of the others stands.
+const FIRST_OTHER: usize = SHARED + Correction::COUNT;
 
 /// Their values, in this order.
 pub type Shared = [f64; ALL_SHARED];
@@ -47,10 +61,9 @@ const SPIN: usize = 3;
 /// …or its topspin over the natural roll's, where nothing is known of it, or Rω_z/U where nobody saw the side spin.
 const ROLL: usize = 1;
 
-/// Unknowns and shared parameters of a shot whose spin is known, is measured, is not known.
-const KNOWN: usize = OWN + SHARED;
-const MEASURED: usize = OWN + SPIN + SHARED;
-const UNKNOWN: usize = OWN + ROLL + SHARED;
+/// How many own unknowns a shot has whose spin is measured, is not known.
+const MEASURED: usize = OWN + SPIN;
+const UNKNOWN: usize = OWN + ROLL;
 
 /// Rows that are left of a shot: one for each shared parameter, and what they cannot change.
 pub const ROWS: usize = ALL_SHARED + 1;
@@ -310,32 +323,33 @@ impl Film {
         self.scene.spin == Spin::Unknown
     }
 
-    /// JᵀJ, Jᵀr and rᵀr by the shot's own unknowns and what all shots share; `off` is by how much each correction of the camera
-    /// is off.
-    fn normal<const N: usize>(
+    /// JᵀJ, Jᵀr and rᵀr by the shot's own unknowns and S numbers that all shots share; `off` is by how much each correction of the
+    /// camera is off.
+    fn normal<const N: usize, const S: usize>(
         &self,
         collision: &Corrected,
         all: &SVector<f64, N>,
         off: &Off,
-    ) -> Option<Normal<N>> {
-        let own = N - SHARED;
+    ) -> Option<Normal<N, S>> {
+        let own = N - S;
         let duals: [DualSVec64<N>; N] = std::array::from_fn(|i| DualSVec64::from_re(all[i]).derivative(i));
-        let one = if N == UNKNOWN { duals[OWN] } else { DualSVec64::from_re(0.0) };
-        let spins = (N == MEASURED).then(|| [duals[OWN], duals[OWN + 1], duals[OWN + 2]]);
-        let shared: [DualSVec64<N>; SHARED] = std::array::from_fn(|i| duals[own + i]);
+        let one = if own == UNKNOWN { duals[OWN] } else { DualSVec64::from_re(0.0) };
+        let spins = (own == MEASURED).then(|| [duals[OWN], duals[OWN + 1], duals[OWN + 2]]);
+        let shared = &duals[own..];
+        let others = &shared[SHARED..];
+        let collide = |inputs: &_| collide(collision, inputs, others);
         let (Launches { before, cue, object }, after) =
-            self.launches(&duals[..OWN], (spins, one), &shared, |inputs| collide(collision, inputs))?;
-        let [.., sliding, rolling, bounce] = shared;
-        let cloth = [sliding, rolling, bounce];
+            self.launches(&duals[..OWN], (spins, one), shared, collide)?;
+        let cloth = [shared[3], shared[4], shared[5]];
         let time = before.time.re;
         let tilt = self.scene.departure.tilt;
-        let mut normal = Normal::<N>::zero();
+        let mut normal = Normal::<N, S>::zero();
         let mut add =
             |frames: &Moments, launch: &Launch<DualSVec64<N>>, path: fn(&_, &_) -> Path<_>, during| {
                 let (own, own_cloth) = path_start::launch(launch, cloth.map(|of| of.re));
                 let path = path(&own, &own_cloth);
                 let level = tilt == [0.0; 2];
-                let path = if level { path } else { path.tilted(tilt, self.scene.ball.inertia) };
+                let path = if level { path } else { path.tilted(tilt, launch.inertia) };
                 let sums = frames.along(&path, during, off);
                 normal.add_path(&sums, &path_start::by_unknowns(launch, &cloth));
             };
@@ -349,7 +363,7 @@ impl Film {
                 normal.add((component - mean[i]) / sd[i]);
             }
         }
-        if let (UNKNOWN, Some((mean, sd))) = (N, self.one_unknown()) {
+        if let (UNKNOWN, Some((mean, sd))) = (own, self.one_unknown()) {
             normal.add((one - mean) / sd);
         }
         for (spin, seen) in after.into_iter().zip(&self.seen) {
@@ -367,11 +381,11 @@ impl Film {
         &self,
         own: &[T],
         (spin, one): (Option<[T; SPIN]>, T),
-        shared: &[T; SHARED],
+        shared: &[T],
         collide: impl FnOnce(&[T; 8]) -> Option<[T; 12]>,
     ) -> Option<(Launches<T>, [[T; SPIN]; 2])> {
         let zero = T::from(0.0);
-        let radius = self.scene.ball.radius;
+        let radii = [self.scene.ball.radius, self.scene.object.radius];
         let (sin, cos) = own[3].sin_cos();
         let before = [own[4], own[5]];
         let to_frame = |w: [T; 3]| [cos * w[0] + sin * w[1], cos * w[1] - sin * w[0], w[2]];
@@ -380,12 +394,11 @@ impl Film {
             Some(spin) => to_frame(spin),
             None => self.scene.spin([cos, sin], before, one),
         };
-        let [mu, mu_s, e, ..] = *shared;
         let mut inputs = [zero; 8];
         for (input, value) in [
-            (Input::Mu, mu),
-            (Input::MuS, mu_s),
-            (Input::E, e),
+            (Input::Mu, shared[0]),
+            (Input::MuS, shared[1]),
+            (Input::E, shared[2]),
             (Input::VelocityX, before[0]),
             (Input::VelocityY, before[1]),
             (Input::SpinX, spin[0]),
@@ -395,7 +408,7 @@ impl Film {
             inputs[input as usize] = value;
         }
         let after = collide(&inputs)?;
-        let side = |first: usize| {
+        let side = |first: usize, radius: f64| {
             let (velocity, spin) = ([after[first], after[first + 1]], [after[first + 3], after[first + 4]]);
             Side::new(velocity, spin, after[first + 2], radius)
         };
@@ -403,10 +416,11 @@ impl Film {
             time: own[0],
             normal: [cos, sin],
             object: [own[1], own[2]],
-            distance: T::from(2.0 * radius),
+            distance: T::from(self.scene.contact_distance()),
         };
-        let before = Side::new(before, [spin[0], spin[1]], zero, radius);
-        let launches = Launches::new(&self.scene, &meeting, &before, [&side(0), &side(6)]);
+        let before = Side::new(before, [spin[0], spin[1]], zero, radii[0]);
+        let after_it = [&side(0, radii[0]), &side(6, radii[1])];
+        let launches = Launches::new(&self.scene, &meeting, &before, after_it);
         let spins = [3, 9].map(|first| to_table([after[first], after[first + 1], after[first + 2]]));
         Some((launches, spins))
     }
@@ -427,10 +441,11 @@ fn start_spin(start: &mut SVector<f64, { OWN + SPIN }>, spin: Spin, roll: f64) -
     }
 }
 
-/// The collision with its derivatives carried on.
+/// The collision with its derivatives carried on; `others` are what it depends on besides, or none.
 fn collide<const N: usize>(
     collision: &Corrected,
     inputs: &[DualSVec64<N>; 8],
+    others: &[DualSVec64<N>],
 ) -> Option<[DualSVec64<N>; 12]> {
     let value = |input: Input| inputs[input as usize].re;
     let cue = BallState {
@@ -438,14 +453,20 @@ fn collide<const N: usize>(
         spin: Vec3::new(value(Input::SpinX), value(Input::SpinY), value(Input::SpinZ)),
     };
     let coefficients = Coefficients { mu: value(Input::Mu), mu_s: value(Input::MuS), e: value(Input::E) };
-    let (outcome, jacobian) = collision.collide_with_jacobian(&cue, &coefficients).ok()?;
+    let (outcome, jacobian, by_others) = if others.is_empty() {
+        let (outcome, jacobian) = collision.collide_with_jacobian(&cue, &coefficients).ok()?;
+        (outcome, jacobian, None)
+    } else {
+        collision.collide_with_all(&cue, &coefficients).ok()?
+    };
     let components = outcome.components();
     Some(std::array::from_fn(|row| {
         let mut component = DualSVec64::from_re(components[row]);
-        for (column, input) in inputs.iter().enumerate() {
-            let by = jacobian[(row, column)];
+        let of_others = by_others.iter().flat_map(|by| others.iter().zip(by.row(row).into_iter().copied()));
+        let of_inputs = inputs.iter().zip(jacobian.row(row).into_iter().copied());
+        for (number, by) in of_inputs.chain(of_others) {
             if by != 0.0 {
-                component += (*input - input.re) * by;
+                component += (*number - number.re) * by;
             }
         }
         component

@@ -476,7 +476,7 @@ mod tests {
                 Frame { t, position: [x + off, y - 2.0 * off], weight: [1e4, 0.5e4] }
             });
             let frames: Vec<Frame> = frames.collect();
-            let mut one_by_one = Normal::zero();
+            let mut one_by_one = Normal::<6, 0>::zero();
             for frame in &frames {
                 for (i, predicted) in path.position(frame.t).into_iter().enumerate() {
                     one_by_one.add((predicted - frame.position[i]) * frame.weight[i]);
@@ -488,7 +488,7 @@ mod tests {
             let off = [0.0; CORRECTIONS];
             let sums =
                 moments.along(&Path::after(&own, &own_cloth), [f64::NEG_INFINITY, f64::INFINITY], &off);
-            let mut together = Normal::zero();
+            let mut together = Normal::<6, 0>::zero();
             together.add_path(
                 &sums,
                 &path_start::by_unknowns(&launch, &[cloth.sliding, cloth.rolling, cloth.bounce]),

@@ -4,7 +4,10 @@ use nalgebra::SVector;
 
 use super::moments::Off;
 use super::schur_reduced::{Eliminated, Normal};
-use super::{ALL_SHARED, Film, KNOWN, MEASURED, OWN, Own, OwnByShared, Reduced, SHARED, Shared, UNKNOWN};
+use super::{
+    ALL_SHARED, Film, MEASURED, MORE_SHARED, OWN, Own, OwnByShared, Reduced, SHARED, Shared, UNKNOWN,
+    schur_reduced,
+};
 use crate::physics::collision::{Coefficients, Corrected};
 use crate::trajectory::scene::{LiftPrior, Scene};
 
@@ -59,30 +62,36 @@ impl Film {
     }
 
     fn reduced_from(&self, collision: &Corrected, shared: &Shared, from: &Own) -> Option<Reduced> {
-        match self.spin {
-            Some(_) => self.eliminate::<MEASURED>(collision, shared, from),
-            None if self.one_unknown().is_some() => self.eliminate::<UNKNOWN>(collision, shared, from),
-            None => self.eliminate::<KNOWN>(collision, shared, from),
+        const MEASURED_MORE: usize = MEASURED + MORE_SHARED;
+        const UNKNOWN_MORE: usize = UNKNOWN + MORE_SHARED;
+        const KNOWN_MORE: usize = OWN + MORE_SHARED;
+        match (self.unknowns(), collision.has_others()) {
+            (MEASURED, false) => self.eliminate::<{ MEASURED + SHARED }, SHARED>(collision, shared, from),
+            (UNKNOWN, false) => self.eliminate::<{ UNKNOWN + SHARED }, SHARED>(collision, shared, from),
+            (_, false) => self.eliminate::<{ OWN + SHARED }, SHARED>(collision, shared, from),
+            (MEASURED, true) => self.eliminate::<MEASURED_MORE, MORE_SHARED>(collision, shared, from),
+            (UNKNOWN, true) => self.eliminate::<UNKNOWN_MORE, MORE_SHARED>(collision, shared, from),
+            (_, true) => self.eliminate::<KNOWN_MORE, MORE_SHARED>(collision, shared, from),
         }
     }
 
-    fn eliminate<const N: usize>(
+    fn eliminate<const N: usize, const S: usize>(
         &self,
         collision: &Corrected,
         shared: &Shared,
         from: &Own,
     ) -> Option<Reduced> {
-        let own = N - SHARED;
+        let own = N - S;
         let mut all = SVector::<f64, N>::zeros();
         for i in 0..own {
             all[i] = from[i];
         }
-        for i in 0..SHARED {
-            all[own + i] = shared[i];
+        for i in 0..S {
+            all[own + i] = shared[schur_reduced::place(i)];
         }
         let off: Off = std::array::from_fn(|i| shared[SHARED + i]);
         if !self.rolls_unknown() {
-            let start = Point { all, normal: self.normal::<N>(collision, &all, &off)? };
+            let start = Point { all, normal: self.normal::<N, S>(collision, &all, &off)? };
             let point = self.settled((collision, &off), start, None);
             let mut reduced = point.reduce(N, false)?;
             if let Some((_, sd)) = self.one_unknown() {
@@ -94,12 +103,12 @@ impl Film {
         }
         let side = SIDES.iter().position(|[_, high]| all[OWN] <= *high)?;
         all[OWN] = all[OWN].max(SIDES[side][0]);
-        let start = Point { all, normal: self.normal::<N>(collision, &all, &off)? };
+        let start = Point { all, normal: self.normal::<N, S>(collision, &all, &off)? };
         let mut best = self.settled((collision, &off), start, Some(SIDES[side]));
         if side < 2 && best.is_near_stun()? {
             let mut beyond = best.all;
             beyond[OWN] = if side == 0 { KINK } else { -KINK };
-            if let Some(normal) = self.normal::<N>(collision, &beyond, &off) {
+            if let Some(normal) = self.normal::<N, S>(collision, &beyond, &off) {
                 let beyond = Point { all: beyond, normal };
                 let other = self.settled((collision, &off), beyond, Some(SIDES[1 - side]));
                 if other.normal.square < best.normal.square {
@@ -113,12 +122,12 @@ impl Film {
     }
 
     /// The own unknowns moved to the least χ², an unknown spin within its side.
-    fn settled<const N: usize>(
+    fn settled<const N: usize, const S: usize>(
         &self,
         (collision, off): (&Corrected, &Off),
-        mut point: Point<N>,
+        mut point: Point<N, S>,
         side: Option<[f64; 2]>,
-    ) -> Point<N> {
+    ) -> Point<N, S> {
         let mut damping = 0.0;
         for _ in 0..MAX_STEPS {
             if damping > MOST_DAMPING {
@@ -137,7 +146,7 @@ impl Film {
                 break;
             }
             let all = within(point.all, step, side.filter(|_| held == N));
-            match self.normal::<N>(collision, &all, off) {
+            match self.normal::<N, S>(collision, &all, off) {
                 Some(normal) if normal.square < point.normal.square => {
                     point = Point { all, normal };
                     damping *= 0.1;
@@ -192,17 +201,17 @@ impl Film {
 }
 
 /// A shot's unknowns and shared parameters, and the normal equations there.
-struct Point<const N: usize> {
+struct Point<const N: usize, const S: usize> {
     all: SVector<f64, N>,
-    normal: Normal<N>,
+    normal: Normal<N, S>,
 }
 
-impl<const N: usize> Point<N> {
+impl<const N: usize, const S: usize> Point<N, S> {
     /// With the own unknowns from `held` on as they are; a topspin that is unknown stays on its side.
     fn reduce(&self, held: usize, stays: bool) -> Option<Reduced> {
         let Eliminated { residuals, jacobian, step, by_shared } = self.normal.reduce(held)?;
         let (mut own, mut own_by_shared) = (Own::zeros(), OwnByShared::zeros());
-        for i in 0..N - SHARED {
+        for i in 0..N - S {
             own[i] = if stays { self.all[i] } else { self.all[i] + step[i] };
             own_by_shared.set_row(i, &by_shared.row(i));
         }

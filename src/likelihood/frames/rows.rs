@@ -59,12 +59,10 @@ impl Film {
     pub fn rows(&self, collision: &Corrected, shared: &Shared, own: &Own) -> Option<Vec<Row>> {
         let spins = self.spin.is_some().then(|| [own[OWN], own[OWN + 1], own[OWN + 2]]);
         let one = if self.one_unknown().is_some() { own[OWN] } else { 0.0 };
-        let motion: [f64; SHARED] = std::array::from_fn(|i| shared[i]);
         let off: [f64; Correction::COUNT] = std::array::from_fn(|i| shared[SHARED + i]);
-        let (launches, after) = self
-            .launches(&own.as_slice()[..OWN], (spins, one), &motion, |inputs| collide(collision, inputs))?;
-        let [.., sliding, rolling, bounce] = motion;
-        let cloth = Cloth { sliding, rolling, bounce };
+        let (launches, after) =
+            self.launches(&own.as_slice()[..OWN], (spins, one), shared, |inputs| collide(collision, inputs))?;
+        let cloth = Cloth { sliding: shared[3], rolling: shared[4], bounce: shared[5] };
         let time = own[0];
         let paths = [
             (

@@ -5,14 +5,14 @@ use num_dual::DualSVec64;
 
 use super::moments::Along;
 use super::path_start::LOCAL;
-use super::{ALL_SHARED, ROWS, SHARED};
+use super::{ALL_SHARED, FIRST_OTHER, ROWS, SHARED};
 use crate::film::camera::Correction;
 
 /// Relative to its column, a pivot below this is rounding: the shot does not depend on that parameter.
 const SILENT: f64 = 1e-11;
 
-/// The normal equations of a shot.
-pub(super) struct Normal<const N: usize> {
+/// The normal equations of a shot, by its own unknowns and S numbers that all shots share.
+pub(super) struct Normal<const N: usize, const S: usize> {
     /// JᵀJ, lower triangle.
     matrix: SMatrix<f64, N, N>,
     /// Jᵀr.
@@ -25,7 +25,7 @@ pub(super) struct Normal<const N: usize> {
     camera_gradient: SVector<f64, { Correction::COUNT }>,
 }
 
-impl<const N: usize> Normal<N> {
+impl<const N: usize, const S: usize> Normal<N, S> {
     pub(super) fn zero() -> Self {
         Self {
             matrix: SMatrix::zeros(),
@@ -66,7 +66,7 @@ impl<const N: usize> Normal<N> {
 
     /// The shared parameters held, and those from `held` on: 0 in the gradient…
     pub(super) fn own_gradient(&self, held: usize) -> SVector<f64, N> {
-        let from = held.min(N - SHARED);
+        let from = held.min(N - S);
         let mut gradient = self.gradient;
         gradient.rows_mut(from, N - from).fill(0.0);
         gradient
@@ -74,7 +74,7 @@ impl<const N: usize> Normal<N> {
 
     /// …and 1 in the matrix.
     pub(super) fn own_part(&self, damping: f64, held: usize) -> Option<Cholesky<f64, Const<N>>> {
-        let own = held.min(N - SHARED);
+        let own = held.min(N - S);
         let mut matrix = self.matrix;
         for i in 0..N {
             if i >= own {
@@ -91,12 +91,12 @@ impl<const N: usize> Normal<N> {
     /// where that puts the own unknowns: the step that is left to their minimum, −A_yy⁻¹g_y, and how this follows the shared
     /// parameters, −A_yy⁻¹A_yp.
     pub(super) fn reduce(&self, held: usize) -> Option<Eliminated<N>> {
-        let own = N - SHARED;
+        let own = N - S;
         let cholesky = self.own_part(0.0, held)?;
         let mut coupling = SMatrix::<f64, N, ALL_SHARED>::zeros();
         for i in 0..own.min(held) {
-            for j in 0..SHARED {
-                coupling[(i, j)] = self.matrix[(own + j, i)];
+            for j in 0..S {
+                coupling[(i, place(j))] = self.matrix[(own + j, i)];
             }
             for j in 0..Correction::COUNT {
                 coupling[(i, SHARED + j)] = self.camera_coupling[(i, j)];
@@ -109,11 +109,15 @@ impl<const N: usize> Normal<N> {
         let mut scale = [0.0; ROWS];
         for i in 0..ALL_SHARED {
             for j in 0..=i {
-                schur[(i, j)] = self.shared_entry(own, i, j) - coupling.column(i).dot(&carried.column(j));
+                schur[(i, j)] = self.shared_entry(i, j) - coupling.column(i).dot(&carried.column(j));
             }
-            let gradient = if i < SHARED { self.gradient[own + i] } else { self.camera_gradient[i - SHARED] };
+            let gradient = match Of::place(i) {
+                Of::Motion(i) if i < S => self.gradient[own + i],
+                Of::Motion(_) => 0.0,
+                Of::Camera(i) => self.camera_gradient[i],
+            };
             schur[(ALL_SHARED, i)] = gradient - carried.column(i).dot(&inner);
-            scale[i] = self.shared_entry(own, i, i);
+            scale[i] = self.shared_entry(i, i);
         }
         schur[(ALL_SHARED, ALL_SHARED)] = self.square - inner.dot(&step);
         scale[ALL_SHARED] = self.square;
@@ -123,16 +127,40 @@ impl<const N: usize> Normal<N> {
         Some(Eliminated { residuals, jacobian, step: -step, by_shared: -carried })
     }
 
-    /// JᵀJ among what all shots share, i ≥ j.
-    fn shared_entry(&self, own: usize, i: usize, j: usize) -> f64 {
-        if i < SHARED {
-            self.matrix[(own + i, own + j)]
-        } else if j < SHARED {
-            self.camera_coupling[(own + j, i - SHARED)]
-        } else {
-            self.camera_matrix[(i - SHARED, j - SHARED)]
+    /// JᵀJ among what all shots share.
+    fn shared_entry(&self, i: usize, j: usize) -> f64 {
+        let own = N - S;
+        match (Of::place(i), Of::place(j)) {
+            (Of::Motion(i), Of::Motion(j)) if i.max(j) < S => self.matrix[(own + i.max(j), own + i.min(j))],
+            (Of::Camera(i), Of::Motion(j)) | (Of::Motion(j), Of::Camera(i)) if j < S => {
+                self.camera_coupling[(own + j, i)]
+            }
+            (Of::Camera(i), Of::Camera(j)) => self.camera_matrix[(i, j)],
+            // of numbers that the outcome does not depend on
+            _ => 0.0,
         }
     }
+}
+
+/// What a number that all shots share belongs to, and its place there.
+enum Of {
+    Motion(usize),
+    Camera(usize),
+}
+
+impl Of {
+    fn place(shared: usize) -> Self {
+        match shared {
+            0..SHARED => Self::Motion(shared),
+            SHARED..FIRST_OTHER => Self::Camera(shared - SHARED),
+            _ => Self::Motion(shared - Correction::COUNT),
+        }
+    }
+}
+
+/// The place among all that shots share of a number of the motion.
+pub(super) fn place(of_motion: usize) -> usize {
+    if of_motion < SHARED { of_motion } else { of_motion + Correction::COUNT }
 }
 
 /// What is left of a shot's normal equations without its own unknowns.

@@ -9,8 +9,10 @@
 //!
 //! Solver, constraints, errors, profiles and the reports take it from the list. The cloth's bounce e_t is an example.
 
-use super::{CLOTH, CLOTH_BOUNDS, SHARED, Shared};
+use super::{CLOTH, CLOTH_BOUNDS, SHARED, Shared, place_of};
 use crate::film::camera::Correction;
+use crate::measurement::parameter::Parameter;
+use crate::measurement::values::Values;
 use crate::physics::cloth_motion::Cloth;
 
 /// Which unknown.
@@ -90,10 +92,12 @@ pub fn of_fit(others: impl Iterator<Item = SharedUnknown>) -> Vec<SharedUnknown>
 
 /// What all shots share where the unknowns of the list have these values; the others are as usual.
 #[must_use]
-pub fn shared(coefficients: [f64; 3], list: &[SharedUnknown], values: &[f64]) -> Shared {
+pub fn shared(of_parameters: &Values, list: &[SharedUnknown], values: &[f64]) -> Shared {
     let mut shared = [0.0; super::ALL_SHARED];
+    for parameter in Parameter::ALL {
+        shared[place_of(parameter)] = of_parameters[parameter];
+    }
     let Cloth { sliding, rolling, bounce } = Cloth::default();
-    shared[..3].copy_from_slice(&coefficients);
     shared[3..SHARED].copy_from_slice(&[sliding, rolling, bounce]);
     for (unknown, value) in list.iter().zip(values) {
         shared[unknown.kind.place()] = *value;

@@ -4,11 +4,37 @@ use super::start::Start;
 use super::{Plan, Unpredictable};
 use crate::measurement::dataset::Measurement;
 use crate::measurement::observable::{Axis, Observable};
-use crate::physics::collision::{Coefficients, Correction, Effects, Fidelity, Model};
+use crate::physics::collision::{Coefficients, Corrected, Correction, Effects, Fidelity, Model};
 use crate::physics::effect_sizes;
 use crate::physics::effect_sizes::{Choice, Compared};
 
+/// A contact that gives way by more, in parts of the speed, is no correction of one that is rigid.
+const DIRECT: f64 = 2e-3;
+
 impl Plan {
+    /// How the shot's collision is computed: as was chosen for it, or by the model.
+    #[must_use]
+    pub fn collision(&self, model: &Model) -> Corrected<'_> {
+        let Some((fidelity, effects)) = self.choice else {
+            return Corrected { model: *model, correction: None };
+        };
+        let base = self.base(&Model { fidelity, effects, ..*model });
+        Corrected { model: base, correction: self.correction.as_deref() }
+    }
+
+    /// What is computed each time of a model that was chosen; the rest is a correction.
+    fn base(&self, chosen: &Model) -> Model {
+        if !self.is_direct {
+            return chosen.closed().unwrap_or(*chosen);
+        }
+        Model {
+            fidelity: Fidelity::Ode,
+            effects: of_contact(chosen.effects),
+            tolerance: chosen.tolerance.max(Model::TOLERANCE_OF_FITS),
+            ..*chosen
+        }
+    }
+
     /// From now on computed at the cheapest fidelity, and with the effects, that keep within `part` of
     /// the smallest standard error of the observations, or of `otherwise` (in parts of the speed) where
     /// the data state none.
@@ -22,7 +48,7 @@ impl Plan {
         part: f64,
         otherwise: f64,
     ) -> Result<Choice, Unpredictable> {
-        (self.choice, self.correction) = (None, None);
+        (self.choice, self.correction, self.is_direct) = (None, None, false);
         let speed = self.predict(model, coefficients)?.speed;
         let start = Start::new(&self.state, speed, model.ball.radius);
         // an error of an angle is one of a velocity over the speed; the object ball is the slower the thinner
@@ -55,6 +81,10 @@ impl Plan {
         let compared = if everything { Compared::Everything } else { Compared::Velocities };
         let choice = effect_sizes::choose(model, &start.cue, coefficients, tolerance, compared)?;
         self.choice = Some((choice.fidelity, choice.effects));
+        self.is_direct = choice
+            .estimates
+            .iter()
+            .any(|effect| effect.name == "compliance" && effect.on && effect.size > DIRECT);
         Ok(choice)
     }
 
@@ -65,10 +95,11 @@ impl Plan {
     /// As [`Plan::predict`].
     pub fn correct(&mut self, model: &Model, coefficients: &Coefficients) -> Result<(), Unpredictable> {
         let Some((fidelity, effects)) = self.choice else { return Ok(()) };
-        let model = Model { fidelity, effects, ..*model };
-        if model.closed().is_some() {
+        if self.is_corrected() {
+            let model = Model { fidelity, effects, ..*model };
             let cue = self.cue(&model, coefficients)?;
-            self.correction = Correction::of(&model, &cue, coefficients)?.map(Box::new);
+            let correction = Correction::of(&model, &self.base(&model), &cue, coefficients)?;
+            self.correction = Some(Box::new(correction));
         }
         Ok(())
     }
@@ -81,27 +112,66 @@ impl Plan {
 
     /// In the place of an integrated fidelity that fails, `full`.
     pub fn settle_for_closed(&mut self, model: &Model) {
-        self.correction = None;
+        (self.correction, self.is_direct) = (None, false);
         self.choice = self.choice.map(|(fidelity, effects)| {
             let chosen = Model { fidelity, effects, ..*model };
             chosen.closed().map_or((fidelity, effects), |closed| (closed.fidelity, closed.effects))
         });
     }
 
+    /// In the place of a fidelity with the balls' weight, `full`, or `ode` where the contact gives way.
+    pub fn leave_out_weight(&mut self, model: &Model) {
+        if !self.gives_way() {
+            return self.settle_for_closed(model);
+        }
+        self.correction = None;
+        self.choice = self.choice.map(|(_, effects)| (Fidelity::Ode, of_contact(effects)));
+    }
+
+    /// Whether it was chosen with more than [`Plan::leave_out_weight`] leaves.
+    #[must_use]
+    pub fn has_weight(&self) -> bool {
+        self.choice.is_some_and(|(fidelity, _)| {
+            fidelity == Fidelity::Contact || fidelity.is_integrated() && !self.gives_way()
+        })
+    }
+
+    /// Whether it was chosen with a contact that gives way.
+    #[must_use]
+    pub fn gives_way(&self) -> bool {
+        self.choice.is_some_and(|(fidelity, effects)| effects.and(fidelity.effects()).compliance)
+    }
+
+    /// Whether it is integrated whenever it is computed.
+    #[must_use]
+    pub fn is_direct(&self) -> bool {
+        self.is_direct
+    }
+
     /// From now on computed as the model says, whatever model it is later computed with.
     pub fn fix(&mut self, model: &Model) {
         (self.choice, self.correction) = (Some((model.fidelity, model.effects)), None);
+        self.is_direct = model.is_compliant();
     }
 
     /// As the model says, with nothing chosen.
     #[must_use]
     pub fn plain(&self) -> Self {
-        Self { choice: None, correction: None, ..self.clone() }
+        Self { choice: None, correction: None, is_direct: false, ..self.clone() }
     }
 
     /// Whether it is computed at an integrated fidelity by a correction.
     #[must_use]
     pub fn is_corrected(&self) -> bool {
-        matches!(self.choice, Some((Fidelity::Ode | Fidelity::Contact, _)))
+        self.choice.is_some_and(|(fidelity, effects)| {
+            let is_base = self.is_direct && fidelity == Fidelity::Ode && effects == of_contact(effects);
+            fidelity.is_integrated() && !is_base
+        })
     }
+}
+
+/// What of the effects belongs to the contact between the balls that gives way.
+fn of_contact(effects: Effects) -> Effects {
+    let falling_friction = effects.falling_friction;
+    Effects { compliance: true, falling_friction, ..effects.and(Fidelity::Full.effects()) }
 }

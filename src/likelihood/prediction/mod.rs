@@ -17,9 +17,7 @@ use crate::measurement::observable::Observable;
 use crate::measurement::parameter::Parameter;
 use crate::measurement::spin::Spin;
 use crate::physics::ball::BallState;
-use crate::physics::collision::{
-    Coefficients, Corrected, Correction, Effects, Fidelity, Model, NotACollision, Regime,
-};
+use crate::physics::collision::{Coefficients, Correction, Effects, Fidelity, Model, NotACollision, Regime};
 use crate::physics::friction_law::Law;
 
 /// No kind of data set has more observables per shot.
@@ -34,8 +32,7 @@ pub const INPUTS: usize = Joint::BEFORE;
 #[derive(Clone, Debug)]
 pub struct Prediction {
     pub values: SVector<f64, MAX_OBSERVABLES>,
-    /// With respect to the parameters in the order of [`Parameter::ALL`]; by b and c only where the model's friction
-    /// falls.
+    /// With respect to the parameters in the order of [`Parameter::ALL`]; 0 for those that have no part in the model.
     pub by_parameters: SMatrix<f64, MAX_OBSERVABLES, { Parameter::ALL.len() }>,
     pub by_inputs: SMatrix<f64, MAX_OBSERVABLES, INPUTS>,
     /// Speed of the cue ball before the impact, m/s, measured or solved for.
@@ -66,8 +63,10 @@ pub struct Plan {
     variance_in: SVector<f64, INPUTS>,
     /// In the place of the fidelity and the effects of the model.
     choice: Option<(Fidelity, Effects)>,
-    /// What an integrated fidelity that was chosen adds to `full`.
+    /// What an integrated fidelity that was chosen adds to `full`…
     correction: Option<Box<Correction>>,
+    /// …or that it is integrated each time.
+    is_direct: bool,
 }
 
 /// Why a shot cannot be predicted.
@@ -183,6 +182,7 @@ impl Plan {
             variance_in,
             choice: None,
             correction: None,
+            is_direct: false,
         })
     }
 
@@ -209,16 +209,6 @@ impl Plan {
     pub fn regime(&self, model: &Model, coefficients: &Coefficients) -> Result<Regime, Unpredictable> {
         let cue = self.cue(model, coefficients)?;
         Ok(self.collision(model).model.collide(&cue, coefficients)?.regime)
-    }
-
-    /// How the shot's collision is computed: as was chosen for it, or by the model.
-    #[must_use]
-    pub fn collision(&self, model: &Model) -> Corrected<'_> {
-        let Some((fidelity, effects)) = self.choice else {
-            return Corrected { model: *model, correction: None };
-        };
-        let chosen = Model { fidelity, effects, ..*model };
-        Corrected { model: chosen.closed().unwrap_or(chosen), correction: self.correction.as_deref() }
     }
 
     /// The observations that are compared with the prediction.
@@ -382,10 +372,7 @@ impl Plan {
         let collision = self.collision(model);
         let model = &collision.model;
         let start = Start::new(state, speed, model.ball.radius);
-        let (outcome, jacobian, by_law) = collision.collide_with_all(&start.cue, coefficients)?;
-        let mut by_parameters = SMatrix::<f64, 12, { Parameter::ALL.len() }>::zeros();
-        by_parameters.fixed_columns_mut::<3>(0).copy_from(&jacobian.fixed_columns::<3>(0));
-        by_parameters.fixed_columns_mut::<2>(3).copy_from(&by_law);
+        let (outcome, jacobian, by_others) = collision.collide_with_all(&start.cue, coefficients)?;
         let by_inputs = product(&jacobian.fixed_columns::<5>(3).into_owned(), &start.by_inputs);
         let mut prediction = Prediction {
             values: SVector::zeros(),
@@ -401,8 +388,14 @@ impl Plan {
             prediction.values[row] = seen.value;
             prediction.by_inputs.set_row(row, &seen.by_input.transpose());
             for (k, by_outcome) in seen.by_outcome.iter().enumerate().filter(|(_, by)| **by != 0.0) {
-                for column in 0..Parameter::ALL.len() {
-                    prediction.by_parameters[(row, column)] += by_outcome * by_parameters[(k, column)];
+                for column in 0..Parameter::COEFFICIENTS.len() {
+                    prediction.by_parameters[(row, column)] += by_outcome * jacobian[(k, column)];
+                }
+                if let Some(by_others) = &by_others {
+                    for (other, by) in by_others.row(k).iter().enumerate() {
+                        let column = Parameter::COEFFICIENTS.len() + other;
+                        prediction.by_parameters[(row, column)] += by_outcome * by;
+                    }
                 }
                 for column in 0..INPUTS {
                     prediction.by_inputs[(row, column)] += by_outcome * by_inputs[(k, column)];

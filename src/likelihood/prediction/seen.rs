@@ -5,7 +5,7 @@ use nalgebra::{SMatrix, SVector, Vector3};
 use super::INPUTS;
 use super::start::Start;
 use crate::measurement::observable::{Axis, Observable};
-use crate::physics::ball::BallState;
+use crate::physics::ball::{Ball, BallState};
 use crate::physics::collision::{Model, Outcome};
 use crate::physics::contact_frame::cloth_slip;
 
@@ -63,8 +63,10 @@ impl View<'_> {
     /// Velocity once the ball rolls: V − s ν/(1 + ν) with the cloth slip s just after the impact,
     /// whatever the sliding friction, and whether or not the ball flies first.
     fn rolling(&self, ball: usize) -> Horizontal {
-        let (state, radius) = (self.ball(ball), self.model.ball.radius);
-        let share = self.model.ball.inertia / (1.0 + self.model.ball.inertia);
+        let state = self.ball(ball);
+        let Ball { radius, inertia, .. } =
+            if ball == CUE { self.model.ball } else { self.model.object_ball() };
+        let share = inertia / (1.0 + inertia);
         let rolling = state.velocity - share * cloth_slip(state, radius);
         // s = (V_x − RΩ_y, V_y + RΩ_x)
         let mut by_outcome = SMatrix::zeros();

@@ -3,9 +3,9 @@
 //! What `ode` and `contact` know beyond `full` is small, and linear in the coefficients for all that a fit moves them:
 //! their difference and its slope, taken once, serve a fit near that shot at the cost of `full`.
 
-use nalgebra::{SMatrix, SVector, Vector5};
+use nalgebra::{SMatrix, SVector, Vector6};
 
-use super::law::ByLaw;
+use super::law::{ByOthers, OTHERS};
 use super::{Coefficients, Fidelity, Jacobian, Model, NotACollision, Outcome};
 use crate::physics::ball::BallState;
 use crate::physics::friction_law::Law;
@@ -15,10 +15,11 @@ use crate::physics::friction_law::Law;
 pub struct Correction {
     /// At the coefficients `at`.
     pub value: SVector<f64, 12>,
-    /// By μ, μ_s, e, and b and c of a friction that falls.
-    pub slope: SMatrix<f64, 12, 5>,
+    /// By μ, μ_s, e, b and c of a friction that falls, and κ of a contact that gives way.
+    pub slope: SMatrix<f64, 12, 6>,
     pub at: Coefficients,
     pub law: Law,
+    pub kappa: f64,
 }
 
 /// A model, and what is added to its outcomes.
@@ -29,56 +30,62 @@ pub struct Corrected<'a> {
 }
 
 impl Correction {
-    /// Integrated to this, relative to the closing speed: far below what a correction is worth.
-    const TOLERANCE: f64 = 1e-7;
-
-    /// By which the coefficients and b are moved for the slope, and c, s/m.
+    /// By which the coefficients and b are moved for the slope; and c, s/m, and κ.
     const STEP: f64 = 5e-3;
     const STEP_OF_C: f64 = 5e-2;
+    const STEP_OF_KAPPA: f64 = 5e-2;
 
-    /// What an integrated model says of one shot beyond its closed form; `None` for a closed form.
+    /// What a model that is integrated says of one shot beyond another.
     ///
     /// # Errors
     /// As [`Model::collide`].
-    pub fn of(model: &Model, cue: &BallState, at: &Coefficients) -> Result<Option<Self>, NotACollision> {
-        let Some(closed) = model.closed() else { return Ok(None) };
-        let fine = Model { tolerance: model.tolerance.max(Self::TOLERANCE), ..*model };
-        let beyond = |at: &Coefficients, law: Law| {
-            let (fine, closed) = (Model { law, ..fine }, Model { law, ..closed });
-            let difference = fine.collide(cue, at)?.components() - closed.collide(cue, at)?.components();
+    pub fn of(
+        model: &Model,
+        base: &Model,
+        cue: &BallState,
+        at: &Coefficients,
+    ) -> Result<Self, NotACollision> {
+        let fine = Model { tolerance: model.tolerance.max(Model::TOLERANCE_OF_FITS), ..*model };
+        let beyond = |at: &Coefficients, law: Law, kappa: f64| {
+            let (fine, base) = (Model { law, kappa, ..fine }, Model { law, kappa, ..*base });
+            let difference = fine.collide(cue, at)?.components() - base.collide(cue, at)?.components();
             Ok::<_, NotACollision>(difference)
         };
-        let law = model.law;
-        let value = beyond(at, law)?;
+        let (law, kappa) = (model.law, if model.is_compliant() { model.kappa } else { 0.0 });
+        let value = beyond(at, law, kappa)?;
         let Coefficients { mu, mu_s, e } = *at;
         let mut moved = vec![
-            (Coefficients { mu: mu + Self::STEP, ..*at }, law, Self::STEP),
-            (Coefficients { mu_s: mu_s + Self::STEP, ..*at }, law, Self::STEP),
+            (0, Coefficients { mu: mu + Self::STEP, ..*at }, law, kappa, Self::STEP),
+            (1, Coefficients { mu_s: mu_s + Self::STEP, ..*at }, law, kappa, Self::STEP),
             // e may be 1
-            (Coefficients { e: e - Self::STEP, ..*at }, law, -Self::STEP),
+            (2, Coefficients { e: e - Self::STEP, ..*at }, law, kappa, -Self::STEP),
         ];
         if let Law::Exponential { b, c } = law {
-            moved.push((*at, Law::Exponential { b: b + Self::STEP, c }, Self::STEP));
-            moved.push((*at, Law::Exponential { b, c: c + Self::STEP_OF_C }, Self::STEP_OF_C));
+            moved.push((3, *at, Law::Exponential { b: b + Self::STEP, c }, kappa, Self::STEP));
+            moved.push((4, *at, Law::Exponential { b, c: c + Self::STEP_OF_C }, kappa, Self::STEP_OF_C));
         }
-        let mut slope = SMatrix::<f64, 12, 5>::zeros();
-        for (column, (moved, law, step)) in moved.into_iter().enumerate() {
+        if model.is_compliant() {
+            moved.push((5, *at, law, kappa + Self::STEP_OF_KAPPA, Self::STEP_OF_KAPPA));
+        }
+        let mut slope = SMatrix::<f64, 12, 6>::zeros();
+        for (column, moved, law, kappa, step) in moved {
             // at the end of its range a coefficient has no slope
-            if let Ok(there) = beyond(&moved, law) {
+            if let Ok(there) = beyond(&moved, law, kappa) {
                 slope.set_column(column, &((there - value) / step));
             }
         }
-        Ok(Some(Self { value, slope, at: *at, law }))
+        Ok(Self { value, slope, at: *at, law, kappa })
     }
 
-    fn at(&self, coefficients: &Coefficients, law: Law) -> SVector<f64, 12> {
+    fn at(&self, coefficients: &Coefficients, law: Law, kappa: f64) -> SVector<f64, 12> {
         let Coefficients { mu, mu_s, e } = *coefficients;
         let (b, c) = match (law, self.law) {
             (Law::Exponential { b, c }, Law::Exponential { b: own_b, c: own_c }) => (b - own_b, c - own_c),
             (Law::Constant, Law::Exponential { b, .. }) => (-b, 0.0),
             (_, Law::Constant) => (0.0, 0.0),
         };
-        self.value + self.slope * Vector5::new(mu - self.at.mu, mu_s - self.at.mu_s, e - self.at.e, b, c)
+        let at = &self.at;
+        self.value + self.slope * Vector6::new(mu - at.mu, mu_s - at.mu_s, e - at.e, b, c, kappa - self.kappa)
     }
 }
 
@@ -92,11 +99,14 @@ impl Corrected<'_> {
         cue: &BallState,
         coefficients: &Coefficients,
     ) -> Result<(Outcome, Jacobian), NotACollision> {
+        if self.correction.is_none() {
+            return self.model.collide_with_jacobian(cue, coefficients);
+        }
         let (outcome, jacobian, _) = self.collide_with_all(cue, coefficients)?;
         Ok((outcome, jacobian))
     }
 
-    /// Also by b and c of a friction that falls with the slip ([`Model::by_law`]).
+    /// Also by what else it depends on ([`Model::collide_with_all`]).
     ///
     /// # Errors
     /// As [`Model::collide`].
@@ -104,14 +114,25 @@ impl Corrected<'_> {
         &self,
         cue: &BallState,
         coefficients: &Coefficients,
-    ) -> Result<(Outcome, Jacobian, ByLaw), NotACollision> {
-        let (outcome, mut jacobian) = self.model.collide_with_jacobian(cue, coefficients)?;
-        let mut by_law = self.model.by_law(cue, coefficients, &outcome, &jacobian);
-        let Some(correction) = self.correction else { return Ok((outcome, jacobian, by_law)) };
+    ) -> Result<(Outcome, Jacobian, Option<ByOthers>), NotACollision> {
+        let (outcome, mut jacobian, mut by_others) = self.model.collide_with_all(cue, coefficients)?;
+        let Some(correction) = self.correction else { return Ok((outcome, jacobian, by_others)) };
         let mut by_coefficients = jacobian.fixed_columns_mut::<3>(0);
         by_coefficients += correction.slope.fixed_columns::<3>(0);
-        by_law += correction.slope.fixed_columns::<2>(3);
-        Ok((outcome.plus(&correction.at(coefficients, self.model.law)), jacobian, by_law))
+        if self.has_others() {
+            let by = by_others.get_or_insert_with(ByOthers::zeros);
+            let mut of_contact = by.fixed_columns_mut::<{ OTHERS - 2 }>(0);
+            of_contact += correction.slope.fixed_columns::<{ OTHERS - 2 }>(3);
+        }
+        let change = correction.at(coefficients, self.model.law, self.model.kappa);
+        Ok((outcome.plus(&change), jacobian, by_others))
+    }
+
+    /// Whether there is more than the coefficients that it depends on.
+    #[must_use]
+    #[inline]
+    pub fn has_others(&self) -> bool {
+        self.model.has_others() || self.correction.is_some_and(|correction| correction.kappa > 0.0)
     }
 }
 
@@ -119,9 +140,8 @@ impl Model {
     /// `full` with what of the effects it can do, for a model that is integrated.
     #[must_use]
     pub fn closed(&self) -> Option<Self> {
-        let is_integrated = matches!(self.fidelity, Fidelity::Ode | Fidelity::Contact);
         let effects = || self.effects.and(Fidelity::Full.effects());
-        is_integrated.then(|| Self { fidelity: Fidelity::Full, effects: effects(), ..*self })
+        self.fidelity.is_integrated().then(|| Self { fidelity: Fidelity::Full, effects: effects(), ..*self })
     }
 }
 
@@ -141,13 +161,13 @@ mod tests {
     fn is_the_finer_model_where_it_was_made() {
         let (cue, coefficients) = shot();
         let model = Model::new(Fidelity::Contact, Ball::POOL);
-        let correction = Correction::of(&model, &cue, &coefficients).unwrap().unwrap();
+        let correction = Correction::of(&model, &model.closed().unwrap(), &cue, &coefficients).unwrap();
         let corrected = Corrected { model: model.closed().unwrap(), correction: Some(&correction) };
         let (outcome, _) = corrected.collide_with_jacobian(&cue, &coefficients).unwrap();
         let fine = model.collide(&cue, &coefficients).unwrap();
         // both are integrated, one to TOLERANCE
         let difference = (outcome.components() - fine.components()).amax();
-        assert!(difference < 1e3 * Correction::TOLERANCE, "{difference}");
+        assert!(difference < 1e3 * Model::TOLERANCE_OF_FITS, "{difference}");
         assert!(correction.value.amax() > 1e-3, "{}", correction.value.amax());
     }
 
@@ -159,7 +179,7 @@ mod tests {
         const CHANGED: f64 = 0.05;
         let (cue, coefficients) = shot();
         let model = Model::new(Fidelity::Contact, Ball::POOL);
-        let correction = Correction::of(&model, &cue, &coefficients).unwrap().unwrap();
+        let correction = Correction::of(&model, &model.closed().unwrap(), &cue, &coefficients).unwrap();
         let corrected = Corrected { model: model.closed().unwrap(), correction: Some(&correction) };
         let cue = BallState { velocity: cue.velocity * (1.0 + APART), spin: cue.spin * (1.0 + APART) };
         let coefficients = Coefficients { mu: coefficients.mu * (1.0 + APART), ..coefficients };
@@ -174,9 +194,7 @@ mod tests {
     }
 
     #[test]
-    fn leaves_a_closed_form_alone() {
-        let (cue, coefficients) = shot();
-        let model = Model::new(Fidelity::Linear, Ball::POOL);
-        assert_eq!(Correction::of(&model, &cue, &coefficients).unwrap(), None);
+    fn a_closed_form_has_none_that_is_simpler() {
+        assert_eq!(Model::new(Fidelity::Linear, Ball::POOL).closed(), None);
     }
 }

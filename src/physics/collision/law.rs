@@ -1,21 +1,77 @@
-//! How an outcome changes with b and c of a friction that falls with the slip, μ(v) = a + b exp(−c v), and with κ.
+//! How an outcome changes with what is usually known or has no part: b and c of a friction that falls with the slip,
+//! μ(v) = a + b exp(−c v), κ of a contact that gives way, the masses and the radii of balls that are not equal.
 
 use nalgebra::SMatrix;
 
 use super::Input;
+use super::integrated;
 use super::{Coefficients, Column, Jacobian, Model, NotACollision, Outcome};
 use crate::physics::ball::BallState;
 use crate::physics::contact_frame;
 use crate::physics::friction_law::Law;
 
 /// The components of an outcome by b and c.
-pub type ByLaw = SMatrix<f64, 12, 2>;
+type ByLaw = SMatrix<f64, 12, 2>;
+
+/// How many numbers there are besides the coefficients: b, c, κ, m_cue/m_object and R_cue/R_object.
+pub const OTHERS: usize = 5;
+
+/// The components of an outcome by these.
+pub type ByOthers = SMatrix<f64, 12, OTHERS>;
 
 impl Model {
+    /// As [`Model::collide_with_jacobian`], also by b and c, κ, the ratio of the masses and that of the radii; `None` where friction
+    /// is constant, the contact rigid and the balls equal.
+    ///
+    /// # Errors
+    /// As [`Model::collide`].
+    #[inline]
+    pub fn collide_with_all(
+        &self,
+        cue: &BallState,
+        coefficients: &Coefficients,
+    ) -> Result<(Outcome, Jacobian, Option<ByOthers>), NotACollision> {
+        if self.has_others() {
+            return self.with_others(cue, coefficients);
+        }
+        let (outcome, jacobian) = self.collide_with_jacobian(cue, coefficients)?;
+        Ok((outcome, jacobian, None))
+    }
+
+    /// Whether there is more than the coefficients that outcomes depend on.
+    #[must_use]
+    #[inline]
+    pub fn has_others(&self) -> bool {
+        self.law != Law::Constant || self.object.is_some() || self.is_compliant()
+    }
+
+    #[cold]
+    fn with_others(
+        &self,
+        cue: &BallState,
+        coefficients: &Coefficients,
+    ) -> Result<(Outcome, Jacobian, Option<ByOthers>), NotACollision> {
+        let (outcome, jacobian, by_kappa) = if self.is_compliant() {
+            integrated::collide_with_jacobian(self, cue, coefficients, &self.contact(cue, coefficients)?)?
+        } else {
+            let (outcome, jacobian) = self.collide_with_jacobian(cue, coefficients)?;
+            (outcome, jacobian, None)
+        };
+        let mut by = ByOthers::zeros();
+        by.fixed_columns_mut::<2>(0).copy_from(&self.by_law(cue, coefficients, &outcome, &jacobian));
+        let by_kappa = by_kappa.map_or_else(|| self.by_kappa(cue, coefficients), Ok)?;
+        by.set_column(2, &by_kappa);
+        if self.object.is_some() {
+            by.set_column(3, &self.by_mass_ratio(cue, coefficients)?);
+            by.set_column(4, &self.by_radius_ratio(cue, coefficients)?);
+        }
+        Ok((outcome, jacobian, Some(by)))
+    }
+
     /// `outcome` and `jacobian` are those of [`Model::collide_with_jacobian`]. 0 for a constant friction; for `ode` and
     /// `contact` differences, with an error of about the tolerance to the power 2/3.
     #[must_use]
-    pub fn by_law(
+    fn by_law(
         &self,
         cue: &BallState,
         coefficients: &Coefficients,
@@ -23,7 +79,7 @@ impl Model {
         jacobian: &Jacobian,
     ) -> ByLaw {
         let Law::Exponential { b, c } = self.law else { return ByLaw::zeros() };
-        if self.closed().is_some() {
+        if self.fidelity.is_integrated() {
             return self.law_differences([b, c], cue, coefficients, outcome);
         }
         let slip = contact_frame::slip(cue, &BallState::default(), self.ball.radius);

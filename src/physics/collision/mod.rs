@@ -37,7 +37,7 @@ pub use corrected::{Corrected, Correction};
 pub use effects::Effects;
 use input::Contact;
 pub use input::NotACollision;
-pub use law::ByLaw;
+pub use law::{ByOthers, OTHERS};
 pub use outcome::{Input, Jacobian, Outcome};
 pub use unequal::Column;
 
@@ -75,6 +75,13 @@ impl Fidelity {
             Self::Ode => "ode",
             Self::Contact => "contact",
         }
+    }
+
+    /// Whether it solves the equations of motion step by step.
+    #[must_use]
+    #[inline]
+    pub fn is_integrated(self) -> bool {
+        matches!(self, Self::Ode | Self::Contact)
     }
 
     /// Everything that it can do. [`Model::new`] switches all of it on, but for `ode` the cloth's
@@ -193,6 +200,9 @@ impl Model {
     /// Far below what is measured, and half a dozen digits above roundings.
     pub const TOLERANCE: f64 = 1e-10;
 
+    /// Of fits: far below what is measured, and what takes some microseconds.
+    pub const TOLERANCE_OF_FITS: f64 = 2e-7;
+
     /// κ of phenolic resin, σ = 0.34 ([`kappa`]).
     pub const KAPPA: f64 = kappa(POISSON);
 
@@ -235,6 +245,19 @@ impl Model {
     #[must_use]
     pub fn with_mass_ratio(self, ratio: f64) -> Self {
         let object = Ball { mass: self.ball.mass / ratio, ..self.object_ball() };
+        Self { object: Some(object), ..self }
+    }
+
+    /// R_cue/R_object.
+    #[must_use]
+    pub fn radius_ratio(&self) -> f64 {
+        self.object.map_or(1.0, |object| self.ball.radius / object.radius)
+    }
+
+    /// With this R_cue/R_object, the cue ball as it is.
+    #[must_use]
+    pub fn with_radius_ratio(self, ratio: f64) -> Self {
+        let object = Ball { radius: self.ball.radius / ratio, ..self.object_ball() };
         Self { object: Some(object), ..self }
     }
 
@@ -327,8 +350,9 @@ impl Model {
         coefficients: &Coefficients,
         contact: &Contact,
     ) -> Result<(Outcome, Jacobian), NotACollision> {
-        if matches!(self.fidelity, Fidelity::Ode | Fidelity::Contact) {
-            return integrated::collide_with_jacobian(self, cue, coefficients, contact);
+        if self.fidelity.is_integrated() {
+            let found = integrated::collide_with_jacobian(self, cue, coefficients, contact);
+            return found.map(|(outcome, jacobian, _)| (outcome, jacobian));
         }
         let ((impulse, regime), mut gradient) = self.impulse_and_gradient(contact);
         self.silence(&mut gradient);

@@ -142,6 +142,24 @@ impl Model {
         jacobian
     }
 
+    /// The derivative of an outcome by R_cue/R_object at the cue ball's radius, by central differences.
+    ///
+    /// # Errors
+    /// As [`Model::collide`].
+    pub fn by_radius_ratio(
+        &self,
+        cue: &BallState,
+        coefficients: &Coefficients,
+    ) -> Result<Column, NotACollision> {
+        /// Spins in rad/s and the errors of integration leave half of the digits.
+        const STEP: f64 = 1e-4;
+        let ratio = self.radius_ratio();
+        let at = |ratio: f64| {
+            Ok::<_, NotACollision>(self.with_radius_ratio(ratio).collide(cue, coefficients)?.components())
+        };
+        Ok((at(ratio + STEP)? - at(ratio - STEP)?) / (2.0 * STEP))
+    }
+
     /// The derivative of an outcome by m_cue/m_object: analytic, but by central differences for `ode` and `contact`
     /// (as in [`Model::collide_with_jacobian`]).
     ///
@@ -153,7 +171,7 @@ impl Model {
         coefficients: &Coefficients,
     ) -> Result<Column, NotACollision> {
         let ratio = self.mass_ratio();
-        if self.closed().is_some() {
+        if self.fidelity.is_integrated() {
             let h = self.tolerance.cbrt() * ratio;
             let at = |ratio: f64| {
                 Ok::<_, NotACollision>(self.with_mass_ratio(ratio).collide(cue, coefficients)?.components())

@@ -51,7 +51,7 @@ pub fn svg(shot: &TrackShot, impact: &Impact, scene: &Scene) -> Result<String, R
         time: impact.values[Quantity::Time as usize],
         clock: ("time from the impact (ms)", 1e-3),
         position_sd: impact.position_sd,
-        radii: [scene.ball.radius; 2],
+        radii: [scene.ball.radius, scene.object.radius],
         place: &place,
     };
     picture.svg()

@@ -4,14 +4,17 @@
 pub(crate) mod compliant;
 pub(crate) mod contact;
 pub(crate) mod dynamics;
+mod lanes;
 pub(crate) mod ode;
 pub(crate) mod phase;
+mod quick;
+mod quick_equations;
 pub(crate) mod settle;
 pub(crate) mod solver;
 pub(crate) mod starts;
 
 use super::{
-    Coefficients, Contact, Fidelity, Input, Jacobian, MAX_KAPPA, MAX_TOLERANCE, MIN_TOLERANCE, Model,
+    Coefficients, Column, Contact, Fidelity, Input, Jacobian, MAX_KAPPA, MAX_TOLERANCE, MIN_TOLERANCE, Model,
     NotACollision, Outcome, Regime,
 };
 use crate::physics::ball::{BallState, Vec3};
@@ -40,6 +43,29 @@ pub(super) fn collide(
     coefficients: &Coefficients,
     contact: &Contact,
 ) -> Result<Outcome, NotACollision> {
+    let dynamics = dynamics(model, cue, coefficients, contact)?;
+    let tolerance = model.tolerance;
+    let quick = || quick::impulses(&dynamics, contact.e);
+    let solved = if let Some(solved) = quick::serves(model, &dynamics).then(quick).flatten() {
+        Ok(solved)
+    } else if dynamics.kappa > 0.0 {
+        compliant::impulses(&dynamics, contact.e, tolerance)
+    } else if model.fidelity == Fidelity::Contact {
+        contact::impulses(&dynamics, contact.e, tolerance)
+    } else {
+        ode::impulses(&dynamics, contact.e, tolerance)
+    };
+    let (impulses, regime) = solved.map_err(|_| NotACollision::NotIntegrated(tolerance))?;
+    Ok(outcome(model, cue, &impulses, regime))
+}
+
+/// What drives the balls of a shot.
+fn dynamics(
+    model: &Model,
+    cue: &BallState,
+    coefficients: &Coefficients,
+    contact: &Contact,
+) -> Result<Dynamics, NotACollision> {
     let &Model { effects, tolerance, mu_k, contact_time, .. } = model;
     if !(MIN_TOLERANCE..=MAX_TOLERANCE).contains(&tolerance) {
         return Err(NotACollision::Tolerance(tolerance));
@@ -71,16 +97,10 @@ pub(super) fn collide(
     if model.fidelity == Fidelity::Contact && effects.gravity {
         dynamics.gravity = GRAVITY * contact::time_unit(contact_time, contact.k) / contact.k;
     }
-    let solved = if effects.compliance && model.kappa > 0.0 && friction.largest() > 0.0 {
+    if effects.compliance && model.kappa > 0.0 && friction.largest() > 0.0 {
         dynamics.kappa = model.kappa;
-        compliant::impulses(&dynamics, contact.e, tolerance)
-    } else if model.fidelity == Fidelity::Contact {
-        contact::impulses(&dynamics, contact.e, tolerance)
-    } else {
-        ode::impulses(&dynamics, contact.e, tolerance)
-    };
-    let (impulses, regime) = solved.map_err(|_| NotACollision::NotIntegrated(tolerance))?;
-    Ok(outcome(model, cue, &impulses, regime))
+    }
+    Ok(dynamics)
 }
 
 fn outcome(model: &Model, cue: &BallState, impulses: &Impulses, regime: Regime) -> Outcome {
@@ -115,13 +135,18 @@ const INPUTS: [Input; 8] = [
 
 /// Differences are central, with a step h of the cube root of the tolerance: the truncation h² and the
 /// tolerance over h are then equal. Where one side is another regime, or no collision, they are
-/// one-sided.
+/// one-sided. What is computed with exact derivatives has one by κ, too.
 pub(super) fn collide_with_jacobian(
     model: &Model,
     cue: &BallState,
     coefficients: &Coefficients,
     contact: &Contact,
-) -> Result<(Outcome, Jacobian), NotACollision> {
+) -> Result<(Outcome, Jacobian, Option<Column>), NotACollision> {
+    let of_shot = dynamics(model, cue, coefficients, contact)?;
+    let quick = || quick::with_jacobian(model, cue, contact, &of_shot);
+    if let Some((outcome, jacobian, by_kappa)) = quick::serves(model, &of_shot).then(quick).flatten() {
+        return Ok((outcome, jacobian, Some(by_kappa)));
+    }
     let start = collide(model, cue, coefficients, contact)?;
     let components = start.components();
     let mut jacobian = Jacobian::zeros();
@@ -157,7 +182,7 @@ pub(super) fn collide_with_jacobian(
             .unwrap_or_else(Default::default);
         jacobian.set_column(input as usize, &column);
     }
-    Ok((start, jacobian))
+    Ok((start, jacobian, None))
 }
 
 /// The step of an input, in its unit.

@@ -1,0 +1,418 @@
+//! A contact that gives way, as a fit needs it: in some microseconds, with derivatives.
+//!
+//! The steps are those of Dormand and Prince's pair of order 5(4), which end at every event. They are found once and then taken
+//! again with inputs that differ a little, all side by side, so that no choice of a step and no search enters the differences; at
+//! an event each goes on to where it is for its own inputs.
+//!
+//! - Dormand, J. R. and Prince, P. J. (1980), J. Comput. Appl. Math. 6, 19–26.
+//! - Bock, H. G. (1981), in Modelling of Chemical Reaction Systems, 102–125: internal numerical differentiation.
+
+use super::dynamics::Dynamics;
+use super::lanes::{LANES, Lanes, Real};
+use super::quick_equations::{Event, FOLLOWS, Grip, Mode, Shot, State, at};
+use super::{Impulses, outcome};
+use crate::physics::ball::{Ball, BallState};
+use crate::physics::collision::{Column, Contact, Fidelity, Jacobian, Model, Outcome, Regime, variable};
+use crate::physics::friction_law::Friction;
+
+/// The error of a step, relative to the closing speed; the outcome's is a few times that.
+const TOLERANCE: f64 = 1e-8;
+
+/// A model with a larger tolerance than this is computed so.
+const QUICK: f64 = 1e-7;
+
+/// The first step, in units of the whole impact.
+const FIRST: f64 = 0.05;
+
+/// The longest step: what happens and is undone within a shorter one is of no account.
+const LONGEST: f64 = 0.1;
+
+/// Far more steps than any impact needs.
+const MOST_STEPS: usize = 600;
+
+/// A step turns the friction by no more than this, or the pair is unstable.
+const STABLE: f64 = 2.5;
+
+/// Over which the rate of an event is taken, and the least first step after one, in units of the whole impact.
+const PROBE: f64 = 1e-7;
+const LEAST_AFTER_EVENT: f64 = 1e-3;
+
+/// By so much a condition of a mode may be violated.
+const BROKEN: f64 = 1e-7;
+
+/// An event is found to this part of its step.
+const LOCATED: f64 = 1e-9;
+const MOST_TRIALS: usize = 60;
+
+/// In which lane what differs: in the order of [`variable`] from 1 on, then κ.
+const KAPPA: usize = 7;
+const fn lane(of: usize) -> usize {
+    of + 1
+}
+
+/// By so much, of numbers of order 1: truncation and roundings of a difference are then some 1e-7.
+const DIFFERENCE: f64 = 1e-7;
+
+/// A step: under which equations, how long, and the event at its end with its rate.
+#[derive(Clone, Copy)]
+struct Step {
+    mode: Mode,
+    length: f64,
+    event: Option<(Event, f64)>,
+}
+
+/// Whether a model is one that this computes: without weight, and without friction of the cloth that `full` does not have.
+pub(super) fn serves(model: &Model, dynamics: &Dynamics) -> bool {
+    model.tolerance > QUICK
+        && model.fidelity == Fidelity::Ode
+        && dynamics.kappa > 0.0
+        && dynamics.mu_k == 0.0
+        && !dynamics.cloth_turning
+        && dynamics.sigma == 1.0
+}
+
+/// The impulses of a shot; `None` where its steps lead nowhere.
+pub(super) fn impulses(dynamics: &Dynamics, e: f64) -> Option<(Impulses, Regime)> {
+    let plain = shot(dynamics, dynamics.slip, e);
+    let mut steps = Vec::with_capacity(64);
+    let (y, regime) = plain.solve(&mut steps)?;
+    Some((of_state(dynamics.k, &y), regime))
+}
+
+/// The outcome and its derivative, also by κ; `None` likewise.
+pub(super) fn with_jacobian(
+    model: &Model,
+    cue: &BallState,
+    contact: &Contact,
+    dynamics: &Dynamics,
+) -> Option<(Outcome, Jacobian, Column)> {
+    let mut steps = Vec::with_capacity(64);
+    let (_, regime) = shot(dynamics, dynamics.slip, contact.e).solve(&mut steps)?;
+    let k = contact.k;
+    let with = |value: f64, at: usize, by: f64| {
+        let mut lanes = [value; LANES];
+        lanes[at] += by;
+        Lanes(lanes)
+    };
+    let moved = |value: f64, of: usize| with(value, lane(of), DIFFERENCE);
+    // of v/k and c·k; e may be 1
+    let scaled = |value: f64, power: f64| value * ((1.0 + DIFFERENCE).powf(power) - 1.0);
+    let slip = |i: usize, of: usize| {
+        let mut slip = moved(dynamics.slip[i], of);
+        slip.0[lane(variable::K)] += scaled(dynamics.slip[i], -1.0);
+        slip
+    };
+    let (mu, falls) = match dynamics.friction {
+        Friction::Constant(mu) => (mu, None),
+        Friction::Exponential { a, b, c } => {
+            (a, Some((b, with(c * k, lane(variable::K), scaled(c * k, 1.0)))))
+        }
+    };
+    let slip = [slip(0, variable::V_Y), slip(1, variable::V_Z)];
+    let with = Shot {
+        mu: moved(mu, variable::MU),
+        falls,
+        mu_s: moved(dynamics.mu_s, variable::M_S),
+        e: with(contact.e, lane(variable::E), -DIFFERENCE),
+        kappa: with(dynamics.kappa, KAPPA, DIFFERENCE),
+        ..shot(dynamics, slip, Lanes::from(contact.e))
+    };
+    let y = with.follow(&steps);
+    let first = y.map(|component| component.0[0]);
+    let found = outcome(model, cue, &of_state(k, &first), regime);
+    let by = |at: usize| {
+        let slope = y.map(|component| (component.0[at] - component.0[0]) / DIFFERENCE);
+        match at {
+            // impulses are k times y, and v_y, v_z k times the slip
+            _ if at == lane(variable::K) => std::array::from_fn(|i| first[i] + slope[i]),
+            _ if at == lane(variable::V_Y) || at == lane(variable::V_Z) => slope,
+            _ if at == lane(variable::E) => slope.map(|slope| -k * slope),
+            _ => slope.map(|slope| k * slope),
+        }
+    };
+    let (jacobian, by_kappa) = jacobian(model, by, regime);
+    Some((found, jacobian, by_kappa))
+}
+
+fn shot<T: Real>(dynamics: &Dynamics, slip: [T; 2], e: T) -> Shot<T> {
+    let (mu, falls) = match dynamics.friction {
+        Friction::Constant(mu) => (mu, None),
+        Friction::Exponential { a, b, c } => (a, Some((b, T::from(c * dynamics.k)))),
+    };
+    Shot {
+        slip,
+        mu: T::from(mu),
+        falls,
+        mu_s: T::from(dynamics.mu_s),
+        e,
+        kappa: T::from(dynamics.kappa),
+        per_nu: 1.0 / dynamics.nu,
+        per_r: dynamics.per_r,
+        share: dynamics.share,
+        lever_y: dynamics.lever_y,
+        tilt: dynamics.tilt,
+    }
+}
+
+fn of_state(k: f64, y: &State<f64>) -> Impulses {
+    of_impulses(&y.map(|component| k * component))
+}
+
+fn of_impulses(y: &State<f64>) -> Impulses {
+    Impulses {
+        normal: y[at::NORMAL],
+        y: y[at::J_Y],
+        z: y[at::J_Z],
+        cue_cloth: [0.0; 2],
+        object_cloth: [y[at::CLOTH], 0.0],
+        cue_up: y[at::U_Z],
+        object_up: y[at::V_Z],
+    }
+}
+
+/// The outcome is linear in the impulses, which follow from v_y = −U_y − Rω_z, v_z = Rω_y and k = U_x.
+fn jacobian(model: &Model, impulses_by: impl Fn(usize) -> State<f64>, regime: Regime) -> (Jacobian, Column) {
+    let at_rest = BallState::default();
+    let by_lane = |at: usize| outcome(model, &at_rest, &of_impulses(&impulses_by(at)), regime).components();
+    let by = |of: usize| by_lane(lane(of));
+    let Ball { radius, .. } = model.ball;
+    let (by_v_y, on) = (by(variable::V_Y), model.effects);
+    let where_on = |on: bool, of: usize| if on { by(of) } else { Column::zeros() };
+    let mut jacobian = Jacobian::from_columns(&[
+        where_on(on.friction, variable::MU),
+        where_on(on.cloth, variable::M_S),
+        where_on(on.inelasticity, variable::E),
+        by(variable::K),
+        -by_v_y,
+        Column::zeros(),
+        radius * by(variable::V_Z),
+        -radius * by_v_y,
+    ]);
+    for (column, row) in [0, 1, 3, 4, 5].into_iter().enumerate() {
+        jacobian[(row, 3 + column)] += 1.0;
+    }
+    (jacobian, by_lane(KAPPA))
+}
+
+impl Shot<f64> {
+    /// Goes through the impact and writes down its steps.
+    fn solve(&self, steps: &mut Vec<Step>) -> Option<(State<f64>, Regime)> {
+        let (mut mode, mut y) = self.start();
+        let mut held = mode.grip == Grip::Springs;
+        let mut length = FIRST;
+        let mut before = self.events(&mode, &y);
+        let mut rates = self.rates(&mode, &y);
+        for _ in 0..MOST_STEPS {
+            let next = self.turned(mode, &y);
+            if next != mode {
+                self.change(&mode, &next, &mut y);
+                mode = next;
+                (before, rates) = (self.events(&mode, &y), self.rates(&mode, &y));
+            }
+            if mode.grip == Grip::Yields {
+                length = length.min(STABLE / self.turning_rate(&mode, &y));
+            }
+            let (there, rates_there, error) = self.step(&mode, &y, &rates, length);
+            let factor = 0.9 * (TOLERANCE / error.max(1e-300)).powf(0.2);
+            if !(error <= TOLERANCE) {
+                length *= if factor.is_finite() { factor.clamp(0.1, 0.9) } else { 0.1 };
+                continue;
+            }
+            let after = self.events(&mode, &there);
+            // what is no longer as its mode says, and was not when the mode began, takes more care
+            if (0..after.len()).any(|i| !(before[i] > 0.0) && after[i] < -BROKEN) {
+                return None;
+            }
+            if !(0..after.len()).any(|i| happened(before[i], after[i])) {
+                steps.push(Step { mode, length, event: None });
+                (y, rates, before) = (there, rates_there, after);
+                length = (length * factor.clamp(0.2, 4.0)).min(LONGEST);
+                continue;
+            }
+            let (event, to, there) = self.locate(&mode, (&y, &rates, &before), (length, &after))?;
+            let later = ahead(&there, PROBE, [(1.0, &self.rates(&mode, &there))]);
+            let of = event as usize;
+            let rate = (self.events(&mode, &later)[of] - self.events(&mode, &there)[of]) / PROBE;
+            steps.push(Step { mode, length: to, event: Some((event, rate)) });
+            y = there;
+            if event == Event::End && (!mode.is_compression || self.e == 0.0) {
+                return Some((y, if held { Regime::Stick } else { Regime::Slide }));
+            }
+            let next = after_event(mode, event);
+            self.change(&mode, &next, &mut y);
+            mode = next;
+            held |= mode.grip == Grip::Springs;
+            (before, rates) = (self.events(&mode, &y), self.rates(&mode, &y));
+            length = length.max(LEAST_AFTER_EVENT);
+        }
+        None
+    }
+
+    /// Whether the friction follows its slip.
+    fn turned(&self, mode: Mode, y: &State<f64>) -> Mode {
+        let grip = match mode.grip {
+            Grip::Yields if self.turning_rate(&mode, y) > FOLLOWS && self.is_aligned(y) => Grip::Follows,
+            Grip::Follows if y[at::ROOT] > 0.0 && self.turning_rate(&mode, y) < 0.5 * FOLLOWS => Grip::Yields,
+            grip => grip,
+        };
+        Mode { grip, ..mode }
+    }
+
+    /// The first event within a step: which, after what length, and the state there.
+    fn locate(
+        &self,
+        mode: &Mode,
+        (y, rates, before): (&State<f64>, &State<f64>, &[f64; 4]),
+        (length, after): (f64, &[f64; 4]),
+    ) -> Option<(Event, f64, State<f64>)> {
+        let mut found: Option<(Event, f64, State<f64>)> = None;
+        for (i, event) in Event::ALL.into_iter().enumerate().filter(|(i, _)| happened(before[*i], after[*i]))
+        {
+            // regula falsi (Illinois)
+            let (mut low, mut high) = ((0.0, before[i]), (length, after[i]));
+            let mut last = (length, *y);
+            for _ in 0..MOST_TRIALS {
+                if high.0 - low.0 <= LOCATED * length || high.1 == 0.0 {
+                    break;
+                }
+                let middle = (low.0 * high.1 - high.0 * low.1) / (high.1 - low.1);
+                let middle = if middle > low.0 && middle < high.0 { middle } else { 0.5 * (low.0 + high.0) };
+                let there = self.step(mode, y, rates, middle).0;
+                let value = self.events(mode, &there)[i];
+                let is_there = (middle - last.0).abs() <= LOCATED * length;
+                last = (middle, there);
+                if value > 0.0 {
+                    low = (middle, value);
+                    high.1 *= 0.5;
+                } else {
+                    high = (middle, value);
+                    low.1 *= 0.5;
+                }
+                if is_there {
+                    break;
+                }
+            }
+            if last.0 == length {
+                last.1 = self.step(mode, y, rates, length).0;
+            }
+            if found.is_none_or(|(_, first, _)| last.0 < first) {
+                found = Some((event, last.0, last.1));
+            }
+        }
+        found
+    }
+}
+
+/// An event is not watched before it is positive.
+fn happened(before: f64, after: f64) -> bool {
+    before > 0.0 && !(after > 0.0)
+}
+
+/// The equations after an event.
+fn after_event(mode: Mode, event: Event) -> Mode {
+    match event {
+        Event::End => Mode { is_compression: false, ..mode },
+        Event::Grip if mode.grip == Grip::Springs => Mode { grip: Grip::Yields, ..mode },
+        Event::Grip => Mode { grip: Grip::Springs, ..mode },
+        Event::Cue => Mode { cue_on: !mode.cue_on, ..mode },
+        Event::Object => Mode { object_on: !mode.object_on, ..mode },
+    }
+}
+
+impl<T: Real> Shot<T> {
+    /// Takes steps that were found before.
+    fn follow(&self, steps: &[Step]) -> State<T> {
+        let (mut mode, mut y) = self.start();
+        for Step { mode: next, length, event } in steps {
+            self.change(&mode, next, &mut y);
+            mode = *next;
+            let rates = self.rates(&mode, &y);
+            y = self.step(&mode, &y, &rates, *length).0;
+            if let Some((event, rate)) = event {
+                // the event is where its function vanishes, whatever the inputs
+                let off = self.events(&mode, &y)[*event as usize];
+                let later = (off - off.first()) * -rate.recip();
+                let rates = self.rates(&mode, &y);
+                for (y, rate) in y.iter_mut().zip(rates) {
+                    *y += rate * later;
+                }
+            }
+        }
+        y
+    }
+
+    /// A step from a state with these rates: the state and the rates at its end, and an estimate of its error.
+    #[inline(never)]
+    fn step(&self, mode: &Mode, y: &State<T>, k1: &State<T>, h: f64) -> (State<T>, State<T>, f64) {
+        let k2 = self.rates(mode, &ahead(y, h, [(1.0 / 5.0, k1)]));
+        let k3 = self.rates(mode, &ahead(y, h, [(3.0 / 40.0, k1), (9.0 / 40.0, &k2)]));
+        let k4 = self.rates(mode, &ahead(y, h, [(44.0 / 45.0, k1), (-56.0 / 15.0, &k2), (32.0 / 9.0, &k3)]));
+        let k5 = self.rates(
+            mode,
+            &ahead(
+                y,
+                h,
+                [
+                    (19372.0 / 6561.0, k1),
+                    (-25360.0 / 2187.0, &k2),
+                    (64448.0 / 6561.0, &k3),
+                    (-212.0 / 729.0, &k4),
+                ],
+            ),
+        );
+        let k6 = self.rates(
+            mode,
+            &ahead(
+                y,
+                h,
+                [
+                    (9017.0 / 3168.0, k1),
+                    (-355.0 / 33.0, &k2),
+                    (46732.0 / 5247.0, &k3),
+                    (49.0 / 176.0, &k4),
+                    (-5103.0 / 18656.0, &k5),
+                ],
+            ),
+        );
+        let there = ahead(
+            y,
+            h,
+            [
+                (35.0 / 384.0, k1),
+                (500.0 / 1113.0, &k3),
+                (125.0 / 192.0, &k4),
+                (-2187.0 / 6784.0, &k5),
+                (11.0 / 84.0, &k6),
+            ],
+        );
+        let k7 = self.rates(mode, &there);
+        // of order 5 less of order 4
+        let error = |i: usize| {
+            71.0 / 57600.0 * k1[i].first() - 71.0 / 16695.0 * k3[i].first() + 71.0 / 1920.0 * k4[i].first()
+                - 17253.0 / 339_200.0 * k5[i].first()
+                + 22.0 / 525.0 * k6[i].first()
+                - 1.0 / 40.0 * k7[i].first()
+        };
+        let mut most = 0.0;
+        for i in 0..at::COUNT {
+            let size = h * error(i).abs();
+            // NaN is the largest
+            most = if size <= most { most } else { size };
+        }
+        (there, k7, most)
+    }
+}
+
+#[inline(always)]
+fn ahead<T: Real, const M: usize>(y: &State<T>, h: f64, terms: [(f64, &State<T>); M]) -> State<T> {
+    let mut there = *y;
+    let mut term = 0;
+    while term < M {
+        let (a, rates) = terms[term];
+        for i in 0..at::COUNT {
+            there[i] += rates[i] * (a * h);
+        }
+        term += 1;
+    }
+    there
+}

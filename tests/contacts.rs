@@ -1,0 +1,96 @@
+//! Contacts and balls as they are: κ of a contact that gives way, and balls of unequal mass, in fits.
+
+use caromfit::fit::{Fit, Options, Status, fit};
+use caromfit::measurement::dataset::{Dataset, ObjectBall};
+use caromfit::measurement::parameter::{Compliance, Parameter, Setting};
+use caromfit::physics::ball::Ball;
+use caromfit::physics::collision::{Effects, Fidelity, Model};
+use caromfit::simulate::{Kind, Played};
+
+use crate::synthetic::{made_with, spec};
+
+const TRUTH: [f64; 3] = [0.05, 0.3, 0.94];
+
+/// Standard errors by which an estimate may be off: one in 2000 is by chance.
+const ERRORS: f64 = 3.5;
+
+fn auto(dataset: &Dataset) -> Fit {
+    fit(dataset, &Options { auto: true, ..Options::default() }).unwrap().remove(0)
+}
+
+fn is_right(fit: &Fit, parameter: Parameter, truth: f64) {
+    let found = fit.get(parameter).unwrap();
+    let error = found.std_error.unwrap_or_else(|| panic!("{parameter:?} has no error: {:?}", found.status));
+    assert!((found.value - truth).abs() < ERRORS * error, "{parameter:?}: {} ± {error}", found.value);
+}
+
+/// Stun shots whose contact gives way by so much.
+fn giving(kappa: f64, seed: u64) -> Dataset {
+    let effects = Effects { compliance: true, ..Fidelity::Full.effects() };
+    let model = Model { effects, kappa, tolerance: 1e-9, ..Model::new(Fidelity::Ode, Ball::POOL) };
+    made_with(&spec(Kind::Impacts, &[Played::Stun], 40, seed), &model)
+}
+
+#[test]
+fn a_contact_that_gives_way_is_adopted_where_the_data_call_for_it() {
+    let fit = auto(&giving(Model::KAPPA, 31));
+    is_right(&fit, Parameter::Mu, TRUTH[0]);
+    is_right(&fit, Parameter::E, TRUTH[2]);
+    let kappa = fit.get(Parameter::Kappa).unwrap();
+    assert_eq!((kappa.value, kappa.status), (Model::KAPPA, Status::Fixed));
+    assert!(fit.explanations.iter().any(|known| known.adopted && known.delta_2logl < -6.0));
+    assert!(fit.effects.iter().any(|(name, on)| *name == "compliance" && *on));
+}
+
+#[test]
+fn it_is_not_where_they_do_not() {
+    let dataset =
+        made_with(&spec(Kind::Impacts, &[Played::Stun], 40, 32), &Model::new(Fidelity::Full, Ball::POOL));
+    let fit = auto(&dataset);
+    assert!(fit.get(Parameter::Kappa).is_none() && fit.explanations.is_empty());
+    is_right(&fit, Parameter::Mu, TRUTH[0]);
+    // nor where it is stated to be rigid
+    let mut rigid = giving(Model::KAPPA, 31);
+    rigid.settings.compliance = Compliance::Rigid;
+    assert!(auto(&rigid).get(Parameter::Kappa).is_none());
+}
+
+#[test]
+fn kappa_is_fitted_within_bounds() {
+    let mut dataset = giving(2.5, 33);
+    dataset.settings.compliance = Compliance::Stated;
+    dataset.settings[Parameter::Kappa] = Setting { fixed: false, ..Parameter::Kappa.default_setting() };
+    let fit = auto(&dataset);
+    is_right(&fit, Parameter::Kappa, 2.5);
+    is_right(&fit, Parameter::Mu, TRUTH[0]);
+}
+
+#[test]
+fn kappa_needs_a_fidelity_that_knows_it() {
+    let mut dataset = giving(2.5, 33);
+    dataset.settings.compliance = Compliance::Stated;
+    let error = fit(&dataset, &Options::default()).unwrap_err();
+    assert!(error.is_bad_input() && error.to_string().contains("rigid"), "{error}");
+}
+
+#[test]
+fn a_mass_that_was_weighed_is_fitted_with_its_error() {
+    const RATIO: f64 = 1.04;
+    /// What a kitchen scale tells, which is off by two of these.
+    const WEIGHED: f64 = 0.008;
+    let object = Ball { mass: Ball::POOL.mass / RATIO, ..Ball::POOL };
+    let model = Model { object: Some(object), ..Model::new(Fidelity::Full, Ball::POOL) };
+    for kind in [Kind::Impacts, Kind::Tracks] {
+        let mut dataset = made_with(&spec(kind, &[Played::NaturalRoll], 40, 34), &model);
+        let weighed = Ball { mass: Ball::POOL.mass / (RATIO + 2.0 * WEIGHED), ..object };
+        dataset.object =
+            Some(ObjectBall { ball: weighed, mass_ratio_sd: Some(WEIGHED), radius_ratio_sd: None });
+        let analysis =
+            caromfit::analyse(dataset, &Options { auto: true, ..Options::default() }, None, &|| ());
+        let fit = analysis.fits.unwrap().remove(0);
+        is_right(&fit, Parameter::MassRatio, RATIO);
+        is_right(&fit, Parameter::Mu, TRUTH[0]);
+        is_right(&fit, Parameter::E, TRUTH[2]);
+        assert!(fit.get(Parameter::MassRatio).unwrap().std_error.unwrap() < 0.5 * WEIGHED, "{kind:?}");
+    }
+}
