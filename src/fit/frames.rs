@@ -1,7 +1,7 @@
 //! Fits of frames: the shots with their films, what a joint fit finds besides the parameters, and what frames could tell at
 //! best.
 
-use nalgebra::{DMatrix, DVector};
+use nalgebra::{DMatrix, DVector, SMatrix};
 use rayon::prelude::*;
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 
@@ -11,9 +11,10 @@ use super::uncertainty::Minimum;
 use super::{Bound, Films, JointFit};
 use crate::likelihood::fitted::Fitted;
 use crate::likelihood::frames;
-use crate::likelihood::frames::Own;
+use crate::likelihood::frames::own_estimates::{OwnEstimate, SharedCovariance};
 use crate::likelihood::frames::rows::Row;
 use crate::likelihood::frames::shared_unknowns::{self, SharedUnknown};
+use crate::likelihood::frames::{ALL_SHARED, Own};
 use crate::likelihood::problem::Problem;
 use crate::likelihood::whitening::Whitening;
 use crate::measurement::dataset::{Dataset, Shot};
@@ -74,6 +75,7 @@ pub struct FittedFrames {
     shots: Vec<(String, Fitted, Own)>,
     model: Model,
     shared: frames::Shared,
+    shared_covariance: Box<SharedCovariance>,
 }
 
 /// The frames of one shot against the model.
@@ -95,8 +97,9 @@ impl FittedFrames {
         fitted: &[Fitted],
         model: &Model,
         minimum: &Minimum,
-        unknowns: &[SharedUnknown],
+        (free, unknowns): (&[Parameter], &[SharedUnknown]),
     ) -> Self {
+        let shared_covariance = Box::new(shared_covariance(minimum, free, unknowns));
         let model = minimum.values.model(model);
         let values = &minimum.x.as_slice()[minimum.x.len() - unknowns.len()..];
         let shared = shared_unknowns::shared(&minimum.values, unknowns, values);
@@ -105,7 +108,7 @@ impl FittedFrames {
             let reduced = film.reduced(&shot.plan.collision(&model), &shared, &film.start)?;
             Some((shots[shot.index].name.clone(), shot.clone(), reduced.own))
         };
-        Self { shots: fitted.par_iter().filter_map(with_own).collect(), model, shared }
+        Self { shots: fitted.par_iter().filter_map(with_own).collect(), model, shared, shared_covariance }
     }
 
     /// Shot by shot, in the order of those that were used.
@@ -118,10 +121,38 @@ impl FittedFrames {
         })
     }
 
+    /// What was estimated of each shot besides the parameters, in the same order, with the shot's name.
+    pub fn estimates(&self) -> impl Iterator<Item = (&str, Vec<OwnEstimate>)> {
+        self.shots.iter().filter_map(|(name, shot, own)| {
+            let film = shot.film.as_ref()?;
+            let collision = shot.plan.collision(&self.model);
+            Some((name.as_str(), film.own_estimates(&collision, &self.shared, own, &self.shared_covariance)))
+        })
+    }
+
     /// What is expected of unknown spins beforehand, as part of χ².
     pub(super) fn prior_chi2(&self) -> f64 {
         self.shots.iter().filter_map(|(_, shot, own)| Some(shot.film.as_ref()?.prior_chi2(own))).sum()
     }
+}
+
+/// Covariance of what all shots share; 0 where the fit holds it, NaN where it cannot tell its error.
+fn shared_covariance(minimum: &Minimum, free: &[Parameter], unknowns: &[SharedUnknown]) -> SharedCovariance {
+    let columns: Vec<usize> = (0..minimum.x.len()).collect();
+    let found = uncertainty::covariance(&minimum.jacobian, &columns, &minimum.ties(false));
+    let of_parameter = |p: &Parameter| Parameter::COEFFICIENTS.iter().position(|known| known == p);
+    let of_unknown = |unknown: &SharedUnknown| Some(unknown.kind.place());
+    let places: Vec<Option<usize>> =
+        free.iter().map(of_parameter).chain(unknowns.iter().map(of_unknown)).collect();
+    let mut covariance = SMatrix::<f64, ALL_SHARED, ALL_SHARED>::zeros();
+    for (i, a) in places.iter().enumerate() {
+        for (j, b) in places.iter().enumerate() {
+            if let (Some(a), Some(b)) = (a, b) {
+                covariance[(*a, *b)] = found.as_ref().map_or(f64::NAN, |found| found[(i, j)]);
+            }
+        }
+    }
+    covariance
 }
 
 /// What a joint fit found besides the parameters; `chi2` and `dof` are those of the frames.

@@ -254,7 +254,7 @@ pub(super) fn fit_shots(
         tests_noise: !estimates_noise && search.loss == Loss::Squares,
     };
     let frames = are_filmed(search.fitted)
-        .then(|| FittedFrames::new(shots, search.fitted, &model, &minimum, &search.unknowns));
+        .then(|| FittedFrames::new(shots, search.fitted, &model, &minimum, (&free, &search.unknowns)));
     let measured = match &frames {
         Some(_) => frames::ROWS * fitted.len(),
         None => observations(&fitted),

@@ -6,6 +6,7 @@
 //! - Golub, G. and Pereyra, V. (1973), SIAM J. Numer. Anal. 10, 413–432: variable projection.
 
 mod moments;
+pub mod own_estimates;
 pub(crate) mod own_unknowns;
 mod path_start;
 pub mod rows;

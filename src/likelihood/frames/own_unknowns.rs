@@ -117,8 +117,7 @@ impl Film {
             }
         }
         // at an end the spin stays where it is while the parameters move a little
-        let at_end = SIDES.as_flattened().contains(&best.all[OWN]);
-        best.reduce(if at_end { OWN } else { N }, true)
+        best.reduce(if is_at_end(best.all[OWN]) { OWN } else { N }, true)
     }
 
     /// The own unknowns moved to the least χ², an unknown spin within its side.
@@ -198,6 +197,11 @@ impl Film {
         }
         self
     }
+}
+
+/// Whether an unknown spin is at an end of its side.
+pub(super) fn is_at_end(roll: f64) -> bool {
+    SIDES.as_flattened().contains(&roll)
 }
 
 /// A shot's unknowns and shared parameters, and the normal equations there.
