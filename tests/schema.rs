@@ -88,20 +88,30 @@ fn stored_results_are_as_the_schema_describes_them() {
     }
 }
 
-/// What `synth --json` prints, and nothing else on standard output.
+/// What `accuracy --json` and `synth --json` print, and nothing else on standard output.
 #[test]
 fn printed_documents_are_as_the_schema_describes_them() {
     let folder = tempfile::tempdir().unwrap();
     let spec = concat!(env!("CARGO_MANIFEST_DIR"), "/src/example/balls-spec.toml");
-    let args = ["synth", spec, "--out", "s", "--falling", "0.1,1", "--json"];
-    let output = Command::new(env!("CARGO_BIN_EXE_caromfit")).args(args).current_dir(&folder).output();
-    let output = output.unwrap();
-    assert!(output.status.success(), "{output:?}");
-    let synth: Value = serde_json::from_slice(&output.stdout).unwrap();
-    let mut wrong = Vec::new();
-    check(&schema("synth"), &synth, "", &mut wrong);
-    assert!(wrong.is_empty(), "{wrong:#?}");
-    assert_eq!(synth["format_version"], 1);
+    let mut found = Vec::new();
+    for (of, args) in [
+        ("accuracy", &["accuracy", "--shots", "5", "--out", "a", "--json"][..]),
+        ("synth", &["synth", spec, "--out", "s", "--falling", "0.1,1", "--json"]),
+    ] {
+        let output = Command::new(env!("CARGO_BIN_EXE_caromfit")).args(args).current_dir(&folder).output();
+        let output = output.unwrap();
+        assert!(output.status.success(), "{output:?}");
+        let value: Value = serde_json::from_slice(&output.stdout).unwrap();
+        let mut wrong = Vec::new();
+        check(&schema(of), &value, "", &mut wrong);
+        assert!(wrong.is_empty(), "{of}: {wrong:#?}");
+        assert_eq!(value["format_version"], 1);
+        found.push(value);
+    }
+    let [accuracy, synth] = &found[..] else { panic!("{found:?}") };
+    let full = accuracy["ways"].as_array().unwrap().iter().find(|way| way["fidelity"] == "full").unwrap();
+    assert!(full["numerical_error"]["throw_deg"]["worst"].as_f64().unwrap() < 1e-9);
+    assert_eq!(accuracy["biases"].as_array().unwrap().len(), 6);
     assert!(synth["parameters"]["mu_c"] == serde_json::json!({"truth": 1.0, "unit": "s/m"}));
     for file in synth["files"].as_array().unwrap() {
         assert!(folder.path().join("s").join(file.as_str().unwrap()).is_file(), "{file}");

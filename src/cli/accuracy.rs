@@ -37,6 +37,9 @@ pub struct Args {
     /// Of the shots
     #[arg(long, default_value_t = 0)]
     seed: u64,
+    /// Print both tables as JSON, and nothing else, on standard output
+    #[arg(long)]
+    json: bool,
 }
 
 pub fn run(args: &Args) -> Result<(), Failure> {
@@ -66,6 +69,10 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         ("accuracy.png", precision::png(&rows).map_err(Failure::work)?),
     ];
     write::write_files(&files, &args.out).map_err(Failure::work)?;
+    if args.json {
+        let document = report::accuracy::json(&rows, &biases, (shots.len(), left_out));
+        return print(&document.map_err(Failure::work)?);
+    }
     let left_out = if left_out > 0 { format!(", {left_out} left out") } else { String::new() };
     print(&format!(
         "{} shots{left_out}\n\n{}\n{}",
