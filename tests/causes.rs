@@ -58,6 +58,21 @@ fn nothing_is_named_where_nothing_is_amiss() {
     }
 }
 
+/// On request the search is made although the noise explains the residuals, and says what it looked for.
+#[test]
+fn causes_are_looked_for_on_request() {
+    let options = Options { explain: true, ..Options::default() };
+    let dataset = footage(Played::NaturalRoll, Spin::NaturalRoll, 9100);
+    let fit = fit::analyse(dataset, &options, None, &|| ()).fits.unwrap().remove(0);
+    assert!(named(&fit).is_none(), "{:?}", fit.explanations);
+    let looked = fit.notes.iter().find(|note| note.starts_with("Looked for on request")).unwrap();
+    for cause in
+        ["mass-ratio", "compliance", "frame-rate", "cue-spin", "side-spin", "falling-friction", "tilt"]
+    {
+        assert_eq!(looked.matches(cause).count(), 1, "{looked}");
+    }
+}
+
 #[test]
 fn topspin_that_is_stated_wrongly_is_named() {
     let fit = fitted(footage(Played::AlmostRoll, Spin::NaturalRoll, 9200));

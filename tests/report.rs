@@ -6,6 +6,7 @@ mod verdicts;
 
 use std::fs;
 
+use caromfit::fit::causes::{Cause, Explanation};
 use caromfit::fit::{
     Alternative, Bootstrap, Estimate, Fit, Influence, NoiseVerdict, Resampled, Residual, Robust,
 };
@@ -318,6 +319,23 @@ fn c_has_its_unit_everywhere() {
     assert!(page(&fit).contains("1.0880 ± 0.0027 s&#x2f;m") && !page(&fit).contains("no unit"));
     assert_eq!(parsed(&fit)["parameters"]["mu_c"]["unit"], "s/m");
     assert_eq!(parsed(&fit)["parameters"]["mu"]["unit"], "1");
+}
+
+/// χ²/dof of what is left with a cause may come out below 0, which no program should read as one.
+#[test]
+fn a_chi2_below_none_is_null() {
+    let mut fit = normal();
+    fit.explanations.push(Explanation {
+        cause: Cause::MassRatio,
+        estimate: 1.03,
+        std_error: 0.001,
+        delta_2logl: -4100.0,
+        adopted: false,
+        with_it: Vec::new(),
+        reduced_chi2: Some([7.25, -0.38]),
+        sentence: "A cue ball that is heavier explains the residuals.".to_owned(),
+    });
+    assert_eq!(parsed(&fit)["explanations"][0]["reduced_chi2"], serde_json::json!([7.25, null]));
 }
 
 #[test]

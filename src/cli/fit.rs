@@ -26,7 +26,7 @@ use super::{Failure, FidelityArg, print};
 const REPORT: &str = "report.html";
 
 /// Loads each data set, fits it (each label apart where its [fit] by says so), writes
-/// OUT/NAME/{fit.json, residuals.csv, shots.csv, residuals.svg, residuals.png, contours.svg, contours.png, report.html} and prints one table over all.
+/// OUT/NAME/{fit.json, residuals.csv, shots.csv, frames.csv, residuals.svg, residuals.png, contours.svg, contours.png, report.html} and prints one table over all.
 #[derive(clap::Args)]
 #[command(after_help = "Example: caromfit fit data/*/")]
 pub struct Args {
@@ -69,6 +69,9 @@ pub struct Args {
     /// Draw so many samples of shots anew and fit them, for intervals that trust neither model nor noise
     #[arg(long, default_value_t = 0, value_name = "N")]
     bootstrap: usize,
+    /// Look for what explains the residuals also where the noise does: masses, frame rate, spin, a friction that falls, …
+    #[arg(long)]
+    explain: bool,
     /// Of everything random
     #[arg(long, default_value_t = 0)]
     seed: u64,
@@ -78,6 +81,13 @@ pub struct Args {
     /// What counts as moved, in standard errors (of χ²: in its standard deviation); 0.01 unless given
     #[arg(long, value_parser = baseline::tolerance, value_name = "N", requires = "baseline", allow_hyphen_values = true)]
     baseline_tolerance: Option<Tolerance>,
+    #[command(flatten)]
+    shown: Shown,
+}
+
+/// What is printed.
+#[derive(clap::Args)]
+struct Shown {
     /// Show every label of a data set on a line of its own, χ²/dof, what the marks mean, and all warnings
     #[arg(long)]
     all: bool,
@@ -156,6 +166,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         film: FilmUnknowns { bounce: args.free.iter().any(|name| name == BOUNCE), ..FilmUnknowns::default() },
         loss: args.loss,
         depth: Depth::Everything,
+        explain: args.explain,
         starts: args.starts,
         bootstrap: args.bootstrap,
         seed: args.seed,
@@ -213,7 +224,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     }
     progress.finish();
     let fits: Vec<_> = fits.into_iter().flatten().collect();
-    if args.json {
+    if args.shown.json {
         print(&report::json::render_all(&fits).map_err(Failure::work)?)?;
     } else {
         for line in &assumed {
@@ -222,13 +233,13 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         if !assumed.is_empty() {
             print("\n")?;
         }
-        if args.all {
+        if args.shown.all {
             print(&report::table::render(&fits))?;
             print(&report::text::warnings(&fits))?;
         } else {
             print(&report::overview::render(&fits, super::colour()))?;
         }
-        if args.verbose {
+        if args.shown.verbose {
             for fit in &fits {
                 print(&format!("\n{}", report::text::render(fit)))?;
             }

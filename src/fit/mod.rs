@@ -85,6 +85,9 @@ pub struct Options {
     /// What is free in a joint fit besides.
     pub film: FilmUnknowns,
     pub depth: Depth,
+    /// Whether causes of the residuals are looked for although the noise explains them; else [`Depth::Everything`] looks for them where it
+    /// does not.
+    pub explain: bool,
     /// In the place of the data set's.
     pub loss: Option<Loss>,
     /// How many starts; those after the first are spread at random between the bounds.
@@ -189,6 +192,7 @@ impl Default for Options {
             near: None,
             film: FilmUnknowns::default(),
             depth: Depth::Intervals,
+            explain: false,
             loss: None,
             starts: 1,
             bootstrap: 0,

@@ -327,8 +327,12 @@ pub(super) fn fit_shots(
     super::diagnostics::refuted::judge(&mut fit, &used, discs.is_some());
     // footage is corrected anew for a contact that gives way, and looked at then
     let is_settled = gives_way.is_none() || !fit.footage;
-    if is_settled && options.depth >= Depth::Everything && causes::is_called_for(&fit) {
+    let is_asked = options.explain || (options.depth >= Depth::Everything && causes::is_called_for(&fit));
+    if is_settled && is_asked {
         fit.explanations = causes::explain(&found, &search, discs.is_some());
+    }
+    if is_settled && options.explain && fit.explanations.is_empty() {
+        fit.notes.push(causes::none_found(&found, &search, discs.is_some()));
     }
     super::warnings::add(&mut fit, &fitted, knows_noise);
     if fit.refuted.is_none() {

@@ -52,8 +52,8 @@ struct ExplanationEntry {
     delta_2logl: f64,
     adopted: bool,
     with_it: Ordered<WithIt>,
-    /// Of the velocities, without it and with it.
-    reduced_chi2: Option<[f64; 2]>,
+    /// Of the velocities, without it and with it; `None` where less than nothing seems to be left.
+    reduced_chi2: Option<[Option<f64>; 2]>,
     sentence: String,
 }
 
@@ -78,7 +78,10 @@ fn explanation(found: &Explanation) -> ExplanationEntry {
         delta_2logl: digits::significant(found.delta_2logl, MANY),
         adopted: found.adopted,
         with_it: Ordered(found.with_it.iter().map(with_it).collect()),
-        reduced_chi2: found.reduced_chi2.map(|both| both.map(|value| digits::significant(value, MANY))),
+        // below 0 where noise that the shots tell by themselves had grown by what is explained: no χ² is
+        reduced_chi2: found
+            .reduced_chi2
+            .map(|both| both.map(|value| (value >= 0.0).then(|| digits::significant(value, MANY)))),
         sentence: found.sentence.clone(),
     }
 }

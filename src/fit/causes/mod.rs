@@ -96,6 +96,22 @@ pub(super) fn explain(settled: &Settled, search: &Search, discs: bool) -> Vec<Ex
     explanations
 }
 
+/// That [`explain`] found nothing, and what it looked for.
+pub(super) fn none_found(settled: &Settled, search: &Search, discs: bool) -> String {
+    let trial = Trial { search, start: settled.minimum.values, discs };
+    let mut tried: Vec<&str> =
+        Cause::ALL.into_iter().filter(|cause| trial.knows(*cause)).map(Cause::name).collect();
+    tried.dedup();
+    if tried.is_empty() {
+        return "Causes of the residuals were looked for on request, but these data can tell none."
+            .to_owned();
+    }
+    format!(
+        "Looked for on request, and not found: {}. Each would be named if it lowered −2 log L by more than {NAMED}.",
+        tried.join(", ")
+    )
+}
+
 /// What was adopted of the film, as explanations of what would be left without it, and what explains it as well.
 pub(super) fn of_film(found: &FoundCamera, fit: &mut Fit) {
     let adopted = found.corrections.iter().filter(|correction| correction.adopted);
