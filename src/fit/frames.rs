@@ -140,16 +140,12 @@ impl FittedFrames {
 fn shared_covariance(minimum: &Minimum, free: &[Parameter], unknowns: &[SharedUnknown]) -> SharedCovariance {
     let columns: Vec<usize> = (0..minimum.x.len()).collect();
     let found = uncertainty::covariance(&minimum.jacobian, &columns, &minimum.ties(false));
-    let of_parameter = |p: &Parameter| Parameter::COEFFICIENTS.iter().position(|known| known == p);
-    let of_unknown = |unknown: &SharedUnknown| Some(unknown.kind.place());
-    let places: Vec<Option<usize>> =
-        free.iter().map(of_parameter).chain(unknowns.iter().map(of_unknown)).collect();
+    let of_unknowns = unknowns.iter().map(|unknown| unknown.kind.place());
+    let places: Vec<usize> = free.iter().map(|p| frames::place_of(*p)).chain(of_unknowns).collect();
     let mut covariance = SMatrix::<f64, ALL_SHARED, ALL_SHARED>::zeros();
     for (i, a) in places.iter().enumerate() {
         for (j, b) in places.iter().enumerate() {
-            if let (Some(a), Some(b)) = (a, b) {
-                covariance[(*a, *b)] = found.as_ref().map_or(f64::NAN, |found| found[(i, j)]);
-            }
+            covariance[(*a, *b)] = found.as_ref().map_or(f64::NAN, |found| found[(i, j)]);
         }
     }
     covariance

@@ -3,8 +3,8 @@
 use nalgebra::{SMatrix, SVector};
 
 use super::own_unknowns::is_at_end;
-use super::schur_reduced::Eliminated;
-use super::{ALL_SHARED, Film, KNOWN, MEASURED, OWN, Own, SHARED, SPIN, Shared, UNKNOWN};
+use super::schur_reduced::{Eliminated, place};
+use super::{ALL_SHARED, Film, MEASURED, MORE_SHARED, OWN, Own, SHARED, SPIN, Shared, UNKNOWN};
 use crate::physics::collision::Corrected;
 
 /// Covariance of what all shots share; 0 where something is held, NaN where it is not known.
@@ -33,14 +33,7 @@ impl Film {
         own: &Own,
         errors: &SharedCovariance,
     ) -> Vec<OwnEstimate> {
-        let covariance = match self.spin {
-            Some(_) => self.own_covariance::<MEASURED>(collision, shared, own, errors),
-            None if self.one_unknown().is_some() => {
-                self.own_covariance::<UNKNOWN>(collision, shared, own, errors)
-            }
-            None => self.own_covariance::<KNOWN>(collision, shared, own, errors),
-        };
-        let Some(covariance) = covariance else { return Vec::new() };
+        let Some(covariance) = self.own_covariance(collision, shared, own, errors) else { return Vec::new() };
         let estimate = |column, value: f64, by: Own| OwnEstimate {
             column,
             value,
@@ -73,28 +66,48 @@ impl Film {
             estimates.extend(columns.map(|(i, column)| itself(column, OWN + i)));
         } else if self.rolls_unknown() {
             estimates.push(itself("cue_topspin_of_roll", OWN));
-        } else if self.has_side_spin() {
+        } else if self.one_unknown().is_some() {
             estimates.push(itself("cue_side_spin_of_speed", OWN));
         }
         estimates
     }
 
-    fn own_covariance<const N: usize>(
+    fn own_covariance(
         &self,
         collision: &Corrected,
         shared: &Shared,
         own: &Own,
         errors: &SharedCovariance,
     ) -> Option<Covariance> {
-        let unknowns = N - SHARED;
+        const MEASURED_MORE: usize = MEASURED + MORE_SHARED;
+        const UNKNOWN_MORE: usize = UNKNOWN + MORE_SHARED;
+        const KNOWN_MORE: usize = OWN + MORE_SHARED;
+        let at = (shared, own, errors);
+        match (self.unknowns(), collision.has_others()) {
+            (MEASURED, false) => self.covariance_with::<{ MEASURED + SHARED }, SHARED>(collision, at),
+            (UNKNOWN, false) => self.covariance_with::<{ UNKNOWN + SHARED }, SHARED>(collision, at),
+            (_, false) => self.covariance_with::<{ OWN + SHARED }, SHARED>(collision, at),
+            (MEASURED, true) => self.covariance_with::<MEASURED_MORE, MORE_SHARED>(collision, at),
+            (UNKNOWN, true) => self.covariance_with::<UNKNOWN_MORE, MORE_SHARED>(collision, at),
+            (_, true) => self.covariance_with::<KNOWN_MORE, MORE_SHARED>(collision, at),
+        }
+    }
+
+    /// Cov(y) = A_yy⁻¹ + G·Cov(p)·Gᵀ with G = dy/dp = −A_yy⁻¹A_yp, of own unknowns y and shared parameters p.
+    fn covariance_with<const N: usize, const S: usize>(
+        &self,
+        collision: &Corrected,
+        (shared, own, errors): (&Shared, &Own, &SharedCovariance),
+    ) -> Option<Covariance> {
+        let unknowns = N - S;
         let mut all = SVector::<f64, N>::zeros();
         for i in 0..unknowns {
             all[i] = own[i];
         }
-        for i in 0..SHARED {
-            all[unknowns + i] = shared[i];
+        for i in 0..S {
+            all[unknowns + i] = shared[place(i)];
         }
-        let normal = self.normal::<N>(collision, &all, &std::array::from_fn(|i| shared[SHARED + i]))?;
+        let normal = self.normal::<N, S>(collision, &all, &std::array::from_fn(|i| shared[SHARED + i]))?;
         let held = if self.rolls_unknown() && is_at_end(own[OWN]) { OWN } else { N };
         let Eliminated { by_shared, .. } = normal.reduce(held)?;
         let alone = normal.own_part(0.0, held)?.inverse();
