@@ -217,7 +217,8 @@ impl Model<STATE> for Giving<'_> {
             }
             Grip::Yields => {
                 let root = if phase.is_compression() { 1.0 } else { y[ROOT] };
-                [y[GIVE_Y], y[GIVE_Z]] = direction.map(|d| d * forces.most[i] / root);
+                // just below its limit, or rounding would have it beyond that from the beginning, and slide never again
+                [y[GIVE_Y], y[GIVE_Z]] = forces.friction[i].map(|f| f / root);
                 phase.grips[Site::Balls] = Grip::Springs;
                 phase.held_once = true;
             }

@@ -15,6 +15,9 @@ use crate::physics::collision::steps;
 /// Bisection on the interpolant ends at this part of the step.
 const GUESSED: f64 = 1e-4;
 
+/// Where an event may have come and gone within a step, it is looked at in these parts of the step.
+const LOOKED_AT: [f64; 3] = [0.25, 0.5, 0.75];
+
 /// The last part of the way to an event may be gone by a step of first order: its error is of the square
 /// of this part of the way.
 const EULER: f64 = 1e-8;
@@ -90,34 +93,65 @@ impl<const N: usize> Integrator<N> {
     pub fn run(&mut self, stretch: &impl Stretch<N>, x: f64, y: &[f64; N]) -> Result<End<N>, GaveUp> {
         self.restart(stretch, x, y, stretch.longest_step(x, y, FIRST_STEP))?;
         let mut before = stretch.events(x, y);
+        let mut earlier = before;
         while self.steps < MAX_STEPS {
             if !self.step(stretch)? {
                 continue;
             }
             let (x, y) = (self.method.t(), *self.method.y());
             let after = stretch.events(x, &y);
-            if fired(&before, &after).is_some() {
-                if let Some(end) = self.locate(stretch, &before)? {
+            let late = if fired(&before, &after).is_some() {
+                Some((x, y))
+            } else {
+                self.passed_over(stretch, [&earlier, &before, &after])?
+            };
+            if let Some(late) = late {
+                if let Some(end) = self.locate(stretch, &before, late)? {
                     return Ok(end);
                 }
                 continue;
             }
-            before = after;
+            (earlier, before) = (before, after);
             self.method.set_h(stretch.longest_step(x, &y, self.method.h()));
         }
         Err(GaveUp)
     }
 
-    /// The first event of the last step: a first guess from the interpolant, then Newton's method, each
+    /// Where an event has come and gone again within the last step, between whose ends it is positive: looked for where one that
+    /// fell came so close to 0 as it had fallen in the step before.
+    fn passed_over(
+        &mut self,
+        stretch: &impl Stretch<N>,
+        [earlier, before, after]: [&[f64; EVENTS]; 3],
+    ) -> Result<Option<(f64, [f64; N])>, GaveUp> {
+        let may_have = |i: &usize| {
+            let (fell, least) = (earlier[*i] - before[*i], before[*i].min(after[*i]));
+            0.0 < least && least < fell
+        };
+        if !(0..EVENTS).any(|i| may_have(&i)) {
+            return Ok(None);
+        }
+        let (from, to) = (self.method.t_prev(), self.method.t());
+        for part in LOOKED_AT {
+            let x = from + part * (to - from);
+            let y = self.method.interpolate(x).map_err(|_| GaveUp)?;
+            if fired(before, &stretch.events(x, &y)).is_some() {
+                return Ok(Some((x, y)));
+            }
+        }
+        Ok(None)
+    }
+
+    /// The first event up to a place in the last step, where it has happened: a first guess from the interpolant, then Newton's method, each
     /// time with a step of the method that ends there. `None` where the method refuses such a step: it is
     /// then set to go on from the beginning with a shorter one.
     fn locate(
         &mut self,
         stretch: &impl Stretch<N>,
         before: &[f64; EVENTS],
+        (mut late, mut y): (f64, [f64; N]),
     ) -> Result<Option<End<N>>, GaveUp> {
-        let (from, mut late) = (self.method.t_prev(), self.method.t());
-        let (start, mut y) = (*self.method.y_prev(), *self.method.y());
+        let (from, start) = (self.method.t_prev(), *self.method.y_prev());
         let length = late - from;
         let mut event = fired(before, &stretch.events(late, &y)).ok_or(GaveUp)?;
         let (mut early, mut x) = (from, late);
