@@ -9,7 +9,7 @@ use caromfit::io;
 use caromfit::io::stored_fit;
 use caromfit::measurement::dataset::Dataset;
 use caromfit::measurement::observable::Observable;
-use caromfit::measurement::parameter::Parameter;
+use caromfit::measurement::parameter::{Compliance, Parameter};
 use caromfit::report::regression;
 use caromfit::report::regression::Tolerance;
 use caromfit::report::{csv, json};
@@ -95,7 +95,9 @@ fn alciatore_throw_falls_with_speed() {
 
 #[test]
 fn throws_beyond_sticking_are_said_to_be_so() {
-    let fits = fit::fit(&load("alciatore-2014-treatments"), &Options::default()).unwrap();
+    let mut dataset = load("alciatore-2014-treatments");
+    dataset.settings.compliance = Compliance::Rigid;
+    let fits = fit::fit(&dataset, &Options::default()).unwrap();
     let fit = fits.iter().find(|fit| fit.group.as_ref().is_some_and(|(_, label)| label == "new")).unwrap();
     let mu = estimate(fit, Parameter::Mu);
     // a stun shot sticks from tan φ = μβ_y(1 + e) on

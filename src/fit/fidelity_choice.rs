@@ -76,7 +76,8 @@ pub(super) fn choose(
     take_cheapest(&mut sample, search.model, &search.initial, (on_cloth, false));
     let first = settle(&sample, search, near)?;
     take_cheapest(&mut sample, search.model, &first.values, (on_cloth, false));
-    let mut found = correct(&mut sample, search, &first.starts)?;
+    let starts = first.starts_with(&sample);
+    let mut found = correct(&mut sample, search, &starts)?;
     let mut model = *search.model;
     let mut gives_way = None;
     let kappa = search.settings[Parameter::Kappa].initial;
@@ -89,10 +90,7 @@ pub(super) fn choose(
         let search = Search { model: &giving, ..search.clone() };
         take_cheapest(&mut sample, &giving, &found.values, (on_cloth, false));
         if sample.iter().any(|shot| shot.plan.gives_way()) {
-            // where the shots stuck without, or did not fit, any friction may fit with
-            let anew = found.is_poor && sample.iter().any(|shot| shot.plan.is_direct());
-            let starts = if anew { &[][..] } else { &found.starts };
-            let with = correct(&mut sample, &search, starts)?;
+            let with = giving_way(&mut sample, &search, &found)?;
             let higher = with.minus_two_log - found.minus_two_log;
             if higher < -EVIDENCE {
                 (model, gives_way) = (giving, Some(-higher));
@@ -118,6 +116,21 @@ pub(super) fn choose(
     take_cheapest(fitted, &model, &found.values, (on_cloth, weighs));
     take(fitted, &model, &found.values);
     Ok(Chosen { starts: found.starts, gives_way, notes })
+}
+
+/// The fit with a contact that gives way, after `rigid`, which is one without. Where that describes the shots, corrections of it show
+/// whether this describes them better, and only then are they integrated.
+fn giving_way(sample: &mut [Fitted], search: &Search, rigid: &Found) -> Result<Found, FitError> {
+    let starts = rigid.starts_with(sample);
+    if !starts.is_empty() && sample.iter().any(|shot| shot.plan.is_direct()) {
+        let mut corrected = sample.to_vec();
+        corrected.iter_mut().for_each(|shot| shot.plan.correct_rigid());
+        let with = correct(&mut corrected, search, &starts)?;
+        if with.minus_two_log > rigid.minus_two_log {
+            return Ok(with);
+        }
+    }
+    correct(sample, search, &starts)
 }
 
 /// Each shot takes the cheapest fidelity; without weight none takes more than the contact between the balls calls for.
@@ -158,6 +171,15 @@ struct Found {
 }
 
 impl Found {
+    /// Where a search begins once these shots are computed as they now are. Where they stuck, did not fit, or their noise is not
+    /// stated and took up what did not fit, and are integrated now, any friction may fit: anywhere.
+    fn starts_with(&self, sample: &[Fitted]) -> Vec<Values> {
+        let is_direct = sample.iter().any(|shot| shot.plan.is_direct());
+        let states_noise =
+            sample.iter().flat_map(|shot| shot.plan.rows()).all(|row| row.measured.sd.is_some());
+        if is_direct && (self.is_poor || !states_noise) { Vec::new() } else { self.starts.clone() }
+    }
+
     /// What another fit makes of the parameters that are told here: what is not told without an effect is hardly told with it.
     fn told_of(&self, other: &Self) -> Vec<String> {
         let is_told = |parameter: &Parameter| self.told.iter().any(|(known, _)| known == parameter);

@@ -29,6 +29,11 @@ const LEAST_FRICTION: f64 = 2e-4;
 const PER_DECADE: f64 = 6.0;
 const PER_DECADE_OF_SEVERAL: f64 = 2.0;
 
+/// A contact that gives way throws as far at a small μ as at a large one: few shots then have minima on both sides of the largest
+/// throw, and close to it close to each other.
+const PER_DECADE_OF_FEW: f64 = 24.0;
+const FEW: usize = 5;
+
 /// Values that differ by less than this part are one.
 pub(super) const SAME: f64 = 0.03;
 
@@ -48,7 +53,7 @@ const MOST_WITH_KINKS: usize = 500;
 const WIDEST: f64 = 0.2;
 
 /// An objective that is lower by less is the same: a thirtieth of a standard error.
-const LOWER: f64 = 1e-3;
+pub(super) const LOWER: f64 = 1e-3;
 
 /// Of starts after a short descent, those whose objective is within this of the least (in units of χ²/dof where that is
 /// above 1) may still end lower than it.
@@ -193,6 +198,9 @@ impl Search<'_> {
     fn axis_of(&self, parameter: Parameter, of: usize) -> Vec<f64> {
         let setting = &self.settings[parameter];
         match parameter {
+            Parameter::Mu if of == 1 && self.model.kappa > 0.0 && self.fitted.len() <= FEW => {
+                axis(setting, LEAST_FRICTION, PER_DECADE_OF_FEW, &[])
+            }
             Parameter::Mu if of == 1 => {
                 friction_axis(setting, self.fitted.iter().map(|shot| (&shot.plan, self.model)), &self.initial)
             }

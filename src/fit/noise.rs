@@ -16,7 +16,7 @@ use crate::measurement::values::Values;
 const MIN_OWN_DOF: f64 = 0.5;
 
 /// A residual standard deviation below this part of its first value is an exact fit.
-const EXACT: f64 = 1e-9;
+pub(super) const EXACT: f64 = 1e-9;
 
 /// The noise of an observable without stated standard deviations.
 #[derive(Clone, Copy, Debug)]

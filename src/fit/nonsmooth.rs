@@ -12,7 +12,7 @@ use super::noise::Group;
 use super::robust::Losses;
 use super::search::Search;
 use super::uncertainty::Minimum;
-use crate::likelihood::problem::{Problem, are_filmed};
+use crate::likelihood::problem::{Problem, is_rough};
 use crate::likelihood::whitening::{Hold, Whitening};
 use crate::measurement::loss::Loss;
 use crate::measurement::parameter::Parameter;
@@ -55,7 +55,7 @@ pub(super) fn minimise(
     let Some(mu) = slice.free.iter().position(|parameter| *parameter == Parameter::Mu) else {
         return Ok((solution, false));
     };
-    if are_filmed(slice.search.fitted) || constraints.lower[mu] == constraints.upper[mu] {
+    if is_rough(slice.search.fitted) || constraints.lower[mu] == constraints.upper[mu] {
         return Ok((solution, false));
     }
     let is_law = LAW.iter().any(|p| slice.free.contains(p));

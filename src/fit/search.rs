@@ -7,7 +7,7 @@ use super::noise::Group;
 use super::robust;
 use super::robust::Losses;
 use super::uncertainty::Minimum;
-use super::{FitError, nonsmooth};
+use super::{FitError, noise, nonsmooth};
 use crate::likelihood::fitted::Fitted;
 use crate::likelihood::frames::shared_unknowns::SharedUnknown;
 use crate::likelihood::prediction::{Plan, Prediction, Unpredictable};
@@ -34,6 +34,9 @@ const AT_REST: f64 = 1e-10;
 const PATIENCE: usize = 15;
 const SLOW_AT_REST: f64 = 1e-5;
 
+/// Integrated collisions let them rest no nearer than within this part of a standard error.
+const ROUGH_AT_REST: f64 = 1e-4;
+
 /// At a kink the weights differ from one side to the other, and the last digit says which round has which: the
 /// parameters then rest within this part of a standard error, estimated standard deviations within the other.
 const ERRORS_AT_KINK: f64 = 0.01;
@@ -56,6 +59,9 @@ const VELOCITIES: least_squares::Options =
 /// Frames are minimised to a small part of a standard error: landings make χ² a little rough.
 const FRAMES: least_squares::Options = least_squares::Options { max_iterations: 50, orthogonality: 1e-6 };
 const ROUGH: &str = "converged: as far as landings between frames leave χ² smooth";
+
+/// So are integrated collisions, which are as precise as their tolerance.
+const ROUGH_INTEGRATED: &str = "converged: as far as the tolerance of integrated collisions leaves χ² smooth";
 
 /// How thoroughly a minimum is looked for.
 #[derive(Clone, Copy, Debug)]
@@ -272,7 +278,9 @@ impl Search<'_> {
         let others = residuals.rows(rows, residuals.len() - rows).norm_squared();
         let of_noise = self.fitted.iter().flat_map(|shot| shot.plan.rows()).filter_map(|row| {
             let group = groups.iter().find(|group| group.observable == row.observable)?;
-            row.measured.sd.is_none().then(|| 2.0 * group.sd.ln())
+            // as many numbers as unknowns are met exactly, wherever that began
+            let sd = if group.estimable { group.sd } else { noise::EXACT };
+            row.measured.sd.is_none().then(|| 2.0 * sd.ln())
         });
         of_shots + others + of_noise.sum::<f64>()
     }
@@ -305,7 +313,12 @@ impl Search<'_> {
         let uncertain = |shot: &Fitted| shot.plan.joint().is_some() || shot.plan.variance_in().amax() > 0.0;
         let robust = self.loss != Loss::Squares && !x.is_empty();
         let weights_move = !filmed && (!groups.is_empty() || robust || self.fitted.iter().any(uncertain));
-        let options = if filmed { FRAMES } else { effort.options };
+        let is_rough = problem::is_rough(self.fitted);
+        let options = match is_rough {
+            true if filmed => FRAMES,
+            true => effort.options.at_most(&FRAMES),
+            false => effort.options,
+        };
         let (at_rest, max_rounds) =
             if robust { (ROBUST_AT_REST, MAX_ROBUST_ROUNDS) } else { (AT_REST, MAX_ROUNDS) };
         let max_rounds = max_rounds.min(effort.rounds);
@@ -351,7 +364,7 @@ impl Search<'_> {
                 return Ok((minimum, groups));
             }
             let slice = Slice { search: self, free, constraints: constraints.clone(), whitening: &whitening };
-            let (solution, at_kink, rough) = if filmed {
+            let (solution, at_kink, rough) = if filmed || is_rough && effort.crosses_kinks {
                 let (solution, rests) =
                     least_squares::minimise_rough(|| slice.problem(), &x, &constraints, &options)?;
                 let rough = rests && !solution.termination.converged();
@@ -388,7 +401,9 @@ impl Search<'_> {
             let by_turns = at_kink
                 && (in_errors < ERRORS_AT_KINK && changed < CHANGE_AT_KINK
                     || at_kinks >= ROUNDS_AT_KINK && in_errors < MORE_ERRORS_AT_KINK);
-            let slow = round >= PATIENCE && in_errors.max(changed) < SLOW_AT_REST;
+            let (patience, slow_at_rest) =
+                if is_rough { (0, ROUGH_AT_REST) } else { (PATIENCE, SLOW_AT_REST) };
+            let slow = round >= patience && in_errors.max(changed) < slow_at_rest;
             let rest = !weights_move || moved.max(changed) < at_rest || by_turns || slow;
             if rest && loss != last {
                 loss = last;
@@ -400,7 +415,7 @@ impl Search<'_> {
                 let converged = (solution.termination.converged() || at_kink || rough) && rest;
                 let mut termination = solution.termination.to_string();
                 if rough {
-                    termination = ROUGH.to_string();
+                    termination = if filmed { ROUGH } else { ROUGH_INTEGRATED }.to_string();
                 }
                 if at_kink {
                     termination = nonsmooth::TERMINATION.to_string();

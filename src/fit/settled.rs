@@ -3,7 +3,7 @@
 use std::cmp::Ordering::Equal;
 
 use super::diagnostics::identifiability;
-use super::global::{MARGIN, RIVAL, SAME};
+use super::global::{LOWER, MARGIN, RIVAL, SAME};
 use super::noise::Group;
 use super::saturation::Plateau;
 use super::search::Search;
@@ -162,7 +162,7 @@ impl<'a> Settled<'a> {
             }
             match Self::least_of(search, free, &[*start]) {
                 Ok(settled) => match &found {
-                    Some(best) if best.rank() <= settled.rank() => {
+                    Some(best) if !settled.precedes(best) => {
                         others.push((settled.minimum.values, settled.objective));
                     }
                     _ => {
@@ -181,6 +181,26 @@ impl<'a> Settled<'a> {
         (!self.minimum.converged, self.objective)
     }
 
+    /// Whether this is the minimum to be taken of two: the lower one, and of two that are as low, as where a contact that gives
+    /// way throws as far at a small μ as at a large one, that of the lesser friction.
+    fn precedes(&self, other: &Self) -> bool {
+        let ((failed, objective), (other_failed, others)) = (self.rank(), other.rank());
+        match failed == other_failed {
+            false => other_failed,
+            true if (objective - others).abs() < self.same() => {
+                self.minimum.values[Parameter::Mu] < other.minimum.values[Parameter::Mu]
+            }
+            true => objective < others,
+        }
+    }
+
+    /// By how much what is minimised may differ between minima that are as low. Where as many numbers as unknowns are met exactly
+    /// it is all rounding.
+    fn same(&self) -> f64 {
+        let is_exact = observations(self.search.fitted) <= self.minimum.room();
+        if is_exact { RIVAL } else { LOWER * self.scale() }
+    }
+
     /// The least of the minima found from some starts. One that did not converge stands behind those that did; an error
     /// is one only if all fail.
     fn least_of(search: &Search<'a>, free: &[Parameter], starts: &[Values]) -> Result<Self, FitError> {
@@ -197,6 +217,11 @@ impl<'a> Settled<'a> {
             }
         }
         found.sort_by(|a, b| a.rank().partial_cmp(&b.rank()).unwrap_or(Equal));
+        let first =
+            (1..found.len()).fold(0, |best, i| if found[i].precedes(&found[best]) { i } else { best });
+        if !found.is_empty() {
+            found.swap(0, first);
+        }
         let others: Vec<(Values, f64)> =
             found.iter().skip(1).map(|other| (other.minimum.values, other.objective)).collect();
         let best = found.into_iter().next();

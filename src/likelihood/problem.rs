@@ -26,6 +26,12 @@ pub fn are_filmed(shots: &[Fitted]) -> bool {
     shots.first().is_some_and(|shot| shot.film.is_some())
 }
 
+/// Whether χ² is a little rough: that of frames, by landings between them, and that of collisions that are integrated to a tolerance.
+#[must_use]
+pub fn is_rough(fitted: &[Fitted]) -> bool {
+    are_filmed(fitted) || fitted.iter().any(|shot| shot.plan.is_direct())
+}
+
 /// The least-squares problem in the free parameters.
 pub struct Problem<'a> {
     pub shots: &'a [Fitted],

@@ -7,7 +7,7 @@ use nalgebra::DVector;
 use crate::fit::search::Search;
 use crate::fit::uncertainty::{Minimum, Quantiles};
 use crate::fit::{Estimate, Status, nonsmooth};
-use crate::likelihood::problem::{Problem, are_filmed};
+use crate::likelihood::problem::{Problem, is_rough};
 use crate::likelihood::whitening::Whitening;
 use crate::measurement::parameter::Parameter;
 use crate::numerics::least_squares::{Constraints, Options};
@@ -15,8 +15,9 @@ use crate::numerics::least_squares::{Constraints, Options};
 /// χ² at a given point of a profile needs no more than this: it errs by the square.
 const QUICK: Options = Options { max_iterations: 100, orthogonality: 1e-6 };
 
-/// That of frames is the sum of thousands of squares, each about 1, so that 1e-3 of its root is a twentieth of a standard error.
-const QUICK_OF_FRAMES: Options = Options { max_iterations: 100, orthogonality: 1e-3 };
+/// That of frames is the sum of thousands of squares, each about 1, so that 1e-3 of its root is a twentieth of a standard error; that
+/// of integrated collisions is rough.
+const QUICK_ROUGH: Options = Options { max_iterations: 100, orthogonality: 1e-3 };
 
 /// An end of an interval is found to this part of its distance from the estimate…
 const END: f64 = 1e-3;
@@ -70,7 +71,7 @@ impl<'a> Slice<'a> {
             let cost = 0.5 * residuals.norm_squared();
             return cost.is_finite().then_some((start, cost));
         }
-        let quick = if are_filmed(slice.search.fitted) { QUICK_OF_FRAMES } else { QUICK };
+        let quick = if is_rough(slice.search.fitted) { QUICK_ROUGH } else { QUICK };
         let (solution, _) = nonsmooth::minimise(&slice, &start, &quick).ok()?;
         Some((solution.x, solution.cost))
     }

@@ -148,6 +148,11 @@ impl Plan {
         self.is_direct
     }
 
+    /// A contact that gives way as a correction of a rigid one, however much it changes.
+    pub fn correct_rigid(&mut self) {
+        (self.is_direct, self.correction) = (false, None);
+    }
+
     /// From now on computed as the model says, whatever model it is later computed with.
     pub fn fix(&mut self, model: &Model) {
         (self.choice, self.correction) = (Some((model.fidelity, model.effects)), None);

@@ -49,6 +49,15 @@ pub struct Options {
 impl Options {
     /// To the digits of the residuals.
     pub const DEFAULT: Self = Self { max_iterations: 1000, orthogonality: 1e-14 };
+
+    /// As early as these or others say.
+    #[must_use]
+    pub fn at_most(&self, others: &Self) -> Self {
+        Self {
+            max_iterations: self.max_iterations.min(others.max_iterations),
+            orthogonality: self.orthogonality.max(others.orthogonality),
+        }
+    }
 }
 
 impl Default for Options {

@@ -5,6 +5,7 @@ use nalgebra::SMatrix;
 
 use super::Input;
 use super::integrated;
+use super::recent;
 use super::{Coefficients, Column, Jacobian, Model, NotACollision, Outcome};
 use crate::physics::ball::BallState;
 use crate::physics::contact_frame;
@@ -18,6 +19,9 @@ pub const OTHERS: usize = 5;
 
 /// The components of an outcome by these.
 pub type ByOthers = SMatrix<f64, 12, OTHERS>;
+
+/// An outcome and its derivatives by the inputs and by these.
+pub(super) type All = (Outcome, Jacobian, Option<ByOthers>);
 
 impl Model {
     /// As [`Model::collide_with_jacobian`], also by b and c, κ, the ratio of the masses and that of the radii; `None` where friction
@@ -46,11 +50,20 @@ impl Model {
     }
 
     #[cold]
-    fn with_others(
+    fn with_others(&self, cue: &BallState, coefficients: &Coefficients) -> Result<All, NotACollision> {
+        let compute = || self.compute_with_others(cue, coefficients);
+        if self.fidelity.is_integrated() {
+            recent::remembered(self, cue, coefficients, compute)
+        } else {
+            compute()
+        }
+    }
+
+    pub(super) fn compute_with_others(
         &self,
         cue: &BallState,
         coefficients: &Coefficients,
-    ) -> Result<(Outcome, Jacobian, Option<ByOthers>), NotACollision> {
+    ) -> Result<All, NotACollision> {
         let (outcome, jacobian, by_kappa) = if self.is_compliant() {
             integrated::collide_with_jacobian(self, cue, coefficients, &self.contact(cue, coefficients)?)?
         } else {

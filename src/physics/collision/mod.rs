@@ -24,6 +24,7 @@ mod kim;
 mod law;
 mod linear;
 mod outcome;
+mod recent;
 mod steps;
 mod unequal;
 

@@ -229,7 +229,7 @@ impl Shot<f64> {
                 length = (length * factor.clamp(0.2, 4.0)).min(LONGEST);
                 continue;
             }
-            let (event, to, there) = self.locate(&mode, (&y, &rates, &before), (length, &after))?;
+            let (event, to, there) = self.first_event(&mode, (&y, &rates, &before), (length, after))?;
             let later = ahead(&there, PROBE, [(1.0, &self.rates(&mode, &there))]);
             let of = event as usize;
             let rate = (self.events(&mode, &later)[of] - self.events(&mode, &there)[of]) / PROBE;
@@ -258,7 +258,29 @@ impl Shot<f64> {
         Mode { grip, ..mode }
     }
 
-    /// The first event within a step: which, after what length, and the state there.
+    /// The first event within a step, of those that may come, go and come again.
+    fn first_event(
+        &self,
+        mode: &Mode,
+        from: (&State<f64>, &State<f64>, &[f64; 4]),
+        (mut length, mut after): (f64, [f64; 4]),
+    ) -> Option<(Event, f64, State<f64>)> {
+        let mut found = None;
+        for _ in 0..MOST_TRIALS {
+            let (event, to, there) = self.locate(mode, from, (length, &after))?;
+            found = Some((event, to, there));
+            // another that has happened there was earlier
+            let values = self.events(mode, &there);
+            after = std::array::from_fn(|i| if i == event as usize { f64::INFINITY } else { values[i] });
+            length = to;
+            if !(0..after.len()).any(|i| happened(from.2[i], after[i])) {
+                break;
+            }
+        }
+        found
+    }
+
+    /// Where events happen that have within a step: which first, after what length, and the state there.
     fn locate(
         &self,
         mode: &Mode,

@@ -34,6 +34,9 @@ const ALIGNED: f64 = 0.9999;
 /// What is left of the impulse below this R, its fifth power, is so small that friction may turn there as at this R.
 const LEAST_ROOT: f64 = 0.03;
 
+/// A spring that begins to hold at its limit holds, whatever the roundings.
+const HOLDS: f64 = 1.0 + 1e-13;
+
 /// How the contact between the balls grips.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Grip {
@@ -249,7 +252,7 @@ impl<T: Real> Shot<T> {
         let grip = match mode.grip {
             Grip::Springs => {
                 let most = self.mu(slip).0 * force;
-                most * most - f[0] * f[0] - f[1] * f[1]
+                most * most * HOLDS - f[0] * f[0] - f[1] * f[1]
             }
             Grip::Yields => self.end_slides(mode, y, slip),
             Grip::Follows => T::from(1.0),
