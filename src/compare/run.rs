@@ -18,7 +18,7 @@ use crate::fit::{Computed, Residual, computed};
 use crate::likelihood::prediction::difference;
 use crate::likelihood::whitening::covariance;
 use crate::measurement::loss::Loss;
-use crate::measurement::parameter::Parameter;
+use crate::measurement::parameter::{Compliance, Parameter};
 
 /// What shots are computed with, the joint fit, and a test of each parameter.
 pub(super) const STAGES: usize = 2 + Parameter::COEFFICIENTS.len();
@@ -110,7 +110,7 @@ pub(super) fn run(
 
 fn warnings(
     labels: &[String],
-    Settled { solved, .. }: &Settled,
+    Settled { solved, samples, .. }: &Settled,
     quantities: &[Compared],
     relations: &[(String, bool)],
     dof: usize,
@@ -119,6 +119,17 @@ fn warnings(
     let mut warnings = Vec::new();
     if !solved.converged {
         warnings.push(format!("The joint fit did not converge: {}.", solved.termination));
+    }
+    let gives_way = |sample: &&Sample| {
+        let kappa = sample.settings[Parameter::Kappa].initial;
+        sample.settings.compliance == Compliance::Stated && kappa > 0.0
+    };
+    if let Some(sample) = samples.iter().find(gives_way) {
+        warnings.push(format!(
+            "A comparison takes the contact between the balls as rigid along its surface: kappa under [fit] of {} is \
+             ignored here. caromfit fit takes it.",
+            sample.title
+        ));
     }
     if solved.covariance.is_none() {
         warnings.push(

@@ -6,7 +6,7 @@ use nalgebra::SMatrix;
 use super::Input;
 use super::integrated;
 use super::recent;
-use super::{Coefficients, Column, Jacobian, Model, NotACollision, Outcome};
+use super::{All, Coefficients, Column, Jacobian, Model, NotACollision, Outcome};
 use crate::physics::ball::BallState;
 use crate::physics::contact_frame;
 use crate::physics::friction_law::Law;
@@ -19,9 +19,6 @@ pub const OTHERS: usize = 5;
 
 /// The components of an outcome by these.
 pub type ByOthers = SMatrix<f64, 12, OTHERS>;
-
-/// An outcome and its derivatives by the inputs and by these.
-pub(super) type All = (Outcome, Jacobian, Option<ByOthers>);
 
 impl Model {
     /// As [`Model::collide_with_jacobian`], also by b and c, κ, the ratio of the masses and that of the radii; `None` where friction

@@ -442,6 +442,9 @@ struct Impulse {
 /// Derivative with respect to the variables of [`Contact`], in the order of [`variable`].
 type Gradient = SVector<f64, 6>;
 
+/// An outcome and its derivatives by the inputs and by what else there is.
+type All = (Outcome, Jacobian, Option<ByOthers>);
+
 mod variable {
     pub const K: usize = 0;
     pub const V_Y: usize = 1;

@@ -3,8 +3,7 @@
 
 use std::cell::RefCell;
 
-use super::law::All;
-use super::{Coefficients, Model, NotACollision};
+use super::{All, Coefficients, Model, NotACollision};
 use crate::physics::ball::BallState;
 
 /// How many are kept, each in a place of its own: as many as a fit has integrated shots, or more.
