@@ -39,6 +39,7 @@ pub fn dataset(tracks: Vec<TrackShot>) -> Dataset {
             damaged: Vec::new(),
             notes: Vec::new(),
             doubtful: Vec::new(),
+            disc_shots: Vec::new(),
             discs: None,
             camera: [None; 7],
             from_balls: false,

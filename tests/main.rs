@@ -8,6 +8,7 @@ mod collisions;
 mod compare;
 mod contacts;
 mod design;
+mod disc_fits;
 mod disc_verdicts;
 mod discs;
 mod effects;

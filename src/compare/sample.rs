@@ -110,8 +110,6 @@ pub(super) fn gather(
                         names.push(shot.name.clone());
                     }
                     Err(error) => {
-                        let discs = dataset.tracks.as_ref().is_some_and(|tracks| tracks.discs.is_some());
-                        let error = if discs { error.of_discs() } else { error };
                         rejected.push(Rejected { shot: shot.name.clone(), reason: error.to_string() });
                     }
                 }

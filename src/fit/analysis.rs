@@ -39,7 +39,8 @@ pub fn analyse(
     done: &(dyn Fn() + Sync),
 ) -> Analysis {
     dataset.settings = options.falling.applied(dataset.settings);
-    if dataset.tracks.is_none() {
+    // discs need no correction of a film, and their κ is fitted
+    if dataset.tracks.as_ref().is_none_or(|tracks| tracks.discs.is_some()) {
         return analyse_once(dataset, options, method, done);
     }
     let first = analyse_once(dataset.clone(), options, method, done);

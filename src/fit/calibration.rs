@@ -283,7 +283,7 @@ impl<'a> Search<'a> {
         }
         let initial = footage::near(&scene).unwrap_or_else(|| Values::usual(&dataset.settings));
         let all: Vec<&Shot> = dataset.shots.iter().collect();
-        let (fitted, _) = run::plan(&all, &model, &initial, false);
+        let (fitted, _) = run::plan(&all, &model, &initial);
         let fitted = filmed(&fitted, &films)?;
         let search = search::Search {
             shared_errors: Vec::new(),

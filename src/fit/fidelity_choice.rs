@@ -38,7 +38,8 @@ const POOR: f64 = 1.5;
 /// What is as large as a part of the shots' errors.
 pub(crate) const WEIGHT: &str =
     "The balls' weight and all that the cloth does during the impact (--fidelity contact) are";
-const GIVES_WAY: &str = "What a contact that gives way along its surface (kappa under [fit]) changes is";
+pub(super) const GIVES_WAY: &str =
+    "What a contact that gives way along its surface (kappa under [fit]) changes is";
 
 /// Why `what` was left out, with −2 log L `higher` by so much and these values `found` with it; `who` do not tell.
 pub(crate) fn left_out(what: &str, higher: f64, who: &str, found: &[String]) -> String {
@@ -64,31 +65,25 @@ pub(crate) const SAMPLE: usize = 2000;
 /// What `contact` adds rests on more than is fitted: the duration of the contact, μ_k of the cloth on the cue ball; and that a
 /// contact gives way on Poisson's ratio. Unless the shots as a whole speak for it, it is left out, and what it would have given is
 /// said.
-pub(super) fn choose(
-    fitted: &mut [Fitted],
-    search: &Search,
-    on_cloth: bool,
-    near: &[Values],
-) -> Result<Chosen, FitError> {
+pub(super) fn choose(fitted: &mut [Fitted], search: &Search, near: &[Values]) -> Result<Chosen, FitError> {
     let mut sample: Vec<Fitted> =
         fitted.iter().step_by(fitted.len().div_ceil(SAMPLE).max(1)).cloned().collect();
     let mut notes = Vec::new();
-    take_cheapest(&mut sample, search.model, &search.initial, (on_cloth, false));
+    take_cheapest(&mut sample, search.model, &search.initial, false);
     let first = settle(&sample, search, near)?;
-    take_cheapest(&mut sample, search.model, &first.values, (on_cloth, false));
+    take_cheapest(&mut sample, search.model, &first.values, false);
     let starts = first.starts_with(&sample);
     let mut found = correct(&mut sample, search, &starts)?;
     let mut model = *search.model;
     let mut gives_way = None;
     let kappa = search.settings[Parameter::Kappa].initial;
-    // Poisson's ratio of discs, with whatever is around them, says little: their κ is asked for
     // noise that is estimated from what is left after as many unknowns compares nothing
     let rows = || sample.iter().flat_map(|shot| shot.plan.rows());
     let compares = rows().all(|row| row.measured.sd.is_some()) || rows().count() > found.told.len() + 1;
-    if compares && on_cloth && search.settings.compliance == Compliance::Auto && kappa > 0.0 {
+    if compares && search.settings.compliance == Compliance::Auto && kappa > 0.0 {
         let giving = Model { kappa, ..model };
         let search = Search { model: &giving, ..search.clone() };
-        take_cheapest(&mut sample, &giving, &found.values, (on_cloth, false));
+        take_cheapest(&mut sample, &giving, &found.values, false);
         if sample.iter().any(|shot| shot.plan.gives_way()) {
             let with = giving_way(&mut sample, &search, &found)?;
             let higher = with.minus_two_log - found.minus_two_log;
@@ -101,7 +96,7 @@ pub(super) fn choose(
         }
     }
     let search = Search { model: &model, ..search.clone() };
-    take_cheapest(&mut sample, &model, &found.values, (on_cloth, true));
+    take_cheapest(&mut sample, &model, &found.values, true);
     let mut weighs = sample.iter().any(|shot| shot.plan.has_weight());
     if weighs {
         let with = correct(&mut sample, &search, &found.starts)?;
@@ -113,7 +108,7 @@ pub(super) fn choose(
             found = with;
         }
     }
-    take_cheapest(fitted, &model, &found.values, (on_cloth, weighs));
+    take_cheapest(fitted, &model, &found.values, weighs);
     take(fitted, &model, &found.values);
     Ok(Chosen { starts: found.starts, gives_way, notes })
 }
@@ -134,12 +129,12 @@ fn giving_way(sample: &mut [Fitted], search: &Search, rigid: &Found) -> Result<F
 }
 
 /// Each shot takes the cheapest fidelity; without weight none takes more than the contact between the balls calls for.
-fn take_cheapest(fitted: &mut [Fitted], model: &Model, at: &Values, (on_cloth, weight): (bool, bool)) {
+fn take_cheapest(fitted: &mut [Fitted], model: &Model, at: &Values, weight: bool) {
     fitted.par_iter_mut().for_each(|shot| {
         // what cannot be predicted there is told of where the fit ends
         _ = shot.plan.choose(&at.model(model), &at.coefficients, PART, OTHERWISE);
         // weight and contact time have no part in a shot without a speed
-        if !(weight && on_cloth && shot.plan.knows_speed()) {
+        if !(weight && shot.plan.knows_speed()) {
             shot.plan.leave_out_weight(model);
         }
     });

@@ -18,6 +18,7 @@ use crate::measurement::spin::Spin;
 use crate::measurement::track::TrackShot;
 use crate::measurement::values::Values;
 use crate::physics::collision::{Coefficients, Fidelity, Model};
+use crate::physics::disc::Discs;
 use crate::physics::friction_law::Law;
 use crate::trajectory::scene::{LiftPrior, Scene};
 
@@ -26,6 +27,9 @@ const LEARN_FROM: usize = 300;
 
 /// So many standard errors are no chance.
 const SURELY: f64 = 5.0;
+
+/// Rubber on rubber seldom has more friction.
+const MOST_FRICTION: f64 = 2.0;
 
 /// Twice the error of spins that 1000 frames/s and 0.1 mm tell, in parts of the natural roll's…
 const NEAR_STUN: f64 = 0.06;
@@ -53,25 +57,7 @@ pub fn with_impacts(
 ) -> (Dataset, Vec<(TrackShot, Impact)>, Scene) {
     let scene = Scene { side_sd: dataset.side_sd, ..Scene::of(&dataset.model(Fidelity::Full)) };
     if dataset.tracks.as_ref().is_some_and(|tracks| tracks.discs.is_some()) {
-        let (mut dataset, extracted) = with_discs(dataset);
-        let stuck = extracted.iter().filter_map(|(track, impact)| Some((track, impact.stuck?)));
-        dataset.left_out.extend(stuck.map(|(track, stuck)| {
-            let reason = format!(
-                "{}. What is fitted describes discs that part again; \"caromfit extract\" gives the motion of this shot",
-                stuck.sentence()
-            );
-            (track.name.clone(), reason)
-        }));
-        if let Some(tracks) = &mut dataset.tracks {
-            let in_seconds = tracks.discs.is_some_and(|discs| discs.in_seconds);
-            let unit =
-                if in_seconds { "" } else { " The frame rate is unknown: velocities are in m per frame." };
-            tracks.notes.push(format!(
-                "Discs: fitted as equal ones, in the frame of the second before the impact, where restitution and friction are \
-                 the same. Their own velocities and the balance of momentum are in what \"caromfit extract\" writes.{unit}"
-            ));
-        }
-        return (dataset, Vec::new(), scene);
+        return (to_be_fitted(dataset), Vec::new(), scene);
     }
     let Some(tracks) = dataset.tracks.take() else { return (dataset, Vec::new(), scene) };
     dataset.left_out.extend(tracks.left_out());
@@ -142,6 +128,51 @@ pub fn films(
     extracted.par_iter().enumerate().map(film).collect()
 }
 
+/// Extracts the impacts of discs, and leaves out what a fit does not describe: shots in which they stick together; and those that are
+/// doubtful, unless they are most.
+fn to_be_fitted(dataset: Dataset) -> Dataset {
+    let (mut dataset, extracted) = with_discs(dataset);
+    let stuck = extracted.iter().filter_map(|(track, impact)| Some((track, impact.stuck?)));
+    dataset.left_out.extend(stuck.map(|(track, stuck)| {
+        let reason = format!(
+            "{}. What is fitted describes discs that part again; \"caromfit extract\" gives the motion of this shot",
+            stuck.sentence()
+        );
+        (track.name.clone(), reason)
+    }));
+    let Some(tracks) = &mut dataset.tracks else { return dataset };
+    let is_doubtful = |shot: &Shot| tracks.doubtful.iter().any(|(name, _)| *name == shot.name);
+    let doubtful = dataset.shots.iter().filter(|shot| is_doubtful(shot)).count();
+    if 2 * doubtful <= dataset.shots.len() {
+        dataset.shots.retain(|shot| !is_doubtful(shot));
+        let reasons = tracks.doubtful.drain(..).map(|(name, reason)| (name, format!("doubtful: {reason}")));
+        dataset.left_out.extend(reasons);
+    }
+    let unseen = dataset.shots.iter().filter(|shot| shot.after.len() == 1).count();
+    if unseen > 0 {
+        tracks.notes.push(format!(
+            "In {unseen} of {} shots the rotation of the discs was not seen. Their slip is free there, so that they tell e alone. For the \
+             friction, track points on both discs (as [tracks] cue and object, three or more on a circle about the centre of each, or a \
+             marker beside each centre), or, if neither disc turns before the impact, state [cue_spin] assume = \"stun\".",
+            dataset.shots.len()
+        ));
+    }
+    let unit = match tracks.discs {
+        Some(Discs { in_seconds: false, .. }) => " The frame rate is unknown: velocities are in m per frame.",
+        _ => "",
+    };
+    tracks.notes.push(format!(
+        "Discs: e and J_t/J_n of every shot are fitted, which are those of equal discs with the same slip and closing speed. Their own \
+         velocities are in what \"caromfit extract\" writes.{unit}"
+    ));
+    // what is around discs may be any material
+    let mu = &mut dataset.settings[Parameter::Mu];
+    if *mu == Parameter::Mu.default_setting() {
+        mu.upper = MOST_FRICTION;
+    }
+    dataset
+}
+
 /// Extracts the impacts of discs. The shots of the data set are then those of equal discs with the same
 /// restitution and friction, but for discs that stick together, and its ball is such a disc. Any other data set is returned as it is.
 #[must_use]
@@ -163,6 +194,7 @@ pub fn with_discs(mut dataset: Dataset) -> (Dataset, Vec<(TrackShot, DiscImpact)
         tracks.doubtful.push((track.name.clone(), impact.doubts.join("; ")));
     }
     tracks.notes.extend(notes_on(&extracted));
+    tracks.disc_shots = extracted.iter().map(|(track, impact)| impact.of_table(track)).collect();
     let impacts: Vec<&DiscImpact> = extracted.iter().map(|(_, impact)| impact).collect();
     dataset.ball = disc::ball(&discs, &impacts);
     let parted = extracted.iter().filter(|(_, impact)| impact.stuck.is_none());
@@ -193,8 +225,7 @@ fn notes_on(extracted: &[(TrackShot, DiscImpact)]) -> Vec<String> {
     if let Some((name, before, after)) = turned.first() {
         notes.push(format!(
             "The slip of the contact turns round in the impact in {} of {} shots, first in shot {name}, from {before:.3} to {after:.3}: \
-             an elastic surface (a rubber band) throws back along the surface, too. The friction that is fitted knows only slip \
-             and stick.",
+             an elastic surface (a rubber band) throws back along the surface, too, as a contact does that gives way (kappa).",
             turned.len(),
             extracted.len()
         ));

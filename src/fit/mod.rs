@@ -7,6 +7,7 @@ pub mod causes;
 pub mod check;
 mod counted;
 pub mod diagnostics;
+mod disc_curve;
 mod doubts;
 mod estimate;
 pub(crate) mod fidelity_choice;
@@ -20,6 +21,7 @@ pub(crate) mod robust;
 mod rows;
 mod run;
 mod saturation;
+mod scatter;
 pub(crate) mod search;
 mod settled;
 mod starts;
@@ -36,14 +38,17 @@ pub use diagnostics::goodness::{Goodness, NoiseVerdict, Normality};
 pub use diagnostics::identifiability::{Combination, Identifiability};
 pub use diagnostics::influence::Influence;
 pub use diagnostics::other_models::{Alternative, LikelihoodRatio};
+pub use diagnostics::refuted::mean as mean_of_shots;
 pub use diagnostics::refuted::{MeasuredRestitution, Refuted};
 pub use diagnostics::trends::{Trend, Variable};
+pub use disc_curve::FrictionCurve;
 pub use estimate::{Estimate, Intervals, Status};
 pub use frames::{FittedFrames, OfShot};
 pub use intervals::bootstrap::{Bootstrap, Resampled};
 pub use intervals::confidence_region::{Contour, LEVELS, Level};
 pub use robust::{DOWN_WEIGHTED, Robust};
 pub use saturation::Plateau;
+pub use scatter::Scatter;
 pub use starts::{FoundMinimum, Starts};
 pub use verdict::{Grade, Verdict};
 
@@ -56,7 +61,7 @@ use crate::film::camera::Correction;
 use crate::likelihood::fitted::Fitted;
 use crate::likelihood::frames::Film;
 use crate::likelihood::frames::shared_unknowns::SharedUnknown;
-use crate::measurement::dataset::{Dataset, Measured, Shot};
+use crate::measurement::dataset::{Dataset, DiscShot, Measured, Shot};
 use crate::measurement::loss::Loss;
 use crate::measurement::observable::Observable;
 use crate::measurement::parameter::{Parameter, Setting, Settings};
@@ -355,6 +360,12 @@ pub struct Fit {
     pub shots_rejected: Vec<Rejected>,
     /// Shots that were used, though something about them is wrong; with what it is.
     pub shots_doubtful: Vec<Rejected>,
+    /// Of discs: what was measured of every shot.
+    pub disc_shots: Vec<DiscShot>,
+    /// Of discs: by how much shots differ beyond the errors of their frames, which is part of their errors.
+    pub scatter: Option<Scatter>,
+    /// Of discs: the friction that was fitted, where the shots determine it.
+    pub friction_curve: Option<FrictionCurve>,
     /// Of footage: the camera by which the films were corrected.
     pub camera: Option<FoundCamera>,
     /// Where the data refute the model: then no estimate has an error.

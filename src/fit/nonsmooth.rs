@@ -55,7 +55,10 @@ pub(super) fn minimise(
     let Some(mu) = slice.free.iter().position(|parameter| *parameter == Parameter::Mu) else {
         return Ok((solution, false));
     };
-    if is_rough(slice.search.fitted) || constraints.lower[mu] == constraints.upper[mu] {
+    // discs whose contact gives way go over from sliding to sticking smoothly
+    let Search { fitted, model, .. } = slice.search;
+    let is_smooth = model.kappa > 0.0 && fitted.iter().all(|shot| shot.plan.is_of_discs());
+    if is_smooth || is_rough(fitted) || constraints.lower[mu] == constraints.upper[mu] {
         return Ok((solution, false));
     }
     let is_law = LAW.iter().any(|p| slice.free.contains(p));

@@ -16,15 +16,15 @@ use super::settled::{Settled, observations, priors};
 use super::uncertainty;
 use super::uncertainty::{Minimum, Quantiles};
 use super::{
-    Depth, Diagnostics, Estimate, Films, Fit, FitError, Intervals, Method, Options, Rejected, Status, causes,
-    fidelity_choice, starts,
+    Depth, Diagnostics, Estimate, Films, Fit, FitError, FrictionCurve, Intervals, Method, Options, Rejected,
+    Status, causes, fidelity_choice, scatter, starts,
 };
 use crate::likelihood::fitted::Fitted;
 use crate::likelihood::frames;
 use crate::likelihood::frames::shared_unknowns;
 use crate::likelihood::problem::are_filmed;
 use crate::likelihood::whitening::EstimatedSd;
-use crate::measurement::dataset::{Dataset, Shot};
+use crate::measurement::dataset::{Dataset, DiscShot, Shot};
 use crate::measurement::loss::Loss;
 use crate::measurement::observable::Observable;
 use crate::measurement::parameter::{Compliance, Parameter};
@@ -77,7 +77,7 @@ pub(super) fn fit_shots(
         model.kappa = initial.kappa;
     }
     let discs = dataset.tracks.as_ref().and_then(|tracks| tracks.discs);
-    let (mut fitted, mut shots_rejected) = plan(shots, &model, &initial, discs.is_some());
+    let (mut fitted, mut shots_rejected) = plan(shots, &model, &initial);
     let left_out =
         dataset.left_out.iter().map(|(shot, reason)| Rejected { shot: shot.clone(), reason: reason.clone() });
     shots_rejected.splice(0..0, left_out);
@@ -109,15 +109,23 @@ pub(super) fn fit_shots(
     };
     let mut starts: Vec<Values> = options.near.map(near).into_iter().collect();
     let (mut left_out, mut gives_way) = (Vec::new(), None);
-    if options.auto {
-        let chosen =
-            fidelity_choice::choose(&mut fitted, &search, discs.is_none(), &starts).map_err(named)?;
+    let mut scatter = None;
+    let (mut of_discs, mut other_minima) = (None, Vec::new());
+    if discs.is_some() {
+        let chosen = scatter::choose(&fitted, &search, options.auto).map_err(named)?;
+        (starts, left_out, gives_way) = (chosen.starts, chosen.notes, chosen.gives_way);
+        (fitted, scatter) = (chosen.fitted, Some(chosen.scatter));
+        (of_discs, other_minima) = (Some((chosen.model, chosen.settings)), chosen.rivals);
+    } else if options.auto {
+        let chosen = fidelity_choice::choose(&mut fitted, &search, &starts).map_err(named)?;
         (starts, left_out, gives_way) = (chosen.starts, chosen.notes, chosen.gives_way);
     } else if model.fidelity.is_integrated() {
         starts = fidelity_choice::integrate(&mut fitted, &search).map_err(named)?;
     }
     let Search { shared_errors, loss, .. } = search;
-    if gives_way.is_some() {
+    if let Some(of_discs) = of_discs {
+        (model, settings) = of_discs;
+    } else if gives_way.is_some() {
         settings.compliance = Compliance::Stated;
         model.kappa = initial.kappa;
     }
@@ -162,17 +170,23 @@ pub(super) fn fit_shots(
         (&search, Settled::near_starts(&search, &starts))
     };
     let (settled, starts) = starts::settle(first, settled.map_err(named)?, options);
-    let rivals = settled.rivals();
-    let alternatives =
-        if depth >= Depth::Everything { other_models::compare(first, &settled) } else { Vec::new() };
+    let rivals = if discs.is_some() { other_minima } else { settled.rivals() };
+    // weights that hold the scatter of one model compare no other
+    let alternatives = if depth >= Depth::Everything && discs.is_none() {
+        other_models::compare(first, &settled)
+    } else {
+        Vec::new()
+    };
     let found = settled.clone();
     let Settled { search, free, minimum, estimated, plateaus, identifiability, .. } = settled;
     let dof = (observations(search.fitted) + priors(settings, &free)).saturating_sub(minimum.room());
     let knows_noise = estimated.iter().all(|group| group.estimable);
     let estimates_noise = !estimated.is_empty();
     let sandwich = Sandwich::new(&search, &minimum, free.len());
+    let scatters = scatter.as_ref().is_some_and(|scatter| !scatter.is_none());
     // honest errors come of the scatter of the shots
     let estimated_dof = match &sandwich {
+        _ if scatters => Some(fitted.len().saturating_sub(free.len()).max(1)),
         Some(_) => Some(fitted.len() - free.len()),
         None => estimates_noise.then_some(dof),
     };
@@ -251,7 +265,7 @@ pub(super) fn fit_shots(
         free: &free,
         sds: &sds,
         dof: (observations(&fitted) + priors(settings, &free)).saturating_sub(seen.room()),
-        tests_noise: !estimates_noise && search.loss == Loss::Squares,
+        tests_noise: !estimates_noise && !scatters && search.loss == Loss::Squares,
     };
     let frames = are_filmed(search.fitted)
         .then(|| FittedFrames::new(shots, search.fitted, &model, &minimum, (&free, &search.unknowns)));
@@ -287,6 +301,7 @@ pub(super) fn fit_shots(
             *all |= on;
         }
     }
+    let in_groups = group.is_some();
     let mut fit = Fit {
         dataset: dataset.name.clone(),
         group,
@@ -310,6 +325,9 @@ pub(super) fn fit_shots(
         shots_used: fitted.len(),
         shots_rejected,
         shots_doubtful: doubtful(dataset, shots, &fitted),
+        disc_shots: disc_shots(dataset, shots, in_groups),
+        scatter,
+        friction_curve: None,
         camera: None,
         explanations: Vec::new(),
         refuted: None,
@@ -323,10 +341,11 @@ pub(super) fn fit_shots(
         warnings: Vec::new(),
         notes: Vec::new(),
     };
+    fit.friction_curve = friction_curve(&fit, &model, &minimum.values);
     let used: Vec<&Shot> = fitted.iter().map(|shot| shots[shot.index]).collect();
-    super::diagnostics::refuted::judge(&mut fit, &used, discs.is_some());
+    super::diagnostics::refuted::judge(&mut fit, &used);
     // footage is corrected anew for a contact that gives way, and looked at then
-    let is_settled = gives_way.is_none() || !fit.footage;
+    let is_settled = gives_way.is_none() || !fit.footage || discs.is_some();
     let is_asked = options.explain || (options.depth >= Depth::Everything && causes::is_called_for(&fit));
     if is_settled && is_asked {
         fit.explanations = causes::explain(&found, &search, discs.is_some());
@@ -438,13 +457,24 @@ fn doubtful(dataset: &Dataset, shots: &[&Shot], fitted: &[Fitted]) -> Vec<Reject
     all.map(|(shot, reason)| Rejected { shot: shot.clone(), reason: reason.clone() }).collect()
 }
 
+/// What was measured of the discs of every shot, or of those of a label.
+fn disc_shots(dataset: &Dataset, shots: &[&Shot], in_groups: bool) -> Vec<DiscShot> {
+    let own = |shot: &&DiscShot| !in_groups || shots.iter().any(|known| known.name == shot.name);
+    dataset.tracks.iter().flat_map(|tracks| &tracks.disc_shots).filter(own).cloned().collect()
+}
+
+/// How J_t/J_n of discs follows from the slip, where the shots determine it.
+fn friction_curve(fit: &Fit, model: &Model, at: &Values) -> Option<FrictionCurve> {
+    fit.get(Parameter::Mu).filter(|mu| mu.status != Status::NotIdentified)?;
+    let slips = fit.disc_shots.iter().filter_map(|shot| shot.slip_ratio);
+    let largest = slips.map(|slip| slip.value.abs()).fold(0.0, f64::max);
+    let speeds: Vec<f64> = fit.disc_shots.iter().filter_map(|shot| Some(shot.closing_speed?.value)).collect();
+    let closing = speeds.iter().sum::<f64>() / speeds.len().max(1) as f64;
+    (largest > 0.0).then(|| FrictionCurve::of(model, at, largest, closing)).flatten()
+}
+
 /// The shots that can be predicted at usual values of the parameters, and the others with the reason.
-pub(super) fn plan(
-    shots: &[&Shot],
-    model: &Model,
-    usual: &Values,
-    discs: bool,
-) -> (Vec<Fitted>, Vec<Rejected>) {
+pub(super) fn plan(shots: &[&Shot], model: &Model, usual: &Values) -> (Vec<Fitted>, Vec<Rejected>) {
     let (mut fitted, mut rejected) = (Vec::new(), Vec::new());
     for (index, shot) in shots.iter().enumerate() {
         let planned = crate::likelihood::prediction::Plan::new(shot).and_then(|plan| {
@@ -453,7 +483,6 @@ pub(super) fn plan(
         match planned {
             Ok(shot) => fitted.push(shot),
             Err(error) => {
-                let error = if discs { error.of_discs() } else { error };
                 rejected.push(Rejected { shot: shot.name.clone(), reason: error.to_string() });
             }
         }

@@ -284,7 +284,7 @@ impl<'a> Settled<'a> {
 }
 
 /// The search with what no observation depends on held at its initial value, and what is left free.
-fn told<'a>(search: &Search<'a>) -> Result<(Search<'a>, Vec<Parameter>), FitError> {
+pub(super) fn told<'a>(search: &Search<'a>) -> Result<(Search<'a>, Vec<Parameter>), FitError> {
     let mut search = search.clone();
     let settings = search.settings;
     search.untold = search.silent();
@@ -305,7 +305,7 @@ fn told<'a>(search: &Search<'a>) -> Result<(Search<'a>, Vec<Parameter>), FitErro
 }
 
 /// Whether the friction differs by more than neighbouring points of a scan do.
-fn differs(a: &Values, b: &Values) -> bool {
+pub(super) fn differs(a: &Values, b: &Values) -> bool {
     [Parameter::Mu, Parameter::B, Parameter::C, Parameter::Kappa]
         .into_iter()
         .any(|p| (a[p] - b[p]).abs() > SAME * a[p].abs().max(b[p].abs()))

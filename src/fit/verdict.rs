@@ -7,9 +7,10 @@ use super::check;
 use super::check::{Finding, capital};
 use super::diagnostics::goodness::IMPROBABLE;
 use super::doubts::{below_bound, held_exactly};
-use super::{Fit, NoiseVerdict, Rejected, Status};
+use super::{Fit, NoiseVerdict, Rejected, Scatter, Status, Trend};
 use crate::measurement::dataset::ON_REQUEST;
 use crate::measurement::number::{plain, with_error};
+use crate::measurement::observable::Observable;
 use crate::measurement::parameter::Parameter;
 
 /// Of the shots that were used: more doubtful ones than this part decide the result.
@@ -121,6 +122,7 @@ impl Fit {
                 ))
             })
             .or_else(|| self.unexplained())
+            .or_else(|| self.refuted_friction())
             .or_else(|| self.doubtful_shots())
             .or_else(|| self.undetermined())
             .or_else(|| self.few_shots())
@@ -179,6 +181,22 @@ impl Fit {
             )),
             NoiseVerdict::NotTested | NoiseVerdict::Explains => None,
         }
+    }
+
+    /// Of discs that scatter: J_t/J_n that does not follow the slip as it should. e is free of it.
+    fn refuted_friction(&self) -> Option<String> {
+        self.scatter?;
+        let trends = &self.diagnostics.goodness.as_ref()?.trends;
+        let of_friction = |trend: &&Trend| {
+            trend.p_corrected < IMPROBABLE && trend.quantity == Observable::ImpulseRatio.label()
+        };
+        let trend = trends.iter().find(of_friction)?;
+        let e = self.get(Parameter::E).and_then(|e| Some(with_error(e.value, e.std_error?)));
+        let free = e.map_or(String::new(), |e| format!(" e = {e} does not rest on it."));
+        Some(format!(
+            "The shots refute the friction that is fitted: what it leaves of J_t/J_n changes with {}, which chance hardly does.{free}",
+            trend.variable.name()
+        ))
     }
 
     /// Too many of the shots that were used are doubtful themselves.
@@ -332,6 +350,14 @@ impl Fit {
         let test = match goodness.filter(|goodness| goodness.p_value.is_some() && goodness.dof > 0) {
             Some(found) => {
                 format!("; the noise explains the residuals (χ²/dof = {:.2})", found.chi2 / found.dof as f64)
+            }
+            None if self.scatter.is_some_and(|scatter| scatter.is_estimated) => {
+                let Scatter { restitution, impulse_ratio, .. } = self.scatter.unwrap_or_default();
+                format!(
+                    "; beyond the errors of their frames shots scatter by {} in e and {} in J_t/J_n, which the errors include",
+                    plain(restitution, 2),
+                    plain(impulse_ratio, 2)
+                )
             }
             None if self.diagnostics.robust.is_some() => "; outlying shots count less".to_owned(),
             None => "; the noise was estimated from the residuals, so that χ² tests nothing".to_owned(),

@@ -328,6 +328,8 @@ pub struct Tracks {
     pub notes: Vec<String>,
     /// Shots whose impact was found, though something about them is wrong: name and what it is.
     pub doubtful: Vec<(String, String)>,
+    /// Of discs: what was measured of each shot, those that are not fitted among them.
+    pub disc_shots: Vec<DiscShot>,
     /// `None`: balls.
     pub discs: Option<Discs>,
     /// Corrections for the camera that are stated, in the order of [`Correction::ALL`](crate::film::camera::Correction::ALL); `None`:
@@ -335,6 +337,30 @@ pub struct Tracks {
     pub camera: [Option<f64>; 7],
     /// Lengths are in an unknown unit: the size of the balls tells it.
     pub from_balls: bool,
+}
+
+/// What was measured of one shot of discs; `None` where its tracks do not tell.
+#[derive(Clone, Debug, PartialEq)]
+pub struct DiscShot {
+    pub name: String,
+    /// e.
+    pub restitution: Option<Measured>,
+    /// J_t/J_n on the second disc.
+    pub impulse_ratio: Option<Measured>,
+    /// Momentum gained along and across the line of centres, over the normal impulse.
+    pub momentum: [Option<Measured>; 2],
+    /// Angular momentum gained about the contact point, over the normal impulse times the distance of the centres.
+    pub angular_momentum: Option<Measured>,
+    /// Part of the energy that was lost.
+    pub energy_lost: Option<Measured>,
+    /// m/s, or m per frame where the frame rate is not known.
+    pub closing_speed: Option<Measured>,
+    /// Slip before the impact over the closing speed.
+    pub slip_ratio: Option<Measured>,
+    /// Whether the discs move on as one.
+    pub sticks: bool,
+    /// What speaks against these numbers; empty for a good shot.
+    pub doubts: String,
 }
 
 impl Tracks {

@@ -24,6 +24,10 @@ pub enum Observable {
     /// Object ball's rolling direction against the cue ball's incoming direction; the cut angle
     /// less the throw.
     ObjectAngleRolling,
+    /// Of discs: e, the ratio of the normal velocities after and before the impact.
+    Restitution,
+    /// Of discs: J_t/J_n on the second, t 90° counter-clockwise from the line of centres.
+    ImpulseRatio,
     /// Component of the cue ball's velocity, table frame.
     CueVelocity(Axis),
     /// Component of the object ball's velocity, table frame.
@@ -97,6 +101,8 @@ impl Observable {
             Self::CueSpeedRolling => "cue_speed_rolling_m_s",
             Self::CueTurnRolling => "cue_turn_rolling_deg",
             Self::ObjectAngleRolling => "object_angle_rolling_deg",
+            Self::Restitution => "e",
+            Self::ImpulseRatio => "impulse_ratio",
             Self::CueVelocity(axis) => ["cue_vx_after", "cue_vy_after", "cue_vz_after"][axis.index()],
             Self::ObjectVelocity(axis) => ["obj_vx_after", "obj_vy_after", "obj_vz_after"][axis.index()],
             Self::CueSpin(axis) => ["cue_wx_after", "cue_wy_after", "cue_wz_after"][axis.index()],
@@ -118,6 +124,8 @@ impl Observable {
             Self::CueSpeedRolling => "cue-ball speed, rolling",
             Self::CueTurnRolling => "cue-ball turn, rolling",
             Self::ObjectAngleRolling => "object-ball angle, rolling",
+            Self::Restitution => "e",
+            Self::ImpulseRatio => "J_t/J_n",
             Self::CueVelocity(axis) => ["cue-ball vx", "cue-ball vy", "cue-ball vz"][axis.index()],
             Self::ObjectVelocity(axis) => {
                 ["object-ball vx", "object-ball vy", "object-ball vz"][axis.index()]
@@ -131,7 +139,7 @@ impl Observable {
     #[must_use]
     pub fn unit(self) -> &'static str {
         match self {
-            Self::ObjectSpeedRatio => "",
+            Self::ObjectSpeedRatio | Self::Restitution | Self::ImpulseRatio => "",
             Self::CueSpin(_) | Self::ObjectSpin(_) => "rad/s",
             _ if self.is_angle() => "°",
             _ => "m/s",

@@ -21,6 +21,10 @@ fn column(quantity: Quantity) -> (&'static str, f64) {
         Quantity::MassRatio => ("mass_ratio", 1.0),
         Quantity::MomentumAlong => ("momentum_along", 1.0),
         Quantity::MomentumAcross => ("momentum_across", 1.0),
+        Quantity::AngularMomentum => ("angular_momentum", 1.0),
+        Quantity::EnergyLost => ("energy_lost", 1.0),
+        Quantity::ClosingSpeed => ("closing_speed", 1.0),
+        Quantity::SlipRatio => ("slip_ratio", 1.0),
         Quantity::SlipBefore => ("slip", 1.0),
         Quantity::SlipAfter => ("slip_after", 1.0),
         Quantity::NormalX => ("nx", 1.0),
@@ -44,7 +48,8 @@ fn column(quantity: Quantity) -> (&'static str, f64) {
 
 /// Its name where frames stand for seconds.
 fn per_frame(name: &str) -> String {
-    let moves = name.starts_with("slip") || name.contains("_v") || name.contains("_w");
+    let moves =
+        ["slip", "slip_after", "closing_speed"].contains(&name) || name.contains("_v") || name.contains("_w");
     match name {
         "impact_time_s" => "impact_frame".to_string(),
         _ if moves => format!("{name}_per_frame"),

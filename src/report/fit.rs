@@ -19,6 +19,8 @@ pub struct Pictures {
     pub contours: Option<String>,
     /// How far the corrections of the camera move what the film shows, as SVG.
     pub camera: Option<String>,
+    /// What was measured of discs, as SVG.
+    pub discs: Option<String>,
     /// Tracks of shots: name and SVG.
     pub shots: Vec<(String, String)>,
 }
@@ -50,6 +52,11 @@ pub fn content_with(fit: &Fit, pictures: &Pictures) -> Report {
     let mut all = vec![parameters(fit)];
     let paths = figure(&pictures.paths, "The paths of both balls in all shots, seen from above");
     all.extend(paths.map(|figure| Section::new(ALL_SHOTS, "", vec![figure])));
+    all.extend(super::disc_section::section(fit).map(|mut section| {
+        let alt = "e against the closing speed, and the friction against the slip";
+        section.blocks.splice(0..0, figure(&pictures.discs, alt));
+        section
+    }));
     all.extend([Section::new("χ²", "", vec![Block::Lines(chi2(fit))])]);
     if !fit.noise.is_empty() {
         let rows = fit.noise.iter().map(noise);
@@ -76,8 +83,10 @@ pub fn content_with(fit: &Fit, pictures: &Pictures) -> Report {
         all.push(Section::new("Shots, the largest residuals first", tested, vec![Block::Shots(shots)]));
     }
     // what was measured and what it is compared with stays open
-    let open =
-        |section: &Section| ["Parameters", ALL_SHOTS, RESIDUAL_PLOTS].contains(&section.title.as_str());
+    let open = |section: &Section| {
+        ["Parameters", ALL_SHOTS, super::disc_section::TITLE, RESIDUAL_PLOTS]
+            .contains(&section.title.as_str())
+    };
     let all =
         all.into_iter().map(|section| if open(&section) { section } else { section.folded() }).collect();
     Report { title: title(fit), verdict: fit.verdict().into(), warnings, facts: about(fit), sections: all }

@@ -125,6 +125,10 @@ pub fn document(fit: &Fit) -> Document<'_> {
         shots_used: fit.shots_used,
         shots_rejected: with_reasons(&fit.shots_rejected),
         shots_doubtful: with_reasons(&fit.shots_doubtful),
+        scatter: fit.scatter.filter(|scatter| scatter.is_estimated).map(|scatter| Scatter {
+            e: digits::significant(scatter.restitution, FEW),
+            impulse_ratio: digits::significant(scatter.impulse_ratio, FEW),
+        }),
         converged: fit.converged,
         termination: &fit.termination,
         iterations: fit.iterations,
@@ -174,6 +178,9 @@ pub struct Document<'a> {
     shots_used: usize,
     shots_rejected: Vec<Rejected<'a>>,
     shots_doubtful: Vec<Rejected<'a>>,
+    /// Of discs: standard deviations between shots, beyond the errors of their frames.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    scatter: Option<Scatter>,
     converged: bool,
     termination: &'a str,
     iterations: usize,
@@ -323,6 +330,12 @@ struct NoiseEntry {
     count: usize,
     rms: f64,
     estimated_sd: Option<f64>,
+}
+
+#[derive(Debug, Serialize)]
+struct Scatter {
+    e: f64,
+    impulse_ratio: f64,
 }
 
 #[derive(Debug, Serialize)]

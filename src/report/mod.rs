@@ -10,6 +10,7 @@ pub mod csv;
 pub mod design;
 mod diagnostics;
 mod digits;
+mod disc_section;
 pub mod discs;
 pub mod export;
 pub mod extracted;

@@ -107,6 +107,7 @@ fn files<'a>(fit: &'a Fit, filmed: &Filmed) -> Result<Vec<(&'static str, Content
     let camera =
         fit.camera.as_ref().map(|found| plot::camera::svg(found, &fit.dataset)).transpose()?.flatten();
     let pictures = Pictures {
+        discs: plot::discs::svg(fit).transpose()?,
         paths: filmed.paths.clone(),
         residuals: Some(plot),
         contours: contours.clone(),

@@ -30,6 +30,14 @@ pub enum Quantity {
     /// Momentum gained along and across the line of centres, over the normal impulse.
     MomentumAlong,
     MomentumAcross,
+    /// Angular momentum gained about the contact point, over the normal impulse times the distance of the centres.
+    AngularMomentum,
+    /// Energy of motion and rotation lost, as part of what there was.
+    EnergyLost,
+    /// How fast the discs come nearer along the line of centres, m/s.
+    ClosingSpeed,
+    /// Slip before the impact over the closing speed.
+    SlipRatio,
     /// Slip of the contact point, second disc's against the first's, along t, before and after, m/s.
     SlipBefore,
     SlipAfter,
@@ -56,7 +64,7 @@ pub enum Quantity {
 }
 
 impl Quantity {
-    pub const COUNT: usize = 25;
+    pub const COUNT: usize = 29;
 
     pub const ALL: [Self; Self::COUNT] = [
         Self::Restitution,
@@ -66,6 +74,10 @@ impl Quantity {
         Self::MassRatio,
         Self::MomentumAlong,
         Self::MomentumAcross,
+        Self::AngularMomentum,
+        Self::EnergyLost,
+        Self::ClosingSpeed,
+        Self::SlipRatio,
         Self::SlipBefore,
         Self::SlipAfter,
         Self::NormalX,
@@ -206,6 +218,28 @@ impl Known {
             Quantity::MassRatio => Some(mass_ratio),
             Quantity::MomentumAlong => given.map(|ratio| (u_n + ratio * v_n) / -u_n),
             Quantity::MomentumAcross => Some((u_t + mass_ratio * v_t) / -u_n),
+            Quantity::AngularMomentum => {
+                // of either disc about the contact point: R (t × v) and νR²ω, per unit of m₁
+                let of = |disc: usize, change: Dual, side: f64| {
+                    let spin = self.z[spin(disc, 1)] - self.z[spin(disc, 0)];
+                    change * (side * self.radii[disc]) + spin * (self.inertia * self.radii[disc].powi(2))
+                };
+                let gained = of(0, u_t, -1.0) + mass_ratio * of(1, v_t, 1.0);
+                (self.turns == [true; 2]).then(|| gained / (-u_n * (self.radii[0] + self.radii[1])))
+            }
+            Quantity::EnergyLost => {
+                let energy = |side: usize| {
+                    let of = |disc: usize| {
+                        let ([x, y], rim) =
+                            (self.velocity(disc, side), self.z[spin(disc, side)] * self.radii[disc]);
+                        x * x + y * y + rim * rim * self.inertia
+                    };
+                    of(0) + mass_ratio * of(1)
+                };
+                (self.turns == [true; 2]).then(|| -energy(1) / energy(0) + 1.0)
+            }
+            Quantity::ClosingSpeed => Some(-g_n),
+            Quantity::SlipRatio => self.rim(0).map(|rim| (g_t - rim) / -g_n),
             Quantity::SlipBefore => self.rim(0).map(|rim| g_t - rim),
             Quantity::SlipAfter => self.rim(1).map(|rim| h_t - rim),
             Quantity::NormalX => Some(self.z[DIRECTION].cos()),

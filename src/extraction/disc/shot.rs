@@ -5,16 +5,16 @@ use nalgebra::{DMatrix, DVector, SMatrix};
 
 use super::quantities::Known;
 use super::unknowns::INPUTS;
-use super::{DiscImpact, Dual, gradient, value};
-use crate::measurement::dataset::{Before, Joint, Measured, Measurement, Shared, Shot};
-use crate::measurement::observable::{Axis, Observable};
+use super::{DiscImpact, Dual, Quantity, gradient, value};
+use crate::measurement::dataset::{Before, DiscShot, Joint, Measured, Measurement, Shared, Shot};
+use crate::measurement::observable::Observable;
 use crate::measurement::spin::Spin;
 use crate::measurement::track::TrackShot;
 use crate::physics::ball::{Ball, Vec3};
 use crate::physics::disc::Discs;
 
-/// The equal discs: direction, velocity of the first before, its spin (times the radius that both have),
-/// velocity of the second after; with their covariance.
+/// The equal discs: direction, velocity of the first before, its spin (times the radius that both have), e and J_t/J_n; with
+/// their covariance.
 #[derive(Clone, Debug)]
 pub(super) struct Equal {
     values: [f64; PLACES],
@@ -25,16 +25,23 @@ pub(super) struct Equal {
 const PLACES: usize = 6;
 
 impl Known {
-    /// In the frame of the second disc before the impact the first has U = −g; equal discs get V = Δg/2 and
-    /// U' = U − V. Their slip is g_t − R(ω + Ω), so that all of R₁ω₁ + R₂ω₂ may be the first one's.
+    /// In the frame of the second disc before the impact the first has U = −g. Their slip is g_t − R(ω + Ω), so that all of
+    /// R₁ω₁ + R₂ω₂ may be the first one's. J_t changes the slip by (1 + 1/ν)(1/m₁ + 1/m₂) J_t, so that J_t/J_n does not follow from
+    /// how masses or radii differ.
     pub(super) fn equal(&self) -> Equal {
         let (sin, cos) = num_dual::DualNum::sin_cos(&self.direction());
         let table = |[n, t]: [Dual; 2]| [n * cos - t * sin, n * sin + t * cos];
         let (g, h) = (self.relative(0), self.relative(1));
         let [ux, uy] = table(g.map(|g| -g));
-        let [vx, vy] = table([0, 1].map(|k| (h[k] - g[k]) * 0.5));
         let rim = self.rim(0);
-        let all = [self.direction(), ux, uy, rim.unwrap_or_else(|| ux * 0.0), vx, vy];
+        let all = [
+            self.direction(),
+            ux,
+            uy,
+            rim.unwrap_or_else(|| ux * 0.0),
+            -h[0] / g[0],
+            (h[1] - g[1]) / (h[0] - g[0]),
+        ];
         let by = SMatrix::<f64, PLACES, INPUTS>::from_fn(|i, j| gradient(&all[i])[j]);
         Equal {
             values: all.map(|dual| value(&dual)),
@@ -54,8 +61,8 @@ pub fn ball(discs: &Discs, impacts: &[&DiscImpact]) -> Ball {
 }
 
 impl DiscImpact {
-    /// The shot of equal discs that has the same restitution and the same friction. Its spin is unknown
-    /// where a disc's rotation was not seen, unless the data set states that neither disc turns before the impact.
+    /// The shot of equal discs that has the same restitution and the same friction. Where a disc's rotation was not seen, the slip
+    /// is free and takes J_t/J_n up, so that e is left, unless the data set states that neither disc turns before the impact.
     #[must_use]
     pub fn shot(&self, track: &TrackShot, ball: &Ball) -> Shot {
         let Equal { values, covariance, turning } = &self.equal;
@@ -63,13 +70,15 @@ impl DiscImpact {
         let scale = |i: usize| if i == 3 { 1.0 / ball.radius } else { 1.0 };
         // behind ω_x and ω_y in a joint covariance, which are 0
         let place = |i: usize| if i < 3 { i } else { i + 2 };
-        let places = Joint::BEFORE + 2;
+        let knows_slip = *turning || track.spin == Spin::Stun;
+        let count = if knows_slip { PLACES } else { PLACES - 1 };
+        let places = place(count);
         let mut joint = Joint {
             covariance: DMatrix::zeros(places, places),
             by_shared: [(); Shared::ALL.len()].map(|()| DVector::zeros(places)),
         };
-        for i in 0..PLACES {
-            for j in 0..PLACES {
+        for i in 0..count {
+            for j in 0..count {
                 joint.covariance[(place(i), place(j))] = covariance[(i, j)] * scale(i) * scale(j);
             }
         }
@@ -83,23 +92,36 @@ impl DiscImpact {
             [(cos, sin), (sin, cos)].map(|(value, across)| Measured { value, sd: Some(sd * across.abs()) });
         let spin =
             Spin::Measured { spin: Vec3::new(0.0, 0.0, measured(3).value), sd: [None, None, measured(3).sd] };
-        let after = [(Axis::X, 4), (Axis::Y, 5)].map(|(axis, i)| Measurement {
-            observable: Observable::ObjectVelocity(axis),
-            measured: measured(i),
-        });
+        let after = [(Observable::Restitution, 4), (Observable::ImpulseRatio, 5)];
+        let after = after.into_iter().take(count - 4);
         Shot {
             name: track.name.clone(),
             file: track.file.clone(),
             line: track.line,
             labels: track.labels.clone(),
             before: Before::Impact { normal, velocity: [measured(1), measured(2)] },
-            spin: match track.spin {
-                _ if *turning => spin,
-                Spin::Stun => Spin::Stun,
-                _ => Spin::Unknown,
-            },
-            after: after.to_vec(),
+            // e does not depend on it
+            spin: if *turning { spin } else { Spin::Stun },
+            after: after.map(|(observable, i)| Measurement { observable, measured: measured(i) }).collect(),
             joint: Some(Box::new(joint)),
+        }
+    }
+
+    /// What the table of a fit shows of it.
+    #[must_use]
+    pub fn of_table(&self, track: &TrackShot) -> DiscShot {
+        let get = |quantity| self.get(quantity);
+        DiscShot {
+            name: track.name.clone(),
+            restitution: get(Quantity::Restitution),
+            impulse_ratio: get(Quantity::ImpulseRatio),
+            momentum: [Quantity::MomentumAlong, Quantity::MomentumAcross].map(get),
+            angular_momentum: get(Quantity::AngularMomentum),
+            energy_lost: get(Quantity::EnergyLost),
+            closing_speed: get(Quantity::ClosingSpeed),
+            slip_ratio: get(Quantity::SlipRatio),
+            sticks: self.stuck.is_some(),
+            doubts: self.doubts.join("; "),
         }
     }
 }

@@ -140,8 +140,10 @@ impl Explanation {
     }
 
     /// That the contact gives way, with κ held, where the data call for it.
-    pub(super) fn of_compliance(kappa: Option<&Estimate>, lower: f64) -> Self {
+    pub(super) fn of_compliance(kappa: Option<&Estimate>, discs: bool, lower: f64) -> Self {
         let value = kappa.map_or(f64::NAN, |kappa| kappa.value);
+        let (bodies, from) =
+            if discs { ("discs", "fitted") } else { ("balls", "as follows from Poisson's ratio") };
         Self {
             cause: Cause::Compliance,
             estimate: value,
@@ -151,7 +153,7 @@ impl Explanation {
             with_it: Vec::new(),
             reduced_chi2: None,
             sentence: format!(
-                "The contact between the balls gives way along its surface (κ = {value:.3}, as follows from Poisson's ratio): −2 log L is \
+                "The contact between the {bodies} gives way along its surface (κ = {value:.3}, {from}): −2 log L is \
                  {lower:.1} lower than with a rigid contact, which kappa = {{ fixed = 0 }} under [fit] asks for."
             ),
         }

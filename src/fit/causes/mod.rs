@@ -126,7 +126,11 @@ pub(super) fn of_film(found: &FoundCamera, fit: &mut Fit) {
 impl Fit {
     /// Says that the contact gives way, as the data call for it: −2 log L is `lower` by so much than with a rigid contact.
     pub(super) fn adopt_compliance(&mut self, lower: f64) {
-        self.explanations.push(Explanation::of_compliance(self.get(Parameter::Kappa), lower));
+        self.explanations.push(Explanation::of_compliance(
+            self.get(Parameter::Kappa),
+            self.discs.is_some(),
+            lower,
+        ));
         self.notes.extend(self.explanations.last().map(|explanation| explanation.sentence.clone()));
     }
 

@@ -91,9 +91,8 @@ impl Fit {
     }
 }
 
-/// Finds out whether χ² refutes the model; then takes the errors of the estimates away. `shots` are those that were fitted,
-/// `discs` whether they stand for discs.
-pub(in crate::fit) fn judge(fit: &mut Fit, shots: &[&Shot], discs: bool) {
+/// Finds out whether χ² refutes the model; then takes the errors of the estimates away. `shots` are those that were fitted.
+pub(in crate::fit) fn judge(fit: &mut Fit, shots: &[&Shot]) {
     let Some(goodness) = fit.diagnostics.goodness.as_ref().filter(|goodness| goodness.noise_is_stated) else {
         return;
     };
@@ -121,45 +120,37 @@ pub(in crate::fit) fn judge(fit: &mut Fit, shots: &[&Shot], discs: bool) {
     }
     // their regions are intervals of two parameters
     fit.diagnostics.contours.clear();
-    let measured: Vec<Measured> = shots.iter().filter_map(|shot| restitution(shot, discs)).collect();
+    let measured: Vec<Measured> = shots.iter().filter_map(|shot| restitution(shot)).collect();
     fit.refuted = Some(Refuted { reduced_chi2, p_value, if_model_held, restitution: mean(&measured) });
 }
 
-/// e = −(V' − U')·n / (V − U)·n of one shot, with the error that its joint errors give. Of the equal discs that stand for two
-/// others only V' is known, and U' follows from the balance of momentum.
-fn restitution(shot: &Shot, discs: bool) -> Option<Measured> {
+/// e = −(V' − U')·n / (V − U)·n of one shot, with the error that its joint errors give.
+fn restitution(shot: &Shot) -> Option<Measured> {
     let Before::Impact { normal, velocity } = shot.before else { return None };
     let place = |observable| shot.after.iter().position(|measurement| measurement.observable == observable);
+    if let Some(of_discs) = place(Observable::Restitution) {
+        return Some(shot.after[of_discs].measured);
+    }
     let after = |place: [usize; 2]| place.map(|i| shot.after[i].measured);
     let both = |of: fn(Axis) -> Observable| Some([place(of(Axis::X))?, place(of(Axis::Y))?]);
-    let object = both(Observable::ObjectVelocity)?;
-    let cue = both(Observable::CueVelocity);
-    if cue.is_none() && !discs {
-        return None;
-    }
+    let (object, cue) = (both(Observable::ObjectVelocity)?, both(Observable::CueVelocity)?);
     let length = normal[0].value.hypot(normal[1].value);
     let n = normal.map(|m| m.value / length);
     let along = |v: [Measured; 2]| v[0].value * n[0] + v[1].value * n[1];
     let across = |v: [Measured; 2]| v[1].value * n[0] - v[0].value * n[1];
-    let (u, v) = (velocity, after(object));
-    // (V' − U')·n = a V'·n + b U'·n + c U·n, with U' = U − V' where momentum tells it
-    let (a, b, c) = if cue.is_some() { (1.0, -1.0, 0.0) } else { (2.0, 0.0, -1.0) };
-    let w = cue.map(after);
-    let parting = |part: &dyn Fn([Measured; 2]) -> f64| a * part(v) + b * w.map_or(0.0, part) + c * part(u);
+    let (u, v, w) = (velocity, after(object), after(cue));
     let closing = along(u);
-    let e = parting(&along) / closing;
-    let by_direction = (parting(&across) - e * across(u)) / closing;
-    let by_u = n.map(|n| n * (c - e) / closing);
-    let (by_v, by_w) = (n.map(|n| n * a / closing), n.map(|n| n * b / closing));
+    let e = (along(v) - along(w)) / closing;
+    let by_direction = (across(v) - across(w) - e * across(u)) / closing;
+    let by_u = n.map(|n| -n * e / closing);
+    let (by_v, by_w) = (n.map(|n| n / closing), n.map(|n| -n / closing));
     let sd = if let Some(joint) = &shot.joint {
         let mut gradient = vec![0.0; joint.covariance.nrows()];
         gradient[0] = by_direction;
         for k in 0..2 {
             gradient[1 + k] = by_u[k];
             gradient[Joint::BEFORE + object[k]] = by_v[k];
-            if let Some(cue) = cue {
-                gradient[Joint::BEFORE + cue[k]] = by_w[k];
-            }
+            gradient[Joint::BEFORE + cue[k]] = by_w[k];
         }
         let gradient = nalgebra::DVector::from_vec(gradient);
         gradient.dot(&(&joint.covariance * &gradient)).max(0.0).sqrt()
@@ -167,8 +158,7 @@ fn restitution(shot: &Shot, discs: bool) -> Option<Measured> {
         let mut variance = 0.0;
         // a change of n by dn turns it by n × dn
         let turned = [-n[1] * by_direction, n[0] * by_direction];
-        let parts = [(normal, turned), (u, by_u), (v, by_v)];
-        for (measured, by) in parts.into_iter().chain(w.map(|w| (w, by_w))) {
+        for (measured, by) in [(normal, turned), (u, by_u), (v, by_v), (w, by_w)] {
             for k in 0..2 {
                 variance += (by[k] * measured[k].sd.unwrap_or(0.0)).powi(2);
             }
@@ -180,7 +170,7 @@ fn restitution(shot: &Shot, discs: bool) -> Option<Measured> {
 
 /// The mean of values that scatter by more than their own errors: weights 1/(s² + τ²), with τ² from Cochran's Q
 /// (DerSimonian and Laird 1986, Controlled Clinical Trials 7, 177, Eq. 8).
-fn mean(values: &[Measured]) -> Option<MeasuredRestitution> {
+pub fn mean(values: &[Measured]) -> Option<MeasuredRestitution> {
     let weighted = |between: f64| {
         let (mut sum, mut weights, mut squares) = (0.0, 0.0, 0.0);
         for Measured { value, sd } in values {

@@ -36,6 +36,11 @@ impl Trend {
         match (self.quantity, self.variable) {
             ("throw", Variable::Speed) => "friction is not constant",
             ("throw", Variable::Cut) => "friction is not constant, or the cut angles err",
+            ("e", Variable::Speed) => "e is not constant",
+            ("J_t/J_n", Variable::Slip) => {
+                "the friction that is fitted does not describe how J_t/J_n follows the slip"
+            }
+            (_, Variable::Slip) => "it is not the same for discs that slide on each other",
             (_, Variable::Cut) => "the model leaves something out, or the cut angles err",
             (_, Variable::Roll | Variable::Side) => {
                 "the model leaves something out, or the spin is not as stated"
@@ -56,10 +61,12 @@ pub enum Variable {
     Roll,
     /// Rω_z/U.
     Side,
+    /// Of discs, in the place of the cut angle and the spin: slip over the closing speed, without its sign.
+    Slip,
 }
 
 impl Variable {
-    const ALL: [Self; 4] = [Self::Speed, Self::Cut, Self::Roll, Self::Side];
+    const ALL: [Self; 5] = [Self::Speed, Self::Cut, Self::Roll, Self::Side, Self::Slip];
 
     #[must_use]
     pub fn name(self) -> &'static str {
@@ -68,6 +75,7 @@ impl Variable {
             Self::Cut => "cut angle",
             Self::Roll => "forward spin",
             Self::Side => "side spin",
+            Self::Slip => "the slip over the closing speed",
         }
     }
 
@@ -79,6 +87,7 @@ impl Variable {
             Self::Cut => "rad",
             Self::Roll => "natural roll",
             Self::Side => "U/R",
+            Self::Slip => "closing speed",
         }
     }
 }
@@ -107,7 +116,8 @@ fn quantities(context: &Context) -> Vec<(Quantity, Option<Observable>)> {
     fn cue(shot: &Shot, cut: f64, observable: Observable, which: usize) -> f64 {
         if let Observable::CueVelocity(axis) = observable { axes(shot, cut, axis)[which] } else { 0.0 }
     }
-    if context.shots.iter().any(|shot| matches!(shot.before, Before::Impact { .. })) {
+    let of_discs = context.fitted.iter().any(|shot| shot.plan.is_of_discs());
+    if !of_discs && context.shots.iter().any(|shot| matches!(shot.before, Before::Impact { .. })) {
         return vec![
             (Quantity { name: "throw", moves: |s, c, o| object(s, c, o, 1) }, None),
             (
@@ -139,7 +149,10 @@ fn quantities(context: &Context) -> Vec<(Quantity, Option<Observable>)> {
             seen.push(row.observable);
         }
     }
-    seen.into_iter().map(|o| (Quantity { name: o.label(), moves: |_, _, _| 1.0 }, Some(o))).collect()
+    // friction has the sign of the cut angle, or of the slip
+    let moves: fn(&Shot, f64, Observable) -> f64 =
+        |_, side, observable| if observable == Observable::ImpulseRatio { side.signum() } else { 1.0 };
+    seen.into_iter().map(|o| (Quantity { name: o.label(), moves }, Some(o))).collect()
 }
 
 /// What the tests need of one shot.
@@ -147,9 +160,10 @@ struct View {
     /// L⁻¹ of its covariance, times √weight.
     whiten: DMatrix<f64>,
     covariance: DMatrix<f64>,
+    /// The cut angle; of discs, the side of the friction on the second.
     cut: f64,
     /// In the order of [`Variable::ALL`]; NaN where it is unknown.
-    variables: [f64; 4],
+    variables: [f64; 5],
 }
 
 fn view(context: &Context, number: usize) -> Option<View> {
@@ -163,7 +177,14 @@ fn view(context: &Context, number: usize) -> Option<View> {
     let speed = if plan.knows_speed() { prediction.speed } else { f64::NAN };
     let [roll, side] = plan.spin_ratios(prediction.speed, context.model.ball.radius);
     let cut = plan.cut();
-    Some(View { whiten, covariance, cut, variables: [speed, cut.abs(), roll, side] })
+    let none = f64::NAN;
+    if plan.is_of_discs() {
+        // of equal discs (U sin φ + Rω_z)/(U cos φ)
+        let slip = cut.tan() + side / cut.cos();
+        let variables = [speed * cut.cos(), none, none, none, slip.abs()];
+        return Some(View { whiten, covariance, cut: slip, variables });
+    }
+    Some(View { whiten, covariance, cut, variables: [speed, cut.abs(), roll, side, none] })
 }
 
 /// Added-variable tests: is there a slope in the residuals that the parameters cannot take up?

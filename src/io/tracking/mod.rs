@@ -150,6 +150,7 @@ pub(crate) fn load(
         damaged,
         notes: lines,
         doubtful: Vec::new(),
+        disc_shots: Vec::new(),
         discs: manifest.discs,
         camera: settings.camera,
         from_balls: settings.from_balls,

@@ -57,7 +57,7 @@ impl Plan {
             let sd = row.measured.sd?;
             Some(match row.observable {
                 Observable::CueSpin(_) | Observable::ObjectSpin(_) => sd * model.ball.radius / speed,
-                Observable::ObjectSpeedRatio => sd,
+                Observable::ObjectSpeedRatio | Observable::Restitution | Observable::ImpulseRatio => sd,
                 observable if observable.is_angle() => sd * cos,
                 _ => sd / speed,
             })

@@ -5,14 +5,14 @@ mod choice;
 mod seen;
 mod start;
 
-use nalgebra::{SMatrix, SVector};
+use nalgebra::{DMatrix, DVector, SMatrix, SVector};
 
 use seen::View;
 pub use seen::{difference, wrap};
 use start::{Start, State};
 
 use super::joint_errors::Together;
-use crate::measurement::dataset::{Before, Joint, Measurement, Shot};
+use crate::measurement::dataset::{Before, Joint, Measurement, Shared, Shot};
 use crate::measurement::observable::Observable;
 use crate::measurement::parameter::Parameter;
 use crate::measurement::spin::Spin;
@@ -76,13 +76,6 @@ pub enum Unpredictable {
     NotACollision(#[from] NotACollision),
     #[error("its spin is unknown; give spin columns, or cue_spin stun or natural-roll")]
     UnknownSpin,
-    #[error(
-        "the rotation of its discs was not seen, and their friction depends on it: track points on both discs (as [tracks] cue \
-         and object, three or more on a circle about the centre of each, or a marker beside each centre), or, if neither \
-         disc turns before the impact, state [cue_spin] assume = \"stun\". Its e and J_t/J_n need no rotation: \"caromfit \
-         extract\" gives them"
-    )]
-    UnknownRotation,
     #[error("its spin is given in rad/s but no speed is: give speed_m_s or a speed after the impact")]
     SpinWithoutSpeed,
     #[error(
@@ -94,14 +87,6 @@ pub enum Unpredictable {
     NoSpeed { column: &'static str, value: f64 },
     #[error("its only observable, {column}, serves to find the incoming speed: nothing is left to fit")]
     NothingLeft { column: &'static str },
-}
-
-impl Unpredictable {
-    /// The same of discs, whose rotation only points on them show.
-    #[must_use]
-    pub fn of_discs(self) -> Self {
-        if self == Self::UnknownSpin { Self::UnknownRotation } else { self }
-    }
 }
 
 /// The speeds afterwards that the speed before can be solved from, best first.
@@ -215,6 +200,31 @@ impl Plan {
     #[must_use]
     pub fn rows(&self) -> &[Measurement] {
         &self.rows
+    }
+
+    /// The same shot with an exact state before the impact, and with this covariance of what is observed after it.
+    #[must_use]
+    pub(crate) fn with_covariance(&self, covariance: &DMatrix<f64>) -> Self {
+        let count = self.rows.len();
+        let places = Joint::BEFORE + count;
+        let mut joint = Joint {
+            covariance: DMatrix::zeros(places, places),
+            by_shared: [(); Shared::ALL.len()].map(|()| DVector::zeros(places)),
+        };
+        joint.covariance.view_mut((Joint::BEFORE, Joint::BEFORE), (count, count)).copy_from(covariance);
+        let together = Together::new(&joint).map(Box::new);
+        let mut with =
+            Self { joint: Some(Box::new(joint)), together, variance_in: SVector::zeros(), ..self.clone() };
+        for (i, row) in with.rows.iter_mut().enumerate() {
+            row.measured.sd = Some(covariance[(i, i)].sqrt());
+        }
+        with
+    }
+
+    /// Whether it is one of discs.
+    #[must_use]
+    pub(crate) fn is_of_discs(&self) -> bool {
+        self.rows.iter().any(|row| row.observable == Observable::Restitution)
     }
 
     /// The joint errors of inputs and observations, where they were extracted together.

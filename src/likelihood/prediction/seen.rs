@@ -122,6 +122,22 @@ impl View<'_> {
                     by_input: -speed / (before * before) * self.start.speed_by_inputs,
                 }
             }
+            Observable::Restitution => {
+                let (closing, closing_by_inputs) = (self.start.cue.velocity.x, self.start.by_inputs.row(0));
+                let parting = self.outcome.object.velocity.x - self.outcome.cue.velocity.x;
+                let mut by_outcome = SVector::zeros();
+                (by_outcome[OBJECT], by_outcome[CUE]) = (1.0 / closing, -1.0 / closing);
+                let value = parting / closing;
+                Seen { value, by_outcome, by_input: -value / closing * closing_by_inputs.transpose() }
+            }
+            // the object ball's velocity is its impulse
+            Observable::ImpulseRatio => {
+                let velocity = self.outcome.object.velocity;
+                let ratio = velocity.y / velocity.x;
+                let mut by_outcome = SVector::zeros();
+                (by_outcome[OBJECT], by_outcome[OBJECT + 1]) = (-ratio / velocity.x, 1.0 / velocity.x);
+                seen((ratio, by_outcome))
+            }
             Observable::CueVelocity(axis) => self.component(CUE, axis),
             Observable::CueSpin(axis) => self.component(CUE + 3, axis),
             Observable::ObjectVelocity(axis) => self.component(OBJECT, axis),

@@ -7,6 +7,7 @@ mod canvas;
 pub mod compare;
 pub mod contours;
 pub mod design;
+pub(super) mod discs;
 mod drawing;
 mod frame;
 mod panels;

@@ -1,0 +1,46 @@
+//! J_t/J_n of two discs against their slip, as a fit has it.
+
+use crate::measurement::values::Values;
+use crate::physics::ball::{BallState, Vec3};
+use crate::physics::collision::Model;
+
+/// Slips of a curve: its kinks are then within a hundredth of its length.
+const POINTS: usize = 120;
+
+/// The curve goes on beyond the largest slip by this part.
+const BEYOND: f64 = 1.08;
+
+/// A contact whose J_t/J_n is μ but for this part slides throughout.
+const SLIDES: f64 = 1e-4;
+
+/// How J_t/J_n against the slip follows from the slip over the closing speed.
+#[derive(Clone, Debug, PartialEq)]
+pub struct FrictionCurve {
+    /// Slip over the closing speed from 0 on, and J_t/J_n against it.
+    pub points: Vec<[f64; 2]>,
+    /// Below this slip the contact is stuck from the first touch; 0 of a rigid one.
+    pub sticks_below: f64,
+    /// From this slip on it slides throughout, as far as the points go.
+    pub slides_from: Option<f64>,
+}
+
+impl FrictionCurve {
+    /// Up to the largest slip over the closing speed, at a usual closing speed (m/s); `None` where the model has no outcome.
+    pub(super) fn of(model: &Model, at: &Values, largest: f64, closing: f64) -> Option<Self> {
+        let model = at.model(model);
+        let against = |slip: f64| {
+            // slip −Rω_z
+            let spin = Vec3::new(0.0, 0.0, -slip * closing / model.ball.radius);
+            let cue = BallState { velocity: Vec3::new(closing, 0.0, 0.0), spin };
+            let after = model.collide(&cue, &at.coefficients).ok()?.object.velocity;
+            Some([slip, -after.y / after.x])
+        };
+        let end = BEYOND * largest;
+        let points = (0..=POINTS).map(|i| against(end * i as f64 / POINTS as f64));
+        let points = points.collect::<Option<Vec<_>>>()?;
+        let mu = model.law.friction(at.coefficients.mu).largest();
+        let slides = |[_, ratio]: &&[f64; 2]| *ratio >= mu * (1.0 - SLIDES);
+        let slides_from = points.iter().find(slides).map(|[slip, _]| *slip);
+        Some(Self { points, sticks_below: mu * model.kappa, slides_from })
+    }
+}

@@ -1,0 +1,330 @@
+//! Shots of discs scatter by more than the noise of their frames: surfaces differ from place to place, and no hand pushes a puck
+//! twice alike. What they scatter by is estimated with the parameters and enters their errors.
+//!
+//! Each shot i has an e of its own, e + ε_i, and J_t/J_n(e + ε_i, …) + δ_i, with ε and δ independent, of mean 0 and of standard
+//! deviations that all shots share. With f = ∂(J_t/J_n)/∂e, G the derivatives by the state before the impact and Σ the errors of the
+//! frames, a shot's two residuals have the covariance
+//!
+//!   C = [G, −1] Σ [G, −1]ᵀ + σ_e² (1, f)(1, f)ᵀ + σ_J² diag(0, 1),
+//!
+//! with σ_e² and σ_J² by restricted maximum likelihood (Patterson and Thompson 1971, Biometrika 58, 545), or by maximum likelihood where
+//! models are compared. Fits and covariances are taken in turn until both rest.
+
+use nalgebra::{DMatrix, DVector};
+
+use super::FitError;
+use super::fidelity_choice::{EVIDENCE, GIVES_WAY, left_out};
+use super::search::{Effort, Search};
+use super::settled::{differs, told};
+use crate::likelihood::fitted::Fitted;
+use crate::likelihood::prediction::difference;
+use crate::likelihood::whitening::covariance;
+use crate::measurement::observable::Observable;
+use crate::measurement::parameter::{Compliance, Parameter, Setting, Settings};
+use crate::measurement::values::Values;
+use crate::physics::collision::{Effects, Fidelity, Model};
+
+/// Fewer shots do not tell by how much shots scatter.
+const LEAST_SHOTS: usize = 3;
+
+/// So many shots, spread evenly, tell it to some percent: the work rises with the cube of their number.
+const MOST_SHOTS: usize = 150;
+
+/// Less than this gives way by less than is seen; (2 − σ)/2(1 − σ) with Poisson's ratio σ is 1 or more.
+const LEAST_KAPPA: f64 = 0.1;
+
+/// Rounds of fitting and weighting end where no standard deviation changes by more than this part, a small one of its error, or after
+/// so many.
+const AT_REST: f64 = 1e-4;
+const MOST_ROUNDS: usize = 60;
+
+/// Steps towards the most likely variances.
+const MOST_STEPS: usize = 200;
+const STEPPED: f64 = 1e-9;
+
+/// A scatter below this part of the errors of the frames is none.
+const NONE: f64 = 1e-3;
+
+/// A step takes no more than this part of a variance away, so that it stays positive.
+const LEAST_LEFT: f64 = 0.1;
+
+/// Standard deviations between shots, beyond the errors of their frames; 0 where they show none.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Scatter {
+    /// Of e.
+    pub restitution: f64,
+    /// Of J_t/J_n, besides what follows from that of e.
+    pub impulse_ratio: f64,
+    /// Whether the shots are enough to tell.
+    pub is_estimated: bool,
+}
+
+impl Scatter {
+    /// Whether the errors of the frames alone explain the residuals, so that χ² tests the model.
+    #[must_use]
+    pub fn is_none(&self) -> bool {
+        self.variances() == [0.0; 2]
+    }
+
+    fn variances(&self) -> [f64; 2] {
+        [self.restitution.powi(2), self.impulse_ratio.powi(2)]
+    }
+}
+
+/// What shots of discs are fitted with.
+pub(super) struct Chosen {
+    /// With their scatter in their errors.
+    pub fitted: Vec<Fitted>,
+    pub model: Model,
+    pub settings: Settings,
+    pub scatter: Scatter,
+    pub starts: Vec<Values>,
+    /// Other minima with their own scatter, and how much higher −2 log L is there.
+    pub rivals: Vec<(Values, f64)>,
+    /// How much lower −2 log L is with a contact that gives way, where they call for it.
+    pub gives_way: Option<f64>,
+    pub notes: Vec<String>,
+}
+
+/// A rigid contact, or with `auto`, where nothing is stated of it, one that gives way as the shots call for it. What is around discs
+/// may be any material, so that its κ is fitted.
+pub(super) fn choose(raw: &[Fitted], search: &Search, auto: bool) -> Result<Chosen, FitError> {
+    let mut notes = Vec::new();
+    let (mut gives_way, mut starts) = (None, Vec::new());
+    let (mut model, mut settings) = (*search.model, *search.settings);
+    if auto && (settings.compliance == Compliance::Stated || settings.falls) {
+        model = integrated(search.model, settings.compliance == Compliance::Stated);
+    }
+    settings[Parameter::Kappa] = above_rigid(settings[Parameter::Kappa]);
+    let rows = raw.iter().map(|shot| shot.plan.rows().len()).sum::<usize>();
+    if auto && settings.compliance == Compliance::Auto && rows > settings.parameters().len() + 1 {
+        let mut with = settings;
+        with.compliance = Compliance::Stated;
+        with[Parameter::Kappa] = above_rigid(Setting { fixed: false, ..with[Parameter::Kappa] });
+        let giving = integrated(search.model, true);
+        let likely = Search { maximum_likelihood: true, ..search.clone() };
+        let rigid = weigh(raw, &Search { model: &model, ..likely.clone() }, &[])?;
+        let gave = weigh(raw, &Search { model: &giving, settings: &with, ..likely }, &[])?;
+        let higher = gave.minus_two_log - rigid.minus_two_log;
+        if higher < -EVIDENCE {
+            (model, settings, gives_way) = (giving, with, Some(-higher));
+            starts = gave.starts;
+        } else if higher < 0.0 {
+            notes.push(left_out(GIVES_WAY, higher, "the shots do", &[]));
+        }
+    }
+    let weighed = weigh(raw, &Search { model: &model, settings: &settings, ..search.clone() }, &starts)?;
+    let Weighed { mut fitted, scatter, starts, rivals, .. } = weighed;
+    if scatter.is_none() && model.kappa == 0.0 {
+        // what the errors of the state before the impact do at a kink is then seen, too
+        fitted = raw.to_vec();
+    }
+    Ok(Chosen { fitted, model, settings, scatter, starts, rivals, gives_way, notes })
+}
+
+/// κ that is fitted, without values that are as good as a rigid contact, which is another model and is computed much faster.
+fn above_rigid(kappa: Setting) -> Setting {
+    if kappa.fixed || kappa.upper < LEAST_KAPPA {
+        return kappa;
+    }
+    let lower = kappa.lower.max(LEAST_KAPPA);
+    Setting { lower, initial: kappa.initial.max(lower), ..kappa }
+}
+
+/// The model that is integrated, without what a cloth or the weight adds.
+fn integrated(model: &Model, compliance: bool) -> Model {
+    let effects = Effects { compliance, falling_friction: true, ..Fidelity::Full.effects() };
+    Model {
+        fidelity: Fidelity::Ode,
+        effects: model.effects.and(effects),
+        kappa: if compliance { model.kappa.max(Model::KAPPA) } else { 0.0 },
+        tolerance: model.tolerance.max(Model::TOLERANCE_OF_FITS),
+        ..*model
+    }
+}
+
+/// A minimum with the scatter that it leaves.
+struct Weighed {
+    fitted: Vec<Fitted>,
+    scatter: Scatter,
+    minus_two_log: f64,
+    /// Of the parameters there, and at other minima that are nearly as likely.
+    starts: Vec<Values>,
+    /// The latter, with how much higher −2 log L is.
+    rivals: Vec<(Values, f64)>,
+}
+
+/// From these values, or without any from wherever the least minimum may be, each with its own scatter: the most likely.
+fn weigh(raw: &[Fitted], search: &Search, starts: &[Values]) -> Result<Weighed, FitError> {
+    let scatter = spread(raw);
+    let fitted = with_errors(raw, search.model, &search.initial, &scatter);
+    let (search, free) = told(&Search { fitted: &fitted, ..search.clone() })?;
+    let anywhere = || search.promising_starts(&free).into_iter().map(|(start, _)| start).collect();
+    let starts = if starts.is_empty() { anywhere() } else { starts.to_vec() };
+    let from = |start: &Values| settle(raw, &search, &free, *start, scatter);
+    let mut found = starts.iter().map(from).collect::<Result<Vec<Weighed>, FitError>>()?;
+    found.sort_by(|a, b| a.minus_two_log.total_cmp(&b.minus_two_log));
+    let least = found.first().map_or(f64::NAN, |best| best.minus_two_log);
+    let near = found.iter().filter(|other| other.minus_two_log <= least + EVIDENCE);
+    let minima: Vec<(Values, f64)> =
+        near.flat_map(|other| other.starts.iter().map(|at| (*at, other.minus_two_log - least))).collect();
+    let starts: Vec<Values> = minima.iter().map(|(at, _)| *at).collect();
+    let best = found.into_iter().next().ok_or(FitError::NoWeights)?;
+    let rivals = minima.into_iter().skip(1).filter(|(at, _)| differs(at, &starts[0])).collect();
+    Ok(Weighed { starts, rivals, ..best })
+}
+
+/// Fits and weighs in turn.
+fn settle(
+    raw: &[Fitted],
+    search: &Search,
+    free: &[Parameter],
+    start: Values,
+    first: Scatter,
+) -> Result<Weighed, FitError> {
+    let (mut values, mut scatter) = (start, first);
+    for round in 0.. {
+        let fitted = with_errors(raw, search.model, &values, &scatter);
+        let at = Search { fitted: &fitted, initial: values, ..search.clone() };
+        let (minimum, groups) = at.converge_with(free, Effort::SCREEN)?;
+        values = minimum.values;
+        let next = estimate(raw, &at, free, &values, &scatter);
+        let [from, to] = [scatter, next].map(|scatter| scatter.variances().map(f64::sqrt));
+        let changed = (0..2).map(|k| (to[k] - from[k]).abs() / (from[k] + to[k] + NONE)).fold(0.0, f64::max);
+        if changed < AT_REST || round >= MOST_ROUNDS {
+            let minus_two_log = at.minus_two_log_likelihood(&minimum, &groups);
+            let (starts, rivals) = (vec![values], Vec::new());
+            return Ok(Weighed { fitted, scatter, minus_two_log, starts, rivals });
+        }
+        scatter = next;
+    }
+    Err(FitError::NoWeights)
+}
+
+/// Where the search begins: as if nothing but scatter made shots differ.
+fn spread(raw: &[Fitted]) -> Scatter {
+    let of = |observable: Observable| {
+        let values: Vec<f64> = raw
+            .iter()
+            .flat_map(|shot| shot.plan.rows())
+            .filter(|row| row.observable == observable)
+            .map(|row| row.measured.value)
+            .collect();
+        let mean = values.iter().sum::<f64>() / values.len().max(1) as f64;
+        (values.iter().map(|v| (v - mean).powi(2)).sum::<f64>() / values.len().max(1) as f64).sqrt()
+    };
+    if raw.len() < LEAST_SHOTS {
+        return Scatter::default();
+    }
+    Scatter {
+        restitution: of(Observable::Restitution),
+        impulse_ratio: of(Observable::ImpulseRatio),
+        is_estimated: true,
+    }
+}
+
+/// How a shot's residuals follow from its e and from its J_t/J_n: the columns of the two scatters.
+fn moves(shot: &Fitted, model: &Model, at: &Values) -> Option<([DVector<f64>; 2], DMatrix<f64>)> {
+    let prediction = shot.plan.predict(&at.model(model), &at.coefficients).ok()?;
+    let rows = shot.plan.rows();
+    let by_e = DVector::from_fn(rows.len(), |row, _| prediction.by_parameters[(row, Parameter::E as usize)]);
+    let own = DVector::from_fn(rows.len(), |row, _| {
+        f64::from(u8::from(rows[row].observable == Observable::ImpulseRatio))
+    });
+    Some(([by_e, own], covariance(&shot.plan, &prediction, &Vec::new())))
+}
+
+/// The shots with exact states before the impact, whose errors and scatter are those of what is observed after it.
+fn with_errors(raw: &[Fitted], model: &Model, at: &Values, scatter: &Scatter) -> Vec<Fitted> {
+    let with = |shot: &Fitted| {
+        let Some((moves, mut covariance)) = moves(shot, model, at) else { return shot.clone() };
+        for (variance, by) in scatter.variances().into_iter().zip(&moves) {
+            covariance += variance * by * by.transpose();
+        }
+        Fitted { plan: shot.plan.with_covariance(&covariance), ..shot.clone() }
+    };
+    raw.iter().map(with).collect()
+}
+
+/// The most likely scatter with the parameters where a fit ended, by Fisher's scoring: with V the covariance of all residuals r, X their
+/// derivatives by the free parameters, P = V⁻¹ − V⁻¹X(XᵀV⁻¹X)⁻¹XᵀV⁻¹ and B_k what a variance s_k multiplies, the score is
+/// ½(rᵀP B_k P r − tr P B_k) and the information ½ tr P B_k P B_l; for maximum likelihood V⁻¹ in the place of P in the traces.
+fn estimate(raw: &[Fitted], search: &Search, free: &[Parameter], at: &Values, before: &Scatter) -> Scatter {
+    let sample: Vec<&Fitted> = raw.iter().step_by(raw.len().div_ceil(MOST_SHOTS).max(1)).collect();
+    let model = at.model(search.model);
+    let count: usize = sample.iter().map(|shot| shot.plan.rows().len()).sum();
+    if raw.len() < LEAST_SHOTS || count <= free.len() {
+        return Scatter::default();
+    }
+    let (mut residuals, mut by) = (DVector::zeros(count), DMatrix::zeros(count, free.len()));
+    let mut of_frames = DMatrix::zeros(count, count);
+    let mut of_scatter = [DMatrix::zeros(count, count), DMatrix::zeros(count, count)];
+    let mut first = 0;
+    for shot in sample {
+        let rows = shot.plan.rows();
+        let prediction = shot.plan.predict(&model, &at.coefficients);
+        let (Ok(prediction), Some((moves, covariance))) = (prediction, moves(shot, search.model, at)) else {
+            return *before;
+        };
+        for (i, row) in rows.iter().enumerate() {
+            residuals[first + i] = difference(row.observable, prediction.values[i], row.measured.value);
+            for (column, parameter) in free.iter().enumerate() {
+                by[(first + i, column)] = prediction.by_parameters[(i, *parameter as usize)];
+            }
+        }
+        let block = (rows.len(), rows.len());
+        of_frames.view_mut((first, first), block).copy_from(&covariance);
+        for (all, by) in of_scatter.iter_mut().zip(&moves) {
+            all.view_mut((first, first), block).copy_from(&(by * by.transpose()));
+        }
+        first += rows.len();
+    }
+    let noise = of_frames.trace() / count as f64;
+    // as large as the errors of the frames where the last round left none, since more may be needed now
+    let mut variances = before.variances().map(|variance| variance.max(noise));
+    let present: Vec<usize> = (0..2).filter(|k| of_scatter[*k].trace() > 0.0).collect();
+    for _ in 0..MOST_STEPS {
+        let v = variances.iter().zip(&of_scatter).fold(of_frames.clone(), |v, (s, b)| v + b * *s);
+        let Some(inverse) = v.cholesky().map(|v| v.inverse()) else { return *before };
+        let x = &inverse * &by;
+        let Some(middle) = pseudo_inverse(by.tr_mul(&x)) else { return *before };
+        let p = &inverse - &x * middle * x.transpose();
+        let traced = if search.maximum_likelihood { &inverse } else { &p };
+        let pulled = &p * &residuals;
+        let products: Vec<DMatrix<f64>> = present.iter().map(|k| traced * &of_scatter[*k]).collect();
+        let trace = |a: &DMatrix<f64>, b: &DMatrix<f64>| a.component_mul(&b.transpose()).sum();
+        let n = present.len();
+        let score = DVector::from_fn(n, |k, _| {
+            pulled.dot(&(&of_scatter[present[k]] * &pulled)) - products[k].trace()
+        });
+        let information = DMatrix::from_fn(n, n, |k, l| trace(&products[k], &products[l]));
+        let Some(step) = information.lu().solve(&score) else { break };
+        let mut changed = 0.0_f64;
+        for (k, place) in present.iter().enumerate() {
+            let old = variances[*place];
+            variances[*place] = (old + step[k]).max(LEAST_LEFT * old);
+            if variances[*place] > NONE * NONE * noise {
+                changed = changed.max((variances[*place] / old - 1.0).abs());
+            }
+        }
+        if changed < STEPPED {
+            break;
+        }
+    }
+    let sd = |k: usize| {
+        let told = present.contains(&k) && variances[k] > NONE * NONE * noise;
+        if told { variances[k].sqrt() } else { 0.0 }
+    };
+    Scatter { restitution: sd(0), impulse_ratio: sd(1), is_estimated: true }
+}
+
+/// Of a positive matrix, without the directions that nothing depends on.
+fn pseudo_inverse(matrix: DMatrix<f64>) -> Option<DMatrix<f64>> {
+    /// Of the largest singular value.
+    const RANK: f64 = 1e-12;
+    if matrix.is_empty() {
+        return Some(matrix);
+    }
+    let least = RANK * matrix.norm();
+    if least.is_finite() { matrix.pseudo_inverse(least).ok() } else { None }
+}
