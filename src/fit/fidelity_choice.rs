@@ -119,7 +119,9 @@ fn giving_way(sample: &mut [Fitted], search: &Search, rigid: &Found) -> Result<F
     let starts = rigid.starts_with(sample);
     if !starts.is_empty() && sample.iter().any(|shot| shot.plan.is_direct()) {
         let mut corrected = sample.to_vec();
-        corrected.iter_mut().for_each(|shot| shot.plan.correct_rigid());
+        for shot in &mut corrected {
+            shot.plan.correct_rigid();
+        }
         let with = correct(&mut corrected, search, &starts)?;
         if with.minus_two_log > rigid.minus_two_log {
             return Ok(with);

@@ -156,24 +156,17 @@ fn apart(a: &Outcome, b: &Outcome) -> f64 {
     off(a, &[b.cue.velocity, b.cue.spin, b.object.velocity, b.object.spin], Ball::POOL.radius)
 }
 
-/// Topspin shots whose contact holds late, as the friction turns round: speed, cut angle in degrees, spin, μ, μ_s, e, κ. The
-/// spring holds just at its limit as it begins to hold, and in the first one holds again for less than one step.
-#[rustfmt::skip]
-const HOLDS_LATE: [(f64, f64, [f64; 3], [f64; 4]); 6] = [
-    (1.9273499312343656, 40.351424210603824, [-43.67135705612511, 51.4019009272235, 0.0], [0.25583286589993115, 0.11145864708959667, 1.0, 1.258]),
-    (2.425712591856366, -34.695327380748786, [48.32006525143079, 69.79519729421725, 0.0], [0.25797593875688435, 0.08454601373276305, 0.9, 1.258]),
-    (2.817090727385819, -16.764801224821085, [9.40879710366097, 31.232771284639608, 0.0], [0.31372509175455493, 0.48337148457543894, 1.0, 0.7303663084027072]),
-    (3.6570034523907413, 27.442781182862902, [-27.637678701319572, 53.2211870334065, 55.09287201279149], [0.24372930330735507, 0.3659619956594509, 0.6212518930692065, 0.48022664098975787]),
-    (3.1270403028032407, 31.44291948161853, [-14.178358843948724, 23.18880242620671, 0.0], [0.12353143628398285, 0.415758976399644, 1.0, 1.258]),
-    (2.066303284498721, -29.527931505494664, [20.652895798841314, 36.462383795800754, -18.24246636355068], [0.2395684258556658, 0.32916473101830124, 0.8018041471535372, 1.258]),
-];
-
+/// Of topspin shots whose contact holds late, as the friction turns round. The spring holds just at its limit as it begins to hold,
+/// and in the first shot holds again for less than one step.
 #[test]
 fn tolerances_agree_where_the_contact_holds_late() {
     /// Between a tolerance and one of 1e-12, parts of the speed; a spring that does not hold when it should errs by 1e-3.
     const APART: f64 = 30.0;
-    for (speed, cut_deg, spin, [mu, mu_s, e, kappa]) in HOLDS_LATE {
-        let cue = BallState { velocity: cue_velocity(speed, cut_deg.to_radians()), spin: Vec3::from(spin) };
+    for row in include_str!("../reference/holds-late.csv").lines().skip(2) {
+        let numbers: Vec<f64> = row.split(',').map(|number| number.parse().unwrap()).collect();
+        let [speed, cut_deg, x, y, z, mu, mu_s, e, kappa] = numbers[..] else { panic!("{row}") };
+        let spin = Vec3::new(x, y, z);
+        let cue = BallState { velocity: cue_velocity(speed, cut_deg.to_radians()), spin };
         let coefficients = Coefficients { mu, mu_s, e };
         let at = |tolerance: f64| {
             let model = Model { kappa, tolerance, ..compliant(Fidelity::Ode, Ball::POOL) };
