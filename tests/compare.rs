@@ -280,13 +280,13 @@ fn rates(count: u64, loss: Loss) {
 /// With CAROMFIT_COMPARISONS=1000: tests/reference/studies.md.
 #[test]
 fn differences_are_found_where_they_are_and_hardly_elsewhere() {
-    rates(count("CAROMFIT_COMPARISONS", 100) as u64, Loss::Squares);
+    rates(count("CAROMFIT_COMPARISONS", 40) as u64, Loss::Squares);
 }
 
 /// The errors of a robust loss are from the scatter of the shots.
 #[test]
 fn with_a_robust_loss_too() {
-    rates(count("CAROMFIT_COMPARISONS", 30) as u64, Loss::Huber);
+    rates(count("CAROMFIT_COMPARISONS", 20) as u64, Loss::Huber);
 }
 
 fn run(args: &[&str]) -> std::process::Output {

@@ -7,7 +7,7 @@ use caromfit::fit::{Depth, Fit, Options, Status};
 use caromfit::io;
 use caromfit::measurement::dataset::Dataset;
 use caromfit::measurement::loss::Loss;
-use caromfit::measurement::parameter::Parameter;
+use caromfit::measurement::parameter::{Compliance, Parameter};
 use caromfit::measurement::relation::Relation;
 use caromfit::simulate::{Kind, Played};
 
@@ -99,7 +99,9 @@ fn only_the_product_is_said_to_be_determined() {
 
 #[test]
 fn throw_that_falls_with_speed_is_named() {
-    let fit = fitted(&shipped("alciatore-2014-speed"));
+    let mut dataset = shipped("alciatore-2014-speed");
+    (dataset.settings.falls, dataset.settings.compliance) = (false, Compliance::Rigid);
+    let fit = fitted(&dataset);
     let goodness = fit.diagnostics.goodness.as_ref().unwrap();
     let trend = &goodness.trends[0];
     assert!(trend.significant && trend.slope < 0.0 && trend.variable == fit::Variable::Speed, "{trend:?}");

@@ -18,6 +18,9 @@ const MIN_OWN_DOF: f64 = 0.5;
 /// A residual standard deviation below this part of its first value is an exact fit.
 pub(super) const EXACT: f64 = 1e-9;
 
+/// Residuals below this, in rad, m/s, rad/s or as a ratio, are no noise of a measurement: the search began where it meets all exactly.
+const MEASURED: f64 = 1e-6;
+
 /// The noise of an observable without stated standard deviations.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Group {
@@ -45,7 +48,10 @@ impl Search<'_> {
             groups[index].1 += d * d;
             groups[index].2 += 1;
         });
-        let sd = |sum: f64, count: usize| if sum > 0.0 { (sum / count as f64).sqrt() } else { 1.0 };
+        let sd = |sum: f64, count: usize| match (sum / count as f64).sqrt() {
+            nothing if nothing < MEASURED => 1.0,
+            sd => sd,
+        };
         let group = |(observable, sum, count)| {
             let sd = sd(sum, count);
             Group { observable, sd, first: sd, estimable: true }

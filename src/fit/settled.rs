@@ -133,7 +133,11 @@ impl<'a> Settled<'a> {
     pub(super) fn rivals(&self) -> Vec<(Values, f64)> {
         /// The 95 % quantile of χ² with one degree of freedom.
         const REGION: f64 = 3.84;
-        let above = self.others.iter().map(|(values, objective)| (*values, objective - self.objective));
+        let higher = |objective: f64| objective - self.objective;
+        let above = self.others.iter().map(|(values, objective)| match higher(*objective) {
+            rounding if rounding.abs() < self.same() => (*values, 0.0),
+            higher => (*values, higher),
+        });
         above.filter(|(_, higher)| (0.0..REGION * self.scale()).contains(higher)).collect()
     }
 

@@ -135,7 +135,7 @@ fn goodness(found: &Goodness, tested: &str) -> Value {
         json!({
             "residuals_of": trend.quantity,
             "against": trend.variable.name(),
-            "slope_sd": decimal(trend.slope),
+            "slope_sd": significant(trend.slope, FEW),
             "slope_per": trend.variable.unit(),
             "p_value": probability(trend.p_value),
             "p_corrected": probability(trend.p_corrected),

@@ -75,7 +75,7 @@ fn explanation(found: &Explanation) -> ExplanationEntry {
         cause: found.cause.name(),
         estimate: digits::to_error(found.estimate, Some(found.std_error)),
         std_error: digits::significant(found.std_error, FEW),
-        delta_2logl: digits::significant(found.delta_2logl, MANY),
+        delta_2logl: digits::decimal(found.delta_2logl),
         adopted: found.adopted,
         with_it: Ordered(found.with_it.iter().map(with_it).collect()),
         // below 0 where noise that the shots tell by themselves had grown by what is explained: no χ² is
