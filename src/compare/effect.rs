@@ -45,7 +45,12 @@ pub fn effect(
     Some(match quantity {
         // no quantity of a comparison
         Quantity::Parameter(
-            Parameter::B | Parameter::C | Parameter::Kappa | Parameter::MassRatio | Parameter::RadiusRatio,
+            Parameter::B
+            | Parameter::C
+            | Parameter::Kappa
+            | Parameter::MassRatio
+            | Parameter::RadiusRatio
+            | Parameter::ESlope,
         ) => return None,
         Quantity::Parameter(Parameter::Mu) => {
             let throw = |value| {

@@ -329,7 +329,8 @@ impl Search<'_> {
         let mut weights = vec![1.0; self.fitted.len()];
         let mut iterations = 0;
         let mut before: Option<Whitening> = None;
-        let mut hold = Hold::None;
+        // a scan of integrated shots looks for their inputs where they were measured
+        let mut hold = if is_rough && !effort.crosses_kinks { Hold::Near } else { Hold::None };
         let mut at_kinks = 0;
         for round in 0.. {
             let sds: EstimatedSd = groups.iter().map(|g| (g.observable, g.sd)).collect();

@@ -20,6 +20,7 @@ pub(crate) struct RawFit {
     mu_b: Option<Spanned<RawSetting>>,
     mu_c: Option<Spanned<RawSetting>>,
     kappa: Option<RawSetting>,
+    e_slope: Option<RawSetting>,
     friction: Option<Friction>,
     pub by: Option<Spanned<String>>,
     loss: Option<Spanned<String>>,
@@ -64,6 +65,10 @@ impl RawFit {
             settings.compliance =
                 if fixed && initial == 0.0 { Compliance::Rigid } else { Compliance::Stated };
         }
+        if let Some(raw) = &self.e_slope {
+            settings[Parameter::ESlope] = raw.check(Parameter::ESlope, source, problems);
+            settings.e_falls = true;
+        }
         for (parameter, raw) in Parameter::COEFFICIENTS.into_iter().zip([&self.mu, &self.mu_s, &self.e]) {
             if let Some(raw) = raw {
                 settings[parameter] = raw.check(parameter, source, problems);
@@ -104,6 +109,9 @@ impl RawFit {
                             }
                             Parameter::Kappa => {
                                 "kappa does not stand in [fit]; expected it, as in kappa = { lower = 0, upper = 20 }"
+                            }
+                            Parameter::ESlope => {
+                                "e_slope does not stand in [fit]; expected it, as in e_slope = { lower = 0, upper = 1 }"
                             }
                             _ => "no error of it is stated in [object]; expected mass_kg_sd or radius_m_sd",
                         };

@@ -26,6 +26,9 @@ use crate::physics::collision::{Coefficients, Model};
 /// Inputs rest when a step is shorter than this, in standard errors: it moves parameters by a hundredth of it in theirs.
 const AT_REST: f64 = 1e-6;
 
+/// Those of collisions that are integrated rest sooner: their tolerance makes the sum a little rough.
+const ROUGH_AT_REST: f64 = 1e-4;
+
 /// Steps for one shot; those that are left are taken when the parameters have moved.
 const MAX_STEPS: usize = 30;
 
@@ -130,9 +133,10 @@ impl<S: Fn(&Prediction, usize) -> f64> OfShot<'_, S> {
     /// The minimum near some inputs, and the kinks that it is at.
     fn settled(&self, mut now: Point) -> Option<(Point, Kinks)> {
         let mut kinks = Kinks::NONE;
+        let at_rest = if self.errors.plan().is_direct() { ROUGH_AT_REST } else { AT_REST };
         for _ in 0..MAX_STEPS {
             let step = self.step(&now, &kinks)?;
-            if step.amax() < AT_REST {
+            if step.amax() < at_rest {
                 let Some((released, rest)) = self.released(&now, &kinks) else { break };
                 (now, kinks) = (released, rest);
                 continue;

@@ -79,7 +79,8 @@ impl Dataset {
     /// The model of its balls.
     #[must_use]
     pub fn model(&self, fidelity: Fidelity) -> Model {
-        Model { object: self.object.map(|object| object.ball), ..Model::new(fidelity, self.ball) }
+        let e_slope = self.settings.e_falls.then(|| self.settings[Parameter::ESlope].initial);
+        Model { object: self.object.map(|object| object.ball), e_slope, ..Model::new(fidelity, self.ball) }
     }
 
     /// The model by which films are corrected and impacts extracted: `full`, or `ode` where it is stated that the contact gives way.

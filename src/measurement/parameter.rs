@@ -1,5 +1,5 @@
-//! The parameters of a fit: μ, μ_s and e; b and c where friction falls with the slip, κ where the contact gives way, and the ratios
-//! of masses and radii where these have errors. Their names, bounds and starting values.
+//! The parameters of a fit: μ, μ_s and e; b and c where friction falls with the slip, κ where the contact gives way, e₁ where e falls
+//! with the closing speed, and the ratios of masses and radii where these have errors. Their names, bounds and starting values.
 
 use crate::physics::collision::{MAX_KAPPA, Model};
 
@@ -10,7 +10,7 @@ pub enum Parameter {
     Mu,
     /// μ_s, friction of the cloth on the object ball during the impact.
     MuS,
-    /// e, energetic coefficient of restitution.
+    /// e, energetic coefficient of restitution; where it falls with the closing speed v its e₀ in e(v) = e₀ − e₁v.
     E,
     /// b, by how much μ is larger where the slip ends than at high speed.
     B,
@@ -22,12 +22,23 @@ pub enum Parameter {
     MassRatio,
     /// R_cue/R_object, of radii that are stated with their errors.
     RadiusRatio,
+    /// e₁, how fast e falls with the closing speed, s/m ([`Model::e_slope`]).
+    ESlope,
 }
 
 impl Parameter {
     /// In the order of every vector and matrix of a fit.
-    pub const ALL: [Self; 8] =
-        [Self::Mu, Self::MuS, Self::E, Self::B, Self::C, Self::Kappa, Self::MassRatio, Self::RadiusRatio];
+    pub const ALL: [Self; 9] = [
+        Self::Mu,
+        Self::MuS,
+        Self::E,
+        Self::B,
+        Self::C,
+        Self::Kappa,
+        Self::MassRatio,
+        Self::RadiusRatio,
+        Self::ESlope,
+    ];
 
     /// Those that every fit has, the first of [`Parameter::ALL`].
     pub const COEFFICIENTS: [Self; 3] = [Self::Mu, Self::MuS, Self::E];
@@ -44,6 +55,7 @@ impl Parameter {
             Self::Kappa => "kappa",
             Self::MassRatio => "mass_ratio",
             Self::RadiusRatio => "radius_ratio",
+            Self::ESlope => "e_slope",
         }
     }
 
@@ -59,13 +71,14 @@ impl Parameter {
             Self::Kappa => "κ",
             Self::MassRatio => "m_cue/m_object",
             Self::RadiusRatio => "R_cue/R_object",
+            Self::ESlope => "e₁",
         }
     }
 
-    /// `s/m` for c; empty for the others, which are ratios.
+    /// `s/m` for c and e₁; empty for the others, which are ratios.
     #[must_use]
     pub fn unit(self) -> &'static str {
-        if self == Self::C { "s/m" } else { "" }
+        if matches!(self, Self::C | Self::ESlope) { "s/m" } else { "" }
     }
 
     /// What it means, in one line.
@@ -82,6 +95,7 @@ impl Parameter {
             Self::Kappa => "how far the contact between the balls gives way along its surface",
             Self::MassRatio => "mass of the cue ball over that of the object ball",
             Self::RadiusRatio => "radius of the cue ball over that of the object ball",
+            Self::ESlope => "restitution falls with the closing speed v as e − e₁·v: how fast, in s/m",
         }
     }
 
@@ -100,6 +114,7 @@ impl Parameter {
             Self::Kappa => (Model::KAPPA, 0.0, 20.0),
             Self::MassRatio => (1.0, 0.01, 100.0),
             Self::RadiusRatio => (1.0, 0.2, 5.0),
+            Self::ESlope => (0.02, 0.0, 1.0),
         };
         let fixed = matches!(self, Self::C | Self::Kappa | Self::MassRatio | Self::RadiusRatio);
         Setting { initial, lower, upper, fixed, prior: None }
@@ -145,6 +160,7 @@ impl Setting {
         let (range, allowed) = match parameter {
             Parameter::E => (0.0..=1.0, "0 to 1"),
             Parameter::Kappa => (0.0..=MAX_KAPPA, "0 (rigid along the surface) to 100"),
+            Parameter::ESlope => (-1.0..=1.0, "-1 to 1 s/m"),
             _ => (0.0..=f64::MAX, "0 or more"),
         };
         let mut faults: Vec<SettingFault> = [("lower", lower), ("upper", upper), (value_key, initial)]
@@ -192,6 +208,8 @@ pub struct Settings {
     pub falls: bool,
     /// Whether the contact gives way; unless [`Compliance::Stated`] κ is no parameter of the fit.
     pub compliance: Compliance,
+    /// Whether e falls with the closing speed; else e₁ has no part in a fit.
+    pub e_falls: bool,
 }
 
 /// Whether the contact between the balls gives way along its surface.
@@ -214,6 +232,7 @@ impl Settings {
             Parameter::Mu | Parameter::MuS | Parameter::E => true,
             Parameter::B | Parameter::C => self.falls,
             Parameter::Kappa => self.compliance == Compliance::Stated,
+            Parameter::ESlope => self.e_falls,
             Parameter::MassRatio | Parameter::RadiusRatio => self[*parameter].prior.is_some(),
         };
         Parameter::ALL.into_iter().filter(has).collect()
@@ -223,7 +242,7 @@ impl Settings {
 impl Default for Settings {
     fn default() -> Self {
         let each = Parameter::ALL.map(Parameter::default_setting);
-        Self { each, falls: false, compliance: Compliance::Auto }
+        Self { each, falls: false, compliance: Compliance::Auto, e_falls: false }
     }
 }
 

@@ -18,6 +18,8 @@ pub struct Values {
     /// m_cue/m_object and R_cue/R_object of balls that are not equal.
     pub mass_ratio: f64,
     pub radius_ratio: f64,
+    /// Of e(v) = e − e₁v, where it falls with the closing speed, s/m.
+    pub e_slope: f64,
 }
 
 /// A contact is computed as giving way at least so far while κ is fitted: 0 is another model, whose outcome this one's nears as √κ.
@@ -52,6 +54,7 @@ impl Values {
             kappa: of(Parameter::Kappa),
             mass_ratio: of(Parameter::MassRatio),
             radius_ratio: of(Parameter::RadiusRatio),
+            e_slope: of(Parameter::ESlope),
         }
     }
 
@@ -63,7 +66,8 @@ impl Values {
             Law::Exponential { b, c } => (b, c),
         };
         let (mass_ratio, radius_ratio) = (model.mass_ratio(), model.radius_ratio());
-        Self { coefficients, b, c, kappa: model.kappa, mass_ratio, radius_ratio }
+        let e_slope = model.e_slope.unwrap_or(0.0);
+        Self { coefficients, b, c, kappa: model.kappa, mass_ratio, radius_ratio, e_slope }
     }
 
     /// These values with little friction, with that which they have, and with much, as far as bounds allow: what no
@@ -86,8 +90,8 @@ impl Values {
         [at(LITTLE), *self, at(1.0)]
     }
 
-    /// The model with these b and c, if its friction falls, this κ, if its contact gives way, and these ratios, if its balls are not
-    /// equal.
+    /// The model with these b and c, if its friction falls, this κ, if its contact gives way, these ratios, if its balls are not
+    /// equal, and this e₁, if its e falls.
     #[must_use]
     pub fn model(&self, model: &Model) -> Model {
         let law = match model.law {
@@ -100,7 +104,8 @@ impl Values {
             radius: model.ball.radius / self.radius_ratio,
             ..object
         });
-        Model { object, law, kappa, ..*model }
+        let e_slope = model.e_slope.map(|_| self.e_slope);
+        Model { object, law, kappa, e_slope, ..*model }
     }
 
     /// With one of them changed.
@@ -111,10 +116,10 @@ impl Values {
     }
 }
 
-/// With a friction that does not fall, between equal balls that are rigid along their surface.
+/// With a friction and an e that do not fall, between equal balls that are rigid along their surface.
 impl From<Coefficients> for Values {
     fn from(coefficients: Coefficients) -> Self {
-        Self { coefficients, b: 0.0, c: 0.0, kappa: 0.0, mass_ratio: 1.0, radius_ratio: 1.0 }
+        Self { coefficients, b: 0.0, c: 0.0, kappa: 0.0, mass_ratio: 1.0, radius_ratio: 1.0, e_slope: 0.0 }
     }
 }
 
@@ -131,6 +136,7 @@ impl Index<Parameter> for Values {
             Parameter::Kappa => &self.kappa,
             Parameter::MassRatio => &self.mass_ratio,
             Parameter::RadiusRatio => &self.radius_ratio,
+            Parameter::ESlope => &self.e_slope,
         }
     }
 }
@@ -146,6 +152,7 @@ impl IndexMut<Parameter> for Values {
             Parameter::Kappa => &mut self.kappa,
             Parameter::MassRatio => &mut self.mass_ratio,
             Parameter::RadiusRatio => &mut self.radius_ratio,
+            Parameter::ESlope => &mut self.e_slope,
         }
     }
 }

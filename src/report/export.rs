@@ -200,6 +200,9 @@ fn plain(fit: &StoredFit) -> (Map<String, Value>, Vec<String>) {
         // mu alone is the friction at high slip only
         object.insert("friction".into(), json!("mu + mu_b exp(-mu_c v), v: slip in m/s"));
     }
+    if fit.parameters.contains_key(Parameter::ESlope.name()) {
+        object.insert("restitution".into(), json!("e - e_slope v, v: closing speed in m/s"));
+    }
     let stated = |p: &Parameter| Parameter::COEFFICIENTS.contains(p) || fit.parameters.contains_key(p.name());
     for parameter in Parameter::ALL.into_iter().filter(stated) {
         let Some(value) = known(fit, parameter) else {

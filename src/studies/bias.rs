@@ -138,7 +138,7 @@ pub fn noise_free(dataset: &Dataset) -> Dataset {
         shots.push(shot);
     }
     let each = dataset.settings.each.map(|setting| Setting { prior: None, ..setting });
-    let settings = Settings { each, falls: false, compliance: Compliance::Rigid };
+    let settings = Settings { each, compliance: Compliance::Rigid, ..Settings::default() };
     Dataset { shots, settings, relations: Vec::new(), by: None, loss: Loss::default(), ..dataset.clone() }
 }
 

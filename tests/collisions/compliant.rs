@@ -86,6 +86,31 @@ fn what_a_fit_computes_meets_the_table() {
     }
 }
 
+/// At the end of these impacts the friction, and with it what lifts a ball, vanishes together with the normal force.
+#[test]
+fn a_fit_computes_impacts_that_end_as_a_ball_leaves_the_cloth() {
+    /// As [`what_a_fit_computes_meets_the_table`], at 15 m/s.
+    const QUICK: f64 = 4e-5;
+    // (v_y0, v_z0)/k, μ and e
+    for (slip, mu, e) in [
+        ([0.234_793_285, 2.282_293_603], 0.131_472_192, 0.94),
+        ([0.231_139_835, -1.443_777_961], 0.081_591_034, 0.940_322_773),
+        ([0.203_031_088, -0.039_325_373], 0.01, 0.927_298_387),
+        ([0.234_848_396, 3.649_580_036], 0.159_114_768, 0.940_973_839),
+    ] {
+        let (k, radius) = (15.4, Ball::POOL.radius);
+        let spin = Vec3::new(0.0, slip[1] * k / radius, -slip[0] * k / radius);
+        let cue = BallState { velocity: Vec3::new(k, 0.0, 0.0), spin };
+        let coefficients = Coefficients { mu, mu_s: 0.3, e };
+        let at = |tolerance: f64| {
+            let model = Model { tolerance, ..compliant(Fidelity::Ode, Ball::POOL) };
+            model.collide(&cue, &coefficients).unwrap()
+        };
+        let apart = apart(&at(Model::TOLERANCE_OF_FITS), &at(1e-10));
+        assert!(apart < QUICK, "{slip:?}: {apart:e}");
+    }
+}
+
 #[test]
 fn what_a_fit_differentiates_agrees_with_differences() {
     /// Of a difference over STEP: its square, the tolerance over it, and the sides of a switch that differ.

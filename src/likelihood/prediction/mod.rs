@@ -79,7 +79,7 @@ pub enum Unpredictable {
     #[error("its spin is given in rad/s but no speed is: give speed_m_s or a speed after the impact")]
     SpinWithoutSpeed,
     #[error(
-        "the friction depends on the speed of the slip, but the shot has none: give speed_m_s or a speed after the \
+        "the friction or e depends on the speed, but the shot has none: give speed_m_s or a speed after the \
          impact"
     )]
     FallsWithoutSpeed,
@@ -315,7 +315,9 @@ impl Plan {
             (Before::Angle { speed: None, .. }, Some(known)) => {
                 self.predict_solved(state, model, coefficients, known)
             }
-            (Before::Angle { speed: None, .. }, None) if model.law != Law::Constant => {
+            (Before::Angle { speed: None, .. }, None)
+                if model.law != Law::Constant || model.e_slope.is_some() =>
+            {
                 Err(Unpredictable::FallsWithoutSpeed)
             }
             (Before::Angle { speed: None, .. }, None) => {
@@ -384,12 +386,14 @@ impl Plan {
         let start = Start::new(state, speed, model.ball.radius);
         let (outcome, jacobian, by_others) = collision.collide_with_all(&start.cue, coefficients)?;
         let by_inputs = product(&jacobian.fixed_columns::<5>(3).into_owned(), &start.by_inputs);
+        // where the contact gives way the outcome has no kink where sticking sets in
+        let regime = if model.is_compliant() { Regime::Slide } else { outcome.regime };
         let mut prediction = Prediction {
             values: SVector::zeros(),
             by_parameters: SMatrix::zeros(),
             by_inputs: SMatrix::zeros(),
             speed,
-            contact: start.contact(model.ball.radius, outcome.regime),
+            contact: start.contact(model.ball.radius, regime),
         };
         let asked = self.rows.iter().map(|row| row.observable).chain(extra);
         for (row, observable) in asked.enumerate() {

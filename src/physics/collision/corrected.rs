@@ -13,7 +13,7 @@ use crate::physics::friction_law::Law;
 /// What is added to the components of an outcome, in the order of [`Outcome::components`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Correction {
-    /// At the coefficients `at`.
+    /// At the coefficients `at`, whose e is that of the shot's closing speed.
     pub value: SVector<f64, 12>,
     /// By μ, μ_s, e, b and c of a friction that falls, and κ of a contact that gives way.
     pub slope: SMatrix<f64, 12, 6>,
@@ -45,9 +45,14 @@ impl Correction {
         cue: &BallState,
         at: &Coefficients,
     ) -> Result<Self, NotACollision> {
-        let fine = Model { tolerance: model.tolerance.max(Model::TOLERANCE_OF_FITS), ..*model };
+        let (model, at) = match model.at_closing_speed(cue, at) {
+            Some((model, at, _)) => (model, at),
+            None => (*model, *at),
+        };
+        let (base, at) = (Model { e_slope: None, ..*base }, &at);
+        let fine = Model { tolerance: model.tolerance.max(Model::TOLERANCE_OF_FITS), ..model };
         let beyond = |at: &Coefficients, law: Law, kappa: f64| {
-            let (fine, base) = (Model { law, kappa, ..fine }, Model { law, kappa, ..*base });
+            let (fine, base) = (Model { law, kappa, ..fine }, Model { law, kappa, ..base });
             let difference = fine.collide(cue, at)?.components() - base.collide(cue, at)?.components();
             Ok::<_, NotACollision>(difference)
         };
@@ -115,14 +120,22 @@ impl Corrected<'_> {
         cue: &BallState,
         coefficients: &Coefficients,
     ) -> Result<(Outcome, Jacobian, Option<ByOthers>), NotACollision> {
+        let Some(correction) = self.correction else {
+            return self.model.collide_with_all(cue, coefficients);
+        };
+        if let Some((model, coefficients, slopes)) = self.model.at_closing_speed(cue, coefficients) {
+            let (outcome, mut jacobian, by) = Self { model, ..*self }.collide_with_all(cue, &coefficients)?;
+            let mut by = by.unwrap_or_else(ByOthers::zeros);
+            by.set_column(OTHERS - 1, &slopes.carry(&mut jacobian));
+            return Ok((outcome, jacobian, Some(by)));
+        }
         let (outcome, mut jacobian, mut by_others) = self.model.collide_with_all(cue, coefficients)?;
-        let Some(correction) = self.correction else { return Ok((outcome, jacobian, by_others)) };
         let mut by_coefficients = jacobian.fixed_columns_mut::<3>(0);
         by_coefficients += correction.slope.fixed_columns::<3>(0);
         if self.has_others() {
             let by = by_others.get_or_insert_with(ByOthers::zeros);
-            let mut of_contact = by.fixed_columns_mut::<{ OTHERS - 2 }>(0);
-            of_contact += correction.slope.fixed_columns::<{ OTHERS - 2 }>(3);
+            let mut of_contact = by.fixed_columns_mut::<3>(0);
+            of_contact += correction.slope.fixed_columns::<3>(3);
         }
         let change = correction.at(coefficients, self.model.law, self.model.kappa);
         Ok((outcome.plus(&change), jacobian, by_others))

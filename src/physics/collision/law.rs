@@ -1,5 +1,6 @@
 //! How an outcome changes with what is usually known or has no part: b and c of a friction that falls with the slip,
-//! μ(v) = a + b exp(−c v), κ of a contact that gives way, the masses and the radii of balls that are not equal.
+//! μ(v) = a + b exp(−c v), κ of a contact that gives way, the masses and the radii of balls that are not equal, and e₁ of an e that
+//! falls with the closing speed.
 
 use nalgebra::SMatrix;
 
@@ -14,15 +15,15 @@ use crate::physics::friction_law::Law;
 /// The components of an outcome by b and c.
 type ByLaw = SMatrix<f64, 12, 2>;
 
-/// How many numbers there are besides the coefficients: b, c, κ, m_cue/m_object and R_cue/R_object.
-pub const OTHERS: usize = 5;
+/// How many numbers there are besides the coefficients: b, c, κ, m_cue/m_object, R_cue/R_object and e₁.
+pub const OTHERS: usize = 6;
 
 /// The components of an outcome by these.
 pub type ByOthers = SMatrix<f64, 12, OTHERS>;
 
 impl Model {
-    /// As [`Model::collide_with_jacobian`], also by b and c, κ, the ratio of the masses and that of the radii; `None` where friction
-    /// is constant, the contact rigid and the balls equal.
+    /// As [`Model::collide_with_jacobian`], also by b and c, κ, the ratio of the masses, that of the radii and e₁; `None` where friction
+    /// and e are constant, the contact rigid and the balls equal.
     ///
     /// # Errors
     /// As [`Model::collide`].
@@ -43,7 +44,7 @@ impl Model {
     #[must_use]
     #[inline]
     pub fn has_others(&self) -> bool {
-        self.law != Law::Constant || self.object.is_some() || self.is_compliant()
+        self.law != Law::Constant || !self.is_usual() || self.is_compliant()
     }
 
     #[cold]
@@ -61,6 +62,12 @@ impl Model {
         cue: &BallState,
         coefficients: &Coefficients,
     ) -> Result<All, NotACollision> {
+        if let Some((model, coefficients, slopes)) = self.at_closing_speed(cue, coefficients) {
+            let (outcome, mut jacobian, by) = model.compute_with_others(cue, &coefficients)?;
+            let mut by = by.unwrap_or_else(ByOthers::zeros);
+            by.set_column(OTHERS - 1, &slopes.carry(&mut jacobian));
+            return Ok((outcome, jacobian, Some(by)));
+        }
         let (outcome, jacobian, by_kappa) = if self.is_compliant() {
             integrated::collide_with_jacobian(self, cue, coefficients, &self.contact(cue, coefficients)?)?
         } else {

@@ -25,6 +25,7 @@ mod law;
 mod linear;
 mod outcome;
 mod recent;
+mod restitution_law;
 mod steps;
 mod unequal;
 
@@ -109,7 +110,7 @@ pub struct Coefficients {
     pub mu: f64,
     /// μ_s, friction of the cloth on the object ball.
     pub mu_s: f64,
-    /// e, energetic coefficient of restitution (Stronge).
+    /// e, energetic coefficient of restitution (Stronge); the e₀ of one that falls with the closing speed.
     pub e: f64,
 }
 
@@ -182,6 +183,8 @@ pub struct Model {
     /// How the friction between the balls falls with the slip. What has a closed form takes the friction
     /// at the first slip, an approximation; `ode` and `contact` follow the slip.
     pub law: Law,
+    /// e₁ of an e that falls with the closing speed v, e(v) = e₀ − e₁v and not below 0, s/m; `None`: it does not.
+    pub e_slope: Option<f64>,
     /// `ode` and `contact`: κ, how far the contact gives way along the surface. 0 is rigid, as Kim's is.
     pub kappa: f64,
     /// `ode` and `contact`: error of each step relative to the closing speed k. The outcome's error is
@@ -221,6 +224,7 @@ impl Model {
             cloth_torque: ClothTorque::Corrected,
             effects,
             law: Law::Constant,
+            e_slope: None,
             kappa: 0.0,
             tolerance: Self::TOLERANCE,
             mu_k: Cloth::default().sliding,
@@ -283,22 +287,23 @@ impl Model {
     /// What is no collision: balls that do not approach, coefficients out of range, a vertical
     /// velocity, anything not finite.
     pub fn collide(&self, cue: &BallState, coefficients: &Coefficients) -> Result<Outcome, NotACollision> {
-        if self.object.is_some() {
-            self.collide_unequal(cue, coefficients)
-        } else {
-            self.find(cue, coefficients)
-        }
+        if self.is_usual() { self.find(cue, coefficients) } else { self.find_unusual(cue, coefficients) }
+    }
+
+    /// Equal balls whose restitution does not depend on the speed.
+    #[inline(always)]
+    fn is_usual(&self) -> bool {
+        self.object.is_none() && self.e_slope.is_none()
     }
 
     /// Apart, so that equal balls are computed with what is constant for them.
     #[cold]
     #[inline(never)]
-    fn collide_unequal(
-        &self,
-        cue: &BallState,
-        coefficients: &Coefficients,
-    ) -> Result<Outcome, NotACollision> {
-        self.find(cue, coefficients)
+    fn find_unusual(&self, cue: &BallState, coefficients: &Coefficients) -> Result<Outcome, NotACollision> {
+        match self.at_closing_speed(cue, coefficients) {
+            Some((model, coefficients, _)) => model.find(cue, &coefficients),
+            None => self.find(cue, coefficients),
+        }
     }
 
     #[inline(always)]
@@ -328,19 +333,25 @@ impl Model {
         cue: &BallState,
         coefficients: &Coefficients,
     ) -> Result<(Outcome, Jacobian), NotACollision> {
-        if self.object.is_some() {
-            return self.unequal_with_jacobian(cue, coefficients);
+        if !self.is_usual() {
+            return self.unusual_with_jacobian(cue, coefficients);
         }
         self.with_jacobian(cue, coefficients, &self.contact(cue, coefficients)?)
     }
 
     #[cold]
     #[inline(never)]
-    fn unequal_with_jacobian(
+    fn unusual_with_jacobian(
         &self,
         cue: &BallState,
         coefficients: &Coefficients,
     ) -> Result<(Outcome, Jacobian), NotACollision> {
+        if let Some((model, coefficients, slopes)) = self.at_closing_speed(cue, coefficients) {
+            let contact = model.contact(cue, &coefficients)?;
+            let (outcome, mut jacobian) = model.with_jacobian(cue, &coefficients, &contact)?;
+            _ = slopes.carry(&mut jacobian);
+            return Ok((outcome, jacobian));
+        }
         self.with_jacobian(cue, coefficients, &self.contact(cue, coefficients)?)
     }
 

@@ -170,6 +170,9 @@ impl Model {
         cue: &BallState,
         coefficients: &Coefficients,
     ) -> Result<Column, NotACollision> {
+        if let Some((model, coefficients, _)) = self.at_closing_speed(cue, coefficients) {
+            return model.by_mass_ratio(cue, &coefficients);
+        }
         let ratio = self.mass_ratio();
         if self.fidelity.is_integrated() {
             let h = self.tolerance.cbrt() * ratio;

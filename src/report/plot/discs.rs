@@ -89,7 +89,9 @@ fn restitution<DB: DrawingBackend>(
     let unit = if fit.discs.is_some_and(|discs| discs.in_seconds) { "m/s" } else { "m per frame" };
     let x = Axis::around(format!("closing speed ({unit})"), points.iter().map(|p| p.0)).starting_at_zero();
     let fitted = |parameter| fit.get(parameter).filter(|found| found.status != Status::NotIdentified);
-    let line = fitted(Parameter::E).map(|e| [x.low, x.high].map(|speed| (speed, e.value)));
+    let slope = fitted(Parameter::ESlope).map_or(0.0, |slope| slope.value);
+    // e(v) = e₀ − e₁v
+    let line = fitted(Parameter::E).map(|e| [x.low, x.high].map(|speed| (speed, e.value - slope * speed)));
     let scatter = fit.scatter.map_or(0.0, |scatter| scatter.restitution);
     let ends = line.iter().flatten().flat_map(|(_, e)| [e - scatter, e + scatter]);
     let y = Axis::around("e", points.iter().map(|p| p.1.value).chain(ends));

@@ -40,6 +40,10 @@ const LEAST_AFTER_EVENT: f64 = 1e-3;
 /// By so much a condition of a mode may be violated.
 const BROKEN: f64 = 1e-7;
 
+/// Of R in restitution: a ball that leaves the cloth, or comes back, this near to the end does so at the end. What is left of the
+/// impulse is its fifth power.
+const SPENT: f64 = 1e-6;
+
 /// An event is found to this part of its step.
 const LOCATED: f64 = 1e-9;
 const MOST_TRIALS: usize = 60;
@@ -220,22 +224,29 @@ impl Shot<f64> {
             }
             let after = self.events(&mode, &there);
             // what is no longer as its mode says, and was not when the mode began, takes more care
-            if (0..after.len()).any(|i| !(before[i] > 0.0) && after[i] < -BROKEN) {
-                return None;
-            }
+            let is_broken =
+                |after: &[f64; 4]| (0..after.len()).any(|i| !(before[i] > 0.0) && after[i] < -BROKEN);
             if !(0..after.len()).any(|i| happened(before[i], after[i])) {
+                if is_broken(&after) {
+                    return None;
+                }
                 steps.push(Step { mode, length, event: None });
                 (y, rates, before) = (there, rates_there, after);
                 length = (length * factor.clamp(0.2, 4.0)).min(LONGEST);
                 continue;
             }
             let (event, to, there) = self.first_event(&mode, (&y, &rates, &before), (length, after))?;
+            let at_event = self.events(&mode, &there);
+            if is_broken(&at_event) {
+                return None;
+            }
             let later = ahead(&there, PROBE, [(1.0, &self.rates(&mode, &there))]);
             let of = event as usize;
-            let rate = (self.events(&mode, &later)[of] - self.events(&mode, &there)[of]) / PROBE;
+            let rate = (self.events(&mode, &later)[of] - at_event[of]) / PROBE;
             steps.push(Step { mode, length: to, event: Some((event, rate)) });
             y = there;
-            if event == Event::End && (!mode.is_compression || self.e == 0.0) {
+            let ends = event == Event::End && (!mode.is_compression || self.e == 0.0);
+            if ends || !mode.is_compression && y[at::ROOT] < SPENT {
                 return Some((y, if held { Regime::Stick } else { Regime::Slide }));
             }
             let next = after_event(mode, event);
@@ -437,4 +448,37 @@ fn ahead<T: Real, const M: usize>(y: &State<T>, h: f64, terms: [(f64, &State<T>)
         term += 1;
     }
     there
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::physics::ball::Vec3;
+    use crate::physics::collision::integrated::dynamics;
+    use crate::physics::collision::{Coefficients, Effects};
+
+    /// At the end of these impacts the friction, and with it what lifts a ball, vanishes together with the normal force.
+    #[test]
+    fn impacts_that_end_as_a_ball_leaves_the_cloth_end() {
+        // (v_y0, v_z0)/k, μ and e
+        for (slip, mu, e) in [
+            ([0.234_793_285, 2.282_293_603], 0.131_472_192, 0.94),
+            ([0.231_139_835, -1.443_777_961], 0.081_591_034, 0.940_322_773),
+            ([0.203_031_088, -0.039_325_373], 0.01, 0.927_298_387),
+            ([0.234_848_396, 3.649_580_036], 0.159_114_768, 0.940_973_839),
+        ] {
+            let effects = Effects { compliance: true, ..Fidelity::Full.effects() };
+            let kappa = Model::KAPPA;
+            let tolerance = Model::TOLERANCE_OF_FITS;
+            let model = Model { effects, kappa, tolerance, ..Model::new(Fidelity::Ode, Ball::POOL) };
+            let (k, radius) = (15.4, model.ball.radius);
+            let spin = Vec3::new(0.0, slip[1] * k / radius, -slip[0] * k / radius);
+            let cue = BallState { velocity: Vec3::new(k, 0.0, 0.0), spin };
+            let coefficients = Coefficients { mu, mu_s: 0.3, e };
+            let contact = model.contact(&cue, &coefficients).unwrap();
+            let dynamics = dynamics(&model, &cue, &coefficients, &contact).unwrap();
+            assert!(serves(&model, &dynamics));
+            assert!(impulses(&dynamics, e).is_some(), "{slip:?}");
+        }
+    }
 }
