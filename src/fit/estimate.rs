@@ -1,7 +1,7 @@
 //! What a fit says of one parameter.
 
 use super::Fit;
-use crate::measurement::parameter::Parameter;
+use crate::measurement::parameter::{Parameter, Setting};
 
 impl Fit {
     /// The estimate of a parameter; `None` of b and c where the friction is constant.
@@ -77,6 +77,24 @@ impl Estimate {
         }
     }
 
+    /// The estimate, or none of a parameter that ends at a bound and may as well be anywhere: the data say nothing about it.
+    pub(super) fn unless_uninformed(self, setting: &Setting) -> Self {
+        let ends = matches!(self.status, Status::AtLowerBound | Status::AtUpperBound);
+        let all = |[low, high]: [f64; 2]| low <= setting.lower && high >= setting.upper;
+        if !(ends && self.interval_95.is_some_and(all)) {
+            return self;
+        }
+        Self {
+            value: setting.initial,
+            std_error: None,
+            interval_95: None,
+            intervals: Intervals::default(),
+            std_error_at_bound: None,
+            status: Status::NotIdentified,
+            ..self
+        }
+    }
+
     /// Whether `interval_95` is that of the profile.
     #[must_use]
     pub fn is_profiled(&self) -> bool {
@@ -107,5 +125,28 @@ impl Status {
             Self::AtUpperBound => "at-upper-bound",
             Self::NotIdentified => "not-identified",
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_ends_at_a_bound_and_may_be_anywhere_is_not_identified() {
+        let setting = Parameter::MuS.default_setting();
+        let at_bound = |interval| Estimate {
+            parameter: Parameter::MuS,
+            value: 0.0,
+            std_error: None,
+            interval_95: Some(interval),
+            intervals: Intervals { hessian: Some(interval), profile: Some(interval) },
+            std_error_at_bound: None,
+            status: Status::AtLowerBound,
+        };
+        let anywhere = at_bound([0.0, 1.0]).unless_uninformed(&setting);
+        assert_eq!((anywhere.status, anywhere.value), (Status::NotIdentified, setting.initial));
+        assert_eq!(anywhere.interval_95, None);
+        assert_eq!(at_bound([0.0, 0.7]).unless_uninformed(&setting).status, Status::AtLowerBound);
     }
 }

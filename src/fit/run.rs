@@ -212,7 +212,7 @@ pub(super) fn fit_shots(
         let own = free.iter().position(|p| *p == parameter);
         let plateau = plateaus.iter().find(|plateau| plateau.parameter == parameter);
         match (own, plateau) {
-            (Some(column), _) => uncertainty.estimates[column],
+            (Some(column), _) => uncertainty.estimates[column].unless_uninformed(setting),
             (None, Some(plateau)) => Estimate {
                 parameter,
                 value: plateau.edge,
