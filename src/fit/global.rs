@@ -195,10 +195,15 @@ impl Search<'_> {
         })
     }
 
+    /// Whether there are few shots, all from states before the impact that are known exactly, as in a table of angles.
+    fn is_few_exact(&self) -> bool {
+        self.fitted.len() <= FEW && self.fitted.iter().all(|shot| !shot.plan.has_uncertain_inputs())
+    }
+
     fn axis_of(&self, parameter: Parameter, of: usize) -> Vec<f64> {
         let setting = &self.settings[parameter];
         match parameter {
-            Parameter::Mu if of == 1 && self.model.kappa > 0.0 && self.fitted.len() <= FEW => {
+            Parameter::Mu if of == 1 && self.model.kappa > 0.0 && self.is_few_exact() => {
                 axis(setting, LEAST_FRICTION, PER_DECADE_OF_FEW, &[])
             }
             Parameter::Mu if of == 1 => {
