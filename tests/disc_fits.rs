@@ -15,8 +15,8 @@ use caromfit::physics::collision::{Coefficients, Effects, Fidelity, Model};
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
-use crate::extraction::count as count_of;
 use crate::discs::{SETTINGS, film_with, load};
+use crate::extraction::count as count_of;
 
 /// As the program fits.
 fn fitted(dataset: &Dataset) -> Fit {
@@ -145,7 +145,12 @@ fn errors_of_shots_that_scatter_are_what_they_are_stated_to_be() {
         for (parameter, value) in truth {
             let found = fit.get(parameter).unwrap();
             let [low, high] = found.interval_95.unwrap();
-            println!("{set} {} = {:.4} ± {:.4} in [{low:.4}, {high:.4}], {scatter:.4?}", parameter.symbol(), found.value, found.std_error.unwrap());
+            println!(
+                "{set} {} = {:.4} ± {:.4} in [{low:.4}, {high:.4}], {scatter:.4?}",
+                parameter.symbol(),
+                found.value,
+                found.std_error.unwrap()
+            );
             hold += usize::from((low..=high).contains(&value));
         }
         scatters[0] += scatter.restitution.powi(2) / sets as f64;

@@ -8,7 +8,7 @@ use caromfit::likelihood::prediction::Plan;
 use caromfit::measurement::dataset::Dataset;
 use caromfit::measurement::parameter::Parameter;
 use caromfit::physics::ball::Ball;
-use caromfit::physics::collision::{Coefficients, Fidelity};
+use caromfit::physics::collision::{Coefficients, Fidelity, MAX_KAPPA, Model};
 use caromfit::report;
 use caromfit::report::plot::precision;
 use caromfit::report::write;
@@ -37,12 +37,18 @@ pub struct Args {
     /// Of the shots
     #[arg(long, default_value_t = 0)]
     seed: u64,
+    /// κ of a contact that gives way, against which a rigid one is held; 0: none
+    #[arg(long, default_value_t = Model::KAPPA, value_name = "K")]
+    kappa: f64,
     /// Print both tables as JSON, and nothing else, on standard output
     #[arg(long)]
     json: bool,
 }
 
 pub fn run(args: &Args) -> Result<(), Failure> {
+    if !(0.0..=MAX_KAPPA).contains(&args.kappa) {
+        return Err(Failure::input(format!("--kappa is {}; expected 0 to {MAX_KAPPA}", args.kappa)));
+    }
     let (dataset, shots, left_out) = match &args.dataset {
         Some(path) => of_dataset(path)?,
         None => {
@@ -50,16 +56,25 @@ pub fn run(args: &Args) -> Result<(), Failure> {
             (bias::velocities(&shots, Ball::POOL), shots, 0)
         }
     };
-    let progress = Progress::new(1 + bias::FITTED.len());
+    let kappa = Some(args.kappa).filter(|kappa| *kappa > 0.0);
+    let giving_way = kappa.map_or(&[][..], |_| &bias::FITTED_GIVING_WAY);
+    let progress = Progress::new(1 + bias::FITTED.len() + giving_way.len());
     progress.step("errors and times");
-    let rows = accuracy::study(&shots, dataset.ball).map_err(Failure::work)?;
+    let rows = accuracy::study(&shots, dataset.ball, kappa).map_err(Failure::work)?;
     progress.done();
-    let data = bias::noise_free(&dataset);
     let mut biases = Vec::new();
-    for fidelity in bias::FITTED {
-        progress.step(&format!("fitting with {}", fidelity.map_or("auto", Fidelity::name)));
-        biases.push(bias::bias(&data, fidelity).map_err(Failure::work)?);
-        progress.done();
+    let mut tables = String::new();
+    for (kappa, ways) in [(None, &bias::FITTED[..]), (kappa, giving_way)] {
+        let data = bias::noise_free(&dataset, kappa);
+        let first = biases.len();
+        for way in ways {
+            progress.step(&format!("fitting with {}", way.name()));
+            biases.push(bias::bias(&data, *way).map_err(Failure::work)?);
+            progress.done();
+        }
+        if !ways.is_empty() {
+            tables += &format!("\n{}", report::accuracy::bias_table(&biases[first..], data.shots.len()));
+        }
     }
     progress.finish();
     let files = [
@@ -74,12 +89,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         return print(&document.map_err(Failure::work)?);
     }
     let left_out = if left_out > 0 { format!(", {left_out} left out") } else { String::new() };
-    print(&format!(
-        "{} shots{left_out}\n\n{}\n{}",
-        shots.len(),
-        report::accuracy::table(&rows),
-        report::accuracy::bias_table(&biases, data.shots.len())
-    ))
+    print(&format!("{} shots{left_out}\n\n{}{tables}", shots.len(), report::accuracy::table(&rows),))
 }
 
 fn of_dataset(path: &std::path::Path) -> Result<(Dataset, Vec<Shot>, usize), Failure> {

@@ -8,7 +8,7 @@ use super::aligned::aligned;
 use super::digits::{FEW, relative};
 use super::{FORMAT_VERSION, ReportError, unit_of};
 use crate::physics::collision::Fidelity;
-use crate::studies::accuracy::{QUANTITIES, Row, Spread};
+use crate::studies::accuracy::{Includes, QUANTITIES, Row, Spread};
 use crate::studies::bias;
 
 /// Units of [`QUANTITIES`]: speeds, spins times R and vertical speeds are in parts of the cue ball's speed U.
@@ -32,7 +32,7 @@ pub fn json(
         Value::Object(each.collect())
     };
     let way = |row: &Row| {
-        json!({"fidelity": row.fidelity.name(), "effects": if row.everything { "all" } else { "as-full" },
+        json!({"fidelity": row.fidelity.name(), "effects": row.includes.name(),
                "tolerance": row.tolerance, "seconds": relative(row.seconds, FEW), "failed": row.failed,
                "numerical_error": row.numerical.map(errors), "model_error": errors(row.model)})
     };
@@ -46,7 +46,7 @@ pub fn json(
             });
             (found.parameter.name().to_owned(), value)
         };
-        json!({"fidelity": fitted_with(row), "parameters": Value::Object(row.found.iter().map(parameter).collect()),
+        json!({"fidelity": row.way.name(), "kappa": row.kappa, "parameters": Value::Object(row.found.iter().map(parameter).collect()),
                "chi2_per_observation": relative(row.chi2_per_observation, FEW),
                "seconds": relative(row.seconds, FEW)})
     };
@@ -61,10 +61,11 @@ pub fn json(
 
 /// What a row is called.
 pub(super) fn name(row: &Row) -> String {
-    let what = match (row.tolerance.is_some(), row.everything) {
-        (true, true) => "all effects",
-        (true, false) => "as full",
-        _ => return row.fidelity.name().to_owned(),
+    let what = match (row.tolerance, row.includes) {
+        (None, _) => return row.fidelity.name().to_owned(),
+        (Some(_), Includes::All) => "all effects",
+        (Some(_), Includes::AsFull) => "as full",
+        (Some(_), Includes::GivesWay) => "gives way",
     };
     format!("{}, {what}", row.fidelity.name())
 }
@@ -72,21 +73,31 @@ pub(super) fn name(row: &Row) -> String {
 /// Which errors of a row are meant.
 pub(super) type Pick = fn(&Row) -> Option<[Spread; 4]>;
 
+/// Of what a rigid contact leaves out: one that gives way is another model.
+pub(super) fn model_error(row: &Row) -> Option<[Spread; 4]> {
+    (row.includes != Includes::GivesWay).then_some(row.model)
+}
+
 /// For the terminal: median, 95 % and worst errors, a digit of each.
 #[must_use]
 pub fn table(rows: &[Row]) -> String {
     let heads = ["", "tolerance", "time", "of linear", "throw, °", "speed/U", "spin R/U", "jump/U"];
     let linear = rows.iter().find(|row| row.fidelity == Fidelity::Linear).map_or(f64::NAN, |row| row.seconds);
     let mut text = String::new();
-    let parts: [(&str, Pick); 2] = [
-        ("Numerical error (median, 95 %, worst) against the same equations solved to 30 digits", |row| {
-            row.numerical
-        }),
-        ("Model error (median, 95 %, worst) against contact with all effects, to 1e-9", |row| {
-            Some(row.model)
+    let parts: [(&str, Pick); 3] = [
+        (
+            "Numerical error (median, 95 %, worst) against the same equations solved to 30 digits (gives way: to 1e-12)",
+            |row| row.numerical,
+        ),
+        ("Model error (median, 95 %, worst) against contact with all effects, to 1e-9", model_error),
+        ("By how much the same differs from a contact that gives way (median, 95 %, worst)", |row| {
+            (row.includes == Includes::GivesWay).then_some(row.model)
         }),
     ];
     for (title, pick) in parts {
+        if rows.iter().all(|row| pick(row).is_none()) {
+            continue;
+        }
         let mut cells = vec![heads.map(str::to_owned).to_vec()];
         for row in rows {
             let Some(errors) = pick(row) else { continue };
@@ -113,7 +124,7 @@ pub fn csv(rows: &[Row]) -> String {
     let mut text =
         "fidelity,effects,tolerance,seconds,failed,reference,quantity,median,p95,worst\n".to_owned();
     for row in rows {
-        let effects = if row.everything { "all" } else { "as-full" };
+        let effects = row.includes.name();
         let tolerance = row.tolerance.map_or(String::new(), |tolerance| format!("{tolerance:e}"));
         let references = [("exact", row.numerical), ("contact", Some(row.model))];
         for (reference, errors) in references {
@@ -132,18 +143,13 @@ pub fn csv(rows: &[Row]) -> String {
     text
 }
 
-/// What a row of biases is called.
-fn fitted_with(row: &bias::Row) -> &'static str {
-    row.fidelity.map_or("auto", Fidelity::name)
-}
-
 /// For the terminal: bias ± standard error of each parameter, and their ratio.
 #[must_use]
 pub fn bias_table(rows: &[bias::Row], shots: usize) -> String {
     let heads = ["fitted with", "μ", "", "μ_s", "", "e", "", "χ²/n", "time"];
     let mut cells = vec![heads.map(str::to_owned).to_vec()];
     for row in rows {
-        let mut line = vec![fitted_with(row).to_owned()];
+        let mut line = vec![row.way.name().to_owned()];
         for found in row.found {
             match (found.bias(), found.std_error) {
                 (Some(bias), Some(error)) => {
@@ -157,8 +163,10 @@ pub fn bias_table(rows: &[bias::Row], shots: usize) -> String {
         line.push(format!("{:.2} s", row.seconds));
         cells.push(line);
     }
+    let gives_way = rows.first().and_then(|row| row.kappa);
+    let gives_way = gives_way.map_or(String::new(), |kappa| format!(", giving way with κ = {kappa:.3}"));
     format!(
-        "Bias of a fit to {shots} shots without noise, computed by contact with all effects, ± standard error, and \
+        "Bias of a fit to {shots} shots without noise, computed by contact with all effects{gives_way}, ± standard error, and \
          how many of these it is\n{}",
         aligned(&cells, "  ")
     )
@@ -172,7 +180,7 @@ fn times(ratio: f64) -> String {
 /// One row per fidelity and parameter.
 #[must_use]
 pub fn bias_csv(rows: &[bias::Row]) -> String {
-    let mut text = "fidelity,parameter,truth,estimate,bias,std_error,bias_over_std_error\n".to_owned();
+    let mut text = "fidelity,kappa,parameter,truth,estimate,bias,std_error,bias_over_std_error\n".to_owned();
     for row in rows {
         for found in row.found {
             let (bias, error) = (found.bias(), found.std_error);
@@ -181,8 +189,9 @@ pub fn bias_csv(rows: &[bias::Row]) -> String {
                 .map(|x| x.map_or(String::new(), |x| format!("{x:e}")));
             let _ = writeln!(
                 text,
-                "{},{},{},{estimate},{bias},{error},{ratio}",
-                fitted_with(row),
+                "{},{},{},{},{estimate},{bias},{error},{ratio}",
+                row.way.name(),
+                row.kappa.map_or(String::new(), |kappa| format!("{kappa:.4}")),
                 found.parameter.name(),
                 found.truth
             );

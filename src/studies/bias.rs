@@ -56,11 +56,37 @@ impl Found {
     }
 }
 
-/// What one fidelity finds.
-#[derive(Clone, Debug)]
-pub struct Row {
+/// What shots are fitted with.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Way {
     /// `None`: the cheapest for each shot, as `fit --fidelity auto`.
     pub fidelity: Option<Fidelity>,
+    /// `ode` with a contact that gives way as that of the data does.
+    pub gives_way: bool,
+}
+
+impl Way {
+    const fn rigid(fidelity: Option<Fidelity>) -> Self {
+        Self { fidelity, gives_way: false }
+    }
+
+    /// As in bias.csv.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self.fidelity {
+            Some(_) if self.gives_way => "ode with compliance",
+            Some(fidelity) => fidelity.name(),
+            None => "auto",
+        }
+    }
+}
+
+/// What one way finds.
+#[derive(Clone, Debug)]
+pub struct Row {
+    pub way: Way,
+    /// κ of the contact that computed the data, where it gave way.
+    pub kappa: Option<f64>,
     /// In the order of [`PARAMETERS`].
     pub found: [Found; 3],
     /// χ² per observation: above 1 the misfit alone would show in data with that noise.
@@ -70,13 +96,20 @@ pub struct Row {
 }
 
 /// The fidelities that have parameters, in the order in which they are fitted.
-pub const FITTED: [Option<Fidelity>; 6] = [
-    Some(Fidelity::Inelastic),
-    Some(Fidelity::Linear),
-    Some(Fidelity::Full),
-    None,
-    Some(Fidelity::Ode),
-    Some(Fidelity::Contact),
+pub const FITTED: [Way; 6] = [
+    Way::rigid(Some(Fidelity::Inelastic)),
+    Way::rigid(Some(Fidelity::Linear)),
+    Way::rigid(Some(Fidelity::Full)),
+    Way::rigid(None),
+    Way::rigid(Some(Fidelity::Ode)),
+    Way::rigid(Some(Fidelity::Contact)),
+];
+
+/// What is fitted where the contact gave way.
+pub const FITTED_GIVING_WAY: [Way; 3] = [
+    Way::rigid(Some(Fidelity::Full)),
+    Way::rigid(None),
+    Way { fidelity: Some(Fidelity::Ode), gives_way: true },
 ];
 
 /// A data set of velocities after the impact for these shots, to be filled in.
@@ -105,14 +138,19 @@ pub fn velocities(shots: &[accuracy::Shot], ball: Ball) -> Dataset {
     Dataset::new("accuracy", ball, shots.iter().enumerate().map(shot).collect())
 }
 
-/// The data set's shots with what they would have measured without noise if `contact`, with everything on,
-/// were the truth and the initial values of its parameters theirs. Standard deviations stay; those not stated
+/// The data set's shots with what they would have measured without noise if `contact`, with everything on and with `kappa` giving
+/// way, were the truth and the initial values of its parameters theirs. Standard deviations stay; those not stated
 /// are [`VELOCITY_SD`], [`ANGLE_SD_DEG`]. Priors, relations and labels fitted apart are dropped, since
 /// they would pull at the parameters too.
 #[must_use]
-pub fn noise_free(dataset: &Dataset) -> Dataset {
+pub fn noise_free(dataset: &Dataset, kappa: Option<f64>) -> Dataset {
     let coefficients = initial(dataset);
-    let reference = Model { effects: Effects::ALL, tolerance: TOLERANCE, ..dataset.model(Fidelity::Contact) };
+    let reference = Model {
+        effects: Effects::ALL,
+        kappa: kappa.unwrap_or(0.0),
+        tolerance: TOLERANCE,
+        ..dataset.model(Fidelity::Contact)
+    };
     let typical = |observable: Observable| match observable {
         Observable::CueSpin(_) | Observable::ObjectSpin(_) => SPIN_SD,
         Observable::ObjectSpeedRatio => VELOCITY_SD,
@@ -138,24 +176,38 @@ pub fn noise_free(dataset: &Dataset) -> Dataset {
         shots.push(shot);
     }
     let each = dataset.settings.each.map(|setting| Setting { prior: None, ..setting });
-    let settings = Settings { each, compliance: Compliance::Rigid, ..Settings::default() };
+    let mut settings = Settings { each, compliance: Compliance::Rigid, ..Settings::default() };
+    if let Some(kappa) = kappa {
+        settings[Parameter::Kappa] = Setting::held(kappa);
+        settings.compliance = Compliance::Auto;
+    }
     Dataset { shots, settings, relations: Vec::new(), by: None, loss: Loss::default(), ..dataset.clone() }
 }
 
-/// Fits data of [`noise_free`] with one of [`FITTED`].
+/// Fits data of [`noise_free`] with one of [`FITTED`], or of [`FITTED_GIVING_WAY`].
 ///
 /// # Errors
 /// What no fit can do.
-pub fn bias(dataset: &Dataset, fidelity: Option<Fidelity>) -> Result<Row, FitError> {
+pub fn bias(dataset: &Dataset, way: Way) -> Result<Row, FitError> {
     let begun = Instant::now();
+    let Way { fidelity, gives_way } = way;
+    let gave_way = dataset.settings.compliance != Compliance::Rigid;
+    let compliant = Effects { compliance: true, ..Fidelity::Full.effects() };
     let options = Options {
         fidelity: fidelity.unwrap_or(Fidelity::Full),
         auto: fidelity.is_none(),
-        effects: fidelity.map(Fidelity::effects),
-        tolerance: TOLERANCE,
+        effects: if gives_way { Some(compliant) } else { fidelity.map(Fidelity::effects) },
+        tolerance: if gives_way { Model::TOLERANCE_OF_FITS } else { TOLERANCE },
         depth: Depth::Estimates,
         ..Options::default()
     };
+    let mut dataset = dataset.clone();
+    if gives_way {
+        dataset.settings.compliance = Compliance::Stated;
+    } else if fidelity.is_some() {
+        dataset.settings.compliance = Compliance::Rigid;
+    }
+    let dataset = &dataset;
     let fitted = fit::fit(dataset, &options)?.remove(0);
     let truth = Values::from(initial(dataset));
     let found = PARAMETERS.map(|parameter| {
@@ -171,7 +223,8 @@ pub fn bias(dataset: &Dataset, fidelity: Option<Fidelity>) -> Result<Row, FitErr
     });
     let observations = dataset.shots.iter().map(|shot| shot.after.len()).sum::<usize>();
     Ok(Row {
-        fidelity,
+        way,
+        kappa: gave_way.then(|| dataset.settings[Parameter::Kappa].initial),
         found,
         chi2_per_observation: fitted.chi2 / observations as f64,
         seconds: begun.elapsed().as_secs_f64(),
@@ -186,14 +239,15 @@ fn initial(dataset: &Dataset) -> Coefficients {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::physics::ball::BallState;
 
     #[test]
     fn contact_finds_its_own_truth_and_coarser_fidelities_do_not() {
         /// The Jacobian of `contact` is one of differences: the fit ends this part of an error away.
         const DIFFERENCES: f64 = 1e-2;
-        let dataset = noise_free(&velocities(&accuracy::shots(24, 3), Ball::POOL));
+        let dataset = noise_free(&velocities(&accuracy::shots(24, 3), Ball::POOL), None);
         let off = |fidelity: Fidelity, parameter: Parameter| {
-            let row = bias(&dataset, Some(fidelity)).unwrap();
+            let row = bias(&dataset, Way::rigid(Some(fidelity))).unwrap();
             let found = row.found.into_iter().find(|found| found.parameter == parameter).unwrap();
             found.bias().map(|bias| bias.abs() / found.std_error.unwrap())
         };
@@ -206,5 +260,24 @@ mod tests {
         assert!(linear > 3.0 && full < linear, "{linear} {full}");
         // and what knows no friction says nothing of it
         assert_eq!(off(Fidelity::Inelastic, Parameter::Mu), None);
+    }
+
+    /// What it means to leave out that a contact gives way, for stun shots, many of which stick.
+    #[test]
+    fn a_rigid_contact_does_not_fit_where_it_gave_way() {
+        /// Weight and the cloth's friction on the cue ball are still left out, in standard errors.
+        const LEFT: f64 = 5.0;
+        let stun = |shot: accuracy::Shot| accuracy::Shot { cue: BallState::stun(shot.cue.velocity), ..shot };
+        let shots: Vec<_> = accuracy::shots(24, 3).into_iter().map(stun).collect();
+        let data = noise_free(&velocities(&shots, Ball::POOL), Some(Model::KAPPA));
+        let rows = FITTED_GIVING_WAY.map(|way| bias(&data, way).unwrap());
+        let off = |row: &Row| {
+            let found = row.found.iter().filter_map(|found| Some(found.bias()?.abs() / found.std_error?));
+            found.fold(0.0, f64::max)
+        };
+        let [rigid, auto, compliant] = rows.each_ref().map(|row| (off(row), row.chi2_per_observation));
+        println!("{rigid:?} {auto:?} {compliant:?}");
+        assert!(rigid.1 > 2.0 * compliant.1 && auto.0 < LEFT && compliant.0 < LEFT);
+        assert!(rows.iter().all(|row| row.kappa == Some(Model::KAPPA)));
     }
 }

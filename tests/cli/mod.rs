@@ -76,8 +76,11 @@ fn accuracy_against_time() {
     assert!(done(&output).contains("Model error"), "{}", stdout(&output));
     assert!(stdout(&output).contains("Bias of a fit to 8 shots"), "{}", stdout(&output));
     let biases = fs::read_to_string(out.join("bias.csv")).unwrap();
-    assert_eq!(biases.lines().count(), 1 + 6 * 3, "{biases}");
-    assert!(biases.contains("\nauto,mu,0.05,") && biases.contains("\ninelastic,mu,0.05,,,,\n"), "{biases}");
+    assert_eq!(biases.lines().count(), 1 + (6 + 3) * 3, "{biases}");
+    for line in ["\nauto,,mu,0.05,", "\ninelastic,,mu,0.05,,,,\n", "\node with compliance,1.2576,mu,0.05,"] {
+        assert!(biases.contains(line), "{line}{biases}");
+    }
+    assert!(stdout(&output).contains("giving way with κ = 1.258"), "{}", stdout(&output));
     let csv = fs::read_to_string(out.join("accuracy.csv")).unwrap();
     // every fidelity; against the exact solution but for ode and contact with all effects
     for name in ["elastic", "inelastic", "linear", "full", "ode", "contact"] {

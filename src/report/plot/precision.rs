@@ -80,7 +80,7 @@ fn draw<DB: DrawingBackend>(area: &Area<DB>, rows: &[Row]) -> Result<(), String>
     }
     let panels: [(&str, Pick); 2] = [
         ("Numerical error: against 30 digits", |row| row.numerical),
-        ("Model error: against contact with all effects", |row| Some(row.model)),
+        ("Model error: against contact with all effects", accuracy::model_error),
     ];
     for (column, (title, pick)) in panels.into_iter().enumerate() {
         let left = |column: usize| 6 + (WIDTH as i32 - 12) * column as i32 / 2;

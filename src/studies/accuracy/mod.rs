@@ -2,8 +2,8 @@
 //! takes it.
 //!
 //! Two references answer two questions. The numerical error is against the same equations solved to 30
-//! digits ([`exact`]). The model error is against `contact` with every effect, at a tolerance far below it: what
-//! the equations leave out.
+//! digits ([`exact`]). The model error is against `contact` with every effect of a rigid contact, at a tolerance far below it: what
+//! the equations leave out. By how much that differs with a contact that gives way is what leaving this out means.
 
 pub mod exact;
 
@@ -22,6 +22,9 @@ pub const TOLERANCES: [f64; 6] = [1e-2, 1e-4, 1e-6, 1e-8, 1e-10, 1e-12];
 
 /// Of `contact` as the reference of the model error, which is of 1e-3.
 const REFERENCE: f64 = 1e-9;
+
+/// Of `ode` as the reference of a contact that gives way.
+const REFERENCE_GIVING_WAY: f64 = 1e-12;
 
 /// Each way is timed for at least so long, seconds.
 const TIMED: f64 = 0.1;
@@ -44,18 +47,40 @@ pub struct Spread {
     pub worst: f64,
 }
 
+/// What is computed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Includes {
+    /// What `full` does.
+    AsFull,
+    /// All effects of a contact that is rigid along the surface.
+    All,
+    /// What `full` does, with a contact that gives way.
+    GivesWay,
+}
+
+impl Includes {
+    /// As in accuracy.csv.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::AsFull => "as-full",
+            Self::All => "all",
+            Self::GivesWay => "gives-way",
+        }
+    }
+}
+
 /// One way to compute a collision.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Row {
     pub fidelity: Fidelity,
     /// Of the fidelities that integrate.
     pub tolerance: Option<f64>,
-    /// With what the closed forms leave out.
-    pub everything: bool,
+    pub includes: Includes,
     /// Seconds per collision, on one core.
     pub seconds: f64,
     /// In the order of [`QUANTITIES`]: throw in degrees; speeds, spins times R and vertical speeds in
-    /// parts of U. `None` where it solves other equations.
+    /// parts of U. `None` where it solves other equations; where the contact gives way against `ode` at 1e-12.
     pub numerical: Option<[Spread; 4]>,
     pub model: [Spread; 4],
     /// Shots that it could not compute, left out of its errors.
@@ -82,11 +107,11 @@ pub fn shots(count: usize, seed: u64) -> Vec<Shot> {
     (0..count).map(&mut shot).collect()
 }
 
-/// Runs every fidelity over the shots.
+/// Runs every fidelity over the shots; with `kappa` also a contact that gives way.
 ///
 /// # Errors
 /// A shot that is no collision.
-pub fn study(shots: &[Shot], ball: Ball) -> Result<Vec<Row>, NotACollision> {
+pub fn study(shots: &[Shot], ball: Ball, kappa: Option<f64>) -> Result<Vec<Row>, NotACollision> {
     let same = Fidelity::Full.effects();
     let everything =
         Model { effects: Effects::ALL, tolerance: REFERENCE, ..Model::new(Fidelity::Contact, ball) };
@@ -95,16 +120,16 @@ pub fn study(shots: &[Shot], ball: Ball) -> Result<Vec<Row>, NotACollision> {
     };
     let true_ = all(&everything)?;
     let exact: Vec<_> = shots.iter().map(|shot| exact::collide(shot, ball)).collect();
-    let row = |model: Model, tolerance: Option<f64>, everything: bool| {
+    let row = |model: Model, tolerance: Option<f64>, includes: Includes, exact: Option<&[Outcome]>| {
         let outcomes: Vec<_> =
             shots.iter().map(|shot| model.collide(&shot.cue, &shot.coefficients).ok()).collect();
         let against = |reference: &[Outcome]| spreads(shots, &outcomes, reference, ball.radius);
         Row {
             fidelity: model.fidelity,
             tolerance,
-            everything,
+            includes,
             seconds: timed(&model, shots),
-            numerical: (!everything).then(|| against(&exact)),
+            numerical: exact.map(against),
             model: against(&true_),
             failed: outcomes.iter().filter(|outcome| outcome.is_none()).count(),
         }
@@ -113,13 +138,25 @@ pub fn study(shots: &[Shot], ball: Ball) -> Result<Vec<Row>, NotACollision> {
     for fidelity in Fidelity::ALL {
         let model = Model::new(fidelity, ball);
         if !matches!(fidelity, Fidelity::Ode | Fidelity::Contact) {
-            rows.push(row(model, None, false));
+            rows.push(row(model, None, Includes::AsFull, Some(&exact)));
             continue;
         }
-        for (effects, everything) in [(same, false), (fidelity.effects(), true)] {
-            for tolerance in TOLERANCES {
-                rows.push(row(Model { effects, tolerance, ..model }, Some(tolerance), everything));
-            }
+        for tolerance in TOLERANCES {
+            let model = Model { effects: same, tolerance, ..model };
+            rows.push(row(model, Some(tolerance), Includes::AsFull, Some(&exact)));
+        }
+        for tolerance in TOLERANCES {
+            let model = Model { effects: fidelity.effects(), tolerance, ..model };
+            rows.push(row(model, Some(tolerance), Includes::All, None));
+        }
+    }
+    if let Some(kappa) = kappa {
+        let effects = Effects { compliance: true, ..same };
+        let model = Model { effects, kappa, ..Model::new(Fidelity::Ode, ball) };
+        let exact = all(&Model { tolerance: REFERENCE_GIVING_WAY, ..model })?;
+        for tolerance in TOLERANCES {
+            let model = Model { tolerance, ..model };
+            rows.push(row(model, Some(tolerance), Includes::GivesWay, Some(&exact)));
         }
     }
     Ok(rows)
@@ -182,10 +219,10 @@ mod tests {
 
     #[test]
     fn errors_fall_with_the_tolerance_and_up_the_ladder() {
-        let rows = study(&shots(40, 1), Ball::POOL).unwrap();
+        let rows = study(&shots(40, 1), Ball::POOL, Some(Model::KAPPA)).unwrap();
         let speed = |row: &Row| row.numerical.map(|errors| errors[1].worst);
         for fidelity in [Fidelity::Ode, Fidelity::Contact] {
-            let same = rows.iter().filter(|row| row.fidelity == fidelity && !row.everything);
+            let same = rows.iter().filter(|row| row.fidelity == fidelity && row.numerical.is_some());
             for row in same {
                 // some dozen steps, each to the tolerance
                 assert!(speed(row).unwrap() < 20.0 * row.tolerance.unwrap() + 1e-13, "{row:?}");
