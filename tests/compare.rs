@@ -168,7 +168,8 @@ fn all_data_sets_together_choose_what_they_are_computed_with() {
         assert_eq!(comparison.computed.iter().map(|c| c.shots).sum::<usize>(), 80);
         let integrated = comparison.computed.iter().any(|c| c.fidelity == Fidelity::Contact);
         assert_eq!(integrated, by == Fidelity::Contact, "{:?}", comparison.computed);
-        assert_eq!(comparison.notes.iter().any(|note| note.contains("left out")), !integrated);
+        let weighs = |note: &String| note.contains("weight") && note.contains("left out");
+        assert_eq!(comparison.notes.iter().any(weighs), !integrated);
     }
 }
 
@@ -317,7 +318,17 @@ fn the_published_treatments_are_compared_in_mu() {
     assert!((of("Turtle wax") - 2.7_f64.to_radians().tan()).abs() < 1e-4, "{}", of("Turtle wax"));
     let left: Vec<&str> =
         mu["left_out"].as_array().unwrap().iter().map(|l| l["label"].as_str().unwrap()).collect();
-    assert!(left.contains(&"chalk") && !left.contains(&"Silicone"), "{left:?}");
+    // a contact that gives way, as dataset.toml states it, throws at most as far as that of dishwash: there μ hardly matters
+    assert_eq!(left, ["dishwash"]);
+    let known: Value = serde_json::from_slice(
+        &run(&["fit", "data/alciatore-2014-treatments", "--out", out.to_str().unwrap(), "--json"]).stdout,
+    )
+    .unwrap();
+    for fit in known.as_array().unwrap() {
+        let alone = fit["parameters"]["mu"]["estimate"].as_f64().unwrap();
+        let label = fit["group"]["label"].as_str().unwrap();
+        assert!((of(label) - alone).abs() < 1e-3 * alone, "{label}: {} {alone}", of(label));
+    }
     for file in ["compare.json", "forest.svg", "forest.png", "residuals.svg", "residuals.png", "report.html"]
     {
         assert!(out.join(file).metadata().unwrap().len() > 500, "{file}");
@@ -378,7 +389,8 @@ fn the_report_stands_alone() {
 fn points_of_a_comparison_lead_to_their_shots() {
     let folder = tempfile::tempdir().unwrap();
     let out = folder.path().to_str().unwrap();
-    let output = run(&["compare", "data/synthetic-cloth-a", "data/synthetic-cloth-b", "--out", out]);
+    let both = ["compare", "data/synthetic-cloth-a", "data/synthetic-cloth-b", "--out", out];
+    let output = run(&[&both[..], &["--method", "two-stage"]].concat());
     assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stderr));
     let said = String::from_utf8(output.stdout).unwrap();
     assert!(said.contains("left out. With these μ = "), "{said}");
@@ -429,6 +441,8 @@ fn spins_from_paths_alone_are_warned_of() {
         "compare",
         drawn.to_str().unwrap(),
         "data/synthetic-cloth-b",
+        "--method",
+        "two-stage",
         "--json",
         "--out",
         out.to_str().unwrap(),

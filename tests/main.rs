@@ -6,6 +6,7 @@ mod causes;
 mod cli;
 mod collisions;
 mod compare;
+mod compare_unknowns;
 mod contacts;
 mod design;
 mod disc_fits;

@@ -1,22 +1,19 @@
 //! Several data sets in one fit: which parameters differ between cloths or balls, by how much, how surely.
 //!
-//! What a single fit honours, this does: bounds, priors and constraints of each data set, robust losses, and the choice
-//! of a fidelity for each shot, which all data sets make together. Footage is compared by the velocities extracted from
-//! it; its frames are not fitted jointly.
+//! A comparison is a fit of several samples by the one estimator ([`crate::fit`]): here it is only said what they share. So it honours
+//! what a fit does: bounds, priors and constraints of each data set, robust losses, friction that falls, a contact that gives way, frames,
+//! and the choice of a fidelity for each shot, which all data sets make together.
 //!
-//! Each parameter is either shared by all samples or has a value for each label. All samples are minimised
-//! together; the weights are those of the fit in which every parameter that can differ does, so that sums of squares
-//! of different models are comparable.
+//! Each parameter is either shared by all samples or has a value for each label. "Same" is the fit in which it differs, with its
+//! weights and the constraint that its values are equal, so that sums of squares are comparable.
 //!
 //! - Holm, S. (1979). A simple sequentially rejective multiple test procedure. Scand. J. Stat. 6, 65–70.
 
+mod analysis;
 mod conclusion;
 mod effect;
-mod fidelity_choice;
-mod global;
-mod joint;
-mod layout;
-mod noise;
+mod joint_fit;
+mod quantities;
 mod refuted;
 mod run;
 mod sample;
@@ -24,11 +21,15 @@ mod sliding;
 mod uninformed;
 mod verdict;
 
+pub use analysis::{Analysis, analyse};
 pub use effect::effect;
 
-use sample::{Sample, gather, label_of_datasets};
+use std::sync::Arc;
 
-use crate::fit::{Computed, Rejected, Residual};
+use sample::{Apart, Gathered, apart, gather, label_of_datasets};
+
+use crate::fit::{Computed, FilmUnknowns, FitError, Method, Rejected, Residual};
+use crate::likelihood::frames::Film;
 use crate::measurement::dataset::Dataset;
 use crate::measurement::loss::Loss;
 use crate::measurement::parameter::Parameter;
@@ -44,11 +45,15 @@ pub enum Quantity {
 }
 
 impl Quantity {
-    pub const ALL: [Self; 4] = [
+    pub const ALL: [Self; 8] = [
         Self::Parameter(Parameter::Mu),
         Self::Parameter(Parameter::MuS),
         Self::Parameter(Parameter::E),
         Self::Sliding,
+        Self::Parameter(Parameter::B),
+        Self::Parameter(Parameter::C),
+        Self::Parameter(Parameter::Kappa),
+        Self::Parameter(Parameter::ESlope),
     ];
 
     /// As on the command line and in compare.json.
@@ -77,10 +82,32 @@ impl Quantity {
     }
 }
 
+/// The parameters of a fit that are compared where data sets have them.
+const COMPARED: [Parameter; 7] = [
+    Parameter::Mu,
+    Parameter::MuS,
+    Parameter::E,
+    Parameter::B,
+    Parameter::C,
+    Parameter::Kappa,
+    Parameter::ESlope,
+];
+
+/// The frames of a data set, for [`Method::Joint`].
+#[derive(Clone, Debug, Default)]
+pub struct Footage {
+    /// Of its shots, in their order.
+    pub films: Vec<Option<Arc<Film>>>,
+    /// What is free of the film besides μ_k and μ_r: the corrections of its camera that were adopted.
+    pub unknowns: FilmUnknowns,
+}
+
 /// Choices of a comparison.
 #[derive(Clone, Debug)]
 pub struct Options {
     pub fidelity: Fidelity,
+    /// Whether velocities are compared, or the frames of footage.
+    pub method: Method,
     /// Whether each shot takes the cheapest fidelity that keeps within a tenth of its standard errors, instead.
     pub auto: bool,
     /// How outlying shots count, in the place of what the data sets say.
@@ -93,7 +120,14 @@ pub struct Options {
 
 impl Default for Options {
     fn default() -> Self {
-        Self { fidelity: Fidelity::Full, auto: false, loss: None, share: Vec::new(), per_dataset: Vec::new() }
+        Self {
+            fidelity: Fidelity::Full,
+            method: Method::TwoStage,
+            auto: false,
+            loss: None,
+            share: Vec::new(),
+            per_dataset: Vec::new(),
+        }
     }
 }
 
@@ -108,23 +142,26 @@ pub enum CompareError {
     #[error("{0} is both shared and per data set; expected one of them")]
     Both(&'static str),
     #[error(
-        "{observations} observations for {parameters} parameters; expected more observations: add shots, or share parameters"
+        "{0}: no data set has it; a friction that falls (friction under [fit]) has mu_b and mu_c, a contact that gives way kappa, an e that falls e_slope"
     )]
-    TooFewObservations { observations: usize, parameters: usize },
+    NoSuchParameter(&'static str),
     #[error(
-        "{0}: its friction falls with the slip; a comparison takes a constant one: leave out friction under [fit]"
+        "observations: {observations}, for the free parameters {parameters}; expected at least as many: add shots, or share parameters"
     )]
-    Falls(String),
+    TooFewObservations { observations: usize, parameters: String },
     #[error(
-        "{title}: the constraint \"{text}\" does not hold for the values at which its parameters are held; change it, or \
-         what is fixed, under [fit]"
-    )]
-    Broken { title: String, text: String },
-    #[error(
-        "no values within the bounds satisfy {0} together; a parameter that is shared must satisfy the constraints of every \
-         data set: change them under [fit], or give it a value for each with --per-dataset"
+        "{0}; a parameter that is shared must satisfy the constraints of every data set: change them, or what is fixed, under \
+         [fit], or give it a value for each with --per-dataset"
     )]
     Contradiction(String),
+    #[error(
+        "{0}: its frames cannot be fitted: it is no footage of balls, or a shot has none; compare with --method two-stage"
+    )]
+    NotFilmed(String),
+    #[error(
+        "frames are compared by least squares; leave out the robust loss, or compare with --method two-stage"
+    )]
+    JointLoss,
     #[error(
         "the constraint \"{text}\" leaves {parameter} no room to differ: leave it out under [fit], take one {parameter} for \
          all with --share {parameter}{others}"
@@ -137,14 +174,32 @@ pub enum CompareError {
         "{0}: its impacts have not been extracted from the tracks; call footage::with_impacts before comparing it"
     )]
     NotExtracted(String),
-    #[error("the observations cannot be weighted: a covariance is not positive definite")]
-    NoWeights,
     #[error(
         "{label}: {column} has a standard deviation in some data sets and none in others; expected all or none"
     )]
     MixedNoise { label: String, column: &'static str },
     #[error(transparent)]
-    Optimise(#[from] crate::numerics::least_squares::OptimiseError),
+    Fit(FitError),
+}
+
+impl From<FitError> for CompareError {
+    fn from(error: FitError) -> Self {
+        match error {
+            FitError::Relations(what) => Self::Contradiction(what),
+            FitError::TooFewObservations { observations, parameters, .. } => {
+                Self::TooFewObservations { observations, parameters }
+            }
+            other => Self::Fit(other),
+        }
+    }
+}
+
+impl CompareError {
+    /// Whether the input was wrong, rather than that it could not be compared.
+    #[must_use]
+    pub fn is_bad_input(&self) -> bool {
+        !matches!(self, Self::Fit(error) if !error.is_bad_input())
+    }
 }
 
 /// The result: a value, which `report` renders.
@@ -155,12 +210,16 @@ pub struct Comparison {
     /// `cloth`, `data set`, or the column of `[fit] by`.
     pub told_by: String,
     pub fidelity: &'static str,
+    pub method: Method,
     /// How many shots were computed at which fidelity and with which effects on.
     pub computed: Vec<Computed>,
     pub samples: Vec<SampleSummary>,
     pub quantities: Vec<Compared>,
+    /// Of what was fitted.
     pub chi2: f64,
     pub dof: usize,
+    /// χ² and degrees of freedom of the residuals: of frames, those of the velocities that were extracted from them.
+    pub tested: (f64, usize),
     /// Whether the noise was estimated from the residuals.
     pub noise_estimated: bool,
     pub converged: bool,
@@ -168,6 +227,8 @@ pub struct Comparison {
     pub residuals: Vec<LabelResidual>,
     /// Where a loss is robust.
     pub robust: Option<Robust>,
+    /// Whether the contact between the balls gives way although no data set states it, as all together call for it.
+    pub gives_way: bool,
     /// Where χ² rules the model out: how, for a reader. Nothing but what does not rest on the model has errors then.
     pub refuted: Option<String>,
     /// The constraints between parameters, each with whose it is, and whether they hold with equality.
@@ -180,13 +241,13 @@ pub struct Comparison {
 
 impl Comparison {
     /// Spins of these data sets were found from the paths alone, whose errors a comparison of velocities cannot carry over.
-    pub fn warn_of_spins_from_paths(&mut self, names: &[String]) {
+    fn warn_of_spins_from_paths(&mut self, names: &[String]) {
         self.warnings.insert(
             0,
             format!(
                 "The spins of {} were found from the paths alone. Their errors are too large for a comparison of velocities: \
-                 estimates may be biased, and differences with them. Tell the spins ([cue_spin], markers), or fit each data \
-                 set alone with --method joint.",
+                 estimates may be biased, and differences with them. Tell the spins ([cue_spin], markers), or compare \
+                 all frames with --method joint.",
                 names.join(" and ")
             ),
         );
@@ -314,15 +375,17 @@ pub const STAGES: usize = run::STAGES;
 /// # Errors
 /// See [`CompareError`].
 pub fn compare(datasets: &[Dataset], options: &Options) -> Result<Comparison, CompareError> {
-    compare_watched(datasets, options, &|_| {})
+    compare_watched(datasets, &[], options, &|_| {})
 }
 
-/// As [`compare`]; `stage` is called with the name of each of the [`STAGES`] as it begins.
+/// As [`compare`], with the frames of each data set for [`Method::Joint`]; `stage` is called with the name of each of the [`STAGES`]
+/// as it begins.
 ///
 /// # Errors
 /// See [`CompareError`].
 pub fn compare_watched(
     datasets: &[Dataset],
+    footage: &[Footage],
     options: &Options,
     stage: &dyn Fn(&str),
 ) -> Result<Comparison, CompareError> {
@@ -338,34 +401,27 @@ pub fn compare_watched(
             return Err(CompareError::Invalid { dataset: dataset.name.clone(), faults });
         }
     }
-    if let Some(falling) = datasets.iter().find(|dataset| dataset.settings.falls) {
-        return Err(CompareError::Falls(falling.path.display().to_string()));
+    let loss = |dataset: &Dataset| options.loss.unwrap_or(dataset.loss);
+    if options.method == Method::Joint && datasets.iter().any(|dataset| loss(dataset) != Loss::Squares) {
+        return Err(CompareError::JointLoss);
     }
-    let (told_by, labels, samples, summaries) = gather(datasets, options.fidelity, options.loss);
-    let kept: Vec<Sample> = samples.into_iter().filter(|sample| !sample.fitted.is_empty()).collect();
-    let used: Vec<usize> = (0..labels.len()).filter(|l| kept.iter().any(|s| s.label == *l)).collect();
-    if used.len() < 2 {
-        return Err(CompareError::TooFew(used.len()));
+    let mut gathered = gather(datasets, options)?;
+    let labels = gathered.labels.clone();
+    let used = (0..labels.len()).filter(|l| gathered.groups.iter().any(|group| group.label == *l)).count();
+    if used < 2 {
+        return Err(CompareError::TooFew(used));
     }
-    let cloths = told_by == "cloth";
-    let differs = |quantity: Quantity| {
-        if options.share.contains(&quantity) {
-            return false;
-        }
-        // a cloth has no part in what happens between the balls
-        let by_default = match quantity {
-            Quantity::Parameter(Parameter::MuS) | Quantity::Sliding => cloths,
-            Quantity::Parameter(Parameter::Mu) => !cloths,
-            Quantity::Parameter(_) => false,
-        };
-        by_default || options.per_dataset.contains(&quantity)
-    };
-    let apart = Parameter::COEFFICIENTS.map(|p| differs(Quantity::Parameter(p)));
-    let mut comparison = run::run(&labels, kept, apart, options.auto, stage)?;
+    let cloths = gathered.told_by == "cloth";
+    let differs = apart(cloths, options);
+    let of_parameters: Apart = Parameter::ALL.map(|p| differs(Quantity::Parameter(p)));
+    let (mut comparison, of_frames) = run::run(&mut gathered, footage, &of_parameters, options, stage)?;
+    let Gathered { told_by, summaries, .. } = gathered;
+    let known = datasets.iter().enumerate();
+    let sliding = known.map(|(i, dataset)| of_frames.get(i).copied().flatten().or(dataset.sliding));
+    let own_labels = label_of_datasets(datasets, &labels, cloths);
     sliding::compare(
-        datasets,
-        &labels,
-        &label_of_datasets(datasets, &labels, cloths),
+        &sliding.collect::<Vec<_>>(),
+        (&labels, &own_labels),
         differs(Quantity::Sliding),
         &mut comparison,
     );

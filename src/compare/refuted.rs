@@ -12,6 +12,7 @@ pub(super) fn judge(comparison: &mut Comparison, samples: &[SampleSummary]) {
     if comparison.noise_estimated || comparison.robust.is_some() {
         return;
     }
+    let (chi2, dof) = comparison.tested;
     let mut named = Vec::new();
     for (number, sample) in samples.iter().enumerate() {
         let own = comparison.residuals.iter().filter(|residual| residual.sample == number);
@@ -21,11 +22,11 @@ pub(super) fn judge(comparison: &mut Comparison, samples: &[SampleSummary]) {
             named.push(format!("{} (χ²/dof {})", sample.title, to_digits(reduced, 3)));
         }
     }
-    if named.is_empty() && refutes(comparison.chi2, comparison.dof).is_none() {
+    if named.is_empty() && refutes(chi2, dof).is_none() {
         return;
     }
     let whose = if named.is_empty() {
-        format!("together (χ²/dof {})", to_digits(comparison.chi2 / comparison.dof.max(1) as f64, 3))
+        format!("together (χ²/dof {})", to_digits(chi2 / dof.max(1) as f64, 3))
     } else {
         format!("of {}", named.join(" and "))
     };

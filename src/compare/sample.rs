@@ -1,42 +1,96 @@
-//! Data sets → samples, each with the label that it is told apart by.
+//! Data sets → samples, each with the label by which it is compared.
 
-use super::SampleSummary;
+use super::{COMPARED, CompareError, Options, Quantity, SampleSummary};
+use crate::fit;
 use crate::fit::Rejected;
+use crate::fit::run::{fitted_with, plan};
+use crate::fit::samples::Search;
 use crate::likelihood::fitted::Fitted;
-use crate::likelihood::prediction::Plan;
-use crate::measurement::dataset::{Dataset, Shared, Shot};
+use crate::likelihood::frames::shared_unknowns::SharedUnknown;
+use crate::likelihood::sample::{Numbers, Sample};
+use crate::measurement::dataset::{Dataset, Shot};
 use crate::measurement::loss::Loss;
-use crate::measurement::parameter::Settings;
-use crate::measurement::relation::Relation;
+use crate::measurement::parameter::{Compliance, Parameter, Settings};
 use crate::measurement::values::Values;
-use crate::physics::collision::{Coefficients, Fidelity, Model};
+use crate::physics::collision::Model;
 
 /// The shots of one data set, or of one label of its `[fit] by`.
-#[derive(Clone, Debug)]
-pub(super) struct Sample {
+#[derive(Clone)]
+pub(super) struct Group<'a> {
     /// Its place among the summaries.
     pub number: usize,
     pub label: usize,
     pub title: String,
-    pub dataset: usize,
+    pub dataset: &'a Dataset,
+    /// Its number among those compared.
+    pub dataset_number: usize,
     pub model: Model,
     pub settings: Settings,
-    pub fitted: Vec<Fitted>,
-    pub names: Vec<String>,
-    /// Constraints between its parameters.
-    pub relations: Vec<Relation>,
+    pub initial: Values,
     /// How outlying shots count.
     pub loss: Loss,
-    /// Whether the balls lie on a cloth, rather than that discs slide.
-    pub on_cloth: bool,
-    /// Standard errors that its shots share.
-    pub shared_errors: Vec<(Shared, f64)>,
+    /// What its frames share besides the parameters, where these are fitted.
+    pub unknowns: Vec<SharedUnknown>,
 }
 
-impl Sample {
-    /// Usual values, with which its shots are first looked at.
-    pub(super) fn usual(&self) -> Coefficients {
-        Values::usual(&self.settings).coefficients
+/// What is compared.
+pub(super) struct Gathered<'a> {
+    pub told_by: String,
+    pub labels: Vec<String>,
+    /// Those with shots that can be used, and their shots; `index`: the place of a shot in its data set.
+    pub groups: Vec<Group<'a>>,
+    pub shots: Vec<Vec<Fitted>>,
+    pub summaries: Vec<SampleSummary>,
+}
+
+/// Which parameters have a value for each label, in the order of [`Parameter::ALL`].
+pub(super) type Apart = [bool; Parameter::ALL.len()];
+
+impl Group<'_> {
+    /// With a contact that gives way, unless its data set states otherwise.
+    pub(super) fn give_way(&mut self) {
+        if self.settings.compliance == Compliance::Auto {
+            self.settings.compliance = Compliance::Stated;
+            self.model.kappa = self.initial.kappa;
+        }
+    }
+
+    fn numbers(&self, apart: &Apart) -> Numbers {
+        Parameter::ALL.map(|parameter| match parameter {
+            // what is known of the balls of a data set
+            Parameter::MassRatio | Parameter::RadiusRatio => self.dataset_number,
+            _ if apart[parameter as usize] => self.label,
+            _ => 0,
+        })
+    }
+}
+
+/// The shots of all groups with what is shared and what is apart.
+pub(super) fn search<'a>(groups: &'a [Group], shots: &'a [Vec<Fitted>], apart: &Apart) -> Search<'a> {
+    let sample = |(group, fitted): (&'a Group, &'a Vec<Fitted>)| Sample {
+        title: &group.title,
+        dataset: group.dataset_number,
+        loss: group.loss,
+        unknowns: group.unknowns.clone(),
+        numbers: group.numbers(apart),
+        ..Sample::of(group.dataset, fitted, (&group.model, &group.settings, group.initial))
+    };
+    Search { samples: groups.iter().zip(shots).map(sample).collect(), maximum_likelihood: false }
+}
+
+/// What has a value for each label: as asked for, or else what the labels can differ in, which are cloths or not.
+pub(super) fn apart(cloths: bool, options: &Options) -> impl Fn(Quantity) -> bool {
+    move |quantity: Quantity| {
+        if options.share.contains(&quantity) {
+            return false;
+        }
+        // a cloth has no part in what happens between the balls
+        let by_default = match quantity {
+            Quantity::Parameter(Parameter::MuS) | Quantity::Sliding => cloths,
+            Quantity::Parameter(Parameter::Mu | Parameter::B) => !cloths,
+            Quantity::Parameter(_) => false,
+        };
+        by_default || options.per_dataset.contains(&quantity)
     }
 }
 
@@ -50,11 +104,10 @@ pub(super) fn label_of_datasets(datasets: &[Dataset], labels: &[String], cloths:
 }
 
 /// Told apart by cloth where the cloths differ, else by data set and the labels of `[fit] by`.
-pub(super) fn gather(
-    datasets: &[Dataset],
-    fidelity: Fidelity,
-    loss: Option<Loss>,
-) -> (String, Vec<String>, Vec<Sample>, Vec<SampleSummary>) {
+///
+/// # Errors
+/// A data set that cannot be fitted as asked for, or a parameter that none has.
+pub(super) fn gather<'a>(datasets: &'a [Dataset], options: &Options) -> Result<Gathered<'a>, CompareError> {
     let mut cloths: Vec<&String> = datasets.iter().filter_map(|dataset| dataset.cloth.as_ref()).collect();
     let all_have = cloths.len() == datasets.len();
     cloths.sort();
@@ -66,21 +119,12 @@ pub(super) fn gather(
         (false, [column]) if datasets.len() == 1 => (*column).clone(),
         _ => "data set".to_string(),
     };
-    let (mut labels, mut samples, mut summaries): (Vec<String>, Vec<Sample>, Vec<SampleSummary>) =
-        Default::default();
-    for (number, dataset) in datasets.iter().enumerate() {
-        let mut groups: Vec<(Option<String>, Vec<&Shot>)> = Vec::new();
-        for shot in &dataset.shots {
-            let own = dataset.by.as_ref().map(|by| shot.labels.get(by).cloned().unwrap_or_default());
-            match groups.iter_mut().find(|(known, _)| *known == own) {
-                Some((_, shots)) => shots.push(shot),
-                None => groups.push((own, vec![shot])),
-            }
-        }
-        if groups.is_empty() {
-            groups.push((None, Vec::new()));
-        }
-        for (group, shots) in groups {
+    let (mut labels, mut summaries): (Vec<String>, Vec<SampleSummary>) = Default::default();
+    let (mut groups, mut of_groups) = (Vec::new(), Vec::new());
+    let of_fit = fit::Options { fidelity: options.fidelity, auto: options.auto, ..fit::Options::default() };
+    for (dataset_number, dataset) in datasets.iter().enumerate() {
+        let (model, settings, initial) = fitted_with(dataset, &of_fit)?;
+        for (group, places) in labelled(dataset) {
             let title = match &group {
                 Some(group) if datasets.len() > 1 => format!("{}, {group}", dataset.name),
                 Some(group) => group.clone(),
@@ -94,49 +138,66 @@ pub(super) fn gather(
                 labels.push(name);
                 labels.len() - 1
             });
-            let model = dataset.model(fidelity);
-            let usual = Values::usual(&dataset.settings).coefficients;
-            let (mut fitted, mut names) = (Vec::new(), Vec::new());
-            let mut rejected: Vec<Rejected> = dataset
-                .left_out
-                .iter()
-                .map(|(shot, reason)| Rejected { shot: shot.clone(), reason: reason.clone() })
-                .collect();
-            for shot in shots {
-                let planned = Plan::new(shot).and_then(|plan| plan.predict(&model, &usual).map(|_| plan));
-                match planned {
-                    Ok(plan) => {
-                        fitted.push(Fitted { index: names.len(), plan, film: None });
-                        names.push(shot.name.clone());
-                    }
-                    Err(error) => {
-                        rejected.push(Rejected { shot: shot.name.clone(), reason: error.to_string() });
-                    }
-                }
+            let shots: Vec<&Shot> = places.iter().map(|place| &dataset.shots[*place]).collect();
+            let (mut fitted, unusable) = plan(&shots, &model, &initial);
+            for shot in &mut fitted {
+                shot.index = places[shot.index];
             }
+            let left_out = dataset.left_out.iter();
+            let left_out =
+                left_out.map(|(shot, reason)| Rejected { shot: shot.clone(), reason: reason.clone() });
             summaries.push(SampleSummary {
                 title: title.clone(),
-                dataset: number,
+                dataset: dataset_number,
                 label,
                 source: dataset.source.clone(),
                 shots_used: fitted.len(),
-                shots_rejected: rejected,
+                shots_rejected: left_out.chain(unusable).collect(),
             });
-            samples.push(Sample {
-                number: summaries.len() - 1,
+            if fitted.is_empty() {
+                continue;
+            }
+            let loss = options.loss.unwrap_or(dataset.loss);
+            let number = summaries.len() - 1;
+            let unknowns = Vec::new();
+            groups.push(Group {
+                number,
                 label,
                 title,
-                dataset: number,
+                dataset,
+                dataset_number,
                 model,
-                settings: dataset.settings,
-                relations: dataset.relations.clone(),
-                loss: loss.unwrap_or(dataset.loss),
-                on_cloth: dataset.tracks.as_ref().is_none_or(|tracks| tracks.discs.is_none()),
-                fitted,
-                names,
-                shared_errors: dataset.shared_errors(),
+                settings,
+                initial,
+                loss,
+                unknowns,
             });
+            of_groups.push(fitted);
         }
     }
-    (told_by, labels, samples, summaries)
+    for quantity in options.share.iter().chain(&options.per_dataset) {
+        if let Quantity::Parameter(parameter) = quantity
+            && COMPARED.contains(parameter)
+            && !groups.iter().any(|group: &Group| group.settings.has(*parameter))
+        {
+            return Err(CompareError::NoSuchParameter(parameter.name()));
+        }
+    }
+    Ok(Gathered { told_by, labels, groups, shots: of_groups, summaries })
+}
+
+/// The places of a data set's shots, those of each label of its `[fit] by` together.
+fn labelled(dataset: &Dataset) -> Vec<(Option<String>, Vec<usize>)> {
+    let mut groups: Vec<(Option<String>, Vec<usize>)> = Vec::new();
+    for (place, shot) in dataset.shots.iter().enumerate() {
+        let own = dataset.by.as_ref().map(|by| shot.labels.get(by).cloned().unwrap_or_default());
+        match groups.iter_mut().find(|(known, _)| *known == own) {
+            Some((_, places)) => places.push(place),
+            None => groups.push((own, vec![place])),
+        }
+    }
+    if groups.is_empty() {
+        groups.push((None, Vec::new()));
+    }
+    groups
 }

@@ -2,14 +2,13 @@
 
 use super::verdict::Tests;
 use super::{Compared, Comparison, LikelihoodRatio, Quantity, TestKind, Value};
-use crate::measurement::dataset::{Dataset, Measured};
+use crate::measurement::dataset::Measured;
 
-/// μ_k is found shot by shot, when the impacts are: values of data sets of one label are averaged by their
+/// μ_k is found shot by shot, when the impacts are, or with all frames: values of data sets of one label are averaged by their
 /// errors, and differences are of independent numbers.
 pub(super) fn compare(
-    datasets: &[Dataset],
-    labels: &[String],
-    label_of: &[Option<usize>],
+    known: &[Option<Measured>],
+    (labels, label_of): (&[String], &[Option<usize>]),
     apart: bool,
     comparison: &mut Comparison,
 ) {
@@ -20,8 +19,8 @@ pub(super) fn compare(
         (total > 0.0).then(|| (value, total.powf(-0.5)))
     };
     let of = |label: Option<usize>| {
-        let own = datasets.iter().zip(label_of).filter(|(_, own)| label.is_none() || **own == label);
-        mean(own.filter_map(|(dataset, _)| dataset.sliding).collect())
+        let own = known.iter().zip(label_of).filter(|(_, own)| label.is_none() || **own == label);
+        mean(own.filter_map(|(known, _)| *known).collect())
     };
     let tests = Tests { dof: 0, estimated: false };
     let t = tests.quantile();

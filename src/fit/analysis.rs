@@ -1,9 +1,12 @@
 //! Everything from a data set as it was loaded to its fits, as `caromfit fit` does it.
 
+use std::sync::Arc;
+
 use super::calibration::calibrated;
 use super::footage::{films, finds_spins_from_paths, near, with_impacts};
 use super::{FilmUnknowns, Fit, FitError, FoundCamera, Method, Options, fit_watched};
 use crate::extraction::Impact;
+use crate::likelihood::frames::Film;
 use crate::measurement::dataset::Dataset;
 use crate::measurement::loss::Loss;
 use crate::measurement::parameter::{Compliance, Parameter, Setting};
@@ -15,6 +18,55 @@ const MOST_JOINT: usize = 20_000;
 
 /// So many shots tell how much the frames could tell at best.
 const BOUND_FROM: usize = 1000;
+
+/// A data set that is ready to be fitted.
+pub struct Prepared {
+    /// With its impacts; footage as it was corrected.
+    pub dataset: Dataset,
+    /// The shots of footage whose impacts were found.
+    pub extracted: Vec<(TrackShot, Impact)>,
+    pub scene: Scene,
+    /// What the shots tell of their camera; `None` where there is none.
+    pub camera: Option<FoundCamera>,
+}
+
+impl Prepared {
+    /// Corrects footage for its camera and finds its impacts. `done` is called after every shot that is extracted, from several threads.
+    #[must_use]
+    pub fn new(dataset: Dataset, done: &(dyn Fn() + Sync)) -> Self {
+        let (dataset, camera) = calibrated(dataset);
+        let (dataset, extracted, scene) = with_impacts(dataset, done);
+        Self { dataset, extracted, scene, camera }
+    }
+
+    /// How it is best fitted: all frames at once use all that they tell; a robust loss (that of the data set, unless another is asked
+    /// for) is known only to fits of velocities.
+    #[must_use]
+    pub fn best_method(&self, loss: Option<Loss>) -> Method {
+        let squares = loss.unwrap_or(self.dataset.loss) == Loss::Squares;
+        let joint = !self.extracted.is_empty() && self.extracted.len() <= MOST_JOINT && squares;
+        if joint { Method::Joint } else { Method::TwoStage }
+    }
+
+    /// What a fit of its frames finds besides the parameters.
+    #[must_use]
+    pub fn film_unknowns(&self) -> FilmUnknowns {
+        self.camera.as_ref().map(FoundCamera::unknowns).unwrap_or_default()
+    }
+
+    /// The frames of its shots, of at most about `most` of them, with how these follow the corrections of the camera.
+    #[must_use]
+    pub fn films(&self, most: usize) -> Vec<Option<Arc<Film>>> {
+        let corrected = self.camera.as_ref().filter(|found| found.corrects()).map(|found| &found.camera);
+        films(&self.extracted, &self.scene, corrected, most)
+    }
+
+    /// Whether a comparison of its velocities errs by spins that its paths alone tell.
+    #[must_use]
+    pub fn finds_spins_from_paths(&self) -> bool {
+        finds_spins_from_paths(&self.extracted, &self.scene)
+    }
+}
 
 /// A data set and what was found of it.
 pub struct Analysis {
@@ -46,14 +98,19 @@ pub fn analyse(
     let first = analyse_once(dataset.clone(), options, method, done);
     let Some(lower) = gives_way(&first) else { return first };
     // the film is to be corrected, and the impacts extracted, with the contact that gives way, too
-    dataset.settings.compliance = Compliance::Stated;
-    let kappa = &mut dataset.settings[Parameter::Kappa];
-    *kappa = Setting::held(kappa.initial);
+    state_compliance(&mut dataset);
     let mut again = analyse_once(dataset, options, method, done);
     for fit in again.fits.iter_mut().flatten() {
         fit.adopt_compliance(lower);
     }
     again
+}
+
+/// States that the contact gives way, with the κ of its setting.
+pub(crate) fn state_compliance(dataset: &mut Dataset) {
+    dataset.settings.compliance = Compliance::Stated;
+    let kappa = &mut dataset.settings[Parameter::Kappa];
+    *kappa = Setting::held(kappa.initial);
 }
 
 /// By how much −2 log L is lower with a contact that gives way, where all fits call for it.
@@ -69,32 +126,22 @@ fn analyse_once(
     method: Option<Method>,
     done: &(dyn Fn() + Sync),
 ) -> Analysis {
-    let (dataset, camera) = calibrated(dataset);
-    let (dataset, extracted, scene) = with_impacts(dataset, done);
-    let method = method.unwrap_or_else(|| best(&dataset, &extracted, options));
-    let found = camera.as_ref().map(FoundCamera::unknowns).unwrap_or_default();
-    let film = FilmUnknowns { bounce: options.film.bounce, ..found };
+    let prepared = Prepared::new(dataset, done);
+    let method = method.unwrap_or_else(|| prepared.best_method(options.loss));
+    let film = FilmUnknowns { bounce: options.film.bounce, ..prepared.film_unknowns() };
     // labels that are fitted apart may lie elsewhere
-    let near = near(&scene).filter(|_| dataset.by.is_none());
+    let near = near(&prepared.scene).filter(|_| prepared.dataset.by.is_none());
     let options = Options { method, near, film, ..*options };
-    let most = if method == Method::Joint { usize::MAX } else { BOUND_FROM };
-    let corrected = camera.as_ref().filter(|found| found.corrects()).map(|found| &found.camera);
-    let filmed = films(&extracted, &scene, corrected, most);
-    let mut fits = fit_watched(&dataset, &filmed, &options, done);
+    let filmed = prepared.films(if method == Method::Joint { usize::MAX } else { BOUND_FROM });
+    let mut fits = fit_watched(&prepared.dataset, &filmed, &options, done);
     for fit in fits.iter_mut().flatten() {
-        if method == Method::TwoStage && finds_spins_from_paths(&extracted, &scene) {
+        if method == Method::TwoStage && prepared.finds_spins_from_paths() {
             fit.warn_of_spins_from_paths();
         }
-        if let Some(found) = &camera {
+        if let Some(found) = &prepared.camera {
             fit.set_camera(found);
         }
     }
+    let Prepared { dataset, extracted, scene, camera } = prepared;
     Analysis { dataset, extracted, scene, camera, fits }
-}
-
-/// All frames at once use all that they tell; a robust loss is known only to fits of velocities.
-fn best(dataset: &Dataset, extracted: &[(TrackShot, Impact)], options: &Options) -> Method {
-    let squares = options.loss.unwrap_or(dataset.loss) == Loss::Squares;
-    let joint = !extracted.is_empty() && extracted.len() <= MOST_JOINT && squares;
-    if joint { Method::Joint } else { Method::TwoStage }
 }

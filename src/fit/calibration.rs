@@ -10,11 +10,12 @@ use super::camera::{FoundCamera, FoundCorrection};
 use super::footage;
 use super::frames::{filmed, outlying};
 use super::settled::Settled;
-use super::{FilmUnknowns, run, search, uncertainty};
+use super::{FilmUnknowns, run, samples};
 use crate::extraction::{Unusable, contact, extract_all, noise_correlation, repair_drops_at_impacts};
 use crate::film::camera::{Camera, Correction};
 use crate::film::drops;
 use crate::likelihood::frames::shared_unknowns;
+use crate::likelihood::sample::Sample;
 use crate::measurement::dataset::{Dataset, Shot, Tracks};
 use crate::measurement::loss::Loss;
 use crate::measurement::track::TrackShot;
@@ -285,40 +286,38 @@ impl<'a> Search<'a> {
         let all: Vec<&Shot> = dataset.shots.iter().collect();
         let (fitted, _) = run::plan(&all, &model, &initial);
         let fitted = filmed(&fitted, &films)?;
-        let search = search::Search {
+        let known = (&model, &dataset.settings, initial);
+        let sample = Sample {
             shared_errors: Vec::new(),
             unknowns: shared_unknowns::of_fit(film.unknowns()),
-            fitted: &fitted,
-            model: &model,
-            settings: &dataset.settings,
-            relations: &dataset.relations,
             loss: Loss::Squares,
-            maximum_likelihood: false,
-            untold: Vec::new(),
-            initial,
+            ..Sample::of(&dataset, &fitted, known)
         };
-        let mut settled = Settled::from_starts(&search, &[initial]).ok()?;
+        let mut settled =
+            Settled::from_starts(&samples::Search::of(sample.clone()), &[vec![initial]]).ok()?;
         // shots that fit no collision tell nothing of the camera
-        let odd = outlying(&fitted, &settled.minimum);
+        let odd = outlying(&fitted, settled.minimum.residuals.as_slice());
         let others: Vec<_> = (0..fitted.len())
             .filter(|i| odd.iter().all(|(place, _)| place != i))
             .map(|i| fitted[i].clone())
             .collect();
         if !odd.is_empty() {
-            let search = search::Search { fitted: &others, ..search.clone() };
-            settled = Settled::from_starts(&search, &[settled.minimum.values]).ok()?;
+            let start = settled.minimum.values.clone();
+            settled =
+                Settled::from_starts(&samples::Search::of(Sample { fitted: &others, ..sample }), &[start])
+                    .ok()?;
         }
         let minimum = &settled.minimum;
-        let columns: Vec<usize> = (0..minimum.x.len()).collect();
-        let covariance = uncertainty::covariance(&minimum.jacobian, &columns, &minimum.ties(false))?;
+        let covariance = minimum.covariance(None)?;
         // the noise may be stated too small, or what the camera does not explain be large
         let scale = settled.scale();
         let first = minimum.x.len() - free.len();
         let values = minimum.x.rows(first, free.len()).into_owned();
         let covariance = covariance.view((first, first), (free.len(), free.len())) * scale;
         // the lift of the next round is that of these coefficients
-        if let (LiftPrior::Model(model, _, sd), true) = (scene.lift, minimum.values.coefficients.mu > 0.0) {
-            let lift = LiftPrior::Model(minimum.values.model(&model), minimum.values.coefficients, sd);
+        let values_there = minimum.first();
+        if let (LiftPrior::Model(model, _, sd), true) = (scene.lift, values_there.coefficients.mu > 0.0) {
+            let lift = LiftPrior::Model(values_there.model(&model), values_there.coefficients, sd);
             self.scene = Some(Scene { lift, ..scene });
         }
         (values.iter().chain(covariance.iter()).all(|v| v.is_finite())).then_some(Left { values, covariance })

@@ -2,30 +2,31 @@
 
 use rayon::prelude::*;
 
-use super::search::Search;
+use super::samples::Search;
 use super::settled::Settled;
 use super::{Computed, FitError};
 use crate::likelihood::fitted::Fitted;
+use crate::likelihood::sample::{Sample, Unknown};
 use crate::measurement::parameter::{Compliance, Parameter};
 use crate::measurement::values::Values;
 use crate::physics::collision::Model;
 
 /// Of a shot's smallest standard error, what may be left out: squared it adds a hundredth.
-pub(crate) const PART: f64 = 0.1;
+const PART: f64 = 0.1;
 
 /// Of the speed, where the data state no errors.
-pub(crate) const OTHERWISE: f64 = 1e-4;
+const OTHERWISE: f64 = 1e-4;
 
 /// Rounds of correcting and fitting: with its slope, a correction is off by the square of what the first changes.
-pub(crate) const ROUNDS: usize = 2;
+const ROUNDS: usize = 2;
 
 /// −2 log L must be lower by this, odds of 20 to 1, to go beyond the equations that the parameters are defined by.
-pub(crate) const EVIDENCE: f64 = 6.0;
+pub(super) const EVIDENCE: f64 = 6.0;
 
 /// What the shots of a fit are computed with.
-pub(super) struct Chosen {
+pub(crate) struct Chosen {
     /// Where their search is to begin.
-    pub starts: Vec<Values>,
+    pub starts: Vec<Vec<Values>>,
     /// How much lower −2 log L is with a contact that gives way, where they call for it.
     pub gives_way: Option<f64>,
     /// What was left out and what came of it: sentences.
@@ -36,13 +37,13 @@ pub(super) struct Chosen {
 const POOR: f64 = 1.5;
 
 /// What is as large as a part of the shots' errors.
-pub(crate) const WEIGHT: &str =
+const WEIGHT: &str =
     "The balls' weight and all that the cloth does during the impact (--fidelity contact) are";
 pub(super) const GIVES_WAY: &str =
     "What a contact that gives way along its surface (kappa under [fit]) changes is";
 
 /// Why `what` was left out, with −2 log L `higher` by so much and these values `found` with it; `who` do not tell.
-pub(crate) fn left_out(what: &str, higher: f64, who: &str, found: &[String]) -> String {
+pub(super) fn left_out(what: &str, higher: f64, who: &str, found: &[String]) -> String {
     let with = if what.ends_with("are") { "these" } else { "it" };
     let verdict = if higher > EVIDENCE {
         format!("with {with} the shots are fitted less well (−2 log L higher by {higher:.1})")
@@ -56,7 +57,7 @@ pub(crate) fn left_out(what: &str, higher: f64, who: &str, found: &[String]) -> 
 }
 
 /// So many shots, spread evenly, tell what is to be computed how.
-pub(crate) const SAMPLE: usize = 2000;
+const SAMPLE: usize = 2000;
 
 /// Each shot takes the cheapest fidelity that keeps within [`PART`] of its standard errors, first at usual
 /// values, then where a fit with these ends. One that calls for more than `full` is computed as `full` with a correction,
@@ -65,61 +66,85 @@ pub(crate) const SAMPLE: usize = 2000;
 /// What `contact` adds rests on more than is fitted: the duration of the contact, μ_k of the cloth on the cue ball; and that a
 /// contact gives way on Poisson's ratio. Unless the shots as a whole speak for it, it is left out, and what it would have given is
 /// said.
-pub(super) fn choose(fitted: &mut [Fitted], search: &Search, near: &[Values]) -> Result<Chosen, FitError> {
-    let mut sample: Vec<Fitted> =
-        fitted.iter().step_by(fitted.len().div_ceil(SAMPLE).max(1)).cloned().collect();
+pub(crate) fn choose(
+    shots: &mut [Vec<Fitted>],
+    search: &Search,
+    near: &[Vec<Values>],
+) -> Result<Chosen, FitError> {
+    let mut some = thinned(shots);
     let mut notes = Vec::new();
-    take_cheapest(&mut sample, search.model, &search.initial, false);
-    let first = settle(&sample, search, near)?;
-    take_cheapest(&mut sample, search.model, &first.values, false);
-    let starts = first.starts_with(&sample);
-    let mut found = correct(&mut sample, search, &starts)?;
-    let mut model = *search.model;
+    take_cheapest(&mut some, search, &search.initial(), false);
+    let first = settle(&some, search, near)?;
+    take_cheapest(&mut some, search, &first.values, false);
+    let starts = first.starts_with(&some);
+    let mut found = correct(&mut some, search, &starts)?;
     let mut gives_way = None;
-    let kappa = search.settings[Parameter::Kappa].initial;
+    let giving: Vec<Model> = search.samples.iter().zip(&*shots).map(giving).collect();
+    let rigid = search;
+    let search = &rigid.with(|i, sample| sample.model = &giving[i]);
+    let is_asked = giving.iter().zip(&rigid.samples).any(|(giving, sample)| giving != sample.model);
     // noise that is estimated from what is left after as many unknowns compares nothing
-    let rows = || sample.iter().flat_map(|shot| shot.plan.rows());
+    let rows = || some.iter().flatten().flat_map(|shot| shot.plan.rows());
     let compares = rows().all(|row| row.measured.sd.is_some()) || rows().count() > found.told.len() + 1;
-    if compares && search.settings.compliance == Compliance::Auto && kappa > 0.0 {
-        let giving = Model { kappa, ..model };
-        let search = Search { model: &giving, ..search.clone() };
-        take_cheapest(&mut sample, &giving, &found.values, false);
-        if sample.iter().any(|shot| shot.plan.gives_way()) {
-            let with = giving_way(&mut sample, &search, &found)?;
+    let mut taken = rigid;
+    if compares && is_asked {
+        take_cheapest(&mut some, search, &found.values, false);
+        if some.iter().flatten().any(|shot| shot.plan.gives_way()) {
+            let with = giving_way(&mut some, search, &found)?;
             let higher = with.minus_two_log - found.minus_two_log;
             if higher < -EVIDENCE {
-                (model, gives_way) = (giving, Some(-higher));
+                (taken, gives_way) = (search, Some(-higher));
                 found = with;
             } else {
-                notes.push(left_out(GIVES_WAY, higher, "the shots do", &found.told_of(&with)));
+                notes.push(left_out(GIVES_WAY, higher, who(search), &found.told_of(&with, search)));
             }
         }
     }
-    let search = Search { model: &model, ..search.clone() };
-    take_cheapest(&mut sample, &model, &found.values, true);
-    let mut weighs = sample.iter().any(|shot| shot.plan.has_weight());
+    let search = taken;
+    take_cheapest(&mut some, search, &found.values, true);
+    let mut weighs = some.iter().flatten().any(|shot| shot.plan.has_weight());
     if weighs {
-        let with = correct(&mut sample, &search, &found.starts)?;
+        let with = correct(&mut some, search, &found.starts)?;
         let higher = with.minus_two_log - found.minus_two_log;
         if higher > -EVIDENCE {
-            notes.push(left_out(WEIGHT, higher, "the shots do", &found.told_of(&with)));
+            notes.push(left_out(WEIGHT, higher, who(search), &found.told_of(&with, search)));
             weighs = false;
         } else {
             found = with;
         }
     }
-    take_cheapest(fitted, &model, &found.values, weighs);
-    take(fitted, &model, &found.values);
+    take_cheapest(shots, search, &found.values, weighs);
+    take(shots, search, &found.values);
     Ok(Chosen { starts: found.starts, gives_way, notes })
+}
+
+/// The model with a contact that gives way, where the data are to tell whether it does.
+fn giving((sample, shots): (&Sample, &Vec<Fitted>)) -> Model {
+    let kappa = sample.settings[Parameter::Kappa].initial;
+    let is_asked = sample.settings.compliance == Compliance::Auto
+        && kappa > 0.0
+        && shots.iter().all(|shot| !shot.plan.is_of_discs());
+    if is_asked { Model { kappa, ..*sample.model } } else { *sample.model }
+}
+
+/// Whose shots do not tell something.
+fn who(search: &Search) -> &'static str {
+    if search.samples.len() > 1 { "all data sets together do" } else { "the shots do" }
+}
+
+/// Some of the shots of every sample, spread evenly.
+fn thinned(shots: &[Vec<Fitted>]) -> Vec<Vec<Fitted>> {
+    let step = shots.iter().map(Vec::len).sum::<usize>().div_ceil(SAMPLE).max(1);
+    shots.iter().map(|own| own.iter().step_by(step).cloned().collect()).collect()
 }
 
 /// The fit with a contact that gives way, after `rigid`, which is one without. Where that describes the shots, corrections of it show
 /// whether this describes them better, and only then are they integrated.
-fn giving_way(sample: &mut [Fitted], search: &Search, rigid: &Found) -> Result<Found, FitError> {
-    let starts = rigid.starts_with(sample);
-    if !starts.is_empty() && sample.iter().any(|shot| shot.plan.is_direct()) {
-        let mut corrected = sample.to_vec();
-        for shot in &mut corrected {
+fn giving_way(some: &mut [Vec<Fitted>], search: &Search, rigid: &Found) -> Result<Found, FitError> {
+    let starts = rigid.starts_with(some);
+    if !starts.is_empty() && some.iter().flatten().any(|shot| shot.plan.is_direct()) {
+        let mut corrected = some.to_vec();
+        for shot in corrected.iter_mut().flatten() {
             shot.plan.correct_rigid();
         }
         let with = correct(&mut corrected, search, &starts)?;
@@ -127,31 +152,35 @@ fn giving_way(sample: &mut [Fitted], search: &Search, rigid: &Found) -> Result<F
             return Ok(with);
         }
     }
-    correct(sample, search, &starts)
+    correct(some, search, &starts)
 }
 
 /// Each shot takes the cheapest fidelity; without weight none takes more than the contact between the balls calls for.
-fn take_cheapest(fitted: &mut [Fitted], model: &Model, at: &Values, weight: bool) {
-    fitted.par_iter_mut().for_each(|shot| {
-        // what cannot be predicted there is told of where the fit ends
-        _ = shot.plan.choose(&at.model(model), &at.coefficients, PART, OTHERWISE);
-        // weight and contact time have no part in a shot without a speed
-        if !(weight && shot.plan.knows_speed()) {
-            shot.plan.leave_out_weight(model);
-        }
-    });
+fn take_cheapest(shots: &mut [Vec<Fitted>], search: &Search, at: &[Values], weight: bool) {
+    for ((shots, sample), at) in shots.iter_mut().zip(&search.samples).zip(at) {
+        let model = sample.model;
+        shots.par_iter_mut().for_each(|shot| {
+            // what cannot be predicted there is told of where the fit ends
+            _ = shot.plan.choose(&at.model(model), &at.coefficients, PART, OTHERWISE);
+            // weight and contact time have no part in a shot without a speed, or in one of discs
+            if !(weight && shot.plan.knows_speed() && !shot.plan.is_of_discs()) {
+                shot.plan.leave_out_weight(model);
+            }
+        });
+    }
 }
 
 /// All shots at the integrated fidelity of the model, as `full` with corrections; and where their search is to begin.
-pub(super) fn integrate(fitted: &mut [Fitted], search: &Search) -> Result<Vec<Values>, FitError> {
-    for shot in &mut *fitted {
-        shot.plan.fix(search.model);
+pub(crate) fn integrate(shots: &mut [Vec<Fitted>], search: &Search) -> Result<Vec<Vec<Values>>, FitError> {
+    for (shots, sample) in shots.iter_mut().zip(&search.samples) {
+        for shot in shots {
+            shot.plan.fix(sample.model);
+        }
     }
-    let mut sample: Vec<Fitted> =
-        fitted.iter().step_by(fitted.len().div_ceil(SAMPLE).max(1)).cloned().collect();
-    let starts = settle(&sample, search, &[])?.starts;
-    let corrected = correct(&mut sample, search, &starts)?;
-    take(fitted, search.model, &corrected.values);
+    let mut some = thinned(shots);
+    let starts = settle(&some, search, &[])?.starts;
+    let corrected = correct(&mut some, search, &starts)?;
+    take(shots, search, &corrected.values);
     Ok(corrected.starts)
 }
 
@@ -160,34 +189,43 @@ struct Found {
     minus_two_log: f64,
     /// Whether it is on a plateau, or misses the data by far.
     is_poor: bool,
-    values: Values,
+    values: Vec<Values>,
     /// What is free and told.
-    told: Vec<(Parameter, f64)>,
+    told: Vec<(Unknown, f64)>,
     /// Where a search of shots that are computed a little differently is to begin: here first.
-    starts: Vec<Values>,
+    starts: Vec<Vec<Values>>,
 }
 
 impl Found {
     /// Where a search begins once these shots are computed as they now are. Where they stuck, did not fit, or their noise is not
     /// stated and took up what did not fit, and are integrated now, any friction may fit: anywhere.
-    fn starts_with(&self, sample: &[Fitted]) -> Vec<Values> {
-        let is_direct = sample.iter().any(|shot| shot.plan.is_direct());
-        let states_noise =
-            sample.iter().flat_map(|shot| shot.plan.rows()).all(|row| row.measured.sd.is_some());
+    fn starts_with(&self, some: &[Vec<Fitted>]) -> Vec<Vec<Values>> {
+        let shots = || some.iter().flatten();
+        let is_direct = shots().any(|shot| shot.plan.is_direct());
+        let states_noise = shots().flat_map(|shot| shot.plan.rows()).all(|row| row.measured.sd.is_some());
         if is_direct && (self.is_poor || !states_noise) { Vec::new() } else { self.starts.clone() }
     }
 
     /// What another fit makes of the parameters that are told here: what is not told without an effect is hardly told with it.
-    fn told_of(&self, other: &Self) -> Vec<String> {
-        let is_told = |parameter: &Parameter| self.told.iter().any(|(known, _)| known == parameter);
-        let with = other.told.iter().filter(|(parameter, _)| is_told(parameter));
-        with.map(|(parameter, value)| format!("{} = {value:.4}", parameter.symbol())).collect()
+    fn told_of(&self, other: &Self, search: &Search) -> Vec<String> {
+        let with =
+            other.told.iter().filter(|(unknown, _)| self.told.iter().any(|(known, _)| known == unknown));
+        let name = |(unknown, value): &(Unknown, f64)| {
+            let of_all = search
+                .samples
+                .iter()
+                .all(|sample| sample.numbers[unknown.parameter as usize] == unknown.number);
+            let whose = search.members(*unknown).next().filter(|_| !of_all);
+            let whose = whose.map_or(String::new(), |i| format!(" ({})", search.samples[i].title));
+            format!("{} = {value:.4}{whose}", unknown.parameter.symbol())
+        };
+        with.map(name).collect()
     }
 }
 
 /// With the likelihood that can be compared, from some starts; without any wherever the least minimum may be.
-fn settle(fitted: &[Fitted], search: &Search, starts: &[Values]) -> Result<Found, FitError> {
-    let search = Search { fitted, maximum_likelihood: true, ..search.clone() };
+fn settle(shots: &[Vec<Fitted>], search: &Search, starts: &[Vec<Values>]) -> Result<Found, FitError> {
+    let search = search.likeliest().with_shots(shots);
     let settled =
         if starts.is_empty() { Settled::new(&search) } else { Settled::from_starts(&search, starts) };
     let settled = settled?;
@@ -197,52 +235,59 @@ fn settle(fitted: &[Fitted], search: &Search, starts: &[Values]) -> Result<Found
     Ok(Found {
         is_poor,
         minus_two_log: search.minus_two_log_likelihood(&minimum, &estimated),
-        values: minimum.values,
         told: free.iter().copied().zip(minimum.x.iter().copied()).collect(),
+        values: minimum.values,
         starts,
     })
 }
 
 /// Corrects and fits in turn; without starts the first fit is one without corrections, from anywhere.
-fn correct(fitted: &mut [Fitted], search: &Search, starts: &[Values]) -> Result<Found, FitError> {
+fn correct(shots: &mut [Vec<Fitted>], search: &Search, starts: &[Vec<Values>]) -> Result<Found, FitError> {
+    let is_corrected = |shots: &[Vec<Fitted>]| shots.iter().flatten().any(|shot| shot.plan.is_corrected());
     let mut starts = starts.to_vec();
-    if starts.is_empty() || !fitted.iter().any(|shot| shot.plan.is_corrected()) {
-        let found = settle(fitted, search, &starts)?;
-        if !fitted.iter().any(|shot| shot.plan.is_corrected()) {
+    if starts.is_empty() || !is_corrected(shots) {
+        let found = settle(shots, search, &starts)?;
+        if !is_corrected(shots) {
             return Ok(found);
         }
         starts = found.starts;
     }
     for _ in 1..ROUNDS {
-        take(fitted, search.model, &starts[0]);
-        starts = settle(fitted, search, &starts)?.starts;
+        take(shots, search, &starts[0]);
+        starts = settle(shots, search, &starts)?.starts;
     }
-    take(fitted, search.model, &starts[0]);
-    settle(fitted, search, &starts)
+    take(shots, search, &starts[0]);
+    settle(shots, search, &starts)
 }
 
 /// Takes every shot's correction.
-fn take(fitted: &mut [Fitted], model: &Model, at: &Values) {
-    fitted.par_iter_mut().for_each(|shot| {
-        if shot.plan.correct(&at.model(model), &at.coefficients).is_err() {
-            if shot.plan.is_direct() {
-                shot.plan.leave_out_weight(model);
-            } else {
-                shot.plan.settle_for_closed(model);
+fn take(shots: &mut [Vec<Fitted>], search: &Search, at: &[Values]) {
+    for ((shots, sample), at) in shots.iter_mut().zip(&search.samples).zip(at) {
+        let model = sample.model;
+        shots.par_iter_mut().for_each(|shot| {
+            if shot.plan.correct(&at.model(model), &at.coefficients).is_err() {
+                if shot.plan.is_direct() {
+                    shot.plan.leave_out_weight(model);
+                } else {
+                    shot.plan.settle_for_closed(model);
+                }
             }
-        }
-    });
+        });
+    }
 }
 
 /// Counts what is computed how.
-pub(super) fn computed(fitted: &[Fitted], model: &Model) -> Vec<Computed> {
-    let own = (model.fidelity, model.effects.and(model.fidelity.effects()));
+pub(crate) fn computed(search: &Search) -> Vec<Computed> {
     let mut computed: Vec<Computed> = Vec::new();
-    for Fitted { plan, .. } in fitted {
-        let (fidelity, effects) = plan.choice().unwrap_or(own);
-        match computed.iter_mut().find(|c| (c.fidelity, c.effects) == (fidelity, effects)) {
-            Some(known) => known.shots += 1,
-            None => computed.push(Computed { fidelity, effects, shots: 1 }),
+    for sample in &search.samples {
+        let Model { fidelity, effects, .. } = *sample.model;
+        let own = (fidelity, effects.and(fidelity.effects()));
+        for Fitted { plan, .. } in sample.fitted {
+            let (fidelity, effects) = plan.choice().unwrap_or(own);
+            match computed.iter_mut().find(|c| (c.fidelity, c.effects) == (fidelity, effects)) {
+                Some(known) => known.shots += 1,
+                None => computed.push(Computed { fidelity, effects, shots: 1 }),
+            }
         }
     }
     computed

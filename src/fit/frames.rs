@@ -5,7 +5,7 @@ use nalgebra::{DMatrix, DVector, SMatrix};
 use rayon::prelude::*;
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 
-use super::search::Search;
+use super::samples::Search;
 use super::uncertainty;
 use super::uncertainty::Minimum;
 use super::{Bound, Films, JointFit};
@@ -15,14 +15,14 @@ use crate::likelihood::frames::own_estimates::{OwnEstimate, SharedCovariance};
 use crate::likelihood::frames::rows::Row;
 use crate::likelihood::frames::shared_unknowns::{self, SharedUnknown};
 use crate::likelihood::frames::{ALL_SHARED, Own};
-use crate::likelihood::problem::Problem;
+use crate::likelihood::sample::Unknown;
 use crate::likelihood::whitening::Whitening;
 use crate::measurement::dataset::{Dataset, Shot};
 use crate::measurement::parameter::Parameter;
 use crate::physics::collision::Model;
 
 /// The shots with their frames; `None` if one has none.
-pub(super) fn filmed(fitted: &[Fitted], films: &Films) -> Option<Vec<Fitted>> {
+pub(crate) fn filmed(fitted: &[Fitted], films: &Films) -> Option<Vec<Fitted>> {
     let with = |shot: &Fitted| {
         let film = films.get(shot.index).cloned().flatten()?;
         Some(Fitted { film: Some(film), ..shot.clone() })
@@ -31,8 +31,8 @@ pub(super) fn filmed(fitted: &[Fitted], films: &Films) -> Option<Vec<Fitted>> {
 }
 
 /// The shots whose frames fit the model far worse than those of the others: places among `fitted`, and χ²/dof. None if there are many,
-/// since then the model is wrong and not the shots.
-pub(super) fn outlying(fitted: &[Fitted], minimum: &Minimum) -> Vec<(usize, f64)> {
+/// since then the model is wrong and not the shots. `residuals` begin with theirs.
+pub(crate) fn outlying(fitted: &[Fitted], residuals: &[f64]) -> Vec<(usize, f64)> {
     /// χ²/dof over the usual one, with the noise that is usual of the other shots: a shot whose noise is estimated from its own
     /// residuals hides a misfit in it. Below this the noise of a shot may well be twice that of the others.
     const WORSE: f64 = 6.0;
@@ -51,7 +51,8 @@ pub(super) fn outlying(fitted: &[Fitted], minimum: &Minimum) -> Vec<(usize, f64)
     let of = |(i, shot): (usize, &Fitted)| {
         let film = shot.film.as_ref()?;
         let dof = film.observations().saturating_sub(film.unknowns()).max(1) as f64;
-        let chi2 = minimum.residuals.rows(i * frames::ROWS, frames::ROWS).norm_squared();
+        let own = residuals.iter().skip(i * frames::ROWS).take(frames::ROWS);
+        let chi2 = own.map(|r| r * r).sum::<f64>();
         let noisier = if film.states_noise || !(noise > 0.0) { 1.0 } else { film.position_sd / noise };
         let chi2 = chi2 * noisier * noisier;
         chi2.is_finite().then_some((i, chi2, dof))
@@ -100,9 +101,9 @@ impl FittedFrames {
         (free, unknowns): (&[Parameter], &[SharedUnknown]),
     ) -> Self {
         let shared_covariance = Box::new(shared_covariance(minimum, free, unknowns));
-        let model = minimum.values.model(model);
+        let model = minimum.first().model(model);
         let values = &minimum.x.as_slice()[minimum.x.len() - unknowns.len()..];
-        let shared = shared_unknowns::shared(&minimum.values, unknowns, values);
+        let shared = shared_unknowns::shared(minimum.first(), unknowns, values);
         let with_own = |shot: &Fitted| {
             let film = shot.film.as_ref()?;
             let reduced = film.reduced(&shot.plan.collision(&model), &shared, &film.start)?;
@@ -138,8 +139,7 @@ impl FittedFrames {
 
 /// Covariance of what all shots share; 0 where the fit holds it, NaN where it cannot tell its error.
 fn shared_covariance(minimum: &Minimum, free: &[Parameter], unknowns: &[SharedUnknown]) -> SharedCovariance {
-    let columns: Vec<usize> = (0..minimum.x.len()).collect();
-    let found = uncertainty::covariance(&minimum.jacobian, &columns, &minimum.ties(false));
+    let found = minimum.covariance(None);
     let of_unknowns = unknowns.iter().map(|unknown| unknown.kind.place());
     let places: Vec<usize> = free.iter().map(|p| frames::place_of(*p)).chain(of_unknowns).collect();
     let mut covariance = SMatrix::<f64, ALL_SHARED, ALL_SHARED>::zeros();
@@ -158,8 +158,7 @@ pub(super) fn joint_fit(
     unknowns: &[SharedUnknown],
     (chi2, dof): (f64, usize),
 ) -> JointFit {
-    let columns: Vec<usize> = (0..minimum.x.len()).collect();
-    let covariance = uncertainty::covariance(&minimum.jacobian, &columns, &minimum.ties(false));
+    let covariance = minimum.covariance(None);
     let of = |column: usize| {
         let error = covariance.as_ref().map_or(f64::NAN, |c| c[(column, column)].sqrt());
         (minimum.x[column], error)
@@ -191,21 +190,23 @@ pub(super) fn joint_fit(
 /// for all of them. `None` without frames, and where b or c of a falling friction is free.
 pub(super) fn bound(
     search: &Search,
-    free: &[Parameter],
+    free: &[Unknown],
     minimum: &Minimum,
     films: &Films,
     cloth: [f64; 2],
 ) -> Option<Bound> {
-    if free.iter().any(|p| !Parameter::COEFFICIENTS.contains(p)) {
+    if free.iter().any(|unknown| !Parameter::COEFFICIENTS.contains(&unknown.parameter)) {
         return None;
     }
     let have = |shot: &&Fitted| films.get(shot.index).is_some_and(Option::is_some);
-    let some: Vec<Fitted> = search.fitted.iter().filter(have).cloned().collect();
+    let some: Vec<Fitted> = search.shots().filter(have).cloned().collect();
     let shots = filmed(&some, films).filter(|shots| !shots.is_empty() && !free.is_empty())?;
-    let whitening = Whitening::none();
-    let held = minimum.values;
-    let unknowns = shared_unknowns::of_fit(std::iter::empty());
-    let problem = Problem::new(&shots, search.model, search.settings, (free, &unknowns), held, &whitening);
+    let whitening = [Whitening::none()];
+    let filmed = search.from(&minimum.values).with(|_, sample| {
+        sample.fitted = &shots;
+        sample.unknowns = shared_unknowns::of_fit(std::iter::empty());
+    });
+    let problem = filmed.problem(free, &whitening);
     let own = minimum.x.rows(0, free.len());
     let x = DVector::from_iterator(free.len() + cloth.len(), own.iter().copied().chain(cloth));
     let (residuals, jacobian) = problem.evaluate_at(&x);
@@ -214,8 +215,8 @@ pub(super) fn bound(
     if !residuals.iter().all(|r| r.is_finite()) {
         return None;
     }
-    let part = shots.len() as f64 / search.fitted.len() as f64;
-    let errors = (0..free.len()).map(|i| (free[i], (covariance[(i, i)] * part).sqrt()));
+    let part = shots.len() as f64 / search.count() as f64;
+    let errors = (0..free.len()).map(|i| (free[i].parameter, (covariance[(i, i)] * part).sqrt()));
     Some(Bound { std_errors: errors.collect(), shots: shots.len() })
 }
 

@@ -6,11 +6,12 @@
 //!
 //! For a shot without topspin or draw sticking begins at μ = tan φ/(β_y(1 + e)); for the others it is found by bisection.
 
-use super::search::{Effort, Search};
+use super::samples::Search;
+use super::search::Effort;
 use super::settled::Settled;
 use crate::likelihood::fitted::Fitted;
 use crate::likelihood::prediction::Plan;
-use crate::likelihood::problem::are_filmed;
+use crate::likelihood::sample::{Sample, Unknown};
 use crate::measurement::parameter::{Parameter, Setting};
 use crate::measurement::values::Values;
 use crate::numerics::least_squares::scan;
@@ -57,14 +58,14 @@ pub(super) const LOWER: f64 = 1e-3;
 
 /// Of starts after a short descent, those whose objective is within this of the least (in units of χ²/dof where that is
 /// above 1) may still end lower than it.
-pub(crate) const RIVAL: f64 = 2.0;
+pub(super) const RIVAL: f64 = 2.0;
 
 /// Where a shot begins to stick is found to this part of μ.
 const EDGE: f64 = 0.003;
 
 /// The values of an unknown that are scanned: evenly spread in its logarithm between its bounds, the bounds themselves,
 /// and `edges` where something sets in.
-pub(crate) fn axis(setting: &Setting, least: f64, per_decade: f64, edges: &[f64]) -> Vec<f64> {
+fn axis(setting: &Setting, least: f64, per_decade: f64, edges: &[f64]) -> Vec<f64> {
     let Setting { lower, upper, .. } = *setting;
     let from = lower.max(least);
     if from >= upper {
@@ -82,16 +83,6 @@ pub(crate) fn axis(setting: &Setting, least: f64, per_decade: f64, edges: &[f64]
     }
     values.push(upper);
     values
-}
-
-/// The axis of μ: its values, and where each shot begins to stick.
-pub(crate) fn friction_axis<'a>(
-    setting: &Setting,
-    shots: impl Iterator<Item = (&'a Plan, &'a Model)>,
-    at: &Values,
-) -> Vec<f64> {
-    let edges: Vec<f64> = shots.filter_map(|(plan, model)| sticks_from(setting, plan, model, at)).collect();
-    axis(setting, LEAST_FRICTION, PER_DECADE, &edges)
 }
 
 /// The μ at which a shot begins to stick; `None` where it sticks, or slides, at both bounds, or nothing sets in there.
@@ -119,76 +110,139 @@ fn sticks_from(setting: &Setting, plan: &Plan, model: &Model, at: &Values) -> Op
 
 /// Of local minima and their objective, the least first, those that the least minimum may belong to. `scale` is χ²/dof
 /// where that is above 1.
-pub(crate) fn promising<S>(minima: Vec<(S, f64)>, scale: f64) -> Vec<S> {
+fn promising<S>(minima: Vec<(S, f64)>, scale: f64) -> Vec<S> {
     let least = minima.first().map_or(f64::INFINITY, |(_, value)| *value);
     let near = minima.into_iter().filter(|(_, value)| *value <= least + MARGIN * scale.max(1.0));
     near.take(MOST).map(|(start, _)| start).collect()
 }
 
-/// Shots spread evenly among all, as many as a scan takes.
-pub(crate) fn thinned(fitted: &[Fitted]) -> Vec<Fitted> {
-    fitted.iter().step_by(fitted.len().div_ceil(SCANNED_SHOTS).max(1)).cloned().collect()
-}
-
 impl Search<'_> {
     /// Where the search for the least minimum begins, the most promising first, with what is minimised there; what is not
     /// free is at its initial value.
-    pub(super) fn promising_starts(&self, free: &[Parameter]) -> Vec<(Values, f64)> {
-        let scanned: Vec<Parameter> = FRICTION.into_iter().filter(|p| free.contains(p)).collect();
-        if are_filmed(self.fitted) {
+    pub(super) fn promising_starts(&self, free: &[Unknown]) -> Vec<(Vec<Values>, f64)> {
+        if self.is_filmed() {
             // frames are too costly to be scanned: the velocities extracted from them say where the minima are
-            let shots: Vec<Fitted> =
-                self.fitted.iter().map(|shot| Fitted { film: None, ..shot.clone() }).collect();
-            let settled = Settled::new(&Search { fitted: &shots, ..self.clone() });
-            let starts = settled.map_or_else(|_| vec![self.initial], |settled| settled.starts_nearby());
+            let plain = |shot: &Fitted| Fitted { film: None, ..shot.clone() };
+            let shots: Vec<Vec<Fitted>> =
+                self.samples.iter().map(|sample| sample.fitted.iter().map(plain).collect()).collect();
+            let settled = Settled::new(&self.with_shots(&shots));
+            let starts = settled.map_or_else(|_| vec![self.initial()], |settled| settled.starts_nearby());
             return starts.into_iter().map(|start| (start, 0.0)).collect();
         }
-        if scanned.is_empty() {
-            return vec![(self.initial, 0.0)];
-        }
-        let shots = thinned(self.fitted);
-        let search = Search { fitted: &shots, ..self.clone() };
-        let axes: Vec<Vec<f64>> = scanned.iter().map(|p| search.axis_of(*p, scanned.len())).collect();
-        let minima = search.minima_on(free, &scanned, &axes);
-        let rows: usize = shots.iter().map(|shot| shot.plan.rows().len()).sum();
-        let scale = minima.first().map_or(1.0, |((_, cost), _)| 2.0 * cost / rows.max(1) as f64);
-        let starts: Vec<Values> = promising(minima, scale).into_iter().map(|(values, _)| values).collect();
-        match starts[..] {
-            [] => vec![(self.initial, 0.0)],
-            [only] => vec![(only, 0.0)],
+        let starts = match self.frictions(free).as_slice() {
+            [] => Vec::new(),
+            [(scanned, _)] => self.scanned(free, scanned),
+            several => vec![self.fitted_apart(free, several)],
+        };
+        match starts.as_slice() {
+            [] => vec![(self.initial(), 0.0)],
+            [only] => vec![(only.clone(), 0.0)],
             _ => self.screened(free, &starts),
         }
     }
 
-    /// Starts after a short descent with all shots, the least first.
-    fn screened(&self, free: &[Parameter], starts: &[Values]) -> Vec<(Values, f64)> {
-        let screen = |start: &Values| {
-            let search = Search { initial: *start, ..self.clone() };
-            let Ok((minimum, groups)) = search.converge_with(free, Effort::SCREEN) else {
-                return (*start, f64::INFINITY);
-            };
-            (minimum.values, search.objective(&minimum, &groups))
+    /// The free unknowns of the friction, those of one sample together: with places of the samples that have the same.
+    fn frictions(&self, free: &[Unknown]) -> Vec<(Vec<Unknown>, Vec<usize>)> {
+        let mut groups: Vec<(Vec<Unknown>, Vec<usize>)> = Vec::new();
+        for (i, sample) in self.samples.iter().enumerate() {
+            let of = |p: Parameter| free.iter().copied().find(|u| u.parameter == p && sample.has(*u));
+            let own: Vec<Unknown> = FRICTION.into_iter().filter_map(of).collect();
+            match groups.iter_mut().find(|(known, _)| *known == own) {
+                Some((_, members)) => members.push(i),
+                None if own.is_empty() => {}
+                None => groups.push((own, vec![i])),
+            }
+        }
+        groups
+    }
+
+    /// Some of the shots, spread evenly, as many as a scan takes.
+    fn thinned(&self) -> Vec<Vec<Fitted>> {
+        let step = self.count().div_ceil(SCANNED_SHOTS).max(1);
+        let some = |sample: &Sample| sample.fitted.iter().step_by(step).cloned().collect();
+        self.samples.iter().map(some).collect()
+    }
+
+    /// The local minima of a scan, by some of the shots, that the least minimum may belong to.
+    fn scanned(&self, free: &[Unknown], scanned: &[Unknown]) -> Vec<Vec<Values>> {
+        let shots = self.thinned();
+        let search = self.with_shots(&shots);
+        let axes: Vec<Vec<f64>> = scanned.iter().map(|u| search.axis_of(*u, scanned.len())).collect();
+        let minima = search.minima_on(free, scanned, &axes);
+        let rows = search.samples.iter().map(Sample::rows).sum::<usize>().max(1);
+        let scale = minima.first().map_or(1.0, |((_, cost), _)| 2.0 * cost / rows as f64);
+        promising(minima, scale).into_iter().map(|(values, _)| values).collect()
+    }
+
+    /// Where samples do not have all of the friction in common: that of each group where some of its shots, fitted alone, put it, or
+    /// at another minimum of theirs.
+    fn fitted_apart(&self, free: &[Unknown], groups: &[(Vec<Unknown>, Vec<usize>)]) -> Vec<Values> {
+        let mut best = self.initial();
+        let mut others: Vec<(&[Unknown], Vec<f64>)> = Vec::new();
+        for (friction, members) in groups {
+            let samples = members.iter().map(|i| self.samples[*i].clone()).collect();
+            let part = Self { samples, ..self.clone() };
+            let shots = part.thinned();
+            let part = part.with_shots(&shots);
+            let Ok(settled) = Settled::new(&part) else { continue };
+            let of =
+                |values: Vec<Values>| friction.iter().map(|u| part.value(&values, *u)).collect::<Vec<f64>>();
+            let mut starts = settled.starts_nearby().into_iter().map(of);
+            if let Some(first) = starts.next() {
+                best = self.set_all(&best, friction, &first);
+            }
+            others.extend(starts.map(|other| (friction.as_slice(), other)));
+        }
+        if others.is_empty() {
+            return best;
+        }
+        let mut least = self.screen(free, &best).1;
+        for (friction, values) in others {
+            let other = self.set_all(&best, friction, &values);
+            let objective = self.screen(free, &other).1;
+            // of two that fit alike that of the group alone stays
+            if objective < least - LOWER {
+                (best, least) = (other, objective);
+            }
+        }
+        best
+    }
+
+    fn set_all(&self, values: &[Values], unknowns: &[Unknown], to: &[f64]) -> Vec<Values> {
+        let set = |values: Vec<Values>, (unknown, to): (&Unknown, &f64)| self.set(&values, *unknown, *to);
+        unknowns.iter().zip(to).fold(values.to_vec(), set)
+    }
+
+    /// A start after a short descent with all shots.
+    fn screen(&self, free: &[Unknown], start: &[Values]) -> (Vec<Values>, f64) {
+        let search = self.from(start);
+        let Ok((minimum, groups)) = search.converge_with(free, Effort::SCREEN) else {
+            return (start.to_vec(), f64::INFINITY);
         };
-        let mut found: Vec<(Values, f64)> = starts.iter().map(screen).collect();
+        let objective = search.objective(&minimum, &groups);
+        (minimum.values, objective)
+    }
+
+    /// Starts after a short descent, the least first.
+    fn screened(&self, free: &[Unknown], starts: &[Vec<Values>]) -> Vec<(Vec<Values>, f64)> {
+        let mut found: Vec<(Vec<Values>, f64)> =
+            starts.iter().map(|start| self.screen(free, start)).collect();
         found.sort_by(|a, b| a.1.total_cmp(&b.1));
         found
     }
 
-    /// The local minima on a grid of some of the free parameters, the others roughly where χ² is least: values, cost and
+    /// The local minima on a grid of some of the free unknowns, the others roughly where χ² is least: values, cost and
     /// objective.
     fn minima_on(
         &self,
-        free: &[Parameter],
-        scanned: &[Parameter],
+        free: &[Unknown],
+        scanned: &[Unknown],
         axes: &[Vec<f64>],
-    ) -> Vec<((Values, f64), f64)> {
-        let others: Vec<Parameter> = free.iter().copied().filter(|p| !scanned.contains(p)).collect();
+    ) -> Vec<((Vec<Values>, f64), f64)> {
+        let others: Vec<Unknown> = free.iter().copied().filter(|u| !scanned.contains(u)).collect();
+        let initial = self.initial();
         scan(axes, |values| {
-            let mut initial = self.initial;
-            for (parameter, value) in scanned.iter().zip(values) {
-                initial[*parameter] = *value;
-            }
-            let search = Search { initial, ..self.clone() };
+            let search = self.from(&self.set_all(&initial, scanned, values));
             let (minimum, groups) = search.converge_with(&others, Effort::ROUGH).ok()?;
             let objective = search.objective(&minimum, &groups);
             Some(((minimum.values, minimum.cost), objective))
@@ -197,17 +251,25 @@ impl Search<'_> {
 
     /// Whether there are few shots, all from states before the impact that are known exactly, as in a table of angles.
     fn is_few_exact(&self) -> bool {
-        self.fitted.len() <= FEW && self.fitted.iter().all(|shot| !shot.plan.has_uncertain_inputs())
+        self.count() <= FEW && self.shots().all(|shot| !shot.plan.has_uncertain_inputs())
     }
 
-    fn axis_of(&self, parameter: Parameter, of: usize) -> Vec<f64> {
-        let setting = &self.settings[parameter];
-        match parameter {
-            Parameter::Mu if of == 1 && self.model.kappa > 0.0 && self.is_few_exact() => {
+    fn axis_of(&self, unknown: Unknown, of: usize) -> Vec<f64> {
+        let setting = &self.setting(unknown);
+        let own = || self.members(unknown).map(|i| &self.samples[i]);
+        let gives_way = || own().all(|sample| sample.model.kappa > 0.0);
+        match unknown.parameter {
+            Parameter::Mu if of == 1 && gives_way() && self.is_few_exact() => {
                 axis(setting, LEAST_FRICTION, PER_DECADE_OF_FEW, &[])
             }
             Parameter::Mu if of == 1 => {
-                friction_axis(setting, self.fitted.iter().map(|shot| (&shot.plan, self.model)), &self.initial)
+                let edges: Vec<f64> = own()
+                    .flat_map(|sample| sample.fitted.iter().map(move |shot| (sample, shot)))
+                    .filter_map(|(sample, shot)| {
+                        sticks_from(setting, &shot.plan, sample.model, &sample.initial)
+                    })
+                    .collect();
+                axis(setting, LEAST_FRICTION, PER_DECADE, &edges)
             }
             Parameter::Kappa => axis(setting, LEAST_KAPPA, PER_DECADE_OF_SEVERAL, &[]),
             _ => axis(setting, LEAST_FRICTION, if of == 1 { PER_DECADE } else { PER_DECADE_OF_SEVERAL }, &[]),
@@ -216,42 +278,44 @@ impl Search<'_> {
 }
 
 impl Settled<'_> {
-    /// Where, near a minimum, there are lower ones on the other side of kinks: by a fine scan of μ.
-    pub(super) fn lower_starts(&self, search: &Search, free: &[Parameter]) -> Vec<Values> {
+    /// Where, near a minimum, there are lower ones on the other side of kinks: by a fine scan of one μ.
+    pub(super) fn lower_starts(
+        &self,
+        search: &Search,
+        (free, mu): (&[Unknown], Unknown),
+    ) -> Vec<Vec<Values>> {
         /// As far to either side, in standard errors, and in so many steps.
         const REACH: f64 = 4.0;
         const STEPS: usize = 12;
-        if !free.contains(&Parameter::Mu)
-            || are_filmed(search.fitted)
-            || search.fitted.len() > MOST_WITH_KINKS
-        {
+        if search.is_filmed() || search.count() > MOST_WITH_KINKS {
             return Vec::new();
         }
-        let mut at = self.minimum.values;
-        let plateau = self.plateaus.iter().find(|plateau| plateau.parameter == Parameter::Mu);
-        let reach = match plateau {
-            Some(plateau) => {
-                at[Parameter::Mu] = plateau.edge;
-                WIDEST * plateau.edge
-            }
-            None => REACH * self.error_of(Parameter::Mu).min(WIDEST * at[Parameter::Mu] / REACH),
+        let mut at = self.minimum.values.clone();
+        let value = search.value(&at, mu);
+        let plateau = self.plateaus.iter().find(|(unknown, _)| *unknown == mu);
+        let (centre, reach) = match plateau {
+            Some((_, plateau)) => (plateau.edge, WIDEST * plateau.edge),
+            None => (value, REACH * self.error_of(mu).min(WIDEST * value / REACH)),
         };
-        let setting = &search.settings[Parameter::Mu];
-        let (lower, upper) =
-            ((at[Parameter::Mu] - reach).max(setting.lower), (at[Parameter::Mu] + reach).min(setting.upper));
+        at = search.set(&at, mu, centre);
+        let setting = search.setting(mu);
+        let (lower, upper) = ((centre - reach).max(setting.lower), (centre + reach).min(setting.upper));
         // without a kink there is one minimum
-        let around = Setting { lower, upper, ..*setting };
-        let has_kink = |shot: &Fitted| sticks_from(&around, &shot.plan, search.model, &at).is_some();
-        if !search.fitted.iter().any(has_kink) {
+        let around = Setting { lower, upper, ..setting };
+        let has_kink = |i: usize| {
+            let sample = &search.samples[i];
+            sample.fitted.iter().any(|shot| sticks_from(&around, &shot.plan, sample.model, &at[i]).is_some())
+        };
+        if !search.members(mu).any(has_kink) {
             return Vec::new();
         }
         let step = (upper - lower) / (2 * STEPS) as f64;
         let axis: Vec<f64> = (0..=2 * STEPS).map(|i| lower + i as f64 * step).collect();
-        let search = Search { initial: at, ..search.clone() };
+        let search = search.from(&at);
         // where μ is held estimated noise is smaller, so that what is seen is compared with the same at the minimum
-        let here = search.minima_on(free, &[Parameter::Mu], &[vec![at[Parameter::Mu]]]);
+        let here = search.minima_on(free, &[mu], &[vec![centre]]);
         let Some((_, here)) = here.first() else { return Vec::new() };
-        let minima = search.minima_on(free, &[Parameter::Mu], &[axis]);
+        let minima = search.minima_on(free, &[mu], &[axis]);
         let lower = minima.into_iter().filter(|(_, objective)| *objective < here - LOWER);
         lower.take(MOST).map(|((values, _), _)| values).collect()
     }

@@ -1,10 +1,11 @@
 //! Data set + settings → [`Fit`]: estimates, uncertainties, residuals, and what to think of them.
 
-mod analysis;
+pub(crate) mod analysis;
 mod calibration;
 mod camera;
 pub mod causes;
 pub mod check;
+pub(crate) mod constraints;
 mod counted;
 pub mod diagnostics;
 mod disc_curve;
@@ -12,25 +13,27 @@ mod doubts;
 mod estimate;
 pub(crate) mod fidelity_choice;
 pub mod footage;
-mod frames;
+pub(crate) mod frames;
 pub(crate) mod global;
 pub mod intervals;
-mod noise;
+pub(crate) mod noise;
 mod nonsmooth;
 pub(crate) mod robust;
-mod rows;
-mod run;
-mod saturation;
+pub(crate) mod rows;
+pub(crate) mod run;
+pub(crate) mod samples;
+pub(crate) mod saturation;
 mod scatter;
 pub(crate) mod search;
-mod settled;
+pub(crate) mod settled;
+pub(crate) mod slice;
 mod starts;
 pub(crate) mod uncertainty;
 mod verdict;
 pub(crate) mod warnings;
 
 pub use crate::likelihood::frames::shared_unknowns::Kind as SharedKind;
-pub use analysis::{Analysis, analyse};
+pub use analysis::{Analysis, Prepared, analyse};
 pub use calibration::calibrated;
 pub use camera::{FoundCamera, FoundCorrection};
 pub use counted::Counted;
@@ -58,7 +61,6 @@ use std::sync::Arc;
 use nalgebra::DMatrix;
 
 use crate::film::camera::Correction;
-use crate::likelihood::fitted::Fitted;
 use crate::likelihood::frames::Film;
 use crate::likelihood::frames::shared_unknowns::SharedUnknown;
 use crate::measurement::dataset::{Dataset, DiscShot, Measured, Shot};
@@ -447,11 +449,6 @@ pub struct Computed {
     pub fidelity: Fidelity,
     pub effects: Effects,
     pub shots: usize,
-}
-
-/// How many of some shots are computed how.
-pub(crate) fn computed(fitted: &[Fitted], model: &Model) -> Vec<Computed> {
-    fidelity_choice::computed(fitted, model)
 }
 
 /// What a joint fit of frames found besides the parameters.

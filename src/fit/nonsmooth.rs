@@ -7,14 +7,13 @@ use argmin::solver::goldensectionsearch::GoldenSectionSearch;
 use nalgebra::DVector;
 
 use super::FitError;
-use super::intervals::profile::Slice;
 use super::noise::Group;
 use super::robust::Losses;
-use super::search::Search;
+use super::samples::Search;
+use super::slice::Slice;
 use super::uncertainty::Minimum;
-use crate::likelihood::problem::{Problem, is_rough};
+use crate::likelihood::sample::{Sample, Unknown};
 use crate::likelihood::whitening::{Hold, Whitening};
-use crate::measurement::loss::Loss;
 use crate::measurement::parameter::Parameter;
 use crate::measurement::values::Values;
 use crate::numerics::least_squares;
@@ -44,6 +43,13 @@ const LAW: [Parameter; 2] = [Parameter::B, Parameter::C];
 const BRACKETS_OF_A_LAW: usize = 2;
 const PLACES_OF_A_LAW: Options = Options { max_iterations: 30, orthogonality: 1e-6 };
 
+/// χ² at a given point of a profile needs no more than this: it errs by the square.
+const QUICK: Options = Options { max_iterations: 100, orthogonality: 1e-6 };
+
+/// That of frames is the sum of thousands of squares, each about 1, so that 1e-3 of its root is a twentieth of a standard error; that
+/// of integrated collisions is rough.
+const QUICK_ROUGH: Options = Options { max_iterations: 100, orthogonality: 1e-3 };
+
 /// The minimum from a start that satisfies the constraints, and whether it is at a kink.
 pub(super) fn minimise(
     slice: &Slice,
@@ -52,22 +58,27 @@ pub(super) fn minimise(
 ) -> Result<(Solution, bool), FitError> {
     let constraints = &slice.constraints;
     let mut solution = least_squares::minimise(slice.problem(), start, constraints, options)?;
-    let Some(mu) = slice.free.iter().position(|parameter| *parameter == Parameter::Mu) else {
-        return Ok((solution, false));
+    let has_kinks = |(column, unknown): &(usize, &Unknown)| {
+        unknown.parameter == Parameter::Mu
+            && constraints.lower[*column] < constraints.upper[*column]
+            // discs whose contact gives way go over from sliding to sticking smoothly
+            && slice.search.members(**unknown).any(|i| !is_smooth(&slice.search.samples[i]))
     };
-    // discs whose contact gives way go over from sliding to sticking smoothly
-    let Search { fitted, model, .. } = slice.search;
-    let is_smooth = model.kappa > 0.0 && fitted.iter().all(|shot| shot.plan.is_of_discs());
-    if is_smooth || is_rough(fitted) || constraints.lower[mu] == constraints.upper[mu] {
+    let frictions: Vec<usize> =
+        slice.free.iter().enumerate().filter(has_kinks).map(|(column, _)| column).collect();
+    if frictions.is_empty() || slice.search.is_rough() {
         return Ok((solution, false));
     }
-    let is_law = LAW.iter().any(|p| slice.free.contains(p));
+    let is_law = slice.free.iter().any(|unknown| LAW.contains(&unknown.parameter));
     for _ in 0..if is_law { BRACKETS_OF_A_LAW } else { MAX_BRACKETS } {
         if !matches!(solution.termination, Termination::Stalled | Termination::MaxIterations) {
             break;
         }
-        let found = if is_law { places(slice, mu, &solution) } else { across(slice, mu, &solution, options) };
-        let Some((x, at_kink)) = found else { break };
+        let of = |mu: &usize| {
+            if is_law { places(slice, *mu, &solution) } else { across(slice, *mu, &solution, options) }
+        };
+        let found = frictions.iter().filter_map(of).min_by(|a, b| a.cost.total_cmp(&b.cost));
+        let Some(Lowest { x, is_inside: at_kink, .. }) = found else { break };
         let next = least_squares::minimise(slice.problem(), &x, constraints, options)?;
         let iterations = solution.iterations + next.iterations;
         if at_kink && !next.termination.converged() {
@@ -86,8 +97,21 @@ pub(super) fn minimise(
     Ok((solution, false))
 }
 
-/// The lowest point within the bracket of a stalled search, and whether it is inside; `None` where none is lower.
-fn across(slice: &Slice, mu: usize, stalled: &Solution, options: &Options) -> Option<(DVector<f64>, bool)> {
+/// Whether its shots go over from sliding to sticking smoothly.
+fn is_smooth(sample: &Sample) -> bool {
+    sample.model.kappa > 0.0 && sample.fitted.iter().all(|shot| shot.plan.is_of_discs())
+}
+
+/// The lowest point within a bracket.
+struct Lowest {
+    x: DVector<f64>,
+    cost: f64,
+    /// Whether it is not at an end of the bracket.
+    is_inside: bool,
+}
+
+/// Within the bracket of a stalled search; `None` where no point is lower.
+fn across(slice: &Slice, mu: usize, stalled: &Solution, options: &Options) -> Option<Lowest> {
     let (lower, upper) = (slice.constraints.lower[mu], slice.constraints.upper[mu]);
     let value = stalled.x[mu];
     let ends = [(value * (1.0 - BRACKET)).max(lower), (value * (1.0 + BRACKET)).min(upper)];
@@ -109,12 +133,12 @@ fn across(slice: &Slice, mu: usize, stalled: &Solution, options: &Options) -> Op
         .run();
     let best = found.ok()?.state.best_param?;
     let (x, cost) = profile.at(best)?;
-    (cost <= stalled.cost).then_some((x, from < best && best < to))
+    (cost <= stalled.cost).then_some(Lowest { x, cost, is_inside: from < best && best < to })
 }
 
 /// As [`across`] to the precision of the places themselves: the lowest of them or, if none is lower, where the search
 /// stalled.
-fn places(slice: &Slice, mu: usize, stalled: &Solution) -> Option<(DVector<f64>, bool)> {
+fn places(slice: &Slice, mu: usize, stalled: &Solution) -> Option<Lowest> {
     let value = stalled.x[mu];
     let at = |place: usize| {
         let mu_there = value * (1.0 + BRACKET * (2.0 * place as f64 / PLACES as f64 - 1.0));
@@ -127,8 +151,29 @@ fn places(slice: &Slice, mu: usize, stalled: &Solution) -> Option<(DVector<f64>,
     };
     let lowest = (0..=PLACES).filter_map(at).min_by(|a, b| a.1.total_cmp(&b.1));
     match lowest {
-        Some((x, cost)) if cost < stalled.cost => Some((x, false)),
-        _ => Some((stalled.x.clone(), true)),
+        Some((x, cost)) if cost < stalled.cost => Some(Lowest { x, cost, is_inside: false }),
+        _ => Some(Lowest { x: stalled.x.clone(), cost: stalled.cost, is_inside: true }),
+    }
+}
+
+impl Slice<'_> {
+    /// ½χ² least over what is not held, and where; from `start`. `None` where nothing can be
+    /// evaluated, or the constraints do not allow the values.
+    pub(crate) fn at(&self, held: &[(usize, f64)], start: &DVector<f64>) -> Option<(DVector<f64>, f64)> {
+        let slice = self.holding(held);
+        let mut start = start.clone();
+        for (column, value) in held {
+            start[*column] = *value;
+        }
+        let start = slice.constraints.nearest(&start)?;
+        if slice.constraints.lower == slice.constraints.upper {
+            let (residuals, _) = slice.problem().evaluate_at(&start);
+            let cost = 0.5 * residuals.norm_squared();
+            return cost.is_finite().then_some((start, cost));
+        }
+        let quick = if slice.search.is_rough() { QUICK_ROUGH } else { QUICK };
+        let (solution, _) = minimise(&slice, &start, &quick).ok()?;
+        Some((solution.x, solution.cost))
     }
 }
 
@@ -138,24 +183,24 @@ impl Search<'_> {
     /// to and fro between them.
     pub(super) fn at_kink(
         &self,
-        free: &[Parameter],
-        near: &Values,
+        (free, friction): (&[Unknown], Unknown),
+        near: &[Values],
         reach: f64,
     ) -> Option<(Minimum, Vec<Group>)> {
         /// The bracket is narrowed to this part of itself, by 0.618 each time.
         const SECTIONS: usize = 30;
         const GOLDEN: f64 = 0.618_033_988_749_895;
-        let others: Vec<Parameter> = free.iter().copied().filter(|p| *p != Parameter::Mu).collect();
+        let others: Vec<Unknown> = free.iter().copied().filter(|unknown| *unknown != friction).collect();
         let held = |mu: f64| {
-            let search = Search { initial: near.with(Parameter::Mu, mu), ..self.clone() };
+            let search = self.from(&self.set(near, friction, mu));
             let (minimum, groups) = search.converge(&others).ok()?;
             let objective = search.objective(&minimum, &groups);
             objective.is_finite().then_some((objective, minimum, groups))
         };
         let value =
             |found: &Option<(f64, Minimum, Vec<Group>)>| found.as_ref().map_or(f64::INFINITY, |f| f.0);
-        let setting = &self.settings[Parameter::Mu];
-        let centre = near[Parameter::Mu];
+        let setting = self.setting(friction);
+        let centre = self.value(near, friction);
         let [mut low, mut high] =
             [-reach, reach].map(|by| (centre * (1.0 + by)).clamp(setting.lower, setting.upper));
         let mut best = held(centre);
@@ -180,27 +225,22 @@ impl Search<'_> {
         let (_, minimum, mut groups) = best?;
         let constraints = self.constraints(free).ok()?;
         let unknowns = minimum.x.len() - minimum.shared;
-        let own = free.iter().map(|p| minimum.values[*p]);
+        let own = free.iter().map(|unknown| self.value(&minimum.values, *unknown));
         let x = DVector::from_iterator(
             free.len() + minimum.shared,
             own.chain(minimum.x.iter().skip(unknowns).copied()),
         );
-        let Self { fitted, model, settings, .. } = *self;
-        let at = |whitening: &Whitening| {
-            let columns = (free, self.unknowns.as_slice());
-            Problem::new(fitted, model, settings, columns, minimum.values, whitening).evaluate_at(&x)
-        };
+        let there = self.from(&minimum.values);
+        let at = |whitening: &[Whitening]| there.problem(free, whitening).evaluate_at(&x);
         let mut whitening = minimum.whitening.clone();
         if !groups.is_empty() {
             // estimated noise knows that μ was fitted, too
-            let losses = Losses::new(self.loss);
+            let losses: Vec<Losses> = self.samples.iter().map(|sample| Losses::new(sample.loss)).collect();
             let (_, jacobian) = at(&whitening);
             self.reweigh(&mut groups, &minimum.values, &whitening, &jacobian, &losses, &minimum.weights);
-            let sds = groups.iter().map(|g| (g.observable, g.sd)).collect();
-            let shared = &x.as_slice()[free.len()..];
-            let anew = self.whitening(&minimum.values, &sds, shared, (Some(&whitening), Hold::All)).ok()?;
-            whitening =
-                if self.loss == Loss::Squares { anew } else { anew.weighted(fitted, &minimum.weights) };
+            let before = (Some(whitening.as_slice()), Hold::All);
+            let anew = self.whitening(&minimum.values, &groups, (free.len(), &x), before).ok()?;
+            whitening = if self.is_robust() { self.weighted(anew, &minimum.weights) } else { anew };
         }
         let (residuals, jacobian) = at(&whitening);
         let minimum = Minimum {

@@ -2,7 +2,7 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use super::search::Search;
+use super::samples::Search;
 use super::uncertainty::Minimum;
 use crate::likelihood::fitted::Fitted;
 use crate::likelihood::prediction::MAX_OBSERVABLES;
@@ -33,18 +33,22 @@ impl Losses {
 }
 
 /// Distance of each shot, from residuals that are weighted with `weights`.
-pub(crate) fn distances(fitted: &[Fitted], residuals: &[f64], weights: &[f64]) -> Vec<f64> {
+pub(crate) fn distances<'a>(
+    fitted: impl Iterator<Item = &'a Fitted>,
+    residuals: &[f64],
+    weights: &[f64],
+) -> Vec<f64> {
     let mut rest = residuals;
     let distance = |(shot, weight): (&Fitted, &f64)| {
         let (own, others) = rest.split_at(shot.plan.rows().len());
         rest = others;
         (own.iter().map(|r| r * r).sum::<f64>() / weight).sqrt()
     };
-    fitted.iter().zip(weights).map(distance).collect()
+    fitted.zip(weights).map(distance).collect()
 }
 
 /// The rows of a shot in a least-squares problem, its weight, and the loss that it is of.
-pub(crate) struct Part {
+struct Part {
     pub first: usize,
     pub rows: usize,
     pub weight: f64,
@@ -61,30 +65,28 @@ pub(crate) struct Sandwich {
 
 impl Sandwich {
     /// `None` for least squares, or without a degree of freedom among the shots.
-    pub(super) fn new(search: &Search, minimum: &Minimum, free: usize) -> Option<Self> {
-        if search.loss == Loss::Squares {
+    pub(crate) fn new(search: &Search, minimum: &Minimum, free: usize) -> Option<Self> {
+        if !search.is_robust() {
             return None;
         }
-        let losses = Losses::new(search.loss);
+        let losses: Vec<Losses> = search.samples.iter().map(|sample| Losses::new(sample.loss)).collect();
+        let of_samples = search.samples.iter().zip(&losses);
+        let shots =
+            of_samples.flat_map(|(sample, losses)| sample.fitted.iter().map(move |s| (s, losses.of(s))));
         let mut first = 0;
-        let part = |(shot, weight): (&Fitted, &f64)| {
+        let part = |((shot, loss), weight): ((&Fitted, &ShotLoss), &f64)| {
             let rows = shot.plan.rows().len();
-            let part = Part { first, rows, weight: *weight, loss: *losses.of(shot) };
+            let part = Part { first, rows, weight: *weight, loss: *loss };
             first += rows;
             part
         };
-        let parts: Vec<Part> = search.fitted.iter().zip(&minimum.weights).map(part).collect();
+        let parts: Vec<Part> = shots.zip(&minimum.weights).map(part).collect();
         Self::of(&minimum.jacobian, &minimum.residuals, &parts, free)
     }
 
     /// Of rows weighted by shots, `parts` in the order of their rows, and of rows that belong to no shot (priors).
     /// `None` without a degree of freedom among the shots.
-    pub(crate) fn of(
-        jacobian: &DMatrix<f64>,
-        residuals: &DVector<f64>,
-        parts: &[Part],
-        free: usize,
-    ) -> Option<Self> {
+    fn of(jacobian: &DMatrix<f64>, residuals: &DVector<f64>, parts: &[Part], free: usize) -> Option<Self> {
         if parts.len() <= free {
             return None;
         }

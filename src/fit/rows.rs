@@ -1,34 +1,35 @@
 //! Residuals and noise of a fit, a row each.
 
 use super::noise::Group;
+use super::samples::Search;
 use super::uncertainty::Minimum;
 use super::{Noise, Residual};
 use crate::likelihood::fitted::Fitted;
 use crate::likelihood::prediction::difference;
 use crate::likelihood::whitening::{EstimatedSd, covariance};
-use crate::measurement::dataset::Shot;
-use crate::physics::collision::Model;
 
-/// One row for each observation.
-pub(super) fn residual_rows(
-    shots: &[&Shot],
-    fitted: &[Fitted],
-    model: &Model,
+/// One row for each observation of a sample, whose shots have these names.
+pub(crate) fn residual_rows<'n>(
+    (search, number): (&Search, usize),
+    name: impl Fn(usize) -> &'n String,
     at: &Minimum,
     groups: &[Group],
 ) -> Vec<Residual> {
-    let sds: EstimatedSd =
-        groups.iter().map(|g| (g.observable, if g.estimable { g.sd } else { f64::NAN })).collect();
+    let sample = &search.samples[number];
+    let (whitening, values) = (&at.whitening[number], &at.values[number]);
+    let model = values.model(sample.model);
+    let own = groups.iter().filter(|group| group.dataset == sample.dataset);
+    let sds: EstimatedSd = own.map(|g| (g.observable, if g.estimable { g.sd } else { f64::NAN })).collect();
     let mut rows = Vec::new();
-    for (number, Fitted { index, plan, .. }) in fitted.iter().enumerate() {
-        let predicted = at.whitening.predict(number, plan, model, &at.values.coefficients);
+    for (number, Fitted { index, plan, .. }) in sample.fitted.iter().enumerate() {
+        let predicted = whitening.predict(number, plan, &model, &values.coefficients);
         let Ok(prediction) = predicted else { continue };
         let covariance = covariance(plan, &prediction, &sds);
         for (i, row) in plan.rows().iter().enumerate() {
             let sd = covariance[(i, i)].sqrt();
             let d = difference(row.observable, prediction.values[i], row.measured.value);
             rows.push(Residual {
-                shot: shots[*index].name.clone(),
+                shot: name(*index).clone(),
                 observable: row.observable,
                 measured: row.measured.value,
                 predicted: row.measured.value + d,

@@ -7,27 +7,26 @@ use nalgebra::DMatrix;
 use super::diagnostics::{goodness, other_models};
 use super::frames::{FittedFrames, bound, cloth_of, filmed, joint_fit, outlying};
 use super::intervals::profile;
-use super::intervals::profile::Slice;
 use super::intervals::{bootstrap, confidence_region};
 use super::robust::{Robust, Sandwich};
 use super::rows::{noise_rows, residual_rows};
-use super::search::Search;
-use super::settled::{Settled, observations, priors};
+use super::samples::Search;
+use super::settled::Settled;
+use super::slice::Slice;
 use super::uncertainty;
 use super::uncertainty::{Minimum, Quantiles};
 use super::{
-    Depth, Diagnostics, Estimate, Films, Fit, FitError, FrictionCurve, Intervals, Method, Options, Rejected,
-    Status, causes, fidelity_choice, scatter, starts,
+    Depth, Diagnostics, Estimate, Films, Fit, FitError, FrictionCurve, Intervals, Method, Options, Plateau,
+    Rejected, Status, causes, fidelity_choice, scatter, starts,
 };
 use crate::likelihood::fitted::Fitted;
 use crate::likelihood::frames;
 use crate::likelihood::frames::shared_unknowns;
-use crate::likelihood::problem::are_filmed;
+use crate::likelihood::sample::Sample;
 use crate::likelihood::whitening::EstimatedSd;
 use crate::measurement::dataset::{Dataset, DiscShot, Shot};
-use crate::measurement::loss::Loss;
 use crate::measurement::observable::Observable;
-use crate::measurement::parameter::{Compliance, Parameter};
+use crate::measurement::parameter::{Compliance, Parameter, Settings};
 use crate::measurement::relation::Relation;
 use crate::measurement::values::Values;
 use crate::physics::collision::{Effects, Model};
@@ -52,20 +51,18 @@ fn affordable(depth: Depth, shots: usize, method: Method) -> Depth {
     depth.min(most)
 }
 
-/// Fits some shots of a data set (all, or those of one label).
-pub(super) fn fit_shots(
+/// What the shots of a data set are fitted with: model, settings, and where a search begins.
+///
+/// # Errors
+/// A contact that is stated to give way, at a fidelity that takes it as rigid.
+pub(crate) fn fitted_with(
     dataset: &Dataset,
-    shots: &[&Shot],
-    films: &Films,
-    group: Option<(String, String)>,
     options: &Options,
-    done: &(dyn Fn() + Sync),
-) -> Result<Fit, FitError> {
-    let begun = Instant::now();
+) -> Result<(Model, Settings, Values), FitError> {
     let mut model = dataset.model(options.fidelity);
     model.tolerance = options.tolerance;
     model.effects = options.effects.unwrap_or(model.effects);
-    let mut settings = options.falling.applied(dataset.settings_of_balls());
+    let settings = options.falling.applied(dataset.settings_of_balls());
     let initial = Values::usual(&settings);
     if settings.falls {
         model.law = Law::Exponential { b: initial.b, c: initial.c };
@@ -76,6 +73,20 @@ pub(super) fn fit_shots(
         }
         model.kappa = initial.kappa;
     }
+    Ok((model, settings, initial))
+}
+
+/// Fits some shots of a data set (all, or those of one label).
+pub(super) fn fit_shots(
+    dataset: &Dataset,
+    shots: &[&Shot],
+    films: &Films,
+    group: Option<(String, String)>,
+    options: &Options,
+    done: &(dyn Fn() + Sync),
+) -> Result<Fit, FitError> {
+    let begun = Instant::now();
+    let (mut model, mut settings, initial) = fitted_with(dataset, options)?;
     let discs = dataset.tracks.as_ref().and_then(|tracks| tracks.discs);
     let (mut fitted, mut shots_rejected) = plan(shots, &model, &initial);
     let left_out =
@@ -87,18 +98,9 @@ pub(super) fn fit_shots(
     check_noise(dataset, shots, &fitted)?;
     let depth = affordable(options.depth, fitted.len(), options.method);
 
-    let search = Search {
-        shared_errors: dataset.shared_errors(),
-        unknowns: Vec::new(),
-        fitted: &[],
-        model: &model,
-        settings: &settings,
-        relations: &dataset.relations,
-        loss: options.loss.unwrap_or(dataset.loss),
-        maximum_likelihood: false,
-        untold: Vec::new(),
-        initial,
-    };
+    let loss = options.loss.unwrap_or(dataset.loss);
+    let sample = Sample { loss, ..Sample::of(dataset, &[], (&model, &settings, initial)) };
+    let search = Search::of(sample);
     let name = title(dataset, group.as_ref());
     let named = |error| named(error, dataset, &name);
     // what is fixed stays where it is
@@ -107,22 +109,23 @@ pub(super) fn fit_shots(
     let near = |near: Values| {
         Parameter::ALL.into_iter().filter(fixed).fold(near, |near, p| near.with(p, initial[p]))
     };
-    let mut starts: Vec<Values> = options.near.map(near).into_iter().collect();
+    let mut starts: Vec<Vec<Values>> = options.near.map(|start| vec![near(start)]).into_iter().collect();
     let (mut left_out, mut gives_way) = (Vec::new(), None);
     let mut scatter = None;
     let (mut of_discs, mut other_minima) = (None, Vec::new());
     if discs.is_some() {
         let chosen = scatter::choose(&fitted, &search, options.auto).map_err(named)?;
-        (starts, left_out, gives_way) = (chosen.starts, chosen.notes, chosen.gives_way);
+        (left_out, gives_way) = (chosen.notes, chosen.gives_way);
+        starts = chosen.starts.into_iter().map(|start| vec![start]).collect();
         (fitted, scatter) = (chosen.fitted, Some(chosen.scatter));
         (of_discs, other_minima) = (Some((chosen.model, chosen.settings)), chosen.rivals);
     } else if options.auto {
-        let chosen = fidelity_choice::choose(&mut fitted, &search, &starts).map_err(named)?;
+        let chosen =
+            fidelity_choice::choose(std::slice::from_mut(&mut fitted), &search, &starts).map_err(named)?;
         (starts, left_out, gives_way) = (chosen.starts, chosen.notes, chosen.gives_way);
     } else if model.fidelity.is_integrated() {
-        starts = fidelity_choice::integrate(&mut fitted, &search).map_err(named)?;
+        starts = fidelity_choice::integrate(std::slice::from_mut(&mut fitted), &search).map_err(named)?;
     }
-    let Search { shared_errors, loss, .. } = search;
     if let Some(of_discs) = of_discs {
         (model, settings) = of_discs;
     } else if gives_way.is_some() {
@@ -130,23 +133,12 @@ pub(super) fn fit_shots(
         model.kappa = initial.kappa;
     }
     let settings = &settings;
-    let computed = fidelity_choice::computed(&fitted, &model);
-    let search = Search {
-        shared_errors,
-        unknowns: Vec::new(),
-        fitted: &fitted,
-        model: &model,
-        settings,
-        relations: &dataset.relations,
-        loss,
-        maximum_likelihood: false,
-        untold: Vec::new(),
-        initial,
-    };
+    let sample = Sample { loss, ..Sample::of(dataset, &fitted, (&model, settings, initial)) };
+    let search = Search::of(sample);
     let with_films;
     let joint;
     let (first, settled) = if options.method == Method::Joint {
-        if search.loss != Loss::Squares {
+        if search.is_robust() {
             return Err(FitError::JointLoss(name));
         }
         // from where the two stages end, and from their other minima: frames are too costly to be scanned
@@ -156,10 +148,11 @@ pub(super) fn fit_shots(
         for (unknown, start) in unknowns.iter_mut().zip(cloth_of(&settled.minimum, dataset)) {
             unknown.start = start;
         }
-        joint = Search { fitted: &with_films, unknowns, ..search.clone() };
+        joint = Search::of(Sample { fitted: &with_films, unknowns, ..search.first().clone() });
         let minima = settled.starts_nearby();
         let of_frames = Settled::from_starts(&joint, &minima);
-        let odd = of_frames.as_ref().map_or(Vec::new(), |found| outlying(&with_films, &found.minimum));
+        let odd = of_frames.as_ref();
+        let odd = odd.map_or(Vec::new(), |found| outlying(&with_films, found.minimum.residuals.as_slice()));
         if !odd.is_empty() {
             let odd: Vec<(usize, f64)> =
                 odd.into_iter().map(|(place, reduced)| (with_films[place].index, reduced)).collect();
@@ -178,8 +171,12 @@ pub(super) fn fit_shots(
         Vec::new()
     };
     let found = settled.clone();
-    let Settled { search, free, minimum, estimated, plateaus, identifiability, .. } = settled;
-    let dof = (observations(search.fitted) + priors(settings, &free)).saturating_sub(minimum.room());
+    let Settled { search, free: unknowns, minimum, estimated, plateaus, identifiability, .. } = settled;
+    let (sample, at) = (search.first(), minimum.first());
+    let free: Vec<Parameter> = unknowns.iter().map(|unknown| unknown.parameter).collect();
+    let plateaus: Vec<Plateau> = plateaus.into_iter().map(|(_, plateau)| plateau).collect();
+    let is_filmed = search.is_filmed();
+    let dof = (search.observations() + search.priors(&unknowns)).saturating_sub(minimum.room());
     let knows_noise = estimated.iter().all(|group| group.estimable);
     let estimates_noise = !estimated.is_empty();
     let sandwich = Sandwich::new(&search, &minimum, free.len());
@@ -196,7 +193,7 @@ pub(super) fn fit_shots(
     let mut contours = Vec::new();
     if let (true, None, Some(quantiles)) = (depth >= Depth::Intervals, &sandwich, &quantiles) {
         let constraints = minimum.constraints.clone();
-        let slice = Slice { search: &search, free: &free, constraints, whitening: &minimum.whitening };
+        let slice = Slice { search: &search, free: &unknowns, constraints, whitening: &minimum.whitening };
         let profiles;
         (profiles, lowest) = profile::intervals(&slice, &minimum, &uncertainty.estimates, quantiles);
         for (estimate, profile) in uncertainty.estimates.iter_mut().zip(profiles) {
@@ -227,7 +224,7 @@ pub(super) fn fit_shots(
             },
             (None, None) => Estimate {
                 parameter,
-                value: minimum.values[parameter],
+                value: at[parameter],
                 std_error: None,
                 interval_95: None,
                 intervals: Intervals::default(),
@@ -245,17 +242,14 @@ pub(super) fn fit_shots(
             correlation[(row, column)] = uncertainty.correlation[(i, j)];
         }
     }
-    let at_minimum = minimum.values.model(&model);
+    let at_minimum = at.model(&model);
     let sds: EstimatedSd = estimated.iter().map(|g| (g.observable, g.sd)).collect();
     // what is said of residuals is said of what was extracted, also where frames were fitted
-    let of_velocities = if are_filmed(search.fitted) {
-        let plain = Search { fitted: &fitted, ..search.clone() };
-        plain.at(&free, &minimum, dataset)
-    } else {
-        None
-    };
+    let plain = search.with(|_, sample| sample.fitted = &fitted);
+    let cloth = [(dataset.sliding, dataset.rolling)];
+    let of_velocities = if is_filmed { plain.at(&unknowns, &minimum, &cloth) } else { None };
     let seen = of_velocities.as_ref().unwrap_or(&minimum);
-    let residuals = residual_rows(shots, &fitted, &at_minimum, seen, &estimated);
+    let residuals = residual_rows((&plain, 0), |index| &shots[index].name, seen, &estimated);
     let noise = noise_rows(&fitted, &residuals, &estimated);
     let context = goodness::Context {
         shots,
@@ -264,33 +258,34 @@ pub(super) fn fit_shots(
         minimum: seen,
         free: &free,
         sds: &sds,
-        dof: (observations(&fitted) + priors(settings, &free)).saturating_sub(seen.room()),
-        tests_noise: !estimates_noise && !scatters && search.loss == Loss::Squares,
+        dof: (plain.observations() + plain.priors(&unknowns)).saturating_sub(seen.room()),
+        tests_noise: !estimates_noise && !scatters && !search.is_robust(),
     };
-    let frames = are_filmed(search.fitted)
-        .then(|| FittedFrames::new(shots, search.fitted, &model, &minimum, (&free, &search.unknowns)));
+    let frames = is_filmed
+        .then(|| FittedFrames::new(shots, sample.fitted, &model, &minimum, (&free, &sample.unknowns)));
     let measured = match &frames {
         Some(_) => frames::ROWS * fitted.len(),
-        None => observations(&fitted),
+        None => plain.observations(),
     };
-    let kinks_from = minimum.residuals.len() - minimum.whitening.kink_rows();
+    let kinks_from = minimum.residuals.len() - minimum.whitening[0].kink_rows();
     let priors_of_all = minimum.residuals.rows_range(measured..kinks_from).norm_squared();
     let prior_chi2 = priors_of_all + frames.as_ref().map_or(0.0, FittedFrames::prior_chi2);
     let resampled = options.bootstrap > 0 && !free.is_empty();
     let diagnostics = Diagnostics {
-        computed,
+        computed: fidelity_choice::computed(&plain),
         identifiability,
         goodness: Some(goodness::goodness(&context)),
-        robust: (search.loss != Loss::Squares).then(|| robust_weights(&search, shots, &minimum)),
+        robust: search.is_robust().then(|| robust_weights(&search, shots, &minimum)),
         relations: relations(&search, &minimum),
         starts,
-        bootstrap: resampled
-            .then(|| bootstrap::bootstrap(&search, &context, options.bootstrap, options.seed, done)),
+        bootstrap: resampled.then(|| {
+            bootstrap::bootstrap(&search, (&context, &unknowns), options.bootstrap, options.seed, done)
+        }),
         contours,
         alternatives,
-        joint: are_filmed(search.fitted)
-            .then(|| joint_fit(search.fitted, &minimum, &search.unknowns, (2.0 * minimum.cost, dof))),
-        bound: bound(&search, &free, &minimum, films, cloth_of(&minimum, dataset)),
+        joint: is_filmed
+            .then(|| joint_fit(sample.fitted, &minimum, &sample.unknowns, (2.0 * minimum.cost, dof))),
+        bound: bound(&search, &unknowns, &minimum, films, cloth_of(&minimum, dataset)),
         // what else lets doubt is found below
         ..Diagnostics::default()
     };
@@ -341,7 +336,7 @@ pub(super) fn fit_shots(
         warnings: Vec::new(),
         notes: Vec::new(),
     };
-    fit.friction_curve = friction_curve(&fit, &model, &minimum.values);
+    fit.friction_curve = friction_curve(&fit, &model, at);
     let used: Vec<&Shot> = fitted.iter().map(|shot| shots[shot.index]).collect();
     super::diagnostics::refuted::judge(&mut fit, &used);
     // footage is corrected anew for a contact that gives way, and looked at then
@@ -396,14 +391,16 @@ fn without(
     let kept_shots: Vec<&Shot> = kept.iter().map(|i| shots[*i]).collect();
     let kept_films: Vec<_> = kept.iter().map(|i| films.get(*i).cloned().flatten()).collect();
     let mut fit = fit_shots(dataset, &kept_shots, &kept_films, group, options, done)?;
-    fit.shots_rejected.extend(odd.iter().map(|(place, reduced)| Rejected {
-        shot: shots[*place].name.clone(),
-        reason: format!(
-            "its frames fit no collision that fits the other shots: their χ²/dof is {}",
-            super::warnings::to_digits(*reduced, 3)
-        ),
-    }));
+    let rejected = odd.iter().map(|(place, reduced)| fits_no_collision(&shots[*place].name, *reduced));
+    fit.shots_rejected.extend(rejected);
     Ok(fit)
+}
+
+/// Why a shot is left out whose frames have this χ²/dof.
+pub(crate) fn fits_no_collision(shot: &str, reduced: f64) -> Rejected {
+    let reduced = super::warnings::to_digits(reduced, 3);
+    let reason = format!("its frames fit no collision that fits the other shots: their χ²/dof is {reduced}");
+    Rejected { shot: shot.to_owned(), reason }
 }
 
 /// An error of a search, with the name of the data set.
@@ -420,13 +417,13 @@ fn named(error: FitError, dataset: &Dataset, name: &str) -> FitError {
 }
 
 fn robust_weights(search: &Search, shots: &[&Shot], minimum: &Minimum) -> Robust {
-    let weights = search.fitted.iter().zip(&minimum.weights);
+    let weights = search.shots().zip(&minimum.weights);
     let mut weights: Vec<(String, f64)> = weights
         .filter(|(_, weight)| **weight < 1.0)
         .map(|(shot, weight)| (shots[shot.index].name.clone(), *weight))
         .collect();
     weights.sort_by(|a, b| a.1.total_cmp(&b.1));
-    Robust { loss: search.loss, weights }
+    Robust { loss: search.first().loss, weights }
 }
 
 /// The constraints between parameters, and whether they hold with equality.
@@ -434,12 +431,12 @@ fn relations(search: &Search, minimum: &Minimum) -> Vec<(String, bool)> {
     /// Of the terms of a sum that is held exactly.
     const ROUNDING: f64 = 1e-9;
     let state = |relation: &Relation| {
-        let terms = Parameter::ALL.map(|p| relation.coefficients[p as usize] * minimum.values[p]);
+        let terms = Parameter::ALL.map(|p| relation.coefficients[p as usize] * minimum.first()[p]);
         let size = relation.limit.abs() + terms.iter().map(|t| t.abs()).sum::<f64>();
         let slack = relation.limit - terms.iter().sum::<f64>();
         (relation.text.clone(), slack.abs() <= ROUNDING * size)
     };
-    search.relations.iter().map(state).collect()
+    search.first().relations.iter().map(state).collect()
 }
 
 /// How an error names what is fitted.
@@ -474,7 +471,7 @@ fn friction_curve(fit: &Fit, model: &Model, at: &Values) -> Option<FrictionCurve
 }
 
 /// The shots that can be predicted at usual values of the parameters, and the others with the reason.
-pub(super) fn plan(shots: &[&Shot], model: &Model, usual: &Values) -> (Vec<Fitted>, Vec<Rejected>) {
+pub(crate) fn plan(shots: &[&Shot], model: &Model, usual: &Values) -> (Vec<Fitted>, Vec<Rejected>) {
     let (mut fitted, mut rejected) = (Vec::new(), Vec::new());
     for (index, shot) in shots.iter().enumerate() {
         let planned = crate::likelihood::prediction::Plan::new(shot).and_then(|plan| {

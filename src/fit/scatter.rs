@@ -14,10 +14,12 @@ use nalgebra::{DMatrix, DVector};
 
 use super::FitError;
 use super::fidelity_choice::{EVIDENCE, GIVES_WAY, left_out};
-use super::search::{Effort, Search};
+use super::samples::Search;
+use super::search::Effort;
 use super::settled::{differs, told};
 use crate::likelihood::fitted::Fitted;
 use crate::likelihood::prediction::difference;
+use crate::likelihood::sample::{Sample, Unknown};
 use crate::likelihood::whitening::covariance;
 use crate::measurement::observable::Observable;
 use crate::measurement::parameter::{Compliance, Parameter, Setting, Settings};
@@ -91,9 +93,10 @@ pub(super) struct Chosen {
 pub(super) fn choose(raw: &[Fitted], search: &Search, auto: bool) -> Result<Chosen, FitError> {
     let mut notes = Vec::new();
     let (mut gives_way, mut starts) = (None, Vec::new());
-    let (mut model, mut settings) = (*search.model, *search.settings);
+    let sample = search.first();
+    let (mut model, mut settings) = (*sample.model, *sample.settings);
     if auto && (settings.compliance == Compliance::Stated || settings.falls) {
-        model = integrated(search.model, settings.compliance == Compliance::Stated);
+        model = integrated(sample.model, settings.compliance == Compliance::Stated);
     }
     settings[Parameter::Kappa] = above_rigid(settings[Parameter::Kappa]);
     let rows = raw.iter().map(|shot| shot.plan.rows().len()).sum::<usize>();
@@ -101,10 +104,10 @@ pub(super) fn choose(raw: &[Fitted], search: &Search, auto: bool) -> Result<Chos
         let mut with = settings;
         with.compliance = Compliance::Stated;
         with[Parameter::Kappa] = above_rigid(Setting { fixed: false, ..with[Parameter::Kappa] });
-        let giving = integrated(search.model, true);
-        let likely = Search { maximum_likelihood: true, ..search.clone() };
-        let rigid = weigh(raw, &Search { model: &model, ..likely.clone() }, &[])?;
-        let gave = weigh(raw, &Search { model: &giving, settings: &with, ..likely }, &[])?;
+        let giving = integrated(sample.model, true);
+        let rigid = weigh(raw, &search.likeliest().with(|_, sample| sample.model = &model), &[])?;
+        let gave = Sample { model: &giving, settings: &with, ..sample.clone() };
+        let gave = weigh(raw, &Search::of(gave).likeliest(), &[])?;
         let higher = gave.minus_two_log - rigid.minus_two_log;
         if higher < -EVIDENCE {
             (model, settings, gives_way) = (giving, with, Some(-higher));
@@ -113,7 +116,8 @@ pub(super) fn choose(raw: &[Fitted], search: &Search, auto: bool) -> Result<Chos
             notes.push(left_out(GIVES_WAY, higher, "the shots do", &[]));
         }
     }
-    let weighed = weigh(raw, &Search { model: &model, settings: &settings, ..search.clone() }, &starts)?;
+    let with = Sample { model: &model, settings: &settings, ..sample.clone() };
+    let weighed = weigh(raw, &Search { samples: vec![with], ..search.clone() }, &starts)?;
     let Weighed { mut fitted, scatter, starts, rivals, .. } = weighed;
     if scatter.is_none() && model.kappa == 0.0 {
         // what the errors of the state before the impact do at a kink is then seen, too
@@ -157,9 +161,10 @@ struct Weighed {
 /// From these values, or without any from wherever the least minimum may be, each with its own scatter: the most likely.
 fn weigh(raw: &[Fitted], search: &Search, starts: &[Values]) -> Result<Weighed, FitError> {
     let scatter = spread(raw);
-    let fitted = with_errors(raw, search.model, &search.initial, &scatter);
-    let (search, free) = told(&Search { fitted: &fitted, ..search.clone() })?;
-    let anywhere = || search.promising_starts(&free).into_iter().map(|(start, _)| start).collect();
+    let sample = search.first();
+    let fitted = with_errors(raw, sample.model, &sample.initial, &scatter);
+    let (search, free) = told(&search.with(|_, sample| sample.fitted = &fitted))?;
+    let anywhere = || search.promising_starts(&free).into_iter().map(|(start, _)| start[0]).collect();
     let starts = if starts.is_empty() { anywhere() } else { starts.to_vec() };
     let from = |start: &Values| settle(raw, &search, &free, *start, scatter);
     let mut found = starts.iter().map(from).collect::<Result<Vec<Weighed>, FitError>>()?;
@@ -170,7 +175,7 @@ fn weigh(raw: &[Fitted], search: &Search, starts: &[Values]) -> Result<Weighed, 
         near.flat_map(|other| other.starts.iter().map(|at| (*at, other.minus_two_log - least))).collect();
     let starts: Vec<Values> = minima.iter().map(|(at, _)| *at).collect();
     let best = found.into_iter().next().ok_or(FitError::NoWeights)?;
-    let rivals = minima.into_iter().skip(1).filter(|(at, _)| differs(at, &starts[0])).collect();
+    let rivals = minima.into_iter().skip(1).filter(|(at, _)| differs(&[*at], &starts[..1])).collect();
     Ok(Weighed { starts, rivals, ..best })
 }
 
@@ -178,16 +183,16 @@ fn weigh(raw: &[Fitted], search: &Search, starts: &[Values]) -> Result<Weighed, 
 fn settle(
     raw: &[Fitted],
     search: &Search,
-    free: &[Parameter],
+    free: &[Unknown],
     start: Values,
     first: Scatter,
 ) -> Result<Weighed, FitError> {
     let (mut values, mut scatter) = (start, first);
     for round in 0.. {
-        let fitted = with_errors(raw, search.model, &values, &scatter);
-        let at = Search { fitted: &fitted, initial: values, ..search.clone() };
+        let fitted = with_errors(raw, search.first().model, &values, &scatter);
+        let at = search.from(&[values]).with(|_, sample| sample.fitted = &fitted);
         let (minimum, groups) = at.converge_with(free, Effort::SCREEN)?;
-        values = minimum.values;
+        values = *minimum.first();
         let next = estimate(raw, &at, free, &values, &scatter);
         let [from, to] = [scatter, next].map(|scatter| scatter.variances().map(f64::sqrt));
         let changed = (0..2).map(|k| (to[k] - from[k]).abs() / (from[k] + to[k] + NONE)).fold(0.0, f64::max);
@@ -249,9 +254,9 @@ fn with_errors(raw: &[Fitted], model: &Model, at: &Values, scatter: &Scatter) ->
 /// The most likely scatter with the parameters where a fit ended, by Fisher's scoring: with V the covariance of all residuals r, X their
 /// derivatives by the free parameters, P = V⁻¹ − V⁻¹X(XᵀV⁻¹X)⁻¹XᵀV⁻¹ and B_k what a variance s_k multiplies, the score is
 /// ½(rᵀP B_k P r − tr P B_k) and the information ½ tr P B_k P B_l; for maximum likelihood V⁻¹ in the place of P in the traces.
-fn estimate(raw: &[Fitted], search: &Search, free: &[Parameter], at: &Values, before: &Scatter) -> Scatter {
+fn estimate(raw: &[Fitted], search: &Search, free: &[Unknown], at: &Values, before: &Scatter) -> Scatter {
     let sample: Vec<&Fitted> = raw.iter().step_by(raw.len().div_ceil(MOST_SHOTS).max(1)).collect();
-    let model = at.model(search.model);
+    let model = at.model(search.first().model);
     let count: usize = sample.iter().map(|shot| shot.plan.rows().len()).sum();
     if raw.len() < LEAST_SHOTS || count <= free.len() {
         return Scatter::default();
@@ -263,13 +268,14 @@ fn estimate(raw: &[Fitted], search: &Search, free: &[Parameter], at: &Values, be
     for shot in sample {
         let rows = shot.plan.rows();
         let prediction = shot.plan.predict(&model, &at.coefficients);
-        let (Ok(prediction), Some((moves, covariance))) = (prediction, moves(shot, search.model, at)) else {
+        let (Ok(prediction), Some((moves, covariance))) = (prediction, moves(shot, search.first().model, at))
+        else {
             return *before;
         };
         for (i, row) in rows.iter().enumerate() {
             residuals[first + i] = difference(row.observable, prediction.values[i], row.measured.value);
-            for (column, parameter) in free.iter().enumerate() {
-                by[(first + i, column)] = prediction.by_parameters[(i, *parameter as usize)];
+            for (column, unknown) in free.iter().enumerate() {
+                by[(first + i, column)] = prediction.by_parameters[(i, unknown.parameter as usize)];
             }
         }
         let block = (rows.len(), rows.len());

@@ -2,26 +2,20 @@
 
 use nalgebra::DVector;
 
-use super::intervals::profile::Slice;
 use super::noise::Group;
 use super::robust;
 use super::robust::Losses;
+use super::samples::Search;
+use super::slice::Slice;
 use super::uncertainty::Minimum;
 use super::{FitError, noise, nonsmooth};
 use crate::likelihood::fitted::Fitted;
-use crate::likelihood::frames::shared_unknowns::SharedUnknown;
-use crate::likelihood::prediction::{Plan, Prediction, Unpredictable};
-use crate::likelihood::problem;
-use crate::likelihood::problem::{Problem, are_filmed};
-use crate::likelihood::whitening::{At, EstimatedSd, Hold, Whitening, covariance};
-use crate::measurement::dataset::{Dataset, Measured, Shared};
+use crate::likelihood::sample::{Sample, Unknown, shared_columns};
+use crate::likelihood::whitening::{At, Hold, Whitening, covariance};
+use crate::measurement::dataset::{Measured, Shared};
 use crate::measurement::loss::Loss;
-use crate::measurement::parameter::{Parameter, Setting, Settings};
-use crate::measurement::relation::{Relation, Sense};
 use crate::measurement::values::Values;
 use crate::numerics::least_squares;
-use crate::numerics::least_squares::{Constraints, Linear};
-use crate::physics::collision::Model;
 
 /// Re-weighting converges by a factor of ten or more a round.
 const MAX_ROUNDS: usize = 60;
@@ -96,166 +90,80 @@ impl Effort {
 /// A shot's weight never vanishes, so that its distance can be told from its weighted residuals.
 const LEAST_WEIGHT: f64 = 1e-12;
 
-#[derive(Clone)]
-pub(super) struct Search<'a> {
-    /// Standard errors that all shots share.
-    pub shared_errors: Vec<(Shared, f64)>,
-    /// What all shots share besides the parameters, where their frames are fitted.
-    pub unknowns: Vec<SharedUnknown>,
-    pub fitted: &'a [Fitted],
-    pub model: &'a Model,
-    pub settings: &'a Settings,
-    pub relations: &'a [Relation],
-    pub loss: Loss,
-    /// Whether noise is estimated by maximum likelihood, for comparing models, rather than without bias.
-    pub maximum_likelihood: bool,
-    /// Parameters that are not free although they are not fixed: the data do not tell them.
-    pub untold: Vec<Parameter>,
-    /// Where the fit starts, and what parameters that are not free are held at.
-    pub initial: Values,
-}
-
 impl Search<'_> {
-    /// What is predicted of a shot at these values.
-    pub(super) fn predict(&self, plan: &Plan, at: &Values) -> Result<Prediction, Unpredictable> {
-        plan.predict(&at.model(self.model), &at.coefficients)
-    }
-
-    /// Free parameters that no observation depends on, whatever the friction, and that have no prior.
-    pub(super) fn silent(&self) -> Vec<Parameter> {
-        let mut informed = [false; Parameter::ALL.len()];
-        for at in self.initial.across_friction(self.settings) {
-            for shot in self.fitted {
-                let Ok(prediction) = self.predict(&shot.plan, &at) else { continue };
-                for (informed, depends) in informed.iter_mut().zip(shot.plan.depends(&prediction)) {
-                    *informed |= depends;
-                }
-            }
-        }
-        let tied = |p: Parameter| {
-            self.relations.iter().any(|r| r.sense == Sense::Equal && r.coefficients[p as usize] != 0.0)
-        };
-        let silent = |p: &Parameter| {
-            let setting = &self.settings[*p];
-            !setting.fixed && !informed[*p as usize] && setting.prior.is_none() && !tied(*p)
-        };
-        self.settings.parameters().into_iter().filter(silent).collect()
-    }
-
-    /// How many unknowns all shots share besides the parameters.
-    fn shared(&self) -> usize {
-        if are_filmed(self.fitted) { self.unknowns.len() } else { self.shared_errors.len() }
-    }
-
-    fn start_of(&self, parameter: Parameter) -> f64 {
-        self.initial[parameter]
-    }
-
-    /// Bounds of the free parameters and of what the shots share, and the relations between them with
-    /// what is not free put in.
-    ///
-    /// # Errors
-    /// A relation among parameters none of which is free, and that does not hold.
-    pub(super) fn constraints(&self, free: &[Parameter]) -> Result<Constraints, FitError> {
-        /// Decimal numbers are not exact.
-        const ROUNDING: f64 = 1e-12;
-        let (shared, filmed) = (self.shared(), are_filmed(self.fitted));
-        let bounds = |pick: fn(&Setting) -> f64, side: usize| {
-            let of_shared = |i: usize| {
-                if filmed { self.unknowns[i].bounds[side] } else { [f64::NEG_INFINITY, f64::INFINITY][side] }
-            };
-            DVector::from_iterator(
-                free.len() + shared,
-                free.iter().map(|p| pick(&self.settings[*p])).chain((0..shared).map(of_shared)),
-            )
-        };
-        let mut constraints = Constraints::bounds(bounds(|s| s.lower, 0), bounds(|s| s.upper, 1));
-        let mut add = |linear: fn(&mut Constraints) -> &mut Linear, row: &DVector<f64>, limit: f64| {
-            let linear = linear(&mut constraints);
-            let rows = linear.matrix.nrows();
-            linear.matrix = linear.matrix.clone().insert_row(rows, 0.0);
-            linear.matrix.set_row(rows, &row.transpose());
-            linear.limit = linear.limit.clone().push(limit);
-        };
-        for relation in self.relations {
-            let involves = |p: Parameter| relation.coefficients[p as usize] != 0.0;
-            // what the data do not tell may be whatever the relation asks for
-            if relation.sense == Sense::AtMost && self.untold.iter().any(|p| involves(*p)) {
-                continue;
-            }
-            let held = Parameter::ALL.into_iter().filter(|p| involves(*p) && !free.contains(p));
-            let held: f64 = held.map(|p| relation.coefficients[p as usize] * self.start_of(p)).sum();
-            let mut row = DVector::zeros(free.len() + shared);
-            for (column, parameter) in free.iter().enumerate() {
-                row[column] = relation.coefficients[*parameter as usize];
-            }
-            let limit = relation.limit - held;
-            if row.amax() > 0.0 {
-                match relation.sense {
-                    Sense::AtMost => add(|c| &mut c.inequalities, &row, limit),
-                    Sense::Equal => add(|c| &mut c.equalities, &row, limit),
-                }
-                continue;
-            }
-            let excess = if relation.sense == Sense::Equal { limit.abs() } else { -limit };
-            if excess > ROUNDING * (1.0 + held.abs()) {
-                return Err(FitError::Relations(format!(
-                    "\"{}\" does not hold for the values at which its parameters are held",
-                    relation.text
-                )));
-            }
-        }
-        Ok(constraints)
-    }
-
-    /// With the inputs of the shots estimated anew from where they were; `shared` are the errors that they share.
+    /// With the inputs of the shots estimated anew from where they were; `x`: where the errors that shots share are, behind the
+    /// free unknowns.
     pub(super) fn whitening(
         &self,
-        at: &Values,
-        sds: &EstimatedSd,
-        shared: &[f64],
-        (before, hold): (Option<&Whitening>, Hold),
-    ) -> Result<Whitening, FitError> {
-        if are_filmed(self.fitted) {
-            return Ok(Whitening::none());
-        }
-        let at = At {
-            model: &at.model(self.model),
-            coefficients: &at.coefficients,
-            estimated: sds,
-            hold,
-            shared_errors: &self.shared_errors,
-            shared,
+        at: &[Values],
+        groups: &[Group],
+        (free, x): (usize, &DVector<f64>),
+        (before, hold): (Option<&[Whitening]>, Hold),
+    ) -> Result<Vec<Whitening>, FitError> {
+        let (firsts, _) = shared_columns(&self.samples, free);
+        let of = |(i, sample): (usize, &Sample)| {
+            if sample.is_filmed() {
+                return Ok(Whitening::none());
+            }
+            let at = At {
+                model: &at[i].model(sample.model),
+                coefficients: &at[i].coefficients,
+                estimated: &noise::of_dataset(groups, sample.dataset),
+                hold,
+                shared_errors: &sample.shared_errors,
+                shared: &x.as_slice()[firsts[i]..firsts[i] + sample.shared_errors.len()],
+            };
+            Whitening::new(sample.fitted, &at, before.and_then(|before| before.get(i)))
+                .ok_or(FitError::NoWeights)
         };
-        Whitening::new(self.fitted, &at, before).ok_or(FitError::NoWeights)
+        self.samples.iter().enumerate().map(of).collect()
     }
 
-    /// These shots, of which velocities are fitted, at a minimum of their frames.
-    pub(super) fn at(&self, free: &[Parameter], minimum: &Minimum, dataset: &Dataset) -> Option<Minimum> {
+    /// With a weight for each shot's part of χ².
+    pub(super) fn weighted(&self, whitening: Vec<Whitening>, weights: &[f64]) -> Vec<Whitening> {
+        let mut rest = weights;
+        let weighted = |(whitening, sample): (Whitening, &Sample)| {
+            let (own, others) = rest.split_at(sample.fitted.len());
+            rest = others;
+            whitening.weighted(sample.fitted, own)
+        };
+        whitening.into_iter().zip(&self.samples).map(weighted).collect()
+    }
+
+    /// These shots, of which velocities are fitted, at a minimum of their frames. `cloths`: μ_k and μ_r with which the velocities of
+    /// each sample were extracted.
+    pub(crate) fn at(
+        &self,
+        free: &[Unknown],
+        minimum: &Minimum,
+        cloths: &[(Option<Measured>, Option<Measured>)],
+    ) -> Option<Minimum> {
         let further =
             |value: f64, known: Option<Measured>, sd: f64| (value - known.map_or(value, |k| k.value)) / sd;
-        let shift = |(which, sd): &(Shared, f64)| match which {
-            Shared::Sliding => further(minimum.sliding(None), dataset.sliding, *sd),
-            Shared::Rolling => minimum.rolling().map_or(0.0, |value| further(value, dataset.rolling, *sd)),
-            // the model's own
-            Shared::Lift => 0.0,
-        };
-        let own = minimum.x.rows(0, free.len());
-        let shared = self.shared();
-        let shifts = self.shared_errors.iter().map(shift);
-        let x = DVector::from_iterator(free.len() + shared, own.iter().copied().chain(shifts));
-        let shared_values = &x.as_slice()[free.len()..];
-        let whitening =
-            self.whitening(&minimum.values, &Vec::new(), shared_values, (None, Hold::None)).ok()?;
-        let Self { fitted, model, settings, initial, .. } = *self;
-        let problem = Problem::new(fitted, model, settings, (free, &self.unknowns), initial, &whitening);
-        let (residuals, jacobian) = problem.evaluate_at(&x);
+        let (firsts, columns) = shared_columns(&self.samples, free.len());
+        let mut x = DVector::zeros(columns);
+        x.rows_mut(0, free.len()).copy_from(&minimum.x.rows(0, free.len()));
+        let shared = columns - free.len();
+        for ((sample, first), (sliding, rolling)) in self.samples.iter().zip(firsts).zip(cloths) {
+            let [mu_k, mu_r] = self.cloth(sample.dataset, free.len(), &minimum.x);
+            for (k, (which, sd)) in sample.shared_errors.iter().enumerate() {
+                x[first + k] = match which {
+                    Shared::Sliding => further(mu_k, *sliding, *sd),
+                    Shared::Rolling => further(mu_r, *rolling, *sd),
+                    // the model's own
+                    Shared::Lift => 0.0,
+                };
+            }
+        }
+        let whitening = self.whitening(&minimum.values, &[], (free.len(), &x), (None, Hold::None)).ok()?;
+        let (residuals, jacobian) = self.problem(free, &whitening).evaluate_at(&x);
         Some(Minimum {
             cost: 0.5 * residuals.norm_squared(),
             gradient: jacobian.tr_mul(&residuals),
             constraints: self.constraints(free).ok()?,
             x,
             shared,
+            filmed: false,
             residuals,
             jacobian,
             whitening,
@@ -266,54 +174,63 @@ impl Search<'_> {
     /// What a fit minimises, to tell which of two minima is the lower: the cost of all shots' distances, the squares of
     /// priors, and 2 ln σ of each observation whose noise was estimated.
     pub(super) fn objective(&self, minimum: &Minimum, groups: &[Group]) -> f64 {
-        if are_filmed(self.fitted) {
+        let of_velocities = || self.samples.iter().filter(|sample| !sample.is_filmed());
+        if of_velocities().next().is_none() {
             return 2.0 * minimum.cost;
         }
-        let Minimum { residuals, weights, .. } = minimum;
-        let losses = Losses::new(self.loss);
-        let distances = robust::distances(self.fitted, residuals.as_slice(), weights);
-        let of_shots: f64 =
-            self.fitted.iter().zip(distances).map(|(shot, distance)| losses.of(shot).cost(distance)).sum();
-        let rows: usize = self.fitted.iter().map(|shot| shot.plan.rows().len()).sum();
-        let others = residuals.rows(rows, residuals.len() - rows).norm_squared();
-        let of_noise = self.fitted.iter().flat_map(|shot| shot.plan.rows()).filter_map(|row| {
-            let group = groups.iter().find(|group| group.observable == row.observable)?;
-            // as many numbers as unknowns are met exactly, wherever that began
-            let sd = if group.estimable { group.sd } else { noise::EXACT };
-            row.measured.sd.is_none().then(|| 2.0 * sd.ln())
-        });
+        let losses: Vec<Losses> = self.samples.iter().map(|sample| Losses::new(sample.loss)).collect();
+        let (mut of_shots, mut row) = (0.0, 0);
+        let mut weights = minimum.weights.as_slice();
+        for (sample, losses) in self.samples.iter().zip(&losses) {
+            let (own, others) = weights.split_at(sample.fitted.len());
+            weights = others;
+            let residuals = &minimum.residuals.as_slice()[row..row + sample.rows()];
+            row += sample.rows();
+            if sample.is_filmed() {
+                of_shots += residuals.iter().map(|r| r * r).sum::<f64>();
+                continue;
+            }
+            let distances = robust::distances(sample.fitted.iter(), residuals, own);
+            let cost = |(shot, distance): (&Fitted, f64)| losses.of(shot).cost(distance);
+            of_shots += sample.fitted.iter().zip(distances).map(cost).sum::<f64>();
+        }
+        let others = minimum.residuals.rows(row, minimum.residuals.len() - row).norm_squared();
+        let of_noise = of_velocities()
+            .flat_map(|sample| {
+                sample.fitted.iter().flat_map(|shot| shot.plan.rows()).map(|row| (sample.dataset, row))
+            })
+            .filter_map(|(dataset, row)| {
+                let group = groups.iter().find(|group| group.is_of(dataset, row.observable))?;
+                // as many numbers as unknowns are met exactly, wherever that began
+                let sd = if group.estimable { group.sd } else { noise::EXACT };
+                row.measured.sd.is_none().then(|| 2.0 * sd.ln())
+            });
         of_shots + others + of_noise.sum::<f64>()
     }
 
-    /// Fits the free parameters, the others at their initial values, until the weights rest.
-    pub(super) fn converge(&self, free: &[Parameter]) -> Result<(Minimum, Vec<Group>), FitError> {
+    /// Fits the free unknowns, the others at their initial values, until the weights rest.
+    pub(super) fn converge(&self, free: &[Unknown]) -> Result<(Minimum, Vec<Group>), FitError> {
         self.converge_with(free, Effort::FULL)
     }
 
     pub(super) fn converge_with(
         &self,
-        free: &[Parameter],
+        free: &[Unknown],
         effort: Effort,
     ) -> Result<(Minimum, Vec<Group>), FitError> {
-        // behind the free parameters, the error that all shots share
-        let shared = self.shared();
-        let filmed = are_filmed(self.fitted);
+        // behind the free unknowns, what shots share besides
+        let (_, columns) = shared_columns(&self.samples, free.len());
+        let shared = columns - free.len();
+        let filmed = self.is_filmed();
         let constraints = self.constraints(free)?;
-        let of_shared = |i: usize| if filmed { self.unknowns[i].start } else { 0.0 };
-        let start = DVector::from_iterator(
-            free.len() + shared,
-            free.iter().map(|p| self.start_of(*p)).chain((0..shared).map(of_shared)),
-        );
-        let mut x = constraints.nearest(&start).ok_or_else(|| {
-            let texts: Vec<_> = self.relations.iter().map(|r| format!("\"{}\"", r.text)).collect();
-            FitError::Relations(format!("no values within the bounds satisfy {}", texts.join(" and ")))
-        })?;
-        let mut values = problem::values(&self.initial, free, &x);
-        let mut groups = if filmed { Vec::new() } else { self.first_noise(&values) };
+        let mut x = constraints.nearest(&self.start(free)).ok_or_else(|| self.contradiction())?;
+        let mut values = self.values(free, &x);
+        let mut groups = self.first_noise(&values);
         let uncertain = |shot: &Fitted| shot.plan.joint().is_some() || shot.plan.variance_in().amax() > 0.0;
-        let robust = self.loss != Loss::Squares && !x.is_empty();
-        let weights_move = !filmed && (!groups.is_empty() || robust || self.fitted.iter().any(uncertain));
-        let is_rough = problem::is_rough(self.fitted);
+        let robust = self.is_robust() && !x.is_empty();
+        let mut velocities = self.samples.iter().filter(|sample| !sample.is_filmed());
+        let weights_move = velocities.any(|s| robust || !groups.is_empty() || s.fitted.iter().any(uncertain));
+        let is_rough = self.is_rough();
         let options = match is_rough {
             true if filmed => FRAMES,
             true => effort.options.at_most(&FRAMES),
@@ -323,27 +240,30 @@ impl Search<'_> {
             if robust { (ROBUST_AT_REST, MAX_ROBUST_ROUNDS) } else { (AT_REST, MAX_ROUNDS) };
         let max_rounds = max_rounds.min(effort.rounds);
         // Cauchy's loss has many minima: the one that is meant is near Huber's
-        let last = if robust { self.loss } else { Loss::Squares };
-        let mut loss = if last == Loss::Cauchy { Loss::Huber } else { last };
-        let mut losses = Losses::new(loss);
-        let mut weights = vec![1.0; self.fitted.len()];
+        let mut softly = robust && self.samples.iter().any(|sample| sample.loss == Loss::Cauchy);
+        let losses_now = |softly: bool| -> Vec<Losses> {
+            let of = |sample: &Sample| match sample.loss {
+                _ if !robust => Loss::Squares,
+                Loss::Cauchy if softly => Loss::Huber,
+                loss => loss,
+            };
+            self.samples.iter().map(|sample| Losses::new(of(sample))).collect()
+        };
+        let mut losses = losses_now(softly);
+        let mut weights = vec![1.0; self.count()];
         let mut iterations = 0;
-        let mut before: Option<Whitening> = None;
+        let mut before: Option<Vec<Whitening>> = None;
         // a scan of integrated shots looks for their inputs where they were measured
         let mut hold = if is_rough && !effort.crosses_kinks { Hold::Near } else { Hold::None };
         let mut at_kinks = 0;
         for round in 0.. {
-            let sds: EstimatedSd = groups.iter().map(|g| (g.observable, g.sd)).collect();
-            let shared_values = &x.as_slice()[free.len()..];
-            let mut whitening = self.whitening(&values, &sds, shared_values, (before.as_ref(), hold))?;
+            let mut whitening =
+                self.whitening(&values, &groups, (free.len(), &x), (before.as_deref(), hold))?;
             if robust {
-                whitening = whitening.weighted(self.fitted, &weights);
+                whitening = self.weighted(whitening, &weights);
             }
             if x.is_empty() {
-                let Self { fitted, model, settings, initial, .. } = *self;
-                let problem =
-                    Problem::new(fitted, model, settings, (free, &self.unknowns), initial, &whitening);
-                let (residuals, jacobian) = problem.evaluate_at(&x);
+                let (residuals, jacobian) = self.problem(free, &whitening).evaluate_at(&x);
                 self.reweigh(&mut groups, &values, &whitening, &jacobian, &losses, &weights);
                 let minimum = Minimum {
                     values,
@@ -351,6 +271,7 @@ impl Search<'_> {
                     gradient: x.clone(),
                     x,
                     shared,
+                    filmed,
                     residuals,
                     jacobian,
                     active: Vec::new(),
@@ -380,14 +301,17 @@ impl Search<'_> {
             let step = &solution.x - &x;
             let (moved, in_errors) = (step.amax(), (&solution.jacobian * &step).norm());
             x = solution.x.clone();
-            values = problem::values(&self.initial, free, &x);
+            values = self.values(free, &x);
             let mut changed =
                 self.reweigh(&mut groups, &values, &whitening, &solution.jacobian, &losses, &weights);
             let used = weights.clone();
             if robust {
-                let distances = robust::distances(self.fitted, solution.residuals.as_slice(), &weights);
-                for ((weight, shot), distance) in weights.iter_mut().zip(self.fitted).zip(distances) {
-                    let new = losses.of(shot).weight(distance).max(LEAST_WEIGHT);
+                let distances = robust::distances(self.shots(), solution.residuals.as_slice(), &weights);
+                let of_shots = self.samples.iter().zip(&losses);
+                let of_shots =
+                    of_shots.flat_map(|(sample, losses)| sample.fitted.iter().map(move |s| losses.of(s)));
+                for ((weight, loss), distance) in weights.iter_mut().zip(of_shots).zip(distances) {
+                    let new = loss.weight(distance).max(LEAST_WEIGHT);
                     changed = changed.max((new - *weight).abs());
                     *weight = new;
                 }
@@ -406,9 +330,9 @@ impl Search<'_> {
                 if is_rough { (0, ROUGH_AT_REST) } else { (PATIENCE, SLOW_AT_REST) };
             let slow = round >= patience && in_errors.max(changed) < slow_at_rest;
             let rest = !weights_move || moved.max(changed) < at_rest || by_turns || slow;
-            if rest && loss != last {
-                loss = last;
-                losses = Losses::new(loss);
+            if rest && softly {
+                softly = false;
+                losses = losses_now(softly);
                 before = Some(whitening);
                 continue;
             }
@@ -429,6 +353,7 @@ impl Search<'_> {
                     values,
                     x: solution.x,
                     shared,
+                    filmed,
                     cost: solution.cost,
                     gradient: solution.jacobian.tr_mul(&solution.residuals),
                     residuals: solution.residuals,
@@ -451,19 +376,19 @@ impl Search<'_> {
 
     /// −2 log L up to a constant: χ² and the logarithms of the variances.
     pub(super) fn minus_two_log_likelihood(&self, minimum: &Minimum, groups: &[Group]) -> f64 {
-        if are_filmed(self.fitted) {
-            return 2.0 * minimum.cost;
+        let mut log_det = 0.0;
+        for (i, sample) in self.samples.iter().enumerate().filter(|(_, sample)| !sample.is_filmed()) {
+            let sds = noise::of_dataset(groups, sample.dataset);
+            let values = &minimum.values[i];
+            let model = values.model(sample.model);
+            let of = |(number, Fitted { plan, .. }): (usize, &Fitted)| {
+                let whitening = &minimum.whitening[i];
+                let prediction = whitening.predict(number, plan, &model, &values.coefficients).ok()?;
+                let l = covariance(plan, &prediction, &sds).cholesky()?.l();
+                Some(2.0 * l.diagonal().iter().map(|d| d.ln()).sum::<f64>())
+            };
+            log_det += sample.fitted.iter().enumerate().map(|shot| of(shot).unwrap_or(f64::NAN)).sum::<f64>();
         }
-        let sds: EstimatedSd = groups.iter().map(|g| (g.observable, g.sd)).collect();
-        let Minimum { values, whitening, .. } = minimum;
-        let model = values.model(self.model);
-        let log_det = |(number, Fitted { plan, .. }): (usize, &Fitted)| {
-            let prediction = whitening.predict(number, plan, &model, &values.coefficients).ok()?;
-            let l = covariance(plan, &prediction, &sds).cholesky()?.l();
-            Some(2.0 * l.diagonal().iter().map(|d| d.ln()).sum::<f64>())
-        };
-        let shots = self.fitted.iter().enumerate();
-        let log_det = shots.map(|shot| log_det(shot).unwrap_or(f64::NAN)).sum::<f64>();
         2.0 * minimum.cost + log_det
     }
 }

@@ -5,7 +5,7 @@ use rand_chacha::ChaCha8Rng;
 use rayon::prelude::*;
 
 use super::Options;
-use super::search::Search;
+use super::samples::Search;
 use super::settled::Settled;
 use crate::measurement::parameter::Parameter;
 use crate::measurement::values::Values;
@@ -53,15 +53,13 @@ pub(super) fn settle<'a>(
         return (first, None);
     }
     let mut rng = ChaCha8Rng::seed_from_u64(options.seed);
-    let starts: Vec<Values> = (1..options.starts)
+    let starts: Vec<Vec<Values>> = (1..options.starts)
         .map(|_| {
-            let mut start = search.initial;
-            for parameter in &first.free {
-                let setting = &search.settings[*parameter];
+            first.free.iter().fold(search.initial(), |start, unknown| {
+                let setting = search.setting(*unknown);
                 let part = rng.random::<f64>();
-                start[*parameter] = setting.lower + part * (setting.upper - setting.lower);
-            }
-            start
+                search.set(&start, *unknown, setting.lower + part * (setting.upper - setting.lower))
+            })
         })
         .collect();
     let others: Vec<Option<Settled>> = starts
@@ -81,9 +79,10 @@ pub(super) fn settle<'a>(
     let mut minima: Vec<FoundMinimum> = Vec::new();
     let best = all[0].0;
     for (objective, settled) in all.iter().filter(|(_, s)| s.minimum.converged) {
-        let parameters = search.settings.parameters();
-        let values: Vec<_> = parameters.iter().map(|p| (*p, settled.minimum.values[*p])).collect();
-        let width = |p: Parameter| search.settings[p].upper - search.settings[p].lower;
+        let settings = search.first().settings;
+        let values: Vec<_> =
+            settings.parameters().iter().map(|p| (*p, settled.minimum.first()[*p])).collect();
+        let width = |p: Parameter| settings[p].upper - settings[p].lower;
         let far = |known: &FoundMinimum| {
             let both = values.iter().zip(&known.values);
             let differences =

@@ -30,11 +30,14 @@ const OPEN: f64 = 1e-9;
 
 /// Where the optimiser stopped, in whitened units.
 #[derive(Clone)]
-pub(super) struct Minimum {
-    pub values: Values,
+pub(crate) struct Minimum {
+    /// Of each sample.
+    pub values: Vec<Values>,
     pub x: DVector<f64>,
-    /// How many of x, behind the free parameters, are not parameters but what all shots share.
+    /// How many of x, behind the free unknowns, are not parameters but what the shots of a data set share.
     pub shared: usize,
+    /// Whether frames were fitted.
+    pub filmed: bool,
     /// ½χ².
     pub cost: f64,
     /// Of the cost by the free parameters.
@@ -47,8 +50,8 @@ pub(super) struct Minimum {
     pub constraints: Constraints,
     /// Of each shot, all 1 for least squares.
     pub weights: Vec<f64>,
-    /// With which it was found.
-    pub whitening: Whitening,
+    /// With which it was found, of each sample.
+    pub whitening: Vec<Whitening>,
     pub termination: String,
     pub converged: bool,
     pub iterations: usize,
@@ -56,30 +59,40 @@ pub(super) struct Minimum {
 
 impl Minimum {
     /// How many parameters the equalities leave to be fitted.
-    pub(super) fn room(&self) -> usize {
+    pub(crate) fn room(&self) -> usize {
         let own = self.x.len() - self.shared;
         own - self.constraints.equalities.len().min(own)
     }
 
-    /// The cloth's μ_k: as fitted, or what is assumed of it.
+    /// The values of a fit of one sample.
+    pub(super) fn first(&self) -> &Values {
+        &self.values[0]
+    }
+
+    /// The cloth's μ_k in a fit of one sample: as fitted, or what is assumed of it.
     pub(super) fn sliding(&self, assumed: Option<Measured>) -> f64 {
         let own = self.x.len() - self.shared;
         match assumed {
-            _ if self.filmed() => self.x[own],
+            _ if self.filmed => self.x[own],
             Some(Measured { value, sd: Some(sd) }) if self.shared > 0 => value + self.x[own] * sd,
             Some(Measured { value, .. }) => value,
             None => frames::CLOTH[0].0,
         }
     }
 
-    /// Whether frames were fitted: the shots then share μ_k and μ_r, and not the errors of an extraction.
-    fn filmed(&self) -> bool {
-        self.shared > self.whitening.unknowns()
-    }
-
     /// μ_r, where it was fitted.
     pub(super) fn rolling(&self) -> Option<f64> {
-        self.filmed().then(|| self.x[self.x.len() - self.shared + 1])
+        self.filmed.then(|| self.x[self.x.len() - self.shared + 1])
+    }
+
+    /// Of all columns, within what equalities leave open: from the curvature, or from the scatter of the shots. `None` if it is singular.
+    pub(crate) fn covariance(&self, sandwich: Option<&Sandwich>) -> Option<DMatrix<f64>> {
+        let columns: Vec<usize> = (0..self.x.len()).collect();
+        let ties = self.ties(false);
+        match sandwich {
+            None => covariance(&self.jacobian, &columns, &ties),
+            Some(sandwich) => sandwich.covariance(&columns, &open_directions(&ties, &columns)),
+        }
     }
 
     /// The columns, with their weights, of a direction that neither the residuals nor the equalities determine.
@@ -93,7 +106,7 @@ impl Minimum {
 
     /// What constraints hold: the equalities and, if asked for, the inequalities that hold with
     /// equality. A row each.
-    pub(super) fn ties(&self, with_inequalities: bool) -> DMatrix<f64> {
+    pub(crate) fn ties(&self, with_inequalities: bool) -> DMatrix<f64> {
         let Constraints { equalities, inequalities, .. } = &self.constraints;
         let active = if with_inequalities { &self.active_inequalities[..] } else { &[] };
         let rows = equalities.matrix.row_iter().chain(active.iter().map(|i| inequalities.matrix.row(*i)));
@@ -275,7 +288,7 @@ impl Quantiles {
 }
 
 /// (JᵀJ)⁻¹ of some columns by QR: R⁻¹R⁻ᵀ, within the directions that the ties leave open.
-pub(super) fn covariance(
+pub(crate) fn covariance(
     jacobian: &DMatrix<f64>,
     columns: &[usize],
     ties: &DMatrix<f64>,

@@ -6,5 +6,6 @@ mod joint_errors;
 mod kinks;
 pub mod prediction;
 pub mod problem;
+pub mod sample;
 mod shot_errors;
 pub mod whitening;

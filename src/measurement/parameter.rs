@@ -225,17 +225,22 @@ pub enum Compliance {
 }
 
 impl Settings {
-    /// The parameters that a fit has, in the order of [`Parameter::ALL`].
+    /// Whether a fit has a parameter.
     #[must_use]
-    pub fn parameters(&self) -> Vec<Parameter> {
-        let has = |parameter: &Parameter| match parameter {
+    pub fn has(&self, parameter: Parameter) -> bool {
+        match parameter {
             Parameter::Mu | Parameter::MuS | Parameter::E => true,
             Parameter::B | Parameter::C => self.falls,
             Parameter::Kappa => self.compliance == Compliance::Stated,
             Parameter::ESlope => self.e_falls,
-            Parameter::MassRatio | Parameter::RadiusRatio => self[*parameter].prior.is_some(),
-        };
-        Parameter::ALL.into_iter().filter(has).collect()
+            Parameter::MassRatio | Parameter::RadiusRatio => self[parameter].prior.is_some(),
+        }
+    }
+
+    /// The parameters that a fit has, in the order of [`Parameter::ALL`].
+    #[must_use]
+    pub fn parameters(&self) -> Vec<Parameter> {
+        Parameter::ALL.into_iter().filter(|parameter| self.has(*parameter)).collect()
     }
 }
 

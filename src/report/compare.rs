@@ -13,24 +13,27 @@ use super::shots::{MOST_PICTURES, ShotPicture, shot_list, with_spots};
 use super::trust::{computed, constraints, down_weighted};
 use super::{LEAST_P, ReportError, diagnostics, html, p_text, text};
 use crate::compare::{Compared, Comparison, Difference, LabelResidual, Value};
-use crate::extraction::Impact;
-use crate::fit::{Counted, Rejected, Residual};
-use crate::measurement::track::TrackShot;
-use crate::trajectory::scene::Scene;
+use crate::fit::{Counted, Method, Prepared, Rejected, Residual};
 
-/// What a comparison fits of footage.
-const METHOD: &str = "velocities extracted from the footage, or as the data give them (two-stage); frames are not fitted jointly";
+/// What was compared.
+fn method(comparison: &Comparison) -> &'static str {
+    match comparison.method {
+        Method::Joint => {
+            "all frames of all data sets at once (joint); residuals are those of the velocities extracted from them"
+        }
+        Method::TwoStage => {
+            "velocities extracted from the footage, or as the data give them (two-stage); frames are not fitted jointly"
+        }
+    }
+}
 
 /// What the report calls a shot.
 fn shot_name(comparison: &Comparison, residual: &LabelResidual) -> String {
     format!("{}, {}", comparison.samples[residual.sample].title, residual.of_shot.shot)
 }
 
-/// The pictures of the shots with the largest residuals, for [`files`]; `filmed`: what was extracted from each data set.
-pub fn pictures(
-    comparison: &Comparison,
-    filmed: &[(Vec<(TrackShot, Impact)>, Scene)],
-) -> Result<Vec<ShotPicture>, ReportError> {
+/// The pictures of the shots with the largest residuals, for [`files`].
+pub fn pictures(comparison: &Comparison, datasets: &[Prepared]) -> Result<Vec<ShotPicture>, ReportError> {
     let mut worst: Vec<&LabelResidual> = comparison.residuals.iter().collect();
     let size = |r: &LabelResidual| {
         if r.of_shot.standardized.is_finite() { r.of_shot.standardized.abs() } else { 0.0 }
@@ -47,7 +50,9 @@ pub fn pictures(
             break;
         }
         seen.push(shot);
-        let Some((extracted, scene)) = filmed.get(comparison.samples[residual.sample].dataset) else {
+        let Some(Prepared { extracted, scene, .. }) =
+            datasets.get(comparison.samples[residual.sample].dataset)
+        else {
             continue;
         };
         if let Some((track, impact)) = extracted.iter().find(|(track, _)| track.name == shot.1) {
@@ -131,7 +136,7 @@ fn content(
         warnings: comparison.warnings.clone(),
         facts: facts([
             ("model", comparison.fidelity.to_owned()),
-            ("method", METHOD.to_owned()),
+            ("method", method(comparison).to_owned()),
             ("shots", comparison.samples.iter().map(|s| s.shots_used).sum::<usize>().to_string()),
             ("χ²", chi2(comparison)),
         ]),
@@ -141,6 +146,9 @@ fn content(
 
 /// What the sum of squares counts.
 fn counted(comparison: &Comparison) -> Counted {
+    if comparison.method == Method::Joint {
+        return Counted::Coordinates;
+    }
     Counted::of(comparison.residuals.iter().map(|residual| residual.of_shot.observable))
 }
 
@@ -327,7 +335,7 @@ pub fn document(comparison: &Comparison) -> Json {
         };
         json!({"losses": robust.losses, "weights": robust.weights.iter().map(weight).collect::<Vec<_>>()})
     });
-    json!({"version": env!("CARGO_PKG_VERSION"), "format_version": super::FORMAT_VERSION, "verdict": verdict(&comparison.verdict()), "fidelity": comparison.fidelity,
+    json!({"version": env!("CARGO_PKG_VERSION"), "format_version": super::FORMAT_VERSION, "verdict": verdict(&comparison.verdict()), "fidelity": comparison.fidelity, "method": comparison.method.name(),
            "computed": comparison.computed.iter().map(diagnostics::computed).collect::<Vec<_>>(),
            "robust": robust, "constraints": comparison.relations.iter().map(diagnostics::constraint).collect::<Vec<_>>(),
            "notes": comparison.notes, "told_by": comparison.told_by,

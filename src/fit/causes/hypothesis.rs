@@ -7,12 +7,12 @@ use super::NAMED;
 use super::cause::{Cause, Explanation};
 use super::profile::{Profile, least};
 use crate::fit::diagnostics::goodness::IMPROBABLE;
-use crate::fit::search::Search;
-use crate::fit::settled::{Settled, observations};
+use crate::fit::samples::Search;
+use crate::fit::settled::Settled;
 use crate::fit::warnings::with_error;
 use crate::likelihood::fitted::Fitted;
 use crate::likelihood::frames::shared_unknowns;
-use crate::likelihood::problem::are_filmed;
+use crate::likelihood::sample::Sample;
 use crate::measurement::parameter::{Parameter, Settings};
 use crate::measurement::values::Values;
 use crate::physics::cloth_motion::GRAVITY;
@@ -46,7 +46,7 @@ impl Departures {
 
 /// A fit that is tried under other assumptions.
 pub(super) struct Trial<'a> {
-    pub search: &'a Search<'a>,
+    pub sample: &'a Sample<'a>,
     pub start: Values,
     pub discs: bool,
 }
@@ -94,34 +94,26 @@ impl Tried {
 impl Trial<'_> {
     /// Whether the shots can tell this cause.
     pub(super) fn knows(&self, cause: Cause) -> bool {
-        let fitted = self.search.fitted;
-        let filmed = are_filmed(fitted);
+        let Sample { fitted, model, settings, .. } = self.sample;
+        let filmed = self.sample.is_filmed();
         match cause {
             Cause::FrameRate | Cause::TiltX | Cause::TiltY => filmed,
             Cause::SideSpin => {
                 filmed
-                    && self
-                        .search
-                        .fitted
-                        .iter()
-                        .all(|shot| shot.film.as_ref().is_some_and(|film| !film.has_side_spin()))
+                    && fitted.iter().all(|shot| shot.film.as_ref().is_some_and(|film| !film.has_side_spin()))
                     && fitted.iter().all(|shot| shot.plan.states_spin())
             }
             Cause::CueSpin => fitted.iter().all(|shot| {
                 shot.plan.states_spin() && shot.film.as_ref().is_none_or(|film| film.states_spin())
             }),
             Cause::FallingFriction => {
-                let mu = &self.search.settings[Parameter::Mu];
-                self.search.model.law == Law::Constant
-                    && !mu.fixed
-                    && fitted.iter().all(|shot| shot.plan.knows_speed())
+                let mu = &settings[Parameter::Mu];
+                model.law == Law::Constant && !mu.fixed && fitted.iter().all(|shot| shot.plan.knows_speed())
             }
             // of discs, masses are stated or follow from the momentum
-            Cause::MassRatio => self.search.model.object.is_none() && !self.discs,
+            Cause::MassRatio => model.object.is_none() && !self.discs,
             // integrated, which fits of velocities with errors of their inputs repeat too often
-            Cause::Compliance => {
-                filmed && self.search.model.kappa == 0.0 && !self.search.settings[Parameter::Mu].fixed
-            }
+            Cause::Compliance => filmed && model.kappa == 0.0 && !settings[Parameter::Mu].fixed,
             Cause::Film(_) | Cause::Radius => false,
         }
     }
@@ -132,7 +124,6 @@ impl Trial<'_> {
     }
 
     fn fit_from(&self, departures: &Departures, start: Values) -> Option<Tried> {
-        let search = self.search;
         let rate = departures.get(Cause::FrameRate);
         let topspin = departures.get(Cause::CueSpin);
         let side_sd = departures.get(Cause::SideSpin);
@@ -147,7 +138,8 @@ impl Trial<'_> {
             let plan = shot.plan.clone().with_topspin(topspin);
             if compliant { plan.plain() } else { plan }
         };
-        let shots: Vec<Fitted> = search
+        let shots: Vec<Fitted> = self
+            .sample
             .fitted
             .iter()
             .map(|shot| Fitted {
@@ -156,7 +148,7 @@ impl Trial<'_> {
                 film: shot.film.as_ref().map(|film| Arc::new(film.departing(departure, side_sd))),
             })
             .collect();
-        let (mut model, mut settings, mut initial) = (*search.model, *search.settings, start);
+        let (mut model, mut settings, mut initial) = (*self.sample.model, *self.sample.settings, start);
         if departures.contains(Cause::MassRatio) {
             model = model.with_mass_ratio(departures.get(Cause::MassRatio));
             initial.mass_ratio = model.mass_ratio();
@@ -174,17 +166,19 @@ impl Trial<'_> {
             fall(&mut settings, &mut model, &mut initial, [b, c]);
         }
         let altered =
-            Search { fitted: &shots, model: &model, settings: &settings, initial, ..search.clone() };
-        let settled = Settled::from_starts(&altered, &[initial]).ok()?;
+            Sample { fitted: &shots, model: &model, settings: &settings, initial, ..self.sample.clone() };
+        let settled = Settled::from_starts(&Search::of(altered).likeliest(), &[vec![initial]]).ok()?;
         let volume = if side_sd > 0.0 { log_volume(&settled) } else { 0.0 };
         let minus_two_log =
             settled.search.minus_two_log_likelihood(&settled.minimum, &settled.estimated) + volume;
-        let values = &settled.minimum.values;
-        let parameters = settled.free.iter().map(|p| (*p, values[*p], settled.error_of(*p))).collect();
+        let values = settled.minimum.first();
+        let parameters = settled.free.iter();
+        let parameters =
+            parameters.map(|u| (u.parameter, values[u.parameter], settled.error_of(*u))).collect();
         let scale = settled.scale();
         let rows: usize = shots.iter().map(|shot| shot.plan.rows().len()).sum();
         let velocities = rows.saturating_sub(settled.free.len());
-        let dof = observations(&shots).saturating_sub(settled.minimum.room());
+        let dof = settled.search.observations().saturating_sub(settled.minimum.room());
         let fitted = (2.0 * settled.minimum.cost, dof);
         let states_noise = shots.iter().all(|shot| shot.film.as_ref().is_none_or(|film| film.states_noise));
         minus_two_log.is_finite().then_some(Tried {
@@ -248,15 +242,15 @@ impl Trial<'_> {
 /// What −2 log L of side spins has besides χ².
 fn log_volume(settled: &Settled) -> f64 {
     let Settled { search, minimum, .. } = settled;
-    let values = &minimum.values;
-    let model = values.model(search.model);
+    let (values, sample) = (minimum.first(), search.first());
+    let model = values.model(sample.model);
     let others = &minimum.x.as_slice()[minimum.x.len() - minimum.shared..];
-    let shared = shared_unknowns::shared(values, &search.unknowns, others);
+    let shared = shared_unknowns::shared(values, &sample.unknowns, others);
     let of = |shot: &Fitted| {
         let film = shot.film.as_ref()?;
         Some(film.reduced(&shot.plan.collision(&model), &shared, &film.start)?.log_volume)
     };
-    search.fitted.iter().filter_map(of).sum()
+    search.shots().filter_map(of).sum()
 }
 
 /// Lets the friction fall, with b and c held.

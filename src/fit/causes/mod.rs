@@ -13,12 +13,12 @@ use hypothesis::{Departures, Trial};
 use profile::Profile;
 
 use super::diagnostics::goodness::IMPROBABLE;
-use super::search::Search;
+use super::samples::Search;
 use super::settled::Settled;
 use super::{Fit, FoundCamera};
 use crate::film::camera::Correction;
 use crate::likelihood::fitted::Fitted;
-use crate::likelihood::problem::are_filmed;
+use crate::likelihood::sample::Sample;
 use crate::measurement::parameter::Parameter;
 
 /// A cause is named if −2 log L falls by so much where it is let in: chance does that once in 10⁵ fits.
@@ -44,17 +44,18 @@ pub(super) fn is_called_for(fit: &Fit) -> bool {
 
 /// What explains the residuals of a fit, the best first; empty where nothing does.
 pub(super) fn explain(settled: &Settled, search: &Search, discs: bool) -> Vec<Explanation> {
-    let step = search.fitted.len().div_ceil(SHOTS).max(1);
-    let some: Vec<Fitted> = search.fitted.iter().step_by(step).cloned().collect();
-    let mut unknowns = search.unknowns.clone();
+    let sample = search.first();
+    let step = sample.fitted.len().div_ceil(SHOTS).max(1);
+    let some: Vec<Fitted> = sample.fitted.iter().step_by(step).cloned().collect();
+    let mut unknowns = sample.unknowns.clone();
     let first = settled.minimum.x.len() - settled.minimum.shared;
-    if are_filmed(search.fitted) {
+    if sample.is_filmed() {
         for (unknown, value) in unknowns.iter_mut().zip(settled.minimum.x.iter().skip(first)) {
             unknown.start = *value;
         }
     }
-    let search = Search { fitted: &some, unknowns, maximum_likelihood: true, ..search.clone() };
-    let trial = Trial { search: &search, start: settled.minimum.values, discs };
+    let sample = Sample { fitted: &some, unknowns, ..sample.clone() };
+    let trial = Trial { sample: &sample, start: *settled.minimum.first(), discs };
     let mut held = Departures::default();
     let Some(mut before) = trial.fit(&held) else { return Vec::new() };
     let mut explanations = Vec::new();
@@ -98,7 +99,7 @@ pub(super) fn explain(settled: &Settled, search: &Search, discs: bool) -> Vec<Ex
 
 /// That [`explain`] found nothing, and what it looked for.
 pub(super) fn none_found(settled: &Settled, search: &Search, discs: bool) -> String {
-    let trial = Trial { search, start: settled.minimum.values, discs };
+    let trial = Trial { sample: search.first(), start: *settled.minimum.first(), discs };
     let mut tried: Vec<&str> =
         Cause::ALL.into_iter().filter(|cause| trial.knows(*cause)).map(Cause::name).collect();
     tried.dedup();

@@ -9,10 +9,10 @@
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 
 use crate::fit::FitError;
-use crate::fit::search::Search;
-use crate::fit::settled::{Settled, observations};
+use crate::fit::samples::Search;
+use crate::fit::settled::Settled;
 use crate::likelihood::fitted::Fitted;
-use crate::likelihood::problem::are_filmed;
+use crate::likelihood::sample::Sample;
 use crate::measurement::parameter::{Parameter, Settings};
 use crate::physics::collision::{Fidelity, Model};
 use crate::physics::friction_law::Law;
@@ -79,7 +79,7 @@ pub(in crate::fit) fn compare(search: &Search, settled: &Settled) -> Vec<Alterna
             }
         };
         let base: (f64, usize) = *of_fit.get_or_insert((found.minus_two_log, found.parameters));
-        let n = observations(search.fitted) as f64;
+        let n = search.observations() as f64;
         let (rise, more) = (found.minus_two_log - base.0, found.parameters as f64 - base.1 as f64);
         let likelihood_ratio = (change.nested != 0).then(|| {
             let statistic = (-f64::from(change.nested) * rise).max(0.0);
@@ -110,10 +110,11 @@ fn at_bound(statistic: f64) -> f64 {
 }
 
 fn changes(search: &Search, settled: &Settled) -> Vec<Change> {
-    let &Model { fidelity, law, .. } = search.model;
-    let settings = *search.settings;
+    let sample = search.first();
+    let &Model { fidelity, law, .. } = sample.model;
+    let settings = *sample.settings;
     let fit = Change { name: "as fitted", fidelity, law, everywhere: false, settings, nested: 0 };
-    let corrected = search.fitted.iter().any(|shot| shot.plan.is_corrected());
+    let corrected = search.shots().any(|shot| shot.plan.is_corrected());
     let others: &[Fidelity] = match fidelity {
         Fidelity::Full if corrected => &[Fidelity::Full, Fidelity::Linear],
         Fidelity::Full => &[Fidelity::Linear],
@@ -127,7 +128,7 @@ fn changes(search: &Search, settled: &Settled) -> Vec<Change> {
         return changes;
     }
     changes.extend(other_law(search, settled, &fit));
-    if search.fitted.iter().any(|shot| shot.plan.has_topspin()) {
+    if search.shots().any(|shot| shot.plan.has_topspin()) {
         let own = settings[Parameter::MuS];
         let mut changed = settings;
         if own.fixed && own.initial == 0.0 {
@@ -136,7 +137,7 @@ fn changes(search: &Search, settled: &Settled) -> Vec<Change> {
         } else {
             let setting = &mut changed[Parameter::MuS];
             (setting.initial, setting.lower, setting.fixed, setting.prior) = (0.0, 0.0, true, None);
-            let told = settled.free.contains(&Parameter::MuS) && own.prior.is_none();
+            let told = is_free(settled, Parameter::MuS) && own.prior.is_none();
             let nested = if told { -1 } else { 0 };
             changes.push(Change { name: "without friction of the cloth", settings: changed, nested, ..fit });
         }
@@ -151,7 +152,7 @@ fn other_law(search: &Search, settled: &Settled, fit: &Change) -> Option<Change>
         settings.falls = false;
         let [b, c] = [Parameter::B, Parameter::C].map(|p| fit.settings[p]);
         // without b nothing depends on c: the ratio then has no known distribution
-        let told = fit.settings.falls && settled.free.contains(&Parameter::B) && c.fixed;
+        let told = fit.settings.falls && is_free(settled, Parameter::B) && c.fixed;
         let nested = if told && b.lower == 0.0 && b.prior.is_none() { -1 } else { 0 };
         return Some(Change {
             name: "constant friction",
@@ -162,7 +163,7 @@ fn other_law(search: &Search, settled: &Settled, fit: &Change) -> Option<Change>
         });
     }
     // of frames only where they do not fit (`causes`), and without a speed nothing is known of the slip
-    if are_filmed(search.fitted) || !search.fitted.iter().all(|shot| shot.plan.knows_speed()) {
+    if search.is_filmed() || !search.shots().all(|shot| shot.plan.knows_speed()) {
         return None;
     }
     settings.falls = true;
@@ -174,6 +175,11 @@ fn other_law(search: &Search, settled: &Settled, fit: &Change) -> Option<Change>
     Some(Change { name: "friction falling with the slip", law, settings, nested: 1, ..fit.clone() })
 }
 
+/// Whether a parameter is free and determined.
+fn is_free(settled: &Settled, parameter: Parameter) -> bool {
+    settled.free.iter().any(|unknown| unknown.parameter == parameter)
+}
+
 struct Found {
     values: Vec<(Parameter, f64)>,
     minus_two_log: f64,
@@ -181,36 +187,34 @@ struct Found {
 }
 
 fn fitted(search: &Search, change: &Change, fit: &Settled) -> Result<Found, FitError> {
-    let model = Model { fidelity: change.fidelity, law: change.law, ..*search.model };
+    let sample = search.first();
+    let model = Model { fidelity: change.fidelity, law: change.law, ..*sample.model };
     let plain: Vec<Fitted>;
-    let shots = if change.everywhere {
-        plain = search.fitted.iter().map(|shot| Fitted { plan: shot.plan.plain(), ..shot.clone() }).collect();
+    let fitted = if change.everywhere {
+        plain = search.shots().map(|shot| Fitted { plan: shot.plan.plain(), ..shot.clone() }).collect();
         &plain
     } else {
-        search.fitted
+        sample.fitted
     };
-    let mut search = Search {
-        fitted: shots,
-        model: &model,
-        settings: &change.settings,
-        maximum_likelihood: true,
-        ..search.clone()
-    };
+    let mut sample = Sample { fitted, model: &model, settings: &change.settings, ..sample.clone() };
     for parameter in change.settings.parameters().iter().copied().filter(|p| change.settings[*p].fixed) {
-        search.initial[parameter] = change.settings[parameter].initial;
+        sample.initial[parameter] = change.settings[parameter].initial;
     }
+    let initial = sample.initial;
+    let search = Search::of(sample).likeliest();
     // another law of friction may have its minimum elsewhere; the other changes are small
-    let settled = if change.law == fit.search.model.law {
-        let mut start = fit.minimum.values;
-        for parameter in Parameter::COEFFICIENTS.into_iter().filter(|p| fit.search.settings[*p].fixed) {
-            start[parameter] = search.initial[parameter];
+    let of_fit = fit.search.first();
+    let settled = if change.law == of_fit.model.law {
+        let mut start = *fit.minimum.first();
+        for parameter in Parameter::COEFFICIENTS.into_iter().filter(|p| of_fit.settings[*p].fixed) {
+            start[parameter] = initial[parameter];
         }
-        Settled::from_starts(&search, &[start])
+        Settled::from_starts(&search, &[vec![start]])
     } else {
         Settled::new(&search)
     }?;
     Ok(Found {
-        values: change.settings.parameters().iter().map(|p| (*p, settled.minimum.values[*p])).collect(),
+        values: change.settings.parameters().iter().map(|p| (*p, settled.minimum.first()[*p])).collect(),
         minus_two_log: settled.search.minus_two_log_likelihood(&settled.minimum, &settled.estimated),
         parameters: settled.minimum.room() + settled.estimated.len(),
     })

@@ -168,8 +168,9 @@ struct View {
 
 fn view(context: &Context, number: usize) -> Option<View> {
     let Fitted { plan, .. } = &context.fitted[number];
-    let Minimum { whitening, values, .. } = context.minimum;
-    let prediction = whitening.predict(number, plan, context.model, &values.coefficients).ok()?;
+    let Minimum { whitening, .. } = context.minimum;
+    let at = &context.minimum.first().coefficients;
+    let prediction = whitening[0].predict(number, plan, context.model, at).ok()?;
     let covariance = covariance(plan, &prediction, context.sds);
     let l = covariance.clone().cholesky()?.l();
     let weight = context.minimum.weights.get(number).map_or(1.0, |w| w.sqrt());

@@ -10,8 +10,9 @@ use statrs::distribution::{ContinuousCDF, Normal};
 
 use crate::fit::diagnostics::goodness::Context;
 use crate::fit::diagnostics::influence;
-use crate::fit::search::Search;
+use crate::fit::samples::Search;
 use crate::likelihood::fitted::Fitted;
+use crate::likelihood::sample::Unknown;
 use crate::measurement::parameter::Parameter;
 
 /// What a bootstrap over shots found.
@@ -41,7 +42,7 @@ pub struct Resampled {
 /// Draws and fits `replicates` samples of shots, in parallel; `done` is called after each.
 pub(in crate::fit) fn bootstrap(
     search: &Search,
-    context: &Context,
+    (context, free): (&Context, &[Unknown]),
     replicates: usize,
     seed: u64,
     done: &(dyn Fn() + Sync),
@@ -51,11 +52,11 @@ pub(in crate::fit) fn bootstrap(
         // a stream of its own: the result does not depend on the order
         let mut rng = ChaCha8Rng::seed_from_u64(seed);
         rng.set_stream(number as u64 + 1);
-        let count = search.fitted.len();
-        let sample: Vec<Fitted> =
-            (0..count).map(|_| search.fitted[rng.random_range(0..count)].clone()).collect();
-        let search = Search { fitted: &sample, initial: minimum.values, ..search.clone() };
-        let found = search.converge(context.free).ok().map(|(minimum, _)| minimum);
+        let fitted = search.first().fitted;
+        let count = fitted.len();
+        let drawn: Vec<Fitted> = (0..count).map(|_| fitted[rng.random_range(0..count)].clone()).collect();
+        let search = search.from(&minimum.values).with(|_, sample| sample.fitted = &drawn);
+        let found = search.converge(free).ok().map(|(minimum, _)| minimum);
         done();
         found.filter(|minimum| minimum.converged && minimum.determines_all()).map(|minimum| minimum.x)
     };
@@ -65,7 +66,7 @@ pub(in crate::fit) fn bootstrap(
     let estimates = context.free.iter().enumerate().filter_map(|(column, parameter)| {
         let mut values: Vec<f64> = all.iter().flatten().map(|x| x[column]).collect();
         values.sort_by(f64::total_cmp);
-        let estimate = minimum.values[*parameter];
+        let estimate = minimum.first()[*parameter];
         // what leaving each shot out does tells how the error changes with the value
         let jackknife: Vec<f64> =
             shifts.iter().map(|shift| shift.as_ref().map_or(0.0, |s| s[column])).collect();

@@ -5,9 +5,9 @@ use nalgebra::{Matrix2, Vector2};
 use rayon::prelude::*;
 use statrs::distribution::{ChiSquared, ContinuousCDF, FisherSnedecor};
 
-use super::profile::{EDGE, Ray, Slice};
-use crate::fit::uncertainty::{Minimum, covariance};
-use crate::likelihood::problem::are_filmed;
+use super::profile::{EDGE, Ray};
+use crate::fit::slice::Slice;
+use crate::fit::uncertainty::Minimum;
 use crate::measurement::parameter::Parameter;
 
 /// The regions that are drawn: they hold the true pair with this probability.
@@ -71,8 +71,7 @@ fn contour(
     pair: [usize; 2],
     estimated_dof: Option<usize>,
 ) -> Option<Contour> {
-    let columns: Vec<usize> = (0..minimum.jacobian.ncols()).collect();
-    let all = covariance(&minimum.jacobian, &columns, &minimum.ties(false))?;
+    let all = minimum.covariance(None)?;
     let [i, j] = pair;
     let own = Matrix2::new(all[(i, i)], all[(i, j)], all[(j, i)], all[(j, j)]);
     let root = own.cholesky()?.l();
@@ -91,7 +90,7 @@ fn contour(
         Some(Level { probability, rise, edge, ellipse })
     };
     let levels: Option<Vec<Level>> = LEVELS.into_iter().map(level).collect();
-    Some(Contour { parameters: pair.map(|column| slice.free[column]), centre, levels: levels? })
+    Some(Contour { parameters: pair.map(|column| slice.free[column].parameter), centre, levels: levels? })
 }
 
 /// The region of the pair in strips: for values of the first parameter the ends of the second. `root`: a
@@ -109,8 +108,8 @@ fn edge(
         Some(ray.value(ray.reach(t, t * root[(0, 0)])?.0))
     };
     let (low, high) = (end(-1.0)?, end(1.0)?);
-    let fitted = slice.search.fitted;
-    let strips = if fitted.len() > MANY_SHOTS || are_filmed(fitted) { FEWER_STRIPS } else { STRIPS };
+    let search = slice.search;
+    let strips = if search.count() > MANY_SHOTS || search.is_filmed() { FEWER_STRIPS } else { STRIPS };
     let strip = |k: usize| {
         // closer at the ends, where the region is round
         let part = 0.5 * (1.0 - (std::f64::consts::PI * k as f64 / (strips - 1) as f64).cos());

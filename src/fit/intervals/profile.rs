@@ -1,23 +1,12 @@
-//! The least-squares problem with some of its unknowns held, and the intervals that follow: a
-//! parameter's 95 % interval is where χ², least over all others, is within t² of its minimum. Unlike
+//! Intervals from the least-squares problem with some of its unknowns held: a parameter's 95 % interval is where χ², least over all others, is within t² of its minimum. Unlike
 //! value ± t·error this knows bounds, kinks and curvature.
 
 use nalgebra::DVector;
 
-use crate::fit::search::Search;
+use crate::fit::slice::Slice;
 use crate::fit::uncertainty::{Minimum, Quantiles};
-use crate::fit::{Estimate, Status, nonsmooth};
-use crate::likelihood::problem::{Problem, is_rough};
-use crate::likelihood::whitening::Whitening;
-use crate::measurement::parameter::Parameter;
-use crate::numerics::least_squares::{Constraints, Options};
-
-/// χ² at a given point of a profile needs no more than this: it errs by the square.
-const QUICK: Options = Options { max_iterations: 100, orthogonality: 1e-6 };
-
-/// That of frames is the sum of thousands of squares, each about 1, so that 1e-3 of its root is a twentieth of a standard error; that
-/// of integrated collisions is rough.
-const QUICK_ROUGH: Options = Options { max_iterations: 100, orthogonality: 1e-3 };
+use crate::fit::{Estimate, Status};
+use crate::numerics::least_squares::Constraints;
 
 /// An end of an interval is found to this part of its distance from the estimate…
 const END: f64 = 1e-3;
@@ -26,56 +15,6 @@ pub(in crate::fit) const EDGE: f64 = 1e-2;
 
 /// Evaluations for one end; a smooth profile takes two or three.
 const MAX_TRIALS: usize = 40;
-
-/// A part of the least-squares problem: within some constraints, with the weights of the minimum.
-#[derive(Clone)]
-pub(in crate::fit) struct Slice<'a> {
-    pub search: &'a Search<'a>,
-    pub free: &'a [Parameter],
-    pub constraints: Constraints,
-    pub whitening: &'a Whitening,
-}
-
-impl<'a> Slice<'a> {
-    pub(in crate::fit) fn problem(&self) -> Problem<'a> {
-        let Search { fitted, model, settings, initial, .. } = *self.search;
-        let columns = (self.free, self.search.unknowns.as_slice());
-        Problem::new(fitted, model, settings, columns, initial, self.whitening)
-    }
-
-    /// The same with some of its unknowns held.
-    pub(in crate::fit) fn holding(&self, held: &[(usize, f64)]) -> Self {
-        let mut slice = self.clone();
-        for &(column, value) in held {
-            slice.constraints.lower[column] = value;
-            slice.constraints.upper[column] = value;
-        }
-        slice
-    }
-
-    /// ½χ² least over what is not held, and where; from `start`. `None` where nothing can be
-    /// evaluated, or the constraints do not allow the values.
-    pub(in crate::fit) fn at(
-        &self,
-        held: &[(usize, f64)],
-        start: &DVector<f64>,
-    ) -> Option<(DVector<f64>, f64)> {
-        let slice = self.holding(held);
-        let mut start = start.clone();
-        for (column, value) in held {
-            start[*column] = *value;
-        }
-        let start = slice.constraints.nearest(&start)?;
-        if slice.constraints.lower == slice.constraints.upper {
-            let (residuals, _) = slice.problem().evaluate_at(&start);
-            let cost = 0.5 * residuals.norm_squared();
-            return cost.is_finite().then_some((start, cost));
-        }
-        let quick = if is_rough(slice.search.fitted) { QUICK_ROUGH } else { QUICK };
-        let (solution, _) = nonsmooth::minimise(&slice, &start, &quick).ok()?;
-        Some((solution.x, solution.cost))
-    }
-}
 
 /// Profile-likelihood intervals of the free parameters, one-sided at an active bound; `None` where
 /// there is none. Also the lowest cost met, in case that is below the minimum.

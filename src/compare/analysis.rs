@@ -1,0 +1,73 @@
+//! Everything from data sets as they were loaded to their comparison, as `caromfit compare` does it.
+
+use super::{CompareError, Comparison, Footage, Options, compare_watched};
+use crate::fit::analysis::state_compliance;
+use crate::fit::{Method, Prepared};
+use crate::measurement::dataset::Dataset;
+use crate::measurement::parameter::Compliance;
+
+/// A comparison, and the data sets as they were compared.
+pub struct Analysis {
+    pub datasets: Vec<Prepared>,
+    pub comparison: Result<Comparison, CompareError>,
+}
+
+/// Corrects footage for its cameras, finds its impacts and compares. `method` `None`: all frames at once where all data sets are footage
+/// whose frames can be fitted. `done` is called after every shot that is extracted, from several threads; `stage` as in
+/// [`compare_watched`].
+#[must_use]
+pub fn analyse(
+    datasets: Vec<Dataset>,
+    options: &Options,
+    method: Option<Method>,
+    done: &(dyn Fn() + Sync),
+    stage: &dyn Fn(&str),
+) -> Analysis {
+    let loaded = datasets.clone();
+    let first = analyse_once(datasets, options, method, done, stage);
+    let gives_way = first.comparison.as_ref().is_ok_and(|comparison| comparison.gives_way);
+    if !gives_way || first.datasets.iter().all(|prepared| prepared.extracted.is_empty()) {
+        return first;
+    }
+    // films are to be corrected, and impacts extracted, with the contact that gives way, too
+    let stated = loaded.into_iter().map(|mut dataset| {
+        if dataset.settings.compliance == Compliance::Auto {
+            state_compliance(&mut dataset);
+        }
+        dataset
+    });
+    let mut again = analyse_once(stated.collect(), options, method, done, &|_| {});
+    if let (Ok(again), Ok(first)) = (&mut again.comparison, first.comparison) {
+        again.gives_way = true;
+        again.notes.extend(first.notes);
+    }
+    again
+}
+
+fn analyse_once(
+    datasets: Vec<Dataset>,
+    options: &Options,
+    method: Option<Method>,
+    done: &(dyn Fn() + Sync),
+    stage: &dyn Fn(&str),
+) -> Analysis {
+    let prepared: Vec<Prepared> = datasets.into_iter().map(|dataset| Prepared::new(dataset, done)).collect();
+    let all_joint = || prepared.iter().all(|p| p.best_method(options.loss) == Method::Joint);
+    let method = method.unwrap_or_else(|| if all_joint() { Method::Joint } else { Method::TwoStage });
+    let options = Options { method, ..options.clone() };
+    let footage = |prepared: &Prepared| match method {
+        Method::Joint => Footage { films: prepared.films(usize::MAX), unknowns: prepared.film_unknowns() },
+        Method::TwoStage => Footage::default(),
+    };
+    let footage: Vec<Footage> = prepared.iter().map(footage).collect();
+    let datasets: Vec<Dataset> = prepared.iter().map(|prepared| prepared.dataset.clone()).collect();
+    let mut comparison = compare_watched(&datasets, &footage, &options, stage);
+    if let (Ok(comparison), Method::TwoStage) = (&mut comparison, method) {
+        let from_paths = prepared.iter().filter(|prepared| prepared.finds_spins_from_paths());
+        let names: Vec<String> = from_paths.map(|prepared| prepared.dataset.name.clone()).collect();
+        if !names.is_empty() {
+            comparison.warn_of_spins_from_paths(&names);
+        }
+    }
+    Analysis { datasets: prepared, comparison }
+}

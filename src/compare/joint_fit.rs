@@ -1,0 +1,268 @@
+//! The fit of all samples together, and what it says besides the parameters.
+
+use nalgebra::DMatrix;
+use statrs::distribution::{ChiSquared, ContinuousCDF};
+
+use super::sample::{Apart, Group, search};
+use super::uninformed::{Informed, settle};
+use super::verdict::Tests;
+use super::{COMPARED, CompareError, Compared, Comparison, LabelResidual, Options, Robust};
+use crate::fit::constraints::Tie;
+use crate::fit::fidelity_choice;
+use crate::fit::frames::outlying;
+use crate::fit::robust::Sandwich;
+use crate::fit::rows::residual_rows;
+use crate::fit::samples::Search;
+use crate::fit::settled::Settled;
+use crate::fit::uncertainty::Minimum;
+use crate::likelihood::fitted::Fitted;
+use crate::measurement::dataset::Measured;
+use crate::measurement::loss::Loss;
+use crate::measurement::parameter::Parameter;
+use crate::measurement::relation::Sense;
+use crate::measurement::values::Values;
+
+/// The fit of all samples together.
+pub(super) struct FitOfAll<'a> {
+    pub groups: &'a [Group<'a>],
+    /// As it was before anything turned out not to be determined.
+    pub before: Search<'a>,
+    pub informed: Informed<'a>,
+    /// Of what is tested: velocities, of frames those that were extracted from them.
+    tested: Option<(Search<'a>, Minimum)>,
+    pub covariance: Option<DMatrix<f64>>,
+    pub tests: Tests,
+}
+
+impl<'a> FitOfAll<'a> {
+    pub(super) fn new(
+        groups: &'a [Group],
+        (shots, films): (&'a [Vec<Fitted>], Option<&'a [Vec<Fitted>]>),
+        apart: &Apart,
+        starts: &[Vec<Values>],
+    ) -> Result<Self, CompareError> {
+        let velocities = search(groups, shots, apart);
+        let all: Vec<usize> = (0..groups.len()).collect();
+        let mut informed = settle(&velocities, starts, all)?;
+        let mut before = velocities;
+        if let Some(films) = films {
+            // from where the two stages end, and from their other minima: frames are too costly to be scanned
+            let starts = informed.settled.starts_nearby();
+            let places = informed.places.clone();
+            before = search(groups, films, apart);
+            let samples = places.iter().map(|i| before.samples[*i].clone()).collect();
+            informed = settle(&Search { samples, ..before.clone() }, &starts, places)?;
+        }
+        let Settled { search, free, minimum, estimated, .. } = &informed.settled;
+        let dof = (search.observations() + search.priors(free)).saturating_sub(minimum.room());
+        let knows_noise = estimated.iter().all(|group| group.estimable);
+        let sandwich = Sandwich::new(search, minimum, free.len());
+        let covariance = if search.is_robust() && sandwich.is_none() || !knows_noise {
+            None
+        } else {
+            minimum.covariance(sandwich.as_ref())
+        };
+        let tests = if search.is_robust() {
+            // honest errors come of the scatter of the shots
+            Tests { dof: search.count().saturating_sub(minimum.room()), estimated: true }
+        } else {
+            Tests { dof, estimated: !estimated.is_empty() }
+        };
+        let tested = films.and_then(|_| {
+            let plain = search.with(|i, sample| sample.fitted = &shots[informed.places[i]]);
+            let cloth = |i: &usize| (groups[*i].dataset.sliding, groups[*i].dataset.rolling);
+            let cloths: Vec<_> = informed.places.iter().map(cloth).collect();
+            let minimum = plain.at(free, minimum, &cloths)?;
+            Some((plain, minimum))
+        });
+        Ok(Self { groups, before, informed, tested, covariance, tests })
+    }
+
+    /// Of each group, the shots whose frames fit no collision that fits those of the others: places among its shots, and χ²/dof.
+    pub(super) fn odd(&self) -> Vec<Vec<(usize, f64)>> {
+        let mut found = vec![Vec::new(); self.groups.len()];
+        let mut rest = self.minimum().residuals.as_slice();
+        for (place, sample) in self.informed.places.iter().zip(&self.informed.settled.search.samples) {
+            if sample.is_filmed() {
+                found[*place] = outlying(sample.fitted, rest);
+            }
+            rest = &rest[sample.rows()..];
+        }
+        found
+    }
+
+    pub(super) fn minimum(&self) -> &Minimum {
+        &self.informed.settled.minimum
+    }
+
+    fn room(&self, search: &Search, minimum: &Minimum) -> usize {
+        (search.observations() + search.priors(&self.informed.settled.free)).saturating_sub(minimum.room())
+    }
+
+    /// χ² and degrees of freedom of what is tested.
+    fn goodness(&self) -> (f64, usize) {
+        let settled = &self.informed.settled;
+        let (search, minimum) = self
+            .tested
+            .as_ref()
+            .map_or((&settled.search, &settled.minimum), |(search, minimum)| (search, minimum));
+        (2.0 * minimum.cost, self.room(search, minimum))
+    }
+
+    pub(super) fn compared(
+        &self,
+        labels: &[String],
+        options: &Options,
+        stage: &dyn Fn(&str),
+    ) -> Result<Comparison, CompareError> {
+        let Settled { search, minimum, estimated, .. } = &self.informed.settled;
+        let present = |parameter: &Parameter| self.groups.iter().any(|g| g.settings.has(*parameter));
+        let mut quantities = Vec::new();
+        for parameter in COMPARED.into_iter().filter(present) {
+            stage(&format!("one {} or several", parameter.symbol()));
+            quantities.push(self.quantity(labels.len(), parameter)?);
+        }
+        let relations = self.relations()?;
+        let noise_estimated = !estimated.is_empty();
+        let warnings = self.warnings(labels, &quantities, &relations);
+        Ok(Comparison {
+            labels: Vec::new(),
+            told_by: String::new(),
+            fidelity: if options.auto { "auto" } else { options.fidelity.name() },
+            method: options.method,
+            computed: fidelity_choice::computed(search),
+            samples: Vec::new(),
+            quantities,
+            chi2: 2.0 * minimum.cost,
+            dof: self.room(search, minimum),
+            tested: self.goodness(),
+            noise_estimated,
+            converged: minimum.converged,
+            termination: minimum.termination.clone(),
+            residuals: self.residuals(),
+            robust: self.robust(),
+            refuted: None,
+            relations,
+            warnings,
+            notes: Vec::new(),
+            gives_way: false,
+        })
+    }
+
+    /// The constraints, and whether they hold with equality.
+    fn relations(&self) -> Result<Vec<(String, bool)>, CompareError> {
+        let Settled { search, free, minimum, .. } = &self.informed.settled;
+        let mut inequality = 0;
+        let state = |tie: Tie| {
+            let active = match tie.sense {
+                Sense::Equal => true,
+                Sense::AtMost => {
+                    inequality += 1;
+                    minimum.active_inequalities.contains(&(inequality - 1))
+                }
+            };
+            (tie.text, active)
+        };
+        Ok(search.ties(free)?.into_iter().map(state).collect())
+    }
+
+    fn warnings(
+        &self,
+        labels: &[String],
+        quantities: &[Compared],
+        relations: &[(String, bool)],
+    ) -> Vec<String> {
+        let Settled { search, minimum, estimated, .. } = &self.informed.settled;
+        let mut warnings = Vec::new();
+        if !minimum.converged {
+            warnings.push(format!("The joint fit did not converge: {}.", minimum.termination));
+        }
+        if self.covariance.is_none() {
+            warnings.push(
+                "The data do not determine all of this together: there are no errors. Share more parameters, or fix some under [fit]."
+                    .to_string(),
+            );
+        }
+        let (chi2, dof) = self.goodness();
+        if estimated.is_empty() && !search.is_robust() && dof > 0 {
+            let p = ChiSquared::new(dof as f64).map_or(f64::NAN, |d| d.sf(chi2));
+            if p < 1e-3 {
+                warnings.push(format!(
+                    "The residuals are larger than the stated standard deviations explain (χ²/dof = {:.2}, \
+                     probability {p:.1e}): what looks like a difference may be noise that is larger than stated.",
+                    chi2 / dof as f64
+                ));
+            }
+        }
+        for compared in quantities {
+            for value in compared.estimates.iter().filter(|value| value.at_bound) {
+                let of = value.label.map_or(String::new(), |label| format!(" of {}", labels[label]));
+                warnings.push(format!(
+                    "{}{of} ends on a bound, {}: its differences are those of the curvature there, which is cautious.",
+                    compared.quantity.symbol(),
+                    value.value
+                ));
+            }
+        }
+        for (text, active) in relations {
+            if *active && text.contains(['<', '>', '≤', '≥']) {
+                warnings.push(format!(
+                    "The constraint {text} holds with equality: the data pull beyond it. Errors are those \
+                     without it, which is cautious."
+                ));
+            }
+        }
+        warnings
+    }
+
+    /// How robust losses weighed the shots.
+    fn robust(&self) -> Option<Robust> {
+        let Settled { search, minimum, .. } = &self.informed.settled;
+        if !search.is_robust() {
+            return None;
+        }
+        let mut losses: Vec<&'static str> = Vec::new();
+        let mut low: Vec<(usize, String, f64)> = Vec::new();
+        let mut weights = minimum.weights.iter();
+        for (place, sample) in self.informed.places.iter().zip(&search.samples) {
+            let group = &self.groups[*place];
+            if sample.loss != Loss::Squares && !losses.contains(&sample.loss.name()) {
+                losses.push(sample.loss.name());
+            }
+            for (shot, weight) in sample.fitted.iter().zip(weights.by_ref()).filter(|(_, w)| **w < 1.0) {
+                low.push((group.number, group.dataset.shots[shot.index].name.clone(), *weight));
+            }
+        }
+        low.sort_by(|a, b| a.2.total_cmp(&b.2));
+        Some(Robust { losses, weights: low })
+    }
+
+    fn residuals(&self) -> Vec<LabelResidual> {
+        let settled = &self.informed.settled;
+        let (search, minimum) = self
+            .tested
+            .as_ref()
+            .map_or((&settled.search, &settled.minimum), |(search, minimum)| (search, minimum));
+        let mut all = Vec::new();
+        for (i, place) in self.informed.places.iter().enumerate() {
+            let group = &self.groups[*place];
+            let name = |index: usize| &group.dataset.shots[index].name;
+            let of = |of_shot| LabelResidual { label: group.label, sample: group.number, of_shot };
+            all.extend(residual_rows((search, i), name, minimum, &settled.estimated).into_iter().map(of));
+        }
+        all
+    }
+
+    /// μ_k of each data set as its frames tell it.
+    pub(super) fn sliding(&self) -> Vec<Option<Measured>> {
+        let Settled { search, free, minimum, .. } = &self.informed.settled;
+        let count = self.groups.iter().map(|group| group.dataset_number + 1).max().unwrap_or(0);
+        let of = |dataset: usize| {
+            let sample = search.samples.iter().find(|sample| sample.dataset == dataset)?;
+            let column = search.film_column(dataset, free.len());
+            let variance = self.covariance.as_ref().filter(|_| sample.is_filmed())?[(column, column)];
+            Some(Measured { value: minimum.x[column], sd: Some(variance.sqrt()) })
+        };
+        (0..count).map(of).collect()
+    }
+}

@@ -1,0 +1,140 @@
+//! What is fitted together: one sample or several, each the shots of a data set or of one of its labels, and the map of columns: which
+//! value of each parameter is that of which sample.
+//!
+//! A fit is one sample, a comparison several. The columns of a fit are the free [`Unknown`]s in their order, and behind them what the
+//! shots of each data set share besides: unknowns of its film, or errors of its extraction.
+
+use nalgebra::DVector;
+
+use super::fitted::Fitted;
+use super::frames;
+use super::frames::shared_unknowns::SharedUnknown;
+use crate::measurement::dataset::{Dataset, Shared};
+use crate::measurement::loss::Loss;
+use crate::measurement::parameter::{Parameter, Settings};
+use crate::measurement::relation::Relation;
+use crate::measurement::values::Values;
+use crate::physics::collision::Model;
+
+/// A value of a parameter that is free.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub struct Unknown {
+    pub parameter: Parameter,
+    /// Its number among the values that the parameter has in several samples.
+    pub number: usize,
+}
+
+/// Which value of each parameter is a sample's, in the order of [`Parameter::ALL`]: samples of the same number share it.
+pub type Numbers = [usize; Parameter::ALL.len()];
+
+/// Shots that have all their parameters in common.
+#[derive(Clone)]
+pub struct Sample<'a> {
+    /// Whose shots these are, where there are several samples.
+    pub title: &'a str,
+    /// Number of its data set: samples of one share noise that is estimated, errors of the extraction and unknowns of the film.
+    pub dataset: usize,
+    pub fitted: &'a [Fitted],
+    pub model: &'a Model,
+    pub settings: &'a Settings,
+    pub relations: &'a [Relation],
+    pub loss: Loss,
+    /// Standard errors that all shots share.
+    pub shared_errors: Vec<(Shared, f64)>,
+    /// What all shots share besides the parameters, where their frames are fitted.
+    pub unknowns: Vec<SharedUnknown>,
+    pub numbers: Numbers,
+    /// Parameters that are not free although they are not fixed: the data do not determine them.
+    pub undetermined: Vec<Parameter>,
+    /// Where the fit starts, and what parameters that are not free are held at.
+    pub initial: Values,
+}
+
+impl<'a> Sample<'a> {
+    /// Shots of a data set with a model and settings for them, fitted alone, by velocities and as the data set says.
+    #[must_use]
+    pub fn of(
+        dataset: &'a Dataset,
+        fitted: &'a [Fitted],
+        (model, settings, initial): (&'a Model, &'a Settings, Values),
+    ) -> Self {
+        Self {
+            title: "",
+            dataset: 0,
+            fitted,
+            model,
+            settings,
+            relations: &dataset.relations,
+            loss: dataset.loss,
+            shared_errors: dataset.shared_errors(),
+            unknowns: Vec::new(),
+            numbers: Numbers::default(),
+            undetermined: Vec::new(),
+            initial,
+        }
+    }
+
+    /// Whether its frames are fitted.
+    #[must_use]
+    pub fn is_filmed(&self) -> bool {
+        self.fitted.first().is_some_and(|shot| shot.film.is_some())
+    }
+
+    /// Whether an unknown is its value of the parameter.
+    #[must_use]
+    pub fn has(&self, unknown: Unknown) -> bool {
+        let Unknown { parameter, number } = unknown;
+        self.numbers[parameter as usize] == number && self.is_free(parameter)
+    }
+
+    /// Whether a parameter is neither stated nor undetermined.
+    #[must_use]
+    pub fn is_free(&self, parameter: Parameter) -> bool {
+        self.settings.has(parameter)
+            && !self.settings[parameter].fixed
+            && !self.undetermined.contains(&parameter)
+    }
+
+    /// The columns that are its parameters, each with its parameter.
+    #[must_use]
+    pub fn columns(&self, free: &[Unknown]) -> Vec<(usize, Parameter)> {
+        let own = free.iter().enumerate().filter(|(_, unknown)| self.has(**unknown));
+        own.map(|(column, unknown)| (column, unknown.parameter)).collect()
+    }
+
+    /// Its values with the free unknowns at x, the others as they are held.
+    #[must_use]
+    pub fn values(&self, free: &[Unknown], x: &DVector<f64>) -> Values {
+        let own = free.iter().zip(x.iter()).filter(|(unknown, _)| self.has(**unknown));
+        own.fold(self.initial, |values, (unknown, value)| values.with(unknown.parameter, *value))
+    }
+
+    /// Residuals of its shots.
+    #[must_use]
+    pub fn rows(&self) -> usize {
+        if self.is_filmed() {
+            return frames::ROWS * self.fitted.len();
+        }
+        self.fitted.iter().map(|shot| shot.plan.rows().len()).sum()
+    }
+
+    /// How many unknowns its shots share besides the parameters.
+    #[must_use]
+    pub fn shared(&self) -> usize {
+        if self.is_filmed() { self.unknowns.len() } else { self.shared_errors.len() }
+    }
+}
+
+/// The columns that are not parameters: where those of each sample begin, and how many columns there are in all.
+#[must_use]
+pub fn shared_columns(samples: &[Sample], free: usize) -> (Vec<usize>, usize) {
+    let (mut firsts, mut next): (Vec<usize>, usize) = (Vec::new(), free);
+    for (i, sample) in samples.iter().enumerate() {
+        let known = samples[..i].iter().position(|other| other.dataset == sample.dataset);
+        firsts.push(known.map_or(next, |known| firsts[known]));
+        if known.is_none() {
+            next += sample.shared();
+        }
+    }
+    (firsts, next)
+}
