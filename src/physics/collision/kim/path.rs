@@ -77,12 +77,14 @@ impl Path {
         (self.n + self.m * power).sqrt()
     }
 
-    /// An approximation of τ where ∫ (g − Σ/2) ds = h(1 − Σ/2), to about h⁵.
+    /// An approximation of τ where ∫ (g − Σ/2) ds = h(1 − Σ/2), to about h⁵; no more than 3.35, from where a search goes on.
     #[inline(always)]
     pub fn invert(&self, h: f64, sigma: f64) -> f64 {
         let (num, den) = self.inverse(h, 1.0 / (2.0 - sigma));
         // −ln(1 − d) = 2 artanh z, z = d/(2 − d)
         let z = num / (2.0 * den - num).max(LEAST_LEFT * den);
+        // where h is beyond what the approximation knows, nearly all is gone
+        let z = if den > 0.0 { z.min(1.0) } else { 1.0 };
         let z2 = z * z;
         2.0 * z * (1.0 + z2 * (1.0 / 3.0 + z2 * (0.2 + z2 / 7.0)))
     }
