@@ -204,12 +204,17 @@ pub(super) fn fit_shots(
         }
     }
     let parameters = settings.parameters();
+    // what others hang on is not silent, even where it may be anywhere
+    let bounds_matter = uncertainty.estimates.iter().any(|estimate| estimate.std_error_at_bound.is_some());
     let estimate = |&parameter: &Parameter| {
         let setting = &settings[parameter];
         let own = free.iter().position(|p| *p == parameter);
         let plateau = plateaus.iter().find(|plateau| plateau.parameter == parameter);
         match (own, plateau) {
-            (Some(column), _) => uncertainty.estimates[column].unless_uninformed(setting),
+            (Some(column), _) => {
+                let estimate = uncertainty.estimates[column];
+                if bounds_matter { estimate } else { estimate.unless_uninformed(setting) }
+            }
             (None, Some(plateau)) => Estimate {
                 parameter,
                 value: plateau.edge,
