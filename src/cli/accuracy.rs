@@ -89,7 +89,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         return print(&document.map_err(Failure::work)?);
     }
     let left_out = if left_out > 0 { format!(", {left_out} left out") } else { String::new() };
-    print(&format!("{} shots{left_out}\n\n{}{tables}", shots.len(), report::accuracy::table(&rows),))
+    print(&format!("{} shots{left_out}\n\n{}{tables}", shots.len(), report::accuracy::table(&rows)))
 }
 
 fn of_dataset(path: &std::path::Path) -> Result<(Dataset, Vec<Shot>, usize), Failure> {

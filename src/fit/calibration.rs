@@ -267,7 +267,7 @@ impl<'a> Search<'a> {
             None => {
                 let side_sd = self.dataset.side_sd;
                 let scene = Scene { side_sd, ..Scene::of(&self.dataset.model(Fidelity::Full)) };
-                footage::learned(self.dataset, &shots, scene).0
+                footage::learned(self.dataset, &shots, &scene).0
             }
         };
         let (dataset, films) = footage::filmed_with(self.dataset, &shots, (scene, &self.camera));

@@ -61,7 +61,7 @@ pub fn with_impacts(
     }
     let Some(tracks) = dataset.tracks.take() else { return (dataset, Vec::new(), scene) };
     dataset.left_out.extend(tracks.left_out());
-    let (mut scene, lift_sd) = learned(&dataset, &tracks.shots, scene);
+    let (mut scene, lift_sd) = learned(&dataset, &tracks.shots, &scene);
     let impacts = extract_all(&tracks.shots, &scene, done);
     let mut extracted = Vec::with_capacity(tracks.shots.len());
     for (track, impact) in tracks.shots.into_iter().zip(impacts) {
@@ -260,10 +260,10 @@ pub(super) fn filmed_with(
 
 /// The scene with the lift that some of the shots, fitted together, say there is, and the relative standard error that
 /// all lifts then share. Published values where they do not say.
-pub(super) fn learned(dataset: &Dataset, tracks: &[TrackShot], scene: Scene) -> (Scene, Option<f64>) {
+pub(super) fn learned(dataset: &Dataset, tracks: &[TrackShot], scene: &Scene) -> (Scene, Option<f64>) {
     let step = tracks.len().div_ceil(LEARN_FROM).max(1);
     let sample: Vec<TrackShot> = tracks.iter().step_by(step).cloned().collect();
-    let (mut scene, mut shared) = (scene, None);
+    let (mut scene, mut shared) = (*scene, None);
     for _ in 0..LEARN_ROUNDS {
         let impacts = extract_all(&sample, &scene, &|| ());
         let Some((values, mu_sd)) = coefficients(dataset, &sample, &impacts, &mut scene) else { break };

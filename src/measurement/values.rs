@@ -105,7 +105,7 @@ impl Values {
             ..object
         });
         let e_slope = model.e_slope.map(|_| self.e_slope);
-        Model { object, law, kappa, e_slope, ..*model }
+        Model { object, law, e_slope, kappa, ..*model }
     }
 
     /// With one of them changed.

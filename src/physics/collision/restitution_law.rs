@@ -10,24 +10,24 @@ use crate::physics::ball::BallState;
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Slopes {
     /// By e₀.
-    by_e: f64,
+    e: f64,
     /// By v, s/m.
-    by_speed: f64,
+    speed: f64,
     /// By e₁, m/s.
-    by_slope: f64,
+    slope: f64,
 }
 
 impl Slopes {
     /// Where e is 0 whatever the speed.
-    const NONE: Self = Self { by_e: 0.0, by_speed: 0.0, by_slope: 0.0 };
+    const NONE: Self = Self { e: 0.0, speed: 0.0, slope: 0.0 };
 
     /// What the derivatives by e of this collision say of e₀ and of v, in its Jacobian, and of e₁.
     pub fn carry(&self, jacobian: &mut Jacobian) -> Column {
         let by_e = jacobian.column(Input::E as usize).into_owned();
         let mut of_speed = jacobian.column_mut(Input::VelocityX as usize);
-        of_speed += by_e * self.by_speed;
-        jacobian.set_column(Input::E as usize, &(by_e * self.by_e));
-        by_e * self.by_slope
+        of_speed += by_e * self.speed;
+        jacobian.set_column(Input::E as usize, &(by_e * self.e));
+        by_e * self.slope
     }
 }
 
@@ -50,7 +50,7 @@ impl Model {
         if e < 0.0 {
             return Some((constant, Coefficients { e: 0.0, ..*coefficients }, Slopes::NONE));
         }
-        let slopes = Slopes { by_e: 1.0, by_speed: -slope, by_slope: -speed };
+        let slopes = Slopes { e: 1.0, speed: -slope, slope: -speed };
         Some((constant, Coefficients { e, ..*coefficients }, slopes))
     }
 }

@@ -8,6 +8,7 @@ mod lanes;
 pub(crate) mod ode;
 pub(crate) mod phase;
 mod quick;
+mod quick_derivatives;
 mod quick_equations;
 pub(crate) mod settle;
 pub(crate) mod solver;
@@ -143,7 +144,7 @@ pub(super) fn collide_with_jacobian(
     contact: &Contact,
 ) -> Result<(Outcome, Jacobian, Option<Column>), NotACollision> {
     let of_shot = dynamics(model, cue, coefficients, contact)?;
-    let quick = || quick::with_jacobian(model, cue, contact, &of_shot);
+    let quick = || quick_derivatives::with_jacobian(model, cue, contact, &of_shot);
     if let Some((outcome, jacobian, by_kappa)) = quick::serves(model, &of_shot).then(quick).flatten() {
         return Ok((outcome, jacobian, Some(by_kappa)));
     }

@@ -1,18 +1,13 @@
-//! A contact that gives way, as a fit needs it: in some microseconds, with derivatives.
-//!
-//! The steps are those of Dormand and Prince's pair of order 5(4), which end at every event. They are found once and then taken
-//! again with inputs that differ a little, all side by side, so that no choice of a step and no search enters the differences; at
-//! an event each goes on to where it is for its own inputs.
+//! A contact that gives way, as a fit needs it: in some microseconds. The steps are those of Dormand and Prince's pair of order 5(4),
+//! which end at every event; [`super::quick_derivatives`] takes them again.
 //!
 //! - Dormand, J. R. and Prince, P. J. (1980), J. Comput. Appl. Math. 6, 19–26.
-//! - Bock, H. G. (1981), in Modelling of Chemical Reaction Systems, 102–125: internal numerical differentiation.
 
+use super::Impulses;
 use super::dynamics::Dynamics;
-use super::lanes::{LANES, Lanes, Real};
+use super::lanes::Real;
 use super::quick_equations::{Event, FOLLOWS, Grip, Mode, Shot, State, at};
-use super::{Impulses, outcome};
-use crate::physics::ball::{Ball, BallState};
-use crate::physics::collision::{Column, Contact, Fidelity, Jacobian, Model, Outcome, Regime, variable};
+use crate::physics::collision::{Fidelity, Model, Regime};
 use crate::physics::friction_law::Friction;
 
 /// The error of a step, relative to the closing speed; the outcome's is a few times that.
@@ -48,21 +43,12 @@ const SPENT: f64 = 1e-6;
 const LOCATED: f64 = 1e-9;
 const MOST_TRIALS: usize = 60;
 
-/// In which lane what differs: in the order of [`variable`] from 1 on, then κ.
-const KAPPA: usize = 7;
-const fn lane(of: usize) -> usize {
-    of + 1
-}
-
-/// By so much, of numbers of order 1: truncation and roundings of a difference are then some 1e-7.
-const DIFFERENCE: f64 = 1e-7;
-
 /// A step: under which equations, how long, and the event at its end with its rate.
 #[derive(Clone, Copy)]
-struct Step {
-    mode: Mode,
-    length: f64,
-    event: Option<(Event, f64)>,
+pub(super) struct Step {
+    pub mode: Mode,
+    pub length: f64,
+    pub event: Option<(Event, f64)>,
 }
 
 /// Whether a model is one that this computes: without weight, and without friction of the cloth that `full` does not have.
@@ -83,62 +69,7 @@ pub(super) fn impulses(dynamics: &Dynamics, e: f64) -> Option<(Impulses, Regime)
     Some((of_state(dynamics.k, &y), regime))
 }
 
-/// The outcome and its derivative, also by κ; `None` likewise.
-pub(super) fn with_jacobian(
-    model: &Model,
-    cue: &BallState,
-    contact: &Contact,
-    dynamics: &Dynamics,
-) -> Option<(Outcome, Jacobian, Column)> {
-    let mut steps = Vec::with_capacity(64);
-    let (_, regime) = shot(dynamics, dynamics.slip, contact.e).solve(&mut steps)?;
-    let k = contact.k;
-    let with = |value: f64, at: usize, by: f64| {
-        let mut lanes = [value; LANES];
-        lanes[at] += by;
-        Lanes(lanes)
-    };
-    let moved = |value: f64, of: usize| with(value, lane(of), DIFFERENCE);
-    // of v/k and c·k; e may be 1
-    let scaled = |value: f64, power: f64| value * ((1.0 + DIFFERENCE).powf(power) - 1.0);
-    let slip = |i: usize, of: usize| {
-        let mut slip = moved(dynamics.slip[i], of);
-        slip.0[lane(variable::K)] += scaled(dynamics.slip[i], -1.0);
-        slip
-    };
-    let (mu, falls) = match dynamics.friction {
-        Friction::Constant(mu) => (mu, None),
-        Friction::Exponential { a, b, c } => {
-            (a, Some((b, with(c * k, lane(variable::K), scaled(c * k, 1.0)))))
-        }
-    };
-    let slip = [slip(0, variable::V_Y), slip(1, variable::V_Z)];
-    let with = Shot {
-        mu: moved(mu, variable::MU),
-        falls,
-        mu_s: moved(dynamics.mu_s, variable::M_S),
-        e: with(contact.e, lane(variable::E), -DIFFERENCE),
-        kappa: with(dynamics.kappa, KAPPA, DIFFERENCE),
-        ..shot(dynamics, slip, Lanes::from(contact.e))
-    };
-    let y = with.follow(&steps);
-    let first = y.map(|component| component.0[0]);
-    let found = outcome(model, cue, &of_state(k, &first), regime);
-    let by = |at: usize| {
-        let slope = y.map(|component| (component.0[at] - component.0[0]) / DIFFERENCE);
-        match at {
-            // impulses are k times y, and v_y, v_z k times the slip
-            _ if at == lane(variable::K) => std::array::from_fn(|i| first[i] + slope[i]),
-            _ if at == lane(variable::V_Y) || at == lane(variable::V_Z) => slope,
-            _ if at == lane(variable::E) => slope.map(|slope| -k * slope),
-            _ => slope.map(|slope| k * slope),
-        }
-    };
-    let (jacobian, by_kappa) = jacobian(model, by, regime);
-    Some((found, jacobian, by_kappa))
-}
-
-fn shot<T: Real>(dynamics: &Dynamics, slip: [T; 2], e: T) -> Shot<T> {
+pub(super) fn shot<T: Real>(dynamics: &Dynamics, slip: [T; 2], e: T) -> Shot<T> {
     let (mu, falls) = match dynamics.friction {
         Friction::Constant(mu) => (mu, None),
         Friction::Exponential { a, b, c } => (a, Some((b, T::from(c * dynamics.k)))),
@@ -158,11 +89,11 @@ fn shot<T: Real>(dynamics: &Dynamics, slip: [T; 2], e: T) -> Shot<T> {
     }
 }
 
-fn of_state(k: f64, y: &State<f64>) -> Impulses {
+pub(super) fn of_state(k: f64, y: &State<f64>) -> Impulses {
     of_impulses(&y.map(|component| k * component))
 }
 
-fn of_impulses(y: &State<f64>) -> Impulses {
+pub(super) fn of_impulses(y: &State<f64>) -> Impulses {
     Impulses {
         normal: y[at::NORMAL],
         y: y[at::J_Y],
@@ -174,33 +105,9 @@ fn of_impulses(y: &State<f64>) -> Impulses {
     }
 }
 
-/// The outcome is linear in the impulses, which follow from v_y = −U_y − Rω_z, v_z = Rω_y and k = U_x.
-fn jacobian(model: &Model, impulses_by: impl Fn(usize) -> State<f64>, regime: Regime) -> (Jacobian, Column) {
-    let at_rest = BallState::default();
-    let by_lane = |at: usize| outcome(model, &at_rest, &of_impulses(&impulses_by(at)), regime).components();
-    let by = |of: usize| by_lane(lane(of));
-    let Ball { radius, .. } = model.ball;
-    let (by_v_y, on) = (by(variable::V_Y), model.effects);
-    let where_on = |on: bool, of: usize| if on { by(of) } else { Column::zeros() };
-    let mut jacobian = Jacobian::from_columns(&[
-        where_on(on.friction, variable::MU),
-        where_on(on.cloth, variable::M_S),
-        where_on(on.inelasticity, variable::E),
-        by(variable::K),
-        -by_v_y,
-        Column::zeros(),
-        radius * by(variable::V_Z),
-        -radius * by_v_y,
-    ]);
-    for (column, row) in [0, 1, 3, 4, 5].into_iter().enumerate() {
-        jacobian[(row, 3 + column)] += 1.0;
-    }
-    (jacobian, by_lane(KAPPA))
-}
-
 impl Shot<f64> {
     /// Goes through the impact and writes down its steps.
-    fn solve(&self, steps: &mut Vec<Step>) -> Option<(State<f64>, Regime)> {
+    pub(super) fn solve(&self, steps: &mut Vec<Step>) -> Option<(State<f64>, Regime)> {
         let (mut mode, mut y) = self.start();
         let mut held = mode.grip == Grip::Springs;
         let mut length = FIRST;
@@ -353,30 +260,9 @@ fn after_event(mode: Mode, event: Event) -> Mode {
 }
 
 impl<T: Real> Shot<T> {
-    /// Takes steps that were found before.
-    fn follow(&self, steps: &[Step]) -> State<T> {
-        let (mut mode, mut y) = self.start();
-        for Step { mode: next, length, event } in steps {
-            self.change(&mode, next, &mut y);
-            mode = *next;
-            let rates = self.rates(&mode, &y);
-            y = self.step(&mode, &y, &rates, *length).0;
-            if let Some((event, rate)) = event {
-                // the event is where its function vanishes, whatever the inputs
-                let off = self.events(&mode, &y)[*event as usize];
-                let later = (off - off.first()) * -rate.recip();
-                let rates = self.rates(&mode, &y);
-                for (y, rate) in y.iter_mut().zip(rates) {
-                    *y += rate * later;
-                }
-            }
-        }
-        y
-    }
-
     /// A step from a state with these rates: the state and the rates at its end, and an estimate of its error.
     #[inline(never)]
-    fn step(&self, mode: &Mode, y: &State<T>, k1: &State<T>, h: f64) -> (State<T>, State<T>, f64) {
+    pub(super) fn step(&self, mode: &Mode, y: &State<T>, k1: &State<T>, h: f64) -> (State<T>, State<T>, f64) {
         let k2 = self.rates(mode, &ahead(y, h, [(1.0 / 5.0, k1)]));
         let k3 = self.rates(mode, &ahead(y, h, [(3.0 / 40.0, k1), (9.0 / 40.0, &k2)]));
         let k4 = self.rates(mode, &ahead(y, h, [(44.0 / 45.0, k1), (-56.0 / 15.0, &k2), (32.0 / 9.0, &k3)]));
@@ -453,7 +339,7 @@ fn ahead<T: Real, const M: usize>(y: &State<T>, h: f64, terms: [(f64, &State<T>)
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::physics::ball::Vec3;
+    use crate::physics::ball::{Ball, BallState, Vec3};
     use crate::physics::collision::integrated::dynamics;
     use crate::physics::collision::{Coefficients, Effects};
 

@@ -1,0 +1,63 @@
+//! The ladder of models, from the cheapest to the most exact.
+
+use super::Effects;
+
+/// How closely the collision is modelled.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Fidelity {
+    /// No friction, no loss.
+    Elastic,
+    /// Restitution, no friction.
+    Inelastic,
+    /// First order in μ; no stick.
+    Linear,
+    /// The exact solution of the equations of motion, stick included.
+    Full,
+    /// The equations of motion integrated numerically, to [`Model::tolerance`]. It can do more than
+    /// [`Fidelity::Full`], see [`Fidelity::effects`].
+    Ode,
+    /// The contact resolved in time, to [`Model::tolerance`], with everything that acts on the balls.
+    Contact,
+}
+
+impl Fidelity {
+    /// From the cheapest to the most exact.
+    pub const ALL: [Self; 6] =
+        [Self::Elastic, Self::Inelastic, Self::Linear, Self::Full, Self::Ode, Self::Contact];
+
+    /// The name on the command line and in fit.json.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Elastic => "elastic",
+            Self::Inelastic => "inelastic",
+            Self::Linear => "linear",
+            Self::Full => "full",
+            Self::Ode => "ode",
+            Self::Contact => "contact",
+        }
+    }
+
+    /// Whether it solves the equations of motion step by step.
+    #[must_use]
+    #[inline]
+    pub fn is_integrated(self) -> bool {
+        matches!(self, Self::Ode | Self::Contact)
+    }
+
+    /// Everything that it can do. [`Model::new`] switches all of it on, but for `ode` the cloth's
+    /// friction on the cue ball and along the true slip, so that it solves the equations of `full`.
+    #[must_use]
+    pub fn effects(self) -> Effects {
+        let inelastic = Effects { inelasticity: true, ..Effects::NONE };
+        let linear = Effects { friction: true, cloth: true, ..inelastic };
+        match self {
+            Self::Elastic => Effects::NONE,
+            Self::Inelastic => inelastic,
+            Self::Linear => linear,
+            Self::Full => Effects { stick: true, turning: true, ..linear },
+            Self::Ode => Effects { gravity: false, ..Effects::ALL },
+            Self::Contact => Effects::ALL,
+        }
+    }
+}
