@@ -128,12 +128,12 @@ fn scattering(random: &mut ChaCha8Rng, base: &Dataset, shots: usize, slope: f64)
 
 #[test]
 fn errors_of_shots_that_scatter_are_what_they_are_stated_to_be() {
-    let sets = count_of("CAROMFIT_SETS", 8);
     const SHOTS: usize = 20;
     /// Of intervals with 95 % each so many standard deviations more than their mean number miss the truth once in 100 such tests or less.
     const MISS: f64 = 3.0;
     /// The standard deviation of 8 means of 20 shots is told to 6 %: four times that.
     const TOLD: f64 = 0.25;
+    let sets = count_of("CAROMFIT_SETS", 8);
     let base =
         with_impacts(load(SETTINGS, &film_with(2, 31, |slip, _| -0.1 * slip.signum()).0).unwrap(), &|| ()).0;
     let random = &mut ChaCha8Rng::seed_from_u64(32);
