@@ -29,7 +29,7 @@ pub struct Args {
     #[arg(long, value_name = "DATASET")]
     dataset: Option<PathBuf>,
     /// Where the results go
-    #[arg(long, default_value = "accuracy", value_name = "DIR")]
+    #[arg(long, default_value = "fits/accuracy", value_name = "DIR")]
     out: PathBuf,
     /// How many shots, without a data set
     #[arg(long, default_value_t = 200, value_name = "N", value_parser = clap::value_parser!(u32).range(1..100_000))]
