@@ -11,6 +11,7 @@ use caromfit::physics::collision::{Effects, Fidelity, Model};
 use caromfit::physics::friction_law::Law;
 use caromfit::simulate::{Camera, ClothSpec, Kind, Noise, Played, Spec, Truth};
 
+use crate::extraction::count;
 use crate::synthetic::{made, made_with, spec};
 
 const MU: Quantity = Quantity::Parameter(Parameter::Mu);
@@ -194,7 +195,35 @@ fn frames_of_two_cloths_are_compared() {
     assert_eq!(difference(&usual, MU_S), difference(&joint, MU_S));
 }
 
-/// Frames of labels of one data set share their camera and cloth; a data set without frames has none to compare.
+/// With CAROMFIT_COMPARISONS=300: tests/reference/studies.md.
+#[test]
+fn errors_of_differences_from_frames_are_true() {
+    let count = count("CAROMFIT_COMPARISONS", 4);
+    let mut pulls = [Vec::new(), Vec::new()];
+    for seed in 0..count as u64 {
+        let both = [filmed("a", 0.3, 0.2, 1000 + 2 * seed), filmed("b", 0.3, 0.2, 1001 + 2 * seed)];
+        let options = Options::default();
+        let analysis = compare::analyse(both.to_vec(), &options, Some(Method::Joint), &|| {}, &|_| {});
+        let comparison = analysis.comparison.unwrap();
+        for (pulls, quantity) in pulls.iter_mut().zip([MU_S, Quantity::Sliding]) {
+            let Difference { value, std_error, .. } = *difference(&comparison, quantity);
+            pulls.push(value / std_error);
+        }
+    }
+    for (pulls, name) in pulls.iter().zip(["μ_s", "μ_k"]) {
+        let n = pulls.len() as f64;
+        let square = pulls.iter().map(|pull| pull * pull).sum::<f64>() / n;
+        let outside = pulls.iter().filter(|pull| pull.abs() > 1.96).count();
+        println!(
+            "{name}, of {count}: {outside} beyond 95 %, rms of the difference over its error {:.3}",
+            square.sqrt()
+        );
+        // four standard deviations of the mean of χ²
+        assert!((square - 1.0).abs() < 4.0 * (2.0 / n).sqrt(), "{name}: {square}");
+    }
+}
+
+/// A data set without frames has none to compare.
 #[test]
 fn frames_need_footage() {
     let impacts = spec(Kind::Impacts, &[Played::NaturalRoll], 20, 53);

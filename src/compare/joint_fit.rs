@@ -4,6 +4,7 @@ use nalgebra::DMatrix;
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 
 use super::sample::{Apart, Group, search};
+use super::sliding::Known;
 use super::uninformed::{Informed, settle};
 use super::verdict::Tests;
 use super::{COMPARED, CompareError, Compared, Comparison, LabelResidual, Options, Robust};
@@ -16,7 +17,7 @@ use crate::fit::samples::Search;
 use crate::fit::settled::Settled;
 use crate::fit::uncertainty::Minimum;
 use crate::likelihood::fitted::Fitted;
-use crate::measurement::dataset::Measured;
+use crate::likelihood::sample::shared_columns;
 use crate::measurement::loss::Loss;
 use crate::measurement::parameter::Parameter;
 use crate::measurement::relation::Sense;
@@ -54,7 +55,6 @@ impl<'a> FitOfAll<'a> {
             informed = settle(&Search { samples, ..before.clone() }, &starts, places)?;
         }
         let Settled { search, free, minimum, estimated, .. } = &informed.settled;
-        let dof = (search.observations() + search.priors(free)).saturating_sub(minimum.room());
         let knows_noise = estimated.iter().all(|group| group.estimable);
         let sandwich = Sandwich::new(search, minimum, free.len());
         let covariance = if search.is_robust() && sandwich.is_none() || !knows_noise {
@@ -66,13 +66,13 @@ impl<'a> FitOfAll<'a> {
             // honest errors come of the scatter of the shots
             Tests { dof: search.count().saturating_sub(minimum.room()), estimated: true }
         } else {
-            Tests { dof, estimated: !estimated.is_empty() }
+            Tests { dof: search.dof(free, minimum.room()), estimated: !estimated.is_empty() }
         };
         let tested = films.and_then(|_| {
             let plain = search.with(|i, sample| sample.fitted = &shots[informed.places[i]]);
             let cloth = |i: &usize| (groups[*i].dataset.sliding, groups[*i].dataset.rolling);
             let cloths: Vec<_> = informed.places.iter().map(cloth).collect();
-            let minimum = plain.at(free, minimum, &cloths)?;
+            let minimum = plain.at(search, (free, minimum), &cloths)?;
             Some((plain, minimum))
         });
         Ok(Self { groups, before, informed, tested, covariance, tests })
@@ -95,18 +95,16 @@ impl<'a> FitOfAll<'a> {
         &self.informed.settled.minimum
     }
 
-    fn room(&self, search: &Search, minimum: &Minimum) -> usize {
-        (search.observations() + search.priors(&self.informed.settled.free)).saturating_sub(minimum.room())
+    /// What residuals are said of.
+    fn tested(&self) -> (&Search<'a>, &Minimum) {
+        let Settled { search, minimum, .. } = &self.informed.settled;
+        self.tested.as_ref().map_or((search, minimum), |(search, minimum)| (search, minimum))
     }
 
     /// χ² and degrees of freedom of what is tested.
     fn goodness(&self) -> (f64, usize) {
-        let settled = &self.informed.settled;
-        let (search, minimum) = self
-            .tested
-            .as_ref()
-            .map_or((&settled.search, &settled.minimum), |(search, minimum)| (search, minimum));
-        (2.0 * minimum.cost, self.room(search, minimum))
+        let (search, minimum) = self.tested();
+        (2.0 * minimum.cost, search.dof(&self.informed.settled.free, minimum.room()))
     }
 
     pub(super) fn compared(
@@ -115,7 +113,7 @@ impl<'a> FitOfAll<'a> {
         options: &Options,
         stage: &dyn Fn(&str),
     ) -> Result<Comparison, CompareError> {
-        let Settled { search, minimum, estimated, .. } = &self.informed.settled;
+        let Settled { search, free, minimum, estimated, .. } = &self.informed.settled;
         let present = |parameter: &Parameter| self.groups.iter().any(|g| g.settings.has(*parameter));
         let mut quantities = Vec::new();
         for parameter in COMPARED.into_iter().filter(present) {
@@ -134,7 +132,7 @@ impl<'a> FitOfAll<'a> {
             samples: Vec::new(),
             quantities,
             chi2: 2.0 * minimum.cost,
-            dof: self.room(search, minimum),
+            dof: search.dof(free, minimum.room()),
             tested: self.goodness(),
             noise_estimated,
             converged: minimum.converged,
@@ -238,31 +236,32 @@ impl<'a> FitOfAll<'a> {
     }
 
     fn residuals(&self) -> Vec<LabelResidual> {
-        let settled = &self.informed.settled;
-        let (search, minimum) = self
-            .tested
-            .as_ref()
-            .map_or((&settled.search, &settled.minimum), |(search, minimum)| (search, minimum));
+        let (search, minimum) = self.tested();
+        let estimated = &self.informed.settled.estimated;
         let mut all = Vec::new();
         for (i, place) in self.informed.places.iter().enumerate() {
             let group = &self.groups[*place];
             let name = |index: usize| &group.dataset.shots[index].name;
             let of = |of_shot| LabelResidual { label: group.label, sample: group.number, of_shot };
-            all.extend(residual_rows((search, i), name, minimum, &settled.estimated).into_iter().map(of));
+            all.extend(residual_rows((search, i), name, minimum, estimated).into_iter().map(of));
         }
         all
     }
 
-    /// μ_k of each data set as its frames tell it.
-    pub(super) fn sliding(&self) -> Vec<Option<Measured>> {
-        let Settled { search, free, minimum, .. } = &self.informed.settled;
+    /// μ_k of the data sets as their frames tell it; `None` where velocities were fitted.
+    pub(super) fn sliding(&self) -> Option<Known> {
+        let Settled { search, free, .. } = &self.informed.settled;
+        let covariance = self.covariance.as_ref().filter(|_| search.is_filmed())?;
+        let (films, _) = shared_columns(&search.samples, free.len());
         let count = self.groups.iter().map(|group| group.dataset_number + 1).max().unwrap_or(0);
-        let of = |dataset: usize| {
-            let sample = search.samples.iter().find(|sample| sample.dataset == dataset)?;
-            let column = search.film_column(dataset, free.len());
-            let variance = self.covariance.as_ref().filter(|_| sample.is_filmed())?[(column, column)];
-            Some(Measured { value: minimum.x[column], sd: Some(variance.sqrt()) })
-        };
-        (0..count).map(of).collect()
+        let place = |dataset: usize| search.samples.iter().position(|sample| sample.dataset == dataset);
+        let columns: Vec<Option<usize>> = (0..count).map(|i| place(i).map(|place| films[place])).collect();
+        Some(Known {
+            values: columns.iter().map(|column| column.map(|column| self.minimum().x[column])).collect(),
+            covariance: DMatrix::from_fn(count, count, |i, j| match (columns[i], columns[j]) {
+                (Some(i), Some(j)) => covariance[(i, j)],
+                _ => 0.0,
+            }),
+        })
     }
 }

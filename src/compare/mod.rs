@@ -416,15 +416,9 @@ pub fn compare_watched(
     let of_parameters: Apart = Parameter::ALL.map(|p| differs(Quantity::Parameter(p)));
     let (mut comparison, of_frames) = run::run(&mut gathered, footage, &of_parameters, options, stage)?;
     let Gathered { told_by, summaries, .. } = gathered;
-    let known = datasets.iter().enumerate();
-    let sliding = known.map(|(i, dataset)| of_frames.get(i).copied().flatten().or(dataset.sliding));
+    let sliding = of_frames.unwrap_or_else(|| sliding::Known::of_impacts(datasets));
     let own_labels = label_of_datasets(datasets, &labels, cloths);
-    sliding::compare(
-        &sliding.collect::<Vec<_>>(),
-        (&labels, &own_labels),
-        differs(Quantity::Sliding),
-        &mut comparison,
-    );
+    sliding::compare(&sliding, (&labels, &own_labels), differs(Quantity::Sliding), &mut comparison);
     verdict::holm(&mut comparison.quantities);
     comparison.labels = labels;
     refuted::judge(&mut comparison, &summaries);

@@ -2,27 +2,27 @@
 
 use super::joint_fit::FitOfAll;
 use super::sample::{Apart, Gathered, Group, search};
+use super::sliding::Known;
 use super::{COMPARED, CompareError, Comparison, Footage, Options, SampleSummary};
 use crate::fit::Method;
 use crate::fit::fidelity_choice;
 use crate::fit::frames::filmed;
 use crate::likelihood::fitted::Fitted;
 use crate::likelihood::frames::shared_unknowns;
-use crate::measurement::dataset::Measured;
 use crate::measurement::values::Values;
 
 /// What shots are computed with, the joint fit, and a test of each parameter.
 pub(super) const STAGES: usize = 2 + COMPARED.len();
 
-/// Fits what is to be shared shared, the rest apart, and tests every parameter. The second of the result: μ_k of each data set, where
-/// its frames tell it.
+/// Fits what is to be shared shared, the rest apart, and tests every parameter. The second of the result: μ_k of the data sets,
+/// where their frames were fitted.
 pub(super) fn run(
     gathered: &mut Gathered,
     footage: &[Footage],
     apart: &Apart,
     options: &Options,
     stage: &dyn Fn(&str),
-) -> Result<(Comparison, Vec<Option<Measured>>), CompareError> {
+) -> Result<(Comparison, Option<Known>), CompareError> {
     let Gathered { labels, groups, shots, summaries, .. } = gathered;
     check_noise(groups, shots)?;
     stage("what each shot calls for");

@@ -1,27 +1,55 @@
-//! μ_k of the cloths, which every shot tells by itself.
+//! μ_k of the cloths, which every data set tells by itself.
 
-use super::verdict::Tests;
+use nalgebra::{DMatrix, DVector};
+
+use super::verdict::{Tests, wald};
 use super::{Compared, Comparison, LikelihoodRatio, Quantity, TestKind, Value};
-use crate::measurement::dataset::Measured;
+use crate::measurement::dataset::Dataset;
 
-/// μ_k is found shot by shot, when the impacts are, or with all frames: values of data sets of one label are averaged by their
-/// errors, and differences are of independent numbers.
+/// μ_k of each data set, where it is known, with the covariance of the errors.
+pub(super) struct Known {
+    pub values: Vec<Option<f64>>,
+    pub covariance: DMatrix<f64>,
+}
+
+impl Known {
+    /// As it was found shot by shot, when the impacts were.
+    pub(super) fn of_impacts(datasets: &[Dataset]) -> Self {
+        let known = datasets.iter().map(|dataset| dataset.sliding.and_then(|m| Some((m.value, m.sd?))));
+        let known: Vec<Option<(f64, f64)>> = known.collect();
+        let variance = |of: &Option<(f64, f64)>| of.map_or(0.0, |(_, sd)| sd * sd);
+        let variances = DVector::from_iterator(known.len(), known.iter().map(variance));
+        Self {
+            values: known.iter().map(|of| of.map(|(value, _)| value)).collect(),
+            covariance: DMatrix::from_diagonal(&variances),
+        }
+    }
+
+    /// The weight of each data set in the mean over some of them, by their errors; `None` where none is known.
+    fn weights(&self, is_one: impl Fn(usize) -> bool) -> Option<DVector<f64>> {
+        let weight = |i: usize| match self.values[i] {
+            Some(_) if is_one(i) => self.covariance[(i, i)].recip(),
+            _ => 0.0,
+        };
+        let weights = DVector::from_fn(self.values.len(), |i, _| weight(i));
+        let total = weights.sum();
+        (total > 0.0).then(|| weights / total)
+    }
+
+    /// A sum of these parts of the values, and its standard error.
+    fn sum(&self, parts: &DVector<f64>) -> (f64, f64) {
+        let terms = parts.iter().zip(&self.values).map(|(part, value)| part * value.unwrap_or(0.0));
+        (terms.sum(), parts.dot(&(&self.covariance * parts)).sqrt())
+    }
+}
+
+/// Values of data sets of one label are averaged by their errors.
 pub(super) fn compare(
-    known: &[Option<Measured>],
+    known: &Known,
     (labels, label_of): (&[String], &[Option<usize>]),
     apart: bool,
     comparison: &mut Comparison,
 ) {
-    let mean = |known: Vec<Measured>| {
-        let weight = |m: &Measured| m.sd.map_or(0.0, |sd| sd.powi(-2));
-        let total: f64 = known.iter().map(weight).sum();
-        let value = known.iter().map(|m| m.value * weight(m)).sum::<f64>() / total;
-        (total > 0.0).then(|| (value, total.powf(-0.5)))
-    };
-    let of = |label: Option<usize>| {
-        let own = known.iter().zip(label_of).filter(|(_, own)| label.is_none() || **own == label);
-        mean(own.filter_map(|(known, _)| *known).collect())
-    };
     let tests = Tests { dof: 0, estimated: false };
     let t = tests.quantile();
     let value = |label, (value, error): (f64, f64)| Value {
@@ -32,44 +60,52 @@ pub(super) fn compare(
         fitted: true,
         at_bound: false,
     };
-    let each: Vec<Option<(f64, f64)>> = (0..labels.len()).map(|label| of(Some(label))).collect();
-    if each.iter().all(Option::is_none) {
+    let weights = |label: usize| known.weights(|i| label_of[i] == Some(label));
+    let (mut telling, mut left_out) = (Vec::new(), Vec::new());
+    for label in 0..labels.len() {
+        match weights(label) {
+            Some(weights) => telling.push((label, weights)),
+            None => left_out.push((
+                label,
+                "it has no paths after the impacts that tell it: only footage does".to_string(),
+            )),
+        }
+    }
+    if telling.is_empty() {
         return;
     }
-    let telling: Vec<(usize, f64, f64)> =
-        each.iter().enumerate().filter_map(|(label, of)| of.map(|(value, sd)| (label, value, sd))).collect();
     let mut differences = Vec::new();
-    for (i, a) in telling.iter().enumerate() {
-        for b in &telling[i + 1..] {
-            differences.push(tests.pair(a.0, b.0, b.1 - a.1, a.2.hypot(b.2)));
+    for (i, (first, a)) in telling.iter().enumerate() {
+        for (second, b) in &telling[i + 1..] {
+            let (value, error) = known.sum(&(b - a));
+            differences.push(tests.pair(*first, *second, value, error));
         }
     }
-    let same_or_different = (telling.len() > 1).then(|| {
-        let (mean, _) = of(None).unwrap_or((f64::NAN, f64::NAN));
-        let statistic = telling.iter().map(|(_, value, sd)| ((value - mean) / sd).powi(2)).sum();
-        let extra = telling.len() - 1;
-        LikelihoodRatio {
-            statistic,
-            extra_parameters: extra,
-            p_value: tests.of_rise(statistic, extra),
-            by: TestKind::LikelihoodRatio,
-            delta_aic: 2.0 * extra as f64 - statistic,
-        }
+    let columns: Vec<usize> = (0..telling.len()).collect();
+    let extra = telling.len() - 1;
+    let parts: Vec<DVector<f64>> = telling.iter().map(|(_, weights)| weights.clone()).collect();
+    let parts = DMatrix::from_columns(&parts);
+    let values: Vec<f64> = telling.iter().map(|(_, weights)| known.sum(weights).0).collect();
+    let covariance = parts.tr_mul(&(&known.covariance * &parts));
+    let statistic = wald(&values, &covariance, &columns, extra);
+    let same_or_different = statistic.map(|statistic| LikelihoodRatio {
+        statistic,
+        extra_parameters: extra,
+        p_value: tests.of_rise(statistic, extra),
+        by: TestKind::LikelihoodRatio,
+        delta_aic: 2.0 * extra as f64 - statistic,
     });
-    let left_out = each.iter().enumerate().filter(|(_, of)| of.is_none());
-    let left_out = left_out.map(|(label, _)| {
-        (label, "it has no paths after the impacts that tell it: only footage does".to_string())
-    });
+    let of_label = |(label, weights): &(usize, DVector<f64>)| value(Some(*label), known.sum(weights));
     comparison.quantities.push(Compared {
         quantity: Quantity::Sliding,
         shared: !apart,
         estimates: if apart {
-            telling.iter().map(|(label, v, sd)| value(Some(*label), (*v, *sd))).collect()
+            telling.iter().map(of_label).collect()
         } else {
-            of(None).map(|mean| value(None, mean)).into_iter().collect()
+            known.weights(|_| true).map(|all| value(None, known.sum(&all))).into_iter().collect()
         },
         differences: if apart { differences } else { Vec::new() },
         same_or_different,
-        left_out: left_out.collect(),
+        left_out,
     });
 }

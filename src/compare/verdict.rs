@@ -50,9 +50,12 @@ impl Tests {
 }
 
 /// Wald's statistic dᵀV⁻¹d of the differences d of some unknowns from the first of them, with V the covariance of d within
-/// its `rank` largest directions. `None` where an error is missing.
+/// its `rank` largest directions. `None` of fewer than two, or where an error is missing.
 pub(super) fn wald(x: &[f64], covariance: &DMatrix<f64>, columns: &[usize], rank: usize) -> Option<f64> {
     let [first, others @ ..] = columns else { return None };
+    if others.is_empty() {
+        return None;
+    }
     let d = DVector::from_iterator(others.len(), others.iter().map(|c| x[*c] - x[*first]));
     let v = DMatrix::from_fn(others.len(), others.len(), |i, j| {
         let (i, j) = (others[i], others[j]);

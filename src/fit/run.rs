@@ -176,7 +176,7 @@ pub(super) fn fit_shots(
     let free: Vec<Parameter> = unknowns.iter().map(|unknown| unknown.parameter).collect();
     let plateaus: Vec<Plateau> = plateaus.into_iter().map(|(_, plateau)| plateau).collect();
     let is_filmed = search.is_filmed();
-    let dof = (search.observations() + search.priors(&unknowns)).saturating_sub(minimum.room());
+    let dof = search.dof(&unknowns, minimum.room());
     let knows_noise = estimated.iter().all(|group| group.estimable);
     let estimates_noise = !estimated.is_empty();
     let sandwich = Sandwich::new(&search, &minimum, free.len());
@@ -252,7 +252,7 @@ pub(super) fn fit_shots(
     // what is said of residuals is said of what was extracted, also where frames were fitted
     let plain = search.with(|_, sample| sample.fitted = &fitted);
     let cloth = [(dataset.sliding, dataset.rolling)];
-    let of_velocities = if is_filmed { plain.at(&unknowns, &minimum, &cloth) } else { None };
+    let of_velocities = if is_filmed { plain.at(&search, (&unknowns, &minimum), &cloth) } else { None };
     let seen = of_velocities.as_ref().unwrap_or(&minimum);
     let residuals = residual_rows((&plain, 0), |index| &shots[index].name, seen, &estimated);
     let noise = noise_rows(&fitted, &residuals, &estimated);
@@ -263,7 +263,7 @@ pub(super) fn fit_shots(
         minimum: seen,
         free: &free,
         sds: &sds,
-        dof: (plain.observations() + plain.priors(&unknowns)).saturating_sub(seen.room()),
+        dof: plain.dof(&unknowns, seen.room()),
         tests_noise: !estimates_noise && !scatters && !search.is_robust(),
     };
     let frames = is_filmed

@@ -92,6 +92,11 @@ impl<'a> Search<'a> {
         self.shots().map(of).sum()
     }
 
+    /// Degrees of freedom where so many parameters are fitted.
+    pub(crate) fn dof(&self, free: &[Unknown], fitted: usize) -> usize {
+        (self.observations() + self.priors(free)).saturating_sub(fitted)
+    }
+
     /// How an unknown enters the fit: within the bounds of all samples that it belongs to, with a prior that these share counted once.
     pub(crate) fn setting(&self, unknown: Unknown) -> Setting {
         let parameter = unknown.parameter;
@@ -172,24 +177,5 @@ impl<'a> Search<'a> {
             !setting.fixed && !informed[*p as usize] && setting.prior.is_none() && !tied(*p)
         };
         sample.settings.parameters().into_iter().filter(silent).collect()
-    }
-
-    /// μ_k and μ_r of a data set as its frames were fitted.
-    pub(super) fn cloth(&self, dataset: usize, free: usize, x: &DVector<f64>) -> [f64; 2] {
-        let column = self.film_column(dataset, free);
-        [0, 1].map(|k| x.get(column + k).copied().unwrap_or(f64::NAN))
-    }
-
-    /// The column at which the unknowns of the film of a data set begin, where frames are fitted: μ_k and μ_r first.
-    pub(crate) fn film_column(&self, dataset: usize, free: usize) -> usize {
-        let mut known = Vec::new();
-        let mut column = free;
-        for sample in self.samples.iter().take_while(|sample| sample.dataset != dataset) {
-            if !known.contains(&sample.dataset) {
-                known.push(sample.dataset);
-                column += sample.unknowns.len();
-            }
-        }
-        column
     }
 }

@@ -130,26 +130,26 @@ impl Search<'_> {
         whitening.into_iter().zip(&self.samples).map(weighted).collect()
     }
 
-    /// These shots, of which velocities are fitted, at a minimum of their frames. `cloths`: μ_k and μ_r with which the velocities of
-    /// each sample were extracted.
+    /// These shots, of which velocities are fitted, at a minimum of their frames, μ_k and μ_r being the first of their film's unknowns.
+    /// `cloths`: μ_k and μ_r with which the velocities of each sample were extracted.
     pub(crate) fn at(
         &self,
-        free: &[Unknown],
-        minimum: &Minimum,
+        filmed: &Self,
+        (free, minimum): (&[Unknown], &Minimum),
         cloths: &[(Option<Measured>, Option<Measured>)],
     ) -> Option<Minimum> {
         let further =
             |value: f64, known: Option<Measured>, sd: f64| (value - known.map_or(value, |k| k.value)) / sd;
         let (firsts, columns) = shared_columns(&self.samples, free.len());
+        let (films, _) = shared_columns(&filmed.samples, free.len());
         let mut x = DVector::zeros(columns);
         x.rows_mut(0, free.len()).copy_from(&minimum.x.rows(0, free.len()));
         let shared = columns - free.len();
-        for ((sample, first), (sliding, rolling)) in self.samples.iter().zip(firsts).zip(cloths) {
-            let [mu_k, mu_r] = self.cloth(sample.dataset, free.len(), &minimum.x);
+        for (i, (sample, (sliding, rolling))) in self.samples.iter().zip(cloths).enumerate() {
             for (k, (which, sd)) in sample.shared_errors.iter().enumerate() {
-                x[first + k] = match which {
-                    Shared::Sliding => further(mu_k, *sliding, *sd),
-                    Shared::Rolling => further(mu_r, *rolling, *sd),
+                x[firsts[i] + k] = match which {
+                    Shared::Sliding => further(minimum.x[films[i]], *sliding, *sd),
+                    Shared::Rolling => further(minimum.x[films[i] + 1], *rolling, *sd),
                     // the model's own
                     Shared::Lift => 0.0,
                 };
