@@ -203,18 +203,22 @@ pub(super) fn fit_shots(
             contours = confidence_region::contours(&slice, &minimum, estimated_dof);
         }
     }
-    let parameters = settings.parameters();
     // what others hang on is not silent, even where it may be anywhere
-    let bounds_matter = uncertainty.estimates.iter().any(|estimate| estimate.std_error_at_bound.is_some());
+    if uncertainty.estimates.iter().all(|estimate| estimate.std_error_at_bound.is_none()) {
+        for estimate in &mut uncertainty.estimates {
+            *estimate = estimate.unless_uninformed(&settings[estimate.parameter]);
+        }
+        let silent = uncertainty.estimates.iter().filter(|e| e.status == Status::NotIdentified);
+        let silent: Vec<Parameter> = silent.map(|estimate| estimate.parameter).collect();
+        contours.retain(|contour| !contour.parameters.iter().any(|p| silent.contains(p)));
+    }
+    let parameters = settings.parameters();
     let estimate = |&parameter: &Parameter| {
         let setting = &settings[parameter];
         let own = free.iter().position(|p| *p == parameter);
         let plateau = plateaus.iter().find(|plateau| plateau.parameter == parameter);
         match (own, plateau) {
-            (Some(column), _) => {
-                let estimate = uncertainty.estimates[column];
-                if bounds_matter { estimate } else { estimate.unless_uninformed(setting) }
-            }
+            (Some(column), _) => uncertainty.estimates[column],
             (None, Some(plateau)) => Estimate {
                 parameter,
                 value: plateau.edge,

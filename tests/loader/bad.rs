@@ -65,7 +65,7 @@ fn unknown_keys_name_the_nearest() {
             "fit",
             "mu =",
             "nu =",
-            "dataset.toml:17: column 1: unknown key \"nu\" (did you mean \"mu\"?); expected one of mu, mu_s, e, mu_b, mu_c, kappa, friction, by, loss, constraints",
+            "dataset.toml:17: column 1: unknown key \"nu\" (did you mean \"mu\"?); expected one of mu, mu_s, e, mu_b, mu_c, kappa, e_slope, friction, by, loss, constraints",
         ),
         (
             "parameter",
