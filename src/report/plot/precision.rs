@@ -18,7 +18,7 @@ const HEAD: i32 = 112;
 const LEAST: f64 = 1e-16;
 
 /// One for each way, in the order of first appearance.
-const COLORS: [RGBColor; 8] = [
+const COLORS: [RGBColor; 9] = [
     RGBColor(120, 120, 120),
     RGBColor(60, 60, 60),
     RGBColor(230, 159, 0),
@@ -27,6 +27,7 @@ const COLORS: [RGBColor; 8] = [
     RGBColor(86, 180, 233),
     RGBColor(0, 158, 115),
     RGBColor(204, 121, 167),
+    RGBColor(140, 86, 75),
 ];
 
 /// accuracy.svg as text.
