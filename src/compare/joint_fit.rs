@@ -11,11 +11,11 @@ use super::{COMPARED, CompareError, Compared, Comparison, LabelResidual, Options
 use crate::fit::constraints::Tie;
 use crate::fit::fidelity_choice;
 use crate::fit::frames::outlying;
+use crate::fit::minimum::Minimum;
 use crate::fit::robust::Sandwich;
 use crate::fit::rows::residual_rows;
 use crate::fit::samples::Search;
 use crate::fit::settled::Settled;
-use crate::fit::uncertainty::Minimum;
 use crate::likelihood::fitted::Fitted;
 use crate::likelihood::sample::shared_columns;
 use crate::measurement::loss::Loss;
@@ -60,7 +60,10 @@ impl<'a> FitOfAll<'a> {
         let covariance = if search.is_robust() && sandwich.is_none() || !knows_noise {
             None
         } else {
-            minimum.covariance(sandwich.as_ref())
+            match &sandwich {
+                None => minimum.covariance(),
+                Some(sandwich) => sandwich.covariance_at(minimum),
+            }
         };
         let tests = if search.is_robust() {
             // honest errors come of the scatter of the shots

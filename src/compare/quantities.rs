@@ -7,11 +7,11 @@ use super::uninformed::Says;
 use super::verdict::{Tests, wald};
 use super::{CompareError, Compared, Difference, LikelihoodRatio, Quantity, TestKind, Value};
 use crate::fit::constraints::{add, pins};
+use crate::fit::minimum::Minimum;
 use crate::fit::robust::Sandwich;
 use crate::fit::samples::Search;
 use crate::fit::settled::Settled;
 use crate::fit::slice::Slice;
-use crate::fit::uncertainty::Minimum;
 use crate::likelihood::sample::Unknown;
 use crate::measurement::parameter::Parameter;
 use crate::numerics::least_squares::{Activity, Constraints};
@@ -149,7 +149,7 @@ impl<'a> FitOfAll<'a> {
             &self.informed.settled
         };
         let Settled { search, free, minimum, estimated, .. } = different;
-        let covariance = minimum.covariance(None);
+        let covariance = minimum.covariance();
         let tells = |(column, unknown): &(usize, &Unknown)| {
             let known = covariance.as_ref().is_none_or(|c| is_known(minimum, c, *column));
             unknown.parameter == parameter && known
@@ -179,7 +179,7 @@ impl<'a> FitOfAll<'a> {
         };
         if search.is_robust() {
             let sandwich = Sandwich::new(search, minimum, free.len());
-            let covariance = sandwich.and_then(|sandwich| minimum.covariance(Some(&sandwich)));
+            let covariance = sandwich.and_then(|sandwich| sandwich.covariance_at(minimum));
             let statistic = covariance.and_then(|c| wald(minimum.x.as_slice(), &c, &columns, extra));
             return Ok(statistic.map(|statistic| judged(statistic, statistic, TestKind::Wald)));
         }

@@ -3,7 +3,7 @@
 use super::{COMPARED, CompareError, Options, Quantity, SampleSummary};
 use crate::fit;
 use crate::fit::Rejected;
-use crate::fit::run::{fitted_with, plan};
+use crate::fit::model_choice::{fitted_with, plan};
 use crate::fit::samples::Search;
 use crate::likelihood::fitted::Fitted;
 use crate::likelihood::frames::shared_unknowns::SharedUnknown;

@@ -10,7 +10,7 @@ use super::camera::{FoundCamera, FoundCorrection};
 use super::footage;
 use super::frames::{filmed, outlying};
 use super::settled::Settled;
-use super::{FilmUnknowns, run, samples};
+use super::{FilmUnknowns, model_choice, samples};
 use crate::extraction::{Unusable, contact, extract_all, noise_correlation, repair_drops_at_impacts};
 use crate::film::camera::{Camera, Correction};
 use crate::film::drops;
@@ -284,7 +284,7 @@ impl<'a> Search<'a> {
         }
         let initial = footage::near(&scene).unwrap_or_else(|| Values::usual(&dataset.settings));
         let all: Vec<&Shot> = dataset.shots.iter().collect();
-        let (fitted, _) = run::plan(&all, &model, &initial);
+        let (fitted, _) = model_choice::plan(&all, &model, &initial);
         let fitted = filmed(&fitted, &films)?;
         let known = (&model, &dataset.settings, initial);
         let sample = Sample {
@@ -308,7 +308,7 @@ impl<'a> Search<'a> {
                     .ok()?;
         }
         let minimum = &settled.minimum;
-        let covariance = minimum.covariance(None)?;
+        let covariance = minimum.covariance()?;
         // the noise may be stated too small, or what the camera does not explain be large
         let scale = settled.scale();
         let first = minimum.x.len() - free.len();

@@ -7,6 +7,7 @@ use super::samples::Search;
 use crate::likelihood::sample::{Sample, Unknown, shared_columns};
 use crate::measurement::parameter::Parameter;
 use crate::measurement::relation::{Relation, Sense};
+use crate::measurement::values::Values;
 use crate::numerics::least_squares::{Constraints, Linear};
 
 /// Of a row of length 1: less than this is what rounding leaves of one that others imply.
@@ -26,6 +27,19 @@ pub(crate) struct Tie {
 }
 
 impl Search<'_> {
+    /// The constraints of a fit of one sample, and whether they hold with equality at some values.
+    pub(super) fn relations_at(&self, values: &Values) -> Vec<(String, bool)> {
+        /// Of the terms of a sum that is held exactly.
+        const ROUNDING: f64 = 1e-9;
+        let state = |relation: &Relation| {
+            let terms = Parameter::ALL.map(|p| relation.coefficients[p as usize] * values[p]);
+            let size = relation.limit.abs() + terms.iter().map(|t| t.abs()).sum::<f64>();
+            let slack = relation.limit - terms.iter().sum::<f64>();
+            (relation.text.clone(), slack.abs() <= ROUNDING * size)
+        };
+        self.first().relations.iter().map(state).collect()
+    }
+
     /// Where a search begins, in the columns of the fit.
     pub(super) fn start(&self, free: &[Unknown]) -> DVector<f64> {
         let (firsts, columns) = shared_columns(&self.samples, free.len());

@@ -1,5 +1,7 @@
 //! J_t/J_n of two discs against their slip, as a fit has it.
 
+use super::{Fit, Status};
+use crate::measurement::parameter::Parameter;
 use crate::measurement::values::Values;
 use crate::physics::ball::{BallState, Vec3};
 use crate::physics::collision::Model;
@@ -25,8 +27,19 @@ pub struct FrictionCurve {
 }
 
 impl FrictionCurve {
+    /// Of a fit, where the shots determine the friction.
+    pub(super) fn of_fit(fit: &Fit, model: &Model, at: &Values) -> Option<Self> {
+        fit.get(Parameter::Mu).filter(|mu| mu.status != Status::NotIdentified)?;
+        let slips = fit.disc_shots.iter().filter_map(|shot| shot.slip_ratio);
+        let largest = slips.map(|slip| slip.value.abs()).fold(0.0, f64::max);
+        let speeds = fit.disc_shots.iter().filter_map(|shot| Some(shot.closing_speed?.value));
+        let speeds: Vec<f64> = speeds.collect();
+        let closing = speeds.iter().sum::<f64>() / speeds.len().max(1) as f64;
+        (largest > 0.0).then(|| Self::of(model, at, largest, closing)).flatten()
+    }
+
     /// Up to the largest slip over the closing speed, at a usual closing speed (m/s); `None` where the model has no outcome.
-    pub(super) fn of(model: &Model, at: &Values, largest: f64, closing: f64) -> Option<Self> {
+    fn of(model: &Model, at: &Values, largest: f64, closing: f64) -> Option<Self> {
         let model = at.model(model);
         let against = |slip: f64| {
             // slip −Rω_z

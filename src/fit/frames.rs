@@ -5,9 +5,8 @@ use nalgebra::{DMatrix, DVector, SMatrix};
 use rayon::prelude::*;
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 
+use super::minimum::Minimum;
 use super::samples::Search;
-use super::uncertainty;
-use super::uncertainty::Minimum;
 use super::{Bound, Films, JointFit};
 use crate::likelihood::fitted::Fitted;
 use crate::likelihood::frames;
@@ -139,7 +138,7 @@ impl FittedFrames {
 
 /// Covariance of what all shots share; 0 where the fit holds it, NaN where it cannot tell its error.
 fn shared_covariance(minimum: &Minimum, free: &[Parameter], unknowns: &[SharedUnknown]) -> SharedCovariance {
-    let found = minimum.covariance(None);
+    let found = minimum.covariance();
     let of_unknowns = unknowns.iter().map(|unknown| unknown.kind.place());
     let places: Vec<usize> = free.iter().map(|p| frames::place_of(*p)).chain(of_unknowns).collect();
     let mut covariance = SMatrix::<f64, ALL_SHARED, ALL_SHARED>::zeros();
@@ -158,7 +157,7 @@ pub(super) fn joint_fit(
     unknowns: &[SharedUnknown],
     (chi2, dof): (f64, usize),
 ) -> JointFit {
-    let covariance = minimum.covariance(None);
+    let covariance = minimum.covariance();
     let of = |column: usize| {
         let error = covariance.as_ref().map_or(f64::NAN, |c| c[(column, column)].sqrt());
         (minimum.x[column], error)
@@ -211,7 +210,7 @@ pub(super) fn bound(
     let x = DVector::from_iterator(free.len() + cloth.len(), own.iter().copied().chain(cloth));
     let (residuals, jacobian) = problem.evaluate_at(&x);
     let columns: Vec<usize> = (0..x.len()).collect();
-    let covariance = uncertainty::covariance(&jacobian, &columns, &DMatrix::zeros(0, x.len()))?;
+    let covariance = super::minimum::covariance(&jacobian, &columns, &DMatrix::zeros(0, x.len()))?;
     if !residuals.iter().all(|r| r.is_finite()) {
         return None;
     }

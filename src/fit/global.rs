@@ -6,46 +6,20 @@
 //!
 //! For a shot without topspin or draw sticking begins at μ = tan φ/(β_y(1 + e)); for the others it is found by bisection.
 
+use super::FitError;
 use super::samples::Search;
-use super::search::Effort;
-use super::settled::Settled;
+use super::scan::sticks_from;
+use super::settled::{LOWER, MARGIN, RIVAL, Settled, identify, told};
 use crate::likelihood::fitted::Fitted;
-use crate::likelihood::prediction::Plan;
 use crate::likelihood::sample::{Sample, Unknown};
 use crate::measurement::parameter::{Parameter, Setting};
 use crate::measurement::values::Values;
-use crate::numerics::least_squares::scan;
-use crate::physics::collision::{Model, Regime};
 
 /// What friction depends on, in the order of the axes of a scan.
 const FRICTION: [Parameter; 4] = [Parameter::Kappa, Parameter::C, Parameter::B, Parameter::Mu];
 
-/// Values of κ that are scanned: less hardly gives way, and the outcome changes evenly with its logarithm.
-const LEAST_KAPPA: f64 = 0.3;
-
-/// A smaller μ throws a ball by less than a hundredth of a degree: between it and the lower bound nothing is told apart.
-const LEAST_FRICTION: f64 = 2e-4;
-
-/// Values in every factor of ten, where one unknown is scanned, and where several are.
-const PER_DECADE: f64 = 6.0;
-const PER_DECADE_OF_SEVERAL: f64 = 2.0;
-
-/// A contact that gives way throws as far at a small μ as at a large one: few shots then have minima on both sides of the largest
-/// throw, and close to it close to each other.
-const PER_DECADE_OF_FEW: f64 = 24.0;
-const FEW: usize = 5;
-
-/// Values that differ by less than this part are one.
-pub(super) const SAME: f64 = 0.03;
-
-/// So many shots, spread evenly, tell in which region the least minimum is.
-const SCANNED_SHOTS: usize = 30;
-
-/// So many local minima of the scan are descended from…
+/// So many local minima of the scan are descended from at most.
 const MOST: usize = 5;
-/// …if their objective is above the least of the scan by at most this (in units of χ²/dof where that is above 1): the
-/// scan is rough, and takes some of the shots only.
-pub(super) const MARGIN: f64 = 30.0;
 
 /// The kinks of single shots no longer matter among so many.
 const MOST_WITH_KINKS: usize = 500;
@@ -53,60 +27,11 @@ const MOST_WITH_KINKS: usize = 500;
 /// Lower minima are looked for within this part of μ to either side at most.
 const WIDEST: f64 = 0.2;
 
-/// An objective that is lower by less is the same: a thirtieth of a standard error.
-pub(super) const LOWER: f64 = 1e-3;
+/// A minimum between kinks may lie beside a lower one: so often the next one is looked for.
+const MOST_REFINEMENTS: usize = 4;
 
-/// Of starts after a short descent, those whose objective is within this of the least (in units of χ²/dof where that is
-/// above 1) may still end lower than it.
-pub(super) const RIVAL: f64 = 2.0;
-
-/// Where a shot begins to stick is found to this part of μ.
-const EDGE: f64 = 0.003;
-
-/// The values of an unknown that are scanned: evenly spread in its logarithm between its bounds, the bounds themselves,
-/// and `edges` where something sets in.
-fn axis(setting: &Setting, least: f64, per_decade: f64, edges: &[f64]) -> Vec<f64> {
-    let Setting { lower, upper, .. } = *setting;
-    let from = lower.max(least);
-    if from >= upper {
-        return if lower < upper { vec![lower, upper] } else { vec![lower] };
-    }
-    let steps = ((upper / from).log10() * per_decade).ceil().max(1.0);
-    let even = (0..steps as usize).map(|i| from * (upper / from).powf(i as f64 / steps));
-    let mut inner: Vec<f64> = even.chain(edges.iter().copied()).collect();
-    inner.sort_by(f64::total_cmp);
-    let mut values = vec![lower];
-    for value in inner.into_iter().filter(|value| *value < upper * (1.0 - SAME)) {
-        if values.last().is_some_and(|last| value > last + SAME * value) {
-            values.push(value);
-        }
-    }
-    values.push(upper);
-    values
-}
-
-/// The μ at which a shot begins to stick; `None` where it sticks, or slides, at both bounds, or nothing sets in there.
-fn sticks_from(setting: &Setting, plan: &Plan, model: &Model, at: &Values) -> Option<f64> {
-    // a contact that gives way goes over from sliding to sticking smoothly
-    if model.kappa > 0.0 {
-        return None;
-    }
-    let model = at.model(model);
-    let sticks = |mu: f64| {
-        let coefficients = at.with(Parameter::Mu, mu).coefficients;
-        Some(plan.regime(&model, &coefficients).ok()? == Regime::Stick)
-    };
-    let (mut slides, mut stuck) = (setting.lower.max(LEAST_FRICTION), setting.upper);
-    if slides >= stuck || sticks(slides)? || !sticks(stuck)? {
-        return None;
-    }
-    let steps = ((stuck / slides).ln() / EDGE).log2().ceil().max(0.0);
-    for _ in 0..steps as usize {
-        let middle = (slides * stuck).sqrt();
-        if sticks(middle)? { stuck = middle } else { slides = middle }
-    }
-    Some(stuck)
-}
+/// And the minimum at a kink is this near to where it is seen, relative.
+const REACH: f64 = 0.01;
 
 /// Of local minima and their objective, the least first, those that the least minimum may belong to. `scale` is χ²/dof
 /// where that is above 1.
@@ -156,13 +81,6 @@ impl Search<'_> {
         groups
     }
 
-    /// Some of the shots, spread evenly, as many as a scan takes.
-    fn thinned(&self) -> Vec<Vec<Fitted>> {
-        let step = self.count().div_ceil(SCANNED_SHOTS).max(1);
-        let some = |sample: &Sample| sample.fitted.iter().step_by(step).cloned().collect();
-        self.samples.iter().map(some).collect()
-    }
-
     /// The local minima of a scan, by some of the shots, that the least minimum may belong to.
     fn scanned(&self, free: &[Unknown], scanned: &[Unknown]) -> Vec<Vec<Values>> {
         let shots = self.thinned();
@@ -207,77 +125,104 @@ impl Search<'_> {
         }
         best
     }
+}
 
-    fn set_all(&self, values: &[Values], unknowns: &[Unknown], to: &[f64]) -> Vec<Values> {
-        let set = |values: Vec<Values>, (unknown, to): (&Unknown, &f64)| self.set(&values, *unknown, *to);
-        unknowns.iter().zip(to).fold(values.to_vec(), set)
+impl<'a> Settled<'a> {
+    /// Fits all that is free and that the data tell: the least minimum of those that the search finds from wherever a scan
+    /// of the friction says that it may be.
+    pub(crate) fn new(search: &Search<'a>) -> Result<Self, FitError> {
+        let (search, free) = told(search)?;
+        let starts = search.promising_starts(&free);
+        Self::least_of_rivals(&search, &free, &starts)?.refined(&search, &free)
     }
 
-    /// A start after a short descent with all shots.
-    fn screen(&self, free: &[Unknown], start: &[Values]) -> (Vec<Values>, f64) {
-        let search = self.from(start);
-        let Ok((minimum, groups)) = search.converge_with(free, Effort::SCREEN) else {
-            return (start.to_vec(), f64::INFINITY);
-        };
-        let objective = search.objective(&minimum, &groups);
-        (minimum.values, objective)
+    /// As [`Settled::new`], from these values, if there are any.
+    pub(crate) fn near_starts(search: &Search<'a>, starts: &[Vec<Values>]) -> Result<Self, FitError> {
+        if starts.is_empty() {
+            return Self::new(search);
+        }
+        let (search, free) = told(search)?;
+        Self::least_of(&search, &free, starts)?.refined(&search, &free)
     }
 
-    /// Starts after a short descent, the least first.
-    fn screened(&self, free: &[Unknown], starts: &[Vec<Values>]) -> Vec<(Vec<Values>, f64)> {
-        let mut found: Vec<(Vec<Values>, f64)> =
-            starts.iter().map(|start| self.screen(free, start)).collect();
-        found.sort_by(|a, b| a.1.total_cmp(&b.1));
-        found
+    /// With lower minima nearby, on the other side of kinks, looked for.
+    fn refined(mut self, search: &Search<'a>, free: &[Unknown]) -> Result<Self, FitError> {
+        for _ in 0..MOST_REFINEMENTS {
+            let frictions = free.iter().filter(|unknown| unknown.parameter == Parameter::Mu);
+            let Some(mut lower) = frictions.copied().find_map(|mu| self.lower(search, (free, mu))) else {
+                break;
+            };
+            lower.others.push((self.minimum.values, self.objective));
+            lower.others.append(&mut self.others);
+            self = lower;
+        }
+        Ok(self)
     }
 
-    /// The local minima on a grid of some of the free unknowns, the others roughly where χ² is least: values, cost and
-    /// objective.
-    fn minima_on(
-        &self,
-        free: &[Unknown],
-        scanned: &[Unknown],
-        axes: &[Vec<f64>],
-    ) -> Vec<((Vec<Values>, f64), f64)> {
-        let others: Vec<Unknown> = free.iter().copied().filter(|u| !scanned.contains(u)).collect();
-        let initial = self.initial();
-        scan(axes, |values| {
-            let search = self.from(&self.set_all(&initial, scanned, values));
-            let (minimum, groups) = search.converge_with(&others, Effort::ROUGH).ok()?;
-            let objective = search.objective(&minimum, &groups);
-            Some(((minimum.values, minimum.cost), objective))
+    /// A lower minimum on the other side of kinks in one friction.
+    fn lower(&self, search: &Search<'a>, (free, mu): (&[Unknown], Unknown)) -> Option<Self> {
+        let starts = self.lower_starts(search, (free, mu));
+        let first = starts.first()?;
+        let is_lower = |found: &Self| found.rank() < self.rank();
+        let lower = Self::least_of(search, free, &starts).ok().filter(is_lower);
+        lower.or_else(|| Self::at_kink(search, (free, mu), first).filter(is_lower))
+    }
+
+    /// The minimum at a kink near some values, if all is determined there.
+    fn at_kink(search: &Search<'a>, (free, mu): (&[Unknown], Unknown), near: &[Values]) -> Option<Self> {
+        // with more unknowns than the coefficients kinks lie across all of them
+        if !free.iter().all(|unknown| Parameter::COEFFICIENTS.contains(&unknown.parameter)) {
+            return None;
+        }
+        let (minimum, estimated) = search.at_kink((free, mu), near, REACH)?;
+        if !minimum.determines_all() {
+            return None;
+        }
+        Some(Self {
+            identifiability: identify(search, free, &minimum),
+            objective: search.objective(&minimum, &estimated),
+            search: search.clone(),
+            free: free.to_vec(),
+            plateaus: Vec::new(),
+            others: Vec::new(),
+            minimum,
+            estimated,
         })
     }
 
-    /// Whether there are few shots, all from states before the impact that are known exactly, as in a table of angles.
-    fn is_few_exact(&self) -> bool {
-        self.count() <= FEW && self.shots().all(|shot| !shot.plan.has_uncertain_inputs())
-    }
-
-    fn axis_of(&self, unknown: Unknown, of: usize) -> Vec<f64> {
-        let setting = &self.setting(unknown);
-        let own = || self.members(unknown).map(|i| &self.samples[i]);
-        let gives_way = || own().all(|sample| sample.model.kappa > 0.0);
-        match unknown.parameter {
-            Parameter::Mu if of == 1 && gives_way() && self.is_few_exact() => {
-                axis(setting, LEAST_FRICTION, PER_DECADE_OF_FEW, &[])
+    /// The least of the minima found from screened starts, the least first: from those that others may end below, if
+    /// frames are fitted from all.
+    fn least_of_rivals(
+        search: &Search<'a>,
+        free: &[Unknown],
+        starts: &[(Vec<Values>, f64)],
+    ) -> Result<Self, FitError> {
+        let least = starts.first().map_or(0.0, |(_, objective)| *objective);
+        let mut found: Option<Self> = None;
+        let mut others = Vec::new();
+        let mut error = None;
+        for (start, objective) in starts {
+            let margin = RIVAL * found.as_ref().map_or(1.0, Self::scale);
+            if found.is_some() && *objective > least + margin {
+                others.push((start.clone(), *objective));
+                continue;
             }
-            Parameter::Mu if of == 1 => {
-                let edges: Vec<f64> = own()
-                    .flat_map(|sample| sample.fitted.iter().map(move |shot| (sample, shot)))
-                    .filter_map(|(sample, shot)| {
-                        sticks_from(setting, &shot.plan, sample.model, &sample.initial)
-                    })
-                    .collect();
-                axis(setting, LEAST_FRICTION, PER_DECADE, &edges)
+            match Self::least_of(search, free, std::slice::from_ref(start)) {
+                Ok(settled) => match &found {
+                    Some(best) if !settled.precedes(best) => {
+                        others.push((settled.minimum.values, settled.objective));
+                    }
+                    _ => {
+                        let before = found.replace(settled);
+                        others.extend(before.map(|before| (before.minimum.values, before.objective)));
+                    }
+                },
+                Err(failed) => error = error.or(Some(failed)),
             }
-            Parameter::Kappa => axis(setting, LEAST_KAPPA, PER_DECADE_OF_SEVERAL, &[]),
-            _ => axis(setting, LEAST_FRICTION, if of == 1 { PER_DECADE } else { PER_DECADE_OF_SEVERAL }, &[]),
         }
+        found.map(|best| Self { others, ..best }).ok_or(error.unwrap_or(FitError::NoWeights))
     }
-}
 
-impl Settled<'_> {
     /// Where, near a minimum, there are lower ones on the other side of kinks: by a fine scan of one μ.
     pub(super) fn lower_starts(
         &self,

@@ -4,7 +4,6 @@ use nalgebra::DMatrix;
 
 use super::robust::Losses;
 use super::samples::Search;
-use super::uncertainty;
 use crate::likelihood::fitted::Fitted;
 use crate::likelihood::frames::ROWS;
 use crate::likelihood::prediction::difference;
@@ -135,7 +134,7 @@ impl Search<'_> {
         if groups.is_empty() {
             return 0.0;
         }
-        let leverage = uncertainty::leverages(jacobian);
+        let leverage = super::minimum::leverages(jacobian);
         let mut sums = vec![[0.0; 4]; groups.len()];
         let mut weights = weights.iter();
         let mut scale: Vec<f64> = Vec::new();

@@ -7,11 +7,11 @@ use argmin::solver::goldensectionsearch::GoldenSectionSearch;
 use nalgebra::DVector;
 
 use super::FitError;
+use super::minimum::Minimum;
 use super::noise::Group;
 use super::robust::Losses;
 use super::samples::Search;
 use super::slice::Slice;
-use super::uncertainty::Minimum;
 use crate::likelihood::sample::{Sample, Unknown};
 use crate::likelihood::whitening::{Hold, Whitening};
 use crate::measurement::parameter::Parameter;

@@ -2,10 +2,11 @@
 
 use nalgebra::{DMatrix, DVector};
 
+use super::minimum::{Minimum, open_directions};
 use super::samples::Search;
-use super::uncertainty::Minimum;
 use crate::likelihood::fitted::Fitted;
 use crate::likelihood::prediction::MAX_OBSERVABLES;
+use crate::measurement::dataset::Shot;
 use crate::measurement::loss::{Loss, ShotLoss};
 
 /// Shots of a weight below this are listed in the report.
@@ -17,6 +18,18 @@ pub struct Robust {
     pub loss: Loss,
     /// Weights below 1, the smallest first: shot and weight.
     pub weights: Vec<(String, f64)>,
+}
+
+impl Robust {
+    pub(super) fn of(search: &Search, shots: &[&Shot], minimum: &Minimum) -> Self {
+        let weights = search.shots().zip(&minimum.weights);
+        let mut weights: Vec<(String, f64)> = weights
+            .filter(|(_, weight)| **weight < 1.0)
+            .map(|(shot, weight)| (shots[shot.index].name.clone(), *weight))
+            .collect();
+        weights.sort_by(|a, b| a.1.total_cmp(&b.1));
+        Self { loss: search.first().loss, weights }
+    }
 }
 
 /// The losses of shots with one, two, … observations.
@@ -116,6 +129,12 @@ impl Sandwich {
         let rest = jacobian.rows(done, jacobian.nrows() - done);
         others += rest.tr_mul(&rest);
         Some(Self { curvature: curvature + &others, scatter: scatter + others })
+    }
+
+    /// Covariance of all columns of a minimum, within what equalities leave open.
+    pub(crate) fn covariance_at(&self, minimum: &Minimum) -> Option<DMatrix<f64>> {
+        let columns: Vec<usize> = (0..minimum.x.len()).collect();
+        self.covariance(&columns, &open_directions(&minimum.ties(false), &columns))
     }
 
     /// Covariance of some columns, within the directions `basis` of them.

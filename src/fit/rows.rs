@@ -1,8 +1,8 @@
 //! Residuals and noise of a fit, a row each.
 
+use super::minimum::Minimum;
 use super::noise::Group;
 use super::samples::Search;
-use super::uncertainty::Minimum;
 use super::{Noise, Residual};
 use crate::likelihood::fitted::Fitted;
 use crate::likelihood::prediction::difference;

@@ -1,8 +1,8 @@
 //! Where a parameter no longer matters: the edge of its plateau, and what the data say of it.
 
+use super::minimum::Minimum;
 use super::noise::{Group, Residual};
 use super::samples::Search;
-use super::uncertainty::Minimum;
 use crate::likelihood::fitted::Fitted;
 use crate::likelihood::sample::Unknown;
 use crate::likelihood::whitening::Whitening;

@@ -2,12 +2,12 @@
 
 use nalgebra::DVector;
 
+use super::minimum::Minimum;
 use super::noise::Group;
 use super::robust;
 use super::robust::Losses;
 use super::samples::Search;
 use super::slice::Slice;
-use super::uncertainty::Minimum;
 use super::{FitError, noise, nonsmooth};
 use crate::likelihood::fitted::Fitted;
 use crate::likelihood::sample::{Sample, Unknown, shared_columns};

@@ -3,21 +3,26 @@
 use std::cmp::Ordering::Equal;
 
 use super::diagnostics::identifiability;
-use super::global::{LOWER, MARGIN, RIVAL, SAME};
+use super::minimum::Minimum;
 use super::noise::Group;
 use super::samples::Search;
 use super::saturation::Plateau;
-use super::uncertainty::Minimum;
+use super::scan::SAME;
 use super::{FitError, Identifiability};
 use crate::likelihood::sample::Unknown;
 use crate::measurement::parameter::Parameter;
 use crate::measurement::values::Values;
 
-/// A minimum between kinks may lie beside a lower one: so often the next one is looked for.
-const MOST_REFINEMENTS: usize = 4;
+/// A minimum of a scan may become the least if its objective is above the least of the scan by at most this (in units of χ²/dof where
+/// that is above 1): the scan is rough, and takes some of the shots only.
+pub(super) const MARGIN: f64 = 30.0;
 
-/// And the minimum at a kink is this near to where it is seen, relative.
-const REACH: f64 = 0.01;
+/// An objective that is lower by less is the same: a thirtieth of a standard error.
+pub(super) const LOWER: f64 = 1e-3;
+
+/// Of starts after a short descent, those whose objective is within this of the least (in units of χ²/dof where that is
+/// above 1) may still end lower than it.
+pub(super) const RIVAL: f64 = 2.0;
 
 /// A minimum at which everything that is still free is determined.
 #[derive(Clone)]
@@ -36,68 +41,6 @@ pub(crate) struct Settled<'a> {
 }
 
 impl<'a> Settled<'a> {
-    /// Fits all that is free and that the data tell: the least minimum of those that the search finds from wherever a scan
-    /// of the friction says that it may be.
-    pub(crate) fn new(search: &Search<'a>) -> Result<Self, FitError> {
-        let (search, free) = told(search)?;
-        let starts = search.promising_starts(&free);
-        Self::least_of_rivals(&search, &free, &starts)?.refined(&search, &free)
-    }
-
-    /// As [`Settled::new`], from these values, if there are any.
-    pub(crate) fn near_starts(search: &Search<'a>, starts: &[Vec<Values>]) -> Result<Self, FitError> {
-        if starts.is_empty() {
-            return Self::new(search);
-        }
-        let (search, free) = told(search)?;
-        Self::least_of(&search, &free, starts)?.refined(&search, &free)
-    }
-
-    /// With lower minima nearby, on the other side of kinks, looked for.
-    fn refined(mut self, search: &Search<'a>, free: &[Unknown]) -> Result<Self, FitError> {
-        for _ in 0..MOST_REFINEMENTS {
-            let frictions = free.iter().filter(|unknown| unknown.parameter == Parameter::Mu);
-            let Some(mut lower) = frictions.copied().find_map(|mu| self.lower(search, (free, mu))) else {
-                break;
-            };
-            lower.others.push((self.minimum.values, self.objective));
-            lower.others.append(&mut self.others);
-            self = lower;
-        }
-        Ok(self)
-    }
-
-    /// A lower minimum on the other side of kinks in one friction.
-    fn lower(&self, search: &Search<'a>, (free, mu): (&[Unknown], Unknown)) -> Option<Self> {
-        let starts = self.lower_starts(search, (free, mu));
-        let first = starts.first()?;
-        let is_lower = |found: &Self| found.rank() < self.rank();
-        let lower = Self::least_of(search, free, &starts).ok().filter(is_lower);
-        lower.or_else(|| Self::at_kink(search, (free, mu), first).filter(is_lower))
-    }
-
-    /// The minimum at a kink near some values, if all is determined there.
-    fn at_kink(search: &Search<'a>, (free, mu): (&[Unknown], Unknown), near: &[Values]) -> Option<Self> {
-        // with more unknowns than the coefficients kinks lie across all of them
-        if !free.iter().all(|unknown| Parameter::COEFFICIENTS.contains(&unknown.parameter)) {
-            return None;
-        }
-        let (minimum, estimated) = search.at_kink((free, mu), near, REACH)?;
-        if !minimum.determines_all() {
-            return None;
-        }
-        Some(Self {
-            identifiability: identify(search, free, &minimum),
-            objective: search.objective(&minimum, &estimated),
-            search: search.clone(),
-            free: free.to_vec(),
-            plateaus: Vec::new(),
-            others: Vec::new(),
-            minimum,
-            estimated,
-        })
-    }
-
     /// The least of the minima that searches from these values lead to.
     pub(super) fn from_starts(search: &Search<'a>, starts: &[Vec<Values>]) -> Result<Self, FitError> {
         let (search, free) = told(search)?;
@@ -135,7 +78,7 @@ impl<'a> Settled<'a> {
     /// The standard error of an unknown as the curvature has it, of noise as it is; 0 where there is none.
     pub(super) fn error_of(&self, unknown: Unknown) -> f64 {
         let Some(column) = self.free.iter().position(|known| *known == unknown) else { return 0.0 };
-        let covariance = self.minimum.covariance(None);
+        let covariance = self.minimum.covariance();
         covariance.map_or(0.0, |c| (c[(column, column)] * self.scale()).sqrt())
     }
 
@@ -157,47 +100,14 @@ impl<'a> Settled<'a> {
         (2.0 * self.minimum.cost / dof as f64).max(1.0)
     }
 
-    /// The least of the minima found from screened starts, the least first: from those that others may end below, if
-    /// frames are fitted from all.
-    fn least_of_rivals(
-        search: &Search<'a>,
-        free: &[Unknown],
-        starts: &[(Vec<Values>, f64)],
-    ) -> Result<Self, FitError> {
-        let least = starts.first().map_or(0.0, |(_, objective)| *objective);
-        let mut found: Option<Self> = None;
-        let mut others = Vec::new();
-        let mut error = None;
-        for (start, objective) in starts {
-            let margin = RIVAL * found.as_ref().map_or(1.0, Self::scale);
-            if found.is_some() && *objective > least + margin {
-                others.push((start.clone(), *objective));
-                continue;
-            }
-            match Self::least_of(search, free, std::slice::from_ref(start)) {
-                Ok(settled) => match &found {
-                    Some(best) if !settled.precedes(best) => {
-                        others.push((settled.minimum.values, settled.objective));
-                    }
-                    _ => {
-                        let before = found.replace(settled);
-                        others.extend(before.map(|before| (before.minimum.values, before.objective)));
-                    }
-                },
-                Err(failed) => error = error.or(Some(failed)),
-            }
-        }
-        found.map(|best| Self { others, ..best }).ok_or(error.unwrap_or(FitError::NoWeights))
-    }
-
     /// The least first, and those that did not converge last.
-    fn rank(&self) -> (bool, f64) {
+    pub(super) fn rank(&self) -> (bool, f64) {
         (!self.minimum.converged, self.objective)
     }
 
     /// Whether this is the minimum to be taken of two: the lower one, and of two that are as low, as where a contact that gives
     /// way throws as far at a small μ as at a large one, that of the lesser friction.
-    fn precedes(&self, other: &Self) -> bool {
+    pub(super) fn precedes(&self, other: &Self) -> bool {
         let ((failed, objective), (other_failed, others)) = (self.rank(), other.rank());
         match failed == other_failed {
             false => other_failed,
@@ -219,7 +129,11 @@ impl<'a> Settled<'a> {
 
     /// The least of the minima found from some starts. One that did not converge stands behind those that did; an error
     /// is one only if all fail.
-    fn least_of(search: &Search<'a>, free: &[Unknown], starts: &[Vec<Values>]) -> Result<Self, FitError> {
+    pub(super) fn least_of(
+        search: &Search<'a>,
+        free: &[Unknown],
+        starts: &[Vec<Values>],
+    ) -> Result<Self, FitError> {
         let mut found: Vec<Self> = Vec::new();
         let mut error = None;
         for start in starts {
@@ -306,7 +220,7 @@ impl<'a> Settled<'a> {
 }
 
 /// What the data of one sample determine.
-fn identify(search: &Search, free: &[Unknown], minimum: &Minimum) -> Option<Identifiability> {
+pub(super) fn identify(search: &Search, free: &[Unknown], minimum: &Minimum) -> Option<Identifiability> {
     let [sample] = search.samples.as_slice() else { return None };
     let parameters: Vec<Parameter> = free.iter().map(|unknown| unknown.parameter).collect();
     let silent = sample.undetermined.clone();

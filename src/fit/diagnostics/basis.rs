@@ -2,7 +2,7 @@
 
 use nalgebra::DMatrix;
 
-use crate::fit::uncertainty::{Minimum, open_directions};
+use crate::fit::minimum::{Minimum, open_directions};
 use crate::likelihood::fitted::Fitted;
 use crate::likelihood::whitening::EstimatedSd;
 use crate::measurement::dataset::Shot;

@@ -3,7 +3,7 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use crate::fit::uncertainty::RANK;
+use crate::fit::minimum::RANK;
 use crate::measurement::parameter::Parameter;
 
 /// From this condition number on, a combination is hardly determined (Belsley, Kuh and Welsch,

@@ -4,7 +4,7 @@ use nalgebra::{DMatrix, DVector};
 use statrs::distribution::{ContinuousCDF, Normal, StudentsT};
 
 use super::basis::{Basis, Context, OWN};
-use crate::fit::uncertainty::Minimum;
+use crate::fit::minimum::Minimum;
 use crate::likelihood::fitted::Fitted;
 use crate::likelihood::whitening::covariance;
 use crate::measurement::dataset::{Before, Shot};

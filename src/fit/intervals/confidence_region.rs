@@ -6,8 +6,8 @@ use rayon::prelude::*;
 use statrs::distribution::{ChiSquared, ContinuousCDF, FisherSnedecor};
 
 use super::profile::{EDGE, Ray};
+use crate::fit::minimum::Minimum;
 use crate::fit::slice::Slice;
-use crate::fit::uncertainty::Minimum;
 use crate::measurement::parameter::Parameter;
 
 /// The regions that are drawn: they hold the true pair with this probability.
@@ -71,7 +71,7 @@ fn contour(
     pair: [usize; 2],
     estimated_dof: Option<usize>,
 ) -> Option<Contour> {
-    let all = minimum.covariance(None)?;
+    let all = minimum.covariance()?;
     let [i, j] = pair;
     let own = Matrix2::new(all[(i, i)], all[(i, j)], all[(j, i)], all[(j, j)]);
     let root = own.cholesky()?.l();

@@ -3,8 +3,9 @@
 
 use nalgebra::DVector;
 
+use crate::fit::minimum::Minimum;
 use crate::fit::slice::Slice;
-use crate::fit::uncertainty::{Minimum, Quantiles};
+use crate::fit::uncertainty::Quantiles;
 use crate::fit::{Estimate, Status};
 use crate::numerics::least_squares::Constraints;
 

@@ -1,0 +1,118 @@
+//! Estimates with their errors, intervals and correlations, from the minimum that a search settled at.
+
+use nalgebra::DMatrix;
+
+use super::intervals::confidence_region::{self, Contour};
+use super::intervals::profile;
+use super::robust::Sandwich;
+use super::scatter::Scatter;
+use super::settled::Settled;
+use super::slice::Slice;
+use super::uncertainty::{self, Quantiles, Uncertainty};
+use super::{Depth, Estimate, Intervals, Plateau, Status};
+use crate::measurement::parameter::Parameter;
+
+/// What a fit of one sample says of its parameters.
+pub(super) struct Estimates {
+    /// Of the parameters that the fit has, in the order of [`Parameter::ALL`].
+    pub all: Vec<Estimate>,
+    /// A row and a column for each; NaN where there is no standard error.
+    pub correlation: DMatrix<f64>,
+    /// Regions of pairs.
+    pub contours: Vec<Contour>,
+    /// The least cost that was met, which may be below that of the minimum.
+    pub lowest: f64,
+    /// Whether the noise is stated, or could be estimated.
+    pub knows_noise: bool,
+}
+
+impl Estimates {
+    pub(super) fn of(settled: &Settled, scatter: Option<Scatter>, depth: Depth) -> Self {
+        let Settled { search, free: unknowns, minimum, estimated, .. } = settled;
+        let sample = search.first();
+        let (settings, shots) = (sample.settings, sample.fitted.len());
+        let free: Vec<Parameter> = unknowns.iter().map(|unknown| unknown.parameter).collect();
+        let knows_noise = estimated.iter().all(|group| group.estimable);
+        let sandwich = Sandwich::new(search, minimum, free.len());
+        // honest errors come of the scatter of the shots
+        let estimated_dof = match &sandwich {
+            _ if scatter.is_some_and(|scatter| !scatter.is_none()) => {
+                Some(shots.saturating_sub(free.len()).max(1))
+            }
+            Some(_) => Some(shots.saturating_sub(free.len())),
+            None => (!estimated.is_empty()).then(|| search.dof(unknowns, minimum.room())),
+        };
+        let quantiles = Quantiles::new(estimated_dof).filter(|_| knows_noise);
+        let mut uncertainty =
+            uncertainty::of(minimum, &free, settings, quantiles.as_ref(), sandwich.as_ref());
+        let mut lowest = minimum.cost;
+        let mut contours = Vec::new();
+        if let (true, None, Some(quantiles)) = (depth >= Depth::Intervals, &sandwich, &quantiles) {
+            let constraints = minimum.constraints.clone();
+            let slice = Slice { search, free: unknowns, constraints, whitening: &minimum.whitening };
+            let profiles;
+            (profiles, lowest) = profile::intervals(&slice, minimum, &uncertainty.estimates, quantiles);
+            for (estimate, profile) in uncertainty.estimates.iter_mut().zip(profiles) {
+                estimate.choose_interval(profile);
+            }
+            if depth >= Depth::Everything {
+                contours = confidence_region::contours(&slice, minimum, estimated_dof);
+            }
+        }
+        // what others hang on is not silent, even where it may be anywhere
+        if uncertainty.estimates.iter().all(|estimate| estimate.std_error_at_bound.is_none()) {
+            for estimate in &mut uncertainty.estimates {
+                *estimate = estimate.unless_uninformed(&settings[estimate.parameter]);
+            }
+            let silent = uncertainty.estimates.iter().filter(|e| e.status == Status::NotIdentified);
+            let silent: Vec<Parameter> = silent.map(|estimate| estimate.parameter).collect();
+            contours.retain(|contour| !contour.parameters.iter().any(|p| silent.contains(p)));
+        }
+        let all = settings.parameters();
+        let all = all.iter().map(|p| of_parameter(*p, settled, (&free, &uncertainty), quantiles.as_ref()));
+        let all: Vec<Estimate> = all.collect();
+        let place = |p: &Parameter| all.iter().position(|known| known.parameter == *p);
+        let mut correlation = DMatrix::from_element(all.len(), all.len(), f64::NAN);
+        for (i, a) in free.iter().enumerate() {
+            for (j, b) in free.iter().enumerate() {
+                let (Some(row), Some(column)) = (place(a), place(b)) else { continue };
+                correlation[(row, column)] = uncertainty.correlation[(i, j)];
+            }
+        }
+        Self { all, correlation, contours, lowest, knows_noise }
+    }
+}
+
+/// The estimate of a parameter: fitted, on a plateau, or where it is held.
+fn of_parameter(
+    parameter: Parameter,
+    settled: &Settled,
+    (free, uncertainty): (&[Parameter], &Uncertainty),
+    quantiles: Option<&Quantiles>,
+) -> Estimate {
+    let Settled { search, minimum, estimated, plateaus, .. } = settled;
+    if let Some(column) = free.iter().position(|p| *p == parameter) {
+        return uncertainty.estimates[column];
+    }
+    let held = Estimate {
+        parameter,
+        value: minimum.first()[parameter],
+        std_error: None,
+        interval_95: None,
+        intervals: Intervals::default(),
+        std_error_at_bound: None,
+        status: Status::NotIdentified,
+    };
+    let mut plateaus = plateaus.iter().map(|(_, plateau)| plateau);
+    match plateaus.find(|plateau: &&Plateau| plateau.parameter == parameter) {
+        Some(plateau) => Estimate {
+            value: plateau.edge,
+            interval_95: quantiles
+                .map(|quantiles| search.plateau_interval(plateau, minimum, estimated, quantiles.one_sided)),
+            status: Status::Free,
+            ..held
+        },
+        None if search.first().settings[parameter].fixed => Estimate { status: Status::Fixed, ..held },
+        None => held,
+    }
+}

@@ -1,0 +1,147 @@
+//! Choices of a fit that are not part of the data set.
+
+use std::sync::Arc;
+
+use super::SharedKind;
+use crate::film::camera::Correction;
+use crate::likelihood::frames::Film;
+use crate::likelihood::frames::shared_unknowns::SharedUnknown;
+use crate::measurement::loss::Loss;
+use crate::measurement::parameter::{Parameter, Setting, Settings};
+use crate::measurement::values::Values;
+use crate::physics::collision::{Effects, Fidelity, Model};
+
+/// Choices of a fit that are not part of the data set.
+#[derive(Clone, Copy, Debug)]
+pub struct Options {
+    pub fidelity: Fidelity,
+    /// Whether each shot takes the cheapest fidelity that keeps within a tenth of its standard errors, at
+    /// the start of the fit, instead.
+    pub auto: bool,
+    /// What is simulated, as far as the fidelity can.
+    pub effects: Option<Effects>,
+    /// How the friction between the balls falls with the slip.
+    pub falling: Falling,
+    /// Of the fidelities that integrate.
+    pub tolerance: f64,
+    pub method: Method,
+    /// Where the search begins, in the place of a scan of all values of the friction: what an earlier fit of the same shots gave.
+    pub near: Option<Values>,
+    /// What is free in a joint fit besides.
+    pub film: FilmUnknowns,
+    pub depth: Depth,
+    /// Whether causes of the residuals are looked for although the noise explains them; else [`Depth::Everything`] looks for them where it
+    /// does not.
+    pub explain: bool,
+    /// In the place of the data set's.
+    pub loss: Option<Loss>,
+    /// How many starts; those after the first are spread at random between the bounds.
+    pub starts: usize,
+    /// How many samples of shots are drawn anew and fitted for intervals of the bootstrap.
+    pub bootstrap: usize,
+    /// Of everything random.
+    pub seed: u64,
+}
+
+/// How the friction between the balls falls with their slip v: μ(v) = a + b exp(−c v), its a fitted as μ.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub enum Falling {
+    /// As `[fit] friction` of the data set says.
+    #[default]
+    AsStated,
+    /// With these b and c, in s/m.
+    Held { b: f64, c: f64 },
+    /// b and c are parameters of the fit, with the settings of the data set.
+    Fitted,
+}
+
+impl Falling {
+    /// The settings of a data set with this in the place of what they say of b and c.
+    #[must_use]
+    pub fn applied(self, mut settings: Settings) -> Settings {
+        settings.falls |= self != Self::AsStated;
+        if let Self::Held { b, c } = self {
+            settings[Parameter::B] = Setting::held(b);
+            settings[Parameter::C] = Setting::held(c);
+        }
+        settings
+    }
+}
+
+/// How footage is fitted.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Method {
+    /// Velocities are extracted from the frames of each shot, then the parameters fitted to these.
+    #[default]
+    TwoStage,
+    /// The parameters are fitted to all frames of all shots, together with what each shot has of its own.
+    Joint,
+}
+
+impl Method {
+    pub const ALL: [Self; 2] = [Self::TwoStage, Self::Joint];
+
+    /// As on the command line and in fit.json.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::TwoStage => "two-stage",
+            Self::Joint => "joint",
+        }
+    }
+}
+
+/// What a joint fit of frames finds besides the parameters, μ_k and μ_r.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct FilmUnknowns {
+    /// The cloth's bounce e_t.
+    pub bounce: bool,
+    /// For each correction of the camera that is free: where what is known of it beforehand lies from where the camera is. The films
+    /// must have been made with that camera.
+    pub corrections: [Option<f64>; Correction::COUNT],
+}
+
+impl FilmUnknowns {
+    pub(crate) fn unknowns(&self) -> impl Iterator<Item = SharedUnknown> {
+        let bounce = self.bounce.then(|| SharedUnknown::usual(SharedKind::Bounce, 0.0));
+        let corrections = Correction::ALL.into_iter().zip(self.corrections);
+        let corrections = corrections
+            .filter_map(|(which, known)| Some(SharedUnknown::usual(SharedKind::Camera(which), known?)));
+        bounce.into_iter().chain(corrections)
+    }
+}
+
+/// The frames of the shots of a data set, in their order, for those that have them.
+pub type Films = [Option<Arc<Film>>];
+
+/// How much a fit finds out about itself.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Depth {
+    /// Estimates, errors from the curvature of χ², and tests of the residuals.
+    Estimates,
+    /// Also the profiles of χ² for the intervals, which takes some ten times as long.
+    Intervals,
+    /// Also confidence regions of pairs of parameters, and other models: some hundred times as long.
+    Everything,
+}
+
+impl Default for Options {
+    fn default() -> Self {
+        Self {
+            fidelity: Fidelity::Full,
+            auto: false,
+            effects: None,
+            falling: Falling::AsStated,
+            tolerance: Model::TOLERANCE,
+            method: Method::default(),
+            near: None,
+            film: FilmUnknowns::default(),
+            depth: Depth::Intervals,
+            explain: false,
+            loss: None,
+            starts: 1,
+            bootstrap: 0,
+            seed: 0,
+        }
+    }
+}
