@@ -3,9 +3,9 @@
 use super::Unusable;
 use crate::measurement::track::{Sample, TrackShot};
 use crate::physics::ball::Ball;
-use crate::trajectory::both_balls::{Unknowns, unknown};
 use crate::trajectory::grid;
 use crate::trajectory::scene::Scene;
+use crate::trajectory::unknowns::{Unknowns, unknown};
 
 /// The object ball has moved when it is this many standard deviations away from where it lay.
 const MOVED: f64 = 6.0;

@@ -15,8 +15,8 @@ use crate::numerics::least_squares;
 use crate::numerics::least_squares::{Constraints, Options};
 use crate::physics::ball::Vec3;
 use crate::physics::cloth_motion::Number;
-use crate::trajectory::both_balls::Dual;
-use crate::trajectory::both_balls::unknown::COUNT;
+use crate::trajectory::unknowns::Dual;
+use crate::trajectory::unknowns::unknown::COUNT;
 
 /// Angular velocity of a ball at the impact, table frame.
 #[derive(Clone, Copy, Debug, PartialEq)]

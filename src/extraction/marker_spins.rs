@@ -9,8 +9,9 @@ use crate::measurement::spin::Spin;
 use crate::measurement::track::{Marker, Sample, TrackShot, TrackedBall};
 use crate::physics::ball::Ball;
 use crate::trajectory::both_balls;
-use crate::trajectory::both_balls::unknown;
 use crate::trajectory::scene::Scene;
+use crate::trajectory::shot_scene::ShotScene;
+use crate::trajectory::unknowns::unknown;
 
 /// Frames that straddle the impact show neither spin: this part of a frame is left out on both sides.
 const CLEAR: f64 = 0.01;
@@ -45,7 +46,7 @@ pub(crate) fn before(shot: &TrackShot, rotations: &Rotations) -> Spin {
 
 /// The angular velocities that the markers show, with the fitted motion of the balls' centres and its errors.
 pub(crate) fn measure(shot: &TrackShot, impact: &Impact, errors: &PathErrors, scene: &Scene) -> Rotations {
-    let known = both_balls::Scene::of(impact.spin, scene);
+    let known = ShotScene::of(impact.spin, scene);
     let motion = both_balls::with_derivatives::<{ unknown::COUNT }>(&known, &impact.unknowns);
     let plain = both_balls::Motion::new(&known, &impact.unknowns.into());
     let time = impact.unknowns[unknown::TIME];

@@ -29,7 +29,10 @@ pub use window::MOST as MOST_FRAMES;
 use crate::measurement::isolate::isolated;
 use crate::measurement::spin::Spin;
 use crate::measurement::track::TrackShot;
+use crate::trajectory::both_balls::Motion;
 use crate::trajectory::scene::Scene;
+use crate::trajectory::shot_scene::ShotScene;
+use crate::trajectory::unknowns::{Unknowns, unknown};
 
 /// The quantities of an [`Impact`], in the order of its values and covariance.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -80,7 +83,7 @@ pub struct Impact {
     pub spin: Spin,
     /// What the markers on the balls show, where there are any.
     pub rotations: Option<Box<Rotations>>,
-    unknowns: crate::trajectory::both_balls::Unknowns,
+    unknowns: Unknowns,
     /// What the frames tell of μ_r.
     rolling: Rolling,
     /// Where the spin is unknown and the collision model known, what a joint fit of the frames starts from.
@@ -123,17 +126,13 @@ struct Rolling {
 
 /// Covariance of the unknowns of a path, how they move with μ_r, and how the [`Quantity`]s follow from them.
 struct PathErrors {
-    by_rolling: crate::trajectory::both_balls::Unknowns,
-    unknowns: SMatrix<
-        f64,
-        { crate::trajectory::both_balls::unknown::COUNT },
-        { crate::trajectory::both_balls::unknown::COUNT },
-    >,
-    quantities: SMatrix<f64, { Quantity::COUNT }, { crate::trajectory::both_balls::unknown::COUNT }>,
+    by_rolling: Unknowns,
+    unknowns: SMatrix<f64, { unknown::COUNT }, { unknown::COUNT }>,
+    quantities: SMatrix<f64, { Quantity::COUNT }, { unknown::COUNT }>,
 }
 
 /// The fitted motion of both balls.
-pub struct FittedMotion(crate::trajectory::both_balls::Motion<f64>);
+pub struct FittedMotion(Motion<f64>);
 
 impl FittedMotion {
     /// The cue ball's centre at a time (s), m.
@@ -153,17 +152,16 @@ impl Impact {
     /// Its topspin before the impact over the natural roll's, where that was found from the motion alone.
     #[must_use]
     pub fn roll(&self) -> Option<f64> {
-        let roll = self.at_model.map_or(self.unknowns[crate::trajectory::both_balls::unknown::ROLL], |own| {
-            own[crate::likelihood::frames::OWN]
-        });
+        let roll =
+            self.at_model.map_or(self.unknowns[unknown::ROLL], |own| own[crate::likelihood::frames::OWN]);
         (self.spin == Spin::Unknown).then_some(roll)
     }
 
     /// The motion that was fitted to a shot.
     #[must_use]
     pub fn motion(&self, scene: &Scene) -> FittedMotion {
-        let scene = crate::trajectory::both_balls::Scene::of(self.spin, scene);
-        FittedMotion(crate::trajectory::both_balls::Motion::new(&scene, &self.unknowns.into()))
+        let scene = ShotScene::of(self.spin, scene);
+        FittedMotion(Motion::new(&scene, &self.unknowns.into()))
     }
 }
 
@@ -229,12 +227,7 @@ pub fn extract(shot: &TrackShot, scene: &Scene) -> Result<Impact, Unusable> {
         };
     }
     // the motion needs the spin and the exact spin needs the motion
-    let (first, errors) = with_spin(marker_spins::rough(
-        shot,
-        &scene.ball,
-        guess[crate::trajectory::both_balls::unknown::TIME],
-        noise,
-    ))?;
+    let (first, errors) = with_spin(marker_spins::rough(shot, &scene.ball, guess[unknown::TIME], noise))?;
     let rotations = marker_spins::measure(shot, &first, &errors, scene);
     let (impact, errors) = with_spin(marker_spins::before(shot, &rotations))?;
     let rotations = marker_spins::measure(shot, &impact, &errors, scene);

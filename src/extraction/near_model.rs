@@ -12,9 +12,9 @@ use crate::likelihood::frames::{OWN, Own};
 use crate::measurement::spin::Spin;
 use crate::measurement::track::TrackShot;
 use crate::physics::collision::Outcome;
-use crate::trajectory::both_balls;
-use crate::trajectory::both_balls::{Unknowns, unknown};
 use crate::trajectory::scene::{LiftPrior, Scene};
+use crate::trajectory::shot_scene::ShotScene;
+use crate::trajectory::unknowns::{Unknowns, unknown};
 
 /// The values and covariance of a shot near where the collision model puts it, with the coefficients of the scene's lift.
 /// `None` where the spin is known or the scene has no model: the impact is then as it was extracted.
@@ -45,7 +45,7 @@ pub(crate) fn path(own: &Own, impact: &Impact, scene: &Scene) -> Option<Unknowns
     z[unknown::ROLL] = own[OWN];
     z[unknown::SLIDING] = scene.cloth.sliding;
     z[unknown::ROLLING] = scene.cloth.rolling;
-    let model_scene = both_balls::Scene::of(impact.spin, scene);
+    let model_scene = ShotScene::of(impact.spin, scene);
     let Outcome { cue, object, .. } = model.collide(&model_scene.cue(&z), &coefficients).ok()?;
     for (first, ball) in [(unknown::CUE, cue), (unknown::BALL, object)] {
         (z[first], z[first + 1]) = (ball.velocity.x, ball.velocity.y);

@@ -5,7 +5,8 @@ use nalgebra::{DMatrix, SMatrix};
 use super::window_fit::{AWAY, Fitted, Tracked};
 use super::{Impact, Lifted, PathErrors, Quantity, Rolling, Unusable, symmetric};
 use crate::measurement::spin::Spin;
-use crate::trajectory::both_balls::{Lift, unknown};
+use crate::trajectory::shot_scene::Lift;
+use crate::trajectory::unknowns::unknown;
 
 impl Tracked<'_> {
     /// Values and covariance of what a fit is after.

@@ -5,8 +5,8 @@ use super::{Impact, Unusable, near_model, window};
 use crate::likelihood::frames::own_unknowns::EVERYWHERE;
 use crate::measurement::spin::Spin;
 use crate::measurement::track::TrackShot;
-use crate::trajectory::both_balls::{Unknowns, unknown};
 use crate::trajectory::scene::{LiftPrior, Scene};
+use crate::trajectory::unknowns::{Unknowns, unknown};
 
 /// A cue ball that slides is preferred to one that rolls when χ² falls by this much: three standard deviations.
 const SLIDES: f64 = 9.0;

@@ -3,7 +3,7 @@
 
 use super::Unusable;
 use super::window_fit::{Fitted, Tracked};
-use crate::trajectory::both_balls::{Unknowns, unknown};
+use crate::trajectory::unknowns::{Unknowns, unknown};
 
 /// The most frames on either side.
 pub const MOST: usize = 120;

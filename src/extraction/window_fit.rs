@@ -9,10 +9,10 @@ use crate::measurement::track::TrackShot;
 use crate::numerics::least_squares;
 use crate::numerics::least_squares::{Constraints, Options};
 use crate::physics::collision::Coefficients;
-use crate::trajectory::both_balls::{
-    Frame, Frames, Lift, ROLL_PRIOR, Scene as ModelScene, Unknowns, unknown,
-};
+use crate::trajectory::frames::{Frame, Frames};
 use crate::trajectory::scene::{LiftPrior, Scene};
+use crate::trajectory::shot_scene::{Lift, ROLL_PRIOR, ShotScene};
+use crate::trajectory::unknowns::{Unknowns, unknown};
 
 /// A frame is wrong when a coordinate is this many standard deviations off…
 const OUTLIER: f64 = 5.0;
@@ -49,7 +49,7 @@ const MOST_LIFT: f64 = 0.5;
 pub(crate) struct Tracked<'a> {
     pub shot: &'a TrackShot,
     pub scene: &'a Scene,
-    pub model: ModelScene,
+    pub model: ShotScene,
     /// Noise from second differences, m.
     pub noise: f64,
     /// Instants of the cue ball's and the object ball's frames that fit none of their neighbours.
@@ -91,7 +91,7 @@ impl Fitted {
 
 impl<'a> Tracked<'a> {
     pub(crate) fn new(shot: &'a TrackShot, scene: &'a Scene, noise: f64, spin: Spin) -> Self {
-        let model = ModelScene::of(spin, scene);
+        let model = ShotScene::of(spin, scene);
         let alone = [&shot.cue, &shot.object].map(|samples| initial_guess::alone(samples, noise));
         let sd = shot.position_sd.unwrap_or(noise);
         Self { shot, scene, model, noise, alone, sd, all: Frames::of(shot, sd, noise) }
@@ -368,7 +368,7 @@ fn outliers(frames: &[Frame], residuals: &[f64], far: f64) -> Vec<f64> {
 /// The least-squares problem in the free unknowns.
 struct Problem<'a> {
     frames: &'a Frames<'a>,
-    scene: &'a ModelScene,
+    scene: &'a ShotScene,
     start: Unknowns,
     free: &'a [usize],
     /// Unknown, mean, standard deviation.

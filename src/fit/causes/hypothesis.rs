@@ -18,7 +18,7 @@ use crate::measurement::values::Values;
 use crate::physics::cloth_motion::GRAVITY;
 use crate::physics::collision::{Effects, Fidelity, Model};
 use crate::physics::friction_law::Law;
-use crate::trajectory::both_balls::Departure;
+use crate::trajectory::shot_scene::Departure;
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 
 /// What is assumed in the place of what is stated.

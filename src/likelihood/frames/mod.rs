@@ -5,6 +5,7 @@
 //!
 //! - Golub, G. and Pereyra, V. (1973), SIAM J. Numer. Anal. 10, 413–432: variable projection.
 
+mod known;
 mod moments;
 pub mod own_estimates;
 pub(crate) mod own_unknowns;
@@ -12,24 +13,24 @@ mod path_start;
 pub mod rows;
 mod schur_reduced;
 pub mod shared_unknowns;
+mod sums;
 
-use moments::{Moments, Off};
+pub(crate) use known::Extracted;
+pub use known::Known;
+use moments::Moments;
 use nalgebra::{Matrix3, SMatrix, SVector, Vector3};
 use num_dual::DualSVec64;
 use schur_reduced::Normal;
+use sums::Off;
 
-use crate::film::camera::{Camera, Correction};
+use crate::film::camera::Correction;
 use crate::measurement::parameter::Parameter;
 use crate::measurement::spin::Spin;
-use crate::measurement::track::{Sample, TrackShot};
 use crate::physics::ball::{BallState, Vec3};
 use crate::physics::cloth_motion::{Launch, Number, Path};
 use crate::physics::collision::{Coefficients, Corrected, Input, OTHERS};
-use crate::trajectory::both_balls;
-use crate::trajectory::both_balls::{
-    Departure, Frames, Launches, Meeting, Scene as ModelScene, Side, Unknowns, unknown,
-};
-use crate::trajectory::scene::Scene;
+use crate::trajectory::both_balls::{Launches, Meeting, Side};
+use crate::trajectory::shot_scene::{Departure, ROLL_PRIOR, ShotScene};
 
 /// What the motion of all shots shares: μ, μ_s, e, the cloth's sliding friction μ_k, rolling resistance μ_r and bounce e_t…
 const SHARED: usize = 6;
@@ -94,25 +95,6 @@ struct Seen {
     whitening: Matrix3<f64>,
 }
 
-/// A shot as it is known to have been: table frame, the velocity of the cue ball in the collision frame.
-#[derive(Clone, Copy, Debug)]
-pub struct Known {
-    pub time: f64,
-    /// Where the object ball lies, m.
-    pub object: [f64; 2],
-    /// Direction of the line of centres, rad.
-    pub direction: f64,
-    /// Cue ball's velocity just before the impact, m/s.
-    pub velocity: [f64; 2],
-    /// Its spin as whoever fits the shot knows it.
-    pub spin: Spin,
-    /// Its topspin over the natural roll's, where [`Spin::Unknown`].
-    pub roll: f64,
-    /// Spins after the impact of the cue ball and the object ball, rad/s, each with the standard deviation to which
-    /// markers show its components.
-    pub after: Option<[(Vec3, f64); 2]>,
-}
-
 /// A shot's own unknowns; those that a shot does not have are 0.
 pub type Own = SVector<f64, { OWN + SPIN }>;
 
@@ -126,7 +108,7 @@ pub struct Film {
     object: Moments,
     /// How many of their coordinates tell something of their own.
     independent: usize,
-    scene: ModelScene,
+    scene: ShotScene,
     /// Where the search for the shot's own unknowns begins.
     pub start: Own,
     /// And from where else, since they have several minima.
@@ -165,120 +147,12 @@ impl Reduced {
     }
 }
 
-/// What an extraction found of a shot.
-pub(crate) struct Extracted<'a> {
-    /// First and last instant used, s.
-    pub window: [f64; 2],
-    /// Standard deviation of a coordinate, m, and what it is over that which the frames were weighted by.
-    pub position_sd: f64,
-    pub scale: f64,
-    /// Noise from second differences, m.
-    pub noise: f64,
-    /// Instants of the frames left out as wrong, of the cue ball and of the object ball.
-    pub wrong: &'a [Vec<f64>; 2],
-    pub unknowns: &'a Unknowns,
-    pub spin: Spin,
-    /// Where the collision model puts the own unknowns, where that is known.
-    pub at_model: Option<Own>,
-    /// Angular velocities just after the impact (rad/s) that markers show, of the cue ball and of the object ball, with their
-    /// covariance.
-    pub spins_after: [Option<(Vector3<f64>, Matrix3<f64>)>; 2],
-}
-
 impl Film {
-    /// The frames that an extraction used; with `camera`, also how they follow its corrections.
-    #[must_use]
-    pub(crate) fn new(shot: &TrackShot, impact: &Extracted, scene: &Scene, camera: Option<&Camera>) -> Self {
-        let [from, to] = impact.window;
-        let common = impact.position_sd / impact.scale;
-        let used = Frames::of(shot, common, impact.noise).between(
-            from,
-            to,
-            impact.wrong.each_ref().map(Vec::as_slice),
-        );
-        let independent = used.independent();
-        let frames = |frames: Vec<both_balls::Frame>| {
-            let frame = |frame: both_balls::Frame| Frame {
-                t: frame.sample.t,
-                position: [frame.sample.x, frame.sample.y],
-                weight: frame.sd.map(|sd| 1.0 / (sd * impact.scale)),
-            };
-            frames.into_iter().map(frame).collect()
-        };
-        let z = impact.unknowns;
-        let mut start = SVector::<f64, { OWN + SPIN }>::zeros();
-        for (i, at) in [
-            unknown::TIME,
-            unknown::OBJECT,
-            unknown::OBJECT + 1,
-            unknown::DIRECTION,
-            unknown::BEFORE,
-            unknown::BEFORE + 1,
-        ]
-        .into_iter()
-        .enumerate()
-        {
-            start[i] = z[at];
-        }
-        let spin = start_spin(&mut start, impact.spin, z[unknown::ROLL]);
-        let start = impact.at_model.unwrap_or(start);
-        let seen = impact.spins_after.map(|spin| {
-            let (spin, covariance) = spin?;
-            Some(Seen { spin, whitening: covariance.cholesky()?.l().try_inverse()? })
-        });
-        let all = || shot.cue.iter().chain(&shot.object);
-        Self {
-            cue: Moments::new(frames(used.cue), start[0], camera),
-            object: Moments::new(frames(used.object), start[0], camera),
-            independent,
-            scene: ModelScene::of(impact.spin, scene),
-            start,
-            others: Vec::new(),
-            spin,
-            seen,
-            states_noise: shot.position_sd.is_some() || all().all(|sample| sample.sd.is_some()),
-            position_sd: impact.position_sd,
-        }
-    }
-
-    /// All frames of a shot whose positions state their standard deviations, and that is known, so that its own
-    /// unknowns start where they are. Positions without one weigh nothing.
-    #[must_use]
-    pub fn known(shot: &TrackShot, known: &Known, scene: &Scene) -> Self {
-        let frames = |samples: &[Sample]| {
-            let frame = |s: &Sample| Frame {
-                t: s.t,
-                position: [s.x, s.y],
-                weight: s.sd.map_or([0.0; 2], |sd| sd.map(f64::recip)),
-            };
-            samples.iter().map(frame).collect()
-        };
-        let Known { time, object: [x, y], direction, velocity: [along, across], spin, roll, after } = *known;
-        let mut start = SVector::<f64, { OWN + SPIN }>::zeros();
-        start.as_mut_slice()[..OWN].copy_from_slice(&[time, x, y, direction, along, across]);
-        let measured = start_spin(&mut start, spin, roll);
-        let seen = after.map_or([None; 2], |spins| {
-            spins.map(|(spin, sd)| Some(Seen { spin, whitening: Matrix3::from_diagonal_element(sd.recip()) }))
-        });
-        Self {
-            cue: Moments::new(frames(&shot.cue), time, None),
-            object: Moments::new(frames(&shot.object), time, None),
-            independent: 2 * (shot.cue.len() + shot.object.len()),
-            scene: ModelScene::of(spin, scene),
-            start,
-            others: Vec::new(),
-            spin: measured,
-            seen,
-            states_noise: true,
-            position_sd: 0.0,
-        }
-    }
-
     /// The same film of a shot that differs so from what is stated, with side spin of this standard deviation where that is not 0.
     #[must_use]
     pub(crate) fn departing(&self, departure: Departure, side_sd: f64) -> Self {
         let side_sd = if side_sd > 0.0 { side_sd } else { self.scene.side_sd };
-        Self { scene: ModelScene { side_sd, departure, ..self.scene }, ..self.clone() }
+        Self { scene: ShotScene { side_sd, departure, ..self.scene }, ..self.clone() }
     }
 
     /// Whether its side spin is an unknown.
@@ -314,7 +188,7 @@ impl Film {
     /// Mean and standard deviation of the one number of the spin that is an unknown: topspin over the natural roll's, or Rω_z/U.
     fn one_unknown(&self) -> Option<(f64, f64)> {
         match (self.rolls_unknown(), self.scene.side_sd) {
-            (true, _) => Some(both_balls::ROLL_PRIOR),
+            (true, _) => Some(ROLL_PRIOR),
             (false, side_sd) if side_sd > 0.0 => Some((0.0, side_sd)),
             _ => None,
         }
@@ -424,21 +298,6 @@ impl Film {
         let launches = Launches::new(&self.scene, &meeting, &before, after_it);
         let spins = [3, 9].map(|first| to_table([after[first], after[first + 1], after[first + 2]]));
         Some((launches, spins))
-    }
-}
-
-/// Puts a spin that is an unknown where the search starts; its mean and standard deviation, where it is measured.
-fn start_spin(start: &mut SVector<f64, { OWN + SPIN }>, spin: Spin, roll: f64) -> Option<(Vec3, Vec3)> {
-    match spin {
-        Spin::Measured { spin, sd } if sd.iter().any(Option::is_some) => {
-            start.fixed_rows_mut::<SPIN>(OWN).copy_from(&spin);
-            Some((spin, Vec3::from(sd.map(|sd| sd.unwrap_or(0.0).max(EXACT)))))
-        }
-        Spin::Unknown => {
-            start[OWN] = roll;
-            None
-        }
-        _ => None,
     }
 }
 

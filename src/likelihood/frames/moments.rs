@@ -25,103 +25,15 @@ use nalgebra::{Matrix3, SMatrix, SVector, Vector3};
 
 use super::Frame;
 use super::path_start::{FIRST, LOCAL, Local};
+use super::sums::{CORRECTIONS, CameraSums, Off, Sums};
 use crate::film::camera::{Camera, Correction};
 use crate::physics::cloth_motion::Path;
-
-const CORRECTIONS: usize = Correction::COUNT;
-
-/// By how much each correction of the camera is off.
-pub(super) type Off = [f64; CORRECTIONS];
 
 /// How a frame follows the corrections: x and y, m by the unit of each.
 type Shifts = [[f64; 2]; CORRECTIONS];
 
 /// Sums are stored after each so many frames and completed from the frames, which keeps large data sets small.
 const BLOCK: usize = 8;
-
-/// The sums over some frames of one coordinate.
-#[derive(Clone, Copy, Debug, Default)]
-struct Sums {
-    /// S_k = Σ w uᵏ
-    s: [f64; 5],
-    /// Y_k = Σ w (y − ŷ) uᵏ
-    y: [f64; 3],
-    /// Q = Σ w (y − ŷ)²
-    q: f64,
-}
-
-impl Sums {
-    fn add(&mut self, u: f64, off: f64, weight: f64) {
-        let mut term = weight;
-        for k in 0..5 {
-            self.s[k] += term;
-            if k < 3 {
-                self.y[k] += term * off;
-            }
-            term *= u;
-        }
-        self.q += weight * off * off;
-    }
-
-    /// What is left of these sums without the first ones.
-    fn without(&self, first: &Self) -> Self {
-        Self {
-            s: std::array::from_fn(|k| self.s[k] - first.s[k]),
-            y: std::array::from_fn(|k| self.y[k] - first.y[k]),
-            q: self.q - first.q,
-        }
-    }
-}
-
-/// What the corrections of the camera add to the sums over some frames of one coordinate.
-#[derive(Clone, Copy, Debug)]
-struct CameraSums {
-    /// B_ka = Σ w b_k uᵃ
-    b: [[f64; 3]; CORRECTIONS],
-    /// G_k = Σ w b_k (y − ŷ)
-    g: SVector<f64, CORRECTIONS>,
-    /// H_kl = Σ w b_k b_l
-    h: SMatrix<f64, CORRECTIONS, CORRECTIONS>,
-}
-
-impl CameraSums {
-    fn zero() -> Self {
-        Self { b: [[0.0; 3]; CORRECTIONS], g: SVector::zeros(), h: SMatrix::zeros() }
-    }
-
-    fn add(&mut self, shifts: &SVector<f64, CORRECTIONS>, u: f64, off: f64, weight: f64) {
-        for (k, b) in self.b.iter_mut().enumerate() {
-            let term = weight * shifts[k];
-            for (a, power) in b.iter_mut().zip([1.0, u, u * u]) {
-                *a += term * power;
-            }
-        }
-        self.g.axpy(weight * off, shifts, 1.0);
-        self.h.ger(weight, shifts, shifts, 1.0);
-    }
-
-    /// What is left of these sums without the first ones.
-    fn without(&self, first: &Self) -> Self {
-        Self {
-            b: std::array::from_fn(|k| std::array::from_fn(|a| self.b[k][a] - first.b[k][a])),
-            g: self.g - first.g,
-            h: self.h - first.h,
-        }
-    }
-
-    /// The sums of frames that are moved by corrections that are off by so much.
-    fn moved(&self, sums: &Sums, off: &Off) -> Sums {
-        let delta = SVector::from(*off);
-        let mut moved = *sums;
-        for (k, by) in off.iter().enumerate() {
-            for a in 0..3 {
-                moved.y[a] += by * self.b[k][a];
-            }
-        }
-        moved.q += 2.0 * delta.dot(&self.g) + delta.dot(&(self.h * delta));
-        moved
-    }
-}
 
 /// Frames in the order of time that share one reference path.
 #[derive(Clone, Debug)]

@@ -2,8 +2,8 @@
 
 use nalgebra::SVector;
 
-use super::moments::Off;
 use super::schur_reduced::{Eliminated, Normal};
+use super::sums::Off;
 use super::{
     ALL_SHARED, Film, MEASURED, MORE_SHARED, OWN, Own, OwnByShared, Reduced, SHARED, Shared, UNKNOWN,
     schur_reduced,

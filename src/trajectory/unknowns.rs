@@ -1,0 +1,40 @@
+//! The unknowns of a shot while its impact is extracted.
+
+use nalgebra::SVector;
+use num_dual::DualSVec64;
+
+/// The unknowns of a shot. Velocities are in the collision frame, m/s.
+pub(crate) mod unknown {
+    /// Instant of impact, s.
+    pub const TIME: usize = 0;
+    /// Where the object ball lies before it, m.
+    pub const OBJECT: usize = 1;
+    /// Direction of the line of centres in the table frame, rad.
+    pub const DIRECTION: usize = 3;
+    /// Cue ball's velocity at the impact.
+    pub const BEFORE: usize = 4;
+    /// And just after it.
+    pub const CUE: usize = 6;
+    /// Object ball's velocity just after it.
+    pub const BALL: usize = 8;
+    /// Vertical friction impulse |J_z|, which lifts the cue ball (topspin) or the object ball (draw). Where the spin is
+    /// unknown, in parts of the vertical part of the closing speed, μ(1 + e)/2 of it, so that it turns round smoothly
+    /// with the spin.
+    pub const LIFT: usize = 10;
+    /// μ_k of the cloth.
+    pub const SLIDING: usize = 11;
+    /// Distance of the centres at the impact over 2R, less 1.
+    pub const GAP: usize = 12;
+    /// Where the spin is unknown: topspin of the cue ball before the impact over the natural roll's. 0 for stun,
+    /// negative for draw.
+    pub const ROLL: usize = 13;
+    /// μ_r of the cloth, which a single shot is given: all shots together tell it.
+    pub const ROLLING: usize = 14;
+    pub const COUNT: usize = 15;
+}
+
+/// All unknowns of a shot.
+pub(crate) type Unknowns = SVector<f64, { unknown::COUNT }>;
+
+/// A number with its derivatives by the unknowns.
+pub(crate) type Dual = DualSVec64<{ unknown::COUNT }>;
