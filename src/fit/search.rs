@@ -15,7 +15,7 @@ use crate::likelihood::whitening::{At, Hold, Whitening, covariance};
 use crate::measurement::dataset::{Measured, Shared};
 use crate::measurement::loss::Loss;
 use crate::measurement::values::Values;
-use crate::numerics::least_squares;
+use crate::numerics::least_squares::{self, Constraints, Solution};
 
 /// Re-weighting converges by a factor of ten or more a round.
 const MAX_ROUNDS: usize = 60;
@@ -89,6 +89,39 @@ impl Effort {
 
 /// A shot's weight never vanishes, so that its distance can be told from its weighted residuals.
 const LEAST_WEIGHT: f64 = 1e-12;
+
+/// Where a minimisation with given weights ended.
+#[derive(Clone, Copy, PartialEq)]
+enum End {
+    /// As the solution says.
+    Smooth,
+    /// At a kink.
+    Kink,
+    /// As near to the minimum as a χ² that is a little rough lets it.
+    Rough,
+}
+
+impl Slice<'_> {
+    /// The minimum with the weights as they are.
+    fn minimised(
+        &self,
+        x: &DVector<f64>,
+        options: &least_squares::Options,
+        crosses_kinks: bool,
+    ) -> Result<(Solution, End), FitError> {
+        if self.search.is_filmed() || self.search.is_rough() && crosses_kinks {
+            let (solution, rests) =
+                least_squares::minimise_rough(|| self.problem(), x, &self.constraints, options)?;
+            let end = if rests && !solution.termination.converged() { End::Rough } else { End::Smooth };
+            return Ok((solution, end));
+        }
+        if crosses_kinks {
+            let (solution, at_kink) = nonsmooth::minimise(self, x, options)?;
+            return Ok((solution, if at_kink { End::Kink } else { End::Smooth }));
+        }
+        Ok((least_squares::minimise(self.problem(), x, &self.constraints, options)?, End::Smooth))
+    }
+}
 
 impl Search<'_> {
     /// With the inputs of the shots estimated anew from where they were; `x`: where the errors that shots share are, behind the
@@ -241,15 +274,7 @@ impl Search<'_> {
         let max_rounds = max_rounds.min(effort.rounds);
         // Cauchy's loss has many minima: the one that is meant is near Huber's
         let mut softly = robust && self.samples.iter().any(|sample| sample.loss == Loss::Cauchy);
-        let losses_now = |softly: bool| -> Vec<Losses> {
-            let of = |sample: &Sample| match sample.loss {
-                _ if !robust => Loss::Squares,
-                Loss::Cauchy if softly => Loss::Huber,
-                loss => loss,
-            };
-            self.samples.iter().map(|sample| Losses::new(of(sample))).collect()
-        };
-        let mut losses = losses_now(softly);
+        let mut losses = self.losses(robust, softly);
         let mut weights = vec![1.0; self.count()];
         let mut iterations = 0;
         let mut before: Option<Vec<Whitening>> = None;
@@ -263,40 +288,14 @@ impl Search<'_> {
                 whitening = self.weighted(whitening, &weights);
             }
             if x.is_empty() {
-                let (residuals, jacobian) = self.problem(free, &whitening).evaluate_at(&x);
-                self.reweigh(&mut groups, &values, &whitening, &jacobian, &losses, &weights);
-                let minimum = Minimum {
-                    values,
-                    cost: 0.5 * residuals.norm_squared(),
-                    gradient: x.clone(),
-                    x,
-                    shared,
-                    filmed,
-                    residuals,
-                    jacobian,
-                    active: Vec::new(),
-                    active_inequalities: Vec::new(),
-                    constraints,
-                    weights,
-                    whitening,
-                    termination: "nothing to fit: every parameter is fixed or silent".to_string(),
-                    converged: true,
-                    iterations: 0,
-                };
+                let minimum = self.all_held(values, (weights, whitening), constraints, shared);
+                let Minimum { values, whitening, jacobian, weights, .. } = &minimum;
+                self.reweigh(&mut groups, values, whitening, jacobian, &losses, weights);
                 return Ok((minimum, groups));
             }
             let slice = Slice { search: self, free, constraints: constraints.clone(), whitening: &whitening };
-            let (solution, at_kink, rough) = if filmed || is_rough && effort.crosses_kinks {
-                let (solution, rests) =
-                    least_squares::minimise_rough(|| slice.problem(), &x, &constraints, &options)?;
-                let rough = rests && !solution.termination.converged();
-                (solution, false, rough)
-            } else if effort.crosses_kinks {
-                let (solution, at_kink) = nonsmooth::minimise(&slice, &x, &options)?;
-                (solution, at_kink, false)
-            } else {
-                (least_squares::minimise(slice.problem(), &x, &constraints, &options)?, false, false)
-            };
+            let (solution, end) = slice.minimised(&x, &options, effort.crosses_kinks)?;
+            let (at_kink, rough) = (end == End::Kink, end == End::Rough);
             iterations += solution.iterations as usize;
             let step = &solution.x - &x;
             let (moved, in_errors) = (step.amax(), (&solution.jacobian * &step).norm());
@@ -306,15 +305,7 @@ impl Search<'_> {
                 self.reweigh(&mut groups, &values, &whitening, &solution.jacobian, &losses, &weights);
             let used = weights.clone();
             if robust {
-                let distances = robust::distances(self.shots(), solution.residuals.as_slice(), &weights);
-                let of_shots = self.samples.iter().zip(&losses);
-                let of_shots =
-                    of_shots.flat_map(|(sample, losses)| sample.fitted.iter().map(move |s| losses.of(s)));
-                for ((weight, loss), distance) in weights.iter_mut().zip(of_shots).zip(distances) {
-                    let new = loss.weight(distance).max(LEAST_WEIGHT);
-                    changed = changed.max((new - *weight).abs());
-                    *weight = new;
-                }
+                changed = changed.max(self.reweigh_shots(&mut weights, &losses, &solution.residuals));
             }
             if round >= PATIENCE {
                 hold = hold.max(Hold::Near);
@@ -332,7 +323,7 @@ impl Search<'_> {
             let rest = !weights_move || moved.max(changed) < at_rest || by_turns || slow;
             if rest && softly {
                 softly = false;
-                losses = losses_now(softly);
+                losses = self.losses(robust, softly);
                 before = Some(whitening);
                 continue;
             }
@@ -372,6 +363,61 @@ impl Search<'_> {
             before = Some(whitening);
         }
         Err(FitError::NoWeights)
+    }
+
+    /// Where nothing is to be fitted.
+    fn all_held(
+        &self,
+        values: Vec<Values>,
+        (weights, whitening): (Vec<f64>, Vec<Whitening>),
+        constraints: Constraints,
+        shared: usize,
+    ) -> Minimum {
+        let x = DVector::zeros(0);
+        let (residuals, jacobian) = self.problem(&[], &whitening).evaluate_at(&x);
+        Minimum {
+            values,
+            cost: 0.5 * residuals.norm_squared(),
+            gradient: x.clone(),
+            x,
+            shared,
+            filmed: self.is_filmed(),
+            residuals,
+            jacobian,
+            active: Vec::new(),
+            active_inequalities: Vec::new(),
+            constraints,
+            weights,
+            whitening,
+            termination: "nothing to fit: every parameter is fixed or silent".to_string(),
+            converged: true,
+            iterations: 0,
+        }
+    }
+
+    /// The losses of all samples: none where there is nothing to be robust for, and Huber's in the place of Cauchy's while that is taken
+    /// softly.
+    fn losses(&self, robust: bool, softly: bool) -> Vec<Losses> {
+        let of = |sample: &Sample| match sample.loss {
+            _ if !robust => Loss::Squares,
+            Loss::Cauchy if softly => Loss::Huber,
+            loss => loss,
+        };
+        self.samples.iter().map(|sample| Losses::new(of(sample))).collect()
+    }
+
+    /// Weighs the shots anew by their distances; how much the weight that changed most did.
+    fn reweigh_shots(&self, weights: &mut [f64], losses: &[Losses], residuals: &DVector<f64>) -> f64 {
+        let distances = robust::distances(self.shots(), residuals.as_slice(), weights);
+        let of_shots = self.samples.iter().zip(losses);
+        let of_shots = of_shots.flat_map(|(sample, losses)| sample.fitted.iter().map(move |s| losses.of(s)));
+        let mut changed: f64 = 0.0;
+        for ((weight, loss), distance) in weights.iter_mut().zip(of_shots).zip(distances) {
+            let new = loss.weight(distance).max(LEAST_WEIGHT);
+            changed = changed.max((new - *weight).abs());
+            *weight = new;
+        }
+        changed
     }
 
     /// −2 log L up to a constant: χ² and the logarithms of the variances.

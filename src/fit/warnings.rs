@@ -13,178 +13,24 @@ use crate::measurement::parameter::Parameter;
 /// Releasing a bound is worth a warning when it makes an error this many times as large.
 const WORTH_WARNING: f64 = 2.0;
 
+/// What is said of a fit: what the reader must know, and may want to know.
+#[derive(Default)]
+struct Said {
+    warnings: Vec<String>,
+    notes: Vec<String>,
+}
+
+/// Adds what a fit says of itself.
 pub(super) fn add(fit: &mut Fit, fitted: &[Fitted], knows_noise: bool) {
-    let mut warnings = Vec::new();
-    let mut notes = Vec::new();
-    if !fit.converged {
-        warnings.push(format!("The fit did not converge: {}.", fit.termination));
-    }
-    if !knows_noise {
-        warnings.push(
-            "No errors: the data state no standard deviations and leave no degrees of freedom to estimate them."
-                .to_string(),
-        );
-    }
-    if !fit.shots_rejected.is_empty() {
-        let first = &fit.shots_rejected[0];
-        warnings.push(format!(
-            "{} of {} shots were not used; the first is shot {}: {}.",
-            fit.shots_rejected.len(),
-            fit.shots_rejected.len() + fit.shots_used,
-            first.shot,
-            first.reason
-        ));
-    }
-    warnings.extend(doubtful_shots(fit));
-    let worst = fit.diagnostics.identifiability.as_ref().and_then(|found| found.worst.as_ref());
-    let undetermined = worst.is_some_and(|worst| worst.undetermined);
-    if let Some(worst) = worst.filter(|worst| worst.weak) {
-        let mut sentence = format!("{}.", capital(&worst.words));
-        if undetermined {
-            let names: Vec<_> = worst.terms.iter().map(|(p, _)| p.symbol()).collect();
-            sentence += &format!(
-                " The values given for {} are some of many that fit equally; fix all but one of them.",
-                names.join(" and ")
-            );
-        }
-        warnings.push(sentence);
-    }
-    let topspin = fitted.iter().any(|shot| shot.plan.has_topspin());
-    for estimate in &fit.estimates {
-        let symbol = estimate.parameter.symbol();
-        match estimate.status {
-            Status::NotIdentified if estimate.parameter == Parameter::MuS && !topspin => notes.push(format!(
-                "μ_s is not identified: no shot has topspin, so the cloth never carries the object ball. It was \
-                 left at {}.",
-                estimate.value
-            )),
-            Status::NotIdentified if !undetermined => notes.push(format!(
-                "{symbol} is not identified: no observation depends on it. It was left at {}.",
-                estimate.value
-            )),
-            Status::AtLowerBound | Status::AtUpperBound => {
-                let (side, limit) = match (estimate.status, estimate.interval_95) {
-                    (Status::AtLowerBound, Some([_, end])) => ("lower", Some(format!("at most {}", plain(end, 3)))),
-                    (Status::AtLowerBound, None) => ("lower", None),
-                    (_, Some([end, _])) => ("upper", Some(format!("at least {}", plain(end, 3)))),
-                    (_, None) => ("upper", None),
-                };
-                let limit = limit.map_or(String::new(), |limit| format!(", and is {limit} at 95 % confidence"));
-                warnings.push(format!("{symbol} ends on its {side} bound {}{limit}.", estimate.value));
-            }
-            _ => {}
-        }
-    }
-    for estimate in &fit.estimates {
-        let (Some(released), Some(conditional)) = (estimate.std_error, estimate.std_error_at_bound) else {
-            continue;
-        };
-        if released < WORTH_WARNING * conditional {
-            continue;
-        }
-        let (conditions, others) = super::doubts::held_exactly(fit, estimate.parameter);
-        if conditions.is_empty() {
-            continue;
-        }
-        let symbol = estimate.parameter.symbol();
-        let from = if others.is_empty() { String::new() } else { format!(" from {}", others.join(" and ")) };
-        warnings.push(format!(
-            "These data hardly tell {symbol}{from}: {symbol} is ± {conditional:.2e} if {} exactly, but \
-             ± {released:.2e} ({:.0} times as much) if not.",
-            conditions.join(" and "),
-            released / conditional
-        ));
-    }
-    let estimated: Vec<_> = fit
-        .noise
-        .iter()
-        .filter_map(|n| n.estimated_sd.filter(|sd| sd.is_finite()).map(|sd| (n.observable, sd)))
-        .map(|(o, sd)| format!("{} {:.3} {}", o.label(), sd / o.unit_si(), o.unit()).trim_end().to_string())
-        .collect();
-    if !estimated.is_empty() {
-        notes.push(format!(
-            "The data give no standard deviation for these observables: equal weights within each, with the one \
-             estimated from its residuals ({}). χ² then says nothing about the quality of the fit.",
-            estimated.join(", ")
-        ));
-    }
-    if let Some(goodness) = &fit.diagnostics.goodness {
-        // of the velocities, also where frames were fitted
-        let reduced = goodness.noise_factor.map_or(f64::NAN, |factor| factor * factor);
-        match (goodness.noise, goodness.p_value) {
-            // said first, below
-            (NoiseVerdict::TooSmall, _) if fit.refuted.is_some() => {}
-            (NoiseVerdict::TooSmall, Some(p)) => warnings.push(format!(
-                "The residuals are larger than the stated standard deviations explain (χ²/dof = {reduced:.2}, \
-                 probability {p:.1e}): the model leaves something out, or the deviations are too small. The \
-                 errors below trust the stated deviations."
-            )),
-            (NoiseVerdict::TooLarge, _) => warnings.push(format!(
-                "The residuals are smaller than the stated standard deviations (χ²/dof = {reduced:.2}): the \
-                 deviations, and the errors below, are too large."
-            )),
-            _ => {}
-        }
-        // what explains the residuals says more than how they run
-        let unexplained = fit.explanations.is_empty();
-        for trend in goodness.trends.iter().filter(|trend| trend.significant && unexplained) {
-            warnings.push(format!("{}.", capital(&trend.words)));
-        }
-        let influential = goodness.influence.iter();
-        let influential: Vec<&str> = influential
-            .filter(|shot| goodness.influential_from.is_some_and(|from| shot.cook > from))
-            .map(|shot| shot.shot.as_str())
-            .collect();
-        match influential[..] {
-            [] => {}
-            [shot] => notes.push(format!(
-                "Shot {shot} alone moves the estimates much (Cook's distance); look at whether it can be trusted."
-            )),
-            [first, ..] => notes.push(format!(
-                "{} shots each move the estimates much (Cook's distance), first shot {first}; look at whether they \
-                 can be trusted.",
-                influential.len()
-            )),
-        }
-    }
-    for (text, active) in &fit.diagnostics.relations {
-        if *active && text.contains(['<', '>', '≤', '≥']) {
-            warnings.push(format!(
-                "The constraint \"{text}\" holds with equality: the data pull beyond it. The intervals know it, the \
-                 standard errors are those without it."
-            ));
-        }
-    }
-    if let Some(robust) = &fit.diagnostics.robust {
-        let clear: Vec<_> = robust.weights.iter().filter(|(_, weight)| *weight < DOWN_WEIGHTED).collect();
-        notes.push(format!(
-            "Outlying shots count less ({} loss); {} of {} have a weight below {DOWN_WEIGHTED}. χ² is weighted, and \
-             the errors are honest ones from the scatter of the shots (sandwich), whatever their noise.",
-            robust.loss.name(),
-            clear.len(),
-            fit.shots_used
-        ));
-    }
-    if let Some(starts) = fit.diagnostics.starts.as_ref().filter(|starts| !starts.agree()) {
-        /// −2 log L: a minimum that much above the best is no rival, as 5 standard errors are none.
-        const RIVAL: f64 = 25.0;
-        let others = starts.minima.get(1..).unwrap_or_default();
-        let sentence = format!(
-            "Of {} starts {} ended in a worse minimum, and {} in none; the best one is given.",
-            starts.count,
-            others.iter().map(|minimum| minimum.starts).sum::<usize>(),
-            starts.failed
-        );
-        match others.iter().find(|minimum| minimum.above_best < RIVAL) {
-            Some(rival) => warnings.push(format!(
-                "{sentence} One of them is nearly as good: −2 log likelihood is {:.2} more.",
-                rival.above_best
-            )),
-            None => notes.push(sentence),
-        }
-    }
+    let mut said = Said::default();
+    said.shots(fit, knows_noise);
+    said.estimates(fit, fitted);
+    said.released_bounds(fit);
+    said.noise(fit);
+    said.residuals(fit);
+    said.search(fit);
     if fitted.iter().any(|shot| !shot.plan.knows_speed()) {
-        notes.push(
+        said.notes.push(
             "Some shots have no speed. Only angles and ratios were asked of them, which do not depend on it."
                 .to_string(),
         );
@@ -192,10 +38,207 @@ pub(super) fn add(fit: &mut Fit, fitted: &[Fitted], knows_noise: bool) {
     if let Some(refuted) = &fit.refuted {
         let measured =
             refuted.restitution.map_or(String::new(), |measured| format!(" {}", measured.sentence()));
-        warnings.insert(0, refuted.sentence() + &measured);
+        said.warnings.insert(0, refuted.sentence() + &measured);
     }
-    fit.warnings.extend(warnings);
-    fit.notes.extend(notes);
+    fit.warnings.extend(said.warnings);
+    fit.notes.extend(said.notes);
+}
+
+impl Said {
+    /// Whether the fit stands, and on which shots.
+    fn shots(&mut self, fit: &Fit, knows_noise: bool) {
+        if !fit.converged {
+            self.warnings.push(format!("The fit did not converge: {}.", fit.termination));
+        }
+        if !knows_noise {
+            self.warnings.push(
+                "No errors: the data state no standard deviations and leave no degrees of freedom to estimate them."
+                    .to_string(),
+            );
+        }
+        if !fit.shots_rejected.is_empty() {
+            let first = &fit.shots_rejected[0];
+            self.warnings.push(format!(
+                "{} of {} shots were not used; the first is shot {}: {}.",
+                fit.shots_rejected.len(),
+                fit.shots_rejected.len() + fit.shots_used,
+                first.shot,
+                first.reason
+            ));
+        }
+        self.warnings.extend(doubtful_shots(fit));
+    }
+
+    /// What the data do not determine, and what ends on a bound.
+    fn estimates(&mut self, fit: &Fit, fitted: &[Fitted]) {
+        let worst = fit.diagnostics.identifiability.as_ref().and_then(|found| found.worst.as_ref());
+        let undetermined = worst.is_some_and(|worst| worst.undetermined);
+        if let Some(worst) = worst.filter(|worst| worst.weak) {
+            let mut sentence = format!("{}.", capital(&worst.words));
+            if undetermined {
+                let names: Vec<_> = worst.terms.iter().map(|(p, _)| p.symbol()).collect();
+                sentence += &format!(
+                    " The values given for {} are some of many that fit equally; fix all but one of them.",
+                    names.join(" and ")
+                );
+            }
+            self.warnings.push(sentence);
+        }
+        let topspin = fitted.iter().any(|shot| shot.plan.has_topspin());
+        for estimate in &fit.estimates {
+            let symbol = estimate.parameter.symbol();
+            match estimate.status {
+                Status::NotIdentified if estimate.parameter == Parameter::MuS && !topspin => self.notes.push(format!(
+                    "μ_s is not identified: no shot has topspin, so the cloth never carries the object ball. It was \
+                     left at {}.",
+                    estimate.value
+                )),
+                Status::NotIdentified if !undetermined => self.notes.push(format!(
+                    "{symbol} is not identified: no observation depends on it. It was left at {}.",
+                    estimate.value
+                )),
+                Status::AtLowerBound | Status::AtUpperBound => {
+                    let (side, limit) = match (estimate.status, estimate.interval_95) {
+                        (Status::AtLowerBound, Some([_, end])) => ("lower", Some(format!("at most {}", plain(end, 3)))),
+                        (Status::AtLowerBound, None) => ("lower", None),
+                        (_, Some([end, _])) => ("upper", Some(format!("at least {}", plain(end, 3)))),
+                        (_, None) => ("upper", None),
+                    };
+                    let limit = limit.map_or(String::new(), |limit| format!(", and is {limit} at 95 % confidence"));
+                    self.warnings.push(format!("{symbol} ends on its {side} bound {}{limit}.", estimate.value));
+                }
+                _ => {}
+            }
+        }
+    }
+
+    /// Parameters that are known much less where another is not exactly at its bound.
+    fn released_bounds(&mut self, fit: &Fit) {
+        for estimate in &fit.estimates {
+            let (Some(released), Some(conditional)) = (estimate.std_error, estimate.std_error_at_bound)
+            else {
+                continue;
+            };
+            if released < WORTH_WARNING * conditional {
+                continue;
+            }
+            let (conditions, others) = super::doubts::held_exactly(fit, estimate.parameter);
+            if conditions.is_empty() {
+                continue;
+            }
+            let symbol = estimate.parameter.symbol();
+            let from =
+                if others.is_empty() { String::new() } else { format!(" from {}", others.join(" and ")) };
+            self.warnings.push(format!(
+                "These data hardly tell {symbol}{from}: {symbol} is ± {conditional:.2e} if {} exactly, but \
+                 ± {released:.2e} ({:.0} times as much) if not.",
+                conditions.join(" and "),
+                released / conditional
+            ));
+        }
+    }
+
+    /// Standard deviations that were estimated.
+    fn noise(&mut self, fit: &Fit) {
+        let estimated: Vec<_> = fit
+            .noise
+            .iter()
+            .filter_map(|n| n.estimated_sd.filter(|sd| sd.is_finite()).map(|sd| (n.observable, sd)))
+            .map(|(o, sd)| {
+                format!("{} {:.3} {}", o.label(), sd / o.unit_si(), o.unit()).trim_end().to_string()
+            })
+            .collect();
+        if !estimated.is_empty() {
+            self.notes.push(format!(
+                "The data give no standard deviation for these observables: equal weights within each, with the one \
+                 estimated from its residuals ({}). χ² then says nothing about the quality of the fit.",
+                estimated.join(", ")
+            ));
+        }
+    }
+
+    /// What the residuals say of the model and of single shots.
+    fn residuals(&mut self, fit: &Fit) {
+        if let Some(goodness) = &fit.diagnostics.goodness {
+            // of the velocities, also where frames were fitted
+            let reduced = goodness.noise_factor.map_or(f64::NAN, |factor| factor * factor);
+            match (goodness.noise, goodness.p_value) {
+                // said first, below
+                (NoiseVerdict::TooSmall, _) if fit.refuted.is_some() => {}
+                (NoiseVerdict::TooSmall, Some(p)) => self.warnings.push(format!(
+                    "The residuals are larger than the stated standard deviations explain (χ²/dof = {reduced:.2}, \
+                     probability {p:.1e}): the model leaves something out, or the deviations are too small. The \
+                     errors below trust the stated deviations."
+                )),
+                (NoiseVerdict::TooLarge, _) => self.warnings.push(format!(
+                    "The residuals are smaller than the stated standard deviations (χ²/dof = {reduced:.2}): the \
+                     deviations, and the errors below, are too large."
+                )),
+                _ => {}
+            }
+            // what explains the residuals says more than how they run
+            let unexplained = fit.explanations.is_empty();
+            for trend in goodness.trends.iter().filter(|trend| trend.significant && unexplained) {
+                self.warnings.push(format!("{}.", capital(&trend.words)));
+            }
+            let influential = goodness.influence.iter();
+            let influential: Vec<&str> = influential
+                .filter(|shot| goodness.influential_from.is_some_and(|from| shot.cook > from))
+                .map(|shot| shot.shot.as_str())
+                .collect();
+            match influential[..] {
+                [] => {}
+                [shot] => self.notes.push(format!(
+                    "Shot {shot} alone moves the estimates much (Cook's distance); look at whether it can be trusted."
+                )),
+                [first, ..] => self.notes.push(format!(
+                    "{} shots each move the estimates much (Cook's distance), first shot {first}; look at whether they \
+                     can be trusted.",
+                    influential.len()
+                )),
+            }
+        }
+    }
+
+    /// Constraints, robust weights and starts.
+    fn search(&mut self, fit: &Fit) {
+        for (text, active) in &fit.diagnostics.relations {
+            if *active && text.contains(['<', '>', '≤', '≥']) {
+                self.warnings.push(format!(
+                    "The constraint \"{text}\" holds with equality: the data pull beyond it. The intervals know it, the \
+                     standard errors are those without it."
+                ));
+            }
+        }
+        if let Some(robust) = &fit.diagnostics.robust {
+            let clear: Vec<_> = robust.weights.iter().filter(|(_, weight)| *weight < DOWN_WEIGHTED).collect();
+            self.notes.push(format!(
+                "Outlying shots count less ({} loss); {} of {} have a weight below {DOWN_WEIGHTED}. χ² is weighted, and \
+                 the errors are honest ones from the scatter of the shots (sandwich), whatever their noise.",
+                robust.loss.name(),
+                clear.len(),
+                fit.shots_used
+            ));
+        }
+        if let Some(starts) = fit.diagnostics.starts.as_ref().filter(|starts| !starts.agree()) {
+            /// −2 log L: a minimum that much above the best is no rival, as 5 standard errors are none.
+            const RIVAL: f64 = 25.0;
+            let others = starts.minima.get(1..).unwrap_or_default();
+            let sentence = format!(
+                "Of {} starts {} ended in a worse minimum, and {} in none; the best one is given.",
+                starts.count,
+                others.iter().map(|minimum| minimum.starts).sum::<usize>(),
+                starts.failed
+            );
+            match others.iter().find(|minimum| minimum.above_best < RIVAL) {
+                Some(rival) => self.warnings.push(format!(
+                    "{sentence} One of them is nearly as good: −2 log likelihood is {:.2} more.",
+                    rival.above_best
+                )),
+                None => self.notes.push(sentence),
+            }
+        }
+    }
 }
 
 /// Shots that were used, though something about them is wrong.
