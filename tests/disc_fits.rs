@@ -2,6 +2,7 @@
 
 use std::path::Path;
 
+use caromfit::compare::{self, Quantity};
 use caromfit::fit;
 use caromfit::fit::footage::with_impacts;
 use caromfit::fit::{Depth, Fit, Grade, Options};
@@ -206,4 +207,45 @@ fn an_e_that_falls_with_the_closing_speed_is_found() {
     assert!((sd / expected - 1.0).abs() < ABOUT, "{sd} {expected}");
     let [falls, constant] = [&fit, &constant].map(|fit| fit.scatter.unwrap().restitution);
     assert!(falls < constant && constant < 1.5 * falls, "{falls} {constant}");
+}
+
+/// Of pucks that scatter alike no difference is imagined, and one that is real is found.
+#[test]
+fn differences_between_discs_include_the_scatter_of_their_shots() {
+    const SHOTS: usize = 20;
+    /// Of 12 pairs that are alike, as many below a probability of 0.05 by chance once in 400 such tests.
+    const PAIRS: usize = 12;
+    const IMAGINED: usize = 4;
+    /// Ten times what 20 shots that scatter tell e to.
+    const DIFFERENCE: f64 = 0.1;
+    let base =
+        with_impacts(load(SETTINGS, &film_with(2, 31, |slip, _| -0.1 * slip.signum()).0).unwrap(), &|| ()).0;
+    let random = &mut ChaCha8Rng::seed_from_u64(34);
+    let options = compare::Options {
+        auto: true,
+        per_dataset: vec![Quantity::Parameter(Parameter::E)],
+        ..compare::Options::default()
+    };
+    let mut p_of_pair = |shift: f64| {
+        let mut pair = ["one", "other"].map(|name| {
+            let mut dataset = scattering(random, &base, SHOTS, 0.0);
+            dataset.name = name.to_owned();
+            dataset.settings[Parameter::Kappa] = Setting::held(TRUE_KAPPA);
+            dataset
+        });
+        for shot in &mut pair[1].shots {
+            let of_e = shot.after.iter_mut().filter(|row| row.observable == Observable::Restitution);
+            of_e.for_each(|row| row.measured.value -= shift);
+        }
+        let comparison = compare::compare(&pair, &options).unwrap();
+        let of = |quantity: Quantity| comparison.quantities.iter().find(|own| own.quantity == quantity);
+        let compared = of(Quantity::Parameter(Parameter::E)).unwrap();
+        let found = &compared.differences[0];
+        println!("{:.4} ± {:.4}, p {:.3}", found.value, found.std_error, found.p_value);
+        assert!(comparison.notes.iter().any(|note| note.contains("scatter by")), "{:?}", comparison.notes);
+        found.p_value
+    };
+    let imagined = (0..PAIRS).filter(|_| p_of_pair(0.0) < 0.05).count();
+    assert!(imagined < IMAGINED, "{imagined}");
+    assert!(p_of_pair(DIFFERENCE) < 1e-4);
 }

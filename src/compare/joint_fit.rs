@@ -33,6 +33,8 @@ pub(super) struct FitOfAll<'a> {
     tested: Option<(Search<'a>, Minimum)>,
     pub covariance: Option<DMatrix<f64>>,
     pub tests: Tests,
+    /// Whether what residuals are compared with was estimated from them: the noise, or what shots of discs scatter by.
+    noise_estimated: bool,
 }
 
 impl<'a> FitOfAll<'a> {
@@ -40,7 +42,7 @@ impl<'a> FitOfAll<'a> {
         groups: &'a [Group],
         (shots, films): (&'a [Vec<Fitted>], Option<&'a [Vec<Fitted>]>),
         apart: &Apart,
-        starts: &[Vec<Values>],
+        (starts, scatters): (&[Vec<Values>], bool),
     ) -> Result<Self, CompareError> {
         let velocities = search(groups, shots, apart);
         let all: Vec<usize> = (0..groups.len()).collect();
@@ -65,7 +67,7 @@ impl<'a> FitOfAll<'a> {
                 Some(sandwich) => sandwich.covariance_at(minimum),
             }
         };
-        let tests = if search.is_robust() {
+        let tests = if search.is_robust() || scatters {
             // honest errors come of the scatter of the shots
             Tests { dof: search.count().saturating_sub(minimum.room()), estimated: true }
         } else {
@@ -78,7 +80,8 @@ impl<'a> FitOfAll<'a> {
             let minimum = plain.at(search, (free, minimum), &cloths)?;
             Some((plain, minimum))
         });
-        Ok(Self { groups, before, informed, tested, covariance, tests })
+        let noise_estimated = !estimated.is_empty() || scatters;
+        Ok(Self { groups, before, informed, tested, covariance, tests, noise_estimated })
     }
 
     /// Of each group, the shots whose frames fit no collision that fits those of the others: places among its shots, and χ²/dof.
@@ -116,7 +119,7 @@ impl<'a> FitOfAll<'a> {
         options: &Options,
         stage: &dyn Fn(&str),
     ) -> Result<Comparison, CompareError> {
-        let Settled { search, free, minimum, estimated, .. } = &self.informed.settled;
+        let Settled { search, free, minimum, .. } = &self.informed.settled;
         let present = |parameter: &Parameter| self.groups.iter().any(|g| g.settings.has(*parameter));
         let mut quantities = Vec::new();
         for parameter in COMPARED.into_iter().filter(present) {
@@ -124,7 +127,6 @@ impl<'a> FitOfAll<'a> {
             quantities.push(self.quantity(labels.len(), parameter)?);
         }
         let relations = self.relations()?;
-        let noise_estimated = !estimated.is_empty();
         let warnings = self.warnings(labels, &quantities, &relations);
         Ok(Comparison {
             labels: Vec::new(),
@@ -137,7 +139,7 @@ impl<'a> FitOfAll<'a> {
             chi2: 2.0 * minimum.cost,
             dof: search.dof(free, minimum.room()),
             tested: self.goodness(),
-            noise_estimated,
+            noise_estimated: self.noise_estimated,
             converged: minimum.converged,
             termination: minimum.termination.clone(),
             residuals: self.residuals(),
@@ -173,7 +175,7 @@ impl<'a> FitOfAll<'a> {
         quantities: &[Compared],
         relations: &[(String, bool)],
     ) -> Vec<String> {
-        let Settled { search, minimum, estimated, .. } = &self.informed.settled;
+        let Settled { search, minimum, .. } = &self.informed.settled;
         let mut warnings = Vec::new();
         if !minimum.converged {
             warnings.push(format!("The joint fit did not converge: {}.", minimum.termination));
@@ -185,7 +187,7 @@ impl<'a> FitOfAll<'a> {
             );
         }
         let (chi2, dof) = self.goodness();
-        if estimated.is_empty() && !search.is_robust() && dof > 0 {
+        if !self.noise_estimated && !search.is_robust() && dof > 0 {
             let p = ChiSquared::new(dof as f64).map_or(f64::NAN, |d| d.sf(chi2));
             if p < 1e-3 {
                 warnings.push(format!(

@@ -11,6 +11,7 @@
 
 mod analysis;
 mod conclusion;
+mod discs;
 mod effect;
 mod joint_fit;
 mod quantities;

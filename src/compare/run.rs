@@ -1,5 +1,6 @@
 //! What every shot is computed with, the fit of all together, and a test of each parameter.
 
+use super::discs;
 use super::joint_fit::FitOfAll;
 use super::sample::{Apart, Gathered, Group, search};
 use super::sliding::Known;
@@ -26,7 +27,8 @@ pub(super) fn run(
     let Gathered { labels, groups, shots, summaries, .. } = gathered;
     check_noise(groups, shots)?;
     stage("what each shot calls for");
-    let Chosen { starts, notes, gives_way } = choose(groups, shots, apart, options)?;
+    let choose = if discs::are_all(shots) { discs::choose } else { choose };
+    let Chosen { starts, notes, gives_way, scatters } = choose(groups, shots, apart, options)?;
     stage("fitting all together");
     let finish = |fit: &FitOfAll, notes: Vec<String>| {
         fit.informed.check_room(fit.groups, labels.len())?;
@@ -36,7 +38,7 @@ pub(super) fn run(
     let joint = options.method == Method::Joint;
     let films = if joint { Some(with_frames(groups, shots, footage)?) } else { None };
     let odd = {
-        let fit = FitOfAll::new(groups, (shots, films.as_deref()), apart, &starts)?;
+        let fit = FitOfAll::new(groups, (shots, films.as_deref()), apart, (&starts, scatters))?;
         let odd = fit.odd();
         if odd.iter().all(Vec::is_empty) {
             return finish(&fit, notes);
@@ -47,16 +49,18 @@ pub(super) fn run(
         leave_out(group, shots, &odd, &mut summaries[group.number]);
     }
     let films = with_frames(groups, shots, footage)?;
-    finish(&FitOfAll::new(groups, (shots, Some(&films)), apart, &starts)?, notes)
+    finish(&FitOfAll::new(groups, (shots, Some(&films)), apart, (&starts, scatters))?, notes)
 }
 
 /// What every shot is computed with.
-struct Chosen {
+pub(super) struct Chosen {
     /// Where a search then begins.
-    starts: Vec<Vec<Values>>,
-    notes: Vec<String>,
+    pub starts: Vec<Vec<Values>>,
+    pub notes: Vec<String>,
     /// Whether the contact gives way, as the data call for it.
-    gives_way: bool,
+    pub gives_way: bool,
+    /// Whether the errors include what shots scatter by beyond their own.
+    pub scatters: bool,
 }
 
 fn choose(
@@ -70,7 +74,7 @@ fn choose(
     if !options.auto {
         let integrated = options.fidelity.is_integrated();
         let starts = if integrated { fidelity_choice::integrate(shots, &search)? } else { Vec::new() };
-        return Ok(Chosen { starts, notes: Vec::new(), gives_way: false });
+        return Ok(Chosen { starts, notes: Vec::new(), gives_way: false, scatters: false });
     }
     let mut chosen = fidelity_choice::choose(shots, &search, &[])?;
     drop(search);
@@ -85,7 +89,12 @@ fn choose(
              under [fit] of each data set."
         ));
     }
-    Ok(Chosen { starts: chosen.starts, notes: chosen.notes, gives_way: chosen.gives_way.is_some() })
+    Ok(Chosen {
+        starts: chosen.starts,
+        notes: chosen.notes,
+        gives_way: chosen.gives_way.is_some(),
+        scatters: false,
+    })
 }
 
 /// The shots of each group with their frames, whose film unknowns the group then has.

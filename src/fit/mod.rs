@@ -32,7 +32,7 @@ pub(crate) mod run;
 pub(crate) mod samples;
 pub(crate) mod saturation;
 mod scan;
-mod scatter;
+pub(crate) mod scatter;
 pub(crate) mod search;
 pub(crate) mod settled;
 pub(crate) mod slice;

@@ -74,7 +74,7 @@ impl Scatter {
 }
 
 /// What shots of discs are fitted with.
-pub(super) struct Chosen {
+pub(crate) struct Chosen {
     /// With their scatter in their errors.
     pub fitted: Vec<Fitted>,
     pub model: Model,
@@ -90,7 +90,7 @@ pub(super) struct Chosen {
 
 /// A rigid contact, or with `auto`, where nothing is stated of it, one that gives way as the shots call for it. What is around discs
 /// may be any material, so that its κ is fitted.
-pub(super) fn choose(raw: &[Fitted], search: &Search, auto: bool) -> Result<Chosen, FitError> {
+pub(crate) fn choose(raw: &[Fitted], search: &Search, auto: bool) -> Result<Chosen, FitError> {
     let mut notes = Vec::new();
     let (mut gives_way, mut starts) = (None, Vec::new());
     let sample = search.first();

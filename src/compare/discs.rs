@@ -1,0 +1,78 @@
+//! Samples of discs, whose shots scatter by more than the noise of their frames: the errors of each sample's shots include its own scatter,
+//! as in a fit of that sample alone.
+
+use super::run::Chosen;
+use super::sample::{Apart, Group, search};
+use super::{CompareError, Options};
+use crate::fit::scatter;
+use crate::likelihood::fitted::Fitted;
+use crate::measurement::number::plain;
+use crate::measurement::values::Values;
+
+/// Whether all samples are of discs.
+pub(super) fn are_all(shots: &[Vec<Fitted>]) -> bool {
+    shots.iter().flatten().all(|shot| shot.plan.is_of_discs())
+}
+
+/// What every shot is computed with, with its sample's scatter in its errors. Where one sample calls for a contact that gives way, all
+/// have one.
+///
+/// # Errors
+/// A sample that cannot be fitted alone.
+pub(super) fn choose(
+    groups: &mut [Group],
+    shots: &mut [Vec<Fitted>],
+    apart: &Apart,
+    options: &Options,
+) -> Result<Chosen, CompareError> {
+    let mut alone = each_alone(groups, shots, apart, options)?;
+    let gives_way = alone.iter().any(|chosen| chosen.gives_way.is_some());
+    if gives_way {
+        groups.iter_mut().for_each(Group::give_way);
+        alone = each_alone(groups, shots, apart, options)?;
+    }
+    let (mut starts, mut notes): (Vec<Vec<Values>>, Vec<String>) = Default::default();
+    if gives_way {
+        notes.push(
+            "The contact gives way along its surface: the shots of at least one sample call for it."
+                .to_owned(),
+        );
+    }
+    let own: Vec<Values> = alone
+        .iter()
+        .zip(&*groups)
+        .map(|(one, group)| *one.starts.first().unwrap_or(&group.initial))
+        .collect();
+    starts.push(own.clone());
+    starts.extend(own.iter().map(|values| vec![*values; own.len()]));
+    let mut scatters = false;
+    for ((chosen, group), shots) in alone.into_iter().zip(groups).zip(shots) {
+        if !chosen.scatter.is_none() {
+            scatters = true;
+            notes.push(format!(
+                "{}: beyond the errors of their frames shots scatter by {} in e and {} in J_t/J_n, which the errors include.",
+                group.title,
+                plain(chosen.scatter.restitution, 2),
+                plain(chosen.scatter.impulse_ratio, 2)
+            ));
+        }
+        notes.extend(chosen.notes.into_iter().map(|note| format!("{}: {note}", group.title)));
+        (group.model, group.settings, *shots) = (chosen.model, chosen.settings, chosen.fitted);
+    }
+    Ok(Chosen { starts, notes, gives_way, scatters })
+}
+
+/// What each sample is fitted with by itself.
+fn each_alone(
+    groups: &[Group],
+    shots: &[Vec<Fitted>],
+    apart: &Apart,
+    options: &Options,
+) -> Result<Vec<scatter::Chosen>, CompareError> {
+    let none = [Vec::new()];
+    let of = |(group, shots): (&Group, &Vec<Fitted>)| {
+        let search = search(std::slice::from_ref(group), &none, apart);
+        Ok(scatter::choose(shots, &search, options.auto)?)
+    };
+    groups.iter().zip(shots).map(of).collect()
+}
