@@ -2,9 +2,8 @@
 
 use caromfit::fit;
 use caromfit::fit::{Fit, Options};
-use caromfit::io;
-use caromfit::likelihood::prediction::Plan;
-use caromfit::likelihood::whitening::covariance;
+use caromfit::likelihood::{Plan, covariance};
+use caromfit::measurement::dataset::{Dataset, Shot};
 use caromfit::physics::ball::Ball;
 use caromfit::physics::collision::{Coefficients, Fidelity, Model};
 use caromfit::simulate::{Kind, Noise, Played, Spec};
@@ -21,7 +20,7 @@ const SETS: usize = 24;
 /// Of the data sets so many may be taken for the other kind.
 const MISTAKEN: f64 = 0.05;
 
-fn made(by: Fidelity, seed: u64) -> io::Dataset {
+fn made(by: Fidelity, seed: u64) -> Dataset {
     let spec = Spec {
         // as footage of 1000 fps gives
         noise: Noise { velocity_m_s: 0.001, line_of_centres_deg: 0.02, spin_rad_s: 0.1, angle_deg: 0.2 },
@@ -84,7 +83,7 @@ fn corrections_do_what_the_integrated_fidelity_does() {
     let at_minimum = Coefficients { mu, mu_s, e };
     let residuals = |values: [f64; 3]| -> f64 {
         let coefficients = Coefficients { mu: values[0], mu_s: values[1], e: values[2] };
-        let chi2 = |shot: &io::Shot| {
+        let chi2 = |shot: &Shot| {
             let plan = Plan::new(shot).unwrap();
             // a fit ends with the weights of its end
             let weights = covariance(&plan, &plan.predict(&model, &at_minimum).unwrap(), &Vec::new());

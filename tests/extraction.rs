@@ -66,11 +66,7 @@ fn pulls(spec: &Spec) -> (Vec<Vec<f64>>, usize, f64) {
         for (i, expected) in truths(truth, &impact).into_iter().enumerate() {
             let sd = impact.covariance[(i, i)].sqrt();
             let off = impact.values[i] - expected;
-            let off = if i == Quantity::Direction as usize {
-                caromfit::likelihood::prediction::wrap(off)
-            } else {
-                off
-            };
+            let off = if i == Quantity::Direction as usize { caromfit::likelihood::wrap(off) } else { off };
             if sd > 0.0 {
                 pulls[i].push(off / sd);
             }

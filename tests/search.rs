@@ -9,7 +9,7 @@ use caromfit::compare::Quantity;
 use caromfit::fit;
 use caromfit::fit::footage;
 use caromfit::fit::{Depth, Estimate, Fit, Method, Options, Status};
-use caromfit::likelihood::frames::Film;
+use caromfit::likelihood::Film;
 use caromfit::measurement::dataset::{Before, Dataset};
 use caromfit::measurement::parameter::{Parameter, Settings};
 use caromfit::measurement::spin::Spin;

@@ -3,7 +3,7 @@
 use std::fs;
 
 use caromfit::io;
-use caromfit::likelihood::prediction::Plan;
+use caromfit::likelihood::Plan;
 use caromfit::measurement::observable::Observable;
 use caromfit::physics::ball::{Ball, BallState};
 use caromfit::physics::collision::{Coefficients, Fidelity, Model};

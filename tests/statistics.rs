@@ -5,7 +5,7 @@ use std::path::Path;
 use caromfit::fit;
 use caromfit::fit::{Depth, Fit, Options, Status};
 use caromfit::io;
-use caromfit::measurement::dataset::Dataset;
+use caromfit::measurement::dataset::{Before, Dataset};
 use caromfit::measurement::loss::Loss;
 use caromfit::measurement::parameter::{Compliance, Parameter};
 use caromfit::measurement::relation::Relation;
@@ -78,7 +78,7 @@ fn only_the_product_is_said_to_be_determined() {
     let setting = &mut dataset.settings[Parameter::E];
     (setting.initial, setting.fixed) = (0.94, true);
     for shot in &mut dataset.shots {
-        if let io::Before::Angle { cut, .. } = &mut shot.before {
+        if let Before::Angle { cut, .. } = &mut shot.before {
             cut.value = 0.0;
             cut.sd = None;
         }

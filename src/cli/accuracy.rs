@@ -4,7 +4,8 @@ use std::path::PathBuf;
 
 use caromfit::fit::footage::with_impacts;
 use caromfit::io;
-use caromfit::likelihood::prediction::Plan;
+use caromfit::likelihood::Plan;
+use caromfit::measurement::dataset;
 use caromfit::measurement::dataset::Dataset;
 use caromfit::measurement::parameter::Parameter;
 use caromfit::physics::ball::Ball;
@@ -98,7 +99,7 @@ fn of_dataset(path: &std::path::Path) -> Result<(Dataset, Vec<Shot>, usize), Fai
     let [mu, mu_s, e] = Parameter::COEFFICIENTS.map(|parameter| dataset.settings[parameter].initial);
     let coefficients = Coefficients { mu, mu_s, e };
     let model = dataset.model(Fidelity::Full);
-    let shot = |shot: &io::Shot| {
+    let shot = |shot: &dataset::Shot| {
         let cue = Plan::new(shot).ok()?.cue(&model, &coefficients).ok()?;
         Some(Shot { cue, coefficients })
     };

@@ -21,11 +21,11 @@ use crate::trajectory::unknowns::unknown::COUNT;
 /// Angular velocity of a ball at the impact, table frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Rotation {
-    /// rad/s.
+    /// The angular velocity, rad/s.
     pub spin: Vec3,
-    /// From the noise of the markers, and from the errors of the path of the ball's centre.
+    /// Its covariance, (rad/s)²: from the noise of the markers, and from the errors of the path of the ball's centre.
     pub covariance: Matrix3<f64>,
-    /// Marker positions that it rests on.
+    /// How many marker positions it rests on.
     pub positions: usize,
 }
 

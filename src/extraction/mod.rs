@@ -18,13 +18,13 @@ mod window_fit;
 use nalgebra::{DMatrix, SMatrix, SVector};
 use rayon::prelude::*;
 
-pub use drops_at_impact::repair_drops_at_impacts;
-pub use initial_guess::contact;
+pub(crate) use drops_at_impact::repair_drops_at_impacts;
+pub(crate) use initial_guess::contact;
 pub use marker_rotation::Rotation;
 pub(crate) use marker_rotation::turn;
-pub use near_model::near_model;
-pub use noise_correlation::{NoiseCorrelation, noise_correlation};
-pub use window::MOST as MOST_FRAMES;
+pub(crate) use near_model::near_model;
+pub(crate) use noise_correlation::{NoiseCorrelation, noise_correlation};
+pub(crate) use window::MOST as MOST_FRAMES;
 
 use crate::measurement::isolate::isolated;
 use crate::measurement::spin::Spin;
@@ -39,49 +39,59 @@ use crate::trajectory::unknowns::{Unknowns, unknown};
 pub enum Quantity {
     /// Direction of the line of centres in the table frame, rad.
     Direction,
+    /// The cue ball's velocity along x just before the impact, m/s.
     CueVxBefore,
+    /// The cue ball's velocity along y just before the impact, m/s.
     CueVyBefore,
+    /// The cue ball's velocity along x just after the impact, m/s.
     CueVxAfter,
+    /// The cue ball's velocity along y just after the impact, m/s.
     CueVyAfter,
+    /// The object ball's velocity along x just after the impact, m/s.
     ObjVxAfter,
+    /// The object ball's velocity along y just after the impact, m/s.
     ObjVyAfter,
-    /// Upward velocity of the ball that friction lifts, m/s; 0 for stun.
+    /// The upward velocity just after the impact of the ball that friction lifts, m/s; 0 for stun.
     Lift,
-    /// The cloth's sliding friction μ_k.
+    /// The cloth's sliding friction μ_k, dimensionless.
     Sliding,
     /// Instant of impact, s.
     Time,
-    /// Spin of the cue ball before the impact, rad/s, where it is unknown and was found from the motion.
+    /// The cue ball's spin about x before the impact, rad/s, where it is unknown and was found from the motion.
     CueSpinX,
+    /// The cue ball's spin about y before the impact, rad/s, where it is unknown and was found from the motion.
     CueSpinY,
 }
 
 impl Quantity {
+    /// The number of quantities.
     pub const COUNT: usize = 12;
 }
 
-/// Values and covariance of the [`Quantity`]s of a shot, table frame.
+/// The impact of a shot: values and covariance of its [`Quantity`]s, in the table frame.
 #[derive(Clone, Debug)]
 pub struct Impact {
+    /// The values, in the order of [`Quantity`].
     pub values: [f64; Quantity::COUNT],
+    /// Their covariance, in the same order.
     pub covariance: SMatrix<f64, { Quantity::COUNT }, { Quantity::COUNT }>,
-    /// Which ball flies after the impact.
+    /// Which ball leaves the cloth after the impact.
     pub lifted: Lifted,
-    /// Standard deviation of a coordinate, m: stated, or estimated from this track.
+    /// The standard deviation of a coordinate, m: stated, or estimated from this shot's tracks.
     pub position_sd: f64,
     /// χ² per degree of freedom with the noise that second differences of the track show.
     pub reduced_chi2: f64,
-    /// Frames used: cue ball before, cue ball after, object ball after the impact.
+    /// How many frames were used: of the cue ball before and after the impact, and of the object ball after it.
     pub frames: [usize; 3],
-    /// Frames left out as wrong.
+    /// How many frames were left out as wrong.
     pub outliers: usize,
-    /// First and last instant used, s.
+    /// The first and the last instant that was used, s.
     pub window: [f64; 2],
-    /// The cue ball's spin before the impact that was reckoned with, table frame: as played, or as its
-    /// markers show. Where it was unknown: natural roll if the motion agrees with that, else still unknown and found
+    /// The cue ball's spin before the impact that was assumed, in the table frame: as stated, or as its markers show.
+    /// Where it was unknown, it is natural roll if the motion agrees with that, and else remains unknown and is found
     /// from the motion.
     pub spin: Spin,
-    /// What the markers on the balls show, where there are any.
+    /// The balls' angular velocities that markers show, where there are any.
     pub rotations: Option<Box<Rotations>>,
     unknowns: Unknowns,
     /// What the frames tell of μ_r.
@@ -101,14 +111,17 @@ pub struct Impact {
 /// Angular velocities just before and after the impact, of balls with markers.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Rotations {
+    /// Of the cue ball just before the impact.
     pub cue_before: Option<Rotation>,
+    /// Of the cue ball just after the impact.
     pub cue_after: Option<Rotation>,
+    /// Of the object ball just after the impact.
     pub object_after: Option<Rotation>,
-    /// Of the three, x, y, z each, with each other; 0 for those that are not measured.
+    /// The joint covariance of the three, x, y and z of each, (rad/s)²; 0 for those that were not measured.
     pub covariance: SMatrix<f64, 9, 9>,
     /// How they move with μ_r.
     by_rolling: SVector<f64, 9>,
-    /// And with the [`Quantity`]s.
+    /// Their covariance with the [`Quantity`]s of the impact.
     pub with_path: SMatrix<f64, 9, { Quantity::COUNT }>,
 }
 
@@ -149,7 +162,7 @@ impl FittedMotion {
 }
 
 impl Impact {
-    /// Its topspin before the impact over the natural roll's, where that was found from the motion alone.
+    /// The cue ball's topspin before the impact over the natural roll's, where it was found from the motion alone.
     #[must_use]
     pub fn roll(&self) -> Option<f64> {
         let roll =
@@ -165,41 +178,81 @@ impl Impact {
     }
 }
 
-/// Which ball the vertical friction lifts.
+/// Which ball the vertical friction between the balls lifts off the cloth.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Lifted {
+    /// Neither ball leaves the cloth: a stun shot.
     Neither,
+    /// The cue ball, with topspin.
     Cue,
+    /// The object ball, with draw.
     Object,
 }
 
-/// Why a shot cannot be used.
+/// Why no impact could be extracted from a shot.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum Unusable {
+    /// A ball was seen in too few frames.
     #[error(
         "the tracks are too short: {cue} frames of the cue ball, {object} of the object ball; expected at least 6 of each"
     )]
-    TooShort { cue: usize, object: usize },
+    TooShort {
+        /// Frames of the cue ball.
+        cue: usize,
+        /// Frames of the object ball.
+        object: usize,
+    },
+    /// The cue ball does not set the object ball in motion.
     #[error("no collision found: the object ball is not set in motion by the cue ball")]
     NoCollision,
+    /// Too few frames before the impact are left.
     #[error(
         "too few frames before the impact: {cue} of the cue ball (expected at least 3), {object} of the object ball (at least 1)"
     )]
-    TooFewBefore { cue: usize, object: usize },
+    TooFewBefore {
+        /// Frames of the cue ball before the impact.
+        cue: usize,
+        /// Frames of the object ball before the impact.
+        object: usize,
+    },
+    /// Too few frames after the impact are left.
     #[error("too few frames of the {ball} ball after the impact: {frames}; expected at least 3")]
-    TooFewAfter { ball: &'static str, frames: usize },
+    TooFewAfter {
+        /// The ball, in words.
+        ball: &'static str,
+        /// Its frames after the impact.
+        frames: usize,
+    },
+    /// The object ball moves before the impact.
     #[error("the object ball was moving before the impact, with {speed:.3} m/s")]
-    ObjectMoving { speed: f64 },
+    ObjectMoving {
+        /// Its speed, m/s.
+        speed: f64,
+    },
+    /// At the impact, the balls' centres are not as far apart as their radii demand.
     #[error(
         "the balls' centres are {:.2} mm apart at the impact, not {:.2} mm (2R){}: check the scale, the radius and \
          which track is which ball",
         1e3 * measured, 1e3 * expected, error_text(*error)
     )]
-    Separation { measured: f64, expected: f64, error: f64 },
+    Separation {
+        /// The distance that the frames show, m.
+        measured: f64,
+        /// The distance of balls that touch, m.
+        expected: f64,
+        /// The standard error of the measured distance, m; infinite where it is not known.
+        error: f64,
+    },
+    /// No single collision explains the motion.
     #[error("its motion fits no single collision: χ²/dof is {reduced_chi2:.1} even next to the impact")]
-    BadFit { reduced_chi2: f64 },
+    BadFit {
+        /// χ² per degree of freedom next to the impact.
+        reduced_chi2: f64,
+    },
+    /// The least-squares fit of the tracks did not converge; with the reason.
     #[error("the fit of its tracks did not converge: {0}")]
     NotConverged(String),
+    /// The computation failed, which is a defect of the program; with the message.
     #[error("it could not be processed ({0}), which is a defect of caromfit")]
     Failed(String),
 }

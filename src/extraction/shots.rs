@@ -22,7 +22,7 @@ const KEPT: [Quantity; 7] = [
     Quantity::ObjVyAfter,
 ];
 
-/// The cloth's sliding friction μ_k, as all shots together tell it for a given μ_r: the mean weighted by 1/variance.
+/// The cloth's sliding friction μ_k that all shots together determine for a given μ_r: the mean weighted by 1/variance.
 #[must_use]
 pub fn sliding<'a>(impacts: impl IntoIterator<Item = &'a Impact>, rolling: Measured) -> Option<Measured> {
     let at = Quantity::Sliding as usize;
@@ -40,7 +40,7 @@ pub fn sliding<'a>(impacts: impl IntoIterator<Item = &'a Impact>, rolling: Measu
     (weights > 0.0).then(|| Measured { value: (sum / weights).max(0.0), sd: Some(weights.recip().sqrt()) })
 }
 
-/// The cloth's rolling resistance μ_r, as all shots together tell it, with what is known of it beforehand.
+/// The cloth's rolling resistance μ_r that all shots together and what is known of it beforehand determine.
 #[must_use]
 pub fn rolling<'a>(impacts: impl IntoIterator<Item = &'a Impact>) -> Measured {
     let (mean, sd) = CLOTH[1];

@@ -23,27 +23,32 @@ const LENS_RADIUS: f64 = 0.5;
 const LENS_TOLERANCE: f64 = 1e-14;
 const LENS_STEPS: usize = 20;
 
-/// What a camera may do to a film.
+/// A way in which a camera may distort a film. The module gives the equations.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Correction {
-    /// Of lengths, over what is stated: 1 where that is right.
+    /// Lengths that the film shows, at its stated scale, over lengths on the table: 1 where the stated scale is
+    /// right.
     Scale,
-    /// Lengths along y over lengths along x: 1 for square pixels.
+    /// The scale along y over the scale along x: 1 for square pixels.
     Aspect,
     /// By how much x leans as y grows: 0 for an upright camera.
     Shear,
-    /// How the picture shrinks along x and along y, 1/m.
+    /// How the picture shrinks as x grows, 1/m.
     PerspectiveX,
+    /// How the picture shrinks as y grows, 1/m.
     PerspectiveY,
-    /// What the lens adds to a length at 0.5 m from the middle, as part of it: negative for a barrel.
+    /// What the lens adds to a length at 0.5 m from the middle, as a fraction of the length: negative for a barrel
+    /// distortion.
     Lens,
-    /// Of a rolling shutter, s per metre along y.
+    /// By how much later a rolling shutter reads a row that is one metre further along y, s/m.
     Shutter,
 }
 
 impl Correction {
+    /// The number of corrections.
     pub const COUNT: usize = 7;
 
+    /// All corrections, in the order of every list of their values.
     pub const ALL: [Self; Self::COUNT] = [
         Self::Scale,
         Self::Aspect,
@@ -54,7 +59,7 @@ impl Correction {
         Self::Shutter,
     ];
 
-    /// As in fit.json.
+    /// The name in fit.json.
     #[must_use]
     pub fn name(self) -> &'static str {
         match self {
@@ -68,7 +73,7 @@ impl Correction {
         }
     }
 
-    /// For a reader, with its unit.
+    /// The name for a reader, with its unit.
     #[must_use]
     pub fn words(self) -> &'static str {
         match self {
@@ -82,7 +87,7 @@ impl Correction {
         }
     }
 
-    /// Its value where the camera does nothing of the kind.
+    /// The value of a camera without this distortion.
     #[must_use]
     pub fn neutral(self) -> f64 {
         match self {
@@ -102,34 +107,37 @@ impl Correction {
     }
 }
 
-/// A camera: a value for each correction, and the middle of the film, m.
+/// A camera: a value for each correction.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Camera {
     values: [f64; Correction::COUNT],
+    /// The middle of the film, from which positions are counted, x and y in m.
     pub middle: [f64; 2],
 }
 
 impl Camera {
-    /// One that shows the table as it is.
+    /// A camera that shows the table as it is.
     #[must_use]
     pub fn neutral(middle: [f64; 2]) -> Self {
         Self { values: Correction::ALL.map(Correction::neutral), middle }
     }
 
+    /// The value of a correction, in the unit of [`Correction::words`].
     #[must_use]
     pub fn get(&self, correction: Correction) -> f64 {
         self.values[correction as usize]
     }
 
+    /// The same camera with another value of a correction.
     #[must_use]
     pub fn with(mut self, correction: Correction, value: f64) -> Self {
         self.values[correction as usize] = value;
         self
     }
 
-    /// Whether it shows the table as it is.
+    /// Whether the camera shows the table as it is.
     #[must_use]
-    pub fn is_neutral(&self) -> bool {
+    pub(crate) fn is_neutral(&self) -> bool {
         self.values == Self::neutral(self.middle).values
     }
 
@@ -169,7 +177,7 @@ impl Camera {
 
     /// How the point of the table that a point of the film shows follows the corrections but for the shutter's, m by the unit of each.
     #[must_use]
-    pub fn derivatives(&self, film: [f64; 2]) -> [[f64; 2]; Correction::COUNT] {
+    pub(crate) fn derivatives(&self, film: [f64; 2]) -> [[f64; 2]; Correction::COUNT] {
         /// Of each, in usual errors: the map is smooth over far more.
         const STEP: f64 = 1e-4;
         Correction::ALL.map(|correction| {
@@ -185,7 +193,7 @@ impl Camera {
 
     /// Lengths on the table over lengths in the film near a point of it, along x and along y.
     #[must_use]
-    pub fn magnification(&self, film: [f64; 2]) -> [f64; 2] {
+    pub(crate) fn magnification(&self, film: [f64; 2]) -> [f64; 2] {
         /// A millimetre: the map is nearly straight over it.
         const STEP: f64 = 1e-3;
         let here = self.table(film);

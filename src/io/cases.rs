@@ -12,36 +12,44 @@ use crate::physics::contact_frame;
 /// One collision to compute, in the units of the file.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Case {
+    /// The name of the case.
     pub name: String,
-    /// m/s.
+    /// The cue ball's speed, m/s.
     pub speed: f64,
-    /// Between −90 and 90.
+    /// The cut angle in degrees, between −90 and 90: positive where the cue ball moves towards +y.
     pub cut_deg: f64,
-    /// Cue ball's spin in the collision frame, rad/s.
+    /// The cue ball's spin in the collision frame, rad/s.
     pub spin: Vec3,
+    /// Friction between the balls μ, dimensionless.
     pub mu: f64,
+    /// Friction of the cloth on the object ball μ_s, dimensionless.
     pub mu_s: f64,
+    /// Coefficient of restitution e, dimensionless.
     pub e: f64,
-    /// m.
+    /// The radius of the balls, m.
     pub radius: f64,
-    /// κ; `None`: what the command says.
+    /// The tangential compliance κ, dimensionless; `None`: as the command states.
     pub kappa: Option<f64>,
-    /// m_cue/m_object; `None`: what the command says.
+    /// The cue ball's mass over the object ball's; `None`: as the command states.
     pub mass_ratio: Option<f64>,
 }
 
 /// Why a case is no collision.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 pub enum BadCase {
+    /// The speed, given here in m/s, is not positive and finite.
     #[error("the speed is {0} m/s; expected more than 0")]
     Speed(f64),
+    /// The cut angle, given here in degrees, is not between −90° and 90°.
     #[error("the cut angle is {0}°; expected more than −90° and less than 90°")]
     Cut(f64),
+    /// A tangential compliance κ is stated for a fidelity whose contact is rigid.
     #[error(
         "kappa is {0} with {name}, which is rigid along the surface; expected the fidelity ode, contact or auto",
         name = .1.name()
     )]
     Rigid(f64, Fidelity),
+    /// The numbers describe no collision.
     #[error(transparent)]
     NotACollision(#[from] NotACollision),
 }
@@ -68,6 +76,8 @@ impl BadCase {
 }
 
 impl Case {
+    /// Computes the case with a model that has its radius, its κ and its ratio of masses.
+    ///
     /// # Errors
     /// A speed that is not positive, a cut angle of 90° or more, and what [`Model::collide`] refuses.
     pub fn collide(&self, model: &Model) -> Result<Outcome, BadCase> {
@@ -95,20 +105,22 @@ impl Case {
     }
 }
 
-/// A case of a file, and what came of it.
+/// A case of a file and its outcome.
 #[derive(Clone, Debug)]
 pub struct Computed {
+    /// The case as it stands in the file.
     pub case: Case,
-    /// In the file, from 1.
+    /// Its line in the file, from 1.
     pub line: usize,
+    /// The model that computed it.
     pub model: Model,
-    /// An integration that did not reach the end of the impact has none: [`NotACollision::NotIntegrated`].
+    /// What came out; an integration that did not reach the end of the impact gives [`NotACollision::NotIntegrated`].
     pub outcome: Result<Outcome, NotACollision>,
 }
 
 /// Reads a CSV with the columns name, speed_m_s, cut_deg, omega_x, omega_y, omega_z, mu, mu_s, e,
-/// radius_m, and kappa and mass_ratio where they are there, and computes every row; `model` gives the model for each. A row whose integration fails leaves the others
-/// as they are.
+/// radius_m, and optionally kappa and mass_ratio, and computes every row with the model that `model` gives for it. A row whose
+/// integration fails does not keep the others from being computed.
 ///
 /// # Errors
 /// Every cell that is no number and every row that is no collision, with its line.

@@ -3,7 +3,6 @@
 use std::path::{Path, PathBuf};
 
 use super::draft_columns::describe_columns;
-pub use super::draft_sheet::BLANK;
 use super::draft_sheet::{Sheet, quoted};
 use super::tracking::shots_table::KNOWN;
 use super::{Survey, header, survey};
@@ -11,39 +10,73 @@ use super::{Survey, header, survey};
 /// A dataset.toml that was drafted.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Draft {
-    /// Where it belongs: the folder that holds all the files.
+    /// The folder that the draft belongs in: the one that holds all the files.
     pub folder: PathBuf,
+    /// The text of the dataset.toml.
     pub text: String,
-    /// What was found out about the files; sentences.
+    /// What was found out about the files, in sentences.
     pub found: Vec<String>,
-    /// What has to be filled in, the most important first.
+    /// The keys that have to be filled in, the most important first.
     pub blanks: Vec<&'static str>,
-    /// Names of the tracks.
+    /// The names of the tracks, in the order of first appearance.
     pub tracks: Vec<String>,
-    /// Frames per second that the times in the files follow.
+    /// Frames per second that the times in the files follow, where they are in seconds.
     pub follows: Option<f64>,
+    /// Whether the files show discs, and not balls.
     pub are_discs: bool,
 }
 
-/// Why there is no draft.
+/// Why no dataset.toml can be drafted.
 #[derive(Debug, thiserror::Error)]
 pub enum InitError {
+    /// A file cannot be read.
     #[error("{}: cannot be read: {source}", path.display())]
-    Read { path: PathBuf, source: std::io::Error },
+    Read {
+        /// The file.
+        path: PathBuf,
+        /// Why it cannot be read.
+        source: std::io::Error,
+    },
+    /// A file is empty.
     #[error("{}: is empty; expected a table of tracks or measurements", path.display())]
-    Empty { path: PathBuf },
+    Empty {
+        /// The file.
+        path: PathBuf,
+    },
+    /// A file is no text.
     #[error("{}: is no text; expected a table of tracks or measurements, not the film itself", path.display())]
-    NoText { path: PathBuf },
+    NoText {
+        /// The file.
+        path: PathBuf,
+    },
+    /// A file is JSON of another kind than shots with balls and samples.
     #[error(
         "{}: is JSON; expected a table (CSV, tab-separated or text) of tracks or measurements, or an array of shots, each with balls, \
          each with samples of t (or frame), x and y",
         path.display()
     )]
-    Json { path: PathBuf },
+    Json {
+        /// The file.
+        path: PathBuf,
+    },
+    /// A folder holds no table.
     #[error("{}: holds no table (a file that ends in .{}); name the files", path.display(), TABLES.join(", ."))]
-    NoTables { path: PathBuf },
+    NoTables {
+        /// The folder.
+        path: PathBuf,
+    },
+    /// The files are of different kinds.
     #[error("{} is {what}, but {} is {other}; expected files of one kind", path.display(), other_path.display())]
-    Mixed { path: PathBuf, what: &'static str, other_path: PathBuf, other: &'static str },
+    Mixed {
+        /// The file that differs from the first one.
+        path: PathBuf,
+        /// Its kind, in words.
+        what: &'static str,
+        /// The first file.
+        other_path: PathBuf,
+        /// Its kind, in words.
+        other: &'static str,
+    },
 }
 
 /// What a file is.

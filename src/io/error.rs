@@ -12,12 +12,13 @@ const NAMED: usize = 2;
 /// One thing that is wrong, and where.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Problem {
+    /// The file that is wrong.
     pub file: PathBuf,
-    /// From 1, every line of the file counted.
+    /// The line, from 1, with every line of the file counted; `None` where the file as a whole is wrong.
     pub line: Option<usize>,
-    /// Name of a table's column, or the position in a line of dataset.toml.
+    /// The name of a table's column, or the position in a line of dataset.toml.
     pub column: Option<String>,
-    /// The value and what was expected.
+    /// The value that is wrong, and what was expected.
     pub message: String,
 }
 

@@ -1,4 +1,4 @@
-//! Measured collisions: `dataset.toml` and the tables it names.
+//! Files of measured collisions: `dataset.toml`, the tables that it names, and results that are read back.
 
 mod angles;
 mod balls_section;
@@ -17,7 +17,7 @@ mod rows;
 pub mod stored_fit;
 pub(crate) mod table;
 pub(crate) mod toml_file;
-pub mod tracking;
+pub(crate) mod tracking;
 
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
@@ -26,10 +26,10 @@ use error::{Problems, did_you_mean};
 use manifest::{Kind, Manifest};
 use table::Table;
 
-pub use crate::measurement::dataset::*;
-pub use crate::measurement::spin::*;
+use crate::measurement::dataset::{Dataset, Shot};
+
 pub use error::{DatasetError, Problem};
-pub use tracking::{Survey, survey};
+pub(crate) use tracking::{Survey, survey};
 
 /// Loads a data set from a folder that holds a dataset.toml, or from the path of such a file.
 ///
@@ -122,7 +122,7 @@ fn load_manifest(manifest: Manifest, file: PathBuf) -> Result<Dataset, DatasetEr
 ///
 /// # Errors
 /// A file that cannot be read.
-pub fn header(file: &Path) -> std::io::Result<Vec<String>> {
+pub(crate) fn header(file: &Path) -> std::io::Result<Vec<String>> {
     let bytes = std::fs::read(file)?;
     let text = String::from_utf8_lossy(&bytes);
     let text = text.trim_start_matches('\u{feff}');

@@ -7,74 +7,112 @@ use std::path::{Path, PathBuf};
 
 use serde::Deserialize;
 
-/// What of a fit.json is used again. SI units.
+/// The part of a fit.json that is read back, in SI units.
 #[derive(Clone, Debug, Deserialize)]
 pub struct StoredFit {
+    /// The name of the data set.
     pub dataset: String,
-    /// The label that was fitted apart.
+    /// The label whose shots were fitted apart, where there is one (`[fit] by`).
     pub group: Option<StoredGroup>,
-    /// Missing from files of the first versions.
+    /// The cue ball, or the first of two discs; files of the first versions lack it.
     pub ball: Option<StoredBall>,
     /// The second of two discs.
     pub object: Option<StoredBall>,
-    /// Where the data refute the model, why; its estimates are then without errors.
+    /// Where the data contradict the model, the reason; the estimates then have no errors.
     pub refuted: Option<StoredRefuted>,
-    /// The cloth's sliding friction, where footage told it.
+    /// The cloth's sliding friction μ_k, where footage determined it.
     pub mu_k: Option<StoredEstimate>,
+    /// The name of the fidelity, as [`Fidelity::name`](crate::physics::collision::Fidelity::name) gives it.
     pub fidelity: String,
-    /// By name: mu, mu_s, e; where friction falls with the slip also mu_b and mu_c.
+    /// The parameters by their names in dataset.toml: mu, mu_s and e, and those that the fit had besides.
     pub parameters: BTreeMap<String, StoredParameter>,
+    /// χ² of the fit; `None` where the file has none.
     pub chi2: Option<f64>,
+    /// Degrees of freedom.
     pub dof: usize,
+    /// How many shots were fitted.
     pub shots_used: usize,
+    /// Warnings, in sentences.
     #[serde(default)]
     pub warnings: Vec<String>,
 }
 
+/// Why data contradict the model.
 #[derive(Clone, Debug, Deserialize)]
 pub struct StoredRefuted {
+    /// The reason, as a sentence.
     pub sentence: String,
-    /// The restitution that was measured without the model, where it was.
+    /// The restitution e that was measured without the model, where it was.
     pub measured_e: Option<StoredEstimate>,
 }
 
+/// A label whose shots were fitted apart.
 #[derive(Clone, Debug, Deserialize, PartialEq, Eq)]
 pub struct StoredGroup {
+    /// The column of the labels.
     pub column: String,
+    /// The label.
     pub label: String,
 }
 
+/// A ball or a disc.
 #[derive(Clone, Copy, Debug, Deserialize)]
 pub struct StoredBall {
+    /// Its radius, m.
     pub radius_m: f64,
-    /// `None`: discs whose masses are not stated.
+    /// Its mass, kg; `None` for discs whose masses are not stated.
     pub mass_kg: Option<f64>,
+    /// Its moment of inertia over MR², ν.
     pub inertia: f64,
 }
 
+/// A number that was estimated.
 #[derive(Clone, Copy, Debug, Deserialize)]
 pub struct StoredEstimate {
+    /// The estimate.
     pub estimate: f64,
+    /// Its standard error, where it has one.
     pub std_error: Option<f64>,
 }
 
+/// A parameter of a fit.
 #[derive(Clone, Debug, Deserialize)]
 pub struct StoredParameter {
+    /// The estimate, or the value that the parameter was held at.
     pub estimate: f64,
+    /// Its standard error; `None` for one that is fixed or not identified.
     pub std_error: Option<f64>,
+    /// The lower and upper end of the interval of 95 % confidence.
     pub interval_95: Option<[f64; 2]>,
+    /// `free`, `fixed`, `at-lower-bound`, `at-upper-bound` or `not-identified`.
     pub status: String,
 }
 
 /// Why stored fits cannot be read.
 #[derive(Debug, thiserror::Error)]
 pub enum StoredError {
+    /// A file or folder cannot be read.
     #[error("{}: cannot be read: {source}", path.display())]
-    Read { path: PathBuf, source: std::io::Error },
+    Read {
+        /// The file or folder.
+        path: PathBuf,
+        /// Why it cannot be read.
+        source: std::io::Error,
+    },
+    /// A file is no fit.json.
     #[error("{}:{}: column {}: {source}; expected a fit.json that caromfit fit wrote", path.display(), source.line(), source.column())]
-    Json { path: PathBuf, source: serde_json::Error },
+    Json {
+        /// The file.
+        path: PathBuf,
+        /// What is wrong with it, and in which line and column.
+        source: serde_json::Error,
+    },
+    /// There is no fit.json at or below the path.
     #[error("{}: holds no fit.json; expected one, or a folder that caromfit fit wrote", path.display())]
-    None { path: PathBuf },
+    None {
+        /// The path.
+        path: PathBuf,
+    },
 }
 
 /// Reads a fit.json, an array of them (as `caromfit fit --json` prints it), or all below a folder.

@@ -77,10 +77,9 @@ enum Leads {
 /// Inputs that were estimated.
 #[derive(Clone, Copy, Debug)]
 pub struct Estimated {
+    /// By how much they differ from what was measured, in units of their errors.
     pub t: Units,
-    /// The shot's part of χ².
-    pub chi2: f64,
-    /// Those that the inputs are best at.
+    /// The kinks that the inputs are best at.
     pub kinks: Kinks,
 }
 
@@ -125,8 +124,8 @@ pub fn estimate(
             best = lower;
         }
     }
-    let (Point { t, chi2, prediction, .. }, kinks) = best;
-    Some((Estimated { t, chi2, kinks }, prediction))
+    let (Point { t, prediction, .. }, kinks) = best;
+    Some((Estimated { t, kinks }, prediction))
 }
 
 impl<S: Fn(&Prediction, usize) -> f64> OfShot<'_, S> {
@@ -423,7 +422,8 @@ mod tests {
                 coefficients: &coefficients,
                 shared: |_: &Prediction, _| 0.0,
             };
-            let (mut least, mut at) = (found.chi2, 0.0);
+            let own = shot.at(found.t).unwrap().chi2;
+            let (mut least, mut at) = (own, 0.0);
             for reach in [1e-5, 1e-4, 1e-3, 1e-2, 0.1, 0.5, 1.0, 2.0] {
                 for _ in 0..100 {
                     let t = found.t + reach * Units::from_fn(|_, _| rng.random_range(-1.0..1.0));
@@ -433,12 +433,8 @@ mod tests {
                     }
                 }
             }
-            if least < found.chi2 - SAME {
-                missed.push(format!(
-                    "{number}: {:.7}, {least:.7} within {at}; {:?}",
-                    found.chi2,
-                    found.kinks.list()
-                ));
+            if least < own - SAME {
+                missed.push(format!("{number}: {own:.7}, {least:.7} within {at}; {:?}", found.kinks.list()));
             }
         }
         assert!(missed.is_empty(), "{missed:#?}");

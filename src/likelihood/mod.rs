@@ -1,11 +1,16 @@
 //! How likely the measurements of a shot are, given the parameters: of frames, of velocities, of angles.
-pub mod errors_in_variables;
-pub mod fitted;
-pub mod frames;
+
+pub(crate) mod errors_in_variables;
+pub(crate) mod fitted;
+pub(crate) mod frames;
 mod joint_errors;
 mod kinks;
-pub mod prediction;
-pub mod problem;
-pub mod sample;
+pub(crate) mod prediction;
+pub(crate) mod problem;
+pub(crate) mod sample;
 mod shot_errors;
-pub mod whitening;
+pub(crate) mod whitening;
+
+pub use frames::Film;
+pub use prediction::{Plan, Prediction, Unpredictable, wrap};
+pub use whitening::{EstimatedSd, covariance};

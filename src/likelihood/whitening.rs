@@ -80,8 +80,7 @@ pub struct AtKinks {
 }
 
 /// As they were measured.
-const MEASURED: Estimated =
-    Estimated { t: Units::new(0.0, 0.0, 0.0, 0.0, 0.0, 0.0), chi2: f64::INFINITY, kinks: Kinks::NONE };
+const MEASURED: Estimated = Estimated { t: Units::new(0.0, 0.0, 0.0, 0.0, 0.0, 0.0), kinks: Kinks::NONE };
 
 /// A shot's part.
 struct OfShot {
@@ -99,7 +98,7 @@ fn parameters(model: &Model, coefficients: &Coefficients) -> Parameters {
 }
 
 impl Whitening {
-    /// Of frames, which are weighted as they are.
+    /// The weights of a fit of frames, which has none of these: its frames are weighted by their own standard deviations.
     #[must_use]
     pub fn none() -> Self {
         Self {
@@ -182,12 +181,6 @@ impl Whitening {
         let estimated = *self.inputs.get(number)?;
         let t = estimated.kinks.followed(&estimated.t, &(parameters - self.at));
         Some(Estimated { t, ..estimated })
-    }
-
-    /// How many unknowns it adds to the free parameters.
-    #[must_use]
-    pub fn unknowns(&self) -> usize {
-        self.common.len()
     }
 
     /// L⁻¹ of the shots.
@@ -318,7 +311,8 @@ fn by_shared(joint: &Joint, prediction: &Prediction, row: usize, which: Shared) 
     through_inputs - by[Joint::BEFORE + row]
 }
 
-/// C of one shot's observations.
+/// The covariance of one shot's differences between prediction and measurement, of which the state before the impact has its
+/// part: diag(σ²) + G C_in Gᵀ, in SI units and radians, in the order of [`Plan::rows`].
 #[must_use]
 pub fn covariance(plan: &Plan, prediction: &Prediction, estimated: &EstimatedSd) -> DMatrix<f64> {
     let rows = plan.rows().len();

@@ -15,19 +15,23 @@ use crate::physics::ball::{Ball, Vec3};
 use crate::physics::collision::{Effects, Fidelity, Model};
 use crate::physics::disc::Discs;
 
-/// A data set. One that was read from files is checked; of one that a program made a fit refuses what
-/// [`Dataset::faults`] finds.
+/// A data set: measured shots, and how they are to be fitted. One that was read from files has been checked; of one that a
+/// program made, a fit refuses what [`Dataset::faults`] finds.
 #[derive(Clone, Debug)]
 pub struct Dataset {
-    /// Also the name of its folder below `fits/`.
+    /// The name of the data set, also of its folder below `fits/`.
     pub name: String,
-    /// The file it was read from.
+    /// The file that the data set was read from; empty for one that a program made.
     pub path: PathBuf,
+    /// Which cloth it was measured on; comparisons tell data sets apart by it.
     pub cloth: Option<String>,
+    /// Who measured it, how and when.
     pub source: Option<String>,
-    /// The cue ball, and what is not like it of the object ball.
+    /// The cue ball.
     pub ball: Ball,
+    /// The object ball, where it differs from the cue ball.
     pub object: Option<ObjectBall>,
+    /// Starting values, bounds and priors of the parameters (`[fit]`).
     pub settings: Settings,
     /// Constraints between parameters (`[fit] constraints`).
     pub relations: Vec<Relation>,
@@ -35,24 +39,29 @@ pub struct Dataset {
     pub loss: Loss,
     /// The label column whose values are fitted apart (`[fit] by`).
     pub by: Option<String>,
+    /// The measured shots; empty for footage whose impacts have not been extracted yet.
     pub shots: Vec<Shot>,
-    /// Shots that are left out from the start, with the reason.
+    /// Name and reason of each shot that was left out from the start.
     pub left_out: Vec<(String, String)>,
-    /// The cloth's sliding friction μ_k, where the shots were extracted from tracks with it.
+    /// The cloth's sliding friction μ_k, dimensionless, where the shots were extracted from tracks, all with the same
+    /// one.
     pub sliding: Option<Measured>,
-    /// Its rolling resistance μ_r likewise.
+    /// The cloth's rolling resistance μ_r, dimensionless, where the shots were extracted from tracks, all with the
+    /// same one.
     pub rolling: Option<Measured>,
-    /// Relative standard error that all shots share of how high friction lifts a ball, where they were extracted with it.
+    /// The relative standard error, shared by all shots, of how high friction lifts a ball, where they were extracted
+    /// with a prior of it.
     pub lift_sd: Option<f64>,
-    /// Standard deviation of side spin that nobody saw, as Rω_z/U: of shots that are stated as stun or natural roll (`[cue_spin]
-    /// side_sd`). 0: there is none.
+    /// The standard deviation of a side spin that was not seen, as Rω_z/U, in shots that are stated as stun or
+    /// natural roll (`[cue_spin] side_sd`); 0 where there is none.
     pub side_sd: f64,
-    /// Kind `tracks`: what was filmed, from which shots are yet to be extracted.
+    /// The filmed shots of a data set of kind `tracks`.
     pub tracks: Option<Tracks>,
 }
 
 impl Dataset {
-    /// Shots that a program measured, with the usual settings of the fit; [`Dataset::faults`] names what is wrong with them.
+    /// A data set of shots that a program measured, with the default settings of the fit. [`Dataset::faults`] names what is wrong
+    /// with it.
     #[must_use]
     pub fn new(name: impl Into<String>, ball: Ball, shots: Vec<Shot>) -> Self {
         Self {
@@ -76,7 +85,7 @@ impl Dataset {
         }
     }
 
-    /// The model of its balls.
+    /// The collision model of its balls at a fidelity, with constant friction.
     #[must_use]
     pub fn model(&self, fidelity: Fidelity) -> Model {
         let e_slope = self.settings.e_falls.then(|| self.settings[Parameter::ESlope].initial);
@@ -96,24 +105,24 @@ impl Dataset {
 
     /// The settings of its fit, with what is known of balls that are not equal.
     #[must_use]
-    pub fn settings_of_balls(&self) -> Settings {
+    pub(crate) fn settings_of_balls(&self) -> Settings {
         self.object.map_or(self.settings, |object| object.settings(self.ball, self.settings))
     }
 
     /// Whether it is of tracks from which no impacts have been extracted yet.
     #[must_use]
-    pub fn awaits_extraction(&self) -> bool {
+    pub(crate) fn awaits_extraction(&self) -> bool {
         self.shots.is_empty() && self.tracks.as_ref().is_some_and(|tracks| !tracks.shots.is_empty())
     }
 
-    /// The names of its shots, of footage as filmed, in their order.
+    /// The names of its shots, of footage also of those that were filmed, in their order.
     #[must_use]
     pub fn names(&self) -> Vec<&str> {
         let filmed = self.tracks.iter().flat_map(|tracks| &tracks.shots).map(|shot| shot.name.as_str());
         filmed.chain(self.shots.iter().map(|shot| shot.name.as_str())).collect()
     }
 
-    /// Leaves out the shots that are not wanted, as [`ON_REQUEST`] states.
+    /// Leaves out the shots whose names `wanted` refuses, and states them as left out on request.
     pub fn keep(&mut self, wanted: impl Fn(&str) -> bool) {
         let unwanted: Vec<String> =
             self.names().into_iter().filter(|name| !wanted(name)).map(str::to_owned).collect();
@@ -126,7 +135,7 @@ impl Dataset {
 
     /// The standard errors that all shots share.
     #[must_use]
-    pub fn shared_errors(&self) -> Vec<(Shared, f64)> {
+    pub(crate) fn shared_errors(&self) -> Vec<(Shared, f64)> {
         let sd = |shared| match shared {
             Shared::Sliding => self.sliding.and_then(|sliding| sliding.sd),
             Shared::Lift => self.lift_sd,
@@ -139,14 +148,16 @@ impl Dataset {
 /// An object ball that is not like the cue ball.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ObjectBall {
+    /// Its radius, mass and moment of inertia.
     pub ball: Ball,
-    /// Standard deviations of m_cue/m_object and of R_cue/R_object, where they are known.
+    /// The standard deviation of m_cue/m_object; `None` where the ratio counts as exact.
     pub mass_ratio_sd: Option<f64>,
+    /// The standard deviation of R_cue/R_object; `None` where the ratio counts as exact.
     pub radius_ratio_sd: Option<f64>,
 }
 
 impl ObjectBall {
-    /// Settings with the ratios of masses and radii as they are known.
+    /// The settings of a fit with the ratios of masses and radii of the balls: fixed where they are exact, else with a prior.
     #[must_use]
     pub fn settings(&self, cue: Ball, mut settings: Settings) -> Settings {
         let model = Model { object: Some(self.ball), ..Model::new(Fidelity::Full, cue) };
@@ -163,23 +174,27 @@ impl ObjectBall {
 }
 
 /// Why shots are left out that a user did not want.
-pub const ON_REQUEST: &str = "left out on request";
+pub(crate) const ON_REQUEST: &str = "left out on request";
 
 /// One shot, or the mean of several.
 #[derive(Clone, Debug)]
 pub struct Shot {
     /// The `shot` column, or where there is none the number, from 1, among all the data set's shots.
     pub name: String,
+    /// The file that it was read from; empty for a shot that a program made.
     pub file: PathBuf,
     /// Line of the file, from 1, comments and header counted.
     pub line: usize,
     /// Columns that are neither input nor observable, kept as text.
     pub labels: BTreeMap<String, String>,
+    /// The cue ball's motion before the impact.
     pub before: Before,
+    /// The cue ball's spin before the impact.
     pub spin: Spin,
-    /// At least one.
+    /// What was measured after the impact, at least one observable.
     pub after: Vec<Measurement>,
-    /// Where state before and observations were extracted together, their joint errors.
+    /// The joint errors of the state before and the observations after the impact, where they were extracted together
+    /// from a track.
     pub joint: Option<Box<Joint>>,
 }
 
@@ -223,8 +238,8 @@ impl Shot {
         }
     }
 
-    /// Makes the side spin of a shot that is stated as stun or natural roll uncertain: `sd` is its standard deviation, of Rω_z/U.
-    /// Whether the speed is known that this takes.
+    /// Makes the side spin of a shot that is stated as stun or natural roll uncertain: `sd` is the standard deviation of Rω_z/U, and
+    /// `radius` the ball's, m. Returns whether the shot's speed, which this takes, is known.
     pub fn add_side_spin(&mut self, sd: f64, radius: f64) -> bool {
         let rolls = match self.spin {
             Spin::Stun => 0.0,
@@ -260,13 +275,13 @@ impl Shot {
 /// their order.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Joint {
-    /// Without the errors that all shots share.
+    /// Their covariance without the errors that all shots share.
     pub covariance: DMatrix<f64>,
-    /// How they move with each of these, in the order of [`Shared::ALL`].
+    /// How they change with each error that all shots share, in the order of [`Shared::ALL`].
     pub by_shared: [DVector<f64>; 3],
 }
 
-/// What all shots of footage were extracted with, so that they share its error.
+/// A number that all shots of footage were extracted with, so that they share its error.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Shared {
     /// The cloth's sliding friction μ_k.
@@ -278,6 +293,7 @@ pub enum Shared {
 }
 
 impl Shared {
+    /// All of them.
     pub const ALL: [Self; 3] = [Self::Sliding, Self::Lift, Self::Rolling];
 }
 
@@ -289,12 +305,14 @@ impl Joint {
 /// A value with its standard deviation, where the data give one.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Measured {
+    /// The value, in the unit of the quantity.
     pub value: f64,
+    /// Its standard deviation in the same unit; `None` where the data give none.
     pub sd: Option<f64>,
 }
 
 impl Measured {
-    /// With its standard deviation.
+    /// A value with its standard deviation.
     #[must_use]
     pub fn new(value: f64, sd: f64) -> Self {
         Self { value, sd: Some(sd) }
@@ -304,61 +322,77 @@ impl Measured {
 /// An observable's measured value, in SI units and radians.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Measurement {
+    /// What was measured.
     pub observable: Observable,
+    /// Its value and standard deviation.
     pub measured: Measured,
 }
 
 /// The cue ball's motion before the impact.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Before {
-    /// Kind `impacts`: line of centres (unit vector, cue to object) and velocity, table frame.
-    Impact { normal: [Measured; 2], velocity: [Measured; 2] },
-    /// Kind `angles`: cut angle in radians, and the speed (m/s) where it is known.
-    Angle { cut: Measured, speed: Option<Measured> },
+    /// Of a data set of kind `impacts`, in the table frame.
+    Impact {
+        /// The line of centres from the cue ball to the object ball, x and y.
+        normal: [Measured; 2],
+        /// The cue ball's velocity, x and y in m/s.
+        velocity: [Measured; 2],
+    },
+    /// Of a data set of kind `angles`.
+    Angle {
+        /// The cut angle in radians, positive where the cue ball moves towards +y of the collision frame.
+        cut: Measured,
+        /// The speed in m/s, where it is known.
+        speed: Option<Measured>,
+    },
 }
 
 /// The filmed shots of a data set.
 #[derive(Clone, Debug)]
 pub struct Tracks {
+    /// The shots whose impacts can be extracted.
     pub shots: Vec<TrackShot>,
-    /// Shots that the shots table says to skip: name and reason.
+    /// Name and reason of each shot that the shots table says to skip.
     pub skipped: Vec<(String, String)>,
-    /// Shots that were damaged between the camera and the file and cannot be mended: name and reason, with file and line.
+    /// Shots that were damaged between the camera and the file and cannot be repaired: the name and the reason, with
+    /// file and line.
     pub damaged: Vec<(String, String)>,
-    /// What was detected and repaired, with file and line.
+    /// What was detected in the files and repaired, with file and line.
     pub notes: Vec<String>,
-    /// Shots whose impact was found, though something about them is wrong: name and what it is.
+    /// Shots whose impact was found, though something about them is wrong: the name and what it is.
     pub doubtful: Vec<(String, String)>,
-    /// Of discs: what was measured of each shot, those that are not fitted among them.
+    /// Of discs: what was measured of each shot, including those that are not fitted.
     pub disc_shots: Vec<DiscShot>,
-    /// `None`: balls.
+    /// What is known of the discs; `None` for balls.
     pub discs: Option<Discs>,
     /// Corrections for the camera that are stated, in the order of [`Correction::ALL`](crate::film::camera::Correction::ALL); `None`:
     /// to be found from the balls.
     pub camera: [Option<f64>; 7],
-    /// Lengths are in an unknown unit: the size of the balls tells it.
+    /// Whether lengths are in an unknown unit, so that the size of the balls sets the scale.
     pub from_balls: bool,
 }
 
-/// What was measured of one shot of discs; `None` where its tracks do not tell.
+/// What was measured of one shot of discs; a number is `None` where the tracks do not determine it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct DiscShot {
+    /// The name of the shot.
     pub name: String,
-    /// e.
+    /// The coefficient of restitution e, dimensionless.
     pub restitution: Option<Measured>,
-    /// J_t/J_n on the second disc.
+    /// J_t/J_n, the tangential over the normal impulse on the second disc, dimensionless; t is 90° counter-clockwise
+    /// from the line of centres.
     pub impulse_ratio: Option<Measured>,
-    /// Momentum gained along and across the line of centres, over the normal impulse.
+    /// The momentum gained along and across the line of centres, over the normal impulse.
     pub momentum: [Option<Measured>; 2],
     /// Angular momentum gained about the contact point, over the normal impulse times the distance of the centres.
     pub angular_momentum: Option<Measured>,
-    /// Part of the energy that was lost.
+    /// The part of the kinetic energy that was lost.
     pub energy_lost: Option<Measured>,
-    /// m/s, or m per frame where the frame rate is not known.
+    /// How fast the discs approach along the line of centres, m/s; m per frame where the frame rate is not known.
     pub closing_speed: Option<Measured>,
-    /// Slip before the impact over the closing speed.
+    /// The slip of the contact before the impact over the closing speed.
     pub slip_ratio: Option<Measured>,
-    /// Whether the discs move on as one.
+    /// Whether the discs move on as one body.
     pub sticks: bool,
     /// What speaks against these numbers; empty for a good shot.
     pub doubts: String,

@@ -12,22 +12,23 @@ use std::sync::OnceLock;
 
 use statrs::distribution::{ChiSquared, Continuous, ContinuousCDF};
 
-/// How a shot's distance counts.
+/// How much a shot counts that lies far from its prediction.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Loss {
-    /// Least squares.
+    /// The square of the distance: least squares.
     #[default]
     Squares,
-    /// Its square up to some distance, linear beyond.
+    /// The square of the distance up to some distance, and linear beyond it (Huber 1964).
     Huber,
-    /// Its logarithm far away: gross errors hardly count.
+    /// The logarithm of the distance far away, so that gross errors hardly count (Cauchy).
     Cauchy,
 }
 
 impl Loss {
+    /// All losses, from the most to the least sensitive to gross errors.
     pub const ALL: [Self; 3] = [Self::Squares, Self::Huber, Self::Cauchy];
 
-    /// As in dataset.toml and on the command line.
+    /// The name in dataset.toml and on the command line.
     #[must_use]
     pub fn name(self) -> &'static str {
         match self {
@@ -40,7 +41,7 @@ impl Loss {
     /// With k = 1 the estimate has 95 % of the efficiency of least squares on normal errors (Holland and
     /// Welsch 1977).
     #[must_use]
-    pub fn tuning(self) -> f64 {
+    pub(crate) fn tuning(self) -> f64 {
         match self {
             Self::Squares => f64::INFINITY,
             Self::Huber => 1.345,
@@ -50,7 +51,7 @@ impl Loss {
 
     /// For shots of `k` observations: the distance that is as improbable as the tuning constant is of one.
     #[must_use]
-    pub fn of_shots(self, k: usize) -> ShotLoss {
+    pub(crate) fn of_shots(self, k: usize) -> ShotLoss {
         /// More observations than any shot has. A search asks for the same losses thousands of times.
         const MOST: usize = 32;
         static KNOWN: [[OnceLock<ShotLoss>; MOST]; Loss::ALL.len()] =
@@ -86,7 +87,7 @@ impl Loss {
 
 /// A [`Loss`] for shots of some number of observations.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct ShotLoss {
+pub(crate) struct ShotLoss {
     loss: Loss,
     c: f64,
     /// E[(w s)²]/k of normal errors: what a sum of weighted squares is short of.

@@ -11,4 +11,4 @@ pub(crate) mod rigid_body;
 pub mod spin;
 pub mod track;
 pub(crate) mod valid;
-pub mod values;
+pub(crate) mod values;

@@ -38,18 +38,22 @@ pub enum Observable {
     ObjectSpin(Axis),
 }
 
-/// A coordinate axis.
+/// A coordinate axis of the table frame.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Axis {
+    /// The horizontal axis x.
     X,
+    /// The horizontal axis y, 90° counter-clockwise from x as seen from above.
     Y,
+    /// The vertical axis, upwards.
     Z,
 }
 
 impl Axis {
+    /// The three axes in this order.
     pub const ALL: [Self; 3] = [Self::X, Self::Y, Self::Z];
 
-    /// 0, 1 or 2.
+    /// The place of the axis in a vector: 0, 1 or 2.
     #[must_use]
     pub fn index(self) -> usize {
         self as usize
@@ -148,7 +152,7 @@ impl Observable {
 
     /// Whether it is an angle: radians inside, degrees in files, tables and plots.
     #[must_use]
-    pub fn is_angle(self) -> bool {
+    pub(crate) fn is_angle(self) -> bool {
         matches!(
             self,
             Self::Throw | Self::CueTurn | Self::Separation | Self::CueTurnRolling | Self::ObjectAngleRolling
@@ -157,7 +161,7 @@ impl Observable {
 
     /// One unit of the column in SI: π/180 for angles, else 1.
     #[must_use]
-    pub fn unit_si(self) -> f64 {
+    pub(crate) fn unit_si(self) -> f64 {
         if self.is_angle() { 1.0_f64.to_radians() } else { 1.0 }
     }
 }

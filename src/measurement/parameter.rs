@@ -3,7 +3,7 @@
 
 use crate::physics::collision::{MAX_KAPPA, Model};
 
-/// What is fitted.
+/// A parameter that a fit can estimate.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Parameter {
     /// μ, sliding friction between the balls; where it falls with the slip v its a in μ(v) = a + b exp(−c v).
@@ -27,7 +27,7 @@ pub enum Parameter {
 }
 
 impl Parameter {
-    /// In the order of every vector and matrix of a fit.
+    /// All parameters, in the order of every vector and matrix of a fit.
     pub const ALL: [Self; 9] = [
         Self::Mu,
         Self::MuS,
@@ -40,7 +40,7 @@ impl Parameter {
         Self::ESlope,
     ];
 
-    /// Those that every fit has, the first of [`Parameter::ALL`].
+    /// The parameters that every fit has: the first of [`Parameter::ALL`].
     pub const COEFFICIENTS: [Self; 3] = [Self::Mu, Self::MuS, Self::E];
 
     /// The name in dataset.toml and fit.json.
@@ -126,10 +126,13 @@ impl Parameter {
 pub struct Setting {
     /// Where the fit starts; the value itself when `fixed`.
     pub initial: f64,
+    /// The lower bound.
     pub lower: f64,
+    /// The upper bound.
     pub upper: f64,
-    /// Held at `initial`.
+    /// Whether the parameter is held at `initial`.
     pub fixed: bool,
+    /// What is known of the parameter beforehand.
     pub prior: Option<Prior>,
 }
 
@@ -138,13 +141,14 @@ pub struct Setting {
 pub struct SettingFault {
     /// Which of its values: `lower`, `upper`, `initial`, `fixed`, `prior_mean` or `prior_sd`, as in dataset.toml.
     pub key: &'static str,
+    /// The value that is wrong.
     pub value: f64,
     /// What stands behind "mu.lower is 2": a comparison, and what was expected.
     pub rest: String,
 }
 
 impl Setting {
-    /// Not fitted: its value is stated.
+    /// The setting of a parameter that is not fitted: it is held at `value`.
     #[must_use]
     pub fn held(value: f64) -> Self {
         Self { initial: value, lower: value, upper: value, fixed: true, prior: None }
@@ -195,32 +199,34 @@ impl Setting {
 /// A Gaussian prior: one more observation of the parameter.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Prior {
+    /// The mean, in the parameter's unit.
     pub mean: f64,
+    /// The standard deviation, in the parameter's unit.
     pub sd: f64,
 }
 
 /// The settings of all parameters.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Settings {
-    /// In the order of [`Parameter::ALL`].
+    /// The setting of each parameter, in the order of [`Parameter::ALL`].
     pub each: [Setting; Parameter::ALL.len()],
-    /// Whether friction falls with the slip; else b and c have no part in a fit.
+    /// Whether friction falls with the slip; if not, b and c have no part in a fit.
     pub falls: bool,
     /// Whether the contact gives way; unless [`Compliance::Stated`] κ is no parameter of the fit.
     pub compliance: Compliance,
-    /// Whether e falls with the closing speed; else e₁ has no part in a fit.
+    /// Whether e falls with the closing speed; if not, e₁ has no part in a fit.
     pub e_falls: bool,
 }
 
 /// Whether the contact between the balls gives way along its surface.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Compliance {
-    /// As the data call for it, with the κ that its setting holds.
+    /// The data decide whether it does, with the κ that its setting holds.
     #[default]
     Auto,
-    /// It does not.
+    /// The contact is rigid along its surface.
     Rigid,
-    /// With κ as its setting says.
+    /// The contact gives way, with the κ that its setting states or leaves free.
     Stated,
 }
 

@@ -9,21 +9,28 @@ use super::parameter::Parameter;
 /// Σ coefficient·parameter ≤ limit, or = limit.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Relation {
-    /// As it was written.
+    /// The relation as it was written.
     pub text: String,
-    /// In the order of [`Parameter::ALL`].
+    /// The coefficient of each parameter, in the order of [`Parameter::ALL`].
     pub coefficients: [f64; Parameter::ALL.len()],
+    /// Whether the sum is bounded by the limit or equal to it.
     pub sense: Sense,
+    /// The limit, a number without unit.
     pub limit: f64,
 }
 
+/// How the sum of a [`Relation`] is compared with its limit.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Sense {
+    /// The sum is at most the limit.
     AtMost,
+    /// The sum equals the limit.
     Equal,
 }
 
 impl Relation {
+    /// Reads a relation such as `mu_s <= 3*mu`.
+    ///
     /// # Errors
     /// What is wrong with the text, with what was expected.
     pub fn parse(text: &str) -> Result<Self, String> {

@@ -7,18 +7,22 @@ use crate::physics::ball::Ball;
 use crate::physics::collision::{Coefficients, Model};
 use crate::physics::friction_law::Law;
 
+/// The value of each parameter.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Values {
+    /// μ, μ_s and e.
     pub coefficients: Coefficients,
-    /// Of μ(v) = a + b exp(−c v), where the friction falls; c in s/m.
+    /// b of μ(v) = a + b exp(−c v), dimensionless; 0 for a friction that does not fall with the slip v.
     pub b: f64,
+    /// c of the same law, s/m.
     pub c: f64,
-    /// Of a contact that gives way along its surface.
+    /// The tangential compliance κ, dimensionless; 0 for a contact that is rigid along its surface.
     pub kappa: f64,
-    /// m_cue/m_object and R_cue/R_object of balls that are not equal.
+    /// m_cue/m_object.
     pub mass_ratio: f64,
+    /// R_cue/R_object.
     pub radius_ratio: f64,
-    /// Of e(v) = e − e₁v, where it falls with the closing speed, s/m.
+    /// e₁ of e(v) = e − e₁v, s/m; 0 for a restitution that does not fall with the closing speed v.
     pub e_slope: f64,
 }
 

@@ -13,15 +13,15 @@ use nalgebra::Vector3;
 /// A vector in a right-handed frame whose z axis points up.
 pub type Vec3 = Vector3<f64>;
 
-/// Moment of inertia of a uniform sphere over MR².
+/// ν of a uniform sphere, its moment of inertia over MR².
 pub const UNIFORM_SPHERE: f64 = 0.4;
 
-/// A ball. Both balls of a collision are equal unless it is said otherwise.
+/// A ball. Both balls of a collision are equal unless stated otherwise.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Ball {
-    /// R, in metres.
+    /// R, the radius, in metres.
     pub radius: f64,
-    /// M, in kilograms. It cancels from every velocity where the balls are equal.
+    /// M, the mass, in kilograms. It cancels from every velocity where the balls are equal.
     pub mass: f64,
     /// ν, the moment of inertia over MR².
     pub inertia: f64,
@@ -32,7 +32,7 @@ impl Ball {
     /// specifies it, of 170 g (specified: 5.5 to 6 oz, 156 to 170 g).
     pub const POOL: Self = Self { radius: 0.028_575, mass: 0.170, inertia: UNIFORM_SPHERE };
 
-    /// How far apart the centres of two balls are on the table where they touch: 2√(R₁R₂), m.
+    /// The horizontal distance between the centres of two balls on the table that touch: 2√(R₁R₂), m.
     #[must_use]
     pub fn contact_distance(&self, other: &Self) -> f64 {
         // exactly 2R of equal balls

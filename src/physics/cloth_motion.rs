@@ -25,19 +25,19 @@ const LEAST_REBOUND: f64 = 0.002;
 /// rebounds of a ball that rises with 1.7 m/s are among them; at e_t = 1 there is no last one.
 const MOST_FLIGHTS: usize = 64;
 
-/// A plain number, or one with derivatives.
+/// A plain number, or one that carries derivatives.
 pub trait Number: DualNum<Primitive = f64> + Copy {}
 
 impl<T: DualNum<Primitive = f64> + Copy> Number for T {}
 
-/// Friction of the cloth with a moving ball.
+/// What the cloth does to a moving ball.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Cloth<T> {
-    /// μ_k, sliding.
+    /// μ_k, the friction of the cloth on a ball that slides, dimensionless.
     pub sliding: T,
-    /// μ_r, rolling resistance.
+    /// μ_r, the rolling resistance: a rolling ball slows down by μ_r g.
     pub rolling: T,
-    /// e_t, restitution of a ball that falls on the bed.
+    /// e_t, the restitution of a ball that falls on the bed of the table.
     pub bounce: T,
 }
 
@@ -51,14 +51,17 @@ impl Default for Cloth<f64> {
 /// A ball at the start of a path, table frame.
 #[derive(Clone, Copy, Debug)]
 pub struct Launch<T> {
+    /// The instant at which the path starts, s.
     pub time: T,
+    /// Position of the centre, x and y in m.
     pub position: [T; 2],
+    /// Velocity of the centre, x and y in m/s.
     pub velocity: [T; 2],
-    /// Slip on the cloth.
+    /// Slip of the ball on the cloth, s = (V_x − RΩ_y, V_y + RΩ_x), m/s.
     pub slip: [T; 2],
-    /// Upward velocity, 0 for a ball on the cloth.
+    /// Upward velocity in m/s, 0 for a ball on the cloth.
     pub up: T,
-    /// ν, moment of inertia over MR².
+    /// ν, the moment of inertia over MR².
     pub inertia: f64,
 }
 
@@ -93,7 +96,7 @@ impl<T: Number> Stretch<T> {
     }
 }
 
-/// The way of a ball after an impact.
+/// The path of a ball before or after an impact, as stretches of constant acceleration.
 #[derive(Clone, Debug)]
 pub struct Path<T>(Vec<Stretch<T>>);
 

@@ -19,7 +19,7 @@ pub struct CollisionFrame {
 pub struct NoDirection(pub f64, pub f64);
 
 impl CollisionFrame {
-    /// From the line of centres (cue ball to object ball) in the table frame, of any length.
+    /// The frame of a line of centres (cue ball to object ball) in the table frame, of any length.
     ///
     /// # Errors
     /// A vector that is 0 or not finite.
@@ -31,7 +31,7 @@ impl CollisionFrame {
         Ok(Self { nx: nx / length, ny: ny / length })
     }
 
-    /// From the direction of the line of centres in the table frame, in rad from the x axis.
+    /// The frame of a direction of the line of centres in the table frame, in rad from the x axis.
     #[must_use]
     pub fn from_direction(direction_rad: f64) -> Self {
         let (ny, nx) = direction_rad.sin_cos();
@@ -43,13 +43,13 @@ impl CollisionFrame {
         Self { nx, ny }
     }
 
-    /// A table vector in the collision frame.
+    /// Turns a vector from the table frame into the collision frame.
     #[must_use]
     pub fn to_collision(self, v: Vec3) -> Vec3 {
         Vec3::new(v.x * self.nx + v.y * self.ny, v.y * self.nx - v.x * self.ny, v.z)
     }
 
-    /// A collision-frame vector in the table frame.
+    /// Turns a vector from the collision frame into the table frame.
     #[must_use]
     pub fn to_table(self, v: Vec3) -> Vec3 {
         Vec3::new(v.x * self.nx - v.y * self.ny, v.x * self.ny + v.y * self.nx, v.z)

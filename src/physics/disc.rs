@@ -1,17 +1,17 @@
 //! Discs: pucks that slide on a table without rolling, on air or nearly without friction.
 
-/// Moment of inertia of a uniform disc over MR².
+/// ν of a uniform disc, its moment of inertia over MR².
 pub const UNIFORM_DISC: f64 = 0.5;
 
-/// What is known of two discs that collide, the first in the place of the cue ball.
+/// What is known of two discs that collide. The first takes the place of the cue ball.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Discs {
-    /// Radii of both, m; else the tracks tell how far apart the centres are at the impact.
+    /// Radii of both discs, m. `None`: the tracks show how far apart the centres are at the impact.
     pub radii: Option<[f64; 2]>,
-    /// Masses of both, kg; else the balance of momentum tells their ratio.
+    /// Masses of both discs, kg. `None`: their ratio follows from the balance of momentum.
     pub masses: Option<[f64; 2]>,
-    /// ν of both, the moment of inertia over MR².
+    /// ν of both discs, the moment of inertia over MR².
     pub inertia: f64,
-    /// Whether the frame rate is known. Else frames stand for seconds everywhere.
+    /// Whether the frame rate is known. Where it is not, all times are in frames.
     pub in_seconds: bool,
 }

@@ -38,14 +38,14 @@ pub use super::collision::Effects;
 use super::collision::{Coefficients, Fidelity, Model, NotACollision, Outcome};
 use super::contact_frame::{cloth_slip, slip};
 
-/// What the effects left out may add up to where nobody says otherwise, parts of U: below what the best
-/// footage resolves.
+/// The default tolerance: what the effects left out may add up to, as a fraction of the speed of the cue ball U. It is below
+/// what the best footage resolves.
 pub const TOLERANCE: f64 = 1e-3;
 
 /// The cloth's friction on a ball also moves the contact between the balls, by half as much again.
 const FEEDBACK: f64 = 1.5;
 
-/// What must stay within the tolerance.
+/// Which components of the outcome must stay within the tolerance.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Compared {
     /// All components of velocities, and of spins times R.
@@ -54,37 +54,41 @@ pub enum Compared {
     Velocities,
 }
 
-/// One effect on one shot.
+/// The size of one effect on one shot.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Estimate {
-    /// As in [`Effects::NAMES`], or of [`motion`].
+    /// The name of the effect, one of [`Effects::NAMES`] or, of the motion on the cloth, one that [`motion`] gives.
     pub name: &'static str,
-    /// Parts of U.
+    /// How much the effect changes velocities at most, as a fraction of the speed of the cue ball U.
     pub size: f64,
+    /// Whether the effect is larger than the tolerance and so is simulated.
     pub on: bool,
+    /// The reason in words.
     pub why: &'static str,
 }
 
 /// The cheapest way to compute a shot to a tolerance.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Choice {
+    /// The cheapest fidelity that contains the effects that are needed.
     pub fidelity: Fidelity,
+    /// The effects that are needed.
     pub effects: Effects,
-    /// In the order of [`Effects::NAMES`].
+    /// The size of each effect, in the order of [`Effects::NAMES`].
     pub estimates: [Estimate; 10],
-    /// Sum of the sizes of what is off, parts of U.
+    /// The sum of the sizes of the effects that are left out, as a fraction of the speed of the cue ball U.
     pub left_out: f64,
 }
 
 impl Choice {
-    /// The model that it stands for.
+    /// `model` with the fidelity and the effects that were chosen.
     #[must_use]
     pub fn model(&self, model: &Model) -> Model {
         Model { fidelity: self.fidelity, effects: self.effects, ..*model }
     }
 }
 
-/// The cheapest fidelity that contains some effects.
+/// The cheapest fidelity that can simulate all the given effects.
 #[must_use]
 pub fn cheapest(effects: Effects) -> Fidelity {
     let contains = |fidelity: &Fidelity| effects.and(fidelity.effects()) == effects;

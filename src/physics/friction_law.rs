@@ -3,18 +3,25 @@
 /// A friction law: μ at a slip speed v = |v_∥| in m/s.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Friction {
-    /// μ whatever the slip.
+    /// The same μ at every slip.
     Constant(f64),
-    /// μ(v) = a + b exp(−c v): a at high speed, a + b where the slip ends, c in s/m
+    /// μ(v) = a + b exp(−c v), with v in m/s: a at a large slip, a + b where the slip ends
     /// (D. Alciatore, TP A-14, fitted to W. Marlow's measurements).
-    Exponential { a: f64, b: f64, c: f64 },
+    Exponential {
+        /// The friction at a large slip, dimensionless.
+        a: f64,
+        /// By how much the friction is larger without slip, dimensionless.
+        b: f64,
+        /// How fast the friction falls with the slip, s/m.
+        c: f64,
+    },
 }
 
 impl Friction {
-    /// Alciatore's fit to Marlow's data for clean pool balls.
+    /// Alciatore's fit to Marlow's data (TP A-14).
     pub const ALCIATORE: Self = Self::Exponential { a: 9.951e-3, b: 0.108, c: 1.088 };
 
-    /// μ at slip speed `v`, m/s.
+    /// The friction μ at slip speed `v`, m/s.
     #[must_use]
     pub fn mu(&self, v: f64) -> f64 {
         match *self {
@@ -24,7 +31,7 @@ impl Friction {
         }
     }
 
-    /// dμ/dv, s/m.
+    /// The derivative dμ/dv at slip speed `v` (m/s), in s/m.
     #[must_use]
     pub fn slope(&self, v: f64) -> f64 {
         match *self {
@@ -33,7 +40,7 @@ impl Friction {
         }
     }
 
-    /// Its largest value, at no slip for a friction that falls.
+    /// The largest friction at any slip.
     #[must_use]
     pub fn largest(&self) -> f64 {
         match *self {
@@ -42,23 +49,31 @@ impl Friction {
         }
     }
 
-    /// Whether it depends on the slip.
+    /// Whether the friction depends on the slip.
     #[must_use]
     pub fn falls(&self) -> bool {
         matches!(self, Self::Exponential { b, c, .. } if *b != 0.0 && *c != 0.0)
     }
 }
 
-/// How μ changes with the slip, for a μ that is given apart.
+/// How the friction between the balls changes with their slip, where μ itself is given apart, as in
+/// [`Coefficients`](super::collision::Coefficients).
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub enum Law {
+    /// μ is the same at every slip.
     #[default]
     Constant,
-    /// μ + b exp(−c v): the μ given is the a of [`Friction::Exponential`].
-    Exponential { b: f64, c: f64 },
+    /// μ(v) = μ + b exp(−c v): the given μ is the a of [`Friction::Exponential`].
+    Exponential {
+        /// By how much the friction is larger without slip, dimensionless.
+        b: f64,
+        /// How fast the friction falls with the slip, s/m.
+        c: f64,
+    },
 }
 
 impl Law {
+    /// The friction as a function of the slip, for the given μ.
     #[must_use]
     pub fn friction(self, mu: f64) -> Friction {
         match self {

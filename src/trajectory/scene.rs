@@ -4,19 +4,20 @@ use crate::physics::ball::Ball;
 use crate::physics::cloth_motion::Cloth;
 use crate::physics::collision::{Coefficients, Model};
 
-/// What the extraction assumes of balls and cloth.
+/// What the extraction assumes of the balls and the cloth.
 #[derive(Clone, Copy, Debug)]
 pub struct Scene {
-    /// The cue ball and the object ball.
+    /// The cue ball.
     pub ball: Ball,
+    /// The object ball.
     pub object: Ball,
-    /// μ_k is the mean of a prior; it is estimated from the curvature of the paths.
+    /// The cloth. Its μ_k is the mean of a prior: it is estimated from the curvature of the paths.
     pub cloth: Cloth<f64>,
-    /// Standard deviation of that prior.
+    /// The standard deviation of that prior of μ_k.
     pub sliding_sd: f64,
     /// What is known of the vertical friction that lifts one of the balls.
     pub lift: LiftPrior,
-    /// Standard deviation of side spin that nobody saw, of shots stated as stun or natural roll: of Rω_z/U.
+    /// The standard deviation of a side spin that was not seen, as Rω_z/U, in shots stated as stun or natural roll.
     pub side_sd: f64,
 }
 
@@ -53,7 +54,7 @@ impl Scene {
 
     /// How far apart the centres of the balls are on the table where they touch: 2√(R_c R_o).
     #[must_use]
-    pub fn contact_distance(&self) -> f64 {
+    pub(crate) fn contact_distance(&self) -> f64 {
         self.ball.contact_distance(&self.object)
     }
 }

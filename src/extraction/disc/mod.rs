@@ -38,21 +38,22 @@ pub use stick::Stuck;
 /// known, per frame.
 #[derive(Clone, Debug)]
 pub struct DiscImpact {
-    /// By [`Quantity`]; `None` where the tracks do not tell.
+    /// The value of each [`Quantity`]; `None` where the tracks do not determine it.
     pub values: [Option<Measured>; Quantity::COUNT],
-    /// Standard deviation of a coordinate, m: stated, or estimated from this track.
+    /// The standard deviation of a coordinate, m: stated, or estimated from this shot's tracks.
     pub position_sd: f64,
     /// χ² per degree of freedom with the noise that second differences of the track show.
     pub reduced_chi2: f64,
-    /// Frames used: the first disc before and after, the second before and after.
+    /// How many frames were used: of the first disc before and after the impact, and of the second before and after
+    /// it.
     pub frames: [usize; 4],
-    /// Frames left out as wrong.
+    /// How many frames were left out as wrong.
     pub outliers: usize,
-    /// First and last instant used, s.
+    /// The first and the last instant that was used, s.
     pub window: [f64; 2],
-    /// Radii, m; half the distance of the centres at the impact where they are not given.
+    /// The radii of the discs, m; where they are not stated, half the distance of the centres at the impact.
     pub radii: [f64; 2],
-    /// Where the discs stick together after the impact.
+    /// How the discs stick together after the impact, where they do.
     pub stuck: Option<Stuck>,
     /// What speaks against these numbers: sentences without a capital letter and a full stop. Empty for a good shot.
     pub doubts: Vec<String>,
@@ -61,12 +62,13 @@ pub struct DiscImpact {
 }
 
 impl DiscImpact {
+    /// The value of a quantity, where the tracks determine it.
     #[must_use]
     pub fn get(&self, quantity: Quantity) -> Option<Measured> {
         self.values[quantity as usize]
     }
 
-    /// The fitted place of a disc (0 or 1) at a time, m.
+    /// The fitted position of the centre of a disc (0 or 1) at a time (s), m.
     #[must_use]
     pub fn place(&self, disc: usize, time: f64) -> [f64; 2] {
         window_fit::place(self.outcome(), &self.unknowns, disc, time)
@@ -75,7 +77,7 @@ impl DiscImpact {
     /// Whether momentum is out of balance by more than its stated errors explain, though not by more than a camera's calibration
     /// does (then the shot is doubtful).
     #[must_use]
-    pub fn is_out_of_balance(&self) -> bool {
+    pub(crate) fn is_out_of_balance(&self) -> bool {
         verdict::is_out_of_balance(self)
     }
 
@@ -93,32 +95,68 @@ enum Outcome {
     Stick,
 }
 
-/// Why a shot of discs cannot be used.
+/// Why no impact could be extracted from a shot of discs.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum Unusable {
+    /// A disc was seen in too few frames; with the frames of the first and of the second disc.
     #[error(
         "the tracks are too short: {0} frames of the first disc, {1} of the second; expected at least 8 of each"
     )]
     TooShort(usize, usize),
+    /// The discs do not come near each other and part with other velocities.
     #[error("no collision found: the discs do not come near each other and part again with other velocities")]
     NoCollision,
+    /// Too few frames of a disc before or after the impact are left.
     #[error("too few frames of the {disc} disc {when} the impact: {frames}; expected at least 4")]
-    TooFew { disc: &'static str, when: &'static str, frames: usize },
+    TooFew {
+        /// The disc, in words.
+        disc: &'static str,
+        /// `before` or `after`.
+        when: &'static str,
+        /// Its frames there.
+        frames: usize,
+    },
+    /// At the impact, the discs' centres are not as far apart as their radii demand.
     #[error(
         "the discs' centres are {:.2} ± {:.2} mm apart at the impact, not {:.2} mm (the sum of the radii): check the \
          scale, the radii and which track is which disc; without radius_m the tracks decide",
         1e3 * measured, 1e3 * error, 1e3 * expected
     )]
-    Separation { measured: f64, expected: f64, error: f64 },
+    Separation {
+        /// The distance that the frames show, m.
+        measured: f64,
+        /// The sum of the radii, m.
+        expected: f64,
+        /// The standard error of the measured distance, m.
+        error: f64,
+    },
+    /// Two points that are stated to be on one disc change their distance.
     #[error(
         "the points \"{first}\" and \"{second}\" on the {disc} disc do not move as one rigid body: they are {least_mm:.1} to \
          {most_mm:.1} mm apart; check in [tracks] cue and object which points are on which disc"
     )]
-    NotRigid { disc: &'static str, first: String, second: String, least_mm: f64, most_mm: f64 },
+    NotRigid {
+        /// The disc, in words.
+        disc: &'static str,
+        /// The name of one point.
+        first: String,
+        /// The name of the other point.
+        second: String,
+        /// Their smallest distance, mm.
+        least_mm: f64,
+        /// Their largest distance, mm.
+        most_mm: f64,
+    },
+    /// No single collision of discs explains the motion.
     #[error("its motion fits no single collision of discs: {rms_mm:.2} mm are left even next to the impact")]
-    BadFit { rms_mm: f64 },
+    BadFit {
+        /// The root mean square of what the fit leaves next to the impact, mm.
+        rms_mm: f64,
+    },
+    /// The least-squares fit of the tracks did not converge; with the reason.
     #[error("the fit of its tracks did not converge: {0}")]
     NotConverged(String),
+    /// The computation failed, which is a defect of the program; with the message.
     #[error("it could not be processed ({0}), which is a defect of caromfit")]
     Failed(String),
 }

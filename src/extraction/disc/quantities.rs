@@ -18,54 +18,71 @@ const fn spin(disc: usize, side: usize) -> usize {
 /// The quantities of a [`super::DiscImpact`], in the order of the columns that report them.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Quantity {
-    /// e.
+    /// The coefficient of restitution e, dimensionless.
     Restitution,
     /// J_t/J_n on the second disc, t 90° counter-clockwise from the line of centres.
     ImpulseRatio,
-    /// The same from the change of the first disc's spin, and of the second's.
+    /// J_t/J_n from the change of the first disc's spin.
     ImpulseRatioByFirstSpin,
+    /// J_t/J_n from the change of the second disc's spin.
     ImpulseRatioBySecondSpin,
-    /// m₂/m₁: given, or from the balance of momentum along the line of centres.
+    /// m₂/m₁: stated, or from the balance of momentum along the line of centres.
     MassRatio,
-    /// Momentum gained along and across the line of centres, over the normal impulse.
+    /// Momentum gained along the line of centres, over the normal impulse.
     MomentumAlong,
+    /// Momentum gained across the line of centres, over the normal impulse.
     MomentumAcross,
     /// Angular momentum gained about the contact point, over the normal impulse times the distance of the centres.
     AngularMomentum,
-    /// Energy of motion and rotation lost, as part of what there was.
+    /// Kinetic energy, of motion and rotation, that was lost, as a fraction of that before the impact.
     EnergyLost,
-    /// How fast the discs come nearer along the line of centres, m/s.
+    /// How fast the discs approach along the line of centres, m/s.
     ClosingSpeed,
     /// Slip before the impact over the closing speed.
     SlipRatio,
-    /// Slip of the contact point, second disc's against the first's, along t, before and after, m/s.
+    /// Slip of the second disc's contact point against the first's along t before the impact, m/s.
     SlipBefore,
+    /// Slip of the second disc's contact point against the first's along t after the impact, m/s.
     SlipAfter,
-    /// Line of centres, unit vector.
+    /// x of the line of centres, a unit vector from the first disc to the second.
     NormalX,
+    /// y of the line of centres, a unit vector from the first disc to the second.
     NormalY,
-    /// m.
+    /// Distance of the centres at the impact, m.
     ContactDistance,
+    /// Velocity of the first disc along x before the impact, m/s.
     FirstVxBefore,
+    /// Velocity of the first disc along y before the impact, m/s.
     FirstVyBefore,
+    /// Velocity of the second disc along x before the impact, m/s.
     SecondVxBefore,
+    /// Velocity of the second disc along y before the impact, m/s.
     SecondVyBefore,
+    /// Velocity of the first disc along x after the impact, m/s.
     FirstVxAfter,
+    /// Velocity of the first disc along y after the impact, m/s.
     FirstVyAfter,
+    /// Velocity of the second disc along x after the impact, m/s.
     SecondVxAfter,
+    /// Velocity of the second disc along y after the impact, m/s.
     SecondVyAfter,
-    /// rad/s.
+    /// Angular velocity of the first disc before the impact, counter-clockwise, rad/s.
     FirstSpinBefore,
+    /// Angular velocity of the first disc after the impact, rad/s.
     FirstSpinAfter,
+    /// Angular velocity of the second disc before the impact, rad/s.
     SecondSpinBefore,
+    /// Angular velocity of the second disc after the impact, rad/s.
     SecondSpinAfter,
-    /// s.
+    /// Instant of the impact, s.
     Time,
 }
 
 impl Quantity {
+    /// The number of quantities.
     pub const COUNT: usize = 29;
 
+    /// All quantities, in the order of the columns that report them.
     pub const ALL: [Self; Self::COUNT] = [
         Self::Restitution,
         Self::ImpulseRatio,

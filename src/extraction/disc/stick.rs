@@ -42,12 +42,13 @@ pub(super) const PART: [f64; 2] = [0.5, 0.5];
 /// How long and how firmly two discs stick together.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Stuck {
-    /// Distance of the centres meanwhile, m.
+    /// The distance of the centres while they stick together, m.
     pub distance: f64,
-    /// Frames after the impact in which they stay so, and whether these reach to the end of the tracks.
+    /// How many frames after the impact they stay so.
     pub frames: usize,
+    /// Whether these frames reach to the end of the tracks.
     pub to_the_end: bool,
-    /// Growth of that distance over the closing speed.
+    /// The growth of that distance over the closing speed, which takes the place of e.
     pub restitution: Measured,
 }
 

@@ -7,12 +7,12 @@
 
 mod known;
 mod moments;
-pub mod own_estimates;
+pub(crate) mod own_estimates;
 pub(crate) mod own_unknowns;
 mod path_start;
-pub mod rows;
+pub(crate) mod rows;
 mod schur_reduced;
-pub mod shared_unknowns;
+pub(crate) mod shared_unknowns;
 mod sums;
 
 pub(crate) use known::Extracted;

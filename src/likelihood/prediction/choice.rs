@@ -14,7 +14,7 @@ const DIRECT: f64 = 2e-3;
 impl Plan {
     /// How the shot's collision is computed: as was chosen for it, or by the model.
     #[must_use]
-    pub fn collision(&self, model: &Model) -> Corrected<'_> {
+    pub(crate) fn collision(&self, model: &Model) -> Corrected<'_> {
         let Some((fidelity, effects)) = self.choice else {
             return Corrected { model: *model, correction: None };
         };
@@ -41,7 +41,7 @@ impl Plan {
     ///
     /// # Errors
     /// As [`Plan::predict`].
-    pub fn choose(
+    pub(crate) fn choose(
         &mut self,
         model: &Model,
         coefficients: &Coefficients,
@@ -93,7 +93,11 @@ impl Plan {
     ///
     /// # Errors
     /// As [`Plan::predict`].
-    pub fn correct(&mut self, model: &Model, coefficients: &Coefficients) -> Result<(), Unpredictable> {
+    pub(crate) fn correct(
+        &mut self,
+        model: &Model,
+        coefficients: &Coefficients,
+    ) -> Result<(), Unpredictable> {
         let Some((fidelity, effects)) = self.choice else { return Ok(()) };
         if self.is_corrected() {
             let model = Model { fidelity, effects, ..*model };
@@ -106,12 +110,12 @@ impl Plan {
 
     /// What was chosen for it.
     #[must_use]
-    pub fn choice(&self) -> Option<(Fidelity, Effects)> {
+    pub(crate) fn choice(&self) -> Option<(Fidelity, Effects)> {
         self.choice
     }
 
     /// In the place of an integrated fidelity that fails, `full`.
-    pub fn settle_for_closed(&mut self, model: &Model) {
+    pub(crate) fn settle_for_closed(&mut self, model: &Model) {
         (self.correction, self.is_direct) = (None, false);
         self.choice = self.choice.map(|(fidelity, effects)| {
             let chosen = Model { fidelity, effects, ..*model };
@@ -120,7 +124,7 @@ impl Plan {
     }
 
     /// In the place of a fidelity with the balls' weight, `full`, or `ode` where the contact gives way.
-    pub fn leave_out_weight(&mut self, model: &Model) {
+    pub(crate) fn leave_out_weight(&mut self, model: &Model) {
         if !self.gives_way() {
             return self.settle_for_closed(model);
         }
@@ -130,7 +134,7 @@ impl Plan {
 
     /// Whether it was chosen with more than [`Plan::leave_out_weight`] leaves.
     #[must_use]
-    pub fn has_weight(&self) -> bool {
+    pub(crate) fn has_weight(&self) -> bool {
         self.choice.is_some_and(|(fidelity, _)| {
             fidelity == Fidelity::Contact || fidelity.is_integrated() && !self.gives_way()
         })
@@ -138,36 +142,36 @@ impl Plan {
 
     /// Whether it was chosen with a contact that gives way.
     #[must_use]
-    pub fn gives_way(&self) -> bool {
+    pub(crate) fn gives_way(&self) -> bool {
         self.choice.is_some_and(|(fidelity, effects)| effects.and(fidelity.effects()).compliance)
     }
 
     /// Whether it is integrated whenever it is computed.
     #[must_use]
-    pub fn is_direct(&self) -> bool {
+    pub(crate) fn is_direct(&self) -> bool {
         self.is_direct
     }
 
     /// A contact that gives way as a correction of a rigid one, however much it changes.
-    pub fn correct_rigid(&mut self) {
+    pub(crate) fn correct_rigid(&mut self) {
         (self.is_direct, self.correction) = (false, None);
     }
 
     /// From now on computed as the model says, whatever model it is later computed with.
-    pub fn fix(&mut self, model: &Model) {
+    pub(crate) fn fix(&mut self, model: &Model) {
         (self.choice, self.correction) = (Some((model.fidelity, model.effects)), None);
         self.is_direct = model.is_compliant();
     }
 
     /// As the model says, with nothing chosen.
     #[must_use]
-    pub fn plain(&self) -> Self {
+    pub(crate) fn plain(&self) -> Self {
         Self { choice: None, correction: None, is_direct: false, ..self.clone() }
     }
 
     /// Whether it is computed at an integrated fidelity by a correction.
     #[must_use]
-    pub fn is_corrected(&self) -> bool {
+    pub(crate) fn is_corrected(&self) -> bool {
         self.choice.is_some_and(|(fidelity, effects)| {
             let is_base = self.is_direct && fidelity == Fidelity::Ode && effects == of_contact(effects);
             fidelity.is_integrated() && !is_base

@@ -21,28 +21,34 @@ use crate::physics::collision::{Coefficients, Correction, Effects, Fidelity, Mod
 use crate::physics::friction_law::Law;
 
 /// No kind of data set has more observables per shot.
-pub const MAX_OBSERVABLES: usize = Observable::IMPACTS.len();
+pub(crate) const MAX_OBSERVABLES: usize = Observable::IMPACTS.len();
 
 /// Inputs of a shot. Kind `impacts`: direction of the line of centres (rad), v_x, v_y, ω_x, ω_y,
 /// ω_z in the table frame. Kind `angles`: cut angle, speed (or the speed afterwards that it is
 /// solved from), nothing, ω_x, ω_y, ω_z in the collision frame.
-pub const INPUTS: usize = Joint::BEFORE;
+pub(crate) const INPUTS: usize = Joint::BEFORE;
 
 /// Predicted observables of one shot, SI and radians, in the order of [`Plan::rows`].
 #[derive(Clone, Debug)]
 pub struct Prediction {
+    /// The predicted values; those beyond the shot's observations are 0.
     pub values: SVector<f64, MAX_OBSERVABLES>,
-    /// With respect to the parameters in the order of [`Parameter::ALL`]; 0 for those that have no part in the model.
+    /// Their derivatives by the parameters in the order of [`Parameter::ALL`]; 0 for parameters that have no part in
+    /// the model.
     pub by_parameters: SMatrix<f64, MAX_OBSERVABLES, { Parameter::ALL.len() }>,
+    /// Their derivatives by the shot's inputs: for kind `impacts` the direction of the line of centres (rad), v_x,
+    /// v_y, ω_x, ω_y and ω_z in the table frame; for kind `angles` the cut angle, the speed, nothing, and ω_x, ω_y,
+    /// ω_z in the collision frame.
     pub by_inputs: SMatrix<f64, MAX_OBSERVABLES, INPUTS>,
     /// Speed of the cue ball before the impact, m/s, measured or solved for.
     pub speed: f64,
-    pub contact: Contact,
+    /// How the balls touch.
+    pub(crate) contact: Contact,
 }
 
 /// How the balls touch: what decides on which side of its kinks a prediction is.
 #[derive(Clone, Copy, Debug)]
-pub struct Contact {
+pub(crate) struct Contact {
     /// Whether the cue ball presses the object ball into the cloth, and whether the contact sticks.
     pub side: [bool; 2],
     /// The slip at first contact over the closing speed: its vertical component v_z0/k, and ln(|v_∥0|/k); and how
@@ -53,7 +59,7 @@ pub struct Contact {
     pub log_slip_by_inputs: SVector<f64, INPUTS>,
 }
 
-/// What of a shot is input and what is observed.
+/// A shot prepared for prediction: its measured state before the impact, the inputs, and its observations.
 #[derive(Clone, Debug)]
 pub struct Plan {
     state: State,
@@ -72,21 +78,35 @@ pub struct Plan {
 /// Why a shot cannot be predicted.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 pub enum Unpredictable {
+    /// The state before the impact is no collision.
     #[error(transparent)]
     NotACollision(#[from] NotACollision),
+    /// The cue ball's spin is unknown.
     #[error("its spin is unknown; give spin columns, or cue_spin stun or natural-roll")]
     UnknownSpin,
+    /// The spin is given in rad/s, but no speed to compare it with.
     #[error("its spin is given in rad/s but no speed is: give speed_m_s or a speed after the impact")]
     SpinWithoutSpeed,
+    /// The friction or the restitution depends on the speed, which is not known.
     #[error(
         "the friction or e depends on the speed, but the shot has none: give speed_m_s or a speed after the \
          impact"
     )]
     FallsWithoutSpeed,
+    /// No speed before the impact gives the speed that was measured after it.
     #[error("no incoming speed gives the {column} of {value}")]
-    NoSpeed { column: &'static str, value: f64 },
+    NoSpeed {
+        /// The column of the speed that was measured.
+        column: &'static str,
+        /// Its value, m/s.
+        value: f64,
+    },
+    /// The only observable serves to find the speed before the impact, so that none is left to fit.
     #[error("its only observable, {column}, serves to find the incoming speed: nothing is left to fit")]
-    NothingLeft { column: &'static str },
+    NothingLeft {
+        /// The column of that observable.
+        column: &'static str,
+    },
 }
 
 /// The speeds afterwards that the speed before can be solved from, best first.
@@ -115,6 +135,8 @@ fn cut(before: &Before) -> f64 {
 }
 
 impl Plan {
+    /// Prepares a shot.
+    ///
     /// # Errors
     /// A shot with unknown spin, or whose speed is needed and neither given nor to be solved for.
     pub fn new(shot: &Shot) -> Result<Self, Unpredictable> {
@@ -171,7 +193,7 @@ impl Plan {
         })
     }
 
-    /// The cue ball before the impact, collision frame.
+    /// The cue ball just before the impact, in the collision frame.
     ///
     /// # Errors
     /// As [`Plan::predict`].
@@ -182,7 +204,7 @@ impl Plan {
 
     /// Which parameters, in the order of [`Parameter::ALL`], its observations depend on where this is predicted of it.
     #[must_use]
-    pub fn depends(&self, prediction: &Prediction) -> [bool; Parameter::ALL.len()] {
+    pub(crate) fn depends(&self, prediction: &Prediction) -> [bool; Parameter::ALL.len()] {
         let by = prediction.by_parameters.rows(0, self.rows.len());
         std::array::from_fn(|parameter| by.column(parameter).iter().any(|d| *d != 0.0))
     }
@@ -191,7 +213,7 @@ impl Plan {
     ///
     /// # Errors
     /// As [`Plan::predict`].
-    pub fn regime(&self, model: &Model, coefficients: &Coefficients) -> Result<Regime, Unpredictable> {
+    pub(crate) fn regime(&self, model: &Model, coefficients: &Coefficients) -> Result<Regime, Unpredictable> {
         let cue = self.cue(model, coefficients)?;
         Ok(self.collision(model).model.collide(&cue, coefficients)?.regime)
     }
@@ -229,23 +251,23 @@ impl Plan {
 
     /// The joint errors of inputs and observations, where they were extracted together.
     #[must_use]
-    pub fn joint(&self) -> Option<&Joint> {
+    pub(crate) fn joint(&self) -> Option<&Joint> {
         self.joint.as_deref()
     }
 
     /// The same, taken apart.
     #[must_use]
-    pub fn together(&self) -> Option<&Together> {
+    pub(crate) fn together(&self) -> Option<&Together> {
         self.together.as_deref()
     }
 
     /// Whether any input has an error that can be told from those of the observations.
     #[must_use]
-    pub fn has_uncertain_inputs(&self) -> bool {
+    pub(crate) fn has_uncertain_inputs(&self) -> bool {
         self.joint.is_none() == self.together.is_none() && self.variance_in.amax() > 0.0
     }
 
-    /// Variances of the inputs; an input without a stated error counts as exact.
+    /// The variances of the inputs in the order of the columns of [`Prediction::by_inputs`]; an input without a stated error counts as exact.
     #[must_use]
     pub fn variance_in(&self) -> &SVector<f64, INPUTS> {
         &self.variance_in
@@ -253,14 +275,14 @@ impl Plan {
 
     /// Whether the incoming speed is known, measured or solved for.
     #[must_use]
-    pub fn knows_speed(&self) -> bool {
+    pub(crate) fn knows_speed(&self) -> bool {
         !matches!(self.state.before, Before::Angle { speed: None, .. }) || self.state.solved_from.is_some()
     }
 
     /// Whether the cue ball has topspin about the line of centres, so that it presses the object
     /// ball into the cloth.
     #[must_use]
-    pub fn has_topspin(&self) -> bool {
+    pub(crate) fn has_topspin(&self) -> bool {
         let start = Start::new(&self.state, 1.0, 1.0);
         start.cue.spin.y > 0.0
     }
@@ -280,11 +302,11 @@ impl Plan {
 
     /// Cut angle, radians.
     #[must_use]
-    pub fn cut(&self) -> f64 {
+    pub(crate) fn cut(&self) -> f64 {
         cut(&self.state.before)
     }
 
-    /// From the state before the impact as it was measured.
+    /// What the model predicts from the state before the impact as it was measured.
     ///
     /// # Errors
     /// What is no collision, and a speed that cannot be solved for.
@@ -296,7 +318,7 @@ impl Plan {
     ///
     /// # Errors
     /// As [`Plan::predict`].
-    pub fn predict_moved(
+    pub(crate) fn predict_moved(
         &self,
         by: &SVector<f64, INPUTS>,
         model: &Model,
@@ -440,7 +462,7 @@ impl Plan {
     /// The cue ball's spin before the impact at a speed (m/s): forward spin over that of natural roll,
     /// and Rω_z/U.
     #[must_use]
-    pub fn spin_ratios(&self, speed: f64, radius: f64) -> [f64; 2] {
+    pub(crate) fn spin_ratios(&self, speed: f64, radius: f64) -> [f64; 2] {
         let BallState { velocity, spin } = Start::new(&self.state, speed, radius).cue;
         let forward = spin.y * velocity.x - spin.x * velocity.y;
         [radius * forward / velocity.norm_squared(), radius * spin.z / velocity.norm()]

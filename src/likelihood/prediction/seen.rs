@@ -161,7 +161,7 @@ impl View<'_> {
     }
 }
 
-/// An angle brought to (−π, π].
+/// The same angle brought to (−π, π], rad.
 #[must_use]
 pub fn wrap(angle: f64) -> f64 {
     use std::f64::consts::{PI, TAU};

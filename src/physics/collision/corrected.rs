@@ -17,15 +17,20 @@ pub struct Correction {
     pub value: SVector<f64, 12>,
     /// By μ, μ_s, e, b and c of a friction that falls, and κ of a contact that gives way.
     pub slope: SMatrix<f64, 12, 6>,
+    /// The coefficients that the correction was computed at.
     pub at: Coefficients,
+    /// The law of friction that it was computed at.
     pub law: Law,
+    /// The tangential compliance κ that it was computed at, 0 for a rigid contact.
     pub kappa: f64,
 }
 
 /// A model, and what is added to its outcomes.
 #[derive(Clone, Copy, Debug)]
 pub struct Corrected<'a> {
+    /// The model in closed form.
     pub model: Model,
+    /// What an integrated fidelity adds to its outcomes, if anything.
     pub correction: Option<&'a Correction>,
 }
 
@@ -150,7 +155,8 @@ impl Corrected<'_> {
 }
 
 impl Model {
-    /// `full` with what of the effects it can do, for a model that is integrated.
+    /// The model in closed form, [`Fidelity::Full`], with those of the effects that it can simulate; `None` for a fidelity that is
+    /// not integrated.
     #[must_use]
     pub fn closed(&self) -> Option<Self> {
         let effects = || self.effects.and(Fidelity::Full.effects());

@@ -1,15 +1,14 @@
 //! What a simulation of an impact contains: one switch for each effect.
 
-/// Effects of an impact, each on or off. What a fidelity contains is
-/// [`super::Fidelity::effects`].
+/// Effects of an impact, each on or off. [`super::Fidelity::effects`] gives those that a fidelity can simulate.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[allow(clippy::struct_excessive_bools)] // any combination of the effects is one that can be asked for
 pub struct Effects {
-    /// The balls lose energy: e < 1.
+    /// The balls lose energy in the impact: e < 1.
     pub inelasticity: bool,
     /// Friction between the balls.
     pub friction: bool,
-    /// Friction ends where the slip does.
+    /// Friction between the balls ends when their slip has stopped: the contact sticks.
     pub stick: bool,
     /// The friction between the balls turns with the slip during the impact.
     pub turning: bool,
@@ -21,7 +20,7 @@ pub struct Effects {
     pub cloth_on_cue: bool,
     /// Gravity during the contact, with the balls' weight on the cloth.
     pub gravity: bool,
-    /// A friction that depends on the slip speed follows it during the impact.
+    /// Friction between the balls that depends on the slip follows it during the impact.
     pub falling_friction: bool,
     /// The contact gives way along the surface and springs back, by κ of [`super::Model`].
     pub compliance: bool,
@@ -94,7 +93,7 @@ impl Effects {
         })
     }
 
-    /// What both contain.
+    /// The effects that are on in both.
     #[must_use]
     pub fn and(self, other: Self) -> Self {
         let mut both = Self::NONE;

@@ -5,11 +5,11 @@ use super::Effects;
 /// How closely the collision is modelled.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Fidelity {
-    /// No friction, no loss.
+    /// Neither friction nor loss of energy.
     Elastic,
-    /// Restitution, no friction.
+    /// Restitution without friction.
     Inelastic,
-    /// First order in μ; no stick.
+    /// The approximation of first order in μ (Kim 2024, Eqs. 50–54), in which the contact never sticks.
     Linear,
     /// The exact solution of the equations of motion, stick included.
     Full,
@@ -38,14 +38,14 @@ impl Fidelity {
         }
     }
 
-    /// Whether it solves the equations of motion step by step.
+    /// Whether this fidelity integrates the equations of motion step by step.
     #[must_use]
     #[inline]
     pub fn is_integrated(self) -> bool {
         matches!(self, Self::Ode | Self::Contact)
     }
 
-    /// Everything that it can do. [`Model::new`] switches all of it on, but for `ode` the cloth's
+    /// All effects that this fidelity can simulate. [`Model::new`] switches all of it on, but for `ode` the cloth's
     /// friction on the cue ball and along the true slip, so that it solves the equations of `full`.
     #[must_use]
     pub fn effects(self) -> Effects {

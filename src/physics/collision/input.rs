@@ -1,52 +1,83 @@
-//! What goes into a collision, and what is none.
+//! The input of a collision, checked: what it must satisfy, and the numbers that the impulses follow from.
 
 use super::{ClothTorque, Coefficients, MAX_KAPPA, MAX_TOLERANCE, MIN_TOLERANCE, Model, length};
 use crate::physics::ball::{Ball, BallState, UNIFORM_SPHERE, Vec3};
 use crate::physics::contact_frame;
 use crate::physics::friction_law::{Friction, Law};
 
-/// Why an input is no collision. A wrong use, not a numerical outcome.
+/// Why an input describes no collision.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 pub enum NotACollision {
+    /// A number of the input is NaN or infinite.
     #[error("{name} is {value}; expected a finite number")]
-    NotFinite { name: &'static str, value: f64 },
+    NotFinite {
+        /// The name of that number.
+        name: &'static str,
+        /// The number itself.
+        value: f64,
+    },
+    /// The line of centres, given as (x, y) in the frame of the table, has no length or is not finite.
     #[error("the line of centres ({0}, {1}) has no direction; expected a finite vector other than 0")]
     NoDirection(f64, f64),
+    /// The cue ball does not move towards the object ball; with its velocity along the line of centres, m/s.
     #[error(
         "the cue ball does not approach: its velocity along the line of centres is {0} m/s; expected more than 0"
     )]
     NotApproaching(f64),
+    /// The cue ball has a vertical velocity, given here in m/s.
     #[error("the cue ball leaves the cloth with {0} m/s; expected a horizontal velocity")]
     NotHorizontal(f64),
+    /// The friction between the balls μ, given here, is negative.
     #[error("mu is {0}; expected 0 or more")]
     NegativeMu(f64),
+    /// The friction of the cloth on the object ball μ_s, the first number, is negative or not below the second, 2 +
+    /// ν: from there on the cloth would drive the slip that it brakes.
     #[error("mu_s is {0}; expected 0 or more, below {1}")]
     MuSOutOfRange(f64, f64),
+    /// The product μ·μ_s, given here, is 2 or more: the impact would never end.
     #[error("mu·mu_s is {0}; expected less than 2, or the balls jam")]
     Jams(f64),
+    /// The coefficient of restitution e, given here, is not within 0 to 1.
     #[error("e is {0}; expected 0 to 1")]
     EOutOfRange(f64),
+    /// The radius of a ball, given here in m, is not positive and finite.
     #[error("the radius is {0} m; expected more than 0")]
     Radius(f64),
+    /// The moment of inertia of a ball over MR², ν, given here, is not positive or more than 2/3.
     #[error("the moment of inertia over MR² is {0}; expected more than 0, at most 2/3 (a hollow sphere)")]
     Inertia(f64),
+    /// The friction of the cloth on the cue ball μ_k, given here, is negative, or μ·μ_k is 2 or more.
     #[error("mu_k is {0}; expected 0 or more, and mu·mu_k less than 2")]
     MuKOutOfRange(f64),
+    /// The law μ(v) = μ + b·exp(−c v) by which the friction between the balls falls with the slip v is not finite, is
+    /// negative without slip, or has a negative c.
     #[error(
         "mu is {mu} and falls as b·exp(−c·v) with b = {b}, c = {c}; expected numbers, c and mu + b of 0 or more"
     )]
-    Law { mu: f64, b: f64, c: f64 },
+    Law {
+        /// The friction μ that is left at a large slip, dimensionless.
+        mu: f64,
+        /// By how much the friction is larger without slip, dimensionless.
+        b: f64,
+        /// How fast the friction falls with the slip, s/m.
+        c: f64,
+    },
+    /// The cue ball's mass over the object ball's, given here, is not within 0.001 to 1000.
     #[error("the cue ball's mass over the object ball's is {0}; expected 0.001 to 1000")]
     MassRatio(f64),
+    /// The tangential compliance κ, given here, is not within 0 to [`MAX_KAPPA`].
     #[error("kappa is {0}; expected 0 (rigid along the surface) to {MAX_KAPPA}")]
     KappaOutOfRange(f64),
+    /// [`ClothTorque::AsPrinted`] was asked for with balls that differ: the paper's equations are for equal balls.
     #[error("the paper's equations as printed are for equal balls; expected no other object ball")]
     UnequalAsPrinted,
+    /// The tolerance, given here, is not within [`MIN_TOLERANCE`] to [`MAX_TOLERANCE`].
     #[error("the tolerance is {0}; expected {MIN_TOLERANCE:e} to {MAX_TOLERANCE:e}")]
     Tolerance(f64),
+    /// The contact time, given here in s, is not positive and finite.
     #[error("the contact time is {0} s; expected more than 0")]
     ContactTime(f64),
-    /// `ode` and `contact` bound their steps and changes of grip. Under gravity some slow shots run out of
+    /// The integration of `ode` or `contact` took too many steps or changes of grip at the tolerance given here. Under gravity some slow shots run out of
     /// them (of the hardest that the tests try 7 in 1000 at 1e-10, below some 0.2 m/s): a slip on the cloth that passes close by 0, or settles
     /// there, turns faster than steps can follow. So do some with an e near 0, whose restitution lasts 1/e times
     /// their compression, under gravity all the while. (At 0 there is none: the impact ends with compression.)

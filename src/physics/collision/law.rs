@@ -15,15 +15,16 @@ use crate::physics::friction_law::Law;
 /// The components of an outcome by b and c.
 type ByLaw = SMatrix<f64, 12, 2>;
 
-/// How many numbers there are besides the coefficients: b, c, κ, m_cue/m_object, R_cue/R_object and e₁.
+/// How many numbers an outcome depends on besides the coefficients and the cue ball's state: b and c of a friction that falls with
+/// the slip, κ, m_cue/m_object, R_cue/R_object and e₁.
 pub const OTHERS: usize = 6;
 
-/// The components of an outcome by these.
+/// The derivatives of an outcome's components, in the order of the rows of [`Jacobian`], by those numbers in this order.
 pub type ByOthers = SMatrix<f64, 12, OTHERS>;
 
 impl Model {
-    /// As [`Model::collide_with_jacobian`], also by b and c, κ, the ratio of the masses, that of the radii and e₁; `None` where friction
-    /// and e are constant, the contact rigid and the balls equal.
+    /// The outcome with its derivatives as in [`Model::collide_with_jacobian`], and those by b, c, κ, the ratio of the masses, that of
+    /// the radii and e₁. These are `None` where friction and e are constant, the contact is rigid and the balls are equal.
     ///
     /// # Errors
     /// As [`Model::collide`].
@@ -43,7 +44,7 @@ impl Model {
     /// Whether there is more than the coefficients that outcomes depend on.
     #[must_use]
     #[inline]
-    pub fn has_others(&self) -> bool {
+    pub(crate) fn has_others(&self) -> bool {
         self.law != Law::Constant || !self.is_usual() || self.is_compliant()
     }
 
@@ -115,7 +116,11 @@ impl Model {
     ///
     /// # Errors
     /// As [`Model::collide`].
-    pub fn by_kappa(&self, cue: &BallState, coefficients: &Coefficients) -> Result<Column, NotACollision> {
+    pub(crate) fn by_kappa(
+        &self,
+        cue: &BallState,
+        coefficients: &Coefficients,
+    ) -> Result<Column, NotACollision> {
         if !self.is_compliant() {
             return Ok(Column::zeros());
         }

@@ -36,7 +36,7 @@ use super::ball::{Ball, BallState};
 use super::cloth_motion::Cloth;
 use super::friction_law::Law;
 
-pub use corrected::{Corrected, Correction};
+pub(crate) use corrected::{Corrected, Correction};
 pub use effects::Effects;
 pub use fidelity::Fidelity;
 use input::Contact;
@@ -78,17 +78,18 @@ impl ClothTorque {
     }
 }
 
-/// The range of [`Model::tolerance`]: below, roundings prevail; above, the error has no order.
+/// The smallest [`Model::tolerance`]: below it, rounding errors prevail.
 pub const MIN_TOLERANCE: f64 = 1e-12;
+/// The largest [`Model::tolerance`]: above it, the error is no longer of the order of the tolerance.
 pub const MAX_TOLERANCE: f64 = 1e-2;
 
-/// Poisson's ratio σ of phenolic resin.
+/// Poisson's ratio σ of phenolic resin, of which balls are made, dimensionless.
 pub const POISSON: f64 = 0.34;
 
-/// The largest [`Model::kappa`]: a contact so soft along its surface hardly brings friction to bear.
+/// The largest [`Model::kappa`]: a contact that is softer along its surface hardly transmits any friction.
 pub const MAX_KAPPA: f64 = 100.0;
 
-/// κ = (2 − σ)/2(1 − σ) of bodies that are elastic with Poisson's ratio σ (Mindlin 1949).
+/// The tangential compliance κ = (2 − σ)/(2(1 − σ)) of elastic bodies with Poisson's ratio σ, dimensionless (Mindlin 1949).
 #[must_use]
 pub const fn kappa(poisson: f64) -> f64 {
     (2.0 - poisson) / (2.0 * (1.0 - poisson))
@@ -97,11 +98,14 @@ pub const fn kappa(poisson: f64) -> f64 {
 /// Whether the contact slides to the end or sticks on the way.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Regime {
+    /// The contact slides until the balls separate.
     Slide,
+    /// Friction stops the slip before the balls separate, and the contact sticks.
     Stick,
 }
 
 impl Regime {
+    /// The name in the output of the program: `slide` or `stick`.
     #[must_use]
     pub fn name(self) -> &'static str {
         match self {
@@ -114,45 +118,51 @@ impl Regime {
 /// A collision model: what is needed besides the coefficients and the state of the cue ball.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Model {
+    /// How closely the collision is modelled.
     pub fidelity: Fidelity,
     /// The cue ball.
     pub ball: Ball,
-    /// The object ball, where it is not like the cue ball.
+    /// The object ball, where it differs from the cue ball; `None` stands for an equal one.
     pub object: Option<Ball>,
+    /// The sign of the torque by which the cloth acts on the object ball.
     pub cloth_torque: ClothTorque,
-    /// What is simulated, as far as the fidelity can. Stick and turning have no switch of their own.
+    /// Which effects are simulated, as far as the fidelity can. Stick and turning have no switch of their own: the
+    /// fidelity decides on them.
     pub effects: Effects,
-    /// How the friction between the balls falls with the slip. What has a closed form takes the friction
-    /// at the first slip, an approximation; `ode` and `contact` follow the slip.
+    /// How the friction between the balls falls with the slip. The fidelities in closed form take the friction at the
+    /// first slip, which is an approximation; `ode` and `contact` follow the slip during the impact.
     pub law: Law,
-    /// e₁ of an e that falls with the closing speed v, e(v) = e₀ − e₁v and not below 0, s/m; `None`: it does not.
+    /// The e₁ of a restitution that falls with the closing speed v, e(v) = e₀ − e₁v but not below 0, in s/m; `None`
+    /// where e is constant.
     pub e_slope: Option<f64>,
-    /// `ode` and `contact`: κ, how far the contact gives way along the surface. 0 is rigid, as Kim's is.
+    /// Used by `ode` and `contact`: the tangential compliance κ, the ratio of normal to tangential stiffness of the
+    /// contact, dimensionless. 0 is a contact that is rigid along its surface, as in Kim (2024).
     pub kappa: f64,
-    /// `ode` and `contact`: error of each step relative to the closing speed k. The outcome's error is
-    /// of that order.
+    /// Used by `ode` and `contact`: the error of each step relative to the closing speed k. The outcome's error is of
+    /// that order.
     pub tolerance: f64,
-    /// `ode` and `contact`: μ_k, friction of the cloth on the cue ball.
+    /// Used by `ode` and `contact`: the friction of the cloth on the cue ball μ_k, dimensionless.
     pub mu_k: f64,
-    /// `contact`: how long an elastic head-on impact at 1 m/s lasts, in seconds. At k it lasts
-    /// k^(−1/5) times as long (Hertz).
+    /// Used by `contact`: how long an elastic head-on impact at 1 m/s lasts, in seconds. At a closing speed of k m/s
+    /// it lasts k^(−1/5) times as long (Hertz).
     pub contact_time: f64,
 }
 
 impl Model {
-    /// Balls of phenolic resin touch for 250 to 300 µs (Kim 2024, below Eq. 37).
+    /// The default of [`Model::contact_time`], in seconds: balls of phenolic resin touch for 250 to 300 µs (Kim 2024, below Eq. 37).
     pub const CONTACT_TIME: f64 = 280e-6;
 
-    /// Far below what is measured, and half a dozen digits above roundings.
+    /// The default of [`Model::tolerance`]: far below any error of measurement, and about six digits above rounding errors.
     pub const TOLERANCE: f64 = 1e-10;
 
-    /// Of fits: far below what is measured, and what takes some microseconds.
+    /// The tolerance that fits use: still far below any error of measurement, at a few microseconds for a collision.
     pub const TOLERANCE_OF_FITS: f64 = 2e-7;
 
-    /// κ of phenolic resin, σ = 0.34 ([`kappa`]).
+    /// The tangential compliance κ of phenolic resin, whose Poisson's ratio is 0.34 ([`kappa`]).
     pub const KAPPA: f64 = kappa(POISSON);
 
-    /// The corrected model with what the fidelity contains by default: equal balls, rigid along the surface.
+    /// A model of equal balls, rigid along their surface, with constant friction and restitution and the effects that the fidelity
+    /// contains by default.
     #[must_use]
     pub fn new(fidelity: Fidelity, ball: Ball) -> Self {
         let effects = match fidelity {
@@ -174,41 +184,42 @@ impl Model {
         }
     }
 
-    /// m_cue/m_object.
+    /// The cue ball's mass over the object ball's, m_cue/m_object.
     #[must_use]
     #[inline]
     pub fn mass_ratio(&self) -> f64 {
         self.object.map_or(1.0, |object| self.ball.mass / object.mass)
     }
 
-    /// The object ball.
+    /// The object ball, which is like the cue ball unless stated otherwise.
     #[must_use]
     #[inline]
     pub fn object_ball(&self) -> Ball {
         self.object.unwrap_or(self.ball)
     }
 
-    /// With this m_cue/m_object, all else as it is.
+    /// The same model with another mass of the object ball, so that m_cue/m_object is `ratio`.
     #[must_use]
     pub fn with_mass_ratio(self, ratio: f64) -> Self {
         let object = Ball { mass: self.ball.mass / ratio, ..self.object_ball() };
         Self { object: Some(object), ..self }
     }
 
-    /// R_cue/R_object.
+    /// The cue ball's radius over the object ball's, R_cue/R_object.
     #[must_use]
     pub fn radius_ratio(&self) -> f64 {
         self.object.map_or(1.0, |object| self.ball.radius / object.radius)
     }
 
-    /// With this R_cue/R_object, the cue ball as it is.
+    /// The same model with another radius of the object ball, so that R_cue/R_object is `ratio`.
     #[must_use]
     pub fn with_radius_ratio(self, ratio: f64) -> Self {
         let object = Ball { radius: self.ball.radius / ratio, ..self.object_ball() };
         Self { object: Some(object), ..self }
     }
 
-    /// sin δ = (R_o − R_c)/(R_o + R_c) of the angle δ by which the line of centres rises towards the object ball.
+    /// The sine of the angle δ by which the line of centres rises towards the object ball: sin δ = (R_o − R_c)/(R_o + R_c), positive for
+    /// a larger object ball.
     #[must_use]
     #[inline]
     pub fn tilt(&self) -> f64 {
@@ -226,7 +237,7 @@ impl Model {
     /// of θ).
     ///
     /// # Errors
-    /// What is no collision: balls that do not approach, coefficients out of range, a vertical
+    /// Input that describes no collision: balls that do not approach, coefficients out of range, a vertical
     /// velocity, anything not finite.
     pub fn collide(&self, cue: &BallState, coefficients: &Coefficients) -> Result<Outcome, NotACollision> {
         if self.is_usual() { self.find(cue, coefficients) } else { self.find_unusual(cue, coefficients) }

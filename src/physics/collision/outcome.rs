@@ -6,13 +6,16 @@ use nalgebra::{SMatrix, SVector};
 use super::{Contact, Impulse, ImpulseGradient, Model, Regime, variable};
 use crate::physics::ball::{BallState, Vec3};
 
-/// Both balls after the impact, collision frame.
+/// Both balls just after the impact, in the collision frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Outcome {
+    /// Whether the contact slid to the end of the impact or stuck on the way.
     pub regime: Regime,
-    /// Normal impulse per unit mass q, m/s.
+    /// The normal impulse over the object ball's mass, q = P/M, m/s.
     pub impulse: f64,
+    /// The cue ball after the impact.
     pub cue: BallState,
+    /// The object ball after the impact.
     pub object: BallState,
 }
 
@@ -29,9 +32,9 @@ impl Outcome {
         all
     }
 
-    /// With something added to the twelve components.
+    /// The outcome with `added` to its twelve components.
     #[must_use]
-    pub fn plus(&self, added: &SVector<f64, 12>) -> Self {
+    pub(crate) fn plus(&self, added: &SVector<f64, 12>) -> Self {
         let ball = |state: &BallState, first: usize| BallState {
             velocity: state.velocity + added.fixed_rows::<3>(first),
             spin: state.spin + added.fixed_rows::<3>(first + 3),
@@ -40,22 +43,30 @@ impl Outcome {
     }
 }
 
-/// Derivative of the outcome. Rows: velocity and spin of the cue ball, then of the object ball,
-/// x, y, z each. Columns: [`Input`].
+/// The derivative of an outcome, in SI units and radians. Its rows are the velocity and the spin of the cue ball, then those of
+/// the object ball, x, y and z of each; its columns are the [`Input`]s.
 pub type Jacobian = SMatrix<f64, 12, 8>;
 
 /// The columns of [`Jacobian`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Input {
+    /// Friction between the balls μ, dimensionless.
     Mu,
+    /// Friction of the cloth on the object ball μ_s, dimensionless.
     MuS,
+    /// Coefficient of restitution e, dimensionless; e₀ where it falls with the closing speed.
     E,
-    /// Cue ball's velocity before the impact along the line of centres, U cos φ.
+    /// The cue ball's velocity before the impact along the line of centres, U cos φ, m/s.
     VelocityX,
-    /// And across it, U sin φ.
+    /// The cue ball's velocity before the impact across the line of centres, U sin φ, m/s.
     VelocityY,
+    /// The cue ball's angular velocity before the impact about the line of centres, ω_x, rad/s.
     SpinX,
+    /// The cue ball's angular velocity before the impact about the horizontal axis across the line of centres, ω_y,
+    /// rad/s: positive for topspin, negative for draw.
     SpinY,
+    /// The cue ball's angular velocity before the impact about the vertical, ω_z, rad/s: its side spin, positive
+    /// counterclockwise as seen from above.
     SpinZ,
 }
 

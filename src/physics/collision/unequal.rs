@@ -17,7 +17,7 @@ use super::{
 };
 use crate::physics::ball::{BallState, Vec3};
 
-/// The components of an outcome by one number.
+/// The derivatives of an outcome's components by one number, in the order of the rows of [`Jacobian`].
 pub type Column = SVector<f64, 12>;
 
 /// How an outcome hangs on its impulses in [`Impulse`]'s units: linearly, as long as the same ball is carried by the cloth.
@@ -146,7 +146,7 @@ impl Model {
     ///
     /// # Errors
     /// As [`Model::collide`].
-    pub fn by_radius_ratio(
+    pub(crate) fn by_radius_ratio(
         &self,
         cue: &BallState,
         coefficients: &Coefficients,
