@@ -22,9 +22,11 @@ pub mod methods {}
 /// A page of the guide.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Topic {
+    /// The name by which `caromfit help` finds it.
     pub name: &'static str,
+    /// What it is about, in a line.
     pub about: &'static str,
-    /// Markdown.
+    /// The text, in Markdown.
     pub text: &'static str,
 }
 

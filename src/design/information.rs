@@ -21,12 +21,12 @@ use crate::trajectory::scene::Scene;
 /// μ, μ_s, e, μ_k, μ_r.
 const SHARED: usize = 5;
 
-/// By μ, μ_s, e, μ_k, μ_r.
+/// The Fisher information of μ, μ_s, e, μ_k and μ_r, in this order: the inverse of the covariance that they are determined to.
 pub type Information = SMatrix<f64, SHARED, SHARED>;
 
 /// Shots over which a kind is averaged, and instants of the shutter for a single cut and speed: doubling either moves
 /// standard errors by less than 1 %.
-pub const SAMPLES: usize = 512;
+pub(crate) const SAMPLES: usize = 512;
 const PHASES: usize = 16;
 
 /// Shots with markers whose extraction tells how well markers show spins: doubling moves the errors by a few per cent.
@@ -36,7 +36,7 @@ const MARKED: usize = 96;
 const MARKERS: u32 = 2;
 
 /// The standard error of a spin that markers do not show, rad/s: ten times that of any shot.
-pub const UNSEEN: f64 = 1e4;
+pub(crate) const UNSEEN: f64 = 1e4;
 
 /// An eigenvalue of the information, scaled to a diagonal of 1, that is rounding: the fit's own limit, 1e-5 of
 /// the largest singular value, squared.
@@ -50,7 +50,8 @@ const SHARE: f64 = 1e-6;
 
 /// Information of an average shot.
 #[derive(Clone, Copy, Debug)]
-pub struct Average {
+pub(crate) struct Average {
+    /// The Fisher information.
     pub information: Information,
     /// Part of the shots whose frames do not even tell their own motion.
     pub unusable: f64,
@@ -75,7 +76,7 @@ fn between([from, to]: [f64; 2], part: f64) -> f64 {
 ///
 /// # Errors
 /// A shot of it is no collision.
-pub fn of_kind(expected: &Expected, kind: &PlayedKind) -> Result<Average, NotACollision> {
+pub(crate) fn of_kind(expected: &Expected, kind: &PlayedKind) -> Result<Average, NotACollision> {
     average(expected, kind, &(0..SAMPLES).map(|i| spread(kind, i)).collect::<Vec<_>>())
 }
 
@@ -149,7 +150,7 @@ fn played(expected: &Expected, kind: &PlayedKind, shot: Shot) -> (BallState, Mod
 ///
 /// # Errors
 /// It is no collision.
-pub fn of_cell(
+pub(crate) fn of_cell(
     expected: &Expected,
     kind: &PlayedKind,
     speed: f64,
@@ -227,7 +228,7 @@ fn film(
 
 /// What is known of μ_k and μ_r beforehand, as information.
 #[must_use]
-pub fn prior() -> Information {
+pub(crate) fn prior() -> Information {
     let mut prior = Information::zeros();
     for (i, (_, sd)) in CLOTH.into_iter().enumerate() {
         prior[(SHARED - CLOTH.len() + i, SHARED - CLOTH.len() + i)] = sd.powi(-2);
@@ -237,7 +238,7 @@ pub fn prior() -> Information {
 
 /// A with AᵀA the information.
 #[must_use]
-pub fn root(information: &Information) -> DMatrix<f64> {
+pub(crate) fn root(information: &Information) -> DMatrix<f64> {
     let (scale, eigen) = scaled(information);
     DMatrix::from_fn(SHARED, SHARED, |i, j| {
         let told = eigen.eigenvalues[i].max(0.0).sqrt() * eigen.eigenvectors[(j, i)];
@@ -259,7 +260,7 @@ fn scaled(information: &Information) -> ([f64; SHARED], SymmetricEigen<f64, nalg
 /// Covariance of μ, μ_s, e, μ_k, μ_r after shots with this much information, with what is known of μ_k and μ_r
 /// beforehand; NaN for what is not determined.
 #[must_use]
-pub fn covariance(information: &Information) -> Information {
+pub(crate) fn covariance(information: &Information) -> Information {
     let (scale, eigen) = scaled(&(information + prior()));
     let mut covariance = Information::zeros();
     let mut undetermined = [0.0; SHARED];
@@ -279,7 +280,7 @@ pub fn covariance(information: &Information) -> Information {
     })
 }
 
-/// Standard errors of μ, μ_s, e; `None` for what is not determined.
+/// The standard errors of μ, μ_s and e that this information gives; `None` for what it does not determine.
 #[must_use]
 pub fn std_errors(information: &Information) -> [Option<f64>; 3] {
     let covariance = covariance(information);

@@ -1,5 +1,5 @@
-//! The design of an experiment: which cut angles, speeds and spins tell μ, μ_s and e, what standard errors so many
-//! shots give, and how many a wanted standard error needs.
+//! The design of an experiment: which cut angles, speeds and spins determine μ, μ_s and e, what standard errors a number of
+//! shots gives, and how many shots a wanted standard error needs.
 //!
 //! A kind of shot is filmed without noise by the forward chain of [`crate::simulate`], and its reduced Fisher information
 //! taken as a joint fit of frames takes it ([`crate::likelihood::frames`]). That of N shots is N times the mean, to which
@@ -33,46 +33,58 @@ const FEW: u64 = 10;
 /// What is expected of an experiment, and what is wanted of it.
 #[derive(Clone, Debug)]
 pub struct Expected {
+    /// The coefficients that are expected.
     pub coefficients: Coefficients,
+    /// Both balls.
     pub ball: Ball,
+    /// The cloth.
     pub cloth: ClothSpec,
-    /// Its gaps, outliers and markers are ignored.
+    /// The camera; its gaps, outliers and markers are ignored.
     pub camera: Camera,
+    /// The kinds of shot that can be played.
     pub kinds: Vec<PlayedKind>,
-    /// Standard errors of μ, μ_s, e that are wanted.
+    /// The standard errors of μ, μ_s and e that are wanted; `None` where any will do.
     pub wanted: [Option<f64>; 3],
 }
 
 /// A kind of shot that someone can play, spread evenly over its ranges.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PlayedKind {
+    /// The name of the kind, as reports show it.
     pub name: String,
-    /// Topspin in parts of the natural roll's, from … to: 1 rolls, 0 is stun, below it is draw.
+    /// The lowest and the highest topspin over that of natural roll: 1 is natural roll, 0 is stun, and below 0 is
+    /// draw.
     pub topspin: [f64; 2],
-    /// Side spin ω_z in parts of the natural roll's. With a positive cut angle a negative one is outside spin, which
-    /// takes away the slip between the balls.
+    /// The side spin ω_z over the natural roll's spin. With a positive cut angle a negative one is outside spin,
+    /// which reduces the slip between the balls.
     pub side: f64,
+    /// How the spin is known to whoever fits the shots.
     pub from: SpinFrom,
+    /// The lowest and the highest speed of the cue ball, m/s.
     pub speed_m_s: [f64; 2],
+    /// The smallest and the largest cut angle, degrees.
     pub cut_deg: [f64; 2],
+    /// How many shots are planned.
     pub shots: usize,
 }
 
-/// How whoever fits the shot knows its spin.
+/// How the spin of a shot is known to whoever fits it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum SpinFrom {
-    /// Played as said, exactly.
+    /// The spin is exactly as played.
     Known,
-    /// Found from the paths of the balls, for a ball struck without side.
+    /// The spin is found from the paths of the balls, for a ball struck without side.
     Motion,
-    /// Markers show it before and after the impact, each component of the cue ball's and of the object ball's spin with
-    /// these standard errors, rad/s. `None`: those that an extraction states for two markers on each ball, with this
-    /// camera; [`design`] finds them.
-    Markers { sd: Option<[f64; 2]> },
+    /// Markers show the spins before and after the impact.
+    Markers {
+        /// The standard error of each component of the cue ball's and of the object ball's spin, rad/s. `None`: those
+        /// that an extraction states for two markers on each ball with this camera, which [`design()`] finds.
+        sd: Option<[f64; 2]>,
+    },
 }
 
 impl PlayedKind {
-    /// As synthetic data sets draw.
+    /// The topspin of draw shots, as in synthetic data sets.
     const DRAW: [f64; 2] = [-1.0, -0.3];
 
     /// Roll and stun are played as such; other spins are looked for.
@@ -130,55 +142,66 @@ impl Default for Expected {
     }
 }
 
-/// What a kind of shot tells.
+/// What a kind of shot determines.
 #[derive(Clone, Debug)]
 pub struct OfKind {
-    /// Of one shot on average.
+    /// The Fisher information of one shot on average.
     pub information: Information,
-    /// Part of the shots whose frames do not even tell their own motion.
+    /// The fraction of the shots whose frames do not determine their own motion.
     pub unusable: f64,
-    /// Of μ, μ_s, e from its planned number of shots alone; `None` where they do not tell it.
+    /// The standard errors of μ, μ_s and e from the planned number of shots of this kind alone; `None` where they do
+    /// not determine one.
     pub std_errors: [Option<f64>; 3],
-    /// Shots of this kind alone that reach what is wanted of each.
+    /// How many shots of this kind alone reach the wanted standard error of μ, of μ_s and of e; `None` where no
+    /// number does or none is wanted.
     pub needed: [Option<u64>; 3],
-    /// And of all that is wanted, but for what no kind of the design tells.
+    /// How many shots of this kind alone reach all that is wanted, except for what no kind of the design determines.
     pub needed_all: Option<u64>,
-    /// By what part the standard errors of all planned shots fall with one more of this kind.
+    /// By what fraction the standard errors of μ, μ_s and e from all planned shots fall with one more shot of this
+    /// kind.
     pub gain: [Option<f64>; 3],
 }
 
 /// A kind of shot at one cut angle and one speed.
 #[derive(Clone, Copy, Debug)]
 pub struct Cell {
-    /// Index of the kind.
+    /// The index of the kind in [`Expected::kinds`].
     pub kind: usize,
+    /// The cue ball's speed, m/s.
     pub speed_m_s: f64,
+    /// The cut angle, degrees.
     pub cut_deg: f64,
-    /// Of one shot on average.
+    /// The Fisher information of one shot on average.
     pub information: Information,
-    /// From as many shots as are planned of the kind.
+    /// The standard errors of μ, μ_s and e from as many shots as are planned of the kind.
     pub std_errors: [Option<f64>; 3],
 }
 
-/// All kinds as planned, together.
+/// All planned shots together.
 #[derive(Clone, Copy, Debug)]
 pub struct Planned {
+    /// The number of shots.
     pub shots: usize,
+    /// The standard errors of μ, μ_s and e; `None` for what the shots do not determine.
     pub std_errors: [Option<f64>; 3],
 }
 
-/// What an experiment would tell.
+/// What an experiment would determine.
 #[derive(Clone, Debug)]
 pub struct Design {
+    /// What was asked for, with the standard errors of spins that markers show.
     pub expected: Expected,
-    /// In the order of `expected.kinds`.
+    /// What each kind determines, in the order of [`Expected::kinds`].
     pub kinds: Vec<OfKind>,
+    /// What each kind determines at single cut angles and speeds.
     pub cells: Vec<Cell>,
+    /// What all planned shots determine together.
     pub planned: Planned,
-    /// The fewest shots for each wanted standard error and for all of them, of whole kinds and of cells.
+    /// The fewest shots for each wanted standard error and for all of them, once of whole kinds and once of cells.
     pub mixtures: Vec<Mixture>,
-    /// What follows, in words.
+    /// The conclusions, in sentences.
     pub words: Vec<String>,
+    /// What was adjusted or cannot be reached, in sentences.
     pub notes: Vec<String>,
 }
 
@@ -190,7 +213,7 @@ pub fn detectable() -> f64 {
     (normal.inverse_cdf(0.975) + normal.inverse_cdf(0.8)) * std::f64::consts::SQRT_2
 }
 
-/// What an experiment would tell.
+/// Computes what an experiment would determine.
 ///
 /// # Errors
 /// A shot of it is no collision.

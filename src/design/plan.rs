@@ -10,20 +10,21 @@ use crate::numerics::optimal_design::fewest;
 /// Beyond so many shots nothing is planned.
 const MOST: u64 = 1_000_000_000;
 
-/// The fewest shots that reach what is wanted.
+/// The fewest shots that reach wanted standard errors.
 #[derive(Clone, Debug)]
 pub struct Mixture {
-    /// What it is for; `None` for all that is wanted.
+    /// The parameter whose standard error they reach; `None` for all that is wanted.
     pub parameter: Option<Parameter>,
-    /// Of single cut angles and speeds, rather than of kinds over their whole ranges.
+    /// Whether they are of single cut angles and speeds, and not of kinds over their whole ranges.
     pub of_cells: bool,
-    /// Indices of kinds or cells, with whole numbers of shots, the most first.
+    /// The index of each kind or cell, with its number of shots, the most first.
     pub shots: Vec<(usize, u64)>,
+    /// The standard errors of μ, μ_s and e that they give.
     pub std_errors: [Option<f64>; 3],
 }
 
 impl Mixture {
-    /// All its shots.
+    /// The number of all shots together.
     #[must_use]
     pub fn total(&self) -> u64 {
         self.shots.iter().map(|(_, shots)| shots).sum()

@@ -6,20 +6,24 @@ use serde::Serialize;
 /// A report: of a fit, or of a comparison.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Report {
+    /// The title.
     pub title: String,
-    /// Whether its numbers can be used: a word, and the one sentence to read.
+    /// Whether its numbers can be used.
     pub verdict: Verdict,
     /// Sentences that must not be overlooked, the most important first.
     pub warnings: Vec<String>,
     /// What was measured, and how it was fitted.
     pub facts: Vec<Fact>,
+    /// The sections, in the order in which they are read.
     pub sections: Vec<Section>,
 }
 
-/// What stands first.
+/// Whether the numbers of a report can be used: what stands first.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Verdict {
+    /// The grade in a word.
     pub grade: &'static str,
+    /// The sentence to read.
     pub sentence: String,
 }
 
@@ -29,10 +33,12 @@ impl From<crate::fit::Verdict> for Verdict {
     }
 }
 
-/// Something in a word or two, and its name.
+/// A short text with its name.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Fact {
+    /// The name.
     pub name: &'static str,
+    /// The text.
     pub text: String,
 }
 
@@ -42,25 +48,27 @@ pub(super) fn facts<const N: usize>(facts: [(&'static str, String); N]) -> Vec<F
     facts.filter(|fact| !fact.text.is_empty()).collect()
 }
 
-/// What stands under one heading.
+/// A section: what stands under one heading.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Section {
+    /// The heading.
     pub title: String,
-    /// What its numbers mean; empty where the title says it.
+    /// What its numbers mean; empty where the heading says it.
     pub about: String,
+    /// Its parts.
     pub blocks: Vec<Block>,
     /// Whether it is a detail, which pages show on request only.
     pub folded: bool,
 }
 
 impl Section {
-    pub fn new(title: impl Into<String>, about: impl Into<String>, blocks: Vec<Block>) -> Self {
+    pub(super) fn new(title: impl Into<String>, about: impl Into<String>, blocks: Vec<Block>) -> Self {
         Self { title: title.into(), about: about.into(), blocks, folded: false }
     }
 
-    /// The same as a detail.
+    /// The same section, as a detail.
     #[must_use]
-    pub fn folded(self) -> Self {
+    pub(super) fn folded(self) -> Self {
         Self { folded: true, ..self }
     }
 }
@@ -71,22 +79,25 @@ impl Section {
 pub enum Block {
     /// Sentences, each a line.
     Lines(Vec<String>),
+    /// A table.
     Table(Table),
-    /// Only where pictures can be shown.
+    /// A picture, for renderers that can show one.
     Figure(Figure),
-    /// Shots one by one, only where they can be folded.
+    /// Shots one by one, for renderers that can fold them away.
     Shots(Vec<Shot>),
 }
 
 /// Rows of cells below a head. A row that is shorter than the head ends with a cell that spans the rest.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Table {
+    /// The headings of the columns.
     pub head: Vec<Cell>,
+    /// The rows.
     pub rows: Vec<Vec<Cell>>,
 }
 
 impl Table {
-    pub fn new<const N: usize>(head: [&str; N], rows: impl IntoIterator<Item = Vec<Cell>>) -> Self {
+    pub(super) fn new<const N: usize>(head: [&str; N], rows: impl IntoIterator<Item = Vec<Cell>>) -> Self {
         let rows: Vec<Vec<Cell>> = rows.into_iter().collect();
         // a head stands above its column as the first row does
         let align = |column: usize| {
@@ -101,48 +112,54 @@ impl Table {
 /// A cell of a table.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct Cell {
+    /// The text.
     pub text: String,
+    /// How it is aligned in its column.
     pub align: Align,
 }
 
 impl Cell {
-    pub fn text(text: impl Into<String>) -> Self {
+    pub(super) fn text(text: impl Into<String>) -> Self {
         Self { text: text.into(), align: Align::Left }
     }
 
-    /// A number among others above and below it.
-    pub fn number(text: impl Into<String>) -> Self {
+    /// A number, which is aligned with those above and below it.
+    pub(super) fn number(text: impl Into<String>) -> Self {
         Self { text: text.into(), align: Align::Right }
     }
 }
 
-/// To which side of its column a cell leans.
+/// How a cell is aligned in its column.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Align {
+    /// To the left, as text.
     Left,
+    /// To the right, as numbers.
     Right,
 }
 
 /// A picture.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Figure {
-    /// For who cannot see it.
+    /// What it shows, in words.
     pub alt: String,
-    /// SVG text.
+    /// The picture as SVG text.
     pub svg: String,
 }
 
 /// One shot's measured values against the model.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Shot {
-    /// Of its place in the report.
+    /// A key that is unique in the report, by which pictures refer to it.
     pub id: String,
+    /// The name of the shot.
     pub name: String,
+    /// Its measured and predicted values.
     pub table: Table,
     /// Its track.
     pub figure: Option<Figure>,
-    /// Of its standardized residuals, by absolute value.
+    /// Its largest standardized residual, by absolute value.
     #[serde(skip)]
     pub largest: f64,
 }

@@ -109,7 +109,7 @@ fn table(discs: &Discs, extracted: &[(TrackShot, DiscImpact)]) -> String {
     table
 }
 
-/// One SVG a shot, named after it.
+/// A picture of each shot: file name and SVG.
 pub fn pictures(
     discs: &Discs,
     extracted: &[(TrackShot, DiscImpact)],
@@ -137,7 +137,7 @@ pub fn pictures(
     extracted.iter().zip(&folders).map(draw).collect()
 }
 
-/// What a reader wants to know first.
+/// The main numbers of an impact of discs, in a line.
 #[must_use]
 pub fn summary(impact: &DiscImpact) -> String {
     let text = |name: &str, quantity: Quantity| {
@@ -157,7 +157,7 @@ pub fn summary(impact: &DiscImpact) -> String {
     parts.into_iter().flatten().collect::<Vec<_>>().join(", ")
 }
 
-/// What there is to say of a shot, a line each: that its discs stick together, and what makes it doubtful.
+/// Remarks on a shot, a line each: that its discs stick together, and what makes it doubtful.
 #[must_use]
 pub fn remarks(impact: &DiscImpact) -> Vec<String> {
     let stuck = impact.stuck.iter().map(|stuck| format!("{}.", stuck.sentence()));

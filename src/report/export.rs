@@ -8,19 +8,22 @@ use serde_json::{Map, Value, json};
 use crate::io::stored_fit::{StoredBall, StoredFit, StoredParameter};
 use crate::measurement::parameter::Parameter;
 
-/// What to write.
+/// The program or format to export to.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Target {
     /// Keyword arguments of pooltool's `BallParams`, as a JSON object.
     Pooltool,
+    /// A JSON object.
     Json,
+    /// A TOML table.
     Toml,
 }
 
 impl Target {
+    /// All of them.
     pub const ALL: [Self; 3] = [Self::Pooltool, Self::Json, Self::Toml];
 
-    /// As on the command line.
+    /// The name on the command line.
     #[must_use]
     pub fn name(self) -> &'static str {
         match self {
@@ -31,16 +34,16 @@ impl Target {
     }
 }
 
-/// What was exported, and what could not be.
+/// A fit for another program.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Exported {
-    /// With a newline at its end.
+    /// The text, with a newline at its end.
     pub text: String,
-    /// What could not be carried over, and why; sentences.
+    /// What could not be carried over, and why, in sentences.
     pub left_behind: Vec<String>,
 }
 
-/// Renders a fit for another program. A parameter that the data did not tell is left out.
+/// Renders a fit for another program. A parameter that the data do not determine is left out.
 #[must_use]
 pub fn export(fit: &StoredFit, target: Target) -> Exported {
     let (object, mut left_behind) = match target {

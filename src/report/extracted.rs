@@ -24,7 +24,7 @@ pub fn files(dataset: &Dataset, extracted: &[(TrackShot, Impact)]) -> Vec<(&'sta
     ]
 }
 
-/// One SVG a shot, named after it.
+/// A picture of each shot: file name and SVG.
 pub fn pictures(
     extracted: &[(TrackShot, Impact)],
     scene: &Scene,
@@ -37,7 +37,7 @@ pub fn pictures(
     extracted.iter().zip(&folders).map(draw).collect()
 }
 
-/// The SVG of each of some shots, by name.
+/// The pictures of some of the shots: name of the shot and SVG.
 pub fn pictures_of(
     names: &[String],
     extracted: &[(TrackShot, Impact)],

@@ -10,7 +10,7 @@ use crate::fit::{Counted, DOWN_WEIGHTED, Estimate, Fit, Method, Noise, Status};
 
 /// The pictures that go into a report.
 #[derive(Clone, Debug, Default)]
-pub struct Pictures {
+pub(crate) struct Pictures {
     /// The paths of all shots, as SVG.
     pub paths: Option<String>,
     /// Residual plots, as SVG.
@@ -37,7 +37,7 @@ pub fn content(fit: &Fit) -> Report {
 
 /// What is said of a fit.
 #[must_use]
-pub fn content_with(fit: &Fit, pictures: &Pictures) -> Report {
+pub(crate) fn content_with(fit: &Fit, pictures: &Pictures) -> Report {
     let mut warnings = fit.warnings.clone();
     if !fit.converged {
         warnings.insert(0, format!("Not converged: {}", fit.termination));

@@ -88,7 +88,7 @@ fn explanation(found: &Explanation) -> ExplanationEntry {
 
 /// What fit.json holds, to serialise it alone or among others.
 #[must_use]
-pub fn document(fit: &Fit) -> Document<'_> {
+pub(crate) fn document(fit: &Fit) -> Document<'_> {
     Document {
         dataset: &fit.dataset,
         group: fit.group.as_ref().map(|(column, label)| Group { column, label }),
@@ -138,7 +138,7 @@ pub fn document(fit: &Fit) -> Document<'_> {
 
 /// The content of fit.json, in the order of its keys.
 #[derive(Debug, Serialize)]
-pub struct Document<'a> {
+pub(crate) struct Document<'a> {
     dataset: &'a str,
     group: Option<Group<'a>>,
     verdict: Value,

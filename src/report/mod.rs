@@ -41,16 +41,33 @@ use crate::measurement::parameter::Parameter;
 /// `format_version` of the JSON documents: raised when a key is renamed or dropped, or changes its meaning.
 pub const FORMAT_VERSION: u32 = 1;
 
-/// Why a report was not made.
+/// Why a report cannot be made.
 #[derive(Debug, thiserror::Error)]
 pub enum ReportError {
+    /// A file cannot be written.
     #[error("{}: cannot be written: {source}", path.display())]
-    Write { path: PathBuf, source: std::io::Error },
+    Write {
+        /// The file.
+        path: PathBuf,
+        /// Why it cannot be written.
+        source: std::io::Error,
+    },
+    /// The JSON of a fit cannot be made.
     #[error("fit.json of {dataset} cannot be made: {source}")]
-    Json { dataset: String, source: serde_json::Error },
-    /// The drawing library or the PNG encoder gave up.
+    Json {
+        /// The name of the data set.
+        dataset: String,
+        /// Why it cannot be made.
+        source: serde_json::Error,
+    },
+    /// The drawing library or the PNG encoder failed.
     #[error("the residual plot of {dataset} cannot be drawn: {reason}")]
-    Draw { dataset: String, reason: String },
+    Draw {
+        /// The name of the data set.
+        dataset: String,
+        /// Why it cannot be drawn.
+        reason: String,
+    },
 }
 
 /// What a reader calls the fit: the data set and, where labels are fitted apart, the label.
@@ -119,12 +136,12 @@ fn noise_estimated(fit: &Fit) -> bool {
     fit.noise.iter().any(|noise| noise.estimated_sd.is_some())
 }
 
-/// The unit of an observable's column in files for programs: plain ASCII, `1` for a ratio.
-/// The unit of a parameter; 1 where it has none.
+/// The unit of a parameter in files for programs: `1` where it has none.
 pub fn unit_of(parameter: Parameter) -> &'static str {
     if parameter.unit().is_empty() { "1" } else { parameter.unit() }
 }
 
+/// The unit of an observable's column in files for programs: plain ASCII, `1` for a ratio.
 fn unit_name(observable: Observable) -> &'static str {
     match observable.unit() {
         "°" => "deg",

@@ -9,7 +9,9 @@ use crate::measurement::parameter::Parameter;
 /// Whether the words of verdicts have colours, as terminals show them.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Colour {
+    /// With colours.
     On,
+    /// Without colours.
     Off,
 }
 

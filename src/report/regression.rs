@@ -4,12 +4,13 @@
 use crate::fit::Fit;
 use crate::io::stored_fit::StoredFit;
 
-/// What is still the same.
+/// How much a number may change and still count as the same.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Tolerance {
-    /// Of an estimate, in standard errors (the larger of the two); of χ², in its own standard deviation √(2·dof).
+    /// For an estimate, in standard errors, of which the larger one counts; for χ², in its own standard deviation
+    /// √(2·dof).
     pub standard_errors: f64,
-    /// Of an estimate without a standard error, relative to it.
+    /// For an estimate without a standard error, as a fraction of it.
     pub relative: f64,
 }
 
@@ -21,7 +22,7 @@ impl Default for Tolerance {
 }
 
 impl Tolerance {
-    /// With another number of standard errors.
+    /// The default tolerance with another number of standard errors.
     ///
     /// # Errors
     /// A number that is not finite, or below 0: with NaN everything would count as moved, with infinity nothing.
@@ -36,14 +37,16 @@ impl Tolerance {
     }
 }
 
-/// One thing that is no longer as it was.
+/// A result that changed.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Moved {
-    /// `mu`, `mu status`, `chi2`, …
+    /// Which one: `mu`, `mu status`, `chi2`, …
     pub what: String,
+    /// What is stored.
     pub before: String,
+    /// What it is now.
     pub now: String,
-    /// In standard errors, where there are any.
+    /// By how many standard errors it moved, where it has one.
     pub standard_errors: Option<f64>,
 }
 

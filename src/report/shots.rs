@@ -9,17 +9,17 @@ use crate::fit::{Fit, Residual};
 /// The picture of a shot's track: its name and the SVG.
 pub type ShotPicture = (String, String);
 
-/// What is drawn of footage.
+/// Pictures of footage that a report shows.
 #[derive(Clone, Debug, Default)]
 pub struct Filmed {
-    /// The tracks of the shots that are worth it.
+    /// The tracks of the shots with the largest residuals.
     pub shots: Vec<ShotPicture>,
     /// The paths of all shots, as SVG.
     pub paths: Option<String>,
 }
 
 /// More pictures than these would make the file too large to open on a phone; those that matter most stay.
-pub const MOST_PICTURES: usize = 60;
+pub(crate) const MOST_PICTURES: usize = 60;
 
 /// The shots whose pictures go into the report: those with the largest residuals.
 #[must_use]

@@ -7,7 +7,7 @@ use super::content::{Block, Report};
 use super::title;
 use crate::fit::Fit;
 
-/// What must not be overlooked of several fits, a line each.
+/// The warnings of several fits, a line each.
 #[must_use]
 pub fn warnings(fits: &[Fit]) -> String {
     let mut text = String::new();
@@ -19,13 +19,13 @@ pub fn warnings(fits: &[Fit]) -> String {
     if text.is_empty() { text } else { format!("\n{text}") }
 }
 
-/// The fit with what each number means.
+/// The report of a fit as text, which says what each number means.
 #[must_use]
 pub fn render(fit: &Fit) -> String {
     walk(&super::fit::content(fit))
 }
 
-/// The whole report but its pictures.
+/// A report as text, without its pictures.
 #[must_use]
 pub fn walk(report: &Report) -> String {
     let mut text = report.title.clone();

@@ -13,7 +13,7 @@ use super::{ReportError, csv, frame_table, html, json, plot, shot_table};
 use crate::fit::{Fit, FittedFrames};
 
 /// Writes the report of a fit below `out` and returns its folder. The label of a group gives its
-/// folder by [`folder_name`]; where labels may collide, use [`group_folders`] and [`write_to`].
+/// folder by [`folder_name`]; where the names of labels may collide, use [`write_all`].
 pub fn write(fit: &Fit, out: &Path) -> Result<PathBuf, ReportError> {
     let mut folder = out.join(dataset_folder(&fit.dataset));
     if let Some((_, label)) = &fit.group {
@@ -46,7 +46,7 @@ pub fn write_all(fits: &[Fit], filmed: &Filmed, out: &Path) -> Result<(), Report
 
 /// Writes the report of a fit into `folder`, whole or not at all: everything is rendered, then
 /// written beside the folder, then moved into place file by file. Other files there stay.
-pub fn write_to(fit: &Fit, folder: &Path) -> Result<(), ReportError> {
+pub(crate) fn write_to(fit: &Fit, folder: &Path) -> Result<(), ReportError> {
     put(&files(fit, &Filmed::default())?, folder)
 }
 

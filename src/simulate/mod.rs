@@ -25,63 +25,79 @@ use check::check;
 pub(crate) use check::{MOST_FRAMES, MOST_SHOTS};
 pub use tracks::{Camera, ClothSpec, TrueImpact, noise_free};
 
-/// What to make: the content of a SPEC.toml.
+/// What data to make: the content of a SPEC.toml.
 #[derive(Clone, Debug, Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
 pub struct Spec {
-    /// Name of the data set.
+    /// The name of the data set.
     pub name: String,
+    /// What is measured of each shot.
     pub kind: Kind,
-    /// The same seed gives the same files.
+    /// The seed of the random numbers: the same seed gives the same files.
     pub seed: u64,
+    /// The true parameters.
     pub truth: Truth,
+    /// Which shots are played.
     pub shots: Shots,
+    /// The errors of measurement.
     #[serde(default)]
     pub noise: Noise,
+    /// Both balls.
     #[serde(default)]
     pub ball: BallSpec,
-    /// Kind `tracks`.
+    /// The camera, for kind `tracks`.
     #[serde(default)]
     pub camera: Camera,
-    /// Kind `tracks`.
+    /// The cloth, for kind `tracks`.
     #[serde(default)]
     pub cloth: ClothSpec,
 }
 
+/// What is measured of each shot: the kind of the data set.
 #[derive(Clone, Copy, Debug, Deserialize, Serialize, PartialEq, Eq)]
 #[serde(rename_all = "lowercase")]
 pub enum Kind {
+    /// Velocities and spins just before and after the impact.
     Impacts,
+    /// Cut angles and what follows from them: angles and speeds after the impact.
     Angles,
+    /// The positions of both balls in every frame.
     Tracks,
 }
 
-/// The parameters that the fit should find.
+/// The true parameters, which a fit should find again.
 #[derive(Clone, Copy, Debug, Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
 pub struct Truth {
+    /// Friction between the balls μ, dimensionless.
     pub mu: f64,
+    /// Friction of the cloth on the object ball μ_s, dimensionless.
     pub mu_s: f64,
+    /// Coefficient of restitution e, dimensionless.
     pub e: f64,
 }
 
-/// Shots are spread evenly at random between the ends of each range.
+/// Which shots are played: uniformly random between the ends of each range.
 #[derive(Clone, Debug, Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
 pub struct Shots {
+    /// The number of shots.
     pub count: usize,
-    /// Cue ball's speed, m/s.
+    /// The cue ball's speed before the impact, m/s.
     pub speed_m_s: [f64; 2],
-    /// Cut angle, degrees, negative to the other side.
+    /// The cut angle, degrees; negative where the cue ball moves towards −y of the collision frame.
     pub cut_deg: [f64; 2],
-    /// Each shot plays one of these, in turn.
+    /// The spins that the shots have, one after the other.
     pub cue_spin: Vec<Played>,
 }
 
+/// How the cue ball is spinning before the impact.
 #[derive(Clone, Copy, Debug, Deserialize, Serialize, PartialEq, Eq)]
 #[serde(rename_all = "kebab-case")]
 pub enum Played {
+    /// It slides without any spin.
     Stun,
+    /// It rolls on the cloth without slip.
     NaturalRoll,
     /// Topspin of 90 % of the natural roll's: a ball that still slides a little.
     AlmostRoll,
@@ -95,7 +111,7 @@ pub enum Played {
     Any,
 }
 
-/// Standard deviations of the measurement; 0 leaves a quantity exact.
+/// The standard deviations of the errors of measurement; 0 leaves a quantity exact.
 #[derive(Clone, Copy, Debug, Default, Deserialize, Serialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Noise {
@@ -109,11 +125,15 @@ pub struct Noise {
     pub angle_deg: f64,
 }
 
+/// Both balls of a synthetic data set.
 #[derive(Clone, Copy, Debug, Deserialize, Serialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct BallSpec {
+    /// The radius, m.
     pub radius_m: f64,
+    /// The mass, kg.
     pub mass_kg: f64,
+    /// The moment of inertia over MR², ν.
     pub inertia: f64,
 }
 
@@ -130,10 +150,20 @@ const NOT_ZERO: f64 = 1e-6;
 /// Why a specification cannot be followed.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum BadSpec {
+    /// A value of the specification is out of its range.
     #[error("{key} is {value}; expected {expected}")]
-    Value { key: &'static str, value: String, expected: &'static str },
+    Value {
+        /// The key of the value.
+        key: &'static str,
+        /// The value.
+        value: String,
+        /// What was expected.
+        expected: &'static str,
+    },
+    /// One of its shots is no collision.
     #[error("a shot of this specification is no collision: {0}")]
     NotACollision(#[from] NotACollision),
+    /// One of its shots cannot be predicted.
     #[error("a shot of this specification cannot be predicted: {0}")]
     Unpredictable(#[from] Unpredictable),
 }
@@ -146,7 +176,8 @@ pub fn read(path: &Path) -> Result<Spec, DatasetError> {
     toml_file::read_toml(path)
 }
 
-/// Makes `dataset.toml`, `shots.csv` and `truth.json`, as (file name, content).
+/// Makes the files of a synthetic data set with the `full` collision model: name and content of `dataset.toml`, of the tables that
+/// it names, and of `truth.json`.
 ///
 /// # Errors
 /// A value out of its range, named with what was expected.
@@ -154,7 +185,7 @@ pub fn generate(spec: &Spec) -> Result<Vec<(&'static str, String)>, BadSpec> {
     generate_with(spec, &Model::new(Fidelity::Full, Ball::POOL))
 }
 
-/// With another collision model; the ball is that of the specification.
+/// As [`generate`] with another collision model, whose ball is replaced by that of the specification.
 ///
 /// # Errors
 /// As [`generate`].
@@ -193,13 +224,16 @@ pub fn dataset(spec: &Spec) -> Result<Dataset, SynthError> {
     Ok(crate::io::load(folder.path())?)
 }
 
-/// Why there is no synthetic data set.
+/// Why a synthetic data set cannot be made.
 #[derive(Debug, thiserror::Error)]
 pub enum SynthError {
+    /// The specification cannot be followed.
     #[error(transparent)]
     Spec(#[from] BadSpec),
+    /// The files cannot be written.
     #[error("the folder of temporary files cannot be written: {0}")]
     Write(#[from] std::io::Error),
+    /// The files cannot be read back.
     #[error(transparent)]
     Load(#[from] DatasetError),
 }

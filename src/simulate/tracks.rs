@@ -24,13 +24,15 @@ pub struct Camera {
     pub fps: f64,
     /// Standard deviation of every coordinate, m.
     pub position_sd_m: f64,
-    /// Filmed before and after the impact, ms.
+    /// How long each shot is filmed before the impact, ms.
     pub before_ms: f64,
+    /// How long each shot is filmed after the impact, ms.
     pub after_ms: f64,
-    /// Part of the positions that are missing, and that are wrong by up to 20 mm.
+    /// The fraction of the positions that are missing, 0 to 1.
     pub gaps: f64,
+    /// The fraction of the positions that are wrong, by up to 20 mm.
     pub outliers: f64,
-    /// Marker points on each ball, at random places; seen while they are on its upper side.
+    /// How many points on each ball are marked, at random places; they are seen while on its upper side.
     pub markers: usize,
 }
 
@@ -52,11 +54,11 @@ impl Default for Camera {
 #[derive(Clone, Copy, Debug, Deserialize, Serialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct ClothSpec {
-    /// Sliding friction μ_k.
+    /// Sliding friction μ_k, dimensionless.
     pub mu_k: f64,
-    /// Rolling resistance μ_r.
+    /// Rolling resistance μ_r, dimensionless.
     pub mu_r: f64,
-    /// Restitution of a ball that falls on the bed.
+    /// Restitution e_t of a ball that falls on the bed of the table, dimensionless.
     pub bounce: f64,
 }
 
@@ -67,16 +69,20 @@ impl Default for ClothSpec {
     }
 }
 
-/// What a shot really was, table frame.
+/// The true impact of a synthetic shot, in the table frame.
 #[derive(Clone, Copy, Debug)]
 pub struct TrueImpact {
+    /// Instant of the impact, s.
     pub time: f64,
-    /// Where the object ball lies, m.
+    /// Position of the object ball, m.
     pub object: [f64; 2],
-    /// Direction of the line of centres, rad.
+    /// Direction of the line of centres, rad from the x axis.
     pub direction: f64,
+    /// The cue ball just before the impact.
     pub cue_before: BallState,
+    /// The cue ball just after the impact.
     pub cue_after: BallState,
+    /// The object ball just after the impact.
     pub object_after: BallState,
 }
 

@@ -24,32 +24,35 @@ use crate::physics::collision::{Coefficients, Effects, Fidelity, Model};
 const TOLERANCE: f64 = 1e-8;
 
 /// What good footage gives a velocity, m/s, where a data set states no standard deviations.
-pub const VELOCITY_SD: f64 = 0.005;
+const VELOCITY_SD: f64 = 0.005;
 
 /// What a protractor or good footage gives an angle, degrees.
-pub const ANGLE_SD_DEG: f64 = 0.3;
+const ANGLE_SD_DEG: f64 = 0.3;
 
 /// And a spin, rad/s.
 const SPIN_SD: f64 = 1.0;
 
 /// More shots than this add time, but no other bias: those taken are spread evenly over the data set.
-pub const MOST_SHOTS: usize = 200;
+const MOST_SHOTS: usize = 200;
 
-/// What is fitted.
+/// The parameters that are fitted.
 pub const PARAMETERS: [Parameter; 3] = [Parameter::Mu, Parameter::MuS, Parameter::E];
 
-/// One parameter as a fidelity finds it.
+/// One parameter, as the fit with a fidelity finds it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Found {
+    /// The parameter.
     pub parameter: Parameter,
+    /// The value that the data were computed with.
     pub truth: f64,
+    /// The value that the fit found.
     pub estimate: f64,
-    /// `None` where the fidelity does not know the parameter, or the data do not.
+    /// Its standard error; `None` where the fidelity does not know the parameter, or the data do not determine it.
     pub std_error: Option<f64>,
 }
 
 impl Found {
-    /// Estimate less truth, where there is an estimate.
+    /// The estimate less the truth, where there is an estimate.
     #[must_use]
     pub fn bias(&self) -> Option<f64> {
         self.std_error.map(|_| self.estimate - self.truth)
@@ -59,9 +62,9 @@ impl Found {
 /// What shots are fitted with.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Way {
-    /// `None`: the cheapest for each shot, as `fit --fidelity auto`.
+    /// The fidelity; `None`: the cheapest that suffices for each shot, as with `fit --fidelity auto`.
     pub fidelity: Option<Fidelity>,
-    /// `ode` with a contact that gives way as that of the data does.
+    /// Whether the contact gives way, as that of the data does; with `ode`.
     pub gives_way: bool,
 }
 
@@ -70,7 +73,7 @@ impl Way {
         Self { fidelity, gives_way: false }
     }
 
-    /// As in bias.csv.
+    /// The name in bias.csv.
     #[must_use]
     pub fn name(self) -> &'static str {
         match self.fidelity {
@@ -81,17 +84,18 @@ impl Way {
     }
 }
 
-/// What one way finds.
+/// What the fit with one way finds.
 #[derive(Clone, Debug)]
 pub struct Row {
+    /// What the shots were fitted with.
     pub way: Way,
-    /// κ of the contact that computed the data, where it gave way.
+    /// The tangential compliance κ of the contact that computed the data, where it gave way.
     pub kappa: Option<f64>,
-    /// In the order of [`PARAMETERS`].
+    /// What was found, in the order of [`PARAMETERS`].
     pub found: [Found; 3],
     /// χ² per observation: above 1 the misfit alone would show in data with that noise.
     pub chi2_per_observation: f64,
-    /// Of the fit.
+    /// How long the fit took, s.
     pub seconds: f64,
 }
 

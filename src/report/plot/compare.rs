@@ -24,23 +24,23 @@ const HEAD: i32 = 60;
 const PANEL: i32 = 460;
 
 /// forest.svg as text: each quantity's estimates with their intervals, below each other.
-pub fn forest_svg(comparison: &Comparison) -> Result<String, ReportError> {
+pub(crate) fn forest_svg(comparison: &Comparison) -> Result<String, ReportError> {
     let drawn = drawing::svg(size(forest_height(comparison)), |area| forest(comparison, area));
     drawn.map(|(text, ())| text).map_err(failed)
 }
 
 /// forest.png as bytes.
-pub fn forest_png(comparison: &Comparison) -> Result<Vec<u8>, ReportError> {
+pub(crate) fn forest_png(comparison: &Comparison) -> Result<Vec<u8>, ReportError> {
     drawing::png(size(forest_height(comparison)), |area| forest(comparison, area)).map_err(failed)
 }
 
 /// residuals.svg as text, and where the points of the residuals are on it: x, y, index.
-pub fn residuals_svg(comparison: &Comparison) -> Result<(String, Spots), ReportError> {
+pub(crate) fn residuals_svg(comparison: &Comparison) -> Result<(String, Spots), ReportError> {
     drawing::svg(size(residuals_height(comparison)), |area| residuals(comparison, area)).map_err(failed)
 }
 
 /// residuals.png as bytes.
-pub fn residuals_png(comparison: &Comparison) -> Result<Vec<u8>, ReportError> {
+pub(crate) fn residuals_png(comparison: &Comparison) -> Result<Vec<u8>, ReportError> {
     drawing::png(size(residuals_height(comparison)), |area| residuals(comparison, area)).map_err(failed)
 }
 

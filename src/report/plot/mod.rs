@@ -4,9 +4,9 @@
 mod axis;
 pub(super) mod camera;
 mod canvas;
-pub mod compare;
-pub mod contours;
-pub mod design;
+pub(super) mod compare;
+pub(super) mod contours;
+pub(super) mod design;
 pub(super) mod discs;
 mod drawing;
 mod frame;
@@ -30,7 +30,7 @@ use points::Points;
 use series::Legend;
 
 /// Where points of the data are on a picture: pixels from the left and from the top, and the index of the residual.
-pub type Spots = Vec<(i32, i32, usize)>;
+pub(crate) type Spots = Vec<(i32, i32, usize)>;
 
 /// Width of the picture, pixels.
 pub const WIDTH: u32 = 1200;
@@ -47,7 +47,7 @@ pub fn svg(fit: &Fit) -> Result<String, ReportError> {
 }
 
 /// residuals.svg, and where its points are: x, y, index of the residual.
-pub fn svg_with_spots(fit: &Fit) -> Result<(String, Spots), ReportError> {
+pub(crate) fn svg_with_spots(fit: &Fit) -> Result<(String, Spots), ReportError> {
     let drawn = Picture::of(fit).and_then(|picture| drawing::svg(picture.size(), |area| picture.draw(area)));
     drawn.map_err(|reason| failed(fit, reason))
 }

@@ -30,36 +30,41 @@ const REFERENCE_GIVING_WAY: f64 = 1e-12;
 const TIMED: f64 = 0.1;
 
 /// What errors are stated of.
-pub const QUANTITIES: [&str; 4] = ["throw_deg", "speed", "spin", "jump"];
+pub(crate) const QUANTITIES: [&str; 4] = ["throw_deg", "speed", "spin", "jump"];
 
-/// One shot.
+/// One shot of the study, in the collision frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Shot {
+    /// The cue ball before the impact.
     pub cue: BallState,
+    /// The coefficients.
     pub coefficients: Coefficients,
 }
 
-/// Median, 95 % and worst over the shots.
+/// How an error spreads over the shots.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Spread {
+    /// Its median.
     pub median: f64,
+    /// Its 95th percentile.
     pub p95: f64,
+    /// The largest of all.
     pub worst: f64,
 }
 
-/// What is computed.
+/// Which effects a row of the study includes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Includes {
-    /// What `full` does.
+    /// Those that `full` can simulate.
     AsFull,
     /// All effects of a contact that is rigid along the surface.
     All,
-    /// What `full` does, with a contact that gives way.
+    /// Those that `full` can simulate, with a contact that gives way.
     GivesWay,
 }
 
 impl Includes {
-    /// As in accuracy.csv.
+    /// The name in accuracy.csv.
     #[must_use]
     pub fn name(self) -> &'static str {
         match self {
@@ -70,20 +75,24 @@ impl Includes {
     }
 }
 
-/// One way to compute a collision.
+/// The errors and the time of one way to compute a collision.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Row {
+    /// The fidelity.
     pub fidelity: Fidelity,
-    /// Of the fidelities that integrate.
+    /// The tolerance of a fidelity that integrates.
     pub tolerance: Option<f64>,
+    /// Which effects are included.
     pub includes: Includes,
-    /// Seconds per collision, on one core.
+    /// Seconds per collision on one core.
     pub seconds: f64,
-    /// In the order of [`QUANTITIES`]: throw in degrees; speeds, spins times R and vertical speeds in
-    /// parts of U. `None` where it solves other equations; where the contact gives way against `ode` at 1e-12.
+    /// The error against the same equations solved far more exactly, for throw in degrees, and speeds, spins times R
+    /// and vertical speeds as fractions of U. `None` where no such solution is there; where the contact gives way, it
+    /// is `ode` at a tolerance of 1e-12.
     pub numerical: Option<[Spread; 4]>,
+    /// The same errors against `contact` with every effect.
     pub model: [Spread; 4],
-    /// Shots that it could not compute, left out of its errors.
+    /// How many shots could not be computed and are left out of the errors.
     pub failed: usize,
 }
 
