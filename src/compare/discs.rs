@@ -1,7 +1,7 @@
 //! Samples of discs, whose shots scatter by more than the noise of their frames: the errors of each sample's shots include its own scatter,
 //! as in a fit of that sample alone.
 
-use super::run::Chosen;
+use super::choice::Chosen;
 use super::sample::{Apart, Group, search};
 use super::{CompareError, Options};
 use crate::fit::scatter;

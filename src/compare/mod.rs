@@ -10,6 +10,7 @@
 //! - Holm, S. (1979). A simple sequentially rejective multiple test procedure. Scand. J. Stat. 6, 65–70.
 
 mod analysis;
+mod choice;
 mod conclusion;
 mod discs;
 mod effect;

@@ -1,16 +1,15 @@
 //! What every shot is computed with, the fit of all together, and a test of each parameter.
 
+use super::choice::{self, Chosen};
 use super::discs;
 use super::joint_fit::FitOfAll;
-use super::sample::{Apart, Gathered, Group, search};
+use super::sample::{Apart, Gathered, Group};
 use super::sliding::Known;
 use super::{COMPARED, CompareError, Comparison, Footage, Options, SampleSummary};
 use crate::fit::Method;
-use crate::fit::fidelity_choice;
 use crate::fit::frames::filmed;
 use crate::likelihood::fitted::Fitted;
 use crate::likelihood::frames::shared_unknowns;
-use crate::measurement::values::Values;
 
 /// What shots are computed with, the joint fit, and a test of each parameter.
 pub(super) const STAGES: usize = 2 + COMPARED.len();
@@ -27,7 +26,7 @@ pub(super) fn run(
     let Gathered { labels, groups, shots, summaries, .. } = gathered;
     check_noise(groups, shots)?;
     stage("what each shot calls for");
-    let choose = if discs::are_all(shots) { discs::choose } else { choose };
+    let choose = if discs::are_all(shots) { discs::choose } else { choice::choose };
     let Chosen { starts, notes, gives_way, scatters } = choose(groups, shots, apart, options)?;
     stage("fitting all together");
     let finish = |fit: &FitOfAll, notes: Vec<String>| {
@@ -50,51 +49,6 @@ pub(super) fn run(
     }
     let films = with_frames(groups, shots, footage)?;
     finish(&FitOfAll::new(groups, (shots, Some(&films)), apart, (&starts, scatters))?, notes)
-}
-
-/// What every shot is computed with.
-pub(super) struct Chosen {
-    /// Where a search then begins.
-    pub starts: Vec<Vec<Values>>,
-    pub notes: Vec<String>,
-    /// Whether the contact gives way, as the data call for it.
-    pub gives_way: bool,
-    /// Whether the errors include what shots scatter by beyond their own.
-    pub scatters: bool,
-}
-
-fn choose(
-    groups: &mut [Group],
-    shots: &mut [Vec<Fitted>],
-    apart: &Apart,
-    options: &Options,
-) -> Result<Chosen, CompareError> {
-    let bare = vec![Vec::new(); shots.len()];
-    let search = search(groups, &bare, apart);
-    if !options.auto {
-        let integrated = options.fidelity.is_integrated();
-        let starts = if integrated { fidelity_choice::integrate(shots, &search)? } else { Vec::new() };
-        return Ok(Chosen { starts, notes: Vec::new(), gives_way: false, scatters: false });
-    }
-    let mut chosen = fidelity_choice::choose(shots, &search, &[])?;
-    drop(search);
-    if let Some(lower) = chosen.gives_way {
-        for (group, shots) in groups.iter_mut().zip(&*shots) {
-            if shots.iter().all(|shot| !shot.plan.is_of_discs()) {
-                group.give_way();
-            }
-        }
-        chosen.notes.push(format!(
-            "The contact between the balls gives way along its surface: with it −2 log L is lower by {lower:.1}. To state it, set kappa \
-             under [fit] of each data set."
-        ));
-    }
-    Ok(Chosen {
-        starts: chosen.starts,
-        notes: chosen.notes,
-        gives_way: chosen.gives_way.is_some(),
-        scatters: false,
-    })
 }
 
 /// The shots of each group with their frames, whose film unknowns the group then has.
