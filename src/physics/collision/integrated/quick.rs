@@ -43,6 +43,9 @@ const SPENT: f64 = 1e-6;
 const LOCATED: f64 = 1e-9;
 const MOST_TRIALS: usize = 60;
 
+/// Over which part of a step to either side the slope of an event's function is taken.
+const BESIDE: f64 = 1e-3;
+
 /// A step: under which equations, how long, and the event at its end with its rate.
 #[derive(Clone, Copy)]
 pub(super) struct Step {
@@ -105,53 +108,75 @@ pub(super) fn of_impulses(y: &State<f64>) -> Impulses {
     }
 }
 
+/// Where a step begins or ends.
+#[derive(Clone, Copy)]
+struct Point {
+    y: State<f64>,
+    rates: State<f64>,
+    /// The functions of all events.
+    events: [f64; 4],
+}
+
+/// The cubic through both ends of a step, near which the path runs.
+fn between(from: &Point, to: &Point, length: f64, at: f64) -> State<f64> {
+    let (t, rest) = (at / length, 1.0 - at / length);
+    std::array::from_fn(|i| {
+        let [y, there] = [from.y[i], to.y[i]];
+        let bent = rest * (from.rates[i] * length - (there - y)) + t * ((there - y) - to.rates[i] * length);
+        rest * y + t * there + t * rest * bent
+    })
+}
+
 impl Shot<f64> {
+    fn point(&self, mode: &Mode, y: &State<f64>) -> Point {
+        Point { y: *y, rates: self.rates(mode, y), events: self.events(mode, y) }
+    }
+
     /// Goes through the impact and writes down its steps.
     pub(super) fn solve(&self, steps: &mut Vec<Step>) -> Option<(State<f64>, Regime)> {
-        let (mut mode, mut y) = self.start();
+        let (mut mode, y) = self.start();
         let mut held = mode.grip == Grip::Springs;
         let mut length = FIRST;
-        let mut before = self.events(&mode, &y);
-        let mut rates = self.rates(&mode, &y);
+        let mut now = self.point(&mode, &y);
         for _ in 0..MOST_STEPS {
-            let next = self.turned(mode, &y);
+            let next = self.turned(mode, &now.y);
             if next != mode {
-                self.change(&mode, &next, &mut y);
+                self.change(&mode, &next, &mut now.y);
                 mode = next;
-                (before, rates) = (self.events(&mode, &y), self.rates(&mode, &y));
+                now = self.point(&mode, &now.y);
             }
             if mode.grip == Grip::Yields {
-                length = length.min(STABLE / self.turning_rate(&mode, &y));
+                length = length.min(STABLE / self.turning_rate(&mode, &now.y));
             }
-            let (there, rates_there, error) = self.step(&mode, &y, &rates, length);
+            let (y, rates, error) = self.step(&mode, &now.y, &now.rates, length);
             let factor = 0.9 * (TOLERANCE / error.max(1e-300)).powf(0.2);
             if !(error <= TOLERANCE) {
                 length *= if factor.is_finite() { factor.clamp(0.1, 0.9) } else { 0.1 };
                 continue;
             }
-            let after = self.events(&mode, &there);
+            let there = Point { y, rates, events: self.events(&mode, &y) };
             // what is no longer as its mode says, and was not when the mode began, takes more care
+            let before = now.events;
             let is_broken =
                 |after: &[f64; 4]| (0..after.len()).any(|i| !(before[i] > 0.0) && after[i] < -BROKEN);
-            if !(0..after.len()).any(|i| happened(before[i], after[i])) {
-                if is_broken(&after) {
+            if !any_happened(&before, &there.events) {
+                if is_broken(&there.events) {
                     return None;
                 }
                 steps.push(Step { mode, length, event: None });
-                (y, rates, before) = (there, rates_there, after);
+                now = there;
                 length = (length * factor.clamp(0.2, 4.0)).min(LONGEST);
                 continue;
             }
-            let (event, to, there) = self.first_event(&mode, (&y, &rates, &before), (length, after))?;
-            let at_event = self.events(&mode, &there);
+            let (event, to, mut y) = self.first_event(&mode, &now, (length, there))?;
+            let at_event = self.events(&mode, &y);
             if is_broken(&at_event) {
                 return None;
             }
-            let later = ahead(&there, PROBE, [(1.0, &self.rates(&mode, &there))]);
+            let later = ahead(&y, PROBE, [(1.0, &self.rates(&mode, &y))]);
             let of = event as usize;
             let rate = (self.events(&mode, &later)[of] - at_event[of]) / PROBE;
             steps.push(Step { mode, length: to, event: Some((event, rate)) });
-            y = there;
             let ends = event == Event::End && (!mode.is_compression || self.e == 0.0);
             if ends || !mode.is_compression && y[at::ROOT] < SPENT {
                 return Some((y, if held { Regime::Stick } else { Regime::Slide }));
@@ -160,7 +185,7 @@ impl Shot<f64> {
             self.change(&mode, &next, &mut y);
             mode = next;
             held |= mode.grip == Grip::Springs;
-            (before, rates) = (self.events(&mode, &y), self.rates(&mode, &y));
+            now = self.point(&mode, &y);
             length = length.max(LEAST_AFTER_EVENT);
         }
         None
@@ -180,18 +205,17 @@ impl Shot<f64> {
     fn first_event(
         &self,
         mode: &Mode,
-        from: (&State<f64>, &State<f64>, &[f64; 4]),
-        (mut length, mut after): (f64, [f64; 4]),
+        from: &Point,
+        (mut length, mut to): (f64, Point),
     ) -> Option<(Event, f64, State<f64>)> {
         let mut found = None;
         for _ in 0..MOST_TRIALS {
-            let (event, to, there) = self.locate(mode, from, (length, &after))?;
-            found = Some((event, to, there));
+            let (event, at, y) = self.locate(mode, from, (length, &to))?;
+            found = Some((event, at, y));
             // another that has happened there was earlier
-            let values = self.events(mode, &there);
-            after = std::array::from_fn(|i| if i == event as usize { f64::INFINITY } else { values[i] });
-            length = to;
-            if !(0..after.len()).any(|i| happened(from.2[i], after[i])) {
+            (length, to) = (at, self.point(mode, &y));
+            to.events[event as usize] = f64::INFINITY;
+            if !any_happened(&from.events, &to.events) {
                 break;
             }
         }
@@ -202,50 +226,85 @@ impl Shot<f64> {
     fn locate(
         &self,
         mode: &Mode,
-        (y, rates, before): (&State<f64>, &State<f64>, &[f64; 4]),
-        (length, after): (f64, &[f64; 4]),
+        from: &Point,
+        (length, to): (f64, &Point),
     ) -> Option<(Event, f64, State<f64>)> {
         let mut found: Option<(Event, f64, State<f64>)> = None;
-        for (i, event) in Event::ALL.into_iter().enumerate().filter(|(i, _)| happened(before[*i], after[*i]))
-        {
-            // regula falsi (Illinois)
-            let (mut low, mut high) = ((0.0, before[i]), (length, after[i]));
-            let mut last = (length, *y);
-            for _ in 0..MOST_TRIALS {
-                if high.0 - low.0 <= LOCATED * length || high.1 == 0.0 {
-                    break;
-                }
-                let middle = (low.0 * high.1 - high.0 * low.1) / (high.1 - low.1);
-                let middle = if middle > low.0 && middle < high.0 { middle } else { 0.5 * (low.0 + high.0) };
-                let there = self.step(mode, y, rates, middle).0;
-                let value = self.events(mode, &there)[i];
-                let is_there = (middle - last.0).abs() <= LOCATED * length;
-                last = (middle, there);
-                if value > 0.0 {
-                    low = (middle, value);
-                    high.1 *= 0.5;
-                } else {
-                    high = (middle, value);
-                    low.1 *= 0.5;
-                }
-                if is_there {
-                    break;
-                }
-            }
-            if last.0 == length {
-                last.1 = self.step(mode, y, rates, length).0;
-            }
-            if found.is_none_or(|(_, first, _)| last.0 < first) {
-                found = Some((event, last.0, last.1));
+        let all = Event::ALL.into_iter().enumerate();
+        for (i, event) in all.filter(|(i, _)| happened(from.events[*i], to.events[*i])) {
+            let ends = [(0.0, from.events[i]), (length, to.events[i])];
+            // along the cubic first, which is much cheaper than steps
+            let along = |at: f64| self.events(mode, &between(from, to, length, at))[i];
+            let about = root(ends, None, length, |at| (along(at), ())).0;
+            let slope =
+                (along(about + BESIDE * length) - along(about - BESIDE * length)) / (2.0 * BESIDE * length);
+            let stepped = |at: f64| {
+                let y = self.step(mode, &from.y, &from.rates, at).0;
+                (self.events(mode, &y)[i], y)
+            };
+            let (at, y) = root(ends, Some((about, slope)), length, stepped);
+            let y = y.unwrap_or(to.y);
+            if found.is_none_or(|(_, first, _)| at < first) {
+                found = Some((event, at, y));
             }
         }
         found
     }
 }
 
+/// Where a function falls through 0 between two ends, and what else it has there: `None` at the end itself. By regula falsi (Illinois);
+/// with `about`, a place near the root and the slope there, by secants as long as these stay within what encloses it.
+fn root<S>(
+    [mut low, mut high]: [(f64, f64); 2],
+    about: Option<(f64, f64)>,
+    length: f64,
+    mut f: impl FnMut(f64) -> (f64, S),
+) -> (f64, Option<S>) {
+    let mut last = (high.0, None);
+    let mut next = about.map(|(at, _)| at);
+    let mut slope = about.map(|(_, slope)| slope);
+    let mut before: Option<(f64, f64)> = None;
+    for _ in 0..MOST_TRIALS {
+        if high.0 - low.0 <= LOCATED * length || high.1 == 0.0 {
+            break;
+        }
+        let falsi = (low.0 * high.1 - high.0 * low.1) / (high.1 - low.1);
+        let middle = next.take().unwrap_or(falsi);
+        let middle = if middle > low.0 && middle < high.0 { middle } else { 0.5 * (low.0 + high.0) };
+        let (value, state) = f(middle);
+        let moved = (middle - last.0).abs();
+        last = (middle, Some(state));
+        if moved <= LOCATED * length {
+            break;
+        }
+        if let Some(known) = &mut slope {
+            if let Some((at, other)) = before.replace((middle, value)) {
+                *known = (value - other) / (middle - at);
+            }
+            let newton = middle - value / *known;
+            if (newton - middle).abs() <= LOCATED * length {
+                break;
+            }
+            next = Some(newton);
+        }
+        if value > 0.0 {
+            low = (middle, value);
+            high.1 *= 0.5;
+        } else {
+            high = (middle, value);
+            low.1 *= 0.5;
+        }
+    }
+    last
+}
+
 /// An event is not watched before it is positive.
 fn happened(before: f64, after: f64) -> bool {
     before > 0.0 && !(after > 0.0)
+}
+
+fn any_happened(before: &[f64; 4], after: &[f64; 4]) -> bool {
+    (0..before.len()).any(|i| happened(before[i], after[i]))
 }
 
 /// The equations after an event.
