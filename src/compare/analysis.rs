@@ -8,7 +8,9 @@ use crate::measurement::parameter::Compliance;
 
 /// A comparison, and the data sets as they were compared.
 pub struct Analysis {
+    /// The data sets as they were compared, with their impacts.
     pub datasets: Vec<Prepared>,
+    /// The comparison.
     pub comparison: Result<Comparison, CompareError>,
 }
 

@@ -38,15 +38,17 @@ use crate::measurement::parameter::Parameter;
 use crate::physics::ball::Ball;
 use crate::physics::collision::Fidelity;
 
-/// What is compared: a parameter of the fit, or the cloth's sliding friction.
+/// A quantity that is compared: a parameter of the fit, or the cloth's sliding friction.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Quantity {
+    /// A parameter of the fit.
     Parameter(Parameter),
-    /// μ_k, from the paths after the impacts.
+    /// The cloth's sliding friction μ_k, from the paths after the impacts.
     Sliding,
 }
 
 impl Quantity {
+    /// All that can be compared, in the order in which they are reported.
     pub const ALL: [Self; 8] = [
         Self::Parameter(Parameter::Mu),
         Self::Parameter(Parameter::MuS),
@@ -58,7 +60,7 @@ impl Quantity {
         Self::Parameter(Parameter::ESlope),
     ];
 
-    /// As on the command line and in compare.json.
+    /// The name on the command line and in compare.json.
     #[must_use]
     pub fn name(self) -> &'static str {
         match self {
@@ -67,6 +69,7 @@ impl Quantity {
         }
     }
 
+    /// The symbol in tables and plots.
     #[must_use]
     pub fn symbol(self) -> &'static str {
         match self {
@@ -75,6 +78,7 @@ impl Quantity {
         }
     }
 
+    /// What it is, in a line.
     #[must_use]
     pub fn meaning(self) -> &'static str {
         match self {
@@ -98,25 +102,27 @@ const COMPARED: [Parameter; 7] = [
 /// The frames of a data set, for [`Method::Joint`].
 #[derive(Clone, Debug, Default)]
 pub struct Footage {
-    /// Of its shots, in their order.
+    /// The frames of its shots, in their order; `None` for a shot without.
     pub films: Vec<Option<Arc<Film>>>,
-    /// What is free of the film besides μ_k and μ_r: the corrections of its camera that were adopted.
+    /// What is estimated besides μ_k and μ_r: the corrections of its camera that were adopted.
     pub unknowns: FilmUnknowns,
 }
 
 /// Choices of a comparison.
 #[derive(Clone, Debug)]
 pub struct Options {
+    /// How closely collisions are modelled.
     pub fidelity: Fidelity,
     /// Whether velocities are compared, or the frames of footage.
     pub method: Method,
-    /// Whether each shot takes the cheapest fidelity that keeps within a tenth of its standard errors, instead.
+    /// Whether, in the place of `fidelity`, each shot takes the cheapest fidelity whose errors stay within a tenth of
+    /// its standard errors.
     pub auto: bool,
-    /// How outlying shots count, in the place of what the data sets say.
+    /// How outlying shots count; `None`: as the data sets state.
     pub loss: Option<Loss>,
-    /// Shared by all data sets, in the place of the default.
+    /// The quantities that have one value for all data sets, in the place of the default.
     pub share: Vec<Quantity>,
-    /// With a value for each label, in the place of the default.
+    /// The quantities that have a value for each label, in the place of the default.
     pub per_dataset: Vec<Quantity>,
 }
 
@@ -133,53 +139,86 @@ impl Default for Options {
     }
 }
 
-/// Why there is no comparison.
+/// Why data sets cannot be compared.
 #[derive(Debug, thiserror::Error)]
 pub enum CompareError {
+    /// Fewer than two samples have usable shots; with their number.
     #[error(
         "{0} sample(s) with usable shots; expected two or more to compare: data sets, or labels of one whose [fit] by names \
          a column"
     )]
     TooFew(usize),
+    /// A quantity, whose name is given, was asked to be both shared and per data set.
     #[error("{0} is both shared and per data set; expected one of them")]
     Both(&'static str),
+    /// No data set has the parameter whose name is given.
     #[error(
         "{0}: no data set has it; a friction that falls (friction under [fit]) has mu_b and mu_c, a contact that gives way kappa, an e that falls e_slope"
     )]
     NoSuchParameter(&'static str),
+    /// There are fewer observations than free parameters.
     #[error(
         "observations: {observations}, for the free parameters {parameters}; expected at least as many: add shots, or share parameters"
     )]
-    TooFewObservations { observations: usize, parameters: String },
+    TooFewObservations {
+        /// The number of observations.
+        observations: usize,
+        /// The names of the free parameters.
+        parameters: String,
+    },
+    /// The constraints of the data sets contradict each other; with the reason.
     #[error(
         "{0}; a parameter that is shared must satisfy the constraints of every data set: change them, or what is fixed, under \
          [fit], or give it a value for each with --per-dataset"
     )]
     Contradiction(String),
+    /// The frames of a data set, whose name is given, cannot be fitted.
     #[error(
         "{0}: its frames cannot be fitted: it is no footage of balls, or a shot has none; compare with --method two-stage"
     )]
     NotFilmed(String),
+    /// Frames were to be compared with a robust loss.
     #[error(
         "frames are compared by least squares; leave out the robust loss, or compare with --method two-stage"
     )]
     JointLoss,
+    /// A constraint leaves a parameter no room to differ.
     #[error(
         "the constraint \"{text}\" leaves {parameter} no room to differ: leave it out under [fit], take one {parameter} for \
          all with --share {parameter}{others}"
     )]
-    Pinned { text: String, parameter: &'static str, others: String },
-    /// What is wrong with a data set, as [`Dataset::faults`] says it.
+    Pinned {
+        /// The constraint as it was written.
+        text: String,
+        /// The name of the parameter.
+        parameter: &'static str,
+        /// What else could be done, as the rest of the sentence.
+        others: String,
+    },
+    /// A data set is wrong, as [`Dataset::faults`] states it.
     #[error("{dataset}: {}", .faults.join("\n"))]
-    Invalid { dataset: String, faults: Vec<String> },
+    Invalid {
+        /// The name of the data set.
+        dataset: String,
+        /// What is wrong, in sentences.
+        faults: Vec<String>,
+    },
+    /// The impacts of a data set, whose name is given, have not been extracted from its tracks yet.
     #[error(
         "{0}: its impacts have not been extracted from the tracks; call footage::with_impacts before comparing it"
     )]
     NotExtracted(String),
+    /// Some observations of a column have a standard deviation and others none.
     #[error(
         "{label}: {column} has a standard deviation in some data sets and none in others; expected all or none"
     )]
-    MixedNoise { label: String, column: &'static str },
+    MixedNoise {
+        /// The label.
+        label: String,
+        /// The column.
+        column: &'static str,
+    },
+    /// The joint fit failed.
     #[error(transparent)]
     Fit(FitError),
 }
@@ -204,40 +243,51 @@ impl CompareError {
     }
 }
 
-/// The result: a value, which `report` renders.
+/// The result of a comparison: a value, which [`crate::report`] renders.
 #[derive(Clone, Debug)]
 pub struct Comparison {
-    /// What is told apart: cloths, data sets, or values of a label column.
+    /// What is distinguished: cloths, data sets, or values of a label column.
     pub labels: Vec<String>,
-    /// `cloth`, `data set`, or the column of `[fit] by`.
+    /// What the labels are: `cloth`, `data set`, or the column of `[fit] by`.
     pub told_by: String,
+    /// The name of the fidelity, as on the command line.
     pub fidelity: &'static str,
+    /// Whether velocities or frames were compared.
     pub method: Method,
     /// How many shots were computed at which fidelity and with which effects on.
     pub computed: Vec<Computed>,
+    /// The samples, in the order of the data sets and their labels.
     pub samples: Vec<SampleSummary>,
+    /// The quantities that were compared.
     pub quantities: Vec<Compared>,
-    /// Of what was fitted.
+    /// χ² of the joint fit.
     pub chi2: f64,
+    /// Its degrees of freedom.
     pub dof: usize,
-    /// χ² and degrees of freedom of the residuals: of frames, those of the velocities that were extracted from them.
+    /// χ² and degrees of freedom of the residuals; where frames were compared, of the velocities that were extracted
+    /// from them.
     pub tested: (f64, usize),
     /// Whether the noise was estimated from the residuals.
     pub noise_estimated: bool,
+    /// Whether the optimiser stopped at a minimum.
     pub converged: bool,
+    /// Why the optimiser stopped, in words.
     pub termination: String,
+    /// The observations one by one.
     pub residuals: Vec<LabelResidual>,
-    /// Where a loss is robust.
+    /// How robust losses weighted the shots, where there are any.
     pub robust: Option<Robust>,
-    /// Whether the contact between the balls gives way although no data set states it, as all together call for it.
+    /// Whether the contact between the balls gives way, though no data set states it, because all together call for
+    /// it.
     pub gives_way: bool,
-    /// Where χ² rules the model out: how, for a reader. Nothing but what does not rest on the model has errors then.
+    /// Where the data contradict the model, how, as a sentence. Only what does not rest on the model has errors then.
     pub refuted: Option<String>,
-    /// The constraints between parameters, each with whose it is, and whether they hold with equality.
+    /// The constraints between parameters, each with the sample that it belongs to, and whether each holds with
+    /// equality.
     pub relations: Vec<(String, bool)>,
-    /// What the reader must know, the most important first.
+    /// What a reader must know, in sentences, the most important first.
     pub warnings: Vec<String>,
-    /// What the reader may want to know.
+    /// What else a reader may want to know, in sentences.
     pub notes: Vec<String>,
 }
 
@@ -256,90 +306,110 @@ impl Comparison {
     }
 }
 
-/// How robust losses weighed the shots.
+/// How robust losses weighted the shots.
 #[derive(Clone, Debug)]
 pub struct Robust {
-    /// The names of the losses, one for each that a data set has.
+    /// The name of each loss that a data set has.
     pub losses: Vec<&'static str>,
-    /// Weights below 1, the smallest first: sample, shot and weight.
+    /// The sample, the shot and its weight, for weights below 1, the smallest first.
     pub weights: Vec<(usize, String, f64)>,
 }
 
+/// One sample of a comparison: a data set, or those of its shots that have one label.
 #[derive(Clone, Debug)]
 pub struct SampleSummary {
+    /// The name for a reader.
     pub title: String,
-    /// The place of its data set among those compared.
+    /// The index of its data set among those compared.
     pub dataset: usize,
+    /// The index of its label in [`Comparison::labels`].
     pub label: usize,
+    /// Who measured it, how and when.
     pub source: Option<String>,
+    /// How many of its shots were fitted.
     pub shots_used: usize,
+    /// The shots that were left out, with the reasons.
     pub shots_rejected: Vec<Rejected>,
 }
 
-/// One quantity over all labels.
+/// One quantity compared over all labels.
 #[derive(Clone, Debug)]
 pub struct Compared {
+    /// The quantity.
     pub quantity: Quantity,
-    /// One value for all, rather than one for each label.
+    /// Whether it has one value for all, and not one for each label.
     pub shared: bool,
-    /// One, or one for each label.
+    /// Its one value, or the value for each label.
     pub estimates: Vec<Value>,
-    /// Of all pairs of labels that tell it.
+    /// The differences of all pairs of labels that determine it.
     pub differences: Vec<Difference>,
-    /// Same against different, over the labels that tell it.
+    /// The test of one value for all against one for each, over the labels that determine it.
     pub same_or_different: Option<LikelihoodRatio>,
-    /// Labels that say nothing about it, and why.
+    /// The index and the reason of each label that does not determine it.
     pub left_out: Vec<(usize, String)>,
 }
 
+/// The value of a quantity for one label, or for all.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Value {
-    /// `None`: of all.
+    /// The index of the label in [`Comparison::labels`]; `None` where it is the value for all.
     pub label: Option<usize>,
+    /// The value, in the unit of the quantity.
     pub value: f64,
+    /// Its standard error, where it has one.
     pub std_error: Option<f64>,
+    /// Its 95 % interval, where it has one.
     pub interval_95: Option<[f64; 2]>,
-    /// It was held, or told nothing: where it stays.
+    /// Whether it was fitted; else it was held, or the data do not determine it.
     pub fitted: bool,
+    /// Whether it ended at one of its bounds.
     pub at_bound: bool,
 }
 
-/// Of two labels: second less first.
+/// The difference of a quantity between two labels: the second less the first.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Difference {
+    /// The index of the first label in [`Comparison::labels`].
     pub first: usize,
+    /// The index of the second label.
     pub second: usize,
+    /// The difference, in the unit of the quantity.
     pub value: f64,
+    /// Its standard error.
     pub std_error: f64,
+    /// Its 95 % interval.
     pub interval_95: [f64; 2],
-    /// Two-sided, of this pair alone.
+    /// The two-sided probability of such a difference by chance, for this pair alone.
     pub p_value: f64,
-    /// Corrected for all pairs of all quantities that are compared (Holm).
+    /// The same, corrected for all pairs of all quantities that are compared (Holm 1979).
     pub p_holm: f64,
-    /// What a player would see of it.
+    /// What a player would see of it, in words.
     pub words: Option<String>,
 }
 
 impl Difference {
-    /// Probability of error that is accepted.
+    /// The probability of error that is accepted.
     pub const LEVEL: f64 = 0.05;
 
-    /// Whether it is told from nothing.
+    /// Whether the difference is no chance: `p_holm` is below [`Difference::LEVEL`].
     #[must_use]
     pub fn is_real(&self) -> bool {
         self.p_holm < Self::LEVEL
     }
 }
 
-/// What "same" is held against "different" by.
+/// The kind of the test of one value for all against one for each.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum TestKind {
+    /// By the ratio of the likelihoods.
     LikelihoodRatio,
-    /// By the differences and their errors from the scatter of the shots, where a robust loss leaves no likelihood.
+    /// By the differences and their errors from the scatter of the shots, where a robust loss leaves no likelihood
+    /// (Wald).
     Wald,
 }
 
 impl TestKind {
+    /// The name for a reader.
     #[must_use]
     pub fn name(self) -> &'static str {
         match self {
@@ -349,23 +419,29 @@ impl TestKind {
     }
 }
 
-/// "One value for all" against "one for each".
+/// The test of one value for all against one for each label.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LikelihoodRatio {
     /// Twice the logarithm of the ratio of likelihoods, or the rise of χ²; or Wald's statistic.
     pub statistic: f64,
+    /// The kind of the test.
     pub by: TestKind,
+    /// How many more parameters one value for each takes.
     pub extra_parameters: usize,
+    /// The probability of a larger statistic if the value is the same for all.
     pub p_value: f64,
-    /// Akaike's criterion of "different" less that of "same": negative speaks for a difference.
+    /// Akaike's criterion of one value for each less that of one for all: negative speaks for a difference.
     pub delta_aic: f64,
 }
 
 /// A residual of the joint fit.
 #[derive(Clone, Debug)]
 pub struct LabelResidual {
+    /// The index of the label in [`Comparison::labels`].
     pub label: usize,
+    /// The index of the sample in [`Comparison::samples`].
     pub sample: usize,
+    /// The observation and its residual.
     pub of_shot: Residual,
 }
 

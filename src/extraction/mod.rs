@@ -23,7 +23,8 @@ pub(crate) use initial_guess::contact;
 pub use marker_rotation::Rotation;
 pub(crate) use marker_rotation::turn;
 pub(crate) use near_model::near_model;
-pub(crate) use noise_correlation::{NoiseCorrelation, noise_correlation};
+pub use noise_correlation::NoiseCorrelation;
+pub(crate) use noise_correlation::noise_correlation;
 pub(crate) use window::MOST as MOST_FRAMES;
 
 use crate::measurement::isolate::isolated;

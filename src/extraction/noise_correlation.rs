@@ -40,9 +40,11 @@ const LEAST: f64 = 0.1;
 /// The correlation of the noise of neighbouring frames.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct NoiseCorrelation {
+    /// The correlation, from 0 to below 1.
     pub value: f64,
+    /// Its standard error.
     pub std_error: f64,
-    /// Whether the frames call for it.
+    /// Whether the frames call for it, so that it is taken into account.
     pub adopted: bool,
 }
 

@@ -21,12 +21,13 @@ const BOUND_FROM: usize = 1000;
 
 /// A data set that is ready to be fitted.
 pub struct Prepared {
-    /// With its impacts; footage as it was corrected.
+    /// The data set with its impacts; footage as it was corrected.
     pub dataset: Dataset,
     /// The shots of footage whose impacts were found.
     pub extracted: Vec<(TrackShot, Impact)>,
+    /// What was assumed of the balls and the cloth.
     pub scene: Scene,
-    /// What the shots tell of their camera; `None` where there is none.
+    /// What the shots show of their camera; `None` where there is no footage of balls.
     pub camera: Option<FoundCamera>,
 }
 
@@ -39,8 +40,8 @@ impl Prepared {
         Self { dataset, extracted, scene, camera }
     }
 
-    /// How it is best fitted: all frames at once use all that they tell; a robust loss (that of the data set, unless another is asked
-    /// for) is known only to fits of velocities.
+    /// How it is best fitted: all frames at once use all information; but a robust loss (that of the data set, unless
+    /// another is asked for) works with fits of velocities only.
     #[must_use]
     pub fn best_method(&self, loss: Option<Loss>) -> Method {
         let squares = loss.unwrap_or(self.dataset.loss) == Loss::Squares;
@@ -48,36 +49,37 @@ impl Prepared {
         if joint { Method::Joint } else { Method::TwoStage }
     }
 
-    /// What a fit of its frames finds besides the parameters.
+    /// What a joint fit of its frames estimates besides the parameters.
     #[must_use]
     pub fn film_unknowns(&self) -> FilmUnknowns {
         self.camera.as_ref().map(FoundCamera::unknowns).unwrap_or_default()
     }
 
-    /// The frames of its shots, of at most about `most` of them, with how these follow the corrections of the camera.
+    /// The frames of its shots, of at most about `most` of them, and how they follow the corrections of the camera.
     #[must_use]
     pub fn films(&self, most: usize) -> Vec<Option<Arc<Film>>> {
         let corrected = self.camera.as_ref().filter(|found| found.corrects()).map(|found| &found.camera);
         films(&self.extracted, &self.scene, corrected, most)
     }
 
-    /// Whether a comparison of its velocities errs by spins that its paths alone tell.
+    /// Whether spins are known from its paths alone, so that fits of its velocities may be biased.
     #[must_use]
-    pub fn finds_spins_from_paths(&self) -> bool {
+    pub(crate) fn finds_spins_from_paths(&self) -> bool {
         finds_spins_from_paths(&self.extracted, &self.scene)
     }
 }
 
-/// A data set and what was found of it.
+/// A data set and its fits.
 pub struct Analysis {
-    /// With its impacts; footage as it was corrected.
+    /// The data set with its impacts; footage as it was corrected.
     pub dataset: Dataset,
     /// The shots of footage whose impacts were found.
     pub extracted: Vec<(TrackShot, Impact)>,
+    /// What was assumed of the balls and the cloth.
     pub scene: Scene,
-    /// What the shots tell of their camera; `None` where there is none.
+    /// What the shots show of their camera; `None` where there is no footage of balls.
     pub camera: Option<FoundCamera>,
-    /// One, or one for each label that is fitted apart.
+    /// The fit, or one for each label that is fitted apart.
     pub fits: Result<Vec<Fit>, FitError>,
 }
 

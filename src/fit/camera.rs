@@ -8,33 +8,37 @@ use crate::film::camera::{Camera, Correction};
 /// A correction as it was found.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FoundCorrection {
+    /// Which correction it is.
     pub which: Correction,
-    /// As a correction of what the data set states; a scale that was wrong by a factor holds that factor.
+    /// Its value, as a correction of what the data set states: a scale that was wrong by a factor has that factor.
     pub value: f64,
+    /// Its standard error.
     pub std_error: f64,
-    /// Whether the frames call for it; else it is not applied.
+    /// Whether the frames call for it; if not, it is not applied.
     pub adopted: bool,
 }
 
-/// What the shots tell of their camera.
+/// The camera as the shots of a film show it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FoundCamera {
-    /// By which the shots were corrected.
+    /// The camera for which the positions were corrected.
     pub camera: Camera,
+    /// The corrections that were tried.
     pub corrections: Vec<FoundCorrection>,
-    /// By which all lengths were multiplied beforehand: the unit of the film, m; 1 where it was right to a tenth.
+    /// The factor by which all lengths were multiplied beforehand, the unit of the film in m; 1 where the stated one
+    /// was right to a tenth.
     pub unit: f64,
     /// How many shots it was found from.
     pub shots: usize,
-    /// Where the balls met in the films of these shots, m.
+    /// Where the balls touched in the films of these shots, m.
     pub contacts: Vec<[f64; 2]>,
     /// Whether nothing was left to correct at the end.
     pub converged: bool,
-    /// Correlation of the noise of neighbouring frames; `None` where the frames do not tell it.
+    /// The correlation of the noise of neighbouring frames; `None` where the frames do not determine it.
     pub noise_correlation: Option<NoiseCorrelation>,
-    /// Coarsest step of the grid that positions were rounded to, m; 0 where there is none.
+    /// The coarsest step of the grid to which positions were rounded, m; 0 where they were not.
     pub resolution: f64,
-    /// Shots in which frames were dropped without a sign in their numbers, and how many drops.
+    /// In how many shots frames were dropped without a sign in their numbers, and how often.
     pub drops: [usize; 2],
 }
 
@@ -54,7 +58,7 @@ impl FoundCamera {
         }
     }
 
-    /// What is still free in a joint fit of the corrected films.
+    /// What remains to be estimated in a joint fit of the corrected films.
     #[must_use]
     pub fn unknowns(&self) -> FilmUnknowns {
         let mut unknowns = FilmUnknowns::default();
@@ -65,13 +69,13 @@ impl FoundCamera {
         unknowns
     }
 
-    /// Whether a correction was adopted.
+    /// Whether any correction was adopted.
     #[must_use]
     pub fn corrects(&self) -> bool {
         self.corrections.iter().any(|found| found.adopted)
     }
 
-    /// For a reader: what was done to the films.
+    /// What was done to the films, in sentences.
     #[must_use]
     pub fn sentences(&self) -> Vec<String> {
         let [shots, drops] = self.drops;
@@ -102,7 +106,7 @@ impl FoundCamera {
         scaled.into_iter().chain(self.sentence()).chain(unfinished).chain(lasts).chain(dropped).collect()
     }
 
-    /// For a reader: which corrections were adopted.
+    /// Which corrections were adopted, as a sentence; `None` where none was.
     #[must_use]
     pub fn sentence(&self) -> Option<String> {
         use super::warnings::with_error;

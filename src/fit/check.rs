@@ -1,4 +1,4 @@
-//! What is suspicious about a data set, without fitting it. What is wrong was said when it was loaded.
+//! What is suspicious about a data set, without fitting it. Plain errors were reported when it was loaded.
 
 use crate::likelihood::prediction::Plan;
 use crate::measurement::dataset::{Before, Dataset, Measured, Shot};
@@ -39,12 +39,14 @@ const MOST_RATIO: f64 = 1.05;
 /// So many shots are named in a warning.
 const NAMED: usize = 3;
 
-/// A finding: of what, and a sentence.
+/// Something suspicious, or good to know, about a shot or a data set.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Finding {
-    /// `None`: of the whole data set.
+    /// The name of the shot; `None` where it concerns the whole data set.
     pub shot: Option<String>,
+    /// What was found, as a clause without a capital letter and a full stop.
     pub text: String,
+    /// What it is about.
     pub kind: Kind,
 }
 
@@ -53,18 +55,25 @@ pub struct Finding {
 pub enum Kind {
     /// Nothing need be wrong, but it is good to know.
     Advice,
+    /// The radius is not that of billiard balls.
     Radius,
-    /// Sliding friction of the cloth, as the paths show it.
+    /// The sliding friction of the cloth that the paths show is unusual.
     Sliding,
-    /// Its rolling resistance.
+    /// The rolling resistance of the cloth that the paths show is unusual.
     Rolling,
+    /// The cue ball is slower than the model is made for.
     Slow,
+    /// The cue ball is faster than a player can hit it.
     Fast,
+    /// The cue ball's spin is unknown.
     UnknownSpin,
-    /// The object ball's direction.
+    /// The object ball leaves in a direction far from the line of centres.
     Direction,
+    /// The balls have more energy after the impact than before.
     Energy,
+    /// The object ball leaves faster than a collision allows.
     SpeedRatio,
+    /// The throw is larger than friction gives.
     Throw,
 }
 
@@ -80,7 +89,8 @@ impl Finding {
     }
 }
 
-/// Everything suspicious and what else is good to know, that of the whole first. Tracks must have been made into impacts before.
+/// Looks for everything suspicious and whatever else is good to know; findings about the whole data set come first. Impacts must have
+/// been extracted from tracks before.
 #[must_use]
 pub fn check(dataset: &Dataset) -> Vec<Finding> {
     let shots: Vec<&Shot> = dataset.shots.iter().collect();
@@ -98,10 +108,10 @@ pub fn check(dataset: &Dataset) -> Vec<Finding> {
     whole.into_iter().chain(advice(dataset)).chain(of_shots).collect()
 }
 
-/// What lets doubt some shots of a data set, or the μ_k and μ_r of the cloth that their paths show; that of the whole first. The
-/// same is among the warnings of a fit.
+/// What lets doubt some shots of a data set, or the μ_k and μ_r of the cloth that their paths show; findings about the whole come
+/// first. Fits have the same among their warnings.
 #[must_use]
-pub fn suspicious(
+pub(crate) fn suspicious(
     dataset: &Dataset,
     shots: &[&Shot],
     [sliding, rolling]: [Option<Measured>; 2],

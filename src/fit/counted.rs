@@ -3,7 +3,7 @@
 use super::{Fit, Method};
 use crate::measurement::observable::Observable;
 
-/// The measured numbers that a sum of squares is of.
+/// The kind of the measured numbers whose squared residuals are summed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Counted {
     /// Coordinates of the balls in the frames, and components of spins that markers show.
@@ -15,7 +15,7 @@ pub enum Counted {
 }
 
 impl Counted {
-    /// As in fit.json.
+    /// The name in fit.json.
     #[must_use]
     pub fn name(self) -> &'static str {
         match self {
@@ -25,7 +25,7 @@ impl Counted {
         }
     }
 
-    /// As in a sentence.
+    /// The name in a sentence.
     #[must_use]
     pub fn words(self) -> &'static str {
         match self {
@@ -35,9 +35,9 @@ impl Counted {
         }
     }
 
-    /// Of these observables.
+    /// The kind of some observables.
     #[must_use]
-    pub fn of(mut observables: impl Iterator<Item = Observable>) -> Self {
+    pub(crate) fn of(mut observables: impl Iterator<Item = Observable>) -> Self {
         if observables.any(|observable| Observable::IMPACTS.contains(&observable)) {
             Self::Velocities
         } else {
@@ -47,13 +47,13 @@ impl Counted {
 }
 
 impl Fit {
-    /// What `chi2`, `dof` and residuals.csv count.
+    /// What `chi2` and `dof` count.
     #[must_use]
     pub fn counted(&self) -> Counted {
         if self.method == Method::Joint { Counted::Coordinates } else { self.tested() }
     }
 
-    /// What `residuals` list, and what [`super::Goodness`] tests.
+    /// What `residuals` lists, and what [`super::Goodness`] tests.
     #[must_use]
     pub fn tested(&self) -> Counted {
         Counted::of(self.residuals.iter().map(|residual| residual.observable))

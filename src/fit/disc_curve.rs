@@ -15,14 +15,15 @@ const BEYOND: f64 = 1.08;
 /// A contact whose J_t/J_n is μ but for this part slides throughout.
 const SLIDES: f64 = 1e-4;
 
-/// How J_t/J_n against the slip follows from the slip over the closing speed.
+/// How J_t/J_n of two discs depends on the slip over the closing speed.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FrictionCurve {
-    /// Slip over the closing speed from 0 on, and J_t/J_n against it.
+    /// Points of the curve: the slip over the closing speed, from 0 on, and J_t/J_n against the slip.
     pub points: Vec<[f64; 2]>,
-    /// Below this slip the contact is stuck from the first touch; 0 of a rigid one.
+    /// The slip over the closing speed below which the contact sticks from the first touch; 0 for a rigid contact.
     pub sticks_below: f64,
-    /// From this slip on it slides throughout, as far as the points go.
+    /// The slip over the closing speed from which on the contact slides throughout; `None` where it is beyond the
+    /// points.
     pub slides_from: Option<f64>,
 }
 

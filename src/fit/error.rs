@@ -1,51 +1,86 @@
-//! Why there is no fit.
+//! Why a data set cannot be fitted.
 
 use super::Rejected;
 use crate::numerics::least_squares::OptimiseError;
 
-/// Why there is no fit. What a fit ran into numerically is not an error but stands in [`Fit`].
+/// Why a data set cannot be fitted. A search that does not converge is not an error: [`Fit::converged`](super::Fit::converged) states it.
 #[derive(Debug, thiserror::Error)]
 pub enum FitError {
+    /// No shot can be used.
     #[error("{dataset}: no shot can be used{}", first_reason(.shots_rejected))]
-    NoUsableShot { dataset: String, shots_rejected: Vec<Rejected> },
+    NoUsableShot {
+        /// The name of the data set.
+        dataset: String,
+        /// Its shots with the reasons.
+        shots_rejected: Vec<Rejected>,
+    },
+    /// There are fewer observations than free parameters.
     #[error(
         "{dataset}: {observations} observation(s) for the free parameters {parameters}; expected at least as \
          many observations as parameters: add shots, or fix parameters under [fit]"
     )]
-    TooFewObservations { dataset: String, observations: usize, parameters: String },
+    TooFewObservations {
+        /// The name of the data set.
+        dataset: String,
+        /// The number of observations.
+        observations: usize,
+        /// The names of the free parameters.
+        parameters: String,
+    },
+    /// Some observations of a column have a standard deviation and others none.
     #[error(
         "{dataset}: {column} has a standard deviation in {} (shot {}), but none in {} (shot {}); give all or none",
         .with.0, .with.1, .without.0, .without.1
     )]
     MixedNoise {
+        /// The name of the data set.
         dataset: String,
+        /// The column.
         column: &'static str,
-        /// Place (file:line) and shot that has one, and that has none.
+        /// Place (`file:line`) and name of a shot that has one.
         with: Box<(String, String)>,
+        /// Place (`file:line`) and name of a shot that has none.
         without: Box<(String, String)>,
     },
+    /// A covariance of observations is not positive definite.
     #[error("the observations cannot be weighted: a covariance is not positive definite")]
     NoWeights,
-    /// What is wrong with the data set, as [`Dataset::faults`] says it.
+    /// The data set is wrong, as [`Dataset::faults`](crate::measurement::dataset::Dataset::faults) states it.
     #[error("{dataset}: {}", .faults.join("\n"))]
-    Invalid { dataset: String, faults: Vec<String> },
+    Invalid {
+        /// The name of the data set.
+        dataset: String,
+        /// What is wrong, in sentences.
+        faults: Vec<String>,
+    },
+    /// The impacts of the data set, whose name is given, have not been extracted from its tracks yet.
     #[error(
         "{0}: its impacts have not been extracted from the tracks; call footage::with_impacts before fitting it"
     )]
     NotExtracted(String),
+    /// A joint fit was asked for of a data set, whose name is given, that has not the frames of every shot.
     #[error("{0}: a joint fit needs the frames of every shot, as data sets of kind \"tracks\" have them")]
     NotFilmed(String),
+    /// A joint fit was asked for with a robust loss, of the data set whose name is given.
     #[error(
         "{0}: a joint fit takes least squares; leave out the robust loss, or fit with --method two-stage"
     )]
     JointLoss(String),
+    /// κ is stated, but the fidelity has a contact that is rigid along its surface.
     #[error(
         "{dataset}: kappa stands in [fit], but with the fidelity {fidelity} a contact is rigid along its surface; expected the fidelity \
          auto, ode or contact with it"
     )]
-    Rigid { dataset: String, fidelity: &'static str },
+    Rigid {
+        /// The name of the data set.
+        dataset: String,
+        /// The name of the fidelity.
+        fidelity: &'static str,
+    },
+    /// The constraints between parameters cannot be met; with the reason.
     #[error("{0}")]
     Relations(String),
+    /// The least-squares solver was used wrongly.
     #[error(transparent)]
     Optimise(#[from] OptimiseError),
 }

@@ -1,34 +1,35 @@
-//! What a fit says of one parameter.
+//! The estimate of one parameter.
 
 use super::Fit;
 use crate::measurement::parameter::{Parameter, Setting};
 
 impl Fit {
-    /// The estimate of a parameter; `None` of b and c where the friction is constant.
+    /// The estimate of a parameter; `None` for one that the fit does not have, such as b where the friction is constant.
     #[must_use]
     pub fn get(&self, parameter: Parameter) -> Option<&Estimate> {
         self.estimates.iter().find(|estimate| estimate.parameter == parameter)
     }
 
-    /// The friction between the balls.
+    /// The friction between the balls μ.
     #[must_use]
     pub fn mu(&self) -> Option<&Estimate> {
         self.get(Parameter::Mu)
     }
 
-    /// The friction of the cloth on the object ball during the impact.
+    /// The friction of the cloth on the object ball during the impact, μ_s.
     #[must_use]
     pub fn mu_s(&self) -> Option<&Estimate> {
         self.get(Parameter::MuS)
     }
 
-    /// The coefficient of restitution between the balls.
+    /// The coefficient of restitution between the balls, e.
     #[must_use]
     pub fn e(&self) -> Option<&Estimate> {
         self.get(Parameter::E)
     }
 
-    /// As in fit.json: how footage was fitted; impacts and angles are fitted directly.
+    /// How the data were fitted, as in fit.json: the name of the method for footage; impacts and angles are fitted
+    /// directly.
     #[must_use]
     pub fn method_name(&self) -> &'static str {
         if self.footage { self.method.name() } else { "direct" }
@@ -38,16 +39,21 @@ impl Fit {
 /// One fitted parameter.
 #[derive(Clone, Copy, Debug)]
 pub struct Estimate {
+    /// The parameter.
     pub parameter: Parameter,
+    /// The estimate, in the parameter's unit; where it is fixed or not identified, the value that it was held at.
     pub value: f64,
+    /// The standard error; `None` where there is none, as for a parameter that is fixed.
     pub std_error: Option<f64>,
-    /// 95 % interval, within the bounds; at an active bound it is one-sided. That of the profile where
-    /// the two of `intervals` differ by more than a tenth, else that of the Hessian.
+    /// The 95 % interval within the bounds; at an active bound it is one-sided. It is that of the profile where the
+    /// two of `intervals` differ by more than a tenth, else that of the Hessian.
     pub interval_95: Option<[f64; 2]>,
+    /// Both intervals.
     pub intervals: Intervals,
-    /// The standard error if the parameters at their bounds were known to be there. Only where
-    /// that differs from `std_error`.
+    /// The standard error if the parameters at their bounds were known to be there, where it differs from
+    /// `std_error`.
     pub std_error_at_bound: Option<f64>,
+    /// What the fit could say about the parameter.
     pub status: Status,
 }
 
@@ -95,7 +101,7 @@ impl Estimate {
         }
     }
 
-    /// Whether `interval_95` is that of the profile.
+    /// Whether `interval_95` is the one of the profile.
     #[must_use]
     pub fn is_profiled(&self) -> bool {
         self.interval_95.is_some() && self.interval_95 == self.intervals.profile
@@ -105,17 +111,21 @@ impl Estimate {
 /// What a fit could say about a parameter.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Status {
+    /// It was fitted.
     Free,
+    /// It was held at a stated value.
     Fixed,
+    /// It was fitted and ended at its lower bound.
     AtLowerBound,
+    /// It was fitted and ended at its upper bound.
     AtUpperBound,
-    /// The data say nothing about it: it is given at its initial value, or, where they tell a combination of several, at
-    /// one of the values that fit equally.
+    /// The data do not determine it. It is given at its initial value or, where they determine a combination of
+    /// several parameters, at one of the values that fit equally well.
     NotIdentified,
 }
 
 impl Status {
-    /// As in fit.json.
+    /// The name in fit.json.
     #[must_use]
     pub fn name(self) -> &'static str {
         match self {

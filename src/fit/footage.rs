@@ -96,7 +96,7 @@ fn many_stuns(extracted: &[(TrackShot, Impact)]) -> Option<String> {
     })
 }
 
-/// What the first fits of these shots gave, where a search may begin.
+/// The values that the first fits of these shots gave, near which a search may begin ([`Options::near`](crate::fit::Options::near)).
 #[must_use]
 pub fn near(scene: &Scene) -> Option<Values> {
     let LiftPrior::Model(model, coefficients, _) = scene.lift else { return None };

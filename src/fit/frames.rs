@@ -81,12 +81,13 @@ pub struct FittedFrames {
 /// The frames of one shot against the model.
 #[derive(Clone, Debug)]
 pub struct OfShot {
-    /// Its name.
+    /// The name of the shot.
     pub shot: String,
     /// Cut angle, radians.
     pub cut: f64,
     /// Cue ball's speed before the impact, m/s.
     pub speed: f64,
+    /// The coordinates, and components of spins, that were fitted.
     pub rows: Vec<Row>,
 }
 
@@ -122,7 +123,7 @@ impl FittedFrames {
     }
 
     /// What was estimated of each shot besides the parameters, in the same order, with the shot's name.
-    pub fn estimates(&self) -> impl Iterator<Item = (&str, Vec<OwnEstimate>)> {
+    pub(crate) fn estimates(&self) -> impl Iterator<Item = (&str, Vec<OwnEstimate>)> {
         self.shots.iter().filter_map(|(name, shot, own)| {
             let film = shot.film.as_ref()?;
             let collision = shot.plan.collision(&self.model);

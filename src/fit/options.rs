@@ -14,49 +14,58 @@ use crate::physics::collision::{Effects, Fidelity, Model};
 /// Choices of a fit that are not part of the data set.
 #[derive(Clone, Copy, Debug)]
 pub struct Options {
+    /// How closely collisions are modelled.
     pub fidelity: Fidelity,
-    /// Whether each shot takes the cheapest fidelity that keeps within a tenth of its standard errors, at
-    /// the start of the fit, instead.
+    /// Whether, in the place of `fidelity`, each shot takes the cheapest fidelity whose errors stay within a tenth of
+    /// its standard errors; it is chosen at the start of the fit.
     pub auto: bool,
-    /// What is simulated, as far as the fidelity can.
+    /// Which effects are simulated, as far as the fidelity can; `None`: those that it contains by default.
     pub effects: Option<Effects>,
     /// How the friction between the balls falls with the slip.
     pub falling: Falling,
-    /// Of the fidelities that integrate.
+    /// The tolerance of the fidelities that integrate ([`Model::tolerance`]).
     pub tolerance: f64,
+    /// How footage is fitted.
     pub method: Method,
-    /// Where the search begins, in the place of a scan of all values of the friction: what an earlier fit of the same shots gave.
+    /// Where the search begins, in the place of a scan over all values of the friction: what an earlier fit of the
+    /// same shots gave.
     pub near: Option<Values>,
-    /// What is free in a joint fit besides.
+    /// What a joint fit of frames estimates besides the parameters.
     pub film: FilmUnknowns,
+    /// How much the fit finds out about its own uncertainty.
     pub depth: Depth,
-    /// Whether causes of the residuals are looked for although the noise explains them; else [`Depth::Everything`] looks for them where it
-    /// does not.
+    /// Whether causes of the residuals are looked for even where the noise explains them. [`Depth::Everything`] looks
+    /// for them where it does not.
     pub explain: bool,
-    /// In the place of the data set's.
+    /// How outlying shots count; `None`: as the data set states.
     pub loss: Option<Loss>,
-    /// How many starts; those after the first are spread at random between the bounds.
+    /// How many starts the search has; those after the first are spread at random between the bounds.
     pub starts: usize,
-    /// How many samples of shots are drawn anew and fitted for intervals of the bootstrap.
+    /// How many samples of shots are drawn and fitted for intervals of the bootstrap; 0 for none.
     pub bootstrap: usize,
-    /// Of everything random.
+    /// The seed of all random numbers.
     pub seed: u64,
 }
 
 /// How the friction between the balls falls with their slip v: μ(v) = a + b exp(−c v), its a fitted as μ.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub enum Falling {
-    /// As `[fit] friction` of the data set says.
+    /// As `[fit] friction` of the data set states.
     #[default]
     AsStated,
-    /// With these b and c, in s/m.
-    Held { b: f64, c: f64 },
+    /// With these values of b and c.
+    Held {
+        /// By how much the friction is larger without slip, dimensionless.
+        b: f64,
+        /// How fast the friction falls with the slip, s/m.
+        c: f64,
+    },
     /// b and c are parameters of the fit, with the settings of the data set.
     Fitted,
 }
 
 impl Falling {
-    /// The settings of a data set with this in the place of what they say of b and c.
+    /// The settings of a data set, with this in the place of what they state of b and c.
     #[must_use]
     pub fn applied(self, mut settings: Settings) -> Settings {
         settings.falls |= self != Self::AsStated;
@@ -74,14 +83,16 @@ pub enum Method {
     /// Velocities are extracted from the frames of each shot, then the parameters fitted to these.
     #[default]
     TwoStage,
-    /// The parameters are fitted to all frames of all shots, together with what each shot has of its own.
+    /// The parameters are fitted to all frames of all shots, together with the unknowns that each shot has of its
+    /// own.
     Joint,
 }
 
 impl Method {
+    /// Both methods.
     pub const ALL: [Self; 2] = [Self::TwoStage, Self::Joint];
 
-    /// As on the command line and in fit.json.
+    /// The name on the command line and in fit.json.
     #[must_use]
     pub fn name(self) -> &'static str {
         match self {
@@ -91,13 +102,13 @@ impl Method {
     }
 }
 
-/// What a joint fit of frames finds besides the parameters, μ_k and μ_r.
+/// What a joint fit of frames estimates besides the parameters, μ_k and μ_r.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct FilmUnknowns {
-    /// The cloth's bounce e_t.
+    /// Whether the cloth's bounce e_t is estimated.
     pub bounce: bool,
-    /// For each correction of the camera that is free: where what is known of it beforehand lies from where the camera is. The films
-    /// must have been made with that camera.
+    /// For each correction of the camera that is estimated, in the order of [`Correction::ALL`]: the mean of what is
+    /// known of it beforehand, less its value in the camera with which the films were made.
     pub corrections: [Option<f64>; Correction::COUNT],
 }
 

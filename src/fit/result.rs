@@ -24,70 +24,83 @@ pub struct Fit {
     pub dataset: String,
     /// The label that was fitted apart, where `[fit] by` asks for it: (column, label).
     pub group: Option<(String, String)>,
+    /// The file that the data set was read from.
     pub path: PathBuf,
+    /// Which cloth it was measured on.
     pub cloth: Option<String>,
+    /// Who measured it, how and when.
     pub source: Option<String>,
+    /// The cue ball; of discs, the disc that stands for both.
     pub ball: Ball,
     /// Of discs: their own radii and masses, where they are known.
     pub discs: Option<Discs>,
-    /// The cloth's sliding friction μ_k, where footage or dataset.toml tells it.
+    /// The cloth's sliding friction μ_k, where footage determines it or dataset.toml states it.
     pub sliding: Option<Measured>,
-    /// Its rolling resistance μ_r, likewise.
+    /// The cloth's rolling resistance μ_r, where footage determines it or dataset.toml states it.
     pub rolling: Option<Measured>,
-    /// Name of the collision model, as on the command line.
+    /// The name of the fidelity, as on the command line.
     pub fidelity: &'static str,
+    /// How it was fitted.
     pub method: Method,
-    /// Which effects the model contains.
+    /// The name of each effect, and whether the model contains it.
     pub effects: Vec<(&'static str, bool)>,
-    /// Of the parameters that the fit has, in the order of [`Parameter::ALL`].
+    /// The estimates of the parameters that the fit has, in the order of [`Parameter::ALL`].
     pub estimates: Vec<Estimate>,
-    /// Of the parameters that have a standard error; NaN elsewhere. A row and a column for each of the estimates.
+    /// The correlation matrix, with a row and a column for each of the estimates; NaN for those without a standard
+    /// error.
     pub correlation: DMatrix<f64>,
-    /// Sum of squared standardized residuals of what [`Fit::counted`] says, priors included.
+    /// χ²: the sum of squared standardized residuals of what [`Fit::counted`] names, priors included.
     pub chi2: f64,
-    /// What priors, and errors that all shots share, add to it.
+    /// The part of χ² that priors, and errors that all shots share, add.
     pub prior_chi2: f64,
-    /// Measured numbers and priors less fitted parameters (and, in a joint fit, unknowns of the shots' own).
+    /// Degrees of freedom: measured numbers and priors less fitted parameters and, in a joint fit, the unknowns that
+    /// the shots have of their own.
     pub dof: usize,
     /// How the noise of each observable was known, in the order of first appearance.
     pub noise: Vec<Noise>,
+    /// How many shots were fitted.
     pub shots_used: usize,
+    /// The shots that were left out, with the reasons.
     pub shots_rejected: Vec<Rejected>,
-    /// Shots that were used, though something about them is wrong; with what it is.
+    /// Shots that were fitted, though something about them is wrong; with what it is.
     pub shots_doubtful: Vec<Rejected>,
     /// Of discs: what was measured of every shot.
     pub disc_shots: Vec<DiscShot>,
-    /// Of discs: by how much shots differ beyond the errors of their frames, which is part of their errors.
+    /// Of discs: by how much shots differ beyond the errors of their frames. It is part of the errors.
     pub scatter: Option<Scatter>,
-    /// Of discs: the friction that was fitted, where the shots determine it.
+    /// Of discs: the friction that was fitted as a function of the slip, where the shots determine it.
     pub friction_curve: Option<FrictionCurve>,
-    /// Of footage: the camera by which the films were corrected.
+    /// Of footage: the camera for which the films were corrected.
     pub camera: Option<FoundCamera>,
-    /// Where the data refute the model: then no estimate has an error.
+    /// Where the data contradict the model, how; no estimate has an error then.
     pub refuted: Option<Refuted>,
-    /// Whether the shots were filmed, rather than measured as impacts or angles.
+    /// Whether the shots were filmed, and not measured as impacts or angles.
     pub footage: bool,
-    /// What explains residuals that the model leaves, and what was corrected of the film; the best first.
+    /// Causes that explain residuals which the model leaves, and corrections that the film needed, the best first.
     pub explanations: Vec<Explanation>,
-    /// One row per observation of [`Fit::tested`]: in a joint fit of the velocities that were extracted from each shot.
+    /// The observations of [`Fit::tested`] one by one; in a joint fit, of the velocities that were extracted from
+    /// each shot.
     pub residuals: Vec<Residual>,
-    /// Of a joint fit: its frames.
+    /// Of a joint fit: its frames against the model.
     pub frames: Option<FittedFrames>,
     /// Why the optimiser stopped, in words.
     pub termination: String,
     /// Whether it stopped at a minimum.
     pub converged: bool,
+    /// How many steps the optimiser took.
     pub iterations: usize,
+    /// How long the fit took, s.
     pub seconds: f64,
+    /// How far the fit can be trusted.
     pub diagnostics: Diagnostics,
-    /// What the reader must know: sentences, the most important first.
+    /// What a reader must know, in sentences, the most important first.
     pub warnings: Vec<String>,
-    /// What the reader may want to know.
+    /// What else a reader may want to know, in sentences.
     pub notes: Vec<String>,
 }
 
 impl Fit {
-    /// Spins were found from the paths alone, whose errors a fit of velocities cannot carry over.
+    /// Adds the warning that spins were found from the paths alone, whose errors a fit of velocities cannot carry over.
     pub fn warn_of_spins_from_paths(&mut self) {
         self.diagnostics.spins_from_paths = true;
         self.warnings.insert(
@@ -105,28 +118,29 @@ impl Fit {
 pub struct Diagnostics {
     /// How many shots were computed at which fidelity and with which effects on.
     pub computed: Vec<Computed>,
-    /// `None` where nothing was fitted.
+    /// What the data determine of the free parameters; `None` where none is free.
     pub identifiability: Option<Identifiability>,
+    /// How well model and noise describe the residuals; `None` where nothing was fitted.
     pub goodness: Option<Goodness>,
-    /// Where a robust loss was asked for.
+    /// How a robust loss weighted the shots, where one was asked for.
     pub robust: Option<Robust>,
-    /// The constraints between parameters, and whether they hold with equality.
+    /// The constraints between parameters, and whether each holds with equality.
     pub relations: Vec<(String, bool)>,
-    /// Where several starts were asked for.
+    /// What several starts found, where they were asked for.
     pub starts: Option<Starts>,
-    /// Where it was asked for.
+    /// What a bootstrap over the shots found, where it was asked for.
     pub bootstrap: Option<Bootstrap>,
-    /// Of all pairs of free parameters, with [`Depth::Everything`].
+    /// The confidence regions of all pairs of free parameters, with [`Depth::Everything`](super::Depth::Everything).
     pub contours: Vec<Contour>,
-    /// The fit and other models, with [`Depth::Everything`].
+    /// The fit and other models compared, with [`Depth::Everything`](super::Depth::Everything).
     pub alternatives: Vec<Alternative>,
-    /// Of footage: what its frames could tell at best.
+    /// Of footage: the smallest standard errors that its frames allow.
     pub bound: Option<Bound>,
-    /// Of a joint fit of frames.
+    /// Of a joint fit of frames: what it found besides the parameters.
     pub joint: Option<JointFit>,
-    /// Parameters that are known only to lie between two values, all of which fit equally.
+    /// Parameters that are known only to lie between two values, all of which fit equally well.
     pub plateaus: Vec<Plateau>,
-    /// χ² of a minimum lower than the one that is given.
+    /// χ² of a minimum that is lower than the one that is given, where one was found.
     pub lower_minimum: Option<f64>,
     /// Whether values outside the intervals fit nearly as well.
     pub has_rival: bool,
@@ -136,70 +150,83 @@ pub struct Diagnostics {
     pub spins_from_paths: bool,
 }
 
-/// Shots that were computed alike.
+/// Shots that were computed with the same fidelity and effects.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Computed {
+    /// The fidelity.
     pub fidelity: Fidelity,
+    /// The effects that are on.
     pub effects: Effects,
+    /// How many shots were computed so.
     pub shots: usize,
 }
 
 /// What a joint fit of frames found besides the parameters.
 #[derive(Clone, Debug, PartialEq)]
 pub struct JointFit {
-    /// The cloth's sliding friction μ_k and rolling resistance μ_r, with standard errors.
+    /// The cloth's sliding friction μ_k, with its standard error.
     pub sliding: (f64, f64),
+    /// The cloth's rolling resistance μ_r, with its standard error.
     pub rolling: (f64, f64),
-    /// What else all shots share, with standard errors: a correction of the camera as what is left to correct.
+    /// What else all shots share, each with its value and standard error; a correction of the camera is what remains
+    /// to be corrected.
     pub others: Vec<(SharedKind, (f64, f64))>,
-    /// Their covariance.
+    /// The covariance of `others`.
     pub others_covariance: DMatrix<f64>,
-    /// Probability of a larger χ² of the frames were model and noise right; `None` where the noise was estimated from the
-    /// same frames.
+    /// The probability of a larger χ² of the frames if model and noise were right; `None` where the noise was
+    /// estimated from the same frames.
     pub p_value: Option<f64>,
-    /// Coordinates (and components of spins that markers show) that were fitted.
+    /// How many coordinates, and components of spins that markers show, were fitted.
     pub observations: usize,
-    /// Unknowns that the shots have of their own.
+    /// How many unknowns the shots have of their own, all together.
     pub unknowns: usize,
 }
 
-/// The Cramér–Rao bound of the frames' positions with μ_k and μ_r of the cloth free.
+/// The Cramér–Rao bound of the positions in the frames, with μ_k and μ_r of the cloth unknown.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Bound {
-    /// The least standard errors that a fit without bias can have.
+    /// The smallest standard errors that an unbiased fit of the frames can have.
     pub std_errors: Vec<(Parameter, f64)>,
-    /// Shots it was reckoned from; it holds for all.
+    /// How many shots it was computed from; it holds for all shots.
     pub shots: usize,
 }
 
 /// The noise of one observable.
 #[derive(Clone, Copy, Debug)]
 pub struct Noise {
+    /// The observable.
     pub observable: Observable,
+    /// How many shots have it.
     pub count: usize,
     /// Root mean square of the raw residuals, SI and radians.
     pub rms: f64,
-    /// `Some`: the data give no standard deviation, this one (SI and radians) was estimated from
-    /// the residuals. `None`: the data give standard deviations.
+    /// The standard deviation that was estimated from the residuals, SI and radians, where the data give none; `None`
+    /// where they do.
     pub estimated_sd: Option<f64>,
 }
 
 /// A shot that was not used, or is doubtful, and why.
 #[derive(Clone, Debug)]
 pub struct Rejected {
+    /// The name of the shot.
     pub shot: String,
+    /// The reason.
     pub reason: String,
 }
 
 /// One observation after the fit, SI and radians.
 #[derive(Clone, Debug)]
 pub struct Residual {
+    /// The name of the shot.
     pub shot: String,
+    /// What was measured.
     pub observable: Observable,
+    /// The measured value.
     pub measured: f64,
+    /// The value that the model predicts.
     pub predicted: f64,
-    /// Standard deviation of the observation, with what the uncertain state before the impact
-    /// adds. NaN where none can be stated (estimated from the residuals, without a degree of freedom).
+    /// The standard deviation of the observation, with what the uncertain state before the impact adds; NaN where
+    /// none can be stated, as with noise that is estimated from the residuals without a degree of freedom.
     pub sd: f64,
     /// (measured − predicted) / sd.
     pub standardized: f64,

@@ -12,11 +12,12 @@ use crate::measurement::loss::{Loss, ShotLoss};
 /// Shots of a weight below this are listed in the report.
 pub const DOWN_WEIGHTED: f64 = 0.5;
 
-/// How a robust loss weighed the shots.
+/// How a robust loss weighted the shots.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Robust {
+    /// The loss.
     pub loss: Loss,
-    /// Weights below 1, the smallest first: shot and weight.
+    /// The name and the weight of each shot whose weight is below 1, the smallest first.
     pub weights: Vec<(String, f64)>,
 }
 

@@ -9,13 +9,14 @@ use crate::likelihood::whitening::Whitening;
 use crate::measurement::parameter::Parameter;
 use crate::measurement::values::Values;
 
-/// A parameter on which nothing depends any more from some value on, as μ once every shot sticks.
+/// A range of values of a parameter on which nothing depends, as that of μ once every shot sticks.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Plateau {
+    /// The parameter.
     pub parameter: Parameter,
-    /// Where the plateau begins.
+    /// The value from which on nothing depends on it.
     pub edge: f64,
-    /// Its other end: a bound, unless the outcomes change again beyond.
+    /// The other end of the plateau: a bound, unless the outcomes change again beyond.
     pub bound: f64,
 }
 

@@ -50,14 +50,14 @@ const NONE: f64 = 1e-3;
 /// A step takes no more than this part of a variance away, so that it stays positive.
 const LEAST_LEFT: f64 = 0.1;
 
-/// Standard deviations between shots, beyond the errors of their frames; 0 where they show none.
+/// By how much shots of discs scatter: standard deviations between shots, beyond the errors of their frames; 0 where they show none.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Scatter {
-    /// Of e.
+    /// The standard deviation of e.
     pub restitution: f64,
-    /// Of J_t/J_n, besides what follows from that of e.
+    /// The standard deviation of J_t/J_n, besides what follows from that of e.
     pub impulse_ratio: f64,
-    /// Whether the shots are enough to tell.
+    /// Whether there are enough shots to estimate it.
     pub is_estimated: bool,
 }
 

@@ -16,9 +16,11 @@ const SAME: f64 = 1e-6;
 /// What several starts found.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Starts {
+    /// How many starts there were.
     pub count: usize,
+    /// The seed of the random numbers.
     pub seed: u64,
-    /// Starts that ended in no minimum.
+    /// How many starts ended in no minimum.
     pub failed: usize,
     /// The minima, the best first.
     pub minima: Vec<FoundMinimum>,
@@ -27,10 +29,11 @@ pub struct Starts {
 /// A minimum that some of the starts found.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FoundMinimum {
-    /// Of all that the fit has.
+    /// The values of all parameters that the fit has.
     pub values: Vec<(Parameter, f64)>,
-    /// What is minimised (χ², or −2 log L where noise is estimated) above that of the best.
+    /// What is minimised, χ² or, where noise is estimated, −2 log L, less that of the best minimum.
     pub above_best: f64,
+    /// How many starts ended in it.
     pub starts: usize,
 }
 

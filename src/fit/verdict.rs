@@ -28,19 +28,19 @@ const WORTH_DOUBTING: f64 = 2.0;
 /// Whether the numbers of a fit can be used.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Grade {
-    /// Nothing that was tested speaks against them.
+    /// Nothing that was tested speaks against the numbers.
     Good,
-    /// They stand, with one reservation that the sentence states.
+    /// The numbers stand, with one reservation that the sentence states.
     Doubtful,
-    /// There are none to use.
+    /// There are no numbers to use.
     Unusable,
 }
 
 impl Grade {
-    /// The best first.
+    /// All grades, the best first.
     pub const ALL: [Self; 3] = [Self::Good, Self::Doubtful, Self::Unusable];
 
-    /// As in fit.json.
+    /// The name in fit.json.
     #[must_use]
     pub fn name(self) -> &'static str {
         match self {
@@ -54,8 +54,9 @@ impl Grade {
 /// A grade and the reason for it.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Verdict {
+    /// The grade.
     pub grade: Grade,
-    /// For a reader: what is determined, the one reason for doubt, or why there is nothing to use.
+    /// The reason, for a reader: what is determined, the one reason for doubt, or why there is nothing to use.
     pub sentence: String,
 }
 

@@ -11,6 +11,6 @@ pub(crate) mod sample;
 mod shot_errors;
 pub(crate) mod whitening;
 
-pub use frames::Film;
+pub use frames::{Film, rows};
 pub use prediction::{Plan, Prediction, Unpredictable, wrap};
 pub use whitening::{EstimatedSd, covariance};

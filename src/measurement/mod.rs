@@ -11,4 +11,4 @@ pub(crate) mod rigid_body;
 pub mod spin;
 pub mod track;
 pub(crate) mod valid;
-pub(crate) mod values;
+pub mod values;

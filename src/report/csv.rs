@@ -7,7 +7,8 @@ use super::digits;
 use super::digits::{FEW, MANY, SHOT};
 use super::unit_name;
 use crate::fit::Fit;
-use crate::likelihood::frames::rows::{Ball, Measured, Row};
+use crate::likelihood::frames::rows::{Measured, Row};
+use crate::measurement::track::TrackedBall;
 
 /// The columns: `measured`, `predicted` and `sd` are in `unit`, `cut_deg` in degrees, `speed_m_s`
 /// in m/s, `standardized` has none. `model` is `refuted` where the data rule the model out, else empty. `t_s` (s) and `ball`
@@ -57,8 +58,8 @@ pub fn write(fit: &Fit, to: &mut dyn Write) -> io::Result<()> {
 
 fn frame(to: &mut dyn Write, shot: &str, row: &Row, [common, model]: [&str; 2]) -> io::Result<()> {
     let (prefix, ball) = match row.ball {
-        Ball::Cue => ("cue", "cue"),
-        Ball::Object => ("obj", "object"),
+        TrackedBall::Cue => ("cue", "cue"),
+        TrackedBall::Object => ("obj", "object"),
     };
     let axis = ["x", "y", "z"][row.axis.index()];
     let (name, unit) = match row.quantity {

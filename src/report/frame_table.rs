@@ -6,7 +6,8 @@ use super::csv::{cell, number, quoted};
 use super::digits;
 use super::digits::{FEW, MANY};
 use crate::fit::FittedFrames;
-use crate::likelihood::frames::rows::{Ball, Measured, Row};
+use crate::likelihood::frames::rows::{Measured, Row};
+use crate::measurement::track::TrackedBall;
 
 /// The columns: lengths in m, in the frame of the table, with what was found of the camera corrected; `ball` is cue or object;
 /// `…_standardized` is (measured − predicted) / sd.
@@ -26,8 +27,8 @@ pub fn write(frames: &FittedFrames, to: &mut dyn Write) -> io::Result<()> {
         // x and y of a frame follow each other
         coordinates.chunks_exact(2).try_for_each(|frame| {
             let ball = match frame[0].ball {
-                Ball::Cue => "cue",
-                Ball::Object => "object",
+                TrackedBall::Cue => "cue",
+                TrackedBall::Object => "object",
             };
             let both = |of: &dyn Fn(&Row) -> String| format!("{},{}", of(frame[0]), of(frame[1]));
             writeln!(

@@ -9,24 +9,25 @@ use crate::measurement::parameter::Parameter;
 /// Why residuals may be larger than their errors.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Cause {
-    /// A correction of the camera.
+    /// A camera that differs from what is stated.
     Film(Correction),
-    /// Frames per second over those stated.
+    /// A wrong frame rate: the true frames per second over those stated.
     FrameRate,
-    /// The balls' radius over the stated one.
+    /// A wrong radius: the balls' radius over the stated one.
     Radius,
     /// Topspin that is not stated, over the natural roll's.
     CueSpin,
-    /// Side spin that nobody saw: standard deviation of Rω_z/U from shot to shot.
+    /// Side spin that was not seen: the standard deviation of Rω_z/U from shot to shot.
     SideSpin,
-    /// Mass of the cue ball over that of the object ball.
+    /// Unequal balls: the mass of the cue ball over that of the object ball.
     MassRatio,
-    /// κ of a contact that gives way along the surface.
+    /// A contact that gives way along its surface: κ.
     Compliance,
-    /// μ falls with the slip: b of μ(v) = a + b exp(−c v).
+    /// Friction that falls with the slip: b of μ(v) = a + b exp(−c v).
     FallingFriction,
-    /// A table that is not level: fall along x and along y of the film, m/m.
+    /// A table that is not level: its fall along x of the film, m/m.
     TiltX,
+    /// A table that is not level: its fall along y of the film, m/m.
     TiltY,
 }
 
@@ -43,7 +44,7 @@ impl Cause {
         Self::TiltY,
     ];
 
-    /// As in fit.json.
+    /// The name in fit.json.
     #[must_use]
     pub fn name(self) -> &'static str {
         match self {
@@ -100,21 +101,24 @@ impl Cause {
     }
 }
 
-/// A cause, with the value that explains the residuals best.
+/// A cause of residuals, with the value that explains them best.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Explanation {
+    /// The cause.
     pub cause: Cause,
+    /// Its value, in the unit of the cause.
     pub estimate: f64,
+    /// The standard error of that value.
     pub std_error: f64,
-    /// By how much −2 log L changes where it is let in: negative.
+    /// By how much −2 log L changes with it; negative, since it explains residuals.
     pub delta_2logl: f64,
     /// Whether the estimates of the fit already include it.
     pub adopted: bool,
-    /// What the parameters would be, each with its standard error; empty where it is adopted.
+    /// What the parameters would be with it: value and standard error; empty where it is adopted.
     pub with_it: Vec<(Parameter, f64, f64)>,
     /// χ²/dof without it and with it; `None` where it is adopted.
     pub reduced_chi2: Option<[f64; 2]>,
-    /// For a reader.
+    /// The explanation as a sentence.
     pub sentence: String,
 }
 

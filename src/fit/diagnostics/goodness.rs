@@ -24,22 +24,24 @@ const ENOUGH: usize = 8;
 /// How well model and noise describe the residuals.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Goodness {
-    /// χ² and degrees of freedom of what is tested, see [`crate::fit::Fit::tested`].
+    /// χ² of what is tested, see [`Fit::tested`](crate::fit::Fit::tested).
     pub chi2: f64,
+    /// Its degrees of freedom.
     pub dof: usize,
     /// Whether χ² can be tested: the noise is stated, and no shot is down-weighted.
     pub noise_is_stated: bool,
-    /// Probability of a larger χ² were model and stated noise right; `None` where the noise was
-    /// estimated from these residuals, or shots were down-weighted.
+    /// The probability of a larger χ² if model and stated noise were right; `None` where the noise was estimated from
+    /// these residuals, or shots were down-weighted.
     pub p_value: Option<f64>,
+    /// Whether the stated noise explains the residuals.
     pub noise: NoiseVerdict,
-    /// √(χ²/dof): by how much the stated standard deviations are too small.
+    /// √(χ²/dof): the factor by which the stated standard deviations are too small; `None` where χ² cannot be tested.
     pub noise_factor: Option<f64>,
-    /// All trends that were looked for, the surest first.
+    /// All trends that were looked for, the most significant first.
     pub trends: Vec<Trend>,
-    /// `None` with fewer than eight residuals.
+    /// Whether the residuals are normally distributed; `None` with fewer than eight residuals.
     pub normality: Option<Normality>,
-    /// The most influential shots, first the most.
+    /// The most influential shots, in descending order.
     pub influence: Vec<Influence>,
     /// Cook's distance above which a shot is influential: the median of F(p, n − p).
     pub influential_from: Option<f64>,
@@ -48,18 +50,18 @@ pub struct Goodness {
 /// Whether the stated noise explains the residuals.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum NoiseVerdict {
-    /// There is nothing to compare: the noise was estimated from the residuals, or no degree of
-    /// freedom is left.
+    /// There is nothing to compare: the noise was estimated from the residuals, or no degree of freedom is left.
     NotTested,
+    /// The residuals are as large as the stated noise.
     Explains,
-    /// The residuals are larger.
+    /// The stated noise is too small: the residuals are larger.
     TooSmall,
-    /// The residuals are smaller.
+    /// The stated noise is too large: the residuals are smaller.
     TooLarge,
 }
 
 impl NoiseVerdict {
-    /// As in fit.json.
+    /// The name in fit.json.
     #[must_use]
     pub fn name(self) -> &'static str {
         match self {
@@ -75,7 +77,9 @@ impl NoiseVerdict {
 /// distribution of their mean and standard deviation.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Normality {
+    /// Anderson and Darling's statistic A².
     pub statistic: f64,
+    /// The probability of a larger one if the residuals are normally distributed.
     pub p_value: f64,
 }
 

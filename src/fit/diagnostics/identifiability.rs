@@ -38,13 +38,13 @@ pub struct Combination {
     /// How far each parameter goes for one standard error along it; undetermined: for a step of some
     /// length.
     pub terms: Vec<(Parameter, f64)>,
-    /// The condition number is beyond 30.
+    /// Whether the condition number is beyond 30, so that the direction is hardly determined.
     pub weak: bool,
-    /// Nothing at all changes along it.
+    /// Whether no residual changes along it at all.
     pub undetermined: bool,
     /// What the data do determine of it, where that has a name: name, value, standard error.
     pub determined: Option<(String, f64, f64)>,
-    /// All this in words.
+    /// The direction in words.
     pub words: String,
 }
 

@@ -9,16 +9,17 @@ use crate::measurement::parameter::Parameter;
 /// Shots that are listed whether they are influential or not, and at most.
 const LISTED: [usize; 2] = [5, 20];
 
-/// What the fit owes to one shot.
+/// How much a fit depends on one shot.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Influence {
+    /// The name of the shot.
     pub shot: String,
-    /// Of all its observations together: they sum to the number of parameters over all shots.
+    /// The leverage of all its observations together; over all shots, leverages sum to the number of parameters.
     pub leverage: f64,
-    /// How far the estimates move without the shot, in units of their joint error, squared and per
+    /// Cook's distance: how far the estimates move without the shot, in units of their joint error, squared and per
     /// parameter. Infinite for a shot without which something is not determined.
     pub cook: f64,
-    /// How far each parameter would move without it, in its standard errors.
+    /// How far each parameter would move without the shot, in its standard errors.
     pub shifts: Vec<(Parameter, f64)>,
 }
 

@@ -17,29 +17,31 @@ use crate::measurement::parameter::{Parameter, Settings};
 use crate::physics::collision::{Fidelity, Model};
 use crate::physics::friction_law::Law;
 
-/// One model on the data of a fit.
+/// Another model fitted to the data of a fit.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Alternative {
-    /// What is different from the fit, which comes first.
+    /// How it differs from the fit; the fit itself comes first.
     pub name: &'static str,
-    /// Why it could not be fitted.
+    /// Why it could not be fitted, where it could not.
     pub failed: Option<String>,
-    /// Estimates of all parameters that it has.
+    /// The estimates of all parameters that it has.
     pub values: Vec<(Parameter, f64)>,
-    /// Fitted parameters and estimated standard deviations.
+    /// How many parameters and standard deviations were estimated.
     pub parameters: usize,
-    /// Akaike's and Schwarz's criterion less that of the fit: negative speaks for this model.
+    /// Akaike's criterion less that of the fit: negative speaks for this model.
     pub delta_aic: f64,
+    /// Schwarz's criterion (BIC) less that of the fit: negative speaks for this model.
     pub delta_bic: f64,
-    /// Where one of the two models is the other with a parameter held.
+    /// The test of one model against the other, where one of the two is the other with a parameter held.
     pub likelihood_ratio: Option<LikelihoodRatio>,
 }
 
-/// Twice the logarithm of the ratio of likelihoods.
+/// A test of two models by the ratio of their likelihoods.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LikelihoodRatio {
+    /// Twice the logarithm of the ratio of likelihoods.
     pub statistic: f64,
-    /// Probability of a larger one if the smaller model is right.
+    /// The probability of a larger one if the smaller model is right.
     pub p_value: f64,
 }
 

@@ -16,7 +16,7 @@ const NO_CHANCE: f64 = 1e-6;
 /// is stated too small by half, as trackers often have it, explains them, and errors of twice the size would hold.
 const NO_NOISE: f64 = 5.0;
 
-/// The model does not describe the data.
+/// How the data contradict the model.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Refuted {
     /// χ² per degree of freedom.
@@ -25,7 +25,8 @@ pub struct Refuted {
     pub p_value: f64,
     /// The standard errors that would hold if the model did.
     pub if_model_held: Vec<(Parameter, f64)>,
-    /// `None` where the data do not hold both velocities after the impact.
+    /// The restitution measured without the model; `None` where the data do not have the velocities of both balls
+    /// after the impact.
     pub restitution: Option<MeasuredRestitution>,
 }
 
@@ -33,11 +34,13 @@ pub struct Refuted {
 /// goes into it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MeasuredRestitution {
-    /// Mean over the shots, each weighted by its own error and the scatter between shots.
+    /// The mean over the shots, each weighted by its own error and the scatter between shots.
     pub value: f64,
+    /// The standard error of the mean.
     pub std_error: f64,
-    /// Standard deviation between shots, beyond their own errors; 0 of a single shot.
+    /// The standard deviation between shots, beyond their own errors; 0 for a single shot.
     pub scatter: f64,
+    /// How many shots it was measured in.
     pub shots: usize,
 }
 

@@ -16,16 +16,19 @@ const SIGNIFICANT: f64 = 0.05;
 /// How residuals change with something that the model should have taken care of.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Trend {
+    /// The quantity whose residuals are looked at.
     pub quantity: &'static str,
+    /// What they may change with.
     pub variable: Variable,
-    /// Standard deviations of the quantity per unit of the variable.
+    /// By how many standard deviations of the quantity they change per unit of the variable.
     pub slope: f64,
-    /// Probability of a slope as far from 0 by chance.
+    /// The probability of a slope as far from 0 by chance.
     pub p_value: f64,
-    /// The same, corrected for the number of trends looked for (Holm 1979).
+    /// The same, corrected for the number of trends that were looked for (Holm 1979).
     pub p_corrected: f64,
+    /// Whether the trend is no chance, with all others taken into account.
     pub significant: bool,
-    /// In words, with what it may mean.
+    /// The trend in words, with what it may mean.
     pub words: String,
 }
 
@@ -53,21 +56,22 @@ impl Trend {
 /// What residuals may change with.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Variable {
-    /// Of the cue ball before the impact, m/s.
+    /// The cue ball's speed before the impact, m/s.
     Speed,
-    /// Size of the cut angle, radians.
+    /// The size of the cut angle, rad.
     Cut,
-    /// Forward spin over that of natural roll.
+    /// The cue ball's forward spin over that of natural roll.
     Roll,
-    /// Rω_z/U.
+    /// The cue ball's side spin Rω_z/U.
     Side,
-    /// Of discs, in the place of the cut angle and the spin: slip over the closing speed, without its sign.
+    /// Of discs, in the place of the cut angle and the spin: the size of the slip over the closing speed.
     Slip,
 }
 
 impl Variable {
     const ALL: [Self; 5] = [Self::Speed, Self::Cut, Self::Roll, Self::Side, Self::Slip];
 
+    /// The name in reports.
     #[must_use]
     pub fn name(self) -> &'static str {
         match self {

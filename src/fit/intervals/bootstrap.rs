@@ -18,24 +18,28 @@ use crate::measurement::parameter::Parameter;
 /// What a bootstrap over shots found.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Bootstrap {
+    /// How many samples of shots were drawn.
     pub replicates: usize,
+    /// The seed of the random numbers.
     pub seed: u64,
-    /// Replicates that could not be fitted or say nothing of some parameter; they are left out.
+    /// How many samples could not be fitted or do not determine some parameter; they are left out.
     pub failed: usize,
+    /// How each parameter scatters.
     pub estimates: Vec<Resampled>,
 }
 
-/// A parameter over the replicates.
+/// How a parameter scatters over the samples.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Resampled {
+    /// The parameter.
     pub parameter: Parameter,
-    /// Standard deviation over the replicates.
+    /// The standard deviation over the samples.
     pub std_error: f64,
-    /// Mean of the replicates less the estimate.
+    /// The mean over the samples less the estimate.
     pub bias: f64,
-    /// 95 % interval: 2.5 and 97.5 % of the replicates.
+    /// The 95 % interval from 2.5 % to 97.5 % of the samples.
     pub percentile: [f64; 2],
-    /// The same, corrected for bias and for an error that changes with the value (BCa).
+    /// The same interval, corrected for bias and for an error that changes with the value (BCa).
     pub bca: [f64; 2],
 }
 

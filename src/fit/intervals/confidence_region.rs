@@ -27,21 +27,24 @@ const ELLIPSE: usize = 96;
 /// The confidence regions of two parameters.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Contour {
+    /// The parameters.
     pub parameters: [Parameter; 2],
     /// The estimates.
     pub centre: [f64; 2],
+    /// The regions, in the order of [`LEVELS`].
     pub levels: Vec<Level>,
 }
 
 /// One confidence region.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Level {
+    /// The probability with which the region holds the true pair.
     pub probability: f64,
-    /// How far χ² is above its minimum on the edge.
+    /// How far χ² on the edge is above its minimum.
     pub rise: f64,
-    /// The edge, a closed polygon, within the bounds.
+    /// The edge, a closed polygon within the bounds.
     pub edge: Vec<[f64; 2]>,
-    /// The same of the parabola at the minimum.
+    /// The same region if χ² were the parabola that it is at the minimum.
     pub ellipse: Vec<[f64; 2]>,
 }
 

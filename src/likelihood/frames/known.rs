@@ -111,7 +111,7 @@ impl Film {
     /// All frames of a shot whose positions state their standard deviations, and that is known, so that its own
     /// unknowns start where they are. Positions without one weigh nothing.
     #[must_use]
-    pub fn known(shot: &TrackShot, known: &Known, scene: &Scene) -> Self {
+    pub(crate) fn known(shot: &TrackShot, known: &Known, scene: &Scene) -> Self {
         let frames = |samples: &[Sample]| {
             let frame = |s: &Sample| Frame {
                 t: s.t,

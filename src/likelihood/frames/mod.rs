@@ -10,7 +10,7 @@ mod moments;
 pub(crate) mod own_estimates;
 pub(crate) mod own_unknowns;
 mod path_start;
-pub(crate) mod rows;
+pub mod rows;
 mod schur_reduced;
 pub(crate) mod shared_unknowns;
 mod sums;
@@ -110,7 +110,7 @@ pub struct Film {
     independent: usize,
     scene: ShotScene,
     /// Where the search for the shot's own unknowns begins.
-    pub start: Own,
+    pub(crate) start: Own,
     /// And from where else, since they have several minima.
     others: Vec<Own>,
     /// Mean and standard deviation of the spin's components, where it is an unknown.
@@ -118,9 +118,9 @@ pub struct Film {
     /// Spins after the impact, of the cue ball and of the object ball.
     seen: [Option<Seen>; 2],
     /// Whether the noise of the positions is stated.
-    pub states_noise: bool,
+    pub(crate) states_noise: bool,
     /// Standard deviation of a coordinate, m: stated, or what the shot's own residuals show; 0 where positions state their own.
-    pub position_sd: f64,
+    pub(crate) position_sd: f64,
 }
 
 /// A shot at given shared parameters, its own unknowns eliminated.
@@ -169,7 +169,7 @@ impl Film {
 
     /// Measured numbers: coordinates, and components of spins.
     #[must_use]
-    pub fn observations(&self) -> usize {
+    pub(crate) fn observations(&self) -> usize {
         let spins = self.seen.iter().flatten().count() + usize::from(self.spin.is_some());
         let one = usize::from(self.one_unknown().is_some());
         self.independent + SPIN * spins + one
@@ -177,7 +177,7 @@ impl Film {
 
     /// The shot's own unknowns.
     #[must_use]
-    pub fn unknowns(&self) -> usize {
+    pub(crate) fn unknowns(&self) -> usize {
         match self.spin {
             Some(_) => OWN + SPIN,
             None if self.one_unknown().is_some() => OWN + ROLL,

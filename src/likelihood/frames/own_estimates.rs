@@ -26,7 +26,7 @@ pub struct OwnEstimate {
 impl Film {
     /// The shot's own unknowns at `own`, where χ² is least for what all shots share. Empty where there is no collision.
     #[must_use]
-    pub fn own_estimates(
+    pub(crate) fn own_estimates(
         &self,
         collision: &Corrected,
         shared: &Shared,

@@ -3,20 +3,13 @@
 use super::{Film, OWN, Own, SHARED, SPIN, Shared};
 use crate::film::camera::Correction;
 use crate::measurement::observable::Axis;
+use crate::measurement::track::TrackedBall;
 use crate::physics::ball::{BallState, Vec3};
 use crate::physics::cloth_motion::{Cloth, Path};
 use crate::physics::collision::{Coefficients, Corrected, Input};
-use crate::physics::contact_frame;
 
 /// Where the cue ball's velocity stands among the own unknowns.
 const BEFORE: usize = 4;
-
-/// One of the two balls.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Ball {
-    Cue,
-    Object,
-}
 
 /// What is measured of a ball.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -32,11 +25,15 @@ pub enum Measured {
 /// A measured number, SI units.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Row {
-    pub ball: Ball,
+    /// The ball.
+    pub ball: TrackedBall,
+    /// What was measured.
     pub quantity: Measured,
+    /// The axis of the component.
     pub axis: Axis,
-    /// When, s; of coordinates.
+    /// When a coordinate was measured, s.
     pub time: Option<f64>,
+    /// The measured value.
     pub measured: f64,
     /// Of a spin that markers show: as expected from the model and the components before it, since their errors are correlated.
     pub predicted: f64,
@@ -56,7 +53,7 @@ impl Film {
     /// Every measured number of the shot against what the parameters and its own unknowns say. The squares of the standardized
     /// ones sum to χ² of the shot, less [`Film::prior_chi2`]. `None` where there is no collision.
     #[must_use]
-    pub fn rows(&self, collision: &Corrected, shared: &Shared, own: &Own) -> Option<Vec<Row>> {
+    pub(crate) fn rows(&self, collision: &Corrected, shared: &Shared, own: &Own) -> Option<Vec<Row>> {
         let spins = self.spin.is_some().then(|| [own[OWN], own[OWN + 1], own[OWN + 2]]);
         let one = if self.one_unknown().is_some() { own[OWN] } else { 0.0 };
         let off: [f64; Correction::COUNT] = std::array::from_fn(|i| shared[SHARED + i]);
@@ -67,13 +64,13 @@ impl Film {
         let paths = [
             (
                 &self.cue,
-                Ball::Cue,
+                TrackedBall::Cue,
                 Path::before(&launches.before, &cloth),
                 Path::after(&launches.cue, &cloth),
             ),
             (
                 &self.object,
-                Ball::Object,
+                TrackedBall::Object,
                 Path::at_rest(&launches.object),
                 Path::after(&launches.object, &cloth),
             ),
@@ -107,10 +104,11 @@ impl Film {
         if let (Some(spins), Some((mean, sd))) = (spins, self.spin) {
             for axis in Axis::ALL {
                 let i = axis.index();
-                rows.push(spin(Ball::Cue, Measured::SpinBefore, axis, mean[i], spins[i], sd[i]));
+                rows.push(spin(TrackedBall::Cue, Measured::SpinBefore, axis, mean[i], spins[i], sd[i]));
             }
         }
-        for ((spins, seen), ball) in after.iter().zip(&self.seen).zip([Ball::Cue, Ball::Object]) {
+        for ((spins, seen), ball) in after.iter().zip(&self.seen).zip([TrackedBall::Cue, TrackedBall::Object])
+        {
             let Some(seen) = seen else { continue };
             let off: [f64; SPIN] = std::array::from_fn(|i| spins[i] - seen.spin[i]);
             for axis in Axis::ALL {
@@ -126,31 +124,13 @@ impl Film {
 
     /// Cue ball's speed just before the impact, m/s.
     #[must_use]
-    pub fn speed(&self, own: &Own) -> f64 {
+    pub(crate) fn speed(&self, own: &Own) -> f64 {
         own[BEFORE].hypot(own[BEFORE + 1])
-    }
-
-    /// Speed of the contact's slip at the beginning of the impact, m/s.
-    #[must_use]
-    pub fn slip(&self, own: &Own) -> f64 {
-        let velocity = [own[BEFORE], own[BEFORE + 1]];
-        let (sin, cos) = own[BEFORE - 1].sin_cos();
-        let one = if self.one_unknown().is_some() { own[OWN] } else { 0.0 };
-        let spin = match self.spin {
-            // from the table frame
-            Some(_) => {
-                [cos * own[OWN] + sin * own[OWN + 1], cos * own[OWN + 1] - sin * own[OWN], own[OWN + 2]]
-            }
-            None => self.scene.spin([cos, sin], velocity, one),
-        };
-        let cue = BallState { velocity: Vec3::new(velocity[0], velocity[1], 0.0), spin: Vec3::from(spin) };
-        let slip = contact_frame::slip(&cue, &BallState::default(), self.scene.ball.radius);
-        slip.y.hypot(slip.z)
     }
 
     /// What is expected of an unknown spin beforehand, as part of χ².
     #[must_use]
-    pub fn prior_chi2(&self, own: &Own) -> f64 {
+    pub(crate) fn prior_chi2(&self, own: &Own) -> f64 {
         self.one_unknown().map_or(0.0, |(mean, sd)| ((own[OWN] - mean) / sd).powi(2))
     }
 }

@@ -55,11 +55,13 @@ impl Kind {
 /// An unknown of a fit.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SharedUnknown {
+    /// Which unknown it is.
     pub kind: Kind,
     /// Where the search begins.
     pub start: f64,
     /// What is known beforehand: mean and standard deviation.
     pub prior: (f64, f64),
+    /// The lower and the upper bound.
     pub bounds: [f64; 2],
 }
 
