@@ -383,7 +383,7 @@ pub struct Difference {
     pub p_value: f64,
     /// The same, corrected for all pairs of all quantities that are compared (Holm 1979).
     pub p_holm: f64,
-    /// What a player would see of it, in words.
+    /// The effect of the difference on a shot, in words that a player understands.
     pub words: Option<String>,
 }
 
@@ -456,7 +456,7 @@ pub fn compare(datasets: &[Dataset], options: &Options) -> Result<Comparison, Co
     compare_watched(datasets, &[], options, &|_| {})
 }
 
-/// As [`compare`], with the frames of each data set for [`Method::Joint`]; `stage` is called with the name of each of the [`STAGES`]
+/// Compares data sets as [`compare`] does, with the frames of each for [`Method::Joint`]; `stage` is called with the name of each of the [`STAGES`]
 /// as it begins.
 ///
 /// # Errors

@@ -93,7 +93,7 @@ fn spread(kind: &PlayedKind, i: usize) -> Shot {
     }
 }
 
-/// With what standard errors (rad/s, of a component) two markers on each ball show the spins of the cue ball and of the
+/// The standard errors (rad/s, of a component) to which two markers on each ball show the spins of the cue ball and of the
 /// object ball: those that the extraction states for such shots without noise, from the frame rate, the noise, how long
 /// each marker is filmed and where it sits. The mean of 1/variance over shots and components: shots whose markers sit well
 /// tell most. `None` where no shot's markers show a spin.

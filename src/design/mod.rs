@@ -2,7 +2,7 @@
 //! shots gives, and how many shots a wanted standard error needs.
 //!
 //! A kind of shot is filmed without noise by the forward chain of [`crate::simulate`], and its reduced Fisher information
-//! taken as a joint fit of frames takes it ([`crate::likelihood::frames`]). That of N shots is N times the mean, to which
+//! taken as a joint fit of frames takes it (`likelihood::frames`). That of N shots is N times the mean, to which
 //! what is known of the cloth is added; the inverse is the Cramér–Rao bound, which such fits reach.
 
 pub mod information;

@@ -112,11 +112,11 @@ pub struct Impact {
 /// Angular velocities just before and after the impact, of balls with markers.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Rotations {
-    /// Of the cue ball just before the impact.
+    /// The cue ball's angular velocity just before the impact.
     pub cue_before: Option<Rotation>,
-    /// Of the cue ball just after the impact.
+    /// The cue ball's angular velocity just after the impact.
     pub cue_after: Option<Rotation>,
-    /// Of the object ball just after the impact.
+    /// The object ball's angular velocity just after the impact.
     pub object_after: Option<Rotation>,
     /// The joint covariance of the three, x, y and z of each, (rad/s)²; 0 for those that were not measured.
     pub covariance: SMatrix<f64, 9, 9>,

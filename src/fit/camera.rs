@@ -30,7 +30,7 @@ pub struct FoundCamera {
     pub unit: f64,
     /// How many shots it was found from.
     pub shots: usize,
-    /// Where the balls touched in the films of these shots, m.
+    /// The positions in the films where the balls of these shots touched, m.
     pub contacts: Vec<[f64; 2]>,
     /// Whether nothing was left to correct at the end.
     pub converged: bool,
@@ -38,7 +38,8 @@ pub struct FoundCamera {
     pub noise_correlation: Option<NoiseCorrelation>,
     /// The coarsest step of the grid to which positions were rounded, m; 0 where they were not.
     pub resolution: f64,
-    /// In how many shots frames were dropped without a sign in their numbers, and how often.
+    /// The number of shots in which frames were dropped without a sign in their numbers, and the number of such
+    /// drops.
     pub drops: [usize; 2],
 }
 
@@ -75,7 +76,7 @@ impl FoundCamera {
         self.corrections.iter().any(|found| found.adopted)
     }
 
-    /// What was done to the films, in sentences.
+    /// Sentences that say what was done to the films.
     #[must_use]
     pub fn sentences(&self) -> Vec<String> {
         let [shots, drops] = self.drops;
@@ -127,8 +128,8 @@ impl FoundCamera {
 }
 
 impl Fit {
-    /// Notes the camera by which the films were corrected, as the fit of their frames has it where they were fitted jointly.
-    pub fn set_camera(&mut self, found: &FoundCamera) {
+    /// Notes the camera for which the films were corrected, as the fit of their frames has it where they were fitted jointly.
+    pub(crate) fn set_camera(&mut self, found: &FoundCamera) {
         let mut found = found.clone();
         for correction in found.corrections.iter_mut().filter(|correction| correction.adopted) {
             let others = self.diagnostics.joint.iter().flat_map(|joint| &joint.others);

@@ -46,11 +46,11 @@ pub struct Finding {
     pub shot: Option<String>,
     /// What was found, as a clause without a capital letter and a full stop.
     pub text: String,
-    /// What it is about.
+    /// The kind of the finding.
     pub kind: Kind,
 }
 
-/// What a finding is about.
+/// The kind of a finding: what it is about.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Kind {
     /// Nothing need be wrong, but it is good to know.

@@ -47,13 +47,13 @@ impl Counted {
 }
 
 impl Fit {
-    /// What `chi2` and `dof` count.
+    /// The kind of the numbers that `chi2` and `dof` count.
     #[must_use]
     pub fn counted(&self) -> Counted {
         if self.method == Method::Joint { Counted::Coordinates } else { self.tested() }
     }
 
-    /// What `residuals` lists, and what [`super::Goodness`] tests.
+    /// The kind of the numbers that `residuals` lists and [`super::Goodness`] tests.
     #[must_use]
     pub fn tested(&self) -> Counted {
         Counted::of(self.residuals.iter().map(|residual| residual.observable))

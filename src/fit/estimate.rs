@@ -53,7 +53,7 @@ pub struct Estimate {
     /// The standard error if the parameters at their bounds were known to be there, where it differs from
     /// `std_error`.
     pub std_error_at_bound: Option<f64>,
-    /// What the fit could say about the parameter.
+    /// How far the fit determined the parameter.
     pub status: Status,
 }
 
@@ -108,7 +108,7 @@ impl Estimate {
     }
 }
 
-/// What a fit could say about a parameter.
+/// How far a fit determined a parameter.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Status {
     /// It was fitted.

@@ -117,7 +117,7 @@ impl FittedFrames {
         self.shots.iter().filter_map(|(name, shot, own)| {
             let film = shot.film.as_ref()?;
             let rows = film.rows(&shot.plan.collision(&self.model), &self.shared, own)?;
-            let speed = film.speed(own);
+            let speed = frames::rows::speed(own);
             Some(OfShot { shot: name.clone(), cut: shot.plan.cut(), speed, rows })
         })
     }

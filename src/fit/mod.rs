@@ -78,8 +78,8 @@ pub fn fit(dataset: &Dataset, options: &Options) -> Result<Vec<Fit>, FitError> {
     fit_watched(dataset, &[], options, &|| {})
 }
 
-/// As [`fit`], with the frames of the shots: fitted themselves by [`Method::Joint`], else for the bound of what
-/// they could tell. `done` is called after each sample of the bootstrap, from any thread.
+/// Fits a data set as [`fit`] does, with the frames of the shots: [`Method::Joint`] fits these themselves; otherwise they give the
+/// smallest standard errors that they would allow. `done` is called after each sample of the bootstrap, from any thread.
 ///
 /// # Errors
 /// See [`FitError`]; the first label that fails ends it.

@@ -50,10 +50,10 @@ pub struct Options {
 /// How the friction between the balls falls with their slip v: μ(v) = a + b exp(−c v), its a fitted as μ.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub enum Falling {
-    /// As `[fit] friction` of the data set states.
+    /// The law that `[fit] friction` of the data set states.
     #[default]
     AsStated,
-    /// With these values of b and c.
+    /// The law with these values of b and c.
     Held {
         /// By how much the friction is larger without slip, dimensionless.
         b: f64,

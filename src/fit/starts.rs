@@ -13,7 +13,7 @@ use crate::measurement::values::Values;
 /// Minima that are nearer to each other than this part of the bounds' distance are the same.
 const SAME: f64 = 1e-6;
 
-/// What several starts found.
+/// The minima that several starts ended in.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Starts {
     /// How many starts there were.

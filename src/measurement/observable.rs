@@ -19,7 +19,7 @@ pub enum Observable {
     ObjectSpeedRolling,
     /// Cue ball's speed once it rolls on the cloth.
     CueSpeedRolling,
-    /// As `CueTurn`, once the cue ball rolls.
+    /// Cue ball's direction against its incoming one, as `CueTurn`, once it rolls on the cloth.
     CueTurnRolling,
     /// Object ball's rolling direction against the cue ball's incoming direction; the cut angle
     /// less the throw.
@@ -114,7 +114,7 @@ impl Observable {
         }
     }
 
-    /// What a plot or table calls it.
+    /// The name in plots and tables.
     #[must_use]
     pub fn label(self) -> &'static str {
         match self {

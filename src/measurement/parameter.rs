@@ -59,7 +59,7 @@ impl Parameter {
         }
     }
 
-    /// What a table or plot calls it.
+    /// The symbol in tables and plots.
     #[must_use]
     pub fn symbol(self) -> &'static str {
         match self {
@@ -81,7 +81,7 @@ impl Parameter {
         if matches!(self, Self::C | Self::ESlope) { "s/m" } else { "" }
     }
 
-    /// What it means, in one line.
+    /// The meaning, in one line.
     #[must_use]
     pub fn meaning(self) -> &'static str {
         match self {
@@ -124,7 +124,7 @@ impl Parameter {
 /// How one parameter enters a fit. A fit refuses what [`Setting::faults`] finds.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Setting {
-    /// Where the fit starts; the value itself when `fixed`.
+    /// The value at which the fit starts; the value itself where it is `fixed`.
     pub initial: f64,
     /// The lower bound.
     pub lower: f64,
@@ -136,7 +136,7 @@ pub struct Setting {
     pub prior: Option<Prior>,
 }
 
-/// What keeps a fit from using a setting.
+/// A fault that keeps a fit from using a setting.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SettingFault {
     /// Which of its values: `lower`, `upper`, `initial`, `fixed`, `prior_mean` or `prior_sd`, as in dataset.toml.

@@ -62,7 +62,7 @@ impl Values {
         }
     }
 
-    /// Those of a model with these coefficients.
+    /// The values of a model with these coefficients.
     #[must_use]
     pub fn of(model: &Model, coefficients: Coefficients) -> Self {
         let (b, c) = match model.law {
@@ -112,7 +112,7 @@ impl Values {
         Model { object, law, e_slope, kappa, ..*model }
     }
 
-    /// With one of them changed.
+    /// The same values with one of them changed.
     #[must_use]
     pub fn with(mut self, parameter: Parameter, value: f64) -> Self {
         self[parameter] = value;

@@ -30,7 +30,7 @@ pub trait Number: DualNum<Primitive = f64> + Copy {}
 
 impl<T: DualNum<Primitive = f64> + Copy> Number for T {}
 
-/// What the cloth does to a moving ball.
+/// The cloth: its friction with a moving ball, and its bounce.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Cloth<T> {
     /// μ_k, the friction of the cloth on a ball that slides, dimensionless.

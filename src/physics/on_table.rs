@@ -5,7 +5,7 @@ use super::collision::{Coefficients, Model, NotACollision, Outcome};
 use super::contact_frame::CollisionFrame;
 
 impl Model {
-    /// As [`Model::collide`], with the cue ball and the outcome in the frame of the table: x and y as the simulator has them, z up.
+    /// The outcome of a collision as by [`Model::collide`], with the cue ball and the outcome in the frame of the table, z up.
     /// The line of centres leads from the cue ball to the object ball, which is at rest, and has any length, so that the difference of
     /// the two places serves.
     ///

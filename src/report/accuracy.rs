@@ -78,7 +78,7 @@ pub(super) fn model_error(row: &Row) -> Option<[Spread; 4]> {
     (row.includes != Includes::GivesWay).then_some(row.model)
 }
 
-/// For the terminal: median, 95 % and worst errors, a digit of each.
+/// A table for the terminal: median, 95th percentile and worst of the errors, to a digit.
 #[must_use]
 pub fn table(rows: &[Row]) -> String {
     let heads = ["", "tolerance", "time", "of linear", "throw, °", "speed/U", "spin R/U", "jump/U"];
@@ -143,7 +143,7 @@ pub fn csv(rows: &[Row]) -> String {
     text
 }
 
-/// For the terminal: bias ± standard error of each parameter, and their ratio.
+/// A table for the terminal: bias ± standard error of each parameter, and their ratio.
 #[must_use]
 pub fn bias_table(rows: &[bias::Row], shots: usize) -> String {
     let heads = ["fitted with", "μ", "", "μ_s", "", "e", "", "χ²/n", "time"];

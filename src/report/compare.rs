@@ -81,7 +81,7 @@ pub fn files(
     ])
 }
 
-/// What `caromfit compare` prints.
+/// The text that `caromfit compare` prints.
 #[must_use]
 pub fn table(comparison: &Comparison) -> String {
     text::walk(&content(comparison, None, &[], &[]))
@@ -294,9 +294,9 @@ pub fn json(comparison: &Comparison) -> Result<String, ReportError> {
         .map_err(|source| ReportError::Json { dataset: "the comparison".to_owned(), source })
 }
 
-/// What compare.json holds. What is not finite becomes `null`.
+/// The content of compare.json; numbers that are not finite become `null`.
 #[must_use]
-pub fn document(comparison: &Comparison) -> Json {
+pub(crate) fn document(comparison: &Comparison) -> Json {
     let name = |label: usize| comparison.labels[label].clone();
     let quantity = |q: &Compared| {
         let estimate = |v: &Value| {

@@ -57,7 +57,7 @@ fn spin_from(from: SpinFrom) -> String {
     }
 }
 
-/// What `caromfit design` prints.
+/// The text that `caromfit design` prints.
 #[must_use]
 pub fn text(design: &Design) -> String {
     let expected = &design.expected;
@@ -295,9 +295,9 @@ pub fn json(design: &Design) -> Result<String, ReportError> {
         .map_err(|source| ReportError::Json { dataset: "the design".to_owned(), source })
 }
 
-/// What design.json holds; `null` for what is not told.
+/// The content of design.json; `null` for what is not determined.
 #[must_use]
-pub fn document(design: &Design) -> Json {
+pub(crate) fn document(design: &Design) -> Json {
     let expected = &design.expected;
     let camera = &expected.camera;
     let kinds: Vec<Json> = expected

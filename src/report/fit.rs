@@ -29,7 +29,7 @@ pub(crate) struct Pictures {
 const ALL_SHOTS: &str = "All shots";
 const RESIDUAL_PLOTS: &str = "Residual plots";
 
-/// What is said of a fit, without pictures.
+/// The report of a fit, without pictures.
 #[must_use]
 pub fn content(fit: &Fit) -> Report {
     content_with(fit, &Pictures::default())

@@ -1,5 +1,5 @@
 //! fit.json: the whole fit but its residuals, for programs. SI and radians, except where a unit
-//! stands beside the number. Numbers have the digits that mean something, see [`digits`].
+//! stands beside the number. Numbers have the digits that mean something, see `digits`.
 
 use serde::{Serialize, Serializer};
 use serde_json::{Map, Value};

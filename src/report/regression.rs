@@ -42,9 +42,9 @@ impl Tolerance {
 pub struct Moved {
     /// Which one: `mu`, `mu status`, `chi2`, …
     pub what: String,
-    /// What is stored.
+    /// The stored value, as text.
     pub before: String,
-    /// What it is now.
+    /// The present value, as text.
     pub now: String,
     /// By how many standard errors it moved, where it has one.
     pub standard_errors: Option<f64>,

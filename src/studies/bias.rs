@@ -24,10 +24,10 @@ use crate::physics::collision::{Coefficients, Effects, Fidelity, Model};
 const TOLERANCE: f64 = 1e-8;
 
 /// What good footage gives a velocity, m/s, where a data set states no standard deviations.
-const VELOCITY_SD: f64 = 0.005;
+pub const VELOCITY_SD: f64 = 0.005;
 
 /// What a protractor or good footage gives an angle, degrees.
-const ANGLE_SD_DEG: f64 = 0.3;
+pub const ANGLE_SD_DEG: f64 = 0.3;
 
 /// And a spin, rad/s.
 const SPIN_SD: f64 = 1.0;
@@ -59,7 +59,7 @@ impl Found {
     }
 }
 
-/// What shots are fitted with.
+/// The model with which shots are fitted.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Way {
     /// The fidelity; `None`: the cheapest that suffices for each shot, as with `fit --fidelity auto`.
@@ -84,14 +84,14 @@ impl Way {
     }
 }
 
-/// What the fit with one way finds.
+/// The result of the fits with one model.
 #[derive(Clone, Debug)]
 pub struct Row {
-    /// What the shots were fitted with.
+    /// The model with which the shots were fitted.
     pub way: Way,
     /// The tangential compliance κ of the contact that computed the data, where it gave way.
     pub kappa: Option<f64>,
-    /// What was found, in the order of [`PARAMETERS`].
+    /// The estimates, in the order of [`PARAMETERS`].
     pub found: [Found; 3],
     /// χ² per observation: above 1 the misfit alone would show in data with that noise.
     pub chi2_per_observation: f64,
@@ -109,7 +109,7 @@ pub const FITTED: [Way; 6] = [
     Way::rigid(Some(Fidelity::Contact)),
 ];
 
-/// What is fitted where the contact gave way.
+/// The models that are fitted where the contact gave way.
 pub const FITTED_GIVING_WAY: [Way; 3] = [
     Way::rigid(Some(Fidelity::Full)),
     Way::rigid(None),

@@ -4,7 +4,7 @@ use crate::physics::ball::Ball;
 use crate::physics::cloth_motion::Cloth;
 use crate::physics::collision::{Coefficients, Model};
 
-/// What the extraction assumes of the balls and the cloth.
+/// Assumptions of the extraction about the balls and the cloth.
 #[derive(Clone, Copy, Debug)]
 pub struct Scene {
     /// The cue ball.
@@ -25,9 +25,10 @@ pub struct Scene {
 /// ball flew, and has several answers.
 #[derive(Clone, Copy, Debug)]
 pub enum LiftPrior {
-    /// μ(1 + e)/2 of the vertical part of the closing speed: mean and standard deviation.
+    /// The mean and the standard deviation of μ(1 + e)/2, the speed at which a ball is lifted as a fraction of the
+    /// vertical part of the closing speed.
     Published(f64, f64),
-    /// As the collision model says with coefficients that these shots gave, and a relative standard
+    /// The lift that the collision model has with coefficients that these shots gave, and its relative standard
     /// deviation.
     Model(Model, Coefficients, f64),
 }
@@ -46,7 +47,7 @@ impl Scene {
         }
     }
 
-    /// As [`Scene::new`], with the balls of a model.
+    /// Published values as in [`Scene::new`], with the balls of a model.
     #[must_use]
     pub fn of(model: &Model) -> Self {
         Self { object: model.object_ball(), ..Self::new(model.ball) }

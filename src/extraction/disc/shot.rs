@@ -107,9 +107,9 @@ impl DiscImpact {
         }
     }
 
-    /// What the table of a fit shows of it.
+    /// The row of this shot in the table of a fit.
     #[must_use]
-    pub fn of_table(&self, track: &TrackShot) -> DiscShot {
+    pub(crate) fn of_table(&self, track: &TrackShot) -> DiscShot {
         let get = |quantity| self.get(quantity);
         DiscShot {
             name: track.name.clone(),

@@ -53,7 +53,7 @@ pub struct Stuck {
 }
 
 impl Stuck {
-    /// For a reader, without a capital letter and a full stop.
+    /// How the discs stick together, as a sentence without a capital letter and a full stop.
     #[must_use]
     pub fn sentence(&self) -> String {
         format!(

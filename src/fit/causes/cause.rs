@@ -104,9 +104,9 @@ impl Cause {
 /// A cause of residuals, with the value that explains them best.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Explanation {
-    /// The cause.
+    /// The cause that is named.
     pub cause: Cause,
-    /// Its value, in the unit of the cause.
+    /// The value of the cause, in its own unit.
     pub estimate: f64,
     /// The standard error of that value.
     pub std_error: f64,

@@ -21,8 +21,8 @@ const PRODUCT: f64 = 0.15;
 pub struct Identifiability {
     /// The free parameters that some observation depends on.
     pub parameters: Vec<Parameter>,
-    /// Of the whitened Jacobian with columns scaled to length 1 (and made orthogonal to errors that the
-    /// shots share), largest first: all 1 where the parameters do not interfere.
+    /// The singular values of the whitened Jacobian, the largest first. Its columns are scaled to length 1 (and made
+    /// orthogonal to errors that the shots share), so that all are 1 where the parameters do not interfere.
     pub singular_values: Vec<f64>,
     /// Largest over smallest singular value.
     pub condition: f64,

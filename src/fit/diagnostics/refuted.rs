@@ -51,7 +51,7 @@ impl Refuted {
         p_value < NO_CHANCE && reduced_chi2 > NO_NOISE
     }
 
-    /// For a reader, without what was measured.
+    /// How the data contradict the model, as a sentence, without what was measured.
     #[must_use]
     pub fn sentence(&self) -> String {
         format!(
@@ -64,7 +64,7 @@ impl Refuted {
 }
 
 impl MeasuredRestitution {
-    /// For a reader.
+    /// The restitution and its scatter, as a sentence.
     #[must_use]
     pub fn sentence(&self) -> String {
         let shots = if self.shots == 1 { "1 shot".to_owned() } else { format!("{} shots", self.shots) };

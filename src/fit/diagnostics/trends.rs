@@ -18,9 +18,9 @@ const SIGNIFICANT: f64 = 0.05;
 pub struct Trend {
     /// The quantity whose residuals are looked at.
     pub quantity: &'static str,
-    /// What they may change with.
+    /// The variable with which they may change.
     pub variable: Variable,
-    /// By how many standard deviations of the quantity they change per unit of the variable.
+    /// The change of the residuals, in standard deviations of the quantity, per unit of the variable.
     pub slope: f64,
     /// The probability of a slope as far from 0 by chance.
     pub p_value: f64,
@@ -33,7 +33,7 @@ pub struct Trend {
 }
 
 impl Trend {
-    /// What it may mean, in words.
+    /// A likely reason for the trend, in words.
     #[must_use]
     pub fn meaning(&self) -> &'static str {
         match (self.quantity, self.variable) {
@@ -53,7 +53,7 @@ impl Trend {
     }
 }
 
-/// What residuals may change with.
+/// A variable with which residuals may change.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Variable {
     /// The cue ball's speed before the impact, m/s.

@@ -15,7 +15,7 @@ use crate::likelihood::fitted::Fitted;
 use crate::likelihood::sample::Unknown;
 use crate::measurement::parameter::Parameter;
 
-/// What a bootstrap over shots found.
+/// The result of a bootstrap over shots.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Bootstrap {
     /// How many samples of shots were drawn.

@@ -11,7 +11,7 @@ use crate::physics::collision::{Coefficients, Corrected, Input};
 /// Where the cue ball's velocity stands among the own unknowns.
 const BEFORE: usize = 4;
 
-/// What is measured of a ball.
+/// The kind of a number that is measured of a ball.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Measured {
     /// A coordinate in a frame, m.
@@ -27,7 +27,7 @@ pub enum Measured {
 pub struct Row {
     /// The ball.
     pub ball: TrackedBall,
-    /// What was measured.
+    /// The kind of the number.
     pub quantity: Measured,
     /// The axis of the component.
     pub axis: Axis,
@@ -35,14 +35,16 @@ pub struct Row {
     pub time: Option<f64>,
     /// The measured value.
     pub measured: f64,
-    /// Of a spin that markers show: as expected from the model and the components before it, since their errors are correlated.
+    /// The value that the model predicts. For a spin that markers show, the components before it are taken into
+    /// account, since their errors are correlated.
     pub predicted: f64,
-    /// Likewise: what is left of the standard deviation once the components before it are known.
+    /// The standard deviation; for a spin that markers show, what remains of it once the components before it are
+    /// known.
     pub sd: f64,
 }
 
 impl Row {
-    /// (measured − predicted) / sd.
+    /// (measured − predicted) / sd, dimensionless.
     #[must_use]
     pub fn standardized(&self) -> f64 {
         (self.measured - self.predicted) / self.sd
@@ -122,17 +124,17 @@ impl Film {
         Some(rows)
     }
 
-    /// Cue ball's speed just before the impact, m/s.
-    #[must_use]
-    pub(crate) fn speed(&self, own: &Own) -> f64 {
-        own[BEFORE].hypot(own[BEFORE + 1])
-    }
-
     /// What is expected of an unknown spin beforehand, as part of χ².
     #[must_use]
     pub(crate) fn prior_chi2(&self, own: &Own) -> f64 {
         self.one_unknown().map_or(0.0, |(mean, sd)| ((own[OWN] - mean) / sd).powi(2))
     }
+}
+
+/// The cue ball's speed just before the impact, m/s.
+#[must_use]
+pub(crate) fn speed(own: &Own) -> f64 {
+    own[BEFORE].hypot(own[BEFORE + 1])
 }
 
 /// The collision, without derivatives.

@@ -15,9 +15,9 @@ pub struct Constraints {
     pub lower: DVector<f64>,
     /// n upper bounds; ∞ for none. Equal to the lower bound fixes the parameter.
     pub upper: DVector<f64>,
-    /// A x ≤ b.
+    /// The inequalities A x ≤ b.
     pub inequalities: Linear,
-    /// A x = b.
+    /// The equalities A x = b.
     pub equalities: Linear,
 }
 
@@ -26,7 +26,7 @@ pub struct Constraints {
 pub struct Linear {
     /// A, k × n; no row is zero.
     pub matrix: DMatrix<f64>,
-    /// b, k.
+    /// The limits b, of length k.
     pub limit: DVector<f64>,
 }
 

@@ -28,8 +28,8 @@ mod termination;
 mod working_set;
 
 pub use constraints::{Constraints, Linear};
-pub use rough::minimise_rough;
-pub use scan::scan;
+pub(crate) use rough::minimise_rough;
+pub(crate) use scan::scan;
 pub use termination::Termination;
 
 use solver::TrustRegion;
@@ -47,12 +47,12 @@ pub struct Options {
 }
 
 impl Options {
-    /// To the digits of the residuals.
+    /// The default: to minimise as far as the digits of the residuals go.
     pub const DEFAULT: Self = Self { max_iterations: 1000, orthogonality: 1e-14 };
 
-    /// As early as these or others say.
+    /// Options that stop as early as these or others do.
     #[must_use]
-    pub fn at_most(&self, others: &Self) -> Self {
+    pub(crate) fn at_most(&self, others: &Self) -> Self {
         Self {
             max_iterations: self.max_iterations.min(others.max_iterations),
             orthogonality: self.orthogonality.max(others.orthogonality),
@@ -80,13 +80,13 @@ pub enum Activity {
 /// The outcome of a minimisation, converged or not.
 #[derive(Clone, Debug)]
 pub struct Solution {
-    /// x, n.
+    /// The minimum x, of length n.
     pub x: DVector<f64>,
-    /// r(x), m.
+    /// The residuals r(x), of length m.
     pub residuals: DVector<f64>,
-    /// ∂r/∂x at x, m × n.
+    /// Their derivatives ∂r/∂x at x, m × n.
     pub jacobian: DMatrix<f64>,
-    /// ½‖r(x)‖².
+    /// The value ½‖r(x)‖² that was minimised.
     pub cost: f64,
     /// Why it stopped.
     pub termination: Termination,
@@ -96,7 +96,7 @@ pub struct Solution {
     pub evaluations: u64,
     /// Evaluations of the Jacobian.
     pub jacobian_evaluations: u64,
-    /// Which parameters are at a bound, n.
+    /// Which parameters are at a bound, of length n.
     pub active: Vec<Activity>,
     /// The rows of [`Constraints::inequalities`] that hold with equality, to rounding.
     pub active_inequalities: Vec<usize>,

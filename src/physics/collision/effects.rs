@@ -41,7 +41,7 @@ impl Effects {
         compliance: false,
     };
 
-    /// Everything.
+    /// All effects.
     pub const ALL: Self = Self {
         inelasticity: true,
         friction: true,

@@ -13,10 +13,10 @@ pub enum Fidelity {
     Linear,
     /// The exact solution of the equations of motion, stick included.
     Full,
-    /// The equations of motion integrated numerically, to [`Model::tolerance`]. It can do more than
+    /// The equations of motion integrated numerically, to [`Model::tolerance`](super::Model::tolerance). It can do more than
     /// [`Fidelity::Full`], see [`Fidelity::effects`].
     Ode,
-    /// The contact resolved in time, to [`Model::tolerance`], with everything that acts on the balls.
+    /// The contact resolved in time, to [`Model::tolerance`](super::Model::tolerance), with everything that acts on the balls.
     Contact,
 }
 
@@ -45,7 +45,7 @@ impl Fidelity {
         matches!(self, Self::Ode | Self::Contact)
     }
 
-    /// All effects that this fidelity can simulate. [`Model::new`] switches all of it on, but for `ode` the cloth's
+    /// All effects that this fidelity can simulate. [`Model::new`](super::Model::new) switches all of it on, but for `ode` the cloth's
     /// friction on the cue ball and along the true slip, so that it solves the equations of `full`.
     #[must_use]
     pub fn effects(self) -> Effects {
