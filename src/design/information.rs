@@ -53,7 +53,7 @@ const SHARE: f64 = 1e-6;
 pub(crate) struct Average {
     /// The Fisher information.
     pub information: Information,
-    /// Part of the shots whose frames do not even tell their own motion.
+    /// Fraction of the shots whose frames do not determine their own motion.
     pub unusable: f64,
 }
 
@@ -96,7 +96,7 @@ fn spread(kind: &PlayedKind, i: usize) -> Shot {
 /// The standard errors (rad/s, of a component) to which two markers on each ball show the spins of the cue ball and of the
 /// object ball: those that the extraction states for such shots without noise, from the frame rate, the noise, how long
 /// each marker is filmed and where it sits. The mean of 1/variance over shots and components: shots whose markers sit well
-/// tell most. `None` where no shot's markers show a spin.
+/// count most. `None` where no shot's markers show a spin.
 ///
 /// # Errors
 /// A shot of the kind is no collision.

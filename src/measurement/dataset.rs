@@ -23,7 +23,7 @@ pub struct Dataset {
     pub name: String,
     /// The file that the data set was read from; empty for one that a program made.
     pub path: PathBuf,
-    /// Which cloth it was measured on; comparisons tell data sets apart by it.
+    /// Which cloth it was measured on; comparisons distinguish data sets by it.
     pub cloth: Option<String>,
     /// Who measured it, how and when.
     pub source: Option<String>,

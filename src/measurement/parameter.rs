@@ -102,7 +102,7 @@ impl Parameter {
     /// The setting used where dataset.toml has none: the middle of the published ranges
     /// 0.03 ≤ μ ≤ 0.08, 0.2 < μ_s < 0.4, 0.92 ≤ e ≤ 0.98 (Kim 2024, Eqs. 1 and 2 and below 6) to
     /// start from, and bounds that leave room for chalked and waxed balls. c is held at what D. Alciatore (TP A-14)
-    /// found, as few data tell it: 1.088 s/m. κ is that of phenolic resin; masses and radii are held where they are stated.
+    /// found, as few data determine it: 1.088 s/m. κ is that of phenolic resin; masses and radii are held where they are stated.
     #[must_use]
     pub fn default_setting(self) -> Setting {
         let (initial, lower, upper) = match self {

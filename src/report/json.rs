@@ -24,7 +24,7 @@ pub fn render(fit: &Fit) -> Result<String, ReportError> {
     }
 }
 
-/// Whether two texts of fit.json tell the same result, whatever it took to find it.
+/// Whether two texts of fit.json hold the same result, whatever it took to find it.
 #[must_use]
 pub fn same_result(one: &str, other: &str) -> bool {
     let result = |line: &&str| !EFFORT.iter().any(|key| line.starts_with(key));

@@ -21,7 +21,7 @@ pub struct Scene {
     pub side_sd: f64,
 }
 
-/// How fast the friction between the balls lifts one of them. A single track hardly tells for how long a
+/// How fast the friction between the balls lifts one of them. A single track hardly shows for how long a
 /// ball flew, and has several answers.
 #[derive(Clone, Copy, Debug)]
 pub enum LiftPrior {

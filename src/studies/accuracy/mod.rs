@@ -90,7 +90,7 @@ pub struct Row {
     /// and vertical speeds as fractions of U. `None` where no such solution is there; where the contact gives way, it
     /// is `ode` at a tolerance of 1e-12.
     pub numerical: Option<[Spread; 4]>,
-    /// The same errors against `contact` with every effect.
+    /// The same errors against `contact` with every effect of a contact that is rigid along the surface.
     pub model: [Spread; 4],
     /// How many shots could not be computed and are left out of the errors.
     pub failed: usize,
