@@ -117,6 +117,47 @@ fn the_balls_calibrate_the_camera() {
     }
 }
 
+/// Films of a camera that sees as the specification says, and which states no noise.
+fn filmed(seed: u64, camera: simulate::Camera) -> Vec<TrackShot> {
+    let [mu, mu_s, e] = TRUTH;
+    let usual = spec(Kind::Tracks, &[Played::NaturalRoll], 40, seed);
+    let spec = Spec { truth: simulate::Truth { mu, mu_s, e }, camera, ..usual };
+    shown(simulate::filmed(&spec).unwrap().into_iter().map(|(shot, _)| shot).collect(), |x, y| [x, y])
+}
+
+/// A film whose every length is a little smaller has less noise: were that taken for a better fit, noise of 1 mm would make the scale 1 %
+/// too large, ten of its errors, and e four of its own too small.
+#[test]
+fn rough_noise_does_not_shrink_the_film() {
+    for seed in 7200..7200 + count("CAROMFIT_SETS", 2) as u64 {
+        let camera = simulate::Camera { position_sd_m: 1e-3, ..simulate::Camera::default() };
+        let (fit, found) = fitted(dataset(filmed(seed, camera)));
+        is_recovered("rough", &fit, &fit);
+        let scale = of(&found, Correction::Scale);
+        println!("{scale:?}");
+        assert!((scale.value - 1.0).abs() < ERRORS * scale.std_error, "{scale:?}");
+    }
+}
+
+/// Between frames 20 ms apart a ball that slides bends its path by some millimetres: straight lines would see the contacts at another
+/// distance, and take that for another unit of length.
+#[test]
+fn paths_bend_between_slow_frames() {
+    for position_sd_m in [1e-4, 5e-4] {
+        let camera = simulate::Camera {
+            fps: 50.0,
+            position_sd_m,
+            before_ms: 100.0,
+            after_ms: 400.0,
+            ..simulate::Camera::default()
+        };
+        let (fit, found) = fitted(dataset(filmed(7300, camera)));
+        is_recovered("slow", &fit, &fit);
+        assert!(found.converged && found.unit == 1.0, "{found:?}");
+        assert!(fit.refuted.is_none());
+    }
+}
+
 /// A phone on a tripod: 1.6 m above the table, tilted by 20°, pixels, y downwards, and no ruler.
 #[test]
 fn a_phone_needs_no_ruler() {

@@ -1,5 +1,7 @@
 //! A first guess of a shot's unknowns, and the shots that have none.
 
+use nalgebra::{Matrix3, Vector3};
+
 use super::Unusable;
 use crate::measurement::track::{Sample, TrackShot};
 use crate::physics::ball::Ball;
@@ -109,6 +111,86 @@ fn line(samples: &[Sample], at: f64) -> Line {
     Line { position: [x, y], velocity: [vx, vy], error }
 }
 
+/// Residuals of a line that are larger than this many times the noise are a bend.
+const BENT: f64 = 3.0;
+
+/// Of a parabola, to fit it with something to spare.
+const LEAST_OF_PARABOLA: usize = 5;
+
+/// Where a ball is next to the impact: a straight line through some frames, or where these are so far apart in time that the path bends
+/// by more than their noise, a parabola.
+struct Near {
+    from: f64,
+    position: [f64; 2],
+    velocity: [f64; 2],
+    acceleration: [f64; 2],
+}
+
+impl Near {
+    /// Through samples, the nearest to the impact first, as it is at a time.
+    fn new(samples: &[Sample], at: f64, noise: f64) -> Self {
+        let Line { position, velocity, .. } = line(samples, at);
+        let straight = Self { from: at, position, velocity, acceleration: [0.0; 2] };
+        if straight.rms(samples) <= BENT * noise || samples.len() < LEAST_OF_PARABOLA {
+            return straight;
+        }
+        // a ball that begins to roll, or lands, is on no one parabola
+        let mut count = samples.len();
+        loop {
+            let Some(bent) = Self::parabola(&samples[..count], at) else { return straight };
+            if bent.rms(&samples[..count]) <= BENT * noise || count == LEAST_OF_PARABOLA {
+                return bent;
+            }
+            count -= 1;
+        }
+    }
+
+    fn parabola(samples: &[Sample], at: f64) -> Option<Self> {
+        let rows = |s: &Sample| Vector3::new(1.0, s.t - at, 0.5 * (s.t - at).powi(2));
+        let normal = samples.iter().map(|s| rows(s) * rows(s).transpose()).sum::<Matrix3<f64>>();
+        let solve = |pick: fn(&Sample) -> f64| {
+            let moments = samples.iter().map(|s| rows(s) * pick(s)).sum::<Vector3<f64>>();
+            normal.lu().solve(&moments).filter(|found| found.iter().all(|c| c.is_finite()))
+        };
+        let (x, y) = (solve(|s| s.x)?, solve(|s| s.y)?);
+        Some(Self { from: at, position: [x[0], y[0]], velocity: [x[1], y[1]], acceleration: [x[2], y[2]] })
+    }
+
+    fn position(&self, time: f64) -> [f64; 2] {
+        let t = time - self.from;
+        [0, 1].map(|i| self.position[i] + t * (self.velocity[i] + 0.5 * t * self.acceleration[i]))
+    }
+
+    fn velocity(&self, time: f64) -> [f64; 2] {
+        let t = time - self.from;
+        [0, 1].map(|i| self.velocity[i] + t * self.acceleration[i])
+    }
+
+    fn rms(&self, samples: &[Sample]) -> f64 {
+        let off = |s: &Sample| {
+            let [x, y] = self.position(s.t);
+            (x - s.x).powi(2) + (y - s.y).powi(2)
+        };
+        (samples.iter().map(off).sum::<f64>() / (2 * samples.len()) as f64).sqrt()
+    }
+
+    /// When it passes a place: where it is nearest to it.
+    fn passes(&self, place: [f64; 2]) -> Option<f64> {
+        /// The next correction of a parabola is far below the noise.
+        const STEPS: usize = 8;
+        let mut time = self.from;
+        for _ in 0..STEPS {
+            let ([x, y], [vx, vy]) = (self.position(time), self.velocity(time));
+            let square = vx * vx + vy * vy;
+            if !(square > 0.0) {
+                return None;
+            }
+            time -= ((x - place[0]) * vx + (y - place[1]) * vy) / square;
+        }
+        time.is_finite().then_some(time)
+    }
+}
+
 /// Speed from the medians of both halves of some samples, which a few wrong frames do not move, its standard error for unit
 /// noise, and the time between the halves.
 fn robust_speed(samples: &[Sample]) -> (f64, f64, f64) {
@@ -151,7 +233,7 @@ fn drifts(cue: &[Sample], object: &[Sample], ball: &Ball, noise: f64) -> Option<
 /// collision.
 #[must_use]
 pub fn contact(shot: &TrackShot, scene: &Scene) -> Option<[[f64; 2]; 2]> {
-    let (z, distance) = from_lines(shot, scene, noise(shot)).ok()?;
+    let (z, distance) = from_paths(shot, scene, noise(shot)).ok()?;
     let (sin, cos) = z[unknown::DIRECTION].sin_cos();
     let [x, y] = [z[unknown::OBJECT], z[unknown::OBJECT + 1]];
     Some([[x - distance * cos, y - distance * sin], [x, y]])
@@ -159,12 +241,12 @@ pub fn contact(shot: &TrackShot, scene: &Scene) -> Option<[[f64; 2]; 2]> {
 
 /// About when the balls meet, s.
 pub(crate) fn instant(shot: &TrackShot, scene: &Scene) -> Option<f64> {
-    from_lines(shot, scene, noise(shot)).ok().map(|(z, _)| z[unknown::TIME])
+    from_paths(shot, scene, noise(shot)).ok().map(|(z, _)| z[unknown::TIME])
 }
 
-/// Unknowns from straight lines near the impact.
+/// Unknowns from the paths next to the impact.
 pub(crate) fn guess(shot: &TrackShot, scene: &Scene, noise: f64) -> Result<Unknowns, Unusable> {
-    let (z, distance) = from_lines(shot, scene, noise)?;
+    let (z, distance) = from_paths(shot, scene, noise)?;
     let expected = scene.contact_distance();
     if (distance / expected - 1.0).abs() > 0.5 {
         return Err(Unusable::Separation { measured: distance, expected, error: f64::NAN });
@@ -173,7 +255,7 @@ pub(crate) fn guess(shot: &TrackShot, scene: &Scene, noise: f64) -> Result<Unkno
 }
 
 /// The same, and the distance of the centres at the impact, m.
-fn from_lines(shot: &TrackShot, scene: &Scene, noise: f64) -> Result<(Unknowns, f64), Unusable> {
+fn from_paths(shot: &TrackShot, scene: &Scene, noise: f64) -> Result<(Unknowns, f64), Unusable> {
     let ball = &scene.ball;
     let (cue, object) = (steady(&shot.cue, noise), steady(&shot.object, noise));
     if cue.len() < 2 * LEAST_FRAMES || object.len() < 2 * LEAST_FRAMES {
@@ -191,12 +273,7 @@ fn from_lines(shot: &TrackShot, scene: &Scene, noise: f64) -> Result<(Unknowns, 
     if after.len() < LEAST_FRAMES {
         return Err(Unusable::TooFewAfter { ball: "object", frames: after.len() });
     }
-    let moving = line(after, after[0].t);
-    let [vx, vy] = moving.velocity;
-    let square = vx * vx + vy * vy;
-    if !(square > 0.0) {
-        return Err(Unusable::NoCollision);
-    }
+    let moving = Near::new(after, after[0].t, noise);
     let start = line(&object[..LEAST_FRAMES], object[0].t);
     let drift = start.velocity[0].hypot(start.velocity[1]);
     // noise that lasts from frame to frame tells less
@@ -204,9 +281,7 @@ fn from_lines(shot: &TrackShot, scene: &Scene, noise: f64) -> Result<(Unknowns, 
     if index < NEAR && drift > MOVED * noise * lasts * start.error {
         return Err(Unusable::ObjectMoving { speed: drift });
     }
-    // where the line passes the place where the ball lay
-    let back = ((moving.position[0] - lay[0]) * vx + (moving.position[1] - lay[1]) * vy) / square;
-    let time = after[0].t - back;
+    let time = moving.passes(lay).ok_or(Unusable::NoCollision)?;
 
     let frame = 1.0 / shot.fps;
     let before: Vec<Sample> = object.iter().filter(|s| s.t < time - 0.5 * frame).copied().collect();
@@ -222,8 +297,8 @@ fn from_lines(shot: &TrackShot, scene: &Scene, noise: f64) -> Result<(Unknowns, 
     if cue_after.len() < LEAST_FRAMES {
         return Err(Unusable::TooFewAfter { ball: "cue", frames: cue_after.len() });
     }
-    let arriving = line(&cue_before[cue_before.len().saturating_sub(NEAR)..], time);
-    let leaving = line(&cue_after, time);
+    let arriving: Vec<Sample> = cue_before.iter().rev().take(NEAR).copied().collect();
+    let [arriving, leaving] = [&arriving, &cue_after].map(|samples| Near::new(samples, time, noise));
     let [ux, uy] = arriving.velocity;
     let speed = ux.hypot(uy);
     if before.len() >= LEAST_FRAMES {
@@ -239,7 +314,7 @@ fn from_lines(shot: &TrackShot, scene: &Scene, noise: f64) -> Result<(Unknowns, 
     let distance = across[0].hypot(across[1]);
     let (nx, ny) = (across[0] / distance, across[1] / distance);
     let turn = |v: [f64; 2]| [v[0] * nx + v[1] * ny, v[1] * nx - v[0] * ny];
-    let (u, c, v) = (turn(arriving.velocity), turn(leaving.velocity), turn(moving.velocity));
+    let (u, c, v) = (turn(arriving.velocity), turn(leaving.velocity), turn(moving.velocity(time)));
     if !(u[0] > 0.0) {
         return Err(Unusable::NoCollision);
     }

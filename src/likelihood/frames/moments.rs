@@ -99,12 +99,14 @@ impl Part {
         }
     }
 
-    /// How a frame follows the corrections. A row that is read later by δ shows where the ball was earlier by δ: −v p_y δ.
+    /// How a frame follows the corrections, where the reference path is: at its own position its noise would shrink with the film, and the
+    /// scale that the frames tell be too large. A row that is read later by δ shows where the ball was earlier by δ: −v p_y δ.
     fn shifts_of(&self, frame: &Frame, camera: &Camera) -> Shifts {
-        let mut shifts = camera.derivatives(camera.film(frame.position));
         let u = (frame.t - self.centre) / self.scale;
+        let position = self.reference.map(|[a, b, c]| a + u * (b + u * c));
         let velocity = self.reference.map(|[_, b, c]| (b + 2.0 * c * u) / self.scale);
-        let row = frame.position[1] - camera.middle[1];
+        let mut shifts = camera.derivatives(camera.film(position));
+        let row = position[1] - camera.middle[1];
         shifts[Correction::Shutter as usize] = velocity.map(|v| -v * row);
         shifts
     }
