@@ -9,6 +9,7 @@ use caromfit::measurement::parameter::Parameter;
 use caromfit::measurement::track::TrackShot;
 use caromfit::simulate;
 use caromfit::simulate::{Kind, Played, Spec};
+use rayon::prelude::*;
 
 use crate::extraction::{count, dataset};
 use crate::synthetic::spec;
@@ -159,24 +160,75 @@ fn paths_bend_between_slow_frames() {
 }
 
 /// A phone on a tripod: 1.6 m above the table, tilted by 20°, pixels, y downwards, and no ruler.
-#[test]
-fn a_phone_needs_no_ruler() {
+fn by_phone(film: Vec<TrackShot>) -> Dataset {
     let (height, tilt, focal) = (1.6, 0.35_f64, 1500.0);
     let (sin, cos) = tilt.sin_cos();
-    let film = shown(clean(7200), |x, y| {
+    let film = shown(film, |x, y| {
         let y = y + height * tilt.tan();
         let depth = y * sin + height * cos;
         [960.0 + focal * x / depth, 540.0 + focal * (y * cos - height * sin) / depth]
     });
     let mut pixels = dataset(film);
     pixels.tracks.as_mut().unwrap().from_balls = true;
-    let (fit, found) = fitted(pixels);
+    pixels
+}
+
+#[test]
+fn a_phone_needs_no_ruler() {
+    let (fit, found) = fitted(by_phone(clean(7200)));
     let (reference, _) = fitted(dataset(clean(7200)));
     is_recovered("phone", &fit, &reference);
     assert!(of(&found, Correction::Scale).adopted && of(&found, Correction::PerspectiveY).adopted);
     // 1500 px over the 1.7 m to the middle of the picture
     let scale = of(&found, Correction::Scale).value;
     assert!((700.0..1000.0).contains(&scale), "{scale}");
+}
+
+/// Intervals hold the truth where the balls calibrate the camera: of films that need it and of films that do not.
+#[test]
+fn intervals_hold_with_the_camera_free() {
+    let sets = count("CAROMFIT_SETS", 4) as u64;
+    let of_clean = |seed: u64| dataset(shown(clean(seed), |x, y| [x, y]));
+    let of_phone = |seed: u64| by_phone(clean(seed));
+    let rough = simulate::Camera {
+        fps: 240.0,
+        position_sd_m: 5e-4,
+        before_ms: 120.0,
+        after_ms: 120.0,
+        ..simulate::Camera::default()
+    };
+    let of_rough = |seed: u64| dataset(filmed(seed, rough));
+    let kinds: [(&str, &(dyn Fn(u64) -> Dataset + Sync)); 3] =
+        [("clean", &of_clean), ("by a phone", &of_phone), ("240 fps, 0.5 mm", &of_rough)];
+    for (what, film) in kinds {
+        let one = |seed: u64| {
+            let options = Options { depth: Depth::Intervals, ..Options::default() };
+            fit::analyse(film(8000 + seed), &options, None, &|| ()).fits.unwrap().remove(0)
+        };
+        let fits: Vec<Fit> = (0..sets).into_par_iter().map(one).collect();
+        for (parameter, truth) in Parameter::COEFFICIENTS.into_iter().zip(TRUTH) {
+            let of = |fit: &Fit| fit.get(parameter).copied().filter(|estimate| estimate.std_error.is_some());
+            let found: Vec<_> = fits.iter().filter_map(of).collect();
+            let n = found.len() as f64;
+            let pulls: Vec<f64> =
+                found.iter().map(|estimate| (estimate.value - truth) / estimate.std_error.unwrap()).collect();
+            let errors = found.iter().filter_map(|estimate| estimate.std_error).sum::<f64>() / n;
+            let holds = found.iter().filter(|estimate| {
+                let [low, high] = estimate.interval_95.unwrap();
+                (low..=high).contains(&truth)
+            });
+            let (covered, mean) = (holds.count() as f64 / n, pulls.iter().sum::<f64>() / n);
+            let rms = (pulls.iter().map(|pull| pull * pull).sum::<f64>() / n).sqrt();
+            println!(
+                "{what}: {}: error {errors:.5}, mean {mean:+.3}, rms {rms:.3}, covered {covered:.3} of {n}",
+                parameter.symbol()
+            );
+            assert!(n >= 0.99 * sets as f64, "{what}: {n} of {sets}");
+            // four standard deviations of a binomial of 0.95 and of a mean, beside what is allowed
+            assert!((covered - 0.95).abs() < 0.02 + 4.0 * (0.95 * 0.05 / n).sqrt(), "{what}: {covered}");
+            assert!(mean.abs() < 0.1 + 4.0 / n.sqrt(), "{what}: {mean}");
+        }
+    }
 }
 
 /// What dataset.toml states is taken, and not found.
