@@ -79,6 +79,12 @@ impl Tried {
         }
     }
 
+    /// By how much χ² is beyond what the noise explains.
+    pub(super) fn excess(&self) -> f64 {
+        let (chi2, dof) = self.fitted;
+        (chi2 - dof as f64).max(0.0)
+    }
+
     /// Whether what is left is improbable.
     pub(super) fn is_unexplained(&self) -> bool {
         let dof = self.dof().max(1) as f64;

@@ -24,6 +24,9 @@ use crate::measurement::parameter::Parameter;
 /// A cause is named if −2 log L falls by so much where it is let in: chance does that once in 10⁵ fits.
 const NAMED: f64 = 20.0;
 
+/// And by this part of what the residuals are beyond the noise: a cause that leaves nearly all of a misfit is none.
+const WORTH_NAMING: f64 = 0.1;
+
 /// Another cause that takes this part of the fall explains alike.
 const ALIKE: f64 = 0.95;
 
@@ -69,7 +72,7 @@ pub(super) fn explain(settled: &Settled, search: &Search, discs: bool) -> Vec<Ex
         found.sort_by(|a, b| a.1.lowest.total_cmp(&b.1.lowest));
         let Some((best, profile)) = found.first().copied() else { break };
         let fall = |profile: &Profile| before.minus_two_log - profile.lowest;
-        if !(fall(&profile) > NAMED) {
+        if !(fall(&profile) > NAMED.max(WORTH_NAMING * before.excess())) {
             break;
         }
         let alike = |other: &Profile| round == 0 && fall(other) > ALIKE * fall(&profile);
