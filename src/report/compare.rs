@@ -300,13 +300,13 @@ pub(crate) fn document(comparison: &Comparison) -> Json {
     let name = |label: usize| comparison.labels[label].clone();
     let quantity = |q: &Compared| {
         let estimate = |v: &Value| {
-            let end = |end: f64| digits::to_error(end, v.std_error);
+            let end = |end: f64| digits::end(end, v.std_error);
             json!({"label": v.label.map(name), "estimate": end(v.value),
                    "std_error": v.std_error.map(|error| relative(error, FEW)),
                    "interval_95": v.interval_95.map(|ends| ends.map(end)), "fitted": v.fitted, "at_bound": v.at_bound})
         };
         let difference = |d: &Difference| {
-            let end = |end: f64| digits::to_error(end, Some(d.std_error));
+            let end = |end: f64| digits::end(end, Some(d.std_error));
             json!({"first": name(d.first), "second": name(d.second), "difference": end(d.value),
                    "std_error": relative(d.std_error, FEW), "interval_95": d.interval_95.map(end),
                    "p_value": probability(d.p_value), "p_holm": probability(d.p_holm), "real": d.is_real(),

@@ -19,6 +19,9 @@ pub(super) const SHOT: usize = 5;
 /// Digits of a standard error to which the value beside it is given: a ten-thousandth of the error.
 const OF_ERROR: usize = 5;
 
+/// The same of an end of an interval, which is found to a thousandth of the error.
+const OF_END: usize = 4;
+
 /// The same of the edge of a region, a hundredth of the error, which is more than a picture shows.
 const OF_EDGE: usize = 3;
 
@@ -79,6 +82,11 @@ pub(super) fn decimal(value: f64) -> f64 {
 /// To a ten-thousandth of its standard error, but no more than twelve digits; to eight without an error.
 pub(super) fn to_error(value: f64, error: Option<f64>) -> f64 {
     to_digits_of_error(value, error, OF_ERROR)
+}
+
+/// To a thousandth of its standard error, likewise.
+pub(super) fn end(value: f64, error: Option<f64>) -> f64 {
+    to_digits_of_error(value, error, OF_END)
 }
 
 /// To a hundredth of its standard error, likewise.

@@ -361,7 +361,7 @@ impl<T: Serialize> Serialize for Ordered<T> {
 fn parameter(estimate: &Estimate) -> (&'static str, ParameterEntry) {
     let error = estimate.std_error.or(estimate.std_error_at_bound);
     let finite = |interval: [f64; 2]| {
-        interval.iter().all(|end| end.is_finite()).then(|| interval.map(|end| digits::to_error(end, error)))
+        interval.iter().all(|end| end.is_finite()).then(|| interval.map(|end| digits::end(end, error)))
     };
     let entry = ParameterEntry {
         meaning: estimate.parameter.meaning(),
