@@ -129,6 +129,26 @@ impl Trial<'_> {
         self.fit_from(departures, self.start)
     }
 
+    /// The fit with a cause where −2 log L is least along it: the errors of the parameters include that of the cause, by how far they
+    /// follow it.
+    pub(super) fn fit_with_errors(
+        &self,
+        held: &Departures,
+        (cause, profile): (Cause, &Profile),
+    ) -> Option<Tried> {
+        let mut there = self.fit(&held.with(cause, profile.at))?;
+        let error = profile.error * there.scale.sqrt();
+        let [low, high] = cause.range();
+        let beside =
+            if profile.at + error <= high { profile.at + error } else { (profile.at - error).max(low) };
+        if let Some(beside) = self.fit_from(&held.with(cause, beside), there.values) {
+            for (parameter, value, error) in &mut there.parameters {
+                *error = error.hypot(beside.values[*parameter] - *value);
+            }
+        }
+        Some(there)
+    }
+
     fn fit_from(&self, departures: &Departures, start: Values) -> Option<Tried> {
         let rate = departures.get(Cause::FrameRate);
         let topspin = departures.get(Cause::CueSpin);

@@ -77,7 +77,7 @@ pub(super) fn explain(settled: &Settled, search: &Search, discs: bool) -> Vec<Ex
         }
         let alike = |other: &Profile| round == 0 && fall(other) > ALIKE * fall(&profile);
         for (cause, profile) in found.iter().filter(|(cause, other)| *cause == best || alike(other)) {
-            let Some(after) = trial.fit(&held.with(*cause, profile.at)) else { continue };
+            let Some(after) = trial.fit_with_errors(&held, (*cause, profile)) else { continue };
             explanations.push(Trial::explanation(*cause, profile, &before, &after));
         }
         held = held.with(best, profile.at);
