@@ -280,6 +280,10 @@ impl<'a> Tracked<'a> {
         let (_, full) = self.frames(fitted).residuals(&self.model, &fitted.z);
         let mut with_gap = fitted.jacobian.clone().insert_column(fitted.jacobian.ncols(), 0.0);
         let last = with_gap.ncols() - 1;
+        if with_gap.nrows() <= last {
+            // as many unknowns as numbers leave nothing that could tell it
+            return (0.0, f64::INFINITY, 0.0);
+        }
         with_gap.view_mut((0, last), (full.nrows(), 1)).copy_from(&full.column(unknown::GAP));
         let mut right = -&fitted.residuals;
         let qr = with_gap.qr();

@@ -123,7 +123,8 @@ pub(crate) fn suspicious(
     if let Some(Measured { value, sd }) = rolling
         && value > MOST_ROLLING
     {
-        let error = sd.map_or(String::new(), |sd| format!(" ± {sd:.3}"));
+        // none where the model is refuted
+        let error = sd.filter(|sd| sd.is_finite()).map_or(String::new(), |sd| format!(" ± {sd:.3}"));
         found.push(Finding::whole(
             Kind::Rolling,
             format!(

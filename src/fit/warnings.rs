@@ -256,12 +256,18 @@ fn doubtful_shots(fit: &Fit) -> Option<String> {
 
 /// A number to so many significant digits, all of them before the point where it has more.
 pub(crate) fn to_digits(value: f64, digits: i32) -> String {
+    if value == 0.0 || !value.is_finite() {
+        return value.to_string();
+    }
     let decimals = digits - 1 - value.abs().log10().floor() as i32;
     format!("{value:.*}", usize::try_from(decimals).unwrap_or(0))
 }
 
-/// A value with its standard error to two digits.
+/// A value with its standard error to two digits; without one where there is none.
 pub(crate) fn with_error(value: f64, error: f64) -> String {
+    if !(error > 0.0 && error.is_finite()) {
+        return to_digits(value, 4);
+    }
     let decimals = usize::try_from(1 - error.log10().floor() as i32).unwrap_or(0);
     format!("{value:.decimals$} ± {error:.decimals$}")
 }

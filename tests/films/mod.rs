@@ -147,6 +147,14 @@ fn films_of_every_kind_neither_panic_nor_hang() {
     assert!(seen(&tally.used) > seen(&tally.films) / 2);
 }
 
+/// Of a film of few frames as many numbers as unknowns were left; of another a collision stuck just after compression.
+#[test]
+fn films_that_once_failed() {
+    for seed in [25568, 64290] {
+        film(seed, &Tally::default());
+    }
+}
+
 /// 40 films of natural roll, with one fault, as they are fitted.
 fn fitted(fps: f64, faults: &Faults, seed: u64) -> (Dataset, Fit) {
     let usual = spec(Kind::Tracks, &[Played::NaturalRoll], 40, seed);
