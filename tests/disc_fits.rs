@@ -209,6 +209,34 @@ fn an_e_that_falls_with_the_closing_speed_is_found() {
     assert!(falls < constant && constant < 1.5 * falls, "{falls} {constant}");
 }
 
+/// Where pucks call for a contact that gives way, κ is fitted, and found, in comparisons as in fits.
+#[test]
+fn discs_that_are_compared_call_for_a_contact_that_gives_way() {
+    const SHOTS: usize = 20;
+    /// Standard errors: one of the two is off by more once in 180 such tests.
+    const WITHIN: f64 = 3.0;
+    let base =
+        with_impacts(load(SETTINGS, &film_with(2, 31, |slip, _| -0.1 * slip.signum()).0).unwrap(), &|| ()).0;
+    let random = &mut ChaCha8Rng::seed_from_u64(35);
+    let pair = ["one", "other"].map(|name| {
+        let mut dataset = scattering(random, &base, SHOTS, 0.0);
+        dataset.name = name.to_owned();
+        dataset.settings.compliance = base.settings.compliance;
+        dataset.settings[Parameter::Kappa] = base.settings[Parameter::Kappa];
+        dataset
+    });
+    assert_eq!(base.settings.compliance, Compliance::Auto);
+    let options = compare::Options { auto: true, ..compare::Options::default() };
+    let comparison = compare::compare(&pair, &options).unwrap();
+    assert!(comparison.gives_way, "{:?}", comparison.notes);
+    let of = |p| comparison.quantities.iter().find(|own| own.quantity == Quantity::Parameter(p)).unwrap();
+    for (parameter, truth) in [(Parameter::Kappa, TRUE_KAPPA), (Parameter::E, TRUE_E)] {
+        let found = &of(parameter).estimates[0];
+        println!("{found:?}");
+        assert!((found.value - truth).abs() < WITHIN * found.std_error.unwrap(), "{found:?}");
+    }
+}
+
 /// Of pucks that scatter alike no difference is imagined, and one that is real is found.
 #[test]
 fn differences_between_discs_include_the_scatter_of_their_shots() {

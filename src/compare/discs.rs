@@ -7,6 +7,7 @@ use super::{CompareError, Options};
 use crate::fit::scatter;
 use crate::likelihood::fitted::Fitted;
 use crate::measurement::number::plain;
+use crate::measurement::parameter::{Compliance, Parameter};
 use crate::measurement::values::Values;
 
 /// Whether all samples are of discs.
@@ -25,11 +26,18 @@ pub(super) fn choose(
     apart: &Apart,
     options: &Options,
 ) -> Result<Chosen, CompareError> {
-    let mut alone = each_alone(groups, shots, apart, options)?;
+    let mut alone: Vec<scatter::Chosen> =
+        groups.iter().zip(&*shots).map(|own| alone(own, apart, options)).collect::<Result<_, _>>()?;
     let gives_way = alone.iter().any(|chosen| chosen.gives_way.is_some());
     if gives_way {
-        groups.iter_mut().for_each(Group::give_way);
-        alone = each_alone(groups, shots, apart, options)?;
+        // those that do not call for it by themselves have it, too, with κ free as those have it
+        for ((chosen, group), shots) in alone.iter_mut().zip(&mut *groups).zip(&*shots) {
+            if chosen.gives_way.is_none() && group.settings.compliance == Compliance::Auto {
+                group.give_way();
+                group.settings[Parameter::Kappa].fixed = false;
+                *chosen = self::alone((group, shots), apart, options)?;
+            }
+        }
     }
     let (mut starts, mut notes): (Vec<Vec<Values>>, Vec<String>) = Default::default();
     if gives_way {
@@ -62,17 +70,13 @@ pub(super) fn choose(
     Ok(Chosen { starts, notes, gives_way, scatters })
 }
 
-/// What each sample is fitted with by itself.
-fn each_alone(
-    groups: &[Group],
-    shots: &[Vec<Fitted>],
+/// What a sample is fitted with by itself.
+fn alone(
+    (group, shots): (&Group, &Vec<Fitted>),
     apart: &Apart,
     options: &Options,
-) -> Result<Vec<scatter::Chosen>, CompareError> {
+) -> Result<scatter::Chosen, CompareError> {
     let none = [Vec::new()];
-    let of = |(group, shots): (&Group, &Vec<Fitted>)| {
-        let search = search(std::slice::from_ref(group), &none, apart);
-        Ok(scatter::choose(shots, &search, options.auto)?)
-    };
-    groups.iter().zip(shots).map(of).collect()
+    let search = search(std::slice::from_ref(group), &none, apart);
+    Ok(scatter::choose(shots, &search, options.auto)?)
 }

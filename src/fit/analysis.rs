@@ -142,6 +142,7 @@ fn analyse_once(
         }
         if let Some(found) = &prepared.camera {
             fit.set_camera(found);
+            super::causes::of_film(fit);
         }
     }
     let Prepared { dataset, extracted, scene, camera } = prepared;

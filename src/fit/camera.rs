@@ -139,7 +139,6 @@ impl Fit {
             correction.value = (found.camera.get(correction.which) + left) / unit;
             correction.std_error = error / unit;
         }
-        super::causes::of_film(&found, self);
         self.camera = Some(found);
     }
 }

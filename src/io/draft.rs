@@ -3,6 +3,8 @@
 use std::path::{Path, PathBuf};
 
 use super::draft_columns::describe_columns;
+pub use super::draft_error::InitError;
+use super::draft_error::TABLES;
 use super::draft_sheet::{Sheet, quoted};
 use super::tracking::shots_table::KNOWN;
 use super::{Survey, header, survey};
@@ -24,59 +26,6 @@ pub struct Draft {
     pub follows: Option<f64>,
     /// Whether the files show discs, and not balls.
     pub are_discs: bool,
-}
-
-/// Why no dataset.toml can be drafted.
-#[derive(Debug, thiserror::Error)]
-pub enum InitError {
-    /// A file cannot be read.
-    #[error("{}: cannot be read: {source}", path.display())]
-    Read {
-        /// The file.
-        path: PathBuf,
-        /// Why it cannot be read.
-        source: std::io::Error,
-    },
-    /// A file is empty.
-    #[error("{}: is empty; expected a table of tracks or measurements", path.display())]
-    Empty {
-        /// The file.
-        path: PathBuf,
-    },
-    /// A file is no text.
-    #[error("{}: is no text; expected a table of tracks or measurements, not the film itself", path.display())]
-    NoText {
-        /// The file.
-        path: PathBuf,
-    },
-    /// A file is JSON of another kind than shots with balls and samples.
-    #[error(
-        "{}: is JSON; expected a table (CSV, tab-separated or text) of tracks or measurements, or an array of shots, each with balls, \
-         each with samples of t (or frame), x and y",
-        path.display()
-    )]
-    Json {
-        /// The file.
-        path: PathBuf,
-    },
-    /// A folder holds no table.
-    #[error("{}: holds no table (a file that ends in .{}); name the files", path.display(), TABLES.join(", ."))]
-    NoTables {
-        /// The folder.
-        path: PathBuf,
-    },
-    /// The files are of different kinds.
-    #[error("{} is {what}, but {} is {other}; expected files of one kind", path.display(), other_path.display())]
-    Mixed {
-        /// The file that differs from the first one.
-        path: PathBuf,
-        /// Its kind, in words.
-        what: &'static str,
-        /// The first file.
-        other_path: PathBuf,
-        /// Its kind, in words.
-        other: &'static str,
-    },
 }
 
 /// What a file is.
@@ -101,8 +50,6 @@ impl Seen {
     }
 }
 
-/// Endings of tables, where a folder is named.
-const TABLES: [&str; 4] = ["csv", "txt", "tsv", "dat"];
 /// Of what is looked at where there is no table.
 const OTHERS: [&str; 1] = ["json"];
 /// The table of what differs from shot to shot.

@@ -7,6 +7,7 @@ pub(crate) mod covariance;
 pub mod draft;
 mod draft_answers;
 mod draft_columns;
+mod draft_error;
 mod draft_sheet;
 pub(crate) mod error;
 mod fit_section;

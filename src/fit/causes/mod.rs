@@ -12,10 +12,10 @@ pub use cause::{Cause, Explanation};
 use hypothesis::{Departures, Trial};
 use profile::Profile;
 
+use super::Fit;
 use super::diagnostics::goodness::IMPROBABLE;
 use super::samples::Search;
 use super::settled::Settled;
-use super::{Fit, FoundCamera};
 use crate::film::camera::Correction;
 use crate::likelihood::fitted::Fitted;
 use crate::likelihood::sample::Sample;
@@ -117,7 +117,8 @@ pub(super) fn none_found(settled: &Settled, search: &Search, discs: bool) -> Str
 }
 
 /// What was adopted of the film, as explanations of what would be left without it, and what explains it as well.
-pub(super) fn of_film(found: &FoundCamera, fit: &mut Fit) {
+pub(super) fn of_film(fit: &mut Fit) {
+    let Some(found) = &fit.camera else { return };
     let adopted = found.corrections.iter().filter(|correction| correction.adopted);
     let mut known: Vec<Explanation> = adopted.map(Explanation::of_correction).collect();
     let scale = found.corrections.iter().find(|c| c.adopted && c.which == Correction::Scale);

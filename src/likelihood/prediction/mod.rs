@@ -2,11 +2,13 @@
 //! respect to the coefficients and to the measured state before the impact.
 
 mod choice;
+mod error;
 mod seen;
 mod start;
 
 use nalgebra::{DMatrix, DVector, SMatrix, SVector};
 
+pub use error::Unpredictable;
 use seen::View;
 pub use seen::{difference, wrap};
 use start::{Start, State};
@@ -17,7 +19,7 @@ use crate::measurement::observable::Observable;
 use crate::measurement::parameter::Parameter;
 use crate::measurement::spin::Spin;
 use crate::physics::ball::BallState;
-use crate::physics::collision::{Coefficients, Correction, Effects, Fidelity, Model, NotACollision, Regime};
+use crate::physics::collision::{Coefficients, Correction, Effects, Fidelity, Model, Regime};
 use crate::physics::friction_law::Law;
 
 /// No kind of data set has more observables per shot.
@@ -73,40 +75,6 @@ pub struct Plan {
     correction: Option<Box<Correction>>,
     /// …or that it is integrated each time.
     is_direct: bool,
-}
-
-/// Why a shot cannot be predicted.
-#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
-pub enum Unpredictable {
-    /// The state before the impact is no collision.
-    #[error(transparent)]
-    NotACollision(#[from] NotACollision),
-    /// The cue ball's spin is unknown.
-    #[error("its spin is unknown; give spin columns, or cue_spin stun or natural-roll")]
-    UnknownSpin,
-    /// The spin is given in rad/s, but no speed to compare it with.
-    #[error("its spin is given in rad/s but no speed is: give speed_m_s or a speed after the impact")]
-    SpinWithoutSpeed,
-    /// The friction or the restitution depends on the speed, which is not known.
-    #[error(
-        "the friction or e depends on the speed, but the shot has none: give speed_m_s or a speed after the \
-         impact"
-    )]
-    FallsWithoutSpeed,
-    /// No speed before the impact gives the speed that was measured after it.
-    #[error("no incoming speed gives the {column} of {value}")]
-    NoSpeed {
-        /// The column of the speed that was measured.
-        column: &'static str,
-        /// Its value, m/s.
-        value: f64,
-    },
-    /// The only observable serves to find the speed before the impact, so that none is left to fit.
-    #[error("its only observable, {column}, serves to find the incoming speed: nothing is left to fit")]
-    NothingLeft {
-        /// The column of that observable.
-        column: &'static str,
-    },
 }
 
 /// The speeds afterwards that the speed before can be solved from, best first.

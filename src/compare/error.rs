@@ -1,0 +1,107 @@
+//! Why there is no comparison.
+
+use crate::fit::FitError;
+
+/// Why data sets cannot be compared.
+#[derive(Debug, thiserror::Error)]
+pub enum CompareError {
+    /// Fewer than two samples have usable shots; with their number.
+    #[error(
+        "{0} sample(s) with usable shots; expected two or more to compare: data sets, or labels of one whose [fit] by names \
+         a column"
+    )]
+    TooFew(usize),
+    /// A quantity, whose name is given, was asked to be both shared and per data set.
+    #[error("{0} is both shared and per data set; expected one of them")]
+    Both(&'static str),
+    /// No data set has the parameter whose name is given.
+    #[error(
+        "{0}: no data set has it; a friction that falls (friction under [fit]) has mu_b and mu_c, a contact that gives way kappa, an e that falls e_slope"
+    )]
+    NoSuchParameter(&'static str),
+    /// There are fewer observations than free parameters.
+    #[error(
+        "observations: {observations}, for the free parameters {parameters}; expected at least as many: add shots, or share parameters"
+    )]
+    TooFewObservations {
+        /// The number of observations.
+        observations: usize,
+        /// The names of the free parameters.
+        parameters: String,
+    },
+    /// The constraints of the data sets contradict each other; with the reason.
+    #[error(
+        "{0}; a parameter that is shared must satisfy the constraints of every data set: change them, or what is fixed, under \
+         [fit], or give it a value for each with --per-dataset"
+    )]
+    Contradiction(String),
+    /// The frames of a data set, whose name is given, cannot be fitted.
+    #[error(
+        "{0}: its frames cannot be fitted: it is no footage of balls, or a shot has none; compare with --method two-stage"
+    )]
+    NotFilmed(String),
+    /// Frames were to be compared with a robust loss.
+    #[error(
+        "frames are compared by least squares; leave out the robust loss, or compare with --method two-stage"
+    )]
+    JointLoss,
+    /// A constraint leaves a parameter no room to differ.
+    #[error(
+        "the constraint \"{text}\" leaves {parameter} no room to differ: leave it out under [fit], take one {parameter} for \
+         all with --share {parameter}{others}"
+    )]
+    Pinned {
+        /// The constraint as it was written.
+        text: String,
+        /// The name of the parameter.
+        parameter: &'static str,
+        /// What else could be done, as the rest of the sentence.
+        others: String,
+    },
+    /// A data set is wrong, as [`Dataset::faults`] states it.
+    #[error("{dataset}: {}", .faults.join("\n"))]
+    Invalid {
+        /// The name of the data set.
+        dataset: String,
+        /// What is wrong, in sentences.
+        faults: Vec<String>,
+    },
+    /// The impacts of a data set, whose name is given, have not been extracted from its tracks yet.
+    #[error(
+        "{0}: its impacts have not been extracted from the tracks; call footage::with_impacts before comparing it"
+    )]
+    NotExtracted(String),
+    /// Some observations of a column have a standard deviation and others none.
+    #[error(
+        "{label}: {column} has a standard deviation in some data sets and none in others; expected all or none"
+    )]
+    MixedNoise {
+        /// The label.
+        label: String,
+        /// The column.
+        column: &'static str,
+    },
+    /// The joint fit failed.
+    #[error(transparent)]
+    Fit(FitError),
+}
+
+impl From<FitError> for CompareError {
+    fn from(error: FitError) -> Self {
+        match error {
+            FitError::Relations(what) => Self::Contradiction(what),
+            FitError::TooFewObservations { observations, parameters, .. } => {
+                Self::TooFewObservations { observations, parameters }
+            }
+            other => Self::Fit(other),
+        }
+    }
+}
+
+impl CompareError {
+    /// Whether the input was wrong, rather than that it could not be compared.
+    #[must_use]
+    pub fn is_bad_input(&self) -> bool {
+        !matches!(self, Self::Fit(error) if !error.is_bad_input())
+    }
+}

@@ -1,0 +1,59 @@
+//! Why no data set can be drafted.
+
+use std::path::PathBuf;
+
+/// Endings of tables, where a folder is named.
+pub(super) const TABLES: [&str; 4] = ["csv", "txt", "tsv", "dat"];
+
+/// Why no dataset.toml can be drafted.
+#[derive(Debug, thiserror::Error)]
+pub enum InitError {
+    /// A file cannot be read.
+    #[error("{}: cannot be read: {source}", path.display())]
+    Read {
+        /// The file.
+        path: PathBuf,
+        /// Why it cannot be read.
+        source: std::io::Error,
+    },
+    /// A file is empty.
+    #[error("{}: is empty; expected a table of tracks or measurements", path.display())]
+    Empty {
+        /// The file.
+        path: PathBuf,
+    },
+    /// A file is no text.
+    #[error("{}: is no text; expected a table of tracks or measurements, not the film itself", path.display())]
+    NoText {
+        /// The file.
+        path: PathBuf,
+    },
+    /// A file is JSON of another kind than shots with balls and samples.
+    #[error(
+        "{}: is JSON; expected a table (CSV, tab-separated or text) of tracks or measurements, or an array of shots, each with balls, \
+         each with samples of t (or frame), x and y",
+        path.display()
+    )]
+    Json {
+        /// The file.
+        path: PathBuf,
+    },
+    /// A folder holds no table.
+    #[error("{}: holds no table (a file that ends in .{}); name the files", path.display(), TABLES.join(", ."))]
+    NoTables {
+        /// The folder.
+        path: PathBuf,
+    },
+    /// The files are of different kinds.
+    #[error("{} is {what}, but {} is {other}; expected files of one kind", path.display(), other_path.display())]
+    Mixed {
+        /// The file that differs from the first one.
+        path: PathBuf,
+        /// Its kind, in words.
+        what: &'static str,
+        /// The first file.
+        other_path: PathBuf,
+        /// Its kind, in words.
+        other: &'static str,
+    },
+}
