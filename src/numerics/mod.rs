@@ -4,3 +4,5 @@ pub mod least_squares;
 #[cfg(feature = "fit")]
 pub(crate) mod optimal_design;
 pub(crate) mod quadrature;
+#[cfg(feature = "fit")]
+pub(crate) mod small_products;

@@ -1,11 +1,11 @@
 //! Confidence regions of pairs of parameters: where χ², least over the others, is so far above its
 //! minimum, beside the ellipse that its curvature says.
 
-use nalgebra::{Matrix2, Vector2};
+use nalgebra::{DMatrix, Matrix2, Vector2};
 use rayon::prelude::*;
 use statrs::distribution::{ChiSquared, ContinuousCDF, FisherSnedecor};
 
-use super::profile::{EDGE, Ray};
+use super::profile::{EDGE, Ray, follow};
 use crate::fit::minimum::Minimum;
 use crate::fit::slice::Slice;
 use crate::measurement::parameter::Parameter;
@@ -82,7 +82,7 @@ fn contour(
     let level = |probability: f64| {
         let rise = rise(probability, estimated_dof)?;
         let t = rise.sqrt();
-        let edge = edge(slice, minimum, pair, &root, t)?;
+        let edge = edge(slice, minimum, pair, (&all, &root), t)?;
         let ellipse = (0..ELLIPSE)
             .map(|k| {
                 let (sin, cos) = (std::f64::consts::TAU * k as f64 / ELLIPSE as f64).sin_cos();
@@ -96,18 +96,25 @@ fn contour(
     Some(Contour { parameters: pair.map(|column| slice.free[column].parameter), centre, levels: levels? })
 }
 
-/// The region of the pair in strips: for values of the first parameter the ends of the second. `root`: a
-/// root of the pair's covariance.
+/// The region of the pair in strips: for values of the first parameter the ends of the second. `all`: the covariance;
+/// `root`: a root of that of the pair.
 fn edge(
     slice: &Slice,
     minimum: &Minimum,
     [i, j]: [usize; 2],
-    root: &Matrix2<f64>,
+    (all, root): (&DMatrix<f64>, &Matrix2<f64>),
     t: f64,
 ) -> Option<Vec<[f64; 2]>> {
     let from = (&minimum.x, minimum.cost);
+    let by_first = follow(Some(all), i);
+    // …with the first held
+    let by_second = by_first.as_ref().and_then(|first| {
+        let column = all.column(j) - first * all[(i, j)];
+        (column[j] > 0.0).then(|| &column / column[j])
+    });
     let end = |sign: f64| {
-        let ray = Ray { slice, from, lowest: minimum.cost, column: i, sign, precision: EDGE };
+        let ray =
+            Ray { slice, from, lowest: minimum.cost, column: i, follow: &by_first, sign, precision: EDGE };
         Some(ray.value(ray.reach(t, t * root[(0, 0)])?.0))
     };
     let (low, high) = (end(-1.0)?, end(1.0)?);
@@ -117,7 +124,11 @@ fn edge(
         // closer at the ends, where the region is round
         let part = 0.5 * (1.0 - (std::f64::consts::PI * k as f64 / (strips - 1) as f64).cos());
         let first = if k + 1 == strips { high } else { low + part * (high - low) };
-        let (x, cost) = slice.at(&[(i, first)], &minimum.x)?;
+        let start = match &by_first {
+            Some(follow) => &minimum.x + follow * (first - minimum.x[i]),
+            None => minimum.x.clone(),
+        };
+        let (x, cost) = slice.at(&[(i, first)], &start)?;
         let held = slice.holding(&[(i, first)]);
         let left = (t * t - 2.0 * (cost - minimum.cost)).max(0.0).sqrt();
         let end = |sign: f64| {
@@ -126,6 +137,7 @@ fn edge(
                 from: (&x, cost),
                 lowest: minimum.cost,
                 column: j,
+                follow: &by_second,
                 sign,
                 precision: EDGE,
             };

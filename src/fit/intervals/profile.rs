@@ -1,7 +1,7 @@
 //! Intervals from the least-squares problem with some of its unknowns held: a parameter's 95 % interval is where χ², least over all others, is within t² of its minimum. Unlike
 //! value ± t·error this knows bounds, kinks and curvature.
 
-use nalgebra::DVector;
+use nalgebra::{DMatrix, DVector};
 
 use crate::fit::minimum::Minimum;
 use crate::fit::slice::Slice;
@@ -26,6 +26,7 @@ pub(in crate::fit) fn intervals(
     quantiles: &Quantiles,
 ) -> (Vec<Option<[f64; 2]>>, f64) {
     let mut lowest = minimum.cost;
+    let covariance = minimum.covariance();
     let mut intervals = Vec::with_capacity(estimates.len());
     for (column, estimate) in estimates.iter().enumerate() {
         let value = minimum.x[column];
@@ -37,7 +38,9 @@ pub(in crate::fit) fn intervals(
         let mut end = |side: usize, t: f64| {
             let sign = if side == 0 { -1.0 } else { 1.0 };
             let from = (&minimum.x, minimum.cost);
-            let ray = Ray { slice, from, lowest: minimum.cost, column, sign, precision: END };
+            let follow = follow(covariance.as_ref(), column);
+            let ray =
+                Ray { slice, from, lowest: minimum.cost, column, follow: &follow, sign, precision: END };
             let (reach, cost) = ray.reach(t, first(side))?;
             lowest = lowest.min(cost);
             Some(ray.value(reach))
@@ -53,6 +56,13 @@ pub(in crate::fit) fn intervals(
     (intervals, lowest)
 }
 
+/// How the others follow one of the unknowns where χ² is least over them: C_i/C_ii of their covariance; not at all where there is none.
+pub(in crate::fit) fn follow(covariance: Option<&DMatrix<f64>>, column: usize) -> Option<DVector<f64>> {
+    let covariance = covariance?;
+    let variance = covariance[(column, column)];
+    (variance > 0.0).then(|| covariance.column(column) / variance)
+}
+
 /// One of the unknowns on its way from a point; χ² is least over the others.
 pub(in crate::fit) struct Ray<'a> {
     pub slice: &'a Slice<'a>,
@@ -61,6 +71,8 @@ pub(in crate::fit) struct Ray<'a> {
     /// The least cost there is.
     pub lowest: f64,
     pub column: usize,
+    /// How the others follow it to first order, where that is known.
+    pub follow: &'a Option<DVector<f64>>,
     /// Up or down.
     pub sign: f64,
     /// To which part of its distance an end is found.
@@ -85,6 +97,18 @@ impl Ray<'_> {
         (self.sign * (self.bound() - self.from.0[self.column])).max(0.0)
     }
 
+    /// Where the others may be at some distance: on the line through where they are here and at a nearer one; if there is
+    /// none, as they follow at first.
+    fn expected(&self, trial: f64, (near, at_near): (f64, &DVector<f64>)) -> DVector<f64> {
+        if near > 0.0 {
+            return self.from.0 + (at_near - self.from.0) * (trial / near);
+        }
+        match self.follow {
+            Some(follow) => self.from.0 + follow * (self.sign * trial),
+            None => self.from.0.clone(),
+        }
+    }
+
     /// The distance at which √(χ² − χ²_min), nearly a straight line far away, reaches t, or the bound if
     /// it does not; and the lowest cost met. `first`: where to look first.
     pub(in crate::fit) fn reach(&self, t: f64, first: f64) -> Option<(f64, f64)> {
@@ -98,7 +122,8 @@ impl Ray<'_> {
         let mut outside: Option<(f64, f64)> = None;
         let mut trial = first.min(limit);
         for _ in 0..MAX_TRIALS {
-            let rise = match self.slice.at(&[(self.column, self.value(trial))], &at_inside) {
+            let start = self.expected(trial, (inside.0, &at_inside));
+            let rise = match self.slice.at(&[(self.column, self.value(trial))], &start) {
                 Some((x, cost)) => {
                     lowest = lowest.min(cost);
                     let rise = risen(cost);

@@ -27,6 +27,7 @@ use super::Frame;
 use super::path_start::{FIRST, LOCAL, Local};
 use super::sums::{CORRECTIONS, CameraSums, Off, Sums};
 use crate::film::camera::{Camera, Correction};
+use crate::numerics::small_products::{add_product, add_product_with_transpose};
 use crate::physics::cloth_motion::Path;
 
 /// How a frame follows the corrections: x and y, m by the unit of each.
@@ -265,14 +266,14 @@ impl Along {
             None => of_frames,
         };
         let [_, b, c] = polynomial;
-        let mut by = SMatrix::<f64, 3, LOCAL>::zeros();
+        let mut by = SMatrix::<f64, LOCAL, 3>::zeros();
         // later by δ: p(t − δ), so that ∂p/∂δ = −(B + 2Cu)/h
         by[(0, 0)] = -b.re / scale;
-        by[(1, 0)] = -2.0 * c.re / scale;
-        by[(0, 1 + axis)] = 1.0;
+        by[(0, 1)] = -2.0 * c.re / scale;
+        by[(1 + axis, 0)] = 1.0;
         for (k, coefficient) in polynomial.iter().enumerate() {
             if let Some(derivatives) = &coefficient.eps.0 {
-                by.fixed_view_mut::<1, { LOCAL - FIRST }>(k, FIRST).copy_from(&derivatives.transpose());
+                by.fixed_view_mut::<{ LOCAL - FIRST }, 1>(FIRST, k).copy_from(derivatives);
             }
         }
         let c = Vector3::from_fn(|k, _| polynomial[k].re - reference[k]);
@@ -281,13 +282,15 @@ impl Along {
         // χ² = Q − 2c·Y + cᵀMc, its halved derivatives Dᵀ(Mc − Y) and DᵀMD
         let pull = moments * c - y;
         self.square += q + c.dot(&(pull - y));
-        self.gradient.gemv_tr(1.0, &by, &pull, 1.0);
-        self.matrix.gemm_tr(1.0, &by, &(moments * by), 1.0);
+        add_product(&mut self.gradient, 1.0, &by, &pull);
+        let mut half = SMatrix::zeros();
+        add_product(&mut half, 1.0, &by, &moments);
+        add_product_with_transpose(&mut self.matrix, &half, &by);
         if let (Some(sums), Some((CameraSums { b, g, h }, off))) = (&mut self.camera, of_camera) {
             let b = SMatrix::<f64, 3, CORRECTIONS>::from_fn(|a, k| b[k][a]);
             // G + Hδ − Bc, −DᵀBᵀ and H
             sums.gradient += g + h * SVector::from(*off) - b.tr_mul(&c);
-            sums.coupling.gemm_tr(-1.0, &by, &b, 1.0);
+            add_product(&mut sums.coupling, -1.0, &by, &b);
             sums.matrix += h;
         }
     }

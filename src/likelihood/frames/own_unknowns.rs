@@ -13,7 +13,7 @@ use crate::trajectory::scene::{LiftPrior, Scene};
 
 /// The shot's own unknowns rest when a step promises less than this of ½χ²: the Schur complement counts what it promises, which
 /// leaves an error of the third order in the step.
-const AT_REST: f64 = 1e-6;
+const AT_REST: f64 = 1e-4;
 const MAX_STEPS: usize = 30;
 const MOST_DAMPING: f64 = 1e6;
 

@@ -36,17 +36,18 @@ pub(super) fn launch<const N: usize>(
     (local, Cloth { sliding: unknown(5, sliding), rolling: unknown(6, rolling), bounce: unknown(7, bounce) })
 }
 
-/// The derivatives of the start of a path and of μ_k, μ_r, e_t by the unknowns of a shot and the shared parameters.
+/// The derivatives of the start of a path and of μ_k, μ_r, e_t by the unknowns of a shot and the shared parameters: a row for each
+/// of these.
 pub(super) fn by_unknowns<const N: usize>(
     launch: &Launch<DualSVec64<N>>,
     [sliding, rolling, bounce]: &[DualSVec64<N>; 3],
-) -> SMatrix<f64, LOCAL, N> {
+) -> SMatrix<f64, N, LOCAL> {
     let Launch { time, position: [x, y], velocity: [v_x, v_y], slip: [s_x, s_y], up, .. } = launch;
-    let mut by = SMatrix::<f64, LOCAL, N>::zeros();
+    let mut by = SMatrix::<f64, N, LOCAL>::zeros();
     let numbers = [time, x, y, v_x, v_y, s_x, s_y, up, sliding, rolling, bounce];
-    for (row, number) in numbers.into_iter().enumerate() {
+    for (column, number) in numbers.into_iter().enumerate() {
         if let Some(derivatives) = &number.eps.0 {
-            by.set_row(row, &derivatives.transpose());
+            by.set_column(column, derivatives);
         }
     }
     by

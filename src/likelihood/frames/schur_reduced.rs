@@ -7,6 +7,7 @@ use super::moments::Along;
 use super::path_start::LOCAL;
 use super::{ALL_SHARED, FIRST_OTHER, ROWS, SHARED};
 use crate::film::camera::Correction;
+use crate::numerics::small_products::{add_product, add_product_with_transpose};
 
 /// Relative to its column, a pivot below this is rounding: the shot does not depend on that parameter.
 const SILENT: f64 = 1e-11;
@@ -46,12 +47,14 @@ impl<const N: usize, const S: usize> Normal<N, S> {
     }
 
     /// Adds the sums along a path, which starts with numbers that have these derivatives.
-    pub(super) fn add_path(&mut self, sums: &Along, by: &SMatrix<f64, LOCAL, N>) {
+    pub(super) fn add_path(&mut self, sums: &Along, by: &SMatrix<f64, N, LOCAL>) {
         self.square += sums.square;
-        self.gradient.gemv_tr(1.0, by, &sums.gradient, 1.0);
-        self.matrix.gemm_tr(1.0, by, &(sums.matrix * by), 1.0);
+        add_product(&mut self.gradient, 1.0, by, &sums.gradient);
+        let mut half = SMatrix::zeros();
+        add_product(&mut half, 1.0, by, &sums.matrix);
+        add_product_with_transpose(&mut self.matrix, &half, by);
         if let Some(camera) = &sums.camera {
-            self.camera_coupling.gemm_tr(1.0, by, &camera.coupling, 1.0);
+            add_product(&mut self.camera_coupling, 1.0, by, &camera.coupling);
             self.camera_matrix += camera.matrix;
             self.camera_gradient += camera.gradient;
         }
