@@ -7,6 +7,7 @@
 //! | [`results`] | the report, the verdicts, fit.json, the tables, Python |
 //! | [`model`] | the physics, what it leaves out, accuracy against time |
 //! | [`methods`] | how fits and comparisons are made, and how they were tried |
+//! | [`glossary`] | the words, from cut angle to profile |
 
 #[doc = include_str!("guide/films.md")]
 pub mod films {}
@@ -18,6 +19,8 @@ pub mod results {}
 pub mod model {}
 #[doc = include_str!("guide/methods.md")]
 pub mod methods {}
+#[doc = include_str!("guide/glossary.md")]
+pub mod glossary {}
 
 /// A page of the guide.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -31,7 +34,7 @@ pub struct Topic {
 }
 
 /// All pages, in the order in which they are best read.
-pub const TOPICS: [Topic; 5] = [
+pub const TOPICS: [Topic; 6] = [
     Topic {
         name: "films",
         about: "what to film, how to describe it, the camera, discs",
@@ -56,5 +59,10 @@ pub const TOPICS: [Topic; 5] = [
         name: "methods",
         about: "how fits, comparisons and designs are made, and how they were tried",
         text: include_str!("guide/methods.md"),
+    },
+    Topic {
+        name: "glossary",
+        about: "the words, from cut angle to profile",
+        text: include_str!("guide/glossary.md"),
     },
 ];

@@ -5,7 +5,7 @@ use caromfit::fit::{Fit, Options};
 use caromfit::likelihood::{Plan, covariance};
 use caromfit::measurement::dataset::{Dataset, Shot};
 use caromfit::physics::ball::Ball;
-use caromfit::physics::collision::{Coefficients, Fidelity, Model};
+use caromfit::physics::collision::{Coefficients, Fidelity, FidelityChoice, Model};
 use caromfit::simulate::{Kind, Noise, Played, Spec};
 
 use crate::extraction::count;
@@ -40,7 +40,7 @@ fn the_data_decide_what_they_are_computed_with() {
     for by in [Fidelity::Full, Fidelity::Contact] {
         let (mut pulls, mut mistaken) = ([0.0; 3], 0);
         for seed in 0..sets as u64 {
-            let options = Options { auto: true, ..Options::default() };
+            let options = Options { fidelity: FidelityChoice::Auto, ..Options::default() };
             let fit = fit::fit(&made(by, seed), &options).unwrap().remove(0);
             let integrated = fit.diagnostics.computed.iter().any(|c| c.fidelity == Fidelity::Contact);
             mistaken += usize::from(integrated != (by == Fidelity::Contact));
@@ -74,7 +74,9 @@ const CORRECTED: f64 = 0.01;
 #[test]
 fn corrections_do_what_the_integrated_fidelity_does() {
     let dataset = made(Fidelity::Contact, 7);
-    let of = |fidelity| fit::fit(&dataset, &Options { fidelity, ..Options::default() }).unwrap().remove(0);
+    let of = |fidelity: Fidelity| {
+        fit::fit(&dataset, &Options { fidelity: fidelity.into(), ..Options::default() }).unwrap().remove(0)
+    };
     let (full, contact) = (of(Fidelity::Full), of(Fidelity::Contact));
     let bias = (0..3).map(|i| pull(&full, i).abs()).fold(0.0, f64::max);
     assert!(bias > BIAS, "{bias}");

@@ -160,7 +160,7 @@ fn paths_bend_between_slow_frames() {
 }
 
 /// A phone on a tripod: 1.6 m above the table, tilted by 20°, pixels, y downwards, and no ruler.
-fn by_phone(film: Vec<TrackShot>) -> Dataset {
+pub(crate) fn by_phone(film: Vec<TrackShot>) -> Dataset {
     let (height, tilt, focal) = (1.6, 0.35_f64, 1500.0);
     let (sin, cos) = tilt.sin_cos();
     let film = shown(film, |x, y| {

@@ -13,7 +13,7 @@ use caromfit::measurement::observable::Observable;
 use caromfit::measurement::parameter::Parameter;
 use caromfit::measurement::relation::Relation;
 use caromfit::physics::ball::Ball;
-use caromfit::physics::collision::{Fidelity, Model};
+use caromfit::physics::collision::{Fidelity, FidelityChoice, Model};
 use caromfit::simulate;
 use caromfit::simulate::{Kind, Noise, Played, Spec, Truth};
 use serde_json::Value;
@@ -102,14 +102,16 @@ fn is_the_fit_of_all(a: &Dataset, b: &Dataset, asked: Asked) -> Comparison {
         asked.constraints.iter().map(|text| Relation::parse(text).unwrap()).collect();
     let [a, b] = [a, b].map(|dataset| Dataset { relations: relations.clone(), ..dataset.clone() });
     let Asked { auto, loss, .. } = asked;
-    let options = Options { share: vec![MU_S], auto, loss, ..Options::default() };
+    let fidelity = if auto { FidelityChoice::Auto } else { Fidelity::Full.into() };
+    let options = Options { share: vec![MU_S], fidelity, loss, ..Options::default() };
     let comparison = compare(&[a.clone(), b.clone()], &options).unwrap();
     let mut together = a;
     together.shots.extend(b.shots);
     for (i, shot) in together.shots.iter_mut().enumerate() {
         shot.name = i.to_string();
     }
-    let fit = fit::fit(&together, &fit::Options { auto, loss, ..fit::Options::default() }).unwrap().remove(0);
+    let fit =
+        fit::fit(&together, &fit::Options { fidelity, loss, ..fit::Options::default() }).unwrap().remove(0);
     for parameter in Parameter::COEFFICIENTS {
         let compared = of(&comparison, Quantity::Parameter(parameter));
         let (own, single) = (compared.estimates[0], fit.estimates[parameter as usize]);

@@ -7,7 +7,7 @@ use caromfit::fit::Method;
 use caromfit::measurement::dataset::Dataset;
 use caromfit::measurement::parameter::{Compliance, Parameter, Setting};
 use caromfit::physics::ball::Ball;
-use caromfit::physics::collision::{Effects, Fidelity, Model};
+use caromfit::physics::collision::{Effects, Fidelity, FidelityChoice, Model};
 use caromfit::physics::friction_law::Law;
 use caromfit::simulate::{Camera, ClothSpec, Kind, Noise, Played, Spec, Truth};
 
@@ -79,11 +79,12 @@ fn falling_friction_is_compared() {
 fn is_the_fit_of_all(both: &[Dataset; 2], auto: bool) -> Comparison {
     let share = vec![MU, MU_S];
     let with_b = if both[0].settings.falls { vec![MU, MU_S, B] } else { share };
-    let options = Options { share: with_b, auto, ..Options::default() };
+    let fidelity = if auto { FidelityChoice::Auto } else { Fidelity::Full.into() };
+    let options = Options { share: with_b, fidelity, ..Options::default() };
     let comparison = compare::compare(both, &options).unwrap();
     let mut together = both[0].clone();
     together.shots.extend(both[1].shots.iter().cloned());
-    let fit = fit::fit(&together, &fit::Options { auto, ..fit::Options::default() }).unwrap().remove(0);
+    let fit = fit::fit(&together, &fit::Options { fidelity, ..fit::Options::default() }).unwrap().remove(0);
     for single in &fit.estimates {
         let own = of(&comparison, Quantity::Parameter(single.parameter)).estimates[0];
         // as far as weights come to rest, or integrated collisions are precise
@@ -129,7 +130,7 @@ fn a_contact_that_gives_way_is_compared() {
             dataset
         })
     };
-    let options = Options { auto: true, ..Options::default() };
+    let options = Options { fidelity: FidelityChoice::Auto, ..Options::default() };
     let stated = compare::compare(&with(Setting::held(2.5)), &options).unwrap();
     is_right(difference(&stated, MU), 0.04);
     let held = &of(&stated, KAPPA).estimates[0];

@@ -4,7 +4,7 @@ use caromfit::fit::{Fit, Options, Status, fit};
 use caromfit::measurement::dataset::{Dataset, ObjectBall};
 use caromfit::measurement::parameter::{Compliance, Parameter, Setting};
 use caromfit::physics::ball::Ball;
-use caromfit::physics::collision::{Effects, Fidelity, Model};
+use caromfit::physics::collision::{Effects, Fidelity, FidelityChoice, Model};
 use caromfit::simulate::{Kind, Played};
 
 use crate::synthetic::{made_with, spec};
@@ -15,7 +15,7 @@ const TRUTH: [f64; 3] = [0.05, 0.3, 0.94];
 const ERRORS: f64 = 3.5;
 
 fn auto(dataset: &Dataset) -> Fit {
-    fit(dataset, &Options { auto: true, ..Options::default() }).unwrap().remove(0)
+    fit(dataset, &Options { fidelity: FidelityChoice::Auto, ..Options::default() }).unwrap().remove(0)
 }
 
 fn is_right(fit: &Fit, parameter: Parameter, truth: f64) {
@@ -85,8 +85,12 @@ fn a_mass_that_was_weighed_is_fitted_with_its_error() {
         let weighed = Ball { mass: Ball::POOL.mass / (RATIO + 2.0 * WEIGHED), ..object };
         dataset.object =
             Some(ObjectBall { ball: weighed, mass_ratio_sd: Some(WEIGHED), radius_ratio_sd: None });
-        let analysis =
-            caromfit::analyse(dataset, &Options { auto: true, ..Options::default() }, None, &|| ());
+        let analysis = caromfit::analyse(
+            dataset,
+            &Options { fidelity: FidelityChoice::Auto, ..Options::default() },
+            None,
+            &|| (),
+        );
         let fit = analysis.fits.unwrap().remove(0);
         is_right(&fit, Parameter::MassRatio, RATIO);
         is_right(&fit, Parameter::Mu, TRUTH[0]);

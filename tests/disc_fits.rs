@@ -12,7 +12,7 @@ use caromfit::measurement::observable::Observable;
 use caromfit::measurement::parameter::{Compliance, Parameter, Setting};
 use caromfit::measurement::spin::Spin;
 use caromfit::physics::ball::{BallState, Vec3};
-use caromfit::physics::collision::{Coefficients, Effects, Fidelity, Model};
+use caromfit::physics::collision::{Coefficients, Effects, Fidelity, FidelityChoice, Model};
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
@@ -21,7 +21,7 @@ use crate::extraction::count as count_of;
 
 /// As the program fits.
 fn fitted(dataset: &Dataset) -> Fit {
-    let options = Options { auto: true, depth: Depth::Intervals, ..Options::default() };
+    let options = Options { fidelity: FidelityChoice::Auto, depth: Depth::Intervals, ..Options::default() };
     fit::fit(dataset, &options).unwrap().remove(0)
 }
 
@@ -226,7 +226,7 @@ fn discs_that_are_compared_call_for_a_contact_that_gives_way() {
         dataset
     });
     assert_eq!(base.settings.compliance, Compliance::Auto);
-    let options = compare::Options { auto: true, ..compare::Options::default() };
+    let options = compare::Options { fidelity: FidelityChoice::Auto, ..compare::Options::default() };
     let comparison = compare::compare(&pair, &options).unwrap();
     assert!(comparison.gives_way, "{:?}", comparison.notes);
     let of = |p| comparison.quantities.iter().find(|own| own.quantity == Quantity::Parameter(p)).unwrap();
@@ -250,7 +250,7 @@ fn differences_between_discs_include_the_scatter_of_their_shots() {
         with_impacts(load(SETTINGS, &film_with(2, 31, |slip, _| -0.1 * slip.signum()).0).unwrap(), &|| ()).0;
     let random = &mut ChaCha8Rng::seed_from_u64(34);
     let options = compare::Options {
-        auto: true,
+        fidelity: FidelityChoice::Auto,
         per_dataset: vec![Quantity::Parameter(Parameter::E)],
         ..compare::Options::default()
     };

@@ -326,7 +326,7 @@ fn a_fit_by_integration_is_the_fit_of_the_full_solution() {
     let ode = Model::new(Fidelity::Ode, Ball::POOL);
     let fit = |by: &Model, fidelity: Fidelity| {
         let dataset = made_with(&spec, by);
-        let options = Options { fidelity, depth: Depth::Estimates, ..Options::default() };
+        let options = Options { fidelity: fidelity.into(), depth: Depth::Estimates, ..Options::default() };
         fit::fit(&dataset, &options).unwrap().remove(0)
     };
     let [full, by_ode] = [Fidelity::Full, Fidelity::Ode].map(|fidelity| fit(&ode, fidelity));

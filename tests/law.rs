@@ -120,7 +120,7 @@ fn what_ode_made_ode_recovers() {
     /// Standard errors; of a dozen numbers one is beyond 3.5 once in 200 runs, and the seeds are fixed.
     const OFF: f64 = 3.5;
     let law = Law::Exponential { b: B, c: C };
-    let options = Options { fidelity: Fidelity::Ode, depth: Depth::Estimates, ..Options::default() };
+    let options = Options { fidelity: Fidelity::Ode.into(), depth: Depth::Estimates, ..Options::default() };
     for seed in 0..3 {
         let fit = fitted(made(&spec(seed, [0.5, 5.0]), Fidelity::Ode, law), false, &options);
         for parameter in [Parameter::Mu, Parameter::MuS, Parameter::E, Parameter::B] {

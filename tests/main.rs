@@ -1,6 +1,7 @@
 //! Every integration test is a module of this one binary, so that it links the library once.
 
 mod auto;
+mod bounce;
 mod camera;
 mod causes;
 mod cli;
@@ -32,6 +33,7 @@ mod plain;
 mod published;
 mod recovery;
 mod report;
+mod robust_frames;
 mod schema;
 mod search;
 mod shipped;

@@ -10,6 +10,7 @@ use caromfit::io::stored_fit;
 use caromfit::measurement::dataset::Dataset;
 use caromfit::measurement::observable::Observable;
 use caromfit::measurement::parameter::{Compliance, Parameter};
+use caromfit::physics::collision::FidelityChoice;
 use caromfit::report::regression;
 use caromfit::report::regression::Tolerance;
 use caromfit::report::{csv, json};
@@ -100,8 +101,11 @@ fn alciatore_s_throws_by_one_law() {
     /// Of μ: a tenth at small slips; the law's own error at large ones.
     const NEAR: f64 = 0.1;
     const ERROR: f64 = 0.008;
-    let fit =
-        &fit::fit(&load("alciatore-one-law"), &Options { auto: true, ..Options::default() }).unwrap()[0];
+    let fit = &fit::fit(
+        &load("alciatore-one-law"),
+        &Options { fidelity: FidelityChoice::Auto, ..Options::default() },
+    )
+    .unwrap()[0];
     assert_eq!(fit.shots_used, 44);
     let [a, b, c] = [Parameter::Mu, Parameter::B, Parameter::C].map(|p| fit.get(p).unwrap().value);
     let law = |slip: f64| a + b * (-c * slip).exp();
@@ -143,7 +147,7 @@ fn the_shipped_results_are_those_of_this_version() {
     let mut compared = 0;
     for name in SHIPPED {
         // as "caromfit fit" does
-        let options = Options { auto: true, ..Options::default() };
+        let options = Options { fidelity: FidelityChoice::Auto, ..Options::default() };
         let dataset = io::load(&folder(name)).unwrap();
         for fit in fit::analyse(dataset, &options, None, &|| ()).fits.unwrap() {
             let shipped = regression::find(&fit, &stored).unwrap();
@@ -164,7 +168,7 @@ fn jogged(value: &mut f64, random: &mut ChaCha8Rng) {
 #[test]
 fn stored_results_do_not_depend_on_roundings() {
     let mut random = ChaCha8Rng::seed_from_u64(19);
-    let options = Options { auto: true, depth: Depth::Everything, ..Options::default() };
+    let options = Options { fidelity: FidelityChoice::Auto, depth: Depth::Everything, ..Options::default() };
     let files = |dataset: Dataset| {
         let fits = fit::analyse(dataset, &options, None, &|| ()).fits.unwrap();
         fits.iter().flat_map(|fit| [json::render(fit).unwrap(), csv::render(fit)]).collect::<Vec<_>>()

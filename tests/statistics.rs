@@ -84,7 +84,8 @@ fn only_the_product_is_said_to_be_determined() {
         }
         shot.after.retain(|row| row.observable == caromfit::measurement::observable::Observable::ObjectSpeed);
     }
-    let options = Options { fidelity: caromfit::physics::collision::Fidelity::Linear, ..Options::default() };
+    let options =
+        Options { fidelity: caromfit::physics::collision::Fidelity::Linear.into(), ..Options::default() };
     let fit = fit::fit(&dataset, &options).unwrap().remove(0);
     let worst = fit.diagnostics.identifiability.as_ref().unwrap().worst.clone().unwrap();
     assert!(worst.undetermined, "{worst:?}");

@@ -11,7 +11,7 @@ use caromfit::measurement::parameter::{Parameter, Prior};
 use caromfit::measurement::relation::Relation;
 use caromfit::measurement::spin::Spin;
 use caromfit::physics::ball::{Ball, BallState};
-use caromfit::physics::collision::{Coefficients, Fidelity, Model};
+use caromfit::physics::collision::{Coefficients, Fidelity, FidelityChoice, Model};
 use caromfit::physics::contact_frame::CollisionFrame;
 use caromfit::simulate::{Kind, Played, Shots, Spec};
 
@@ -183,8 +183,12 @@ fn notes_quote_no_parameters_that_are_not_identified() {
     let usual = spec(Kind::Impacts, &[Played::Stun], 40, 3);
     let mut slow = Spec { shots: Shots { speed_m_s: [0.5, 1.5], ..usual.shots.clone() }, ..usual };
     slow.noise.velocity_m_s = 0.002;
-    let options =
-        Options { auto: true, depth: Depth::Estimates, loss: Some(Loss::Squares), ..Options::default() };
+    let options = Options {
+        fidelity: FidelityChoice::Auto,
+        depth: Depth::Estimates,
+        loss: Some(Loss::Squares),
+        ..Options::default()
+    };
     let fit = fit::fit(&made(&slow), &options).unwrap().remove(0);
     assert_eq!(fit.estimates[Parameter::MuS as usize].status, Status::NotIdentified);
     let note = fit.notes.iter().find(|note| note.contains("--fidelity contact")).unwrap();

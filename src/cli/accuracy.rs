@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use caromfit::fit::footage::with_impacts;
+use caromfit::fit::Prepared;
 use caromfit::io;
 use caromfit::likelihood::Plan;
 use caromfit::measurement::dataset;
@@ -95,7 +95,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
 
 fn of_dataset(path: &std::path::Path) -> Result<(Dataset, Vec<Shot>, usize), Failure> {
     let loaded = io::load(path).map_err(Failure::input)?;
-    let (dataset, ..) = with_impacts(caromfit::fit::calibrated(loaded).0, &|| {});
+    let Prepared { dataset, .. } = Prepared::new(loaded, &|| {});
     let [mu, mu_s, e] = Parameter::COEFFICIENTS.map(|parameter| dataset.settings[parameter].initial);
     let coefficients = Coefficients { mu, mu_s, e };
     let model = dataset.model(Fidelity::Full);

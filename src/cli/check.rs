@@ -2,8 +2,8 @@
 
 use std::path::PathBuf;
 
+use caromfit::fit::Prepared;
 use caromfit::fit::check;
-use caromfit::fit::footage::with_impacts;
 use caromfit::measurement::dataset::Dataset;
 use serde_json::{Value, json};
 
@@ -42,7 +42,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let (mut unusable, mut documents) = (Vec::new(), Vec::new());
     for dataset in datasets {
         progress.step(&dataset.name);
-        let (dataset, ..) = with_impacts(caromfit::fit::calibrated(dataset).0, &|| progress.done());
+        let Prepared { dataset, .. } = Prepared::new(dataset, &|| progress.done());
         progress.done();
         let mut text = format!(
             "{}: {} shot(s) can be used, {} left out\n",

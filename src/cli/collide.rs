@@ -58,7 +58,7 @@ pub struct Args {
     /// what the effects left out may change together, in parts of the cue ball's speed [default: 1e-3]
     #[arg(long, value_name = "PART", value_parser = super::tolerance)]
     tolerance: Option<f64>,
-    #[arg(long, value_name = "NAMES", value_parser = super::effects, help = super::effects_help())]
+    #[arg(long, value_name = "NAMES", help = super::effects_help())]
     effects: Option<Effects>,
     /// Say of each effect how large it is, whether it is on, and why
     #[arg(long)]

@@ -7,7 +7,7 @@ use caromfit::compare;
 use caromfit::compare::{CompareError, Options, Quantity};
 use caromfit::fit::Method;
 use caromfit::measurement::loss::Loss;
-use caromfit::physics::collision::Fidelity;
+use caromfit::physics::collision::FidelityChoice;
 use caromfit::report::{compare as report, write};
 
 use super::progress;
@@ -28,17 +28,20 @@ pub struct Args {
     #[arg(long, default_value = "fits/compare", value_name = "DIR")]
     out: PathBuf,
     /// Parameters with one value for all: mu, mu_s, e, mu_k; mu_b and mu_c of a friction that falls, kappa, e_slope
-    #[arg(long, value_delimiter = ',', value_parser = quantity, value_name = "PARAMETERS")]
+    #[arg(long, value_delimiter = ',', value_name = "PARAMETERS")]
     share: Vec<Quantity>,
     /// Parameters with a value for each label
-    #[arg(long, value_delimiter = ',', value_parser = quantity, value_name = "PARAMETERS")]
+    #[arg(long, value_delimiter = ',', value_name = "PARAMETERS")]
     per_dataset: Vec<Quantity>,
+    /// One camera, which was not moved, filmed all data sets: its corrections are the same. With --method joint
+    #[arg(long)]
+    same_camera: bool,
     /// How closely the collision is modelled; auto takes for each shot the cheapest that leaves out less than a tenth of
     /// its standard errors, as all data sets together tell
     #[arg(long, value_enum, default_value = "auto")]
     fidelity: FidelityArg,
     /// How footage is compared: velocities extracted first (two-stage), or all frames at once (joint); joint where all data sets are
-    /// footage of balls, but for a robust loss
+    /// footage of balls
     #[arg(long, value_parser = super::named(Method::ALL, Method::name))]
     method: Option<Method>,
     /// How outlying shots count, in the place of what the data sets say
@@ -49,21 +52,16 @@ pub struct Args {
     json: bool,
 }
 
-fn quantity(name: &str) -> Result<Quantity, String> {
-    let found = Quantity::ALL.into_iter().find(|quantity| quantity.name() == name);
-    found.ok_or_else(|| format!("expected one of {}", Quantity::ALL.map(Quantity::name).join(", ")))
-}
-
 pub fn run(args: &Args) -> Result<(), Failure> {
     let datasets = progress::load_all(&args.datasets)?;
     let progress = Progress::over_shots(&datasets, 0);
     progress.expect(compare::STAGES);
     let options = Options {
-        fidelity: args.fidelity.0.unwrap_or(Fidelity::Full),
-        auto: args.fidelity.0.is_none(),
+        fidelity: args.fidelity.0.map_or(FidelityChoice::Auto, FidelityChoice::Of),
         loss: args.loss,
         share: args.share.clone(),
         per_dataset: args.per_dataset.clone(),
+        same_camera: args.same_camera,
         ..Options::default()
     };
     let begun = Cell::new(false);

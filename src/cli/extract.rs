@@ -2,7 +2,8 @@
 
 use std::path::{Path, PathBuf};
 
-use caromfit::fit::footage::{with_discs, with_impacts};
+use caromfit::fit::Prepared;
+use caromfit::fit::footage::with_discs;
 use caromfit::measurement::dataset::Dataset;
 use caromfit::report::{ReportError, discs, extracted, write};
 use serde_json::json;
@@ -123,7 +124,7 @@ fn extract(
         }
         return Ok(Done { dataset, shots: shots.len(), lines });
     }
-    let (dataset, shots, scene) = with_impacts(caromfit::fit::calibrated(dataset).0, &|| progress.done());
+    let Prepared { dataset, extracted: shots, scene, .. } = Prepared::new(dataset, &|| progress.done());
     if !shots.is_empty() {
         let drawn = if pictures { extracted::pictures(&shots, &scene)? } else { Vec::new() };
         save(drawn, &extracted::files(&dataset, &shots))?;

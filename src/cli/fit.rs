@@ -6,7 +6,7 @@ use caromfit::fit;
 use caromfit::fit::{Depth, Falling, FilmUnknowns, Method, Options};
 use caromfit::measurement::dataset::Dataset;
 use caromfit::measurement::loss::Loss;
-use caromfit::physics::collision::{Effects, Fidelity, Model};
+use caromfit::physics::collision::{Effects, FidelityChoice, Model};
 use caromfit::physics::effect_sizes;
 use caromfit::physics::friction_law::Law;
 use caromfit::report;
@@ -47,14 +47,14 @@ pub struct Args {
     /// Of ode and contact: the error of each step, in parts of the closing speed
     #[arg(long, value_name = "PART", value_parser = super::tolerance, default_value_t = Model::TOLERANCE)]
     tolerance: f64,
-    #[arg(long, value_name = "NAMES", value_parser = super::effects, help = super::effects_help())]
+    #[arg(long, value_name = "NAMES", help = super::effects_help())]
     effects: Option<Effects>,
     /// Let the friction between the balls fall with their slip v, m/s, as μ + B·exp(−C·v), with this B and C or with both
     /// as the data set's [fit] mu_b and mu_c say (fit); all but ode and contact take it at the first slip
     #[arg(long, value_name = "B,C|fit", value_parser = falling, allow_hyphen_values = true)]
     falling: Option<Falling>,
-    /// How footage is fitted: velocities extracted first (two-stage), or all frames at once (joint); joint, but for a
-    /// robust loss and a friction whose fall with the slip is fitted
+    /// How footage is fitted: velocities extracted first (two-stage), or all frames at once (joint); joint, but for
+    /// more than 20 000 shots
     #[arg(long, value_parser = super::named(Method::ALL, Method::name))]
     method: Option<Method>,
     /// What else is fitted with --method joint: the cloth's bounce e_t, which is else taken as 0.5
@@ -156,8 +156,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let baseline = args.baseline.as_deref().map(Baseline::read).transpose()?;
     let fidelity = args.fidelity.0.or_else(|| args.effects.map(effect_sizes::cheapest));
     let options = Options {
-        fidelity: fidelity.unwrap_or(Fidelity::Full),
-        auto: fidelity.is_none(),
+        fidelity: fidelity.map_or(FidelityChoice::Auto, FidelityChoice::Of),
         effects: args.effects,
         falling: args.falling.unwrap_or_default(),
         tolerance: args.tolerance,

@@ -174,22 +174,6 @@ fn effects_help() -> String {
     )
 }
 
-/// A set of effects by their names, `none` or `all`.
-fn effects(text: &str) -> Result<Effects, String> {
-    match text {
-        "all" => return Ok(Effects::ALL),
-        "none" => return Ok(Effects::NONE),
-        _ => {}
-    }
-    let mut effects = Effects::NONE;
-    for name in text.split(',').map(str::trim) {
-        let known =
-            || format!("\"{name}\" is no effect; expected all, none, or of {}", Effects::NAMES.join(","));
-        *effects.switch(name).ok_or_else(known)? = true;
-    }
-    Ok(effects)
-}
-
 pub fn run() -> ExitCode {
     let result = match Cli::parse().command {
         Command::Fit(args) => fit::run(&args),

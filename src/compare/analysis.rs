@@ -1,12 +1,13 @@
 //! Everything from data sets as they were loaded to their comparison, as `caromfit compare` does it.
 
-use super::{CompareError, Comparison, Footage, Options, compare_watched};
+use super::{CompareError, Comparison, Footage, Options, camera, compare_watched};
 use crate::fit::analysis::state_compliance;
 use crate::fit::{Method, Prepared};
 use crate::measurement::dataset::Dataset;
 use crate::measurement::parameter::Compliance;
 
 /// A comparison, and the data sets as they were compared.
+#[non_exhaustive]
 pub struct Analysis {
     /// The data sets as they were compared, with their impacts.
     pub datasets: Vec<Prepared>,
@@ -53,12 +54,29 @@ fn analyse_once(
     done: &(dyn Fn() + Sync),
     stage: &dyn Fn(&str),
 ) -> Analysis {
-    let prepared: Vec<Prepared> = datasets.into_iter().map(|dataset| Prepared::new(dataset, done)).collect();
-    let all_joint = || prepared.iter().all(|p| p.best_method(options.loss) == Method::Joint);
+    let mut prepared: Vec<Prepared> = Vec::new();
+    for dataset in datasets {
+        let same = prepared.first().filter(|_| options.same_camera).and_then(|first| first.camera.as_ref());
+        prepared.push(Prepared::filmed_like(dataset, same, done));
+    }
+    if options.same_camera
+        && let Err(error) = camera::share(&mut prepared)
+    {
+        return Analysis { datasets: prepared, comparison: Err(error) };
+    }
+    let all_joint = || prepared.iter().all(|p| p.best_method() == Method::Joint);
     let method = method.unwrap_or_else(|| if all_joint() { Method::Joint } else { Method::TwoStage });
     let options = Options { method, ..options.clone() };
+    if let (true, Method::TwoStage, Some(first)) = (options.same_camera, method, prepared.first()) {
+        let error = CompareError::NoCamera(first.dataset.name.clone());
+        return Analysis { datasets: prepared, comparison: Err(error) };
+    }
     let footage = |prepared: &Prepared| match method {
-        Method::Joint => Footage { films: prepared.films(usize::MAX), unknowns: prepared.film_unknowns() },
+        Method::Joint => Footage {
+            films: prepared.films(usize::MAX),
+            unknowns: prepared.film_unknowns(),
+            camera: prepared.camera.clone().filter(|_| options.same_camera),
+        },
         Method::TwoStage => Footage::default(),
     };
     let footage: Vec<Footage> = prepared.iter().map(footage).collect();

@@ -5,6 +5,7 @@ use super::{CompareError, Options};
 use crate::fit::fidelity_choice;
 use crate::likelihood::fitted::Fitted;
 use crate::measurement::values::Values;
+use crate::physics::collision::FidelityChoice;
 
 /// What every shot is computed with.
 pub(super) struct Chosen {
@@ -29,9 +30,9 @@ pub(super) fn choose(
 ) -> Result<Chosen, CompareError> {
     let bare = vec![Vec::new(); shots.len()];
     let search = search(groups, &bare, apart);
-    if !options.auto {
-        let integrated = options.fidelity.is_integrated();
-        let starts = if integrated { fidelity_choice::integrate(shots, &search)? } else { Vec::new() };
+    if let FidelityChoice::Of(fidelity) = options.fidelity {
+        let starts =
+            if fidelity.is_integrated() { fidelity_choice::integrate(shots, &search)? } else { Vec::new() };
         return Ok(Chosen { starts, notes: Vec::new(), gives_way: false, scatters: false });
     }
     let mut chosen = fidelity_choice::choose(shots, &search, &[])?;

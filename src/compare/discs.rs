@@ -78,5 +78,5 @@ fn alone(
 ) -> Result<scatter::Chosen, CompareError> {
     let none = [Vec::new()];
     let search = search(std::slice::from_ref(group), &none, apart);
-    Ok(scatter::choose(shots, &search, options.auto)?)
+    Ok(scatter::choose(shots, &search, options.fidelity)?)
 }

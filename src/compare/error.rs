@@ -4,6 +4,7 @@ use crate::fit::FitError;
 
 /// Why data sets cannot be compared.
 #[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
 pub enum CompareError {
     /// Fewer than two samples have usable shots; with their number.
     #[error(
@@ -40,11 +41,24 @@ pub enum CompareError {
         "{0}: its frames cannot be fitted: it is no footage of balls, or a shot has none; compare with --method two-stage"
     )]
     NotFilmed(String),
-    /// Frames were to be compared with a robust loss.
+    /// Data sets, of which one is named, were to share a camera, and it has no footage of balls whose frames can be fitted, or velocities
+    /// are compared.
     #[error(
-        "frames are compared by least squares; leave out the robust loss, or compare with --method two-stage"
+        "{0}: --same-camera is for footage of balls whose frames are compared (--method joint), with a camera that its shots calibrate"
     )]
-    JointLoss,
+    NoCamera(String),
+    /// The films of two data sets differ too much to be by one camera.
+    #[error(
+        "{first} and {other}: lengths in their films differ by a factor of {factor:.2}; --same-camera is for one camera that was not moved"
+    )]
+    OtherCamera {
+        /// The first data set.
+        first: String,
+        /// The other.
+        other: String,
+        /// Of lengths in the films.
+        factor: f64,
+    },
     /// A constraint leaves a parameter no room to differ.
     #[error(
         "the constraint \"{text}\" leaves {parameter} no room to differ: leave it out under [fit], take one {parameter} for \

@@ -89,7 +89,8 @@ impl<'a> FitOfAll<'a> {
         let mut found = vec![Vec::new(); self.groups.len()];
         let mut rest = self.minimum().residuals.as_slice();
         for (place, sample) in self.informed.places.iter().zip(&self.informed.settled.search.samples) {
-            if sample.is_filmed() {
+            // a robust loss weighs them down
+            if sample.is_filmed() && sample.loss == Loss::Squares {
                 found[*place] = outlying(sample.fitted, rest);
             }
             rest = &rest[sample.rows()..];
@@ -131,7 +132,7 @@ impl<'a> FitOfAll<'a> {
         Ok(Comparison {
             labels: Vec::new(),
             told_by: String::new(),
-            fidelity: if options.auto { "auto" } else { options.fidelity.name() },
+            fidelity: options.fidelity.name(),
             method: options.method,
             computed: fidelity_choice::computed(search),
             samples: Vec::new(),
@@ -260,7 +261,7 @@ impl<'a> FitOfAll<'a> {
         let (films, _) = shared_columns(&search.samples, free.len());
         let count = self.groups.iter().map(|group| group.dataset_number + 1).max().unwrap_or(0);
         let place = |dataset: usize| search.samples.iter().position(|sample| sample.dataset == dataset);
-        let columns: Vec<Option<usize>> = (0..count).map(|i| place(i).map(|place| films[place])).collect();
+        let columns: Vec<Option<usize>> = (0..count).map(|i| place(i).map(|place| films[place][0])).collect();
         Some(Known {
             values: columns.iter().map(|column| column.map(|column| self.minimum().x[column])).collect(),
             covariance: DMatrix::from_fn(count, count, |i, j| match (columns[i], columns[j]) {

@@ -10,6 +10,7 @@
 //! - Holm, S. (1979). A simple sequentially rejective multiple test procedure. Scand. J. Stat. 6, 65–70.
 
 mod analysis;
+mod camera;
 mod choice;
 mod conclusion;
 mod discs;
@@ -38,13 +39,13 @@ use std::sync::Arc;
 
 use sample::{Apart, Gathered, apart, gather, label_of_datasets};
 
-use crate::fit::{FilmUnknowns, Method};
+use crate::fit::{FilmUnknowns, FoundCamera, Method};
 use crate::likelihood::frames::Film;
 use crate::measurement::dataset::Dataset;
 use crate::measurement::loss::Loss;
 use crate::measurement::parameter::Parameter;
 use crate::physics::ball::Ball;
-use crate::physics::collision::Fidelity;
+use crate::physics::collision::{Fidelity, FidelityChoice};
 
 /// The parameters of a fit that are compared where data sets have them.
 const COMPARED: [Parameter; 7] = [
@@ -64,35 +65,36 @@ pub struct Footage {
     pub films: Vec<Option<Arc<Film>>>,
     /// What is estimated besides μ_k and μ_r: the corrections of its camera that were adopted.
     pub unknowns: FilmUnknowns,
+    /// The camera from which these are counted, where all data sets were filmed by the same one.
+    pub camera: Option<FoundCamera>,
 }
 
 /// Choices of a comparison.
 #[derive(Clone, Debug)]
 pub struct Options {
     /// How closely collisions are modelled.
-    pub fidelity: Fidelity,
+    pub fidelity: FidelityChoice,
     /// Whether velocities are compared, or the frames of footage.
     pub method: Method,
-    /// Whether, in the place of `fidelity`, each shot takes the cheapest fidelity whose errors stay within a tenth of
-    /// its standard errors.
-    pub auto: bool,
     /// How outlying shots count; `None`: as the data sets state.
     pub loss: Option<Loss>,
     /// The quantities that have one value for all data sets, in the place of the default.
     pub share: Vec<Quantity>,
     /// The quantities that have a value for each label, in the place of the default.
     pub per_dataset: Vec<Quantity>,
+    /// Whether one camera, which did not move, filmed all data sets: its corrections are then the same. Only with the frames.
+    pub same_camera: bool,
 }
 
 impl Default for Options {
     fn default() -> Self {
         Self {
-            fidelity: Fidelity::Full,
+            fidelity: Fidelity::Full.into(),
             method: Method::TwoStage,
-            auto: false,
             loss: None,
             share: Vec::new(),
             per_dataset: Vec::new(),
+            same_camera: false,
         }
     }
 }
@@ -130,10 +132,6 @@ pub fn compare_watched(
         if !faults.is_empty() {
             return Err(CompareError::Invalid { dataset: dataset.name.clone(), faults });
         }
-    }
-    let loss = |dataset: &Dataset| options.loss.unwrap_or(dataset.loss);
-    if options.method == Method::Joint && datasets.iter().any(|dataset| loss(dataset) != Loss::Squares) {
-        return Err(CompareError::JointLoss);
     }
     let mut gathered = gather(datasets, options)?;
     let labels = gathered.labels.clone();

@@ -1,9 +1,13 @@
 //! What is compared.
 
+use std::str::FromStr;
+
 use crate::measurement::parameter::Parameter;
+use crate::physics::name::{UnknownName, named};
 
 /// A quantity that is compared: a parameter of the fit, or the cloth's sliding friction.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum Quantity {
     /// A parameter of the fit.
     Parameter(Parameter),
@@ -49,5 +53,14 @@ impl Quantity {
             Self::Parameter(parameter) => parameter.meaning(),
             Self::Sliding => "friction of the cloth on a sliding ball",
         }
+    }
+}
+
+/// By its name or its symbol.
+impl FromStr for Quantity {
+    type Err = UnknownName;
+
+    fn from_str(name: &str) -> Result<Self, UnknownName> {
+        named("quantity", &Self::ALL, |quantity| [quantity.name(), quantity.symbol()], name)
     }
 }

@@ -5,6 +5,7 @@ use crate::fit::{Computed, Method, Rejected, Residual};
 
 /// The result of a comparison: a value, which [`crate::report`] renders.
 #[derive(Clone, Debug)]
+#[non_exhaustive]
 pub struct Comparison {
     /// What is distinguished: cloths, data sets, or values of a label column.
     pub labels: Vec<String>,
@@ -94,6 +95,7 @@ pub struct SampleSummary {
 
 /// One quantity compared over all labels.
 #[derive(Clone, Debug)]
+#[non_exhaustive]
 pub struct Compared {
     /// The quantity.
     pub quantity: Quantity,
@@ -128,6 +130,7 @@ pub struct Value {
 
 /// The difference of a quantity between two labels: the second less the first.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct Difference {
     /// The index of the first label in [`Comparison::labels`].
     pub first: usize,

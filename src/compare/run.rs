@@ -1,5 +1,6 @@
 //! What every shot is computed with, the fit of all together, and a test of each parameter.
 
+use super::camera;
 use super::choice::{self, Chosen};
 use super::discs;
 use super::joint_fit::FitOfAll;
@@ -32,6 +33,7 @@ pub(super) fn run(
     let finish = |fit: &FitOfAll, notes: Vec<String>| {
         fit.informed.check_room(fit.groups, labels.len())?;
         let comparison = fit.compared(labels, options, stage)?;
+        let notes = notes.into_iter().chain(camera::sentence(fit)).collect();
         Ok((Comparison { gives_way, notes, ..comparison }, fit.sliding()))
     };
     let joint = options.method == Method::Joint;
@@ -63,6 +65,7 @@ fn with_frames(
         let footage = footage.get(group.dataset_number).ok_or_else(missing)?;
         all.push(filmed(shots, &footage.films).ok_or_else(missing)?);
         group.unknowns = shared_unknowns::of_fit(footage.unknowns.unknowns());
+        group.camera.clone_from(&footage.camera);
         let cloth = [group.dataset.sliding, group.dataset.rolling];
         for (unknown, known) in group.unknowns.iter_mut().zip(cloth) {
             unknown.start = known.map_or(unknown.start, |known| known.value);

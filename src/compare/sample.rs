@@ -2,9 +2,9 @@
 
 use super::{COMPARED, CompareError, Options, Quantity, SampleSummary};
 use crate::fit;
-use crate::fit::Rejected;
 use crate::fit::model_choice::{fitted_with, plan};
 use crate::fit::samples::Search;
+use crate::fit::{FoundCamera, Rejected};
 use crate::likelihood::fitted::Fitted;
 use crate::likelihood::frames::shared_unknowns::SharedUnknown;
 use crate::likelihood::sample::{Numbers, Sample};
@@ -31,6 +31,8 @@ pub(super) struct Group<'a> {
     pub loss: Loss,
     /// What its frames share besides the parameters, where these are fitted.
     pub unknowns: Vec<SharedUnknown>,
+    /// The camera from which their corrections are counted, where all groups were filmed by the same one.
+    pub camera: Option<FoundCamera>,
 }
 
 /// What is compared.
@@ -72,6 +74,7 @@ pub(super) fn search<'a>(groups: &'a [Group], shots: &'a [Vec<Fitted>], apart: &
         dataset: group.dataset_number,
         loss: group.loss,
         unknowns: group.unknowns.clone(),
+        camera: group.camera.as_ref().map(|found| found.camera),
         numbers: group.numbers(apart),
         ..Sample::of(group.dataset, fitted, (&group.model, &group.settings, group.initial))
     };
@@ -121,7 +124,7 @@ pub(super) fn gather<'a>(datasets: &'a [Dataset], options: &Options) -> Result<G
     };
     let (mut labels, mut summaries): (Vec<String>, Vec<SampleSummary>) = Default::default();
     let (mut groups, mut of_groups) = (Vec::new(), Vec::new());
-    let of_fit = fit::Options { fidelity: options.fidelity, auto: options.auto, ..fit::Options::default() };
+    let of_fit = fit::Options { fidelity: options.fidelity, ..fit::Options::default() };
     for (dataset_number, dataset) in datasets.iter().enumerate() {
         let (model, settings, initial) = fitted_with(dataset, &of_fit)?;
         for (group, places) in labelled(dataset) {
@@ -159,7 +162,7 @@ pub(super) fn gather<'a>(datasets: &'a [Dataset], options: &Options) -> Result<G
             }
             let loss = options.loss.unwrap_or(dataset.loss);
             let number = summaries.len() - 1;
-            let unknowns = Vec::new();
+            let (unknowns, camera) = (Vec::new(), None);
             groups.push(Group {
                 number,
                 label,
@@ -171,6 +174,7 @@ pub(super) fn gather<'a>(datasets: &'a [Dataset], options: &Options) -> Result<G
                 initial,
                 loss,
                 unknowns,
+                camera,
             });
             of_groups.push(fitted);
         }

@@ -188,6 +188,7 @@ pub struct Planned {
 
 /// What an experiment would determine.
 #[derive(Clone, Debug)]
+#[non_exhaustive]
 pub struct Design {
     /// What was asked for, with the standard errors of spins that markers show.
     pub expected: Expected,

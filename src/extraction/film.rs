@@ -19,6 +19,7 @@ impl Impact {
             window: self.window,
             position_sd: self.position_sd,
             scale: self.scale,
+            chi2: self.chi2,
             noise: self.noise,
             wrong: &self.wrong,
             unknowns: &self.unknowns,

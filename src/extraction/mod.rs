@@ -37,6 +37,7 @@ use crate::trajectory::unknowns::{Unknowns, unknown};
 
 /// The quantities of an [`Impact`], in the order of its values and covariance.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum Quantity {
     /// Direction of the line of centres in the table frame, rad.
     Direction,
@@ -105,6 +106,8 @@ pub struct Impact {
     wrong: [Vec<f64>; 2],
     /// Standard deviation of a coordinate that the residuals show, over what the frames were weighted by.
     scale: f64,
+    /// χ² of its frames with the noise that they show.
+    chi2: f64,
     /// Noise from second differences, m.
     noise: f64,
 }
@@ -192,6 +195,7 @@ pub enum Lifted {
 
 /// Why no impact could be extracted from a shot.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
 pub enum Unusable {
     /// A ball was seen in too few frames.
     #[error(

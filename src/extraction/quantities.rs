@@ -109,6 +109,7 @@ impl Tracked<'_> {
                 .map(|(mean, sd)| (per_lift * mean, per_lift * sd * factor.sqrt())),
             wrong: [fitted.wrong_cue.clone(), fitted.wrong_object.clone()],
             scale: factor.sqrt(),
+            chi2: fitted.chi2 / factor,
             noise: self.noise,
             spin: self.model.spin,
             rotations: None,

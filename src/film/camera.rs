@@ -25,6 +25,7 @@ const LENS_STEPS: usize = 20;
 
 /// A way in which a camera may distort a film. The module gives the equations.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+#[non_exhaustive]
 pub enum Correction {
     /// Lengths that the film shows, at its stated scale, over lengths on the table: 1 where the stated scale is
     /// right.

@@ -3,12 +3,11 @@
 use std::sync::Arc;
 
 use super::calibration::calibrated;
-use super::footage::{films, finds_spins_from_paths, near, with_impacts};
+use super::footage::{extracted, films, finds_spins_from_paths, near};
 use super::{FilmUnknowns, Fit, FitError, FoundCamera, Method, Options, fit_watched};
 use crate::extraction::Impact;
 use crate::likelihood::frames::Film;
 use crate::measurement::dataset::Dataset;
-use crate::measurement::loss::Loss;
 use crate::measurement::parameter::{Compliance, Parameter, Setting};
 use crate::measurement::track::TrackShot;
 use crate::trajectory::scene::Scene;
@@ -20,6 +19,7 @@ const MOST_JOINT: usize = 20_000;
 const BOUND_FROM: usize = 1000;
 
 /// A data set that is ready to be fitted.
+#[non_exhaustive]
 pub struct Prepared {
     /// The data set with its impacts; footage as it was corrected.
     pub dataset: Dataset,
@@ -35,17 +35,25 @@ impl Prepared {
     /// Corrects footage for its camera and finds its impacts. `done` is called after every shot that is extracted, from several threads.
     #[must_use]
     pub fn new(dataset: Dataset, done: &(dyn Fn() + Sync)) -> Self {
-        let (dataset, camera) = calibrated(dataset);
-        let (dataset, extracted, scene) = with_impacts(dataset, done);
+        Self::filmed_like(dataset, None, done)
+    }
+
+    /// The same, with the camera counted from where that of another film by the same camera is.
+    #[must_use]
+    pub(crate) fn filmed_like(
+        dataset: Dataset,
+        same: Option<&FoundCamera>,
+        done: &(dyn Fn() + Sync),
+    ) -> Self {
+        let (dataset, camera, learned) = calibrated(dataset, same);
+        let (dataset, extracted, scene) = extracted(dataset, learned, done);
         Self { dataset, extracted, scene, camera }
     }
 
-    /// How it is best fitted: all frames at once use all information; but a robust loss (that of the data set, unless
-    /// another is asked for) works with fits of velocities only.
+    /// How it is best fitted: all frames at once use all information.
     #[must_use]
-    pub fn best_method(&self, loss: Option<Loss>) -> Method {
-        let squares = loss.unwrap_or(self.dataset.loss) == Loss::Squares;
-        let joint = !self.extracted.is_empty() && self.extracted.len() <= MOST_JOINT && squares;
+    pub fn best_method(&self) -> Method {
+        let joint = !self.extracted.is_empty() && self.extracted.len() <= MOST_JOINT;
         if joint { Method::Joint } else { Method::TwoStage }
     }
 
@@ -70,6 +78,7 @@ impl Prepared {
 }
 
 /// A data set and its fits.
+#[non_exhaustive]
 pub struct Analysis {
     /// The data set with its impacts; footage as it was corrected.
     pub dataset: Dataset,
@@ -129,7 +138,7 @@ fn analyse_once(
     done: &(dyn Fn() + Sync),
 ) -> Analysis {
     let prepared = Prepared::new(dataset, done);
-    let method = method.unwrap_or_else(|| prepared.best_method(options.loss));
+    let method = method.unwrap_or_else(|| prepared.best_method());
     let film = FilmUnknowns { bounce: options.film.bounce, ..prepared.film_unknowns() };
     // labels that are fitted apart may lie elsewhere
     let near = near(&prepared.scene).filter(|_| prepared.dataset.by.is_none());

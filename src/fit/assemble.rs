@@ -99,7 +99,7 @@ impl<'a> Finished<'a> {
             bootstrap: resampled.then(bootstrap),
             contours: self.estimates.contours.clone(),
             alternatives,
-            joint: search.is_filmed().then(|| joint_fit(sample.fitted, minimum, &sample.unknowns, chi2)),
+            joint: search.is_filmed().then(|| joint_fit(search, minimum, chi2)),
             bound: bound(search, unknowns, minimum, films, cloth_of(minimum, dataset)),
             ..Diagnostics::default()
         }
@@ -141,7 +141,7 @@ impl<'a> Finished<'a> {
             discs: dataset.tracks.as_ref().and_then(|tracks| tracks.discs),
             sliding: dataset.sliding,
             rolling: dataset.rolling,
-            fidelity: if options.auto { "auto" } else { options.fidelity.name() },
+            fidelity: options.fidelity.name(),
             method: options.method,
             footage: dataset.tracks.is_some(),
             effects,

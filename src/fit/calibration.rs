@@ -41,11 +41,14 @@ const SMALL: f64 = 0.02;
 /// A correction is called for where −2 log L falls by as much with it, as for effects of an impact.
 const CALLED_FOR: f64 = 6.0;
 
-/// Corrects footage of balls for its camera as far as the shots call for it. Any other data set, discs among them, is returned as it is.
-#[must_use]
-pub fn calibrated(mut dataset: Dataset) -> (Dataset, Option<FoundCamera>) {
+/// Corrects footage of balls for its camera as far as the shots call for it, and says what its shots told of the scene meanwhile. Any
+/// other data set, discs among them, is returned as it is. `same`: what another film by the same camera was counted from.
+pub(super) fn calibrated(
+    mut dataset: Dataset,
+    same: Option<&FoundCamera>,
+) -> (Dataset, Option<FoundCamera>, Option<Scene>) {
     let Some(tracks) = dataset.tracks.as_ref().filter(|tracks| tracks.discs.is_none()) else {
-        return (dataset, None);
+        return (dataset, None, None);
     };
     let scene = Scene { side_sd: dataset.side_sd, ..Scene::of(&dataset.model(Fidelity::Full)) };
     let mut tracks = tracks.clone();
@@ -54,7 +57,7 @@ pub fn calibrated(mut dataset: Dataset) -> (Dataset, Option<FoundCamera>) {
     if let Some(found) = noise_correlation.filter(|found| found.adopted) {
         tracks.shots.iter_mut().for_each(|shot| shot.correlation = found.value);
     }
-    let search = Search::new(&dataset, &tracks, &scene);
+    let search = Search::new(&dataset, &tracks, &scene, same);
     let found = search.and_then(|search| {
         let from = |mut search: Search| Some((search.found()?, search.unit, search.scene));
         let mut started = search.clone();
@@ -79,7 +82,7 @@ pub fn calibrated(mut dataset: Dataset) -> (Dataset, Option<FoundCamera>) {
     }
     tracks.notes.extend(found.sentences());
     dataset.tracks = Some(tracks);
-    (dataset, Some(found))
+    (dataset, Some(found), last_scene)
 }
 
 /// A film with all lengths multiplied by the unit that they are in, m.
@@ -146,7 +149,12 @@ struct Left {
 }
 
 impl<'a> Search<'a> {
-    fn new(dataset: &'a Dataset, tracks: &'a Tracks, scene: &Scene) -> Option<Self> {
+    fn new(
+        dataset: &'a Dataset,
+        tracks: &'a Tracks,
+        scene: &Scene,
+        same: Option<&FoundCamera>,
+    ) -> Option<Self> {
         let from_balls = tracks.from_balls;
         let step = tracks.shots.len().div_ceil(CALIBRATED_FROM).max(1);
         let films: Vec<TrackShot> = tracks.shots.iter().step_by(step).cloned().collect();
@@ -161,12 +169,18 @@ impl<'a> Search<'a> {
         apart.sort_by(f64::total_cmp);
         let ratio = scene.contact_distance() / apart[apart.len() / 2];
         let other = from_balls || (ratio - 1.0).abs() > OTHER_UNIT;
-        let unit = if other && ratio.is_finite() { finer_unit(&films, ratio, scene) } else { 1.0 };
+        // a film that differs from the other by as much is by another camera
+        let same = same.filter(|same| (same.unit / ratio - 1.0).abs() < OTHER_UNIT);
+        let unit = match same {
+            Some(same) => same.unit,
+            None if other && ratio.is_finite() => finer_unit(&films, ratio, scene),
+            None => 1.0,
+        };
         let films: Vec<TrackShot> = films.iter().map(|film| in_metres(film, unit)).collect();
         let contacts = contacts(&films);
         let count = contacts.len().max(1) as f64;
         let middle = [0, 1].map(|i| contacts.iter().map(|[a, b]| 0.5 * (a[i] + b[i])).sum::<f64>() / count);
-        let mut camera = Camera::neutral(middle);
+        let mut camera = Camera::neutral(same.map_or(middle, |same| same.camera.middle));
         let mut free = Vec::new();
         for (which, stated) in Correction::ALL.into_iter().zip(tracks.camera) {
             match stated {

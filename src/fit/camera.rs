@@ -7,6 +7,7 @@ use crate::film::camera::{Camera, Correction};
 
 /// A correction as it was found.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct FoundCorrection {
     /// Which correction it is.
     pub which: Correction,
@@ -20,6 +21,7 @@ pub struct FoundCorrection {
 
 /// The camera as the shots of a film show it.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct FoundCamera {
     /// The camera for which the positions were corrected.
     pub camera: Camera,
@@ -68,6 +70,23 @@ impl FoundCamera {
             unknowns.corrections[which as usize] = Some(which.neutral() - self.camera.get(which));
         }
         unknowns
+    }
+
+    /// Adopts a correction: one that another film by the same camera calls for.
+    pub(crate) fn adopt(&mut self, which: Correction) {
+        match self.corrections.iter_mut().find(|found| found.which == which) {
+            Some(found) => found.adopted = true,
+            None => {
+                let value = self.camera.get(which);
+                let correction = FoundCorrection { which, value, std_error: which.usual(), adopted: true };
+                self.corrections.push(correction);
+            }
+        }
+    }
+
+    /// The corrections that were adopted.
+    pub(crate) fn adopted(&self) -> impl Iterator<Item = Correction> {
+        self.corrections.iter().filter(|found| found.adopted).map(|found| found.which)
     }
 
     /// Whether any correction was adopted.
@@ -132,12 +151,13 @@ impl Fit {
     pub(crate) fn set_camera(&mut self, found: &FoundCamera) {
         let mut found = found.clone();
         for correction in found.corrections.iter_mut().filter(|correction| correction.adopted) {
-            let others = self.diagnostics.joint.iter().flat_map(|joint| &joint.others);
-            let left = others.into_iter().find(|(kind, _)| *kind == SharedKind::Camera(correction.which));
-            let Some((_, (left, error))) = left else { continue };
+            let joint = self.diagnostics.joint.as_ref();
+            let Some(left) = joint.and_then(|joint| joint.get(SharedKind::Camera(correction.which))) else {
+                continue;
+            };
             let unit = if correction.which == Correction::Scale { found.unit } else { 1.0 };
-            correction.value = (found.camera.get(correction.which) + left) / unit;
-            correction.std_error = error / unit;
+            correction.value = (found.camera.get(correction.which) + left.value) / unit;
+            correction.std_error = left.std_error / unit;
         }
         self.camera = Some(found);
     }

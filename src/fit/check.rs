@@ -52,6 +52,7 @@ pub struct Finding {
 
 /// The kind of a finding: what it is about.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum Kind {
     /// Nothing need be wrong, but it is good to know.
     Advice,

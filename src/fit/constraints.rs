@@ -42,15 +42,15 @@ impl Search<'_> {
 
     /// Where a search begins, in the columns of the fit.
     pub(super) fn start(&self, free: &[Unknown]) -> DVector<f64> {
-        let (firsts, columns) = shared_columns(&self.samples, free.len());
+        let (shared, columns) = shared_columns(&self.samples, free.len());
         let mut start = DVector::zeros(columns);
         let initial = self.initial();
         for (column, unknown) in free.iter().enumerate() {
             start[column] = self.value(&initial, *unknown);
         }
-        for (sample, first) in self.samples.iter().zip(firsts).filter(|(sample, _)| sample.is_filmed()) {
-            for (k, unknown) in sample.unknowns.iter().enumerate() {
-                start[first + k] = unknown.start;
+        for (sample, own) in self.samples.iter().zip(&shared).filter(|(sample, _)| sample.is_filmed()) {
+            for (column, unknown) in own.iter().zip(&sample.unknowns) {
+                start[*column] = unknown.start;
             }
         }
         start
@@ -61,16 +61,16 @@ impl Search<'_> {
     /// # Errors
     /// Constraints that contradict each other, or what is held.
     pub(crate) fn constraints(&self, free: &[Unknown]) -> Result<Constraints, FitError> {
-        let (firsts, columns) = shared_columns(&self.samples, free.len());
+        let (shared, columns) = shared_columns(&self.samples, free.len());
         let mut lower = DVector::repeat(columns, f64::NEG_INFINITY);
         let mut upper = DVector::repeat(columns, f64::INFINITY);
         for (column, unknown) in free.iter().enumerate() {
             let setting = self.setting(*unknown);
             (lower[column], upper[column]) = (setting.lower, setting.upper);
         }
-        for (sample, first) in self.samples.iter().zip(firsts).filter(|(sample, _)| sample.is_filmed()) {
-            for (k, unknown) in sample.unknowns.iter().enumerate() {
-                [lower[first + k], upper[first + k]] = unknown.bounds;
+        for (sample, own) in self.samples.iter().zip(&shared).filter(|(sample, _)| sample.is_filmed()) {
+            for (column, unknown) in own.iter().zip(&sample.unknowns) {
+                [lower[*column], upper[*column]] = unknown.bounds;
             }
         }
         let mut constraints = Constraints::bounds(lower, upper);

@@ -5,6 +5,7 @@ use crate::numerics::least_squares::OptimiseError;
 
 /// Why a data set cannot be fitted. A search that does not converge is not an error: [`Fit::converged`](super::Fit::converged) states it.
 #[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
 pub enum FitError {
     /// No shot can be used.
     #[error("{dataset}: no shot can be used{}", first_reason(.shots_rejected))]
@@ -61,11 +62,6 @@ pub enum FitError {
     /// A joint fit was asked for of a data set, whose name is given, that has not the frames of every shot.
     #[error("{0}: a joint fit needs the frames of every shot, as data sets of kind \"tracks\" have them")]
     NotFilmed(String),
-    /// A joint fit was asked for with a robust loss, of the data set whose name is given.
-    #[error(
-        "{0}: a joint fit takes least squares; leave out the robust loss, or fit with --method two-stage"
-    )]
-    JointLoss(String),
     /// κ is stated, but the fidelity has a contact that is rigid along its surface.
     #[error(
         "{dataset}: kappa stands in [fit], but with the fidelity {fidelity} a contact is rigid along its surface; expected the fidelity \
@@ -97,7 +93,6 @@ impl FitError {
                 | Self::Invalid { .. }
                 | Self::NotExtracted(_)
                 | Self::NotFilmed(_)
-                | Self::JointLoss(_)
                 | Self::Rigid { .. }
         )
     }

@@ -1,5 +1,7 @@
 //! The estimate of one parameter.
 
+use nalgebra::DMatrix;
+
 use super::Fit;
 use crate::measurement::parameter::{Parameter, Setting};
 
@@ -26,6 +28,17 @@ impl Fit {
     #[must_use]
     pub fn e(&self) -> Option<&Estimate> {
         self.get(Parameter::E)
+    }
+
+    /// The covariance of the estimates, a row and a column for each of [`Fit::estimates`]: NaN for those without a standard
+    /// error.
+    #[must_use]
+    pub fn covariance(&self) -> DMatrix<f64> {
+        let error = |i: usize| self.estimates[i].std_error.unwrap_or(f64::NAN);
+        let count = self.estimates.len();
+        DMatrix::from_fn(count, count, |i, j| {
+            if i == j { error(i) * error(i) } else { self.correlation[(i, j)] * error(i) * error(j) }
+        })
     }
 
     /// How the data were fitted, as in fit.json: the name of the method for footage; impacts and angles are fitted

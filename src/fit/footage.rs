@@ -52,7 +52,16 @@ const SHARED_LIFT_SD: f64 = 0.02;
 /// threads.
 #[must_use]
 pub fn with_impacts(
+    dataset: Dataset,
+    done: &(dyn Fn() + Sync),
+) -> (Dataset, Vec<(TrackShot, Impact)>, Scene) {
+    extracted(dataset, None, done)
+}
+
+/// As [`with_impacts`], from the scene that a search for the camera learned, if there was one.
+pub(super) fn extracted(
     mut dataset: Dataset,
+    learned_before: Option<Scene>,
     done: &(dyn Fn() + Sync),
 ) -> (Dataset, Vec<(TrackShot, Impact)>, Scene) {
     let scene = Scene { side_sd: dataset.side_sd, ..Scene::of(&dataset.model(Fidelity::Full)) };
@@ -61,7 +70,7 @@ pub fn with_impacts(
     }
     let Some(tracks) = dataset.tracks.take() else { return (dataset, Vec::new(), scene) };
     dataset.left_out.extend(tracks.left_out());
-    let (mut scene, lift_sd) = learned(&dataset, &tracks.shots, &scene);
+    let (mut scene, lift_sd) = learned(&dataset, &tracks.shots, &learned_before.unwrap_or(scene));
     let impacts = extract_all(&tracks.shots, &scene, done);
     let mut extracted = Vec::with_capacity(tracks.shots.len());
     for (track, impact) in tracks.shots.into_iter().zip(impacts) {
@@ -259,12 +268,13 @@ pub(super) fn filmed_with(
 }
 
 /// The scene with the lift that some of the shots, fitted together, say there is, and the relative standard error that
-/// all lifts then share. Published values where they do not say.
+/// all lifts then share. Published values where they do not say. What a scene has learned before is learned once more.
 pub(super) fn learned(dataset: &Dataset, tracks: &[TrackShot], scene: &Scene) -> (Scene, Option<f64>) {
     let step = tracks.len().div_ceil(LEARN_FROM).max(1);
     let sample: Vec<TrackShot> = tracks.iter().step_by(step).cloned().collect();
     let (mut scene, mut shared) = (*scene, None);
-    for _ in 0..LEARN_ROUNDS {
+    let rounds = if matches!(scene.lift, LiftPrior::Model(..)) { 1 } else { LEARN_ROUNDS };
+    for _ in 0..rounds {
         let impacts = extract_all(&sample, &scene, &|| ());
         let Some((values, mu_sd)) = coefficients(dataset, &sample, &impacts, &mut scene) else { break };
         let law = if values.b == 0.0 { Law::Constant } else { Law::Exponential { b: values.b, c: values.c } };
@@ -315,8 +325,13 @@ fn coefficients(
     *kappa = Setting::held(kappa.initial);
     // the second round begins where the first ended
     let fidelity = dataset.model_of_contact().fidelity;
-    let options =
-        Options { fidelity, depth: Depth::Estimates, loss, near: near(scene), ..Options::default() };
+    let options = Options {
+        fidelity: fidelity.into(),
+        depth: Depth::Estimates,
+        loss,
+        near: near(scene),
+        ..Options::default()
+    };
     let fit = fit::fit(&some, &options).ok()?.pop()?;
     let mut values = Values::from(Coefficients { mu: 0.0, mu_s: 0.0, e: 0.0 });
     for estimate in &fit.estimates {

@@ -6,15 +6,16 @@ use rayon::prelude::*;
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 
 use super::minimum::Minimum;
+use super::robust::Sandwich;
 use super::samples::Search;
-use super::{Bound, Films, JointFit};
+use super::{Bound, Films, JointFit, SharedEstimate};
 use crate::likelihood::fitted::Fitted;
 use crate::likelihood::frames;
 use crate::likelihood::frames::own_estimates::{OwnEstimate, SharedCovariance};
 use crate::likelihood::frames::rows::Row;
 use crate::likelihood::frames::shared_unknowns::{self, SharedUnknown};
 use crate::likelihood::frames::{ALL_SHARED, Own};
-use crate::likelihood::sample::Unknown;
+use crate::likelihood::sample::{Sample, Unknown};
 use crate::likelihood::whitening::Whitening;
 use crate::measurement::dataset::{Dataset, Shot};
 use crate::measurement::parameter::Parameter;
@@ -152,35 +153,25 @@ fn shared_covariance(minimum: &Minimum, free: &[Parameter], unknowns: &[SharedUn
 }
 
 /// What a joint fit found besides the parameters; `chi2` and `dof` are those of the frames.
-pub(super) fn joint_fit(
-    fitted: &[Fitted],
-    minimum: &Minimum,
-    unknowns: &[SharedUnknown],
-    (chi2, dof): (f64, usize),
-) -> JointFit {
-    let covariance = minimum.covariance();
-    let of = |column: usize| {
-        let error = covariance.as_ref().map_or(f64::NAN, |c| c[(column, column)].sqrt());
-        (minimum.x[column], error)
-    };
+pub(super) fn joint_fit(search: &Search, minimum: &Minimum, (chi2, dof): (f64, usize)) -> JointFit {
+    let Sample { fitted, unknowns, .. } = search.first();
     let first = minimum.x.len() - unknowns.len();
+    let covariance = match Sandwich::new(search, minimum, first) {
+        Some(sandwich) => sandwich.covariance_at(minimum),
+        None => minimum.covariance(),
+    };
+    let of = |i: usize, j: usize| covariance.as_ref().map_or(f64::NAN, |c| c[(first + i, first + j)]);
+    let shared = unknowns.iter().enumerate().map(|(i, unknown)| SharedEstimate {
+        kind: unknown.kind,
+        value: minimum.x[first + i],
+        std_error: of(i, i).sqrt(),
+    });
     let films = || fitted.iter().filter_map(|shot| shot.film.as_ref());
-    let states_noise = films().all(|film| film.states_noise);
+    let is_tested = !search.is_robust() && films().all(|film| film.states_noise);
     JointFit {
-        p_value: ChiSquared::new(dof as f64).ok().filter(|_| states_noise).map(|d| d.sf(chi2)),
-        sliding: of(first),
-        rolling: of(first + 1),
-        others_covariance: DMatrix::from_fn(
-            unknowns.len().saturating_sub(2),
-            unknowns.len().saturating_sub(2),
-            |i, j| covariance.as_ref().map_or(f64::NAN, |c| c[(first + 2 + i, first + 2 + j)]),
-        ),
-        others: unknowns
-            .iter()
-            .enumerate()
-            .skip(2)
-            .map(|(i, unknown)| (unknown.kind, of(first + i)))
-            .collect(),
+        p_value: ChiSquared::new(dof as f64).ok().filter(|_| is_tested).map(|d| d.sf(chi2)),
+        shared: shared.collect(),
+        covariance: DMatrix::from_fn(unknowns.len(), unknowns.len(), of),
         observations: films().map(|film| film.observations()).sum(),
         unknowns: films().map(|film| film.unknowns()).sum(),
     }

@@ -43,7 +43,6 @@ pub(crate) mod warnings;
 
 pub use crate::likelihood::frames::shared_unknowns::Kind as SharedKind;
 pub use analysis::{Analysis, Prepared, analyse};
-pub use calibration::calibrated;
 pub use camera::{FoundCamera, FoundCorrection};
 pub use counted::Counted;
 pub use diagnostics::goodness::{Goodness, NoiseVerdict, Normality};
@@ -60,7 +59,7 @@ pub use frames::{FittedFrames, OfShot};
 pub use intervals::bootstrap::{Bootstrap, Resampled};
 pub use intervals::confidence_region::{Contour, LEVELS, Level};
 pub use options::{Depth, Falling, FilmUnknowns, Films, Method, Options};
-pub use result::{Bound, Computed, Diagnostics, Fit, JointFit, Noise, Rejected, Residual};
+pub use result::{Bound, Computed, Diagnostics, Fit, JointFit, Noise, Rejected, Residual, SharedEstimate};
 pub use robust::{DOWN_WEIGHTED, Robust};
 pub use saturation::Plateau;
 pub use scatter::Scatter;

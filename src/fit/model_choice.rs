@@ -9,7 +9,7 @@ use crate::likelihood::sample::Sample;
 use crate::measurement::dataset::{Dataset, Shot};
 use crate::measurement::parameter::{Compliance, Parameter, Settings};
 use crate::measurement::values::Values;
-use crate::physics::collision::Model;
+use crate::physics::collision::{FidelityChoice, Model};
 use crate::physics::friction_law::Law;
 
 /// What the shots of a data set are fitted with: model, settings, and where a search begins.
@@ -20,7 +20,7 @@ pub(crate) fn fitted_with(
     dataset: &Dataset,
     options: &Options,
 ) -> Result<(Model, Settings, Values), FitError> {
-    let mut model = dataset.model(options.fidelity);
+    let mut model = dataset.model(options.fidelity.first());
     model.tolerance = options.tolerance;
     model.effects = options.effects.unwrap_or(model.effects);
     let settings = options.falling.applied(dataset.settings_of_balls());
@@ -29,8 +29,10 @@ pub(crate) fn fitted_with(
         model.law = Law::Exponential { b: initial.b, c: initial.c };
     }
     if settings.compliance == Compliance::Stated {
-        if !options.auto && !options.fidelity.effects().compliance {
-            return Err(FitError::Rigid { dataset: dataset.name.clone(), fidelity: options.fidelity.name() });
+        if let FidelityChoice::Of(fidelity) = options.fidelity
+            && !fidelity.effects().compliance
+        {
+            return Err(FitError::Rigid { dataset: dataset.name.clone(), fidelity: fidelity.name() });
         }
         model.kappa = initial.kappa;
     }
@@ -82,7 +84,7 @@ impl ModelChoice {
     ) -> Result<Self, FitError> {
         let sample = search.first();
         if of_discs {
-            let chosen = scatter::choose(&planned, search, options.auto)?;
+            let chosen = scatter::choose(&planned, search, options.fidelity)?;
             return Ok(Self {
                 fitted: chosen.fitted,
                 model: chosen.model,
@@ -106,7 +108,7 @@ impl ModelChoice {
             notes: Vec::new(),
         };
         let shots = std::slice::from_mut(&mut choice.fitted);
-        if options.auto {
+        if options.fidelity == FidelityChoice::Auto {
             let chosen = fidelity_choice::choose(shots, search, &choice.starts)?;
             (choice.starts, choice.notes, choice.gives_way) = (chosen.starts, chosen.notes, chosen.gives_way);
         } else if sample.model.fidelity.is_integrated() {

@@ -1,5 +1,6 @@
 //! Choices of a fit that are not part of the data set.
 
+use std::str::FromStr;
 use std::sync::Arc;
 
 use super::SharedKind;
@@ -9,16 +10,14 @@ use crate::likelihood::frames::shared_unknowns::SharedUnknown;
 use crate::measurement::loss::Loss;
 use crate::measurement::parameter::{Parameter, Setting, Settings};
 use crate::measurement::values::Values;
-use crate::physics::collision::{Effects, Fidelity, Model};
+use crate::physics::collision::{Effects, Fidelity, FidelityChoice, Model};
+use crate::physics::name::{UnknownName, named};
 
 /// Choices of a fit that are not part of the data set.
 #[derive(Clone, Copy, Debug)]
 pub struct Options {
     /// How closely collisions are modelled.
-    pub fidelity: Fidelity,
-    /// Whether, in the place of `fidelity`, each shot takes the cheapest fidelity whose errors stay within a tenth of
-    /// its standard errors; it is chosen at the start of the fit.
-    pub auto: bool,
+    pub fidelity: FidelityChoice,
     /// Which effects are simulated, as far as the fidelity can; `None`: those that it contains by default.
     pub effects: Option<Effects>,
     /// How the friction between the balls falls with the slip.
@@ -102,6 +101,14 @@ impl Method {
     }
 }
 
+impl FromStr for Method {
+    type Err = UnknownName;
+
+    fn from_str(name: &str) -> Result<Self, UnknownName> {
+        named("method", &Self::ALL, |method| [method.name()], name)
+    }
+}
+
 /// What a joint fit of frames estimates besides the parameters, μ_k and μ_r.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct FilmUnknowns {
@@ -139,8 +146,7 @@ pub enum Depth {
 impl Default for Options {
     fn default() -> Self {
         Self {
-            fidelity: Fidelity::Full,
-            auto: false,
+            fidelity: Fidelity::Full.into(),
             effects: None,
             falling: Falling::AsStated,
             tolerance: Model::TOLERANCE,

@@ -163,16 +163,12 @@ pub struct Computed {
 
 /// What a joint fit of frames found besides the parameters.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct JointFit {
-    /// The cloth's sliding friction μ_k, with its standard error.
-    pub sliding: (f64, f64),
-    /// The cloth's rolling resistance μ_r, with its standard error.
-    pub rolling: (f64, f64),
-    /// What else all shots share, each with its value and standard error; a correction of the camera is what remains
-    /// to be corrected.
-    pub others: Vec<(SharedKind, (f64, f64))>,
-    /// The covariance of `others`.
-    pub others_covariance: DMatrix<f64>,
+    /// What all shots share, μ_k and μ_r of the cloth first.
+    pub shared: Vec<SharedEstimate>,
+    /// The covariance of `shared`, in the same order.
+    pub covariance: DMatrix<f64>,
     /// The probability of a larger χ² of the frames if model and noise were right; `None` where the noise was
     /// estimated from the same frames.
     pub p_value: Option<f64>,
@@ -180,6 +176,31 @@ pub struct JointFit {
     pub observations: usize,
     /// How many unknowns the shots have of their own, all together.
     pub unknowns: usize,
+}
+
+impl JointFit {
+    /// What was found of an unknown; `None` for one that the fit does not have.
+    #[must_use]
+    pub fn get(&self, kind: SharedKind) -> Option<&SharedEstimate> {
+        self.shared.iter().find(|estimate| estimate.kind == kind)
+    }
+
+    /// As what was measured.
+    pub(super) fn measured(&self, kind: SharedKind) -> Option<Measured> {
+        self.get(kind).map(|found| Measured::new(found.value, found.std_error))
+    }
+}
+
+/// The estimate of what all shots of a film share besides the parameters.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
+pub struct SharedEstimate {
+    /// What was estimated.
+    pub kind: SharedKind,
+    /// The estimate, dimensionless; of a correction of the camera, what remains to be corrected.
+    pub value: f64,
+    /// Its standard error; NaN where the model is refuted, or the frames do not tell it.
+    pub std_error: f64,
 }
 
 /// The Cramér–Rao bound of the positions in the frames, with μ_k and μ_r of the cloth unknown.

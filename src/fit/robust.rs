@@ -46,7 +46,8 @@ impl Losses {
     }
 }
 
-/// Distance of each shot, from residuals that are weighted with `weights`.
+/// Distance of each shot, from residuals that are weighted with `weights`. That of frames is the root of what the collision adds to
+/// the χ² of the motion, as the distance of the velocities that are extracted from them is.
 pub(crate) fn distances<'a>(
     fitted: impl Iterator<Item = &'a Fitted>,
     residuals: &[f64],
@@ -54,9 +55,9 @@ pub(crate) fn distances<'a>(
 ) -> Vec<f64> {
     let mut rest = residuals;
     let distance = |(shot, weight): (&Fitted, &f64)| {
-        let (own, others) = rest.split_at(shot.plan.rows().len());
+        let (own, others) = rest.split_at(shot.rows());
         rest = others;
-        (own.iter().map(|r| r * r).sum::<f64>() / weight).sqrt()
+        (own.iter().map(|r| r * r).sum::<f64>() / weight - shot.least_chi2()).max(0.0).sqrt()
     };
     fitted.zip(weights).map(distance).collect()
 }
@@ -67,6 +68,8 @@ struct Part {
     pub rows: usize,
     pub weight: f64,
     pub loss: ShotLoss,
+    /// What its χ² is whatever the collision.
+    pub least: f64,
 }
 
 /// Curvature of the robust cost and scatter of its gradient, for the sandwich H⁻¹ B H⁻¹ (Huber 1967): the
@@ -89,8 +92,8 @@ impl Sandwich {
             of_samples.flat_map(|(sample, losses)| sample.fitted.iter().map(move |s| (s, losses.of(s))));
         let mut first = 0;
         let part = |((shot, loss), weight): ((&Fitted, &ShotLoss), &f64)| {
-            let rows = shot.plan.rows().len();
-            let part = Part { first, rows, weight: *weight, loss: *loss };
+            let rows = shot.rows();
+            let part = Part { first, rows, weight: *weight, loss: *loss, least: shot.least_chi2() };
             first += rows;
             part
         };
@@ -109,7 +112,7 @@ impl Sandwich {
         let mut scatter = DMatrix::zeros(columns, columns);
         let mut others = DMatrix::zeros(columns, columns);
         let mut done = 0;
-        for &Part { first, rows, weight, loss } in parts {
+        for &Part { first, rows, weight, loss, least } in parts {
             let between = jacobian.rows(done, first - done);
             others += between.tr_mul(&between);
             done = first + rows;
@@ -118,7 +121,7 @@ impl Sandwich {
             // of the weighted rows √w J and √w r: g = w Jᵀr, H = w JᵀJ + (w'/s)(Jᵀr)(Jᵀr)ᵀ
             let gradient = own.tr_mul(&of_shot);
             curvature += own.tr_mul(&own);
-            let distance = (of_shot.norm_squared() / weight).sqrt();
+            let distance = (of_shot.norm_squared() / weight - least).max(0.0).sqrt();
             if distance > 0.0 {
                 let bend = loss.slope(distance) / (distance * weight * weight);
                 curvature += &gradient * gradient.transpose() * bend;

@@ -14,6 +14,7 @@ use super::{Depth, Fit, FitError, Method, Rejected, starts};
 use crate::likelihood::frames::shared_unknowns;
 use crate::likelihood::sample::Sample;
 use crate::measurement::dataset::Shot;
+use crate::measurement::loss::Loss;
 
 /// With more shots than this the profiles, the regions of pairs of parameters and the other models, some hundred fits,
 /// would take longer than reading and extracting…
@@ -53,9 +54,6 @@ pub(super) fn fit_shots(request: &Request) -> Result<Fit, FitError> {
     let with_films;
     let joint;
     let (search, settled) = if options.method == Method::Joint {
-        if velocities.is_robust() {
-            return Err(FitError::JointLoss(request.title()));
-        }
         // from where the two stages end, and from their other minima: frames are too costly to be scanned
         let settled = Settled::near_starts(&velocities, &choice.starts).map_err(named)?;
         with_films = filmed(&choice.fitted, films).ok_or_else(|| FitError::NotFilmed(request.title()))?;
@@ -65,7 +63,11 @@ pub(super) fn fit_shots(request: &Request) -> Result<Fit, FitError> {
         }
         joint = Search::of(Sample { fitted: &with_films, unknowns, ..velocities.first().clone() });
         let of_frames = Settled::from_starts(&joint, &settled.starts_nearby()).map_err(named)?;
-        let odd = outlying(&with_films, of_frames.minimum.residuals.as_slice());
+        // a robust loss weighs them down
+        let odd = match loss {
+            Loss::Squares => outlying(&with_films, of_frames.minimum.residuals.as_slice()),
+            _ => Vec::new(),
+        };
         if !odd.is_empty() {
             let odd: Vec<(usize, f64)> =
                 odd.into_iter().map(|(place, reduced)| (with_films[place].index, reduced)).collect();

@@ -24,7 +24,7 @@ use crate::likelihood::whitening::covariance;
 use crate::measurement::observable::Observable;
 use crate::measurement::parameter::{Compliance, Parameter, Setting, Settings};
 use crate::measurement::values::Values;
-use crate::physics::collision::{Effects, Fidelity, Model};
+use crate::physics::collision::{Effects, Fidelity, FidelityChoice, Model};
 
 /// Fewer shots do not tell by how much shots scatter.
 const LEAST_SHOTS: usize = 3;
@@ -90,17 +90,18 @@ pub(crate) struct Chosen {
 
 /// A rigid contact, or with `auto`, where nothing is stated of it, one that gives way as the shots call for it. What is around discs
 /// may be any material, so that its κ is fitted.
-pub(crate) fn choose(raw: &[Fitted], search: &Search, auto: bool) -> Result<Chosen, FitError> {
+pub(crate) fn choose(raw: &[Fitted], search: &Search, fidelity: FidelityChoice) -> Result<Chosen, FitError> {
+    let is_auto = fidelity == FidelityChoice::Auto;
     let mut notes = Vec::new();
     let (mut gives_way, mut starts) = (None, Vec::new());
     let sample = search.first();
     let (mut model, mut settings) = (*sample.model, *sample.settings);
-    if auto && (settings.compliance == Compliance::Stated || settings.falls) {
+    if is_auto && (settings.compliance == Compliance::Stated || settings.falls) {
         model = integrated(sample.model, settings.compliance == Compliance::Stated);
     }
     settings[Parameter::Kappa] = above_rigid(settings[Parameter::Kappa]);
     let rows = raw.iter().map(|shot| shot.plan.rows().len()).sum::<usize>();
-    if auto && settings.compliance == Compliance::Auto && rows > settings.parameters().len() + 1 {
+    if is_auto && settings.compliance == Compliance::Auto && rows > settings.parameters().len() + 1 {
         let mut with = settings;
         with.compliance = Compliance::Stated;
         with[Parameter::Kappa] = above_rigid(Setting { fixed: false, ..with[Parameter::Kappa] });

@@ -133,18 +133,19 @@ impl Search<'_> {
         (free, x): (usize, &DVector<f64>),
         (before, hold): (Option<&[Whitening]>, Hold),
     ) -> Result<Vec<Whitening>, FitError> {
-        let (firsts, _) = shared_columns(&self.samples, free);
+        let (columns, _) = shared_columns(&self.samples, free);
         let of = |(i, sample): (usize, &Sample)| {
             if sample.is_filmed() {
                 return Ok(Whitening::none());
             }
+            let shared: Vec<f64> = columns[i].iter().map(|column| x[*column]).collect();
             let at = At {
                 model: &at[i].model(sample.model),
                 coefficients: &at[i].coefficients,
                 estimated: &noise::of_dataset(groups, sample.dataset),
                 hold,
                 shared_errors: &sample.shared_errors,
-                shared: &x.as_slice()[firsts[i]..firsts[i] + sample.shared_errors.len()],
+                shared: &shared,
             };
             Whitening::new(sample.fitted, &at, before.and_then(|before| before.get(i)))
                 .ok_or(FitError::NoWeights)
@@ -173,16 +174,16 @@ impl Search<'_> {
     ) -> Option<Minimum> {
         let further =
             |value: f64, known: Option<Measured>, sd: f64| (value - known.map_or(value, |k| k.value)) / sd;
-        let (firsts, columns) = shared_columns(&self.samples, free.len());
+        let (places, columns) = shared_columns(&self.samples, free.len());
         let (films, _) = shared_columns(&filmed.samples, free.len());
         let mut x = DVector::zeros(columns);
         x.rows_mut(0, free.len()).copy_from(&minimum.x.rows(0, free.len()));
         let shared = columns - free.len();
         for (i, (sample, (sliding, rolling))) in self.samples.iter().zip(cloths).enumerate() {
             for (k, (which, sd)) in sample.shared_errors.iter().enumerate() {
-                x[firsts[i] + k] = match which {
-                    Shared::Sliding => further(minimum.x[films[i]], *sliding, *sd),
-                    Shared::Rolling => further(minimum.x[films[i] + 1], *rolling, *sd),
+                x[places[i][k]] = match which {
+                    Shared::Sliding => further(minimum.x[films[i][0]], *sliding, *sd),
+                    Shared::Rolling => further(minimum.x[films[i][1]], *rolling, *sd),
                     // the model's own
                     Shared::Lift => 0.0,
                 };
@@ -208,7 +209,7 @@ impl Search<'_> {
     /// priors, and 2 ln σ of each observation whose noise was estimated.
     pub(super) fn objective(&self, minimum: &Minimum, groups: &[Group]) -> f64 {
         let of_velocities = || self.samples.iter().filter(|sample| !sample.is_filmed());
-        if of_velocities().next().is_none() {
+        if of_velocities().next().is_none() && !self.is_robust() {
             return 2.0 * minimum.cost;
         }
         let losses: Vec<Losses> = self.samples.iter().map(|sample| Losses::new(sample.loss)).collect();
@@ -219,12 +220,12 @@ impl Search<'_> {
             weights = others;
             let residuals = &minimum.residuals.as_slice()[row..row + sample.rows()];
             row += sample.rows();
-            if sample.is_filmed() {
+            if sample.is_filmed() && sample.loss == Loss::Squares {
                 of_shots += residuals.iter().map(|r| r * r).sum::<f64>();
                 continue;
             }
             let distances = robust::distances(sample.fitted.iter(), residuals, own);
-            let cost = |(shot, distance): (&Fitted, f64)| losses.of(shot).cost(distance);
+            let cost = |(shot, distance): (&Fitted, f64)| losses.of(shot).cost(distance) + shot.least_chi2();
             of_shots += sample.fitted.iter().zip(distances).map(cost).sum::<f64>();
         }
         let others = minimum.residuals.rows(row, minimum.residuals.len() - row).norm_squared();
@@ -262,7 +263,7 @@ impl Search<'_> {
         let uncertain = |shot: &Fitted| shot.plan.joint().is_some() || shot.plan.variance_in().amax() > 0.0;
         let robust = self.is_robust() && !x.is_empty();
         let mut velocities = self.samples.iter().filter(|sample| !sample.is_filmed());
-        let weights_move = velocities.any(|s| robust || !groups.is_empty() || s.fitted.iter().any(uncertain));
+        let weights_move = robust || velocities.any(|s| !groups.is_empty() || s.fitted.iter().any(uncertain));
         let is_rough = self.is_rough();
         let options = match is_rough {
             true if filmed => FRAMES,

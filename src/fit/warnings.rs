@@ -3,7 +3,7 @@
 use super::check;
 use super::check::capital;
 use super::saturation::Plateau;
-use super::{DOWN_WEIGHTED, Fit, NoiseVerdict, Status};
+use super::{DOWN_WEIGHTED, Fit, NoiseVerdict, SharedKind, Status};
 use crate::likelihood::fitted::Fitted;
 use crate::likelihood::frames::CLOTH;
 use crate::measurement::dataset::{Dataset, Measured, Shot};
@@ -307,22 +307,27 @@ pub(super) fn add_plateaus(fit: &mut Fit, plateaus: &[Plateau]) {
 /// What the tracks told besides the parameters, and what was done to them on reading.
 pub(super) fn add_tracks(fit: &mut Fit, dataset: &Dataset, shots: &[&Shot]) {
     if let Some(joint) = fit.diagnostics.joint.clone() {
-        let ((sliding, sliding_error), (rolling, rolling_error)) = (joint.sliding, joint.rolling);
         fit.notes.push(format!(
             "All frames were fitted at once: χ² is that of {} numbers with {} unknowns of the shots' own, and residuals.csv lists \
              them one by one. Plots, trends and the shots' tables are of the velocities that were extracted from each shot, \
              against these estimates.",
             joint.observations, joint.unknowns
         ));
-        let errors = [sliding_error, rolling_error].map(|error| {
+        let told = |kind: SharedKind| {
+            let found = joint.get(kind)?;
             // none where the model is refuted
-            if error.is_finite() { format!(" ± {error:.4}") } else { String::new() }
-        });
-        fit.notes.push(format!(
-            "The cloth's sliding friction is μ_k = {sliding:.4}{}, its rolling resistance μ_r = {rolling:.4}{} (fitted, with \
-             what is published of μ_r as a prior).",
-            errors[0], errors[1]
-        ));
+            let error = found.std_error;
+            let error = if error.is_finite() { format!(" ± {error:.4}") } else { String::new() };
+            Some(format!("{:.4}{error}", found.value))
+        };
+        if let (Some(sliding), Some(rolling)) = (told(SharedKind::Sliding), told(SharedKind::Rolling)) {
+            let bounce = told(SharedKind::Bounce);
+            let bounce = bounce.map_or(String::new(), |bounce| format!(", its bounce e_t = {bounce}"));
+            fit.notes.push(format!(
+                "The cloth's sliding friction is μ_k = {sliding}, its rolling resistance μ_r = {rolling}{bounce} (fitted, with \
+                 what is published of μ_r as a prior)."
+            ));
+        }
     } else if let Some(sliding) = dataset.sliding {
         fit.notes.push(format!(
             "The cloth's sliding friction is μ_k = {:.4} ± {:.4}, from the curvature of the paths after the impacts. \
@@ -338,9 +343,8 @@ pub(super) fn add_tracks(fit: &mut Fit, dataset: &Dataset, shots: &[&Shot]) {
              Its error is part of the errors of the parameters."
         ));
     }
-    let fitted = |(value, error): (f64, f64)| Measured { value, sd: Some(error) };
     let cloth = match &fit.diagnostics.joint {
-        Some(joint) => [Some(fitted(joint.sliding)), Some(fitted(joint.rolling))],
+        Some(joint) => [SharedKind::Sliding, SharedKind::Rolling].map(|kind| joint.measured(kind)),
         None => [dataset.sliding, dataset.rolling],
     };
     // first, since what else is wrong may follow from it

@@ -36,6 +36,7 @@ pub struct Case {
 
 /// Why a case is no collision.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
 pub enum BadCase {
     /// The speed, given here in m/s, is not positive and finite.
     #[error("the speed is {0} m/s; expected more than 0")]

@@ -7,6 +7,7 @@ pub(super) const TABLES: [&str; 4] = ["csv", "txt", "tsv", "dat"];
 
 /// Why no dataset.toml can be drafted.
 #[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
 pub enum InitError {
     /// A file cannot be read.
     #[error("{}: cannot be read: {source}", path.display())]

@@ -42,6 +42,7 @@ impl fmt::Display for Problem {
 
 /// A data set, or a table, that cannot be used as it is.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct DatasetError {
     what: String,
     problems: Vec<Problem>,

@@ -90,6 +90,7 @@ pub struct StoredParameter {
 
 /// Why stored fits cannot be read.
 #[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
 pub enum StoredError {
     /// A file or folder cannot be read.
     #[error("{}: cannot be read: {source}", path.display())]

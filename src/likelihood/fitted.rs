@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use crate::likelihood::frames::Film;
+use crate::likelihood::frames::{Film, ROWS};
 use crate::likelihood::prediction::Plan;
 
 /// A shot that is fitted: which of the data set's, and what of it is compared.
@@ -12,6 +12,20 @@ pub struct Fitted {
     pub plan: Plan,
     /// Its frames, where these are fitted and not what was extracted from them.
     pub film: Option<Arc<Film>>,
+}
+
+impl Fitted {
+    /// How many residuals it has.
+    #[must_use]
+    pub fn rows(&self) -> usize {
+        if self.film.is_some() { ROWS } else { self.plan.rows().len() }
+    }
+
+    /// The part of its χ² that is there whatever the collision: of the frames' noise.
+    #[must_use]
+    pub fn least_chi2(&self) -> f64 {
+        self.film.as_ref().map_or(0.0, |film| film.least_chi2)
+    }
 }
 
 /// Fewer shots than this are not worth a second core.

@@ -18,7 +18,7 @@ use super::fitted::{Fitted, SHARE};
 use super::frames::shared_unknowns;
 use super::frames::{self, Reduced};
 use super::prediction::{MAX_OBSERVABLES, Unpredictable, difference};
-use super::sample::{Sample, Unknown, shared_columns};
+use super::sample::{Sample, Unknown, offsets, shared_columns};
 use super::whitening::{AtKinks, Parameters, Whitening};
 use crate::measurement::parameter::{Parameter, Prior};
 use crate::measurement::values::Values;
@@ -40,9 +40,11 @@ struct Part<'a> {
     whitening: &'a Whitening,
     /// The columns that are its parameters.
     own: Vec<(usize, Parameter)>,
-    /// Where what its shots share besides begins, and whether it is the first of its data set.
-    shared: usize,
-    is_first: bool,
+    /// The columns of what its shots share besides, by how much more each is off than its column says, and whether another sample before
+    /// has it.
+    shared: Vec<usize>,
+    offsets: Vec<f64>,
+    is_known: Vec<bool>,
     /// Where χ² of the frames was least so far: from there the own unknowns of the shots are looked for.
     best: RefCell<Best>,
 }
@@ -70,13 +72,17 @@ impl<'a> Problem<'a> {
         whitening: &'a [Whitening],
     ) -> Self {
         let unknowns: Vec<Unknown> = free.iter().map(|(unknown, _)| *unknown).collect();
-        let (firsts, columns) = shared_columns(samples, free.len());
+        let (of_samples, columns) = shared_columns(samples, free.len());
         let part = |(i, (sample, whitening)): (usize, (&'a Sample<'a>, &'a Whitening))| Part {
             sample,
             whitening,
             own: sample.columns(&unknowns),
-            shared: firsts[i],
-            is_first: samples[..i].iter().all(|other| other.dataset != sample.dataset),
+            shared: of_samples[i].clone(),
+            offsets: offsets(samples, sample),
+            is_known: of_samples[i]
+                .iter()
+                .map(|column| of_samples[..i].iter().any(|other| other.contains(column)))
+                .collect(),
             best: RefCell::new(Best { chi2: f64::INFINITY, shared: SVector::zeros(), shots: Vec::new() }),
         };
         let priors = free.iter().enumerate().filter_map(|(column, (_, prior))| Some((column, (*prior)?)));
@@ -140,7 +146,7 @@ impl<'a> Problem<'a> {
 impl Part<'_> {
     /// How many residuals its shots have, what they share, and its kinks.
     fn rows(&self) -> [usize; 3] {
-        let shared = if self.is_first { self.sample.shared() } else { 0 };
+        let shared = self.is_known.iter().filter(|known| !**known).count();
         [self.sample.rows(), shared, self.whitening.kink_rows()]
     }
 
@@ -158,8 +164,9 @@ impl Part<'_> {
     fn frames(&self, point: &mut Point, first: usize) {
         let (values, model) = self.model(&point.x);
         let unknowns = &self.sample.unknowns;
-        let of_film = &point.x.as_slice()[self.shared..self.shared + unknowns.len()];
-        let shared = shared_unknowns::shared(&values, unknowns, of_film);
+        let of_film: Vec<f64> =
+            self.shared.iter().zip(&self.offsets).map(|(column, offset)| point.x[*column] + offset).collect();
+        let shared = shared_unknowns::shared(&values, unknowns, &of_film);
         let at = SVector::from(shared);
         let best = self.best.borrow();
         let (moved, near) = (at - best.shared, best.shots.as_slice());
@@ -178,7 +185,8 @@ impl Part<'_> {
         }
         let of_parameters =
             self.own.iter().map(|(column, parameter)| (*column, frames::place_of(*parameter)));
-        let of_film = unknowns.iter().enumerate().map(|(i, unknown)| (self.shared + i, unknown.kind.place()));
+        let of_film =
+            self.shared.iter().zip(unknowns).map(|(column, unknown)| (*column, unknown.kind.place()));
         let places: Vec<(usize, usize)> = of_parameters.chain(of_film).collect();
         for (i, reduced) in all.iter().enumerate() {
             let row = first + i * frames::ROWS;
@@ -188,10 +196,11 @@ impl Part<'_> {
                 rows.fill(f64::NAN);
                 continue;
             };
-            rows.copy_from(&reduced.residuals);
+            let root = self.whitening.of_film(i).sqrt();
+            rows.copy_from(&(reduced.residuals * root));
             for (column, place) in &places {
                 let mut block = point.jacobian.view_mut((row, *column), (frames::ROWS, 1));
-                block.copy_from(&reduced.jacobian.column(*place));
+                block.copy_from(&(reduced.jacobian.column(*place) * root));
             }
         }
     }
@@ -237,7 +246,7 @@ impl Part<'_> {
                         let value = prediction.values[i] - offsets[first + i];
                         raw[i] = difference(row.observable, value, row.measured.value);
                         for (k, shift) in shared.iter().enumerate() {
-                            raw[i] += shift[first + i] * x[self.shared + k];
+                            raw[i] += shift[first + i] * x[self.shared[k]];
                         }
                     }
                     let mut own = own.iter();
@@ -247,7 +256,7 @@ impl Part<'_> {
                             let weight = own.next().copied().unwrap_or(f64::NAN);
                             residuals[place] += weight * raw[j];
                             for (k, shift) in shared.iter().enumerate() {
-                                jacobian[(place, self.shared + k)] += weight * shift[first + j];
+                                jacobian[(place, self.shared[k])] += weight * shift[first + j];
                             }
                             for (column, parameter) in &self.own {
                                 jacobian[(place, *column)] +=
@@ -266,11 +275,12 @@ impl Part<'_> {
     /// What is known of what the shots of a data set share.
     fn shared(&self, point: &mut Point, first: usize) {
         let filmed = self.sample.is_filmed();
-        for k in 0..self.rows()[1] {
+        let new = (0..self.shared.len()).filter(|k| !self.is_known[*k]);
+        for (row, k) in (first..).zip(new) {
             let (mean, sd) = if filmed { self.sample.unknowns[k].prior } else { (0.0, 1.0) };
-            let column = self.shared + k;
-            point.residuals[first + k] = (point.x[column] - mean) / sd;
-            point.jacobian[(first + k, column)] = 1.0 / sd;
+            let column = self.shared[k];
+            point.residuals[row] = (point.x[column] + self.offsets[k] - mean) / sd;
+            point.jacobian[(row, column)] = 1.0 / sd;
         }
     }
 

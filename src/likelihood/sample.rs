@@ -8,7 +8,8 @@ use nalgebra::DVector;
 
 use super::fitted::Fitted;
 use super::frames;
-use super::frames::shared_unknowns::SharedUnknown;
+use super::frames::shared_unknowns::{Kind, SharedUnknown};
+use crate::film::camera::{Camera, Correction};
 use crate::measurement::dataset::{Dataset, Shared};
 use crate::measurement::loss::Loss;
 use crate::measurement::parameter::{Parameter, Settings};
@@ -43,6 +44,8 @@ pub struct Sample<'a> {
     pub shared_errors: Vec<(Shared, f64)>,
     /// What all shots share besides the parameters, where their frames are fitted.
     pub unknowns: Vec<SharedUnknown>,
+    /// The camera from which its corrections are counted, where samples of other data sets were filmed by the same one.
+    pub camera: Option<Camera>,
     pub numbers: Numbers,
     /// Parameters that are not free although they are not fixed: the data do not determine them.
     pub undetermined: Vec<Parameter>,
@@ -68,6 +71,7 @@ impl<'a> Sample<'a> {
             loss: dataset.loss,
             shared_errors: dataset.shared_errors(),
             unknowns: Vec::new(),
+            camera: None,
             numbers: Numbers::default(),
             undetermined: Vec::new(),
             initial,
@@ -118,6 +122,18 @@ impl<'a> Sample<'a> {
         self.fitted.iter().map(|shot| shot.plan.rows().len()).sum()
     }
 
+    /// Which correction of a camera that samples share an unknown is, by its place among those of the film.
+    #[must_use]
+    pub fn shared_correction(&self, place: usize) -> Option<Correction> {
+        if !self.is_filmed() || self.camera.is_none() {
+            return None;
+        }
+        match self.unknowns.get(place)?.kind {
+            Kind::Camera(which) => Some(which),
+            _ => None,
+        }
+    }
+
     /// How many unknowns its shots share besides the parameters.
     #[must_use]
     pub fn shared(&self) -> usize {
@@ -125,16 +141,40 @@ impl<'a> Sample<'a> {
     }
 }
 
-/// The columns that are not parameters: where those of each sample begin, and how many columns there are in all.
+/// The columns that are not parameters: those of what the shots of each sample share, and how many columns there are in all. Samples of one
+/// data set have the same, and so have corrections of one camera.
 #[must_use]
-pub fn shared_columns(samples: &[Sample], free: usize) -> (Vec<usize>, usize) {
-    let (mut firsts, mut next): (Vec<usize>, usize) = (Vec::new(), free);
+pub fn shared_columns(samples: &[Sample], free: usize) -> (Vec<Vec<usize>>, usize) {
+    let (mut columns, mut next): (Vec<Vec<usize>>, usize) = (Vec::new(), free);
+    let mut of_camera: Vec<(Correction, usize)> = Vec::new();
     for (i, sample) in samples.iter().enumerate() {
-        let known = samples[..i].iter().position(|other| other.dataset == sample.dataset);
-        firsts.push(known.map_or(next, |known| firsts[known]));
-        if known.is_none() {
-            next += sample.shared();
+        if let Some(known) = samples[..i].iter().position(|other| other.dataset == sample.dataset) {
+            columns.push(columns[known].clone());
+            continue;
         }
+        let mut column = |place: usize| {
+            let which = sample.shared_correction(place);
+            let known = which.and_then(|which| of_camera.iter().find(|(known, _)| *known == which));
+            if let Some((_, column)) = known {
+                return *column;
+            }
+            of_camera.extend(which.map(|which| (which, next)));
+            next += 1;
+            next - 1
+        };
+        columns.push((0..sample.shared()).map(&mut column).collect());
     }
-    (firsts, next)
+    (columns, next)
+}
+
+/// By how much more what the shots of a sample share is off than its columns say: corrections of a camera that samples share are counted from
+/// where the first has it.
+#[must_use]
+pub fn offsets(samples: &[Sample], sample: &Sample) -> Vec<f64> {
+    let from = samples.iter().find_map(|first| first.camera);
+    let offset = |place: usize| match (sample.shared_correction(place), from, sample.camera) {
+        (Some(which), Some(from), Some(own)) => from.get(which) - own.get(which),
+        _ => 0.0,
+    };
+    (0..sample.shared()).map(offset).collect()
 }

@@ -62,6 +62,8 @@ pub struct Whitening {
     kinks: Vec<Option<Box<AtKinks>>>,
     /// The parameters that all this is taken at.
     at: Parameters,
+    /// Of shots whose frames are fitted: their weights, where these are not 1.
+    of_films: Vec<f64>,
 }
 
 /// Parameters in the order of [`Parameter::ALL`].
@@ -108,6 +110,7 @@ impl Whitening {
             common: Vec::new(),
             kinks: Vec::new(),
             at: Parameters::zeros(),
+            of_films: Vec::new(),
         }
     }
 
@@ -141,6 +144,10 @@ impl Whitening {
     /// With a weight for each shot's part of χ².
     #[must_use]
     pub fn weighted(mut self, shots: &[Fitted], weights: &[f64]) -> Self {
+        if shots.first().is_some_and(|shot| shot.film.is_some()) {
+            self.of_films = weights.to_vec();
+            return self;
+        }
         let mut rest = self.inverse.as_mut_slice();
         for (shot, weight) in shots.iter().zip(weights) {
             let rows = shot.plan.rows().len();
@@ -156,6 +163,12 @@ impl Whitening {
             }
         }
         self
+    }
+
+    /// The weight of a shot whose frames are fitted.
+    #[must_use]
+    pub fn of_film(&self, number: usize) -> f64 {
+        self.of_films.get(number).copied().unwrap_or(1.0)
     }
 
     /// What the inputs of a shot are at, if that is kinks.

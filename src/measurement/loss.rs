@@ -8,9 +8,12 @@
 //! - Huber, P. J. (1964). Robust estimation of a location parameter. Ann. Math. Statist. 35, 73–101.
 //! - Maronna, R. A. (1976). Robust M-estimators of multivariate location and scatter. Ann. Statist. 4, 51–67.
 
+use std::str::FromStr;
 use std::sync::OnceLock;
 
 use statrs::distribution::{ChiSquared, Continuous, ContinuousCDF};
+
+use crate::physics::name::{UnknownName, named};
 
 /// How much a shot counts that lies far from its prediction.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -82,6 +85,14 @@ impl Loss {
             loss.consistency = (0..STEPS).map(term).sum::<f64>() / k.max(1) as f64;
         }
         loss
+    }
+}
+
+impl FromStr for Loss {
+    type Err = UnknownName;
+
+    fn from_str(name: &str) -> Result<Self, UnknownName> {
+        named("loss", &Self::ALL, |loss| [loss.name()], name)
     }
 }
 

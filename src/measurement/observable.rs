@@ -2,6 +2,7 @@
 
 /// A measured quantity after the impact. Inside, angles are radians, speeds m/s, spins rad/s.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+#[non_exhaustive]
 pub enum Observable {
     /// Object ball's direction against the line of centres, positive the way a stun shot throws.
     Throw,

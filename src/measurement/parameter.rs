@@ -1,10 +1,14 @@
 //! The parameters of a fit: μ, μ_s and e; b and c where friction falls with the slip, κ where the contact gives way, e₁ where e falls
 //! with the closing speed, and the ratios of masses and radii where these have errors. Their names, bounds and starting values.
 
+use std::str::FromStr;
+
 use crate::physics::collision::{MAX_KAPPA, Model};
+use crate::physics::name::{UnknownName, named};
 
 /// A parameter that a fit can estimate.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+#[non_exhaustive]
 pub enum Parameter {
     /// μ, sliding friction between the balls; where it falls with the slip v its a in μ(v) = a + b exp(−c v).
     Mu,
@@ -118,6 +122,15 @@ impl Parameter {
         };
         let fixed = matches!(self, Self::C | Self::Kappa | Self::MassRatio | Self::RadiusRatio);
         Setting { initial, lower, upper, fixed, prior: None }
+    }
+}
+
+/// By its name or its symbol.
+impl FromStr for Parameter {
+    type Err = UnknownName;
+
+    fn from_str(name: &str) -> Result<Self, UnknownName> {
+        named("parameter", &Self::ALL, |parameter| [parameter.name(), parameter.symbol()], name)
     }
 }
 

@@ -5,6 +5,7 @@
 //! or a parameter times or over a number.
 
 use super::parameter::Parameter;
+use crate::physics::name::UnknownName;
 
 /// Σ coefficient·parameter ≤ limit, or = limit.
 #[derive(Clone, Debug, PartialEq)]
@@ -105,9 +106,7 @@ fn tokens(text: &str) -> Result<Vec<Token>, String> {
         } else if first.is_alphabetic() {
             let length = rest.find(|c: char| !(c.is_alphanumeric() || c == '_')).unwrap_or(rest.len());
             let word = &rest[..length];
-            let parameter = Parameter::ALL.into_iter().find(|p| p.name() == word || p.symbol() == word);
-            let parameter = parameter
-                .ok_or_else(|| format!("\"{word}\" is no parameter; expected one of {}", known()))?;
+            let parameter: Parameter = word.parse().map_err(|error: UnknownName| error.to_string())?;
             tokens.push(Token::Parameter(parameter));
             length
         } else {

@@ -6,4 +6,5 @@ pub mod contact_frame;
 pub mod disc;
 pub mod effect_sizes;
 pub mod friction_law;
+pub mod name;
 mod on_table;

@@ -1,5 +1,6 @@
 //! A [`Comparison`] → table, compare.json and pictures.
 
+use serde::{Serialize, Serializer};
 use serde_json::{Value as Json, json};
 
 use super::content::{Block, Cell, Figure, Report, Section, Table, facts};
@@ -289,14 +290,20 @@ fn p_is(p: f64) -> String {
 
 /// compare.json as text.
 pub fn json(comparison: &Comparison) -> Result<String, ReportError> {
-    serde_json::to_string_pretty(&document(comparison))
+    serde_json::to_string_pretty(comparison)
         .map(|text| text + "\n")
         .map_err(|source| ReportError::Json { dataset: "the comparison".to_owned(), source })
 }
 
+/// As in compare.json.
+impl Serialize for Comparison {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        document(self).serialize(serializer)
+    }
+}
+
 /// The content of compare.json; numbers that are not finite become `null`.
-#[must_use]
-pub(crate) fn document(comparison: &Comparison) -> Json {
+fn document(comparison: &Comparison) -> Json {
     let name = |label: usize| comparison.labels[label].clone();
     let quantity = |q: &Compared| {
         let estimate = |v: &Value| {

@@ -2,6 +2,7 @@
 
 use std::fmt::Write as _;
 
+use serde::{Serialize, Serializer};
 use serde_json::{Map, Value as Json, json};
 
 use super::ReportError;
@@ -280,7 +281,7 @@ pub fn csv(design: &Design) -> String {
 }
 
 /// `{"mu": …, "mu_s": …, "e": …}`
-fn by_parameter<T: serde::Serialize>(values: &[T; 3]) -> Json {
+fn by_parameter<T: Serialize>(values: &[T; 3]) -> Json {
     let each = Parameter::COEFFICIENTS.into_iter().zip(values);
     Json::Object(each.map(|(p, value)| (p.name().to_owned(), json!(value))).collect::<Map<_, _>>())
 }
@@ -290,14 +291,20 @@ fn by_parameter<T: serde::Serialize>(values: &[T; 3]) -> Json {
 /// # Errors
 /// None in practice: what is not finite becomes `null`.
 pub fn json(design: &Design) -> Result<String, ReportError> {
-    serde_json::to_string_pretty(&document(design))
+    serde_json::to_string_pretty(design)
         .map(|text| text + "\n")
         .map_err(|source| ReportError::Json { dataset: "the design".to_owned(), source })
 }
 
+/// As in design.json.
+impl Serialize for Design {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        document(self).serialize(serializer)
+    }
+}
+
 /// The content of design.json; `null` for what is not determined.
-#[must_use]
-pub(crate) fn document(design: &Design) -> Json {
+fn document(design: &Design) -> Json {
     let expected = &design.expected;
     let camera = &expected.camera;
     let kinds: Vec<Json> = expected

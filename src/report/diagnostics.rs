@@ -6,7 +6,7 @@ use super::digits::{FEW, MANY, decimal, edge, probability, relative, significant
 
 use crate::fit::{
     Alternative, Bootstrap, Bound, Combination, Computed, Contour, Fit, FoundMinimum, Goodness,
-    Identifiability, Influence, JointFit, Level, Robust, Starts, Trend,
+    Identifiability, Influence, JointFit, Level, Robust, SharedEstimate, SharedKind, Starts, Trend,
 };
 use crate::measurement::parameter::Parameter;
 
@@ -62,14 +62,19 @@ fn bound(found: &Bound) -> Value {
 }
 
 fn joint(found: &JointFit) -> Value {
-    let friction = |(value, error): (f64, f64)| json!({"value": to_error(value, Some(error)), "std_error": relative(error, FEW)});
-    json!({
-        "mu_k": friction(found.sliding),
-        "mu_r": friction(found.rolling),
-        "p_value": found.p_value.map(probability),
-        "observations": found.observations,
-        "shot_unknowns": found.unknowns,
-    })
+    let mut all = Map::new();
+    // those of the camera are told in `camera`
+    for SharedEstimate { kind, value, std_error } in &found.shared {
+        if !matches!(kind, SharedKind::Camera(_)) {
+            let entry =
+                json!({"value": to_error(*value, Some(*std_error)), "std_error": relative(*std_error, FEW)});
+            all.insert(kind.name().to_owned(), entry);
+        }
+    }
+    all.insert("p_value".to_owned(), json!(found.p_value.map(probability)));
+    all.insert("observations".to_owned(), json!(found.observations));
+    all.insert("shot_unknowns".to_owned(), json!(found.unknowns));
+    Value::Object(all)
 }
 
 fn bootstrap(found: &Bootstrap, error: Errors) -> Value {

@@ -15,7 +15,7 @@ use crate::measurement::parameter::Parameter;
 
 /// fit.json as text, with a newline at its end. What is not finite becomes `null`.
 pub fn render(fit: &Fit) -> Result<String, ReportError> {
-    match serde_json::to_string_pretty(&document(fit)) {
+    match serde_json::to_string_pretty(fit) {
         Ok(mut text) => {
             text.push('\n');
             Ok(text)
@@ -36,8 +36,7 @@ const EFFORT: [&str; 2] = ["  \"seconds\":", "  \"iterations\":"];
 
 /// Several fits as a JSON array, with a newline at its end.
 pub fn render_all(fits: &[Fit]) -> Result<String, ReportError> {
-    let documents: Vec<_> = fits.iter().map(document).collect();
-    match serde_json::to_string_pretty(&documents) {
+    match serde_json::to_string_pretty(fits) {
         Ok(text) => Ok(text + "\n"),
         Err(source) => Err(ReportError::Json { dataset: "all fits".to_string(), source }),
     }
@@ -86,9 +85,14 @@ fn explanation(found: &Explanation) -> ExplanationEntry {
     }
 }
 
-/// What fit.json holds, to serialise it alone or among others.
-#[must_use]
-pub(crate) fn document(fit: &Fit) -> Document<'_> {
+/// As in fit.json.
+impl Serialize for Fit {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        document(self).serialize(serializer)
+    }
+}
+
+fn document(fit: &Fit) -> Document<'_> {
     Document {
         dataset: &fit.dataset,
         group: fit.group.as_ref().map(|(column, label)| Group { column, label }),
@@ -138,7 +142,7 @@ pub(crate) fn document(fit: &Fit) -> Document<'_> {
 
 /// The content of fit.json, in the order of its keys.
 #[derive(Debug, Serialize)]
-pub(crate) struct Document<'a> {
+struct Document<'a> {
     dataset: &'a str,
     group: Option<Group<'a>>,
     verdict: Value,

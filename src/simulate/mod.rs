@@ -31,6 +31,7 @@ const NOT_ZERO: f64 = 1e-6;
 
 /// Why a specification cannot be followed.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
 pub enum BadSpec {
     /// A value of the specification is out of its range.
     #[error("{key} is {value}; expected {expected}")]
@@ -108,6 +109,7 @@ pub fn dataset(spec: &Spec) -> Result<Dataset, SynthError> {
 
 /// Why a synthetic data set cannot be made.
 #[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
 pub enum SynthError {
     /// The specification cannot be followed.
     #[error(transparent)]

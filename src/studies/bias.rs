@@ -17,7 +17,7 @@ use crate::measurement::parameter::{Compliance, Parameter, Setting, Settings};
 use crate::measurement::spin::Spin;
 use crate::measurement::values::Values;
 use crate::physics::ball::Ball;
-use crate::physics::collision::{Coefficients, Effects, Fidelity, Model};
+use crate::physics::collision::{Coefficients, Effects, Fidelity, FidelityChoice, Model};
 
 /// Of `contact` and `ode`, far below every error that a fit sees; differences for the Jacobian are then good
 /// to 1e-5.
@@ -198,8 +198,7 @@ pub fn bias(dataset: &Dataset, way: Way) -> Result<Row, FitError> {
     let gave_way = dataset.settings.compliance != Compliance::Rigid;
     let compliant = Effects { compliance: true, ..Fidelity::Full.effects() };
     let options = Options {
-        fidelity: fidelity.unwrap_or(Fidelity::Full),
-        auto: fidelity.is_none(),
+        fidelity: fidelity.map_or(FidelityChoice::Auto, FidelityChoice::Of),
         effects: if gives_way { Some(compliant) } else { fidelity.map(Fidelity::effects) },
         tolerance: if gives_way { Model::TOLERANCE_OF_FITS } else { TOLERANCE },
         depth: Depth::Estimates,

@@ -16,6 +16,7 @@ use caromfit::fit::{check, footage};
 use caromfit::io;
 use caromfit::io::DatasetError;
 use caromfit::measurement::dataset::{Dataset, Measured};
+use caromfit::physics::collision::FidelityChoice;
 use caromfit::simulate::{Camera, ClothSpec, Kind, Played, Shots, Spec};
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -94,7 +95,8 @@ fn film(seed: u64, tally: &Tally) {
         assert!(!finding.text.contains("NaN"), "{}", finding.text);
     }
     let method = if !discs && random.random_bool(0.2) { Method::Joint } else { Method::TwoStage };
-    let options = Options { method, depth: Depth::Estimates, auto: true, ..Options::default() };
+    let options =
+        Options { method, depth: Depth::Estimates, fidelity: FidelityChoice::Auto, ..Options::default() };
     let films = footage::films(&extracted, &scene, None, usize::MAX);
     for fit in fit::fit_watched(&dataset, &films, &options, &|| ()).into_iter().flatten() {
         assert!(fit.estimates.iter().all(|estimate| estimate.value.is_finite()));

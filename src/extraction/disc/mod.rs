@@ -97,6 +97,7 @@ enum Outcome {
 
 /// Why no impact could be extracted from a shot of discs.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
 pub enum Unusable {
     /// A disc was seen in too few frames; with the frames of the first and of the second disc.
     #[error(

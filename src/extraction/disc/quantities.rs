@@ -17,6 +17,7 @@ const fn spin(disc: usize, side: usize) -> usize {
 
 /// The quantities of a [`super::DiscImpact`], in the order of the columns that report them.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum Quantity {
     /// The coefficient of restitution e, dimensionless.
     Restitution,

@@ -8,6 +8,7 @@ use crate::measurement::parameter::Parameter;
 
 /// Why residuals may be larger than their errors.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum Cause {
     /// A camera that differs from what is stated.
     Film(Correction),

@@ -118,8 +118,7 @@ pub(in crate::fit) fn judge(fit: &mut Fit, shots: &[&Shot]) {
         };
     }
     if let Some(joint) = &mut fit.diagnostics.joint {
-        joint.sliding.1 = f64::NAN;
-        joint.rolling.1 = f64::NAN;
+        joint.shared.iter_mut().for_each(|estimate| estimate.std_error = f64::NAN);
     }
     // their regions are intervals of two parameters
     fit.diagnostics.contours.clear();

@@ -39,6 +39,8 @@ pub(crate) struct Extracted<'a> {
     /// Standard deviation of a coordinate, m, and what it is over that which the frames were weighted by.
     pub position_sd: f64,
     pub scale: f64,
+    /// χ² of the frames, whatever the collision.
+    pub chi2: f64,
     /// Noise from second differences, m.
     pub noise: f64,
     /// Instants of the frames left out as wrong, of the cue ball and of the object ball.
@@ -105,6 +107,7 @@ impl Film {
             seen,
             states_noise: shot.position_sd.is_some() || all().all(|sample| sample.sd.is_some()),
             position_sd: impact.position_sd,
+            least_chi2: impact.chi2,
         }
     }
 
@@ -138,6 +141,7 @@ impl Film {
             seen,
             states_noise: true,
             position_sd: 0.0,
+            least_chi2: 0.0,
         }
     }
 }

@@ -121,6 +121,8 @@ pub struct Film {
     pub(crate) states_noise: bool,
     /// Standard deviation of a coordinate, m: stated, or what the shot's own residuals show; 0 where positions state their own.
     pub(crate) position_sd: f64,
+    /// χ² of its motion, whatever the collision.
+    pub(crate) least_chi2: f64,
 }
 
 /// A shot at given shared parameters, its own unknowns eliminated.

@@ -17,6 +17,7 @@ use crate::physics::cloth_motion::Cloth;
 
 /// Which unknown.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum Kind {
     /// The cloth's sliding friction μ_k.
     Sliding,

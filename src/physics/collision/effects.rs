@@ -1,5 +1,9 @@
 //! What a simulation of an impact contains: one switch for each effect.
 
+use std::str::FromStr;
+
+use crate::physics::name::UnknownName;
+
 /// Effects of an impact, each on or off. [`super::Fidelity::effects`] gives those that a fidelity can simulate.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[allow(clippy::struct_excessive_bools)] // any combination of the effects is one that can be asked for
@@ -96,13 +100,41 @@ impl Effects {
     /// The effects that are on in both.
     #[must_use]
     pub fn and(self, other: Self) -> Self {
-        let mut both = Self::NONE;
-        for ((name, a), (_, b)) in self.list().into_iter().zip(other.list()) {
-            if let Some(on) = both.switch(name) {
-                *on = a && b;
-            }
+        Self {
+            inelasticity: self.inelasticity && other.inelasticity,
+            friction: self.friction && other.friction,
+            stick: self.stick && other.stick,
+            turning: self.turning && other.turning,
+            cloth: self.cloth && other.cloth,
+            cloth_turning: self.cloth_turning && other.cloth_turning,
+            cloth_on_cue: self.cloth_on_cue && other.cloth_on_cue,
+            gravity: self.gravity && other.gravity,
+            falling_friction: self.falling_friction && other.falling_friction,
+            compliance: self.compliance && other.compliance,
         }
-        both
+    }
+}
+
+/// `all`, `none`, or names of [`Effects::NAMES`] with commas between.
+impl FromStr for Effects {
+    type Err = UnknownName;
+
+    fn from_str(text: &str) -> Result<Self, UnknownName> {
+        match text {
+            "all" => return Ok(Self::ALL),
+            "none" => return Ok(Self::NONE),
+            _ => {}
+        }
+        let mut effects = Self::NONE;
+        for name in text.split(',').map(str::trim) {
+            let unknown = || UnknownName {
+                kind: "effect",
+                name: name.to_owned(),
+                known: ["all", "none"].into_iter().chain(Self::NAMES).collect(),
+            };
+            *effects.switch(name).ok_or_else(unknown)? = true;
+        }
+        Ok(effects)
     }
 }
 

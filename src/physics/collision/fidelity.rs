@@ -1,6 +1,9 @@
 //! The ladder of models, from the cheapest to the most exact.
 
+use std::str::FromStr;
+
 use super::Effects;
+use crate::physics::name::{UnknownName, named};
 
 /// How closely the collision is modelled.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -59,5 +62,59 @@ impl Fidelity {
             Self::Ode => Effects { gravity: false, ..Effects::ALL },
             Self::Contact => Effects::ALL,
         }
+    }
+}
+
+/// What the shots of a fit are computed with.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum FidelityChoice {
+    /// Each shot takes the cheapest fidelity whose errors stay within a tenth of its standard errors; it is chosen at the start of
+    /// the fit.
+    Auto,
+    /// All take this one.
+    Of(Fidelity),
+}
+
+impl FidelityChoice {
+    /// The name on the command line and in fit.json.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Auto => "auto",
+            Self::Of(fidelity) => fidelity.name(),
+        }
+    }
+
+    /// What collisions are computed with before anything else is chosen.
+    #[must_use]
+    pub(crate) fn first(self) -> Fidelity {
+        match self {
+            Self::Auto => Fidelity::Full,
+            Self::Of(fidelity) => fidelity,
+        }
+    }
+}
+
+impl FromStr for Fidelity {
+    type Err = UnknownName;
+
+    fn from_str(name: &str) -> Result<Self, UnknownName> {
+        named("fidelity", &Self::ALL, |fidelity| [fidelity.name()], name)
+    }
+}
+
+impl FromStr for FidelityChoice {
+    type Err = UnknownName;
+
+    fn from_str(name: &str) -> Result<Self, UnknownName> {
+        let mut all = Fidelity::ALL.map(Self::Of).to_vec();
+        all.push(Self::Auto);
+        named("fidelity", &all, |choice| [choice.name()], name)
+    }
+}
+
+impl From<Fidelity> for FidelityChoice {
+    fn from(fidelity: Fidelity) -> Self {
+        Self::Of(fidelity)
     }
 }

@@ -7,6 +7,7 @@ use crate::physics::friction_law::{Friction, Law};
 
 /// Why an input describes no collision.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
 pub enum NotACollision {
     /// A number of the input is NaN or infinite.
     #[error("{name} is {value}; expected a finite number")]

@@ -38,7 +38,7 @@ use super::friction_law::Law;
 
 pub(crate) use corrected::{Corrected, Correction};
 pub use effects::Effects;
-pub use fidelity::Fidelity;
+pub use fidelity::{Fidelity, FidelityChoice};
 use input::Contact;
 pub use input::NotACollision;
 pub use law::{ByOthers, OTHERS};

@@ -1,0 +1,52 @@
+//! Things by their names in files and on the command line.
+
+/// No thing of some kind has a name.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("\"{name}\" is no {kind}; expected one of {}", known.join(", "))]
+pub struct UnknownName {
+    /// What was looked for, as "fidelity".
+    pub kind: &'static str,
+    /// The name that was given.
+    pub name: String,
+    /// The names that there are.
+    pub known: Vec<&'static str>,
+}
+
+/// The one of several things that has a name, of which each may have more than one: the first of them is what is expected.
+pub(crate) fn named<T: Copy, const N: usize>(
+    kind: &'static str,
+    all: &[T],
+    names: fn(T) -> [&'static str; N],
+    name: &str,
+) -> Result<T, UnknownName> {
+    let found = all.iter().copied().find(|one| names(*one).contains(&name));
+    found.ok_or_else(|| UnknownName {
+        kind,
+        name: name.to_owned(),
+        known: all.iter().filter_map(|one| names(*one).first().copied()).collect(),
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::physics::collision::{Effects, Fidelity, FidelityChoice};
+
+    #[test]
+    fn what_has_a_name_is_found_by_it() {
+        for fidelity in Fidelity::ALL {
+            assert_eq!(fidelity.name().parse(), Ok(fidelity));
+            assert_eq!(fidelity.name().parse(), Ok(FidelityChoice::Of(fidelity)));
+        }
+        assert_eq!("auto".parse(), Ok(FidelityChoice::Auto));
+        let error = "fulll".parse::<FidelityChoice>().unwrap_err().to_string();
+        assert_eq!(
+            error,
+            "\"fulll\" is no fidelity; expected one of elastic, inelastic, linear, full, ode, contact, auto"
+        );
+        let some = Effects { friction: true, cloth: true, ..Effects::NONE };
+        assert_eq!("friction, cloth".parse(), Ok(some));
+        assert_eq!("all".parse(), Ok(Effects::ALL));
+        assert_eq!("none".parse(), Ok(Effects::NONE));
+        assert!("friction,".parse::<Effects>().is_err());
+    }
+}
