@@ -161,7 +161,11 @@ fn paths_bend_between_slow_frames() {
 
 /// A phone on a tripod: 1.6 m above the table, tilted by 20°, pixels, y downwards, and no ruler.
 pub(crate) fn by_phone(film: Vec<TrackShot>) -> Dataset {
-    let (height, tilt, focal) = (1.6, 0.35_f64, 1500.0);
+    by_tilted_phone(film, 0.35)
+}
+
+fn by_tilted_phone(film: Vec<TrackShot>, tilt: f64) -> Dataset {
+    let (height, focal) = (1.6, 1500.0);
     let (sin, cos) = tilt.sin_cos();
     let film = shown(film, |x, y| {
         let y = y + height * tilt.tan();
@@ -182,6 +186,24 @@ fn a_phone_needs_no_ruler() {
     // 1500 px over the 1.7 m to the middle of the picture
     let scale = of(&found, Correction::Scale).value;
     assert!((700.0..1000.0).contains(&scale), "{scale}");
+}
+
+/// What is usual of a camera must not hold back the start of the search where few contacts speak against it.
+#[test]
+fn six_shots_calibrate_a_phone() {
+    for seed in 0..count("CAROMFIT_SETS", 3) as u64 {
+        let six = clean(7300 + seed).split_off(34);
+        for tilt in [0.35, -0.35, 0.6] {
+            let (fit, found) = fitted(by_tilted_phone(six.clone(), tilt));
+            assert!(found.converged && fit.shots_used == 6, "{seed} {tilt}: {:?}", fit.shots_rejected);
+            assert!(fit.refuted.is_none(), "{seed} {tilt}: {}", fit.verdict().sentence);
+            for (parameter, truth) in Parameter::COEFFICIENTS.into_iter().zip(TRUTH) {
+                let estimate = fit.estimates[parameter as usize];
+                let off = (estimate.value - truth) / estimate.std_error.unwrap();
+                assert!(off.abs() < ERRORS, "{seed} {tilt}: {estimate:?}");
+            }
+        }
+    }
 }
 
 /// Intervals hold the truth where the balls calibrate the camera: of films that need it and of films that do not.

@@ -36,6 +36,7 @@ mod report;
 mod robust_frames;
 mod schema;
 mod search;
+mod shared_camera;
 mod shipped;
 mod shot_estimates;
 mod signs;

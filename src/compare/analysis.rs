@@ -59,17 +59,17 @@ fn analyse_once(
         let same = prepared.first().filter(|_| options.same_camera).and_then(|first| first.camera.as_ref());
         prepared.push(Prepared::filmed_like(dataset, same, done));
     }
-    if options.same_camera
-        && let Err(error) = camera::share(&mut prepared)
-    {
-        return Analysis { datasets: prepared, comparison: Err(error) };
-    }
     let all_joint = || prepared.iter().all(|p| p.best_method() == Method::Joint);
     let method = method.unwrap_or_else(|| if all_joint() { Method::Joint } else { Method::TwoStage });
     let options = Options { method, ..options.clone() };
-    if let (true, Method::TwoStage, Some(first)) = (options.same_camera, method, prepared.first()) {
-        let error = CompareError::NoCamera(first.dataset.name.clone());
-        return Analysis { datasets: prepared, comparison: Err(error) };
+    if options.same_camera {
+        let shared = match (method, prepared.first()) {
+            (Method::TwoStage, Some(first)) => Err(CompareError::NoCamera(first.dataset.name.clone())),
+            _ => camera::share(&mut prepared),
+        };
+        if let Err(error) = shared {
+            return Analysis { datasets: prepared, comparison: Err(error) };
+        }
     }
     let footage = |prepared: &Prepared| match method {
         Method::Joint => Footage {

@@ -22,7 +22,7 @@ pub(super) fn share(prepared: &mut [Prepared]) -> Result<(), CompareError> {
         let camera = camera.ok_or_else(|| CompareError::NoCamera(name.clone()))?;
         let (other, unit) = first.get_or_insert_with(|| (name.clone(), camera.unit));
         if *unit != camera.unit {
-            let factor = camera.unit / *unit;
+            let factor = *unit / camera.unit;
             return Err(CompareError::OtherCamera { first: other.clone(), other: name.clone(), factor });
         }
         adopted.extend(camera.adopted());

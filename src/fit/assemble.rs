@@ -99,7 +99,9 @@ impl<'a> Finished<'a> {
             bootstrap: resampled.then(bootstrap),
             contours: self.estimates.contours.clone(),
             alternatives,
-            joint: search.is_filmed().then(|| joint_fit(search, minimum, chi2)),
+            joint: search
+                .is_filmed()
+                .then(|| joint_fit(search, minimum, (chi2, &self.estimates.shared_intervals))),
             bound: bound(search, unknowns, minimum, films, cloth_of(minimum, dataset)),
             ..Diagnostics::default()
         }

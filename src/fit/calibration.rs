@@ -61,7 +61,9 @@ pub(super) fn calibrated(
     let found = search.and_then(|search| {
         let from = |mut search: Search| Some((search.found()?, search.unit, search.scene));
         let mut started = search.clone();
-        started.start();
+        if same.is_none() {
+            started.start();
+        }
         let first = from(started);
         // lines see the contacts of slow films so badly that what they say of the camera may lead astray
         if first.as_ref().is_some_and(|(found, ..)| found.converged) { first } else { from(search).or(first) }
@@ -180,7 +182,8 @@ impl<'a> Search<'a> {
         let contacts = contacts(&films);
         let count = contacts.len().max(1) as f64;
         let middle = [0, 1].map(|i| contacts.iter().map(|[a, b]| 0.5 * (a[i] + b[i])).sum::<f64>() / count);
-        let mut camera = Camera::neutral(same.map_or(middle, |same| same.camera.middle));
+        // one that is known to be the same is looked for where it was found
+        let mut camera = same.map_or(Camera::neutral(middle), |same| same.camera);
         let mut free = Vec::new();
         for (which, stated) in Correction::ALL.into_iter().zip(tracks.camera) {
             match stated {
@@ -213,24 +216,37 @@ impl<'a> Search<'a> {
 
     /// Puts scale, aspect, shear and perspective where the contacts are 2R apart, by least squares of Huber's loss.
     fn start(&mut self) {
-        const STEPS: usize = 30;
-        /// No contact is seen better than to this part of 2R between two frames.
-        const LEAST_ERROR: f64 = 1e-3;
-        const HUBER: f64 = 1.345;
         let lens_or_shutter = [Correction::Lens, Correction::Shutter];
         let free: Vec<Correction> =
             self.free.iter().copied().filter(|which| !lens_or_shutter.contains(which)).collect();
         if free.is_empty() || self.contacts.len() < LEAST_SHOTS {
             return;
         }
-        let before = self.gaps(&self.camera);
-        let mut camera = self.camera;
-        let mut error = LEAST_ERROR;
-        for _ in 0..STEPS {
-            let gaps = self.gaps(&camera);
+        let Some((camera, error)) = self.at_contacts(self.camera, &free) else { return };
+        let cost =
+            |camera: &Camera| self.gaps(camera).iter().map(|gap| (gap / error).powi(2).min(9.0)).sum::<f64>();
+        // as much as so many numbers fit by chance, and more
+        if cost(&self.camera) - cost(&camera) > 2.0 * CALLED_FOR + free.len() as f64 {
+            self.camera = camera;
+        }
+    }
+
+    /// The camera with which the contacts are 2R apart, from another one; and how far they usually miss that, over 2R.
+    fn at_contacts(&self, mut camera: Camera, free: &[Correction]) -> Option<(Camera, f64)> {
+        const STEPS: usize = 30;
+        /// No contact is seen better than to this part of 2R between two frames.
+        const LEAST_ERROR: f64 = 1e-3;
+        const HUBER: f64 = 1.345;
+        /// What is usual of a camera holds back no start: few contacts that are far from 2R yet would not move it from there.
+        const WIDER: f64 = 10.0;
+        let usual = |gaps: &DVector<f64>| {
             let mut sizes: Vec<f64> = gaps.iter().map(|gap| gap.abs()).collect();
             sizes.sort_by(f64::total_cmp);
-            error = (sizes[sizes.len() / 2] / 0.6745).max(LEAST_ERROR);
+            sizes[sizes.len() / 2] / 0.6745
+        };
+        for _ in 0..STEPS {
+            let gaps = self.gaps(&camera);
+            let error = usual(&gaps).max(LEAST_ERROR);
             let weight = |gap: f64| (HUBER * error / gap.abs()).min(1.0) / (error * error);
             let mut normal = DMatrix::<f64>::zeros(free.len(), free.len());
             let mut gradient = DVector::<f64>::zeros(free.len());
@@ -248,29 +264,23 @@ impl<'a> Search<'a> {
                     normal[(i, j)] = sum(&|n| weight(gaps[n]) * by[i][n] * by[j][n]);
                 }
                 let off = camera.get(free[i]) - free[i].neutral();
-                // a scale that is not stated has no prior
-                let prior = if free[i] == Correction::Scale { 1e-2 } else { 1.0 };
-                let prior = prior / free[i].usual().powi(2);
+                let prior = (WIDER * free[i].usual()).powi(-2);
                 normal[(i, i)] += prior;
                 gradient[i] = sum(&|n| weight(gaps[n]) * by[i][n] * gaps[n]) + prior * off;
             }
-            let Some(step) = normal.cholesky().map(|cholesky| cholesky.solve(&gradient)) else { return };
+            let step = normal.cholesky()?.solve(&gradient);
             if !step.iter().all(|s| s.is_finite()) {
-                return;
+                return None;
             }
             for (which, step) in free.iter().zip(step.iter()) {
                 camera = camera.with(*which, camera.get(*which) - step);
             }
-            if step.iter().zip(&free).all(|(step, which)| step.abs() < 1e-6 * which.usual()) {
+            if step.iter().zip(free).all(|(step, which)| step.abs() < 1e-6 * which.usual()) {
                 break;
             }
         }
-        let after = self.gaps(&camera);
-        let cost = |gaps: &DVector<f64>| gaps.iter().map(|gap| (gap / error).powi(2).min(9.0)).sum::<f64>();
-        // as much as so many numbers fit by chance, and more
-        if cost(&before) - cost(&after) > 2.0 * CALLED_FOR + free.len() as f64 {
-            self.camera = camera;
-        }
+        let error = usual(&self.gaps(&camera));
+        error.is_finite().then_some((camera, error.max(LEAST_ERROR)))
     }
 
     /// What the frames of the films as the camera corrects them say is left.

@@ -3,14 +3,18 @@
 use nalgebra::DMatrix;
 
 use super::intervals::confidence_region::{self, Contour};
-use super::intervals::profile;
+use super::intervals::profile::Profiles;
+use super::minimum::Minimum;
 use super::robust::Sandwich;
 use super::scatter::Scatter;
 use super::settled::Settled;
 use super::slice::Slice;
 use super::uncertainty::{self, Quantiles, Uncertainty};
-use super::{Depth, Estimate, Intervals, Plateau, Status};
+use super::{Depth, Estimate, Intervals, Plateau, SharedKind, Status};
+use crate::likelihood::frames::shared_unknowns::SharedUnknown;
+use crate::likelihood::sample::Sample;
 use crate::measurement::parameter::Parameter;
+use crate::numerics::least_squares::Activity;
 
 /// What a fit of one sample says of its parameters.
 pub(super) struct Estimates {
@@ -20,6 +24,8 @@ pub(super) struct Estimates {
     pub correlation: DMatrix<f64>,
     /// Regions of pairs.
     pub contours: Vec<Contour>,
+    /// 95 % intervals of what the cloth does, the first of what shots share besides; none where they were not looked for.
+    pub shared_intervals: Vec<Option<[f64; 2]>>,
     /// The least cost that was met, which may be below that of the minimum.
     pub lowest: f64,
     /// Whether the noise is stated, or could be estimated.
@@ -46,15 +52,19 @@ impl Estimates {
         let mut uncertainty =
             uncertainty::of(minimum, &free, settings, quantiles.as_ref(), sandwich.as_ref());
         let mut lowest = minimum.cost;
-        let mut contours = Vec::new();
+        let (mut contours, mut shared_intervals) = (Vec::new(), Vec::new());
         if let (true, None, Some(quantiles)) = (depth >= Depth::Intervals, &sandwich, &quantiles) {
             let constraints = minimum.constraints.clone();
             let slice = Slice { search, free: unknowns, constraints, whitening: &minimum.whitening };
-            let profiles;
-            (profiles, lowest) = profile::intervals(&slice, minimum, &uncertainty.estimates, quantiles);
-            for (estimate, profile) in uncertainty.estimates.iter_mut().zip(profiles) {
+            let mut profiles = Profiles::new(&slice, minimum, quantiles);
+            for (column, estimate) in uncertainty.estimates.iter_mut().enumerate() {
+                let profile = profiles.interval(column, estimate.status, estimate.interval_95);
                 estimate.choose_interval(profile);
             }
+            if search.is_filmed() {
+                shared_intervals = of_cloth(&mut profiles, (sample, free.len()), minimum);
+            }
+            lowest = profiles.lowest;
             if depth >= Depth::Everything {
                 contours = confidence_region::contours(&slice, minimum, estimated_dof);
             }
@@ -79,8 +89,26 @@ impl Estimates {
                 correlation[(row, column)] = uncertainty.correlation[(i, j)];
             }
         }
-        Self { all, correlation, contours, lowest, knows_noise }
+        Self { all, correlation, contours, shared_intervals, lowest, knows_noise }
     }
+}
+
+/// Intervals of the cloth's unknowns; those of the camera, which no one asks for, are as its errors say.
+fn of_cloth(
+    profiles: &mut Profiles,
+    (sample, first): (&Sample, usize),
+    minimum: &Minimum,
+) -> Vec<Option<[f64; 2]>> {
+    let of = |(place, _): (usize, &SharedUnknown)| {
+        let status = match minimum.active[first + place] {
+            Activity::Free => Status::Free,
+            Activity::AtLower => Status::AtLowerBound,
+            Activity::AtUpper => Status::AtUpperBound,
+        };
+        profiles.interval(first + place, status, None)
+    };
+    let cloth = sample.unknowns.iter().enumerate();
+    cloth.take_while(|(_, unknown)| !matches!(unknown.kind, SharedKind::Camera(_))).map(of).collect()
 }
 
 /// The estimate of a parameter: fitted, on a plateau, or where it is held.

@@ -153,7 +153,11 @@ fn shared_covariance(minimum: &Minimum, free: &[Parameter], unknowns: &[SharedUn
 }
 
 /// What a joint fit found besides the parameters; `chi2` and `dof` are those of the frames.
-pub(super) fn joint_fit(search: &Search, minimum: &Minimum, (chi2, dof): (f64, usize)) -> JointFit {
+pub(super) fn joint_fit(
+    search: &Search,
+    minimum: &Minimum,
+    ((chi2, dof), intervals): ((f64, usize), &[Option<[f64; 2]>]),
+) -> JointFit {
     let Sample { fitted, unknowns, .. } = search.first();
     let first = minimum.x.len() - unknowns.len();
     let covariance = match Sandwich::new(search, minimum, first) {
@@ -165,6 +169,7 @@ pub(super) fn joint_fit(search: &Search, minimum: &Minimum, (chi2, dof): (f64, u
         kind: unknown.kind,
         value: minimum.x[first + i],
         std_error: of(i, i).sqrt(),
+        interval_95: intervals.get(i).copied().flatten(),
     });
     let films = || fitted.iter().filter_map(|shot| shot.film.as_ref());
     let is_tested = !search.is_robust() && films().all(|film| film.states_noise);

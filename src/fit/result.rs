@@ -201,6 +201,8 @@ pub struct SharedEstimate {
     pub value: f64,
     /// Its standard error; NaN where the model is refuted, or the frames do not tell it.
     pub std_error: f64,
+    /// The 95 % interval of the profile, of what the cloth does and where intervals were asked for; at a bound one-sided.
+    pub interval_95: Option<[f64; 2]>,
 }
 
 /// The Cramér–Rao bound of the positions in the frames, with μ_k and μ_r of the cloth unknown.

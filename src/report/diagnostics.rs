@@ -2,7 +2,7 @@
 
 use serde_json::{Map, Value, json};
 
-use super::digits::{FEW, MANY, decimal, edge, probability, relative, significant, to_error};
+use super::digits::{FEW, MANY, decimal, edge, end, probability, relative, significant, to_error};
 
 use crate::fit::{
     Alternative, Bootstrap, Bound, Combination, Computed, Contour, Fit, FoundMinimum, Goodness,
@@ -64,10 +64,11 @@ fn bound(found: &Bound) -> Value {
 fn joint(found: &JointFit) -> Value {
     let mut all = Map::new();
     // those of the camera are told in `camera`
-    for SharedEstimate { kind, value, std_error } in &found.shared {
+    for SharedEstimate { kind, value, std_error, interval_95 } in &found.shared {
         if !matches!(kind, SharedKind::Camera(_)) {
-            let entry =
-                json!({"value": to_error(*value, Some(*std_error)), "std_error": relative(*std_error, FEW)});
+            let error = Some(*std_error);
+            let interval = interval_95.map(|ends| ends.map(|value| end(value, error)));
+            let entry = json!({"value": to_error(*value, error), "std_error": relative(*std_error, FEW), "interval_95": interval});
             all.insert(kind.name().to_owned(), entry);
         }
     }

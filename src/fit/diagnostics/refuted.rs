@@ -118,7 +118,9 @@ pub(in crate::fit) fn judge(fit: &mut Fit, shots: &[&Shot]) {
         };
     }
     if let Some(joint) = &mut fit.diagnostics.joint {
-        joint.shared.iter_mut().for_each(|estimate| estimate.std_error = f64::NAN);
+        for estimate in &mut joint.shared {
+            (estimate.std_error, estimate.interval_95) = (f64::NAN, None);
+        }
     }
     // their regions are intervals of two parameters
     fit.diagnostics.contours.clear();

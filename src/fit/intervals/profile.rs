@@ -3,10 +3,10 @@
 
 use nalgebra::{DMatrix, DVector};
 
+use crate::fit::Status;
 use crate::fit::minimum::Minimum;
 use crate::fit::slice::Slice;
 use crate::fit::uncertainty::Quantiles;
-use crate::fit::{Estimate, Status};
 use crate::numerics::least_squares::Constraints;
 
 /// An end of an interval is found to this part of its distance from the estimate…
@@ -17,43 +17,49 @@ pub(in crate::fit) const EDGE: f64 = 1e-2;
 /// Evaluations for one end; a smooth profile takes two or three.
 const MAX_TRIALS: usize = 40;
 
-/// Profile-likelihood intervals of the free parameters, one-sided at an active bound; `None` where
-/// there is none. Also the lowest cost met, in case that is below the minimum.
-pub(in crate::fit) fn intervals(
-    slice: &Slice,
-    minimum: &Minimum,
-    estimates: &[Estimate],
-    quantiles: &Quantiles,
-) -> (Vec<Option<[f64; 2]>>, f64) {
-    let mut lowest = minimum.cost;
-    let covariance = minimum.covariance();
-    let mut intervals = Vec::with_capacity(estimates.len());
-    for (column, estimate) in estimates.iter().enumerate() {
-        let value = minimum.x[column];
-        // as far as the Hessian's interval says
-        let first = |side: usize| {
-            let reach = estimate.interval_95.map_or(f64::NAN, |ends| (ends[side] - value).abs());
-            if reach > 0.0 && reach.is_finite() { reach } else { 0.1 * value.abs().max(0.01) }
-        };
+/// Profile-likelihood intervals of a minimum.
+pub(in crate::fit) struct Profiles<'a> {
+    slice: &'a Slice<'a>,
+    minimum: &'a Minimum,
+    quantiles: &'a Quantiles,
+    covariance: Option<DMatrix<f64>>,
+    /// The lowest cost met, in case that is below the minimum.
+    pub lowest: f64,
+}
+
+impl<'a> Profiles<'a> {
+    pub(in crate::fit) fn new(slice: &'a Slice<'a>, minimum: &'a Minimum, quantiles: &'a Quantiles) -> Self {
+        Self { slice, minimum, quantiles, covariance: minimum.covariance(), lowest: minimum.cost }
+    }
+
+    /// That of a column, one-sided at an active bound; `None` where there is none. `expected`: as far as the Hessian's interval says.
+    pub(in crate::fit) fn interval(
+        &mut self,
+        column: usize,
+        status: Status,
+        expected: Option<[f64; 2]>,
+    ) -> Option<[f64; 2]> {
+        let value = self.minimum.x[column];
+        let Quantiles { two_sided: both, one_sided: one, .. } = *self.quantiles;
         let mut end = |side: usize, t: f64| {
+            let reach = expected.map_or(f64::NAN, |ends| (ends[side] - value).abs());
+            let first = if reach > 0.0 && reach.is_finite() { reach } else { 0.1 * value.abs().max(0.01) };
             let sign = if side == 0 { -1.0 } else { 1.0 };
-            let from = (&minimum.x, minimum.cost);
-            let follow = follow(covariance.as_ref(), column);
-            let ray =
-                Ray { slice, from, lowest: minimum.cost, column, follow: &follow, sign, precision: END };
-            let (reach, cost) = ray.reach(t, first(side))?;
-            lowest = lowest.min(cost);
+            let from = (&self.minimum.x, self.minimum.cost);
+            let follow = follow(self.covariance.as_ref(), column);
+            let lowest = self.minimum.cost;
+            let ray = Ray { slice: self.slice, from, lowest, column, follow: &follow, sign, precision: END };
+            let (reach, cost) = ray.reach(t, first)?;
+            self.lowest = self.lowest.min(cost);
             Some(ray.value(reach))
         };
-        let (both, one) = (quantiles.two_sided, quantiles.one_sided);
-        intervals.push(match estimate.status {
+        match status {
             Status::Free => end(0, both).and_then(|low| Some([low, end(1, both)?])),
             Status::AtLowerBound => end(1, one).map(|high| [value, high]),
             Status::AtUpperBound => end(0, one).map(|low| [low, value]),
             Status::Fixed | Status::NotIdentified => None,
-        });
+        }
     }
-    (intervals, lowest)
 }
 
 /// How the others follow one of the unknowns where χ² is least over them: C_i/C_ii of their covariance; not at all where there is none.

