@@ -33,11 +33,11 @@ fn pull(fit: &Fit, parameter: Parameter) -> f64 {
     (estimate.value - truth) / estimate.std_error.unwrap()
 }
 
-/// Every tenth shot was played with other balls. No frame of it is wrong: what is wrong is seen only against the other shots.
+/// Every eighth shot was played with other balls. No frame of it is wrong: what is wrong is seen only against the other shots.
 #[test]
 fn shots_with_other_balls_count_less() {
     let (mut shots, others) = (film(TRUTH, 51), film(Truth { mu: 0.09, e: 0.90, ..TRUTH }, 51));
-    for i in (0..40).step_by(10) {
+    for i in (0..40).step_by(8) {
         shots[i] = others[i].clone();
     }
     for loss in [Loss::Huber, Loss::Cauchy] {
@@ -45,9 +45,10 @@ fn shots_with_other_balls_count_less() {
         assert_eq!(fit.method, Method::Joint);
         assert!(fit.converged && fit.shots_used == 40, "{}", fit.termination);
         let robust = fit.diagnostics.robust.as_ref().unwrap();
-        let mut least: Vec<&str> = robust.weights.iter().take(4).map(|(shot, _)| shot.as_str()).collect();
+        let mut least: Vec<&str> = robust.weights.iter().take(5).map(|(shot, _)| shot.as_str()).collect();
         least.sort_unstable();
-        let wrong: Vec<&str> = [0, 10, 20, 30].map(|i| shots[i].name.as_str()).to_vec();
+        let mut wrong = [0, 8, 16, 24, 32].map(|i| shots[i].name.as_str());
+        wrong.sort_unstable();
         assert_eq!(least, wrong, "{:?}", robust.weights);
         for parameter in Parameter::COEFFICIENTS {
             // Huber's loss bounds what a wrong shot does, and does not undo it

@@ -28,7 +28,9 @@ pub(super) fn share(prepared: &mut [Prepared]) -> Result<(), CompareError> {
         adopted.extend(camera.adopted());
     }
     for camera in prepared.iter_mut().filter_map(|own| own.camera.as_mut()) {
-        adopted.iter().for_each(|which| camera.adopt(*which));
+        for which in &adopted {
+            camera.adopt(*which);
+        }
     }
     Ok(())
 }

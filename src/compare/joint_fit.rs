@@ -10,8 +10,8 @@ use super::verdict::Tests;
 use super::{COMPARED, CompareError, Compared, Comparison, LabelResidual, Options, Robust};
 use crate::fit::constraints::Tie;
 use crate::fit::fidelity_choice;
-use crate::fit::frames::outlying;
 use crate::fit::minimum::Minimum;
+use crate::fit::outlying::{Odd, outlying};
 use crate::fit::robust::Sandwich;
 use crate::fit::rows::residual_rows;
 use crate::fit::samples::Search;
@@ -84,8 +84,8 @@ impl<'a> FitOfAll<'a> {
         Ok(Self { groups, before, informed, tested, covariance, tests, noise_estimated })
     }
 
-    /// Of each group, the shots whose frames fit no collision that fits those of the others: places among its shots, and χ²/dof.
-    pub(super) fn odd(&self) -> Vec<Vec<(usize, f64)>> {
+    /// Of each group, the shots whose frames fit no collision that fits those of the others.
+    pub(super) fn odd(&self) -> Vec<Vec<Odd>> {
         let mut found = vec![Vec::new(); self.groups.len()];
         let mut rest = self.minimum().residuals.as_slice();
         for (place, sample) in self.informed.places.iter().zip(&self.informed.settled.search.samples) {

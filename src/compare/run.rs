@@ -9,6 +9,7 @@ use super::sliding::Known;
 use super::{COMPARED, CompareError, Comparison, Footage, Options, SampleSummary};
 use crate::fit::Method;
 use crate::fit::frames::filmed;
+use crate::fit::outlying::Odd;
 use crate::likelihood::fitted::Fitted;
 use crate::likelihood::frames::shared_unknowns;
 
@@ -74,16 +75,16 @@ fn with_frames(
     Ok(all)
 }
 
-fn leave_out(group: &Group, shots: &mut Vec<Fitted>, odd: &[(usize, f64)], summary: &mut SampleSummary) {
-    for (place, reduced) in odd {
-        let name = &group.dataset.shots[shots[*place].index].name;
-        summary.shots_rejected.push(crate::fit::run::fits_no_collision(name, *reduced));
+fn leave_out(group: &Group, shots: &mut Vec<Fitted>, odd: &[Odd], summary: &mut SampleSummary) {
+    for odd in odd {
+        let name = &group.dataset.shots[shots[odd.place].index].name;
+        summary.shots_rejected.push(odd.rejected(name));
     }
     summary.shots_used -= odd.len();
     let mut place = 0;
     shots.retain(|_| {
         place += 1;
-        odd.iter().all(|(odd, _)| odd + 1 != place)
+        odd.iter().all(|odd| odd.place + 1 != place)
     });
 }
 

@@ -46,7 +46,7 @@ impl Prepared {
         done: &(dyn Fn() + Sync),
     ) -> Self {
         let (dataset, camera, learned) = calibrated(dataset, same);
-        let (dataset, extracted, scene) = extracted(dataset, learned, done);
+        let (dataset, extracted, scene) = extracted(dataset, learned.as_ref(), done);
         Self { dataset, extracted, scene, camera }
     }
 

@@ -8,7 +8,8 @@ use nalgebra::{DMatrix, DVector};
 
 use super::camera::{FoundCamera, FoundCorrection};
 use super::footage;
-use super::frames::{filmed, outlying};
+use super::frames::filmed;
+use super::outlying::outlying;
 use super::settled::Settled;
 use super::{FilmUnknowns, model_choice, samples};
 use crate::extraction::{Unusable, contact, extract_all, noise_correlation, repair_drops_at_impacts};
@@ -322,7 +323,7 @@ impl<'a> Search<'a> {
         // shots that fit no collision tell nothing of the camera
         let odd = outlying(&fitted, settled.minimum.residuals.as_slice());
         let others: Vec<_> = (0..fitted.len())
-            .filter(|i| odd.iter().all(|(place, _)| place != i))
+            .filter(|i| odd.iter().all(|odd| odd.place != *i))
             .map(|i| fitted[i].clone())
             .collect();
         if !odd.is_empty() {

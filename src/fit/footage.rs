@@ -61,7 +61,7 @@ pub fn with_impacts(
 /// As [`with_impacts`], from the scene that a search for the camera learned, if there was one.
 pub(super) fn extracted(
     mut dataset: Dataset,
-    learned_before: Option<Scene>,
+    learned_before: Option<&Scene>,
     done: &(dyn Fn() + Sync),
 ) -> (Dataset, Vec<(TrackShot, Impact)>, Scene) {
     let scene = Scene { side_sd: dataset.side_sd, ..Scene::of(&dataset.model(Fidelity::Full)) };
@@ -70,7 +70,7 @@ pub(super) fn extracted(
     }
     let Some(tracks) = dataset.tracks.take() else { return (dataset, Vec::new(), scene) };
     dataset.left_out.extend(tracks.left_out());
-    let (mut scene, lift_sd) = learned(&dataset, &tracks.shots, &learned_before.unwrap_or(scene));
+    let (mut scene, lift_sd) = learned(&dataset, &tracks.shots, learned_before.unwrap_or(&scene));
     let impacts = extract_all(&tracks.shots, &scene, done);
     let mut extracted = Vec::with_capacity(tracks.shots.len());
     for (track, impact) in tracks.shots.into_iter().zip(impacts) {

@@ -30,45 +30,6 @@ pub(crate) fn filmed(fitted: &[Fitted], films: &Films) -> Option<Vec<Fitted>> {
     fitted.iter().map(with).collect()
 }
 
-/// The shots whose frames fit the model far worse than those of the others: places among `fitted`, and χ²/dof. None if there are many,
-/// since then the model is wrong and not the shots. `residuals` begin with theirs.
-pub(crate) fn outlying(fitted: &[Fitted], residuals: &[f64]) -> Vec<(usize, f64)> {
-    /// χ²/dof over the usual one, with the noise that is usual of the other shots: a shot whose noise is estimated from its own
-    /// residuals hides a misfit in it. Below this the noise of a shot may well be twice that of the others.
-    const WORSE: f64 = 6.0;
-    /// By chance less often than this.
-    const NO_CHANCE: f64 = 1e-9;
-    /// At most this part of the shots.
-    const FEW: f64 = 0.1;
-    const LEAST_SHOTS: usize = 8;
-    if fitted.len() < LEAST_SHOTS {
-        return Vec::new();
-    }
-    let mut noises: Vec<f64> =
-        fitted.iter().filter_map(|shot| Some(shot.film.as_ref()?.position_sd)).collect();
-    noises.sort_by(f64::total_cmp);
-    let noise = noises.get(noises.len() / 2).copied().unwrap_or(0.0);
-    let of = |(i, shot): (usize, &Fitted)| {
-        let film = shot.film.as_ref()?;
-        let dof = film.observations().saturating_sub(film.unknowns()).max(1) as f64;
-        let own = residuals.iter().skip(i * frames::ROWS).take(frames::ROWS);
-        let chi2 = own.map(|r| r * r).sum::<f64>();
-        let noisier = if film.states_noise || !(noise > 0.0) { 1.0 } else { film.position_sd / noise };
-        let chi2 = chi2 * noisier * noisier;
-        chi2.is_finite().then_some((i, chi2, dof))
-    };
-    let all: Vec<(usize, f64, f64)> = fitted.iter().enumerate().filter_map(of).collect();
-    let mut reduced: Vec<f64> = all.iter().map(|(_, chi2, dof)| chi2 / dof).collect();
-    reduced.sort_by(f64::total_cmp);
-    let usual = reduced.get(reduced.len() / 2).copied().unwrap_or(1.0).max(1.0);
-    let is_odd = |(_, chi2, dof): &&(usize, f64, f64)| {
-        let by_chance = ChiSquared::new(*dof).map_or(1.0, |distribution| distribution.sf(chi2 / usual));
-        chi2 / dof > WORSE * usual && by_chance < NO_CHANCE
-    };
-    let odd: Vec<(usize, f64)> = all.iter().filter(is_odd).map(|(i, chi2, dof)| (*i, chi2 / dof)).collect();
-    if odd.len() as f64 > (FEW * fitted.len() as f64).max(1.0) { Vec::new() } else { odd }
-}
-
 /// The frames of a joint fit with what it takes to compare them with the model, shot by shot: all at once they would take
 /// ten times the memory.
 #[derive(Clone, Debug)]

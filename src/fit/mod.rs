@@ -24,6 +24,7 @@ pub(crate) mod model_choice;
 pub(crate) mod noise;
 mod nonsmooth;
 mod options;
+pub(crate) mod outlying;
 mod request;
 mod result;
 pub(crate) mod robust;

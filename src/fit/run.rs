@@ -5,12 +5,13 @@ use std::time::Instant;
 use super::assemble::Finished;
 use super::diagnostics::other_models;
 use super::estimates::Estimates;
-use super::frames::{cloth_of, filmed, outlying};
+use super::frames::{cloth_of, filmed};
 use super::model_choice::{ModelChoice, fitted_with};
+use super::outlying::{Odd, outlying};
 use super::request::Request;
 use super::samples::Search;
 use super::settled::Settled;
-use super::{Depth, Fit, FitError, Method, Rejected, starts};
+use super::{Depth, Fit, FitError, Method, starts};
 use crate::likelihood::frames::shared_unknowns;
 use crate::likelihood::sample::Sample;
 use crate::measurement::dataset::Shot;
@@ -69,8 +70,8 @@ pub(super) fn fit_shots(request: &Request) -> Result<Fit, FitError> {
             _ => Vec::new(),
         };
         if !odd.is_empty() {
-            let odd: Vec<(usize, f64)> =
-                odd.into_iter().map(|(place, reduced)| (with_films[place].index, reduced)).collect();
+            let odd: Vec<Odd> =
+                odd.into_iter().map(|odd| Odd { place: with_films[odd.place].index, ..odd }).collect();
             return without(request, &odd);
         }
         (&joint, of_frames)
@@ -92,22 +93,15 @@ pub(super) fn fit_shots(request: &Request) -> Result<Fit, FitError> {
     Ok(fit)
 }
 
-/// The fit of the other shots, where the frames of some fit no collision that fits theirs: places among the shots, and χ²/dof.
-fn without(request: &Request, odd: &[(usize, f64)]) -> Result<Fit, FitError> {
+/// The fit of the other shots, where the frames of some fit no collision that fits theirs: by their places among the shots.
+fn without(request: &Request, odd: &[Odd]) -> Result<Fit, FitError> {
     let Request { shots, films, .. } = *request;
-    let is_odd = |i: &usize| odd.iter().any(|(place, _)| place == i);
+    let is_odd = |i: &usize| odd.iter().any(|odd| odd.place == *i);
     let kept: Vec<usize> = (0..shots.len()).filter(|i| !is_odd(i)).collect();
     let kept_shots: Vec<&Shot> = kept.iter().map(|i| shots[*i]).collect();
     let kept_films: Vec<_> = kept.iter().map(|i| films.get(*i).cloned().flatten()).collect();
     let mut fit = fit_shots(&Request { shots: &kept_shots, films: &kept_films, ..*request })?;
-    let rejected = odd.iter().map(|(place, reduced)| fits_no_collision(&shots[*place].name, *reduced));
+    let rejected = odd.iter().map(|odd| odd.rejected(&shots[odd.place].name));
     fit.shots_rejected.extend(rejected);
     Ok(fit)
-}
-
-/// Why a shot is left out whose frames have this χ²/dof.
-pub(crate) fn fits_no_collision(shot: &str, reduced: f64) -> Rejected {
-    let reduced = super::warnings::to_digits(reduced, 3);
-    let reason = format!("its frames fit no collision that fits the other shots: their χ²/dof is {reduced}");
-    Rejected { shot: shot.to_owned(), reason }
 }

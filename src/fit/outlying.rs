@@ -1,0 +1,107 @@
+//! Shots whose frames fit no collision that fits those of the others.
+
+use statrs::distribution::{ChiSquared, ContinuousCDF};
+
+use super::Rejected;
+use super::warnings::to_digits;
+use crate::likelihood::fitted::Fitted;
+
+/// χ²/dof over the usual one, with the noise that is usual of the other shots: a shot whose noise is estimated from its own
+/// residuals hides a misfit in it. Below this the noise of a shot may well be twice that of the others.
+const WORSE: f64 = 6.0;
+
+/// What a collision adds to χ², over what it usually adds. Where something is wrong with all shots, such as a topspin that nobody told, single ones
+/// show it ten times as much as the usual one.
+const FAR_WORSE: f64 = 20.0;
+
+/// By chance less often than this.
+const NO_CHANCE: f64 = 1e-9;
+
+/// At most this part of the shots: if there are more, the model is wrong and not the shots.
+const FEW: f64 = 0.15;
+const LEAST_SHOTS: usize = 8;
+
+/// A shot that is left out.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Odd {
+    /// Its place among the shots.
+    pub place: usize,
+    /// How it differs from the others.
+    pub how: String,
+}
+
+impl Odd {
+    /// Why it is left out.
+    pub(crate) fn rejected(&self, shot: &str) -> Rejected {
+        let reason = format!("its frames fit no collision that fits the other shots: {}", self.how);
+        Rejected { shot: shot.to_owned(), reason }
+    }
+}
+
+/// What frames miss a collision by.
+struct Misfit {
+    place: usize,
+    chi2: f64,
+    dof: f64,
+    /// What the collision adds to the χ² of the motion, which does not depend on how much noise there is, and how many numbers it
+    /// ties.
+    added: f64,
+    tied: f64,
+}
+
+impl Misfit {
+    fn of(place: usize, shot: &Fitted, own: &[f64], noise: f64) -> Option<Self> {
+        let film = shot.film.as_ref()?;
+        let dof = film.observations().saturating_sub(film.unknowns()).max(1) as f64;
+        let chi2 = own.iter().map(|r| r * r).sum::<f64>();
+        let noisier = if film.states_noise || !(noise > 0.0) { 1.0 } else { film.position_sd / noise };
+        let added = (chi2 - shot.least_chi2()).max(0.0);
+        let tied = shot.plan.rows().len().max(1) as f64;
+        chi2.is_finite().then_some(Self { place, chi2: chi2 * noisier * noisier, dof, added, tied })
+    }
+}
+
+/// Those whose frames fit the model far worse than those of the others, if they are few. `residuals` begin with theirs.
+pub(crate) fn outlying(fitted: &[Fitted], residuals: &[f64]) -> Vec<Odd> {
+    if fitted.len() < LEAST_SHOTS {
+        return Vec::new();
+    }
+    let noises = fitted.iter().filter_map(|shot| Some(shot.film.as_ref()?.position_sd));
+    let noise = middle(noises).unwrap_or(0.0);
+    let mut rest = residuals;
+    let mut all: Vec<Misfit> = Vec::with_capacity(fitted.len());
+    for (place, shot) in fitted.iter().enumerate() {
+        let (own, others) = rest.split_at(shot.rows().min(rest.len()));
+        rest = others;
+        all.extend(Misfit::of(place, shot, own, noise));
+    }
+    let usual = middle(all.iter().map(|shot| shot.chi2 / shot.dof)).unwrap_or(1.0).max(1.0);
+    let usually_added = middle(all.iter().map(|shot| shot.added / shot.tied)).unwrap_or(1.0).max(1.0);
+    let is_no_chance = |chi2: f64, dof: f64| {
+        ChiSquared::new(dof).is_ok_and(|distribution| distribution.sf(chi2) < NO_CHANCE)
+    };
+    let odd = |shot: &Misfit| {
+        let Misfit { place, chi2, dof, added, tied } = *shot;
+        let how = if chi2 / dof > WORSE * usual && is_no_chance(chi2 / usual, dof) {
+            format!("their χ²/dof is {}", to_digits(chi2 / dof, 3))
+        } else if added / tied > FAR_WORSE * usually_added && is_no_chance(added / usually_added, tied) {
+            format!(
+                "it adds {} to their χ², where it adds about {} to that of the others",
+                to_digits(added, 3),
+                to_digits(usually_added * tied, 2)
+            )
+        } else {
+            return None;
+        };
+        Some(Odd { place, how })
+    };
+    let odd: Vec<Odd> = all.iter().filter_map(odd).collect();
+    if odd.len() as f64 > (FEW * fitted.len() as f64).max(1.0) { Vec::new() } else { odd }
+}
+
+/// The upper median.
+fn middle(values: impl Iterator<Item = f64>) -> Option<f64> {
+    let mut sorted: Vec<f64> = values.collect();
+    sorted.sort_by(f64::total_cmp);
+    sorted.get(sorted.len() / 2).copied()
+}
