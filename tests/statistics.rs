@@ -170,6 +170,30 @@ fn spoilt(seed: u64) -> Dataset {
     dataset
 }
 
+/// The profile ends where χ² is that of the interval above its minimum, and rises all the way.
+#[test]
+fn a_profile_is_a_curve() {
+    let dataset = made(&spec(Kind::Impacts, &[Played::NaturalRoll], 40, 8));
+    let options = Options { depth: Depth::Everything, ..Options::default() };
+    let fit = fit::fit(&dataset, &options).unwrap().remove(0);
+    assert_eq!(fit.diagnostics.profiles.len(), 3);
+    for profile in &fit.diagnostics.profiles {
+        let estimate = fit.get(profile.parameter).unwrap();
+        let [low, high] = estimate.intervals.profile.unwrap();
+        let points = &profile.points;
+        assert!((points[0][0], points[8][0]) == (low, high) && points[4] == [estimate.value, 0.0]);
+        for end in [points[0][1], points[8][1]] {
+            // 1.96², as precisely as ends are found
+            assert!((end / 3.8415 - 1.0).abs() < 0.01, "{points:?}");
+        }
+        assert!((0..4).all(|i| points[i][1] > points[i + 1][1] && points[8 - i][1] > points[7 - i][1]));
+    }
+    let covariance = fit.covariance();
+    let error = fit.mu().unwrap().std_error.unwrap();
+    assert!((covariance[(0, 0)] - error * error).abs() < 1e-12 * error * error);
+    assert_eq!(covariance[(0, 1)], covariance[(1, 0)]);
+}
+
 #[test]
 fn a_robust_loss_lists_the_wrong_shots_and_keeps_to_the_others() {
     for (loss, pull) in [(Loss::Huber, 2.5), (Loss::Cauchy, 2.5)] {

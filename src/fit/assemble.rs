@@ -98,6 +98,7 @@ impl<'a> Finished<'a> {
             starts,
             bootstrap: resampled.then(bootstrap),
             contours: self.estimates.contours.clone(),
+            profiles: self.estimates.profiles.clone(),
             alternatives,
             joint: search
                 .is_filmed()

@@ -3,7 +3,7 @@
 use nalgebra::DMatrix;
 
 use super::intervals::confidence_region::{self, Contour};
-use super::intervals::profile::Profiles;
+use super::intervals::profile::{Profile, Profiles};
 use super::minimum::Minimum;
 use super::robust::Sandwich;
 use super::scatter::Scatter;
@@ -24,6 +24,8 @@ pub(super) struct Estimates {
     pub correlation: DMatrix<f64>,
     /// Regions of pairs.
     pub contours: Vec<Contour>,
+    /// Of each parameter that is free.
+    pub profiles: Vec<Profile>,
     /// 95 % intervals of what the cloth does, the first of what shots share besides; none where they were not looked for.
     pub shared_intervals: Vec<Option<[f64; 2]>>,
     /// The least cost that was met, which may be below that of the minimum.
@@ -52,7 +54,7 @@ impl Estimates {
         let mut uncertainty =
             uncertainty::of(minimum, &free, settings, quantiles.as_ref(), sandwich.as_ref());
         let mut lowest = minimum.cost;
-        let (mut contours, mut shared_intervals) = (Vec::new(), Vec::new());
+        let (mut contours, mut shared_intervals, mut curves) = (Vec::new(), Vec::new(), Vec::new());
         if let (true, None, Some(quantiles)) = (depth >= Depth::Intervals, &sandwich, &quantiles) {
             let constraints = minimum.constraints.clone();
             let slice = Slice { search, free: unknowns, constraints, whitening: &minimum.whitening };
@@ -60,6 +62,13 @@ impl Estimates {
             for (column, estimate) in uncertainty.estimates.iter_mut().enumerate() {
                 let profile = profiles.interval(column, estimate.status, estimate.interval_95);
                 estimate.choose_interval(profile);
+            }
+            if depth >= Depth::Everything {
+                let of = |(column, estimate): (usize, &Estimate)| {
+                    let ends = estimate.intervals.profile.filter(|_| estimate.status == Status::Free)?;
+                    Some(Profile { parameter: estimate.parameter, points: profiles.curve(column, ends) })
+                };
+                curves = uncertainty.estimates.iter().enumerate().filter_map(of).collect();
             }
             if search.is_filmed() {
                 shared_intervals = of_cloth(&mut profiles, (sample, free.len()), minimum);
@@ -77,6 +86,7 @@ impl Estimates {
             let silent = uncertainty.estimates.iter().filter(|e| e.status == Status::NotIdentified);
             let silent: Vec<Parameter> = silent.map(|estimate| estimate.parameter).collect();
             contours.retain(|contour| !contour.parameters.iter().any(|p| silent.contains(p)));
+            curves.retain(|curve| !silent.contains(&curve.parameter));
         }
         let all = settings.parameters();
         let all = all.iter().map(|p| of_parameter(*p, settled, (&free, &uncertainty), quantiles.as_ref()));
@@ -89,7 +99,7 @@ impl Estimates {
                 correlation[(row, column)] = uncertainty.correlation[(i, j)];
             }
         }
-        Self { all, correlation, contours, shared_intervals, lowest, knows_noise }
+        Self { all, correlation, contours, profiles: curves, shared_intervals, lowest, knows_noise }
     }
 }
 

@@ -59,6 +59,7 @@ pub use estimate::{Estimate, Intervals, Status};
 pub use frames::{FittedFrames, OfShot};
 pub use intervals::bootstrap::{Bootstrap, Resampled};
 pub use intervals::confidence_region::{Contour, LEVELS, Level};
+pub use intervals::profile::Profile;
 pub use options::{Depth, Falling, FilmUnknowns, Films, Method, Options};
 pub use result::{Bound, Computed, Diagnostics, Fit, JointFit, Noise, Rejected, Residual, SharedEstimate};
 pub use robust::{DOWN_WEIGHTED, Robust};

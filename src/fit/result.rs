@@ -8,7 +8,7 @@ use super::causes::Explanation;
 use super::check::Finding;
 use super::{
     Alternative, Bootstrap, Contour, Estimate, FittedFrames, FoundCamera, FrictionCurve, Goodness,
-    Identifiability, Method, Plateau, Refuted, Robust, Scatter, SharedKind, Starts,
+    Identifiability, Method, Plateau, Profile, Refuted, Robust, Scatter, SharedKind, Starts,
 };
 use crate::measurement::dataset::{DiscShot, Measured};
 use crate::measurement::observable::Observable;
@@ -132,6 +132,8 @@ pub struct Diagnostics {
     pub bootstrap: Option<Bootstrap>,
     /// The confidence regions of all pairs of free parameters, with [`Depth::Everything`](super::Depth::Everything).
     pub contours: Vec<Contour>,
+    /// How χ² rises as a free parameter moves, with [`Depth::Everything`](super::Depth::Everything).
+    pub profiles: Vec<Profile>,
     /// The fit and other models compared, with [`Depth::Everything`](super::Depth::Everything).
     pub alternatives: Vec<Alternative>,
     /// Of footage: the smallest standard errors that its frames allow.

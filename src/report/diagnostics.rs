@@ -6,7 +6,7 @@ use super::digits::{FEW, MANY, decimal, edge, end, probability, relative, signif
 
 use crate::fit::{
     Alternative, Bootstrap, Bound, Combination, Computed, Contour, Fit, FoundMinimum, Goodness,
-    Identifiability, Influence, JointFit, Level, Robust, SharedEstimate, SharedKind, Starts, Trend,
+    Identifiability, Influence, JointFit, Level, Profile, Robust, SharedEstimate, SharedKind, Starts, Trend,
 };
 use crate::measurement::parameter::Parameter;
 
@@ -30,6 +30,7 @@ pub(super) fn entries(fit: &Fit) -> Map<String, Value> {
     add("starts", found.starts.as_ref().map_or(Value::Null, |found| starts(found, &error)));
     add("bootstrap", found.bootstrap.as_ref().map_or(Value::Null, |found| bootstrap(found, &error)));
     add("contours", found.contours.iter().map(|found| contour(found, &error)).collect());
+    add("profiles", found.profiles.iter().map(|found| profile(found, &error)).collect());
     add(
         "model_comparison",
         found
@@ -98,6 +99,13 @@ fn bootstrap(found: &Bootstrap, error: Errors) -> Value {
         "failed": found.failed,
         "parameters": parameters,
     })
+}
+
+fn profile(profile: &Profile, error: Errors) -> Value {
+    let error = error(profile.parameter);
+    let (values, rises): (Vec<f64>, Vec<f64>) =
+        profile.points.iter().map(|[value, rise]| (end(*value, error), significant(*rise, FEW))).unzip();
+    json!({"parameter": profile.parameter.name(), "value": values, "chi2_rise": rises})
 }
 
 fn contour(contour: &Contour, error: Errors) -> Value {

@@ -7,6 +7,7 @@ use crate::fit::Status;
 use crate::fit::minimum::Minimum;
 use crate::fit::slice::Slice;
 use crate::fit::uncertainty::Quantiles;
+use crate::measurement::parameter::Parameter;
 use crate::numerics::least_squares::Constraints;
 
 /// An end of an interval is found to this part of its distance from the estimate…
@@ -16,6 +17,18 @@ pub(in crate::fit) const EDGE: f64 = 1e-2;
 
 /// Evaluations for one end; a smooth profile takes two or three.
 const MAX_TRIALS: usize = 40;
+
+/// How χ², least over all other unknowns, rises as one parameter moves.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Profile {
+    /// The parameter.
+    pub parameter: Parameter,
+    /// Its value and by how much χ² is above its minimum there, from the lower end of the 95 % interval to the upper one.
+    pub points: Vec<[f64; 2]>,
+}
+
+/// Where a profile is taken, as parts of the way from the estimate to an end of its interval.
+const PARTS: [f64; 4] = [0.25, 0.5, 0.75, 1.0];
 
 /// Profile-likelihood intervals of a minimum.
 pub(in crate::fit) struct Profiles<'a> {
@@ -59,6 +72,29 @@ impl<'a> Profiles<'a> {
             Status::AtUpperBound => end(0, one).map(|low| [low, value]),
             Status::Fixed | Status::NotIdentified => None,
         }
+    }
+
+    /// The profile of a column between the ends of its interval; without the points where nothing can be evaluated.
+    pub(in crate::fit) fn curve(&self, column: usize, ends: [f64; 2]) -> Vec<[f64; 2]> {
+        let (x, cost) = (&self.minimum.x, self.minimum.cost);
+        let follow = follow(self.covariance.as_ref(), column);
+        let side = |end: f64| {
+            let mut near = (0.0, x.clone());
+            PARTS.map(|part| {
+                let moved = part * (end - x[column]);
+                let start = match &follow {
+                    Some(follow) if near.0 == 0.0 => x + follow * moved,
+                    _ if near.0 == 0.0 => x.clone(),
+                    _ => x + (&near.1 - x) * (part / near.0),
+                };
+                let (there, found) = self.slice.at(&[(column, x[column] + moved)], &start)?;
+                near = (part, there);
+                Some([x[column] + moved, (2.0 * (found - cost)).max(0.0)])
+            })
+        };
+        let [below, above] = ends.map(side);
+        let middle = std::iter::once([x[column], 0.0]);
+        below.into_iter().rev().flatten().chain(middle).chain(above.into_iter().flatten()).collect()
     }
 }
 
