@@ -97,6 +97,17 @@
 //! | [`report`] | results as text, HTML, JSON, CSV and plots | `report` |
 //! | [`guide`] | what a user of the program reads | `report` |
 
+// the library answers with values, never with a panic or a line on the terminal
+#![cfg_attr(
+    not(test),
+    warn(
+        clippy::unwrap_used,
+        clippy::expect_used,
+        clippy::panic,
+        clippy::print_stdout,
+        clippy::print_stderr
+    )
+)]
 // what only left out features use is no mistake
 #![cfg_attr(not(feature = "report"), allow(dead_code, unused_imports))]
 

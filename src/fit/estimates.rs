@@ -47,7 +47,7 @@ impl Estimates {
             _ if scatter.is_some_and(|scatter| !scatter.is_none()) => {
                 Some(shots.saturating_sub(free.len()).max(1))
             }
-            Some(_) => Some(shots.saturating_sub(free.len())),
+            Some(sandwich) => Some((shots as f64 - sandwich.unknowns).round() as usize),
             None => (!estimated.is_empty()).then(|| search.dof(unknowns, minimum.room())),
         };
         let quantiles = Quantiles::new(estimated_dof).filter(|_| knows_noise);

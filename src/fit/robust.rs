@@ -78,6 +78,8 @@ struct Part {
 pub(crate) struct Sandwich {
     curvature: DMatrix<f64>,
     scatter: DMatrix<f64>,
+    /// How many unknowns the shots determine.
+    pub unknowns: f64,
 }
 
 impl Sandwich {
@@ -98,15 +100,24 @@ impl Sandwich {
             part
         };
         let parts: Vec<Part> = shots.zip(&minimum.weights).map(part).collect();
-        Self::of(&minimum.jacobian, &minimum.residuals, &parts, free)
+        // of what frames share besides, priors tell a part
+        let told = if search.is_filmed() { None } else { Some(free) };
+        Self::of(&minimum.jacobian, &minimum.residuals, &parts, (free, told))
     }
 
     /// Of rows weighted by shots, `parts` in the order of their rows, and of rows that belong to no shot (priors).
+    /// `told`: how many unknowns they determine; where that is not known, the trace of what they add to the curvature of all.
     /// `None` without a degree of freedom among the shots.
-    fn of(jacobian: &DMatrix<f64>, residuals: &DVector<f64>, parts: &[Part], free: usize) -> Option<Self> {
+    fn of(
+        jacobian: &DMatrix<f64>,
+        residuals: &DVector<f64>,
+        parts: &[Part],
+        (free, told): (usize, Option<usize>),
+    ) -> Option<Self> {
         if parts.len() <= free {
             return None;
         }
+        let mut plain = DMatrix::zeros(jacobian.ncols(), jacobian.ncols());
         let columns = jacobian.ncols();
         let mut curvature = DMatrix::zeros(columns, columns);
         let mut scatter = DMatrix::zeros(columns, columns);
@@ -121,6 +132,7 @@ impl Sandwich {
             // of the weighted rows √w J and √w r: g = w Jᵀr, H = w JᵀJ + (w'/s)(Jᵀr)(Jᵀr)ᵀ
             let gradient = own.tr_mul(&of_shot);
             curvature += own.tr_mul(&own);
+            plain += own.tr_mul(&own);
             let distance = (of_shot.norm_squared() / weight - least).max(0.0).sqrt();
             if distance > 0.0 {
                 let bend = loss.slope(distance) / (distance * weight * weight);
@@ -128,11 +140,20 @@ impl Sandwich {
             }
             scatter += &gradient * gradient.transpose();
         }
-        // few shots scatter less about their own fit
-        scatter *= parts.len() as f64 / (parts.len() - free) as f64;
         let rest = jacobian.rows(done, jacobian.nrows() - done);
         others += rest.tr_mul(&rest);
-        Some(Self { curvature: curvature + &others, scatter: scatter + others })
+        let count = parts.len() as f64;
+        let unknowns = match told {
+            Some(told) => told as f64,
+            None => {
+                let told = (&plain + &others).cholesky().map_or(0.0, |all| all.solve(&plain).trace());
+                // no more than leave a degree of freedom
+                told.clamp(free as f64, count - 1.0)
+            }
+        };
+        // few shots scatter less about their own fit
+        scatter *= count / (count - unknowns);
+        Some(Self { curvature: curvature + &others, scatter: scatter + others, unknowns })
     }
 
     /// Covariance of all columns of a minimum, within what equalities leave open.
