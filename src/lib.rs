@@ -35,7 +35,7 @@
 //!
 //! // one entry for every kind of data: of footage the camera is found and the impacts are extracted first
 //! let dataset = io::load(Path::new("data/domenech-2023"))?;
-//! for fit in analyse(dataset, &Options::default(), None, &|| ()).fits? {
+//! for fit in analyse(&dataset, &Options::default()).fits? {
 //!     let verdict = fit.verdict();
 //!     println!("{}: {}", verdict.grade.name(), verdict.sentence);
 //!     let mu = fit.mu().ok_or("no μ")?;
@@ -43,6 +43,12 @@
 //! }
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
+//!
+//! The defaults of [`fit::Options`] and [`compare::Options`] are what the program does. [`analyse_watched`] is for those who show how far
+//! it is. A film of a program's own is made by [`TrackShot::new`](measurement::track::TrackShot::new) and
+//! [`Dataset::filmed`](measurement::dataset::Dataset::filmed), measured impacts by
+//! [`Shot::impact`](measurement::dataset::Shot::impact) and [`Dataset::new`](measurement::dataset::Dataset::new). With the feature
+//! `report`, [`Fit`](fit::Fit) is `serde::Serialize`: `serde_json::to_string(&fit)` is fit.json.
 //!
 //! # Compare two cloths
 //!
@@ -54,7 +60,7 @@
 //! // measured data come from `io::load`, or from `Dataset::new` with `Shot::impact` for each shot
 //! let mut cloths = Vec::new();
 //! for (name, mu_s) in [("new", 0.2), ("worn", 0.4)] {
-//!     let spec: Spec = toml::from_str(&format!(
+//!     let spec: Spec = format!(
 //!         r#"
 //!         name = "{name}"
 //!         kind = "impacts"
@@ -63,7 +69,8 @@
 //!         shots = {{ count = 40, speed_m_s = [1, 4], cut_deg = [-50, 50], cue_spin = ["natural-roll"] }}
 //!         noise = {{ velocity_m_s = 0.002, line_of_centres_deg = 0.05 }}
 //!         "#
-//!     ))?;
+//!     )
+//!     .parse()?;
 //!     let mut dataset = simulate::dataset(&spec)?;
 //!     dataset.cloth = Some(name.to_owned());
 //!     cloths.push(dataset);
@@ -110,6 +117,8 @@
 )]
 // what only left out features use is no mistake
 #![cfg_attr(not(feature = "report"), allow(dead_code, unused_imports))]
+// the front page names all modules, also those that were left out
+#![cfg_attr(not(feature = "report"), allow(rustdoc::broken_intra_doc_links))]
 
 #[cfg(feature = "fit")]
 pub mod compare;
@@ -141,4 +150,4 @@ pub mod studies;
 pub mod trajectory;
 
 #[cfg(feature = "fit")]
-pub use fit::analyse;
+pub use fit::{analyse, analyse_watched};

@@ -9,6 +9,7 @@ use caromfit::physics::collision::{Coefficients, Fidelity, FidelityChoice, Model
 use caromfit::simulate::{Kind, Noise, Played, Spec};
 
 use crate::extraction::count;
+use crate::options;
 use crate::synthetic::{made_with, spec};
 
 /// Of the specifications.
@@ -40,7 +41,7 @@ fn the_data_decide_what_they_are_computed_with() {
     for by in [Fidelity::Full, Fidelity::Contact] {
         let (mut pulls, mut mistaken) = ([0.0; 3], 0);
         for seed in 0..sets as u64 {
-            let options = Options { fidelity: FidelityChoice::Auto, ..Options::default() };
+            let options = Options { fidelity: FidelityChoice::Auto, ..options::of_fit() };
             let fit = fit::fit(&made(by, seed), &options).unwrap().remove(0);
             let integrated = fit.diagnostics.computed.iter().any(|c| c.fidelity == Fidelity::Contact);
             mistaken += usize::from(integrated != (by == Fidelity::Contact));
@@ -75,7 +76,7 @@ const CORRECTED: f64 = 0.01;
 fn corrections_do_what_the_integrated_fidelity_does() {
     let dataset = made(Fidelity::Contact, 7);
     let of = |fidelity: Fidelity| {
-        fit::fit(&dataset, &Options { fidelity: fidelity.into(), ..Options::default() }).unwrap().remove(0)
+        fit::fit(&dataset, &Options { fidelity: fidelity.into(), ..options::of_fit() }).unwrap().remove(0)
     };
     let (full, contact) = (of(Fidelity::Full), of(Fidelity::Contact));
     let bias = (0..3).map(|i| pull(&full, i).abs()).fold(0.0, f64::max);

@@ -6,6 +6,7 @@ use caromfit::simulate;
 use caromfit::simulate::{ClothSpec, Kind, Played, Spec};
 
 use crate::extraction::dataset;
+use crate::options;
 use crate::synthetic::spec;
 
 /// Standard errors by which a value may be off.
@@ -25,8 +26,8 @@ fn the_bounce_is_estimated_where_it_is_asked_for() {
     let film = || simulate::filmed(&spec).unwrap().into_iter().map(|(shot, _)| shot).collect();
     let with = |bounce| {
         let film_unknowns = FilmUnknowns { bounce, ..FilmUnknowns::default() };
-        let options = Options { film: film_unknowns, depth: Depth::Intervals, ..Options::default() };
-        fit::analyse(dataset(film()), &options, None, &|| ()).fits.unwrap().remove(0)
+        let options = Options { film: film_unknowns, depth: Depth::Intervals, ..options::of_fit() };
+        fit::analyse(&dataset(film()), &options).fits.unwrap().remove(0)
     };
     let fit = with(true);
     let found = *fit.diagnostics.joint.as_ref().unwrap().get(SharedKind::Bounce).unwrap();

@@ -12,6 +12,7 @@ use caromfit::simulate::{Kind, Played, Spec};
 use rayon::prelude::*;
 
 use crate::extraction::{count, dataset};
+use crate::options;
 use crate::synthetic::spec;
 
 const TRUTH: [f64; 3] = [0.05, 0.25, 0.94];
@@ -25,7 +26,7 @@ const COST: f64 = 1.3;
 fn clean(seed: u64) -> Vec<TrackShot> {
     let usual = spec(Kind::Tracks, &[Played::NaturalRoll], 40, seed);
     let [mu, mu_s, e] = TRUTH;
-    let spec = Spec { truth: simulate::Truth { mu, mu_s, e }, ..usual };
+    let spec = Spec { truth: simulate::Truth { mu, mu_s, e, ..simulate::Truth::default() }, ..usual };
     simulate::filmed(&spec).unwrap().into_iter().map(|(shot, _)| shot).collect()
 }
 
@@ -49,8 +50,8 @@ fn rolling_shutter(mut shots: Vec<TrackShot>, delay: f64) -> Vec<TrackShot> {
 }
 
 fn fitted(dataset: Dataset) -> (Fit, FoundCamera) {
-    let options = Options { depth: Depth::Estimates, ..Options::default() };
-    let fit = fit::analyse(dataset, &options, None, &|| ()).fits.unwrap().remove(0);
+    let options = Options { depth: Depth::Estimates, ..options::of_fit() };
+    let fit = fit::analyse(&dataset, &options).fits.unwrap().remove(0);
     assert_eq!(fit.method, Method::Joint);
     let found = fit.camera.clone().unwrap();
     (fit, found)
@@ -122,7 +123,7 @@ fn the_balls_calibrate_the_camera() {
 fn filmed(seed: u64, camera: simulate::Camera) -> Vec<TrackShot> {
     let [mu, mu_s, e] = TRUTH;
     let usual = spec(Kind::Tracks, &[Played::NaturalRoll], 40, seed);
-    let spec = Spec { truth: simulate::Truth { mu, mu_s, e }, camera, ..usual };
+    let spec = Spec { truth: simulate::Truth { mu, mu_s, e, ..simulate::Truth::default() }, camera, ..usual };
     shown(simulate::filmed(&spec).unwrap().into_iter().map(|(shot, _)| shot).collect(), |x, y| [x, y])
 }
 
@@ -224,8 +225,8 @@ fn intervals_hold_with_the_camera_free() {
         [("clean", &of_clean), ("by a phone", &of_phone), ("240 fps, 0.5 mm", &of_rough)];
     for (what, film) in kinds {
         let one = |seed: u64| {
-            let options = Options { depth: Depth::Intervals, ..Options::default() };
-            fit::analyse(film(8000 + seed), &options, None, &|| ()).fits.unwrap().remove(0)
+            let options = Options { depth: Depth::Intervals, ..options::of_fit() };
+            fit::analyse(&film(8000 + seed), &options).fits.unwrap().remove(0)
         };
         let fits: Vec<Fit> = (0..sets).into_par_iter().map(one).collect();
         for (parameter, truth) in Parameter::COEFFICIENTS.into_iter().zip(TRUTH) {

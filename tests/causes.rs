@@ -12,6 +12,7 @@ use caromfit::physics::friction_law::Law;
 use caromfit::simulate::{Kind, Played};
 
 use crate::extraction::count;
+use crate::options;
 use crate::synthetic::{made, made_with, spec};
 
 const TRUTH: [f64; 3] = [0.05, 0.3, 0.94];
@@ -29,8 +30,8 @@ fn footage(played: Played, told: Spin, seed: u64) -> Dataset {
 }
 
 fn fitted(dataset: Dataset) -> Fit {
-    let options = Options { depth: Depth::Everything, ..Options::default() };
-    fit::analyse(dataset, &options, None, &|| ()).fits.unwrap().remove(0)
+    let options = Options { depth: Depth::Everything, ..options::of_fit() };
+    fit::analyse(&dataset, &options).fits.unwrap().remove(0)
 }
 
 /// What is named first, if anything: adopted corrections of the film are not asked for.
@@ -61,9 +62,9 @@ fn nothing_is_named_where_nothing_is_amiss() {
 /// On request the search is made although the noise explains the residuals, and says what it looked for.
 #[test]
 fn causes_are_looked_for_on_request() {
-    let options = Options { explain: true, ..Options::default() };
+    let options = Options { explain: true, ..options::of_fit() };
     let dataset = footage(Played::NaturalRoll, Spin::NaturalRoll, 9100);
-    let fit = fit::analyse(dataset, &options, None, &|| ()).fits.unwrap().remove(0);
+    let fit = fit::analyse(&dataset, &options).fits.unwrap().remove(0);
     assert!(named(&fit).is_none(), "{:?}", fit.explanations);
     let looked = fit.notes.iter().find(|note| note.starts_with("Looked for on request")).unwrap();
     for cause in

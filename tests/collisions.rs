@@ -1,5 +1,6 @@
 //! The collision solver: reference values, energy, limits, derivatives, symmetries.
 
+mod caught;
 mod compliant;
 
 use std::fs;

@@ -19,6 +19,7 @@ use caromfit::simulate::{Kind, Noise, Played, Spec, Truth};
 use serde_json::Value;
 
 use crate::extraction::count;
+use crate::options;
 use crate::synthetic::{made, made_with, spec};
 
 const MU_S: Quantity = Quantity::Parameter(Parameter::MuS);
@@ -43,7 +44,7 @@ fn of(comparison: &Comparison, quantity: Quantity) -> &caromfit::compare::Compar
 fn the_two_synthetic_cloths_differ_in_what_they_were_made_to() {
     let both = [shipped("synthetic-cloth-a"), shipped("synthetic-cloth-b")];
     let all = [Quantity::Parameter(Parameter::Mu), Quantity::Parameter(Parameter::E)];
-    let options = Options { per_dataset: all.to_vec(), ..Options::default() };
+    let options = Options { per_dataset: all.to_vec(), ..options::of_comparison() };
     let comparison = compare(&both, &options).unwrap();
     assert!(comparison.converged, "{}", comparison.termination);
     assert_eq!(comparison.told_by, "cloth");
@@ -74,7 +75,7 @@ fn a_refuted_model_has_no_errors_and_no_differences() {
             measured.sd = measured.sd.map(|sd| 0.2 * sd);
         }
     }
-    let comparison = compare(&[good.clone(), bad], &Options::default()).unwrap();
+    let comparison = compare(&[good.clone(), bad], &options::of_comparison()).unwrap();
     let said = comparison.refuted.as_ref().unwrap();
     assert!(said.contains("bad (") && !said.contains("good ("), "{said}");
     assert_eq!(&comparison.warnings[0], said);
@@ -85,7 +86,7 @@ fn a_refuted_model_has_no_errors_and_no_differences() {
     let table = caromfit::report::compare::table(&comparison);
     assert!(table.contains("(refuted)") && !table.contains(" ± 0"), "{table}");
     let other = cloth("other", 0.4, 2, 60, Played::NaturalRoll);
-    assert!(compare(&[good, other], &Options::default()).unwrap().refuted.is_none());
+    assert!(compare(&[good, other], &options::of_comparison()).unwrap().refuted.is_none());
 }
 
 /// What a comparison and a single fit are asked for.
@@ -103,15 +104,14 @@ fn is_the_fit_of_all(a: &Dataset, b: &Dataset, asked: Asked) -> Comparison {
     let [a, b] = [a, b].map(|dataset| Dataset { relations: relations.clone(), ..dataset.clone() });
     let Asked { auto, loss, .. } = asked;
     let fidelity = if auto { FidelityChoice::Auto } else { Fidelity::Full.into() };
-    let options = Options { share: vec![MU_S], fidelity, loss, ..Options::default() };
+    let options = Options { share: vec![MU_S], fidelity, loss, ..options::of_comparison() };
     let comparison = compare(&[a.clone(), b.clone()], &options).unwrap();
     let mut together = a;
     together.shots.extend(b.shots);
     for (i, shot) in together.shots.iter_mut().enumerate() {
         shot.name = i.to_string();
     }
-    let fit =
-        fit::fit(&together, &fit::Options { fidelity, loss, ..fit::Options::default() }).unwrap().remove(0);
+    let fit = fit::fit(&together, &fit::Options { fidelity, loss, ..options::of_fit() }).unwrap().remove(0);
     for parameter in Parameter::COEFFICIENTS {
         let compared = of(&comparison, Quantity::Parameter(parameter));
         let (own, single) = (compared.estimates[0], fit.estimates[parameter as usize]);
@@ -191,7 +191,7 @@ fn gross_errors_are_no_difference_with_a_robust_loss() {
     }
     let of_loss = |loss: Loss| {
         let own = [&a, &b].map(|dataset| Dataset { loss, ..dataset.clone() });
-        compare(&own, &Options::default()).unwrap()
+        compare(&own, &options::of_comparison()).unwrap()
     };
     let squares = of_loss(Loss::Squares);
     assert!(squares.refuted.is_some() && squares.robust.is_none());
@@ -210,7 +210,7 @@ fn constraints_are_taken_across_cloths_or_refused() {
             relations: texts.iter().map(|text| Relation::parse(text).unwrap()).collect(),
             ..cloth(name, 0.3, seed, 30, Played::NaturalRoll)
         });
-        compare(&own, &Options { per_dataset, ..Options::default() })
+        compare(&own, &Options { per_dataset, ..options::of_comparison() })
     };
     let mu = Quantity::Parameter(Parameter::Mu);
     // each cloth's own
@@ -237,7 +237,8 @@ fn constraints_are_taken_across_cloths_or_refused() {
 fn what_cannot_tell_is_said_and_left_out() {
     let rolling = [cloth("a", 0.2, 1, 30, Played::NaturalRoll), cloth("b", 0.4, 2, 30, Played::NaturalRoll)];
     let stun = cloth("c", 0.3, 3, 30, Played::Stun);
-    let comparison = compare(&[rolling[0].clone(), stun, rolling[1].clone()], &Options::default()).unwrap();
+    let comparison =
+        compare(&[rolling[0].clone(), stun, rolling[1].clone()], &options::of_comparison()).unwrap();
     let compared = of(&comparison, MU_S);
     assert_eq!(compared.left_out.len(), 1);
     assert_eq!(compared.left_out[0].0, 1);
@@ -251,7 +252,7 @@ fn what_cannot_tell_is_said_and_left_out() {
 /// How often a difference is found: where there is none, by the pair and by "same" against "different", and where there is
 /// one that 80 % of experiments should find.
 fn rates(count: u64, loss: Loss) {
-    let options = Options { loss: Some(loss), ..Options::default() };
+    let options = Options { loss: Some(loss), ..options::of_comparison() };
     let (mut chance, mut ratio, mut found) = (0, 0, 0);
     for seed in 0..count {
         let a = cloth("a", 0.3, 2 * seed, 40, Played::NaturalRoll);

@@ -4,7 +4,7 @@ use caromfit::compare;
 use caromfit::compare::{Compared, Comparison, Difference, Options, Quantity};
 use caromfit::fit;
 use caromfit::fit::Method;
-use caromfit::measurement::dataset::Dataset;
+use caromfit::measurement::dataset::{Dataset, Shot};
 use caromfit::measurement::parameter::{Compliance, Parameter, Setting};
 use caromfit::physics::ball::Ball;
 use caromfit::physics::collision::{Effects, Fidelity, FidelityChoice, Model};
@@ -12,6 +12,7 @@ use caromfit::physics::friction_law::Law;
 use caromfit::simulate::{Camera, ClothSpec, Kind, Noise, Played, Spec, Truth};
 
 use crate::extraction::count;
+use crate::options;
 use crate::synthetic::{made, made_with, spec};
 
 const MU: Quantity = Quantity::Parameter(Parameter::Mu);
@@ -52,7 +53,7 @@ fn falling(name: &str, b: f64, seed: u64) -> Dataset {
 fn falling_friction_is_compared() {
     let both = [falling("clean", 0.06, 41), falling("chalked", 0.12, 42)];
     // μ and b differ by data set, c is held
-    let apart = compare::compare(&both, &Options::default()).unwrap();
+    let apart = compare::compare(&both, &options::of_comparison()).unwrap();
     assert!(apart.converged && apart.warnings.is_empty(), "{:?}", apart.warnings);
     is_right(difference(&apart, B), 0.06);
     is_right(difference(&apart, MU), 0.0);
@@ -60,7 +61,7 @@ fn falling_friction_is_compared() {
     let held = of(&apart, Quantity::Parameter(Parameter::C));
     assert!(held.shared && !held.estimates[0].fitted && held.estimates[0].value == 1.088);
     // one μ for all: b alone then tells them apart, and better
-    let shared = compare::compare(&both, &Options { share: vec![MU], ..Options::default() }).unwrap();
+    let shared = compare::compare(&both, &Options { share: vec![MU], ..options::of_comparison() }).unwrap();
     is_right(difference(&shared, B), 0.06);
     assert!(difference(&shared, B).std_error < difference(&apart, B).std_error);
     assert_eq!(of(&shared, MU).estimates.len(), 1);
@@ -71,7 +72,8 @@ fn falling_friction_is_compared() {
         dataset.settings.falls = false;
         dataset
     });
-    let error = compare::compare(&constant, &Options { share: vec![B], ..Options::default() }).unwrap_err();
+    let error =
+        compare::compare(&constant, &Options { share: vec![B], ..options::of_comparison() }).unwrap_err();
     assert!(error.is_bad_input() && error.to_string().contains("mu_b: no data set has it"), "{error}");
 }
 
@@ -80,11 +82,12 @@ fn is_the_fit_of_all(both: &[Dataset; 2], auto: bool) -> Comparison {
     let share = vec![MU, MU_S];
     let with_b = if both[0].settings.falls { vec![MU, MU_S, B] } else { share };
     let fidelity = if auto { FidelityChoice::Auto } else { Fidelity::Full.into() };
-    let options = Options { share: with_b, fidelity, ..Options::default() };
+    let options = Options { share: with_b, fidelity, ..options::of_comparison() };
     let comparison = compare::compare(both, &options).unwrap();
     let mut together = both[0].clone();
-    together.shots.extend(both[1].shots.iter().cloned());
-    let fit = fit::fit(&together, &fit::Options { fidelity, ..fit::Options::default() }).unwrap().remove(0);
+    let named = |shot: &Shot| Shot { name: format!("other {}", shot.name), ..shot.clone() };
+    together.shots.extend(both[1].shots.iter().map(named));
+    let fit = fit::fit(&together, &fit::Options { fidelity, ..options::of_fit() }).unwrap().remove(0);
     for single in &fit.estimates {
         let own = of(&comparison, Quantity::Parameter(single.parameter)).estimates[0];
         // as far as weights come to rest, or integrated collisions are precise
@@ -130,7 +133,7 @@ fn a_contact_that_gives_way_is_compared() {
             dataset
         })
     };
-    let options = Options { fidelity: FidelityChoice::Auto, ..Options::default() };
+    let options = Options { fidelity: FidelityChoice::Auto, ..options::of_comparison() };
     let stated = compare::compare(&with(Setting::held(2.5)), &options).unwrap();
     is_right(difference(&stated, MU), 0.04);
     let held = &of(&stated, KAPPA).estimates[0];
@@ -142,7 +145,7 @@ fn a_contact_that_gives_way_is_compared() {
     assert!((kappa.value - 2.5).abs() < ERRORS * kappa.std_error.unwrap(), "{kappa:?}");
     is_right(difference(&free, MU), 0.04);
     // a rigid fidelity does not know it
-    let error = compare::compare(&with(Setting::held(2.5)), &Options::default()).unwrap_err();
+    let error = compare::compare(&with(Setting::held(2.5)), &options::of_comparison()).unwrap_err();
     assert!(error.is_bad_input() && error.to_string().contains("rigid"), "{error}");
 }
 
@@ -174,7 +177,7 @@ fn filmed(name: &str, mu_s: f64, mu_k: f64, seed: u64) -> Dataset {
 fn frames_of_two_cloths_are_compared() {
     let both = vec![filmed("slow", 0.2, 0.2, 51), filmed("fast", 0.35, 0.25, 52)];
     let by = |method: Method| {
-        let analysis = compare::analyse(both.clone(), &Options::default(), Some(method), &|| {}, &|_| {});
+        let analysis = compare::analyse(&both, &Options { method: Some(method), ..options::of_comparison() });
         analysis.comparison.unwrap()
     };
     let (joint, two_stage) = (by(Method::Joint), by(Method::TwoStage));
@@ -191,7 +194,7 @@ fn frames_of_two_cloths_are_compared() {
         assert!(of_frames.std_error < of_velocities.std_error, "{of_frames:?} {of_velocities:?}");
     }
     // where all is footage, frames are compared unless something else is asked for
-    let usual = compare::analyse(both, &Options::default(), None, &|| {}, &|_| {}).comparison.unwrap();
+    let usual = compare::analyse(&both, &options::of_comparison()).comparison.unwrap();
     assert_eq!(usual.method, Method::Joint);
     assert_eq!(difference(&usual, MU_S), difference(&joint, MU_S));
 }
@@ -203,8 +206,8 @@ fn errors_of_differences_from_frames_are_true() {
     let mut pulls = [Vec::new(), Vec::new()];
     for seed in 0..count as u64 {
         let both = [filmed("a", 0.3, 0.2, 1000 + 2 * seed), filmed("b", 0.3, 0.2, 1001 + 2 * seed)];
-        let options = Options::default();
-        let analysis = compare::analyse(both.to_vec(), &options, Some(Method::Joint), &|| {}, &|_| {});
+        let options = Options { method: Some(Method::Joint), ..options::of_comparison() };
+        let analysis = compare::analyse(&both, &options);
         let comparison = analysis.comparison.unwrap();
         for (pulls, quantity) in pulls.iter_mut().zip([MU_S, Quantity::Sliding]) {
             let Difference { value, std_error, .. } = *difference(&comparison, quantity);
@@ -230,7 +233,7 @@ fn frames_need_footage() {
     let impacts = spec(Kind::Impacts, &[Played::NaturalRoll], 20, 53);
     let impacts = made(&Spec { name: "impacts".to_owned(), ..impacts });
     let both = vec![filmed("film", 0.2, 0.2, 51), impacts];
-    let by = |method| compare::analyse(both.clone(), &Options::default(), method, &|| {}, &|_| {}).comparison;
+    let by = |method| compare::analyse(&both, &Options { method, ..options::of_comparison() }).comparison;
     let error = by(Some(Method::Joint)).unwrap_err();
     assert!(error.is_bad_input() && error.to_string().contains("impacts: its frames cannot be"), "{error}");
     assert_eq!(by(None).unwrap().method, Method::TwoStage);

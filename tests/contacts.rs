@@ -7,6 +7,7 @@ use caromfit::physics::ball::Ball;
 use caromfit::physics::collision::{Effects, Fidelity, FidelityChoice, Model};
 use caromfit::simulate::{Kind, Played};
 
+use crate::options;
 use crate::synthetic::{made_with, spec};
 
 const TRUTH: [f64; 3] = [0.05, 0.3, 0.94];
@@ -15,7 +16,7 @@ const TRUTH: [f64; 3] = [0.05, 0.3, 0.94];
 const ERRORS: f64 = 3.5;
 
 fn auto(dataset: &Dataset) -> Fit {
-    fit(dataset, &Options { fidelity: FidelityChoice::Auto, ..Options::default() }).unwrap().remove(0)
+    fit(dataset, &Options { fidelity: FidelityChoice::Auto, ..options::of_fit() }).unwrap().remove(0)
 }
 
 fn is_right(fit: &Fit, parameter: Parameter, truth: f64) {
@@ -69,7 +70,7 @@ fn kappa_is_fitted_within_bounds() {
 fn kappa_needs_a_fidelity_that_knows_it() {
     let mut dataset = giving(2.5, 33);
     dataset.settings.compliance = Compliance::Stated;
-    let error = fit(&dataset, &Options::default()).unwrap_err();
+    let error = fit(&dataset, &options::of_fit()).unwrap_err();
     assert!(error.is_bad_input() && error.to_string().contains("rigid"), "{error}");
 }
 
@@ -83,14 +84,11 @@ fn a_mass_that_was_weighed_is_fitted_with_its_error() {
     for kind in [Kind::Impacts, Kind::Tracks] {
         let mut dataset = made_with(&spec(kind, &[Played::NaturalRoll], 40, 34), &model);
         let weighed = Ball { mass: Ball::POOL.mass / (RATIO + 2.0 * WEIGHED), ..object };
-        dataset.object =
-            Some(ObjectBall { ball: weighed, mass_ratio_sd: Some(WEIGHED), radius_ratio_sd: None });
-        let analysis = caromfit::analyse(
-            dataset,
-            &Options { fidelity: FidelityChoice::Auto, ..Options::default() },
-            None,
-            &|| (),
-        );
+        // the error of the ratio, put down to the object ball
+        let mass_sd = [0.0, WEIGHED * weighed.mass.powi(2) / Ball::POOL.mass];
+        dataset.object = Some(ObjectBall { mass_sd, ..ObjectBall::exact(weighed) });
+        let options = Options { fidelity: FidelityChoice::Auto, ..options::of_fit() };
+        let analysis = caromfit::analyse(&dataset, &options);
         let fit = analysis.fits.unwrap().remove(0);
         is_right(&fit, Parameter::MassRatio, RATIO);
         is_right(&fit, Parameter::Mu, TRUTH[0]);

@@ -19,6 +19,7 @@ use caromfit::simulate::{BallSpec, ClothSpec, Kind, Noise, Played, Shots, Spec, 
 use serde_json::Value;
 
 use crate::extraction::{count, dataset};
+use crate::options;
 
 /// A kind of shot both as it is planned and as it is simulated.
 struct Both {
@@ -54,10 +55,11 @@ fn filmed(expected: &Expected, kinds: &[Both], seed: u64) -> Vec<TrackShot> {
             name: kind.planned.name.clone(),
             kind: Kind::Tracks,
             seed: 10 * seed + number as u64,
-            truth: Truth { mu: truth.mu, mu_s: truth.mu_s, e: truth.e },
+            truth: Truth { mu: truth.mu, mu_s: truth.mu_s, e: truth.e, ..Truth::default() },
             shots: Shots { count, speed_m_s, cut_deg, cue_spin: vec![kind.played] },
             noise: Noise::default(),
             ball: BallSpec::default(),
+            object: None,
             camera: expected.camera,
             cloth: ClothSpec::default(),
         };
@@ -75,7 +77,7 @@ fn fitted(shots: Vec<TrackShot>, depth: Depth) -> [Fit; 2] {
     let (dataset, extracted, scene) = footage::with_impacts(dataset(shots), &|| ());
     let films = footage::films(&extracted, &scene, None, usize::MAX);
     [Method::TwoStage, Method::Joint].map(|method| {
-        let options = Options { method, depth, ..Options::default() };
+        let options = Options { method: Some(method), depth, ..options::of_fit() };
         fit::fit_watched(&dataset, &films, &options, &|| ()).unwrap().remove(0)
     })
 }

@@ -18,10 +18,11 @@ use rand_chacha::ChaCha8Rng;
 
 use crate::discs::{SETTINGS, film_with, load};
 use crate::extraction::count as count_of;
+use crate::options;
 
 /// As the program fits.
 fn fitted(dataset: &Dataset) -> Fit {
-    let options = Options { fidelity: FidelityChoice::Auto, depth: Depth::Intervals, ..Options::default() };
+    let options = Options { fidelity: FidelityChoice::Auto, depth: Depth::Intervals, ..options::of_fit() };
     fit::fit(dataset, &options).unwrap().remove(0)
 }
 
@@ -226,7 +227,7 @@ fn discs_that_are_compared_call_for_a_contact_that_gives_way() {
         dataset
     });
     assert_eq!(base.settings.compliance, Compliance::Auto);
-    let options = compare::Options { fidelity: FidelityChoice::Auto, ..compare::Options::default() };
+    let options = compare::Options { fidelity: FidelityChoice::Auto, ..options::of_comparison() };
     let comparison = compare::compare(&pair, &options).unwrap();
     assert!(comparison.gives_way, "{:?}", comparison.notes);
     let of = |p| comparison.quantities.iter().find(|own| own.quantity == Quantity::Parameter(p)).unwrap();
@@ -252,7 +253,7 @@ fn differences_between_discs_include_the_scatter_of_their_shots() {
     let options = compare::Options {
         fidelity: FidelityChoice::Auto,
         per_dataset: vec![Quantity::Parameter(Parameter::E)],
-        ..compare::Options::default()
+        ..options::of_comparison()
     };
     let mut p_of_pair = |shift: f64| {
         let mut pair = ["one", "other"].map(|name| {

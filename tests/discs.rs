@@ -8,12 +8,13 @@ use std::path::Path;
 
 use caromfit::extraction::disc::{DiscImpact, Quantity};
 use caromfit::fit;
-use caromfit::fit::Options;
 use caromfit::fit::footage::{with_discs, with_impacts};
 use caromfit::io;
 use caromfit::measurement::dataset::Dataset;
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
+
+use crate::options;
 
 const MU: f64 = 0.08;
 pub const E: f64 = 0.8;
@@ -236,7 +237,7 @@ fn masses_radii_and_frame_rate_need_not_be_known() {
 fn a_fit_of_discs_finds_friction_and_restitution() {
     let (table, _) = film(40, 7);
     let dataset = with_impacts(load(SETTINGS, &table).unwrap(), &|| ()).0;
-    let fit = fit::fit(&dataset, &Options::default()).unwrap().remove(0);
+    let fit = fit::fit(&dataset, &options::of_fit()).unwrap().remove(0);
     for (i, truth) in [(0, MU), (2, E)] {
         let estimate = fit.estimates[i];
         let pull = (estimate.value - truth) / estimate.std_error.unwrap();

@@ -1,6 +1,8 @@
 //! What people export from other programs and type into spreadsheets, as they do it.
 
+mod columns;
 mod drafts;
+mod faults;
 
 use caromfit::measurement::dataset::Tracks;
 
@@ -275,4 +277,105 @@ fn angles_of_discs() {
         &["column b: is in rad", "\"deg\""],
     );
     refused(&format!("[video]\ncapture_fps = 100\n{columns}"), table, &["dataset.toml", "shape = \"disc\""]);
+}
+
+/// How programs write times, gaps and numbers.
+#[test]
+fn times_of_clocks_gaps_and_thousands() {
+    let columns = "[tracks]\ncue = \"A\"\nobject = \"B\"\n[tracks.columns]\nt = \"t\"\ncue_x = \"ax\"\ncue_y = \"ay\"\nobject_x = \"bx\"\nobject_y = \"by\"";
+    let settings = format!("[video]\ncapture_fps = 100\n{columns}");
+    let table = |times: [&str; 3]| {
+        let rows = times.map(|t| format!("{t};1,5;2;3;4\n"));
+        format!("t;ax;ay;bx;by\n{}", rows.concat())
+    };
+    for times in [
+        ["00:00:01.00", "00:00:01.01", "00:00:01.02"],
+        ["0:00:01:00", "0:00:01:01", "0:00:01:02"],
+        ["2024-05-01T00:00:01.00Z", "2024-05-01T00:00:01.01Z", "2024-05-01T00:00:01.02Z"],
+    ] {
+        let tracks = good(&settings, "a.csv", &table(times));
+        assert_eq!(
+            tracks.shots[0].cue,
+            [at(1.0, 1.5, 2.0), at(1.01, 1.5, 2.0), at(1.02, 1.5, 2.0)],
+            "{times:?}"
+        );
+    }
+    refused(
+        &settings,
+        &table(["00:00:01.00", "00:00:01.01", "1.02"]),
+        &["a.txt:4: column t: \"1.02\" is a plain number"],
+    );
+    refused(
+        &settings,
+        &table(["0:0x", "1", "2"]),
+        &["a.txt:2: column t: \"0:0x\" is no time", "h:mm:ss.fff"],
+    );
+    // a time code: frame 29 is followed by the next second
+    let code = table(["00:00:01:28", "00:00:01:29", "00:00:02:00"]);
+    let tracks = good(&settings, "a.csv", &code);
+    assert_eq!(tracks.shots[0].cue.iter().map(|s| s.t).collect::<Vec<_>>(), [0.58, 0.59, 0.6]);
+    noted(&tracks, "30 frames to a second");
+    for gap in ["-", "--", "n/a", "#N/A", "None", "\\N", "NaN", "null"] {
+        let text = format!("t;ax;ay;bx;by\n0,00;1;2;3;4\n0,01;{gap};{gap};3;4\n0,02;1,5;2;3;4\n");
+        let tracks = good(&settings, "a.csv", &text);
+        assert_eq!((tracks.shots[0].cue.len(), tracks.shots[0].object.len()), (2, 3), "{gap}");
+    }
+    let text = table(["0,00", "0,01", "0,02"]).replace("1,5", "2,5D-01");
+    assert_eq!(good(&settings, "a.csv", &text).shots[0].cue[0].x, 0.25);
+    refused(
+        &settings,
+        &text.replace("2,5D-01", "lost"),
+        &["column ax: \"lost\" is no number", "an empty cell"],
+    );
+    let text = "t;ax;ay;bx;by\n0,00;998;200;300;400\n0,01;1,002;200;300;400\n";
+    refused(&settings, text, &["a.txt:3: column ax: \"1,002\" beside \"998\"", "thousands"]);
+    // a standard deviation is in the same unit, but tells nothing
+    let with_sd = "frame,ball,x,y,x_sd,y_sd\n0,A,998,200,1.000,1.000\n0,B,300,400,1.000,1.000\n";
+    good(&format!("[video]\ncapture_fps = 100\n{AB}"), "a.csv", with_sd);
+    let long = "frame,ball,x,y\n0,A,998,200\n1,A,1.002,200\n0,B,300,400\n1,B,300,400\n";
+    refused(
+        "[video]\ncapture_fps = 100\n[tracks]\ncue = \"A\"\nobject = \"B\"",
+        long,
+        &["a.txt:3: column x: \"1.002\""],
+    );
+}
+
+/// Single rows that no ball can have been at are gaps, and are told.
+#[test]
+fn rows_at_impossible_places_and_times() {
+    let row = |n: i32, name: &str, x: f64| format!("{n},{name},{x:.3},0.5\n");
+    let text: String = (0..20).flat_map(|n| [row(n, "A", 0.01 * f64::from(n)), row(n, "B", 0.4)]).collect();
+    let text = format!("frame,ball,x,y\n{text}");
+    let settings = format!("[video]\ncapture_fps = 100\n{AB}");
+    for (from, to) in [
+        ("7,A,0.070", "7,A,70"),
+        ("7,A,0.070", "7,A,1e308"),
+        ("18,A,0.180", "-18,A,0.180"),
+        ("7,A,", "1e300,A,"),
+    ] {
+        assert!(text.contains(from));
+        let tracks = good(&settings, "a.csv", &text.replacen(from, to, 1));
+        assert_eq!((tracks.shots[0].cue.len(), tracks.shots[0].object.len()), (19, 20), "{to}");
+        noted(&tracks, "by itself at an impossible");
+    }
+}
+
+/// What is no table of positions is told what it lacks, and does no harm to a terminal.
+#[test]
+fn headers_that_lack_something() {
+    refused("[video]\ncapture_fps = 100", "shot,frame,ball,x\n1,0,A,1\n", &["are without y"]);
+    refused("[video]\ncapture_fps = 100", "shot,frame,x,y\n1,0,1,2\n", &["are without ball"]);
+    let error = load("", &[("a.txt", b"\x1b[2Jw]n\x07\n".as_slice())]).unwrap_err();
+    assert!(error.contains("\\u{1b}[2J") && !error.contains('\x1b') && !error.contains('\x07'), "{error}");
+}
+
+/// Logger Pro and others write one ball a file with capital names.
+#[test]
+fn one_ball_a_file_in_capitals() {
+    let ball = |x: &str| format!("Time (s),X (m),Y (m),X Velocity (m/s)\n0.00,{x},2,9\n0.01,{x},2,9\n");
+    let settings = "[video]\ncapture_fps = 100\n[tracks]\ncue = \"white\"\nobject = \"red\"";
+    let (white, red) = (ball("0.5"), ball("0.7"));
+    let tracks =
+        load(settings, &[("kick1-white.csv", white.as_bytes()), ("kick1-red.csv", red.as_bytes())]).unwrap();
+    assert_eq!((tracks.shots[0].cue[1], tracks.shots[0].object[0].x), (at(0.01, 0.5, 2.0), 0.7));
 }

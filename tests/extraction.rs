@@ -1,7 +1,6 @@
 //! Impacts extracted from synthetic footage, against what the shots really were.
 
 use caromfit::extraction::{Impact, Lifted, Quantity};
-use caromfit::fit::Options;
 use caromfit::fit::footage;
 use caromfit::measurement::dataset::{Dataset, Tracks};
 use caromfit::measurement::track::TrackShot;
@@ -9,6 +8,7 @@ use caromfit::physics::ball::Ball;
 use caromfit::simulate;
 use caromfit::simulate::{Camera, Kind, Played, Shots, Spec, TrueImpact};
 
+use crate::options;
 use crate::synthetic;
 
 fn spec(cue_spin: Played, count: usize, camera: Camera) -> Spec {
@@ -33,17 +33,7 @@ pub fn count(variable: &str, default: usize) -> usize {
 
 pub fn dataset(tracks: Vec<TrackShot>) -> Dataset {
     Dataset {
-        tracks: Some(Tracks {
-            shots: tracks,
-            skipped: Vec::new(),
-            damaged: Vec::new(),
-            notes: Vec::new(),
-            doubtful: Vec::new(),
-            disc_shots: Vec::new(),
-            discs: None,
-            camera: [None; 7],
-            from_balls: false,
-        }),
+        tracks: Some(Tracks::new(tracks)),
         path: "tracks".into(),
         ..Dataset::new("tracks", Ball::POOL, Vec::new())
     }
@@ -193,7 +183,7 @@ fn fits_of_tracks_recover_the_parameters() {
         let spec = Spec { seed: 1000 + seed, ..spec(Played::NaturalRoll, 40, Camera::default()) };
         let tracks: Vec<_> = simulate::filmed(&spec).unwrap().into_iter().map(|(shot, _)| shot).collect();
         let dataset = footage::with_impacts(dataset(tracks), &|| ()).0;
-        let fit = caromfit::fit::fit(&dataset, &Options::default()).unwrap().remove(0);
+        let fit = caromfit::fit::fit(&dataset, &options::of_fit()).unwrap().remove(0);
         for (i, truth) in [0.05, 0.3, 0.94].into_iter().enumerate() {
             let estimate = fit.estimates[i];
             let error = estimate.std_error.unwrap();

@@ -13,6 +13,8 @@ use caromfit::simulate;
 use serde_json::Value;
 use tempfile::TempDir;
 
+use crate::options;
+
 fn root() -> &'static Path {
     Path::new(env!("CARGO_MANIFEST_DIR"))
 }
@@ -135,8 +137,8 @@ fn any_shot_of_the_example_may_be_missing() {
     for missing in [&["1"][..], &["5"], &["8"], &["10"], &["9", "10"]] {
         let mut dataset = io::load(&folder).unwrap();
         dataset.keep(|name| !missing.contains(&name));
-        let options = Options { depth: Depth::Estimates, ..Options::default() };
-        let fit = caromfit::analyse(dataset, &options, None, &|| ()).fits.unwrap().remove(0);
+        let options = Options { depth: Depth::Estimates, ..options::of_fit() };
+        let fit = caromfit::analyse(&dataset, &options).fits.unwrap().remove(0);
         assert_eq!(fit.shots_used, 10 - missing.len(), "{missing:?}: {:?}", fit.shots_rejected);
         assert!(fit.camera.as_ref().unwrap().converged, "{missing:?}");
         let estimates = [(fit.mu(), 0.06), (fit.mu_s(), 0.25), (fit.e(), 0.95)];
@@ -226,6 +228,42 @@ fn chosen_shots_only() {
     let unknown = refused(lab.path(), &["fit", data, "--skip", "eleven"]);
     assert!(unknown.contains("\"eleven\" names no shot; expected of 1, 2, 3"), "{unknown}");
     assert!(refused(lab.path(), &["fit", data, "--skip", "1..30"]).contains("leave none of its shots"));
+    for (words, expected) in [
+        ("1..99", "names no shots: there is no shot 99"),
+        ("98..99", "there is neither shot 98 nor shot 99"),
+        ("3..1", "is the wrong way round: shot 3 comes after shot 1; expected 1..3"),
+    ] {
+        let unknown = refused(lab.path(), &["fit", data, "--shots", words]);
+        assert!(unknown.contains(expected), "{unknown}");
+    }
+    assert!(refused(lab.path(), &["fit", data, "--starts", "0"]).contains("expected at least 1"));
+    // what was asked for is no warning
+    let said = done(lab.path(), &["fit", data, "--skip", "3,5", "--verbose"]);
+    assert!(said.contains("2 of 30 shots were left out on request."), "{said}");
+    assert!(!said.contains("were not used; the first is"), "{said}");
+}
+
+/// Options that stand for a dataset.toml are named where they are wrong, and no file that is not there.
+#[test]
+fn wrong_options_of_a_table_are_named() {
+    let lab = tempfile::tempdir().unwrap();
+    let table = "shot,frame,ball,x,y\na,0,white,0,0\na,0,red,1,0\na,1,white,0.1,0\na,1,red,1,0\n";
+    fs::write(lab.path().join("shot.csv"), table).unwrap();
+    let with = |cue: &str, object: &str| {
+        let told = ["--fps", "240", "--spin", "stun", "--cue", cue, "--object", object];
+        refused(lab.path(), &[&["fit", "shot.csv"][..], &told].concat())
+    };
+    assert!(
+        with("white", "white")
+            .contains("--cue and --object are both \"white\"; expected two different tracks")
+    );
+    assert!(
+        with("white", "blue")
+            .contains("--object is \"blue\", which is no track of the table; expected one of")
+    );
+    for error in [with("white", "white"), with("blue", "red")] {
+        assert!(!error.contains("assumed dataset.toml"), "{error}");
+    }
 }
 
 /// A radius that the contact shows is suggested; pixels are told to need no ruler.
@@ -254,6 +292,21 @@ fn a_draft_suggests_what_the_film_shows() {
             "{line}"
         );
     }
+    // and that is what a fit of the table uses, and says: here snooker balls
+    let told = [
+        "fit",
+        "film.csv",
+        "--fps",
+        "1000",
+        "--spin",
+        "natural-roll",
+        "--shots",
+        "1..4",
+        "--method",
+        "two-stage",
+    ];
+    let said = done(lab.path(), &told);
+    assert!(said.contains("taken as balls of radius 0.02625 m (else: --radius)"), "{said}");
 }
 
 #[test]

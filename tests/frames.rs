@@ -14,6 +14,7 @@ use rayon::prelude::*;
 use statrs::distribution::{ContinuousCDF, Normal};
 
 use crate::extraction::{count, dataset};
+use crate::options;
 
 /// Standard errors from the truth that no estimate is off.
 const FAR: f64 = 5.0;
@@ -26,10 +27,11 @@ fn spec(cue_spin: &[Played], count: usize, seed: u64) -> Spec {
         name: "synthetic".to_string(),
         kind: Kind::Tracks,
         seed,
-        truth: Truth { mu, mu_s, e },
+        truth: Truth { mu, mu_s, e, ..Truth::default() },
         shots: Shots { count, speed_m_s: [1.0, 4.0], cut_deg: [-50.0, 50.0], cue_spin: cue_spin.to_vec() },
         noise: Noise::default(),
         ball: BallSpec::default(),
+        object: None,
         camera: Camera::default(),
         cloth: ClothSpec::default(),
     }
@@ -43,7 +45,7 @@ fn fits(tracks: Vec<TrackShot>, options: &[Options; 2]) -> [Fit; 2] {
 
 fn both() -> [Options; 2] {
     // no regions, no other models
-    Method::ALL.map(|method| Options { method, depth: Depth::Intervals, ..Options::default() })
+    Method::ALL.map(|method| Options { method: Some(method), depth: Depth::Intervals, ..options::of_fit() })
 }
 
 fn filmed(spec: &Spec) -> Vec<TrackShot> {
@@ -386,7 +388,7 @@ fn many_shots_are_fitted_at_once() {
     let (dataset, extracted, scene) = footage::with_impacts(dataset(film), &|| ());
     let films = footage::films(&extracted, &scene, None, usize::MAX);
     let begun = Instant::now();
-    let options = Options { method: Method::Joint, ..Options::default() };
+    let options = Options { method: Some(Method::Joint), ..options::of_fit() };
     let fit = fit::fit_watched(&dataset, &films, &options, &|| ()).unwrap().remove(0);
     println!("{shots} shots: {:.1} s", begun.elapsed().as_secs_f64());
     for (estimate, truth) in fit.estimates.iter().zip(TRUTH) {

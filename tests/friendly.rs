@@ -232,7 +232,7 @@ fn check_says_what_is_suspicious() {
     let (found, _) = status(&output, 0);
     for fragment in [
         "radius is 0.1 m",
-        "3 shot(s) can be used: too few",
+        "3 shots can be used: too few",
         "nothing here tells μ_s",
         "no standard deviations",
         "shot slow: the cue ball comes at 0.10 m/s",
@@ -444,7 +444,7 @@ fn a_folder_of_single_tracks_in_slow_motion() {
     }
     let output = caromfit([Path::new("init"), folder.path()]);
     let (said, _) = status(&output, 0);
-    assert!(said.contains("4 file(s) of tracks") && said.contains("follow 30 frames"), "{said}");
+    assert!(said.contains("4 files of tracks") && said.contains("follow 30 frames"), "{said}");
     let path = folder.path().join("dataset.toml");
     let draft = fs::read_to_string(&path).unwrap();
     let filled = draft

@@ -13,6 +13,8 @@ use rand_chacha::ChaCha8Rng;
 use super::collisions::{Try, reference_cases};
 use super::synthetic::{made_with, spec};
 
+use crate::options;
+
 const INTEGRATED: [Fidelity; 2] = [Fidelity::Ode, Fidelity::Contact];
 
 /// The tolerance is for each step, and relative to the closing speed: an outcome sums up some dozen steps.
@@ -326,7 +328,7 @@ fn a_fit_by_integration_is_the_fit_of_the_full_solution() {
     let ode = Model::new(Fidelity::Ode, Ball::POOL);
     let fit = |by: &Model, fidelity: Fidelity| {
         let dataset = made_with(&spec, by);
-        let options = Options { fidelity: fidelity.into(), depth: Depth::Estimates, ..Options::default() };
+        let options = Options { fidelity: fidelity.into(), depth: Depth::Estimates, ..options::of_fit() };
         fit::fit(&dataset, &options).unwrap().remove(0)
     };
     let [full, by_ode] = [Fidelity::Full, Fidelity::Ode].map(|fidelity| fit(&ode, fidelity));

@@ -4,8 +4,8 @@ use std::path::Path;
 
 use caromfit::extraction::{Quantity, extract, shots};
 use caromfit::fit;
+use caromfit::fit::Fit;
 use caromfit::fit::footage::with_impacts;
-use caromfit::fit::{Fit, Options};
 use caromfit::io;
 use caromfit::measurement::dataset::{Before, Dataset, Joint, Shared};
 use caromfit::measurement::track::TrackShot;
@@ -14,6 +14,8 @@ use caromfit::report::extracted;
 use caromfit::simulate;
 use caromfit::simulate::Spec;
 use caromfit::trajectory::scene::{LiftPrior, Scene};
+
+use crate::options;
 
 /// The direction of the line of centres goes through nx, ny and back; the minimum is found to some hundredths
 /// of a thousandth of a standard error either way.
@@ -62,7 +64,7 @@ fn extracted(folder: &Path, markers: usize, fit: &str, spins: Spins) -> Fit {
     write(&tracks, files);
     let (dataset, shots, _) = with_impacts(io::load(&tracks).unwrap(), &|| ());
     write(&folder.join("impacts"), extracted::files(&dataset, &shots));
-    fit::fit(&dataset, &Options::default()).unwrap().remove(0)
+    fit::fit(&dataset, &options::of_fit()).unwrap().remove(0)
 }
 
 #[test]
@@ -74,7 +76,7 @@ fn extract_and_fit_give_what_a_fit_of_the_tracks_gives() {
         let folder = tempfile::tempdir().unwrap();
         let at_once = extracted(folder.path(), markers, settings, spins);
         let impacts = io::load(&folder.path().join("impacts")).unwrap();
-        let refitted = fit::fit(&impacts, &Options::default()).unwrap().remove(0);
+        let refitted = fit::fit(&impacts, &options::of_fit()).unwrap().remove(0);
         for (a, b) in at_once.estimates.iter().zip(&refitted.estimates) {
             let error = a.std_error.unwrap();
             assert!((a.value - b.value).abs() < SAME * error, "{} and {}", a.value, b.value);

@@ -13,6 +13,7 @@ use caromfit::physics::friction_law::Law;
 use caromfit::simulate;
 use caromfit::simulate::{Kind, Noise, Played, Shots, Spec, Truth};
 
+use crate::options;
 use crate::synthetic::{self, made_with};
 
 const B: f64 = 0.09;
@@ -73,7 +74,7 @@ fn truth(parameter: Parameter) -> f64 {
 #[test]
 fn a_and_b_are_recovered() {
     let law = Law::Exponential { b: B, c: C };
-    let options = Options { depth: Depth::Intervals, ..Options::default() };
+    let options = Options { depth: Depth::Intervals, ..options::of_fit() };
     let of = |seed| fitted(made(&spec(seed, [0.5, 5.0]), Fidelity::Full, law), false, &options);
     let fits: Vec<Fit> = (0..SEEDS).map(of).collect();
     check(&fits, &[Parameter::Mu, Parameter::MuS, Parameter::E, Parameter::B], truth);
@@ -85,7 +86,7 @@ fn c_is_recovered_too_from_a_wide_range_of_slips() {
     let law = Law::Exponential { b: B, c: C };
     let wide =
         |seed| Spec { shots: Shots { count: 150, ..spec(seed, [0.3, 8.0]).shots }, ..spec(seed, [0.3, 8.0]) };
-    let options = Options { depth: Depth::Estimates, ..Options::default() };
+    let options = Options { depth: Depth::Estimates, ..options::of_fit() };
     let of = |seed| fitted(made(&wide(seed), Fidelity::Full, law), true, &options);
     let fits: Vec<Fit> = (0..SEEDS).map(of).filter(|fit| fit.converged).collect();
     // where a shot begins to stick the weights may turn in circles, and the fit says so
@@ -99,10 +100,10 @@ fn frames_tell_a_falling_friction() {
     /// Standard errors; of a dozen numbers one is beyond 3.5 once in 200 runs, and the seeds are fixed.
     const OFF: f64 = 3.5;
     let law = Law::Exponential { b: B, c: C };
-    let options = Options { falling: Falling::Fitted, depth: Depth::Estimates, ..Options::default() };
+    let options = Options { falling: Falling::Fitted, depth: Depth::Estimates, ..options::of_fit() };
     for seed in 0..3 {
         let spec = Spec { kind: Kind::Tracks, ..spec(seed, [0.7, 4.0]) };
-        let fit = fit::analyse(made(&spec, Fidelity::Full, law), &options, None, &|| ());
+        let fit = fit::analyse(&made(&spec, Fidelity::Full, law), &options);
         let fit = fit.fits.unwrap().remove(0);
         assert_eq!(fit.method, Method::Joint);
         for parameter in [Parameter::Mu, Parameter::MuS, Parameter::E, Parameter::B] {
@@ -120,7 +121,7 @@ fn what_ode_made_ode_recovers() {
     /// Standard errors; of a dozen numbers one is beyond 3.5 once in 200 runs, and the seeds are fixed.
     const OFF: f64 = 3.5;
     let law = Law::Exponential { b: B, c: C };
-    let options = Options { fidelity: Fidelity::Ode.into(), depth: Depth::Estimates, ..Options::default() };
+    let options = Options { fidelity: Fidelity::Ode.into(), depth: Depth::Estimates, ..options::of_fit() };
     for seed in 0..3 {
         let fit = fitted(made(&spec(seed, [0.5, 5.0]), Fidelity::Ode, law), false, &options);
         for parameter in [Parameter::Mu, Parameter::MuS, Parameter::E, Parameter::B] {
@@ -138,7 +139,7 @@ fn constant_friction_gives_no_b() {
     let mut at_bound = 0;
     for seed in 0..20 {
         let fit =
-            fitted(made(&spec(seed, [0.5, 5.0]), Fidelity::Full, Law::Constant), false, &Options::default());
+            fitted(made(&spec(seed, [0.5, 5.0]), Fidelity::Full, Law::Constant), false, &options::of_fit());
         let b = fit.estimates[Parameter::B as usize];
         let [low, high] = b.interval_95.unwrap();
         if b.status == Status::AtLowerBound {
@@ -165,7 +166,7 @@ fn one_slip_does_not_tell_a_from_b() {
     same.shots.cue_spin = vec![Played::Stun];
     let law = Law::Exponential { b: B, c: C };
     let dataset = made(&same, Fidelity::Full, law);
-    let fit = fitted(dataset, false, &Options::default());
+    let fit = fitted(dataset, false, &options::of_fit());
     let words = fit.diagnostics.identifiability.unwrap().worst.unwrap().words;
     assert!(words.contains("hardly tell") && words.contains("μ") && words.contains(" b"), "{words}");
 }
@@ -175,7 +176,7 @@ fn the_other_law_is_among_the_models() {
     /// For 60 shots with b far from 0, and once in 1000 for b = 0.
     const CLEAR: f64 = 1e-6;
     const CHANCE: f64 = 1e-3;
-    let everything = Options { depth: Depth::Everything, ..Options::default() };
+    let everything = Options { depth: Depth::Everything, ..options::of_fit() };
     let falling = made(&spec(4, [0.5, 5.0]), Fidelity::Full, Law::Exponential { b: B, c: C });
     let constant = made(&spec(4, [0.5, 5.0]), Fidelity::Full, Law::Constant);
     for (dataset, falls) in [(falling, true), (constant, false)] {
@@ -203,7 +204,7 @@ fn alciatores_throw_gives_a_falling_friction() {
     let path = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("data").join("alciatore-2006");
     let mut dataset = io::load(&path).unwrap();
     dataset.by = None;
-    let fit = fitted(dataset, false, &Options::default());
+    let fit = fitted(dataset, false, &options::of_fit());
     let [a, b] = [Parameter::Mu, Parameter::B].map(|p| fit.estimates[p as usize]);
     println!(
         "alciatore-2006: a = {:.4} {:?}, b = {:.4} {:?}",

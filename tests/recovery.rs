@@ -1,13 +1,14 @@
 //! Synthetic data with known parameters: estimates within their own error bars.
 
 use caromfit::fit;
-use caromfit::fit::{Fit, Options, Status};
+use caromfit::fit::{Fit, Status};
 use caromfit::io;
 use caromfit::measurement::parameter::Parameter;
 use caromfit::simulate;
 use caromfit::simulate::{BallSpec, Kind, Noise, Played, Shots, Spec, Truth};
 
 use crate::extraction::count;
+use crate::options;
 
 /// Data sets of each kind; CAROMFIT_SETS may raise it. The mean of that many standardized errors scatters by 1/√200 = 0.07,
 /// their standard deviation by 0.05, coverage by 1.5 %.
@@ -24,7 +25,7 @@ fn spec(kind: Kind, cue_spin: &[Played], seed: u64) -> Spec {
         name: "synthetic".to_string(),
         kind,
         seed,
-        truth: Truth { mu: 0.05, mu_s: 0.3, e: 0.94 },
+        truth: Truth { mu: 0.05, mu_s: 0.3, e: 0.94, ..Truth::default() },
         shots: Shots {
             count: 40,
             speed_m_s: [1.0, 4.0],
@@ -33,6 +34,7 @@ fn spec(kind: Kind, cue_spin: &[Played], seed: u64) -> Spec {
         },
         noise: Noise { velocity_m_s: 0.004, line_of_centres_deg: 0.05, spin_rad_s: 0.5, angle_deg: 0.2 },
         ball: BallSpec::default(),
+        object: None,
         camera: simulate::Camera::default(),
         cloth: simulate::ClothSpec::default(),
     }
@@ -44,7 +46,7 @@ fn fitted(spec: &Spec) -> Fit {
         std::fs::write(folder.path().join(name), content).unwrap();
     }
     let dataset = io::load(folder.path()).unwrap();
-    let mut fits = fit::fit(&dataset, &Options::default()).unwrap();
+    let mut fits = fit::fit(&dataset, &options::of_fit()).unwrap();
     assert_eq!(fits.len(), 1);
     fits.remove(0)
 }

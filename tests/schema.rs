@@ -88,27 +88,47 @@ fn stored_results_are_as_the_schema_describes_them() {
     }
 }
 
-/// What `accuracy --json` and `synth --json` print, and nothing else on standard output.
+/// What `--json` of every other command prints, and nothing else on standard output.
 #[test]
 fn printed_documents_are_as_the_schema_describes_them() {
     let folder = tempfile::tempdir().unwrap();
-    let spec = concat!(env!("CARGO_MANIFEST_DIR"), "/src/example/balls-spec.toml");
+    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let at = |path: &str| root.join(path).display().to_string();
+    let (spec, film, pucks) =
+        (at("src/example/balls-spec.toml"), at("data/domenech-2023"), at("data/pucks-opencv"));
+    fs::write(
+        folder.path().join("cases.csv"),
+        "name,speed_m_s,cut_deg,omega_x,omega_y,omega_z,mu,mu_s,e,radius_m\none,2,30,0,70,0,0.05,0.3,0.94,0.028575\n\
+         two,1,10,0,0,0,0.05,0.3,0.94,0.028575\n",
+    )
+    .unwrap();
+    let one = "collide --speed 2 --cut 30 --mu 0.05 --mu-s 0.3 --e 0.94 --explain --json";
     let mut found = Vec::new();
     for (of, args) in [
-        ("accuracy", &["accuracy", "--shots", "5", "--out", "a", "--json"][..]),
-        ("synth", &["synth", spec, "--out", "s", "--falling", "0.1,1", "--json"]),
+        ("accuracy", "accuracy --shots 5 --out a --json".to_owned()),
+        ("synth", format!("synth {spec} --out s --falling 0.1,1 --json")),
+        ("check", format!("check {film} {pucks} --json")),
+        ("extract", format!("extract {pucks} --out x --no-pictures --json")),
+        ("collide", one.to_owned()),
+        ("collide", "collide --cases cases.csv --json".to_owned()),
+        ("design", "design --out d --json".to_owned()),
     ] {
-        let output = Command::new(env!("CARGO_BIN_EXE_caromfit")).args(args).current_dir(&folder).output();
+        let args: Vec<&str> = args.split(' ').collect();
+        let output = Command::new(env!("CARGO_BIN_EXE_caromfit")).args(&args).current_dir(&folder).output();
         let output = output.unwrap();
-        assert!(output.status.success(), "{output:?}");
-        let value: Value = serde_json::from_slice(&output.stdout).unwrap();
-        let mut wrong = Vec::new();
-        check(&schema(of), &value, "", &mut wrong);
-        assert!(wrong.is_empty(), "{of}: {wrong:#?}");
-        assert_eq!(value["format_version"], 1);
+        let value: Value =
+            serde_json::from_slice(&output.stdout).unwrap_or_else(|_| panic!("{args:?}: {output:?}"));
+        let each = value.as_array().cloned().unwrap_or_else(|| vec![value.clone()]);
+        assert!(!each.is_empty());
+        for value in &each {
+            let mut wrong = Vec::new();
+            check(&schema(of), value, "", &mut wrong);
+            assert!(wrong.is_empty(), "{of}: {wrong:#?}");
+            assert_eq!(value["format_version"], 1);
+        }
         found.push(value);
     }
-    let [accuracy, synth] = &found[..] else { panic!("{found:?}") };
+    let [accuracy, synth, ..] = &found[..] else { panic!("{found:?}") };
     let full = accuracy["ways"].as_array().unwrap().iter().find(|way| way["fidelity"] == "full").unwrap();
     assert!(full["numerical_error"]["throw_deg"]["worst"].as_f64().unwrap() < 1e-9);
     assert_eq!(accuracy["biases"].as_array().unwrap().len(), 9);
@@ -116,6 +136,32 @@ fn printed_documents_are_as_the_schema_describes_them() {
     for file in synth["files"].as_array().unwrap() {
         assert!(folder.path().join("s").join(file.as_str().unwrap()).is_file(), "{file}");
     }
+}
+
+/// Who reads a key of a document finds what it means, in which unit.
+#[test]
+fn every_key_is_described() {
+    fn bare(schema: &Value, at: &str, found: &mut Vec<String>) {
+        for (key, inner) in schema.get("properties").and_then(Value::as_object).into_iter().flatten() {
+            let at = format!("{at}.{key}");
+            if inner["description"].as_str().is_none_or(|words| words.trim().is_empty()) {
+                found.push(at.clone());
+            }
+            bare(inner, &at, found);
+        }
+        for word in ["items", "additionalProperties"] {
+            if let Some(inner) = schema.get(word) {
+                bare(inner, &format!("{at}[]"), found);
+            }
+        }
+    }
+    for of in ["fit", "compare", "accuracy", "check", "collide", "design", "extract", "synth"] {
+        let (schema, mut found) = (schema(of), Vec::new());
+        assert!(schema["description"].is_string() && schema["title"].is_string(), "{of}");
+        bare(&schema, "", &mut found);
+        assert!(found.is_empty(), "{of}: {found:#?}");
+    }
+    assert!(schema("fit")["description"].as_str().unwrap().contains("each element of the array"));
 }
 
 /// The checker finds what is wrong.

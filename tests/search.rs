@@ -20,13 +20,14 @@ use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
 use crate::extraction::count;
+use crate::options;
 use crate::synthetic::{made, made_with, spec};
 
 /// Standard errors: a right fit is off by more once in 60 000 times.
 const OFF: f64 = 4.3;
 
 fn quick(dataset: &Dataset) -> Fit {
-    let options = Options { depth: Depth::Estimates, ..Options::default() };
+    let options = Options { depth: Depth::Estimates, ..options::of_fit() };
     fit::fit(dataset, &options).unwrap().remove(0)
 }
 
@@ -65,7 +66,7 @@ fn thick_stun_shots_on_film_tell_a_small_friction() {
     let (dataset, extracted, scene) = footage::with_impacts(dataset, &|| ());
     let films = footage::films(&extracted, &scene, None, usize::MAX);
     for method in Method::ALL {
-        let options = Options { method, depth: Depth::Estimates, ..Options::default() };
+        let options = Options { method: Some(method), depth: Depth::Estimates, ..options::of_fit() };
         let fit = fit::fit_watched(&dataset, &films, &options, &|| ()).unwrap().remove(0);
         is_recovered(&fit, Parameter::Mu, 0.03);
     }
@@ -86,7 +87,7 @@ fn sets_that_stick_at_the_initial_value_are_compared() {
         ..made(&stun(Kind::Impacts, [-17.0, 17.0], mu))
     };
     let both = [named("waxed", 0.01), named("clean", 0.03)];
-    let comparison = compare::compare(&both, &compare::Options::default()).unwrap();
+    let comparison = compare::compare(&both, &options::of_comparison()).unwrap();
     let mu = comparison.quantities.iter().find(|q| q.quantity == Quantity::Parameter(Parameter::Mu)).unwrap();
     assert!(mu.left_out.is_empty(), "{:?}", mu.left_out);
     assert!(mu.differences[0].is_real(), "{mu:?}");
@@ -159,7 +160,12 @@ fn random(rng: &mut ChaCha8Rng, seed: u64) -> (Dataset, String) {
     let noise = 0.1 * 30_f64.powf(rng.random());
     let Noise { velocity_m_s, line_of_centres_deg, spin_rad_s, angle_deg } = usual.noise;
     let spec = Spec {
-        truth: Truth { mu, mu_s: rng.random_range(0.1..0.5), e: rng.random_range(0.85..0.98) },
+        truth: Truth {
+            mu,
+            mu_s: rng.random_range(0.1..0.5),
+            e: rng.random_range(0.85..0.98),
+            ..Truth::default()
+        },
         shots: Shots { cut_deg, ..usual.shots.clone() },
         noise: Noise {
             velocity_m_s: noise * velocity_m_s,
@@ -221,7 +227,7 @@ fn faults(seed: u64) -> Vec<String> {
         let (dataset, extracted, scene) = footage::with_impacts(with_initial(&dataset, start), &|| ());
         let films = footage::films(&extracted, &scene, None, usize::MAX);
         let method = if is_film && seed.is_multiple_of(2) { Method::Joint } else { Method::TwoStage };
-        let options = Options { method, depth: Depth::Estimates, ..Options::default() };
+        let options = Options { method: Some(method), depth: Depth::Estimates, ..options::of_fit() };
         let fit = fit::fit_watched(&dataset, &films, &options, &|| ()).map(|mut fits| fits.remove(0));
         (fit, dataset, films, options)
     };
@@ -254,7 +260,7 @@ fn faults(seed: u64) -> Vec<String> {
     let least = objective(&first);
     let is_estimated = first.noise.iter().any(|noise| noise.estimated_sd.is_some());
     let same = if is_estimated { SAME_LIKELIHOOD } else { SAME };
-    let points = if options.method == Method::Joint { POINTS / 6 } else { POINTS };
+    let points = if options.method == Some(Method::Joint) { POINTS / 6 } else { POINTS };
     let mut of_fewer: BTreeMap<Vec<bool>, Option<Fit>> = BTreeMap::new();
     'scan: for point in 0..points {
         let mu = 0.5 * 1e3_f64.powf(-(point as f64) / points as f64);

@@ -9,6 +9,7 @@ use caromfit::simulate;
 use caromfit::simulate::{Kind, Played, Spec};
 
 use crate::camera::by_phone;
+use crate::options;
 use crate::synthetic::spec;
 
 /// Standard errors by which a value may be off.
@@ -19,14 +20,15 @@ const MU_S: Quantity = Quantity::Parameter(Parameter::MuS);
 /// Shots on a cloth, filmed by a phone.
 fn on_cloth(name: &str, mu_s: f64, shots: usize, seed: u64) -> Dataset {
     let usual = spec(Kind::Tracks, &[Played::NaturalRoll], shots, seed);
-    let spec = Spec { truth: simulate::Truth { mu: 0.05, mu_s, e: 0.94 }, ..usual };
+    let spec =
+        Spec { truth: simulate::Truth { mu: 0.05, mu_s, e: 0.94, ..simulate::Truth::default() }, ..usual };
     let film = simulate::filmed(&spec).unwrap().into_iter().map(|(shot, _)| shot).collect();
     Dataset { name: name.to_owned(), cloth: Some(name.to_owned()), ..by_phone(film) }
 }
 
 fn compared(datasets: Vec<Dataset>, same_camera: bool) -> Comparison {
-    let options = Options { same_camera, ..Options::default() };
-    compare::analyse(datasets, &options, None, &|| (), &|_| ()).comparison.unwrap()
+    let options = Options { same_camera, ..options::of_comparison() };
+    compare::analyse(&datasets, &options).comparison.unwrap()
 }
 
 /// What several films tell of their camera together: few shots on each of two cloths tell more of the balls and the cloths.
@@ -64,10 +66,11 @@ fn films_that_differ_are_not_by_one_camera() {
         }
     }
     let datasets = vec![on_cloth("new", 0.2, 10, 41), moved];
-    let options = Options { same_camera: true, ..Options::default() };
-    let error = compare::analyse(datasets.clone(), &options, None, &|| (), &|_| ()).comparison.unwrap_err();
+    let options = Options { same_camera: true, ..options::of_comparison() };
+    let error = compare::analyse(&datasets, &options).comparison.unwrap_err();
     assert!(error.to_string().contains("differ by a factor of 1."), "{error}");
-    let error = compare::analyse(datasets, &options, Some(Method::TwoStage), &|| (), &|_| ());
+    let options = Options { method: Some(Method::TwoStage), ..options };
+    let error = compare::analyse(&datasets, &options);
     let error = error.comparison.unwrap_err();
     assert!(error.is_bad_input() && error.to_string().contains("--method joint"), "{error}");
 }

@@ -17,6 +17,8 @@ use caromfit::report::{csv, json};
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
+use crate::options;
+
 /// All data sets that are fitted by the main job.
 const SHIPPED: [&str; 12] = [
     "alciatore-2006",
@@ -56,7 +58,7 @@ fn agrees(value: f64, expected: f64, half_digit: f64) {
 
 #[test]
 fn domenech_without_cloth() {
-    let fit = &fit::fit(&load("domenech-2023"), &Options::default()).unwrap()[0];
+    let fit = &fit::fit(&load("domenech-2023"), &options::of_fit()).unwrap()[0];
     let (mu, e) = (estimate(fit, Parameter::Mu), estimate(fit, Parameter::E));
     agrees(mu.value, 0.1014, 5e-5);
     agrees(mu.std_error.unwrap(), 0.0027, 5e-5);
@@ -71,7 +73,7 @@ fn domenech_without_cloth() {
 fn domenech_with_cloth_ends_on_the_bound_and_says_what_that_means() {
     let mut dataset = load("domenech-2023");
     dataset.settings[Parameter::MuS] = Parameter::MuS.default_setting();
-    let fit = &fit::fit(&dataset, &Options::default()).unwrap()[0];
+    let fit = &fit::fit(&dataset, &options::of_fit()).unwrap()[0];
     let (mu_s, e) = (estimate(fit, Parameter::MuS), estimate(fit, Parameter::E));
     assert_eq!((mu_s.value, mu_s.status), (0.0, Status::AtLowerBound));
     assert!(mu_s.std_error.is_none());
@@ -86,7 +88,7 @@ fn domenech_with_cloth_ends_on_the_bound_and_says_what_that_means() {
 
 #[test]
 fn alciatore_throw_falls_with_speed() {
-    let fits = fit::fit(&load("alciatore-2006"), &Options::default()).unwrap();
+    let fits = fit::fit(&load("alciatore-2006"), &options::of_fit()).unwrap();
     for (fit, (label, mu)) in fits.iter().zip([("slow", 0.095), ("medium", 0.070), ("fast", 0.049)]) {
         assert_eq!(fit.group.as_ref().unwrap().1, label);
         agrees(estimate(fit, Parameter::Mu).value, mu, 5e-4);
@@ -103,7 +105,7 @@ fn alciatore_s_throws_by_one_law() {
     const ERROR: f64 = 0.008;
     let fit = &fit::fit(
         &load("alciatore-one-law"),
-        &Options { fidelity: FidelityChoice::Auto, ..Options::default() },
+        &Options { fidelity: FidelityChoice::Auto, ..options::of_fit() },
     )
     .unwrap()[0];
     assert_eq!(fit.shots_used, 44);
@@ -128,7 +130,7 @@ fn alciatore_s_throws_by_one_law() {
 fn throws_beyond_sticking_are_said_to_be_so() {
     let mut dataset = load("alciatore-2014-treatments");
     dataset.settings.compliance = Compliance::Rigid;
-    let fits = fit::fit(&dataset, &Options::default()).unwrap();
+    let fits = fit::fit(&dataset, &options::of_fit()).unwrap();
     let fit = fits.iter().find(|fit| fit.group.as_ref().is_some_and(|(_, label)| label == "new")).unwrap();
     let mu = estimate(fit, Parameter::Mu);
     // a stun shot sticks from tan φ = μβ_y(1 + e) on
@@ -147,9 +149,9 @@ fn the_shipped_results_are_those_of_this_version() {
     let mut compared = 0;
     for name in SHIPPED {
         // as "caromfit fit" does
-        let options = Options { fidelity: FidelityChoice::Auto, ..Options::default() };
+        let options = Options { fidelity: FidelityChoice::Auto, ..options::of_fit() };
         let dataset = io::load(&folder(name)).unwrap();
-        for fit in fit::analyse(dataset, &options, None, &|| ()).fits.unwrap() {
+        for fit in fit::analyse(&dataset, &options).fits.unwrap() {
             let shipped = regression::find(&fit, &stored).unwrap();
             let moved = regression::moved(&fit, shipped, &Tolerance::default());
             assert_eq!(moved, [], "{name} {:?}", fit.group);
@@ -168,9 +170,9 @@ fn jogged(value: &mut f64, random: &mut ChaCha8Rng) {
 #[test]
 fn stored_results_do_not_depend_on_roundings() {
     let mut random = ChaCha8Rng::seed_from_u64(19);
-    let options = Options { fidelity: FidelityChoice::Auto, depth: Depth::Everything, ..Options::default() };
+    let options = Options { fidelity: FidelityChoice::Auto, depth: Depth::Everything, ..options::of_fit() };
     let files = |dataset: Dataset| {
-        let fits = fit::analyse(dataset, &options, None, &|| ()).fits.unwrap();
+        let fits = fit::analyse(&dataset, &options).fits.unwrap();
         fits.iter().flat_map(|fit| [json::render(fit).unwrap(), csv::render(fit)]).collect::<Vec<_>>()
     };
     let mut lines = 0;
@@ -200,7 +202,7 @@ fn stored_results_do_not_depend_on_roundings() {
 fn synthetic_tracks_give_what_they_were_made_of() {
     let dataset = load("synthetic-natural-roll");
     assert_eq!((dataset.shots.len(), dataset.left_out.len()), (30, 0));
-    let fit = &fit::fit(&dataset, &Options::default()).unwrap()[0];
+    let fit = &fit::fit(&dataset, &options::of_fit()).unwrap()[0];
     let truth = std::fs::read_to_string(folder("synthetic-natural-roll").join("truth.json")).unwrap();
     let truth: serde_json::Value = serde_json::from_str(&truth).unwrap();
     for estimate in &fit.estimates {

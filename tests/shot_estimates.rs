@@ -8,6 +8,7 @@ use caromfit::simulate;
 use caromfit::simulate::{BallSpec, Camera, ClothSpec, Kind, Noise, Played, Shots, Spec, TrueImpact, Truth};
 
 use crate::extraction::dataset;
+use crate::options;
 
 /// A fit of all frames, and what the shots were.
 fn fitted(played: Played, unknown: bool) -> (Fit, Vec<TrueImpact>) {
@@ -15,10 +16,11 @@ fn fitted(played: Played, unknown: bool) -> (Fit, Vec<TrueImpact>) {
         name: "synthetic".to_string(),
         kind: Kind::Tracks,
         seed: 5,
-        truth: Truth { mu: 0.05, mu_s: 0.3, e: 0.94 },
+        truth: Truth { mu: 0.05, mu_s: 0.3, e: 0.94, ..Truth::default() },
         shots: Shots { count: 30, speed_m_s: [1.0, 4.0], cut_deg: [-50.0, 50.0], cue_spin: vec![played] },
         noise: Noise::default(),
         ball: BallSpec::default(),
+        object: None,
         camera: Camera::default(),
         cloth: ClothSpec::default(),
     };
@@ -30,7 +32,7 @@ fn fitted(played: Played, unknown: bool) -> (Fit, Vec<TrueImpact>) {
     }
     let (dataset, extracted, scene) = footage::with_impacts(dataset(tracks), &|| ());
     let films = footage::films(&extracted, &scene, None, usize::MAX);
-    let options = Options { method: Method::Joint, depth: Depth::Estimates, ..Options::default() };
+    let options = Options { method: Some(Method::Joint), depth: Depth::Estimates, ..options::of_fit() };
     (fit::fit_watched(&dataset, &films, &options, &|| ()).unwrap().remove(0), truth)
 }
 

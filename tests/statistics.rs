@@ -11,6 +11,7 @@ use caromfit::measurement::parameter::{Compliance, Parameter};
 use caromfit::measurement::relation::Relation;
 use caromfit::simulate::{Kind, Played};
 
+use crate::options;
 use crate::synthetic::{made, spec};
 
 fn shipped(name: &str) -> Dataset {
@@ -18,7 +19,7 @@ fn shipped(name: &str) -> Dataset {
 }
 
 fn fitted(dataset: &Dataset) -> Fit {
-    fit::fit(dataset, &Options::default()).unwrap().remove(0)
+    fit::fit(dataset, &options::of_fit()).unwrap().remove(0)
 }
 
 /// χ² with one parameter held, least over the others.
@@ -26,7 +27,7 @@ fn held(dataset: &Dataset, parameter: Parameter, value: f64) -> f64 {
     let mut dataset = dataset.clone();
     let setting = &mut dataset.settings[parameter];
     (setting.initial, setting.fixed) = (value, true);
-    fit::fit(&dataset, &Options { depth: Depth::Estimates, ..Options::default() }).unwrap()[0].chi2
+    fit::fit(&dataset, &Options { depth: Depth::Estimates, ..options::of_fit() }).unwrap()[0].chi2
 }
 
 #[test]
@@ -61,7 +62,7 @@ fn a_profile_knows_bounds_and_curvature_where_the_hessian_does_not() {
 #[test]
 fn a_profile_crosses_kinks() {
     // thick stun shots stick from some μ on: the profile of μ has kinks on either side
-    let fits = fit::fit(&shipped("alciatore-2006"), &Options::default()).unwrap();
+    let fits = fit::fit(&shipped("alciatore-2006"), &options::of_fit()).unwrap();
     for fit in fits {
         let [low, high] = fit.estimates[0].intervals.profile.unwrap();
         let value = fit.estimates[0].value;
@@ -85,7 +86,7 @@ fn only_the_product_is_said_to_be_determined() {
         shot.after.retain(|row| row.observable == caromfit::measurement::observable::Observable::ObjectSpeed);
     }
     let options =
-        Options { fidelity: caromfit::physics::collision::Fidelity::Linear.into(), ..Options::default() };
+        Options { fidelity: caromfit::physics::collision::Fidelity::Linear.into(), ..options::of_fit() };
     let fit = fit::fit(&dataset, &options).unwrap().remove(0);
     let worst = fit.diagnostics.identifiability.as_ref().unwrap().worst.clone().unwrap();
     assert!(worst.undetermined, "{worst:?}");
@@ -174,7 +175,7 @@ fn spoilt(seed: u64) -> Dataset {
 #[test]
 fn a_profile_is_a_curve() {
     let dataset = made(&spec(Kind::Impacts, &[Played::NaturalRoll], 40, 8));
-    let options = Options { depth: Depth::Everything, ..Options::default() };
+    let options = Options { depth: Depth::Everything, ..options::of_fit() };
     let fit = fit::fit(&dataset, &options).unwrap().remove(0);
     assert_eq!(fit.diagnostics.profiles.len(), 3);
     for profile in &fit.diagnostics.profiles {
@@ -198,7 +199,7 @@ fn a_profile_is_a_curve() {
 fn a_robust_loss_lists_the_wrong_shots_and_keeps_to_the_others() {
     for (loss, pull) in [(Loss::Huber, 2.5), (Loss::Cauchy, 2.5)] {
         let dataset = spoilt(8);
-        let options = Options { loss: Some(loss), ..Options::default() };
+        let options = Options { loss: Some(loss), ..options::of_fit() };
         let fit = fit::fit(&dataset, &options).unwrap().remove(0);
         assert!(fit.converged, "{}", fit.termination);
         let robust = fit.diagnostics.robust.as_ref().unwrap();
@@ -221,7 +222,7 @@ fn honest_errors_are_as_large_as_the_scatter() {
     let fits: Vec<Fit> = (0..150)
         .map(|seed| {
             let dataset = made(&spec(Kind::Impacts, &[Played::NaturalRoll], 40, 400 + seed));
-            let options = Options { loss: Some(Loss::Huber), ..Options::default() };
+            let options = Options { loss: Some(Loss::Huber), ..options::of_fit() };
             fit::fit(&dataset, &options).unwrap().remove(0)
         })
         .collect();
@@ -263,7 +264,7 @@ fn constraints_hold_and_errors_know_them() {
 fn constraints_that_cannot_hold_are_refused() {
     let mut dataset = made(&spec(Kind::Impacts, &[Played::NaturalRoll], 10, 21));
     dataset.relations = vec![Relation::parse("mu >= 2").unwrap()];
-    let error = fit::fit(&dataset, &Options::default()).unwrap_err();
+    let error = fit::fit(&dataset, &options::of_fit()).unwrap_err();
     assert!(error.is_bad_input(), "{error}");
     assert!(error.to_string().contains("no values within the bounds satisfy \"mu >= 2\""), "{error}");
 }
@@ -272,7 +273,7 @@ fn constraints_that_cannot_hold_are_refused() {
 fn several_starts_find_the_best_minimum_and_say_of_the_others() {
     // where every shot sticks, at large μ, there is another minimum
     let dataset = made(&spec(Kind::Impacts, &[Played::NaturalRoll], 20, 2));
-    let options = Options { starts: 12, seed: 1, ..Options::default() };
+    let options = Options { starts: 12, seed: 1, ..options::of_fit() };
     let several = fit::fit(&dataset, &options).unwrap().remove(0);
     let starts = several.diagnostics.starts.as_ref().unwrap();
     let single = fitted(&dataset);
@@ -289,7 +290,7 @@ fn several_starts_find_the_best_minimum_and_say_of_the_others() {
 }
 
 fn thorough(dataset: &Dataset) -> Fit {
-    fit::fit(dataset, &Options { depth: Depth::Everything, ..Options::default() }).unwrap().remove(0)
+    fit::fit(dataset, &Options { depth: Depth::Everything, ..options::of_fit() }).unwrap().remove(0)
 }
 
 #[test]
@@ -309,7 +310,7 @@ fn on_the_edge_of_a_region_chi2_has_risen_by_its_quantile() {
                     let setting = &mut held.settings[*parameter];
                     (setting.initial, setting.fixed) = (*value, true);
                 }
-                let options = Options { depth: Depth::Estimates, ..Options::default() };
+                let options = Options { depth: Depth::Estimates, ..options::of_fit() };
                 let rise = fit::fit(&held, &options).unwrap()[0].chi2 - fit.chi2;
                 assert!((rise / level.rise - 1.0).abs() < SAME, "{point:?}: {rise}, expected {}", level.rise);
             }
@@ -334,7 +335,7 @@ fn the_bootstrap_scatters_as_the_errors_say() {
     /// 300 samples tell a standard deviation to 4 %, 40 shots their own to some 12 %.
     const SAME: f64 = 0.4;
     let dataset = made(&spec(Kind::Impacts, &[Played::NaturalRoll], 40, 31));
-    let options = Options { bootstrap: 300, seed: 7, ..Options::default() };
+    let options = Options { bootstrap: 300, seed: 7, ..options::of_fit() };
     let count = std::sync::atomic::AtomicUsize::new(0);
     let done = || {
         count.fetch_add(1, std::sync::atomic::Ordering::Relaxed);

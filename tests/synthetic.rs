@@ -13,10 +13,11 @@ pub fn spec(kind: Kind, cue_spin: &[Played], count: usize, seed: u64) -> Spec {
         name: "synthetic".to_owned(),
         kind,
         seed,
-        truth: Truth { mu: 0.05, mu_s: 0.3, e: 0.94 },
+        truth: Truth { mu: 0.05, mu_s: 0.3, e: 0.94, ..Truth::default() },
         shots: Shots { count, speed_m_s: [1.0, 4.0], cut_deg: [-50.0, 50.0], cue_spin: cue_spin.to_vec() },
         noise: if kind == Kind::Tracks { Noise::default() } else { measured },
         ball: BallSpec::default(),
+        object: None,
         camera: Camera::default(),
         cloth: ClothSpec::default(),
     }

@@ -38,9 +38,15 @@ fn table(shots: &[TrackShot]) -> String {
 
 /// `caromfit extract` of these shots: what the program says, and impacts.csv if there is one.
 fn extract(shots: &[TrackShot]) -> (Output, Option<String>) {
+    extract_with(shots, "[cue_spin]\nassume = \"natural-roll\"")
+}
+
+/// The same, with these lines of dataset.toml.
+fn extract_with(shots: &[TrackShot], spin: &str) -> (Output, Option<String>) {
     let folder = tempfile::tempdir().unwrap();
-    let settings = "name = \"lab\"\nkind = \"tracks\"\nfiles = [\"tracks.csv\"]\n[cue_spin]\n\
-                    assume = \"natural-roll\"\n[video]\ncapture_fps = 1000\n";
+    let settings = format!(
+        "name = \"lab\"\nkind = \"tracks\"\nfiles = [\"tracks.csv\"]\n[video]\ncapture_fps = 1000\n{spin}\n"
+    );
     fs::write(folder.path().join("dataset.toml"), settings).unwrap();
     fs::write(folder.path().join("tracks.csv"), table(shots)).unwrap();
     let out = folder.path().join("out");
@@ -120,6 +126,53 @@ fn every_reason_is_said() {
         Some(Sample { x, ..s })
     };
     unusable(changed(shot, "again", again, all), "its motion fits no single collision: χ²/dof is");
+}
+
+/// Where the object ball moves first in all shots, it is likely the cue ball.
+#[test]
+fn balls_that_are_interchanged_in_all_shots() {
+    let film = film(2, 5, 40.0);
+    let swapped: Vec<TrackShot> = film
+        .iter()
+        .map(|(shot, _)| TrackShot { cue: shot.object.clone(), object: shot.cue.clone(), ..shot.clone() })
+        .collect();
+    let error = |settings: &str| {
+        let (output, _) = extract_with(&swapped, settings);
+        assert_eq!(output.status.code(), Some(1));
+        String::from_utf8(output.stderr).unwrap()
+    };
+    let spin = "[cue_spin]\nassume = \"natural-roll\"\n";
+    let asks = "as in all shots: are cue and object interchanged ([tracks] cue, object)?";
+    let said = error(spin);
+    assert!(said.contains(asks) && said.contains(" m/s"), "{said}");
+    // nothing is known in metres before some shot shows how large the balls are
+    let said = error(&format!("{spin}[scale]\nlength_unit = \"px\""));
+    assert!(said.contains(asks) && !said.contains("m/s"), "{said}");
+}
+
+/// Programs that follow every second frame, or the balls in turn.
+#[test]
+fn tracks_that_have_only_some_frames() {
+    let film = film(3, 6, 80.0);
+    let number = |s: &Sample| (s.t * 1e3).round() as u32;
+    for (cue, object) in [([0, 2], [0, 2]), ([0, 2], [1, 3]), ([0, 1], [0, 1])] {
+        let some = |kept: [u32; 2]| move |s: Sample| kept.contains(&(number(&s) % 4)).then_some(s);
+        let shots: Vec<_> =
+            film.iter().map(|(shot, _)| changed(shot, &shot.name, some(cue), some(object))).collect();
+        let (output, _) = extract(&shots);
+        let said = String::from_utf8_lossy(&output.stdout).into_owned();
+        assert!(said.contains("3 shots extracted, 0 left out"), "{cue:?} {object:?}: {said}{output:?}");
+    }
+}
+
+#[test]
+fn spins_that_are_found_to_be_natural_roll_are_counted() {
+    let film = film(3, 4, 40.0);
+    let shots: Vec<TrackShot> = film.iter().map(|(shot, _)| shot.clone()).collect();
+    let (output, _) = extract_with(&shots, "[cue_spin]\nassume = \"unknown\"");
+    let said = String::from_utf8(output.stdout).unwrap();
+    let expected = "3 of 3 cue balls of unknown spin were found to roll naturally before the impact";
+    assert!(said.contains(expected), "{said}");
 }
 
 #[test]

@@ -1,20 +1,27 @@
 //! What the library refuses of data sets that a program made, as the loader refuses it of files; and what it says where the
 //! data do not tell everything.
 
+use std::fmt::Debug;
+use std::str::FromStr;
+
 use caromfit::compare;
 use caromfit::compare::CompareError;
 use caromfit::fit;
-use caromfit::fit::{Depth, Fit, FitError, Options, Status};
+use caromfit::fit::{Depth, Falling, Fit, FitError, Grade, Method, Options, Status};
 use caromfit::measurement::dataset::{Before, Dataset, Measured, Shot};
 use caromfit::measurement::loss::Loss;
+use caromfit::measurement::observable::Observable;
 use caromfit::measurement::parameter::{Parameter, Prior};
 use caromfit::measurement::relation::Relation;
 use caromfit::measurement::spin::Spin;
+use caromfit::measurement::track::{Sample, TrackShot};
 use caromfit::physics::ball::{Ball, BallState};
 use caromfit::physics::collision::{Coefficients, Fidelity, FidelityChoice, Model};
 use caromfit::physics::contact_frame::CollisionFrame;
+use caromfit::physics::name::UnknownName;
 use caromfit::simulate::{Kind, Played, Shots, Spec};
 
+use crate::options;
 use crate::synthetic::{made, spec};
 
 fn good() -> Dataset {
@@ -25,11 +32,13 @@ fn good() -> Dataset {
 fn refused(spoil: impl Fn(&mut Dataset), expected: &str) {
     let mut bad = good();
     spoil(&mut bad);
-    let error = fit::fit(&bad, &Options::default()).unwrap_err();
+    let error = fit::fit(&bad, &options::of_fit()).unwrap_err();
     assert!(error.is_bad_input() && error.to_string().contains(expected), "{error}; expected {expected}");
-    let error = compare::compare(&[good(), bad], &compare::Options::default()).unwrap_err();
-    let is_same = matches!(&error, CompareError::Invalid { .. } | CompareError::NotExtracted(_));
-    assert!(is_same && error.to_string().contains(expected), "{error}; expected {expected}");
+    let error = compare::compare(&[good(), bad], &options::of_comparison()).unwrap_err();
+    assert!(
+        matches!(&error, CompareError::Invalid { .. }) && error.to_string().contains(expected),
+        "{error}; expected {expected}"
+    );
 }
 
 #[test]
@@ -67,7 +76,7 @@ fn a_data_set_from_vectors_is_fitted() {
     });
     let dataset = Dataset::new("vectors", Ball::POOL, shots.collect());
     assert_eq!(dataset.faults(), Vec::<String>::new());
-    let fits = caromfit::analyse(dataset, &Options::default(), None, &|| ()).fits.unwrap();
+    let fits = caromfit::analyse(&dataset, &options::of_fit()).fits.unwrap();
     let found = [fits[0].mu(), fits[0].mu_s(), fits[0].e()].map(|estimate| estimate.unwrap().value);
     for (found, truth) in found.into_iter().zip([truth.mu, truth.mu_s, truth.e]) {
         assert!((found - truth).abs() < EXACT, "{found} for {truth}");
@@ -114,13 +123,75 @@ fn a_label_column_that_is_not_there_is_refused() {
     refused(|d| d.by = Some("cloht".to_owned()), "by is \"cloht\", but no shot has such a label");
 }
 
+/// One entry for every kind of data; where the extraction is the caller's, a forgotten one is named by what the caller can call.
 #[test]
-fn a_forgotten_extraction_is_named() {
-    let tracks = made(&spec(Kind::Tracks, &[Played::NaturalRoll], 5, 1));
-    let error = fit::fit(&tracks, &Options::default()).unwrap_err();
+fn footage_is_prepared_by_whatever_fits_or_compares_it() {
+    let tracks = made(&spec(Kind::Tracks, &[Played::NaturalRoll], 8, 1));
+    let options = Options { depth: Depth::Estimates, ..options::of_fit() };
+    let one = fit::fit(&tracks, &options).unwrap().remove(0);
+    let same = caromfit::analyse(&tracks, &options).fits.unwrap().remove(0);
+    assert_eq!((one.method, one.chi2), (Method::Joint, same.chi2));
+    // again, from impacts that were extracted before
+    let extracted = caromfit::analyse(&tracks, &options).dataset;
+    let of_impacts = fit::fit(&extracted, &options).unwrap().remove(0);
+    assert_eq!((of_impacts.method, of_impacts.shots_used), (Method::TwoStage, one.shots_used));
+    let other = made(&Spec { name: "other".to_owned(), ..spec(Kind::Tracks, &[Played::NaturalRoll], 8, 2) });
+    let comparison = compare::compare(&[tracks.clone(), other], &options::of_comparison()).unwrap();
+    assert_eq!((comparison.method, comparison.samples.len()), (Method::Joint, 2));
+    let error = fit::fit_watched(&tracks, &[], &options, &|| ()).unwrap_err();
     assert!(matches!(error, FitError::NotExtracted(_)) && error.is_bad_input(), "{error}");
-    assert!(error.to_string().contains("footage::with_impacts"), "{error}");
-    refused(|d| *d = tracks.clone(), "footage::with_impacts");
+    assert!(error.to_string().contains("caromfit::fit::Prepared::new"), "{error}");
+}
+
+/// The choices of a fit are looked at as the data are.
+#[test]
+fn options_that_are_none_are_refused() {
+    let refused = |options: Options, expected: &str| {
+        let error = fit::fit(&good(), &options).unwrap_err();
+        assert!(matches!(error, FitError::Options(_)) && error.is_bad_input(), "{error}");
+        assert!(error.to_string().contains(expected), "{error}; expected {expected}");
+    };
+    for tolerance in [f64::NAN, 0.0, 0.1] {
+        refused(Options { tolerance, ..Options::default() }, "expected 1e-12 to 1e-2");
+    }
+    refused(Options { starts: 0, ..Options::default() }, "starts is 0; expected at least 1");
+    let falling = Falling::Held { b: f64::NAN, c: 1.0 };
+    refused(
+        Options { falling, ..Options::default() },
+        "mu_b of a friction that falls is NaN; expected 0 or more",
+    );
+}
+
+/// The defaults of the library are those of the program: these throws need both to be fitted at all.
+#[test]
+fn the_defaults_are_those_of_the_program() {
+    let root = std::path::Path::new(env!("CARGO_MANIFEST_DIR"));
+    for name in ["alciatore-2006", "pucks-chalmers-2023"] {
+        let dataset = caromfit::io::load(&root.join("data").join(name)).unwrap();
+        for fit in caromfit::analyse(&dataset, &Options::default()).fits.unwrap() {
+            let folder = root.join("fits").join(name).join(fit.group.as_ref().map_or("", |group| &group.1));
+            let stored = std::fs::read_to_string(folder.join("fit.json")).unwrap();
+            let stored: serde_json::Value = serde_json::from_str(&stored).unwrap();
+            for own in &fit.estimates {
+                let stored = &stored["parameters"][own.parameter.name()];
+                assert_eq!(stored["status"], own.status.name(), "{name}");
+                let off = (stored["estimate"].as_f64().unwrap() - own.value).abs();
+                assert!(
+                    off <= own.std_error.map_or(1e-3, |error| 0.02 * error),
+                    "{name}: {own:?}, stored {stored}"
+                );
+            }
+            assert_eq!(stored["fidelity"], fit.fidelity);
+        }
+    }
+}
+
+#[test]
+fn two_shots_of_one_name_are_refused() {
+    refused(
+        |d| d.shots[3].name = d.shots[0].name.clone(),
+        "2 shots are named \"1\"; expected names that differ",
+    );
 }
 
 #[test]
@@ -132,7 +203,7 @@ fn a_line_of_centres_gives_a_frame_whatever_its_length() {
 }
 
 fn quick(dataset: &Dataset) -> Fit {
-    fit::fit(dataset, &Options { depth: Depth::Estimates, ..Options::default() }).unwrap().remove(0)
+    fit::fit(dataset, &Options { depth: Depth::Estimates, ..options::of_fit() }).unwrap().remove(0)
 }
 
 /// Replicates without the one shot that slides say nothing of μ: they used to count as ending at the estimate.
@@ -144,8 +215,9 @@ fn replicates_that_say_nothing_of_a_parameter_are_left_out() {
     };
     let mut dataset = stun(12, [2.0, 6.0]);
     dataset.shots.extend(stun(1, [40.0, 41.0]).shots);
+    dataset.shots[12].name = "13".to_owned();
     dataset.settings[Parameter::Mu].lower = 0.03;
-    let options = Options { bootstrap: 100, depth: Depth::Estimates, ..Options::default() };
+    let options = Options { bootstrap: 100, depth: Depth::Estimates, ..options::of_fit() };
     let fit = fit::fit(&dataset, &options).unwrap().remove(0);
     assert_eq!(fit.estimates[0].status, Status::Free);
     let bootstrap = fit.diagnostics.bootstrap.unwrap();
@@ -187,10 +259,66 @@ fn notes_quote_no_parameters_that_are_not_identified() {
         fidelity: FidelityChoice::Auto,
         depth: Depth::Estimates,
         loss: Some(Loss::Squares),
-        ..Options::default()
+        ..options::of_fit()
     };
     let fit = fit::fit(&made(&slow), &options).unwrap().remove(0);
     assert_eq!(fit.estimates[Parameter::MuS as usize].status, Status::NotIdentified);
     let note = fit.notes.iter().find(|note| note.contains("--fidelity contact")).unwrap();
     assert!(!note.contains("μ_s ="), "{note}");
+}
+
+/// A film that a program made is looked at as one that was read.
+#[test]
+fn films_from_vectors_that_are_none_are_refused() {
+    let film = |spoil: fn(&mut TrackShot)| {
+        let rolls = |x: f64| (0..40).map(|i| Sample::new(f64::from(i) * 1e-3, [x, 0.0])).collect();
+        let mut shot = TrackShot::new("a", 1000.0, "natural-roll".parse().unwrap(), [rolls(0.0), rolls(0.1)]);
+        spoil(&mut shot);
+        Dataset::filmed("film", Ball::POOL, vec![shot])
+    };
+    assert_eq!(film(|_| ()).faults(), Vec::<String>::new());
+    let refused = |spoil, expected: &str| {
+        let error = fit::fit(&film(spoil), &Options::default()).unwrap_err();
+        assert!(error.is_bad_input() && error.to_string().contains(expected), "{error}; expected {expected}");
+    };
+    refused(|shot| shot.fps = 0.0, "shot a: fps is 0.0; expected a finite number above 0");
+    refused(|shot| shot.cue[3].x = f64::NAN, "cue has the position t = 0.003, x = NaN");
+    refused(|shot| shot.object[5].sd = Some([0.0, 1.0]), "standard deviations above 0");
+    refused(
+        |shot| shot.object.swap(7, 8),
+        "object is at t = 0.007 after t = 0.008; expected times that rise",
+    );
+    refused(|shot| shot.correlation = 1.0, "correlation is 1.0; expected 0 to below 1");
+}
+
+/// What has a name is found by it, and by no other.
+#[test]
+fn names_are_read_back() {
+    fn all<T: FromStr<Err = UnknownName> + Copy + PartialEq + Debug>(all: &[T], name: fn(T) -> &'static str) {
+        for one in all {
+            assert_eq!(name(*one).parse::<T>().unwrap(), *one);
+        }
+        assert!("nothing".parse::<T>().unwrap_err().to_string().contains("\"nothing\" is no "));
+    }
+    all(&Spin::WORDS, Spin::name);
+    all(&Status::ALL, Status::name);
+    all(&Grade::ALL, Grade::name);
+    all(&Kind::ALL, Kind::name);
+    all(&Played::ALL, Played::name);
+    all(&Observable::ANGLES, Observable::column);
+    all(&Observable::IMPACTS, Observable::column);
+    all(&Observable::DISCS, Observable::column);
+    assert!("measured".parse::<Spin>().unwrap_err().to_string().contains("stun, natural-roll, unknown"));
+    // as they stand in a specification
+    for played in Played::ALL {
+        let text = toml::to_string(&Spec {
+            shots: Shots { cue_spin: vec![played], ..spec(Kind::Tracks, &[], 1, 1).shots },
+            ..spec(Kind::Tracks, &[], 1, 1)
+        });
+        let text = text.unwrap();
+        assert!(text.contains(&format!("\"{}\"", played.name())) && text.contains("\"tracks\""), "{text}");
+        assert_eq!(text.parse::<Spec>().unwrap().shots.cue_spin, [played]);
+    }
+    let error = "name = 3".parse::<Spec>().unwrap_err().to_string();
+    assert!(error.contains("the specification cannot be used") && error.contains("SPEC.toml:1"), "{error}");
 }

@@ -12,6 +12,7 @@ use caromfit::simulate;
 use caromfit::simulate::{BallSpec, Camera, ClothSpec, Kind, Noise, Played, Shots, Spec, Truth};
 
 use crate::extraction::count;
+use crate::options;
 
 const TRUTH: [f64; 3] = [0.05, 0.3, 0.94];
 
@@ -36,10 +37,11 @@ fn made(seed: u64, count: usize, played: &[Played], noise: Noise, cut_deg: [f64;
         name: "synthetic".to_owned(),
         kind: Kind::Impacts,
         seed,
-        truth: Truth { mu, mu_s, e },
+        truth: Truth { mu, mu_s, e, ..Truth::default() },
         shots: Shots { count, speed_m_s: [1.0, 4.0], cut_deg, cue_spin: played.to_vec() },
         noise,
         ball: BallSpec::default(),
+        object: None,
         camera: Camera::default(),
         cloth: ClothSpec::default(),
     };
@@ -89,7 +91,7 @@ fn errors_before_the_impact_would_bias_mu_if_they_were_ignored() {
         for seed in 0..sets {
             let dataset = made(seed, SHOTS, &[played], noise, cut_deg);
             for (found, dataset) in found.iter_mut().zip([dataset.clone(), ignoring(dataset)]) {
-                let options = Options { depth: Depth::Estimates, ..Options::default() };
+                let options = Options { depth: Depth::Estimates, ..options::of_fit() };
                 let fit = fit::fit(&dataset, &options).unwrap().remove(0);
                 let estimate = fit.estimates[0];
                 found.push((estimate.value, fit.std_error_if_model_held(estimate.parameter).unwrap()));
@@ -123,7 +125,7 @@ fn the_minimum_is_that_of_all_inputs_and_parameters_at_once() {
     let expected: serde_json::Value = serde_json::from_str(&expected).unwrap();
     let dataset = io::load(&folder).unwrap();
     let fit =
-        fit::fit(&dataset, &Options { depth: Depth::Estimates, ..Options::default() }).unwrap().remove(0);
+        fit::fit(&dataset, &Options { depth: Depth::Estimates, ..options::of_fit() }).unwrap().remove(0);
     assert!(fit.converged, "{}", fit.termination);
     for (i, estimate) in fit.estimates.iter().enumerate() {
         let value = expected[estimate.parameter.name()].as_f64().unwrap();
@@ -149,7 +151,7 @@ fn large_errors_before_the_impact_do_not_bias() {
     let (mut covered, mut unsettled, mut chi2) = ([0.0; 3], 0, 0.0);
     for seed in 0..sets {
         let dataset = made(seed, 40, &[Played::NaturalRoll, Played::Draw], LARGE, [-50.0, 50.0]);
-        let options = Options { depth: Depth::Intervals, ..Options::default() };
+        let options = Options { depth: Depth::Intervals, ..options::of_fit() };
         let fit = fit::fit(&dataset, &options).unwrap().remove(0);
         unsettled += usize::from(!fit.converged);
         chi2 += fit.chi2 / fit.dof as f64 / sets as f64;

@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use caromfit::fit::Prepared;
 use caromfit::fit::check;
 use caromfit::measurement::dataset::Dataset;
+use caromfit::report::FORMAT_VERSION;
 use serde_json::{Value, json};
 
 use super::progress;
@@ -26,10 +27,11 @@ pub struct Args {
 
 /// What was found of a data set, for programs.
 fn document(dataset: &Dataset, found: &[check::Finding]) -> Value {
-    let notes: Vec<&String> = dataset.tracks.iter().flat_map(|tracks| &tracks.notes).collect();
+    let notes: Vec<&String> = dataset.notes().collect();
     let left_out = |(shot, reason): &(String, String)| json!({"shot": shot, "reason": reason});
     let finding = |finding: &check::Finding| json!({"shot": finding.shot, "suspicious": finding.is_suspicious(), "sentence": finding.text});
     json!({
+        "version": env!("CARGO_PKG_VERSION"), "format_version": FORMAT_VERSION,
         "dataset": dataset.name, "shots": dataset.shots.len(), "notes": notes,
         "left_out": dataset.left_out.iter().map(left_out).collect::<Vec<_>>(),
         "findings": found.iter().map(finding).collect::<Vec<_>>(),
@@ -50,7 +52,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
             dataset.shots.len(),
             dataset.left_out.len()
         );
-        for note in dataset.tracks.iter().flat_map(|tracks| &tracks.notes) {
+        for note in dataset.notes() {
             text.push_str(&format!("  note: {note}\n"));
         }
         let left_out = dataset.left_out.iter().map(|(shot, reason)| (Some(shot.as_str()), reason.clone()));

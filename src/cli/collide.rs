@@ -12,6 +12,7 @@ use caromfit::physics::collision::{
 use caromfit::physics::effect_sizes;
 use caromfit::physics::effect_sizes::{Choice, Compared, Estimate};
 use caromfit::physics::friction_law::Law;
+use caromfit::report::FORMAT_VERSION;
 use serde_json::json;
 
 use super::{Failure, FidelityArg, print};
@@ -214,20 +215,20 @@ pub fn run(args: &Args) -> Result<(), Failure> {
 }
 
 fn object(name: &str, fidelity: &str, outcome: &Result<Outcome, NotACollision>) -> serde_json::Value {
-    let outcome = match outcome {
-        Ok(outcome) => outcome,
-        Err(why) => return json!({"name": name, "fidelity": fidelity, "error": why.to_string()}),
-    };
+    let mut document = json!({
+        "version": env!("CARGO_PKG_VERSION"), "format_version": FORMAT_VERSION, "name": name, "fidelity": fidelity,
+    });
     let ball =
         |state: &BallState| json!({"velocity": state.velocity.as_slice(), "spin": state.spin.as_slice()});
-    json!({
-        "name": name,
-        "fidelity": fidelity,
-        "regime": outcome.regime.name(),
-        "impulse": outcome.impulse,
-        "cue": ball(&outcome.cue),
-        "object": ball(&outcome.object),
-    })
+    match outcome {
+        Ok(outcome) => {
+            document["regime"] = outcome.regime.name().into();
+            document["impulse"] = outcome.impulse.into();
+            (document["cue"], document["object"]) = (ball(&outcome.cue), ball(&outcome.object));
+        }
+        Err(why) => document["error"] = why.to_string().into(),
+    }
+    document
 }
 
 fn effects_table(of: &str, estimates: &[Estimate]) -> String {
@@ -240,10 +241,17 @@ fn effects_table(of: &str, estimates: &[Estimate]) -> String {
 }
 
 fn table(name: &str, fidelity: &str, outcome: &Outcome) -> String {
-    let row = |what: &str, v: &Vec3| format!("  {what:<28}{:>14.9}{:>14.9}{:>14.9}\n", v.x, v.y, v.z);
+    // what rounds to nothing has no sign
+    let number = |value: f64| {
+        let text = format!("{value:.9}");
+        if text.bytes().any(|digit| (b'1'..=b'9').contains(&digit)) { text } else { text.replace('-', "") }
+    };
+    let row = |what: &str, v: &Vec3| {
+        format!("  {what:<28}{:>14}{:>14}{:>14}\n", number(v.x), number(v.y), number(v.z))
+    };
     let object = outcome.object.velocity;
     format!(
-        "{name} ({fidelity}): the contact {}s\n  {:<28}{:>14}{:>14}{:>14}\n{}{}{}{}  {:<28}{:>14.9}\n  {:<28}{:>14.9}\n",
+        "{name} ({fidelity}): the contact {}s\n  {:<28}{:>14}{:>14}{:>14}\n{}{}{}{}  {:<28}{:>14}\n  {:<28}{:>14}\n",
         outcome.regime.name(),
         "collision frame",
         "x",
@@ -254,8 +262,8 @@ fn table(name: &str, fidelity: &str, outcome: &Outcome) -> String {
         row("object ball velocity, m/s", &object),
         row("object ball spin, rad/s", &outcome.object.spin),
         "normal impulse/mass, m/s",
-        outcome.impulse,
+        number(outcome.impulse),
         "throw, degrees",
-        object.y.atan2(object.x).to_degrees(),
+        number(object.y.atan2(object.x).to_degrees()),
     )
 }

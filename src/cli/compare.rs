@@ -62,7 +62,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         share: args.share.clone(),
         per_dataset: args.per_dataset.clone(),
         same_camera: args.same_camera,
-        ..Options::default()
+        method: args.method,
     };
     let begun = Cell::new(false);
     let stage = |stage: &str| {
@@ -71,7 +71,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         }
         progress.step(stage);
     };
-    let analysis = compare::analyse(datasets, &options, args.method, &|| progress.done(), &stage);
+    let analysis = compare::analyse_watched(&datasets, &options, &|| progress.done(), &stage);
     progress.finish();
     let failed =
         |error: CompareError| if error.is_bad_input() { Failure::input(error) } else { Failure::work(error) };

@@ -29,6 +29,12 @@ use super::{Failure, print};
 
     [ball]
     radius_m = 0.028575
+    mass_kg = 0.170
+    mass_kg_sd = 0.001                # of the scale: the ratio of the masses is fitted, too; likewise radius_m_sd
+
+    [object]                          # what of the object ball differs; likewise radius_m, radius_m_sd, inertia
+    mass_kg = 0.165
+    mass_kg_sd = 0.001
 
     [cloth]
     mu_k = 0.2                        # sliding; rolling resistance is mu_r

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use caromfit::fit::Prepared;
 use caromfit::fit::footage::with_discs;
 use caromfit::measurement::dataset::Dataset;
-use caromfit::report::{ReportError, discs, extracted, write};
+use caromfit::report::{FORMAT_VERSION, ReportError, discs, extracted, write};
 use serde_json::json;
 
 use super::progress;
@@ -60,6 +60,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         if args.json {
             let left_out = |(shot, reason): &(String, String)| json!({"shot": shot, "reason": reason});
             documents.push(json!({
+                "version": env!("CARGO_PKG_VERSION"), "format_version": FORMAT_VERSION,
                 "dataset": dataset.name, "folder": folder.display().to_string(), "shots": shots, "notes": lines,
                 "left_out": dataset.left_out.iter().map(left_out).collect::<Vec<_>>(),
             }));
@@ -129,7 +130,9 @@ fn extract(
         let drawn = if pictures { extracted::pictures(&shots, &scene)? } else { Vec::new() };
         save(drawn, &extracted::files(&dataset, &shots))?;
     }
-    Ok(Done { dataset, shots: shots.len(), lines: said })
+    // with what the extraction found
+    let lines = dataset.tracks.iter().flat_map(|tracks| &tracks.notes).cloned().collect();
+    Ok(Done { dataset, shots: shots.len(), lines })
 }
 
 fn name(shot: &caromfit::measurement::track::TrackShot) -> &str {

@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use caromfit::fit;
-use caromfit::fit::{Depth, Falling, FilmUnknowns, Method, Options};
+use caromfit::fit::{Falling, FilmUnknowns, Method, Options};
 use caromfit::measurement::dataset::Dataset;
 use caromfit::measurement::loss::Loss;
 use caromfit::physics::collision::{Effects, FidelityChoice, Model};
@@ -64,7 +64,7 @@ pub struct Args {
     #[arg(long, value_parser = super::loss())]
     loss: Option<Loss>,
     /// Fit from so many starts and say whether they agree
-    #[arg(long, default_value_t = 1, value_name = "N")]
+    #[arg(long, default_value_t = 1, value_name = "N", value_parser = starts)]
     starts: usize,
     /// Draw so many samples of shots anew and fit them, for intervals that trust neither model nor noise
     #[arg(long, default_value_t = 0, value_name = "N")]
@@ -101,6 +101,12 @@ struct Shown {
 
 /// The name of the cloth's bounce.
 const BOUNCE: &str = "bounce";
+
+/// A number of starts.
+fn starts(text: &str) -> Result<usize, String> {
+    let count: usize = text.parse().map_err(|_| format!("\"{text}\" is no whole number"))?;
+    if count == 0 { Err("expected at least 1".to_owned()) } else { Ok(count) }
+}
 
 /// `fit`, or B,C.
 fn falling(text: &str) -> Result<Falling, String> {
@@ -160,22 +166,21 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         effects: args.effects,
         falling: args.falling.unwrap_or_default(),
         tolerance: args.tolerance,
-        method: Method::default(),
-        near: None,
+        method: args.method,
         film: FilmUnknowns { bounce: args.free.iter().any(|name| name == BOUNCE), ..FilmUnknowns::default() },
         loss: args.loss,
-        depth: Depth::Everything,
         explain: args.explain,
         starts: args.starts,
         bootstrap: args.bootstrap,
         seed: args.seed,
+        ..Options::default()
     };
     let progress = Progress::over_shots(&datasets, args.bootstrap);
     let (mut fits, mut pictures) = (Vec::new(), Vec::new());
     let (mut failed, mut bad_input) = (Vec::new(), false);
     for dataset in datasets {
         progress.step(&dataset.name);
-        let analysis = fit::analyse(dataset, &options, args.method, &|| progress.done());
+        let analysis = fit::analyse_watched(&dataset, &options, &|| progress.done());
         match analysis.fits {
             Ok(of_dataset) => {
                 let worst = report::shots::worth_drawing(&of_dataset);

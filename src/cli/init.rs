@@ -83,9 +83,7 @@ fn ask(draft: &mut Draft) -> Result<(), Failure> {
             draft.set_balls(&cue, if cue == *one { other } else { one });
         }
     }
-    if !draft.are_discs && draft.text.contains("radius_m = ") {
-        let stated = draft.text.lines().find_map(|line| line.strip_prefix("radius_m = "));
-        let stated = stated.and_then(|line| line.split_whitespace().next()).unwrap_or("0.028575").to_owned();
+    if let Some(stated) = draft.radius().filter(|_| !draft.are_discs) {
         let question = format!(
             "Radius of the balls, m (pool 0.028575, carom 0.03075, snooker 0.02625; Enter: {stated})"
         );

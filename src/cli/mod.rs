@@ -69,7 +69,7 @@ enum Command {
     Export(export::Args),
     /// Copy a small complete example to try everything on
     Example(example::Args),
-    /// Print the JSON Schema of fit.json, compare.json, or what accuracy --json or synth --json prints
+    /// Print the JSON Schema of fit.json, compare.json, and what other commands print with --json
     Schema(schema::Args),
     /// Print completions for a shell
     Completions(shell::Completions),
@@ -116,17 +116,8 @@ impl ValueEnum for FidelityArg {
     }
 
     fn to_possible_value(&self) -> Option<clap::builder::PossibleValue> {
-        let help = match self.0 {
-            Some(Fidelity::Elastic) => "no friction, no loss",
-            Some(Fidelity::Inelastic) => "restitution, no friction",
-            Some(Fidelity::Linear) => "first order in μ, no stick",
-            Some(Fidelity::Full) => "the exact solution, stick included",
-            Some(Fidelity::Ode) => "the same equations integrated, to a tolerance",
-            Some(Fidelity::Contact) => {
-                "the contact resolved in time, with gravity and the cloth, to a tolerance"
-            }
-            None => "for each shot the cheapest that stays within the tolerance",
-        };
+        let help =
+            self.0.map_or("for each shot the cheapest that stays within the tolerance", Fidelity::meaning);
         Some(clap::builder::PossibleValue::new(self.0.map_or("auto", Fidelity::name)).help(help))
     }
 }

@@ -8,7 +8,7 @@ use caromfit::physics::collision::{Fidelity, Model};
 use caromfit::physics::friction_law::Law;
 use caromfit::report::{FORMAT_VERSION, unit_of, write};
 use caromfit::simulate;
-use caromfit::simulate::{Kind, Spec, Truth};
+use caromfit::simulate::Spec;
 use serde_json::{Value, json};
 
 use super::{Failure, FidelityArg, print};
@@ -25,6 +25,10 @@ use super::{Failure, FidelityArg, print};
     mu = 0.05
     mu_s = 0.3
     e = 0.94
+    kappa = 1.258                     # optional: the contact gives way along its surface, 0 or left out: rigid
+    mu_b = 0.1                        # optional, with mu_c: friction that falls with the slip v, mu + mu_b·exp(-mu_c·v)
+    mu_c = 1.1
+    e_slope = 0.02                    # optional: e - e_slope·v, v the closing speed
 
     [shots]
     count = 40
@@ -52,8 +56,14 @@ use super::{Failure, FidelityArg, print};
     mu_r = 0.01                       # rolling resistance
     bounce = 0.5                      # restitution of a ball that falls on the bed
 
-    [ball]                            # optional
+    [ball]                            # optional: the balls as they are
     radius_m = 0.028575
+    mass_kg = 0.170
+    mass_kg_sd = 0.001                # of the scale: dataset.toml states a mass that is off by as much; likewise radius_m_sd
+
+    [object]                          # optional: what of the object ball differs; likewise radius_m, radius_m_sd, inertia
+    mass_kg = 0.165
+    mass_kg_sd = 0.001
 
 Example: caromfit synth spec.toml --out data/two-cloths-a"#)]
 pub struct Args {
@@ -63,14 +73,14 @@ pub struct Args {
     /// The folder to make it in
     #[arg(long, value_name = "DIR")]
     out: PathBuf,
-    /// How closely the collisions are modelled
-    #[arg(long, value_enum, default_value = "full")]
-    fidelity: FidelityArg,
+    /// How closely the collisions are modelled: full, or ode where the contact gives way or its friction falls with the slip
+    #[arg(long, value_enum)]
+    fidelity: Option<FidelityArg>,
     /// Of ode and contact: the error of each step, in parts of the closing speed
     #[arg(long, value_name = "PART", value_parser = super::tolerance, default_value_t = Model::TOLERANCE)]
     tolerance: f64,
-    /// Let the friction between the balls fall with their slip v, m/s, as mu + B·exp(−C·v); without a
-    /// closed form for it, all but ode and contact take it at the first slip
+    /// Let the friction between the balls fall with their slip v, m/s, as mu + B·exp(−C·v), for mu_b and mu_c under [truth]; without
+    /// a closed form for it, all but ode and contact take it at the first slip
     #[arg(long, value_name = "B,C", value_parser = super::law, allow_hyphen_values = true)]
     falling: Option<Law>,
     /// Print what was made as JSON, and nothing else, on standard output
@@ -80,32 +90,35 @@ pub struct Args {
 
 /// What was made, for programs.
 fn document(args: &Args, spec: &Spec, fidelity: Fidelity, files: &[&str]) -> Value {
-    let Truth { mu, mu_s, e } = spec.truth;
-    let mut truth: Vec<(Parameter, f64)> = Parameter::COEFFICIENTS.into_iter().zip([mu, mu_s, e]).collect();
-    if let Some(Law::Exponential { b, c }) = args.falling {
-        truth.extend([(Parameter::B, b), (Parameter::C, c)]);
-    }
     let parameter = |(parameter, value): (Parameter, f64)| {
         (parameter.name().to_owned(), json!({"truth": value, "unit": unit_of(parameter)}))
     };
-    let kind = match spec.kind {
-        Kind::Tracks => "tracks",
-        Kind::Impacts => "impacts",
-        Kind::Angles => "angles",
-    };
     json!({
-        "version": env!("CARGO_PKG_VERSION"), "format_version": FORMAT_VERSION, "dataset": spec.name, "kind": kind,
+        "version": env!("CARGO_PKG_VERSION"), "format_version": FORMAT_VERSION, "dataset": spec.name, "kind": spec.kind.name(),
         "folder": args.out, "files": files, "shots": spec.shots.count, "seed": spec.seed, "fidelity": fidelity.name(),
-        "parameters": Value::Object(truth.into_iter().map(parameter).collect()),
+        "parameters": Value::Object(spec.truths().into_iter().map(parameter).collect()),
     })
 }
 
 pub fn run(args: &Args) -> Result<(), Failure> {
-    let spec = simulate::read(&args.spec).map_err(Failure::input)?;
-    let fidelity =
-        args.fidelity.0.ok_or_else(|| Failure::input("--fidelity auto: expected one for all shots"))?;
-    let law = args.falling.unwrap_or_default();
-    let model = Model { tolerance: args.tolerance, law, ..Model::new(fidelity, Ball::POOL) };
+    let mut spec = simulate::read(&args.spec).map_err(Failure::input)?;
+    if let Some(Law::Exponential { b, c }) = args.falling {
+        if spec.truth.mu_b.or(spec.truth.mu_c).is_some() {
+            let message = "--falling, and mu_b or mu_c under [truth]; expected one of them";
+            return Err(Failure::input(format!("{}: {message}", args.spec.display())));
+        }
+        (spec.truth.mu_b, spec.truth.mu_c) = (Some(b), Some(c));
+    }
+    let model = match &args.fidelity {
+        Some(asked) => {
+            let fidelity =
+                asked.0.ok_or_else(|| Failure::input("--fidelity auto: expected one for all shots"))?;
+            Model::new(fidelity, Ball::POOL)
+        }
+        None => spec.usual_model(),
+    };
+    let model = Model { tolerance: args.tolerance, ..model };
+    let fidelity = model.fidelity;
     let files = simulate::generate_with(&spec, &model)
         .map_err(|error| Failure::input(format!("{}: {error}", args.spec.display())))?;
     let files: Vec<_> = files.into_iter().map(|(name, text)| (name, text.into_bytes())).collect();

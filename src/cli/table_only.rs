@@ -5,6 +5,7 @@ use std::path::Path;
 use caromfit::io;
 use caromfit::io::draft;
 use caromfit::measurement::dataset::Dataset;
+use caromfit::physics::ball::Ball;
 
 use super::Failure;
 
@@ -72,12 +73,7 @@ impl Told {
         }
         match self.radius {
             Some(radius) => draft.set_radius(radius),
-            None if !draft.are_discs => {
-                said.push(
-                    "The balls are taken as pool balls, radius 0.028575 m (else: --radius).".to_owned(),
-                );
-            }
-            None => {}
+            None => said.extend(draft.radius().map(assumed_radius)),
         }
         let tracks = draft.tracks.iter().map(|name| format!("\"{name}\"")).collect::<Vec<_>>().join(", ");
         let missing: Vec<String> = draft
@@ -85,7 +81,7 @@ impl Told {
             .iter()
             .filter_map(|blank| match *blank {
                 "capture_fps" => Some("--fps (what the camera recorded at)".to_owned()),
-                "cue_spin" => Some("--spin (natural-roll, stun or unknown)".to_owned()),
+                "cue_spin" => Some("--spin (natural-roll, stun, unknown or measured)".to_owned()),
                 "which ball is which" => Some(format!("--cue and --object (of the tracks {tracks})")),
                 "which column is what" => {
                     Some("a dataset.toml (caromfit init writes a first version)".to_owned())
@@ -100,12 +96,40 @@ impl Told {
                 missing.join(", ")
             )));
         }
+        self.check_balls(&draft.tracks)?;
         // messages name the table and the line of what stands for its dataset.toml
         let place = table.with_file_name(format!("{name} (assumed dataset.toml)"));
         let mut dataset = io::load_text(&draft.text, &place).map_err(Failure::input)?;
         dataset.path = table.to_path_buf();
         Ok((dataset, said))
     }
+
+    /// That --cue and --object name two tracks of the table.
+    fn check_balls(&self, tracks: &[String]) -> Result<(), Failure> {
+        let given = [("--cue", &self.cue), ("--object", &self.object)];
+        for (option, name) in given.iter().filter_map(|(option, name)| Some((option, name.as_ref()?))) {
+            if !tracks.is_empty() && !tracks.contains(name) {
+                return Err(Failure::input(format!(
+                    "{option} is \"{name}\", which is no track of the table; expected one of {}",
+                    tracks.join(", ")
+                )));
+            }
+        }
+        match (&self.cue, &self.object) {
+            (Some(cue), Some(object)) if cue == object => Err(Failure::input(format!(
+                "--cue and --object are both \"{cue}\"; expected two different tracks, of {}",
+                tracks.join(", ")
+            ))),
+            _ => Ok(()),
+        }
+    }
+}
+
+/// What is said of a radius that nobody stated.
+fn assumed_radius(radius: &str) -> String {
+    let is_pool = radius.parse::<f64>().is_ok_and(|radius| radius == Ball::POOL.radius);
+    let which = if is_pool { "pool balls, radius" } else { "balls of radius" };
+    format!("The balls are taken as {which} {radius} m (else: --radius).")
 }
 
 /// Whether a path names a table rather than a data set.

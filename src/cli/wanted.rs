@@ -20,11 +20,7 @@ impl Wanted {
     pub fn of(&self, datasets: &mut [Dataset]) -> Result<(), Failure> {
         for word in self.shots.iter().chain(&self.skip) {
             if !datasets.iter().any(|dataset| named(word, &dataset.names()).is_some()) {
-                let known: Vec<&str> = datasets.iter().flat_map(|dataset| dataset.names()).collect();
-                return Err(Failure::input(format!(
-                    "\"{word}\" names no shot; expected of {}",
-                    listed(&known)
-                )));
+                return Err(Failure::input(format!("\"{word}\" {}", unknown(word, datasets))));
             }
         }
         for dataset in datasets {
@@ -55,6 +51,32 @@ fn named<'a>(word: &str, names: &'a [&'a str]) -> Option<&'a [&'a str]> {
     }
     let (first, last) = word.split_once("..")?;
     names.get(place(first)?..=place(last.trim_start_matches('='))?)
+}
+
+/// Why a word names no shots: the end of a range that is none, ends the wrong way round, or no name.
+fn unknown(word: &str, datasets: &[Dataset]) -> String {
+    let known: Vec<&str> = datasets.iter().flat_map(|dataset| dataset.names()).collect();
+    let expected = format!("expected of {}", listed(&known));
+    let Some((first, last)) = word.split_once("..") else { return format!("names no shot; {expected}") };
+    let ends = [first.trim(), last.trim_start_matches('=').trim()];
+    match ends.map(|end| known.contains(&end)) {
+        [true, true]
+            if datasets.iter().any(|dataset| ends.iter().all(|end| dataset.names().contains(end))) =>
+        {
+            format!(
+                "is the wrong way round: shot {} comes after shot {}; expected {}..{}",
+                ends[0], ends[1], ends[1], ends[0]
+            )
+        }
+        [true, true] => format!("begins and ends in different data sets; {expected}"),
+        [false, false] => {
+            format!("names no shots: there is neither shot {} nor shot {}; {expected}", ends[0], ends[1])
+        }
+        [has_first, _] => {
+            let missing = if has_first { ends[1] } else { ends[0] };
+            format!("names no shots: there is no shot {missing}; {expected}")
+        }
+    }
 }
 
 /// The first names.

@@ -1,6 +1,6 @@
 //! Everything from data sets as they were loaded to their comparison, as `caromfit compare` does it.
 
-use super::{CompareError, Comparison, Footage, Options, camera, compare_watched};
+use super::{CompareError, Comparison, Footage, Options, camera, check, compare_extracted};
 use crate::fit::analysis::state_compliance;
 use crate::fit::{Method, Prepared};
 use crate::measurement::dataset::Dataset;
@@ -9,37 +9,43 @@ use crate::measurement::parameter::Compliance;
 /// A comparison, and the data sets as they were compared.
 #[non_exhaustive]
 pub struct Analysis {
-    /// The data sets as they were compared, with their impacts.
+    /// The data sets as they were compared, with their impacts; empty where the comparison was refused before.
     pub datasets: Vec<Prepared>,
     /// The comparison.
     pub comparison: Result<Comparison, CompareError>,
 }
 
-/// Corrects footage for its cameras, finds its impacts and compares. `method` `None`: all frames at once where all data sets are footage
-/// whose frames can be fitted. `done` is called after every shot that is extracted, from several threads; `stage` as in
-/// [`compare_watched`].
+/// Compares data sets of any kind, as `caromfit compare` does: footage is corrected for its cameras and its impacts are found first.
 #[must_use]
-pub fn analyse(
-    datasets: Vec<Dataset>,
+pub fn analyse(datasets: &[Dataset], options: &Options) -> Analysis {
+    analyse_watched(datasets, options, &|| (), &|_| ())
+}
+
+/// As [`analyse`], for those who show how far it is: `done` is called after every shot that is extracted, from several threads; `stage`
+/// with the name of each of the [`STAGES`](super::STAGES) as it begins.
+#[must_use]
+pub fn analyse_watched(
+    datasets: &[Dataset],
     options: &Options,
-    method: Option<Method>,
     done: &(dyn Fn() + Sync),
     stage: &dyn Fn(&str),
 ) -> Analysis {
-    let loaded = datasets.clone();
-    let first = analyse_once(datasets, options, method, done, stage);
+    if let Err(error) = check(datasets, options) {
+        return Analysis { datasets: Vec::new(), comparison: Err(error) };
+    }
+    let first = analyse_once(datasets.to_vec(), options, done, stage);
     let gives_way = first.comparison.as_ref().is_ok_and(|comparison| comparison.gives_way);
     if !gives_way || first.datasets.iter().all(|prepared| prepared.extracted.is_empty()) {
         return first;
     }
     // films are to be corrected, and impacts extracted, with the contact that gives way, too
-    let stated = loaded.into_iter().map(|mut dataset| {
+    let stated = datasets.iter().cloned().map(|mut dataset| {
         if dataset.settings.compliance == Compliance::Auto {
             state_compliance(&mut dataset);
         }
         dataset
     });
-    let mut again = analyse_once(stated.collect(), options, method, done, &|_| {});
+    let mut again = analyse_once(stated.collect(), options, done, &|_| {});
     if let (Ok(again), Ok(first)) = (&mut again.comparison, first.comparison) {
         again.gives_way = true;
         again.notes.extend(first.notes);
@@ -50,7 +56,6 @@ pub fn analyse(
 fn analyse_once(
     datasets: Vec<Dataset>,
     options: &Options,
-    method: Option<Method>,
     done: &(dyn Fn() + Sync),
     stage: &dyn Fn(&str),
 ) -> Analysis {
@@ -60,8 +65,7 @@ fn analyse_once(
         prepared.push(Prepared::filmed_like(dataset, same, done));
     }
     let all_joint = || prepared.iter().all(|p| p.best_method() == Method::Joint);
-    let method = method.unwrap_or_else(|| if all_joint() { Method::Joint } else { Method::TwoStage });
-    let options = Options { method, ..options.clone() };
+    let method = options.method.unwrap_or_else(|| if all_joint() { Method::Joint } else { Method::TwoStage });
     if options.same_camera {
         let shared = match (method, prepared.first()) {
             (Method::TwoStage, Some(first)) => Err(CompareError::NoCamera(first.dataset.name.clone())),
@@ -81,7 +85,7 @@ fn analyse_once(
     };
     let footage: Vec<Footage> = prepared.iter().map(footage).collect();
     let datasets: Vec<Dataset> = prepared.iter().map(|prepared| prepared.dataset.clone()).collect();
-    let mut comparison = compare_watched(&datasets, &footage, &options, stage);
+    let mut comparison = compare_extracted(&datasets, &footage, (options, method), stage);
     if let (Ok(comparison), Method::TwoStage) = (&mut comparison, method) {
         let from_paths = prepared.iter().filter(|prepared| prepared.finds_spins_from_paths());
         let names: Vec<String> = from_paths.map(|prepared| prepared.dataset.name.clone()).collect();

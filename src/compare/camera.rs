@@ -40,14 +40,14 @@ pub(super) fn sentence(fit: &FitOfAll) -> Option<String> {
     let Settled { search, free, minimum, .. } = &fit.informed.settled;
     let (columns, _) = shared_columns(&search.samples, free.len());
     let (sample, columns) = search.samples.iter().zip(columns).find(|(sample, _)| sample.camera.is_some())?;
-    let found = fit.groups.iter().find_map(|group| group.camera.as_ref())?;
-    let covariance = minimum.covariance()?;
+    // all are in the same unit
+    let unit = fit.groups.iter().find_map(|group| group.camera.as_ref())?.unit;
+    let (from, covariance) = (sample.camera?, minimum.covariance()?);
     let of = |(place, column): (usize, usize)| {
         let which = sample.shared_correction(place)?;
         // film over table
-        let unit = if which == Correction::Scale { found.unit } else { 1.0 };
-        let (value, error) =
-            (found.camera.get(which) + minimum.x[column], covariance[(column, column)].sqrt());
+        let unit = if which == Correction::Scale { unit } else { 1.0 };
+        let (value, error) = (from.get(which) + minimum.x[column], covariance[(column, column)].sqrt());
         let value = with_error(value / unit, error / unit);
         Some(format!("{} {value}", which.words()))
     };

@@ -72,7 +72,7 @@ pub enum CompareError {
         /// What else could be done, as the rest of the sentence.
         others: String,
     },
-    /// A data set is wrong, as [`Dataset::faults`] states it.
+    /// A data set is wrong, as [`Dataset::faults`](crate::measurement::dataset::Dataset::faults) states it.
     #[error("{dataset}: {}", .faults.join("\n"))]
     Invalid {
         /// The name of the data set.
@@ -80,11 +80,6 @@ pub enum CompareError {
         /// What is wrong, in sentences.
         faults: Vec<String>,
     },
-    /// The impacts of a data set, whose name is given, have not been extracted from its tracks yet.
-    #[error(
-        "{0}: its impacts have not been extracted from the tracks; call footage::with_impacts before comparing it"
-    )]
-    NotExtracted(String),
     /// Some observations of a column have a standard deviation and others none.
     #[error(
         "{label}: {column} has a standard deviation in some data sets and none in others; expected all or none"

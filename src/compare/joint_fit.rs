@@ -8,6 +8,7 @@ use super::sliding::Known;
 use super::uninformed::{Informed, settle};
 use super::verdict::Tests;
 use super::{COMPARED, CompareError, Compared, Comparison, LabelResidual, Options, Robust};
+use crate::fit::Method;
 use crate::fit::constraints::Tie;
 use crate::fit::fidelity_choice;
 use crate::fit::minimum::Minimum;
@@ -117,7 +118,7 @@ impl<'a> FitOfAll<'a> {
     pub(super) fn compared(
         &self,
         labels: &[String],
-        options: &Options,
+        (options, method): (&Options, Method),
         stage: &dyn Fn(&str),
     ) -> Result<Comparison, CompareError> {
         let Settled { search, free, minimum, .. } = &self.informed.settled;
@@ -133,7 +134,7 @@ impl<'a> FitOfAll<'a> {
             labels: Vec::new(),
             told_by: String::new(),
             fidelity: options.fidelity.name(),
-            method: options.method,
+            method,
             computed: fidelity_choice::computed(search),
             samples: Vec::new(),
             quantities,
@@ -261,7 +262,7 @@ impl<'a> FitOfAll<'a> {
         let (films, _) = shared_columns(&search.samples, free.len());
         let count = self.groups.iter().map(|group| group.dataset_number + 1).max().unwrap_or(0);
         let place = |dataset: usize| search.samples.iter().position(|sample| sample.dataset == dataset);
-        let columns: Vec<Option<usize>> = (0..count).map(|i| place(i).map(|place| films[place][0])).collect();
+        let columns: Vec<Option<usize>> = (0..count).map(|i| films[place(i)?].first().copied()).collect();
         Some(Known {
             values: columns.iter().map(|column| column.map(|column| self.minimum().x[column])).collect(),
             covariance: DMatrix::from_fn(count, count, |i, j| match (columns[i], columns[j]) {

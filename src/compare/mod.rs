@@ -27,7 +27,7 @@ mod sliding;
 mod uninformed;
 mod verdict;
 
-pub use analysis::{Analysis, analyse};
+pub use analysis::{Analysis, analyse, analyse_watched};
 pub use effect::effect;
 pub use error::CompareError;
 pub use quantity::Quantity;
@@ -45,7 +45,7 @@ use crate::measurement::dataset::Dataset;
 use crate::measurement::loss::Loss;
 use crate::measurement::parameter::Parameter;
 use crate::physics::ball::Ball;
-use crate::physics::collision::{Fidelity, FidelityChoice};
+use crate::physics::collision::FidelityChoice;
 
 /// The parameters of a fit that are compared where data sets have them.
 const COMPARED: [Parameter; 7] = [
@@ -60,7 +60,7 @@ const COMPARED: [Parameter; 7] = [
 
 /// The frames of a data set, for [`Method::Joint`].
 #[derive(Clone, Debug, Default)]
-pub struct Footage {
+struct Footage {
     /// The frames of its shots, in their order; `None` for a shot without.
     pub films: Vec<Option<Arc<Film>>>,
     /// What is estimated besides μ_k and μ_r: the corrections of its camera that were adopted.
@@ -69,13 +69,15 @@ pub struct Footage {
     pub camera: Option<FoundCamera>,
 }
 
-/// Choices of a comparison.
-#[derive(Clone, Debug)]
+/// Choices of a comparison. The default is what `caromfit compare` does; state what you want, and the rest as
+/// `..Options::default()`.
+#[derive(Clone, Debug, Default)]
 pub struct Options {
     /// How closely collisions are modelled.
     pub fidelity: FidelityChoice,
-    /// Whether velocities are compared, or the frames of footage.
-    pub method: Method,
+    /// Whether velocities are compared, or the frames of footage; `None`: frames where all data sets are footage of balls, else
+    /// velocities.
+    pub method: Option<Method>,
     /// How outlying shots count; `None`: as the data sets state.
     pub loss: Option<Loss>,
     /// The quantities that have one value for all data sets, in the place of the default.
@@ -86,53 +88,39 @@ pub struct Options {
     pub same_camera: bool,
 }
 
-impl Default for Options {
-    fn default() -> Self {
-        Self {
-            fidelity: Fidelity::Full.into(),
-            method: Method::TwoStage,
-            loss: None,
-            share: Vec::new(),
-            per_dataset: Vec::new(),
-            same_camera: false,
-        }
-    }
-}
-
 /// How many stages a comparison has at most.
 pub const STAGES: usize = run::STAGES;
 
-/// Compares data sets, which must have their impacts extracted.
+/// Compares data sets of any kind, as [`analyse`] does: footage is corrected for its cameras and its impacts are found first.
 ///
 /// # Errors
 /// See [`CompareError`].
 pub fn compare(datasets: &[Dataset], options: &Options) -> Result<Comparison, CompareError> {
-    compare_watched(datasets, &[], options, &|_| {})
+    analyse(datasets, options).comparison
 }
 
-/// Compares data sets as [`compare`] does, with the frames of each for [`Method::Joint`]; `stage` is called with the name of each of the [`STAGES`]
-/// as it begins.
-///
-/// # Errors
-/// See [`CompareError`].
-pub fn compare_watched(
-    datasets: &[Dataset],
-    footage: &[Footage],
-    options: &Options,
-    stage: &dyn Fn(&str),
-) -> Result<Comparison, CompareError> {
+/// Whether the data sets and the choices are such that a comparison can be tried.
+fn check(datasets: &[Dataset], options: &Options) -> Result<(), CompareError> {
     if let Some(both) = options.share.iter().find(|q| options.per_dataset.contains(q)) {
         return Err(CompareError::Both(both.name()));
     }
     for dataset in datasets {
-        if dataset.awaits_extraction() {
-            return Err(CompareError::NotExtracted(dataset.name.clone()));
-        }
         let faults = dataset.faults();
         if !faults.is_empty() {
             return Err(CompareError::Invalid { dataset: dataset.name.clone(), faults });
         }
     }
+    Ok(())
+}
+
+/// Compares data sets that have their impacts, with the frames of each for [`Method::Joint`]; `stage` is called with the name of each of
+/// the [`STAGES`] as it begins.
+fn compare_extracted(
+    datasets: &[Dataset],
+    footage: &[Footage],
+    (options, method): (&Options, Method),
+    stage: &dyn Fn(&str),
+) -> Result<Comparison, CompareError> {
     let mut gathered = gather(datasets, options)?;
     let labels = gathered.labels.clone();
     let used = (0..labels.len()).filter(|l| gathered.groups.iter().any(|group| group.label == *l)).count();
@@ -142,7 +130,8 @@ pub fn compare_watched(
     let cloths = gathered.told_by == "cloth";
     let differs = apart(cloths, options);
     let of_parameters: Apart = Parameter::ALL.map(|p| differs(Quantity::Parameter(p)));
-    let (mut comparison, of_frames) = run::run(&mut gathered, footage, &of_parameters, options, stage)?;
+    let (mut comparison, of_frames) =
+        run::run(&mut gathered, footage, &of_parameters, (options, method), stage)?;
     let Gathered { told_by, summaries, .. } = gathered;
     let sliding = of_frames.unwrap_or_else(|| sliding::Known::of_impacts(datasets));
     let own_labels = label_of_datasets(datasets, &labels, cloths);

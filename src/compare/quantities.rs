@@ -184,7 +184,7 @@ impl<'a> FitOfAll<'a> {
             return Ok(statistic.map(|statistic| judged(statistic, statistic, TestKind::Wald)));
         }
         // with the weights of the larger model, in which the smaller one is contained
-        let slice = Slice { search, free, constraints: same, whitening: &minimum.whitening };
+        let slice = Slice::new(search, free, same, &minimum.whitening);
         let from = |column: &usize| {
             let mut start = minimum.x.clone();
             for other in &columns {

@@ -69,6 +69,7 @@ impl Comparison {
 
 /// How robust losses weighted the shots.
 #[derive(Clone, Debug)]
+#[non_exhaustive]
 pub struct Robust {
     /// The name of each loss that a data set has.
     pub losses: Vec<&'static str>,
@@ -78,6 +79,7 @@ pub struct Robust {
 
 /// One sample of a comparison: a data set, or those of its shots that have one label.
 #[derive(Clone, Debug)]
+#[non_exhaustive]
 pub struct SampleSummary {
     /// The name for a reader.
     pub title: String,
@@ -113,6 +115,7 @@ pub struct Compared {
 
 /// The value of a quantity for one label, or for all.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct Value {
     /// The index of the label in [`Comparison::labels`]; `None` where it is the value for all.
     pub label: Option<usize>,
@@ -163,6 +166,7 @@ impl Difference {
 
 /// The kind of the test of one value for all against one for each.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum TestKind {
     /// By the ratio of the likelihoods.
     LikelihoodRatio,
@@ -184,6 +188,7 @@ impl TestKind {
 
 /// The test of one value for all against one for each label.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct LikelihoodRatio {
     /// Twice the logarithm of the ratio of likelihoods, or the rise of χ²; or Wald's statistic.
     pub statistic: f64,
@@ -199,6 +204,7 @@ pub struct LikelihoodRatio {
 
 /// A residual of the joint fit.
 #[derive(Clone, Debug)]
+#[non_exhaustive]
 pub struct LabelResidual {
     /// The index of the label in [`Comparison::labels`].
     pub label: usize,

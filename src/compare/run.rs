@@ -22,7 +22,7 @@ pub(super) fn run(
     gathered: &mut Gathered,
     footage: &[Footage],
     apart: &Apart,
-    options: &Options,
+    (options, method): (&Options, Method),
     stage: &dyn Fn(&str),
 ) -> Result<(Comparison, Option<Known>), CompareError> {
     let Gathered { labels, groups, shots, summaries, .. } = gathered;
@@ -33,11 +33,11 @@ pub(super) fn run(
     stage("fitting all together");
     let finish = |fit: &FitOfAll, notes: Vec<String>| {
         fit.informed.check_room(fit.groups, labels.len())?;
-        let comparison = fit.compared(labels, options, stage)?;
+        let comparison = fit.compared(labels, (options, method), stage)?;
         let notes = notes.into_iter().chain(camera::sentence(fit)).collect();
         Ok((Comparison { gives_way, notes, ..comparison }, fit.sliding()))
     };
-    let joint = options.method == Method::Joint;
+    let joint = method == Method::Joint;
     let films = if joint { Some(with_frames(groups, shots, footage)?) } else { None };
     let odd = {
         let fit = FitOfAll::new(groups, (shots, films.as_deref()), apart, (&starts, scatters))?;

@@ -1,4 +1,5 @@
-//! The Fisher information that filmed shots hold about μ, μ_s, e, μ_k and μ_r, each shot's own unknowns eliminated;
+//! The Fisher information that filmed shots hold about μ, μ_s, e, μ_k, μ_r and, of balls that were weighed and measured, the ratios of
+//! their masses and radii, each shot's own unknowns eliminated;
 //! and the standard errors that follow from it.
 
 use nalgebra::{DMatrix, SMatrix, SymmetricEigen};
@@ -8,20 +9,28 @@ use super::{Expected, PlayedKind, SpinFrom};
 use crate::extraction;
 use crate::extraction::{Rotation, Rotations};
 use crate::likelihood::frames::shared_unknowns::{self, Kind, SharedUnknown};
-use crate::likelihood::frames::{CLOTH, Film, Known};
+use crate::likelihood::frames::{CLOTH, Film, Known, ROWS, place_of};
+use crate::measurement::parameter::Parameter;
 use crate::measurement::spin::Spin;
 use crate::measurement::values::Values;
 use crate::physics::ball::{BallState, Vec3};
-use crate::physics::collision::{Corrected, Fidelity, Model, NotACollision};
+use crate::physics::collision::{Corrected, Model, NotACollision};
 use crate::physics::contact_frame::cue_velocity;
 use crate::simulate;
 use crate::simulate::TrueImpact;
 use crate::trajectory::scene::Scene;
 
-/// μ, μ_s, e, μ_k, μ_r.
-const SHARED: usize = 5;
+/// μ, μ_s, e, μ_k, μ_r, and the ratios of the balls.
+const SHARED: usize = COMMON + RATIOS.len();
 
-/// The Fisher information of μ, μ_s, e, μ_k and μ_r, in this order: the inverse of the covariance that they are determined to.
+/// What the motion depends on whatever the balls are.
+pub(crate) const COMMON: usize = 5;
+
+/// The ratios of the balls, behind the others.
+pub(crate) const RATIOS: [Parameter; 2] = [Parameter::MassRatio, Parameter::RadiusRatio];
+
+/// The Fisher information of μ, μ_s, e, μ_k, μ_r, m_cue/m_object and R_cue/R_object, in this order: the inverse of the covariance that
+/// they are determined to. Either ratio is in parts of the standard deviation to which it is stated; of one that is exact it is 0.
 pub type Information = SMatrix<f64, SHARED, SHARED>;
 
 /// Shots over which a kind is averaged, and instants of the shutter for a single cut and speed: doubling either moves
@@ -105,11 +114,11 @@ pub fn shown_by_markers(expected: &Expected, kind: &PlayedKind) -> Result<Option
         .into_par_iter()
         .map(|i| {
             let (cue, model) = played(expected, kind, spread(kind, i));
-            let Expected { coefficients, ball, cloth, camera, .. } = expected;
+            let Expected { coefficients, cloth, camera, .. } = expected;
             let phase = spread(kind, i).phase;
             let (track, _) =
                 simulate::noise_free(&model, coefficients, (camera, cloth), &cue, (phase, &places(i)))?;
-            let scene = Scene { cloth: (*cloth).into(), ..Scene::new(*ball) };
+            let scene = Scene { cloth: (*cloth).into(), ..Scene::of(&model) };
             Ok(extraction::extract(&track, &scene).ok().and_then(|impact| impact.rotations))
         })
         .collect();
@@ -143,7 +152,7 @@ fn played(expected: &Expected, kind: &PlayedKind, shot: Shot) -> (BallState, Mod
     let velocity = cue_velocity(shot.speed, shot.cut);
     let rolling = BallState::natural_roll(velocity, expected.ball.radius).spin;
     let spin = shot.topspin * rolling + Vec3::z() * (kind.side * rolling.norm());
-    (BallState { velocity, spin }, Model::new(Fidelity::Full, expected.ball))
+    (BallState { velocity, spin }, expected.model())
 }
 
 /// An average shot of a kind at one cut angle (degrees) and one speed.
@@ -179,17 +188,21 @@ fn average(expected: &Expected, kind: &PlayedKind, shots: &[Shot]) -> Result<Ave
 
 /// JᵀJ of one shot's frames as a joint fit has it; `None` where they do not tell the shot's own unknowns.
 fn of_shot(expected: &Expected, kind: &PlayedKind, shot: Shot) -> Result<Option<Information>, NotACollision> {
-    let Expected { coefficients, ball, cloth, camera, .. } = expected;
+    let Expected { coefficients, cloth, camera, .. } = expected;
     let (cue, model) = played(expected, kind, shot);
     let unmarked = (shot.phase, &[Vec::new(), Vec::new()]);
     let (track, truth) = simulate::noise_free(&model, coefficients, (camera, cloth), &cue, unmarked)?;
-    let scene = Scene { cloth: (*cloth).into(), ..Scene::new(*ball) };
+    let scene = Scene { cloth: (*cloth).into(), ..Scene::of(&model) };
     let film = film(&track, &truth, kind, shot.topspin, &scene);
-    let parameters = Values::from(*coefficients);
+    let parameters = Values::of(&model, *coefficients);
     let list = [Kind::Sliding, Kind::Rolling, Kind::Bounce].map(|kind| SharedUnknown::usual(kind, 0.0));
     let shared = shared_unknowns::shared(&parameters, &list, &[cloth.mu_k, cloth.mu_r, cloth.bounce]);
     Ok(film.reduced(&Corrected { model, correction: None }, &shared, &film.start).map(|reduced| {
-        let jacobian = reduced.jacobian.fixed_columns::<SHARED>(0);
+        let mut jacobian = SMatrix::<f64, ROWS, SHARED>::zeros();
+        jacobian.fixed_columns_mut::<COMMON>(0).copy_from(&reduced.jacobian.fixed_columns::<COMMON>(0));
+        for ((ratio, sd), i) in RATIOS.into_iter().zip(expected.ratio_sds()).zip(COMMON..) {
+            jacobian.set_column(i, &(sd * reduced.jacobian.column(place_of(ratio))));
+        }
         jacobian.tr_mul(&jacobian)
     }))
 }
@@ -226,12 +239,13 @@ fn film(
     Film::known(track, &known, scene)
 }
 
-/// What is known of μ_k and μ_r beforehand, as information.
+/// What is known beforehand of μ_k and μ_r, and of the ratios in parts of their own errors, as information.
 #[must_use]
 pub(crate) fn prior() -> Information {
-    let mut prior = Information::zeros();
+    let mut prior = Information::identity();
+    prior.fixed_view_mut::<COMMON, COMMON>(0, 0).fill(0.0);
     for (i, (_, sd)) in CLOTH.into_iter().enumerate() {
-        prior[(SHARED - CLOTH.len() + i, SHARED - CLOTH.len() + i)] = sd.powi(-2);
+        prior[(COMMON - CLOTH.len() + i, COMMON - CLOTH.len() + i)] = sd.powi(-2);
     }
     prior
 }
@@ -257,8 +271,8 @@ fn scaled(information: &Information) -> ([f64; SHARED], SymmetricEigen<f64, nalg
     (scale, matrix.symmetric_eigen())
 }
 
-/// Covariance of μ, μ_s, e, μ_k, μ_r after shots with this much information, with what is known of μ_k and μ_r
-/// beforehand; NaN for what is not determined.
+/// Covariance of what [`Information`] is of after shots with this much of it, with what is known beforehand; NaN for what is not
+/// determined.
 #[must_use]
 pub(crate) fn covariance(information: &Information) -> Information {
     let (scale, eigen) = scaled(&(information + prior()));
@@ -285,6 +299,15 @@ pub(crate) fn covariance(information: &Information) -> Information {
 pub fn std_errors(information: &Information) -> [Option<f64>; 3] {
     let covariance = covariance(information);
     std::array::from_fn(|i| Some(covariance[(i, i)].sqrt()).filter(|error| error.is_finite()))
+}
+
+/// The standard errors of both ratios that this information gives, stated to these standard deviations; `None` of one that is exact.
+#[must_use]
+pub(crate) fn ratio_errors(information: &Information, stated: [f64; 2]) -> [Option<f64>; 2] {
+    let covariance = covariance(information);
+    std::array::from_fn(|i| {
+        Some(stated[i] * covariance[(COMMON + i, COMMON + i)].sqrt()).filter(|error| *error > 0.0)
+    })
 }
 
 #[cfg(test)]

@@ -13,9 +13,10 @@ mod words;
 use statrs::distribution::{ContinuousCDF, Normal};
 
 use crate::extraction::MOST_FRAMES;
+use crate::measurement::dataset::ObjectBall;
 use crate::measurement::parameter::Parameter;
 use crate::physics::ball::Ball;
-use crate::physics::collision::{Coefficients, NotACollision};
+use crate::physics::collision::{Coefficients, Fidelity, Model, NotACollision};
 use crate::simulate::{Camera, ClothSpec};
 use information::{Average, Information};
 
@@ -35,8 +36,10 @@ const FEW: u64 = 10;
 pub struct Expected {
     /// The coefficients that are expected.
     pub coefficients: Coefficients,
-    /// Both balls.
+    /// The cue ball, and the object ball where it does not differ.
     pub ball: Ball,
+    /// The object ball where it differs, with the errors of what is stated of both.
+    pub object: Option<ObjectBall>,
     /// The cloth.
     pub cloth: ClothSpec,
     /// The camera; its gaps, outliers and markers are ignored.
@@ -45,6 +48,20 @@ pub struct Expected {
     pub kinds: Vec<PlayedKind>,
     /// The standard errors of μ, μ_s and e that are wanted; `None` where any will do.
     pub wanted: [Option<f64>; 3],
+}
+
+impl Expected {
+    /// The model of its collisions.
+    pub(crate) fn model(&self) -> Model {
+        Model { object: self.object.map(|object| object.ball), ..Model::new(Fidelity::Full, self.ball) }
+    }
+
+    /// The standard deviations to which the ratios of masses and of radii are stated; 0 of a ratio that is exact.
+    pub(crate) fn ratio_sds(&self) -> [f64; 2] {
+        let sds =
+            self.object.map(|object| [object.mass_ratio_sd(self.ball), object.radius_ratio_sd(self.ball)]);
+        sds.unwrap_or_default().map(Option::unwrap_or_default)
+    }
 }
 
 /// A kind of shot that someone can play, spread evenly over its ranges.
@@ -128,6 +145,7 @@ impl Default for Expected {
         Self {
             coefficients: Coefficients { mu: 0.05, mu_s: 0.3, e: 0.94 },
             ball: Ball::POOL,
+            object: None,
             cloth: ClothSpec::default(),
             camera: Camera::default(),
             kinds: vec![
@@ -184,6 +202,8 @@ pub struct Planned {
     pub shots: usize,
     /// The standard errors of μ, μ_s and e; `None` for what the shots do not determine.
     pub std_errors: [Option<f64>; 3],
+    /// The standard errors of m_cue/m_object and of R_cue/R_object; `None` of a ratio that is exact.
+    pub ratios: [Option<f64>; 2],
 }
 
 /// What an experiment would determine.
@@ -253,6 +273,7 @@ pub fn design(expected: &Expected) -> Result<Design, NotACollision> {
     let planned = Planned {
         shots: expected.kinds.iter().map(|kind| kind.shots).sum(),
         std_errors: information::std_errors(&total),
+        ratios: information::ratio_errors(&total, expected.ratio_sds()),
     };
     let mut told = expected.wanted;
     for parameter in Parameter::COEFFICIENTS {

@@ -7,9 +7,11 @@ use toml::Spanned;
 
 use super::{Expected, PlayedKind, SpinFrom};
 use crate::io::DatasetError;
+use crate::io::balls_section::{RawBall, RawObject, Shape};
 use crate::io::error::Problems;
 use crate::io::toml_file;
 use crate::io::toml_file::{Check, Condition, POSITIVE, Source};
+use crate::measurement::dataset::ObjectBall;
 use crate::measurement::parameter::Parameter;
 use crate::physics::ball::Ball;
 use crate::simulate::{Camera, ClothSpec, MOST_FRAMES, MOST_SHOTS};
@@ -24,6 +26,7 @@ struct RawSpec {
     expected: RawExpected,
     #[serde(default)]
     ball: RawBall,
+    object: Option<Spanned<RawObject>>,
     #[serde(default)]
     cloth: RawCloth,
     #[serde(default)]
@@ -40,13 +43,6 @@ struct RawExpected {
     mu: Option<Spanned<f64>>,
     mu_s: Option<Spanned<f64>>,
     e: Option<Spanned<f64>>,
-}
-
-#[derive(Default, Deserialize)]
-#[serde(deny_unknown_fields, expecting = "a table, as in [ball] radius_m = 0.028575")]
-struct RawBall {
-    radius_m: Option<Spanned<f64>>,
-    inertia: Option<Spanned<f64>>,
 }
 
 #[derive(Default, Deserialize)]
@@ -115,16 +111,11 @@ impl RawSpec {
     fn check(self, source: &Source, problems: &mut Problems) -> Expected {
         let default = Expected::default();
         let mut check = Check { source, problems };
-        let Expected { mut coefficients, mut ball, mut cloth, .. } = default;
+        let Expected { mut coefficients, mut cloth, .. } = default;
         let expected = &self.expected;
         coefficients.mu = check.number(expected.mu.as_ref(), "expected.mu", coefficients.mu, PART);
         coefficients.mu_s = check.number(expected.mu_s.as_ref(), "expected.mu_s", coefficients.mu_s, PART);
         coefficients.e = check.number(expected.e.as_ref(), "expected.e", coefficients.e, PART);
-        let Ball { radius, inertia, .. } = ball;
-        ball.radius = check.number(self.ball.radius_m.as_ref(), "ball.radius_m", radius, POSITIVE);
-        let hollow: Condition =
-            (|x| x > 0.0 && x <= 2.0 / 3.0, "more than 0, at most 2/3, which a hollow sphere has");
-        ball.inertia = check.number(self.ball.inertia.as_ref(), "ball.inertia", inertia, hollow);
         let ClothSpec { mu_k, mu_r, bounce } = cloth;
         cloth.mu_k = check.number(self.cloth.mu_k.as_ref(), "cloth.mu_k", mu_k, PART);
         cloth.mu_r = check.number(self.cloth.mu_r.as_ref(), "cloth.mu_r", mu_r, PART);
@@ -154,7 +145,26 @@ impl RawSpec {
         if kinds.is_empty() {
             kinds = default.kinds;
         }
-        Expected { coefficients, ball, cloth, camera, kinds, wanted }
+        let (ball, object) = self.balls(source, problems);
+        Expected { coefficients, ball, object, cloth, camera, kinds, wanted }
+    }
+}
+
+impl RawSpec {
+    fn balls(&self, source: &Source, problems: &mut Problems) -> (Ball, Option<ObjectBall>) {
+        let mut check = Check { source, problems };
+        if let Some(shape) = self.ball.shape.as_ref().filter(|shape| *shape.as_ref() == Shape::Disc) {
+            check.wrong(shape, "shape is \"disc\"; expected balls, which designs are of".to_owned());
+        }
+        if let Some(poisson) = &self.ball.poisson {
+            let message = "poisson tells how far a contact gives way; expected none, as designs are of a contact that is rigid along \
+                           its surface";
+            check.wrong(poisson, message.to_owned());
+        }
+        let (ball, _) = self.ball.check(source, problems);
+        let object =
+            self.object.as_ref().map(|object| object.as_ref().ball(&self.ball, &ball, source, problems));
+        (ball, object)
     }
 }
 

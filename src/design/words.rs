@@ -1,10 +1,10 @@
 //! What a design says, as a player would say it.
 
-use super::information::std_errors;
+use super::information::{RATIOS, std_errors};
 use super::{Cell, Design, Expected, PlayedKind};
 use crate::measurement::parameter::Parameter;
 use crate::physics::ball::{BallState, Vec3};
-use crate::physics::collision::{Fidelity, Model, Regime};
+use crate::physics::collision::Regime;
 use crate::physics::contact_frame::cue_velocity;
 
 /// Cut angles are as good as the best that take at most this many times the shots.
@@ -32,7 +32,24 @@ pub(super) fn of(design: &Design) -> Vec<String> {
         lines.extend(silence(design, parameter, &told));
     }
     lines.extend(all_wanted(design));
+    lines.extend(ratios(design));
     lines
+}
+
+/// What the shots add to what scale and calliper tell of the balls.
+fn ratios(design: &Design) -> Option<String> {
+    let of_ratio = |((parameter, stated), found): ((Parameter, f64), Option<f64>)| {
+        let [stated, found] = [stated, found?].map(|error| number(100.0 * error, 2));
+        Some(format!("{}, stated to ± {stated} %, comes out to ± {found} %", parameter.symbol()))
+    };
+    let both = RATIOS.into_iter().zip(design.expected.ratio_sds()).zip(design.planned.ratios);
+    let said: Vec<String> = both.filter_map(of_ratio).collect();
+    (!said.is_empty()).then(|| {
+        format!(
+            "The balls are fitted, too: from all planned shots {}; the errors above include theirs.",
+            said.join(", ")
+        )
+    })
 }
 
 /// A cell that tells a parameter, with the standard error that [`COMPARED`] shots give.
@@ -191,8 +208,7 @@ fn sticks(expected: &Expected, kind: &PlayedKind, cell: &Cell) -> bool {
     let rolling = BallState::natural_roll(velocity, expected.ball.radius).spin;
     let topspin = 0.5 * (kind.topspin[0] + kind.topspin[1]);
     let spin = topspin * rolling + Vec3::z() * (kind.side * rolling.norm());
-    let model = Model::new(Fidelity::Full, expected.ball);
-    let outcome = model.collide(&BallState { velocity, spin }, &expected.coefficients);
+    let outcome = expected.model().collide(&BallState { velocity, spin }, &expected.coefficients);
     outcome.is_ok_and(|outcome| outcome.regime == Regime::Stick)
 }
 

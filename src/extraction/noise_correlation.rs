@@ -72,14 +72,17 @@ pub fn noise_correlation(shots: &[TrackShot], scene: &Scene) -> Option<NoiseCorr
     };
     let steps = (HIGHEST / STEP) as usize;
     let values: Vec<f64> = (0..=steps).map(|i| minus_two_ln_l(i as f64 * STEP)).collect();
-    let best = (0..=steps).min_by(|a, b| values[*a].total_cmp(&values[*b]))?.clamp(1, steps - 1);
-    // the parabola through three values about the least
-    let [a, b, c] = [values[best - 1], values[best], values[best + 1]];
-    let curvature = a - 2.0 * b + c;
-    let shift = if curvature > 0.0 { (0.5 * (a - c) / curvature).clamp(-1.0, 1.0) } else { 0.0 };
-    let value = ((best as f64 + shift) * STEP).max(0.0);
-    let std_error = if curvature > 0.0 { STEP * (2.0 / curvature).sqrt() } else { f64::NAN };
-    let adopted = value > LEAST && values[0] - values[best] > CALLED_FOR;
+    let least = values.iter().copied().fold(f64::INFINITY, f64::min);
+    // mean and standard deviation by L, every ρ alike beforehand: short paths hardly tell high correlations apart, and the likeliest may
+    // be the highest
+    let likelihoods: Vec<f64> = values.iter().map(|value| (-0.5 * (value - least)).exp()).collect();
+    let mean = |of: &dyn Fn(f64) -> f64| {
+        let weighted = likelihoods.iter().enumerate().map(|(i, likelihood)| likelihood * of(i as f64 * STEP));
+        weighted.sum::<f64>() / likelihoods.iter().sum::<f64>()
+    };
+    let value = mean(&|rho| rho);
+    let std_error = mean(&|rho| (rho - value).powi(2)).sqrt();
+    let adopted = value > LEAST && values[0] - least > CALLED_FOR;
     Some(NoiseCorrelation { value, std_error, adopted })
 }
 

@@ -133,7 +133,9 @@ impl<'a> Tracked<'a> {
     fn freedom(&self, start: &Unknowns) -> Freedom {
         let lift = self.model.lift(start);
         let mut start = *start;
-        let mut free: Vec<usize> = (0..unknown::ROLLING).filter(|i| *i != unknown::GAP).collect();
+        let gap_sd = self.scene.gap_sd;
+        let mut free: Vec<usize> =
+            (0..unknown::ROLLING).filter(|i| *i != unknown::GAP || gap_sd > 0.0).collect();
         let spin_is_unknown = self.model.spin == Spin::Unknown;
         free.retain(|i| *i != unknown::ROLL || spin_is_unknown);
         if lift == Lift::None && !spin_is_unknown {
@@ -143,6 +145,9 @@ impl<'a> Tracked<'a> {
         let mut priors = vec![(unknown::SLIDING, self.scene.cloth.sliding, self.scene.sliding_sd)];
         if spin_is_unknown {
             priors.push((unknown::ROLL, ROLL_PRIOR.0, ROLL_PRIOR.1));
+        }
+        if gap_sd > 0.0 {
+            priors.push((unknown::GAP, 0.0, gap_sd));
         }
         let mut lift_held = None;
         if lift != Lift::None || spin_is_unknown {
@@ -316,8 +321,11 @@ impl<'a> Tracked<'a> {
         (by, step, information)
     }
 
-    /// The separation at the impact, where it is not 2R; χ² is that of the fit with it free.
+    /// The separation at the impact, where it is not 2R though it should be; χ² is that of the fit with it free.
     pub(crate) fn separation(&self, fitted: &Fitted) -> Option<(Unusable, f64)> {
+        if self.scene.gap_sd > 0.0 {
+            return None;
+        }
         let (gap, error, explained) = self.gap(fitted);
         let reduced = fitted.reduced() - explained / fitted.dof.max(1) as f64;
         let error = error * if self.states_noise() { 1.0 } else { reduced.max(0.0).sqrt() };

@@ -8,7 +8,8 @@
 //!   q″ = q′/(1 + k·q′)            perspective k, 1/m
 //!   f = (q″_x + h q″_y, q″_y)     shear h
 //!
-//! and shows it at the instant t + τ p_y, where t is that of the frame: a rolling shutter reads the rows one after the other, τ in s/m.
+//! and shows it at the instant t + τ f_y/(s a), where t is that of the frame: a rolling shutter reads the rows of the picture one after
+//! the other, τ in s/m.
 //! A turn and a shift of the table leave everything that is fitted as it is, and are none of these.
 //!
 //! Sources: Hartley and Zisserman, Multiple View Geometry (2004), § 2.4 (projective maps) and Eq. 7.5 (radial lens); Ait-Aider et
@@ -41,7 +42,7 @@ pub enum Correction {
     /// What the lens adds to a length at 0.5 m from the middle, as a fraction of the length: negative for a barrel
     /// distortion.
     Lens,
-    /// By how much later a rolling shutter reads a row that is one metre further along y, s/m.
+    /// By how much later a rolling shutter reads a row that is one metre further along y, in the middle of the picture, s/m.
     Shutter,
 }
 
@@ -176,6 +177,13 @@ impl Camera {
         [q[0] / scale + self.middle[0], q[1] / (scale * aspect) + self.middle[1]]
     }
 
+    /// How far along y a point of the film is from the middle, m: by the rows of the picture, of which a camera that looks askew shows
+    /// the more to a metre of the table the nearer that is. As long as there as it is on the table in the middle.
+    #[must_use]
+    pub(crate) fn row(&self, film_y: f64) -> f64 {
+        (film_y - self.middle[1]) / (self.get(Correction::Scale) * self.get(Correction::Aspect))
+    }
+
     /// How the point of the table that a point of the film shows follows the corrections but for the shutter's, m by the unit of each.
     #[must_use]
     pub(crate) fn derivatives(&self, film: [f64; 2]) -> [[f64; 2]; Correction::COUNT] {
@@ -230,7 +238,7 @@ impl Camera {
     /// A frame on the table, at the instant at which its row was read.
     fn sample(&self, film: &Sample) -> Sample {
         let [x, y] = self.table([film.x, film.y]);
-        let t = film.t + self.get(Correction::Shutter) * (y - self.middle[1]);
+        let t = film.t + self.get(Correction::Shutter) * self.row(film.y);
         let sd = film.sd.map(|sd| {
             let magnified = self.magnification([film.x, film.y]);
             [0, 1].map(|i| sd[i] * magnified[i])

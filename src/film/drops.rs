@@ -105,7 +105,6 @@ fn middle(steps: &[[f64; 2]]) -> [f64; 2] {
 
 #[cfg(test)]
 mod tests {
-    use std::collections::BTreeMap;
 
     use super::*;
     use crate::measurement::spin::Spin;
@@ -121,20 +120,7 @@ mod tests {
             };
             (0..40).map(sample).collect()
         };
-        TrackShot {
-            name: String::new(),
-            file: std::path::PathBuf::new(),
-            line: 0,
-            labels: BTreeMap::new(),
-            fps: FPS,
-            cue: samples(1.0),
-            object: samples(0.7),
-            markers: Vec::new(),
-            spin: Spin::Stun,
-            position_sd: None,
-            resolution: [0.0; 2],
-            correlation: 0.0,
-        }
+        TrackShot::new("", FPS, Spin::Stun, [samples(1.0), samples(0.7)])
     }
 
     #[test]

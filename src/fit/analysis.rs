@@ -4,12 +4,13 @@ use std::sync::Arc;
 
 use super::calibration::calibrated;
 use super::footage::{extracted, films, finds_spins_from_paths, near};
-use super::{FilmUnknowns, Fit, FitError, FoundCamera, Method, Options, fit_watched};
+use super::{FilmUnknowns, Fit, FitError, FoundCamera, Method, Options, check, fit_watched};
 use crate::extraction::Impact;
 use crate::likelihood::frames::Film;
 use crate::measurement::dataset::Dataset;
 use crate::measurement::parameter::{Compliance, Parameter, Setting};
 use crate::measurement::track::TrackShot;
+use crate::physics::collision::Fidelity;
 use crate::trajectory::scene::Scene;
 
 /// Frames of more shots than this take minutes to fit jointly.
@@ -32,7 +33,7 @@ pub struct Prepared {
 }
 
 impl Prepared {
-    /// Corrects footage for its camera and finds its impacts. `done` is called after every shot that is extracted, from several threads.
+    /// Corrects footage for its camera and finds its impacts; other data, and footage whose impacts were found before, stay as they are. `done` is called after every shot that is extracted, from several threads.
     #[must_use]
     pub fn new(dataset: Dataset, done: &(dyn Fn() + Sync)) -> Self {
         Self::filmed_like(dataset, None, done)
@@ -45,7 +46,9 @@ impl Prepared {
         same: Option<&FoundCamera>,
         done: &(dyn Fn() + Sync),
     ) -> Self {
-        let (dataset, camera, learned) = calibrated(dataset, same);
+        // what has its impacts was corrected before
+        let (dataset, camera, learned) =
+            if dataset.shots.is_empty() { calibrated(dataset, same) } else { (dataset, None, None) };
         let (dataset, extracted, scene) = extracted(dataset, learned.as_ref(), done);
         Self { dataset, extracted, scene, camera }
     }
@@ -92,25 +95,37 @@ pub struct Analysis {
     pub fits: Result<Vec<Fit>, FitError>,
 }
 
-/// Corrects footage for its camera, finds its impacts and fits. `method` `None`: all frames at once where that can be done.
-/// `done` is called after every shot that is extracted and every replicate of a bootstrap, from several threads.
+/// Fits a data set of any kind, as `caromfit fit` does: footage is corrected for its camera and its impacts are found first.
 #[must_use]
-pub fn analyse(
-    mut dataset: Dataset,
-    options: &Options,
-    method: Option<Method>,
-    done: &(dyn Fn() + Sync),
-) -> Analysis {
+pub fn analyse(dataset: &Dataset, options: &Options) -> Analysis {
+    analyse_watched(dataset, options, &|| ())
+}
+
+/// As [`analyse`], for those who show how far it is: `done` is called after every shot that is extracted and every replicate of a
+/// bootstrap, from several threads.
+#[must_use]
+pub fn analyse_watched(dataset: &Dataset, options: &Options, done: &(dyn Fn() + Sync)) -> Analysis {
+    if let Err(error) = check(dataset, options) {
+        let scene = Scene::of(&dataset.model(Fidelity::Full));
+        return Analysis {
+            dataset: dataset.clone(),
+            extracted: Vec::new(),
+            scene,
+            camera: None,
+            fits: Err(error),
+        };
+    }
+    let mut dataset = dataset.clone();
     dataset.settings = options.falling.applied(dataset.settings);
     // discs need no correction of a film, and their κ is fitted
     if dataset.tracks.as_ref().is_none_or(|tracks| tracks.discs.is_some()) {
-        return analyse_once(dataset, options, method, done);
+        return analyse_once(dataset, options, done);
     }
-    let first = analyse_once(dataset.clone(), options, method, done);
+    let first = analyse_once(dataset.clone(), options, done);
     let Some(lower) = gives_way(&first) else { return first };
     // the film is to be corrected, and the impacts extracted, with the contact that gives way, too
     state_compliance(&mut dataset);
-    let mut again = analyse_once(dataset, options, method, done);
+    let mut again = analyse_once(dataset, options, done);
     for fit in again.fits.iter_mut().flatten() {
         fit.adopt_compliance(lower);
     }
@@ -131,18 +146,14 @@ fn gives_way(analysis: &Analysis) -> Option<f64> {
     lower.into_iter().min_by(f64::total_cmp)
 }
 
-fn analyse_once(
-    dataset: Dataset,
-    options: &Options,
-    method: Option<Method>,
-    done: &(dyn Fn() + Sync),
-) -> Analysis {
+fn analyse_once(dataset: Dataset, options: &Options, done: &(dyn Fn() + Sync)) -> Analysis {
     let prepared = Prepared::new(dataset, done);
-    let method = method.unwrap_or_else(|| prepared.best_method());
+    let method = options.method.unwrap_or_else(|| prepared.best_method());
     let film = FilmUnknowns { bounce: options.film.bounce, ..prepared.film_unknowns() };
     // labels that are fitted apart may lie elsewhere
     let near = near(&prepared.scene).filter(|_| prepared.dataset.by.is_none());
-    let options = Options { method, near, film, ..*options };
+    let near = near.or(options.near);
+    let options = Options { method: Some(method), near, film, ..*options };
     let filmed = prepared.films(if method == Method::Joint { usize::MAX } else { BOUND_FROM });
     let mut fits = fit_watched(&prepared.dataset, &filmed, &options, done);
     for fit in fits.iter_mut().flatten() {

@@ -2,7 +2,7 @@
 
 use super::diagnostics::{goodness, refuted};
 use super::estimates::Estimates;
-use super::frames::{FittedFrames, bound, cloth_of, joint_fit};
+use super::frames::{FittedFrames, are_explained, bound, cloth_of, joint_fit};
 use super::intervals::bootstrap;
 use super::minimum::Minimum;
 use super::model_choice::ModelChoice;
@@ -75,6 +75,7 @@ impl<'a> Finished<'a> {
         let at_minimum = minimum.first().model(sample.model);
         let sds: EstimatedSd = estimated.iter().map(|g| (g.observable, g.sd)).collect();
         let scatters = self.choice.scatter.is_some_and(|scatter| !scatter.is_none());
+        let chi2 = (2.0 * minimum.cost, search.dof(unknowns, minimum.room()));
         let context = goodness::Context {
             shots,
             fitted: &self.choice.fitted,
@@ -83,12 +84,13 @@ impl<'a> Finished<'a> {
             free: &self.free,
             sds: &sds,
             dof: self.velocities.dof(unknowns, self.seen().room()),
+            explained: Some(chi2).filter(|_| are_explained(search, minimum)),
+            states_noise: search.shots().all(|shot| shot.film.as_ref().is_none_or(|film| film.states_noise)),
             tests_noise: estimated.is_empty() && !scatters && !search.is_robust(),
         };
         let resampled = options.bootstrap > 0 && !unknowns.is_empty();
         let bootstrap =
             || bootstrap::bootstrap(search, (&context, unknowns), options.bootstrap, options.seed, done);
-        let chi2 = (2.0 * minimum.cost, search.dof(unknowns, minimum.room()));
         Diagnostics {
             computed: fidelity_choice::computed(&self.velocities),
             identifiability: identifiability.clone(),
@@ -141,11 +143,12 @@ impl<'a> Finished<'a> {
             cloth: dataset.cloth.clone(),
             source: dataset.source.clone(),
             ball: dataset.ball,
+            object: dataset.object,
             discs: dataset.tracks.as_ref().and_then(|tracks| tracks.discs),
             sliding: dataset.sliding,
             rolling: dataset.rolling,
             fidelity: options.fidelity.name(),
-            method: options.method,
+            method: self.request.method(),
             footage: dataset.tracks.is_some(),
             effects,
             estimates: self.estimates.all.clone(),

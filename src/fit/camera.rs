@@ -4,6 +4,7 @@
 use super::{FilmUnknowns, Fit, SharedKind};
 use crate::extraction::NoiseCorrelation;
 use crate::film::camera::{Camera, Correction};
+use crate::measurement::number;
 
 /// A correction as it was found.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -101,8 +102,9 @@ impl FoundCamera {
         let [shots, drops] = self.drops;
         let dropped = (drops > 0).then(|| {
             format!(
-                "The camera dropped frames that the frame numbers do not show ({drops} times, in {shots} shots): balls go several steps \
-                 at once there. The frames after them were moved in time."
+                "The camera dropped frames that the frame numbers do not show ({drops} times, in {shots} shot{}): balls go several steps \
+                 at once there. The frames after them were moved in time.",
+                if shots == 1 { "" } else { "s" }
             )
         });
         let lasts = self.noise_correlation.filter(|found| found.adopted).map(|found| {
@@ -138,8 +140,8 @@ impl FoundCamera {
             .collect();
         (!adopted.is_empty()).then(|| {
             format!(
-                "The positions were corrected for the camera, which the balls themselves calibrate ({} shots): {}.",
-                self.shots,
+                "The positions were corrected for the camera, which the balls themselves calibrate ({}): {}.",
+                number::count_of(self.shots, "shot"),
                 adopted.join(", ")
             )
         })

@@ -2,6 +2,7 @@
 
 use crate::likelihood::prediction::Plan;
 use crate::measurement::dataset::{Before, Dataset, Measured, Shot};
+use crate::measurement::number::{count_of, plain, with_error};
 use crate::measurement::observable::{Axis, Observable};
 use crate::measurement::parameter::Parameter;
 use crate::measurement::spin::Spin;
@@ -125,11 +126,12 @@ pub(crate) fn suspicious(
         && value > MOST_ROLLING
     {
         // none where the model is refuted
-        let error = sd.filter(|sd| sd.is_finite()).map_or(String::new(), |sd| format!(" ± {sd:.3}"));
+        let known = sd.filter(|sd| sd.is_finite());
+        let resistance = known.map_or_else(|| plain(value, 2), |sd| with_error(value, sd));
         found.push(Finding::whole(
             Kind::Rolling,
             format!(
-                "the balls slow down before the impacts as if the cloth's rolling resistance were {value:.3}{error}, where 0.01 is \
+                "the balls slow down before the impacts as if the cloth's rolling resistance were {resistance}, where 0.01 is \
                  usual: cue balls that are said to roll may slide (cue_spin), or the times or the scale of the footage are wrong"
             ),
         ));
@@ -146,8 +148,9 @@ pub(crate) fn suspicious(
         found.push(Finding::whole(
             Kind::Sliding,
             format!(
-                "the paths after the impacts show that the cloth's sliding friction is {value:.3} ± {sd:.3}, where {USUAL_SLIDING} is \
-                 usual: the frame rate of the camera (capture_fps) or the scale may be wrong{rate}"
+                "the paths after the impacts show that the cloth's sliding friction is {}, where {USUAL_SLIDING} is \
+                 usual: the frame rate of the camera (capture_fps) or the scale may be wrong{rate}",
+                with_error(value, sd)
             ),
         ));
     }
@@ -207,7 +210,7 @@ fn advice(dataset: &Dataset) -> Vec<Finding> {
     let balls = dataset.tracks.as_ref().is_none_or(|tracks| tracks.discs.is_none());
     let usable = dataset.shots.len();
     if usable < FEW_SHOTS {
-        whole(format!("{usable} shot(s) can be used: too few to tell how noisy they are"));
+        whole(format!("{} can be used: too few to tell how noisy they are", count_of(usable, "shot")));
     }
     if dataset.tracks.as_ref().is_some_and(|tracks| tracks.shots.is_empty())
         && dataset.sliding.is_none()
@@ -231,7 +234,10 @@ fn told(dataset: &Dataset, say: &mut impl FnMut(String)) {
     let initial = Parameter::COEFFICIENTS.map(|p| dataset.settings[p].initial);
     let coefficients = Coefficients { mu: initial[0], mu_s: initial[1], e: initial[2] };
     let model = dataset.model(Fidelity::Full);
+    let discs = dataset.tracks.as_ref().is_some_and(|tracks| tracks.discs.is_some());
     let mut depends = [false; 3];
+    // what sticks with a usual friction still bounds it from below
+    let mut bounds_mu = false;
     for shot in &dataset.shots {
         let Ok(plan) = Plan::new(shot) else { continue };
         let Ok(prediction) = plan.predict(&model, &coefficients) else { continue };
@@ -239,12 +245,23 @@ fn told(dataset: &Dataset, say: &mut impl FnMut(String)) {
         for (i, depends) in depends.iter_mut().enumerate() {
             *depends |= by.column(i).iter().any(|d| *d != 0.0);
         }
+        bounds_mu |= plan.rows().iter().any(|row| row.observable == Observable::ImpulseRatio);
     }
     for parameter in Parameter::COEFFICIENTS {
         if depends[parameter as usize] || dataset.settings[parameter].fixed || dataset.shots.is_empty() {
             continue;
         }
         let why = match parameter {
+            // no cloth carries discs
+            Parameter::MuS if discs => continue,
+            Parameter::Mu if bounds_mu => {
+                say(
+                    "the discs stick together where they touch, so that these shots tell how large μ is at least, not how large it is: \
+                     thinner hits determine it"
+                        .to_owned(),
+                );
+                continue;
+            }
             Parameter::Mu => {
                 "every shot is without slip between the balls, or only what does not depend on it is measured"
             }

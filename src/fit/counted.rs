@@ -5,6 +5,7 @@ use crate::measurement::observable::Observable;
 
 /// The kind of the measured numbers whose squared residuals are summed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum Counted {
     /// Coordinates of the balls in the frames, and components of spins that markers show.
     Coordinates,
@@ -12,6 +13,8 @@ pub enum Counted {
     Velocities,
     /// Angles, speeds and their ratios.
     Angles,
+    /// Of discs: the restitution and the ratio of the impulses of each shot.
+    Impulses,
 }
 
 impl Counted {
@@ -22,6 +25,7 @@ impl Counted {
             Self::Coordinates => "coordinates",
             Self::Velocities => "velocities",
             Self::Angles => "angles",
+            Self::Impulses => "impulses",
         }
     }
 
@@ -32,17 +36,23 @@ impl Counted {
             Self::Coordinates => "the frames' coordinates",
             Self::Velocities => "the velocities",
             Self::Angles => "the angles and speeds",
+            Self::Impulses => "e and J_t/J_n of the shots",
         }
     }
 
     /// The kind of some observables.
     #[must_use]
-    pub(crate) fn of(mut observables: impl Iterator<Item = Observable>) -> Self {
-        if observables.any(|observable| Observable::IMPACTS.contains(&observable)) {
-            Self::Velocities
-        } else {
-            Self::Angles
+    pub(crate) fn of(observables: impl Iterator<Item = Observable>) -> Self {
+        let mut kind = Self::Angles;
+        for observable in observables {
+            if Observable::IMPACTS.contains(&observable) {
+                return Self::Velocities;
+            }
+            if Observable::DISCS.contains(&observable) {
+                kind = Self::Impulses;
+            }
         }
+        kind
     }
 }
 

@@ -1,6 +1,7 @@
 //! Why a data set cannot be fitted.
 
 use super::Rejected;
+use crate::measurement::dataset::ON_REQUEST;
 use crate::numerics::least_squares::OptimiseError;
 
 /// Why a data set cannot be fitted. A search that does not converge is not an error: [`Fit::converged`](super::Fit::converged) states it.
@@ -54,9 +55,13 @@ pub enum FitError {
         /// What is wrong, in sentences.
         faults: Vec<String>,
     },
+    /// A choice of the fit is wrong, as [`Options::faults`](super::Options::faults) states it.
+    #[error("options of the fit: {}", .0.join("\n"))]
+    Options(Vec<String>),
     /// The impacts of the data set, whose name is given, have not been extracted from its tracks yet.
     #[error(
-        "{0}: its impacts have not been extracted from the tracks; call footage::with_impacts before fitting it"
+        "{0}: its impacts have not been extracted from the tracks; caromfit::analyse and caromfit::fit::fit do this, \
+         caromfit::fit::fit_watched takes what caromfit::fit::Prepared::new returns"
     )]
     NotExtracted(String),
     /// A joint fit was asked for of a data set, whose name is given, that has not the frames of every shot.
@@ -91,6 +96,7 @@ impl FitError {
                 | Self::MixedNoise { .. }
                 | Self::Relations(_)
                 | Self::Invalid { .. }
+                | Self::Options(_)
                 | Self::NotExtracted(_)
                 | Self::NotFilmed(_)
                 | Self::Rigid { .. }
@@ -99,5 +105,7 @@ impl FitError {
 }
 
 fn first_reason(rejected: &[Rejected]) -> String {
-    rejected.first().map_or(String::new(), |r| format!(": shot {}: {}", r.shot, r.reason))
+    // what was asked for is no news
+    let told = rejected.iter().find(|r| r.reason != ON_REQUEST).or(rejected.first());
+    told.map_or(String::new(), |r| format!(": shot {}: {}", r.shot, r.reason))
 }

@@ -1,9 +1,12 @@
 //! The estimate of one parameter.
 
+use std::str::FromStr;
+
 use nalgebra::DMatrix;
 
 use super::Fit;
 use crate::measurement::parameter::{Parameter, Setting};
+use crate::physics::name::{UnknownName, named};
 
 impl Fit {
     /// The estimate of a parameter; `None` for one that the fit does not have, such as b where the friction is constant.
@@ -51,6 +54,7 @@ impl Fit {
 
 /// One fitted parameter.
 #[derive(Clone, Copy, Debug)]
+#[non_exhaustive]
 pub struct Estimate {
     /// The parameter.
     pub parameter: Parameter,
@@ -72,6 +76,7 @@ pub struct Estimate {
 
 /// A parameter's 95 % interval, found in two ways.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[non_exhaustive]
 pub struct Intervals {
     /// From the curvature of χ² at its minimum: value ± t·error, as far as the bounds allow.
     pub hessian: Option<[f64; 2]>,
@@ -114,6 +119,16 @@ impl Estimate {
         }
     }
 
+    /// The 95 % interval of the profile where a standard error would mislead: where it is less than half, or more than twice, as wide as
+    /// ± two standard errors.
+    #[must_use]
+    pub fn lopsided(&self) -> Option<[f64; 2]> {
+        const DIFFERENT: f64 = 2.0;
+        let [low, high] = self.interval_95.filter(|_| self.is_profiled())?;
+        let wide = (high - low) / (4.0 * self.std_error?);
+        (wide.is_finite() && !(1.0 / DIFFERENT..=DIFFERENT).contains(&wide)).then_some([low, high])
+    }
+
     /// Whether `interval_95` is the one of the profile.
     #[must_use]
     pub fn is_profiled(&self) -> bool {
@@ -123,6 +138,7 @@ impl Estimate {
 
 /// How far a fit determined a parameter.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum Status {
     /// It was fitted.
     Free,
@@ -138,6 +154,10 @@ pub enum Status {
 }
 
 impl Status {
+    /// All of them.
+    pub const ALL: [Self; 5] =
+        [Self::Free, Self::Fixed, Self::AtLowerBound, Self::AtUpperBound, Self::NotIdentified];
+
     /// The name in fit.json.
     #[must_use]
     pub fn name(self) -> &'static str {
@@ -148,6 +168,14 @@ impl Status {
             Self::AtUpperBound => "at-upper-bound",
             Self::NotIdentified => "not-identified",
         }
+    }
+}
+
+impl FromStr for Status {
+    type Err = UnknownName;
+
+    fn from_str(name: &str) -> Result<Self, UnknownName> {
+        named("status", &Self::ALL, |status| [status.name()], name)
     }
 }
 

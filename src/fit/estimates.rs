@@ -57,7 +57,7 @@ impl Estimates {
         let (mut contours, mut shared_intervals, mut curves) = (Vec::new(), Vec::new(), Vec::new());
         if let (true, None, Some(quantiles)) = (depth >= Depth::Intervals, &sandwich, &quantiles) {
             let constraints = minimum.constraints.clone();
-            let slice = Slice { search, free: unknowns, constraints, whitening: &minimum.whitening };
+            let slice = Slice::new(search, unknowns, constraints, &minimum.whitening).near(&minimum.x);
             let mut profiles = Profiles::new(&slice, minimum, quantiles);
             for (column, estimate) in uncertainty.estimates.iter_mut().enumerate() {
                 let profile = profiles.interval(column, estimate.status, estimate.interval_95);
@@ -110,7 +110,7 @@ fn of_cloth(
     minimum: &Minimum,
 ) -> Vec<Option<[f64; 2]>> {
     let of = |(place, _): (usize, &SharedUnknown)| {
-        let status = match minimum.active[first + place] {
+        let status = match minimum.active.get(first + place)? {
             Activity::Free => Status::Free,
             Activity::AtLower => Status::AtLowerBound,
             Activity::AtUpper => Status::AtUpperBound,

@@ -252,12 +252,24 @@ fn correct(shots: &mut [Vec<Fitted>], search: &Search, starts: &[Vec<Values>]) -
         }
         starts = found.starts;
     }
-    for _ in 1..ROUNDS {
-        take(shots, search, &starts[0]);
-        starts = settle(shots, search, &starts)?.starts;
-    }
     take(shots, search, &starts[0]);
-    settle(shots, search, &starts)
+    let mut found = settle(shots, search, &starts)?;
+    for _ in 1..ROUNDS {
+        if serve(shots, search, &found.values) {
+            break;
+        }
+        take(shots, search, &found.starts[0]);
+        found = settle(shots, search, &found.starts)?;
+    }
+    Ok(found)
+}
+
+/// Whether the corrections of all shots serve there as well.
+fn serve(shots: &[Vec<Fitted>], search: &Search, at: &[Values]) -> bool {
+    shots.iter().zip(&search.samples).zip(at).all(|((shots, sample), at)| {
+        let model = at.model(sample.model);
+        shots.iter().all(|shot| shot.plan.serves(&model, &at.coefficients))
+    })
 }
 
 /// Takes every shot's correction.

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use rayon::prelude::*;
 
-use super::{Depth, Options, Status};
+use super::{Depth, Method, Options, Status};
 use crate::extraction::disc;
 use crate::extraction::disc::{DiscImpact, Quantity};
 use crate::extraction::{Impact, Unusable, extract_all, near_model, shots};
@@ -48,7 +48,7 @@ const LIFT_SD: f64 = 0.03;
 const SHARED_LIFT_SD: f64 = 0.02;
 
 /// Extracts the impacts of a data set of kind `tracks`: its shots, and those left out with the reason. Any
-/// other data set is returned as it is, without extractions. `done` is called after every shot, from several
+/// other data set, and one that has its impacts already, is returned as it is, without extractions. `done` is called after every shot, from several
 /// threads.
 #[must_use]
 pub fn with_impacts(
@@ -65,18 +65,26 @@ pub(super) fn extracted(
     done: &(dyn Fn() + Sync),
 ) -> (Dataset, Vec<(TrackShot, Impact)>, Scene) {
     let scene = Scene { side_sd: dataset.side_sd, ..Scene::of(&dataset.model(Fidelity::Full)) };
+    // other data, or footage whose impacts were extracted before
+    if !dataset.shots.is_empty() {
+        return (dataset, Vec::new(), scene);
+    }
     if dataset.tracks.as_ref().is_some_and(|tracks| tracks.discs.is_some()) {
         return (to_be_fitted(dataset), Vec::new(), scene);
     }
     let Some(tracks) = dataset.tracks.take() else { return (dataset, Vec::new(), scene) };
     dataset.left_out.extend(tracks.left_out());
-    let (mut scene, lift_sd) = learned(&dataset, &tracks.shots, learned_before.unwrap_or(&scene));
+    let again = learned_before.map(|before| learned(&dataset, &tracks.shots, before));
+    let (mut scene, lift_sd) = again
+        .filter(|(_, lift_sd)| lift_sd.is_some())
+        .unwrap_or_else(|| learned(&dataset, &tracks.shots, &scene));
     let impacts = extract_all(&tracks.shots, &scene, done);
     let mut extracted = Vec::with_capacity(tracks.shots.len());
+    let reason = Reasons::of(&tracks, &impacts);
     for (track, impact) in tracks.shots.into_iter().zip(impacts) {
         match impact {
             Ok(impact) => extracted.push((track, impact)),
-            Err(reason) => dataset.left_out.push((track.name, reason.to_string())),
+            Err(why) => dataset.left_out.push((track.name, reason.in_words(&why))),
         }
     }
     dataset.lift_sd = lift_sd;
@@ -85,7 +93,8 @@ pub(super) fn extracted(
     for shot in dataset.shots.iter_mut().filter(|_| dataset.side_sd > 0.0) {
         shot.add_side_spin(dataset.side_sd, dataset.ball.radius);
     }
-    let notes = tracks.notes.into_iter().chain(many_stuns(&extracted)).collect();
+    let notes =
+        tracks.notes.into_iter().chain(many_stuns(&extracted)).chain(found_rolling(&extracted)).collect();
     dataset.tracks = Some(Tracks { shots: Vec::new(), notes, ..tracks });
     (dataset, extracted, scene)
 }
@@ -103,6 +112,52 @@ fn many_stuns(extracted: &[(TrackShot, Impact)]) -> Option<String> {
             extracted.len()
         )
     })
+}
+
+/// What is to be said of shots without markers whose spin is unknown, where the motion agrees with natural roll: they are then taken as
+/// rolling, as if that had been stated.
+fn found_rolling(extracted: &[(TrackShot, Impact)]) -> Option<String> {
+    let of_motion =
+        |(track, _): &&(TrackShot, Impact)| track.spin == Spin::Unknown && track.markers.is_empty();
+    let unknown = extracted.iter().filter(of_motion).count();
+    let rolling =
+        extracted.iter().filter(of_motion).filter(|(_, impact)| impact.spin == Spin::NaturalRoll).count();
+    let were = if rolling == 1 { "was" } else { "were" };
+    let balls = if unknown == 1 { "cue ball" } else { "cue balls" };
+    (rolling > 0).then(|| {
+        format!("{rolling} of {unknown} {balls} of unknown spin {were} found to roll naturally before the impact, and taken so.")
+    })
+}
+
+/// How to say why shots cannot be used.
+struct Reasons {
+    /// Metres mean something.
+    has_scale: bool,
+    /// In so many shots, all that there are, the object ball moves first; else 0.
+    interchanged: usize,
+}
+
+impl Reasons {
+    fn of(tracks: &Tracks, impacts: &[Result<Impact, Unusable>]) -> Self {
+        let moves = |impact: &Result<Impact, Unusable>| matches!(impact, Err(Unusable::ObjectMoving { .. }));
+        Self {
+            // the balls tell it where some shot shows a collision
+            has_scale: !tracks.from_balls || impacts.iter().any(Result::is_ok),
+            interchanged: if impacts.iter().all(moves) { impacts.len() } else { 0 },
+        }
+    }
+
+    fn in_words(&self, why: &Unusable) -> String {
+        let mut words = why.to_string();
+        if let (Unusable::ObjectMoving { .. }, false) = (why, self.has_scale) {
+            words = words.split(", with ").next().unwrap_or_default().to_owned();
+        }
+        if self.interchanged > 0 {
+            words.push_str(if self.interchanged > 1 { ", as in all shots" } else { "" });
+            words.push_str(": are cue and object interchanged ([tracks] cue, object)?");
+        }
+        words
+    }
 }
 
 /// The values that the first fits of these shots gave, near which a search may begin ([`Options::near`](crate::fit::Options::near)).
@@ -330,9 +385,10 @@ fn coefficients(
         depth: Depth::Estimates,
         loss,
         near: near(scene),
+        method: Some(Method::TwoStage),
         ..Options::default()
     };
-    let fit = fit::fit(&some, &options).ok()?.pop()?;
+    let fit = fit::fit_watched(&some, &[], &options, &|| ()).ok()?.pop()?;
     let mut values = Values::from(Coefficients { mu: 0.0, mu_s: 0.0, e: 0.0 });
     for estimate in &fit.estimates {
         values[estimate.parameter] = estimate.value;

@@ -5,6 +5,7 @@ use nalgebra::{DMatrix, DVector, SMatrix};
 use rayon::prelude::*;
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 
+use super::diagnostics::goodness::IMPROBABLE;
 use super::minimum::Minimum;
 use super::robust::Sandwich;
 use super::samples::Search;
@@ -141,6 +142,24 @@ pub(super) fn joint_fit(
         observations: films().map(|film| film.observations()).sum(),
         unknowns: films().map(|film| film.unknowns()).sum(),
     }
+}
+
+/// Whether the noise explains what the collisions, and what is known of all that the shots share, add to the χ² of the motions in the
+/// films.
+pub(super) fn are_explained(search: &Search, minimum: &Minimum) -> bool {
+    let shots = || search.shots();
+    if search.is_robust() || !shots().all(|shot| shot.film.is_some()) {
+        return false;
+    }
+    let kinks = minimum.whitening.iter().map(Whitening::kink_rows).sum::<usize>();
+    let rows = minimum.residuals.len() - kinks;
+    let chi2 = minimum.residuals.rows(0, rows).norm_squared();
+    let of_motions: f64 = shots().map(Fitted::least_chi2).sum();
+    // of a shot as many numbers as are extracted from it, and each that is known
+    let tied: usize = shots().map(|shot| shot.plan.rows().len()).sum();
+    let known = rows - shots().map(Fitted::rows).sum::<usize>();
+    let dof = (tied + known).saturating_sub(minimum.room() + minimum.shared);
+    ChiSquared::new(dof as f64).is_ok_and(|d| d.sf((chi2 - of_motions).max(0.0)) >= IMPROBABLE)
 }
 
 /// What the frames could tell at best (Cramér–Rao): the standard errors of a joint fit of some of the shots,

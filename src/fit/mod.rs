@@ -43,7 +43,7 @@ mod verdict;
 pub(crate) mod warnings;
 
 pub use crate::likelihood::frames::shared_unknowns::Kind as SharedKind;
-pub use analysis::{Analysis, Prepared, analyse};
+pub use analysis::{Analysis, Prepared, analyse, analyse_watched};
 pub use camera::{FoundCamera, FoundCorrection};
 pub use counted::Counted;
 pub use diagnostics::goodness::{Goodness, NoiseVerdict, Normality};
@@ -70,17 +70,18 @@ pub use verdict::{Grade, Verdict};
 
 use crate::measurement::dataset::{Dataset, Shot};
 
-/// Fits a data set: one fit, or one for each label of the column that `[fit] by` names, in the
+/// Fits a data set of any kind, as [`analyse`] does: one fit, or one for each label of the column that `[fit] by` names, in the
 /// order in which the labels first appear.
 ///
 /// # Errors
 /// See [`FitError`]; the first label that fails ends it.
 pub fn fit(dataset: &Dataset, options: &Options) -> Result<Vec<Fit>, FitError> {
-    fit_watched(dataset, &[], options, &|| {})
+    analyse(dataset, options).fits
 }
 
-/// Fits a data set as [`fit`] does, with the frames of the shots: [`Method::Joint`] fits these themselves; otherwise they give the
-/// smallest standard errors that they would allow. `done` is called after each sample of the bootstrap, from any thread.
+/// Fits a data set whose impacts have been extracted ([`Prepared`], [`footage::with_impacts`]), with the frames of its shots where there
+/// are any: [`Method::Joint`] fits these themselves; otherwise they give the smallest standard errors that they would allow. A method
+/// of `None` is joint where every shot has its frames. `done` is called after each sample of the bootstrap, from any thread.
 ///
 /// # Errors
 /// See [`FitError`]; the first label that fails ends it.
@@ -93,10 +94,10 @@ pub fn fit_watched(
     if dataset.awaits_extraction() {
         return Err(FitError::NotExtracted(dataset.name.clone()));
     }
-    let faults = dataset.faults();
-    if !faults.is_empty() {
-        return Err(FitError::Invalid { dataset: dataset.name.clone(), faults });
-    }
+    check(dataset, options)?;
+    let filmed = || !films.is_empty() && films.iter().all(Option::is_some);
+    let method = options.method.unwrap_or_else(|| if filmed() { Method::Joint } else { Method::TwoStage });
+    let options = &Options { method: Some(method), ..*options };
     let Some(column) = &dataset.by else {
         let shots: Vec<&Shot> = dataset.shots.iter().collect();
         let all = request::Request { dataset, shots: &shots, films, group: None, options, done };
@@ -118,4 +119,17 @@ pub fn fit_watched(
         run::fit_shots(&request::Request { dataset, shots: &shots, films: &films, group, options, done })
     };
     groups.into_iter().map(fit).collect()
+}
+
+/// Whether a data set and the choices of its fit are such that it can be tried.
+fn check(dataset: &Dataset, options: &Options) -> Result<(), FitError> {
+    let faults = options.faults();
+    if !faults.is_empty() {
+        return Err(FitError::Options(faults));
+    }
+    let faults = dataset.faults();
+    if !faults.is_empty() {
+        return Err(FitError::Invalid { dataset: dataset.name.clone(), faults });
+    }
+    Ok(())
 }

@@ -10,10 +10,21 @@ use crate::likelihood::frames::shared_unknowns::SharedUnknown;
 use crate::measurement::loss::Loss;
 use crate::measurement::parameter::{Parameter, Setting, Settings};
 use crate::measurement::values::Values;
-use crate::physics::collision::{Effects, Fidelity, FidelityChoice, Model};
+use crate::physics::collision::{Effects, FidelityChoice, MAX_TOLERANCE, MIN_TOLERANCE, Model};
 use crate::physics::name::{UnknownName, named};
 
-/// Choices of a fit that are not part of the data set.
+/// Choices of a fit that are not part of the data set. The default is what `caromfit fit` does.
+///
+/// Exhaustive on purpose, so that a program states what it wants and takes the rest from the default; with the `..` it is not
+/// broken by a choice that is added later:
+///
+/// ```
+/// use caromfit::fit::{Depth, Options};
+///
+/// // some hundred times as fast: estimates and errors from the curvature of χ² alone
+/// let options = Options { depth: Depth::Estimates, seed: 7, ..Options::default() };
+/// assert!(options.faults().is_empty());
+/// ```
 #[derive(Clone, Copy, Debug)]
 pub struct Options {
     /// How closely collisions are modelled.
@@ -22,10 +33,11 @@ pub struct Options {
     pub effects: Option<Effects>,
     /// How the friction between the balls falls with the slip.
     pub falling: Falling,
-    /// The tolerance of the fidelities that integrate ([`Model::tolerance`]).
+    /// The tolerance of the fidelities that integrate ([`Model::tolerance`]): in parts of the closing speed, from [`MIN_TOLERANCE`] to
+    /// [`MAX_TOLERANCE`].
     pub tolerance: f64,
-    /// How footage is fitted.
-    pub method: Method,
+    /// How footage is fitted; `None`: as suits the data, which is all frames at once for all but the largest films.
+    pub method: Option<Method>,
     /// Where the search begins, in the place of a scan over all values of the friction: what an earlier fit of the
     /// same shots gave.
     pub near: Option<Values>,
@@ -38,7 +50,7 @@ pub struct Options {
     pub explain: bool,
     /// How outlying shots count; `None`: as the data set states.
     pub loss: Option<Loss>,
-    /// How many starts the search has; those after the first are spread at random between the bounds.
+    /// How many starts the search has, at least 1; those after the first are spread at random between the bounds.
     pub starts: usize,
     /// How many samples of shots are drawn and fitted for intervals of the bootstrap; 0 for none.
     pub bootstrap: usize,
@@ -48,6 +60,7 @@ pub struct Options {
 
 /// How the friction between the balls falls with their slip v: μ(v) = a + b exp(−c v), its a fitted as μ.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[non_exhaustive]
 pub enum Falling {
     /// The law that `[fit] friction` of the data set states.
     #[default]
@@ -78,6 +91,7 @@ impl Falling {
 
 /// How footage is fitted.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum Method {
     /// Velocities are extracted from the frames of each shot, then the parameters fitted to these.
     #[default]
@@ -134,6 +148,7 @@ pub type Films = [Option<Arc<Film>>];
 
 /// How much a fit finds out about itself.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+#[non_exhaustive]
 pub enum Depth {
     /// Estimates, errors from the curvature of χ², and tests of the residuals.
     Estimates,
@@ -143,17 +158,43 @@ pub enum Depth {
     Everything,
 }
 
+impl Options {
+    /// What is wrong with these choices, each with its name, its value and what was expected. A fit refuses them.
+    #[must_use]
+    pub fn faults(&self) -> Vec<String> {
+        let mut faults = Vec::new();
+        if !(MIN_TOLERANCE..=MAX_TOLERANCE).contains(&self.tolerance) {
+            faults.push(format!(
+                "tolerance is {:?}; expected {MIN_TOLERANCE:e} to {MAX_TOLERANCE:e}",
+                self.tolerance
+            ));
+        }
+        if self.starts == 0 {
+            faults.push("starts is 0; expected at least 1".to_owned());
+        }
+        let law = self.falling.applied(Settings::default());
+        for parameter in [Parameter::B, Parameter::C] {
+            let of_setting =
+                law[parameter].faults(parameter).into_iter().filter(|fault| fault.key == "fixed");
+            faults.extend(of_setting.map(|f| {
+                format!("{} of a friction that falls is {:?}{}", parameter.name(), f.value, f.rest)
+            }));
+        }
+        faults
+    }
+}
+
 impl Default for Options {
     fn default() -> Self {
         Self {
-            fidelity: Fidelity::Full.into(),
+            fidelity: FidelityChoice::Auto,
             effects: None,
             falling: Falling::AsStated,
             tolerance: Model::TOLERANCE,
-            method: Method::default(),
+            method: None,
             near: None,
             film: FilmUnknowns::default(),
-            depth: Depth::Intervals,
+            depth: Depth::Everything,
             explain: false,
             loss: None,
             starts: 1,

@@ -33,7 +33,7 @@ pub(crate) struct Odd {
 impl Odd {
     /// Why it is left out.
     pub(crate) fn rejected(&self, shot: &str) -> Rejected {
-        let reason = format!("its frames fit no collision that fits the other shots: {}", self.how);
+        let reason = format!("its frames do not fit the collision that the other shots fit: {}", self.how);
         Rejected { shot: shot.to_owned(), reason }
     }
 }
@@ -86,7 +86,7 @@ pub(crate) fn outlying(fitted: &[Fitted], residuals: &[f64]) -> Vec<Odd> {
             format!("their χ²/dof is {}", to_digits(chi2 / dof, 3))
         } else if added / tied > FAR_WORSE * usually_added && is_no_chance(added / usually_added, tied) {
             format!(
-                "it adds {} to their χ², where it adds about {} to that of the others",
+                "it adds {} to the χ² of this shot, and about {} to that of each of the others",
                 to_digits(added, 3),
                 to_digits(usually_added * tied, 2)
             )

@@ -2,7 +2,7 @@
 
 use super::model_choice::plan;
 use super::samples::Search;
-use super::{Films, FitError, Options, Rejected};
+use super::{Films, FitError, Method, Options, Rejected};
 use crate::likelihood::fitted::Fitted;
 use crate::measurement::dataset::{Dataset, Shot};
 use crate::measurement::observable::Observable;
@@ -28,6 +28,11 @@ impl Request<'_> {
             Some((column, label)) => format!("{} ({column} {label})", self.dataset.name),
             None => self.dataset.name.clone(),
         }
+    }
+
+    /// How footage is fitted.
+    pub(super) fn method(&self) -> Method {
+        self.options.method.unwrap_or_default()
     }
 
     /// An error of a search, with the name of the data set.

@@ -10,7 +10,7 @@ use super::{
     Alternative, Bootstrap, Contour, Estimate, FittedFrames, FoundCamera, FrictionCurve, Goodness,
     Identifiability, Method, Plateau, Profile, Refuted, Robust, Scatter, SharedKind, Starts,
 };
-use crate::measurement::dataset::{DiscShot, Measured};
+use crate::measurement::dataset::{DiscShot, Measured, ObjectBall};
 use crate::measurement::observable::Observable;
 use crate::measurement::parameter::Parameter;
 use crate::physics::ball::Ball;
@@ -18,7 +18,11 @@ use crate::physics::collision::{Effects, Fidelity};
 use crate::physics::disc::Discs;
 
 /// The result of one fit: a value, which `report` renders.
+///
+/// With the feature `report` it is `serde::Serialize`, as fit.json: `serde_json::to_string(&fit)` has the keys that `caromfit schema fit`
+/// describes, with the digits that mean something.
 #[derive(Clone, Debug)]
+#[non_exhaustive]
 pub struct Fit {
     /// Name of the data set.
     pub dataset: String,
@@ -32,6 +36,8 @@ pub struct Fit {
     pub source: Option<String>,
     /// The cue ball; of discs, the disc that stands for both.
     pub ball: Ball,
+    /// The object ball, where it is stated that it differs from the cue ball; `None` of discs, too.
+    pub object: Option<ObjectBall>,
     /// Of discs: their own radii and masses, where they are known.
     pub discs: Option<Discs>,
     /// The cloth's sliding friction μ_k, where footage determines it or dataset.toml states it.
@@ -115,6 +121,7 @@ impl Fit {
 
 /// How far a fit can be trusted.
 #[derive(Clone, Debug, Default)]
+#[non_exhaustive]
 pub struct Diagnostics {
     /// How many shots were computed at which fidelity and with which effects on.
     pub computed: Vec<Computed>,

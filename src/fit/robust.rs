@@ -117,9 +117,9 @@ impl Sandwich {
         if parts.len() <= free {
             return None;
         }
-        let mut plain = DMatrix::zeros(jacobian.ncols(), jacobian.ncols());
         let columns = jacobian.ncols();
         let mut curvature = DMatrix::zeros(columns, columns);
+        let mut bends = DMatrix::zeros(columns, columns);
         let mut scatter = DMatrix::zeros(columns, columns);
         let mut others = DMatrix::zeros(columns, columns);
         let mut done = 0;
@@ -132,11 +132,10 @@ impl Sandwich {
             // of the weighted rows √w J and √w r: g = w Jᵀr, H = w JᵀJ + (w'/s)(Jᵀr)(Jᵀr)ᵀ
             let gradient = own.tr_mul(&of_shot);
             curvature += own.tr_mul(&own);
-            plain += own.tr_mul(&own);
             let distance = (of_shot.norm_squared() / weight - least).max(0.0).sqrt();
             if distance > 0.0 {
                 let bend = loss.slope(distance) / (distance * weight * weight);
-                curvature += &gradient * gradient.transpose() * bend;
+                bends += &gradient * gradient.transpose() * bend;
             }
             scatter += &gradient * gradient.transpose();
         }
@@ -146,14 +145,14 @@ impl Sandwich {
         let unknowns = match told {
             Some(told) => told as f64,
             None => {
-                let told = (&plain + &others).cholesky().map_or(0.0, |all| all.solve(&plain).trace());
+                let told = (&curvature + &others).cholesky().map_or(0.0, |all| all.solve(&curvature).trace());
                 // no more than leave a degree of freedom
                 told.clamp(free as f64, count - 1.0)
             }
         };
         // few shots scatter less about their own fit
         scatter *= count / (count - unknowns);
-        Some(Self { curvature: curvature + &others, scatter: scatter + others, unknowns })
+        Some(Self { curvature: curvature + bends + &others, scatter: scatter + others, unknowns })
     }
 
     /// Covariance of all columns of a minimum, within what equalities leave open.

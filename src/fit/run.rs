@@ -45,7 +45,7 @@ pub(super) fn fit_shots(request: &Request) -> Result<Fit, FitError> {
     let loss = options.loss.unwrap_or(dataset.loss);
     let stated = Search::of(Sample { loss, ..Sample::of(dataset, &[], (&model, &settings, initial)) });
     let (planned, shots_rejected) = request.planned(&stated)?;
-    let depth = affordable(options.depth, planned.len(), options.method);
+    let depth = affordable(options.depth, planned.len(), request.method());
     let of_discs = dataset.tracks.as_ref().is_some_and(|tracks| tracks.discs.is_some());
     let choice = ModelChoice::of(planned, &stated, of_discs, options).map_err(named)?;
     let velocities = stated.with(|_, sample| {
@@ -54,7 +54,7 @@ pub(super) fn fit_shots(request: &Request) -> Result<Fit, FitError> {
 
     let with_films;
     let joint;
-    let (search, settled) = if options.method == Method::Joint {
+    let (search, settled) = if request.method() == Method::Joint {
         // from where the two stages end, and from their other minima: frames are too costly to be scanned
         let settled = Settled::near_starts(&velocities, &choice.starts).map_err(named)?;
         with_films = filmed(&choice.fitted, films).ok_or_else(|| FitError::NotFilmed(request.title()))?;

@@ -182,8 +182,8 @@ impl Search<'_> {
         for (i, (sample, (sliding, rolling))) in self.samples.iter().zip(cloths).enumerate() {
             for (k, (which, sd)) in sample.shared_errors.iter().enumerate() {
                 x[places[i][k]] = match which {
-                    Shared::Sliding => further(minimum.x[films[i][0]], *sliding, *sd),
-                    Shared::Rolling => further(minimum.x[films[i][1]], *rolling, *sd),
+                    Shared::Sliding => further(minimum.x[*films[i].first()?], *sliding, *sd),
+                    Shared::Rolling => further(minimum.x[*films[i].get(1)?], *rolling, *sd),
                     // the model's own
                     Shared::Lift => 0.0,
                 };
@@ -294,7 +294,7 @@ impl Search<'_> {
                 self.reweigh(&mut groups, values, whitening, jacobian, &losses, weights);
                 return Ok((minimum, groups));
             }
-            let slice = Slice { search: self, free, constraints: constraints.clone(), whitening: &whitening };
+            let slice = Slice::new(self, free, constraints.clone(), &whitening);
             let (solution, end) = slice.minimised(&x, &options, effort.crosses_kinks)?;
             let (at_kink, rough) = (end == End::Kink, end == End::Rough);
             iterations += solution.iterations as usize;

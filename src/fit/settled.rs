@@ -236,7 +236,9 @@ pub(super) fn told<'a>(search: &Search<'a>) -> Result<(Search<'a>, Vec<Unknown>)
         }
     });
     let free = search.free();
-    let observations = search.observations();
+    // noise that lasts leaves a film fewer numbers of their own, but a collision ties as many
+    let tied: usize = search.shots().map(|shot| shot.plan.rows().len()).sum();
+    let observations = search.observations().max(tied);
     if observations + search.priors(&free) < free.len() {
         return Err(FitError::TooFewObservations {
             dataset: String::new(),

@@ -1,7 +1,9 @@
 //! A part of the least-squares problem of a search.
 
+use nalgebra::DVector;
+
 use crate::fit::samples::Search;
-use crate::likelihood::problem::Problem;
+use crate::likelihood::problem::{Best, Problem};
 use crate::likelihood::sample::Unknown;
 use crate::likelihood::whitening::Whitening;
 use crate::numerics::least_squares::Constraints;
@@ -13,11 +15,28 @@ pub(crate) struct Slice<'a> {
     pub free: &'a [Unknown],
     pub constraints: Constraints,
     pub whitening: &'a [Whitening],
+    /// Where its shots are at a point nearby, if that is known.
+    best: Vec<Best>,
 }
 
 impl<'a> Slice<'a> {
+    pub(crate) fn new(
+        search: &'a Search<'a>,
+        free: &'a [Unknown],
+        constraints: Constraints,
+        whitening: &'a [Whitening],
+    ) -> Self {
+        Self { search, free, constraints, whitening, best: Vec::new() }
+    }
+
+    /// For points near this one.
+    pub(in crate::fit) fn near(mut self, x: &DVector<f64>) -> Self {
+        self.best = self.problem().found_at(x);
+        self
+    }
+
     pub(in crate::fit) fn problem(&self) -> Problem<'a> {
-        self.search.problem(self.free, self.whitening)
+        self.search.problem(self.free, self.whitening).beginning(&self.best)
     }
 
     /// The same with some of its unknowns held.

@@ -3,15 +3,18 @@
 //! It is a pure function of the [`Fit`]. What rules the numbers out comes first, then what lets doubt them, the most harmful
 //! first; the first that holds is the verdict.
 
+use std::str::FromStr;
+
 use super::check;
 use super::check::{Finding, capital};
 use super::diagnostics::goodness::IMPROBABLE;
 use super::doubts::{below_bound, held_exactly};
 use super::{Fit, NoiseVerdict, Rejected, Scatter, Status, Trend};
 use crate::measurement::dataset::ON_REQUEST;
-use crate::measurement::number::{plain, with_error};
+use crate::measurement::number::{self, plain, with_error};
 use crate::measurement::observable::Observable;
 use crate::measurement::parameter::Parameter;
+use crate::physics::name::{UnknownName, named};
 
 /// Of the shots that were used: more doubtful ones than this part decide the result.
 const MANY_DOUBTFUL: f64 = 0.1;
@@ -27,6 +30,7 @@ const WORTH_DOUBTING: f64 = 2.0;
 
 /// Whether the numbers of a fit can be used.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+#[non_exhaustive]
 pub enum Grade {
     /// Nothing that was tested speaks against the numbers.
     Good,
@@ -51,8 +55,17 @@ impl Grade {
     }
 }
 
+impl FromStr for Grade {
+    type Err = UnknownName;
+
+    fn from_str(name: &str) -> Result<Self, UnknownName> {
+        named("grade", &Self::ALL, |grade| [grade.name()], name)
+    }
+}
+
 /// A grade and the reason for it.
 #[derive(Clone, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub struct Verdict {
     /// The grade.
     pub grade: Grade,
@@ -81,6 +94,9 @@ impl Fit {
                     "two rigid discs with constant friction",
                     " caromfit extract lists what was measured in every shot.",
                 ),
+                None if self.object.is_some() => {
+                    ("two balls of the stated masses and sizes with constant friction", "")
+                }
                 None => ("two equal balls with constant friction", ""),
             };
             // where something else is wrong, that is why
@@ -297,7 +313,7 @@ impl Fit {
                 first.shot, first.reason
             ));
         }
-        let shots = if used == 1 { "1 shot".to_owned() } else { format!("{used} shots") };
+        let shots = number::count_of(used, "shot");
         if self.dof == 0 {
             return Some(format!(
                 "There are as many unknown values as measured ones ({shots}): no error can be stated, and nothing tests the model."
@@ -338,10 +354,8 @@ impl Fit {
             alike.map(|e| e.parameter.symbol()).collect::<Vec<_>>()
         };
         let (free, silent) = (with(Status::Free), with(Status::NotIdentified));
-        let (shots, verb) = match self.shots_used {
-            1 => ("1 shot".to_owned(), "determines"),
-            count => (format!("{count} shots"), "determine"),
-        };
+        let shots = number::count_of(self.shots_used, "shot");
+        let verb = if self.shots_used == 1 { "determines" } else { "determine" };
         let what = if free.is_empty() {
             format!("All parameters were held, and compared with {shots}")
         } else {

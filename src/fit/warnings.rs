@@ -3,10 +3,10 @@
 use super::check;
 use super::check::capital;
 use super::saturation::Plateau;
-use super::{DOWN_WEIGHTED, Fit, NoiseVerdict, SharedKind, Status};
+use super::{DOWN_WEIGHTED, Fit, NoiseVerdict, Rejected, SharedKind, Status};
 use crate::likelihood::fitted::Fitted;
 use crate::likelihood::frames::CLOTH;
-use crate::measurement::dataset::{Dataset, Measured, Shot};
+use crate::measurement::dataset::{Dataset, Measured, ON_REQUEST, Shot};
 use crate::measurement::number::plain;
 use crate::measurement::parameter::Parameter;
 
@@ -56,15 +56,21 @@ impl Said {
                     .to_string(),
             );
         }
-        if !fit.shots_rejected.is_empty() {
-            let first = &fit.shots_rejected[0];
+        // what was asked for is no warning
+        let (on_request, others): (Vec<&Rejected>, Vec<&Rejected>) =
+            fit.shots_rejected.iter().partition(|shot| shot.reason == ON_REQUEST);
+        if let [first, ..] = others[..] {
             self.warnings.push(format!(
                 "{} of {} shots were not used; the first is shot {}: {}.",
-                fit.shots_rejected.len(),
-                fit.shots_rejected.len() + fit.shots_used,
+                others.len(),
+                others.len() + fit.shots_used,
                 first.shot,
                 first.reason
             ));
+        }
+        if !on_request.is_empty() {
+            let of = on_request.len() + others.len() + fit.shots_used;
+            self.notes.push(format!("{} of {of} shots were left out on request.", on_request.len()));
         }
         self.warnings.extend(doubtful_shots(fit));
     }
@@ -351,7 +357,5 @@ pub(super) fn add_tracks(fit: &mut Fit, dataset: &Dataset, shots: &[&Shot]) {
     let suspicious = check::suspicious(dataset, shots, cloth);
     fit.warnings.splice(0..0, check::warnings(&suspicious, shots.len()));
     fit.diagnostics.suspicious = suspicious;
-    for note in dataset.tracks.iter().flat_map(|tracks| &tracks.notes) {
-        fit.notes.push(note.clone());
-    }
+    fit.notes.extend(dataset.notes().cloned());
 }

@@ -1,13 +1,16 @@
 //! The sections [ball] and [object] of a dataset.toml.
 
+use std::fmt::Write as _;
+
 use serde::Deserialize;
 use toml::Spanned;
 
 use super::error::Problems;
 use super::toml_file::{Check, Condition, POSITIVE, Source};
-use crate::measurement::dataset::ObjectBall;
+use crate::measurement::dataset::{ObjectBall, StatedObject};
+use crate::measurement::number::plain;
 use crate::physics::ball::{Ball, UNIFORM_SPHERE};
-use crate::physics::collision::POISSON;
+use crate::physics::collision::{MASS_RATIOS, POISSON};
 
 #[derive(Default, Deserialize)]
 #[serde(deny_unknown_fields, expecting = "a table, as in [ball] radius_m = 0.028575")]
@@ -43,8 +46,7 @@ pub(crate) struct RawObject {
 }
 
 impl RawObject {
-    /// The object ball, where [object] says that it is not like the cue ball. An error counts for the ball beside which it stands;
-    /// what is the same of both balls cancels, with its error.
+    /// The object ball, where [object] says that it is not like the cue ball.
     pub(crate) fn ball(
         &self,
         own: &RawBall,
@@ -53,36 +55,101 @@ impl RawObject {
         problems: &mut Problems,
     ) -> ObjectBall {
         let mut check = Check { source, problems };
-        let mut positive = |given: &Option<Spanned<f64>>, key: &str, default: f64| {
-            check.number(given.as_ref(), key, default, POSITIVE)
+        let mut positive = |given: &Option<Spanned<f64>>, key: &str| {
+            let value = |given| check.number(Some(given), key, 0.0, POSITIVE);
+            given.as_ref().map(value)
         };
-        let ball = Ball {
-            radius: positive(&self.radius_m, "object.radius_m", cue.radius),
-            mass: positive(&self.mass_kg, "object.mass_kg", cue.mass),
-            inertia: positive(&self.inertia, "object.inertia", cue.inertia),
+        let stated = StatedObject {
+            radius_m: positive(&self.radius_m, "object.radius_m"),
+            radius_m_sd: positive(&self.radius_m_sd, "object.radius_m_sd").unwrap_or(0.0),
+            mass_kg: positive(&self.mass_kg, "object.mass_kg"),
+            mass_kg_sd: positive(&self.mass_kg_sd, "object.mass_kg_sd").unwrap_or(0.0),
+            inertia: positive(&self.inertia, "object.inertia"),
         };
-        let mut sd_of_ratio = |key: &str,
-                               [first, second]: [f64; 2],
-                               own: &Option<Spanned<f64>>,
-                               other: &Option<Spanned<f64>>| {
-            let own = positive(own, key, 0.0) / first;
-            let other = positive(other, &format!("object.{key}"), 0.0) / second;
-            let sd = first / second * own.hypot(other);
-            (sd > 0.0).then_some(sd)
-        };
-        let masses = [cue.mass, ball.mass];
-        let mass_ratio_sd = match self.mass_kg {
-            Some(_) => sd_of_ratio("mass_kg_sd", masses, &own.mass_kg_sd, &self.mass_kg_sd),
-            None => sd_of_ratio("mass_kg_sd", masses, &None, &self.mass_kg_sd),
-        };
-        let radii = [cue.radius, ball.radius];
-        let radius_ratio_sd = match self.radius_m {
-            Some(_) => sd_of_ratio("radius_m_sd", radii, &own.radius_m_sd, &self.radius_m_sd),
-            None => sd_of_ratio("radius_m_sd", radii, &None, &self.radius_m_sd),
-        };
+        // what is wrong with the cue ball's own errors has been said with it
+        let own = [&own.mass_kg_sd, &own.radius_m_sd].map(|sd| sd.as_ref().map_or(0.0, |sd| *sd.as_ref()));
+        let object = stated.beside(*cue, own);
         inertia_is_possible(self.inertia.as_ref(), "object.inertia", false, source, problems);
-        ObjectBall { ball, mass_ratio_sd, radius_ratio_sd }
+        let ratio = cue.mass / object.ball.mass;
+        let is_positive = |x: f64| x > 0.0 && x.is_finite();
+        if let Some(mass) =
+            self.mass_kg.as_ref().filter(|_| is_positive(ratio) && !MASS_RATIOS.contains(&ratio))
+        {
+            let message = format!(
+                "object.mass_kg is {}, which makes the cue ball ({} kg) {} times as heavy as the object ball; expected {} to {} times",
+                source.written(&mass.span()),
+                cue.mass,
+                plain(ratio, 2),
+                MASS_RATIOS.start(),
+                MASS_RATIOS.end()
+            );
+            source.add(problems, &mass.span(), message);
+        }
+        object
     }
+
+    /// What of the cue ball was taken for granted that the object ball is compared with.
+    pub(crate) fn taken(&self, own: &RawBall, cue: &Ball) -> Vec<String> {
+        let differs =
+            |other: &Option<Spanned<f64>>, own: &Option<Spanned<f64>>| other.is_some() && own.is_none();
+        let said = |what: &str, value: String, key: &str| {
+            format!(
+                "The cue ball's {what} was not stated; {value} was taken, against the object ball's of [object] {key}. If it differs, \
+                 give [ball] {key}."
+            )
+        };
+        let mass = differs(&self.mass_kg, &own.mass_kg)
+            .then(|| said("mass", format!("{:.3} kg", cue.mass), "mass_kg"));
+        let radius = differs(&self.radius_m, &own.radius_m)
+            .then(|| said("radius", format!("{} m", cue.radius), "radius_m"));
+        mass.into_iter().chain(radius).collect()
+    }
+}
+
+/// Both sections of a file that has others.
+#[derive(Deserialize)]
+pub(crate) struct RawBalls {
+    #[serde(default)]
+    ball: RawBall,
+    object: Option<Spanned<RawObject>>,
+}
+
+impl RawBalls {
+    pub(crate) fn check(&self, source: &Source, problems: &mut Problems) {
+        let (cue, _) = self.ball.check(source, problems);
+        if let Some(object) = &self.object {
+            object.as_ref().ball(&self.ball, &cue, source, problems);
+        }
+    }
+}
+
+/// Both balls, as [ball] and [object] of a dataset.toml that states them; with Poisson's ratio where that is stated.
+pub(crate) fn text(cue: &Ball, object: Option<&ObjectBall>, poisson: Option<f64>) -> String {
+    let of = |name: &str, ball: &Ball, mass_sd: f64, radius_sd: f64| {
+        let Ball { radius, mass, inertia } = ball;
+        let mut text = format!("[{name}]\nradius_m = {radius:?}\n");
+        let mut add = |key: &str, value: f64| _ = writeln!(text, "{key} = {value:?}");
+        if radius_sd > 0.0 {
+            add("radius_m_sd", radius_sd);
+        }
+        add("mass_kg", *mass);
+        if mass_sd > 0.0 {
+            add("mass_kg_sd", mass_sd);
+        }
+        add("inertia", *inertia);
+        text
+    };
+    let both = object.map_or([[0.0; 2]; 2], |object| [object.mass_sd, object.radius_sd]);
+    let [mass_sd, radius_sd] = both;
+    let mut text = of("ball", cue, mass_sd[0], radius_sd[0]);
+    if let Some(poisson) = poisson {
+        _ = writeln!(text, "poisson = {poisson:?}");
+    }
+    if let Some(object) = object {
+        text += "\n";
+        text += &of("object", &object.ball, mass_sd[1], radius_sd[1]);
+    }
+    text
 }
 
 /// What Poisson's ratio can be.

@@ -115,7 +115,8 @@ pub struct Computed {
     pub line: usize,
     /// The model that computed it.
     pub model: Model,
-    /// What came out; an integration that did not reach the end of the impact gives [`NotACollision::NotIntegrated`].
+    /// What came out; an integration that did not reach the end of the impact gives [`NotACollision::NotIntegrated`] or
+    /// [`NotACollision::TooStiff`].
     pub outcome: Result<Outcome, NotACollision>,
 }
 
@@ -165,7 +166,9 @@ pub fn collide_all(
         let line = table.line(row);
         let computed = model(&case).and_then(|model| match case.collide(&model) {
             Ok(outcome) => Ok((model, Ok(outcome))),
-            Err(BadCase::NotACollision(why @ NotACollision::NotIntegrated(_))) => Ok((model, Err(why))),
+            Err(BadCase::NotACollision(
+                why @ (NotACollision::NotIntegrated(_) | NotACollision::TooStiff(_)),
+            )) => Ok((model, Err(why))),
             Err(error) => Err(error),
         });
         match computed {

@@ -2,9 +2,10 @@
 
 use std::path::{Path, PathBuf};
 
-use super::draft_columns::describe_columns;
+use super::draft_columns::{describe_columns, describe_guess, describe_problems};
 pub use super::draft_error::InitError;
-use super::draft_error::TABLES;
+use super::draft_files::{is_no_table, listed};
+use super::draft_scale::Lengths;
 use super::draft_sheet::{Sheet, quoted};
 use super::tracking::shots_table::KNOWN;
 use super::{Survey, header, survey};
@@ -50,70 +51,31 @@ impl Seen {
     }
 }
 
-/// Of what is looked at where there is no table.
-const OTHERS: [&str; 1] = ["json"];
 /// The table of what differs from shot to shot.
 const SHOTS: &str = "shots.csv";
-
-/// The files, and in the place of a folder the tables in it.
-fn listed(files: &[PathBuf]) -> Result<Vec<PathBuf>, InitError> {
-    let mut all = Vec::new();
-    for file in files {
-        if !file.is_dir() {
-            all.push(file.clone());
-            continue;
-        }
-        let entries =
-            file.read_dir().map_err(|source| InitError::Read { path: file.clone(), source })?.flatten();
-        let ends = |path: &PathBuf, endings: &[&str]| {
-            let ending = path.extension().unwrap_or_default().to_string_lossy().to_lowercase();
-            path.is_file() && endings.contains(&ending.as_str())
-        };
-        let files: Vec<PathBuf> = entries.map(|entry| entry.path()).collect();
-        let of =
-            |endings: &[&str]| files.iter().filter(|path| ends(path, endings)).cloned().collect::<Vec<_>>();
-        let mut tables = of(&TABLES);
-        if tables.is_empty() {
-            tables = of(&OTHERS);
-        }
-        if tables.is_empty() {
-            return Err(InitError::NoTables { path: file.clone() });
-        }
-        tables.sort();
-        all.append(&mut tables);
-    }
-    Ok(all)
-}
 
 /// Looks at files, or at the tables in folders, at least one, and drafts the dataset.toml that goes with them.
 ///
 /// # Errors
 /// A file that cannot be read or is empty, or files of different kinds.
-pub fn draft(files: &[PathBuf]) -> Result<Draft, InitError> {
-    let mut files = listed(files)?;
-    let is_shots =
-        |file: &PathBuf| file.file_name().is_some_and(|name| name == SHOTS) && tells_of_shots(file);
+pub fn draft(named: &[PathBuf]) -> Result<Draft, InitError> {
+    let mut files = listed(named)?;
+    let is_shots = |file: &PathBuf| {
+        file.file_name().is_some_and(|name| name.eq_ignore_ascii_case(SHOTS)) && tells_of_shots(file)
+    };
     let table = if files.len() > 1 { files.iter().position(is_shots).map(|i| files.remove(i)) } else { None };
-    let files = &files;
-    let mut seen: Vec<(&PathBuf, Seen)> = Vec::new();
-    for file in files {
-        let now = look(file)?;
-        if let Some((other_path, other)) = seen.first()
-            && other.what() != now.what()
-        {
-            let (what, other) = (now.what(), other.what());
-            return Err(InitError::Mixed {
-                path: file.clone(),
-                what,
-                other_path: (*other_path).clone(),
-                other,
-            });
-        }
-        seen.push((file, now));
-    }
-    let folder = common_folder(files);
+    let Looked { seen, no_tables } = look_at(&files)?;
+    let files: Vec<PathBuf> = seen.iter().map(|(file, _)| file.clone()).collect();
+    let folder = match named {
+        // the tables may all be in one folder of it
+        [folder] if folder.is_dir() => folder.clone(),
+        _ => common_folder(&files),
+    };
     let mut sheet = Sheet { text: String::new(), found: Vec::new(), blanks: Vec::new() };
     let here = if folder.as_os_str().is_empty() { Path::new(".") } else { &folder };
+    for file in no_tables {
+        sheet.found.push(format!("{}: no table of positions or measurements; left out.", file.display()));
+    }
     let name = std::path::absolute(here).unwrap_or_else(|_| folder.clone());
     let name = name.file_name().map_or("my-data".to_string(), |name| name.to_string_lossy().into_owned());
     sheet.line(&format!("name = {}          # also the name of its folder under fits/", quoted(&name)));
@@ -134,6 +96,11 @@ pub fn draft(files: &[PathBuf]) -> Result<Draft, InitError> {
         "which cloth: `caromfit compare` tells cloths apart by it; optional",
     );
     sheet.blank("source", "# source = \"…\"", "who measured it, how, when; optional");
+    let tracks: Vec<(&PathBuf, &Survey)> = seen
+        .iter()
+        .filter_map(|(file, seen)| if let Seen::Tracks(survey) = seen { Some((file, survey)) } else { None })
+        .collect();
+    let lengths = Lengths::of(&tracks);
     let are_discs = matches!(seen.first(), Some((_, Seen::Tracks(survey))) if survey.are_discs);
     sheet.line("\n[ball]");
     if are_discs {
@@ -149,10 +116,7 @@ pub fn draft(files: &[PathBuf]) -> Result<Draft, InitError> {
             "of the first disc, and [object] mass_kg of the second; optional",
         );
     } else {
-        let surveys = seen
-            .iter()
-            .filter_map(|(_, seen)| if let Seen::Tracks(survey) = seen { Some(survey) } else { None });
-        describe_radius(surveys, &mut sheet);
+        lengths.describe_radius(&mut sheet);
         if kind == "tracks" {
             sheet.line("# shape = \"disc\"             # pucks and coins, which slide and do not roll");
         }
@@ -166,12 +130,8 @@ pub fn draft(files: &[PathBuf]) -> Result<Draft, InitError> {
             "stun (it slides without turning), natural-roll (it rolls), measured, unknown",
         );
     }
-    let tracks: Vec<(&PathBuf, &Survey)> = seen
-        .iter()
-        .filter_map(|(file, seen)| if let Seen::Tracks(survey) = seen { Some((*file, survey)) } else { None })
-        .collect();
     if !tracks.is_empty() {
-        describe_tracks(&tracks, table.as_deref(), &mut sheet);
+        describe_tracks(&tracks, &lengths, table.as_deref(), &mut sheet);
     }
     if let Some((file, Seen::Unknown(names))) = seen.first() {
         describe_columns(file, names, &mut sheet);
@@ -185,12 +145,9 @@ pub fn draft(files: &[PathBuf]) -> Result<Draft, InitError> {
             names.push(name.clone());
         }
     }
-    let follows = tracks.first().and_then(|(_, survey)| survey.times_fps);
+    let follows = tracks.first().and_then(|(_, survey)| times(survey).0);
     Ok(Draft { folder, text: format!("{head}{text}"), found, blanks, tracks: names, follows, are_discs })
 }
-
-/// A table is 2.84 m long, and no shot is filmed on less than a few centimetres.
-const METRES: std::ops::Range<f64> = 0.02..4.0;
 
 /// The ball that moves first by this part of the film is the cue ball.
 const EARLIER: f64 = 0.05;
@@ -206,6 +163,46 @@ const ORDER: [&str; 8] = [
     "cloth",
     "source",
 ];
+
+/// 1 shot, 2 shots.
+fn counted(count: usize, what: &str) -> String {
+    format!("{count} {what}{}", if count == 1 { "" } else { "s" })
+}
+
+/// What files are.
+struct Looked {
+    /// They are of one kind.
+    seen: Vec<(PathBuf, Seen)>,
+    /// Those that are left out, since they are obviously no tables.
+    no_tables: Vec<PathBuf>,
+}
+
+fn look_at(files: &[PathBuf]) -> Result<Looked, InitError> {
+    let (mut seen, mut unclear): (Vec<(PathBuf, Seen)>, Vec<_>) = (Vec::new(), Vec::new());
+    for file in files {
+        match look(file) {
+            Ok(now @ Seen::Unknown(_)) if is_no_table(file) => unclear.push((file.clone(), Ok(now))),
+            Err(error) if is_no_table(file) => unclear.push((file.clone(), Err(error))),
+            now => seen.push((file.clone(), now?)),
+        }
+    }
+    let mut no_tables = Vec::new();
+    for (file, now) in unclear {
+        // nothing but such files: what they are is to be said
+        if seen.is_empty() || seen.iter().all(|(_, seen)| matches!(seen, Seen::Unknown(_))) {
+            seen.push((file, now?));
+        } else {
+            no_tables.push(file);
+        }
+    }
+    if let Some((other_path, other)) = seen.first()
+        && let Some((path, now)) = seen.iter().find(|(_, now)| now.what() != other.what())
+    {
+        let (what, other) = (now.what(), other.what());
+        return Err(InitError::Mixed { path: path.clone(), what, other_path: other_path.clone(), other });
+    }
+    Ok(Looked { seen, no_tables })
+}
 
 fn look(file: &Path) -> Result<Seen, InitError> {
     let names = header(file).map_err(|source| InitError::Read { path: file.to_path_buf(), source })?;
@@ -223,11 +220,12 @@ fn look(file: &Path) -> Result<Seen, InitError> {
         return Ok(Seen::Angles { spin: has("cue_spin") || has("omega_x") });
     }
     match survey(file) {
-        Some(survey) => Ok(Seen::Tracks(survey)),
-        None if names.first().is_some_and(|name| name.starts_with(['{', '['])) => {
-            Err(InitError::Json { path: file.to_path_buf() })
+        Ok(survey) => Ok(Seen::Tracks(survey)),
+        Err(problems) if names.first().is_some_and(|name| name.starts_with(['{', '['])) => {
+            let why = problems.first().map_or(String::new(), |first| first.to_string());
+            Err(InitError::Json { path: file.to_path_buf(), why })
         }
-        None => Ok(Seen::Unknown(names)),
+        Err(_) => Ok(Seen::Unknown(names)),
     }
 }
 
@@ -251,7 +249,19 @@ fn common_folder(files: &[PathBuf]) -> PathBuf {
     folder
 }
 
-fn describe_tracks(all: &[(&PathBuf, &Survey)], table: Option<&Path>, sheet: &mut Sheet) {
+/// Frames per second that the times follow, and their unit where they cannot be in seconds, as what they are taken for.
+fn times(survey: &Survey) -> (Option<f64>, Option<&'static str>) {
+    /// No film of balls has fewer.
+    const LEAST_FPS: f64 = 2.0;
+    match survey.times_fps {
+        Some(fps) if (fps - 1.0).abs() < 1e-3 => (None, Some("frames")),
+        Some(fps) if fps < 1e-3 * LEAST_FPS => (Some(1e6 * fps), Some("us")),
+        Some(fps) if fps < LEAST_FPS => (Some(1e3 * fps), Some("ms")),
+        fps => (fps, None),
+    }
+}
+
+fn describe_tracks(all: &[(&PathBuf, &Survey)], lengths: &Lengths, table: Option<&Path>, sheet: &mut Sheet) {
     let Some((file, first)) = all.first().copied() else { return };
     let shots: usize = all.iter().map(|(_, survey)| survey.shots).sum();
     let single = all.len() > 1 && all.iter().all(|(_, survey)| survey.tracks.len() == 1 && survey.shots == 1);
@@ -259,11 +269,12 @@ fn describe_tracks(all: &[(&PathBuf, &Survey)], table: Option<&Path>, sheet: &mu
         "one ball each: two that are named alike but for the ball (kick-A.txt, kick-B.txt) are a shot"
             .to_owned()
     } else {
-        format!("{shots} shot(s)")
+        counted(shots, "shot")
     };
-    sheet.found.push(format!("{} file(s) of tracks, format {}, {what}.", all.len(), first.format));
+    sheet.found.push(format!("{} of tracks, format {}, {what}.", counted(all.len(), "file"), first.format));
     sheet.line("\n[video]");
-    match (first.stated_fps, first.times_fps) {
+    let (follows, time_unit) = times(first);
+    match (first.stated_fps, follows) {
         (Some(fps), _) => {
             sheet.found.push(format!("{} states {fps} frames per second.", file.display()));
             sheet.line(&format!("capture_fps = {fps:?}         # as the file states"));
@@ -282,91 +293,52 @@ fn describe_tracks(all: &[(&PathBuf, &Survey)], table: Option<&Path>, sheet: &mu
             ));
         }
         (None, None) => {
+            let in_frames = if first.in_frames { "; times are in frames" } else { "" };
             let why =
-                "frames per second that the camera recorded at, not the playback rate; times are in frames";
-            sheet.blank("capture_fps", "# capture_fps = …", why);
+                format!("frames per second that the camera recorded at, not the playback rate{in_frames}");
+            sheet.blank("capture_fps", "# capture_fps = …", &why);
         }
     }
-    describe_scale(all, sheet);
+    lengths.describe_scale(sheet);
+    let mut exchanged = false;
     sheet.line("\n[tracks]");
     sheet.line(&format!("format = \"{}\"", if first.columns.is_empty() { "auto" } else { "columns" }));
+    if let Some(unit) = time_unit {
+        let are = if unit == "frames" { "numbers of frames" } else { unit };
+        sheet.found.push(format!("No film is as slow as the times are in seconds: taken as {are}."));
+        let line = format!("time_unit = \"{unit}\"");
+        sheet.line(&format!(
+            "{line:<28} # in seconds the times would be those of a film far too slow: check it"
+        ));
+    }
     if first.are_discs && first.columns.is_empty() {
         sheet.found.push("Points keep their distances in two groups: two discs.".to_string());
         sheet.line("# cue and object are found for every shot: the disc that moves first is cue. Else: cue = [\"…\", \"…\", \"…\"]");
     } else {
-        describe_balls(all, sheet);
+        exchanged = describe_balls(all, sheet);
     }
     if let Some(table) = table {
         sheet.found.push(format!("{}: what differs from shot to shot.", table.display()));
-        sheet.line(&format!("shots = \"{SHOTS}\""));
+        let name = table.file_name().unwrap_or_default().to_string_lossy();
+        sheet.line(&format!("shots = {}", quoted(&name)));
     } else {
         sheet.line(&format!(
             "# shots = \"{SHOTS}\"         # optional: shot, and any of {}",
             KNOWN[1..].join(", ")
         ));
     }
-    if !first.columns.is_empty() {
-        sheet.found.push(
-            "In no known format: [tracks.columns] is guessed from the names of columns; check it."
-                .to_string(),
-        );
-        sheet.line("\n[tracks.columns]              # guessed: check it");
-        for (key, value) in &first.columns {
-            sheet.line(&format!("{key} = {value}"));
-        }
-    }
-}
-
-/// The radius: at most half of how near the centres come to each other, where the scale is known.
-fn describe_radius<'a>(surveys: impl Iterator<Item = &'a Survey>, sheet: &mut Sheet) {
-    /// Balls and their radii, mm, the largest first.
-    const BALLS: [(&str, f64); 4] =
-        [("pyramid", 34.0), ("carom", 30.75), ("pool", 28.575), ("snooker", 26.25)];
-    /// Noise lets centres come nearer by so much.
-    const NEARER: f64 = 1.02;
-    let nearest = surveys.filter_map(|survey| {
-        let metres = survey
-            .unit
-            .map_or_else(|| METRES.contains(&survey.extent).then_some(1.0), super::tracking::metres);
-        Some(1e3 * survey.closest? * metres?)
-    });
-    let nearest = nearest.fold(f64::INFINITY, f64::min);
-    match BALLS.iter().find(|(_, radius)| *radius <= 0.5 * NEARER * nearest).filter(|_| nearest.is_finite()) {
-        Some((ball, radius)) => {
-            sheet.found.push(format!(
-                "The centres come as near as {nearest:.1} mm: radius at most {:.2} mm, as {ball} balls have.",
-                0.5 * nearest
-            ));
-            let line = format!("radius_m = {:?}", 1e-3 * radius);
-            sheet.line(&format!("{line:<28} # a {ball} ball: the centres come as near as {nearest:.1} mm"));
-        }
-        None => sheet.line(
-            "radius_m = 0.028575          # a pool ball; carom 0.03075, snooker 0.02625: correct it if it is another",
-        ),
-    }
-}
-
-fn describe_scale(all: &[(&PathBuf, &Survey)], sheet: &mut Sheet) {
-    sheet.line("\n[scale]");
-    let extent = all.iter().map(|(_, survey)| survey.extent).fold(0.0, f64::max);
-    let stated = all.first().and_then(|(_, survey)| survey.unit);
-    if let Some(unit) = stated {
-        sheet.line(&format!("{:<28} # as the file states", format!("length_unit = \"{unit}\"")));
-    } else if METRES.contains(&extent) {
+    if let (Some(unit), None) = (first.time_unit, time_unit) {
         sheet.line(&format!(
-            "length_unit = \"m\"            # the positions span {extent:.3}: metres, if the film was calibrated"
+            "{:<28} # as the steps of the times suggest: check it",
+            format!("time_unit = \"{unit}\"")
         ));
-    } else {
-        let why = format!(
-            "m, cm, mm, in, ft, or px (the balls are then the ruler, unless m_per_px = … or four [[scale.point]] are given); the positions span {extent:.0}"
-        );
-        sheet.blank("length_unit", "# length_unit = \"…\"", &why);
     }
-    sheet
-        .line("y_axis = \"up\"                # \"down\" where y grows downwards, as in pixels of a picture");
+    describe_guess(first, exchanged, sheet);
+    describe_problems(all, sheet);
 }
 
-fn describe_balls(all: &[(&PathBuf, &Survey)], sheet: &mut Sheet) {
+/// Names both balls; whether the columns that were guessed have to be exchanged, since the ball of object_x moves first.
+fn describe_balls(all: &[(&PathBuf, &Survey)], sheet: &mut Sheet) -> bool {
     let mut names: Vec<(&str, f64)> = Vec::new();
     for (name, begin) in all.iter().flat_map(|(_, survey)| &survey.tracks) {
         if !names.iter().any(|(known, _)| *known == name.as_str()) {
@@ -384,9 +356,21 @@ fn describe_balls(all: &[(&PathBuf, &Survey)], sheet: &mut Sheet) {
     let wide = all.first().is_some_and(|(_, survey)| survey.columns.iter().any(|(key, _)| *key == "cue_x"));
     match order {
         Some((cue, _)) if wide => {
-            let which = if cue == "cue" { "cue_x, cue_y" } else { "object_x, object_y: exchange them below" };
-            sheet.found.push(format!("The ball that moves first is that of {which}."));
-            sheet.line(&format!("# the ball that moves first, and so the cue ball, is that of {which}"));
+            let first = all
+                .first()
+                .and_then(|(_, survey)| survey.columns.iter().find(|(key, _)| *key == format!("{cue}_x")));
+            let column = first.map_or("", |(_, column)| column);
+            // names that say which ball it is are believed
+            if cue != "cue" && column.contains("obj") {
+                sheet.found.push(format!(
+                    "The ball of column {column} moves first: is it the cue ball? Then exchange the columns."
+                ));
+                sheet.line(&format!("# the ball of column {column} moves first: exchange cue and object below if it is the cue ball"));
+                return false;
+            }
+            sheet.found.push(format!("The ball of column {column} moves first: taken as the cue ball."));
+            sheet.line(&format!("# the ball of column {column} moves first, and so is the cue ball"));
+            return cue != "cue";
         }
         None if wide => {
             sheet.line(
@@ -407,4 +391,5 @@ fn describe_balls(all: &[(&PathBuf, &Survey)], sheet: &mut Sheet) {
             sheet.line("# object = \"…\"               # and which the object ball");
         }
     }
+    false
 }

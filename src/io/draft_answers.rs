@@ -62,6 +62,13 @@ impl Draft {
         self.replace("# radius_m = …", &format!("radius_m = {radius_m:?}"));
     }
 
+    /// The radius of the balls that it states, as it is written; `None` where there is none.
+    #[must_use]
+    pub fn radius(&self) -> Option<&str> {
+        let stated = self.text.lines().find_map(|line| line.strip_prefix("radius_m = "));
+        stated.and_then(|line| line.split_whitespace().next())
+    }
+
     /// The times in the files are those of slow motion, as the rate that they follow says.
     pub fn set_playback(&mut self) {
         const PLACE: &str = "# playback_fps = ";

@@ -1,42 +1,152 @@
-//! The part of a draft that is about a table in no known format.
+//! The part of a draft that is about a table in no known format, and about rows that cannot be read.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
+use super::Survey;
+use super::draft_files::numbers;
 use super::draft_sheet::{Sheet, quoted};
+use super::text::decode;
 
 /// So many columns of a table are listed, and so many characters of the name of one.
 const MOST_COLUMNS: usize = 30;
 const LONGEST_COLUMN: usize = 40;
 
-/// A name, or how a long one begins.
-fn begin(name: &str) -> String {
-    let mut short: String = name.chars().take(LONGEST_COLUMN).collect();
-    if short.len() < name.len() {
+/// So many rows that cannot be read are shown.
+const MOST_PROBLEMS: usize = 3;
+
+/// What `[tracks.columns]` most likely is, with the columns of both balls exchanged or not.
+pub(super) fn describe_guess(survey: &Survey, exchanged: bool, sheet: &mut Sheet) {
+    if survey.columns.is_empty() {
+        return;
+    }
+    let message = "In no known format: [tracks.columns] is guessed from the names of columns; check it.";
+    sheet.found.push(message.to_string());
+    sheet.line("\n[tracks.columns]              # guessed: check it");
+    if let Some(name) = &survey.perhaps_time {
+        let why = "its numbers grow from row to row: frame, if they number the frames, or t and [tracks] time_unit, if they are times; \
+                   else each row is taken as one frame";
+        sheet.blank("which column is what", &format!("# frame = {}", quoted(name)), why);
+    }
+    for (key, value) in &survey.columns {
+        // the same keys in the same order, with the columns of the other ball
+        let other = key.strip_prefix("cue_").map(|rest| ["object_", rest]);
+        let other = other.or(key.strip_prefix("object_").map(|rest| ["cue_", rest])).filter(|_| exchanged);
+        let of = |key: &str| survey.columns.iter().find(|(own, _)| *own == key).map(|(_, value)| value);
+        let value = other.and_then(|key| of(&key.concat())).unwrap_or(value);
+        sheet.line(&format!("{key} = {value}"));
+    }
+}
+
+/// What has to be corrected in the files before anything is read from them.
+pub(super) fn describe_problems(all: &[(&PathBuf, &Survey)], sheet: &mut Sheet) {
+    let problems: Vec<&String> = all.iter().flat_map(|(_, survey)| &survey.problems).collect();
+    if problems.is_empty() {
+        return;
+    }
+    let more = problems.len().saturating_sub(MOST_PROBLEMS);
+    let more = if more > 0 { format!(" (and {more} more)") } else { String::new() };
+    let shown: Vec<String> =
+        problems.iter().take(MOST_PROBLEMS).map(|problem| format!("\n  {problem}")).collect();
+    sheet.found.push(format!("To be corrected in the files{more}:{}", shown.concat()));
+}
+
+/// A text, or how a long one begins.
+fn cut(text: &str, longest: usize) -> String {
+    let mut short: String = text.chars().take(longest).collect();
+    if short.len() < text.len() {
         short.push('…');
     }
     short
 }
 
+/// So many lines of a header, and so many characters of each line, are shown.
+const MOST_HEADERS: usize = 6;
+const LONGEST_LINE: usize = 160;
+
+/// What stands above the first row of numbers, and that row.
+struct Top {
+    header: Vec<String>,
+    row: Option<String>,
+}
+
+/// The top of a table; a header may have several lines, of which none names the columns alone.
+fn top(file: &Path) -> Top {
+    let bytes = std::fs::read(file).unwrap_or_default();
+    let text = decode(&bytes).0;
+    let lines: Vec<&str> = text.lines().map(str::trim_end).filter(|line| !line.is_empty()).collect();
+    // numbers in a header stand alone
+    let is_row = |line: &&str| numbers(line) >= 3 && 2 * numbers(line) > line.split([',', ';', '\t']).count();
+    let row = lines.iter().position(is_row);
+    let header = &lines[..row.unwrap_or(lines.len().min(1))];
+    let shown = |line: &&str| cut(line.trim_start(), LONGEST_LINE);
+    Top {
+        header: header[header.len().saturating_sub(MOST_HEADERS)..].iter().map(shown).collect(),
+        row: row.map(|row| lines[row].to_owned()),
+    }
+}
+
 /// What is said of a table in no known format.
 pub(super) fn describe_columns(file: &Path, names: &[String], sheet: &mut Sheet) {
-    let mut listed: Vec<String> = names.iter().take(MOST_COLUMNS).map(|name| quoted(&begin(name))).collect();
+    let mut listed: Vec<String> =
+        names.iter().take(MOST_COLUMNS).map(|name| quoted(&cut(name, LONGEST_COLUMN))).collect();
     if names.len() > MOST_COLUMNS {
         listed.push(format!("… ({} in all)", names.len()));
     }
+    let top = top(file);
+    let is_deep = top.header.len() > 1;
+    let shown = if is_deep {
+        format!("above its first row of numbers are {} lines", top.header.len())
+    } else {
+        format!("its first line is {}", listed.join(", "))
+    };
     sheet.found.push(format!(
-        "{}: no known format; its first line is {}. Say under [tracks.columns] which column is what.",
+        "{}: no known format; {shown}. Say under [tracks.columns] which column is what, by its name or by its number, from 1 on.",
         file.display(),
-        listed.join(", ")
     ));
     sheet.line("\n[video]");
     sheet.blank("capture_fps", "# capture_fps = …", "frames per second that the camera recorded at");
     sheet.line("\n[scale]");
-    sheet.blank("length_unit", "# length_unit = \"…\"", "m, cm, mm, or px with m_per_px = …");
-    sheet.line("\n[tracks]\n# The first line of the file: ");
-    sheet.line(&format!("#   {}", listed.join(", ")));
-    sheet.line("[tracks.columns]");
-    sheet.blank("which column is what", "# t = \"…\"", "time in seconds, or frame = \"…\"");
+    sheet.blank(
+        "length_unit",
+        "# length_unit = \"…\"",
+        "m, cm, mm, in, ft, or px (the balls are then the ruler)",
+    );
+    sheet
+        .line("y_axis = \"up\"                # \"down\" where y grows downwards, as in pixels of a picture");
+    sheet.line("\n[tracks]");
+    sheet.line("# cue = \"…\"                  # only of a table with one row per ball and frame: its name of the cue ball");
+    sheet.line("# object = \"…\"               # and of the object ball");
+    if is_deep {
+        sheet.line("# Above the first row of numbers:");
+        for line in &top.header {
+            sheet.line(&format!("#   {line}"));
+        }
+    } else {
+        sheet.line(&format!("# The first line of the file:\n#   {}", listed.join(", ")));
+    }
+    if let Some(row) = &top.row {
+        let separator = [';', '\t', ','].into_iter().find(|c| row.contains(*c)).unwrap_or(' ');
+        let cells = row.split(separator).filter(|cell| separator != ' ' || !cell.is_empty());
+        let numbered = cells.take(MOST_COLUMNS).enumerate();
+        let numbered: Vec<String> =
+            numbered.map(|(i, cell)| format!("{}: {}", i + 1, cut(cell.trim(), LONGEST_COLUMN))).collect();
+        sheet.line(&format!(
+            "# The first row of numbers, with the number of each column:\n#   {}",
+            numbered.join("  ")
+        ));
+    }
+    sheet.line("[tracks.columns]              # a column by its name, t = \"time\", or by its number, t = 1");
+    sheet.blank(
+        "which column is what",
+        "# t = …",
+        "time in seconds, or frame = …; without either, each row is a frame",
+    );
+    sheet.line("# One row per frame:");
     for key in ["cue_x", "cue_y", "object_x", "object_y"] {
-        sheet.line(&format!("# {key} = \"…\""));
+        sheet.line(&format!("# {key} = …"));
+    }
+    sheet.line("# Or one row per ball and frame:");
+    for key in ["ball", "x", "y"] {
+        sheet.line(&format!("# {key} = …"));
     }
 }

@@ -32,12 +32,14 @@ pub enum InitError {
     /// A file is JSON of another kind than shots with balls and samples.
     #[error(
         "{}: is JSON; expected a table (CSV, tab-separated or text) of tracks or measurements, or an array of shots, each with balls, \
-         each with samples of t (or frame), x and y",
+         each with samples of t (or frame), x and y\n  {why}",
         path.display()
     )]
     Json {
         /// The file.
         path: PathBuf,
+        /// What is wrong with it as an array of shots.
+        why: String,
     },
     /// A folder holds no table.
     #[error("{}: holds no table (a file that ends in .{}); name the files", path.display(), TABLES.join(", ."))]
@@ -46,7 +48,7 @@ pub enum InitError {
         path: PathBuf,
     },
     /// The files are of different kinds.
-    #[error("{} is {what}, but {} is {other}; expected files of one kind", path.display(), other_path.display())]
+    #[error("{} is {what}, but {} is {other}; expected files of one kind: name those of one data set", path.display(), other_path.display())]
     Mixed {
         /// The file that differs from the first one.
         path: PathBuf,

@@ -35,6 +35,8 @@ pub(crate) struct Manifest {
     pub ball: Ball,
     /// Of balls: the object ball, where it is not like the cue ball.
     pub object: Option<ObjectBall>,
+    /// What was taken for granted where it is not stated, in sentences.
+    pub taken: Vec<String>,
     /// Where the data are of discs, for kind `tracks`.
     pub discs: Option<Discs>,
     pub assume: Option<Assume>,
@@ -85,6 +87,11 @@ impl Assume {
         ("measured", Self::Measured),
         ("unknown", Self::Unknown),
     ];
+
+    /// The one that a cell of a table names, in small or capital letters.
+    pub(crate) fn of(word: &str) -> Option<Self> {
+        Self::WORDS.into_iter().find(|(name, _)| name.eq_ignore_ascii_case(word)).map(|(_, spin)| spin)
+    }
 }
 
 #[derive(Deserialize)]
@@ -215,6 +222,7 @@ impl RawManifest {
         let (ball, poisson) = self.ball.check(source, problems);
         let discs = self.discs(source, problems);
         let object = self.object.as_ref().filter(|_| discs.is_none());
+        let taken = object.map(|object| object.as_ref().taken(&self.ball, &ball)).unwrap_or_default();
         let object = object.map(|object| object.as_ref().ball(&self.ball, &ball, source, problems));
         let tracks = (kind == Kind::Tracks).then(|| {
             let video = self.video.as_ref().map(Spanned::as_ref);
@@ -249,6 +257,7 @@ impl RawManifest {
             source: self.source,
             ball,
             object,
+            taken,
             // of discs, points on them show how they turn
             side_sd,
             assume: (self.cue_spin.and_then(|spin| spin.into_inner().assume))
@@ -351,17 +360,24 @@ impl RawManifest {
             } else {
                 format!("{folder}/{text}")
             };
-            match glob::glob(&whole) {
+            let found = |whole: &str| -> Result<Vec<PathBuf>, glob::PatternError> {
+                Ok(glob::glob(whole)?.filter_map(Result::ok).filter(|path| path.is_file()).collect())
+            };
+            // Windows writes backslashes
+            let found = match found(&whole) {
+                Ok(paths) if paths.is_empty() && text.contains('\\') => found(&whole.replace('\\', "/")),
+                found => found,
+            };
+            match found {
                 Ok(paths) => {
-                    let mut seen = 0;
-                    for path in paths.filter_map(Result::ok).filter(|path| path.is_file()) {
-                        seen += 1;
+                    let none = paths.is_empty();
+                    for path in paths {
                         // two patterns may name the same file
                         if !files.contains(&path) {
                             files.push(path);
                         }
                     }
-                    if seen == 0 {
+                    if none {
                         source.add(
                             problems,
                             &span,

@@ -1,22 +1,26 @@
 //! Files of measured collisions: `dataset.toml`, the tables that it names, and results that are read back.
 
 mod angles;
-mod balls_section;
+pub(crate) mod balls_section;
 pub mod cases;
 pub(crate) mod covariance;
 pub mod draft;
 mod draft_answers;
 mod draft_columns;
 mod draft_error;
+mod draft_files;
+mod draft_scale;
 mod draft_sheet;
 pub(crate) mod error;
 mod fit_section;
 mod impacts;
 mod impacts_section;
 mod manifest;
+mod number;
 mod rows;
 pub mod stored_fit;
 pub(crate) mod table;
+mod text;
 pub(crate) mod toml_file;
 pub(crate) mod tracking;
 
@@ -95,8 +99,9 @@ fn load_manifest(manifest: Manifest, file: PathBuf) -> Result<Dataset, DatasetEr
     if let Some(path) = &manifest.extraction.covariance {
         covariance::read(path, &mut shots, &manifest.extraction.shared(), &mut problems);
     }
-    let Manifest { name, cloth, source, ball, object, settings, relations, loss, by, extraction, .. } =
-        manifest;
+    let Manifest {
+        name, cloth, source, ball, object, settings, relations, loss, by, extraction, taken, ..
+    } = manifest;
     let by = by.map(|(by, ..)| by);
     problems.into_result(Dataset {
         name,
@@ -115,6 +120,7 @@ fn load_manifest(manifest: Manifest, file: PathBuf) -> Result<Dataset, DatasetEr
         rolling: extraction.rolling,
         lift_sd: extraction.lift_sd,
         side_sd,
+        taken,
         tracks,
     })
 }
@@ -125,14 +131,15 @@ fn load_manifest(manifest: Manifest, file: PathBuf) -> Result<Dataset, DatasetEr
 /// A file that cannot be read.
 pub(crate) fn header(file: &Path) -> std::io::Result<Vec<String>> {
     let bytes = std::fs::read(file)?;
-    let text = String::from_utf8_lossy(&bytes);
-    let text = text.trim_start_matches('\u{feff}');
-    let first = text.lines().find(|line| !line.trim().is_empty() && !line.starts_with('#'));
-    let Some(first) = first.or(text.lines().find(|line| !line.trim().is_empty())) else {
+    let (text, told) = text::without_separator_line(text::decode(&bytes).0);
+    let mut all = text::lines(&text).map(|(_, line)| line).filter(|line| !line.trim().is_empty());
+    let Some(first) = all.clone().find(|line| !line.trim_start().starts_with('#')).or_else(|| all.next())
+    else {
         return Ok(Vec::new());
     };
-    let separator = [';', '\t', ','].into_iter().max_by_key(|c| first.matches(*c).count()).unwrap_or(',');
-    Ok(first.split(separator).map(|name| name.trim().trim_matches('"').to_string()).collect())
+    let separator = told.unwrap_or_else(|| table::separator(first));
+    let names = text::trimmed(first, text::Separator::Char(separator));
+    Ok(names.unwrap_or_else(|| vec![first.to_string()]))
 }
 
 /// Numbers the shots that have no name, and complains about names given twice.

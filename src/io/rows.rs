@@ -156,7 +156,7 @@ pub(crate) fn spins(
         let said = match word {
             None => None,
             Some(word) => {
-                let Some((_, said)) = Assume::WORDS.iter().find(|(name, _)| *name == word) else {
+                let Some(said) = Assume::of(word) else {
                     let names = Assume::WORDS.map(|(name, _)| name);
                     let near = did_you_mean(word, names);
                     return wrong(
@@ -164,7 +164,7 @@ pub(crate) fn spins(
                         format!("\"{word}\" is no spin{near}; expected {}", names.join(", ")),
                     );
                 };
-                Some(*said)
+                Some(said)
             }
         };
         if let Some(empty) = written.iter().position(|w| !w).filter(|_| written.contains(&true)) {

@@ -16,7 +16,7 @@ pub struct StoredFit {
     pub group: Option<StoredGroup>,
     /// The cue ball, or the first of two discs; files of the first versions lack it.
     pub ball: Option<StoredBall>,
-    /// The second of two discs.
+    /// The second of two discs, or the object ball where it was stated to differ from the cue ball.
     pub object: Option<StoredBall>,
     /// Where the data contradict the model, the reason; the estimates then have no errors.
     pub refuted: Option<StoredRefuted>,
@@ -64,6 +64,12 @@ pub struct StoredBall {
     pub mass_kg: Option<f64>,
     /// Its moment of inertia over MR², ν.
     pub inertia: f64,
+    /// The standard deviation of its radius, m, where one was stated.
+    #[serde(default)]
+    pub radius_m_sd: Option<f64>,
+    /// The standard deviation of its mass, kg, where one was stated.
+    #[serde(default)]
+    pub mass_kg_sd: Option<f64>,
 }
 
 /// A number that was estimated.

@@ -1,5 +1,6 @@
-//! A CSV table: read by polars, with the place of every cell in its file.
+//! A table with commas, semicolons or tabs between its cells: read by polars, with the place of every cell in its file.
 
+use std::borrow::Cow;
 use std::fs;
 use std::io::Cursor;
 use std::path::{Path, PathBuf};
@@ -8,11 +9,15 @@ use polars::error::PolarsError;
 use polars::prelude::{CsvReadOptions, DataFrame, SerReader};
 
 use super::error::{Problems, nearest};
+use super::number::{Cell, Mark, parse};
+use super::text::{Separator, decode, lines, without_separator_line};
 
 /// The rows of a file, all cells as text without the blanks around them.
 pub(crate) struct Table {
     pub path: PathBuf,
     frame: DataFrame,
+    /// Where it is no comma, decimals may have one.
+    separator: char,
     /// Line of the column names.
     header: usize,
     /// Line of each row.
@@ -30,12 +35,10 @@ impl Table {
     /// Comments (`#`) and lines with nothing but blanks and commas are passed over. `None` if it cannot
     /// be read; what is wrong is then among the problems.
     pub(crate) fn read(path: &Path, problems: &mut Problems) -> Option<Self> {
-        let mut text = read_utf8(path, problems)?;
-        if is_separator_line(text.trim_start_matches('\u{feff}').lines().next().unwrap_or_default()) {
-            // a comment, so that all lines keep their numbers
-            text.insert(0, '#');
-        }
-        let (records, slips) = records(text.strip_prefix('\u{feff}').unwrap_or(&text));
+        let text = read_utf8(path, problems)?;
+        let (text, told) = without_separator_line(text.into());
+        let separator = told.unwrap_or_else(|| separator(&text));
+        let (records, slips) = records(&text, separator);
         for (line, message) in &slips {
             problems.add(path, Some(*line), None, *message);
         }
@@ -61,10 +64,13 @@ impl Table {
                 continue;
             }
             ragged = true;
-            let hint = if found > expected {
-                "; write decimals with a point, and text that has commas in quotation marks"
-            } else {
-                "; leave a cell empty, but keep its comma"
+            let name = Separator::Char(separator).name();
+            let hint = match (found > expected, separator) {
+                (true, ',') => {
+                    "; write decimals with a point, and text that has commas in quotation marks".to_string()
+                }
+                (true, _) => format!("; write text that has {name} in quotation marks"),
+                (false, _) => format!("; leave a cell empty, but keep its {}", name.trim_end_matches('s')),
             };
             let message = format!(
                 "{found} cell{}; expected {expected}, as in the header{hint}",
@@ -82,7 +88,7 @@ impl Table {
         }
         match frame(&header.cells, &rows) {
             Ok(frame) if frame.height() == lines.len() => {
-                Some(Self { path: path.to_path_buf(), frame, header: header.line, lines })
+                Some(Self { path: path.to_path_buf(), frame, separator, header: header.line, lines })
             }
             Ok(_) => {
                 problems.add(path, None, None, "cannot be read as CSV: rows and lines do not match");
@@ -134,16 +140,26 @@ impl Table {
         if !self.has(column) {
             return None;
         }
+        let mut marks = Mark::default();
         let mut number = |row| {
             let cell = self.text(column, row)?;
-            let number = cell.parse().ok().filter(|x: &f64| x.is_finite());
+            let mut plain = Cow::Borrowed(cell);
+            if self.separator != ','
+                && let Ok(Cell::Number(_, mark)) = parse(cell)
+            {
+                plain = cell.replacen(',', ".", 1).into();
+                marks.see(mark, cell, &self.path, self.line(row), column, problems);
+            }
+            let number = plain.parse().ok().filter(|x: &f64| x.is_finite());
             if number.is_none() {
                 let message = format!("\"{cell}\" is not a finite number; expected {}", remedy(cell));
                 problems.add(&self.path, Some(self.line(row)), Some(column), message);
             }
             number
         };
-        Some((0..self.rows()).map(&mut number).collect())
+        let numbers = (0..self.rows()).map(&mut number).collect();
+        marks.finish(&self.path, problems);
+        Some(numbers)
     }
 
     /// Complains about a column that must be there and full. `known` are the columns that mean
@@ -163,7 +179,7 @@ impl Table {
     }
 }
 
-/// A file as text. `None` if that fails; why is then among the problems.
+/// A file as text, without byte order mark. `None` if that fails; why is then among the problems.
 pub(crate) fn read_utf8(path: &Path, problems: &mut Problems) -> Option<String> {
     let bytes = match fs::read(path) {
         Ok(bytes) => bytes,
@@ -172,15 +188,21 @@ pub(crate) fn read_utf8(path: &Path, problems: &mut Problems) -> Option<String> 
             return None;
         }
     };
-    match String::from_utf8(bytes) {
-        Ok(text) => Some(text),
-        Err(error) => {
-            let good = &error.as_bytes()[..error.utf8_error().valid_up_to()];
-            let line = good.split(|byte| *byte == b'\n').count();
-            problems.add(path, Some(line), None, "is not UTF-8 text; save the file as UTF-8");
+    match decode(&bytes) {
+        (text, None) => Some(text.into_owned()),
+        (_, line) => {
+            problems.add(path, line, None, "is not UTF-8 text; save the file as UTF-8");
             None
         }
     }
+}
+
+/// What most likely stands between the cells of a table: what its line of names has most of.
+pub(crate) fn separator(text: &str) -> char {
+    let is_name = |line: &&str| !(line.trim().is_empty() || line.trim_start().starts_with('#'));
+    let first = lines(text).map(|(_, line)| line).find(is_name).unwrap_or_default();
+    // of equally many the last one
+    ['\t', ';', ','].into_iter().max_by_key(|c| first.matches(*c).count()).unwrap_or(',')
 }
 
 /// What to write instead of a cell that is no number.
@@ -216,14 +238,6 @@ fn check_header(path: &Path, header: &Record, problems: &mut Problems) -> Option
             good = false;
         }
     }
-    if let [only] = header.cells.as_slice() {
-        for (separator, name) in [(';', "semicolons"), ('\t', "tabs")] {
-            if only.contains(separator) {
-                problems.add(path, line, None, format!("cells are separated by {name}; expected commas"));
-                good = false;
-            }
-        }
-    }
     good.then_some(())
 }
 
@@ -251,14 +265,14 @@ fn frame(names: &[String], rows: &[Vec<String>]) -> Result<DataFrame, PolarsErro
     Ok(frame)
 }
 
-/// Splits into records: cells end at commas, records at line ends, unless within quotation marks,
+/// Splits into records: cells end at separators, records at line ends, unless within quotation marks,
 /// which a cell begins and ends with and in which a doubled one stands for itself. The second list
 /// says what is wrong in which line.
-fn records(text: &str) -> (Vec<Record>, Vec<(usize, &'static str)>) {
+fn records(text: &str, separator: char) -> (Vec<Record>, Vec<(usize, &'static str)>) {
     // the line ends of old spreadsheets
     let carriage_returns = !text.contains('\n');
     let is_end = |c: char| c == '\n' || (carriage_returns && c == '\r');
-    let is_blank = |c: char| c.is_whitespace() && !is_end(c);
+    let is_blank = |c: char| c.is_whitespace() && !is_end(c) && c != separator;
     let (mut records, mut slips) = (Vec::new(), Vec::new());
     let (mut rest, mut line) = (text, 1);
     while !rest.is_empty() {
@@ -273,22 +287,22 @@ fn records(text: &str) -> (Vec<Record>, Vec<(usize, &'static str)>) {
                 };
                 let lines = inside.matches(is_end).count();
                 let after = after.trim_start_matches(is_blank);
-                if !(after.is_empty() || after.starts_with(',') || after.starts_with(is_end)) {
-                    let message = "text follows a closing quotation mark; expected a comma, or \"\" for a \
-                                   quotation mark within the cell";
+                if !(after.is_empty() || after.starts_with(separator) || after.starts_with(is_end)) {
+                    let message = "text follows a closing quotation mark; expected the end of the cell, or \"\" \
+                                   for a quotation mark within the cell";
                     slips.push((line + lines, message));
                     slipped = true;
                 }
                 line += lines;
                 cells.push(inside.replace("\"\"", "\"").trim().to_string());
-                let end = after.find(|c| is_end(c) || (c == ',' && !slipped)).unwrap_or(after.len());
+                let end = after.find(|c| is_end(c) || (c == separator && !slipped)).unwrap_or(after.len());
                 rest = &after[end..];
             } else {
-                let end = cell.find(|c| is_end(c) || (c == ',' && !comment)).unwrap_or(cell.len());
+                let end = cell.find(|c| is_end(c) || (c == separator && !comment)).unwrap_or(cell.len());
                 cells.push(cell[..end].trim_end().to_string());
                 rest = &cell[end..];
             }
-            match rest.strip_prefix(',') {
+            match rest.strip_prefix(separator) {
                 Some(next) => rest = next,
                 None => break,
             }
@@ -315,16 +329,6 @@ fn quoted_cell(text: &str) -> Option<(&str, &str)> {
     }
 }
 
-/// Whether the line only tells a spreadsheet what stands between cells, as `sep=;` does.
-pub(crate) fn is_separator_line(line: &str) -> bool {
-    let bare = line.trim().trim_matches('"');
-    let Some(rest) = bare.get(..4).filter(|start| start.eq_ignore_ascii_case("sep=")).map(|_| &bare[4..])
-    else {
-        return false;
-    };
-    rest.chars().count() <= 1
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -342,24 +346,14 @@ mod tests {
             record(5, &["x, \"\ny", "3"]),
             record(9, &["4\"", "5"]),
         ];
-        assert_eq!(records(text), (expected.into(), vec![]));
-        assert_eq!(records("a,b\r1,\r"), (vec![record(1, &["a", "b"]), record(2, &["1", ""])], vec![]));
+        assert_eq!(records(text, ','), (expected.into(), vec![]));
+        assert_eq!(records("a,b\r1,\r", ','), (vec![record(1, &["a", "b"]), record(2, &["1", ""])], vec![]));
     }
 
     #[test]
     fn quotation_marks_that_do_not_fit() {
-        let (found, slips) = records("a\n\"b\n\"c,\"d\ne\n\"f,g\n");
+        let (found, slips) = records("a\n\"b\n\"c,\"d\ne\n\"f,g\n", ',');
         assert_eq!(found, [record(1, &["a"]), record(4, &["e"])]);
         assert_eq!(slips.iter().map(|(line, _)| *line).collect::<Vec<_>>(), [3, 5]);
-    }
-
-    #[test]
-    fn what_a_spreadsheet_is_told_of_separators() {
-        for line in ["sep=;", "SEP=,", "\"sep=;\"", "sep=\t", "sep="] {
-            assert!(is_separator_line(line), "{line:?}");
-        }
-        for line in ["sep=;;", "t;x;y", "", "ça=;"] {
-            assert!(!is_separator_line(line), "{line:?}");
-        }
     }
 }

@@ -122,7 +122,7 @@ fn complain(error: &toml::de::Error, source: &Source, problems: &mut Problems) {
     let text = source.text;
     // that of a key missing at the top says nothing
     let whole = |span: &Range<usize>| {
-        error.message().starts_with("missing") && !source.written(span).starts_with('[')
+        error.message().starts_with("missing field") && !source.written(span).starts_with('[')
     };
     let span = error.span().filter(|span| !whole(span));
     let written = span.as_ref().map_or("", |span| source.written(span));
@@ -130,6 +130,10 @@ fn complain(error: &toml::de::Error, source: &Source, problems: &mut Problems) {
     match span {
         Some(span) if is_decimal_comma(text, span.start) => {
             let message = format!("{message}; write decimals with a point, not a comma");
+            source.add(problems, &span, message);
+        }
+        Some(span) if message.contains("escape") => {
+            let message = format!("{message}; write / between folders, not \\");
             source.add(problems, &span, message);
         }
         Some(span) => source.add(problems, &span, message),

@@ -9,6 +9,7 @@
 //! of each data set share; and of each sample what keeps inputs at kinks.
 
 use std::cell::RefCell;
+use std::sync::Arc;
 
 use argmin::core::{Error, Jacobian, Operator};
 use nalgebra::{DMatrix, DVector, SVector};
@@ -50,11 +51,18 @@ struct Part<'a> {
 }
 
 /// All shots of a sample at some shared unknowns.
-struct Best {
+#[derive(Clone)]
+pub(crate) struct Best {
     chi2: f64,
     shared: SVector<f64, { frames::ALL_SHARED }>,
     /// None before the first evaluation.
-    shots: Vec<Reduced>,
+    shots: Arc<[Reduced]>,
+}
+
+impl Default for Best {
+    fn default() -> Self {
+        Self { chi2: f64::INFINITY, shared: SVector::zeros(), shots: Arc::default() }
+    }
 }
 
 struct Point {
@@ -83,7 +91,7 @@ impl<'a> Problem<'a> {
                 .iter()
                 .map(|column| of_samples[..i].iter().any(|other| other.contains(column)))
                 .collect(),
-            best: RefCell::new(Best { chi2: f64::INFINITY, shared: SVector::zeros(), shots: Vec::new() }),
+            best: RefCell::default(),
         };
         let priors = free.iter().enumerate().filter_map(|(column, (_, prior))| Some((column, (*prior)?)));
         Self {
@@ -92,6 +100,23 @@ impl<'a> Problem<'a> {
             columns,
             last: RefCell::new(None),
         }
+    }
+
+    /// Where the shots of each sample are at a point, to begin with in problems that are minimised near it.
+    pub(crate) fn found_at(self, x: &DVector<f64>) -> Vec<Best> {
+        self.evaluate(x);
+        // the first point there is better
+        let found = |part: Part| Best { chi2: f64::INFINITY, ..part.best.take() };
+        self.parts.into_iter().map(found).collect()
+    }
+
+    /// The own unknowns of the shots are first looked for from there; nowhere in particular without any.
+    #[must_use]
+    pub(crate) fn beginning(self, best: &[Best]) -> Self {
+        for (part, best) in self.parts.iter().zip(best) {
+            *part.best.borrow_mut() = best.clone();
+        }
+        self
     }
 
     fn evaluate(&self, x: &DVector<f64>) -> Point {
@@ -169,7 +194,7 @@ impl Part<'_> {
         let shared = shared_unknowns::shared(&values, unknowns, &of_film);
         let at = SVector::from(shared);
         let best = self.best.borrow();
-        let (moved, near) = (at - best.shared, best.shots.as_slice());
+        let (moved, near) = (at - best.shared, &best.shots);
         let reduced = |(i, shot): (usize, &Fitted)| {
             let film = shot.film.as_ref()?;
             let start = near.get(i).map_or(film.start, |found| film.start_after(found, &moved));

@@ -6,13 +6,14 @@ use std::path::PathBuf;
 use nalgebra::{DMatrix, DVector};
 
 use super::loss::Loss;
+pub use super::object_ball::{ObjectBall, StatedObject};
 use super::observable::{Axis, Observable};
-use super::parameter::{Compliance, Parameter, Prior, Settings};
+use super::parameter::{Compliance, Parameter, Settings};
 use super::relation::Relation;
 use super::spin::Spin;
 use super::track::TrackShot;
 use crate::physics::ball::{Ball, Vec3};
-use crate::physics::collision::{Effects, Fidelity, Model};
+use crate::physics::collision::{Fidelity, Model};
 use crate::physics::disc::Discs;
 
 /// A data set: measured shots, and how they are to be fitted. One that was read from files has been checked; of one that a
@@ -55,6 +56,8 @@ pub struct Dataset {
     /// The standard deviation of a side spin that was not seen, as Rω_z/U, in shots that are stated as stun or
     /// natural roll (`[cue_spin] side_sd`); 0 where there is none.
     pub side_sd: f64,
+    /// What was taken for granted where its dataset.toml does not say it, in sentences.
+    pub taken: Vec<String>,
     /// The filmed shots of a data set of kind `tracks`.
     pub tracks: Option<Tracks>,
 }
@@ -81,8 +84,21 @@ impl Dataset {
             rolling: None,
             lift_sd: None,
             side_sd: 0.0,
+            taken: Vec::new(),
             tracks: None,
         }
+    }
+
+    /// A data set of shots that a program filmed and tracked ([`TrackShot::new`]), with the default settings of the fit.
+    /// [`Dataset::faults`] names what is wrong with it.
+    #[must_use]
+    pub fn filmed(name: impl Into<String>, ball: Ball, shots: Vec<TrackShot>) -> Self {
+        Self { tracks: Some(Tracks::new(shots)), ..Self::new(name, ball, Vec::new()) }
+    }
+
+    /// What is to be said of it besides its shots: what was taken for granted, and what was repaired in the files of tracks.
+    pub fn notes(&self) -> impl Iterator<Item = &String> {
+        self.taken.iter().chain(self.tracks.iter().flat_map(|tracks| &tracks.notes))
     }
 
     /// The collision model of its balls at a fidelity, with constant friction.
@@ -99,8 +115,7 @@ impl Dataset {
         if self.settings.compliance != Compliance::Stated || kappa <= 0.0 {
             return self.model(Fidelity::Full);
         }
-        let effects = Effects { compliance: true, falling_friction: true, ..Fidelity::Full.effects() };
-        Model { effects, kappa, tolerance: Model::TOLERANCE_OF_FITS, ..self.model(Fidelity::Ode) }
+        self.model(Fidelity::Full).giving_way(kappa)
     }
 
     /// The settings of its fit, with what is known of balls that are not equal.
@@ -142,34 +157,6 @@ impl Dataset {
             Shared::Rolling => self.rolling.and_then(|rolling| rolling.sd),
         };
         Shared::ALL.into_iter().filter_map(|shared| Some((shared, sd(shared)?))).collect()
-    }
-}
-
-/// An object ball that is not like the cue ball.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct ObjectBall {
-    /// Its radius, mass and moment of inertia.
-    pub ball: Ball,
-    /// The standard deviation of m_cue/m_object; `None` where the ratio counts as exact.
-    pub mass_ratio_sd: Option<f64>,
-    /// The standard deviation of R_cue/R_object; `None` where the ratio counts as exact.
-    pub radius_ratio_sd: Option<f64>,
-}
-
-impl ObjectBall {
-    /// The settings of a fit with the ratios of masses and radii of the balls: fixed where they are exact, else with a prior.
-    #[must_use]
-    pub fn settings(&self, cue: Ball, mut settings: Settings) -> Settings {
-        let model = Model { object: Some(self.ball), ..Model::new(Fidelity::Full, cue) };
-        for (parameter, mean, sd) in [
-            (Parameter::MassRatio, model.mass_ratio(), self.mass_ratio_sd),
-            (Parameter::RadiusRatio, model.radius_ratio(), self.radius_ratio_sd),
-        ] {
-            let setting = &mut settings[parameter];
-            (setting.initial, setting.fixed) = (mean, sd.is_none());
-            setting.prior = sd.map(|sd| Prior { mean, sd });
-        }
-        settings
     }
 }
 
@@ -399,6 +386,22 @@ pub struct DiscShot {
 }
 
 impl Tracks {
+    /// Shots of balls whose camera is to be found from the balls, in metres. For discs, set `discs`.
+    #[must_use]
+    pub fn new(shots: Vec<TrackShot>) -> Self {
+        Self {
+            shots,
+            skipped: Vec::new(),
+            damaged: Vec::new(),
+            notes: Vec::new(),
+            doubtful: Vec::new(),
+            disc_shots: Vec::new(),
+            discs: None,
+            camera: [None; 7],
+            from_balls: false,
+        }
+    }
+
     /// Shots that were left out on loading: name and reason.
     pub(crate) fn left_out(&self) -> impl Iterator<Item = (String, String)> {
         let skipped = self.skipped.iter().map(|(shot, reason)| (shot.clone(), format!("skipped: {reason}")));

@@ -17,6 +17,7 @@ use crate::physics::name::{UnknownName, named};
 
 /// How much a shot counts that lies far from its prediction.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum Loss {
     /// The square of the distance: least squares.
     #[default]

@@ -4,6 +4,7 @@ pub(crate) mod isolate;
 pub mod loss;
 pub(crate) mod marker_groups;
 pub(crate) mod number;
+pub(crate) mod object_ball;
 pub mod observable;
 pub mod parameter;
 pub mod relation;

@@ -30,6 +30,19 @@ pub(crate) fn with_error(value: f64, error: f64) -> String {
     format!("{value:.decimals$} ± {error:.decimals$}")
 }
 
+/// `0.942 [0.867, 0.975]`: a value with the interval that it lies in.
+pub(crate) fn with_interval(value: f64, [low, high]: [f64; 2]) -> String {
+    // some four standard errors
+    let decimals = decimals_of_error(0.25 * (high - low)).min(MOST_DECIMALS);
+    format!("{value:.decimals$} [{low:.decimals$}, {high:.decimals$}]")
+}
+
+/// `1 shot`, `2 shots`.
+pub(crate) fn count_of(count: usize, noun: &str) -> String {
+    let plural = if count == 1 { "" } else { "s" };
+    format!("{count} {noun}{plural}")
+}
+
 /// `[0.0489, 0.0517]`, to the decimals of the standard error where there is one.
 pub(crate) fn interval([low, high]: [f64; 2], error: Option<f64>) -> String {
     match error {

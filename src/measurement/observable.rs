@@ -1,5 +1,9 @@
 //! What can be measured of a collision: one list for every kind of data set.
 
+use std::str::FromStr;
+
+use crate::physics::name::{UnknownName, named};
+
 /// A measured quantity after the impact. Inside, angles are radians, speeds m/s, spins rad/s.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 #[non_exhaustive]
@@ -92,6 +96,9 @@ impl Observable {
         Self::ObjectSpin(Axis::Z),
     ];
 
+    /// The observables of discs.
+    pub const DISCS: [Self; 2] = [Self::Restitution, Self::ImpulseRatio];
+
     /// The column that holds it in a data file, which ends in the unit where that is not SI.
     #[must_use]
     pub fn column(self) -> &'static str {
@@ -164,5 +171,15 @@ impl Observable {
     #[must_use]
     pub(crate) fn unit_si(self) -> f64 {
         if self.is_angle() { 1.0_f64.to_radians() } else { 1.0 }
+    }
+}
+
+/// By its column.
+impl FromStr for Observable {
+    type Err = UnknownName;
+
+    fn from_str(column: &str) -> Result<Self, UnknownName> {
+        let all = [&Self::ANGLES[..], &Self::IMPACTS, &Self::DISCS].concat();
+        named("observable", &all, |observable| [observable.column()], column)
     }
 }

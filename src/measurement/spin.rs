@@ -1,9 +1,13 @@
 //! The spin of the cue ball before an impact, as far as it is known.
 
+use std::str::FromStr;
+
 use crate::physics::ball::Vec3;
+use crate::physics::name::{UnknownName, named};
 
 /// The cue ball's spin before the impact.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
 pub enum Spin {
     /// The ball slides without any spin.
     Stun,
@@ -18,4 +22,29 @@ pub enum Spin {
     },
     /// Nothing is known of the spin.
     Unknown,
+}
+
+impl Spin {
+    /// What can be said of a spin without a number.
+    pub const WORDS: [Self; 3] = [Self::Stun, Self::NaturalRoll, Self::Unknown];
+
+    /// The name in dataset.toml and in tables.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Stun => "stun",
+            Self::NaturalRoll => "natural-roll",
+            Self::Measured { .. } => "measured",
+            Self::Unknown => "unknown",
+        }
+    }
+}
+
+/// One of [`Spin::WORDS`] by its name; a measured spin takes its numbers.
+impl FromStr for Spin {
+    type Err = UnknownName;
+
+    fn from_str(name: &str) -> Result<Self, UnknownName> {
+        named("spin", &Self::WORDS, |spin| [spin.name()], name)
+    }
 }

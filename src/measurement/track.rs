@@ -11,9 +11,9 @@ use super::spin::Spin;
 pub struct TrackShot {
     /// The name of the shot.
     pub name: String,
-    /// The file that it was read from.
+    /// The file that it was read from; empty for one that a program made.
     pub file: PathBuf,
-    /// The line of its first row in the file, from 1.
+    /// The line of its first row in the file, from 1; 0 for one that a program made.
     pub line: usize,
     /// Columns of the shots table that have no meaning for caromfit, kept as text.
     pub labels: BTreeMap<String, String>,
@@ -38,6 +38,64 @@ pub struct TrackShot {
 }
 
 impl TrackShot {
+    /// A film of two balls that a program tracked at `fps` frames per second: the positions of the centres of the cue ball and of the
+    /// object ball, each in the order of time, before, through and after the hit. Their errors and the grid to which they were rounded
+    /// are found from the frames; what is known of them can be stated in the fields.
+    ///
+    /// ```
+    /// use caromfit::measurement::dataset::Dataset;
+    /// use caromfit::measurement::spin::Spin;
+    /// use caromfit::measurement::track::{Sample, TrackShot};
+    /// use caromfit::physics::ball::Ball;
+    /// # use caromfit::fit::{Depth, Options};
+    /// # use caromfit::simulate::{Spec, dataset};
+    /// # let spec: Spec = r#"
+    /// #     name = "film"
+    /// #     kind = "tracks"
+    /// #     seed = 1
+    /// #     truth = { mu = 0.05, mu_s = 0.3, e = 0.94 }
+    /// #     shots = { count = 5, speed_m_s = [1, 3], cut_deg = [-50, 50], cue_spin = ["natural-roll"] }
+    /// # "#.parse()?;
+    /// # let fps = spec.camera.fps;
+    /// # let rows = |samples: &[Sample]| samples.iter().map(|s| (s.t, [s.x, s.y])).collect();
+    /// # let simulated = dataset(&spec)?.tracks.ok_or("no film")?.shots;
+    /// # let filmed: Vec<[Vec<(f64, [f64; 2])>; 2]> =
+    /// #     simulated.iter().map(|shot| [rows(&shot.cue), rows(&shot.object)]).collect();
+    ///
+    /// // of each shot the rows (t, [x, y]) of both balls, s and m, from a tracker
+    /// let mut shots = Vec::new();
+    /// for (number, balls) in filmed.iter().enumerate() {
+    ///     let samples = |rows: &Vec<_>| rows.iter().map(|(t, place)| Sample::new(*t, *place)).collect();
+    ///     let name = format!("shot {}", number + 1);
+    ///     shots.push(TrackShot::new(name, fps, Spin::NaturalRoll, balls.each_ref().map(samples)));
+    /// }
+    /// let dataset = Dataset::filmed("film", Ball::POOL, shots);
+    /// assert!(dataset.faults().is_empty());
+    /// # let options = Options { depth: Depth::Estimates, ..Options::default() };
+    /// for fit in caromfit::analyse(&dataset, &options).fits? {
+    ///     println!("{}", fit.verdict().sentence);
+    ///     # assert_eq!(fit.shots_used, 5);
+    /// }
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    #[must_use]
+    pub fn new(name: impl Into<String>, fps: f64, spin: Spin, [cue, object]: [Vec<Sample>; 2]) -> Self {
+        Self {
+            name: name.into(),
+            file: PathBuf::new(),
+            line: 0,
+            labels: BTreeMap::new(),
+            fps,
+            cue,
+            object,
+            markers: Vec::new(),
+            spin,
+            position_sd: None,
+            resolution: [0.0; 2],
+            correlation: 0.0,
+        }
+    }
+
     /// All positions: of both balls and of the markers.
     pub(crate) fn samples_mut(&mut self) -> impl Iterator<Item = &mut Sample> {
         let markers = self.markers.iter_mut().map(|marker| &mut marker.samples);
@@ -63,6 +121,14 @@ pub struct Sample {
     pub y: f64,
     /// Standard deviations of x and y, m, where the data give them.
     pub sd: Option<[f64; 2]>,
+}
+
+impl Sample {
+    /// The position x, y in m at the time t in s, of unknown error.
+    #[must_use]
+    pub fn new(t: f64, [x, y]: [f64; 2]) -> Self {
+        Self { t, x, y, sd: None }
+    }
 }
 
 /// A marker on a ball.

@@ -1,5 +1,5 @@
 //! Products of small matrices whose sizes are known when they are compiled: unrolled, and without what is multiplied by 0.
-//! nalgebra's own go through routines for any size, which take three times as long here.
+//! nalgebra's own go through routines for any size, which take twice as many instructions here.
 
 use nalgebra::SMatrix;
 

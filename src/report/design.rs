@@ -13,8 +13,10 @@ use super::digits::FEW;
 use super::number::plain;
 use super::plot::design as plot;
 use crate::design;
-use crate::design::{Cell, Design, Mixture, SpinFrom};
+use crate::design::information::{COMMON, RATIOS};
+use crate::design::{Cell, Design, Expected, Mixture, SpinFrom};
 use crate::measurement::parameter::Parameter;
+use crate::physics::ball::Ball;
 
 /// The files of a design: name and content.
 pub fn files(design: &Design) -> Result<Vec<(&'static str, Vec<u8>)>, ReportError> {
@@ -64,8 +66,12 @@ pub fn text(design: &Design) -> String {
     let expected = &design.expected;
     let [mu, mu_s, e] = [expected.coefficients.mu, expected.coefficients.mu_s, expected.coefficients.e];
     let camera = &expected.camera;
+    let balls = match &expected.object {
+        Some(_) => format!("; {}", super::two_balls(&expected.ball, expected.object.as_ref())),
+        None => String::new(),
+    };
     let mut text = format!(
-        "Expected μ = {mu}, μ_s = {mu_s}, e = {e}; filmed at {} fps, positions ± {} mm, {} ms before and {} ms after the \
+        "Expected μ = {mu}, μ_s = {mu_s}, e = {e}{balls}; filmed at {} fps, positions ± {} mm, {} ms before and {} ms after the \
          impact.\nWanted: {} (standard errors; none of the three has a unit).\n",
         plain(camera.fps, 4),
         plain(1e3 * camera.position_sd_m, 3),
@@ -319,7 +325,7 @@ fn document(design: &Design) -> Json {
                    "speed_m_s": kind.speed_m_s, "cut_deg": kind.cut_deg, "shots": kind.shots,
                    "std_error": by_parameter(&found.std_errors), "shots_needed": by_parameter(&found.needed),
                    "shots_needed_for_all": found.needed_all, "gain_of_one_more": by_parameter(&found.gain),
-                   "unusable": found.unusable, "information_of_one": information(&found.information)})
+                   "unusable": found.unusable, "information_of_one": information(expected, &found.information)})
         })
         .collect();
     let name = |kind: usize| expected.kinds[kind].name.as_str();
@@ -329,7 +335,7 @@ fn document(design: &Design) -> Json {
         .map(|cell| {
             json!({"kind": name(cell.kind), "speed_m_s": cell.speed_m_s, "cut_deg": cell.cut_deg,
                    "shots": expected.kinds[cell.kind].shots, "std_error": by_parameter(&cell.std_errors),
-                   "information_of_one": information(&cell.information)})
+                   "information_of_one": information(expected, &cell.information)})
         })
         .collect();
     let mixture = |mixture: &Mixture| {
@@ -350,24 +356,48 @@ fn document(design: &Design) -> Json {
                "total": mixture.total(), "shots": shots, "std_error": by_parameter(&mixture.std_errors)})
     };
     let detectable = design.planned.std_errors.map(|e| e.map(|e| design::detectable() * e));
+    let stated = |which: usize| expected.object.map_or([0.0; 2], |o| [o.mass_sd[which], o.radius_sd[which]]);
+    let mut together = by_parameter(&design.planned.std_errors);
+    for (ratio, error) in RATIOS.into_iter().zip(design.planned.ratios) {
+        if let (Some(error), Some(errors)) = (error, together.as_object_mut()) {
+            errors.insert(ratio.name().to_owned(), json!(error));
+        }
+    }
     let c = &expected.coefficients;
     let mut document = json!({"version": env!("CARGO_PKG_VERSION"), "format_version": super::FORMAT_VERSION,
            "expected": {"mu": c.mu, "mu_s": c.mu_s, "e": c.e},
-           "ball": {"radius_m": expected.ball.radius, "inertia": expected.ball.inertia},
+           "ball": ball(&expected.ball, stated(0)),
            "cloth": expected.cloth,
            "camera": {"fps": camera.fps, "position_sd_mm": 1e3 * camera.position_sd_m,
                       "before_ms": camera.before_ms, "after_ms": camera.after_ms},
            "wanted": by_parameter(&expected.wanted),
            "kinds": kinds, "cells": cells,
-           "together": {"shots": design.planned.shots, "std_error": by_parameter(&design.planned.std_errors),
+           "together": {"shots": design.planned.shots, "std_error": together,
                         "detectable_difference": by_parameter(&detectable)},
            "fewest_shots": design.mixtures.iter().map(mixture).collect::<Vec<_>>(),
            "in_words": design.words, "notes": design.notes});
+    if let (Some(object), Some(document)) = (&expected.object, document.as_object_mut()) {
+        document.insert("object".to_owned(), ball(&object.ball, stated(1)));
+    }
     digits::of_document(&mut document);
     document
 }
 
-/// By mu, mu_s, e, mu_k, mu_r, row by row.
-fn information(information: &design::information::Information) -> Vec<Vec<f64>> {
-    information.row_iter().map(|row| row.iter().copied().collect()).collect()
+/// With the standard deviations of its mass and its radius, where these count.
+fn ball(ball: &Ball, [mass_sd, radius_sd]: [f64; 2]) -> Json {
+    let mut entry = json!({"radius_m": ball.radius, "mass_kg": ball.mass, "inertia": ball.inertia});
+    for (key, sd) in [("radius_m_sd", radius_sd), ("mass_kg_sd", mass_sd)] {
+        if let Some(entry) = entry.as_object_mut().filter(|_| sd > 0.0) {
+            entry.insert(key.to_owned(), json!(sd));
+        }
+    }
+    entry
+}
+
+/// By mu, mu_s, e, mu_k, mu_r, row by row, and then by those ratios of the balls that are stated with an error, which is the unit of
+/// both.
+fn information(expected: &Expected, information: &design::information::Information) -> Vec<Vec<f64>> {
+    let ratios = (COMMON..).zip(expected.ratio_sds()).filter(|(_, sd)| *sd > 0.0).map(|(place, _)| place);
+    let places: Vec<usize> = (0..COMMON).chain(ratios).collect();
+    places.iter().map(|row| places.iter().map(|column| information[(*row, *column)]).collect()).collect()
 }

@@ -77,5 +77,5 @@ pub(super) fn section(fit: &Fit) -> Option<Section> {
     Some(Section::new(TITLE, ABOUT, vec![Block::Table(table)]))
 }
 
-/// Of the section, which stays open.
-pub(super) const TITLE: &str = "What was measured of every shot";
+/// Of the section.
+const TITLE: &str = "What was measured of every shot";

@@ -6,6 +6,7 @@
 use serde_json::{Map, Value, json};
 
 use crate::io::stored_fit::{StoredBall, StoredFit, StoredParameter};
+use crate::measurement::number;
 use crate::measurement::parameter::Parameter;
 
 /// The program or format to export to.
@@ -75,11 +76,16 @@ fn pooltool(fit: &StoredFit) -> (Map<String, Value>, Vec<String>) {
             None => left.push("m: the data set does not state the masses; pooltool's default holds.".into()),
         }
         if let Some(second) = fit.object
-            && (second.radius_m, second.mass_kg) != (ball.radius_m, ball.mass_kg)
+            && (second.radius_m, second.mass_kg, second.inertia)
+                != (ball.radius_m, ball.mass_kg, ball.inertia)
         {
-            left.push(
-                "The second disc's radius and mass: pooltool takes all balls for equal; m and R are the first disc's.".into(),
-            );
+            let mass =
+                second.mass_kg.map_or(String::new(), |mass| format!(", {} g", number::plain(1e3 * mass, 4)));
+            left.push(format!(
+                "The object ball (the second disc) by itself ({} mm{mass}): these arguments are of one ball, here the cue ball (the first \
+                 disc), and pooltool's friction and restitution take both balls for equal.",
+                number::plain(1e3 * second.radius_m, 5)
+            ));
         }
         object.insert("R".into(), json!(ball.radius_m));
         if (ball.inertia - crate::physics::ball::UNIFORM_SPHERE).abs() > 1e-9 {
@@ -124,6 +130,7 @@ fn pooltool(fit: &StoredFit) -> (Map<String, Value>, Vec<String>) {
                 .into(),
         );
     }
+    left.extend(of_contact(fit));
     match fit.mu_k {
         Some(mu_k) => _ = object.insert("u_s".into(), json!(mu_k.estimate)),
         None => {
@@ -147,11 +154,30 @@ fn pooltool(fit: &StoredFit) -> (Map<String, Value>, Vec<String>) {
     (object, left)
 }
 
+/// What a fit knows of the contact that one number for friction and one for restitution do not hold.
+fn of_contact(fit: &StoredFit) -> Vec<String> {
+    let above_0 = |parameter: Parameter| Some(known(fit, parameter)?.estimate).filter(|value| *value > 0.0);
+    let kappa = above_0(Parameter::Kappa).map(|kappa| {
+        format!(
+            "κ = {kappa}: the contact of this fit gives way along its surface and springs back; pooltool's is rigid there, and throws \
+             stun shots less with the same friction."
+        )
+    });
+    let slope = above_0(Parameter::ESlope).map(|slope| {
+        format!("e₁ = {slope} s/m: e falls with the closing speed v as e − e₁·v; e_b is one number, its value at v = 0.")
+    });
+    kappa.into_iter().chain(slope).collect()
+}
+
 /// Without a mass that is not stated: TOML has no null.
 fn body(body: StoredBall) -> Value {
     let mut entry = Map::from_iter([("radius_m".to_string(), json!(body.radius_m))]);
-    if let Some(mass) = body.mass_kg {
-        entry.insert("mass_kg".into(), json!(mass));
+    for (key, value) in
+        [("radius_m_sd", body.radius_m_sd), ("mass_kg", body.mass_kg), ("mass_kg_sd", body.mass_kg_sd)]
+    {
+        if let Some(value) = value {
+            entry.insert(key.into(), json!(value));
+        }
     }
     entry.insert("inertia".into(), json!(body.inertia));
     Value::Object(entry)

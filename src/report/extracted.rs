@@ -6,7 +6,7 @@ use std::fmt::Write;
 use super::plot::track;
 use super::{ReportError, folder_name};
 use crate::extraction::{Impact, Quantity};
-use crate::io::covariance;
+use crate::io::{balls_section, covariance};
 use crate::measurement::dataset::{Before, Dataset, Measured, Shared};
 use crate::measurement::observable::Observable;
 use crate::measurement::spin::Spin;
@@ -80,26 +80,27 @@ fn manifest(dataset: &Dataset) -> String {
     if let Some(sd) = dataset.lift_sd {
         _ = writeln!(manifest, "lift_sd = {sd:?}");
     }
-    let ball = dataset.ball;
-    _ = write!(
-        manifest,
-        "\n[ball]\nradius_m = {:?}\nmass_kg = {:?}\ninertia = {:?}\n\n[cue_spin]\nassume = \"{}\"\n",
-        ball.radius,
-        ball.mass,
-        ball.inertia,
-        assumed(dataset).unwrap_or("measured")
-    );
-    manifest.push_str(&fit_table(dataset));
+    let mut of_tracks = stated(dataset);
+    let poisson = of_tracks.get("ball").and_then(|ball| ball.get("poisson")).and_then(number);
+    manifest += "\n";
+    manifest += &balls_section::text(&dataset.ball, dataset.object.as_ref(), poisson);
+    _ = write!(manifest, "\n[cue_spin]\nassume = \"{}\"\n", assumed(dataset).unwrap_or("measured"));
+    // so that the impacts are fitted the same way
+    if let Some(fit) = of_tracks.remove("fit") {
+        _ = write!(manifest, "\n{}", toml::Table::from_iter([("fit".to_string(), fit)]));
+    }
     manifest
 }
 
-/// `[fit]` as the tracks have it, so that the impacts are fitted the same way.
-fn fit_table(dataset: &Dataset) -> String {
+/// A number that may be written as an integer.
+fn number(value: &toml::Value) -> Option<f64> {
+    value.as_float().or_else(|| Some(value.as_integer()? as f64))
+}
+
+/// The dataset.toml of the tracks; empty for a data set that a program made.
+fn stated(dataset: &Dataset) -> toml::Table {
     let text = std::fs::read_to_string(&dataset.path).unwrap_or_default();
-    let text = text.trim_start_matches('\u{feff}');
-    let fit = text.parse::<toml::Table>().ok().and_then(|mut table| table.remove("fit"));
-    let own = fit.map(|fit| toml::Table::from_iter([("fit".to_string(), fit)]));
-    own.map_or(String::new(), |own| format!("\n{own}"))
+    text.trim_start_matches('\u{feff}').parse().unwrap_or_default()
 }
 
 fn impacts(dataset: &Dataset, extracted: &[(TrackShot, Impact)]) -> String {

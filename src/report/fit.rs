@@ -1,9 +1,9 @@
 //! A [`Fit`] → [`Report`].
 
 use super::content::{Block, Cell, Figure, Report, Section, Table, facts};
-use super::number::{interval, plain, with_error};
+use super::number::{count_of, interval, plain, with_error};
 use super::shots::{named, shot_list};
-use super::table::{chi2_text, estimate, with_unit};
+use super::table::{INTERVAL, chi2_text, estimate, with_unit};
 use super::trust::sections;
 use super::{bodies, model, noise_estimated, p_text, reduced_chi2, title};
 use crate::fit::{Counted, DOWN_WEIGHTED, Estimate, Fit, Method, Noise, Status};
@@ -27,6 +27,7 @@ pub(crate) struct Pictures {
 
 /// Titles of sections that stay open.
 const ALL_SHOTS: &str = "All shots";
+const ALL_DISCS: &str = "All impacts";
 const RESIDUAL_PLOTS: &str = "Residual plots";
 
 /// The report of a fit, without pictures.
@@ -49,17 +50,15 @@ pub(crate) fn content_with(fit: &Fit, pictures: &Pictures) -> Report {
         Method::Joint => "of the velocities extracted from each shot, against the estimates of the joint fit",
         Method::TwoStage => "",
     };
-    let mut all = vec![parameters(fit)];
+    let mut all = vec![parameters(fit), computation(fit)];
     let paths = figure(&pictures.paths, "The paths of both balls in all shots, seen from above");
     all.extend(paths.map(|figure| Section::new(ALL_SHOTS, "", vec![figure])));
-    all.extend(super::disc_section::section(fit).map(|mut section| {
-        let alt = "e against the closing speed, and the friction against the slip";
-        section.blocks.splice(0..0, figure(&pictures.discs, alt));
-        section
-    }));
+    let alt = "e against the closing speed, and the friction against the slip";
+    all.extend(figure(&pictures.discs, alt).map(|figure| Section::new(ALL_DISCS, "", vec![figure])));
+    all.extend(super::disc_section::section(fit));
     all.extend([Section::new("χ²", "", vec![Block::Lines(chi2(fit))])]);
     if !fit.noise.is_empty() {
-        let rows = fit.noise.iter().map(noise);
+        let rows = fit.noise.iter().map(|one| noise(fit, one));
         let table = Table::new(["", "values", "sd of one value", "rms of the residuals"], rows);
         all.push(Section::new("Noise", "rms: root mean square", vec![Block::Table(table)]));
     }
@@ -84,8 +83,7 @@ pub(crate) fn content_with(fit: &Fit, pictures: &Pictures) -> Report {
     }
     // what was measured and what it is compared with stays open
     let open = |section: &Section| {
-        ["Parameters", ALL_SHOTS, super::disc_section::TITLE, RESIDUAL_PLOTS]
-            .contains(&section.title.as_str())
+        ["Parameters", ALL_SHOTS, ALL_DISCS, RESIDUAL_PLOTS].contains(&section.title.as_str())
     };
     let all =
         all.into_iter().map(|section| if open(&section) { section } else { section.folded() }).collect();
@@ -107,30 +105,38 @@ fn camera(fit: &Fit, picture: Option<Block>) -> Option<Section> {
 
 /// What was measured, and how it was fitted.
 fn about(fit: &Fit) -> Vec<super::content::Fact> {
-    let iterations = if fit.iterations == 1 { "iteration" } else { "iterations" };
     facts([
         ("source", fit.source.clone().unwrap_or_default()),
         ("cloth", fit.cloth.clone().unwrap_or_default()),
         bodies(fit),
-        ("model", model(fit)),
         ("method", fit.method_name().to_owned()),
         ("shots", format!("{} used, {} not used", fit.shots_used, fit.shots_rejected.len())),
-        (
-            "optimiser",
-            format!(
-                "stopped after {} {iterations}, {} s: {}",
-                fit.iterations,
-                plain(fit.seconds, 2),
-                fit.termination
-            ),
-        ),
     ])
 }
 
+/// What only those want to know who look into the computation.
+fn computation(fit: &Fit) -> Section {
+    let search = format!(
+        "the search stopped after {}, {} s: {}",
+        count_of(fit.iterations, "step"),
+        plain(fit.seconds, 2),
+        fit.termination
+    );
+    Section::new("How it was computed", "", vec![Block::Lines(vec![format!("model {}", model(fit)), search])])
+}
+
+/// Of intervals.
+const PROFILE: &str =
+    "profile: both ends from how χ² rises as the parameter moves, which need not be symmetric";
+
 fn parameters(fit: &Fit) -> Section {
     let profiled = fit.estimates.iter().any(Estimate::is_profiled);
-    let how =
-        if profiled { "; profile: where χ², least over the others, is t² above its minimum" } else { "" };
+    let lopsided = fit.refuted.is_none() && fit.estimates.iter().any(|own| own.lopsided().is_some());
+    let how = match (profiled, lopsided) {
+        (false, _) => String::new(),
+        (true, false) => format!("; {PROFILE}"),
+        (true, true) => format!("; {INTERVAL}; {PROFILE}"),
+    };
     let head = match fit.refuted {
         Some(_) => ["", "estimate", "", "meaning"],
         None => ["", "estimate", "95 % interval", "meaning"],
@@ -252,7 +258,7 @@ fn by_chance(p: f64) -> String {
     format!("; were model and noise right, chance would give a larger χ² with probability {}", p_text(p))
 }
 
-fn noise(noise: &Noise) -> Vec<Cell> {
+fn noise(fit: &Fit, noise: &Noise) -> Vec<Cell> {
     let observable = noise.observable;
     let unit = observable.unit();
     let quantity = |si: f64| {
@@ -261,6 +267,7 @@ fn noise(noise: &Noise) -> Vec<Cell> {
     };
     let sd = match noise.estimated_sd {
         Some(sd) => format!("{}, estimated from the residuals", quantity(sd)),
+        None if fit.footage => "as the frames of each shot tell".to_owned(),
         None => "given with the data".to_owned(),
     };
     vec![

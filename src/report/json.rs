@@ -10,7 +10,7 @@ use super::{FORMAT_VERSION, ReportError, diagnostics, reduced_chi2, unit_name, u
 use crate::fit;
 use crate::fit::causes::Explanation;
 use crate::fit::{Estimate, Fit, FoundCamera, FoundCorrection, Noise, Refuted, Verdict};
-use crate::measurement::dataset::Measured;
+use crate::measurement::dataset::{Measured, ObjectBall};
 use crate::measurement::parameter::Parameter;
 
 /// fit.json as text, with a newline at its end. What is not finite becomes `null`.
@@ -100,7 +100,7 @@ fn document(fit: &Fit) -> Document<'_> {
         cloth: fit.cloth.as_deref(),
         source: fit.source.as_deref(),
         ball: body(fit, 0),
-        object: fit.discs.map(|_| body(fit, 1)),
+        object: (fit.discs.is_some() || fit.object.is_some()).then(|| body(fit, 1)),
         mu_k: fit.sliding.map(friction),
         mu_r: fit.rolling.map(friction),
         version: env!("CARGO_PKG_VERSION"),
@@ -149,7 +149,7 @@ struct Document<'a> {
     cloth: Option<&'a str>,
     source: Option<&'a str>,
     ball: BallEntry,
-    /// Of discs: the second one.
+    /// Of discs the second one; of balls the object ball, where it is stated to differ from the cue ball.
     #[serde(skip_serializing_if = "Option::is_none")]
     object: Option<BallEntry>,
     mu_k: Option<Friction>,
@@ -207,19 +207,31 @@ struct BallEntry {
     radius_m: f64,
     mass_kg: Option<f64>,
     inertia: f64,
+    /// Of balls: the standard deviations of what is stated, where they count.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    radius_m_sd: Option<f64>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    mass_kg_sd: Option<f64>,
 }
 
-/// The ball, or one of two discs (0 or 1); its mass only where it is stated.
+/// The cue ball or the object ball, or one of two discs (0 or 1); of discs the mass only where it is stated.
 fn body(fit: &Fit, which: usize) -> BallEntry {
     let radii = fit.discs.and_then(|discs| discs.radii);
+    let ball = fit.object.filter(|_| which == 1).map_or(fit.ball, |object| object.ball);
     let mass_kg = match fit.discs {
         Some(discs) => discs.masses.map(|masses| masses[which]),
-        None => Some(fit.ball.mass),
+        None => Some(ball.mass),
+    };
+    let sd = |of: fn(ObjectBall) -> [f64; 2]| {
+        let sd = fit.object.map(|object| of(object)[which]).filter(|sd| *sd > 0.0);
+        sd.map(|sd| digits::significant(sd, MANY))
     };
     BallEntry {
-        radius_m: digits::significant(radii.map_or(fit.ball.radius, |radii| radii[which]), MANY),
+        radius_m: digits::significant(radii.map_or(ball.radius, |radii| radii[which]), MANY),
         mass_kg: mass_kg.map(|mass| digits::significant(mass, MANY)),
-        inertia: digits::significant(fit.ball.inertia, MANY),
+        inertia: digits::significant(ball.inertia, MANY),
+        radius_m_sd: sd(|object| object.radius_sd),
+        mass_kg_sd: sd(|object| object.mass_sd),
     }
 }
 

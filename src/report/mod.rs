@@ -34,9 +34,11 @@ use std::path::PathBuf;
 pub use write::{fit_folder, folder_name, group_folders, write, write_all};
 
 use crate::fit::Fit;
+use crate::measurement::dataset::ObjectBall;
 use crate::measurement::number;
 use crate::measurement::observable::Observable;
 use crate::measurement::parameter::Parameter;
+use crate::physics::ball::Ball;
 
 /// `format_version` of the JSON documents: raised when a key is renamed or dropped, or changes its meaning.
 pub const FORMAT_VERSION: u32 = 1;
@@ -97,12 +99,7 @@ fn model(fit: &Fit) -> String {
 fn bodies(fit: &Fit) -> (&'static str, String) {
     let millimetres = |radius: f64| number::plain(1e3 * radius, 5);
     let grams = |mass: f64| number::plain(1e3 * mass, 4);
-    let Some(discs) = fit.discs else {
-        return (
-            "balls",
-            format!("radius {} mm, mass {} g", millimetres(fit.ball.radius), grams(fit.ball.mass)),
-        );
-    };
+    let Some(discs) = fit.discs else { return ("balls", two_balls(&fit.ball, fit.object.as_ref())) };
     let radii = match discs.radii {
         Some([first, second]) => format!("radii {} and {} mm", millimetres(first), millimetres(second)),
         None => format!(
@@ -115,6 +112,32 @@ fn bodies(fit: &Fit) -> (&'static str, String) {
         None => "masses not stated".to_owned(),
     };
     ("discs", format!("{radii}, {masses}"))
+}
+
+/// Both balls in words, with the errors of what is stated of them.
+fn two_balls(cue: &Ball, object: Option<&ObjectBall>) -> String {
+    let with_error = |value: f64, sd: f64, digits: usize| {
+        if sd > 0.0 { number::with_error(value, sd) } else { number::plain(value, digits) }
+    };
+    let one = |ball: &Ball, [mass_sd, radius_sd]: [f64; 2]| {
+        format!(
+            "radius {} mm, mass {} g",
+            with_error(1e3 * ball.radius, 1e3 * radius_sd, 5),
+            with_error(1e3 * ball.mass, 1e3 * mass_sd, 4)
+        )
+    };
+    let Some(object) = object else { return one(cue, [0.0; 2]) };
+    let both = [(cue, "cue ball"), (&object.ball, "object ball")].into_iter().enumerate();
+    let inertias_differ = cue.inertia != object.ball.inertia;
+    let said = both.map(|(which, (ball, name))| {
+        let inertia = if inertias_differ {
+            format!(", inertia {} MR²", number::plain(ball.inertia, 4))
+        } else {
+            String::new()
+        };
+        format!("{name}: {}{inertia}", one(ball, [object.mass_sd[which], object.radius_sd[which]]))
+    });
+    said.collect::<Vec<_>>().join("; ")
 }
 
 /// Smaller probabilities are not told apart.

@@ -2,7 +2,7 @@
 
 use super::aligned::aligned;
 use super::number::plain;
-use super::table::{brief, name, parameters, shots, with_unit};
+use super::table::{INTERVAL, brief, columns, name, parameters, shots, with_unit};
 use crate::fit::{Fit, Grade, Status};
 use crate::measurement::parameter::Parameter;
 
@@ -65,7 +65,7 @@ pub fn render(fits: &[Fit], colour: Colour) -> String {
         text.push_str(&format!("{numbers}{}\n", colour.paint(&line.verdict, line.grade)));
         line.below.iter().for_each(|sentence| text.push_str(&format!("    {sentence}\n")));
     }
-    text + &legend(&lines)
+    text + &legend(&lines, &known)
 }
 
 /// The fits of each data set, in their order.
@@ -137,18 +137,31 @@ fn range(fits: &[Fit], parameter: Parameter) -> String {
     }
 }
 
-/// What the marks of the table mean, as far as it has them.
-fn legend(lines: &[Line]) -> String {
-    let has =
-        |mark: &str| lines.iter().flat_map(|line| line.cells.iter().skip(1)).any(|cell| cell.contains(mark));
+/// What the marks and the symbols of the table mean, as far as it has them.
+fn legend(lines: &[Line], known: &[Parameter]) -> String {
+    let shows = |line: &Line, mark: &str| line.cells.iter().skip(1).any(|cell| cell.contains(mark));
+    let has = |mark: &str| lines.iter().any(|line| shows(line, mark));
+    let dash = |unusable: bool| {
+        lines.iter().any(|line| (line.grade == Grade::Unusable) == unusable && shows(line, "–"))
+    };
+    let dash = match (dash(false), dash(true)) {
+        (true, true) => "–: not determined by these shots; where the verdict is unusable: no number to use",
+        (false, true) => "–: no number to use",
+        _ => "–: not determined by these shots",
+    };
     let marks = [
         ("±", "±: one standard error"),
+        ("[", INTERVAL),
         ("≥", "≥: every larger value fits equally"),
         ("≤", "≤: every smaller value fits equally"),
-        ("–", "–: not determined by these shots"),
+        ("–", dash),
         ("(bound)", "(bound): at the end of the allowed range"),
         ("no error", "no error: nothing to tell it from"),
     ];
     let said: Vec<&str> = marks.iter().filter(|(mark, _)| has(mark)).map(|(_, words)| *words).collect();
-    if said.is_empty() { String::new() } else { format!("\n{}\n", said.join("; ")) }
+    let mut text = if said.is_empty() { String::new() } else { format!("\n{}\n", said.join("; ")) };
+    for line in columns(known) {
+        text.push_str(&format!("{line}\n"));
+    }
+    text
 }

@@ -1,7 +1,7 @@
 //! All fits in one table, a line each, as `caromfit fit --all` prints it.
 
 use super::aligned::aligned;
-use super::number::{plain, with_error};
+use super::number::{plain, with_error, with_interval};
 use super::{noise_estimated, reduced_chi2};
 use crate::fit::{Estimate, Fit, Grade, Status};
 use crate::measurement::parameter::Parameter;
@@ -34,6 +34,15 @@ pub(super) fn parameters(fits: &[Fit]) -> Vec<Parameter> {
     Parameter::ALL.into_iter().filter(|p| Parameter::COEFFICIENTS.contains(p) || has(p)).collect()
 }
 
+/// What stands in the place of ±.
+pub(super) const INTERVAL: &str = "[…]: the 95 % interval, where it is far from ± two standard errors";
+
+/// What the symbols of columns mean that few data sets have.
+pub(super) fn columns(parameters: &[Parameter]) -> Vec<String> {
+    let rare = parameters.iter().filter(|parameter| !Parameter::COEFFICIENTS.contains(parameter));
+    rare.map(|parameter| format!("{}: {}", parameter.symbol(), parameter.meaning())).collect()
+}
+
 /// With its unit, where it has one.
 pub(super) fn with_unit(text: &str, unit: &str, space: &str) -> String {
     if unit.is_empty() { text.to_owned() } else { format!("{text}{space}{unit}") }
@@ -51,6 +60,14 @@ pub(super) fn estimate(fit: &Fit, estimate: &Estimate) -> String {
             None => format!("{value} (refuted)"),
         };
     }
+    if let Some(plateau) = fit.diagnostics.plateaus.iter().find(|found| found.parameter == estimate.parameter)
+    {
+        let sign = if plateau.bound >= plateau.edge { '≥' } else { '≤' };
+        return format!("{sign} {}", plain(plateau.edge, 3));
+    }
+    if let Some(interval) = estimate.lopsided().filter(|_| estimate.status == Status::Free) {
+        return with_interval(estimate.value, interval);
+    }
     match (estimate.status, estimate.std_error) {
         (Status::Free, Some(error)) if error.is_finite() => with_error(estimate.value, error),
         (Status::Free, _) => format!("{value} (no error)"),
@@ -64,16 +81,13 @@ pub(super) fn estimate(fit: &Fit, estimate: &Estimate) -> String {
 /// An estimate in the cell of a table of fits: no number where none can be used.
 pub(super) fn brief(fit: &Fit, parameter: Parameter) -> String {
     let Some(own) = fit.estimates.iter().find(|e| e.parameter == parameter) else { return "–".to_owned() };
-    let plateau = fit.diagnostics.plateaus.iter().find(|plateau| plateau.parameter == parameter);
-    match (own.status, plateau) {
+    let on_plateau = fit.diagnostics.plateaus.iter().any(|plateau| plateau.parameter == parameter);
+    match own.status {
         _ if fit.verdict().grade == Grade::Unusable => "–".to_owned(),
-        (_, Some(plateau)) => {
-            let sign = if plateau.bound >= plateau.edge { '≥' } else { '≤' };
-            format!("{sign} {}", plain(plateau.edge, 3))
-        }
-        (Status::NotIdentified, None) => "–".to_owned(),
-        (Status::AtLowerBound | Status::AtUpperBound, None) => format!("{} (bound)", plain(own.value, 4)),
-        (Status::Free | Status::Fixed, None) => estimate(fit, own),
+        _ if on_plateau => estimate(fit, own),
+        Status::NotIdentified => "–".to_owned(),
+        Status::AtLowerBound | Status::AtUpperBound => format!("{} (bound)", plain(own.value, 4)),
+        Status::Free | Status::Fixed => estimate(fit, own),
     }
 }
 
@@ -120,7 +134,8 @@ fn legend(fits: &[Fit]) -> String {
     let free = || all().filter(|(fit, e)| e.status == Status::Free && !on_plateau(fit, e));
     let no_error = |(_, estimate): &(&Fit, &Estimate)| !estimate.std_error.is_some_and(f64::is_finite);
     let lines = [
-        (free().any(|pair| !no_error(&pair)), "±: one standard error"),
+        (free().any(|pair| !no_error(&pair) && pair.1.lopsided().is_none()), "±: one standard error"),
+        (free().any(|(_, e)| e.lopsided().is_some()), INTERVAL),
         (
             usable().count() < fits.len(),
             "unusable: the numbers of that fit mean nothing; its report says why",
@@ -150,5 +165,6 @@ fn legend(fits: &[Fit]) -> String {
         let sentence = fit.camera.as_ref()?.sentence()?;
         Some(format!("{}: {sentence}\n", super::title(fit)))
     });
-    marks + &corrected.collect::<String>()
+    let columns = columns(&parameters(fits)).into_iter().map(|line| line + "\n");
+    marks + &columns.chain(corrected).collect::<String>()
 }

@@ -1,7 +1,7 @@
 //! How far a fit can be trusted, in words.
 
 use super::content::{Block, Cell, Section, Table};
-use super::number::{interval, plain};
+use super::number::{count_of, interval, plain};
 use super::table::with_unit;
 use crate::fit::{
     Alternative, Bootstrap, Bound, Computed, DOWN_WEIGHTED, Fit, Goodness, Identifiability, Influence,
@@ -41,7 +41,7 @@ pub(super) fn sections(fit: &Fit) -> Vec<Section> {
 pub(super) fn computed(found: &[Computed]) -> Section {
     let line = |Computed { fidelity, effects, shots }: &Computed| {
         let on: Vec<_> = effects.list().into_iter().filter_map(|(name, on)| on.then_some(name)).collect();
-        let count = if *shots == 1 { "1 shot".to_owned() } else { format!("{shots} shots") };
+        let count = count_of(*shots, "shot");
         format!("{count} at {}: {}", fidelity.name(), on.join(", "))
     };
     listed("What each shot calls for", found.iter().map(line).collect())

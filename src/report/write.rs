@@ -155,6 +155,8 @@ fn write_contents(files: &[&(&str, Content)], folder: &Path) -> Result<(), Repor
     // what a killed run leaves behind would then sit among the results.
     let parent = folder.parent().filter(|parent| !parent.as_os_str().is_empty()).unwrap_or(Path::new("."));
     remove_leftovers(parent);
+    // of folders in it, as of the pictures of shots
+    remove_leftovers(folder);
     let staging = tempfile::Builder::new().prefix(STAGING).tempdir_in(parent).map_err(at(parent))?;
     for (name, content) in files {
         let path = staging.path().join(name);

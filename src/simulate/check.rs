@@ -1,12 +1,16 @@
 //! What a specification may ask for.
 
 use super::{BadSpec, BallSpec, Camera, ClothSpec, Noise, Shots, Spec};
+use crate::physics::ball::Ball;
 
 /// More shots are a slip of the pen.
 pub(crate) const MOST_SHOTS: usize = 1_000_000;
 
 /// Frames of a shot before or after the impact: more are a slip of the pen, and would fill the memory.
 pub(crate) const MOST_FRAMES: f64 = 1e5;
+
+/// What a ball's mass or radius may be off by, of itself: what is stated stays above 0 then.
+const MOST_ERROR: f64 = 0.1;
 
 /// A ball with more markers than these is none.
 const MOST_MARKERS: usize = 100;
@@ -34,13 +38,23 @@ pub(super) fn check(spec: &Spec) -> Result<(), BadSpec> {
             "at least one of stun, natural-roll, almost-roll, draw, side, slight-side, any",
         );
     }
+    for (key, value, other) in
+        [("truth.mu_c", spec.truth.mu_c, spec.truth.mu_b), ("truth.mu_b", spec.truth.mu_b, spec.truth.mu_c)]
+    {
+        if value.is_none() && other.is_some() {
+            return fail(key, "missing".into(), "both of mu + mu_b·exp(−mu_c·v), or neither");
+        }
+    }
     check_numbers(spec)
 }
 
 /// Checks what has to be a number in some range.
 fn check_numbers(spec: &Spec) -> Result<(), BadSpec> {
     let Noise { velocity_m_s, line_of_centres_deg, spin_rad_s, angle_deg } = spec.noise;
-    let BallSpec { radius_m, mass_kg, inertia } = spec.ball;
+    let BallSpec { radius_m, mass_kg, inertia, radius_m_sd, mass_kg_sd } = spec.ball;
+    let object = spec.object.unwrap_or_default();
+    let (_, other) = spec.balls();
+    let other = other.map_or(Ball::POOL, |other| other.ball);
     let Camera { fps, position_sd_m, before_ms, after_ms, gaps, outliers, markers } = spec.camera;
     let ClothSpec { mu_k, mu_r, bounce } = spec.cloth;
     let not_negative: (fn(f64) -> bool, _) = (|x| x >= 0.0, "0 or more");
@@ -54,6 +68,9 @@ fn check_numbers(spec: &Spec) -> Result<(), BadSpec> {
         ("ball.radius_m", radius_m, positive),
         ("ball.mass_kg", mass_kg, positive),
         ("ball.inertia", inertia, positive),
+        ("object.radius_m", other.radius, positive),
+        ("object.mass_kg", other.mass, positive),
+        ("object.inertia", other.inertia, positive),
         ("camera.fps", fps, positive),
         ("camera.position_sd_m", position_sd_m, not_negative),
         ("camera.before_ms", before_ms, not_negative),
@@ -66,6 +83,17 @@ fn check_numbers(spec: &Spec) -> Result<(), BadSpec> {
     ] {
         if !(value.is_finite() && good(value)) {
             return Err(BadSpec::Value { key, value: value.to_string(), expected });
+        }
+    }
+    for (key, sd, of) in [
+        ("ball.radius_m_sd", radius_m_sd, radius_m),
+        ("ball.mass_kg_sd", mass_kg_sd, mass_kg),
+        ("object.radius_m_sd", object.radius_m_sd, other.radius),
+        ("object.mass_kg_sd", object.mass_kg_sd, other.mass),
+    ] {
+        if !(0.0..MOST_ERROR * of).contains(&sd) {
+            let expected = "0 or more, less than a tenth of what it is the error of";
+            return Err(BadSpec::Value { key, value: sd.to_string(), expected });
         }
     }
     for (key, ms) in [("camera.before_ms", before_ms), ("camera.after_ms", after_ms)] {
@@ -91,7 +119,7 @@ mod tests {
             name: "film".to_string(),
             kind: Kind::Tracks,
             seed: 1,
-            truth: Truth { mu: 0.05, mu_s: 0.3, e: 0.94 },
+            truth: Truth { mu: 0.05, mu_s: 0.3, e: 0.94, ..Truth::default() },
             shots: Shots {
                 count: 1,
                 speed_m_s: [1.0, 2.0],
@@ -100,6 +128,7 @@ mod tests {
             },
             noise: Noise::default(),
             ball: BallSpec::default(),
+            object: None,
             camera: Camera::default(),
             cloth: ClothSpec::default(),
         }

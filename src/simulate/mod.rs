@@ -11,14 +11,15 @@ use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use statrs::distribution::{ContinuousCDF, Normal};
 
-use crate::io::{DatasetError, toml_file};
+use crate::io::balls_section::RawBalls;
+use crate::io::{DatasetError, balls_section, toml_file};
 use crate::likelihood::prediction::{Plan, Unpredictable};
-use crate::measurement::dataset::{Before, Dataset, Measured, Measurement, Shot};
+use crate::measurement::dataset::{Before, Dataset, Measured, Measurement, ObjectBall, Shot};
 use crate::measurement::observable::Observable;
 use crate::measurement::spin::Spin;
 use crate::measurement::track::TrackShot;
 use crate::physics::ball::{Ball, BallState, Vec3};
-use crate::physics::collision::{Coefficients, Fidelity, Model, NotACollision};
+use crate::physics::collision::{Coefficients, Model, NotACollision};
 use crate::physics::contact_frame::{CollisionFrame, cue_velocity};
 
 use check::check;
@@ -56,24 +57,36 @@ pub enum BadSpec {
 /// # Errors
 /// What is wrong with it, with line and position.
 pub fn read(path: &Path) -> Result<Spec, DatasetError> {
-    toml_file::read_toml(path)
+    let spec = toml_file::read_toml(path)?;
+    // what is wrong with the balls has its line
+    toml_file::read_checked(path, |balls: RawBalls, source, problems| balls.check(source, problems))?;
+    Ok(spec)
 }
 
-/// Makes the files of a synthetic data set with the `full` collision model: name and content of `dataset.toml`, of the tables that
-/// it names, and of `truth.json`.
+/// Makes the files of a synthetic data set with the `full` collision model, or `ode` where the contact gives way or its friction falls
+/// with the slip: name and content of `dataset.toml`, of the tables that it names, and of `truth.json`.
 ///
 /// # Errors
 /// A value out of its range, named with what was expected.
 pub fn generate(spec: &Spec) -> Result<Vec<(&'static str, String)>, BadSpec> {
-    generate_with(spec, &Model::new(Fidelity::Full, Ball::POOL))
+    generate_with(spec, &spec.usual_model())
 }
 
-/// As [`generate`] with another collision model, whose ball is replaced by that of the specification.
+/// As [`generate`] with another collision model, whose balls are replaced by those that the specification states, and what the specification
+/// states of their contact with it.
 ///
 /// # Errors
-/// As [`generate`].
+/// As [`generate`]; or the model's contact is rigid along its surface, and the specification's is not.
 pub fn generate_with(spec: &Spec, model: &Model) -> Result<Vec<(&'static str, String)>, BadSpec> {
     check(spec)?;
+    let kappa = spec.truth.kappa.filter(|kappa| *kappa != 0.0);
+    if let Some(kappa) = kappa.filter(|_| !model.fidelity.effects().compliance) {
+        return Err(BadSpec::Value {
+            key: "truth.kappa",
+            value: format!("{kappa}, with the fidelity {}", model.fidelity.name()),
+            expected: "the fidelity ode or contact with it, or none (ode), as all others are rigid along the surface",
+        });
+    }
     let mut maker = Maker::new(spec, model);
     let mut files = match spec.kind {
         Kind::Impacts => vec![("shots.csv", maker.impacts()?)],
@@ -87,9 +100,10 @@ pub fn generate_with(spec: &Spec, model: &Model) -> Result<Vec<(&'static str, St
             files
         }
     };
-    let truth = serde_json::json!({
-        "mu": spec.truth.mu, "mu_s": spec.truth.mu_s, "e": spec.truth.e, "seed": spec.seed,
-    });
+    let truths = spec.truths().into_iter().map(|(p, value)| (p.name().to_owned(), value.into()));
+    let mut truth: serde_json::Map<String, serde_json::Value> = truths.collect();
+    truth.insert("seed".to_owned(), spec.seed.into());
+    let truth = serde_json::Value::Object(truth);
     files.insert(0, ("dataset.toml", manifest_text(spec)));
     files.push(("truth.json", format!("{truth:#}\n")));
     Ok(files)
@@ -128,31 +142,47 @@ pub enum SynthError {
 /// As [`generate`].
 pub fn filmed(spec: &Spec) -> Result<Vec<(TrackShot, TrueImpact)>, BadSpec> {
     check(spec)?;
-    Maker::new(spec, &Model::new(Fidelity::Full, Ball::POOL)).tracks()
+    Maker::new(spec, &spec.usual_model()).tracks()
 }
 
 /// `dataset.toml` of the made data.
 fn manifest_text(spec: &Spec) -> String {
-    let BallSpec { radius_m, mass_kg, inertia } = spec.ball;
-    let Truth { mu, mu_s, e } = spec.truth;
-    let (kind, files) = match spec.kind {
-        Kind::Impacts => ("impacts", "shots.csv"),
-        Kind::Angles => ("angles", "shots.csv"),
-        Kind::Tracks => ("tracks", "tracks.csv"),
-    };
+    let (cue, object) = stated_balls(spec);
+    let kind = spec.kind.name();
+    let files = if spec.kind == Kind::Tracks { "tracks.csv" } else { "shots.csv" };
     let name = toml::Value::from(spec.name.as_str());
     let assume = match spec.assumed() {
         Some(Played::Stun) => "stun",
         Some(_) => "natural-roll",
         None => "measured",
     };
+    let truths: Vec<String> =
+        spec.truths().iter().map(|(parameter, value)| format!("{} = {value}", parameter.name())).collect();
     format!(
-        "# Synthetic: mu = {mu}, mu_s = {mu_s}, e = {e}, seed {}.\nname = {name}\nkind = \"{kind}\"\n\
-         files = [\"{files}\"]\nsource = \"synthetic, caromfit {}\"\n\n[ball]\nradius_m = {radius_m:?}\n\
-         mass_kg = {mass_kg:?}\ninertia = {inertia:?}\n\n[cue_spin]\nassume = \"{assume}\"\n",
+        "# Synthetic: {}, seed {}.\nname = {name}\nkind = \"{kind}\"\nfiles = [\"{files}\"]\n\
+         source = \"synthetic, caromfit {}\"\n\n{}\n[cue_spin]\nassume = \"{assume}\"\n",
+        truths.join(", "),
         spec.seed,
         env!("CARGO_PKG_VERSION"),
+        balls_section::text(&cue, object.as_ref(), None),
     ) + &video_text(spec)
+}
+
+/// Both balls as whoever weighs and measures them finds them: off by the errors of the scale and of the calliper, where these count.
+fn stated_balls(spec: &Spec) -> (Ball, Option<ObjectBall>) {
+    let (mut cue, mut object) = spec.balls();
+    // apart from the shots, which do not depend on it
+    let mut rng = ChaCha8Rng::seed_from_u64(spec.seed);
+    rng.set_stream(1);
+    let normal = Normal::standard();
+    let mut off = |sd: f64| sd * normal.inverse_cdf(rng.random_range(f64::EPSILON..1.0));
+    if let Some(ObjectBall { ball, mass_sd, radius_sd }) = &mut object {
+        cue.mass += off(mass_sd[0]);
+        ball.mass += off(mass_sd[1]);
+        cue.radius += off(radius_sd[0]);
+        ball.radius += off(radius_sd[1]);
+    }
+    (cue, object)
 }
 
 /// What dataset.toml says of the footage, for kind `tracks`.
@@ -187,14 +217,12 @@ struct Maker<'a> {
 
 impl<'a> Maker<'a> {
     fn new(spec: &'a Spec, model: &Model) -> Self {
-        let BallSpec { radius_m: radius, mass_kg: mass, inertia } = spec.ball;
-        let Truth { mu, mu_s, e } = spec.truth;
         Self {
             spec,
             rng: ChaCha8Rng::seed_from_u64(spec.seed),
             normal: Normal::standard(),
-            model: Model { ball: Ball { radius, mass, inertia }, ..*model },
-            coefficients: Coefficients { mu, mu_s, e },
+            model: spec.with_truth(model),
+            coefficients: spec.coefficients(),
         }
     }
 

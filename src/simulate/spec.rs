@@ -1,9 +1,21 @@
 //! What a synthetic data set is to be, as it stands in a specification.
 
+use std::path::Path;
+use std::str::FromStr;
+
 use serde::{Deserialize, Serialize};
 
 use super::{Camera, ClothSpec};
+use crate::io::DatasetError;
+use crate::io::error::Problems;
+use crate::io::toml_file::{Source, parse};
+use crate::measurement::dataset::{ObjectBall, StatedObject};
+use crate::measurement::parameter::Parameter;
+use crate::measurement::values::Values;
 use crate::physics::ball::Ball;
+use crate::physics::collision::{Coefficients, Effects, Fidelity, Model};
+use crate::physics::friction_law::Law;
+use crate::physics::name::{UnknownName, named};
 
 /// What data to make: the content of a SPEC.toml.
 #[derive(Clone, Debug, Deserialize, Serialize)]
@@ -22,9 +34,12 @@ pub struct Spec {
     /// The errors of measurement.
     #[serde(default)]
     pub noise: Noise,
-    /// Both balls.
+    /// The cue ball, and the object ball where nothing else is stated.
     #[serde(default)]
     pub ball: BallSpec,
+    /// What of the object ball differs from the cue ball.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub object: Option<StatedObject>,
     /// The camera, for kind `tracks`.
     #[serde(default)]
     pub camera: Camera,
@@ -33,8 +48,20 @@ pub struct Spec {
     pub cloth: ClothSpec,
 }
 
+/// The text of a SPEC.toml.
+impl FromStr for Spec {
+    type Err = DatasetError;
+
+    fn from_str(text: &str) -> Result<Self, DatasetError> {
+        let mut problems = Problems::new("the specification cannot be used:".to_owned());
+        let source = Source { path: Path::new("SPEC.toml"), text };
+        parse(&source, &mut problems).ok_or_else(|| problems.into_error())
+    }
+}
+
 /// What is measured of each shot: the kind of the data set.
 #[derive(Clone, Copy, Debug, Deserialize, Serialize, PartialEq, Eq)]
+#[non_exhaustive]
 #[serde(rename_all = "lowercase")]
 pub enum Kind {
     /// Velocities and spins just before and after the impact.
@@ -45,8 +72,31 @@ pub enum Kind {
     Tracks,
 }
 
+impl Kind {
+    /// All kinds.
+    pub const ALL: [Self; 3] = [Self::Impacts, Self::Angles, Self::Tracks];
+
+    /// The name in dataset.toml and in a specification.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Impacts => "impacts",
+            Self::Angles => "angles",
+            Self::Tracks => "tracks",
+        }
+    }
+}
+
+impl FromStr for Kind {
+    type Err = UnknownName;
+
+    fn from_str(name: &str) -> Result<Self, UnknownName> {
+        named("kind", &Self::ALL, |kind| [kind.name()], name)
+    }
+}
+
 /// The true parameters, which a fit should find again.
-#[derive(Clone, Copy, Debug, Deserialize, Serialize)]
+#[derive(Clone, Copy, Debug, Default, Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
 pub struct Truth {
     /// Friction between the balls μ, dimensionless.
@@ -55,6 +105,18 @@ pub struct Truth {
     pub mu_s: f64,
     /// Coefficient of restitution e, dimensionless.
     pub e: f64,
+    /// The compliance κ of a contact that gives way along its surface, dimensionless; `None` or 0: rigid.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub kappa: Option<f64>,
+    /// b of a friction that falls with the slip v, μ + b·exp(−c·v), dimensionless.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub mu_b: Option<f64>,
+    /// c of the same law, s/m.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub mu_c: Option<f64>,
+    /// e₁ of a restitution that falls with the closing speed v, e − e₁·v, s/m.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub e_slope: Option<f64>,
 }
 
 /// Which shots are played: uniformly random between the ends of each range.
@@ -73,6 +135,7 @@ pub struct Shots {
 
 /// How the cue ball is spinning before the impact.
 #[derive(Clone, Copy, Debug, Deserialize, Serialize, PartialEq, Eq)]
+#[non_exhaustive]
 #[serde(rename_all = "kebab-case")]
 pub enum Played {
     /// It slides without any spin.
@@ -91,6 +154,41 @@ pub enum Played {
     Any,
 }
 
+impl Played {
+    /// All of them.
+    pub const ALL: [Self; 7] = [
+        Self::Stun,
+        Self::NaturalRoll,
+        Self::AlmostRoll,
+        Self::Draw,
+        Self::Side,
+        Self::SlightSide,
+        Self::Any,
+    ];
+
+    /// The name in a specification.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Stun => "stun",
+            Self::NaturalRoll => "natural-roll",
+            Self::AlmostRoll => "almost-roll",
+            Self::Draw => "draw",
+            Self::Side => "side",
+            Self::SlightSide => "slight-side",
+            Self::Any => "any",
+        }
+    }
+}
+
+impl FromStr for Played {
+    type Err = UnknownName;
+
+    fn from_str(name: &str) -> Result<Self, UnknownName> {
+        named("spin", &Self::ALL, |played| [played.name()], name)
+    }
+}
+
 /// The standard deviations of the errors of measurement; 0 leaves a quantity exact.
 #[derive(Clone, Copy, Debug, Default, Deserialize, Serialize)]
 #[serde(deny_unknown_fields, default)]
@@ -105,7 +203,7 @@ pub struct Noise {
     pub angle_deg: f64,
 }
 
-/// Both balls of a synthetic data set.
+/// The cue ball of a synthetic data set: its true properties, and the errors by which its `[ball]` states them.
 #[derive(Clone, Copy, Debug, Deserialize, Serialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct BallSpec {
@@ -115,11 +213,77 @@ pub struct BallSpec {
     pub mass_kg: f64,
     /// The moment of inertia over MR², ν.
     pub inertia: f64,
+    /// The standard deviation of what is stated as the radius, m; 0: exact.
+    pub radius_m_sd: f64,
+    /// The standard deviation of what is stated as the mass, kg; 0: exact.
+    pub mass_kg_sd: f64,
 }
 
 impl Default for BallSpec {
     fn default() -> Self {
         let Ball { radius, mass, inertia } = Ball::POOL;
-        Self { radius_m: radius, mass_kg: mass, inertia }
+        Self { radius_m: radius, mass_kg: mass, inertia, radius_m_sd: 0.0, mass_kg_sd: 0.0 }
+    }
+}
+
+impl Spec {
+    /// The cue ball, and the object ball where it differs, as they truly are.
+    pub(super) fn balls(&self) -> (Ball, Option<ObjectBall>) {
+        let BallSpec { radius_m: radius, mass_kg: mass, inertia, radius_m_sd, mass_kg_sd } = self.ball;
+        let cue = Ball { radius, mass, inertia };
+        (cue, self.object.map(|object| object.beside(cue, [mass_kg_sd, radius_m_sd])))
+    }
+
+    /// The true coefficients.
+    pub(super) fn coefficients(&self) -> Coefficients {
+        let Truth { mu, mu_s, e, .. } = self.truth;
+        Coefficients { mu, mu_s, e }
+    }
+
+    /// The model with the balls of this specification, and with what is true of their contact besides the coefficients.
+    pub(super) fn with_truth(&self, model: &Model) -> Model {
+        let Truth { kappa, mu_b, mu_c, e_slope, .. } = self.truth;
+        let (ball, object) = self.balls();
+        let law = mu_b.zip(mu_c).map_or(model.law, |(b, c)| Law::Exponential { b, c });
+        let effects = Effects { compliance: kappa.is_some() || model.effects.compliance, ..model.effects };
+        Model {
+            ball,
+            effects,
+            object: object.map(|object| object.ball).or(model.object),
+            law,
+            e_slope: e_slope.or(model.e_slope),
+            kappa: kappa.unwrap_or(model.kappa),
+            ..*model
+        }
+    }
+
+    /// The model by which its shots are computed where none is asked for: `full`, or `ode` where only that knows what is true.
+    #[must_use]
+    pub fn usual_model(&self) -> Model {
+        let Truth { kappa, mu_b, .. } = self.truth;
+        let full = Model::new(Fidelity::Full, self.balls().0);
+        if kappa.is_none_or(|kappa| kappa == 0.0) && mu_b.is_none() {
+            return full;
+        }
+        Model { tolerance: Model::TOLERANCE, ..full.giving_way(kappa.unwrap_or(0.0)) }
+    }
+
+    /// Everything that is true of the contact: μ, μ_s and e, and what else this specification states.
+    #[must_use]
+    pub fn truths(&self) -> Vec<(Parameter, f64)> {
+        let Truth { kappa, mu_b, mu_c, e_slope, .. } = self.truth;
+        let values = Values::of(&self.with_truth(&self.usual_model()), self.coefficients());
+        let (cue, object) = self.balls();
+        let differs = |of: fn(Ball) -> f64| object.is_some_and(|object| of(object.ball) != of(cue));
+        let stated = |parameter: &Parameter| match parameter {
+            Parameter::B => mu_b.is_some(),
+            Parameter::C => mu_c.is_some(),
+            Parameter::Kappa => kappa.is_some(),
+            Parameter::ESlope => e_slope.is_some(),
+            Parameter::MassRatio => differs(|ball| ball.mass),
+            Parameter::RadiusRatio => differs(|ball| ball.radius),
+            Parameter::Mu | Parameter::MuS | Parameter::E => true,
+        };
+        Parameter::ALL.into_iter().filter(stated).map(|parameter| (parameter, values[parameter])).collect()
     }
 }

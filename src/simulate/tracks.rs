@@ -1,8 +1,6 @@
 //! Synthetic footage: both balls in every frame, through the impact.
 
-use std::collections::BTreeMap;
 use std::fmt::Write as _;
-use std::path::PathBuf;
 
 use rand::Rng;
 use serde::{Deserialize, Serialize};
@@ -117,24 +115,24 @@ impl Course {
             cue_after: table(&outcome.cue),
             object_after: table(&outcome.object),
         };
-        let radius = model.ball.radius;
-        let contact =
-            [object[0] - 2.0 * radius * direction.cos(), object[1] - 2.0 * radius * direction.sin()];
-        let launch = |position, state: &BallState| {
-            let slip = cloth_slip(state, radius);
+        let (first, second) = (model.ball, model.object_ball());
+        let apart = first.contact_distance(&second);
+        let contact = [object[0] - apart * direction.cos(), object[1] - apart * direction.sin()];
+        let launch = |ball: Ball, position, state: &BallState| {
+            let slip = cloth_slip(state, ball.radius);
             Launch {
                 time,
                 position,
                 velocity: [state.velocity.x, state.velocity.y],
                 slip: [slip.x, slip.y],
                 up: state.velocity.z,
-                inertia: model.ball.inertia,
+                inertia: ball.inertia,
             }
         };
         Ok(Self {
-            cue_before: Path::before(&launch(contact, &truth.cue_before), cloth),
-            cue_after: Path::after(&launch(contact, &truth.cue_after), cloth),
-            object_after: Path::after(&launch(object, &truth.object_after), cloth),
+            cue_before: Path::before(&launch(first, contact, &truth.cue_before), cloth),
+            cue_after: Path::after(&launch(first, contact, &truth.cue_after), cloth),
+            object_after: Path::after(&launch(second, object, &truth.object_after), cloth),
             truth,
         })
     }
@@ -216,13 +214,18 @@ pub fn noise_free(
     let mut marked = Vec::new();
     for ball in [TrackedBall::Cue, TrackedBall::Object] {
         for (number, place) in places[ball as usize].iter().enumerate() {
-            let positions = course.marker(camera, &model.ball, ball, *place);
+            let positions = course.marker(camera, &marked_ball(model, ball), ball, *place);
             let in_sight = positions.into_iter().filter(|(.., in_sight)| *in_sight);
             let samples = in_sight.map(|(t, at, _)| sample(t, at)).collect();
             marked.push(Marker { ball, name: format!("m{}", number + 1), samples });
         }
     }
     Ok((tracked(camera.fps, (cues, objects), marked, Spin::Unknown, String::new()), course.truth))
+}
+
+/// The ball that a marker is on.
+fn marked_ball(model: &Model, ball: TrackedBall) -> Ball {
+    if ball == TrackedBall::Cue { model.ball } else { model.object_ball() }
 }
 
 fn tracked(
@@ -232,20 +235,7 @@ fn tracked(
     spin: Spin,
     name: String,
 ) -> TrackShot {
-    TrackShot {
-        name,
-        file: PathBuf::new(),
-        line: 0,
-        labels: BTreeMap::new(),
-        fps,
-        cue,
-        object,
-        markers,
-        spin,
-        position_sd: None,
-        resolution: [0.0; 2],
-        correlation: 0.0,
-    }
+    TrackShot { markers, ..TrackShot::new(name, fps, spin, [cue, object]) }
 }
 
 impl Maker<'_> {
@@ -290,7 +280,7 @@ impl Maker<'_> {
         {
             let place = self.place_on_top();
             let mut samples = Vec::new();
-            for (t, at, in_sight) in course.marker(&camera, &self.model.ball, ball, place) {
+            for (t, at, in_sight) in course.marker(&camera, &marked_ball(&self.model, ball), ball, place) {
                 let [x, y] = at.map(|at| at + self.noise(sd));
                 if in_sight {
                     samples.push(Sample { t, x, y, sd: None });
@@ -361,10 +351,8 @@ pub(super) fn shots_csv(shots: &[(TrackShot, TrueImpact)]) -> String {
     let mut table = String::from("shot,cue_spin,omega_x,omega_y,omega_z\n");
     for (shot, _) in shots {
         let row = match shot.spin {
-            Spin::Stun => "stun,,,".to_string(),
-            Spin::NaturalRoll => "natural-roll,,,".to_string(),
             Spin::Measured { spin, .. } => format!("measured,{},{},{}", spin.x, spin.y, spin.z),
-            Spin::Unknown => "unknown,,,".to_string(),
+            word => format!("{},,,", word.name()),
         };
         _ = writeln!(table, "{},{row}", shot.name);
     }

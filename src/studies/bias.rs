@@ -8,7 +8,7 @@ use std::time::Instant;
 
 use super::accuracy;
 use crate::fit;
-use crate::fit::{Depth, FitError, Options};
+use crate::fit::{Depth, FitError, Method, Options};
 use crate::likelihood::prediction::Plan;
 use crate::measurement::dataset::{Before, Dataset, Measured, Measurement, Shot};
 use crate::measurement::loss::Loss;
@@ -202,6 +202,7 @@ pub fn bias(dataset: &Dataset, way: Way) -> Result<Row, FitError> {
         effects: if gives_way { Some(compliant) } else { fidelity.map(Fidelity::effects) },
         tolerance: if gives_way { Model::TOLERANCE_OF_FITS } else { TOLERANCE },
         depth: Depth::Estimates,
+        method: Some(Method::TwoStage),
         ..Options::default()
     };
     let mut dataset = dataset.clone();

@@ -118,6 +118,10 @@ impl<T: Number> Motion<T> {
         let (before, cue, ball) = (pair(BEFORE), pair(CUE), pair(BALL));
 
         let spin = scene.spin(normal, before, z[ROLL]);
+        // q = r(U_x − U_fx), and its part upwards, q sin δ
+        let normal_impulse = (before[0] - cue[0]) * ratio;
+        let tilt = (balls[1].radius - balls[0].radius) / (balls[1].radius + balls[0].radius);
+        let tilted = normal_impulse * tilt;
         // the vertical impulse on the ball that is lifted, over its mass: negative with topspin
         let (lift, impulse) = if scene.spin == Spin::Unknown {
             let impulse = -z[LIFT] * scene.upward(before, spin);
@@ -126,14 +130,15 @@ impl<T: Number> Motion<T> {
             match scene.lift(&Unknowns::from_fn(|i, _| z[i].re())) {
                 Lift::Cue => (Lift::Cue, -z[LIFT]),
                 Lift::Object => (Lift::Object, z[LIFT]),
+                // without spin the larger ball rises by the tilt of the line of centres
+                Lift::None if tilt > 0.0 => (Lift::Object, tilted),
+                Lift::None if tilt < 0.0 => (Lift::Cue, tilted / ratio),
                 Lift::None => (Lift::None, zero),
             }
         };
-        // q = r(U_x − U_fx), and J_z without the part q sin δ of the normal impulse
-        let normal_impulse = (before[0] - cue[0]) * ratio;
-        let tilt = (balls[1].radius - balls[0].radius) / (balls[1].radius + balls[0].radius);
+        // J_z without the part of the normal impulse
         let on_object = if lift == Lift::Cue { impulse * ratio } else { impulse };
-        let j_z = on_object - normal_impulse * tilt;
+        let j_z = on_object - tilted;
         let nu_r = balls.map(|ball| ball.inertia * ball.radius);
         // ω_f = ω_i + (0, J_z, −J_y)/(rνR)
         let cue_spin = [spin[0], spin[1] + j_z / (nu_r[0] * ratio)];

@@ -19,6 +19,9 @@ pub struct Scene {
     pub lift: LiftPrior,
     /// The standard deviation of a side spin that was not seen, as Rω_z/U, in shots stated as stun or natural roll.
     pub side_sd: f64,
+    /// By which part of 2R the centres may seem to be off it where the balls touch, while nothing is known of the camera; 0 where lengths
+    /// are true.
+    pub gap_sd: f64,
 }
 
 /// How fast the friction between the balls lifts one of them. A single track hardly shows for how long a
@@ -44,6 +47,7 @@ impl Scene {
             sliding_sd: 1.0,
             lift: LiftPrior::Published(0.05, 0.05),
             side_sd: 0.0,
+            gap_sd: 0.0,
         }
     }
 

@@ -271,7 +271,7 @@ fn a_case_that_is_not_integrated_leaves_the_others() {
     let value: Value = serde_json::from_slice(&output.stdout).unwrap();
     let [good, odd, roll] = [0, 1, 2].map(|i| &value[i]);
     assert!(good["impulse"].as_f64().unwrap() > 1.0 && roll["impulse"].as_f64().unwrap() > 1.0);
-    assert_eq!(keys(odd), BTreeSet::from(["name", "fidelity", "error"]));
+    assert_eq!(keys(odd), BTreeSet::from(["version", "format_version", "name", "fidelity", "error"]));
     assert!(odd["error"].as_str().unwrap().contains("1e-6"), "{odd}");
     let output = caromfit(args);
     assert_eq!(output.status.code(), Some(1));

@@ -177,7 +177,7 @@ fn shot(rng: &mut ChaCha8Rng) -> (BallState, Coefficients) {
 }
 
 /// Between two outcomes, velocities and spins times R.
-fn apart(a: &Outcome, b: &Outcome) -> f64 {
+pub(super) fn apart(a: &Outcome, b: &Outcome) -> f64 {
     off(a, &[b.cue.velocity, b.cue.spin, b.object.velocity, b.object.spin], Ball::POOL.radius)
 }
 

@@ -24,6 +24,7 @@ use rand_chacha::ChaCha8Rng;
 use faults::{Faults, manifest, table};
 
 use crate::extraction::count as count_of;
+use crate::options;
 use crate::synthetic::spec;
 
 /// A film that takes longer, s, is named.
@@ -95,8 +96,12 @@ fn film(seed: u64, tally: &Tally) {
         assert!(!finding.text.contains("NaN"), "{}", finding.text);
     }
     let method = if !discs && random.random_bool(0.2) { Method::Joint } else { Method::TwoStage };
-    let options =
-        Options { method, depth: Depth::Estimates, fidelity: FidelityChoice::Auto, ..Options::default() };
+    let options = Options {
+        method: Some(method),
+        depth: Depth::Estimates,
+        fidelity: FidelityChoice::Auto,
+        ..options::of_fit()
+    };
     let films = footage::films(&extracted, &scene, None, usize::MAX);
     for fit in fit::fit_watched(&dataset, &films, &options, &|| ()).into_iter().flatten() {
         assert!(fit.estimates.iter().all(|estimate| estimate.value.is_finite()));
@@ -166,7 +171,7 @@ fn fitted(fps: f64, faults: &Faults, seed: u64) -> (Dataset, Fit) {
     let dataset = loaded(&table, &manifest(fps, faults, Some("natural-roll"), "")).unwrap();
     let (dataset, ..) = footage::with_impacts(dataset, &|| ());
     let fit =
-        fit::fit(&dataset, &Options { depth: Depth::Estimates, ..Options::default() }).unwrap().remove(0);
+        fit::fit(&dataset, &Options { depth: Depth::Estimates, ..options::of_fit() }).unwrap().remove(0);
     (dataset, fit)
 }
 
@@ -212,7 +217,7 @@ fn a_fit_warns_of_what_check_finds_suspicious() {
     // filmed at 240 fps, said to be filmed at 120
     let faults = Faults { rate: -0.5, noise: 3e-4, decimals: 7, ..Faults::default() };
     let (dataset, fit) = fitted(240.0, &faults, 1);
-    let rate = "The paths after the impacts show that the cloth's sliding friction is 0.05";
+    let rate = "The paths after the impacts show that the cloth's sliding friction is 0.049";
     assert!(fit.warnings.iter().any(|warning| warning.starts_with(rate)), "{:#?}", fit.warnings);
     assert!(fit.warnings.iter().any(|warning| warning.contains("Frames 2.0")), "{:#?}", fit.warnings);
     let suspicious: Vec<_> = check::check(&dataset).into_iter().filter(|f| f.is_suspicious()).collect();

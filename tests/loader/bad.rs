@@ -501,10 +501,19 @@ fn tables_of_angles() {
         ),
         (
             "semicolons",
-            "cut_deg;throw_deg\n30;2\n",
-            "shots.csv:1: cells are separated by semicolons; expected commas",
+            "cut_deg;throw_deg\n30;2;1\n45\n",
+            "shots.csv:2: 3 cells; expected 2, as in the header; write text that has semicolons in quotation marks\nshots.csv:3: 1 cell; expected 2, as in the header; leave a cell empty, but keep its semicolon",
         ),
-        ("tabs", "cut_deg\tthrow_deg\n30\t2\n", "shots.csv:1: cells are separated by tabs; expected commas"),
+        (
+            "thousands",
+            "cut_deg;throw_deg;speed_m_s\n30;2,5;1,874\n30;2,5;998\n",
+            "shots.csv:2: column speed_m_s: \"1,874\" beside \"998\" (line 3) may be thousands or have a decimal comma; expected numbers without a mark between thousands, and more digits where it is decimal",
+        ),
+        (
+            "two marks",
+            "cut_deg;throw_deg;speed_m_s\n30;2,5;1.874,5\n",
+            "shots.csv:2: column speed_m_s: \"1.874,5\" is not a finite number; expected one such as -1.5 or 2e-3",
+        ),
         (
             "quote",
             "cut_deg,throw_deg\n30,2\n30,\"2\n30,2\n",
@@ -513,7 +522,7 @@ fn tables_of_angles() {
         (
             "stray quote",
             "cut_deg,throw_deg\n30,2\n3\"0,2\n30,\"2\"2\n",
-            "shots.csv:4: text follows a closing quotation mark; expected a comma, or \"\" for a quotation mark within the cell\nshots.csv:3: column cut_deg: \"3\"0\" is not a finite number; expected one such as -1.5 or 2e-3",
+            "shots.csv:4: text follows a closing quotation mark; expected the end of the cell, or \"\" for a quotation mark within the cell\nshots.csv:3: column cut_deg: \"3\"0\" is not a finite number; expected one such as -1.5 or 2e-3",
         ),
         ("empty file", "", "shots.csv: is empty; expected a line of column names, and rows below it"),
         (
@@ -805,7 +814,7 @@ fn mixed_noise_names_the_lines() {
         load(folder.path()).unwrap()
     };
     let dataset = dataset("shot,cut_deg,speed_m_s,throw_deg\n# plain\n9,30,2,3.1\n");
-    let error = caromfit::fit::fit(&dataset, &caromfit::fit::Options::default()).unwrap_err().to_string();
+    let error = caromfit::fit::fit(&dataset, &crate::options::of_fit()).unwrap_err().to_string();
     assert!(
         error.contains("throw_deg has a standard deviation in") && error.contains("a.csv:2 (shot 1)"),
         "{error}"

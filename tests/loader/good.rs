@@ -79,6 +79,9 @@ fn ways_to_write_a_table() {
         ("byte order mark", format!("\u{feff}{SHOTS}"), [2, 3]),
         ("carriage returns", SHOTS.replace('\n', "\r\n"), [2, 3]),
         ("old carriage returns", SHOTS.replace('\n', "\r"), [2, 3]),
+        ("semicolons and decimal commas", SHOTS.replace(',', ";").replace('.', ","), [2, 3]),
+        ("tabs", SHOTS.replace(',', "\t"), [2, 3]),
+        ("told separator", format!("sep=;\n{}", SHOTS.replace(',', ";")), [3, 4]),
         ("no line end", SHOTS.trim_end().to_string(), [2, 3]),
         ("comments", format!("# one, \"two\n  # three\n{}#four", SHOTS.replace("\n2", "\n#five\n2")), [4, 6]),
         ("blank lines", format!("\n \n{}\n\n , ,\t,,\n", SHOTS.replace("\n2", "\n\n2")), [4, 6]),
@@ -97,6 +100,17 @@ fn ways_to_write_a_table() {
         let [(one, line_1, first), (two, line_2, second)] = summary(&dataset)[..] else { panic!("{what}") };
         assert_eq!((one, two, [line_1, line_2]), ("1", "2", expected), "{what}");
         assert_eq!((first, second), (3.0_f64.to_radians(), 2.5_f64.to_radians()));
+    }
+}
+
+#[test]
+fn a_table_in_utf_16() {
+    let utf16 = |mark: &[u8]| -> Vec<u8> {
+        mark.iter().copied().chain(SHOTS.encode_utf16().flat_map(u16::to_le_bytes)).collect()
+    };
+    for mark in [&b"\xff\xfe"[..], b""] {
+        let dataset = load_one(ANGLES, utf16(mark)).unwrap();
+        assert_eq!(summary(&dataset)[1], ("2", 3, 2.5_f64.to_radians()));
     }
 }
 

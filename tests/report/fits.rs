@@ -1,56 +1,61 @@
 //! Fits built by hand, of the kinds that a report must cope with.
 
 use std::path::PathBuf;
+use std::sync::OnceLock;
 
+use caromfit::fit;
 use caromfit::fit::{
-    Diagnostics, Estimate, Fit, Goodness, Intervals, Method, Noise, NoiseVerdict, Rejected, Residual, Status,
+    Depth, Diagnostics, Estimate, Fit, Goodness, Intervals, Method, Noise, NoiseVerdict, Rejected, Residual,
+    Status,
 };
 use caromfit::measurement::observable::Observable;
 use caromfit::measurement::parameter::Parameter;
+use caromfit::simulate::{Kind, Played};
 use nalgebra::DMatrix;
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
+use crate::options;
+use crate::synthetic::{made, spec};
+
 pub const NAN: f64 = f64::NAN;
 
+/// Fits have more fields from time to time, so that none can be made of nothing: one that was fitted, of which all is then set.
+fn fitted() -> Fit {
+    static FITTED: OnceLock<Fit> = OnceLock::new();
+    let fit = FITTED.get_or_init(|| {
+        let options = fit::Options { depth: Depth::Estimates, ..options::of_fit() };
+        let dataset = made(&spec(Kind::Angles, &[Played::Stun], 10, 1));
+        fit::fit(&dataset, &options).unwrap().remove(0)
+    });
+    fit.clone()
+}
+
 fn estimate(parameter: Parameter, value: f64, std_error: f64) -> Estimate {
-    Estimate {
-        parameter,
-        value,
-        std_error: Some(std_error),
-        interval_95: Some([value - 1.96 * std_error, value + 1.96 * std_error]),
-        intervals: Intervals::default(),
-        std_error_at_bound: None,
-        status: Status::Free,
-    }
+    let mut estimate = without_error(parameter, value, Status::Free);
+    estimate.std_error = Some(std_error);
+    estimate.interval_95 = Some([value - 1.96 * std_error, value + 1.96 * std_error]);
+    estimate
 }
 
 fn without_error(parameter: Parameter, value: f64, status: Status) -> Estimate {
-    Estimate {
-        parameter,
-        value,
-        std_error: None,
-        interval_95: None,
-        intervals: Intervals::default(),
-        std_error_at_bound: None,
-        status,
-    }
+    let mut estimate = fitted().estimates[0];
+    (estimate.parameter, estimate.value, estimate.status) = (parameter, value, status);
+    (estimate.std_error, estimate.interval_95, estimate.std_error_at_bound) = (None, None, None);
+    estimate.intervals = Intervals::default();
+    estimate
 }
 
 /// What ten throws with stated noise give.
 fn goodness() -> Goodness {
-    Goodness {
-        chi2: 7.0,
-        dof: 7,
-        noise_is_stated: true,
-        p_value: Some(0.428_88),
-        noise: NoiseVerdict::Explains,
-        noise_factor: Some(1.0),
-        trends: Vec::new(),
-        normality: None,
-        influence: Vec::new(),
-        influential_from: None,
-    }
+    let mut goodness = fitted().diagnostics.goodness.unwrap();
+    (goodness.chi2, goodness.dof, goodness.noise_is_stated) = (7.0, 7, true);
+    goodness.p_value = Some(0.428_88);
+    goodness.noise = NoiseVerdict::Explains;
+    goodness.noise_factor = Some(1.0);
+    (goodness.trends, goodness.influence) = (Vec::new(), Vec::new());
+    (goodness.normality, goodness.influential_from) = (None, None);
+    goodness
 }
 
 /// Ten throws, and nothing to complain about.
@@ -71,54 +76,56 @@ pub fn normal() -> Fit {
             speed: Some(0.5 * f64::from(i)),
         }
     };
-    Fit {
-        dataset: "lab-a".to_owned(),
-        group: None,
-        path: PathBuf::from("data/lab-a/dataset.toml"),
-        cloth: Some("Simonis 860".to_owned()),
-        source: Some("measured by \"A\", 2026".to_owned()),
-        ball: caromfit::physics::ball::Ball::POOL,
-        discs: None,
-        sliding: None,
-        rolling: None,
-        fidelity: "full",
-        method: Method::TwoStage,
-        footage: false,
-        explanations: Vec::new(),
-        effects: vec![("friction", true), ("cloth", true), ("spin_loss", false)],
-        estimates: vec![
-            estimate(Parameter::Mu, 0.101_37, 0.002_71),
-            estimate(Parameter::MuS, 0.31, 0.046),
-            estimate(Parameter::E, 0.941_2, 0.003_9),
-        ],
-        correlation: DMatrix::from_row_slice(3, 3, &[1.0, -0.5, 0.25, -0.5, 1.0, 0.125, 0.25, 0.125, 1.0]),
-        chi2: 7.0,
-        prior_chi2: 0.0,
-        dof: 7,
-        noise: vec![Noise {
-            observable: Observable::Throw,
-            count: 10,
-            rms: 0.11_f64.to_radians(),
-            estimated_sd: None,
-        }],
-        shots_used: 10,
-        shots_rejected: Vec::new(),
-        shots_doubtful: Vec::new(),
-        disc_shots: Vec::new(),
-        scatter: None,
-        friction_curve: None,
-        camera: None,
-        refuted: None,
-        residuals: (1..=10).map(throw).collect(),
-        frames: None,
-        termination: "the cost no longer falls".to_owned(),
-        converged: true,
-        iterations: 9,
-        seconds: 0.0123,
-        diagnostics: Diagnostics { goodness: Some(goodness()), ..Diagnostics::default() },
-        warnings: Vec::new(),
-        notes: Vec::new(),
-    }
+    let mut fit = fitted();
+    fit.dataset = "lab-a".into();
+    fit.group = None;
+    fit.path = PathBuf::from("data/lab-a/dataset.toml");
+    fit.cloth = Some("Simonis 860".to_owned());
+    fit.source = Some("measured by \"A\", 2026".to_owned());
+    fit.ball = caromfit::physics::ball::Ball::POOL;
+    fit.object = None;
+    fit.discs = None;
+    fit.sliding = None;
+    fit.rolling = None;
+    fit.fidelity = "full";
+    fit.method = Method::TwoStage;
+    fit.footage = false;
+    fit.explanations = Vec::new();
+    fit.effects = vec![("friction", true), ("cloth", true), ("spin_loss", false)];
+    fit.estimates = vec![
+        estimate(Parameter::Mu, 0.101_37, 0.002_71),
+        estimate(Parameter::MuS, 0.31, 0.046),
+        estimate(Parameter::E, 0.941_2, 0.003_9),
+    ];
+    fit.correlation = DMatrix::from_row_slice(3, 3, &[1.0, -0.5, 0.25, -0.5, 1.0, 0.125, 0.25, 0.125, 1.0]);
+    fit.chi2 = 7.0;
+    fit.prior_chi2 = 0.0;
+    fit.dof = 7;
+    fit.noise = vec![Noise {
+        observable: Observable::Throw,
+        count: 10,
+        rms: 0.11_f64.to_radians(),
+        estimated_sd: None,
+    }];
+    fit.shots_used = 10;
+    fit.shots_rejected = Vec::new();
+    fit.shots_doubtful = Vec::new();
+    fit.disc_shots = Vec::new();
+    fit.scatter = None;
+    fit.friction_curve = None;
+    fit.camera = None;
+    fit.refuted = None;
+    fit.residuals = (1..=10).map(throw).collect();
+    fit.frames = None;
+    fit.termination = "the cost no longer falls".into();
+    fit.converged = true;
+    fit.iterations = 9;
+    fit.seconds = 0.0123;
+    fit.diagnostics = Diagnostics::default();
+    fit.diagnostics.goodness = Some(goodness());
+    fit.warnings = Vec::new();
+    fit.notes = Vec::new();
+    fit
 }
 
 /// A label of a group where one parameter is fixed, one left alone, one at its bound.
@@ -126,14 +133,11 @@ pub fn restricted() -> Fit {
     let mut fit = normal();
     fit.group = Some(("chalk".to_owned(), "fresh, blue".to_owned()));
     fit.estimates = vec![
-        Estimate {
-            interval_95: Some([0.0, 0.012_87]),
-            std_error_at_bound: None,
-            ..without_error(Parameter::Mu, 0.0, Status::AtLowerBound)
-        },
+        without_error(Parameter::Mu, 0.0, Status::AtLowerBound),
         without_error(Parameter::MuS, 0.3, Status::NotIdentified),
         without_error(Parameter::E, 0.94, Status::Fixed),
     ];
+    fit.estimates[0].interval_95 = Some([0.0, 0.012_87]);
     fit.correlation = DMatrix::from_element(3, 3, NAN);
     fit.noise[0].estimated_sd = Some(0.1_f64.to_radians());
     fit.diagnostics.goodness = None;
@@ -168,7 +172,10 @@ pub fn exact() -> Fit {
 
 /// Nothing was measured.
 pub fn empty() -> Fit {
-    Fit { residuals: Vec::new(), noise: Vec::new(), shots_used: 0, dof: 0, chi2: 0.0, ..normal() }
+    let mut fit = normal();
+    (fit.residuals, fit.noise) = (Vec::new(), Vec::new());
+    (fit.shots_used, fit.dof, fit.chi2) = (0, 0, 0.0);
+    fit
 }
 
 /// Synthetic shots of which several quantities were measured, with normal errors.

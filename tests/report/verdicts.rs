@@ -2,8 +2,8 @@
 
 use caromfit::fit::check::{Finding, Kind};
 use caromfit::fit::{
-    Combination, Estimate, Fit, Grade, Identifiability, Method, NoiseVerdict, Plateau, Refuted, Rejected,
-    Status, Trend, Variable,
+    Combination, Fit, Grade, Identifiability, Method, NoiseVerdict, Plateau, Refuted, Rejected, Status,
+    Trend, Variable,
 };
 use caromfit::measurement::parameter::Parameter;
 use caromfit::report::overview::{Colour, render};
@@ -93,7 +93,7 @@ const KINDS: [(Grade, &str, Change); 19] = [
     (Grade::Doubtful, "Only the product μ·μ_s is determined.", |fit| weak(fit, true)),
     (Grade::Doubtful, "μ_s ends on its lower bound 0 (at most 0.03 at 95 %).", |fit| {
         let own = &mut fit.estimates[1];
-        *own = Estimate { value: 0.0, status: Status::AtLowerBound, std_error: None, ..*own };
+        (own.value, own.status, own.std_error) = (0.0, Status::AtLowerBound, None);
         own.interval_95 = Some([0.0, 0.03]);
     }),
     (Grade::Doubtful, "Only the product μ·μ_s is determined.", |fit| weak(fit, false)),
@@ -173,13 +173,14 @@ fn it_stands_first_in_every_output() {
 /// One line a data set, the best first; a label does not hide another.
 #[test]
 fn the_table_is_short_and_shows_what_is_good_first() {
-    let mut labels = [restricted(), restricted(), restricted()];
-    labels[1] = Fit { group: Some(("chalk".to_owned(), "old".to_owned())), ..normal() };
-    labels[2] = Fit { group: Some(("chalk".to_owned(), "none".to_owned())), ..normal() };
+    let mut labels = [restricted(), normal(), normal()];
+    labels[1].group = Some(("chalk".to_owned(), "old".to_owned()));
+    labels[2].group = Some(("chalk".to_owned(), "none".to_owned()));
     labels[2].estimates[0].value = 0.2;
     let mut fits = vec![exact()];
     fits.extend(labels);
-    fits.push(Fit { dataset: "lab-b".to_owned(), ..normal() });
+    fits.push(normal());
+    fits[4].dataset = "lab-b".to_owned();
     let expected = "\
 data set          shots  μ                μ_s            e                verdict
 lab-a (3 labels)  30     0 to 0.2         0.31           0.94 to 0.941    2 good, 1 doubtful
@@ -189,7 +190,7 @@ one-shot          1      –                –              –                
     The search for the best values came to no end (the cost no longer falls): fix parameters under [fit], or search from \
 more starts (--starts 20).
 
-±: one standard error; –: not determined by these shots
+±: one standard error; –: no number to use
 ";
     assert_eq!(render(&fits, Colour::Off), expected);
     let coloured = render(&fits, Colour::On);

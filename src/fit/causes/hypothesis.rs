@@ -16,7 +16,7 @@ use crate::likelihood::sample::Sample;
 use crate::measurement::parameter::{Parameter, Settings};
 use crate::measurement::values::Values;
 use crate::physics::cloth_motion::GRAVITY;
-use crate::physics::collision::{Effects, Fidelity, Model};
+use crate::physics::collision::Model;
 use crate::physics::friction_law::Law;
 use crate::trajectory::shot_scene::Departure;
 use statrs::distribution::{ChiSquared, ContinuousCDF};
@@ -180,11 +180,8 @@ impl Trial<'_> {
             initial.mass_ratio = model.mass_ratio();
         }
         if compliant {
-            model.fidelity = Fidelity::Ode;
-            model.effects = Effects { compliance: true, falling_friction: true, ..Fidelity::Full.effects() };
-            model.kappa = departures.get(Cause::Compliance);
+            model = model.giving_way(departures.get(Cause::Compliance));
             initial.kappa = model.kappa;
-            model.tolerance = Model::TOLERANCE_OF_FITS;
         }
         if departures.contains(Cause::FallingFriction) {
             let b = departures.get(Cause::FallingFriction);

@@ -23,8 +23,10 @@ const ENOUGH: usize = 8;
 
 /// How well model and noise describe the residuals.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct Goodness {
-    /// χ² of what is tested, see [`Fit::tested`](crate::fit::Fit::tested).
+    /// χ² of what is tested, see [`Fit::tested`](crate::fit::Fit::tested). That of the frames, where they agree with the model
+    /// though what was extracted from them does not.
     pub chi2: f64,
     /// Its degrees of freedom.
     pub dof: usize,
@@ -37,7 +39,7 @@ pub struct Goodness {
     pub noise: NoiseVerdict,
     /// √(χ²/dof): the factor by which the stated standard deviations are too small; `None` where χ² cannot be tested.
     pub noise_factor: Option<f64>,
-    /// All trends that were looked for, the most significant first.
+    /// All trends that were looked for, the most significant first; none where what was extracted from frames is off.
     pub trends: Vec<Trend>,
     /// Whether the residuals are normally distributed; `None` with fewer than eight residuals.
     pub normality: Option<Normality>,
@@ -85,28 +87,37 @@ pub struct Normality {
 
 /// Tests the residuals of a fit.
 pub(in crate::fit) fn goodness(context: &Context) -> Goodness {
-    let chi2 = 2.0 * context.minimum.cost;
-    let dof = context.dof as f64;
-    let p_value = ChiSquared::new(dof).ok().filter(|_| context.tests_noise).map(|d| d.sf(chi2));
-    let noise_factor = p_value.map(|_| (chi2 / dof).sqrt());
+    let of = |chi2: f64, dof: usize| ChiSquared::new(dof as f64).ok().map(|d| d.sf(chi2));
+    let of_velocities = (2.0 * context.minimum.cost, context.dof);
+    // what is extracted from slow frames may be off though the frames themselves agree with the model
+    let agrees = of(of_velocities.0, of_velocities.1).is_some_and(|p| p >= IMPROBABLE);
+    let explained = context.explained.filter(|_| context.tests_noise && !agrees);
+    let (chi2, dof) = explained.unwrap_or(of_velocities);
+    let p_value = of(chi2, dof).filter(|_| context.tests_noise);
+    let noise_factor = p_value.map(|_| (chi2 / dof as f64).sqrt());
     let noise = match p_value {
         None => NoiseVerdict::NotTested,
+        Some(_) if explained.is_some() => NoiseVerdict::Explains,
         Some(p) if p < IMPROBABLE => NoiseVerdict::TooSmall,
-        Some(p) if p > 1.0 - IMPROBABLE && noise_factor < Some(1.0 - HARMLESS) => NoiseVerdict::TooLarge,
+        Some(p) if context.states_noise && p > 1.0 - IMPROBABLE && noise_factor < Some(1.0 - HARMLESS) => {
+            NoiseVerdict::TooLarge
+        }
         Some(_) => NoiseVerdict::Explains,
     };
     let basis = Basis::new(context);
     let parameters = basis.fitted as f64;
-    let influential_from =
-        FisherSnedecor::new(parameters, dof).ok().map(|f| f.inverse_cdf(0.5)).filter(|x| x.is_finite());
+    let influential_from = FisherSnedecor::new(parameters, context.dof as f64)
+        .ok()
+        .map(|f| f.inverse_cdf(0.5))
+        .filter(|x| x.is_finite());
     Goodness {
         chi2,
-        dof: context.dof,
+        dof,
         noise_is_stated: context.tests_noise,
         p_value,
         noise,
         noise_factor,
-        trends: trends(context, &basis),
+        trends: if explained.is_some() { Vec::new() } else { trends(context, &basis) },
         normality: normality(context, &basis),
         influence: influence(context, &basis, influential_from),
         influential_from,

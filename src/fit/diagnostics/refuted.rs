@@ -67,7 +67,7 @@ impl MeasuredRestitution {
     /// The restitution and its scatter, as a sentence.
     #[must_use]
     pub fn sentence(&self) -> String {
-        let shots = if self.shots == 1 { "1 shot".to_owned() } else { format!("{} shots", self.shots) };
+        let shots = crate::measurement::number::count_of(self.shots, "shot");
         let scatter = if self.scatter > 0.0 {
             format!("; between shots it varies by {}", crate::fit::warnings::to_digits(self.scatter, 2))
         } else {

@@ -26,6 +26,7 @@ const ELLIPSE: usize = 96;
 
 /// The confidence regions of two parameters.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct Contour {
     /// The parameters.
     pub parameters: [Parameter; 2],

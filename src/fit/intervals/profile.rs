@@ -20,6 +20,7 @@ const MAX_TRIALS: usize = 40;
 
 /// How χ², least over all other unknowns, rises as one parameter moves.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct Profile {
     /// The parameter.
     pub parameter: Parameter,
@@ -45,7 +46,8 @@ impl<'a> Profiles<'a> {
         Self { slice, minimum, quantiles, covariance: minimum.covariance(), lowest: minimum.cost }
     }
 
-    /// That of a column, one-sided at an active bound; `None` where there is none. `expected`: as far as the Hessian's interval says.
+    /// That of a column, one-sided at an active bound; `None` where there is none. `expected`: the Hessian's interval, if it is not that
+    /// of the error.
     pub(in crate::fit) fn interval(
         &mut self,
         column: usize,
@@ -55,7 +57,8 @@ impl<'a> Profiles<'a> {
         let value = self.minimum.x[column];
         let Quantiles { two_sided: both, one_sided: one, .. } = *self.quantiles;
         let mut end = |side: usize, t: f64| {
-            let reach = expected.map_or(f64::NAN, |ends| (ends[side] - value).abs());
+            let error = self.covariance.as_ref().map_or(f64::NAN, |all| all[(column, column)].sqrt());
+            let reach = expected.map_or(t * error, |ends| (ends[side] - value).abs());
             let first = if reach > 0.0 && reach.is_finite() { reach } else { 0.1 * value.abs().max(0.01) };
             let sign = if side == 0 { -1.0 } else { 1.0 };
             let from = (&self.minimum.x, self.minimum.cost);

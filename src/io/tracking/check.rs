@@ -1,7 +1,7 @@
 //! What goes wrong between the camera and the file: rows twice, rows out of order, frames that repeat,
 //! balls that change names. Mended where the right repair is certain.
 
-use super::raw::{Notes, ORDER, REPEATED, RawTrack, Row, SWAPPED};
+use super::raw::{GAPS, Notes, ORDER, REPEATED, RawTrack, Row, SWAPPED};
 
 /// A frame in which both balls stand still while they move before and after is a repeated one if the
 /// step after it is at least this many times the step before: the lost frame's motion is then in it.
@@ -87,6 +87,67 @@ fn sorted(track: &RawTrack) -> RawTrack {
     let rows = order.iter().map(|i| track.rows[*i]).collect();
     let sds = if track.sds.is_empty() { Vec::new() } else { order.iter().map(|i| track.sds[*i]).collect() };
     RawTrack { name: track.name.clone(), point: track.point.clone(), is_angle: track.is_angle, rows, sds }
+}
+
+/// A ball is not this many times as far away from one row to the next as nearly all positions are from each other.
+const FAR: f64 = 8.0;
+/// Nor is a frame this many times as late as the film is long.
+const LATE: f64 = 100.0;
+
+/// The range of nearly all values: of the middle nine tenths.
+fn range(values: impl Iterator<Item = f64>) -> f64 {
+    let mut values: Vec<f64> = values.collect();
+    values.sort_by(f64::total_cmp);
+    let at = |part: f64| values.get((part * values.len() as f64) as usize).copied().unwrap_or(f64::NAN);
+    at(0.95) - at(0.05)
+}
+
+/// Turns rows into gaps that are by themselves at an impossible place or time: a lost decimal point, a slip of the pen.
+pub(super) fn stray(tracks: &mut [RawTrack], file: &std::path::Path, notes: &mut Notes) {
+    let seen = || {
+        tracks
+            .iter()
+            .filter(|track| !track.is_angle)
+            .flat_map(|track| &track.rows)
+            .filter(|row| !row.is_gap())
+    };
+    let width = range(seen().map(|row| row.x)).max(range(seen().map(|row| row.y)));
+    let length = range(seen().map(|row| row.time));
+    let steps = tracks.iter().flat_map(|track| track.rows.windows(2)).map(|two| two[1].time - two[0].time);
+    let mut steps: Vec<f64> = steps.collect();
+    steps.sort_by(f64::total_cmp);
+    let step = steps.get(steps.len() / 2).copied().unwrap_or(f64::NAN);
+    for track in tracks.iter_mut().filter(|track| !track.is_angle) {
+        let at: Vec<usize> = (0..track.rows.len()).filter(|i| !track.rows[*i].is_gap()).collect();
+        if at.len() < 5 {
+            continue;
+        }
+        let rows: Vec<Row> = at.iter().map(|i| track.rows[*i]).collect();
+        for (k, row) in rows.iter().enumerate() {
+            // of a row at the end the two next to it, one of which may be the stray one
+            let beside = match k {
+                0 => [1, 2],
+                _ if k + 1 == rows.len() => [k - 1, k - 2],
+                _ => [k - 1, k + 1],
+            };
+            let beside = beside.map(|i| rows[i]);
+            let far = beside.iter().all(|other| distance(*other, *row) > FAR * width);
+            let least =
+                beside.iter().map(|other| (other.time - row.time).abs()).fold(f64::INFINITY, f64::min);
+            // frame -18 where all others count from 0
+            let before = k == 0 && row.time < 0.0 && rows[1].time >= 0.0 && least > 3.0 * step;
+            if far || before || least > LATE * length {
+                let wrong = if far { "place" } else { "time" };
+                let message = format!(
+                    "\"{}\" is by itself at an impossible {wrong} ({:.6} s, {:.6e}, {:.6e} in the file's unit): taken as a gap",
+                    track.name, row.time, row.x, row.y
+                );
+                notes.add(GAPS, file, Some(row.line as usize), message);
+                let row = &mut track.rows[at[k]];
+                (row.x, row.y) = (f64::NAN, f64::NAN);
+            }
+        }
+    }
 }
 
 /// Drops rows.

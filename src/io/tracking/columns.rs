@@ -3,15 +3,15 @@
 use std::path::Path;
 
 use super::column_names::{Column, ColumnNames};
-use super::heading::Heading;
+use super::heading::{Heading, blanks};
 use super::long;
 use super::long::{Columns, Gather};
-use super::number::{Cell, parse, shortened};
 use super::raw::{CLOCK, FORMAT, Notes, RawShot, Row};
 use super::settings::{TimeUnit, TrackSettings, Unit};
 use super::sheet::{Reader, Sheet};
-use super::text::{Separator, lines, trimmed};
 use crate::io::error::{Problems, did_you_mean};
+use crate::io::number::{Cell, parse, shortened};
+use crate::io::text::{Separator, lines, trimmed, unmarked};
 
 /// The names of the columns, or the first row where they have none, are within so many lines.
 const WITHIN: usize = 100;
@@ -164,7 +164,7 @@ fn wide(
             }
         }
     });
-    reader.finish(notes);
+    gather.finish(reader, problems, notes);
     Some((gather.shots, unit))
 }
 
@@ -186,9 +186,11 @@ fn header(file: &Path, text: &str, wanted: &ColumnNames, problems: &mut Problems
     let mut nearest: Option<(usize, usize, Vec<String>)> = None;
     for (line, content) in lines(text).filter(|(_, content)| !content.trim().is_empty()).take(WITHIN) {
         for separator in &separators {
-            let bare = content.trim_start().strip_prefix('#').unwrap_or(content);
-            let Some(names) = trimmed(bare, *separator) else { continue };
-            let heading = Heading::new(text, line, *separator, names);
+            let bare = unmarked(content);
+            let separator =
+                if *separator == Separator::Char(' ') { blanks(text, line, bare) } else { *separator };
+            let Some(names) = trimmed(bare, separator) else { continue };
+            let heading = Heading::new(text, line, separator, names);
             let here = wanted_names.iter().filter(|name| heading.position(name).is_some()).count();
             if here == wanted_names.len() {
                 if let Some(name) = wanted_names.iter().find(|name| heading.count(name) > 1) {

@@ -6,11 +6,11 @@ use std::collections::BTreeMap;
 use super::bodies;
 use super::calibration::Calibration;
 use super::check;
-use super::number::shortened;
 use super::raw::{FORMAT, NAMES, Notes, RawShot, RawTrack};
 use super::resolution;
 use super::settings::{Balls, Names, TrackSettings, Unit};
 use super::time;
+use crate::io::number::shortened;
 use crate::measurement::rigid_body::circle_centres;
 use crate::measurement::spin::Spin;
 use crate::measurement::track::{Marker, Sample, TrackShot, TrackedBall};
@@ -132,7 +132,10 @@ pub(super) fn shot(
     let (cue, object) = match (cue, object) {
         (Ok(cue), Ok(object)) => (cue, object),
         (cue, object) => {
-            let mut wrong: Vec<Wrong> = cue.err().into_iter().chain(object.err()).collect();
+            // names that stand in the table of shots are wrong, and not the shot
+            let stated = facts.own.cue.is_some() || facts.own.object.is_some();
+            let checked = |wrong: Wrong| Wrong { is_damage: wrong.is_damage && !stated, ..wrong };
+            let mut wrong: Vec<Wrong> = cue.err().into_iter().chain(object.err()).map(checked).collect();
             raw.tracks = tracks;
             if let Err(message) = time::settle(&mut raw, settings, &mut Notes::default()) {
                 wrong.push(Wrong::input(Some(raw.line), message));
@@ -166,6 +169,7 @@ fn of_balls(
     for track in &mut raw.tracks {
         check::order(track, &file, notes).map_err(|(line, message)| Wrong::input(Some(line), message))?;
     }
+    check::stray(&mut raw.tracks, &file, notes);
     let mut rest = raw.tracks.into_iter();
     let mut take = |n: usize| rest.by_ref().take(n).collect::<Vec<_>>();
     let [mut cue_centres, mut cue_markers, mut object_centres] = sizes.map(&mut take);
@@ -269,19 +273,22 @@ fn assign(
 ) -> Result<Ball, Wrong> {
     let mut found = Ball { centres: Vec::new(), markers: Vec::new() };
     for name in &names.0 {
-        let (own, i) = find(tracks, name).map_err(|message| Wrong::input(Some(raw.line), message))?.ok_or_else(|| {
-            let apart = if tracks.len() + found.centres.len() < 2 {
-                " (one file a ball: named alike but for the ball, as in kick-A.txt and kick-B.txt)"
-            } else {
-                ""
-            };
-            let message = format!(
-                "there is no track \"{name}\" ([tracks] {ball} = {}); there are: {there}. Expected \
-                 both balls in one file or shot{apart}, and their names in [tracks] cue and object; or the shot skipped",
-                names.shown()
-            );
-            Wrong::input(Some(raw.line), message)
-        })?;
+        let (own, i) = find(tracks, name)
+            .map_err(|message| Wrong::input(Some(raw.line), message))?
+            .ok_or_else(|| {
+                let apart = if tracks.len() + found.centres.len() < 2 {
+                    " (one file a ball: named alike but for the ball, as in kick-A.txt and kick-B.txt)"
+                } else {
+                    ""
+                };
+                let message = format!(
+                    "there is no track \"{name}\" ([tracks] {ball} = {}); there are: {there}. Expected \
+                 both balls in one file or shot{apart}, and their names in [tracks] cue and object",
+                    names.shown()
+                );
+                // other shots may have both balls
+                Wrong::damaged(Some(raw.line), message)
+            })?;
         if own != *name {
             let message = format!("the track \"{own}\" is [tracks] {ball} = \"{name}\"");
             notes.add(NAMES, &raw.file, Some(tracks[i].line()), message);

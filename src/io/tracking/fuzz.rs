@@ -11,9 +11,9 @@ use super::finish::Facts;
 use super::raw::{Notes, RawShot};
 use super::settings::tests::settings;
 use super::settings::{Format, TrackSettings};
-use super::text::{decode, lines};
 use super::{calibration_for, read};
 use crate::io::error::Problems;
+use crate::io::text::{decode, lines};
 
 const FILES: [&str; 14] = [
     "shot,frame,ball,x,y\n1,0,A,0.001,2\n1,0,B,0.3,0.01\n1,1,A,1.5e-3,2\n1,1,B,,\n2,4,A,1,2\n2,4,B,-3,4\n",
@@ -123,7 +123,7 @@ fn damage(random: &mut ChaCha8Rng, bytes: &mut Vec<u8>) {
 
 /// Every number that a line can be said to hold.
 fn numbers(line: &str) -> Vec<f64> {
-    let plain = line.replace('\u{2212}', "-").replace('"', "");
+    let plain = line.replace('\u{2212}', "-").replace('"', "").replace(['d', 'D'], "e");
     let mut found = Vec::new();
     found.extend(plain.split_whitespace().filter_map(|cell| cell.replace(',', ".").parse::<f64>().ok()));
     for separators in [&['\t'][..], &[';'], &[','], &['|'], &[' ']] {
@@ -166,7 +166,7 @@ fn try_one(bytes: &[u8], settings: &TrackSettings) {
     };
     // of JSON, a sample may be spread over lines
     if format != Format::Json {
-        faithful(&shots, &decode(bytes, file, &mut Notes::default()));
+        faithful(&shots, &decode(bytes).0);
     }
     let calibration = calibration_for(format, unit, settings, file, &mut problems, &mut notes);
     for raw in shots {

@@ -1,25 +1,29 @@
 //! Which column of an unknown table is which, by their names or, where there are none, by their number: for a draft.
 
-use super::heading::{Heading, TITLES};
-use super::number::{Cell, parse};
-use super::text::{Separator, lines, trimmed};
+use std::collections::{HashMap, HashSet};
 
-/// Names of columns of times, frames, shots and balls, in small letters.
-const TIMES: [&str; 8] = ["t", "time", "timestamp", "seconds", "sec", "zeit", "temps", "tid"];
-const FRAMES: [&str; 6] = ["frame", "frames", "frame_number", "frame number", "bild", "image"];
-const SHOTS: [&str; 5] = ["shot", "shot_id", "trial", "clip", "run"];
-const BALLS: [&str; 10] =
-    ["ball", "ball_id", "object", "object_id", "disk_id", "disc_id", "puck", "track", "track_id", "particle"];
-/// How names of columns of angles begin.
-const ANGLES: [&str; 5] = ["ang", "theta", "θ", "phi", "rot"];
+use super::heading::{Heading, TITLES, blanks, suffix};
+use super::words::{Kind, Role, find, is_angle, kind};
+use crate::io::number::{Cell, parse};
+use crate::io::text::{Separator, lines, trimmed, unmarked};
+
 /// Radians of a disc seldom grow beyond so many: as many as two turns. Degrees of a whole turn are 360.
 const RADIANS: f64 = 4.0 * std::f64::consts::PI;
+/// So many rows are looked at.
+const ROWS: usize = 20_000;
+/// More tracks than these in a file are not those of balls.
+const TRACKS: usize = 20;
 
 /// What of `[tracks.columns]` fits a table, as keys and values of TOML.
+#[derive(Default)]
 pub(super) struct Guess {
     pub lines: Vec<(&'static str, String)>,
     /// It has angles, which only discs do.
     pub has_angles: bool,
+    /// What times are in, where only their steps tell it.
+    pub time_unit: Option<&'static str>,
+    /// A column that may be one of times or of numbers of frames.
+    pub perhaps_time: Option<String>,
 }
 
 /// `None` where the table is not understood.
@@ -27,14 +31,17 @@ pub(super) fn columns(text: &str) -> Option<Guess> {
     let top: Vec<(usize, &str)> =
         lines(text).filter(|(_, line)| !line.trim().is_empty()).take(TITLES).collect();
     for (i, (line, content)) in top.iter().enumerate() {
-        let bare = content.trim_start().strip_prefix('#').unwrap_or(content);
+        let bare = unmarked(content);
         for separator in Separator::ALL {
+            let separator =
+                if separator == Separator::Char(' ') { blanks(text, *line, bare) } else { separator };
             let Some(names) = trimmed(bare, separator).filter(|names| names.len() > 3) else { continue };
             if names.iter().all(|name| is_number(name)) {
                 // names of columns that are not understood may stand above the numbers
                 let above = top[..i].iter().filter_map(|(_, line)| trimmed(line, separator));
                 let has_names = above.into_iter().any(|cells| cells.len() == names.len());
-                return if has_names { None } else { numbered(names.len()) };
+                let heading = Heading::unnamed(*line, separator, names.len());
+                return if has_names { None } else { numbered(&Rows::of(text, &heading), names.len()) };
             }
             if let Some(guess) = named(text, &Heading::new(text, *line, separator, names)) {
                 return Some(guess);
@@ -48,82 +55,216 @@ fn is_number(cell: &str) -> bool {
     matches!(parse(cell), Ok(Cell::Number(..)))
 }
 
-/// Of a table without names: positions of two balls, with a time in front perhaps.
-fn numbered(width: usize) -> Option<Guess> {
+/// The first rows of a table.
+struct Rows(Vec<Vec<String>>);
+
+impl Rows {
+    fn of(text: &str, heading: &Heading) -> Self {
+        let rows = lines(text).skip(heading.above).filter(|(_, line)| !line.trim().is_empty());
+        let cells = rows.filter_map(|(_, line)| trimmed(line, heading.separator));
+        Self(cells.filter(|cells| cells.len() >= heading.names.len()).take(ROWS).collect())
+    }
+
+    /// The numbers in a column; `None` if another thing stands in it.
+    fn numbers(&self, column: usize) -> Option<Vec<f64>> {
+        let number = |row: &Vec<String>| match parse(&row[column]) {
+            Ok(Cell::Number(number, _)) => Some(number),
+            _ => None,
+        };
+        let numbers: Vec<f64> = self.0.iter().map(number).collect::<Option<_>>()?;
+        (numbers.len() > 2).then_some(numbers)
+    }
+
+    /// The least step between neighbours of a column that grows from row to row, for each of the groups that other columns make.
+    fn least_step(&self, column: usize, groups: &[usize]) -> Option<f64> {
+        let mut last: HashMap<Vec<&str>, f64> = HashMap::new();
+        let mut least = f64::INFINITY;
+        for (row, number) in self.0.iter().zip(self.numbers(column)?) {
+            let group = groups.iter().map(|i| row[*i].as_str()).collect();
+            if let Some(before) = last.insert(group, number) {
+                least = least.min(number - before);
+            }
+        }
+        (least > 0.0 && least.is_finite()).then_some(least)
+    }
+
+    fn is_whole(&self, column: usize) -> bool {
+        self.numbers(column).is_some_and(|numbers| numbers.iter().all(|number| number.fract() == 0.0))
+    }
+
+    /// Whether a column has few values, and these tell apart the rows that other columns do not.
+    fn tells_apart(&self, column: usize, others: &[usize]) -> bool {
+        let values: HashSet<&str> = self.0.iter().map(|row| row[column].as_str()).collect();
+        let key = |row: &'_ Vec<String>| -> Vec<String> {
+            others.iter().chain([&column]).map(|i| row[*i].clone()).collect()
+        };
+        let keys: HashSet<Vec<String>> = self.0.iter().map(key).collect();
+        (2..=TRACKS).contains(&values.len()) && 2 * values.len() <= self.0.len() && keys.len() == self.0.len()
+    }
+}
+
+/// Of a table without names: positions of two balls, with a time in front perhaps; or frame, ball, x and y.
+fn numbered(rows: &Rows, width: usize) -> Option<Guess> {
+    let is_long = rows.is_whole(0) && rows.is_whole(1) && !rows.is_whole(2) && rows.tells_apart(1, &[0]);
     let keys: &[&'static str] = match width {
+        4 | 5 if is_long => &["frame", "ball", "x", "y"],
         4 => &["cue_x", "cue_y", "object_x", "object_y"],
+        5 if rows.is_whole(0) && rows.least_step(0, &[]) == Some(1.0) => {
+            &["frame", "cue_x", "cue_y", "object_x", "object_y"]
+        }
         5 => &["t", "cue_x", "cue_y", "object_x", "object_y"],
         _ => return None,
     };
     let lines = keys.iter().enumerate().map(|(i, key)| (*key, (i + 1).to_string())).collect();
-    Some(Guess { lines, has_angles: false })
+    Some(Guess { lines, ..Guess::default() })
+}
+
+/// Which columns of a table with names are what; what is guessed grows.
+struct Table<'a> {
+    heading: &'a Heading,
+    small: Vec<String>,
+    rows: Rows,
+    taken: Vec<usize>,
+    guess: Guess,
+}
+
+impl Table<'_> {
+    fn add(&mut self, key: &'static str, column: usize) {
+        let name = toml::Value::from(self.heading.names[column].as_str()).to_string();
+        self.guess.lines.push((key, name));
+        self.taken.push(column);
+    }
+
+    fn is_free(&self, column: usize) -> bool {
+        !self.taken.contains(&column) && !self.small[column].is_empty()
+    }
+
+    /// The column of times or frames: by its name, else the one whose numbers grow from row to row of each group.
+    fn add_time(&mut self, groups: &[usize], others: &[usize]) {
+        let known = |role| find(&self.small, role).filter(|column| self.is_free(*column));
+        match (known(Role::Frame), known(Role::Time)) {
+            (Some(frame), _) => return self.add("frame", frame),
+            (None, Some(time)) => return self.add("t", time),
+            (None, None) => {}
+        }
+        let grows = |column: &usize| Some((*column, self.rows.least_step(*column, groups)?));
+        let free: Vec<usize> = (0..self.small.len())
+            .filter(|column| self.is_free(*column) && !others.contains(column))
+            .collect();
+        let Some((column, step)) = free.iter().find_map(grows) else { return };
+        match (self.rows.is_whole(column), step) {
+            (true, 1.0) => self.add("frame", column),
+            (false, ..0.5) => self.add("t", column),
+            (false, ..200.0) => {
+                self.add("t", column);
+                self.guess.time_unit = Some("ms");
+            }
+            _ => self.guess.perhaps_time = Some(self.heading.names[column].clone()),
+        }
+    }
 }
 
 fn named(text: &str, heading: &Heading) -> Option<Guess> {
     let small: Vec<String> = heading.bare.iter().map(|name| name.to_lowercase()).collect();
-    let one_of = |words: &[&str]| words.iter().find_map(|word| small.iter().position(|name| name == word));
-    let written = |column: usize| toml::Value::from(heading.names[column].as_str()).to_string();
-    let pairs = pairs(&small);
+    let all = pairs(&small);
+    let of = |wanted: Kind| -> Vec<[usize; 2]> {
+        all.iter().filter(|(_, kind)| *kind == wanted).map(|(pair, _)| *pair).collect()
+    };
+    let (mut positions, markers, spreads) = (of(Kind::Position), of(Kind::Marker), of(Kind::Spread));
+    let paired: Vec<usize> = all.iter().flat_map(|(pair, _)| *pair).collect();
     let angles: Vec<usize> =
-        (0..small.len()).filter(|i| ANGLES.iter().any(|begin| small[*i].starts_with(begin))).collect();
-    let mut lines: Vec<(&'static str, String)> = Vec::new();
-    let mut add = |key: &'static str, column: usize| lines.push((key, written(column)));
-    if let Some(shot) = one_of(&SHOTS) {
-        add("shot", shot);
+        (0..small.len()).filter(|i| !paired.contains(i) && is_angle(&small[*i])).collect();
+    let rows = Rows::of(text, heading);
+    let mut table = Table { heading, small, rows, taken: paired.clone(), guess: Guess::default() };
+    let shot = find(&table.small, Role::Shot);
+    let known = find(&table.small, Role::Ball).filter(|column| !paired.contains(column));
+    if positions.is_empty() {
+        positions.clone_from(&markers);
     }
-    match (one_of(&FRAMES), one_of(&TIMES)) {
-        (None, Some(time)) => add("t", time),
-        (Some(frame), _) => add("frame", frame),
-        (None, None) => {}
+    if let ([one, other], Some(_)) = (positions.as_slice(), known)
+        && let Some(one) = in_two_units(&heading.names, *one, *other)
+    {
+        positions = vec![one];
     }
-    let ball = one_of(&BALLS);
-    let turning: &[usize] = match (pairs.as_slice(), ball) {
-        ([[cue_x, cue_y], [object_x, object_y]], None) => {
-            for (key, column) in
-                [("cue_x", *cue_x), ("cue_y", *cue_y), ("object_x", *object_x), ("object_y", *object_y)]
-            {
-                add(key, column);
+    let others: Vec<usize> = [find(&table.small, Role::Frame).or(find(&table.small, Role::Time)), shot]
+        .into_iter()
+        .flatten()
+        .collect();
+    let ball = known.or_else(|| {
+        let perhaps = find(&table.small, Role::PerhapsBall).into_iter().chain(0..table.small.len());
+        let free = |column: &usize| {
+            positions.len() == 1
+                && table.is_free(*column)
+                && !others.contains(column)
+                && !angles.contains(column)
+        };
+        perhaps.filter(free).find(|column| table.rows.tells_apart(*column, &others))
+    });
+    if let Some(shot) = shot {
+        table.add("shot", shot);
+    }
+    let turning: &[usize] = match (positions.as_slice(), ball) {
+        ([cue, object], None) => {
+            table.add_time(&shot.into_iter().collect::<Vec<_>>(), &angles);
+            for (keys, pair) in [(["cue_x", "cue_y"], cue), (["object_x", "object_y"], object)] {
+                table.add(keys[0], pair[0]);
+                table.add(keys[1], pair[1]);
             }
             if let [cue, object] = angles.as_slice() {
-                add("cue_angle", *cue);
-                add("object_angle", *object);
+                table.add("cue_angle", *cue);
+                table.add("object_angle", *object);
             }
             if angles.len() == 2 { &angles } else { &[] }
         }
-        ([[x, y], rest @ ..], Some(ball)) if rest.len() < 2 => {
-            add("ball", ball);
-            add("x", *x);
-            add("y", *y);
-            if let [[x, y]] = rest {
-                add("marker_x", *x);
-                add("marker_y", *y);
+        ([[x, y]], Some(ball)) => {
+            table.taken.push(ball);
+            table.add_time(&shot.into_iter().chain([ball]).collect::<Vec<_>>(), &angles);
+            table.add("ball", ball);
+            table.add("x", *x);
+            table.add("y", *y);
+            if let [[x, y]] = spreads.as_slice() {
+                table.add("x_sd", *x);
+                table.add("y_sd", *y);
+            }
+            if let [[x, y]] = markers.as_slice() {
+                table.add("marker_x", *x);
+                table.add("marker_y", *y);
             }
             if let [angle] = angles.as_slice() {
-                add("angle", *angle);
+                table.add("angle", *angle);
             }
             if angles.len() == 1 { &angles } else { &[] }
         }
         _ => return None,
     };
+    let mut guess = table.guess;
     if turning.iter().any(|column| !heading.has_unit(*column)) {
         let most = most(text, heading, turning);
-        lines.push(("angle_unit", if most > RADIANS { "\"deg\"" } else { "\"rad\"" }.to_string()));
+        guess.lines.push(("angle_unit", if most > RADIANS { "\"deg\"" } else { "\"rad\"" }.to_string()));
     }
-    Some(Guess { lines, has_angles: !turning.is_empty() })
+    guess.has_angles = !turning.is_empty();
+    Some(guess)
 }
 
-/// Columns whose names differ by x and y only, in their order.
-fn pairs(names: &[String]) -> Vec<[usize; 2]> {
-    let mut pairs: Vec<[usize; 2]> = Vec::new();
+/// Of the same positions in pixels and in another unit, the latter.
+fn in_two_units(names: &[String], one: [usize; 2], other: [usize; 2]) -> Option<[usize; 2]> {
+    let split = |pair: [usize; 2]| suffix(&names[pair[0]]);
+    let ((bare, unit), (same, _)) = (split(one)?, split(other)?);
+    bare.eq_ignore_ascii_case(same).then_some(if unit.is_pixels() { other } else { one })
+}
+
+/// Columns whose names differ by x and y only, in their order, and what they hold.
+pub(super) fn pairs(names: &[String]) -> Vec<([usize; 2], Kind)> {
+    let mut pairs: Vec<([usize; 2], Kind)> = Vec::new();
     for (i, name) in names.iter().enumerate() {
         let with_y = name.char_indices().filter(|(_, c)| *c == 'x').find_map(|(at, _)| {
             let other = format!("{}y{}", &name[..at], &name[at + 1..]);
-            names.iter().position(|own| *own == other)
+            Some((names.iter().position(|own| *own == other)?, at))
         });
-        if let Some(y) = with_y
-            && pairs.iter().all(|[_, taken]| *taken != y)
+        if let Some((y, at)) = with_y
+            && pairs.iter().all(|([_, taken], _)| *taken != y)
         {
-            pairs.push([i, y]);
+            pairs.push(([i, y], kind(names, i, at)));
         }
     }
     pairs
@@ -146,31 +287,126 @@ mod tests {
     use super::*;
 
     fn guessed(text: &str) -> String {
-        let lines = columns(text).map(|guess| guess.lines).unwrap_or_default();
-        lines.iter().map(|(key, value)| format!("{key}={value}")).collect::<Vec<_>>().join(" ")
+        let Some(guess) = columns(text) else { return String::new() };
+        let mut said: Vec<String> = guess.lines.iter().map(|(key, value)| format!("{key}={value}")).collect();
+        said.extend(guess.time_unit.map(|unit| format!("in {unit}")));
+        said.extend(guess.perhaps_time.map(|name| format!("perhaps {name}")));
+        said.join(" ").replace('"', "")
     }
 
     #[test]
     fn columns_are_known_by_their_names() {
         assert_eq!(
             guessed("c_a_x,c_a_y,ang_a,c_b_x,c_b_y,ang_b\n0.3,0.1,2.9,0.3,0.2,4.1\n"),
-            "cue_x=\"c_a_x\" cue_y=\"c_a_y\" object_x=\"c_b_x\" object_y=\"c_b_y\" cue_angle=\"ang_a\" object_angle=\"ang_b\" angle_unit=\"rad\""
+            "cue_x=c_a_x cue_y=c_a_y object_x=c_b_x object_y=c_b_y cue_angle=ang_a object_angle=ang_b angle_unit=rad"
         );
         assert_eq!(
             guessed("Monday\nTime [s];x1 [cm];y1 [cm];x2 [cm];y2 [cm];v\n0;1;2;3;4;5\n"),
-            "t=\"Time [s]\" cue_x=\"x1 [cm]\" cue_y=\"y1 [cm]\" object_x=\"x2 [cm]\" object_y=\"y2 [cm]\""
+            "t=Time [s] cue_x=x1 [cm] cue_y=y1 [cm] object_x=x2 [cm] object_y=y2 [cm]"
         );
         assert_eq!(
             guessed("frame,disk_id,cx_mm,cy_mm,mx_mm,my_mm,r_px\n133,0,8,7,8,2,5\n"),
-            "frame=\"frame\" ball=\"disk_id\" x=\"cx_mm\" y=\"cy_mm\" marker_x=\"mx_mm\" marker_y=\"my_mm\""
+            "frame=frame ball=disk_id x=cx_mm y=cy_mm marker_x=mx_mm marker_y=my_mm"
         );
         assert_eq!(
             guessed("frame\tpuck\tx\ty\ttheta\n1\tA\t0.1\t0.2\t270\n"),
-            "frame=\"frame\" ball=\"puck\" x=\"x\" y=\"y\" angle=\"theta\" angle_unit=\"deg\""
+            "frame=frame ball=puck x=x y=y angle=theta angle_unit=deg"
         );
         assert_eq!(guessed("0.0;1;2;3;4\n"), "t=1 cue_x=2 cue_y=3 object_x=4 object_y=5");
         for unknown in ["a,b,c,d\n1,2,3,4\n", "t,x,y\n1,2,3\n", "", "t,x1,y1,x2,y2,x3,y3\n"] {
             assert_eq!(guessed(unknown), "", "{unknown}");
         }
+    }
+
+    /// In German, red is rot.
+    #[test]
+    fn a_position_is_no_angle() {
+        assert_eq!(
+            guessed("Zeit;Weiß x;Weiß y;Rot x;Rot y\n0,1;1;2;3;4\n"),
+            "t=Zeit cue_x=Weiß x cue_y=Weiß y object_x=Rot x object_y=Rot y"
+        );
+    }
+
+    #[test]
+    fn errors_and_velocities_are_no_positions() {
+        let sd = "x_sd=x_sd y_sd=y_sd";
+        assert_eq!(
+            guessed("time,ball,x,y,x_sd,y_sd\n0,a,1,2,3,4\n"),
+            format!("t=time ball=ball x=x y=y {sd}")
+        );
+        assert_eq!(guessed("Frame,ball_id,X,Y,VX,VY\n0,a,1,2,3,4\n"), "frame=Frame ball=ball_id x=X y=Y");
+        assert_eq!(
+            guessed("t,x1,y1,vx1,vy1,x2,y2,vx2,vy2\n0,1,2,3,4,5,6,7,8\n"),
+            "t=t cue_x=x1 cue_y=y1 object_x=x2 object_y=y2"
+        );
+        // a box about the ball: not known what is the centre
+        assert_eq!(guessed("frame,track_id,x1,y1,x2,y2\n0,1,2,3,4,5\n"), "");
+        assert_eq!(
+            guessed("frame,ball_id,x_px,y_px,x_m,y_m\n0,1,2,3,4,5\n"),
+            "frame=frame ball=ball_id x=x_m y=y_m"
+        );
+    }
+
+    #[test]
+    fn a_time_of_any_name_grows_from_row_to_row() {
+        let table = |name: &str, times: [&str; 4]| {
+            let row = |t: &str| format!("{t},1,2,3,4\n");
+            let said = guessed(&format!("{name},x1,y1,x2,y2\n{}", times.map(row).concat()));
+            let (before, rest) = said.split_once("cue_x=").unwrap_or_default();
+            (before.to_string() + rest.split_once("object_y=y2").unwrap_or_default().1)
+                .trim()
+                .replace("  ", " ")
+        };
+        let seconds = ["0.000", "0.004", "0.008", "0.013"];
+        for name in ["t_s", "time_stamp", "Zeit_s", "\"Time (s) Run #1\"", "Data Set 1:Time(s)", "when"] {
+            let name_alone = name.replace('"', "");
+            assert_eq!(table(name, seconds), format!("t={name_alone}"), "{name}");
+        }
+        for name in ["frame_idx", "frame_id", "Frame No", "n", "Bildnummer"] {
+            assert_eq!(table(name, ["0", "1", "3", "4"]), format!("frame={name}"), "{name}");
+        }
+        assert_eq!(table("frame_idx", ["0", "2", "4", "6"]), "frame=frame_idx");
+        assert_eq!(table("when", ["0.0", "4.2", "8.3", "12.5"]), "t=when in ms");
+        assert_eq!(table("when", ["0", "4", "8", "13"]), "perhaps when");
+        assert_eq!(table("score", ["3", "1", "2", "5"]), "");
+    }
+
+    #[test]
+    fn numbers_of_frames_without_names() {
+        let columns = "cue_x=2 cue_y=3 object_x=4 object_y=5";
+        assert_eq!(guessed("1,1,2,3,4\n2,1,2,3,4\n3,1,2,3,4\n"), format!("frame=1 {columns}"));
+        assert_eq!(guessed("0,1,2,3,4\n0.1,1,2,3,4\n0.2,1,2,3,4\n"), format!("t=1 {columns}"));
+    }
+
+    #[test]
+    fn a_column_of_balls_of_any_name() {
+        let rows = |separator: &str, order: fn(&str, &str) -> [String; 3]| -> String {
+            let row = |t: &str, ball: &str| {
+                order(t, ball).join(separator) + separator + "1.5" + separator + "2.5\n"
+            };
+            ["a", "b"].iter().flat_map(|ball| ["0", "1", "2"].map(|t| row(t, ball))).collect()
+        };
+        let table = rows(",", |t, ball| ["s".to_string(), t.to_string(), ball.to_string()]);
+        for name in ["color", "id", "whatever"] {
+            assert_eq!(
+                guessed(&format!("shot,t,{name},x,y\n{table}")),
+                format!("shot=shot t=t ball={name} x=x y=y")
+            );
+        }
+        assert_eq!(
+            guessed("0 1 6.6 3.7\n1 1 6.7 3.7\n2 1 6.8 3.7\n0 2 6.6 3.7\n1 2 6.7 3.7\n2 2 6.8 3.7\n"),
+            "frame=1 ball=2 x=3 y=4"
+        );
+    }
+
+    #[test]
+    fn blanks_between_cells() {
+        let expected = "t=t cue_x=x1 cue_y=y1 object_x=x2 object_y=y2";
+        for head in ["# t x1 y1 x2 y2", "% t x1 y1 x2 y2", "t x1 y1 x2 y2", "   t    x1   y1   x2   y2"] {
+            for rows in ["0.0 1 2 3 4\n0.1 1 2 3 4\n", "  0.0   1   2   3   4\n  0.1   1   2   3   4\n"] {
+                assert_eq!(guessed(&format!("{head}\n{rows}")), expected, "{head}: {rows}");
+            }
+        }
+        assert_eq!(guessed("  0.00e0   1e1   2   3   4\n"), "t=1 cue_x=2 cue_y=3 object_x=4 object_y=5");
     }
 }

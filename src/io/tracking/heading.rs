@@ -4,8 +4,8 @@ use std::path::Path;
 
 use super::column_names::AngleUnit;
 use super::settings::{TimeUnit, Unit};
-use super::text::{Separator, lines, trimmed};
 use crate::io::error::Problems;
+use crate::io::text::{Separator, lines, trimmed};
 
 /// Spreadsheets have a few lines of titles above the names of their columns, at most so many.
 pub(super) const TITLES: usize = 10;
@@ -46,6 +46,54 @@ impl Measure {
             Self::Angle(unit) => unit.name(),
         }
     }
+
+    /// Whether it is that of positions in pictures.
+    pub(super) fn is_pixels(self) -> bool {
+        self == Self::Length(Unit::Px)
+    }
+}
+
+/// What stands between names of columns that have blanks between them: single ones, where the row below has as many cells.
+pub(super) fn blanks(text: &str, line: usize, names: &str) -> Separator {
+    const SINGLE: Separator = Separator::Char(' ');
+    let count = |line: &str| trimmed(line.trim_end(), SINGLE).map_or(0, |cells| cells.len());
+    let below = lines(text).skip(line).find(|(_, line)| !line.trim().is_empty());
+    let fits = below.is_none_or(|(_, row)| count(row) == count(names));
+    if fits && !names.starts_with(' ') { SINGLE } else { Separator::Blanks }
+}
+
+/// `x_mm` as `x` and mm; `None` where the last word is no unit or does not go with the name.
+pub(super) fn suffix(name: &str) -> Option<(&str, Measure)> {
+    let (bare, word) = name.rsplit_once('_')?;
+    let unit = Measure::of(word).filter(|_| !word.is_empty() && !bare.is_empty())?;
+    let small = bare.to_lowercase();
+    let begins = |words: &[&str]| words.iter().any(|word| small.starts_with(word));
+    let fits = match unit {
+        Measure::Length(Unit::In) => false,
+        Measure::Length(_) => small.contains(['x', 'y']),
+        Measure::Time(_) => begins(&["t", "zeit"]),
+        Measure::Angle(_) => begins(&["ang", "theta", "rot", "phi"]),
+    };
+    fits.then_some((bare, unit))
+}
+
+/// A name without what programs put around it: `Time (s) Run #1`, `Data Set 1:Time(s)`, `t_ms`.
+fn split_loosely(name: &str) -> (&str, Option<Measure>) {
+    let mut plain = name;
+    if let Some((before, number)) = name.rsplit_once('#')
+        && number.bytes().all(|byte| byte.is_ascii_digit())
+    {
+        plain = before.trim_end().strip_suffix("Run").map_or(name, str::trim_end);
+    }
+    plain = plain
+        .rsplit_once(':')
+        .map(|(_, last)| last.trim_start())
+        .filter(|last| !last.is_empty())
+        .unwrap_or(plain);
+    match split(plain) {
+        (bare, None) => suffix(bare).map_or((bare, None), |(bare, unit)| (bare, Some(unit))),
+        known => known,
+    }
 }
 
 /// `x [mm]` as `x` and mm. A name without a unit is left as it is.
@@ -59,6 +107,19 @@ fn split(name: &str) -> (&str, Option<Measure>) {
         }
     }
     (name, None)
+}
+
+/// What stands in brackets behind the name of a coordinate and looks like a unit, but is none that is known: `dm` of `x1 [dm]`.
+pub(in crate::io) fn strange_unit(name: &str) -> Option<&str> {
+    /// So long may it be.
+    const LONGEST: usize = 12;
+    let name = name.trim();
+    let (open, close) = if name.ends_with(']') { ('[', ']') } else { ('(', ')') };
+    let (bare, word) = name.strip_suffix(close)?.rsplit_once(open)?;
+    let is_word = !word.is_empty() && word.len() <= LONGEST && word.chars().all(char::is_alphabetic);
+    let bare = bare.trim_end().trim_end_matches(|c: char| c.is_ascii_digit()).to_lowercase();
+    let is_coordinate = ["x", "y"].iter().any(|axis| bare.ends_with(axis));
+    (is_word && is_coordinate && Measure::of(word).is_none()).then_some(word)
 }
 
 /// Names and units of columns.
@@ -79,13 +140,16 @@ pub(super) struct Heading {
 impl Heading {
     /// Of a line with these names; `text` is that of the file.
     pub(super) fn new(text: &str, line: usize, separator: Separator, names: Vec<String>) -> Self {
-        let (bare, mut units): (Vec<String>, Vec<Option<Measure>>) = names
-            .iter()
-            .map(|name| {
-                let (bare, unit) = split(name);
-                (bare.to_string(), unit)
-            })
-            .unzip();
+        let split_by = |split: fn(&str) -> (&str, Option<Measure>)| -> (Vec<String>, Vec<Option<Measure>>) {
+            let each = names.iter().map(|name| split(name));
+            each.map(|(bare, unit)| (bare.to_string(), unit)).unzip()
+        };
+        let (mut bare, mut units) = split_by(split_loosely);
+        // x_px beside x_m
+        let is_twice = |(i, name): (usize, &String)| !name.is_empty() && bare[..i].contains(name);
+        if bare.iter().enumerate().any(is_twice) {
+            (bare, units) = split_by(split);
+        }
         let mut above = line;
         if let Some((below, row)) = row_of_units(text, line, separator, names.len()) {
             above = below;
@@ -230,8 +294,25 @@ mod tests {
         assert_eq!(split("x(cm)"), ("x", Some(Measure::Length(Unit::Cm))));
         assert_eq!(split("t [µs]"), ("t", Some(Measure::Time(TimeUnit::Us))));
         assert_eq!(split("θ (°)"), ("θ", Some(Measure::Angle(AngleUnit::Deg))));
+        let loosely = split_loosely;
+        assert_eq!(loosely("Time (s) Run #1"), ("Time", Some(Measure::Time(TimeUnit::S))));
+        assert_eq!(loosely("Data Set 1:X2(m)"), ("X2", Some(Measure::Length(Unit::M))));
+        assert_eq!(loosely("t_ms"), ("t", Some(Measure::Time(TimeUnit::Ms))));
+        assert_eq!(loosely("cx_mm"), ("cx", Some(Measure::Length(Unit::Mm))));
+        for plain in ["x_sd", "point_in", "r_s", "m_m", "_mm", "a:", "#1"] {
+            assert_eq!(loosely(plain), (plain, None));
+        }
         for plain in ["x", "A (1)", "x [", "(m", "v (m/s)"] {
             assert_eq!(split(plain), (plain, None));
+        }
+    }
+
+    #[test]
+    fn a_unit_that_is_not_known_is_seen() {
+        assert_eq!(strange_unit("x1 [dm]"), Some("dm"));
+        assert_eq!(strange_unit("Y(yd)"), Some("yd"));
+        for known in ["x [mm]", "x", "t [min]", "x (1)", "vx (m/s)", "x []"] {
+            assert_eq!(strange_unit(known), None, "{known}");
         }
     }
 

@@ -4,10 +4,10 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use super::json_text::{Node, Value, parse};
-use super::number::shortened;
 use super::raw::{Clock, FORMAT, Notes, RawShot, RawTrack, Row};
 use super::settings::{TimeUnit, TrackSettings, Unit};
 use crate::io::error::Problems;
+use crate::io::number::shortened;
 
 /// Keys that mean the same, the usual one first.
 const SHOTS: [&str; 1] = ["shots"];

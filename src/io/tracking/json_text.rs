@@ -40,7 +40,7 @@ impl Node {
             Value::Null => "null".to_string(),
             Value::Bool => "true or false".to_string(),
             Value::Number(number) => number.to_string(),
-            Value::Text(text) => format!("\"{}\"", super::number::shortened(text)),
+            Value::Text(text) => format!("\"{}\"", crate::io::number::shortened(text)),
             Value::List(list) => format!("an array of {}", list.len()),
             Value::Object(_) => "an object".to_string(),
         }

@@ -4,8 +4,8 @@ use std::path::Path;
 
 use super::raw::{Clock, FORMAT, Notes, RawTrack, Row};
 use super::sheet::{Place, Reader, Sheet};
-use super::text::{Separator, cells, lines, trimmed};
 use crate::io::error::Problems;
+use crate::io::text::{Separator, cells, lines, trimmed};
 
 /// Which of the two.
 pub(super) enum Head {
@@ -50,7 +50,7 @@ pub(super) fn read(
 /// Rows of time, x and y below a comment with the object's name.
 fn sections(file: &Path, text: &str, problems: &mut Problems, notes: &mut Notes) -> (Clock, Vec<RawTrack>) {
     let mut tracks: Vec<RawTrack> = Vec::new();
-    let mut reader = Reader::new(file).with_clock();
+    let mut reader = Reader::new(file);
     let start = problems.len();
     for (line, text) in lines(text) {
         let text = text.trim();
@@ -87,8 +87,7 @@ fn sections(file: &Path, text: &str, problems: &mut Problems, notes: &mut Notes)
     }
     tracks.retain(|track| !track.rows.is_empty());
     say(file, "text", &tracks, notes);
-    let clock = reader.clock().unwrap_or(Clock::Unsaid);
-    reader.finish(notes);
+    let clock = reader.finish(tracks.iter_mut(), problems, notes).unwrap_or(Clock::Unsaid);
     (clock, tracks)
 }
 
@@ -117,7 +116,7 @@ fn csv(sheet: Sheet, problems: &mut Problems, notes: &mut Notes) -> Option<(Cloc
             place.name.clone_from(&objects[i]);
         }
     }
-    let (tracks, clock) = sheet.wide(Some(0), places, true, problems, notes);
+    let (tracks, clock) = sheet.wide(Some(0), places, problems, notes);
     say(sheet.file, &format!("CSV, {} between cells", sheet.separator.name()), &tracks, notes);
     Some((clock.unwrap_or(Clock::Unsaid), tracks))
 }

@@ -8,8 +8,8 @@ use super::heading::{Heading, TITLES};
 use super::raw::{Clock, FORMAT, Notes, REPEATED, RawShot, RawTrack, Row};
 use super::settings::{TimeUnit, TrackSettings, Unit};
 use super::sheet::{Reader, Sheet};
-use super::text::{Separator, lines, trimmed};
 use crate::io::error::Problems;
+use crate::io::text::{Separator, lines, trimmed};
 
 /// Columns of a long table, by their position.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -205,6 +205,15 @@ impl Gather {
         self.track(shot, ball, Some("angle"), true, line).rows.push(Row { time, x: angle, y: 0.0, line });
     }
 
+    /// Says what is known once all rows are read.
+    pub(super) fn finish(&mut self, reader: Reader, problems: &mut Problems, notes: &mut Notes) {
+        let tracks = self.shots.iter_mut().flat_map(|shot| &mut shot.tracks);
+        if let Some(clock) = reader.finish(tracks, problems, notes) {
+            self.clock = clock;
+            self.shots.iter_mut().for_each(|shot| shot.clock = clock);
+        }
+    }
+
     fn track(
         &mut self,
         shot: Option<&str>,
@@ -297,6 +306,6 @@ pub(super) fn read(
         }
     });
     let mark = reader.mark();
-    reader.finish(notes);
+    gather.finish(reader, problems, notes);
     mark
 }

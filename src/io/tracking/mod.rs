@@ -4,6 +4,7 @@ mod bodies;
 mod calibration;
 pub(crate) mod camera;
 mod check;
+mod clips;
 mod column_names;
 mod columns;
 mod finish;
@@ -15,7 +16,7 @@ mod json;
 mod json_text;
 mod kinovea;
 mod long;
-mod number;
+mod lost;
 mod pair;
 mod qualisys;
 mod raw;
@@ -25,11 +26,12 @@ pub(crate) mod settings;
 mod sheet;
 pub(crate) mod shots_table;
 mod survey;
-mod text;
 mod time;
+mod timecode;
 mod tracker;
 mod typed;
 mod units;
+mod words;
 
 use std::collections::HashMap;
 use std::fs;
@@ -43,6 +45,7 @@ use rayon::prelude::*;
 use settings::{Format, TrackSettings, Unit};
 use shots_table::ShotsTable;
 
+pub(super) use heading::strange_unit;
 pub use survey::{Survey, survey};
 
 /// Metres in one of a unit that dataset.toml knows; `None` for pixels.
@@ -75,16 +78,16 @@ pub(crate) fn load(
     let mut notes = Notes::default();
     let mut raw: Vec<RawShot> = Vec::new();
     let mut calibrations = HashMap::new();
-    for file in &manifest.files {
-        if settings.shots.as_ref().is_some_and(|shots| same_file(shots, file)) {
-            continue;
-        }
+    let is_shots = |file: &&PathBuf| settings.shots.as_ref().is_some_and(|shots| same_file(shots, file));
+    let files: Vec<&PathBuf> = manifest.files.iter().filter(|file| !is_shots(file)).collect();
+    let alone = files.len() == 1;
+    for file in files {
         let before = problems.len();
-        let Some(read::Tracked { mut shots, format, unit }) =
-            read::file(file, settings, problems, &mut notes)
+        let Some(read::Tracked { shots, format, unit }) = read::file(file, settings, problems, &mut notes)
         else {
             continue;
         };
+        let mut shots = clips::of_file(shots, settings.capture_fps, alone, &mut notes);
         let calibration = calibration_for(format, unit, settings, file, problems, &mut notes);
         // What follows from a row that could not be read need not be said.
         if problems.len() > before {
@@ -105,6 +108,7 @@ pub(crate) fn load(
                        shots or for none";
         problems.add(path, None, None, message);
     }
+    tell_apart(&mut raw, &mut notes);
     let known = name_shots(&raw, problems);
     if !broken {
         table.check_names(&known, problems);
@@ -142,6 +146,9 @@ pub(crate) fn load(
         work.push((shot, facts));
     }
     let (shots, damaged) = finish_all(work, settings, &calibrations, problems, &mut notes);
+    if manifest.discs.is_none() {
+        name_unmeasured(&shots, &table, path, problems);
+    }
     let mut lines = settings.notes.clone();
     lines.append(&mut notes.into_lines());
     Tracks {
@@ -208,14 +215,63 @@ fn calibration_for(
     settings.calibration.clone()
 }
 
+/// Complains about spins that are said to be measured, where neither numbers nor markers tell them.
+fn name_unmeasured(shots: &[TrackShot], table: &ShotsTable, path: &Path, problems: &mut Problems) {
+    let unmeasured = |shot: &&TrackShot| shot.markers.is_empty() && table.is_by_markers(&shot.name);
+    let mut names = shots.iter().filter(unmeasured).map(|shot| shot.name.as_str());
+    let Some(first) = names.next() else { return };
+    let others = match names.count() {
+        0 => String::new(),
+        others => format!(" and {others} more"),
+    };
+    let message = format!(
+        "[cue_spin] assume is \"measured\", but nothing measures the spin of shot \"{first}\"{others}; expected omega_x, omega_y and \
+         omega_z in a table that [tracks] shots names, markers on the cue ball ([tracks] cue_markers), or assume = \"natural-roll\", \"stun\" or \"unknown\""
+    );
+    problems.add(path, None, None, message);
+}
+
+/// Puts the folder before the names of shots that files in different folders give, as A/1.csv and B/1.csv do.
+fn tell_apart(raw: &mut [RawShot], notes: &mut Notes) {
+    let mut of_name: HashMap<String, Vec<usize>> = HashMap::new();
+    for (i, shot) in raw.iter().enumerate() {
+        of_name.entry(shot.name.clone()).or_default().push(i);
+    }
+    let with_folder = |shot: &RawShot| {
+        let folder = shot.file.parent()?.file_name()?.to_string_lossy();
+        Some(format!("{folder}/{}", shot.name))
+    };
+    let mut named = Vec::new();
+    for shots in of_name.into_values().filter(|shots| shots.len() > 1) {
+        let names: Vec<Option<String>> = shots.iter().map(|i| with_folder(&raw[*i])).collect();
+        let is_alone = |name: &Option<String>| names.iter().filter(|other| *other == name).count() == 1;
+        if names.iter().all(|name| name.is_some() && is_alone(name)) {
+            named.extend(shots.into_iter().zip(names.into_iter().flatten()));
+        }
+    }
+    named.sort();
+    if let Some((first, name)) = named.first() {
+        let message = "files in several folders are called alike: their shots are named with the folder";
+        notes.add(raw::NAMES, &raw[*first].file, None, format!("{message}, as in \"{name}\""));
+    }
+    for (i, name) in named {
+        raw[i].name = name;
+    }
+}
+
 /// The shots by name, with complaints about names given twice.
 fn name_shots<'a>(raw: &'a [RawShot], problems: &mut Problems) -> HashMap<&'a str, usize> {
     let mut known = HashMap::with_capacity(raw.len());
     for (i, shot) in raw.iter().enumerate() {
         if let Some(first) = known.insert(shot.name.as_str(), i) {
             let first = &raw[first];
-            let message =
-                format!("\"{}\" also names the shot of {}:{}", shot.name, first.file.display(), first.line);
+            let message = format!(
+                "\"{}\" also names the shot of {}:{}; expected a name of its own: another name of the file, or a table under \
+                 [tracks] shots with the columns shot and file",
+                shot.name,
+                first.file.display(),
+                first.line
+            );
             problems.add(&shot.file, Some(shot.line), Some("shot"), message);
         }
     }

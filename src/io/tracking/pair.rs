@@ -14,6 +14,8 @@ struct Single {
     object: bool,
     /// The file's name without the ball's.
     key: String,
+    /// The folder, or the one above where the folder is named after the ball.
+    folder: Option<PathBuf>,
 }
 
 /// Puts the shots together that are one ball each and whose files differ by the ball's name only, or that are
@@ -24,9 +26,14 @@ pub(super) fn pair(raw: &mut Vec<RawShot>, settings: &TrackSettings, notes: &mut
     let alone = singles.len() == 2 && raw.len() == 2;
     let mut gone = Vec::new();
     for cue in singles.iter().filter(|single| !single.object) {
-        let fits = |object: &&Single| object.object && (alone || object.key == cue.key);
+        let fits = |object: &&Single| {
+            object.object && (alone || object.key == cue.key && object.folder == cue.folder)
+        };
         let objects: Vec<&Single> = singles.iter().filter(fits).collect();
-        let twins = singles.iter().filter(|other| !other.object && other.key == cue.key).count();
+        let twins = singles
+            .iter()
+            .filter(|other| !other.object && other.key == cue.key && other.folder == cue.folder)
+            .count();
         let ([object], 1) = (objects.as_slice(), twins) else { continue };
         if raw[object.index].clock != raw[cue.index].clock {
             continue;
@@ -73,14 +80,29 @@ fn single(index: usize, shot: &RawShot, settings: &TrackSettings) -> Option<Sing
         return None;
     }
     let named = |ball: &str| matches!(find(&shot.tracks, ball), Ok(Some(_)));
-    let in_stem = [cue, object].map(|ball| without(&stem, ball).or_else(|| without(&stem, last_word(ball))));
+    let words =
+        |text: &str| [cue, object].map(|ball| without(text, ball).or_else(|| without(text, last_word(ball))));
+    let mut in_stem = words(&stem);
+    let mut folder = shot.file.parent();
+    if in_stem.iter().all(Option::is_none) {
+        // cue/1.csv and object/1.csv
+        let name = folder.and_then(Path::file_name).map(|name| name.to_string_lossy());
+        in_stem = words(&name.unwrap_or_default()).map(|rest| {
+            let rest = rest?;
+            Some(if rest.is_empty() { stem.clone() } else { format!("{rest}-{stem}") })
+        });
+        if in_stem.iter().any(Option::is_some) {
+            folder = folder.and_then(Path::parent);
+        }
+    }
+    let folder = folder.map(Path::to_path_buf);
     let object = match (named(cue), named(object), &in_stem) {
         (true, false, _) | (false, false, [Some(_), None]) => false,
         (false, true, _) | (false, false, [None, Some(_)]) => true,
         _ => return None,
     };
     let key = in_stem[usize::from(object)].clone().unwrap_or(stem);
-    Some(Single { index, object, key })
+    Some(Single { index, object, key, folder })
 }
 
 /// Of what Tracker calls "mass A", files are called A.

@@ -2,11 +2,11 @@
 
 use std::path::Path;
 
-use super::number::{Cell, parse};
 use super::raw::{Clock, FORMAT, GAPS, Notes, RawTrack};
 use super::sheet::{Place, Sheet};
-use super::text::{Separator, lines, trimmed};
 use crate::io::error::Problems;
+use crate::io::number::{Cell, parse};
+use crate::io::text::{Separator, lines, trimmed};
 
 /// Whether the text is such an export.
 pub(super) fn detect(text: &str) -> bool {
@@ -88,7 +88,7 @@ pub(super) fn read(
     let message = format!("read as Qualisys, {fps} fps, markers {}", shown.join(", "));
     notes.add(FORMAT, file, None, message);
     let sheet = Sheet { file, text, separator: TAB, header, above, offset: 0, names };
-    let (mut tracks, _) = sheet.wide(None, places, false, problems, notes);
+    let (mut tracks, _) = sheet.wide(None, places, problems, notes);
     for track in &mut tracks {
         for row in track.rows.iter_mut().filter(|row| row.x == 0.0 && row.y == 0.0) {
             (row.x, row.y) = (f64::NAN, f64::NAN);

@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use super::settings::TimeUnit;
+use crate::io::error::harmless;
 
 /// The rows of one shot.
 #[derive(Clone, Debug, PartialEq)]
@@ -81,6 +82,8 @@ struct Note {
     message: String,
     place: String,
     places: usize,
+    /// In how many shots of that file, where no line is named.
+    shots: usize,
 }
 
 /// This many notes of a kind are given one by one.
@@ -95,14 +98,19 @@ impl Notes {
         line: Option<usize>,
         message: impl AsRef<str>,
     ) {
+        let shots = usize::from(line.is_none());
         let line = line.map_or(String::new(), |line| format!(":{line}"));
         let place = format!("{}{line}", file.display());
-        self.put((rank(kind), kind), Note { message: message.as_ref().to_owned(), place, places: 1 });
+        self.put(
+            (rank(kind), kind),
+            Note { message: harmless(message.as_ref()).into_owned(), place, places: 1, shots },
+        );
     }
 
     fn put(&mut self, kind: (u8, &'static str), note: Note) {
         let notes = self.kinds.entry(kind).or_default();
         match notes.iter_mut().find(|known| known.message == note.message) {
+            Some(known) if note.shots > 0 && known.place == note.place => known.shots += note.shots,
             Some(known) => known.places += note.places,
             None => notes.push(note),
         }
@@ -119,8 +127,12 @@ impl Notes {
     pub(super) fn into_lines(self) -> Vec<String> {
         let mut lines = Vec::new();
         for ((_, kind), notes) in self.kinds {
-            for Note { message, place, places } in notes.iter().take(OF_A_KIND) {
-                let others = if *places > 1 { format!(" and {} more", places - 1) } else { String::new() };
+            for Note { message, place, places, shots } in notes.iter().take(OF_A_KIND) {
+                let others = match (places, shots) {
+                    (1, 0 | 1) => String::new(),
+                    (1, shots) => format!(" ({shots} shots)"),
+                    (places, _) => format!(" and {} more", places - 1),
+                };
                 lines.push(format!("{place}{others}: {message}"));
             }
             if let Some(more @ 1..) = notes.len().checked_sub(OF_A_KIND) {

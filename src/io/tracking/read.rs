@@ -1,18 +1,17 @@
 //! Which format a file is in, by what stands in it.
 
-use std::borrow::Cow;
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use super::number::shortened;
-use super::raw::{Clock, Notes, RawShot, RawTrack};
+use super::heading::{Heading, TITLES};
+use super::raw::{Clock, FORMAT, Notes, RawShot, RawTrack};
 use super::settings::{Format, TrackSettings, Unit};
 use super::sheet::Sheet;
-use super::text::{decode, lines};
 use super::{columns, json, kinovea, long, qualisys, tracker, typed};
 use crate::io::error::Problems;
-use crate::io::table::is_separator_line;
+use crate::io::number::shortened;
+use crate::io::text::{Separator, decode, lines, trimmed, unmarked, without_separator_line};
 
 /// What was read from a file.
 pub(super) struct Tracked {
@@ -46,13 +45,13 @@ pub(super) fn bytes(
     problems: &mut Problems,
     notes: &mut Notes,
 ) -> Option<Tracked> {
-    let mut text = decode(bytes, file, notes);
-    let stem = file.file_stem().map(|stem| stem.to_string_lossy().into_owned()).unwrap_or_default();
-    let first = lines(&text).next().map_or("", |(_, line)| line);
-    if is_separator_line(first) {
-        // a blank line in its place, so that all others keep their numbers
-        text = Cow::Owned(text[first.len()..].to_string());
+    let (text, latin) = decode(bytes);
+    if let Some(line) = latin {
+        let message = "is not UTF-8 text from here on; read as Latin-1, which matters to names only";
+        notes.add(FORMAT, file, Some(line), message);
     }
+    let (text, _) = without_separator_line(text);
+    let stem = file.file_stem().map(|stem| stem.to_string_lossy().into_owned()).unwrap_or_default();
     if let Some(wanted) = &settings.columns {
         let (shots, unit) = columns::read(file, &text, &stem, wanted, settings, problems, notes)?;
         return Some(Tracked { shots, format: Format::Columns, unit });
@@ -135,6 +134,32 @@ fn unknown(file: &Path, text: &str, format: Format, problems: &mut Problems) {
         Format::Json => "expected JSON: an array of shots, each with balls, each with samples",
         Format::Columns => "expected the columns that [tracks.columns] names",
     };
-    let message = format!("no format begins like this, \"{}\"; {expected}", shortened(first.trim()));
+    let lacking = if matches!(format, Format::Auto | Format::Long) { lacking(text) } else { String::new() };
+    let message = format!("no format begins like this, \"{}\"{lacking}; {expected}", shortened(first.trim()));
     problems.add(file, Some(line), None, message);
+}
+
+/// What a header that is nearly that of a long table lacks, as a part of a sentence.
+fn lacking(text: &str) -> String {
+    let header =
+        lines(text).filter(|(_, line)| !line.trim().is_empty()).take(TITLES).find_map(|(line, content)| {
+            Separator::ALL.into_iter().find_map(|separator| {
+                let names = trimmed(unmarked(content), separator)?;
+                let heading = Heading::new("", line, separator, names);
+                let names: Vec<String> = heading.bare.iter().map(|name| name.to_lowercase()).collect();
+                let has = |name: &str| names.iter().any(|own| own == name);
+                let parts = [
+                    ("ball", has("ball")),
+                    ("x", has("x")),
+                    ("y", has("y")),
+                    ("frame or t", has("frame") || has("t")),
+                ];
+                let missing: Vec<&str> =
+                    parts.iter().filter(|(_, there)| !there).map(|(name, _)| *name).collect();
+                (1..=2).contains(&missing.len()).then(|| (line, missing.join(" and ")))
+            })
+        });
+    header.map_or(String::new(), |(line, missing)| {
+        format!(", and what may be the names of columns, in line {line}, are without {missing}")
+    })
 }

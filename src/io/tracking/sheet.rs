@@ -3,10 +3,12 @@
 use std::borrow::Cow;
 use std::path::Path;
 
-use super::number::{Mark, shortened};
-use super::raw::{Clock, FORMAT, GAPS, Notes, RawTrack, Row};
-use super::text::{Separator, cells, line_end, lines_by};
+use super::raw::{CLOCK, Clock, FORMAT, GAPS, Notes, RawTrack, Row};
+use super::settings::TimeUnit;
+use super::timecode::{Style, count_frames, is_clock, seconds};
 use crate::io::error::Problems;
+use crate::io::number::{Mark, shortened};
+use crate::io::text::{Separator, cells, line_end, lines_by};
 
 /// After so many problems of a file the rest of it is not read.
 const ENOUGH: usize = 100;
@@ -80,22 +82,18 @@ impl<'a> Sheet<'a> {
         }
     }
 
-    /// The tracks of a table with a row per frame, and the clock if its times are h:mm:ss:cs, which they
-    /// may be if `clock`. Without a column of times, rows are counted.
+    /// The tracks of a table with a row per frame, and the clock if its times are those of one. Without a column of times, rows are
+    /// counted.
     pub(super) fn wide(
         &self,
         time: Option<usize>,
         places: Vec<Place>,
-        clock: bool,
         problems: &mut Problems,
         notes: &mut Notes,
     ) -> (Vec<RawTrack>, Option<Clock>) {
         let mut tracks: Vec<_> =
             places.iter().map(|place| RawTrack::new(place.name.as_str(), place.point.clone())).collect();
         let mut reader = Reader::new(self.file);
-        if clock {
-            reader = reader.with_clock();
-        }
         let mut count = 0.0;
         self.rows(problems, |line, row, problems| {
             let t = match time {
@@ -120,8 +118,7 @@ impl<'a> Sheet<'a> {
                 track.rows.push(Row { time, x, y, line: line as u32 });
             }
         });
-        let clock = reader.clock();
-        reader.finish(notes);
+        let clock = reader.finish(tracks.iter_mut(), problems, notes);
         (tracks, clock)
     }
 }
@@ -132,10 +129,8 @@ pub(super) struct Reader<'a> {
     times: Mark,
     positions: Mark,
     timeless: bool,
-    /// Times may be h:mm:ss:cs.
-    clocks: bool,
-    /// If they are, the digits of their last part, with the line of the first time.
-    clock: Option<(usize, usize)>,
+    /// If times are those of a clock, how they are written, with the line of the first.
+    clock: Option<(Style, usize)>,
     plain: bool,
 }
 
@@ -146,21 +141,9 @@ impl<'a> Reader<'a> {
             times: Mark::default(),
             positions: Mark::default(),
             timeless: false,
-            clocks: false,
             clock: None,
             plain: false,
         }
-    }
-
-    /// Lets times be h:mm:ss:cs.
-    pub(super) fn with_clock(mut self) -> Self {
-        self.clocks = true;
-        self
-    }
-
-    /// The clock, if times are h:mm:ss:cs.
-    pub(super) fn clock(&self) -> Option<Clock> {
-        self.clock.map(|(digits, _)| Clock::Rounded(0.1_f64.powi(digits as i32)))
     }
 
     pub(super) fn time(
@@ -170,37 +153,40 @@ impl<'a> Reader<'a> {
         column: &str,
         problems: &mut Problems,
     ) -> Option<f64> {
-        let found = problems.len();
-        if self.clocks && cell.contains(':') {
-            let read = hours(cell.trim());
-            self.timeless = true;
-            let message = match (read, self.clock) {
-                (None, _) => {
-                    format!("\"{}\" is no time; expected h:mm:ss:cs or a number", shortened(cell.trim()))
-                }
-                (Some((_, digits)), Some((other, at))) if digits != other => {
-                    format!("\"{}\" is not written like the time in line {at}", cell.trim())
-                }
+        self.timeless = false;
+        let wrong = if is_clock(cell) {
+            match (seconds(cell), self.clock) {
+                (None, _) => Some("is no time; expected h:mm:ss.fff, h:mm:ss:cs or a number".to_string()),
                 (Some(_), _) if self.plain => {
-                    format!("\"{}\" is h:mm:ss:cs, but times above are plain numbers", cell.trim())
+                    Some("is h:mm:ss, but times above are plain numbers".to_string())
                 }
-                (Some((time, digits)), _) => {
-                    self.clock.get_or_insert((digits, line));
-                    self.timeless = false;
+                (Some((time, Style::Fraction(digits))), None | Some((Style::Fraction(_), _))) => {
+                    let (style, _) = self.clock.get_or_insert((Style::Fraction(digits), line));
+                    if matches!(style, Style::Fraction(most) if *most < digits) {
+                        *style = Style::Fraction(digits);
+                    }
                     return Some(time);
                 }
-            };
-            problems.add(self.file, Some(line), Some(column), message);
-            return None;
-        }
-        self.plain = true;
-        if let Some((_, at)) = self.clock.filter(|_| !cell.trim().is_empty()) {
-            let message =
-                format!("\"{}\" is a plain number, but line {at} h:mm:ss:cs", shortened(cell.trim()));
-            problems.add(self.file, Some(line), Some(column), message);
+                (Some((_, style)), Some((other, at))) if style != other => {
+                    Some(format!("is not written like the time in line {at}"))
+                }
+                (Some((time, style)), _) => {
+                    self.clock.get_or_insert((style, line));
+                    return Some(time);
+                }
+            }
+        } else {
+            self.plain = true;
+            let clock = self.clock.filter(|_| !cell.trim().is_empty());
+            clock.map(|(_, at)| format!("is a plain number, but line {at} h:mm:ss"))
+        };
+        if let Some(wrong) = wrong {
             self.timeless = true;
+            let message = format!("\"{}\" {wrong}", shortened(cell.trim()));
+            problems.add(self.file, Some(line), Some(column), message);
             return None;
         }
+        let found = problems.len();
         let time = self.times.number(cell, self.file, line, column, problems);
         self.timeless = problems.len() > found;
         time
@@ -251,7 +237,7 @@ impl<'a> Reader<'a> {
         column: &str,
         problems: &mut Problems,
     ) -> Option<f64> {
-        self.positions.number(cell, self.file, line, column, problems)
+        self.positions.beside(cell, self.file, line, column, problems)
     }
 
     /// The decimal mark of the positions.
@@ -259,7 +245,16 @@ impl<'a> Reader<'a> {
         self.positions.seen()
     }
 
-    pub(super) fn finish(self, notes: &mut Notes) {
+    /// Says what is known once all rows are read. Gives the clock, if times are those of one; those that count frames become
+    /// numbers of frames in the tracks.
+    pub(super) fn finish<'t>(
+        self,
+        tracks: impl Iterator<Item = &'t mut RawTrack>,
+        problems: &mut Problems,
+        notes: &mut Notes,
+    ) -> Option<Clock> {
+        self.times.finish(self.file, problems);
+        self.positions.finish(self.file, problems);
         if self.positions.is_comma() || self.times.is_comma() {
             let which = match (self.positions.is_comma(), self.times.is_comma()) {
                 (true, false) => " in the coordinates, not in the times",
@@ -268,41 +263,16 @@ impl<'a> Reader<'a> {
             };
             notes.add(FORMAT, self.file, None, format!("decimal comma{which}"));
         }
-    }
-}
-
-/// Seconds of h:mm:ss:cs (or mm:ss:cs), and the digits of the last part.
-fn hours(cell: &str) -> Option<(f64, usize)> {
-    let parts: Vec<&str> = cell.split(':').collect();
-    let (last, rest) = parts.split_last()?;
-    let digits =
-        |part: &&str| !part.is_empty() && part.len() <= 4 && part.bytes().all(|b| b.is_ascii_digit());
-    if !(2..=3).contains(&rest.len()) || !(2..=3).contains(&last.len()) || !parts.iter().all(digits) {
-        return None;
-    }
-    let mut whole = 0.0;
-    for (i, part) in rest.iter().enumerate() {
-        let number: f64 = part.parse().ok()?;
-        if i > 0 && number >= 60.0 {
-            return None;
-        }
-        whole = whole * 60.0 + number;
-    }
-    let fraction: f64 = last.parse().ok()?;
-    Some((whole + fraction / 10.0_f64.powi(last.len() as i32), last.len()))
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn times_of_a_clock() {
-        assert_eq!(hours("1:02:03:45"), Some((3723.45, 2)));
-        assert_eq!(hours("02:03:450"), Some((123.45, 3)));
-        for wrong in ["1:2", "0:60:00:00", "0::0:00", "a:00:00:00", "0:00:00:1", "-0:00:00:00", "1:2:3:4:50"]
+        let (style, line) = self.clock?;
+        if style == Style::Colon(2)
+            && let Some(rate) = count_frames(&mut tracks.collect::<Vec<_>>())
         {
-            assert_eq!(hours(wrong), None, "{wrong}");
+            let message = format!(
+                "times are time codes, h:mm:ss:ff with {rate} frames to a second: read as numbers of frames"
+            );
+            notes.add(CLOCK, self.file, Some(line), message);
+            return Some(Clock::In(TimeUnit::Frames));
         }
+        Some(Clock::Rounded(style.resolution()))
     }
 }

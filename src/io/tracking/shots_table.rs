@@ -46,6 +46,8 @@ struct ShotRow {
     /// The reason, if the shot is to be skipped.
     skip: Option<String>,
     spin: Option<Spin>,
+    /// The spin is said to be measured, and no numbers are given.
+    by_markers: bool,
     /// The file that holds the shot, as it is written.
     file: Option<String>,
     own: Own,
@@ -86,7 +88,9 @@ impl ShotsTable {
             let labels = rows::labels(&table, &KNOWN, row);
             let own = own(&table, row, rates.as_ref().and_then(|rates| rates[row]), problems);
             let file = table.text("file", row).map(str::to_string);
-            let row = ShotRow { line, skip, spin, file, own, labels };
+            let stated = table.text("cue_spin", row).map_or(assume, |word| Assume::of(word).or(assume));
+            let by_markers = spin == Some(Spin::Unknown) && stated == Some(Assume::Measured);
+            let row = ShotRow { line, skip, spin, by_markers, file, own, labels };
             if let Some(first) = all.rows.insert(name.to_string(), row) {
                 let message =
                     format!("\"{name}\" also stands in line {}; expected each shot once", first.line);
@@ -118,6 +122,11 @@ impl ShotsTable {
         Some(Facts { spin, labels, own })
     }
 
+    /// Whether only markers can tell the spin, which is said to be measured.
+    pub(super) fn is_by_markers(&self, shot: &str) -> bool {
+        self.rows.get(shot).map_or(self.assume == Some(Assume::Measured), |row| row.by_markers)
+    }
+
     /// Whether some shot has a frame rate of its own.
     pub(super) fn has_rates(&self) -> bool {
         self.rows.values().any(|row| row.own.capture_fps.is_some())
@@ -131,7 +140,7 @@ impl ShotsTable {
         for (name, row) in rows {
             let Some(file) = &row.file else { continue };
             let mut wrong = |message: String| problems.add(&self.path, Some(row.line), Some("file"), message);
-            let of_file: Vec<usize> = (0..raw.len()).filter(|i| raw[*i].file.ends_with(file)).collect();
+            let of_file = of_file(raw, file);
             let own = of_file.iter().copied().find(|i| raw[*i].name == *name);
             match (of_file.as_slice(), own) {
                 ([], _) => {
@@ -170,6 +179,20 @@ impl ShotsTable {
             problems.add(&self.path, Some(row.line), Some("shot"), message);
         }
     }
+}
+
+/// The shots of a file as a cell names it; programs on Windows write backslashes, and drives that are nowhere else.
+fn of_file(raw: &[RawShot], cell: &str) -> Vec<usize> {
+    let ends = |path: &str| (0..raw.len()).filter(|i| raw[*i].file.ends_with(path)).collect::<Vec<_>>();
+    let as_written = ends(cell);
+    if !as_written.is_empty() || !cell.contains('\\') {
+        return as_written;
+    }
+    let path = cell.replace('\\', "/");
+    let path = path.trim_start_matches("./");
+    let found = ends(path);
+    let on_a_drive = path.split('/').next().is_some_and(|first| first.is_empty() || first.ends_with(':'));
+    if found.is_empty() && on_a_drive { ends(path.rsplit('/').next().unwrap_or_default()) } else { found }
 }
 
 fn file_name(shot: &RawShot) -> String {
@@ -232,7 +255,7 @@ fn spin(
     };
     let mut word = None;
     if let Some(given) = table.text("cue_spin", row) {
-        word = Assume::WORDS.iter().find(|(name, _)| *name == given).map(|(_, word)| *word);
+        word = Assume::of(given);
         if word.is_none() {
             let names = Assume::WORDS.map(|(name, _)| name);
             let near = did_you_mean(given, names);

@@ -5,14 +5,15 @@ use std::fs;
 use std::path::Path;
 
 use super::bodies;
+use super::clips;
 use super::guess;
 use super::raw::{Clock, Notes, RawShot};
 use super::read;
 use super::settings;
 use super::settings::{Format, TimeUnit, Unit};
-use super::text::decode;
 use super::time;
-use crate::io::error::Problems;
+use crate::io::error::{Problem, Problems};
+use crate::io::text::decode;
 use crate::io::toml_file::Source;
 
 /// What was seen in a file of tracks.
@@ -38,6 +39,12 @@ pub struct Survey {
     pub are_discs: bool,
     /// What `[tracks.columns]` must say for the file to be read, as keys and values of TOML; empty where it need not be there.
     pub columns: Vec<(&'static str, String)>,
+    /// What `[tracks] time_unit` must say, where only the steps of the times tell it.
+    pub time_unit: Option<&'static str>,
+    /// A column that may be one of times or of numbers of frames.
+    pub perhaps_time: Option<String>,
+    /// Cells and rows that cannot be read, as the loader says it.
+    pub problems: Vec<String>,
     /// The longer side of the box about all positions, in the unit of the file.
     pub extent: f64,
     /// How near the centres of two balls come to each other in a frame, likewise: in a quarter of the shots nearer, since frames may be
@@ -45,35 +52,37 @@ pub struct Survey {
     pub closest: Option<f64>,
 }
 
-/// Looks at a file; `None` if it is in no known format or cannot be read. Of a table in no known format, the columns are
-/// guessed by their names.
-#[must_use]
-pub fn survey(file: &Path) -> Option<Survey> {
-    let nothing = guess::Guess { lines: Vec::new(), has_angles: false };
-    look(file, nothing).or_else(|| {
-        let text = decode(&fs::read(file).ok()?, file, &mut Notes::default()).into_owned();
-        look(file, guess::columns(&text)?)
+/// Looks at a file. Of a table in no known format, the columns are guessed by their names. `Err` says what is wrong with a file that
+/// is in no known format or cannot be read.
+pub fn survey(file: &Path) -> Result<Survey, Vec<Problem>> {
+    look(file, guess::Guess::default()).or_else(|problems| {
+        let guess = fs::read(file).ok().and_then(|bytes| guess::columns(&decode(&bytes).0));
+        guess.and_then(|guess| look(file, guess).ok()).ok_or(problems)
     })
 }
 
 /// Looks at a file with these columns, if any.
-fn look(file: &Path, columns: guess::Guess) -> Option<Survey> {
-    let guess::Guess { lines, has_angles } = columns;
-    let mut text = String::new();
+fn look(file: &Path, columns: guess::Guess) -> Result<Survey, Vec<Problem>> {
+    let guess::Guess { lines, has_angles, time_unit, perhaps_time } = columns;
+    let mut text = time_unit.map_or(String::new(), |unit| format!("time_unit = \"{unit}\"\n"));
     if !lines.is_empty() {
         text.push_str("[columns]\n");
         text.extend(lines.iter().map(|(key, value)| format!("{key} = {value}\n")));
     }
-    let tracks: settings::RawTracks = toml::from_str(&text).ok()?;
+    let Ok(tracks) = toml::from_str::<settings::RawTracks>(&text) else { return Err(Vec::new()) };
     let source = Source { path: file, text: "" };
     let mut problems = Problems::new("");
     let settings = settings::check((None, None), None, Some(&tracks), has_angles, &source, &mut problems);
-    let read::Tracked { mut shots, format, unit } =
-        read::file(file, &settings, &mut problems, &mut Notes::default())?;
-    if !lines.is_empty() && !problems.is_empty() {
-        return None;
-    }
-    let clock = shots.first()?.clock;
+    let read = read::file(file, &settings, &mut problems, &mut Notes::default());
+    let problems = problems.into_error().problems().to_vec();
+    let Some(read::Tracked { shots, format, unit }) = read else { return Err(problems) };
+    let mut shots = clips::of_file(shots, None, true, &mut Notes::default());
+    // with nothing read, nothing speaks for the guess but names
+    let clock = match shots.first() {
+        Some(shot) => shot.clock,
+        None if lines.is_empty() => return Err(problems),
+        None => Clock::Unsaid,
+    };
     let mut tracks: Vec<(String, Vec<f64>)> = Vec::new();
     for shot in &shots {
         for track in shot.tracks.iter().filter(|track| !track.is_angle) {
@@ -94,7 +103,7 @@ fn look(file: &Path, columns: guess::Guess) -> Option<Survey> {
         Clock::FramesAt(fps) => (true, Some(fps)),
         _ => (false, None),
     };
-    Some(Survey {
+    Ok(Survey {
         format: match format {
             Format::Tracker => "tracker",
             Format::Kinovea => "kinovea",
@@ -115,6 +124,9 @@ fn look(file: &Path, columns: guess::Guess) -> Option<Survey> {
         are_discs: has_angles
             || shots.iter().any(|shot| shot.tracks.len() > 5 && bodies::are_two(&shot.tracks)),
         columns: lines,
+        time_unit,
+        perhaps_time,
+        problems: problems.iter().map(ToString::to_string).collect(),
     })
 }
 

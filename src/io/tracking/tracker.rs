@@ -1,13 +1,17 @@
 //! Tracker: exports of one track or several (`#multi:`), and tables copied from it.
 
+use std::collections::HashMap;
 use std::path::Path;
 
+use super::guess::pairs;
 use super::heading::{Heading, TITLES};
 use super::raw::{Clock, FORMAT, Notes, RawTrack};
 use super::settings::{TimeUnit, TrackSettings, Unit};
 use super::sheet::{Place, Sheet};
-use super::text::{Separator, lines, trimmed};
+use super::words::{Kind, Role, find};
 use crate::io::error::Problems;
+use crate::io::number::{Cell, parse};
+use crate::io::text::{Separator, lines, trimmed};
 
 /// Names of the columns of time, the best first.
 const TIMES: [&str; 3] = ["frame", "t", "time"];
@@ -30,18 +34,61 @@ pub(super) fn detect(text: &str) -> Option<Head> {
         }
         let fits = |separator: &Separator| {
             let Some(names) = trimmed(content, *separator) else { return false };
-            let heading = Heading::new("", line, *separator, names);
-            let has = |name: &str| heading.position(name).is_some();
-            has("x") && has("y") && TIMES.iter().any(|t| has(t)) && !has("ball")
+            let is_own = names.iter().any(|name| name.starts_with('x'));
+            let names = small(&Heading::new("", line, *separator, names));
+            let has = |name: &str| names.iter().any(|own| own == name);
+            let is_long = || [Role::Ball, Role::Shot].into_iter().any(|role| find(&names, role).is_some());
+            has("x") && has("y") && TIMES.iter().any(|t| has(t)) && !is_long()
+                // other programs write both balls beside each other: X, Y, X 2, Y 2
+                && (is_own || pairs(&names).iter().filter(|(_, kind)| *kind == Kind::Position).count() == 1)
         };
         if let Some(separator) = Separator::ALL.into_iter().find(fits) {
             let heading = Heading::new(text, line, separator, trimmed(content, separator)?);
+            if are_several(text, &heading) {
+                return None;
+            }
             let tracks = above.and_then(|text| trimmed(text, separator)).unwrap_or_default();
             return Some(Head { heading, tracks, multi });
         }
         above = Some(content);
     }
     None
+}
+
+/// The names of columns without units, in small letters.
+fn small(heading: &Heading) -> Vec<String> {
+    heading.bare.iter().map(|name| name.to_lowercase()).collect()
+}
+
+/// Whether one pair of columns is at two places at the same time: several balls, below each other, which no export of Tracker is.
+fn are_several(text: &str, heading: &Heading) -> bool {
+    let names = small(heading);
+    let of = |name: &str| names.iter().position(|own| own == name);
+    let is_one = names.iter().filter(|name| *name == "x").count() == 1;
+    let (Some(x), Some(y)) = (of("x").filter(|_| is_one), of("y")) else { return false };
+    let Some(time) = TIMES.iter().find_map(|time| of(time)) else { return false };
+    let rows = lines(text).skip(heading.above).filter_map(|(_, line)| {
+        let mut row = trimmed(line, heading.separator).filter(|row| row.len() == names.len())?;
+        let at =
+            [x, y].map(|i| if let Ok(Cell::Number(number, _)) = parse(&row[i]) { number } else { f64::NAN });
+        (at[0].is_finite() && at[1].is_finite()).then(|| (std::mem::take(&mut row[time]), at))
+    });
+    let rows: Vec<(String, [f64; 2])> = rows.collect();
+    let mut last: HashMap<&str, usize> = HashMap::new();
+    let (mut apart, mut beside) = (0, Vec::new());
+    for (i, (time, at)) in rows.iter().enumerate() {
+        match last.insert(time, i) {
+            Some(before) if rows[before].1 == *at => {}
+            Some(before) if before + 1 == i => beside.push(i),
+            Some(_) => apart += 1,
+            None => {}
+        }
+    }
+    // a coarse clock shows a time twice, too: but then a ball is nearer after one row than after two
+    let distance = |i: usize, j: usize| (rows[i].1[0] - rows[j].1[0]).hypot(rows[i].1[1] - rows[j].1[1]);
+    let jumps = |i: &&usize| **i > 1 && distance(**i, **i - 1) > distance(**i, **i - 2);
+    let alternate = beside.iter().filter(jumps).count();
+    3 * (apart + alternate) > rows.len()
 }
 
 /// Reads the tracks of an export. `stem` names a track that has no name.
@@ -55,7 +102,7 @@ pub(super) fn read(
     notes: &mut Notes,
 ) -> Option<(Clock, Vec<RawTrack>, Option<Unit>)> {
     let Head { heading, tracks, multi } = head;
-    let (separator, header, names) = (heading.separator, heading.line, &heading.bare);
+    let (separator, header, names) = (heading.separator, heading.line, small(&heading));
     let position = |name: &str| names.iter().position(|n| n == name);
     // The number of a frame cannot follow a wrong rate, but needs the right one.
     let by_frame = settings.capture_fps.is_some() || !names.iter().any(|n| n == "t" || n == "time");
@@ -114,5 +161,6 @@ pub(super) fn read(
     let unit = heading.length(&lengths, file, problems);
     let sheet =
         Sheet { file, text, separator, header, above: heading.above, offset: 0, names: heading.names };
-    Some((Clock::In(clock), sheet.wide(Some(time), places, false, problems, notes).0, unit))
+    let (tracks, shown) = sheet.wide(Some(time), places, problems, notes);
+    Some((shown.unwrap_or(Clock::In(clock)), tracks, unit))
 }

@@ -14,8 +14,9 @@ use super::long;
 use super::long::{Columns, Gather};
 use super::raw::{Notes, Row};
 use super::sheet::Sheet;
-use super::text::Separator;
+use super::timecode::is_clock;
 use crate::io::error::Problems;
+use crate::io::text::{Separator, trimmed};
 
 /// Bytes read at a time.
 const STRETCH: usize = 1 << 25;
@@ -40,8 +41,13 @@ fn read_by(
     notes: &mut Notes,
 ) {
     let start = problems.len();
-    let Some(mut rest) = below(sheet.text, sheet.above) else {
-        // a file with CR for ends of lines
+    let by_clock = |rest: &&str| {
+        let first =
+            rest.lines().find(|line| !line.trim().is_empty()).and_then(|line| trimmed(line, sheet.separator));
+        first.is_some_and(|cells| cells.get(columns.time).is_some_and(|cell| is_clock(cell)))
+    };
+    let Some(mut rest) = below(sheet.text, sheet.above).filter(|rest| !by_clock(rest)) else {
+        // a file with CR for ends of lines, or with times that only the whole of it explains
         long::read(sheet, columns, gather, problems, notes);
         return;
     };
@@ -128,6 +134,8 @@ fn plain(text: &str, above: usize, sheet: &Sheet, columns: &Columns, gather: &mu
     });
     let wrong_sd = |sd: &Float64Chunked| sd.iter().flatten().any(|sd| !(sd > 0.0 && sd.is_finite()));
     if half
+        || may_have_thousands(&[&time])
+        || may_have_thousands(&[&x, &y])
         || time.iter().any(|t| t.is_none_or(|t| !t.is_finite()))
         || missing(&ball)
         || shot.as_ref().is_some_and(missing)
@@ -145,6 +153,23 @@ fn plain(text: &str, above: usize, sheet: &Sheet, columns: &Columns, gather: &mu
         gather.push(shot, ball.get(row).unwrap_or_default().trim(), point, row_of, sd);
     }
     Some(())
+}
+
+/// Whether all fractions may be thousands, 1.874 beside 998: the reader of cells then looks at how they are written.
+fn may_have_thousands(columns: &[&Float64Chunked]) -> bool {
+    let (mut fraction, mut hundreds) = (false, false);
+    for value in columns.iter().flat_map(|column| column.iter()).flatten().map(f64::abs) {
+        if value.fract() == 0.0 {
+            hundreds |= (100.0..1000.0).contains(&value);
+            continue;
+        }
+        let thousand = 1000.0 * value;
+        if value < 1.0 || (thousand - thousand.round()).abs() > 1e-6 {
+            return false;
+        }
+        fraction = true;
+    }
+    fraction && hundreds
 }
 
 fn name(i: usize) -> String {

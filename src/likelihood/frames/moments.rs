@@ -101,13 +101,14 @@ impl Part {
     }
 
     /// How a frame follows the corrections, where the reference path is: at its own position its noise would shrink with the film, and the
-    /// scale that the frames tell be too large. A row that is read later by δ shows where the ball was earlier by δ: −v p_y δ.
+    /// scale that the frames tell be too large. A row that is read later by δ shows where the ball was earlier by δ times the row: −v f_y δ/(s a).
     fn shifts_of(&self, frame: &Frame, camera: &Camera) -> Shifts {
         let u = (frame.t - self.centre) / self.scale;
         let position = self.reference.map(|[a, b, c]| a + u * (b + u * c));
         let velocity = self.reference.map(|[_, b, c]| (b + 2.0 * c * u) / self.scale);
-        let mut shifts = camera.derivatives(camera.film(position));
-        let row = position[1] - camera.middle[1];
+        let film = camera.film(position);
+        let mut shifts = camera.derivatives(film);
+        let row = camera.row(film[1]);
         shifts[Correction::Shutter as usize] = velocity.map(|v| -v * row);
         shifts
     }

@@ -285,7 +285,7 @@ mod tests {
             name: "stun".to_string(),
             kind: Kind::Tracks,
             seed: 1,
-            truth: Truth { mu, mu_s, e },
+            truth: Truth { mu, mu_s, e, ..Truth::default() },
             shots: Shots {
                 count: 24,
                 speed_m_s: [1.0, 4.0],
@@ -294,6 +294,7 @@ mod tests {
             },
             noise: Noise::default(),
             ball: BallSpec::default(),
+            object: None,
             camera: Camera::default(),
             cloth: ClothSpec::default(),
         };

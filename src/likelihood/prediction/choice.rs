@@ -108,6 +108,12 @@ impl Plan {
         Ok(())
     }
 
+    /// Whether its correction, if it has one, was taken so near that another would hardly differ.
+    #[must_use]
+    pub(crate) fn serves(&self, model: &Model, coefficients: &Coefficients) -> bool {
+        self.correction.as_deref().is_none_or(|correction| correction.serves(model, coefficients))
+    }
+
     /// What was chosen for it.
     #[must_use]
     pub(crate) fn choice(&self) -> Option<(Fidelity, Effects)> {

@@ -6,7 +6,7 @@
 use nalgebra::{SMatrix, SVector, Vector6};
 
 use super::law::{ByOthers, OTHERS};
-use super::{Coefficients, Fidelity, Jacobian, Model, NotACollision, Outcome};
+use super::{Coefficients, Effects, Fidelity, Jacobian, Model, NotACollision, Outcome};
 use crate::physics::ball::BallState;
 use crate::physics::friction_law::Law;
 
@@ -39,6 +39,8 @@ impl Correction {
     const STEP: f64 = 5e-3;
     const STEP_OF_C: f64 = 5e-2;
     const STEP_OF_KAPPA: f64 = 5e-2;
+    /// So many steps away it serves as well: it errs by a small part of itself.
+    const NEAR: f64 = 2.0;
 
     /// What a model that is integrated says of one shot beyond another.
     ///
@@ -87,7 +89,8 @@ impl Correction {
         Ok(Self { value, slope, at: *at, law, kappa })
     }
 
-    fn at(&self, coefficients: &Coefficients, law: Law, kappa: f64) -> SVector<f64, 12> {
+    /// By how much others differ from those that it was computed at, in the order of its slope.
+    fn moved(&self, coefficients: &Coefficients, law: Law, kappa: f64) -> Vector6<f64> {
         let Coefficients { mu, mu_s, e } = *coefficients;
         let (b, c) = match (law, self.law) {
             (Law::Exponential { b, c }, Law::Exponential { b: own_b, c: own_c }) => (b - own_b, c - own_c),
@@ -95,7 +98,19 @@ impl Correction {
             (_, Law::Constant) => (0.0, 0.0),
         };
         let at = &self.at;
-        self.value + self.slope * Vector6::new(mu - at.mu, mu_s - at.mu_s, e - at.e, b, c, kappa - self.kappa)
+        Vector6::new(mu - at.mu, mu_s - at.mu_s, e - at.e, b, c, kappa - self.kappa)
+    }
+
+    /// Whether a model moves no coefficient much further than its slope was taken over.
+    #[must_use]
+    pub(crate) fn serves(&self, model: &Model, coefficients: &Coefficients) -> bool {
+        let moved = self.moved(coefficients, model.law, if self.kappa > 0.0 { model.kappa } else { 0.0 });
+        let steps = [Self::STEP, Self::STEP, Self::STEP, Self::STEP, Self::STEP_OF_C, Self::STEP_OF_KAPPA];
+        moved.iter().zip(steps).all(|(moved, step)| moved.abs() <= Self::NEAR * step)
+    }
+
+    fn at(&self, coefficients: &Coefficients, law: Law, kappa: f64) -> SVector<f64, 12> {
+        self.value + self.slope * self.moved(coefficients, law, kappa)
     }
 }
 
@@ -155,6 +170,14 @@ impl Corrected<'_> {
 }
 
 impl Model {
+    /// The model with a contact that gives way along its surface, and with a friction that follows the slip: integrated as closely as
+    /// fits need it, with the other effects that a closed form has.
+    #[must_use]
+    pub fn giving_way(self, kappa: f64) -> Self {
+        let effects = Effects { compliance: true, falling_friction: true, ..Fidelity::Full.effects() };
+        Self { fidelity: Fidelity::Ode, effects, kappa, tolerance: Self::TOLERANCE_OF_FITS, ..self }
+    }
+
     /// The model in closed form, [`Fidelity::Full`], with those of the effects that it can simulate; `None` for a fidelity that is
     /// not integrated.
     #[must_use]
@@ -200,16 +223,21 @@ mod tests {
         let model = Model::new(Fidelity::Contact, Ball::POOL);
         let correction = Correction::of(&model, &model.closed().unwrap(), &cue, &coefficients).unwrap();
         let corrected = Corrected { model: model.closed().unwrap(), correction: Some(&correction) };
-        let cue = BallState { velocity: cue.velocity * (1.0 + APART), spin: cue.spin * (1.0 + APART) };
-        let coefficients = Coefficients { mu: coefficients.mu * (1.0 + APART), ..coefficients };
-        let (outcome, _) = corrected.collide_with_jacobian(&cue, &coefficients).unwrap();
-        let fine = model.collide(&cue, &coefficients).unwrap();
-        let difference = (outcome.components() - fine.components()).amax();
-        assert!(
-            difference < CHANGED * correction.value.amax(),
-            "{difference} of {}",
-            correction.value.amax()
-        );
+        let Coefficients { mu, mu_s, e } = coefficients;
+        let other_cue = BallState { velocity: cue.velocity * (1.0 + APART), spin: cue.spin * (1.0 + APART) };
+        // nearly as far as it serves
+        let further = 0.99 * Correction::NEAR * Correction::STEP;
+        for (cue, coefficients) in [
+            (other_cue, Coefficients { mu: mu * (1.0 + APART), ..coefficients }),
+            (cue, Coefficients { mu: mu + further, mu_s: mu_s - further, e: e - further }),
+        ] {
+            assert!(correction.serves(&model, &coefficients));
+            let (outcome, _) = corrected.collide_with_jacobian(&cue, &coefficients).unwrap();
+            let fine = model.collide(&cue, &coefficients).unwrap();
+            let difference = (outcome.components() - fine.components()).amax();
+            let value = correction.value.amax();
+            assert!(difference < CHANGED * value, "{difference} of {value}");
+        }
     }
 
     #[test]

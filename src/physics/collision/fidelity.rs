@@ -7,6 +7,7 @@ use crate::physics::name::{UnknownName, named};
 
 /// How closely the collision is modelled.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[non_exhaustive]
 pub enum Fidelity {
     /// Neither friction nor loss of energy.
     Elastic,
@@ -41,6 +42,19 @@ impl Fidelity {
         }
     }
 
+    /// What it models, in a line.
+    #[must_use]
+    pub fn meaning(self) -> &'static str {
+        match self {
+            Self::Elastic => "no friction, no loss",
+            Self::Inelastic => "restitution, no friction",
+            Self::Linear => "first order in μ, no stick",
+            Self::Full => "the exact solution, stick included",
+            Self::Ode => "the same equations integrated, to a tolerance",
+            Self::Contact => "the contact resolved in time, with gravity and the cloth, to a tolerance",
+        }
+    }
+
     /// Whether this fidelity integrates the equations of motion step by step.
     #[must_use]
     #[inline]
@@ -66,10 +80,12 @@ impl Fidelity {
 }
 
 /// What the shots of a fit are computed with.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+#[non_exhaustive]
 pub enum FidelityChoice {
     /// Each shot takes the cheapest fidelity whose errors stay within a tenth of its standard errors; it is chosen at the start of
     /// the fit.
+    #[default]
     Auto,
     /// All take this one.
     Of(Fidelity),

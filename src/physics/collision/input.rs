@@ -22,7 +22,7 @@ pub enum NotACollision {
     NoDirection(f64, f64),
     /// The cue ball does not move towards the object ball; with its velocity along the line of centres, m/s.
     #[error(
-        "the cue ball does not approach: its velocity along the line of centres is {0} m/s; expected more than 0"
+        "the cue ball does not approach: its velocity along the line of centres is {} m/s; expected more than 0", .0 + 0.0
     )]
     NotApproaching(f64),
     /// The cue ball has a vertical velocity, given here in m/s.
@@ -32,12 +32,15 @@ pub enum NotACollision {
     #[error("mu is {0}; expected 0 or more")]
     NegativeMu(f64),
     /// The friction of the cloth on the object ball μ_s, the first number, is negative or not below the second, 2 +
-    /// ν: from there on the cloth would drive the slip that it brakes.
+    /// ν of equal balls: from there on the cloth would drive the slip that it brakes.
     #[error("mu_s is {0}; expected 0 or more, below {1}")]
     MuSOutOfRange(f64, f64),
-    /// The product μ·μ_s, given here, is 2 or more: the impact would never end.
-    #[error("mu·mu_s is {0}; expected less than 2, or the balls jam")]
-    Jams(f64),
+    /// With topspin: the product μ·μ_s, the first number, is not below the second, 1 + m_object/m_cue (2 of equal balls): the impact
+    /// would never end, as dv_x/dq = 1 + m_object/m_cue + μ_s μ sin θ, sin θ from −1.
+    #[error(
+        "mu·mu_s is {0}; expected less than {1} with topspin (1 + object ball's mass over cue ball's), or the balls jam"
+    )]
+    Jams(f64, f64),
     /// The coefficient of restitution e, given here, is not within 0 to 1.
     #[error("e is {0}; expected 0 to 1")]
     EOutOfRange(f64),
@@ -47,8 +50,9 @@ pub enum NotACollision {
     /// The moment of inertia of a ball over MR², ν, given here, is not positive or more than 2/3.
     #[error("the moment of inertia over MR² is {0}; expected more than 0, at most 2/3 (a hollow sphere)")]
     Inertia(f64),
-    /// The friction of the cloth on the cue ball μ_k, given here, is negative, or μ·μ_k is 2 or more.
-    #[error("mu_k is {0}; expected 0 or more, and mu·mu_k less than 2")]
+    /// The friction of the cloth on the cue ball μ_k, given here, is negative, or μ·μ_k is 1 + m_cue/m_object or more:
+    /// with draw, the cloth on the cue ball drives the balls against each other.
+    #[error("mu_k is {0}; expected 0 or more, and mu·mu_k less than 1 + cue ball's mass over object ball's")]
     MuKOutOfRange(f64),
     /// The law μ(v) = μ + b·exp(−c v) by which the friction between the balls falls with the slip v is not finite, is
     /// negative without slip, or has a negative c.
@@ -86,6 +90,12 @@ pub enum NotACollision {
         "the integration did not reach the end of the impact at a tolerance of {0:e}; expected a larger one"
     )]
     NotIntegrated(f64),
+    /// A contact that hardly gives way along its surface shakes so often, as 1/√κ, that its integration did not reach the end of the
+    /// impact; with κ. Towards κ = 0 the outcome nears that of a rigid contact as √κ.
+    #[error(
+        "the contact is so stiff at a kappa of {0:e} that the integration did not reach the end of the impact; expected 0 (rigid along the surface) or a larger one"
+    )]
+    TooStiff(f64),
 }
 
 /// What the impulses depend on.
@@ -211,8 +221,9 @@ impl Model {
             return Err(NotACollision::NegativeMu(mu));
         }
         // β_z must stay positive, or the cloth would drive the slip it brakes
-        if !(0.0..2.0 + inertia).contains(&finite("mu_s", mu_s)?) {
-            return Err(NotACollision::MuSOutOfRange(mu_s, 2.0 + inertia));
+        let most = self.object.as_ref().map_or(2.0 + inertia, |object| self.most_mu_s(object));
+        if !(0.0..most).contains(&finite("mu_s", mu_s)?) {
+            return Err(NotACollision::MuSOutOfRange(mu_s, most));
         }
         let friction = self.law.friction(mu);
         if let Law::Exponential { b, c } = self.law {
@@ -221,18 +232,30 @@ impl Model {
                 return Err(NotACollision::Law { mu, b, c });
             }
         }
-        if friction.largest() * mu_s >= 2.0 {
-            return Err(NotACollision::Jams(friction.largest() * mu_s));
-        }
         if !(0.0..=1.0).contains(&finite("e", e)?) {
             return Err(NotACollision::EOutOfRange(e));
         }
         let effects = self.effects;
+        let friction = if effects.friction { friction } else { Friction::Constant(0.0) };
+        let mu_s = if effects.cloth { mu_s } else { 0.0 };
         Ok(Shared {
-            friction: if effects.friction { friction } else { Friction::Constant(0.0) },
-            mu_s: if effects.cloth { mu_s } else { 0.0 },
+            friction,
+            mu_s,
             e: if effects.inelasticity { e } else { 1.0 },
+            jams: friction.largest() * mu_s >= self.most_mu_mu_s(),
         })
+    }
+
+    /// Below it dv_x/dq = 1 + 1/r + μ_s μ sin θ is positive, whatever θ is.
+    #[inline]
+    fn most_mu_mu_s(&self) -> f64 {
+        self.object.as_ref().map_or(2.0, |_| 1.0 + 1.0 / self.mass_ratio())
+    }
+
+    /// Below it the cloth brakes the slip with topspin: 2β_z = (1 + 1/ν_c)/r + (1 − μ_s)/ν is positive.
+    #[cold]
+    fn most_mu_s(&self, object: &Ball) -> f64 {
+        1.0 + object.inertia * (1.0 + 1.0 / self.ball.inertia) / self.mass_ratio()
     }
 
     #[cold]
@@ -267,6 +290,11 @@ impl Model {
             return Err(NotACollision::NotApproaching(k));
         }
         let topspin = v.z > 0.0;
+        // of a contact that gives way the friction may turn, and press the object ball down all the same
+        if shared.jams && (topspin || self.kappa > 0.0) {
+            let product = shared.friction.largest() * shared.mu_s;
+            return Err(NotACollision::Jams(product, self.most_mu_mu_s()));
+        }
         let m_s = if topspin { shared.mu_s } else { 0.0 };
         let mu = match shared.friction {
             Friction::Constant(mu) => mu,
@@ -291,10 +319,12 @@ pub(super) struct Shared {
     friction: Friction,
     mu_s: f64,
     e: f64,
+    /// Whether shots with topspin jam.
+    jams: bool,
 }
 
 /// m_cue/m_object: beyond, roundings of the lighter ball's velocity show in the heavier one's.
-const MASS_RATIOS: std::ops::RangeInclusive<f64> = 1e-3..=1e3;
+pub(crate) const MASS_RATIOS: std::ops::RangeInclusive<f64> = 1e-3..=1e3;
 
 /// Moment of inertia of a thin hollow sphere over MR², the largest a ball can have.
 const HOLLOW_SPHERE: f64 = 2.0 / 3.0;

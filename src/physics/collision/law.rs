@@ -7,13 +7,10 @@ use nalgebra::SMatrix;
 use super::Input;
 use super::integrated;
 use super::recent;
-use super::{All, Coefficients, Column, Jacobian, Model, NotACollision, Outcome};
+use super::{All, ByLaw, Coefficients, Column, Jacobian, Model, NotACollision, Outcome};
 use crate::physics::ball::BallState;
 use crate::physics::contact_frame;
 use crate::physics::friction_law::Law;
-
-/// The components of an outcome by b and c.
-type ByLaw = SMatrix<f64, 12, 2>;
 
 /// How many numbers an outcome depends on besides the coefficients and the cue ball's state: b and c of a friction that falls with
 /// the slip, κ, m_cue/m_object, R_cue/R_object and e₁.
@@ -69,15 +66,19 @@ impl Model {
             by.set_column(OTHERS - 1, &slopes.carry(&mut jacobian));
             return Ok((outcome, jacobian, Some(by)));
         }
-        let (outcome, jacobian, by_kappa) = if self.is_compliant() {
+        let (outcome, jacobian, exact) = if self.is_compliant() {
             integrated::collide_with_jacobian(self, cue, coefficients, &self.contact(cue, coefficients)?)?
         } else {
             let (outcome, jacobian) = self.collide_with_jacobian(cue, coefficients)?;
             (outcome, jacobian, None)
         };
         let mut by = ByOthers::zeros();
-        by.fixed_columns_mut::<2>(0).copy_from(&self.by_law(cue, coefficients, &outcome, &jacobian));
-        let by_kappa = by_kappa.map_or_else(|| self.by_kappa(cue, coefficients), Ok)?;
+        let (by_kappa, by_law) = match exact {
+            Some((by_kappa, by_law)) => (by_kappa, by_law),
+            None => (self.by_kappa(cue, coefficients)?, None),
+        };
+        let by_law = by_law.unwrap_or_else(|| self.by_law(cue, coefficients, &outcome, &jacobian));
+        by.fixed_columns_mut::<2>(0).copy_from(&by_law);
         by.set_column(2, &by_kappa);
         if self.object.is_some() {
             by.set_column(3, &self.by_mass_ratio(cue, coefficients)?);

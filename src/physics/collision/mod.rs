@@ -1,5 +1,5 @@
 //! The collision itself: from the cue ball's state before the impact to both balls' after it, in
-//! the collision frame ([`super::contact_frame`]), with the object ball at rest.
+//! the collision frame ([`contact_frame`](super::contact_frame)), with the object ball at rest.
 //!
 //! H.-C. Kim, "Collision of two spinning billiard balls and the role of table", arXiv:2402.13258
 //! (2024), with its errors corrected. Everything is per unit mass: q is the normal impulse p/M in
@@ -30,7 +30,7 @@ mod restitution_law;
 mod steps;
 mod unequal;
 
-use nalgebra::SVector;
+use nalgebra::{SMatrix, SVector};
 
 use super::ball::{Ball, BallState};
 use super::cloth_motion::Cloth;
@@ -40,6 +40,7 @@ pub(crate) use corrected::{Corrected, Correction};
 pub use effects::Effects;
 pub use fidelity::{Fidelity, FidelityChoice};
 use input::Contact;
+pub(crate) use input::MASS_RATIOS;
 pub use input::NotACollision;
 pub use law::{ByOthers, OTHERS};
 pub use outcome::{Input, Jacobian, Outcome};
@@ -408,6 +409,12 @@ type Gradient = SVector<f64, 6>;
 
 /// An outcome and its derivatives by the inputs and by what else there is.
 type All = (Outcome, Jacobian, Option<ByOthers>);
+
+/// The components of an outcome by b and c.
+type ByLaw = SMatrix<f64, 12, 2>;
+
+/// Those by κ, and by b and c where the slip is followed.
+type Others = (Column, Option<ByLaw>);
 
 mod variable {
     pub const K: usize = 0;

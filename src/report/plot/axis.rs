@@ -47,6 +47,28 @@ impl Axis {
         Self { name: name.into(), low: low - room, high: high + room, words: None, logarithmic }
     }
 
+    /// The same of values with bars of ± sd, which all stand inside, but for a few that are much wider than the rest: these must not
+    /// shrink the data to a dot.
+    pub(super) fn around_bars(
+        name: impl Into<String>,
+        values: &[(f64, Option<f64>)],
+        others: impl IntoIterator<Item = f64>,
+    ) -> Self {
+        const WIDER: f64 = 3.0;
+        const PART: f64 = 0.35;
+        let others: Vec<f64> = others.into_iter().collect();
+        let plain = Self::around("", values.iter().map(|(value, _)| *value).chain(others.iter().copied()));
+        let mut sds: Vec<f64> = values.iter().filter_map(|(_, sd)| sd.filter(|sd| drawable(*sd))).collect();
+        sds.sort_by(f64::total_cmp);
+        let usual = sds.get(sds.len() / 2).copied().unwrap_or(0.0);
+        let most = (WIDER * usual).max(PART * (plain.high - plain.low));
+        let ends = values.iter().flat_map(|(value, sd)| {
+            let sd = sd.filter(|sd| drawable(*sd)).map_or(0.0, |sd| sd.min(most));
+            [value - sd, value + sd]
+        });
+        Self::around(name, ends.chain(others))
+    }
+
     /// As far below zero as above, at least `least` to either side.
     pub(super) fn symmetric(
         name: impl Into<String>,
@@ -162,6 +184,15 @@ mod tests {
 
     fn labels(low: f64, high: f64) -> Vec<String> {
         axis(low, high).ticks(6).into_iter().map(|(_, label)| label).collect()
+    }
+
+    #[test]
+    fn bars_stand_inside_but_for_the_widest() {
+        let one = Axis::around_bars("", &[(0.93, Some(0.02))], [0.931]);
+        assert!(one.low < 0.91 && one.high > 0.95);
+        let usual = [(0.0, Some(0.1)), (1.0, Some(0.1)), (2.0, Some(100.0))];
+        let some = Axis::around_bars("", &usual, []);
+        assert!(some.low < -0.1 && some.high > 2.1 && some.high < 5.0);
     }
 
     #[test]

@@ -22,6 +22,9 @@ const HEAD: i32 = 88;
 /// Standard errors this many times the least of a parameter tell nothing worth drawing.
 const WORST: f64 = 1e3;
 
+/// Kinds of shots stand beside each other by this part of the axis.
+const ASIDE: f64 = 0.025;
+
 /// At most so many speeds are drawn.
 const COLUMNS: usize = 3;
 
@@ -103,7 +106,7 @@ impl<'a> Layout<'a> {
         let canvas = Canvas::new(area)?;
         let title = "Standard errors that shots of one cut angle and speed give";
         canvas.text(title, (MARGIN, 34), Anchor::Left, LARGE, INK)?;
-        let remark = "Without a point: such shots by themselves do not tell it.";
+        let remark = "Without a point: such shots by themselves do not tell it. Kinds stand a little side by side, so that equal errors are seen.";
         canvas.text(remark, (MARGIN, 66), Anchor::Left, SMALL, GREY)?;
         for (kind, (text, x, line)) in self.legend.iter().enumerate() {
             let (x, y) = (MARGIN + x, HEAD + 8 + LINE * line);
@@ -162,12 +165,16 @@ impl<'a> Layout<'a> {
         let errors = cells.iter().filter_map(&told);
         let y = Axis::logarithmic(format!("standard error of {}", parameter.symbol()), errors);
         let frame = Frame::new(canvas, rect, &title, &[], (x, y))?;
-        for kind in 0..self.speeds.len() {
+        // equal errors of several kinds would hide each other: they stand side by side
+        let kinds = self.speeds.len();
+        let aside =
+            |kind: usize| (kind as f64 - 0.5 * (kinds as f64 - 1.0)) * ASIDE * (frame.x.high - frame.x.low);
+        for kind in 0..kinds {
             let own = |cell: &&Cell| cell.kind == kind && Some(cell.speed_m_s) == speed(kind);
             let points: Vec<Option<(f64, f64)>> = cells
                 .iter()
                 .filter(own)
-                .map(|cell| told(cell).map(|error| (cell.cut_deg, error.log10())))
+                .map(|cell| told(cell).map(|error| (cell.cut_deg + aside(kind), error.log10())))
                 .collect();
             // a gap where it is not told
             for pair in points.windows(2) {

@@ -94,7 +94,8 @@ fn restitution<DB: DrawingBackend>(
     let line = fitted(Parameter::E).map(|e| [x.low, x.high].map(|speed| (speed, e.value - slope * speed)));
     let scatter = fit.scatter.map_or(0.0, |scatter| scatter.restitution);
     let ends = line.iter().flatten().flat_map(|(_, e)| [e - scatter, e + scatter]);
-    let y = Axis::around("e", points.iter().map(|p| p.1.value).chain(ends));
+    let values: Vec<_> = points.iter().map(|(_, e, _)| (e.value, e.sd)).collect();
+    let y = Axis::around_bars("e", &values, ends);
     let frame = Frame::new(canvas, area, "e against the closing speed", &remarks(fit, shots), (x, y))?;
     if let Some(line) = line {
         curve(&frame, &line, scatter)?;

@@ -19,7 +19,7 @@ pub(super) mod track;
 
 use plotters::prelude::*;
 
-use super::number::plain;
+use super::number::{count_of, plain};
 use super::table::{chi2_text, estimate, with_unit};
 use super::{ReportError, noise_estimated, reduced_chi2, title};
 use crate::fit::{Fit, Method};
@@ -160,7 +160,8 @@ fn summary(fit: &Fit) -> Vec<String> {
         .iter()
         .map(|one| {
             let value = with_unit(&estimate(fit, one), one.parameter.unit(), " ");
-            format!("{} = {value}", one.parameter.symbol())
+            let equal = if value.starts_with(['≥', '≤']) { "" } else { "= " };
+            format!("{} {equal}{value}", one.parameter.symbol())
         })
         .collect();
     let chi2 = match reduced_chi2(fit) {
@@ -175,7 +176,10 @@ fn summary(fit: &Fit) -> Vec<String> {
         }
         None => "no degrees of freedom".to_owned(),
     };
-    vec![estimates.join(",   "), format!("model {},   {} shots,   {chi2}", fit.fidelity, fit.shots_used)]
+    vec![
+        estimates.join(",   "),
+        format!("model {},   {},   {chi2}", fit.fidelity, count_of(fit.shots_used, "shot")),
+    ]
 }
 
 /// The first warning, and how many more there are.

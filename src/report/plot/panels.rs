@@ -64,14 +64,11 @@ pub(super) fn measured<DB: DrawingBackend>(
         return message(canvas, area, title, "No observations.");
     }
     let unit = if group.unit.is_empty() { String::new() } else { format!(" ({})", group.unit) };
-    // Wide error bars may run out of the panel: they must not shrink the data to a dot.
-    let plain = Axis::around("", seen.iter().flat_map(|point| [point.measured, point.predicted]));
-    let room = 0.35 * (plain.high - plain.low);
-    let ends = |point: &&Point| {
-        let sd = if drawable(point.sd) { point.sd.min(room) } else { 0.0 };
-        [point.measured - sd, point.measured + sd, point.predicted]
+    let values: Vec<_> = seen.iter().map(|point| (point.measured, Some(point.sd))).collect();
+    let axis = |what: &str| {
+        let predicted = seen.iter().map(|point| point.predicted);
+        Axis::around_bars(format!("{what} {}{unit}", group.name), &values, predicted)
     };
-    let axis = |what: &str| Axis::around(format!("{what} {}{unit}", group.name), seen.iter().flat_map(ends));
     let with_bars = seen.iter().any(|point| drawable(point.sd));
     let mut remarks = vec![if with_bars { "bars: ± sd" } else { "no sd known" }.to_owned()];
     remarks.extend(points.thinned.clone());

@@ -23,7 +23,7 @@
 use super::Impulses;
 use super::contact::AT_REST;
 use super::dynamics::{Dynamics, Forces, Give, Grip, Grips, Pair, Site, Slips, at, norm, unit};
-use super::phase::{Model, Phase, tolerance_of_restitution, walk};
+use super::phase::{Model, Phase, TOUCH, tolerance_of_restitution, walk};
 use super::solver::{GaveUp, Integrator};
 use super::starts::turn;
 use crate::physics::collision::Regime;
@@ -36,9 +36,6 @@ const OBJECT_HEIGHT: usize = at::COUNT + 3;
 const GIVE_Y: usize = at::COUNT + 4;
 const GIVE_Z: usize = at::COUNT + 5;
 const STATE: usize = at::COUNT + 6;
-
-/// A spring that has not been stretched yet is given so much of a stretch against the slip, to tell which ball it will lift.
-const TOUCH: f64 = 1e-30;
 
 /// Friction can follow a slip of more than this times κμ: the third power of the lag is then below 1e-4.
 const FOLLOWS: f64 = 50.0;
@@ -60,7 +57,7 @@ pub(in crate::physics::collision) fn impulses(
     e: f64,
     tolerance: f64,
 ) -> Result<(Impulses, Regime), GaveUp> {
-    let mut integrator = Integrator::new(tolerance);
+    let mut integrator = Integrator::new(tolerance).with_more_steps(dynamics.shakes());
     let mut phase = Phase::compression(dynamics);
     let mut y = [0.0; STATE];
     let v = dynamics.slip;
@@ -69,6 +66,7 @@ pub(in crate::physics::collision) fn impulses(
     if norm(v) <= mu * dynamics.kappa {
         phase.grips[Site::Balls] = Grip::Springs;
         phase.held_once = norm(v) > 0.0;
+        // not stretched yet, but by so much, to tell which ball it will lift
         [y[GIVE_Y], y[GIVE_Z]] = v.map(|v| -TOUCH * v);
     } else if norm(v) <= FOLLOWS * mu * dynamics.kappa {
         phase.grips[Site::Balls] = Grip::Yields;
@@ -182,11 +180,10 @@ impl Model<STATE> for Giving<'_> {
         forces: &Forces,
         give: &Give,
     ) -> Option<[f64; 2]> {
-        let i = Site::Balls as usize;
         let lag_allowed = OF_TOLERANCE * self.tolerance;
         let slides = || self.dynamics.end_slides(&phase.grips, slips, forces, give);
         Some(match phase.grips[Site::Balls] {
-            Grip::Springs => [forces.most[i] - norm(forces.friction[i]), f64::NAN],
+            Grip::Springs => [self.dynamics.spring_holds(slips, forces, give), f64::NAN],
             Grip::Yields if phase.is_compression() => [slides(), f64::NAN],
             Grip::Yields => {
                 let lag = self.dynamics.lag_error(&phase.grips, slips, y[ROOT].powi(3), give);
@@ -202,7 +199,8 @@ impl Model<STATE> for Giving<'_> {
     fn change_grip(&self, phase: &mut Phase, q: f64, y: &mut [f64; STATE], again: bool) {
         let slips = self.dynamics.slips(q, y);
         let give = self.give(phase, y, phase.v_x(q, y));
-        let forces = self.dynamics.forces(&phase.grips, &slips, self.normal(phase, y), &give);
+        // where the balls just touch there is a direction already
+        let forces = self.dynamics.forces(&phase.grips, &slips, self.normal(phase, y).max(TOUCH), &give);
         let i = Site::Balls as usize;
         let direction = unit(forces.friction[i]);
         match phase.grips[Site::Balls] {
@@ -265,11 +263,27 @@ struct Lag {
 }
 
 impl Dynamics {
+    /// Positive while the spring's end holds. In compression per normal force, so that it tells where the balls just touch, too:
+    /// there f = −Fv/κ.
+    fn spring_holds(&self, slips: &Slips, forces: &Forces, give: &Give) -> f64 {
+        let i = Site::Balls as usize;
+        let (most, friction, normal) = (forces.most[i], norm(forces.friction[i]), forces.normal[i]);
+        if !give.is_compression {
+            return most - friction;
+        }
+        if normal > 0.0 {
+            return (most - friction) / normal;
+        }
+        let slip = norm(slips.0[i]);
+        self.friction.mu(self.k * slip) - slip / self.kappa
+    }
+
     /// Positive while the spring's end slides, in units of the slip.
     fn end_slides(&self, grips: &Grips, slips: &Slips, forces: &Forces, give: &Give) -> f64 {
         let i = Site::Balls as usize;
         let (v, normal) = (slips.0[i], forces.normal[i]);
-        let w = unit(forces.friction[i]);
+        // where the balls just touch there is no friction yet, but this
+        let w = unit(give.friction);
         let speed = norm(v);
         let mu = self.friction.mu(self.k * speed);
         let root = normal.cbrt();

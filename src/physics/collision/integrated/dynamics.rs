@@ -178,6 +178,12 @@ impl Affine {
 /// Friction that is just at its limit still holds, whatever the roundings: with μ_s = 1 it is, all the time.
 const HOLDS: f64 = 1.0 + 1e-13;
 
+/// From this κ on downwards an impact takes steps for the shaking of its contact…
+pub(in crate::physics::collision) const STIFF: f64 = 1e-3;
+
+/// …but not more than so many times the usual number, some seconds: with a smaller κ than 1e-6 not all impacts come to an end.
+const MOST_SHAKES: f64 = 32.0;
+
 /// The time that is looked ahead, in parts of the root of the tolerance: the error that goes as its square is then of the order
 /// of the tolerance.
 const AHEAD: f64 = 2.0;
@@ -237,6 +243,11 @@ impl Dynamics {
         self.cue_slip = slip.map(|s| s / self.k);
         self.no_slip[Site::CueOnCloth as usize] += 8.0 * f64::EPSILON * speed / self.k;
         self
+    }
+
+    /// How many times as often as usual a contact that gives way little shakes along its surface: as 1/√κ.
+    pub fn shakes(&self) -> f64 {
+        if self.kappa > 0.0 { (STIFF / self.kappa).sqrt().clamp(1.0, MOST_SHAKES) } else { 1.0 }
     }
 
     /// The most that friction adds to a contact's slip, per unit of it.

@@ -4,6 +4,7 @@
 pub(crate) mod compliant;
 pub(crate) mod contact;
 pub(crate) mod dynamics;
+mod fall;
 mod lanes;
 pub(crate) mod ode;
 pub(crate) mod phase;
@@ -15,14 +16,14 @@ pub(crate) mod solver;
 pub(crate) mod starts;
 
 use super::{
-    Coefficients, Column, Contact, Fidelity, Input, Jacobian, MAX_KAPPA, MAX_TOLERANCE, MIN_TOLERANCE, Model,
-    NotACollision, Outcome, Regime,
+    Coefficients, Contact, Fidelity, Input, Jacobian, MAX_KAPPA, MAX_TOLERANCE, MIN_TOLERANCE, Model,
+    NotACollision, Others, Outcome, Regime,
 };
 use crate::physics::ball::{BallState, Vec3};
 use crate::physics::cloth_motion::GRAVITY;
 use crate::physics::contact_frame::cloth_slip;
 use crate::physics::friction_law::Friction;
-use dynamics::Dynamics;
+use dynamics::{Dynamics, STIFF};
 
 /// All impulses of a collision per unit mass, and the vertical velocities that they leave, m/s.
 #[derive(Clone, Copy, Debug)]
@@ -56,7 +57,10 @@ pub(super) fn collide(
     } else {
         ode::impulses(&dynamics, contact.e, tolerance)
     };
-    let (impulses, regime) = solved.map_err(|_| NotACollision::NotIntegrated(tolerance))?;
+    let (impulses, regime) = solved.map_err(|_| match dynamics.kappa {
+        kappa if 0.0 < kappa && kappa < STIFF => NotACollision::TooStiff(kappa),
+        _ => NotACollision::NotIntegrated(tolerance),
+    })?;
     Ok(outcome(model, cue, &impulses, regime))
 }
 
@@ -72,7 +76,7 @@ fn dynamics(
         return Err(NotACollision::Tolerance(tolerance));
     }
     let mut friction = model.law.friction(coefficients.mu);
-    if !(mu_k >= 0.0 && friction.largest() * mu_k < 2.0) {
+    if !(mu_k >= 0.0 && friction.largest() * mu_k < 1.0 + model.mass_ratio()) {
         return Err(NotACollision::MuKOutOfRange(mu_k));
     }
     if !(0.0..=MAX_KAPPA).contains(&model.kappa) {
@@ -136,17 +140,17 @@ const INPUTS: [Input; 8] = [
 
 /// Differences are central, with a step h of the cube root of the tolerance: the truncation h² and the
 /// tolerance over h are then equal. Where one side is another regime, or no collision, they are
-/// one-sided. What is computed with exact derivatives has one by κ, too.
+/// one-sided. What is computed with exact derivatives has one by κ, b and c, too.
 pub(super) fn collide_with_jacobian(
     model: &Model,
     cue: &BallState,
     coefficients: &Coefficients,
     contact: &Contact,
-) -> Result<(Outcome, Jacobian, Option<Column>), NotACollision> {
+) -> Result<(Outcome, Jacobian, Option<Others>), NotACollision> {
     let of_shot = dynamics(model, cue, coefficients, contact)?;
     let quick = || quick_derivatives::with_jacobian(model, cue, contact, &of_shot);
-    if let Some((outcome, jacobian, by_kappa)) = quick::serves(model, &of_shot).then(quick).flatten() {
-        return Ok((outcome, jacobian, Some(by_kappa)));
+    if let Some((outcome, jacobian, others)) = quick::serves(model, &of_shot).then(quick).flatten() {
+        return Ok((outcome, jacobian, Some(others)));
     }
     let start = collide(model, cue, coefficients, contact)?;
     let components = start.components();

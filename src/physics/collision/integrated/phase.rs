@@ -26,9 +26,9 @@ const STABLE: f64 = 4.0;
 const NOT_STARTED: f64 = 0.5;
 
 /// Stands in for the normal force at first contact.
-const TOUCH: f64 = 1e-30;
+pub(in crate::physics::collision) const TOUCH: f64 = 1e-30;
 
-/// More changes of grip than this in one impact are a chatter that leads nowhere.
+/// More changes of grip than this in one impact, of a stiff contact some times as many, are a chatter that leads nowhere.
 const MAX_EVENTS: usize = 200;
 
 /// A phase of an impact under a model: the model says how hard the balls press at a state and how fast
@@ -131,6 +131,8 @@ impl<'a> Phase<'a> {
 struct Watched<'a, M> {
     model: &'a M,
     phase: Phase<'a>,
+    /// The grip of a contact that gives way has changed just here, without a step.
+    is_reversed: bool,
 }
 
 impl<M> Watched<'_, M> {
@@ -207,6 +209,11 @@ impl<const N: usize, M: Model<N>> Stretch<N> for Watched<'_, M> {
         events
     }
 
+    fn holds_at_once(&self) -> Option<usize> {
+        let gives_way = matches!(self.phase.grips[Site::Balls], Grip::Springs | Grip::Yields);
+        (gives_way && !self.is_reversed).then_some(event::GRIP[Site::Balls as usize])
+    }
+
     fn longest_step(&self, x: f64, y: &[f64; N], proposed: f64) -> f64 {
         let q = self.model.impulse(&self.phase, x, y);
         let slips = self.phase.dynamics.slips(q, y);
@@ -257,7 +264,9 @@ pub(in crate::physics::collision) fn walk<const N: usize>(
 ) -> Result<f64, GaveUp> {
     let mut x = 0.0;
     let (mut held, mut stopped) = (None, None);
-    for _ in 0..MAX_EVENTS {
+    let mut is_reversed = false;
+    let most_events = (phase.dynamics.shakes() * MAX_EVENTS as f64) as usize;
+    for _ in 0..most_events {
         let q = model.impulse(phase, x, y);
         // a ball that has just left the cloth may be pressed down again by a change of grip elsewhere
         for site in [Site::CueOnCloth, Site::ObjectOnCloth] {
@@ -275,12 +284,13 @@ pub(in crate::physics::collision) fn walk<const N: usize>(
         let normal = model.normal(phase, y).max(TOUCH);
         let give = model.give(phase, y, phase.v_x(q, y));
         phase.grips = phase.dynamics.settle(phase.grips, held, &slips, normal, &give);
-        let watched = Watched { model, phase: *phase };
+        let watched = Watched { model, phase: *phase, is_reversed };
         // a slip may have ended as the phase did
         if watched.events(x, y)[event::END] <= 0.0 {
             return Ok(q);
         }
         let end = integrator.run(&watched, x, y)?;
+        is_reversed = end.x == x && watched.holds_at_once() == Some(end.event);
         (x, *y) = (end.x, end.y);
         if end.event == event::END || end.event == event::STOPPED {
             return Ok(model.impulse(phase, x, y));

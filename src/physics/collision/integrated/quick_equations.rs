@@ -32,7 +32,7 @@ pub(super) const FOLLOWS: f64 = 200.0;
 const ALIGNED: f64 = 0.9999;
 
 /// What is left of the impulse below this R, its fifth power, is so small that friction may turn there as at this R.
-const LEAST_ROOT: f64 = 0.03;
+pub(super) const LEAST_ROOT: f64 = 0.03;
 
 /// A spring that begins to hold at its limit holds, whatever the roundings.
 const HOLDS: f64 = 1.0 + 1e-13;
@@ -80,7 +80,7 @@ pub(super) struct Shot<T> {
     pub slip: Pair<T>,
     /// a, b and c·k of the friction a + b exp(−c v).
     pub mu: T,
-    pub falls: Option<(f64, T)>,
+    pub falls: Option<(T, T)>,
     pub mu_s: T,
     pub e: T,
     pub kappa: T,
@@ -101,6 +101,12 @@ fn length<T: Real>(v: Pair<T>) -> T {
 pub(super) fn unit<T: Real>(v: Pair<T>) -> Pair<T> {
     let per_length = T::from(1.0) / length(v);
     scaled(v, per_length)
+}
+
+/// The direction of a friction against a slip.
+#[inline(always)]
+fn against<T: Real>(slip: Pair<T>) -> Pair<T> {
+    scaled(unit(slip), T::from(-1.0))
 }
 
 /// Written out, since what `map` makes of it is not inlined.
@@ -295,12 +301,16 @@ impl<T: Real> Shot<T> {
         let vertical = if slides { mu * slip[1] / slip[0].hypot(slip[1]) } else { slip[1] / kappa };
         let pressed = vertical > self.tilt;
         let mode = Mode {
-            grip: if slides { Grip::Follows } else { Grip::Springs },
+            grip: if slides { Grip::Yields } else { Grip::Springs },
             is_compression: true,
             cue_on: !pressed,
             object_on: pressed,
         };
-        (mode, [zero; COUNT])
+        let mut y = [zero; COUNT];
+        if slides {
+            [y[CARRIED], y[CARRIED + 1]] = against(self.slip);
+        }
+        (mode, y)
     }
 
     /// Puts what is carried in the form of the next mode.
@@ -312,6 +322,8 @@ impl<T: Real> Shot<T> {
         }
         let friction = self.friction(from, y, self.slip(y));
         match (from.grip, to.grip) {
+            // nothing is stretched yet
+            (Grip::Springs, Grip::Yields) if y[ROOT].first() == 0.0 => carry(y, against(self.slip(y))),
             (Grip::Springs | Grip::Follows, Grip::Yields) => carry(y, unit(friction)),
             (Grip::Yields, Grip::Springs) => {
                 let per = if to.is_compression { T::from(1.0) } else { T::from(1.0) / y[ROOT] };

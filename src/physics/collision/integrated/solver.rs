@@ -28,7 +28,7 @@ const SHORT: f64 = 1e-10;
 /// Newton's method needs three or four steps; bisection, where it fails, halves.
 const MAX_NEWTON: usize = 60;
 
-/// The most steps of one impact, taken or tried; the hardest shots of the tests need some hundreds.
+/// The most steps of one impact, taken or tried; the hardest shots of the tests need some hundreds, those of a stiff contact more.
 const MAX_STEPS: usize = 5_000;
 
 /// How many kinds of events there are at most.
@@ -46,6 +46,9 @@ pub(in crate::physics::collision) trait Stretch<const N: usize> {
     /// before it is.
     fn events(&self, x: f64, y: &[f64; N]) -> [f64; EVENTS];
 
+    /// An event whose function must be positive at the beginning or after the first step: else it has happened at the beginning.
+    fn holds_at_once(&self) -> Option<usize>;
+
     /// The longest step that makes sense from here, up to the one proposed.
     fn longest_step(&self, x: f64, y: &[f64; N], proposed: f64) -> f64;
 }
@@ -58,7 +61,7 @@ pub(in crate::physics::collision) struct End<const N: usize> {
     pub event: usize,
 }
 
-/// The integration gave up after [`MAX_STEPS`], or because a step became too short.
+/// The integration gave up after [`MAX_STEPS`], or more of a stiff contact, or because a step became too short.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(in crate::physics::collision) struct GaveUp;
 
@@ -67,6 +70,7 @@ pub(in crate::physics::collision) struct Integrator<const N: usize> {
     method: ExplicitRungeKutta<Ordinary, DormandPrince, f64, [f64; N], 8, 12, 16>,
     /// Tried so far.
     steps: usize,
+    most_steps: usize,
 }
 
 /// Adapts a stretch to the library.
@@ -81,7 +85,12 @@ impl<const N: usize, S: Stretch<N>> ODE<f64, [f64; N]> for System<'_, S> {
 impl<const N: usize> Integrator<N> {
     /// With an absolute tolerance for every component of the state.
     pub fn new(tolerance: f64) -> Self {
-        Self { method: method(tolerance), steps: 0 }
+        Self { method: method(tolerance), steps: 0, most_steps: MAX_STEPS }
+    }
+
+    /// Takes so many times the usual number of steps before it gives up.
+    pub fn with_more_steps(self, times: f64) -> Self {
+        Self { most_steps: (times * MAX_STEPS as f64) as usize, ..self }
     }
 
     /// The steps taken so far count on.
@@ -94,12 +103,18 @@ impl<const N: usize> Integrator<N> {
         self.restart(stretch, x, y, stretch.longest_step(x, y, FIRST_STEP))?;
         let mut before = stretch.events(x, y);
         let mut earlier = before;
-        while self.steps < MAX_STEPS {
+        let mut owed = stretch.holds_at_once().filter(|event| before[*event] <= 0.0);
+        let start = (x, *y);
+        while self.steps < self.most_steps {
             if !self.step(stretch)? {
                 continue;
             }
             let (x, y) = (self.method.t(), *self.method.y());
             let after = stretch.events(x, &y);
+            if let Some(event) = owed.take().filter(|event| after[*event] <= 0.0) {
+                let (x, y) = start;
+                return Ok(End { x, y, event });
+            }
             let late = if fired(&before, &after).is_some() {
                 Some((x, y))
             } else {
@@ -227,7 +242,7 @@ impl<const N: usize> Integrator<N> {
 fn method<const N: usize>(
     tolerance: f64,
 ) -> ExplicitRungeKutta<Ordinary, DormandPrince, f64, [f64; N], 8, 12, 16> {
-    ExplicitRungeKutta::dop853().rtol(0.0).atol(tolerance).max_steps(MAX_STEPS)
+    ExplicitRungeKutta::dop853().rtol(0.0).atol(tolerance).max_steps(usize::MAX)
 }
 
 /// The first event that has happened since.

@@ -1,23 +1,20 @@
-//! The text of a file, its lines and their cells.
+//! The text of a file of any kind, its lines and their cells.
 
 use std::borrow::Cow;
-use std::path::Path;
-
-use super::raw::{FORMAT, Notes};
 
 /// What stands between cells.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Separator {
+pub(crate) enum Separator {
     Char(char),
     /// Any number of blanks and tabs.
     Blanks,
 }
 
 impl Separator {
-    pub(super) const ALL: [Self; 5] =
+    pub(crate) const ALL: [Self; 5] =
         [Self::Char('\t'), Self::Char(';'), Self::Char(','), Self::Char('|'), Self::Char(' ')];
 
-    pub(super) fn name(self) -> &'static str {
+    pub(crate) fn name(self) -> &'static str {
         match self {
             Self::Char('\t') => "tabs",
             Self::Char(';') => "semicolons",
@@ -28,49 +25,76 @@ impl Separator {
     }
 
     /// Programs and editors drop such separators at the end of a line.
-    pub(super) fn is_white(self) -> bool {
+    pub(crate) fn is_white(self) -> bool {
         matches!(self, Self::Blanks | Self::Char(' ' | '\t'))
     }
 }
 
-/// The text of a file, without byte order mark.
-pub(super) fn decode<'a>(bytes: &'a [u8], file: &Path, notes: &mut Notes) -> Cow<'a, str> {
+/// The text of a file, without byte order mark, and the line from which on it was read as Latin-1 since it is not UTF-8.
+pub(crate) fn decode(bytes: &[u8]) -> (Cow<'_, str>, Option<usize>) {
     let utf16 = |rest: &[u8], unit: fn([u8; 2]) -> u16| {
         let units: Vec<u16> = rest.chunks_exact(2).map(|pair| unit([pair[0], pair[1]])).collect();
-        Cow::Owned(String::from_utf16_lossy(&units))
+        (Cow::Owned(String::from_utf16_lossy(&units)), None)
     };
     match bytes {
         [0xff, 0xfe, rest @ ..] => utf16(rest, u16::from_le_bytes),
         [0xfe, 0xff, rest @ ..] => utf16(rest, u16::from_be_bytes),
+        // without a mark, two letters of any table begin like this
+        [1..=255, 0, 1..=255, 0, ..] => utf16(bytes, u16::from_le_bytes),
+        [0, 1..=255, 0, 1..=255, ..] => utf16(bytes, u16::from_be_bytes),
         [0xef, 0xbb, 0xbf, rest @ ..] | rest => match std::str::from_utf8(rest) {
-            Ok(text) => Cow::Borrowed(text),
+            Ok(text) => (Cow::Borrowed(text), None),
             Err(error) => {
-                let line = rest[..error.valid_up_to()].iter().filter(|b| **b == b'\n').count() + 1;
-                let message = "is not UTF-8 text from here on; read as Latin-1, which matters to names only";
-                notes.add(FORMAT, file, Some(line), message);
-                Cow::Owned(rest.iter().map(|b| char::from(*b)).collect())
+                let good = &rest[..error.valid_up_to()];
+                let end = if rest.contains(&b'\n') { b'\n' } else { b'\r' };
+                let line = good.iter().filter(|byte| **byte == end).count() + 1;
+                (Cow::Owned(rest.iter().map(|b| char::from(*b)).collect()), Some(line))
             }
         },
     }
 }
 
+/// The text without a first line that only tells a spreadsheet what stands between cells, as `sep=;` does; a blank line is in its
+/// place, so that all others keep their numbers. With the separator that it tells.
+pub(crate) fn without_separator_line(text: Cow<'_, str>) -> (Cow<'_, str>, Option<char>) {
+    let first = lines(&text).next().map_or("", |(_, line)| line);
+    let Some(told) = separator_line(first) else { return (text, None) };
+    let rest = text[first.len()..].to_string();
+    (Cow::Owned(rest), told)
+}
+
+/// Whether a line is `sep=;` or like it, and the separator that it tells.
+fn separator_line(line: &str) -> Option<Option<char>> {
+    let bare = line.trim_start().trim_end_matches(['\r', '\n', ' ']).trim_matches('"');
+    bare.get(..4).filter(|start| start.eq_ignore_ascii_case("sep="))?;
+    let mut rest = bare[4..].chars();
+    let told = rest.next();
+    rest.next().is_none().then_some(told)
+}
+
+/// A line of names that programs have marked as a comment, without the mark: `# t x y` (numpy), `% t x y` (MATLAB).
+pub(crate) fn unmarked(line: &str) -> &str {
+    let line = line.trim_end_matches(' ');
+    line.trim_start().strip_prefix(['#', '%']).map_or(line, |rest| rest.trim_start_matches(' '))
+}
+
 /// Lines with their numbers, from 1. Ends of lines may be LF, CRLF or CR.
-pub(super) fn lines(text: &str) -> impl Iterator<Item = (usize, &str)> + Clone {
+pub(crate) fn lines(text: &str) -> impl Iterator<Item = (usize, &str)> + Clone {
     lines_by(text, line_end(text))
 }
 
-pub(super) fn line_end(text: &str) -> char {
+pub(crate) fn line_end(text: &str) -> char {
     if text.contains('\n') { '\n' } else { '\r' }
 }
 
-pub(super) fn lines_by(text: &str, end: char) -> impl Iterator<Item = (usize, &str)> + Clone {
+pub(crate) fn lines_by(text: &str, end: char) -> impl Iterator<Item = (usize, &str)> + Clone {
     let lines = text.split(end).map(|line| line.strip_suffix('\r').unwrap_or(line));
     lines.enumerate().map(|(i, line)| (i + 1, line))
 }
 
 /// The cells of a line, without quotation marks around them (`""` inside is one). `None` where a
 /// quotation mark does not close.
-pub(super) fn cells(line: &str, separator: Separator) -> Option<Vec<Cow<'_, str>>> {
+pub(crate) fn cells(line: &str, separator: Separator) -> Option<Vec<Cow<'_, str>>> {
     let separator = match separator {
         Separator::Blanks => return Some(line.split_whitespace().map(Cow::Borrowed).collect()),
         Separator::Char(c) => c,
@@ -115,7 +139,7 @@ pub(super) fn cells(line: &str, separator: Separator) -> Option<Vec<Cow<'_, str>
 }
 
 /// The same, trimmed.
-pub(super) fn trimmed(line: &str, separator: Separator) -> Option<Vec<String>> {
+pub(crate) fn trimmed(line: &str, separator: Separator) -> Option<Vec<String>> {
     Some(cells(line, separator)?.iter().map(|cell| cell.trim().to_string()).collect())
 }
 
@@ -140,11 +164,38 @@ mod tests {
         for text in ["a\nb", "a\r\nb", "a\rb"] {
             assert_eq!(lines(text).collect::<Vec<_>>(), [(1, "a"), (2, "b")]);
         }
-        let mut notes = Notes::default();
-        let file = Path::new("x");
-        assert_eq!(decode(b"\xef\xbb\xbfa", file, &mut notes), "a");
-        assert_eq!(decode(b"\xff\xfea\0", file, &mut notes), "a");
-        assert_eq!(decode(b"m\xe9t", file, &mut notes), "mét");
-        assert_eq!(notes.into_lines().len(), 1);
+    }
+
+    #[test]
+    fn encodings() {
+        for bytes in
+            [&b"\xef\xbb\xbft,x"[..], b"\xff\xfet\0,\0x\0", b"\xfe\xff\0t\0,\0x", b"t\0,\0x\0", b"\0t\0,\0x"]
+        {
+            assert_eq!(decode(bytes), ("t,x".into(), None), "{bytes:?}");
+        }
+        assert_eq!(decode(b"m\xe9t"), ("mét".into(), Some(1)));
+        assert_eq!(decode(b"a\rm\xe9t"), ("a\rmét".into(), Some(2)));
+    }
+
+    #[test]
+    fn what_a_spreadsheet_is_told_of_separators() {
+        let told = [("sep=;", ';'), ("SEP=,", ','), ("\"sep=;\"", ';'), ("sep=\t", '\t')];
+        for (line, separator) in told {
+            assert_eq!(separator_line(line), Some(Some(separator)), "{line:?}");
+        }
+        assert_eq!(separator_line("sep="), Some(None));
+        for line in ["sep=;;", "t;x;y", "", "ça=;"] {
+            assert_eq!(separator_line(line), None, "{line:?}");
+        }
+        assert_eq!(without_separator_line("sep=;\r\na;b".into()), ("\r\na;b".into(), Some(';')));
+    }
+
+    #[test]
+    fn names_behind_the_mark_of_a_comment() {
+        for line in ["# t x", "#t x", "  % t x ", "t x"] {
+            assert_eq!(unmarked(line), "t x", "{line:?}");
+        }
+        // an aligned table keeps its margin
+        assert_eq!(unmarked("  t x"), "  t x");
     }
 }

@@ -4,6 +4,8 @@
 //! frames of all shots are fitted jointly with every [`Correction`] free, the films corrected by what was found, and again until nothing
 //! is left to correct. What the frames do not call for is then left out.
 
+mod start;
+
 use nalgebra::{DMatrix, DVector};
 
 use super::camera::{FoundCamera, FoundCorrection};
@@ -24,7 +26,7 @@ use crate::measurement::values::Values;
 use crate::physics::collision::Fidelity;
 use crate::trajectory::scene::{LiftPrior, Scene};
 
-/// Of fewer shots the camera is taken as stated.
+/// With fewer shots only a scale that nobody stated is looked for; the rest of the camera is taken as stated.
 const LEAST_SHOTS: usize = 6;
 
 /// So many shots, spread evenly, calibrate a camera to some 1e-4.
@@ -59,16 +61,7 @@ pub(super) fn calibrated(
         tracks.shots.iter_mut().for_each(|shot| shot.correlation = found.value);
     }
     let search = Search::new(&dataset, &tracks, &scene, same);
-    let found = search.and_then(|search| {
-        let from = |mut search: Search| Some((search.found()?, search.unit, search.scene));
-        let mut started = search.clone();
-        if same.is_none() {
-            started.start();
-        }
-        let first = from(started);
-        // lines see the contacts of slow films so badly that what they say of the camera may lead astray
-        if first.as_ref().is_some_and(|(found, ..)| found.converged) { first } else { from(search).or(first) }
-    });
+    let found = search.and_then(|search| search.best(same.is_some()));
     let coarsest = tracks.shots.iter().flat_map(|shot| shot.resolution).fold(0.0, f64::max);
     let (mut found, unit, last_scene) = found.unwrap_or_else(|| (FoundCamera::as_it_is(), 1.0, None));
     found.noise_correlation = noise_correlation;
@@ -143,6 +136,11 @@ struct Search<'a> {
     from_balls: bool,
     /// With the lift that the shots tell, once they do.
     scene: Option<Scene>,
+    /// By which part of 2R contacts may seem to be off it.
+    gap_sd: f64,
+    /// How many shots the last joint fit used, and its χ²/dof.
+    used: usize,
+    misfit: f64,
 }
 
 /// What a joint fit says is left to correct, in the order of the free corrections.
@@ -183,13 +181,15 @@ impl<'a> Search<'a> {
         let contacts = contacts(&films);
         let count = contacts.len().max(1) as f64;
         let middle = [0, 1].map(|i| contacts.iter().map(|[a, b]| 0.5 * (a[i] + b[i])).sum::<f64>() / count);
-        // one that is known to be the same is looked for where it was found
+        // the search for a camera that is known to be the same begins where it was found
         let mut camera = same.map_or(Camera::neutral(middle), |same| same.camera);
         let mut free = Vec::new();
         for (which, stated) in Correction::ALL.into_iter().zip(tracks.camera) {
             match stated {
                 Some(value) => camera = camera.with(which, value),
-                None if seen.len() >= LEAST_SHOTS => free.push(which),
+                None if seen.len() >= LEAST_SHOTS || from_balls && which == Correction::Scale => {
+                    free.push(which);
+                }
                 None => {}
             }
         }
@@ -203,85 +203,56 @@ impl<'a> Search<'a> {
             free,
             from_balls,
             scene: None,
+            gap_sd: 0.0,
+            used: 0,
+            misfit: f64::INFINITY,
         })
     }
 
-    /// Distances of the centres at the contacts over 2R, less 1.
-    fn gaps(&self, camera: &Camera) -> DVector<f64> {
-        let gap = |[cue, object]: &[[f64; 2]; 2]| {
-            let [a, b] = [camera.table(*cue), camera.table(*object)];
-            (b[0] - a[0]).hypot(b[1] - a[1]) / (2.0 * self.radius) - 1.0
-        };
-        DVector::from_iterator(self.contacts.len(), self.contacts.iter().map(gap))
-    }
-
-    /// Puts scale, aspect, shear and perspective where the contacts are 2R apart, by least squares of Huber's loss.
-    fn start(&mut self) {
-        let lens_or_shutter = [Correction::Lens, Correction::Shutter];
-        let free: Vec<Correction> =
-            self.free.iter().copied().filter(|which| !lens_or_shutter.contains(which)).collect();
-        if free.is_empty() || self.contacts.len() < LEAST_SHOTS {
-            return;
-        }
-        let Some((camera, error)) = self.at_contacts(self.camera, &free) else { return };
-        let cost =
-            |camera: &Camera| self.gaps(camera).iter().map(|gap| (gap / error).powi(2).min(9.0)).sum::<f64>();
-        // as much as so many numbers fit by chance, and more
-        if cost(&self.camera) - cost(&camera) > 2.0 * CALLED_FOR + free.len() as f64 {
-            self.camera = camera;
-        }
-    }
-
-    /// The camera with which the contacts are 2R apart, from another one; and how far they usually miss that, over 2R.
-    fn at_contacts(&self, mut camera: Camera, free: &[Correction]) -> Option<(Camera, f64)> {
-        const STEPS: usize = 30;
-        /// No contact is seen better than to this part of 2R between two frames.
-        const LEAST_ERROR: f64 = 1e-3;
-        const HUBER: f64 = 1.345;
-        /// What is usual of a camera holds back no start: few contacts that are far from 2R yet would not move it from there.
-        const WIDER: f64 = 10.0;
-        let usual = |gaps: &DVector<f64>| {
-            let mut sizes: Vec<f64> = gaps.iter().map(|gap| gap.abs()).collect();
-            sizes.sort_by(f64::total_cmp);
-            sizes[sizes.len() / 2] / 0.6745
-        };
-        for _ in 0..STEPS {
-            let gaps = self.gaps(&camera);
-            let error = usual(&gaps).max(LEAST_ERROR);
-            let weight = |gap: f64| (HUBER * error / gap.abs()).min(1.0) / (error * error);
-            let mut normal = DMatrix::<f64>::zeros(free.len(), free.len());
-            let mut gradient = DVector::<f64>::zeros(free.len());
-            let by: Vec<DVector<f64>> = free
-                .iter()
-                .map(|which| {
-                    let step = 1e-4 * which.usual();
-                    let up = self.gaps(&camera.with(*which, camera.get(*which) + step));
-                    (up - &gaps) / step
-                })
-                .collect();
-            for i in 0..free.len() {
-                let sum = |f: &dyn Fn(usize) -> f64| (0..gaps.len()).map(f).sum::<f64>();
-                for j in 0..free.len() {
-                    normal[(i, j)] = sum(&|n| weight(gaps[n]) * by[i][n] * by[j][n]);
-                }
-                let off = camera.get(free[i]) - free[i].neutral();
-                let prior = (WIDER * free[i].usual()).powi(-2);
-                normal[(i, i)] += prior;
-                gradient[i] = sum(&|n| weight(gaps[n]) * by[i][n] * gaps[n]) + prior * off;
+    /// The camera from the first start that leads to a good one, or else to the best. With few contacts these may lead far astray, and so
+    /// they may in slow films, of which lines see them badly; and as long as the camera is far off, shots whose balls seem not to touch at
+    /// 2R belong to the search.
+    fn best(self, is_same: bool) -> Option<(FoundCamera, f64, Option<Scene>)> {
+        /// How many times wider than what is usual of a camera the priors are at the contacts, if the search begins at these, and by
+        /// which part contacts may seem to be off.
+        const STARTS: [(Option<f64>, f64); 5] =
+            [(Some(10.0), 0.0), (Some(10.0), 0.1), (Some(1.0), 0.1), (None, 0.1), (None, 0.0)];
+        let starts = STARTS.into_iter().filter(|(wider, _)| !(is_same && wider.is_some()));
+        let mut best: Option<(Self, FoundCamera)> = None;
+        for (wider, gap_sd) in starts {
+            let mut search = Self { gap_sd, ..self.clone() };
+            if let Some(wider) = wider {
+                search.start(wider);
             }
-            let step = normal.cholesky()?.solve(&gradient);
-            if !step.iter().all(|s| s.is_finite()) {
-                return None;
+            let Some(found) = search.found() else { continue };
+            let is_good = search.is_good(&found);
+            if best.as_ref().is_none_or(|(other, of_other)| search.is_better(&found, (other, of_other))) {
+                best = Some((search, found));
             }
-            for (which, step) in free.iter().zip(step.iter()) {
-                camera = camera.with(*which, camera.get(*which) - step);
-            }
-            if step.iter().zip(free).all(|(step, which)| step.abs() < 1e-6 * which.usual()) {
+            if is_good {
                 break;
             }
         }
-        let error = usual(&self.gaps(&camera));
-        error.is_finite().then_some((camera, error.max(LEAST_ERROR)))
+        best.map(|(search, found)| (found, search.unit, search.scene))
+    }
+
+    /// Whether nearly all shots agree on a camera.
+    fn is_good(&self, found: &FoundCamera) -> bool {
+        /// Of the shots: more are seldom wrong.
+        const NEARLY_ALL: f64 = 0.8;
+        /// χ²/dof of what may be wrong with balls and shots.
+        const FAIR: f64 = 3.0;
+        let agree = self.used as f64 >= NEARLY_ALL * self.contacts.len() as f64 && self.misfit < FAIR;
+        found.converged && (agree || found.corrections.is_empty())
+    }
+
+    /// Than another one: by rest, then by how many shots agree, then by how well they do.
+    fn is_better(&self, found: &FoundCamera, (other, of_other): (&Self, &FoundCamera)) -> bool {
+        let rank = |search: &Self, found: &FoundCamera| (found.converged, search.used);
+        match rank(self, found).cmp(&rank(other, of_other)) {
+            std::cmp::Ordering::Equal => self.misfit < other.misfit,
+            order => order.is_gt(),
+        }
     }
 
     /// What the frames of the films as the camera corrects them say is left.
@@ -291,12 +262,13 @@ impl<'a> Search<'a> {
             Some(scene) => scene,
             None => {
                 let side_sd = self.dataset.side_sd;
-                let scene = Scene { side_sd, ..Scene::of(&self.dataset.model(Fidelity::Full)) };
+                let gap_sd = self.gap_sd;
+                let scene = Scene { side_sd, gap_sd, ..Scene::of(&self.dataset.model(Fidelity::Full)) };
                 footage::learned(self.dataset, &shots, &scene).0
             }
         };
         let (dataset, films) = footage::filmed_with(self.dataset, &shots, (scene, &self.camera));
-        if dataset.shots.len() < LEAST_SHOTS {
+        if 2 * dataset.shots.len() < self.films.len() {
             return None;
         }
         let mut film = FilmUnknowns::default();
@@ -332,6 +304,7 @@ impl<'a> Search<'a> {
                 Settled::from_starts(&samples::Search::of(Sample { fitted: &others, ..sample }), &[start])
                     .ok()?;
         }
+        (self.used, self.misfit) = (fitted.len() - odd.len(), settled.scale());
         let minimum = &settled.minimum;
         let covariance = minimum.covariance()?;
         // the noise may be stated too small, or what the camera does not explain be large
@@ -369,7 +342,7 @@ impl<'a> Search<'a> {
 
     fn found(&mut self) -> Option<FoundCamera> {
         let all = self.free.clone();
-        if all.is_empty() || self.films.len() < LEAST_SHOTS {
+        if all.is_empty() {
             let needs = self.unit != 1.0 || !self.camera.is_neutral();
             return needs.then(|| self.as_found(Vec::new(), true));
         }

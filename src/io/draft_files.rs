@@ -1,0 +1,92 @@
+//! Which files a draft is about: tables in folders, and what lies beside them and is no table.
+
+use std::path::{Path, PathBuf};
+
+use super::draft_error::{InitError, TABLES};
+use super::text::decode;
+
+/// Of what is looked at where there is no table.
+const OTHERS: [&str; 1] = ["json"];
+
+/// How the names of files begin that tell of the data and are none.
+const WORDS: [&str; 7] = ["readme", "read me", "license", "licence", "notes", "changelog", "copying"];
+
+/// A row of a table of positions or measurements has so many numbers.
+const NUMBERS: usize = 2;
+
+/// So many rows of numbers make a table.
+const ROWS: usize = 2;
+
+/// The files, and in the place of a folder the tables in it or, where it holds none, those in its folders.
+pub(super) fn listed(files: &[PathBuf]) -> Result<Vec<PathBuf>, InitError> {
+    let mut all = Vec::new();
+    for file in files {
+        if !file.is_dir() {
+            all.push(file.clone());
+            continue;
+        }
+        let here = entries(file)?;
+        let mut below = Vec::new();
+        for folder in here.iter().filter(|path| path.is_dir() && !is_hidden(path)) {
+            below.append(&mut entries(folder)?);
+        }
+        let mut tables = [&here, &below]
+            .into_iter()
+            .flat_map(|paths| [&TABLES[..], &OTHERS[..]].map(|endings| ending_with(paths, endings)));
+        let Some(mut tables) = tables.find(|tables| !tables.is_empty()) else {
+            return Err(InitError::NoTables { path: file.clone() });
+        };
+        tables.sort();
+        all.append(&mut tables);
+    }
+    Ok(all)
+}
+
+fn entries(folder: &Path) -> Result<Vec<PathBuf>, InitError> {
+    let read = folder.read_dir().map_err(|source| InitError::Read { path: folder.to_path_buf(), source })?;
+    Ok(read.flatten().map(|entry| entry.path()).collect())
+}
+
+fn is_hidden(path: &Path) -> bool {
+    path.file_name().is_some_and(|name| name.to_string_lossy().starts_with('.'))
+}
+
+/// The tables among them, without what only tells of them.
+fn ending_with(paths: &[PathBuf], endings: &[&str]) -> Vec<PathBuf> {
+    let is_one = |path: &&PathBuf| {
+        let ending = path.extension().unwrap_or_default().to_string_lossy().to_lowercase();
+        path.is_file() && endings.contains(&ending.as_str())
+    };
+    paths.iter().filter(is_one).cloned().collect()
+}
+
+/// Whether a file that is in no known format is obviously no table: by its name, or because it has no rows of numbers.
+pub(super) fn is_no_table(file: &Path) -> bool {
+    let name = file.file_name().unwrap_or_default().to_string_lossy().to_lowercase();
+    if WORDS.iter().any(|word| name.starts_with(word)) {
+        return true;
+    }
+    let Ok(bytes) = std::fs::read(file) else { return false };
+    let text = decode(&bytes).0;
+    text.split(['\n', '\r']).filter(|line| numbers(line) >= NUMBERS).take(ROWS).count() < ROWS
+}
+
+/// How many cells of a row are numbers, whatever separates them.
+pub(super) fn numbers(row: &str) -> usize {
+    let cells = row.split([',', ';', '\t', ' ', '|']);
+    cells.filter(|cell| cell.trim_matches('"').parse::<f64>().is_ok()).count()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn rows_of_numbers_are_told_from_prose() {
+        for (row, count) in
+            [("0;1,5;2", 4), ("0\t1.5\tx", 2), ("On 3 May we filmed.", 1), ("\"1\",\"2\"", 2), ("", 0)]
+        {
+            assert_eq!(numbers(row), count, "{row}");
+        }
+    }
+}

@@ -1,0 +1,310 @@
+//! Numbers as programs of all countries write them.
+
+use std::path::Path;
+
+use crate::io::error::Problems;
+
+/// What a cell holds.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum Cell {
+    Empty,
+    /// With the decimal mark that it is written with, if any.
+    Number(f64, Option<char>),
+}
+
+/// What programs write where there is no number, in small letters.
+const GAPS: [&str; 12] =
+    ["nan", "na", "n/a", "#n/a", "null", "none", "nil", "\\n", "-", "--", "\u{2013}", "\u{2014}"];
+
+/// How to write that there is none, for messages.
+const GAP: &str = "an empty cell where there is none";
+
+/// Reads a cell, `Err` with what is wrong with it. The whole cell must be a number: sign (`-`, `+` or
+/// U+2212), digits with at most one decimal mark (point or comma), exponent.
+pub(crate) fn parse(cell: &str) -> Result<Cell, &'static str> {
+    let cell = cell.trim();
+    if cell.is_empty() || GAPS.iter().any(|gap| cell.eq_ignore_ascii_case(gap)) {
+        return Ok(Cell::Empty);
+    }
+    if cell.len() > 64 {
+        return Err("is too long for a number");
+    }
+    let mut plain = String::with_capacity(cell.len());
+    let (mut mark, mut digits, mut exponent) = (None, 0, false);
+    let mut before = ' ';
+    for c in cell.chars() {
+        match c {
+            '0'..='9' => {
+                digits += 1;
+                plain.push(c);
+            }
+            '-' | '+' | '\u{2212}' if before == ' ' || before == 'e' => {
+                plain.push(if c == '+' { '+' } else { '-' });
+            }
+            '.' | ',' if exponent => return Err("is no number"),
+            '.' | ',' if mark.is_some() => {
+                return Err("has two decimal marks: export without a mark between thousands");
+            }
+            '.' | ',' => {
+                mark = Some(c);
+                plain.push('.');
+            }
+            // Fortran has d for e
+            'e' | 'E' | 'd' | 'D' if !exponent && digits > 0 => {
+                exponent = true;
+                digits = 0;
+                plain.push('e');
+            }
+            _ => return Err("is no number"),
+        }
+        before = if matches!(c, 'E' | 'd' | 'D') { 'e' } else { c };
+    }
+    if digits == 0 {
+        return Err("is no number");
+    }
+    match plain.parse::<f64>() {
+        Ok(number) if number.is_finite() => Ok(Cell::Number(number, mark)),
+        _ => Err("is no finite number"),
+    }
+}
+
+/// The decimal mark of the cells of one kind (times, or coordinates): it must be the same in all, and no mark of thousands.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Mark {
+    /// With the line of the first.
+    seen: Option<(char, usize)>,
+    complained: bool,
+    /// The first cell like 1,874, which may be thousands: line, column and cell.
+    grouped: Option<(usize, String, String)>,
+    /// A whole number of three digits without a mark, with its line: it goes with thousands.
+    hundreds: Option<(usize, String)>,
+    /// Some cell has a mark that can only be a decimal one.
+    decimal: bool,
+}
+
+impl Mark {
+    /// The number of a cell, `None` if it is empty or wrong; the latter is a problem, located.
+    pub(crate) fn number(
+        &mut self,
+        cell: &str,
+        file: &Path,
+        line: usize,
+        column: &str,
+        problems: &mut Problems,
+    ) -> Option<f64> {
+        let (number, mark) = read(cell, file, line, column, problems)?;
+        self.see(mark, cell, file, line, column, problems);
+        Some(number)
+    }
+
+    /// The same, of what stands beside these cells in a unit of its own: it tells nothing of thousands.
+    pub(crate) fn beside(
+        &mut self,
+        cell: &str,
+        file: &Path,
+        line: usize,
+        column: &str,
+        problems: &mut Problems,
+    ) -> Option<f64> {
+        let (number, mark) = read(cell, file, line, column, problems)?;
+        if let Some(mark) = mark {
+            self.check(mark, cell, file, line, column, problems);
+        }
+        Some(number)
+    }
+
+    /// Takes account of a cell that holds a number with this mark, if any.
+    pub(crate) fn see(
+        &mut self,
+        mark: Option<char>,
+        cell: &str,
+        file: &Path,
+        line: usize,
+        column: &str,
+        problems: &mut Problems,
+    ) {
+        let Some(mark) = mark else {
+            if self.hundreds.is_none() && is_three_digits(cell.trim()) {
+                self.hundreds = Some((line, cell.trim().to_string()));
+            }
+            return;
+        };
+        if !self.decimal {
+            if !may_be_thousands(cell, mark) {
+                self.decimal = true;
+            } else if self.grouped.is_none() {
+                self.grouped = Some((line, column.to_string(), cell.trim().to_string()));
+            }
+        }
+        self.check(mark, cell, file, line, column, problems);
+    }
+
+    /// Complains where nothing tells whether 1,874 beside 998 is 1.874 or 1874.
+    pub(crate) fn finish(&self, file: &Path, problems: &mut Problems) {
+        let (Some((line, column, cell)), Some((other, plain)), false) =
+            (&self.grouped, &self.hundreds, self.decimal)
+        else {
+            return;
+        };
+        let message = format!(
+            "\"{cell}\" beside \"{plain}\" (line {other}) may be thousands or have a decimal {}; expected numbers without a mark \
+             between thousands, and more digits where it is decimal",
+            self.seen.map_or("mark", |(mark, _)| word(mark))
+        );
+        problems.add(file, Some(*line), Some(column), message);
+    }
+
+    fn check(
+        &mut self,
+        mark: char,
+        cell: &str,
+        file: &Path,
+        line: usize,
+        column: &str,
+        problems: &mut Problems,
+    ) {
+        match self.seen {
+            None => self.seen = Some((mark, line)),
+            Some((other, at)) if other != mark && !self.complained => {
+                self.complained = true;
+                let message = format!(
+                    "\"{}\" has a decimal {}, but line {at} a decimal {}; expected one of them throughout",
+                    cell.trim(),
+                    word(mark),
+                    word(other)
+                );
+                problems.add(file, Some(line), Some(column), message);
+            }
+            Some(_) => {}
+        }
+    }
+
+    pub(crate) fn seen(&self) -> Option<char> {
+        self.seen.map(|(mark, _)| mark)
+    }
+
+    pub(crate) fn is_comma(&self) -> bool {
+        self.seen.is_some_and(|(mark, _)| mark == ',')
+    }
+}
+
+/// A number and its mark; a cell that holds none, and is no gap, is a problem.
+fn read(
+    cell: &str,
+    file: &Path,
+    line: usize,
+    column: &str,
+    problems: &mut Problems,
+) -> Option<(f64, Option<char>)> {
+    match parse(cell) {
+        Ok(Cell::Empty) => None,
+        Ok(Cell::Number(number, mark)) => Some((number, mark)),
+        Err(why) => {
+            let message = format!("\"{}\" {why}; expected a finite number, or {GAP}", shortened(cell.trim()));
+            problems.add(file, Some(line), Some(column), message);
+            None
+        }
+    }
+}
+
+fn is_three_digits(cell: &str) -> bool {
+    let digits = cell.strip_prefix(['-', '+', '\u{2212}']).unwrap_or(cell);
+    digits.len() == 3 && !digits.starts_with('0') && digits.bytes().all(|byte| byte.is_ascii_digit())
+}
+
+/// Whether a number is written like 1,874 or -12,005: up to three digits, the mark, and three digits.
+fn may_be_thousands(cell: &str, mark: char) -> bool {
+    let cell = cell.trim();
+    let digits = cell.strip_prefix(['-', '+', '\u{2212}']).unwrap_or(cell);
+    let is_digits = |part: &str| part.bytes().all(|byte| byte.is_ascii_digit());
+    digits.split_once(mark).is_some_and(|(whole, rest)| {
+        (1..=3).contains(&whole.len())
+            && !whole.starts_with('0')
+            && is_digits(whole)
+            && rest.len() == 3
+            && is_digits(rest)
+    })
+}
+
+fn word(mark: char) -> &'static str {
+    if mark == ',' { "comma" } else { "point" }
+}
+
+/// For messages: no more than 40 characters.
+pub(crate) fn shortened(text: &str) -> String {
+    if text.chars().count() <= 40 {
+        return text.to_string();
+    }
+    text.chars().take(40).chain(['…']).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_way_of_writing_a_number() {
+        let number = |cell: &str| match parse(cell) {
+            Ok(Cell::Number(number, _)) => number,
+            other => panic!("{cell}: {other:?}"),
+        };
+        assert_eq!(number("\u{2212}1,555276E1"), -15.55276);
+        assert_eq!(number("1,000000E\u{2212}2"), 0.01);
+        assert_eq!(number(" +.5 "), 0.5);
+        assert_eq!(number("5."), 5.0);
+        assert_eq!(number("1e-4"), 1e-4);
+        assert_eq!(number("6.25D-01"), 0.625);
+        for gap in ["", "  ", "NaN", "nan", "NA", "-", "--", "n/a", "#N/A", "None", "null", "\\N"] {
+            assert_eq!(parse(gap), Ok(Cell::Empty));
+        }
+        for wrong in [
+            "1.234,5",
+            "1,234,567",
+            "1 2",
+            "0x1",
+            "inf",
+            "1e999",
+            "e5",
+            ".",
+            "---",
+            "--1",
+            "1e",
+            "1e1.5",
+            "1-2",
+            "1_0",
+            "１",
+            "1e5e5",
+            "+-1",
+        ] {
+            assert!(parse(wrong).is_err(), "{wrong}");
+        }
+    }
+
+    #[test]
+    fn thousands_are_not_taken_for_decimals() {
+        let said = |cells: &[&str]| {
+            let (mut mark, mut problems) = (Mark::default(), Problems::new(""));
+            for (i, cell) in cells.iter().enumerate() {
+                mark.number(cell, Path::new("a.csv"), i + 2, "x", &mut problems);
+            }
+            mark.finish(Path::new("a.csv"), &mut problems);
+            problems.into_error().to_string()
+        };
+        for cells in [["998", "1,002"], ["1.002", "-998"]] {
+            let said = said(&cells);
+            assert!(
+                said.contains("a.csv:") && said.contains("column x") && said.contains("thousands"),
+                "{said}"
+            );
+        }
+        for cells in [
+            &["998", "1,002", "0,5"][..],
+            &["1,002", "0,998"],
+            &["12", "1,002"],
+            &["998", "1.5"],
+            &["1.002", "0"],
+        ] {
+            assert!(!said(cells).contains("thousands"), "{cells:?}");
+        }
+    }
+}

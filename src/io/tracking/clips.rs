@@ -1,0 +1,122 @@
+//! Several clips in one table that has no column of shots: told apart where the time jumps, or both balls do.
+
+use std::sync::Arc;
+
+use super::lost;
+use super::raw::{Clock, NAMES, Notes, RawShot, RawTrack};
+
+/// Between clips the time jumps by more than this, s, and by more than so many usual steps.
+const PAUSE: f64 = 1.0;
+const STEPS: f64 = 20.0;
+
+/// Frames per second where nothing tells them.
+const USUAL_FPS: f64 = 240.0;
+
+/// Or all balls jump, from one frame to the next, by more than so many times what they move in nine of ten steps.
+const JUMP: f64 = 8.0;
+
+/// Each clip has both balls in so many frames: a few stray rows are none.
+const LEAST: usize = 6;
+
+/// The shots of a file: what stands for a lost ball is left out, and one shot that is several clips is taken apart. `alone`: the clips
+/// need no name of the file before their number.
+pub(super) fn of_file(shots: Vec<RawShot>, fps: Option<f64>, alone: bool, notes: &mut Notes) -> Vec<RawShot> {
+    let mut shots = shots;
+    for shot in &mut shots {
+        let file = shot.file.clone();
+        lost::leave_out(&mut shot.tracks, &file, notes);
+    }
+    // a table that names its shots is believed
+    let [shot] = shots.as_slice() else { return shots };
+    let cuts = cuts(shot, fps);
+    if cuts.is_empty() {
+        return shots;
+    }
+    let clips: Vec<RawShot> = (0..=cuts.len()).map(|number| clip(shot, &cuts, number, alone)).collect();
+    let whole = |clip: &RawShot| clip.tracks.iter().filter(|track| seen(track) >= LEAST).count() > 1;
+    if !clips.iter().all(whole) {
+        return shots;
+    }
+    let names: Vec<&str> = clips.iter().map(|clip| clip.name.as_str()).collect();
+    let message = format!(
+        "holds {} clips, told apart where time or both balls jump: taken as the shots {}; expected a column shot where that is wrong",
+        clips.len(),
+        names.join(", ")
+    );
+    notes.add(NAMES, &shot.file, None, message);
+    clips
+}
+
+/// In how many rows a track has a position.
+fn seen(track: &RawTrack) -> usize {
+    track.rows.iter().filter(|row| !row.is_gap()).count()
+}
+
+/// The times at which further clips begin.
+fn cuts(shot: &RawShot, fps: Option<f64>) -> Vec<f64> {
+    let second = match shot.clock {
+        Clock::In(unit) => unit.seconds().unwrap_or(fps.unwrap_or(USUAL_FPS).recip()),
+        Clock::Rounded(_) => 1.0,
+        Clock::FramesAt(fps) => fps.recip(),
+        // ms and frames look alike
+        Clock::Unsaid => return Vec::new(),
+    };
+    let mut times: Vec<f64> = shot.tracks.iter().flat_map(|track| &track.rows).map(|row| row.time).collect();
+    times.sort_by(f64::total_cmp);
+    times.dedup();
+    let mut steps: Vec<f64> = times.windows(2).map(|two| two[1] - two[0]).collect();
+    steps.sort_by(f64::total_cmp);
+    let Some(usual) = steps.get(steps.len() / 2).copied() else { return Vec::new() };
+    let pause = (PAUSE / second).max(STEPS * usual);
+    let jumps = jumps(shot, usual);
+    let begins = |two: &[f64]| two[1] - two[0] > pause || jumps.contains(&two[1].to_bits());
+    times.windows(2).filter(|two| begins(two)).map(|two| two[1]).collect()
+}
+
+/// The times to which all balls jump that are there before and after, and do not just exchange their names.
+fn jumps(shot: &RawShot, usual: f64) -> Vec<u64> {
+    let centres: Vec<&RawTrack> =
+        shot.tracks.iter().filter(|track| !track.is_angle && track.point.is_none()).collect();
+    let [one, other] = centres[..] else { return Vec::new() };
+    let follows = |two: &[super::raw::Row]| {
+        let step = two[1].time - two[0].time;
+        step > 0.0 && step < 1.5 * usual && !two[0].is_gap() && !two[1].is_gap()
+    };
+    let moved = |two: &[super::raw::Row]| (two[1].x - two[0].x).hypot(two[1].y - two[0].y);
+    let steps =
+        |track: &RawTrack| track.rows.windows(2).filter(|two| follows(two)).map(moved).collect::<Vec<_>>();
+    let mut all = [steps(one), steps(other)].concat();
+    all.sort_by(f64::total_cmp);
+    let Some(long) = all.get(all.len() * 9 / 10).filter(|long| **long > 0.0) else { return Vec::new() };
+    let mut found = Vec::new();
+    let mut behind = other.rows.windows(2).peekable();
+    for two in one.rows.windows(2).filter(|two| follows(two) && moved(two) > JUMP * long) {
+        while behind.next_if(|others| others[1].time < two[1].time).is_some() {}
+        let Some(others) = behind.peek().filter(|others| others[1].time == two[1].time) else { continue };
+        let crossed = (others[1].x - two[0].x).hypot(others[1].y - two[0].y);
+        if follows(others) && moved(others) > JUMP * long && crossed > JUMP * long {
+            found.push(two[1].time.to_bits());
+        }
+    }
+    found
+}
+
+/// The clip of this number, from 0 on.
+fn clip(shot: &RawShot, cuts: &[f64], number: usize, alone: bool) -> RawShot {
+    let part = |track: &RawTrack| {
+        let mine: Vec<usize> = (0..track.rows.len())
+            .filter(|row| cuts.partition_point(|cut| *cut <= track.rows[*row].time) == number)
+            .collect();
+        RawTrack {
+            name: track.name.clone(),
+            point: track.point.clone(),
+            is_angle: track.is_angle,
+            rows: mine.iter().map(|row| track.rows[*row]).collect(),
+            sds: mine.iter().filter_map(|row| track.sds.get(*row).copied()).collect(),
+        }
+    };
+    let tracks: Vec<RawTrack> = shot.tracks.iter().map(part).filter(|track| !track.rows.is_empty()).collect();
+    let name = if alone { format!("{}", number + 1) } else { format!("{}-{}", shot.name, number + 1) };
+    let line = tracks.iter().map(RawTrack::line).min().unwrap_or(shot.line);
+    RawShot { name, file: Arc::clone(&shot.file), line, clock: shot.clock, tracks }
+}

@@ -1,0 +1,173 @@
+//! Times as clocks show them: h:mm:ss.fff, dates before them, h:mm:ss:cs, and time codes h:mm:ss:ff, whose last part counts frames.
+
+use super::raw::RawTrack;
+
+/// How a time is written.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum Style {
+    /// h:mm:ss.fff, with so many digits after the mark.
+    Fraction(usize),
+    /// h:mm:ss:cs, with so many digits after the last colon.
+    Colon(usize),
+}
+
+impl Style {
+    /// What the seconds are rounded to.
+    pub(super) fn resolution(self) -> f64 {
+        let (Self::Fraction(digits) | Self::Colon(digits)) = self;
+        1.0 / 10.0_f64.powi(digits as i32)
+    }
+}
+
+/// Frames per second of time codes.
+const RATES: [f64; 6] = [24.0, 25.0, 30.0, 48.0, 50.0, 60.0];
+
+/// Whether a cell is a time of a clock, right or wrong, and no number.
+pub(super) fn is_clock(cell: &str) -> bool {
+    cell.contains(':')
+}
+
+/// Seconds since midnight (or since the clock began), and how they are written.
+pub(super) fn seconds(cell: &str) -> Option<(f64, Style)> {
+    let (time, dated) = without_date(cell.trim());
+    let parts: Vec<&str> = time.split(':').collect();
+    let (last, rest) = parts.split_last()?;
+    let digits = |part: &str| (1..=4).contains(&part.len()) && part.bytes().all(|b| b.is_ascii_digit());
+    if !rest.iter().all(|part| digits(part)) {
+        return None;
+    }
+    let mut whole: Vec<&str> = rest.to_vec();
+    let (fraction, style) = match last.split_once(['.', ',']) {
+        Some((second, fraction)) if second.len() <= 2 && fraction.len() <= 9 => {
+            whole.push(second);
+            (fraction, Style::Fraction(fraction.len()))
+        }
+        None if dated => {
+            whole.push(last);
+            ("0", Style::Fraction(0))
+        }
+        None if (2..=3).contains(&last.len()) => (*last, Style::Colon(last.len())),
+        _ => return None,
+    };
+    let is_number = !fraction.is_empty() && fraction.bytes().all(|b| b.is_ascii_digit());
+    if !is_number || !(2..=3).contains(&whole.len()) || !whole.iter().all(|part| digits(part)) {
+        return None;
+    }
+    let mut sum = 0.0;
+    for (i, part) in whole.iter().enumerate() {
+        let number: f64 = part.parse().ok()?;
+        if i > 0 && number >= 60.0 {
+            return None;
+        }
+        sum = sum * 60.0 + number;
+    }
+    let part: f64 = fraction.parse().ok()?;
+    Some((sum + part / 10.0_f64.powi(fraction.len() as i32), style))
+}
+
+/// `2024-05-01T12:00:00Z` without the date and the zone, and whether there was a date.
+fn without_date(cell: &str) -> (&str, bool) {
+    let Some((date, time)) = cell.split_once(['T', ' ']) else { return (cell, false) };
+    let is_date = date.len() == 10 && date.bytes().filter(u8::is_ascii_digit).count() == 8;
+    if !is_date {
+        return (cell, false);
+    }
+    (time.split(['Z', '+', '-']).next().unwrap_or(time).trim(), true)
+}
+
+/// Where h:mm:ss:ff counts frames, which shows when a second is full: its last part then never exceeds that of a film's rate. Turns
+/// the times into numbers of frames and gives that rate; `None`, and nothing changed, where the last part is hundredths.
+pub(super) fn count_frames(tracks: &mut [&mut RawTrack]) -> Option<f64> {
+    let split = |time: f64| {
+        let whole = (time + 1e-6).floor();
+        (whole, (100.0 * (time - whole)).round())
+    };
+    let mut times: Vec<f64> = tracks
+        .iter()
+        .flat_map(|track| &track.rows)
+        .map(|row| row.time)
+        .filter(|time| time.is_finite())
+        .collect();
+    times.sort_by(f64::total_cmp);
+    times.dedup();
+    let parts: Vec<(f64, f64)> = times.iter().map(|time| split(*time)).collect();
+    let last = parts.iter().map(|(_, frame)| *frame).fold(0.0, f64::max);
+    let full: Vec<_> = parts.windows(2).filter(|two| two[1].0 == two[0].0 + 1.0).collect();
+    if full.is_empty() {
+        return None;
+    }
+    let within = parts.windows(2).filter(|two| two[1].0 == two[0].0).map(|two| two[1].1 - two[0].1);
+    let mut steps: Vec<f64> = within.collect();
+    steps.sort_by(f64::total_cmp);
+    let usual = *steps.get(steps.len() / 2)?;
+    let follows = |rate: f64| full.iter().all(|two| rate + two[1].1 - two[0].1 == usual);
+    let rate = RATES.into_iter().find(|rate| *rate > last && follows(*rate))?;
+    for row in tracks.iter_mut().flat_map(|track| &mut track.rows) {
+        let (whole, frame) = split(row.time);
+        row.time = rate * whole + frame;
+    }
+    Some(rate)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::raw::Row;
+    use super::*;
+
+    #[test]
+    fn times_of_a_clock() {
+        for (cell, second, style) in [
+            ("1:02:03:45", 3723.45, Style::Colon(2)),
+            ("02:03:450", 123.45, Style::Colon(3)),
+            ("00:00:01.004167", 1.004_167, Style::Fraction(6)),
+            ("1:01,5", 61.5, Style::Fraction(1)),
+            ("2024-05-01T12:00:00.25Z", 43200.25, Style::Fraction(2)),
+            ("2024-05-01 00:00:07+02:00", 7.0, Style::Fraction(0)),
+        ] {
+            assert_eq!(seconds(cell), Some((second, style)), "{cell}");
+        }
+        for wrong in [
+            "1:2",
+            "0:60:00:00",
+            "0::0:00",
+            "a:00:00:00",
+            "0:00:00:1",
+            "-0:00:00:00",
+            "1:2:3:4:50",
+            "0:00:00.",
+            "1.5",
+            "00:00:61.5",
+            "2024-05-01",
+        ] {
+            assert_eq!(seconds(wrong), None, "{wrong}");
+        }
+    }
+
+    #[test]
+    fn the_last_part_counts_frames_or_hundredths() {
+        let counted = |times: &[f64]| {
+            let mut track = RawTrack::new("a", None);
+            track.rows = times.iter().map(|t| Row { time: *t, x: 0.0, y: 0.0, line: 1 }).collect();
+            let rate = count_frames(&mut [&mut track]);
+            (rate, track.rows.last().map_or(0.0, |row| row.time))
+        };
+        let code = |rate: u32, step: u32| -> Vec<f64> {
+            let time = |n: u32| f64::from(n / rate) + f64::from(n % rate) / 100.0;
+            (0..100).step_by(step as usize).map(time).collect()
+        };
+        for (rate, step) in [(24, 1), (25, 1), (30, 1), (60, 1), (30, 2), (50, 4)] {
+            let last = 100 - step;
+            assert_eq!(
+                counted(&code(rate, step)),
+                (Some(f64::from(rate)), f64::from(last)),
+                "{rate}, {step}"
+            );
+        }
+        // hundredths at 25 and at 30 frames per second, and a film that ends before a second is full
+        let hundredths: Vec<f64> = (0..40).map(|n| f64::from(4 * n) / 100.0).collect();
+        assert_eq!(counted(&hundredths).0, None);
+        let rounded: Vec<f64> = (0..40).map(|n| (100.0 * f64::from(n) / 30.0).floor() / 100.0).collect();
+        assert_eq!(counted(&rounded).0, None);
+        assert_eq!(counted(&code(30, 1)[..20]).0, None);
+    }
+}

@@ -1,0 +1,190 @@
+//! What names of columns mean, as programs and people in several countries write them.
+
+/// Names of times, of frames, of shots and of balls, in small letters, the surest first; a number or a unit may follow.
+const TIMES: [&str; 14] = [
+    "t",
+    "time",
+    "timestamp",
+    "seconds",
+    "sec",
+    "zeit",
+    "temps",
+    "tiempo",
+    "tempo",
+    "tijd",
+    "czas",
+    "aika",
+    "elapsedtime",
+    "positiont",
+];
+const FRAMES: [&str; 8] = ["frame", "frames", "bild", "einzelbild", "image", "img", "slice", "fotogramma"];
+const SHOTS: [&str; 8] = ["shot", "trial", "clip", "run", "take", "stoß", "stoss", "versuch"];
+const BALLS: [&str; 9] = ["ball", "object", "disk", "disc", "puck", "track", "particle", "kugel", "bille"];
+/// Names that may be those of a column of balls, where the rows show it.
+const PERHAPS_BALLS: [&str; 9] = ["id", "tid", "color", "colour", "farbe", "name", "label", "who", "body"];
+/// What may follow such a name.
+const NUMBERS: [&str; 13] =
+    ["", "number", "numbers", "no", "nr", "num", "n", "id", "idx", "index", "nummer", "name", "count"];
+const UNITS: [&str; 9] = ["", "s", "sec", "ms", "us", "stamp", "seconds", "stampms", "stamps"];
+
+/// What an angle is called.
+const ANGLES: [&str; 8] = ["angle", "ang", "theta", "θ", "phi", "φ", "rot", "rotation"];
+/// How words of what is no position begin: errors, and motions.
+const SPREADS: [&str; 11] = ["sd", "std", "stdev", "err", "sigma", "σ", "unc", "sem", "rms", "fehler", "var"];
+const MOTIONS: [&str; 8] = ["v", "vel", "speed", "geschw", "vitesse", "acc", "beschl", "disp"];
+/// How words for a point on a ball beside its centre begin.
+const MARKERS: [&str; 9] = ["mark", "rim", "dot", "spot", "edge", "rand", "stripe", "led", "tip"];
+
+/// What a column holds.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum Role {
+    Time,
+    Frame,
+    Shot,
+    Ball,
+    PerhapsBall,
+}
+
+/// What a pair of columns for x and y holds.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum Kind {
+    Position,
+    Marker,
+    /// Standard deviations of positions.
+    Spread,
+    /// Velocities and whatever else is no position.
+    Motion,
+}
+
+/// The words of a name in small letters, without punctuation.
+fn words(name: &str) -> Vec<String> {
+    let small = name.to_lowercase();
+    let words = small.split(|c: char| !c.is_alphanumeric()).filter(|word| !word.is_empty());
+    words.map(str::to_string).collect()
+}
+
+/// How sure a name is one of these, 0 the surest; `None` if it is none.
+fn rank(name: &str, known: &[&str], after: &[&str]) -> Option<usize> {
+    known.iter().position(|word| name.strip_prefix(word).is_some_and(|rest| after.contains(&rest)))
+}
+
+/// The column among these names that has a role, the surest.
+pub(super) fn find(names: &[String], role: Role) -> Option<usize> {
+    let (known, after): (&[&str], &[&str]) = match role {
+        Role::Time => (&TIMES, &UNITS),
+        Role::Frame => (&FRAMES, &NUMBERS),
+        Role::Shot => (&SHOTS, &NUMBERS),
+        Role::Ball => (&BALLS, &NUMBERS),
+        Role::PerhapsBall => (&PERHAPS_BALLS, &NUMBERS),
+    };
+    let ranked = names.iter().enumerate().filter_map(|(i, name)| {
+        let name = words(name).concat();
+        Some((rank(&name, known, after)?, i))
+    });
+    ranked.min().map(|(_, i)| i).or_else(|| {
+        // in Scandinavia tid is time
+        let is_tid = |name: &String| name.eq_ignore_ascii_case("tid");
+        names.iter().position(is_tid).filter(|_| role == Role::Time)
+    })
+}
+
+/// Whether a column is one of angles.
+pub(super) fn is_angle(name: &str) -> bool {
+    words(name).first().is_some_and(|first| {
+        // rote is red
+        let is_end = |rest: &str| rest.is_empty() || (rest.chars().count() == 1 && rest != "e");
+        ANGLES.iter().any(|word| first.strip_prefix(word).is_some_and(is_end))
+    })
+}
+
+/// What a pair of columns holds, by the name of that for x with its `x` at this byte.
+pub(super) fn kind(names: &[String], column: usize, at: usize) -> Kind {
+    let name = &names[column];
+    let (before, after) = (words(&name[..at]), words(&name[at + 1..]));
+    let any = |known: &[&str]| {
+        let all = before.iter().chain(&after);
+        all.into_iter().any(|word| {
+            let letters = word.trim_end_matches(|c: char| c.is_ascii_digit());
+            known
+                .iter()
+                .any(|known| if known.len() > 2 { letters.starts_with(known) } else { letters == *known })
+        })
+    };
+    // dx, ax, sx beside x, as vx: what is left without the letter is another column
+    let derived = || {
+        let letter = name.chars().next().filter(|c| "adsu".contains(*c) && at > 0);
+        letter.is_some_and(|letter| {
+            let rest = name[letter.len_utf8()..].trim_start_matches(['_', ' ', '.']);
+            names.iter().any(|own| own == rest)
+        })
+    };
+    if any(&SPREADS) {
+        Kind::Spread
+    } else if any(&MOTIONS) || derived() {
+        Kind::Motion
+    } else if any(&MARKERS) || before.last().is_some_and(|word| word == "m") {
+        Kind::Marker
+    } else {
+        Kind::Position
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::Kind::{Marker, Motion, Position, Spread};
+    use super::*;
+
+    #[test]
+    fn names_of_times_frames_shots_and_balls() {
+        let found = |name: &str| {
+            let roles = [Role::Time, Role::Frame, Role::Shot, Role::Ball, Role::PerhapsBall];
+            roles.into_iter().find(|role| find(&[name.to_string()], *role).is_some())
+        };
+        for (role, names) in [
+            (Role::Time, &["t", "T_s", "t_ms", "time_stamp", "Zeit_s", "TimeStamp", "tid", "POSITION_T"][..]),
+            (
+                Role::Frame,
+                &["frame_idx", "frame_id", "Frame No", "Frame #", "Bildnummer", "Bild Nr.", "Slice n°"],
+            ),
+            (Role::Shot, &["shot", "Shot_ID", "clip", "run no"]),
+            (Role::Ball, &["ball", "track_id", "Track n°", "particle", "disk_id", "object"]),
+            (Role::PerhapsBall, &["id", "color", "label"]),
+        ] {
+            for name in names {
+                assert_eq!(found(name), Some(role), "{name}");
+            }
+        }
+        for name in ["x", "trial x", "mass", "n", "timing", "framework", "running", "", "ballast"] {
+            assert_eq!(found(name), None, "{name}");
+        }
+        for (name, angle) in [
+            ("ang_a", true),
+            ("theta2", true),
+            ("θ", true),
+            ("θr", true),
+            ("rotation", true),
+            ("rote", false),
+        ] {
+            assert_eq!(is_angle(name), angle, "{name}");
+        }
+        for name in ["angular velocity", "phillip", "rotten"] {
+            assert!(!is_angle(name), "{name}");
+        }
+    }
+
+    #[test]
+    fn pairs_that_are_no_positions() {
+        let kinds = |names: &[&str]| -> Vec<Kind> {
+            let names: Vec<String> = names.iter().map(ToString::to_string).collect();
+            (0..names.len()).filter_map(|i| Some(kind(&names, i, names[i].find('x')?))).collect()
+        };
+        assert_eq!(
+            kinds(&["x", "x_sd", "sigma_x", "xerr", "vx", "v_x", "x velocity", "ax", "x2"]),
+            [Position, Spread, Spread, Spread, Motion, Motion, Motion, Motion, Position]
+        );
+        assert_eq!(
+            kinds(&["ax", "bx", "cx", "mx", "x_m", "rim_x", "marker x1", "x1", "vx1"]),
+            [Position, Position, Position, Marker, Position, Marker, Marker, Position, Motion]
+        );
+    }
+}

@@ -1,0 +1,285 @@
+//! Balls that are not equal, from the specification of shots to what other programs are given: `synth`, `extract`, `fit`, `design` and
+//! `export`.
+
+use std::fs;
+use std::path::Path;
+use std::process::{Command, Output};
+
+use caromfit::design::{Expected, PlayedKind, design};
+use caromfit::fit::{Fit, Options, Status};
+use caromfit::measurement::dataset::{Dataset, ObjectBall, StatedObject};
+use caromfit::measurement::parameter::{Compliance, Parameter};
+use caromfit::physics::ball::{Ball, BallState, Vec3};
+use caromfit::physics::collision::{Coefficients, Fidelity, FidelityChoice, Model, NotACollision};
+use caromfit::simulate;
+use caromfit::simulate::{BallSpec, Kind, Played, Shots, Spec, Truth};
+use serde_json::Value;
+
+use crate::synthetic;
+
+/// Standard errors by which an estimate may be off: one in 2000 is by chance.
+const ERRORS: f64 = 3.5;
+
+/// What a kitchen scale tells, kg.
+const SCALE: f64 = 0.001;
+
+/// A cue ball of 170 g and an object ball of 160 g, weighed to 1 g.
+fn weighed(kind: Kind, seed: u64) -> Spec {
+    Spec {
+        ball: BallSpec { mass_kg: 0.170, mass_kg_sd: SCALE, ..BallSpec::default() },
+        object: Some(StatedObject { mass_kg: Some(0.160), mass_kg_sd: SCALE, ..StatedObject::default() }),
+        ..synthetic::spec(kind, &[Played::NaturalRoll], 40, seed)
+    }
+}
+
+fn analysed(dataset: Dataset) -> Fit {
+    let options = Options { fidelity: FidelityChoice::Auto, ..Options::default() };
+    caromfit::analyse(&dataset, &options).fits.unwrap().remove(0)
+}
+
+fn is_right(fit: &Fit, parameter: Parameter, truth: f64) {
+    let found = fit.get(parameter).unwrap();
+    let error = found.std_error.unwrap_or_else(|| panic!("{parameter:?} has no error: {:?}", found.status));
+    assert!((found.value - truth).abs() < ERRORS * error, "{parameter:?}: {} ± {error}", found.value);
+}
+
+fn caromfit(args: &[&str], folder: &Path) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_caromfit")).args(args).current_dir(folder).output().unwrap()
+}
+
+fn done(args: &[&str], folder: &Path) -> [String; 2] {
+    let output = caromfit(args, folder);
+    assert!(output.status.success(), "{args:?}: {output:?}");
+    [output.stdout, output.stderr].map(|text| String::from_utf8(text).unwrap())
+}
+
+/// Refused with status 2 and all of these words.
+fn refused(args: &[&str], folder: &Path, words: &[&str]) {
+    let output = caromfit(args, folder);
+    assert_eq!(output.status.code(), Some(2), "{args:?}: {output:?}");
+    let error = String::from_utf8(output.stderr).unwrap();
+    for word in words {
+        assert!(error.contains(word), "{args:?}: {error}\nlacks {word}");
+    }
+}
+
+fn write(spec: &Spec, folder: &Path) {
+    fs::create_dir_all(folder).unwrap();
+    for (name, text) in simulate::generate(spec).unwrap() {
+        fs::write(folder.join(name), text).unwrap();
+    }
+}
+
+fn fit_json(folder: &Path, name: &str) -> Value {
+    let path = folder.join("fits").join(name).join("fit.json");
+    serde_json::from_str(&fs::read_to_string(path).unwrap()).unwrap()
+}
+
+#[test]
+fn what_is_simulated_is_found_again() {
+    for (kind, seed) in [(Kind::Impacts, 61), (Kind::Tracks, 62)] {
+        let dataset = simulate::dataset(&weighed(kind, seed)).unwrap();
+        let object = dataset.object.unwrap();
+        assert_eq!(object.mass_sd, [SCALE; 2]);
+        // as the scale shows it, which is not the truth
+        let off = object.ball.mass - 0.160;
+        assert!(off != 0.0 && off.abs() < ERRORS * SCALE, "{off}");
+        let fit = analysed(dataset);
+        for (parameter, truth) in weighed(kind, seed).truths() {
+            is_right(&fit, parameter, truth);
+        }
+        assert!(fit.get(Parameter::MassRatio).unwrap().status == Status::Free, "{kind:?}");
+    }
+}
+
+#[test]
+fn radii_and_inertias_that_differ_are_simulated_in_every_kind() {
+    let object = StatedObject { radius_m: Some(0.0280), inertia: Some(0.39), ..StatedObject::default() };
+    for (kind, seed) in [(Kind::Impacts, 63), (Kind::Tracks, 64), (Kind::Angles, 65)] {
+        let spec = Spec {
+            object: Some(object),
+            ..synthetic::spec(kind, &[Played::NaturalRoll, Played::Stun], 40, seed)
+        };
+        let dataset = simulate::dataset(&spec).unwrap();
+        let exact = ObjectBall::exact(Ball { radius: 0.0280, inertia: 0.39, ..Ball::POOL });
+        assert_eq!(dataset.object, Some(exact), "{kind:?}");
+        let fit = analysed(dataset);
+        for parameter in Parameter::COEFFICIENTS {
+            let truth = spec.truths()[parameter as usize].1;
+            is_right(&fit, parameter, truth);
+        }
+    }
+}
+
+#[test]
+fn a_contact_that_gives_way_is_simulated() {
+    let usual = synthetic::spec(Kind::Impacts, &[Played::Stun], 40, 66);
+    let truth = Truth { kappa: Some(Model::KAPPA), e_slope: Some(0.01), ..usual.truth };
+    let spec = Spec { truth, ..usual };
+    let mut dataset = simulate::dataset(&spec).unwrap();
+    dataset.settings.compliance = Compliance::Stated;
+    dataset.settings.e_falls = true;
+    dataset.settings[Parameter::ESlope].fixed = false;
+    let fit = analysed(dataset);
+    for parameter in [Parameter::Mu, Parameter::E, Parameter::ESlope] {
+        let of = spec.truths();
+        is_right(&fit, parameter, of.iter().find(|(known, _)| *known == parameter).unwrap().1);
+    }
+    // a fidelity that is rigid cannot
+    let rigid = simulate::generate_with(&spec, &Model::new(Fidelity::Full, Ball::POOL));
+    assert!(rigid.unwrap_err().to_string().contains("truth.kappa is 1.257"));
+    // nor half a law of friction
+    let half = Spec { truth: Truth { mu_b: Some(0.1), ..spec.truth }, ..spec };
+    assert!(simulate::generate(&half).unwrap_err().to_string().contains("truth.mu_c is missing"));
+}
+
+/// The parameters of a fit.json, value and error.
+fn parameter(fit: &Value, name: &str) -> (f64, f64) {
+    let of = |key: &str| fit["parameters"][name][key].as_f64().unwrap_or(f64::NAN);
+    (of("estimate"), of("std_error"))
+}
+
+/// Two stages weigh the frames a little differently than one fit of all: by so many standard errors an estimate may move.
+const ALIKE: f64 = 2.0;
+
+/// From a film to its extracted impacts, and to what is told of both.
+#[test]
+fn what_is_extracted_keeps_both_balls() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    write(&weighed(Kind::Tracks, 67), &folder.join("film"));
+    // Poisson's ratio goes along
+    let path = folder.join("film/dataset.toml");
+    let stated =
+        fs::read_to_string(&path).unwrap().replacen("inertia = 0.4\n", "inertia = 0.4\npoisson = 0.3\n", 1);
+    fs::write(&path, stated).unwrap();
+    done(&["extract", "film", "--out", "ext", "--no-pictures"], folder);
+    let extracted = fs::read_to_string(folder.join("ext/synthetic/dataset.toml")).unwrap();
+    for line in ["[object]", "mass_kg_sd = 0.001", "poisson = 0.3"] {
+        assert!(extracted.contains(line), "{extracted}\nlacks {line}");
+    }
+    assert_eq!(extracted.matches("mass_kg_sd = 0.001").count(), 2, "{extracted}");
+    done(&["fit", "film", "ext/synthetic"], folder);
+    let [film, impacts] = ["synthetic", "synthetic-impacts"].map(|name| fit_json(folder, name));
+    for key in ["ball", "object"] {
+        assert_eq!(film[key], impacts[key]);
+    }
+    assert_eq!(film["object"]["mass_kg_sd"], SCALE);
+    for name in ["mu", "mu_s", "e", "mass_ratio"] {
+        let ((joint, error), (two_stage, _)) = (parameter(&film, name), parameter(&impacts, name));
+        assert!((joint - two_stage).abs() < ALIKE * error, "{name}: {joint} ± {error}, {two_stage}");
+    }
+    assert!(impacts["reduced_chi2"].as_f64().unwrap() < 1.5, "{impacts}");
+
+    let report = fs::read_to_string(folder.join("fits/synthetic/report.html")).unwrap();
+    assert!(report.contains("object ball: radius 28.575 mm, mass 1"), "both balls");
+    let [toml, _] = done(&["export", "fits/synthetic", "--to", "toml"], folder);
+    for line in ["[object]", "[mass_ratio]", "mass_kg_sd = 0.001"] {
+        assert!(toml.contains(line), "{toml}\nlacks {line}");
+    }
+    let [_, said] = done(&["export", "fits/synthetic", "--to", "pooltool"], folder);
+    assert!(said.contains("take both balls for equal"), "{said}");
+}
+
+#[test]
+fn what_is_stated_wrongly_is_said_with_its_place() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    let spec = "name = \"s\"\nkind = \"impacts\"\nseed = 1\n[truth]\nmu = 0.05\nmu_s = 0.3\ne = 0.94\n[shots]\ncount = 10\n\
+                speed_m_s = [1.0, 4.0]\ncut_deg = [0.0, 50.0]\ncue_spin = [\"natural-roll\"]\n";
+    let given = |file: &str, text: &str| fs::write(folder.join(file), text).unwrap();
+    given("s.toml", &format!("{spec}[object]\nmass_kg = -1\n"));
+    refused(
+        &["synth", "s.toml", "--out", "s"],
+        folder,
+        &["s.toml:14: column 11: object.mass_kg is -1; expected more than 0"],
+    );
+    given("s.toml", &format!("{spec}[object]\nmas_kg = 1\n"));
+    refused(&["synth", "s.toml", "--out", "s"], folder, &["s.toml:14", "did you mean \"mass_kg\""]);
+    given("s.toml", &format!("{spec}[object]\nmass_kg = 0.16\nmass_kg_sd = 0.1\n"));
+    refused(&["synth", "s.toml", "--out", "s"], folder, &["object.mass_kg_sd is 0.1", "less than a tenth"]);
+    given("s.toml", &spec.replace("e = 0.94\n", "e = 0.94\nkappa = 1.258\n"));
+    refused(
+        &["synth", "s.toml", "--out", "s", "--fidelity", "full"],
+        folder,
+        &["truth.kappa is 1.258", "ode or contact"],
+    );
+    done(&["synth", "s.toml", "--out", "s"], folder);
+    let truth: Value =
+        serde_json::from_str(&fs::read_to_string(folder.join("s/truth.json")).unwrap()).unwrap();
+    assert_eq!(truth["kappa"], 1.258);
+
+    // a design knows the same keys
+    given("d.toml", "[ball]\nshape = \"disc\"\n[object]\ninertia = 1\n");
+    refused(
+        &["design", "d.toml"],
+        folder,
+        &["d.toml:2: column 9: shape is \"disc\"", "object.inertia is 1; expected at most 2/3"],
+    );
+
+    // one mass alone leaves the other to be guessed, which is said; and no ball is 17 000 times as heavy as another
+    let toml = fs::read_to_string(folder.join("s/dataset.toml")).unwrap();
+    let only = toml.replace("mass_kg = 0.17\n", "") + "[object]\nmass_kg = 0.16\n";
+    given("s/dataset.toml", &only);
+    let [said, _] = done(&["check", "s"], folder);
+    assert!(said.contains("The cue ball's mass was not stated; 0.170 kg was taken"), "{said}");
+    done(&["fit", "s"], folder);
+    let notes = fit_json(folder, "s")["notes"].to_string();
+    assert!(notes.contains("mass was not stated"), "{notes}");
+    given("s/dataset.toml", &only.replace("mass_kg = 0.16", "mass_kg = 0.00001"));
+    refused(
+        &["check", "s"],
+        folder,
+        &["dataset.toml:", "object.mass_kg is 0.00001", "17000 times as heavy", "0.001 to 1000"],
+    );
+}
+
+/// dv_x/dq = 1 + m_object/m_cue + μ_s μ sin θ must stay positive, sin θ from −1 with topspin.
+#[test]
+fn balls_jam_by_their_masses() {
+    let velocity = Vec3::new(1.0, 0.2, 0.0);
+    let roll = BallState::natural_roll(velocity, Ball::POOL.radius);
+    let stun = BallState { velocity, spin: Vec3::zeros() };
+    // just inside and just outside of 1 + 1/r; μ_s below 1 + (1 + ν)/r
+    for (ratio, mu_s) in [(5.0, 1.2), (1.0, 2.0), (0.2, 3.0)] {
+        let model = Model::new(Fidelity::Full, Ball::POOL).with_mass_ratio(ratio);
+        let most = 1.0 + 1.0 / ratio;
+        let of = |part: f64| Coefficients { mu: part * most / mu_s, mu_s, e: 0.9 };
+        let inside = model.collide(&roll, &of(0.99)).unwrap();
+        assert!(inside.impulse.is_finite() && inside.object.velocity.x > 0.0, "{ratio}: {inside:?}");
+        let NotACollision::Jams(product, bound) = model.collide(&roll, &of(1.01)).unwrap_err() else {
+            panic!("{ratio}")
+        };
+        assert!((product - 1.01 * most).abs() < 1e-12 && (bound - most).abs() < 1e-12);
+        assert!(model.collide(&stun, &of(1.01)).is_ok(), "the cloth takes no part without topspin");
+    }
+    let heavy = Model::new(Fidelity::Full, Ball::POOL).with_mass_ratio(5.0);
+    let over = heavy.collide(&roll, &Coefficients { mu: 0.1, mu_s: 1.3, e: 0.9 }).unwrap_err();
+    assert!(matches!(over, NotACollision::MuSOutOfRange(_, most) if (most - 1.28).abs() < 1e-12), "{over}");
+}
+
+/// The bound is taken where the fit ended, a standard error from the truth, and the shutter's instants are not spread quite evenly.
+const SAME_BOUND: f64 = 0.06;
+
+#[test]
+fn designs_expect_the_errors_that_fits_have() {
+    let shots =
+        Shots { count: 60, speed_m_s: [2.0; 2], cut_deg: [30.0; 2], cue_spin: vec![Played::NaturalRoll] };
+    let spec = Spec { shots, ..weighed(Kind::Tracks, 68) };
+    let fit = analysed(simulate::dataset(&spec).unwrap());
+    let kind = PlayedKind { speed_m_s: [2.0; 2], cut_deg: [30.0; 2], shots: 60, ..PlayedKind::default() };
+    let object = spec.object.unwrap().beside(Ball { mass: 0.170, ..Ball::POOL }, [SCALE, 0.0]);
+    let of = |object| Expected { object, kinds: vec![kind.clone()], ..Expected::default() };
+    let planned = design(&of(Some(object))).unwrap().planned;
+    let expected = planned.std_errors.into_iter().chain([planned.ratios[0]]);
+    for (parameter, expected) in
+        Parameter::COEFFICIENTS.into_iter().chain([Parameter::MassRatio]).zip(expected)
+    {
+        let (expected, found) = (expected.unwrap(), fit.get(parameter).unwrap().std_error.unwrap());
+        assert!((expected / found - 1.0).abs() < SAME_BOUND, "{parameter:?}: {expected}, {found}");
+    }
+    // what is weighed exactly costs nothing
+    let exact = design(&of(Some(ObjectBall::exact(object.ball)))).unwrap().planned;
+    assert_eq!(exact.ratios, [None; 2]);
+    assert!(exact.std_errors[2].unwrap() < planned.std_errors[2].unwrap());
+}
