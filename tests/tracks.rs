@@ -269,6 +269,11 @@ fn times_against_the_frame_rate() {
     let tracks = good(&format!("[video]\ncapture_fps = 30\n{AB}"), "o.txt", &odd);
     noted(&tracks, "taken as they are written");
     assert_eq!(tracks.shots[0].cue[6].t, 0.205);
+    // a phone whose rate varies: the step in the middle of all is 5 % off their mean
+    let varying = export(&["0.0", "0.0310", "0.0655", "0.0973", "0.1335", "0.1651", "0.2000"], &cue, &object);
+    let tracks = good(&format!("[video]\ncapture_fps = 30\n{AB}"), "v.txt", &varying);
+    noted(&tracks, "taken as they are written");
+    assert_eq!(tracks.shots[0].cue[3].t, 0.0973);
     let rounded = export(&["0.00", "0.03", "0.11", "0.13", "0.19", "0.24", "0.25"], &cue, &object);
     refused(&format!("[video]\ncapture_fps = 30\n{AB}"), &rounded, &["a.txt:4"]);
     refused(AB, &rounded, &["not regularly spaced"]);

@@ -6,8 +6,8 @@ use super::joint_fit::FitOfAll;
 use crate::film::camera::Correction;
 use crate::fit::Prepared;
 use crate::fit::settled::Settled;
-use crate::fit::warnings::with_error;
 use crate::likelihood::sample::shared_columns;
+use crate::measurement::number::with_error;
 
 /// Adopts in every film what any of them calls for.
 ///

@@ -4,7 +4,7 @@ use statrs::distribution::{ChiSquared, ContinuousCDF};
 
 use super::{Comparison, Quantity, SampleSummary};
 use crate::fit::Refuted;
-use crate::fit::warnings::to_digits;
+use crate::measurement::number::plain;
 
 /// Takes errors, differences and tests away where the residuals of the whole or of a sample refute the model. The cloth's
 /// sliding friction, from the paths after the impacts, stays.
@@ -19,14 +19,14 @@ pub(super) fn judge(comparison: &mut Comparison, samples: &[SampleSummary]) {
         let squares: Vec<f64> = own.map(|residual| residual.of_shot.standardized.powi(2)).collect();
         // how many of the parameters a sample takes up is not told: few, of many observations
         if let Some(reduced) = refutes(squares.iter().sum(), squares.len()) {
-            named.push(format!("{} (χ²/dof {})", sample.title, to_digits(reduced, 3)));
+            named.push(format!("{} (χ²/dof {})", sample.title, plain(reduced, 3)));
         }
     }
     if named.is_empty() && refutes(chi2, dof).is_none() {
         return;
     }
     let whose = if named.is_empty() {
-        format!("together (χ²/dof {})", to_digits(chi2 / dof.max(1) as f64, 3))
+        format!("together (χ²/dof {})", plain(chi2 / dof.max(1) as f64, 3))
     } else {
         format!("of {}", named.join(" and "))
     };

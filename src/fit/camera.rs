@@ -111,7 +111,7 @@ impl FoundCamera {
             format!(
                 "The noise of the positions lasts from frame to frame: neighbouring frames are correlated by {}. Errors take it \
                  into account.",
-                super::warnings::with_error(found.value, found.std_error)
+                number::with_error(found.value, found.std_error)
             )
         });
         let scaled = (self.unit != 1.0).then(|| {
@@ -131,12 +131,13 @@ impl FoundCamera {
     /// Which corrections were adopted, as a sentence; `None` where none was.
     #[must_use]
     pub fn sentence(&self) -> Option<String> {
-        use super::warnings::with_error;
         let adopted: Vec<String> = self
             .corrections
             .iter()
             .filter(|found| found.adopted)
-            .map(|found| format!("{} {}", found.which.words(), with_error(found.value, found.std_error)))
+            .map(|found| {
+                format!("{} {}", found.which.words(), number::with_error(found.value, found.std_error))
+            })
             .collect();
         (!adopted.is_empty()).then(|| {
             format!(

@@ -122,6 +122,16 @@ pub(crate) fn suspicious(
         return Vec::new();
     }
     let mut found = Vec::new();
+    let radius = dataset.ball.radius;
+    if !(RADII[0]..=RADII[1]).contains(&radius) {
+        found.push(Finding::whole(
+            Kind::Radius,
+            format!(
+                "the radius is {radius} m: billiard balls have {} to {} m (pool 0.028575, carom 0.03075, snooker 0.02625)",
+                RADII[0], RADII[1]
+            ),
+        ));
+    }
     if let Some(Measured { value, sd }) = rolling
         && value > MOST_ROLLING
     {
@@ -151,16 +161,6 @@ pub(crate) fn suspicious(
                 "the paths after the impacts show that the cloth's sliding friction is {}, where {USUAL_SLIDING} is \
                  usual: the frame rate of the camera (capture_fps) or the scale may be wrong{rate}",
                 with_error(value, sd)
-            ),
-        ));
-    }
-    let radius = dataset.ball.radius;
-    if !(RADII[0]..=RADII[1]).contains(&radius) {
-        found.push(Finding::whole(
-            Kind::Radius,
-            format!(
-                "the radius is {radius} m: billiard balls have {} to {} m (pool 0.028575, carom 0.03075, snooker 0.02625)",
-                RADII[0], RADII[1]
             ),
         ));
     }

@@ -3,8 +3,8 @@
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 
 use super::Rejected;
-use super::warnings::to_digits;
 use crate::likelihood::fitted::Fitted;
+use crate::measurement::number::plain;
 
 /// χ²/dof over the usual one, with the noise that is usual of the other shots: a shot whose noise is estimated from its own
 /// residuals hides a misfit in it. Below this the noise of a shot may well be twice that of the others.
@@ -83,12 +83,12 @@ pub(crate) fn outlying(fitted: &[Fitted], residuals: &[f64]) -> Vec<Odd> {
     let odd = |shot: &Misfit| {
         let Misfit { place, chi2, dof, added, tied } = *shot;
         let how = if chi2 / dof > WORSE * usual && is_no_chance(chi2 / usual, dof) {
-            format!("their χ²/dof is {}", to_digits(chi2 / dof, 3))
+            format!("their χ²/dof is {}", plain(chi2 / dof, 3))
         } else if added / tied > FAR_WORSE * usually_added && is_no_chance(added / usually_added, tied) {
             format!(
                 "it adds {} to the χ² of this shot, and about {} to that of each of the others",
-                to_digits(added, 3),
-                to_digits(usually_added * tied, 2)
+                plain(added, 3),
+                plain(usually_added * tied, 2)
             )
         } else {
             return None;

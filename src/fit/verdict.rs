@@ -6,7 +6,7 @@
 use std::str::FromStr;
 
 use super::check;
-use super::check::{Finding, capital};
+use super::check::{Finding, Kind, capital};
 use super::diagnostics::goodness::IMPROBABLE;
 use super::doubts::{below_bound, held_exactly};
 use super::{Fit, NoiseVerdict, Rejected, Scatter, Status, Trend};
@@ -100,7 +100,11 @@ impl Fit {
                 None => ("two equal balls with constant friction", ""),
             };
             // where something else is wrong, that is why
-            let why = self.cause().or_else(|| self.wrong_footage()).or_else(|| self.doubtful_shots());
+            let why = self
+                .odd_radius()
+                .or_else(|| self.cause())
+                .or_else(|| self.wrong_footage())
+                .or_else(|| self.doubtful_shots());
             let measured = refuted.restitution.map(|e| {
                 format!("Measured without the model: e = {}.{see}", with_error(e.value, e.std_error))
             });
@@ -153,6 +157,12 @@ impl Fit {
                     trend.meaning()
                 ))
             })
+    }
+
+    /// That no billiard ball has the radius that is stated: all else may follow from it.
+    fn odd_radius(&self) -> Option<String> {
+        let odd = self.diagnostics.suspicious.iter().find(|finding| finding.kind == Kind::Radius)?;
+        Some(format!("{}.", capital(&odd.text)))
     }
 
     /// What the paths of the balls, or most shots, show to be wrong with the footage or its description.

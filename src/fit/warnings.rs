@@ -260,24 +260,6 @@ fn doubtful_shots(fit: &Fit) -> Option<String> {
     ))
 }
 
-/// A number to so many significant digits, all of them before the point where it has more.
-pub(crate) fn to_digits(value: f64, digits: i32) -> String {
-    if value == 0.0 || !value.is_finite() {
-        return value.to_string();
-    }
-    let decimals = digits - 1 - value.abs().log10().floor() as i32;
-    format!("{value:.*}", usize::try_from(decimals).unwrap_or(0))
-}
-
-/// A value with its standard error to two digits; without one where there is none.
-pub(crate) fn with_error(value: f64, error: f64) -> String {
-    if !(error > 0.0 && error.is_finite()) {
-        return to_digits(value, 4);
-    }
-    let decimals = usize::try_from(1 - error.log10().floor() as i32).unwrap_or(0);
-    format!("{value:.decimals$} ± {error:.decimals$}")
-}
-
 /// A profile that leads below the minimum that was found.
 pub(super) fn add_lower(fit: &mut Fit, lowest: f64) {
     /// Of χ²: less than this part, or than this much, is rounding.

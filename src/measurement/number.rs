@@ -21,8 +21,11 @@ pub(crate) fn plain(value: f64, digits: usize) -> String {
     trimmed(&format!("{value:.decimals$}")).to_owned()
 }
 
-/// `0.1014 ± 0.0027`: the error to two significant digits, the value to the same decimals.
+/// `0.1014 ± 0.0027`: the error to two significant digits, the value to the same decimals; the value alone where there is no error.
 pub(crate) fn with_error(value: f64, error: f64) -> String {
+    if !(error > 0.0 && error.is_finite()) {
+        return plain(value, 4);
+    }
     let decimals = decimals_of_error(error);
     if decimals > MOST_DECIMALS {
         return format!("{value:.MOST_DECIMALS$} ± {error:.1e}");
@@ -88,7 +91,7 @@ mod tests {
         assert_eq!(with_error(0.3, 34.6), "0 ± 35");
         assert_eq!(with_error(0.3, 345.6), "0 ± 346");
         assert_eq!(with_error(0.05, 1.23e-13), "0.050000000 ± 1.2e-13");
-        assert_eq!(with_error(0.05, 0.0), "0.0500 ± 0.0000");
+        assert_eq!(with_error(0.05, 0.0), "0.05");
         assert_eq!(interval([0.048_87, 0.051_7], Some(0.000_7)), "[0.04887, 0.05170]");
         assert_eq!(interval([0.0, 0.012_87], None), "[0, 0.0129]");
     }

@@ -3,7 +3,7 @@
 use crate::film::camera::Correction;
 use crate::fit::camera::FoundCorrection;
 use crate::fit::estimate::Estimate;
-use crate::fit::warnings::with_error;
+use crate::measurement::number::with_error;
 use crate::measurement::parameter::Parameter;
 
 /// Why residuals may be larger than their errors.
@@ -94,7 +94,8 @@ impl Cause {
             Self::Radius | Self::MassRatio => [0.5, 2.0],
             Self::Compliance => [0.01, 20.0],
             Self::CueSpin => [-1.5, 1.5],
-            Self::SideSpin => [1e-4, 1.0],
+            // more is seen, and meant
+            Self::SideSpin => [1e-4, 0.3],
             Self::FallingFriction => [0.0, 1.0],
             Self::TiltX | Self::TiltY => [-0.05, 0.05],
             Self::Film(_) => [f64::NEG_INFINITY, f64::INFINITY],
@@ -124,6 +125,13 @@ pub struct Explanation {
 }
 
 impl Explanation {
+    /// Whether its value differs from what is assumed by more than its error with the scatter that is left allows.
+    pub(super) fn is_sure(&self) -> bool {
+        /// Standard errors.
+        const SURELY: f64 = 3.0;
+        (self.estimate - self.cause.neutral()).abs() > SURELY * self.std_error
+    }
+
     /// What a correction of the camera explained.
     pub(super) fn of_correction(found: &FoundCorrection) -> Self {
         let cause = Cause::Film(found.which);

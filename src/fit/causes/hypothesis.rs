@@ -9,10 +9,10 @@ use super::profile::{Profile, least};
 use crate::fit::diagnostics::goodness::IMPROBABLE;
 use crate::fit::samples::Search;
 use crate::fit::settled::Settled;
-use crate::fit::warnings::with_error;
 use crate::likelihood::fitted::Fitted;
 use crate::likelihood::frames::shared_unknowns;
 use crate::likelihood::sample::Sample;
+use crate::measurement::number::with_error;
 use crate::measurement::parameter::{Parameter, Settings};
 use crate::measurement::values::Values;
 use crate::physics::cloth_motion::GRAVITY;
@@ -237,6 +237,13 @@ impl Trial<'_> {
         let Cause::Compliance = cause else { return true };
         let usual = self.fit(&held.with(cause, Model::KAPPA));
         usual.is_some_and(|usual| before.minus_two_log - usual.minus_two_log > NAMED)
+    }
+
+    /// Side spin of its own lets every shot go its own way, so that it takes up part of whatever is wrong: it is believed only where
+    /// it leaves nothing to explain.
+    pub(super) fn is_believable(&self, cause: Cause, profile: &Profile, held: &Departures) -> bool {
+        let Cause::SideSpin = cause else { return true };
+        self.fit(&held.with(cause, profile.at)).is_some_and(|with_it| !with_it.is_unexplained())
     }
 
     pub(super) fn explanation(cause: Cause, profile: &Profile, before: &Tried, after: &Tried) -> Explanation {

@@ -68,6 +68,7 @@ pub(super) fn explain(settled: &Settled, search: &Search, discs: bool) -> Vec<Ex
             .filter(|cause| !held.contains(*cause) && trial.knows(*cause))
             .filter(|cause| trial.is_worth_it(*cause, &held, &before))
             .filter_map(|cause| Some((cause, trial.along(cause, &held)?)))
+            .filter(|(cause, profile)| trial.is_believable(*cause, profile, &held))
             .collect();
         found.sort_by(|a, b| a.1.lowest.total_cmp(&b.1.lowest));
         let Some((best, profile)) = found.first().copied() else { break };
@@ -95,6 +96,7 @@ pub(super) fn explain(settled: &Settled, search: &Search, discs: bool) -> Vec<Ex
                 .fit(&held.without(cause))
                 .is_some_and(|fit| fit.minus_two_log < before.minus_two_log + NAMED)
     };
+    explanations.retain(Explanation::is_sure);
     let best = explanations.first().map(|best| best.cause);
     explanations.retain(|explanation| Some(explanation.cause) == best || !needless(explanation.cause));
     explanations

@@ -7,6 +7,7 @@ use statrs::distribution::{ChiSquared, ContinuousCDF};
 
 use crate::fit::{Estimate, Fit, Status};
 use crate::measurement::dataset::{Before, Joint, Measured, Shot};
+use crate::measurement::number::{count_of, plain, with_error};
 use crate::measurement::observable::{Axis, Observable};
 use crate::measurement::parameter::Parameter;
 
@@ -57,7 +58,7 @@ impl Refuted {
         format!(
             "These data refute the model: χ²/dof is {}, which chance gives with a probability {}. The estimates only mark \
              the least χ²; they have no standard errors, since those hold only if the model does.",
-            crate::fit::warnings::to_digits(self.reduced_chi2, 3),
+            plain(self.reduced_chi2, 3),
             if self.p_value > 0.0 { format!("of {:.1e}", self.p_value) } else { "below 1e-300".to_owned() }
         )
     }
@@ -67,16 +68,16 @@ impl MeasuredRestitution {
     /// The restitution and its scatter, as a sentence.
     #[must_use]
     pub fn sentence(&self) -> String {
-        let shots = crate::measurement::number::count_of(self.shots, "shot");
+        let shots = count_of(self.shots, "shot");
         let scatter = if self.scatter > 0.0 {
-            format!("; between shots it varies by {}", crate::fit::warnings::to_digits(self.scatter, 2))
+            format!("; between shots it varies by {}", plain(self.scatter, 2))
         } else {
             String::new()
         };
         format!(
             "Measured without the model, as the ratio of the normal velocities after and before the impact: e = {} \
              ({shots}{scatter}).",
-            crate::fit::warnings::with_error(self.value, self.std_error)
+            with_error(self.value, self.std_error)
         )
     }
 }

@@ -8,6 +8,10 @@ const MISMATCH: f64 = 0.02;
 /// A step this far off a whole number of frames, beyond its rounding, is off the grid.
 const OFF_GRID: f64 = 0.02;
 
+/// Steps of an even clock differ by less than this part beyond their rounding, and those of one that varies by less than this one.
+const EVEN: f64 = 0.01;
+const VARYING: f64 = 0.3;
+
 /// The grid of frames behind the times of a shot.
 struct Grid {
     /// Different times, ascending, in seconds of the file's own clock.
@@ -156,7 +160,8 @@ fn resolution(times: impl Iterator<Item = f64> + Clone) -> f64 {
     0.0
 }
 
-/// Mean of the steps that are about as long as the median one: rounding then cancels.
+/// Mean of the steps that are about as long as the median one, so that rounding cancels and gaps do not count; of a clock that varies
+/// from frame to frame, of all that are no gaps.
 fn spacing(times: &[f64], resolution: f64) -> f64 {
     let mut steps: Vec<f64> = times.windows(2).map(|two| two[1] - two[0]).collect();
     if steps.is_empty() {
@@ -164,8 +169,12 @@ fn spacing(times: &[f64], resolution: f64) -> f64 {
     }
     steps.sort_by(f64::total_cmp);
     let median = steps[(steps.len() - 1) / 2];
-    let near = |step: &&f64| (*step - median).abs() <= 1.02 * resolution + 0.01 * median;
-    let (sum, n) = steps.iter().filter(near).fold((0.0, 0.0), |(sum, n), step| (sum + step, n + 1.0));
+    let mean_within = |off: f64| {
+        let near = steps.iter().filter(|step| (*step - median).abs() <= 1.02 * resolution + off * median);
+        near.fold((0.0, 0.0), |(sum, n), step| (sum + step, n + 1.0))
+    };
+    let steady = mean_within(EVEN);
+    let (sum, n) = if 2.0 * steady.1 < steps.len() as f64 { mean_within(VARYING) } else { steady };
     sum / n
 }
 
