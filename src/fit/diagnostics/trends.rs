@@ -4,12 +4,14 @@ use nalgebra::{DMatrix, DVector};
 use statrs::distribution::{ContinuousCDF, Normal, StudentsT};
 
 use super::basis::{Basis, Context, OWN};
-use super::goodness::IMPROBABLE;
 use crate::fit::minimum::Minimum;
 use crate::likelihood::fitted::Fitted;
 use crate::likelihood::whitening::covariance;
 use crate::measurement::dataset::{Before, Shot};
 use crate::measurement::observable::{Axis, Observable};
+
+/// A trend this improbable, with all the trends that were looked for taken into account, is named.
+const SIGNIFICANT: f64 = 0.05;
 
 /// How residuals change with something that the model should have taken care of.
 #[derive(Clone, Debug, PartialEq)]
@@ -232,7 +234,7 @@ pub(in crate::fit) fn trends(context: &Context, basis: &Basis) -> Vec<Trend> {
     for (rank, trend) in trends.iter_mut().enumerate() {
         largest = largest.max(trend.p_value * (count - rank) as f64).min(1.0);
         trend.p_corrected = largest;
-        trend.significant = largest < IMPROBABLE;
+        trend.significant = largest < SIGNIFICANT;
         trend.words = words(trend, count);
     }
     trends
