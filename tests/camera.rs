@@ -39,11 +39,11 @@ fn shown(mut shots: Vec<TrackShot>, show: impl Fn(f64, f64) -> [f64; 2]) -> Vec<
     shots
 }
 
-/// Rows of y are read `delay` seconds later for each metre: what stands in a frame is where the ball was so much later than the frame
-/// says.
-fn rolling_shutter(mut shots: Vec<TrackShot>, delay: f64) -> Vec<TrackShot> {
+/// What is a metre further along x and y is read `delays` seconds later: what stands in a frame is where the ball was so much later than
+/// the frame says.
+fn rolling_shutter(mut shots: Vec<TrackShot>, delays: [f64; 2]) -> Vec<TrackShot> {
     for sample in shots.iter_mut().flat_map(|shot| shot.cue.iter_mut().chain(&mut shot.object)) {
-        sample.t -= delay * sample.y;
+        sample.t -= delays[0] * sample.x + delays[1] * sample.y;
         sample.sd = None;
     }
     shots
@@ -84,7 +84,7 @@ fn the_balls_calibrate_the_camera() {
             let off = (found.value - found.which.neutral()).abs();
             assert!(off < ERRORS * found.std_error, "{found:?}");
         }
-        let faults: [(&str, Vec<TrackShot>, Correction, f64); 6] = [
+        let faults: [(&str, Vec<TrackShot>, Correction, f64); 8] = [
             ("scale", shown(films(), |x, y| [1.02 * x, 1.02 * y]), Correction::Scale, 1.02),
             ("aspect", shown(films(), |x, y| [x, 0.98 * y]), Correction::Aspect, 0.98),
             ("shear", shown(films(), |x, y| [x + 0.03 * y, y]), Correction::Shear, 0.03),
@@ -105,7 +105,9 @@ fn the_balls_calibrate_the_camera() {
                 Correction::Lens,
                 -0.02,
             ),
-            ("shutter", rolling_shutter(films(), 0.003), Correction::Shutter, 0.003),
+            ("shutter", rolling_shutter(films(), [0.0, 0.003]), Correction::ShutterY, 0.003),
+            ("held upright", rolling_shutter(films(), [-0.004, 0.0]), Correction::ShutterX, -0.004),
+            ("turned", rolling_shutter(films(), [0.002, 0.003]), Correction::ShutterX, 0.002),
         ];
         for (name, film, which, truth) in faults {
             let (fit, found) = fitted(dataset(film));
@@ -187,6 +189,27 @@ fn a_phone_needs_no_ruler() {
     // 1500 px over the 1.7 m to the middle of the picture
     let scale = of(&found, Correction::Scale).value;
     assert!((700.0..1000.0).contains(&scale), "{scale}");
+}
+
+/// A shutter that reads rows of the picture, as cameras do, and one that reads strips of the table, as a program may: a camera that looks
+/// askew tells them apart.
+#[test]
+fn a_tilted_phone_may_have_a_rolling_shutter() {
+    let (reference, _) = fitted(by_phone(clean(7200)));
+    let of_table = by_phone(rolling_shutter(clean(7200), [0.0, 0.01]));
+    let mut of_picture = by_phone(clean(7200));
+    for shot in &mut of_picture.tracks.as_mut().unwrap().shots {
+        for sample in shot.cue.iter_mut().chain(&mut shot.object) {
+            // about 1000 rows to the metre, of which the first are the farthest from the camera
+            sample.t += 1e-5 * sample.y;
+        }
+    }
+    for (rows, film) in [("of the table", of_table), ("of the picture", of_picture)] {
+        let (fit, found) = fitted(film);
+        is_recovered(rows, &fit, &reference);
+        assert!(of(&found, Correction::ShutterY).adopted, "{rows}: {found:?}");
+        assert!(fit.refuted.is_none() && fit.shots_rejected.is_empty(), "{rows}: {}", fit.verdict().sentence);
+    }
 }
 
 /// What is usual of a camera must not hold back the start of the search where few contacts speak against it.

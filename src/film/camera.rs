@@ -8,8 +8,9 @@
 //!   q″ = q′/(1 + k·q′)            perspective k, 1/m
 //!   f = (q″_x + h q″_y, q″_y)     shear h
 //!
-//! and shows it at the instant t + τ f_y/(s a), where t is that of the frame: a rolling shutter reads the rows of the picture one after
-//! the other, τ in s/m.
+//! and shows it at the instant t + τ_x f_x/s + τ_y f_y/(s a), where t is that of the frame: a rolling shutter reads the rows of its sensor
+//! one after the other, τ in s/m. They lie along x in the picture of a camera that is held upright, and askew in one that was turned.
+//! In films that a program made, rows may be those of the table instead ([`Rows`]): t + τ_x p_x + τ_y p_y.
 //! A turn and a shift of the table leave everything that is fitted as it is, and are none of these.
 //!
 //! Sources: Hartley and Zisserman, Multiple View Geometry (2004), § 2.4 (projective maps) and Eq. 7.5 (radial lens); Ait-Aider et
@@ -42,13 +43,15 @@ pub enum Correction {
     /// What the lens adds to a length at 0.5 m from the middle, as a fraction of the length: negative for a barrel
     /// distortion.
     Lens,
-    /// By how much later a rolling shutter reads a row that is one metre further along y, in the middle of the picture, s/m.
-    Shutter,
+    /// By how much later a rolling shutter reads what is one metre further along x, in the middle of the picture, s/m.
+    ShutterX,
+    /// By how much later a rolling shutter reads what is one metre further along y, in the middle of the picture, s/m.
+    ShutterY,
 }
 
 impl Correction {
     /// The number of corrections.
-    pub const COUNT: usize = 7;
+    pub const COUNT: usize = 8;
 
     /// All corrections, in the order of every list of their values.
     pub const ALL: [Self; Self::COUNT] = [
@@ -58,7 +61,8 @@ impl Correction {
         Self::PerspectiveX,
         Self::PerspectiveY,
         Self::Lens,
-        Self::Shutter,
+        Self::ShutterX,
+        Self::ShutterY,
     ];
 
     /// The name in fit.json.
@@ -71,7 +75,8 @@ impl Correction {
             Self::PerspectiveX => "perspective_x",
             Self::PerspectiveY => "perspective_y",
             Self::Lens => "lens",
-            Self::Shutter => "shutter_s_per_m",
+            Self::ShutterX => "shutter_x_s_per_m",
+            Self::ShutterY => "shutter_s_per_m",
         }
     }
 
@@ -85,7 +90,8 @@ impl Correction {
             Self::PerspectiveX => "perspective along x (1/m)",
             Self::PerspectiveY => "perspective along y (1/m)",
             Self::Lens => "lens (at 0.5 m)",
-            Self::Shutter => "rolling shutter (s/m)",
+            Self::ShutterX => "rolling shutter along x (s/m)",
+            Self::ShutterY => "rolling shutter along y (s/m)",
         }
     }
 
@@ -98,15 +104,31 @@ impl Correction {
         }
     }
 
+    /// Whether it is of the instants at which the film shows the table, instead of the places.
+    #[must_use]
+    pub(crate) fn is_of_time(self) -> bool {
+        matches!(self, Self::ShutterX | Self::ShutterY)
+    }
+
     /// The standard deviation of what is known beforehand, about the neutral value: cameras and calibrations are seldom worse.
     #[must_use]
     pub fn usual(self) -> f64 {
         match self {
             Self::Scale | Self::Aspect | Self::Shear | Self::Lens => 0.05,
             Self::PerspectiveX | Self::PerspectiveY => 0.3,
-            Self::Shutter => 0.01,
+            Self::ShutterX | Self::ShutterY => 0.01,
         }
     }
+}
+
+/// What a rolling shutter reads one after the other. They differ where a camera looks askew, which shows the more rows of its picture to
+/// a metre of the table the nearer that is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Rows {
+    /// Rows of the picture, as cameras do.
+    Picture,
+    /// Strips of the table of equal width.
+    Table,
 }
 
 /// A camera: a value for each correction.
@@ -115,13 +137,14 @@ pub struct Camera {
     values: [f64; Correction::COUNT],
     /// The middle of the film, from which positions are counted, x and y in m.
     pub middle: [f64; 2],
+    pub(crate) rows: Rows,
 }
 
 impl Camera {
     /// A camera that shows the table as it is.
     #[must_use]
     pub fn neutral(middle: [f64; 2]) -> Self {
-        Self { values: Correction::ALL.map(Correction::neutral), middle }
+        Self { values: Correction::ALL.map(Correction::neutral), middle, rows: Rows::Picture }
     }
 
     /// The value of a correction, in the unit of [`Correction::words`].
@@ -146,7 +169,7 @@ impl Camera {
     /// Table → film, m.
     #[must_use]
     pub fn film(&self, table: [f64; 2]) -> [f64; 2] {
-        let [scale, aspect, shear, kx, ky, lens, _] = self.values;
+        let [scale, aspect, shear, kx, ky, lens, ..] = self.values;
         let p = [table[0] - self.middle[0], table[1] - self.middle[1]];
         // q = s (p_x, a p_y)
         let q = [scale * p[0], scale * aspect * p[1]];
@@ -163,7 +186,7 @@ impl Camera {
     /// Film → table, m; NaN where no point of the table is shown.
     #[must_use]
     pub fn table(&self, film: [f64; 2]) -> [f64; 2] {
-        let [scale, aspect, shear, kx, ky, lens, _] = self.values;
+        let [scale, aspect, shear, kx, ky, lens, ..] = self.values;
         let f = [film[0] - self.middle[0], film[1] - self.middle[1]];
         // q″ = (f_x − h f_y, f_y)
         let q = [f[0] - shear * f[1], f[1]];
@@ -177,20 +200,25 @@ impl Camera {
         [q[0] / scale + self.middle[0], q[1] / (scale * aspect) + self.middle[1]]
     }
 
-    /// How far along y a point of the film is from the middle, m: by the rows of the picture, of which a camera that looks askew shows
-    /// the more to a metre of the table the nearer that is. As long as there as it is on the table in the middle.
+    /// By how much later a rolling shutter reads a point, in seconds by the unit of each of the two corrections for it.
     #[must_use]
-    pub(crate) fn row(&self, film_y: f64) -> f64 {
-        (film_y - self.middle[1]) / (self.get(Correction::Scale) * self.get(Correction::Aspect))
+    pub(crate) fn delays(&self, film: [f64; 2], table: [f64; 2]) -> [f64; 2] {
+        let (scale, aspect) = (self.get(Correction::Scale), self.get(Correction::Aspect));
+        match self.rows {
+            Rows::Picture => {
+                [(film[0] - self.middle[0]) / scale, (film[1] - self.middle[1]) / (scale * aspect)]
+            }
+            Rows::Table => [0, 1].map(|i| table[i] - self.middle[i]),
+        }
     }
 
-    /// How the point of the table that a point of the film shows follows the corrections but for the shutter's, m by the unit of each.
+    /// How the point of the table that a point of the film shows follows the corrections but for the shutters', m by the unit of each.
     #[must_use]
     pub(crate) fn derivatives(&self, film: [f64; 2]) -> [[f64; 2]; Correction::COUNT] {
         /// Of each, in usual errors: the map is smooth over far more.
         const STEP: f64 = 1e-4;
         Correction::ALL.map(|correction| {
-            if correction == Correction::Shutter {
+            if correction.is_of_time() {
                 return [0.0; 2];
             }
             let (value, step) = (self.get(correction), STEP * correction.usual());
@@ -235,10 +263,11 @@ impl Camera {
         shot
     }
 
-    /// A frame on the table, at the instant at which its row was read.
+    /// A frame on the table, at the instant at which its place was read.
     fn sample(&self, film: &Sample) -> Sample {
         let [x, y] = self.table([film.x, film.y]);
-        let t = film.t + self.get(Correction::Shutter) * self.row(film.y);
+        let [by_x, by_y] = self.delays([film.x, film.y], [x, y]);
+        let t = film.t + self.get(Correction::ShutterX) * by_x + self.get(Correction::ShutterY) * by_y;
         let sd = film.sd.map(|sd| {
             let magnified = self.magnification([film.x, film.y]);
             [0, 1].map(|i| sd[i] * magnified[i])
@@ -277,8 +306,8 @@ mod tests {
     const ROUNDING: f64 = 1e-13;
 
     fn askew() -> Camera {
-        let values = [1.02, 0.99, 0.03, 0.1, -0.2, -0.02, 0.003];
-        Camera { values, middle: [0.3, -0.1] }
+        let values = [1.02, 0.99, 0.03, 0.1, -0.2, -0.02, 0.001, 0.003];
+        Camera { values, ..Camera::neutral([0.3, -0.1]) }
     }
 
     #[test]
@@ -308,7 +337,7 @@ mod tests {
         const SAME: f64 = 1e-6;
         let (camera, film) = (askew(), [0.7, 0.2]);
         for (correction, by) in Correction::ALL.into_iter().zip(camera.derivatives(film)) {
-            if correction == Correction::Shutter {
+            if correction.is_of_time() {
                 assert_eq!(by, [0.0; 2]);
                 continue;
             }

@@ -354,7 +354,7 @@ pub struct Tracks {
     pub discs: Option<Discs>,
     /// Corrections for the camera that are stated, in the order of [`Correction::ALL`](crate::film::camera::Correction::ALL); `None`:
     /// to be found from the balls.
-    pub camera: [Option<f64>; 7],
+    pub camera: [Option<f64>; crate::film::camera::Correction::COUNT],
     /// Whether lengths are in an unknown unit, so that the size of the balls sets the scale.
     pub from_balls: bool,
 }
@@ -397,7 +397,7 @@ impl Tracks {
             doubtful: Vec::new(),
             disc_shots: Vec::new(),
             discs: None,
-            camera: [None; 7],
+            camera: [None; crate::film::camera::Correction::COUNT],
             from_balls: false,
         }
     }

@@ -15,7 +15,7 @@ use super::outlying::outlying;
 use super::settled::Settled;
 use super::{FilmUnknowns, model_choice, samples};
 use crate::extraction::{Unusable, contact, extract_all, noise_correlation, repair_drops_at_impacts};
-use crate::film::camera::{Camera, Correction};
+use crate::film::camera::{Camera, Correction, Rows};
 use crate::film::drops;
 use crate::likelihood::frames::shared_unknowns;
 use crate::likelihood::sample::Sample;
@@ -233,7 +233,25 @@ impl<'a> Search<'a> {
                 break;
             }
         }
-        best.map(|(search, found)| (found, search.unit, search.scene))
+        let (search, found) = best?;
+        let (search, found) = search.with_rows_that_agree(found);
+        Some((found, search.unit, search.scene))
+    }
+
+    /// Where perspective tells rows of the picture from rows of the table, and a shutter rolls, those that agree better.
+    fn with_rows_that_agree(self, found: FoundCamera) -> (Self, FoundCamera) {
+        let rolls = found.adopted().any(Correction::is_of_time);
+        let looks_askew =
+            found.adopted().any(|which| matches!(which, Correction::PerspectiveX | Correction::PerspectiveY));
+        if !(rolls && looks_askew) {
+            return (self, found);
+        }
+        let mut other = self.clone();
+        other.camera.rows = Rows::Table;
+        match other.found() {
+            Some(of_other) if other.is_better(&of_other, (&self, &found)) => (other, of_other),
+            _ => (self, found),
+        }
     }
 
     /// Whether nearly all shots agree on a camera.

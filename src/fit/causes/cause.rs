@@ -50,7 +50,7 @@ impl Cause {
     pub fn name(self) -> &'static str {
         match self {
             Self::Film(Correction::PerspectiveX | Correction::PerspectiveY) => "perspective",
-            Self::Film(Correction::Shutter) => "rolling-shutter",
+            Self::Film(Correction::ShutterX | Correction::ShutterY) => "rolling-shutter",
             Self::Film(correction) => correction.name(),
             Self::FrameRate => "frame-rate",
             Self::Radius => "radius",

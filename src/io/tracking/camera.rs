@@ -125,7 +125,7 @@ impl RawCamera {
             stated[Correction::PerspectiveY as usize] = both[1];
         }
         if let Some(given) = &self.shutter {
-            stated[Correction::Shutter as usize] = match *given.as_ref() {
+            let both = match *given.as_ref() {
                 Stated::Auto => None,
                 Stated::None => Some(0.0),
                 other => {
@@ -137,6 +137,8 @@ impl RawCamera {
                     None
                 }
             };
+            stated[Correction::ShutterX as usize] = both;
+            stated[Correction::ShutterY as usize] = both;
         }
         stated
     }

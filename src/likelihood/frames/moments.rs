@@ -101,15 +101,16 @@ impl Part {
     }
 
     /// How a frame follows the corrections, where the reference path is: at its own position its noise would shrink with the film, and the
-    /// scale that the frames tell be too large. A row that is read later by δ shows where the ball was earlier by δ times the row: −v f_y δ/(s a).
+    /// scale that the frames tell be too large. What is read later by δ a metre shows where the ball was earlier.
     fn shifts_of(&self, frame: &Frame, camera: &Camera) -> Shifts {
         let u = (frame.t - self.centre) / self.scale;
         let position = self.reference.map(|[a, b, c]| a + u * (b + u * c));
         let velocity = self.reference.map(|[_, b, c]| (b + 2.0 * c * u) / self.scale);
         let film = camera.film(position);
         let mut shifts = camera.derivatives(film);
-        let row = camera.row(film[1]);
-        shifts[Correction::Shutter as usize] = velocity.map(|v| -v * row);
+        let [by_x, by_y] = camera.delays(film, position);
+        shifts[Correction::ShutterX as usize] = velocity.map(|v| -v * by_x);
+        shifts[Correction::ShutterY as usize] = velocity.map(|v| -v * by_y);
         shifts
     }
 
