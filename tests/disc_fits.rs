@@ -118,6 +118,7 @@ fn scattering(random: &mut ChaCha8Rng, base: &Dataset, shots: usize, slope: f64)
                 row(Observable::ImpulseRatio, ratio + SD * normal(random)),
             ],
             joint: None,
+            side_sd: 0.0,
             ..base.shots[0].clone()
         }
     };

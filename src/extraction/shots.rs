@@ -107,6 +107,7 @@ pub fn shot(track: &TrackShot, impact: &Impact, sliding: Option<Measured>, rolli
             .map(|(i, observable)| Measurement { observable, measured: measured(Joint::BEFORE + i) })
             .collect(),
         joint: Some(Box::new(Joint { covariance, by_shared: Shared::ALL.map(by_shared) })),
+        side_sd: 0.0,
     }
 }
 

@@ -36,6 +36,7 @@ mod scan;
 pub(crate) mod scatter;
 pub(crate) mod search;
 pub(crate) mod settled;
+mod side_spin;
 pub(crate) mod slice;
 mod starts;
 pub(crate) mod uncertainty;

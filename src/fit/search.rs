@@ -8,7 +8,7 @@ use super::robust;
 use super::robust::Losses;
 use super::samples::Search;
 use super::slice::Slice;
-use super::{FitError, noise, nonsmooth};
+use super::{FitError, noise, nonsmooth, side_spin};
 use crate::likelihood::fitted::Fitted;
 use crate::likelihood::sample::{Sample, Unknown, shared_columns};
 use crate::likelihood::whitening::{At, Hold, Whitening, covariance};
@@ -263,7 +263,9 @@ impl Search<'_> {
         let uncertain = |shot: &Fitted| shot.plan.joint().is_some() || shot.plan.variance_in().amax() > 0.0;
         let robust = self.is_robust() && !x.is_empty();
         let mut velocities = self.samples.iter().filter(|sample| !sample.is_filmed());
-        let weights_move = robust || velocities.any(|s| !groups.is_empty() || s.fitted.iter().any(uncertain));
+        let side_spins = self.shots().any(Fitted::has_side_spin);
+        let weights_move =
+            robust || side_spins || velocities.any(|s| !groups.is_empty() || s.fitted.iter().any(uncertain));
         let is_rough = self.is_rough();
         let options = match is_rough {
             true if filmed => FRAMES,
@@ -279,6 +281,7 @@ impl Search<'_> {
         let mut weights = vec![1.0; self.count()];
         let mut iterations = 0;
         let mut before: Option<Vec<Whitening>> = None;
+        let mut last: Option<Solution> = None;
         // a scan of integrated shots looks for their inputs where they were measured
         let mut hold = if is_rough && !effort.crosses_kinks { Hold::Near } else { Hold::None };
         let mut at_kinks = 0;
@@ -293,6 +296,9 @@ impl Search<'_> {
                 let Minimum { values, whitening, jacobian, weights, .. } = &minimum;
                 self.reweigh(&mut groups, values, whitening, jacobian, &losses, weights);
                 return Ok((minimum, groups));
+            }
+            if let Some(last) = last.as_ref().filter(|_| side_spins) {
+                whitening = side_spin::integrated_over(self, free, (whitening, &groups), last);
             }
             let slice = Slice::new(self, free, constraints.clone(), &whitening);
             let (solution, end) = slice.minimised(&x, &options, effort.crosses_kinks)?;
@@ -319,9 +325,10 @@ impl Search<'_> {
                 && (in_errors < ERRORS_AT_KINK && changed < CHANGE_AT_KINK
                     || at_kinks >= ROUNDS_AT_KINK && in_errors < MORE_ERRORS_AT_KINK);
             let (patience, slow_at_rest) =
-                if is_rough { (0, ROUGH_AT_REST) } else { (PATIENCE, SLOW_AT_REST) };
+                if is_rough || side_spins { (0, ROUGH_AT_REST) } else { (PATIENCE, SLOW_AT_REST) };
             let slow = round >= patience && in_errors.max(changed) < slow_at_rest;
-            let rest = !weights_move || moved.max(changed) < at_rest || by_turns || slow;
+            let rests = moved.max(changed) < at_rest || by_turns || slow;
+            let rest = !weights_move || rests && (round > 0 || !side_spins);
             if rest && softly {
                 softly = false;
                 losses = self.losses(robust, softly);
@@ -362,6 +369,7 @@ impl Search<'_> {
                 return Ok((minimum, groups));
             }
             before = Some(whitening);
+            last = Some(solution);
         }
         Err(FitError::NoWeights)
     }
@@ -436,6 +444,6 @@ impl Search<'_> {
             };
             log_det += sample.fitted.iter().enumerate().map(|shot| of(shot).unwrap_or(f64::NAN)).sum::<f64>();
         }
-        2.0 * minimum.cost + log_det
+        minimum.chi2() + log_det
     }
 }

@@ -68,6 +68,7 @@ pub(crate) fn shots(table: &Table, assume: Option<Assume>, problems: &mut Proble
             spin: *spin,
             after,
             joint: None,
+            side_sd: 0.0,
         });
     }
     shots

@@ -395,6 +395,7 @@ mod tests {
                 .map(|(observable, value)| Measurement { observable, measured: erring(rng, value, sd) })
                 .to_vec(),
             joint: None,
+            side_sd: 0.0,
         }
     }
 

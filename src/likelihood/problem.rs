@@ -20,10 +20,13 @@ use super::frames::shared_unknowns;
 use super::frames::{self, Reduced};
 use super::prediction::{MAX_OBSERVABLES, Unpredictable, difference};
 use super::sample::{Sample, Unknown, offsets, shared_columns};
-use super::whitening::{AtKinks, Parameters, Whitening};
+use super::whitening::{AtKinks, EstimatedSd, Parameters, Whitening, covariance};
 use crate::measurement::parameter::{Parameter, Prior};
 use crate::measurement::values::Values;
 use crate::physics::collision::Model;
+
+/// The place of ω_z among the inputs.
+const SIDE_SPIN: usize = 5;
 
 /// The least-squares problem in the columns of [`super::sample`].
 pub struct Problem<'a> {
@@ -134,6 +137,9 @@ impl<'a> Problem<'a> {
             } else {
                 part.velocities(&mut point, row);
             }
+            for (i, shift) in part.whitening.shift().iter().enumerate() {
+                point.residuals[row + i] += shift;
+            }
             row += part.rows()[0];
         }
         for (column, prior) in &self.priors {
@@ -150,6 +156,13 @@ impl<'a> Problem<'a> {
             row += part.rows()[2];
         }
         point
+    }
+
+    /// What −2 log L has besides χ² where shots have side spins that nobody saw: Σ ln(σ²/p) of their prior variance σ² and posterior
+    /// variance p. They are integrated over (by Laplace's method): every shot has its own, and the friction at which they are best known
+    /// would be preferred if they were only minimised over. `noise`: what was estimated of each sample.
+    pub(crate) fn log_volume(&self, x: &DVector<f64>, noise: &[EstimatedSd]) -> f64 {
+        self.parts.iter().zip(noise).map(|(part, noise)| part.log_volume(x, noise)).sum()
     }
 
     /// Residuals and Jacobian without minimising.
@@ -185,13 +198,12 @@ impl Part<'_> {
         (values, values.model(self.sample.model))
     }
 
-    /// The frames of all shots, whose own unknowns are eliminated.
-    fn frames(&self, point: &mut Point, first: usize) {
-        let (values, model) = self.model(&point.x);
-        let unknowns = &self.sample.unknowns;
+    /// All shots, whose own unknowns are eliminated, and what they share.
+    fn reduced(&self, x: &DVector<f64>) -> (Vec<Option<Reduced>>, SVector<f64, { frames::ALL_SHARED }>) {
+        let (values, model) = self.model(x);
         let of_film: Vec<f64> =
-            self.shared.iter().zip(&self.offsets).map(|(column, offset)| point.x[*column] + offset).collect();
-        let shared = shared_unknowns::shared(&values, unknowns, &of_film);
+            self.shared.iter().zip(&self.offsets).map(|(column, offset)| x[*column] + offset).collect();
+        let shared = shared_unknowns::shared(&values, &self.sample.unknowns, &of_film);
         let at = SVector::from(shared);
         let best = self.best.borrow();
         let (moved, near) = (at - best.shared, &best.shots);
@@ -200,7 +212,38 @@ impl Part<'_> {
             let start = near.get(i).map_or(film.start, |found| film.start_after(found, &moved));
             film.reduced(&shot.plan.collision(&model), &shared, &start)
         };
-        let all: Vec<Option<Reduced>> = self.sample.fitted.par_iter().enumerate().map(reduced).collect();
+        (self.sample.fitted.par_iter().enumerate().map(reduced).collect(), at)
+    }
+
+    /// Its part of [`Problem::log_volume`].
+    fn log_volume(&self, x: &DVector<f64>, noise: &EstimatedSd) -> f64 {
+        if self.sample.is_filmed() {
+            let of = |(i, reduced): (usize, &Option<Reduced>)| {
+                self.whitening.of_film(i) * reduced.as_ref().map_or(f64::NAN, |reduced| reduced.log_volume)
+            };
+            return self.reduced(x).0.iter().enumerate().map(of).sum();
+        }
+        let (values, model) = self.model(x);
+        let of = |(number, Fitted { plan, .. }): (usize, &Fitted)| {
+            if plan.side_sd() == 0.0 {
+                return Some(0.0);
+            }
+            let prediction = self.whitening.predict(number, plan, &model, &values.coefficients).ok()?;
+            let rows = plan.rows().len();
+            let covariance = covariance(plan, &prediction, noise);
+            let by_side = prediction.by_inputs.column(SIDE_SPIN).rows(0, rows) * plan.side_sd();
+            // ln(σ²/p) = ln det C − ln det(C − σ² g gᵀ)
+            let known = by_side.dot(&covariance.cholesky()?.solve(&by_side));
+            Some(-(-known).ln_1p())
+        };
+        self.sample.fitted.iter().enumerate().map(|shot| of(shot).unwrap_or(f64::NAN)).sum()
+    }
+
+    /// The frames of all shots.
+    fn frames(&self, point: &mut Point, first: usize) {
+        let unknowns = &self.sample.unknowns;
+        let (all, at) = self.reduced(&point.x);
+        let best = self.best.borrow();
         let chi2: f64 = all.iter().map(|r| r.as_ref().map_or(f64::INFINITY, Reduced::chi2)).sum();
         let better = chi2 < best.chi2;
         drop(best);

@@ -64,6 +64,9 @@ pub struct Whitening {
     at: Parameters,
     /// Of shots whose frames are fitted: their weights, where these are not 1.
     of_films: Vec<f64>,
+    /// What is added to the residuals of the shots, whitened ([`Problem::log_volume`](super::problem::Problem::log_volume)); empty where
+    /// nothing is.
+    shift: Vec<f64>,
 }
 
 /// Parameters in the order of [`Parameter::ALL`].
@@ -111,7 +114,20 @@ impl Whitening {
             kinks: Vec::new(),
             at: Parameters::zeros(),
             of_films: Vec::new(),
+            shift: Vec::new(),
         }
+    }
+
+    /// With the residuals of the shots shifted, each by a number.
+    #[must_use]
+    pub fn shifted(self, shift: Vec<f64>) -> Self {
+        Self { shift, ..self }
+    }
+
+    /// By how much the residuals of the shots are shifted; nothing where they are not.
+    #[must_use]
+    pub fn shift(&self) -> &[f64] {
+        &self.shift
     }
 
     /// With inputs estimated anew from where they were, or from what was measured. Errors that all shots share are in

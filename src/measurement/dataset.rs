@@ -183,6 +183,8 @@ pub struct Shot {
     /// The joint errors of the state before and the observations after the impact, where they were extracted together
     /// from a track.
     pub joint: Option<Box<Joint>>,
+    /// The standard deviation of side spin that nobody saw, rad/s; 0 where none is reckoned with.
+    pub side_sd: f64,
 }
 
 impl Shot {
@@ -222,6 +224,7 @@ impl Shot {
                 .chain(of(Observable::ObjectVelocity, object_after))
                 .collect(),
             joint: None,
+            side_sd: 0.0,
         }
     }
 
@@ -244,6 +247,7 @@ impl Shot {
         let spin = Vec3::new(-velocity[1], velocity[0], 0.0) * (rolls / radius);
         let side = sd * velocity[0].hypot(velocity[1]) / radius;
         self.spin = Spin::Measured { spin, sd: [None, None, Some(side)] };
+        self.side_sd = side;
         if let Some(joint) = &mut self.joint {
             // the spin that rolls goes with the velocity, and its error with that of the velocity
             let mut with = DMatrix::identity(joint.covariance.nrows(), joint.covariance.ncols());

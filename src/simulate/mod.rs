@@ -349,6 +349,7 @@ impl<'a> Maker<'a> {
                 spin: Spin::Measured { spin: cue.spin, sd: [None; 3] },
                 after: asked.map(|observable| Measurement { observable, measured: exact(0.0) }).to_vec(),
                 joint: None,
+                side_sd: 0.0,
             };
             let prediction = Plan::new(&shot)?.predict(&self.model, &self.coefficients)?;
             _ = write!(table, "{},{speed},{}", number + 1, cut.to_degrees());

@@ -138,6 +138,7 @@ pub fn velocities(shots: &[accuracy::Shot], ball: Ball) -> Dataset {
         spin: Spin::Measured { spin: shot.cue.spin, sd: [None; 3] },
         after: after.map(|observable| Measurement { observable, measured: exact(0.0) }).to_vec(),
         joint: None,
+        side_sd: 0.0,
     };
     Dataset::new("accuracy", ball, shots.iter().enumerate().map(shot).collect())
 }

@@ -104,6 +104,7 @@ impl DiscImpact {
             spin: if *turning { spin } else { Spin::Stun },
             after: after.map(|(observable, i)| Measurement { observable, measured: measured(i) }).collect(),
             joint: Some(Box::new(joint)),
+            side_sd: 0.0,
         }
     }
 

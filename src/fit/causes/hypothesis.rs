@@ -10,7 +10,6 @@ use crate::fit::diagnostics::goodness::IMPROBABLE;
 use crate::fit::samples::Search;
 use crate::fit::settled::Settled;
 use crate::likelihood::fitted::Fitted;
-use crate::likelihood::frames::shared_unknowns;
 use crate::likelihood::sample::Sample;
 use crate::measurement::number::with_error;
 use crate::measurement::parameter::{Parameter, Settings};
@@ -191,7 +190,13 @@ impl Trial<'_> {
         let altered =
             Sample { fitted: &shots, model: &model, settings: &settings, initial, ..self.sample.clone() };
         let settled = Settled::from_starts(&Search::of(altered).likeliest(), &[vec![initial]]).ok()?;
-        let volume = if side_sd > 0.0 { log_volume(&settled) } else { 0.0 };
+        let Settled { search, minimum, .. } = &settled;
+        // ln det C of velocities has it already
+        let volume = if search.is_filmed() && search.shots().any(Fitted::has_side_spin) {
+            search.problem(&settled.free, &minimum.whitening).log_volume(&minimum.x, &[Vec::new()])
+        } else {
+            0.0
+        };
         let minus_two_log =
             settled.search.minus_two_log_likelihood(&settled.minimum, &settled.estimated) + volume;
         let values = settled.minimum.first();
@@ -267,20 +272,6 @@ impl Trial<'_> {
             sentence,
         }
     }
-}
-
-/// What −2 log L of side spins has besides χ².
-fn log_volume(settled: &Settled) -> f64 {
-    let Settled { search, minimum, .. } = settled;
-    let (values, sample) = (minimum.first(), search.first());
-    let model = values.model(sample.model);
-    let others = &minimum.x.as_slice()[minimum.x.len() - minimum.shared..];
-    let shared = shared_unknowns::shared(values, &sample.unknowns, others);
-    let of = |shot: &Fitted| {
-        let film = shot.film.as_ref()?;
-        Some(film.reduced(&shot.plan.collision(&model), &shared, &film.start)?.log_volume)
-    };
-    search.shots().filter_map(of).sum()
 }
 
 /// Lets the friction fall, with b and c held.

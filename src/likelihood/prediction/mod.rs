@@ -69,6 +69,7 @@ pub struct Plan {
     joint: Option<Box<Joint>>,
     together: Option<Box<Together>>,
     variance_in: SVector<f64, INPUTS>,
+    side_sd: f64,
     /// In the place of the fidelity and the effects of the model.
     choice: Option<(Fidelity, Effects)>,
     /// What an integrated fidelity that was chosen adds to `full`…
@@ -155,6 +156,7 @@ impl Plan {
             joint: shot.joint.clone(),
             together: shot.joint.as_deref().and_then(Together::new).map(Box::new),
             variance_in,
+            side_sd: shot.side_sd,
             choice: None,
             correction: None,
             is_direct: false,
@@ -239,6 +241,12 @@ impl Plan {
     #[must_use]
     pub fn variance_in(&self) -> &SVector<f64, INPUTS> {
         &self.variance_in
+    }
+
+    /// The standard deviation of side spin that nobody saw, rad/s; 0 where none is reckoned with.
+    #[must_use]
+    pub(crate) fn side_sd(&self) -> f64 {
+        self.side_sd
     }
 
     /// Whether the incoming speed is known, measured or solved for.
