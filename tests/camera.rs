@@ -1,9 +1,9 @@
 //! Films with faults of the camera and of the tracker: the balls calibrate the camera. The faults are made here, by formulas written
 //! apart from the crate's.
 
-use caromfit::film::camera::Correction;
 use caromfit::fit;
 use caromfit::fit::{Depth, Fit, FoundCamera, FoundCorrection, Method, Options};
+use caromfit::measurement::correction::Correction;
 use caromfit::measurement::dataset::Dataset;
 use caromfit::measurement::parameter::Parameter;
 use caromfit::measurement::track::TrackShot;

@@ -3,10 +3,10 @@
 
 use super::CompareError;
 use super::joint_fit::FitOfAll;
-use crate::film::camera::Correction;
 use crate::fit::Prepared;
 use crate::fit::settled::Settled;
 use crate::likelihood::sample::shared_columns;
+use crate::measurement::correction::Correction;
 use crate::measurement::number::with_error;
 
 /// Adopts in every film what any of them calls for.

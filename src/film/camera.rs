@@ -16,6 +16,7 @@
 //! Sources: Hartley and Zisserman, Multiple View Geometry (2004), § 2.4 (projective maps) and Eq. 7.5 (radial lens); Ait-Aider et
 //! al., ECCV 2006 (rolling shutter).
 
+use crate::measurement::correction::Correction;
 use crate::measurement::track::{Sample, TrackShot};
 
 /// The distance from the middle of the film at which the lens is stated, m.
@@ -24,102 +25,6 @@ const LENS_RADIUS: f64 = 0.5;
 /// The equation of the lens is solved to this part of a length, in at most so many steps of Newton's method.
 const LENS_TOLERANCE: f64 = 1e-14;
 const LENS_STEPS: usize = 20;
-
-/// A way in which a camera may distort a film. The module gives the equations.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-#[non_exhaustive]
-pub enum Correction {
-    /// Lengths that the film shows, at its stated scale, over lengths on the table: 1 where the stated scale is
-    /// right.
-    Scale,
-    /// The scale along y over the scale along x: 1 for square pixels.
-    Aspect,
-    /// By how much x leans as y grows: 0 for an upright camera.
-    Shear,
-    /// How the picture shrinks as x grows, 1/m.
-    PerspectiveX,
-    /// How the picture shrinks as y grows, 1/m.
-    PerspectiveY,
-    /// What the lens adds to a length at 0.5 m from the middle, as a fraction of the length: negative for a barrel
-    /// distortion.
-    Lens,
-    /// By how much later a rolling shutter reads what is one metre further along x, in the middle of the picture, s/m.
-    ShutterX,
-    /// By how much later a rolling shutter reads what is one metre further along y, in the middle of the picture, s/m.
-    ShutterY,
-}
-
-impl Correction {
-    /// The number of corrections.
-    pub const COUNT: usize = 8;
-
-    /// All corrections, in the order of every list of their values.
-    pub const ALL: [Self; Self::COUNT] = [
-        Self::Scale,
-        Self::Aspect,
-        Self::Shear,
-        Self::PerspectiveX,
-        Self::PerspectiveY,
-        Self::Lens,
-        Self::ShutterX,
-        Self::ShutterY,
-    ];
-
-    /// The name in fit.json.
-    #[must_use]
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Scale => "scale",
-            Self::Aspect => "aspect",
-            Self::Shear => "shear",
-            Self::PerspectiveX => "perspective_x",
-            Self::PerspectiveY => "perspective_y",
-            Self::Lens => "lens",
-            Self::ShutterX => "shutter_x_s_per_m",
-            Self::ShutterY => "shutter_s_per_m",
-        }
-    }
-
-    /// The name for a reader, with its unit.
-    #[must_use]
-    pub fn words(self) -> &'static str {
-        match self {
-            Self::Scale => "scale",
-            Self::Aspect => "aspect (y over x)",
-            Self::Shear => "shear",
-            Self::PerspectiveX => "perspective along x (1/m)",
-            Self::PerspectiveY => "perspective along y (1/m)",
-            Self::Lens => "lens (at 0.5 m)",
-            Self::ShutterX => "rolling shutter along x (s/m)",
-            Self::ShutterY => "rolling shutter along y (s/m)",
-        }
-    }
-
-    /// The value of a camera without this distortion.
-    #[must_use]
-    pub fn neutral(self) -> f64 {
-        match self {
-            Self::Scale | Self::Aspect => 1.0,
-            _ => 0.0,
-        }
-    }
-
-    /// Whether it is of the instants at which the film shows the table, instead of the places.
-    #[must_use]
-    pub(crate) fn is_of_time(self) -> bool {
-        matches!(self, Self::ShutterX | Self::ShutterY)
-    }
-
-    /// The standard deviation of what is known beforehand, about the neutral value: cameras and calibrations are seldom worse.
-    #[must_use]
-    pub fn usual(self) -> f64 {
-        match self {
-            Self::Scale | Self::Aspect | Self::Shear | Self::Lens => 0.05,
-            Self::PerspectiveX | Self::PerspectiveY => 0.3,
-            Self::ShutterX | Self::ShutterY => 0.01,
-        }
-    }
-}
 
 /// What a rolling shutter reads one after the other. They differ where a camera looks askew, which shows the more rows of its picture to
 /// a metre of the table the nearer that is.

@@ -3,7 +3,8 @@
 
 use super::{FilmUnknowns, Fit, SharedKind};
 use crate::extraction::NoiseCorrelation;
-use crate::film::camera::{Camera, Correction};
+use crate::film::camera::Camera;
+use crate::measurement::correction::Correction;
 use crate::measurement::number;
 
 /// A correction as it was found.

@@ -11,6 +11,7 @@ mod counted;
 pub(crate) mod diagnostics;
 mod disc_curve;
 mod doubts;
+pub(crate) mod effort;
 mod error;
 mod estimate;
 mod estimates;

@@ -4,9 +4,9 @@ use std::str::FromStr;
 use std::sync::Arc;
 
 use super::SharedKind;
-use crate::film::camera::Correction;
 use crate::likelihood::frames::Film;
 use crate::likelihood::frames::shared_unknowns::SharedUnknown;
+use crate::measurement::correction::Correction;
 use crate::measurement::loss::Loss;
 use crate::measurement::parameter::{Parameter, Setting, Settings};
 use crate::measurement::values::Values;

@@ -78,6 +78,11 @@ impl<'a> Search<'a> {
         self.is_filmed() || self.shots().any(|shot| shot.plan.is_direct())
     }
 
+    /// Whether the model itself is integrated, to a tolerance that the search may come to feel in the end.
+    pub(super) fn is_integrated(&self) -> bool {
+        self.samples.iter().any(|sample| sample.model.fidelity.is_integrated())
+    }
+
     /// Whether outlying shots count less.
     pub(crate) fn is_robust(&self) -> bool {
         self.samples.iter().any(|sample| sample.loss != Loss::Squares)

@@ -1,7 +1,7 @@
 //! χ² over values of some unknowns, the others roughly where it is least: which values are looked at, and the minima among them.
 
+use super::effort::Effort;
 use super::samples::Search;
-use super::search::Effort;
 use crate::likelihood::fitted::Fitted;
 use crate::likelihood::prediction::Plan;
 use crate::likelihood::sample::{Sample, Unknown};

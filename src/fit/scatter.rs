@@ -13,9 +13,9 @@
 use nalgebra::{DMatrix, DVector};
 
 use super::FitError;
+use super::effort::Effort;
 use super::fidelity_choice::{EVIDENCE, GIVES_WAY, left_out};
 use super::samples::Search;
-use super::search::Effort;
 use super::settled::{differs, told};
 use crate::likelihood::fitted::Fitted;
 use crate::likelihood::prediction::difference;

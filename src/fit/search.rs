@@ -2,6 +2,7 @@
 
 use nalgebra::DVector;
 
+use super::effort::Effort;
 use super::minimum::Minimum;
 use super::noise::Group;
 use super::robust;
@@ -15,7 +16,7 @@ use crate::likelihood::whitening::{At, Hold, Whitening, covariance};
 use crate::measurement::dataset::{Measured, Shared};
 use crate::measurement::loss::Loss;
 use crate::measurement::values::Values;
-use crate::numerics::least_squares::{self, Constraints, Solution};
+use crate::numerics::least_squares::{self, Constraints, Solution, Termination};
 
 /// Re-weighting converges by a factor of ten or more a round.
 const MAX_ROUNDS: usize = 60;
@@ -45,47 +46,12 @@ const MOST_AT_KINK: usize = 16;
 const ROBUST_AT_REST: f64 = 1e-8;
 const MAX_ROBUST_ROUNDS: usize = 500;
 
-/// The gradient vanishes to this part of what it might be, some 1e-9 standard errors from the minimum. Further on steps follow
-/// roundings, and how many there are depends on the processor.
-const VELOCITIES: least_squares::Options =
-    least_squares::Options { max_iterations: 1000, orthogonality: 1e-11 };
-
 /// Frames are minimised to a small part of a standard error: landings make χ² a little rough.
 const FRAMES: least_squares::Options = least_squares::Options { max_iterations: 50, orthogonality: 1e-6 };
 const ROUGH: &str = "converged: as far as landings between frames leave χ² smooth";
 
 /// So are integrated collisions, which are as precise as their tolerance.
 const ROUGH_INTEGRATED: &str = "converged: as far as the tolerance of integrated collisions leaves χ² smooth";
-
-/// How thoroughly a minimum is looked for.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Effort {
-    /// Rounds of weighting and minimising.
-    pub rounds: usize,
-    pub options: least_squares::Options,
-    /// Whether a search that stalls at a kink goes on across it.
-    crosses_kinks: bool,
-}
-
-impl Effort {
-    /// To the digits that the data have.
-    pub(crate) const FULL: Self = Self { rounds: usize::MAX, options: VELOCITIES, crosses_kinks: true };
-
-    /// Near enough to tell which of several minima is the least.
-    pub(crate) const SCREEN: Self = Self {
-        rounds: 6,
-        options: least_squares::Options { max_iterations: 50, orthogonality: 1e-6 },
-        crosses_kinks: true,
-    };
-
-    /// Near enough to tell which of several regions holds the least minimum: within some hundredths of the
-    /// objective's standard error.
-    pub(crate) const ROUGH: Self = Self {
-        rounds: 2,
-        options: least_squares::Options { max_iterations: 8, orthogonality: 1e-3 },
-        crosses_kinks: false,
-    };
-}
 
 /// A shot's weight never vanishes, so that its distance can be told from its weighted residuals.
 const LEAST_WEIGHT: f64 = 1e-12;
@@ -117,7 +83,15 @@ impl Slice<'_> {
         }
         if crosses_kinks {
             let (solution, at_kink) = nonsmooth::minimise(self, x, options)?;
-            return Ok((solution, if at_kink { End::Kink } else { End::Smooth }));
+            let stalls = solution.termination == Termination::Stalled && self.search.is_integrated();
+            let end = if at_kink {
+                End::Kink
+            } else if stalls {
+                End::Rough
+            } else {
+                End::Smooth
+            };
+            return Ok((solution, end));
         }
         Ok((least_squares::minimise(self.problem(), x, &self.constraints, options)?, End::Smooth))
     }

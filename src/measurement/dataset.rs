@@ -5,6 +5,7 @@ use std::path::PathBuf;
 
 use nalgebra::{DMatrix, DVector};
 
+use super::correction::Correction;
 use super::loss::Loss;
 pub use super::object_ball::{ObjectBall, StatedObject};
 use super::observable::{Axis, Observable};
@@ -356,9 +357,9 @@ pub struct Tracks {
     pub disc_shots: Vec<DiscShot>,
     /// What is known of the discs; `None` for balls.
     pub discs: Option<Discs>,
-    /// Corrections for the camera that are stated, in the order of [`Correction::ALL`](crate::film::camera::Correction::ALL); `None`:
+    /// Corrections for the camera that are stated, in the order of [`Correction::ALL`]; `None`:
     /// to be found from the balls.
-    pub camera: [Option<f64>; crate::film::camera::Correction::COUNT],
+    pub camera: [Option<f64>; Correction::COUNT],
     /// Whether lengths are in an unknown unit, so that the size of the balls sets the scale.
     pub from_balls: bool,
 }
@@ -401,7 +402,7 @@ impl Tracks {
             doubtful: Vec::new(),
             disc_shots: Vec::new(),
             discs: None,
-            camera: [None; crate::film::camera::Correction::COUNT],
+            camera: [None; Correction::COUNT],
             from_balls: false,
         }
     }

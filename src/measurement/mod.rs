@@ -1,4 +1,5 @@
 //! What was measured and what is asked of it, as values: shots, tracks, observables, parameters.
+pub mod correction;
 pub mod dataset;
 pub(crate) mod isolate;
 pub mod loss;

@@ -3,7 +3,8 @@
 use nalgebra::{DMatrix, DVector};
 
 use super::{CALLED_FOR, LEAST_SHOTS, Search};
-use crate::film::camera::{Camera, Correction};
+use crate::film::camera::Camera;
+use crate::measurement::correction::Correction;
 
 impl Search<'_> {
     /// Distances of the centres at the contacts over 2R, less 1.

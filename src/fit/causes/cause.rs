@@ -1,8 +1,8 @@
 //! Assumptions that may not hold, and what is said where one does not.
 
-use crate::film::camera::Correction;
 use crate::fit::camera::FoundCorrection;
 use crate::fit::estimate::Estimate;
+use crate::measurement::correction::Correction;
 use crate::measurement::number::with_error;
 use crate::measurement::parameter::Parameter;
 

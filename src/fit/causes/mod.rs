@@ -16,9 +16,9 @@ use super::Fit;
 use super::diagnostics::goodness::IMPROBABLE;
 use super::samples::Search;
 use super::settled::Settled;
-use crate::film::camera::Correction;
 use crate::likelihood::fitted::Fitted;
 use crate::likelihood::sample::Sample;
+use crate::measurement::correction::Correction;
 use crate::measurement::parameter::Parameter;
 
 /// A cause is named if −2 log L falls by so much where it is let in: chance does that once in 10⁵ fits.

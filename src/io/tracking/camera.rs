@@ -4,9 +4,9 @@ use serde::Deserialize;
 use serde::de::{SeqAccess, Unexpected, Visitor};
 use toml::Spanned;
 
-use crate::film::camera::Correction;
 use crate::io::error::Problems;
 use crate::io::toml_file::Source;
+use crate::measurement::correction::Correction;
 
 /// The section. A key that is left out is `"auto"`.
 #[derive(Default, Deserialize)]

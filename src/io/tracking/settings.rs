@@ -11,9 +11,9 @@ use super::calibration::{Calibration, ReadOut};
 use super::camera::RawCamera;
 use super::column_names::ColumnNames;
 pub(super) use super::units::{TimeUnit, Unit};
-use crate::film::camera::Correction;
 use crate::io::error::Problems;
 use crate::io::toml_file::Source;
+use crate::measurement::correction::Correction;
 
 /// `[video]`.
 #[derive(Default, Deserialize)]

@@ -23,7 +23,7 @@ use num_dual::DualSVec64;
 use schur_reduced::Normal;
 use sums::Off;
 
-use crate::film::camera::Correction;
+use crate::measurement::correction::Correction;
 use crate::measurement::parameter::Parameter;
 use crate::measurement::spin::Spin;
 use crate::physics::ball::{BallState, Vec3};

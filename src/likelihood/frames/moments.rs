@@ -26,7 +26,8 @@ use nalgebra::{Matrix3, SMatrix, SVector, Vector3};
 use super::Frame;
 use super::path_start::{FIRST, LOCAL, Local};
 use super::sums::{CORRECTIONS, CameraSums, Off, Sums};
-use crate::film::camera::{Camera, Correction};
+use crate::film::camera::Camera;
+use crate::measurement::correction::Correction;
 use crate::numerics::small_products::{add_product, add_product_with_transpose};
 use crate::physics::cloth_motion::Path;
 

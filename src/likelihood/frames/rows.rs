@@ -1,7 +1,7 @@
 //! A film's measured numbers against the model, one by one.
 
 use super::{Film, OWN, Own, SHARED, SPIN, Shared};
-use crate::film::camera::Correction;
+use crate::measurement::correction::Correction;
 use crate::measurement::observable::Axis;
 use crate::measurement::track::TrackedBall;
 use crate::physics::ball::{BallState, Vec3};

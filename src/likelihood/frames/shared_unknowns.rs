@@ -10,7 +10,7 @@
 //! Solver, constraints, errors, profiles and the reports take it from the list. The cloth's bounce e_t is an example.
 
 use super::{CLOTH, CLOTH_BOUNDS, SHARED, Shared, place_of};
-use crate::film::camera::Correction;
+use crate::measurement::correction::Correction;
 use crate::measurement::parameter::Parameter;
 use crate::measurement::values::Values;
 use crate::physics::cloth_motion::Cloth;

@@ -2,7 +2,7 @@
 
 use nalgebra::{SMatrix, SVector};
 
-use crate::film::camera::Correction;
+use crate::measurement::correction::Correction;
 
 /// How many corrections of the camera there are.
 pub(super) const CORRECTIONS: usize = Correction::COUNT;
