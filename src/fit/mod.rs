@@ -35,6 +35,7 @@ pub(crate) mod samples;
 pub(crate) mod saturation;
 mod scan;
 pub(crate) mod scatter;
+mod scatter_starts;
 pub(crate) mod search;
 pub(crate) mod settled;
 mod side_spin;

@@ -12,13 +12,13 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use super::FitError;
 use super::effort::Effort;
 use super::fidelity_choice::{EVIDENCE, GIVES_WAY, left_out};
 use super::samples::Search;
 use super::settled::{differs, told};
+use super::{FitError, scatter_starts};
 use crate::likelihood::fitted::Fitted;
-use crate::likelihood::prediction::difference;
+use crate::likelihood::prediction::{Prediction, difference};
 use crate::likelihood::sample::{Sample, Unknown};
 use crate::likelihood::whitening::covariance;
 use crate::measurement::observable::Observable;
@@ -161,13 +161,21 @@ struct Weighed {
 
 /// From these values, or without any from wherever the least minimum may be, each with its own scatter: the most likely.
 fn weigh(raw: &[Fitted], search: &Search, starts: &[Values]) -> Result<Weighed, FitError> {
-    let scatter = spread(raw);
+    let spread = spread(raw);
     let sample = search.first();
-    let fitted = with_errors(raw, sample.model, &sample.initial, &scatter);
+    let fitted = with_errors(raw, sample.model, &sample.initial, &spread);
     let (search, free) = told(&search.with(|_, sample| sample.fitted = &fitted))?;
-    let anywhere = || search.promising_starts(&free).into_iter().map(|(start, _)| start[0]).collect();
-    let starts = if starts.is_empty() { anywhere() } else { starts.to_vec() };
-    let from = |start: &Values| settle(raw, &search, &free, *start, scatter);
+    let mut starts = starts.to_vec();
+    if starts.is_empty() {
+        starts = scatter_starts::promising(raw, &search, &free);
+    }
+    if starts.is_empty() {
+        starts = search.promising_starts(&free).into_iter().map(|(start, _)| start[0]).collect();
+    }
+    let from = |start: &Values| {
+        let scatter = scatter_starts::scatter_at(raw, search.first().model, start, spread);
+        settle(raw, &search, &free, *start, scatter)
+    };
     let mut found = starts.iter().map(from).collect::<Result<Vec<Weighed>, FitError>>()?;
     found.sort_by(|a, b| a.minus_two_log.total_cmp(&b.minus_two_log));
     let least = found.first().map_or(f64::NAN, |best| best.minus_two_log);
@@ -229,21 +237,27 @@ fn spread(raw: &[Fitted]) -> Scatter {
     }
 }
 
-/// How a shot's residuals follow from its e and from its J_t/J_n: the columns of the two scatters.
-fn moves(shot: &Fitted, model: &Model, at: &Values) -> Option<([DVector<f64>; 2], DMatrix<f64>)> {
+/// What is predicted of a shot, how its residuals follow from its e and from its J_t/J_n, the columns of the two scatters, and the
+/// covariance of the errors of its frames.
+pub(super) fn moves(
+    shot: &Fitted,
+    model: &Model,
+    at: &Values,
+) -> Option<(Prediction, [DVector<f64>; 2], DMatrix<f64>)> {
     let prediction = shot.plan.predict(&at.model(model), &at.coefficients).ok()?;
     let rows = shot.plan.rows();
     let by_e = DVector::from_fn(rows.len(), |row, _| prediction.by_parameters[(row, Parameter::E as usize)]);
     let own = DVector::from_fn(rows.len(), |row, _| {
         f64::from(u8::from(rows[row].observable == Observable::ImpulseRatio))
     });
-    Some(([by_e, own], covariance(&shot.plan, &prediction, &Vec::new())))
+    let covariance = covariance(&shot.plan, &prediction, &Vec::new());
+    Some((prediction, [by_e, own], covariance))
 }
 
 /// The shots with exact states before the impact, whose errors and scatter are those of what is observed after it.
 fn with_errors(raw: &[Fitted], model: &Model, at: &Values, scatter: &Scatter) -> Vec<Fitted> {
     let with = |shot: &Fitted| {
-        let Some((moves, mut covariance)) = moves(shot, model, at) else { return shot.clone() };
+        let Some((_, moves, mut covariance)) = moves(shot, model, at) else { return shot.clone() };
         for (variance, by) in scatter.variances().into_iter().zip(&moves) {
             covariance += variance * by * by.transpose();
         }
@@ -257,7 +271,6 @@ fn with_errors(raw: &[Fitted], model: &Model, at: &Values, scatter: &Scatter) ->
 /// ½(rᵀP B_k P r − tr P B_k) and the information ½ tr P B_k P B_l; for maximum likelihood V⁻¹ in the place of P in the traces.
 fn estimate(raw: &[Fitted], search: &Search, free: &[Unknown], at: &Values, before: &Scatter) -> Scatter {
     let sample: Vec<&Fitted> = raw.iter().step_by(raw.len().div_ceil(MOST_SHOTS).max(1)).collect();
-    let model = at.model(search.first().model);
     let count: usize = sample.iter().map(|shot| shot.plan.rows().len()).sum();
     if raw.len() < LEAST_SHOTS || count <= free.len() {
         return Scatter::default();
@@ -268,9 +281,7 @@ fn estimate(raw: &[Fitted], search: &Search, free: &[Unknown], at: &Values, befo
     let mut first = 0;
     for shot in sample {
         let rows = shot.plan.rows();
-        let prediction = shot.plan.predict(&model, &at.coefficients);
-        let (Ok(prediction), Some((moves, covariance))) = (prediction, moves(shot, search.first().model, at))
-        else {
+        let Some((prediction, moves, covariance)) = moves(shot, search.first().model, at) else {
             return *before;
         };
         for (i, row) in rows.iter().enumerate() {
