@@ -84,7 +84,7 @@ fn the_balls_calibrate_the_camera() {
             let off = (found.value - found.which.neutral()).abs();
             assert!(off < ERRORS * found.std_error, "{found:?}");
         }
-        let faults: [(&str, Vec<TrackShot>, Correction, f64); 8] = [
+        let faults: [(&str, Vec<TrackShot>, Correction, f64); 9] = [
             ("scale", shown(films(), |x, y| [1.02 * x, 1.02 * y]), Correction::Scale, 1.02),
             ("aspect", shown(films(), |x, y| [x, 0.98 * y]), Correction::Aspect, 0.98),
             ("shear", shown(films(), |x, y| [x + 0.03 * y, y]), Correction::Shear, 0.03),
@@ -106,6 +106,16 @@ fn the_balls_calibrate_the_camera() {
                 -0.02,
             ),
             ("shutter", rolling_shutter(films(), [0.0, 0.003]), Correction::ShutterY, 0.003),
+            (
+                "lens off the middle",
+                shown(films(), |x, y| {
+                    let (x, y) = (x - 0.5, y - 0.9);
+                    let stretched = 1.0 - 0.03 * (x * x + y * y) / 0.25;
+                    [x * stretched, y * stretched]
+                }),
+                Correction::Lens,
+                -0.03,
+            ),
             ("held upright", rolling_shutter(films(), [-0.004, 0.0]), Correction::ShutterX, -0.004),
             ("turned", rolling_shutter(films(), [0.002, 0.003]), Correction::ShutterX, 0.002),
         ];

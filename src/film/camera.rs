@@ -4,7 +4,7 @@
 //! With p a point of the plane of the balls' centres (m, from the middle of the film), the film shows
 //!
 //!   q = s (p_x, a p_y)            scale s, aspect a
-//!   q′ = q (1 + l |q|²/r₀²)       lens l: what it adds at r₀ = 0.5 m
+//!   d = q − c, q′ = c + d (1 + l |d|²/r₀²)   lens l: what it adds at r₀ = 0.5 m from its axis, c
 //!   q″ = q′/(1 + k·q′)            perspective k, 1/m
 //!   f = (q″_x + h q″_y, q″_y)     shear h
 //!
@@ -74,13 +74,14 @@ impl Camera {
     /// Table → film, m.
     #[must_use]
     pub fn film(&self, table: [f64; 2]) -> [f64; 2] {
-        let [scale, aspect, shear, kx, ky, lens, ..] = self.values;
+        let [scale, aspect, shear, kx, ky, lens, cx, cy, ..] = self.values;
         let p = [table[0] - self.middle[0], table[1] - self.middle[1]];
         // q = s (p_x, a p_y)
         let q = [scale * p[0], scale * aspect * p[1]];
-        // q′ = q (1 + l |q|²/r₀²)
-        let stretched = 1.0 + lens * (q[0] * q[0] + q[1] * q[1]) / (LENS_RADIUS * LENS_RADIUS);
-        let q = q.map(|q| q * stretched);
+        // d = q − c, q′ = c + d (1 + l |d|²/r₀²)
+        let d = [q[0] - cx, q[1] - cy];
+        let stretched = 1.0 + lens * (d[0] * d[0] + d[1] * d[1]) / (LENS_RADIUS * LENS_RADIUS);
+        let q = [cx + d[0] * stretched, cy + d[1] * stretched];
         // q″ = q′/(1 + k·q′)
         let shrunk = 1.0 + kx * q[0] + ky * q[1];
         let q = q.map(|q| q / shrunk);
@@ -91,7 +92,7 @@ impl Camera {
     /// Film → table, m; NaN where no point of the table is shown.
     #[must_use]
     pub fn table(&self, film: [f64; 2]) -> [f64; 2] {
-        let [scale, aspect, shear, kx, ky, lens, ..] = self.values;
+        let [scale, aspect, shear, kx, ky, lens, cx, cy, ..] = self.values;
         let f = [film[0] - self.middle[0], film[1] - self.middle[1]];
         // q″ = (f_x − h f_y, f_y)
         let q = [f[0] - shear * f[1], f[1]];
@@ -101,7 +102,9 @@ impl Camera {
             return [f64::NAN; 2];
         }
         let q = q.map(|q| q / shrunk);
-        let q = q.map(|q_of| q_of * unstretched(lens, q[0].hypot(q[1])));
+        let d = [q[0] - cx, q[1] - cy];
+        let straight = unstretched(lens, d[0].hypot(d[1]));
+        let q = [cx + d[0] * straight, cy + d[1] * straight];
         [q[0] / scale + self.middle[0], q[1] / (scale * aspect) + self.middle[1]]
     }
 
@@ -181,7 +184,7 @@ impl Camera {
     }
 }
 
-/// |q|/|q′| with |q′| = |q| (1 + l |q|²/r₀²); NaN beyond the largest |q′| that a barrel shows.
+/// |d|/|d′| with |d′| = |d| (1 + l |d|²/r₀²); NaN beyond the largest |q′| that a barrel shows.
 fn unstretched(lens: f64, shown: f64) -> f64 {
     let strength = lens / (LENS_RADIUS * LENS_RADIUS);
     if strength == 0.0 || shown == 0.0 {
@@ -211,7 +214,7 @@ mod tests {
     const ROUNDING: f64 = 1e-13;
 
     fn askew() -> Camera {
-        let values = [1.02, 0.99, 0.03, 0.1, -0.2, -0.02, 0.001, 0.003];
+        let values = [1.02, 0.99, 0.03, 0.1, -0.2, -0.02, 0.1, -0.05, 0.001, 0.003];
         Camera { values, ..Camera::neutral([0.3, -0.1]) }
     }
 

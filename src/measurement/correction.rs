@@ -18,6 +18,10 @@ pub enum Correction {
     /// What the lens adds to a length at 0.5 m from the middle, as a fraction of the length: negative for a barrel
     /// distortion.
     Lens,
+    /// Where the axis of the lens meets the picture, along x from the middle of the film, m: nowhere in particular without a lens distortion.
+    LensX,
+    /// The same along y.
+    LensY,
     /// By how much later a rolling shutter reads what is one metre further along x, in the middle of the picture, s/m.
     ShutterX,
     /// By how much later a rolling shutter reads what is one metre further along y, in the middle of the picture, s/m.
@@ -26,7 +30,7 @@ pub enum Correction {
 
 impl Correction {
     /// The number of corrections.
-    pub const COUNT: usize = 8;
+    pub const COUNT: usize = 10;
 
     /// All corrections, in the order of every list of their values.
     pub const ALL: [Self; Self::COUNT] = [
@@ -36,6 +40,8 @@ impl Correction {
         Self::PerspectiveX,
         Self::PerspectiveY,
         Self::Lens,
+        Self::LensX,
+        Self::LensY,
         Self::ShutterX,
         Self::ShutterY,
     ];
@@ -50,6 +56,8 @@ impl Correction {
             Self::PerspectiveX => "perspective_x",
             Self::PerspectiveY => "perspective_y",
             Self::Lens => "lens",
+            Self::LensX => "lens_x_m",
+            Self::LensY => "lens_y_m",
             Self::ShutterX => "shutter_x_s_per_m",
             Self::ShutterY => "shutter_s_per_m",
         }
@@ -65,6 +73,8 @@ impl Correction {
             Self::PerspectiveX => "perspective along x (1/m)",
             Self::PerspectiveY => "perspective along y (1/m)",
             Self::Lens => "lens (at 0.5 m)",
+            Self::LensX => "axis of the lens along x (m)",
+            Self::LensY => "axis of the lens along y (m)",
             Self::ShutterX => "rolling shutter along x (s/m)",
             Self::ShutterY => "rolling shutter along y (s/m)",
         }
@@ -79,6 +89,12 @@ impl Correction {
         }
     }
 
+    /// Whether it is of the lens.
+    #[must_use]
+    pub(crate) fn is_of_lens(self) -> bool {
+        matches!(self, Self::Lens | Self::LensX | Self::LensY)
+    }
+
     /// Whether it is of the instants at which the film shows the table, instead of the places.
     #[must_use]
     pub(crate) fn is_of_time(self) -> bool {
@@ -91,6 +107,7 @@ impl Correction {
         match self {
             Self::Scale | Self::Aspect | Self::Shear | Self::Lens => 0.05,
             Self::PerspectiveX | Self::PerspectiveY => 0.3,
+            Self::LensX | Self::LensY => 0.2,
             Self::ShutterX | Self::ShutterY => 0.01,
         }
     }

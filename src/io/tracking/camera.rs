@@ -124,6 +124,11 @@ impl RawCamera {
             stated[Correction::PerspectiveX as usize] = both[0];
             stated[Correction::PerspectiveY as usize] = both[1];
         }
+        if stated[Correction::Lens as usize].is_some() {
+            // about the middle of the film
+            stated[Correction::LensX as usize] = Some(0.0);
+            stated[Correction::LensY as usize] = Some(0.0);
+        }
         if let Some(given) = &self.shutter {
             let both = match *given.as_ref() {
                 Stated::Auto => None,
