@@ -4,7 +4,7 @@
 use super::choice::Chosen;
 use super::sample::{Apart, Group, search};
 use super::{CompareError, Options};
-use crate::fit::scatter;
+use crate::fit::discs;
 use crate::likelihood::fitted::Fitted;
 use crate::measurement::number::plain;
 use crate::measurement::parameter::{Compliance, Parameter};
@@ -26,7 +26,7 @@ pub(super) fn choose(
     apart: &Apart,
     options: &Options,
 ) -> Result<Chosen, CompareError> {
-    let mut alone: Vec<scatter::Chosen> =
+    let mut alone: Vec<discs::Chosen> =
         groups.iter().zip(&*shots).map(|own| alone(own, apart, options)).collect::<Result<_, _>>()?;
     let gives_way = alone.iter().any(|chosen| chosen.gives_way.is_some());
     if gives_way {
@@ -75,8 +75,8 @@ fn alone(
     (group, shots): (&Group, &Vec<Fitted>),
     apart: &Apart,
     options: &Options,
-) -> Result<scatter::Chosen, CompareError> {
+) -> Result<discs::Chosen, CompareError> {
     let none = [Vec::new()];
     let search = search(std::slice::from_ref(group), &none, apart);
-    Ok(scatter::choose(shots, &search, options.fidelity)?)
+    Ok(discs::choose(shots, &search, options.fidelity)?)
 }

@@ -1,8 +1,8 @@
 //! With what the shots of a fit are computed: the model as it is stated, or as the shots call for it, and where their search begins.
 
 use super::samples::Search;
-use super::scatter::{self, Scatter};
-use super::{FitError, Options, Rejected, fidelity_choice};
+use super::scatter::Scatter;
+use super::{FitError, Options, Rejected, discs, fidelity_choice};
 use crate::likelihood::fitted::Fitted;
 use crate::likelihood::prediction::Plan;
 use crate::likelihood::sample::Sample;
@@ -84,7 +84,7 @@ impl ModelChoice {
     ) -> Result<Self, FitError> {
         let sample = search.first();
         if of_discs {
-            let chosen = scatter::choose(&planned, search, options.fidelity)?;
+            let chosen = discs::choose(&planned, search, options.fidelity)?;
             return Ok(Self {
                 fitted: chosen.fitted,
                 model: chosen.model,

@@ -8,37 +8,25 @@
 //!   C = [G, −1] Σ [G, −1]ᵀ + σ_e² (1, f)(1, f)ᵀ + σ_J² diag(0, 1),
 //!
 //! with σ_e² and σ_J² by restricted maximum likelihood (Patterson and Thompson 1971, Biometrika 58, 545), or by maximum likelihood where
-//! models are compared. Fits and covariances are taken in turn until both rest.
+//! models are compared.
 
 use nalgebra::{DMatrix, DVector};
 
-use super::effort::Effort;
-use super::fidelity_choice::{EVIDENCE, GIVES_WAY, left_out};
 use super::samples::Search;
-use super::settled::{differs, told};
-use super::{FitError, scatter_starts};
 use crate::likelihood::fitted::Fitted;
 use crate::likelihood::prediction::{Prediction, difference};
-use crate::likelihood::sample::{Sample, Unknown};
+use crate::likelihood::sample::Unknown;
 use crate::likelihood::whitening::covariance;
 use crate::measurement::observable::Observable;
-use crate::measurement::parameter::{Compliance, Parameter, Setting, Settings};
+use crate::measurement::parameter::Parameter;
 use crate::measurement::values::Values;
-use crate::physics::collision::{Effects, Fidelity, FidelityChoice, Model};
+use crate::physics::collision::Model;
 
 /// Fewer shots do not tell by how much shots scatter.
 const LEAST_SHOTS: usize = 3;
 
 /// So many shots, spread evenly, tell it to some percent: the work rises with the cube of their number.
 const MOST_SHOTS: usize = 150;
-
-/// Less than this gives way by less than is seen; (2 − σ)/2(1 − σ) with Poisson's ratio σ is 1 or more.
-const LEAST_KAPPA: f64 = 0.1;
-
-/// Rounds of fitting and weighting end where no standard deviation changes by more than this part, a small one of its error, or after
-/// so many.
-const AT_REST: f64 = 1e-4;
-const MOST_ROUNDS: usize = 60;
 
 /// Steps towards the most likely variances.
 const MOST_STEPS: usize = 200;
@@ -68,155 +56,19 @@ impl Scatter {
         self.variances() == [0.0; 2]
     }
 
+    /// The larger change of a standard deviation, over both its values.
+    pub(super) fn change_from(&self, before: &Self) -> f64 {
+        let [from, to] = [before, self].map(|scatter| scatter.variances().map(f64::sqrt));
+        (0..2).map(|k| (to[k] - from[k]).abs() / (from[k] + to[k] + NONE)).fold(0.0, f64::max)
+    }
+
     fn variances(&self) -> [f64; 2] {
         [self.restitution.powi(2), self.impulse_ratio.powi(2)]
     }
 }
 
-/// What shots of discs are fitted with.
-pub(crate) struct Chosen {
-    /// With their scatter in their errors.
-    pub fitted: Vec<Fitted>,
-    pub model: Model,
-    pub settings: Settings,
-    pub scatter: Scatter,
-    pub starts: Vec<Values>,
-    /// Other minima with their own scatter, and how much higher −2 log L is there.
-    pub rivals: Vec<(Values, f64)>,
-    /// How much lower −2 log L is with a contact that gives way, where they call for it.
-    pub gives_way: Option<f64>,
-    pub notes: Vec<String>,
-}
-
-/// A rigid contact, or with `auto`, where nothing is stated of it, one that gives way as the shots call for it. What is around discs
-/// may be any material, so that its κ is fitted.
-pub(crate) fn choose(raw: &[Fitted], search: &Search, fidelity: FidelityChoice) -> Result<Chosen, FitError> {
-    let is_auto = fidelity == FidelityChoice::Auto;
-    let mut notes = Vec::new();
-    let (mut gives_way, mut starts) = (None, Vec::new());
-    let sample = search.first();
-    let (mut model, mut settings) = (*sample.model, *sample.settings);
-    if is_auto && (settings.compliance == Compliance::Stated || settings.falls) {
-        model = integrated(sample.model, settings.compliance == Compliance::Stated);
-    }
-    settings[Parameter::Kappa] = above_rigid(settings[Parameter::Kappa]);
-    let rows = raw.iter().map(|shot| shot.plan.rows().len()).sum::<usize>();
-    if is_auto && settings.compliance == Compliance::Auto && rows > settings.parameters().len() + 1 {
-        let mut with = settings;
-        with.compliance = Compliance::Stated;
-        with[Parameter::Kappa] = above_rigid(Setting { fixed: false, ..with[Parameter::Kappa] });
-        let giving = integrated(sample.model, true);
-        let rigid = weigh(raw, &search.likeliest().with(|_, sample| sample.model = &model), &[])?;
-        let gave = Sample { model: &giving, settings: &with, ..sample.clone() };
-        let gave = weigh(raw, &Search::of(gave).likeliest(), &[])?;
-        let higher = gave.minus_two_log - rigid.minus_two_log;
-        if higher < -EVIDENCE {
-            (model, settings, gives_way) = (giving, with, Some(-higher));
-            starts = gave.starts;
-        } else if higher < 0.0 {
-            notes.push(left_out(GIVES_WAY, higher, "the shots do", &[]));
-        }
-    }
-    let with = Sample { model: &model, settings: &settings, ..sample.clone() };
-    let weighed = weigh(raw, &Search { samples: vec![with], ..search.clone() }, &starts)?;
-    let Weighed { mut fitted, scatter, starts, rivals, .. } = weighed;
-    if scatter.is_none() && model.kappa == 0.0 {
-        // what the errors of the state before the impact do at a kink is then seen, too
-        fitted = raw.to_vec();
-    }
-    Ok(Chosen { fitted, model, settings, scatter, starts, rivals, gives_way, notes })
-}
-
-/// κ that is fitted, without values that are as good as a rigid contact, which is another model and is computed much faster.
-fn above_rigid(kappa: Setting) -> Setting {
-    if kappa.fixed || kappa.upper < LEAST_KAPPA {
-        return kappa;
-    }
-    let lower = kappa.lower.max(LEAST_KAPPA);
-    Setting { lower, initial: kappa.initial.max(lower), ..kappa }
-}
-
-/// The model that is integrated, without what a cloth or the weight adds.
-fn integrated(model: &Model, compliance: bool) -> Model {
-    let effects = Effects { compliance, falling_friction: true, ..Fidelity::Full.effects() };
-    Model {
-        fidelity: Fidelity::Ode,
-        effects: model.effects.and(effects),
-        kappa: if compliance { model.kappa.max(Model::KAPPA) } else { 0.0 },
-        tolerance: model.tolerance.max(Model::TOLERANCE_OF_FITS),
-        ..*model
-    }
-}
-
-/// A minimum with the scatter that it leaves.
-struct Weighed {
-    fitted: Vec<Fitted>,
-    scatter: Scatter,
-    minus_two_log: f64,
-    /// Of the parameters there, and at other minima that are nearly as likely.
-    starts: Vec<Values>,
-    /// The latter, with how much higher −2 log L is.
-    rivals: Vec<(Values, f64)>,
-}
-
-/// From these values, or without any from wherever the least minimum may be, each with its own scatter: the most likely.
-fn weigh(raw: &[Fitted], search: &Search, starts: &[Values]) -> Result<Weighed, FitError> {
-    let spread = spread(raw);
-    let sample = search.first();
-    let fitted = with_errors(raw, sample.model, &sample.initial, &spread);
-    let (search, free) = told(&search.with(|_, sample| sample.fitted = &fitted))?;
-    let mut starts = starts.to_vec();
-    if starts.is_empty() {
-        starts = scatter_starts::promising(raw, &search, &free);
-    }
-    if starts.is_empty() {
-        starts = search.promising_starts(&free).into_iter().map(|(start, _)| start[0]).collect();
-    }
-    let from = |start: &Values| {
-        let scatter = scatter_starts::scatter_at(raw, search.first().model, start, spread);
-        settle(raw, &search, &free, *start, scatter)
-    };
-    let mut found = starts.iter().map(from).collect::<Result<Vec<Weighed>, FitError>>()?;
-    found.sort_by(|a, b| a.minus_two_log.total_cmp(&b.minus_two_log));
-    let least = found.first().map_or(f64::NAN, |best| best.minus_two_log);
-    let near = found.iter().filter(|other| other.minus_two_log <= least + EVIDENCE);
-    let minima: Vec<(Values, f64)> =
-        near.flat_map(|other| other.starts.iter().map(|at| (*at, other.minus_two_log - least))).collect();
-    let starts: Vec<Values> = minima.iter().map(|(at, _)| *at).collect();
-    let best = found.into_iter().next().ok_or(FitError::NoWeights)?;
-    let rivals = minima.into_iter().skip(1).filter(|(at, _)| differs(&[*at], &starts[..1])).collect();
-    Ok(Weighed { starts, rivals, ..best })
-}
-
-/// Fits and weighs in turn.
-fn settle(
-    raw: &[Fitted],
-    search: &Search,
-    free: &[Unknown],
-    start: Values,
-    first: Scatter,
-) -> Result<Weighed, FitError> {
-    let (mut values, mut scatter) = (start, first);
-    for round in 0.. {
-        let fitted = with_errors(raw, search.first().model, &values, &scatter);
-        let at = search.from(&[values]).with(|_, sample| sample.fitted = &fitted);
-        let (minimum, groups) = at.converge_with(free, Effort::SCREEN)?;
-        values = *minimum.first();
-        let next = estimate(raw, &at, free, &values, &scatter);
-        let [from, to] = [scatter, next].map(|scatter| scatter.variances().map(f64::sqrt));
-        let changed = (0..2).map(|k| (to[k] - from[k]).abs() / (from[k] + to[k] + NONE)).fold(0.0, f64::max);
-        if changed < AT_REST || round >= MOST_ROUNDS {
-            let minus_two_log = at.minus_two_log_likelihood(&minimum, &groups);
-            let (starts, rivals) = (vec![values], Vec::new());
-            return Ok(Weighed { fitted, scatter, minus_two_log, starts, rivals });
-        }
-        scatter = next;
-    }
-    Err(FitError::NoWeights)
-}
-
 /// Where the search begins: as if nothing but scatter made shots differ.
-fn spread(raw: &[Fitted]) -> Scatter {
+pub(super) fn spread(raw: &[Fitted]) -> Scatter {
     let of = |observable: Observable| {
         let values: Vec<f64> = raw
             .iter()
@@ -255,7 +107,7 @@ pub(super) fn moves(
 }
 
 /// The shots with exact states before the impact, whose errors and scatter are those of what is observed after it.
-fn with_errors(raw: &[Fitted], model: &Model, at: &Values, scatter: &Scatter) -> Vec<Fitted> {
+pub(super) fn with_errors(raw: &[Fitted], model: &Model, at: &Values, scatter: &Scatter) -> Vec<Fitted> {
     let with = |shot: &Fitted| {
         let Some((_, moves, mut covariance)) = moves(shot, model, at) else { return shot.clone() };
         for (variance, by) in scatter.variances().into_iter().zip(&moves) {
@@ -269,7 +121,13 @@ fn with_errors(raw: &[Fitted], model: &Model, at: &Values, scatter: &Scatter) ->
 /// The most likely scatter with the parameters where a fit ended, by Fisher's scoring: with V the covariance of all residuals r, X their
 /// derivatives by the free parameters, P = V⁻¹ − V⁻¹X(XᵀV⁻¹X)⁻¹XᵀV⁻¹ and B_k what a variance s_k multiplies, the score is
 /// ½(rᵀP B_k P r − tr P B_k) and the information ½ tr P B_k P B_l; for maximum likelihood V⁻¹ in the place of P in the traces.
-fn estimate(raw: &[Fitted], search: &Search, free: &[Unknown], at: &Values, before: &Scatter) -> Scatter {
+pub(super) fn estimate(
+    raw: &[Fitted],
+    search: &Search,
+    free: &[Unknown],
+    at: &Values,
+    before: &Scatter,
+) -> Scatter {
     let sample: Vec<&Fitted> = raw.iter().step_by(raw.len().div_ceil(MOST_SHOTS).max(1)).collect();
     let count: usize = sample.iter().map(|shot| shot.plan.rows().len()).sum();
     if raw.len() < LEAST_SHOTS || count <= free.len() {
