@@ -4,13 +4,14 @@
 //! With p a point of the plane of the balls' centres (m, from the middle of the film), the film shows
 //!
 //!   q = s (p_x, a p_y)            scale s, aspect a
-//!   d = q − c, q′ = c + d (1 + l |d|²/r₀²)   lens l: what it adds at r₀ = 0.5 m from its axis, c
-//!   q″ = q′/(1 + k·q′)            perspective k, 1/m
+//!   q′ = q/(1 + k·q)              perspective k, 1/m
+//!   d = q′ − c, q″ = c + d (1 + l |d|²/r₀²)   lens l: what it adds at r₀ = 0.5 m from its axis, c
 //!   f = (q″_x + h q″_y, q″_y)     shear h
 //!
 //! and shows it at the instant t + τ_x f_x/s + τ_y f_y/(s a), where t is that of the frame: a rolling shutter reads the rows of its sensor
 //! one after the other, τ in s/m. They lie along x in the picture of a camera that is held upright, and askew in one that was turned.
-//! In films that a program made, rows may be those of the table instead ([`Rows`]): t + τ_x p_x + τ_y p_y.
+//! In films that a program made, rows may be those of the table instead, t + τ_x p_x + τ_y p_y, or the lens come before the perspective
+//! ([`Arrangement`]).
 //! A turn and a shift of the table leave everything that is fitted as it is, and are none of these.
 //!
 //! Sources: Hartley and Zisserman, Multiple View Geometry (2004), § 2.4 (projective maps) and Eq. 7.5 (radial lens); Ait-Aider et
@@ -26,14 +27,14 @@ const LENS_RADIUS: f64 = 0.5;
 const LENS_TOLERANCE: f64 = 1e-14;
 const LENS_STEPS: usize = 20;
 
-/// What a rolling shutter reads one after the other. They differ where a camera looks askew, which shows the more rows of its picture to
-/// a metre of the table the nearer that is.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Rows {
-    /// Rows of the picture, as cameras do.
-    Picture,
-    /// Strips of the table of equal width.
-    Table,
+/// What in a film comes after what. It matters where a camera looks askew, which shows the more of its picture to a metre of the table the
+/// nearer that is.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(crate) struct Arrangement {
+    /// A rolling shutter reads strips of the table of equal width, instead of rows of the picture as cameras do.
+    pub rows_of_table: bool,
+    /// The lens distorts the table, and not its picture as lenses do.
+    pub lens_first: bool,
 }
 
 /// A camera: a value for each correction.
@@ -42,14 +43,14 @@ pub struct Camera {
     values: [f64; Correction::COUNT],
     /// The middle of the film, from which positions are counted, x and y in m.
     pub middle: [f64; 2],
-    pub(crate) rows: Rows,
+    pub(crate) arrangement: Arrangement,
 }
 
 impl Camera {
     /// A camera that shows the table as it is.
     #[must_use]
     pub fn neutral(middle: [f64; 2]) -> Self {
-        Self { values: Correction::ALL.map(Correction::neutral), middle, rows: Rows::Picture }
+        Self { values: Correction::ALL.map(Correction::neutral), middle, arrangement: Arrangement::default() }
     }
 
     /// The value of a correction, in the unit of [`Correction::words`].
@@ -78,13 +79,18 @@ impl Camera {
         let p = [table[0] - self.middle[0], table[1] - self.middle[1]];
         // q = s (p_x, a p_y)
         let q = [scale * p[0], scale * aspect * p[1]];
-        // d = q − c, q′ = c + d (1 + l |d|²/r₀²)
-        let d = [q[0] - cx, q[1] - cy];
-        let stretched = 1.0 + lens * (d[0] * d[0] + d[1] * d[1]) / (LENS_RADIUS * LENS_RADIUS);
-        let q = [cx + d[0] * stretched, cy + d[1] * stretched];
-        // q″ = q′/(1 + k·q′)
-        let shrunk = 1.0 + kx * q[0] + ky * q[1];
-        let q = q.map(|q| q / shrunk);
+        let perspective = |q: [f64; 2]| {
+            // q′ = q/(1 + k·q)
+            let shrunk = 1.0 + kx * q[0] + ky * q[1];
+            q.map(|q| q / shrunk)
+        };
+        let lens = |q: [f64; 2]| {
+            // d = q′ − c, q″ = c + d (1 + l |d|²/r₀²)
+            let d = [q[0] - cx, q[1] - cy];
+            let stretched = 1.0 + lens * (d[0] * d[0] + d[1] * d[1]) / (LENS_RADIUS * LENS_RADIUS);
+            [cx + d[0] * stretched, cy + d[1] * stretched]
+        };
+        let q = if self.arrangement.lens_first { perspective(lens(q)) } else { lens(perspective(q)) };
         // f = (q″_x + h q″_y, q″_y)
         [q[0] + shear * q[1] + self.middle[0], q[1] + self.middle[1]]
     }
@@ -96,15 +102,17 @@ impl Camera {
         let f = [film[0] - self.middle[0], film[1] - self.middle[1]];
         // q″ = (f_x − h f_y, f_y)
         let q = [f[0] - shear * f[1], f[1]];
-        // q′ = q″/(1 − k·q″)
-        let shrunk = 1.0 - (kx * q[0] + ky * q[1]);
-        if !(shrunk > 0.0) {
-            return [f64::NAN; 2];
-        }
-        let q = q.map(|q| q / shrunk);
-        let d = [q[0] - cx, q[1] - cy];
-        let straight = unstretched(lens, d[0].hypot(d[1]));
-        let q = [cx + d[0] * straight, cy + d[1] * straight];
+        let upright = |q: [f64; 2]| {
+            // q = q′/(1 − k·q′)
+            let shrunk = 1.0 - (kx * q[0] + ky * q[1]);
+            if shrunk > 0.0 { q.map(|q| q / shrunk) } else { [f64::NAN; 2] }
+        };
+        let without_lens = |q: [f64; 2]| {
+            let d = [q[0] - cx, q[1] - cy];
+            let straight = unstretched(lens, d[0].hypot(d[1]));
+            [cx + d[0] * straight, cy + d[1] * straight]
+        };
+        let q = if self.arrangement.lens_first { without_lens(upright(q)) } else { upright(without_lens(q)) };
         [q[0] / scale + self.middle[0], q[1] / (scale * aspect) + self.middle[1]]
     }
 
@@ -112,12 +120,10 @@ impl Camera {
     #[must_use]
     pub(crate) fn delays(&self, film: [f64; 2], table: [f64; 2]) -> [f64; 2] {
         let (scale, aspect) = (self.get(Correction::Scale), self.get(Correction::Aspect));
-        match self.rows {
-            Rows::Picture => {
-                [(film[0] - self.middle[0]) / scale, (film[1] - self.middle[1]) / (scale * aspect)]
-            }
-            Rows::Table => [0, 1].map(|i| table[i] - self.middle[i]),
+        if self.arrangement.rows_of_table {
+            return [0, 1].map(|i| table[i] - self.middle[i]);
         }
+        [(film[0] - self.middle[0]) / scale, (film[1] - self.middle[1]) / (scale * aspect)]
     }
 
     /// How the point of the table that a point of the film shows follows the corrections but for the shutters', m by the unit of each.

@@ -33,19 +33,22 @@ const LEAST_TRIED: f64 = 1e-3;
 /// The most promising values of μ and κ, as far as these are free; none if neither is, or if the friction falls.
 pub(super) fn promising(raw: &[Fitted], search: &Search, free: &[Unknown]) -> Vec<Values> {
     let sample = search.first();
-    let is_free = |p: &Parameter| free.iter().any(|unknown| unknown.parameter == *p);
-    let scanned: Vec<Parameter> = [Parameter::Kappa, Parameter::Mu].into_iter().filter(is_free).collect();
+    let of = |p: Parameter| free.iter().copied().find(|unknown| unknown.parameter == p);
+    let scanned: Vec<Unknown> = [Parameter::Kappa, Parameter::Mu].into_iter().filter_map(of).collect();
     if scanned.is_empty() || sample.settings.falls {
         return Vec::new();
     }
     let shots: Vec<&Fitted> = raw.iter().step_by(raw.len().div_ceil(MOST_SHOTS).max(1)).collect();
-    let axes: Vec<Vec<f64>> = scanned.iter().map(|p| axis(&search.setting(of(*p)))).collect();
+    let axes: Vec<Vec<f64>> = scanned.iter().map(|unknown| axis(&search.setting(*unknown))).collect();
     let mut initial = sample.initial;
-    if is_free(&Parameter::E) {
+    if of(Parameter::E).is_some() {
         initial[Parameter::E] = mean_restitution(&shots).unwrap_or(initial[Parameter::E]);
     }
     let minima = scan(&axes, |values| {
-        let at = scanned.iter().zip(values).fold(initial, |at, (p, value)| at.with(*p, *value));
+        let at = scanned
+            .iter()
+            .zip(values)
+            .fold(initial, |at, (unknown, value)| at.with(unknown.parameter, *value));
         let (_, unlikely) = most_likely(&shots, sample.model, &at, f64::INFINITY)?;
         Some((at, unlikely))
     });
@@ -61,10 +64,6 @@ pub(super) fn scatter_at(raw: &[Fitted], model: &Model, at: &Values, spread: Sca
         Some((sd, _)) if spread.is_estimated => Scatter { impulse_ratio: sd, ..spread },
         _ => spread,
     }
-}
-
-fn of(parameter: Parameter) -> Unknown {
-    Unknown { parameter, number: 0 }
 }
 
 fn axis(setting: &Setting) -> Vec<f64> {

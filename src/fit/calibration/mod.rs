@@ -4,28 +4,20 @@
 //! frames of all shots are fitted jointly with every [`Correction`] free, the films corrected by what was found, and again until nothing
 //! is left to correct. What the frames do not call for is then left out.
 
+mod corrected;
 mod start;
+mod unit;
 
-use nalgebra::{DMatrix, DVector};
-
+use self::unit::{finer_unit, in_metres};
 use super::camera::{FoundCamera, FoundCorrection};
-use super::footage;
-use super::frames::filmed;
-use super::outlying::outlying;
-use super::settled::Settled;
-use super::{FilmUnknowns, model_choice, samples};
-use crate::extraction::{Unusable, contact, extract_all, noise_correlation, repair_drops_at_impacts};
-use crate::film::camera::{Camera, Rows};
+use crate::extraction::{contact, noise_correlation, repair_drops_at_impacts};
+use crate::film::camera::{Arrangement, Camera};
 use crate::film::drops;
-use crate::likelihood::frames::shared_unknowns;
-use crate::likelihood::sample::Sample;
 use crate::measurement::correction::Correction;
-use crate::measurement::dataset::{Dataset, Shot, Tracks};
-use crate::measurement::loss::Loss;
+use crate::measurement::dataset::{Dataset, Tracks};
 use crate::measurement::track::TrackShot;
-use crate::measurement::values::Values;
 use crate::physics::collision::Fidelity;
-use crate::trajectory::scene::{LiftPrior, Scene};
+use crate::trajectory::scene::Scene;
 
 /// With fewer shots only a scale that nobody stated is looked for; the rest of the camera is taken as stated.
 const LEAST_SHOTS: usize = 6;
@@ -35,12 +27,6 @@ const CALIBRATED_FROM: usize = 120;
 
 /// Lengths that are off by more than this part are in another unit, or their scale is wrong by a factor.
 const OTHER_UNIT: f64 = 0.1;
-
-/// Rounds of fitting and correcting. Nothing is left to correct within this part of a standard error, or of what is usual of a
-/// correction: its square is then far below a standard error.
-const ROUNDS: usize = 8;
-const AT_REST: f64 = 0.2;
-const SMALL: f64 = 0.02;
 
 /// A correction is called for where −2 log L falls by as much with it, as for effects of an impact.
 const CALLED_FOR: f64 = 6.0;
@@ -82,45 +68,6 @@ pub(super) fn calibrated(
     (dataset, Some(found), last_scene)
 }
 
-/// A film with all lengths multiplied by the unit that they are in, m.
-fn in_metres(film: &TrackShot, unit: f64) -> TrackShot {
-    let mut shot = film.clone();
-    if unit == 1.0 {
-        return shot;
-    }
-    for sample in shot.samples_mut() {
-        (sample.x, sample.y) = (sample.x * unit, sample.y * unit);
-        sample.sd = sample.sd.map(|sd| sd.map(|sd| sd * unit));
-    }
-    shot.position_sd = shot.position_sd.map(|sd| sd * unit);
-    shot.resolution = shot.resolution.map(|step| step * unit);
-    shot
-}
-
-/// The unit of films, m, where straight lines near the contacts gave a first one: fits of the whole paths tell the distance of the
-/// centres at the contact far better, while lines miss how the paths bend between slow frames. Only contacts that are seen not to be at
-/// 2R tell anything.
-fn finer_unit(films: &[TrackShot], first: f64, scene: &Scene) -> f64 {
-    const ROUNDS: usize = 3;
-    /// Of the shots: fewer that are not at 2R are those that something else is wrong with.
-    const FEW: f64 = 0.2;
-    let mut unit = first;
-    for _ in 0..ROUNDS {
-        let shots: Vec<TrackShot> = films.iter().map(|film| in_metres(film, unit)).collect();
-        let off = extract_all(&shots, scene, &|| ()).into_iter().filter_map(|impact| match impact {
-            Err(Unusable::Separation { measured, expected, .. }) => Some(expected / measured),
-            _ => None,
-        });
-        let mut ratios: Vec<f64> = off.filter(|ratio| ratio.is_finite() && *ratio > 0.0).collect();
-        if ratios.len() as f64 <= FEW * films.len() as f64 {
-            break;
-        }
-        ratios.sort_by(f64::total_cmp);
-        unit *= ratios[ratios.len() / 2];
-    }
-    unit
-}
-
 /// The search for a camera.
 #[derive(Clone)]
 struct Search<'a> {
@@ -142,12 +89,6 @@ struct Search<'a> {
     /// How many shots the last joint fit used, and its χ²/dof.
     used: usize,
     misfit: f64,
-}
-
-/// What a joint fit says is left to correct, in the order of the free corrections.
-struct Left {
-    values: DVector<f64>,
-    covariance: DMatrix<f64>,
 }
 
 impl<'a> Search<'a> {
@@ -235,24 +176,34 @@ impl<'a> Search<'a> {
             }
         }
         let (search, found) = best?;
-        let (search, found) = search.with_rows_that_agree(found);
+        let (search, found) = search.arranged(found);
         Some((found, search.unit, search.scene))
     }
 
-    /// Where perspective tells rows of the picture from rows of the table, and a shutter rolls, those that agree better.
-    fn with_rows_that_agree(self, found: FoundCamera) -> (Self, FoundCamera) {
-        let rolls = found.adopted().any(Correction::is_of_time);
+    /// Where a camera looks askew through a lens, or with a rolling shutter: in the arrangement that agrees best.
+    fn arranged(self, found: FoundCamera) -> (Self, FoundCamera) {
+        type Other = (fn(Correction) -> bool, fn(&mut Arrangement));
+        const OTHERS: [Other; 2] = [
+            (Correction::is_of_lens, |arrangement| arrangement.lens_first = true),
+            (Correction::is_of_time, |arrangement| arrangement.rows_of_table = true),
+        ];
+        let has = |found: &FoundCamera, is: fn(Correction) -> bool| found.adopted().any(is);
         let looks_askew =
-            found.adopted().any(|which| matches!(which, Correction::PerspectiveX | Correction::PerspectiveY));
-        if !(rolls && looks_askew) {
-            return (self, found);
+            |which: Correction| matches!(which, Correction::PerspectiveX | Correction::PerspectiveY);
+        let mut best = (self, found);
+        for (is, change) in OTHERS {
+            if !(has(&best.1, looks_askew) && has(&best.1, is)) {
+                continue;
+            }
+            let mut other = best.0.clone();
+            change(&mut other.camera.arrangement);
+            if let Some(found) = other.found()
+                && other.is_better(&found, (&best.0, &best.1))
+            {
+                best = (other, found);
+            }
         }
-        let mut other = self.clone();
-        other.camera.rows = Rows::Table;
-        match other.found() {
-            Some(of_other) if other.is_better(&of_other, (&self, &found)) => (other, of_other),
-            _ => (self, found),
-        }
+        best
     }
 
     /// Whether nearly all shots agree on a camera.
@@ -271,157 +222,6 @@ impl<'a> Search<'a> {
         match rank(self, found).cmp(&rank(other, of_other)) {
             std::cmp::Ordering::Equal => self.misfit < other.misfit,
             order => order.is_gt(),
-        }
-    }
-
-    /// What the frames of the films as the camera corrects them say is left.
-    fn left(&mut self, free: &[Correction]) -> Option<Left> {
-        let shots: Vec<TrackShot> = self.films.iter().map(|film| self.camera.shot(film)).collect();
-        let scene = match self.scene {
-            Some(scene) => scene,
-            None => {
-                let side_sd = self.dataset.side_sd;
-                let gap_sd = self.gap_sd;
-                let scene = Scene { side_sd, gap_sd, ..Scene::of(&self.dataset.model(Fidelity::Full)) };
-                footage::learned(self.dataset, &shots, &scene).0
-            }
-        };
-        let (dataset, films) = footage::filmed_with(self.dataset, &shots, (scene, &self.camera));
-        if 2 * dataset.shots.len() < self.films.len() {
-            return None;
-        }
-        let mut film = FilmUnknowns::default();
-        for which in free {
-            film.corrections[*which as usize] = Some(which.neutral() - self.camera.get(*which));
-        }
-        let mut model = dataset.model_of_contact();
-        if let LiftPrior::Model(of_lift, ..) = scene.lift {
-            model.law = of_lift.law;
-        }
-        let initial = footage::near(&scene).unwrap_or_else(|| Values::usual(&dataset.settings));
-        let all: Vec<&Shot> = dataset.shots.iter().collect();
-        let (fitted, _) = model_choice::plan(&all, &model, &initial);
-        let fitted = filmed(&fitted, &films)?;
-        let known = (&model, &dataset.settings, initial);
-        let sample = Sample {
-            shared_errors: Vec::new(),
-            unknowns: shared_unknowns::of_fit(film.unknowns()),
-            loss: Loss::Squares,
-            ..Sample::of(&dataset, &fitted, known)
-        };
-        let mut settled =
-            Settled::from_starts(&samples::Search::of(sample.clone()), &[vec![initial]]).ok()?;
-        // shots that fit no collision tell nothing of the camera
-        let odd = outlying(&fitted, settled.minimum.residuals.as_slice());
-        let others: Vec<_> = (0..fitted.len())
-            .filter(|i| odd.iter().all(|odd| odd.place != *i))
-            .map(|i| fitted[i].clone())
-            .collect();
-        if !odd.is_empty() {
-            let start = settled.minimum.values.clone();
-            settled =
-                Settled::from_starts(&samples::Search::of(Sample { fitted: &others, ..sample }), &[start])
-                    .ok()?;
-        }
-        (self.used, self.misfit) = (fitted.len() - odd.len(), settled.scale());
-        let minimum = &settled.minimum;
-        let covariance = minimum.covariance()?;
-        // the noise may be stated too small, or what the camera does not explain be large
-        let scale = settled.scale();
-        let first = minimum.x.len() - free.len();
-        let values = minimum.x.rows(first, free.len()).into_owned();
-        let covariance = covariance.view((first, first), (free.len(), free.len())) * scale;
-        // the lift of the next round is that of these coefficients
-        let values_there = minimum.first();
-        if let (LiftPrior::Model(model, _, sd), true) = (scene.lift, values_there.coefficients.mu > 0.0) {
-            let lift = LiftPrior::Model(values_there.model(&model), values_there.coefficients, sd);
-            self.scene = Some(Scene { lift, ..scene });
-        }
-        (values.iter().chain(covariance.iter()).all(|v| v.is_finite())).then_some(Left { values, covariance })
-    }
-
-    /// Corrects until nothing is left; the last covariance, and whether nothing is.
-    fn converge(&mut self, free: &[Correction]) -> Option<(DMatrix<f64>, bool)> {
-        let mut last = None;
-        for _ in 0..ROUNDS {
-            let Some(Left { values, covariance }) = self.left(free) else { break };
-            for (which, by) in free.iter().zip(values.iter()) {
-                self.camera = self.camera.with(*which, self.camera.get(*which) + by);
-            }
-            let rests = (0..free.len()).all(|i| {
-                values[i].abs() < (AT_REST * covariance[(i, i)].sqrt()).max(SMALL * free[i].usual())
-            });
-            last = Some((covariance, rests));
-            if rests {
-                break;
-            }
-        }
-        last
-    }
-
-    fn found(&mut self) -> Option<FoundCamera> {
-        let all = self.free.clone();
-        if all.is_empty() {
-            let needs = self.unit != 1.0 || !self.camera.is_neutral();
-            return needs.then(|| self.as_found(Vec::new(), true));
-        }
-        let Some((covariance, mut converged)) = self.converge(&all) else {
-            // a film without a unit still has that of its balls
-            return (self.unit != 1.0).then(|| self.as_found(Vec::new(), false));
-        };
-        let mut corrections: Vec<FoundCorrection> = all
-            .iter()
-            .enumerate()
-            .map(|(i, which)| FoundCorrection {
-                which: *which,
-                value: self.camera.get(*which),
-                std_error: covariance[(i, i)].sqrt(),
-                adopted: false,
-            })
-            .collect();
-        let adopted = self.called_for(&all, covariance);
-        for (which, found) in all.iter().zip(&mut corrections) {
-            found.adopted = adopted.contains(which);
-            if !found.adopted {
-                self.camera = self.camera.with(*which, which.neutral());
-            }
-        }
-        if !adopted.is_empty() {
-            let Some((covariance, rests)) = self.converge(&adopted) else {
-                return Some(self.as_found(corrections, false));
-            };
-            converged = rests;
-            for (i, which) in adopted.iter().enumerate() {
-                if let Some(found) = corrections.iter_mut().find(|found| found.which == *which) {
-                    (found.value, found.std_error) = (self.camera.get(*which), covariance[(i, i)].sqrt());
-                }
-            }
-        }
-        Some(self.as_found(corrections, converged))
-    }
-
-    /// The corrections without which −2 log L would be higher by as much as calls for them, one after the other left out; the camera
-    /// goes where the others are then best.
-    fn called_for(&mut self, all: &[Correction], mut covariance: DMatrix<f64>) -> Vec<Correction> {
-        let mut kept: Vec<Correction> = all.to_vec();
-        loop {
-            let off = |which: &Correction| self.camera.get(*which) - which.neutral();
-            // −2 log L rises by z² where a correction is left out
-            let z2 = |i: usize, which: &Correction| off(which).powi(2) / covariance[(i, i)];
-            // a scale that the balls gave is always needed
-            let gave = self.from_balls || self.unit != 1.0;
-            let needed = |which: &Correction| gave && *which == Correction::Scale;
-            let least = kept.iter().enumerate().filter(|(_, which)| !needed(which));
-            let least = least.map(|(i, which)| (i, z2(i, which))).min_by(|a, b| a.1.total_cmp(&b.1));
-            let Some((out, _)) = least.filter(|(_, z2)| *z2 < CALLED_FOR) else { return kept };
-            let by = off(&kept[out]) / covariance[(out, out)];
-            for (i, which) in kept.iter().enumerate() {
-                self.camera = self.camera.with(*which, self.camera.get(*which) - covariance[(i, out)] * by);
-            }
-            let column = covariance.column(out).into_owned();
-            let rest = &covariance - &column * column.transpose() / column[out];
-            covariance = rest.remove_row(out).remove_column(out);
-            kept.remove(out);
         }
     }
 

@@ -1,0 +1,44 @@
+//! Lengths of films in m.
+
+use crate::extraction::{Unusable, extract_all};
+use crate::measurement::track::TrackShot;
+use crate::trajectory::scene::Scene;
+
+/// A film with all lengths multiplied by the unit that they are in, m.
+pub(super) fn in_metres(film: &TrackShot, unit: f64) -> TrackShot {
+    let mut shot = film.clone();
+    if unit == 1.0 {
+        return shot;
+    }
+    for sample in shot.samples_mut() {
+        (sample.x, sample.y) = (sample.x * unit, sample.y * unit);
+        sample.sd = sample.sd.map(|sd| sd.map(|sd| sd * unit));
+    }
+    shot.position_sd = shot.position_sd.map(|sd| sd * unit);
+    shot.resolution = shot.resolution.map(|step| step * unit);
+    shot
+}
+
+/// The unit of films, m, where straight lines near the contacts gave a first one: fits of the whole paths tell the distance of the
+/// centres at the contact far better, while lines miss how the paths bend between slow frames. Only contacts that are seen not to be at
+/// 2R tell anything.
+pub(super) fn finer_unit(films: &[TrackShot], first: f64, scene: &Scene) -> f64 {
+    const ROUNDS: usize = 3;
+    /// Of the shots: fewer that are not at 2R are those that something else is wrong with.
+    const FEW: f64 = 0.2;
+    let mut unit = first;
+    for _ in 0..ROUNDS {
+        let shots: Vec<TrackShot> = films.iter().map(|film| in_metres(film, unit)).collect();
+        let off = extract_all(&shots, scene, &|| ()).into_iter().filter_map(|impact| match impact {
+            Err(Unusable::Separation { measured, expected, .. }) => Some(expected / measured),
+            _ => None,
+        });
+        let mut ratios: Vec<f64> = off.filter(|ratio| ratio.is_finite() && *ratio > 0.0).collect();
+        if ratios.len() as f64 <= FEW * films.len() as f64 {
+            break;
+        }
+        ratios.sort_by(f64::total_cmp);
+        unit *= ratios[ratios.len() / 2];
+    }
+    unit
+}
