@@ -128,11 +128,15 @@ fn weigh(raw: &[Fitted], search: &Search, starts: &[Values]) -> Result<Weighed, 
     found.sort_by(|a, b| a.minus_two_log.total_cmp(&b.minus_two_log));
     let least = found.first().map_or(f64::NAN, |best| best.minus_two_log);
     let near = found.iter().filter(|other| other.minus_two_log <= least + EVIDENCE);
-    let minima: Vec<(Values, f64)> =
-        near.flat_map(|other| other.starts.iter().map(|at| (*at, other.minus_two_log - least))).collect();
+    let mut minima: Vec<(Values, f64)> = Vec::new();
+    for other in near {
+        let is_new = |at: &&Values| minima.iter().all(|(known, _)| differs(&[**at], &[*known]));
+        let new: Vec<Values> = other.starts.iter().filter(is_new).copied().collect();
+        minima.extend(new.into_iter().map(|at| (at, other.minus_two_log - least)));
+    }
     let starts: Vec<Values> = minima.iter().map(|(at, _)| *at).collect();
     let best = found.into_iter().next().ok_or(FitError::NoWeights)?;
-    let rivals = minima.into_iter().skip(1).filter(|(at, _)| differs(&[*at], &starts[..1])).collect();
+    let rivals = minima.into_iter().skip(1).collect();
     Ok(Weighed { starts, rivals, ..best })
 }
 
