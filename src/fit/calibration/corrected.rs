@@ -1,14 +1,18 @@
 //! Corrects films for their camera until nothing is left to correct, and leaves out what the frames do not call for.
 
+use std::sync::Arc;
+
 use nalgebra::{DMatrix, DVector};
 
 use super::{CALLED_FOR, Search};
 use crate::fit::camera::{FoundCamera, FoundCorrection};
 use crate::fit::frames::filmed;
+use crate::fit::minimum::Minimum;
 use crate::fit::outlying::outlying;
 use crate::fit::settled::Settled;
 use crate::fit::{FilmUnknowns, footage, model_choice, samples};
-use crate::likelihood::frames::shared_unknowns;
+use crate::likelihood::fitted::Fitted;
+use crate::likelihood::frames::{Film, shared_unknowns};
 use crate::likelihood::sample::Sample;
 use crate::measurement::correction::Correction;
 use crate::measurement::dataset::Shot;
@@ -83,8 +87,9 @@ impl Search<'_> {
                 Settled::from_starts(&samples::Search::of(Sample { fitted: &others, ..sample }), &[start])
                     .ok()?;
         }
-        (self.used, self.misfit) = (fitted.len() - odd.len(), settled.scale());
         let minimum = &settled.minimum;
+        (self.used, self.misfit) = (fitted.len() - odd.len(), settled.scale());
+        self.unlikely = unlikely(&others, minimum);
         let covariance = minimum.covariance()?;
         // the noise may be stated too small, or what the camera does not explain be large
         let scale = settled.scale();
@@ -199,4 +204,15 @@ impl Search<'_> {
             kept.remove(out);
         }
     }
+}
+
+/// −2 log L of a coordinate of the frames, up to a constant: noise that is estimated is the lower the better the paths fit.
+fn unlikely(fitted: &[Fitted], minimum: &Minimum) -> f64 {
+    let films = || fitted.iter().filter_map(|shot| shot.film.as_ref());
+    let count: usize = films().map(|film| film.observations()).sum();
+    let of_noise = |film: &Arc<Film>| match film.position_sd {
+        sd if sd > 0.0 => 2.0 * sd.ln() * film.observations() as f64,
+        _ => 0.0,
+    };
+    (films().map(of_noise).sum::<f64>() + minimum.chi2()) / count.max(1) as f64
 }

@@ -86,9 +86,10 @@ struct Search<'a> {
     scene: Option<Scene>,
     /// By which part of 2R contacts may seem to be off it.
     gap_sd: f64,
-    /// How many shots the last joint fit used, and its χ²/dof.
+    /// How many shots the last joint fit used, its χ²/dof, and −2 log L of a coordinate.
     used: usize,
     misfit: f64,
+    unlikely: f64,
 }
 
 impl<'a> Search<'a> {
@@ -148,6 +149,7 @@ impl<'a> Search<'a> {
             gap_sd: 0.0,
             used: 0,
             misfit: f64::INFINITY,
+            unlikely: f64::INFINITY,
         })
     }
 
@@ -216,11 +218,11 @@ impl<'a> Search<'a> {
         found.converged && (agree || found.corrections.is_empty())
     }
 
-    /// Than another one: by rest, then by how many shots agree, then by how well they do.
+    /// Than another one: by rest, then by how many shots agree, then by how likely they are.
     fn is_better(&self, found: &FoundCamera, (other, of_other): (&Self, &FoundCamera)) -> bool {
         let rank = |search: &Self, found: &FoundCamera| (found.converged, search.used);
         match rank(self, found).cmp(&rank(other, of_other)) {
-            std::cmp::Ordering::Equal => self.misfit < other.misfit,
+            std::cmp::Ordering::Equal => self.unlikely < other.unlikely,
             order => order.is_gt(),
         }
     }
