@@ -222,6 +222,31 @@ fn a_tilted_phone_may_have_a_rolling_shutter() {
     }
 }
 
+/// A lens distorts the picture, as lenses do, or first the table, as in a program: a camera that looks askew tells them apart.
+#[test]
+fn a_tilted_phone_may_have_a_lens() {
+    let (reference, _) = fitted(by_phone(clean(7200)));
+    let stretched = |[x, y]: [f64; 2], middle: [f64; 2], by: f64| {
+        let (x, y) = (x - middle[0], y - middle[1]);
+        let stretched = 1.0 + by * (x * x + y * y);
+        [middle[0] + x * stretched, middle[1] + y * stretched]
+    };
+    let of_table = by_phone(shown(clean(7200), |x, y| stretched([x, y], [0.5, 0.7], -0.08)));
+    let mut of_picture = by_phone(clean(7200));
+    for shot in &mut of_picture.tracks.as_mut().unwrap().shots {
+        for sample in shot.cue.iter_mut().chain(&mut shot.object) {
+            // about the middle of the picture, 540 px from its lower edge
+            [sample.x, sample.y] = stretched([sample.x, sample.y], [960.0, 540.0], -0.1 / (1500.0 * 1500.0));
+        }
+    }
+    for (what, film) in [("of the picture", of_picture), ("of the table", of_table)] {
+        let (fit, found) = fitted(film);
+        is_recovered(what, &fit, &reference);
+        assert!(of(&found, Correction::Lens).adopted, "{what}: {found:?}");
+        assert!(fit.refuted.is_none(), "{what}: {}", fit.verdict().sentence);
+    }
+}
+
 /// What is usual of a camera must not hold back the start of the search where few contacts speak against it.
 #[test]
 fn six_shots_calibrate_a_phone() {

@@ -3,16 +3,16 @@
 //!
 //! With p a point of the plane of the balls' centres (m, from the middle of the film), the film shows
 //!
-//!   q = s (p_x, a p_y)            scale s, aspect a
-//!   q′ = q/(1 + k·q)              perspective k, 1/m
-//!   d = q′ − c, q″ = c + d (1 + l |d|²/r₀²)   lens l: what it adds at r₀ = 0.5 m from its axis, c
-//!   f = (q″_x + h q″_y, q″_y)     shear h
+//!   q = s (p_x + h a p_y, a p_y)   scale s, aspect a, shear h
+//!   q′ = q/(1 + k·q)               perspective k, 1/m
+//!   d = q′ − c, f = c + d (1 + l |d|²/r₀²)   lens l: what it adds at r₀ = 0.5 m from its axis, c
 //!
-//! and shows it at the instant t + τ_x f_x/s + τ_y f_y/(s a), where t is that of the frame: a rolling shutter reads the rows of its sensor
-//! one after the other, τ in s/m. They lie along x in the picture of a camera that is held upright, and askew in one that was turned.
-//! In films that a program made, rows may be those of the table instead, t + τ_x p_x + τ_y p_y, or the lens come before the perspective
-//! ([`Arrangement`]).
-//! A turn and a shift of the table leave everything that is fitted as it is, and are none of these.
+//! The first two lines are any projective map but for a turn and a shift of the table, which leave everything that is fitted as it is.
+//! The lens distorts the picture that they give, alike in every direction. The film shows the point f at the instant
+//! t + τ_x f_x/s + τ_y f_y/(s a), where t is that of the frame: a rolling shutter reads the rows of its sensor one after the other, τ in
+//! s/m. Rows lie along x in the picture of a camera that is held upright, and askew in one that was turned.
+//! In films that a program made, rows may be those of the table instead, t + τ_x p_x + τ_y p_y, or the lens distort the table, p, before
+//! it is shown (`Arrangement`).
 //!
 //! Sources: Hartley and Zisserman, Multiple View Geometry (2004), § 2.4 (projective maps) and Eq. 7.5 (radial lens); Ait-Aider et
 //! al., ECCV 2006 (rolling shutter).
@@ -33,7 +33,7 @@ const LENS_STEPS: usize = 20;
 pub(crate) struct Arrangement {
     /// A rolling shutter reads strips of the table of equal width, instead of rows of the picture as cameras do.
     pub rows_of_table: bool,
-    /// The lens distorts the table, and not its picture as lenses do.
+    /// The lens distorts the table, and not the picture as lenses do.
     pub lens_first: bool,
 }
 
@@ -77,22 +77,21 @@ impl Camera {
     pub fn film(&self, table: [f64; 2]) -> [f64; 2] {
         let [scale, aspect, shear, kx, ky, lens, cx, cy, ..] = self.values;
         let p = [table[0] - self.middle[0], table[1] - self.middle[1]];
-        // q = s (p_x, a p_y)
-        let q = [scale * p[0], scale * aspect * p[1]];
-        let perspective = |q: [f64; 2]| {
+        let askew = |p: [f64; 2]| {
+            // q = s (p_x + h a p_y, a p_y)
+            let q = [scale * (p[0] + shear * aspect * p[1]), scale * aspect * p[1]];
             // q′ = q/(1 + k·q)
             let shrunk = 1.0 + kx * q[0] + ky * q[1];
             q.map(|q| q / shrunk)
         };
-        let lens = |q: [f64; 2]| {
-            // d = q′ − c, q″ = c + d (1 + l |d|²/r₀²)
+        let through_lens = |q: [f64; 2]| {
+            // d = q′ − c, f = c + d (1 + l |d|²/r₀²)
             let d = [q[0] - cx, q[1] - cy];
             let stretched = 1.0 + lens * (d[0] * d[0] + d[1] * d[1]) / (LENS_RADIUS * LENS_RADIUS);
             [cx + d[0] * stretched, cy + d[1] * stretched]
         };
-        let q = if self.arrangement.lens_first { perspective(lens(q)) } else { lens(perspective(q)) };
-        // f = (q″_x + h q″_y, q″_y)
-        [q[0] + shear * q[1] + self.middle[0], q[1] + self.middle[1]]
+        let f = if self.arrangement.lens_first { askew(through_lens(p)) } else { through_lens(askew(p)) };
+        [f[0] + self.middle[0], f[1] + self.middle[1]]
     }
 
     /// Film → table, m; NaN where no point of the table is shown.
@@ -100,20 +99,23 @@ impl Camera {
     pub fn table(&self, film: [f64; 2]) -> [f64; 2] {
         let [scale, aspect, shear, kx, ky, lens, cx, cy, ..] = self.values;
         let f = [film[0] - self.middle[0], film[1] - self.middle[1]];
-        // q″ = (f_x − h f_y, f_y)
-        let q = [f[0] - shear * f[1], f[1]];
         let upright = |q: [f64; 2]| {
             // q = q′/(1 − k·q′)
             let shrunk = 1.0 - (kx * q[0] + ky * q[1]);
-            if shrunk > 0.0 { q.map(|q| q / shrunk) } else { [f64::NAN; 2] }
+            if !(shrunk > 0.0) {
+                return [f64::NAN; 2];
+            }
+            let q = q.map(|q| q / shrunk);
+            // p = ((q_x − h q_y)/s, q_y/(s a))
+            [(q[0] - shear * q[1]) / scale, q[1] / (scale * aspect)]
         };
-        let without_lens = |q: [f64; 2]| {
-            let d = [q[0] - cx, q[1] - cy];
+        let without_lens = |f: [f64; 2]| {
+            let d = [f[0] - cx, f[1] - cy];
             let straight = unstretched(lens, d[0].hypot(d[1]));
             [cx + d[0] * straight, cy + d[1] * straight]
         };
-        let q = if self.arrangement.lens_first { without_lens(upright(q)) } else { upright(without_lens(q)) };
-        [q[0] / scale + self.middle[0], q[1] / (scale * aspect) + self.middle[1]]
+        let p = if self.arrangement.lens_first { without_lens(upright(f)) } else { upright(without_lens(f)) };
+        [p[0] + self.middle[0], p[1] + self.middle[1]]
     }
 
     /// By how much later a rolling shutter reads a point, in seconds by the unit of each of the two corrections for it.

@@ -89,6 +89,12 @@ impl Correction {
         }
     }
 
+    /// Whether it is of a camera that looks askew.
+    #[must_use]
+    pub(crate) fn is_of_perspective(self) -> bool {
+        matches!(self, Self::PerspectiveX | Self::PerspectiveY)
+    }
+
     /// Whether it is of the lens.
     #[must_use]
     pub(crate) fn is_of_lens(self) -> bool {

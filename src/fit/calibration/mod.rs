@@ -182,19 +182,18 @@ impl<'a> Search<'a> {
         Some((found, search.unit, search.scene))
     }
 
-    /// Where a camera looks askew through a lens, or with a rolling shutter: in the arrangement that agrees best.
+    /// Where a camera looks askew through a lens, or either of these with a rolling shutter: in the arrangement that agrees best.
     fn arranged(self, found: FoundCamera) -> (Self, FoundCamera) {
-        type Other = (fn(Correction) -> bool, fn(&mut Arrangement));
-        const OTHERS: [Other; 2] = [
-            (Correction::is_of_lens, |arrangement| arrangement.lens_first = true),
-            (Correction::is_of_time, |arrangement| arrangement.rows_of_table = true),
+        type Is = fn(Correction) -> bool;
+        const OTHERS: [([Is; 2], fn(&mut Arrangement)); 2] = [
+            ([Correction::is_of_perspective, Correction::is_of_lens], |camera| camera.lens_first = true),
+            ([|which| which.is_of_perspective() || which.is_of_lens(), Correction::is_of_time], |camera| {
+                camera.rows_of_table = true
+            }),
         ];
-        let has = |found: &FoundCamera, is: fn(Correction) -> bool| found.adopted().any(is);
-        let looks_askew =
-            |which: Correction| matches!(which, Correction::PerspectiveX | Correction::PerspectiveY);
         let mut best = (self, found);
-        for (is, change) in OTHERS {
-            if !(has(&best.1, looks_askew) && has(&best.1, is)) {
+        for (needs, change) in OTHERS {
+            if !needs.into_iter().all(|is| best.1.adopted().any(is)) {
                 continue;
             }
             let mut other = best.0.clone();
