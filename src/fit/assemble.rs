@@ -191,7 +191,9 @@ impl<'a> Finished<'a> {
         let is_settled = gives_way.is_none() || !fit.footage || of_discs;
         let is_asked = options.explain || (options.depth >= Depth::Everything && causes::is_called_for(fit));
         if is_settled && is_asked {
-            fit.explanations = causes::explain(self.settled, search, of_discs);
+            let reduced = fit.diagnostics.goodness.as_ref().filter(|goodness| goodness.dof > 0);
+            let reduced = reduced.map(|goodness| goodness.chi2 / goodness.dof as f64);
+            fit.explanations = causes::explain(self.settled, search, (of_discs, reduced));
         }
         if is_settled && options.explain && fit.explanations.is_empty() {
             fit.notes.push(causes::none_found(self.settled, search, of_discs));

@@ -80,12 +80,10 @@ pub(super) fn fit_shots(request: &Request) -> Result<Fit, FitError> {
     };
     let (settled, starts) = starts::settle(search, settled, options);
     // weights that hold the scatter of one model compare no other
-    let alternatives = if depth >= Depth::Everything && !of_discs {
-        other_models::compare(search, &settled)
-    } else {
-        Vec::new()
-    };
-    let estimates = Estimates::of(&settled, choice.scatter, depth);
+    let compares = depth >= Depth::Everything && !of_discs;
+    let alternatives = || if compares { other_models::compare(search, &settled) } else { Vec::new() };
+    let (alternatives, estimates) =
+        rayon::join(alternatives, || Estimates::of(&settled, choice.scatter, depth));
     let finished = Finished::new(request, &choice, &settled, estimates);
     let mut fit = finished.fit(shots_rejected, starts, alternatives);
     finished.comment(&mut fit, depth);

@@ -3,6 +3,8 @@
 use std::collections::BTreeSet;
 use std::fmt::Write;
 
+use rayon::prelude::*;
+
 use super::plot::track;
 use super::{ReportError, folder_name};
 use crate::extraction::{Impact, Quantity};
@@ -34,7 +36,7 @@ pub fn pictures(
     let draw = |((shot, impact), name): (&(TrackShot, Impact), &String)| {
         Ok((format!("{name}.svg"), track::svg(shot, impact, scene)?.into_bytes()))
     };
-    extracted.iter().zip(&folders).map(draw).collect()
+    extracted.par_iter().zip(&folders).map(draw).collect()
 }
 
 /// The pictures of some of the shots: name of the shot and SVG.
@@ -43,7 +45,7 @@ pub fn pictures_of(
     extracted: &[(TrackShot, Impact)],
     scene: &Scene,
 ) -> Result<Vec<(String, String)>, ReportError> {
-    let wanted = extracted.iter().filter(|(shot, _)| names.contains(&shot.name));
+    let wanted = extracted.par_iter().filter(|(shot, _)| names.contains(&shot.name));
     wanted.map(|(shot, impact)| Ok((shot.name.clone(), track::svg(shot, impact, scene)?))).collect()
 }
 

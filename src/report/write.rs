@@ -99,6 +99,39 @@ fn put(files: &[(&'static str, Content)], folder: &Path) -> Result<(), ReportErr
 
 /// The files of a report, with pictures of footage for report.html.
 fn files<'a>(fit: &'a Fit, filmed: &Filmed) -> Result<Vec<(&'static str, Content<'a>)>, ReportError> {
+    let pixels = || (plot::png(fit), plot::contours::png(fit).transpose());
+    let (pages, (residuals_png, contours_png)) = rayon::join(|| pages(fit, filmed), pixels);
+    let Pages { residuals, contours, report } = pages?;
+    let bytes = |bytes: Vec<u8>| Content::Bytes(Cow::Owned(bytes));
+    let mut files = vec![
+        ("residuals.csv", Content::Residuals(fit)),
+        ("shots.csv", bytes(shot_table::render(fit).into_bytes())),
+        ("residuals.svg", bytes(residuals.into_bytes())),
+        ("residuals.png", bytes(residuals_png?)),
+    ];
+    if let Some(frames) = &fit.frames {
+        files.push(("frames.csv", Content::Frames(frames)));
+    }
+    if let Some(svg) = contours {
+        files.push(("contours.svg", bytes(svg.into_bytes())));
+    }
+    files.push(("report.html", bytes(report.into_bytes())));
+    if let Some(png) = contours_png? {
+        files.push(("contours.png", bytes(png)));
+    }
+    // Last, so that a program which waits for it finds the others.
+    files.push((FIT, bytes(json::render(fit)?.into_bytes())));
+    Ok(files)
+}
+
+/// residuals.svg, contours.svg and report.html.
+struct Pages {
+    residuals: String,
+    contours: Option<String>,
+    report: String,
+}
+
+fn pages(fit: &Fit, filmed: &Filmed) -> Result<Pages, ReportError> {
     let (residuals, spots) = plot::svg_with_spots(fit)?;
     let contours = plot::contours::svg(fit).transpose()?;
     let plot = with_spots(&residuals, &spots, &shot_list(named(fit), &[]), |index| {
@@ -115,26 +148,7 @@ fn files<'a>(fit: &'a Fit, filmed: &Filmed) -> Result<Vec<(&'static str, Content
         shots: filmed.shots.clone(),
     };
     let report = html::render(&content_with(fit, &pictures))?;
-    let bytes = |bytes: Vec<u8>| Content::Bytes(Cow::Owned(bytes));
-    let mut files = vec![
-        ("residuals.csv", Content::Residuals(fit)),
-        ("shots.csv", bytes(shot_table::render(fit).into_bytes())),
-        ("residuals.svg", bytes(residuals.into_bytes())),
-        ("residuals.png", bytes(plot::png(fit)?)),
-    ];
-    if let Some(frames) = &fit.frames {
-        files.push(("frames.csv", Content::Frames(frames)));
-    }
-    if let Some(svg) = contours {
-        files.push(("contours.svg", bytes(svg.into_bytes())));
-    }
-    files.push(("report.html", bytes(report.into_bytes())));
-    if let Some(png) = plot::contours::png(fit) {
-        files.push(("contours.png", bytes(png?)));
-    }
-    // Last, so that a program which waits for it finds the others.
-    files.push((FIT, bytes(json::render(fit)?.into_bytes())));
-    Ok(files)
+    Ok(Pages { residuals, contours, report })
 }
 
 /// Puts files into a folder, which is made where it is missing: all are complete on the disk before

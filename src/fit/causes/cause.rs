@@ -264,7 +264,7 @@ fn digits(value: f64) -> String {
     /// Noise that is told by residuals that the cause had inflated leaves next to nothing.
     const LITTLE: f64 = 0.5;
     if value < LITTLE {
-        format!("below {LITTLE}")
+        "below 1".to_owned()
     } else if value < 10.0 {
         format!("{value:.2}")
     } else {

@@ -237,11 +237,17 @@ impl Trial<'_> {
         found.min_by(|a, b| a.lowest.total_cmp(&b.lowest)).filter(|found| (low..=high).contains(&found.at))
     }
 
-    /// Whether a cause whose fits are slow is worth looking along: −2 log L is lower at its usual value.
+    /// Whether a cause whose fits are slow is worth looking along: −2 log L is lower at its usual value, and of side spins, which
+    /// explain the more the further they spread, the largest leave nothing to explain.
     pub(super) fn is_worth_it(&self, cause: Cause, held: &Departures, before: &Tried) -> bool {
-        let Cause::Compliance = cause else { return true };
-        let usual = self.fit(&held.with(cause, Model::KAPPA));
-        usual.is_some_and(|usual| before.minus_two_log - usual.minus_two_log > NAMED)
+        let at = |value: f64| self.fit(&held.with(cause, value));
+        match cause {
+            Cause::Compliance => {
+                at(Model::KAPPA).is_some_and(|usual| before.minus_two_log - usual.minus_two_log > NAMED)
+            }
+            Cause::SideSpin => at(cause.range()[1]).is_some_and(|largest| !largest.is_unexplained()),
+            _ => true,
+        }
     }
 
     /// Side spin of its own lets every shot go its own way, so that it takes up part of whatever is wrong: it is believed only where
@@ -251,9 +257,15 @@ impl Trial<'_> {
         self.fit(&held.with(cause, profile.at)).is_some_and(|with_it| !with_it.is_unexplained())
     }
 
-    pub(super) fn explanation(cause: Cause, profile: &Profile, before: &Tried, after: &Tried) -> Explanation {
+    /// `reduced`: χ²/dof before, as the fit has it or as [`Tried::reduced`].
+    pub(super) fn explanation(
+        cause: Cause,
+        profile: &Profile,
+        (before, reduced): (&Tried, f64),
+        after: &Tried,
+    ) -> Explanation {
         let (estimate, std_error) = (profile.at, profile.error * after.scale.sqrt());
-        let (explains, reduced) = (!after.is_unexplained(), [before.reduced(), after.reduced()]);
+        let (explains, reduced) = (!after.is_unexplained(), [reduced, after.reduced()]);
         let values: Vec<String> = after
             .parameters
             .iter()

@@ -45,8 +45,12 @@ pub(super) fn is_called_for(fit: &Fit) -> bool {
     })
 }
 
-/// What explains the residuals of a fit, the best first; empty where nothing does.
-pub(super) fn explain(settled: &Settled, search: &Search, discs: bool) -> Vec<Explanation> {
+/// What explains the residuals of a fit, the best first; empty where nothing does. `reduced`: its χ²/dof, where it has one.
+pub(super) fn explain(
+    settled: &Settled,
+    search: &Search,
+    (discs, reduced): (bool, Option<f64>),
+) -> Vec<Explanation> {
     let sample = search.first();
     let step = sample.fitted.len().div_ceil(SHOTS).max(1);
     let some: Vec<Fitted> = sample.fitted.iter().step_by(step).cloned().collect();
@@ -79,7 +83,8 @@ pub(super) fn explain(settled: &Settled, search: &Search, discs: bool) -> Vec<Ex
         let alike = |other: &Profile| round == 0 && fall(other) > ALIKE * fall(&profile);
         for (cause, profile) in found.iter().filter(|(cause, other)| *cause == best || alike(other)) {
             let Some(after) = trial.fit_with_errors(&held, (*cause, profile)) else { continue };
-            explanations.push(Trial::explanation(*cause, profile, &before, &after));
+            let reduced = reduced.filter(|_| round == 0).unwrap_or_else(|| before.reduced());
+            explanations.push(Trial::explanation(*cause, profile, (&before, reduced), &after));
         }
         held = held.with(best, profile.at);
         let Some(after) = trial.fit(&held) else { break };

@@ -57,8 +57,8 @@ pub(in crate::fit) fn contours(
     estimated_dof: Option<usize>,
 ) -> Vec<Contour> {
     let count = slice.free.len();
-    let pairs = (0..count).flat_map(|i| (i + 1..count).map(move |j| (i, j)));
-    pairs.filter_map(|(i, j)| contour(slice, minimum, [i, j], estimated_dof)).collect()
+    let pairs: Vec<[usize; 2]> = (0..count).flat_map(|i| (i + 1..count).map(move |j| [i, j])).collect();
+    pairs.into_par_iter().filter_map(|pair| contour(slice, minimum, pair, estimated_dof)).collect()
 }
 
 /// χ² rises by this on the edge of the region of two parameters.
@@ -93,7 +93,7 @@ fn contour(
             .collect();
         Some(Level { probability, rise, edge, ellipse })
     };
-    let levels: Option<Vec<Level>> = LEVELS.into_iter().map(level).collect();
+    let levels: Option<Vec<Level>> = LEVELS.into_par_iter().map(level).collect();
     Some(Contour { parameters: pair.map(|column| slice.free[column].parameter), centre, levels: levels? })
 }
 

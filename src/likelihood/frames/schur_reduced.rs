@@ -96,37 +96,49 @@ impl<const N: usize, const S: usize> Normal<N, S> {
     pub(super) fn reduce(&self, held: usize) -> Option<Eliminated<N>> {
         let own = N - S;
         let cholesky = self.own_part(0.0, held)?;
-        let mut coupling = SMatrix::<f64, N, ALL_SHARED>::zeros();
-        for i in 0..own.min(held) {
-            for j in 0..S {
-                coupling[(i, place(j))] = self.matrix[(own + j, i)];
-            }
-            for j in 0..Correction::COUNT {
-                coupling[(i, SHARED + j)] = self.camera_coupling[(i, j)];
-            }
+        // what the shot does not depend on, as the corrections of a camera that is known, has zeros everywhere
+        let mut used = [0; ALL_SHARED];
+        let mut count = 0;
+        for i in (0..ALL_SHARED).filter(|i| self.shared_entry(*i, *i) != 0.0) {
+            used[count] = i;
+            count += 1;
         }
-        let carried = cholesky.solve(&coupling);
+        let used = &used[..count];
+        let mut coupling = SMatrix::<f64, N, ALL_SHARED>::zeros();
+        let mut carried = SMatrix::<f64, N, ALL_SHARED>::zeros();
+        for j in used {
+            let mut column = SVector::<f64, N>::zeros();
+            for i in 0..own.min(held) {
+                column[i] = match Of::place(*j) {
+                    Of::Motion(j) => self.matrix[(own + j, i)],
+                    Of::Camera(j) => self.camera_coupling[(i, j)],
+                };
+            }
+            coupling.set_column(*j, &column);
+            cholesky.solve_mut(&mut column);
+            carried.set_column(*j, &column);
+        }
         let inner = self.own_gradient(held);
         let step = cholesky.solve(&inner);
         let mut schur = SMatrix::<f64, ROWS, ROWS>::zeros();
         let mut scale = [0.0; ROWS];
-        for i in 0..ALL_SHARED {
-            for j in 0..=i {
-                schur[(i, j)] = self.shared_entry(i, j) - coupling.column(i).dot(&carried.column(j));
+        for (n, i) in used.iter().enumerate() {
+            let of_own = coupling.column(*i);
+            for j in &used[..=n] {
+                schur[(*i, *j)] = self.shared_entry(*i, *j) - of_own.dot(&carried.column(*j));
             }
-            let gradient = match Of::place(i) {
-                Of::Motion(i) if i < S => self.gradient[own + i],
-                Of::Motion(_) => 0.0,
+            let gradient = match Of::place(*i) {
+                Of::Motion(i) => self.gradient[own + i],
                 Of::Camera(i) => self.camera_gradient[i],
             };
-            schur[(ALL_SHARED, i)] = gradient - carried.column(i).dot(&inner);
-            scale[i] = self.shared_entry(i, i);
+            schur[(ALL_SHARED, *i)] = gradient - carried.column(*i).dot(&inner);
+            scale[*i] = self.shared_entry(*i, *i);
         }
         schur[(ALL_SHARED, ALL_SHARED)] = self.square - inner.dot(&step);
         scale[ALL_SHARED] = self.square;
-        let l = semidefinite(schur, &scale);
-        let jacobian = l.fixed_view::<ALL_SHARED, ROWS>(0, 0).transpose();
-        let residuals = l.row(ALL_SHARED).transpose();
+        semidefinite(&mut schur, &scale, used);
+        let jacobian = schur.fixed_view::<ALL_SHARED, ROWS>(0, 0).transpose();
+        let residuals = schur.row(ALL_SHARED).transpose();
         Some(Eliminated { residuals, jacobian, step: -step, by_shared: -carried })
     }
 
@@ -175,27 +187,26 @@ pub(super) struct Eliminated<const N: usize> {
     pub by_shared: SMatrix<f64, N, ALL_SHARED>,
 }
 
-/// L of a positive semidefinite LLᵀ, from its lower triangle; a column is 0 whose pivot is rounding beside
-/// `scale`.
-fn semidefinite(mut a: SMatrix<f64, ROWS, ROWS>, scale: &[f64; ROWS]) -> SMatrix<f64, ROWS, ROWS> {
-    for k in 0..ROWS {
+/// L of a positive semidefinite LLᵀ in the place of its lower triangle, of which only the rows and columns `used`, and the last ones, are
+/// not 0; a column is 0 whose pivot is rounding beside `scale`.
+fn semidefinite(a: &mut SMatrix<f64, ROWS, ROWS>, scale: &[f64; ROWS], used: &[usize]) {
+    let mut rows = [ALL_SHARED; ROWS];
+    rows[..used.len()].copy_from_slice(used);
+    let rows = &rows[..=used.len()];
+    for (n, &k) in rows.iter().enumerate() {
         let pivot = a[(k, k)];
         if pivot <= SILENT * scale[k] {
             a.column_mut(k).fill(0.0);
-        } else {
-            let root = pivot.sqrt();
-            for i in k..ROWS {
-                a[(i, k)] /= root;
-            }
-            for j in k + 1..ROWS {
-                for i in j..ROWS {
-                    a[(i, j)] -= a[(i, k)] * a[(j, k)];
-                }
-            }
+            continue;
         }
-        for j in k + 1..ROWS {
-            a[(k, j)] = 0.0;
+        let root = pivot.sqrt();
+        for &i in &rows[n..] {
+            a[(i, k)] /= root;
+        }
+        for (m, &j) in rows.iter().enumerate().skip(n + 1) {
+            for &i in &rows[m..] {
+                a[(i, j)] -= a[(i, k)] * a[(j, k)];
+            }
         }
     }
-    a
 }
