@@ -24,21 +24,30 @@ pub(super) fn in_metres(film: &TrackShot, unit: f64) -> TrackShot {
 /// 2R tell anything.
 pub(super) fn finer_unit(films: &[TrackShot], first: f64, scene: &Scene) -> f64 {
     const ROUNDS: usize = 3;
-    /// Of the shots: fewer that are not at 2R are those that something else is wrong with.
+    /// So many shots, spread evenly, tell it well enough: the search for the camera goes on from there.
+    const SHOTS: usize = 16;
+    /// Of these: fewer that are not at 2R are those that something else is wrong with.
     const FEW: f64 = 0.2;
+    /// Where the unit changes by less than this part, the next round would only repeat it.
+    const SAME: f64 = 0.02;
+    let some: Vec<&TrackShot> = films.iter().step_by(films.len().div_ceil(SHOTS).max(1)).collect();
     let mut unit = first;
     for _ in 0..ROUNDS {
-        let shots: Vec<TrackShot> = films.iter().map(|film| in_metres(film, unit)).collect();
+        let shots: Vec<TrackShot> = some.iter().map(|film| in_metres(film, unit)).collect();
         let off = extract_all(&shots, scene, &|| ()).into_iter().filter_map(|impact| match impact {
             Err(Unusable::Separation { measured, expected, .. }) => Some(expected / measured),
             _ => None,
         });
         let mut ratios: Vec<f64> = off.filter(|ratio| ratio.is_finite() && *ratio > 0.0).collect();
-        if ratios.len() as f64 <= FEW * films.len() as f64 {
+        if ratios.len() as f64 <= FEW * some.len() as f64 {
             break;
         }
         ratios.sort_by(f64::total_cmp);
-        unit *= ratios[ratios.len() / 2];
+        let finer = ratios[ratios.len() / 2];
+        unit *= finer;
+        if (finer - 1.0).abs() < SAME {
+            break;
+        }
     }
     unit
 }
