@@ -2,8 +2,8 @@
 
 use caromfit::fit;
 use caromfit::fit::causes::{Cause, Explanation};
-use caromfit::fit::{Depth, Fit, Options};
-use caromfit::measurement::dataset::Dataset;
+use caromfit::fit::{Depth, Fit, Grade, Options};
+use caromfit::measurement::dataset::{Dataset, ObjectBall};
 use caromfit::measurement::parameter::Parameter;
 use caromfit::measurement::spin::Spin;
 use caromfit::physics::ball::Ball;
@@ -73,6 +73,32 @@ fn causes_are_looked_for_on_request() {
     {
         assert_eq!(looked.matches(cause).count(), 1, "{looked}");
     }
+}
+
+/// Masses that are stated wrongly are named with their ratio.
+#[test]
+fn a_mass_that_is_stated_wrongly_is_named() {
+    let mut dataset = footage(Played::NaturalRoll, Spin::NaturalRoll, 9150);
+    let ball = Ball { mass: dataset.ball.mass / 1.03, ..dataset.ball };
+    dataset.object = Some(ObjectBall::exact(ball));
+    let fit = fitted(dataset);
+    is_named(&fit, Cause::MassRatio, 1.0, TRUTH);
+    let sentence = &named(&fit).unwrap().sentence;
+    assert!(sentence.contains("and not 1.03 times as stated"), "{sentence}");
+}
+
+/// A frame rate that is 5 % too high hides in the noise that each film tells by itself, and moves μ_s: a score test finds it.
+#[test]
+fn a_frame_rate_that_the_noise_hides_is_named() {
+    let mut dataset = footage(Played::NaturalRoll, Spin::NaturalRoll, 9160);
+    for shot in &mut dataset.tracks.as_mut().unwrap().shots {
+        shot.fps *= 1.05;
+        shot.cue.iter_mut().chain(&mut shot.object).for_each(|sample| sample.t /= 1.05);
+    }
+    let fit = fitted(dataset);
+    assert!(fit.diagnostics.goodness.as_ref().unwrap().p_value.is_some_and(|p| p > 1e-3), "it hides");
+    is_named(&fit, Cause::FrameRate, 1.0 / 1.05, TRUTH);
+    assert_eq!(fit.verdict().grade, Grade::Doubtful);
 }
 
 #[test]

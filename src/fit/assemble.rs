@@ -189,7 +189,8 @@ impl<'a> Finished<'a> {
         let (of_discs, gives_way) = (fit.discs.is_some(), self.choice.gives_way);
         // footage is corrected anew for a contact that gives way, and looked at then
         let is_settled = gives_way.is_none() || !fit.footage || of_discs;
-        let is_asked = options.explain || (options.depth >= Depth::Everything && causes::is_called_for(fit));
+        let is_called_for = || causes::is_called_for(fit) || causes::is_suspected(self.settled, of_discs);
+        let is_asked = options.explain || (options.depth >= Depth::Everything && is_called_for());
         if is_settled && is_asked {
             let reduced = fit.diagnostics.goodness.as_ref().filter(|goodness| goodness.dof > 0);
             let reduced = reduced.map(|goodness| goodness.chi2 / goodness.dof as f64);

@@ -143,6 +143,7 @@ impl Fit {
                 ))
             })
             .or_else(|| self.unexplained())
+            .or_else(|| self.cause())
             .or_else(|| self.refuted_friction())
             .or_else(|| self.doubtful_shots())
             .or_else(|| self.undetermined())

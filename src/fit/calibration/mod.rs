@@ -64,6 +64,8 @@ pub(super) fn calibrated(
         found.drops = [found.drops[0] + at_impacts, found.drops[1] + at_impacts];
     }
     tracks.notes.extend(found.sentences());
+    // where the stated unit is not that of the film, its lengths mean nothing without the balls
+    tracks.from_balls |= found.unit != 1.0;
     dataset.tracks = Some(tracks);
     (dataset, Some(found), last_scene)
 }

@@ -3,7 +3,7 @@
 use crate::fit::camera::FoundCorrection;
 use crate::fit::estimate::Estimate;
 use crate::measurement::correction::Correction;
-use crate::measurement::number::with_error;
+use crate::measurement::number::{plain, with_error};
 use crate::measurement::parameter::Parameter;
 
 /// Why residuals may be larger than their errors.
@@ -33,13 +33,12 @@ pub enum Cause {
 }
 
 impl Cause {
-    /// Those that are looked for beyond the film's.
-    pub(super) const ALL: [Self; 8] = [
+    /// Those that are looked for beyond the film's, and that change all shots alike: all but side spin.
+    pub(super) const OF_ALL_SHOTS: [Self; 7] = [
         Self::MassRatio,
         Self::Compliance,
         Self::FrameRate,
         Self::CueSpin,
-        Self::SideSpin,
         Self::FallingFriction,
         Self::TiltX,
         Self::TiltY,
@@ -126,11 +125,11 @@ pub struct Explanation {
 }
 
 impl Explanation {
-    /// Whether its value differs from what is assumed by more than its error with the scatter that is left allows.
-    pub(super) fn is_sure(&self) -> bool {
+    /// Whether its value differs from what is `assumed` by more than its error with the scatter that is left allows.
+    pub(super) fn is_sure(&self, assumed: f64) -> bool {
         /// Standard errors.
         const SURELY: f64 = 3.0;
-        (self.estimate - self.cause.neutral()).abs() > SURELY * self.std_error
+        (self.estimate - assumed).abs() > SURELY * self.std_error
     }
 
     /// What a correction of the camera explained.
@@ -194,12 +193,12 @@ impl Explanation {
         }
     }
 
-    /// What is said of a cause that is not adopted; `parameters` as in "μ = 0.05 ± 0.01, …".
+    /// What is said of a cause that is not adopted, and of which something else is assumed; `parameters` as in "μ = 0.05 ± 0.01, …".
     pub(super) fn sentence(
-        cause: Cause,
+        (cause, assumed): (Cause, f64),
         (value, error): (f64, f64),
-        [before, after]: [f64; 2],
-        (explains, parameters): (bool, &str),
+        ([before, after], delta_2logl): ([f64; 2], f64),
+        (explains, parameters): (bool, String),
     ) -> String {
         let what = match cause {
             Cause::Film(which) => format!("A {} of {}", which.words(), with_error(value, error)),
@@ -214,10 +213,20 @@ impl Explanation {
                     percent(-value, error)
                 )
             }
+            Cause::MassRatio if assumed != cause.neutral() => format!(
+                "A mass of the cue ball that is {} times the object ball's, and not {} times as stated,",
+                with_error(value, error),
+                plain(assumed, 4)
+            ),
             Cause::MassRatio => format!(
                 "A cue ball {} % {} than the object ball",
                 percent((value - 1.0).abs(), error),
                 if value > 1.0 { "heavier" } else { "lighter" }
+            ),
+            Cause::Compliance if assumed > 0.0 => format!(
+                "A contact that gives way along the surface by κ = {}, and not {},",
+                with_error(value, error),
+                plain(assumed, 4)
             ),
             Cause::Compliance => {
                 format!("A contact that gives way along the surface, κ = {},", with_error(value, error))
@@ -252,7 +261,13 @@ impl Explanation {
             Cause::FallingFriction => "friction = \"exponential\" under [fit] takes it, or --falling fit.",
             Cause::TiltX | Cause::TiltY => "Level the table; a fit does not take it.",
         };
-        format!("{what} {verb} (χ²/dof {} → {}). With it {parameters}. {then}", digits(before), digits(after))
+        // noise that the frames tell by themselves hides much of what a cause explains
+        let misfit = if after < before {
+            format!("χ²/dof {} → {}, ", digits(before), digits(after))
+        } else {
+            String::new()
+        };
+        format!("{what} {verb} ({misfit}−2 log L lower by {:.0}). With it {parameters}. {then}", -delta_2logl)
     }
 }
 

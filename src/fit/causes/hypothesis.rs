@@ -43,6 +43,22 @@ impl Departures {
     }
 }
 
+/// Shots and model as they would be under other assumptions.
+pub(super) struct Altered {
+    shots: Vec<Fitted>,
+    model: Model,
+    settings: Settings,
+    initial: Values,
+}
+
+impl Altered {
+    /// The same sample with these.
+    pub(super) fn of<'a>(&'a self, sample: &Sample<'a>) -> Sample<'a> {
+        let Self { shots, model, settings, initial } = self;
+        Sample { fitted: shots, model, settings, initial: *initial, ..sample.clone() }
+    }
+}
+
 /// A fit that is tried under other assumptions.
 pub(super) struct Trial<'a> {
     pub sample: &'a Sample<'a>,
@@ -116,10 +132,22 @@ impl Trial<'_> {
                 model.law == Law::Constant && !mu.fixed && fitted.iter().all(|shot| shot.plan.knows_speed())
             }
             // of discs, masses are stated or follow from the momentum
-            Cause::MassRatio => model.object.is_none() && !self.discs,
+            Cause::MassRatio => !settings.parameters().contains(&Parameter::MassRatio) && !self.discs,
             // integrated, which fits of velocities with errors of their inputs repeat too often
-            Cause::Compliance => filmed && model.kappa == 0.0 && !settings[Parameter::Mu].fixed,
+            Cause::Compliance => {
+                let is_free = model.kappa > 0.0 && !settings[Parameter::Kappa].fixed;
+                filmed && !is_free && !settings[Parameter::Mu].fixed
+            }
             Cause::Film(_) | Cause::Radius => false,
+        }
+    }
+
+    /// What is assumed of a cause as the data set stands.
+    pub(super) fn assumed(&self, cause: Cause) -> f64 {
+        match cause {
+            Cause::MassRatio => self.sample.model.mass_ratio(),
+            Cause::Compliance => self.sample.model.kappa,
+            _ => cause.neutral(),
         }
     }
 
@@ -148,7 +176,8 @@ impl Trial<'_> {
         Some(there)
     }
 
-    fn fit_from(&self, departures: &Departures, start: Values) -> Option<Tried> {
+    /// The shots and the model under other assumptions, and where a search begins.
+    pub(super) fn altered(&self, departures: &Departures, start: Values) -> Altered {
         let rate = departures.get(Cause::FrameRate);
         let topspin = departures.get(Cause::CueSpin);
         let side_sd = departures.get(Cause::SideSpin);
@@ -187,9 +216,14 @@ impl Trial<'_> {
             let c = Parameter::C.default_setting().initial;
             fall(&mut settings, &mut model, &mut initial, [b, c]);
         }
-        let altered =
-            Sample { fitted: &shots, model: &model, settings: &settings, initial, ..self.sample.clone() };
-        let settled = Settled::from_starts(&Search::of(altered).likeliest(), &[vec![initial]]).ok()?;
+        Altered { shots, model, settings, initial }
+    }
+
+    fn fit_from(&self, departures: &Departures, start: Values) -> Option<Tried> {
+        let altered = self.altered(departures, start);
+        let Altered { shots, initial, .. } = &altered;
+        let settled =
+            Settled::from_starts(&Search::of(altered.of(self.sample)).likeliest(), &[vec![*initial]]).ok()?;
         let Settled { search, minimum, .. } = &settled;
         // ln det C of velocities has it already
         let volume = if search.is_filmed() && search.shots().any(Fitted::has_side_spin) {
@@ -233,7 +267,16 @@ impl Trial<'_> {
             }
             Some(fit.minus_two_log)
         };
-        let found = cause.starts().iter().filter_map(|(start, step)| least(of, *start, *step));
+        let unit = self.assumed(cause);
+        let starts: Vec<(f64, f64)> = match cause {
+            // masses that differ from those stated by a few percent
+            Cause::MassRatio => {
+                cause.starts().iter().map(|(start, step)| (start * unit, step * unit)).collect()
+            }
+            Cause::Compliance if unit > 0.0 => vec![(unit, 0.25 * unit)],
+            _ => cause.starts().to_vec(),
+        };
+        let found = starts.into_iter().filter_map(|(start, step)| least(of, start, step));
         found.min_by(|a, b| a.lowest.total_cmp(&b.lowest)).filter(|found| (low..=high).contains(&found.at))
     }
 
@@ -243,7 +286,13 @@ impl Trial<'_> {
         let at = |value: f64| self.fit(&held.with(cause, value));
         match cause {
             Cause::Compliance => {
-                at(Model::KAPPA).is_some_and(|usual| before.minus_two_log - usual.minus_two_log > NAMED)
+                let lower = |kappa: f64| {
+                    at(kappa).is_some_and(|there| before.minus_two_log - there.minus_two_log > NAMED)
+                };
+                match self.assumed(cause) {
+                    0.0 => lower(Model::KAPPA),
+                    kappa => lower(0.75 * kappa) || lower(1.25 * kappa),
+                }
             }
             Cause::SideSpin => at(cause.range()[1]).is_some_and(|largest| !largest.is_unexplained()),
             _ => true,
@@ -259,6 +308,7 @@ impl Trial<'_> {
 
     /// `reduced`: χ²/dof before, as the fit has it or as [`Tried::reduced`].
     pub(super) fn explanation(
+        &self,
         cause: Cause,
         profile: &Profile,
         (before, reduced): (&Tried, f64),
@@ -271,13 +321,18 @@ impl Trial<'_> {
             .iter()
             .map(|(p, value, error)| format!("{} = {}", p.symbol(), with_error(*value, *error)))
             .collect();
-        let sentence =
-            Explanation::sentence(cause, (estimate, std_error), reduced, (explains, &values.join(", ")));
+        let delta_2logl = profile.lowest - before.minus_two_log;
+        let sentence = Explanation::sentence(
+            (cause, self.assumed(cause)),
+            (estimate, std_error),
+            (reduced, delta_2logl),
+            (explains, values.join(", ")),
+        );
         Explanation {
             cause,
             estimate,
             std_error,
-            delta_2logl: profile.lowest - before.minus_two_log,
+            delta_2logl,
             adopted: false,
             with_it: after.parameters.clone(),
             reduced_chi2: Some(reduced),

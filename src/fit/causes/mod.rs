@@ -7,6 +7,7 @@
 mod cause;
 mod hypothesis;
 mod profile;
+mod score;
 
 pub use cause::{Cause, Explanation};
 use hypothesis::{Departures, Trial};
@@ -45,6 +46,22 @@ pub(super) fn is_called_for(fit: &Fit) -> bool {
     })
 }
 
+/// Whether a score test finds an assumption without which −2 log L would be lower by what names a cause, though the noise explains the
+/// residuals: noise that each shot tells by itself hides much.
+pub(super) fn is_suspected(settled: &Settled, discs: bool) -> bool {
+    let sample = settled.search.first();
+    if !sample.is_filmed() || discs || settled.search.is_robust() {
+        return false;
+    }
+    let step = sample.fitted.len().div_ceil(SHOTS).max(1);
+    let some: Vec<Fitted> = sample.fitted.iter().step_by(step).cloned().collect();
+    let sample = Sample { fitted: &some, ..sample.clone() };
+    let trial = Trial { sample: &sample, start: *settled.minimum.first(), discs };
+    score::STEPS.iter().any(|(cause, step)| {
+        trial.knows(*cause) && score::fall(&trial, settled, (*cause, *step)).is_some_and(|fall| fall > NAMED)
+    })
+}
+
 /// What explains the residuals of a fit, the best first; empty where nothing does. `reduced`: its χ²/dof, where it has one.
 pub(super) fn explain(
     settled: &Settled,
@@ -67,24 +84,38 @@ pub(super) fn explain(
     let Some(mut before) = trial.fit(&held) else { return Vec::new() };
     let mut explanations = Vec::new();
     for round in 0..TOGETHER {
-        let mut found: Vec<(Cause, Profile)> = Cause::ALL
-            .into_iter()
-            .filter(|cause| !held.contains(*cause) && trial.knows(*cause))
-            .filter(|cause| trial.is_worth_it(*cause, &held, &before))
-            .filter_map(|cause| Some((cause, trial.along(cause, &held)?)))
-            .filter(|(cause, profile)| trial.is_believable(*cause, profile, &held))
-            .collect();
-        found.sort_by(|a, b| a.1.lowest.total_cmp(&b.1.lowest));
-        let Some((best, profile)) = found.first().copied() else { break };
+        let along = |causes: &[Cause]| -> Vec<(Cause, Profile)> {
+            causes
+                .iter()
+                .copied()
+                .filter(|cause| !held.contains(*cause) && trial.knows(*cause))
+                .filter(|cause| trial.is_worth_it(*cause, &held, &before))
+                .filter_map(|cause| Some((cause, trial.along(cause, &held)?)))
+                .filter(|(cause, profile)| trial.is_believable(*cause, profile, &held))
+                .collect()
+        };
         let fall = |profile: &Profile| before.minus_two_log - profile.lowest;
-        if !(fall(&profile) > NAMED.max(WORTH_NAMING * before.excess())) {
+        let is_named = |profile: &Profile| fall(profile) > NAMED.max(WORTH_NAMING * before.excess());
+        let mut found = along(&Cause::OF_ALL_SHOTS);
+        found.sort_by(|a, b| a.1.lowest.total_cmp(&b.1.lowest));
+        // shots that go their own ways take up part of whatever is wrong, and are the slowest to look along
+        let explains_all = |(cause, profile): &(Cause, Profile)| {
+            is_named(profile)
+                && trial.fit(&held.with(*cause, profile.at)).is_some_and(|with_it| !with_it.is_unexplained())
+        };
+        if !found.first().is_some_and(explains_all) {
+            found.extend(along(&[Cause::SideSpin]));
+            found.sort_by(|a, b| a.1.lowest.total_cmp(&b.1.lowest));
+        }
+        let Some((best, profile)) = found.first().copied() else { break };
+        if !is_named(&profile) {
             break;
         }
         let alike = |other: &Profile| round == 0 && fall(other) > ALIKE * fall(&profile);
         for (cause, profile) in found.iter().filter(|(cause, other)| *cause == best || alike(other)) {
             let Some(after) = trial.fit_with_errors(&held, (*cause, profile)) else { continue };
             let reduced = reduced.filter(|_| round == 0).unwrap_or_else(|| before.reduced());
-            explanations.push(Trial::explanation(*cause, profile, (&before, reduced), &after));
+            explanations.push(trial.explanation(*cause, profile, (&before, reduced), &after));
         }
         held = held.with(best, profile.at);
         let Some(after) = trial.fit(&held) else { break };
@@ -101,7 +132,7 @@ pub(super) fn explain(
                 .fit(&held.without(cause))
                 .is_some_and(|fit| fit.minus_two_log < before.minus_two_log + NAMED)
     };
-    explanations.retain(Explanation::is_sure);
+    explanations.retain(|explanation| explanation.is_sure(trial.assumed(explanation.cause)));
     let best = explanations.first().map(|best| best.cause);
     explanations.retain(|explanation| Some(explanation.cause) == best || !needless(explanation.cause));
     explanations
@@ -110,8 +141,12 @@ pub(super) fn explain(
 /// That [`explain`] found nothing, and what it looked for.
 pub(super) fn none_found(settled: &Settled, search: &Search, discs: bool) -> String {
     let trial = Trial { sample: search.first(), start: *settled.minimum.first(), discs };
-    let mut tried: Vec<&str> =
-        Cause::ALL.into_iter().filter(|cause| trial.knows(*cause)).map(Cause::name).collect();
+    let mut tried: Vec<&str> = Cause::OF_ALL_SHOTS
+        .into_iter()
+        .chain([Cause::SideSpin])
+        .filter(|cause| trial.knows(*cause))
+        .map(Cause::name)
+        .collect();
     tried.dedup();
     if tried.is_empty() {
         return "Causes of the residuals were looked for on request, but these data can tell none."
