@@ -187,10 +187,11 @@ impl<'a> Search<'a> {
     /// Where a camera looks askew through a lens, or either of these with a rolling shutter: in the arrangement that agrees best.
     fn arranged(self, found: FoundCamera) -> (Self, FoundCamera) {
         type Is = fn(Correction) -> bool;
-        const OTHERS: [([Is; 2], fn(&mut Arrangement)); 2] = [
+        type Other = ([Is; 2], fn(&mut Arrangement));
+        const OTHERS: [Other; 2] = [
             ([Correction::is_of_perspective, Correction::is_of_lens], |camera| camera.lens_first = true),
             ([|which| which.is_of_perspective() || which.is_of_lens(), Correction::is_of_time], |camera| {
-                camera.rows_of_table = true
+                camera.rows_of_table = true;
             }),
         ];
         let mut best = (self, found);
