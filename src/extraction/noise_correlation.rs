@@ -11,6 +11,7 @@
 //! Sources: Patterson and Thompson (1971), Biometrika 58, 545; Box, Jenkins and Reinsel, Time Series Analysis, § 3.2.
 
 use nalgebra::{DMatrix, DVector};
+use rayon::prelude::*;
 
 use super::initial_guess;
 use crate::measurement::track::{Sample, TrackShot};
@@ -18,6 +19,9 @@ use crate::trajectory::scene::Scene;
 
 /// Columns of X: 1, t, t², t³.
 const POWERS: usize = 4;
+
+/// So many shots, spread evenly, tell ρ to a hundredth.
+const MOST_SHOTS: usize = 500;
 
 /// Frames of a path that are used, and how few are too few.
 const MOST_FRAMES: usize = 48;
@@ -51,7 +55,8 @@ pub struct NoiseCorrelation {
 /// Finds the correlation of the noise of all shots; `None` where they do not tell.
 #[must_use]
 pub fn noise_correlation(shots: &[TrackShot], scene: &Scene) -> Option<NoiseCorrelation> {
-    let mut paths: Vec<DVector<f64>> = shots.iter().filter_map(|shot| paths(shot, scene)).flatten().collect();
+    let some = shots.par_iter().step_by(shots.len().div_ceil(MOST_SHOTS).max(1));
+    let mut paths: Vec<DVector<f64>> = some.filter_map(|shot| paths(shot, scene)).flatten_iter().collect();
     let noise = |y: &DVector<f64>| whitened(y, 0.0).map_or(f64::INFINITY, |w| w.square / w.numbers);
     let mut noises: Vec<f64> = paths.iter().map(noise).collect();
     noises.sort_by(f64::total_cmp);

@@ -1,6 +1,8 @@
 //! Fits of frames: the shots with their films, what a joint fit finds besides the parameters, and what frames could tell at
 //! best.
 
+use std::io;
+
 use nalgebra::{DMatrix, DVector, SMatrix};
 use rayon::prelude::*;
 use statrs::distribution::{ChiSquared, ContinuousCDF};
@@ -77,12 +79,33 @@ impl FittedFrames {
 
     /// Shot by shot, in the order of those that were used.
     pub fn shots(&self) -> impl Iterator<Item = OfShot> {
-        self.shots.iter().filter_map(|(name, shot, own)| {
-            let film = shot.film.as_ref()?;
-            let rows = film.rows(&shot.plan.collision(&self.model), &self.shared, own)?;
-            let speed = frames::rows::speed(own);
-            Some(OfShot { shot: name.clone(), cut: shot.plan.cut(), speed, rows })
-        })
+        self.shots.iter().filter_map(|shot| self.of_shot(shot))
+    }
+
+    fn of_shot(&self, (name, shot, own): &(String, Fitted, Own)) -> Option<OfShot> {
+        let film = shot.film.as_ref()?;
+        let rows = film.rows(&shot.plan.collision(&self.model), &self.shared, own)?;
+        let speed = frames::rows::speed(own);
+        Some(OfShot { shot: name.clone(), cut: shot.plan.cut(), speed, rows })
+    }
+
+    /// Writes a text of each shot, in the same order. Texts are made side by side, some at a time: there may be more frames than should be
+    /// held in memory.
+    ///
+    /// # Errors
+    /// Those of `to`.
+    pub(crate) fn write(
+        &self,
+        to: &mut dyn io::Write,
+        text: impl Fn(&OfShot) -> String + Sync,
+    ) -> io::Result<()> {
+        const AT_A_TIME: usize = 512;
+        for some in self.shots.chunks(AT_A_TIME) {
+            let of_shot = |shot| self.of_shot(shot).map(|of_shot| text(&of_shot));
+            let texts: Vec<Option<String>> = some.par_iter().map(of_shot).collect();
+            texts.iter().flatten().try_for_each(|text| to.write_all(text.as_bytes()))?;
+        }
+        Ok(())
     }
 
     /// What was estimated of each shot besides the parameters, in the same order, with the shot's name.

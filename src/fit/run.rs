@@ -20,6 +20,8 @@ use crate::measurement::loss::Loss;
 /// With more shots than this the profiles, the regions of pairs of parameters and the other models, some hundred fits,
 /// would take longer than reading and extracting…
 const MANY_SHOTS: usize = 20_000;
+/// …and with so many the regions and other models, which are then parabolas to the eye…
+const MANY_IN_REGIONS: usize = 5_000;
 /// …with so many shots whose frames are fitted, which takes a hundred times as long, the regions and other models…
 const MANY_FILMED: usize = 100;
 /// …and with so many the profiles.
@@ -29,6 +31,7 @@ const MANY_PROFILED: usize = 500;
 fn affordable(depth: Depth, shots: usize, method: Method) -> Depth {
     let most = match method {
         Method::TwoStage if shots > MANY_SHOTS => Depth::Estimates,
+        Method::TwoStage if shots > MANY_IN_REGIONS => Depth::Intervals,
         Method::Joint if shots > MANY_PROFILED => Depth::Estimates,
         Method::Joint if shots > MANY_FILMED => Depth::Intervals,
         _ => Depth::Everything,

@@ -33,11 +33,11 @@ pub fn write(fit: &Fit, to: &mut dyn Write) -> io::Result<()> {
     writeln!(to, "{HEADER}")?;
     let model = if fit.refuted.is_some() { "refuted" } else { "" };
     match &fit.frames {
-        Some(frames) => frames.shots().try_for_each(|of_shot| {
+        Some(frames) => frames.write(to, |of_shot| {
             let shot = quoted(&of_shot.shot);
             let [cut, speed] = [of_shot.cut.to_degrees(), of_shot.speed].map(|value| number(value, SHOT));
             let common = format!("{cut},{speed}");
-            of_shot.rows.iter().try_for_each(|row| frame(to, &shot, row, [&common, model]))
+            of_shot.rows.iter().map(|row| frame(&shot, row, [&common, model])).collect()
         }),
         None => fit.residuals.iter().try_for_each(|residual| {
             let unit_si = residual.observable.unit_si();
@@ -56,7 +56,7 @@ pub fn write(fit: &Fit, to: &mut dyn Write) -> io::Result<()> {
     }
 }
 
-fn frame(to: &mut dyn Write, shot: &str, row: &Row, [common, model]: [&str; 2]) -> io::Result<()> {
+fn frame(shot: &str, row: &Row, [common, model]: [&str; 2]) -> String {
     let (prefix, ball) = match row.ball {
         TrackedBall::Cue => ("cue", "cue"),
         TrackedBall::Object => ("obj", "object"),
@@ -67,9 +67,8 @@ fn frame(to: &mut dyn Write, shot: &str, row: &Row, [common, model]: [&str; 2]) 
         Measured::SpinBefore => (format!("{prefix}_w{axis}"), "rad/s"),
         Measured::SpinAfter => (format!("{prefix}_w{axis}_after"), "rad/s"),
     };
-    writeln!(
-        to,
-        "{shot},{name},{unit},{},{},{common},{},{ball},{model}",
+    format!(
+        "{shot},{name},{unit},{},{},{common},{},{ball},{model}\n",
         compared([row.measured, row.predicted, row.sd]),
         cell(digits::decimal(row.standardized())),
         number(row.time.unwrap_or(f64::NAN), MANY),

@@ -20,26 +20,26 @@ pub const HEADER: &str =
 /// Those of `to`.
 pub fn write(frames: &FittedFrames, to: &mut dyn Write) -> io::Result<()> {
     writeln!(to, "{HEADER}")?;
-    frames.shots().try_for_each(|of_shot| {
+    frames.write(to, |of_shot| {
         let shot = quoted(&of_shot.shot);
         let coordinates: Vec<&Row> =
             of_shot.rows.iter().filter(|row| row.quantity == Measured::Coordinate).collect();
-        // x and y of a frame follow each other
-        coordinates.chunks_exact(2).try_for_each(|frame| {
+        let line = |frame: &[&Row]| {
             let ball = match frame[0].ball {
                 TrackedBall::Cue => "cue",
                 TrackedBall::Object => "object",
             };
             let both = |of: &dyn Fn(&Row) -> String| format!("{},{}", of(frame[0]), of(frame[1]));
-            writeln!(
-                to,
-                "{shot},{ball},{},{},{},{},{}",
+            format!(
+                "{shot},{ball},{},{},{},{},{}\n",
                 number(frame[0].time.unwrap_or(f64::NAN), MANY),
                 both(&|row| cell(digits::to_error(row.measured, Some(row.sd)))),
                 both(&|row| cell(digits::to_error(row.predicted, Some(row.sd)))),
                 both(&|row| number(row.sd, FEW)),
                 both(&|row| cell(digits::decimal(row.standardized()))),
             )
-        })
+        };
+        // x and y of a frame follow each other
+        coordinates.chunks_exact(2).map(line).collect()
     })
 }

@@ -8,6 +8,8 @@ mod corrected;
 mod start;
 mod unit;
 
+use rayon::prelude::*;
+
 use self::unit::{finer_unit, in_metres};
 use super::camera::{FoundCamera, FoundCorrection};
 use crate::extraction::{contact, noise_correlation, repair_drops_at_impacts};
@@ -24,6 +26,9 @@ const LEAST_SHOTS: usize = 6;
 
 /// So many shots, spread evenly, calibrate a camera to some 1e-4.
 const CALIBRATED_FROM: usize = 120;
+
+/// Among thousands of shots, noise looks like a dropped frame in one or two: in fewer than this part of them, no camera drops frames.
+const SELDOM: f64 = 0.002;
 
 /// Lengths that are off by more than this part are in another unit, or their scale is wrong by a factor.
 const OTHER_UNIT: f64 = 0.1;
@@ -42,7 +47,8 @@ pub(super) fn calibrated(
     };
     let scene = Scene { side_sd: dataset.side_sd, ..Scene::of(&dataset.model(Fidelity::Full)) };
     let mut tracks = tracks.clone();
-    let dropped: Vec<usize> = tracks.shots.iter_mut().map(drops::repair).filter(|count| *count > 0).collect();
+    let repaired = tracks.shots.par_iter_mut().map(drops::repair);
+    let dropped: Vec<usize> = repaired.filter(|count| *count > 0).collect();
     let noise_correlation = noise_correlation(&tracks.shots, &scene);
     if let Some(found) = noise_correlation.filter(|found| found.adopted) {
         tracks.shots.iter_mut().for_each(|shot| shot.correlation = found.value);
@@ -57,7 +63,7 @@ pub(super) fn calibrated(
     for shot in &mut tracks.shots {
         *shot = found.camera.shot(&in_metres(shot, unit));
     }
-    if !dropped.is_empty() {
+    if dropped.len() as f64 > SELDOM * tracks.shots.len() as f64 {
         // a camera that drops frames does so next to impacts, too
         let scene = last_scene.unwrap_or(scene);
         let at_impacts = repair_drops_at_impacts(&mut tracks.shots, &scene);
