@@ -23,16 +23,19 @@ const MOST: f64 = 8.0;
 pub fn repair(shot: &mut TrackShot) -> usize {
     let frame = shot.fps.recip();
     let mut found: Vec<(f64, f64)> = Vec::new();
-    let steps = [&shot.cue, &shot.object].map(|samples| steps(samples, frame));
+    let steps = [&shot.cue, &shot.object].map(|samples| Steps::new(samples, frame));
     for (own, other) in [(0, 1), (1, 0)] {
-        for step in &steps[own] {
-            let Some(lost) = step.lost else { continue };
-            let contradicts = |other: &Step| {
-                (other.from - step.from).abs() < 0.5 * frame && other.is_even && other.lost.is_none()
+        for i in 0..steps[own].lengths.len() {
+            let Some(lost) = steps[own].long(i).lost else { continue };
+            let from = steps[own].samples[i].t;
+            let contradicts = |j: usize| {
+                let other = &steps[other];
+                let is_then = (other.samples[j].t - from).abs() < 0.5 * frame;
+                is_then && matches!(other.at(j), Step { is_even: true, lost: None })
             };
-            let known = found.iter().any(|(at, _)| (at - step.from).abs() < 0.5 * frame);
-            if !known && !steps[other].iter().any(contradicts) {
-                found.push((step.from, lost));
+            let known = found.iter().any(|(at, _)| (at - from).abs() < 0.5 * frame);
+            if !known && !(0..steps[other].lengths.len()).any(contradicts) {
+                found.push((from, lost));
             }
         }
     }
@@ -47,30 +50,52 @@ pub fn repair(shot: &mut TrackShot) -> usize {
 }
 
 /// From a sample to the next.
+#[derive(Default)]
 struct Step {
-    from: f64,
     /// The ball moves by steps that are well above the noise on both sides.
     is_even: bool,
     /// How many frames are missing in it.
     lost: Option<f64>,
 }
 
-fn steps(samples: &[Sample], frame: f64) -> Vec<Step> {
-    let lengths: Vec<Option<[f64; 2]>> = samples
-        .windows(2)
-        .map(|two| {
+/// The steps of a ball; `None` where the next frame is missing.
+struct Steps<'a> {
+    samples: &'a [Sample],
+    lengths: Vec<Option<[f64; 2]>>,
+}
+
+impl<'a> Steps<'a> {
+    fn new(samples: &'a [Sample], frame: f64) -> Self {
+        let step = |two: &[Sample]| {
             let follows = (two[1].t - two[0].t - frame).abs() < 0.1 * frame;
             follows.then(|| [two[1].x - two[0].x, two[1].y - two[0].y])
-        })
-        .collect();
-    let step = |i: usize| {
-        let none = Step { from: samples[i].t, is_even: false, lost: None };
-        let Some(own) = lengths[i] else { return none };
+        };
+        Self { samples, lengths: samples.windows(2).map(step).collect() }
+    }
+
+    /// A step, if it is longer than most on either side: others have lost nothing.
+    fn long(&self, i: usize) -> Step {
+        /// A step of two frames is half as long again as the usual one at least, and most steps are within a fifth of that.
+        const LONGER: f64 = 1.2;
+        let square = |v: [f64; 2]| v[0] * v[0] + v[1] * v[1];
+        let Some(own) = self.lengths[i] else { return Step::default() };
+        let around = i.saturating_sub(SIDE)..self.lengths.len().min(i + 1 + SIDE);
+        let (mut shorter, mut all) = (0, 0);
+        for other in self.lengths[around].iter().flatten() {
+            shorter += usize::from(LONGER * LONGER * square(*other) < square(own));
+            all += 1;
+        }
+        if 2 * shorter < all { Step::default() } else { self.at(i) }
+    }
+
+    fn at(&self, i: usize) -> Step {
+        let lengths = &self.lengths;
+        let Some(own) = lengths[i] else { return Step::default() };
         let before: Vec<[f64; 2]> = lengths[i.saturating_sub(SIDE)..i].iter().copied().flatten().collect();
         let after: Vec<[f64; 2]> =
             lengths[i + 1..lengths.len().min(i + 1 + SIDE)].iter().copied().flatten().collect();
         if before.len() < LEAST || after.len() < LEAST {
-            return none;
+            return Step::default();
         }
         let (usual_before, usual_after) = (middle(&before), middle(&after));
         let length = |v: [f64; 2]| v[0].hypot(v[1]);
@@ -89,9 +114,8 @@ fn steps(samples: &[Sample], frame: f64) -> Vec<Step> {
         let whole = times.round();
         let left = length([own[0] - whole * usual[0], own[1] - whole * usual[1]]);
         let lost = is_even && (2.0..=MOST).contains(&whole) && left < OFF * length(usual);
-        Step { is_even, lost: lost.then_some(whole - 1.0), ..none }
-    };
-    (0..lengths.len()).map(step).collect()
+        Step { is_even, lost: lost.then_some(whole - 1.0) }
+    }
 }
 
 /// The medians of x and of y.
