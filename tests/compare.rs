@@ -332,10 +332,24 @@ fn the_published_treatments_are_compared_in_mu() {
         let label = fit["group"]["label"].as_str().unwrap();
         assert!((of(label) - alone).abs() < 1e-3 * alone, "{label}: {} {alone}", of(label));
     }
-    for file in ["compare.json", "forest.svg", "forest.png", "residuals.svg", "residuals.png", "report.html"]
-    {
+    for file in [
+        "compare.json",
+        "forest.svg",
+        "forest.png",
+        "residuals.csv",
+        "residuals.svg",
+        "residuals.png",
+        "report.html",
+    ] {
         assert!(out.join(file).metadata().unwrap().len() > 500, "{file}");
     }
+    let residuals = std::fs::read_to_string(out.join("residuals.csv")).unwrap();
+    let mut lines = residuals.lines();
+    assert!(lines.next().unwrap().starts_with("sample,shot,observable,unit,measured,predicted,sd,"));
+    assert!(
+        lines.all(|line| line.split(',').count() == 13) && residuals.contains("\nTurtle wax,"),
+        "{residuals}"
+    );
 }
 
 #[test]

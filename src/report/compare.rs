@@ -12,7 +12,7 @@ use super::plot;
 use super::plot::compare::{forest_png, forest_svg, residuals_png, residuals_svg};
 use super::shots::{MOST_PICTURES, ShotPicture, shot_list, with_spots};
 use super::trust::{computed, constraints, down_weighted};
-use super::{LEAST_P, ReportError, diagnostics, html, p_text, text};
+use super::{LEAST_P, ReportError, csv, diagnostics, html, p_text, text};
 use crate::compare::{Compared, Comparison, Difference, LabelResidual, Value};
 use crate::fit::{Counted, Method, Prepared, Rejected, Residual};
 
@@ -75,6 +75,7 @@ pub fn files(
     Ok(vec![
         ("forest.svg", forest.into_bytes()),
         ("forest.png", forest_png(comparison)?),
+        ("residuals.csv", csv::of_comparison(comparison).into_bytes()),
         ("residuals.svg", residuals.into_bytes()),
         ("residuals.png", residuals_png(comparison)?),
         ("report.html", report.into_bytes()),

@@ -6,7 +6,8 @@ use std::io::{self, Write};
 use super::digits;
 use super::digits::{FEW, MANY, SHOT};
 use super::unit_name;
-use crate::fit::Fit;
+use crate::compare::Comparison;
+use crate::fit::{Fit, Residual};
 use crate::likelihood::frames::rows::{Measured, Row};
 use crate::measurement::track::TrackedBall;
 
@@ -39,21 +40,31 @@ pub fn write(fit: &Fit, to: &mut dyn Write) -> io::Result<()> {
             let common = format!("{cut},{speed}");
             of_shot.rows.iter().map(|row| frame(&shot, row, [&common, model])).collect()
         }),
-        None => fit.residuals.iter().try_for_each(|residual| {
-            let unit_si = residual.observable.unit_si();
-            writeln!(
-                to,
-                "{},{},{},{},{},{},,,{model}",
-                quoted(&residual.shot),
-                residual.observable.column(),
-                unit_name(residual.observable),
-                compared([residual.measured, residual.predicted, residual.sd].map(|si| si / unit_si)),
-                cell(digits::decimal(residual.standardized)),
-                [number(residual.cut.to_degrees(), SHOT), number(residual.speed.unwrap_or(f64::NAN), SHOT)]
-                    .join(","),
-            )
-        }),
+        None => fit.residuals.iter().try_for_each(|residual| to.write_all(row(residual, model).as_bytes())),
     }
+}
+
+/// residuals.csv of a comparison: that of a fit with the sample before each row, a data set or a label of one.
+pub(super) fn of_comparison(comparison: &Comparison) -> String {
+    let model = if comparison.refuted.is_some() { "refuted" } else { "" };
+    let rows = comparison.residuals.iter().map(|residual| {
+        let sample = &comparison.samples[residual.sample].title;
+        format!("{},{}", quoted(sample), row(&residual.of_shot, model))
+    });
+    std::iter::once(format!("sample,{HEADER}\n")).chain(rows).collect()
+}
+
+fn row(residual: &Residual, model: &str) -> String {
+    let unit_si = residual.observable.unit_si();
+    format!(
+        "{},{},{},{},{},{},,,{model}\n",
+        quoted(&residual.shot),
+        residual.observable.column(),
+        unit_name(residual.observable),
+        compared([residual.measured, residual.predicted, residual.sd].map(|si| si / unit_si)),
+        cell(digits::decimal(residual.standardized)),
+        [number(residual.cut.to_degrees(), SHOT), number(residual.speed.unwrap_or(f64::NAN), SHOT)].join(","),
+    )
 }
 
 fn frame(shot: &str, row: &Row, [common, model]: [&str; 2]) -> String {
