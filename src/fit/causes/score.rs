@@ -1,5 +1,5 @@
 //! By how much −2 log L would fall if an assumption were given up, from its slope and curvature where it is not: Rao's score test, which
-//! takes two evaluations in the place of some ten fits.
+//! takes three evaluations in the place of some ten fits.
 //!
 //! With C = ½χ² of the frames, least over each shot's own unknowns, x what the shots share and δ the assumption:
 //!
