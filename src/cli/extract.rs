@@ -2,8 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use caromfit::fit::Prepared;
-use caromfit::fit::footage::with_discs;
+use caromfit::fit::{Prepared, calibrated_discs};
 use caromfit::measurement::dataset::Dataset;
 use caromfit::report::{FORMAT_VERSION, ReportError, discs, extracted, write};
 use serde_json::json;
@@ -111,7 +110,7 @@ fn extract(
         write::write_files(files, folder)
     };
     if let Some(facts) = dataset.tracks.as_ref().and_then(|tracks| tracks.discs) {
-        let (dataset, shots) = with_discs(dataset);
+        let (dataset, shots) = calibrated_discs(dataset);
         if !shots.is_empty() {
             let drawn = if pictures { discs::pictures(&facts, &shots)? } else { Vec::new() };
             save(drawn, &discs::files(&dataset, &facts, &shots))?;

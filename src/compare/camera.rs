@@ -18,7 +18,7 @@ pub(super) fn share(prepared: &mut [Prepared]) -> Result<(), CompareError> {
     let mut first: Option<(String, f64)> = None;
     for own in prepared.iter() {
         let name = &own.dataset.name;
-        let camera = own.camera.as_ref().filter(|camera| camera.shots > 0);
+        let camera = own.camera.as_ref().filter(|camera| camera.shots > 0 && !camera.of_discs);
         let camera = camera.ok_or_else(|| CompareError::NoCamera(name.clone()))?;
         let (other, unit) = first.get_or_insert_with(|| (name.clone(), camera.unit));
         if *unit != camera.unit {

@@ -2,10 +2,11 @@
 
 use std::sync::Arc;
 
-use super::calibration::calibrated;
-use super::footage::{extracted, films, finds_spins_from_paths, near};
+use super::calibration::{calibrated, calibrated_discs as corrected_discs};
+use super::footage::{extracted, films, finds_spins_from_paths, near, with_discs};
 use super::{FilmUnknowns, Fit, FitError, FoundCamera, Method, Options, check, fit_watched};
 use crate::extraction::Impact;
+use crate::extraction::disc::DiscImpact;
 use crate::likelihood::frames::Film;
 use crate::measurement::dataset::Dataset;
 use crate::measurement::parameter::{Compliance, Parameter, Setting};
@@ -28,7 +29,7 @@ pub struct Prepared {
     pub extracted: Vec<(TrackShot, Impact)>,
     /// What was assumed of the balls and the cloth.
     pub scene: Scene,
-    /// What the shots show of their camera; `None` where there is no footage of balls.
+    /// What the shots show of their camera; `None` where there is no footage, or too little of discs.
     pub camera: Option<FoundCamera>,
 }
 
@@ -63,7 +64,9 @@ impl Prepared {
     /// What a joint fit of its frames estimates besides the parameters.
     #[must_use]
     pub fn film_unknowns(&self) -> FilmUnknowns {
-        self.camera.as_ref().map(FoundCamera::unknowns).unwrap_or_default()
+        // what discs tell of their camera is in the frames of their whole paths, which no fit of their impacts sees again
+        let camera = self.camera.as_ref().filter(|found| !found.of_discs);
+        camera.map(FoundCamera::unknowns).unwrap_or_default()
     }
 
     /// The frames of its shots, of at most about `most` of them, and how they follow the corrections of the camera.
@@ -80,6 +83,12 @@ impl Prepared {
     }
 }
 
+/// Corrects footage of discs for its camera and extracts their impacts ([`with_discs`]). Any other data set is returned as it is.
+#[must_use]
+pub fn calibrated_discs(dataset: Dataset) -> (Dataset, Vec<(TrackShot, DiscImpact)>) {
+    with_discs(corrected_discs(dataset).0)
+}
+
 /// A data set and its fits.
 #[non_exhaustive]
 pub struct Analysis {
@@ -89,7 +98,7 @@ pub struct Analysis {
     pub extracted: Vec<(TrackShot, Impact)>,
     /// What was assumed of the balls and the cloth.
     pub scene: Scene,
-    /// What the shots show of their camera; `None` where there is no footage of balls.
+    /// What the shots show of their camera; `None` where there is no footage, or too little of discs.
     pub camera: Option<FoundCamera>,
     /// The fit, or one for each label that is fitted apart.
     pub fits: Result<Vec<Fit>, FitError>,
@@ -117,7 +126,7 @@ pub fn analyse_watched(dataset: &Dataset, options: &Options, done: &(dyn Fn() + 
     }
     let mut dataset = dataset.clone();
     dataset.settings = options.falling.applied(dataset.settings);
-    // discs need no correction of a film, and their κ is fitted
+    // discs are corrected without a model of their contact, and their κ is fitted
     if dataset.tracks.as_ref().is_none_or(|tracks| tracks.discs.is_some()) {
         return analyse_once(dataset, options, done);
     }

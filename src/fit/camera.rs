@@ -1,5 +1,5 @@
 //! The camera that the balls calibrate: they touch at 2R in every direction and everywhere in the picture, and move as the cloth lets
-//! them. With it, what else is found of a film: noise that lasts, frames that were dropped.
+//! them; discs keep their shape and move straight. With it, what else is found of a film: noise that lasts, frames that were dropped.
 
 use super::{FilmUnknowns, Fit, SharedKind};
 use crate::extraction::NoiseCorrelation;
@@ -45,6 +45,8 @@ pub struct FoundCamera {
     /// The number of shots in which frames were dropped without a sign in their numbers, and the number of such
     /// drops.
     pub drops: [usize; 2],
+    /// Whether discs calibrate it, and not balls.
+    pub of_discs: bool,
 }
 
 impl FoundCamera {
@@ -60,6 +62,7 @@ impl FoundCamera {
             noise_correlation: None,
             resolution: 0.0,
             drops: [0; 2],
+            of_discs: false,
         }
     }
 
@@ -122,9 +125,11 @@ impl FoundCamera {
             )
         });
         let unfinished = (!self.converged).then(|| {
-            "The search for the camera did not converge: what is left to correct may bias the estimates. Check the radius, \
-             the frame rate and which track is which ball, or state what is known under [camera]."
-                .to_owned()
+            format!(
+                "The search for the camera did not converge: what is left to correct may bias the estimates. Check the radius, \
+                 the frame rate and which track is which {}, or state what is known under [camera].",
+                if self.of_discs { "disc" } else { "ball" }
+            )
         });
         scaled.into_iter().chain(self.sentence()).chain(unfinished).chain(lasts).chain(dropped).collect()
     }
@@ -142,7 +147,8 @@ impl FoundCamera {
             .collect();
         (!adopted.is_empty()).then(|| {
             format!(
-                "The positions were corrected for the camera, which the balls themselves calibrate ({}): {}.",
+                "The positions were corrected for the camera, which the {} themselves calibrate ({}): {}.",
+                if self.of_discs { "discs" } else { "balls" },
                 number::count_of(self.shots, "shot"),
                 adopted.join(", ")
             )

@@ -47,7 +47,7 @@ mod verdict;
 pub(crate) mod warnings;
 
 pub use crate::likelihood::frames::shared_unknowns::Kind as SharedKind;
-pub use analysis::{Analysis, Prepared, analyse, analyse_watched};
+pub use analysis::{Analysis, Prepared, analyse, analyse_watched, calibrated_discs};
 pub use camera::{FoundCamera, FoundCorrection};
 pub use counted::Counted;
 pub use diagnostics::goodness::{Goodness, NoiseVerdict, Normality};

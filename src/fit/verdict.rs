@@ -180,9 +180,10 @@ impl Fit {
         }
         let camera = self.camera.as_ref().filter(|camera| !camera.converged)?;
         Some(format!(
-            "The camera could not be calibrated from these {} shots: check radius, capture_fps and which track is which ball, or \
+            "The camera could not be calibrated from these {} shots: check radius, capture_fps and which track is which {}, or \
              state what is known of it under [camera].",
-            camera.shots
+            camera.shots,
+            if camera.of_discs { "disc" } else { "ball" }
         ))
     }
 

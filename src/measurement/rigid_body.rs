@@ -8,7 +8,8 @@ const ROUNDS: usize = 8;
 /// Points are on one line where the circle through them is this many times larger than they are spread.
 const FLAT: f64 = 100.0;
 
-type Point = [f64; 2];
+/// A place, m.
+pub(crate) type Point = [f64; 2];
 
 /// The centre, in every frame, of a body whose markers stand on a circle about it.
 ///
@@ -28,21 +29,9 @@ pub fn circle_centres(markers: &[&[Sample]]) -> Result<Vec<Sample>, String> {
     let frames = frames(markers);
     let complete: Vec<Vec<Point>> =
         frames.iter().filter_map(|(_, points)| points.iter().copied().collect()).collect();
-    let Some(first) = complete.get(complete.len() / 2) else {
+    let Some(shape) = shape(&complete) else {
         return Err("no frame has all points on the disc; expected some that do".to_string());
     };
-    let mut shape = first.clone();
-    for _ in 0..ROUNDS {
-        let mut placed: Vec<Vec<Point>> = vec![Vec::with_capacity(complete.len()); shape.len()];
-        for points in &complete {
-            // back from the frame onto the shape
-            let pose = Pose::of(points, &shape);
-            for (point, all) in points.iter().zip(&mut placed) {
-                all.push(pose.place(*point));
-            }
-        }
-        shape = placed.into_iter().map(median).collect();
-    }
     let centre = circle(&shape).ok_or_else(|| {
         "the points on the disc are on one line; expected three or more on a circle about its centre"
             .to_string()
@@ -56,8 +45,25 @@ pub fn circle_centres(markers: &[&[Sample]]) -> Result<Vec<Sample>, String> {
     Ok(placed.collect())
 }
 
+/// The shape of a body from frames that have all its points: superposed on each other, their median. `None` without frames.
+pub(crate) fn shape(complete: &[Vec<Point>]) -> Option<Vec<Point>> {
+    let mut shape = complete.get(complete.len() / 2)?.clone();
+    for _ in 0..ROUNDS {
+        let mut placed: Vec<Vec<Point>> = vec![Vec::with_capacity(complete.len()); shape.len()];
+        for points in complete {
+            // back from the frame onto the shape
+            let pose = Pose::of(points, &shape);
+            for (point, all) in points.iter().zip(&mut placed) {
+                all.push(pose.place(*point));
+            }
+        }
+        shape = placed.into_iter().map(median).collect();
+    }
+    Some(shape)
+}
+
 /// The points of every frame that has any, in the order of time.
-fn frames(markers: &[&[Sample]]) -> Vec<(f64, Vec<Option<Point>>)> {
+pub(crate) fn frames(markers: &[&[Sample]]) -> Vec<(f64, Vec<Option<Point>>)> {
     let mut times: Vec<f64> = markers.iter().flat_map(|samples| samples.iter().map(|s| s.t)).collect();
     times.sort_by(f64::total_cmp);
     times.dedup();
@@ -69,16 +75,16 @@ fn frames(markers: &[&[Sample]]) -> Vec<(f64, Vec<Option<Point>>)> {
 }
 
 /// A rotation and a shift.
-struct Pose {
-    cos: f64,
-    sin: f64,
+pub(crate) struct Pose {
+    pub cos: f64,
+    pub sin: f64,
     from: Point,
     to: Point,
 }
 
 impl Pose {
     /// The one that brings the first points nearest to the second.
-    fn of(from: &[Point], to: &[Point]) -> Self {
+    pub(crate) fn of(from: &[Point], to: &[Point]) -> Self {
         let (a, b) = (mean(from), mean(to));
         let (mut along, mut across) = (0.0, 0.0);
         for (p, q) in from.iter().zip(to) {
@@ -90,7 +96,7 @@ impl Pose {
         Self { cos, sin, from: a, to: b }
     }
 
-    fn place(&self, point: Point) -> Point {
+    pub(crate) fn place(&self, point: Point) -> Point {
         let [x, y] = [point[0] - self.from[0], point[1] - self.from[1]];
         [self.to[0] + self.cos * x - self.sin * y, self.to[1] + self.sin * x + self.cos * y]
     }

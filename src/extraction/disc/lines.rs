@@ -12,8 +12,11 @@ const MOST_REPEATED: f64 = 0.95;
 pub(super) fn distances(shot: &TrackShot) -> Vec<(f64, f64)> {
     let mut distances = Vec::new();
     for a in &shot.cue {
+        // a rolling shutter reads one disc a little earlier than the other
         let i = shot.object.partition_point(|b| b.t < a.t);
-        if let Some(b) = shot.object.get(i).filter(|b| (b.t - a.t) * shot.fps < 0.25) {
+        let around = i.checked_sub(1).into_iter().chain([i]).filter_map(|i| shot.object.get(i));
+        let nearest = around.min_by(|b, c| (b.t - a.t).abs().total_cmp(&(c.t - a.t).abs()));
+        if let Some(b) = nearest.filter(|b| (b.t - a.t).abs() * shot.fps < 0.25) {
             distances.push((a.t, (b.x - a.x).hypot(b.y - a.y)));
         }
     }

@@ -1,10 +1,10 @@
-//! Corrects films for their camera until nothing is left to correct, and leaves out what the frames do not call for.
+//! What is left to correct in films of balls, by a joint fit of their frames.
 
 use std::sync::Arc;
 
-use nalgebra::{DMatrix, DVector};
-
+use super::adopted::{Calibrates, Left};
 use super::{CALLED_FOR, Search};
+use crate::film::camera::Camera;
 use crate::fit::camera::{FoundCamera, FoundCorrection};
 use crate::fit::frames::filmed;
 use crate::fit::minimum::Minimum;
@@ -22,23 +22,8 @@ use crate::measurement::values::Values;
 use crate::physics::collision::Fidelity;
 use crate::trajectory::scene::{LiftPrior, Scene};
 
-/// Rounds of fitting and correcting. Nothing is left to correct within this part of a standard error, or of what is usual of a
-/// correction: its square is then far below a standard error.
-const ROUNDS: usize = 8;
-const AT_REST: f64 = 0.2;
-const SMALL: f64 = 0.02;
-
-/// A value that is further from that of a perfect camera than so many times what is usual is of no camera.
-const FAR: f64 = 10.0;
-
-/// What a joint fit says is left to correct, in the order of the free corrections.
-struct Left {
-    values: DVector<f64>,
-    covariance: DMatrix<f64>,
-}
-
-impl Search<'_> {
-    /// What the frames of the films as the camera corrects them say is left.
+impl Calibrates for Search<'_> {
+    /// What a joint fit of the corrected films says is left.
     fn left(&mut self, free: &[Correction]) -> Option<Left> {
         let shots: Vec<TrackShot> = self.films.iter().map(|film| self.camera.shot(film)).collect();
         let scene = match self.scene {
@@ -105,104 +90,43 @@ impl Search<'_> {
         (values.iter().chain(covariance.iter()).all(|v| v.is_finite())).then_some(Left { values, covariance })
     }
 
-    /// Corrects until nothing is left; the last covariance, and whether nothing is. None if this leads to what no camera does.
-    fn converge(&mut self, free: &[Correction]) -> Option<(DMatrix<f64>, bool)> {
-        let mut last = None;
-        for _ in 0..ROUNDS {
-            let Some(Left { values, covariance }) = self.left(free) else { break };
-            for (which, by) in free.iter().zip(values.iter()) {
-                self.camera = self.camera.with(*which, self.camera.get(*which) + by);
-            }
-            if free
-                .iter()
-                .any(|which| (self.camera.get(*which) - which.neutral()).abs() > FAR * which.usual())
-            {
-                return None;
-            }
-            let rests = (0..free.len()).all(|i| {
-                values[i].abs() < (AT_REST * covariance[(i, i)].sqrt()).max(SMALL * free[i].usual())
-            });
-            last = Some((covariance, rests));
-            if rests {
-                break;
-            }
-        }
-        last
+    fn camera(&mut self) -> &mut Camera {
+        &mut self.camera
     }
 
+    /// A scale that the balls gave is always needed.
+    fn needs(&self, which: Correction) -> bool {
+        which == Correction::Scale && (self.from_balls || self.unit != 1.0)
+    }
+
+    fn called_for(&self) -> f64 {
+        CALLED_FOR
+    }
+
+    fn as_found(&self, mut corrections: Vec<FoundCorrection>, converged: bool) -> FoundCamera {
+        for found in &mut corrections {
+            if found.which == Correction::Scale {
+                // film over table: of lengths in the film's own unit
+                found.value /= self.unit;
+                found.std_error /= self.unit;
+            }
+        }
+        let (camera, unit, shots) = (self.camera, self.unit, self.contacts.len());
+        let contacts = self.contacts.iter().map(|[a, b]| [0, 1].map(|i| 0.5 * (a[i] + b[i]))).collect();
+        FoundCamera { camera, corrections, unit, shots, contacts, converged, ..FoundCamera::as_it_is() }
+    }
+}
+
+impl Search<'_> {
     pub(super) fn found(&mut self) -> Option<FoundCamera> {
         let all = self.free.clone();
         if all.is_empty() {
             let needs = self.unit != 1.0 || !self.camera.is_neutral();
             return needs.then(|| self.as_found(Vec::new(), true));
         }
-        let Some((covariance, mut converged)) = self.converge(&all) else {
-            // a film without a unit still has that of its balls
-            return (self.unit != 1.0).then(|| self.as_found(Vec::new(), false));
-        };
-        let mut corrections: Vec<FoundCorrection> = all
-            .iter()
-            .enumerate()
-            .map(|(i, which)| FoundCorrection {
-                which: *which,
-                value: self.camera.get(*which),
-                std_error: covariance[(i, i)].sqrt(),
-                adopted: false,
-            })
-            .collect();
-        let mut adopted = self.called_for(&all, covariance);
-        // what the frames call for may not be called for where others were left out
-        loop {
-            for found in &mut corrections {
-                found.adopted = adopted.contains(&found.which);
-                if !found.adopted {
-                    self.camera = self.camera.with(found.which, found.which.neutral());
-                }
-            }
-            if adopted.is_empty() {
-                break;
-            }
-            let Some((covariance, rests)) = self.converge(&adopted) else {
-                return Some(self.as_found(corrections, false));
-            };
-            converged = rests;
-            for (i, which) in adopted.iter().enumerate() {
-                if let Some(found) = corrections.iter_mut().find(|found| found.which == *which) {
-                    (found.value, found.std_error) = (self.camera.get(*which), covariance[(i, i)].sqrt());
-                }
-            }
-            let still = self.called_for(&adopted, covariance);
-            if still.len() == adopted.len() {
-                break;
-            }
-            adopted = still;
-        }
-        Some(self.as_found(corrections, converged))
-    }
-
-    /// The corrections without which −2 log L would be higher by as much as calls for them, one after the other left out; the camera
-    /// goes where the others are then best.
-    fn called_for(&mut self, all: &[Correction], mut covariance: DMatrix<f64>) -> Vec<Correction> {
-        let mut kept: Vec<Correction> = all.to_vec();
-        loop {
-            let off = |which: &Correction| self.camera.get(*which) - which.neutral();
-            // −2 log L rises by z² where a correction is left out
-            let z2 = |i: usize, which: &Correction| off(which).powi(2) / covariance[(i, i)];
-            // a scale that the balls gave is always needed
-            let gave = self.from_balls || self.unit != 1.0;
-            let needed = |which: &Correction| gave && *which == Correction::Scale;
-            let least = kept.iter().enumerate().filter(|(_, which)| !needed(which));
-            let least = least.map(|(i, which)| (i, z2(i, which))).min_by(|a, b| a.1.total_cmp(&b.1));
-            let Some((out, _)) = least.filter(|(_, z2)| *z2 < CALLED_FOR) else { return kept };
-            let by = off(&kept[out]) / covariance[(out, out)];
-            for (i, which) in kept.iter().enumerate() {
-                self.camera = self.camera.with(*which, self.camera.get(*which) - covariance[(i, out)] * by);
-            }
-            let column = covariance.column(out).into_owned();
-            let rest = &covariance - &column * column.transpose() / column[out];
-            covariance = rest.remove_row(out).remove_column(out);
-            kept.remove(out);
-        }
+        let found = self.adopted(&all);
+        // a film without a unit still has that of its balls
+        found.or_else(|| (self.unit != 1.0).then(|| self.as_found(Vec::new(), false)))
     }
 }
 

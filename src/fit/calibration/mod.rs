@@ -2,16 +2,19 @@
 //!
 //! The search begins at the distances of the centres at the contacts, which tell scale, aspect, shear and perspective. From there the
 //! frames of all shots are fitted jointly with every [`Correction`] free, the films corrected by what was found, and again until nothing
-//! is left to correct. What the frames do not call for is then left out.
+//! is left to correct. What the frames do not call for is then left out. Discs calibrate their camera without a model of their collision
+//! (`discs`).
 
+mod adopted;
 mod corrected;
+mod discs;
 mod start;
 mod unit;
 
 use rayon::prelude::*;
 
 use self::unit::{finer_unit, in_metres};
-use super::camera::{FoundCamera, FoundCorrection};
+use super::camera::FoundCamera;
 use crate::extraction::{contact, noise_correlation, repair_drops_at_impacts};
 use crate::film::camera::{Arrangement, Camera};
 use crate::film::drops;
@@ -37,15 +40,17 @@ const OTHER_UNIT: f64 = 0.1;
 /// A correction is called for where −2 log L falls by as much with it, as for effects of an impact.
 const CALLED_FOR: f64 = 6.0;
 
-/// Corrects footage of balls for its camera as far as the shots call for it, and says what its shots told of the scene meanwhile. Any
-/// other data set, discs among them, is returned as it is. `same`: what another film by the same camera was counted from.
+/// Corrects footage for its camera as far as the shots call for it, and says what its shots told of the scene meanwhile. Any other data
+/// set is returned as it is. `same`: what another film of balls by the same camera was counted from.
 pub(super) fn calibrated(
     mut dataset: Dataset,
     same: Option<&FoundCamera>,
 ) -> (Dataset, Option<FoundCamera>, Option<Scene>) {
-    let Some(tracks) = dataset.tracks.as_ref().filter(|tracks| tracks.discs.is_none()) else {
-        return (dataset, None, None);
-    };
+    let Some(tracks) = dataset.tracks.as_ref() else { return (dataset, None, None) };
+    if tracks.discs.is_some() {
+        let (dataset, found) = calibrated_discs(dataset);
+        return (dataset, found, None);
+    }
     let scene = Scene { side_sd: dataset.side_sd, ..Scene::of(&dataset.model(Fidelity::Full)) };
     let mut tracks = tracks.clone();
     let repaired = tracks.shots.par_iter_mut().map(drops::repair);
@@ -75,6 +80,22 @@ pub(super) fn calibrated(
     tracks.from_balls |= found.unit != 1.0;
     dataset.tracks = Some(tracks);
     (dataset, Some(found), last_scene)
+}
+
+/// Corrects footage of discs for its camera, as far as the shots call for it. Any other data set is returned as it is.
+pub(super) fn calibrated_discs(mut dataset: Dataset) -> (Dataset, Option<FoundCamera>) {
+    let Some((tracks, facts)) = dataset.tracks.as_mut().and_then(|tracks| {
+        let facts = tracks.discs?;
+        Some((tracks, facts))
+    }) else {
+        return (dataset, None);
+    };
+    let Some((found, shots)) = discs::Search::new(tracks, facts).map(discs::Search::best) else {
+        return (dataset, None);
+    };
+    tracks.shots = shots;
+    tracks.notes.extend(found.sentences());
+    (dataset, Some(found))
 }
 
 /// The search for a camera.
@@ -234,18 +255,5 @@ impl<'a> Search<'a> {
             std::cmp::Ordering::Equal => self.unlikely < other.unlikely,
             order => order.is_gt(),
         }
-    }
-
-    fn as_found(&self, mut corrections: Vec<FoundCorrection>, converged: bool) -> FoundCamera {
-        for found in &mut corrections {
-            if found.which == Correction::Scale {
-                // film over table: of lengths in the film's own unit
-                found.value /= self.unit;
-                found.std_error /= self.unit;
-            }
-        }
-        let (camera, unit, shots) = (self.camera, self.unit, self.contacts.len());
-        let contacts = self.contacts.iter().map(|[a, b]| [0, 1].map(|i| 0.5 * (a[i] + b[i]))).collect();
-        FoundCamera { camera, corrections, unit, shots, contacts, converged, ..FoundCamera::as_it_is() }
     }
 }

@@ -65,7 +65,7 @@ fn draw<DB: DrawingBackend>(found: &FoundCamera, area: &Area<DB>) -> Result<(), 
         Axis::around(name, [middle[axis] - 1.15 * half, middle[axis] + 1.15 * half].map(cm))
     };
     let rect = Rect { left: 10, top: 84, right: WIDTH - 10, bottom: HEIGHT - 10 };
-    let remarks = ["points: where the balls met".to_string()];
+    let remarks = [format!("points: where the {} met", if found.of_discs { "discs" } else { "balls" })];
     let frame = Frame::new(
         &canvas,
         rect,

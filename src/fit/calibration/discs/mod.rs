@@ -1,0 +1,294 @@
+//! The camera of discs, found without any model of their collision: points on one disc keep their distances, centres move straight on, and
+//! at the impacts they are as far apart as the discs touch.
+//!
+//! Residuals of all three are made small by least squares with the usual priors, one camera after the other until nothing is left. The
+//! noise is that of each shot, but no camera does what real discs do besides: shots that tell different corrections than others, by
+//! more than their noise, make all errors so much larger.
+
+mod paths;
+mod rigid;
+mod sums;
+
+use nalgebra::{DMatrix, DVector};
+use rayon::prelude::*;
+
+use self::paths::Contact;
+use self::sums::{COLUMNS, Sums};
+use super::LEAST_SHOTS;
+use super::adopted::{Calibrates, Left};
+use crate::extraction::disc;
+use crate::extraction::disc::{DiscImpact, Quantity};
+use crate::film::camera::Camera;
+use crate::film::discs::{DISCS, is_of_points};
+use crate::fit::camera::{FoundCamera, FoundCorrection};
+use crate::measurement::correction::Correction;
+use crate::measurement::dataset::Tracks;
+use crate::measurement::track::TrackShot;
+use crate::physics::disc::Discs;
+
+/// Stated radii are known to this part, rubber bands and the give of rims included: a scale that is wrong by less is not seen.
+const RADII_PART: f64 = 0.005;
+
+/// With so many shots fewer contacts than what they are to tell say nothing of how they scatter.
+const SPARE: usize = 2;
+
+/// Points are followed over so many times the window in which the paths are straight: a hand or a rail is beyond.
+const FURTHER: f64 = 1.0;
+
+/// A shot is left out where what it says differs by this many times more than usual.
+const ODD: f64 = 10.0;
+
+/// −2 log L must fall by this much with a correction, twice as much as of balls: how much the shots differ, which the errors rest on, is
+/// known from no more of them than there are.
+const CALLED_FOR: f64 = 2.0 * super::CALLED_FOR;
+
+/// The search for the camera of discs.
+pub(super) struct Search<'a> {
+    films: &'a [TrackShot],
+    discs: Discs,
+    /// Of each disc of each shot, whether its centre was computed from points on it.
+    of_points: Vec<[bool; 2]>,
+    camera: Camera,
+    free: Vec<Correction>,
+    /// Where the centres are at the impacts, in the films.
+    contacts: Vec<[f64; 2]>,
+}
+
+/// What one shot tells.
+struct Told {
+    sums: Sums,
+    contact: Option<Contact>,
+}
+
+impl<'a> Search<'a> {
+    /// `None` where there is nothing to correct: too few shots, and nothing is stated.
+    pub(super) fn new(tracks: &'a Tracks, discs: Discs) -> Option<Self> {
+        let films = &tracks.shots;
+        let of_points: Vec<[bool; 2]> =
+            films.par_iter().map(|film| DISCS.map(|disc| is_of_points(film, disc))).collect();
+        let impacts = disc::extract_all(films, &of_any_radii(discs));
+        let middle = |impact: &DiscImpact| {
+            let time = impact.get(Quantity::Time)?.value;
+            let [a, b] = [0, 1].map(|disc| impact.place(disc, time));
+            Some([0, 1].map(|k| 0.5 * (a[k] + b[k])))
+        };
+        let contacts: Vec<[f64; 2]> = impacts.iter().flatten().filter_map(middle).collect();
+        let count = contacts.len().max(1) as f64;
+        let mut camera = Camera::neutral([0, 1].map(|k| contacts.iter().map(|at| at[k]).sum::<f64>() / count));
+        let mut free = Vec::new();
+        for (which, stated) in Correction::ALL.into_iter().zip(tracks.camera) {
+            let is_told = match which {
+                Correction::Scale => discs.radii.is_some(),
+                // a delay means nothing without a unit of time
+                Correction::ShutterX | Correction::ShutterY => discs.in_seconds,
+                _ => true,
+            };
+            match stated {
+                Some(value) => camera = camera.with(which, value),
+                None if is_told && contacts.len() >= LEAST_SHOTS => free.push(which),
+                None => {}
+            }
+        }
+        let needed = !free.is_empty() || !camera.is_neutral();
+        needed.then_some(Self { films, discs, of_points, camera, free, contacts })
+    }
+
+    /// The camera, and the shots on the table.
+    pub(super) fn best(mut self) -> (FoundCamera, Vec<TrackShot>) {
+        let (free, stated) = (self.free.clone(), self.camera);
+        let found = if free.is_empty() { None } else { self.adopted(&free) };
+        if found.is_none() {
+            self.camera = stated;
+        }
+        let found = found.unwrap_or_else(|| self.as_found(Vec::new(), free.is_empty()));
+        let shots = self.shots();
+        (found, shots)
+    }
+
+    /// The films as the camera corrects them.
+    fn shots(&self) -> Vec<TrackShot> {
+        let films = self.films.par_iter().zip(&self.of_points);
+        films.map(|(film, of_points)| self.camera.discs(film, *of_points)).collect()
+    }
+
+    /// What every shot tells that shows an impact.
+    fn told(&self) -> Vec<Told> {
+        let shots = self.shots();
+        let impacts = disc::extract_all(&shots, &of_any_radii(self.discs));
+        let told = |((shot, of_points), impact): ((&TrackShot, &[bool; 2]), &Result<DiscImpact, _>)| {
+            let impact = impact.as_ref().ok()?;
+            let time = impact.get(Quantity::Time)?.value;
+            let [from, to] = impact.window;
+            let further = [time - FURTHER * (time - from), time + FURTHER * (to - time)];
+            let mut sums = rigid::rigid(shot, &self.camera, *of_points, further);
+            let (of_paths, contact) = match impact.stuck {
+                None => paths::paths(shot, &self.camera, time, impact.window),
+                Some(_) => (Sums::zero(), None),
+            };
+            sums.add_all(&of_paths);
+            Some(Told { sums, contact })
+        };
+        shots.par_iter().zip(&self.of_points).zip(&impacts).filter_map(told).collect()
+    }
+
+    /// The sums of the contacts: each is as far from the stated distance as the others, or without radii from the usual one.
+    fn contacts(&self, told: &[Told], unknowns: usize) -> Vec<Option<Sums>> {
+        let contacts: Vec<&Contact> = told.iter().filter_map(|told| told.contact.as_ref()).collect();
+        let none = || told.iter().map(|_| None).collect();
+        let n = contacts.len();
+        if n < unknowns + SPARE {
+            return none();
+        }
+        let usual = median(contacts.iter().map(|contact| contact.distance).collect());
+        let stated = self.discs.radii.map_or(usual, |[first, second]| first + second);
+        let off = median(contacts.iter().map(|contact| (contact.distance - usual).abs()).collect()) / MEDIAN_PART;
+        let scatter = off * off * n as f64 / (n - unknowns) as f64;
+        let of = |told: &Told| {
+            let contact = told.contact.as_ref()?;
+            let mut by = contact.by;
+            by[COLUMNS - 1] = -stated;
+            let mut sums = Sums::zero();
+            let residual = contact.distance - stated;
+            let variance = contact.variance.max(scatter);
+            // a contact that is far off counts less
+            let huber = (HUBER * variance.sqrt() / (contact.distance - usual).abs()).min(1.0);
+            sums.add(&by, residual, huber / variance);
+            Some(sums)
+        };
+        told.iter().map(of).collect()
+    }
+}
+
+/// Of normal deviates: the median of their sizes, and from where on Huber's loss is linear.
+const MEDIAN_PART: f64 = 0.6745;
+const HUBER: f64 = 1.345;
+
+impl Calibrates for Search<'_> {
+    fn left(&mut self, free: &[Correction]) -> Option<Left> {
+        let told = self.told();
+        let of_contacts = self.contacts(&told, free.len());
+        let mut shots: Vec<Sums> = told.into_iter().map(|told| told.sums).collect();
+        for (sums, contact) in shots.iter_mut().zip(&of_contacts) {
+            contact.iter().for_each(|contact| sums.add_all(contact));
+        }
+        let radii = if self.discs.radii.is_some() { RADII_PART.powi(-2) } else { FLAT };
+        let places: Vec<usize> = free.iter().map(|which| *which as usize).chain([COLUMNS - 1]).collect();
+        let mut prior = DMatrix::zeros(places.len(), places.len());
+        let mut towards = DVector::zeros(places.len());
+        for (i, which) in free.iter().enumerate() {
+            prior[(i, i)] = which.usual().powi(-2);
+            towards[i] = prior[(i, i)] * (which.neutral() - self.camera.get(*which));
+        }
+        prior[(free.len(), free.len())] = radii;
+        let own: Vec<(DMatrix<f64>, DVector<f64>)> = shots
+            .iter()
+            .map(|sums| {
+                let n = places.len();
+                let normal = DMatrix::from_fn(n, n, |i, j| sums.normal[(places[i], places[j])]);
+                (normal, DVector::from_fn(n, |i, _| sums.right[places[i]]))
+            })
+            .collect();
+        let agreed = agreed(own, &prior, &towards)?;
+        let n = free.len();
+        let values = agreed.values.rows(0, n).into_owned();
+        let covariance = agreed.covariance.view((0, 0), (n, n)).into_owned();
+        (values.iter().chain(covariance.iter()).all(|v| v.is_finite())).then_some(Left { values, covariance })
+    }
+
+    fn camera(&mut self) -> &mut Camera {
+        &mut self.camera
+    }
+
+    fn needs(&self, _: Correction) -> bool {
+        false
+    }
+
+    fn called_for(&self) -> f64 {
+        CALLED_FOR
+    }
+
+    fn as_found(&self, corrections: Vec<FoundCorrection>, converged: bool) -> FoundCamera {
+        let contacts = self.contacts.clone();
+        FoundCamera {
+            camera: self.camera,
+            corrections,
+            shots: contacts.len(),
+            contacts,
+            converged,
+            of_discs: true,
+            ..FoundCamera::as_it_is()
+        }
+    }
+}
+
+/// A distance that nothing is known of: to a hundred times itself.
+const FLAT: f64 = 1e-4;
+
+/// The step that all shots agree about, with an error that includes how far they do not.
+fn agreed(
+    mut shots: Vec<(DMatrix<f64>, DVector<f64>)>,
+    prior: &DMatrix<f64>,
+    towards: &DVector<f64>,
+) -> Option<Left> {
+    let step = |shots: &[(DMatrix<f64>, DVector<f64>)], less: f64| -> Option<(DVector<f64>, DMatrix<f64>)> {
+        let (mut normal, mut right) = (prior.clone(), towards.clone());
+        for (own, side) in shots {
+            normal += own / less;
+            right += side / less;
+        }
+        let covariance = normal.cholesky()?.inverse();
+        Some((&covariance * right, covariance))
+    };
+    let (mut values, _) = step(&shots, 1.0)?;
+    // by how much a shot speaks against what all say, of that which its noise explains
+    let against = |shots: &[(DMatrix<f64>, DVector<f64>)], values: &DVector<f64>| -> Option<Vec<[f64; 2]>> {
+        let of = |(normal, right): &(DMatrix<f64>, DVector<f64>)| {
+            let left = right - normal * values;
+            let inverse = (normal + prior).cholesky()?.inverse();
+            Some([left.dot(&(&inverse * &left)), (&inverse * normal).trace()])
+        };
+        shots.iter().map(of).collect()
+    };
+    let found = against(&shots, &values)?;
+    let ratio = |[square, count]: &[f64; 2]| if *count > 0.0 { square / count } else { 0.0 };
+    let usual = median(found.iter().map(ratio).collect()).max(1.0);
+    let mut of_shot = found.iter();
+    let all = shots.len();
+    let mut kept = shots.clone();
+    kept.retain(|_| of_shot.next().is_some_and(|own| ratio(own) <= ODD * usual));
+    if kept.len() < all && 4 * (all - kept.len()) <= all {
+        shots = kept;
+        (values, _) = step(&shots, 1.0)?;
+    }
+    if shots.len() < LEAST_SHOTS {
+        return None;
+    }
+    let found = against(&shots, &values)?;
+    let [square, count] = found.iter().fold([0.0; 2], |sum, own| [sum[0] + own[0], sum[1] + own[1]]);
+    let (_, covariance) = step(&shots, 1.0)?;
+    let used = prior.nrows() as f64 - (&covariance * prior).trace();
+    let less = (square / (count - used).max(1.0)).max(1.0);
+    let (values, covariance) = step(&shots, less)?;
+    // and no correction is surer than shots that each have their own say
+    let mut scores = DMatrix::zeros(prior.nrows(), prior.nrows());
+    for (normal, right) in &shots {
+        let left = (right - normal * &values) / less;
+        scores += &left * left.transpose();
+    }
+    let n = shots.len() as f64;
+    let by_shots = &covariance * scores * &covariance * (n / (n - 1.0));
+    let wider: Vec<f64> =
+        (0..prior.nrows()).map(|k| (by_shots[(k, k)] / covariance[(k, k)]).max(1.0).sqrt()).collect();
+    let covariance =
+        DMatrix::from_fn(prior.nrows(), prior.nrows(), |i, j| covariance[(i, j)] * wider[i] * wider[j]);
+    Some(Left { values, covariance })
+}
+
+fn of_any_radii(discs: Discs) -> Discs {
+    Discs { radii: None, ..discs }
+}
+
+fn median(mut values: Vec<f64>) -> f64 {
+    values.sort_by(f64::total_cmp);
+    values.get(values.len() / 2).copied().unwrap_or(f64::NAN)
+}
