@@ -10,6 +10,7 @@ mod compare;
 mod compare_unknowns;
 mod contacts;
 mod design;
+mod disc_camera;
 mod disc_fits;
 mod disc_verdicts;
 mod discs;

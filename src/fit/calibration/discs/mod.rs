@@ -4,6 +4,9 @@
 //! Residuals of all three are made small by least squares with the usual priors, one camera after the other until nothing is left. The
 //! noise is that of each shot, but no camera does what real discs do besides: shots that tell different corrections than others, by
 //! more than their noise, make all errors so much larger.
+//!
+//! The errors of what is corrected are left out of those of e and J_t/J_n: distances that are wrong by a part of a thousand everywhere
+//! change neither, and how they change over the few centimetres of an impact is known far better than its velocities are.
 
 mod paths;
 mod rigid;
@@ -29,14 +32,18 @@ use crate::physics::disc::Discs;
 /// Stated radii are known to this part, rubber bands and the give of rims included: a scale that is wrong by less is not seen.
 const RADII_PART: f64 = 0.005;
 
-/// With so many shots fewer contacts than what they are to tell say nothing of how they scatter.
+/// Contacts that are fewer than so many more than what they are to tell say nothing of how they scatter.
 const SPARE: usize = 2;
-
-/// Points are followed over so many times the window in which the paths are straight: a hand or a rail is beyond.
-const FURTHER: f64 = 1.0;
 
 /// A shot is left out where what it says differs by this many times more than usual.
 const ODD: f64 = 10.0;
+
+/// Of normal deviates: the median of their sizes, and from where on Huber's loss is linear.
+const MEDIAN_PART: f64 = 0.6745;
+const HUBER: f64 = 1.345;
+
+/// A distance that nothing is known of: to a hundred times itself.
+const FLAT: f64 = 1e-4;
 
 /// −2 log L must fall by this much with a correction, twice as much as of balls: how much the shots differ, which the errors rest on, is
 /// known from no more of them than there are.
@@ -118,9 +125,8 @@ impl<'a> Search<'a> {
         let told = |((shot, of_points), impact): ((&TrackShot, &[bool; 2]), &Result<DiscImpact, _>)| {
             let impact = impact.as_ref().ok()?;
             let time = impact.get(Quantity::Time)?.value;
-            let [from, to] = impact.window;
-            let further = [time - FURTHER * (time - from), time + FURTHER * (to - time)];
-            let mut sums = rigid::rigid(shot, &self.camera, *of_points, further);
+            // beyond the window in which the paths are straight, there may be a hand or a rail
+            let mut sums = rigid::rigid(shot, &self.camera, *of_points, impact.window);
             let (of_paths, contact) = match impact.stuck {
                 None => paths::paths(shot, &self.camera, time, impact.window),
                 Some(_) => (Sums::zero(), None),
@@ -158,10 +164,6 @@ impl<'a> Search<'a> {
         told.iter().map(of).collect()
     }
 }
-
-/// Of normal deviates: the median of their sizes, and from where on Huber's loss is linear.
-const MEDIAN_PART: f64 = 0.6745;
-const HUBER: f64 = 1.345;
 
 impl Calibrates for Search<'_> {
     fn left(&mut self, free: &[Correction]) -> Option<Left> {
@@ -220,9 +222,6 @@ impl Calibrates for Search<'_> {
         }
     }
 }
-
-/// A distance that nothing is known of: to a hundred times itself.
-const FLAT: f64 = 1e-4;
 
 /// The step that all shots agree about, with an error that includes how far they do not.
 fn agreed(

@@ -1,0 +1,259 @@
+//! Discs calibrate their camera. Pucks and the faults of their films are made here, by formulas written apart from the crate's.
+
+use std::f64::consts::TAU;
+use std::fmt::Write as _;
+
+use caromfit::extraction::disc::Quantity;
+use caromfit::fit::footage::with_discs;
+use caromfit::fit::{Prepared, calibrated_discs};
+use caromfit::measurement::correction::Correction;
+use caromfit::measurement::dataset::{Dataset, Measured};
+use rand::{Rng, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+
+use crate::discs::load;
+use crate::extraction::count;
+
+const E: f64 = 0.8;
+const RADII: [f64; 2] = [0.030, 0.020];
+const MASSES: [f64; 2] = [0.050, 0.030];
+const FPS: f64 = 500.0;
+/// Standard deviation of a coordinate, m.
+const NOISE: f64 = 1e-4;
+/// Frames before and after the impact.
+const FRAMES: i32 = 80;
+const SHOTS: usize = 20;
+
+/// Standard errors by which a value may be off: one in 16 000 is by chance.
+const ERRORS: f64 = 4.0;
+
+/// Table to film, m.
+type Show = fn([f64; 2]) -> [f64; 2];
+
+fn as_it_is(place: [f64; 2]) -> [f64; 2] {
+    place
+}
+
+/// What the camera does to a film, and what is followed in it.
+#[derive(Clone, Copy)]
+struct Filmed {
+    show: Show,
+    /// By how much later what is a metre further along x and y is read, s/m.
+    shutter: [f64; 2],
+    /// Three points on the rim, or else the centre alone.
+    rim: bool,
+}
+
+fn normal(rng: &mut ChaCha8Rng) -> f64 {
+    let (u, v): (f64, f64) = (rng.random_range(1e-12..1.0), rng.random());
+    (-2.0 * u.ln()).sqrt() * (TAU * v).cos()
+}
+
+/// Place and velocity at the impact, angle and angular velocity.
+#[derive(Clone, Copy)]
+struct Motion {
+    place: [f64; 2],
+    velocity: [f64; 2],
+    angle: f64,
+    spin: f64,
+}
+
+/// Both discs before and after an impact, and J_t/J_n.
+fn collision(rng: &mut ChaCha8Rng) -> ([[Motion; 2]; 2], f64) {
+    let (sin, cos) = rng.random_range(0.0..TAU).sin_cos();
+    let turn = |n: f64, t: f64| [n * cos - t * sin, n * sin + t * cos];
+    let ratio = rng.random_range(-0.2..0.2);
+    let closing = rng.random_range(0.4..0.8);
+    let own = turn(rng.random_range(-0.2..0.2), rng.random_range(-0.2..0.2));
+    let towards = turn(-closing, rng.random_range(-0.6..0.6));
+    let place: [f64; 2] = [rng.random_range(-0.3..0.3), rng.random_range(-0.3..0.3)];
+    let apart = turn(RADII[0] + RADII[1], 0.0);
+    let mut disc = |place: [f64; 2], velocity: [f64; 2]| Motion {
+        place,
+        velocity,
+        angle: rng.random_range(0.0..TAU),
+        spin: rng.random_range(-4.0..4.0),
+    };
+    let first = disc(place, own);
+    let second =
+        disc([place[0] + apart[0], place[1] + apart[1]], [own[0] + towards[0], own[1] + towards[1]]);
+    let impulse = (1.0 + E) * closing / (1.0 / MASSES[0] + 1.0 / MASSES[1]);
+    let after = |i: usize, motion: Motion| {
+        let sign = if i == 0 { -1.0 } else { 1.0 };
+        let change = turn(sign * impulse / MASSES[i], sign * ratio * impulse / MASSES[i]);
+        let velocity = [motion.velocity[0] + change[0], motion.velocity[1] + change[1]];
+        Motion { velocity, spin: motion.spin - ratio * impulse / (0.5 * MASSES[i] * RADII[i]), ..motion }
+    };
+    ([[first, second], [after(0, first), after(1, second)]], ratio)
+}
+
+/// The film as a table of frames, and J_t/J_n of its shots.
+fn film(seed: u64, filmed: Filmed) -> (Dataset, Vec<f64>) {
+    let mut rng = ChaCha8Rng::seed_from_u64(seed);
+    let mut table = String::from("shot,frame,ball,x,y\n");
+    let mut ratios = Vec::new();
+    for shot in 0..SHOTS {
+        let (sides, ratio) = collision(&mut rng);
+        let impact = (f64::from(FRAMES) + rng.random::<f64>()) / FPS;
+        let shown = |disc: usize, point: i32, t: f64| {
+            let late = t - impact;
+            let motion = sides[usize::from(late >= 0.0)][disc];
+            let (sin, cos) = (motion.angle + 2.0 * f64::from(point) + motion.spin * late).sin_cos();
+            let arm = if filmed.rim { 0.9 * RADII[disc] } else { 0.0 };
+            let centre = [0, 1].map(|k| motion.place[k] + motion.velocity[k] * late);
+            (filmed.show)([centre[0] + arm * cos, centre[1] + arm * sin])
+        };
+        for frame in 0..=2 * FRAMES {
+            let t = f64::from(frame) / FPS;
+            for disc in 0..2 {
+                for point in 0..if filmed.rim { 3 } else { 1 } {
+                    let mut place = shown(disc, point, t);
+                    for _ in 0..3 {
+                        let late = filmed.shutter[0] * place[0] + filmed.shutter[1] * place[1];
+                        place = shown(disc, point, t + late);
+                    }
+                    let [x, y] = place.map(|x| x + NOISE * normal(&mut rng));
+                    if rng.random::<f64>() > 0.02 {
+                        let name = ["a", "b"][disc];
+                        _ = writeln!(table, "{shot},{frame},{name}{point},{x:.7},{y:.7}");
+                    }
+                }
+            }
+        }
+        ratios.push(ratio);
+    }
+    let names = |disc: &str| {
+        if filmed.rim { format!("[\"{disc}0\", \"{disc}1\", \"{disc}2\"]") } else { format!("\"{disc}0\"") }
+    };
+    let settings = format!(
+        "name = \"pucks\"\nkind = \"tracks\"\nfiles = [\"pucks.csv\"]\n[ball]\nshape = \"disc\"\nradius_m = 0.030\nmass_kg = 0.050\n\
+         [object]\nradius_m = 0.020\nmass_kg = 0.030\n[video]\ncapture_fps = 500\n[tracks]\ncue = {}\nobject = {}\n",
+        names("a"),
+        names("b")
+    );
+    (load(&settings, &table).unwrap(), ratios)
+}
+
+/// e and J_t/J_n of all shots are within their errors.
+fn is_right(name: &str, dataset: &Dataset, ratios: &[f64]) {
+    let shots = &dataset.tracks.as_ref().unwrap().disc_shots;
+    assert!(shots.len() == SHOTS, "{name}: {:?}", dataset.left_out);
+    let pulls = |of: &dyn Fn(usize) -> (Measured, f64)| -> Vec<f64> {
+        (0..SHOTS).map(of).map(|(measured, truth)| (measured.value - truth) / measured.sd.unwrap()).collect()
+    };
+    let ratio = |i: usize| ratios[shots[i].name.parse::<usize>().unwrap()];
+    for (what, pulls) in [
+        ("e", pulls(&|i| (shots[i].restitution.unwrap(), E))),
+        ("J_t/J_n", pulls(&|i| (shots[i].impulse_ratio.unwrap(), ratio(i)))),
+    ] {
+        let n = pulls.len() as f64;
+        let mean = pulls.iter().sum::<f64>() / n;
+        let rms = (pulls.iter().map(|p| p * p).sum::<f64>() / n).sqrt();
+        println!("{name}: {what}: mean {mean:.2}, rms {rms:.2}");
+        // the χ² of 20 shots exceeds 2.25 times its mean once in 2000
+        assert!(mean.abs() < ERRORS / n.sqrt() && rms < 1.5, "{name}: {what}: {mean} {rms}");
+    }
+}
+
+/// What the cameras of the tests do: the name, to what, and the correction that undoes it with its value.
+fn faults() -> Vec<(&'static str, Show, [f64; 2], Correction, f64)> {
+    vec![
+        ("aspect", |[x, y]| [x, 0.99 * y], [0.0; 2], Correction::Aspect, 0.99),
+        (
+            "keystone",
+            |[x, y]| [x / (1.0 + 0.05 * y), y / (1.0 + 0.05 * y)],
+            [0.0; 2],
+            Correction::PerspectiveY,
+            0.05,
+        ),
+        (
+            "barrel",
+            |[x, y]| [x, y].map(|z| z * (1.0 - 0.01 * (x * x + y * y) / 0.25)),
+            [0.0; 2],
+            Correction::Lens,
+            -0.01,
+        ),
+        ("scale", |[x, y]| [1.02 * x, 1.02 * y], [0.0; 2], Correction::Scale, 1.02),
+        ("shutter", as_it_is, [0.0, 0.003], Correction::ShutterY, 0.003),
+        (
+            // 1.6 m above the table, 20° from the vertical: sin 20°/1.6 m
+            "tilted",
+            |[x, y]| {
+                let (sin, cos) = (TAU / 18.0).sin_cos();
+                let depth = 1.0 + y * sin / 1.6;
+                [x / depth, y * cos / depth]
+            },
+            [0.0; 2],
+            Correction::PerspectiveY,
+            0.2275,
+        ),
+    ]
+}
+
+fn is_calibrated(rim: bool, wanted: &[&str]) {
+    for (name, show, shutter, which, truth) in faults().into_iter().filter(|fault| wanted.contains(&fault.0)) {
+        let (dataset, ratios) = film(71, Filmed { show, shutter, rim });
+        let Prepared { dataset, camera, .. } = Prepared::new(dataset, &|| ());
+        let camera = camera.unwrap();
+        println!("{name}: {:?}", camera.sentences());
+        let found = camera.corrections.iter().find(|found| found.which == which).unwrap();
+        assert!(camera.converged && found.adopted, "{name}: {found:?}");
+        // perspective and lens are counted from the middle of the film, which is off the middle of the table by centimetres
+        let off = (found.value - truth).abs();
+        assert!(off < (ERRORS * found.std_error).max(0.05 * truth.abs().min(0.3)), "{name}: {found:?}");
+        is_right(name, &dataset, &ratios);
+        let notes = &dataset.tracks.as_ref().unwrap().notes;
+        assert!(notes.iter().any(|note| note.contains("which the discs themselves calibrate")), "{notes:?}");
+    }
+}
+
+#[test]
+fn points_on_discs_calibrate_the_camera() {
+    is_calibrated(true, &["aspect", "keystone", "barrel", "scale", "shutter", "tilted"]);
+}
+
+/// Centres alone tell it where discs touch: a lens and a shutter hardly, but what turns a circle into an ellipse.
+#[test]
+fn centres_of_discs_calibrate_the_camera() {
+    is_calibrated(false, &["aspect", "keystone", "scale", "tilted"]);
+}
+
+/// A camera that needs no correction gets none, and nothing changes.
+#[test]
+fn a_clean_film_of_discs_stays_as_it_is() {
+    for seed in 0..count("CAROMFIT_SETS", 3) as u64 {
+        for rim in [true, false] {
+            let (dataset, ratios) = film(80 + seed, Filmed { show: as_it_is, shutter: [0.0; 2], rim });
+            let (as_it_is, plain) = with_discs(dataset.clone());
+            let prepared = Prepared::new(dataset.clone(), &|| ());
+            let camera = prepared.camera.unwrap();
+            assert!(!camera.corrects() && camera.converged, "{:?}", camera.sentences());
+            assert_eq!(camera.corrections.len(), Correction::COUNT);
+            assert_eq!(prepared.dataset.tracks.unwrap().disc_shots, as_it_is.tracks.as_ref().unwrap().disc_shots);
+            is_right("clean", &as_it_is, &ratios);
+            let (_, extracted) = calibrated_discs(dataset);
+            let e = |impact: &caromfit::extraction::disc::DiscImpact| impact.get(Quantity::Restitution);
+            assert!(extracted.iter().zip(&plain).all(|((_, a), (_, b))| e(a) == e(b)));
+        }
+    }
+}
+
+/// What is stated of the camera is taken, and not found; a scale is told by stated radii alone.
+#[test]
+fn what_is_stated_of_the_camera_of_discs_is_taken() {
+    let (mut dataset, ratios) = film(90, Filmed { show: |[x, y]| [x, 0.99 * y], shutter: [0.0; 2], rim: true });
+    let tracks = dataset.tracks.as_mut().unwrap();
+    tracks.camera[Correction::Aspect as usize] = Some(0.99);
+    tracks.discs.as_mut().unwrap().radii = None;
+    let prepared = Prepared::new(dataset.clone(), &|| ());
+    let camera = prepared.camera.as_ref().unwrap();
+    assert!(!camera.corrects(), "{:?}", camera.sentences());
+    let is_free = |which: Correction| camera.corrections.iter().any(|found| found.which == which);
+    assert!(!is_free(Correction::Aspect) && !is_free(Correction::Scale) && is_free(Correction::Shear));
+    assert_eq!(camera.camera.get(Correction::Aspect), 0.99);
+    is_right("stated", &prepared.dataset, &ratios);
+    // with few shots, what is stated is still corrected, and nothing else
+    dataset.tracks.as_mut().unwrap().shots.truncate(4);
+    let few = Prepared::new(dataset, &|| ()).camera.unwrap();
+    assert!(few.corrections.is_empty() && few.camera.get(Correction::Aspect) == 0.99);
+}
