@@ -78,7 +78,8 @@ impl Camera {
     /// time.
     fn at_one_instant(&self, shot: &mut TrackShot, disc: TrackedBall, of_points: bool) {
         let mut reads: Vec<(f64, f64)> = Vec::new();
-        let mut add = |samples: &[Sample]| reads.extend(samples.iter().map(|s| (s.t, self.delay([s.x, s.y]))));
+        let mut add =
+            |samples: &[Sample]| reads.extend(samples.iter().map(|s| (s.t, self.delay([s.x, s.y]))));
         if of_points {
             points(shot, disc).into_iter().for_each(&mut add);
         } else {

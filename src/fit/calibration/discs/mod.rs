@@ -73,7 +73,7 @@ impl<'a> Search<'a> {
         let films = &tracks.shots;
         let of_points: Vec<[bool; 2]> =
             films.par_iter().map(|film| DISCS.map(|disc| is_of_points(film, disc))).collect();
-        let impacts = disc::extract_all(films, &of_any_radii(discs));
+        let impacts = impacts(films, discs);
         let middle = |impact: &DiscImpact| {
             let time = impact.get(Quantity::Time)?.value;
             let [a, b] = [0, 1].map(|disc| impact.place(disc, time));
@@ -81,7 +81,8 @@ impl<'a> Search<'a> {
         };
         let contacts: Vec<[f64; 2]> = impacts.iter().flatten().filter_map(middle).collect();
         let count = contacts.len().max(1) as f64;
-        let mut camera = Camera::neutral([0, 1].map(|k| contacts.iter().map(|at| at[k]).sum::<f64>() / count));
+        let mut camera =
+            Camera::neutral([0, 1].map(|k| contacts.iter().map(|at| at[k]).sum::<f64>() / count));
         let mut free = Vec::new();
         for (which, stated) in Correction::ALL.into_iter().zip(tracks.camera) {
             let is_told = match which {
@@ -121,7 +122,7 @@ impl<'a> Search<'a> {
     /// What every shot tells that shows an impact.
     fn told(&self) -> Vec<Told> {
         let shots = self.shots();
-        let impacts = disc::extract_all(&shots, &of_any_radii(self.discs));
+        let impacts = impacts(&shots, self.discs);
         let told = |((shot, of_points), impact): ((&TrackShot, &[bool; 2]), &Result<DiscImpact, _>)| {
             let impact = impact.as_ref().ok()?;
             let time = impact.get(Quantity::Time)?.value;
@@ -147,7 +148,8 @@ impl<'a> Search<'a> {
         }
         let usual = median(contacts.iter().map(|contact| contact.distance).collect());
         let stated = self.discs.radii.map_or(usual, |[first, second]| first + second);
-        let off = median(contacts.iter().map(|contact| (contact.distance - usual).abs()).collect()) / MEDIAN_PART;
+        let off =
+            median(contacts.iter().map(|contact| (contact.distance - usual).abs()).collect()) / MEDIAN_PART;
         let scatter = off * off * n as f64 / (n - unknowns) as f64;
         let of = |told: &Told| {
             let contact = told.contact.as_ref()?;
@@ -283,8 +285,12 @@ fn agreed(
     Some(Left { values, covariance })
 }
 
-fn of_any_radii(discs: Discs) -> Discs {
-    Discs { radii: None, ..discs }
+/// The impacts of the centres. As long as the camera is not known, points on a disc may not look rigid, nor discs touch at the sum of their
+/// radii.
+fn impacts(shots: &[TrackShot], discs: Discs) -> Vec<Result<DiscImpact, disc::Unusable>> {
+    let centres: Vec<TrackShot> =
+        shots.iter().map(|shot| TrackShot { markers: Vec::new(), ..shot.clone() }).collect();
+    disc::extract_all(&centres, &Discs { radii: None, ..discs })
 }
 
 fn median(mut values: Vec<f64>) -> f64 {

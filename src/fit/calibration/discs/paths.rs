@@ -50,7 +50,8 @@ pub(super) fn paths(
         let samples = centre(shot, disc);
         let near = TOUCHING / shot.fps;
         for [from, to] in [[window[0], impact - near], [impact + near, window[1]]] {
-            let inside: Vec<Sample> = samples.iter().filter(|s| (from..=to).contains(&s.t)).copied().collect();
+            let inside: Vec<Sample> =
+                samples.iter().filter(|s| (from..=to).contains(&s.t)).copied().collect();
             sides.extend(side(&inside, camera, impact, &mut sums));
         }
     }
@@ -74,7 +75,8 @@ fn side(samples: &[Sample], camera: &Camera, impact: f64, sums: &mut Sums) -> Op
     let Parabola { coefficients, inverse, scale } = fitted;
     let runs = [0, 1].map(|axis| left.iter().map(|r| r[axis]).collect::<Vec<f64>>());
     let dof = 2.0 * (good.len() - 3) as f64;
-    let square = runs.iter().flatten().map(|r| r * r).sum::<f64>() / dof * repeated(runs.iter().map(Vec::as_slice));
+    let square =
+        runs.iter().flatten().map(|r| r * r).sum::<f64>() / dof * repeated(runs.iter().map(Vec::as_slice));
     if !(square > 0.0) {
         return None;
     }
@@ -90,7 +92,11 @@ fn side(samples: &[Sample], camera: &Camera, impact: f64, sums: &mut Sums) -> Op
         .collect();
     // the parabolas through how the frames follow each correction
     let of = |axis: usize, power: usize| -> Row {
-        basis.iter().zip(&by).map(|(u, by)| by[axis] * (0..3).map(|k| inverse[(power, k)] * u[k]).sum::<f64>()).sum()
+        basis
+            .iter()
+            .zip(&by)
+            .map(|(u, by)| by[axis] * (0..3).map(|k| inverse[(power, k)] * u[k]).sum::<f64>())
+            .sum()
     };
     let through = [0, 1].map(|axis| [0, 1, 2].map(|power| of(axis, power)));
     for (i, u) in basis.iter().enumerate() {
@@ -102,7 +108,8 @@ fn side(samples: &[Sample], camera: &Camera, impact: f64, sums: &mut Sums) -> Op
     Some(Side {
         value: [coefficients.map(|c| c[0]), coefficients.map(|c| c[1] / scale)],
         by: [through.map(|t| t[0]), through.map(|t| t[1] / scale)],
-        covariance: [inverse[(0, 0)], inverse[(0, 1)] / scale, inverse[(1, 1)] / (scale * scale)].map(|c| c * square),
+        covariance: [inverse[(0, 0)], inverse[(0, 1)] / scale, inverse[(1, 1)] / (scale * scale)]
+            .map(|c| c * square),
     })
 }
 

@@ -87,7 +87,8 @@ fn of_frames(frames: &[(f64, Vec<Point>)], camera: &Camera) -> Option<Sums> {
     let good: Vec<usize> = (0..frames.len()).filter(|i| sizes[*i] <= OUTLIER * usual).collect();
     let by: Vec<Vec<Row>> = good.iter().map(|i| bent(camera, &shape, &poses[*i], &paths, *i)).collect();
     let n = good.len() as f64;
-    let mean_left: Vec<f64> = (0..2 * count).map(|k| good.iter().map(|i| left[*i][k]).sum::<f64>() / n).collect();
+    let mean_left: Vec<f64> =
+        (0..2 * count).map(|k| good.iter().map(|i| left[*i][k]).sum::<f64>() / n).collect();
     let mean_by: Vec<Row> = (0..2 * count).map(|k| by.iter().map(|by| by[k]).sum::<Row>() / n).collect();
     let off: Vec<Vec<f64>> =
         (0..2 * count).map(|k| good.iter().map(|i| left[*i][k] - mean_left[k]).collect()).collect();
