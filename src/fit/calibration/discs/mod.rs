@@ -173,7 +173,9 @@ impl Calibrates for Search<'_> {
         let of_contacts = self.contacts(&told, free.len());
         let mut shots: Vec<Sums> = told.into_iter().map(|told| told.sums).collect();
         for (sums, contact) in shots.iter_mut().zip(&of_contacts) {
-            contact.iter().for_each(|contact| sums.add_all(contact));
+            if let Some(contact) = contact {
+                sums.add_all(contact);
+            }
         }
         let radii = if self.discs.radii.is_some() { RADII_PART.powi(-2) } else { FLAT };
         let places: Vec<usize> = free.iter().map(|which| *which as usize).chain([COLUMNS - 1]).collect();
