@@ -107,6 +107,12 @@ impl Correction {
         matches!(self, Self::ShutterX | Self::ShutterY)
     }
 
+    /// Whether only the picture of one camera shows it: not positions that several cameras measured in space.
+    #[must_use]
+    pub(crate) fn is_of_one_camera(self) -> bool {
+        self.is_of_perspective() || self.is_of_lens() || self.is_of_time()
+    }
+
     /// The standard deviation of what is known beforehand, about the neutral value: cameras and calibrations are seldom worse.
     #[must_use]
     pub fn usual(self) -> f64 {

@@ -67,10 +67,33 @@ impl<'de> Deserialize<'de> for Stated {
     }
 }
 
+/// What dataset.toml says of a correction.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(super) enum Wanted {
+    #[default]
+    LeftOut,
+    Auto,
+    Value(f64),
+}
+
+/// What dataset.toml says of each, in the order of [`Correction::ALL`].
+pub(super) type WantedCamera = [Wanted; Correction::COUNT];
+
+/// The values that are stated; `None`: found from the balls. A motion-capture system has corrected its positions for its cameras, so
+/// that what only a camera does is looked for there if dataset.toml asks for it.
+pub(super) fn stated(wanted: &WantedCamera, is_motion_capture: bool) -> [Option<f64>; Correction::COUNT] {
+    let of = |which: Correction| match wanted[which as usize] {
+        Wanted::Value(value) => Some(value),
+        Wanted::LeftOut if is_motion_capture && which.is_of_one_camera() => Some(which.neutral()),
+        Wanted::LeftOut | Wanted::Auto => None,
+    };
+    Correction::ALL.map(of)
+}
+
 impl RawCamera {
-    /// The values that are stated, in the order of [`Correction::ALL`]; `None`: found from the balls.
-    pub(super) fn check(&self, source: &Source, problems: &mut Problems) -> [Option<f64>; Correction::COUNT] {
-        let mut stated = [None; Correction::COUNT];
+    /// What is wanted, of keys that are right.
+    pub(super) fn check(&self, source: &Source, problems: &mut Problems) -> WantedCamera {
+        let mut wanted = WantedCamera::default();
         let single = [
             (
                 "scale",
@@ -95,57 +118,59 @@ impl RawCamera {
                 Correction::Lens => [-0.3, 0.3],
                 _ => [-0.5, 0.5],
             };
-            stated[which as usize] = match *given.as_ref() {
-                Stated::Auto => None,
-                Stated::None => Some(which.neutral()),
-                Stated::Value(value) if (low..=high).contains(&value) => Some(value),
+            wanted[which as usize] = match *given.as_ref() {
+                Stated::Auto => Wanted::Auto,
+                Stated::None => Wanted::Value(which.neutral()),
+                Stated::Value(value) if (low..=high).contains(&value) => Wanted::Value(value),
                 other => {
                     let message =
                         format!("{key} is {}; expected \"auto\", \"none\" or {expected}", shown(other));
                     source.add(problems, &given.span(), message);
-                    None
+                    Wanted::LeftOut
                 }
             };
         }
         if let Some(given) = &self.perspective {
             let both = match *given.as_ref() {
-                Stated::Auto => [None; 2],
-                Stated::None => [Some(0.0); 2],
-                Stated::Pair(pair) if pair.iter().all(|value| value.abs() <= 2.0) => pair.map(Some),
+                Stated::Auto => [Wanted::Auto; 2],
+                Stated::None => [Wanted::Value(0.0); 2],
+                Stated::Pair(pair) if pair.iter().all(|value| value.abs() <= 2.0) => pair.map(Wanted::Value),
                 other => {
                     let message = format!(
                         "perspective is {}; expected \"auto\", \"none\" or [x, y], each from -2 to 2 per metre",
                         shown(other)
                     );
                     source.add(problems, &given.span(), message);
-                    [None; 2]
+                    [Wanted::LeftOut; 2]
                 }
             };
-            stated[Correction::PerspectiveX as usize] = both[0];
-            stated[Correction::PerspectiveY as usize] = both[1];
+            wanted[Correction::PerspectiveX as usize] = both[0];
+            wanted[Correction::PerspectiveY as usize] = both[1];
         }
-        if stated[Correction::Lens as usize].is_some() {
-            // about the middle of the film
-            stated[Correction::LensX as usize] = Some(0.0);
-            stated[Correction::LensY as usize] = Some(0.0);
-        }
+        // a lens that is stated is about the middle of the film
+        let middle = match wanted[Correction::Lens as usize] {
+            Wanted::Value(_) => Wanted::Value(0.0),
+            other => other,
+        };
+        wanted[Correction::LensX as usize] = middle;
+        wanted[Correction::LensY as usize] = middle;
         if let Some(given) = &self.shutter {
             let both = match *given.as_ref() {
-                Stated::Auto => None,
-                Stated::None => Some(0.0),
+                Stated::Auto => Wanted::Auto,
+                Stated::None => Wanted::Value(0.0),
                 other => {
                     let message = format!(
                         "shutter is {}; expected \"auto\" or \"none\": a known read-out time is [video] row_readout_s with rows",
                         shown(other)
                     );
                     source.add(problems, &given.span(), message);
-                    None
+                    Wanted::LeftOut
                 }
             };
-            stated[Correction::ShutterX as usize] = both;
-            stated[Correction::ShutterY as usize] = both;
+            wanted[Correction::ShutterX as usize] = both;
+            wanted[Correction::ShutterY as usize] = both;
         }
-        stated
+        wanted
     }
 }
 
@@ -155,5 +180,29 @@ fn shown(stated: Stated) -> String {
         Stated::None => "\"none\"".to_string(),
         Stated::Value(value) => value.to_string(),
         Stated::Pair([x, y]) => format!("[{x}, {y}]"),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn motion_capture_is_corrected_for_its_cameras_already() {
+        let mut wanted = WantedCamera::default();
+        wanted[Correction::ShutterY as usize] = Wanted::Auto;
+        wanted[Correction::Aspect as usize] = Wanted::Value(1.01);
+        let stated = |is_motion_capture| {
+            let values = stated(&wanted, is_motion_capture);
+            move |which: Correction| values[which as usize]
+        };
+        let (plain, captured) = (stated(false), stated(true));
+        for which in [Correction::PerspectiveX, Correction::Lens, Correction::LensY, Correction::ShutterX] {
+            assert_eq!(plain(which), None);
+            assert_eq!(captured(which), Some(0.0));
+        }
+        assert_eq!(captured(Correction::ShutterY), None);
+        assert_eq!(captured(Correction::Scale), None);
+        assert_eq!((plain(Correction::Aspect), captured(Correction::Aspect)), (Some(1.01), Some(1.01)));
     }
 }

@@ -81,6 +81,7 @@ pub(crate) fn load(
     let is_shots = |file: &&PathBuf| settings.shots.as_ref().is_some_and(|shots| same_file(shots, file));
     let files: Vec<&PathBuf> = manifest.files.iter().filter(|file| !is_shots(file)).collect();
     let alone = files.len() == 1;
+    let mut is_motion_capture = true;
     for file in files {
         let before = problems.len();
         let Some(read::Tracked { shots, format, unit }) = read::file(file, settings, problems, &mut notes)
@@ -88,6 +89,7 @@ pub(crate) fn load(
             continue;
         };
         let mut shots = clips::of_file(shots, settings.capture_fps, alone, &mut notes);
+        is_motion_capture &= format == Format::Qualisys;
         let calibration = calibration_for(format, unit, settings, file, problems, &mut notes);
         // What follows from a row that could not be read need not be said.
         if problems.len() > before {
@@ -159,7 +161,7 @@ pub(crate) fn load(
         doubtful: Vec::new(),
         disc_shots: Vec::new(),
         discs: manifest.discs,
-        camera: settings.camera,
+        camera: camera::stated(&settings.camera, is_motion_capture),
         from_balls: settings.from_balls,
     }
 }

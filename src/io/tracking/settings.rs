@@ -8,12 +8,11 @@ use serde::{Deserialize, Deserializer};
 use toml::Spanned;
 
 use super::calibration::{Calibration, ReadOut};
-use super::camera::RawCamera;
+use super::camera::{RawCamera, WantedCamera};
 use super::column_names::ColumnNames;
 pub(super) use super::units::{TimeUnit, Unit};
 use crate::io::error::Problems;
 use crate::io::toml_file::Source;
-use crate::measurement::correction::Correction;
 
 /// `[video]`.
 #[derive(Default, Deserialize)]
@@ -195,8 +194,8 @@ pub(crate) struct TrackSettings {
     pub(super) position_sd: Option<f64>,
     pub(super) time_unit: Option<TimeUnit>,
     pub(super) columns: Option<ColumnNames>,
-    /// Corrections for the camera that are stated.
-    pub(super) camera: [Option<f64>; Correction::COUNT],
+    /// What is wanted of the corrections for the camera.
+    pub(super) camera: WantedCamera,
     /// Nothing but the size of the balls tells the scale.
     pub(super) from_balls: bool,
     /// What was assumed, for the reader.
