@@ -124,17 +124,22 @@ pub fn analyse_watched(dataset: &Dataset, options: &Options, done: &(dyn Fn() + 
             fits: Err(error),
         };
     }
-    let mut dataset = dataset.clone();
-    dataset.settings = options.falling.applied(dataset.settings);
+    let with_settings = || {
+        let mut own = dataset.clone();
+        own.settings = options.falling.applied(own.settings);
+        own
+    };
+    let first = analyse_once(with_settings(), options, done);
     // discs are corrected without a model of their contact, and their κ is fitted
     if dataset.tracks.as_ref().is_none_or(|tracks| tracks.discs.is_some()) {
-        return analyse_once(dataset, options, done);
+        return first;
     }
-    let first = analyse_once(dataset.clone(), options, done);
     let Some(lower) = gives_way(&first) else { return first };
+    drop(first);
     // the film is to be corrected, and the impacts extracted, with the contact that gives way, too
-    state_compliance(&mut dataset);
-    let mut again = analyse_once(dataset, options, done);
+    let mut compliant = with_settings();
+    state_compliance(&mut compliant);
+    let mut again = analyse_once(compliant, options, done);
     for fit in again.fits.iter_mut().flatten() {
         fit.adopt_compliance(lower);
     }

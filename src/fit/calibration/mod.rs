@@ -46,13 +46,13 @@ pub(super) fn calibrated(
     mut dataset: Dataset,
     same: Option<&FoundCamera>,
 ) -> (Dataset, Option<FoundCamera>, Option<Scene>) {
-    let Some(tracks) = dataset.tracks.as_ref() else { return (dataset, None, None) };
-    if tracks.discs.is_some() {
+    if dataset.tracks.as_ref().is_some_and(|tracks| tracks.discs.is_some()) {
         let (dataset, found) = calibrated_discs(dataset);
         return (dataset, found, None);
     }
+    // the search copies the data set, which must not cost the frames of all shots
+    let Some(mut tracks) = dataset.tracks.take() else { return (dataset, None, None) };
     let scene = Scene { side_sd: dataset.side_sd, ..Scene::of(&dataset.model(Fidelity::Full)) };
-    let mut tracks = tracks.clone();
     let repaired = tracks.shots.par_iter_mut().map(drops::repair);
     let dropped: Vec<usize> = repaired.filter(|count| *count > 0).collect();
     let noise_correlation = noise_correlation(&tracks.shots, &scene);

@@ -12,6 +12,7 @@ mod score;
 pub use cause::{Cause, Explanation};
 use hypothesis::{Departures, Trial};
 use profile::Profile;
+use score::{STEPS, Score};
 
 use super::Fit;
 use super::diagnostics::goodness::IMPROBABLE;
@@ -57,9 +58,10 @@ pub(super) fn is_suspected(settled: &Settled, discs: bool) -> bool {
     let some: Vec<Fitted> = sample.fitted.iter().step_by(step).cloned().collect();
     let sample = Sample { fitted: &some, ..sample.clone() };
     let trial = Trial { sample: &sample, start: *settled.minimum.first(), discs };
-    score::STEPS.iter().any(|(cause, step)| {
-        trial.knows(*cause) && score::fall(&trial, settled, (*cause, *step)).is_some_and(|fall| fall > NAMED)
-    })
+    let Some(score) = Score::of(&trial, settled) else { return false };
+    STEPS
+        .into_iter()
+        .any(|(cause, step)| trial.knows(cause) && score.fall((cause, step)).is_some_and(|fall| fall > NAMED))
 }
 
 /// What explains the residuals of a fit, the best first; empty where nothing does. `reduced`: its χ²/dof, where it has one.
