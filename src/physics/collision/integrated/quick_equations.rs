@@ -4,7 +4,8 @@
 //! All velocities are in units of the closing speed. The variable is s, the state R = F^(1/3), P = ∫F dt, J_y, J_z, the cloth's
 //! impulse O on the object ball, U_z, V_z, and what is carried of the friction: f while the spring's end holds (f/R on the way
 //! back), its direction while it slides. Where the friction turns towards the slip faster than all else, it follows the slip
-//! and lags behind it by dα/ds over the rate ρ at which it turns.
+//! and lags behind its direction α by θ = α'/ρ − (α'/ρ)'/ρ, the Taylor series of θ' = α' − ρθ, where ρ is the rate at which it
+//! turns and ' is d/ds.
 
 use super::lanes::Real;
 
@@ -26,7 +27,7 @@ pub(super) type State<T> = [T; COUNT];
 type Pair<T> = [T; 2];
 
 /// From this rate on, per s, friction follows its slip; from half of it on no longer.
-pub(super) const FOLLOWS: f64 = 200.0;
+pub(super) const FOLLOWS: f64 = 150.0;
 
 /// Friction that is carried follows its slip again if the cosine of the angle between them is larger than this.
 const ALIGNED: f64 = 0.9999;
@@ -136,6 +137,12 @@ impl<T: Real> Shot<T> {
         y[NORMAL] * (1.0 + self.per_r) + y[CLOTH] - 1.0
     }
 
+    /// dR/ds.
+    #[inline(always)]
+    fn root_rate(&self, mode: &Mode, y: &State<T>) -> T {
+        if mode.is_compression { -self.v_x(y) } else { -self.v_x(y) / self.e }
+    }
+
     /// μ at a slip, and dμ/d|v|.
     #[inline(always)]
     fn mu(&self, slip: Pair<T>) -> (T, T) {
@@ -197,24 +204,28 @@ impl<T: Real> Shot<T> {
             Grip::Springs => scaled(carried, root),
             Grip::Yields => {
                 let most = self.mu(slip).0 * force;
-                scaled(unit(carried), most)
+                scaled(carried, most)
             }
             Grip::Follows => {
                 let mu = self.mu(slip).0;
-                let speed = length(slip);
-                let most = mu * force;
-                let f = scaled(slip, -most / speed);
-                // behind by (dα/ds)/ρ, dα/ds = (v × dv/ds)/|v|²
-                let pace = root * 2.0 * self.stretch(mode);
-                let rate = self.slip_rate(mode, f, force, pace);
-                let turned = (slip[0] * rate[1] - slip[1] * rate[0]) / (speed * speed);
-                let lag = turned * mu * root * self.kappa / (self.stretch(mode) * speed * 3.0);
+                let stretch = self.stretch(mode);
+                let per_speed = T::from(1.0) / length(slip);
+                let f = scaled(slip, -mu * force * per_speed);
+                // α' = (v × v')/|v|², and (α'/ρ)' from α'/ρ ∝ R⁵/|v|²
+                let rate = self.slip_rate(mode, f, force, root * 2.0 * stretch);
+                let per_square = per_speed * per_speed;
+                let turned = (slip[0] * rate[1] - slip[1] * rate[0]) * per_square;
+                let faster = (slip[0] * rate[0] + slip[1] * rate[1]) * per_square;
+                // R/ρ, the same at every R
+                let slow = mu * self.kappa * per_speed / (stretch * 3.0);
+                let growth = self.root_rate(mode, y) * 5.0 - root * faster * 2.0;
+                let lag = turned * slow * root * (T::from(1.0) - slow * growth);
                 [f[0] + lag * f[1], f[1] - lag * f[0]]
             }
         }
     }
 
-    #[inline(never)]
+    #[inline(always)]
     pub(super) fn rates(&self, mode: &Mode, y: &State<T>) -> State<T> {
         let (slip, stretch, root) = (self.slip(y), self.stretch(mode), y[ROOT]);
         let force = root * root * root;
@@ -229,15 +240,16 @@ impl<T: Real> Shot<T> {
                 scaled(slip, factor)
             }
             Grip::Yields => {
-                let w = unit([y[CARRIED], y[CARRIED + 1]]);
-                let along = slip[0] * w[0] + slip[1] * w[1];
-                let turning = -self.turning(mode, y, self.mu(slip).0);
-                [turning * (slip[0] - along * w[0]), turning * (slip[1] - along * w[1])]
+                // across itself, so that its length stays 1
+                let w = [y[CARRIED], y[CARRIED + 1]];
+                let across = slip[1] * w[0] - slip[0] * w[1];
+                let turned = self.turning(mode, y, self.mu(slip).0) * across;
+                [turned * w[1], -turned * w[0]]
             }
             Grip::Follows => [zero; 2],
         };
         [
-            if mode.is_compression { -self.v_x(y) } else { -self.v_x(y) / stretch },
+            self.root_rate(mode, y),
             pace * force,
             pace * f[0],
             pace * f[1],
