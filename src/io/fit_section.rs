@@ -1,12 +1,10 @@
 //! The section [fit] of a dataset.toml: settings of the parameters, constraints between them, the loss.
 
-use std::ops::Range;
-
 use serde::Deserialize;
 use toml::Spanned;
 
-use super::error::{Problems, did_you_mean};
-use super::toml_file::Source;
+use super::error::did_you_mean;
+use super::toml_file::{Source, bare};
 use crate::measurement::loss::Loss;
 use crate::measurement::parameter::{Compliance, Parameter, Prior, Setting, SettingFault, Settings};
 use crate::measurement::relation::Relation;
@@ -55,45 +53,40 @@ struct RawSetting {
 impl RawFit {
     /// Of each parameter.
     /// `kappa` follows from the Poisson's ratio of the balls' material.
-    pub(crate) fn settings(&self, kappa: f64, source: &Source, problems: &mut Problems) -> Settings {
+    pub(crate) fn settings(&self, kappa: f64, source: &Source) -> Settings {
         let falls = self.friction == Some(Friction::Exponential);
         let mut settings = Settings { falls, ..Settings::default() };
         settings[Parameter::Kappa].initial = kappa;
         if let Some(raw) = &self.kappa {
-            settings[Parameter::Kappa] = raw.check(Parameter::Kappa, source, problems);
+            settings[Parameter::Kappa] = raw.check(Parameter::Kappa, source);
             let Setting { initial, fixed, .. } = settings[Parameter::Kappa];
             settings.compliance =
                 if fixed && initial == 0.0 { Compliance::Rigid } else { Compliance::Stated };
         }
         if let Some(raw) = &self.e_slope {
-            settings[Parameter::ESlope] = raw.check(Parameter::ESlope, source, problems);
+            settings[Parameter::ESlope] = raw.check(Parameter::ESlope, source);
             settings.e_falls = true;
         }
         for (parameter, raw) in Parameter::COEFFICIENTS.into_iter().zip([&self.mu, &self.mu_s, &self.e]) {
             if let Some(raw) = raw {
-                settings[parameter] = raw.check(parameter, source, problems);
+                settings[parameter] = raw.check(parameter, source);
             }
         }
         for (parameter, raw) in [(Parameter::B, &self.mu_b), (Parameter::C, &self.mu_c)] {
             let Some(raw) = raw else { continue };
-            settings[parameter] = raw.as_ref().check(parameter, source, problems);
+            settings[parameter] = raw.as_ref().check(parameter, source);
             if !settings.falls {
                 let message = format!(
                     "{} stands in [fit], but friction is constant; expected friction = \"exponential\" with it",
                     parameter.name()
                 );
-                source.add(problems, &raw.span(), message);
+                source.wrong(raw, message);
             }
         }
         settings
     }
 
-    pub(crate) fn relations(
-        &self,
-        settings: &Settings,
-        source: &Source,
-        problems: &mut Problems,
-    ) -> Vec<Relation> {
+    pub(crate) fn relations(&self, settings: &Settings, source: &Source) -> Vec<Relation> {
         let has = settings.parameters();
         let mut relations = Vec::new();
         for text in &self.constraints {
@@ -120,45 +113,41 @@ impl RawFit {
                             text.as_ref(),
                             parameter.name()
                         );
-                        source.add(problems, &text.span(), message);
+                        source.wrong(text, message);
                     }
                     relations.push(relation);
                 }
                 Err(error) => {
                     let message = format!("the constraint \"{}\": {error}", text.as_ref());
-                    source.add(problems, &text.span(), message);
+                    source.wrong(text, message);
                 }
             }
         }
         relations
     }
 
-    pub(crate) fn loss(&self, source: &Source, problems: &mut Problems) -> Loss {
+    pub(crate) fn loss(&self, source: &Source) -> Loss {
         let Some(word) = &self.loss else { return Loss::default() };
         let found = Loss::ALL.into_iter().find(|loss| loss.name() == word.as_ref());
         found.unwrap_or_else(|| {
             let near = did_you_mean(word.as_ref(), Loss::ALL.map(Loss::name));
             let names = Loss::ALL.map(Loss::name).join(", ");
             let message = format!("loss is \"{}\"{near}; expected one of {names}", word.as_ref());
-            source.add(problems, &word.span(), message);
+            source.wrong(word, message);
             Loss::default()
         })
     }
 }
 
 impl RawSetting {
-    fn check(&self, parameter: Parameter, source: &Source, problems: &mut Problems) -> Setting {
+    fn check(&self, parameter: Parameter, source: &Source) -> Setting {
         let name = parameter.name();
-        let number = |value: &Option<Spanned<f64>>| value.as_ref().map(|spanned| *spanned.as_ref());
         // c is held only where nothing is said of it
         let default = Setting { fixed: false, ..parameter.default_setting() };
-        let lower = number(&self.lower).unwrap_or(default.lower);
-        let upper = number(&self.upper).unwrap_or(default.upper.max(lower));
-        let prior = match (number(&self.prior_mean), number(&self.prior_sd)) {
-            (Some(mean), Some(sd)) => Some(Prior { mean, sd }),
-            _ => None,
-        };
-        let said = number(&self.fixed).or(number(&self.initial));
+        let lower = bare(&self.lower).unwrap_or(default.lower);
+        let upper = bare(&self.upper).unwrap_or(default.upper.max(lower));
+        let prior = bare(&self.prior_mean).zip(bare(&self.prior_sd)).map(|(mean, sd)| Prior { mean, sd });
+        let said = bare(&self.fixed).or(bare(&self.initial));
         let setting = Setting {
             initial: said.unwrap_or(default.initial.max(lower).min(upper)),
             lower,
@@ -187,24 +176,16 @@ impl RawSetting {
             let hint =
                 if near { format!(" (give {name}.upper to move the upper one)") } else { String::new() };
             let at = spanned.map_or(0..0, Spanned::span);
-            source.add(problems, &at, format!("{name}.{key} is {written}{rest}{hint}"));
+            source.wrong_at(&at, format!("{name}.{key} is {written}{rest}{hint}"));
         }
-        let mut wrong = |at: Option<Range<usize>>, message: String| {
-            source.add(problems, &at.unwrap_or(0..0), message);
-        };
         if let (Some(_), Some(prior)) = (&self.fixed, self.prior_mean.as_ref().or(self.prior_sd.as_ref())) {
             let message =
                 format!("{name} is fixed, so that its prior says nothing; expected only one of them");
-            wrong(Some(prior.span()), message);
+            source.wrong(prior, message);
         }
-        match (&self.prior_mean, &self.prior_sd) {
-            (Some(given), None) | (None, Some(given)) => {
-                wrong(
-                    Some(given.span()),
-                    format!("{name}: only one of prior_mean and prior_sd; expected both or none"),
-                );
-            }
-            (Some(_), Some(_)) | (None, None) => {}
+        if let (Some(given), None) | (None, Some(given)) = (&self.prior_mean, &self.prior_sd) {
+            source
+                .wrong(given, format!("{name}: only one of prior_mean and prior_sd; expected both or none"));
         }
         if faults.is_empty() { setting } else { default }
     }

@@ -1,5 +1,6 @@
 //! Which of the points that were followed are on the same disc, where nobody says it: those that keep their distances.
 
+use super::input::quoted;
 use super::raw::{RawTrack, Row};
 use crate::measurement::marker_groups::{central, rigid_groups};
 use crate::measurement::track::Sample;
@@ -74,8 +75,7 @@ pub(super) fn are_two(tracks: &[RawTrack]) -> bool {
 }
 
 fn names(tracks: &[RawTrack], group: &[usize]) -> String {
-    let names: Vec<_> = group.iter().map(|i| format!("\"{}\"", tracks[*i].name)).collect();
-    names.join(", ")
+    quoted(group.iter().map(|i| &tracks[*i].name))
 }
 
 fn samples(track: &RawTrack) -> Vec<Sample> {
@@ -91,7 +91,7 @@ pub(super) fn beginning(track: &RawTrack, all: &[RawTrack]) -> Option<f64> {
     let (first, last) = (times().fold(f64::INFINITY, f64::min), times().fold(f64::NEG_INFINITY, f64::max));
     let seen: Vec<_> = track.rows.iter().filter(|row| !row.is_gap()).collect();
     let origin = *seen.first()?;
-    let way = |row: &Row| (row.x - origin.x).hypot(row.y - origin.y);
+    let way = |row: &Row| origin.distance(*row);
     let most = seen.iter().map(|row| way(row)).fold(0.0, f64::max);
     let moving = seen.iter().find(|row| way(row) > MOVED * most);
     Some(moving.map_or(1.0, |row| (row.time - first) / (last - first).max(f64::MIN_POSITIVE)))

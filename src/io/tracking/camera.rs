@@ -4,7 +4,6 @@ use serde::Deserialize;
 use serde::de::{SeqAccess, Unexpected, Visitor};
 use toml::Spanned;
 
-use crate::io::error::Problems;
 use crate::io::toml_file::Source;
 use crate::measurement::correction::Correction;
 
@@ -92,7 +91,7 @@ pub(super) fn stated(wanted: &WantedCamera, is_motion_capture: bool) -> [Option<
 
 impl RawCamera {
     /// What is wanted, of keys that are right.
-    pub(super) fn check(&self, source: &Source, problems: &mut Problems) -> WantedCamera {
+    pub(super) fn check(&self, source: &Source) -> WantedCamera {
         let mut wanted = WantedCamera::default();
         let single = [
             (
@@ -125,7 +124,7 @@ impl RawCamera {
                 other => {
                     let message =
                         format!("{key} is {}; expected \"auto\", \"none\" or {expected}", shown(other));
-                    source.add(problems, &given.span(), message);
+                    source.wrong(given, message);
                     Wanted::LeftOut
                 }
             };
@@ -140,7 +139,7 @@ impl RawCamera {
                         "perspective is {}; expected \"auto\", \"none\" or [x, y], each from -2 to 2 per metre",
                         shown(other)
                     );
-                    source.add(problems, &given.span(), message);
+                    source.wrong(given, message);
                     [Wanted::LeftOut; 2]
                 }
             };
@@ -163,7 +162,7 @@ impl RawCamera {
                         "shutter is {}; expected \"auto\" or \"none\": a known read-out time is [video] row_readout_s with rows",
                         shown(other)
                     );
-                    source.add(problems, &given.span(), message);
+                    source.wrong(given, message);
                     Wanted::LeftOut
                 }
             };

@@ -6,7 +6,8 @@ use std::collections::BTreeMap;
 use super::bodies;
 use super::calibration::Calibration;
 use super::check;
-use super::raw::{FORMAT, NAMES, Notes, RawShot, RawTrack};
+use super::input::quoted;
+use super::raw::{FORMAT, NAMES, Notes, RawShot, RawTrack, Row};
 use super::resolution;
 use super::settings::{Balls, Names, TrackSettings, Unit};
 use super::time;
@@ -99,7 +100,7 @@ pub(super) fn shot(
     facts: Facts,
     settings: &TrackSettings,
     calibration: &Calibration,
-    notes: &mut Notes,
+    notes: &Notes,
 ) -> Result<TrackShot, Vec<Wrong>> {
     let settings = &*facts.own.settings(settings);
     let mut tracks = std::mem::take(&mut raw.tracks);
@@ -137,7 +138,7 @@ pub(super) fn shot(
             let checked = |wrong: Wrong| Wrong { is_damage: wrong.is_damage && !stated, ..wrong };
             let mut wrong: Vec<Wrong> = cue.err().into_iter().chain(object.err()).map(checked).collect();
             raw.tracks = tracks;
-            if let Err(message) = time::settle(&mut raw, settings, &mut Notes::default()) {
+            if let Err(message) = time::settle(&mut raw, settings, &Notes::default()) {
                 wrong.push(Wrong::input(Some(raw.line), message));
             }
             return Err(wrong);
@@ -146,7 +147,7 @@ pub(super) fn shot(
     for other in &tracks {
         let message =
             format!("the track \"{}\" is neither cue nor object; passed over", shortened(&other.name));
-        notes.add(NAMES, &raw.file, Some(other.line()), message);
+        notes.of(&raw.file).add(NAMES, other.line(), message);
     }
     of_balls(raw, cue, object, facts, (settings, calibration), notes).map_err(|wrong| vec![wrong])
 }
@@ -158,26 +159,27 @@ fn of_balls(
     object: Ball,
     facts: Facts,
     (settings, calibration): (&TrackSettings, &Calibration),
-    notes: &mut Notes,
+    notes: &Notes,
 ) -> Result<TrackShot, Wrong> {
     let sizes = [&cue.centres, &cue.markers, &object.centres].map(Vec::len);
     raw.tracks = [cue.centres, cue.markers, object.centres, object.markers].into_iter().flatten().collect();
     let file = raw.file.clone();
+    let log = notes.of(&file);
     let fps =
         time::settle(&mut raw, settings, notes).map_err(|message| Wrong::input(Some(raw.line), message))?;
     let damaged = |(line, message): check::Wrong| Wrong::damaged(Some(line), message);
     for track in &mut raw.tracks {
-        check::order(track, &file, notes).map_err(|(line, message)| Wrong::input(Some(line), message))?;
+        check::order(track, log).map_err(|(line, message)| Wrong::input(Some(line), message))?;
     }
-    check::stray(&mut raw.tracks, &file, notes);
+    check::stray(&mut raw.tracks, log);
     let mut rest = raw.tracks.into_iter();
     let mut take = |n: usize| rest.by_ref().take(n).collect::<Vec<_>>();
     let [mut cue_centres, mut cue_markers, mut object_centres] = sizes.map(&mut take);
     let mut object_markers: Vec<_> = rest.collect();
     let mut cue = mean(&mut cue_centres, &mut cue_markers);
     let mut object = mean(&mut object_centres, &mut object_markers);
-    check::thaw(&mut cue, &mut object, fps, &file, notes).map_err(damaged)?;
-    let swapped = check::unswap(&mut cue, &mut object, fps, &file, notes).map_err(damaged)?;
+    check::thaw(&mut cue, &mut object, fps, log).map_err(damaged)?;
+    let swapped = check::unswap(&mut cue, &mut object, fps, log).map_err(damaged)?;
     if let Some(line) = swapped.filter(|_| !cue_markers.is_empty() || !object_markers.is_empty()) {
         let message = "cue and object ball have exchanged their names from here on, and with markers on them it is \
                        not certain which of these did; expected them set right, or the shot skipped";
@@ -185,7 +187,7 @@ fn of_balls(
     }
     let (resolution, coarse) = resolution(&cue, &object, (settings, calibration));
     if let Some(message) = coarse {
-        notes.add(FORMAT, &file, None, message);
+        log.add(FORMAT, None, message);
     }
     let several = [sizes[0] > 1, sizes[2] > 1];
     let marker = |ball: TrackedBall, centre: &RawTrack, track: &RawTrack| Marker {
@@ -234,7 +236,7 @@ fn of_balls(
 }
 
 /// Takes the tracks of both discs out of the list, grouped by the distances that points keep.
-fn grouped_balls(tracks: &mut Vec<RawTrack>, raw: &RawShot, notes: &mut Notes) -> Result<[Ball; 2], Wrong> {
+fn grouped_balls(tracks: &mut Vec<RawTrack>, raw: &RawShot, notes: &Notes) -> Result<[Ball; 2], Wrong> {
     let discs = bodies::discs(tracks).map_err(|message| Wrong::damaged(Some(raw.line), message))?;
     let mut all: Vec<Option<RawTrack>> = std::mem::take(tracks).into_iter().map(Some).collect();
     let mut take =
@@ -242,10 +244,7 @@ fn grouped_balls(tracks: &mut Vec<RawTrack>, raw: &RawShot, notes: &mut Notes) -
     let balls = discs.map(|disc| Ball { centres: take(&disc.centre), markers: take(&disc.markers) });
     tracks.extend(all.into_iter().flatten());
     let said = |ball: &Ball| {
-        let names = |tracks: &[RawTrack]| {
-            let names: Vec<_> = tracks.iter().map(|track| format!("\"{}\"", track.name)).collect();
-            names.join(", ")
-        };
+        let names = |tracks: &[RawTrack]| quoted(tracks.iter().map(|track| &track.name));
         let centre = names(&ball.centres);
         match (ball.centres.len(), ball.markers.len()) {
             (1, 0) => centre,
@@ -258,7 +257,7 @@ fn grouped_balls(tracks: &mut Vec<RawTrack>, raw: &RawShot, notes: &mut Notes) -
         said(&balls[0]),
         said(&balls[1])
     );
-    notes.add(NAMES, &raw.file, Some(raw.line), message);
+    notes.of(&raw.file).add(NAMES, raw.line, message);
     Ok(balls)
 }
 
@@ -269,7 +268,7 @@ fn assign(
     names: &Names,
     there: &str,
     raw: &RawShot,
-    notes: &mut Notes,
+    notes: &Notes,
 ) -> Result<Ball, Wrong> {
     let mut found = Ball { centres: Vec::new(), markers: Vec::new() };
     for name in &names.0 {
@@ -291,7 +290,7 @@ fn assign(
             })?;
         if own != *name {
             let message = format!("the track \"{own}\" is [tracks] {ball} = \"{name}\"");
-            notes.add(NAMES, &raw.file, Some(tracks[i].line()), message);
+            notes.of(&raw.file).add(NAMES, tracks[i].line(), message);
         }
         found.centres.push(tracks.remove(i));
         let (markers, rest): (Vec<_>, Vec<_>) =
@@ -417,7 +416,7 @@ fn resolution(
 
 fn samples(track: &RawTrack, calibration: &Calibration) -> Vec<Sample> {
     let rows = track.rows.iter().enumerate().filter(|(_, row)| !row.is_gap());
-    let sample = |(i, row): (usize, &super::raw::Row)| {
+    let sample = |(i, row): (usize, &Row)| {
         let [x, y] = calibration.metres(row.x, row.y);
         let sd = track.sds.get(i).filter(|sd| !sd[0].is_nan() && !sd[1].is_nan());
         let sd = sd.map(|sd| calibration.sd(row.x, row.y, *sd));
@@ -437,7 +436,7 @@ fn turned(angles: &RawTrack, centre: &RawTrack, calibration: &Calibration) -> Ve
         let i = centre.rows.partition_point(|row| row.time < time);
         centre.rows.get(i).filter(|row| row.time == time && !row.is_gap())
     };
-    let point = |row: &super::raw::Row| {
+    let point = |row: &Row| {
         let middle = at(row.time)?;
         let (sin, cos) = row.x.sin_cos();
         let [x, y] = calibration.metres(middle.x, middle.y);

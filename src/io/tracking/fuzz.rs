@@ -157,9 +157,8 @@ fn faithful(shots: &[RawShot], text: &str) {
 /// Reads a file and makes shots of it; checks what must hold.
 fn try_one(bytes: &[u8], settings: &TrackSettings) {
     let file = Path::new("a.txt");
-    let (mut problems, mut notes) = (Problems::new(""), Notes::default());
-    let Some(read::Tracked { shots, format, unit }) =
-        read::bytes(file, bytes, settings, &mut problems, &mut notes)
+    let (problems, notes) = (Problems::new(""), Notes::default());
+    let Some(read::Tracked { shots, format, unit }) = read::bytes(file, bytes, settings, &problems, &notes)
     else {
         assert!(!problems.is_empty(), "refused without a reason");
         return;
@@ -168,10 +167,10 @@ fn try_one(bytes: &[u8], settings: &TrackSettings) {
     if format != Format::Json {
         faithful(&shots, &decode(bytes).0);
     }
-    let calibration = calibration_for(format, unit, settings, file, &mut problems, &mut notes);
+    let calibration = calibration_for(format, unit, settings, file, &problems, notes.of(file));
     for raw in shots {
         let facts = Facts::unknown();
-        let Ok(shot) = finish::shot(raw, facts, settings, &calibration, &mut notes) else { continue };
+        let Ok(shot) = finish::shot(raw, facts, settings, &calibration, &notes) else { continue };
         assert!(shot.fps > 0.0);
         let markers = shot.markers.iter().map(|marker| &marker.samples);
         for samples in [&shot.cue, &shot.object].into_iter().chain(markers) {
@@ -217,9 +216,9 @@ fn whole_files_are_read() {
             _ => 0,
         };
         let settings = settings(SETTINGS[chosen]);
-        let (mut problems, mut notes) = (Problems::new(""), Notes::default());
+        let (problems, notes) = (Problems::new(""), Notes::default());
         let read::Tracked { shots, .. } =
-            read::bytes(Path::new("a.txt"), text.as_bytes(), &settings, &mut problems, &mut notes)
+            read::bytes(Path::new("a.txt"), text.as_bytes(), &settings, &problems, &notes)
                 .unwrap_or_else(|| panic!("file {i}"));
         assert!(problems.is_empty(), "file {i}: {}", problems.into_error());
         assert!(!shots.is_empty() && shots.iter().all(|shot| !shot.tracks.is_empty()), "file {i}");

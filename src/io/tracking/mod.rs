@@ -12,6 +12,7 @@ mod finish;
 mod fuzz;
 mod guess;
 mod heading;
+mod input;
 mod json;
 mod json_text;
 mod kinovea;
@@ -40,7 +41,7 @@ use std::sync::Arc;
 
 use calibration::Calibration;
 use finish::{Facts, Wrong};
-use raw::{Notes, RawShot};
+use raw::{Log, Notes, RawShot};
 use rayon::prelude::*;
 use settings::{Format, TrackSettings, Unit};
 use shots_table::ShotsTable;
@@ -65,7 +66,7 @@ pub(crate) fn load(
     manifest: &Manifest,
     settings: &TrackSettings,
     path: &Path,
-    problems: &mut Problems,
+    problems: &Problems,
 ) -> Tracks {
     let table = ShotsTable::read(settings.shots.as_deref(), manifest.assume, problems);
     if let Some((by, line, position)) = &manifest.by
@@ -73,9 +74,9 @@ pub(crate) fn load(
     {
         let message =
             format!("[fit] by is \"{by}\"; expected a column of the table that [tracks] shots names");
-        problems.add(path, Some(*line), Some(position), message);
+        problems.add(path, *line, position.as_str(), message);
     }
-    let mut notes = Notes::default();
+    let notes = Notes::default();
     let mut raw: Vec<RawShot> = Vec::new();
     let mut calibrations = HashMap::new();
     let is_shots = |file: &&PathBuf| settings.shots.as_ref().is_some_and(|shots| same_file(shots, file));
@@ -84,13 +85,12 @@ pub(crate) fn load(
     let mut is_motion_capture = true;
     for file in files {
         let before = problems.len();
-        let Some(read::Tracked { shots, format, unit }) = read::file(file, settings, problems, &mut notes)
-        else {
+        let Some(read::Tracked { shots, format, unit }) = read::file(file, settings, problems, &notes) else {
             continue;
         };
-        let mut shots = clips::of_file(shots, settings.capture_fps, alone, &mut notes);
+        let mut shots = clips::of_file(shots, settings.capture_fps, alone, &notes);
         is_motion_capture &= format == Format::Qualisys;
-        let calibration = calibration_for(format, unit, settings, file, problems, &mut notes);
+        let calibration = calibration_for(format, unit, settings, file, problems, notes.of(file));
         // What follows from a row that could not be read need not be said.
         if problems.len() > before {
             continue;
@@ -103,17 +103,17 @@ pub(crate) fn load(
         raw.append(&mut shots);
     }
     let broken = !problems.is_empty();
-    pair::pair(&mut raw, settings, &mut notes);
-    table.name_by_file(&mut raw, problems);
+    pair::pair(&mut raw, settings, &notes);
+    table.name_by_file(&mut raw);
     if settings.unknown_rate && table.has_rates() {
         let message = "[video] capture_fps is \"unknown\", but the table of shots states capture_fps; expected it for all \
                        shots or for none";
         problems.add(path, None, None, message);
     }
-    tell_apart(&mut raw, &mut notes);
+    tell_apart(&mut raw, &notes);
     let known = name_shots(&raw, problems);
     if !broken {
-        table.check_names(&known, problems);
+        table.check_names(&known);
     }
     drop(known);
     let mut skipped = Vec::new();
@@ -142,12 +142,12 @@ pub(crate) fn load(
                  unknown: points on the discs show how they turn",
                 shot.name
             );
-            problems.add(settings.shots.as_deref().unwrap_or(path), None, Some("cue_spin"), message);
+            problems.add(settings.shots.as_deref().unwrap_or(path), None, "cue_spin", message);
             continue;
         }
         work.push((shot, facts));
     }
-    let (shots, damaged) = finish_all(work, settings, &calibrations, problems, &mut notes);
+    let (shots, damaged) = finish_all(work, settings, &calibrations, problems, &notes);
     if manifest.discs.is_none() {
         name_unmeasured(&shots, &table, path, problems);
     }
@@ -176,8 +176,8 @@ fn calibration_for(
     stated: Option<Unit>,
     settings: &TrackSettings,
     file: &Path,
-    problems: &mut Problems,
-    notes: &mut Notes,
+    problems: &Problems,
+    log: Log,
 ) -> Calibration {
     let who = if format == Format::Qualisys {
         "is an export of Qualisys, which is"
@@ -193,7 +193,7 @@ fn calibration_for(
             };
             let always =
                 if format == Format::Qualisys { "as always in this format" } else { "as the file says" };
-            notes.add(raw::FORMAT, file, None, format!("lengths are in {}, {always}", unit.name()));
+            log.add(raw::FORMAT, None, format!("lengths are in {}, {always}", unit.name()));
             return settings.calibration.in_unit(metres);
         }
         (Some(given), Some(unit)) if given != unit => {
@@ -205,12 +205,7 @@ fn calibration_for(
             problems.add(file, None, None, message);
         }
         (None, None) if format != Format::Long => {
-            notes.add(
-                raw::FORMAT,
-                file,
-                None,
-                "lengths are taken as metres ([scale] length_unit is not given)",
-            );
+            log.add(raw::FORMAT, None, "lengths are taken as metres ([scale] length_unit is not given)");
         }
         _ => {}
     }
@@ -218,7 +213,7 @@ fn calibration_for(
 }
 
 /// Complains about spins that are said to be measured, where neither numbers nor markers tell them.
-fn name_unmeasured(shots: &[TrackShot], table: &ShotsTable, path: &Path, problems: &mut Problems) {
+fn name_unmeasured(shots: &[TrackShot], table: &ShotsTable, path: &Path, problems: &Problems) {
     let unmeasured = |shot: &&TrackShot| shot.markers.is_empty() && table.is_by_markers(&shot.name);
     let mut names = shots.iter().filter(unmeasured).map(|shot| shot.name.as_str());
     let Some(first) = names.next() else { return };
@@ -234,7 +229,7 @@ fn name_unmeasured(shots: &[TrackShot], table: &ShotsTable, path: &Path, problem
 }
 
 /// Puts the folder before the names of shots that files in different folders give, as A/1.csv and B/1.csv do.
-fn tell_apart(raw: &mut [RawShot], notes: &mut Notes) {
+fn tell_apart(raw: &mut [RawShot], notes: &Notes) {
     let mut of_name: HashMap<String, Vec<usize>> = HashMap::new();
     for (i, shot) in raw.iter().enumerate() {
         of_name.entry(shot.name.clone()).or_default().push(i);
@@ -254,7 +249,7 @@ fn tell_apart(raw: &mut [RawShot], notes: &mut Notes) {
     named.sort();
     if let Some((first, name)) = named.first() {
         let message = "files in several folders are called alike: their shots are named with the folder";
-        notes.add(raw::NAMES, &raw[*first].file, None, format!("{message}, as in \"{name}\""));
+        notes.of(&raw[*first].file).add(raw::NAMES, None, format!("{message}, as in \"{name}\""));
     }
     for (i, name) in named {
         raw[i].name = name;
@@ -262,7 +257,7 @@ fn tell_apart(raw: &mut [RawShot], notes: &mut Notes) {
 }
 
 /// The shots by name, with complaints about names given twice.
-fn name_shots<'a>(raw: &'a [RawShot], problems: &mut Problems) -> HashMap<&'a str, usize> {
+fn name_shots<'a>(raw: &'a [RawShot], problems: &Problems) -> HashMap<&'a str, usize> {
     let mut known = HashMap::with_capacity(raw.len());
     for (i, shot) in raw.iter().enumerate() {
         if let Some(first) = known.insert(shot.name.as_str(), i) {
@@ -274,7 +269,7 @@ fn name_shots<'a>(raw: &'a [RawShot], problems: &mut Problems) -> HashMap<&'a st
                 first.file.display(),
                 first.line
             );
-            problems.add(&shot.file, Some(shot.line), Some("shot"), message);
+            problems.add(&shot.file, shot.line, "shot", message);
         }
     }
     known
@@ -289,13 +284,13 @@ fn finish_all(
     work: Vec<(RawShot, Facts)>,
     settings: &TrackSettings,
     calibrations: &HashMap<PathBuf, Calibration>,
-    problems: &mut Problems,
-    notes: &mut Notes,
+    problems: &Problems,
+    notes: &Notes,
 ) -> (Vec<TrackShot>, Vec<(String, String)>) {
     let finish = |(raw, facts): (RawShot, Facts)| {
-        let (name, file, mut notes) = (raw.name.clone(), raw.file.clone(), Notes::default());
+        let (name, file, notes) = (raw.name.clone(), raw.file.clone(), Notes::default());
         let calibration = calibrations.get(file.as_path())?;
-        let done = isolated(|| finish::shot(raw, facts, settings, calibration, &mut notes));
+        let done = isolated(|| finish::shot(raw, facts, settings, calibration, &notes));
         let shot = done.unwrap_or_else(|panic| {
             Err(vec![Wrong::damaged(
                 None,

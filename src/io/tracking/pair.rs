@@ -20,7 +20,7 @@ struct Single {
 
 /// Puts the shots together that are one ball each and whose files differ by the ball's name only, or that are
 /// the only two there are. Others stay as they are, and are told what is missing when they are finished.
-pub(super) fn pair(raw: &mut Vec<RawShot>, settings: &TrackSettings, notes: &mut Notes) {
+pub(super) fn pair(raw: &mut Vec<RawShot>, settings: &TrackSettings, notes: &Notes) {
     let singles: Vec<Single> =
         raw.iter().enumerate().filter_map(|(index, shot)| single(index, shot, settings)).collect();
     let alone = singles.len() == 2 && raw.len() == 2;
@@ -48,7 +48,7 @@ pub(super) fn pair(raw: &mut Vec<RawShot>, settings: &TrackSettings, notes: &mut
         shot.name = name(&cue.key, &object.key, &own);
         let message =
             format!("is cue ball of the shot \"{}\", whose object ball is {}", shot.name, file.display());
-        notes.add(NAMES, &own, None, message);
+        notes.of(&own).add(NAMES, None, message);
         gone.push(object.index);
     }
     let mut index = 0;

@@ -7,10 +7,9 @@ use std::path::Path;
 use super::bodies;
 use super::clips;
 use super::guess;
-use super::raw::{Clock, Notes, RawShot};
+use super::raw::{Clock, Notes, RawShot, sorted};
 use super::read;
-use super::settings;
-use super::settings::{Format, TimeUnit, Unit};
+use super::settings::{Format, Sections, TimeUnit, Unit};
 use super::time;
 use crate::io::error::{Problem, Problems};
 use crate::io::text::decode;
@@ -69,14 +68,14 @@ fn look(file: &Path, columns: guess::Guess) -> Result<Survey, Vec<Problem>> {
         text.push_str("[columns]\n");
         text.extend(lines.iter().map(|(key, value)| format!("{key} = {value}\n")));
     }
-    let Ok(tracks) = toml::from_str::<settings::RawTracks>(&text) else { return Err(Vec::new()) };
-    let source = Source { path: file, text: "" };
-    let mut problems = Problems::new("");
-    let settings = settings::check((None, None), None, Some(&tracks), has_angles, &source, &mut problems);
-    let read = read::file(file, &settings, &mut problems, &mut Notes::default());
+    let Ok(tracks) = toml::from_str(&text) else { return Err(Vec::new()) };
+    let problems = Problems::new("");
+    let source = Source { path: file, text: "", problems: &problems };
+    let settings = Sections { tracks, ..Sections::default() }.check(has_angles, &source);
+    let read = read::file(file, &settings, &problems, &Notes::default());
     let problems = problems.into_error().problems().to_vec();
     let Some(read::Tracked { shots, format, unit }) = read else { return Err(problems) };
-    let mut shots = clips::of_file(shots, None, true, &mut Notes::default());
+    let mut shots = clips::of_file(shots, None, true, &Notes::default());
     // with nothing read, nothing speaks for the guess but names
     let clock = match shots.first() {
         Some(shot) => shot.clock,
@@ -94,9 +93,9 @@ fn look(file: &Path, columns: guess::Guess) -> Result<Survey, Vec<Problem>> {
             }
         }
     }
-    let median = |mut all: Vec<f64>| {
-        all.sort_by(f64::total_cmp);
-        all[all.len() / 2]
+    let median = |all: Vec<f64>| {
+        let middle = all.len() / 2;
+        sorted(all.into_iter())[middle]
     };
     let (in_frames, stated_fps) = match clock {
         Clock::In(TimeUnit::Frames) => (true, None),
@@ -132,9 +131,7 @@ fn look(file: &Path, columns: guess::Guess) -> Result<Survey, Vec<Problem>> {
 
 fn closest(shots: &[RawShot]) -> Option<f64> {
     let of_shot = |shot: &RawShot| {
-        let centres: Vec<_> =
-            shot.tracks.iter().filter(|track| !track.is_angle && track.point.is_none()).collect();
-        let [first, second] = centres[..] else { return None };
+        let [first, second] = shot.centres()?;
         let places: HashMap<u64, [f64; 2]> =
             first.rows.iter().map(|row| (row.time.to_bits(), [row.x, row.y])).collect();
         let apart = second.rows.iter().filter_map(|row| {
@@ -145,8 +142,7 @@ fn closest(shots: &[RawShot]) -> Option<f64> {
         let least = apart.fold(f64::INFINITY, f64::min);
         least.is_finite().then_some(least)
     };
-    let mut all: Vec<f64> = shots.iter().filter_map(of_shot).collect();
-    all.sort_by(f64::total_cmp);
+    let all = sorted(shots.iter().filter_map(of_shot));
     all.get(all.len() / 4).copied()
 }
 

@@ -12,49 +12,36 @@ use polars::prelude::{
 
 use super::long;
 use super::long::{Columns, Gather};
-use super::raw::{Notes, Row};
-use super::sheet::Sheet;
+use super::raw::Row;
+use super::sheet::{ENOUGH, Sheet};
 use super::timecode::is_clock;
-use crate::io::error::Problems;
 use crate::io::text::{Separator, trimmed};
 
 /// Bytes read at a time.
 const STRETCH: usize = 1 << 25;
 
 /// Reads all rows of a table.
-pub(super) fn read(
-    sheet: &Sheet,
-    columns: &Columns,
-    gather: &mut Gather,
-    problems: &mut Problems,
-    notes: &mut Notes,
-) {
-    read_by(STRETCH, sheet, columns, gather, problems, notes);
+pub(super) fn read(sheet: &Sheet, columns: &Columns, gather: &mut Gather) {
+    read_by(STRETCH, sheet, columns, gather);
 }
 
-fn read_by(
-    stretch: usize,
-    sheet: &Sheet,
-    columns: &Columns,
-    gather: &mut Gather,
-    problems: &mut Problems,
-    notes: &mut Notes,
-) {
-    let start = problems.len();
+fn read_by(stretch: usize, sheet: &Sheet, columns: &Columns, gather: &mut Gather) {
+    let Sheet { input, heading, .. } = sheet;
+    let start = input.problems.len();
     let by_clock = |rest: &&str| {
-        let first =
-            rest.lines().find(|line| !line.trim().is_empty()).and_then(|line| trimmed(line, sheet.separator));
-        first.is_some_and(|cells| cells.get(columns.time).is_some_and(|cell| is_clock(cell)))
+        let first = rest.lines().find(|line| !line.trim().is_empty());
+        let cells = first.and_then(|line| trimmed(line, heading.separator)).unwrap_or_default();
+        cells.get(columns.time).is_some_and(|cell| is_clock(cell))
     };
-    let Some(mut rest) = below(sheet.text, sheet.above).filter(|rest| !by_clock(rest)) else {
+    let Some(mut rest) = below(sheet.text, heading.above).filter(|rest| !by_clock(rest)) else {
         // a file with CR for ends of lines, or with times that only the whole of it explains
-        long::read(sheet, columns, gather, problems, notes);
+        long::read(sheet, columns, gather);
         return;
     };
-    let mut above = sheet.above;
+    let mut above = heading.above;
     // of the stretches so far, with the line where the first of them begins
     let mut seen: Option<(char, usize)> = None;
-    while !rest.is_empty() && problems.len() < start + 100 {
+    while !rest.is_empty() && input.problems.len() < start + ENOUGH {
         let bytes = rest.as_bytes();
         let from = stretch.min(bytes.len());
         let end = bytes[from..].iter().position(|byte| *byte == b'\n').map_or(bytes.len(), |i| from + i + 1);
@@ -62,10 +49,9 @@ fn read_by(
         let mark = if plain(part, above, sheet, columns, gather).is_some() {
             part.contains('.').then_some('.')
         } else {
-            let names = sheet.names.clone();
-            let (file, separator, header) = (sheet.file, sheet.separator, sheet.header);
-            let sheet = Sheet { file, text: part, separator, header, above: 0, offset: above, names };
-            long::read(&sheet, columns, gather, problems, notes)
+            let mut heading = heading.clone();
+            heading.above = 0;
+            long::read(&Sheet { input, text: part, heading, offset: above }, columns, gather)
         };
         if let Some(mark) = mark {
             let (other, line) = *seen.get_or_insert((mark, above + 1));
@@ -74,7 +60,7 @@ fn read_by(
                     "decimal marks from here on differ from those from line {line} on; expected points or commas \
                      throughout"
                 );
-                problems.add(sheet.file, Some(above + 1), None, message);
+                input.wrong(above + 1, None, message);
                 return;
             }
         }
@@ -94,7 +80,7 @@ fn below(text: &str, lines: usize) -> Option<&str> {
 
 /// Reads a stretch of whole lines. `None`, and nothing read, if anything about it is unusual.
 fn plain(text: &str, above: usize, sheet: &Sheet, columns: &Columns, gather: &mut Gather) -> Option<()> {
-    let Separator::Char(separator) = sheet.separator else { return None };
+    let Separator::Char(separator) = sheet.heading.separator else { return None };
     let separator = u8::try_from(separator).ok()?;
     let bytes = text.as_bytes();
     let (mut ends, mut separators) = (0, 0);
@@ -103,7 +89,7 @@ fn plain(text: &str, above: usize, sheet: &Sheet, columns: &Columns, gather: &mu
         separators += usize::from(*byte == separator);
     }
     let rows = ends + usize::from(bytes.last().is_some_and(|byte| *byte != b'\n'));
-    let width = sheet.names.len();
+    let width = sheet.heading.names.len();
     if separators != rows * (width - 1) || bytes.iter().any(|byte| *byte == b'"' || *byte == b'#') {
         return None;
     }
@@ -203,30 +189,25 @@ mod tests {
     use std::path::Path;
 
     use super::*;
+    use crate::io::error::Problems;
+    use crate::io::tracking::input::Input;
+    use crate::io::tracking::raw::Notes;
     use crate::io::tracking::settings::TimeUnit;
 
     /// Both ways through the same table.
     fn both(text: &str) {
-        let file = Path::new("a.csv");
-        let settings = crate::io::tracking::settings::tests::settings("[video]\ncapture_fps = 10");
-        let head = long::detect(text, &settings).expect("a long table");
-        let sheet = Sheet {
-            file,
-            text,
-            separator: head.heading.separator,
-            header: head.heading.line,
-            above: head.heading.above,
-            offset: 0,
-            names: head.heading.names.clone(),
-        };
+        let (file, stem) = (Path::new("a.csv"), "a");
+        let settings = &crate::io::tracking::settings::tests::settings("[video]\ncapture_fps = 10");
         let run = |fast: usize| {
-            let (mut problems, mut notes) = (Problems::new(""), Notes::default());
-            let unit = if head.columns.frames { TimeUnit::Frames } else { TimeUnit::S };
-            let mut gather = Gather::new(file, "a", unit);
+            let (problems, notes) = (Problems::new(""), Notes::default());
+            let input = Input { file, text, stem, settings, problems: &problems, log: notes.of(file) };
+            let long::Head { heading, columns } = long::detect(&input).expect("a long table");
+            let unit = if columns.frames { TimeUnit::Frames } else { TimeUnit::S };
+            let (mut gather, sheet) = (Gather::new(&input, unit), Sheet::new(&input, heading));
             if fast > 0 {
-                read_by(fast, &sheet, &head.columns, &mut gather, &mut problems, &mut notes);
+                read_by(fast, &sheet, &columns, &mut gather);
             } else {
-                long::read(&sheet, &head.columns, &mut gather, &mut problems, &mut notes);
+                long::read(&sheet, &columns, &mut gather);
             }
             // not-a-number is not equal to itself
             (format!("{:?}", gather.shots), format!("{}", problems.into_error()))
