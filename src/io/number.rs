@@ -97,6 +97,14 @@ pub(crate) fn parse(cell: &str) -> Result<Cell, &'static str> {
     }
 }
 
+/// The number that a cell holds, if it holds one.
+pub(crate) fn value(cell: &str) -> Option<f64> {
+    match parse(cell) {
+        Ok(Cell::Number(number, _)) => Some(number),
+        _ => None,
+    }
+}
+
 /// The decimal mark of the cells of one kind (times, or coordinates): it must be the same in all, and no mark of thousands.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Mark {

@@ -83,6 +83,11 @@ pub(crate) fn lines(text: &str) -> impl Iterator<Item = (usize, &str)> + Clone {
     lines_by(text, line_end(text))
 }
 
+/// Those that are not blank.
+pub(crate) fn filled_lines(text: &str) -> impl Iterator<Item = (usize, &str)> + Clone {
+    lines(text).filter(|(_, line)| !line.trim().is_empty())
+}
+
 pub(crate) fn line_end(text: &str) -> char {
     if text.contains('\n') { '\n' } else { '\r' }
 }

@@ -9,8 +9,8 @@ use super::raw::{CLOCK, FORMAT};
 use super::settings::{Names, TimeUnit};
 use super::sheet::{Body, Sheet};
 use crate::io::error::did_you_mean;
-use crate::io::number::{Cell, parse, shortened};
-use crate::io::text::{Separator, lines, trimmed, unmarked};
+use crate::io::number::{shortened, value};
+use crate::io::text::{Separator, filled_lines, trimmed, unmarked};
 
 /// The names of the columns, or the first row where they have none, are within so many lines.
 const WITHIN: usize = 100;
@@ -114,7 +114,7 @@ fn header(input: &Input, wanted: &ColumnNames) -> Option<Heading> {
         .collect();
     let separators = separators(wanted, Separator::Char(' '));
     let mut nearest: Option<(usize, usize, Vec<String>)> = None;
-    for (line, content) in lines(input.text).filter(|(_, content)| !content.trim().is_empty()).take(WITHIN) {
+    for (line, content) in filled_lines(input.text).take(WITHIN) {
         for separator in &separators {
             let bare = unmarked(content);
             let separator =
@@ -160,10 +160,10 @@ fn numbered(input: &Input, wanted: &ColumnNames) -> Option<Heading> {
     let words = [&wanted.shot, &wanted.ball, &wanted.point].map(|column| column.as_ref().map(index));
     let numbers: Vec<usize> = all.into_iter().filter(|column| !words.contains(&Some(*column))).collect();
     let separators = separators(wanted, Separator::Blanks);
-    for (line, content) in lines(input.text).filter(|(_, content)| !content.trim().is_empty()).take(WITHIN) {
+    for (line, content) in filled_lines(input.text).take(WITHIN) {
         for separator in &separators {
             let Some(cells) = trimmed(content, *separator) else { continue };
-            let number = |column: &usize| matches!(parse(&cells[*column]), Ok(Cell::Number(..)));
+            let number = |column: &usize| value(&cells[*column]).is_some();
             if cells.len() > last && numbers.iter().all(number) {
                 let open = cells.len() > last + 1 && cells.last().is_some_and(String::is_empty);
                 return Some(Heading::unnamed(line, *separator, cells.len() - usize::from(open)));

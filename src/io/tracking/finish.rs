@@ -9,7 +9,7 @@ use super::check;
 use super::input::quoted;
 use super::raw::{FORMAT, NAMES, Notes, RawShot, RawTrack, Row};
 use super::resolution;
-use super::settings::{Balls, Names, TrackSettings, Unit};
+use super::settings::{Names, TrackSettings, Unit};
 use super::time;
 use crate::io::number::shortened;
 use crate::measurement::rigid_body::circle_centres;
@@ -46,33 +46,29 @@ pub(super) struct Facts {
 /// What the shots table says of a shot in place of dataset.toml.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(super) struct Own {
-    pub cue: Option<Names>,
-    pub object: Option<Names>,
-    pub cue_markers: Option<Names>,
-    pub object_markers: Option<Names>,
+    /// In the order of [`NAMED`](super::settings::NAMED).
+    pub names: [Option<Names>; 4],
     pub capture_fps: Option<f64>,
 }
 
 impl Own {
+    fn states_balls(&self) -> bool {
+        self.names[..2].iter().any(Option::is_some)
+    }
+
     /// The settings that hold for the shot.
     fn settings<'a>(&self, all: &'a TrackSettings) -> Cow<'a, TrackSettings> {
         if *self == Self::default() {
             return Cow::Borrowed(all);
         }
         let mut own = all.clone();
-        for (name, given) in [
-            (&mut own.cue, &self.cue),
-            (&mut own.object, &self.object),
-            (&mut own.cue_markers, &self.cue_markers),
-            (&mut own.object_markers, &self.object_markers),
-        ] {
+        let names = [&mut own.cue, &mut own.object, &mut own.cue_markers, &mut own.object_markers];
+        for (name, given) in names.into_iter().zip(&self.names) {
             if let Some(given) = given {
                 name.clone_from(given);
             }
         }
-        if self.cue.is_some() || self.object.is_some() {
-            own.balls = Balls::Stated;
-        }
+        own.balls_stated |= self.states_balls();
         own.capture_fps = self.capture_fps.or(own.capture_fps);
         Cow::Owned(own)
     }
@@ -111,7 +107,7 @@ pub(super) fn shot(
     let names = if names.is_empty() { "there are none".to_string() } else { names.join(", ") };
     let named = |name: &str| !matches!(find(&tracks, name), Ok(None));
     let grouped = settings.discs
-        && settings.balls == Balls::Usual
+        && !settings.balls_stated
         && !named("cue")
         && !named("object")
         && tracks.iter().all(|track| track.point.is_none());
@@ -119,22 +115,19 @@ pub(super) fn shot(
         let [cue, object] = grouped_balls(&mut tracks, &raw, notes).map_err(|wrong| vec![wrong])?;
         (Ok(cue), Ok(object))
     } else {
-        let mut ball = |key: &'static str, centre: &Names, markers: &Names| {
-            let mut ball = assign(&mut tracks, key, centre, &names, &raw, notes)?;
-            if !markers.0.is_empty() {
-                let key = if key == "cue" { "cue_markers" } else { "object_markers" };
-                ball.markers.append(&mut assign(&mut tracks, key, markers, &names, &raw, notes)?.centres);
-            }
+        let mut ball = |keys: [&str; 2], centre: &Names, markers: &Names| {
+            let mut ball = assign(&mut tracks, keys[0], centre, &names, &raw, notes)?;
+            ball.markers.append(&mut assign(&mut tracks, keys[1], markers, &names, &raw, notes)?.centres);
             Ok(ball)
         };
-        let cue = ball("cue", &settings.cue, &settings.cue_markers);
-        (cue, ball("object", &settings.object, &settings.object_markers))
+        let cue = ball(["cue", "cue_markers"], &settings.cue, &settings.cue_markers);
+        (cue, ball(["object", "object_markers"], &settings.object, &settings.object_markers))
     };
     let (cue, object) = match (cue, object) {
         (Ok(cue), Ok(object)) => (cue, object),
         (cue, object) => {
             // names that stand in the table of shots are wrong, and not the shot
-            let stated = facts.own.cue.is_some() || facts.own.object.is_some();
+            let stated = facts.own.states_balls();
             let checked = |wrong: Wrong| Wrong { is_damage: wrong.is_damage && !stated, ..wrong };
             let mut wrong: Vec<Wrong> = cue.err().into_iter().chain(object.err()).map(checked).collect();
             raw.tracks = tracks;
@@ -226,13 +219,12 @@ fn of_balls(
         resolution,
         correlation: 0.0,
     };
-    let finite = |s: &Sample| s.t.is_finite() && s.x.is_finite() && s.y.is_finite();
+    let finite = |s: &Sample| [s.t, s.x, s.y].iter().all(|number| number.is_finite());
     let mut all = shot.cue.iter().chain(&shot.object).chain(shot.markers.iter().flat_map(|m| &m.samples));
-    if !all.all(finite) {
-        let message = "a position or time is too large to be converted".to_string();
-        return Err(Wrong::input(Some(shot.line), message));
+    if all.all(finite) {
+        return Ok(shot);
     }
-    Ok(shot)
+    Err(Wrong::input(Some(shot.line), "a position or time is too large to be converted".to_string()))
 }
 
 /// Takes the tracks of both discs out of the list, grouped by the distances that points keep.
@@ -293,10 +285,8 @@ fn assign(
             notes.of(&raw.file).add(NAMES, tracks[i].line(), message);
         }
         found.centres.push(tracks.remove(i));
-        let (markers, rest): (Vec<_>, Vec<_>) =
-            std::mem::take(tracks).into_iter().partition(|track| track.point.is_some() && track.name == own);
-        *tracks = rest;
-        found.markers.extend(markers);
+        let is_on_it = |track: &mut RawTrack| track.point.is_some() && track.name == own;
+        found.markers.extend(tracks.extract_if(.., is_on_it));
     }
     Ok(found)
 }

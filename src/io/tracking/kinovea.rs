@@ -4,7 +4,7 @@ use super::heading::Heading;
 use super::input::{Input, Shots, quoted};
 use super::raw::{Clock, FORMAT, RawTrack, Row};
 use super::sheet::{Body, ENOUGH, Reader, Sheet};
-use crate::io::text::{Separator, cells, lines, trimmed};
+use crate::io::text::{Separator, cells, filled_lines, lines, trimmed};
 
 /// Which of the two.
 pub(super) enum Head {
@@ -17,7 +17,7 @@ const FILTERED: &str = "coordinates that come from its kinematics window are fil
 
 /// Whether the text is such an export.
 pub(super) fn detect(text: &str) -> Option<Head> {
-    let (line, first) = lines(text).find(|(_, line)| !line.trim().is_empty())?;
+    let (line, first) = filled_lines(text).next()?;
     if is_title(first.trim()) {
         return Some(Head::Text);
     }

@@ -5,13 +5,13 @@ use super::input::{Input, Shots, quoted};
 use super::raw::{Clock, FORMAT, GAPS};
 use super::settings::Unit;
 use super::sheet::{Body, Sheet};
-use crate::io::number::{Cell, parse};
-use crate::io::text::{Separator, lines, trimmed};
+use crate::io::number::{parse, value};
+use crate::io::text::{Separator, filled_lines, lines, trimmed};
 
 /// Whether the text is such an export.
 pub(super) fn detect(text: &str) -> bool {
-    lines(text)
-        .find(|(_, line)| !line.trim().is_empty())
+    filled_lines(text)
+        .next()
         .is_some_and(|(_, line)| ["NO_OF_FRAMES", "FILE_VERSION"].iter().any(|key| line.starts_with(key)))
 }
 
@@ -28,9 +28,9 @@ pub(super) fn read(input: &Input) -> Option<Shots> {
                 markers = Some((line, named.collect::<Vec<_>>()));
             }
             "FREQUENCY" | "NO_OF_FRAMES" => {
-                let value = row.get(1).map_or("", String::as_str);
-                let Some(Cell::Number(number, _)) = parse(value).ok().filter(|_| !value.is_empty()) else {
-                    input.wrong(line, row[0].as_str(), format!("\"{value}\" is no number; expected one"));
+                let text = row.get(1).map_or("", String::as_str);
+                let Some(number) = value(text) else {
+                    input.wrong(line, row[0].as_str(), format!("\"{text}\" is no number; expected one"));
                     return None;
                 };
                 let slot = if row[0] == "FREQUENCY" { &mut fps } else { &mut frames };

@@ -11,7 +11,7 @@ use super::sheet::Sheet;
 use super::{columns, json, kinovea, long, qualisys, tracker, typed};
 use crate::io::error::Problems;
 use crate::io::number::shortened;
-use crate::io::text::{Separator, decode, lines, trimmed, unmarked, without_separator_line};
+use crate::io::text::{Separator, decode, filled_lines, trimmed, unmarked, without_separator_line};
 
 /// What was read from a file.
 pub(super) struct Tracked {
@@ -89,7 +89,7 @@ pub(super) fn bytes(
 
 fn unknown(input: &Input) {
     let (text, format) = (input.text, input.settings.format);
-    let Some((line, first)) = lines(text).find(|(_, line)| !line.trim().is_empty()) else {
+    let Some((line, first)) = filled_lines(text).next() else {
         return input.wrong(None, None, "is empty; expected tracked positions");
     };
     let expected = match format {
@@ -113,24 +113,23 @@ fn unknown(input: &Input) {
 
 /// What a header that is nearly that of a long table lacks, as a part of a sentence.
 fn lacking(text: &str) -> String {
-    let header =
-        lines(text).filter(|(_, line)| !line.trim().is_empty()).take(TITLES).find_map(|(line, content)| {
-            Separator::ALL.into_iter().find_map(|separator| {
-                let names = trimmed(unmarked(content), separator)?;
-                let heading = Heading::new("", line, separator, names);
-                let names = heading.small();
-                let has = |name: &str| names.iter().any(|own| own == name);
-                let parts = [
-                    ("ball", has("ball")),
-                    ("x", has("x")),
-                    ("y", has("y")),
-                    ("frame or t", has("frame") || has("t")),
-                ];
-                let missing: Vec<&str> =
-                    parts.iter().filter(|(_, there)| !there).map(|(name, _)| *name).collect();
-                (1..=2).contains(&missing.len()).then(|| (line, missing.join(" and ")))
-            })
-        });
+    let header = filled_lines(text).take(TITLES).find_map(|(line, content)| {
+        Separator::ALL.into_iter().find_map(|separator| {
+            let names = trimmed(unmarked(content), separator)?;
+            let heading = Heading::new("", line, separator, names);
+            let names = heading.small();
+            let has = |name: &str| names.iter().any(|own| own == name);
+            let parts = [
+                ("ball", has("ball")),
+                ("x", has("x")),
+                ("y", has("y")),
+                ("frame or t", has("frame") || has("t")),
+            ];
+            let missing: Vec<&str> =
+                parts.iter().filter(|(_, there)| !there).map(|(name, _)| *name).collect();
+            (1..=2).contains(&missing.len()).then(|| (line, missing.join(" and ")))
+        })
+    });
     header.map_or(String::new(), |(line, missing)| {
         format!(", and what may be the names of columns, in line {line}, are without {missing}")
     })

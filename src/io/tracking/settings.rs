@@ -126,7 +126,22 @@ pub(super) enum Format {
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Names(pub Vec<String>);
 
+/// Keys of `[tracks]`, and columns of the table of shots, that name tracks.
+pub(super) const NAMED: [&str; 4] = ["cue", "object", "cue_markers", "object_markers"];
+
 impl Names {
+    /// These, without the blanks around them.
+    pub(super) fn of<'a>(names: impl Iterator<Item = &'a str>) -> Self {
+        Self(names.map(|name| name.trim().to_string()).collect())
+    }
+
+    /// Whether there is one or more, each but once and none without letters.
+    pub(super) fn are_good(&self) -> bool {
+        let Self(names) = self;
+        let twice = |(i, name): (usize, &String)| names[..i].contains(name);
+        !names.is_empty() && !names.iter().any(String::is_empty) && !names.iter().enumerate().any(twice)
+    }
+
     /// `"A"`, or `["a1", "a2"]`, as it stands in dataset.toml.
     pub(super) fn shown(&self) -> String {
         match self.0.as_slice() {
@@ -162,13 +177,6 @@ impl<'de> Deserialize<'de> for Names {
     }
 }
 
-/// Whether `cue` or `object` is stated, or the usual names are taken for them.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Balls {
-    Stated,
-    Usual,
-}
-
 /// All of it, checked.
 #[derive(Clone, Debug)]
 pub(crate) struct TrackSettings {
@@ -185,7 +193,8 @@ pub(crate) struct TrackSettings {
     pub(super) format: Format,
     pub(super) cue: Names,
     pub(super) object: Names,
-    pub(super) balls: Balls,
+    /// Either of them is stated, and not the usual name taken for it.
+    pub(super) balls_stated: bool,
     /// Tracks of points on the balls, beside those that are their centres.
     pub(super) cue_markers: Names,
     pub(super) object_markers: Names,
@@ -267,7 +276,6 @@ impl Sections {
             source.wrong_at(&(0..0), message);
         }
         let folder = source.path.parent().map(PathBuf::from).unwrap_or_default();
-        let stated = tracks.cue.is_some() || tracks.object.is_some();
         TrackSettings {
             capture_fps,
             unknown_rate: unknown_rate.is_some(),
@@ -278,7 +286,7 @@ impl Sections {
             format: tracks.format,
             cue,
             object,
-            balls: if stated { Balls::Stated } else { Balls::Usual },
+            balls_stated: tracks.cue.is_some() || tracks.object.is_some(),
             cue_markers,
             object_markers,
             shots: tracks.shots.map(|shots| folder.join(shots.as_ref())),
@@ -377,30 +385,24 @@ fn calibration(
 
 /// Names of the tracks of cue and object, and of the markers on either.
 fn names(tracks: &RawTracks, source: &Source) -> [Names; 4] {
-    let given = [
-        ("cue", &tracks.cue),
-        ("object", &tracks.object),
-        ("cue_markers", &tracks.cue_markers),
-        ("object_markers", &tracks.object_markers),
-    ];
+    let given = [&tracks.cue, &tracks.object, &tracks.cue_markers, &tracks.object_markers];
     let mut used: Vec<(String, &str)> = Vec::new();
-    given.map(|(key, given)| {
-        let Some(given) = given else {
+    let mut given = given.into_iter();
+    NAMED.map(|key| {
+        let Some(given) = given.next().and_then(Option::as_ref) else {
             let default = if key.ends_with("markers") { vec![] } else { vec![key.to_string()] };
             return Names(default);
         };
-        let trimmed: Vec<_> = given.as_ref().0.iter().map(|name| name.trim().to_string()).collect();
-        let twice = trimmed.iter().enumerate().any(|(i, name)| trimmed[..i].contains(name));
-        if trimmed.is_empty() || trimmed.iter().any(String::is_empty) || twice {
+        let names = Names::of(given.as_ref().0.iter().map(String::as_str));
+        if !names.are_good() {
             let message = format!("{key} is {}; expected names of tracks, each once", given.as_ref().shown());
             source.wrong(given, message);
         }
-        if let Some((both, other)) = used.iter().find(|(name, _)| trimmed.contains(name)) {
-            let message = format!("\"{both}\" is both {other} and {key}; expected different tracks");
-            source.wrong(given, message);
+        if let Some((both, other)) = used.iter().find(|(name, _)| names.0.contains(name)) {
+            source.wrong(given, format!("\"{both}\" is both {other} and {key}; expected different tracks"));
         }
-        used.extend(trimmed.iter().map(|name| (name.clone(), key)));
-        Names(trimmed)
+        used.extend(names.0.iter().map(|name| (name.clone(), key)));
+        names
     })
 }
 

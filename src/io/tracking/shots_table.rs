@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use super::finish::{Facts, Own};
 use super::raw::RawShot;
-use super::settings::Names;
+use super::settings::{NAMED, Names};
 use crate::io::error::{Problems, did_you_mean};
 use crate::io::manifest::Assume;
 use crate::io::rows;
@@ -198,44 +198,36 @@ fn file_name(shot: &RawShot) -> String {
 
 /// What the cells of a row say of the shot in place of dataset.toml.
 fn own(table: &Table, row: usize, rate: Option<f64>) -> Own {
-    let names = |column: &str| {
+    let names = NAMED.map(|column| {
         let cell = table.text(column, row)?;
-        let names: Vec<String> = cell.split(BETWEEN).map(|name| name.trim().to_string()).collect();
-        let twice = names.iter().enumerate().any(|(i, name)| names[..i].contains(name));
-        if names.iter().any(String::is_empty) || twice {
+        let names = Names::of(cell.split(BETWEEN));
+        if !names.are_good() {
             let message =
                 format!("\"{cell}\"; expected names of tracks, each once, with {BETWEEN} between them");
             table.wrong(row, column, message);
         }
-        Some(Names(names))
-    };
-    let own = Own {
-        cue: names("cue"),
-        object: names("object"),
-        cue_markers: names("cue_markers"),
-        object_markers: names("object_markers"),
-        capture_fps: rate,
-    };
+        Some(names)
+    });
     if let Some(rate) = rate.filter(|rate| *rate <= 0.0) {
         table.wrong(row, "capture_fps", format!("{rate} is no frame rate; expected more than 0"));
     }
-    own
+    Own { names, capture_fps: rate }
 }
 
 fn skip(table: &Table, row: usize) -> Option<String> {
     let word = table.text("skip", row).unwrap_or("no");
     match word.to_lowercase().as_str() {
         "true" | "1" | "yes" => {
-            Some(table.text("note", row).unwrap_or("skip in the shots table").to_string())
+            return Some(table.text("note", row).unwrap_or("skip in the shots table").to_string());
         }
-        "false" | "0" | "no" => None,
-        _ => {
-            let message =
-                format!("\"{word}\" is neither true nor false; expected true, false, 1, 0, yes or no");
-            table.wrong(row, "skip", message);
-            None
-        }
+        "false" | "0" | "no" => {}
+        _ => table.wrong(
+            row,
+            "skip",
+            format!("\"{word}\" is neither true nor false; expected true, false, 1, 0, yes or no"),
+        ),
     }
+    None
 }
 
 fn spin(table: &Table, row: usize, omega: [Option<Measured>; 3], assume: Option<Assume>) -> Option<Spin> {

@@ -27,11 +27,9 @@ struct Grid {
 pub(super) fn settle(shot: &mut RawShot, settings: &TrackSettings, notes: &Notes) -> Result<f64, String> {
     let fps = settings.capture_fps;
     if settings.unknown_rate && shot.clock != Clock::In(TimeUnit::Frames) {
-        return Err(
-            "[video] capture_fps is \"unknown\", which goes with frame numbers, but this file has times; \
-                    expected no capture_fps, or the right one"
-                .to_string(),
-        );
+        let message = "[video] capture_fps is \"unknown\", which goes with frame numbers, but this file has times; \
+                       expected no capture_fps, or the right one";
+        return Err(message.to_string());
     }
     let unit = match shot.clock {
         Clock::FramesAt(stated) => {
@@ -48,13 +46,10 @@ pub(super) fn settle(shot: &mut RawShot, settings: &TrackSettings, notes: &Notes
         Clock::In(unit) => settings.time_unit.filter(|_| unit != TimeUnit::Frames).unwrap_or(unit),
     };
     let Some(second) = unit.seconds() else {
-        let Some(fps) = fps else {
-            return Err(
-                "time is in frames; expected [video] capture_fps, the frames per second that the camera \
-                        recorded (not the playback rate)"
-                    .to_string(),
-            );
-        };
+        let fps = fps.ok_or(
+            "time is in frames; expected [video] capture_fps, the frames per second that the camera recorded (not the \
+             playback rate)",
+        )?;
         if let Some(row) = shot.rows().find(|row| row.time.fract() != 0.0) {
             return Err(format!(
                 "line {}: frame {} is no whole number; if it is a time, say [tracks] time_unit",
@@ -107,6 +102,12 @@ impl Grid {
         self.resolution * rate < 1.5 && self.times.iter().all(whole)
     }
 
+    /// Whether differences from what times should be, and 0, are within their rounding.
+    fn is_rounding(&self, late: impl Iterator<Item = f64>) -> bool {
+        let (low, high) = late.fold((0.0_f64, 0.0_f64), |(low, high), x| (low.min(x), high.max(x)));
+        high - low <= 1.02 * self.resolution
+    }
+
     /// Frame number of each time from the first one on; `None` where the steps are no whole frames of
     /// `spacing` (within the rounding and `off` of a frame).
     fn frames(&self, spacing: f64, off: f64) -> Option<Vec<f64>> {
@@ -119,39 +120,27 @@ impl Grid {
         if self.resolution > 0.3 * spacing {
             // Rows tell frames apart where the clock is too coarse to: each must fit its time.
             let late = self.times.iter().enumerate().map(|(i, t)| t - first - i as f64 * spacing);
-            let (low, high) = late.fold((0.0_f64, 0.0_f64), |(low, high), x| (low.min(x), high.max(x)));
-            let fits = high - low <= 1.02 * self.resolution;
-            return fits.then(|| (0..self.times.len()).map(|i| i as f64).collect());
+            return self.is_rounding(late).then(|| (0..self.times.len()).map(|i| i as f64).collect());
         }
-        let mut frames = Vec::with_capacity(self.times.len());
         let (mut frame, mut before) = (0.0, first);
-        for t in &self.times {
+        let next = |t: &f64| {
             let step = (t - before) / spacing;
             let whole = step.round();
-            if (step - whole).abs() > off * whole.max(1.0) + 1.02 * self.resolution / spacing
-                || (whole == 0.0 && *t > before)
-            {
-                return None;
-            }
+            let is_off = (step - whole).abs() > off * whole.max(1.0) + 1.02 * self.resolution / spacing;
             frame += whole;
-            frames.push(frame);
+            let stays = whole == 0.0 && *t > before;
             before = *t;
-        }
-        Some(frames)
+            (!is_off && !stays).then_some(frame)
+        };
+        self.times.iter().map(next).collect()
     }
 }
 
 /// The smallest power of ten that all are whole multiples of, 0 if it is below a millionth.
 fn resolution(times: impl Iterator<Item = f64> + Clone) -> f64 {
     let whole = |x: f64| (x - x.round()).abs() < 1e-9 * x.abs().max(1.0) + 1e-7;
-    let mut scale = 1.0;
-    for _ in 0..7 {
-        if times.clone().all(|t| whole(t * scale)) {
-            return 1.0 / scale;
-        }
-        scale *= 10.0;
-    }
-    0.0
+    let fits = |scale: &f64| times.clone().all(|t| whole(t * scale));
+    [1.0, 1e1, 1e2, 1e3, 1e4, 1e5, 1e6].into_iter().find(fits).map_or(0.0, f64::recip)
 }
 
 /// Mean of the steps that are about as long as the median one, so that rounding cancels and gaps do not count; of a clock that varies
@@ -210,24 +199,21 @@ fn with_rate(
     let spacing = if stated || grid.spacing.is_nan() { 1.0 / rate } else { grid.spacing };
     let frames = grid.frames(spacing, OFF_GRID).or_else(|| grid.frames(1.0 / rate, OFF_GRID));
     let rounded = grid.resolution > OFF_GRID * spacing;
-    let frames = match frames {
-        Some(frames) => frames,
-        None if rounded => {
+    let Some(frames) = frames else {
+        if rounded {
             return Err(format!(
                 "times do not follow frames at {rate} fps, even allowing for their being rounded to {} s; \
                  expected frame numbers, or times with more digits",
                 grid.resolution
             ));
         }
-        None => {
-            let message = format!(
-                "times are not spaced like whole frames at {rate} fps throughout (a camera of variable rate?); \
-                 taken as they are written"
-            );
-            notes.of(&shot.file).add(CLOCK, shot.line, message);
-            replace(shot, &grid.times, |i| grid.times[i] * rate / fps);
-            return Ok(fps);
-        }
+        let message = format!(
+            "times are not spaced like whole frames at {rate} fps throughout (a camera of variable rate?); \
+             taken as they are written"
+        );
+        notes.of(&shot.file).add(CLOCK, shot.line, message);
+        replace(shot, &grid.times, |i| grid.times[i] * rate / fps);
+        return Ok(fps);
     };
     let Some(first) = grid.times.first().copied() else { return Ok(fps) };
     let number = (first * rate).round();
@@ -341,8 +327,7 @@ fn by_row(shot: &mut RawShot, grid: &Grid, rate: f64, fps: f64, notes: &Notes) -
     }
     let start = first.rows.first().map_or(0.0, |row| row.time);
     let late = first.rows.iter().enumerate().map(|(i, row)| row.time - start - i as f64 / rate);
-    let (low, high) = late.fold((0.0_f64, 0.0_f64), |(low, high), x| (low.min(x), high.max(x)));
-    if high - low > 1.02 * grid.resolution {
+    if !grid.is_rounding(late) {
         return Err(format!("{help} (their rows do not follow {rate} fps one by one either)"));
     }
     let message = format!(

@@ -9,8 +9,8 @@ use super::raw::{Clock, FORMAT};
 use super::settings::TimeUnit;
 use super::sheet::{Body, Sheet};
 use super::words::{Kind, Role, find};
-use crate::io::number::{Cell, parse};
-use crate::io::text::{Separator, lines, trimmed};
+use crate::io::number::value;
+use crate::io::text::{Separator, filled_lines, lines, trimmed};
 
 /// Names of the columns of time, the best first.
 const TIMES: [&str; 3] = ["frame", "t", "time"];
@@ -26,7 +26,7 @@ pub(super) struct Head {
 /// Whether the text is such an export.
 pub(super) fn detect(text: &str) -> Option<Head> {
     let (mut multi, mut above) = (false, None);
-    for (line, content) in lines(text).filter(|(_, content)| !content.trim().is_empty()).take(TITLES) {
+    for (line, content) in filled_lines(text).take(TITLES) {
         if content.trim_start().starts_with('#') {
             multi |= content.trim().trim_end_matches(':').eq_ignore_ascii_case("#multi");
             continue;
@@ -63,9 +63,8 @@ fn are_several(text: &str, heading: &Heading) -> bool {
     let Some(time) = TIMES.iter().find_map(|time| of(time)) else { return false };
     let rows = lines(text).skip(heading.above).filter_map(|(_, line)| {
         let mut row = trimmed(line, heading.separator).filter(|row| row.len() == names.len())?;
-        let at =
-            [x, y].map(|i| if let Ok(Cell::Number(number, _)) = parse(&row[i]) { number } else { f64::NAN });
-        (at[0].is_finite() && at[1].is_finite()).then(|| (std::mem::take(&mut row[time]), at))
+        let at = [value(&row[x])?, value(&row[y])?];
+        Some((std::mem::take(&mut row[time]), at))
     });
     let rows: Vec<(String, [f64; 2])> = rows.collect();
     let mut last: HashMap<&str, usize> = HashMap::new();
