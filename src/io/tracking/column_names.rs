@@ -114,50 +114,37 @@ impl ColumnNames {
         let long = [&self.ball, &self.x, &self.y];
         let rest = [&self.point, &self.x_sd, &self.y_sd, &self.marker_x, &self.marker_y, &self.angle];
         let turns = [&self.cue_angle, &self.object_angle];
-        let any_wide = wide.iter().chain(&turns).any(|name| name.is_some());
-        let any_long = long.iter().chain(&rest).any(|name| name.is_some());
-        if any_wide && any_long {
-            return Err(
-                "[tracks.columns] mixes a wide table (cue_x, cue_y, object_x, object_y) with a long \
-                        one (ball, x, y); expected one of them"
-                    .to_string(),
-            );
-        }
-        let full = |names: &[&Option<Column>]| names.iter().all(|name| name.is_some());
-        if !full(&wide) && !full(&long) {
-            return Err("[tracks.columns] needs ball, x and y (a long table: a row per ball and frame) or \
-                        cue_x, cue_y, object_x and object_y (a wide one: a row per frame)"
-                .to_string());
-        }
-        if self.frame.is_none() && self.t.is_none() && !any_wide {
-            return Err("[tracks.columns] has neither frame nor t; expected one of them (only a table with a row per \
-                        frame can do without: its rows are counted)"
-                .to_string());
-        }
-        let pairs = [
-            (&self.x_sd, &self.y_sd, "x_sd and y_sd"),
-            (&self.marker_x, &self.marker_y, "marker_x and marker_y"),
-        ];
-        for (one, other, names) in pairs {
-            if one.is_some() != other.is_some() {
-                return Err(format!("[tracks.columns]: {names} go together"));
-            }
-        }
-        if self.is_numbered() && self.all().iter().any(|column| matches!(column, Column::Name(_))) {
-            return Err(
-                "[tracks.columns] gives some columns by name and some by number; expected one of them \
-                        throughout"
-                    .to_string(),
-            );
-        }
-        if let Some(separator) = &self.separator
-            && ![",", ";", "\t", " ", "|"].contains(&separator.as_str())
-        {
-            return Err(format!(
-                "separator is {separator:?}; expected \",\", \";\", \"\\t\", \"|\" or \" \""
-            ));
-        }
-        Ok(())
+        let any = |one: &[&Option<Column>], other: &[&Option<Column>]| {
+            one.iter().chain(other).any(|column| column.is_some())
+        };
+        let full = |columns: &[&Option<Column>]| columns.iter().all(|column| column.is_some());
+        let any_wide = any(&wide, &turns);
+        let all = self.all();
+        let numbers = all.iter().filter(|column| matches!(column, Column::Number(_))).count();
+        let message = if any_wide && any(&long, &rest) {
+            "[tracks.columns] mixes a wide table (cue_x, cue_y, object_x, object_y) with a long one (ball, x, y); expected \
+             one of them"
+        } else if !full(&wide) && !full(&long) {
+            "[tracks.columns] needs ball, x and y (a long table: a row per ball and frame) or cue_x, cue_y, object_x and \
+             object_y (a wide one: a row per frame)"
+        } else if self.frame.is_none() && self.t.is_none() && !any_wide {
+            "[tracks.columns] has neither frame nor t; expected one of them (only a table with a row per frame can do \
+             without: its rows are counted)"
+        } else if self.x_sd.is_some() != self.y_sd.is_some() {
+            "[tracks.columns]: x_sd and y_sd go together"
+        } else if self.marker_x.is_some() != self.marker_y.is_some() {
+            "[tracks.columns]: marker_x and marker_y go together"
+        } else if (1..all.len()).contains(&numbers) {
+            "[tracks.columns] gives some columns by name and some by number; expected one of them throughout"
+        } else {
+            return match self.separator.as_deref() {
+                None | Some("," | ";" | "\t" | " " | "|") => Ok(()),
+                Some(other) => {
+                    Err(format!("separator is {other:?}; expected \",\", \";\", \"\\t\", \"|\" or \" \""))
+                }
+            };
+        };
+        Err(message.to_string())
     }
 
     /// The file's columns that are asked for.

@@ -35,16 +35,19 @@ fn is_title(line: &str) -> bool {
 }
 
 pub(super) fn read(input: &Input, head: Head) -> Option<Shots> {
-    let (kind, tracks, clock) = match head {
+    let (tracks, clock) = match head {
         Head::Text => sections(input),
         Head::Csv(heading) => csv(input, heading)?,
     };
-    let names = quoted(tracks.iter().map(|track| &track.name));
-    input.log.add(FORMAT, None, format!("read as Kinovea ({kind}), tracks {names}; {FILTERED}"));
     Some((input.one_shot(clock.unwrap_or(Clock::Unsaid), tracks), None))
 }
 
-type Read = (String, Vec<RawTrack>, Option<Clock>);
+fn say(input: &Input, kind: &str, tracks: &[RawTrack]) {
+    let names = quoted(tracks.iter().map(|track| &track.name));
+    input.log.add(FORMAT, None, format!("read as Kinovea ({kind}), tracks {names}; {FILTERED}"));
+}
+
+type Read = (Vec<RawTrack>, Option<Clock>);
 
 /// Rows of time, x and y below a comment with the object's name.
 fn sections(input: &Input) -> Read {
@@ -83,8 +86,9 @@ fn sections(input: &Input) -> Read {
         }
     }
     tracks.retain(|track| !track.rows.is_empty());
+    say(input, "text", &tracks);
     let clock = reader.finish(tracks.iter_mut());
-    ("text".to_string(), tracks, clock)
+    (tracks, clock)
 }
 
 /// `Time`, `name/0/X`, `name/0/Y`, ….
@@ -112,5 +116,6 @@ fn csv(input: &Input, heading: Heading) -> Option<Read> {
     }
     let kind = format!("CSV, {} between cells", heading.separator.name());
     let (tracks, clock) = Sheet::new(input, heading).tracks(Some(0), &bodies);
-    Some((kind, tracks, clock))
+    say(input, &kind, &tracks);
+    Some((tracks, clock))
 }

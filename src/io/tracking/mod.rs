@@ -116,14 +116,9 @@ pub(crate) fn load(
         table.check_names(&known);
     }
     drop(known);
-    let mut skipped = Vec::new();
-    raw.retain(|shot| match table.skip(&shot.name) {
-        Some(reason) => {
-            skipped.push((shot.name.clone(), reason.to_string()));
-            false
-        }
-        None => true,
-    });
+    let reason = |shot: &RawShot| table.skip(&shot.name).map(str::to_string);
+    let skipped = raw.extract_if(.., |shot| reason(shot).is_some());
+    let skipped = skipped.filter_map(|shot| Some((shot.name.clone(), reason(&shot)?))).collect();
     if let Some(shot) = raw.iter().find(|shot| table.facts(&shot.name).is_none()) {
         let message = format!(
             "nothing says how the cue ball of shot \"{}\" spins; expected [cue_spin] assume = \"stun\", \
@@ -179,23 +174,21 @@ fn calibration_for(
     problems: &Problems,
     log: Log,
 ) -> Calibration {
-    let who = if format == Format::Qualisys {
-        "is an export of Qualisys, which is"
-    } else {
-        "says that its positions are"
+    let (who, always) = match format {
+        Format::Qualisys => ("is an export of Qualisys, which is", "as always in this format"),
+        _ => ("says that its positions are", "as the file says"),
     };
     match (settings.unit, stated) {
-        (None, Some(unit)) => {
-            let Some(metres) = unit.metres() else {
+        (None, Some(unit)) => match unit.metres() {
+            Some(metres) => {
+                log.add(raw::FORMAT, None, format!("lengths are in {}, {always}", unit.name()));
+                return settings.calibration.in_unit(metres);
+            }
+            None => {
                 let message = format!("{who} in pixels; expected [scale] length_unit = \"px\"");
                 problems.add(file, None, None, message);
-                return settings.calibration.clone();
-            };
-            let always =
-                if format == Format::Qualisys { "as always in this format" } else { "as the file says" };
-            log.add(raw::FORMAT, None, format!("lengths are in {}, {always}", unit.name()));
-            return settings.calibration.in_unit(metres);
-        }
+            }
+        },
         (Some(given), Some(unit)) if given != unit => {
             let message = format!(
                 "{who} in {0}, but [scale] length_unit is \"{1}\"; expected [scale] length_unit = \"{0}\" or none",
@@ -217,10 +210,8 @@ fn name_unmeasured(shots: &[TrackShot], table: &ShotsTable, path: &Path, problem
     let unmeasured = |shot: &&TrackShot| shot.markers.is_empty() && table.is_by_markers(&shot.name);
     let mut names = shots.iter().filter(unmeasured).map(|shot| shot.name.as_str());
     let Some(first) = names.next() else { return };
-    let others = match names.count() {
-        0 => String::new(),
-        others => format!(" and {others} more"),
-    };
+    let others = names.count();
+    let others = if others > 0 { format!(" and {others} more") } else { String::new() };
     let message = format!(
         "[cue_spin] assume is \"measured\", but nothing measures the spin of shot \"{first}\"{others}; expected omega_x, omega_y and \
          omega_z in a table that [tracks] shots names, markers on the cue ball ([tracks] cue_markers), or assume = \"natural-roll\", \"stun\" or \"unknown\""
@@ -291,28 +282,20 @@ fn finish_all(
         let (name, file, notes) = (raw.name.clone(), raw.file.clone(), Notes::default());
         let calibration = calibrations.get(file.as_path())?;
         let done = isolated(|| finish::shot(raw, facts, settings, calibration, &notes));
-        let shot = done.unwrap_or_else(|panic| {
-            Err(vec![Wrong::damaged(
-                None,
-                format!("it could not be processed ({panic}), which is a defect of caromfit"),
-            )])
-        });
+        let defect = |panic| format!("it could not be processed ({panic}), which is a defect of caromfit");
+        let shot = done.unwrap_or_else(|panic| Err(vec![Wrong::damaged(None, defect(panic))]));
         Some((name, file, shot, notes))
     };
     let done: Vec<_> = work.into_par_iter().with_min_len(SHOTS_A_CORE).filter_map(finish).collect();
     let (mut shots, mut damaged) = (Vec::with_capacity(done.len()), Vec::new());
     for (name, file, shot, own_notes) in done {
         notes.append(own_notes);
-        match shot {
-            Ok(shot) => shots.push(shot),
-            Err(all) => {
-                for wrong in all {
-                    if wrong.is_damage {
-                        damaged.push((name.clone(), file.clone(), wrong));
-                    } else {
-                        problems.add(&file, wrong.line, None, wrong.message);
-                    }
-                }
+        let wrong = shot.map(|shot| shots.push(shot)).err().unwrap_or_default();
+        for wrong in wrong {
+            if wrong.is_damage {
+                damaged.push((name.clone(), file.clone(), wrong));
+            } else {
+                problems.add(&file, wrong.line, None, wrong.message);
             }
         }
     }

@@ -7,7 +7,7 @@ use std::path::Path;
 use super::bodies;
 use super::clips;
 use super::guess;
-use super::raw::{Clock, Notes, RawShot, sorted};
+use super::raw::{Clock, Notes, RawShot, Row, sorted};
 use super::read;
 use super::settings::{Format, Sections, TimeUnit, Unit};
 use super::time;
@@ -24,8 +24,6 @@ pub struct Survey {
     /// Names of tracks in the order of first appearance, with the part of the file's time at which each one
     /// begins to move.
     pub tracks: Vec<(String, f64)>,
-    /// Whether some tracks are of points on balls.
-    pub points: bool,
     /// Times are numbers of frames.
     pub in_frames: bool,
     /// Frames per second that the file itself states, as the camera's.
@@ -112,7 +110,6 @@ fn look(file: &Path, columns: guess::Guess) -> Result<Survey, Vec<Problem>> {
             Format::Long | Format::Auto => "long",
         },
         shots: shots.len(),
-        points: shots.iter().flat_map(|shot| &shot.tracks).any(|track| track.point.is_some()),
         times_fps: (!in_frames).then(|| shots.iter_mut().find_map(time::followed)).flatten(),
         extent: extent(&shots),
         closest: closest(&shots),
@@ -148,13 +145,13 @@ fn closest(shots: &[RawShot]) -> Option<f64> {
 
 fn extent(shots: &[RawShot]) -> f64 {
     let tracks = shots.iter().flat_map(|shot| &shot.tracks).filter(|track| !track.is_angle);
-    let rows = tracks.flat_map(|track| &track.rows);
-    let (mut low, mut high) = ([f64::INFINITY; 2], [f64::NEG_INFINITY; 2]);
-    for row in rows.filter(|row| !row.is_gap()) {
-        for (i, value) in [row.x, row.y].into_iter().enumerate() {
-            low[i] = low[i].min(value);
-            high[i] = high[i].max(value);
-        }
-    }
-    (high[0] - low[0]).max(high[1] - low[1]).max(0.0)
+    let rows = tracks.flat_map(|track| &track.rows).filter(|row| !row.is_gap());
+    let side = |of: fn(&Row) -> f64| {
+        let (low, high) = (
+            rows.clone().map(of).fold(f64::INFINITY, f64::min),
+            rows.clone().map(of).fold(f64::NEG_INFINITY, f64::max),
+        );
+        high - low
+    };
+    side(|row| row.x).max(side(|row| row.y)).max(0.0)
 }
