@@ -3,8 +3,7 @@
 use std::f64::consts::FRAC_PI_2;
 
 use super::manifest::Assume;
-use super::rows;
-use super::rows::{Column, Observables};
+use super::rows::{self, Column, Observables};
 use super::table::Table;
 use crate::measurement::dataset::{Before, Shot};
 use crate::measurement::observable::Observable;

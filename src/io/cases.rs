@@ -144,21 +144,9 @@ pub fn collide_all(
     let optional = OPTIONAL.map(|column| table.numbers(column).unwrap_or_default());
     let mut collided = Vec::with_capacity(table.rows());
     for row in 0..table.rows() {
-        let cells = columns.each_ref().map(|column| column.get(row).copied().flatten());
-        let [
-            Some(speed),
-            Some(cut_deg),
-            Some(x),
-            Some(y),
-            Some(z),
-            Some(mu),
-            Some(mu_s),
-            Some(e),
-            Some(radius),
-        ] = cells
-        else {
-            continue;
-        };
+        let cells: Option<Vec<f64>> = columns.iter().map(|column| *column.get(row)?).collect();
+        let cells = cells.unwrap_or_default();
+        let [speed, cut_deg, x, y, z, mu, mu_s, e, radius] = cells[..] else { continue };
         let name = table.text("name", row).unwrap_or_default().to_string();
         let [kappa, mass_ratio] = optional.each_ref().map(|column| column.get(row).copied().flatten());
         let spin = Vec3::new(x, y, z);

@@ -304,14 +304,14 @@ fn describe_tracks(all: &[(&PathBuf, &Survey)], lengths: &Lengths, table: Option
     lengths.describe_scale(sheet);
     let mut exchanged = false;
     sheet.line("\n[tracks]");
-    sheet.line(format!("format = \"{}\"", if first.columns.is_empty() { "auto" } else { "columns" }));
+    sheet.line(format!("format = \"{}\"", if first.guess.columns.is_empty() { "auto" } else { "columns" }));
     if let Some(unit) = time_unit {
         let are = if unit == "frames" { "numbers of frames" } else { unit };
         sheet.find(format!("No film is as slow as the times are in seconds: taken as {are}."));
         let why = "in seconds the times would be those of a film far too slow: check it";
         sheet.noted(format!("time_unit = \"{unit}\""), why);
     }
-    if first.are_discs && first.columns.is_empty() {
+    if first.are_discs && first.guess.columns.is_empty() {
         sheet.find("Points keep their distances in two groups: two discs.".to_string());
         sheet.line("# cue and object are found for every shot: the disc that moves first is cue. Else: cue = [\"…\", \"…\", \"…\"]");
     } else {
@@ -327,7 +327,7 @@ fn describe_tracks(all: &[(&PathBuf, &Survey)], lengths: &Lengths, table: Option
             KNOWN[1..].join(", ")
         ));
     }
-    if let (Some(unit), None) = (first.time_unit, time_unit) {
+    if let (Some(unit), None) = (first.guess.time_unit, time_unit) {
         sheet.noted(format!("time_unit = \"{unit}\""), "as the steps of the times suggest: check it");
     }
     describe_guess(first, exchanged, sheet);
@@ -345,12 +345,13 @@ fn describe_balls(all: &[(&PathBuf, &Survey)], sheet: &mut Sheet) -> bool {
         _ => None,
     };
     // a table with a row per frame names the balls by its columns
-    let wide = all.first().is_some_and(|(_, survey)| survey.columns.iter().any(|(key, _)| *key == "cue_x"));
+    let wide =
+        all.first().is_some_and(|(_, survey)| survey.guess.columns.iter().any(|(key, _)| *key == "cue_x"));
     match order {
         Some((cue, _)) if wide => {
-            let first = all
-                .first()
-                .and_then(|(_, survey)| survey.columns.iter().find(|(key, _)| *key == format!("{cue}_x")));
+            let first = all.first().and_then(|(_, survey)| {
+                survey.guess.columns.iter().find(|(key, _)| *key == format!("{cue}_x"))
+            });
             let column = first.map_or("", |(_, column)| column);
             // names that say which ball it is are believed
             if cue != "cue" && column.contains("obj") {

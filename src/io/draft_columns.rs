@@ -17,21 +17,21 @@ const MOST_PROBLEMS: usize = 3;
 
 /// What `[tracks.columns]` most likely is, with the columns of both balls exchanged or not.
 pub(super) fn describe_guess(survey: &Survey, exchanged: bool, sheet: &mut Sheet) {
-    if survey.columns.is_empty() {
+    if survey.guess.columns.is_empty() {
         return;
     }
     sheet.find("In no known format: [tracks.columns] is guessed from the names of columns; check it.");
     sheet.line("\n[tracks.columns]              # guessed: check it");
-    if let Some(name) = &survey.perhaps_time {
+    if let Some(name) = &survey.guess.perhaps_time {
         let why = "its numbers grow from row to row: frame, if they number the frames, or t and [tracks] time_unit, if they are times; \
                    else each row is taken as one frame";
         sheet.blank("which column is what", &format!("# frame = {}", quoted(name)), why);
     }
-    for (key, value) in &survey.columns {
+    for (key, value) in &survey.guess.columns {
         // the same keys in the same order, with the columns of the other ball
         let other = key.strip_prefix("cue_").map(|rest| ["object_", rest]);
         let other = other.or(key.strip_prefix("object_").map(|rest| ["cue_", rest])).filter(|_| exchanged);
-        let of = |key: &str| survey.columns.iter().find(|(own, _)| *own == key).map(|(_, value)| value);
+        let of = |key: &str| survey.guess.columns.iter().find(|(own, _)| *own == key).map(|(_, value)| value);
         let value = other.and_then(|key| of(&key.concat())).unwrap_or(value);
         sheet.line(format!("{key} = {value}"));
     }

@@ -88,54 +88,40 @@ impl RawFit {
 
     pub(crate) fn relations(&self, settings: &Settings, source: &Source) -> Vec<Relation> {
         let has = settings.parameters();
-        let mut relations = Vec::new();
-        for text in &self.constraints {
-            match Relation::parse(text.as_ref()) {
-                Ok(relation) => {
-                    let involved = Parameter::ALL
-                        .into_iter()
-                        .find(|p| relation.coefficients[*p as usize] != 0.0 && !has.contains(p));
-                    if let Some(parameter) = involved {
-                        let without = match parameter {
-                            Parameter::B | Parameter::C => {
-                                "friction is constant; expected friction = \"exponential\" with it"
-                            }
-                            Parameter::Kappa => {
-                                "kappa does not stand in [fit]; expected it, as in kappa = { lower = 0, upper = 20 }"
-                            }
-                            Parameter::ESlope => {
-                                "e_slope does not stand in [fit]; expected it, as in e_slope = { lower = 0, upper = 1 }"
-                            }
-                            _ => "no error of it is stated in [object]; expected mass_kg_sd or radius_m_sd",
-                        };
-                        let message = format!(
-                            "the constraint \"{}\" has {}, but {without}",
-                            text.as_ref(),
-                            parameter.name()
-                        );
-                        source.wrong(text, message);
+        let parsed = |text: &Spanned<String>| {
+            let wrong = |error| source.wrong(text, format!("the constraint \"{}\": {error}", text.as_ref()));
+            let relation = Relation::parse(text.as_ref()).map_err(wrong).ok()?;
+            let is_lacking = |p: &Parameter| relation.coefficients[*p as usize] != 0.0 && !has.contains(p);
+            if let Some(parameter) = Parameter::ALL.into_iter().find(is_lacking) {
+                let without = match parameter {
+                    Parameter::B | Parameter::C => {
+                        "friction is constant; expected friction = \"exponential\" with it"
                     }
-                    relations.push(relation);
-                }
-                Err(error) => {
-                    let message = format!("the constraint \"{}\": {error}", text.as_ref());
-                    source.wrong(text, message);
-                }
+                    Parameter::Kappa => {
+                        "kappa does not stand in [fit]; expected it, as in kappa = { lower = 0, upper = 20 }"
+                    }
+                    Parameter::ESlope => {
+                        "e_slope does not stand in [fit]; expected it, as in e_slope = { lower = 0, upper = 1 }"
+                    }
+                    _ => "no error of it is stated in [object]; expected mass_kg_sd or radius_m_sd",
+                };
+                let (text_of, name) = (text.as_ref(), parameter.name());
+                source.wrong(text, format!("the constraint \"{text_of}\" has {name}, but {without}"));
             }
-        }
-        relations
+            Some(relation)
+        };
+        self.constraints.iter().filter_map(parsed).collect()
     }
 
     pub(crate) fn loss(&self, source: &Source) -> Loss {
-        let Some(word) = &self.loss else { return Loss::default() };
-        let found = Loss::ALL.into_iter().find(|loss| loss.name() == word.as_ref());
-        found.unwrap_or_else(|| {
-            let near = did_you_mean(word.as_ref(), Loss::ALL.map(Loss::name));
-            let names = Loss::ALL.map(Loss::name).join(", ");
-            let message = format!("loss is \"{}\"{near}; expected one of {names}", word.as_ref());
-            source.wrong(word, message);
-            Loss::default()
-        })
+        let Some(given) = &self.loss else { return Loss::default() };
+        let (word, names) = (given.as_ref(), Loss::ALL.map(Loss::name));
+        let found = Loss::ALL.into_iter().find(|loss| loss.name() == word);
+        if found.is_none() {
+            let (near, names) = (did_you_mean(word, names), names.join(", "));
+            source.wrong(given, format!("loss is \"{word}\"{near}; expected one of {names}"));
+        }
+        found.unwrap_or_default()
     }
 }
 

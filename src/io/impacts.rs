@@ -4,8 +4,7 @@
 //! standard deviations `nx_sd` = σ|n_y| and `ny_sd` = σ|n_x|, whose squares add up to σ² again.
 
 use super::manifest::Assume;
-use super::rows;
-use super::rows::{Column, Observables};
+use super::rows::{self, Column, Observables};
 use super::table::Table;
 use crate::measurement::dataset::{Before, Measured, Shot};
 use crate::measurement::observable::Observable;

@@ -17,6 +17,7 @@ use crate::measurement::dataset::ObjectBall;
 use crate::measurement::loss::Loss;
 use crate::measurement::parameter::Settings;
 use crate::measurement::relation::Relation;
+use crate::measurement::spin::Spin;
 use crate::physics::ball::Ball;
 use crate::physics::collision::kappa;
 use crate::physics::disc::{Discs, UNIFORM_DISC};
@@ -86,6 +87,16 @@ impl Assume {
         ("measured", Self::Measured),
         ("unknown", Self::Unknown),
     ];
+
+    /// The spin that it says, where it does not say that it is measured.
+    pub(crate) fn spin(self) -> Option<Spin> {
+        match self {
+            Self::Stun => Some(Spin::Stun),
+            Self::NaturalRoll => Some(Spin::NaturalRoll),
+            Self::Unknown => Some(Spin::Unknown),
+            Self::Measured => None,
+        }
+    }
 
     /// The one that a cell of a table names, in small or capital letters.
     pub(crate) fn of(word: &str) -> Option<Self> {

@@ -147,27 +147,25 @@ pub(crate) fn spins(table: &Table, columns: [&str; 3], assume: Option<Assume>) -
                 return wrong("cue_spin", message);
             }
             // a cell that is no number has been complained about
-            let [Some(x), Some(y), Some(z)] = components else { return None };
-            return Some(Spin::Measured {
-                spin: Vec3::new(x.value, y.value, z.value),
-                sd: [x.sd, y.sd, z.sd],
-            });
+            return measured(components);
         }
-        match said.or(assume) {
-            Some(Assume::Stun) => Some(Spin::Stun),
-            Some(Assume::NaturalRoll) => Some(Spin::NaturalRoll),
-            Some(Assume::Unknown) => Some(Spin::Unknown),
-            Some(Assume::Measured) => wrong(
-                if word.is_some() { "cue_spin" } else { columns[0] },
-                format!("the spin is said to be measured; expected values in {}", columns.join(", ")),
-            ),
-            None => wrong(
-                if has_words { "cue_spin" } else { columns[0] },
-                "is empty, and dataset.toml has no [cue_spin]; expected a spin".to_string(),
-            ),
-        }
+        let Some(said) = said.or(assume) else {
+            let message = "is empty, and dataset.toml has no [cue_spin]; expected a spin".to_string();
+            return wrong(if has_words { "cue_spin" } else { columns[0] }, message);
+        };
+        said.spin().or_else(|| {
+            let message =
+                format!("the spin is said to be measured; expected values in {}", columns.join(", "));
+            wrong(if word.is_some() { "cue_spin" } else { columns[0] }, message)
+        })
     });
     spins.collect()
+}
+
+/// The spin of all three components.
+pub(crate) fn measured(components: [Option<Measured>; 3]) -> Option<Spin> {
+    let [Some(x), Some(y), Some(z)] = components else { return None };
+    Some(Spin::Measured { spin: Vec3::new(x.value, y.value, z.value), sd: [x.sd, y.sd, z.sd] })
 }
 
 /// What the cell of a row says of the cue ball's spin; `Err` where that is no word for it, which is complained about.

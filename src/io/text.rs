@@ -88,6 +88,11 @@ pub(crate) fn filled_lines(text: &str) -> impl Iterator<Item = (usize, &str)> + 
     lines(text).filter(|(_, line)| !line.trim().is_empty())
 }
 
+/// The first of them below so many lines.
+pub(crate) fn filled_below(text: &str, above: usize) -> Option<(usize, &str)> {
+    lines(text).skip(above).find(|(_, line)| !line.trim().is_empty())
+}
+
 pub(crate) fn line_end(text: &str) -> char {
     if text.contains('\n') { '\n' } else { '\r' }
 }

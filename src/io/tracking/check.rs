@@ -1,6 +1,8 @@
 //! What goes wrong between the camera and the file: rows twice, rows out of order, frames that repeat,
 //! balls that change names. Mended where the right repair is certain.
 
+use std::ops::Range;
+
 use super::raw::{GAPS, Log, ORDER, REPEATED, RawTrack, Row, SWAPPED, sorted};
 
 /// A frame in which both balls stand still while they move before and after is a repeated one if the
@@ -13,8 +15,24 @@ const COARSE: f64 = 4.0;
 const SURELY_SWAPPED: f64 = 0.1;
 const PERHAPS_SWAPPED: f64 = 0.3;
 
-/// A line and what is wrong with it.
-pub(super) type Wrong = (usize, String);
+/// What is wrong with a shot, and the line where there is one.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Wrong {
+    pub line: Option<usize>,
+    pub message: String,
+    /// Camera or tracker damaged this shot only: others can do without it. Else the file or dataset.toml is wrong.
+    pub is_damage: bool,
+}
+
+impl Wrong {
+    pub(super) fn input(line: impl Into<Option<usize>>, message: impl Into<String>) -> Self {
+        Self { line: line.into(), message: message.into(), is_damage: false }
+    }
+
+    pub(super) fn damaged(line: impl Into<Option<usize>>, message: impl Into<String>) -> Self {
+        Self { is_damage: true, ..Self::input(line, message) }
+    }
+}
 
 /// Puts the rows of a track in the order of time, each time once.
 pub(super) fn order(track: &mut RawTrack, log: Log) -> Result<(), Wrong> {
@@ -37,7 +55,7 @@ pub(super) fn order(track: &mut RawTrack, log: Log) -> Result<(), Wrong> {
                  order, and each clip as a shot of its own",
                 track.name, before.time, before.line, next.time
             );
-            return Err((next.line as usize, message));
+            return Err(Wrong::input(next.line as usize, message));
         }
         let how =
             if backwards + 1 == track.rows.len() { "run backwards" } else { "are not in the order of time" };
@@ -64,7 +82,7 @@ pub(super) fn order(track: &mut RawTrack, log: Log) -> Result<(), Wrong> {
                  ball and frame",
                 track.name, b.time, b.x, b.y, a.x, a.y, a.line
             );
-            return Err((b.line as usize, message));
+            return Err(Wrong::input(b.line as usize, message));
         }
         let message =
             format!("\"{}\" has its time twice (line {}); one row is passed over", track.name, a.line);
@@ -212,7 +230,7 @@ pub(super) fn thaw(cue: &mut RawTrack, object: &mut RawTrack, fps: f64, log: Log
                  with the frames after it renumbered; or skip the shot",
                 cue.rows[pairs[first].0].line
             );
-            return Err((line, message));
+            return Err(Wrong::damaged(line, message));
         }
         frozen.extend(first + 1..=k);
         let message = format!(
@@ -265,7 +283,7 @@ pub(super) fn unswap(
                 object.name,
                 o.distance(o_next)
             );
-            return Err((line, message));
+            return Err(Wrong::damaged(line, message));
         }
     }
     let first = swaps.first().map(|k| cue.rows[pairs[*k].0].line as usize);
@@ -293,12 +311,14 @@ fn exchange(one: &mut RawTrack, other: &mut RawTrack, from: f64, until: f64) {
         at(from)..at(until)
     };
     let (a, b) = (range(one), range(other));
-    let moved: Vec<Row> = one.rows[a.clone()].to_vec();
-    let replaced: Vec<Row> = other.rows.splice(b.clone(), moved).collect();
-    one.rows.splice(a.clone(), replaced);
     if !one.sds.is_empty() && !other.sds.is_empty() {
-        let moved: Vec<[f64; 2]> = one.sds[a.clone()].to_vec();
-        let replaced: Vec<[f64; 2]> = other.sds.splice(b, moved).collect();
-        one.sds.splice(a, replaced);
+        exchange_parts(&mut one.sds, a.clone(), &mut other.sds, b.clone());
     }
+    exchange_parts(&mut one.rows, a, &mut other.rows, b);
+}
+
+fn exchange_parts<T: Copy>(one: &mut Vec<T>, a: Range<usize>, other: &mut Vec<T>, b: Range<usize>) {
+    let moved = one[a.clone()].to_vec();
+    let replaced: Vec<T> = other.splice(b, moved).collect();
+    one.splice(a, replaced);
 }

@@ -3,8 +3,7 @@
 use super::column_names::{Column, ColumnNames};
 use super::heading::{Heading, blanks};
 use super::input::{Input, Shots};
-use super::long;
-use super::long::{Angle, Columns, Gather};
+use super::long::{self, Angle, Columns, Gather};
 use super::raw::{CLOCK, FORMAT};
 use super::settings::{Names, TimeUnit};
 use super::sheet::{Body, Sheet};

@@ -3,37 +3,16 @@
 use std::borrow::Cow;
 use std::collections::BTreeMap;
 
-use super::bodies;
 use super::calibration::Calibration;
-use super::check;
+use super::check::{self, Wrong};
 use super::input::quoted;
 use super::raw::{FORMAT, NAMES, Notes, RawShot, RawTrack, Row};
-use super::resolution;
 use super::settings::{Names, TrackSettings, Unit};
-use super::time;
+use super::{bodies, resolution, time};
 use crate::io::number::shortened;
 use crate::measurement::rigid_body::circle_centres;
 use crate::measurement::spin::Spin;
 use crate::measurement::track::{Marker, Sample, TrackShot, TrackedBall};
-
-/// What is wrong with a shot, and the line where there is one.
-#[derive(Clone, Debug, PartialEq)]
-pub(super) struct Wrong {
-    pub line: Option<usize>,
-    pub message: String,
-    /// Camera or tracker damaged this shot only: others can do without it. Else the file or dataset.toml is wrong.
-    pub is_damage: bool,
-}
-
-impl Wrong {
-    pub(super) fn input(line: Option<usize>, message: String) -> Self {
-        Self { line, message, is_damage: false }
-    }
-
-    pub(super) fn damaged(line: Option<usize>, message: String) -> Self {
-        Self { line, message, is_damage: true }
-    }
-}
 
 /// What the shots table and `[cue_spin]` say of a shot.
 #[derive(Clone, Debug)]
@@ -132,7 +111,7 @@ pub(super) fn shot(
             let mut wrong: Vec<Wrong> = cue.err().into_iter().chain(object.err()).map(checked).collect();
             raw.tracks = tracks;
             if let Err(message) = time::settle(&mut raw, settings, &Notes::default()) {
-                wrong.push(Wrong::input(Some(raw.line), message));
+                wrong.push(Wrong::input(raw.line, message));
             }
             return Err(wrong);
         }
@@ -158,11 +137,9 @@ fn of_balls(
     raw.tracks = [cue.centres, cue.markers, object.centres, object.markers].into_iter().flatten().collect();
     let file = raw.file.clone();
     let log = notes.of(&file);
-    let fps =
-        time::settle(&mut raw, settings, notes).map_err(|message| Wrong::input(Some(raw.line), message))?;
-    let damaged = |(line, message): check::Wrong| Wrong::damaged(Some(line), message);
+    let fps = time::settle(&mut raw, settings, notes).map_err(|message| Wrong::input(raw.line, message))?;
     for track in &mut raw.tracks {
-        check::order(track, log).map_err(|(line, message)| Wrong::input(Some(line), message))?;
+        check::order(track, log)?;
     }
     check::stray(&mut raw.tracks, log);
     let mut rest = raw.tracks.into_iter();
@@ -171,12 +148,12 @@ fn of_balls(
     let mut object_markers: Vec<_> = rest.collect();
     let mut cue = mean(&mut cue_centres, &mut cue_markers);
     let mut object = mean(&mut object_centres, &mut object_markers);
-    check::thaw(&mut cue, &mut object, fps, log).map_err(damaged)?;
-    let swapped = check::unswap(&mut cue, &mut object, fps, log).map_err(damaged)?;
+    check::thaw(&mut cue, &mut object, fps, log)?;
+    let swapped = check::unswap(&mut cue, &mut object, fps, log)?;
     if let Some(line) = swapped.filter(|_| !cue_markers.is_empty() || !object_markers.is_empty()) {
         let message = "cue and object ball have exchanged their names from here on, and with markers on them it is \
                        not certain which of these did; expected them set right, or the shot skipped";
-        return Err(Wrong::damaged(Some(line), message.to_string()));
+        return Err(Wrong::damaged(line, message));
     }
     let (resolution, coarse) = resolution(&cue, &object, (settings, calibration));
     if let Some(message) = coarse {
@@ -201,7 +178,7 @@ fn of_balls(
         }
         let own = markers.iter().filter(|marker| marker.ball == ball);
         let points: Vec<&[Sample]> = own.map(|marker| marker.samples.as_slice()).collect();
-        circle_centres(&points).map_err(|message| Wrong::damaged(Some(raw.line), message))
+        circle_centres(&points).map_err(|message| Wrong::damaged(raw.line, message))
     };
     let (cue, object) =
         (centre(TrackedBall::Cue, several[0], cue)?, centre(TrackedBall::Object, several[1], object)?);
@@ -224,12 +201,12 @@ fn of_balls(
     if all.all(finite) {
         return Ok(shot);
     }
-    Err(Wrong::input(Some(shot.line), "a position or time is too large to be converted".to_string()))
+    Err(Wrong::input(shot.line, "a position or time is too large to be converted"))
 }
 
 /// Takes the tracks of both discs out of the list, grouped by the distances that points keep.
 fn grouped_balls(tracks: &mut Vec<RawTrack>, raw: &RawShot, notes: &Notes) -> Result<[Ball; 2], Wrong> {
-    let discs = bodies::discs(tracks).map_err(|message| Wrong::damaged(Some(raw.line), message))?;
+    let discs = bodies::discs(tracks).map_err(|message| Wrong::damaged(raw.line, message))?;
     let mut all: Vec<Option<RawTrack>> = std::mem::take(tracks).into_iter().map(Some).collect();
     let mut take =
         |which: &[usize]| -> Vec<RawTrack> { which.iter().filter_map(|i| all[*i].take()).collect() };
@@ -264,9 +241,8 @@ fn assign(
 ) -> Result<Ball, Wrong> {
     let mut found = Ball { centres: Vec::new(), markers: Vec::new() };
     for name in &names.0 {
-        let (own, i) = find(tracks, name)
-            .map_err(|message| Wrong::input(Some(raw.line), message))?
-            .ok_or_else(|| {
+        let (own, i) =
+            find(tracks, name).map_err(|message| Wrong::input(raw.line, message))?.ok_or_else(|| {
                 let apart = if tracks.len() + found.centres.len() < 2 {
                     " (one file a ball: named alike but for the ball, as in kick-A.txt and kick-B.txt)"
                 } else {
@@ -278,7 +254,7 @@ fn assign(
                     names.shown()
                 );
                 // other shots may have both balls
-                Wrong::damaged(Some(raw.line), message)
+                Wrong::damaged(raw.line, message)
             })?;
         if own != *name {
             let message = format!("the track \"{own}\" is [tracks] {ball} = \"{name}\"");
@@ -305,11 +281,12 @@ fn number_twins(tracks: &mut [RawTrack]) {
     }
 }
 
+pub(super) fn last_word(name: &str) -> &str {
+    name.rsplit(|c: char| c.is_whitespace() || c == '_').next().unwrap_or_default()
+}
+
 /// The track that a name of dataset.toml means, with the name that it has in the file.
 pub(super) fn find(tracks: &[RawTrack], wanted: &str) -> Result<Option<(String, usize)>, String> {
-    let last_word = |name: &str| {
-        name.rsplit(|c: char| c.is_whitespace() || c == '_').next().unwrap_or_default().to_string()
-    };
     let ways: [&dyn Fn(&str) -> bool; 3] = [
         &|name| name == wanted,
         &|name| name.to_lowercase() == wanted.to_lowercase(),

@@ -6,8 +6,7 @@ use std::path::Path;
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
-use super::finish;
-use super::finish::Facts;
+use super::finish::{self, Facts};
 use super::raw::{Notes, RawShot};
 use super::settings::tests::settings;
 use super::settings::{Format, TrackSettings};

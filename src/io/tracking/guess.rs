@@ -14,13 +14,14 @@ const ROWS: usize = 20_000;
 /// More tracks than these in a file are not those of balls.
 const TRACKS: usize = 20;
 
-/// What of `[tracks.columns]` fits a table, as keys and values of TOML.
-#[derive(Default)]
-pub(super) struct Guess {
-    pub lines: Vec<(&'static str, String)>,
+/// What of `[tracks]` fits a table, as keys and values of TOML.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Guess {
+    /// Of `[tracks.columns]`.
+    pub columns: Vec<(&'static str, String)>,
     /// It has angles, which only discs do.
     pub has_angles: bool,
-    /// What times are in, where only their steps tell it.
+    /// `time_unit`, where only the steps of the times tell it.
     pub time_unit: Option<&'static str>,
     /// A column that may be one of times or of numbers of frames.
     pub perhaps_time: Option<String>,
@@ -106,8 +107,8 @@ fn numbered(rows: &Rows, width: usize) -> Option<Guess> {
         5 => &["t", "cue_x", "cue_y", "object_x", "object_y"],
         _ => return None,
     };
-    let lines = keys.iter().enumerate().map(|(i, key)| (*key, (i + 1).to_string())).collect();
-    Some(Guess { lines, ..Guess::default() })
+    let columns = keys.iter().enumerate().map(|(i, key)| (*key, (i + 1).to_string())).collect();
+    Some(Guess { columns, ..Guess::default() })
 }
 
 /// Which columns of a table with names are what; what is guessed grows.
@@ -122,7 +123,7 @@ struct Table<'a> {
 impl Table<'_> {
     fn add<const N: usize>(&mut self, keys: [&'static str; N], columns: [usize; N]) {
         let name = |column: usize| toml::Value::from(self.heading.names[column].as_str()).to_string();
-        self.guess.lines.extend(keys.into_iter().zip(columns.map(name)));
+        self.guess.columns.extend(keys.into_iter().zip(columns.map(name)));
         self.taken.extend(columns);
     }
 
@@ -223,7 +224,7 @@ fn named(text: &str, heading: &Heading) -> Option<Guess> {
     let mut guess = table.guess;
     if turning.iter().any(|column| !heading.has_unit(*column)) {
         let most = most(text, heading, turning);
-        guess.lines.push(("angle_unit", if most > RADIANS { "\"deg\"" } else { "\"rad\"" }.to_string()));
+        guess.columns.push(("angle_unit", if most > RADIANS { "\"deg\"" } else { "\"rad\"" }.to_string()));
     }
     guess.has_angles = !turning.is_empty();
     Some(guess)
@@ -268,7 +269,8 @@ mod tests {
 
     fn guessed(text: &str) -> String {
         let Some(guess) = columns(text) else { return String::new() };
-        let mut said: Vec<String> = guess.lines.iter().map(|(key, value)| format!("{key}={value}")).collect();
+        let mut said: Vec<String> =
+            guess.columns.iter().map(|(key, value)| format!("{key}={value}")).collect();
         said.extend(guess.time_unit.map(|unit| format!("in {unit}")));
         said.extend(guess.perhaps_time.map(|name| format!("perhaps {name}")));
         said.join(" ").replace('"', "")

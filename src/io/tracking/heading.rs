@@ -3,7 +3,7 @@
 use super::column_names::AngleUnit;
 use super::input::Input;
 use super::settings::{TimeUnit, Unit};
-use crate::io::text::{Separator, lines, trimmed};
+use crate::io::text::{Separator, filled_below, trimmed};
 
 /// Spreadsheets have a few lines of titles above the names of their columns, at most so many.
 pub(super) const TITLES: usize = 10;
@@ -55,8 +55,7 @@ impl Measure {
 pub(super) fn blanks(text: &str, line: usize, names: &str) -> Separator {
     const SINGLE: Separator = Separator::Char(' ');
     let count = |line: &str| trimmed(line.trim_end(), SINGLE).map_or(0, |cells| cells.len());
-    let below = lines(text).skip(line).find(|(_, line)| !line.trim().is_empty());
-    let fits = below.is_none_or(|(_, row)| count(row) == count(names));
+    let fits = filled_below(text, line).is_none_or(|(_, row)| count(row) == count(names));
     if fits && !names.starts_with(' ') { SINGLE } else { Separator::Blanks }
 }
 
@@ -83,11 +82,8 @@ fn split_loosely(name: &str) -> (&str, Option<Measure>) {
     {
         plain = before.trim_end().strip_suffix("Run").map_or(name, str::trim_end);
     }
-    plain = plain
-        .rsplit_once(':')
-        .map(|(_, last)| last.trim_start())
-        .filter(|last| !last.is_empty())
-        .unwrap_or(plain);
+    let last = plain.rsplit_once(':').map(|(_, last)| last.trim_start());
+    plain = last.filter(|last| !last.is_empty()).unwrap_or(plain);
     match split(plain) {
         (bare, None) => suffix(bare).map_or((bare, None), |(bare, unit)| (bare, Some(unit))),
         known => known,
@@ -255,19 +251,16 @@ fn row_of_units(
     separator: Separator,
     width: usize,
 ) -> Option<(usize, Vec<Option<Measure>>)> {
-    let (line, row) = lines(text).skip(header).find(|(_, line)| !line.trim().is_empty())?;
+    let (line, row) = filled_below(text, header)?;
     let cells = trimmed(row, separator)?;
     if cells.len() > width + 1 {
         return None;
     }
-    let mut units = Vec::with_capacity(cells.len());
-    for cell in &cells {
-        let word = cell.trim_matches(['[', ']', '(', ')']).trim();
-        units.push(match word {
-            "" | "-" => None,
-            word => Some(Measure::of(word)?),
-        });
-    }
+    let unit = |cell: &String| match cell.trim_matches(['[', ']', '(', ')']).trim() {
+        "" | "-" => Some(None),
+        word => Measure::of(word).map(Some),
+    };
+    let units: Vec<Option<Measure>> = cells.iter().map(unit).collect::<Option<_>>()?;
     units.iter().any(Option::is_some).then_some((line, units))
 }
 

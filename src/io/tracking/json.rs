@@ -86,30 +86,22 @@ impl Reader<'_> {
             return self.wrong(shot.line, "", message);
         };
         self.clock = None;
-        let mut tracks = Vec::new();
-        match &balls.value {
+        let number = |i: usize| (i + 1).to_string();
+        let named: Vec<(String, &Node)> = match &balls.value {
             Value::List(list) => {
-                for (i, ball) in list.iter().enumerate() {
-                    let own = format!("{}", i + 1);
-                    tracks.push(self.ball(ball, name(ball).unwrap_or(own))?);
-                }
+                let named = |(i, ball)| (name(ball).unwrap_or_else(|| number(i)), ball);
+                list.iter().enumerate().map(named).collect()
             }
-            Value::Object(entries) => {
-                for (key, ball) in entries {
-                    tracks.push(self.ball(ball, key.clone())?);
-                }
-            }
+            Value::Object(entries) => entries.iter().map(|(key, ball)| (key.clone(), ball)).collect(),
             _ => return self.wrong(balls.line, "balls", format!("{}; {EXPECTED}", balls.what())),
-        }
+        };
+        let tracks = named.into_iter().map(|(name, ball)| self.ball(ball, name)).collect::<Option<_>>()?;
         let fps = match shot.get(&FPS).or(root.get(&FPS)) {
             None | Some(Node { value: Value::Null, .. }) => None,
             Some(Node { value: Value::Number(fps), .. }) if *fps > 0.0 => Some(*fps),
             Some(other) => {
-                return self.wrong(
-                    other.line,
-                    "fps",
-                    format!("{}; expected frames per second", other.what()),
-                );
+                let message = format!("{}; expected frames per second", other.what());
+                return self.wrong(other.line, "fps", message);
             }
         };
         let clock = match (self.clock.unwrap_or(Clock::In(TimeUnit::Frames)), fps) {
@@ -125,11 +117,8 @@ impl Reader<'_> {
             let message = format!("the ball \"{}\" has no \"samples\"; {EXPECTED}", shortened(&name));
             return self.wrong(ball.line, "", message);
         };
-        let mut track = RawTrack::new(name, None);
-        for sample in list {
-            track.rows.push(self.sample(sample)?);
-        }
-        Some(track)
+        let rows = list.iter().map(|sample| self.sample(sample)).collect::<Option<_>>()?;
+        Some(RawTrack { rows, ..RawTrack::new(name, None) })
     }
 
     /// `{t, x, y}`, with the position perhaps in an object of its own, or `[t, x, y]`.

@@ -40,7 +40,8 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use calibration::Calibration;
-use finish::{Facts, Wrong};
+use check::Wrong;
+use finish::Facts;
 use raw::{Log, Notes, RawShot};
 use rayon::prelude::*;
 use settings::{Format, TrackSettings, Unit};

@@ -4,7 +4,7 @@ use std::fs;
 use std::path::Path;
 
 use super::heading::{Heading, TITLES};
-use super::input::{Input, Shots};
+use super::input::{Input, Shots, stem};
 use super::raw::{FORMAT, Notes, RawShot};
 use super::settings::{Format, TrackSettings, Unit};
 use super::sheet::Sheet;
@@ -51,7 +51,7 @@ pub(super) fn bytes(
         log.add(FORMAT, line, "is not UTF-8 text from here on; read as Latin-1, which matters to names only");
     }
     let (text, _) = without_separator_line(text);
-    let stem = file.file_stem().map(|stem| stem.to_string_lossy().into_owned()).unwrap_or_default();
+    let stem = stem(file);
     let input = &Input { file, text: &text, stem: &stem, settings, problems, log };
     let of = |format: Format| move |(shots, unit): Shots| Tracked { shots, format, unit };
     if let Some(wanted) = &settings.columns {

@@ -12,7 +12,6 @@ use crate::io::rows;
 use crate::io::table::Table;
 use crate::measurement::dataset::Measured;
 use crate::measurement::spin::Spin;
-use crate::physics::ball::Vec3;
 
 const OMEGA: [&str; 3] = ["omega_x", "omega_y", "omega_z"];
 /// Columns that mean something; all others are labels.
@@ -232,9 +231,7 @@ fn skip(table: &Table, row: usize) -> Option<String> {
 
 fn spin(table: &Table, row: usize, omega: [Option<Measured>; 3], assume: Option<Assume>) -> Option<Spin> {
     match (omega, rows::spin_word(table, row).ok()?) {
-        ([Some(x), Some(y), Some(z)], None | Some(Assume::Measured)) => {
-            Some(Spin::Measured { spin: Vec3::new(x.value, y.value, z.value), sd: [x.sd, y.sd, z.sd] })
-        }
+        ([Some(_), Some(_), Some(_)], None | Some(Assume::Measured)) => rows::measured(omega),
         ([Some(_), Some(_), Some(_)] | [None, None, None], word) => word.or(assume).map(of_word),
         (omega, _) => {
             let empty = omega.iter().position(Option::is_none).unwrap_or(0);
@@ -246,9 +243,5 @@ fn spin(table: &Table, row: usize, omega: [Option<Measured>; 3], assume: Option<
 
 /// A spin that is said to be measured, without numbers, is for the markers to tell.
 fn of_word(word: Assume) -> Spin {
-    match word {
-        Assume::Stun => Spin::Stun,
-        Assume::NaturalRoll => Spin::NaturalRoll,
-        Assume::Measured | Assume::Unknown => Spin::Unknown,
-    }
+    word.spin().unwrap_or(Spin::Unknown)
 }

@@ -6,7 +6,7 @@ use std::path::Path;
 
 use super::bodies;
 use super::clips;
-use super::guess;
+use super::guess::{self, Guess};
 use super::raw::{Clock, Notes, RawShot, Row, sorted};
 use super::read;
 use super::settings::{Format, Sections, TimeUnit, Unit};
@@ -34,12 +34,8 @@ pub struct Survey {
     pub unit: Option<&'static str>,
     /// They are of discs: points keep their distances in two groups, or angles are told.
     pub are_discs: bool,
-    /// What `[tracks.columns]` must say for the file to be read, as keys and values of TOML; empty where it need not be there.
-    pub columns: Vec<(&'static str, String)>,
-    /// What `[tracks] time_unit` must say, where only the steps of the times tell it.
-    pub time_unit: Option<&'static str>,
-    /// A column that may be one of times or of numbers of frames.
-    pub perhaps_time: Option<String>,
+    /// What `[tracks]` must say for the file to be read; empty where it need not say anything.
+    pub guess: Guess,
     /// Cells and rows that cannot be read, as the loader says it.
     pub problems: Vec<String>,
     /// The longer side of the box about all positions, in the unit of the file.
@@ -52,24 +48,24 @@ pub struct Survey {
 /// Looks at a file. Of a table in no known format, the columns are guessed by their names. `Err` says what is wrong with a file that
 /// is in no known format or cannot be read.
 pub fn survey(file: &Path) -> Result<Survey, Vec<Problem>> {
-    look(file, guess::Guess::default()).or_else(|problems| {
+    look(file, Guess::default()).or_else(|problems| {
         let guess = fs::read(file).ok().and_then(|bytes| guess::columns(&decode(&bytes).0));
         guess.and_then(|guess| look(file, guess).ok()).ok_or(problems)
     })
 }
 
 /// Looks at a file with these columns, if any.
-fn look(file: &Path, columns: guess::Guess) -> Result<Survey, Vec<Problem>> {
-    let guess::Guess { lines, has_angles, time_unit, perhaps_time } = columns;
+fn look(file: &Path, guess: Guess) -> Result<Survey, Vec<Problem>> {
+    let Guess { columns, has_angles, time_unit, .. } = &guess;
     let mut text = time_unit.map_or(String::new(), |unit| format!("time_unit = \"{unit}\"\n"));
-    if !lines.is_empty() {
+    if !columns.is_empty() {
         text.push_str("[columns]\n");
-        text.extend(lines.iter().map(|(key, value)| format!("{key} = {value}\n")));
+        text.extend(columns.iter().map(|(key, value)| format!("{key} = {value}\n")));
     }
     let Ok(tracks) = toml::from_str(&text) else { return Err(Vec::new()) };
     let problems = Problems::new("");
     let source = Source { path: file, text: "", problems: &problems };
-    let settings = Sections { tracks, ..Sections::default() }.check(has_angles, &source);
+    let settings = Sections { tracks, ..Sections::default() }.check(*has_angles, &source);
     let read = read::file(file, &settings, &problems, &Notes::default());
     let problems = problems.into_error().problems().to_vec();
     let Some(read::Tracked { shots, format, unit }) = read else { return Err(problems) };
@@ -77,7 +73,7 @@ fn look(file: &Path, columns: guess::Guess) -> Result<Survey, Vec<Problem>> {
     // with nothing read, nothing speaks for the guess but names
     let clock = match shots.first() {
         Some(shot) => shot.clock,
-        None if lines.is_empty() => return Err(problems),
+        None if columns.is_empty() => return Err(problems),
         None => Clock::Unsaid,
     };
     let mut tracks: Vec<(String, Vec<f64>)> = Vec::new();
@@ -117,12 +113,10 @@ fn look(file: &Path, columns: guess::Guess) -> Result<Survey, Vec<Problem>> {
         in_frames,
         stated_fps,
         unit: unit.map(Unit::name),
-        are_discs: has_angles
+        are_discs: *has_angles
             || shots.iter().any(|shot| shot.tracks.len() > 5 && bodies::are_two(&shot.tracks)),
-        columns: lines,
-        time_unit,
-        perhaps_time,
         problems: problems.iter().map(ToString::to_string).collect(),
+        guess,
     })
 }
 

@@ -10,8 +10,7 @@ use polars::prelude::{
     StringChunked,
 };
 
-use super::long;
-use super::long::{Columns, Gather};
+use super::long::{self, Columns, Gather};
 use super::raw::Row;
 use super::sheet::{ENOUGH, Sheet};
 use super::timecode::is_clock;
@@ -83,26 +82,18 @@ fn plain(text: &str, above: usize, sheet: &Sheet, columns: &Columns, gather: &mu
     let Separator::Char(separator) = sheet.heading.separator else { return None };
     let separator = u8::try_from(separator).ok()?;
     let bytes = text.as_bytes();
-    let (mut ends, mut separators) = (0, 0);
-    for byte in bytes {
-        ends += usize::from(*byte == b'\n');
-        separators += usize::from(*byte == separator);
-    }
-    let rows = ends + usize::from(bytes.last().is_some_and(|byte| *byte != b'\n'));
+    let count = |wanted: u8| bytes.iter().filter(|byte| **byte == wanted).count();
+    let rows = count(b'\n') + usize::from(bytes.last().is_some_and(|byte| *byte != b'\n'));
     let width = sheet.heading.names.len();
-    if separators != rows * (width - 1) || bytes.iter().any(|byte| *byte == b'"' || *byte == b'#') {
+    if count(separator) != rows * (width - 1) || bytes.iter().any(|byte| *byte == b'"' || *byte == b'#') {
         return None;
     }
     let frame = parse(text, separator, width, columns)?;
     if frame.height() != rows {
         return None;
     }
-    let numbers = |i: usize| {
-        frame.column(&name(i)).ok()?.f64().ok().cloned().map(|column| column.rechunk().into_owned())
-    };
-    let words = |i: usize| {
-        frame.column(&name(i)).ok()?.str().ok().cloned().map(|column| column.rechunk().into_owned())
-    };
+    let numbers = |i: usize| Some(frame.column(&name(i)).ok()?.f64().ok()?.rechunk().into_owned());
+    let words = |i: usize| Some(frame.column(&name(i)).ok()?.str().ok()?.rechunk().into_owned());
     let optional = |i: Option<usize>| i.map(words).map_or(Some(None), |column| column.map(Some));
     let (time, x, y) = (numbers(columns.time)?, numbers(columns.x)?, numbers(columns.y)?);
     let (ball, shot, point) = (words(columns.ball)?, optional(columns.shot)?, optional(columns.point)?);
@@ -113,11 +104,9 @@ fn plain(text: &str, above: usize, sheet: &Sheet, columns: &Columns, gather: &mu
     let missing = |column: &StringChunked| {
         column.null_count() > 0 || column.iter().any(|cell| cell.is_none_or(|cell| cell.trim().is_empty()))
     };
-    let half = x.iter().zip(y.iter()).any(|(x, y)| match (x, y) {
-        (Some(x), Some(y)) => !x.is_finite() || !y.is_finite(),
-        (None, None) => false,
-        _ => true,
-    });
+    let is_finite = |x: Option<f64>| x.is_none_or(f64::is_finite);
+    let half =
+        x.iter().zip(y.iter()).any(|(x, y)| x.is_some() != y.is_some() || !is_finite(x) || !is_finite(y));
     let wrong_sd = |sd: &Float64Chunked| sd.iter().flatten().any(|sd| !(sd > 0.0 && sd.is_finite()));
     if half
         || may_have_thousands(&[&time])
@@ -165,19 +154,17 @@ fn name(i: usize) -> String {
 fn parse(text: &str, separator: u8, width: usize, columns: &Columns) -> Option<DataFrame> {
     let mut used = vec![columns.time, columns.x, columns.y];
     used.extend(columns.sd.into_iter().flatten());
-    let is_number = |i: usize| used.contains(&i);
     let fields = (0..width).map(|i| {
-        let kind = if is_number(i) { DataType::Float64 } else { DataType::String };
+        let kind = if used.contains(&i) { DataType::Float64 } else { DataType::String };
         Field::new(name(i).into(), kind)
     });
     let schema: Schema = fields.collect();
-    let mut used_all = used.clone();
-    used_all.extend([Some(columns.ball), columns.shot, columns.point].into_iter().flatten());
-    used_all.sort_unstable();
+    used.extend([Some(columns.ball), columns.shot, columns.point].into_iter().flatten());
+    used.sort_unstable();
     CsvReadOptions::default()
         .with_has_header(false)
         .with_schema(Some(Arc::new(schema)))
-        .with_projection(Some(Arc::new(used_all)))
+        .with_projection(Some(Arc::new(used)))
         .with_parse_options(CsvParseOptions::default().with_separator(separator).with_quote_char(None))
         .into_reader_with_file_handle(Cursor::new(text.as_bytes()))
         .finish()
