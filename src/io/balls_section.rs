@@ -81,19 +81,18 @@ impl RawObject {
 
     /// What of the cue ball was taken for granted that the object ball is compared with.
     pub(crate) fn taken(&self, own: &RawBall, cue: &Ball) -> Vec<String> {
-        let differs =
-            |other: &Option<Spanned<f64>>, own: &Option<Spanned<f64>>| other.is_some() && own.is_none();
-        let said = |what: &str, value: String, key: &str| {
+        let both = [
+            ("mass", format!("{:.3} kg", cue.mass), "mass_kg", &self.mass_kg, &own.mass_kg),
+            ("radius", format!("{} m", cue.radius), "radius_m", &self.radius_m, &own.radius_m),
+        ];
+        let differ = both.into_iter().filter(|(.., other, own)| other.is_some() && own.is_none());
+        let said = differ.map(|(what, value, key, ..)| {
             format!(
                 "The cue ball's {what} was not stated; {value} was taken, against the object ball's of [object] {key}. If it differs, \
                  give [ball] {key}."
             )
-        };
-        let mass = differs(&self.mass_kg, &own.mass_kg)
-            .then(|| said("mass", format!("{:.3} kg", cue.mass), "mass_kg"));
-        let radius = differs(&self.radius_m, &own.radius_m)
-            .then(|| said("radius", format!("{} m", cue.radius), "radius_m"));
-        mass.into_iter().chain(radius).collect()
+        });
+        said.collect()
     }
 }
 

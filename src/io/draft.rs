@@ -6,7 +6,7 @@ use super::draft_columns::{describe_columns, describe_guess, describe_problems};
 pub use super::draft_error::InitError;
 use super::draft_files::{is_no_table, listed};
 use super::draft_scale::Lengths;
-use super::draft_sheet::{Sheet, quoted};
+use super::draft_sheet::{BLANKS, OBJECT, Sheet, quoted};
 use super::tracking::shots_table::KNOWN;
 use super::{Survey, header, survey};
 
@@ -85,12 +85,8 @@ pub fn draft(named: &[PathBuf]) -> Result<Draft, InitError> {
         |file: &PathBuf| file.strip_prefix(&folder).unwrap_or(file).to_string_lossy().replace('\\', "/");
     let listed: Vec<String> = seen.iter().map(|(file, _)| quoted(&within(file))).collect();
     sheet.line(format!("files = [{}]", listed.join(", ")));
-    sheet.blank(
-        "cloth",
-        "# cloth = \"…\"",
-        "which cloth: `caromfit compare` tells cloths apart by it; optional",
-    );
-    sheet.blank("source", "# source = \"…\"", "who measured it, how, when; optional");
+    sheet.blank("cloth", "which cloth: `caromfit compare` tells cloths apart by it; optional");
+    sheet.blank("source", "who measured it, how, when; optional");
     let tracks = seen.iter().filter_map(|(file, seen)| match seen {
         Seen::Tracks(survey) => Some((file, survey)),
         _ => None,
@@ -106,14 +102,9 @@ pub fn draft(named: &[PathBuf]) -> Result<Draft, InitError> {
         );
         sheet.blank(
             "radius_m",
-            "# radius_m = …",
             "of the discs; optional: else the tracks tell how far apart they are when they touch",
         );
-        sheet.blank(
-            "mass_kg",
-            "# mass_kg = …",
-            "of the first disc, and [object] mass_kg of the second; optional",
-        );
+        sheet.blank("mass_kg", "of the first disc, and [object] mass_kg of the second; optional");
     } else {
         lengths.describe_radius(&mut sheet);
         if kind == "tracks" {
@@ -125,7 +116,6 @@ pub fn draft(named: &[PathBuf]) -> Result<Draft, InitError> {
         sheet.line("\n[cue_spin]");
         sheet.blank(
             "cue_spin",
-            "# assume = \"…\"",
             "stun (it slides without turning), natural-roll (it rolls), measured, unknown",
         );
     }
@@ -136,7 +126,7 @@ pub fn draft(named: &[PathBuf]) -> Result<Draft, InitError> {
         describe_columns(file, names, &mut sheet);
     }
     let Sheet { text, found, mut blanks } = sheet;
-    blanks.sort_by_key(|blank| ORDER.iter().position(|known| known == blank).unwrap_or(ORDER.len()));
+    blanks.sort_by_key(|blank| BLANKS.iter().position(|(known, _)| known == blank).unwrap_or(BLANKS.len()));
     let head = "# Drafted by caromfit init. Lines that say FILL IN wait for what the files do not tell.\n";
     let names = names(&tracks).into_iter().map(|(name, _)| name.to_owned()).collect();
     let follows = tracks.first().and_then(|(_, survey)| times(survey).0);
@@ -145,18 +135,6 @@ pub fn draft(named: &[PathBuf]) -> Result<Draft, InitError> {
 
 /// The ball that moves first by this part of the film is the cue ball.
 const EARLIER: f64 = 0.05;
-
-/// The most important first.
-const ORDER: [&str; 8] = [
-    "capture_fps",
-    "length_unit",
-    "which ball is which",
-    "cue_spin",
-    "radius_m",
-    "mass_kg",
-    "cloth",
-    "source",
-];
 
 /// 1 shot, 2 shots.
 fn counted(count: usize, what: &str) -> String {
@@ -288,7 +266,7 @@ fn describe_tracks(all: &[(&PathBuf, &Survey)], lengths: &Lengths, table: Option
             let why = format!(
                 "what the camera recorded at, not the playback rate. The times in the files follow {fps} frames per second"
             );
-            sheet.blank("capture_fps", "# capture_fps = …", &why);
+            sheet.blank("capture_fps", why);
             sheet.noted(
                 format!("# playback_fps = {fps}"),
                 "take the # away if the camera recorded faster, so that these times are those of slow motion",
@@ -298,7 +276,7 @@ fn describe_tracks(all: &[(&PathBuf, &Survey)], lengths: &Lengths, table: Option
             let in_frames = if first.in_frames { "; times are in frames" } else { "" };
             let why =
                 format!("frames per second that the camera recorded at, not the playback rate{in_frames}");
-            sheet.blank("capture_fps", "# capture_fps = …", &why);
+            sheet.blank("capture_fps", why);
         }
     }
     lengths.describe_scale(sheet);
@@ -380,8 +358,8 @@ fn describe_balls(all: &[(&PathBuf, &Survey)], sheet: &mut Sheet) -> bool {
                 "which track is the cue ball; the files have {} (where it differs from shot to shot: column cue of {SHOTS})",
                 listed.join(", ")
             );
-            sheet.blank("which ball is which", "# cue = \"…\"", &why);
-            sheet.line("# object = \"…\"               # and which the object ball");
+            sheet.blank("which ball is which", why);
+            sheet.noted(OBJECT, "and which the object ball");
         }
     }
     false

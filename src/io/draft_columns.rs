@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use super::Survey;
 use super::draft_files::numbers;
 use super::draft_scale::describe_y_axis;
-use super::draft_sheet::{Sheet, quoted};
+use super::draft_sheet::{OBJECT, Sheet, quoted};
 use super::text::decode;
 
 /// So many columns of a table are listed, and so many characters of the name of one.
@@ -25,7 +25,7 @@ pub(super) fn describe_guess(survey: &Survey, exchanged: bool, sheet: &mut Sheet
     if let Some(name) = &survey.guess.perhaps_time {
         let why = "its numbers grow from row to row: frame, if they number the frames, or t and [tracks] time_unit, if they are times; \
                    else each row is taken as one frame";
-        sheet.blank("which column is what", &format!("# frame = {}", quoted(name)), why);
+        sheet.blank_line("which column is what", &format!("# frame = {}", quoted(name)), why);
     }
     for (key, value) in &survey.guess.columns {
         // the same keys in the same order, with the columns of the other ball
@@ -104,17 +104,13 @@ pub(super) fn describe_columns(file: &Path, names: &[String], sheet: &mut Sheet)
         file.display(),
     ));
     sheet.line("\n[video]");
-    sheet.blank("capture_fps", "# capture_fps = …", "frames per second that the camera recorded at");
+    sheet.blank("capture_fps", "frames per second that the camera recorded at");
     sheet.line("\n[scale]");
-    sheet.blank(
-        "length_unit",
-        "# length_unit = \"…\"",
-        "m, cm, mm, in, ft, or px (the balls are then the ruler)",
-    );
+    sheet.blank("length_unit", "m, cm, mm, in, ft, or px (the balls are then the ruler)");
     describe_y_axis(sheet);
     sheet.line("\n[tracks]");
     sheet.noted("# cue = \"…\"", "only of a table with one row per ball and frame: its name of the cue ball");
-    sheet.noted("# object = \"…\"", "and of the object ball");
+    sheet.noted(OBJECT, "and of the object ball");
     if is_deep {
         sheet.line(format!("# Above the first row of numbers:\n#   {}", top.header.join("\n#   ")));
     } else {
@@ -132,7 +128,7 @@ pub(super) fn describe_columns(file: &Path, names: &[String], sheet: &mut Sheet)
         ));
     }
     sheet.line("[tracks.columns]              # a column by its name, t = \"time\", or by its number, t = 1");
-    sheet.blank(
+    sheet.blank_line(
         "which column is what",
         "# t = …",
         "time in seconds, or frame = …; without either, each row is a frame",

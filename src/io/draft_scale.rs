@@ -133,7 +133,7 @@ impl Lengths {
                     format!(", the centres come as near as {nearest:.4}{other}")
                 }
             );
-            sheet.blank("length_unit", "# length_unit = \"…\"", &why);
+            sheet.blank("length_unit", &why);
         }
         describe_y_axis(sheet);
     }

@@ -76,33 +76,25 @@ impl fmt::Display for DatasetError {
         // what is wrong in the same way in other places is said once
         let mut alike: Vec<(&Problem, Vec<&Problem>)> = Vec::new();
         for problem in &self.problems {
-            let same = |known: &&mut (&Problem, Vec<&Problem>)| {
-                let first = known.0;
-                first.message == problem.message && first.column == problem.column
-            };
-            match alike.iter_mut().find(same) {
+            let same = |first: &Problem| first.message == problem.message && first.column == problem.column;
+            match alike.iter_mut().find(|(first, _)| same(first)) {
                 Some((_, others)) => others.push(problem),
                 None => alike.push((problem, Vec::new())),
             }
         }
         for (problem, others) in alike.iter().take(LISTED) {
             write!(f, "\n  {problem}")?;
-            let place = |other: &&Problem| other.place();
-            let named: Vec<String> = others.iter().take(NAMED).map(place).collect();
-            match others.len() {
-                0 => {}
-                count if count > NAMED => {
-                    write!(f, "\n    the same in {} and {} more", named.join(", "), count - NAMED)?;
-                }
-                _ => write!(f, "\n    the same in {}", named.join(", "))?,
+            let named: Vec<String> = others.iter().take(NAMED).map(|other| other.place()).collect();
+            if !named.is_empty() {
+                write!(f, "\n    the same in {}", named.join(", "))?;
+            }
+            if others.len() > NAMED {
+                write!(f, " and {} more", others.len() - NAMED)?;
             }
         }
-        if alike.len() > LISTED {
-            write!(
-                f,
-                "\n  and {} more",
-                alike.iter().skip(LISTED).map(|(_, others)| 1 + others.len()).sum::<usize>()
-            )?;
+        let more: usize = alike.iter().skip(LISTED).map(|(_, others)| 1 + others.len()).sum();
+        if more > 0 {
+            write!(f, "\n  and {more} more")?;
         }
         Ok(())
     }

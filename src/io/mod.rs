@@ -132,11 +132,9 @@ fn load_manifest(manifest: Manifest, file: PathBuf) -> Result<Dataset, DatasetEr
 pub(crate) fn header(file: &Path) -> std::io::Result<Vec<String>> {
     let bytes = std::fs::read(file)?;
     let (text, told) = text::without_separator_line(text::decode(&bytes).0);
-    let mut all = text::lines(&text).map(|(_, line)| line).filter(|line| !line.trim().is_empty());
-    let Some(first) = all.clone().find(|line| !line.trim_start().starts_with('#')).or_else(|| all.next())
-    else {
-        return Ok(Vec::new());
-    };
+    let mut all = text::filled_lines(&text).map(|(_, line)| line);
+    let first = all.clone().find(|line| !line.trim_start().starts_with('#'));
+    let Some(first) = first.or_else(|| all.next()) else { return Ok(Vec::new()) };
     let separator = told.unwrap_or_else(|| table::separator(first));
     let names = text::trimmed(first, text::Separator::Char(separator));
     Ok(names.unwrap_or_else(|| vec![first.to_string()]))

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 
 use super::error::{Problems, nearest};
 use super::number::{Cell, Mark, Place, parse};
-use super::text::{Separator, decode, lines, without_separator_line};
+use super::text::{Separator, decode, filled_lines, quoted_cell, without_separator_line};
 
 /// The rows of a file, all cells as text without the blanks around them, and where what is wrong with them is put.
 pub(crate) struct Table<'a> {
@@ -181,8 +181,8 @@ pub(crate) fn read_utf8(path: &Path, problems: &Problems) -> Option<String> {
 
 /// What most likely stands between the cells of a table: what its line of names has most of.
 pub(crate) fn separator(text: &str) -> char {
-    let is_name = |line: &&str| !(line.trim().is_empty() || line.trim_start().starts_with('#'));
-    let first = lines(text).map(|(_, line)| line).find(is_name).unwrap_or_default();
+    let names = filled_lines(text).find(|(_, line)| !line.trim_start().starts_with('#'));
+    let first = names.map_or("", |(_, line)| line);
     // of equally many the last one
     ['\t', ';', ','].into_iter().max_by_key(|c| first.matches(*c).count()).unwrap_or(',')
 }
@@ -270,18 +270,6 @@ fn records(text: &str, separator: char) -> (Vec<Record>, Vec<(usize, &'static st
         }
     }
     (records, slips)
-}
-
-/// Splits after a quotation mark into what is before the one that closes it and what is after.
-fn quoted_cell(text: &str) -> Option<(&str, &str)> {
-    let mut from = 0;
-    loop {
-        let at = from + text[from..].find('"')?;
-        if !text[at + 1..].starts_with('"') {
-            return Some((&text[..at], &text[at + 1..]));
-        }
-        from = at + 2;
-    }
 }
 
 #[cfg(test)]

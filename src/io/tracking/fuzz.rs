@@ -7,6 +7,7 @@ use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
 use super::finish::{self, Facts};
+use super::input::Context;
 use super::raw::{Notes, RawShot};
 use super::settings::tests::settings;
 use super::settings::{Format, TrackSettings};
@@ -157,8 +158,8 @@ fn faithful(shots: &[RawShot], text: &str) {
 fn try_one(bytes: &[u8], settings: &TrackSettings) {
     let file = Path::new("a.txt");
     let (problems, notes) = (Problems::new(""), Notes::default());
-    let Some(read::Tracked { shots, format, unit }) = read::bytes(file, bytes, settings, &problems, &notes)
-    else {
+    let context = Context { settings, problems: &problems, notes: &notes };
+    let Some(read::Tracked { shots, format, unit }) = read::bytes(file, bytes, context) else {
         assert!(!problems.is_empty(), "refused without a reason");
         return;
     };
@@ -166,7 +167,7 @@ fn try_one(bytes: &[u8], settings: &TrackSettings) {
     if format != Format::Json {
         faithful(&shots, &decode(bytes).0);
     }
-    let calibration = calibration_for(format, unit, settings, file, &problems, notes.of(file));
+    let calibration = calibration_for(format, unit, file, context);
     for raw in shots {
         let facts = Facts::unknown();
         let Ok(shot) = finish::shot(raw, facts, settings, &calibration, &notes) else { continue };
@@ -216,9 +217,9 @@ fn whole_files_are_read() {
         };
         let settings = settings(SETTINGS[chosen]);
         let (problems, notes) = (Problems::new(""), Notes::default());
+        let context = Context { settings: &settings, problems: &problems, notes: &notes };
         let read::Tracked { shots, .. } =
-            read::bytes(Path::new("a.txt"), text.as_bytes(), &settings, &problems, &notes)
-                .unwrap_or_else(|| panic!("file {i}"));
+            read::bytes(Path::new("a.txt"), text.as_bytes(), context).unwrap_or_else(|| panic!("file {i}"));
         assert!(problems.is_empty(), "file {i}: {}", problems.into_error());
         assert!(!shots.is_empty() && shots.iter().all(|shot| !shot.tracks.is_empty()), "file {i}");
     }

@@ -3,13 +3,21 @@
 use std::path::Path;
 use std::sync::Arc;
 
-use super::raw::{Clock, Log, RawShot, RawTrack};
+use super::raw::{Clock, Log, Notes, RawShot, RawTrack};
 use super::settings::{TrackSettings, Unit};
 use crate::io::error::Problems;
 use crate::io::number::Place;
 
 /// What a reader makes of a file: its shots, and the unit of its lengths, where the file or its format states it.
 pub(super) type Shots = (Vec<RawShot>, Option<Unit>);
+
+/// What dataset.toml says of tracks, and where problems and notes are put.
+#[derive(Clone, Copy)]
+pub(super) struct Context<'a> {
+    pub settings: &'a TrackSettings,
+    pub problems: &'a Problems,
+    pub notes: &'a Notes,
+}
 
 /// A file that is read, and where its reader puts problems and notes.
 #[derive(Clone, Copy)]

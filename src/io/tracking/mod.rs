@@ -42,7 +42,8 @@ use std::sync::Arc;
 use calibration::Calibration;
 use check::Wrong;
 use finish::Facts;
-use raw::{Log, Notes, RawShot};
+use input::Context;
+use raw::{Notes, RawShot};
 use rayon::prelude::*;
 use settings::{Format, TrackSettings, Unit};
 use shots_table::ShotsTable;
@@ -78,6 +79,7 @@ pub(crate) fn load(
         problems.add(path, *line, position.as_str(), message);
     }
     let notes = Notes::default();
+    let context = Context { settings, problems, notes: &notes };
     let mut raw: Vec<RawShot> = Vec::new();
     let mut calibrations = HashMap::new();
     let is_shots = |file: &&PathBuf| settings.shots.as_ref().is_some_and(|shots| same_file(shots, file));
@@ -86,12 +88,12 @@ pub(crate) fn load(
     let mut is_motion_capture = true;
     for file in files {
         let before = problems.len();
-        let Some(read::Tracked { shots, format, unit }) = read::file(file, settings, problems, &notes) else {
+        let Some(read::Tracked { shots, format, unit }) = read::file(file, context) else {
             continue;
         };
         let mut shots = clips::of_file(shots, settings.capture_fps, alone, &notes);
         is_motion_capture &= format == Format::Qualisys;
-        let calibration = calibration_for(format, unit, settings, file, problems, notes.of(file));
+        let calibration = calibration_for(format, unit, file, context);
         // What follows from a row that could not be read need not be said.
         if problems.len() > before {
             continue;
@@ -143,7 +145,7 @@ pub(crate) fn load(
         }
         work.push((shot, facts));
     }
-    let (shots, damaged) = finish_all(work, settings, &calibrations, problems, &notes);
+    let (shots, damaged) = finish_all(work, &calibrations, context);
     if manifest.discs.is_none() {
         name_unmeasured(&shots, &table, path, problems);
     }
@@ -167,14 +169,9 @@ fn same_file(a: &Path, b: &Path) -> bool {
 }
 
 /// Lengths are in the unit that the file itself states, else in that of dataset.toml, else in metres.
-fn calibration_for(
-    format: Format,
-    stated: Option<Unit>,
-    settings: &TrackSettings,
-    file: &Path,
-    problems: &Problems,
-    log: Log,
-) -> Calibration {
+fn calibration_for(format: Format, stated: Option<Unit>, file: &Path, context: Context) -> Calibration {
+    let Context { settings, problems, notes } = context;
+    let log = notes.of(file);
     let (who, always) = match format {
         Format::Qualisys => ("is an export of Qualisys, which is", "as always in this format"),
         _ => ("says that its positions are", "as the file says"),
@@ -274,11 +271,10 @@ const SHOTS_A_CORE: usize = 64;
 /// where a shot is not damaged but the file or dataset.toml is wrong, this is a problem of the data set.
 fn finish_all(
     work: Vec<(RawShot, Facts)>,
-    settings: &TrackSettings,
     calibrations: &HashMap<PathBuf, Calibration>,
-    problems: &Problems,
-    notes: &Notes,
+    context: Context,
 ) -> (Vec<TrackShot>, Vec<(String, String)>) {
+    let Context { settings, problems, notes } = context;
     let finish = |(raw, facts): (RawShot, Facts)| {
         let (name, file, notes) = (raw.name.clone(), raw.file.clone(), Notes::default());
         let calibration = calibrations.get(file.as_path())?;

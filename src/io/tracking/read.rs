@@ -4,12 +4,11 @@ use std::fs;
 use std::path::Path;
 
 use super::heading::{Heading, TITLES};
-use super::input::{Input, Shots, stem};
-use super::raw::{FORMAT, Notes, RawShot};
-use super::settings::{Format, TrackSettings, Unit};
+use super::input::{Context, Input, Shots, stem};
+use super::raw::{FORMAT, RawShot};
+use super::settings::{Format, Unit};
 use super::sheet::Sheet;
 use super::{columns, json, kinovea, long, qualisys, tracker, typed};
-use crate::io::error::Problems;
 use crate::io::number::shortened;
 use crate::io::text::{Separator, decode, filled_lines, trimmed, unmarked, without_separator_line};
 
@@ -22,29 +21,14 @@ pub(super) struct Tracked {
 }
 
 /// The shots of a file.
-pub(super) fn file(
-    file: &Path,
-    settings: &TrackSettings,
-    problems: &Problems,
-    notes: &Notes,
-) -> Option<Tracked> {
-    match fs::read(file) {
-        Ok(content) => bytes(file, &content, settings, problems, notes),
-        Err(error) => {
-            problems.add(file, None, None, format!("cannot be read: {error}"));
-            None
-        }
-    }
+pub(super) fn file(file: &Path, context: Context) -> Option<Tracked> {
+    let wrong = |error| context.problems.add(file, None, None, format!("cannot be read: {error}"));
+    bytes(file, &fs::read(file).map_err(wrong).ok()?, context)
 }
 
 /// The same, of a file's content.
-pub(super) fn bytes(
-    file: &Path,
-    bytes: &[u8],
-    settings: &TrackSettings,
-    problems: &Problems,
-    notes: &Notes,
-) -> Option<Tracked> {
+pub(super) fn bytes(file: &Path, bytes: &[u8], context: Context) -> Option<Tracked> {
+    let Context { settings, problems, notes } = context;
     let (text, latin) = decode(bytes);
     let log = notes.of(file);
     if let Some(line) = latin {

@@ -4,6 +4,7 @@ use std::collections::{BTreeMap, HashMap};
 use std::path::{Path, PathBuf};
 
 use super::finish::{Facts, Own};
+use super::input::quoted;
 use super::raw::RawShot;
 use super::settings::{NAMED, Names};
 use crate::io::error::{Problems, did_you_mean};
@@ -110,12 +111,11 @@ impl<'a> ShotsTable<'a> {
     pub(super) fn facts(&self, shot: &str) -> Option<Facts> {
         let row = self.rows.get(shot);
         let spin = row.and_then(|row| row.spin).or(self.assume.map(of_word))?;
-        let labels = row.map_or_else(
-            || self.labels.iter().map(|label| (label.clone(), String::new())).collect(),
-            |row| row.labels.clone(),
-        );
-        let own = row.map(|row| row.own.clone()).unwrap_or_default();
-        Some(Facts { spin, labels, own })
+        let Some(row) = row else {
+            let labels = self.labels.iter().map(|label| (label.clone(), String::new())).collect();
+            return Some(Facts { spin, labels, own: Own::default() });
+        };
+        Some(Facts { spin, labels: row.labels.clone(), own: row.own.clone() })
     }
 
     /// Whether only markers can tell the spin, which is said to be measured.
@@ -153,11 +153,9 @@ impl<'a> ShotsTable<'a> {
                     raw[shot].name.clone_from(name);
                 }
                 (many, None) => {
-                    let names: Vec<_> =
-                        many.iter().take(12).map(|i| format!("\"{}\"", raw[*i].name)).collect();
+                    let names = quoted(many.iter().take(12).map(|i| &raw[*i].name));
                     wrong(format!(
-                        "\"{file}\" holds no shot \"{name}\"; expected one of its shots under shot: {}",
-                        names.join(", ")
+                        "\"{file}\" holds no shot \"{name}\"; expected one of its shots under shot: {names}"
                     ));
                 }
             }

@@ -7,6 +7,7 @@ use std::path::Path;
 use super::bodies;
 use super::clips;
 use super::guess::{self, Guess};
+use super::input::Context;
 use super::raw::{Clock, Notes, RawShot, Row, sorted};
 use super::read;
 use super::settings::{Format, Sections, TimeUnit, Unit};
@@ -66,10 +67,11 @@ fn look(file: &Path, guess: Guess) -> Result<Survey, Vec<Problem>> {
     let problems = Problems::new("");
     let source = Source { path: file, text: "", problems: &problems };
     let settings = Sections { tracks, ..Sections::default() }.check(*has_angles, &source);
-    let read = read::file(file, &settings, &problems, &Notes::default());
+    let notes = Notes::default();
+    let read = read::file(file, Context { settings: &settings, problems: &problems, notes: &notes });
     let problems = problems.into_error().problems().to_vec();
     let Some(read::Tracked { shots, format, unit }) = read else { return Err(problems) };
-    let mut shots = clips::of_file(shots, None, true, &Notes::default());
+    let mut shots = clips::of_file(shots, None, true, &notes);
     // with nothing read, nothing speaks for the guess but names
     let clock = match shots.first() {
         Some(shot) => shot.clock,
