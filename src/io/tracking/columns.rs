@@ -29,55 +29,40 @@ pub(super) fn read(input: &Input, wanted: &ColumnNames) -> Option<Shots> {
     if wanted.is_wide() {
         return wide(input, wanted, heading);
     }
-    let column = |column: &Option<Column>| position(&heading, column.as_ref()?);
-    let frame = column(&wanted.frame).filter(|_| input.is_by_frame() || wanted.t.is_none());
-    let columns = Columns {
-        shot: column(&wanted.shot),
-        time: frame.or(column(&wanted.t))?,
-        frames: frame.is_some(),
-        ball: column(&wanted.ball)?,
-        point: column(&wanted.point),
-        x: column(&wanted.x)?,
-        y: column(&wanted.y)?,
-        sd: column(&wanted.x_sd).zip(column(&wanted.y_sd)).map(|(x, y)| [x, y]),
-        marker: column(&wanted.marker_x).zip(column(&wanted.marker_y)).map(|(x, y)| [x, y]),
-        angle: angle(&heading, &wanted.angle, wanted, input),
-    };
+    let mut columns = Columns::of(|key| position(&heading, wanted, key), input)?;
+    columns.angle = angle(&heading, wanted, "angle", input);
     let stated = columns.stated(&heading, input);
     let mut gather = Gather::new(input, stated.clock);
     long::read(&Sheet::new(input, heading), &columns, &mut gather);
     Some((gather.shots, stated.unit))
 }
 
-fn position(heading: &Heading, column: &Column) -> Option<usize> {
-    match column {
+/// The file's column for one of ours.
+fn position(heading: &Heading, wanted: &ColumnNames, key: &str) -> Option<usize> {
+    match wanted.get(key)? {
         Column::Name(name) => heading.position(name),
         Column::Number(number) => Some(number - 1),
     }
 }
 
-fn angle(heading: &Heading, column: &Option<Column>, wanted: &ColumnNames, input: &Input) -> Option<Angle> {
-    let column = position(heading, column.as_ref()?)?;
+fn angle(heading: &Heading, wanted: &ColumnNames, key: &str, input: &Input) -> Option<Angle> {
+    let column = position(heading, wanted, key)?;
     Some((column, heading.angle(column, wanted.angle_unit, input)?.radians()))
 }
 
 /// Reads a table with both balls in a row. Where it has no column of times, the rows of a shot are its frames.
 fn wide(input: &Input, wanted: &ColumnNames, heading: Heading) -> Option<Shots> {
-    let column = |column: &Option<Column>| position(&heading, column.as_ref()?);
-    let frame = column(&wanted.frame).filter(|_| input.is_by_frame() || wanted.t.is_none());
-    let time = frame.or(column(&wanted.t));
+    let column = |key: &str| position(&heading, wanted, key);
+    let time = long::time(column, input);
     let body =
         |names: &Names, x, y| Some(Body { name: names.0.first()?.clone(), x: column(x)?, y: column(y)? });
-    let bodies = [
-        body(&input.settings.cue, &wanted.cue_x, &wanted.cue_y)?,
-        body(&input.settings.object, &wanted.object_x, &wanted.object_y)?,
-    ];
-    let turns =
-        [&wanted.cue_angle, &wanted.object_angle].map(|column| angle(&heading, column, wanted, input));
-    let shot = column(&wanted.shot);
+    let bodies =
+        [body(&input.settings.cue, "cue_x", "cue_y")?, body(&input.settings.object, "object_x", "object_y")?];
+    let turns = ["cue_angle", "object_angle"].map(|key| angle(&heading, wanted, key, input));
+    let shot = column("shot");
     let unit = heading.length(&bodies.each_ref().map(|body| [body.x, body.y]).concat(), input);
     let clock = match time {
-        Some(time) if frame.is_none() => heading.time(time, input),
+        Some((time, false)) => heading.time(time, input),
         _ => TimeUnit::Frames,
     };
     if time.is_none() {
@@ -86,7 +71,7 @@ fn wide(input: &Input, wanted: &ColumnNames, heading: Heading) -> Option<Shots> 
     }
     let mut gather = Gather::new(input, clock);
     let sheet = Sheet::new(input, heading);
-    let reader = sheet.frames(shot, time, &bodies, |reader, cells, shot, i, row| {
+    let reader = sheet.frames(shot, time.map(|(time, _)| time), &bodies, |reader, cells, shot, i, row| {
         let ball = &bodies[i].name;
         gather.push(shot, ball, "", row, None);
         if let Some(angle) = turns[i] {
@@ -106,11 +91,11 @@ fn separators(wanted: &ColumnNames, blanks: Separator) -> Vec<Separator> {
 
 /// The first line that has all the names.
 fn header(input: &Input, wanted: &ColumnNames) -> Option<Heading> {
-    let all = wanted.all();
-    let wanted_names: Vec<&str> = all
-        .iter()
-        .filter_map(|column| if let Column::Name(name) = column { Some(name.as_str()) } else { None })
-        .collect();
+    let wanted_names = wanted.all().filter_map(|(_, column)| match column {
+        Column::Name(name) => Some(name.as_str()),
+        Column::Number(_) => None,
+    });
+    let wanted_names: Vec<&str> = wanted_names.collect();
     let separators = separators(wanted, Separator::Char(' '));
     let mut nearest: Option<(usize, usize, Vec<String>)> = None;
     for (line, content) in filled_lines(input.text).take(WITHIN) {
@@ -154,9 +139,9 @@ fn numbered(input: &Input, wanted: &ColumnNames) -> Option<Heading> {
         Column::Number(number) => number - 1,
         Column::Name(_) => 0,
     };
-    let all: Vec<usize> = wanted.all().into_iter().map(index).collect();
+    let all: Vec<usize> = wanted.all().map(|(_, column)| index(column)).collect();
     let last = all.iter().copied().max()?;
-    let words = [&wanted.shot, &wanted.ball, &wanted.point].map(|column| column.as_ref().map(index));
+    let words = ["shot", "ball", "point"].map(|key| wanted.get(key).map(index));
     let numbers: Vec<usize> = all.into_iter().filter(|column| !words.contains(&Some(*column))).collect();
     let separators = separators(wanted, Separator::Blanks);
     for (line, content) in filled_lines(input.text).take(WITHIN) {

@@ -12,7 +12,7 @@ use super::sheet::{Reader, Sheet};
 use crate::io::text::{Separator, lines, trimmed};
 
 /// Columns of a long table, by their position.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub(super) struct Columns {
     pub shot: Option<usize>,
     pub time: usize,
@@ -43,6 +43,9 @@ pub(super) struct Stated {
     pub unit: Option<Unit>,
 }
 
+/// The columns of the canonical table.
+const KNOWN: [&str; 10] = ["shot", "frame", "t", "ball", "x", "y", "z", "point", "x_sd", "y_sd"];
+
 /// Whether the text begins like the canonical table, below a title perhaps.
 pub(super) fn detect(input: &Input) -> Option<Head> {
     let no_comment = |line: &str| !line.trim().is_empty() && !line.trim_start().starts_with('#');
@@ -54,19 +57,8 @@ pub(super) fn detect(input: &Input) -> Option<Head> {
                 return None;
             }
             let heading = Heading::new(input.text, line, separator, names);
-            let position = |name: &str| heading.position(name);
-            let frame = position("frame").filter(|_| input.is_by_frame() || position("t").is_none());
-            let columns = Columns {
-                shot: position("shot"),
-                time: frame.or(position("t"))?,
-                frames: frame.is_some(),
-                ball: position("ball")?,
-                point: position("point"),
-                x: position("x")?,
-                y: position("y")?,
-                sd: position("x_sd").zip(position("y_sd")).map(|(x, y)| [x, y]),
-                ..Columns::default()
-            };
+            let position = |name: &str| heading.position(name).filter(|_| KNOWN.contains(&name));
+            let columns = Columns::of(position, input)?;
             Some(Head { heading, columns })
         };
         Separator::ALL.into_iter().filter(|s| !s.is_white() || *s == Separator::Char('\t')).find_map(named)
@@ -75,7 +67,6 @@ pub(super) fn detect(input: &Input) -> Option<Head> {
 
 /// Complaints and notes about the header. `None` if the table cannot be read.
 pub(super) fn check_head(head: &Head, input: &Input) -> Option<Stated> {
-    const KNOWN: [&str; 10] = ["shot", "frame", "t", "ball", "x", "y", "z", "point", "x_sd", "y_sd"];
     let (heading, before) = (&head.heading, input.problems.len());
     let mut strange = Vec::new();
     for (i, name) in heading.bare.iter().enumerate() {
@@ -110,6 +101,24 @@ pub(super) fn check_head(head: &Head, input: &Input) -> Option<Stated> {
 }
 
 impl Columns {
+    /// Those that a table has, where `at` tells the positions of ours; `None` where it lacks one that must be there.
+    pub(super) fn of(at: impl Fn(&str) -> Option<usize>, input: &Input) -> Option<Self> {
+        let (time, frames) = time(&at, input)?;
+        let pair = |x: &str, y: &str| Some([at(x)?, at(y)?]);
+        Some(Self {
+            shot: at("shot"),
+            time,
+            frames,
+            ball: at("ball")?,
+            point: at("point"),
+            x: at("x")?,
+            y: at("y")?,
+            sd: pair("x_sd", "y_sd"),
+            marker: pair("marker_x", "marker_y"),
+            angle: None,
+        })
+    }
+
     /// The units that the header gives these columns; complaints where it contradicts itself or dataset.toml.
     pub(super) fn stated(&self, heading: &Heading, input: &Input) -> Stated {
         let lengths: Vec<usize> =
@@ -118,6 +127,13 @@ impl Columns {
         let clock = if self.frames { TimeUnit::Frames } else { heading.time(self.time, input) };
         Stated { clock, unit }
     }
+}
+
+/// The column of times, and whether these are numbers of frames.
+pub(super) fn time(at: impl Fn(&str) -> Option<usize>, input: &Input) -> Option<(usize, bool)> {
+    let (frame, time) = (at("frame"), at("t"));
+    let frame = frame.filter(|_| input.is_by_frame() || time.is_none());
+    Some((frame.or(time)?, frame.is_some()))
 }
 
 /// Notes rows that are taken for comments since the name of their shot begins with #.

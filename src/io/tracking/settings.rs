@@ -166,11 +166,7 @@ impl<'de> Deserialize<'de> for Names {
             }
 
             fn visit_seq<A: SeqAccess<'de>>(self, mut list: A) -> Result<Names, A::Error> {
-                let mut names = Vec::new();
-                while let Some(name) = list.next_element()? {
-                    names.push(name);
-                }
-                Ok(Names(names))
+                std::iter::from_fn(|| list.next_element().transpose()).collect::<Result<_, _>>().map(Names)
             }
         }
         deserializer.deserialize_any(Either)
