@@ -55,13 +55,13 @@ pub(super) fn order(track: &mut RawTrack, log: Log) -> Result<(), Wrong> {
                  order, and each clip as a shot of its own",
                 track.name, before.time, before.line, next.time
             );
-            return Err(Wrong::input(next.line as usize, message));
+            return Err(Wrong::input(next.line, message));
         }
         let how =
             if backwards + 1 == track.rows.len() { "run backwards" } else { "are not in the order of time" };
         *track = sorted;
         let message = format!("the rows of \"{}\" {how}; put in the order of time", track.name);
-        log.add(ORDER, next.line as usize, message);
+        log.add(ORDER, next.line, message);
     }
     let rows = &mut track.rows;
     if rows.windows(2).all(|two| two[0].time < two[1].time) {
@@ -82,11 +82,11 @@ pub(super) fn order(track: &mut RawTrack, log: Log) -> Result<(), Wrong> {
                  ball and frame",
                 track.name, b.time, b.x, b.y, a.x, a.y, a.line
             );
-            return Err(Wrong::input(b.line as usize, message));
+            return Err(Wrong::input(b.line, message));
         }
         let message =
             format!("\"{}\" has its time twice (line {}); one row is passed over", track.name, a.line);
-        log.add(REPEATED, b.line as usize, message);
+        log.add(REPEATED, b.line, message);
         if a.is_gap() {
             keep[last] = false;
             last = i;
@@ -121,17 +121,11 @@ fn range(values: impl Iterator<Item = f64>) -> f64 {
 
 /// Turns rows into gaps that are by themselves at an impossible place or time: a lost decimal point, a slip of the pen.
 pub(super) fn stray(tracks: &mut [RawTrack], log: Log) {
-    let seen = || {
-        tracks
-            .iter()
-            .filter(|track| !track.is_angle)
-            .flat_map(|track| &track.rows)
-            .filter(|row| !row.is_gap())
-    };
+    let seen = || tracks.iter().filter(|track| !track.is_angle).flat_map(|track| track.seen());
     let width = range(seen().map(|row| row.x)).max(range(seen().map(|row| row.y)));
     let length = range(seen().map(|row| row.time));
-    let steps = tracks.iter().flat_map(|track| track.rows.windows(2)).map(|two| two[1].time - two[0].time);
-    let steps = sorted(steps);
+    let steps = tracks.iter().flat_map(|track| track.rows.windows(2));
+    let steps = sorted(steps.map(|two| two[1].time - two[0].time));
     let step = steps.get(steps.len() / 2).copied().unwrap_or(f64::NAN);
     for track in tracks.iter_mut().filter(|track| !track.is_angle) {
         let at: Vec<usize> = (0..track.rows.len()).filter(|i| !track.rows[*i].is_gap()).collect();
@@ -158,7 +152,7 @@ pub(super) fn stray(tracks: &mut [RawTrack], log: Log) {
                     "\"{}\" is by itself at an impossible {wrong} ({:.6} s, {:.6e}, {:.6e} in the file's unit): taken as a gap",
                     track.name, row.time, row.x, row.y
                 );
-                log.add(GAPS, row.line as usize, message);
+                log.add(GAPS, row.line, message);
                 track.rows[at[k]].lose();
             }
         }
@@ -222,7 +216,7 @@ pub(super) fn thaw(cue: &mut RawTrack, object: &mut RawTrack, fps: f64, log: Log
             continue;
         }
         let length = |k: usize| frames(k).max(1.0);
-        let line = cue.rows[pairs[first + 1].0].line as usize;
+        let line = cue.rows[pairs[first + 1].0].line;
         if after / length(k) < CATCHES_UP * before / length(first - 1) {
             let message = format!(
                 "both balls are exactly where they were in line {} while they move before and after, and do not \
@@ -271,7 +265,7 @@ pub(super) fn unswap(
         let cost = |a: f64, b: f64| a * a + b * b;
         let kept = cost(c.distance(c_next), o.distance(o_next));
         let swapped = cost(c.distance(o_next), o.distance(c_next));
-        let line = c_next.line as usize;
+        let line = c_next.line;
         if swapped < SURELY_SWAPPED * kept {
             swaps.push(k);
         } else if swapped < PERHAPS_SWAPPED * kept {
@@ -286,13 +280,13 @@ pub(super) fn unswap(
             return Err(Wrong::damaged(line, message));
         }
     }
-    let first = swaps.first().map(|k| cue.rows[pairs[*k].0].line as usize);
+    let first = swaps.first().map(|k| cue.rows[pairs[*k].0].line);
     for pair in swaps.chunks(2) {
         let from = pairs[pair[0]];
         let until = pair.get(1).map(|k| pairs[*k]);
         let time = cue.rows[from.0].time;
         let end = until.map_or(f64::INFINITY, |(i, _)| cue.rows[i].time);
-        let line = cue.rows[from.0].line as usize;
+        let line = cue.rows[from.0].line;
         let last = until.map_or(String::new(), |(i, _)| format!(" to line {}", cue.rows[i].line));
         exchange(cue, object, time, end);
         let message = format!(

@@ -32,7 +32,7 @@ pub(super) fn of_file(shots: Vec<RawShot>, fps: Option<f64>, alone: bool, notes:
         return shots;
     }
     let clips: Vec<RawShot> = (0..=cuts.len()).map(|number| clip(shot, &cuts, number, alone)).collect();
-    let whole = |clip: &RawShot| clip.tracks.iter().filter(|track| seen(track) >= LEAST).count() > 1;
+    let whole = |clip: &RawShot| clip.tracks.iter().filter(|track| track.seen().count() >= LEAST).count() > 1;
     if !clips.iter().all(whole) {
         return shots;
     }
@@ -44,11 +44,6 @@ pub(super) fn of_file(shots: Vec<RawShot>, fps: Option<f64>, alone: bool, notes:
     );
     notes.of(&shot.file).add(NAMES, None, message);
     clips
-}
-
-/// In how many rows a track has a position.
-fn seen(track: &RawTrack) -> usize {
-    track.rows.iter().filter(|row| !row.is_gap()).count()
 }
 
 /// The times at which further clips begin.

@@ -334,8 +334,7 @@ fn mean(centres: &mut Vec<RawTrack>, markers: &mut Vec<RawTrack>) -> RawTrack {
     for row in &first[0].rows {
         let mut sum = *row;
         for other in others {
-            let i = other.rows.partition_point(|other| other.time < row.time);
-            let found = other.rows.get(i).filter(|other| other.time == row.time);
+            let found = other.at(row.time);
             sum.x += found.map_or(f64::NAN, |found| found.x);
             sum.y += found.map_or(f64::NAN, |found| found.y);
         }
@@ -363,7 +362,7 @@ fn resolution(
 ) -> ([f64; 2], Option<String>) {
     let steps = [cue, object].map(|track| {
         let step = resolution::step(&[track]).or_else(|| resolution::step(&[cue, object]))?;
-        let first = track.rows.iter().find(|row| !row.is_gap())?;
+        let first = track.seen().next()?;
         let [x, y] = calibration.sd(first.x, first.y, [step; 2]);
         let step = (0.5 * (x * x + y * y)).sqrt();
         step.is_finite().then_some(step)
@@ -399,12 +398,8 @@ const ARM: f64 = 0.02;
 
 /// A point that turns with the disc, for angles in the place of positions: they are told from the axes of the file.
 fn turned(angles: &RawTrack, centre: &RawTrack, calibration: &Calibration) -> Vec<Sample> {
-    let at = |time: f64| {
-        let i = centre.rows.partition_point(|row| row.time < time);
-        centre.rows.get(i).filter(|row| row.time == time && !row.is_gap())
-    };
     let point = |row: &Row| {
-        let middle = at(row.time)?;
+        let middle = centre.at(row.time).filter(|row| !row.is_gap())?;
         let (sin, cos) = row.x.sin_cos();
         let [x, y] = calibration.metres(middle.x, middle.y);
         let [along, up] = calibration.metres(middle.x + cos, middle.y + sin);
@@ -412,5 +407,5 @@ fn turned(angles: &RawTrack, centre: &RawTrack, calibration: &Calibration) -> Ve
         let [x, y] = [x + ARM * (along - x) / length, y + ARM * (up - y) / length];
         Some(Sample { t: row.time + calibration.delay(middle.y), x, y, sd: None })
     };
-    angles.rows.iter().filter(|row| !row.is_gap()).filter_map(point).collect()
+    angles.seen().filter_map(point).collect()
 }

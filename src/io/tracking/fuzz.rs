@@ -144,8 +144,8 @@ fn faithful(shots: &[RawShot], text: &str) {
     let all: Vec<(usize, &str)> = lines(text).collect();
     for track in shots.iter().flat_map(|shot| &shot.tracks) {
         assert!(track.sds.is_empty() || track.sds.len() == track.rows.len());
-        for row in track.rows.iter().filter(|row| !row.is_gap()) {
-            let line = all[row.line as usize - 1].1;
+        for row in track.seen() {
+            let line = all[row.line - 1].1;
             let held = numbers(line);
             for value in [row.x, row.y] {
                 assert!(held.contains(&value), "{value} is not in {line:?} (line {})", row.line);

@@ -123,7 +123,7 @@ impl Reader<'_> {
 
     /// `{t, x, y}`, with the position perhaps in an object of its own, or `[t, x, y]`.
     fn sample(&mut self, sample: &Node) -> Option<Row> {
-        let line = sample.line as u32;
+        let line = sample.line;
         if let Value::List(list) = &sample.value {
             let [time, x, y] = list.as_slice() else {
                 let message = format!("{} values; expected 3, time, x and y", list.len());

@@ -82,7 +82,7 @@ fn sections(input: &Input) -> Read {
             tracks.push(RawTrack::new("1", None));
         }
         if let Some(track) = tracks.last_mut() {
-            track.rows.push(Row { time, x, y, line: line as u32 });
+            track.rows.push(Row { time, x, y, line });
         }
     }
     tracks.retain(|track| !track.rows.is_empty());

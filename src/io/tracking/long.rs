@@ -225,7 +225,7 @@ impl Gather {
         ball: &str,
         point: Option<&str>,
         is_angle: bool,
-        line: u32,
+        line: usize,
     ) -> &mut RawTrack {
         let name = shot.unwrap_or(&self.stem);
         if self.shots.get(self.last).is_none_or(|last| last.name != name) {
@@ -235,7 +235,7 @@ impl Gather {
                 self.shots.push(RawShot {
                     name: name.to_string(),
                     file: self.file.clone(),
-                    line: line as usize,
+                    line,
                     clock: self.clock,
                     tracks: Vec::new(),
                 });
@@ -283,7 +283,7 @@ pub(super) fn read(sheet: &Sheet, columns: &Columns, gather: &mut Gather) -> Opt
                 sd.unwrap_or(f64::NAN)
             })
         });
-        let row = Row { time, x, y, line: cells.line as u32 };
+        let row = Row { time, x, y, line: cells.line };
         gather.push(shot, ball, point, row, sd);
         if let Some([x, y]) = marker {
             gather.push(shot, ball, "marker", Row { x, y, ..row }, None);

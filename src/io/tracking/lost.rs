@@ -44,7 +44,7 @@ pub(super) fn leave_out(tracks: &mut [RawTrack], log: Log) {
                     "\"{}\" is at ({}, {}), far from its path, as where it is lost: taken as a gap",
                     track.name, stay.place[0], stay.place[1]
                 );
-                log.add(GAPS, row.line as usize, message);
+                log.add(GAPS, row.line, message);
                 row.lose();
             }
         }

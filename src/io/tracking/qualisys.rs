@@ -81,7 +81,7 @@ pub(super) fn read(input: &Input) -> Option<Shots> {
     for track in &mut tracks {
         for row in track.rows.iter_mut().filter(|row| row.x == 0.0 && row.y == 0.0) {
             row.lose();
-            log.add(GAPS, row.line as usize, format!("\"{}\" is at 0, 0: taken as a gap", track.name));
+            log.add(GAPS, row.line, format!("\"{}\" is at 0, 0: taken as a gap", track.name));
         }
     }
     let rows = tracks.first().map_or(0, |track| track.rows.len());

@@ -81,7 +81,7 @@ pub(super) struct Row {
     pub time: f64,
     pub x: f64,
     pub y: f64,
-    pub line: u32,
+    pub line: usize,
 }
 
 impl RawTrack {
@@ -89,9 +89,20 @@ impl RawTrack {
         Self { name: name.into(), point, is_angle: false, rows: Vec::new(), sds: Vec::new() }
     }
 
+    /// The rows that are no gaps.
+    pub(super) fn seen(&self) -> impl Iterator<Item = &Row> + Clone {
+        self.rows.iter().filter(|row| !row.is_gap())
+    }
+
+    /// The row at a time, of rows in the order of time.
+    pub(super) fn at(&self, time: f64) -> Option<&Row> {
+        let i = self.rows.partition_point(|row| row.time < time);
+        self.rows.get(i).filter(|row| row.time == time)
+    }
+
     /// Line of its first row.
     pub(super) fn line(&self) -> usize {
-        self.rows.first().map_or(1, |row| row.line as usize)
+        self.rows.first().map_or(1, |row| row.line)
     }
 }
 

@@ -128,7 +128,7 @@ impl<'a> Sheet<'a> {
             };
             for (i, body) in bodies.iter().enumerate() {
                 let [x, y] = reader.position([cells.at(body.x), cells.at(body.y)]);
-                let row = Row { time, x, y, line: cells.line as u32 };
+                let row = Row { time, x, y, line: cells.line };
                 each(&mut reader, cells, name, i, row);
             }
         });

@@ -141,7 +141,7 @@ fn closest(shots: &[RawShot]) -> Option<f64> {
 
 fn extent(shots: &[RawShot]) -> f64 {
     let tracks = shots.iter().flat_map(|shot| &shot.tracks).filter(|track| !track.is_angle);
-    let rows = tracks.flat_map(|track| &track.rows).filter(|row| !row.is_gap());
+    let rows = tracks.flat_map(|track| track.seen());
     let side = |of: fn(&Row) -> f64| {
         let (low, high) = (
             rows.clone().map(of).fold(f64::INFINITY, f64::min),

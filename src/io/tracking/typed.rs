@@ -120,7 +120,7 @@ fn plain(text: &str, above: usize, sheet: &Sheet, columns: &Columns, gather: &mu
     }
     for row in 0..rows {
         let number = |column: &Float64Chunked| column.get(row).unwrap_or(f64::NAN);
-        let line = (above + row + 1) as u32;
+        let line = above + row + 1;
         let shot = shot.as_ref().and_then(|shot| shot.get(row)).map(str::trim);
         let point = point.as_ref().and_then(|point| point.get(row)).map_or("", str::trim);
         let sd = sds.as_ref().map(|(x, y)| [number(x), number(y)]);
