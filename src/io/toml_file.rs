@@ -58,8 +58,8 @@ impl Source<'_> {
 }
 
 /// A value without its place.
-pub(crate) fn bare<T: Copy>(given: &Option<Spanned<T>>) -> Option<T> {
-    given.as_ref().map(|given| *given.as_ref())
+pub(crate) fn bare<'a, T: Copy + 'a>(given: impl Into<Option<&'a Spanned<T>>>) -> Option<T> {
+    given.into().map(|given| *given.as_ref())
 }
 
 /// What a number has to be, and that in words.

@@ -7,7 +7,7 @@ use super::calibration::Calibration;
 use super::check::{self, Wrong};
 use super::input::quoted;
 use super::raw::{FORMAT, NAMES, Notes, RawShot, RawTrack, Row};
-use super::settings::{Names, TrackSettings, Unit};
+use super::settings::{Balls, Names, TrackSettings, Unit};
 use super::{bodies, resolution, time};
 use crate::io::number::shortened;
 use crate::measurement::rigid_body::circle_centres;
@@ -47,7 +47,9 @@ impl Own {
                 name.clone_from(given);
             }
         }
-        own.balls_stated |= self.states_balls();
+        if self.states_balls() {
+            own.balls = Balls::Stated;
+        }
         own.capture_fps = self.capture_fps.or(own.capture_fps);
         Cow::Owned(own)
     }
@@ -86,7 +88,7 @@ pub(super) fn shot(
     let names = if names.is_empty() { "there are none".to_string() } else { names.join(", ") };
     let named = |name: &str| !matches!(find(&tracks, name), Ok(None));
     let grouped = settings.discs
-        && !settings.balls_stated
+        && settings.balls == Balls::Usual
         && !named("cue")
         && !named("object")
         && tracks.iter().all(|track| track.point.is_none());

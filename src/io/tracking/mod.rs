@@ -48,6 +48,13 @@ use rayon::prelude::*;
 use settings::{Format, TrackSettings, Unit};
 use shots_table::ShotsTable;
 
+use super::error::Problems;
+use super::manifest::Manifest;
+use crate::measurement::dataset::Tracks;
+use crate::measurement::isolate::isolated;
+use crate::measurement::spin::Spin;
+use crate::measurement::track::TrackShot;
+
 pub(super) use heading::strange_unit;
 pub use survey::{Survey, survey};
 
@@ -55,13 +62,6 @@ pub use survey::{Survey, survey};
 pub(super) fn metres(unit: &str) -> Option<f64> {
     Unit::of(unit)?.metres().map(|(times, over)| times / over)
 }
-
-use super::error::Problems;
-use super::manifest::Manifest;
-use crate::measurement::dataset::Tracks;
-use crate::measurement::isolate::isolated;
-use crate::measurement::spin::Spin;
-use crate::measurement::track::TrackShot;
 
 /// Loads every file that the manifest names; what is wrong is added to the problems.
 pub(crate) fn load(

@@ -173,6 +173,13 @@ impl<'de> Deserialize<'de> for Names {
     }
 }
 
+/// Whether `cue` or `object` is stated, or the usual names are taken for them.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Balls {
+    Stated,
+    Usual,
+}
+
 /// All of it, checked.
 #[derive(Clone, Debug)]
 pub(crate) struct TrackSettings {
@@ -189,8 +196,7 @@ pub(crate) struct TrackSettings {
     pub(super) format: Format,
     pub(super) cue: Names,
     pub(super) object: Names,
-    /// Either of them is stated, and not the usual name taken for it.
-    pub(super) balls_stated: bool,
+    pub(super) balls: Balls,
     /// Tracks of points on the balls, beside those that are their centres.
     pub(super) cue_markers: Names,
     pub(super) object_markers: Names,
@@ -282,7 +288,7 @@ impl Sections {
             format: tracks.format,
             cue,
             object,
-            balls_stated: tracks.cue.is_some() || tracks.object.is_some(),
+            balls: if tracks.cue.is_some() || tracks.object.is_some() { Balls::Stated } else { Balls::Usual },
             cue_markers,
             object_markers,
             shots: tracks.shots.map(|shots| folder.join(shots.as_ref())),

@@ -26,16 +26,16 @@ pub(super) struct Sheet<'a> {
 pub(super) struct Cells<'a> {
     pub line: usize,
     sheet: &'a Sheet<'a>,
-    cells: &'a [Cow<'a, str>],
+    row: &'a [Cow<'a, str>],
 }
 
 impl Cells<'_> {
     pub(super) fn at(&self, column: usize) -> Place<'_> {
-        self.sheet.input.cell(self.line, &self.sheet.heading.names[column], &self.cells[column])
+        self.sheet.input.cell(self.line, &self.sheet.heading.names[column], &self.row[column])
     }
 
     pub(super) fn text(&self, column: usize) -> &str {
-        self.cells[column].trim()
+        self.row[column].trim()
     }
 
     /// The name of the row's shot, which must be there where the table has a column of them.
@@ -98,7 +98,7 @@ impl<'a> Sheet<'a> {
                 self.input.wrong(line, None, message);
                 continue;
             }
-            each(&Cells { line, sheet: self, cells: &row });
+            each(&Cells { line, sheet: self, row: &row });
         }
     }
 
