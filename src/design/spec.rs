@@ -8,9 +8,8 @@ use toml::Spanned;
 use super::{Expected, PlayedKind, SpinFrom};
 use crate::io::DatasetError;
 use crate::io::balls_section::{RawBall, RawObject, Shape};
-use crate::io::error::Problems;
 use crate::io::toml_file;
-use crate::io::toml_file::{Check, Condition, POSITIVE, Source};
+use crate::io::toml_file::{Condition, POSITIVE, Source};
 use crate::measurement::dataset::ObjectBall;
 use crate::measurement::parameter::Parameter;
 use crate::physics::ball::Ball;
@@ -101,26 +100,25 @@ impl Expected {
     /// # Errors
     /// Everything that is wrong with it, with line and position.
     pub fn read(path: &Path) -> Result<Self, DatasetError> {
-        toml_file::read_checked(path, |raw: RawSpec, source, problems| raw.check(source, problems))
+        toml_file::read_checked(path, RawSpec::check)
     }
 }
 
 const PART: Condition = (|x| (0.0..=1.0).contains(&x), "a number from 0 to 1");
 
 impl RawSpec {
-    fn check(self, source: &Source, problems: &mut Problems) -> Expected {
+    fn check(self, source: &Source) -> Expected {
         let default = Expected::default();
-        let mut check = Check { source, problems };
         let Expected { mut coefficients, mut cloth, .. } = default;
         let expected = &self.expected;
-        coefficients.mu = check.number(expected.mu.as_ref(), "expected.mu", coefficients.mu, PART);
-        coefficients.mu_s = check.number(expected.mu_s.as_ref(), "expected.mu_s", coefficients.mu_s, PART);
-        coefficients.e = check.number(expected.e.as_ref(), "expected.e", coefficients.e, PART);
+        coefficients.mu = source.number(expected.mu.as_ref(), "expected.mu", coefficients.mu, PART);
+        coefficients.mu_s = source.number(expected.mu_s.as_ref(), "expected.mu_s", coefficients.mu_s, PART);
+        coefficients.e = source.number(expected.e.as_ref(), "expected.e", coefficients.e, PART);
         let ClothSpec { mu_k, mu_r, bounce } = cloth;
-        cloth.mu_k = check.number(self.cloth.mu_k.as_ref(), "cloth.mu_k", mu_k, PART);
-        cloth.mu_r = check.number(self.cloth.mu_r.as_ref(), "cloth.mu_r", mu_r, PART);
-        cloth.bounce = check.number(self.cloth.bounce.as_ref(), "cloth.bounce", bounce, PART);
-        let camera = self.camera.check(&mut check);
+        cloth.mu_k = source.number(self.cloth.mu_k.as_ref(), "cloth.mu_k", mu_k, PART);
+        cloth.mu_r = source.number(self.cloth.mu_r.as_ref(), "cloth.mu_r", mu_r, PART);
+        cloth.bounce = source.number(self.cloth.bounce.as_ref(), "cloth.bounce", bounce, PART);
+        let camera = self.camera.check(source);
         let mut wanted = default.wanted;
         let want = [&self.want.mu, &self.want.mu_s, &self.want.e];
         if want.iter().any(|given| given.is_some()) {
@@ -128,14 +126,14 @@ impl RawSpec {
             for (parameter, given) in Parameter::COEFFICIENTS.into_iter().zip(want) {
                 let key = format!("want.{}", parameter.name());
                 wanted[parameter as usize] =
-                    given.as_ref().map(|given| check.number(Some(given), &key, 0.0, POSITIVE));
+                    given.as_ref().map(|given| source.number(Some(given), &key, 0.0, POSITIVE));
             }
         }
         let mut kinds: Vec<PlayedKind> = Vec::new();
         for raw in &self.kind {
-            let kind = raw.as_ref().check(&mut check);
+            let kind = raw.as_ref().check(source);
             if kinds.iter().any(|known| known.name == kind.name) {
-                check.wrong(
+                source.wrong(
                     &raw.as_ref().name,
                     format!("a second kind named \"{}\"; expected another name", kind.name),
                 );
@@ -145,52 +143,50 @@ impl RawSpec {
         if kinds.is_empty() {
             kinds = default.kinds;
         }
-        let (ball, object) = self.balls(source, problems);
+        let (ball, object) = self.balls(source);
         Expected { coefficients, ball, object, cloth, camera, kinds, wanted }
     }
 }
 
 impl RawSpec {
-    fn balls(&self, source: &Source, problems: &mut Problems) -> (Ball, Option<ObjectBall>) {
-        let mut check = Check { source, problems };
+    fn balls(&self, source: &Source) -> (Ball, Option<ObjectBall>) {
         if let Some(shape) = self.ball.shape.as_ref().filter(|shape| *shape.as_ref() == Shape::Disc) {
-            check.wrong(shape, "shape is \"disc\"; expected balls, which designs are of".to_owned());
+            source.wrong(shape, "shape is \"disc\"; expected balls, which designs are of".to_owned());
         }
         if let Some(poisson) = &self.ball.poisson {
             let message = "poisson tells how far a contact gives way; expected none, as designs are of a contact that is rigid along \
                            its surface";
-            check.wrong(poisson, message.to_owned());
+            source.wrong(poisson, message.to_owned());
         }
-        let (ball, _) = self.ball.check(source, problems);
-        let object =
-            self.object.as_ref().map(|object| object.as_ref().ball(&self.ball, &ball, source, problems));
+        let (ball, _) = self.ball.check(source);
+        let object = self.object.as_ref().map(|object| object.as_ref().ball(&self.ball, &ball, source));
         (ball, object)
     }
 }
 
 impl RawCamera {
-    fn check(&self, check: &mut Check) -> Camera {
+    fn check(&self, source: &Source) -> Camera {
         let default = Camera::default();
-        let fps = check.number(self.fps.as_ref(), "camera.fps", default.fps, POSITIVE);
+        let fps = source.number(self.fps.as_ref(), "camera.fps", default.fps, POSITIVE);
         let mut noise = 1e3 * default.position_sd_m;
         match (&self.position_sd_mm, &self.position_sd_px, &self.mm_per_px) {
             (Some(mm), None, None) => {
-                noise = check.number(Some(mm), "camera.position_sd_mm", noise, POSITIVE);
+                noise = source.number(Some(mm), "camera.position_sd_mm", noise, POSITIVE);
             }
             (None, Some(px), Some(mm_per_px)) => {
-                noise = check.number(Some(px), "camera.position_sd_px", 1.0, POSITIVE)
-                    * check.number(Some(mm_per_px), "camera.mm_per_px", 1.0, POSITIVE);
+                noise = source.number(Some(px), "camera.position_sd_px", 1.0, POSITIVE)
+                    * source.number(Some(mm_per_px), "camera.mm_per_px", 1.0, POSITIVE);
             }
             (None, None, None) => {}
             (given, px, scale) => {
                 let message = "the noise is stated in part or twice; expected position_sd_mm, or position_sd_px with mm_per_px";
                 if let Some(at) = px.as_ref().or(scale.as_ref()).or(given.as_ref()) {
-                    check.wrong(at, message.to_owned());
+                    source.wrong(at, message.to_owned());
                 }
             }
         }
-        let mut side = |given: Option<&Spanned<f64>>, key: &str, default: f64| {
-            let ms = check.number(given, key, default, POSITIVE);
+        let side = |given: Option<&Spanned<f64>>, key: &str, default: f64| {
+            let ms = source.number(given, key, default, POSITIVE);
             let frames = (1e-3 * ms * fps).round();
             if !(LEAST_FRAMES..=MOST_FRAMES).contains(&frames)
                 && let Some(at) = given.or(self.fps.as_ref())
@@ -198,7 +194,7 @@ impl RawCamera {
                 let message = format!(
                     "{key} is {ms}, which is {frames} frame(s) at {fps} fps; expected {LEAST_FRAMES} to {MOST_FRAMES}"
                 );
-                check.wrong(at, message);
+                source.wrong(at, message);
             }
             ms
         };
@@ -209,10 +205,10 @@ impl RawCamera {
 }
 
 impl RawKind {
-    fn check(&self, check: &mut Check) -> PlayedKind {
+    fn check(&self, source: &Source) -> PlayedKind {
         let name = self.name.as_ref().trim().to_owned();
         if name.is_empty() {
-            check.wrong(&self.name, "name is empty; expected one that the tables can show".to_owned());
+            source.wrong(&self.name, "name is empty; expected one that the tables can show".to_owned());
         }
         let spins: Condition = (|x| x.abs() <= 2.0, "from -2 to 2, in parts of the natural roll's");
         let topspin = match (&self.cue_spin, &self.topspin) {
@@ -222,25 +218,25 @@ impl RawKind {
                 Word::Draw => PlayedKind::DRAW,
                 Word::Slide => [0.5; 2],
             },
-            (None, Some(topspin)) => [check.number(Some(topspin), "topspin", 0.0, spins); 2],
+            (None, Some(topspin)) => [source.number(Some(topspin), "topspin", 0.0, spins); 2],
             (Some(_), Some(topspin)) => {
-                check.wrong(topspin, "both cue_spin and topspin; expected one of them".to_owned());
+                source.wrong(topspin, "both cue_spin and topspin; expected one of them".to_owned());
                 [0.0; 2]
             }
             (None, None) => {
                 let message =
                     format!("kind \"{name}\" has neither cue_spin nor topspin; expected one of them");
-                check.wrong(&self.name, message);
+                source.wrong(&self.name, message);
                 [0.0; 2]
             }
         };
-        let side = check.number(self.side.as_ref(), "side", 0.0, spins);
+        let side = source.number(self.side.as_ref(), "side", 0.0, spins);
         let sd = self.spin_sd_rad_s.as_ref().map(|given| {
             let sd = *given.as_ref();
             if !sd.iter().all(|sd| *sd > 0.0 && sd.is_finite()) {
                 let message =
                     "spin_sd_rad_s is no pair of errors; expected [cue ball's, object ball's], above 0";
-                check.wrong(given, message.to_owned());
+                source.wrong(given, message.to_owned());
             }
             sd
         });
@@ -257,15 +253,15 @@ impl RawKind {
         };
         if let (SpinFrom::Motion, true, Some(at)) = (from, side != 0.0, &self.spin_from) {
             let message = "spin_from is \"motion\", which does not show side spin; expected known or markers";
-            check.wrong(at, message.to_owned());
+            source.wrong(at, message.to_owned());
         }
         let default = PlayedKind::default();
-        let mut range =
+        let range =
             |given: &Option<Spanned<[f64; 2]>>, default: [f64; 2], good: fn([f64; 2]) -> bool, what: &str| {
                 let Some(given) = given else { return default };
                 let [from, to] = *given.as_ref();
                 if !(from <= to && good([from, to])) {
-                    check.wrong(given, what.to_owned());
+                    source.wrong(given, what.to_owned());
                 }
                 [from, to]
             };
@@ -284,7 +280,7 @@ impl RawKind {
         let shots = self.shots.as_ref().map_or(default.shots as i64, |given| {
             let shots = *given.as_ref();
             if !(1..=MOST_SHOTS as i64).contains(&shots) {
-                check.wrong(given, format!("shots is {shots}; expected 1 to {MOST_SHOTS}"));
+                source.wrong(given, format!("shots is {shots}; expected 1 to {MOST_SHOTS}"));
             }
             shots
         });

@@ -5,8 +5,7 @@ use std::fmt::Write as _;
 use serde::Deserialize;
 use toml::Spanned;
 
-use super::error::Problems;
-use super::toml_file::{Check, Condition, POSITIVE, Source};
+use super::toml_file::{Condition, POSITIVE, Source, bare};
 use crate::measurement::dataset::{ObjectBall, StatedObject};
 use crate::measurement::number::plain;
 use crate::physics::ball::{Ball, UNIFORM_SPHERE};
@@ -47,17 +46,9 @@ pub(crate) struct RawObject {
 
 impl RawObject {
     /// The object ball, where [object] says that it is not like the cue ball.
-    pub(crate) fn ball(
-        &self,
-        own: &RawBall,
-        cue: &Ball,
-        source: &Source,
-        problems: &mut Problems,
-    ) -> ObjectBall {
-        let mut check = Check { source, problems };
-        let mut positive = |given: &Option<Spanned<f64>>, key: &str| {
-            let value = |given| check.number(Some(given), key, 0.0, POSITIVE);
-            given.as_ref().map(value)
+    pub(crate) fn ball(&self, own: &RawBall, cue: &Ball, source: &Source) -> ObjectBall {
+        let positive = |given: &Option<Spanned<f64>>, key: &str| {
+            given.as_ref().map(|given| source.number(Some(given), key, 0.0, POSITIVE))
         };
         let stated = StatedObject {
             radius_m: positive(&self.radius_m, "object.radius_m"),
@@ -67,9 +58,9 @@ impl RawObject {
             inertia: positive(&self.inertia, "object.inertia"),
         };
         // what is wrong with the cue ball's own errors has been said with it
-        let own = [&own.mass_kg_sd, &own.radius_m_sd].map(|sd| sd.as_ref().map_or(0.0, |sd| *sd.as_ref()));
+        let own = [&own.mass_kg_sd, &own.radius_m_sd].map(|sd| bare(sd).unwrap_or(0.0));
         let object = stated.beside(*cue, own);
-        inertia_is_possible(self.inertia.as_ref(), "object.inertia", false, source, problems);
+        inertia_is_possible(self.inertia.as_ref(), "object.inertia", false, source);
         let ratio = cue.mass / object.ball.mass;
         let is_positive = |x: f64| x > 0.0 && x.is_finite();
         if let Some(mass) =
@@ -83,26 +74,25 @@ impl RawObject {
                 MASS_RATIOS.start(),
                 MASS_RATIOS.end()
             );
-            source.add(problems, &mass.span(), message);
+            source.wrong(mass, message);
         }
         object
     }
 
     /// What of the cue ball was taken for granted that the object ball is compared with.
     pub(crate) fn taken(&self, own: &RawBall, cue: &Ball) -> Vec<String> {
-        let differs =
-            |other: &Option<Spanned<f64>>, own: &Option<Spanned<f64>>| other.is_some() && own.is_none();
-        let said = |what: &str, value: String, key: &str| {
+        let both = [
+            ("mass", format!("{:.3} kg", cue.mass), "mass_kg", &self.mass_kg, &own.mass_kg),
+            ("radius", format!("{} m", cue.radius), "radius_m", &self.radius_m, &own.radius_m),
+        ];
+        let differ = both.into_iter().filter(|(.., other, own)| other.is_some() && own.is_none());
+        let said = differ.map(|(what, value, key, ..)| {
             format!(
                 "The cue ball's {what} was not stated; {value} was taken, against the object ball's of [object] {key}. If it differs, \
                  give [ball] {key}."
             )
-        };
-        let mass = differs(&self.mass_kg, &own.mass_kg)
-            .then(|| said("mass", format!("{:.3} kg", cue.mass), "mass_kg"));
-        let radius = differs(&self.radius_m, &own.radius_m)
-            .then(|| said("radius", format!("{} m", cue.radius), "radius_m"));
-        mass.into_iter().chain(radius).collect()
+        });
+        said.collect()
     }
 }
 
@@ -115,10 +105,10 @@ pub(crate) struct RawBalls {
 }
 
 impl RawBalls {
-    pub(crate) fn check(&self, source: &Source, problems: &mut Problems) {
-        let (cue, _) = self.ball.check(source, problems);
+    pub(crate) fn check(&self, source: &Source) {
+        let (cue, _) = self.ball.check(source);
         if let Some(object) = &self.object {
-            object.as_ref().ball(&self.ball, &cue, source, problems);
+            object.as_ref().ball(&self.ball, &cue, source);
         }
     }
 }
@@ -157,10 +147,9 @@ const ELASTIC: Condition = (|x| (0.0..=0.5).contains(&x), "Poisson's ratio, 0 to
 
 impl RawBall {
     /// The ball, and Poisson's ratio of what it is made of.
-    pub(crate) fn check(&self, source: &Source, problems: &mut Problems) -> (Ball, f64) {
-        let mut check = Check { source, problems };
-        let mut positive = |given: &Option<Spanned<f64>>, key: &str, default: f64| {
-            check.number(given.as_ref(), key, default, POSITIVE)
+    pub(crate) fn check(&self, source: &Source) -> (Ball, f64) {
+        let positive = |given: &Option<Spanned<f64>>, key: &str, default: f64| {
+            source.number(given.as_ref(), key, default, POSITIVE)
         };
         let radius = positive(&self.radius_m, "radius_m", Ball::POOL.radius);
         let mass = positive(&self.mass_kg, "mass_kg", Ball::POOL.mass);
@@ -168,27 +157,21 @@ impl RawBall {
         for (sd, key) in [(&self.radius_m_sd, "radius_m_sd"), (&self.mass_kg_sd, "mass_kg_sd")] {
             positive(sd, key, 0.0);
         }
-        let poisson = check.number(self.poisson.as_ref(), "poisson", POISSON, ELASTIC);
-        let disc = self.shape.as_ref().is_some_and(|shape| *shape.as_ref() == Shape::Disc);
-        inertia_is_possible(self.inertia.as_ref(), "inertia", disc, source, problems);
+        let poisson = source.number(self.poisson.as_ref(), "poisson", POISSON, ELASTIC);
+        let disc = bare(&self.shape) == Some(Shape::Disc);
+        inertia_is_possible(self.inertia.as_ref(), "inertia", disc, source);
         (Ball { radius, mass, inertia }, poisson)
     }
 }
 
 /// Refuses what no body of this shape has.
-fn inertia_is_possible(
-    given: Option<&Spanned<f64>>,
-    key: &str,
-    disc: bool,
-    source: &Source,
-    problems: &mut Problems,
-) {
+fn inertia_is_possible(given: Option<&Spanned<f64>>, key: &str, disc: bool, source: &Source) {
     let (most, said) =
         if disc { (1.0, "1, that of a ring") } else { (2.0 / 3.0, "2/3, that of a hollow sphere") };
     let hollow = |value: &&Spanned<f64>| value.as_ref().is_finite() && *value.as_ref() > most;
     if let Some(value) = given.filter(hollow) {
         let text = source.written(&value.span());
         let message = format!("{key} is {text}; expected at most {said}");
-        source.add(problems, &value.span(), message);
+        source.wrong(value, message);
     }
 }

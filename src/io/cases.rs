@@ -133,37 +133,24 @@ pub fn collide_all(
     const NUMBERS: [&str; 9] =
         ["speed_m_s", "cut_deg", "omega_x", "omega_y", "omega_z", "mu", "mu_s", "e", "radius_m"];
     const OPTIONAL: [&str; 2] = ["kappa", "mass_ratio"];
-    let mut problems = Problems::new(format!("the cases {} cannot be computed:", path.display()));
-    let Some(table) = Table::read(path, &mut problems) else { return Err(problems.into_error()) };
+    let problems = Problems::new(format!("the cases {} cannot be computed:", path.display()));
+    let Some(table) = Table::read(path, &problems) else { return Err(problems.into_error()) };
     let needed: Vec<_> = ["name"].into_iter().chain(NUMBERS).collect();
     let known: Vec<_> = needed.iter().copied().chain(OPTIONAL).collect();
     for column in &needed {
-        table.require(column, &known, &mut problems);
+        table.require(column, &known);
     }
-    let columns = NUMBERS.map(|column| table.numbers(column, &mut problems).unwrap_or_default());
-    let optional = OPTIONAL.map(|column| table.numbers(column, &mut problems).unwrap_or_default());
+    let columns = NUMBERS.map(|column| table.numbers(column).unwrap_or_default());
+    let optional = OPTIONAL.map(|column| table.numbers(column).unwrap_or_default());
     let mut collided = Vec::with_capacity(table.rows());
     for row in 0..table.rows() {
-        let cells = columns.each_ref().map(|column| column.get(row).copied().flatten());
-        let [
-            Some(speed),
-            Some(cut_deg),
-            Some(x),
-            Some(y),
-            Some(z),
-            Some(mu),
-            Some(mu_s),
-            Some(e),
-            Some(radius),
-        ] = cells
-        else {
-            continue;
-        };
+        let cells: Option<Vec<f64>> = columns.iter().map(|column| *column.get(row)?).collect();
+        let cells = cells.unwrap_or_default();
+        let [speed, cut_deg, x, y, z, mu, mu_s, e, radius] = cells[..] else { continue };
         let name = table.text("name", row).unwrap_or_default().to_string();
         let [kappa, mass_ratio] = optional.each_ref().map(|column| column.get(row).copied().flatten());
         let spin = Vec3::new(x, y, z);
         let case = Case { name, speed, cut_deg, spin, mu, mu_s, e, radius, kappa, mass_ratio };
-        let line = table.line(row);
         let computed = model(&case).and_then(|model| match case.collide(&model) {
             Ok(outcome) => Ok((model, Ok(outcome))),
             Err(BadCase::NotACollision(
@@ -172,10 +159,10 @@ pub fn collide_all(
             Err(error) => Err(error),
         });
         match computed {
-            Ok((model, outcome)) => collided.push(Computed { case, line, model, outcome }),
+            Ok((model, outcome)) => collided.push(Computed { case, line: table.line(row), model, outcome }),
             Err(error) => {
                 let message = format!("\"{}\" is no collision: {error}", case.name);
-                problems.add(path, Some(line), error.column(), message);
+                table.wrong(row, error.column(), message);
             }
         }
     }

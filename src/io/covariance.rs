@@ -33,10 +33,10 @@ pub(crate) fn quantities(shot: &Shot) -> Vec<&'static str> {
 }
 
 /// Gives every shot its joint errors, with what the shots share.
-pub(crate) fn read(path: &Path, shots: &mut [Shot], shared: &[Shared], problems: &mut Problems) {
+pub(crate) fn read(path: &Path, shots: &mut [Shot], shared: &[Shared], problems: &Problems) {
     let Some(table) = Table::read(path, problems) else { return };
     for column in ["shot", "quantity"] {
-        table.require(column, &["shot", "quantity"], problems);
+        table.require(column, &["shot", "quantity"]);
     }
     let mut rows: HashMap<(&str, &str), usize> = HashMap::new();
     for row in 0..table.rows() {
@@ -48,15 +48,12 @@ pub(crate) fn read(path: &Path, shots: &mut [Shot], shared: &[Shared], problems:
                 "\"{quantity}\" of shot {shot} also stands in line {}; expected it once",
                 table.line(first)
             );
-            problems.add(path, Some(table.line(row)), Some("quantity"), message);
+            table.wrong(row, "quantity", message);
         }
     }
-    let mut columns: HashMap<&str, Vec<Option<f64>>> = HashMap::new();
-    for name in table.names().into_iter().filter(|name| !["shot", "quantity"].contains(name)) {
-        if let Some(numbers) = table.numbers(name, problems) {
-            columns.insert(name, numbers);
-        }
-    }
+    let others = table.names().filter(|name| !["shot", "quantity"].contains(name));
+    let columns: HashMap<&str, Vec<Option<f64>>> =
+        others.filter_map(|name| Some((name, table.numbers(name)?))).collect();
     for shot in shots {
         let names = quantities(shot);
         let mut joint = Joint {
@@ -67,7 +64,7 @@ pub(crate) fn read(path: &Path, shots: &mut [Shot], shared: &[Shared], problems:
         for (i, name) in names.iter().enumerate() {
             let Some(row) = rows.get(&(shot.name.as_str(), *name)) else {
                 let message = format!("no row of \"{name}\" for shot {}; expected one", shot.name);
-                problems.add(path, None, Some("quantity"), message);
+                problems.add(path, None, "quantity", message);
                 complete = false;
                 continue;
             };
@@ -75,7 +72,7 @@ pub(crate) fn read(path: &Path, shots: &mut [Shot], shared: &[Shared], problems:
                 let value = columns.get(column).and_then(|numbers| numbers[*row]);
                 if value.is_none() {
                     let message = format!("no covariance of \"{name}\" with \"{column}\"; expected a number");
-                    problems.add(path, Some(table.line(*row)), Some(column), message);
+                    table.wrong(*row, column, message);
                     complete = false;
                 }
                 value.unwrap_or(f64::NAN)
@@ -95,7 +92,7 @@ pub(crate) fn read(path: &Path, shots: &mut [Shot], shared: &[Shared], problems:
 }
 
 /// Complains if a matrix is no covariance.
-fn check(path: &Path, shot: &Shot, names: &[&str], covariance: &DMatrix<f64>, problems: &mut Problems) {
+fn check(path: &Path, shot: &Shot, names: &[&str], covariance: &DMatrix<f64>, problems: &Problems) {
     for (i, name) in names.iter().enumerate() {
         let variance = covariance[(i, i)];
         if variance < 0.0 {
@@ -103,7 +100,7 @@ fn check(path: &Path, shot: &Shot, names: &[&str], covariance: &DMatrix<f64>, pr
                 "the variance of \"{name}\" of shot {} is {variance:e}; expected 0 or more",
                 shot.name
             );
-            problems.add(path, None, Some(name), message);
+            problems.add(path, None, *name, message);
         }
         for j in 0..i {
             let scale = (variance * covariance[(j, j)]).abs().sqrt();
@@ -114,7 +111,7 @@ fn check(path: &Path, shot: &Shot, names: &[&str], covariance: &DMatrix<f64>, pr
                      other; expected the same",
                     names[j], shot.name
                 );
-                problems.add(path, None, Some(name), message);
+                problems.add(path, None, *name, message);
             }
         }
     }

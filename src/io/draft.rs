@@ -6,7 +6,7 @@ use super::draft_columns::{describe_columns, describe_guess, describe_problems};
 pub use super::draft_error::InitError;
 use super::draft_files::{is_no_table, listed};
 use super::draft_scale::Lengths;
-use super::draft_sheet::{Sheet, quoted};
+use super::draft_sheet::{BLANKS, OBJECT, Sheet, quoted};
 use super::tracking::shots_table::KNOWN;
 use super::{Survey, header, survey};
 
@@ -41,12 +41,13 @@ enum Seen {
 }
 
 impl Seen {
-    fn what(&self) -> &'static str {
+    /// Its kind in dataset.toml, and in words.
+    fn kind(&self) -> (&'static str, &'static str) {
         match self {
-            Self::Tracks(_) => "a file of tracks",
-            Self::Impacts => "a table of impacts",
-            Self::Angles { .. } => "a table of angles",
-            Self::Unknown(_) => "in no known format",
+            Self::Tracks(_) => ("tracks", "a file of tracks"),
+            Self::Impacts => ("impacts", "a table of impacts"),
+            Self::Angles { .. } => ("angles", "a table of angles"),
+            Self::Unknown(_) => ("tracks", "in no known format"),
         }
     }
 }
@@ -65,60 +66,49 @@ pub fn draft(named: &[PathBuf]) -> Result<Draft, InitError> {
     };
     let table = if files.len() > 1 { files.iter().position(is_shots).map(|i| files.remove(i)) } else { None };
     let Looked { seen, no_tables } = look_at(&files)?;
-    let files: Vec<PathBuf> = seen.iter().map(|(file, _)| file.clone()).collect();
     let folder = match named {
         // the tables may all be in one folder of it
         [folder] if folder.is_dir() => folder.clone(),
-        _ => common_folder(&files),
+        _ => common_folder(&seen),
     };
-    let mut sheet = Sheet { text: String::new(), found: Vec::new(), blanks: Vec::new() };
+    let mut sheet = Sheet::default();
     let here = if folder.as_os_str().is_empty() { Path::new(".") } else { &folder };
     for file in no_tables {
-        sheet.found.push(format!("{}: no table of positions or measurements; left out.", file.display()));
+        sheet.find(format!("{}: no table of positions or measurements; left out.", file.display()));
     }
     let name = std::path::absolute(here).unwrap_or_else(|_| folder.clone());
     let name = name.file_name().map_or("my-data".to_string(), |name| name.to_string_lossy().into_owned());
-    sheet.line(&format!("name = {}          # also the name of its folder under fits/", quoted(&name)));
-    let kind = match seen.first() {
-        Some((_, Seen::Impacts)) => "impacts",
-        Some((_, Seen::Angles { .. })) => "angles",
-        _ => "tracks",
-    };
-    sheet.line(&format!("kind = \"{kind}\""));
-    let listed: Vec<String> = files
-        .iter()
-        .map(|file| quoted(&file.strip_prefix(&folder).unwrap_or(file).to_string_lossy().replace('\\', "/")))
-        .collect();
-    sheet.line(&format!("files = [{}]", listed.join(", ")));
-    sheet.blank(
-        "cloth",
-        "# cloth = \"…\"",
-        "which cloth: `caromfit compare` tells cloths apart by it; optional",
-    );
-    sheet.blank("source", "# source = \"…\"", "who measured it, how, when; optional");
-    let tracks: Vec<(&PathBuf, &Survey)> = seen
-        .iter()
-        .filter_map(|(file, seen)| if let Seen::Tracks(survey) = seen { Some((file, survey)) } else { None })
-        .collect();
+    sheet.line(format!("name = {}          # also the name of its folder under fits/", quoted(&name)));
+    let kind = seen.first().map_or("tracks", |(_, first)| first.kind().0);
+    sheet.line(format!("kind = \"{kind}\""));
+    let within =
+        |file: &PathBuf| file.strip_prefix(&folder).unwrap_or(file).to_string_lossy().replace('\\', "/");
+    let listed: Vec<String> = seen.iter().map(|(file, _)| quoted(&within(file))).collect();
+    sheet.line(format!("files = [{}]", listed.join(", ")));
+    sheet.blank("cloth", "which cloth: `caromfit compare` tells cloths apart by it; optional");
+    sheet.blank("source", "who measured it, how, when; optional");
+    let tracks = seen.iter().filter_map(|(file, seen)| match seen {
+        Seen::Tracks(survey) => Some((file, survey)),
+        _ => None,
+    });
+    let tracks: Vec<(&PathBuf, &Survey)> = tracks.collect();
     let lengths = Lengths::of(&tracks);
-    let are_discs = matches!(seen.first(), Some((_, Seen::Tracks(survey))) if survey.are_discs);
+    let are_discs = tracks.first().is_some_and(|(_, survey)| survey.are_discs);
     sheet.line("\n[ball]");
     if are_discs {
-        sheet.line("shape = \"disc\"               # what was followed are points on two discs, or discs with their angles");
+        sheet.noted(
+            "shape = \"disc\"",
+            "what was followed are points on two discs, or discs with their angles",
+        );
         sheet.blank(
             "radius_m",
-            "# radius_m = …",
             "of the discs; optional: else the tracks tell how far apart they are when they touch",
         );
-        sheet.blank(
-            "mass_kg",
-            "# mass_kg = …",
-            "of the first disc, and [object] mass_kg of the second; optional",
-        );
+        sheet.blank("mass_kg", "of the first disc, and [object] mass_kg of the second; optional");
     } else {
         lengths.describe_radius(&mut sheet);
         if kind == "tracks" {
-            sheet.line("# shape = \"disc\"             # pucks and coins, which slide and do not roll");
+            sheet.noted("# shape = \"disc\"", "pucks and coins, which slide and do not roll");
         }
     }
     let spins = matches!(seen.first(), Some((_, Seen::Angles { spin: true })));
@@ -126,7 +116,6 @@ pub fn draft(named: &[PathBuf]) -> Result<Draft, InitError> {
         sheet.line("\n[cue_spin]");
         sheet.blank(
             "cue_spin",
-            "# assume = \"…\"",
             "stun (it slides without turning), natural-roll (it rolls), measured, unknown",
         );
     }
@@ -137,32 +126,15 @@ pub fn draft(named: &[PathBuf]) -> Result<Draft, InitError> {
         describe_columns(file, names, &mut sheet);
     }
     let Sheet { text, found, mut blanks } = sheet;
-    blanks.sort_by_key(|blank| ORDER.iter().position(|known| known == blank).unwrap_or(ORDER.len()));
+    blanks.sort_by_key(|blank| BLANKS.iter().position(|(known, _)| known == blank).unwrap_or(BLANKS.len()));
     let head = "# Drafted by caromfit init. Lines that say FILL IN wait for what the files do not tell.\n";
-    let mut names: Vec<String> = Vec::new();
-    for (name, _) in tracks.iter().flat_map(|(_, survey)| &survey.tracks) {
-        if !names.contains(name) {
-            names.push(name.clone());
-        }
-    }
+    let names = names(&tracks).into_iter().map(|(name, _)| name.to_owned()).collect();
     let follows = tracks.first().and_then(|(_, survey)| times(survey).0);
     Ok(Draft { folder, text: format!("{head}{text}"), found, blanks, tracks: names, follows, are_discs })
 }
 
 /// The ball that moves first by this part of the film is the cue ball.
 const EARLIER: f64 = 0.05;
-
-/// The most important first.
-const ORDER: [&str; 8] = [
-    "capture_fps",
-    "length_unit",
-    "which ball is which",
-    "cue_spin",
-    "radius_m",
-    "mass_kg",
-    "cloth",
-    "source",
-];
 
 /// 1 shot, 2 shots.
 fn counted(count: usize, what: &str) -> String {
@@ -196,9 +168,9 @@ fn look_at(files: &[PathBuf]) -> Result<Looked, InitError> {
         }
     }
     if let Some((other_path, other)) = seen.first()
-        && let Some((path, now)) = seen.iter().find(|(_, now)| now.what() != other.what())
+        && let Some((path, now)) = seen.iter().find(|(_, now)| now.kind() != other.kind())
     {
-        let (what, other) = (now.what(), other.what());
+        let [(_, what), (_, other)] = [now, other].map(Seen::kind);
         return Err(InitError::Mixed { path: path.clone(), what, other_path: other_path.clone(), other });
     }
     Ok(Looked { seen, no_tables })
@@ -240,13 +212,21 @@ fn tells_of_shots(file: &Path) -> bool {
         && !has("x")
 }
 
-fn common_folder(files: &[PathBuf]) -> PathBuf {
-    let parent = |file: &PathBuf| file.parent().map(Path::to_path_buf).unwrap_or_default();
-    let mut folder = files.first().map(parent).unwrap_or_default();
-    while !files.iter().all(|file| file.starts_with(&folder)) {
-        folder = folder.parent().map(Path::to_path_buf).unwrap_or_default();
+fn common_folder(files: &[(PathBuf, Seen)]) -> PathBuf {
+    let holds_all = |folder: &&Path| files.iter().all(|(file, _)| file.starts_with(folder));
+    let above = files.first().and_then(|(file, _)| file.ancestors().skip(1).find(holds_all));
+    above.map(Path::to_path_buf).unwrap_or_default()
+}
+
+/// The names of all tracks in the order of first appearance, with the part of the time at which each begins to move.
+fn names<'a>(all: &[(&PathBuf, &'a Survey)]) -> Vec<(&'a str, f64)> {
+    let mut names: Vec<(&str, f64)> = Vec::new();
+    for (name, begin) in all.iter().flat_map(|(_, survey)| &survey.tracks) {
+        if !names.iter().any(|(known, _)| known == name) {
+            names.push((name, *begin));
+        }
     }
-    folder
+    names
 }
 
 /// Frames per second that the times follow, and their unit where they cannot be in seconds, as what they are taken for.
@@ -271,67 +251,62 @@ fn describe_tracks(all: &[(&PathBuf, &Survey)], lengths: &Lengths, table: Option
     } else {
         counted(shots, "shot")
     };
-    sheet.found.push(format!("{} of tracks, format {}, {what}.", counted(all.len(), "file"), first.format));
+    sheet.find(format!("{} of tracks, format {}, {what}.", counted(all.len(), "file"), first.format));
     sheet.line("\n[video]");
     let (follows, time_unit) = times(first);
     match (first.stated_fps, follows) {
         (Some(fps), _) => {
-            sheet.found.push(format!("{} states {fps} frames per second.", file.display()));
-            sheet.line(&format!("capture_fps = {fps:?}         # as the file states"));
+            sheet.find(format!("{} states {fps} frames per second.", file.display()));
+            sheet.line(format!("capture_fps = {fps:?}         # as the file states"));
         }
         (None, Some(fps)) => {
             let fps = format!("{fps:.4}");
             let fps = fps.trim_end_matches('0').trim_end_matches('.');
-            sheet.found.push(format!("The times follow {fps} frames per second."));
+            sheet.find(format!("The times follow {fps} frames per second."));
             let why = format!(
                 "what the camera recorded at, not the playback rate. The times in the files follow {fps} frames per second"
             );
-            sheet.blank("capture_fps", "# capture_fps = …", &why);
-            let playback = format!("# playback_fps = {fps}");
-            sheet.line(&format!(
-                "{playback:<28} # take the # away if the camera recorded faster, so that these times are those of slow motion"
-            ));
+            sheet.blank("capture_fps", why);
+            sheet.noted(
+                format!("# playback_fps = {fps}"),
+                "take the # away if the camera recorded faster, so that these times are those of slow motion",
+            );
         }
         (None, None) => {
             let in_frames = if first.in_frames { "; times are in frames" } else { "" };
             let why =
                 format!("frames per second that the camera recorded at, not the playback rate{in_frames}");
-            sheet.blank("capture_fps", "# capture_fps = …", &why);
+            sheet.blank("capture_fps", why);
         }
     }
     lengths.describe_scale(sheet);
     let mut exchanged = false;
     sheet.line("\n[tracks]");
-    sheet.line(&format!("format = \"{}\"", if first.columns.is_empty() { "auto" } else { "columns" }));
+    sheet.line(format!("format = \"{}\"", if first.guess.columns.is_empty() { "auto" } else { "columns" }));
     if let Some(unit) = time_unit {
         let are = if unit == "frames" { "numbers of frames" } else { unit };
-        sheet.found.push(format!("No film is as slow as the times are in seconds: taken as {are}."));
-        let line = format!("time_unit = \"{unit}\"");
-        sheet.line(&format!(
-            "{line:<28} # in seconds the times would be those of a film far too slow: check it"
-        ));
+        sheet.find(format!("No film is as slow as the times are in seconds: taken as {are}."));
+        let why = "in seconds the times would be those of a film far too slow: check it";
+        sheet.noted(format!("time_unit = \"{unit}\""), why);
     }
-    if first.are_discs && first.columns.is_empty() {
-        sheet.found.push("Points keep their distances in two groups: two discs.".to_string());
+    if first.are_discs && first.guess.columns.is_empty() {
+        sheet.find("Points keep their distances in two groups: two discs.".to_string());
         sheet.line("# cue and object are found for every shot: the disc that moves first is cue. Else: cue = [\"…\", \"…\", \"…\"]");
     } else {
         exchanged = describe_balls(all, sheet);
     }
     if let Some(table) = table {
-        sheet.found.push(format!("{}: what differs from shot to shot.", table.display()));
+        sheet.find(format!("{}: what differs from shot to shot.", table.display()));
         let name = table.file_name().unwrap_or_default().to_string_lossy();
-        sheet.line(&format!("shots = {}", quoted(&name)));
+        sheet.line(format!("shots = {}", quoted(&name)));
     } else {
-        sheet.line(&format!(
+        sheet.line(format!(
             "# shots = \"{SHOTS}\"         # optional: shot, and any of {}",
             KNOWN[1..].join(", ")
         ));
     }
-    if let (Some(unit), None) = (first.time_unit, time_unit) {
-        sheet.line(&format!(
-            "{:<28} # as the steps of the times suggest: check it",
-            format!("time_unit = \"{unit}\"")
-        ));
+    if let (Some(unit), None) = (first.guess.time_unit, time_unit) {
+        sheet.noted(format!("time_unit = \"{unit}\""), "as the steps of the times suggest: check it");
     }
     describe_guess(first, exchanged, sheet);
     describe_problems(all, sheet);
@@ -339,37 +314,33 @@ fn describe_tracks(all: &[(&PathBuf, &Survey)], lengths: &Lengths, table: Option
 
 /// Names both balls; whether the columns that were guessed have to be exchanged, since the ball of object_x moves first.
 fn describe_balls(all: &[(&PathBuf, &Survey)], sheet: &mut Sheet) -> bool {
-    let mut names: Vec<(&str, f64)> = Vec::new();
-    for (name, begin) in all.iter().flat_map(|(_, survey)| &survey.tracks) {
-        if !names.iter().any(|(known, _)| *known == name.as_str()) {
-            names.push((name, *begin));
-        }
-    }
+    let names = names(all);
     let listed: Vec<String> = names.iter().map(|(name, _)| format!("\"{name}\"")).collect();
-    sheet.found.push(format!("Tracks: {}.", listed.join(", ")));
+    sheet.find(format!("Tracks: {}.", listed.join(", ")));
     let order = match names.as_slice() {
         [a, b] if a.1 + EARLIER < b.1 => Some((a.0, b.0)),
         [a, b] if b.1 + EARLIER < a.1 => Some((b.0, a.0)),
         _ => None,
     };
     // a table with a row per frame names the balls by its columns
-    let wide = all.first().is_some_and(|(_, survey)| survey.columns.iter().any(|(key, _)| *key == "cue_x"));
+    let wide =
+        all.first().is_some_and(|(_, survey)| survey.guess.columns.iter().any(|(key, _)| *key == "cue_x"));
     match order {
         Some((cue, _)) if wide => {
-            let first = all
-                .first()
-                .and_then(|(_, survey)| survey.columns.iter().find(|(key, _)| *key == format!("{cue}_x")));
+            let first = all.first().and_then(|(_, survey)| {
+                survey.guess.columns.iter().find(|(key, _)| *key == format!("{cue}_x"))
+            });
             let column = first.map_or("", |(_, column)| column);
             // names that say which ball it is are believed
             if cue != "cue" && column.contains("obj") {
-                sheet.found.push(format!(
+                sheet.find(format!(
                     "The ball of column {column} moves first: is it the cue ball? Then exchange the columns."
                 ));
-                sheet.line(&format!("# the ball of column {column} moves first: exchange cue and object below if it is the cue ball"));
+                sheet.line(format!("# the ball of column {column} moves first: exchange cue and object below if it is the cue ball"));
                 return false;
             }
-            sheet.found.push(format!("The ball of column {column} moves first: taken as the cue ball."));
-            sheet.line(&format!("# the ball of column {column} moves first, and so is the cue ball"));
+            sheet.find(format!("The ball of column {column} moves first: taken as the cue ball."));
+            sheet.line(format!("# the ball of column {column} moves first, and so is the cue ball"));
             return cue != "cue";
         }
         None if wide => {
@@ -378,17 +349,17 @@ fn describe_balls(all: &[(&PathBuf, &Survey)], sheet: &mut Sheet) -> bool {
             );
         }
         Some((cue, object)) => {
-            sheet.found.push(format!("\"{cue}\" moves first: taken as the cue ball."));
-            sheet.line(&format!("cue = {:<24} # it moves first", quoted(cue)));
-            sheet.line(&format!("object = {}", quoted(object)));
+            sheet.find(format!("\"{cue}\" moves first: taken as the cue ball."));
+            sheet.line(format!("cue = {:<24} # it moves first", quoted(cue)));
+            sheet.line(format!("object = {}", quoted(object)));
         }
         None => {
             let why = format!(
                 "which track is the cue ball; the files have {} (where it differs from shot to shot: column cue of {SHOTS})",
                 listed.join(", ")
             );
-            sheet.blank("which ball is which", "# cue = \"…\"", &why);
-            sheet.line("# object = \"…\"               # and which the object ball");
+            sheet.blank("which ball is which", why);
+            sheet.noted(OBJECT, "and which the object ball");
         }
     }
     false

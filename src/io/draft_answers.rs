@@ -1,32 +1,19 @@
 //! Answers to what a draft leaves blank: the lines that say FILL IN, with what is known put in.
 
 use super::draft::Draft;
-use super::draft_sheet::{BLANK, quoted};
-
-/// What a draft may leave blank that nobody but the user knows, how its line begins, and which line follows from the same answer.
-const PLACES: [(&str, &str, Option<&str>); 4] = [
-    ("capture_fps", "# capture_fps = …", None),
-    ("length_unit", "# length_unit = \"…\"", None),
-    ("which ball is which", "# cue = \"…\"", Some("# object = \"…\"")),
-    ("cue_spin", "# assume = \"…\"", None),
-];
+use super::draft_sheet::{BLANK, BLANKS, OBJECT, quoted};
 
 impl Draft {
     /// Puts lines of TOML in the place of a blank; whether there was such a blank.
     pub fn fill(&mut self, blank: &str, lines: &str) -> bool {
-        let Some((_, place, follower)) = PLACES.iter().find(|(name, ..)| *name == blank) else {
-            return false;
-        };
-        if !self.blanks.contains(&blank) {
-            return false;
-        }
-        let follows = |line: &str| follower.is_some_and(|follower| line.starts_with(follower));
-        let mut text = String::with_capacity(self.text.len() + lines.len());
-        for line in self.text.lines().filter(|line| !follows(line)) {
-            text.push_str(if line.starts_with(place) && line.contains(BLANK) { lines } else { line });
-            text.push('\n');
-        }
-        self.text = text;
+        let known = BLANKS[..4].iter().find(|(known, _)| *known == blank);
+        let Some((_, place)) = known.filter(|_| self.blanks.contains(&blank)) else { return false };
+        // both balls are one answer
+        let follows = |line: &&str| blank == "which ball is which" && line.starts_with(OBJECT);
+        let is_place = |line: &str| line.starts_with(place) && line.contains(BLANK);
+        let rest = self.text.lines().filter(|line| !follows(line));
+        let filled = rest.map(|line| if is_place(line) { lines } else { line });
+        self.text = filled.collect::<Vec<_>>().join("\n") + "\n";
         self.blanks.retain(|known| *known != blank);
         true
     }

@@ -4,7 +4,8 @@ use std::path::{Path, PathBuf};
 
 use super::Survey;
 use super::draft_files::numbers;
-use super::draft_sheet::{Sheet, quoted};
+use super::draft_scale::describe_y_axis;
+use super::draft_sheet::{OBJECT, Sheet, quoted};
 use super::text::decode;
 
 /// So many columns of a table are listed, and so many characters of the name of one.
@@ -16,24 +17,23 @@ const MOST_PROBLEMS: usize = 3;
 
 /// What `[tracks.columns]` most likely is, with the columns of both balls exchanged or not.
 pub(super) fn describe_guess(survey: &Survey, exchanged: bool, sheet: &mut Sheet) {
-    if survey.columns.is_empty() {
+    if survey.guess.columns.is_empty() {
         return;
     }
-    let message = "In no known format: [tracks.columns] is guessed from the names of columns; check it.";
-    sheet.found.push(message.to_string());
+    sheet.find("In no known format: [tracks.columns] is guessed from the names of columns; check it.");
     sheet.line("\n[tracks.columns]              # guessed: check it");
-    if let Some(name) = &survey.perhaps_time {
+    if let Some(name) = &survey.guess.perhaps_time {
         let why = "its numbers grow from row to row: frame, if they number the frames, or t and [tracks] time_unit, if they are times; \
                    else each row is taken as one frame";
-        sheet.blank("which column is what", &format!("# frame = {}", quoted(name)), why);
+        sheet.blank_line("which column is what", &format!("# frame = {}", quoted(name)), why);
     }
-    for (key, value) in &survey.columns {
+    for (key, value) in &survey.guess.columns {
         // the same keys in the same order, with the columns of the other ball
         let other = key.strip_prefix("cue_").map(|rest| ["object_", rest]);
         let other = other.or(key.strip_prefix("object_").map(|rest| ["cue_", rest])).filter(|_| exchanged);
-        let of = |key: &str| survey.columns.iter().find(|(own, _)| *own == key).map(|(_, value)| value);
+        let of = |key: &str| survey.guess.columns.iter().find(|(own, _)| *own == key).map(|(_, value)| value);
         let value = other.and_then(|key| of(&key.concat())).unwrap_or(value);
-        sheet.line(&format!("{key} = {value}"));
+        sheet.line(format!("{key} = {value}"));
     }
 }
 
@@ -47,7 +47,7 @@ pub(super) fn describe_problems(all: &[(&PathBuf, &Survey)], sheet: &mut Sheet) 
     let more = if more > 0 { format!(" (and {more} more)") } else { String::new() };
     let shown: Vec<String> =
         problems.iter().take(MOST_PROBLEMS).map(|problem| format!("\n  {problem}")).collect();
-    sheet.found.push(format!("To be corrected in the files{more}:{}", shown.concat()));
+    sheet.find(format!("To be corrected in the files{more}:{}", shown.concat()));
 }
 
 /// A text, or how a long one begins.
@@ -99,30 +99,22 @@ pub(super) fn describe_columns(file: &Path, names: &[String], sheet: &mut Sheet)
     } else {
         format!("its first line is {}", listed.join(", "))
     };
-    sheet.found.push(format!(
+    sheet.find(format!(
         "{}: no known format; {shown}. Say under [tracks.columns] which column is what, by its name or by its number, from 1 on.",
         file.display(),
     ));
     sheet.line("\n[video]");
-    sheet.blank("capture_fps", "# capture_fps = …", "frames per second that the camera recorded at");
+    sheet.blank("capture_fps", "frames per second that the camera recorded at");
     sheet.line("\n[scale]");
-    sheet.blank(
-        "length_unit",
-        "# length_unit = \"…\"",
-        "m, cm, mm, in, ft, or px (the balls are then the ruler)",
-    );
-    sheet
-        .line("y_axis = \"up\"                # \"down\" where y grows downwards, as in pixels of a picture");
+    sheet.blank("length_unit", "m, cm, mm, in, ft, or px (the balls are then the ruler)");
+    describe_y_axis(sheet);
     sheet.line("\n[tracks]");
-    sheet.line("# cue = \"…\"                  # only of a table with one row per ball and frame: its name of the cue ball");
-    sheet.line("# object = \"…\"               # and of the object ball");
+    sheet.noted("# cue = \"…\"", "only of a table with one row per ball and frame: its name of the cue ball");
+    sheet.noted(OBJECT, "and of the object ball");
     if is_deep {
-        sheet.line("# Above the first row of numbers:");
-        for line in &top.header {
-            sheet.line(&format!("#   {line}"));
-        }
+        sheet.line(format!("# Above the first row of numbers:\n#   {}", top.header.join("\n#   ")));
     } else {
-        sheet.line(&format!("# The first line of the file:\n#   {}", listed.join(", ")));
+        sheet.line(format!("# The first line of the file:\n#   {}", listed.join(", ")));
     }
     if let Some(row) = &top.row {
         let separator = [';', '\t', ','].into_iter().find(|c| row.contains(*c)).unwrap_or(' ');
@@ -130,23 +122,17 @@ pub(super) fn describe_columns(file: &Path, names: &[String], sheet: &mut Sheet)
         let numbered = cells.take(MOST_COLUMNS).enumerate();
         let numbered: Vec<String> =
             numbered.map(|(i, cell)| format!("{}: {}", i + 1, cut(cell.trim(), LONGEST_COLUMN))).collect();
-        sheet.line(&format!(
+        sheet.line(format!(
             "# The first row of numbers, with the number of each column:\n#   {}",
             numbered.join("  ")
         ));
     }
     sheet.line("[tracks.columns]              # a column by its name, t = \"time\", or by its number, t = 1");
-    sheet.blank(
+    sheet.blank_line(
         "which column is what",
         "# t = …",
         "time in seconds, or frame = …; without either, each row is a frame",
     );
-    sheet.line("# One row per frame:");
-    for key in ["cue_x", "cue_y", "object_x", "object_y"] {
-        sheet.line(&format!("# {key} = …"));
-    }
-    sheet.line("# Or one row per ball and frame:");
-    for key in ["ball", "x", "y"] {
-        sheet.line(&format!("# {key} = …"));
-    }
+    sheet.line("# One row per frame:\n# cue_x = …\n# cue_y = …\n# object_x = …\n# object_y = …");
+    sheet.line("# Or one row per ball and frame:\n# ball = …\n# x = …\n# y = …");
 }

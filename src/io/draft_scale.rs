@@ -62,16 +62,15 @@ impl Lengths {
 
     /// Another unit in which the centres come as near as those of balls that touch: `; in feet they would come as near as 57.5 mm`.
     fn other_unit(&self) -> String {
-        let fits = |(unit, _): &&(&str, &str)| self.nearest.is_finite() && self.could_be(unit);
-        let found: Vec<String> = UNITS
-            .iter()
-            .filter(fits)
-            .filter_map(|(unit, name)| Some((name, 1e3 * self.nearest * metres(unit)?)))
-            .map(|(name, millimetres)| {
-                format!("in {name} they would come as near as {millimetres:.1} mm, as balls that touch")
-            })
-            .collect();
-        if found.is_empty() || self.are_discs { String::new() } else { format!("; {}", found.join(", ")) }
+        let said = |(unit, name): &(&str, &str)| {
+            let millimetres = 1e3 * self.nearest * metres(unit).filter(|_| self.could_be(unit))?;
+            Some(format!("in {name} they would come as near as {millimetres:.1} mm, as balls that touch"))
+        };
+        if self.are_discs || self.nearest.is_infinite() {
+            return String::new();
+        }
+        let found: Vec<String> = UNITS.iter().filter_map(said).collect();
+        if found.is_empty() { String::new() } else { format!("; {}", found.join(", ")) }
     }
 
     /// The radius: at most half of how near the centres come to each other, where the scale is known.
@@ -84,45 +83,42 @@ impl Lengths {
             Some((nearest, ball, radius))
         });
         if let Some((nearest, ball, radius)) = ball {
-            sheet.found.push(format!(
+            sheet.find(format!(
                 "The centres come as near as {nearest:.1} mm: radius at most {:.2} mm, as {ball} balls have.",
                 0.5 * nearest
             ));
-            let line = format!("radius_m = {:?}", 1e-3 * radius);
-            sheet.line(&format!("{line:<28} # a {ball} ball: the centres come as near as {nearest:.1} mm"));
-            return;
+            let why = format!("a {ball} ball: the centres come as near as {nearest:.1} mm");
+            return sheet.noted(format!("radius_m = {:?}", 1e-3 * radius), why);
         }
         if let (Some(nearest), Some(stated)) = (nearest, self.stated) {
-            sheet.found.push(format!(
+            sheet.find(format!(
                 "The centres come no nearer than {nearest:.1} mm, which is not the diameter of a ball: is {stated}, as the file \
                  states, the right unit, and are the two tracks those of the balls?{}",
                 self.other_unit().replacen(';', " Else", 1)
             ));
         }
-        sheet.line(
-            "radius_m = 0.028575          # a pool ball; carom 0.03075, snooker 0.02625: correct it if it is another",
-        );
+        let why = "a pool ball; carom 0.03075, snooker 0.02625: correct it if it is another";
+        sheet.noted("radius_m = 0.028575", why);
     }
 
     pub(super) fn describe_scale(&self, sheet: &mut Sheet) {
         let (extent, nearest) = (self.extent, self.nearest);
         sheet.line("\n[scale]");
         if let Some(unit) = self.stated {
-            sheet.line(&format!("{:<28} # as the file states", format!("length_unit = \"{unit}\"")));
+            sheet.noted(format!("length_unit = \"{unit}\""), "as the file states");
         } else if self.look_like_metres() {
-            sheet.line(&format!(
-                "length_unit = \"m\"            # the positions span {extent:.3}: metres, if the film was calibrated"
-            ));
+            let why = format!("the positions span {extent:.3}: metres, if the film was calibrated");
+            sheet.noted("length_unit = \"m\"", why);
         } else {
             let other = self.other_unit();
             if let Some((file, unit)) = &self.strange {
-                sheet.found.push(format!(
+                sheet.find(format!(
                     "{}: {unit} is no unit that is known here (m, cm, mm, in, ft, px): with length_unit = \"px\" the balls are \
                      the ruler, whatever the unit is.",
                     file.display()
                 ));
             } else if METRES.contains(&extent) {
-                sheet.found.push(format!(
+                sheet.find(format!(
                     "The positions span {extent:.3}, but the centres come no nearer than {nearest:.4}, which is not the diameter \
                      of a ball in metres{other}. Where the unit is not known, write px: the balls are then the ruler."
                 ));
@@ -137,10 +133,12 @@ impl Lengths {
                     format!(", the centres come as near as {nearest:.4}{other}")
                 }
             );
-            sheet.blank("length_unit", "# length_unit = \"…\"", &why);
+            sheet.blank("length_unit", &why);
         }
-        sheet.line(
-            "y_axis = \"up\"                # \"down\" where y grows downwards, as in pixels of a picture",
-        );
+        describe_y_axis(sheet);
     }
+}
+
+pub(super) fn describe_y_axis(sheet: &mut Sheet) {
+    sheet.noted("y_axis = \"up\"", "\"down\" where y grows downwards, as in pixels of a picture");
 }

@@ -1,6 +1,7 @@
 //! What is wrong with a data set, all of it at once.
 
 use std::borrow::Cow;
+use std::cell::RefCell;
 use std::fmt;
 use std::path::{Path, PathBuf};
 
@@ -75,81 +76,74 @@ impl fmt::Display for DatasetError {
         // what is wrong in the same way in other places is said once
         let mut alike: Vec<(&Problem, Vec<&Problem>)> = Vec::new();
         for problem in &self.problems {
-            let same = |known: &&mut (&Problem, Vec<&Problem>)| {
-                let first = known.0;
-                first.message == problem.message && first.column == problem.column
-            };
-            match alike.iter_mut().find(same) {
+            let same = |first: &Problem| first.message == problem.message && first.column == problem.column;
+            match alike.iter_mut().find(|(first, _)| same(first)) {
                 Some((_, others)) => others.push(problem),
                 None => alike.push((problem, Vec::new())),
             }
         }
         for (problem, others) in alike.iter().take(LISTED) {
             write!(f, "\n  {problem}")?;
-            let place = |other: &&Problem| other.place();
-            let named: Vec<String> = others.iter().take(NAMED).map(place).collect();
-            match others.len() {
-                0 => {}
-                count if count > NAMED => {
-                    write!(f, "\n    the same in {} and {} more", named.join(", "), count - NAMED)?;
-                }
-                _ => write!(f, "\n    the same in {}", named.join(", "))?,
+            let named: Vec<String> = others.iter().take(NAMED).map(|other| other.place()).collect();
+            if !named.is_empty() {
+                write!(f, "\n    the same in {}", named.join(", "))?;
+            }
+            if others.len() > NAMED {
+                write!(f, " and {} more", others.len() - NAMED)?;
             }
         }
-        if alike.len() > LISTED {
-            write!(
-                f,
-                "\n  and {} more",
-                alike.iter().skip(LISTED).map(|(_, others)| 1 + others.len()).sum::<usize>()
-            )?;
+        let more: usize = alike.iter().skip(LISTED).map(|(_, others)| 1 + others.len()).sum();
+        if more > 0 {
+            write!(f, "\n  and {more} more")?;
         }
         Ok(())
     }
 }
 
-/// Problems as they are found.
-#[derive(Clone, Debug)]
+/// Problems as they are found; whoever reads a file adds to them.
+#[derive(Debug)]
 pub(crate) struct Problems {
     what: String,
-    found: Vec<Problem>,
+    found: RefCell<Vec<Problem>>,
 }
 
 impl Problems {
     /// `what` says what could not be done.
     pub(crate) fn new(what: impl Into<String>) -> Self {
-        Self { what: what.into(), found: Vec::new() }
+        Self { what: what.into(), found: RefCell::default() }
     }
 
     pub(crate) fn of_dataset(path: &Path) -> Self {
         Self::new(format!("the data set {} cannot be used:", path.display()))
     }
 
-    pub(crate) fn add(
-        &mut self,
+    pub(crate) fn add<'a>(
+        &self,
         file: &Path,
-        line: Option<usize>,
-        column: Option<&str>,
+        line: impl Into<Option<usize>>,
+        column: impl Into<Option<&'a str>>,
         message: impl Into<String>,
     ) {
-        let column = column.map(str::to_string);
-        self.found.push(Problem { file: file.to_path_buf(), line, column, message: message.into() });
+        let (line, column) = (line.into(), column.into().map(str::to_string));
+        let problem = Problem { file: file.to_path_buf(), line, column, message: message.into() };
+        self.found.borrow_mut().push(problem);
     }
 
     pub(crate) fn is_empty(&self) -> bool {
-        self.found.is_empty()
+        self.len() == 0
     }
 
     pub(crate) fn len(&self) -> usize {
-        self.found.len()
+        self.found.borrow().len()
     }
 
     /// `value` if nothing is wrong.
     pub(crate) fn into_result<T>(self, value: T) -> Result<T, DatasetError> {
-        if self.found.is_empty() { Ok(value) } else { Err(self.into_error()) }
+        if self.is_empty() { Ok(value) } else { Err(self.into_error()) }
     }
 
     pub(crate) fn into_error(self) -> DatasetError {
-        DatasetError { what: self.what, problems: self.found }
+        DatasetError { what: self.what, problems: self.found.into_inner() }
     }
 }
 

@@ -1,12 +1,10 @@
 //! The section [fit] of a dataset.toml: settings of the parameters, constraints between them, the loss.
 
-use std::ops::Range;
-
 use serde::Deserialize;
 use toml::Spanned;
 
-use super::error::{Problems, did_you_mean};
-use super::toml_file::Source;
+use super::error::did_you_mean;
+use super::toml_file::{Source, bare};
 use crate::measurement::loss::Loss;
 use crate::measurement::parameter::{Compliance, Parameter, Prior, Setting, SettingFault, Settings};
 use crate::measurement::relation::Relation;
@@ -55,110 +53,87 @@ struct RawSetting {
 impl RawFit {
     /// Of each parameter.
     /// `kappa` follows from the Poisson's ratio of the balls' material.
-    pub(crate) fn settings(&self, kappa: f64, source: &Source, problems: &mut Problems) -> Settings {
+    pub(crate) fn settings(&self, kappa: f64, source: &Source) -> Settings {
         let falls = self.friction == Some(Friction::Exponential);
         let mut settings = Settings { falls, ..Settings::default() };
         settings[Parameter::Kappa].initial = kappa;
         if let Some(raw) = &self.kappa {
-            settings[Parameter::Kappa] = raw.check(Parameter::Kappa, source, problems);
+            settings[Parameter::Kappa] = raw.check(Parameter::Kappa, source);
             let Setting { initial, fixed, .. } = settings[Parameter::Kappa];
             settings.compliance =
                 if fixed && initial == 0.0 { Compliance::Rigid } else { Compliance::Stated };
         }
         if let Some(raw) = &self.e_slope {
-            settings[Parameter::ESlope] = raw.check(Parameter::ESlope, source, problems);
+            settings[Parameter::ESlope] = raw.check(Parameter::ESlope, source);
             settings.e_falls = true;
         }
         for (parameter, raw) in Parameter::COEFFICIENTS.into_iter().zip([&self.mu, &self.mu_s, &self.e]) {
             if let Some(raw) = raw {
-                settings[parameter] = raw.check(parameter, source, problems);
+                settings[parameter] = raw.check(parameter, source);
             }
         }
         for (parameter, raw) in [(Parameter::B, &self.mu_b), (Parameter::C, &self.mu_c)] {
             let Some(raw) = raw else { continue };
-            settings[parameter] = raw.as_ref().check(parameter, source, problems);
+            settings[parameter] = raw.as_ref().check(parameter, source);
             if !settings.falls {
                 let message = format!(
                     "{} stands in [fit], but friction is constant; expected friction = \"exponential\" with it",
                     parameter.name()
                 );
-                source.add(problems, &raw.span(), message);
+                source.wrong(raw, message);
             }
         }
         settings
     }
 
-    pub(crate) fn relations(
-        &self,
-        settings: &Settings,
-        source: &Source,
-        problems: &mut Problems,
-    ) -> Vec<Relation> {
+    pub(crate) fn relations(&self, settings: &Settings, source: &Source) -> Vec<Relation> {
         let has = settings.parameters();
-        let mut relations = Vec::new();
-        for text in &self.constraints {
-            match Relation::parse(text.as_ref()) {
-                Ok(relation) => {
-                    let involved = Parameter::ALL
-                        .into_iter()
-                        .find(|p| relation.coefficients[*p as usize] != 0.0 && !has.contains(p));
-                    if let Some(parameter) = involved {
-                        let without = match parameter {
-                            Parameter::B | Parameter::C => {
-                                "friction is constant; expected friction = \"exponential\" with it"
-                            }
-                            Parameter::Kappa => {
-                                "kappa does not stand in [fit]; expected it, as in kappa = { lower = 0, upper = 20 }"
-                            }
-                            Parameter::ESlope => {
-                                "e_slope does not stand in [fit]; expected it, as in e_slope = { lower = 0, upper = 1 }"
-                            }
-                            _ => "no error of it is stated in [object]; expected mass_kg_sd or radius_m_sd",
-                        };
-                        let message = format!(
-                            "the constraint \"{}\" has {}, but {without}",
-                            text.as_ref(),
-                            parameter.name()
-                        );
-                        source.add(problems, &text.span(), message);
+        let parsed = |text: &Spanned<String>| {
+            let wrong = |error| source.wrong(text, format!("the constraint \"{}\": {error}", text.as_ref()));
+            let relation = Relation::parse(text.as_ref()).map_err(wrong).ok()?;
+            let is_lacking = |p: &Parameter| relation.coefficients[*p as usize] != 0.0 && !has.contains(p);
+            if let Some(parameter) = Parameter::ALL.into_iter().find(is_lacking) {
+                let without = match parameter {
+                    Parameter::B | Parameter::C => {
+                        "friction is constant; expected friction = \"exponential\" with it"
                     }
-                    relations.push(relation);
-                }
-                Err(error) => {
-                    let message = format!("the constraint \"{}\": {error}", text.as_ref());
-                    source.add(problems, &text.span(), message);
-                }
+                    Parameter::Kappa => {
+                        "kappa does not stand in [fit]; expected it, as in kappa = { lower = 0, upper = 20 }"
+                    }
+                    Parameter::ESlope => {
+                        "e_slope does not stand in [fit]; expected it, as in e_slope = { lower = 0, upper = 1 }"
+                    }
+                    _ => "no error of it is stated in [object]; expected mass_kg_sd or radius_m_sd",
+                };
+                let (text_of, name) = (text.as_ref(), parameter.name());
+                source.wrong(text, format!("the constraint \"{text_of}\" has {name}, but {without}"));
             }
-        }
-        relations
+            Some(relation)
+        };
+        self.constraints.iter().filter_map(parsed).collect()
     }
 
-    pub(crate) fn loss(&self, source: &Source, problems: &mut Problems) -> Loss {
-        let Some(word) = &self.loss else { return Loss::default() };
-        let found = Loss::ALL.into_iter().find(|loss| loss.name() == word.as_ref());
-        found.unwrap_or_else(|| {
-            let near = did_you_mean(word.as_ref(), Loss::ALL.map(Loss::name));
-            let names = Loss::ALL.map(Loss::name).join(", ");
-            let message = format!("loss is \"{}\"{near}; expected one of {names}", word.as_ref());
-            source.add(problems, &word.span(), message);
-            Loss::default()
-        })
+    pub(crate) fn loss(&self, source: &Source) -> Loss {
+        let Some(given) = &self.loss else { return Loss::default() };
+        let (word, names) = (given.as_ref(), Loss::ALL.map(Loss::name));
+        let found = Loss::ALL.into_iter().find(|loss| loss.name() == word);
+        if found.is_none() {
+            let (near, names) = (did_you_mean(word, names), names.join(", "));
+            source.wrong(given, format!("loss is \"{word}\"{near}; expected one of {names}"));
+        }
+        found.unwrap_or_default()
     }
 }
 
 impl RawSetting {
-    fn check(&self, parameter: Parameter, source: &Source, problems: &mut Problems) -> Setting {
+    fn check(&self, parameter: Parameter, source: &Source) -> Setting {
         let name = parameter.name();
-        let number = |value: &Option<Spanned<f64>>| value.as_ref().map(|spanned| *spanned.as_ref());
         // c is held only where nothing is said of it
         let default = Setting { fixed: false, ..parameter.default_setting() };
-        let lower = number(&self.lower).unwrap_or(default.lower);
-        let upper = number(&self.upper).unwrap_or(default.upper.max(lower));
-        let prior = match (number(&self.prior_mean), number(&self.prior_sd)) {
-            (Some(mean), Some(sd)) => Some(Prior { mean, sd }),
-            _ => None,
-        };
-        let said = number(&self.fixed).or(number(&self.initial));
+        let lower = bare(&self.lower).unwrap_or(default.lower);
+        let upper = bare(&self.upper).unwrap_or(default.upper.max(lower));
+        let prior = bare(&self.prior_mean).zip(bare(&self.prior_sd)).map(|(mean, sd)| Prior { mean, sd });
+        let said = bare(&self.fixed).or(bare(&self.initial));
         let setting = Setting {
             initial: said.unwrap_or(default.initial.max(lower).min(upper)),
             lower,
@@ -187,24 +162,16 @@ impl RawSetting {
             let hint =
                 if near { format!(" (give {name}.upper to move the upper one)") } else { String::new() };
             let at = spanned.map_or(0..0, Spanned::span);
-            source.add(problems, &at, format!("{name}.{key} is {written}{rest}{hint}"));
+            source.wrong_at(&at, format!("{name}.{key} is {written}{rest}{hint}"));
         }
-        let mut wrong = |at: Option<Range<usize>>, message: String| {
-            source.add(problems, &at.unwrap_or(0..0), message);
-        };
         if let (Some(_), Some(prior)) = (&self.fixed, self.prior_mean.as_ref().or(self.prior_sd.as_ref())) {
             let message =
                 format!("{name} is fixed, so that its prior says nothing; expected only one of them");
-            wrong(Some(prior.span()), message);
+            source.wrong(prior, message);
         }
-        match (&self.prior_mean, &self.prior_sd) {
-            (Some(given), None) | (None, Some(given)) => {
-                wrong(
-                    Some(given.span()),
-                    format!("{name}: only one of prior_mean and prior_sd; expected both or none"),
-                );
-            }
-            (Some(_), Some(_)) | (None, None) => {}
+        if let (Some(given), None) | (None, Some(given)) = (&self.prior_mean, &self.prior_sd) {
+            source
+                .wrong(given, format!("{name}: only one of prior_mean and prior_sd; expected both or none"));
         }
         if faults.is_empty() { setting } else { default }
     }

@@ -5,8 +5,7 @@ use std::path::{Path, PathBuf};
 use serde::Deserialize;
 use toml::Spanned;
 
-use super::error::Problems;
-use super::toml_file::Source;
+use super::toml_file::{Condition, POSITIVE, Source};
 use crate::measurement::dataset::{Measured, Shared};
 
 /// With what impacts were extracted from tracks.
@@ -34,6 +33,8 @@ impl Extraction {
     }
 }
 
+const NOT_NEGATIVE: Condition = (|x| x >= 0.0, "0 or more");
+
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields, expecting = "a table, as in [impacts] covariance = \"covariance.csv\"")]
 pub(crate) struct RawImpacts {
@@ -46,24 +47,18 @@ pub(crate) struct RawImpacts {
 }
 
 impl RawImpacts {
-    pub(crate) fn check(&self, source: &Source, problems: &mut Problems) -> Extraction {
+    pub(crate) fn check(&self, source: &Source) -> Extraction {
         let folder = source.path.parent().unwrap_or(Path::new(""));
-        let mut number = |key: &str, number: &Spanned<f64>, may_be_zero: bool| {
-            let value = *number.as_ref();
-            if !(value.is_finite() && (value > 0.0 || (may_be_zero && value == 0.0))) {
-                let least = if may_be_zero { "0 or more" } else { "more than 0" };
-                let text = source.written(&number.span());
-                source.add(problems, &number.span(), format!("impacts.{key} is {text}; expected {least}"));
-            }
-            value
+        let number = |key: &str, given: &Spanned<f64>, condition: Condition| {
+            source.number(Some(given), &format!("impacts.{key}"), 0.0, condition)
         };
         let mut alone = Vec::new();
-        let lift_sd = self.lift_sd.as_ref().map(|sd| number("lift_sd", sd, false));
+        let lift_sd = self.lift_sd.as_ref().map(|sd| number("lift_sd", sd, POSITIVE));
         let both = [("mu_k", &self.mu_k, &self.mu_k_sd), ("mu_r", &self.mu_r, &self.mu_r_sd)];
         let [sliding, rolling] = both.map(|(key, value, sd)| match (value, sd) {
             (Some(value), Some(sd)) => {
-                let sd = number(&format!("{key}_sd"), sd, false);
-                Some(Measured { value: number(key, value, true), sd: Some(sd) })
+                let sd = number(&format!("{key}_sd"), sd, POSITIVE);
+                Some(Measured { value: number(key, value, NOT_NEGATIVE), sd: Some(sd) })
             }
             (Some(given), None) | (None, Some(given)) => {
                 alone.push((given.span(), key));
@@ -73,7 +68,7 @@ impl RawImpacts {
         });
         for (span, key) in alone {
             let message = format!("only one of {key} and {key}_sd in [impacts]; expected both or none");
-            source.add(problems, &span, message);
+            source.wrong_at(&span, message);
         }
         let covariance = self.covariance.as_ref().map(|name| folder.join(name.as_ref()));
         Extraction { covariance, sliding, rolling, lift_sd }

@@ -10,14 +10,14 @@ use super::error::{DatasetError, Problems};
 use super::fit_section::RawFit;
 use super::impacts_section::{Extraction, RawImpacts};
 use super::table::read_utf8;
-use super::toml_file::{Source, parse};
+use super::toml_file::{Source, bare, checked};
 use super::tracking::camera::RawCamera;
-use super::tracking::settings;
-use super::tracking::settings::{RawScale, RawTracks, RawVideo, TrackSettings};
+use super::tracking::settings::{RawScale, RawTracks, RawVideo, Sections, TrackSettings};
 use crate::measurement::dataset::ObjectBall;
 use crate::measurement::loss::Loss;
 use crate::measurement::parameter::Settings;
 use crate::measurement::relation::Relation;
+use crate::measurement::spin::Spin;
 use crate::physics::ball::Ball;
 use crate::physics::collision::kappa;
 use crate::physics::disc::{Discs, UNIFORM_DISC};
@@ -88,6 +88,16 @@ impl Assume {
         ("unknown", Self::Unknown),
     ];
 
+    /// The spin that it says, where it does not say that it is measured.
+    pub(crate) fn spin(self) -> Option<Spin> {
+        match self {
+            Self::Stun => Some(Spin::Stun),
+            Self::NaturalRoll => Some(Spin::NaturalRoll),
+            Self::Unknown => Some(Spin::Unknown),
+            Self::Measured => None,
+        }
+    }
+
     /// The one that a cell of a table names, in small or capital letters.
     pub(crate) fn of(word: &str) -> Option<Self> {
         Self::WORDS.into_iter().find(|(name, _)| name.eq_ignore_ascii_case(word)).map(|(_, spin)| spin)
@@ -115,13 +125,18 @@ struct RawManifest {
     fit: RawFit,
 }
 
-#[derive(Deserialize)]
+#[derive(Default, Deserialize)]
 #[serde(deny_unknown_fields, expecting = "a table, as in [cue_spin] assume = \"stun\"")]
 struct RawSpin {
     /// Where it is left out, as in a fresh draft, what is missing is said with all else that is.
     assume: Option<Assume>,
     /// Standard deviation of side spin that nobody saw, as Rω_z/U.
     side_sd: Option<Spanned<f64>>,
+}
+
+/// What stands in a section; nothing where it is left out.
+fn inner<T: Default>(section: Option<Spanned<T>>) -> T {
+    section.map(Spanned::into_inner).unwrap_or_default()
 }
 
 /// The data sets that a folder without a dataset.toml holds, as a hint: `: data/a, data/b and 3 more`.
@@ -147,7 +162,7 @@ fn below(folder: &Path) -> String {
 impl Manifest {
     /// Reads and checks it, all but the tables.
     pub(crate) fn read(path: &Path) -> Result<Self, DatasetError> {
-        let mut problems = Problems::of_dataset(path);
+        let problems = Problems::of_dataset(path);
         if !path.is_file() {
             let below = path.parent().map(below).unwrap_or_default();
             let message = "there is no such file; expected a dataset.toml, or a folder that holds one";
@@ -158,26 +173,18 @@ impl Manifest {
             problems.add(path, None, None, "is a table; expected the dataset.toml that names it under files");
             return Err(problems.into_error());
         }
-        let Some(text) = read_utf8(path, &mut problems) else { return Err(problems.into_error()) };
-        Self::of_text(path, &text)
+        let text = read_utf8(path, &problems);
+        checked(path, text.as_deref(), problems, RawManifest::check)
     }
 
     /// Checks a text that stands for a dataset.toml at this path.
     pub(crate) fn of_text(path: &Path, text: &str) -> Result<Self, DatasetError> {
-        let mut problems = Problems::of_dataset(path);
-        // a byte order mark is no part of the first line
-        let text = text.strip_prefix('\u{feff}').unwrap_or(text);
-        let source = Source { path, text };
-        let Some(raw) = parse::<RawManifest>(&source, &mut problems) else {
-            return Err(problems.into_error());
-        };
-        let manifest = raw.check(&source, &mut problems);
-        problems.into_result(manifest)
+        checked(path, Some(text), Problems::of_dataset(path), RawManifest::check)
     }
 }
 
 impl RawManifest {
-    fn check(self, source: &Source, problems: &mut Problems) -> Manifest {
+    fn check(mut self, source: &Source) -> Manifest {
         let name = self.name.as_ref();
         let odd = |c: char| c == '/' || c == '\\' || c.is_control();
         if name.trim() != name || name.is_empty() || name == "." || name == ".." || name.contains(odd) {
@@ -186,52 +193,44 @@ impl RawManifest {
                  blanks around it",
                 source.written(&self.name.span())
             );
-            source.add(problems, &self.name.span(), message);
+            source.wrong(&self.name, message);
         } else if name.len() > LONGEST_NAME {
-            let message = format!("name has {} bytes; expected at most {LONGEST_NAME}", name.len());
-            source.add(problems, &self.name.span(), message);
+            source
+                .wrong(&self.name, format!("name has {} bytes; expected at most {LONGEST_NAME}", name.len()));
         }
         let kind = *self.kind.as_ref();
-        if kind != Kind::Tracks {
-            let sections = [
-                ("video", self.video.as_ref().map(Spanned::span)),
-                ("camera", self.camera.as_ref().map(Spanned::span)),
-                ("scale", self.scale.as_ref().map(Spanned::span)),
-                ("tracks", self.tracks.as_ref().map(Spanned::span)),
-            ];
-            for (key, span) in sections {
-                if let Some(span) = span {
-                    let message = format!(
-                        "[{key}] stands in a data set of kind \"{}\"; it goes with \"tracks\" only",
-                        kind.name()
-                    );
-                    source.add(problems, &span, message);
-                }
+        let sections = [
+            ("video", self.video.as_ref().map(Spanned::span), Kind::Tracks),
+            ("camera", self.camera.as_ref().map(Spanned::span), Kind::Tracks),
+            ("scale", self.scale.as_ref().map(Spanned::span), Kind::Tracks),
+            ("tracks", self.tracks.as_ref().map(Spanned::span), Kind::Tracks),
+            ("impacts", self.impacts.as_ref().map(Spanned::span), Kind::Impacts),
+        ];
+        for (key, span, only) in sections {
+            if let Some(span) = span.filter(|_| kind != only) {
+                let [kind, only] = [kind, only].map(Kind::name);
+                let message =
+                    format!("[{key}] stands in a data set of kind \"{kind}\"; it goes with \"{only}\" only");
+                source.wrong_at(&span, message);
             }
         }
-        if let Some(span) = self.impacts.as_ref().map(Spanned::span).filter(|_| kind != Kind::Impacts) {
-            let message = format!(
-                "[impacts] stands in a data set of kind \"{}\"; it goes with \"impacts\" only",
-                kind.name()
-            );
-            source.add(problems, &span, message);
-        }
         let extraction =
-            self.impacts.as_ref().map(|impacts| impacts.as_ref().check(source, problems)).unwrap_or_default();
-        let files = self.files(source, problems);
-        let (ball, poisson) = self.ball.check(source, problems);
-        let discs = self.discs(source, problems);
+            self.impacts.as_ref().map(|impacts| impacts.as_ref().check(source)).unwrap_or_default();
+        let files = self.files(source);
+        let (ball, poisson) = self.ball.check(source);
+        let discs = self.discs(source);
         let object = self.object.as_ref().filter(|_| discs.is_none());
         let taken = object.map(|object| object.as_ref().taken(&self.ball, &ball)).unwrap_or_default();
-        let object = object.map(|object| object.as_ref().ball(&self.ball, &ball, source, problems));
-        let tracks = (kind == Kind::Tracks).then(|| {
-            let video = self.video.as_ref().map(Spanned::as_ref);
-            let (scale, tracks) =
-                (self.scale.as_ref().map(Spanned::as_ref), self.tracks.as_ref().map(Spanned::as_ref));
-            let camera = self.camera.as_ref().map(Spanned::as_ref);
-            settings::check((video, camera), scale, tracks, discs.is_some(), source, problems)
+        let object = object.map(|object| object.as_ref().ball(&self.ball, &ball, source));
+        let mut tracks = (kind == Kind::Tracks).then(|| {
+            let sections = Sections {
+                video: inner(self.video.take()),
+                camera: inner(self.camera.take()),
+                scale: inner(self.scale.take()),
+                tracks: inner(self.tracks.take()),
+            };
+            sections.check(discs.is_some(), source)
         });
-        let mut tracks = tracks;
         if let (Some(discs), Some(tracks)) = (discs, tracks.as_mut())
             && let Some([first, _]) = discs.masses
             && self.object.as_ref().is_none_or(|object| object.as_ref().mass_kg.is_none())
@@ -244,11 +243,11 @@ impl RawManifest {
         let discs = discs
             .zip(tracks.as_ref())
             .map(|(discs, tracks)| Discs { in_seconds: !tracks.unknown_rate, ..discs });
-        let settings = self.fit.settings(kappa(poisson), source, problems);
-        let side_sd = self.side_sd(source, problems);
+        let settings = self.fit.settings(kappa(poisson), source);
+        let side_sd = self.side_sd(source);
         let of_balls = object.map_or(settings, |object| object.settings(ball, settings));
-        let relations = self.fit.relations(&of_balls, source, problems);
-        let loss = self.fit.loss(source, problems);
+        let relations = self.fit.relations(&of_balls, source);
+        let loss = self.fit.loss(source);
         Manifest {
             name: name.clone(),
             kind,
@@ -260,8 +259,7 @@ impl RawManifest {
             taken,
             // of discs, points on them show how they turn
             side_sd,
-            assume: (self.cue_spin.and_then(|spin| spin.into_inner().assume))
-                .or(discs.map(|_| Assume::Unknown)),
+            assume: inner(self.cue_spin).assume.or(discs.map(|_| Assume::Unknown)),
             discs,
             settings,
             relations,
@@ -276,85 +274,78 @@ impl RawManifest {
     }
 
     /// `[cue_spin] side_sd`, checked.
-    fn side_sd(&self, source: &Source, problems: &mut Problems) -> f64 {
+    fn side_sd(&self, source: &Source) -> f64 {
         let Some(side_sd) = self.cue_spin.as_ref().and_then(|spin| spin.as_ref().side_sd.as_ref()) else {
             return 0.0;
         };
         let value = *side_sd.as_ref();
-        let disc = self.ball.shape.as_ref().is_some_and(|shape| *shape.as_ref() == Shape::Disc);
+        let disc = bare(&self.ball.shape) == Some(Shape::Disc);
         if !(0.0..=1.0).contains(&value) {
             let message = format!(
                 "cue_spin.side_sd is {value}; expected the standard deviation of the side spin times the radius over the speed, \
                  from 0 to 1"
             );
-            source.add(problems, &side_sd.span(), message);
+            source.wrong(side_sd, message);
         } else if disc {
             let message = "cue_spin.side_sd goes with balls: points on discs show how they turn";
-            source.add(problems, &side_sd.span(), message.to_string());
+            source.wrong(side_sd, message);
         }
         value
     }
 
     /// The discs, where [ball] says that they are.
-    fn discs(&self, source: &Source, problems: &mut Problems) -> Option<Discs> {
-        let disc = self.ball.shape.as_ref().filter(|shape| *shape.as_ref() == Shape::Disc);
-        let disc = disc?;
+    fn discs(&self, source: &Source) -> Option<Discs> {
+        let disc = self.ball.shape.as_ref().filter(|shape| *shape.as_ref() == Shape::Disc)?;
         if *self.kind.as_ref() != Kind::Tracks {
             let message = format!(
                 "shape is \"disc\" in a data set of kind \"{}\"; expected it with kind \"tracks\" only",
                 self.kind.as_ref().name()
             );
-            source.add(problems, &disc.span(), message);
+            source.wrong(disc, message);
         }
-        if let Some(spin) =
-            self.cue_spin.as_ref().filter(|spin| spin.as_ref().assume == Some(Assume::NaturalRoll))
-        {
+        let rolls = |spin: &&Spanned<RawSpin>| spin.as_ref().assume == Some(Assume::NaturalRoll);
+        if let Some(spin) = self.cue_spin.as_ref().filter(rolls) {
             let message = "[cue_spin] assume is \"natural-roll\", but discs do not roll; expected \"stun\" (neither disc turns before \
                            the impact) or \"unknown\": points on the discs show how they turn";
-            source.add(problems, &spin.span(), message.to_string());
+            source.wrong(spin, message);
         }
-        let number = |value: &Option<Spanned<f64>>| value.as_ref().map(|value| *value.as_ref());
-        let other = self.object.as_ref().map(|object| object.as_ref().clone()).unwrap_or_default();
+        let other = inner(self.object.clone());
         if let Some(inertia) = &other.inertia {
             let message = "object.inertia goes with balls; both discs have the inertia that stands in [ball]";
-            source.add(problems, &inertia.span(), message.to_string());
+            source.wrong(inertia, message);
         }
-        let mut pair = |key: &str, first: Option<f64>, second: &Option<Spanned<f64>>| {
-            let mut wrong = |second: &Spanned<f64>, text| source.add(problems, &second.span(), text);
-            match second {
-                Some(second) if !(*second.as_ref() > 0.0 && second.as_ref().is_finite()) => {
-                    wrong(second, format!("object.{key} is {}; expected more than 0", second.as_ref()));
+        let pair = |key: &str, first: &Option<Spanned<f64>>, second: &Option<Spanned<f64>>| {
+            if let Some(second) = second {
+                let value = *second.as_ref();
+                if !(value > 0.0 && value.is_finite()) {
+                    source.wrong(second, format!("object.{key} is {value}; expected more than 0"));
+                } else if first.is_none() {
+                    let message = format!("{key} stands in [object], but not in [ball]; expected it in both");
+                    source.wrong(second, message);
                 }
-                Some(second) if first.is_none() => {
-                    wrong(
-                        second,
-                        format!("{key} stands in [object], but not in [ball]; expected it in both"),
-                    );
-                }
-                _ => {}
             }
-            first.map(|first| [first, number(second).unwrap_or(first)])
+            bare(first).map(|first| [first, bare(second).unwrap_or(first)])
         };
         Some(Discs {
-            radii: pair("radius_m", number(&self.ball.radius_m), &other.radius_m),
-            masses: pair("mass_kg", number(&self.ball.mass_kg), &other.mass_kg),
-            inertia: number(&self.ball.inertia).unwrap_or(UNIFORM_DISC),
+            radii: pair("radius_m", &self.ball.radius_m, &other.radius_m),
+            masses: pair("mass_kg", &self.ball.mass_kg, &other.mass_kg),
+            inertia: bare(&self.ball.inertia).unwrap_or(UNIFORM_DISC),
             in_seconds: true,
         })
     }
 
     /// The globs, relative to the file's own folder.
-    fn files(&self, source: &Source, problems: &mut Problems) -> Vec<PathBuf> {
+    fn files(&self, source: &Source) -> Vec<PathBuf> {
         let folder = source.path.parent().unwrap_or(Path::new(""));
         let shown = if folder.as_os_str().is_empty() { Path::new(".") } else { folder };
         let folder = glob::Pattern::escape(&folder.to_string_lossy());
         let mut files = Vec::new();
         if self.files.as_ref().is_empty() {
             let message = "files is empty; expected at least one, as in [\"shots.csv\"]";
-            source.add(problems, &self.files.span(), message.to_string());
+            source.wrong(&self.files, message);
         }
         for pattern in self.files.as_ref() {
-            let (span, text) = (pattern.span(), pattern.as_ref());
+            let text = pattern.as_ref();
             let whole = if Path::new(text).is_absolute() || folder.is_empty() {
                 text.clone()
             } else {
@@ -369,23 +360,19 @@ impl RawManifest {
                 found => found,
             };
             match found {
+                Ok(paths) if paths.is_empty() => source.wrong(
+                    pattern,
+                    format!("\"{text}\" names no file in {}; expected at least one", shown.display()),
+                ),
+                // two patterns may name the same file
                 Ok(paths) => {
-                    let none = paths.is_empty();
                     for path in paths {
-                        // two patterns may name the same file
                         if !files.contains(&path) {
                             files.push(path);
                         }
                     }
-                    if none {
-                        source.add(
-                            problems,
-                            &span,
-                            format!("\"{text}\" names no file in {}; expected at least one", shown.display()),
-                        );
-                    }
                 }
-                Err(error) => source.add(problems, &span, format!("\"{text}\" is no pattern: {}", error.msg)),
+                Err(error) => source.wrong(pattern, format!("\"{text}\" is no pattern: {}", error.msg)),
             }
         }
         files

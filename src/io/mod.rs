@@ -54,31 +54,31 @@ pub fn load_text(text: &str, path: &Path) -> Result<Dataset, DatasetError> {
 }
 
 fn load_manifest(manifest: Manifest, file: PathBuf) -> Result<Dataset, DatasetError> {
-    let mut problems = Problems::of_dataset(&file);
+    let problems = Problems::of_dataset(&file);
     let mut tracks = None;
     if let Some(settings) = &manifest.tracks {
-        tracks = Some(tracking::load(&manifest, settings, &file, &mut problems));
+        tracks = Some(tracking::load(&manifest, settings, &file, &problems));
     }
     let tables = if tracks.is_some() { &[] } else { manifest.files.as_slice() };
     let mut shots: Vec<Shot> = Vec::new();
     for table in tables {
-        let Some(table) = Table::read(table, &mut problems) else { continue };
+        let Some(table) = Table::read(table, &problems) else { continue };
         if let Some((by, line, position)) = &manifest.by
             && !table.has(by)
         {
             let near = did_you_mean(by, table.names());
             let message = format!("by is \"{by}\", but {} has no such column{near}", table.path.display());
-            problems.add(&file, Some(*line), Some(position), message);
+            problems.add(&file, *line, position.as_str(), message);
         }
         let read = match manifest.kind {
             Kind::Impacts => impacts::shots,
             Kind::Angles | Kind::Tracks => angles::shots,
         };
-        let mut own = read(&table, manifest.assume, &mut problems);
+        let mut own = read(&table, manifest.assume);
         if let Some((by, ..)) = manifest.by.as_ref().filter(|(by, ..)| table.has(by)) {
             for row in (0..table.rows()).filter(|row| table.text(by, *row).is_none()) {
                 let message = "is empty; expected a label, since [fit] by names this column";
-                problems.add(&table.path, Some(table.line(row)), Some(by), message);
+                table.wrong(row, by.as_str(), message);
             }
             for shot in &mut own {
                 let label = table.row(shot.line).and_then(|row| table.text(by, row)).unwrap_or_default();
@@ -87,17 +87,17 @@ fn load_manifest(manifest: Manifest, file: PathBuf) -> Result<Dataset, DatasetEr
         }
         shots.append(&mut own);
     }
-    name_shots(&mut shots, &mut problems);
+    name_shots(&mut shots, &problems);
     let side_sd = manifest.side_sd;
     for shot in shots.iter_mut().filter(|_| side_sd > 0.0) {
         if !shot.add_side_spin(side_sd, manifest.ball.radius) {
             let message =
                 "is missing; expected a speed in every row, since [cue_spin] side_sd is a part of it";
-            problems.add(&shot.file, Some(shot.line), Some("speed_m_s"), message);
+            problems.add(&shot.file, shot.line, "speed_m_s", message);
         }
     }
     if let Some(path) = &manifest.extraction.covariance {
-        covariance::read(path, &mut shots, &manifest.extraction.shared(), &mut problems);
+        covariance::read(path, &mut shots, &manifest.extraction.shared(), &problems);
     }
     let Manifest {
         name, cloth, source, ball, object, settings, relations, loss, by, extraction, taken, ..
@@ -132,18 +132,16 @@ fn load_manifest(manifest: Manifest, file: PathBuf) -> Result<Dataset, DatasetEr
 pub(crate) fn header(file: &Path) -> std::io::Result<Vec<String>> {
     let bytes = std::fs::read(file)?;
     let (text, told) = text::without_separator_line(text::decode(&bytes).0);
-    let mut all = text::lines(&text).map(|(_, line)| line).filter(|line| !line.trim().is_empty());
-    let Some(first) = all.clone().find(|line| !line.trim_start().starts_with('#')).or_else(|| all.next())
-    else {
-        return Ok(Vec::new());
-    };
+    let mut all = text::filled_lines(&text).map(|(_, line)| line);
+    let first = all.clone().find(|line| !line.trim_start().starts_with('#'));
+    let Some(first) = first.or_else(|| all.next()) else { return Ok(Vec::new()) };
     let separator = told.unwrap_or_else(|| table::separator(first));
     let names = text::trimmed(first, text::Separator::Char(separator));
     Ok(names.unwrap_or_else(|| vec![first.to_string()]))
 }
 
 /// Numbers the shots that have no name, and complains about names given twice.
-fn name_shots(shots: &mut [Shot], problems: &mut Problems) {
+fn name_shots(shots: &mut [Shot], problems: &Problems) {
     let mut seen: HashMap<String, (PathBuf, usize)> = HashMap::new();
     for shot in shots.iter().filter(|shot| !shot.name.is_empty()) {
         if let Some((file, line)) = seen.get(&shot.name) {
@@ -152,7 +150,7 @@ fn name_shots(shots: &mut [Shot], problems: &mut Problems) {
                 "\"{}\" also names the shot in line {line} of {file}; expected a name of its own",
                 shot.name
             );
-            problems.add(&shot.file, Some(shot.line), Some("shot"), message);
+            problems.add(&shot.file, shot.line, "shot", message);
         } else {
             seen.insert(shot.name.clone(), (shot.file.clone(), shot.line));
         }

@@ -4,6 +4,35 @@ use std::path::Path;
 
 use crate::io::error::Problems;
 
+/// A cell of a table, and where it stands.
+#[derive(Clone, Copy)]
+pub(crate) struct Place<'a> {
+    pub file: &'a Path,
+    pub line: usize,
+    pub column: &'a str,
+    pub text: &'a str,
+    pub problems: &'a Problems,
+}
+
+impl Place<'_> {
+    pub(crate) fn wrong(&self, message: impl Into<String>) {
+        self.problems.add(self.file, self.line, self.column, message);
+    }
+
+    /// The number and its mark; a cell that holds none, and is no gap, is a problem.
+    fn read(&self) -> Option<(f64, Option<char>)> {
+        match parse(self.text) {
+            Ok(Cell::Empty) => None,
+            Ok(Cell::Number(number, mark)) => Some((number, mark)),
+            Err(why) => {
+                let text = shortened(self.text.trim());
+                self.wrong(format!("\"{text}\" {why}; expected a finite number, or {GAP}"));
+                None
+            }
+        }
+    }
+}
+
 /// What a cell holds.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Cell {
@@ -68,6 +97,14 @@ pub(crate) fn parse(cell: &str) -> Result<Cell, &'static str> {
     }
 }
 
+/// The number that a cell holds, if it holds one.
+pub(crate) fn value(cell: &str) -> Option<f64> {
+    match parse(cell) {
+        Ok(Cell::Number(number, _)) => Some(number),
+        _ => None,
+    }
+}
+
 /// The decimal mark of the cells of one kind (times, or coordinates): it must be the same in all, and no mark of thousands.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Mark {
@@ -84,63 +121,42 @@ pub(crate) struct Mark {
 
 impl Mark {
     /// The number of a cell, `None` if it is empty or wrong; the latter is a problem, located.
-    pub(crate) fn number(
-        &mut self,
-        cell: &str,
-        file: &Path,
-        line: usize,
-        column: &str,
-        problems: &mut Problems,
-    ) -> Option<f64> {
-        let (number, mark) = read(cell, file, line, column, problems)?;
-        self.see(mark, cell, file, line, column, problems);
+    pub(crate) fn number(&mut self, cell: Place) -> Option<f64> {
+        let (number, mark) = cell.read()?;
+        self.see(mark, cell);
         Some(number)
     }
 
     /// The same, of what stands beside these cells in a unit of its own: it tells nothing of thousands.
-    pub(crate) fn beside(
-        &mut self,
-        cell: &str,
-        file: &Path,
-        line: usize,
-        column: &str,
-        problems: &mut Problems,
-    ) -> Option<f64> {
-        let (number, mark) = read(cell, file, line, column, problems)?;
+    pub(crate) fn beside(&mut self, cell: Place) -> Option<f64> {
+        let (number, mark) = cell.read()?;
         if let Some(mark) = mark {
-            self.check(mark, cell, file, line, column, problems);
+            self.check(mark, cell);
         }
         Some(number)
     }
 
     /// Takes account of a cell that holds a number with this mark, if any.
-    pub(crate) fn see(
-        &mut self,
-        mark: Option<char>,
-        cell: &str,
-        file: &Path,
-        line: usize,
-        column: &str,
-        problems: &mut Problems,
-    ) {
+    pub(crate) fn see(&mut self, mark: Option<char>, cell: Place) {
+        let text = cell.text.trim();
         let Some(mark) = mark else {
-            if self.hundreds.is_none() && is_three_digits(cell.trim()) {
-                self.hundreds = Some((line, cell.trim().to_string()));
+            if self.hundreds.is_none() && is_three_digits(text) {
+                self.hundreds = Some((cell.line, text.to_string()));
             }
             return;
         };
         if !self.decimal {
-            if !may_be_thousands(cell, mark) {
+            if !may_be_thousands(text, mark) {
                 self.decimal = true;
             } else if self.grouped.is_none() {
-                self.grouped = Some((line, column.to_string(), cell.trim().to_string()));
+                self.grouped = Some((cell.line, cell.column.to_string(), text.to_string()));
             }
         }
-        self.check(mark, cell, file, line, column, problems);
+        self.check(mark, cell);
     }
 
     /// Complains where nothing tells whether 1,874 beside 998 is 1.874 or 1874.
-    pub(crate) fn finish(&self, file: &Path, problems: &mut Problems) {
+    pub(crate) fn finish(&self, file: &Path, problems: &Problems) {
         let (Some((line, column, cell)), Some((other, plain)), false) =
             (&self.grouped, &self.hundreds, self.decimal)
         else {
@@ -151,31 +167,19 @@ impl Mark {
              between thousands, and more digits where it is decimal",
             self.seen.map_or("mark", |(mark, _)| word(mark))
         );
-        problems.add(file, Some(*line), Some(column), message);
+        problems.add(file, *line, column.as_str(), message);
     }
 
-    fn check(
-        &mut self,
-        mark: char,
-        cell: &str,
-        file: &Path,
-        line: usize,
-        column: &str,
-        problems: &mut Problems,
-    ) {
-        match self.seen {
-            None => self.seen = Some((mark, line)),
-            Some((other, at)) if other != mark && !self.complained => {
-                self.complained = true;
-                let message = format!(
-                    "\"{}\" has a decimal {}, but line {at} a decimal {}; expected one of them throughout",
-                    cell.trim(),
-                    word(mark),
-                    word(other)
-                );
-                problems.add(file, Some(line), Some(column), message);
-            }
-            Some(_) => {}
+    fn check(&mut self, mark: char, cell: Place) {
+        let (other, at) = *self.seen.get_or_insert((mark, cell.line));
+        if other != mark && !self.complained {
+            self.complained = true;
+            cell.wrong(format!(
+                "\"{}\" has a decimal {}, but line {at} a decimal {}; expected one of them throughout",
+                cell.text.trim(),
+                word(mark),
+                word(other)
+            ));
         }
     }
 
@@ -188,40 +192,26 @@ impl Mark {
     }
 }
 
-/// A number and its mark; a cell that holds none, and is no gap, is a problem.
-fn read(
-    cell: &str,
-    file: &Path,
-    line: usize,
-    column: &str,
-    problems: &mut Problems,
-) -> Option<(f64, Option<char>)> {
-    match parse(cell) {
-        Ok(Cell::Empty) => None,
-        Ok(Cell::Number(number, mark)) => Some((number, mark)),
-        Err(why) => {
-            let message = format!("\"{}\" {why}; expected a finite number, or {GAP}", shortened(cell.trim()));
-            problems.add(file, Some(line), Some(column), message);
-            None
-        }
-    }
+fn unsigned(cell: &str) -> &str {
+    cell.strip_prefix(['-', '+', '\u{2212}']).unwrap_or(cell)
+}
+
+fn is_digits(text: &str) -> bool {
+    text.bytes().all(|byte| byte.is_ascii_digit())
 }
 
 fn is_three_digits(cell: &str) -> bool {
-    let digits = cell.strip_prefix(['-', '+', '\u{2212}']).unwrap_or(cell);
-    digits.len() == 3 && !digits.starts_with('0') && digits.bytes().all(|byte| byte.is_ascii_digit())
+    let digits = unsigned(cell);
+    digits.len() == 3 && !digits.starts_with('0') && is_digits(digits)
 }
 
 /// Whether a number is written like 1,874 or -12,005: up to three digits, the mark, and three digits.
 fn may_be_thousands(cell: &str, mark: char) -> bool {
-    let cell = cell.trim();
-    let digits = cell.strip_prefix(['-', '+', '\u{2212}']).unwrap_or(cell);
-    let is_digits = |part: &str| part.bytes().all(|byte| byte.is_ascii_digit());
-    digits.split_once(mark).is_some_and(|(whole, rest)| {
+    unsigned(cell).split_once(mark).is_some_and(|(whole, rest)| {
         (1..=3).contains(&whole.len())
             && !whole.starts_with('0')
-            && is_digits(whole)
             && rest.len() == 3
+            && is_digits(whole)
             && is_digits(rest)
     })
 }
@@ -257,25 +247,8 @@ mod tests {
         for gap in ["", "  ", "NaN", "nan", "NA", "-", "--", "n/a", "#N/A", "None", "null", "\\N"] {
             assert_eq!(parse(gap), Ok(Cell::Empty));
         }
-        for wrong in [
-            "1.234,5",
-            "1,234,567",
-            "1 2",
-            "0x1",
-            "inf",
-            "1e999",
-            "e5",
-            ".",
-            "---",
-            "--1",
-            "1e",
-            "1e1.5",
-            "1-2",
-            "1_0",
-            "１",
-            "1e5e5",
-            "+-1",
-        ] {
+        let wrong = "1.234,5|1,234,567|1 2|0x1|inf|1e999|e5|.|---|--1|1e|1e1.5|1-2|1_0|１|1e5e5|+-1";
+        for wrong in wrong.split('|') {
             assert!(parse(wrong).is_err(), "{wrong}");
         }
     }
@@ -283,11 +256,11 @@ mod tests {
     #[test]
     fn thousands_are_not_taken_for_decimals() {
         let said = |cells: &[&str]| {
-            let (mut mark, mut problems) = (Mark::default(), Problems::new(""));
-            for (i, cell) in cells.iter().enumerate() {
-                mark.number(cell, Path::new("a.csv"), i + 2, "x", &mut problems);
+            let (mut mark, problems, file) = (Mark::default(), Problems::new(""), Path::new("a.csv"));
+            for (i, text) in cells.iter().enumerate() {
+                mark.number(Place { file, line: i + 2, column: "x", text, problems: &problems });
             }
-            mark.finish(Path::new("a.csv"), &mut problems);
+            mark.finish(file, &problems);
             problems.into_error().to_string()
         };
         for cells in [["998", "1,002"], ["1.002", "-998"]] {

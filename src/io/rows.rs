@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use super::error::{Problems, did_you_mean, nearest, similarity};
+use super::error::{did_you_mean, nearest, similarity};
 use super::manifest::Assume;
 use super::table::Table;
 use crate::measurement::dataset::{Measured, Measurement};
@@ -20,16 +20,16 @@ pub(crate) struct Column {
 
 impl Column {
     /// `None` if the column is not there. Checks that standard deviations are positive.
-    pub(crate) fn read(table: &Table, name: &str, unit_si: f64, problems: &mut Problems) -> Option<Self> {
-        let values = table.numbers(name, problems)?;
+    pub(crate) fn read(table: &Table, name: &str, unit_si: f64) -> Option<Self> {
+        let values = table.numbers(name)?;
         let sd_name = format!("{name}_sd");
-        let sds = table.numbers(&sd_name, problems);
+        let sds = table.numbers(&sd_name);
         for (row, sd) in sds.iter().flatten().enumerate() {
             // also one that is lost when it becomes radians
             if sd.is_some_and(|sd| !is_standard_deviation(sd * unit_si)) {
                 let text = table.text(&sd_name, row).unwrap_or_default();
                 let message = format!("{text} is no standard deviation; expected more than 0");
-                problems.add(&table.path, Some(table.line(row)), Some(&sd_name), message);
+                table.wrong(row, sd_name.as_str(), message);
             }
         }
         Some(Self { values, sds, unit_si })
@@ -47,29 +47,22 @@ impl Column {
 pub(crate) struct Observables(Vec<(Observable, Column)>);
 
 impl Observables {
-    pub(crate) fn read(table: &Table, known: &[Observable], problems: &mut Problems) -> Self {
+    pub(crate) fn read(table: &Table, known: &[Observable]) -> Self {
         let mut found = Vec::new();
         for observable in known {
             let name = observable.column();
-            let Some(column) = Column::read(table, name, observable.unit_si(), problems) else { continue };
+            let Some(column) = Column::read(table, name, observable.unit_si()) else { continue };
             if column.sds.is_some() {
-                let (mut with, mut without) = (None, None);
-                for row in (0..table.rows()).filter(|row| column.values[*row].is_some()) {
-                    let given = table.text(&format!("{name}_sd"), row).is_some();
-                    let slot = if given { &mut with } else { &mut without };
-                    slot.get_or_insert(row);
-                }
-                if let (Some(with), Some(without)) = (with, without) {
+                let sd_name = format!("{name}_sd");
+                let mut full = (0..table.rows()).filter(|row| column.values[*row].is_some());
+                let has_sd = |row: &usize| table.text(&sd_name, *row).is_some();
+                let with = full.clone().find(has_sd);
+                if let (Some(with), Some(without)) = (with, full.find(|row| !has_sd(row))) {
                     let message = format!(
                         "is empty, but line {} has one; give a standard deviation for every {name} or for none",
                         table.line(with)
                     );
-                    problems.add(
-                        &table.path,
-                        Some(table.line(without)),
-                        Some(&format!("{name}_sd")),
-                        message,
-                    );
+                    table.wrong(without, sd_name.as_str(), message);
                 }
             }
             found.push((*observable, column));
@@ -78,29 +71,23 @@ impl Observables {
     }
 
     /// Complains if there is no column of them. `inputs` are the columns that mean something else.
-    pub(crate) fn require(
-        &self,
-        table: &Table,
-        known: &[Observable],
-        inputs: &[&str],
-        problems: &mut Problems,
-    ) {
+    pub(crate) fn require(&self, table: &Table, known: &[Observable], inputs: &[&str]) {
         if !self.0.is_empty() {
             return;
         }
         let names: Vec<_> = known.iter().map(|observable| observable.column()).collect();
-        let labels = table.names().into_iter().filter(|name| !inputs.contains(name));
+        let labels = table.names().filter(|name| !inputs.contains(name));
         let near = labels.filter_map(|name| Some((name, nearest(name, names.clone())?)));
         let nearest = near.max_by(|a, b| similarity(a.0, a.1).total_cmp(&similarity(b.0, b.1)));
         let hint =
             nearest.map_or(String::new(), |(name, near)| format!("; is \"{name}\" meant to be {near}?"));
         let message =
             format!("no column of anything observed; expected at least one of {}{hint}", names.join(", "));
-        problems.add(&table.path, Some(table.header()), None, message);
+        table.wrong_name(None, message);
     }
 
     /// What a row has; complains if that is nothing.
-    pub(crate) fn row(&self, table: &Table, row: usize, problems: &mut Problems) -> Vec<Measurement> {
+    pub(crate) fn row(&self, table: &Table, row: usize) -> Vec<Measurement> {
         let measurement = |(observable, column): &(Observable, Column)| {
             Some(Measurement { observable: *observable, measured: column.measured(row)? })
         };
@@ -108,7 +95,7 @@ impl Observables {
         let names: Vec<_> = self.0.iter().map(|(observable, _)| observable.column()).collect();
         if !names.is_empty() && names.iter().all(|name| table.text(name, row).is_none()) {
             let message = format!("nothing observed in this row; expected a value in {}", names.join(" or "));
-            problems.add(&table.path, Some(table.line(row)), None, message);
+            table.wrong(row, None, message);
         }
         found
     }
@@ -116,18 +103,13 @@ impl Observables {
 
 /// The spin of every row: a word column, three number columns, or what dataset.toml assumes. Rows are
 /// left out if something is wrong with them.
-pub(crate) fn spins(
-    table: &Table,
-    columns: [&str; 3],
-    assume: Option<Assume>,
-    problems: &mut Problems,
-) -> Vec<Spin> {
+pub(crate) fn spins(table: &Table, columns: [&str; 3], assume: Option<Assume>) -> Vec<Spin> {
     let present = columns.iter().filter(|column| table.has(column)).count();
     if (1..3).contains(&present) {
         for column in columns.iter().filter(|column| !table.has(column)) {
             let message =
                 format!("is missing from the column names; expected all three of {}", columns.join(", "));
-            problems.add(&table.path, Some(table.header()), Some(column), message);
+            table.wrong_name(*column, message);
         }
         return Vec::new();
     }
@@ -141,32 +123,19 @@ pub(crate) fn spins(
             "[cue_spin] says that the spin is measured; expected".to_string()
         };
         let message = format!("{said} columns {}", columns.join(", "));
-        problems.add(&table.path, Some(table.header()), None, message);
+        table.wrong_name(None, message);
         return Vec::new();
     }
-    let numbers = columns.map(|column| Column::read(table, column, 1.0, problems));
+    let numbers = columns.map(|column| Column::read(table, column, 1.0));
     let spins = (0..table.rows()).filter_map(|row| {
         let components = numbers.each_ref().map(|c| c.as_ref().and_then(|column| column.measured(row)));
         let written = columns.map(|column| table.text(column, row).is_some());
-        let mut wrong = |column: &str, message: String| {
-            problems.add(&table.path, Some(table.line(row)), Some(column), message);
+        let wrong = |column: &str, message: String| {
+            table.wrong(row, column, message);
             None
         };
         let word = table.text("cue_spin", row);
-        let said = match word {
-            None => None,
-            Some(word) => {
-                let Some(said) = Assume::of(word) else {
-                    let names = Assume::WORDS.map(|(name, _)| name);
-                    let near = did_you_mean(word, names);
-                    return wrong(
-                        "cue_spin",
-                        format!("\"{word}\" is no spin{near}; expected {}", names.join(", ")),
-                    );
-                };
-                Some(said)
-            }
-        };
+        let said = spin_word(table, row).ok()?;
         if let Some(empty) = written.iter().position(|w| !w).filter(|_| written.contains(&true)) {
             let message = "is empty; expected all three components of the spin or none".to_string();
             return wrong(columns[empty], message);
@@ -178,49 +147,55 @@ pub(crate) fn spins(
                 return wrong("cue_spin", message);
             }
             // a cell that is no number has been complained about
-            let [Some(x), Some(y), Some(z)] = components else { return None };
-            return Some(Spin::Measured {
-                spin: Vec3::new(x.value, y.value, z.value),
-                sd: [x.sd, y.sd, z.sd],
-            });
+            return measured(components);
         }
-        match said.or(assume) {
-            Some(Assume::Stun) => Some(Spin::Stun),
-            Some(Assume::NaturalRoll) => Some(Spin::NaturalRoll),
-            Some(Assume::Unknown) => Some(Spin::Unknown),
-            Some(Assume::Measured) => wrong(
-                if word.is_some() { "cue_spin" } else { columns[0] },
-                format!("the spin is said to be measured; expected values in {}", columns.join(", ")),
-            ),
-            None => wrong(
-                if has_words { "cue_spin" } else { columns[0] },
-                "is empty, and dataset.toml has no [cue_spin]; expected a spin".to_string(),
-            ),
-        }
+        let Some(said) = said.or(assume) else {
+            let message = "is empty, and dataset.toml has no [cue_spin]; expected a spin".to_string();
+            return wrong(if has_words { "cue_spin" } else { columns[0] }, message);
+        };
+        said.spin().or_else(|| {
+            let message =
+                format!("the spin is said to be measured; expected values in {}", columns.join(", "));
+            wrong(if word.is_some() { "cue_spin" } else { columns[0] }, message)
+        })
     });
     spins.collect()
+}
+
+/// The spin of all three components.
+pub(crate) fn measured(components: [Option<Measured>; 3]) -> Option<Spin> {
+    let [Some(x), Some(y), Some(z)] = components else { return None };
+    Some(Spin::Measured { spin: Vec3::new(x.value, y.value, z.value), sd: [x.sd, y.sd, z.sd] })
+}
+
+/// What the cell of a row says of the cue ball's spin; `Err` where that is no word for it, which is complained about.
+pub(crate) fn spin_word(table: &Table, row: usize) -> Result<Option<Assume>, ()> {
+    let Some(word) = table.text("cue_spin", row) else { return Ok(None) };
+    Assume::of(word).map(Some).ok_or_else(|| {
+        let names = Assume::WORDS.map(|(name, _)| name);
+        let near = did_you_mean(word, names);
+        table.wrong(row, "cue_spin", format!("\"{word}\" is no spin{near}; expected {}", names.join(", ")));
+    })
 }
 
 /// Columns that are neither input nor observable, as text.
 pub(crate) fn labels(table: &Table, known: &[&str], row: usize) -> BTreeMap<String, String> {
     let is_known =
         |name: &str| known.contains(&name) || name.strip_suffix("_sd").is_some_and(|n| known.contains(&n));
-    let label = |name: &&str| (name.to_string(), table.text(name, row).unwrap_or_default().to_string());
-    table.names().iter().filter(|name| !is_known(name)).map(label).collect()
+    let label = |name: &str| (name.to_string(), table.text(name, row).unwrap_or_default().to_string());
+    table.names().filter(|name| !is_known(name)).map(label).collect()
 }
 
 /// Columns that are no labels but slips of the pen: a `…_sd` of a known column that is not there, and
 /// a known name but for its case, blanks and hyphens.
-pub(crate) fn check_names(table: &Table, known: &[&str], problems: &mut Problems) {
+pub(crate) fn check_names(table: &Table, known: &[&str]) {
     for name in table.names() {
         let plain = name.to_lowercase().replace([' ', '-'], "_");
         let of = plain.strip_suffix("_sd").filter(|of| known.contains(of));
         if name != plain && (known.contains(&plain.as_str()) || of.is_some()) && !table.has(&plain) {
-            let message = format!("is no known name; write {plain}");
-            problems.add(&table.path, Some(table.header()), Some(name), message);
+            table.wrong_name(name, format!("is no known name; write {plain}"));
         } else if let Some(of) = of.filter(|of| !table.has(of)) {
-            let message = format!("there is no column {of} that it belongs to");
-            problems.add(&table.path, Some(table.header()), Some(name), message);
+            table.wrong_name(name, format!("there is no column {of} that it belongs to"));
         }
     }
 }

@@ -1,27 +1,22 @@
-//! A table with commas, semicolons or tabs between its cells: read by polars, with the place of every cell in its file.
+//! A table with commas, semicolons or tabs between its cells, with the place of every cell in its file.
 
 use std::borrow::Cow;
 use std::fs;
-use std::io::Cursor;
 use std::path::{Path, PathBuf};
 
-use polars::error::PolarsError;
-use polars::prelude::{CsvReadOptions, DataFrame, SerReader};
-
 use super::error::{Problems, nearest};
-use super::number::{Cell, Mark, parse};
-use super::text::{Separator, decode, lines, without_separator_line};
+use super::number::{Cell, Mark, Place, parse};
+use super::text::{Separator, decode, filled_lines, quoted_cell, without_separator_line};
 
-/// The rows of a file, all cells as text without the blanks around them.
-pub(crate) struct Table {
+/// The rows of a file, all cells as text without the blanks around them, and where what is wrong with them is put.
+pub(crate) struct Table<'a> {
     pub path: PathBuf,
-    frame: DataFrame,
+    pub problems: &'a Problems,
     /// Where it is no comma, decimals may have one.
     separator: char,
-    /// Line of the column names.
-    header: usize,
-    /// Line of each row.
-    lines: Vec<usize>,
+    header: Record,
+    /// Each with as many cells as the header.
+    rows: Vec<Record>,
 }
 
 /// A record of the file: the line where it starts, and its cells without the blanks around them.
@@ -31,156 +26,143 @@ struct Record {
     cells: Vec<String>,
 }
 
-impl Table {
+impl<'a> Table<'a> {
     /// Comments (`#`) and lines with nothing but blanks and commas are passed over. `None` if it cannot
     /// be read; what is wrong is then among the problems.
-    pub(crate) fn read(path: &Path, problems: &mut Problems) -> Option<Self> {
+    pub(crate) fn read(path: &Path, problems: &'a Problems) -> Option<Self> {
         let text = read_utf8(path, problems)?;
         let (text, told) = without_separator_line(text.into());
         let separator = told.unwrap_or_else(|| separator(&text));
-        let (records, slips) = records(&text, separator);
+        let (mut rows, slips) = records(&text, separator);
         for (line, message) in &slips {
-            problems.add(path, Some(*line), None, *message);
-        }
-        let mut records = records.into_iter();
-        let Some(header) = records.next() else {
-            if slips.is_empty() {
-                problems.add(
-                    path,
-                    None,
-                    None,
-                    "is empty; expected a line of column names, and rows below it",
-                );
-            }
-            return None;
-        };
-        check_header(path, &header, problems)?;
-        let (mut lines, mut rows, mut ragged) = (Vec::new(), Vec::new(), false);
-        for record in records {
-            let (found, expected) = (record.cells.len(), header.cells.len());
-            if found == expected {
-                lines.push(record.line);
-                rows.push(record.cells);
-                continue;
-            }
-            ragged = true;
-            let name = Separator::Char(separator).name();
-            let hint = match (found > expected, separator) {
-                (true, ',') => {
-                    "; write decimals with a point, and text that has commas in quotation marks".to_string()
-                }
-                (true, _) => format!("; write text that has {name} in quotation marks"),
-                (false, _) => format!("; leave a cell empty, but keep its {}", name.trim_end_matches('s')),
-            };
-            let message = format!(
-                "{found} cell{}; expected {expected}, as in the header{hint}",
-                if found == 1 { "" } else { "s" }
-            );
-            problems.add(path, Some(record.line), None, message);
+            problems.add(path, *line, None, *message);
         }
         if rows.is_empty() {
-            if !ragged && slips.is_empty() {
-                let hint = if text.contains("\n#") { " (lines that begin with # are comments)" } else { "" };
-                let message = format!("no rows below the column names; expected at least one{hint}");
-                problems.add(path, Some(header.line), None, message);
+            if slips.is_empty() {
+                let message = "is empty; expected a line of column names, and rows below it";
+                problems.add(path, None, None, message);
             }
             return None;
         }
-        match frame(&header.cells, &rows) {
-            Ok(frame) if frame.height() == lines.len() => {
-                Some(Self { path: path.to_path_buf(), frame, separator, header: header.line, lines })
+        let header = rows.remove(0);
+        check_header(path, &header, problems)?;
+        let expected = header.cells.len();
+        let all = rows.len();
+        rows.retain(|record| {
+            let found = record.cells.len();
+            let name = Separator::Char(separator).name();
+            let hint = match (found > expected, separator) {
+                _ if found == expected => return true,
+                (true, ',') => {
+                    "write decimals with a point, and text that has commas in quotation marks".to_string()
+                }
+                (true, _) => format!("write text that has {name} in quotation marks"),
+                (false, _) => format!("leave a cell empty, but keep its {}", name.trim_end_matches('s')),
+            };
+            let s = if found == 1 { "" } else { "s" };
+            let message = format!("{found} cell{s}; expected {expected}, as in the header; {hint}");
+            problems.add(path, record.line, None, message);
+            false
+        });
+        if rows.is_empty() {
+            if all == 0 && slips.is_empty() {
+                let hint = if text.contains("\n#") { " (lines that begin with # are comments)" } else { "" };
+                let message = format!("no rows below the column names; expected at least one{hint}");
+                problems.add(path, header.line, None, message);
             }
-            Ok(_) => {
-                problems.add(path, None, None, "cannot be read as CSV: rows and lines do not match");
-                None
-            }
-            Err(error) => {
-                problems.add(path, None, None, format!("cannot be read as CSV: {error}"));
-                None
-            }
+            return None;
         }
+        Some(Self { path: path.to_path_buf(), problems, separator, header, rows })
+    }
+
+    /// Complains about a cell.
+    pub(crate) fn wrong<'c>(
+        &self,
+        row: usize,
+        column: impl Into<Option<&'c str>>,
+        message: impl Into<String>,
+    ) {
+        self.problems.add(&self.path, self.line(row), column, message);
+    }
+
+    /// Complains about the name of a column, or about all of them.
+    pub(crate) fn wrong_name<'c>(&self, column: impl Into<Option<&'c str>>, message: impl Into<String>) {
+        self.problems.add(&self.path, self.header.line, column, message);
     }
 
     pub(crate) fn rows(&self) -> usize {
-        self.lines.len()
-    }
-
-    /// Line of the column names.
-    pub(crate) fn header(&self) -> usize {
-        self.header
+        self.rows.len()
     }
 
     /// The row that begins in a line.
     pub(crate) fn row(&self, line: usize) -> Option<usize> {
-        self.lines.binary_search(&line).ok()
+        self.rows.binary_search_by_key(&line, |row| row.line).ok()
     }
 
     /// Line of a row in the file.
     pub(crate) fn line(&self, row: usize) -> usize {
-        self.lines[row]
+        self.rows[row].line
     }
 
-    pub(crate) fn names(&self) -> Vec<&str> {
-        self.frame.get_column_names().into_iter().map(AsRef::as_ref).collect()
+    pub(crate) fn names(&self) -> impl Iterator<Item = &str> {
+        self.header.cells.iter().map(String::as_str)
     }
 
     pub(crate) fn has(&self, column: &str) -> bool {
-        self.frame.column(column).is_ok()
+        self.names().any(|name| name == column)
     }
 
     /// The cell, `None` if it is empty or there is no such column.
     pub(crate) fn text(&self, column: &str, row: usize) -> Option<&str> {
-        let text = self.frame.column(column).ok()?.str().ok()?.get(row)?;
-        (!text.is_empty()).then_some(text)
+        let column = self.names().position(|name| name == column)?;
+        Some(self.rows[row].cells[column].as_str()).filter(|text| !text.is_empty())
     }
 
     /// A column of numbers: `None` where a cell is empty, and a problem for each that is no finite
     /// number. `None` for the column if it is not there.
-    pub(crate) fn numbers(&self, column: &str, problems: &mut Problems) -> Option<Vec<Option<f64>>> {
+    pub(crate) fn numbers(&self, column: &str) -> Option<Vec<Option<f64>>> {
         if !self.has(column) {
             return None;
         }
         let mut marks = Mark::default();
-        let mut number = |row| {
-            let cell = self.text(column, row)?;
-            let mut plain = Cow::Borrowed(cell);
+        let number = |row| {
+            let text = self.text(column, row)?;
+            let cell =
+                Place { file: &self.path, line: self.line(row), column, text, problems: self.problems };
+            let mut plain = Cow::Borrowed(text);
             if self.separator != ','
-                && let Ok(Cell::Number(_, mark)) = parse(cell)
+                && let Ok(Cell::Number(_, mark)) = parse(text)
             {
-                plain = cell.replacen(',', ".", 1).into();
-                marks.see(mark, cell, &self.path, self.line(row), column, problems);
+                plain = text.replacen(',', ".", 1).into();
+                marks.see(mark, cell);
             }
             let number = plain.parse().ok().filter(|x: &f64| x.is_finite());
             if number.is_none() {
-                let message = format!("\"{cell}\" is not a finite number; expected {}", remedy(cell));
-                problems.add(&self.path, Some(self.line(row)), Some(column), message);
+                cell.wrong(format!("\"{text}\" is not a finite number; expected {}", remedy(text)));
             }
             number
         };
-        let numbers = (0..self.rows()).map(&mut number).collect();
-        marks.finish(&self.path, problems);
+        let numbers = (0..self.rows()).map(number).collect();
+        marks.finish(&self.path, self.problems);
         Some(numbers)
     }
 
     /// Complains about a column that must be there and full. `known` are the columns that mean
     /// something: a misspelled one is not among them.
-    pub(crate) fn require(&self, column: &str, known: &[&str], problems: &mut Problems) {
+    pub(crate) fn require(&self, column: &str, known: &[&str]) {
         if !self.has(column) {
-            let others = self.names().into_iter().filter(|name| !known.contains(name));
-            let near = nearest(column, others);
+            let near = nearest(column, self.names().filter(|name| !known.contains(name)));
             let near = near.map_or(String::new(), |name| format!("; is \"{name}\" meant to be it?"));
-            let message = format!("is missing from the column names{near}");
-            problems.add(&self.path, Some(self.header), Some(column), message);
-            return;
+            return self.wrong_name(column, format!("is missing from the column names{near}"));
         }
         for row in (0..self.rows()).filter(|row| self.text(column, *row).is_none()) {
-            problems.add(&self.path, Some(self.line(row)), Some(column), "is empty; expected a value");
+            self.wrong(row, column, "is empty; expected a value");
         }
     }
 }
 
 /// A file as text, without byte order mark. `None` if that fails; why is then among the problems.
-pub(crate) fn read_utf8(path: &Path, problems: &mut Problems) -> Option<String> {
+pub(crate) fn read_utf8(path: &Path, problems: &Problems) -> Option<String> {
     let bytes = match fs::read(path) {
         Ok(bytes) => bytes,
         Err(error) => {
@@ -199,8 +181,8 @@ pub(crate) fn read_utf8(path: &Path, problems: &mut Problems) -> Option<String> 
 
 /// What most likely stands between the cells of a table: what its line of names has most of.
 pub(crate) fn separator(text: &str) -> char {
-    let is_name = |line: &&str| !(line.trim().is_empty() || line.trim_start().starts_with('#'));
-    let first = lines(text).map(|(_, line)| line).find(is_name).unwrap_or_default();
+    let names = filled_lines(text).find(|(_, line)| !line.trim_start().starts_with('#'));
+    let first = names.map_or("", |(_, line)| line);
     // of equally many the last one
     ['\t', ';', ','].into_iter().max_by_key(|c| first.matches(*c).count()).unwrap_or(',')
 }
@@ -226,43 +208,16 @@ fn remedy(cell: &str) -> String {
 }
 
 /// `None` if a table with these column names cannot be read.
-fn check_header(path: &Path, header: &Record, problems: &mut Problems) -> Option<()> {
-    let line = Some(header.line);
-    let mut good = true;
+fn check_header(path: &Path, header: &Record, problems: &Problems) -> Option<()> {
+    let before = problems.len();
     for (i, name) in header.cells.iter().enumerate() {
         if name.is_empty() {
-            problems.add(path, line, None, format!("column {} has no name", i + 1));
-            good = false;
+            problems.add(path, header.line, None, format!("column {} has no name", i + 1));
         } else if header.cells[..i].contains(name) {
-            problems.add(path, line, Some(name), "stands twice among the column names");
-            good = false;
+            problems.add(path, header.line, name.as_str(), "stands twice among the column names");
         }
     }
-    good.then_some(())
-}
-
-/// Every cell as text. The records are written anew, all in quotation marks, so that polars cannot
-/// see other cells in them.
-fn frame(names: &[String], rows: &[Vec<String>]) -> Result<DataFrame, PolarsError> {
-    let mut text = String::new();
-    for row in std::iter::once(names).chain(rows.iter().map(Vec::as_slice)) {
-        for (i, cell) in row.iter().enumerate() {
-            text.push_str(if i > 0 { "," } else { "" });
-            if !cell.is_empty() {
-                text.push('"');
-                text.push_str(&cell.replace('"', "\"\""));
-                text.push('"');
-            }
-        }
-        text.push('\n');
-    }
-    let mut frame = CsvReadOptions::default()
-        .with_has_header(true)
-        .with_infer_schema_length(Some(0))
-        .into_reader_with_file_handle(Cursor::new(text.into_bytes()))
-        .finish()?;
-    frame.set_column_names(names)?;
-    Ok(frame)
+    (problems.len() == before).then_some(())
 }
 
 /// Splits into records: cells end at separators, records at line ends, unless within quotation marks,
@@ -315,18 +270,6 @@ fn records(text: &str, separator: char) -> (Vec<Record>, Vec<(usize, &'static st
         }
     }
     (records, slips)
-}
-
-/// Splits after a quotation mark into what is before the one that closes it and what is after.
-fn quoted_cell(text: &str) -> Option<(&str, &str)> {
-    let mut from = 0;
-    loop {
-        let at = from + text[from..].find('"')?;
-        if !text[at + 1..].starts_with('"') {
-            return Some((&text[..at], &text[at + 1..]));
-        }
-        from = at + 2;
-    }
 }
 
 #[cfg(test)]

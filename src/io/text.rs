@@ -83,6 +83,16 @@ pub(crate) fn lines(text: &str) -> impl Iterator<Item = (usize, &str)> + Clone {
     lines_by(text, line_end(text))
 }
 
+/// Those that are not blank.
+pub(crate) fn filled_lines(text: &str) -> impl Iterator<Item = (usize, &str)> + Clone {
+    lines(text).filter(|(_, line)| !line.trim().is_empty())
+}
+
+/// The first of them below so many lines.
+pub(crate) fn filled_below(text: &str, above: usize) -> Option<(usize, &str)> {
+    lines(text).skip(above).find(|(_, line)| !line.trim().is_empty())
+}
+
 pub(crate) fn line_end(text: &str) -> char {
     if text.contains('\n') { '\n' } else { '\r' }
 }
@@ -116,20 +126,8 @@ pub(crate) fn cells(line: &str, separator: Separator) -> Option<Vec<Cow<'_, str>
             rest = after;
             continue;
         };
-        let mut cell = String::new();
-        let mut inside = quoted;
-        let after = loop {
-            let (text, after) = inside.split_once('"')?;
-            cell.push_str(text);
-            match after.strip_prefix('"') {
-                Some(more) => {
-                    cell.push('"');
-                    inside = more;
-                }
-                None => break after,
-            }
-        };
-        cells.push(Cow::Owned(cell));
+        let (inside, after) = quoted_cell(quoted)?;
+        cells.push(Cow::Owned(inside.replace("\"\"", "\"")));
         let after = after.trim_start_matches(|c: char| c.is_whitespace() && c != separator);
         if after.is_empty() {
             return Some(cells);
@@ -138,7 +136,19 @@ pub(crate) fn cells(line: &str, separator: Separator) -> Option<Vec<Cow<'_, str>
     }
 }
 
-/// The same, trimmed.
+/// Splits after a quotation mark into what is before the one that closes it and what is after.
+pub(crate) fn quoted_cell(text: &str) -> Option<(&str, &str)> {
+    let mut from = 0;
+    loop {
+        let at = from + text[from..].find('"')?;
+        if !text[at + 1..].starts_with('"') {
+            return Some((&text[..at], &text[at + 1..]));
+        }
+        from = at + 2;
+    }
+}
+
+/// The cells of a line, trimmed.
 pub(crate) fn trimmed(line: &str, separator: Separator) -> Option<Vec<String>> {
     Some(cells(line, separator)?.iter().map(|cell| cell.trim().to_string()).collect())
 }

@@ -9,10 +9,11 @@ use toml::Spanned;
 use super::error::{DatasetError, Problems, did_you_mean};
 use super::table::read_utf8;
 
-/// Places in the text of a TOML file.
+/// A TOML file that is read, and where what is wrong with it is put.
 pub(crate) struct Source<'a> {
     pub path: &'a Path,
     pub text: &'a str,
+    pub problems: &'a Problems,
 }
 
 impl Source<'_> {
@@ -30,26 +31,18 @@ impl Source<'_> {
         self.text.get(span.clone()).unwrap_or_default()
     }
 
-    pub(crate) fn add(&self, problems: &mut Problems, span: &Range<usize>, message: String) {
+    pub(crate) fn wrong<T>(&self, at: &Spanned<T>, message: impl Into<String>) {
+        self.wrong_at(&at.span(), message);
+    }
+
+    pub(crate) fn wrong_at(&self, span: &Range<usize>, message: impl Into<String>) {
         let (line, position) = self.place(span);
-        problems.add(self.path, Some(line), Some(&position), message);
-    }
-}
-
-/// Collects what is wrong with numbers.
-pub(crate) struct Check<'a, 's> {
-    pub source: &'a Source<'s>,
-    pub problems: &'a mut Problems,
-}
-
-impl Check<'_, '_> {
-    pub(crate) fn wrong<T>(&mut self, at: &Spanned<T>, message: String) {
-        self.source.add(self.problems, &at.span(), message);
+        self.problems.add(self.path, line, position.as_str(), message);
     }
 
-    /// A number that is given and passes, else the default.
+    /// The number that is given, else the default; a complaint where it does not pass.
     pub(crate) fn number(
-        &mut self,
+        &self,
         given: Option<&Spanned<f64>>,
         key: &str,
         default: f64,
@@ -58,36 +51,52 @@ impl Check<'_, '_> {
         let Some(given) = given else { return default };
         let value = *given.as_ref();
         if !(value.is_finite() && good(value)) {
-            self.wrong(
-                given,
-                format!("{key} is {}; expected {expected}", self.source.written(&given.span())),
-            );
+            self.wrong(given, format!("{key} is {}; expected {expected}", self.written(&given.span())));
         }
         value
     }
+}
+
+/// A value without its place.
+pub(crate) fn bare<'a, T: Copy + 'a>(given: impl Into<Option<&'a Spanned<T>>>) -> Option<T> {
+    given.into().map(|given| *given.as_ref())
 }
 
 /// What a number has to be, and that in words.
 pub(crate) type Condition = (fn(f64) -> bool, &'static str);
 
 pub(crate) const POSITIVE: Condition = (|x| x > 0.0, "more than 0");
+
 /// Reads a TOML file of another shape, with the same care for what is wrong with it.
 pub(crate) fn read_toml<T: DeserializeOwned>(path: &Path) -> Result<T, DatasetError> {
-    read_checked(path, |parsed, _, _| parsed)
+    read_checked(path, |parsed, _| parsed)
 }
 
 /// Reads a TOML file of another shape; `check` says where what was parsed makes no sense.
 pub(crate) fn read_checked<T: DeserializeOwned, U>(
     path: &Path,
-    check: impl FnOnce(T, &Source, &mut Problems) -> U,
+    check: impl FnOnce(T, &Source) -> U,
 ) -> Result<U, DatasetError> {
-    let mut problems = Problems::new(format!("{} cannot be used:", path.display()));
-    let Some(text) = read_utf8(path, &mut problems) else { return Err(problems.into_error()) };
-    let text = text.strip_prefix('\u{feff}').unwrap_or(&text);
-    let source = Source { path, text };
-    let Some(parsed) = parse(&source, &mut problems) else { return Err(problems.into_error()) };
-    let checked = check(parsed, &source, &mut problems);
-    problems.into_result(checked)
+    let problems = Problems::new(format!("{} cannot be used:", path.display()));
+    let text = read_utf8(path, &problems);
+    checked(path, text.as_deref(), problems, check)
+}
+
+/// What `check` makes of a text that is TOML; `None`: why there is no text is among the problems.
+pub(crate) fn checked<T: DeserializeOwned, U>(
+    path: &Path,
+    text: Option<&str>,
+    problems: Problems,
+    check: impl FnOnce(T, &Source) -> U,
+) -> Result<U, DatasetError> {
+    // a byte order mark is no part of the first line
+    let source = text.map(|text| text.strip_prefix('\u{feff}').unwrap_or(text));
+    let source = source.map(|text| Source { path, text, problems: &problems });
+    let checked = source.and_then(|source| Some(check(parse(&source)?, &source)));
+    match checked {
+        Some(checked) => problems.into_result(checked),
+        None => Err(problems.into_error()),
+    }
 }
 
 /// So many unknown keys are looked for.
@@ -95,7 +104,7 @@ const UNKNOWN_KEYS: usize = 20;
 
 /// Says all that is unknown, where each is a line of its own: with that line made a comment, the next one is
 /// found. Of any other errors the first.
-pub(crate) fn parse<T: DeserializeOwned>(source: &Source, problems: &mut Problems) -> Option<T> {
+fn parse<T: DeserializeOwned>(source: &Source) -> Option<T> {
     let mut text = source.text.to_string();
     for found in 0..UNKNOWN_KEYS {
         let error = match toml::from_str(&text) {
@@ -107,7 +116,7 @@ pub(crate) fn parse<T: DeserializeOwned>(source: &Source, problems: &mut Problem
         if found > 0 && !unknown {
             return None;
         }
-        complain(&error, source, problems);
+        complain(&error, source);
         let own_line = error.span().filter(|span| {
             let before = text[..span.start].rsplit('\n').next().unwrap_or_default();
             unknown && before.trim().is_empty() && text.is_char_boundary(span.start + 1)
@@ -118,8 +127,7 @@ pub(crate) fn parse<T: DeserializeOwned>(source: &Source, problems: &mut Problem
 }
 
 /// What toml or serde found, for people who write neither.
-fn complain(error: &toml::de::Error, source: &Source, problems: &mut Problems) {
-    let text = source.text;
+fn complain(error: &toml::de::Error, source: &Source) {
     // that of a key missing at the top says nothing
     let whole = |span: &Range<usize>| {
         error.message().starts_with("missing field") && !source.written(span).starts_with('[')
@@ -127,18 +135,15 @@ fn complain(error: &toml::de::Error, source: &Source, problems: &mut Problems) {
     let span = error.span().filter(|span| !whole(span));
     let written = span.as_ref().map_or("", |span| source.written(span));
     let message = in_plain_words(error.message(), written);
-    match span {
-        Some(span) if is_decimal_comma(text, span.start) => {
-            let message = format!("{message}; write decimals with a point, not a comma");
-            source.add(problems, &span, message);
-        }
-        Some(span) if message.contains("escape") => {
-            let message = format!("{message}; write / between folders, not \\");
-            source.add(problems, &span, message);
-        }
-        Some(span) => source.add(problems, &span, message),
-        None => problems.add(source.path, None, None, message),
-    }
+    let Some(span) = span else { return source.problems.add(source.path, None, None, message) };
+    let hint = if is_decimal_comma(source.text, span.start) {
+        "; write decimals with a point, not a comma"
+    } else if message.contains("escape") {
+        "; write / between folders, not \\"
+    } else {
+        ""
+    };
+    source.wrong_at(&span, message + hint);
 }
 
 /// The message of toml or serde about what is `written`, for people who write neither.

@@ -59,7 +59,7 @@ pub enum BadSpec {
 pub fn read(path: &Path) -> Result<Spec, DatasetError> {
     let spec = toml_file::read_toml(path)?;
     // what is wrong with the balls has its line
-    toml_file::read_checked(path, |balls: RawBalls, source, problems| balls.check(source, problems))?;
+    toml_file::read_checked(path, |balls: RawBalls, source| balls.check(source))?;
     Ok(spec)
 }
 

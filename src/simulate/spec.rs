@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 use super::{Camera, ClothSpec};
 use crate::io::DatasetError;
 use crate::io::error::Problems;
-use crate::io::toml_file::{Source, parse};
+use crate::io::toml_file::checked;
 use crate::measurement::dataset::{ObjectBall, StatedObject};
 use crate::measurement::parameter::Parameter;
 use crate::measurement::values::Values;
@@ -53,9 +53,8 @@ impl FromStr for Spec {
     type Err = DatasetError;
 
     fn from_str(text: &str) -> Result<Self, DatasetError> {
-        let mut problems = Problems::new("the specification cannot be used:".to_owned());
-        let source = Source { path: Path::new("SPEC.toml"), text };
-        parse(&source, &mut problems).ok_or_else(|| problems.into_error())
+        let problems = Problems::new("the specification cannot be used:");
+        checked(Path::new("SPEC.toml"), Some(text), problems, |spec, _| spec)
     }
 }
 

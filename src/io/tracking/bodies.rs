@@ -1,5 +1,6 @@
 //! Which of the points that were followed are on the same disc, where nobody says it: those that keep their distances.
 
+use super::input::quoted;
 use super::raw::{RawTrack, Row};
 use crate::measurement::marker_groups::{central, rigid_groups};
 use crate::measurement::track::Sample;
@@ -74,12 +75,11 @@ pub(super) fn are_two(tracks: &[RawTrack]) -> bool {
 }
 
 fn names(tracks: &[RawTrack], group: &[usize]) -> String {
-    let names: Vec<_> = group.iter().map(|i| format!("\"{}\"", tracks[*i].name)).collect();
-    names.join(", ")
+    quoted(group.iter().map(|i| &tracks[*i].name))
 }
 
 fn samples(track: &RawTrack) -> Vec<Sample> {
-    let mut rows: Vec<&Row> = track.rows.iter().filter(|row| !row.is_gap()).collect();
+    let mut rows: Vec<&Row> = track.seen().collect();
     rows.sort_by(|a, b| a.time.total_cmp(&b.time));
     rows.into_iter().map(|row| Sample { t: row.time, x: row.x, y: row.y, sd: None }).collect()
 }
@@ -89,10 +89,9 @@ pub(super) fn beginning(track: &RawTrack, all: &[RawTrack]) -> Option<f64> {
     const MOVED: f64 = 0.1;
     let times = || all.iter().flat_map(|track| &track.rows).map(|row| row.time);
     let (first, last) = (times().fold(f64::INFINITY, f64::min), times().fold(f64::NEG_INFINITY, f64::max));
-    let seen: Vec<_> = track.rows.iter().filter(|row| !row.is_gap()).collect();
-    let origin = *seen.first()?;
-    let way = |row: &Row| (row.x - origin.x).hypot(row.y - origin.y);
-    let most = seen.iter().map(|row| way(row)).fold(0.0, f64::max);
-    let moving = seen.iter().find(|row| way(row) > MOVED * most);
+    let origin = track.seen().next()?;
+    let way = |row: &Row| origin.distance(*row);
+    let most = track.seen().map(way).fold(0.0, f64::max);
+    let moving = track.seen().find(|row| way(row) > MOVED * most);
     Some(moving.map_or(1.0, |row| (row.time - first) / (last - first).max(f64::MIN_POSITIVE)))
 }

@@ -50,19 +50,12 @@ impl Calibration {
         if pairs.iter().any(|(px, m)| px.iter().chain(m).any(|x| !x.is_finite())) {
             return Err("a [[scale.point]] is not finite; expected numbers".to_string());
         }
-        let pixels: Vec<_> = pairs.iter().map(|(px, _)| *px).collect();
-        let metres: Vec<_> = pairs.iter().map(|(_, m)| *m).collect();
-        let collinear = || {
-            "the [[scale.point]] lie on one line, or all but one do; expected four of which no three are on a \
-             line"
-            .to_string()
-        };
-        let (from, to) =
-            (normaliser(&pixels).ok_or_else(collinear)?, normaliser(&metres).ok_or_else(collinear)?);
+        let (pixels, metres): (Vec<_>, Vec<_>) = pairs.iter().copied().unzip();
+        let collinear = "the [[scale.point]] lie on one line, or all but one do; expected four of which no three are on a line";
+        let (from, to) = (normaliser(&pixels).ok_or(collinear)?, normaliser(&metres).ok_or(collinear)?);
         let mut rows = DMatrix::zeros((2 * pairs.len()).max(9), 9);
         for (i, (px, m)) in pairs.iter().enumerate() {
-            let p = from * Vector3::new(px[0], px[1], 1.0);
-            let q = to * Vector3::new(m[0], m[1], 1.0);
+            let (p, q) = (from * homogeneous(px), to * homogeneous(m));
             for k in 0..3 {
                 rows[(2 * i, k)] = p[k];
                 rows[(2 * i, 6 + k)] = -q.x * p[k];
@@ -71,33 +64,28 @@ impl Calibration {
             }
         }
         let svd = rows.svd(false, true);
-        let v = svd.v_t.ok_or_else(collinear)?;
+        let v = svd.v_t.ok_or(collinear)?;
         let mut order: Vec<usize> = (0..9).collect();
         order.sort_by(|a, b| svd.singular_values[*a].total_cmp(&svd.singular_values[*b]));
         // two solutions: the points do not determine it
         if svd.singular_values[order[1]] < 1e-6 * svd.singular_values[order[8]] {
-            return Err(collinear());
+            return Err(collinear.to_string());
         }
-        let h = v.row(order[0]);
-        let normalised = Matrix3::new(h[0], h[1], h[2], h[3], h[4], h[5], h[6], h[7], h[8]);
-        let back = to.try_inverse().ok_or_else(collinear)?;
+        let normalised = Matrix3::from_row_iterator(v.row(order[0]).iter().copied());
+        let back = to.try_inverse().ok_or(collinear)?;
         let mut map = back * normalised * from;
-        let mean = pixels.iter().fold(Vector3::zeros(), |sum, p| sum + Vector3::new(p[0], p[1], 1.0));
-        if (map.row(2) * mean)[0] < 0.0 {
+        let mean: Vector3<f64> = pixels.iter().map(homogeneous).sum();
+        if (map * mean).z < 0.0 {
             map = -map;
         }
-        let weight = |p: &[f64; 2]| (map.row(2) * Vector3::new(p[0], p[1], 1.0))[0];
-        if !pixels.iter().all(|p| weight(p) > 0.0) {
-            return Err(
-                "the [[scale.point]] cannot be pictures of points in one plane in front of a camera; \
-                        expected each px with its own m"
-                    .to_string(),
-            );
+        if !pixels.iter().all(|p| (map * homogeneous(p)).z > 0.0) {
+            let message = "the [[scale.point]] cannot be pictures of points in one plane in front of a camera; expected each \
+                           px with its own m";
+            return Err(message.to_string());
         }
         let calibration = Self { map: Map::Homography(map), readout };
-        let turns = map.determinant();
         if let Some(up) = up
-            && (turns > 0.0) != up
+            && (map.determinant() > 0.0) != up
         {
             let down = if up { "up" } else { "down" };
             return Err(format!(
@@ -159,6 +147,10 @@ impl Calibration {
             Map::Homography(_) => self.clone(),
         }
     }
+}
+
+fn homogeneous([x, y]: &[f64; 2]) -> Vector3<f64> {
+    Vector3::new(*x, *y, 1.0)
 }
 
 /// To mean 0 and mean distance √2. `None` where the points lie on a line.

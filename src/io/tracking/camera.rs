@@ -1,10 +1,12 @@
 //! `[camera]`: what of the camera is found from the balls, stated, or taken as right.
 
+use std::fmt;
+use std::ops::RangeInclusive;
+
 use serde::Deserialize;
 use serde::de::{SeqAccess, Unexpected, Visitor};
 use toml::Spanned;
 
-use crate::io::error::Problems;
 use crate::io::toml_file::Source;
 use crate::measurement::correction::Correction;
 
@@ -21,13 +23,12 @@ pub(crate) struct RawCamera {
 }
 
 /// What is said of a correction.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Debug)]
 enum Stated {
     Auto,
     None,
-    Value(f64),
-    /// Along x and along y.
-    Pair([f64; 2]),
+    /// One, or two along x and along y.
+    Values(Vec<f64>),
 }
 
 impl<'de> Deserialize<'de> for Stated {
@@ -36,16 +37,16 @@ impl<'de> Deserialize<'de> for Stated {
         impl<'de> Visitor<'de> for Either {
             type Value = Stated;
 
-            fn expecting(&self, f: &mut std::fmt::Formatter) -> std::fmt::Result {
+            fn expecting(&self, f: &mut fmt::Formatter) -> fmt::Result {
                 f.write_str("\"auto\", \"none\" or a number (for perspective two, along x and along y)")
             }
 
             fn visit_f64<E>(self, value: f64) -> Result<Stated, E> {
-                Ok(Stated::Value(value))
+                Ok(Stated::Values(vec![value]))
             }
 
             fn visit_i64<E>(self, value: i64) -> Result<Stated, E> {
-                Ok(Stated::Value(value as f64))
+                Ok(Stated::Values(vec![value as f64]))
             }
 
             fn visit_str<E: serde::de::Error>(self, word: &str) -> Result<Stated, E> {
@@ -60,7 +61,7 @@ impl<'de> Deserialize<'de> for Stated {
                 let mut next = |at: usize| {
                     list.next_element()?.ok_or_else(|| serde::de::Error::invalid_length(at, &self))
                 };
-                Ok(Stated::Pair([next(0)?, next(1)?]))
+                Ok(Stated::Values(vec![next(0)?, next(1)?]))
             }
         }
         deserializer.deserialize_any(Either)
@@ -92,61 +93,43 @@ pub(super) fn stated(wanted: &WantedCamera, is_motion_capture: bool) -> [Option<
 
 impl RawCamera {
     /// What is wanted, of keys that are right.
-    pub(super) fn check(&self, source: &Source, problems: &mut Problems) -> WantedCamera {
+    pub(super) fn check(&self, source: &Source) -> WantedCamera {
         let mut wanted = WantedCamera::default();
-        let single = [
-            (
-                "scale",
-                Correction::Scale,
-                &self.scale,
-                "a length of the film over the true one, from 0.1 to 10",
-            ),
-            (
-                "aspect",
-                Correction::Aspect,
-                &self.aspect,
-                "lengths along y over lengths along x, from 0.5 to 2",
-            ),
-            ("shear", Correction::Shear, &self.shear, "a number from -0.5 to 0.5"),
-            ("lens", Correction::Lens, &self.lens, "a part of lengths at 0.5 m, from -0.3 to 0.3"),
-        ];
-        for (key, which, given, expected) in single {
-            let Some(given) = given else { continue };
-            let [low, high] = match which {
-                Correction::Scale => [0.1, 10.0],
-                Correction::Aspect => [0.5, 2.0],
-                Correction::Lens => [-0.3, 0.3],
-                _ => [-0.5, 0.5],
-            };
-            wanted[which as usize] = match *given.as_ref() {
-                Stated::Auto => Wanted::Auto,
-                Stated::None => Wanted::Value(which.neutral()),
-                Stated::Value(value) if (low..=high).contains(&value) => Wanted::Value(value),
-                other => {
-                    let message =
-                        format!("{key} is {}; expected \"auto\", \"none\" or {expected}", shown(other));
-                    source.add(problems, &given.span(), message);
-                    Wanted::LeftOut
+        let mut take =
+            |key: &str, given: &Option<Spanned<Stated>>, which: &[Correction], limits, expected| {
+                let limits: &[RangeInclusive<f64>] = limits;
+                let Some(given) = given else { return };
+                let stated = given.as_ref();
+                let good = |values: &[f64]| {
+                    values.len() == limits.len()
+                        && values.iter().zip(limits).all(|(x, within)| within.contains(x))
+                };
+                for (i, which) in which.iter().enumerate() {
+                    wanted[*which as usize] = match stated {
+                        Stated::Auto => Wanted::Auto,
+                        Stated::None => Wanted::Value(which.neutral()),
+                        Stated::Values(values) if good(values) => Wanted::Value(values[i]),
+                        Stated::Values(_) => Wanted::LeftOut,
+                    };
+                }
+                if matches!(stated, Stated::Values(values) if !good(values)) {
+                    source.wrong(given, format!("{key} is {stated}; expected \"auto\"{expected}"));
                 }
             };
-        }
-        if let Some(given) = &self.perspective {
-            let both = match *given.as_ref() {
-                Stated::Auto => [Wanted::Auto; 2],
-                Stated::None => [Wanted::Value(0.0); 2],
-                Stated::Pair(pair) if pair.iter().all(|value| value.abs() <= 2.0) => pair.map(Wanted::Value),
-                other => {
-                    let message = format!(
-                        "perspective is {}; expected \"auto\", \"none\" or [x, y], each from -2 to 2 per metre",
-                        shown(other)
-                    );
-                    source.add(problems, &given.span(), message);
-                    [Wanted::LeftOut; 2]
-                }
-            };
-            wanted[Correction::PerspectiveX as usize] = both[0];
-            wanted[Correction::PerspectiveY as usize] = both[1];
-        }
+        let expected = ", \"none\" or a length of the film over the true one, from 0.1 to 10";
+        take("scale", &self.scale, &[Correction::Scale], &[0.1..=10.0], expected);
+        let expected = ", \"none\" or lengths along y over lengths along x, from 0.5 to 2";
+        take("aspect", &self.aspect, &[Correction::Aspect], &[0.5..=2.0], expected);
+        let expected = ", \"none\" or a number from -0.5 to 0.5";
+        take("shear", &self.shear, &[Correction::Shear], &[-0.5..=0.5], expected);
+        let expected = ", \"none\" or a part of lengths at 0.5 m, from -0.3 to 0.3";
+        take("lens", &self.lens, &[Correction::Lens], &[-0.3..=0.3], expected);
+        let both = [Correction::PerspectiveX, Correction::PerspectiveY];
+        let expected = ", \"none\" or [x, y], each from -2 to 2 per metre";
+        take("perspective", &self.perspective, &both, &[-2.0..=2.0, -2.0..=2.0], expected);
+        let both = [Correction::ShutterX, Correction::ShutterY];
+        let expected = " or \"none\": a known read-out time is [video] row_readout_s with rows";
+        take("shutter", &self.shutter, &both, &[], expected);
         // a lens that is stated is about the middle of the film
         let middle = match wanted[Correction::Lens as usize] {
             Wanted::Value(_) => Wanted::Value(0.0),
@@ -154,32 +137,20 @@ impl RawCamera {
         };
         wanted[Correction::LensX as usize] = middle;
         wanted[Correction::LensY as usize] = middle;
-        if let Some(given) = &self.shutter {
-            let both = match *given.as_ref() {
-                Stated::Auto => Wanted::Auto,
-                Stated::None => Wanted::Value(0.0),
-                other => {
-                    let message = format!(
-                        "shutter is {}; expected \"auto\" or \"none\": a known read-out time is [video] row_readout_s with rows",
-                        shown(other)
-                    );
-                    source.add(problems, &given.span(), message);
-                    Wanted::LeftOut
-                }
-            };
-            wanted[Correction::ShutterX as usize] = both;
-            wanted[Correction::ShutterY as usize] = both;
-        }
         wanted
     }
 }
 
-fn shown(stated: Stated) -> String {
-    match stated {
-        Stated::Auto => "\"auto\"".to_string(),
-        Stated::None => "\"none\"".to_string(),
-        Stated::Value(value) => value.to_string(),
-        Stated::Pair([x, y]) => format!("[{x}, {y}]"),
+impl fmt::Display for Stated {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        match self {
+            Self::Auto => f.write_str("\"auto\""),
+            Self::None => f.write_str("\"none\""),
+            Self::Values(values) => match values.as_slice() {
+                [value] => write!(f, "{value}"),
+                values => write!(f, "[{}]", values.iter().map(f64::to_string).collect::<Vec<_>>().join(", ")),
+            },
+        }
     }
 }
 

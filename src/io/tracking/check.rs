@@ -1,7 +1,9 @@
 //! What goes wrong between the camera and the file: rows twice, rows out of order, frames that repeat,
 //! balls that change names. Mended where the right repair is certain.
 
-use super::raw::{GAPS, Notes, ORDER, REPEATED, RawTrack, Row, SWAPPED};
+use std::ops::Range;
+
+use super::raw::{GAPS, Log, ORDER, REPEATED, RawTrack, Row, SWAPPED, sorted};
 
 /// A frame in which both balls stand still while they move before and after is a repeated one if the
 /// step after it is at least this many times the step before: the lost frame's motion is then in it.
@@ -13,16 +15,32 @@ const COARSE: f64 = 4.0;
 const SURELY_SWAPPED: f64 = 0.1;
 const PERHAPS_SWAPPED: f64 = 0.3;
 
-/// A line and what is wrong with it.
-pub(super) type Wrong = (usize, String);
+/// What is wrong with a shot, and the line where there is one.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Wrong {
+    pub line: Option<usize>,
+    pub message: String,
+    /// Camera or tracker damaged this shot only: others can do without it. Else the file or dataset.toml is wrong.
+    pub is_damage: bool,
+}
+
+impl Wrong {
+    pub(super) fn input(line: impl Into<Option<usize>>, message: impl Into<String>) -> Self {
+        Self { line: line.into(), message: message.into(), is_damage: false }
+    }
+
+    pub(super) fn damaged(line: impl Into<Option<usize>>, message: impl Into<String>) -> Self {
+        Self { is_damage: true, ..Self::input(line, message) }
+    }
+}
 
 /// Puts the rows of a track in the order of time, each time once.
-pub(super) fn order(track: &mut RawTrack, file: &std::path::Path, notes: &mut Notes) -> Result<(), Wrong> {
+pub(super) fn order(track: &mut RawTrack, log: Log) -> Result<(), Wrong> {
     let backwards = track.rows.windows(2).filter(|two| two[1].time < two[0].time).count();
     if backwards > 0 {
         let at = track.rows.windows(2).position(|two| two[1].time < two[0].time).unwrap_or(0);
         let (before, next) = (track.rows[at], track.rows[at + 1]);
-        let sorted = sorted(track);
+        let sorted = in_order(track);
         // a clock that begins anew: another clip, or times that were counted only so far
         let (first, second) = track.rows.split_at(at + 1);
         let begins_anew = backwards == 1
@@ -37,13 +55,13 @@ pub(super) fn order(track: &mut RawTrack, file: &std::path::Path, notes: &mut No
                  order, and each clip as a shot of its own",
                 track.name, before.time, before.line, next.time
             );
-            return Err((next.line as usize, message));
+            return Err(Wrong::input(next.line, message));
         }
         let how =
             if backwards + 1 == track.rows.len() { "run backwards" } else { "are not in the order of time" };
         *track = sorted;
         let message = format!("the rows of \"{}\" {how}; put in the order of time", track.name);
-        notes.add(ORDER, file, Some(next.line as usize), message);
+        log.add(ORDER, next.line, message);
     }
     let rows = &mut track.rows;
     if rows.windows(2).all(|two| two[0].time < two[1].time) {
@@ -64,11 +82,11 @@ pub(super) fn order(track: &mut RawTrack, file: &std::path::Path, notes: &mut No
                  ball and frame",
                 track.name, b.time, b.x, b.y, a.x, a.y, a.line
             );
-            return Err((b.line as usize, message));
+            return Err(Wrong::input(b.line, message));
         }
         let message =
             format!("\"{}\" has its time twice (line {}); one row is passed over", track.name, a.line);
-        notes.add(REPEATED, file, Some(b.line as usize), message);
+        log.add(REPEATED, b.line, message);
         if a.is_gap() {
             keep[last] = false;
             last = i;
@@ -81,7 +99,7 @@ pub(super) fn order(track: &mut RawTrack, file: &std::path::Path, notes: &mut No
 }
 
 /// The same track with its rows in the order of time; those with the same time stay in the order of the file.
-fn sorted(track: &RawTrack) -> RawTrack {
+fn in_order(track: &RawTrack) -> RawTrack {
     let mut order: Vec<usize> = (0..track.rows.len()).collect();
     order.sort_by(|a, b| track.rows[*a].time.total_cmp(&track.rows[*b].time));
     let rows = order.iter().map(|i| track.rows[*i]).collect();
@@ -96,26 +114,18 @@ const LATE: f64 = 100.0;
 
 /// The range of nearly all values: of the middle nine tenths.
 fn range(values: impl Iterator<Item = f64>) -> f64 {
-    let mut values: Vec<f64> = values.collect();
-    values.sort_by(f64::total_cmp);
+    let values = sorted(values);
     let at = |part: f64| values.get((part * values.len() as f64) as usize).copied().unwrap_or(f64::NAN);
     at(0.95) - at(0.05)
 }
 
 /// Turns rows into gaps that are by themselves at an impossible place or time: a lost decimal point, a slip of the pen.
-pub(super) fn stray(tracks: &mut [RawTrack], file: &std::path::Path, notes: &mut Notes) {
-    let seen = || {
-        tracks
-            .iter()
-            .filter(|track| !track.is_angle)
-            .flat_map(|track| &track.rows)
-            .filter(|row| !row.is_gap())
-    };
+pub(super) fn stray(tracks: &mut [RawTrack], log: Log) {
+    let seen = || tracks.iter().filter(|track| !track.is_angle).flat_map(|track| track.seen());
     let width = range(seen().map(|row| row.x)).max(range(seen().map(|row| row.y)));
     let length = range(seen().map(|row| row.time));
-    let steps = tracks.iter().flat_map(|track| track.rows.windows(2)).map(|two| two[1].time - two[0].time);
-    let mut steps: Vec<f64> = steps.collect();
-    steps.sort_by(f64::total_cmp);
+    let steps = tracks.iter().flat_map(|track| track.rows.windows(2));
+    let steps = sorted(steps.map(|two| two[1].time - two[0].time));
     let step = steps.get(steps.len() / 2).copied().unwrap_or(f64::NAN);
     for track in tracks.iter_mut().filter(|track| !track.is_angle) {
         let at: Vec<usize> = (0..track.rows.len()).filter(|i| !track.rows[*i].is_gap()).collect();
@@ -131,7 +141,7 @@ pub(super) fn stray(tracks: &mut [RawTrack], file: &std::path::Path, notes: &mut
                 _ => [k - 1, k + 1],
             };
             let beside = beside.map(|i| rows[i]);
-            let far = beside.iter().all(|other| distance(*other, *row) > FAR * width);
+            let far = beside.iter().all(|other| other.distance(*row) > FAR * width);
             let least =
                 beside.iter().map(|other| (other.time - row.time).abs()).fold(f64::INFINITY, f64::min);
             // frame -18 where all others count from 0
@@ -142,9 +152,8 @@ pub(super) fn stray(tracks: &mut [RawTrack], file: &std::path::Path, notes: &mut
                     "\"{}\" is by itself at an impossible {wrong} ({:.6} s, {:.6e}, {:.6e} in the file's unit): taken as a gap",
                     track.name, row.time, row.x, row.y
                 );
-                notes.add(GAPS, file, Some(row.line as usize), message);
-                let row = &mut track.rows[at[k]];
-                (row.x, row.y) = (f64::NAN, f64::NAN);
+                log.add(GAPS, row.line, message);
+                track.rows[at[k]].lose();
             }
         }
     }
@@ -177,22 +186,12 @@ fn pairs(cue: &[Row], object: &[Row]) -> Vec<(usize, usize)> {
     pairs
 }
 
-fn distance(a: Row, b: Row) -> f64 {
-    (a.x - b.x).hypot(a.y - b.y)
-}
-
 /// Turns repeated frames into gaps.
-pub(super) fn thaw(
-    cue: &mut RawTrack,
-    object: &mut RawTrack,
-    fps: f64,
-    file: &std::path::Path,
-    notes: &mut Notes,
-) -> Result<(), Wrong> {
+pub(super) fn thaw(cue: &mut RawTrack, object: &mut RawTrack, fps: f64, log: Log) -> Result<(), Wrong> {
     let pairs = pairs(&cue.rows, &object.rows);
     let step = |k: usize| {
         let ((i, j), (p, q)) = (pairs[k], pairs[k + 1]);
-        distance(cue.rows[i], cue.rows[p]).max(distance(object.rows[j], object.rows[q]))
+        cue.rows[i].distance(cue.rows[p]).max(object.rows[j].distance(object.rows[q]))
     };
     let steps: Vec<f64> = (0..pairs.len().saturating_sub(1)).map(step).collect();
     let smallest = steps.iter().copied().filter(|step| *step > 0.0).fold(f64::INFINITY, f64::min);
@@ -217,7 +216,7 @@ pub(super) fn thaw(
             continue;
         }
         let length = |k: usize| frames(k).max(1.0);
-        let line = cue.rows[pairs[first + 1].0].line as usize;
+        let line = cue.rows[pairs[first + 1].0].line;
         if after / length(k) < CATCHES_UP * before / length(first - 1) {
             let message = format!(
                 "both balls are exactly where they were in line {} while they move before and after, and do not \
@@ -225,7 +224,7 @@ pub(super) fn thaw(
                  with the frames after it renumbered; or skip the shot",
                 cue.rows[pairs[first].0].line
             );
-            return Err((line, message));
+            return Err(Wrong::damaged(line, message));
         }
         frozen.extend(first + 1..=k);
         let message = format!(
@@ -233,7 +232,7 @@ pub(super) fn thaw(
              taken as a gap",
             cue.rows[pairs[first].0].line
         );
-        notes.add(REPEATED, file, Some(line), message);
+        log.add(REPEATED, line, message);
     }
     for (i, j) in frozen.into_iter().map(|k| pairs[k]) {
         (cue.rows[i].x, object.rows[j].x) = (f64::NAN, f64::NAN);
@@ -243,8 +242,7 @@ pub(super) fn thaw(
 
 /// Whether steps come in few sizes only, as those of whole pixels do.
 fn is_coarse(steps: &[f64]) -> bool {
-    let mut sizes = steps.to_vec();
-    sizes.sort_by(f64::total_cmp);
+    let mut sizes = sorted(steps.iter().copied());
     sizes.dedup_by(|a, b| (*a - *b).abs() <= 1e-9 * b.abs());
     sizes.len() * 2 < steps.len()
 }
@@ -254,8 +252,7 @@ pub(super) fn unswap(
     cue: &mut RawTrack,
     object: &mut RawTrack,
     fps: f64,
-    file: &std::path::Path,
-    notes: &mut Notes,
+    log: Log,
 ) -> Result<Option<usize>, Wrong> {
     let pairs = pairs(&cue.rows, &object.rows);
     let mut swaps = Vec::new();
@@ -266,9 +263,9 @@ pub(super) fn unswap(
             continue;
         }
         let cost = |a: f64, b: f64| a * a + b * b;
-        let kept = cost(distance(c, c_next), distance(o, o_next));
-        let swapped = cost(distance(c, o_next), distance(o, c_next));
-        let line = c_next.line as usize;
+        let kept = cost(c.distance(c_next), o.distance(o_next));
+        let swapped = cost(c.distance(o_next), o.distance(c_next));
+        let line = c_next.line;
         if swapped < SURELY_SWAPPED * kept {
             swaps.push(k);
         } else if swapped < PERHAPS_SWAPPED * kept {
@@ -276,27 +273,27 @@ pub(super) fn unswap(
                 "cue and object ball may have exchanged their names from here on (\"{}\" jumps by {:.4}, \"{}\" by \
                  {:.4}, in the file's unit); expected them set right, or the shot skipped",
                 cue.name,
-                distance(c, c_next),
+                c.distance(c_next),
                 object.name,
-                distance(o, o_next)
+                o.distance(o_next)
             );
-            return Err((line, message));
+            return Err(Wrong::damaged(line, message));
         }
     }
-    let first = swaps.first().map(|k| cue.rows[pairs[*k].0].line as usize);
+    let first = swaps.first().map(|k| cue.rows[pairs[*k].0].line);
     for pair in swaps.chunks(2) {
         let from = pairs[pair[0]];
         let until = pair.get(1).map(|k| pairs[*k]);
         let time = cue.rows[from.0].time;
         let end = until.map_or(f64::INFINITY, |(i, _)| cue.rows[i].time);
-        let line = cue.rows[from.0].line as usize;
+        let line = cue.rows[from.0].line;
         let last = until.map_or(String::new(), |(i, _)| format!(" to line {}", cue.rows[i].line));
         exchange(cue, object, time, end);
         let message = format!(
             "\"{}\" and \"{}\" have exchanged their names from here{last}; exchanged back",
             cue.name, object.name
         );
-        notes.add(SWAPPED, file, Some(line), message);
+        log.add(SWAPPED, line, message);
     }
     Ok(first)
 }
@@ -308,12 +305,14 @@ fn exchange(one: &mut RawTrack, other: &mut RawTrack, from: f64, until: f64) {
         at(from)..at(until)
     };
     let (a, b) = (range(one), range(other));
-    let moved: Vec<Row> = one.rows[a.clone()].to_vec();
-    let replaced: Vec<Row> = other.rows.splice(b.clone(), moved).collect();
-    one.rows.splice(a.clone(), replaced);
     if !one.sds.is_empty() && !other.sds.is_empty() {
-        let moved: Vec<[f64; 2]> = one.sds[a.clone()].to_vec();
-        let replaced: Vec<[f64; 2]> = other.sds.splice(b, moved).collect();
-        one.sds.splice(a, replaced);
+        exchange_parts(&mut one.sds, a.clone(), &mut other.sds, b.clone());
     }
+    exchange_parts(&mut one.rows, a, &mut other.rows, b);
+}
+
+fn exchange_parts<T: Copy>(one: &mut Vec<T>, a: Range<usize>, other: &mut Vec<T>, b: Range<usize>) {
+    let moved = one[a.clone()].to_vec();
+    let replaced: Vec<T> = other.splice(b, moved).collect();
+    one.splice(a, replaced);
 }

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use super::lost;
-use super::raw::{Clock, NAMES, Notes, RawShot, RawTrack};
+use super::raw::{Clock, NAMES, Notes, RawShot, RawTrack, Row, sorted};
 
 /// Between clips the time jumps by more than this, s, and by more than so many usual steps.
 const PAUSE: f64 = 1.0;
@@ -20,11 +20,10 @@ const LEAST: usize = 6;
 
 /// The shots of a file: what stands for a lost ball is left out, and one shot that is several clips is taken apart. `alone`: the clips
 /// need no name of the file before their number.
-pub(super) fn of_file(shots: Vec<RawShot>, fps: Option<f64>, alone: bool, notes: &mut Notes) -> Vec<RawShot> {
+pub(super) fn of_file(shots: Vec<RawShot>, fps: Option<f64>, alone: bool, notes: &Notes) -> Vec<RawShot> {
     let mut shots = shots;
-    for shot in &mut shots {
-        let file = shot.file.clone();
-        lost::leave_out(&mut shot.tracks, &file, notes);
+    for RawShot { tracks, file, .. } in &mut shots {
+        lost::leave_out(tracks, notes.of(file));
     }
     // a table that names its shots is believed
     let [shot] = shots.as_slice() else { return shots };
@@ -33,7 +32,7 @@ pub(super) fn of_file(shots: Vec<RawShot>, fps: Option<f64>, alone: bool, notes:
         return shots;
     }
     let clips: Vec<RawShot> = (0..=cuts.len()).map(|number| clip(shot, &cuts, number, alone)).collect();
-    let whole = |clip: &RawShot| clip.tracks.iter().filter(|track| seen(track) >= LEAST).count() > 1;
+    let whole = |clip: &RawShot| clip.tracks.iter().filter(|track| track.seen().count() >= LEAST).count() > 1;
     if !clips.iter().all(whole) {
         return shots;
     }
@@ -43,13 +42,8 @@ pub(super) fn of_file(shots: Vec<RawShot>, fps: Option<f64>, alone: bool, notes:
         clips.len(),
         names.join(", ")
     );
-    notes.add(NAMES, &shot.file, None, message);
+    notes.of(&shot.file).add(NAMES, None, message);
     clips
-}
-
-/// In how many rows a track has a position.
-fn seen(track: &RawTrack) -> usize {
-    track.rows.iter().filter(|row| !row.is_gap()).count()
 }
 
 /// The times at which further clips begin.
@@ -61,11 +55,8 @@ fn cuts(shot: &RawShot, fps: Option<f64>) -> Vec<f64> {
         // ms and frames look alike
         Clock::Unsaid => return Vec::new(),
     };
-    let mut times: Vec<f64> = shot.tracks.iter().flat_map(|track| &track.rows).map(|row| row.time).collect();
-    times.sort_by(f64::total_cmp);
-    times.dedup();
-    let mut steps: Vec<f64> = times.windows(2).map(|two| two[1] - two[0]).collect();
-    steps.sort_by(f64::total_cmp);
+    let times = shot.times();
+    let steps = sorted(times.windows(2).map(|two| two[1] - two[0]));
     let Some(usual) = steps.get(steps.len() / 2).copied() else { return Vec::new() };
     let pause = (PAUSE / second).max(STEPS * usual);
     let jumps = jumps(shot, usual);
@@ -75,25 +66,21 @@ fn cuts(shot: &RawShot, fps: Option<f64>) -> Vec<f64> {
 
 /// The times to which all balls jump that are there before and after, and do not just exchange their names.
 fn jumps(shot: &RawShot, usual: f64) -> Vec<u64> {
-    let centres: Vec<&RawTrack> =
-        shot.tracks.iter().filter(|track| !track.is_angle && track.point.is_none()).collect();
-    let [one, other] = centres[..] else { return Vec::new() };
-    let follows = |two: &[super::raw::Row]| {
+    let Some([one, other]) = shot.centres() else { return Vec::new() };
+    let follows = |two: &[Row]| {
         let step = two[1].time - two[0].time;
         step > 0.0 && step < 1.5 * usual && !two[0].is_gap() && !two[1].is_gap()
     };
-    let moved = |two: &[super::raw::Row]| (two[1].x - two[0].x).hypot(two[1].y - two[0].y);
-    let steps =
-        |track: &RawTrack| track.rows.windows(2).filter(|two| follows(two)).map(moved).collect::<Vec<_>>();
-    let mut all = [steps(one), steps(other)].concat();
-    all.sort_by(f64::total_cmp);
+    let moved = |two: &[Row]| two[0].distance(two[1]);
+    let steps = [one, other].into_iter().flat_map(|track| track.rows.windows(2));
+    let all = sorted(steps.filter(|two| follows(two)).map(moved));
     let Some(long) = all.get(all.len() * 9 / 10).filter(|long| **long > 0.0) else { return Vec::new() };
     let mut found = Vec::new();
     let mut behind = other.rows.windows(2).peekable();
     for two in one.rows.windows(2).filter(|two| follows(two) && moved(two) > JUMP * long) {
         while behind.next_if(|others| others[1].time < two[1].time).is_some() {}
         let Some(others) = behind.peek().filter(|others| others[1].time == two[1].time) else { continue };
-        let crossed = (others[1].x - two[0].x).hypot(others[1].y - two[0].y);
+        let crossed = two[0].distance(others[1]);
         if follows(others) && moved(others) > JUMP * long && crossed > JUMP * long {
             found.push(two[1].time.to_bits());
         }

@@ -28,12 +28,9 @@ impl<'de> Deserialize<'de> for Column {
             }
 
             fn visit_i64<E: serde::de::Error>(self, number: i64) -> Result<Column, E> {
+                let positive = usize::try_from(number).ok().filter(|number| *number > 0);
                 let wrong = || E::invalid_value(serde::de::Unexpected::Signed(number), &self);
-                usize::try_from(number)
-                    .ok()
-                    .filter(|number| *number > 0)
-                    .map(Column::Number)
-                    .ok_or_else(wrong)
+                positive.map(Column::Number).ok_or_else(wrong)
             }
         }
         deserializer.deserialize_any(Either)
@@ -93,6 +90,15 @@ impl AngleUnit {
 }
 
 impl ColumnNames {
+    /// The file's column for one of ours.
+    pub(super) fn get(&self, key: &str) -> Option<&Column> {
+        self.all().find(|(own, _)| *own == key).map(|(_, column)| column)
+    }
+
+    fn has_any(&self, keys: &[&str]) -> bool {
+        keys.iter().any(|key| self.get(key).is_some())
+    }
+
     /// Whether a row holds both balls.
     pub(super) fn is_wide(&self) -> bool {
         self.cue_x.is_some()
@@ -100,88 +106,69 @@ impl ColumnNames {
 
     /// Whether the columns are given by their numbers.
     pub(super) fn is_numbered(&self) -> bool {
-        self.all().iter().any(|column| matches!(column, Column::Number(_)))
+        self.all().any(|(_, column)| matches!(column, Column::Number(_)))
     }
 
     /// Whether a column holds angles.
     pub(super) fn has_angles(&self) -> bool {
-        [&self.angle, &self.cue_angle, &self.object_angle].into_iter().any(Option::is_some)
+        self.has_any(&["angle", "cue_angle", "object_angle"])
     }
 
     /// Whether the columns make a table, long or wide.
     pub(super) fn check(&self) -> Result<(), String> {
-        let wide = [&self.cue_x, &self.cue_y, &self.object_x, &self.object_y];
-        let long = [&self.ball, &self.x, &self.y];
-        let rest = [&self.point, &self.x_sd, &self.y_sd, &self.marker_x, &self.marker_y, &self.angle];
-        let turns = [&self.cue_angle, &self.object_angle];
-        let any_wide = wide.iter().chain(&turns).any(|name| name.is_some());
-        let any_long = long.iter().chain(&rest).any(|name| name.is_some());
-        if any_wide && any_long {
-            return Err(
-                "[tracks.columns] mixes a wide table (cue_x, cue_y, object_x, object_y) with a long \
-                        one (ball, x, y); expected one of them"
-                    .to_string(),
-            );
-        }
-        let full = |names: &[&Option<Column>]| names.iter().all(|name| name.is_some());
-        if !full(&wide) && !full(&long) {
-            return Err("[tracks.columns] needs ball, x and y (a long table: a row per ball and frame) or \
-                        cue_x, cue_y, object_x and object_y (a wide one: a row per frame)"
-                .to_string());
-        }
-        if self.frame.is_none() && self.t.is_none() && !any_wide {
-            return Err("[tracks.columns] has neither frame nor t; expected one of them (only a table with a row per \
-                        frame can do without: its rows are counted)"
-                .to_string());
-        }
-        let pairs = [
-            (&self.x_sd, &self.y_sd, "x_sd and y_sd"),
-            (&self.marker_x, &self.marker_y, "marker_x and marker_y"),
-        ];
-        for (one, other, names) in pairs {
-            if one.is_some() != other.is_some() {
-                return Err(format!("[tracks.columns]: {names} go together"));
-            }
-        }
-        if self.is_numbered() && self.all().iter().any(|column| matches!(column, Column::Name(_))) {
-            return Err(
-                "[tracks.columns] gives some columns by name and some by number; expected one of them \
-                        throughout"
-                    .to_string(),
-            );
-        }
-        if let Some(separator) = &self.separator
-            && ![",", ";", "\t", " ", "|"].contains(&separator.as_str())
-        {
-            return Err(format!(
-                "separator is {separator:?}; expected \",\", \";\", \"\\t\", \"|\" or \" \""
-            ));
-        }
-        Ok(())
+        let has_all = |keys: &[&str]| keys.iter().all(|key| self.get(key).is_some());
+        let (wide, long) = (["cue_x", "cue_y", "object_x", "object_y"], ["ball", "x", "y"]);
+        let any_wide = self.has_any(&wide) || self.has_any(&["cue_angle", "object_angle"]);
+        let rest = ["point", "x_sd", "y_sd", "marker_x", "marker_y", "angle"];
+        let has_name = self.all().any(|(_, column)| matches!(column, Column::Name(_)));
+        let message = if any_wide && (self.has_any(&long) || self.has_any(&rest)) {
+            "[tracks.columns] mixes a wide table (cue_x, cue_y, object_x, object_y) with a long one (ball, x, y); expected \
+             one of them"
+        } else if !has_all(&wide) && !has_all(&long) {
+            "[tracks.columns] needs ball, x and y (a long table: a row per ball and frame) or cue_x, cue_y, object_x and \
+             object_y (a wide one: a row per frame)"
+        } else if !any_wide && !self.has_any(&["frame", "t"]) {
+            "[tracks.columns] has neither frame nor t; expected one of them (only a table with a row per frame can do \
+             without: its rows are counted)"
+        } else if self.x_sd.is_some() != self.y_sd.is_some() {
+            "[tracks.columns]: x_sd and y_sd go together"
+        } else if self.marker_x.is_some() != self.marker_y.is_some() {
+            "[tracks.columns]: marker_x and marker_y go together"
+        } else if has_name && self.is_numbered() {
+            "[tracks.columns] gives some columns by name and some by number; expected one of them throughout"
+        } else {
+            return match self.separator.as_deref() {
+                None | Some("," | ";" | "\t" | " " | "|") => Ok(()),
+                Some(other) => {
+                    Err(format!("separator is {other:?}; expected \",\", \";\", \"\\t\", \"|\" or \" \""))
+                }
+            };
+        };
+        Err(message.to_string())
     }
 
-    /// The file's columns that are asked for.
-    pub(super) fn all(&self) -> Vec<&Column> {
+    /// The file's columns that are asked for, each with the name of ours.
+    pub(super) fn all(&self) -> impl Iterator<Item = (&'static str, &Column)> {
         let all = [
-            &self.shot,
-            &self.frame,
-            &self.t,
-            &self.ball,
-            &self.point,
-            &self.x,
-            &self.y,
-            &self.x_sd,
-            &self.y_sd,
-            &self.marker_x,
-            &self.marker_y,
-            &self.angle,
-            &self.cue_x,
-            &self.cue_y,
-            &self.object_x,
-            &self.object_y,
-            &self.cue_angle,
-            &self.object_angle,
+            ("shot", &self.shot),
+            ("frame", &self.frame),
+            ("t", &self.t),
+            ("ball", &self.ball),
+            ("point", &self.point),
+            ("x", &self.x),
+            ("y", &self.y),
+            ("x_sd", &self.x_sd),
+            ("y_sd", &self.y_sd),
+            ("marker_x", &self.marker_x),
+            ("marker_y", &self.marker_y),
+            ("angle", &self.angle),
+            ("cue_x", &self.cue_x),
+            ("cue_y", &self.cue_y),
+            ("object_x", &self.object_x),
+            ("object_y", &self.object_y),
+            ("cue_angle", &self.cue_angle),
+            ("object_angle", &self.object_angle),
         ];
-        all.into_iter().flatten().collect()
+        all.into_iter().filter_map(|(key, column)| Some((key, column.as_ref()?)))
     }
 }

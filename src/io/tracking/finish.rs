@@ -3,36 +3,16 @@
 use std::borrow::Cow;
 use std::collections::BTreeMap;
 
-use super::bodies;
 use super::calibration::Calibration;
-use super::check;
-use super::raw::{FORMAT, NAMES, Notes, RawShot, RawTrack};
-use super::resolution;
+use super::check::{self, Wrong};
+use super::input::quoted;
+use super::raw::{FORMAT, NAMES, Notes, RawShot, RawTrack, Row};
 use super::settings::{Balls, Names, TrackSettings, Unit};
-use super::time;
+use super::{bodies, resolution, time};
 use crate::io::number::shortened;
 use crate::measurement::rigid_body::circle_centres;
 use crate::measurement::spin::Spin;
 use crate::measurement::track::{Marker, Sample, TrackShot, TrackedBall};
-
-/// What is wrong with a shot, and the line where there is one.
-#[derive(Clone, Debug, PartialEq)]
-pub(super) struct Wrong {
-    pub line: Option<usize>,
-    pub message: String,
-    /// Camera or tracker damaged this shot only: others can do without it. Else the file or dataset.toml is wrong.
-    pub is_damage: bool,
-}
-
-impl Wrong {
-    pub(super) fn input(line: Option<usize>, message: String) -> Self {
-        Self { line, message, is_damage: false }
-    }
-
-    pub(super) fn damaged(line: Option<usize>, message: String) -> Self {
-        Self { line, message, is_damage: true }
-    }
-}
 
 /// What the shots table and `[cue_spin]` say of a shot.
 #[derive(Clone, Debug)]
@@ -45,31 +25,29 @@ pub(super) struct Facts {
 /// What the shots table says of a shot in place of dataset.toml.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(super) struct Own {
-    pub cue: Option<Names>,
-    pub object: Option<Names>,
-    pub cue_markers: Option<Names>,
-    pub object_markers: Option<Names>,
+    /// In the order of [`NAMED`](super::settings::NAMED).
+    pub names: [Option<Names>; 4],
     pub capture_fps: Option<f64>,
 }
 
 impl Own {
+    fn states_balls(&self) -> bool {
+        self.names[..2].iter().any(Option::is_some)
+    }
+
     /// The settings that hold for the shot.
     fn settings<'a>(&self, all: &'a TrackSettings) -> Cow<'a, TrackSettings> {
         if *self == Self::default() {
             return Cow::Borrowed(all);
         }
         let mut own = all.clone();
-        for (name, given) in [
-            (&mut own.cue, &self.cue),
-            (&mut own.object, &self.object),
-            (&mut own.cue_markers, &self.cue_markers),
-            (&mut own.object_markers, &self.object_markers),
-        ] {
+        let names = [&mut own.cue, &mut own.object, &mut own.cue_markers, &mut own.object_markers];
+        for (name, given) in names.into_iter().zip(&self.names) {
             if let Some(given) = given {
                 name.clone_from(given);
             }
         }
-        if self.cue.is_some() || self.object.is_some() {
+        if self.states_balls() {
             own.balls = Balls::Stated;
         }
         own.capture_fps = self.capture_fps.or(own.capture_fps);
@@ -99,7 +77,7 @@ pub(super) fn shot(
     facts: Facts,
     settings: &TrackSettings,
     calibration: &Calibration,
-    notes: &mut Notes,
+    notes: &Notes,
 ) -> Result<TrackShot, Vec<Wrong>> {
     let settings = &*facts.own.settings(settings);
     let mut tracks = std::mem::take(&mut raw.tracks);
@@ -118,27 +96,24 @@ pub(super) fn shot(
         let [cue, object] = grouped_balls(&mut tracks, &raw, notes).map_err(|wrong| vec![wrong])?;
         (Ok(cue), Ok(object))
     } else {
-        let mut ball = |key: &'static str, centre: &Names, markers: &Names| {
-            let mut ball = assign(&mut tracks, key, centre, &names, &raw, notes)?;
-            if !markers.0.is_empty() {
-                let key = if key == "cue" { "cue_markers" } else { "object_markers" };
-                ball.markers.append(&mut assign(&mut tracks, key, markers, &names, &raw, notes)?.centres);
-            }
+        let mut ball = |keys: [&str; 2], centre: &Names, markers: &Names| {
+            let mut ball = assign(&mut tracks, keys[0], centre, &names, &raw, notes)?;
+            ball.markers.append(&mut assign(&mut tracks, keys[1], markers, &names, &raw, notes)?.centres);
             Ok(ball)
         };
-        let cue = ball("cue", &settings.cue, &settings.cue_markers);
-        (cue, ball("object", &settings.object, &settings.object_markers))
+        let cue = ball(["cue", "cue_markers"], &settings.cue, &settings.cue_markers);
+        (cue, ball(["object", "object_markers"], &settings.object, &settings.object_markers))
     };
     let (cue, object) = match (cue, object) {
         (Ok(cue), Ok(object)) => (cue, object),
         (cue, object) => {
             // names that stand in the table of shots are wrong, and not the shot
-            let stated = facts.own.cue.is_some() || facts.own.object.is_some();
+            let stated = facts.own.states_balls();
             let checked = |wrong: Wrong| Wrong { is_damage: wrong.is_damage && !stated, ..wrong };
             let mut wrong: Vec<Wrong> = cue.err().into_iter().chain(object.err()).map(checked).collect();
             raw.tracks = tracks;
-            if let Err(message) = time::settle(&mut raw, settings, &mut Notes::default()) {
-                wrong.push(Wrong::input(Some(raw.line), message));
+            if let Err(message) = time::settle(&mut raw, settings, &Notes::default()) {
+                wrong.push(Wrong::input(raw.line, message));
             }
             return Err(wrong);
         }
@@ -146,7 +121,7 @@ pub(super) fn shot(
     for other in &tracks {
         let message =
             format!("the track \"{}\" is neither cue nor object; passed over", shortened(&other.name));
-        notes.add(NAMES, &raw.file, Some(other.line()), message);
+        notes.of(&raw.file).add(NAMES, other.line(), message);
     }
     of_balls(raw, cue, object, facts, (settings, calibration), notes).map_err(|wrong| vec![wrong])
 }
@@ -158,34 +133,33 @@ fn of_balls(
     object: Ball,
     facts: Facts,
     (settings, calibration): (&TrackSettings, &Calibration),
-    notes: &mut Notes,
+    notes: &Notes,
 ) -> Result<TrackShot, Wrong> {
     let sizes = [&cue.centres, &cue.markers, &object.centres].map(Vec::len);
     raw.tracks = [cue.centres, cue.markers, object.centres, object.markers].into_iter().flatten().collect();
     let file = raw.file.clone();
-    let fps =
-        time::settle(&mut raw, settings, notes).map_err(|message| Wrong::input(Some(raw.line), message))?;
-    let damaged = |(line, message): check::Wrong| Wrong::damaged(Some(line), message);
+    let log = notes.of(&file);
+    let fps = time::settle(&mut raw, settings, notes).map_err(|message| Wrong::input(raw.line, message))?;
     for track in &mut raw.tracks {
-        check::order(track, &file, notes).map_err(|(line, message)| Wrong::input(Some(line), message))?;
+        check::order(track, log)?;
     }
-    check::stray(&mut raw.tracks, &file, notes);
+    check::stray(&mut raw.tracks, log);
     let mut rest = raw.tracks.into_iter();
     let mut take = |n: usize| rest.by_ref().take(n).collect::<Vec<_>>();
     let [mut cue_centres, mut cue_markers, mut object_centres] = sizes.map(&mut take);
     let mut object_markers: Vec<_> = rest.collect();
     let mut cue = mean(&mut cue_centres, &mut cue_markers);
     let mut object = mean(&mut object_centres, &mut object_markers);
-    check::thaw(&mut cue, &mut object, fps, &file, notes).map_err(damaged)?;
-    let swapped = check::unswap(&mut cue, &mut object, fps, &file, notes).map_err(damaged)?;
+    check::thaw(&mut cue, &mut object, fps, log)?;
+    let swapped = check::unswap(&mut cue, &mut object, fps, log)?;
     if let Some(line) = swapped.filter(|_| !cue_markers.is_empty() || !object_markers.is_empty()) {
         let message = "cue and object ball have exchanged their names from here on, and with markers on them it is \
                        not certain which of these did; expected them set right, or the shot skipped";
-        return Err(Wrong::damaged(Some(line), message.to_string()));
+        return Err(Wrong::damaged(line, message));
     }
     let (resolution, coarse) = resolution(&cue, &object, (settings, calibration));
     if let Some(message) = coarse {
-        notes.add(FORMAT, &file, None, message);
+        log.add(FORMAT, None, message);
     }
     let several = [sizes[0] > 1, sizes[2] > 1];
     let marker = |ball: TrackedBall, centre: &RawTrack, track: &RawTrack| Marker {
@@ -206,7 +180,7 @@ fn of_balls(
         }
         let own = markers.iter().filter(|marker| marker.ball == ball);
         let points: Vec<&[Sample]> = own.map(|marker| marker.samples.as_slice()).collect();
-        circle_centres(&points).map_err(|message| Wrong::damaged(Some(raw.line), message))
+        circle_centres(&points).map_err(|message| Wrong::damaged(raw.line, message))
     };
     let (cue, object) =
         (centre(TrackedBall::Cue, several[0], cue)?, centre(TrackedBall::Object, several[1], object)?);
@@ -224,28 +198,24 @@ fn of_balls(
         resolution,
         correlation: 0.0,
     };
-    let finite = |s: &Sample| s.t.is_finite() && s.x.is_finite() && s.y.is_finite();
+    let finite = |s: &Sample| [s.t, s.x, s.y].iter().all(|number| number.is_finite());
     let mut all = shot.cue.iter().chain(&shot.object).chain(shot.markers.iter().flat_map(|m| &m.samples));
-    if !all.all(finite) {
-        let message = "a position or time is too large to be converted".to_string();
-        return Err(Wrong::input(Some(shot.line), message));
+    if all.all(finite) {
+        return Ok(shot);
     }
-    Ok(shot)
+    Err(Wrong::input(shot.line, "a position or time is too large to be converted"))
 }
 
 /// Takes the tracks of both discs out of the list, grouped by the distances that points keep.
-fn grouped_balls(tracks: &mut Vec<RawTrack>, raw: &RawShot, notes: &mut Notes) -> Result<[Ball; 2], Wrong> {
-    let discs = bodies::discs(tracks).map_err(|message| Wrong::damaged(Some(raw.line), message))?;
+fn grouped_balls(tracks: &mut Vec<RawTrack>, raw: &RawShot, notes: &Notes) -> Result<[Ball; 2], Wrong> {
+    let discs = bodies::discs(tracks).map_err(|message| Wrong::damaged(raw.line, message))?;
     let mut all: Vec<Option<RawTrack>> = std::mem::take(tracks).into_iter().map(Some).collect();
     let mut take =
         |which: &[usize]| -> Vec<RawTrack> { which.iter().filter_map(|i| all[*i].take()).collect() };
     let balls = discs.map(|disc| Ball { centres: take(&disc.centre), markers: take(&disc.markers) });
     tracks.extend(all.into_iter().flatten());
     let said = |ball: &Ball| {
-        let names = |tracks: &[RawTrack]| {
-            let names: Vec<_> = tracks.iter().map(|track| format!("\"{}\"", track.name)).collect();
-            names.join(", ")
-        };
+        let names = |tracks: &[RawTrack]| quoted(tracks.iter().map(|track| &track.name));
         let centre = names(&ball.centres);
         match (ball.centres.len(), ball.markers.len()) {
             (1, 0) => centre,
@@ -258,7 +228,7 @@ fn grouped_balls(tracks: &mut Vec<RawTrack>, raw: &RawShot, notes: &mut Notes) -
         said(&balls[0]),
         said(&balls[1])
     );
-    notes.add(NAMES, &raw.file, Some(raw.line), message);
+    notes.of(&raw.file).add(NAMES, raw.line, message);
     Ok(balls)
 }
 
@@ -269,13 +239,12 @@ fn assign(
     names: &Names,
     there: &str,
     raw: &RawShot,
-    notes: &mut Notes,
+    notes: &Notes,
 ) -> Result<Ball, Wrong> {
     let mut found = Ball { centres: Vec::new(), markers: Vec::new() };
     for name in &names.0 {
-        let (own, i) = find(tracks, name)
-            .map_err(|message| Wrong::input(Some(raw.line), message))?
-            .ok_or_else(|| {
+        let (own, i) =
+            find(tracks, name).map_err(|message| Wrong::input(raw.line, message))?.ok_or_else(|| {
                 let apart = if tracks.len() + found.centres.len() < 2 {
                     " (one file a ball: named alike but for the ball, as in kick-A.txt and kick-B.txt)"
                 } else {
@@ -287,17 +256,15 @@ fn assign(
                     names.shown()
                 );
                 // other shots may have both balls
-                Wrong::damaged(Some(raw.line), message)
+                Wrong::damaged(raw.line, message)
             })?;
         if own != *name {
             let message = format!("the track \"{own}\" is [tracks] {ball} = \"{name}\"");
-            notes.add(NAMES, &raw.file, Some(tracks[i].line()), message);
+            notes.of(&raw.file).add(NAMES, tracks[i].line(), message);
         }
         found.centres.push(tracks.remove(i));
-        let (markers, rest): (Vec<_>, Vec<_>) =
-            std::mem::take(tracks).into_iter().partition(|track| track.point.is_some() && track.name == own);
-        *tracks = rest;
-        found.markers.extend(markers);
+        let is_on_it = |track: &mut RawTrack| track.point.is_some() && track.name == own;
+        found.markers.extend(tracks.extract_if(.., is_on_it));
     }
     Ok(found)
 }
@@ -316,11 +283,12 @@ fn number_twins(tracks: &mut [RawTrack]) {
     }
 }
 
+pub(super) fn last_word(name: &str) -> &str {
+    name.rsplit(|c: char| c.is_whitespace() || c == '_').next().unwrap_or_default()
+}
+
 /// The track that a name of dataset.toml means, with the name that it has in the file.
 pub(super) fn find(tracks: &[RawTrack], wanted: &str) -> Result<Option<(String, usize)>, String> {
-    let last_word = |name: &str| {
-        name.rsplit(|c: char| c.is_whitespace() || c == '_').next().unwrap_or_default().to_string()
-    };
     let ways: [&dyn Fn(&str) -> bool; 3] = [
         &|name| name == wanted,
         &|name| name.to_lowercase() == wanted.to_lowercase(),
@@ -368,8 +336,7 @@ fn mean(centres: &mut Vec<RawTrack>, markers: &mut Vec<RawTrack>) -> RawTrack {
     for row in &first[0].rows {
         let mut sum = *row;
         for other in others {
-            let i = other.rows.partition_point(|other| other.time < row.time);
-            let found = other.rows.get(i).filter(|other| other.time == row.time);
+            let found = other.at(row.time);
             sum.x += found.map_or(f64::NAN, |found| found.x);
             sum.y += found.map_or(f64::NAN, |found| found.y);
         }
@@ -397,7 +364,7 @@ fn resolution(
 ) -> ([f64; 2], Option<String>) {
     let steps = [cue, object].map(|track| {
         let step = resolution::step(&[track]).or_else(|| resolution::step(&[cue, object]))?;
-        let first = track.rows.iter().find(|row| !row.is_gap())?;
+        let first = track.seen().next()?;
         let [x, y] = calibration.sd(first.x, first.y, [step; 2]);
         let step = (0.5 * (x * x + y * y)).sqrt();
         step.is_finite().then_some(step)
@@ -417,7 +384,7 @@ fn resolution(
 
 fn samples(track: &RawTrack, calibration: &Calibration) -> Vec<Sample> {
     let rows = track.rows.iter().enumerate().filter(|(_, row)| !row.is_gap());
-    let sample = |(i, row): (usize, &super::raw::Row)| {
+    let sample = |(i, row): (usize, &Row)| {
         let [x, y] = calibration.metres(row.x, row.y);
         let sd = track.sds.get(i).filter(|sd| !sd[0].is_nan() && !sd[1].is_nan());
         let sd = sd.map(|sd| calibration.sd(row.x, row.y, *sd));
@@ -433,12 +400,8 @@ const ARM: f64 = 0.02;
 
 /// A point that turns with the disc, for angles in the place of positions: they are told from the axes of the file.
 fn turned(angles: &RawTrack, centre: &RawTrack, calibration: &Calibration) -> Vec<Sample> {
-    let at = |time: f64| {
-        let i = centre.rows.partition_point(|row| row.time < time);
-        centre.rows.get(i).filter(|row| row.time == time && !row.is_gap())
-    };
-    let point = |row: &super::raw::Row| {
-        let middle = at(row.time)?;
+    let point = |row: &Row| {
+        let middle = centre.at(row.time).filter(|row| !row.is_gap())?;
         let (sin, cos) = row.x.sin_cos();
         let [x, y] = calibration.metres(middle.x, middle.y);
         let [along, up] = calibration.metres(middle.x + cos, middle.y + sin);
@@ -446,5 +409,5 @@ fn turned(angles: &RawTrack, centre: &RawTrack, calibration: &Calibration) -> Ve
         let [x, y] = [x + ARM * (along - x) / length, y + ARM * (up - y) / length];
         Some(Sample { t: row.time + calibration.delay(middle.y), x, y, sd: None })
     };
-    angles.rows.iter().filter(|row| !row.is_gap()).filter_map(point).collect()
+    angles.seen().filter_map(point).collect()
 }

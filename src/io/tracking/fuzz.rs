@@ -6,8 +6,8 @@ use std::path::Path;
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
-use super::finish;
-use super::finish::Facts;
+use super::finish::{self, Facts};
+use super::input::Context;
 use super::raw::{Notes, RawShot};
 use super::settings::tests::settings;
 use super::settings::{Format, TrackSettings};
@@ -144,8 +144,8 @@ fn faithful(shots: &[RawShot], text: &str) {
     let all: Vec<(usize, &str)> = lines(text).collect();
     for track in shots.iter().flat_map(|shot| &shot.tracks) {
         assert!(track.sds.is_empty() || track.sds.len() == track.rows.len());
-        for row in track.rows.iter().filter(|row| !row.is_gap()) {
-            let line = all[row.line as usize - 1].1;
+        for row in track.seen() {
+            let line = all[row.line - 1].1;
             let held = numbers(line);
             for value in [row.x, row.y] {
                 assert!(held.contains(&value), "{value} is not in {line:?} (line {})", row.line);
@@ -157,10 +157,9 @@ fn faithful(shots: &[RawShot], text: &str) {
 /// Reads a file and makes shots of it; checks what must hold.
 fn try_one(bytes: &[u8], settings: &TrackSettings) {
     let file = Path::new("a.txt");
-    let (mut problems, mut notes) = (Problems::new(""), Notes::default());
-    let Some(read::Tracked { shots, format, unit }) =
-        read::bytes(file, bytes, settings, &mut problems, &mut notes)
-    else {
+    let (problems, notes) = (Problems::new(""), Notes::default());
+    let context = Context { settings, problems: &problems, notes: &notes };
+    let Some(read::Tracked { shots, format, unit }) = read::bytes(file, bytes, context) else {
         assert!(!problems.is_empty(), "refused without a reason");
         return;
     };
@@ -168,10 +167,10 @@ fn try_one(bytes: &[u8], settings: &TrackSettings) {
     if format != Format::Json {
         faithful(&shots, &decode(bytes).0);
     }
-    let calibration = calibration_for(format, unit, settings, file, &mut problems, &mut notes);
+    let calibration = calibration_for(format, unit, file, context);
     for raw in shots {
         let facts = Facts::unknown();
-        let Ok(shot) = finish::shot(raw, facts, settings, &calibration, &mut notes) else { continue };
+        let Ok(shot) = finish::shot(raw, facts, settings, &calibration, &notes) else { continue };
         assert!(shot.fps > 0.0);
         let markers = shot.markers.iter().map(|marker| &marker.samples);
         for samples in [&shot.cue, &shot.object].into_iter().chain(markers) {
@@ -217,10 +216,10 @@ fn whole_files_are_read() {
             _ => 0,
         };
         let settings = settings(SETTINGS[chosen]);
-        let (mut problems, mut notes) = (Problems::new(""), Notes::default());
+        let (problems, notes) = (Problems::new(""), Notes::default());
+        let context = Context { settings: &settings, problems: &problems, notes: &notes };
         let read::Tracked { shots, .. } =
-            read::bytes(Path::new("a.txt"), text.as_bytes(), &settings, &mut problems, &mut notes)
-                .unwrap_or_else(|| panic!("file {i}"));
+            read::bytes(Path::new("a.txt"), text.as_bytes(), context).unwrap_or_else(|| panic!("file {i}"));
         assert!(problems.is_empty(), "file {i}: {}", problems.into_error());
         assert!(!shots.is_empty() && shots.iter().all(|shot| !shot.tracks.is_empty()), "file {i}");
     }

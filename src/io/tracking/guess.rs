@@ -4,8 +4,8 @@ use std::collections::{HashMap, HashSet};
 
 use super::heading::{Heading, TITLES, blanks, suffix};
 use super::words::{Kind, Role, find, is_angle, kind};
-use crate::io::number::{Cell, parse};
-use crate::io::text::{Separator, lines, trimmed, unmarked};
+use crate::io::number::value;
+use crate::io::text::{Separator, filled_lines, lines, trimmed, unmarked};
 
 /// Radians of a disc seldom grow beyond so many: as many as two turns. Degrees of a whole turn are 360.
 const RADIANS: f64 = 4.0 * std::f64::consts::PI;
@@ -14,13 +14,14 @@ const ROWS: usize = 20_000;
 /// More tracks than these in a file are not those of balls.
 const TRACKS: usize = 20;
 
-/// What of `[tracks.columns]` fits a table, as keys and values of TOML.
-#[derive(Default)]
-pub(super) struct Guess {
-    pub lines: Vec<(&'static str, String)>,
+/// What of `[tracks]` fits a table, as keys and values of TOML.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Guess {
+    /// Of `[tracks.columns]`.
+    pub columns: Vec<(&'static str, String)>,
     /// It has angles, which only discs do.
     pub has_angles: bool,
-    /// What times are in, where only their steps tell it.
+    /// `time_unit`, where only the steps of the times tell it.
     pub time_unit: Option<&'static str>,
     /// A column that may be one of times or of numbers of frames.
     pub perhaps_time: Option<String>,
@@ -28,18 +29,17 @@ pub(super) struct Guess {
 
 /// `None` where the table is not understood.
 pub(super) fn columns(text: &str) -> Option<Guess> {
-    let top: Vec<(usize, &str)> =
-        lines(text).filter(|(_, line)| !line.trim().is_empty()).take(TITLES).collect();
+    let top: Vec<(usize, &str)> = filled_lines(text).take(TITLES).collect();
     for (i, (line, content)) in top.iter().enumerate() {
         let bare = unmarked(content);
         for separator in Separator::ALL {
             let separator =
                 if separator == Separator::Char(' ') { blanks(text, *line, bare) } else { separator };
             let Some(names) = trimmed(bare, separator).filter(|names| names.len() > 3) else { continue };
-            if names.iter().all(|name| is_number(name)) {
+            if names.iter().all(|name| value(name).is_some()) {
                 // names of columns that are not understood may stand above the numbers
-                let above = top[..i].iter().filter_map(|(_, line)| trimmed(line, separator));
-                let has_names = above.into_iter().any(|cells| cells.len() == names.len());
+                let mut above = top[..i].iter().filter_map(|(_, line)| trimmed(line, separator));
+                let has_names = above.any(|cells| cells.len() == names.len());
                 let heading = Heading::unnamed(*line, separator, names.len());
                 return if has_names { None } else { numbered(&Rows::of(text, &heading), names.len()) };
             }
@@ -49,10 +49,6 @@ pub(super) fn columns(text: &str) -> Option<Guess> {
         }
     }
     None
-}
-
-fn is_number(cell: &str) -> bool {
-    matches!(parse(cell), Ok(Cell::Number(..)))
 }
 
 /// The first rows of a table.
@@ -67,11 +63,7 @@ impl Rows {
 
     /// The numbers in a column; `None` if another thing stands in it.
     fn numbers(&self, column: usize) -> Option<Vec<f64>> {
-        let number = |row: &Vec<String>| match parse(&row[column]) {
-            Ok(Cell::Number(number, _)) => Some(number),
-            _ => None,
-        };
-        let numbers: Vec<f64> = self.0.iter().map(number).collect::<Option<_>>()?;
+        let numbers: Vec<f64> = self.0.iter().map(|row| value(&row[column])).collect::<Option<_>>()?;
         (numbers.len() > 2).then_some(numbers)
     }
 
@@ -95,10 +87,10 @@ impl Rows {
     /// Whether a column has few values, and these tell apart the rows that other columns do not.
     fn tells_apart(&self, column: usize, others: &[usize]) -> bool {
         let values: HashSet<&str> = self.0.iter().map(|row| row[column].as_str()).collect();
-        let key = |row: &'_ Vec<String>| -> Vec<String> {
+        let key = |row: &'_ [String]| -> Vec<String> {
             others.iter().chain([&column]).map(|i| row[*i].clone()).collect()
         };
-        let keys: HashSet<Vec<String>> = self.0.iter().map(key).collect();
+        let keys: HashSet<Vec<String>> = self.0.iter().map(|row| key(row)).collect();
         (2..=TRACKS).contains(&values.len()) && 2 * values.len() <= self.0.len() && keys.len() == self.0.len()
     }
 }
@@ -115,8 +107,8 @@ fn numbered(rows: &Rows, width: usize) -> Option<Guess> {
         5 => &["t", "cue_x", "cue_y", "object_x", "object_y"],
         _ => return None,
     };
-    let lines = keys.iter().enumerate().map(|(i, key)| (*key, (i + 1).to_string())).collect();
-    Some(Guess { lines, ..Guess::default() })
+    let columns = keys.iter().enumerate().map(|(i, key)| (*key, (i + 1).to_string())).collect();
+    Some(Guess { columns, ..Guess::default() })
 }
 
 /// Which columns of a table with names are what; what is guessed grows.
@@ -129,10 +121,10 @@ struct Table<'a> {
 }
 
 impl Table<'_> {
-    fn add(&mut self, key: &'static str, column: usize) {
-        let name = toml::Value::from(self.heading.names[column].as_str()).to_string();
-        self.guess.lines.push((key, name));
-        self.taken.push(column);
+    fn add<const N: usize>(&mut self, keys: [&'static str; N], columns: [usize; N]) {
+        let name = |column: usize| toml::Value::from(self.heading.names[column].as_str()).to_string();
+        self.guess.columns.extend(keys.into_iter().zip(columns.map(name)));
+        self.taken.extend(columns);
     }
 
     fn is_free(&self, column: usize) -> bool {
@@ -143,20 +135,19 @@ impl Table<'_> {
     fn add_time(&mut self, groups: &[usize], others: &[usize]) {
         let known = |role| find(&self.small, role).filter(|column| self.is_free(*column));
         match (known(Role::Frame), known(Role::Time)) {
-            (Some(frame), _) => return self.add("frame", frame),
-            (None, Some(time)) => return self.add("t", time),
+            (Some(frame), _) => return self.add(["frame"], [frame]),
+            (None, Some(time)) => return self.add(["t"], [time]),
             (None, None) => {}
         }
-        let grows = |column: &usize| Some((*column, self.rows.least_step(*column, groups)?));
-        let free: Vec<usize> = (0..self.small.len())
-            .filter(|column| self.is_free(*column) && !others.contains(column))
-            .collect();
-        let Some((column, step)) = free.iter().find_map(grows) else { return };
+        let grows = |column: usize| Some((column, self.rows.least_step(column, groups)?));
+        let mut free =
+            (0..self.small.len()).filter(|column| self.is_free(*column) && !others.contains(column));
+        let Some((column, step)) = free.find_map(grows) else { return };
         match (self.rows.is_whole(column), step) {
-            (true, 1.0) => self.add("frame", column),
-            (false, ..0.5) => self.add("t", column),
+            (true, 1.0) => self.add(["frame"], [column]),
+            (false, ..0.5) => self.add(["t"], [column]),
             (false, ..200.0) => {
-                self.add("t", column);
+                self.add(["t"], [column]);
                 self.guess.time_unit = Some("ms");
             }
             _ => self.guess.perhaps_time = Some(self.heading.names[column].clone()),
@@ -165,7 +156,7 @@ impl Table<'_> {
 }
 
 fn named(text: &str, heading: &Heading) -> Option<Guess> {
-    let small: Vec<String> = heading.bare.iter().map(|name| name.to_lowercase()).collect();
+    let small = heading.small();
     let all = pairs(&small);
     let of = |wanted: Kind| -> Vec<[usize; 2]> {
         all.iter().filter(|(_, kind)| *kind == wanted).map(|(pair, _)| *pair).collect()
@@ -186,10 +177,8 @@ fn named(text: &str, heading: &Heading) -> Option<Guess> {
     {
         positions = vec![one];
     }
-    let others: Vec<usize> = [find(&table.small, Role::Frame).or(find(&table.small, Role::Time)), shot]
-        .into_iter()
-        .flatten()
-        .collect();
+    let time = find(&table.small, Role::Frame).or(find(&table.small, Role::Time));
+    let others: Vec<usize> = time.into_iter().chain(shot).collect();
     let ball = known.or_else(|| {
         let perhaps = find(&table.small, Role::PerhapsBall).into_iter().chain(0..table.small.len());
         let free = |column: &usize| {
@@ -201,46 +190,41 @@ fn named(text: &str, heading: &Heading) -> Option<Guess> {
         perhaps.filter(free).find(|column| table.rows.tells_apart(*column, &others))
     });
     if let Some(shot) = shot {
-        table.add("shot", shot);
+        table.add(["shot"], [shot]);
     }
-    let turning: &[usize] = match (positions.as_slice(), ball) {
+    let groups: Vec<usize> = shot.into_iter().chain(ball).collect();
+    match (positions.as_slice(), ball) {
         ([cue, object], None) => {
-            table.add_time(&shot.into_iter().collect::<Vec<_>>(), &angles);
-            for (keys, pair) in [(["cue_x", "cue_y"], cue), (["object_x", "object_y"], object)] {
-                table.add(keys[0], pair[0]);
-                table.add(keys[1], pair[1]);
+            table.add_time(&groups, &angles);
+            table.add(["cue_x", "cue_y"], *cue);
+            table.add(["object_x", "object_y"], *object);
+            if let [cue, object] = angles[..] {
+                table.add(["cue_angle", "object_angle"], [cue, object]);
             }
-            if let [cue, object] = angles.as_slice() {
-                table.add("cue_angle", *cue);
-                table.add("object_angle", *object);
-            }
-            if angles.len() == 2 { &angles } else { &[] }
         }
-        ([[x, y]], Some(ball)) => {
+        ([position], Some(ball)) => {
             table.taken.push(ball);
-            table.add_time(&shot.into_iter().chain([ball]).collect::<Vec<_>>(), &angles);
-            table.add("ball", ball);
-            table.add("x", *x);
-            table.add("y", *y);
-            if let [[x, y]] = spreads.as_slice() {
-                table.add("x_sd", *x);
-                table.add("y_sd", *y);
+            table.add_time(&groups, &angles);
+            table.add(["ball"], [ball]);
+            table.add(["x", "y"], *position);
+            if let [spread] = spreads[..] {
+                table.add(["x_sd", "y_sd"], spread);
             }
-            if let [[x, y]] = markers.as_slice() {
-                table.add("marker_x", *x);
-                table.add("marker_y", *y);
+            if let [marker] = markers[..] {
+                table.add(["marker_x", "marker_y"], marker);
             }
-            if let [angle] = angles.as_slice() {
-                table.add("angle", *angle);
+            if let [angle] = angles[..] {
+                table.add(["angle"], [angle]);
             }
-            if angles.len() == 1 { &angles } else { &[] }
         }
         _ => return None,
-    };
+    }
+    // an angle for each ball, or no column is one of angles
+    let turning = if angles.len() == positions.len() { angles.as_slice() } else { &[] };
     let mut guess = table.guess;
     if turning.iter().any(|column| !heading.has_unit(*column)) {
         let most = most(text, heading, turning);
-        guess.lines.push(("angle_unit", if most > RADIANS { "\"deg\"" } else { "\"rad\"" }.to_string()));
+        guess.columns.push(("angle_unit", if most > RADIANS { "\"deg\"" } else { "\"rad\"" }.to_string()));
     }
     guess.has_angles = !turning.is_empty();
     Some(guess)
@@ -273,13 +257,10 @@ pub(super) fn pairs(names: &[String]) -> Vec<([usize; 2], Kind)> {
 /// The largest number in these columns.
 fn most(text: &str, heading: &Heading, columns: &[usize]) -> f64 {
     let rows = lines(text).skip(heading.above).filter_map(|(_, line)| trimmed(line, heading.separator));
-    let cells = rows.flat_map(|row| columns.iter().filter_map(|i| row.get(*i).cloned()).collect::<Vec<_>>());
-    cells
-        .filter_map(|cell| match parse(&cell) {
-            Ok(Cell::Number(number, _)) => Some(number.abs()),
-            _ => None,
-        })
-        .fold(0.0, f64::max)
+    let most = |row: Vec<String>| {
+        columns.iter().filter_map(|i| Some(value(row.get(*i)?)?.abs())).fold(0.0, f64::max)
+    };
+    rows.map(most).fold(0.0, f64::max)
 }
 
 #[cfg(test)]
@@ -288,7 +269,8 @@ mod tests {
 
     fn guessed(text: &str) -> String {
         let Some(guess) = columns(text) else { return String::new() };
-        let mut said: Vec<String> = guess.lines.iter().map(|(key, value)| format!("{key}={value}")).collect();
+        let mut said: Vec<String> =
+            guess.columns.iter().map(|(key, value)| format!("{key}={value}")).collect();
         said.extend(guess.time_unit.map(|unit| format!("in {unit}")));
         said.extend(guess.perhaps_time.map(|name| format!("perhaps {name}")));
         said.join(" ").replace('"', "")

@@ -1,11 +1,9 @@
 //! The line that names the columns of a table, and their units: beside the names, as in `x [mm]`, or in a row of units below.
 
-use std::path::Path;
-
 use super::column_names::AngleUnit;
+use super::input::Input;
 use super::settings::{TimeUnit, Unit};
-use crate::io::error::Problems;
-use crate::io::text::{Separator, lines, trimmed};
+use crate::io::text::{Separator, filled_below, trimmed};
 
 /// Spreadsheets have a few lines of titles above the names of their columns, at most so many.
 pub(super) const TITLES: usize = 10;
@@ -57,8 +55,7 @@ impl Measure {
 pub(super) fn blanks(text: &str, line: usize, names: &str) -> Separator {
     const SINGLE: Separator = Separator::Char(' ');
     let count = |line: &str| trimmed(line.trim_end(), SINGLE).map_or(0, |cells| cells.len());
-    let below = lines(text).skip(line).find(|(_, line)| !line.trim().is_empty());
-    let fits = below.is_none_or(|(_, row)| count(row) == count(names));
+    let fits = filled_below(text, line).is_none_or(|(_, row)| count(row) == count(names));
     if fits && !names.starts_with(' ') { SINGLE } else { Separator::Blanks }
 }
 
@@ -85,11 +82,8 @@ fn split_loosely(name: &str) -> (&str, Option<Measure>) {
     {
         plain = before.trim_end().strip_suffix("Run").map_or(name, str::trim_end);
     }
-    plain = plain
-        .rsplit_once(':')
-        .map(|(_, last)| last.trim_start())
-        .filter(|last| !last.is_empty())
-        .unwrap_or(plain);
+    let last = plain.rsplit_once(':').map(|(_, last)| last.trim_start());
+    plain = last.filter(|last| !last.is_empty()).unwrap_or(plain);
     match split(plain) {
         (bare, None) => suffix(bare).map_or((bare, None), |(bare, unit)| (bare, Some(unit))),
         known => known,
@@ -160,17 +154,20 @@ impl Heading {
         Self { line, above, separator, names, bare, units }
     }
 
+    /// Of names without units in a line, with the rows below another one.
+    pub(super) fn plain(line: usize, above: usize, separator: Separator, names: Vec<String>) -> Self {
+        Self { line, above, separator, bare: names.clone(), units: vec![None; names.len()], names }
+    }
+
     /// Of a table without names: rows of so many cells, the first one in this line.
     pub(super) fn unnamed(first: usize, separator: Separator, width: usize) -> Self {
-        let names: Vec<String> = (1..=width).map(|number| format!("column {number}")).collect();
-        Self {
-            line: first,
-            above: first - 1,
-            separator,
-            bare: names.clone(),
-            units: vec![None; width],
-            names,
-        }
+        let names = (1..=width).map(|number| format!("column {number}")).collect();
+        Self::plain(first, first - 1, separator, names)
+    }
+
+    /// The names without units, in small letters.
+    pub(super) fn small(&self) -> Vec<String> {
+        self.bare.iter().map(|name| name.to_lowercase()).collect()
     }
 
     /// The column of this name, with or without its unit.
@@ -190,8 +187,12 @@ impl Heading {
         count(&self.names).max(count(&self.bare))
     }
 
+    fn wrong(&self, column: usize, message: String, input: &Input) {
+        input.wrong(self.line, self.bare[column].as_str(), message);
+    }
+
     /// The unit of length of these columns, which must be the same in all that have one.
-    pub(super) fn length(&self, columns: &[usize], file: &Path, problems: &mut Problems) -> Option<Unit> {
+    pub(super) fn length(&self, columns: &[usize], input: &Input) -> Option<Unit> {
         let mut first: Option<(usize, Unit)> = None;
         for column in columns {
             match (self.units[*column], first) {
@@ -202,49 +203,31 @@ impl Heading {
                     let expected = other.map_or("a unit of length".to_string(), |(at, other)| {
                         format!("{}, as in the column {}", other.name(), self.bare[at])
                     });
-                    let message = format!("is in {}; expected {expected}", unit.name());
-                    problems.add(file, Some(self.line), Some(&self.bare[*column]), message);
+                    self.wrong(*column, format!("is in {}; expected {expected}", unit.name()), input);
                 }
             }
         }
         first.map(|(_, unit)| unit)
     }
 
-    /// The unit of a column of time, which must not differ from the one that dataset.toml states.
-    pub(super) fn time(
-        &self,
-        column: usize,
-        stated: Option<TimeUnit>,
-        file: &Path,
-        problems: &mut Problems,
-    ) -> Option<TimeUnit> {
-        match (self.units[column]?, stated) {
-            (Measure::Time(unit), Some(other)) if unit != other => {
-                let message = format!(
-                    "is in {}, but [tracks] time_unit is \"{}\"; expected the same, or no time_unit",
-                    unit.name(),
-                    other.name()
-                );
-                problems.add(file, Some(self.line), Some(&self.bare[column]), message);
-                None
-            }
-            (Measure::Time(unit), _) => Some(unit),
-            (other, _) => {
-                let message = format!("is in {}; expected s, ms, us or frames", other.name());
-                problems.add(file, Some(self.line), Some(&self.bare[column]), message);
-                None
-            }
-        }
+    /// The unit of a column of time, which must not differ from the one that dataset.toml states; seconds where none is stated.
+    pub(super) fn time(&self, column: usize, input: &Input) -> TimeUnit {
+        let message = match (self.units[column], input.settings.time_unit) {
+            (None, _) => return TimeUnit::S,
+            (Some(Measure::Time(unit)), Some(other)) if unit != other => format!(
+                "is in {}, but [tracks] time_unit is \"{}\"; expected the same, or no time_unit",
+                unit.name(),
+                other.name()
+            ),
+            (Some(Measure::Time(unit)), _) => return unit,
+            (Some(other), _) => format!("is in {}; expected s, ms, us or frames", other.name()),
+        };
+        self.wrong(column, message, input);
+        TimeUnit::S
     }
 
     /// The unit of a column of angles: that of the header or, where it says none, of dataset.toml, which must not differ.
-    pub(super) fn angle(
-        &self,
-        column: usize,
-        stated: Option<AngleUnit>,
-        file: &Path,
-        problems: &mut Problems,
-    ) -> Option<AngleUnit> {
+    pub(super) fn angle(&self, column: usize, stated: Option<AngleUnit>, input: &Input) -> Option<AngleUnit> {
         let message = match (self.units[column], stated) {
             (Some(Measure::Angle(unit)), None) | (None, Some(unit)) => return Some(unit),
             (Some(Measure::Angle(unit)), Some(other)) if unit == other => return Some(unit),
@@ -256,7 +239,7 @@ impl Heading {
                 "nothing says what these angles are in; expected [tracks.columns] angle_unit = \"rad\" or \"deg\"".to_string()
             }
         };
-        problems.add(file, Some(self.line), Some(&self.bare[column]), message);
+        self.wrong(column, message, input);
         None
     }
 }
@@ -268,19 +251,16 @@ fn row_of_units(
     separator: Separator,
     width: usize,
 ) -> Option<(usize, Vec<Option<Measure>>)> {
-    let (line, row) = lines(text).skip(header).find(|(_, line)| !line.trim().is_empty())?;
+    let (line, row) = filled_below(text, header)?;
     let cells = trimmed(row, separator)?;
     if cells.len() > width + 1 {
         return None;
     }
-    let mut units = Vec::with_capacity(cells.len());
-    for cell in &cells {
-        let word = cell.trim_matches(['[', ']', '(', ')']).trim();
-        units.push(match word {
-            "" | "-" => None,
-            word => Some(Measure::of(word)?),
-        });
-    }
+    let unit = |cell: &String| match cell.trim_matches(['[', ']', '(', ')']).trim() {
+        "" | "-" => Some(None),
+        word => Measure::of(word).map(Some),
+    };
+    let units: Vec<Option<Measure>> = cells.iter().map(unit).collect::<Option<_>>()?;
     units.iter().any(Option::is_some).then_some((line, units))
 }
 

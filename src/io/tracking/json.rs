@@ -1,12 +1,12 @@
 //! JSON as tools in the browser save it: an array of shots, each with balls, each with samples.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::sync::Arc;
 
+use super::input::{Input, Shots};
 use super::json_text::{Node, Value, parse};
-use super::raw::{Clock, FORMAT, Notes, RawShot, RawTrack, Row};
-use super::settings::{TimeUnit, TrackSettings, Unit};
-use crate::io::error::Problems;
+use super::raw::{Clock, FORMAT, RawShot, RawTrack, Row};
+use super::settings::{TimeUnit, Unit};
 use crate::io::number::shortened;
 
 /// Keys that mean the same, the usual one first.
@@ -30,74 +30,50 @@ pub(super) fn detect(text: &str) -> bool {
 }
 
 /// The shots of a file, and the unit of lengths that it states.
-pub(super) fn read(
-    file: &Path,
-    text: &str,
-    stem: &str,
-    settings: &TrackSettings,
-    problems: &mut Problems,
-    notes: &mut Notes,
-) -> Option<(Vec<RawShot>, Option<Unit>)> {
-    let before = problems.len();
-    let mut reader = Reader { file, settings, problems, clock: None };
-    let read = reader.file(text, stem);
-    if reader.problems.len() > before {
-        return None;
-    }
-    let (shots, unit) = read?;
-    let message = format!("read as JSON, {} shot(s)", shots.len());
-    notes.add(FORMAT, file, None, message);
+pub(super) fn read(input: &Input) -> Option<Shots> {
+    let before = input.problems.len();
+    let (shots, unit) = Reader { input, clock: None }.file().filter(|_| input.problems.len() == before)?;
+    input.log.add(FORMAT, None, format!("read as JSON, {} shot(s)", shots.len()));
     Some((shots, unit))
 }
 
 struct Reader<'a> {
-    file: &'a Path,
-    settings: &'a TrackSettings,
-    problems: &'a mut Problems,
+    input: &'a Input<'a>,
     /// What the times of the present shot are in.
     clock: Option<Clock>,
 }
 
 impl Reader<'_> {
-    fn wrong(&mut self, line: usize, key: &str, message: String) {
-        let key = (!key.is_empty()).then_some(key);
-        self.problems.add(self.file, Some(line), key, message);
+    /// Complains, of a key where there is one. Always `None`.
+    fn wrong<T>(&self, line: usize, key: &str, message: String) -> Option<T> {
+        self.input.wrong(line, Some(key).filter(|key| !key.is_empty()), message);
+        None
     }
 
-    fn file(&mut self, text: &str, stem: &str) -> Option<(Vec<RawShot>, Option<Unit>)> {
-        let root = match parse(text) {
+    fn file(&mut self) -> Option<Shots> {
+        let root = match parse(self.input.text) {
             Ok(root) => root,
-            Err((line, message)) => {
-                self.wrong(line, "", format!("is no JSON: {message}"));
-                return None;
-            }
+            Err((line, message)) => return self.wrong(line, "", format!("is no JSON: {message}")),
         };
-        let one = std::slice::from_ref(&root);
         let shots: &[Node] = match root.get(&SHOTS).map_or(&root.value, |shots| &shots.value) {
             Value::List(list) => list,
-            _ if root.get(&BALLS).is_some() => one,
+            _ if root.get(&BALLS).is_some() => std::slice::from_ref(&root),
             _ => &[],
         };
         if shots.is_empty() {
-            self.wrong(root.line, "", format!("holds no shots; {EXPECTED}"));
-            return None;
+            return self.wrong(root.line, "", format!("holds no shots; {EXPECTED}"));
         }
-        let file = Arc::new(self.file.to_path_buf());
+        let (file, stem) = (Arc::new(self.input.file.to_path_buf()), self.input.stem);
         let mut found = Vec::with_capacity(shots.len());
         for (i, shot) in shots.iter().enumerate() {
             let own = if shots.len() == 1 { stem.to_string() } else { format!("{stem}-{}", i + 1) };
             found.push(self.shot(&root, shot, own, &file)?);
         }
         let unit = match root.get(&LENGTH).or(shots[0].get(&LENGTH)) {
-            Some(Node { line, value: Value::Text(word) }) => {
-                let unit = Unit::of(word);
-                if unit.is_none() {
-                    let message =
-                        format!("\"{}\" is no unit; expected m, cm, mm, in, ft or px", shortened(word));
-                    self.wrong(*line, "length_unit", message);
-                }
-                unit
-            }
+            Some(Node { line, value: Value::Text(word) }) => Unit::of(word).or_else(|| {
+                let message = format!("\"{}\" is no unit; expected m, cm, mm, in, ft or px", shortened(word));
+                self.wrong(*line, "length_unit", message)
+            }),
             _ => None,
         };
         Some((found, unit))
@@ -106,38 +82,26 @@ impl Reader<'_> {
     fn shot(&mut self, root: &Node, shot: &Node, own: String, file: &Arc<PathBuf>) -> Option<RawShot> {
         let shot_name = name(shot).unwrap_or(own);
         let Some(balls) = shot.get(&BALLS) else {
-            self.wrong(
-                shot.line,
-                "",
-                format!("the shot \"{}\" has no \"balls\"; {EXPECTED}", shortened(&shot_name)),
-            );
-            return None;
+            let message = format!("the shot \"{}\" has no \"balls\"; {EXPECTED}", shortened(&shot_name));
+            return self.wrong(shot.line, "", message);
         };
         self.clock = None;
-        let mut tracks = Vec::new();
-        match &balls.value {
+        let number = |i: usize| (i + 1).to_string();
+        let named: Vec<(String, &Node)> = match &balls.value {
             Value::List(list) => {
-                for (i, ball) in list.iter().enumerate() {
-                    let own = format!("{}", i + 1);
-                    tracks.push(self.ball(ball, name(ball).unwrap_or(own))?);
-                }
+                let named = |(i, ball)| (name(ball).unwrap_or_else(|| number(i)), ball);
+                list.iter().enumerate().map(named).collect()
             }
-            Value::Object(entries) => {
-                for (key, ball) in entries {
-                    tracks.push(self.ball(ball, key.clone())?);
-                }
-            }
-            _ => {
-                self.wrong(balls.line, "balls", format!("{}; {EXPECTED}", balls.what()));
-                return None;
-            }
-        }
+            Value::Object(entries) => entries.iter().map(|(key, ball)| (key.clone(), ball)).collect(),
+            _ => return self.wrong(balls.line, "balls", format!("{}; {EXPECTED}", balls.what())),
+        };
+        let tracks = named.into_iter().map(|(name, ball)| self.ball(ball, name)).collect::<Option<_>>()?;
         let fps = match shot.get(&FPS).or(root.get(&FPS)) {
             None | Some(Node { value: Value::Null, .. }) => None,
             Some(Node { value: Value::Number(fps), .. }) if *fps > 0.0 => Some(*fps),
             Some(other) => {
-                self.wrong(other.line, "fps", format!("{}; expected frames per second", other.what()));
-                return None;
+                let message = format!("{}; expected frames per second", other.what());
+                return self.wrong(other.line, "fps", message);
             }
         };
         let clock = match (self.clock.unwrap_or(Clock::In(TimeUnit::Frames)), fps) {
@@ -151,41 +115,33 @@ impl Reader<'_> {
         let samples = ball.get(&SAMPLES).unwrap_or(ball);
         let Value::List(list) = &samples.value else {
             let message = format!("the ball \"{}\" has no \"samples\"; {EXPECTED}", shortened(&name));
-            self.wrong(ball.line, "", message);
-            return None;
+            return self.wrong(ball.line, "", message);
         };
-        let mut track = RawTrack::new(name, None);
-        for sample in list {
-            track.rows.push(self.sample(sample)?);
-        }
-        Some(track)
+        let rows = list.iter().map(|sample| self.sample(sample)).collect::<Option<_>>()?;
+        Some(RawTrack { rows, ..RawTrack::new(name, None) })
     }
 
     /// `{t, x, y}`, with the position perhaps in an object of its own, or `[t, x, y]`.
     fn sample(&mut self, sample: &Node) -> Option<Row> {
-        let line = sample.line as u32;
+        let line = sample.line;
         if let Value::List(list) = &sample.value {
             let [time, x, y] = list.as_slice() else {
-                self.wrong(sample.line, "", format!("{} values; expected 3, time, x and y", list.len()));
-                return None;
+                let message = format!("{} values; expected 3, time, x and y", list.len());
+                return self.wrong(sample.line, "", message);
             };
             self.clock(Clock::Unsaid, sample.line)?;
             let time = self.number(time, "t")?;
             let [x, y] = [self.coordinate(Some(x), "x")?, self.coordinate(Some(y), "y")?];
             return Some(Row { time, x, y, line });
         }
-        // the number of a frame cannot follow a wrong rate, but needs the right one
-        let by_frame = self.settings.capture_fps.is_some()
-            || TIMES[..3].iter().all(|(key, _)| sample.get(&[key]).is_none());
+        let by_frame =
+            self.input.is_by_frame() || TIMES[..3].iter().all(|(key, _)| sample.get(&[key]).is_none());
         let mut times = TIMES.iter().filter_map(|(key, unit)| Some((*key, *unit, sample.get(&[key])?)));
         let frame = times.clone().find(|(_, unit, _)| by_frame && *unit == TimeUnit::Frames);
         let Some((key, unit, time)) = frame.or_else(|| times.next()) else {
-            self.wrong(
-                sample.line,
-                "",
-                format!("{} without t or frame; expected t (seconds) or frame, x and y", sample.what()),
-            );
-            return None;
+            let message =
+                format!("{} without t or frame; expected t (seconds) or frame, x and y", sample.what());
+            return self.wrong(sample.line, "", message);
         };
         self.clock(Clock::In(unit), sample.line)?;
         let time = self.number(time, key)?;
@@ -204,22 +160,20 @@ impl Reader<'_> {
             return Some(());
         }
         let message =
-            "has another kind of time than the samples above; expected t or frame throughout a shot"
-                .to_string();
-        self.wrong(line, "", message);
-        None
+            "has another kind of time than the samples above; expected t or frame throughout a shot";
+        self.wrong(line, "", message.to_string())
     }
 
-    fn number(&mut self, node: &Node, key: &str) -> Option<f64> {
+    fn number(&self, node: &Node, key: &str) -> Option<f64> {
         if let Value::Number(number) = node.value {
             return Some(number);
         }
-        self.wrong(node.line, key, format!("{}; expected a number, without quotation marks", node.what()));
-        None
+        let message = format!("{}; expected a number, without quotation marks", node.what());
+        self.wrong(node.line, key, message)
     }
 
     /// Not a number in a gap.
-    fn coordinate(&mut self, node: Option<&Node>, key: &str) -> Option<f64> {
+    fn coordinate(&self, node: Option<&Node>, key: &str) -> Option<f64> {
         match node {
             None | Some(Node { value: Value::Null, .. }) => Some(f64::NAN),
             Some(node) => self.number(node, key),

@@ -126,11 +126,8 @@ impl<'de> Visitor<'de> for Seed<'_> {
 
     fn visit_seq<A: SeqAccess<'de>>(self, mut list: A) -> Result<Node, A::Error> {
         let line = self.0.get();
-        let mut nodes = Vec::new();
-        while let Some(node) = list.next_element_seed(self)? {
-            nodes.push(node);
-        }
-        Ok(Node { line, value: Value::List(nodes) })
+        let nodes = std::iter::from_fn(|| list.next_element_seed(self).transpose());
+        Ok(Node { line, value: Value::List(nodes.collect::<Result<_, _>>()?) })
     }
 
     fn visit_map<A: MapAccess<'de>>(self, mut map: A) -> Result<Node, A::Error> {

@@ -1,16 +1,15 @@
 //! Kinovea: text exports with a section per object, and CSV.
 
-use std::path::Path;
-
-use super::raw::{Clock, FORMAT, Notes, RawTrack, Row};
-use super::sheet::{Place, Reader, Sheet};
-use crate::io::error::Problems;
-use crate::io::text::{Separator, cells, lines, trimmed};
+use super::heading::Heading;
+use super::input::{Input, Shots, quoted};
+use super::raw::{Clock, FORMAT, RawTrack, Row};
+use super::sheet::{Body, ENOUGH, Reader, Sheet};
+use crate::io::text::{Separator, cells, filled_lines, lines, trimmed};
 
 /// Which of the two.
 pub(super) enum Head {
     Text,
-    Csv { separator: Separator, header: usize, names: Vec<String> },
+    Csv(Heading),
 }
 
 const FILTERED: &str = "coordinates that come from its kinematics window are filtered, which smears an impact: \
@@ -18,46 +17,48 @@ const FILTERED: &str = "coordinates that come from its kinematics window are fil
 
 /// Whether the text is such an export.
 pub(super) fn detect(text: &str) -> Option<Head> {
-    let (header, first) = lines(text).find(|(_, line)| !line.trim().is_empty())?;
-    let line = first.trim();
-    if line.starts_with("#Kinovea") || line.eq_ignore_ascii_case("#T X Y") {
+    let (line, first) = filled_lines(text).next()?;
+    if is_title(first.trim()) {
         return Some(Head::Text);
     }
     Separator::ALL.into_iter().find_map(|separator| {
         let names = trimmed(first, separator)?;
-        let coordinate = |name: &&String| name.ends_with("/X") || name.ends_with("/Y");
-        let fits =
-            names.first().is_some_and(|name| name == "Time") && names.iter().any(|name| coordinate(&name));
-        fits.then_some(Head::Csv { separator, header, names })
+        let is_coordinate = |name: &String| name.ends_with("/X") || name.ends_with("/Y");
+        let fits = names.first().is_some_and(|name| name == "Time") && names.iter().any(is_coordinate);
+        fits.then(|| Head::Csv(Heading::plain(line, line, separator, names)))
     })
 }
 
-pub(super) fn read(
-    file: &Path,
-    text: &str,
-    head: Head,
-    problems: &mut Problems,
-    notes: &mut Notes,
-) -> Option<(Clock, Vec<RawTrack>)> {
-    match head {
-        Head::Text => Some(sections(file, text, problems, notes)),
-        Head::Csv { separator, header, names } => {
-            csv(Sheet { file, text, separator, header, above: header, offset: 0, names }, problems, notes)
-        }
-    }
+/// Whether a line stands above the sections of a text.
+fn is_title(line: &str) -> bool {
+    line.starts_with("#Kinovea") || line.eq_ignore_ascii_case("#T X Y")
 }
 
+pub(super) fn read(input: &Input, head: Head) -> Option<Shots> {
+    let (tracks, clock) = match head {
+        Head::Text => sections(input),
+        Head::Csv(heading) => csv(input, heading)?,
+    };
+    Some((input.one_shot(clock.unwrap_or(Clock::Unsaid), tracks), None))
+}
+
+fn say(input: &Input, kind: &str, tracks: &[RawTrack]) {
+    let names = quoted(tracks.iter().map(|track| &track.name));
+    input.log.add(FORMAT, None, format!("read as Kinovea ({kind}), tracks {names}; {FILTERED}"));
+}
+
+type Read = (Vec<RawTrack>, Option<Clock>);
+
 /// Rows of time, x and y below a comment with the object's name.
-fn sections(file: &Path, text: &str, problems: &mut Problems, notes: &mut Notes) -> (Clock, Vec<RawTrack>) {
+fn sections(input: &Input) -> Read {
     let mut tracks: Vec<RawTrack> = Vec::new();
-    let mut reader = Reader::new(file);
-    let start = problems.len();
-    for (line, text) in lines(text) {
-        let text = text.trim();
-        if text.is_empty() || text.starts_with("#Kinovea") || text.eq_ignore_ascii_case("#T X Y") {
+    let mut reader = Reader::new(input);
+    let start = input.problems.len();
+    for (line, text) in lines(input.text).map(|(line, text)| (line, text.trim())) {
+        if text.is_empty() || is_title(text) {
             continue;
         }
-        if problems.len() > start + 100 {
+        if input.problems.len() > start + ENOUGH {
             break;
         }
         if let Some(name) = text.strip_prefix('#') {
@@ -66,63 +67,55 @@ fn sections(file: &Path, text: &str, problems: &mut Problems, notes: &mut Notes)
         }
         let row = cells(text, Separator::Blanks).unwrap_or_default();
         let [time, x, y] = row.as_slice() else {
-            let message = format!("{} cells; expected 3, time, x and y", row.len());
-            problems.add(file, Some(line), None, message);
+            input.wrong(line, None, format!("{} cells; expected 3, time, x and y", row.len()));
             continue;
         };
-        let found = problems.len();
-        let Some(time) = reader.time(line, time, "T", problems) else {
-            if problems.len() == found {
-                problems.add(file, Some(line), Some("T"), format!("\"{time}\" is no time; expected one"));
+        let found = input.problems.len();
+        let Some(time) = reader.time(input.cell(line, "T", time)) else {
+            if input.problems.len() == found {
+                input.wrong(line, "T", format!("\"{time}\" is no time; expected one"));
             }
             continue;
         };
-        let [x, y] = reader.position(line, [x, y], ["X", "Y"], problems, notes);
+        let [x, y] = reader.position([input.cell(line, "X", x), input.cell(line, "Y", y)]);
         if tracks.is_empty() {
             tracks.push(RawTrack::new("1", None));
         }
         if let Some(track) = tracks.last_mut() {
-            track.rows.push(Row { time, x, y, line: line as u32 });
+            track.rows.push(Row { time, x, y, line });
         }
     }
     tracks.retain(|track| !track.rows.is_empty());
-    say(file, "text", &tracks, notes);
-    let clock = reader.finish(tracks.iter_mut(), problems, notes).unwrap_or(Clock::Unsaid);
-    (clock, tracks)
+    say(input, "text", &tracks);
+    let clock = reader.finish(tracks.iter_mut());
+    (tracks, clock)
 }
 
 /// `Time`, `name/0/X`, `name/0/Y`, ….
-fn csv(sheet: Sheet, problems: &mut Problems, notes: &mut Notes) -> Option<(Clock, Vec<RawTrack>)> {
-    let mut places: Vec<Place> = Vec::new();
-    let mut taken = vec![false; sheet.names.len()];
-    for x in 1..sheet.names.len() {
-        let Some(stem) = sheet.names[x].strip_suffix("/X") else { continue };
+fn csv(input: &Input, heading: Heading) -> Option<Read> {
+    let (names, mut bodies) = (&heading.names, Vec::<Body>::new());
+    for x in 1..names.len() {
+        let Some(stem) = names[x].strip_suffix("/X") else { continue };
         let y_name = format!("{stem}/Y");
-        let Some(y) = (1..sheet.names.len()).find(|y| !taken[*y] && sheet.names[*y] == y_name) else {
+        let is_free = |y: &usize| bodies.iter().all(|body| body.y != *y);
+        let Some(y) = (1..names.len()).find(|y| names[*y] == y_name && is_free(y)) else {
             let message = format!("the column {y_name} is missing");
-            problems.add(sheet.file, Some(sheet.header), Some(&sheet.names[x]), message);
+            input.wrong(heading.line, names[x].as_str(), message);
             return None;
         };
-        taken[y] = true;
-        places.push(Place { name: stem.to_string(), point: None, x, y });
+        bodies.push(Body { name: stem.to_string(), x, y });
     }
-    // An object of one point is called by the object's name.
+    // an object of one point is called by the object's name
     let object = |name: &str| name.rsplit_once('/').map_or(name, |(object, _)| object).to_string();
-    let objects: Vec<String> = places.iter().map(|place| object(&place.name)).collect();
-    let full: Vec<String> = places.iter().map(|place| place.name.clone()).collect();
-    for (i, place) in places.iter_mut().enumerate() {
-        let alone = (0..full.len()).all(|j| objects[j] != objects[i] || full[j] == full[i]);
-        if alone {
-            place.name.clone_from(&objects[i]);
+    let full: Vec<String> = bodies.iter().map(|body| body.name.clone()).collect();
+    for body in &mut bodies {
+        let object_of = object(&body.name);
+        if full.iter().all(|other| *other == body.name || object(other) != object_of) {
+            body.name = object_of;
         }
     }
-    let (tracks, clock) = sheet.wide(Some(0), places, problems, notes);
-    say(sheet.file, &format!("CSV, {} between cells", sheet.separator.name()), &tracks, notes);
-    Some((clock.unwrap_or(Clock::Unsaid), tracks))
-}
-
-fn say(file: &Path, kind: &str, tracks: &[RawTrack], notes: &mut Notes) {
-    let names: Vec<_> = tracks.iter().map(|track| format!("\"{}\"", track.name)).collect();
-    let message = format!("read as Kinovea ({kind}), tracks {}; {FILTERED}", names.join(", "));
-    notes.add(FORMAT, file, None, message);
+    let kind = format!("CSV, {} between cells", heading.separator.name());
+    let (tracks, clock) = Sheet::new(input, heading).tracks(Some(0), &bodies);
+    say(input, &kind, &tracks);
+    Some((tracks, clock))
 }

@@ -1,18 +1,18 @@
 //! A row per ball and frame: the canonical table and others like it.
 
 use std::collections::HashMap;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::sync::Arc;
 
 use super::heading::{Heading, TITLES};
-use super::raw::{Clock, FORMAT, Notes, REPEATED, RawShot, RawTrack, Row};
-use super::settings::{TimeUnit, TrackSettings, Unit};
+use super::input::{Input, quoted};
+use super::raw::{Clock, FORMAT, REPEATED, RawShot, RawTrack, Row};
+use super::settings::{TimeUnit, Unit};
 use super::sheet::{Reader, Sheet};
-use crate::io::error::Problems;
 use crate::io::text::{Separator, lines, trimmed};
 
 /// Columns of a long table, by their position.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub(super) struct Columns {
     pub shot: Option<usize>,
     pub time: usize,
@@ -23,9 +23,12 @@ pub(super) struct Columns {
     pub y: usize,
     pub sd: Option<[usize; 2]>,
     pub marker: Option<[usize; 2]>,
-    /// How far a disc has turned, with the radians in its unit.
-    pub angle: Option<(usize, f64)>,
+    /// How far a disc has turned.
+    pub angle: Option<Angle>,
 }
+
+/// A column of angles, with the radians in its unit.
+pub(super) type Angle = (usize, f64);
 
 /// The parts of a long table above its rows.
 #[derive(Clone, Debug)]
@@ -40,32 +43,22 @@ pub(super) struct Stated {
     pub unit: Option<Unit>,
 }
 
+/// The columns of the canonical table.
+const KNOWN: [&str; 10] = ["shot", "frame", "t", "ball", "x", "y", "z", "point", "x_sd", "y_sd"];
+
 /// Whether the text begins like the canonical table, below a title perhaps.
-pub(super) fn detect(text: &str, settings: &TrackSettings) -> Option<Head> {
+pub(super) fn detect(input: &Input) -> Option<Head> {
     let no_comment = |line: &str| !line.trim().is_empty() && !line.trim_start().starts_with('#');
-    lines(text).filter(|(_, line)| no_comment(line)).take(TITLES).find_map(|(line, content)| {
+    lines(input.text).filter(|(_, line)| no_comment(line)).take(TITLES).find_map(|(line, content)| {
         let named = |separator: Separator| {
             let names: Vec<_> = trimmed(content, separator)?.iter().map(|name| name.to_lowercase()).collect();
             // most lines are no header: looked at more closely only if it may be one
             if !names.iter().any(|name| name == "ball") {
                 return None;
             }
-            let heading = Heading::new(text, line, separator, names);
-            let position = |name: &str| heading.position(name);
-            let by_frame = settings.capture_fps.is_some() || position("t").is_none();
-            let frame = position("frame").filter(|_| by_frame);
-            let columns = Columns {
-                shot: position("shot"),
-                time: frame.or(position("t"))?,
-                frames: frame.is_some(),
-                ball: position("ball")?,
-                point: position("point"),
-                x: position("x")?,
-                y: position("y")?,
-                sd: position("x_sd").zip(position("y_sd")).map(|(x, y)| [x, y]),
-                marker: None,
-                angle: None,
-            };
+            let heading = Heading::new(input.text, line, separator, names);
+            let position = |name: &str| heading.position(name).filter(|_| KNOWN.contains(&name));
+            let columns = Columns::of(position, input)?;
             Some(Head { heading, columns })
         };
         Separator::ALL.into_iter().filter(|s| !s.is_white() || *s == Separator::Char('\t')).find_map(named)
@@ -73,35 +66,28 @@ pub(super) fn detect(text: &str, settings: &TrackSettings) -> Option<Head> {
 }
 
 /// Complaints and notes about the header. `None` if the table cannot be read.
-pub(super) fn check_head(
-    head: &Head,
-    file: &Path,
-    settings: &TrackSettings,
-    problems: &mut Problems,
-    notes: &mut Notes,
-) -> Option<Stated> {
-    const KNOWN: [&str; 10] = ["shot", "frame", "t", "ball", "x", "y", "z", "point", "x_sd", "y_sd"];
-    let (heading, before) = (&head.heading, problems.len());
+pub(super) fn check_head(head: &Head, input: &Input) -> Option<Stated> {
+    let (heading, before) = (&head.heading, input.problems.len());
     let mut strange = Vec::new();
     for (i, name) in heading.bare.iter().enumerate() {
-        if heading.bare[..i].contains(name) && KNOWN.contains(&name.as_str()) {
-            problems.add(file, Some(heading.line), Some(name), "stands twice in the header");
-        } else if !KNOWN.contains(&name.as_str()) {
-            strange.push(format!("\"{name}\""));
+        if !KNOWN.contains(&name.as_str()) {
+            strange.push(name);
+        } else if heading.bare[..i].contains(name) {
+            input.wrong(heading.line, name.as_str(), "stands twice in the header");
         }
     }
     let has = |name: &str| heading.bare.iter().any(|own| own == name);
     if has("x_sd") != has("y_sd") {
-        problems.add(file, Some(heading.line), None, "x_sd and y_sd go together; expected both or neither");
+        input.wrong(heading.line, None, "x_sd and y_sd go together; expected both or neither");
     }
-    let stated = head.columns.stated(heading, file, settings, problems);
-    if problems.len() > before {
+    let stated = head.columns.stated(heading, input);
+    if input.problems.len() > before {
         return None;
     }
     let passed = if strange.is_empty() {
         String::new()
     } else {
-        format!("; columns passed over: {}", strange.join(", "))
+        format!("; columns passed over: {}", quoted(strange))
     };
     let heights = if has("z") {
         "; heights (z) are not used: how high a ball flies follows from its path seen from above"
@@ -110,34 +96,49 @@ pub(super) fn check_head(
     };
     let message =
         format!("read as a long table, {} between cells{passed}{heights}", heading.separator.name());
-    notes.add(FORMAT, file, None, message);
+    input.log.add(FORMAT, None, message);
     Some(stated)
 }
 
 impl Columns {
+    /// Those that a table has, where `at` tells the positions of ours; `None` where it lacks one that must be there.
+    pub(super) fn of(at: impl Fn(&str) -> Option<usize>, input: &Input) -> Option<Self> {
+        let (time, frames) = time(&at, input)?;
+        let pair = |x: &str, y: &str| Some([at(x)?, at(y)?]);
+        Some(Self {
+            shot: at("shot"),
+            time,
+            frames,
+            ball: at("ball")?,
+            point: at("point"),
+            x: at("x")?,
+            y: at("y")?,
+            sd: pair("x_sd", "y_sd"),
+            marker: pair("marker_x", "marker_y"),
+            angle: None,
+        })
+    }
+
     /// The units that the header gives these columns; complaints where it contradicts itself or dataset.toml.
-    pub(super) fn stated(
-        &self,
-        heading: &Heading,
-        file: &Path,
-        settings: &TrackSettings,
-        problems: &mut Problems,
-    ) -> Stated {
+    pub(super) fn stated(&self, heading: &Heading, input: &Input) -> Stated {
         let lengths: Vec<usize> =
             [[self.x, self.y]].into_iter().chain(self.sd).chain(self.marker).flatten().collect();
-        let unit = heading.length(&lengths, file, problems);
-        let clock = if self.frames {
-            TimeUnit::Frames
-        } else {
-            heading.time(self.time, settings.time_unit, file, problems).unwrap_or(TimeUnit::S)
-        };
+        let unit = heading.length(&lengths, input);
+        let clock = if self.frames { TimeUnit::Frames } else { heading.time(self.time, input) };
         Stated { clock, unit }
     }
 }
 
+/// The column of times, and whether these are numbers of frames.
+pub(super) fn time(at: impl Fn(&str) -> Option<usize>, input: &Input) -> Option<(usize, bool)> {
+    let (frame, time) = (at("frame"), at("t"));
+    let frame = frame.filter(|_| input.is_by_frame() || time.is_none());
+    Some((frame.or(time)?, frame.is_some()))
+}
+
 /// Notes rows that are taken for comments since the name of their shot begins with #.
-pub(super) fn note_comments(text: &str, head: &Head, file: &Path, notes: &mut Notes) {
-    if head.columns.shot != Some(0) || !text.contains("\n#") {
+pub(super) fn note_comments(head: &Head, input: &Input) {
+    if head.columns.shot != Some(0) || !input.text.contains("\n#") {
         return;
     }
     let is_row = |line: &str| {
@@ -145,20 +146,19 @@ pub(super) fn note_comments(text: &str, head: &Head, file: &Path, notes: &mut No
         cells.len() == head.heading.names.len()
             && [head.columns.time, head.columns.x].iter().all(|i| cells[*i].parse::<f64>().is_ok())
     };
-    let commented =
-        lines(text).skip(head.heading.line).filter(|(_, line)| line.starts_with('#') && is_row(line));
-    let mut lines = commented.map(|(line, _)| line);
-    if let Some(first) = lines.next() {
+    let below = lines(input.text).skip(head.heading.line);
+    let mut commented = below.filter(|(_, line)| line.starts_with('#') && is_row(line));
+    if let Some((first, _)) = commented.next() {
         let message = format!(
             "{} rows from here on begin with #: passed over as comments. If # belongs to the name of a shot, put the \
              name in quotation marks",
-            lines.count() + 1
+            commented.count() + 1
         );
-        notes.add(REPEATED, file, Some(first), message);
+        input.log.add(REPEATED, first, message);
     }
 }
 
-/// Gathers the rows of a long table into shots and tracks.
+/// Gathers the rows of a table into shots and tracks.
 pub(super) struct Gather {
     file: Arc<PathBuf>,
     stem: String,
@@ -169,13 +169,11 @@ pub(super) struct Gather {
 }
 
 impl Gather {
-    pub(super) fn new(file: &Path, stem: &str, unit: TimeUnit) -> Self {
-        let clock = Clock::In(unit);
-        let file = Arc::new(file.to_path_buf());
+    pub(super) fn new(input: &Input, unit: TimeUnit) -> Self {
         Self {
-            file,
-            stem: stem.to_string(),
-            clock,
+            file: Arc::new(input.file.to_path_buf()),
+            stem: input.stem.to_string(),
+            clock: Clock::In(unit),
             shots: Vec::new(),
             by_name: HashMap::new(),
             last: usize::MAX,
@@ -200,15 +198,22 @@ impl Gather {
         }
     }
 
-    /// Adds an angle in radians, not a number in a gap, by which a disc has turned.
-    pub(super) fn push_angle(&mut self, shot: Option<&str>, ball: &str, time: f64, angle: f64, line: u32) {
-        self.track(shot, ball, Some("angle"), true, line).rows.push(Row { time, x: angle, y: 0.0, line });
+    /// Adds the angle by which a disc has turned in this row, with the radians in its unit.
+    pub(super) fn push_angle(
+        &mut self,
+        shot: Option<&str>,
+        ball: &str,
+        row: Row,
+        (_, unit): Angle,
+        angle: Option<f64>,
+    ) {
+        let x = angle.map_or(f64::NAN, |angle| unit * angle);
+        self.track(shot, ball, Some("angle"), true, row.line).rows.push(Row { x, y: 0.0, ..row });
     }
 
     /// Says what is known once all rows are read.
-    pub(super) fn finish(&mut self, reader: Reader, problems: &mut Problems, notes: &mut Notes) {
-        let tracks = self.shots.iter_mut().flat_map(|shot| &mut shot.tracks);
-        if let Some(clock) = reader.finish(tracks, problems, notes) {
+    pub(super) fn finish(&mut self, reader: Reader) {
+        if let Some(clock) = reader.finish(self.shots.iter_mut().flat_map(|shot| &mut shot.tracks)) {
             self.clock = clock;
             self.shots.iter_mut().for_each(|shot| shot.clock = clock);
         }
@@ -220,7 +225,7 @@ impl Gather {
         ball: &str,
         point: Option<&str>,
         is_angle: bool,
-        line: u32,
+        line: usize,
     ) -> &mut RawTrack {
         let name = shot.unwrap_or(&self.stem);
         if self.shots.get(self.last).is_none_or(|last| last.name != name) {
@@ -230,7 +235,7 @@ impl Gather {
                 self.shots.push(RawShot {
                     name: name.to_string(),
                     file: self.file.clone(),
-                    line: line as usize,
+                    line,
                     clock: self.clock,
                     tracks: Vec::new(),
                 });
@@ -250,62 +255,44 @@ impl Gather {
 
 /// Reads cell by cell: slower than the typed reader, but says what is wrong where. Gives the decimal mark
 /// of the positions.
-pub(super) fn read(
-    sheet: &Sheet,
-    columns: &Columns,
-    gather: &mut Gather,
-    problems: &mut Problems,
-    notes: &mut Notes,
-) -> Option<char> {
-    let file = sheet.file;
-    let name = |i: usize| sheet.names[i].as_str();
-    let mut reader = Reader::new(file);
-    sheet.rows(problems, |line, row, problems| {
-        let ball = row[columns.ball].trim();
-        let shot = columns.shot.map(|i| row[i].trim());
-        let point = columns.point.map_or("", |i| row[i].trim());
-        if let Some(i) = columns.shot.filter(|_| shot == Some("")) {
-            problems.add(file, Some(line), Some(name(i)), "is empty; expected the name of a shot");
-        }
+pub(super) fn read(sheet: &Sheet, columns: &Columns, gather: &mut Gather) -> Option<char> {
+    let mut reader = Reader::new(sheet.input);
+    sheet.rows(|cells| {
+        let shot = cells.shot(columns.shot);
+        let ball = cells.text(columns.ball);
+        let point = columns.point.map_or("", |i| cells.text(i));
         if ball.is_empty() {
-            problems.add(file, Some(line), Some(name(columns.ball)), "is empty; expected the name of a ball");
+            cells.at(columns.ball).wrong("is empty; expected the name of a ball");
         }
-        let found = problems.len();
-        let Some(time) = reader.time(line, &row[columns.time], name(columns.time), problems) else {
-            if problems.len() == found {
+        let found = sheet.input.problems.len();
+        let Some(time) = reader.time(cells.at(columns.time)) else {
+            if sheet.input.problems.len() == found {
                 let expected = if columns.frames { "the number of a frame" } else { "a time" };
-                let message = format!("is empty; expected {expected}");
-                problems.add(file, Some(line), Some(name(columns.time)), message);
+                cells.at(columns.time).wrong(format!("is empty; expected {expected}"));
             }
             return;
         };
-        let mut position = |at: [usize; 2], problems: &mut Problems| {
-            let [x, y] = at.map(|i| row[i].as_ref());
-            reader.position(line, [x, y], at.map(name), problems, notes)
-        };
-        let [x, y] = position([columns.x, columns.y], problems);
-        let marker = columns.marker.map(|at| position(at, problems));
+        let [x, y] = reader.position([cells.at(columns.x), cells.at(columns.y)]);
+        let marker = columns.marker.map(|at| reader.position(at.map(|i| cells.at(i))));
         let sd = columns.sd.map(|at| {
             at.map(|i| {
-                let sd = reader.extra(line, &row[i], name(i), problems);
+                let sd = reader.extra(cells.at(i));
                 if let Some(sd) = sd.filter(|sd| *sd <= 0.0) {
-                    let message = format!("{sd} is no standard deviation; expected more than 0");
-                    problems.add(file, Some(line), Some(name(i)), message);
+                    cells.at(i).wrong(format!("{sd} is no standard deviation; expected more than 0"));
                 }
                 sd.unwrap_or(f64::NAN)
             })
         });
-        let line = line as u32;
-        gather.push(shot, ball, point, Row { time, x, y, line }, sd);
+        let row = Row { time, x, y, line: cells.line };
+        gather.push(shot, ball, point, row, sd);
         if let Some([x, y]) = marker {
-            gather.push(shot, ball, "marker", Row { time, x, y, line }, None);
+            gather.push(shot, ball, "marker", Row { x, y, ..row }, None);
         }
-        if let Some((i, unit)) = columns.angle {
-            let angle = reader.extra(line as usize, &row[i], name(i), problems);
-            gather.push_angle(shot, ball, time, angle.map_or(f64::NAN, |angle| unit * angle), line);
+        if let Some(angle) = columns.angle {
+            gather.push_angle(shot, ball, row, angle, reader.extra(cells.at(angle.0)));
         }
     });
     let mark = reader.mark();
-    gather.finish(reader, problems, notes);
+    gather.finish(reader);
     mark
 }

@@ -1,8 +1,6 @@
 //! Balls that a tracker lost and wrote down at a place where they are not: 0, 0, or −1, −1, or 9999.
 
-use std::path::Path;
-
-use super::raw::{GAPS, Notes, RawTrack};
+use super::raw::{GAPS, Log, RawTrack, sorted};
 
 /// A jump is one away from the path when it is this many times as long as what balls move in the same time.
 const FAR: f64 = 5.0;
@@ -24,7 +22,7 @@ struct Stay {
 
 /// Turns positions into gaps that stand for a ball that is lost: exactly the same far from the path, again and again, or one that
 /// programs are known to write.
-pub(super) fn leave_out(tracks: &mut [RawTrack], file: &Path, notes: &mut Notes) {
+pub(super) fn leave_out(tracks: &mut [RawTrack], log: Log) {
     let orders: Vec<Vec<usize>> = tracks.iter().map(in_time).collect();
     let places: Vec<Vec<Place>> =
         tracks.iter().zip(&orders).map(|(track, order)| candidates(track, order)).collect();
@@ -46,8 +44,8 @@ pub(super) fn leave_out(tracks: &mut [RawTrack], file: &Path, notes: &mut Notes)
                     "\"{}\" is at ({}, {}), far from its path, as where it is lost: taken as a gap",
                     track.name, stay.place[0], stay.place[1]
                 );
-                notes.add(GAPS, file, Some(row.line as usize), message);
-                (row.x, row.y) = (f64::NAN, f64::NAN);
+                log.add(GAPS, row.line, message);
+                row.lose();
             }
         }
     }
@@ -87,11 +85,11 @@ fn usual_speed(tracks: &[RawTrack], orders: &[Vec<usize>], places: &[Vec<Place>]
         for two in order.windows(2) {
             let [a, b] = [track.rows[two[0]], track.rows[two[1]]];
             if b.time > a.time && ![a, b].iter().any(|row| places.contains(&[row.x, row.y])) {
-                speeds.push((b.x - a.x).hypot(b.y - a.y) / (b.time - a.time));
+                speeds.push(a.distance(b) / (b.time - a.time));
             }
         }
     }
-    speeds.sort_by(f64::total_cmp);
+    let speeds = sorted(speeds.into_iter());
     speeds.get((USUAL * speeds.len() as f64) as usize).copied().filter(|speed| *speed > 0.0)
 }
 
@@ -99,10 +97,7 @@ fn usual_speed(tracks: &[RawTrack], orders: &[Vec<usize>], places: &[Vec<Place>]
 fn stays(track: &RawTrack, order: &[usize], places: &[Place], fast: f64) -> Vec<Stay> {
     let row = |at: usize| track.rows[order[at]];
     let place = |at: usize| [row(at).x, row(at).y];
-    let jumps = |a: usize, b: usize| {
-        let ([x, y], [p, q]) = (place(a), place(b));
-        (p - x).hypot(q - y) > fast * (row(b).time - row(a).time)
-    };
+    let jumps = |a: usize, b: usize| row(a).distance(row(b)) > fast * (row(b).time - row(a).time);
     let mut found = Vec::new();
     let mut at = 0;
     while at < order.len() {

@@ -12,6 +12,7 @@ mod finish;
 mod fuzz;
 mod guess;
 mod heading;
+mod input;
 mod json;
 mod json_text;
 mod kinovea;
@@ -39,11 +40,20 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use calibration::Calibration;
-use finish::{Facts, Wrong};
+use check::Wrong;
+use finish::Facts;
+use input::Context;
 use raw::{Notes, RawShot};
 use rayon::prelude::*;
 use settings::{Format, TrackSettings, Unit};
 use shots_table::ShotsTable;
+
+use super::error::Problems;
+use super::manifest::Manifest;
+use crate::measurement::dataset::Tracks;
+use crate::measurement::isolate::isolated;
+use crate::measurement::spin::Spin;
+use crate::measurement::track::TrackShot;
 
 pub(super) use heading::strange_unit;
 pub use survey::{Survey, survey};
@@ -53,19 +63,12 @@ pub(super) fn metres(unit: &str) -> Option<f64> {
     Unit::of(unit)?.metres().map(|(times, over)| times / over)
 }
 
-use super::error::Problems;
-use super::manifest::Manifest;
-use crate::measurement::dataset::Tracks;
-use crate::measurement::isolate::isolated;
-use crate::measurement::spin::Spin;
-use crate::measurement::track::TrackShot;
-
 /// Loads every file that the manifest names; what is wrong is added to the problems.
 pub(crate) fn load(
     manifest: &Manifest,
     settings: &TrackSettings,
     path: &Path,
-    problems: &mut Problems,
+    problems: &Problems,
 ) -> Tracks {
     let table = ShotsTable::read(settings.shots.as_deref(), manifest.assume, problems);
     if let Some((by, line, position)) = &manifest.by
@@ -73,9 +76,10 @@ pub(crate) fn load(
     {
         let message =
             format!("[fit] by is \"{by}\"; expected a column of the table that [tracks] shots names");
-        problems.add(path, Some(*line), Some(position), message);
+        problems.add(path, *line, position.as_str(), message);
     }
-    let mut notes = Notes::default();
+    let notes = Notes::default();
+    let context = Context { settings, problems, notes: &notes };
     let mut raw: Vec<RawShot> = Vec::new();
     let mut calibrations = HashMap::new();
     let is_shots = |file: &&PathBuf| settings.shots.as_ref().is_some_and(|shots| same_file(shots, file));
@@ -84,13 +88,12 @@ pub(crate) fn load(
     let mut is_motion_capture = true;
     for file in files {
         let before = problems.len();
-        let Some(read::Tracked { shots, format, unit }) = read::file(file, settings, problems, &mut notes)
-        else {
+        let Some(read::Tracked { shots, format, unit }) = read::file(file, context) else {
             continue;
         };
-        let mut shots = clips::of_file(shots, settings.capture_fps, alone, &mut notes);
+        let mut shots = clips::of_file(shots, settings.capture_fps, alone, &notes);
         is_motion_capture &= format == Format::Qualisys;
-        let calibration = calibration_for(format, unit, settings, file, problems, &mut notes);
+        let calibration = calibration_for(format, unit, file, context);
         // What follows from a row that could not be read need not be said.
         if problems.len() > before {
             continue;
@@ -103,27 +106,22 @@ pub(crate) fn load(
         raw.append(&mut shots);
     }
     let broken = !problems.is_empty();
-    pair::pair(&mut raw, settings, &mut notes);
-    table.name_by_file(&mut raw, problems);
+    pair::pair(&mut raw, settings, &notes);
+    table.name_by_file(&mut raw);
     if settings.unknown_rate && table.has_rates() {
         let message = "[video] capture_fps is \"unknown\", but the table of shots states capture_fps; expected it for all \
                        shots or for none";
         problems.add(path, None, None, message);
     }
-    tell_apart(&mut raw, &mut notes);
+    tell_apart(&mut raw, &notes);
     let known = name_shots(&raw, problems);
     if !broken {
-        table.check_names(&known, problems);
+        table.check_names(&known);
     }
     drop(known);
-    let mut skipped = Vec::new();
-    raw.retain(|shot| match table.skip(&shot.name) {
-        Some(reason) => {
-            skipped.push((shot.name.clone(), reason.to_string()));
-            false
-        }
-        None => true,
-    });
+    let reason = |shot: &RawShot| table.skip(&shot.name).map(str::to_string);
+    let skipped = raw.extract_if(.., |shot| reason(shot).is_some());
+    let skipped = skipped.filter_map(|shot| Some((shot.name.clone(), reason(&shot)?))).collect();
     if let Some(shot) = raw.iter().find(|shot| table.facts(&shot.name).is_none()) {
         let message = format!(
             "nothing says how the cue ball of shot \"{}\" spins; expected [cue_spin] assume = \"stun\", \
@@ -142,12 +140,12 @@ pub(crate) fn load(
                  unknown: points on the discs show how they turn",
                 shot.name
             );
-            problems.add(settings.shots.as_deref().unwrap_or(path), None, Some("cue_spin"), message);
+            problems.add(settings.shots.as_deref().unwrap_or(path), None, "cue_spin", message);
             continue;
         }
         work.push((shot, facts));
     }
-    let (shots, damaged) = finish_all(work, settings, &calibrations, problems, &mut notes);
+    let (shots, damaged) = finish_all(work, &calibrations, context);
     if manifest.discs.is_none() {
         name_unmeasured(&shots, &table, path, problems);
     }
@@ -171,31 +169,24 @@ fn same_file(a: &Path, b: &Path) -> bool {
 }
 
 /// Lengths are in the unit that the file itself states, else in that of dataset.toml, else in metres.
-fn calibration_for(
-    format: Format,
-    stated: Option<Unit>,
-    settings: &TrackSettings,
-    file: &Path,
-    problems: &mut Problems,
-    notes: &mut Notes,
-) -> Calibration {
-    let who = if format == Format::Qualisys {
-        "is an export of Qualisys, which is"
-    } else {
-        "says that its positions are"
+fn calibration_for(format: Format, stated: Option<Unit>, file: &Path, context: Context) -> Calibration {
+    let Context { settings, problems, notes } = context;
+    let log = notes.of(file);
+    let (who, always) = match format {
+        Format::Qualisys => ("is an export of Qualisys, which is", "as always in this format"),
+        _ => ("says that its positions are", "as the file says"),
     };
     match (settings.unit, stated) {
-        (None, Some(unit)) => {
-            let Some(metres) = unit.metres() else {
+        (None, Some(unit)) => match unit.metres() {
+            Some(metres) => {
+                log.add(raw::FORMAT, None, format!("lengths are in {}, {always}", unit.name()));
+                return settings.calibration.in_unit(metres);
+            }
+            None => {
                 let message = format!("{who} in pixels; expected [scale] length_unit = \"px\"");
                 problems.add(file, None, None, message);
-                return settings.calibration.clone();
-            };
-            let always =
-                if format == Format::Qualisys { "as always in this format" } else { "as the file says" };
-            notes.add(raw::FORMAT, file, None, format!("lengths are in {}, {always}", unit.name()));
-            return settings.calibration.in_unit(metres);
-        }
+            }
+        },
         (Some(given), Some(unit)) if given != unit => {
             let message = format!(
                 "{who} in {0}, but [scale] length_unit is \"{1}\"; expected [scale] length_unit = \"{0}\" or none",
@@ -205,12 +196,7 @@ fn calibration_for(
             problems.add(file, None, None, message);
         }
         (None, None) if format != Format::Long => {
-            notes.add(
-                raw::FORMAT,
-                file,
-                None,
-                "lengths are taken as metres ([scale] length_unit is not given)",
-            );
+            log.add(raw::FORMAT, None, "lengths are taken as metres ([scale] length_unit is not given)");
         }
         _ => {}
     }
@@ -218,14 +204,12 @@ fn calibration_for(
 }
 
 /// Complains about spins that are said to be measured, where neither numbers nor markers tell them.
-fn name_unmeasured(shots: &[TrackShot], table: &ShotsTable, path: &Path, problems: &mut Problems) {
+fn name_unmeasured(shots: &[TrackShot], table: &ShotsTable, path: &Path, problems: &Problems) {
     let unmeasured = |shot: &&TrackShot| shot.markers.is_empty() && table.is_by_markers(&shot.name);
     let mut names = shots.iter().filter(unmeasured).map(|shot| shot.name.as_str());
     let Some(first) = names.next() else { return };
-    let others = match names.count() {
-        0 => String::new(),
-        others => format!(" and {others} more"),
-    };
+    let others = names.count();
+    let others = if others > 0 { format!(" and {others} more") } else { String::new() };
     let message = format!(
         "[cue_spin] assume is \"measured\", but nothing measures the spin of shot \"{first}\"{others}; expected omega_x, omega_y and \
          omega_z in a table that [tracks] shots names, markers on the cue ball ([tracks] cue_markers), or assume = \"natural-roll\", \"stun\" or \"unknown\""
@@ -234,7 +218,7 @@ fn name_unmeasured(shots: &[TrackShot], table: &ShotsTable, path: &Path, problem
 }
 
 /// Puts the folder before the names of shots that files in different folders give, as A/1.csv and B/1.csv do.
-fn tell_apart(raw: &mut [RawShot], notes: &mut Notes) {
+fn tell_apart(raw: &mut [RawShot], notes: &Notes) {
     let mut of_name: HashMap<String, Vec<usize>> = HashMap::new();
     for (i, shot) in raw.iter().enumerate() {
         of_name.entry(shot.name.clone()).or_default().push(i);
@@ -254,7 +238,7 @@ fn tell_apart(raw: &mut [RawShot], notes: &mut Notes) {
     named.sort();
     if let Some((first, name)) = named.first() {
         let message = "files in several folders are called alike: their shots are named with the folder";
-        notes.add(raw::NAMES, &raw[*first].file, None, format!("{message}, as in \"{name}\""));
+        notes.of(&raw[*first].file).add(raw::NAMES, None, format!("{message}, as in \"{name}\""));
     }
     for (i, name) in named {
         raw[i].name = name;
@@ -262,7 +246,7 @@ fn tell_apart(raw: &mut [RawShot], notes: &mut Notes) {
 }
 
 /// The shots by name, with complaints about names given twice.
-fn name_shots<'a>(raw: &'a [RawShot], problems: &mut Problems) -> HashMap<&'a str, usize> {
+fn name_shots<'a>(raw: &'a [RawShot], problems: &Problems) -> HashMap<&'a str, usize> {
     let mut known = HashMap::with_capacity(raw.len());
     for (i, shot) in raw.iter().enumerate() {
         if let Some(first) = known.insert(shot.name.as_str(), i) {
@@ -274,7 +258,7 @@ fn name_shots<'a>(raw: &'a [RawShot], problems: &mut Problems) -> HashMap<&'a st
                 first.file.display(),
                 first.line
             );
-            problems.add(&shot.file, Some(shot.line), Some("shot"), message);
+            problems.add(&shot.file, shot.line, "shot", message);
         }
     }
     known
@@ -287,37 +271,28 @@ const SHOTS_A_CORE: usize = 64;
 /// where a shot is not damaged but the file or dataset.toml is wrong, this is a problem of the data set.
 fn finish_all(
     work: Vec<(RawShot, Facts)>,
-    settings: &TrackSettings,
     calibrations: &HashMap<PathBuf, Calibration>,
-    problems: &mut Problems,
-    notes: &mut Notes,
+    context: Context,
 ) -> (Vec<TrackShot>, Vec<(String, String)>) {
+    let Context { settings, problems, notes } = context;
     let finish = |(raw, facts): (RawShot, Facts)| {
-        let (name, file, mut notes) = (raw.name.clone(), raw.file.clone(), Notes::default());
+        let (name, file, notes) = (raw.name.clone(), raw.file.clone(), Notes::default());
         let calibration = calibrations.get(file.as_path())?;
-        let done = isolated(|| finish::shot(raw, facts, settings, calibration, &mut notes));
-        let shot = done.unwrap_or_else(|panic| {
-            Err(vec![Wrong::damaged(
-                None,
-                format!("it could not be processed ({panic}), which is a defect of caromfit"),
-            )])
-        });
+        let done = isolated(|| finish::shot(raw, facts, settings, calibration, &notes));
+        let defect = |panic| format!("it could not be processed ({panic}), which is a defect of caromfit");
+        let shot = done.unwrap_or_else(|panic| Err(vec![Wrong::damaged(None, defect(panic))]));
         Some((name, file, shot, notes))
     };
     let done: Vec<_> = work.into_par_iter().with_min_len(SHOTS_A_CORE).filter_map(finish).collect();
     let (mut shots, mut damaged) = (Vec::with_capacity(done.len()), Vec::new());
     for (name, file, shot, own_notes) in done {
         notes.append(own_notes);
-        match shot {
-            Ok(shot) => shots.push(shot),
-            Err(all) => {
-                for wrong in all {
-                    if wrong.is_damage {
-                        damaged.push((name.clone(), file.clone(), wrong));
-                    } else {
-                        problems.add(&file, wrong.line, None, wrong.message);
-                    }
-                }
+        let wrong = shot.map(|shot| shots.push(shot)).err().unwrap_or_default();
+        for wrong in wrong {
+            if wrong.is_damage {
+                damaged.push((name.clone(), file.clone(), wrong));
+            } else {
+                problems.add(&file, wrong.line, None, wrong.message);
             }
         }
     }

@@ -1,9 +1,9 @@
 //! Two balls in two files: Tracker exports one track a file.
 
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
 
-use super::finish::find;
+use super::finish::{find, last_word};
+use super::input::stem;
 use super::raw::{NAMES, Notes, RawShot};
 use super::settings::{Names, TrackSettings};
 
@@ -20,20 +20,16 @@ struct Single {
 
 /// Puts the shots together that are one ball each and whose files differ by the ball's name only, or that are
 /// the only two there are. Others stay as they are, and are told what is missing when they are finished.
-pub(super) fn pair(raw: &mut Vec<RawShot>, settings: &TrackSettings, notes: &mut Notes) {
+pub(super) fn pair(raw: &mut Vec<RawShot>, settings: &TrackSettings, notes: &Notes) {
     let singles: Vec<Single> =
         raw.iter().enumerate().filter_map(|(index, shot)| single(index, shot, settings)).collect();
     let alone = singles.len() == 2 && raw.len() == 2;
     let mut gone = Vec::new();
     for cue in singles.iter().filter(|single| !single.object) {
-        let fits = |object: &&Single| {
-            object.object && (alone || object.key == cue.key && object.folder == cue.folder)
-        };
-        let objects: Vec<&Single> = singles.iter().filter(fits).collect();
-        let twins = singles
-            .iter()
-            .filter(|other| !other.object && other.key == cue.key && other.folder == cue.folder)
-            .count();
+        let is_like = |other: &Single| other.key == cue.key && other.folder == cue.folder;
+        let objects: Vec<&Single> =
+            singles.iter().filter(|other| other.object && (alone || is_like(other))).collect();
+        let twins = singles.iter().filter(|other| !other.object && is_like(other)).count();
         let ([object], 1) = (objects.as_slice(), twins) else { continue };
         if raw[object.index].clock != raw[cue.index].clock {
             continue;
@@ -45,29 +41,18 @@ pub(super) fn pair(raw: &mut Vec<RawShot>, settings: &TrackSettings, notes: &mut
         shot.tracks[0].name.clone_from(&settings.cue.0[0]);
         shot.tracks.push(track);
         let own = shot.file.clone();
-        shot.name = name(&cue.key, &object.key, &own);
+        // what is left of the files' names, or that of the first file where it is nothing or not the same
+        let is_name = cue.key == object.key && !cue.key.is_empty();
+        shot.name = if is_name { cue.key.clone() } else { stem(&own) };
         let message =
             format!("is cue ball of the shot \"{}\", whose object ball is {}", shot.name, file.display());
-        notes.add(NAMES, &own, None, message);
+        notes.of(&own).add(NAMES, None, message);
         gone.push(object.index);
     }
-    let mut index = 0;
-    raw.retain(|_| {
-        index += 1;
-        !gone.contains(&(index - 1))
-    });
-}
-
-/// What is left of the files' names, or that of the first file where it is nothing or not the same.
-fn name(cue: &str, object: &str, file: &Arc<PathBuf>) -> String {
-    if cue == object && !cue.is_empty() {
-        return cue.to_string();
+    gone.sort_unstable();
+    for index in gone.into_iter().rev() {
+        raw.remove(index);
     }
-    stem(file)
-}
-
-fn stem(file: &Path) -> String {
-    file.file_stem().map(|stem| stem.to_string_lossy().into_owned()).unwrap_or_default()
 }
 
 /// A file that is one ball's track and says whose, by the track's name or its own.
@@ -80,6 +65,7 @@ fn single(index: usize, shot: &RawShot, settings: &TrackSettings) -> Option<Sing
         return None;
     }
     let named = |ball: &str| matches!(find(&shot.tracks, ball), Ok(Some(_)));
+    // of what Tracker calls "mass A", files are called A
     let words =
         |text: &str| [cue, object].map(|ball| without(text, ball).or_else(|| without(text, last_word(ball))));
     let mut in_stem = words(&stem);
@@ -103,11 +89,6 @@ fn single(index: usize, shot: &RawShot, settings: &TrackSettings) -> Option<Sing
     };
     let key = in_stem[usize::from(object)].clone().unwrap_or(stem);
     Some(Single { index, object, key, folder })
-}
-
-/// Of what Tracker calls "mass A", files are called A.
-fn last_word(name: &str) -> &str {
-    name.rsplit(|c: char| c.is_whitespace() || c == '_').next().unwrap_or_default()
 }
 
 /// The words of a file's name without the one that is the ball's; `None` if none is.

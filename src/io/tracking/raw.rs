@@ -1,5 +1,6 @@
 //! What the readers of all formats hand on: positions in the file's own units, with their lines.
 
+use std::cell::RefCell;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -15,6 +16,36 @@ pub(super) struct RawShot {
     pub line: usize,
     pub clock: Clock,
     pub tracks: Vec<RawTrack>,
+}
+
+impl RawShot {
+    pub(super) fn rows(&self) -> impl Iterator<Item = &Row> {
+        self.tracks.iter().flat_map(|track| &track.rows)
+    }
+
+    pub(super) fn rows_mut(&mut self) -> impl Iterator<Item = &mut Row> {
+        self.tracks.iter_mut().flat_map(|track| &mut track.rows)
+    }
+
+    /// All times, ascending, each once.
+    pub(super) fn times(&self) -> Vec<f64> {
+        let mut times = sorted(self.rows().map(|row| row.time));
+        times.dedup();
+        times
+    }
+
+    /// The tracks of the balls' centres, where there are two.
+    pub(super) fn centres(&self) -> Option<[&RawTrack; 2]> {
+        let centres = self.tracks.iter().filter(|track| !track.is_angle && track.point.is_none());
+        centres.collect::<Vec<_>>().try_into().ok()
+    }
+}
+
+/// In ascending order.
+pub(super) fn sorted(numbers: impl Iterator<Item = f64>) -> Vec<f64> {
+    let mut sorted: Vec<f64> = numbers.collect();
+    sorted.sort_by(f64::total_cmp);
+    sorted
 }
 
 /// How the times of a shot are to be understood.
@@ -50,7 +81,7 @@ pub(super) struct Row {
     pub time: f64,
     pub x: f64,
     pub y: f64,
-    pub line: u32,
+    pub line: usize,
 }
 
 impl RawTrack {
@@ -58,22 +89,61 @@ impl RawTrack {
         Self { name: name.into(), point, is_angle: false, rows: Vec::new(), sds: Vec::new() }
     }
 
+    /// The rows that are no gaps.
+    pub(super) fn seen(&self) -> impl Iterator<Item = &Row> + Clone {
+        self.rows.iter().filter(|row| !row.is_gap())
+    }
+
+    /// The row at a time, of rows in the order of time.
+    pub(super) fn at(&self, time: f64) -> Option<&Row> {
+        let i = self.rows.partition_point(|row| row.time < time);
+        self.rows.get(i).filter(|row| row.time == time)
+    }
+
     /// Line of its first row.
     pub(super) fn line(&self) -> usize {
-        self.rows.first().map_or(1, |row| row.line as usize)
+        self.rows.first().map_or(1, |row| row.line)
     }
 }
 
 impl Row {
+    pub(super) fn distance(&self, other: Self) -> f64 {
+        (self.x - other.x).hypot(self.y - other.y)
+    }
+
+    /// Makes it a gap.
+    pub(super) fn lose(&mut self) {
+        (self.x, self.y) = (f64::NAN, f64::NAN);
+    }
+
     pub(super) fn is_gap(&self) -> bool {
         self.x.is_nan() || self.y.is_nan()
     }
 }
 
 /// What was detected and repaired: each message once, the first few of each kind, and how many more there were.
-#[derive(Clone, Debug, Default)]
+#[derive(Debug, Default)]
 pub(super) struct Notes {
-    kinds: BTreeMap<(u8, &'static str), Vec<Note>>,
+    kinds: RefCell<BTreeMap<(u8, &'static str), Vec<Note>>>,
+}
+
+/// For notes about one file.
+#[derive(Clone, Copy)]
+pub(super) struct Log<'a> {
+    file: &'a Path,
+    notes: &'a Notes,
+}
+
+impl Log<'_> {
+    /// `kind` names what the note is about when there are too many of them.
+    pub(super) fn add(self, kind: &'static str, line: impl Into<Option<usize>>, message: impl AsRef<str>) {
+        let line = line.into();
+        let shots = usize::from(line.is_none());
+        let line = line.map_or(String::new(), |line| format!(":{line}"));
+        let place = format!("{}{line}", self.file.display());
+        let message = harmless(message.as_ref()).into_owned();
+        self.notes.put((rank(kind), kind), Note { message, place, places: 1, shots });
+    }
 }
 
 /// A message, where it was first called for, and in how many places.
@@ -90,25 +160,14 @@ struct Note {
 const OF_A_KIND: usize = 8;
 
 impl Notes {
-    /// `kind` names what the note is about when there are too many of them.
-    pub(super) fn add(
-        &mut self,
-        kind: &'static str,
-        file: &Path,
-        line: Option<usize>,
-        message: impl AsRef<str>,
-    ) {
-        let shots = usize::from(line.is_none());
-        let line = line.map_or(String::new(), |line| format!(":{line}"));
-        let place = format!("{}{line}", file.display());
-        self.put(
-            (rank(kind), kind),
-            Note { message: harmless(message.as_ref()).into_owned(), place, places: 1, shots },
-        );
+    /// For those about a file.
+    pub(super) fn of<'a>(&'a self, file: &'a Path) -> Log<'a> {
+        Log { file, notes: self }
     }
 
-    fn put(&mut self, kind: (u8, &'static str), note: Note) {
-        let notes = self.kinds.entry(kind).or_default();
+    fn put(&self, kind: (u8, &'static str), note: Note) {
+        let mut kinds = self.kinds.borrow_mut();
+        let notes = kinds.entry(kind).or_default();
         match notes.iter_mut().find(|known| known.message == note.message) {
             Some(known) if note.shots > 0 && known.place == note.place => known.shots += note.shots,
             Some(known) => known.places += note.places,
@@ -116,8 +175,8 @@ impl Notes {
         }
     }
 
-    pub(super) fn append(&mut self, other: Self) {
-        for (kind, notes) in other.kinds {
+    pub(super) fn append(&self, other: Self) {
+        for (kind, notes) in other.kinds.into_inner() {
             for note in notes {
                 self.put(kind, note);
             }
@@ -126,7 +185,7 @@ impl Notes {
 
     pub(super) fn into_lines(self) -> Vec<String> {
         let mut lines = Vec::new();
-        for ((_, kind), notes) in self.kinds {
+        for ((_, kind), notes) in self.kinds.into_inner() {
             for Note { message, place, places, shots } in notes.iter().take(OF_A_KIND) {
                 let others = match (places, shots) {
                     (1, 0 | 1) => String::new(),

@@ -1,17 +1,16 @@
 //! Which format a file is in, by what stands in it.
 
 use std::fs;
-use std::path::{Path, PathBuf};
-use std::sync::Arc;
+use std::path::Path;
 
 use super::heading::{Heading, TITLES};
-use super::raw::{Clock, FORMAT, Notes, RawShot, RawTrack};
-use super::settings::{Format, TrackSettings, Unit};
+use super::input::{Context, Input, Shots, stem};
+use super::raw::{FORMAT, RawShot};
+use super::settings::{Format, Unit};
 use super::sheet::Sheet;
 use super::{columns, json, kinovea, long, qualisys, tracker, typed};
-use crate::io::error::Problems;
 use crate::io::number::shortened;
-use crate::io::text::{Separator, decode, lines, trimmed, unmarked, without_separator_line};
+use crate::io::text::{Separator, decode, filled_lines, trimmed, unmarked, without_separator_line};
 
 /// What was read from a file.
 pub(super) struct Tracked {
@@ -22,103 +21,60 @@ pub(super) struct Tracked {
 }
 
 /// The shots of a file.
-pub(super) fn file(
-    file: &Path,
-    settings: &TrackSettings,
-    problems: &mut Problems,
-    notes: &mut Notes,
-) -> Option<Tracked> {
-    match fs::read(file) {
-        Ok(content) => bytes(file, &content, settings, problems, notes),
-        Err(error) => {
-            problems.add(file, None, None, format!("cannot be read: {error}"));
-            None
-        }
-    }
+pub(super) fn file(file: &Path, context: Context) -> Option<Tracked> {
+    let wrong = |error| context.problems.add(file, None, None, format!("cannot be read: {error}"));
+    bytes(file, &fs::read(file).map_err(wrong).ok()?, context)
 }
 
 /// The same, of a file's content.
-pub(super) fn bytes(
-    file: &Path,
-    bytes: &[u8],
-    settings: &TrackSettings,
-    problems: &mut Problems,
-    notes: &mut Notes,
-) -> Option<Tracked> {
+pub(super) fn bytes(file: &Path, bytes: &[u8], context: Context) -> Option<Tracked> {
+    let Context { settings, problems, notes } = context;
     let (text, latin) = decode(bytes);
+    let log = notes.of(file);
     if let Some(line) = latin {
-        let message = "is not UTF-8 text from here on; read as Latin-1, which matters to names only";
-        notes.add(FORMAT, file, Some(line), message);
+        log.add(FORMAT, line, "is not UTF-8 text from here on; read as Latin-1, which matters to names only");
     }
     let (text, _) = without_separator_line(text);
-    let stem = file.file_stem().map(|stem| stem.to_string_lossy().into_owned()).unwrap_or_default();
+    let stem = stem(file);
+    let input = &Input { file, text: &text, stem: &stem, settings, problems, log };
+    let of = |format: Format| move |(shots, unit): Shots| Tracked { shots, format, unit };
     if let Some(wanted) = &settings.columns {
-        let (shots, unit) = columns::read(file, &text, &stem, wanted, settings, problems, notes)?;
-        return Some(Tracked { shots, format: Format::Columns, unit });
+        return columns::read(input, wanted).map(of(Format::Columns));
     }
     let wanted = |format: Format| settings.format == format || settings.format == Format::Auto;
     if wanted(Format::Json) && json::detect(&text) {
-        let (shots, unit) = json::read(file, &text, &stem, settings, problems, notes)?;
-        return Some(Tracked { shots, format: Format::Json, unit });
+        return json::read(input).map(of(Format::Json));
     }
     if wanted(Format::Qualisys) && qualisys::detect(&text) {
-        let (clock, tracks) = qualisys::read(file, &text, problems, notes)?;
-        return Some(one_shot(file, &stem, clock, tracks, Format::Qualisys, Some(Unit::Mm)));
+        return qualisys::read(input).map(of(Format::Qualisys));
     }
     if wanted(Format::Kinovea)
         && let Some(head) = kinovea::detect(&text)
     {
-        let (clock, tracks) = kinovea::read(file, &text, head, problems, notes)?;
-        return Some(one_shot(file, &stem, clock, tracks, Format::Kinovea, None));
+        return kinovea::read(input, head).map(of(Format::Kinovea));
     }
     if wanted(Format::Long)
-        && let Some(head) = long::detect(&text, settings)
+        && let Some(head) = long::detect(input)
     {
-        let long::Stated { clock, unit } = long::check_head(&head, file, settings, problems, notes)?;
-        long::note_comments(&text, &head, file, notes);
-        let columns = head.columns;
-        let mut gather = long::Gather::new(file, &stem, clock);
-        let sheet = Sheet {
-            file,
-            text: &text,
-            separator: head.heading.separator,
-            header: head.heading.line,
-            above: head.heading.above,
-            offset: 0,
-            names: head.heading.names,
-        };
-        typed::read(&sheet, &columns, &mut gather, problems, notes);
-        return Some(Tracked { shots: gather.shots, format: Format::Long, unit });
+        let long::Stated { clock, unit } = long::check_head(&head, input)?;
+        long::note_comments(&head, input);
+        let mut gather = long::Gather::new(input, clock);
+        typed::read(&Sheet::new(input, head.heading), &head.columns, &mut gather);
+        return Some((gather.shots, unit)).map(of(Format::Long));
     }
     if wanted(Format::Tracker)
         && let Some(head) = tracker::detect(&text)
     {
-        let (clock, tracks, unit) = tracker::read(file, &text, head, &stem, settings, problems, notes)?;
-        return Some(one_shot(file, &stem, clock, tracks, Format::Tracker, unit));
+        return tracker::read(input, head).map(of(Format::Tracker));
     }
-    unknown(file, &text, settings.format, problems);
+    unknown(input);
     None
 }
 
-/// A file that is one shot, named after it.
-fn one_shot(
-    file: &Path,
-    stem: &str,
-    clock: Clock,
-    tracks: Vec<RawTrack>,
-    format: Format,
-    unit: Option<Unit>,
-) -> Tracked {
-    let line = tracks.iter().map(RawTrack::line).min().unwrap_or(1);
-    let file: Arc<PathBuf> = Arc::new(file.to_path_buf());
-    Tracked { shots: vec![RawShot { name: stem.to_string(), file, line, clock, tracks }], format, unit }
-}
-
-fn unknown(file: &Path, text: &str, format: Format, problems: &mut Problems) {
-    let first = lines(text).find(|(_, line)| !line.trim().is_empty());
-    let Some((line, first)) = first else {
-        problems.add(file, None, None, "is empty; expected tracked positions");
-        return;
+fn unknown(input: &Input) {
+    let (text, format) = (input.text, input.settings.format);
+    let Some((line, first)) = filled_lines(text).next() else {
+        return input.wrong(None, None, "is empty; expected tracked positions");
     };
     let expected = match format {
         Format::Auto => {
@@ -136,29 +92,28 @@ fn unknown(file: &Path, text: &str, format: Format, problems: &mut Problems) {
     };
     let lacking = if matches!(format, Format::Auto | Format::Long) { lacking(text) } else { String::new() };
     let message = format!("no format begins like this, \"{}\"{lacking}; {expected}", shortened(first.trim()));
-    problems.add(file, Some(line), None, message);
+    input.wrong(line, None, message);
 }
 
 /// What a header that is nearly that of a long table lacks, as a part of a sentence.
 fn lacking(text: &str) -> String {
-    let header =
-        lines(text).filter(|(_, line)| !line.trim().is_empty()).take(TITLES).find_map(|(line, content)| {
-            Separator::ALL.into_iter().find_map(|separator| {
-                let names = trimmed(unmarked(content), separator)?;
-                let heading = Heading::new("", line, separator, names);
-                let names: Vec<String> = heading.bare.iter().map(|name| name.to_lowercase()).collect();
-                let has = |name: &str| names.iter().any(|own| own == name);
-                let parts = [
-                    ("ball", has("ball")),
-                    ("x", has("x")),
-                    ("y", has("y")),
-                    ("frame or t", has("frame") || has("t")),
-                ];
-                let missing: Vec<&str> =
-                    parts.iter().filter(|(_, there)| !there).map(|(name, _)| *name).collect();
-                (1..=2).contains(&missing.len()).then(|| (line, missing.join(" and ")))
-            })
-        });
+    let header = filled_lines(text).take(TITLES).find_map(|(line, content)| {
+        Separator::ALL.into_iter().find_map(|separator| {
+            let names = trimmed(unmarked(content), separator)?;
+            let heading = Heading::new("", line, separator, names);
+            let names = heading.small();
+            let has = |name: &str| names.iter().any(|own| own == name);
+            let parts = [
+                ("ball", has("ball")),
+                ("x", has("x")),
+                ("y", has("y")),
+                ("frame or t", has("frame") || has("t")),
+            ];
+            let missing: Vec<&str> =
+                parts.iter().filter(|(_, there)| !there).map(|(name, _)| *name).collect();
+            (1..=2).contains(&missing.len()).then(|| (line, missing.join(" and ")))
+        })
+    });
     header.map_or(String::new(), |(line, missing)| {
         format!(", and what may be the names of columns, in line {line}, are without {missing}")
     })

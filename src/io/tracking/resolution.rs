@@ -1,6 +1,6 @@
 //! The grid that a tracker's coordinates lie on, such as whole pixels or few decimals.
 
-use super::raw::RawTrack;
+use super::raw::{RawTrack, Row, sorted};
 
 /// A grid needs so many different steps between neighbouring coordinates: fewer fit some grid by chance.
 const LEAST_GAPS: usize = 8;
@@ -19,10 +19,8 @@ const ROUNDING: f64 = 1e-12;
 /// coordinates differ to tell. Whether it matters is for whoever knows the noise to say: seven decimals are a grid, too.
 pub(super) fn step(tracks: &[&RawTrack]) -> Option<f64> {
     let mut gaps = Vec::new();
-    for pick in [|row: &super::raw::Row| row.x, |row: &super::raw::Row| row.y] {
-        let seen = tracks.iter().flat_map(|track| &track.rows).filter(|row| !row.is_gap());
-        let mut values: Vec<f64> = seen.map(pick).collect();
-        values.sort_by(f64::total_cmp);
+    for pick in [|row: &Row| row.x, |row: &Row| row.y] {
+        let mut values = sorted(tracks.iter().flat_map(|track| track.seen()).map(pick));
         values.dedup_by(|later, earlier| *later - *earlier <= ROUNDING * later.abs());
         gaps.extend(values.windows(2).map(|two| two[1] - two[0]));
     }
@@ -54,13 +52,12 @@ fn fitted(gaps: &[f64], guess: f64) -> Option<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::io::tracking::raw::Row;
 
     /// A ball that moves 3.7 mm and 1.3 mm a frame, with a tenth of a millimetre of something like noise.
     fn track(written: impl Fn(f64) -> f64) -> RawTrack {
         let mut track = RawTrack::new("a", None);
-        for i in 0..60_u32 {
-            let t = f64::from(i);
+        for i in 0..60 {
+            let t = i as f64;
             let wobble = 1e-4 * (12.9898 * t).sin();
             let [x, y] = [0.2 + 0.0037 * t + wobble, 0.5 - 0.0013 * t - wobble].map(&written);
             track.rows.push(Row { time: t, x, y, line: i + 1 });

@@ -11,8 +11,7 @@ use super::calibration::{Calibration, ReadOut};
 use super::camera::{RawCamera, WantedCamera};
 use super::column_names::ColumnNames;
 pub(super) use super::units::{TimeUnit, Unit};
-use crate::io::error::Problems;
-use crate::io::toml_file::Source;
+use crate::io::toml_file::{Source, bare};
 
 /// `[video]`.
 #[derive(Default, Deserialize)]
@@ -127,7 +126,22 @@ pub(super) enum Format {
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Names(pub Vec<String>);
 
+/// Keys of `[tracks]`, and columns of the table of shots, that name tracks.
+pub(super) const NAMED: [&str; 4] = ["cue", "object", "cue_markers", "object_markers"];
+
 impl Names {
+    /// These, without the blanks around them.
+    pub(super) fn of<'a>(names: impl Iterator<Item = &'a str>) -> Self {
+        Self(names.map(|name| name.trim().to_string()).collect())
+    }
+
+    /// Whether there is one or more, each but once and none without letters.
+    pub(super) fn are_good(&self) -> bool {
+        let Self(names) = self;
+        let twice = |(i, name): (usize, &String)| names[..i].contains(name);
+        !names.is_empty() && !names.iter().any(String::is_empty) && !names.iter().enumerate().any(twice)
+    }
+
     /// `"A"`, or `["a1", "a2"]`, as it stands in dataset.toml.
     pub(super) fn shown(&self) -> String {
         match self.0.as_slice() {
@@ -152,11 +166,7 @@ impl<'de> Deserialize<'de> for Names {
             }
 
             fn visit_seq<A: SeqAccess<'de>>(self, mut list: A) -> Result<Names, A::Error> {
-                let mut names = Vec::new();
-                while let Some(name) = list.next_element()? {
-                    names.push(name);
-                }
-                Ok(Names(names))
+                std::iter::from_fn(|| list.next_element().transpose()).collect::<Result<_, _>>().map(Names)
             }
         }
         deserializer.deserialize_any(Either)
@@ -202,94 +212,93 @@ pub(crate) struct TrackSettings {
     pub(crate) notes: Vec<String>,
 }
 
-/// Checks the sections; what is wrong is added to the problems.
-pub(crate) fn check(
-    (video, camera): (Option<&RawVideo>, Option<&RawCamera>),
-    scale: Option<&RawScale>,
-    tracks: Option<&RawTracks>,
-    discs: bool,
-    source: &Source,
-    problems: &mut Problems,
-) -> TrackSettings {
-    let (no_video, no_scale, no_tracks) = (RawVideo::default(), RawScale::default(), RawTracks::default());
-    let (video, scale) = (video.unwrap_or(&no_video), scale.unwrap_or(&no_scale));
-    let tracks = tracks.unwrap_or(&no_tracks);
-    let mut positive = |key: &str, value: &Option<Spanned<f64>>| {
-        let value = value.as_ref()?;
-        let number = *value.as_ref();
-        let good = number > 0.0 && number.is_finite();
-        if !good {
-            source.add(problems, &value.span(), format!("{key} is {number}; expected more than 0"));
-        }
-        good.then_some(number)
-    };
-    let capture_fps = match &video.capture_fps {
-        Some(given) => match *given.as_ref() {
+/// The sections of dataset.toml, as they stand there.
+#[derive(Default, Deserialize)]
+#[serde(default)]
+pub(crate) struct Sections {
+    pub video: RawVideo,
+    pub camera: RawCamera,
+    pub scale: RawScale,
+    pub tracks: RawTracks,
+}
+
+impl Sections {
+    /// Checks them; what is wrong is added to the problems of the source.
+    pub(crate) fn check(self, discs: bool, source: &Source) -> TrackSettings {
+        let Self { video, camera, scale, tracks } = self;
+        let positive = |key: &str, given: &Option<Spanned<f64>>| {
+            let given = given.as_ref()?;
+            let number = *given.as_ref();
+            let good = number > 0.0 && number.is_finite();
+            if !good {
+                source.wrong(given, format!("{key} is {number}; expected more than 0"));
+            }
+            good.then_some(number)
+        };
+        let capture_fps = video.capture_fps.as_ref().and_then(|given| match *given.as_ref() {
             Rate::Fps(fps) => positive("capture_fps", &Some(Spanned::new(given.span(), fps))),
             Rate::Unknown => Some(1.0),
-        },
-        None => None,
-    };
-    let unknown_rate = video.capture_fps.as_ref().filter(|given| *given.as_ref() == Rate::Unknown);
-    let playback_fps = positive("playback_fps", &video.playback_fps);
-    let readout = positive("row_readout_s", &video.row_readout_s);
-    let rows = positive("rows", &video.rows);
-    let m_per_px = positive("m_per_px", &scale.m_per_px);
-    let position_sd = positive("position_sd_m", &tracks.position_sd_m);
+        });
+        let unknown_rate = video.capture_fps.as_ref().filter(|given| *given.as_ref() == Rate::Unknown);
+        let playback_fps = positive("playback_fps", &video.playback_fps);
+        let readout = positive("row_readout_s", &video.row_readout_s);
+        let rows = positive("rows", &video.rows);
+        let m_per_px = positive("m_per_px", &scale.m_per_px);
+        let position_sd = positive("position_sd_m", &tracks.position_sd_m);
 
-    if let Some(given) = unknown_rate.filter(|_| !discs) {
-        let message = "capture_fps is \"unknown\"; expected a number: gravity and the cloth act in seconds (only discs \
-                       can do without)";
-        source.add(problems, &given.span(), message.to_string());
-    }
-    if let (Some(playback), None) = (&video.playback_fps, &video.capture_fps) {
-        let message = "playback_fps needs capture_fps beside it: what the camera recorded at";
-        source.add(problems, &playback.span(), message.to_string());
-    }
-    let readout = read_out(video, scale, readout.zip(rows), source, problems);
-    let mut notes = Vec::new();
-    let from_balls = is_from_balls(scale, discs, source, problems);
-    let calibration = calibration(scale, (m_per_px, from_balls), readout, &mut notes, source, problems);
-    let camera = camera.map(|camera| camera.check(source, problems)).unwrap_or_default();
-    let [cue, object, cue_markers, object_markers] = names(tracks, source, problems);
-    if let Some(columns) = &tracks.columns {
-        if !matches!(tracks.format, Format::Auto | Format::Columns) {
-            let message = "[tracks.columns] goes with format = \"columns\" only";
-            source.add(problems, &columns.span(), message.to_string());
+        if let Some(given) = unknown_rate.filter(|_| !discs) {
+            let message = "capture_fps is \"unknown\"; expected a number: gravity and the cloth act in seconds (only discs \
+                           can do without)";
+            source.wrong(given, message);
         }
-        if let Err(message) = columns.as_ref().check() {
-            source.add(problems, &columns.span(), message);
+        if let (Some(playback), None) = (&video.playback_fps, &video.capture_fps) {
+            source.wrong(playback, "playback_fps needs capture_fps beside it: what the camera recorded at");
         }
-        if columns.as_ref().has_angles() && !discs {
-            let message = "[tracks.columns] has a column of angles, but an angle does not say how a ball turns; expected it with \
-                           [ball] shape = \"disc\" only";
-            source.add(problems, &columns.span(), message.to_string());
+        let readout = read_out(&video, &scale, readout.zip(rows), source);
+        let mut notes = Vec::new();
+        let from_balls = is_from_balls(&scale, discs, source);
+        let calibration = calibration(&scale, (m_per_px, from_balls), readout, &mut notes, source);
+        let camera = camera.check(source);
+        let [cue, object, cue_markers, object_markers] = names(&tracks, source);
+        if let Some(columns) = &tracks.columns {
+            if !matches!(tracks.format, Format::Auto | Format::Columns) {
+                source.wrong(columns, "[tracks.columns] goes with format = \"columns\" only");
+            }
+            if let Err(message) = columns.as_ref().check() {
+                source.wrong(columns, message);
+            }
+            if columns.as_ref().has_angles() && !discs {
+                let message = "[tracks.columns] has a column of angles, but an angle does not say how a ball turns; expected it with \
+                               [ball] shape = \"disc\" only";
+                source.wrong(columns, message);
+            }
+        } else if tracks.format == Format::Columns {
+            let message =
+                "format = \"columns\" needs a section [tracks.columns] that says which column is what";
+            source.wrong_at(&(0..0), message);
         }
-    } else if tracks.format == Format::Columns {
-        let message = "format = \"columns\" needs a section [tracks.columns] that says which column is what";
-        source.add(problems, &(0..0), message.to_string());
-    }
-    let folder = source.path.parent().map(PathBuf::from).unwrap_or_default();
-    TrackSettings {
-        capture_fps,
-        unknown_rate: unknown_rate.is_some(),
-        discs,
-        playback_fps,
-        calibration,
-        unit: scale.length_unit.as_ref().map(|unit| *unit.as_ref()),
-        format: tracks.format,
-        cue,
-        object,
-        balls: if tracks.cue.is_some() || tracks.object.is_some() { Balls::Stated } else { Balls::Usual },
-        cue_markers,
-        object_markers,
-        shots: tracks.shots.as_ref().map(|shots| folder.join(shots.as_ref())),
-        position_sd,
-        time_unit: tracks.time_unit,
-        columns: tracks.columns.as_ref().map(|columns| columns.as_ref().clone()),
-        camera,
-        from_balls,
-        notes,
+        let folder = source.path.parent().map(PathBuf::from).unwrap_or_default();
+        TrackSettings {
+            capture_fps,
+            unknown_rate: unknown_rate.is_some(),
+            discs,
+            playback_fps,
+            calibration,
+            unit: bare(&scale.length_unit),
+            format: tracks.format,
+            cue,
+            object,
+            balls: if tracks.cue.is_some() || tracks.object.is_some() { Balls::Stated } else { Balls::Usual },
+            cue_markers,
+            object_markers,
+            shots: tracks.shots.map(|shots| folder.join(shots.as_ref())),
+            position_sd,
+            time_unit: tracks.time_unit,
+            columns: tracks.columns.map(Spanned::into_inner),
+            camera,
+            from_balls,
+            notes,
+        }
     }
 }
 
@@ -298,39 +307,36 @@ fn read_out(
     scale: &RawScale,
     given: Option<(f64, f64)>,
     source: &Source,
-    problems: &mut Problems,
 ) -> Option<ReadOut> {
-    let span = match (&video.row_readout_s, &video.rows) {
-        (Some(seconds), Some(_)) => seconds.span(),
+    let seconds = match (&video.row_readout_s, &video.rows) {
+        (Some(seconds), Some(_)) => seconds,
         (Some(only), None) | (None, Some(only)) => {
-            let message = "row_readout_s and rows (the height of the picture in pixels) go together";
-            source.add(problems, &only.span(), message.to_string());
+            source.wrong(only, "row_readout_s and rows (the height of the picture in pixels) go together");
             return None;
         }
         (None, None) => return None,
     };
-    let unit = scale.length_unit.as_ref().map(|unit| *unit.as_ref());
-    let Some(y_axis) = scale.y_axis.as_ref().filter(|_| unit == Some(Unit::Px)) else {
+    let Some(y_axis) = bare(&scale.y_axis).filter(|_| bare(&scale.length_unit) == Some(Unit::Px)) else {
         let message = "row_readout_s needs [scale] length_unit = \"px\" and y_axis: without them nothing says \
                        which row of the picture a ball is in";
-        source.add(problems, &span, message.to_string());
+        source.wrong(seconds, message);
         return None;
     };
     let (seconds, rows) = given?;
-    Some(ReadOut { seconds, rows, up: *y_axis.as_ref() == YAxis::Up })
+    Some(ReadOut { seconds, rows, up: y_axis == YAxis::Up })
 }
 
 /// Whether the size of the balls is the ruler: pixels of which nothing else says what they measure, or what is asked for.
-fn is_from_balls(scale: &RawScale, discs: bool, source: &Source, problems: &mut Problems) -> bool {
-    let is_px = scale.length_unit.as_ref().is_some_and(|unit| *unit.as_ref() == Unit::Px);
+fn is_from_balls(scale: &RawScale, discs: bool, source: &Source) -> bool {
+    let is_px = bare(&scale.length_unit) == Some(Unit::Px);
     let is_measured = scale.m_per_px.is_some() || !scale.point.is_empty();
     if let Some(from) = &scale.from {
         if is_measured {
             let message = "from = \"balls\" stands beside m_per_px or [[scale.point]]; expected one of them";
-            source.add(problems, &from.span(), message.to_string());
+            source.wrong(from, message);
         } else if discs {
             let message = "from is \"balls\"; discs need a scale: m_per_px, or four or more [[scale.point]]";
-            source.add(problems, &from.span(), message.to_string());
+            source.wrong(from, message);
         }
     }
     !discs && !is_measured && (scale.from.is_some() || is_px)
@@ -342,106 +348,77 @@ fn calibration(
     readout: Option<ReadOut>,
     notes: &mut Vec<String>,
     source: &Source,
-    problems: &mut Problems,
 ) -> Calibration {
-    let unit = scale.length_unit.as_ref().map(|unit| *unit.as_ref());
-    let up = scale.y_axis.as_ref().is_none_or(|axis| *axis.as_ref() == YAxis::Up);
-    let (factor, divisor) = unit.unwrap_or(Unit::M).metres().unwrap_or((m_per_px.unwrap_or(1.0), 1.0));
-    let linear = Calibration::linear(factor, divisor, up, readout);
-    let first_point = scale.point.first();
-    if unit != Some(Unit::Px) {
-        let span = scale.m_per_px.as_ref().map(Spanned::span).or(first_point.map(Spanned::span));
-        if let Some(span) = span {
+    let axis_up = bare(&scale.y_axis).map(|axis| axis == YAxis::Up);
+    let unit = bare(&scale.length_unit).unwrap_or(Unit::M);
+    let (factor, divisor) = unit.metres().unwrap_or((m_per_px.unwrap_or(1.0), 1.0));
+    let linear = Calibration::linear(factor, divisor, axis_up.unwrap_or(true), readout);
+    match (&scale.length_unit, &scale.m_per_px, scale.point.first()) {
+        _ if unit != Unit::Px => {
             let message = "m_per_px and [[scale.point]] go with length_unit = \"px\" only";
-            source.add(problems, &span, message.to_string());
+            let point = scale.point.first().map(Spanned::span);
+            if let Some(span) = scale.m_per_px.as_ref().map(Spanned::span).or(point) {
+                source.wrong_at(&span, message);
+            }
         }
-        return linear;
-    }
-    let span = scale.length_unit.as_ref().map_or(0..0, Spanned::span);
-    match (&scale.m_per_px, first_point) {
-        (None, None) if from_balls => return linear,
-        (None, None) => {
+        (Some(unit), None, None) if !from_balls => {
             let message = "length_unit is \"px\"; expected m_per_px beside it, or four or more [[scale.point]] \
                            with px = [u, v] and m = [x, y]";
-            source.add(problems, &span, message.to_string());
-            return linear;
+            source.wrong(unit, message);
         }
-        (Some(_), None) => return linear,
-        (Some(both), Some(_)) => {
-            let message = "both m_per_px and [[scale.point]] are given; expected one of them";
-            source.add(problems, &both.span(), message.to_string());
-            return linear;
+        (_, Some(both), Some(_)) => {
+            source.wrong(both, "both m_per_px and [[scale.point]] are given; expected one of them");
         }
-        (None, Some(_)) => {}
+        (_, None, Some(first)) => {
+            let pairs: Vec<_> =
+                scale.point.iter().map(|point| (point.as_ref().px, point.as_ref().m)).collect();
+            match Calibration::homography(&pairs, axis_up, readout) {
+                Ok((calibration, note)) => {
+                    notes.push(format!("{}: {note}", source.path.display()));
+                    return calibration;
+                }
+                Err(message) => source.wrong(first, message),
+            }
+        }
+        _ => {}
     }
-    let pairs: Vec<_> = scale.point.iter().map(|point| (point.as_ref().px, point.as_ref().m)).collect();
-    let axis = scale.y_axis.as_ref().map(|axis| *axis.as_ref() == YAxis::Up);
-    match Calibration::homography(&pairs, axis, readout) {
-        Ok((calibration, note)) => {
-            notes.push(format!("{}: {note}", source.path.display()));
-            calibration
-        }
-        Err(message) => {
-            source.add(problems, &first_point.map_or(0..0, Spanned::span), message);
-            linear
-        }
-    }
+    linear
 }
 
 /// Names of the tracks of cue and object, and of the markers on either.
-fn names(tracks: &RawTracks, source: &Source, problems: &mut Problems) -> [Names; 4] {
-    let given = [
-        ("cue", &tracks.cue),
-        ("object", &tracks.object),
-        ("cue_markers", &tracks.cue_markers),
-        ("object_markers", &tracks.object_markers),
-    ];
+fn names(tracks: &RawTracks, source: &Source) -> [Names; 4] {
+    let given = [&tracks.cue, &tracks.object, &tracks.cue_markers, &tracks.object_markers];
     let mut used: Vec<(String, &str)> = Vec::new();
-    given.map(|(key, given)| {
-        let Some(given) = given else {
+    let mut given = given.into_iter();
+    NAMED.map(|key| {
+        let Some(given) = given.next().and_then(Option::as_ref) else {
             let default = if key.ends_with("markers") { vec![] } else { vec![key.to_string()] };
             return Names(default);
         };
-        let trimmed: Vec<_> = given.as_ref().0.iter().map(|name| name.trim().to_string()).collect();
-        let twice = trimmed.iter().enumerate().any(|(i, name)| trimmed[..i].contains(name));
-        if trimmed.is_empty() || trimmed.iter().any(String::is_empty) || twice {
+        let names = Names::of(given.as_ref().0.iter().map(String::as_str));
+        if !names.are_good() {
             let message = format!("{key} is {}; expected names of tracks, each once", given.as_ref().shown());
-            source.add(problems, &given.span(), message);
+            source.wrong(given, message);
         }
-        if let Some((both, other)) = used.iter().find(|(name, _)| trimmed.contains(name)) {
-            let message = format!("\"{both}\" is both {other} and {key}; expected different tracks");
-            source.add(problems, &given.span(), message);
+        if let Some((both, other)) = used.iter().find(|(name, _)| names.0.contains(name)) {
+            source.wrong(given, format!("\"{both}\" is both {other} and {key}; expected different tracks"));
         }
-        used.extend(trimmed.iter().map(|name| (name.clone(), key)));
-        Names(trimmed)
+        used.extend(names.0.iter().map(|name| (name.clone(), key)));
+        names
     })
 }
 
 #[cfg(test)]
 pub(super) mod tests {
     use super::*;
-
-    #[derive(Deserialize)]
-    struct Sections {
-        video: Option<RawVideo>,
-        camera: Option<RawCamera>,
-        scale: Option<RawScale>,
-        tracks: Option<RawTracks>,
-    }
+    use crate::io::error::Problems;
 
     /// Checked settings of these sections.
     pub(crate) fn settings(text: &str) -> TrackSettings {
-        let raw: Sections = toml::from_str(text).unwrap();
-        let source = Source { path: std::path::Path::new("dataset.toml"), text };
-        let mut problems = Problems::new("");
-        let settings = check(
-            (raw.video.as_ref(), raw.camera.as_ref()),
-            raw.scale.as_ref(),
-            raw.tracks.as_ref(),
-            false,
-            &source,
-            &mut problems,
-        );
+        let sections: Sections = toml::from_str(text).unwrap();
+        let problems = Problems::new("");
+        let source = Source { path: std::path::Path::new("dataset.toml"), text, problems: &problems };
+        let settings = sections.check(false, &source);
         assert!(problems.is_empty(), "{}", problems.into_error());
         settings
     }

@@ -1,131 +1,152 @@
 //! A table inside a text file: rows of cells below a line of names.
 
 use std::borrow::Cow;
-use std::path::Path;
 
-use super::raw::{CLOCK, Clock, FORMAT, GAPS, Notes, RawTrack, Row};
+use super::heading::Heading;
+use super::input::Input;
+use super::raw::{CLOCK, Clock, FORMAT, GAPS, RawTrack, Row};
 use super::settings::TimeUnit;
 use super::timecode::{Style, count_frames, is_clock, seconds};
-use crate::io::error::Problems;
-use crate::io::number::{Mark, shortened};
+use crate::io::number::{Mark, Place, shortened};
 use crate::io::text::{Separator, cells, line_end, lines_by};
 
 /// After so many problems of a file the rest of it is not read.
-const ENOUGH: usize = 100;
+pub(super) const ENOUGH: usize = 100;
 
 pub(super) struct Sheet<'a> {
-    pub file: &'a Path,
+    pub input: &'a Input<'a>,
+    /// The file, or whole lines of it.
     pub text: &'a str,
-    pub separator: Separator,
-    /// Line of the names.
-    pub header: usize,
-    /// Rows are below this line.
-    pub above: usize,
+    pub heading: Heading,
     /// Lines of the file above the text.
     pub offset: usize,
-    pub names: Vec<String>,
 }
 
-/// Where a track's coordinates stand.
-pub(super) struct Place {
+/// A row of a table.
+pub(super) struct Cells<'a> {
+    pub line: usize,
+    sheet: &'a Sheet<'a>,
+    row: &'a [Cow<'a, str>],
+}
+
+impl Cells<'_> {
+    pub(super) fn at(&self, column: usize) -> Place<'_> {
+        self.sheet.input.cell(self.line, &self.sheet.heading.names[column], &self.row[column])
+    }
+
+    pub(super) fn text(&self, column: usize) -> &str {
+        self.row[column].trim()
+    }
+
+    /// The name of the row's shot, which must be there where the table has a column of them.
+    pub(super) fn shot(&self, column: Option<usize>) -> Option<&str> {
+        let column = column?;
+        if self.text(column).is_empty() {
+            self.at(column).wrong("is empty; expected the name of a shot");
+        }
+        Some(self.text(column))
+    }
+}
+
+/// What was followed, and where its coordinates stand.
+pub(super) struct Body {
     pub name: String,
-    pub point: Option<String>,
     pub x: usize,
     pub y: usize,
 }
 
 impl<'a> Sheet<'a> {
-    /// Calls `each` with every row's line and cells. Comments (`#`) and blank lines are passed over; a
-    /// wrong number of cells is a problem.
-    pub(super) fn rows(
-        &self,
-        problems: &mut Problems,
-        mut each: impl FnMut(usize, &[Cow<'a, str>], &mut Problems),
-    ) {
-        let width = self.names.len();
-        let open = self.names.last().is_some_and(|name| name.is_empty());
-        let before = problems.len();
+    pub(super) fn new(input: &'a Input<'a>, heading: Heading) -> Self {
+        Self { input, text: input.text, heading, offset: 0 }
+    }
+
+    /// Calls `each` with every row. Comments (`#`) and blank lines are passed over; a wrong number of cells is a problem.
+    pub(super) fn rows(&self, mut each: impl FnMut(&Cells)) {
+        let Heading { line: header, above, separator, names, .. } = &self.heading;
+        let width = names.len();
+        let open = names.last().is_some_and(|name| name.is_empty());
+        let before = self.input.problems.len();
         // a part of a file has the ends of lines of the whole
         let end = if self.offset > 0 { '\n' } else { line_end(self.text) };
-        for (line, text) in lines_by(self.text, end).skip(self.above) {
-            if problems.len() >= before + ENOUGH {
+        for (line, text) in lines_by(self.text, end).skip(*above) {
+            if self.input.problems.len() >= before + ENOUGH {
                 return;
             }
             if text.trim().is_empty() || text.trim_start().starts_with('#') {
                 continue;
             }
             let line = line + self.offset;
-            let Some(mut row) = cells(text, self.separator) else {
+            let Some(mut row) = cells(text, *separator) else {
                 let message = "a quotation mark does not close in this line, or text follows it";
-                problems.add(self.file, Some(line), None, message);
+                self.input.wrong(line, None, message);
                 continue;
             };
             if row.len() == width + 1 && row.last().is_some_and(|cell| cell.trim().is_empty()) {
                 row.pop();
             }
-            let short = self.separator.is_white() || (open && row.len() + 1 == width);
+            let short = separator.is_white() || (open && row.len() + 1 == width);
             if short && row.len() < width {
                 row.resize(width, Cow::Borrowed(""));
             }
             if row.len() != width {
-                let hint = if self.separator == Separator::Char(',') && row.len() > width {
+                let hint = if *separator == Separator::Char(',') && row.len() > width {
                     "; if they are decimal commas, export with another separator, such as semicolons or tabs"
                 } else {
                     ""
                 };
-                let message =
-                    format!("{} cells; expected {width}, as in line {}{hint}", row.len(), self.header);
-                problems.add(self.file, Some(line), None, message);
+                let message = format!("{} cells; expected {width}, as in line {header}{hint}", row.len());
+                self.input.wrong(line, None, message);
                 continue;
             }
-            each(line, &row, problems);
+            each(&Cells { line, sheet: self, row: &row });
         }
     }
 
-    /// The tracks of a table with a row per frame, and the clock if its times are those of one. Without a column of times, rows are
-    /// counted.
-    pub(super) fn wide(
+    /// Reads a table with a row per frame: calls `each` with every row, the number of a body and where it was. Without a column of
+    /// times, the rows of a shot are counted.
+    pub(super) fn frames(
         &self,
+        shot: Option<usize>,
         time: Option<usize>,
-        places: Vec<Place>,
-        problems: &mut Problems,
-        notes: &mut Notes,
-    ) -> (Vec<RawTrack>, Option<Clock>) {
-        let mut tracks: Vec<_> =
-            places.iter().map(|place| RawTrack::new(place.name.as_str(), place.point.clone())).collect();
-        let mut reader = Reader::new(self.file);
-        let mut count = 0.0;
-        self.rows(problems, |line, row, problems| {
-            let t = match time {
-                Some(time) => reader.time(line, &row[time], &self.names[time], problems),
-                None => Some(count),
-            };
+        bodies: &[Body],
+        mut each: impl FnMut(&mut Reader<'a>, &Cells, Option<&str>, usize, Row),
+    ) -> Reader<'a> {
+        let mut reader = Reader::new(self.input);
+        let (mut current, mut count) = (String::new(), 0.0);
+        self.rows(|cells| {
+            let name = cells.shot(shot);
+            if name.is_some_and(|name| name != current) {
+                (current, count) = (name.unwrap_or_default().to_string(), 0.0);
+            }
+            let counted = count;
             count += 1.0;
-            let Some(time) = t else {
-                if places.iter().any(|place| !row[place.x].trim().is_empty()) && time.is_some() {
-                    reader.no_time(line, problems);
+            let Some(time) = time.map_or(Some(counted), |time| reader.time(cells.at(time))) else {
+                if bodies.iter().any(|body| !cells.text(body.x).is_empty()) {
+                    reader.no_time(cells.line);
                 }
                 return;
             };
-            for (place, track) in places.iter().zip(&mut tracks) {
-                let [x, y] = reader.position(
-                    line,
-                    [&row[place.x], &row[place.y]],
-                    [&self.names[place.x], &self.names[place.y]],
-                    problems,
-                    notes,
-                );
-                track.rows.push(Row { time, x, y, line: line as u32 });
+            for (i, body) in bodies.iter().enumerate() {
+                let [x, y] = reader.position([cells.at(body.x), cells.at(body.y)]);
+                let row = Row { time, x, y, line: cells.line };
+                each(&mut reader, cells, name, i, row);
             }
         });
-        let clock = reader.finish(tracks.iter_mut(), problems, notes);
+        reader
+    }
+
+    /// The tracks of such a table, each of one body, and the clock if its times are those of one.
+    pub(super) fn tracks(&self, time: Option<usize>, bodies: &[Body]) -> (Vec<RawTrack>, Option<Clock>) {
+        let mut tracks: Vec<_> = bodies.iter().map(|body| RawTrack::new(body.name.as_str(), None)).collect();
+        let reader = self.frames(None, time, bodies, |_, _, _, i, row| tracks[i].rows.push(row));
+        let clock = reader.finish(tracks.iter_mut());
         (tracks, clock)
     }
 }
 
 /// Reads cells into rows, with an eye on the decimal marks.
 pub(super) struct Reader<'a> {
-    file: &'a Path,
+    input: &'a Input<'a>,
     times: Mark,
     positions: Mark,
     timeless: bool,
@@ -135,109 +156,81 @@ pub(super) struct Reader<'a> {
 }
 
 impl<'a> Reader<'a> {
-    pub(super) fn new(file: &'a Path) -> Self {
-        Self {
-            file,
-            times: Mark::default(),
-            positions: Mark::default(),
-            timeless: false,
-            clock: None,
-            plain: false,
-        }
+    pub(super) fn new(input: &'a Input<'a>) -> Self {
+        let [times, positions] = [(); 2].map(|()| Mark::default());
+        Self { input, times, positions, timeless: false, clock: None, plain: false }
     }
 
-    pub(super) fn time(
-        &mut self,
-        line: usize,
-        cell: &str,
-        column: &str,
-        problems: &mut Problems,
-    ) -> Option<f64> {
-        self.timeless = false;
-        let wrong = if is_clock(cell) {
-            match (seconds(cell), self.clock) {
-                (None, _) => Some("is no time; expected h:mm:ss.fff, h:mm:ss:cs or a number".to_string()),
-                (Some(_), _) if self.plain => {
-                    Some("is h:mm:ss, but times above are plain numbers".to_string())
-                }
-                (Some((time, Style::Fraction(digits))), None | Some((Style::Fraction(_), _))) => {
-                    let (style, _) = self.clock.get_or_insert((Style::Fraction(digits), line));
-                    if matches!(style, Style::Fraction(most) if *most < digits) {
-                        *style = Style::Fraction(digits);
-                    }
-                    return Some(time);
-                }
-                (Some((_, style)), Some((other, at))) if style != other => {
-                    Some(format!("is not written like the time in line {at}"))
-                }
-                (Some((time, style)), _) => {
-                    self.clock.get_or_insert((style, line));
-                    return Some(time);
-                }
+    pub(super) fn time(&mut self, cell: Place) -> Option<f64> {
+        let found = self.input.problems.len();
+        let time = match self.clock_time(cell) {
+            Ok(Some(time)) => Some(time),
+            Ok(None) => self.times.number(cell),
+            Err(wrong) => {
+                cell.wrong(format!("\"{}\" {wrong}", shortened(cell.text.trim())));
+                None
             }
-        } else {
-            self.plain = true;
-            let clock = self.clock.filter(|_| !cell.trim().is_empty());
-            clock.map(|(_, at)| format!("is a plain number, but line {at} h:mm:ss"))
         };
-        if let Some(wrong) = wrong {
-            self.timeless = true;
-            let message = format!("\"{}\" {wrong}", shortened(cell.trim()));
-            problems.add(self.file, Some(line), Some(column), message);
-            return None;
-        }
-        let found = problems.len();
-        let time = self.times.number(cell, self.file, line, column, problems);
-        self.timeless = problems.len() > found;
+        self.timeless = self.input.problems.len() > found;
         time
     }
 
+    /// Seconds of a cell that is a time of a clock; `None` where it is to be a number.
+    fn clock_time(&mut self, cell: Place) -> Result<Option<f64>, String> {
+        if !is_clock(cell.text) {
+            self.plain = true;
+            return match self.clock {
+                Some((_, at)) if !cell.text.trim().is_empty() => {
+                    Err(format!("is a plain number, but line {at} h:mm:ss"))
+                }
+                _ => Ok(None),
+            };
+        }
+        let Some((time, style)) = seconds(cell.text) else {
+            return Err("is no time; expected h:mm:ss.fff, h:mm:ss:cs or a number".to_string());
+        };
+        if self.plain {
+            return Err("is h:mm:ss, but times above are plain numbers".to_string());
+        }
+        match (self.clock.get_or_insert((style, cell.line)), style) {
+            // as many digits as any has
+            ((Style::Fraction(most), _), Style::Fraction(digits)) => *most = digits.max(*most),
+            ((other, at), _) if *other != style => {
+                return Err(format!("is not written like the time in line {at}"));
+            }
+            _ => {}
+        }
+        Ok(Some(time))
+    }
+
     /// Complains about a row with a position but no time, unless that was done already.
-    pub(super) fn no_time(&mut self, line: usize, problems: &mut Problems) {
+    pub(super) fn no_time(&mut self, line: usize) {
         if !self.timeless {
-            problems.add(self.file, Some(line), None, "a position without a time; expected both, or neither");
+            self.input.wrong(line, None, "a position without a time; expected both, or neither");
         }
     }
 
     /// x and y, not numbers in a gap.
-    pub(super) fn position(
-        &mut self,
-        line: usize,
-        cells: [&str; 2],
-        columns: [&str; 2],
-        problems: &mut Problems,
-        notes: &mut Notes,
-    ) -> [f64; 2] {
-        let found = problems.len();
-        let mut number = |i: usize| self.positions.number(cells[i], self.file, line, columns[i], problems);
-        match [number(0), number(1)] {
-            [Some(x), Some(y)] => [x, y],
-            [None, None] => [f64::NAN; 2],
-            _ => {
-                if problems.len() == found {
-                    let message = format!(
-                        "{} \"{}\" and {} \"{}\": half a position; taken as a gap",
-                        columns[0],
-                        shortened(cells[0].trim()),
-                        columns[1],
-                        shortened(cells[1].trim())
-                    );
-                    notes.add(GAPS, self.file, Some(line), message);
-                }
-                [f64::NAN; 2]
+    pub(super) fn position(&mut self, cells: [Place; 2]) -> [f64; 2] {
+        let found = self.input.problems.len();
+        match cells.map(|cell| self.positions.number(cell)) {
+            [Some(x), Some(y)] => return [x, y],
+            [None, None] => {}
+            _ if self.input.problems.len() == found => {
+                let [x, y] = cells.map(|cell| shortened(cell.text.trim()));
+                let [x_name, y_name] = cells.map(|cell| cell.column);
+                let message =
+                    format!("{x_name} \"{x}\" and {y_name} \"{y}\": half a position; taken as a gap");
+                self.input.log.add(GAPS, cells[0].line, message);
             }
+            _ => {}
         }
+        [f64::NAN; 2]
     }
 
     /// A number that goes with positions, such as a standard deviation.
-    pub(super) fn extra(
-        &mut self,
-        line: usize,
-        cell: &str,
-        column: &str,
-        problems: &mut Problems,
-    ) -> Option<f64> {
-        self.positions.beside(cell, self.file, line, column, problems)
+    pub(super) fn extra(&mut self, cell: Place) -> Option<f64> {
+        self.positions.beside(cell)
     }
 
     /// The decimal mark of the positions.
@@ -247,21 +240,15 @@ impl<'a> Reader<'a> {
 
     /// Says what is known once all rows are read. Gives the clock, if times are those of one; those that count frames become
     /// numbers of frames in the tracks.
-    pub(super) fn finish<'t>(
-        self,
-        tracks: impl Iterator<Item = &'t mut RawTrack>,
-        problems: &mut Problems,
-        notes: &mut Notes,
-    ) -> Option<Clock> {
-        self.times.finish(self.file, problems);
-        self.positions.finish(self.file, problems);
-        if self.positions.is_comma() || self.times.is_comma() {
-            let which = match (self.positions.is_comma(), self.times.is_comma()) {
-                (true, false) => " in the coordinates, not in the times",
-                (false, true) => " in the times, not in the coordinates",
-                _ => "",
-            };
-            notes.add(FORMAT, self.file, None, format!("decimal comma{which}"));
+    pub(super) fn finish<'t>(self, tracks: impl Iterator<Item = &'t mut RawTrack>) -> Option<Clock> {
+        let Input { file, problems, log, .. } = *self.input;
+        self.times.finish(file, problems);
+        self.positions.finish(file, problems);
+        match (self.positions.is_comma(), self.times.is_comma()) {
+            (true, true) => log.add(FORMAT, None, "decimal comma"),
+            (true, false) => log.add(FORMAT, None, "decimal comma in the coordinates, not in the times"),
+            (false, true) => log.add(FORMAT, None, "decimal comma in the times, not in the coordinates"),
+            (false, false) => {}
         }
         let (style, line) = self.clock?;
         if style == Style::Colon(2)
@@ -270,7 +257,7 @@ impl<'a> Reader<'a> {
             let message = format!(
                 "times are time codes, h:mm:ss:ff with {rate} frames to a second: read as numbers of frames"
             );
-            notes.add(CLOCK, self.file, Some(line), message);
+            log.add(CLOCK, line, message);
             return Some(Clock::In(TimeUnit::Frames));
         }
         Some(Clock::Rounded(style.resolution()))

@@ -4,14 +4,15 @@ use std::collections::{BTreeMap, HashMap};
 use std::path::{Path, PathBuf};
 
 use super::finish::{Facts, Own};
+use super::input::quoted;
 use super::raw::RawShot;
-use super::settings::Names;
+use super::settings::{NAMED, Names};
 use crate::io::error::{Problems, did_you_mean};
 use crate::io::manifest::Assume;
 use crate::io::rows;
 use crate::io::table::Table;
+use crate::measurement::dataset::Measured;
 use crate::measurement::spin::Spin;
-use crate::physics::ball::Vec3;
 
 const OMEGA: [&str; 3] = ["omega_x", "omega_y", "omega_z"];
 /// Columns that mean something; all others are labels.
@@ -34,8 +35,9 @@ pub(crate) const KNOWN: [&str; 13] = [
 const BETWEEN: char = ';';
 
 /// The rows of the table by the names of their shots, and what holds for shots that it does not name.
-pub(super) struct ShotsTable {
+pub(super) struct ShotsTable<'a> {
     path: PathBuf,
+    problems: &'a Problems,
     rows: HashMap<String, ShotRow>,
     assume: Option<Assume>,
     labels: Vec<String>,
@@ -54,47 +56,42 @@ struct ShotRow {
     labels: BTreeMap<String, String>,
 }
 
-impl ShotsTable {
-    pub(super) fn read(path: Option<&Path>, assume: Option<Assume>, problems: &mut Problems) -> Self {
+impl<'a> ShotsTable<'a> {
+    pub(super) fn read(path: Option<&Path>, assume: Option<Assume>, problems: &'a Problems) -> Self {
         let mut all = Self {
             path: path.map(Path::to_path_buf).unwrap_or_default(),
+            problems,
             rows: HashMap::new(),
             assume,
             labels: Vec::new(),
         };
         let Some(table) = path.and_then(|path| Table::read(path, problems)) else { return all };
-        table.require("shot", &["shot"], problems);
+        table.require("shot", &["shot"]);
         let present = OMEGA.iter().filter(|column| table.has(column)).count();
         if (1..3).contains(&present) {
-            problems.add(
-                &table.path,
-                None,
-                None,
-                format!("expected all three of {}, or none", OMEGA.join(", ")),
-            );
+            let message = format!("expected all three of {}, or none", OMEGA.join(", "));
+            problems.add(&table.path, None, None, message);
         }
-        let columns = OMEGA.map(|column| rows::Column::read(&table, column, 1.0, problems));
-        let rates = table.numbers("capture_fps", problems);
-        for name in table.names().into_iter().filter(|name| !KNOWN.contains(name) && !name.ends_with("_sd")) {
-            all.labels.push(name.to_string());
-        }
+        let columns = OMEGA.map(|column| rows::Column::read(&table, column, 1.0));
+        let rates = table.numbers("capture_fps");
+        let labels = table.names().filter(|name| !KNOWN.contains(name) && !name.ends_with("_sd"));
+        all.labels = labels.map(str::to_string).collect();
         for row in 0..table.rows() {
             let Some(name) = table.text("shot", row) else { continue };
-            let line = table.line(row);
-            let skip = skip(&table, row, problems);
+            let skip = skip(&table, row);
             let omega =
                 columns.each_ref().map(|column| column.as_ref().and_then(|column| column.measured(row)));
-            let spin = spin(&table, row, omega, assume, problems);
+            let spin = spin(&table, row, omega, assume);
             let labels = rows::labels(&table, &KNOWN, row);
-            let own = own(&table, row, rates.as_ref().and_then(|rates| rates[row]), problems);
+            let own = own(&table, row, rates.as_ref().and_then(|rates| rates[row]));
             let file = table.text("file", row).map(str::to_string);
             let stated = table.text("cue_spin", row).map_or(assume, |word| Assume::of(word).or(assume));
             let by_markers = spin == Some(Spin::Unknown) && stated == Some(Assume::Measured);
-            let row = ShotRow { line, skip, spin, by_markers, file, own, labels };
-            if let Some(first) = all.rows.insert(name.to_string(), row) {
+            let found = ShotRow { line: table.line(row), skip, spin, by_markers, file, own, labels };
+            if let Some(first) = all.rows.insert(name.to_string(), found) {
                 let message =
                     format!("\"{name}\" also stands in line {}; expected each shot once", first.line);
-                problems.add(&table.path, Some(line), Some("shot"), message);
+                table.wrong(row, "shot", message);
             }
         }
         all
@@ -114,12 +111,11 @@ impl ShotsTable {
     pub(super) fn facts(&self, shot: &str) -> Option<Facts> {
         let row = self.rows.get(shot);
         let spin = row.and_then(|row| row.spin).or(self.assume.map(of_word))?;
-        let labels = row.map_or_else(
-            || self.labels.iter().map(|label| (label.clone(), String::new())).collect(),
-            |row| row.labels.clone(),
-        );
-        let own = row.map(|row| row.own.clone()).unwrap_or_default();
-        Some(Facts { spin, labels, own })
+        let Some(row) = row else {
+            let labels = self.labels.iter().map(|label| (label.clone(), String::new())).collect();
+            return Some(Facts { spin, labels, own: Own::default() });
+        };
+        Some(Facts { spin, labels: row.labels.clone(), own: row.own.clone() })
     }
 
     /// Whether only markers can tell the spin, which is said to be measured.
@@ -133,13 +129,13 @@ impl ShotsTable {
     }
 
     /// Gives shots the names that the table has for their files. A file that is one shot need not be called like it.
-    pub(super) fn name_by_file(&self, raw: &mut [RawShot], problems: &mut Problems) {
+    pub(super) fn name_by_file(&self, raw: &mut [RawShot]) {
         let mut rows: Vec<_> = self.rows.iter().collect();
         rows.sort_by_key(|(_, row)| row.line);
         let mut named: HashMap<usize, usize> = HashMap::new();
         for (name, row) in rows {
             let Some(file) = &row.file else { continue };
-            let mut wrong = |message: String| problems.add(&self.path, Some(row.line), Some("file"), message);
+            let wrong = |message: String| self.problems.add(&self.path, row.line, "file", message);
             let of_file = of_file(raw, file);
             let own = of_file.iter().copied().find(|i| raw[*i].name == *name);
             match (of_file.as_slice(), own) {
@@ -157,11 +153,9 @@ impl ShotsTable {
                     raw[shot].name.clone_from(name);
                 }
                 (many, None) => {
-                    let names: Vec<_> =
-                        many.iter().take(12).map(|i| format!("\"{}\"", raw[*i].name)).collect();
+                    let names = quoted(many.iter().take(12).map(|i| &raw[*i].name));
                     wrong(format!(
-                        "\"{file}\" holds no shot \"{name}\"; expected one of its shots under shot: {}",
-                        names.join(", ")
+                        "\"{file}\" holds no shot \"{name}\"; expected one of its shots under shot: {names}"
                     ));
                 }
             }
@@ -169,14 +163,14 @@ impl ShotsTable {
     }
 
     /// Complains about rows of shots that are not there.
-    pub(super) fn check_names(&self, known: &HashMap<&str, usize>, problems: &mut Problems) {
+    pub(super) fn check_names(&self, known: &HashMap<&str, usize>) {
         let mut strange: Vec<_> =
             self.rows.iter().filter(|(name, _)| !known.contains_key(name.as_str())).collect();
         strange.sort_by_key(|(_, row)| row.line);
         for (name, row) in strange {
             let near = did_you_mean(name, known.keys().copied());
             let message = format!("there is no shot \"{name}\" in the data{near}");
-            problems.add(&self.path, Some(row.line), Some("shot"), message);
+            self.problems.add(&self.path, row.line, "shot", message);
         }
     }
 }
@@ -200,85 +194,52 @@ fn file_name(shot: &RawShot) -> String {
 }
 
 /// What the cells of a row say of the shot in place of dataset.toml.
-fn own(table: &Table, row: usize, rate: Option<f64>, problems: &mut Problems) -> Own {
-    let mut names = |column: &str| {
+fn own(table: &Table, row: usize, rate: Option<f64>) -> Own {
+    let names = NAMED.map(|column| {
         let cell = table.text(column, row)?;
-        let names: Vec<String> = cell.split(BETWEEN).map(|name| name.trim().to_string()).collect();
-        let twice = names.iter().enumerate().any(|(i, name)| names[..i].contains(name));
-        if names.iter().any(String::is_empty) || twice {
+        let names = Names::of(cell.split(BETWEEN));
+        if !names.are_good() {
             let message =
                 format!("\"{cell}\"; expected names of tracks, each once, with {BETWEEN} between them");
-            problems.add(&table.path, Some(table.line(row)), Some(column), message);
+            table.wrong(row, column, message);
         }
-        Some(Names(names))
-    };
-    let own = Own {
-        cue: names("cue"),
-        object: names("object"),
-        cue_markers: names("cue_markers"),
-        object_markers: names("object_markers"),
-        capture_fps: rate,
-    };
+        Some(names)
+    });
     if let Some(rate) = rate.filter(|rate| *rate <= 0.0) {
-        let message = format!("{rate} is no frame rate; expected more than 0");
-        problems.add(&table.path, Some(table.line(row)), Some("capture_fps"), message);
+        table.wrong(row, "capture_fps", format!("{rate} is no frame rate; expected more than 0"));
     }
-    own
+    Own { names, capture_fps: rate }
 }
 
-fn skip(table: &Table, row: usize, problems: &mut Problems) -> Option<String> {
+fn skip(table: &Table, row: usize) -> Option<String> {
     let word = table.text("skip", row).unwrap_or("no");
     match word.to_lowercase().as_str() {
         "true" | "1" | "yes" => {
-            Some(table.text("note", row).unwrap_or("skip in the shots table").to_string())
+            return Some(table.text("note", row).unwrap_or("skip in the shots table").to_string());
         }
-        "false" | "0" | "no" => None,
-        _ => {
-            let message =
-                format!("\"{word}\" is neither true nor false; expected true, false, 1, 0, yes or no");
-            problems.add(&table.path, Some(table.line(row)), Some("skip"), message);
-            None
-        }
+        "false" | "0" | "no" => {}
+        _ => table.wrong(
+            row,
+            "skip",
+            format!("\"{word}\" is neither true nor false; expected true, false, 1, 0, yes or no"),
+        ),
     }
+    None
 }
 
-fn spin(
-    table: &Table,
-    row: usize,
-    omega: [Option<crate::measurement::dataset::Measured>; 3],
-    assume: Option<Assume>,
-    problems: &mut Problems,
-) -> Option<Spin> {
-    let mut wrong = |column: &str, message: String| {
-        problems.add(&table.path, Some(table.line(row)), Some(column), message);
-        None
-    };
-    let mut word = None;
-    if let Some(given) = table.text("cue_spin", row) {
-        word = Assume::of(given);
-        if word.is_none() {
-            let names = Assume::WORDS.map(|(name, _)| name);
-            let near = did_you_mean(given, names);
-            return wrong("cue_spin", format!("\"{given}\" is no spin{near}; expected {}", names.join(", ")));
-        }
-    }
-    match (omega, word) {
-        ([Some(x), Some(y), Some(z)], None | Some(Assume::Measured)) => {
-            Some(Spin::Measured { spin: Vec3::new(x.value, y.value, z.value), sd: [x.sd, y.sd, z.sd] })
-        }
+fn spin(table: &Table, row: usize, omega: [Option<Measured>; 3], assume: Option<Assume>) -> Option<Spin> {
+    match (omega, rows::spin_word(table, row).ok()?) {
+        ([Some(_), Some(_), Some(_)], None | Some(Assume::Measured)) => rows::measured(omega),
         ([Some(_), Some(_), Some(_)] | [None, None, None], word) => word.or(assume).map(of_word),
         (omega, _) => {
             let empty = omega.iter().position(Option::is_none).unwrap_or(0);
-            wrong(OMEGA[empty], "is empty; expected all three components of the spin or none".to_string())
+            table.wrong(row, OMEGA[empty], "is empty; expected all three components of the spin or none");
+            None
         }
     }
 }
 
 /// A spin that is said to be measured, without numbers, is for the markers to tell.
 fn of_word(word: Assume) -> Spin {
-    match word {
-        Assume::Stun => Spin::Stun,
-        Assume::NaturalRoll => Spin::NaturalRoll,
-        Assume::Measured | Assume::Unknown => Spin::Unknown,
-    }
+    word.spin().unwrap_or(Spin::Unknown)
 }

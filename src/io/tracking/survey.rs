@@ -6,11 +6,11 @@ use std::path::Path;
 
 use super::bodies;
 use super::clips;
-use super::guess;
-use super::raw::{Clock, Notes, RawShot};
+use super::guess::{self, Guess};
+use super::input::Context;
+use super::raw::{Clock, Notes, RawShot, Row, sorted};
 use super::read;
-use super::settings;
-use super::settings::{Format, TimeUnit, Unit};
+use super::settings::{Format, Sections, TimeUnit, Unit};
 use super::time;
 use crate::io::error::{Problem, Problems};
 use crate::io::text::decode;
@@ -25,8 +25,6 @@ pub struct Survey {
     /// Names of tracks in the order of first appearance, with the part of the file's time at which each one
     /// begins to move.
     pub tracks: Vec<(String, f64)>,
-    /// Whether some tracks are of points on balls.
-    pub points: bool,
     /// Times are numbers of frames.
     pub in_frames: bool,
     /// Frames per second that the file itself states, as the camera's.
@@ -37,12 +35,8 @@ pub struct Survey {
     pub unit: Option<&'static str>,
     /// They are of discs: points keep their distances in two groups, or angles are told.
     pub are_discs: bool,
-    /// What `[tracks.columns]` must say for the file to be read, as keys and values of TOML; empty where it need not be there.
-    pub columns: Vec<(&'static str, String)>,
-    /// What `[tracks] time_unit` must say, where only the steps of the times tell it.
-    pub time_unit: Option<&'static str>,
-    /// A column that may be one of times or of numbers of frames.
-    pub perhaps_time: Option<String>,
+    /// What `[tracks]` must say for the file to be read; empty where it need not say anything.
+    pub guess: Guess,
     /// Cells and rows that cannot be read, as the loader says it.
     pub problems: Vec<String>,
     /// The longer side of the box about all positions, in the unit of the file.
@@ -55,32 +49,33 @@ pub struct Survey {
 /// Looks at a file. Of a table in no known format, the columns are guessed by their names. `Err` says what is wrong with a file that
 /// is in no known format or cannot be read.
 pub fn survey(file: &Path) -> Result<Survey, Vec<Problem>> {
-    look(file, guess::Guess::default()).or_else(|problems| {
+    look(file, Guess::default()).or_else(|problems| {
         let guess = fs::read(file).ok().and_then(|bytes| guess::columns(&decode(&bytes).0));
         guess.and_then(|guess| look(file, guess).ok()).ok_or(problems)
     })
 }
 
 /// Looks at a file with these columns, if any.
-fn look(file: &Path, columns: guess::Guess) -> Result<Survey, Vec<Problem>> {
-    let guess::Guess { lines, has_angles, time_unit, perhaps_time } = columns;
+fn look(file: &Path, guess: Guess) -> Result<Survey, Vec<Problem>> {
+    let Guess { columns, has_angles, time_unit, .. } = &guess;
     let mut text = time_unit.map_or(String::new(), |unit| format!("time_unit = \"{unit}\"\n"));
-    if !lines.is_empty() {
+    if !columns.is_empty() {
         text.push_str("[columns]\n");
-        text.extend(lines.iter().map(|(key, value)| format!("{key} = {value}\n")));
+        text.extend(columns.iter().map(|(key, value)| format!("{key} = {value}\n")));
     }
-    let Ok(tracks) = toml::from_str::<settings::RawTracks>(&text) else { return Err(Vec::new()) };
-    let source = Source { path: file, text: "" };
-    let mut problems = Problems::new("");
-    let settings = settings::check((None, None), None, Some(&tracks), has_angles, &source, &mut problems);
-    let read = read::file(file, &settings, &mut problems, &mut Notes::default());
+    let Ok(tracks) = toml::from_str(&text) else { return Err(Vec::new()) };
+    let problems = Problems::new("");
+    let source = Source { path: file, text: "", problems: &problems };
+    let settings = Sections { tracks, ..Sections::default() }.check(*has_angles, &source);
+    let notes = Notes::default();
+    let read = read::file(file, Context { settings: &settings, problems: &problems, notes: &notes });
     let problems = problems.into_error().problems().to_vec();
     let Some(read::Tracked { shots, format, unit }) = read else { return Err(problems) };
-    let mut shots = clips::of_file(shots, None, true, &mut Notes::default());
+    let mut shots = clips::of_file(shots, None, true, &notes);
     // with nothing read, nothing speaks for the guess but names
     let clock = match shots.first() {
         Some(shot) => shot.clock,
-        None if lines.is_empty() => return Err(problems),
+        None if columns.is_empty() => return Err(problems),
         None => Clock::Unsaid,
     };
     let mut tracks: Vec<(String, Vec<f64>)> = Vec::new();
@@ -94,9 +89,9 @@ fn look(file: &Path, columns: guess::Guess) -> Result<Survey, Vec<Problem>> {
             }
         }
     }
-    let median = |mut all: Vec<f64>| {
-        all.sort_by(f64::total_cmp);
-        all[all.len() / 2]
+    let median = |all: Vec<f64>| {
+        let middle = all.len() / 2;
+        sorted(all.into_iter())[middle]
     };
     let (in_frames, stated_fps) = match clock {
         Clock::In(TimeUnit::Frames) => (true, None),
@@ -113,7 +108,6 @@ fn look(file: &Path, columns: guess::Guess) -> Result<Survey, Vec<Problem>> {
             Format::Long | Format::Auto => "long",
         },
         shots: shots.len(),
-        points: shots.iter().flat_map(|shot| &shot.tracks).any(|track| track.point.is_some()),
         times_fps: (!in_frames).then(|| shots.iter_mut().find_map(time::followed)).flatten(),
         extent: extent(&shots),
         closest: closest(&shots),
@@ -121,20 +115,16 @@ fn look(file: &Path, columns: guess::Guess) -> Result<Survey, Vec<Problem>> {
         in_frames,
         stated_fps,
         unit: unit.map(Unit::name),
-        are_discs: has_angles
+        are_discs: *has_angles
             || shots.iter().any(|shot| shot.tracks.len() > 5 && bodies::are_two(&shot.tracks)),
-        columns: lines,
-        time_unit,
-        perhaps_time,
         problems: problems.iter().map(ToString::to_string).collect(),
+        guess,
     })
 }
 
 fn closest(shots: &[RawShot]) -> Option<f64> {
     let of_shot = |shot: &RawShot| {
-        let centres: Vec<_> =
-            shot.tracks.iter().filter(|track| !track.is_angle && track.point.is_none()).collect();
-        let [first, second] = centres[..] else { return None };
+        let [first, second] = shot.centres()?;
         let places: HashMap<u64, [f64; 2]> =
             first.rows.iter().map(|row| (row.time.to_bits(), [row.x, row.y])).collect();
         let apart = second.rows.iter().filter_map(|row| {
@@ -145,20 +135,19 @@ fn closest(shots: &[RawShot]) -> Option<f64> {
         let least = apart.fold(f64::INFINITY, f64::min);
         least.is_finite().then_some(least)
     };
-    let mut all: Vec<f64> = shots.iter().filter_map(of_shot).collect();
-    all.sort_by(f64::total_cmp);
+    let all = sorted(shots.iter().filter_map(of_shot));
     all.get(all.len() / 4).copied()
 }
 
 fn extent(shots: &[RawShot]) -> f64 {
     let tracks = shots.iter().flat_map(|shot| &shot.tracks).filter(|track| !track.is_angle);
-    let rows = tracks.flat_map(|track| &track.rows);
-    let (mut low, mut high) = ([f64::INFINITY; 2], [f64::NEG_INFINITY; 2]);
-    for row in rows.filter(|row| !row.is_gap()) {
-        for (i, value) in [row.x, row.y].into_iter().enumerate() {
-            low[i] = low[i].min(value);
-            high[i] = high[i].max(value);
-        }
-    }
-    (high[0] - low[0]).max(high[1] - low[1]).max(0.0)
+    let rows = tracks.flat_map(|track| track.seen());
+    let side = |of: fn(&Row) -> f64| {
+        let (low, high) = (
+            rows.clone().map(of).fold(f64::INFINITY, f64::min),
+            rows.clone().map(of).fold(f64::NEG_INFINITY, f64::max),
+        );
+        high - low
+    };
+    side(|row| row.x).max(side(|row| row.y)).max(0.0)
 }

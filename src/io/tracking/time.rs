@@ -1,6 +1,6 @@
 //! When each row was filmed: the camera's frame rate against the times that a file carries.
 
-use super::raw::{CLOCK, Clock, Notes, RawShot};
+use super::raw::{CLOCK, Clock, Notes, RawShot, RawTrack, sorted};
 use super::settings::{TimeUnit, TrackSettings};
 
 /// Times may be spaced this much off 1/`capture_fps`, relative.
@@ -24,14 +24,12 @@ struct Grid {
 
 /// Turns the times of a shot's rows into seconds of the camera's clock and gives its frame rate. `Err`
 /// says why that cannot be done and what would help.
-pub(super) fn settle(shot: &mut RawShot, settings: &TrackSettings, notes: &mut Notes) -> Result<f64, String> {
+pub(super) fn settle(shot: &mut RawShot, settings: &TrackSettings, notes: &Notes) -> Result<f64, String> {
     let fps = settings.capture_fps;
     if settings.unknown_rate && shot.clock != Clock::In(TimeUnit::Frames) {
-        return Err(
-            "[video] capture_fps is \"unknown\", which goes with frame numbers, but this file has times; \
-                    expected no capture_fps, or the right one"
-                .to_string(),
-        );
+        let message = "[video] capture_fps is \"unknown\", which goes with frame numbers, but this file has times; \
+                       expected no capture_fps, or the right one";
+        return Err(message.to_string());
     }
     let unit = match shot.clock {
         Clock::FramesAt(stated) => {
@@ -48,14 +46,11 @@ pub(super) fn settle(shot: &mut RawShot, settings: &TrackSettings, notes: &mut N
         Clock::In(unit) => settings.time_unit.filter(|_| unit != TimeUnit::Frames).unwrap_or(unit),
     };
     let Some(second) = unit.seconds() else {
-        let Some(fps) = fps else {
-            return Err(
-                "time is in frames; expected [video] capture_fps, the frames per second that the camera \
-                        recorded (not the playback rate)"
-                    .to_string(),
-            );
-        };
-        if let Some(row) = rows(shot).find(|row| row.time.fract() != 0.0) {
+        let fps = fps.ok_or(
+            "time is in frames; expected [video] capture_fps, the frames per second that the camera recorded (not the \
+             playback rate)",
+        )?;
+        if let Some(row) = shot.rows().find(|row| row.time.fract() != 0.0) {
             return Err(format!(
                 "line {}: frame {} is no whole number; if it is a time, say [tracks] time_unit",
                 row.line, row.time
@@ -63,7 +58,7 @@ pub(super) fn settle(shot: &mut RawShot, settings: &TrackSettings, notes: &mut N
         }
         return Ok(from_frames(shot, fps));
     };
-    for row in shot.tracks.iter_mut().flat_map(|track| &mut track.rows) {
+    for row in shot.rows_mut() {
         row.time *= second;
     }
     let rate = settings.playback_fps.or(fps);
@@ -81,12 +76,8 @@ pub(super) fn settle(shot: &mut RawShot, settings: &TrackSettings, notes: &mut N
     }
 }
 
-fn rows(shot: &RawShot) -> impl Iterator<Item = &super::raw::Row> {
-    shot.tracks.iter().flat_map(|track| &track.rows)
-}
-
 fn from_frames(shot: &mut RawShot, fps: f64) -> f64 {
-    for row in shot.tracks.iter_mut().flat_map(|track| &mut track.rows) {
+    for row in shot.rows_mut() {
         row.time /= fps;
     }
     fps
@@ -95,9 +86,7 @@ fn from_frames(shot: &mut RawShot, fps: f64) -> f64 {
 impl Grid {
     /// `second`: of the file's unit, which its times are rounded in.
     fn of(shot: &RawShot, second: f64) -> Self {
-        let mut times: Vec<f64> = rows(shot).map(|row| row.time).collect();
-        times.sort_by(f64::total_cmp);
-        times.dedup();
+        let times = shot.times();
         let resolution = match shot.clock {
             Clock::Rounded(resolution) => resolution,
             _ => resolution(times.iter().map(|t| t / second)) * second,
@@ -113,6 +102,12 @@ impl Grid {
         self.resolution * rate < 1.5 && self.times.iter().all(whole)
     }
 
+    /// Whether differences from what times should be, and 0, are within their rounding.
+    fn is_rounding(&self, late: impl Iterator<Item = f64>) -> bool {
+        let (low, high) = late.fold((0.0_f64, 0.0_f64), |(low, high), x| (low.min(x), high.max(x)));
+        high - low <= 1.02 * self.resolution
+    }
+
     /// Frame number of each time from the first one on; `None` where the steps are no whole frames of
     /// `spacing` (within the rounding and `off` of a frame).
     fn frames(&self, spacing: f64, off: f64) -> Option<Vec<f64>> {
@@ -125,49 +120,36 @@ impl Grid {
         if self.resolution > 0.3 * spacing {
             // Rows tell frames apart where the clock is too coarse to: each must fit its time.
             let late = self.times.iter().enumerate().map(|(i, t)| t - first - i as f64 * spacing);
-            let (low, high) = late.fold((0.0_f64, 0.0_f64), |(low, high), x| (low.min(x), high.max(x)));
-            let fits = high - low <= 1.02 * self.resolution;
-            return fits.then(|| (0..self.times.len()).map(|i| i as f64).collect());
+            return self.is_rounding(late).then(|| (0..self.times.len()).map(|i| i as f64).collect());
         }
-        let mut frames = Vec::with_capacity(self.times.len());
         let (mut frame, mut before) = (0.0, first);
-        for t in &self.times {
+        let next = |t: &f64| {
             let step = (t - before) / spacing;
             let whole = step.round();
-            if (step - whole).abs() > off * whole.max(1.0) + 1.02 * self.resolution / spacing
-                || (whole == 0.0 && *t > before)
-            {
-                return None;
-            }
+            let is_off = (step - whole).abs() > off * whole.max(1.0) + 1.02 * self.resolution / spacing;
             frame += whole;
-            frames.push(frame);
+            let stays = whole == 0.0 && *t > before;
             before = *t;
-        }
-        Some(frames)
+            (!is_off && !stays).then_some(frame)
+        };
+        self.times.iter().map(next).collect()
     }
 }
 
 /// The smallest power of ten that all are whole multiples of, 0 if it is below a millionth.
 fn resolution(times: impl Iterator<Item = f64> + Clone) -> f64 {
     let whole = |x: f64| (x - x.round()).abs() < 1e-9 * x.abs().max(1.0) + 1e-7;
-    let mut scale = 1.0;
-    for _ in 0..7 {
-        if times.clone().all(|t| whole(t * scale)) {
-            return 1.0 / scale;
-        }
-        scale *= 10.0;
-    }
-    0.0
+    let fits = |scale: &f64| times.clone().all(|t| whole(t * scale));
+    [1.0, 1e1, 1e2, 1e3, 1e4, 1e5, 1e6].into_iter().find(fits).map_or(0.0, f64::recip)
 }
 
 /// Mean of the steps that are about as long as the median one, so that rounding cancels and gaps do not count; of a clock that varies
 /// from frame to frame, of all that are no gaps.
 fn spacing(times: &[f64], resolution: f64) -> f64 {
-    let mut steps: Vec<f64> = times.windows(2).map(|two| two[1] - two[0]).collect();
+    let steps = sorted(times.windows(2).map(|two| two[1] - two[0]));
     if steps.is_empty() {
         return f64::NAN;
     }
-    steps.sort_by(f64::total_cmp);
     let median = steps[(steps.len() - 1) / 2];
     let mean_within = |off: f64| {
         let near = steps.iter().filter(|step| (*step - median).abs() <= 1.02 * resolution + off * median);
@@ -191,7 +173,7 @@ fn with_rate(
     rate: f64,
     fps: f64,
     stated: bool,
-    notes: &mut Notes,
+    notes: &Notes,
 ) -> Result<f64, String> {
     if !stated && !fits(&grid, rate) {
         let own = 1.0 / grid.spacing;
@@ -217,24 +199,21 @@ fn with_rate(
     let spacing = if stated || grid.spacing.is_nan() { 1.0 / rate } else { grid.spacing };
     let frames = grid.frames(spacing, OFF_GRID).or_else(|| grid.frames(1.0 / rate, OFF_GRID));
     let rounded = grid.resolution > OFF_GRID * spacing;
-    let frames = match frames {
-        Some(frames) => frames,
-        None if rounded => {
+    let Some(frames) = frames else {
+        if rounded {
             return Err(format!(
                 "times do not follow frames at {rate} fps, even allowing for their being rounded to {} s; \
                  expected frame numbers, or times with more digits",
                 grid.resolution
             ));
         }
-        None => {
-            let message = format!(
-                "times are not spaced like whole frames at {rate} fps throughout (a camera of variable rate?); \
-                 taken as they are written"
-            );
-            notes.add(CLOCK, &shot.file, Some(shot.line), message);
-            replace(shot, &grid.times, |i| grid.times[i] * rate / fps);
-            return Ok(fps);
-        }
+        let message = format!(
+            "times are not spaced like whole frames at {rate} fps throughout (a camera of variable rate?); \
+             taken as they are written"
+        );
+        notes.of(&shot.file).add(CLOCK, shot.line, message);
+        replace(shot, &grid.times, |i| grid.times[i] * rate / fps);
+        return Ok(fps);
     };
     let Some(first) = grid.times.first().copied() else { return Ok(fps) };
     let number = (first * rate).round();
@@ -244,7 +223,7 @@ fn with_rate(
         frames.iter().zip(&grid.times).any(|(frame, t)| (start + frame / fps - t).abs() > 1e-6 / fps);
     if changed {
         let message = format!("times as written are replaced by frame number / capture_fps ({fps})");
-        notes.add(CLOCK, &shot.file, Some(shot.line), message);
+        notes.of(&shot.file).add(CLOCK, shot.line, message);
     }
     if on_grid {
         replace(shot, &grid.times, |i| (number + frames[i]) / fps);
@@ -255,7 +234,7 @@ fn with_rate(
 }
 
 /// Times are all there is.
-fn without_rate(shot: &mut RawShot, grid: Grid, notes: &mut Notes) -> Result<f64, String> {
+fn without_rate(shot: &mut RawShot, grid: Grid, notes: &Notes) -> Result<f64, String> {
     let help = "expected [video] capture_fps, the frames per second that the camera recorded";
     let (Some(first), Some(last)) = (grid.times.first().copied(), grid.times.last().copied()) else {
         return Err(format!("no times; {help}"));
@@ -275,14 +254,14 @@ fn without_rate(shot: &mut RawShot, grid: Grid, notes: &mut Notes) -> Result<f64
             "capture_fps is not given; times, mostly {:.6} s apart ({fps:.4} fps), are taken as they are written",
             grid.spacing
         );
-        notes.add(CLOCK, &shot.file, Some(shot.line), message);
+        notes.of(&shot.file).add(CLOCK, shot.line, message);
         return Ok(fps);
     };
     let number = frames.last().copied().unwrap_or(1.0).max(1.0);
     let fps = tidy(number / (last - first));
     let how = if rounded { ", and rebuilt from it" } else { "" };
     let message = format!("capture_fps is not given; taken from the spacing of the times, {fps:.4} fps{how}");
-    notes.add(CLOCK, &shot.file, Some(shot.line), message);
+    notes.of(&shot.file).add(CLOCK, shot.line, message);
     if rounded {
         replace(shot, &grid.times, |i| first + frames[i] / fps);
     }
@@ -310,7 +289,7 @@ pub(super) fn followed(shot: &mut RawShot) -> Option<f64> {
         Clock::FramesAt(_) => return None,
     };
     let second = unit.seconds()?;
-    for row in shot.tracks.iter_mut().flat_map(|track| &mut track.rows) {
+    for row in shot.rows_mut() {
         row.time *= second;
     }
     let grid = Grid::of(shot, second);
@@ -332,14 +311,14 @@ pub(super) fn followed(shot: &mut RawShot) -> Option<f64> {
 }
 
 /// A clock so coarse that neighbouring frames show the same time: rows are counted.
-fn by_row(shot: &mut RawShot, grid: &Grid, rate: f64, fps: f64, notes: &mut Notes) -> Result<f64, String> {
+fn by_row(shot: &mut RawShot, grid: &Grid, rate: f64, fps: f64, notes: &Notes) -> Result<f64, String> {
     let help = format!(
         "times are rounded to {} s, coarser than frames at {rate} fps; expected frame numbers, or times with more \
          digits",
         grid.resolution
     );
     let Some((first, rest)) = shot.tracks.split_first() else { return Ok(fps) };
-    let same = |other: &super::raw::RawTrack| {
+    let same = |other: &RawTrack| {
         other.rows.len() == first.rows.len()
             && other.rows.iter().zip(&first.rows).all(|(a, b)| a.time == b.time)
     };
@@ -348,15 +327,14 @@ fn by_row(shot: &mut RawShot, grid: &Grid, rate: f64, fps: f64, notes: &mut Note
     }
     let start = first.rows.first().map_or(0.0, |row| row.time);
     let late = first.rows.iter().enumerate().map(|(i, row)| row.time - start - i as f64 / rate);
-    let (low, high) = late.fold((0.0_f64, 0.0_f64), |(low, high), x| (low.min(x), high.max(x)));
-    if high - low > 1.02 * grid.resolution {
+    if !grid.is_rounding(late) {
         return Err(format!("{help} (their rows do not follow {rate} fps one by one either)"));
     }
     let message = format!(
         "times are rounded to {} s; rebuilt from the number of the row at {fps} fps",
         grid.resolution
     );
-    notes.add(CLOCK, &shot.file, Some(shot.line), message);
+    notes.of(&shot.file).add(CLOCK, shot.line, message);
     for track in &mut shot.tracks {
         for (i, row) in track.rows.iter_mut().enumerate() {
             row.time = start * rate / fps + i as f64 / fps;
@@ -367,7 +345,7 @@ fn by_row(shot: &mut RawShot, grid: &Grid, rate: f64, fps: f64, notes: &mut Note
 
 /// Gives each row whose time is `times[i]` the time `new(i)`.
 fn replace(shot: &mut RawShot, times: &[f64], new: impl Fn(usize) -> f64) {
-    for row in shot.tracks.iter_mut().flat_map(|track| &mut track.rows) {
+    for row in shot.rows_mut() {
         let i = times.partition_point(|t| *t < row.time);
         row.time = new(i.min(times.len() - 1));
     }

@@ -1,6 +1,6 @@
 //! Times as clocks show them: h:mm:ss.fff, dates before them, h:mm:ss:cs, and time codes h:mm:ss:ff, whose last part counts frames.
 
-use super::raw::RawTrack;
+use super::raw::{RawTrack, sorted};
 
 /// How a time is written.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -82,13 +82,8 @@ pub(super) fn count_frames(tracks: &mut [&mut RawTrack]) -> Option<f64> {
         let whole = (time + 1e-6).floor();
         (whole, (100.0 * (time - whole)).round())
     };
-    let mut times: Vec<f64> = tracks
-        .iter()
-        .flat_map(|track| &track.rows)
-        .map(|row| row.time)
-        .filter(|time| time.is_finite())
-        .collect();
-    times.sort_by(f64::total_cmp);
+    let times = tracks.iter().flat_map(|track| &track.rows).map(|row| row.time);
+    let mut times = sorted(times.filter(|time| time.is_finite()));
     times.dedup();
     let parts: Vec<(f64, f64)> = times.iter().map(|time| split(*time)).collect();
     let last = parts.iter().map(|(_, frame)| *frame).fold(0.0, f64::max);
@@ -97,8 +92,7 @@ pub(super) fn count_frames(tracks: &mut [&mut RawTrack]) -> Option<f64> {
         return None;
     }
     let within = parts.windows(2).filter(|two| two[1].0 == two[0].0).map(|two| two[1].1 - two[0].1);
-    let mut steps: Vec<f64> = within.collect();
-    steps.sort_by(f64::total_cmp);
+    let steps = sorted(within);
     let usual = *steps.get(steps.len() / 2)?;
     let follows = |rate: f64| full.iter().all(|two| rate + two[1].1 - two[0].1 == usual);
     let rate = RATES.into_iter().find(|rate| *rate > last && follows(*rate))?;
@@ -126,19 +120,8 @@ mod tests {
         ] {
             assert_eq!(seconds(cell), Some((second, style)), "{cell}");
         }
-        for wrong in [
-            "1:2",
-            "0:60:00:00",
-            "0::0:00",
-            "a:00:00:00",
-            "0:00:00:1",
-            "-0:00:00:00",
-            "1:2:3:4:50",
-            "0:00:00.",
-            "1.5",
-            "00:00:61.5",
-            "2024-05-01",
-        ] {
+        let wrong = "1:2 0:60:00:00 0::0:00 a:00:00:00 0:00:00:1 -0:00:00:00 1:2:3:4:50 0:00:00. 1.5 00:00:61.5 2024-05-01";
+        for wrong in wrong.split(' ') {
             assert_eq!(seconds(wrong), None, "{wrong}");
         }
     }

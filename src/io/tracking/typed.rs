@@ -10,51 +10,37 @@ use polars::prelude::{
     StringChunked,
 };
 
-use super::long;
-use super::long::{Columns, Gather};
-use super::raw::{Notes, Row};
-use super::sheet::Sheet;
+use super::long::{self, Columns, Gather};
+use super::raw::Row;
+use super::sheet::{ENOUGH, Sheet};
 use super::timecode::is_clock;
-use crate::io::error::Problems;
 use crate::io::text::{Separator, trimmed};
 
 /// Bytes read at a time.
 const STRETCH: usize = 1 << 25;
 
 /// Reads all rows of a table.
-pub(super) fn read(
-    sheet: &Sheet,
-    columns: &Columns,
-    gather: &mut Gather,
-    problems: &mut Problems,
-    notes: &mut Notes,
-) {
-    read_by(STRETCH, sheet, columns, gather, problems, notes);
+pub(super) fn read(sheet: &Sheet, columns: &Columns, gather: &mut Gather) {
+    read_by(STRETCH, sheet, columns, gather);
 }
 
-fn read_by(
-    stretch: usize,
-    sheet: &Sheet,
-    columns: &Columns,
-    gather: &mut Gather,
-    problems: &mut Problems,
-    notes: &mut Notes,
-) {
-    let start = problems.len();
+fn read_by(stretch: usize, sheet: &Sheet, columns: &Columns, gather: &mut Gather) {
+    let Sheet { input, heading, .. } = sheet;
+    let start = input.problems.len();
     let by_clock = |rest: &&str| {
-        let first =
-            rest.lines().find(|line| !line.trim().is_empty()).and_then(|line| trimmed(line, sheet.separator));
-        first.is_some_and(|cells| cells.get(columns.time).is_some_and(|cell| is_clock(cell)))
+        let first = rest.lines().find(|line| !line.trim().is_empty());
+        let cells = first.and_then(|line| trimmed(line, heading.separator)).unwrap_or_default();
+        cells.get(columns.time).is_some_and(|cell| is_clock(cell))
     };
-    let Some(mut rest) = below(sheet.text, sheet.above).filter(|rest| !by_clock(rest)) else {
+    let Some(mut rest) = below(sheet.text, heading.above).filter(|rest| !by_clock(rest)) else {
         // a file with CR for ends of lines, or with times that only the whole of it explains
-        long::read(sheet, columns, gather, problems, notes);
+        long::read(sheet, columns, gather);
         return;
     };
-    let mut above = sheet.above;
+    let mut above = heading.above;
     // of the stretches so far, with the line where the first of them begins
     let mut seen: Option<(char, usize)> = None;
-    while !rest.is_empty() && problems.len() < start + 100 {
+    while !rest.is_empty() && input.problems.len() < start + ENOUGH {
         let bytes = rest.as_bytes();
         let from = stretch.min(bytes.len());
         let end = bytes[from..].iter().position(|byte| *byte == b'\n').map_or(bytes.len(), |i| from + i + 1);
@@ -62,10 +48,9 @@ fn read_by(
         let mark = if plain(part, above, sheet, columns, gather).is_some() {
             part.contains('.').then_some('.')
         } else {
-            let names = sheet.names.clone();
-            let (file, separator, header) = (sheet.file, sheet.separator, sheet.header);
-            let sheet = Sheet { file, text: part, separator, header, above: 0, offset: above, names };
-            long::read(&sheet, columns, gather, problems, notes)
+            let mut heading = heading.clone();
+            heading.above = 0;
+            long::read(&Sheet { input, text: part, heading, offset: above }, columns, gather)
         };
         if let Some(mark) = mark {
             let (other, line) = *seen.get_or_insert((mark, above + 1));
@@ -74,7 +59,7 @@ fn read_by(
                     "decimal marks from here on differ from those from line {line} on; expected points or commas \
                      throughout"
                 );
-                problems.add(sheet.file, Some(above + 1), None, message);
+                input.wrong(above + 1, None, message);
                 return;
             }
         }
@@ -94,29 +79,21 @@ fn below(text: &str, lines: usize) -> Option<&str> {
 
 /// Reads a stretch of whole lines. `None`, and nothing read, if anything about it is unusual.
 fn plain(text: &str, above: usize, sheet: &Sheet, columns: &Columns, gather: &mut Gather) -> Option<()> {
-    let Separator::Char(separator) = sheet.separator else { return None };
+    let Separator::Char(separator) = sheet.heading.separator else { return None };
     let separator = u8::try_from(separator).ok()?;
     let bytes = text.as_bytes();
-    let (mut ends, mut separators) = (0, 0);
-    for byte in bytes {
-        ends += usize::from(*byte == b'\n');
-        separators += usize::from(*byte == separator);
-    }
-    let rows = ends + usize::from(bytes.last().is_some_and(|byte| *byte != b'\n'));
-    let width = sheet.names.len();
-    if separators != rows * (width - 1) || bytes.iter().any(|byte| *byte == b'"' || *byte == b'#') {
+    let count = |wanted: u8| bytes.iter().filter(|byte| **byte == wanted).count();
+    let rows = count(b'\n') + usize::from(bytes.last().is_some_and(|byte| *byte != b'\n'));
+    let width = sheet.heading.names.len();
+    if count(separator) != rows * (width - 1) || bytes.iter().any(|byte| *byte == b'"' || *byte == b'#') {
         return None;
     }
     let frame = parse(text, separator, width, columns)?;
     if frame.height() != rows {
         return None;
     }
-    let numbers = |i: usize| {
-        frame.column(&name(i)).ok()?.f64().ok().cloned().map(|column| column.rechunk().into_owned())
-    };
-    let words = |i: usize| {
-        frame.column(&name(i)).ok()?.str().ok().cloned().map(|column| column.rechunk().into_owned())
-    };
+    let numbers = |i: usize| Some(frame.column(&name(i)).ok()?.f64().ok()?.rechunk().into_owned());
+    let words = |i: usize| Some(frame.column(&name(i)).ok()?.str().ok()?.rechunk().into_owned());
     let optional = |i: Option<usize>| i.map(words).map_or(Some(None), |column| column.map(Some));
     let (time, x, y) = (numbers(columns.time)?, numbers(columns.x)?, numbers(columns.y)?);
     let (ball, shot, point) = (words(columns.ball)?, optional(columns.shot)?, optional(columns.point)?);
@@ -127,11 +104,9 @@ fn plain(text: &str, above: usize, sheet: &Sheet, columns: &Columns, gather: &mu
     let missing = |column: &StringChunked| {
         column.null_count() > 0 || column.iter().any(|cell| cell.is_none_or(|cell| cell.trim().is_empty()))
     };
-    let half = x.iter().zip(y.iter()).any(|(x, y)| match (x, y) {
-        (Some(x), Some(y)) => !x.is_finite() || !y.is_finite(),
-        (None, None) => false,
-        _ => true,
-    });
+    let is_finite = |x: Option<f64>| x.is_none_or(f64::is_finite);
+    let half =
+        x.iter().zip(y.iter()).any(|(x, y)| x.is_some() != y.is_some() || !is_finite(x) || !is_finite(y));
     let wrong_sd = |sd: &Float64Chunked| sd.iter().flatten().any(|sd| !(sd > 0.0 && sd.is_finite()));
     if half
         || may_have_thousands(&[&time])
@@ -145,7 +120,7 @@ fn plain(text: &str, above: usize, sheet: &Sheet, columns: &Columns, gather: &mu
     }
     for row in 0..rows {
         let number = |column: &Float64Chunked| column.get(row).unwrap_or(f64::NAN);
-        let line = (above + row + 1) as u32;
+        let line = above + row + 1;
         let shot = shot.as_ref().and_then(|shot| shot.get(row)).map(str::trim);
         let point = point.as_ref().and_then(|point| point.get(row)).map_or("", str::trim);
         let sd = sds.as_ref().map(|(x, y)| [number(x), number(y)]);
@@ -179,19 +154,17 @@ fn name(i: usize) -> String {
 fn parse(text: &str, separator: u8, width: usize, columns: &Columns) -> Option<DataFrame> {
     let mut used = vec![columns.time, columns.x, columns.y];
     used.extend(columns.sd.into_iter().flatten());
-    let is_number = |i: usize| used.contains(&i);
     let fields = (0..width).map(|i| {
-        let kind = if is_number(i) { DataType::Float64 } else { DataType::String };
+        let kind = if used.contains(&i) { DataType::Float64 } else { DataType::String };
         Field::new(name(i).into(), kind)
     });
     let schema: Schema = fields.collect();
-    let mut used_all = used.clone();
-    used_all.extend([Some(columns.ball), columns.shot, columns.point].into_iter().flatten());
-    used_all.sort_unstable();
+    used.extend([Some(columns.ball), columns.shot, columns.point].into_iter().flatten());
+    used.sort_unstable();
     CsvReadOptions::default()
         .with_has_header(false)
         .with_schema(Some(Arc::new(schema)))
-        .with_projection(Some(Arc::new(used_all)))
+        .with_projection(Some(Arc::new(used)))
         .with_parse_options(CsvParseOptions::default().with_separator(separator).with_quote_char(None))
         .into_reader_with_file_handle(Cursor::new(text.as_bytes()))
         .finish()
@@ -203,30 +176,25 @@ mod tests {
     use std::path::Path;
 
     use super::*;
+    use crate::io::error::Problems;
+    use crate::io::tracking::input::Input;
+    use crate::io::tracking::raw::Notes;
     use crate::io::tracking::settings::TimeUnit;
 
     /// Both ways through the same table.
     fn both(text: &str) {
-        let file = Path::new("a.csv");
-        let settings = crate::io::tracking::settings::tests::settings("[video]\ncapture_fps = 10");
-        let head = long::detect(text, &settings).expect("a long table");
-        let sheet = Sheet {
-            file,
-            text,
-            separator: head.heading.separator,
-            header: head.heading.line,
-            above: head.heading.above,
-            offset: 0,
-            names: head.heading.names.clone(),
-        };
+        let (file, stem) = (Path::new("a.csv"), "a");
+        let settings = &crate::io::tracking::settings::tests::settings("[video]\ncapture_fps = 10");
         let run = |fast: usize| {
-            let (mut problems, mut notes) = (Problems::new(""), Notes::default());
-            let unit = if head.columns.frames { TimeUnit::Frames } else { TimeUnit::S };
-            let mut gather = Gather::new(file, "a", unit);
+            let (problems, notes) = (Problems::new(""), Notes::default());
+            let input = Input { file, text, stem, settings, problems: &problems, log: notes.of(file) };
+            let long::Head { heading, columns } = long::detect(&input).expect("a long table");
+            let unit = if columns.frames { TimeUnit::Frames } else { TimeUnit::S };
+            let (mut gather, sheet) = (Gather::new(&input, unit), Sheet::new(&input, heading));
             if fast > 0 {
-                read_by(fast, &sheet, &head.columns, &mut gather, &mut problems, &mut notes);
+                read_by(fast, &sheet, &columns, &mut gather);
             } else {
-                long::read(&sheet, &head.columns, &mut gather, &mut problems, &mut notes);
+                long::read(&sheet, &columns, &mut gather);
             }
             // not-a-number is not equal to itself
             (format!("{:?}", gather.shots), format!("{}", problems.into_error()))

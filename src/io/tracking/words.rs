@@ -1,39 +1,24 @@
 //! What names of columns mean, as programs and people in several countries write them.
 
 /// Names of times, of frames, of shots and of balls, in small letters, the surest first; a number or a unit may follow.
-const TIMES: [&str; 14] = [
-    "t",
-    "time",
-    "timestamp",
-    "seconds",
-    "sec",
-    "zeit",
-    "temps",
-    "tiempo",
-    "tempo",
-    "tijd",
-    "czas",
-    "aika",
-    "elapsedtime",
-    "positiont",
-];
-const FRAMES: [&str; 8] = ["frame", "frames", "bild", "einzelbild", "image", "img", "slice", "fotogramma"];
-const SHOTS: [&str; 8] = ["shot", "trial", "clip", "run", "take", "stoß", "stoss", "versuch"];
-const BALLS: [&str; 9] = ["ball", "object", "disk", "disc", "puck", "track", "particle", "kugel", "bille"];
+const TIMES: &str =
+    "t time timestamp seconds sec zeit temps tiempo tempo tijd czas aika elapsedtime positiont";
+const FRAMES: &str = "frame frames bild einzelbild image img slice fotogramma";
+const SHOTS: &str = "shot trial clip run take stoß stoss versuch";
+const BALLS: &str = "ball object disk disc puck track particle kugel bille";
 /// Names that may be those of a column of balls, where the rows show it.
-const PERHAPS_BALLS: [&str; 9] = ["id", "tid", "color", "colour", "farbe", "name", "label", "who", "body"];
+const PERHAPS_BALLS: &str = "id tid color colour farbe name label who body";
 /// What may follow such a name.
-const NUMBERS: [&str; 13] =
-    ["", "number", "numbers", "no", "nr", "num", "n", "id", "idx", "index", "nummer", "name", "count"];
-const UNITS: [&str; 9] = ["", "s", "sec", "ms", "us", "stamp", "seconds", "stampms", "stamps"];
+const NUMBERS: &str = "number numbers no nr num n id idx index nummer name count";
+const UNITS: &str = "s sec ms us stamp seconds stampms stamps";
 
 /// What an angle is called.
-const ANGLES: [&str; 8] = ["angle", "ang", "theta", "θ", "phi", "φ", "rot", "rotation"];
+const ANGLES: &str = "angle ang theta θ phi φ rot rotation";
 /// How words of what is no position begin: errors, and motions.
-const SPREADS: [&str; 11] = ["sd", "std", "stdev", "err", "sigma", "σ", "unc", "sem", "rms", "fehler", "var"];
-const MOTIONS: [&str; 8] = ["v", "vel", "speed", "geschw", "vitesse", "acc", "beschl", "disp"];
+const SPREADS: &str = "sd std stdev err sigma σ unc sem rms fehler var";
+const MOTIONS: &str = "v vel speed geschw vitesse acc beschl disp";
 /// How words for a point on a ball beside its centre begin.
-const MARKERS: [&str; 9] = ["mark", "rim", "dot", "spot", "edge", "rand", "stripe", "led", "tip"];
+const MARKERS: &str = "mark rim dot spot edge rand stripe led tip";
 
 /// What a column holds.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -64,18 +49,19 @@ fn words(name: &str) -> Vec<String> {
 }
 
 /// How sure a name is one of these, 0 the surest; `None` if it is none.
-fn rank(name: &str, known: &[&str], after: &[&str]) -> Option<usize> {
-    known.iter().position(|word| name.strip_prefix(word).is_some_and(|rest| after.contains(&rest)))
+fn rank(name: &str, known: &str, after: &str) -> Option<usize> {
+    let follows = |rest: &str| rest.is_empty() || after.split(' ').any(|word| word == rest);
+    known.split(' ').position(|word| name.strip_prefix(word).is_some_and(follows))
 }
 
 /// The column among these names that has a role, the surest.
 pub(super) fn find(names: &[String], role: Role) -> Option<usize> {
-    let (known, after): (&[&str], &[&str]) = match role {
-        Role::Time => (&TIMES, &UNITS),
-        Role::Frame => (&FRAMES, &NUMBERS),
-        Role::Shot => (&SHOTS, &NUMBERS),
-        Role::Ball => (&BALLS, &NUMBERS),
-        Role::PerhapsBall => (&PERHAPS_BALLS, &NUMBERS),
+    let (known, after) = match role {
+        Role::Time => (TIMES, UNITS),
+        Role::Frame => (FRAMES, NUMBERS),
+        Role::Shot => (SHOTS, NUMBERS),
+        Role::Ball => (BALLS, NUMBERS),
+        Role::PerhapsBall => (PERHAPS_BALLS, NUMBERS),
     };
     let ranked = names.iter().enumerate().filter_map(|(i, name)| {
         let name = words(name).concat();
@@ -93,7 +79,7 @@ pub(super) fn is_angle(name: &str) -> bool {
     words(name).first().is_some_and(|first| {
         // rote is red
         let is_end = |rest: &str| rest.is_empty() || (rest.chars().count() == 1 && rest != "e");
-        ANGLES.iter().any(|word| first.strip_prefix(word).is_some_and(is_end))
+        ANGLES.split(' ').any(|word| first.strip_prefix(word).is_some_and(is_end))
     })
 }
 
@@ -101,28 +87,24 @@ pub(super) fn is_angle(name: &str) -> bool {
 pub(super) fn kind(names: &[String], column: usize, at: usize) -> Kind {
     let name = &names[column];
     let (before, after) = (words(&name[..at]), words(&name[at + 1..]));
-    let any = |known: &[&str]| {
-        let all = before.iter().chain(&after);
-        all.into_iter().any(|word| {
+    let any = |known: &str| {
+        before.iter().chain(&after).any(|word| {
             let letters = word.trim_end_matches(|c: char| c.is_ascii_digit());
-            known
-                .iter()
-                .any(|known| if known.len() > 2 { letters.starts_with(known) } else { letters == *known })
+            let fits = |known: &str| letters == known || known.len() > 2 && letters.starts_with(known);
+            known.split(' ').any(fits)
         })
     };
     // dx, ax, sx beside x, as vx: what is left without the letter is another column
     let derived = || {
-        let letter = name.chars().next().filter(|c| "adsu".contains(*c) && at > 0);
-        letter.is_some_and(|letter| {
-            let rest = name[letter.len_utf8()..].trim_start_matches(['_', ' ', '.']);
-            names.iter().any(|own| own == rest)
-        })
+        let rest = name.strip_prefix(['a', 'd', 's', 'u']).filter(|_| at > 0);
+        let rest = rest.map(|rest| rest.trim_start_matches(['_', ' ', '.']));
+        rest.is_some_and(|rest| names.iter().any(|own| own == rest))
     };
-    if any(&SPREADS) {
+    if any(SPREADS) {
         Kind::Spread
-    } else if any(&MOTIONS) || derived() {
+    } else if any(MOTIONS) || derived() {
         Kind::Motion
-    } else if any(&MARKERS) || before.last().is_some_and(|word| word == "m") {
+    } else if any(MARKERS) || before.last().is_some_and(|word| word == "m") {
         Kind::Marker
     } else {
         Kind::Position
@@ -141,33 +123,23 @@ mod tests {
             roles.into_iter().find(|role| find(&[name.to_string()], *role).is_some())
         };
         for (role, names) in [
-            (Role::Time, &["t", "T_s", "t_ms", "time_stamp", "Zeit_s", "TimeStamp", "tid", "POSITION_T"][..]),
-            (
-                Role::Frame,
-                &["frame_idx", "frame_id", "Frame No", "Frame #", "Bildnummer", "Bild Nr.", "Slice n°"],
-            ),
-            (Role::Shot, &["shot", "Shot_ID", "clip", "run no"]),
-            (Role::Ball, &["ball", "track_id", "Track n°", "particle", "disk_id", "object"]),
-            (Role::PerhapsBall, &["id", "color", "label"]),
+            (Role::Time, "t|T_s|t_ms|time_stamp|Zeit_s|TimeStamp|tid|POSITION_T"),
+            (Role::Frame, "frame_idx|frame_id|Frame No|Frame #|Bildnummer|Bild Nr.|Slice n°"),
+            (Role::Shot, "shot|Shot_ID|clip|run no"),
+            (Role::Ball, "ball|track_id|Track n°|particle|disk_id|object"),
+            (Role::PerhapsBall, "id|color|label"),
         ] {
-            for name in names {
+            for name in names.split('|') {
                 assert_eq!(found(name), Some(role), "{name}");
             }
         }
         for name in ["x", "trial x", "mass", "n", "timing", "framework", "running", "", "ballast"] {
             assert_eq!(found(name), None, "{name}");
         }
-        for (name, angle) in [
-            ("ang_a", true),
-            ("theta2", true),
-            ("θ", true),
-            ("θr", true),
-            ("rotation", true),
-            ("rote", false),
-        ] {
-            assert_eq!(is_angle(name), angle, "{name}");
+        for name in ["ang_a", "theta2", "θ", "θr", "rotation"] {
+            assert!(is_angle(name), "{name}");
         }
-        for name in ["angular velocity", "phillip", "rotten"] {
+        for name in ["rote", "angular velocity", "phillip", "rotten"] {
             assert!(!is_angle(name), "{name}");
         }
     }

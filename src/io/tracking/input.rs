@@ -1,0 +1,75 @@
+//! A file that is read, and what is said of it on the way.
+
+use std::path::Path;
+use std::sync::Arc;
+
+use super::raw::{Clock, Log, Notes, RawShot, RawTrack};
+use super::settings::{TrackSettings, Unit};
+use crate::io::error::Problems;
+use crate::io::number::Place;
+
+/// What a reader makes of a file: its shots, and the unit of its lengths, where the file or its format states it.
+pub(super) type Shots = (Vec<RawShot>, Option<Unit>);
+
+/// What dataset.toml says of tracks, and where problems and notes are put.
+#[derive(Clone, Copy)]
+pub(super) struct Context<'a> {
+    pub settings: &'a TrackSettings,
+    pub problems: &'a Problems,
+    pub notes: &'a Notes,
+}
+
+/// A file that is read, and where its reader puts problems and notes.
+#[derive(Clone, Copy)]
+pub(super) struct Input<'a> {
+    pub file: &'a Path,
+    pub text: &'a str,
+    /// Its name without what follows the last point: that of its shot, where nothing else names it.
+    pub stem: &'a str,
+    pub settings: &'a TrackSettings,
+    pub problems: &'a Problems,
+    /// For notes.
+    pub log: Log<'a>,
+}
+
+impl<'a> Input<'a> {
+    pub(super) fn wrong<'c>(
+        &self,
+        line: impl Into<Option<usize>>,
+        column: impl Into<Option<&'c str>>,
+        message: impl Into<String>,
+    ) {
+        self.problems.add(self.file, line, column, message);
+    }
+
+    /// A cell of the file.
+    pub(super) fn cell<'c>(&self, line: usize, column: &'c str, text: &'c str) -> Place<'c>
+    where
+        'a: 'c,
+    {
+        Place { file: self.file, line, column, text, problems: self.problems }
+    }
+
+    /// Whether times are numbers of frames where a file has both: these cannot follow a wrong rate, but need the right one.
+    pub(super) fn is_by_frame(&self) -> bool {
+        self.settings.capture_fps.is_some()
+    }
+
+    /// A file that is one shot, named after it.
+    pub(super) fn one_shot(&self, clock: Clock, tracks: Vec<RawTrack>) -> Vec<RawShot> {
+        let line = tracks.iter().map(RawTrack::line).min().unwrap_or(1);
+        let file = Arc::new(self.file.to_path_buf());
+        vec![RawShot { name: self.stem.to_string(), file, line, clock, tracks }]
+    }
+}
+
+/// The name of a file without what follows its last point.
+pub(super) fn stem(file: &Path) -> String {
+    file.file_stem().map(|stem| stem.to_string_lossy().into_owned()).unwrap_or_default()
+}
+
+/// Names of tracks for sentences: `"A", "B"`.
+pub(super) fn quoted<S: AsRef<str>>(names: impl IntoIterator<Item = S>) -> String {
+    let quoted: Vec<String> = names.into_iter().map(|name| format!("\"{}\"", name.as_ref())).collect();
+    quoted.join(", ")
+}
