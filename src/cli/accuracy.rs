@@ -78,11 +78,12 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         }
     }
     progress.finish();
+    let picture = precision::picture(&rows);
     let files = [
         ("accuracy.csv", report::accuracy::csv(&rows).into_bytes()),
         ("bias.csv", report::accuracy::bias_csv(&biases).into_bytes()),
-        ("accuracy.svg", precision::svg(&rows).map_err(Failure::work)?.into_bytes()),
-        ("accuracy.png", precision::png(&rows).map_err(Failure::work)?),
+        ("accuracy.svg", picture.svg().map_err(Failure::work)?.into_bytes()),
+        ("accuracy.png", picture.png().map_err(Failure::work)?),
     ];
     write::write_files(&files, &args.out).map_err(Failure::work)?;
     if args.json {

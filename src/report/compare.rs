@@ -9,7 +9,7 @@ use super::digits::{FEW, MANY, decimal, probability, relative, significant};
 use super::json::verdict;
 use super::number::{interval, plain, with_error};
 use super::plot;
-use super::plot::compare::{forest_png, forest_svg, residuals_png, residuals_svg};
+use super::plot::compare::{forest, residuals};
 use super::shots::{MOST_PICTURES, ShotPicture, shot_list, with_spots};
 use super::trust::{computed, constraints, down_weighted};
 use super::{LEAST_P, ReportError, csv, diagnostics, html, p_text, text};
@@ -68,16 +68,16 @@ pub fn files(
     comparison: &Comparison,
     pictures: &[ShotPicture],
 ) -> Result<Vec<(&'static str, Vec<u8>)>, ReportError> {
-    let (residuals, spots) = residuals_svg(comparison)?;
-    let forest = forest_svg(comparison)?;
-    let plots = Some([forest.as_str(), residuals.as_str()]);
-    let report = html::render(&content(comparison, plots, &spots, pictures))?;
+    let (forest, residuals) = (forest(comparison), residuals(comparison));
+    let [forest_svg, residuals_svg] = [forest.svg()?, residuals.svg()?];
+    let plots = Some([forest_svg.as_str(), residuals_svg.as_str()]);
+    let report = html::render(&content(comparison, plots, &residuals.spots, pictures))?;
     Ok(vec![
-        ("forest.svg", forest.into_bytes()),
-        ("forest.png", forest_png(comparison)?),
+        ("forest.svg", forest_svg.into_bytes()),
+        ("forest.png", forest.png()?),
         ("residuals.csv", csv::of_comparison(comparison).into_bytes()),
-        ("residuals.svg", residuals.into_bytes()),
-        ("residuals.png", residuals_png(comparison)?),
+        ("residuals.svg", residuals_svg.into_bytes()),
+        ("residuals.png", residuals.png()?),
         ("report.html", report.into_bytes()),
         ("compare.json", json(comparison)?.into_bytes()),
     ])

@@ -11,7 +11,7 @@ use super::csv::quoted;
 use super::digits;
 use super::digits::FEW;
 use super::number::plain;
-use super::plot::design as plot;
+use super::plot;
 use crate::design;
 use crate::design::information::{COMMON, RATIOS};
 use crate::design::{Cell, Design, Expected, Mixture, SpinFrom};
@@ -20,10 +20,11 @@ use crate::physics::ball::Ball;
 
 /// The files of a design: name and content.
 pub fn files(design: &Design) -> Result<Vec<(&'static str, Vec<u8>)>, ReportError> {
+    let picture = plot::design::picture(design);
     Ok(vec![
         ("design.csv", csv(design).into_bytes()),
-        ("design.svg", plot::svg(design)?.into_bytes()),
-        ("design.png", plot::png(design)?),
+        ("design.svg", picture.svg()?.into_bytes()),
+        ("design.png", picture.png()?),
         ("design.json", json(design)?.into_bytes()),
     ])
 }

@@ -5,7 +5,7 @@ use std::fmt::Write;
 use super::ReportError;
 use super::csv::quoted;
 use super::number::{plain, with_error};
-use super::plot::track::Picture;
+use super::plot::track::Tracks;
 use crate::extraction::disc::{DiscImpact, Quantity};
 use crate::measurement::dataset::Dataset;
 use crate::measurement::track::TrackShot;
@@ -117,7 +117,7 @@ pub fn pictures(
     let names: Vec<String> = extracted.iter().map(|(shot, _)| shot.name.clone()).collect();
     let folders = super::group_folders(&names);
     let draw = |((shot, impact), name): (&(TrackShot, DiscImpact), &String)| {
-        let picture = Picture {
+        let tracks = Tracks {
             shot,
             summary: summary(impact),
             names: ["first disc", "second disc"],
@@ -132,7 +132,7 @@ pub fn pictures(
             radii: impact.radii,
             place: &|disc, time| impact.place(disc, time),
         };
-        Ok((format!("{name}.svg"), picture.svg()?.into_bytes()))
+        Ok((format!("{name}.svg"), tracks.svg()?.into_bytes()))
     };
     extracted.iter().zip(&folders).map(draw).collect()
 }

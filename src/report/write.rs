@@ -8,6 +8,7 @@ use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use super::fit::{Pictures, content_with};
+use super::plot::Picture;
 use super::shots::{Filmed, named, shot_list, with_spots};
 use super::{ReportError, csv, frame_table, html, json, plot, shot_table};
 use crate::fit::{Fit, FittedFrames};
@@ -99,24 +100,29 @@ fn put(files: &[(&'static str, Content)], folder: &Path) -> Result<(), ReportErr
 
 /// The files of a report, with pictures of footage for report.html.
 fn files<'a>(fit: &'a Fit, filmed: &Filmed) -> Result<Vec<(&'static str, Content<'a>)>, ReportError> {
-    let pixels = || (plot::png(fit), plot::contours::png(fit).transpose());
-    let (pages, (residuals_png, contours_png)) = rayon::join(|| pages(fit, filmed), pixels);
-    let Pages { residuals, contours, report } = pages?;
+    let residuals = plot::residuals(fit);
+    let contours = plot::contours::picture(fit);
+    let pixels = || (residuals.png(), contours.as_ref().map(Picture::png).transpose());
+    let pages = || {
+        let svg = [residuals.svg()?, contours.as_ref().map_or(Ok(String::new()), Picture::svg)?];
+        let report = report(fit, filmed, &residuals.spots, &svg)?;
+        Ok((svg, report))
+    };
+    let (pages, (residuals_png, contours_png)) = rayon::join(pages, pixels);
+    let ([residuals_svg, contours_svg], report) = pages?;
     let bytes = |bytes: Vec<u8>| Content::Bytes(Cow::Owned(bytes));
     let mut files = vec![
         ("residuals.csv", Content::Residuals(fit)),
         ("shots.csv", bytes(shot_table::render(fit).into_bytes())),
-        ("residuals.svg", bytes(residuals.into_bytes())),
+        ("residuals.svg", bytes(residuals_svg.into_bytes())),
         ("residuals.png", bytes(residuals_png?)),
     ];
     if let Some(frames) = &fit.frames {
         files.push(("frames.csv", Content::Frames(frames)));
     }
-    if let Some(svg) = contours {
-        files.push(("contours.svg", bytes(svg.into_bytes())));
-    }
     files.push(("report.html", bytes(report.into_bytes())));
     if let Some(png) = contours_png? {
+        files.push(("contours.svg", bytes(contours_svg.into_bytes())));
         files.push(("contours.png", bytes(png)));
     }
     // Last, so that a program which waits for it finds the others.
@@ -124,31 +130,27 @@ fn files<'a>(fit: &'a Fit, filmed: &Filmed) -> Result<Vec<(&'static str, Content
     Ok(files)
 }
 
-/// residuals.svg, contours.svg and report.html.
-struct Pages {
-    residuals: String,
-    contours: Option<String>,
-    report: String,
-}
-
-fn pages(fit: &Fit, filmed: &Filmed) -> Result<Pages, ReportError> {
-    let (residuals, spots) = plot::svg_with_spots(fit)?;
-    let contours = plot::contours::svg(fit).transpose()?;
-    let plot = with_spots(&residuals, &spots, &shot_list(named(fit), &[]), |index| {
+/// report.html, with the pictures of residuals and contours; the latter is empty where there is none.
+fn report(
+    fit: &Fit,
+    filmed: &Filmed,
+    spots: &[(i32, i32, usize)],
+    [residuals, contours]: &[String; 2],
+) -> Result<String, ReportError> {
+    let residuals = with_spots(residuals, spots, &shot_list(named(fit), &[]), |index| {
         fit.residuals.get(index).map(|residual| (residual.shot.clone(), residual))
     });
-    let camera =
-        fit.camera.as_ref().map(|found| plot::camera::svg(found, &fit.dataset)).transpose()?.flatten();
+    let camera = fit.camera.as_ref().and_then(|found| plot::camera::picture(found, &fit.dataset));
+    let svg = |picture: Option<Picture>| picture.as_ref().map(Picture::svg).transpose();
     let pictures = Pictures {
-        discs: plot::discs::svg(fit).transpose()?,
+        discs: svg(plot::discs::picture(fit))?,
         paths: filmed.paths.clone(),
-        residuals: Some(plot),
-        contours: contours.clone(),
-        camera,
+        residuals: Some(residuals),
+        contours: Some(contours.clone()).filter(|svg| !svg.is_empty()),
+        camera: svg(camera)?,
         shots: filmed.shots.clone(),
     };
-    let report = html::render(&content_with(fit, &pictures))?;
-    Ok(Pages { residuals, contours, report })
+    html::render(&content_with(fit, &pictures))
 }
 
 /// Puts files into a folder, which is made where it is missing: all are complete on the disk before
