@@ -74,7 +74,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
             progress.done();
         }
         if !ways.is_empty() {
-            tables += &format!("\n{}", report::accuracy::bias_table(&biases[first..], data.shots.len()));
+            tables += &report::accuracy::bias_table(&biases[first..], data.shots.len());
         }
     }
     progress.finish();
@@ -91,7 +91,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         return print(&document.map_err(Failure::work)?);
     }
     let left_out = if left_out > 0 { format!(", {left_out} left out") } else { String::new() };
-    print(&format!("{} shots{left_out}\n\n{}{tables}", shots.len(), report::accuracy::table(&rows)))
+    print(&format!("{} shots{left_out}\n{}\n{tables}", shots.len(), report::accuracy::table(&rows)))
 }
 
 fn of_dataset(path: &std::path::Path) -> Result<(Dataset, Vec<Shot>, usize), Failure> {

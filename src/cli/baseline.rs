@@ -58,8 +58,5 @@ pub fn tolerance(text: &str) -> Result<Tolerance, String> {
 }
 
 pub fn table(moved: &[(String, Moved)]) -> String {
-    format!(
-        "the fit is no longer that of the baseline:\n{}",
-        report::regression_table::render(moved).trim_end()
-    )
+    format!("the fit is no longer that of the baseline:\n{}", regression::table(moved).trim_end())
 }

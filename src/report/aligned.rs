@@ -1,6 +1,6 @@
-//! Tables in columns of characters.
+//! Tables and sections in columns of characters.
 
-use super::content::{Align, Cell, Table};
+use super::content::{Align, Block, Cell, Section, Table};
 
 /// Columns padded to the widest cell, two spaces apart, `indent` before each line. The last cell of a short row may reach
 /// beyond its column. A head without words is left out.
@@ -30,9 +30,24 @@ pub(super) fn table(table: &Table, indent: &str) -> String {
     text
 }
 
-/// Rows of a table, the first its head, as [`table`] lays them out.
-pub(super) fn aligned(rows: &[Vec<String>], indent: &str) -> String {
-    let mut rows = rows.iter().map(|row| row.iter().map(Cell::text).collect::<Vec<_>>());
-    let head = rows.next().unwrap_or_default();
-    table(&Table { head, rows: rows.collect() }, indent)
+/// Sections without their pictures, each after an empty line; those of pictures alone are left out.
+pub(super) fn sections<'a>(sections: impl IntoIterator<Item = &'a Section>) -> String {
+    let mut text = String::new();
+    for section in sections {
+        let body: String = section
+            .blocks
+            .iter()
+            .map(|block| match block {
+                Block::Lines(lines) => lines.iter().map(|line| format!("  {line}\n")).collect(),
+                Block::Table(own) => table(own, "  "),
+                Block::Figure(_) | Block::Shots(_) => String::new(),
+            })
+            .collect();
+        if body.is_empty() {
+            continue;
+        }
+        let about = if section.about.is_empty() { String::new() } else { format!(" ({})", section.about) };
+        text += &format!("\n{}{about}\n{body}", section.title);
+    }
+    text
 }

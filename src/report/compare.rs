@@ -12,7 +12,7 @@ use super::plot;
 use super::plot::compare::{forest, residuals};
 use super::shots::{MOST_PICTURES, ShotPicture, shot_list, with_spots};
 use super::trust::{computed, constraints, down_weighted};
-use super::{LEAST_P, ReportError, csv, diagnostics, html, p_text, text};
+use super::{LEAST_P, ReportError, csv, diagnostics, html, p_text, pretty, text};
 use crate::compare::{Compared, Comparison, Difference, LabelResidual, Value};
 use crate::fit::{Counted, Method, Prepared, Rejected, Residual};
 
@@ -291,9 +291,7 @@ fn p_is(p: f64) -> String {
 
 /// compare.json as text.
 pub fn json(comparison: &Comparison) -> Result<String, ReportError> {
-    serde_json::to_string_pretty(comparison)
-        .map(|text| text + "\n")
-        .map_err(|source| ReportError::Json { dataset: "the comparison".to_owned(), source })
+    pretty(comparison, "the comparison")
 }
 
 /// As in compare.json.

@@ -66,6 +66,16 @@ impl Section {
         Self { title: title.into(), about: about.into(), blocks, folded: false }
     }
 
+    /// Of sentences alone.
+    pub(super) fn lines(title: impl Into<String>, lines: Vec<String>) -> Self {
+        Self::new(title, "", vec![Block::Lines(lines)])
+    }
+
+    /// Of a table alone.
+    pub(super) fn table(title: impl Into<String>, about: impl Into<String>, table: Table) -> Self {
+        Self::new(title, about, vec![Block::Table(table)])
+    }
+
     /// The same section, as a detail.
     #[must_use]
     pub(super) fn folded(self) -> Self {
@@ -106,6 +116,15 @@ impl Table {
         };
         let head = head.iter().enumerate().map(|(i, text)| Cell { text: (*text).into(), align: align(i) });
         Self { head: head.collect(), rows }
+    }
+
+    /// Of text alone.
+    pub(super) fn of_text<T: Into<String>>(
+        head: impl IntoIterator<Item = T>,
+        rows: impl IntoIterator<Item = Vec<String>>,
+    ) -> Self {
+        let rows = rows.into_iter().map(|row| row.into_iter().map(Cell::text).collect());
+        Self { head: head.into_iter().map(Cell::text).collect(), rows: rows.collect() }
     }
 }
 

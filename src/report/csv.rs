@@ -92,6 +92,17 @@ fn compared([measured, predicted, sd]: [f64; 3]) -> String {
     [measured, predicted, number(sd, FEW)].join(",")
 }
 
+/// Cells in a line.
+pub(super) fn line<T: AsRef<str>>(cells: impl IntoIterator<Item = T>) -> String {
+    let mut line = String::new();
+    for cell in cells {
+        line.push_str(cell.as_ref());
+        line.push(',');
+    }
+    line.pop();
+    line + "\n"
+}
+
 /// A cell as RFC 4180 wants it.
 pub(super) fn quoted(cell: &str) -> Cow<'_, str> {
     let special = |c: char| matches!(c, ',' | '"' | '\n' | '\r' | '#');

@@ -6,7 +6,7 @@ use serde_json::{Map, Value};
 
 use super::digits;
 use super::digits::{FEW, MANY};
-use super::{FORMAT_VERSION, ReportError, diagnostics, reduced_chi2, unit_name, unit_of};
+use super::{FORMAT_VERSION, ReportError, diagnostics, pretty, reduced_chi2, unit_name, unit_of};
 use crate::fit;
 use crate::fit::causes::Explanation;
 use crate::fit::{Estimate, Fit, FoundCamera, FoundCorrection, Noise, Refuted, Verdict};
@@ -15,13 +15,12 @@ use crate::measurement::parameter::Parameter;
 
 /// fit.json as text, with a newline at its end. What is not finite becomes `null`.
 pub fn render(fit: &Fit) -> Result<String, ReportError> {
-    match serde_json::to_string_pretty(fit) {
-        Ok(mut text) => {
-            text.push('\n');
-            Ok(text)
-        }
-        Err(source) => Err(ReportError::Json { dataset: fit.dataset.clone(), source }),
-    }
+    pretty(fit, &fit.dataset)
+}
+
+/// Several fits as a JSON array, with a newline at its end.
+pub fn render_all(fits: &[Fit]) -> Result<String, ReportError> {
+    pretty(fits, "all fits")
 }
 
 /// Whether two texts of fit.json hold the same result, whatever it took to find it.
@@ -33,14 +32,6 @@ pub fn same_result(one: &str, other: &str) -> bool {
 
 /// How the lines of fit.json begin that tell what it took: the time, and steps, of which one more or less is a matter of roundings.
 const EFFORT: [&str; 2] = ["  \"seconds\":", "  \"iterations\":"];
-
-/// Several fits as a JSON array, with a newline at its end.
-pub fn render_all(fits: &[Fit]) -> Result<String, ReportError> {
-    match serde_json::to_string_pretty(fits) {
-        Ok(text) => Ok(text + "\n"),
-        Err(source) => Err(ReportError::Json { dataset: "all fits".to_string(), source }),
-    }
-}
 
 /// A cause, and what the parameters would be with it.
 #[derive(Debug, Serialize)]

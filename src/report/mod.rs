@@ -21,7 +21,6 @@ pub mod json;
 pub mod overview;
 pub mod plot;
 pub mod regression;
-pub mod regression_table;
 pub mod shot_table;
 pub mod shots;
 pub mod table;
@@ -31,6 +30,7 @@ pub mod write;
 
 use std::path::PathBuf;
 
+use serde::Serialize;
 pub use write::{fit_folder, folder_name, group_folders, write, write_all};
 
 use crate::fit::Fit;
@@ -70,6 +70,13 @@ pub enum ReportError {
         /// Why it cannot be drawn.
         reason: String,
     },
+}
+
+/// JSON as text, with a newline at its end; `of` names it in messages.
+fn pretty(value: &(impl Serialize + ?Sized), of: &str) -> Result<String, ReportError> {
+    serde_json::to_string_pretty(value)
+        .map(|text| text + "\n")
+        .map_err(|source| ReportError::Json { dataset: of.to_owned(), source })
 }
 
 /// What a reader calls the fit: the data set and, where labels are fitted apart, the label.

@@ -1,6 +1,7 @@
 //! What `caromfit fit` prints: one line per data set, those that can be used first, each with its verdict.
 
-use super::aligned::aligned;
+use super::aligned;
+use super::content::Table;
 use super::number::plain;
 use super::table::{INTERVAL, brief, columns, name, parameters, shots, with_unit};
 use crate::fit::{Fit, Grade, Status};
@@ -55,9 +56,8 @@ pub fn render(fits: &[Fit], colour: Colour) -> String {
     }
     let symbols = known.iter().map(|parameter| with_unit(parameter.symbol(), parameter.unit(), ", "));
     let head = ["data set", "shots"].map(str::to_owned).into_iter().chain(symbols);
-    let mut rows: Vec<Vec<String>> = vec![head.chain(["verdict".to_owned()]).collect()];
-    rows.extend(lines.iter().map(|line| line.cells.iter().chain([&line.verdict]).cloned().collect()));
-    let table = aligned(&rows, "");
+    let rows = lines.iter().map(|line| line.cells.iter().chain([&line.verdict]).cloned().collect());
+    let table = aligned::table(&Table::of_text(head.chain(["verdict".to_owned()]), rows), "");
     let mut rows = table.lines();
     let mut text = format!("{}\n", rows.next().unwrap_or_default());
     for (row, line) in rows.zip(&lines) {

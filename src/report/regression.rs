@@ -1,6 +1,8 @@
 //! A fit against a stored one: what moved, and by how many standard errors. For regression tests of
 //! simulators, of data that are kept, and of this program.
 
+use super::aligned;
+use super::content::Table;
 use crate::fit::Fit;
 use crate::io::stored_fit::StoredFit;
 
@@ -113,4 +115,15 @@ pub fn moved(fit: &Fit, stored: &StoredFit, tolerance: &Tolerance) -> Vec<Moved>
         }
     }
     all
+}
+
+/// What moved as text: a row for each thing, with the title of its fit.
+#[must_use]
+pub fn table(moved: &[(String, Moved)]) -> String {
+    let row = |(title, moved): &(String, Moved)| {
+        let by = moved.standard_errors.map_or("–".to_owned(), |by| format!("{by:+.3} standard errors"));
+        vec![title.clone(), moved.what.clone(), moved.before.clone(), moved.now.clone(), by]
+    };
+    let head = ["data set", "what", "baseline", "now", "moved by"];
+    aligned::table(&Table::of_text(head, moved.iter().map(row)), "  ")
 }

@@ -1,6 +1,7 @@
 //! All fits in one table, a line each, as `caromfit fit --all` prints it.
 
-use super::aligned::aligned;
+use super::aligned;
+use super::content::Table;
 use super::number::{plain, with_error, with_interval};
 use super::{noise_estimated, reduced_chi2};
 use crate::fit::{Estimate, Fit, Grade, Status};
@@ -10,15 +11,11 @@ use crate::measurement::parameter::Parameter;
 #[must_use]
 pub fn render(fits: &[Fit]) -> String {
     let parameters = parameters(fits);
-    let header = ["data set", "shots"]
-        .into_iter()
-        .map(str::to_owned)
-        .chain(parameters.iter().map(|parameter| with_unit(parameter.symbol(), parameter.unit(), ", ")))
-        .chain(["χ²/dof", "verdict"].map(str::to_owned))
-        .collect();
-    let mut rows = vec![header];
-    rows.extend(fits.iter().map(|fit| row(fit, &parameters)));
-    let mut text = aligned(&rows, "");
+    let symbols = parameters.iter().map(|parameter| with_unit(parameter.symbol(), parameter.unit(), ", "));
+    let head = ["data set", "shots"].map(str::to_owned).into_iter().chain(symbols);
+    let head = head.chain(["χ²/dof", "verdict"].map(str::to_owned));
+    let rows = fits.iter().map(|fit| row(fit, &parameters));
+    let mut text = aligned::table(&Table::of_text(head, rows), "");
     let legend = legend(fits);
     if !legend.is_empty() {
         text.push('\n');
