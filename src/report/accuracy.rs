@@ -5,8 +5,9 @@ use serde_json::{Value, json};
 use super::aligned::sections;
 use super::content::{Section, Table};
 use super::csv::line;
+use super::diagnostics::list;
 use super::digits::{FEW, relative};
-use super::{FORMAT_VERSION, ReportError, pretty, unit_of};
+use super::{FORMAT_VERSION, ReportError, by_name, pretty, unit_of};
 use crate::physics::collision::Fidelity;
 use crate::studies::accuracy::{Includes, QUANTITIES, Row, Spread};
 use crate::studies::bias;
@@ -23,36 +24,39 @@ pub fn json(
     biases: &[bias::Row],
     (shots, left_out): (usize, usize),
 ) -> Result<String, ReportError> {
+    let round = |error: f64| relative(error, FEW);
     let errors = |errors: [Spread; 4]| -> Value {
         let each = QUANTITIES.into_iter().zip(UNITS).zip(errors).map(|((name, unit), spread)| {
-            let [median, p95, worst] =
-                [spread.median, spread.p95, spread.worst].map(|error| relative(error, FEW));
+            let [median, p95, worst] = [spread.median, spread.p95, spread.worst].map(round);
             (name.to_owned(), json!({"unit": unit, "median": median, "p95": p95, "worst": worst}))
         });
         Value::Object(each.collect())
     };
     let way = |row: &Row| {
-        json!({"fidelity": row.fidelity.name(), "effects": row.includes.name(),
-               "tolerance": row.tolerance, "seconds": relative(row.seconds, FEW), "failed": row.failed,
-               "numerical_error": row.numerical.map(errors), "model_error": errors(row.model)})
+        json!({
+            "fidelity": row.fidelity.name(), "effects": row.includes.name(), "tolerance": row.tolerance,
+            "seconds": round(row.seconds), "failed": row.failed,
+            "numerical_error": row.numerical.map(errors), "model_error": errors(row.model),
+        })
     };
     let fitted = |row: &bias::Row| {
         let parameter = |found: &bias::Found| {
             let bias = found.bias();
-            let value = json!({
-                "unit": unit_of(found.parameter), "truth": found.truth, "estimate": bias.map(|_| found.estimate),
-                "bias": bias.map(|bias| relative(bias, FEW)),
-                "std_error": found.std_error.map(|error| relative(error, FEW)),
+            let entry = json!({
+                "unit": unit_of(found.parameter), "truth": found.truth,
+                "estimate": bias.map(|_| found.estimate), "bias": bias.map(round),
+                "std_error": found.std_error.map(round),
             });
-            (found.parameter.name().to_owned(), value)
+            (found.parameter, entry)
         };
-        json!({"fidelity": row.way.name(), "kappa": row.kappa, "parameters": Value::Object(row.found.iter().map(parameter).collect()),
-               "chi2_per_observation": relative(row.chi2_per_observation, FEW),
-               "seconds": relative(row.seconds, FEW)})
+        json!({
+            "fidelity": row.way.name(), "kappa": row.kappa, "parameters": by_name(row.found.iter().map(parameter)),
+            "chi2_per_observation": round(row.chi2_per_observation), "seconds": round(row.seconds),
+        })
     };
     let document = json!({
         "version": env!("CARGO_PKG_VERSION"), "format_version": FORMAT_VERSION, "shots": shots, "left_out": left_out,
-        "ways": rows.iter().map(way).collect::<Vec<_>>(), "biases": biases.iter().map(fitted).collect::<Vec<_>>(),
+        "ways": list(rows, way), "biases": list(biases, fitted),
     });
     pretty(&document, "the study")
 }

@@ -76,6 +76,28 @@ impl Section {
         Self::new(title, about, vec![Block::Table(table)])
     }
 
+    /// Shots that were not used, with the reasons; `None` where there are none.
+    pub(super) fn of_rejected(shots: impl IntoIterator<Item = [String; 2]>) -> Option<Self> {
+        let table = Table::of_text(["shot", "why"], shots.into_iter().map(Vec::from));
+        (!table.rows.is_empty()).then(|| Self::table("Shots that were not used", "", table))
+    }
+
+    /// Sentences that a reader may want to know; `None` where there are none.
+    pub(super) fn of_notes(notes: Vec<String>) -> Option<Self> {
+        (!notes.is_empty()).then(|| Self::lines("Notes", notes))
+    }
+
+    /// Shots one by one; `None` where there are none.
+    pub(super) fn of_shots(shots: Vec<Shot>, about: &str) -> Option<Self> {
+        let title = "Shots, the largest residuals first";
+        (!shots.is_empty()).then(|| Self::new(title, about, vec![Block::Shots(shots)]))
+    }
+
+    /// Of a picture alone, which shows what `alt` says.
+    pub(super) fn of_figure(title: &str, about: &str, alt: &str, svg: String) -> Self {
+        Self::new(title, about, vec![Block::figure(alt, svg)])
+    }
+
     /// The same section, as a detail.
     #[must_use]
     pub(super) fn folded(self) -> Self {
@@ -95,6 +117,13 @@ pub enum Block {
     Figure(Figure),
     /// Shots one by one, for renderers that can fold them away.
     Shots(Vec<Shot>),
+}
+
+impl Block {
+    /// A picture, and what it shows.
+    pub(super) fn figure(alt: &str, svg: String) -> Self {
+        Self::Figure(Figure { alt: alt.to_owned(), svg })
+    }
 }
 
 /// Rows of cells below a head. A row that is shorter than the head ends with a cell that spans the rest.

@@ -1,16 +1,17 @@
 //! A [`Design`] → tables, design.csv, design.json and pictures.
 
 use serde::{Serialize, Serializer};
-use serde_json::{Map, Value as Json, json};
+use serde_json::{Value as Json, json};
 
 use super::aligned::sections;
 use super::content::{Block, Section, Table};
 use super::csv::{line, quoted};
+use super::diagnostics::list;
 use super::digits;
 use super::digits::FEW;
 use super::number::plain;
 use super::plot;
-use super::{ReportError, pretty};
+use super::{ReportError, by_name, pretty};
 use crate::design;
 use crate::design::information::{COMMON, Information, RATIOS, std_errors};
 use crate::design::{Cell, Design, Expected, Mixture, OfKind, PlayedKind, SpinFrom};
@@ -259,8 +260,7 @@ pub fn csv(design: &Design) -> String {
 
 /// `{"mu": …, "mu_s": …, "e": …}`
 fn by_parameter<T: Serialize>(values: &[T; 3]) -> Json {
-    let each = Parameter::COEFFICIENTS.into_iter().zip(values);
-    Json::Object(each.map(|(p, value)| (p.name().to_owned(), json!(value))).collect::<Map<_, _>>())
+    by_name(Parameter::COEFFICIENTS.into_iter().zip(values))
 }
 
 /// design.json as text.
@@ -282,53 +282,48 @@ impl Serialize for Design {
 fn document(design: &Design) -> Json {
     let expected = &design.expected;
     let camera = &expected.camera;
-    let kinds: Vec<Json> = expected
-        .kinds
-        .iter()
-        .zip(&design.kinds)
-        .map(|(kind, found)| {
-            json!({"name": kind.name, "topspin": kind.topspin, "side": kind.side,
-                   "spin_from": match kind.from {
-                       SpinFrom::Known => "known", SpinFrom::Motion => "motion", SpinFrom::Markers { .. } => "markers"},
-                   "spin_sd_rad_s": match kind.from { SpinFrom::Markers { sd } => sd, _ => None },
-                   "speed_m_s": kind.speed_m_s, "cut_deg": kind.cut_deg, "shots": kind.shots,
-                   "std_error": by_parameter(&found.std_errors), "shots_needed": by_parameter(&found.needed),
-                   "shots_needed_for_all": found.needed_all, "gain_of_one_more": by_parameter(&found.gain),
-                   "unusable": found.unusable, "information_of_one": information(expected, &found.information)})
+    let kind = |(kind, found): (&PlayedKind, &OfKind)| {
+        let (spin_from, spin_sd) = match kind.from {
+            SpinFrom::Known => ("known", None),
+            SpinFrom::Motion => ("motion", None),
+            SpinFrom::Markers { sd } => ("markers", sd),
+        };
+        json!({
+            "name": kind.name, "topspin": kind.topspin, "side": kind.side,
+            "spin_from": spin_from, "spin_sd_rad_s": spin_sd,
+            "speed_m_s": kind.speed_m_s, "cut_deg": kind.cut_deg, "shots": kind.shots,
+            "std_error": by_parameter(&found.std_errors), "shots_needed": by_parameter(&found.needed),
+            "shots_needed_for_all": found.needed_all, "gain_of_one_more": by_parameter(&found.gain),
+            "unusable": found.unusable, "information_of_one": information(expected, &found.information),
         })
-        .collect();
+    };
+    let kinds: Json = expected.kinds.iter().zip(&design.kinds).map(kind).collect();
     let name = |kind: usize| expected.kinds[kind].name.as_str();
-    let cells: Vec<Json> = design
-        .cells
-        .iter()
-        .map(|cell| {
-            json!({"kind": name(cell.kind), "speed_m_s": cell.speed_m_s, "cut_deg": cell.cut_deg,
-                   "shots": expected.kinds[cell.kind].shots, "std_error": by_parameter(&cell.std_errors),
-                   "information_of_one": information(expected, &cell.information)})
-        })
-        .collect();
+    // the key figures of a cell
+    let at = |cell: &Cell, shots: u64| json!({"kind": name(cell.kind), "speed_m_s": cell.speed_m_s, "cut_deg": cell.cut_deg, "shots": shots});
+    let cell = |cell: &Cell| {
+        let mut entry = at(cell, expected.kinds[cell.kind].shots as u64);
+        entry["std_error"] = by_parameter(&cell.std_errors);
+        entry["information_of_one"] = json!(information(expected, &cell.information));
+        entry
+    };
     let mixture = |mixture: &Mixture| {
-        let shots: Vec<Json> = mixture
-            .shots
-            .iter()
-            .map(|(index, shots)| {
-                if mixture.of_cells {
-                    let cell = &design.cells[*index];
-                    json!({"kind": name(cell.kind), "speed_m_s": cell.speed_m_s, "cut_deg": cell.cut_deg, "shots": shots})
-                } else {
-                    json!({"kind": name(*index), "shots": shots})
-                }
-            })
-            .collect();
-        json!({"for": mixture.parameter.map_or("all", Parameter::name),
-               "of": if mixture.of_cells { "cells" } else { "kinds" },
-               "total": mixture.total(), "shots": shots, "std_error": by_parameter(&mixture.std_errors)})
+        let counted = |(index, shots): &(usize, u64)| match mixture.of_cells {
+            true => at(&design.cells[*index], *shots),
+            false => json!({"kind": name(*index), "shots": shots}),
+        };
+        json!({
+            "for": mixture.parameter.map_or("all", Parameter::name),
+            "of": if mixture.of_cells { "cells" } else { "kinds" },
+            "total": mixture.total(), "shots": list(&mixture.shots, counted),
+            "std_error": by_parameter(&mixture.std_errors),
+        })
     };
     let stated = |which: usize| expected.object.map_or([0.0; 2], |o| [o.mass_sd[which], o.radius_sd[which]]);
     let mut together = by_parameter(&design.planned.std_errors);
     for (ratio, error) in RATIOS.into_iter().zip(design.planned.ratios) {
-        if let (Some(error), Some(errors)) = (error, together.as_object_mut()) {
-            errors.insert(ratio.name().to_owned(), json!(error));
+        if let Some(error) = error {
+            together[ratio.name()] = json!(error);
         }
     }
     let c = &expected.coefficients;
@@ -339,13 +334,13 @@ fn document(design: &Design) -> Json {
            "camera": {"fps": camera.fps, "position_sd_mm": 1e3 * camera.position_sd_m,
                       "before_ms": camera.before_ms, "after_ms": camera.after_ms},
            "wanted": by_parameter(&expected.wanted),
-           "kinds": kinds, "cells": cells,
+           "kinds": kinds, "cells": list(&design.cells, cell),
            "together": {"shots": design.planned.shots, "std_error": together,
                         "detectable_difference": by_parameter(&detectable(design))},
-           "fewest_shots": design.mixtures.iter().map(mixture).collect::<Vec<_>>(),
+           "fewest_shots": list(&design.mixtures, mixture),
            "in_words": design.words, "notes": design.notes});
-    if let (Some(object), Some(document)) = (&expected.object, document.as_object_mut()) {
-        document.insert("object".to_owned(), ball(&object.ball, stated(1)));
+    if let Some(object) = &expected.object {
+        document["object"] = ball(&object.ball, stated(1));
     }
     digits::of_document(&mut document);
     document
@@ -355,8 +350,8 @@ fn document(design: &Design) -> Json {
 fn ball(ball: &Ball, [mass_sd, radius_sd]: [f64; 2]) -> Json {
     let mut entry = json!({"radius_m": ball.radius, "mass_kg": ball.mass, "inertia": ball.inertia});
     for (key, sd) in [("radius_m_sd", radius_sd), ("mass_kg_sd", mass_sd)] {
-        if let Some(entry) = entry.as_object_mut().filter(|_| sd > 0.0) {
-            entry.insert(key.to_owned(), json!(sd));
+        if sd > 0.0 {
+            entry[key] = json!(sd);
         }
     }
     entry

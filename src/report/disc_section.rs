@@ -1,6 +1,6 @@
 //! What was measured of every shot of discs, as a section of a report.
 
-use super::content::{Block, Cell, Section, Table};
+use super::content::{Cell, Section, Table};
 use super::number::{plain, with_error};
 use crate::fit::{Fit, mean_of_shots};
 use crate::measurement::dataset::{DiscShot, Measured};
@@ -50,10 +50,7 @@ pub(super) fn section(fit: &Fit) -> Option<Section> {
             (false, _, false) => "doubtful, not fitted",
             (false, _, true) => "not fitted",
         };
-        let mut cells = vec![Cell::text(shot.name.clone())];
-        cells.extend(COLUMNS.iter().map(|column| value((column.of)(shot))));
-        cells.push(Cell::text(state));
-        cells
+        line(&shot.name, COLUMNS.iter().map(|column| value((column.of)(shot))).collect(), state)
     };
     let mut rows: Vec<Vec<Cell>> = fit.disc_shots.iter().map(row).collect();
     let means: Vec<_> = COLUMNS
@@ -66,16 +63,12 @@ pub(super) fn section(fit: &Fit) -> Option<Section> {
     let mean = means.iter().map(|mean| value(mean.map(|mean| Measured::new(mean.value, mean.std_error))));
     let scatter =
         means.iter().map(|mean| Cell::number(mean.map_or(String::new(), |mean| plain(mean.scatter, 2))));
-    for (name, cells) in [("mean", mean.collect::<Vec<_>>()), ("scatter", scatter.collect())] {
-        let mut row = vec![Cell::text(name)];
-        row.extend(cells);
-        row.push(Cell::text(""));
-        rows.push(row);
-    }
+    rows.extend([line("mean", mean.collect(), ""), line("scatter", scatter.collect(), "")]);
     let [a, b, c, d, e, f, g, h] = COLUMNS.map(|column| column.name);
     let table = Table::new(["shot", a, b, c, d, e, f, g, h, ""], rows);
-    Some(Section::new(TITLE, ABOUT, vec![Block::Table(table)]))
+    Some(Section::table("What was measured of every shot", ABOUT, table))
 }
 
-/// Of the section.
-const TITLE: &str = "What was measured of every shot";
+fn line(name: &str, values: Vec<Cell>, state: &str) -> Vec<Cell> {
+    [Cell::text(name)].into_iter().chain(values).chain([Cell::text(state)]).collect()
+}

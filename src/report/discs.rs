@@ -2,6 +2,7 @@
 
 use super::ReportError;
 use super::csv::{line, quoted};
+use super::extracted;
 use super::number::{plain, with_error};
 use super::plot::track::Tracks;
 use crate::extraction::disc::{DiscImpact, Quantity};
@@ -63,7 +64,7 @@ pub fn files(
     extracted: &[(TrackShot, DiscImpact)],
 ) -> Vec<(&'static str, Vec<u8>)> {
     vec![
-        ("left-out.csv", super::extracted::left_out(dataset).into_bytes()),
+        ("left-out.csv", extracted::left_out(dataset).into_bytes()),
         ("discs.csv", table(discs, extracted).into_bytes()),
     ]
 }
@@ -109,9 +110,7 @@ pub fn pictures(
     discs: &Discs,
     extracted: &[(TrackShot, DiscImpact)],
 ) -> Result<Vec<(String, Vec<u8>)>, ReportError> {
-    let names: Vec<String> = extracted.iter().map(|(shot, _)| shot.name.clone()).collect();
-    let folders = super::group_folders(&names);
-    let draw = |((shot, impact), name): (&(TrackShot, DiscImpact), &String)| {
+    extracted::drawn(extracted, |(shot, impact)| {
         let tracks = Tracks {
             shot,
             summary: summary(impact),
@@ -127,9 +126,8 @@ pub fn pictures(
             radii: impact.radii,
             place: &|disc, time| impact.place(disc, time),
         };
-        Ok((format!("{name}.svg"), tracks.svg()?.into_bytes()))
-    };
-    extracted.iter().zip(&folders).map(draw).collect()
+        tracks.svg()
+    })
 }
 
 /// The main numbers of an impact of discs, in a line.

@@ -32,12 +32,19 @@ pub fn pictures(
     extracted: &[(TrackShot, Impact)],
     scene: &Scene,
 ) -> Result<Vec<(String, Vec<u8>)>, ReportError> {
+    drawn(extracted, |(shot, impact)| track::svg(shot, impact, scene))
+}
+
+/// Each shot drawn, in a file that is named after it.
+pub(super) fn drawn<T: Sync>(
+    extracted: &[(TrackShot, T)],
+    draw: impl Fn(&(TrackShot, T)) -> Result<String, ReportError> + Sync,
+) -> Result<Vec<(String, Vec<u8>)>, ReportError> {
     let names: Vec<String> = extracted.iter().map(|(shot, _)| shot.name.clone()).collect();
-    let folders = super::group_folders(&names);
-    let draw = |((shot, impact), name): (&(TrackShot, Impact), &String)| {
-        Ok((format!("{name}.svg"), track::svg(shot, impact, scene)?.into_bytes()))
-    };
-    extracted.par_iter().zip(&folders).map(draw).collect()
+    let files = super::group_folders(&names);
+    let file =
+        |(shot, name): (&(TrackShot, T), &String)| Ok((format!("{name}.svg"), draw(shot)?.into_bytes()));
+    extracted.par_iter().zip(&files).map(file).collect()
 }
 
 /// The pictures of some of the shots: name of the shot and SVG.

@@ -2,7 +2,7 @@
 //! stands beside the number. Numbers have the digits that mean something, see `digits`.
 
 use serde::{Serialize, Serializer};
-use serde_json::{Map, Value};
+use serde_json::{Map, Value, json};
 
 use super::digits;
 use super::digits::{FEW, MANY};
@@ -10,7 +10,7 @@ use super::{FORMAT_VERSION, ReportError, diagnostics, pretty, reduced_chi2, unit
 use crate::fit;
 use crate::fit::causes::Explanation;
 use crate::fit::{Estimate, Fit, FoundCamera, FoundCorrection, Noise, Refuted, Verdict};
-use crate::measurement::dataset::{Measured, ObjectBall};
+use crate::measurement::dataset::ObjectBall;
 use crate::measurement::parameter::Parameter;
 
 /// fit.json as text, with a newline at its end. What is not finite becomes `null`.
@@ -33,6 +33,20 @@ pub fn same_result(one: &str, other: &str) -> bool {
 /// How the lines of fit.json begin that tell what it took: the time, and steps, of which one more or less is a matter of roundings.
 const EFFORT: [&str; 2] = ["  \"seconds\":", "  \"iterations\":"];
 
+/// An estimate of one thing.
+#[derive(Debug, Serialize)]
+struct Estimated {
+    estimate: f64,
+    std_error: Option<f64>,
+}
+
+impl Estimated {
+    fn new(value: f64, error: Option<f64>) -> Self {
+        let rounded = error.map(|error| digits::relative(error, FEW));
+        Self { estimate: digits::to_error(value, error), std_error: rounded }
+    }
+}
+
 /// A cause, and what the parameters would be with it.
 #[derive(Debug, Serialize)]
 struct ExplanationEntry {
@@ -41,25 +55,16 @@ struct ExplanationEntry {
     std_error: f64,
     delta_2logl: f64,
     adopted: bool,
-    with_it: Ordered<WithIt>,
+    with_it: Ordered<Estimated>,
     /// Of the velocities, without it and with it; `None` where less than nothing seems to be left.
     reduced_chi2: Option<[Option<f64>; 2]>,
     sentence: String,
 }
 
-#[derive(Debug, Serialize)]
-struct WithIt {
-    estimate: f64,
-    std_error: f64,
-}
-
 fn explanation(found: &Explanation) -> ExplanationEntry {
     let with_it = |(parameter, estimate, error): &(Parameter, f64, f64)| {
-        let entry = WithIt {
-            estimate: digits::to_error(*estimate, Some(*error)),
-            std_error: digits::significant(*error, FEW),
-        };
-        (parameter.name(), entry)
+        let std_error = Some(digits::significant(*error, FEW));
+        (parameter.name(), Estimated { std_error, ..Estimated::new(*estimate, Some(*error)) })
     };
     ExplanationEntry {
         cause: found.cause.name(),
@@ -92,8 +97,8 @@ fn document(fit: &Fit) -> Document<'_> {
         source: fit.source.as_deref(),
         ball: body(fit, 0),
         object: (fit.discs.is_some() || fit.object.is_some()).then(|| body(fit, 1)),
-        mu_k: fit.sliding.map(friction),
-        mu_r: fit.rolling.map(friction),
+        mu_k: fit.sliding.map(|friction| Estimated::new(friction.value, friction.sd)),
+        mu_r: fit.rolling.map(|friction| Estimated::new(friction.value, friction.sd)),
         version: env!("CARGO_PKG_VERSION"),
         format_version: FORMAT_VERSION,
         fidelity: fit.fidelity,
@@ -143,8 +148,8 @@ struct Document<'a> {
     /// Of discs the second one; of balls the object ball, where it is stated to differ from the cue ball.
     #[serde(skip_serializing_if = "Option::is_none")]
     object: Option<BallEntry>,
-    mu_k: Option<Friction>,
-    mu_r: Option<Friction>,
+    mu_k: Option<Estimated>,
+    mu_r: Option<Estimated>,
     version: &'static str,
     format_version: u32,
     fidelity: &'static str,
@@ -184,7 +189,7 @@ struct Document<'a> {
 
 /// As fit.json and compare.json have it.
 pub(super) fn verdict(found: &Verdict) -> Value {
-    serde_json::json!({"grade": found.grade.name(), "sentence": found.sentence})
+    json!({"grade": found.grade.name(), "sentence": found.sentence})
 }
 
 #[derive(Debug, Serialize)]
@@ -248,30 +253,18 @@ struct MeasuredEntry {
 
 /// What the balls tell of their camera.
 fn film(found: &FoundCamera) -> Map<String, Value> {
-    let entry = |correction: &FoundCorrection| {
-        let FoundCorrection { which, value, std_error, adopted } = *correction;
-        let estimate = digits::to_error(value, Some(std_error));
-        let entry = serde_json::json!({
-            "estimate": estimate, "std_error": digits::relative(std_error, FEW), "adopted": adopted
-        });
-        (which.name().to_owned(), entry)
+    let entry = |name: &str, value: f64, std_error: f64, adopted: bool| {
+        let Estimated { estimate, std_error } = Estimated::new(value, Some(std_error));
+        (name.to_owned(), json!({"estimate": estimate, "std_error": std_error, "adopted": adopted}))
     };
-    let mut film: Map<String, Value> = found.corrections.iter().map(entry).collect();
-    if let Some(noise) = found.noise_correlation {
-        let estimate = digits::to_error(noise.value, Some(noise.std_error));
-        let entry = serde_json::json!({
-            "estimate": estimate, "std_error": digits::relative(noise.std_error, FEW), "adopted": noise.adopted
-        });
-        film.insert("noise_correlation".to_owned(), entry);
-    }
-    film.insert(
-        "resolution_m".to_owned(),
-        serde_json::json!({"estimate": digits::significant(found.resolution, FEW)}),
-    );
-    film.insert(
-        "dropped_frames".to_owned(),
-        serde_json::json!({"shots": found.drops[0], "drops": found.drops[1]}),
-    );
+    let correction = |c: &FoundCorrection| entry(c.which.name(), c.value, c.std_error, c.adopted);
+    let mut film: Map<String, Value> = found.corrections.iter().map(correction).collect();
+    film.extend(found.noise_correlation.map(|n| entry("noise_correlation", n.value, n.std_error, n.adopted)));
+    let [shots, drops] = found.drops;
+    film.extend([
+        ("resolution_m".to_owned(), json!({"estimate": digits::significant(found.resolution, FEW)})),
+        ("dropped_frames".to_owned(), json!({"shots": shots, "drops": drops})),
+    ]);
     film
 }
 
@@ -291,20 +284,6 @@ fn refuted(found: &Refuted) -> RefutedEntry {
             scatter_between_shots: digits::relative(measured.scatter, FEW),
             shots: measured.shots,
         }),
-    }
-}
-
-/// Friction of the cloth on a ball that slides or rolls.
-#[derive(Debug, Serialize)]
-struct Friction {
-    estimate: f64,
-    std_error: Option<f64>,
-}
-
-fn friction(measured: Measured) -> Friction {
-    Friction {
-        estimate: digits::to_error(measured.value, measured.sd),
-        std_error: measured.sd.map(|sd| digits::relative(sd, FEW)),
     }
 }
 

@@ -31,6 +31,7 @@ pub mod write;
 use std::path::PathBuf;
 
 use serde::Serialize;
+use serde_json::{Value, json};
 pub use write::{fit_folder, folder_name, group_folders, write, write_all};
 
 use crate::fit::Fit;
@@ -77,6 +78,13 @@ fn pretty(value: &(impl Serialize + ?Sized), of: &str) -> Result<String, ReportE
     serde_json::to_string_pretty(value)
         .map(|text| text + "\n")
         .map_err(|source| ReportError::Json { dataset: of.to_owned(), source })
+}
+
+/// What is told of parameters, by their names.
+fn by_name<T: Serialize>(told: impl IntoIterator<Item = (Parameter, T)>) -> Value {
+    Value::Object(
+        told.into_iter().map(|(parameter, told)| (parameter.name().to_owned(), json!(told))).collect(),
+    )
 }
 
 /// What a reader calls the fit: the data set and, where labels are fitted apart, the label.

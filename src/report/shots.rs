@@ -45,8 +45,7 @@ pub(super) fn shot_list<'a>(
     let mut shots: Vec<Shot> = Vec::new();
     let mut known: HashMap<String, usize> = HashMap::new();
     for (name, residual) in residuals {
-        let row = row(residual);
-        let size = if residual.standardized.is_finite() { residual.standardized.abs() } else { 0.0 };
+        let (row, size) = (row(residual), size(residual));
         if let Some(shot) = known.get(&name).and_then(|index| shots.get_mut(*index)) {
             shot.table.rows.push(row);
             shot.largest = shot.largest.max(size);
@@ -64,6 +63,11 @@ pub(super) fn shot_list<'a>(
         shot.figure = svg.map(|svg| Figure { alt: format!("track of shot {}", shot.name), svg });
     }
     shots
+}
+
+/// How far a residual is off, in standard deviations; 0 where that is not known.
+pub(super) fn size(residual: &Residual) -> f64 {
+    if residual.standardized.is_finite() { residual.standardized.abs() } else { 0.0 }
 }
 
 fn row(residual: &Residual) -> Vec<Cell> {

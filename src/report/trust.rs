@@ -16,7 +16,8 @@ pub(super) fn sections(fit: &Fit) -> Vec<Section> {
     if !fit.shots_doubtful.is_empty() {
         let lines = fit.shots_doubtful.iter().map(|shot| format!("shot {}: {}", shot.shot, shot.reason));
         let about = "they were used, but something about them is wrong";
-        sections.push(Section::new("Doubtful shots", about, vec![Block::Lines(lines.collect())]));
+        let section = Section::lines("Doubtful shots", lines.collect());
+        sections.push(Section { about: about.to_owned(), ..section });
     }
     if found.computed.len() > 1 {
         sections.push(computed(&found.computed));
@@ -44,18 +45,14 @@ pub(super) fn computed(found: &[Computed]) -> Section {
         let count = count_of(*shots, "shot");
         format!("{count} at {}: {}", fidelity.name(), on.join(", "))
     };
-    listed("What each shot calls for", found.iter().map(line).collect())
+    Section::lines("What each shot calls for", found.iter().map(line).collect())
 }
 
 /// Relations between parameters, and whether they hold with equality.
 pub(super) fn constraints(found: &[(String, bool)]) -> Section {
     let state = |active: bool| if active { "holds with equality" } else { "holds, with room" };
     let lines = found.iter().map(|(text, active)| format!("{text}: {}", state(*active)));
-    listed("Constraints between parameters", lines.collect())
-}
-
-fn listed(title: impl Into<String>, lines: Vec<String>) -> Section {
-    Section::new(title, "", vec![Block::Lines(lines)])
+    Section::lines("Constraints between parameters", lines.collect())
 }
 
 fn bound(fit: &Fit, found: &Bound) -> Section {
@@ -74,7 +71,7 @@ fn bound(fit: &Fit, found: &Bound) -> Section {
     let about = "Cramér-Rao bound of the positions, friction of the cloth unknown; beyond 100 %: the fit used more than \
                  positions";
     let lines = found.std_errors.iter().map(line).collect();
-    Section::new("What the frames could tell at best", about, vec![Block::Lines(lines)])
+    Section { about: about.to_owned(), ..Section::lines("What the frames could tell at best", lines) }
 }
 
 fn bootstrap(found: &Bootstrap) -> Section {
@@ -120,11 +117,7 @@ fn alternatives(found: &[Alternative]) -> Section {
     let head = ["model", "fitted", "ΔAIC", "ΔBIC", "likelihood ratio"];
     let about = "ΔAIC, ΔBIC: no unit, less than −10 speaks clearly for the model, more than 10 clearly against; fitted: \
                  parameters and noises";
-    Section::new(
-        "Other models on these data",
-        about,
-        vec![Block::Table(Table::new(head, found.iter().map(row)))],
-    )
+    Section::table("Other models on these data", about, Table::new(head, found.iter().map(row)))
 }
 
 fn residuals(fit: &Fit, found: &Goodness) -> Section {
@@ -134,12 +127,10 @@ fn residuals(fit: &Fit, found: &Goodness) -> Section {
             "the stated noise explains the residuals; they are {} times as large as stated (1: just so)",
             plain(factor, 3)
         ),
-        (NoiseVerdict::TooSmall | NoiseVerdict::TooLarge, Some(factor)) => {
-            format!(
-                "the stated noise does not explain the residuals, which are {} times as large",
-                plain(factor, 3)
-            )
-        }
+        (NoiseVerdict::TooSmall | NoiseVerdict::TooLarge, Some(factor)) => format!(
+            "the stated noise does not explain the residuals, which are {} times as large",
+            plain(factor, 3)
+        ),
         _ if found.dof == 0 => "no degree of freedom is left to test the noise with".to_owned(),
         _ if fit.diagnostics.robust.is_some() => {
             "whether the stated noise explains the residuals is not tested: outlying shots count less"
@@ -197,8 +188,7 @@ fn influence(found: &Goodness) -> Section {
          without it{threshold}; se: standard errors"
     );
     let head = ["shot", "leverage", "Cook's distance", "without it"];
-    let table = Table::new(head, found.influence.iter().map(row));
-    Section::new("Shots that matter most", about, vec![Block::Table(table)])
+    Section::table("Shots that matter most", about, Table::new(head, found.influence.iter().map(row)))
 }
 
 /// Shots with a small weight, most of them by name: name and weight.
@@ -214,7 +204,7 @@ pub(super) fn down_weighted(losses: &str, weights: impl Iterator<Item = (String,
     } else if clear.len() > LISTED {
         lines.push(format!("and {} more", clear.len() - LISTED));
     }
-    listed(format!("Shots that count less, {losses} loss"), lines)
+    Section::lines(format!("Shots that count less, {losses} loss"), lines)
 }
 
 fn robust(found: &Robust) -> Section {
@@ -240,7 +230,7 @@ fn starts(found: &Starts) -> Section {
         lines.push(format!("{} starts ended in no minimum", found.failed));
     }
     let agree = if found.agree() { "all agree" } else { "they do not agree" };
-    listed(format!("{} starts, seed {}: {agree}", found.count, found.seed), lines)
+    Section::lines(format!("{} starts, seed {}: {agree}", found.count, found.seed), lines)
 }
 
 fn identifiability(found: &Identifiability) -> Section {
@@ -256,5 +246,5 @@ fn identifiability(found: &Identifiability) -> Section {
         let names: Vec<_> = found.silent.iter().map(|parameter| parameter.symbol()).collect();
         lines.push(format!("the data are silent on {}", names.join(", ")));
     }
-    listed("What the data determine", lines)
+    Section::lines("What the data determine", lines)
 }
