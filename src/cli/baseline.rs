@@ -19,7 +19,7 @@ pub struct Baseline {
 
 impl Baseline {
     pub fn read(path: &Path) -> Result<Self, Failure> {
-        let stored = stored_fit::read(path).map_err(Failure::input)?;
+        let stored = stored_fit::read(path)?;
         Ok(Self { path: path.to_path_buf(), stored })
     }
 

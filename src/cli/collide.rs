@@ -13,9 +13,9 @@ use caromfit::physics::effect_sizes;
 use caromfit::physics::effect_sizes::{Choice, Compared, Estimate};
 use caromfit::physics::friction_law::Law;
 use caromfit::report::FORMAT_VERSION;
-use serde_json::json;
+use serde_json::{Value, json};
 
-use super::{Failure, FidelityArg, print};
+use super::{Failure, FidelityArg, print, unless_none};
 
 /// Tolerance of an integration in parts of what the effects left out may change.
 const INTEGRATION: f64 = 1e-3;
@@ -106,7 +106,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         if let Some(ratio) = case.mass_ratio.or(args.mass_ratio) {
             model = model.with_mass_ratio(ratio);
         }
-        let within = args.tolerance.map_or(effect_sizes::TOLERANCE, |tolerance| tolerance);
+        let within = args.tolerance.unwrap_or(effect_sizes::TOLERANCE);
         // integration must not add to what is left out
         let tolerance = match fidelity {
             Some(_) => args.tolerance.unwrap_or(Model::TOLERANCE),
@@ -136,7 +136,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         if fidelity.is_some() { Ok(model) } else { Ok(explain(case)?.model(&model)) }
     };
     let collided: Vec<Computed> = if let Some(path) = &args.cases {
-        cases::collide_all(path, model).map_err(Failure::input)?
+        cases::collide_all(path, model)?
     } else {
         let number = |value: Option<f64>| value.unwrap_or(f64::NAN);
         let case = Case {
@@ -151,15 +151,15 @@ pub fn run(args: &Args) -> Result<(), Failure> {
             kappa: None,
             mass_ratio: None,
         };
-        let model = model(&case).map_err(Failure::input)?;
-        let outcome = case.collide(&model).map_err(Failure::input)?;
+        let model = model(&case)?;
+        let outcome = case.collide(&model)?;
         vec![Computed { case, line: 1, model, outcome: Ok(outcome) }]
     };
     let explained = |case: &Case, model: &Model| -> Result<Option<[Estimate; 10]>, Failure> {
         if !args.explain {
             return Ok(None);
         }
-        let mut estimates = explain(case).map_err(Failure::input)?.estimates;
+        let mut estimates = explain(case)?.estimates;
         let on = model.effects.and(model.fidelity.effects()).list();
         for (estimate, (_, on)) in estimates.iter_mut().zip(on) {
             estimate.on = on;
@@ -167,7 +167,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         Ok(Some(estimates))
     };
     let afterwards = |case: &Case, model: &Model, outcome: &Outcome| -> Result<[Estimate; 3], Failure> {
-        let (cue, _) = case.before().map_err(Failure::input)?;
+        let (cue, _) = case.before()?;
         let within =
             if fidelity.is_none() { args.tolerance } else { None }.unwrap_or(effect_sizes::TOLERANCE);
         let cloth = Cloth { sliding: model.mu_k, ..Cloth::default() };
@@ -192,11 +192,9 @@ pub fn run(args: &Args) -> Result<(), Failure> {
             }
             objects.push(one);
         }
-        let document = match objects.as_slice() {
-            [one] if args.cases.is_none() => serde_json::to_string_pretty(one),
-            all => serde_json::to_string_pretty(all),
-        };
-        print(&(document.map_err(Failure::work)? + "\n"))?;
+        let document =
+            if args.cases.is_some() { Value::from(objects) } else { objects.pop().unwrap_or_default() };
+        print(&format!("{document:#}\n"))?;
     } else {
         let mut tables = Vec::new();
         for Computed { case, model, outcome, .. } in &collided {
@@ -211,10 +209,10 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         }
         print(&tables.join("\n"))?;
     }
-    if failed.is_empty() { Ok(()) } else { Err(Failure::work(failed.join("\nerror: "))) }
+    unless_none(&failed, Failure::work)
 }
 
-fn object(name: &str, fidelity: &str, outcome: &Result<Outcome, NotACollision>) -> serde_json::Value {
+fn object(name: &str, fidelity: &str, outcome: &Result<Outcome, NotACollision>) -> Value {
     let mut document = json!({
         "version": env!("CARGO_PKG_VERSION"), "format_version": FORMAT_VERSION, "name": name, "fidelity": fidelity,
     });

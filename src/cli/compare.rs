@@ -76,11 +76,10 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let failed =
         |error: CompareError| if error.is_bad_input() { Failure::input(error) } else { Failure::work(error) };
     let comparison = analysis.comparison.map_err(failed)?;
-    let pictures = report::pictures(&comparison, &analysis.datasets).map_err(Failure::work)?;
-    let files = report::files(&comparison, &pictures).map_err(Failure::work)?;
-    write::write_files(&files, &args.out).map_err(Failure::work)?;
+    let pictures = report::pictures(&comparison, &analysis.datasets)?;
+    write::write_files(&report::files(&comparison, &pictures)?, &args.out)?;
     if args.json {
-        print(&report::json(&comparison).map_err(Failure::work)?)
+        print(&report::json(&comparison)?)
     } else {
         print(&report::table(&comparison))?;
         print(&format!("\nSee {}\n", args.out.join("report.html").display()))

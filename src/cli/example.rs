@@ -1,6 +1,6 @@
 //! `caromfit example`: a small complete example to try everything on.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use caromfit::report::write;
 
@@ -48,16 +48,12 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     }
     for (folder, files) in FILES {
         let files: Vec<_> = files.iter().map(|(name, text)| (*name, text.as_bytes().to_vec())).collect();
-        write::write_files(&files, &args.folder.join(folder)).map_err(Failure::work)?;
+        write::write_files(&files, &args.folder.join(folder))?;
     }
-    let [balls, pucks] = ["balls", "pucks"].map(|folder| shown(&args.folder.join(folder)));
+    let [balls, pucks] = ["balls", "pucks"].map(|folder| args.folder.join(folder).display().to_string());
     print(&format!(
         "{balls}: ten shots of a phone at 240 frames per second, in pixels (simulated)\n\
          {pucks}: a real film of two disks, 1 shot\n\
          Next: caromfit fit {balls} {pucks}\n"
     ))
-}
-
-fn shown(path: &Path) -> String {
-    path.display().to_string()
 }

@@ -4,12 +4,13 @@ use std::path::{Path, PathBuf};
 
 use caromfit::fit::{Prepared, calibrated_discs};
 use caromfit::measurement::dataset::Dataset;
+use caromfit::measurement::track::TrackShot;
 use caromfit::report::{FORMAT_VERSION, ReportError, discs, extracted, write};
 use serde_json::json;
 
 use super::progress;
 use super::progress::Progress;
-use super::{Failure, print};
+use super::{Failure, print, unless_none};
 
 /// Finds the impact of every shot and writes OUT/NAME/: a data set of kind "impacts" with uncertainties
 /// (dataset.toml, impacts.csv), what was left out and why (left-out.csv), and a picture of each shot (shots/).
@@ -34,20 +35,17 @@ pub struct Args {
 pub fn run(args: &Args) -> Result<(), Failure> {
     let (datasets, wrong) = progress::load(&args.datasets);
     let mut wrong: Vec<String> = wrong.iter().map(ToString::to_string).collect();
-    for dataset in datasets.iter().filter(|dataset| dataset.tracks.is_none()) {
-        let path = dataset.path.display();
-        wrong.push(format!("{path}: its kind is not \"tracks\": there is nothing to extract"));
-    }
-    if !wrong.is_empty() {
-        return Err(Failure::input(wrong.join("\nerror: ")));
-    }
+    wrong.extend(datasets.iter().filter(|dataset| dataset.tracks.is_none()).map(|dataset| {
+        format!("{}: its kind is not \"tracks\": there is nothing to extract", dataset.path.display())
+    }));
+    unless_none(&wrong, Failure::input)?;
     let progress = Progress::over_shots(&datasets, 0);
     let mut empty = Vec::new();
     let mut documents = Vec::new();
     for dataset in datasets {
         progress.step(&dataset.name);
         let folder = args.out.join(write::dataset_folder(&dataset.name));
-        let done = extract(dataset, &folder, !args.no_pictures, &progress).map_err(Failure::work)?;
+        let done = extract(dataset, &folder, !args.no_pictures, &progress)?;
         progress.done();
         let Done { dataset, shots, lines } = done;
         if shots == 0 {
@@ -72,18 +70,16 @@ pub fn run(args: &Args) -> Result<(), Failure> {
             dataset.left_out.len(),
             folder.display()
         ))?;
-        for line in lines {
+        let left_out = dataset.left_out.iter().map(|(shot, why)| format!("left out: shot {shot}: {why}"));
+        for line in lines.into_iter().chain(left_out) {
             print(&format!("  {line}\n"))?;
-        }
-        for (shot, reason) in &dataset.left_out {
-            print(&format!("  left out: shot {shot}: {reason}\n"))?;
         }
     }
     progress.finish();
     if args.json {
         print(&format!("{:#}\n", serde_json::Value::from(documents)))?;
     }
-    if empty.is_empty() { Ok(()) } else { Err(Failure::work(empty.join("\nerror: "))) }
+    unless_none(&empty, Failure::work)
 }
 
 /// What was extracted of a data set.
@@ -117,8 +113,7 @@ fn extract(
         }
         let notes = dataset.tracks.iter().flat_map(|tracks| tracks.notes.iter().skip(said.len()));
         let mut lines: Vec<String> = said.iter().chain(notes).cloned().collect();
-        for (shot, impact) in &shots {
-            let name = name(shot);
+        for (TrackShot { name, .. }, impact) in &shots {
             lines.push(format!("shot {name}: {}", discs::summary(impact)));
             lines.extend(discs::remarks(impact).iter().map(|remark| format!("shot {name}: {remark}")));
         }
@@ -132,8 +127,4 @@ fn extract(
     // with what the extraction found
     let lines = dataset.tracks.iter().flat_map(|tracks| &tracks.notes).cloned().collect();
     Ok(Done { dataset, shots: shots.len(), lines })
-}
-
-fn name(shot: &caromfit::measurement::track::TrackShot) -> &str {
-    &shot.name
 }

@@ -22,9 +22,15 @@ mod wanted;
 
 use std::process::ExitCode;
 
+use caromfit::fit::FitError;
+use caromfit::io::DatasetError;
+use caromfit::io::cases::BadCase;
+use caromfit::io::draft::InitError;
+use caromfit::io::stored_fit::StoredError;
 use caromfit::measurement::loss::Loss;
-use caromfit::physics::collision::{Effects, Fidelity, MAX_TOLERANCE, MIN_TOLERANCE};
+use caromfit::physics::collision::{Effects, Fidelity, MAX_TOLERANCE, MIN_TOLERANCE, NotACollision};
 use caromfit::physics::friction_law::Law;
+use caromfit::report::ReportError;
 use caromfit::report::overview::Colour;
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 use clap::{Parser, Subcommand, ValueEnum};
@@ -94,6 +100,28 @@ impl Failure {
     fn work(message: impl ToString) -> Self {
         Self { bad_input: false, message: message.to_string() }
     }
+}
+
+/// Errors of the library, and which kind of failure they are.
+macro_rules! failures {
+    ($($kind:ident: $($error:ty),*;)*) => { $($(
+        impl From<$error> for Failure {
+            fn from(error: $error) -> Self {
+                Self::$kind(error)
+            }
+        }
+    )*)* };
+}
+
+failures! {
+    input: DatasetError, StoredError, InitError, BadCase;
+    work: ReportError, NotACollision, FitError, std::io::Error, serde_json::Error;
+}
+
+/// A failure that names everything that went wrong, if anything did.
+fn unless_none(wrong: &[impl ToString], failure: fn(String) -> Failure) -> Result<(), Failure> {
+    let wrong: Vec<String> = wrong.iter().map(ToString::to_string).collect();
+    if wrong.is_empty() { Ok(()) } else { Err(failure(wrong.join("\nerror: "))) }
 }
 
 /// A collision model by its name on the command line; `None`: the cheapest that serves, for each shot.
@@ -198,6 +226,11 @@ fn colour() -> Colour {
     let is_set = |name: &str| std::env::var_os(name).is_some_and(|value| !value.is_empty());
     let is_dumb = std::env::var_os("TERM").is_some_and(|value| value == "dumb");
     if std::io::stdout().is_terminal() && !is_set("NO_COLOR") && !is_dumb { Colour::On } else { Colour::Off }
+}
+
+/// Prints lines.
+fn print_lines(lines: &[String]) -> Result<(), Failure> {
+    print(&lines.iter().map(|line| format!("{line}\n")).collect::<String>())
 }
 
 /// Prints to standard output; a closed pipe (`caromfit … | head`) is no error.
