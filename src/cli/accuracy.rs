@@ -5,16 +5,14 @@ use std::path::PathBuf;
 use caromfit::fit::Prepared;
 use caromfit::io;
 use caromfit::likelihood::Plan;
-use caromfit::measurement::dataset;
-use caromfit::measurement::dataset::Dataset;
+use caromfit::measurement::dataset::{self, Dataset};
 use caromfit::measurement::parameter::Parameter;
 use caromfit::physics::ball::Ball;
 use caromfit::physics::collision::{Coefficients, Fidelity, MAX_KAPPA, Model};
 use caromfit::report;
 use caromfit::report::plot::precision;
 use caromfit::report::write;
-use caromfit::studies::accuracy;
-use caromfit::studies::accuracy::Shot;
+use caromfit::studies::accuracy::{self, Shot};
 use caromfit::studies::bias;
 
 use super::progress::Progress;

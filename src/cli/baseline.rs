@@ -3,11 +3,9 @@
 use std::path::{Path, PathBuf};
 
 use caromfit::fit::Fit;
-use caromfit::io::stored_fit;
-use caromfit::io::stored_fit::StoredFit;
-use caromfit::report;
-use caromfit::report::regression;
+use caromfit::io::stored_fit::{self, StoredFit};
 use caromfit::report::regression::{Moved, Tolerance};
+use caromfit::report::{self, regression};
 
 use super::Failure;
 

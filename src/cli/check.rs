@@ -8,8 +8,7 @@ use caromfit::measurement::dataset::Dataset;
 use caromfit::report::FORMAT_VERSION;
 use serde_json::{Value, json};
 
-use super::progress;
-use super::progress::Progress;
+use super::progress::{self, Progress};
 use super::{Failure, print, unless_none};
 
 /// Loads data sets, finds the impacts of footage, and says everything that is wrong or suspicious, without fitting

@@ -2,15 +2,13 @@
 
 use std::path::{Path, PathBuf};
 
-use caromfit::io::cases;
-use caromfit::io::cases::{BadCase, Case, Computed};
+use caromfit::io::cases::{self, BadCase, Case, Computed};
 use caromfit::physics::ball::{Ball, BallState, Vec3};
 use caromfit::physics::cloth_motion::Cloth;
 use caromfit::physics::collision::{
     ClothTorque, Effects, Fidelity, MIN_TOLERANCE, Model, NotACollision, Outcome,
 };
-use caromfit::physics::effect_sizes;
-use caromfit::physics::effect_sizes::{Choice, Compared, Estimate};
+use caromfit::physics::effect_sizes::{self, Choice, Compared, Estimate};
 use caromfit::physics::friction_law::Law;
 use caromfit::report::FORMAT_VERSION;
 use serde_json::{Value, json};

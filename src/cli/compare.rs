@@ -3,15 +3,13 @@
 use std::cell::Cell;
 use std::path::PathBuf;
 
-use caromfit::compare;
-use caromfit::compare::{CompareError, Options, Quantity};
+use caromfit::compare::{self, CompareError, Options, Quantity};
 use caromfit::fit::Method;
 use caromfit::measurement::loss::Loss;
 use caromfit::physics::collision::FidelityChoice;
 use caromfit::report::{compare as report, write};
 
-use super::progress;
-use super::progress::Progress;
+use super::progress::{self, Progress};
 use super::{Failure, FidelityArg, print};
 
 /// One joint fit of several data sets, or of the labels of one whose [fit] by names a column: which parameters differ,

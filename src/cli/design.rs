@@ -2,8 +2,7 @@
 
 use std::path::PathBuf;
 
-use caromfit::design;
-use caromfit::design::Expected;
+use caromfit::design::{self, Expected};
 use caromfit::measurement::parameter::Parameter;
 use caromfit::report::{design as report, write};
 

@@ -3,8 +3,7 @@
 use std::path::PathBuf;
 
 use caromfit::io::stored_fit;
-use caromfit::report::export;
-use caromfit::report::export::Target;
+use caromfit::report::export::{self, Target};
 
 use super::{Failure, print};
 

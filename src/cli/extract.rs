@@ -8,8 +8,7 @@ use caromfit::measurement::track::TrackShot;
 use caromfit::report::{FORMAT_VERSION, ReportError, discs, extracted, write};
 use serde_json::json;
 
-use super::progress;
-use super::progress::Progress;
+use super::progress::{self, Progress};
 use super::{Failure, print, unless_none};
 
 /// Finds the impact of every shot and writes OUT/NAME/: a data set of kind "impacts" with uncertainties

@@ -2,8 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use caromfit::fit;
-use caromfit::fit::{Analysis, Falling, FilmUnknowns, Fit, Method, Options};
+use caromfit::fit::{self, Analysis, Falling, FilmUnknowns, Fit, Method, Options};
 use caromfit::measurement::dataset::Dataset;
 use caromfit::measurement::loss::Loss;
 use caromfit::physics::collision::{Effects, FidelityChoice, Model};
@@ -14,10 +13,8 @@ use caromfit::report::plot::paths;
 use caromfit::report::regression::Tolerance;
 use caromfit::report::shots::Filmed;
 
-use super::baseline;
-use super::baseline::Baseline;
-use super::progress;
-use super::progress::Progress;
+use super::baseline::{self, Baseline};
+use super::progress::{self, Progress};
 use super::table_only::{Told, is_table};
 use super::wanted::Wanted;
 use super::{Failure, FidelityArg, print, print_lines, unless_none};

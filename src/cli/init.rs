@@ -3,8 +3,7 @@
 use std::io::{IsTerminal, Write};
 use std::path::PathBuf;
 
-use caromfit::io::draft;
-use caromfit::io::draft::Draft;
+use caromfit::io::draft::{self, Draft};
 use caromfit::report::write;
 
 use super::table_only::SLOW_MOTION;

@@ -4,8 +4,7 @@ use std::io::IsTerminal;
 use std::thread;
 use std::time::Duration;
 
-use caromfit::io;
-use caromfit::io::DatasetError;
+use caromfit::io::{self, DatasetError};
 use caromfit::measurement::dataset::Dataset;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 

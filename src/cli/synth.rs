@@ -7,8 +7,7 @@ use caromfit::physics::ball::Ball;
 use caromfit::physics::collision::{Fidelity, Model};
 use caromfit::physics::friction_law::Law;
 use caromfit::report::{FORMAT_VERSION, unit_of, write};
-use caromfit::simulate;
-use caromfit::simulate::Spec;
+use caromfit::simulate::{self, Spec};
 use serde_json::{Value, json};
 
 use super::{Failure, FidelityArg, print};

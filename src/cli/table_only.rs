@@ -2,8 +2,7 @@
 
 use std::path::Path;
 
-use caromfit::io;
-use caromfit::io::draft;
+use caromfit::io::{self, draft};
 use caromfit::measurement::dataset::Dataset;
 use caromfit::physics::ball::Ball;
 

@@ -6,8 +6,7 @@ use nalgebra::{DMatrix, SMatrix, SymmetricEigen};
 use rayon::prelude::*;
 
 use super::{Expected, PlayedKind, SpinFrom};
-use crate::extraction;
-use crate::extraction::{Rotation, Rotations};
+use crate::extraction::{self, Rotation, Rotations};
 use crate::likelihood::frames::shared_unknowns::{self, Kind, SharedUnknown};
 use crate::likelihood::frames::{CLOTH, Film, Known, ROWS, place_of};
 use crate::measurement::parameter::Parameter;
@@ -16,8 +15,7 @@ use crate::measurement::values::Values;
 use crate::physics::ball::{BallState, Vec3};
 use crate::physics::collision::{Corrected, Model, NotACollision};
 use crate::physics::contact_frame::cue_velocity;
-use crate::simulate;
-use crate::simulate::TrueImpact;
+use crate::simulate::{self, TrueImpact};
 use crate::trajectory::scene::Scene;
 
 /// μ, μ_s, e, μ_k, μ_r, and the ratios of the balls.

@@ -7,8 +7,7 @@ use serde_json::{Value as Json, json};
 
 use super::content::{Block, Report, Section, Table, facts};
 use super::diagnostics::list;
-use super::digits;
-use super::digits::{FEW, MANY, decimal, probability, relative, significant};
+use super::digits::{self, FEW, MANY, decimal, probability, relative, significant};
 use super::json::verdict;
 use super::number::{interval, plain, with_error};
 use super::plot;

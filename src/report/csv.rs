@@ -3,8 +3,7 @@
 use std::borrow::Cow;
 use std::io::{self, Write};
 
-use super::digits;
-use super::digits::{FEW, MANY, SHOT};
+use super::digits::{self, FEW, MANY, SHOT};
 use super::unit_name;
 use crate::compare::Comparison;
 use crate::fit::{Fit, Residual};

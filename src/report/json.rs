@@ -4,8 +4,7 @@
 use serde::{Serialize, Serializer};
 use serde_json::{Map, Value, json};
 
-use super::digits;
-use super::digits::{FEW, MANY};
+use super::digits::{self, FEW, MANY};
 use super::{FORMAT_VERSION, ReportError, diagnostics, pretty, reduced_chi2, unit_name, unit_of};
 use crate::fit;
 use crate::fit::causes::Explanation;

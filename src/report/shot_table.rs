@@ -4,8 +4,7 @@ use std::borrow::Cow;
 use std::collections::HashMap;
 
 use super::csv::{cell, line, number, quoted};
-use super::digits;
-use super::digits::{FEW, SHOT};
+use super::digits::{self, FEW, SHOT};
 use crate::fit::{Fit, FittedFrames, Residual};
 use crate::likelihood::frames::own_estimates::OwnEstimate;
 use crate::measurement::observable::Observable;

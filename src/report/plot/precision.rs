@@ -6,8 +6,7 @@ use super::axis::Axis;
 use super::frame::{Frame, Rect};
 use super::picture::{GREY, INK, Picture, SMALL, width};
 use super::{MARGIN, WIDTH};
-use crate::report::accuracy;
-use crate::report::accuracy::Pick;
+use crate::report::accuracy::{self, Pick};
 use crate::studies::accuracy::Row;
 
 const HEIGHT: i32 = 640;
