@@ -147,9 +147,7 @@ impl RawSpec {
         let (ball, object) = self.balls(source, problems);
         Expected { coefficients, ball, object, cloth, camera, kinds, wanted }
     }
-}
 
-impl RawSpec {
     fn balls(&self, source: &Source, problems: &mut Problems) -> (Ball, Option<ObjectBall>) {
         let mut check = Check { source, problems };
         if let Some(shape) = self.ball.shape.as_ref().filter(|shape| *shape.as_ref() == Shape::Disc) {

@@ -11,7 +11,7 @@ use super::fit::{Pictures, content_with};
 use super::plot::Picture;
 use super::shots::{Filmed, named, shot_list, with_spots};
 use super::{ReportError, csv, frame_table, html, json, plot, shot_table};
-use crate::fit::{Fit, FittedFrames};
+use crate::fit::Fit;
 
 /// Writes the report of a fit below `out` and returns its folder. The label of a group gives its
 /// folder by [`folder_name`]; where the names of labels may collide, use [`write_all`].
@@ -20,7 +20,7 @@ pub fn write(fit: &Fit, out: &Path) -> Result<PathBuf, ReportError> {
     if let Some((_, label)) = &fit.group {
         folder.push(folder_name(label));
     }
-    write_to(fit, &folder)?;
+    put(&files(fit, &Filmed::default())?, &folder)?;
     Ok(folder)
 }
 
@@ -45,47 +45,28 @@ pub fn write_all(fits: &[Fit], filmed: &Filmed, out: &Path) -> Result<(), Report
     rendered.iter().try_for_each(|(folder, files)| put(files, folder))
 }
 
-/// Writes the report of a fit into `folder`, whole or not at all: everything is rendered, then
-/// written beside the folder, then moved into place file by file. Other files there stay.
-pub(crate) fn write_to(fit: &Fit, folder: &Path) -> Result<(), ReportError> {
-    put(&files(fit, &Filmed::default())?, folder)
-}
-
 /// What programs read of a fit.
 const FIT: &str = "fit.json";
 
-/// A file to be written.
-enum Content<'a> {
-    Bytes(Cow<'a, [u8]>),
-    /// residuals.csv, which may be larger than what should be held in memory.
-    Residuals(&'a Fit),
-    /// frames.csv, likewise.
-    Frames(&'a FittedFrames),
+/// Writes what a file is to hold, which may be more than should be held in memory.
+type Content<'a> = Box<dyn Fn(&mut dyn Write) -> io::Result<()> + 'a>;
+
+fn bytes<'a>(bytes: impl Into<Cow<'a, [u8]>>) -> Content<'a> {
+    let bytes = bytes.into();
+    Box::new(move |to| to.write_all(&bytes))
 }
 
-impl Content<'_> {
-    fn write(&self, file: File) -> io::Result<()> {
-        let mut buffer = BufWriter::new(file);
-        match self {
-            Self::Bytes(bytes) => buffer.write_all(bytes)?,
-            Self::Residuals(fit) => csv::write(fit, &mut buffer)?,
-            Self::Frames(frames) => frame_table::write(frames, &mut buffer)?,
-        }
-        buffer.into_inner().map_err(io::IntoInnerError::into_error)?.sync_all()
-    }
-}
-
-/// Writes the files of a report, and removes those of an earlier one that this one does not have.
+/// Writes the files of a report, whole or not at all: beside the folder, then moved into place file by file. Those of an earlier report
+/// that this one does not have are removed; other files there stay.
 ///
 /// A fit.json that tells the same result stays, with the time and the steps of the run that found it first: what is kept under version
 /// control does not change with every run.
 fn put(files: &[(&'static str, Content)], folder: &Path) -> Result<(), ReportError> {
-    let stays = |(name, content): &&(&'static str, Content)| match content {
-        Content::Bytes(bytes) if *name == FIT => {
-            let stored = fs::read_to_string(folder.join(name)).unwrap_or_default();
-            std::str::from_utf8(bytes).is_ok_and(|text| json::same_result(text, &stored))
-        }
-        _ => false,
+    let stays = |(name, content): &&(&'static str, Content)| {
+        let (mut text, stored) = (Vec::new(), fs::read_to_string(folder.join(name)));
+        *name == FIT
+            && content(&mut text).is_ok()
+            && stored.is_ok_and(|stored| json::same_result(&String::from_utf8_lossy(&text), &stored))
     };
     let written: Vec<_> = files.iter().filter(|file| !stays(file)).collect();
     write_contents(&written, folder)?;
@@ -110,15 +91,14 @@ fn files<'a>(fit: &'a Fit, filmed: &Filmed) -> Result<Vec<(&'static str, Content
     };
     let (pages, (residuals_png, contours_png)) = rayon::join(pages, pixels);
     let ([residuals_svg, contours_svg], report) = pages?;
-    let bytes = |bytes: Vec<u8>| Content::Bytes(Cow::Owned(bytes));
-    let mut files = vec![
-        ("residuals.csv", Content::Residuals(fit)),
+    let mut files: Vec<(&'static str, Content)> = vec![
+        ("residuals.csv", Box::new(|to| csv::write(fit, to))),
         ("shots.csv", bytes(shot_table::render(fit).into_bytes())),
         ("residuals.svg", bytes(residuals_svg.into_bytes())),
         ("residuals.png", bytes(residuals_png?)),
     ];
     if let Some(frames) = &fit.frames {
-        files.push(("frames.csv", Content::Frames(frames)));
+        files.push(("frames.csv", Box::new(|to| frame_table::write(frames, to))));
     }
     files.push(("report.html", bytes(report.into_bytes())));
     if let Some(png) = contours_png? {
@@ -156,8 +136,8 @@ fn report(
 /// Puts files into a folder, which is made where it is missing: all are complete on the disk before
 /// the first one replaces what was there.
 pub fn write_files(files: &[(&str, Vec<u8>)], folder: &Path) -> Result<(), ReportError> {
-    let contents = files.iter().map(|(name, bytes)| (*name, Content::Bytes(Cow::Borrowed(bytes.as_slice()))));
-    let contents: Vec<_> = contents.collect();
+    let contents: Vec<(&str, Content)> =
+        files.iter().map(|(name, content)| (*name, bytes(content.as_slice()))).collect();
     write_contents(&contents.iter().collect::<Vec<_>>(), folder)
 }
 
@@ -176,7 +156,12 @@ fn write_contents(files: &[&(&str, Content)], folder: &Path) -> Result<(), Repor
     let staging = tempfile::Builder::new().prefix(STAGING).tempdir_in(parent).map_err(at(parent))?;
     for (name, content) in files {
         let path = staging.path().join(name);
-        File::create(&path).and_then(|file| content.write(file)).map_err(at(&path))?;
+        let write = |file: File| {
+            let mut buffer = BufWriter::new(file);
+            content(&mut buffer)?;
+            buffer.into_inner().map_err(io::IntoInnerError::into_error)?.sync_all()
+        };
+        File::create(&path).and_then(write).map_err(at(&path))?;
     }
     for (name, _) in files {
         let target = folder.join(name);
@@ -229,16 +214,12 @@ pub fn group_folders(labels: &[String]) -> Vec<String> {
     let mut used = HashSet::new();
     let folder = |label: &String| {
         let name = folder_name(label);
-        let keeps = own(&label);
-        let candidates = (2..).map(|n| format!("{name}-{n}"));
-        for candidate in std::iter::once(name.clone()).chain(candidates) {
+        let mut free = |candidate: &String| {
             let key = candidate.to_lowercase();
-            let free = !reserved.contains(&key) || (keeps && candidate == name);
-            if free && used.insert(key) {
-                return candidate;
-            }
-        }
-        name
+            (!reserved.contains(&key) || candidate == label) && used.insert(key)
+        };
+        let others = (2..).map(|n| format!("{name}-{n}"));
+        std::iter::once(name.clone()).chain(others).find(|candidate| free(candidate)).unwrap_or_default()
     };
     labels.iter().map(folder).collect()
 }

@@ -51,8 +51,7 @@ pub fn png(fit: &Fit) -> Result<Vec<u8>, ReportError> {
 pub(crate) fn residuals(fit: &Fit) -> Picture {
     let width = WIDTH as i32 - 2 * MARGIN;
     let points = Points::of(fit);
-    let counted = points.observables.iter().zip(points.counts());
-    let legend = Legend::new(counted.map(|(one, count)| format!("{} ({count})", one.label())), width);
+    let legend = Legend::new(points.legend(), width);
     let (summary, warning) = (summary(fit), warning(fit));
     let below = 60 + 30 * summary.len() as i32 + if warning.is_some() { 28 } else { 0 };
     let upper = below + legend.height() + 14;
