@@ -27,12 +27,11 @@ pub struct Args {
 /// What was found of a data set, for programs.
 fn document(dataset: &Dataset, found: &[check::Finding]) -> Value {
     let notes: Vec<&String> = dataset.notes().collect();
-    let left_out = |(shot, reason): &(String, String)| json!({"shot": shot, "reason": reason});
     let finding = |finding: &check::Finding| json!({"shot": finding.shot, "suspicious": finding.is_suspicious(), "sentence": finding.text});
     json!({
         "version": env!("CARGO_PKG_VERSION"), "format_version": FORMAT_VERSION,
         "dataset": dataset.name, "shots": dataset.shots.len(), "notes": notes,
-        "left_out": dataset.left_out.iter().map(left_out).collect::<Vec<_>>(),
+        "left_out": super::left_out(dataset),
         "findings": found.iter().map(finding).collect::<Vec<_>>(),
     })
 }

@@ -5,9 +5,7 @@ use std::path::{Path, PathBuf};
 use caromfit::io::cases::{self, BadCase, Case, Computed};
 use caromfit::physics::ball::{Ball, BallState, Vec3};
 use caromfit::physics::cloth_motion::Cloth;
-use caromfit::physics::collision::{
-    ClothTorque, Effects, Fidelity, MIN_TOLERANCE, Model, NotACollision, Outcome,
-};
+use caromfit::physics::collision::{ClothTorque, Effects, Fidelity, MIN_TOLERANCE, Model, Outcome};
 use caromfit::physics::effect_sizes::{self, Choice, Compared, Estimate};
 use caromfit::physics::friction_law::Law;
 use caromfit::report::FORMAT_VERSION;
@@ -98,13 +96,13 @@ fn parse_spin(text: &str) -> Result<Vec3, String> {
 pub fn run(args: &Args) -> Result<(), Failure> {
     let torque = if args.as_printed { ClothTorque::AsPrinted } else { ClothTorque::Corrected };
     let fidelity = args.fidelity.0.or_else(|| args.effects.map(effect_sizes::cheapest));
+    let within = args.tolerance.unwrap_or(effect_sizes::TOLERANCE);
     let given = |case: &Case| -> Result<Model, BadCase> {
         let ball = Ball { radius: case.radius, ..Ball::POOL };
         let mut model = Model::new(fidelity.unwrap_or(Fidelity::Contact), ball);
         if let Some(ratio) = case.mass_ratio.or(args.mass_ratio) {
             model = model.with_mass_ratio(ratio);
         }
-        let within = args.tolerance.unwrap_or(effect_sizes::TOLERANCE);
         // integration must not add to what is left out
         let tolerance = match fidelity {
             Some(_) => args.tolerance.unwrap_or(Model::TOLERANCE),
@@ -124,7 +122,6 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         Ok(Model { kappa, effects: Effects { compliance: true, ..effects }, ..model })
     };
     let explain = |case: &Case| -> Result<Choice, BadCase> {
-        let within = args.tolerance.unwrap_or(effect_sizes::TOLERANCE);
         let (cue, coefficients) = case.before()?;
         let model = given(case)?;
         Ok(effect_sizes::choose(&model, &cue, &coefficients, within, Compared::Everything)?)
@@ -153,23 +150,22 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         let outcome = case.collide(&model)?;
         vec![Computed { case, line: 1, model, outcome: Ok(outcome) }]
     };
-    let explained = |case: &Case, model: &Model| -> Result<Option<[Estimate; 10]>, Failure> {
+    // the effects, and the motion afterwards
+    let explained = |computed: &Computed| -> Result<Option<([Estimate; 10], [Estimate; 3])>, Failure> {
+        let Computed { case, model, outcome: Ok(outcome), .. } = computed else { return Ok(None) };
         if !args.explain {
             return Ok(None);
         }
-        let mut estimates = explain(case)?.estimates;
+        let mut effects = explain(case)?.estimates;
         let on = model.effects.and(model.fidelity.effects()).list();
-        for (estimate, (_, on)) in estimates.iter_mut().zip(on) {
-            estimate.on = on;
+        for (effect, (_, on)) in effects.iter_mut().zip(on) {
+            effect.on = on;
         }
-        Ok(Some(estimates))
-    };
-    let afterwards = |case: &Case, model: &Model, outcome: &Outcome| -> Result<[Estimate; 3], Failure> {
-        let (cue, _) = case.before()?;
-        let within =
-            if fidelity.is_none() { args.tolerance } else { None }.unwrap_or(effect_sizes::TOLERANCE);
+        let within = if fidelity.is_none() { within } else { effect_sizes::TOLERANCE };
         let cloth = Cloth { sliding: model.mu_k, ..Cloth::default() };
-        Ok(effect_sizes::motion(model, &cue, outcome, &cloth, effect_sizes::FOLLOWED, within))
+        let (cue, _) = case.before()?;
+        let motion = effect_sizes::motion(model, &cue, outcome, &cloth, effect_sizes::FOLLOWED, within);
+        Ok(Some((effects, motion)))
     };
     let file = args.cases.as_deref().unwrap_or(Path::new(""));
     let failed: Vec<String> = collided
@@ -181,12 +177,12 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         .collect();
     if args.json {
         let mut objects = Vec::new();
-        for Computed { case, model, outcome, .. } in &collided {
-            let mut one = object(&case.name, model.fidelity.name(), outcome);
-            if let (Some(estimates), Ok(outcome)) = (explained(case, model)?, outcome) {
+        for computed in &collided {
+            let mut one = object(computed);
+            if let Some((effects, motion)) = explained(computed)? {
                 let effect = |e: &Estimate| json!({"name": e.name, "size": e.size, "on": e.on, "why": e.why});
-                one["effects"] = estimates.iter().map(effect).collect();
-                one["motion"] = afterwards(case, model, outcome)?.iter().map(effect).collect();
+                one["effects"] = effects.iter().map(effect).collect();
+                one["motion"] = motion.iter().map(effect).collect();
             }
             objects.push(one);
         }
@@ -195,24 +191,24 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         print(&format!("{document:#}\n"))?;
     } else {
         let mut tables = Vec::new();
-        for Computed { case, model, outcome, .. } in &collided {
-            let Ok(outcome) = outcome else { continue };
-            let mut effects = String::new();
-            if let Some(estimates) = explained(case, model)? {
-                let motion = afterwards(case, model, outcome)?;
-                effects = effects_table("effect", &estimates)
-                    + &effects_table(&format!("in {} s afterwards", effect_sizes::FOLLOWED), &motion);
+        for computed in &collided {
+            let Ok(outcome) = &computed.outcome else { continue };
+            let mut text = table(&computed.case.name, computed.model.fidelity.name(), outcome);
+            if let Some((effects, motion)) = explained(computed)? {
+                text += &effects_table("effect", &effects);
+                text += &effects_table(&format!("in {} s afterwards", effect_sizes::FOLLOWED), &motion);
             }
-            tables.push(table(&case.name, model.fidelity.name(), outcome) + &effects);
+            tables.push(text);
         }
         print(&tables.join("\n"))?;
     }
     unless_none(&failed, Failure::work)
 }
 
-fn object(name: &str, fidelity: &str, outcome: &Result<Outcome, NotACollision>) -> Value {
+fn object(Computed { case, model, outcome, .. }: &Computed) -> Value {
     let mut document = json!({
-        "version": env!("CARGO_PKG_VERSION"), "format_version": FORMAT_VERSION, "name": name, "fidelity": fidelity,
+        "version": env!("CARGO_PKG_VERSION"), "format_version": FORMAT_VERSION, "name": case.name,
+        "fidelity": model.fidelity.name(),
     });
     let ball =
         |state: &BallState| json!({"velocity": state.velocity.as_slice(), "spin": state.spin.as_slice()});

@@ -54,11 +54,10 @@ pub fn run(args: &Args) -> Result<(), Failure> {
             continue;
         }
         if args.json {
-            let left_out = |(shot, reason): &(String, String)| json!({"shot": shot, "reason": reason});
             documents.push(json!({
                 "version": env!("CARGO_PKG_VERSION"), "format_version": FORMAT_VERSION,
                 "dataset": dataset.name, "folder": folder.display().to_string(), "shots": shots, "notes": lines,
-                "left_out": dataset.left_out.iter().map(left_out).collect::<Vec<_>>(),
+                "left_out": super::left_out(&dataset),
             }));
             continue;
         }
@@ -96,7 +95,9 @@ fn extract(
     pictures: bool,
     progress: &Progress,
 ) -> Result<Done, ReportError> {
-    let said = dataset.tracks.iter().flat_map(|tracks| &tracks.notes).cloned().collect::<Vec<_>>();
+    // with what the extraction found
+    let notes =
+        |dataset: &Dataset| dataset.tracks.as_ref().map_or_else(Vec::new, |tracks| tracks.notes.clone());
     let save = |drawn: Vec<(String, Vec<u8>)>, files: &[(&str, Vec<u8>)]| {
         if pictures {
             let named: Vec<_> = drawn.iter().map(|(name, svg)| (name.as_str(), svg.clone())).collect();
@@ -110,8 +111,7 @@ fn extract(
             let drawn = if pictures { discs::pictures(&facts, &shots)? } else { Vec::new() };
             save(drawn, &discs::files(&dataset, &facts, &shots))?;
         }
-        let notes = dataset.tracks.iter().flat_map(|tracks| tracks.notes.iter().skip(said.len()));
-        let mut lines: Vec<String> = said.iter().chain(notes).cloned().collect();
+        let mut lines = notes(&dataset);
         for (TrackShot { name, .. }, impact) in &shots {
             lines.push(format!("shot {name}: {}", discs::summary(impact)));
             lines.extend(discs::remarks(impact).iter().map(|remark| format!("shot {name}: {remark}")));
@@ -123,7 +123,6 @@ fn extract(
         let drawn = if pictures { extracted::pictures(&shots, &scene)? } else { Vec::new() };
         save(drawn, &extracted::files(&dataset, &shots))?;
     }
-    // with what the extraction found
-    let lines = dataset.tracks.iter().flat_map(|tracks| &tracks.notes).cloned().collect();
+    let lines = notes(&dataset);
     Ok(Done { dataset, shots: shots.len(), lines })
 }

@@ -27,6 +27,7 @@ use caromfit::io::DatasetError;
 use caromfit::io::cases::BadCase;
 use caromfit::io::draft::InitError;
 use caromfit::io::stored_fit::StoredError;
+use caromfit::measurement::dataset::Dataset;
 use caromfit::measurement::loss::Loss;
 use caromfit::physics::collision::{Effects, Fidelity, MAX_TOLERANCE, MIN_TOLERANCE, NotACollision};
 use caromfit::physics::friction_law::Law;
@@ -34,6 +35,7 @@ use caromfit::report::ReportError;
 use caromfit::report::overview::Colour;
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 use clap::{Parser, Subcommand, ValueEnum};
+use serde_json::{Value, json};
 
 /// From footage of billiard-ball collisions to the friction between the balls μ, the friction of the
 /// cloth on the object ball μ_s, and the restitution e.
@@ -226,6 +228,11 @@ fn colour() -> Colour {
     let is_set = |name: &str| std::env::var_os(name).is_some_and(|value| !value.is_empty());
     let is_dumb = std::env::var_os("TERM").is_some_and(|value| value == "dumb");
     if std::io::stdout().is_terminal() && !is_set("NO_COLOR") && !is_dumb { Colour::On } else { Colour::Off }
+}
+
+/// The shots of a data set that were left out, for programs.
+fn left_out(dataset: &Dataset) -> Value {
+    dataset.left_out.iter().map(|(shot, reason)| json!({"shot": shot, "reason": reason})).collect()
 }
 
 /// Prints lines.

@@ -11,17 +11,21 @@ use crate::measurement::parameter::Parameter;
 #[must_use]
 pub fn render(fits: &[Fit]) -> String {
     let parameters = parameters(fits);
-    let symbols = parameters.iter().map(|parameter| with_unit(parameter.symbol(), parameter.unit(), ", "));
-    let head = ["data set", "shots"].map(str::to_owned).into_iter().chain(symbols);
-    let head = head.chain(["χ²/dof", "verdict"].map(str::to_owned));
     let rows = fits.iter().map(|fit| row(fit, &parameters));
-    let mut text = aligned::table(&Table::of_text(head, rows), "");
+    let mut text = aligned::table(&Table::of_text(head(&parameters, &["χ²/dof", "verdict"]), rows), "");
     let legend = legend(fits);
     if !legend.is_empty() {
         text.push('\n');
         text.push_str(&legend);
     }
     text
+}
+
+/// The heads of columns: of data sets and shots, of parameters with their units, and `last`.
+pub(super) fn head(parameters: &[Parameter], last: &[&str]) -> Vec<String> {
+    let symbols = parameters.iter().map(|parameter| with_unit(parameter.symbol(), parameter.unit(), ", "));
+    let ends = |words: &[&str]| words.iter().map(|word| (*word).to_owned()).collect::<Vec<_>>();
+    ends(&["data set", "shots"]).into_iter().chain(symbols).chain(ends(last)).collect()
 }
 
 /// The parameters that have a column: b and c where some friction falls.

@@ -4,6 +4,7 @@ use super::axis::Axis;
 use super::frame::{Frame, Rect};
 use super::picture::{GREY, INK, LARGE, Picture, shortened};
 use super::series::{color, two_balls};
+use super::track::{cm, instants, used};
 use crate::extraction::{Impact, Quantity};
 use crate::measurement::track::TrackShot;
 use crate::report::ReportError;
@@ -84,17 +85,11 @@ pub fn svg(
 
 fn drawn((shot, impact): &(TrackShot, Impact), scene: &Scene) -> Drawn {
     let motion = impact.motion(scene);
-    let place = |ball: usize, t: f64| if ball == 0 { motion.cue(t) } else { motion.object(t) };
-    let cm = |[x, y]: [f64; 2]| (100.0 * x, 100.0 * y);
-    let [from, to] = impact.window;
-    let used = [&shot.cue, &shot.object].map(|samples| {
-        let within = samples.iter().filter(|sample| (from..=to).contains(&sample.t));
-        within.map(|sample| cm([sample.x, sample.y])).collect()
-    });
-    let lines = [0, 1].map(|ball| {
-        let at = |step: u32| place(ball, from + (to - from) * f64::from(step) / f64::from(STEPS));
-        (0..=STEPS).map(|step| cm(at(step))).collect()
-    });
-    let contact = [0, 1].map(|ball| cm(place(ball, impact.values[Quantity::Time as usize])));
-    Drawn { points: used, lines, contact }
+    let place = |ball: usize, t: f64| cm(if ball == 0 { motion.cue(t) } else { motion.object(t) });
+    Drawn {
+        points: used(shot, impact.window)
+            .map(|own| own.iter().map(|sample| cm([sample.x, sample.y])).collect()),
+        lines: [0, 1].map(|ball| instants(impact.window, STEPS).map(|t| place(ball, t)).collect()),
+        contact: [0, 1].map(|ball| place(ball, impact.values[Quantity::Time as usize])),
+    }
 }

@@ -53,6 +53,22 @@ pub fn svg(shot: &TrackShot, impact: &Impact, scene: &Scene) -> Result<String, R
     tracks.svg()
 }
 
+/// The samples within a window, which the fit used or left out as wrong, by ball.
+pub(super) fn used(shot: &TrackShot, [from, to]: [f64; 2]) -> [Vec<&Sample>; 2] {
+    [&shot.cue, &shot.object]
+        .map(|samples| samples.iter().filter(|sample| (from..=to).contains(&sample.t)).collect())
+}
+
+/// Instants from end to end of a window.
+pub(super) fn instants([from, to]: [f64; 2], steps: u32) -> impl Iterator<Item = f64> {
+    (0..=steps).map(move |step| from + (to - from) * f64::from(step) / f64::from(steps))
+}
+
+/// In centimetres.
+pub(super) fn cm([x, y]: [f64; 2]) -> (f64, f64) {
+    (100.0 * x, 100.0 * y)
+}
+
 impl Tracks<'_> {
     pub(crate) fn svg(&self) -> Result<String, ReportError> {
         let name = format!("shot {}", self.shot.name);
@@ -65,32 +81,18 @@ impl Tracks<'_> {
         picture.svg()
     }
 
-    /// The samples that the fit used or left out as wrong, by ball.
-    fn used(&self) -> [Vec<&Sample>; 2] {
-        let [from, to] = self.window;
-        [&self.shot.cue, &self.shot.object]
-            .map(|samples| samples.iter().filter(|sample| (from..=to).contains(&sample.t)).collect())
-    }
-
     /// Tracks, fitted paths, and both balls as they touch, with the line of centres.
     fn plan(&self, picture: &mut Picture) {
         const STEPS: u32 = 200;
-        let cm = |metres: f64| 100.0 * metres;
         let contact = [0, 1].map(|ball| (self.place)(ball, self.time));
         let outline = |ball: usize| {
             (0..=60).map(move |step| {
                 let (sin, cos) = (std::f64::consts::TAU * f64::from(step) / 60.0).sin_cos();
                 let ([x, y], radius) = (contact[ball], self.radii[ball]);
-                (cm(x + radius * cos), cm(y + radius * sin))
+                cm([x + radius * cos, y + radius * sin])
             })
         };
-        let path = |ball: usize| {
-            let [from, to] = self.window;
-            (0..=STEPS).map(move |step| {
-                let [x, y] = (self.place)(ball, from + (to - from) * f64::from(step) / f64::from(STEPS));
-                (cm(x), cm(y))
-            })
-        };
+        let path = |ball: usize| instants(self.window, STEPS).map(move |t| cm((self.place)(ball, t)));
         // wrong frames far away would shrink the rest: the fitted paths decide
         let all = || [0, 1].into_iter().flat_map(|ball| path(ball).chain(outline(ball)));
         let (mut x, mut y) =
@@ -102,20 +104,20 @@ impl Tracks<'_> {
         let area = Rect { left: 10, top: 84, right: 10 + PLAN, bottom: HEIGHT - 10 };
         let remarks = ["points: tracked; lines: fitted; circles: at the impact".to_string()];
         let mut frame = Frame::new(picture, area, "Seen from above", &remarks, (x, y));
-        for (ball, samples) in self.used().iter().enumerate() {
+        for (ball, samples) in used(self.shot, self.window).iter().enumerate() {
             for sample in samples {
-                frame.marker((cm(sample.x), cm(sample.y)), ball, 0.45);
+                frame.marker(cm([sample.x, sample.y]), ball, 0.45);
             }
             frame.line(&path(ball).collect::<Vec<_>>(), color(ball), 2);
             frame.line(&outline(ball).collect::<Vec<_>>(), color(ball), 1);
         }
-        frame.line(&contact.map(|[x, y]| (cm(x), cm(y))), INK, 2);
+        frame.line(&contact.map(cm), INK, 2);
         frame.axes();
     }
 
     fn residuals(&self, picture: &mut Picture) {
         let mut points = Vec::new();
-        for (ball, samples) in self.used().iter().enumerate() {
+        for (ball, samples) in used(self.shot, self.window).iter().enumerate() {
             for sample in samples {
                 let [x, y] = (self.place)(ball, sample.t);
                 let time = (sample.t - self.time) / self.clock.1;
