@@ -107,7 +107,7 @@ pub fn table(rows: &[Row]) -> String {
             Some(cells)
         };
         let rows: Vec<_> = rows.iter().filter_map(row).collect();
-        (!rows.is_empty()).then(|| Section::table(title, "", Table::of_text(heads, rows)))
+        (!rows.is_empty()).then(|| Section::table(title, "", Table::new(heads, rows)))
     };
     sections(&parts.into_iter().filter_map(section).collect::<Vec<_>>())
 }
@@ -156,7 +156,7 @@ pub fn bias_table(rows: &[bias::Row], shots: usize) -> String {
         "Bias of a fit to {shots} shots without noise, computed by contact with all effects{gives_way}, ± standard error, and \
          how many of these it is"
     );
-    sections(&[Section::table(title, "", Table::of_text(heads, rows.iter().map(row)))])
+    sections(&[Section::table(title, "", Table::new(heads, rows.iter().map(row)))])
 }
 
 /// So many standard errors.

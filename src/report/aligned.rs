@@ -1,28 +1,26 @@
 //! Tables and sections in columns of characters.
 
-use super::content::{Align, Block, Cell, Section, Table};
+use super::content::{Block, Section, Table};
 
 /// Columns padded to the widest cell, two spaces apart, `indent` before each line. The last cell of a short row may reach
 /// beyond its column. A head without words is left out.
 pub(super) fn table(table: &Table, indent: &str) -> String {
-    let columns = table.head.len();
-    let has_head = table.head.iter().any(|cell| !cell.text.is_empty());
-    let rows: Vec<&Vec<Cell>> = has_head.then_some(&table.head).into_iter().chain(&table.rows).collect();
-    let length = |cell: &Cell| cell.text.chars().count();
-    let spans = |row: &[Cell], column: usize| row.len() < columns && column + 1 == row.len();
+    let has_head = table.head.iter().any(|cell| !cell.is_empty());
+    let rows: Vec<&Vec<String>> = has_head.then_some(&table.head).into_iter().chain(&table.rows).collect();
     let width = |column: usize| {
-        let own = rows.iter().filter(|row| !spans(row, column)).filter_map(|row| row.get(column));
-        own.map(length).max().unwrap_or(0)
+        let own = rows.iter().filter(|row| !table.spans(row, column)).filter_map(|row| row.get(column));
+        own.map(|cell| cell.chars().count()).max().unwrap_or(0)
     };
-    let widths: Vec<usize> = (0..columns).map(width).collect();
+    let columns: Vec<(usize, bool)> =
+        table.right.iter().enumerate().map(|(i, right)| (width(i), *right)).collect();
     let mut text = String::new();
     for row in rows {
         let mut line = indent.to_owned();
-        for (Cell { text, align }, width) in row.iter().zip(&widths) {
-            line.push_str(&match align {
-                Align::Left => format!("{text:<width$}  "),
-                Align::Right => format!("{text:>width$}  "),
-            });
+        for (i, (cell, (width, right))) in row.iter().zip(&columns).enumerate() {
+            line += &match *right && !table.spans(row, i) {
+                true => format!("{cell:>width$}  "),
+                false => format!("{cell:<width$}  "),
+            };
         }
         text.push_str(line.trim_end());
         text.push('\n');

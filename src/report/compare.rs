@@ -154,7 +154,7 @@ fn estimates(comparison: &Comparison) -> Table {
         let cells = comparison.quantities.iter().map(|q| cell(comparison, q, label));
         [name.clone(), shots.to_string()].into_iter().chain(cells).collect()
     };
-    Table::of_text(head, comparison.labels.iter().enumerate().map(row))
+    Table::new(head, comparison.labels.iter().enumerate().map(row))
 }
 
 /// What was done to the shots: what each was computed with, constraints, shots that count less.

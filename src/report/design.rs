@@ -126,7 +126,7 @@ fn kinds(design: &Design) -> Section {
         ));
     }
     let title = "What so many shots of a kind tell, spread evenly over its speeds and cut angles";
-    Section::new(title, "", vec![Block::Table(Table::of_text(head, rows)), Block::Lines(lines)])
+    Section::new(title, "", vec![Block::Table(Table::new(head, rows)), Block::Lines(lines)])
 }
 
 /// The differences between two such data sets that are found.
@@ -152,7 +152,7 @@ fn needed(design: &Design) -> Section {
     let rows = design.expected.kinds.iter().zip(&design.kinds).map(row);
     let line =
         "one more: by how much one more such shot narrows the standard error of all together".to_owned();
-    let blocks = vec![Block::Table(Table::of_text(head, rows)), Block::Lines(vec![line])];
+    let blocks = vec![Block::Table(Table::new(head, rows)), Block::Lines(vec![line])];
     Section::new("Shots of one kind alone that reach what is wanted", "", blocks)
 }
 
@@ -186,7 +186,7 @@ fn cells(design: &Design) -> Vec<Section> {
             parameter.symbol(),
             parameter.meaning()
         );
-        (!rows.is_empty()).then(|| Section::table(title, "", Table::of_text(head, rows)))
+        (!rows.is_empty()).then(|| Section::table(title, "", Table::new(head, rows)))
     };
     Parameter::COEFFICIENTS.into_iter().filter_map(section).collect()
 }
@@ -220,8 +220,7 @@ fn mixtures(design: &Design) -> Vec<Section> {
         let own = design.mixtures.iter().filter(|m| m.of_cells == of_cells);
         let row = |m: &Mixture| vec![target(design, m), m.total().to_string(), shots(design, m)];
         let rows: Vec<Vec<String>> = own.map(row).collect();
-        (!rows.is_empty())
-            .then(|| Section::table(title, "", Table::of_text(["for", "shots", "of which"], rows)))
+        (!rows.is_empty()).then(|| Section::table(title, "", Table::new(["for", "shots", "of which"], rows)))
     };
     let both = [
         (false, "Fewest shots, of kinds spread over their speeds and cut angles"),

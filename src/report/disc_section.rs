@@ -1,6 +1,6 @@
 //! What was measured of every shot of discs, as a section of a report.
 
-use super::content::{Cell, Section, Table};
+use super::content::{Section, Table};
 use super::number::{plain, with_error};
 use crate::fit::{Fit, mean_of_shots};
 use crate::measurement::dataset::{DiscShot, Measured};
@@ -37,10 +37,10 @@ pub(super) fn section(fit: &Fit) -> Option<Section> {
     }
     let used = |shot: &&DiscShot| fit.residuals.iter().any(|residual| residual.shot == shot.name);
     let value = |measured: Option<Measured>| {
-        Cell::number(measured.map_or(String::new(), |found| match found.sd {
+        measured.map_or(String::new(), |found| match found.sd {
             Some(sd) => with_error(found.value, sd),
             None => plain(found.value, 4),
-        }))
+        })
     };
     let row = |shot: &DiscShot| {
         let state = match (used(&shot), shot.sticks, shot.doubts.is_empty()) {
@@ -52,7 +52,7 @@ pub(super) fn section(fit: &Fit) -> Option<Section> {
         };
         line(&shot.name, COLUMNS.iter().map(|column| value((column.of)(shot))).collect(), state)
     };
-    let mut rows: Vec<Vec<Cell>> = fit.disc_shots.iter().map(row).collect();
+    let mut rows: Vec<Vec<String>> = fit.disc_shots.iter().map(row).collect();
     let means: Vec<_> = COLUMNS
         .iter()
         .map(|column| {
@@ -61,14 +61,13 @@ pub(super) fn section(fit: &Fit) -> Option<Section> {
         })
         .collect();
     let mean = means.iter().map(|mean| value(mean.map(|mean| Measured::new(mean.value, mean.std_error))));
-    let scatter =
-        means.iter().map(|mean| Cell::number(mean.map_or(String::new(), |mean| plain(mean.scatter, 2))));
+    let scatter = means.iter().map(|mean| mean.map_or(String::new(), |mean| plain(mean.scatter, 2)));
     rows.extend([line("mean", mean.collect(), ""), line("scatter", scatter.collect(), "")]);
-    let [a, b, c, d, e, f, g, h] = COLUMNS.map(|column| column.name);
-    let table = Table::new(["shot", a, b, c, d, e, f, g, h, ""], rows);
+    let head = ["shot"].into_iter().chain(COLUMNS.map(|column| column.name)).chain([""]);
+    let table = Table::new(head, rows).with_numbers(1..1 + COLUMNS.len());
     Some(Section::table("What was measured of every shot", ABOUT, table))
 }
 
-fn line(name: &str, values: Vec<Cell>, state: &str) -> Vec<Cell> {
-    [Cell::text(name)].into_iter().chain(values).chain([Cell::text(state)]).collect()
+fn line(name: &str, values: Vec<String>, state: &str) -> Vec<String> {
+    [name.to_owned()].into_iter().chain(values).chain([state.to_owned()]).collect()
 }

@@ -1,6 +1,6 @@
 //! A [`Fit`] → [`Report`].
 
-use super::content::{Block, Cell, Report, Section, Table, facts};
+use super::content::{Block, Report, Section, Table, facts};
 use super::number::{count_of, interval, plain, with_error};
 use super::shots::{named, shot_list};
 use super::table::{INTERVAL, chi2_text, estimate, with_unit};
@@ -63,7 +63,8 @@ pub(crate) fn content_with(fit: &Fit, pictures: &Pictures) -> Report {
     all.push(Section::lines("χ²", chi2(fit)));
     if !fit.noise.is_empty() {
         let rows = fit.noise.iter().map(|one| noise(fit, one));
-        let table = Table::new(["", "values", "sd of one value", "rms of the residuals"], rows);
+        let table =
+            Table::new(["", "values", "sd of one value", "rms of the residuals"], rows).with_numbers(1..2);
         all.push(Section::table("Noise", "rms: root mean square", table));
     }
     let alt = "Measured against predicted values, and residuals";
@@ -93,7 +94,7 @@ fn camera(fit: &Fit, picture: Option<String>) -> Option<Section> {
         let value = with_error(correction.value, correction.std_error);
         vec![correction.which.words().to_owned(), value, adopted.to_owned()]
     });
-    let mut blocks = vec![Block::Table(Table::of_text(["", "found", ""], rows))];
+    let mut blocks = vec![Block::Table(Table::new(["", "found", ""], rows))];
     blocks.extend(picture.map(|svg| Block::figure("How far positions were moved", svg)));
     Some(Section::new(
         "Camera",
@@ -151,7 +152,7 @@ fn parameters(fit: &Fit) -> Section {
     Section::new("Parameters", format!("{errors}{how}"), blocks)
 }
 
-fn parameter(fit: &Fit, parameter: &Estimate) -> Vec<Cell> {
+fn parameter(fit: &Fit, parameter: &Estimate) -> Vec<String> {
     let unit = parameter.parameter.unit();
     let interval = match parameter.interval_95 {
         Some(ends) if ends.iter().all(|end| end.is_finite()) => {
@@ -167,7 +168,9 @@ fn parameter(fit: &Fit, parameter: &Estimate) -> Vec<Cell> {
         _ => estimate(fit, parameter),
     };
     let value = with_unit(&value, unit, " ");
-    [parameter.parameter.symbol(), &value, &interval, parameter.parameter.meaning()].map(Cell::text).to_vec()
+    [parameter.parameter.symbol(), &value, &interval, parameter.parameter.meaning()]
+        .map(str::to_owned)
+        .to_vec()
 }
 
 fn at_bound(estimate: &Estimate) -> Option<String> {
@@ -252,7 +255,7 @@ fn by_chance(p: f64) -> String {
     format!("; were model and noise right, chance would give a larger χ² with probability {}", p_text(p))
 }
 
-fn noise(fit: &Fit, noise: &Noise) -> Vec<Cell> {
+fn noise(fit: &Fit, noise: &Noise) -> Vec<String> {
     let observable = noise.observable;
     let unit = observable.unit();
     let quantity = |si: f64| {
@@ -264,10 +267,5 @@ fn noise(fit: &Fit, noise: &Noise) -> Vec<Cell> {
         None if fit.footage => "as the frames of each shot tell".to_owned(),
         None => "given with the data".to_owned(),
     };
-    vec![
-        Cell::text(observable.label()),
-        Cell::number(noise.count.to_string()),
-        Cell::text(sd),
-        Cell::text(quantity(noise.rms)),
-    ]
+    vec![observable.label().to_owned(), noise.count.to_string(), sd, quantity(noise.rms)]
 }

@@ -55,7 +55,7 @@ pub fn render(fits: &[Fit], colour: Colour) -> String {
         line.below.insert(0, fit.verdict().sentence);
     }
     let rows = lines.iter().map(|line| line.cells.iter().chain([&line.verdict]).cloned().collect());
-    let table = aligned::table(&Table::of_text(head(&known, &["verdict"]), rows), "");
+    let table = aligned::table(&Table::new(head(&known, &["verdict"]), rows), "");
     let mut rows = table.lines();
     let mut text = format!("{}\n", rows.next().unwrap_or_default());
     for (row, line) in rows.zip(&lines) {

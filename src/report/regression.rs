@@ -125,5 +125,5 @@ pub fn table(moved: &[(String, Moved)]) -> String {
         vec![title.clone(), moved.what.clone(), moved.before.clone(), moved.now.clone(), by]
     };
     let head = ["data set", "what", "baseline", "now", "moved by"];
-    aligned::table(&Table::of_text(head, moved.iter().map(row)), "  ")
+    aligned::table(&Table::new(head, moved.iter().map(row)), "  ")
 }

@@ -12,7 +12,7 @@ use crate::measurement::parameter::Parameter;
 pub fn render(fits: &[Fit]) -> String {
     let parameters = parameters(fits);
     let rows = fits.iter().map(|fit| row(fit, &parameters));
-    let mut text = aligned::table(&Table::of_text(head(&parameters, &["χ²/dof", "verdict"]), rows), "");
+    let mut text = aligned::table(&Table::new(head(&parameters, &["χ²/dof", "verdict"]), rows), "");
     let legend = legend(fits);
     if !legend.is_empty() {
         text.push('\n');

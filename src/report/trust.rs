@@ -1,6 +1,6 @@
 //! How far a fit can be trusted, in words.
 
-use super::content::{Block, Cell, Section, Table};
+use super::content::{Block, Section, Table};
 use super::number::{count_of, interval, plain};
 use super::table::with_unit;
 use crate::fit::{
@@ -79,14 +79,14 @@ fn bootstrap(found: &Bootstrap) -> Section {
     let rows = found.estimates.iter().map(|one| {
         let unit = one.parameter.unit();
         vec![
-            Cell::text(one.parameter.symbol()),
-            Cell::number(with_unit(&plain(one.std_error, 2), unit, " ")),
-            Cell::number(with_unit(&plain(one.bias, 2), unit, " ")),
-            Cell::text(with_unit(&interval(one.percentile, Some(one.std_error)), unit, " ")),
-            Cell::text(with_unit(&interval(one.bca, Some(one.std_error)), unit, " ")),
+            one.parameter.symbol().to_owned(),
+            with_unit(&plain(one.std_error, 2), unit, " "),
+            with_unit(&plain(one.bias, 2), unit, " "),
+            with_unit(&interval(one.percentile, Some(one.std_error)), unit, " "),
+            with_unit(&interval(one.bca, Some(one.std_error)), unit, " "),
         ]
     });
-    let mut blocks = vec![Block::Table(Table::new(head, rows))];
+    let mut blocks = vec![Block::Table(Table::new(head, rows).with_numbers(1..3))];
     if found.failed > 0 {
         let line = format!("{} samples could not be fitted and are left out", found.failed);
         blocks.push(Block::Lines(vec![line]));
@@ -101,23 +101,27 @@ fn bootstrap(found: &Bootstrap) -> Section {
 fn alternatives(found: &[Alternative]) -> Section {
     let row = |model: &Alternative| {
         if let Some(reason) = &model.failed {
-            return vec![Cell::text(model.name), Cell::text(format!("not fitted: {reason}"))];
+            return vec![model.name.to_owned(), format!("not fitted: {reason}")];
         }
         let ratio = model.likelihood_ratio.map_or(String::new(), |ratio| {
             format!("{}, by chance with probability {}", plain(ratio.statistic, 3), plain(ratio.p_value, 2))
         });
         vec![
-            Cell::text(model.name),
-            Cell::number(model.parameters.to_string()),
-            Cell::number(format!("{:+.2}", model.delta_aic)),
-            Cell::number(format!("{:+.2}", model.delta_bic)),
-            Cell::text(ratio),
+            model.name.to_owned(),
+            model.parameters.to_string(),
+            format!("{:+.2}", model.delta_aic),
+            format!("{:+.2}", model.delta_bic),
+            ratio,
         ]
     };
     let head = ["model", "fitted", "ΔAIC", "ΔBIC", "likelihood ratio"];
     let about = "ΔAIC, ΔBIC: no unit, less than −10 speaks clearly for the model, more than 10 clearly against; fitted: \
                  parameters and noises";
-    Section::table("Other models on these data", about, Table::new(head, found.iter().map(row)))
+    Section::table(
+        "Other models on these data",
+        about,
+        Table::new(head, found.iter().map(row)).with_numbers(1..4),
+    )
 }
 
 fn residuals(fit: &Fit, found: &Goodness) -> Section {
@@ -172,12 +176,7 @@ fn influence(found: &Goodness) -> Section {
             .collect();
         let without = if shifts.is_empty() { "not determined".to_owned() } else { shifts.join(", ") };
         let cook = if shot.cook.is_finite() { plain(shot.cook, 2) } else { "∞".to_owned() };
-        vec![
-            Cell::text(&*shot.shot),
-            Cell::number(plain(shot.leverage, 2)),
-            Cell::number(cook),
-            Cell::text(without),
-        ]
+        vec![shot.shot.clone(), plain(shot.leverage, 2), cook, without]
     };
     let threshold = match found.influential_from {
         Some(from) => format!(", influential from {}", plain(from, 2)),
@@ -188,7 +187,11 @@ fn influence(found: &Goodness) -> Section {
          without it{threshold}; se: standard errors"
     );
     let head = ["shot", "leverage", "Cook's distance", "without it"];
-    Section::table("Shots that matter most", about, Table::new(head, found.influence.iter().map(row)))
+    Section::table(
+        "Shots that matter most",
+        about,
+        Table::new(head, found.influence.iter().map(row)).with_numbers(1..3),
+    )
 }
 
 /// Shots with a small weight, most of them by name: name and weight.
