@@ -60,11 +60,8 @@ pub fn pictures_of(
 /// The one spin that all shots have, if that is stun or natural roll.
 fn assumed(dataset: &Dataset) -> Option<&'static str> {
     let all = |spin: Spin| dataset.shots.iter().all(|shot| shot.spin == spin);
-    match () {
-        () if all(Spin::NaturalRoll) => Some("natural-roll"),
-        () if all(Spin::Stun) => Some("stun"),
-        () => None,
-    }
+    let words = [(Spin::NaturalRoll, "natural-roll"), (Spin::Stun, "stun")];
+    words.into_iter().find_map(|(spin, word)| all(spin).then_some(word))
 }
 
 fn manifest(dataset: &Dataset) -> String {

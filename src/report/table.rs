@@ -54,6 +54,11 @@ fn plateau(fit: &Fit, parameter: Parameter) -> Option<&Plateau> {
     fit.diagnostics.plateaus.iter().find(|found| found.parameter == parameter)
 }
 
+/// A value to so many digits, with its unit.
+pub(super) fn quantity(value: f64, digits: usize, unit: &str) -> String {
+    with_unit(&plain(value, digits), unit, " ")
+}
+
 /// An estimate in one cell. Of a refuted model: the restitution that was measured without it, where there is one, else the
 /// bare estimate.
 pub(super) fn estimate(fit: &Fit, estimate: &Estimate) -> String {

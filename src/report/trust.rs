@@ -2,10 +2,10 @@
 
 use super::content::{Block, Section, Table};
 use super::number::{count_of, interval, plain};
-use super::table::with_unit;
+use super::table::{quantity, with_unit};
 use crate::fit::{
-    Alternative, Bootstrap, Bound, Computed, DOWN_WEIGHTED, Fit, Goodness, Identifiability, Influence,
-    NoiseVerdict, Normality, Robust, Starts, Trend,
+    Alternative, Bootstrap, Bound, Computed, DOWN_WEIGHTED, Fit, FoundMinimum, Goodness, Identifiability,
+    Influence, NoiseVerdict, Normality, Robust, Starts, Trend,
 };
 use crate::measurement::parameter::Parameter;
 
@@ -60,13 +60,10 @@ fn bound(fit: &Fit, found: &Bound) -> Section {
         let unit = parameter.unit();
         let own = fit.estimates.iter().find(|e| e.parameter == *parameter).and_then(|e| e.std_error);
         let used = own.map_or(String::new(), |error| {
-            format!(
-                "; the fit's {} used {:.0} % of the information",
-                with_unit(&plain(error, 2), unit, " "),
-                100.0 * (least / error).powi(2)
-            )
+            let part = 100.0 * (least / error).powi(2);
+            format!("; the fit's {} used {part:.0} % of the information", quantity(error, 2, unit))
         });
-        format!("{}: standard error {}{used}", parameter.symbol(), with_unit(&plain(*least, 2), unit, " "))
+        format!("{}: standard error {}{used}", parameter.symbol(), quantity(*least, 2, unit))
     };
     let about = "Cramér-Rao bound of the positions, friction of the cloth unknown; beyond 100 %: the fit used more than \
                  positions";
@@ -80,8 +77,8 @@ fn bootstrap(found: &Bootstrap) -> Section {
         let unit = one.parameter.unit();
         vec![
             one.parameter.symbol().to_owned(),
-            with_unit(&plain(one.std_error, 2), unit, " "),
-            with_unit(&plain(one.bias, 2), unit, " "),
+            quantity(one.std_error, 2, unit),
+            quantity(one.bias, 2, unit),
             with_unit(&interval(one.percentile, Some(one.std_error)), unit, " "),
             with_unit(&interval(one.bca, Some(one.std_error)), unit, " "),
         ]
@@ -216,19 +213,14 @@ fn robust(found: &Robust) -> Section {
 }
 
 fn starts(found: &Starts) -> Section {
-    let mut lines: Vec<String> = (found.minima.iter())
-        .map(|minimum| {
-            let values: Vec<String> = (minimum.values.iter())
-                .map(|(p, value)| format!("{} = {}", p.symbol(), with_unit(&plain(*value, 5), p.unit(), " ")))
-                .collect();
-            format!(
-                "{} starts: {}; −2 log likelihood {} above the best",
-                minimum.starts,
-                values.join(", "),
-                plain(minimum.above_best, 3)
-            )
-        })
-        .collect();
+    let minimum = |found: &FoundMinimum| {
+        let value =
+            |(p, value): &(Parameter, f64)| format!("{} = {}", p.symbol(), quantity(*value, 5, p.unit()));
+        let values = found.values.iter().map(value).collect::<Vec<_>>().join(", ");
+        let above = plain(found.above_best, 3);
+        format!("{} starts: {values}; −2 log likelihood {above} above the best", found.starts)
+    };
+    let mut lines: Vec<String> = found.minima.iter().map(minimum).collect();
     if found.failed > 0 {
         lines.push(format!("{} starts ended in no minimum", found.failed));
     }
