@@ -205,6 +205,21 @@ impl RawCamera {
     }
 }
 
+/// Two numbers, if they are given.
+fn pair(
+    check: &mut Check,
+    given: &Option<Spanned<[f64; 2]>>,
+    good: fn(f64, f64) -> bool,
+    otherwise: &str,
+) -> Option<[f64; 2]> {
+    let given = given.as_ref()?;
+    let [first, second] = *given.as_ref();
+    if !good(first, second) {
+        check.wrong(given, otherwise.to_owned());
+    }
+    Some([first, second])
+}
+
 impl RawKind {
     fn check(&self, check: &mut Check) -> PlayedKind {
         let name = self.name.as_ref().trim().to_owned();
@@ -232,52 +247,37 @@ impl RawKind {
             }
         };
         let side = check.number(self.side.as_ref(), "side", 0.0, spins);
-        let sd = self.spin_sd_rad_s.as_ref().map(|given| {
-            let sd = *given.as_ref();
-            if !sd.iter().all(|sd| *sd > 0.0 && sd.is_finite()) {
-                let message =
-                    "spin_sd_rad_s is no pair of errors; expected [cue ball's, object ball's], above 0";
-                check.wrong(given, message.to_owned());
-            }
-            sd
-        });
-        let from = match &self.spin_from {
-            None => match PlayedKind::usual(topspin, side) {
-                SpinFrom::Markers { .. } => SpinFrom::Markers { sd },
-                other => other,
-            },
-            Some(from) => match from.as_ref() {
-                From::Known => SpinFrom::Known,
-                From::Motion => SpinFrom::Motion,
-                From::Markers => SpinFrom::Markers { sd },
-            },
+        let sd = pair(
+            check,
+            &self.spin_sd_rad_s,
+            |cue, object| [cue, object].iter().all(|sd| *sd > 0.0 && sd.is_finite()),
+            "spin_sd_rad_s is no pair of errors; expected [cue ball's, object ball's], above 0",
+        );
+        let from = self.spin_from.as_ref().map(|from| *from.as_ref());
+        let from = match (from, PlayedKind::usual(topspin, side)) {
+            (Some(From::Known), _) | (None, SpinFrom::Known) => SpinFrom::Known,
+            (Some(From::Motion), _) | (None, SpinFrom::Motion) => SpinFrom::Motion,
+            (Some(From::Markers), _) | (None, SpinFrom::Markers { .. }) => SpinFrom::Markers { sd },
         };
         if let (SpinFrom::Motion, true, Some(at)) = (from, side != 0.0, &self.spin_from) {
             let message = "spin_from is \"motion\", which does not show side spin; expected known or markers";
             check.wrong(at, message.to_owned());
         }
         let default = PlayedKind::default();
-        let mut range =
-            |given: &Option<Spanned<[f64; 2]>>, default: [f64; 2], good: fn([f64; 2]) -> bool, what: &str| {
-                let Some(given) = given else { return default };
-                let [from, to] = *given.as_ref();
-                if !(from <= to && good([from, to])) {
-                    check.wrong(given, what.to_owned());
-                }
-                [from, to]
-            };
-        let speed_m_s = range(
+        let speed_m_s = pair(
+            check,
             &self.speed_m_s,
-            default.speed_m_s,
-            |[slow, fast]| slow > 0.0 && fast.is_finite(),
+            |slow, fast| 0.0 < slow && slow <= fast && fast.is_finite(),
             "speed_m_s is no range; expected [slowest, fastest], above 0",
         );
-        let cut_deg = range(
+        let cut_deg = pair(
+            check,
             &self.cut_deg,
-            default.cut_deg,
-            |[thick, thin]| thick > -90.0 && thin < 90.0,
+            |thick, thin| -90.0 < thick && thick <= thin && thin < 90.0,
             "cut_deg is no range; expected [least, most], between -90 and 90",
         );
+        let [speed_m_s, cut_deg] =
+            [speed_m_s.unwrap_or(default.speed_m_s), cut_deg.unwrap_or(default.cut_deg)];
         let shots = self.shots.as_ref().map_or(default.shots as i64, |given| {
             let shots = *given.as_ref();
             if !(1..=MOST_SHOTS as i64).contains(&shots) {

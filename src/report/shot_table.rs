@@ -7,7 +7,6 @@ use super::csv::{cell, line, number, quoted};
 use super::digits::{self, FEW, SHOT};
 use crate::fit::{Fit, FittedFrames, Residual};
 use crate::likelihood::frames::own_estimates::OwnEstimate;
-use crate::measurement::observable::Observable;
 
 /// The first columns: `used` is true or false, with the `reason` where a shot was left out or is doubtful; `chi2` is the sum of
 /// the squares of `values` standardized residuals, `largest` the largest of them in size. For each observable its column, `…_sd` and
@@ -18,39 +17,24 @@ pub const HEADER: &str = "shot,used,reason,cut_deg,speed_m_s,values,chi2,largest
 /// shots.csv as text. A cell whose number is unknown is empty.
 #[must_use]
 pub fn render(fit: &Fit) -> String {
-    let mut observables: Vec<Observable> = Vec::new();
-    let mut shots: Vec<(&str, Vec<&Residual>)> = Vec::new();
-    for residual in &fit.residuals {
-        if !observables.contains(&residual.observable) {
-            observables.push(residual.observable);
-        }
-        match shots.last_mut().filter(|(name, _)| *name == residual.shot) {
-            Some((_, own)) => own.push(residual),
-            None => shots.push((&residual.shot, vec![residual])),
-        }
-    }
-    let mut estimated: Vec<&str> = Vec::new();
-    let mut estimates: HashMap<&str, Vec<OwnEstimate>> = HashMap::new();
-    for (shot, own) in fit.frames.iter().flat_map(FittedFrames::estimates) {
-        for estimate in &own {
-            if !estimated.contains(&estimate.column) {
-                estimated.push(estimate.column);
-            }
-        }
-        estimates.insert(shot, own);
-    }
+    let observables = distinct(fit.residuals.iter().map(|residual| residual.observable));
+    let estimates: Vec<(&str, Vec<OwnEstimate>)> =
+        fit.frames.iter().flat_map(FittedFrames::estimates).collect();
+    let estimated = distinct(estimates.iter().flat_map(|(_, own)| own).map(|estimate| estimate.column));
+    let estimates: HashMap<&str, &[OwnEstimate]> =
+        estimates.iter().map(|(shot, own)| (*shot, own.as_slice())).collect();
     let mut head = vec![HEADER.to_owned()];
     for name in observables.iter().map(|observable| observable.column()) {
         head.extend([name.to_owned(), format!("{name}_sd"), format!("{name}_predicted")]);
     }
     head.extend(estimated.iter().flat_map(|name| [(*name).to_owned(), format!("{name}_sd")]));
     let mut table = line(head);
-    for (name, own) in &shots {
+    for own in fit.residuals.chunk_by(|one, next| one.shot == next.shot) {
+        let Some(Residual { shot: name, cut, speed, .. }) = own.first() else { continue };
         let doubt = fit.shots_doubtful.iter().find(|doubtful| doubtful.shot == *name);
         let standardized = || own.iter().map(|residual| residual.standardized);
         let chi2: f64 = standardized().map(|z| z * z).sum();
         let largest = standardized().fold(0.0, |most: f64, z| if z.abs() > most.abs() { z } else { most });
-        let (cut, speed) = own.first().map_or((f64::NAN, None), |residual| (residual.cut, residual.speed));
         let mut row = vec![
             quoted(name).into_owned(),
             "true".to_owned(),
@@ -71,7 +55,7 @@ pub fn render(fit: &Fit) -> String {
             });
             row.extend(found.unwrap_or_default());
         }
-        let of_shot = estimates.get(name).map_or(&[][..], Vec::as_slice);
+        let of_shot = estimates.get(name.as_str()).copied().unwrap_or_default();
         for column in &estimated {
             let found = of_shot.iter().find(|estimate| estimate.column == *column).map(|estimate| {
                 let sd = if fit.refuted.is_some() { f64::NAN } else { estimate.sd };
@@ -87,4 +71,15 @@ pub fn render(fit: &Fit) -> String {
         table += &line(own.iter().chain(&empty));
     }
     table
+}
+
+/// Each once, in the order of first appearance.
+fn distinct<T: PartialEq>(all: impl Iterator<Item = T>) -> Vec<T> {
+    let mut found = Vec::new();
+    for one in all {
+        if !found.contains(&one) {
+            found.push(one);
+        }
+    }
+    found
 }
