@@ -16,6 +16,9 @@ use super::{Failure, FidelityArg, print, unless_none};
 /// Tolerance of an integration in parts of what the effects left out may change.
 const INTEGRATION: f64 = 1e-3;
 
+/// The effects, and the motion afterwards.
+type Explained = ([Estimate; 10], [Estimate; 3]);
+
 /// Collision frame: x along the line of centres from cue ball to object ball, z up; a positive cut
 /// angle means that the cue ball moves towards +y. Topspin is omega_y > 0.
 #[derive(clap::Args)]
@@ -150,8 +153,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         let outcome = case.collide(&model)?;
         vec![Computed { case, line: 1, model, outcome: Ok(outcome) }]
     };
-    // the effects, and the motion afterwards
-    let explained = |computed: &Computed| -> Result<Option<([Estimate; 10], [Estimate; 3])>, Failure> {
+    let explained = |computed: &Computed| -> Result<Option<Explained>, Failure> {
         let Computed { case, model, outcome: Ok(outcome), .. } = computed else { return Ok(None) };
         if !args.explain {
             return Ok(None);

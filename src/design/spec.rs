@@ -208,11 +208,11 @@ impl RawCamera {
 /// Two numbers, if they are given.
 fn pair(
     check: &mut Check,
-    given: &Option<Spanned<[f64; 2]>>,
+    given: Option<&Spanned<[f64; 2]>>,
     good: fn(f64, f64) -> bool,
     otherwise: &str,
 ) -> Option<[f64; 2]> {
-    let given = given.as_ref()?;
+    let given = given?;
     let [first, second] = *given.as_ref();
     if !good(first, second) {
         check.wrong(given, otherwise.to_owned());
@@ -249,7 +249,7 @@ impl RawKind {
         let side = check.number(self.side.as_ref(), "side", 0.0, spins);
         let sd = pair(
             check,
-            &self.spin_sd_rad_s,
+            self.spin_sd_rad_s.as_ref(),
             |cue, object| [cue, object].iter().all(|sd| *sd > 0.0 && sd.is_finite()),
             "spin_sd_rad_s is no pair of errors; expected [cue ball's, object ball's], above 0",
         );
@@ -266,13 +266,13 @@ impl RawKind {
         let default = PlayedKind::default();
         let speed_m_s = pair(
             check,
-            &self.speed_m_s,
+            self.speed_m_s.as_ref(),
             |slow, fast| 0.0 < slow && slow <= fast && fast.is_finite(),
             "speed_m_s is no range; expected [slowest, fastest], above 0",
         );
         let cut_deg = pair(
             check,
-            &self.cut_deg,
+            self.cut_deg.as_ref(),
             |thick, thin| -90.0 < thick && thick <= thin && thin < 90.0,
             "cut_deg is no range; expected [least, most], between -90 and 90",
         );

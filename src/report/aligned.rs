@@ -17,10 +17,8 @@ pub(super) fn table(table: &Table, indent: &str) -> String {
     for row in rows {
         let mut line = indent.to_owned();
         for (i, (cell, (width, right))) in row.iter().zip(&columns).enumerate() {
-            line += &match *right && !table.spans(row, i) {
-                true => format!("{cell:>width$}  "),
-                false => format!("{cell:<width$}  "),
-            };
+            let to_the_right = *right && !table.spans(row, i);
+            line += &if to_the_right { format!("{cell:>width$}  ") } else { format!("{cell:<width$}  ") };
         }
         text.push_str(line.trim_end());
         text.push('\n');

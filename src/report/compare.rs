@@ -5,10 +5,9 @@ use std::collections::HashSet;
 use serde::{Serialize, Serializer};
 use serde_json::{Value as Json, json};
 
-use super::content::{Block, Report, Section, Table, facts};
+use super::content::{Block, Report, Section, Table, Verdict, facts};
 use super::diagnostics::list;
 use super::digits::{self, FEW, MANY, decimal, probability, relative, significant};
-use super::json::verdict;
 use super::number::{interval, plain, with_error};
 use super::plot;
 use super::plot::compare::{forest, residuals};
@@ -314,7 +313,7 @@ fn document(comparison: &Comparison) -> Json {
         };
         json!({"losses": robust.losses, "weights": list(&robust.weights, weight)})
     });
-    json!({"version": env!("CARGO_PKG_VERSION"), "format_version": super::FORMAT_VERSION, "verdict": verdict(&comparison.verdict()), "fidelity": comparison.fidelity, "method": comparison.method.name(),
+    json!({"version": env!("CARGO_PKG_VERSION"), "format_version": super::FORMAT_VERSION, "verdict": Verdict::from(comparison.verdict()), "fidelity": comparison.fidelity, "method": comparison.method.name(),
            "computed": list(&comparison.computed, diagnostics::computed),
            "robust": robust, "constraints": list(&comparison.relations, diagnostics::constraint),
            "notes": comparison.notes, "told_by": comparison.told_by,

@@ -306,9 +306,12 @@ fn document(design: &Design) -> Json {
         entry
     };
     let mixture = |mixture: &Mixture| {
-        let counted = |(index, shots): &(usize, u64)| match mixture.of_cells {
-            true => at(&design.cells[*index], *shots),
-            false => json!({"kind": name(*index), "shots": shots}),
+        let counted = |(index, shots): &(usize, u64)| {
+            if mixture.of_cells {
+                at(&design.cells[*index], *shots)
+            } else {
+                json!({"kind": name(*index), "shots": shots})
+            }
         };
         json!({
             "for": mixture.parameter.map_or("all", Parameter::name),

@@ -143,7 +143,9 @@ fn impacts(dataset: &Dataset, extracted: &[(TrackShot, Impact)]) -> String {
                 }
                 _ => [None; 3],
             };
-            shown.iter().for_each(|component| add(component.as_ref()));
+            for component in &shown {
+                add(component.as_ref());
+            }
             cells.push(
                 match shot.spin {
                     Spin::Measured { .. } => "measured",

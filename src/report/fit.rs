@@ -2,7 +2,7 @@
 
 use super::content::{Block, Report, Section, Table, facts};
 use super::number::{count_of, interval, plain, with_error};
-use super::shots::{named, shot_list};
+use super::shots::{Filmed, named, shot_list};
 use super::table::{INTERVAL, chi2_text, estimate, with_unit};
 use super::trust::sections;
 use super::{bodies, model, noise_estimated, p_text, reduced_chi2, title};
@@ -11,8 +11,8 @@ use crate::fit::{Counted, DOWN_WEIGHTED, Estimate, Fit, Method, Noise, Status};
 /// The pictures that go into a report.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Pictures {
-    /// The paths of all shots, as SVG.
-    pub paths: Option<String>,
+    /// Of footage.
+    pub filmed: Filmed,
     /// Residual plots, as SVG.
     pub residuals: Option<String>,
     /// Regions of pairs of parameters, as SVG.
@@ -21,8 +21,6 @@ pub(crate) struct Pictures {
     pub camera: Option<String>,
     /// What was measured of discs, as SVG.
     pub discs: Option<String>,
-    /// Tracks of shots: name and SVG.
-    pub shots: Vec<(String, String)>,
 }
 
 /// Titles of sections that stay open.
@@ -52,7 +50,7 @@ pub(crate) fn content_with(fit: &Fit, pictures: &Pictures) -> Report {
     };
     let mut all = vec![parameters(fit), computation(fit)];
     all.extend(figure(
-        &pictures.paths,
+        &pictures.filmed.paths,
         ALL_SHOTS,
         "",
         "The paths of both balls in all shots, seen from above",
@@ -76,7 +74,7 @@ pub(crate) fn content_with(fit: &Fit, pictures: &Pictures) -> Report {
         fit.shots_rejected.iter().map(|rejected| [&rejected.shot, &rejected.reason].map(String::clone));
     all.extend(Section::of_rejected(rejected));
     all.extend(Section::of_notes(fit.notes.clone()));
-    all.extend(Section::of_shots(shot_list(named(fit), &pictures.shots), tested));
+    all.extend(Section::of_shots(shot_list(named(fit), &pictures.filmed.shots), tested));
     // what was measured and what it is compared with stays open
     let open = |section: &Section| {
         ["Parameters", ALL_SHOTS, ALL_DISCS, RESIDUAL_PLOTS].contains(&section.title.as_str())

@@ -7,10 +7,11 @@
 use serde::{Serialize, Serializer};
 use serde_json::{Value, json};
 
+use super::content::Verdict;
 use super::digits::{self, FEW, MANY, decimal, probability, relative, significant, to_error};
 use super::{FORMAT_VERSION, ReportError, diagnostics, pretty, reduced_chi2, unit_name, unit_of};
 use crate::fit::causes::Explanation;
-use crate::fit::{Estimate, Fit, FoundCamera, FoundCorrection, Noise, Refuted, Rejected, Verdict};
+use crate::fit::{Estimate, Fit, FoundCamera, FoundCorrection, Noise, Refuted, Rejected};
 use crate::measurement::dataset::ObjectBall;
 
 /// fit.json as text, with a newline at its end. What is not finite becomes `null`.
@@ -64,7 +65,7 @@ fn document(fit: &Fit) -> impl Serialize + '_ {
     entry! {
         dataset: &fit.dataset,
         group: fit.group.as_ref().map(|(column, label)| entry! { column: column, label: label }),
-        verdict: verdict(&fit.verdict()),
+        verdict: Verdict::from(fit.verdict()),
         cloth: &fit.cloth,
         source: &fit.source,
         ball: body(fit, 0),
@@ -107,11 +108,6 @@ fn document(fit: &Fit) -> impl Serialize + '_ {
         iterations: fit.iterations,
         seconds: relative(fit.seconds, FEW),
     }
-}
-
-/// As fit.json and compare.json have it.
-pub(super) fn verdict(found: &Verdict) -> Value {
-    json!({"grade": found.grade.name(), "sentence": found.sentence})
 }
 
 /// An object whose keys keep their order.

@@ -124,11 +124,10 @@ fn report(
     let svg = |picture: Option<Picture>| picture.as_ref().map(Picture::svg).transpose();
     let pictures = Pictures {
         discs: svg(plot::discs::picture(fit))?,
-        paths: filmed.paths.clone(),
+        filmed: filmed.clone(),
         residuals: Some(residuals),
         contours: Some(contours.clone()).filter(|svg| !svg.is_empty()),
         camera: svg(camera)?,
-        shots: filmed.shots.clone(),
     };
     html::render(&content_with(fit, &pictures))
 }
