@@ -100,8 +100,7 @@ fn extract(
         |dataset: &Dataset| dataset.tracks.as_ref().map_or_else(Vec::new, |tracks| tracks.notes.clone());
     let save = |drawn: Vec<(String, Vec<u8>)>, files: &[(&str, Vec<u8>)]| {
         if pictures {
-            let named: Vec<_> = drawn.iter().map(|(name, svg)| (name.as_str(), svg.clone())).collect();
-            write::write_files(&named, &folder.join("shots"))?;
+            write::write_files(&drawn, &folder.join("shots"))?;
         }
         write::write_files(files, folder)
     };

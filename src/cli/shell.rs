@@ -47,7 +47,6 @@ pub fn man(args: &Man) -> Result<(), Failure> {
     for command in all.get_subcommands() {
         pages.push((format!("caromfit-{}.1", command.get_name()), page(command.clone())?));
     }
-    let pages: Vec<_> = pages.iter().map(|(name, text)| (name.as_str(), text.clone())).collect();
     Ok(write::write_files(&pages, out)?)
 }
 

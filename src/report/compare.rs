@@ -6,14 +6,13 @@ use serde::{Serialize, Serializer};
 use serde_json::{Value as Json, json};
 
 use super::content::{Block, Report, Section, Table, Verdict, facts};
-use super::diagnostics::list;
 use super::digits::{self, FEW, MANY, decimal, probability, relative, significant};
 use super::number::{interval, plain, with_error};
 use super::plot;
 use super::plot::compare::{forest, residuals};
 use super::shots::{MOST_PICTURES, ShotPicture, shot_list, size, with_spots};
 use super::trust::{computed, constraints, down_weighted};
-use super::{LEAST_P, ReportError, csv, diagnostics, html, p_text, pretty, text};
+use super::{LEAST_P, ReportError, csv, diagnostics, html, list, p_text, pretty, text};
 use crate::compare::{Compared, Comparison, Difference, LabelResidual, Value};
 use crate::fit::{Counted, Method, Prepared, Rejected, Residual};
 

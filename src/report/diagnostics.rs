@@ -1,9 +1,9 @@
 //! How far a fit can be trusted, for fit.json.
 
-use serde_json::{Map, Value, json};
+use serde_json::{Value, json};
 
-use super::by_name;
 use super::digits::{FEW, MANY, decimal, edge, end, probability, relative, significant, to_error};
+use super::{by_name, list};
 use crate::fit::{
     Alternative, Bootstrap, Bound, Combination, Computed, Contour, Fit, FoundMinimum, Goodness,
     Identifiability, Influence, JointFit, Level, Profile, Robust, SharedEstimate, SharedKind, Starts, Trend,
@@ -14,14 +14,14 @@ use crate::measurement::parameter::Parameter;
 type Errors<'a> = &'a dyn Fn(Parameter) -> Option<f64>;
 
 /// The keys of fit.json that say it.
-pub(super) fn entries(fit: &Fit) -> Map<String, Value> {
+pub(super) fn entries(fit: &Fit) -> Value {
     let found = &fit.diagnostics;
     let error = |parameter: Parameter| {
         fit.estimates.iter().find(|e| e.parameter == parameter).and_then(|e| e.std_error)
     };
     // the values of a refuted model need not be determined, and differ with the last digits of the data
     let holds = fit.refuted.is_none().then_some(&error as Errors);
-    let entries = json!({
+    json!({
         "computed": list(&found.computed, computed),
         "identifiability": found.identifiability.as_ref().map(identifiability),
         "goodness": found.goodness.as_ref().map(|found| goodness(found, fit.tested().name())),
@@ -34,13 +34,7 @@ pub(super) fn entries(fit: &Fit) -> Map<String, Value> {
         "model_comparison": list(&found.alternatives, |found| alternative(found, holds)),
         "information_bound": found.bound.as_ref().map(bound),
         "joint": found.joint.as_ref().map(joint),
-    });
-    if let Value::Object(entries) = entries { entries } else { Map::new() }
-}
-
-/// One entry for each of several.
-pub(super) fn list<T>(all: &[T], entry: impl FnMut(&T) -> Value) -> Value {
-    all.iter().map(entry).collect()
+    })
 }
 
 pub(super) fn computed(found: &Computed) -> Value {

@@ -80,6 +80,11 @@ fn pretty(value: &(impl Serialize + ?Sized), of: &str) -> Result<String, ReportE
         .map_err(|source| ReportError::Json { dataset: of.to_owned(), source })
 }
 
+/// One entry for each of several.
+fn list<T>(all: &[T], entry: impl FnMut(&T) -> Value) -> Value {
+    all.iter().map(entry).collect()
+}
+
 /// What is told of parameters, by their names.
 fn by_name<T: Serialize>(told: impl IntoIterator<Item = (Parameter, T)>) -> Value {
     Value::Object(

@@ -134,9 +134,9 @@ fn report(
 
 /// Puts files into a folder, which is made where it is missing: all are complete on the disk before
 /// the first one replaces what was there.
-pub fn write_files(files: &[(&str, Vec<u8>)], folder: &Path) -> Result<(), ReportError> {
+pub fn write_files(files: &[(impl AsRef<str>, Vec<u8>)], folder: &Path) -> Result<(), ReportError> {
     let contents: Vec<(&str, Content)> =
-        files.iter().map(|(name, content)| (*name, bytes(content.as_slice()))).collect();
+        files.iter().map(|(name, content)| (name.as_ref(), bytes(content.as_slice()))).collect();
     write_contents(&contents.iter().collect::<Vec<_>>(), folder)
 }
 
