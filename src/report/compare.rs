@@ -157,13 +157,8 @@ fn estimates(comparison: &Comparison) -> Table {
 
 /// What was done to the shots: what each was computed with, constraints, shots that count less.
 fn about(comparison: &Comparison) -> Vec<Section> {
-    let mut about = Vec::new();
-    if comparison.computed.len() > 1 {
-        about.push(computed(&comparison.computed));
-    }
-    if !comparison.relations.is_empty() {
-        about.push(constraints(&comparison.relations));
-    }
+    let mut about: Vec<Section> = computed(&comparison.computed).into_iter().collect();
+    about.extend(constraints(&comparison.relations));
     if let Some(robust) = &comparison.robust {
         let named = |(sample, shot, weight): &(usize, String, f64)| {
             (format!("{}, shot {shot}", comparison.samples[*sample].title), *weight)

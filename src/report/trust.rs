@@ -19,17 +19,13 @@ pub(super) fn sections(fit: &Fit) -> Vec<Section> {
         let section = Section::lines("Doubtful shots", lines.collect());
         sections.push(Section { about: about.to_owned(), ..section });
     }
-    if found.computed.len() > 1 {
-        sections.push(computed(&found.computed));
-    }
+    sections.extend(computed(&found.computed));
     sections.extend(found.identifiability.as_ref().map(identifiability));
     sections.extend(found.bound.as_ref().map(|found| bound(fit, found)));
     sections.extend(found.goodness.as_ref().map(|goodness| residuals(fit, goodness)));
     sections.extend(found.goodness.as_ref().filter(|g| !g.influence.is_empty()).map(influence));
     sections.extend(found.robust.as_ref().map(robust));
-    if !found.relations.is_empty() {
-        sections.push(constraints(&found.relations));
-    }
+    sections.extend(constraints(&found.relations));
     sections.extend(found.starts.as_ref().map(starts));
     sections.extend(found.bootstrap.as_ref().map(bootstrap));
     if !found.alternatives.is_empty() {
@@ -38,21 +34,21 @@ pub(super) fn sections(fit: &Fit) -> Vec<Section> {
     sections
 }
 
-/// What every shot was computed with.
-pub(super) fn computed(found: &[Computed]) -> Section {
+/// What every shot was computed with; `None` where that is the same.
+pub(super) fn computed(found: &[Computed]) -> Option<Section> {
     let line = |Computed { fidelity, effects, shots }: &Computed| {
         let on: Vec<_> = effects.list().into_iter().filter_map(|(name, on)| on.then_some(name)).collect();
         let count = count_of(*shots, "shot");
         format!("{count} at {}: {}", fidelity.name(), on.join(", "))
     };
-    Section::lines("What each shot calls for", found.iter().map(line).collect())
+    (found.len() > 1).then(|| Section::lines("What each shot calls for", found.iter().map(line).collect()))
 }
 
-/// Relations between parameters, and whether they hold with equality.
-pub(super) fn constraints(found: &[(String, bool)]) -> Section {
+/// Relations between parameters, if there are any, and whether they hold with equality.
+pub(super) fn constraints(found: &[(String, bool)]) -> Option<Section> {
     let state = |active: bool| if active { "holds with equality" } else { "holds, with room" };
     let lines = found.iter().map(|(text, active)| format!("{text}: {}", state(*active)));
-    Section::lines("Constraints between parameters", lines.collect())
+    (!found.is_empty()).then(|| Section::lines("Constraints between parameters", lines.collect()))
 }
 
 fn bound(fit: &Fit, found: &Bound) -> Section {
