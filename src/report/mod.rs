@@ -1,5 +1,5 @@
 //! A [`Fit`] → what people and programs read of it. What people read is made once, as a value ([`content`]), and walked by
-//! [`text`] and [`html`]; programs read [`json`] and [`csv`]. All are pure: a fit goes in, text or bytes come out. Only
+//! [`text`] and [`html`]; programs read [`json`](mod@json) and [`csv`]. All are pure: a fit goes in, text or bytes come out. Only
 //! [`write`](mod@write) touches the disk.
 
 pub mod accuracy;
