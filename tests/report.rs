@@ -281,7 +281,7 @@ fn text_and_html_say_the_same() {
                 match block {
                     Block::Lines(lines) => lines.iter().for_each(|line| both(line)),
                     Block::Table(table) => {
-                        table.rows.iter().flatten().for_each(|cell| both(&cell.text));
+                        table.rows.iter().flatten().for_each(|cell| both(cell));
                     }
                     Block::Figure(_) | Block::Shots(_) => {}
                 }

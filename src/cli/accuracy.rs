@@ -5,16 +5,14 @@ use std::path::PathBuf;
 use caromfit::fit::Prepared;
 use caromfit::io;
 use caromfit::likelihood::Plan;
-use caromfit::measurement::dataset;
-use caromfit::measurement::dataset::Dataset;
+use caromfit::measurement::dataset::{self, Dataset};
 use caromfit::measurement::parameter::Parameter;
 use caromfit::physics::ball::Ball;
 use caromfit::physics::collision::{Coefficients, Fidelity, MAX_KAPPA, Model};
 use caromfit::report;
 use caromfit::report::plot::precision;
 use caromfit::report::write;
-use caromfit::studies::accuracy;
-use caromfit::studies::accuracy::Shot;
+use caromfit::studies::accuracy::{self, Shot};
 use caromfit::studies::bias;
 
 use super::progress::Progress;
@@ -61,7 +59,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let giving_way = kappa.map_or(&[][..], |_| &bias::FITTED_GIVING_WAY);
     let progress = Progress::new(1 + bias::FITTED.len() + giving_way.len());
     progress.step("errors and times");
-    let rows = accuracy::study(&shots, dataset.ball, kappa).map_err(Failure::work)?;
+    let rows = accuracy::study(&shots, dataset.ball, kappa)?;
     progress.done();
     let mut biases = Vec::new();
     let mut tables = String::new();
@@ -70,32 +68,31 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         let first = biases.len();
         for way in ways {
             progress.step(&format!("fitting with {}", way.name()));
-            biases.push(bias::bias(&data, *way).map_err(Failure::work)?);
+            biases.push(bias::bias(&data, *way)?);
             progress.done();
         }
         if !ways.is_empty() {
-            tables += &format!("\n{}", report::accuracy::bias_table(&biases[first..], data.shots.len()));
+            tables += &report::accuracy::bias_table(&biases[first..], data.shots.len());
         }
     }
     progress.finish();
+    let picture = precision::picture(&rows);
     let files = [
         ("accuracy.csv", report::accuracy::csv(&rows).into_bytes()),
         ("bias.csv", report::accuracy::bias_csv(&biases).into_bytes()),
-        ("accuracy.svg", precision::svg(&rows).map_err(Failure::work)?.into_bytes()),
-        ("accuracy.png", precision::png(&rows).map_err(Failure::work)?),
+        ("accuracy.svg", picture.svg()?.into_bytes()),
+        ("accuracy.png", picture.png()?),
     ];
-    write::write_files(&files, &args.out).map_err(Failure::work)?;
+    write::write_files(&files, &args.out)?;
     if args.json {
-        let document = report::accuracy::json(&rows, &biases, (shots.len(), left_out));
-        return print(&document.map_err(Failure::work)?);
+        return print(&report::accuracy::json(&rows, &biases, (shots.len(), left_out))?);
     }
     let left_out = if left_out > 0 { format!(", {left_out} left out") } else { String::new() };
-    print(&format!("{} shots{left_out}\n\n{}{tables}", shots.len(), report::accuracy::table(&rows)))
+    print(&format!("{} shots{left_out}\n{}\n{tables}", shots.len(), report::accuracy::table(&rows)))
 }
 
 fn of_dataset(path: &std::path::Path) -> Result<(Dataset, Vec<Shot>, usize), Failure> {
-    let loaded = io::load(path).map_err(Failure::input)?;
-    let Prepared { dataset, .. } = Prepared::new(loaded, &|| {});
+    let Prepared { dataset, .. } = Prepared::new(io::load(path)?, &|| {});
     let [mu, mu_s, e] = Parameter::COEFFICIENTS.map(|parameter| dataset.settings[parameter].initial);
     let coefficients = Coefficients { mu, mu_s, e };
     let model = dataset.model(Fidelity::Full);

@@ -3,11 +3,9 @@
 use std::path::{Path, PathBuf};
 
 use caromfit::fit::Fit;
-use caromfit::io::stored_fit;
-use caromfit::io::stored_fit::StoredFit;
-use caromfit::report;
-use caromfit::report::regression;
+use caromfit::io::stored_fit::{self, StoredFit};
 use caromfit::report::regression::{Moved, Tolerance};
+use caromfit::report::{self, regression};
 
 use super::Failure;
 
@@ -19,7 +17,7 @@ pub struct Baseline {
 
 impl Baseline {
     pub fn read(path: &Path) -> Result<Self, Failure> {
-        let stored = stored_fit::read(path).map_err(Failure::input)?;
+        let stored = stored_fit::read(path)?;
         Ok(Self { path: path.to_path_buf(), stored })
     }
 
@@ -58,8 +56,5 @@ pub fn tolerance(text: &str) -> Result<Tolerance, String> {
 }
 
 pub fn table(moved: &[(String, Moved)]) -> String {
-    format!(
-        "the fit is no longer that of the baseline:\n{}",
-        report::regression_table::render(moved).trim_end()
-    )
+    format!("the fit is no longer that of the baseline:\n{}", regression::table(moved).trim_end())
 }

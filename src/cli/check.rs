@@ -8,9 +8,8 @@ use caromfit::measurement::dataset::Dataset;
 use caromfit::report::FORMAT_VERSION;
 use serde_json::{Value, json};
 
-use super::progress;
-use super::progress::Progress;
-use super::{Failure, print};
+use super::progress::{self, Progress};
+use super::{Failure, print, unless_none};
 
 /// Loads data sets, finds the impacts of footage, and says everything that is wrong or suspicious, without fitting
 /// and without writing anything. Exit status 2 if something is wrong, 1 if no shot of a data set can be used.
@@ -28,12 +27,11 @@ pub struct Args {
 /// What was found of a data set, for programs.
 fn document(dataset: &Dataset, found: &[check::Finding]) -> Value {
     let notes: Vec<&String> = dataset.notes().collect();
-    let left_out = |(shot, reason): &(String, String)| json!({"shot": shot, "reason": reason});
     let finding = |finding: &check::Finding| json!({"shot": finding.shot, "suspicious": finding.is_suspicious(), "sentence": finding.text});
     json!({
         "version": env!("CARGO_PKG_VERSION"), "format_version": FORMAT_VERSION,
         "dataset": dataset.name, "shots": dataset.shots.len(), "notes": notes,
-        "left_out": dataset.left_out.iter().map(left_out).collect::<Vec<_>>(),
+        "left_out": super::left_out(dataset),
         "findings": found.iter().map(finding).collect::<Vec<_>>(),
     })
 }
@@ -79,11 +77,8 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     if args.json {
         print(&format!("{:#}\n", Value::from(documents)))?;
     }
-    if !wrong.is_empty() {
-        let wrong: Vec<String> = wrong.iter().map(ToString::to_string).collect();
-        return Err(Failure::input(wrong.join("\nerror: ")));
-    }
-    if unusable.is_empty() { Ok(()) } else { Err(Failure::work(unusable.join("\nerror: "))) }
+    unless_none(&wrong, Failure::input)?;
+    unless_none(&unusable, Failure::work)
 }
 
 /// Shots that are named of many with the same finding.
@@ -98,8 +93,7 @@ fn said_once<'a>(what: &str, found: impl Iterator<Item = (Option<&'a str>, Strin
             None => sentences.push((sentence, shot.into_iter().collect())),
         }
     }
-    let mut text = String::new();
-    for (sentence, shots) in sentences {
+    let line = |(sentence, shots): (String, Vec<&str>)| {
         let named = shots.iter().take(NAMED).copied().collect::<Vec<_>>().join(", ");
         let of = match shots.len() {
             0 => String::new(),
@@ -107,7 +101,7 @@ fn said_once<'a>(what: &str, found: impl Iterator<Item = (Option<&'a str>, Strin
             count if count > NAMED => format!("shots {named} and {} more: ", count - NAMED),
             _ => format!("shots {named}: "),
         };
-        text.push_str(&format!("  {what}: {of}{sentence}\n"));
-    }
-    text
+        format!("  {what}: {of}{sentence}\n")
+    };
+    sentences.into_iter().map(line).collect()
 }

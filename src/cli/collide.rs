@@ -2,23 +2,22 @@
 
 use std::path::{Path, PathBuf};
 
-use caromfit::io::cases;
-use caromfit::io::cases::{BadCase, Case, Computed};
+use caromfit::io::cases::{self, BadCase, Case, Computed};
 use caromfit::physics::ball::{Ball, BallState, Vec3};
 use caromfit::physics::cloth_motion::Cloth;
-use caromfit::physics::collision::{
-    ClothTorque, Effects, Fidelity, MIN_TOLERANCE, Model, NotACollision, Outcome,
-};
-use caromfit::physics::effect_sizes;
-use caromfit::physics::effect_sizes::{Choice, Compared, Estimate};
+use caromfit::physics::collision::{ClothTorque, Effects, Fidelity, MIN_TOLERANCE, Model, Outcome};
+use caromfit::physics::effect_sizes::{self, Choice, Compared, Estimate};
 use caromfit::physics::friction_law::Law;
 use caromfit::report::FORMAT_VERSION;
-use serde_json::json;
+use serde_json::{Value, json};
 
-use super::{Failure, FidelityArg, print};
+use super::{Failure, FidelityArg, print, unless_none};
 
 /// Tolerance of an integration in parts of what the effects left out may change.
 const INTEGRATION: f64 = 1e-3;
+
+/// The effects, and the motion afterwards.
+type Explained = ([Estimate; 10], [Estimate; 3]);
 
 /// Collision frame: x along the line of centres from cue ball to object ball, z up; a positive cut
 /// angle means that the cue ball moves towards +y. Topspin is omega_y > 0.
@@ -100,13 +99,13 @@ fn parse_spin(text: &str) -> Result<Vec3, String> {
 pub fn run(args: &Args) -> Result<(), Failure> {
     let torque = if args.as_printed { ClothTorque::AsPrinted } else { ClothTorque::Corrected };
     let fidelity = args.fidelity.0.or_else(|| args.effects.map(effect_sizes::cheapest));
+    let within = args.tolerance.unwrap_or(effect_sizes::TOLERANCE);
     let given = |case: &Case| -> Result<Model, BadCase> {
         let ball = Ball { radius: case.radius, ..Ball::POOL };
         let mut model = Model::new(fidelity.unwrap_or(Fidelity::Contact), ball);
         if let Some(ratio) = case.mass_ratio.or(args.mass_ratio) {
             model = model.with_mass_ratio(ratio);
         }
-        let within = args.tolerance.map_or(effect_sizes::TOLERANCE, |tolerance| tolerance);
         // integration must not add to what is left out
         let tolerance = match fidelity {
             Some(_) => args.tolerance.unwrap_or(Model::TOLERANCE),
@@ -126,7 +125,6 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         Ok(Model { kappa, effects: Effects { compliance: true, ..effects }, ..model })
     };
     let explain = |case: &Case| -> Result<Choice, BadCase> {
-        let within = args.tolerance.unwrap_or(effect_sizes::TOLERANCE);
         let (cue, coefficients) = case.before()?;
         let model = given(case)?;
         Ok(effect_sizes::choose(&model, &cue, &coefficients, within, Compared::Everything)?)
@@ -136,7 +134,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         if fidelity.is_some() { Ok(model) } else { Ok(explain(case)?.model(&model)) }
     };
     let collided: Vec<Computed> = if let Some(path) = &args.cases {
-        cases::collide_all(path, model).map_err(Failure::input)?
+        cases::collide_all(path, model)?
     } else {
         let number = |value: Option<f64>| value.unwrap_or(f64::NAN);
         let case = Case {
@@ -151,27 +149,25 @@ pub fn run(args: &Args) -> Result<(), Failure> {
             kappa: None,
             mass_ratio: None,
         };
-        let model = model(&case).map_err(Failure::input)?;
-        let outcome = case.collide(&model).map_err(Failure::input)?;
+        let model = model(&case)?;
+        let outcome = case.collide(&model)?;
         vec![Computed { case, line: 1, model, outcome: Ok(outcome) }]
     };
-    let explained = |case: &Case, model: &Model| -> Result<Option<[Estimate; 10]>, Failure> {
+    let explained = |computed: &Computed| -> Result<Option<Explained>, Failure> {
+        let Computed { case, model, outcome: Ok(outcome), .. } = computed else { return Ok(None) };
         if !args.explain {
             return Ok(None);
         }
-        let mut estimates = explain(case).map_err(Failure::input)?.estimates;
+        let mut effects = explain(case)?.estimates;
         let on = model.effects.and(model.fidelity.effects()).list();
-        for (estimate, (_, on)) in estimates.iter_mut().zip(on) {
-            estimate.on = on;
+        for (effect, (_, on)) in effects.iter_mut().zip(on) {
+            effect.on = on;
         }
-        Ok(Some(estimates))
-    };
-    let afterwards = |case: &Case, model: &Model, outcome: &Outcome| -> Result<[Estimate; 3], Failure> {
-        let (cue, _) = case.before().map_err(Failure::input)?;
-        let within =
-            if fidelity.is_none() { args.tolerance } else { None }.unwrap_or(effect_sizes::TOLERANCE);
+        let within = if fidelity.is_none() { within } else { effect_sizes::TOLERANCE };
         let cloth = Cloth { sliding: model.mu_k, ..Cloth::default() };
-        Ok(effect_sizes::motion(model, &cue, outcome, &cloth, effect_sizes::FOLLOWED, within))
+        let (cue, _) = case.before()?;
+        let motion = effect_sizes::motion(model, &cue, outcome, &cloth, effect_sizes::FOLLOWED, within);
+        Ok(Some((effects, motion)))
     };
     let file = args.cases.as_deref().unwrap_or(Path::new(""));
     let failed: Vec<String> = collided
@@ -183,40 +179,38 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         .collect();
     if args.json {
         let mut objects = Vec::new();
-        for Computed { case, model, outcome, .. } in &collided {
-            let mut one = object(&case.name, model.fidelity.name(), outcome);
-            if let (Some(estimates), Ok(outcome)) = (explained(case, model)?, outcome) {
+        for computed in &collided {
+            let mut one = object(computed);
+            if let Some((effects, motion)) = explained(computed)? {
                 let effect = |e: &Estimate| json!({"name": e.name, "size": e.size, "on": e.on, "why": e.why});
-                one["effects"] = estimates.iter().map(effect).collect();
-                one["motion"] = afterwards(case, model, outcome)?.iter().map(effect).collect();
+                one["effects"] = effects.iter().map(effect).collect();
+                one["motion"] = motion.iter().map(effect).collect();
             }
             objects.push(one);
         }
-        let document = match objects.as_slice() {
-            [one] if args.cases.is_none() => serde_json::to_string_pretty(one),
-            all => serde_json::to_string_pretty(all),
-        };
-        print(&(document.map_err(Failure::work)? + "\n"))?;
+        let document =
+            if args.cases.is_some() { Value::from(objects) } else { objects.pop().unwrap_or_default() };
+        print(&format!("{document:#}\n"))?;
     } else {
         let mut tables = Vec::new();
-        for Computed { case, model, outcome, .. } in &collided {
-            let Ok(outcome) = outcome else { continue };
-            let mut effects = String::new();
-            if let Some(estimates) = explained(case, model)? {
-                let motion = afterwards(case, model, outcome)?;
-                effects = effects_table("effect", &estimates)
-                    + &effects_table(&format!("in {} s afterwards", effect_sizes::FOLLOWED), &motion);
+        for computed in &collided {
+            let Ok(outcome) = &computed.outcome else { continue };
+            let mut text = table(&computed.case.name, computed.model.fidelity.name(), outcome);
+            if let Some((effects, motion)) = explained(computed)? {
+                text += &effects_table("effect", &effects);
+                text += &effects_table(&format!("in {} s afterwards", effect_sizes::FOLLOWED), &motion);
             }
-            tables.push(table(&case.name, model.fidelity.name(), outcome) + &effects);
+            tables.push(text);
         }
         print(&tables.join("\n"))?;
     }
-    if failed.is_empty() { Ok(()) } else { Err(Failure::work(failed.join("\nerror: "))) }
+    unless_none(&failed, Failure::work)
 }
 
-fn object(name: &str, fidelity: &str, outcome: &Result<Outcome, NotACollision>) -> serde_json::Value {
+fn object(Computed { case, model, outcome, .. }: &Computed) -> Value {
     let mut document = json!({
-        "version": env!("CARGO_PKG_VERSION"), "format_version": FORMAT_VERSION, "name": name, "fidelity": fidelity,
+        "version": env!("CARGO_PKG_VERSION"), "format_version": FORMAT_VERSION, "name": case.name,
+        "fidelity": model.fidelity.name(),
     });
     let ball =
         |state: &BallState| json!({"velocity": state.velocity.as_slice(), "spin": state.spin.as_slice()});

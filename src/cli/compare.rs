@@ -3,15 +3,13 @@
 use std::cell::Cell;
 use std::path::PathBuf;
 
-use caromfit::compare;
-use caromfit::compare::{CompareError, Options, Quantity};
+use caromfit::compare::{self, CompareError, Options, Quantity};
 use caromfit::fit::Method;
 use caromfit::measurement::loss::Loss;
 use caromfit::physics::collision::FidelityChoice;
 use caromfit::report::{compare as report, write};
 
-use super::progress;
-use super::progress::Progress;
+use super::progress::{self, Progress};
 use super::{Failure, FidelityArg, print};
 
 /// One joint fit of several data sets, or of the labels of one whose [fit] by names a column: which parameters differ,
@@ -76,11 +74,10 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let failed =
         |error: CompareError| if error.is_bad_input() { Failure::input(error) } else { Failure::work(error) };
     let comparison = analysis.comparison.map_err(failed)?;
-    let pictures = report::pictures(&comparison, &analysis.datasets).map_err(Failure::work)?;
-    let files = report::files(&comparison, &pictures).map_err(Failure::work)?;
-    write::write_files(&files, &args.out).map_err(Failure::work)?;
+    let pictures = report::pictures(&comparison, &analysis.datasets)?;
+    write::write_files(&report::files(&comparison, &pictures)?, &args.out)?;
     if args.json {
-        print(&report::json(&comparison).map_err(Failure::work)?)
+        print(&report::json(&comparison)?)
     } else {
         print(&report::table(&comparison))?;
         print(&format!("\nSee {}\n", args.out.join("report.html").display()))

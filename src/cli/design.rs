@@ -2,8 +2,7 @@
 
 use std::path::PathBuf;
 
-use caromfit::design;
-use caromfit::design::Expected;
+use caromfit::design::{self, Expected};
 use caromfit::measurement::parameter::Parameter;
 use caromfit::report::{design as report, write};
 
@@ -88,7 +87,7 @@ fn wish(text: &str) -> Result<(Parameter, f64), String> {
 
 pub fn run(args: &Args) -> Result<(), Failure> {
     let mut expected = match &args.spec {
-        Some(path) => Expected::read(path).map_err(Failure::input)?,
+        Some(path) => Expected::read(path)?,
         None => Expected::default(),
     };
     if !args.want.is_empty() {
@@ -102,10 +101,9 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let of = args.spec.as_ref().map_or("the design".to_owned(), |path| path.display().to_string());
     let design = design::design(&expected)
         .map_err(|error| Failure::input(format!("{of}: a shot of it is no collision: {error}")))?;
-    let files = report::files(&design).map_err(Failure::work)?;
-    write::write_files(&files, &args.out).map_err(Failure::work)?;
+    write::write_files(&report::files(&design)?, &args.out)?;
     if args.json {
-        print(&report::json(&design).map_err(Failure::work)?)
+        print(&report::json(&design)?)
     } else {
         print(&report::text(&design))?;
         print(&format!("\nSee {}\n", args.out.join("design.png").display()))

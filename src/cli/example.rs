@@ -1,6 +1,6 @@
 //! `caromfit example`: a small complete example to try everything on.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use caromfit::report::write;
 
@@ -16,48 +16,33 @@ pub struct Args {
     folder: PathBuf,
 }
 
-/// Folders and their files: name and content.
-const FILES: [(&str, &[(&str, &str)]); 2] = [
-    (
-        "balls",
-        &[
-            ("shots.csv", include_str!("../example/balls/shots.csv")),
-            ("balls-spec.toml", include_str!("../example/balls-spec.toml")),
-            ("dataset.toml", include_str!("../example/balls/dataset.toml")),
-        ],
-    ),
-    (
-        "pucks",
-        &[
-            ("disk-tracks.csv", include_str!("../../data/pucks-opencv/disk-tracks.csv")),
-            ("README.md", include_str!("../../data/pucks-opencv/README.md")),
-            ("dataset.toml", include_str!("../../data/pucks-opencv/dataset.toml")),
-        ],
-    ),
+/// Folder, name and content of each file.
+const FILES: [(&str, &str, &str); 6] = [
+    ("balls", "shots.csv", include_str!("../example/balls/shots.csv")),
+    ("balls", "balls-spec.toml", include_str!("../example/balls-spec.toml")),
+    ("balls", "dataset.toml", include_str!("../example/balls/dataset.toml")),
+    ("pucks", "disk-tracks.csv", include_str!("../../data/pucks-opencv/disk-tracks.csv")),
+    ("pucks", "README.md", include_str!("../../data/pucks-opencv/README.md")),
+    ("pucks", "dataset.toml", include_str!("../../data/pucks-opencv/dataset.toml")),
 ];
 
 pub fn run(args: &Args) -> Result<(), Failure> {
-    for (folder, _) in FILES {
-        let path = args.folder.join(folder);
-        if path.exists() {
-            return Err(Failure::input(format!(
-                "{}: is there already; expected none, as nothing is overwritten",
-                path.display()
-            )));
-        }
+    let folders = ["balls", "pucks"].map(|name| (name, args.folder.join(name)));
+    if let Some((_, path)) = folders.iter().find(|(_, path)| path.exists()) {
+        return Err(Failure::input(format!(
+            "{}: is there already; expected none, as nothing is overwritten",
+            path.display()
+        )));
     }
-    for (folder, files) in FILES {
-        let files: Vec<_> = files.iter().map(|(name, text)| (*name, text.as_bytes().to_vec())).collect();
-        write::write_files(&files, &args.folder.join(folder)).map_err(Failure::work)?;
+    for (name, path) in &folders {
+        let own = FILES.iter().filter(|(folder, ..)| folder == name);
+        let files: Vec<_> = own.map(|(_, file, text)| (*file, text.as_bytes().to_vec())).collect();
+        write::write_files(&files, path)?;
     }
-    let [balls, pucks] = ["balls", "pucks"].map(|folder| shown(&args.folder.join(folder)));
+    let [balls, pucks] = folders.map(|(_, path)| path.display().to_string());
     print(&format!(
         "{balls}: ten shots of a phone at 240 frames per second, in pixels (simulated)\n\
          {pucks}: a real film of two disks, 1 shot\n\
          Next: caromfit fit {balls} {pucks}\n"
     ))
-}
-
-fn shown(path: &Path) -> String {
-    path.display().to_string()
 }

@@ -3,8 +3,7 @@
 use std::path::PathBuf;
 
 use caromfit::io::stored_fit;
-use caromfit::report::export;
-use caromfit::report::export::Target;
+use caromfit::report::export::{self, Target};
 
 use super::{Failure, print};
 
@@ -24,7 +23,7 @@ pub struct Args {
 }
 
 pub fn run(args: &Args) -> Result<(), Failure> {
-    let fits = stored_fit::read(&args.fit).map_err(Failure::input)?;
+    let fits = stored_fit::read(&args.fit)?;
     let [fit] = fits.as_slice() else {
         return Err(Failure::input(format!(
             "{}: holds {} fits; expected one: name the folder of a label",

@@ -4,12 +4,12 @@ use std::path::{Path, PathBuf};
 
 use caromfit::fit::{Prepared, calibrated_discs};
 use caromfit::measurement::dataset::Dataset;
+use caromfit::measurement::track::TrackShot;
 use caromfit::report::{FORMAT_VERSION, ReportError, discs, extracted, write};
 use serde_json::json;
 
-use super::progress;
-use super::progress::Progress;
-use super::{Failure, print};
+use super::progress::{self, Progress};
+use super::{Failure, print, unless_none};
 
 /// Finds the impact of every shot and writes OUT/NAME/: a data set of kind "impacts" with uncertainties
 /// (dataset.toml, impacts.csv), what was left out and why (left-out.csv), and a picture of each shot (shots/).
@@ -34,20 +34,17 @@ pub struct Args {
 pub fn run(args: &Args) -> Result<(), Failure> {
     let (datasets, wrong) = progress::load(&args.datasets);
     let mut wrong: Vec<String> = wrong.iter().map(ToString::to_string).collect();
-    for dataset in datasets.iter().filter(|dataset| dataset.tracks.is_none()) {
-        let path = dataset.path.display();
-        wrong.push(format!("{path}: its kind is not \"tracks\": there is nothing to extract"));
-    }
-    if !wrong.is_empty() {
-        return Err(Failure::input(wrong.join("\nerror: ")));
-    }
+    wrong.extend(datasets.iter().filter(|dataset| dataset.tracks.is_none()).map(|dataset| {
+        format!("{}: its kind is not \"tracks\": there is nothing to extract", dataset.path.display())
+    }));
+    unless_none(&wrong, Failure::input)?;
     let progress = Progress::over_shots(&datasets, 0);
     let mut empty = Vec::new();
     let mut documents = Vec::new();
     for dataset in datasets {
         progress.step(&dataset.name);
         let folder = args.out.join(write::dataset_folder(&dataset.name));
-        let done = extract(dataset, &folder, !args.no_pictures, &progress).map_err(Failure::work)?;
+        let done = extract(dataset, &folder, !args.no_pictures, &progress)?;
         progress.done();
         let Done { dataset, shots, lines } = done;
         if shots == 0 {
@@ -57,11 +54,10 @@ pub fn run(args: &Args) -> Result<(), Failure> {
             continue;
         }
         if args.json {
-            let left_out = |(shot, reason): &(String, String)| json!({"shot": shot, "reason": reason});
             documents.push(json!({
                 "version": env!("CARGO_PKG_VERSION"), "format_version": FORMAT_VERSION,
                 "dataset": dataset.name, "folder": folder.display().to_string(), "shots": shots, "notes": lines,
-                "left_out": dataset.left_out.iter().map(left_out).collect::<Vec<_>>(),
+                "left_out": super::left_out(&dataset),
             }));
             continue;
         }
@@ -72,18 +68,16 @@ pub fn run(args: &Args) -> Result<(), Failure> {
             dataset.left_out.len(),
             folder.display()
         ))?;
-        for line in lines {
+        let left_out = dataset.left_out.iter().map(|(shot, why)| format!("left out: shot {shot}: {why}"));
+        for line in lines.into_iter().chain(left_out) {
             print(&format!("  {line}\n"))?;
-        }
-        for (shot, reason) in &dataset.left_out {
-            print(&format!("  left out: shot {shot}: {reason}\n"))?;
         }
     }
     progress.finish();
     if args.json {
         print(&format!("{:#}\n", serde_json::Value::from(documents)))?;
     }
-    if empty.is_empty() { Ok(()) } else { Err(Failure::work(empty.join("\nerror: "))) }
+    unless_none(&empty, Failure::work)
 }
 
 /// What was extracted of a data set.
@@ -101,11 +95,12 @@ fn extract(
     pictures: bool,
     progress: &Progress,
 ) -> Result<Done, ReportError> {
-    let said = dataset.tracks.iter().flat_map(|tracks| &tracks.notes).cloned().collect::<Vec<_>>();
+    // with what the extraction found
+    let notes =
+        |dataset: &Dataset| dataset.tracks.as_ref().map_or_else(Vec::new, |tracks| tracks.notes.clone());
     let save = |drawn: Vec<(String, Vec<u8>)>, files: &[(&str, Vec<u8>)]| {
         if pictures {
-            let named: Vec<_> = drawn.iter().map(|(name, svg)| (name.as_str(), svg.clone())).collect();
-            write::write_files(&named, &folder.join("shots"))?;
+            write::write_files(&drawn, &folder.join("shots"))?;
         }
         write::write_files(files, folder)
     };
@@ -115,10 +110,8 @@ fn extract(
             let drawn = if pictures { discs::pictures(&facts, &shots)? } else { Vec::new() };
             save(drawn, &discs::files(&dataset, &facts, &shots))?;
         }
-        let notes = dataset.tracks.iter().flat_map(|tracks| tracks.notes.iter().skip(said.len()));
-        let mut lines: Vec<String> = said.iter().chain(notes).cloned().collect();
-        for (shot, impact) in &shots {
-            let name = name(shot);
+        let mut lines = notes(&dataset);
+        for (TrackShot { name, .. }, impact) in &shots {
             lines.push(format!("shot {name}: {}", discs::summary(impact)));
             lines.extend(discs::remarks(impact).iter().map(|remark| format!("shot {name}: {remark}")));
         }
@@ -129,11 +122,6 @@ fn extract(
         let drawn = if pictures { extracted::pictures(&shots, &scene)? } else { Vec::new() };
         save(drawn, &extracted::files(&dataset, &shots))?;
     }
-    // with what the extraction found
-    let lines = dataset.tracks.iter().flat_map(|tracks| &tracks.notes).cloned().collect();
+    let lines = notes(&dataset);
     Ok(Done { dataset, shots: shots.len(), lines })
-}
-
-fn name(shot: &caromfit::measurement::track::TrackShot) -> &str {
-    &shot.name
 }

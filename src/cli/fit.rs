@@ -2,8 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use caromfit::fit;
-use caromfit::fit::{Falling, FilmUnknowns, Method, Options};
+use caromfit::fit::{self, Analysis, Falling, FilmUnknowns, Fit, Method, Options};
 use caromfit::measurement::dataset::Dataset;
 use caromfit::measurement::loss::Loss;
 use caromfit::physics::collision::{Effects, FidelityChoice, Model};
@@ -14,13 +13,11 @@ use caromfit::report::plot::paths;
 use caromfit::report::regression::Tolerance;
 use caromfit::report::shots::Filmed;
 
-use super::baseline;
-use super::baseline::Baseline;
-use super::progress;
-use super::progress::Progress;
+use super::baseline::{self, Baseline};
+use super::progress::{self, Progress};
 use super::table_only::{Told, is_table};
 use super::wanted::Wanted;
-use super::{Failure, FidelityArg, print};
+use super::{Failure, FidelityArg, print, print_lines, unless_none};
 
 /// The report in the folder of a fit.
 const REPORT: &str = "report.html";
@@ -160,8 +157,85 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let (mut datasets, assumed) = load(args)?;
     args.wanted.of(&mut datasets)?;
     let baseline = args.baseline.as_deref().map(Baseline::read).transpose()?;
+    let options = options(args);
+    let progress = Progress::over_shots(&datasets, args.bootstrap);
+    let (mut fits, mut failed, mut bad_input) = (Vec::new(), Vec::new(), false);
+    for dataset in datasets {
+        progress.step(&dataset.name);
+        let Analysis { fits: found, extracted, scene, .. } =
+            fit::analyse_watched(&dataset, &options, &|| progress.done());
+        match found {
+            Ok(found) => {
+                let worst = report::shots::worth_drawing(&found);
+                let shots = report::extracted::pictures_of(&worst, &extracted, &scene)?;
+                let paths = match found.as_slice() {
+                    [fit] => paths::svg(&fit.dataset, &extracted, &scene)?,
+                    _ => None,
+                };
+                fits.push((found, Filmed { shots, paths }));
+            }
+            Err(error) => {
+                bad_input |= error.is_bad_input();
+                failed.push(error.to_string());
+            }
+        }
+        progress.done();
+    }
+    if bad_input {
+        return unless_none(&failed, Failure::input);
+    }
+    let moved = match &baseline {
+        Some(baseline) => {
+            let all = fits.iter().flat_map(|(found, _)| found);
+            baseline.moved(all, &args.baseline_tolerance.unwrap_or_default())?
+        }
+        None => Vec::new(),
+    };
+    let mut reports = Vec::new();
+    for (found, filmed) in &fits {
+        let folder = report::fit_folder(found, &args.out);
+        // what moved is not written over what it moved from
+        if !moved.is_empty() && baseline.as_ref().is_some_and(|baseline| baseline.is_in(&folder)) {
+            continue;
+        }
+        report::write_all(found, filmed, &args.out)?;
+        reports.push(folder);
+    }
+    progress.finish();
+    let fits: Vec<Fit> = fits.into_iter().flat_map(|(found, _)| found).collect();
+    if args.shown.json {
+        print(&report::json::render_all(&fits)?)?;
+    } else {
+        print_lines(&assumed)?;
+        if !assumed.is_empty() {
+            print("\n")?;
+        }
+        args.shown.print(&fits)?;
+        print(&where_reports_are(&reports, &args.out))?;
+    }
+    if !moved.is_empty() {
+        failed.push(baseline::table(&moved));
+    }
+    unless_none(&failed, Failure::work)
+}
+
+impl Shown {
+    /// Prints the table, and what was asked for below it.
+    fn print(&self, fits: &[Fit]) -> Result<(), Failure> {
+        if self.all {
+            print(&report::table::render(fits))?;
+            print(&report::text::warnings(fits))?;
+        } else {
+            print(&report::overview::render(fits, super::colour()))?;
+        }
+        let verbose = fits.iter().filter(|_| self.verbose);
+        print(&verbose.map(|fit| format!("\n{}", report::text::render(fit))).collect::<String>())
+    }
+}
+
+fn options(args: &Args) -> Options {
     let fidelity = args.fidelity.0.or_else(|| args.effects.map(effect_sizes::cheapest));
-    let options = Options {
+    Options {
         fidelity: fidelity.map_or(FidelityChoice::Auto, FidelityChoice::Of),
         effects: args.effects,
         falling: args.falling.unwrap_or_default(),
@@ -174,84 +248,5 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         bootstrap: args.bootstrap,
         seed: args.seed,
         ..Options::default()
-    };
-    let progress = Progress::over_shots(&datasets, args.bootstrap);
-    let (mut fits, mut pictures) = (Vec::new(), Vec::new());
-    let (mut failed, mut bad_input) = (Vec::new(), false);
-    for dataset in datasets {
-        progress.step(&dataset.name);
-        let analysis = fit::analyse_watched(&dataset, &options, &|| progress.done());
-        match analysis.fits {
-            Ok(of_dataset) => {
-                let worst = report::shots::worth_drawing(&of_dataset);
-                let drawn = report::extracted::pictures_of(&worst, &analysis.extracted, &analysis.scene)
-                    .map_err(Failure::work)?;
-                let paths = match of_dataset.as_slice() {
-                    [fit] => paths::svg(&fit.dataset, &analysis.extracted, &analysis.scene)
-                        .map_err(Failure::work)?,
-                    _ => None,
-                };
-                pictures.push(Filmed { shots: drawn, paths });
-                fits.push(of_dataset);
-            }
-            Err(error) => {
-                bad_input |= error.is_bad_input();
-                failed.push(error.to_string());
-            }
-        }
-        progress.done();
     }
-    if bad_input {
-        progress.finish();
-        return Err(Failure::input(failed.join("\nerror: ")));
-    }
-    let moved = match &baseline {
-        Some(baseline) => {
-            Some(baseline.moved(fits.iter().flatten(), &args.baseline_tolerance.unwrap_or_default())?)
-        }
-        None => None,
-    };
-    let has_moved = moved.as_ref().is_some_and(|moved| !moved.is_empty());
-    let mut reports = Vec::new();
-    for (of_dataset, pictures) in fits.iter().zip(&pictures) {
-        // what moved is not written over what it moved from
-        if has_moved && baseline.as_ref().is_some_and(|b| b.is_in(&report::fit_folder(of_dataset, &args.out)))
-        {
-            continue;
-        }
-        let written = report::write_all(of_dataset, pictures, &args.out);
-        if let Err(error) = written {
-            progress.finish();
-            return Err(Failure::work(error));
-        }
-        reports.push(report::fit_folder(of_dataset, &args.out));
-    }
-    progress.finish();
-    let fits: Vec<_> = fits.into_iter().flatten().collect();
-    if args.shown.json {
-        print(&report::json::render_all(&fits).map_err(Failure::work)?)?;
-    } else {
-        for line in &assumed {
-            print(&format!("{line}\n"))?;
-        }
-        if !assumed.is_empty() {
-            print("\n")?;
-        }
-        if args.shown.all {
-            print(&report::table::render(&fits))?;
-            print(&report::text::warnings(&fits))?;
-        } else {
-            print(&report::overview::render(&fits, super::colour()))?;
-        }
-        if args.shown.verbose {
-            for fit in &fits {
-                print(&format!("\n{}", report::text::render(fit)))?;
-            }
-        }
-        print(&where_reports_are(&reports, &args.out))?;
-    }
-    if let Some(moved) = moved.filter(|moved| !moved.is_empty()) {
-        failed.push(baseline::table(&moved));
-    }
-    if failed.is_empty() { Ok(()) } else { Err(Failure::work(failed.join("\nerror: "))) }
 }

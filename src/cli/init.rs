@@ -3,12 +3,11 @@
 use std::io::{IsTerminal, Write};
 use std::path::PathBuf;
 
-use caromfit::io::draft;
-use caromfit::io::draft::Draft;
+use caromfit::io::draft::{self, Draft};
 use caromfit::report::write;
 
 use super::table_only::SLOW_MOTION;
-use super::{Failure, print};
+use super::{Failure, print, print_lines};
 
 /// Looks at files of tracks or measurements, detects their format, units and the names of tracks, whether they are of discs, and a
 /// table shots.csv, and writes a commented dataset.toml beside them; columns of tables in no known format are guessed by their names.
@@ -26,7 +25,7 @@ pub struct Args {
 }
 
 pub fn run(args: &Args) -> Result<(), Failure> {
-    let mut draft = draft::draft(&args.files).map_err(Failure::input)?;
+    let mut draft = draft::draft(&args.files)?;
     if args.stdout {
         return print(&draft.text);
     }
@@ -39,16 +38,12 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     }
     let talks = std::io::stdin().is_terminal() && std::io::stdout().is_terminal();
     if talks {
-        for line in std::mem::take(&mut draft.found) {
-            print(&format!("{line}\n"))?;
-        }
+        print_lines(&std::mem::take(&mut draft.found))?;
         ask(&mut draft)?;
     }
     let folder = if draft.folder.as_os_str().is_empty() { PathBuf::from(".") } else { draft.folder };
-    write::write_files(&[("dataset.toml", draft.text.into_bytes())], &folder).map_err(Failure::work)?;
-    for line in &draft.found {
-        print(&format!("{line}\n"))?;
-    }
+    write::write_files(&[("dataset.toml", draft.text.into_bytes())], &folder)?;
+    print_lines(&draft.found)?;
     let open = match draft.blanks.as_slice() {
         [] => String::new(),
         blanks => format!(" Fill in: {}.", blanks.join(", ")),
@@ -106,9 +101,9 @@ fn ask(draft: &mut Draft) -> Result<(), Failure> {
 fn answer<T>(question: &str, read: impl Fn(&str) -> Result<T, String>) -> Result<Option<T>, Failure> {
     loop {
         print(&format!("{question}: "))?;
-        std::io::stdout().flush().map_err(Failure::work)?;
+        std::io::stdout().flush()?;
         let mut line = String::new();
-        let bytes = std::io::stdin().read_line(&mut line).map_err(Failure::work)?;
+        let bytes = std::io::stdin().read_line(&mut line)?;
         let line = line.trim();
         if bytes == 0 || line.is_empty() {
             return Ok(None);
@@ -126,8 +121,6 @@ fn number(word: &str) -> Result<f64, String> {
 }
 
 fn one_of(word: &str, words: &[&str]) -> Result<String, String> {
-    let known = words.iter().find(|known| known.eq_ignore_ascii_case(word));
-    known
-        .map(|known| (*known).to_owned())
-        .ok_or_else(|| format!("\"{word}\": expected one of {}", words.join(", ")))
+    let known = words.iter().find(|known| known.eq_ignore_ascii_case(word)).map(|known| (*known).to_owned());
+    known.ok_or_else(|| format!("\"{word}\": expected one of {}", words.join(", ")))
 }

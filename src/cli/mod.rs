@@ -22,12 +22,20 @@ mod wanted;
 
 use std::process::ExitCode;
 
+use caromfit::fit::FitError;
+use caromfit::io::DatasetError;
+use caromfit::io::cases::BadCase;
+use caromfit::io::draft::InitError;
+use caromfit::io::stored_fit::StoredError;
+use caromfit::measurement::dataset::Dataset;
 use caromfit::measurement::loss::Loss;
-use caromfit::physics::collision::{Effects, Fidelity, MAX_TOLERANCE, MIN_TOLERANCE};
+use caromfit::physics::collision::{Effects, Fidelity, MAX_TOLERANCE, MIN_TOLERANCE, NotACollision};
 use caromfit::physics::friction_law::Law;
+use caromfit::report::ReportError;
 use caromfit::report::overview::Colour;
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 use clap::{Parser, Subcommand, ValueEnum};
+use serde_json::{Value, json};
 
 /// From footage of billiard-ball collisions to the friction between the balls μ, the friction of the
 /// cloth on the object ball μ_s, and the restitution e.
@@ -94,6 +102,28 @@ impl Failure {
     fn work(message: impl ToString) -> Self {
         Self { bad_input: false, message: message.to_string() }
     }
+}
+
+/// Errors of the library, and which kind of failure they are.
+macro_rules! failures {
+    ($($kind:ident: $($error:ty),*;)*) => { $($(
+        impl From<$error> for Failure {
+            fn from(error: $error) -> Self {
+                Self::$kind(error)
+            }
+        }
+    )*)* };
+}
+
+failures! {
+    input: DatasetError, StoredError, InitError, BadCase;
+    work: ReportError, NotACollision, FitError, std::io::Error, serde_json::Error;
+}
+
+/// A failure that names everything that went wrong, if anything did.
+fn unless_none(wrong: &[impl ToString], failure: fn(String) -> Failure) -> Result<(), Failure> {
+    let wrong: Vec<String> = wrong.iter().map(ToString::to_string).collect();
+    if wrong.is_empty() { Ok(()) } else { Err(failure(wrong.join("\nerror: "))) }
 }
 
 /// A collision model by its name on the command line; `None`: the cheapest that serves, for each shot.
@@ -198,6 +228,16 @@ fn colour() -> Colour {
     let is_set = |name: &str| std::env::var_os(name).is_some_and(|value| !value.is_empty());
     let is_dumb = std::env::var_os("TERM").is_some_and(|value| value == "dumb");
     if std::io::stdout().is_terminal() && !is_set("NO_COLOR") && !is_dumb { Colour::On } else { Colour::Off }
+}
+
+/// The shots of a data set that were left out, for programs.
+fn left_out(dataset: &Dataset) -> Value {
+    dataset.left_out.iter().map(|(shot, reason)| json!({"shot": shot, "reason": reason})).collect()
+}
+
+/// Prints lines.
+fn print_lines(lines: &[String]) -> Result<(), Failure> {
+    print(&lines.iter().map(|line| format!("{line}\n")).collect::<String>())
 }
 
 /// Prints to standard output; a closed pipe (`caromfit … | head`) is no error.

@@ -4,12 +4,11 @@ use std::io::IsTerminal;
 use std::thread;
 use std::time::Duration;
 
-use caromfit::io;
-use caromfit::io::DatasetError;
+use caromfit::io::{self, DatasetError};
 use caromfit::measurement::dataset::Dataset;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 
-use super::Failure;
+use super::{Failure, unless_none};
 
 /// Work that takes less than this shows no progress.
 const QUIET: Duration = Duration::from_secs(1);
@@ -69,6 +68,13 @@ impl Progress {
     }
 }
 
+/// However the work ended.
+impl Drop for Progress {
+    fn drop(&mut self) {
+        self.finish();
+    }
+}
+
 /// Loads data sets; what is wrong with any of them.
 pub fn load(paths: &[std::path::PathBuf]) -> (Vec<Dataset>, Vec<DatasetError>) {
     let progress = Progress::new(paths.len());
@@ -88,10 +94,7 @@ pub fn load(paths: &[std::path::PathBuf]) -> (Vec<Dataset>, Vec<DatasetError>) {
 /// Loads data sets, all of which must be right and have names of their own, by which results are told apart.
 pub fn load_all(paths: &[std::path::PathBuf]) -> Result<Vec<Dataset>, Failure> {
     let (datasets, wrong) = load(paths);
-    if !wrong.is_empty() {
-        let wrong: Vec<String> = wrong.iter().map(ToString::to_string).collect();
-        return Err(Failure::input(wrong.join("\nerror: ")));
-    }
+    unless_none(&wrong, Failure::input)?;
     named_apart(&datasets)?;
     Ok(datasets)
 }

@@ -36,8 +36,8 @@ pub fn completions(args: &Completions) -> Result<(), Failure> {
 pub fn man(args: &Man) -> Result<(), Failure> {
     let page = |command: Command| {
         let mut text = Vec::new();
-        clap_mangen::Man::new(command).render(&mut text).map_err(Failure::work)?;
-        Ok(keep_lines(&String::from_utf8_lossy(&text)).into_bytes())
+        clap_mangen::Man::new(command).render(&mut text)?;
+        Ok::<_, Failure>(keep_lines(&String::from_utf8_lossy(&text)).into_bytes())
     };
     // built, each command knows that it is caromfit's
     let mut all = Cli::command();
@@ -47,8 +47,7 @@ pub fn man(args: &Man) -> Result<(), Failure> {
     for command in all.get_subcommands() {
         pages.push((format!("caromfit-{}.1", command.get_name()), page(command.clone())?));
     }
-    let pages: Vec<_> = pages.iter().map(|(name, text)| (name.as_str(), text.clone())).collect();
-    write::write_files(&pages, out).map_err(Failure::work)
+    Ok(write::write_files(&pages, out)?)
 }
 
 /// What follows the options of a command, where examples keep their lines: man would fill and break them like prose.

@@ -7,8 +7,7 @@ use caromfit::physics::ball::Ball;
 use caromfit::physics::collision::{Fidelity, Model};
 use caromfit::physics::friction_law::Law;
 use caromfit::report::{FORMAT_VERSION, unit_of, write};
-use caromfit::simulate;
-use caromfit::simulate::Spec;
+use caromfit::simulate::{self, Spec};
 use serde_json::{Value, json};
 
 use super::{Failure, FidelityArg, print};
@@ -101,7 +100,7 @@ fn document(args: &Args, spec: &Spec, fidelity: Fidelity, files: &[&str]) -> Val
 }
 
 pub fn run(args: &Args) -> Result<(), Failure> {
-    let mut spec = simulate::read(&args.spec).map_err(Failure::input)?;
+    let mut spec = simulate::read(&args.spec)?;
     if let Some(Law::Exponential { b, c }) = args.falling {
         if spec.truth.mu_b.or(spec.truth.mu_c).is_some() {
             let message = "--falling, and mu_b or mu_c under [truth]; expected one of them";
@@ -122,7 +121,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let files = simulate::generate_with(&spec, &model)
         .map_err(|error| Failure::input(format!("{}: {error}", args.spec.display())))?;
     let files: Vec<_> = files.into_iter().map(|(name, text)| (name, text.into_bytes())).collect();
-    write::write_files(&files, &args.out).map_err(Failure::work)?;
+    write::write_files(&files, &args.out)?;
     if args.json {
         let names: Vec<&str> = files.iter().map(|(name, _)| *name).collect();
         return print(&format!("{:#}\n", document(args, &spec, fidelity, &names)));

@@ -2,8 +2,7 @@
 
 use std::path::Path;
 
-use caromfit::io;
-use caromfit::io::draft;
+use caromfit::io::{self, draft};
 use caromfit::measurement::dataset::Dataset;
 use caromfit::physics::ball::Ball;
 
@@ -44,7 +43,7 @@ impl Told {
 
     /// The data set, and what was assumed: sentences.
     pub fn load(&self, table: &Path) -> Result<(Dataset, Vec<String>), Failure> {
-        let mut draft = draft::draft(&[table.to_path_buf()]).map_err(Failure::input)?;
+        let mut draft = draft::draft(&[table.to_path_buf()])?;
         let name = table.file_stem().unwrap_or_default().to_string_lossy().into_owned();
         draft.set_name(&name);
         let mut said = draft.found.clone();
@@ -99,29 +98,27 @@ impl Told {
         self.check_balls(&draft.tracks)?;
         // messages name the table and the line of what stands for its dataset.toml
         let place = table.with_file_name(format!("{name} (assumed dataset.toml)"));
-        let mut dataset = io::load_text(&draft.text, &place).map_err(Failure::input)?;
+        let mut dataset = io::load_text(&draft.text, &place)?;
         dataset.path = table.to_path_buf();
         Ok((dataset, said))
     }
 
     /// That --cue and --object name two tracks of the table.
     fn check_balls(&self, tracks: &[String]) -> Result<(), Failure> {
-        let given = [("--cue", &self.cue), ("--object", &self.object)];
-        for (option, name) in given.iter().filter_map(|(option, name)| Some((option, name.as_ref()?))) {
+        let (Some(cue), Some(object)) = (&self.cue, &self.object) else { return Ok(()) };
+        let known = tracks.join(", ");
+        for (option, name) in [("--cue", cue), ("--object", object)] {
             if !tracks.is_empty() && !tracks.contains(name) {
                 return Err(Failure::input(format!(
-                    "{option} is \"{name}\", which is no track of the table; expected one of {}",
-                    tracks.join(", ")
+                    "{option} is \"{name}\", which is no track of the table; expected one of {known}"
                 )));
             }
         }
-        match (&self.cue, &self.object) {
-            (Some(cue), Some(object)) if cue == object => Err(Failure::input(format!(
-                "--cue and --object are both \"{cue}\"; expected two different tracks, of {}",
-                tracks.join(", ")
-            ))),
-            _ => Ok(()),
+        if cue == object {
+            let message = "expected two different tracks, of";
+            return Err(Failure::input(format!("--cue and --object are both \"{cue}\"; {message} {known}")));
         }
+        Ok(())
     }
 }
 

@@ -22,8 +22,11 @@ impl Tests {
         }
     }
 
-    /// Two-sided probability of a difference of so many standard errors.
+    /// Two-sided probability of a difference of so many standard errors; 1 where neither is known.
     fn p_value(&self, errors: f64) -> f64 {
+        if errors.is_nan() {
+            return 1.0;
+        }
         match StudentsT::new(0.0, 1.0, self.dof.max(1) as f64) {
             Ok(t) if self.estimated => 2.0 * t.sf(errors.abs()),
             _ => 2.0 * Normal::standard().sf(errors.abs()),

@@ -6,8 +6,7 @@ use nalgebra::{DMatrix, SMatrix, SymmetricEigen};
 use rayon::prelude::*;
 
 use super::{Expected, PlayedKind, SpinFrom};
-use crate::extraction;
-use crate::extraction::{Rotation, Rotations};
+use crate::extraction::{self, Rotation, Rotations};
 use crate::likelihood::frames::shared_unknowns::{self, Kind, SharedUnknown};
 use crate::likelihood::frames::{CLOTH, Film, Known, ROWS, place_of};
 use crate::measurement::parameter::Parameter;
@@ -16,8 +15,7 @@ use crate::measurement::values::Values;
 use crate::physics::ball::{BallState, Vec3};
 use crate::physics::collision::{Corrected, Model, NotACollision};
 use crate::physics::contact_frame::cue_velocity;
-use crate::simulate;
-use crate::simulate::TrueImpact;
+use crate::simulate::{self, TrueImpact};
 use crate::trajectory::scene::Scene;
 
 /// μ, μ_s, e, μ_k, μ_r, and the ratios of the balls.
@@ -69,10 +67,8 @@ pub(crate) struct Average {
 /// How one shot is played.
 #[derive(Clone, Copy, Debug)]
 struct Shot {
-    speed: f64,
-    /// Cut angle, rad.
-    cut: f64,
-    topspin: f64,
+    /// Speed, m/s, cut angle, rad, topspin in parts of the natural roll's.
+    play: [f64; 3],
     /// Impact, in parts of a frame after the last one before it.
     phase: f64,
 }
@@ -94,12 +90,8 @@ fn spread(kind: &PlayedKind, i: usize) -> Shot {
     /// The additive recurrence that fills four dimensions most evenly: powers of 1/g, g⁵ = g + 1.
     const G: f64 = 1.167_303_978_261_418_7;
     let part = |power: i32| (0.5 + i as f64 * G.powi(-power)).fract();
-    Shot {
-        speed: between(kind.speed_m_s, part(1)),
-        cut: between(kind.cut_deg, part(2)).to_radians(),
-        topspin: between(kind.topspin, part(3)),
-        phase: part(4),
-    }
+    let [speed, cut_deg] = [between(kind.speed_m_s, part(1)), between(kind.cut_deg, part(2))];
+    Shot { play: [speed, cut_deg.to_radians(), between(kind.topspin, part(3))], phase: part(4) }
 }
 
 /// The standard errors (rad/s, of a component) to which two markers on each ball show the spins of the cue ball and of the
@@ -113,9 +105,9 @@ pub fn shown_by_markers(expected: &Expected, kind: &PlayedKind) -> Result<Option
     let extracted: Result<Vec<Option<Box<Rotations>>>, NotACollision> = (0..MARKED)
         .into_par_iter()
         .map(|i| {
-            let (cue, model) = played(expected, kind, spread(kind, i));
+            let Shot { play, phase } = spread(kind, i);
+            let (cue, model) = played(expected, kind, play);
             let Expected { coefficients, cloth, camera, .. } = expected;
-            let phase = spread(kind, i).phase;
             let (track, _) =
                 simulate::noise_free(&model, coefficients, (camera, cloth), &cue, (phase, &places(i)))?;
             let scene = Scene { cloth: (*cloth).into(), ..Scene::of(&model) };
@@ -148,10 +140,14 @@ fn places(i: usize) -> [Vec<Vec3>; 2] {
 }
 
 /// The cue ball just before the impact of a shot, and the model of the collision.
-fn played(expected: &Expected, kind: &PlayedKind, shot: Shot) -> (BallState, Model) {
-    let velocity = cue_velocity(shot.speed, shot.cut);
+pub(super) fn played(
+    expected: &Expected,
+    kind: &PlayedKind,
+    [speed, cut, topspin]: [f64; 3],
+) -> (BallState, Model) {
+    let velocity = cue_velocity(speed, cut);
     let rolling = BallState::natural_roll(velocity, expected.ball.radius).spin;
-    let spin = shot.topspin * rolling + Vec3::z() * (kind.side * rolling.norm());
+    let spin = topspin * rolling + Vec3::z() * (kind.side * rolling.norm());
     (BallState { velocity, spin }, expected.model())
 }
 
@@ -167,11 +163,9 @@ pub(crate) fn of_cell(
 ) -> Result<Average, NotACollision> {
     /// The golden ratio's part spreads the spins evenly over the instants.
     const GOLDEN: f64 = 0.618_033_988_749_894_9;
-    let shot = |i: usize| Shot {
-        speed,
-        cut: cut_deg.to_radians(),
-        topspin: between(kind.topspin, (0.5 + i as f64 * GOLDEN).fract()),
-        phase: (i as f64 + 0.5) / PHASES as f64,
+    let shot = |i: usize| {
+        let topspin = between(kind.topspin, (0.5 + i as f64 * GOLDEN).fract());
+        Shot { play: [speed, cut_deg.to_radians(), topspin], phase: (i as f64 + 0.5) / PHASES as f64 }
     };
     average(expected, kind, &(0..PHASES).map(shot).collect::<Vec<_>>())
 }
@@ -189,11 +183,11 @@ fn average(expected: &Expected, kind: &PlayedKind, shots: &[Shot]) -> Result<Ave
 /// JᵀJ of one shot's frames as a joint fit has it; `None` where they do not tell the shot's own unknowns.
 fn of_shot(expected: &Expected, kind: &PlayedKind, shot: Shot) -> Result<Option<Information>, NotACollision> {
     let Expected { coefficients, cloth, camera, .. } = expected;
-    let (cue, model) = played(expected, kind, shot);
+    let (cue, model) = played(expected, kind, shot.play);
     let unmarked = (shot.phase, &[Vec::new(), Vec::new()]);
     let (track, truth) = simulate::noise_free(&model, coefficients, (camera, cloth), &cue, unmarked)?;
     let scene = Scene { cloth: (*cloth).into(), ..Scene::of(&model) };
-    let film = film(&track, &truth, kind, shot.topspin, &scene);
+    let film = film(&track, &truth, kind, shot.play[2], &scene);
     let parameters = Values::of(&model, *coefficients);
     let list = [Kind::Sliding, Kind::Rolling, Kind::Bounce].map(|kind| SharedUnknown::usual(kind, 0.0));
     let shared = shared_unknowns::shared(&parameters, &list, &[cloth.mu_k, cloth.mu_r, cloth.bounce]);

@@ -226,6 +226,16 @@ pub struct Design {
     pub notes: Vec<String>,
 }
 
+impl Design {
+    /// The speeds at which cells of a kind are, m/s.
+    pub(crate) fn speeds(&self, kind: usize) -> Vec<f64> {
+        let own = self.cells.iter().filter(|cell| cell.kind == kind);
+        let mut speeds: Vec<f64> = own.map(|cell| cell.speed_m_s).collect();
+        speeds.dedup();
+        speeds
+    }
+}
+
 /// Two such data sets' difference in a parameter is found in 80 % of cases by a two-sided test at 5 % where it is this
 /// many standard errors of one of them: (z_0.975 + z_0.8)√2 = 3.96.
 #[must_use]

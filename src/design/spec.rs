@@ -146,9 +146,7 @@ impl RawSpec {
         let (ball, object) = self.balls(source);
         Expected { coefficients, ball, object, cloth, camera, kinds, wanted }
     }
-}
 
-impl RawSpec {
     fn balls(&self, source: &Source) -> (Ball, Option<ObjectBall>) {
         if let Some(shape) = self.ball.shape.as_ref().filter(|shape| *shape.as_ref() == Shape::Disc) {
             source.wrong(shape, "shape is \"disc\"; expected balls, which designs are of".to_owned());
@@ -204,6 +202,21 @@ impl RawCamera {
     }
 }
 
+/// Two numbers, if they are given.
+fn pair(
+    source: &Source,
+    given: Option<&Spanned<[f64; 2]>>,
+    good: fn(f64, f64) -> bool,
+    otherwise: &str,
+) -> Option<[f64; 2]> {
+    let given = given?;
+    let [first, second] = *given.as_ref();
+    if !good(first, second) {
+        source.wrong(given, otherwise.to_owned());
+    }
+    Some([first, second])
+}
+
 impl RawKind {
     fn check(&self, source: &Source) -> PlayedKind {
         let name = self.name.as_ref().trim().to_owned();
@@ -231,52 +244,37 @@ impl RawKind {
             }
         };
         let side = source.number(self.side.as_ref(), "side", 0.0, spins);
-        let sd = self.spin_sd_rad_s.as_ref().map(|given| {
-            let sd = *given.as_ref();
-            if !sd.iter().all(|sd| *sd > 0.0 && sd.is_finite()) {
-                let message =
-                    "spin_sd_rad_s is no pair of errors; expected [cue ball's, object ball's], above 0";
-                source.wrong(given, message.to_owned());
-            }
-            sd
-        });
-        let from = match &self.spin_from {
-            None => match PlayedKind::usual(topspin, side) {
-                SpinFrom::Markers { .. } => SpinFrom::Markers { sd },
-                other => other,
-            },
-            Some(from) => match from.as_ref() {
-                From::Known => SpinFrom::Known,
-                From::Motion => SpinFrom::Motion,
-                From::Markers => SpinFrom::Markers { sd },
-            },
+        let sd = pair(
+            source,
+            self.spin_sd_rad_s.as_ref(),
+            |cue, object| [cue, object].iter().all(|sd| *sd > 0.0 && sd.is_finite()),
+            "spin_sd_rad_s is no pair of errors; expected [cue ball's, object ball's], above 0",
+        );
+        let from = self.spin_from.as_ref().map(|from| *from.as_ref());
+        let from = match (from, PlayedKind::usual(topspin, side)) {
+            (Some(From::Known), _) | (None, SpinFrom::Known) => SpinFrom::Known,
+            (Some(From::Motion), _) | (None, SpinFrom::Motion) => SpinFrom::Motion,
+            (Some(From::Markers), _) | (None, SpinFrom::Markers { .. }) => SpinFrom::Markers { sd },
         };
         if let (SpinFrom::Motion, true, Some(at)) = (from, side != 0.0, &self.spin_from) {
             let message = "spin_from is \"motion\", which does not show side spin; expected known or markers";
             source.wrong(at, message.to_owned());
         }
         let default = PlayedKind::default();
-        let range =
-            |given: &Option<Spanned<[f64; 2]>>, default: [f64; 2], good: fn([f64; 2]) -> bool, what: &str| {
-                let Some(given) = given else { return default };
-                let [from, to] = *given.as_ref();
-                if !(from <= to && good([from, to])) {
-                    source.wrong(given, what.to_owned());
-                }
-                [from, to]
-            };
-        let speed_m_s = range(
-            &self.speed_m_s,
-            default.speed_m_s,
-            |[slow, fast]| slow > 0.0 && fast.is_finite(),
+        let speed_m_s = pair(
+            source,
+            self.speed_m_s.as_ref(),
+            |slow, fast| 0.0 < slow && slow <= fast && fast.is_finite(),
             "speed_m_s is no range; expected [slowest, fastest], above 0",
         );
-        let cut_deg = range(
-            &self.cut_deg,
-            default.cut_deg,
-            |[thick, thin]| thick > -90.0 && thin < 90.0,
+        let cut_deg = pair(
+            source,
+            self.cut_deg.as_ref(),
+            |thick, thin| -90.0 < thick && thick <= thin && thin < 90.0,
             "cut_deg is no range; expected [least, most], between -90 and 90",
         );
+        let [speed_m_s, cut_deg] =
+            [speed_m_s.unwrap_or(default.speed_m_s), cut_deg.unwrap_or(default.cut_deg)];
         let shots = self.shots.as_ref().map_or(default.shots as i64, |given| {
             let shots = *given.as_ref();
             if !(1..=MOST_SHOTS as i64).contains(&shots) {

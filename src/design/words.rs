@@ -1,11 +1,9 @@
 //! What a design says, as a player would say it.
 
-use super::information::{RATIOS, std_errors};
+use super::information::{RATIOS, played, std_errors};
 use super::{Cell, Design, Expected, PlayedKind};
 use crate::measurement::parameter::Parameter;
-use crate::physics::ball::{BallState, Vec3};
 use crate::physics::collision::Regime;
-use crate::physics::contact_frame::cue_velocity;
 
 /// Cut angles are as good as the best that take at most this many times the shots.
 const AS_GOOD: f64 = 2.0;
@@ -18,7 +16,7 @@ pub(super) fn of(design: &Design) -> Vec<String> {
     for parameter in Parameter::COEFFICIENTS {
         let told: Vec<Told> =
             (0..design.cells.len()).filter_map(|index| Told::of(&design.cells[index], parameter)).collect();
-        let Some(best) = told.iter().min_by(|a, b| a.error.total_cmp(&b.error)) else {
+        let Some(best) = least(&told) else {
             lines.push(format!(
                 "{} ({}) is told by none of these shots at one cut angle and speed.",
                 parameter.symbol(),
@@ -71,6 +69,19 @@ impl<'a> Told<'a> {
     }
 }
 
+/// The one with the smallest error.
+fn least<'a, 'b>(told: impl IntoIterator<Item = &'a Told<'b>>) -> Option<&'a Told<'b>>
+where
+    'b: 'a,
+{
+    told.into_iter().min_by(|a, b| a.error.total_cmp(&b.error))
+}
+
+/// `30° and 4 m/s`
+fn place(cell: &Cell) -> String {
+    format!("{}° and {} m/s", number(cell.cut_deg, 1), number(cell.speed_m_s, 2))
+}
+
 /// `3`, `1.4`, `120`
 fn times(ratio: f64) -> String {
     match ratio {
@@ -97,11 +108,10 @@ fn best_shots(design: &Design, parameter: Parameter, best: &Told, told: &[Told])
     let Cell { kind, speed_m_s, cut_deg, .. } = *best.cell;
     let name = &design.expected.kinds[kind].name;
     let mut line = format!(
-        "{} ({}) is told best by \"{name}\" at a cut of {}° and {} m/s: {COMPARED} such shots give ± {}.",
+        "{} ({}) is told best by \"{name}\" at a cut of {}: {COMPARED} such shots give ± {}.",
         parameter.symbol(),
         parameter.meaning(),
-        number(cut_deg, 1),
-        number(speed_m_s, 2),
+        place(best.cell),
         short(best.error)
     );
     let of_speed = |t: &&Told| t.cell.kind == kind && t.cell.speed_m_s == speed_m_s;
@@ -135,29 +145,14 @@ fn best_shots(design: &Design, parameter: Parameter, best: &Told, told: &[Told])
 fn other_kinds(design: &Design, parameter: Parameter, best: &Told, told: &[Told]) -> Option<String> {
     let mut others: Vec<&Told> = (0..design.expected.kinds.len())
         .filter(|kind| *kind != best.cell.kind)
-        .filter_map(|kind| {
-            let own = told.iter().filter(|t| t.cell.kind == kind);
-            own.min_by(|a, b| a.error.total_cmp(&b.error))
-        })
+        .filter_map(|kind| least(told.iter().filter(|t| t.cell.kind == kind)))
         .collect();
     others.sort_by(|a, b| a.error.total_cmp(&b.error));
-    let each = others.iter().map(|t| {
-        format!(
-            "\"{}\" {} (at {}° and {} m/s)",
-            design.expected.kinds[t.cell.kind].name,
-            times(t.times(best)),
-            number(t.cell.cut_deg, 1),
-            number(t.cell.speed_m_s, 2)
-        )
-    });
-    let each: Vec<String> = each.collect();
-    (!each.is_empty()).then(|| {
-        format!(
-            "  For the same {}, times as many shots at their best: {}.",
-            parameter.symbol(),
-            each.join(", ")
-        )
-    })
+    let name = |t: &Told| design.expected.kinds[t.cell.kind].name.as_str();
+    let one = |t: &&Told| format!("\"{}\" {} (at {})", name(t), times(t.times(best)), place(t.cell));
+    let each = others.iter().map(one).collect::<Vec<_>>().join(", ");
+    let symbol = parameter.symbol();
+    (!each.is_empty()).then(|| format!("  For the same {symbol}, times as many shots at their best: {each}."))
 }
 
 /// Which shots by themselves say nothing of it, and why where that can be seen.
@@ -204,11 +199,9 @@ fn silence(design: &Design, parameter: Parameter, told: &[Told]) -> Option<Strin
 
 /// Whether the slip between the balls ends before they part.
 fn sticks(expected: &Expected, kind: &PlayedKind, cell: &Cell) -> bool {
-    let velocity = cue_velocity(cell.speed_m_s, cell.cut_deg.to_radians());
-    let rolling = BallState::natural_roll(velocity, expected.ball.radius).spin;
     let topspin = 0.5 * (kind.topspin[0] + kind.topspin[1]);
-    let spin = topspin * rolling + Vec3::z() * (kind.side * rolling.norm());
-    let outcome = expected.model().collide(&BallState { velocity, spin }, &expected.coefficients);
+    let (cue, model) = played(expected, kind, [cell.speed_m_s, cell.cut_deg.to_radians(), topspin]);
+    let outcome = model.collide(&cue, &expected.coefficients);
     outcome.is_ok_and(|outcome| outcome.regime == Regime::Stick)
 }
 

@@ -1,12 +1,12 @@
 //! The studies of [`crate::studies::accuracy`] and [`crate::studies::bias`] as tables and as CSV.
 
-use std::fmt::Write;
-
 use serde_json::{Value, json};
 
-use super::aligned::aligned;
+use super::aligned::sections;
+use super::content::{Section, Table};
+use super::csv::line;
 use super::digits::{FEW, relative};
-use super::{FORMAT_VERSION, ReportError, unit_of};
+use super::{FORMAT_VERSION, ReportError, by_name, list, pretty, unit_of};
 use crate::physics::collision::Fidelity;
 use crate::studies::accuracy::{Includes, QUANTITIES, Row, Spread};
 use crate::studies::bias;
@@ -23,40 +23,41 @@ pub fn json(
     biases: &[bias::Row],
     (shots, left_out): (usize, usize),
 ) -> Result<String, ReportError> {
+    let round = |error: f64| relative(error, FEW);
     let errors = |errors: [Spread; 4]| -> Value {
         let each = QUANTITIES.into_iter().zip(UNITS).zip(errors).map(|((name, unit), spread)| {
-            let [median, p95, worst] =
-                [spread.median, spread.p95, spread.worst].map(|error| relative(error, FEW));
+            let [median, p95, worst] = [spread.median, spread.p95, spread.worst].map(round);
             (name.to_owned(), json!({"unit": unit, "median": median, "p95": p95, "worst": worst}))
         });
         Value::Object(each.collect())
     };
     let way = |row: &Row| {
-        json!({"fidelity": row.fidelity.name(), "effects": row.includes.name(),
-               "tolerance": row.tolerance, "seconds": relative(row.seconds, FEW), "failed": row.failed,
-               "numerical_error": row.numerical.map(errors), "model_error": errors(row.model)})
+        json!({
+            "fidelity": row.fidelity.name(), "effects": row.includes.name(), "tolerance": row.tolerance,
+            "seconds": round(row.seconds), "failed": row.failed,
+            "numerical_error": row.numerical.map(errors), "model_error": errors(row.model),
+        })
     };
     let fitted = |row: &bias::Row| {
         let parameter = |found: &bias::Found| {
             let bias = found.bias();
-            let value = json!({
-                "unit": unit_of(found.parameter), "truth": found.truth, "estimate": bias.map(|_| found.estimate),
-                "bias": bias.map(|bias| relative(bias, FEW)),
-                "std_error": found.std_error.map(|error| relative(error, FEW)),
+            let entry = json!({
+                "unit": unit_of(found.parameter), "truth": found.truth,
+                "estimate": bias.map(|_| found.estimate), "bias": bias.map(round),
+                "std_error": found.std_error.map(round),
             });
-            (found.parameter.name().to_owned(), value)
+            (found.parameter, entry)
         };
-        json!({"fidelity": row.way.name(), "kappa": row.kappa, "parameters": Value::Object(row.found.iter().map(parameter).collect()),
-               "chi2_per_observation": relative(row.chi2_per_observation, FEW),
-               "seconds": relative(row.seconds, FEW)})
+        json!({
+            "fidelity": row.way.name(), "kappa": row.kappa, "parameters": by_name(row.found.iter().map(parameter)),
+            "chi2_per_observation": round(row.chi2_per_observation), "seconds": round(row.seconds),
+        })
     };
     let document = json!({
         "version": env!("CARGO_PKG_VERSION"), "format_version": FORMAT_VERSION, "shots": shots, "left_out": left_out,
-        "ways": rows.iter().map(way).collect::<Vec<_>>(), "biases": biases.iter().map(fitted).collect::<Vec<_>>(),
+        "ways": list(rows, way), "biases": list(biases, fitted),
     });
-    serde_json::to_string_pretty(&document)
-        .map(|text| text + "\n")
-        .map_err(|source| ReportError::Json { dataset: "the study".to_owned(), source })
+    pretty(&document, "the study")
 }
 
 /// What a row is called.
@@ -78,12 +79,11 @@ pub(super) fn model_error(row: &Row) -> Option<[Spread; 4]> {
     (row.includes != Includes::GivesWay).then_some(row.model)
 }
 
-/// A table for the terminal: median, 95th percentile and worst of the errors, to a digit.
+/// Tables for the terminal: median, 95th percentile and worst of the errors, to a digit.
 #[must_use]
 pub fn table(rows: &[Row]) -> String {
     let heads = ["", "tolerance", "time", "of linear", "throw, °", "speed/U", "spin R/U", "jump/U"];
     let linear = rows.iter().find(|row| row.fidelity == Fidelity::Linear).map_or(f64::NAN, |row| row.seconds);
-    let mut text = String::new();
     let parts: [(&str, Pick); 3] = [
         (
             "Numerical error (median, 95 %, worst) against the same equations solved to 30 digits (gives way: to 1e-12)",
@@ -94,24 +94,21 @@ pub fn table(rows: &[Row]) -> String {
             (row.includes == Includes::GivesWay).then_some(row.model)
         }),
     ];
-    for (title, pick) in parts {
-        if rows.iter().all(|row| pick(row).is_none()) {
-            continue;
-        }
-        let mut cells = vec![heads.map(str::to_owned).to_vec()];
-        for row in rows {
-            let Some(errors) = pick(row) else { continue };
+    let section = |(title, pick): (&str, Pick)| {
+        let row = |row: &Row| {
+            let errors = pick(row)?;
             let tolerance = row.tolerance.map_or(String::new(), |tolerance| format!("{tolerance:.0e}"));
-            let mut line = vec![name(row), tolerance, seconds(row.seconds)];
-            line.push(format!("{:.1}", row.seconds / linear));
-            line.extend(
+            let mut cells = vec![name(row), tolerance, seconds(row.seconds)];
+            cells.push(format!("{:.1}", row.seconds / linear));
+            cells.extend(
                 errors.map(|Spread { median, p95, worst }| format!("{median:.0e} {p95:.0e} {worst:.0e}")),
             );
-            cells.push(line);
-        }
-        let _ = write!(text, "{title}\n{}\n", aligned(&cells, "  "));
-    }
-    text
+            Some(cells)
+        };
+        let rows: Vec<_> = rows.iter().filter_map(row).collect();
+        (!rows.is_empty()).then(|| Section::table(title, "", Table::new(heads, rows)))
+    };
+    sections(&parts.into_iter().filter_map(section).collect::<Vec<_>>())
 }
 
 fn seconds(value: f64) -> String {
@@ -124,19 +121,15 @@ pub fn csv(rows: &[Row]) -> String {
     let mut text =
         "fidelity,effects,tolerance,seconds,failed,reference,quantity,median,p95,worst\n".to_owned();
     for row in rows {
-        let effects = row.includes.name();
         let tolerance = row.tolerance.map_or(String::new(), |tolerance| format!("{tolerance:e}"));
+        let (seconds, failed) = (format!("{:e}", row.seconds), row.failed.to_string());
+        let way = [row.fidelity.name(), row.includes.name(), &tolerance, &seconds, &failed];
         let references = [("exact", row.numerical), ("contact", Some(row.model))];
-        for (reference, errors) in references {
-            let Some(errors) = errors else { continue };
+        for (reference, errors) in references.into_iter().filter_map(|(name, errors)| Some((name, errors?))) {
             for (quantity, Spread { median, p95, worst }) in QUANTITIES.into_iter().zip(errors) {
-                let _ = writeln!(
-                    text,
-                    "{},{effects},{tolerance},{:e},{},{reference},{quantity},{median:e},{p95:e},{worst:e}",
-                    row.fidelity.name(),
-                    row.seconds,
-                    row.failed,
-                );
+                let errors = [median, p95, worst].map(|error| format!("{error:e}"));
+                let errors = errors.iter().map(String::as_str);
+                text += &line(way.into_iter().chain([reference, quantity]).chain(errors));
             }
         }
     }
@@ -147,29 +140,22 @@ pub fn csv(rows: &[Row]) -> String {
 #[must_use]
 pub fn bias_table(rows: &[bias::Row], shots: usize) -> String {
     let heads = ["fitted with", "μ", "", "μ_s", "", "e", "", "χ²/n", "time"];
-    let mut cells = vec![heads.map(str::to_owned).to_vec()];
-    for row in rows {
-        let mut line = vec![row.way.name().to_owned()];
-        for found in row.found {
-            match (found.bias(), found.std_error) {
-                (Some(bias), Some(error)) => {
-                    line.push(format!("{bias:+.5} ± {error:.5}"));
-                    line.push(times(bias / error));
-                }
-                _ => line.extend(["–".to_owned(), String::new()]),
-            }
-        }
-        line.push(format!("{:.2}", row.chi2_per_observation));
-        line.push(format!("{:.2} s", row.seconds));
-        cells.push(line);
-    }
+    let row = |row: &bias::Row| {
+        let mut cells = vec![row.way.name().to_owned()];
+        cells.extend(row.found.iter().flat_map(|found| match (found.bias(), found.std_error) {
+            (Some(bias), Some(error)) => [format!("{bias:+.5} ± {error:.5}"), times(bias / error)],
+            _ => ["–".to_owned(), String::new()],
+        }));
+        cells.extend([format!("{:.2}", row.chi2_per_observation), format!("{:.2} s", row.seconds)]);
+        cells
+    };
     let gives_way = rows.first().and_then(|row| row.kappa);
     let gives_way = gives_way.map_or(String::new(), |kappa| format!(", giving way with κ = {kappa:.3}"));
-    format!(
+    let title = format!(
         "Bias of a fit to {shots} shots without noise, computed by contact with all effects{gives_way}, ± standard error, and \
-         how many of these it is\n{}",
-        aligned(&cells, "  ")
-    )
+         how many of these it is"
+    );
+    sections(&[Section::table(title, "", Table::new(heads, rows.iter().map(row)))])
 }
 
 /// So many standard errors.
@@ -185,16 +171,15 @@ pub fn bias_csv(rows: &[bias::Row]) -> String {
         for found in row.found {
             let (bias, error) = (found.bias(), found.std_error);
             let ratio = bias.zip(error).map(|(bias, error)| bias / error);
-            let [estimate, bias, error, ratio] = [bias.map(|_| found.estimate), bias, error, ratio]
-                .map(|x| x.map_or(String::new(), |x| format!("{x:e}")));
-            let _ = writeln!(
-                text,
-                "{},{},{},{},{estimate},{bias},{error},{ratio}",
-                row.way.name(),
+            let own = [
+                row.way.name().to_owned(),
                 row.kappa.map_or(String::new(), |kappa| format!("{kappa:.4}")),
-                found.parameter.name(),
-                found.truth
-            );
+                found.parameter.name().to_owned(),
+                found.truth.to_string(),
+            ];
+            let told = [bias.map(|_| found.estimate), bias, error, ratio];
+            let told = told.map(|x| x.map_or(String::new(), |x| format!("{x:e}")));
+            text += &line(own.iter().chain(&told));
         }
     }
     text

@@ -1,18 +1,18 @@
 //! A [`Comparison`] → table, compare.json and pictures.
 
+use std::collections::HashSet;
+
 use serde::{Serialize, Serializer};
 use serde_json::{Value as Json, json};
 
-use super::content::{Block, Cell, Figure, Report, Section, Table, facts};
-use super::digits;
-use super::digits::{FEW, MANY, decimal, probability, relative, significant};
-use super::json::verdict;
+use super::content::{Block, Report, Section, Table, Verdict, facts};
+use super::digits::{self, FEW, MANY, decimal, probability, relative, significant};
 use super::number::{interval, plain, with_error};
 use super::plot;
-use super::plot::compare::{forest_png, forest_svg, residuals_png, residuals_svg};
-use super::shots::{MOST_PICTURES, ShotPicture, shot_list, with_spots};
+use super::plot::compare::{forest, residuals};
+use super::shots::{MOST_PICTURES, ShotPicture, shot_list, size, with_spots};
 use super::trust::{computed, constraints, down_weighted};
-use super::{LEAST_P, ReportError, csv, diagnostics, html, p_text, text};
+use super::{LEAST_P, ReportError, csv, diagnostics, html, list, p_text, pretty, text};
 use crate::compare::{Compared, Comparison, Difference, LabelResidual, Value};
 use crate::fit::{Counted, Method, Prepared, Rejected, Residual};
 
@@ -36,31 +36,15 @@ fn shot_name(comparison: &Comparison, residual: &LabelResidual) -> String {
 /// The pictures of the shots with the largest residuals, for [`files`].
 pub fn pictures(comparison: &Comparison, datasets: &[Prepared]) -> Result<Vec<ShotPicture>, ReportError> {
     let mut worst: Vec<&LabelResidual> = comparison.residuals.iter().collect();
-    let size = |r: &LabelResidual| {
-        if r.of_shot.standardized.is_finite() { r.of_shot.standardized.abs() } else { 0.0 }
+    worst.sort_by(|a, b| size(&b.of_shot).total_cmp(&size(&a.of_shot)));
+    let mut seen = HashSet::new();
+    worst.retain(|residual| seen.insert((residual.sample, residual.of_shot.shot.as_str())));
+    let draw = |residual: &LabelResidual| {
+        let Prepared { extracted, scene, .. } = datasets.get(comparison.samples[residual.sample].dataset)?;
+        let (track, impact) = extracted.iter().find(|(track, _)| track.name == residual.of_shot.shot)?;
+        Some(plot::track::svg(track, impact, scene).map(|svg| (shot_name(comparison, residual), svg)))
     };
-    worst.sort_by(|a, b| size(b).total_cmp(&size(a)));
-    let mut seen: Vec<(usize, &str)> = Vec::new();
-    let mut drawn = Vec::new();
-    for residual in worst {
-        let shot = (residual.sample, residual.of_shot.shot.as_str());
-        if seen.contains(&shot) {
-            continue;
-        }
-        if seen.len() == MOST_PICTURES {
-            break;
-        }
-        seen.push(shot);
-        let Some(Prepared { extracted, scene, .. }) =
-            datasets.get(comparison.samples[residual.sample].dataset)
-        else {
-            continue;
-        };
-        if let Some((track, impact)) = extracted.iter().find(|(track, _)| track.name == shot.1) {
-            drawn.push((shot_name(comparison, residual), plot::track::svg(track, impact, scene)?));
-        }
-    }
-    Ok(drawn)
+    worst.into_iter().take(MOST_PICTURES).filter_map(draw).collect()
 }
 
 /// The files of a comparison: name and content.
@@ -68,16 +52,16 @@ pub fn files(
     comparison: &Comparison,
     pictures: &[ShotPicture],
 ) -> Result<Vec<(&'static str, Vec<u8>)>, ReportError> {
-    let (residuals, spots) = residuals_svg(comparison)?;
-    let forest = forest_svg(comparison)?;
-    let plots = Some([forest.as_str(), residuals.as_str()]);
-    let report = html::render(&content(comparison, plots, &spots, pictures))?;
+    let (forest, residuals) = (forest(comparison), residuals(comparison));
+    let [forest_svg, residuals_svg] = [forest.svg()?, residuals.svg()?];
+    let plots = Some([forest_svg.as_str(), residuals_svg.as_str()]);
+    let report = html::render(&content(comparison, plots, &residuals.spots, pictures))?;
     Ok(vec![
-        ("forest.svg", forest.into_bytes()),
-        ("forest.png", forest_png(comparison)?),
+        ("forest.svg", forest_svg.into_bytes()),
+        ("forest.png", forest.png()?),
         ("residuals.csv", csv::of_comparison(comparison).into_bytes()),
-        ("residuals.svg", residuals.into_bytes()),
-        ("residuals.png", residuals_png(comparison)?),
+        ("residuals.svg", residuals_svg.into_bytes()),
+        ("residuals.png", residuals.png()?),
         ("report.html", report.into_bytes()),
         ("compare.json", json(comparison)?.into_bytes()),
     ])
@@ -97,41 +81,31 @@ fn content(
     tracks: &[ShotPicture],
 ) -> Report {
     let shots = shot_list(named(comparison), tracks);
-    let figure = |alt: &str, svg: String| Block::Figure(Figure { alt: alt.to_owned(), svg });
-    let mut estimates = vec![Block::Table(estimates(comparison))];
+    let mut blocks = vec![Block::Table(estimates(comparison))];
     let mut residuals = None;
     if let Some([forest, all]) = plots {
-        estimates.push(figure("Estimates with their intervals", forest.to_owned()));
+        blocks.push(Block::figure("Estimates with their intervals", forest.to_owned()));
         let all = with_spots(all, spots, &shots, |index| {
             let residual = comparison.residuals.get(index)?;
             Some((shot_name(comparison, residual), &residual.of_shot))
         });
-        residuals = Some(Section::new("Residuals", "", vec![figure("Residuals of all, by colour", all)]));
+        residuals = Some(Section::of_figure("Residuals", "", "Residuals of all, by colour", all));
     }
     let legend = "±: one standard error; (shared): one value for all; –: says nothing about it";
-    let mut sections = vec![Section::new("Estimates", legend, estimates)];
+    let mut sections = vec![Section::new("Estimates", legend, blocks)];
     sections.extend(comparison.quantities.iter().map(|q| {
         let title = format!("{}, {}", q.quantity.symbol(), q.quantity.meaning());
-        Section::new(title, "", vec![Block::Lines(lines(comparison, q))])
+        Section::lines(title, lines(comparison, q))
     }));
     sections.extend(residuals);
     sections.extend(about(comparison));
     let rejected = comparison.samples.iter().flat_map(|sample| {
-        let row =
-            |r: &Rejected| vec![Cell::text(format!("{}, {}", sample.title, r.shot)), Cell::text(&*r.reason)];
-        sample.shots_rejected.iter().map(row).collect::<Vec<_>>()
+        let row = |r: &Rejected| [format!("{}, {}", sample.title, r.shot), r.reason.clone()];
+        sample.shots_rejected.iter().map(row)
     });
-    let rejected = Table::new(["shot", "why"], rejected);
-    if !rejected.rows.is_empty() {
-        sections.push(Section::new("Shots that were not used", "", vec![Block::Table(rejected)]));
-    }
-    let notes = notes(comparison);
-    if !notes.is_empty() {
-        sections.push(Section::new("Notes", "", vec![Block::Lines(notes)]));
-    }
-    if !shots.is_empty() {
-        sections.push(Section::new("Shots, the largest residuals first", "", vec![Block::Shots(shots)]));
-    }
+    sections.extend(Section::of_rejected(rejected));
+    sections.extend(Section::of_notes(notes(comparison)));
+    sections.extend(Section::of_shots(shots, ""));
     Report {
         title: format!("Comparison by {}", comparison.told_by),
         verdict: comparison.verdict().into(),
@@ -172,27 +146,19 @@ fn named(comparison: &Comparison) -> impl Iterator<Item = (String, &Residual)> {
 /// A row for each label.
 fn estimates(comparison: &Comparison) -> Table {
     let symbols = comparison.quantities.iter().map(|q| q.quantity.symbol());
-    let head: Vec<&str> = [comparison.told_by.as_str(), "shots"].into_iter().chain(symbols).collect();
+    let head = [comparison.told_by.as_str(), "shots"].into_iter().chain(symbols);
     let row = |(label, name): (usize, &String)| {
         let shots: usize = comparison.samples.iter().filter(|s| s.label == label).map(|s| s.shots_used).sum();
-        let cells = comparison.quantities.iter().map(|q| Cell::text(cell(comparison, q, label)));
-        [Cell::text(name.as_str()), Cell::text(shots.to_string())].into_iter().chain(cells).collect()
+        let cells = comparison.quantities.iter().map(|q| cell(comparison, q, label));
+        [name.clone(), shots.to_string()].into_iter().chain(cells).collect()
     };
-    Table {
-        head: head.into_iter().map(Cell::text).collect(),
-        rows: comparison.labels.iter().enumerate().map(row).collect(),
-    }
+    Table::new(head, comparison.labels.iter().enumerate().map(row))
 }
 
 /// What was done to the shots: what each was computed with, constraints, shots that count less.
 fn about(comparison: &Comparison) -> Vec<Section> {
-    let mut about = Vec::new();
-    if comparison.computed.len() > 1 {
-        about.push(computed(&comparison.computed));
-    }
-    if !comparison.relations.is_empty() {
-        about.push(constraints(&comparison.relations));
-    }
+    let mut about: Vec<Section> = computed(&comparison.computed).into_iter().collect();
+    about.extend(constraints(&comparison.relations));
     if let Some(robust) = &comparison.robust {
         let named = |(sample, shot, weight): &(usize, String, f64)| {
             (format!("{}, shot {shot}", comparison.samples[*sample].title), *weight)
@@ -291,9 +257,7 @@ fn p_is(p: f64) -> String {
 
 /// compare.json as text.
 pub fn json(comparison: &Comparison) -> Result<String, ReportError> {
-    serde_json::to_string_pretty(comparison)
-        .map(|text| text + "\n")
-        .map_err(|source| ReportError::Json { dataset: "the comparison".to_owned(), source })
+    pretty(comparison, "the comparison")
 }
 
 /// As in compare.json.
@@ -327,29 +291,29 @@ fn document(comparison: &Comparison) -> Json {
         });
         let left_out = |(label, why): &(usize, String)| json!({"label": name(*label), "reason": why});
         json!({"parameter": q.quantity.name(), "meaning": q.quantity.meaning(), "shared": q.shared,
-               "estimates": q.estimates.iter().map(estimate).collect::<Vec<_>>(),
-               "differences": q.differences.iter().map(difference).collect::<Vec<_>>(),
+               "estimates": list(&q.estimates, estimate),
+               "differences": list(&q.differences, difference),
                "same_or_different": test,
-               "left_out": q.left_out.iter().map(left_out).collect::<Vec<_>>()})
+               "left_out": list(&q.left_out, left_out)})
     };
     let sample = |s: &crate::compare::SampleSummary| {
         let rejected = |r: &Rejected| json!({"shot": r.shot, "reason": r.reason});
         json!({"title": s.title, "label": name(s.label), "shots_used": s.shots_used,
-               "shots_rejected": s.shots_rejected.iter().map(rejected).collect::<Vec<_>>()})
+               "shots_rejected": list(&s.shots_rejected, rejected)})
     };
     let robust = comparison.robust.as_ref().map(|robust| {
         let weight = |(sample, shot, weight): &(usize, String, f64)| {
             json!({"sample": comparison.samples[*sample].title, "shot": shot, "weight": significant(*weight, FEW)})
         };
-        json!({"losses": robust.losses, "weights": robust.weights.iter().map(weight).collect::<Vec<_>>()})
+        json!({"losses": robust.losses, "weights": list(&robust.weights, weight)})
     });
-    json!({"version": env!("CARGO_PKG_VERSION"), "format_version": super::FORMAT_VERSION, "verdict": verdict(&comparison.verdict()), "fidelity": comparison.fidelity, "method": comparison.method.name(),
-           "computed": comparison.computed.iter().map(diagnostics::computed).collect::<Vec<_>>(),
-           "robust": robust, "constraints": comparison.relations.iter().map(diagnostics::constraint).collect::<Vec<_>>(),
+    json!({"version": env!("CARGO_PKG_VERSION"), "format_version": super::FORMAT_VERSION, "verdict": Verdict::from(comparison.verdict()), "fidelity": comparison.fidelity, "method": comparison.method.name(),
+           "computed": list(&comparison.computed, diagnostics::computed),
+           "robust": robust, "constraints": list(&comparison.relations, diagnostics::constraint),
            "notes": comparison.notes, "told_by": comparison.told_by,
            "labels": comparison.labels, "warnings": comparison.warnings, "refuted": comparison.refuted,
-           "samples": comparison.samples.iter().map(sample).collect::<Vec<_>>(),
-           "parameters": comparison.quantities.iter().map(quantity).collect::<Vec<_>>(),
+           "samples": list(&comparison.samples, sample),
+           "parameters": list(&comparison.quantities, quantity),
            "counted": counted(comparison).name(), "chi2": significant(comparison.chi2, MANY), "dof": comparison.dof, "noise_estimated": comparison.noise_estimated,
            "converged": comparison.converged, "termination": comparison.termination})
 }

@@ -66,6 +66,38 @@ impl Section {
         Self { title: title.into(), about: about.into(), blocks, folded: false }
     }
 
+    /// Of sentences alone.
+    pub(super) fn lines(title: impl Into<String>, lines: Vec<String>) -> Self {
+        Self::new(title, "", vec![Block::Lines(lines)])
+    }
+
+    /// Of a table alone.
+    pub(super) fn table(title: impl Into<String>, about: impl Into<String>, table: Table) -> Self {
+        Self::new(title, about, vec![Block::Table(table)])
+    }
+
+    /// Shots that were not used, with the reasons; `None` where there are none.
+    pub(super) fn of_rejected(shots: impl IntoIterator<Item = [String; 2]>) -> Option<Self> {
+        let table = Table::new(["shot", "why"], shots.into_iter().map(Vec::from));
+        (!table.rows.is_empty()).then(|| Self::table("Shots that were not used", "", table))
+    }
+
+    /// Sentences that a reader may want to know; `None` where there are none.
+    pub(super) fn of_notes(notes: Vec<String>) -> Option<Self> {
+        (!notes.is_empty()).then(|| Self::lines("Notes", notes))
+    }
+
+    /// Shots one by one; `None` where there are none.
+    pub(super) fn of_shots(shots: Vec<Shot>, about: &str) -> Option<Self> {
+        let title = "Shots, the largest residuals first";
+        (!shots.is_empty()).then(|| Self::new(title, about, vec![Block::Shots(shots)]))
+    }
+
+    /// Of a picture alone, which shows what `alt` says.
+    pub(super) fn of_figure(title: &str, about: &str, alt: &str, svg: String) -> Self {
+        Self::new(title, about, vec![Block::figure(alt, svg)])
+    }
+
     /// The same section, as a detail.
     #[must_use]
     pub(super) fn folded(self) -> Self {
@@ -87,56 +119,46 @@ pub enum Block {
     Shots(Vec<Shot>),
 }
 
+impl Block {
+    /// A picture, and what it shows.
+    pub(super) fn figure(alt: &str, svg: String) -> Self {
+        Self::Figure(Figure { alt: alt.to_owned(), svg })
+    }
+}
+
 /// Rows of cells below a head. A row that is shorter than the head ends with a cell that spans the rest.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Table {
     /// The headings of the columns.
-    pub head: Vec<Cell>,
+    pub head: Vec<String>,
+    /// Of each column whether it holds numbers, which are aligned to the right, but for cells that span the rest.
+    pub right: Vec<bool>,
     /// The rows.
-    pub rows: Vec<Vec<Cell>>,
+    pub rows: Vec<Vec<String>>,
 }
 
 impl Table {
-    pub(super) fn new<const N: usize>(head: [&str; N], rows: impl IntoIterator<Item = Vec<Cell>>) -> Self {
-        let rows: Vec<Vec<Cell>> = rows.into_iter().collect();
-        // a head stands above its column as the first row does
-        let align = |column: usize| {
-            let cell = rows.iter().filter(|row| row.len() == N).find_map(|row| row.get(column));
-            cell.map_or(Align::Left, |cell| cell.align)
-        };
-        let head = head.iter().enumerate().map(|(i, text)| Cell { text: (*text).into(), align: align(i) });
-        Self { head: head.collect(), rows }
-    }
-}
-
-/// A cell of a table.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
-pub struct Cell {
-    /// The text.
-    pub text: String,
-    /// How it is aligned in its column.
-    pub align: Align,
-}
-
-impl Cell {
-    pub(super) fn text(text: impl Into<String>) -> Self {
-        Self { text: text.into(), align: Align::Left }
+    /// Of text, aligned to the left.
+    pub(super) fn new<T: Into<String>>(
+        head: impl IntoIterator<Item = T>,
+        rows: impl IntoIterator<Item = Vec<String>>,
+    ) -> Self {
+        let head: Vec<String> = head.into_iter().map(Into::into).collect();
+        Self { right: vec![false; head.len()], head, rows: rows.into_iter().collect() }
     }
 
-    /// A number, which is aligned with those above and below it.
-    pub(super) fn number(text: impl Into<String>) -> Self {
-        Self { text: text.into(), align: Align::Right }
+    /// The same with numbers in these columns, if a row reaches them.
+    #[must_use]
+    pub(super) fn with_numbers(mut self, columns: std::ops::Range<usize>) -> Self {
+        let reached = self.rows.iter().any(|row| row.len() == self.head.len());
+        self.right.iter_mut().take(columns.end).skip(columns.start).for_each(|right| *right = reached);
+        self
     }
-}
 
-/// How a cell is aligned in its column.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Align {
-    /// To the left, as text.
-    Left,
-    /// To the right, as numbers.
-    Right,
+    /// Whether a cell of a row spans the rest of the columns.
+    pub(super) fn spans(&self, row: &[String], column: usize) -> bool {
+        row.len() < self.head.len() && column + 1 == row.len()
+    }
 }
 
 /// A picture.

@@ -3,8 +3,7 @@
 use std::borrow::Cow;
 use std::io::{self, Write};
 
-use super::digits;
-use super::digits::{FEW, MANY, SHOT};
+use super::digits::{self, FEW, MANY, SHOT};
 use super::unit_name;
 use crate::compare::Comparison;
 use crate::fit::{Fit, Residual};
@@ -90,6 +89,17 @@ fn frame(shot: &str, row: &Row, [common, model]: [&str; 2]) -> String {
 fn compared([measured, predicted, sd]: [f64; 3]) -> String {
     let [measured, predicted] = [measured, predicted].map(|value| cell(digits::to_error(value, Some(sd))));
     [measured, predicted, number(sd, FEW)].join(",")
+}
+
+/// Cells in a line.
+pub(super) fn line<T: AsRef<str>>(cells: impl IntoIterator<Item = T>) -> String {
+    let mut line = String::new();
+    for cell in cells {
+        line.push_str(cell.as_ref());
+        line.push(',');
+    }
+    line.pop();
+    line + "\n"
 }
 
 /// A cell as RFC 4180 wants it.

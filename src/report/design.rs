@@ -1,29 +1,28 @@
 //! A [`Design`] → tables, design.csv, design.json and pictures.
 
-use std::fmt::Write as _;
-
 use serde::{Serialize, Serializer};
-use serde_json::{Map, Value as Json, json};
+use serde_json::{Value as Json, json};
 
-use super::ReportError;
-use super::aligned::aligned;
-use super::csv::quoted;
-use super::digits;
-use super::digits::FEW;
+use super::aligned::sections;
+use super::content::{Block, Section, Table};
+use super::csv::{line, quoted};
+use super::digits::{self, FEW};
 use super::number::plain;
-use super::plot::design as plot;
+use super::plot;
+use super::{ReportError, by_name, list, pretty};
 use crate::design;
-use crate::design::information::{COMMON, RATIOS};
-use crate::design::{Cell, Design, Expected, Mixture, SpinFrom};
+use crate::design::information::{COMMON, Information, RATIOS, std_errors};
+use crate::design::{Cell, Design, Expected, Mixture, OfKind, PlayedKind, SpinFrom};
 use crate::measurement::parameter::Parameter;
 use crate::physics::ball::Ball;
 
 /// The files of a design: name and content.
 pub fn files(design: &Design) -> Result<Vec<(&'static str, Vec<u8>)>, ReportError> {
+    let picture = plot::design::picture(design);
     Ok(vec![
         ("design.csv", csv(design).into_bytes()),
-        ("design.svg", plot::svg(design)?.into_bytes()),
-        ("design.png", plot::png(design)?),
+        ("design.svg", picture.svg()?.into_bytes()),
+        ("design.png", picture.png()?),
         ("design.json", json(design)?.into_bytes()),
     ])
 }
@@ -70,6 +69,7 @@ pub fn text(design: &Design) -> String {
         Some(_) => format!("; {}", super::two_balls(&expected.ball, expected.object.as_ref())),
         None => String::new(),
     };
+    let words = (!design.words.is_empty()).then(|| Section::lines("In words", design.words.clone()));
     let mut text = format!(
         "Expected μ = {mu}, μ_s = {mu_s}, e = {e}{balls}; filmed at {} fps, positions ± {} mm, {} ms before and {} ms after the \
          impact.\nWanted: {} (standard errors; none of the three has a unit).\n",
@@ -79,33 +79,22 @@ pub fn text(design: &Design) -> String {
         plain(camera.after_ms, 3),
         wishes(&expected.wanted)
     );
-    kinds(design, &mut text);
-    cells(design, &mut text);
-    mixtures(design, &mut text);
-    if !design.words.is_empty() {
-        text.push_str("\nIn words\n");
-        for line in &design.words {
-            let _ = writeln!(text, "  {line}");
-        }
-    }
-    for note in &design.notes {
-        let _ = writeln!(text, "\nNote: {note}");
-    }
-    text.push_str(
-        "\nNote: these are errors of chance. A scale, a radius, a frame rate or a spin that is wrong adds its own, however many \
-         the shots.\n",
+    text += &sections(
+        [kinds(design), needed(design)].iter().chain(&cells(design)).chain(&mixtures(design)).chain(&words),
     );
-    text
+    for note in &design.notes {
+        text += &format!("\nNote: {note}\n");
+    }
+    text + "\nNote: these are errors of chance. A scale, a radius, a frame rate or a spin that is wrong adds its own, however many \
+            the shots.\n"
 }
 
-fn kinds(design: &Design, text: &mut String) {
-    let symbols = Parameter::COEFFICIENTS.map(Parameter::symbol);
-    let mut head: Vec<String> =
-        ["kind", "topspin", "side", "spin", "m/s", "cut, °", "shots"].map(str::to_owned).to_vec();
-    head.extend(symbols.map(|symbol| format!("± {symbol}")));
-    let mut rows = vec![head];
-    for (kind, found) in design.expected.kinds.iter().zip(&design.kinds) {
-        let mut row = vec![
+/// What the planned shots of each kind tell, and all of them together.
+fn kinds(design: &Design) -> Section {
+    let head = ["kind", "topspin", "side", "spin", "m/s", "cut, °", "shots"].map(str::to_owned);
+    let head = head.into_iter().chain(Parameter::COEFFICIENTS.map(|p| format!("± {}", p.symbol())));
+    let row = |(kind, found): (&PlayedKind, &OfKind)| {
+        let own = [
             kind.name.clone(),
             range(kind.topspin),
             plain(kind.side, 3),
@@ -114,90 +103,91 @@ fn kinds(design: &Design, text: &mut String) {
             range(kind.cut_deg),
             kind.shots.to_string(),
         ];
-        row.extend(found.std_errors.map(error));
-        rows.push(row);
-    }
+        own.into_iter().chain(found.std_errors.map(error)).collect()
+    };
     let planned = &design.planned;
-    let mut row = vec!["together".to_owned()];
-    row.extend(std::iter::repeat_n(String::new(), 5));
-    row.push(planned.shots.to_string());
-    row.extend(planned.std_errors.map(error));
-    rows.push(row);
-    let _ = write!(
-        text,
-        "\nWhat so many shots of a kind tell, spread evenly over its speeds and cut angles\n{}  \
-         topspin, side: in parts of the natural roll's; spin: how it is known; ±: standard error; –: not told\n",
-        aligned(&rows, "  ")
-    );
-    let seen = planned.std_errors.map(|e| e.map(|e| design::detectable() * e));
-    let each = Parameter::COEFFICIENTS.into_iter().zip(seen);
-    let each: Vec<String> =
-        each.filter_map(|(p, d)| Some(format!("{} {}", p.symbol(), plain(d?, 2)))).collect();
-    if !each.is_empty() {
-        let _ = writeln!(
-            text,
-            "  Between two such data sets (all shots together) a difference is found in 80 % of cases, at 5 %, from: {}",
-            each.join(", ")
-        );
+    let mut together = vec!["together".to_owned()];
+    together.extend(vec![String::new(); 5]);
+    together.push(planned.shots.to_string());
+    together.extend(planned.std_errors.map(error));
+    let rows = design.expected.kinds.iter().zip(&design.kinds).map(row).chain([together]);
+    let mut lines = vec![
+        "topspin, side: in parts of the natural roll's; spin: how it is known; ±: standard error; –: not told"
+            .to_owned(),
+    ];
+    let seen = Parameter::COEFFICIENTS.into_iter().zip(detectable(design));
+    let seen: Vec<String> =
+        seen.filter_map(|(p, d)| Some(format!("{} {}", p.symbol(), plain(d?, 2)))).collect();
+    if !seen.is_empty() {
+        lines.push(format!(
+            "Between two such data sets (all shots together) a difference is found in 80 % of cases, at 5 %, from: {}",
+            seen.join(", ")
+        ));
     }
+    let title = "What so many shots of a kind tell, spread evenly over its speeds and cut angles";
+    Section::new(title, "", vec![Block::Table(Table::new(head, rows)), Block::Lines(lines)])
+}
+
+/// The differences between two such data sets that are found.
+fn detectable(design: &Design) -> [Option<f64>; 3] {
+    design.planned.std_errors.map(|error| error.map(|error| design::detectable() * error))
+}
+
+/// How many shots of each kind alone are needed.
+fn needed(design: &Design) -> Section {
+    let symbols = Parameter::COEFFICIENTS.map(Parameter::symbol);
     let wanted: Vec<usize> = (0..3).filter(|i| design.expected.wanted[*i].is_some()).collect();
     let mut head = vec!["kind".to_owned()];
     head.extend(wanted.iter().map(|i| format!("for {}", symbols[*i])));
     head.push("for all".to_owned());
     head.extend(symbols.map(|symbol| format!("one more: {symbol}")));
-    let mut rows = vec![head];
-    for (kind, found) in design.expected.kinds.iter().zip(&design.kinds) {
+    let row = |(kind, found): (&PlayedKind, &OfKind)| {
         let mut row = vec![kind.name.clone()];
         row.extend(wanted.iter().map(|i| count(found.needed[*i])));
         row.push(count(found.needed_all));
         row.extend(found.gain.map(|gain| gain.map_or("–".to_owned(), |g| format!("{:.2} %", 100.0 * g))));
-        rows.push(row);
-    }
-    let _ = write!(
-        text,
-        "\nShots of one kind alone that reach what is wanted\n{}  one more: by how much one more such shot narrows the \
-         standard error of all together\n",
-        aligned(&rows, "  ")
-    );
+        row
+    };
+    let rows = design.expected.kinds.iter().zip(&design.kinds).map(row);
+    let line =
+        "one more: by how much one more such shot narrows the standard error of all together".to_owned();
+    let blocks = vec![Block::Table(Table::new(head, rows)), Block::Lines(vec![line])];
+    Section::new("Shots of one kind alone that reach what is wanted", "", blocks)
 }
 
 /// One small table for each parameter: rows are kinds and speeds, columns cut angles.
-fn cells(design: &Design, text: &mut String) {
+fn cells(design: &Design) -> Vec<Section> {
+    let near = |a: f64, b: f64| (a - b).abs() < 0.05;
     let mut cuts: Vec<f64> = design.cells.iter().map(|cell| cell.cut_deg).collect();
     cuts.sort_by(f64::total_cmp);
-    cuts.dedup_by(|a, b| (*a - *b).abs() < 0.05);
-    for parameter in Parameter::COEFFICIENTS {
+    cuts.dedup_by(|a, b| near(*a, *b));
+    let section = |parameter: Parameter| {
         let told = |cell: &Cell| cell.std_errors[parameter as usize];
-        if design.cells.iter().all(|cell| told(cell).is_none()) {
-            continue;
-        }
-        let mut head = vec!["kind".to_owned(), "m/s".to_owned(), "shots".to_owned()];
-        head.extend(cuts.iter().map(|cut| format!("{}°", plain(*cut, 3))));
-        let mut rows = vec![head];
+        let mut rows = Vec::new();
         for (index, kind) in design.expected.kinds.iter().enumerate() {
             let own: Vec<&Cell> = design.cells.iter().filter(|cell| cell.kind == index).collect();
             if own.iter().all(|cell| told(cell).is_none()) {
                 continue;
             }
-            let mut speeds: Vec<f64> = own.iter().map(|cell| cell.speed_m_s).collect();
-            speeds.dedup();
-            for speed in speeds {
+            for speed in design.speeds(index) {
                 let mut row = vec![kind.name.clone(), plain(speed, 3), kind.shots.to_string()];
                 row.extend(cuts.iter().map(|cut| {
-                    let at = |c: &&&Cell| c.speed_m_s == speed && (c.cut_deg - cut).abs() < 0.05;
+                    let at = |c: &&&Cell| c.speed_m_s == speed && near(c.cut_deg, *cut);
                     own.iter().find(at).map_or(String::new(), |cell| error(told(cell)))
                 }));
                 rows.push(row);
             }
         }
-        let _ = write!(
-            text,
-            "\nStandard error of {} ({}) by cut angle, from so many shots of one cut and speed alone\n{}",
+        let head = ["kind", "m/s", "shots"].map(str::to_owned).into_iter();
+        let head = head.chain(cuts.iter().map(|cut| format!("{}°", plain(*cut, 3))));
+        let title = format!(
+            "Standard error of {} ({}) by cut angle, from so many shots of one cut and speed alone",
             parameter.symbol(),
-            parameter.meaning(),
-            aligned(&rows, "  ")
+            parameter.meaning()
         );
-    }
+        (!rows.is_empty()).then(|| Section::table(title, "", Table::new(head, rows)))
+    };
+    Parameter::COEFFICIENTS.into_iter().filter_map(section).collect()
 }
 
 /// What a mixture is for.
@@ -224,72 +214,50 @@ fn shots(design: &Design, mixture: &Mixture) -> String {
     each.collect::<Vec<_>>().join(", ")
 }
 
-fn mixtures(design: &Design, text: &mut String) {
-    for (of_cells, title) in [
+fn mixtures(design: &Design) -> Vec<Section> {
+    let section = |(of_cells, title): (bool, &str)| {
+        let own = design.mixtures.iter().filter(|m| m.of_cells == of_cells);
+        let row = |m: &Mixture| vec![target(design, m), m.total().to_string(), shots(design, m)];
+        let rows: Vec<Vec<String>> = own.map(row).collect();
+        (!rows.is_empty()).then(|| Section::table(title, "", Table::new(["for", "shots", "of which"], rows)))
+    };
+    let both = [
         (false, "Fewest shots, of kinds spread over their speeds and cut angles"),
         (true, "Fewest shots, of the best cut angles and speeds alone"),
-    ] {
-        let own: Vec<&Mixture> = design.mixtures.iter().filter(|m| m.of_cells == of_cells).collect();
-        if own.is_empty() {
-            continue;
-        }
-        let mut rows = vec![["for", "shots", "of which"].map(str::to_owned).to_vec()];
-        for mixture in own {
-            rows.push(vec![target(design, mixture), mixture.total().to_string(), shots(design, mixture)]);
-        }
-        let _ = write!(text, "\n{title}\n{}", aligned(&rows, "  "));
-    }
-}
-
-/// Four significant digits; nothing where there is no number.
-fn cell(value: Option<f64>) -> String {
-    value.map_or(String::new(), |value| format!("{:e}", digits::significant(value, FEW)))
+    ];
+    both.into_iter().filter_map(section).collect()
 }
 
 /// One row per kind (without a cut angle and speed of its own) and per cell.
 #[must_use]
 pub fn csv(design: &Design) -> String {
-    let mut text = "kind,topspin,side,speed_m_s,cut_deg,shots".to_owned();
-    for what in ["sd", "sd_of_one"] {
-        for parameter in Parameter::COEFFICIENTS {
-            let _ = write!(text, ",{}_{what}", parameter.name());
-        }
-    }
-    text.push('\n');
-    let mut row = |kind: usize, at: Option<(f64, f64)>, information: &design::information::Information| {
-        let kind = &design.expected.kinds[kind];
-        let (speed, cut) = at.unzip();
-        let topspin = 0.5 * (kind.topspin[0] + kind.topspin[1]);
+    let names = |what: &str| Parameter::COEFFICIENTS.map(|parameter| format!("{}_{what}", parameter.name()));
+    let head = ["kind", "topspin", "side", "speed_m_s", "cut_deg", "shots"].map(str::to_owned);
+    let head = head.into_iter().chain(names("sd")).chain(names("sd_of_one"));
+    let row = |kind: usize, at: Option<&Cell>, information: &Information| {
+        let PlayedKind { name, topspin, side, shots, .. } = &design.expected.kinds[kind];
         let shown = |value: Option<f64>| value.map_or(String::new(), |v| plain(v, 6));
-        let _ = write!(
-            text,
-            "{},{topspin},{},{},{},{}",
-            quoted(&kind.name),
-            kind.side,
-            shown(speed),
-            shown(cut),
-            kind.shots
-        );
-        for shots in [kind.shots as f64, 1.0] {
-            for error in design::information::std_errors(&(information * shots)) {
-                let _ = write!(text, ",{}", cell(error));
-            }
-        }
-        text.push('\n');
+        let own = [
+            quoted(name).into_owned(),
+            (0.5 * (topspin[0] + topspin[1])).to_string(),
+            side.to_string(),
+            shown(at.map(|cell| cell.speed_m_s)),
+            shown(at.map(|cell| cell.cut_deg)),
+            shots.to_string(),
+        ];
+        // four significant digits; nothing where there is no number
+        let four = |value: f64| format!("{:e}", digits::significant(value, FEW));
+        let of = |shots: f64| std_errors(&(information * shots)).map(|e| e.map_or(String::new(), four));
+        line(own.into_iter().chain(of(*shots as f64)).chain(of(1.0)))
     };
-    for (index, found) in design.kinds.iter().enumerate() {
-        row(index, None, &found.information);
-    }
-    for cell in &design.cells {
-        row(cell.kind, Some((cell.speed_m_s, cell.cut_deg)), &cell.information);
-    }
-    text
+    let kinds = design.kinds.iter().enumerate().map(|(index, found)| row(index, None, &found.information));
+    let cells = design.cells.iter().map(|cell| row(cell.kind, Some(cell), &cell.information));
+    std::iter::once(line(head)).chain(kinds).chain(cells).collect()
 }
 
 /// `{"mu": …, "mu_s": …, "e": …}`
 fn by_parameter<T: Serialize>(values: &[T; 3]) -> Json {
-    let each = Parameter::COEFFICIENTS.into_iter().zip(values);
-    Json::Object(each.map(|(p, value)| (p.name().to_owned(), json!(value))).collect::<Map<_, _>>())
+    by_name(Parameter::COEFFICIENTS.into_iter().zip(values))
 }
 
 /// design.json as text.
@@ -297,9 +265,7 @@ fn by_parameter<T: Serialize>(values: &[T; 3]) -> Json {
 /// # Errors
 /// None in practice: what is not finite becomes `null`.
 pub fn json(design: &Design) -> Result<String, ReportError> {
-    serde_json::to_string_pretty(design)
-        .map(|text| text + "\n")
-        .map_err(|source| ReportError::Json { dataset: "the design".to_owned(), source })
+    pretty(design, "the design")
 }
 
 /// As in design.json.
@@ -313,54 +279,51 @@ impl Serialize for Design {
 fn document(design: &Design) -> Json {
     let expected = &design.expected;
     let camera = &expected.camera;
-    let kinds: Vec<Json> = expected
-        .kinds
-        .iter()
-        .zip(&design.kinds)
-        .map(|(kind, found)| {
-            json!({"name": kind.name, "topspin": kind.topspin, "side": kind.side,
-                   "spin_from": match kind.from {
-                       SpinFrom::Known => "known", SpinFrom::Motion => "motion", SpinFrom::Markers { .. } => "markers"},
-                   "spin_sd_rad_s": match kind.from { SpinFrom::Markers { sd } => sd, _ => None },
-                   "speed_m_s": kind.speed_m_s, "cut_deg": kind.cut_deg, "shots": kind.shots,
-                   "std_error": by_parameter(&found.std_errors), "shots_needed": by_parameter(&found.needed),
-                   "shots_needed_for_all": found.needed_all, "gain_of_one_more": by_parameter(&found.gain),
-                   "unusable": found.unusable, "information_of_one": information(expected, &found.information)})
+    let kind = |(kind, found): (&PlayedKind, &OfKind)| {
+        let (spin_from, spin_sd) = match kind.from {
+            SpinFrom::Known => ("known", None),
+            SpinFrom::Motion => ("motion", None),
+            SpinFrom::Markers { sd } => ("markers", sd),
+        };
+        json!({
+            "name": kind.name, "topspin": kind.topspin, "side": kind.side,
+            "spin_from": spin_from, "spin_sd_rad_s": spin_sd,
+            "speed_m_s": kind.speed_m_s, "cut_deg": kind.cut_deg, "shots": kind.shots,
+            "std_error": by_parameter(&found.std_errors), "shots_needed": by_parameter(&found.needed),
+            "shots_needed_for_all": found.needed_all, "gain_of_one_more": by_parameter(&found.gain),
+            "unusable": found.unusable, "information_of_one": information(expected, &found.information),
         })
-        .collect();
-    let name = |kind: usize| expected.kinds[kind].name.as_str();
-    let cells: Vec<Json> = design
-        .cells
-        .iter()
-        .map(|cell| {
-            json!({"kind": name(cell.kind), "speed_m_s": cell.speed_m_s, "cut_deg": cell.cut_deg,
-                   "shots": expected.kinds[cell.kind].shots, "std_error": by_parameter(&cell.std_errors),
-                   "information_of_one": information(expected, &cell.information)})
-        })
-        .collect();
-    let mixture = |mixture: &Mixture| {
-        let shots: Vec<Json> = mixture
-            .shots
-            .iter()
-            .map(|(index, shots)| {
-                if mixture.of_cells {
-                    let cell = &design.cells[*index];
-                    json!({"kind": name(cell.kind), "speed_m_s": cell.speed_m_s, "cut_deg": cell.cut_deg, "shots": shots})
-                } else {
-                    json!({"kind": name(*index), "shots": shots})
-                }
-            })
-            .collect();
-        json!({"for": mixture.parameter.map_or("all", Parameter::name),
-               "of": if mixture.of_cells { "cells" } else { "kinds" },
-               "total": mixture.total(), "shots": shots, "std_error": by_parameter(&mixture.std_errors)})
     };
-    let detectable = design.planned.std_errors.map(|e| e.map(|e| design::detectable() * e));
+    let kinds: Json = expected.kinds.iter().zip(&design.kinds).map(kind).collect();
+    let name = |kind: usize| expected.kinds[kind].name.as_str();
+    // the key figures of a cell
+    let at = |cell: &Cell, shots: u64| json!({"kind": name(cell.kind), "speed_m_s": cell.speed_m_s, "cut_deg": cell.cut_deg, "shots": shots});
+    let cell = |cell: &Cell| {
+        let mut entry = at(cell, expected.kinds[cell.kind].shots as u64);
+        entry["std_error"] = by_parameter(&cell.std_errors);
+        entry["information_of_one"] = json!(information(expected, &cell.information));
+        entry
+    };
+    let mixture = |mixture: &Mixture| {
+        let counted = |(index, shots): &(usize, u64)| {
+            if mixture.of_cells {
+                at(&design.cells[*index], *shots)
+            } else {
+                json!({"kind": name(*index), "shots": shots})
+            }
+        };
+        json!({
+            "for": mixture.parameter.map_or("all", Parameter::name),
+            "of": if mixture.of_cells { "cells" } else { "kinds" },
+            "total": mixture.total(), "shots": list(&mixture.shots, counted),
+            "std_error": by_parameter(&mixture.std_errors),
+        })
+    };
     let stated = |which: usize| expected.object.map_or([0.0; 2], |o| [o.mass_sd[which], o.radius_sd[which]]);
     let mut together = by_parameter(&design.planned.std_errors);
     for (ratio, error) in RATIOS.into_iter().zip(design.planned.ratios) {
-        if let (Some(error), Some(errors)) = (error, together.as_object_mut()) {
-            errors.insert(ratio.name().to_owned(), json!(error));
+        if let Some(error) = error {
+            together[ratio.name()] = json!(error);
         }
     }
     let c = &expected.coefficients;
@@ -371,13 +334,13 @@ fn document(design: &Design) -> Json {
            "camera": {"fps": camera.fps, "position_sd_mm": 1e3 * camera.position_sd_m,
                       "before_ms": camera.before_ms, "after_ms": camera.after_ms},
            "wanted": by_parameter(&expected.wanted),
-           "kinds": kinds, "cells": cells,
+           "kinds": kinds, "cells": list(&design.cells, cell),
            "together": {"shots": design.planned.shots, "std_error": together,
-                        "detectable_difference": by_parameter(&detectable)},
-           "fewest_shots": design.mixtures.iter().map(mixture).collect::<Vec<_>>(),
+                        "detectable_difference": by_parameter(&detectable(design))},
+           "fewest_shots": list(&design.mixtures, mixture),
            "in_words": design.words, "notes": design.notes});
-    if let (Some(object), Some(document)) = (&expected.object, document.as_object_mut()) {
-        document.insert("object".to_owned(), ball(&object.ball, stated(1)));
+    if let Some(object) = &expected.object {
+        document["object"] = ball(&object.ball, stated(1));
     }
     digits::of_document(&mut document);
     document
@@ -387,8 +350,8 @@ fn document(design: &Design) -> Json {
 fn ball(ball: &Ball, [mass_sd, radius_sd]: [f64; 2]) -> Json {
     let mut entry = json!({"radius_m": ball.radius, "mass_kg": ball.mass, "inertia": ball.inertia});
     for (key, sd) in [("radius_m_sd", radius_sd), ("mass_kg_sd", mass_sd)] {
-        if let Some(entry) = entry.as_object_mut().filter(|_| sd > 0.0) {
-            entry.insert(key.to_owned(), json!(sd));
+        if sd > 0.0 {
+            entry[key] = json!(sd);
         }
     }
     entry
@@ -396,7 +359,7 @@ fn ball(ball: &Ball, [mass_sd, radius_sd]: [f64; 2]) -> Json {
 
 /// By mu, mu_s, e, mu_k, mu_r, row by row, and then by those ratios of the balls that are stated with an error, which is the unit of
 /// both.
-fn information(expected: &Expected, information: &design::information::Information) -> Vec<Vec<f64>> {
+fn information(expected: &Expected, information: &Information) -> Vec<Vec<f64>> {
     let ratios = (COMMON..).zip(expected.ratio_sds()).filter(|(_, sd)| *sd > 0.0).map(|(place, _)| place);
     let places: Vec<usize> = (0..COMMON).chain(ratios).collect();
     places.iter().map(|row| places.iter().map(|column| information[(*row, *column)]).collect()).collect()

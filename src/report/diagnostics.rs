@@ -1,9 +1,9 @@
 //! How far a fit can be trusted, for fit.json.
 
-use serde_json::{Map, Value, json};
+use serde_json::{Value, json};
 
 use super::digits::{FEW, MANY, decimal, edge, end, probability, relative, significant, to_error};
-
+use super::{by_name, list};
 use crate::fit::{
     Alternative, Bootstrap, Bound, Combination, Computed, Contour, Fit, FoundMinimum, Goodness,
     Identifiability, Influence, JointFit, Level, Profile, Robust, SharedEstimate, SharedKind, Starts, Trend,
@@ -14,34 +14,27 @@ use crate::measurement::parameter::Parameter;
 type Errors<'a> = &'a dyn Fn(Parameter) -> Option<f64>;
 
 /// The keys of fit.json that say it.
-pub(super) fn entries(fit: &Fit) -> Map<String, Value> {
+pub(super) fn entries(fit: &Fit) -> Value {
     let found = &fit.diagnostics;
     let error = |parameter: Parameter| {
         fit.estimates.iter().find(|e| e.parameter == parameter).and_then(|e| e.std_error)
     };
-    let tested = fit.tested().name();
-    let mut entries = Map::new();
-    let mut add = |key: &str, value: Value| entries.insert(key.to_owned(), value);
-    add("computed", found.computed.iter().map(computed).collect());
-    add("identifiability", found.identifiability.as_ref().map_or(Value::Null, identifiability));
-    add("goodness", found.goodness.as_ref().map_or(Value::Null, |found| goodness(found, tested)));
-    add("robust", found.robust.as_ref().map_or(Value::Null, robust));
-    add("constraints", found.relations.iter().map(constraint).collect());
-    add("starts", found.starts.as_ref().map_or(Value::Null, |found| starts(found, &error)));
-    add("bootstrap", found.bootstrap.as_ref().map_or(Value::Null, |found| bootstrap(found, &error)));
-    add("contours", found.contours.iter().map(|found| contour(found, &error)).collect());
-    add("profiles", found.profiles.iter().map(|found| profile(found, &error)).collect());
-    add(
-        "model_comparison",
-        found
-            .alternatives
-            .iter()
-            .map(|found| alternative(found, fit.refuted.is_none().then_some(&error)))
-            .collect(),
-    );
-    add("information_bound", found.bound.as_ref().map_or(Value::Null, bound));
-    add("joint", found.joint.as_ref().map_or(Value::Null, joint));
-    entries
+    // the values of a refuted model need not be determined, and differ with the last digits of the data
+    let holds = fit.refuted.is_none().then_some(&error as Errors);
+    json!({
+        "computed": list(&found.computed, computed),
+        "identifiability": found.identifiability.as_ref().map(identifiability),
+        "goodness": found.goodness.as_ref().map(|found| goodness(found, fit.tested().name())),
+        "robust": found.robust.as_ref().map(robust),
+        "constraints": list(&found.relations, constraint),
+        "starts": found.starts.as_ref().map(|found| starts(found, &error)),
+        "bootstrap": found.bootstrap.as_ref().map(|found| bootstrap(found, &error)),
+        "contours": list(&found.contours, |found| contour(found, &error)),
+        "profiles": list(&found.profiles, |found| profile(found, &error)),
+        "model_comparison": list(&found.alternatives, |found| alternative(found, holds)),
+        "information_bound": found.bound.as_ref().map(bound),
+        "joint": found.joint.as_ref().map(joint),
+    })
 }
 
 pub(super) fn computed(found: &Computed) -> Value {
@@ -54,50 +47,46 @@ pub(super) fn constraint((text, active): &(String, bool)) -> Value {
 }
 
 fn bound(found: &Bound) -> Value {
-    let errors: Map<String, Value> = found
-        .std_errors
-        .iter()
-        .map(|(p, error)| (p.name().to_owned(), json!(relative(*error, FEW))))
-        .collect();
-    json!({"std_errors": errors, "shots": found.shots})
+    let errors = found.std_errors.iter().map(|(p, error)| (*p, relative(*error, FEW)));
+    json!({"std_errors": by_name(errors), "shots": found.shots})
 }
 
 fn joint(found: &JointFit) -> Value {
-    let mut all = Map::new();
-    // those of the camera are told in `camera`
-    for SharedEstimate { kind, value, std_error, interval_95 } in &found.shared {
-        if !matches!(kind, SharedKind::Camera(_)) {
-            let error = Some(*std_error);
-            let interval = interval_95.map(|ends| ends.map(|value| end(value, error)));
-            let entry = json!({"value": to_error(*value, error), "std_error": relative(*std_error, FEW), "interval_95": interval});
-            all.insert(kind.name().to_owned(), entry);
-        }
+    let mut all = json!({
+        "p_value": found.p_value.map(probability),
+        "observations": found.observations,
+        "shot_unknowns": found.unknowns,
+    });
+    // those of the camera are told in `film`
+    let own = found.shared.iter().filter(|shared| !matches!(shared.kind, SharedKind::Camera(_)));
+    for SharedEstimate { kind, value, std_error, interval_95 } in own {
+        let error = Some(*std_error);
+        all[kind.name()] = json!({
+            "value": to_error(*value, error),
+            "std_error": relative(*std_error, FEW),
+            "interval_95": interval_95.map(|ends| ends.map(|value| end(value, error))),
+        });
     }
-    all.insert("p_value".to_owned(), json!(found.p_value.map(probability)));
-    all.insert("observations".to_owned(), json!(found.observations));
-    all.insert("shot_unknowns".to_owned(), json!(found.unknowns));
-    Value::Object(all)
+    all
 }
 
 fn bootstrap(found: &Bootstrap, error: Errors) -> Value {
-    let parameters: Map<String, Value> = (found.estimates.iter())
-        .map(|one| {
-            let error = error(one.parameter).or(Some(one.std_error));
-            let rounded = |value: f64| to_error(value, error);
-            let entry = json!({
-                "std_error": relative(one.std_error, FEW),
-                "bias": rounded(one.bias),
-                "interval_95_percentile": one.percentile.map(rounded),
-                "interval_95_bca": one.bca.map(rounded),
-            });
-            (one.parameter.name().to_owned(), entry)
-        })
-        .collect();
+    let parameters = found.estimates.iter().map(|one| {
+        let error = error(one.parameter).or(Some(one.std_error));
+        let rounded = |value: f64| to_error(value, error);
+        let entry = json!({
+            "std_error": relative(one.std_error, FEW),
+            "bias": rounded(one.bias),
+            "interval_95_percentile": one.percentile.map(rounded),
+            "interval_95_bca": one.bca.map(rounded),
+        });
+        (one.parameter, entry)
+    });
     json!({
         "replicates": found.replicates,
         "seed": found.seed,
         "failed": found.failed,
-        "parameters": parameters,
+        "parameters": by_name(parameters),
     })
 }
 
@@ -120,23 +109,19 @@ fn contour(contour: &Contour, error: Errors) -> Value {
     json!({
         "parameters": names(&contour.parameters),
         "centre": at(&contour.centre),
-        "levels": contour.levels.iter().map(level).collect::<Vec<_>>(),
+        "levels": list(&contour.levels, level),
     })
 }
 
 /// Without values where the data refute the model: they need not be determined, and differ with the last digits of the data.
 fn alternative(model: &Alternative, error: Option<Errors>) -> Value {
-    let values: Map<String, Value> = model
-        .values
-        .iter()
-        .filter_map(|(p, value)| Some((p.name().to_owned(), json!(to_error(*value, error?(*p))))))
-        .collect();
+    let values = model.values.iter().filter_map(|(p, value)| Some((*p, to_error(*value, error?(*p)))));
     let ratio = model.likelihood_ratio;
     let ratio = ratio.map(|r| json!({"statistic": decimal(r.statistic), "p_value": probability(r.p_value)}));
     json!({
         "model": model.name,
         "failed": model.failed,
-        "values": values,
+        "values": by_name(values),
         "fitted_parameters": model.parameters,
         "delta_aic": decimal(model.delta_aic),
         "delta_bic": decimal(model.delta_bic),
@@ -158,16 +143,12 @@ fn goodness(found: &Goodness, tested: &str) -> Value {
         })
     };
     let influence = |shot: &Influence| {
-        let shifts: Map<String, Value> = shot
-            .shifts
-            .iter()
-            .map(|(parameter, shift)| (parameter.name().to_owned(), json!(decimal(*shift))))
-            .collect();
+        let shifts = shot.shifts.iter().map(|(parameter, shift)| (*parameter, decimal(*shift)));
         json!({
             "shot": shot.shot,
             "leverage": significant(shot.leverage, FEW),
             "cook_distance": significant(finite(shot.cook), FEW),
-            "shift_without_it_in_std_errors": shifts,
+            "shift_without_it_in_std_errors": by_name(shifts),
         })
     };
     json!({
@@ -177,9 +158,9 @@ fn goodness(found: &Goodness, tested: &str) -> Value {
         "p_value": found.p_value.map(probability),
         "stated_noise": found.noise.name(),
         "noise_factor": found.noise_factor.map(|factor| significant(factor, FEW)),
-        "trends": found.trends.iter().map(trend).collect::<Vec<_>>(),
+        "trends": list(&found.trends, trend),
         "normality": found.normality.map(|n| json!({"anderson_darling": decimal(n.statistic), "p_value": probability(n.p_value)})),
-        "influence": found.influence.iter().map(influence).collect::<Vec<_>>(),
+        "influence": list(&found.influence, influence),
         "influential_from_cook_distance": found.influential_from.map(|from| significant(from, FEW)),
     })
 }
@@ -195,19 +176,15 @@ fn robust(found: &Robust) -> Value {
         "loss": found.loss.name(),
         "tuning_constant": found.loss.tuning(),
         "covariance": "sandwich",
-        "weights_below_1": found.weights.iter().map(weight).collect::<Vec<_>>(),
+        "weights_below_1": list(&found.weights, weight),
     })
 }
 
 fn starts(found: &Starts, error: Errors) -> Value {
     let minimum = |minimum: &FoundMinimum| {
-        let values: Map<String, Value> = minimum
-            .values
-            .iter()
-            .map(|(p, value)| (p.name().to_owned(), json!(to_error(*value, error(*p)))))
-            .collect();
+        let values = minimum.values.iter().map(|(p, value)| (*p, to_error(*value, error(*p))));
         json!({
-            "values": values,
+            "values": by_name(values),
             "minus_2_log_likelihood_above_best": decimal(minimum.above_best),
             "starts": minimum.starts,
         })
@@ -217,7 +194,7 @@ fn starts(found: &Starts, error: Errors) -> Value {
         "seed": found.seed,
         "agree": found.agree(),
         "failed": found.failed,
-        "minima": found.minima.iter().map(minimum).collect::<Vec<_>>(),
+        "minima": list(&found.minima, minimum),
     })
 }
 
@@ -236,15 +213,14 @@ fn identifiability(found: &Identifiability) -> Value {
 }
 
 fn combination(worst: &Combination) -> Value {
-    let terms: Map<String, Value> =
-        worst.terms.iter().map(|(p, step)| (p.name().to_owned(), json!(significant(*step, FEW)))).collect();
+    let terms = worst.terms.iter().map(|(p, step)| (*p, significant(*step, FEW)));
     let determined = worst
         .determined
         .as_ref()
         .map(|(name, value, error)| json!({"name": name, "estimate": to_error(*value, Some(*error)), "std_error": relative(*error, FEW)}));
     json!({
         "words": worst.words,
-        "one_standard_error_along": terms,
+        "one_standard_error_along": by_name(terms),
         "weak": worst.weak,
         "undetermined": worst.undetermined,
         "determined": determined,

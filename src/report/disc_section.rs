@@ -1,6 +1,6 @@
 //! What was measured of every shot of discs, as a section of a report.
 
-use super::content::{Block, Cell, Section, Table};
+use super::content::{Section, Table};
 use super::number::{plain, with_error};
 use crate::fit::{Fit, mean_of_shots};
 use crate::measurement::dataset::{DiscShot, Measured};
@@ -37,10 +37,10 @@ pub(super) fn section(fit: &Fit) -> Option<Section> {
     }
     let used = |shot: &&DiscShot| fit.residuals.iter().any(|residual| residual.shot == shot.name);
     let value = |measured: Option<Measured>| {
-        Cell::number(measured.map_or(String::new(), |found| match found.sd {
+        measured.map_or(String::new(), |found| match found.sd {
             Some(sd) => with_error(found.value, sd),
             None => plain(found.value, 4),
-        }))
+        })
     };
     let row = |shot: &DiscShot| {
         let state = match (used(&shot), shot.sticks, shot.doubts.is_empty()) {
@@ -50,12 +50,9 @@ pub(super) fn section(fit: &Fit) -> Option<Section> {
             (false, _, false) => "doubtful, not fitted",
             (false, _, true) => "not fitted",
         };
-        let mut cells = vec![Cell::text(shot.name.clone())];
-        cells.extend(COLUMNS.iter().map(|column| value((column.of)(shot))));
-        cells.push(Cell::text(state));
-        cells
+        line(&shot.name, COLUMNS.iter().map(|column| value((column.of)(shot))).collect(), state)
     };
-    let mut rows: Vec<Vec<Cell>> = fit.disc_shots.iter().map(row).collect();
+    let mut rows: Vec<Vec<String>> = fit.disc_shots.iter().map(row).collect();
     let means: Vec<_> = COLUMNS
         .iter()
         .map(|column| {
@@ -64,18 +61,13 @@ pub(super) fn section(fit: &Fit) -> Option<Section> {
         })
         .collect();
     let mean = means.iter().map(|mean| value(mean.map(|mean| Measured::new(mean.value, mean.std_error))));
-    let scatter =
-        means.iter().map(|mean| Cell::number(mean.map_or(String::new(), |mean| plain(mean.scatter, 2))));
-    for (name, cells) in [("mean", mean.collect::<Vec<_>>()), ("scatter", scatter.collect())] {
-        let mut row = vec![Cell::text(name)];
-        row.extend(cells);
-        row.push(Cell::text(""));
-        rows.push(row);
-    }
-    let [a, b, c, d, e, f, g, h] = COLUMNS.map(|column| column.name);
-    let table = Table::new(["shot", a, b, c, d, e, f, g, h, ""], rows);
-    Some(Section::new(TITLE, ABOUT, vec![Block::Table(table)]))
+    let scatter = means.iter().map(|mean| mean.map_or(String::new(), |mean| plain(mean.scatter, 2)));
+    rows.extend([line("mean", mean.collect(), ""), line("scatter", scatter.collect(), "")]);
+    let head = ["shot"].into_iter().chain(COLUMNS.map(|column| column.name)).chain([""]);
+    let table = Table::new(head, rows).with_numbers(1..1 + COLUMNS.len());
+    Some(Section::table("What was measured of every shot", ABOUT, table))
 }
 
-/// Of the section.
-const TITLE: &str = "What was measured of every shot";
+fn line(name: &str, values: Vec<String>, state: &str) -> Vec<String> {
+    [name.to_owned()].into_iter().chain(values).chain([state.to_owned()]).collect()
+}

@@ -1,11 +1,10 @@
 //! Extracted impacts of discs: a table, what was left out, and a picture of each shot.
 
-use std::fmt::Write;
-
 use super::ReportError;
-use super::csv::quoted;
+use super::csv::{line, quoted};
+use super::extracted;
 use super::number::{plain, with_error};
-use super::plot::track::Picture;
+use super::plot::track::Tracks;
 use crate::extraction::disc::{DiscImpact, Quantity};
 use crate::measurement::dataset::Dataset;
 use crate::measurement::track::TrackShot;
@@ -65,48 +64,45 @@ pub fn files(
     extracted: &[(TrackShot, DiscImpact)],
 ) -> Vec<(&'static str, Vec<u8>)> {
     vec![
-        ("left-out.csv", super::extracted::left_out(dataset).into_bytes()),
+        ("left-out.csv", extracted::left_out(dataset).into_bytes()),
         ("discs.csv", table(discs, extracted).into_bytes()),
     ]
 }
 
 fn table(discs: &Discs, extracted: &[(TrackShot, DiscImpact)]) -> String {
-    let mut table = String::from("shot");
-    for quantity in Quantity::ALL {
+    let name = |quantity: Quantity| {
         let name = column(quantity).0;
-        let name = if discs.in_seconds { name.to_string() } else { per_frame(name) };
-        _ = write!(table, ",{name},{name}_sd");
-    }
-    table.push_str(
-        ",mass_ratio_from,position_sd_mm,reduced_chi2,frames_used,frames_left_out,outcome,verdict,doubts\n",
-    );
-    for (shot, impact) in extracted {
-        table.push_str(&quoted(&shot.name));
+        let name = if discs.in_seconds { name.to_owned() } else { per_frame(name) };
+        [name.clone(), name + "_sd"]
+    };
+    let fixed =
+        "mass_ratio_from,position_sd_mm,reduced_chi2,frames_used,frames_left_out,outcome,verdict,doubts";
+    let own = Quantity::ALL.into_iter().flat_map(name);
+    let head = ["shot".to_owned()].into_iter().chain(own).chain([fixed.to_owned()]);
+    let row = |(shot, impact): &(TrackShot, DiscImpact)| {
+        let mut row = vec![quoted(&shot.name).into_owned()];
         for quantity in Quantity::ALL {
-            match impact.get(quantity) {
-                Some(measured) => {
-                    let unit = column(quantity).1;
-                    // what is stated has no error here
-                    let sd = measured.sd.map_or(String::new(), |sd| (sd / unit).to_string());
-                    _ = write!(table, ",{},{sd}", measured.value / unit);
-                }
-                None => table.push_str(",,"),
-            }
+            let unit = column(quantity).1;
+            let text = |si: f64| (si / unit).to_string();
+            let found = impact.get(quantity);
+            // what is stated has no error here
+            row.extend(found.map_or_else(Default::default, |found| {
+                [text(found.value), found.sd.map_or_else(String::new, text)]
+            }));
         }
-        _ = writeln!(
-            table,
-            ",{},{},{},{},{},{},{},{}",
-            if discs.masses.is_some() { "masses" } else { "momentum" },
-            1e3 * impact.position_sd,
-            impact.reduced_chi2,
-            impact.frames.iter().sum::<usize>(),
-            impact.outliers,
-            if impact.stuck.is_some() { "stick" } else { "part" },
-            if impact.doubts.is_empty() { "good" } else { "doubtful" },
-            quoted(&impact.doubts.join("; "))
-        );
-    }
-    table
+        row.extend([
+            if discs.masses.is_some() { "masses" } else { "momentum" }.to_owned(),
+            (1e3 * impact.position_sd).to_string(),
+            impact.reduced_chi2.to_string(),
+            impact.frames.iter().sum::<usize>().to_string(),
+            impact.outliers.to_string(),
+            if impact.stuck.is_some() { "stick" } else { "part" }.to_owned(),
+            if impact.doubts.is_empty() { "good" } else { "doubtful" }.to_owned(),
+            quoted(&impact.doubts.join("; ")).into_owned(),
+        ]);
+        line(row)
+    };
+    std::iter::once(line(head)).chain(extracted.iter().map(row)).collect()
 }
 
 /// A picture of each shot: file name and SVG.
@@ -114,10 +110,8 @@ pub fn pictures(
     discs: &Discs,
     extracted: &[(TrackShot, DiscImpact)],
 ) -> Result<Vec<(String, Vec<u8>)>, ReportError> {
-    let names: Vec<String> = extracted.iter().map(|(shot, _)| shot.name.clone()).collect();
-    let folders = super::group_folders(&names);
-    let draw = |((shot, impact), name): (&(TrackShot, DiscImpact), &String)| {
-        let picture = Picture {
+    extracted::drawn(extracted, |(shot, impact)| {
+        let tracks = Tracks {
             shot,
             summary: summary(impact),
             names: ["first disc", "second disc"],
@@ -132,9 +126,8 @@ pub fn pictures(
             radii: impact.radii,
             place: &|disc, time| impact.place(disc, time),
         };
-        Ok((format!("{name}.svg"), picture.svg()?.into_bytes()))
-    };
-    extracted.iter().zip(&folders).map(draw).collect()
+        tracks.svg()
+    })
 }
 
 /// The main numbers of an impact of discs, in a line.

@@ -3,11 +3,12 @@
 //! pooltool's balls (`pooltool.objects.ball.params.BallParams`) have m, R (kg, m), u_b and e_b (ball–ball
 //! friction and restitution), u_s, u_r, u_sp_proportionality (cloth), e_c, f_c (cushions) and g.
 
-use serde_json::{Map, Value, json};
+use serde_json::{Value, json};
 
 use crate::io::stored_fit::{StoredBall, StoredFit, StoredParameter};
 use crate::measurement::number;
 use crate::measurement::parameter::Parameter;
+use crate::physics::ball::UNIFORM_SPHERE;
 
 /// The program or format to export to.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -54,10 +55,9 @@ pub fn export(fit: &StoredFit, target: Target) -> Exported {
     if let Some(refuted) = &fit.refuted {
         left_behind.insert(0, refuted.sentence.clone());
     }
-    let value = Value::Object(object);
     let text = match target {
-        Target::Toml => toml::to_string(&value).unwrap_or_default(),
-        Target::Pooltool | Target::Json => format!("{value:#}\n"),
+        Target::Toml => toml::to_string(&object).unwrap_or_default(),
+        Target::Pooltool | Target::Json => format!("{object:#}\n"),
     };
     Exported { text, left_behind }
 }
@@ -67,63 +67,34 @@ fn known(fit: &StoredFit, parameter: Parameter) -> Option<&StoredParameter> {
     fit.parameters.get(parameter.name()).filter(|p| p.status != "not-identified")
 }
 
-fn pooltool(fit: &StoredFit) -> (Map<String, Value>, Vec<String>) {
-    let mut object = Map::new();
+fn pooltool(fit: &StoredFit) -> (Value, Vec<String>) {
     let mut left = Vec::new();
-    if let Some(ball) = fit.ball {
-        match ball.mass_kg {
-            Some(mass) => _ = object.insert("m".into(), json!(mass)),
-            None => left.push("m: the data set does not state the masses; pooltool's default holds.".into()),
-        }
-        if let Some(second) = fit.object
-            && (second.radius_m, second.mass_kg, second.inertia)
-                != (ball.radius_m, ball.mass_kg, ball.inertia)
-        {
-            let mass =
-                second.mass_kg.map_or(String::new(), |mass| format!(", {} g", number::plain(1e3 * mass, 4)));
-            left.push(format!(
-                "The object ball (the second disc) by itself ({} mm{mass}): these arguments are of one ball, here the cue ball (the first \
-                 disc), and pooltool's friction and restitution take both balls for equal.",
-                number::plain(1e3 * second.radius_m, 5)
-            ));
-        }
-        object.insert("R".into(), json!(ball.radius_m));
-        if (ball.inertia - crate::physics::ball::UNIFORM_SPHERE).abs() > 1e-9 {
-            left.push(format!(
-                "The moment of inertia {} MR²: pooltool takes every ball for a uniform sphere, 0.4 MR².",
-                ball.inertia
-            ));
-        }
-    } else {
-        left.push(
+    match fit.ball {
+        Some(ball) => left.extend(of_balls(fit, ball)),
+        None => left.push(
             "Mass and radius: this fit.json does not say them; pooltool's defaults hold. Fit again.".into(),
-        );
+        ),
     }
-    let mut not_told = |parameter: Parameter, name: &str| {
-        let why = match fit.refuted {
-            Some(_) => "the data refute the model that it belongs to",
-            None => "the data do not determine it",
-        };
-        left.push(format!("{} ({name}): {why}; pooltool's default holds.", parameter.symbol()));
+    let why = match fit.refuted {
+        Some(_) => "the data refute the model that it belongs to",
+        None => "the data do not determine it",
     };
+    let means_something = |value: &&StoredParameter| fit.refuted.is_none() || value.status == "fixed";
+    let fitted = |p: Parameter| known(fit, p).filter(means_something).map(|value| value.estimate);
     let measured_e = fit.refuted.as_ref().and_then(|refuted| refuted.measured_e);
     let falls = falls(fit);
-    for (parameter, name) in [(Parameter::Mu, "u_b"), (Parameter::E, "e_b")] {
-        if let Some(measured) = measured_e.filter(|_| parameter == Parameter::E) {
-            object.insert(name.into(), json!(measured.estimate));
-            continue;
-        }
-        match known(fit, parameter) {
-            _ if falls && parameter == Parameter::Mu => {}
-            Some(value) if fit.refuted.is_none() || value.status == "fixed" => {
-                object.insert(name.into(), json!(value.estimate));
-            }
-            _ => not_told(parameter, name),
+    let u_b = fitted(Parameter::Mu).filter(|_| !falls);
+    let e_b = measured_e.map(|measured| measured.estimate).or_else(|| fitted(Parameter::E));
+    for (parameter, name, is_told) in
+        [(Parameter::Mu, "u_b", u_b.is_some() || falls), (Parameter::E, "e_b", e_b.is_some())]
+    {
+        if !is_told {
+            left.push(format!("{} ({name}): {why}; pooltool's default holds.", parameter.symbol()));
         }
     }
     if falls {
         left.push(falling_in_pooltool(fit));
-    } else if object.contains_key("u_b") {
+    } else if u_b.is_some() {
         left.push(
             "u_b is used by pooltool's AverageBallBallFriction only: its default for balls, \
              AlciatoreBallBallFriction, is a curve of its own over the slip speed and ignores u_b."
@@ -131,11 +102,8 @@ fn pooltool(fit: &StoredFit) -> (Map<String, Value>, Vec<String>) {
         );
     }
     left.extend(of_contact(fit));
-    match fit.mu_k {
-        Some(mu_k) => _ = object.insert("u_s".into(), json!(mu_k.estimate)),
-        None => {
-            left.push("u_s (cloth, sliding): only footage tells it; pooltool's default holds.".into());
-        }
+    if fit.mu_k.is_none() {
+        left.push("u_s (cloth, sliding): only footage tells it; pooltool's default holds.".into());
     }
     if let Some(mu_s) = known(fit, Parameter::MuS) {
         left.push(format!(
@@ -151,7 +119,38 @@ fn pooltool(fit: &StoredFit) -> (Map<String, Value>, Vec<String>) {
          pooltool's defaults hold."
             .into(),
     );
-    (object, left)
+    let arguments = json!({
+        "m": fit.ball.and_then(|ball| ball.mass_kg), "R": fit.ball.map(|ball| ball.radius_m),
+        "u_b": u_b, "e_b": e_b, "u_s": fit.mu_k.map(|mu_k| mu_k.estimate),
+    });
+    (stated(arguments), left)
+}
+
+/// What of the balls pooltool's arguments, which are of one ball, do not hold.
+fn of_balls(fit: &StoredFit, ball: StoredBall) -> Vec<String> {
+    let mut left = Vec::new();
+    if ball.mass_kg.is_none() {
+        left.push("m: the data set does not state the masses; pooltool's default holds.".into());
+    }
+    let same = |other: &StoredBall| {
+        (other.radius_m, other.mass_kg, other.inertia) == (ball.radius_m, ball.mass_kg, ball.inertia)
+    };
+    if let Some(second) = fit.object.filter(|second| !same(second)) {
+        let mass =
+            second.mass_kg.map_or(String::new(), |mass| format!(", {} g", number::plain(1e3 * mass, 4)));
+        left.push(format!(
+            "The object ball (the second disc) by itself ({} mm{mass}): these arguments are of one ball, here the cue ball (the first \
+             disc), and pooltool's friction and restitution take both balls for equal.",
+            number::plain(1e3 * second.radius_m, 5)
+        ));
+    }
+    if (ball.inertia - UNIFORM_SPHERE).abs() > 1e-9 {
+        left.push(format!(
+            "The moment of inertia {} MR²: pooltool takes every ball for a uniform sphere, 0.4 MR².",
+            ball.inertia
+        ));
+    }
+    left
 }
 
 /// What a fit knows of the contact that one number for friction and one for restitution do not hold.
@@ -169,18 +168,19 @@ fn of_contact(fit: &StoredFit) -> Vec<String> {
     kappa.into_iter().chain(slope).collect()
 }
 
-/// Without a mass that is not stated: TOML has no null.
-fn body(body: StoredBall) -> Value {
-    let mut entry = Map::from_iter([("radius_m".to_string(), json!(body.radius_m))]);
-    for (key, value) in
-        [("radius_m_sd", body.radius_m_sd), ("mass_kg", body.mass_kg), ("mass_kg_sd", body.mass_kg_sd)]
-    {
-        if let Some(value) = value {
-            entry.insert(key.into(), json!(value));
-        }
+/// Without what is not stated: TOML has no null.
+fn stated(mut document: Value) -> Value {
+    if let Some(entries) = document.as_object_mut() {
+        entries.retain(|_, value| !value.is_null());
     }
-    entry.insert("inertia".into(), json!(body.inertia));
-    Value::Object(entry)
+    document
+}
+
+fn body(StoredBall { radius_m, radius_m_sd, mass_kg, mass_kg_sd, inertia }: StoredBall) -> Value {
+    stated(json!({
+        "radius_m": radius_m, "radius_m_sd": radius_m_sd, "mass_kg": mass_kg, "mass_kg_sd": mass_kg_sd,
+        "inertia": inertia,
+    }))
 }
 
 /// Whether the friction between the balls falls with their slip v, as μ + b·exp(−c·v).
@@ -203,59 +203,36 @@ fn falling_in_pooltool(fit: &StoredFit) -> String {
 }
 
 /// Everything that the fit knows of its parameters.
-fn plain(fit: &StoredFit) -> (Map<String, Value>, Vec<String>) {
-    let mut object = Map::new();
-    let mut left = Vec::new();
-    object.insert("dataset".into(), json!(fit.dataset));
-    if let Some(group) = &fit.group {
-        object.insert("group".into(), json!({"column": group.column, "label": group.label}));
-    }
-    object.insert("fidelity".into(), json!(fit.fidelity));
-    if let Some(ball) = fit.ball {
-        object.insert("ball".into(), body(ball));
-    }
-    if let Some(second) = fit.object {
-        object.insert("object".into(), body(second));
-    }
-    if let Some(refuted) = &fit.refuted {
-        object.insert("refuted".into(), json!(true));
-        if let Some(measured) = refuted.measured_e {
-            let entry = json!({"estimate": measured.estimate, "std_error": measured.std_error});
-            object.insert("measured_e".into(), entry);
-        }
-    }
-    let falls = falls(fit);
-    if falls {
+fn plain(fit: &StoredFit) -> (Value, Vec<String>) {
+    let group = fit.group.as_ref().map(|group| json!({"column": group.column, "label": group.label}));
+    let measured_e = fit.refuted.as_ref().and_then(|refuted| refuted.measured_e);
+    let measured_e = measured_e.map(|e| json!({"estimate": e.estimate, "std_error": e.std_error}));
+    let e_falls = fit.parameters.contains_key(Parameter::ESlope.name());
+    let mut document = stated(json!({
+        "dataset": fit.dataset,
+        "group": group,
+        "fidelity": fit.fidelity,
+        "ball": fit.ball.map(body),
+        "object": fit.object.map(body),
+        "refuted": fit.refuted.as_ref().map(|_| true),
+        "measured_e": measured_e,
         // mu alone is the friction at high slip only
-        object.insert("friction".into(), json!("mu + mu_b exp(-mu_c v), v: slip in m/s"));
-    }
-    if fit.parameters.contains_key(Parameter::ESlope.name()) {
-        object.insert("restitution".into(), json!("e - e_slope v, v: closing speed in m/s"));
-    }
-    let stated = |p: &Parameter| Parameter::COEFFICIENTS.contains(p) || fit.parameters.contains_key(p.name());
-    for parameter in Parameter::ALL.into_iter().filter(stated) {
-        let Some(value) = known(fit, parameter) else {
-            left.push(format!("{}: the data do not tell it.", parameter.symbol()));
-            continue;
-        };
-        let mut entry = Map::new();
-        entry.insert("estimate".into(), json!(value.estimate));
-        entry.insert("status".into(), json!(value.status));
-        // TOML has no null
-        if let Some(error) = value.std_error {
-            entry.insert("std_error".into(), json!(error));
+        "friction": falls(fit).then_some("mu + mu_b exp(-mu_c v), v: slip in m/s"),
+        "restitution": e_falls.then_some("e - e_slope v, v: closing speed in m/s"),
+        "mu_k": fit.mu_k.map(|mu_k| stated(json!({"estimate": mu_k.estimate, "std_error": mu_k.std_error}))),
+    }));
+    let mut left = Vec::new();
+    let is_told =
+        |p: &Parameter| Parameter::COEFFICIENTS.contains(p) || fit.parameters.contains_key(p.name());
+    for parameter in Parameter::ALL.into_iter().filter(is_told) {
+        match known(fit, parameter) {
+            Some(StoredParameter { estimate, status, std_error, interval_95, .. }) => {
+                document[parameter.name()] = stated(json!({
+                    "estimate": estimate, "status": status, "std_error": std_error, "interval_95": interval_95,
+                }));
+            }
+            None => left.push(format!("{}: the data do not tell it.", parameter.symbol())),
         }
-        if let Some(interval) = value.interval_95 {
-            entry.insert("interval_95".into(), json!(interval));
-        }
-        object.insert(parameter.name().into(), Value::Object(entry));
     }
-    if let Some(mu_k) = fit.mu_k {
-        let mut entry = Map::from_iter([("estimate".to_string(), json!(mu_k.estimate))]);
-        if let Some(error) = mu_k.std_error {
-            entry.insert("std_error".into(), json!(error));
-        }
-        object.insert("mu_k".into(), Value::Object(entry));
-    }
-    (object, left)
+    (document, left)
 }

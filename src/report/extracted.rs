@@ -5,6 +5,7 @@ use std::fmt::Write;
 
 use rayon::prelude::*;
 
+use super::csv::{line, quoted};
 use super::plot::track;
 use super::{ReportError, folder_name};
 use crate::extraction::{Impact, Quantity};
@@ -31,12 +32,19 @@ pub fn pictures(
     extracted: &[(TrackShot, Impact)],
     scene: &Scene,
 ) -> Result<Vec<(String, Vec<u8>)>, ReportError> {
+    drawn(extracted, |(shot, impact)| track::svg(shot, impact, scene))
+}
+
+/// Each shot drawn, in a file that is named after it.
+pub(super) fn drawn<T: Sync>(
+    extracted: &[(TrackShot, T)],
+    draw: impl Fn(&(TrackShot, T)) -> Result<String, ReportError> + Sync,
+) -> Result<Vec<(String, Vec<u8>)>, ReportError> {
     let names: Vec<String> = extracted.iter().map(|(shot, _)| shot.name.clone()).collect();
-    let folders = super::group_folders(&names);
-    let draw = |((shot, impact), name): (&(TrackShot, Impact), &String)| {
-        Ok((format!("{name}.svg"), track::svg(shot, impact, scene)?.into_bytes()))
-    };
-    extracted.par_iter().zip(&folders).map(draw).collect()
+    let files = super::group_folders(&names);
+    let file =
+        |(shot, name): (&(TrackShot, T), &String)| Ok((format!("{name}.svg"), draw(shot)?.into_bytes()));
+    extracted.par_iter().zip(&files).map(file).collect()
 }
 
 /// The pictures of some of the shots: name of the shot and SVG.
@@ -52,11 +60,8 @@ pub fn pictures_of(
 /// The one spin that all shots have, if that is stun or natural roll.
 fn assumed(dataset: &Dataset) -> Option<&'static str> {
     let all = |spin: Spin| dataset.shots.iter().all(|shot| shot.spin == spin);
-    match () {
-        () if all(Spin::NaturalRoll) => Some("natural-roll"),
-        () if all(Spin::Stun) => Some("stun"),
-        () => None,
-    }
+    let words = [(Spin::NaturalRoll, "natural-roll"), (Spin::Stun, "stun")];
+    words.into_iter().find_map(|(spin, word)| all(spin).then_some(word))
 }
 
 fn manifest(dataset: &Dataset) -> String {
@@ -73,11 +78,10 @@ fn manifest(dataset: &Dataset) -> String {
         }
     }
     manifest.push_str("\n[impacts]\ncovariance = \"covariance.csv\"\n");
-    if let Some(Measured { value, sd: Some(sd) }) = dataset.sliding {
-        _ = writeln!(manifest, "mu_k = {value:?}\nmu_k_sd = {sd:?}");
-    }
-    if let Some(Measured { value, sd: Some(sd) }) = dataset.rolling {
-        _ = writeln!(manifest, "mu_r = {value:?}\nmu_r_sd = {sd:?}");
+    for (key, friction) in [("mu_k", dataset.sliding), ("mu_r", dataset.rolling)] {
+        if let Some(Measured { value, sd: Some(sd) }) = friction {
+            _ = writeln!(manifest, "{key} = {value:?}\n{key}_sd = {sd:?}");
+        }
     }
     if let Some(sd) = dataset.lift_sd {
         _ = writeln!(manifest, "lift_sd = {sd:?}");
@@ -111,67 +115,53 @@ fn impacts(dataset: &Dataset, extracted: &[(TrackShot, Impact)]) -> String {
         .into_iter()
         .filter(|o| dataset.shots.iter().any(|shot| shot.after.iter().any(|m| m.observable == *o)))
         .collect();
-    let mut table = String::from("shot");
-    let mut columns = |name: &str| _ = write!(table, ",{name},{name}_sd");
-    ["nx", "ny", "cue_vx", "cue_vy"].into_iter().for_each(&mut columns);
-    after.iter().map(|observable| observable.column()).for_each(&mut columns);
-    if spins {
-        SPIN.into_iter().for_each(&mut columns);
-        table.push_str(",cue_spin");
-    }
-    table.push_str(",impact_time_s,position_sd_mm,reduced_chi2,frames_left_out");
-    let labels: Vec<&String> = dataset
-        .shots
-        .iter()
-        .flat_map(|shot| shot.labels.keys())
-        .collect::<BTreeSet<_>>()
-        .into_iter()
-        .collect();
-    for label in &labels {
-        _ = write!(table, ",{}", super::csv::quoted(label));
-    }
-    table.push('\n');
+    let mut measured = vec!["nx", "ny", "cue_vx", "cue_vy"];
+    measured.extend(after.iter().map(|observable| observable.column()));
+    measured.extend(SPIN.iter().filter(|_| spins));
+    let mut head = vec!["shot".to_owned()];
+    head.extend(measured.iter().flat_map(|name| [(*name).to_owned(), format!("{name}_sd")]));
+    head.extend(spins.then(|| "cue_spin".to_owned()));
+    head.push("impact_time_s,position_sd_mm,reduced_chi2,frames_left_out".to_owned());
+    let labels: BTreeSet<&String> = dataset.shots.iter().flat_map(|shot| shot.labels.keys()).collect();
+    head.extend(labels.iter().map(|label| quoted(label).into_owned()));
+    let mut table = line(head);
     for (shot, (_, impact)) in dataset.shots.iter().zip(extracted) {
-        table.push_str(&super::csv::quoted(&shot.name));
-        let Before::Impact { normal, velocity } = shot.before else { continue };
-        let mut cell = |m: Option<&Measured>| match m {
-            Some(Measured { value, sd }) => {
-                _ = write!(table, ",{value},{}", sd.unwrap_or(0.0).max(LEAST_SD));
-            }
-            None => table.push_str(",,"),
+        let Before::Impact { normal, velocity } = &shot.before else { continue };
+        let mut cells = vec![quoted(&shot.name).into_owned()];
+        let mut add = |m: Option<&Measured>| {
+            let both = |m: &Measured| [m.value, m.sd.unwrap_or(0.0).max(LEAST_SD)].map(|x| x.to_string());
+            cells.extend(m.map(both).unwrap_or_default());
         };
-        normal.iter().chain(&velocity).map(Some).for_each(&mut cell);
+        normal.iter().chain(velocity).map(Some).for_each(&mut add);
         for observable in &after {
-            cell(shot.after.iter().find(|m| m.observable == *observable).map(|m| &m.measured));
+            add(shot.after.iter().find(|m| m.observable == *observable).map(|m| &m.measured));
         }
         if spins {
-            let word = match shot.spin {
+            let shown: [Option<Measured>; 3] = match shot.spin {
                 Spin::Measured { spin, sd } => {
-                    (0..3).for_each(|i| cell(Some(&Measured { value: spin[i], sd: sd[i] })));
-                    "measured"
+                    [0, 1, 2].map(|i| Some(Measured { value: spin[i], sd: sd[i] }))
                 }
-                Spin::Stun => "stun",
-                Spin::NaturalRoll => "natural-roll",
-                Spin::Unknown => "unknown",
+                _ => [None; 3],
             };
-            if word != "measured" {
-                table.push_str(",,,,,,");
+            for component in &shown {
+                add(component.as_ref());
             }
-            _ = write!(table, ",{word}");
+            cells.push(
+                match shot.spin {
+                    Spin::Measured { .. } => "measured",
+                    Spin::Stun => "stun",
+                    Spin::NaturalRoll => "natural-roll",
+                    Spin::Unknown => "unknown",
+                }
+                .to_owned(),
+            );
         }
-        _ = write!(
-            table,
-            ",{},{},{},{}",
-            impact.values[Quantity::Time as usize],
-            1e3 * impact.position_sd,
-            impact.reduced_chi2,
-            impact.outliers
-        );
-        for label in &labels {
-            let text = shot.labels.get(*label).map_or("", String::as_str);
-            _ = write!(table, ",{}", super::csv::quoted(text));
-        }
-        table.push('\n');
+        let found = [impact.values[Quantity::Time as usize], 1e3 * impact.position_sd, impact.reduced_chi2];
+        cells.extend(found.map(|value| value.to_string()));
+        cells.push(impact.outliers.to_string());
+        let text = |label: &&String| shot.labels.get(*label).map_or("", String::as_str);
+        cells.extend(labels.iter().map(|label| quoted(text(label)).into_owned()));
+        table += &line(cells);
     }
     table
 }
@@ -187,35 +177,26 @@ fn covariance(dataset: &Dataset) -> String {
     let present = |name: &&str| dataset.shots.iter().any(|shot| covariance::quantities(shot).contains(name));
     let columns: Vec<&str> = covariance::BEFORE.into_iter().chain(after).filter(present).collect();
     let shared: Vec<Shared> = dataset.shared_errors().into_iter().map(|(shared, _)| shared).collect();
-    let mut table = format!("shot,quantity,{}", columns.join(","));
-    for shared in &shared {
-        _ = write!(table, ",{}", covariance::by(*shared));
-    }
-    table.push('\n');
+    let head = ["shot", "quantity"].into_iter().chain(columns.iter().copied());
+    let mut table = line(head.chain(shared.iter().map(|shared| covariance::by(*shared))));
     for shot in &dataset.shots {
         let Some(errors) = &shot.joint else { continue };
         let own = covariance::quantities(shot);
         for (i, quantity) in own.iter().enumerate() {
-            _ = write!(table, "{},{quantity}", super::csv::quoted(&shot.name));
-            for column in &columns {
-                table.push(',');
-                if let Some(j) = own.iter().position(|name| name == column) {
-                    _ = write!(table, "{:e}", errors.covariance[(i, j)]);
-                }
-            }
-            for shared in &shared {
-                _ = write!(table, ",{:e}", errors.by_shared[*shared as usize][i]);
-            }
-            table.push('\n');
+            let with = |column: &&str| own.iter().position(|name| name == column);
+            let covariances = columns.iter().map(|column| {
+                with(column).map_or_else(String::new, |j| format!("{:e}", errors.covariance[(i, j)]))
+            });
+            let by_shared =
+                shared.iter().map(|shared| format!("{:e}", errors.by_shared[*shared as usize][i]));
+            let first = [quoted(&shot.name).into_owned(), (*quantity).to_owned()];
+            table += &line(first.into_iter().chain(covariances).chain(by_shared));
         }
     }
     table
 }
 
 pub(super) fn left_out(dataset: &Dataset) -> String {
-    let mut table = String::from("shot,reason\n");
-    for (shot, reason) in &dataset.left_out {
-        _ = writeln!(table, "{},{}", super::csv::quoted(shot), super::csv::quoted(reason));
-    }
-    table
+    let rows = dataset.left_out.iter().map(|(shot, reason)| line([quoted(shot), quoted(reason)]));
+    std::iter::once("shot,reason\n".to_owned()).chain(rows).collect()
 }

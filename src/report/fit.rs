@@ -1,8 +1,8 @@
 //! A [`Fit`] → [`Report`].
 
-use super::content::{Block, Cell, Figure, Report, Section, Table, facts};
+use super::content::{Block, Report, Section, Table, facts};
 use super::number::{count_of, interval, plain, with_error};
-use super::shots::{named, shot_list};
+use super::shots::{Filmed, named, shot_list};
 use super::table::{INTERVAL, chi2_text, estimate, with_unit};
 use super::trust::sections;
 use super::{bodies, model, noise_estimated, p_text, reduced_chi2, title};
@@ -11,8 +11,8 @@ use crate::fit::{Counted, DOWN_WEIGHTED, Estimate, Fit, Method, Noise, Status};
 /// The pictures that go into a report.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Pictures {
-    /// The paths of all shots, as SVG.
-    pub paths: Option<String>,
+    /// Of footage.
+    pub filmed: Filmed,
     /// Residual plots, as SVG.
     pub residuals: Option<String>,
     /// Regions of pairs of parameters, as SVG.
@@ -21,8 +21,6 @@ pub(crate) struct Pictures {
     pub camera: Option<String>,
     /// What was measured of discs, as SVG.
     pub discs: Option<String>,
-    /// Tracks of shots: name and SVG.
-    pub shots: Vec<(String, String)>,
 }
 
 /// Titles of sections that stay open.
@@ -43,44 +41,40 @@ pub(crate) fn content_with(fit: &Fit, pictures: &Pictures) -> Report {
     if !fit.converged {
         warnings.insert(0, format!("Not converged: {}", fit.termination));
     }
-    let figure = |svg: &Option<String>, alt: &str| {
-        svg.clone().map(|svg| Block::Figure(Figure { alt: alt.into(), svg }))
-    };
     let tested = match fit.method {
         Method::Joint => "of the velocities extracted from each shot, against the estimates of the joint fit",
         Method::TwoStage => "",
     };
+    let figure = |svg: &Option<String>, title: &str, about: &str, alt: &str| {
+        svg.clone().map(|svg| Section::of_figure(title, about, alt, svg))
+    };
     let mut all = vec![parameters(fit), computation(fit)];
-    let paths = figure(&pictures.paths, "The paths of both balls in all shots, seen from above");
-    all.extend(paths.map(|figure| Section::new(ALL_SHOTS, "", vec![figure])));
+    all.extend(figure(
+        &pictures.filmed.paths,
+        ALL_SHOTS,
+        "",
+        "The paths of both balls in all shots, seen from above",
+    ));
     let alt = "e against the closing speed, and the friction against the slip";
-    all.extend(figure(&pictures.discs, alt).map(|figure| Section::new(ALL_DISCS, "", vec![figure])));
+    all.extend(figure(&pictures.discs, ALL_DISCS, "", alt));
     all.extend(super::disc_section::section(fit));
-    all.extend([Section::new("χ²", "", vec![Block::Lines(chi2(fit))])]);
+    all.push(Section::lines("χ²", chi2(fit)));
     if !fit.noise.is_empty() {
         let rows = fit.noise.iter().map(|one| noise(fit, one));
-        let table = Table::new(["", "values", "sd of one value", "rms of the residuals"], rows);
-        all.push(Section::new("Noise", "rms: root mean square", vec![Block::Table(table)]));
+        let table =
+            Table::new(["", "values", "sd of one value", "rms of the residuals"], rows).with_numbers(1..2);
+        all.push(Section::table("Noise", "rms: root mean square", table));
     }
-    let residuals = figure(&pictures.residuals, "Measured against predicted values, and residuals");
-    all.extend(residuals.map(|figure| Section::new(RESIDUAL_PLOTS, tested, vec![figure])));
-    let regions = figure(&pictures.contours, "68 % and 95 % regions");
-    all.extend(regions.map(|figure| Section::new("Regions of pairs of parameters", "", vec![figure])));
+    let alt = "Measured against predicted values, and residuals";
+    all.extend(figure(&pictures.residuals, RESIDUAL_PLOTS, tested, alt));
+    all.extend(figure(&pictures.contours, "Regions of pairs of parameters", "", "68 % and 95 % regions"));
     all.extend(sections(fit));
-    all.extend(camera(fit, figure(&pictures.camera, "How far positions were moved")));
-    if !fit.shots_rejected.is_empty() {
-        let row = |(shot, reason): (&str, &str)| vec![Cell::text(shot), Cell::text(reason)];
-        let rows = fit.shots_rejected.iter().map(|rejected| row((&rejected.shot, &rejected.reason)));
-        let table = Table::new(["shot", "why"], rows);
-        all.push(Section::new("Shots that were not used", "", vec![Block::Table(table)]));
-    }
-    if !fit.notes.is_empty() {
-        all.push(Section::new("Notes", "", vec![Block::Lines(fit.notes.clone())]));
-    }
-    let shots = shot_list(named(fit), &pictures.shots);
-    if !shots.is_empty() {
-        all.push(Section::new("Shots, the largest residuals first", tested, vec![Block::Shots(shots)]));
-    }
+    all.extend(camera(fit, pictures.camera.clone()));
+    let rejected =
+        fit.shots_rejected.iter().map(|rejected| [&rejected.shot, &rejected.reason].map(String::clone));
+    all.extend(Section::of_rejected(rejected));
+    all.extend(Section::of_notes(fit.notes.clone()));
+    all.extend(Section::of_shots(shot_list(named(fit), &pictures.filmed.shots), tested));
     // what was measured and what it is compared with stays open
     let open = |section: &Section| {
         ["Parameters", ALL_SHOTS, ALL_DISCS, RESIDUAL_PLOTS].contains(&section.title.as_str())
@@ -91,16 +85,20 @@ pub(crate) fn content_with(fit: &Fit, pictures: &Pictures) -> Report {
 }
 
 /// The camera by which footage was corrected, and what else was found of the film.
-fn camera(fit: &Fit, picture: Option<Block>) -> Option<Section> {
+fn camera(fit: &Fit, picture: Option<String>) -> Option<Section> {
     let found = fit.camera.as_ref().filter(|found| !found.corrections.is_empty())?;
     let rows = found.corrections.iter().map(|correction| {
         let adopted = if correction.adopted { "corrected" } else { "not called for" };
         let value = with_error(correction.value, correction.std_error);
-        vec![Cell::text(correction.which.words()), Cell::text(value), Cell::text(adopted)]
+        vec![correction.which.words().to_owned(), value, adopted.to_owned()]
     });
-    let table = Block::Table(Table::new(["", "found", ""], rows));
-    let legend = format!("from the frames of {} shots; ± one standard error", found.shots);
-    Some(Section::new("Camera", legend, [table].into_iter().chain(picture).collect()))
+    let mut blocks = vec![Block::Table(Table::new(["", "found", ""], rows))];
+    blocks.extend(picture.map(|svg| Block::figure("How far positions were moved", svg)));
+    Some(Section::new(
+        "Camera",
+        format!("from the frames of {} shots; ± one standard error", found.shots),
+        blocks,
+    ))
 }
 
 /// What was measured, and how it was fitted.
@@ -122,7 +120,7 @@ fn computation(fit: &Fit) -> Section {
         plain(fit.seconds, 2),
         fit.termination
     );
-    Section::new("How it was computed", "", vec![Block::Lines(vec![format!("model {}", model(fit)), search])])
+    Section::lines("How it was computed", vec![format!("model {}", model(fit)), search])
 }
 
 /// Of intervals.
@@ -152,7 +150,7 @@ fn parameters(fit: &Fit) -> Section {
     Section::new("Parameters", format!("{errors}{how}"), blocks)
 }
 
-fn parameter(fit: &Fit, parameter: &Estimate) -> Vec<Cell> {
+fn parameter(fit: &Fit, parameter: &Estimate) -> Vec<String> {
     let unit = parameter.parameter.unit();
     let interval = match parameter.interval_95 {
         Some(ends) if ends.iter().all(|end| end.is_finite()) => {
@@ -167,13 +165,10 @@ fn parameter(fit: &Fit, parameter: &Estimate) -> Vec<Cell> {
         }
         _ => estimate(fit, parameter),
     };
-    let cells = [
-        parameter.parameter.symbol(),
-        &with_unit(&value, unit, " "),
-        &interval,
-        parameter.parameter.meaning(),
-    ];
-    cells.map(Cell::text).to_vec()
+    let value = with_unit(&value, unit, " ");
+    [parameter.parameter.symbol(), &value, &interval, parameter.parameter.meaning()]
+        .map(str::to_owned)
+        .to_vec()
 }
 
 fn at_bound(estimate: &Estimate) -> Option<String> {
@@ -258,7 +253,7 @@ fn by_chance(p: f64) -> String {
     format!("; were model and noise right, chance would give a larger χ² with probability {}", p_text(p))
 }
 
-fn noise(fit: &Fit, noise: &Noise) -> Vec<Cell> {
+fn noise(fit: &Fit, noise: &Noise) -> Vec<String> {
     let observable = noise.observable;
     let unit = observable.unit();
     let quantity = |si: f64| {
@@ -270,10 +265,5 @@ fn noise(fit: &Fit, noise: &Noise) -> Vec<Cell> {
         None if fit.footage => "as the frames of each shot tell".to_owned(),
         None => "given with the data".to_owned(),
     };
-    vec![
-        Cell::text(observable.label()),
-        Cell::number(noise.count.to_string()),
-        Cell::text(sd),
-        Cell::text(quantity(noise.rms)),
-    ]
+    vec![observable.label().to_owned(), noise.count.to_string(), sd, quantity(noise.rms)]
 }

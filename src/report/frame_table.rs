@@ -3,8 +3,7 @@
 use std::io::{self, Write};
 
 use super::csv::{cell, number, quoted};
-use super::digits;
-use super::digits::{FEW, MANY};
+use super::digits::{self, FEW, MANY};
 use crate::fit::FittedFrames;
 use crate::likelihood::frames::rows::{Measured, Row};
 use crate::measurement::track::TrackedBall;

@@ -1,5 +1,5 @@
 //! A [`Fit`] → what people and programs read of it. What people read is made once, as a value ([`content`]), and walked by
-//! [`text`] and [`html`]; programs read [`json`] and [`csv`]. All are pure: a fit goes in, text or bytes come out. Only
+//! [`text`] and [`html`]; programs read [`json`](mod@json) and [`csv`]. All are pure: a fit goes in, text or bytes come out. Only
 //! [`write`](mod@write) touches the disk.
 
 pub mod accuracy;
@@ -21,7 +21,6 @@ pub mod json;
 pub mod overview;
 pub mod plot;
 pub mod regression;
-pub mod regression_table;
 pub mod shot_table;
 pub mod shots;
 pub mod table;
@@ -31,6 +30,8 @@ pub mod write;
 
 use std::path::PathBuf;
 
+use serde::Serialize;
+use serde_json::{Value, json};
 pub use write::{fit_folder, folder_name, group_folders, write, write_all};
 
 use crate::fit::Fit;
@@ -70,6 +71,25 @@ pub enum ReportError {
         /// Why it cannot be drawn.
         reason: String,
     },
+}
+
+/// JSON as text, with a newline at its end; `of` names it in messages.
+fn pretty(value: &(impl Serialize + ?Sized), of: &str) -> Result<String, ReportError> {
+    serde_json::to_string_pretty(value)
+        .map(|text| text + "\n")
+        .map_err(|source| ReportError::Json { dataset: of.to_owned(), source })
+}
+
+/// One entry for each of several.
+fn list<T>(all: &[T], entry: impl FnMut(&T) -> Value) -> Value {
+    all.iter().map(entry).collect()
+}
+
+/// What is told of parameters, by their names.
+fn by_name<T: Serialize>(told: impl IntoIterator<Item = (Parameter, T)>) -> Value {
+    Value::Object(
+        told.into_iter().map(|(parameter, told)| (parameter.name().to_owned(), json!(told))).collect(),
+    )
 }
 
 /// What a reader calls the fit: the data set and, where labels are fitted apart, the label.

@@ -1,8 +1,9 @@
 //! What `caromfit fit` prints: one line per data set, those that can be used first, each with its verdict.
 
-use super::aligned::aligned;
+use super::aligned;
+use super::content::Table;
 use super::number::plain;
-use super::table::{INTERVAL, brief, columns, name, parameters, shots, with_unit};
+use super::table::{INTERVAL, brief, columns, head, name, parameters, shots};
 use crate::fit::{Fit, Grade, Status};
 use crate::measurement::parameter::Parameter;
 
@@ -53,11 +54,8 @@ pub fn render(fits: &[Fit], colour: Colour) -> String {
     {
         line.below.insert(0, fit.verdict().sentence);
     }
-    let symbols = known.iter().map(|parameter| with_unit(parameter.symbol(), parameter.unit(), ", "));
-    let head = ["data set", "shots"].map(str::to_owned).into_iter().chain(symbols);
-    let mut rows: Vec<Vec<String>> = vec![head.chain(["verdict".to_owned()]).collect()];
-    rows.extend(lines.iter().map(|line| line.cells.iter().chain([&line.verdict]).cloned().collect()));
-    let table = aligned(&rows, "");
+    let rows = lines.iter().map(|line| line.cells.iter().chain([&line.verdict]).cloned().collect());
+    let table = aligned::table(&Table::new(head(&known, &["verdict"]), rows), "");
     let mut rows = table.lines();
     let mut text = format!("{}\n", rows.next().unwrap_or_default());
     for (row, line) in rows.zip(&lines) {
@@ -75,45 +73,36 @@ fn of_datasets(fits: &[Fit]) -> Vec<&[Fit]> {
 }
 
 fn line(fits: &[Fit], known: &[Parameter]) -> Line {
-    if let [fit] = fits {
-        let verdict = fit.verdict();
-        let mut below = Vec::new();
-        if verdict.grade != Grade::Good {
-            below.push(verdict.sentence);
-        }
-        below.extend(fit.camera.as_ref().and_then(|camera| camera.sentence()));
-        let cells = known.iter().map(|parameter| brief(fit, *parameter));
-        return Line {
-            grade: verdict.grade,
-            cells: [name(fit), shots(fit)].into_iter().chain(cells).collect(),
-            verdict: verdict.grade.name().to_owned(),
-            below,
-        };
-    }
     let verdicts: Vec<_> = fits.iter().map(|fit| (fit, fit.verdict())).collect();
     let count = |grade: Grade| verdicts.iter().filter(|(_, verdict)| verdict.grade == grade).count();
-    let counted = Grade::ALL.into_iter().map(|grade| (grade, count(grade))).filter(|(_, count)| *count > 0);
-    let verdict: Vec<String> = counted.map(|(grade, count)| format!("{count} {}", grade.name())).collect();
+    let first_bad = verdicts.iter().find(|(_, verdict)| verdict.grade != Grade::Good);
+    let (title, used, verdict, below) = if let [fit] = fits {
+        let sentences = first_bad.map(|(_, verdict)| verdict.sentence.clone());
+        let camera = fit.camera.as_ref().and_then(|camera| camera.sentence());
+        let grade = fit.verdict().grade.name().to_owned();
+        (name(fit), shots(fit), grade, sentences.into_iter().chain(camera).collect())
+    } else {
+        let title =
+            fits.first().map_or(String::new(), |fit| format!("{} ({} labels)", fit.dataset, fits.len()));
+        let used: usize = fits.iter().map(|fit| fit.shots_used).sum();
+        let counted = Grade::ALL.into_iter().filter(|grade| count(*grade) > 0);
+        let counted: Vec<String> =
+            counted.map(|grade| format!("{} {}", count(grade), grade.name())).collect();
+        let below = first_bad.map(|(fit, verdict)| {
+            let label = fit.group.as_ref().map_or("", |(_, label)| label);
+            match fits.len() - count(Grade::Good) {
+                1 => format!("{label}: {}", verdict.sentence),
+                others => format!("{label}, the first of {others}: {}", verdict.sentence),
+            }
+        });
+        (title, used.to_string(), counted.join(", "), below.into_iter().collect())
+    };
     // as good as the better half of its labels
     let mut grades: Vec<Grade> = verdicts.iter().map(|(_, verdict)| verdict.grade).collect();
     grades.sort_unstable();
     let grade = grades.get(fits.len() / 2).copied().unwrap_or(Grade::Good);
-    let below = verdicts.iter().find(|(_, verdict)| verdict.grade != Grade::Good).map(|(fit, verdict)| {
-        let label = fit.group.as_ref().map_or("", |(_, label)| label);
-        match fits.len() - count(Grade::Good) {
-            1 => format!("{label}: {}", verdict.sentence),
-            others => format!("{label}, the first of {others}: {}", verdict.sentence),
-        }
-    });
-    let title = fits.first().map_or(String::new(), |fit| format!("{} ({} labels)", fit.dataset, fits.len()));
-    let used: usize = fits.iter().map(|fit| fit.shots_used).sum();
     let cells = known.iter().map(|parameter| range(fits, *parameter));
-    Line {
-        grade,
-        cells: [title, used.to_string()].into_iter().chain(cells).collect(),
-        verdict: verdict.join(", "),
-        below: below.into_iter().collect(),
-    }
+    Line { grade, cells: [title, used].into_iter().chain(cells).collect(), verdict, below }
 }
 
 /// From where to where a parameter goes over the labels that can be used; where all say the same, that.

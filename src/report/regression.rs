@@ -1,6 +1,8 @@
 //! A fit against a stored one: what moved, and by how many standard errors. For regression tests of
 //! simulators, of data that are kept, and of this program.
 
+use super::aligned;
+use super::content::Table;
 use crate::fit::Fit;
 use crate::io::stored_fit::StoredFit;
 
@@ -63,22 +65,20 @@ pub fn find<'a>(fit: &Fit, stored: &'a [StoredFit]) -> Option<&'a StoredFit> {
 #[must_use]
 pub fn moved(fit: &Fit, stored: &StoredFit, tolerance: &Tolerance) -> Vec<Moved> {
     let mut all = Vec::new();
-    let mut differs = |what: &str, before: String, now: String, standard_errors| {
-        all.push(Moved { what: what.to_string(), before, now, standard_errors });
+    let mut compare = |what: &str, before: String, now: String, standard_errors| {
+        if before != now {
+            all.push(Moved { what: what.to_owned(), before, now, standard_errors });
+        }
     };
-    if stored.fidelity != fit.fidelity {
-        differs("fidelity", stored.fidelity.clone(), fit.fidelity.to_string(), None);
-    }
+    compare("fidelity", stored.fidelity.clone(), fit.fidelity.to_owned(), None);
     for estimate in &fit.estimates {
         let name = estimate.parameter.name();
         let Some(before) = stored.parameters.get(name) else {
-            differs(name, "missing".to_string(), estimate.value.to_string(), None);
+            compare(name, "missing".to_owned(), estimate.value.to_string(), None);
             continue;
         };
-        let status = estimate.status.name();
-        if before.status != status {
-            differs(&format!("{name} status"), before.status.clone(), status.to_string(), None);
-        }
+        let status = estimate.status.name().to_owned();
+        compare(&format!("{name} status"), before.status.clone(), status, None);
         let change = estimate.value - before.estimate;
         let error = before.std_error.into_iter().chain(estimate.std_error).fold(0.0, f64::max);
         let in_errors = (error > 0.0).then(|| change / error);
@@ -87,30 +87,37 @@ pub fn moved(fit: &Fit, stored: &StoredFit, tolerance: &Tolerance) -> Vec<Moved>
             None => change.abs() <= tolerance.relative * before.estimate.abs().max(estimate.value.abs()),
         };
         if !same {
-            differs(name, before.estimate.to_string(), estimate.value.to_string(), in_errors);
+            compare(name, before.estimate.to_string(), estimate.value.to_string(), in_errors);
         }
         // an interval that widens is a change even where the estimate stays
-        if let (Some(old), Some(new)) = (before.std_error, estimate.std_error)
-            && (new / old - 1.0).abs() > tolerance.standard_errors
-        {
-            differs(&format!("{name} std_error"), old.to_string(), new.to_string(), None);
-        } else if before.std_error.is_some() != estimate.std_error.is_some() {
-            let text = |error: Option<f64>| error.map_or("none".to_string(), |error| error.to_string());
-            differs(&format!("{name} std_error"), text(before.std_error), text(estimate.std_error), None);
+        let widened = match (before.std_error, estimate.std_error) {
+            (Some(old), Some(new)) => (new / old - 1.0).abs() > tolerance.standard_errors,
+            (old, new) => old.is_some() != new.is_some(),
+        };
+        if widened {
+            let [old, new] = [before.std_error, estimate.std_error]
+                .map(|error| error.map_or("none".to_owned(), |error| error.to_string()));
+            compare(&format!("{name} std_error"), old, new, None);
         }
     }
     let chi2 = stored.chi2.unwrap_or(f64::NAN);
-    let spread = (2.0 * fit.dof.max(1) as f64).sqrt();
-    let change = (fit.chi2 - chi2) / spread;
+    let change = (fit.chi2 - chi2) / (2.0 * fit.dof.max(1) as f64).sqrt();
     if fit.chi2.is_finite() != chi2.is_finite() || change.abs() > tolerance.standard_errors {
-        differs("chi2", chi2.to_string(), fit.chi2.to_string(), Some(change).filter(|c| c.is_finite()));
+        let change = Some(change).filter(|change| change.is_finite());
+        compare("chi2", chi2.to_string(), fit.chi2.to_string(), change);
     }
-    for (what, before, now) in
-        [("dof", stored.dof, fit.dof), ("shots_used", stored.shots_used, fit.shots_used)]
-    {
-        if before != now {
-            differs(what, before.to_string(), now.to_string(), None);
-        }
-    }
+    compare("dof", stored.dof.to_string(), fit.dof.to_string(), None);
+    compare("shots_used", stored.shots_used.to_string(), fit.shots_used.to_string(), None);
     all
+}
+
+/// What moved as text: a row for each thing, with the title of its fit.
+#[must_use]
+pub fn table(moved: &[(String, Moved)]) -> String {
+    let row = |(title, moved): &(String, Moved)| {
+        let by = moved.standard_errors.map_or("–".to_owned(), |by| format!("{by:+.3} standard errors"));
+        vec![title.clone(), moved.what.clone(), moved.before.clone(), moved.now.clone(), by]
+    };
+    let head = ["data set", "what", "baseline", "now", "moved by"];
+    aligned::table(&Table::new(head, moved.iter().map(row)), "  ")
 }

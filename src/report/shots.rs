@@ -2,7 +2,7 @@
 
 use std::collections::HashMap;
 
-use super::content::{Cell, Figure, Shot, Table};
+use super::content::{Figure, Shot, Table};
 use super::number::plain;
 use crate::fit::{Fit, Residual};
 
@@ -45,15 +45,15 @@ pub(super) fn shot_list<'a>(
     let mut shots: Vec<Shot> = Vec::new();
     let mut known: HashMap<String, usize> = HashMap::new();
     for (name, residual) in residuals {
-        let row = row(residual);
-        let size = if residual.standardized.is_finite() { residual.standardized.abs() } else { 0.0 };
+        let (row, size) = (row(residual), size(residual));
         if let Some(shot) = known.get(&name).and_then(|index| shots.get_mut(*index)) {
             shot.table.rows.push(row);
             shot.largest = shot.largest.max(size);
         } else {
             let id = format!("shot-{}", shots.len() + 1);
             known.insert(name.clone(), shots.len());
-            let table = Table::new(["", "measured", "predicted", "sd", "residual/sd"], [row]);
+            let head = ["", "measured", "predicted", "sd", "residual/sd"];
+            let table = Table::new(head, [row]).with_numbers(1..head.len());
             shots.push(Shot { id, name, table, figure: None, largest: size });
         }
     }
@@ -66,15 +66,20 @@ pub(super) fn shot_list<'a>(
     shots
 }
 
-fn row(residual: &Residual) -> Vec<Cell> {
-    let unit_si = residual.observable.unit_si();
-    let number = |si: f64, digits| Cell::number(plain(si / unit_si, digits));
+/// How far a residual is off, in standard deviations; 0 where that is not known.
+pub(super) fn size(residual: &Residual) -> f64 {
+    if residual.standardized.is_finite() { residual.standardized.abs() } else { 0.0 }
+}
+
+fn row(residual: &Residual) -> Vec<String> {
+    let observable = residual.observable;
+    let number = |si: f64, digits| plain(si / observable.unit_si(), digits);
     vec![
-        Cell::text(format!("{} {}", residual.observable.label(), residual.observable.unit()).trim_end()),
+        format!("{} {}", observable.label(), observable.unit()).trim_end().to_owned(),
         number(residual.measured, 5),
         number(residual.predicted, 5),
         number(residual.sd, 2),
-        Cell::number(format!("{:+.2}", residual.standardized)),
+        format!("{:+.2}", residual.standardized),
     ]
 }
 

@@ -1,30 +1,31 @@
 //! All fits in one table, a line each, as `caromfit fit --all` prints it.
 
-use super::aligned::aligned;
+use super::aligned;
+use super::content::Table;
 use super::number::{plain, with_error, with_interval};
 use super::{noise_estimated, reduced_chi2};
-use crate::fit::{Estimate, Fit, Grade, Status};
+use crate::fit::{Estimate, Fit, Grade, Plateau, Status};
 use crate::measurement::parameter::Parameter;
 
 /// One line per fit, and below the table what its marks mean.
 #[must_use]
 pub fn render(fits: &[Fit]) -> String {
     let parameters = parameters(fits);
-    let header = ["data set", "shots"]
-        .into_iter()
-        .map(str::to_owned)
-        .chain(parameters.iter().map(|parameter| with_unit(parameter.symbol(), parameter.unit(), ", ")))
-        .chain(["χ²/dof", "verdict"].map(str::to_owned))
-        .collect();
-    let mut rows = vec![header];
-    rows.extend(fits.iter().map(|fit| row(fit, &parameters)));
-    let mut text = aligned(&rows, "");
+    let rows = fits.iter().map(|fit| row(fit, &parameters));
+    let mut text = aligned::table(&Table::new(head(&parameters, &["χ²/dof", "verdict"]), rows), "");
     let legend = legend(fits);
     if !legend.is_empty() {
         text.push('\n');
         text.push_str(&legend);
     }
     text
+}
+
+/// The heads of columns: of data sets and shots, of parameters with their units, and `last`.
+pub(super) fn head(parameters: &[Parameter], last: &[&str]) -> Vec<String> {
+    let symbols = parameters.iter().map(|parameter| with_unit(parameter.symbol(), parameter.unit(), ", "));
+    let ends = |words: &[&str]| words.iter().map(|word| (*word).to_owned()).collect::<Vec<_>>();
+    ends(&["data set", "shots"]).into_iter().chain(symbols).chain(ends(last)).collect()
 }
 
 /// The parameters that have a column: b and c where some friction falls.
@@ -48,6 +49,16 @@ pub(super) fn with_unit(text: &str, unit: &str, space: &str) -> String {
     if unit.is_empty() { text.to_owned() } else { format!("{text}{space}{unit}") }
 }
 
+/// The plateau of χ² on which a parameter is, if it is on one.
+fn plateau(fit: &Fit, parameter: Parameter) -> Option<&Plateau> {
+    fit.diagnostics.plateaus.iter().find(|found| found.parameter == parameter)
+}
+
+/// A value to so many digits, with its unit.
+pub(super) fn quantity(value: f64, digits: usize, unit: &str) -> String {
+    with_unit(&plain(value, digits), unit, " ")
+}
+
 /// An estimate in one cell. Of a refuted model: the restitution that was measured without it, where there is one, else the
 /// bare estimate.
 pub(super) fn estimate(fit: &Fit, estimate: &Estimate) -> String {
@@ -60,8 +71,7 @@ pub(super) fn estimate(fit: &Fit, estimate: &Estimate) -> String {
             None => format!("{value} (refuted)"),
         };
     }
-    if let Some(plateau) = fit.diagnostics.plateaus.iter().find(|found| found.parameter == estimate.parameter)
-    {
+    if let Some(plateau) = plateau(fit, estimate.parameter) {
         let sign = if plateau.bound >= plateau.edge { '≥' } else { '≤' };
         return format!("{sign} {}", plain(plateau.edge, 3));
     }
@@ -81,10 +91,9 @@ pub(super) fn estimate(fit: &Fit, estimate: &Estimate) -> String {
 /// An estimate in the cell of a table of fits: no number where none can be used.
 pub(super) fn brief(fit: &Fit, parameter: Parameter) -> String {
     let Some(own) = fit.estimates.iter().find(|e| e.parameter == parameter) else { return "–".to_owned() };
-    let on_plateau = fit.diagnostics.plateaus.iter().any(|plateau| plateau.parameter == parameter);
     match own.status {
         _ if fit.verdict().grade == Grade::Unusable => "–".to_owned(),
-        _ if on_plateau => estimate(fit, own),
+        _ if plateau(fit, parameter).is_some() => estimate(fit, own),
         Status::NotIdentified => "–".to_owned(),
         Status::AtLowerBound | Status::AtUpperBound => format!("{} (bound)", plain(own.value, 4)),
         Status::Free | Status::Fixed => estimate(fit, own),
@@ -129,8 +138,7 @@ fn legend(fits: &[Fit]) -> String {
     let usable = || fits.iter().filter(|fit| fit.verdict().grade != Grade::Unusable);
     let all = || usable().flat_map(|fit| fit.estimates.iter().map(move |estimate| (fit, estimate)));
     let has = |status: Status| all().any(|(_, e)| e.status == status);
-    let on_plateau =
-        |fit: &Fit, e: &Estimate| fit.diagnostics.plateaus.iter().any(|found| found.parameter == e.parameter);
+    let on_plateau = |fit: &Fit, e: &Estimate| plateau(fit, e.parameter).is_some();
     let free = || all().filter(|(fit, e)| e.status == Status::Free && !on_plateau(fit, e));
     let no_error = |(_, estimate): &(&Fit, &Estimate)| !estimate.std_error.is_some_and(f64::is_finite);
     let lines = [

@@ -1,21 +1,16 @@
 //! A report as text, for the terminal.
 
-use std::fmt::Write;
-
-use super::aligned::table;
-use super::content::{Block, Report};
+use super::aligned::sections;
+use super::content::Report;
 use super::title;
 use crate::fit::Fit;
 
 /// The warnings of several fits, a line each.
 #[must_use]
 pub fn warnings(fits: &[Fit]) -> String {
-    let mut text = String::new();
-    for fit in fits {
-        for warning in &fit.warnings {
-            push(&mut text, &format!("{}: {warning}", title(fit)));
-        }
-    }
+    let of =
+        |fit: &Fit| fit.warnings.iter().map(|one| format!("{}: {one}\n", title(fit))).collect::<String>();
+    let text: String = fits.iter().map(of).collect();
     if text.is_empty() { text } else { format!("\n{text}") }
 }
 
@@ -28,38 +23,16 @@ pub fn render(fit: &Fit) -> String {
 /// A report as text, without its pictures.
 #[must_use]
 pub fn walk(report: &Report) -> String {
-    let mut text = report.title.clone();
-    text.push('\n');
-    push(&mut text, &format!("Verdict: {}. {}", report.verdict.grade, report.verdict.sentence));
+    let verdict = &report.verdict;
+    let mut text = format!("{}\nVerdict: {}. {}\n", report.title, verdict.grade, verdict.sentence);
     for fact in &report.facts {
-        push(&mut text, &format!("  {}: {}", fact.name, fact.text));
+        text += &format!("  {}: {}\n", fact.name, fact.text);
     }
     if !report.warnings.is_empty() {
         text.push('\n');
     }
     for warning in &report.warnings {
-        push(&mut text, &format!("Warning: {warning}"));
+        text += &format!("Warning: {warning}\n");
     }
-    for section in &report.sections {
-        let mut body = String::new();
-        for block in &section.blocks {
-            match block {
-                Block::Lines(lines) => lines.iter().for_each(|line| push(&mut body, &format!("  {line}"))),
-                Block::Table(own) => body.push_str(&table(own, "  ")),
-                Block::Figure(_) | Block::Shots(_) => {}
-            }
-        }
-        if body.is_empty() {
-            continue;
-        }
-        let about = if section.about.is_empty() { String::new() } else { format!(" ({})", section.about) };
-        push(&mut text, &format!("\n{}{about}", section.title));
-        text.push_str(&body);
-    }
-    text
-}
-
-fn push(text: &mut String, line: &str) {
-    // Writing into a String cannot fail.
-    let _ = writeln!(text, "{line}");
+    text + &sections(&report.sections)
 }

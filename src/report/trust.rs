@@ -1,11 +1,11 @@
 //! How far a fit can be trusted, in words.
 
-use super::content::{Block, Cell, Section, Table};
+use super::content::{Block, Section, Table};
 use super::number::{count_of, interval, plain};
-use super::table::with_unit;
+use super::table::{quantity, with_unit};
 use crate::fit::{
-    Alternative, Bootstrap, Bound, Computed, DOWN_WEIGHTED, Fit, Goodness, Identifiability, Influence,
-    NoiseVerdict, Normality, Robust, Starts, Trend,
+    Alternative, Bootstrap, Bound, Computed, DOWN_WEIGHTED, Fit, FoundMinimum, Goodness, Identifiability,
+    Influence, NoiseVerdict, Normality, Robust, Starts, Trend,
 };
 use crate::measurement::parameter::Parameter;
 
@@ -16,19 +16,16 @@ pub(super) fn sections(fit: &Fit) -> Vec<Section> {
     if !fit.shots_doubtful.is_empty() {
         let lines = fit.shots_doubtful.iter().map(|shot| format!("shot {}: {}", shot.shot, shot.reason));
         let about = "they were used, but something about them is wrong";
-        sections.push(Section::new("Doubtful shots", about, vec![Block::Lines(lines.collect())]));
+        let section = Section::lines("Doubtful shots", lines.collect());
+        sections.push(Section { about: about.to_owned(), ..section });
     }
-    if found.computed.len() > 1 {
-        sections.push(computed(&found.computed));
-    }
+    sections.extend(computed(&found.computed));
     sections.extend(found.identifiability.as_ref().map(identifiability));
     sections.extend(found.bound.as_ref().map(|found| bound(fit, found)));
     sections.extend(found.goodness.as_ref().map(|goodness| residuals(fit, goodness)));
     sections.extend(found.goodness.as_ref().filter(|g| !g.influence.is_empty()).map(influence));
     sections.extend(found.robust.as_ref().map(robust));
-    if !found.relations.is_empty() {
-        sections.push(constraints(&found.relations));
-    }
+    sections.extend(constraints(&found.relations));
     sections.extend(found.starts.as_ref().map(starts));
     sections.extend(found.bootstrap.as_ref().map(bootstrap));
     if !found.alternatives.is_empty() {
@@ -37,25 +34,21 @@ pub(super) fn sections(fit: &Fit) -> Vec<Section> {
     sections
 }
 
-/// What every shot was computed with.
-pub(super) fn computed(found: &[Computed]) -> Section {
+/// What every shot was computed with; `None` where that is the same.
+pub(super) fn computed(found: &[Computed]) -> Option<Section> {
     let line = |Computed { fidelity, effects, shots }: &Computed| {
         let on: Vec<_> = effects.list().into_iter().filter_map(|(name, on)| on.then_some(name)).collect();
         let count = count_of(*shots, "shot");
         format!("{count} at {}: {}", fidelity.name(), on.join(", "))
     };
-    listed("What each shot calls for", found.iter().map(line).collect())
+    (found.len() > 1).then(|| Section::lines("What each shot calls for", found.iter().map(line).collect()))
 }
 
-/// Relations between parameters, and whether they hold with equality.
-pub(super) fn constraints(found: &[(String, bool)]) -> Section {
+/// Relations between parameters, if there are any, and whether they hold with equality.
+pub(super) fn constraints(found: &[(String, bool)]) -> Option<Section> {
     let state = |active: bool| if active { "holds with equality" } else { "holds, with room" };
     let lines = found.iter().map(|(text, active)| format!("{text}: {}", state(*active)));
-    listed("Constraints between parameters", lines.collect())
-}
-
-fn listed(title: impl Into<String>, lines: Vec<String>) -> Section {
-    Section::new(title, "", vec![Block::Lines(lines)])
+    (!found.is_empty()).then(|| Section::lines("Constraints between parameters", lines.collect()))
 }
 
 fn bound(fit: &Fit, found: &Bound) -> Section {
@@ -63,18 +56,15 @@ fn bound(fit: &Fit, found: &Bound) -> Section {
         let unit = parameter.unit();
         let own = fit.estimates.iter().find(|e| e.parameter == *parameter).and_then(|e| e.std_error);
         let used = own.map_or(String::new(), |error| {
-            format!(
-                "; the fit's {} used {:.0} % of the information",
-                with_unit(&plain(error, 2), unit, " "),
-                100.0 * (least / error).powi(2)
-            )
+            let part = 100.0 * (least / error).powi(2);
+            format!("; the fit's {} used {part:.0} % of the information", quantity(error, 2, unit))
         });
-        format!("{}: standard error {}{used}", parameter.symbol(), with_unit(&plain(*least, 2), unit, " "))
+        format!("{}: standard error {}{used}", parameter.symbol(), quantity(*least, 2, unit))
     };
     let about = "Cramér-Rao bound of the positions, friction of the cloth unknown; beyond 100 %: the fit used more than \
                  positions";
     let lines = found.std_errors.iter().map(line).collect();
-    Section::new("What the frames could tell at best", about, vec![Block::Lines(lines)])
+    Section { about: about.to_owned(), ..Section::lines("What the frames could tell at best", lines) }
 }
 
 fn bootstrap(found: &Bootstrap) -> Section {
@@ -82,14 +72,14 @@ fn bootstrap(found: &Bootstrap) -> Section {
     let rows = found.estimates.iter().map(|one| {
         let unit = one.parameter.unit();
         vec![
-            Cell::text(one.parameter.symbol()),
-            Cell::number(with_unit(&plain(one.std_error, 2), unit, " ")),
-            Cell::number(with_unit(&plain(one.bias, 2), unit, " ")),
-            Cell::text(with_unit(&interval(one.percentile, Some(one.std_error)), unit, " ")),
-            Cell::text(with_unit(&interval(one.bca, Some(one.std_error)), unit, " ")),
+            one.parameter.symbol().to_owned(),
+            quantity(one.std_error, 2, unit),
+            quantity(one.bias, 2, unit),
+            with_unit(&interval(one.percentile, Some(one.std_error)), unit, " "),
+            with_unit(&interval(one.bca, Some(one.std_error)), unit, " "),
         ]
     });
-    let mut blocks = vec![Block::Table(Table::new(head, rows))];
+    let mut blocks = vec![Block::Table(Table::new(head, rows).with_numbers(1..3))];
     if found.failed > 0 {
         let line = format!("{} samples could not be fitted and are left out", found.failed);
         blocks.push(Block::Lines(vec![line]));
@@ -104,26 +94,26 @@ fn bootstrap(found: &Bootstrap) -> Section {
 fn alternatives(found: &[Alternative]) -> Section {
     let row = |model: &Alternative| {
         if let Some(reason) = &model.failed {
-            return vec![Cell::text(model.name), Cell::text(format!("not fitted: {reason}"))];
+            return vec![model.name.to_owned(), format!("not fitted: {reason}")];
         }
         let ratio = model.likelihood_ratio.map_or(String::new(), |ratio| {
             format!("{}, by chance with probability {}", plain(ratio.statistic, 3), plain(ratio.p_value, 2))
         });
         vec![
-            Cell::text(model.name),
-            Cell::number(model.parameters.to_string()),
-            Cell::number(format!("{:+.2}", model.delta_aic)),
-            Cell::number(format!("{:+.2}", model.delta_bic)),
-            Cell::text(ratio),
+            model.name.to_owned(),
+            model.parameters.to_string(),
+            format!("{:+.2}", model.delta_aic),
+            format!("{:+.2}", model.delta_bic),
+            ratio,
         ]
     };
     let head = ["model", "fitted", "ΔAIC", "ΔBIC", "likelihood ratio"];
     let about = "ΔAIC, ΔBIC: no unit, less than −10 speaks clearly for the model, more than 10 clearly against; fitted: \
                  parameters and noises";
-    Section::new(
+    Section::table(
         "Other models on these data",
         about,
-        vec![Block::Table(Table::new(head, found.iter().map(row)))],
+        Table::new(head, found.iter().map(row)).with_numbers(1..4),
     )
 }
 
@@ -134,12 +124,10 @@ fn residuals(fit: &Fit, found: &Goodness) -> Section {
             "the stated noise explains the residuals; they are {} times as large as stated (1: just so)",
             plain(factor, 3)
         ),
-        (NoiseVerdict::TooSmall | NoiseVerdict::TooLarge, Some(factor)) => {
-            format!(
-                "the stated noise does not explain the residuals, which are {} times as large",
-                plain(factor, 3)
-            )
-        }
+        (NoiseVerdict::TooSmall | NoiseVerdict::TooLarge, Some(factor)) => format!(
+            "the stated noise does not explain the residuals, which are {} times as large",
+            plain(factor, 3)
+        ),
         _ if found.dof == 0 => "no degree of freedom is left to test the noise with".to_owned(),
         _ if fit.diagnostics.robust.is_some() => {
             "whether the stated noise explains the residuals is not tested: outlying shots count less"
@@ -181,12 +169,7 @@ fn influence(found: &Goodness) -> Section {
             .collect();
         let without = if shifts.is_empty() { "not determined".to_owned() } else { shifts.join(", ") };
         let cook = if shot.cook.is_finite() { plain(shot.cook, 2) } else { "∞".to_owned() };
-        vec![
-            Cell::text(&*shot.shot),
-            Cell::number(plain(shot.leverage, 2)),
-            Cell::number(cook),
-            Cell::text(without),
-        ]
+        vec![shot.shot.clone(), plain(shot.leverage, 2), cook, without]
     };
     let threshold = match found.influential_from {
         Some(from) => format!(", influential from {}", plain(from, 2)),
@@ -197,8 +180,11 @@ fn influence(found: &Goodness) -> Section {
          without it{threshold}; se: standard errors"
     );
     let head = ["shot", "leverage", "Cook's distance", "without it"];
-    let table = Table::new(head, found.influence.iter().map(row));
-    Section::new("Shots that matter most", about, vec![Block::Table(table)])
+    Section::table(
+        "Shots that matter most",
+        about,
+        Table::new(head, found.influence.iter().map(row)).with_numbers(1..3),
+    )
 }
 
 /// Shots with a small weight, most of them by name: name and weight.
@@ -214,7 +200,7 @@ pub(super) fn down_weighted(losses: &str, weights: impl Iterator<Item = (String,
     } else if clear.len() > LISTED {
         lines.push(format!("and {} more", clear.len() - LISTED));
     }
-    listed(format!("Shots that count less, {losses} loss"), lines)
+    Section::lines(format!("Shots that count less, {losses} loss"), lines)
 }
 
 fn robust(found: &Robust) -> Section {
@@ -223,24 +209,19 @@ fn robust(found: &Robust) -> Section {
 }
 
 fn starts(found: &Starts) -> Section {
-    let mut lines: Vec<String> = (found.minima.iter())
-        .map(|minimum| {
-            let values: Vec<String> = (minimum.values.iter())
-                .map(|(p, value)| format!("{} = {}", p.symbol(), with_unit(&plain(*value, 5), p.unit(), " ")))
-                .collect();
-            format!(
-                "{} starts: {}; −2 log likelihood {} above the best",
-                minimum.starts,
-                values.join(", "),
-                plain(minimum.above_best, 3)
-            )
-        })
-        .collect();
+    let minimum = |found: &FoundMinimum| {
+        let value =
+            |(p, value): &(Parameter, f64)| format!("{} = {}", p.symbol(), quantity(*value, 5, p.unit()));
+        let values = found.values.iter().map(value).collect::<Vec<_>>().join(", ");
+        let above = plain(found.above_best, 3);
+        format!("{} starts: {values}; −2 log likelihood {above} above the best", found.starts)
+    };
+    let mut lines: Vec<String> = found.minima.iter().map(minimum).collect();
     if found.failed > 0 {
         lines.push(format!("{} starts ended in no minimum", found.failed));
     }
     let agree = if found.agree() { "all agree" } else { "they do not agree" };
-    listed(format!("{} starts, seed {}: {agree}", found.count, found.seed), lines)
+    Section::lines(format!("{} starts, seed {}: {agree}", found.count, found.seed), lines)
 }
 
 fn identifiability(found: &Identifiability) -> Section {
@@ -256,5 +237,5 @@ fn identifiability(found: &Identifiability) -> Section {
         let names: Vec<_> = found.silent.iter().map(|parameter| parameter.symbol()).collect();
         lines.push(format!("the data are silent on {}", names.join(", ")));
     }
-    listed("What the data determine", lines)
+    Section::lines("What the data determine", lines)
 }

@@ -8,9 +8,10 @@ use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use super::fit::{Pictures, content_with};
+use super::plot::Picture;
 use super::shots::{Filmed, named, shot_list, with_spots};
 use super::{ReportError, csv, frame_table, html, json, plot, shot_table};
-use crate::fit::{Fit, FittedFrames};
+use crate::fit::Fit;
 
 /// Writes the report of a fit below `out` and returns its folder. The label of a group gives its
 /// folder by [`folder_name`]; where the names of labels may collide, use [`write_all`].
@@ -19,7 +20,7 @@ pub fn write(fit: &Fit, out: &Path) -> Result<PathBuf, ReportError> {
     if let Some((_, label)) = &fit.group {
         folder.push(folder_name(label));
     }
-    write_to(fit, &folder)?;
+    put(&files(fit, &Filmed::default())?, &folder)?;
     Ok(folder)
 }
 
@@ -44,47 +45,28 @@ pub fn write_all(fits: &[Fit], filmed: &Filmed, out: &Path) -> Result<(), Report
     rendered.iter().try_for_each(|(folder, files)| put(files, folder))
 }
 
-/// Writes the report of a fit into `folder`, whole or not at all: everything is rendered, then
-/// written beside the folder, then moved into place file by file. Other files there stay.
-pub(crate) fn write_to(fit: &Fit, folder: &Path) -> Result<(), ReportError> {
-    put(&files(fit, &Filmed::default())?, folder)
-}
-
 /// What programs read of a fit.
 const FIT: &str = "fit.json";
 
-/// A file to be written.
-enum Content<'a> {
-    Bytes(Cow<'a, [u8]>),
-    /// residuals.csv, which may be larger than what should be held in memory.
-    Residuals(&'a Fit),
-    /// frames.csv, likewise.
-    Frames(&'a FittedFrames),
+/// Writes what a file is to hold, which may be more than should be held in memory.
+type Content<'a> = Box<dyn Fn(&mut dyn Write) -> io::Result<()> + 'a>;
+
+fn bytes<'a>(bytes: impl Into<Cow<'a, [u8]>>) -> Content<'a> {
+    let bytes = bytes.into();
+    Box::new(move |to| to.write_all(&bytes))
 }
 
-impl Content<'_> {
-    fn write(&self, file: File) -> io::Result<()> {
-        let mut buffer = BufWriter::new(file);
-        match self {
-            Self::Bytes(bytes) => buffer.write_all(bytes)?,
-            Self::Residuals(fit) => csv::write(fit, &mut buffer)?,
-            Self::Frames(frames) => frame_table::write(frames, &mut buffer)?,
-        }
-        buffer.into_inner().map_err(io::IntoInnerError::into_error)?.sync_all()
-    }
-}
-
-/// Writes the files of a report, and removes those of an earlier one that this one does not have.
+/// Writes the files of a report, whole or not at all: beside the folder, then moved into place file by file. Those of an earlier report
+/// that this one does not have are removed; other files there stay.
 ///
 /// A fit.json that tells the same result stays, with the time and the steps of the run that found it first: what is kept under version
 /// control does not change with every run.
 fn put(files: &[(&'static str, Content)], folder: &Path) -> Result<(), ReportError> {
-    let stays = |(name, content): &&(&'static str, Content)| match content {
-        Content::Bytes(bytes) if *name == FIT => {
-            let stored = fs::read_to_string(folder.join(name)).unwrap_or_default();
-            std::str::from_utf8(bytes).is_ok_and(|text| json::same_result(text, &stored))
-        }
-        _ => false,
+    let stays = |(name, content): &&(&'static str, Content)| {
+        let (mut text, stored) = (Vec::new(), fs::read_to_string(folder.join(name)));
+        *name == FIT
+            && content(&mut text).is_ok()
+            && stored.is_ok_and(|stored| json::same_result(&String::from_utf8_lossy(&text), &stored))
     };
     let written: Vec<_> = files.iter().filter(|file| !stays(file)).collect();
     write_contents(&written, folder)?;
@@ -99,24 +81,28 @@ fn put(files: &[(&'static str, Content)], folder: &Path) -> Result<(), ReportErr
 
 /// The files of a report, with pictures of footage for report.html.
 fn files<'a>(fit: &'a Fit, filmed: &Filmed) -> Result<Vec<(&'static str, Content<'a>)>, ReportError> {
-    let pixels = || (plot::png(fit), plot::contours::png(fit).transpose());
-    let (pages, (residuals_png, contours_png)) = rayon::join(|| pages(fit, filmed), pixels);
-    let Pages { residuals, contours, report } = pages?;
-    let bytes = |bytes: Vec<u8>| Content::Bytes(Cow::Owned(bytes));
-    let mut files = vec![
-        ("residuals.csv", Content::Residuals(fit)),
+    let residuals = plot::residuals(fit);
+    let contours = plot::contours::picture(fit);
+    let pixels = || (residuals.png(), contours.as_ref().map(Picture::png).transpose());
+    let pages = || {
+        let svg = [residuals.svg()?, contours.as_ref().map_or(Ok(String::new()), Picture::svg)?];
+        let report = report(fit, filmed, &residuals.spots, &svg)?;
+        Ok((svg, report))
+    };
+    let (pages, (residuals_png, contours_png)) = rayon::join(pages, pixels);
+    let ([residuals_svg, contours_svg], report) = pages?;
+    let mut files: Vec<(&'static str, Content)> = vec![
+        ("residuals.csv", Box::new(|to| csv::write(fit, to))),
         ("shots.csv", bytes(shot_table::render(fit).into_bytes())),
-        ("residuals.svg", bytes(residuals.into_bytes())),
+        ("residuals.svg", bytes(residuals_svg.into_bytes())),
         ("residuals.png", bytes(residuals_png?)),
     ];
     if let Some(frames) = &fit.frames {
-        files.push(("frames.csv", Content::Frames(frames)));
-    }
-    if let Some(svg) = contours {
-        files.push(("contours.svg", bytes(svg.into_bytes())));
+        files.push(("frames.csv", Box::new(|to| frame_table::write(frames, to))));
     }
     files.push(("report.html", bytes(report.into_bytes())));
     if let Some(png) = contours_png? {
+        files.push(("contours.svg", bytes(contours_svg.into_bytes())));
         files.push(("contours.png", bytes(png)));
     }
     // Last, so that a program which waits for it finds the others.
@@ -124,38 +110,33 @@ fn files<'a>(fit: &'a Fit, filmed: &Filmed) -> Result<Vec<(&'static str, Content
     Ok(files)
 }
 
-/// residuals.svg, contours.svg and report.html.
-struct Pages {
-    residuals: String,
-    contours: Option<String>,
-    report: String,
-}
-
-fn pages(fit: &Fit, filmed: &Filmed) -> Result<Pages, ReportError> {
-    let (residuals, spots) = plot::svg_with_spots(fit)?;
-    let contours = plot::contours::svg(fit).transpose()?;
-    let plot = with_spots(&residuals, &spots, &shot_list(named(fit), &[]), |index| {
+/// report.html, with the pictures of residuals and contours; the latter is empty where there is none.
+fn report(
+    fit: &Fit,
+    filmed: &Filmed,
+    spots: &[(i32, i32, usize)],
+    [residuals, contours]: &[String; 2],
+) -> Result<String, ReportError> {
+    let residuals = with_spots(residuals, spots, &shot_list(named(fit), &[]), |index| {
         fit.residuals.get(index).map(|residual| (residual.shot.clone(), residual))
     });
-    let camera =
-        fit.camera.as_ref().map(|found| plot::camera::svg(found, &fit.dataset)).transpose()?.flatten();
+    let camera = fit.camera.as_ref().and_then(|found| plot::camera::picture(found, &fit.dataset));
+    let svg = |picture: Option<Picture>| picture.as_ref().map(Picture::svg).transpose();
     let pictures = Pictures {
-        discs: plot::discs::svg(fit).transpose()?,
-        paths: filmed.paths.clone(),
-        residuals: Some(plot),
-        contours: contours.clone(),
-        camera,
-        shots: filmed.shots.clone(),
+        discs: svg(plot::discs::picture(fit))?,
+        filmed: filmed.clone(),
+        residuals: Some(residuals),
+        contours: Some(contours.clone()).filter(|svg| !svg.is_empty()),
+        camera: svg(camera)?,
     };
-    let report = html::render(&content_with(fit, &pictures))?;
-    Ok(Pages { residuals, contours, report })
+    html::render(&content_with(fit, &pictures))
 }
 
 /// Puts files into a folder, which is made where it is missing: all are complete on the disk before
 /// the first one replaces what was there.
-pub fn write_files(files: &[(&str, Vec<u8>)], folder: &Path) -> Result<(), ReportError> {
-    let contents = files.iter().map(|(name, bytes)| (*name, Content::Bytes(Cow::Borrowed(bytes.as_slice()))));
-    let contents: Vec<_> = contents.collect();
+pub fn write_files(files: &[(impl AsRef<str>, Vec<u8>)], folder: &Path) -> Result<(), ReportError> {
+    let contents: Vec<(&str, Content)> =
+        files.iter().map(|(name, content)| (name.as_ref(), bytes(content.as_slice()))).collect();
     write_contents(&contents.iter().collect::<Vec<_>>(), folder)
 }
 
@@ -174,7 +155,12 @@ fn write_contents(files: &[&(&str, Content)], folder: &Path) -> Result<(), Repor
     let staging = tempfile::Builder::new().prefix(STAGING).tempdir_in(parent).map_err(at(parent))?;
     for (name, content) in files {
         let path = staging.path().join(name);
-        File::create(&path).and_then(|file| content.write(file)).map_err(at(&path))?;
+        let write = |file: File| {
+            let mut buffer = BufWriter::new(file);
+            content(&mut buffer)?;
+            buffer.into_inner().map_err(io::IntoInnerError::into_error)?.sync_all()
+        };
+        File::create(&path).and_then(write).map_err(at(&path))?;
     }
     for (name, _) in files {
         let target = folder.join(name);
@@ -227,16 +213,12 @@ pub fn group_folders(labels: &[String]) -> Vec<String> {
     let mut used = HashSet::new();
     let folder = |label: &String| {
         let name = folder_name(label);
-        let keeps = own(&label);
-        let candidates = (2..).map(|n| format!("{name}-{n}"));
-        for candidate in std::iter::once(name.clone()).chain(candidates) {
+        let mut free = |candidate: &String| {
             let key = candidate.to_lowercase();
-            let free = !reserved.contains(&key) || (keeps && candidate == name);
-            if free && used.insert(key) {
-                return candidate;
-            }
-        }
-        name
+            (!reserved.contains(&key) || candidate == label) && used.insert(key)
+        };
+        let others = (2..).map(|n| format!("{name}-{n}"));
+        std::iter::once(name.clone()).chain(others).find(|candidate| free(candidate)).unwrap_or_default()
     };
     labels.iter().map(folder).collect()
 }

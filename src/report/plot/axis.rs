@@ -25,6 +25,11 @@ pub(super) fn drawable(value: f64) -> bool {
 }
 
 impl Axis {
+    /// From end to end.
+    pub(super) fn between(name: impl Into<String>, low: f64, high: f64) -> Self {
+        Self { name: name.into(), low, high, words: None, logarithmic: false }
+    }
+
     /// From the smallest to the largest of the values, with some room. Equal values stand in the
     /// middle; without any the axis goes from 0 to 1.
     pub(super) fn around(name: impl Into<String>, values: impl IntoIterator<Item = f64>) -> Self {
@@ -32,9 +37,8 @@ impl Axis {
             .into_iter()
             .filter(|value| drawable(*value))
             .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), value| (low.min(value), high.max(value)));
-        let logarithmic = false;
         if low > high {
-            return Self { name: name.into(), low: 0.0, high: 1.0, words: None, logarithmic };
+            return Self::between(name, 0.0, 1.0);
         }
         let largest = low.abs().max(high.abs());
         let room = if high - low > 1e-6 * largest {
@@ -44,7 +48,7 @@ impl Axis {
         } else {
             1.0
         };
-        Self { name: name.into(), low: low - room, high: high + room, words: None, logarithmic }
+        Self::between(name, low - room, high + room)
     }
 
     /// The same of values with bars of ± sd, which all stand inside, but for a few that are much wider than the rest: these must not
@@ -78,7 +82,7 @@ impl Axis {
         let largest =
             values.into_iter().filter(|value| drawable(*value)).fold(0.0_f64, |a, b| a.max(b.abs()));
         let end = least.max(largest * (1.0 + PADDING));
-        Self { name: name.into(), low: -end, high: end, words: None, logarithmic: false }
+        Self::between(name, -end, end)
     }
 
     /// With other words for its ticks than their numbers.
@@ -99,6 +103,12 @@ impl Axis {
             self.low = self.low.min(0.0).max(-PADDING * self.high);
         }
         self
+    }
+
+    /// So long, about the same middle.
+    pub(super) fn widen(&mut self, length: f64) {
+        let middle = 0.5 * (self.low + self.high);
+        (self.low, self.high) = (middle - 0.5 * length, middle + 0.5 * length);
     }
 
     /// Where a value is between the ends: 0 to 1.
@@ -131,9 +141,7 @@ impl Axis {
         let label = |value: f64| self.words.map_or_else(|| label(value, step, largest), |words| words(value));
         steps.map(|n| (n * step, label(n * step))).collect()
     }
-}
 
-impl Axis {
     /// Powers of ten; with 2 and 5 times these where they are few, without some where they are many.
     fn decades(&self, count: usize) -> Vec<(f64, String)> {
         let inside = |place: &f64| (self.low..=self.high).contains(place);
@@ -178,12 +186,8 @@ fn label(value: f64, step: f64, largest: f64) -> String {
 mod tests {
     use super::*;
 
-    fn axis(low: f64, high: f64) -> Axis {
-        Axis { name: String::new(), low, high, words: None, logarithmic: false }
-    }
-
     fn labels(low: f64, high: f64) -> Vec<String> {
-        axis(low, high).ticks(6).into_iter().map(|(_, label)| label).collect()
+        Axis::between("", low, high).ticks(6).into_iter().map(|(_, label)| label).collect()
     }
 
     #[test]
@@ -201,7 +205,7 @@ mod tests {
         assert_eq!(labels(-3.1, 3.1), ["−2", "0", "2"]);
         assert_eq!(labels(0.0, 0.3), ["0.00", "0.05", "0.10", "0.15", "0.20", "0.25", "0.30"]);
         assert_eq!(labels(-0.19, 0.19), ["−0.1", "0.0", "0.1"]);
-        let few = |low, high| axis(low, high).ticks(3).len();
+        let few = |low, high| Axis::between("", low, high).ticks(3).len();
         assert_eq!((few(-0.19, 0.19), few(-0.51, 0.51)), (3, 3));
         assert_eq!(labels(0.0, 90.0), ["0", "20", "40", "60", "80"]);
         assert_eq!(labels(0.0, 3e7), ["0", "5e6", "1.0e7", "1.5e7", "2.0e7", "2.5e7", "3.0e7"]);

@@ -1,15 +1,10 @@
 //! A picture of a camera: how far its corrections move what the film shows.
 
-use plotters::prelude::*;
-
 use super::axis::Axis;
-use super::canvas::{Anchor, Canvas, GREY, INK, LARGE, SMALL};
-use super::drawing;
-use super::drawing::Area;
 use super::frame::{Frame, Rect};
-use super::series::{color, marker};
+use super::picture::{GREY, Picture};
+use super::series::color;
 use crate::fit::FoundCamera;
-use crate::report::ReportError;
 
 const WIDTH: i32 = 760;
 const HEIGHT: i32 = 800;
@@ -21,18 +16,12 @@ const ARROWS: usize = 9;
 const LONGEST: f64 = 0.1;
 const ENLARGED: [f64; 10] = [1.0, 2.0, 5.0, 10.0, 20.0, 50.0, 100.0, 200.0, 500.0, 1000.0];
 
-/// The picture as SVG; `None` where nothing was corrected.
-pub fn svg(found: &FoundCamera, dataset: &str) -> Result<Option<String>, ReportError> {
+/// The picture; `None` where nothing was corrected.
+pub fn picture(found: &FoundCamera, dataset: &str) -> Option<Picture> {
     if !found.corrects() || found.contacts.is_empty() {
-        return Ok(None);
+        return None;
     }
-    let failed = |reason| ReportError::Draw { dataset: dataset.to_owned(), reason };
-    let drawn = drawing::svg((WIDTH as u32, HEIGHT as u32), |area| draw(found, area));
-    drawn.map(|(text, ())| Some(text)).map_err(failed)
-}
-
-fn draw<DB: DrawingBackend>(found: &FoundCamera, area: &Area<DB>) -> Result<(), String> {
-    let canvas = Canvas::new(area)?;
+    let mut picture = Picture::new(dataset, WIDTH, HEIGHT);
     let cm = |metres: f64| 100.0 * metres;
     let ends = |axis: usize| {
         let values = found.contacts.iter().map(|place| place[axis]);
@@ -55,33 +44,28 @@ fn draw<DB: DrawingBackend>(found: &FoundCamera, area: &Area<DB>) -> Result<(), 
     let longest = arrows.iter().map(|(_, by)| by[0].hypot(by[1])).fold(0.0, f64::max);
     let fits = |by: &&f64| **by * longest <= LONGEST * 2.0 * half;
     let enlarged = ENLARGED.iter().rev().find(fits).copied().unwrap_or(1.0);
-    canvas.text("Camera", (22, 32), Anchor::Left, LARGE, INK)?;
+    picture.title("Camera", 32);
     let title = format!(
         "arrows: by how much positions were moved, {enlarged} times enlarged (at most {:.2} mm)",
         1e3 * longest
     );
-    canvas.text(&title, (22, 66), Anchor::Left, SMALL, GREY)?;
+    picture.label(&title, (22, 66), GREY);
     let axis = |name: &'static str, axis: usize| {
         Axis::around(name, [middle[axis] - 1.15 * half, middle[axis] + 1.15 * half].map(cm))
     };
     let rect = Rect { left: 10, top: 84, right: WIDTH - 10, bottom: HEIGHT - 10 };
     let remarks = [format!("points: where the {} met", if found.of_discs { "discs" } else { "balls" })];
-    let frame = Frame::new(
-        &canvas,
-        rect,
-        "The film, in metres as they are stated",
-        &remarks,
-        (axis("x (cm)", 0), axis("y (cm)", 1)),
-    )?;
+    let title = "The film, in metres as they are stated";
+    let mut frame = Frame::new(&mut picture, rect, title, &remarks, (axis("x (cm)", 0), axis("y (cm)", 1)));
     for place in &found.contacts {
-        marker(&canvas, frame.at(cm(place[0]), cm(place[1])), 0, 0.45)?;
+        frame.marker((cm(place[0]), cm(place[1])), 0, 0.45);
     }
     for (film, by) in arrows {
-        let end = [0, 1].map(|i| film[i] + enlarged * by[i]);
-        frame.line(&[(cm(film[0]), cm(film[1])), (cm(end[0]), cm(end[1]))], color(1), 2)?;
+        let [x, y] = [0, 1].map(|i| cm(film[i] + enlarged * by[i]));
+        frame.line(&[(cm(film[0]), cm(film[1])), (x, y)], color(1), 2);
         // a head that is visible on short arrows
-        let (x, y) = frame.at(cm(end[0]), cm(end[1]));
-        canvas.circle((x, y), 3, color(1).to_rgba())?;
+        frame.dot(x, y, 3, color(1));
     }
-    frame.axes()
+    frame.axes();
+    Some(picture)
 }

@@ -1,14 +1,13 @@
 //! contours.svg and contours.png: which pairs of parameters the data allow together.
 
-use plotters::prelude::*;
+use plotters::prelude::{Color, RGBColor};
 
 use super::axis::Axis;
-use super::canvas::{Anchor, Canvas, GREY, INK, LARGE, SMALL, shortened};
-use super::drawing::Area;
 use super::frame::{Frame, Rect};
-use super::{MARGIN, WIDTH, drawing, failed};
+use super::picture::{GREY, INK, LARGE, Picture, SMALL, shortened, width};
+use super::{MARGIN, WIDTH};
 use crate::fit::{Contour, Fit, Level};
-use crate::report::{ReportError, title};
+use crate::report::title;
 
 /// Height of the panels and of what stands above them, pixels.
 const PANEL: i32 = 430;
@@ -17,68 +16,33 @@ const HEAD: i32 = 116;
 /// The regions' colours, the likeliest darkest.
 const REGIONS: [RGBColor; 2] = [RGBColor(0, 114, 178), RGBColor(86, 180, 233)];
 
-/// contours.svg as text; `None` without a pair of free parameters.
-pub fn svg(fit: &Fit) -> Option<Result<String, ReportError>> {
-    let contours = drawn(fit)?;
-    let done = drawing::svg(size(contours), |area| draw(area, fit, contours));
-    Some(done.map(|(text, ())| text).map_err(|reason| failed(fit, reason)))
-}
-
-/// contours.png as bytes; `None` without a pair of free parameters.
-pub fn png(fit: &Fit) -> Option<Result<Vec<u8>, ReportError>> {
-    let contours = drawn(fit)?;
-    let done = drawing::png(size(contours), |area| draw(area, fit, contours));
-    Some(done.map_err(|reason| failed(fit, reason)))
-}
-
-fn drawn(fit: &Fit) -> Option<&[Contour]> {
-    let contours = &fit.diagnostics.contours[..];
-    (!contours.is_empty()).then_some(contours)
-}
-
-/// Three panels a row.
-fn size(contours: &[Contour]) -> (u32, u32) {
+/// The regions of all pairs, three panels a row; `None` without a pair of free parameters.
+pub fn picture(fit: &Fit) -> Option<Picture> {
+    let contours = &fit.diagnostics.contours;
+    let levels = &contours.first()?.levels;
     let rows = contours.len().div_ceil(3) as i32;
-    (WIDTH, u32::try_from(HEAD + PANEL * rows).unwrap_or(WIDTH))
-}
-
-fn draw<DB: DrawingBackend>(area: &Area<DB>, fit: &Fit, contours: &[Contour]) -> Result<(), String> {
-    let canvas = Canvas::new(area)?;
-    let width = WIDTH as i32 - 2 * MARGIN;
+    let mut picture = Picture::new(&fit.dataset, WIDTH as i32, HEAD + PANEL * rows);
     let name = format!("{}: pairs of parameters", title(fit));
-    canvas.text(&shortened(&name, LARGE, width), (MARGIN, 34), Anchor::Left, LARGE, INK)?;
+    picture.title(&shortened(&name, LARGE, WIDTH as i32 - 2 * MARGIN), 34);
     let mut x = MARGIN;
-    let probabilities = contours[0].levels.iter().map(|level| 100.0 * level.probability);
-    for (probability, color) in probabilities.zip(REGIONS) {
-        canvas.rectangle([(x, 64), (x + 26, 80)], color.mix(0.55))?;
-        let text = format!("{probability:.0} % region, by χ² least over the others");
-        canvas.text(&text, (x + 34, 72), Anchor::Left, SMALL, INK)?;
-        x += 34 + super::canvas::width(&text, SMALL) + 30;
+    for (level, color) in levels.iter().zip(REGIONS) {
+        picture.rectangle([(x, 64), (x + 26, 80)], color.mix(0.55));
+        let text = format!("{:.0} % region, by χ² least over the others", 100.0 * level.probability);
+        picture.label(&text, (x + 34, 72), INK);
+        x += 34 + width(&text, SMALL) + 30;
     }
-    canvas.line(vec![(x, 72), (x + 26, 72)], GREY.to_rgba(), 1)?;
-    canvas.text("ellipse of the covariance", (x + 34, 72), Anchor::Left, SMALL, INK)?;
-    canvas.text(
-        "A region holds the true pair with its probability.",
-        (MARGIN, 98),
-        Anchor::Left,
-        SMALL,
-        GREY,
-    )?;
+    picture.line(vec![(x, 72), (x + 26, 72)], GREY, 1);
+    picture.label("ellipse of the covariance", (x + 34, 72), INK);
+    picture.label("A region holds the true pair with its probability.", (MARGIN, 98), GREY);
     let columns = contours.len().min(3);
     for (number, contour) in contours.iter().enumerate() {
-        let (row, column) = ((number / 3) as i32, number % 3);
-        let left = |column: usize| 6 + (WIDTH as i32 - 12) * column as i32 / columns as i32;
-        let top = HEAD + PANEL * row;
-        panel(
-            &canvas,
-            Rect { left: left(column), top, right: left(column + 1), bottom: top + PANEL - 8 },
-            contour,
-        )?;
+        let top = HEAD + PANEL * (number / 3) as i32;
+        panel(&mut picture, Rect::of_row(top, PANEL, number % 3, columns), contour);
     }
-    Ok(())
+    Some(picture)
 }
 
-fn panel<DB: DrawingBackend>(canvas: &Canvas<DB>, area: Rect, contour: &Contour) -> Result<(), String> {
+fn panel(picture: &mut Picture, area: Rect, contour: &Contour) {
     let [first, second] = contour.parameters.map(|parameter| parameter.symbol());
     let named = contour.parameters.map(|p| match p.unit() {
         "" => p.symbol().to_owned(),
@@ -97,10 +61,9 @@ fn panel<DB: DrawingBackend>(canvas: &Canvas<DB>, area: Rect, contour: &Contour)
         Axis::around(name, ellipses.chain([low, high]))
     };
     let title = format!("{second} against {first}");
-    let frame = Frame::new(canvas, area, &title, &[], (axis(&named[0], 0), axis(&named[1], 1)))?;
+    let mut frame = Frame::new(picture, area, &title, &[], (axis(&named[0], 0), axis(&named[1], 1)));
     for (level, color) in contour.levels.iter().zip(REGIONS).rev() {
-        let edge: Vec<_> = level.edge.iter().map(|[x, y]| frame.at(*x, *y)).collect();
-        canvas.polygon(edge, color.mix(0.55))?;
+        frame.polygon(level.edge.iter().map(|[x, y]| (*x, *y)), color.mix(0.55));
     }
     for Level { ellipse, .. } in &contour.levels {
         for pair in closed(ellipse).windows(2) {
@@ -109,12 +72,12 @@ fn panel<DB: DrawingBackend>(canvas: &Canvas<DB>, area: Rect, contour: &Contour)
                 (frame.x.low..=frame.x.high).contains(x) && (frame.y.low..=frame.y.high).contains(y)
             };
             if pair.iter().all(within) {
-                frame.line(&[pair[0].into(), pair[1].into()], GREY, 1)?;
+                frame.line(&[pair[0].into(), pair[1].into()], GREY, 1);
             }
         }
     }
-    canvas.circle(frame.at(contour.centre[0], contour.centre[1]), 4, INK.to_rgba())?;
-    frame.axes()
+    frame.dot(contour.centre[0], contour.centre[1], 4, INK);
+    frame.axes();
 }
 
 fn closed(points: &[[f64; 2]]) -> Vec<[f64; 2]> {

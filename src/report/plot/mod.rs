@@ -3,34 +3,29 @@
 
 mod axis;
 pub(super) mod camera;
-mod canvas;
 pub(super) mod compare;
 pub(super) mod contours;
 pub(super) mod design;
 pub(super) mod discs;
-mod drawing;
 mod frame;
 mod panels;
 pub mod paths;
+mod picture;
 mod points;
 pub mod precision;
 mod series;
 pub(super) mod track;
 
-use plotters::prelude::*;
-
 use super::number::{count_of, plain};
 use super::table::{chi2_text, estimate, with_unit};
 use super::{ReportError, noise_estimated, reduced_chi2, title};
 use crate::fit::{Fit, Method};
-use canvas::{ALARM, Anchor, Canvas, INK, LARGE, MEDIUM, SMALL, shortened};
-use drawing::Area;
 use frame::Rect;
+use panels::{CUT, SPEED};
+pub use picture::Picture;
+use picture::{ALARM, Anchor, INK, LARGE, MEDIUM, SMALL, shortened};
 use points::Points;
 use series::Legend;
-
-/// Where points of the data are on a picture: pixels from the left and from the top, and the index of the residual.
-pub(crate) type Spots = Vec<(i32, i32, usize)>;
 
 /// Width of the picture, pixels.
 pub const WIDTH: u32 = 1200;
@@ -43,115 +38,50 @@ const MARGIN: i32 = 22;
 
 /// residuals.svg as text.
 pub fn svg(fit: &Fit) -> Result<String, ReportError> {
-    svg_with_spots(fit).map(|(text, _)| text)
-}
-
-/// residuals.svg, and where its points are: x, y, index of the residual.
-pub(crate) fn svg_with_spots(fit: &Fit) -> Result<(String, Spots), ReportError> {
-    let drawn = Picture::of(fit).and_then(|picture| drawing::svg(picture.size(), |area| picture.draw(area)));
-    drawn.map_err(|reason| failed(fit, reason))
+    residuals(fit).svg()
 }
 
 /// residuals.png as bytes.
 pub fn png(fit: &Fit) -> Result<Vec<u8>, ReportError> {
-    let drawn = Picture::of(fit).and_then(|picture| drawing::png(picture.size(), |area| picture.draw(area)));
-    drawn.map_err(|reason| failed(fit, reason))
+    residuals(fit).png()
 }
 
-fn failed(fit: &Fit, reason: String) -> ReportError {
-    ReportError::Draw { dataset: fit.dataset.clone(), reason }
-}
-
-/// Everything that is drawn, laid out.
-struct Picture {
-    title: String,
-    /// Model, estimates, χ².
-    summary: Vec<String>,
-    /// What the reader must know first.
-    warning: Option<String>,
-    legend: Legend,
-    points: Points,
-    groups: Vec<panels::Group>,
-}
-
-impl Picture {
-    fn of(fit: &Fit) -> Result<Self, String> {
-        canvas::register()?;
-        let width = WIDTH as i32 - 2 * MARGIN;
-        let points = Points::of(fit);
-        Ok(Self {
-            title: shortened(&title(fit), LARGE, width),
-            summary: summary(fit).iter().map(|line| shortened(line, MEDIUM, width)).collect(),
-            warning: warning(fit).map(|text| shortened(&text, SMALL, width)),
-            legend: Legend::new(&points, width),
-            groups: panels::groups(&points.observables),
-            points,
-        })
+/// The residuals of a fit, below its title, model, estimates, χ², and what the reader must know first. Panels stand two by two; where
+/// measured against predicted takes several of them, these fill the upper row.
+pub(crate) fn residuals(fit: &Fit) -> Picture {
+    let width = WIDTH as i32 - 2 * MARGIN;
+    let points = Points::of(fit);
+    let legend = Legend::new(points.legend(), width);
+    let (summary, warning) = (summary(fit), warning(fit));
+    let below = 60 + 30 * summary.len() as i32 + if warning.is_some() { 28 } else { 0 };
+    let upper = below + legend.height() + 14;
+    let mut picture = Picture::new(&fit.dataset, WIDTH as i32, upper + 2 * ROW);
+    picture.title(&shortened(&title(fit), LARGE, width), 34);
+    for (line, y) in summary.iter().zip((72..).step_by(30)) {
+        picture.text(&shortened(line, MEDIUM, width), (MARGIN, y), Anchor::Left, MEDIUM, INK);
     }
-
-    /// Width and height in pixels.
-    fn size(&self) -> (u32, u32) {
-        (WIDTH, u32::try_from(self.head() + 2 * ROW).unwrap_or(WIDTH))
+    if let Some(warning) = warning {
+        picture.label(&shortened(&warning, SMALL, width), (MARGIN, below - 16), ALARM);
     }
-
-    /// Height of what stands above the panels.
-    fn head(&self) -> i32 {
-        let warning = if self.warning.is_some() { 28 } else { 0 };
-        60 + 30 * self.summary.len() as i32 + warning + self.legend.height() + 14
+    legend.draw(&mut picture, (MARGIN, below), 0.9);
+    let lower = upper + ROW;
+    let groups = panels::groups(&points.observables);
+    let columns = if groups.len() < 2 { 2 } else { groups.len() };
+    for (column, group) in groups.iter().enumerate() {
+        panels::measured(&mut picture, Rect::of_row(upper, ROW, column, columns), &points, group);
     }
-
-    fn draw<DB: DrawingBackend>(&self, area: &Area<DB>) -> Result<Spots, String> {
-        let canvas = Canvas::new(area)?;
-        canvas.text(&self.title, (MARGIN, 34), Anchor::Left, LARGE, INK)?;
-        let mut y = 72;
-        for line in &self.summary {
-            canvas.text(line, (MARGIN, y), Anchor::Left, MEDIUM, INK)?;
-            y += 30;
-        }
-        if let Some(warning) = &self.warning {
-            canvas.text(warning, (MARGIN, y), Anchor::Left, SMALL, ALARM)?;
-            y += 28;
-        }
-        self.legend.draw(&canvas, (MARGIN, y - 12))?;
-        self.panels(&canvas)?;
-        Ok(canvas.spots())
+    if groups.is_empty() {
+        let text = "No observations.";
+        frame::message(&mut picture, Rect::of_row(upper, ROW, 0, 2), "Measured against predicted", text);
     }
-
-    /// Two by two; where measured against predicted takes several panels, these fill the upper row.
-    fn panels<DB: DrawingBackend>(&self, canvas: &Canvas<DB>) -> Result<(), String> {
-        let [upper, lower] = [0, 1].map(|row| self.head() + ROW * row);
-        let points = &self.points;
-        match &self.groups[..] {
-            [] | [_] => {
-                match self.groups.first() {
-                    Some(group) => panels::measured(canvas, cell(upper, 0, 2), points, group)?,
-                    None => frame::message(
-                        canvas,
-                        cell(upper, 0, 2),
-                        "Measured against predicted",
-                        "No observations.",
-                    )?,
-                }
-                panels::against_cut(canvas, cell(upper, 1, 2), points)?;
-                panels::against_speed(canvas, cell(lower, 0, 2), points)?;
-                panels::quantiles(canvas, cell(lower, 1, 2), points)
-            }
-            groups => {
-                for (column, group) in groups.iter().enumerate() {
-                    panels::measured(canvas, cell(upper, column, groups.len()), points, group)?;
-                }
-                panels::against_cut(canvas, cell(lower, 0, 3), points)?;
-                panels::against_speed(canvas, cell(lower, 1, 3), points)?;
-                panels::quantiles(canvas, cell(lower, 2, 3), points)
-            }
-        }
-    }
-}
-
-/// One of `columns` panels side by side.
-fn cell(top: i32, column: usize, columns: usize) -> Rect {
-    let left = |column: usize| 6 + (WIDTH as i32 - 12) * column as i32 / columns as i32;
-    Rect { left: left(column), top, right: left(column + 1), bottom: top + ROW - 8 }
+    let places =
+        if groups.len() < 2 { [(upper, 1), (lower, 0), (lower, 1)] } else { [0, 1, 2].map(|i| (lower, i)) };
+    let columns = if groups.len() < 2 { 2 } else { 3 };
+    let [cut, speed, quantiles] = places.map(|(top, column)| Rect::of_row(top, ROW, column, columns));
+    panels::against(&mut picture, cut, &points, &CUT);
+    panels::against(&mut picture, speed, &points, &SPEED);
+    panels::quantiles(&mut picture, quantiles, &points);
+    picture
 }
 
 fn summary(fit: &Fit) -> Vec<String> {

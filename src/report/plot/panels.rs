@@ -1,17 +1,17 @@
 //! The panels: each answers one question about a fit.
 
-use plotters::prelude::*;
+use plotters::prelude::Color;
 use statrs::distribution::{Beta, ContinuousCDF, Normal};
 
 use super::axis::{Axis, drawable};
-use super::canvas::{BAND, Canvas, INK};
 use super::frame::{Frame, Rect, message};
+use super::picture::{BAND, INK, Picture};
 use super::points::{Point, Points};
-use super::series::{color, marker};
+use super::series::color;
 use crate::measurement::observable::Observable;
 
 /// The name of the axis of standardized residuals.
-const STANDARDIZED: &str = "(measured − predicted) / sd";
+pub(super) const STANDARDIZED: &str = "(measured − predicted) / sd";
 
 /// Said where no observation has a standard deviation.
 const NO_SD: &str = "No standard deviations: the residuals cannot be standardized.";
@@ -49,19 +49,13 @@ pub(super) fn groups(observables: &[Observable]) -> Vec<Group> {
 }
 
 /// Are the predictions right at all? Measured against predicted, with the line where they are equal.
-pub(super) fn measured<DB: DrawingBackend>(
-    canvas: &Canvas<DB>,
-    area: Rect,
-    points: &Points,
-    group: &Group,
-) -> Result<(), String> {
+pub(super) fn measured(picture: &mut Picture, area: Rect, points: &Points, group: &Group) {
     let title = "Measured against predicted";
-    let member = |point: &&Point| group.members.contains(&point.series);
-    let visible = |point: &&Point| drawable(point.measured) && drawable(point.predicted);
-    let all: Vec<&Point> = points.all.iter().filter(member).collect();
-    let seen: Vec<&Point> = all.iter().copied().filter(visible).collect();
+    let all = || points.all.iter().filter(|point| group.members.contains(&point.series));
+    let seen: Vec<&Point> =
+        all().filter(|point| drawable(point.measured) && drawable(point.predicted)).collect();
     if seen.is_empty() {
-        return message(canvas, area, title, "No observations.");
+        return message(picture, area, title, "No observations.");
     }
     let unit = if group.unit.is_empty() { String::new() } else { format!(" ({})", group.unit) };
     let values: Vec<_> = seen.iter().map(|point| (point.measured, Some(point.sd))).collect();
@@ -72,85 +66,63 @@ pub(super) fn measured<DB: DrawingBackend>(
     let with_bars = seen.iter().any(|point| drawable(point.sd));
     let mut remarks = vec![if with_bars { "bars: ± sd" } else { "no sd known" }.to_owned()];
     remarks.extend(points.thinned.clone());
-    remarks.extend(left_out(all.len() - seen.len(), "number too large to draw"));
-    let frame = Frame::new(canvas, area, title, &remarks, (axis("predicted"), axis("measured")))?;
+    remarks.extend(left_out(all().count() - seen.len(), "number too large to draw"));
+    let mut frame = Frame::new(picture, area, title, &remarks, (axis("predicted"), axis("measured")));
     for point in seen.iter().filter(|point| point.drawn && drawable(point.sd)) {
-        let (low, high) = (point.measured - point.sd, point.measured + point.sd);
-        let bar = vec![frame.at(point.predicted, low), frame.at(point.predicted, high)];
-        canvas.line(bar, color(point.series).mix(0.8 * points.opacity()), 1)?;
+        let bar = [point.measured - point.sd, point.measured + point.sd].map(|end| (point.predicted, end));
+        frame.line(&bar, color(point.series).mix(0.8 * points.opacity()), 1);
     }
     for point in seen.iter().filter(|point| point.drawn) {
-        let at = frame.at(point.predicted, point.measured);
-        marker(canvas, at, point.series, points.opacity())?;
-        canvas.spot(at, point.index);
+        frame.spot((point.predicted, point.measured), point.index, point.series, points.opacity());
     }
-    frame.line(&[(frame.x.low, frame.x.low), (frame.x.high, frame.x.high)], INK, 1)?;
-    frame.axes()
-}
-
-/// Does the model miss something that grows with the cut angle?
-pub(super) fn against_cut<DB: DrawingBackend>(
-    canvas: &Canvas<DB>,
-    area: Rect,
-    points: &Points,
-) -> Result<(), String> {
-    let kind = Against {
-        title: "Residuals against cut angle",
-        axis: "cut angle φ (°)",
-        unknown: "cut angle",
-        value: |point| point.cut,
-    };
-    against(canvas, area, points, &kind)
-}
-
-/// Does the model miss something that grows with speed?
-pub(super) fn against_speed<DB: DrawingBackend>(
-    canvas: &Canvas<DB>,
-    area: Rect,
-    points: &Points,
-) -> Result<(), String> {
-    let kind = Against {
-        title: "Residuals against speed",
-        axis: "cue-ball speed before impact (m/s)",
-        unknown: "speed",
-        value: |point| point.speed,
-    };
-    against(canvas, area, points, &kind)
+    frame.line(&[(frame.x.low, frame.x.low), (frame.x.high, frame.x.high)], INK, 1);
+    frame.axes();
 }
 
 /// What standardized residuals are drawn against.
-struct Against {
+pub(super) struct Against {
     title: &'static str,
-    axis: &'static str,
+    pub(super) axis: &'static str,
     /// What a point without a value lacks.
     unknown: &'static str,
     value: fn(&Point) -> f64,
 }
 
-fn against<DB: DrawingBackend>(
-    canvas: &Canvas<DB>,
-    area: Rect,
-    points: &Points,
-    kind: &Against,
-) -> Result<(), String> {
+/// Does the model miss something that grows with the cut angle?
+pub(super) const CUT: Against = Against {
+    title: "Residuals against cut angle",
+    axis: "cut angle φ (°)",
+    unknown: "cut angle",
+    value: |point| point.cut,
+};
+
+/// Does the model miss something that grows with speed?
+pub(super) const SPEED: Against = Against {
+    title: "Residuals against speed",
+    axis: "cue-ball speed before impact (m/s)",
+    unknown: "speed",
+    value: |point| point.speed,
+};
+
+pub(super) fn against(picture: &mut Picture, area: Rect, points: &Points, kind: &Against) {
     let standardized: Vec<&Point> = points.all.iter().filter(|point| drawable(point.standardized)).collect();
-    let seen: Vec<&Point> =
-        standardized.iter().copied().filter(|point| drawable((kind.value)(point))).collect();
+    let value = |point: &Point| (kind.value)(point);
+    let seen: Vec<&Point> = standardized.iter().copied().filter(|point| drawable(value(point))).collect();
     if points.all.is_empty() {
-        return message(canvas, area, kind.title, "No observations.");
+        return message(picture, area, kind.title, "No observations.");
     }
     if standardized.is_empty() {
-        return message(canvas, area, kind.title, NO_SD);
+        return message(picture, area, kind.title, NO_SD);
     }
     if seen.is_empty() {
         let text = format!("The {} is not known for any observation.", kind.unknown);
-        return message(canvas, area, kind.title, &text);
+        return message(picture, area, kind.title, &text);
     }
-    let x = Axis::around(kind.axis, seen.iter().map(|point| (kind.value)(point))).starting_at_zero();
+    let x = Axis::around(kind.axis, seen.iter().map(|point| value(point))).starting_at_zero();
     let y = Axis::symmetric(STANDARDIZED, seen.iter().map(|point| point.standardized), 3.2);
     // The residuals of different observables may go opposite ways: their mean would hide it.
     let means = match points.observables.len() {
-        1 => means(seen.iter().map(|point| ((kind.value)(point), point.standardized)).collect()),
+        1 => means(seen.iter().map(|point| (value(point), point.standardized)).collect()),
         _ => Vec::new(),
     };
     let mut remarks = vec!["band: ±2 sd".to_owned()];
@@ -160,22 +132,18 @@ fn against<DB: DrawingBackend>(
     remarks.extend(points.thinned.clone());
     remarks.extend(left_out(points.all.len() - standardized.len(), "no sd"));
     remarks.extend(left_out(standardized.len() - seen.len(), &format!("no {}", kind.unknown)));
-    let frame = Frame::new(canvas, area, kind.title, &remarks, (x, y))?;
-    let corners = [frame.at(frame.x.low, -2.0), frame.at(frame.x.high, 2.0)];
-    canvas.rectangle(corners, BAND.mix(0.8))?;
+    let mut frame = Frame::new(picture, area, kind.title, &remarks, (x, y));
+    frame.two_sd();
     for point in seen.iter().filter(|point| point.drawn) {
-        let at = frame.at((kind.value)(point), point.standardized);
-        marker(canvas, at, point.series, points.opacity())?;
-        canvas.spot(at, point.index);
+        frame.spot((value(point), point.standardized), point.index, point.series, points.opacity());
     }
-    frame.line(&[(frame.x.low, 0.0), (frame.x.high, 0.0)], INK, 1)?;
+    frame.horizontal(0.0, INK);
     for mean in &means {
-        let bar = [(mean.x, mean.y - mean.error), (mean.x, mean.y + mean.error)];
-        frame.line(&bar, INK, 2)?;
+        frame.line(&[(mean.x, mean.y - mean.error), (mean.x, mean.y + mean.error)], INK, 2);
         let (x, y) = frame.at(mean.x, mean.y);
-        canvas.rectangle([(x - 5, y - 1), (x + 5, y + 1)], INK.to_rgba())?;
+        frame.picture.rectangle([(x - 5, y - 1), (x + 5, y + 1)], INK);
     }
-    frame.axes()
+    frame.axes();
 }
 
 /// The mean residual of neighbouring points.
@@ -208,18 +176,12 @@ fn means(mut points: Vec<(f64, f64)>) -> Vec<Mean> {
 
 /// Are the errors what their standard deviations say, and normal? The sorted residuals against the
 /// quantiles of a normal distribution, with the band that holds 95 % of samples at each place.
-pub(super) fn quantiles<DB: DrawingBackend>(
-    canvas: &Canvas<DB>,
-    area: Rect,
-    points: &Points,
-) -> Result<(), String> {
+pub(super) fn quantiles(picture: &mut Picture, area: Rect, points: &Points) {
     let title = "Are the residuals normal?";
     let mut sorted: Vec<&Point> = points.all.iter().filter(|point| drawable(point.standardized)).collect();
-    if points.all.is_empty() {
-        return message(canvas, area, title, "No observations.");
-    }
     if sorted.is_empty() {
-        return message(canvas, area, title, NO_SD);
+        let text = if points.all.is_empty() { "No observations." } else { NO_SD };
+        return message(picture, area, title, text);
     }
     sorted.sort_by(|a, b| a.standardized.total_cmp(&b.standardized));
     let n = sorted.len();
@@ -231,19 +193,17 @@ pub(super) fn quantiles<DB: DrawingBackend>(
     let mut remarks = vec!["line: normal; band: 95 % of samples".to_owned()];
     remarks.extend(points.thinned.clone());
     remarks.extend(left_out(points.all.len() - n, "no sd"));
-    let frame = Frame::new(canvas, area, title, &remarks, (x, y))?;
-    let outline: Vec<_> = band(n).into_iter().map(|(x, y)| frame.at(x, y)).collect();
+    let mut frame = Frame::new(picture, area, title, &remarks, (x, y));
+    let outline = band(n);
     if outline.len() > 2 {
-        canvas.polygon(outline, BAND.to_rgba())?;
+        frame.polygon(outline, BAND);
     }
     for (i, point) in sorted.iter().enumerate().filter(|(_, point)| point.drawn) {
-        let at = frame.at(quantile(i), point.standardized);
-        marker(canvas, at, point.series, points.opacity())?;
-        canvas.spot(at, point.index);
+        frame.spot((quantile(i), point.standardized), point.index, point.series, points.opacity());
     }
     let end = frame.x.high.min(frame.y.high);
-    frame.line(&[(-end, -end), (end, end)], INK, 1)?;
-    frame.axes()
+    frame.line(&[(-end, -end), (end, end)], INK, 1);
+    frame.axes();
 }
 
 /// The outline of the band: the i-th smallest of n uniform numbers has the distribution

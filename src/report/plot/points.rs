@@ -1,7 +1,7 @@
 //! What of a fit is drawn: its observations in the units of their columns, thinned out where there
 //! are too many to see.
 
-use crate::fit::{Fit, Residual};
+use crate::fit::Fit;
 use crate::measurement::observable::Observable;
 
 use super::axis::drawable;
@@ -49,19 +49,31 @@ impl Points {
                 observables.push(residual.observable);
                 observables.len() - 1
             });
-            all.push(point(residual, all.len(), series));
+            let unit = residual.observable.unit_si();
+            let [measured, predicted, sd] =
+                [residual.measured, residual.predicted, residual.sd].map(|si| si / unit);
+            all.push(Point {
+                index: all.len(),
+                series,
+                measured,
+                predicted,
+                sd,
+                standardized: residual.standardized,
+                cut: residual.cut.to_degrees(),
+                speed: residual.speed.unwrap_or(f64::NAN),
+                drawn: true,
+            });
         }
         let thinned = thin(&mut all, observables.len());
         Self { observables, all, thinned }
     }
 
-    /// How many observations each observable has.
-    pub(super) fn counts(&self) -> Vec<usize> {
-        let mut counts = vec![0; self.observables.len()];
-        for point in &self.all {
-            counts[point.series] += 1;
-        }
-        counts
+    /// Each observable with the number of its observations.
+    pub(super) fn legend(&self) -> impl Iterator<Item = String> {
+        self.observables.iter().enumerate().map(|(series, observable)| {
+            let count = self.all.iter().filter(|point| point.series == series).count();
+            format!("{} ({count})", observable.label())
+        })
     }
 
     /// Opacity at which overlapping points can still be told apart.
@@ -72,21 +84,6 @@ impl Points {
             401..=1500 => 0.4,
             _ => 0.25,
         }
-    }
-}
-
-fn point(residual: &Residual, index: usize, series: usize) -> Point {
-    let unit_si = residual.observable.unit_si();
-    Point {
-        index,
-        series,
-        measured: residual.measured / unit_si,
-        predicted: residual.predicted / unit_si,
-        sd: residual.sd / unit_si,
-        standardized: residual.standardized,
-        cut: residual.cut.to_degrees(),
-        speed: residual.speed.unwrap_or(f64::NAN),
-        drawn: true,
     }
 }
 

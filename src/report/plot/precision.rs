@@ -1,17 +1,15 @@
 //! accuracy.svg and accuracy.png: error against time, both on logarithmic scales.
 
-use plotters::prelude::*;
+use plotters::prelude::RGBColor;
 
 use super::axis::Axis;
-use super::canvas::{Anchor, Canvas, GREY, INK, LARGE, SMALL};
-use super::drawing::Area;
 use super::frame::{Frame, Rect};
-use super::{MARGIN, WIDTH, drawing};
-use crate::report::accuracy::Pick;
-use crate::report::{ReportError, accuracy};
+use super::picture::{GREY, INK, Picture, SMALL, width};
+use super::{MARGIN, WIDTH};
+use crate::report::accuracy::{self, Pick};
 use crate::studies::accuracy::Row;
 
-const HEIGHT: u32 = 640;
+const HEIGHT: i32 = 640;
 const HEAD: i32 = 112;
 
 /// Errors below are roundings.
@@ -30,26 +28,6 @@ const COLORS: [RGBColor; 9] = [
     RGBColor(140, 86, 75),
 ];
 
-/// accuracy.svg as text.
-///
-/// # Errors
-/// The drawing library gave up.
-pub fn svg(rows: &[Row]) -> Result<String, ReportError> {
-    drawing::svg((WIDTH, HEIGHT), |area| draw(area, rows)).map(|(text, ())| text).map_err(failed)
-}
-
-/// accuracy.png as bytes.
-///
-/// # Errors
-/// As [`svg`].
-pub fn png(rows: &[Row]) -> Result<Vec<u8>, ReportError> {
-    drawing::png((WIDTH, HEIGHT), |area| draw(area, rows)).map_err(failed)
-}
-
-fn failed(reason: String) -> ReportError {
-    ReportError::Draw { dataset: "the accuracy".to_owned(), reason }
-}
-
 /// A way's name, its colour, and its rows.
 type Series<'a> = (String, RGBColor, Vec<&'a Row>);
 
@@ -65,18 +43,20 @@ fn series(rows: &[Row]) -> Vec<Series<'_>> {
     all
 }
 
-fn draw<DB: DrawingBackend>(area: &Area<DB>, rows: &[Row]) -> Result<(), String> {
-    let canvas = Canvas::new(area)?;
-    canvas.text("Accuracy against time", (MARGIN, 34), Anchor::Left, LARGE, INK)?;
+/// Error against time, of every way.
+#[must_use]
+pub fn picture(rows: &[Row]) -> Picture {
+    let mut picture = Picture::new("the accuracy", WIDTH as i32, HEIGHT);
+    picture.title("Accuracy against time", 34);
     let series = series(rows);
     let (mut x, mut y) = (MARGIN, 72);
     for (name, color, _) in &series {
-        let wide = 20 + super::canvas::width(name, SMALL) + 28;
+        let wide = 20 + width(name, SMALL) + 28;
         if x + wide > WIDTH as i32 - MARGIN {
             (x, y) = (MARGIN, y + 26);
         }
-        canvas.circle((x + 6, y), 6, color.to_rgba())?;
-        canvas.text(name, (x + 20, y), Anchor::Left, SMALL, INK)?;
+        picture.circle((x + 6, y), 6, *color);
+        picture.label(name, (x + 20, y), INK);
         x += wide;
     }
     let panels: [(&str, Pick); 2] = [
@@ -84,20 +64,12 @@ fn draw<DB: DrawingBackend>(area: &Area<DB>, rows: &[Row]) -> Result<(), String>
         ("Model error: against contact with all effects", accuracy::model_error),
     ];
     for (column, (title, pick)) in panels.into_iter().enumerate() {
-        let left = |column: usize| 6 + (WIDTH as i32 - 12) * column as i32 / 2;
-        let rect = Rect { left: left(column), top: HEAD, right: left(column + 1), bottom: HEIGHT as i32 - 8 };
-        panel(&canvas, rect, title, &series, pick)?;
+        panel(&mut picture, Rect::of_row(HEAD, HEIGHT - HEAD, column, 2), title, &series, pick);
     }
-    Ok(())
+    picture
 }
 
-fn panel<DB: DrawingBackend>(
-    canvas: &Canvas<DB>,
-    rect: Rect,
-    title: &str,
-    series: &[Series],
-    pick: Pick,
-) -> Result<(), String> {
+fn panel(picture: &mut Picture, rect: Rect, title: &str, series: &[Series], pick: Pick) {
     /// Horizontal speeds.
     const SPEED: usize = 1;
     let point = |row: &Row| {
@@ -111,20 +83,20 @@ fn panel<DB: DrawingBackend>(
         Axis::around("error of a velocity over U (95 % of the shots)", all.iter().map(|p| p.1))
             .in_words(power_of_ten),
     );
-    let frame = Frame::new(canvas, rect, title, &[], axes)?;
+    let mut frame = Frame::new(picture, rect, title, &[], axes);
     for (_, color, own) in series {
         let points = points(own);
         if points.len() > 1 {
-            frame.line(&points, *color, 2)?;
+            frame.line(&points, *color, 2);
         } else if let [(_, y)] = points[..] {
             // how far its accuracy reaches
-            frame.line(&[(frame.x.low, y), (frame.x.high, y)], GREY, 1)?;
+            frame.horizontal(y, GREY);
         }
         for (x, y) in points {
-            canvas.circle(frame.at(x, y), 6, color.to_rgba())?;
+            frame.dot(x, y, 6, *color);
         }
     }
-    frame.axes()
+    frame.axes();
 }
 
 /// 10^n seconds in ns, µs, ms; nothing in between.

@@ -1,11 +1,9 @@
-//! The marker of each observable, and the legend. Colours are Okabe and Ito's, which can be told apart
+//! The marker of each observable, and legends. Colours are Okabe and Ito's, which can be told apart
 //! by colour-blind readers; shapes differ, too.
 
 use plotters::prelude::*;
 
-use super::canvas;
-use super::canvas::{Anchor, Canvas, INK, Pixel, SMALL};
-use super::points::Points;
+use super::picture::{INK, Picture, Pixel, SMALL, width};
 
 const COLORS: [RGBColor; 7] = [
     RGBColor(0, 114, 178),
@@ -36,68 +34,63 @@ pub(super) fn color(series: usize) -> RGBColor {
 }
 
 /// Draws the marker of the `series`-th observable.
-pub(super) fn marker<DB: DrawingBackend>(
-    canvas: &Canvas<DB>,
-    (x, y): Pixel,
-    series: usize,
-    opacity: f64,
-) -> Result<(), String> {
+pub(super) fn marker(picture: &mut Picture, (x, y): Pixel, series: usize, opacity: f64) {
     let color = color(series).mix(opacity);
     match SHAPES[series % SHAPES.len()] {
-        Shape::Circle => canvas.circle((x, y), 5, color),
-        Shape::Square => canvas.rectangle([(x - 4, y - 4), (x + 4, y + 4)], color),
-        Shape::Triangle => canvas.polygon(vec![(x - 6, y + 4), (x + 6, y + 4), (x, y - 6)], color),
-        Shape::TriangleDown => canvas.polygon(vec![(x - 6, y - 4), (x + 6, y - 4), (x, y + 6)], color),
-        Shape::Diamond => canvas.polygon(vec![(x - 6, y), (x, y + 6), (x + 6, y), (x, y - 6)], color),
+        Shape::Circle => picture.circle((x, y), 5, color),
+        Shape::Square => picture.rectangle([(x - 4, y - 4), (x + 4, y + 4)], color),
+        Shape::Triangle => picture.polygon(vec![(x - 6, y + 4), (x + 6, y + 4), (x, y - 6)], color),
+        Shape::TriangleDown => picture.polygon(vec![(x - 6, y - 4), (x + 6, y - 4), (x, y + 6)], color),
+        Shape::Diamond => picture.polygon(vec![(x - 6, y), (x, y + 6), (x + 6, y), (x, y - 6)], color),
         Shape::Cross => {
-            canvas.line(vec![(x - 4, y - 4), (x + 4, y + 4)], color, 2)?;
-            canvas.line(vec![(x - 4, y + 4), (x + 4, y - 4)], color, 2)
+            picture.line(vec![(x - 4, y - 4), (x + 4, y + 4)], color, 2);
+            picture.line(vec![(x - 4, y + 4), (x + 4, y - 4)], color, 2);
         }
     }
 }
 
-/// Height of a row of the legend, pixels.
-const ROW: i32 = 26;
+/// Height of a row of a legend, pixels.
+pub(super) const ROW: i32 = 26;
 
-/// The names of the observables beside their markers, in rows.
+/// Names with room for a marker before each, in rows.
 pub(super) struct Legend {
     /// Text, pixels from the left, row.
     entries: Vec<(String, i32, i32)>,
-    rows: i32,
 }
 
 impl Legend {
-    pub(super) fn new(points: &Points, width: i32) -> Self {
+    /// Rows no wider than `limit` pixels.
+    pub(super) fn new(texts: impl IntoIterator<Item = String>, limit: i32) -> Self {
         let (mut entries, mut x, mut row) = (Vec::new(), 0, 0);
-        for (observable, count) in points.observables.iter().zip(points.counts()) {
-            let text = format!("{} ({count})", observable.label());
-            let entry = 22 + canvas::width(&text, SMALL);
-            if x > 0 && x + entry > width {
-                x = 0;
-                row += 1;
+        for text in texts {
+            let entry = 22 + width(&text, SMALL);
+            if x > 0 && x + entry > limit {
+                (x, row) = (0, row + 1);
             }
             entries.push((text, x, row));
             x += entry + 28;
         }
-        let rows = if entries.is_empty() { 0 } else { row + 1 };
-        Self { entries, rows }
+        Self { entries }
     }
 
     /// In pixels.
     pub(super) fn height(&self) -> i32 {
-        ROW * self.rows
+        self.entries.last().map_or(0, |(.., row)| ROW * (row + 1))
     }
 
-    pub(super) fn draw<DB: DrawingBackend>(
-        &self,
-        canvas: &Canvas<DB>,
-        (left, top): Pixel,
-    ) -> Result<(), String> {
+    pub(super) fn draw(&self, picture: &mut Picture, (left, top): Pixel, opacity: f64) {
         for (series, (text, x, row)) in self.entries.iter().enumerate() {
             let (x, y) = (left + x, top + ROW * row + ROW / 2);
-            marker(canvas, (x + 8, y), series, 0.9)?;
-            canvas.text(text, (x + 22, y), Anchor::Left, SMALL, INK)?;
+            marker(picture, (x + 8, y), series, opacity);
+            picture.label(text, (x + 22, y), INK);
         }
-        Ok(())
+    }
+}
+
+/// The names of both balls beside their markers, at these places from the left.
+pub(super) fn two_balls(picture: &mut Picture, names: [&str; 2], left: [i32; 2]) {
+    for (ball, (name, x)) in names.into_iter().zip(left).enumerate() {
+        marker(picture, (x, 32), ball, 1.0);
+        picture.label(name, (x + 14, 32), INK);
     }
 }

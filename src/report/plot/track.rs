@@ -1,13 +1,9 @@
 //! A picture of one shot: both tracks from above with the fitted paths, and what the fit leaves.
 
-use plotters::prelude::*;
-
 use super::axis::Axis;
-use super::canvas::{Anchor, Canvas, GREY, INK, LARGE, SMALL, shortened};
-use super::drawing;
-use super::drawing::Area;
 use super::frame::{Frame, Rect};
-use super::series::{color, marker};
+use super::picture::{GREY, INK, LARGE, Picture, shortened};
+use super::series::{color, two_balls};
 use crate::extraction::{Impact, Quantity};
 use crate::measurement::track::{Sample, TrackShot};
 use crate::report::ReportError;
@@ -20,7 +16,7 @@ const HEIGHT: i32 = 660;
 const PLAN: i32 = 538;
 
 /// What a picture shows, whatever was fitted.
-pub(crate) struct Picture<'a> {
+pub(crate) struct Tracks<'a> {
     pub shot: &'a TrackShot,
     /// Below the title.
     pub summary: String,
@@ -43,7 +39,7 @@ pub(crate) struct Picture<'a> {
 pub fn svg(shot: &TrackShot, impact: &Impact, scene: &Scene) -> Result<String, ReportError> {
     let motion = impact.motion(scene);
     let place = |ball: usize, t: f64| if ball == 0 { motion.cue(t) } else { motion.object(t) };
-    let picture = Picture {
+    let tracks = Tracks {
         shot,
         summary: summary(impact),
         names: ["cue ball", "object ball"],
@@ -54,84 +50,74 @@ pub fn svg(shot: &TrackShot, impact: &Impact, scene: &Scene) -> Result<String, R
         radii: [scene.ball.radius, scene.object.radius],
         place: &place,
     };
-    picture.svg()
+    tracks.svg()
 }
 
-impl Picture<'_> {
+/// The samples within a window, which the fit used or left out as wrong, by ball.
+pub(super) fn used(shot: &TrackShot, [from, to]: [f64; 2]) -> [Vec<&Sample>; 2] {
+    [&shot.cue, &shot.object]
+        .map(|samples| samples.iter().filter(|sample| (from..=to).contains(&sample.t)).collect())
+}
+
+/// Instants from end to end of a window.
+pub(super) fn instants([from, to]: [f64; 2], steps: u32) -> impl Iterator<Item = f64> {
+    (0..=steps).map(move |step| from + (to - from) * f64::from(step) / f64::from(steps))
+}
+
+/// In centimetres.
+pub(super) fn cm([x, y]: [f64; 2]) -> (f64, f64) {
+    (100.0 * x, 100.0 * y)
+}
+
+impl Tracks<'_> {
     pub(crate) fn svg(&self) -> Result<String, ReportError> {
-        let failed = |reason| ReportError::Draw { dataset: format!("shot {}", self.shot.name), reason };
-        let size = (WIDTH as u32, HEIGHT as u32);
-        drawing::svg(size, |area| self.draw(area)).map(|(text, ())| text).map_err(failed)
-    }
-
-    fn draw<DB: DrawingBackend>(&self, area: &Area<DB>) -> Result<(), String> {
-        let canvas = Canvas::new(area)?;
-        let title = shortened(&format!("shot {}", self.shot.name), LARGE, WIDTH - 44);
-        canvas.text(&title, (22, 32), Anchor::Left, LARGE, INK)?;
-        canvas.text(&self.summary, (22, 66), Anchor::Left, SMALL, GREY)?;
-        self.plan(&canvas)?;
-        self.residuals(&canvas)?;
-        for (ball, name) in self.names.into_iter().enumerate() {
-            let x = WIDTH - 360 + 170 * ball as i32;
-            marker(&canvas, (x, 32), ball, 1.0)?;
-            canvas.text(name, (x + 14, 32), Anchor::Left, SMALL, INK)?;
-        }
-        Ok(())
-    }
-
-    /// The samples that the fit used or left out as wrong, by ball.
-    fn used(&self) -> [Vec<&Sample>; 2] {
-        let [from, to] = self.window;
-        [&self.shot.cue, &self.shot.object]
-            .map(|samples| samples.iter().filter(|sample| (from..=to).contains(&sample.t)).collect())
+        let name = format!("shot {}", self.shot.name);
+        let mut picture = Picture::new(&name, WIDTH, HEIGHT);
+        picture.title(&shortened(&name, LARGE, WIDTH - 44), 32);
+        picture.label(&self.summary, (22, 66), GREY);
+        self.plan(&mut picture);
+        self.residuals(&mut picture);
+        two_balls(&mut picture, self.names, [WIDTH - 360, WIDTH - 190]);
+        picture.svg()
     }
 
     /// Tracks, fitted paths, and both balls as they touch, with the line of centres.
-    fn plan<DB: DrawingBackend>(&self, canvas: &Canvas<DB>) -> Result<(), String> {
+    fn plan(&self, picture: &mut Picture) {
         const STEPS: u32 = 200;
-        let cm = |metres: f64| 100.0 * metres;
         let contact = [0, 1].map(|ball| (self.place)(ball, self.time));
         let outline = |ball: usize| {
             (0..=60).map(move |step| {
                 let (sin, cos) = (std::f64::consts::TAU * f64::from(step) / 60.0).sin_cos();
                 let ([x, y], radius) = (contact[ball], self.radii[ball]);
-                (cm(x + radius * cos), cm(y + radius * sin))
+                cm([x + radius * cos, y + radius * sin])
             })
         };
-        let path = |ball: usize| {
-            let [from, to] = self.window;
-            (0..=STEPS).map(move |step| {
-                let [x, y] = (self.place)(ball, from + (to - from) * f64::from(step) / f64::from(STEPS));
-                (cm(x), cm(y))
-            })
-        };
+        let path = |ball: usize| instants(self.window, STEPS).map(move |t| cm((self.place)(ball, t)));
         // wrong frames far away would shrink the rest: the fitted paths decide
         let all = || [0, 1].into_iter().flat_map(|ball| path(ball).chain(outline(ball)));
         let (mut x, mut y) =
             (Axis::around("x (cm)", all().map(|p| p.0)), Axis::around("y (cm)", all().map(|p| p.1)));
         // equal scales: the longer side decides
-        let half = 0.5 * (x.high - x.low).max(y.high - y.low);
-        for axis in [&mut x, &mut y] {
-            let middle = 0.5 * (axis.low + axis.high);
-            (axis.low, axis.high) = (middle - half, middle + half);
-        }
+        let longer = (x.high - x.low).max(y.high - y.low);
+        x.widen(longer);
+        y.widen(longer);
         let area = Rect { left: 10, top: 84, right: 10 + PLAN, bottom: HEIGHT - 10 };
         let remarks = ["points: tracked; lines: fitted; circles: at the impact".to_string()];
-        let frame = Frame::new(canvas, area, "Seen from above", &remarks, (x, y))?;
-        for (ball, samples) in self.used().iter().enumerate() {
+        let mut frame = Frame::new(picture, area, "Seen from above", &remarks, (x, y));
+        for (ball, samples) in used(self.shot, self.window).iter().enumerate() {
             for sample in samples {
-                marker(canvas, frame.at(cm(sample.x), cm(sample.y)), ball, 0.45)?;
+                frame.marker(cm([sample.x, sample.y]), ball, 0.45);
             }
-            frame.line(&path(ball).collect::<Vec<_>>(), color(ball), 2)?;
-            frame.line(&outline(ball).collect::<Vec<_>>(), color(ball), 1)?;
+            frame.line(&path(ball).collect::<Vec<_>>(), color(ball), 2);
+            frame.line(&outline(ball).collect::<Vec<_>>(), color(ball), 1);
         }
-        frame.line(&contact.map(|[x, y]| (cm(x), cm(y))), INK, 2)?;
-        frame.axes()
+        frame.line(&contact.map(cm), INK, 2);
+        frame.axes();
     }
 
-    fn residuals<DB: DrawingBackend>(&self, canvas: &Canvas<DB>) -> Result<(), String> {
+    fn residuals(&self, picture: &mut Picture) {
         let mut points = Vec::new();
-        for (ball, samples) in self.used().iter().enumerate() {
+        for (ball, samples) in used(self.shot, self.window).iter().enumerate() {
             for sample in samples {
                 let [x, y] = (self.place)(ball, sample.t);
                 let time = (sample.t - self.time) / self.clock.1;
@@ -147,16 +133,14 @@ impl Picture<'_> {
             let axes =
                 (Axis::around(self.clock.0, points.iter().map(|p| p.1)), Axis::symmetric(name, values, 1e-6));
             let title = if row == 0 { "Tracked less fitted" } else { "" };
-            let frame = Frame::new(canvas, rect, title, &[], axes)?;
-            let (low, high) = (frame.x.low, frame.x.high);
-            frame.line(&[(low, 0.0), (high, 0.0)], INK, 1)?;
-            frame.line(&[(0.0, frame.y.low), (0.0, frame.y.high)], GREY, 1)?;
+            let mut frame = Frame::new(picture, rect, title, &[], axes);
+            frame.horizontal(0.0, INK);
+            frame.vertical(0.0, GREY);
             for (ball, time, residual) in &points {
-                marker(canvas, frame.at(*time, residual[row]), *ball, 0.6)?;
+                frame.marker((*time, residual[row]), *ball, 0.6);
             }
-            frame.axes()?;
+            frame.axes();
         }
-        Ok(())
     }
 }
 
