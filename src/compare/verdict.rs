@@ -126,4 +126,15 @@ mod tests {
         let found = wald(&x, &covariance, &[0, 1, 2], 2).unwrap();
         assert!((found - scatter).abs() < 1e-12, "{found} {scatter}");
     }
+
+    /// One shot a label leaves no error: such labels are not told apart, and nothing panics.
+    #[test]
+    fn labels_without_errors_are_not_told_apart() {
+        for estimated in [true, false] {
+            let tests = Tests { dof: 0, estimated };
+            for (value, std_error) in [(0.0, 0.0), (0.1, f64::NAN)] {
+                assert!(tests.pair(0, 1, value, std_error).p_value >= 1.0);
+            }
+        }
+    }
 }
