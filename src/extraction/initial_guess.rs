@@ -4,6 +4,7 @@ use nalgebra::{Matrix3, Vector3};
 
 use super::Unusable;
 use crate::measurement::track::{Sample, TrackShot};
+use crate::numerics::median;
 use crate::physics::ball::Ball;
 use crate::trajectory::grid;
 use crate::trajectory::scene::Scene;
@@ -231,11 +232,6 @@ fn robust_speed(samples: &[Sample]) -> (f64, f64, f64) {
     let seconds = later - t;
     let error = of_median * (counts[0] + counts[1]).sqrt() / seconds;
     ((then_x - x).hypot(then_y - y) / seconds, error, seconds)
-}
-
-fn median(mut values: Vec<f64>) -> f64 {
-    values.sort_by(f64::total_cmp);
-    values.get(values.len() / 2).copied().unwrap_or(f64::NAN)
 }
 
 /// The speed of an object ball that moves before the balls touch, as far as frames show both.

@@ -2,6 +2,7 @@
 
 use super::rigid_body::circle_centres;
 use super::track::Sample;
+use crate::numerics::median;
 
 /// Two points are on one body where their distance changes by at most this part of its median. Points of one puck change theirs by
 /// up to 0.035 (calibration, and tape that is seen from another side; 0.16 while a hand holds the puck), points of two by 0.8 and
@@ -64,11 +65,6 @@ fn change(one: &[Sample], other: &[Sample]) -> f64 {
     }
     smooth.sort_by(f64::total_cmp);
     (smooth[smooth.len() - 1] - smooth[0]) / smooth[smooth.len() / 2].max(f64::MIN_POSITIVE)
-}
-
-fn median(mut values: Vec<f64>) -> f64 {
-    values.sort_by(f64::total_cmp);
-    values[values.len() / 2]
 }
 
 /// Which of the points on a disc is its centre, `None` where all are on a circle about it. Only a centre moves straight on while the

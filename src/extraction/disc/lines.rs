@@ -1,6 +1,7 @@
 //! Straight lines through the frames of a disc, its distance from the other one, and how residuals go with their neighbours.
 
 use crate::measurement::track::{Sample, TrackShot};
+use crate::numerics::median;
 
 /// Of each disc on either side of the impact.
 pub(super) const LEAST: usize = 4;
@@ -47,11 +48,6 @@ impl Line {
         }
         line
     }
-}
-
-pub(super) fn median(mut values: Vec<f64>) -> f64 {
-    values.sort_by(f64::total_cmp);
-    values.get(values.len() / 2).copied().unwrap_or(f64::NAN)
 }
 
 /// (1 + ρ)/(1 − ρ), ρ the correlation of neighbouring residuals: so much larger are variances where a disc

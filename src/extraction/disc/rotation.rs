@@ -2,9 +2,10 @@
 
 use nalgebra::{Matrix2, Matrix3, Vector3};
 
-use super::lines::{LEAST, median, repeated};
+use super::lines::{LEAST, repeated};
 use crate::likelihood::prediction::wrap;
 use crate::measurement::track::{Sample, TrackShot, TrackedBall};
+use crate::numerics::median;
 
 /// An angle is wrong that is this many standard deviations off.
 const OUTLIER: f64 = 5.0;

@@ -5,11 +5,12 @@ use nalgebra::SVector;
 use num_dual::{DualNum, DualSVec64};
 
 use super::Dual;
-use super::lines::{LEAST, Line, distances, median};
+use super::lines::{LEAST, Line, distances};
 use super::unknowns::{COUNT, DIRECTION, DISTANCE, INPUTS, PLACE, TIME, Unknowns, velocity};
 use crate::extraction::initial_guess::noise_of;
 use crate::measurement::dataset::Measured;
 use crate::measurement::track::TrackShot;
+use crate::numerics::median;
 use crate::physics::cloth_motion::Number;
 
 /// Discs stick if they part with less than this part of their closing speed, three standard errors included. Real discs that part

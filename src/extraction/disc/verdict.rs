@@ -1,8 +1,8 @@
 //! What speaks against the numbers of a shot: what must hold of any two rigid discs that collide, whatever the friction.
 
-use super::lines::median;
 use super::{DiscImpact, Quantity, Unusable};
 use crate::measurement::track::{Sample, TrackShot, TrackedBall};
+use crate::numerics::median;
 
 /// So many standard errors are no chance.
 const SURELY: f64 = 5.0;

@@ -4,13 +4,14 @@
 use argmin::core::{Error, Jacobian, Operator};
 use nalgebra::{DMatrix, DVector, SMatrix};
 
-use super::lines::{LEAST, median, repeated};
+use super::lines::{LEAST, repeated};
 use super::unknowns::{COUNT, DIRECTION, DISTANCE, PLACE, TIME, Unknowns, velocity};
 use super::{Outcome, Unusable, stick};
 use crate::extraction::initial_guess::noise_of;
 use crate::measurement::track::{Sample, TrackShot};
 use crate::numerics::least_squares;
 use crate::numerics::least_squares::{Constraints, Options, Termination};
+use crate::numerics::median;
 use crate::physics::disc::Discs;
 
 /// A frame is wrong when a coordinate is this many standard deviations off, of those of its window…

@@ -27,6 +27,7 @@ use crate::fit::camera::{FoundCamera, FoundCorrection};
 use crate::measurement::correction::Correction;
 use crate::measurement::dataset::Tracks;
 use crate::measurement::track::TrackShot;
+use crate::numerics::median;
 use crate::physics::disc::Discs;
 
 /// Stated radii are known to this part, rubber bands and the give of rims included: a scale that is wrong by less is not seen.
@@ -293,9 +294,4 @@ fn impacts(shots: &[TrackShot], discs: Discs) -> Vec<Result<DiscImpact, disc::Un
     let centres: Vec<TrackShot> =
         shots.iter().map(|shot| TrackShot { markers: Vec::new(), ..shot.clone() }).collect();
     disc::extract_all(&centres, &Discs { radii: None, ..discs })
-}
-
-fn median(mut values: Vec<f64>) -> f64 {
-    values.sort_by(f64::total_cmp);
-    values.get(values.len() / 2).copied().unwrap_or(f64::NAN)
 }
