@@ -6,6 +6,7 @@ use caromfit::fit::{Depth, Fit, Grade, Options};
 use caromfit::measurement::dataset::{Dataset, ObjectBall};
 use caromfit::measurement::parameter::Parameter;
 use caromfit::measurement::spin::Spin;
+use caromfit::measurement::track::Sample;
 use caromfit::physics::ball::Ball;
 use caromfit::physics::collision::{Fidelity, Model};
 use caromfit::physics::friction_law::Law;
@@ -99,6 +100,46 @@ fn a_frame_rate_that_the_noise_hides_is_named() {
     assert!(fit.diagnostics.goodness.as_ref().unwrap().p_value.is_some_and(|p| p > 1e-3), "it hides");
     is_named(&fit, Cause::FrameRate, 1.0 / 1.05, TRUTH);
     assert_eq!(fit.verdict().grade, Grade::Doubtful);
+}
+
+/// Positions as a tracker gives them that predicts each from those before (an α–β filter), or as averages of five frames.
+#[test]
+fn tracks_that_were_smoothed_are_named() {
+    let lagging = |path: &mut [Sample]| {
+        const ALPHA: f64 = 0.6;
+        const BETA: f64 = 0.25;
+        let (mut position, mut step) = ([path[0].x, path[0].y], [0.0; 2]);
+        for sample in path {
+            for (i, seen) in [sample.x, sample.y].into_iter().enumerate() {
+                let off = seen - (position[i] + step[i]);
+                position[i] += step[i] + ALPHA * off;
+                step[i] += BETA * off;
+            }
+            [sample.x, sample.y] = position;
+        }
+    };
+    let averaged = |path: &mut [Sample]| {
+        let seen = path.to_vec();
+        for (sample, five) in path[2..].iter_mut().zip(seen.windows(5)) {
+            let mean = |of: fn(&Sample) -> f64| five.iter().map(of).sum::<f64>() / 5.0;
+            (sample.x, sample.y) = (mean(|s| s.x), mean(|s| s.y));
+        }
+    };
+    let smoothed = |filter: &dyn Fn(&mut [Sample])| {
+        let mut dataset = footage(Played::NaturalRoll, Spin::NaturalRoll, 9180);
+        for shot in &mut dataset.tracks.as_mut().unwrap().shots {
+            filter(&mut shot.cue);
+            filter(&mut shot.object);
+        }
+        fitted(dataset).verdict()
+    };
+    let verdict = smoothed(&lagging);
+    assert!(verdict.grade != Grade::Good && verdict.sentence.contains("the tracker lags"), "{verdict:?}");
+    let verdict = smoothed(&averaged);
+    assert!(
+        verdict.grade == Grade::Doubtful && verdict.sentence.contains("that were smoothed"),
+        "{verdict:?}"
+    );
 }
 
 #[test]

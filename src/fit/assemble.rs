@@ -1,6 +1,6 @@
 //! The minimum, and all that is known there, as a [`Fit`].
 
-use super::diagnostics::{goodness, refuted};
+use super::diagnostics::{goodness, lag, refuted};
 use super::estimates::Estimates;
 use super::frames::{FittedFrames, are_explained, bound, cloth_of, joint_fit};
 use super::intervals::bootstrap;
@@ -190,8 +190,10 @@ impl<'a> Finished<'a> {
         // footage is corrected anew for a contact that gives way, and looked at then
         let is_settled = gives_way.is_none() || !fit.footage || of_discs;
         let is_called_for = || causes::is_called_for(fit) || causes::is_suspected(self.settled, of_discs);
+        // a tracker that lags leaves what no cause explains
+        let lags = fit.frames.as_ref().is_some_and(lag::lags);
         let is_asked = options.explain || (options.depth >= Depth::Everything && is_called_for());
-        if is_settled && is_asked {
+        if is_settled && is_asked && !lags {
             let reduced = fit.diagnostics.goodness.as_ref().filter(|goodness| goodness.dof > 0);
             let reduced = reduced.map(|goodness| goodness.chi2 / goodness.dof as f64);
             fit.explanations = causes::explain(self.settled, search, (of_discs, reduced));
@@ -211,7 +213,7 @@ impl<'a> Finished<'a> {
             doubts::add_rivals(fit, &rivals);
         }
         doubts::add_below_bound(fit);
-        warnings::add_tracks(fit, dataset, shots);
+        warnings::add_tracks(fit, dataset, shots, lags);
         if depth < options.depth {
             let profiles = match depth {
                 Depth::Estimates => "the intervals are those of the curvature of χ²; its profiles, ",

@@ -77,6 +77,8 @@ pub enum Kind {
     SpeedRatio,
     /// The throw is larger than friction gives.
     Throw,
+    /// The tracker lags behind the balls after an impact.
+    Lag,
 }
 
 impl Finding {
@@ -169,6 +171,16 @@ pub(crate) fn suspicious(
         found.extend(of_shot.map(|(kind, text)| Finding { shot: Some(shot.name.clone()), text, kind }));
     }
     found
+}
+
+/// That the frames show a tracker that lags.
+pub(super) fn lag() -> Finding {
+    Finding::whole(
+        Kind::Lag,
+        "both balls are off their paths in the first frames after the impacts, and not before: the tracker lags, as one does \
+         that smooths or predicts positions; export them as they were measured"
+            .to_owned(),
+    )
 }
 
 /// Findings as warnings, each kind once: sentences.

@@ -52,6 +52,8 @@ pub struct OfShot {
     pub cut: f64,
     /// Cue ball's speed before the impact, m/s.
     pub speed: f64,
+    /// When the balls touch, s.
+    pub instant: f64,
     /// The coordinates, and components of spins, that were fitted.
     pub rows: Vec<Row>,
 }
@@ -85,8 +87,8 @@ impl FittedFrames {
     fn of_shot(&self, (name, shot, own): &(String, Fitted, Own)) -> Option<OfShot> {
         let film = shot.film.as_ref()?;
         let rows = film.rows(&shot.plan.collision(&self.model), &self.shared, own)?;
-        let speed = frames::rows::speed(own);
-        Some(OfShot { shot: name.clone(), cut: shot.plan.cut(), speed, rows })
+        let (speed, instant) = (frames::rows::speed(own), frames::rows::instant(own));
+        Some(OfShot { shot: name.clone(), cut: shot.plan.cut(), speed, instant, rows })
     }
 
     /// Writes a text of each shot, in the same order. Texts are made side by side, some at a time: there may be more frames than should be

@@ -25,6 +25,9 @@ const FEW_USED: f64 = 0.5;
 /// Of the shots: what so many of them show is no accident of one.
 const MANY_SUSPICIOUS: f64 = 0.5;
 
+/// Noise whose correlation from frame to frame is above this is that of a filter: trackers that follow a ball by themselves stay below.
+const SMOOTHED: f64 = 0.93;
+
 /// Releasing a bound is worth a doubt when it makes an error this many times as large.
 const WORTH_DOUBTING: f64 = 2.0;
 
@@ -178,6 +181,9 @@ impl Fit {
                 finding.shot.as_ref().map_or(String::new(), |shot| format!("in most shots, as in {shot}, "));
             return Some(format!("{}.", capital(&format!("{whose}{}", finding.text))));
         }
+        if let Some(smoothed) = self.smoothed() {
+            return Some(smoothed);
+        }
         let camera = self.camera.as_ref().filter(|camera| !camera.converged)?;
         Some(format!(
             "The camera could not be calibrated from these {} shots: check radius, capture_fps and which track is which {}, or \
@@ -185,6 +191,18 @@ impl Fit {
             camera.shots,
             if camera.of_discs { "disc" } else { "ball" }
         ))
+    }
+
+    /// That the positions seem to have been smoothed before they were exported, which leaves little to fit.
+    fn smoothed(&self) -> Option<String> {
+        let noise = self.camera.as_ref()?.noise_correlation.filter(|noise| noise.adopted)?;
+        (noise.value > SMOOTHED).then(|| {
+            format!(
+                "The errors of neighbouring frames are correlated by {}, as in tracks that were smoothed, and tell little: export \
+                 the positions as they were measured.",
+                plain(noise.value, 2)
+            )
+        })
     }
 
     /// What explains the residuals best, unless it was adopted.

@@ -293,7 +293,7 @@ pub(super) fn add_plateaus(fit: &mut Fit, plateaus: &[Plateau]) {
 }
 
 /// What the tracks told besides the parameters, and what was done to them on reading.
-pub(super) fn add_tracks(fit: &mut Fit, dataset: &Dataset, shots: &[&Shot]) {
+pub(super) fn add_tracks(fit: &mut Fit, dataset: &Dataset, shots: &[&Shot], lags: bool) {
     if let Some(joint) = fit.diagnostics.joint.clone() {
         fit.notes.push(format!(
             "All frames were fitted at once: χ² is that of {} numbers with {} unknowns of the shots' own, and residuals.csv lists \
@@ -336,7 +336,8 @@ pub(super) fn add_tracks(fit: &mut Fit, dataset: &Dataset, shots: &[&Shot]) {
         None => [dataset.sliding, dataset.rolling],
     };
     // first, since what else is wrong may follow from it
-    let suspicious = check::suspicious(dataset, shots, cloth);
+    let mut suspicious = check::suspicious(dataset, shots, cloth);
+    suspicious.splice(0..0, lags.then(check::lag));
     fit.warnings.splice(0..0, check::warnings(&suspicious, shots.len()));
     fit.diagnostics.suspicious = suspicious;
     fit.notes.extend(dataset.notes().cloned());

@@ -137,6 +137,12 @@ pub(crate) fn speed(own: &Own) -> f64 {
     own[BEFORE].hypot(own[BEFORE + 1])
 }
 
+/// When the balls touch, s.
+#[must_use]
+pub(crate) fn instant(own: &Own) -> f64 {
+    own[0]
+}
+
 /// The collision, without derivatives.
 fn collide(collision: &Corrected, inputs: &[f64; 8]) -> Option<[f64; 12]> {
     let value = |input: Input| inputs[input as usize];
