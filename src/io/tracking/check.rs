@@ -305,7 +305,11 @@ fn exchange(one: &mut RawTrack, other: &mut RawTrack, from: f64, until: f64) {
         at(from)..at(until)
     };
     let (a, b) = (range(one), range(other));
-    if !one.sds.is_empty() && !other.sds.is_empty() {
+    if !(one.sds.is_empty() && other.sds.is_empty()) {
+        // Only one of them may have deviations, where the other is the mean of several points.
+        for track in [&mut *one, &mut *other] {
+            track.sds.resize(track.rows.len(), [f64::NAN; 2]);
+        }
         exchange_parts(&mut one.sds, a.clone(), &mut other.sds, b.clone());
     }
     exchange_parts(&mut one.rows, a, &mut other.rows, b);
@@ -315,4 +319,30 @@ fn exchange_parts<T: Copy>(one: &mut Vec<T>, a: Range<usize>, other: &mut Vec<T>
     let moved = one[a.clone()].to_vec();
     let replaced: Vec<T> = other.splice(b, moved).collect();
     one.splice(a, replaced);
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The other ball is the mean of several points: nothing is stated of it.
+    #[test]
+    fn deviations_that_one_ball_alone_has_move_with_its_rows() {
+        let mut one = RawTrack::new("a", None);
+        let mut other = RawTrack::new("b", None);
+        for k in 0..4 {
+            let row = Row { time: f64::from(k), x: 0.0, y: 0.0, line: 1 };
+            one.rows.push(row);
+            one.sds.push([f64::from(k); 2]);
+            other.rows.push(Row { x: 1.0, ..row });
+        }
+        exchange(&mut one, &mut other, 2.0, 3.0);
+        for track in [&one, &other] {
+            for (k, row) in track.rows.iter().enumerate() {
+                let stated = track.sds[k][0];
+                assert!(if row.x == 0.0 { stated == row.time } else { stated.is_nan() });
+            }
+        }
+        assert_eq!(one.rows[2].x, 1.0);
+    }
 }
