@@ -14,6 +14,7 @@ use crate::fit::settled::Settled;
 use crate::likelihood::fitted::Fitted;
 use crate::likelihood::sample::Sample;
 use crate::measurement::parameter::{Parameter, Settings};
+use crate::measurement::values::Values;
 use crate::physics::collision::{Fidelity, Model};
 use crate::physics::friction_law::Law;
 
@@ -212,6 +213,9 @@ fn fitted(search: &Search, change: &Change, fit: &Settled) -> Result<Found, FitE
             start[parameter] = initial[parameter];
         }
         Settled::from_starts(&search, &[vec![start]])
+    } else if search.shots().any(|shot| shot.plan.has_uncertain_inputs()) {
+        // what the inputs truly were makes χ² even, and a scan slow
+        Settled::from_starts(&search, &frictions_like(fit.minimum.first(), &initial, change.law))
     } else {
         Settled::new(&search)
     }?;
@@ -220,6 +224,28 @@ fn fitted(search: &Search, change: &Change, fit: &Settled) -> Result<Found, FitE
         minus_two_log: settled.search.minus_two_log_likelihood(&settled.minimum, &settled.estimated),
         parameters: settled.minimum.room() + settled.estimated.len(),
     })
+}
+
+/// Values of the friction under another law that are the same as those of the fit where the balls slip at a usual speed.
+fn frictions_like(fit: &Values, initial: &Values, law: Law) -> Vec<Vec<Values>> {
+    /// m/s
+    const USUAL_SLIP: f64 = 1.0;
+    /// How much of the friction there falls with the slip.
+    const PARTS: [f64; 3] = [0.1, 0.5, 0.9];
+    let falls = |values: &Values| values[Parameter::B] * (-values[Parameter::C] * USUAL_SLIP).exp();
+    let start = |part: f64| {
+        let mut start = *fit;
+        if law == Law::Constant {
+            start[Parameter::Mu] += falls(fit);
+        } else {
+            start[Parameter::C] = initial[Parameter::C];
+            start[Parameter::B] = part * fit[Parameter::Mu] * (start[Parameter::C] * USUAL_SLIP).exp();
+            start[Parameter::Mu] *= 1.0 - part;
+        }
+        vec![start]
+    };
+    let parts = if law == Law::Constant { &PARTS[..1] } else { &PARTS };
+    parts.iter().map(|part| start(*part)).collect()
 }
 
 #[cfg(test)]
