@@ -42,28 +42,29 @@ pub(super) fn shot_list<'a>(
     residuals: impl Iterator<Item = (String, &'a Residual)>,
     pictures: &[ShotPicture],
 ) -> Vec<Shot> {
-    let mut shots: Vec<Shot> = Vec::new();
+    let mut all: Vec<(String, f64, Vec<&Residual>)> = Vec::new();
     let mut known: HashMap<String, usize> = HashMap::new();
     for (name, residual) in residuals {
-        let (row, size) = (row(residual), size(residual));
-        if let Some(shot) = known.get(&name).and_then(|index| shots.get_mut(*index)) {
-            shot.table.rows.push(row);
-            shot.largest = shot.largest.max(size);
-        } else {
-            let id = format!("shot-{}", shots.len() + 1);
-            known.insert(name.clone(), shots.len());
-            let head = ["", "measured", "predicted", "sd", "residual/sd"];
-            let table = Table::new(head, [row]).with_numbers(1..head.len());
-            shots.push(Shot { id, name, table, figure: None, largest: size });
-        }
+        let place = *known.entry(name).or_insert_with_key(|name| {
+            all.push((name.clone(), 0.0, Vec::new()));
+            all.len() - 1
+        });
+        let (_, largest, own) = &mut all[place];
+        *largest = largest.max(size(residual));
+        own.push(residual);
     }
-    shots.sort_by(|a, b| b.largest.total_cmp(&a.largest));
-    shots.truncate(10 * MOST_PICTURES);
-    for shot in shots.iter_mut().take(MOST_PICTURES) {
-        let svg = pictures.iter().find(|(name, _)| *name == shot.name).map(|(_, svg)| svg.clone());
-        shot.figure = svg.map(|svg| Figure { alt: format!("track of shot {}", shot.name), svg });
-    }
-    shots
+    let mut worst: Vec<usize> = (0..all.len()).collect();
+    worst.sort_by(|a, b| all[*b].1.total_cmp(&all[*a].1));
+    let shot = |(rank, place): (usize, usize)| {
+        let (name, largest, own) = &all[place];
+        let head = ["", "measured", "predicted", "sd", "residual/sd"];
+        let table = Table::new(head, own.iter().map(|residual| row(residual))).with_numbers(1..head.len());
+        let picture = pictures.iter().find(|(drawn, _)| rank < MOST_PICTURES && drawn == name);
+        let figure =
+            picture.map(|(_, svg)| Figure { alt: format!("track of shot {name}"), svg: svg.clone() });
+        Shot { id: format!("shot-{}", place + 1), name: name.clone(), table, figure, largest: *largest }
+    };
+    worst.into_iter().take(10 * MOST_PICTURES).enumerate().map(shot).collect()
 }
 
 /// How far a residual is off, in standard deviations; 0 where that is not known.

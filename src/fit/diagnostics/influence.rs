@@ -1,9 +1,10 @@
 //! The shots that matter most: leverage, and where the estimates go without one.
 
 use nalgebra::{DMatrix, DVector};
+use rayon::prelude::*;
 
 use super::basis::{Basis, Context, OWN};
-use crate::likelihood::fitted::Fitted;
+use crate::likelihood::fitted::{Fitted, SHARE};
 use crate::measurement::parameter::Parameter;
 
 /// Shots that are listed whether they are influential or not, and at most.
@@ -38,7 +39,7 @@ fn deletions(context: &Context, basis: &Basis) -> Vec<(f64, Option<DVector<f64>>
         let rest = rest.map(|c| c.solve(&residual));
         (leverage, rest.map(|rest| q.tr_mul(&rest)))
     };
-    basis.rows.iter().map(of_shot).collect()
+    basis.rows.par_iter().with_min_len(SHARE).map(of_shot).collect()
 }
 
 /// How far the unknowns move without each shot, to first order.
@@ -76,10 +77,12 @@ pub(in crate::fit) fn influence(
         let shifts = told.map(|j| (basis.parameters[j], shift[j] / error(j))).collect();
         Influence { shot, leverage, cook: moved.norm_squared() / basis.fitted as f64, shifts }
     };
-    let mut all: Vec<Influence> =
-        deletions(context, basis).into_iter().zip(context.fitted).map(of_shot).collect();
+    let of_shots =
+        deletions(context, basis).into_par_iter().zip(context.fitted).with_min_len(SHARE).map(of_shot);
     // shots that matter alike keep their order, whatever the last digits say
-    all.sort_by(|a, b| rounded(b.cook).total_cmp(&rounded(a.cook)));
+    let mut all: Vec<(f64, Influence)> = of_shots.map(|own| (rounded(own.cook), own)).collect();
+    all.sort_by(|(a, _), (b, _)| b.total_cmp(a));
+    let mut all: Vec<Influence> = all.into_iter().map(|(_, own)| own).collect();
     let influential = all.iter().filter(|i| influential_from.is_some_and(|from| i.cook > from)).count();
     all.truncate(influential.clamp(LISTED[0], LISTED[1]));
     all

@@ -1,13 +1,15 @@
 //! Do residuals change with something that the model should have taken care of?
 
 use nalgebra::{DMatrix, DVector};
+use rayon::prelude::*;
 use statrs::distribution::{ContinuousCDF, Normal, StudentsT};
 
 use super::basis::{Basis, Context, OWN};
 use crate::fit::minimum::Minimum;
-use crate::likelihood::fitted::Fitted;
+use crate::likelihood::fitted::{Fitted, SHARE};
 use crate::likelihood::whitening::covariance;
 use crate::measurement::dataset::{Before, Shot};
+use crate::measurement::number::plain;
 use crate::measurement::observable::{Axis, Observable};
 
 /// A trend this improbable, with all the trends that were looked for taken into account, is named.
@@ -194,12 +196,13 @@ fn view(context: &Context, number: usize) -> Option<View> {
 
 /// Added-variable tests: is there a slope in the residuals that the parameters cannot take up?
 pub(in crate::fit) fn trends(context: &Context, basis: &Basis) -> Vec<Trend> {
-    let views: Option<Vec<View>> = (0..context.fitted.len()).map(|i| view(context, i)).collect();
+    let all = (0..context.fitted.len()).into_par_iter().with_min_len(SHARE);
+    let views: Option<Vec<View>> = all.map(|i| view(context, i)).collect();
     let Some(views) = views else { return Vec::new() };
     let mut trends = Vec::new();
     for (quantity, only) in quantities(context) {
         // one standard deviation of the quantity in each shot, whitened
-        let unit: Vec<Option<DVector<f64>>> = (views.iter().zip(context.fitted))
+        let unit: Vec<Option<DVector<f64>>> = (views.par_iter().zip(context.fitted).with_min_len(SHARE))
             .map(|(view, Fitted { index, plan, .. })| {
                 let moves = plan.rows().iter().map(|row| {
                     let asked = only.is_none_or(|only| only == row.observable);
@@ -313,12 +316,12 @@ fn words(trend: &Trend, count: usize) -> String {
     let verb = if trend.slope < 0.0 { "fall" } else { "rise" };
     let meaning = trend.meaning();
     format!(
-        "{} residuals {verb} with {} ({:+.2} sd per {}; by chance with probability {:.1e}, {count} trends looked \
+        "{} residuals {verb} with {} ({:+.2} sd per {}; by chance with probability {}, {count} trends looked \
          for): {meaning}",
         trend.quantity,
         trend.variable.name(),
         trend.slope,
         trend.variable.unit(),
-        trend.p_corrected
+        plain(trend.p_corrected, 2)
     )
 }

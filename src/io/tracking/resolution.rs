@@ -27,7 +27,7 @@ pub(super) fn step(tracks: &[&RawTrack]) -> Option<f64> {
     if gaps.len() < LEAST_GAPS {
         return None;
     }
-    gaps.sort_by(f64::total_cmp);
+    gaps.sort_unstable_by(f64::total_cmp);
     let smallest = *gaps.first()?;
     let found = (1..=MOST_SKIPPED).find_map(|parts| fitted(&gaps, smallest / parts as f64))?;
     (found > 0.0 && found.is_finite()).then_some(found)

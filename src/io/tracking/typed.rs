@@ -3,7 +3,9 @@
 //! the reader of cells, stretch by stretch, which gives the same rows and says what is wrong.
 
 use std::io::Cursor;
+use std::panic::resume_unwind;
 use std::sync::Arc;
+use std::thread;
 
 use polars::prelude::{
     CsvParseOptions, CsvReadOptions, DataFrame, DataType, Field, Float64Chunked, Schema, SerReader,
@@ -27,12 +29,12 @@ pub(super) fn read(sheet: &Sheet, columns: &Columns, gather: &mut Gather) {
 fn read_by(stretch: usize, sheet: &Sheet, columns: &Columns, gather: &mut Gather) {
     let Sheet { input, heading, .. } = sheet;
     let start = input.problems.len();
-    let by_clock = |rest: &&str| {
-        let first = rest.lines().find(|line| !line.trim().is_empty());
+    let by_clock = |rows: &&str| {
+        let first = rows.lines().find(|line| !line.trim().is_empty());
         let cells = first.and_then(|line| trimmed(line, heading.separator)).unwrap_or_default();
         cells.get(columns.time).is_some_and(|cell| is_clock(cell))
     };
-    let Some(mut rest) = below(sheet.text, heading.above).filter(|rest| !by_clock(rest)) else {
+    let Some(rows) = below(sheet.text, heading.above).filter(|rows| !by_clock(rows)) else {
         // a file with CR for ends of lines, or with times that only the whole of it explains
         long::read(sheet, columns, gather);
         return;
@@ -40,18 +42,24 @@ fn read_by(stretch: usize, sheet: &Sheet, columns: &Columns, gather: &mut Gather
     let mut above = heading.above;
     // of the stretches so far, with the line where the first of them begins
     let mut seen: Option<(char, usize)> = None;
-    while !rest.is_empty() && input.problems.len() < start + ENOUGH {
-        let bytes = rest.as_bytes();
-        let from = stretch.min(bytes.len());
-        let end = bytes[from..].iter().position(|byte| *byte == b'\n').map_or(bytes.len(), |i| from + i + 1);
-        let (part, after) = rest.split_at(end);
-        let mark = if plain(part, above, sheet, columns, gather).is_some() {
-            part.contains('.').then_some('.')
-        } else {
-            let mut heading = heading.clone();
-            heading.above = 0;
-            long::read(&Sheet { input, text: part, heading, offset: above }, columns, gather)
-        };
+    let read = |part: &str| Plain::of(part, heading.separator, heading.names.len(), columns);
+    let (mut part, mut rest) = first_lines(rows, stretch);
+    let mut plain = read(part);
+    while !part.is_empty() && input.problems.len() < start + ENOUGH {
+        let (next, after) = first_lines(rest, stretch);
+        // the numbers of the next stretch are read while the rows of this one are sorted into shots
+        let (mark, ahead) = thread::scope(|scope| {
+            let ahead = (!next.is_empty()).then(|| scope.spawn(|| read(next)));
+            let mark = if let Some(plain) = &plain {
+                plain.hand_on(above, gather);
+                part.contains('.').then_some('.')
+            } else {
+                let mut heading = heading.clone();
+                heading.above = 0;
+                long::read(&Sheet { input, text: part, heading, offset: above }, columns, gather)
+            };
+            (mark, ahead.and_then(|ahead| ahead.join().unwrap_or_else(|panic| resume_unwind(panic))))
+        });
         if let Some(mark) = mark {
             let (other, line) = *seen.get_or_insert((mark, above + 1));
             if other != mark {
@@ -64,8 +72,15 @@ fn read_by(stretch: usize, sheet: &Sheet, columns: &Columns, gather: &mut Gather
             }
         }
         above += part.bytes().filter(|byte| *byte == b'\n').count();
-        rest = after;
+        (part, rest, plain) = (next, after, ahead);
     }
+}
+
+/// The first whole lines of a text, at least so many bytes, and the rest.
+fn first_lines(text: &str, least: usize) -> (&str, &str) {
+    let bytes = text.as_bytes();
+    let from = least.min(bytes.len());
+    text.split_at(bytes[from..].iter().position(|byte| *byte == b'\n').map_or(bytes.len(), |i| from + i + 1))
 }
 
 /// The text below so many lines.
@@ -77,57 +92,72 @@ fn below(text: &str, lines: usize) -> Option<&str> {
     Some(rest)
 }
 
-/// Reads a stretch of whole lines. `None`, and nothing read, if anything about it is unusual.
-fn plain(text: &str, above: usize, sheet: &Sheet, columns: &Columns, gather: &mut Gather) -> Option<()> {
-    let Separator::Char(separator) = sheet.heading.separator else { return None };
-    let separator = u8::try_from(separator).ok()?;
-    let bytes = text.as_bytes();
-    let count = |wanted: u8| bytes.iter().filter(|byte| **byte == wanted).count();
-    let rows = count(b'\n') + usize::from(bytes.last().is_some_and(|byte| *byte != b'\n'));
-    let width = sheet.heading.names.len();
-    if count(separator) != rows * (width - 1) || bytes.iter().any(|byte| *byte == b'"' || *byte == b'#') {
-        return None;
+/// The numbers and names of a stretch of whole lines.
+struct Plain {
+    rows: usize,
+    time: Float64Chunked,
+    x: Float64Chunked,
+    y: Float64Chunked,
+    sds: Option<[Float64Chunked; 2]>,
+    ball: StringChunked,
+    shot: Option<StringChunked>,
+    point: Option<StringChunked>,
+}
+
+impl Plain {
+    /// `None` if anything about the lines is unusual.
+    fn of(text: &str, separator: Separator, width: usize, columns: &Columns) -> Option<Self> {
+        let Separator::Char(separator) = separator else { return None };
+        let separator = u8::try_from(separator).ok()?;
+        let bytes = text.as_bytes();
+        let count = |wanted: u8| bytes.iter().filter(|byte| **byte == wanted).count();
+        let rows = count(b'\n') + usize::from(bytes.last().is_some_and(|byte| *byte != b'\n'));
+        if count(separator) != rows * (width - 1) || bytes.iter().any(|byte| *byte == b'"' || *byte == b'#') {
+            return None;
+        }
+        let frame = parse(text, separator, width, columns)?;
+        if frame.height() != rows {
+            return None;
+        }
+        let numbers = |i: usize| Some(frame.column(&name(i)).ok()?.f64().ok()?.rechunk().into_owned());
+        let words = |i: usize| Some(frame.column(&name(i)).ok()?.str().ok()?.rechunk().into_owned());
+        let optional = |i: Option<usize>| i.map(words).map_or(Some(None), |column| column.map(Some));
+        let (time, x, y) = (numbers(columns.time)?, numbers(columns.x)?, numbers(columns.y)?);
+        let (ball, shot, point) = (words(columns.ball)?, optional(columns.shot)?, optional(columns.point)?);
+        let sds = match columns.sd {
+            Some([x, y]) => Some([numbers(x)?, numbers(y)?]),
+            None => None,
+        };
+        let missing = |column: &StringChunked| {
+            column.null_count() > 0
+                || column.iter().any(|cell| cell.is_none_or(|cell| cell.trim().is_empty()))
+        };
+        let is_finite = |x: Option<f64>| x.is_none_or(f64::is_finite);
+        let half =
+            x.iter().zip(y.iter()).any(|(x, y)| x.is_some() != y.is_some() || !is_finite(x) || !is_finite(y));
+        let wrong_sd = |sd: &Float64Chunked| sd.iter().flatten().any(|sd| !(sd > 0.0 && sd.is_finite()));
+        let is_unusual = half
+            || may_have_thousands(&[&time])
+            || may_have_thousands(&[&x, &y])
+            || time.iter().any(|t| t.is_none_or(|t| !t.is_finite()))
+            || missing(&ball)
+            || shot.as_ref().is_some_and(missing)
+            || sds.as_ref().is_some_and(|sds| sds.iter().any(wrong_sd));
+        (!is_unusual).then_some(Self { rows, time, x, y, sds, ball, shot, point })
     }
-    let frame = parse(text, separator, width, columns)?;
-    if frame.height() != rows {
-        return None;
+
+    /// Row by row; the first is below so many lines.
+    fn hand_on(&self, above: usize, gather: &mut Gather) {
+        for row in 0..self.rows {
+            let number = |column: &Float64Chunked| column.get(row).unwrap_or(f64::NAN);
+            let line = above + row + 1;
+            let shot = self.shot.as_ref().and_then(|shot| shot.get(row)).map(str::trim);
+            let point = self.point.as_ref().and_then(|point| point.get(row)).map_or("", str::trim);
+            let sd = self.sds.as_ref().map(|sds| sds.each_ref().map(number));
+            let row_of = Row { time: number(&self.time), x: number(&self.x), y: number(&self.y), line };
+            gather.push(shot, self.ball.get(row).unwrap_or_default().trim(), point, row_of, sd);
+        }
     }
-    let numbers = |i: usize| Some(frame.column(&name(i)).ok()?.f64().ok()?.rechunk().into_owned());
-    let words = |i: usize| Some(frame.column(&name(i)).ok()?.str().ok()?.rechunk().into_owned());
-    let optional = |i: Option<usize>| i.map(words).map_or(Some(None), |column| column.map(Some));
-    let (time, x, y) = (numbers(columns.time)?, numbers(columns.x)?, numbers(columns.y)?);
-    let (ball, shot, point) = (words(columns.ball)?, optional(columns.shot)?, optional(columns.point)?);
-    let sds = match columns.sd {
-        Some([x, y]) => Some((numbers(x)?, numbers(y)?)),
-        None => None,
-    };
-    let missing = |column: &StringChunked| {
-        column.null_count() > 0 || column.iter().any(|cell| cell.is_none_or(|cell| cell.trim().is_empty()))
-    };
-    let is_finite = |x: Option<f64>| x.is_none_or(f64::is_finite);
-    let half =
-        x.iter().zip(y.iter()).any(|(x, y)| x.is_some() != y.is_some() || !is_finite(x) || !is_finite(y));
-    let wrong_sd = |sd: &Float64Chunked| sd.iter().flatten().any(|sd| !(sd > 0.0 && sd.is_finite()));
-    if half
-        || may_have_thousands(&[&time])
-        || may_have_thousands(&[&x, &y])
-        || time.iter().any(|t| t.is_none_or(|t| !t.is_finite()))
-        || missing(&ball)
-        || shot.as_ref().is_some_and(missing)
-        || sds.as_ref().is_some_and(|(x, y)| wrong_sd(x) || wrong_sd(y))
-    {
-        return None;
-    }
-    for row in 0..rows {
-        let number = |column: &Float64Chunked| column.get(row).unwrap_or(f64::NAN);
-        let line = above + row + 1;
-        let shot = shot.as_ref().and_then(|shot| shot.get(row)).map(str::trim);
-        let point = point.as_ref().and_then(|point| point.get(row)).map_or("", str::trim);
-        let sd = sds.as_ref().map(|(x, y)| [number(x), number(y)]);
-        let row_of = Row { time: number(&time), x: number(&x), y: number(&y), line };
-        gather.push(shot, ball.get(row).unwrap_or_default().trim(), point, row_of, sd);
-    }
-    Some(())
 }
 
 /// Whether all fractions may be thousands, 1.874 beside 998: the reader of cells then looks at how they are written.
