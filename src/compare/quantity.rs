@@ -1,9 +1,7 @@
 //! What is compared.
 
-use std::str::FromStr;
-
 use crate::measurement::parameter::Parameter;
-use crate::physics::name::{UnknownName, named};
+use crate::physics::name::by_name;
 
 /// A quantity that is compared: a parameter of the fit, or the cloth's sliding friction.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -56,11 +54,5 @@ impl Quantity {
     }
 }
 
-/// By its name or its symbol.
-impl FromStr for Quantity {
-    type Err = UnknownName;
-
-    fn from_str(name: &str) -> Result<Self, UnknownName> {
-        named("quantity", &Self::ALL, |quantity| [quantity.name(), quantity.symbol()], name)
-    }
-}
+// By its name or its symbol.
+by_name!(Quantity, "quantity", ALL, name, symbol);

@@ -234,7 +234,6 @@ fn film(
 }
 
 /// What is known beforehand of μ_k and μ_r, and of the ratios in parts of their own errors, as information.
-#[must_use]
 pub(crate) fn prior() -> Information {
     let mut prior = Information::identity();
     prior.fixed_view_mut::<COMMON, COMMON>(0, 0).fill(0.0);
@@ -245,7 +244,6 @@ pub(crate) fn prior() -> Information {
 }
 
 /// A with AᵀA the information.
-#[must_use]
 pub(crate) fn root(information: &Information) -> DMatrix<f64> {
     let (scale, eigen) = scaled(information);
     DMatrix::from_fn(SHARED, SHARED, |i, j| {
@@ -267,7 +265,6 @@ fn scaled(information: &Information) -> ([f64; SHARED], SymmetricEigen<f64, nalg
 
 /// Covariance of what [`Information`] is of after shots with this much of it, with what is known beforehand; NaN for what is not
 /// determined.
-#[must_use]
 pub(crate) fn covariance(information: &Information) -> Information {
     let (scale, eigen) = scaled(&(information + prior()));
     let mut covariance = Information::zeros();
@@ -296,7 +293,6 @@ pub fn std_errors(information: &Information) -> [Option<f64>; 3] {
 }
 
 /// The standard errors of both ratios that this information gives, stated to these standard deviations; `None` of one that is exact.
-#[must_use]
 pub(crate) fn ratio_errors(information: &Information, stated: [f64; 2]) -> [Option<f64>; 2] {
     let covariance = covariance(information);
     std::array::from_fn(|i| {

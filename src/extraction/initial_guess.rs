@@ -240,7 +240,11 @@ fn drifts(cue: &[Sample], object: &[Sample], ball: &Ball, noise: f64) -> Option<
         let other = cue.iter().find(|c| (c.t - s.t).abs() < 1e-6)?;
         Some((s.x - other.x).hypot(s.y - other.y))
     };
-    let free = |s: &&Sample| apart(s).is_none_or(|apart| apart > 2.0 * ball.radius + MOVED * noise);
+    // whatever the scale, they are nearest to each other when they touch
+    let distances = object.iter().filter_map(|s| Some((s.t, apart(s)?)));
+    let (touch, _) = distances.min_by(|a, b| a.1.total_cmp(&b.1))?;
+    let free =
+        |s: &&Sample| s.t < touch && apart(s).is_none_or(|apart| apart > 2.0 * ball.radius + MOVED * noise);
     let before: Vec<Sample> = object.iter().take_while(free).copied().collect();
     if before.len() < LEAST_FRAMES {
         return None;

@@ -15,6 +15,7 @@ use rayon::prelude::*;
 
 use super::initial_guess;
 use crate::measurement::track::{Sample, TrackShot};
+use crate::numerics::median;
 use crate::trajectory::scene::Scene;
 
 /// Columns of X: 1, t, t², t³.
@@ -57,10 +58,9 @@ pub struct NoiseCorrelation {
 pub fn noise_correlation(shots: &[TrackShot], scene: &Scene) -> Option<NoiseCorrelation> {
     let some = shots.par_iter().step_by(shots.len().div_ceil(MOST_SHOTS).max(1));
     let mut paths: Vec<DVector<f64>> = some.filter_map(|shot| paths(shot, scene)).flatten_iter().collect();
-    let noise = |y: &DVector<f64>| whitened(y, 0.0).map_or(f64::INFINITY, |w| w.square / w.numbers);
-    let mut noises: Vec<f64> = paths.iter().map(noise).collect();
-    noises.sort_by(f64::total_cmp);
-    let usual = noises.get(noises.len() / 2).copied()?;
+    let noise =
+        |y: &DVector<f64>| whitened(y, 0.0).map_or(f64::INFINITY, |w| w.square / (y.len() - POWERS) as f64);
+    let usual = median(paths.iter().map(noise).collect());
     paths.retain(|path| noise(path) < WRONG * WRONG * usual);
     let numbers: usize = paths.iter().map(|path| path.len() - POWERS).sum();
     if numbers < LEAST_NUMBERS || !(usual > 0.0) {
@@ -113,8 +113,6 @@ struct Whitened {
     square: f64,
     /// ln|R| + ln|XᵀR⁻¹X|
     ln_determinants: f64,
-    /// Frames less columns of X.
-    numbers: f64,
 }
 
 fn whitened(y: &DVector<f64>, rho: f64) -> Option<Whitened> {
@@ -134,12 +132,7 @@ fn whitened(y: &DVector<f64>, rho: f64) -> Option<Whitened> {
     let ln_x: f64 = (0..POWERS).map(|k| 2.0 * r[(k, k)].abs().ln()).sum();
     // |R| = (1 − ρ²)^(n−1)
     let ln_determinants = 2.0 * (n - 1) as f64 * rest.ln() + ln_x;
-    let numbers = (n - POWERS) as f64;
-    (square.is_finite() && ln_determinants.is_finite()).then_some(Whitened {
-        square,
-        ln_determinants,
-        numbers,
-    })
+    (square.is_finite() && ln_determinants.is_finite()).then_some(Whitened { square, ln_determinants })
 }
 
 #[cfg(test)]

@@ -67,7 +67,6 @@ impl Camera {
     }
 
     /// Whether the camera shows the table as it is.
-    #[must_use]
     pub(crate) fn is_neutral(&self) -> bool {
         self.values == Self::neutral(self.middle).values
     }
@@ -119,7 +118,6 @@ impl Camera {
     }
 
     /// By how much later a rolling shutter reads a point, in seconds by the unit of each of the two corrections for it.
-    #[must_use]
     pub(crate) fn delays(&self, film: [f64; 2], table: [f64; 2]) -> [f64; 2] {
         let (scale, aspect) = (self.get(Correction::Scale), self.get(Correction::Aspect));
         if self.arrangement.rows_of_table {
@@ -129,7 +127,6 @@ impl Camera {
     }
 
     /// How the point of the table that a point of the film shows follows the corrections but for the shutters', m by the unit of each.
-    #[must_use]
     pub(crate) fn derivatives(&self, film: [f64; 2]) -> [[f64; 2]; Correction::COUNT] {
         /// Of each, in usual errors: the map is smooth over far more.
         const STEP: f64 = 1e-4;
@@ -145,7 +142,6 @@ impl Camera {
     }
 
     /// Lengths on the table over lengths in the film near a point of it, along x and along y.
-    #[must_use]
     pub(crate) fn magnification(&self, film: [f64; 2]) -> [f64; 2] {
         /// A millimetre: the map is nearly straight over it.
         const STEP: f64 = 1e-3;

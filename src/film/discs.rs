@@ -18,7 +18,6 @@ const SAME: f64 = 1e-9;
 
 /// Whether the centre of a disc was computed from the points on it, as films are loaded where three or more points are on a circle
 /// about it.
-#[must_use]
 pub(crate) fn is_of_points(film: &TrackShot, disc: TrackedBall) -> bool {
     let centre = centre(film, disc);
     let Ok(circle) = circle_centres(&points(film, disc)) else { return false };
@@ -42,7 +41,6 @@ pub(crate) fn points(film: &TrackShot, disc: TrackedBall) -> Vec<&[Sample]> {
 
 impl Camera {
     /// A shot of discs on the table, from its film; `of_points`: of each disc, whether its centre is that of a circle through its points.
-    #[must_use]
     pub(crate) fn discs(&self, film: &TrackShot, of_points: [bool; 2]) -> TrackShot {
         if self.is_neutral() {
             return film.clone();

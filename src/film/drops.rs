@@ -4,6 +4,7 @@
 //! which the ball catches up, is none; nor is a step at the impact, where nothing says how far a ball should go.
 
 use crate::measurement::track::{Sample, TrackShot};
+use crate::numerics::median;
 
 /// Steps on either side that say how far a ball goes in a frame.
 const SIDE: usize = 6;
@@ -120,11 +121,7 @@ impl<'a> Steps<'a> {
 
 /// The medians of x and of y.
 fn middle(steps: &[[f64; 2]]) -> [f64; 2] {
-    [0, 1].map(|axis| {
-        let mut values: Vec<f64> = steps.iter().map(|step| step[axis]).collect();
-        values.sort_by(f64::total_cmp);
-        values[values.len() / 2]
-    })
+    [0, 1].map(|axis| median(steps.iter().map(|step| step[axis]).collect()))
 }
 
 #[cfg(test)]

@@ -41,7 +41,6 @@ impl Prepared {
     }
 
     /// The same, with the camera counted from where that of another film by the same camera is.
-    #[must_use]
     pub(crate) fn filmed_like(
         dataset: Dataset,
         same: Option<&FoundCamera>,
@@ -77,7 +76,6 @@ impl Prepared {
     }
 
     /// Whether spins are known from its paths alone, so that fits of its velocities may be biased.
-    #[must_use]
     pub(crate) fn finds_spins_from_paths(&self) -> bool {
         finds_spins_from_paths(&self.extracted, &self.scene)
     }

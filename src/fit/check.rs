@@ -114,7 +114,6 @@ pub fn check(dataset: &Dataset) -> Vec<Finding> {
 
 /// What lets doubt some shots of a data set, or the μ_k and μ_r of the cloth that their paths show; findings about the whole come
 /// first. Fits have the same among their warnings.
-#[must_use]
 pub(crate) fn suspicious(
     dataset: &Dataset,
     shots: &[&Shot],

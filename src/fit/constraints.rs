@@ -84,9 +84,6 @@ impl Search<'_> {
     }
 
     /// The constraints among the free unknowns; what several samples say of the same ones counts once.
-    ///
-    /// # Errors
-    /// As [`Self::constraints`].
     pub(crate) fn ties(&self, free: &[Unknown]) -> Result<Vec<Tie>, FitError> {
         let (_, columns) = shared_columns(&self.samples, free.len());
         let mut ties: Vec<Tie> = Vec::new();

@@ -41,7 +41,6 @@ impl Counted {
     }
 
     /// The kind of some observables.
-    #[must_use]
     pub(crate) fn of(observables: impl Iterator<Item = Observable>) -> Self {
         let mut kind = Self::Angles;
         for observable in observables {

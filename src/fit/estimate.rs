@@ -1,12 +1,11 @@
 //! The estimate of one parameter.
 
-use std::str::FromStr;
-
 use nalgebra::DMatrix;
 
 use super::Fit;
 use crate::measurement::parameter::{Parameter, Setting};
-use crate::physics::name::{UnknownName, named};
+use crate::numerics::least_squares::Activity;
+use crate::physics::name::by_name;
 
 impl Fit {
     /// The estimate of a parameter; `None` for one that the fit does not have, such as b where the friction is constant.
@@ -101,6 +100,20 @@ impl Estimate {
         }
     }
 
+    /// A value without an error.
+    pub(super) fn bare(parameter: Parameter, value: f64, status: Status) -> Self {
+        let intervals = Intervals::default();
+        Self {
+            parameter,
+            value,
+            std_error: None,
+            interval_95: None,
+            intervals,
+            std_error_at_bound: None,
+            status,
+        }
+    }
+
     /// The estimate, or none of a parameter that ends at a bound and may as well be anywhere: the data say nothing about it.
     pub(super) fn unless_uninformed(self, setting: &Setting) -> Self {
         let ends = matches!(self.status, Status::AtLowerBound | Status::AtUpperBound);
@@ -108,15 +121,7 @@ impl Estimate {
         if !(ends && self.interval_95.is_some_and(all)) {
             return self;
         }
-        Self {
-            value: setting.initial,
-            std_error: None,
-            interval_95: None,
-            intervals: Intervals::default(),
-            std_error_at_bound: None,
-            status: Status::NotIdentified,
-            ..self
-        }
+        Self::bare(self.parameter, setting.initial, Status::NotIdentified)
     }
 
     /// The 95 % interval of the profile where a standard error would mislead: where it is less than half, or more than twice, as wide as
@@ -171,13 +176,17 @@ impl Status {
     }
 }
 
-impl FromStr for Status {
-    type Err = UnknownName;
-
-    fn from_str(name: &str) -> Result<Self, UnknownName> {
-        named("status", &Self::ALL, |status| [status.name()], name)
+impl From<Activity> for Status {
+    fn from(activity: Activity) -> Self {
+        match activity {
+            Activity::Free => Self::Free,
+            Activity::AtLower => Self::AtLowerBound,
+            Activity::AtUpper => Self::AtUpperBound,
+        }
     }
 }
+
+by_name!(Status, "status", ALL, name);
 
 #[cfg(test)]
 mod tests {
@@ -187,13 +196,8 @@ mod tests {
     fn what_ends_at_a_bound_and_may_be_anywhere_is_not_identified() {
         let setting = Parameter::MuS.default_setting();
         let at_bound = |interval| Estimate {
-            parameter: Parameter::MuS,
-            value: 0.0,
-            std_error: None,
             interval_95: Some(interval),
-            intervals: Intervals { hessian: Some(interval), profile: Some(interval) },
-            std_error_at_bound: None,
-            status: Status::AtLowerBound,
+            ..Estimate::bare(Parameter::MuS, 0.0, Status::AtLowerBound)
         };
         let anywhere = at_bound([0.0, 1.0]).unless_uninformed(&setting);
         assert_eq!((anywhere.status, anywhere.value), (Status::NotIdentified, setting.initial));

@@ -10,11 +10,10 @@ use super::scatter::Scatter;
 use super::settled::Settled;
 use super::slice::Slice;
 use super::uncertainty::{self, Quantiles, Uncertainty};
-use super::{Depth, Estimate, Intervals, Plateau, SharedKind, Status};
+use super::{Depth, Estimate, Plateau, SharedKind, Status};
 use crate::likelihood::frames::shared_unknowns::SharedUnknown;
 use crate::likelihood::sample::Sample;
 use crate::measurement::parameter::Parameter;
-use crate::numerics::least_squares::Activity;
 
 /// What a fit of one sample says of its parameters.
 pub(super) struct Estimates {
@@ -110,11 +109,7 @@ fn of_cloth(
     minimum: &Minimum,
 ) -> Vec<Option<[f64; 2]>> {
     let of = |(place, _): (usize, &SharedUnknown)| {
-        let status = match minimum.active.get(first + place)? {
-            Activity::Free => Status::Free,
-            Activity::AtLower => Status::AtLowerBound,
-            Activity::AtUpper => Status::AtUpperBound,
-        };
+        let status = Status::from(*minimum.active.get(first + place)?);
         profiles.interval(first + place, status, None)
     };
     let cloth = sample.unknowns.iter().enumerate();
@@ -132,15 +127,7 @@ fn of_parameter(
     if let Some(column) = free.iter().position(|p| *p == parameter) {
         return uncertainty.estimates[column];
     }
-    let held = Estimate {
-        parameter,
-        value: minimum.first()[parameter],
-        std_error: None,
-        interval_95: None,
-        intervals: Intervals::default(),
-        std_error_at_bound: None,
-        status: Status::NotIdentified,
-    };
+    let held = Estimate::bare(parameter, minimum.first()[parameter], Status::NotIdentified);
     let mut plateaus = plateaus.iter().map(|(_, plateau)| plateau);
     match plateaus.find(|plateau: &&Plateau| plateau.parameter == parameter) {
         Some(plateau) => Estimate {

@@ -11,12 +11,6 @@ use crate::measurement::parameter::{Compliance, Parameter};
 use crate::measurement::values::Values;
 use crate::physics::collision::Model;
 
-/// Of a shot's smallest standard error, what may be left out: squared it adds a hundredth.
-const PART: f64 = 0.1;
-
-/// Of the speed, where the data state no errors.
-const OTHERWISE: f64 = 1e-4;
-
 /// Rounds of correcting and fitting: with its slope, a correction is off by the square of what the first changes.
 const ROUNDS: usize = 2;
 
@@ -59,7 +53,7 @@ pub(super) fn left_out(what: &str, higher: f64, who: &str, found: &[String]) -> 
 /// So many shots, spread evenly, tell what is to be computed how.
 const SAMPLE: usize = 2000;
 
-/// Each shot takes the cheapest fidelity that keeps within [`PART`] of its standard errors, first at usual
+/// Each shot takes the cheapest fidelity that keeps within a part of its standard errors, first at usual
 /// values, then where a fit with these ends. One that calls for more than `full` is computed as `full` with a correction,
 /// which is taken anew after each fit, or where the contact gives way so much that no correction serves, integrated.
 ///
@@ -161,7 +155,7 @@ fn take_cheapest(shots: &mut [Vec<Fitted>], search: &Search, at: &[Values], weig
         let model = sample.model;
         shots.par_iter_mut().for_each(|shot| {
             // what cannot be predicted there is told of where the fit ends
-            _ = shot.plan.choose(&at.model(model), &at.coefficients, PART, OTHERWISE);
+            _ = shot.plan.choose(&at.model(model), &at.coefficients);
             // weight and contact time have no part in a shot without a speed, or in one of discs
             if !(weight && shot.plan.knows_speed() && !shot.plan.is_of_discs()) {
                 shot.plan.leave_out_weight(model);

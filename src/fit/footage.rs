@@ -170,7 +170,6 @@ pub fn near(scene: &Scene) -> Option<Values> {
 /// Whether the spin of some shot was found from its paths alone, since nothing else shows it and the shots did not determine enough
 /// of the collision: its errors are then too large to be carried over as small ones are, and a joint fit of the frames is
 /// the better one.
-#[must_use]
 pub(crate) fn finds_spins_from_paths(extracted: &[(TrackShot, Impact)], scene: &Scene) -> bool {
     matches!(scene.lift, LiftPrior::Published(..))
         && extracted.iter().any(|(_, impact)| impact.spin == Spin::Unknown)

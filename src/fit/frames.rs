@@ -87,15 +87,12 @@ impl FittedFrames {
     fn of_shot(&self, (name, shot, own): &(String, Fitted, Own)) -> Option<OfShot> {
         let film = shot.film.as_ref()?;
         let rows = film.rows(&shot.plan.collision(&self.model), &self.shared, own)?;
-        let (speed, instant) = (frames::rows::speed(own), frames::rows::instant(own));
-        Some(OfShot { shot: name.clone(), cut: shot.plan.cut(), speed, instant, rows })
+        let cut = shot.plan.cut();
+        Some(OfShot { shot: name.clone(), cut, speed: own[4].hypot(own[5]), instant: own[0], rows })
     }
 
     /// Writes a text of each shot, in the same order. Texts are made side by side, some at a time: there may be more frames than should be
     /// held in memory.
-    ///
-    /// # Errors
-    /// Those of `to`.
     pub(crate) fn write(
         &self,
         to: &mut dyn io::Write,
@@ -202,7 +199,7 @@ pub(super) fn bound(
     let have = |shot: &&Fitted| films.get(shot.index).is_some_and(Option::is_some);
     let some: Vec<Fitted> = search.shots().filter(have).cloned().collect();
     let shots = filmed(&some, films).filter(|shots| !shots.is_empty() && !free.is_empty())?;
-    let whitening = [Whitening::none()];
+    let whitening = [Whitening::default()];
     let filmed = search.from(&minimum.values).with(|_, sample| {
         sample.fitted = &shots;
         sample.unknowns = shared_unknowns::of_fit(std::iter::empty());

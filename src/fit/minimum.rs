@@ -50,7 +50,7 @@ pub(crate) struct Minimum {
 impl Minimum {
     /// χ²; where side spins are integrated over ([`super::side_spin`]), the minimum is that of shifted residuals.
     pub(super) fn chi2(&self) -> f64 {
-        let shifts = self.whitening.iter().flat_map(Whitening::shift).copied();
+        let shifts = self.whitening.iter().flat_map(|whitening| &whitening.shift).copied();
         let shifts = shifts.chain(std::iter::repeat(0.0));
         self.residuals.iter().zip(shifts).map(|(r, shift)| (r - shift).powi(2)).sum()
     }

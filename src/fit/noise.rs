@@ -90,7 +90,7 @@ impl Search<'_> {
 
     /// Calls `f` for every observation that is not of a frame; without weights at the inputs as they were measured.
     pub(super) fn each_residual(&self, at: &[Values], whitening: &[Whitening], mut f: impl FnMut(Residual)) {
-        let plain = Whitening::none();
+        let plain = Whitening::default();
         let mut first = 0;
         for (i, (sample, at)) in self.samples.iter().zip(at).enumerate() {
             let (mut next, whitening) = (first, whitening.get(i).unwrap_or(&plain));

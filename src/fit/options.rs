@@ -1,6 +1,5 @@
 //! Choices of a fit that are not part of the data set.
 
-use std::str::FromStr;
 use std::sync::Arc;
 
 use super::SharedKind;
@@ -11,7 +10,7 @@ use crate::measurement::loss::Loss;
 use crate::measurement::parameter::{Parameter, Setting, Settings};
 use crate::measurement::values::Values;
 use crate::physics::collision::{Effects, FidelityChoice, MAX_TOLERANCE, MIN_TOLERANCE, Model};
-use crate::physics::name::{UnknownName, named};
+use crate::physics::name::by_name;
 
 /// Choices of a fit that are not part of the data set. The default is what `caromfit fit` does.
 ///
@@ -115,13 +114,7 @@ impl Method {
     }
 }
 
-impl FromStr for Method {
-    type Err = UnknownName;
-
-    fn from_str(name: &str) -> Result<Self, UnknownName> {
-        named("method", &Self::ALL, |method| [method.name()], name)
-    }
-}
+by_name!(Method, "method", ALL, name);
 
 /// What a joint fit of frames estimates besides the parameters, μ_k and μ_r.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]

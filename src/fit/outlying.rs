@@ -5,6 +5,7 @@ use statrs::distribution::{ChiSquared, ContinuousCDF};
 use super::Rejected;
 use crate::likelihood::fitted::Fitted;
 use crate::measurement::number::plain;
+use crate::numerics::median;
 
 /// χ²/dof over the usual one, with the noise that is usual of the other shots: a shot whose noise is estimated from its own
 /// residuals hides a misfit in it. Below this the noise of a shot may well be twice that of the others.
@@ -67,7 +68,7 @@ pub(crate) fn outlying(fitted: &[Fitted], residuals: &[f64]) -> Vec<Odd> {
         return Vec::new();
     }
     let noises = fitted.iter().filter_map(|shot| Some(shot.film.as_ref()?.position_sd));
-    let noise = middle(noises).unwrap_or(0.0);
+    let noise = median(noises.collect());
     let mut rest = residuals;
     let mut all: Vec<Misfit> = Vec::with_capacity(fitted.len());
     for (place, shot) in fitted.iter().enumerate() {
@@ -75,8 +76,8 @@ pub(crate) fn outlying(fitted: &[Fitted], residuals: &[f64]) -> Vec<Odd> {
         rest = others;
         all.extend(Misfit::of(place, shot, own, noise));
     }
-    let usual = middle(all.iter().map(|shot| shot.chi2 / shot.dof)).unwrap_or(1.0).max(1.0);
-    let usually_added = middle(all.iter().map(|shot| shot.added / shot.tied)).unwrap_or(1.0).max(1.0);
+    let usual = median(all.iter().map(|shot| shot.chi2 / shot.dof).collect()).max(1.0);
+    let usually_added = median(all.iter().map(|shot| shot.added / shot.tied).collect()).max(1.0);
     let is_no_chance = |chi2: f64, dof: f64| {
         ChiSquared::new(dof).is_ok_and(|distribution| distribution.sf(chi2) < NO_CHANCE)
     };
@@ -97,11 +98,4 @@ pub(crate) fn outlying(fitted: &[Fitted], residuals: &[f64]) -> Vec<Odd> {
     };
     let odd: Vec<Odd> = all.iter().filter_map(odd).collect();
     if odd.len() as f64 > (FEW * fitted.len() as f64).max(1.0) { Vec::new() } else { odd }
-}
-
-/// The upper median.
-fn middle(values: impl Iterator<Item = f64>) -> Option<f64> {
-    let mut sorted: Vec<f64> = values.collect();
-    sorted.sort_by(f64::total_cmp);
-    sorted.get(sorted.len() / 2).copied()
 }

@@ -1,6 +1,6 @@
 //! Shots weighted down by a robust loss: their weights, and errors that do not believe the noise.
 
-use nalgebra::{DMatrix, DVector};
+use nalgebra::DMatrix;
 
 use super::minimum::{Minimum, open_directions};
 use super::samples::Search;
@@ -62,16 +62,6 @@ pub(crate) fn distances<'a>(
     fitted.zip(weights).map(distance).collect()
 }
 
-/// The rows of a shot in a least-squares problem, its weight, and the loss that it is of.
-struct Part {
-    pub first: usize,
-    pub rows: usize,
-    pub weight: f64,
-    pub loss: ShotLoss,
-    /// What its χ² is whatever the collision.
-    pub least: f64,
-}
-
 /// Curvature of the robust cost and scatter of its gradient, for the sandwich H⁻¹ B H⁻¹ (Huber 1967): the
 /// covariance of the estimates whatever the distribution of the noise.
 #[derive(Clone, Debug)]
@@ -92,63 +82,41 @@ impl Sandwich {
         let of_samples = search.samples.iter().zip(&losses);
         let shots =
             of_samples.flat_map(|(sample, losses)| sample.fitted.iter().map(move |s| (s, losses.of(s))));
-        let mut first = 0;
-        let part = |((shot, loss), weight): ((&Fitted, &ShotLoss), &f64)| {
-            let rows = shot.rows();
-            let part = Part { first, rows, weight: *weight, loss: *loss, least: shot.least_chi2() };
-            first += rows;
-            part
-        };
-        let parts: Vec<Part> = shots.zip(&minimum.weights).map(part).collect();
-        // of what frames share besides, priors tell a part
-        let told = if search.is_filmed() { None } else { Some(free) };
-        Self::of(&minimum.jacobian, &minimum.residuals, &parts, (free, told))
-    }
-
-    /// Of rows weighted by shots, `parts` in the order of their rows, and of rows that belong to no shot (priors).
-    /// `told`: how many unknowns they determine; where that is not known, the trace of what they add to the curvature of all.
-    /// `None` without a degree of freedom among the shots.
-    fn of(
-        jacobian: &DMatrix<f64>,
-        residuals: &DVector<f64>,
-        parts: &[Part],
-        (free, told): (usize, Option<usize>),
-    ) -> Option<Self> {
-        if parts.len() <= free {
+        if minimum.weights.len() <= free {
             return None;
         }
+        let jacobian = &minimum.jacobian;
         let columns = jacobian.ncols();
         let mut curvature = DMatrix::zeros(columns, columns);
         let mut bends = DMatrix::zeros(columns, columns);
         let mut scatter = DMatrix::zeros(columns, columns);
-        let mut others = DMatrix::zeros(columns, columns);
         let mut done = 0;
-        for &Part { first, rows, weight, loss, least } in parts {
-            let between = jacobian.rows(done, first - done);
-            others += between.tr_mul(&between);
-            done = first + rows;
-            let own = jacobian.rows(first, rows);
-            let of_shot = residuals.rows(first, rows);
+        for ((shot, loss), weight) in shots.zip(&minimum.weights) {
+            let rows = shot.rows();
+            let own = jacobian.rows(done, rows);
+            let of_shot = minimum.residuals.rows(done, rows);
+            done += rows;
             // of the weighted rows √w J and √w r: g = w Jᵀr, H = w JᵀJ + (w'/s)(Jᵀr)(Jᵀr)ᵀ
             let gradient = own.tr_mul(&of_shot);
             curvature += own.tr_mul(&own);
-            let distance = (of_shot.norm_squared() / weight - least).max(0.0).sqrt();
+            let distance = (of_shot.norm_squared() / weight - shot.least_chi2()).max(0.0).sqrt();
             if distance > 0.0 {
                 let bend = loss.slope(distance) / (distance * weight * weight);
                 bends += &gradient * gradient.transpose() * bend;
             }
             scatter += &gradient * gradient.transpose();
         }
+        // what belongs to no shot: priors
         let rest = jacobian.rows(done, jacobian.nrows() - done);
-        others += rest.tr_mul(&rest);
-        let count = parts.len() as f64;
-        let unknowns = match told {
-            Some(told) => told as f64,
-            None => {
-                let told = (&curvature + &others).cholesky().map_or(0.0, |all| all.solve(&curvature).trace());
-                // no more than leave a degree of freedom
-                told.clamp(free as f64, count - 1.0)
-            }
+        let others = rest.tr_mul(&rest);
+        let count = minimum.weights.len() as f64;
+        let unknowns = if search.is_filmed() {
+            // of what frames share besides, priors tell a part
+            let told = (&curvature + &others).cholesky().map_or(0.0, |all| all.solve(&curvature).trace());
+            // no more than leave a degree of freedom
+            told.clamp(free as f64, count - 1.0)
+        } else {
+            free as f64
         };
         // few shots scatter less about their own fit
         scatter *= count / (count - unknowns);

@@ -110,7 +110,7 @@ impl Search<'_> {
         let (columns, _) = shared_columns(&self.samples, free);
         let of = |(i, sample): (usize, &Sample)| {
             if sample.is_filmed() {
-                return Ok(Whitening::none());
+                return Ok(Whitening::default());
             }
             let shared: Vec<f64> = columns[i].iter().map(|column| x[*column]).collect();
             let at = At {

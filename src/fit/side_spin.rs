@@ -28,10 +28,11 @@ pub(super) fn integrated_over(
 ) -> Vec<Whitening> {
     let Some(shift) = shift(search, free, (&whitening, groups), last) else { return whitening };
     let mut rest = shift.as_slice();
-    let shifted = |(whitening, sample): (Whitening, &crate::likelihood::sample::Sample)| {
+    let shifted = |(mut whitening, sample): (Whitening, &crate::likelihood::sample::Sample)| {
         let (own, others) = rest.split_at(sample.rows());
         rest = others;
-        whitening.shifted(own.to_vec())
+        whitening.shift = own.to_vec();
+        whitening
     };
     whitening.into_iter().zip(&search.samples).map(shifted).collect()
 }

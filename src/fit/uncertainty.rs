@@ -5,7 +5,7 @@ use statrs::distribution::{ContinuousCDF, Normal, StudentsT};
 
 use super::minimum::{Minimum, covariance, open_directions};
 use super::robust::Sandwich;
-use super::{Estimate, Intervals, Status};
+use super::{Estimate, Status};
 use crate::measurement::parameter::{Parameter, Settings};
 use crate::numerics::least_squares::Activity;
 
@@ -49,19 +49,7 @@ pub(super) fn of(
     let mut estimates: Vec<Estimate> = free
         .iter()
         .enumerate()
-        .map(|(i, parameter)| Estimate {
-            parameter: *parameter,
-            value: minimum.x[i],
-            std_error: None,
-            interval_95: None,
-            intervals: Intervals::default(),
-            std_error_at_bound: None,
-            status: match minimum.active[i] {
-                Activity::Free => Status::Free,
-                Activity::AtLower => Status::AtLowerBound,
-                Activity::AtUpper => Status::AtUpperBound,
-            },
-        })
+        .map(|(i, parameter)| Estimate::bare(*parameter, minimum.x[i], minimum.active[i].into()))
         .collect();
     let mut correlation = DMatrix::from_element(count, count, f64::NAN);
     let (Some(quantiles), Some(released), Some(conditional)) = (quantiles, released, conditional) else {

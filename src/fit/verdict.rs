@@ -3,8 +3,6 @@
 //! It is a pure function of the [`Fit`]. What rules the numbers out comes first, then what lets doubt them, the most harmful
 //! first; the first that holds is the verdict.
 
-use std::str::FromStr;
-
 use super::check;
 use super::check::{Finding, Kind, capital};
 use super::diagnostics::goodness::IMPROBABLE;
@@ -14,7 +12,7 @@ use crate::measurement::dataset::ON_REQUEST;
 use crate::measurement::number::{self, plain, with_error};
 use crate::measurement::observable::Observable;
 use crate::measurement::parameter::Parameter;
-use crate::physics::name::{UnknownName, named};
+use crate::physics::name::by_name;
 
 /// Of the shots that were used: more doubtful ones than this part decide the result.
 const MANY_DOUBTFUL: f64 = 0.1;
@@ -58,13 +56,7 @@ impl Grade {
     }
 }
 
-impl FromStr for Grade {
-    type Err = UnknownName;
-
-    fn from_str(name: &str) -> Result<Self, UnknownName> {
-        named("grade", &Self::ALL, |grade| [grade.name()], name)
-    }
-}
+by_name!(Grade, "grade", ALL, name);
 
 /// A grade and the reason for it.
 #[derive(Clone, Debug, PartialEq, Eq)]

@@ -75,7 +75,7 @@ enum Leads {
 }
 
 /// Inputs that were estimated.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Default)]
 pub struct Estimated {
     /// By how much they differ from what was measured, in units of their errors.
     pub t: Units,
@@ -96,7 +96,6 @@ fn elsewhere(plan: &Plan, rolling: f64) -> impl Iterator<Item = Units> {
 /// The inputs that agree best with a shot's measurements at some coefficients, from those of `start`, and what is predicted
 /// of them: the least minimum if `everywhere`, else that which is near. `shared` adds to the differences what the errors do
 /// that all shots share.
-#[must_use]
 pub fn estimate(
     errors: &Errors,
     (model, coefficients): (&Model, &Coefficients),
@@ -111,7 +110,7 @@ pub fn estimate(
         let is_lower = |found: &(Point, Kinks), best: &(Point, Kinks)| {
             found.0.chi2 < best.0.chi2 - ROUNDING * (1.0 + best.0.chi2)
         };
-        for found in elsewhere(errors.plan(), rolling).filter_map(|t| shot.settled(shot.at(t)?)) {
+        for found in elsewhere(errors.plan, rolling).filter_map(|t| shot.settled(shot.at(t)?)) {
             if is_lower(&found, &best) {
                 best = found;
             }
@@ -131,8 +130,8 @@ pub fn estimate(
 impl<S: Fn(&Prediction, usize) -> f64> OfShot<'_, S> {
     /// The minimum near some inputs, and the kinks that it is at.
     fn settled(&self, mut now: Point) -> Option<(Point, Kinks)> {
-        let mut kinks = Kinks::NONE;
-        let at_rest = if self.errors.plan().is_direct() { ROUGH_AT_REST } else { AT_REST };
+        let mut kinks = Kinks::default();
+        let at_rest = if self.errors.plan.is_direct() { ROUGH_AT_REST } else { AT_REST };
         for _ in 0..MAX_STEPS {
             let step = self.step(&now, &kinks)?;
             if step.amax() < at_rest {
@@ -219,7 +218,7 @@ impl<S: Fn(&Prediction, usize) -> f64> OfShot<'_, S> {
         let direction = if is_near { kink.normal } else { -kink.normal };
         let mut reach = WIDTH;
         if kink.which == TOPSPIN {
-            let slope = Errors::in_units(self.errors.plan(), &contact.vertical_by_inputs).dot(&direction);
+            let slope = Errors::in_units(self.errors.plan, &contact.vertical_by_inputs).dot(&direction);
             reach += (contact.vertical / slope).abs();
         }
         while reach < FARTHEST {
@@ -293,7 +292,7 @@ impl<S: Fn(&Prediction, usize) -> f64> OfShot<'_, S> {
     /// With draw instead of topspin, or the other way.
     fn beyond_no_topspin(&self, best: &Point, kinks: &Kinks) -> Option<Point> {
         let contact = &best.prediction.contact;
-        let slope = Errors::in_units(self.errors.plan(), &contact.vertical_by_inputs);
+        let slope = Errors::in_units(self.errors.plan, &contact.vertical_by_inputs);
         let (size, reach) = (slope.norm(), best.chi2.sqrt());
         let is_within = (contact.vertical - slope.dot(&best.t)).abs() <= reach * size;
         if kinks.holds(TOPSPIN) || !is_within || !(size > 0.0) {
@@ -307,7 +306,7 @@ impl<S: Fn(&Prediction, usize) -> f64> OfShot<'_, S> {
     /// Where the contact sticks instead of sliding to the end, or the other way.
     fn beyond_sticking(&self, best: &Point, kinks: &Kinks) -> Option<Point> {
         let contact = &best.prediction.contact;
-        let slope = Errors::in_units(self.errors.plan(), &contact.log_slip_by_inputs);
+        let slope = Errors::in_units(self.errors.plan, &contact.log_slip_by_inputs);
         let (size, reach) = (slope.norm(), best.chi2.sqrt());
         let middle = contact.log_slip - slope.dot(&best.t);
         let [least, most] = self.sticks_below();

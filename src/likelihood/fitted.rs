@@ -16,19 +16,16 @@ pub struct Fitted {
 
 impl Fitted {
     /// How many residuals it has.
-    #[must_use]
     pub fn rows(&self) -> usize {
         if self.film.is_some() { ROWS } else { self.plan.rows().len() }
     }
 
     /// Whether it may have side spin that nobody saw.
-    #[must_use]
     pub fn has_side_spin(&self) -> bool {
         self.film.as_ref().map_or(self.plan.side_sd() > 0.0, |film| film.has_side_spin())
     }
 
     /// The part of its χ² that is there whatever the collision: of the frames' noise.
-    #[must_use]
     pub fn least_chi2(&self) -> f64 {
         self.film.as_ref().map_or(0.0, |film| film.least_chi2)
     }

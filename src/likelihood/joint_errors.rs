@@ -22,7 +22,6 @@ pub struct Together {
 
 impl Together {
     /// `None` where an observation's errors leave nothing of its own.
-    #[must_use]
     pub fn new(joint: &Joint) -> Option<Self> {
         let sigma = &joint.covariance;
         let all = sigma.nrows();

@@ -4,7 +4,7 @@
 //! that agree best with a shot's measurements are often just there. They then move with the parameters θ along the kink:
 //! with t the errors of the inputs, a its normal and t̂ a place on it, a·(t − t̂) + b·(θ − θ̂) = 0.
 
-use nalgebra::{ArrayStorage, Cholesky, Const, SMatrix, SVector};
+use nalgebra::{Cholesky, Const, SMatrix, SVector};
 
 use super::prediction::INPUTS;
 use crate::measurement::parameter::Parameter;
@@ -19,7 +19,7 @@ pub const MOST: usize = 2;
 const APART: f64 = 1e-4;
 
 /// A kink that inputs are at.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Kink {
     /// Which of [`super::prediction::Contact::side`] changes.
     pub which: usize,
@@ -32,44 +32,30 @@ pub struct Kink {
 }
 
 /// The kinks that inputs are at, if any.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Kinks {
     count: usize,
     list: [Kink; MOST],
 }
 
 impl Kinks {
-    pub const NONE: Self = {
-        let none = Kink {
-            which: 0,
-            side: false,
-            normal: Units::new(0.0, 0.0, 0.0, 0.0, 0.0, 0.0),
-            by_parameters: Parameters::from_array_storage(ArrayStorage([[0.0; Parameter::ALL.len()]])),
-        };
-        Self { count: 0, list: [none; MOST] }
-    };
-
-    #[must_use]
     pub fn list(&self) -> &[Kink] {
         &self.list[..self.count]
     }
 
-    #[must_use]
     pub fn holds(&self, which: usize) -> bool {
         self.list().iter().any(|kink| kink.which == which)
     }
 
     /// And one more; `None` where that is none.
-    #[must_use]
     pub fn with(mut self, kink: Kink) -> Option<Self> {
         *self.list.get_mut(self.count)? = kink;
         self.count += 1;
         self.is_independent().then_some(self)
     }
 
-    #[must_use]
     pub fn without(&self, number: usize) -> Self {
-        let mut rest = Self::NONE;
+        let mut rest = Self::default();
         for (_, kink) in self.list().iter().enumerate().filter(|(i, _)| *i != number) {
             rest.list[rest.count] = *kink;
             rest.count += 1;
@@ -77,7 +63,6 @@ impl Kinks {
         rest
     }
 
-    #[must_use]
     pub fn replaced(mut self, number: usize, kink: Kink) -> Option<Self> {
         self.list[number] = kink;
         self.is_independent().then_some(self)
@@ -88,13 +73,11 @@ impl Kinks {
     }
 
     /// The first kink, of those that these are not, that lies between inputs on some sides and others.
-    #[must_use]
     pub fn crossed(&self, from: &[bool; MOST], to: &[bool; MOST]) -> Option<usize> {
         (0..MOST).find(|which| from[*which] != to[*which] && !self.holds(*which))
     }
 
     /// The same constraints with normals at right angles.
-    #[must_use]
     pub fn orthonormal(&self) -> Vec<(Units, Parameters)> {
         let mut rows: Vec<(Units, Parameters)> = Vec::with_capacity(self.count);
         for Kink { normal, by_parameters, .. } in self.list() {
@@ -113,7 +96,6 @@ impl Kinks {
     }
 
     /// The part of a least-squares step that the kinks leave, for normal equations H: δ − H⁻¹Aᵀ(A H⁻¹Aᵀ)⁻¹Aδ.
-    #[must_use]
     pub fn along(&self, step: Units, normal: &Cholesky<f64, Const<INPUTS>>) -> Units {
         match self.orthonormal()[..] {
             [] => step,
@@ -131,7 +113,6 @@ impl Kinks {
     }
 
     /// Inputs that were on the kinks, when the parameters have moved.
-    #[must_use]
     pub fn followed(&self, t: &Units, moved: &Parameters) -> Units {
         self.orthonormal().iter().fold(*t, |t, (a, b)| t - a * b.dot(moved))
     }

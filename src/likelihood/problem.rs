@@ -20,7 +20,7 @@ use super::frames::shared_unknowns;
 use super::frames::{self, Reduced};
 use super::prediction::{MAX_OBSERVABLES, Unpredictable, difference};
 use super::sample::{Sample, Unknown, offsets, shared_columns};
-use super::whitening::{AtKinks, EstimatedSd, Parameters, Whitening, covariance};
+use super::whitening::{AtKinks, EstimatedSd, Whitening, covariance};
 use crate::measurement::parameter::{Parameter, Prior};
 use crate::measurement::values::Values;
 use crate::physics::collision::Model;
@@ -114,7 +114,6 @@ impl<'a> Problem<'a> {
     }
 
     /// The own unknowns of the shots are first looked for from there; nowhere in particular without any.
-    #[must_use]
     pub(crate) fn beginning(self, best: &[Best]) -> Self {
         for (part, best) in self.parts.iter().zip(best) {
             *part.best.borrow_mut() = best.clone();
@@ -137,7 +136,7 @@ impl<'a> Problem<'a> {
             } else {
                 part.velocities(&mut point, row);
             }
-            for (i, shift) in part.whitening.shift().iter().enumerate() {
+            for (i, shift) in part.whitening.shift.iter().enumerate() {
                 point.residuals[row + i] += shift;
             }
             row += part.rows()[0];
@@ -188,13 +187,10 @@ impl Part<'_> {
         [self.sample.rows(), shared, self.whitening.kink_rows()]
     }
 
-    fn values(&self, x: &DVector<f64>) -> Values {
-        let own = self.own.iter();
-        own.fold(self.sample.initial, |values, (column, parameter)| values.with(*parameter, x[*column]))
-    }
-
     fn model(&self, x: &DVector<f64>) -> (Values, Model) {
-        let values = self.values(x);
+        let set =
+            |values: Values, (column, parameter): &(usize, Parameter)| values.with(*parameter, x[*column]);
+        let values = self.own.iter().fold(self.sample.initial, set);
         (values, values.model(self.sample.model))
     }
 
@@ -243,11 +239,8 @@ impl Part<'_> {
     fn frames(&self, point: &mut Point, first: usize) {
         let unknowns = &self.sample.unknowns;
         let (all, at) = self.reduced(&point.x);
-        let best = self.best.borrow();
         let chi2: f64 = all.iter().map(|r| r.as_ref().map_or(f64::INFINITY, Reduced::chi2)).sum();
-        let better = chi2 < best.chi2;
-        drop(best);
-        if better {
+        if chi2 < self.best.borrow().chi2 {
             let shots = all.iter().flatten().copied().collect();
             *self.best.borrow_mut() = Best { chi2, shared: at, shots };
         }
@@ -273,20 +266,14 @@ impl Part<'_> {
         }
     }
 
-    /// By how much the parameters have passed where the weights are taken.
-    fn passed(&self, x: &DVector<f64>) -> Parameters {
-        let (values, model) = self.model(x);
-        self.whitening.passed(&model, &values.coefficients)
-    }
-
     /// What was measured of all shots: velocities, or angles.
     fn velocities(&self, point: &mut Point, start: usize) {
         let Point { x, residuals, jacobian } = point;
         let (values, model) = self.model(x);
         let passed = self.whitening.passed(&model, &values.coefficients);
-        let shared = self.whitening.common();
-        let offsets = self.whitening.offsets();
-        let mut weights = self.whitening.inverse();
+        let shared = &self.whitening.common;
+        let offsets = &self.whitening.offsets;
+        let mut weights = self.whitening.inverse.as_slice();
         let shots = self.sample.fitted;
         let predictions: Vec<_> = shots
             .par_iter()
@@ -357,7 +344,8 @@ impl Part<'_> {
         if self.rows()[2] == 0 {
             return;
         }
-        let passed = self.passed(&point.x);
+        let (values, model) = self.model(&point.x);
+        let passed = self.whitening.passed(&model, &values.coefficients);
         let kinks = (0..self.sample.fitted.len()).filter_map(|number| self.whitening.kinks(number));
         let off = kinks.flat_map(|kinks| kinks.off.iter().map(|off| (kinks.root_weight, off)));
         for (k, (root_weight, (off, by_parameters))) in off.enumerate() {

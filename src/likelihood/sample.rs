@@ -56,7 +56,6 @@ pub struct Sample<'a> {
 
 impl<'a> Sample<'a> {
     /// Shots of a data set with a model and settings for them, fitted alone, by velocities and as the data set says.
-    #[must_use]
     pub fn of(
         dataset: &'a Dataset,
         fitted: &'a [Fitted],
@@ -80,20 +79,17 @@ impl<'a> Sample<'a> {
     }
 
     /// Whether its frames are fitted.
-    #[must_use]
     pub fn is_filmed(&self) -> bool {
         self.fitted.first().is_some_and(|shot| shot.film.is_some())
     }
 
     /// Whether an unknown is its value of the parameter.
-    #[must_use]
     pub fn has(&self, unknown: Unknown) -> bool {
         let Unknown { parameter, number } = unknown;
         self.numbers[parameter as usize] == number && self.is_free(parameter)
     }
 
     /// Whether a parameter is neither stated nor undetermined.
-    #[must_use]
     pub fn is_free(&self, parameter: Parameter) -> bool {
         self.settings.has(parameter)
             && !self.settings[parameter].fixed
@@ -101,21 +97,18 @@ impl<'a> Sample<'a> {
     }
 
     /// The columns that are its parameters, each with its parameter.
-    #[must_use]
     pub fn columns(&self, free: &[Unknown]) -> Vec<(usize, Parameter)> {
         let own = free.iter().enumerate().filter(|(_, unknown)| self.has(**unknown));
         own.map(|(column, unknown)| (column, unknown.parameter)).collect()
     }
 
     /// Its values with the free unknowns at x, the others as they are held.
-    #[must_use]
     pub fn values(&self, free: &[Unknown], x: &DVector<f64>) -> Values {
         let own = free.iter().zip(x.iter()).filter(|(unknown, _)| self.has(**unknown));
         own.fold(self.initial, |values, (unknown, value)| values.with(unknown.parameter, *value))
     }
 
     /// Residuals of its shots.
-    #[must_use]
     pub fn rows(&self) -> usize {
         if self.is_filmed() {
             return frames::ROWS * self.fitted.len();
@@ -124,7 +117,6 @@ impl<'a> Sample<'a> {
     }
 
     /// Which correction of a camera that samples share an unknown is, by its place among those of the film.
-    #[must_use]
     pub fn shared_correction(&self, place: usize) -> Option<Correction> {
         if !self.is_filmed() || self.camera.is_none() {
             return None;
@@ -136,7 +128,6 @@ impl<'a> Sample<'a> {
     }
 
     /// How many unknowns its shots share besides the parameters.
-    #[must_use]
     pub fn shared(&self) -> usize {
         if self.is_filmed() { self.unknowns.len() } else { self.shared_errors.len() }
     }
@@ -144,7 +135,6 @@ impl<'a> Sample<'a> {
 
 /// The columns that are not parameters: those of what the shots of each sample share, and how many columns there are in all. Samples of one
 /// data set have the same, and so have corrections of one camera.
-#[must_use]
 pub fn shared_columns(samples: &[Sample], free: usize) -> (Vec<Vec<usize>>, usize) {
     let (mut columns, mut next): (Vec<Vec<usize>>, usize) = (Vec::new(), free);
     let mut of_camera: Vec<(Correction, usize)> = Vec::new();
@@ -170,7 +160,6 @@ pub fn shared_columns(samples: &[Sample], free: usize) -> (Vec<Vec<usize>>, usiz
 
 /// By how much more what the shots of a sample share is off than its columns say: corrections of a camera that samples share are counted from
 /// where the first has it.
-#[must_use]
 pub fn offsets(samples: &[Sample], sample: &Sample) -> Vec<f64> {
     let from = samples.iter().find_map(|first| first.camera);
     let offset = |place: usize| match (sample.shared_correction(place), from, sample.camera) {

@@ -20,7 +20,7 @@ type Observed = SVector<f64, MAX_OBSERVABLES>;
 
 /// A shot's errors at some standard deviations of its observations.
 pub struct Errors<'a> {
-    plan: &'a Plan,
+    pub(super) plan: &'a Plan,
     sds: Observed,
 }
 
@@ -31,14 +31,7 @@ impl<'a> Errors<'a> {
         Self { plan, sds: Observed::from_fn(|row, _| if row < count { sd(row) } else { 1.0 }) }
     }
 
-    /// By how much inputs differ that are `t` from those that were measured.
-    #[must_use]
-    pub fn moved(plan: &Plan, t: &Units) -> SVector<f64, INPUTS> {
-        Self::inputs(plan, t)
-    }
-
-    /// F t, column by column.
-    #[must_use]
+    /// F t, column by column: by how much inputs differ that are `t` from those that were measured.
     pub fn inputs<const C: usize>(plan: &Plan, t: &SMatrix<f64, INPUTS, C>) -> SMatrix<f64, INPUTS, C> {
         match plan.together() {
             Some(together) => together.factor * t,
@@ -51,28 +44,16 @@ impl<'a> Errors<'a> {
 
     /// What is left of the observations over their standard errors, where inputs err by `t` and differences are d.
     fn left(&self, d: &Observed, t: &Units) -> Observed {
-        let count = self.plan.rows().len();
-        let Some(Together { carried, rest, .. }) = self.plan.together() else {
-            return d.component_div(&self.sds);
-        };
         let mut own = *d;
-        for row in 0..count {
-            own[row] -= (0..INPUTS).map(|k| carried[(row, k)] * t[k]).sum::<f64>();
+        if let Some(Together { carried, .. }) = self.plan.together() {
+            for row in 0..self.plan.rows().len() {
+                own[row] -= (0..INPUTS).map(|k| carried[(row, k)] * t[k]).sum::<f64>();
+            }
         }
-        Observed::from_fn(
-            |row, _| {
-                if row < count { (0..=row).map(|k| rest[(row, k)] * own[k]).sum() } else { 0.0 }
-            },
-        )
-    }
-
-    #[must_use]
-    pub fn plan(&self) -> &'a Plan {
-        self.plan
+        self.whitened(&own)
     }
 
     /// The derivative by t of what has this derivative by the inputs.
-    #[must_use]
     pub fn in_units(plan: &Plan, by_inputs: &Units) -> Units {
         match plan.together() {
             Some(together) => together.factor.tr_mul(by_inputs),
@@ -89,14 +70,7 @@ impl<'a> Errors<'a> {
                     by.column_mut(k).scale_mut(variance.sqrt());
                 }
             }
-            Some(Together { factor, carried, .. }) => {
-                by *= factor;
-                for row in 0..plan.rows().len() {
-                    for k in 0..INPUTS {
-                        by[(row, k)] -= carried[(row, k)];
-                    }
-                }
-            }
+            Some(Together { factor, .. }) => by = by * factor - Self::carried(plan),
         }
         by
     }
@@ -154,7 +128,7 @@ impl<S: Fn(&Prediction, usize) -> f64> OfShot<'_, S> {
     pub fn at(&self, t: Units) -> Option<Point> {
         let Self { errors, model, coefficients, .. } = *self;
         let plan = errors.plan;
-        let prediction = plan.predict_moved(&Errors::moved(plan, &t), model, coefficients).ok()?;
+        let prediction = plan.predict_moved(&Errors::inputs(plan, &t), model, coefficients).ok()?;
         let mut d = Observed::zeros();
         for (row, measurement) in plan.rows().iter().enumerate() {
             let own = difference(measurement.observable, prediction.values[row], measurement.measured.value);

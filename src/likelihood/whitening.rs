@@ -14,7 +14,6 @@ use rayon::prelude::*;
 use super::errors_in_variables;
 use super::errors_in_variables::Estimated;
 use super::fitted::{Fitted, SHARE};
-use super::kinks::Kinks;
 use super::prediction::{INPUTS, Plan, Prediction, Unpredictable};
 use super::shot_errors::{ByParameters, Errors, Units};
 use crate::measurement::dataset::{Joint, Shared};
@@ -47,17 +46,18 @@ pub struct At<'a> {
     pub shared: &'a [f64],
 }
 
-/// L⁻¹ of every shot, lower triangles row by row, one after the other; and the inputs that it is taken at.
-#[derive(Clone, Debug)]
+/// L⁻¹ of every shot, lower triangles row by row, one after the other; and the inputs that it is taken at. A fit of frames has the
+/// default, none of these: its frames are weighted by their own standard deviations.
+#[derive(Clone, Debug, Default)]
 pub struct Whitening {
-    inverse: Vec<f64>,
+    pub(super) inverse: Vec<f64>,
     /// Where each shot's inputs are.
     inputs: Vec<Estimated>,
     /// G(ξ̂ − x), one number for each observation.
-    offsets: Vec<f64>,
+    pub(super) offsets: Vec<f64>,
     /// How the differences of all shots move together when what they share moves by its standard error: for each
     /// error, one number for each observation.
-    common: Vec<Vec<f64>>,
+    pub(super) common: Vec<Vec<f64>>,
     /// Of each shot whose inputs are at kinks.
     kinks: Vec<Option<Box<AtKinks>>>,
     /// The parameters that all this is taken at.
@@ -66,7 +66,7 @@ pub struct Whitening {
     of_films: Vec<f64>,
     /// What is added to the residuals of the shots, whitened ([`Problem::log_volume`](super::problem::Problem::log_volume)); empty where
     /// nothing is.
-    shift: Vec<f64>,
+    pub(crate) shift: Vec<f64>,
 }
 
 /// Parameters in the order of [`Parameter::ALL`].
@@ -84,9 +84,6 @@ pub struct AtKinks {
     pub root_weight: f64,
 }
 
-/// As they were measured.
-const MEASURED: Estimated = Estimated { t: Units::new(0.0, 0.0, 0.0, 0.0, 0.0, 0.0), kinks: Kinks::NONE };
-
 /// A shot's part.
 struct OfShot {
     inverse: Vec<f64>,
@@ -103,48 +100,19 @@ fn parameters(model: &Model, coefficients: &Coefficients) -> Parameters {
 }
 
 impl Whitening {
-    /// The weights of a fit of frames, which has none of these: its frames are weighted by their own standard deviations.
-    #[must_use]
-    pub fn none() -> Self {
-        Self {
-            inverse: Vec::new(),
-            inputs: Vec::new(),
-            offsets: Vec::new(),
-            common: Vec::new(),
-            kinks: Vec::new(),
-            at: Parameters::zeros(),
-            of_films: Vec::new(),
-            shift: Vec::new(),
-        }
-    }
-
-    /// With the residuals of the shots shifted, each by a number.
-    #[must_use]
-    pub fn shifted(self, shift: Vec<f64>) -> Self {
-        Self { shift, ..self }
-    }
-
-    /// By how much the residuals of the shots are shifted; nothing where they are not.
-    #[must_use]
-    pub fn shift(&self) -> &[f64] {
-        &self.shift
-    }
-
     /// With inputs estimated anew from where they were, or from what was measured. Errors that all shots share are in
     /// the unit of their standard deviations: each is one more unknown behind the free parameters, with mean 0 and
     /// standard deviation 1. `None` where a prediction fails or a covariance is not positive definite.
-    #[must_use]
     pub fn new(shots: &[Fitted], at: &At, before: Option<&Self>) -> Option<Self> {
         let now = parameters(at.model, at.coefficients);
         let of_shot = |(number, shot): (usize, &Fitted)| {
             let start = before.and_then(|before| before.followed(number, &now));
-            OfShot::new(&shot.plan, at, &start.unwrap_or(MEASURED))
+            OfShot::new(&shot.plan, at, &start.unwrap_or_default())
         };
         let all: Option<Vec<OfShot>> =
             shots.par_iter().enumerate().with_min_len(SHARE).map(of_shot).collect();
-        let mut whitening = Self::none();
-        whitening.common = vec![Vec::new(); at.shared_errors.len()];
-        whitening.at = now;
+        let common = vec![Vec::new(); at.shared_errors.len()];
+        let mut whitening = Self { common, at: now, ..Self::default() };
         for own in all? {
             whitening.inverse.extend(own.inverse);
             whitening.inputs.push(own.inputs);
@@ -158,7 +126,6 @@ impl Whitening {
     }
 
     /// With a weight for each shot's part of χ².
-    #[must_use]
     pub fn weighted(mut self, shots: &[Fitted], weights: &[f64]) -> Self {
         if shots.first().is_some_and(|shot| shot.film.is_some()) {
             self.of_films = weights.to_vec();
@@ -182,25 +149,21 @@ impl Whitening {
     }
 
     /// The weight of a shot whose frames are fitted.
-    #[must_use]
     pub fn of_film(&self, number: usize) -> f64 {
         self.of_films.get(number).copied().unwrap_or(1.0)
     }
 
     /// What the inputs of a shot are at, if that is kinks.
-    #[must_use]
     pub fn kinks(&self, number: usize) -> Option<&AtKinks> {
         self.kinks.get(number)?.as_deref()
     }
 
     /// How many residuals the kinks of all shots add.
-    #[must_use]
     pub fn kink_rows(&self) -> usize {
         self.kinks.iter().flatten().map(|kinks| kinks.off.len()).sum()
     }
 
     /// By how much the parameters have moved from where the weights are taken.
-    #[must_use]
     pub fn passed(&self, model: &Model, coefficients: &Coefficients) -> Parameters {
         parameters(model, coefficients) - self.at
     }
@@ -212,37 +175,15 @@ impl Whitening {
         Some(Estimated { t, ..estimated })
     }
 
-    /// L⁻¹ of the shots.
-    #[must_use]
-    pub fn inverse(&self) -> &[f64] {
-        &self.inverse
-    }
-
-    /// One number for each observation and shared error.
-    #[must_use]
-    pub fn common(&self) -> &[Vec<f64>] {
-        &self.common
-    }
-
-    /// What is subtracted of the prediction at a shot's estimated inputs, for each observation.
-    #[must_use]
-    pub fn offsets(&self) -> &[f64] {
-        &self.offsets
-    }
-
     /// By how much a shot's inputs are moved from what was measured, when the parameters have passed this.
-    #[must_use]
     pub fn moved(&self, number: usize, plan: &Plan, passed: &Parameters) -> SVector<f64, INPUTS> {
         let estimated = self.inputs.get(number);
         estimated.map_or_else(SVector::zeros, |estimated| {
-            Errors::moved(plan, &estimated.kinks.followed(&estimated.t, passed))
+            Errors::inputs(plan, &estimated.kinks.followed(&estimated.t, passed))
         })
     }
 
     /// What is predicted of a shot at its measured inputs, linearised at those that are estimated.
-    ///
-    /// # Errors
-    /// As [`Plan::predict`].
     pub fn predict(
         &self,
         number: usize,
@@ -283,9 +224,9 @@ impl OfShot {
             let from = (&start.t, hold == Hold::None);
             errors_in_variables::estimate(&errors, (model, coefficients), from, shared_shift)?
         } else {
-            (*start, plan.predict_moved(&Errors::moved(plan, &start.t), model, coefficients).ok()?)
+            (*start, plan.predict_moved(&Errors::inputs(plan, &start.t), model, coefficients).ok()?)
         };
-        let moved = Errors::moved(plan, &inputs.t);
+        let moved = Errors::inputs(plan, &inputs.t);
         let mut covariance = covariance(plan, &prediction, estimated);
         let mut offsets = prediction.by_inputs * moved;
         let kinks = inputs.kinks.orthonormal();

@@ -90,25 +90,21 @@ impl Correction {
     }
 
     /// Whether it is of a camera that looks askew.
-    #[must_use]
     pub(crate) fn is_of_perspective(self) -> bool {
         matches!(self, Self::PerspectiveX | Self::PerspectiveY)
     }
 
     /// Whether it is of the lens.
-    #[must_use]
     pub(crate) fn is_of_lens(self) -> bool {
         matches!(self, Self::Lens | Self::LensX | Self::LensY)
     }
 
     /// Whether it is of the instants at which the film shows the table, instead of the places.
-    #[must_use]
     pub(crate) fn is_of_time(self) -> bool {
         matches!(self, Self::ShutterX | Self::ShutterY)
     }
 
     /// Whether only the picture of one camera shows it: not positions that several cameras measured in space.
-    #[must_use]
     pub(crate) fn is_of_one_camera(self) -> bool {
         self.is_of_perspective() || self.is_of_lens() || self.is_of_time()
     }

@@ -110,7 +110,6 @@ impl Dataset {
     }
 
     /// The model by which films are corrected and impacts extracted: `full`, or `ode` where it is stated that the contact gives way.
-    #[must_use]
     pub(crate) fn model_of_contact(&self) -> Model {
         let kappa = self.settings[Parameter::Kappa].initial;
         if self.settings.compliance != Compliance::Stated || kappa <= 0.0 {
@@ -120,13 +119,11 @@ impl Dataset {
     }
 
     /// The settings of its fit, with what is known of balls that are not equal.
-    #[must_use]
     pub(crate) fn settings_of_balls(&self) -> Settings {
         self.object.map_or(self.settings, |object| object.settings(self.ball, self.settings))
     }
 
     /// Whether it is of tracks from which no impacts have been extracted yet.
-    #[must_use]
     pub(crate) fn awaits_extraction(&self) -> bool {
         self.shots.is_empty() && self.tracks.as_ref().is_some_and(|tracks| !tracks.shots.is_empty())
     }
@@ -150,7 +147,6 @@ impl Dataset {
     }
 
     /// The standard errors that all shots share.
-    #[must_use]
     pub(crate) fn shared_errors(&self) -> Vec<(Shared, f64)> {
         let sd = |shared| match shared {
             Shared::Sliding => self.sliding.and_then(|sliding| sliding.sd),

@@ -8,12 +8,11 @@
 //! - Huber, P. J. (1964). Robust estimation of a location parameter. Ann. Math. Statist. 35, 73–101.
 //! - Maronna, R. A. (1976). Robust M-estimators of multivariate location and scatter. Ann. Statist. 4, 51–67.
 
-use std::str::FromStr;
 use std::sync::OnceLock;
 
 use statrs::distribution::{ChiSquared, Continuous, ContinuousCDF};
 
-use crate::physics::name::{UnknownName, named};
+use crate::physics::name::by_name;
 
 /// How much a shot counts that lies far from its prediction.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -44,7 +43,6 @@ impl Loss {
 
     /// With k = 1 the estimate has 95 % of the efficiency of least squares on normal errors (Holland and
     /// Welsch 1977).
-    #[must_use]
     pub(crate) fn tuning(self) -> f64 {
         match self {
             Self::Squares => f64::INFINITY,
@@ -54,7 +52,6 @@ impl Loss {
     }
 
     /// For shots of `k` observations: the distance that is as improbable as the tuning constant is of one.
-    #[must_use]
     pub(crate) fn of_shots(self, k: usize) -> ShotLoss {
         /// More observations than any shot has. A search asks for the same losses thousands of times.
         const MOST: usize = 32;
@@ -89,13 +86,7 @@ impl Loss {
     }
 }
 
-impl FromStr for Loss {
-    type Err = UnknownName;
-
-    fn from_str(name: &str) -> Result<Self, UnknownName> {
-        named("loss", &Self::ALL, |loss| [loss.name()], name)
-    }
-}
+by_name!(Loss, "loss", ALL, name);
 
 /// A [`Loss`] for shots of some number of observations.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -159,7 +159,6 @@ impl Observable {
     }
 
     /// Whether it is an angle: radians inside, degrees in files, tables and plots.
-    #[must_use]
     pub(crate) fn is_angle(self) -> bool {
         matches!(
             self,
@@ -168,7 +167,6 @@ impl Observable {
     }
 
     /// One unit of the column in SI: π/180 for angles, else 1.
-    #[must_use]
     pub(crate) fn unit_si(self) -> f64 {
         if self.is_angle() { 1.0_f64.to_radians() } else { 1.0 }
     }

@@ -1,10 +1,8 @@
 //! The parameters of a fit: μ, μ_s and e; b and c where friction falls with the slip, κ where the contact gives way, e₁ where e falls
 //! with the closing speed, and the ratios of masses and radii where these have errors. Their names, bounds and starting values.
 
-use std::str::FromStr;
-
 use crate::physics::collision::{MAX_KAPPA, Model};
-use crate::physics::name::{UnknownName, named};
+use crate::physics::name::by_name;
 
 /// A parameter that a fit can estimate.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -125,14 +123,8 @@ impl Parameter {
     }
 }
 
-/// By its name or its symbol.
-impl FromStr for Parameter {
-    type Err = UnknownName;
-
-    fn from_str(name: &str) -> Result<Self, UnknownName> {
-        named("parameter", &Self::ALL, |parameter| [parameter.name(), parameter.symbol()], name)
-    }
-}
+// By its name or its symbol.
+by_name!(Parameter, "parameter", ALL, name, symbol);
 
 /// How one parameter enters a fit. A fit refuses what [`Setting::faults`] finds.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -1,9 +1,7 @@
 //! The spin of the cue ball before an impact, as far as it is known.
 
-use std::str::FromStr;
-
 use crate::physics::ball::Vec3;
-use crate::physics::name::{UnknownName, named};
+use crate::physics::name::by_name;
 
 /// The cue ball's spin before the impact.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -40,11 +38,5 @@ impl Spin {
     }
 }
 
-/// One of [`Spin::WORDS`] by its name; a measured spin takes its numbers.
-impl FromStr for Spin {
-    type Err = UnknownName;
-
-    fn from_str(name: &str) -> Result<Self, UnknownName> {
-        named("spin", &Self::WORDS, |spin| [spin.name()], name)
-    }
-}
+// One of [`Spin::WORDS`] by its name; a measured spin takes its numbers.
+by_name!(Spin, "spin", WORDS, name);

@@ -104,7 +104,6 @@ impl TrackShot {
 
     /// How many frames together tell as much of a slow motion as one with independent noise: (1 + ρ)/(1 − ρ), where the correlation of
     /// the noise falls by ρ from frame to frame.
-    #[must_use]
     pub(crate) fn frames_alike(&self) -> f64 {
         (1.0 + self.correlation) / (1.0 - self.correlation)
     }

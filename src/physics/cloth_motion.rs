@@ -192,7 +192,6 @@ impl<T: Number> Path<T> {
 
     /// The same on a table that is not level: `acceleration` (m/s²) is that of a body that slides without friction. A ball that rolls
     /// has 1/(1 + ν) of it, one that lies still stays. The direction of the slip is taken as on a level table.
-    #[must_use]
     pub(crate) fn tilted(mut self, acceleration: [f64; 2], inertia: f64) -> Self {
         let zero = T::from(0.0);
         let (mut moved, mut faster) = ([zero; 2], [zero; 2]);

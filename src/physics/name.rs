@@ -27,6 +27,20 @@ pub(crate) fn named<T: Copy, const N: usize>(
     })
 }
 
+/// What has names is read back by them.
+macro_rules! by_name {
+    ($thing:ty, $kind:literal, $all:ident, $($name:ident),+) => {
+        impl std::str::FromStr for $thing {
+            type Err = $crate::physics::name::UnknownName;
+
+            fn from_str(name: &str) -> Result<Self, Self::Err> {
+                $crate::physics::name::named($kind, &Self::$all, |one| [$(one.$name()),+], name)
+            }
+        }
+    };
+}
+pub(crate) use by_name;
+
 #[cfg(test)]
 mod tests {
     use crate::physics::collision::{Effects, Fidelity, FidelityChoice};

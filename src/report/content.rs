@@ -99,7 +99,6 @@ impl Section {
     }
 
     /// The same section, as a detail.
-    #[must_use]
     pub(super) fn folded(self) -> Self {
         Self { folded: true, ..self }
     }
@@ -148,7 +147,6 @@ impl Table {
     }
 
     /// The same with numbers in these columns, if a row reaches them.
-    #[must_use]
     pub(super) fn with_numbers(mut self, columns: std::ops::Range<usize>) -> Self {
         let reached = self.rows.iter().any(|row| row.len() == self.head.len());
         self.right.iter_mut().take(columns.end).skip(columns.start).for_each(|right| *right = reached);

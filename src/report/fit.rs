@@ -35,7 +35,6 @@ pub fn content(fit: &Fit) -> Report {
 }
 
 /// What is said of a fit.
-#[must_use]
 pub(crate) fn content_with(fit: &Fit, pictures: &Pictures) -> Report {
     let mut warnings = fit.warnings.clone();
     if !fit.converged {

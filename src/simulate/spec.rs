@@ -15,7 +15,7 @@ use crate::measurement::values::Values;
 use crate::physics::ball::Ball;
 use crate::physics::collision::{Coefficients, Effects, Fidelity, Model};
 use crate::physics::friction_law::Law;
-use crate::physics::name::{UnknownName, named};
+use crate::physics::name::by_name;
 
 /// What data to make: the content of a SPEC.toml.
 #[derive(Clone, Debug, Deserialize, Serialize)]
@@ -86,13 +86,7 @@ impl Kind {
     }
 }
 
-impl FromStr for Kind {
-    type Err = UnknownName;
-
-    fn from_str(name: &str) -> Result<Self, UnknownName> {
-        named("kind", &Self::ALL, |kind| [kind.name()], name)
-    }
-}
+by_name!(Kind, "kind", ALL, name);
 
 /// The true parameters, which a fit should find again.
 #[derive(Clone, Copy, Debug, Default, Deserialize, Serialize)]
@@ -180,13 +174,7 @@ impl Played {
     }
 }
 
-impl FromStr for Played {
-    type Err = UnknownName;
-
-    fn from_str(name: &str) -> Result<Self, UnknownName> {
-        named("spin", &Self::ALL, |played| [played.name()], name)
-    }
-}
+by_name!(Played, "spin", ALL, name);
 
 /// The standard deviations of the errors of measurement; 0 leaves a quantity exact.
 #[derive(Clone, Copy, Debug, Default, Deserialize, Serialize)]

@@ -58,7 +58,6 @@ impl Scene {
     }
 
     /// How far apart the centres of the balls are on the table where they touch: 2√(R_c R_o).
-    #[must_use]
     pub(crate) fn contact_distance(&self) -> f64 {
         self.ball.contact_distance(&self.object)
     }

@@ -21,11 +21,7 @@ pub(super) fn distances(shot: &TrackShot) -> Vec<(f64, f64)> {
             distances.push((a.t, (b.x - a.x).hypot(b.y - a.y)));
         }
     }
-    let middle = |three: &[(f64, f64)]| {
-        let mut values = [three[0].1, three[1].1, three[2].1];
-        values.sort_by(f64::total_cmp);
-        (three[1].0, values[1])
-    };
+    let middle = |three: &[(f64, f64)]| (three[1].0, median(three.iter().map(|one| one.1).collect()));
     distances.windows(3).map(middle).collect()
 }
 

@@ -76,7 +76,6 @@ impl DiscImpact {
 
     /// Whether momentum is out of balance by more than its stated errors explain, though not by more than a camera's calibration
     /// does (then the shot is doubtful).
-    #[must_use]
     pub(crate) fn is_out_of_balance(&self) -> bool {
         verdict::is_out_of_balance(self)
     }

@@ -109,7 +109,6 @@ impl DiscImpact {
     }
 
     /// The row of this shot in the table of a fit.
-    #[must_use]
     pub(crate) fn of_table(&self, track: &TrackShot) -> DiscShot {
         let get = |quantity| self.get(quantity);
         DiscShot {

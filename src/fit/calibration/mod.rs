@@ -21,6 +21,7 @@ use crate::film::drops;
 use crate::measurement::correction::Correction;
 use crate::measurement::dataset::{Dataset, Tracks};
 use crate::measurement::track::TrackShot;
+use crate::numerics::median;
 use crate::physics::collision::Fidelity;
 use crate::trajectory::scene::Scene;
 
@@ -139,9 +140,8 @@ impl<'a> Search<'a> {
         if seen.is_empty() || seen.len() < LEAST_SHOTS && !from_balls {
             return None;
         }
-        let mut apart: Vec<f64> = seen.iter().map(|[a, b]| (b[0] - a[0]).hypot(b[1] - a[1])).collect();
-        apart.sort_by(f64::total_cmp);
-        let ratio = scene.contact_distance() / apart[apart.len() / 2];
+        let apart = seen.iter().map(|[a, b]| (b[0] - a[0]).hypot(b[1] - a[1]));
+        let ratio = scene.contact_distance() / median(apart.collect());
         let other = from_balls || (ratio - 1.0).abs() > OTHER_UNIT;
         // a film that differs from the other by as much is by another camera
         let same = same.filter(|same| (same.unit / ratio - 1.0).abs() < OTHER_UNIT);

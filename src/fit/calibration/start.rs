@@ -5,6 +5,7 @@ use nalgebra::{DMatrix, DVector};
 use super::{CALLED_FOR, LEAST_SHOTS, Search};
 use crate::film::camera::Camera;
 use crate::measurement::correction::Correction;
+use crate::numerics::median;
 
 impl Search<'_> {
     /// Distances of the centres at the contacts over 2R, less 1.
@@ -39,11 +40,7 @@ impl Search<'_> {
         /// No contact is seen better than to this part of 2R between two frames.
         const LEAST_ERROR: f64 = 1e-3;
         const HUBER: f64 = 1.345;
-        let usual = |gaps: &DVector<f64>| {
-            let mut sizes: Vec<f64> = gaps.iter().map(|gap| gap.abs()).collect();
-            sizes.sort_by(f64::total_cmp);
-            sizes[sizes.len() / 2] / 0.6745
-        };
+        let usual = |gaps: &DVector<f64>| median(gaps.iter().map(|gap| gap.abs()).collect()) / 0.6745;
         for _ in 0..STEPS {
             let gaps = self.gaps(&camera);
             let error = usual(&gaps).max(LEAST_ERROR);

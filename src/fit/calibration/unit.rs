@@ -2,6 +2,7 @@
 
 use crate::extraction::{Unusable, extract_all};
 use crate::measurement::track::TrackShot;
+use crate::numerics::median;
 use crate::trajectory::scene::Scene;
 
 /// A film with all lengths multiplied by the unit that they are in, m.
@@ -38,12 +39,11 @@ pub(super) fn finer_unit(films: &[TrackShot], first: f64, scene: &Scene) -> f64 
             Err(Unusable::Separation { measured, expected, .. }) => Some(expected / measured),
             _ => None,
         });
-        let mut ratios: Vec<f64> = off.filter(|ratio| ratio.is_finite() && *ratio > 0.0).collect();
+        let ratios: Vec<f64> = off.filter(|ratio| ratio.is_finite() && *ratio > 0.0).collect();
         if ratios.len() as f64 <= FEW * some.len() as f64 {
             break;
         }
-        ratios.sort_by(f64::total_cmp);
-        let finer = ratios[ratios.len() / 2];
+        let finer = median(ratios);
         unit *= finer;
         if (finer - 1.0).abs() < SAME {
             break;

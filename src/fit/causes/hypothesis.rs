@@ -6,6 +6,7 @@ use std::sync::Arc;
 use super::NAMED;
 use super::cause::{Cause, Explanation};
 use super::profile::{Profile, least};
+use crate::fit::Falling;
 use crate::fit::diagnostics::goodness::IMPROBABLE;
 use crate::fit::samples::Search;
 use crate::fit::settled::Settled;
@@ -212,9 +213,10 @@ impl Trial<'_> {
             initial.kappa = model.kappa;
         }
         if departures.contains(Cause::FallingFriction) {
-            let b = departures.get(Cause::FallingFriction);
-            let c = Parameter::C.default_setting().initial;
-            fall(&mut settings, &mut model, &mut initial, [b, c]);
+            let (b, c) = (departures.get(Cause::FallingFriction), Parameter::C.default_setting().initial);
+            settings = Falling::Held { b, c }.applied(settings);
+            (initial.b, initial.c) = (b, c);
+            model.law = Law::Exponential { b, c };
         }
         Altered { shots, model, settings, initial }
     }
@@ -339,14 +341,4 @@ impl Trial<'_> {
             sentence,
         }
     }
-}
-
-/// Lets the friction fall, with b and c held.
-fn fall(settings: &mut Settings, model: &mut Model, initial: &mut Values, [b, c]: [f64; 2]) {
-    use crate::measurement::parameter::Setting;
-    settings.falls = true;
-    settings[Parameter::B] = Setting::held(b);
-    settings[Parameter::C] = Setting::held(c);
-    (initial.b, initial.c) = (b, c);
-    model.law = Law::Exponential { b, c };
 }

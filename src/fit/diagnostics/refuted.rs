@@ -110,13 +110,7 @@ pub(in crate::fit) fn judge(fit: &mut Fit, shots: &[&Shot]) {
     let if_model_held =
         fit.estimates.iter().filter_map(|e| Some((e.parameter, e.std_error?))).collect::<Vec<_>>();
     for estimate in fit.estimates.iter_mut().filter(|e| e.status != Status::Fixed) {
-        *estimate = Estimate {
-            std_error: None,
-            interval_95: None,
-            intervals: crate::fit::Intervals::default(),
-            std_error_at_bound: None,
-            ..*estimate
-        };
+        *estimate = Estimate::bare(estimate.parameter, estimate.value, estimate.status);
     }
     if let Some(joint) = &mut fit.diagnostics.joint {
         for estimate in &mut joint.shared {

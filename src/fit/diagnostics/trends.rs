@@ -98,55 +98,27 @@ impl Variable {
     }
 }
 
-/// What may have a trend: how an error of 1 of it would move a shot's observations, in raw units.
-struct Quantity {
-    name: &'static str,
-    moves: fn(&Shot, f64, Observable) -> f64,
-}
+/// How an error of 1 of what may have a trend would move an observation of a shot with this cut angle, in raw units.
+type Moves = Box<dyn Fn(&Shot, f64, Observable) -> f64 + Sync>;
 
 /// Of impacts the velocities along and across the line of centres, of angles every observable.
-fn quantities(context: &Context) -> Vec<(Quantity, Option<Observable>)> {
-    /// n·axis and side·t·axis of the line of centres.
-    fn axes(shot: &Shot, cut: f64, axis: Axis) -> [f64; 2] {
-        let Before::Impact { normal: [x, y], .. } = shot.before else { return [0.0; 2] };
-        let side = if cut < 0.0 { -1.0 } else { 1.0 };
-        match axis {
-            Axis::X => [x.value, -side * y.value],
-            Axis::Y => [y.value, side * x.value],
-            Axis::Z => [0.0; 2],
-        }
-    }
-    fn object(shot: &Shot, cut: f64, observable: Observable, which: usize) -> f64 {
-        if let Observable::ObjectVelocity(axis) = observable { axes(shot, cut, axis)[which] } else { 0.0 }
-    }
-    fn cue(shot: &Shot, cut: f64, observable: Observable, which: usize) -> f64 {
-        if let Observable::CueVelocity(axis) = observable { axes(shot, cut, axis)[which] } else { 0.0 }
-    }
+fn quantities(context: &Context) -> Vec<(&'static str, Moves)> {
+    let velocity = |of: fn(Axis) -> Observable, across: bool| -> Moves {
+        Box::new(move |shot, cut, observable| {
+            let Before::Impact { normal: [x, y], .. } = shot.before else { return 0.0 };
+            let side = if cut < 0.0 { -1.0 } else { 1.0 };
+            let axes = if across { [-side * y.value, side * x.value] } else { [x.value, y.value] };
+            let which = [Axis::X, Axis::Y].into_iter().position(|axis| of(axis) == observable);
+            which.map_or(0.0, |which| axes[which])
+        })
+    };
     let of_discs = context.fitted.iter().any(|shot| shot.plan.is_of_discs());
     if !of_discs && context.shots.iter().any(|shot| matches!(shot.before, Before::Impact { .. })) {
         return vec![
-            (Quantity { name: "throw", moves: |s, c, o| object(s, c, o, 1) }, None),
-            (
-                Quantity {
-                    name: "object-ball velocity along the line of centres",
-                    moves: |s, c, o| object(s, c, o, 0),
-                },
-                None,
-            ),
-            (
-                Quantity {
-                    name: "cue-ball velocity along the line of centres",
-                    moves: |s, c, o| cue(s, c, o, 0),
-                },
-                None,
-            ),
-            (
-                Quantity {
-                    name: "cue-ball velocity across the line of centres",
-                    moves: |s, c, o| cue(s, c, o, 1),
-                },
-                None,
-            ),
+            ("throw", velocity(Observable::ObjectVelocity, true)),
+            ("object-ball velocity along the line of centres", velocity(Observable::ObjectVelocity, false)),
+            ("cue-ball velocity along the line of centres", velocity(Observable::CueVelocity, false)),
+            ("cue-ball velocity across the line of centres", velocity(Observable::CueVelocity, true)),
         ];
     }
     let mut seen: Vec<Observable> = Vec::new();
@@ -155,10 +127,15 @@ fn quantities(context: &Context) -> Vec<(Quantity, Option<Observable>)> {
             seen.push(row.observable);
         }
     }
-    // friction has the sign of the cut angle, or of the slip
-    let moves: fn(&Shot, f64, Observable) -> f64 =
-        |_, side, observable| if observable == Observable::ImpulseRatio { side.signum() } else { 1.0 };
-    seen.into_iter().map(|o| (Quantity { name: o.label(), moves }, Some(o))).collect()
+    let moves = |only: Observable| -> Moves {
+        Box::new(move |_, side, observable| match observable {
+            _ if observable != only => 0.0,
+            // friction has the sign of the cut angle, or of the slip
+            Observable::ImpulseRatio => side.signum(),
+            _ => 1.0,
+        })
+    };
+    seen.into_iter().map(|observable| (observable.label(), moves(observable))).collect()
 }
 
 /// What the tests need of one shot.
@@ -200,15 +177,12 @@ pub(in crate::fit) fn trends(context: &Context, basis: &Basis) -> Vec<Trend> {
     let views: Option<Vec<View>> = all.map(|i| view(context, i)).collect();
     let Some(views) = views else { return Vec::new() };
     let mut trends = Vec::new();
-    for (quantity, only) in quantities(context) {
+    for (quantity, moves) in quantities(context) {
         // one standard deviation of the quantity in each shot, whitened
         let unit: Vec<Option<DVector<f64>>> = (views.par_iter().zip(context.fitted).with_min_len(SHARE))
             .map(|(view, Fitted { index, plan, .. })| {
-                let moves = plan.rows().iter().map(|row| {
-                    let asked = only.is_none_or(|only| only == row.observable);
-                    let own = (quantity.moves)(context.shots[*index], view.cut, row.observable);
-                    if asked { own } else { 0.0 }
-                });
+                let shot = context.shots[*index];
+                let moves = plan.rows().iter().map(|row| moves(shot, view.cut, row.observable));
                 let moves = DVector::from_iterator(plan.rows().len(), moves);
                 let square = moves.norm_squared();
                 let sd = moves.dot(&(&view.covariance * &moves)).sqrt() / square;
@@ -218,7 +192,6 @@ pub(in crate::fit) fn trends(context: &Context, basis: &Basis) -> Vec<Trend> {
         for (which, variable) in Variable::ALL.into_iter().enumerate() {
             if let Some((slope, p_value)) = slope(context, basis, &views, &unit, which) {
                 let (significant, words) = (false, String::new());
-                let quantity = quantity.name;
                 trends.push(Trend {
                     quantity,
                     variable,

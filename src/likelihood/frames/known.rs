@@ -56,7 +56,6 @@ pub(crate) struct Extracted<'a> {
 
 impl Film {
     /// The frames that an extraction used; with `camera`, also how they follow its corrections.
-    #[must_use]
     pub(crate) fn new(shot: &TrackShot, impact: &Extracted, scene: &Scene, camera: Option<&Camera>) -> Self {
         let [from, to] = impact.window;
         let common = impact.position_sd / impact.scale;
@@ -76,19 +75,8 @@ impl Film {
         };
         let z = impact.unknowns;
         let mut start = SVector::<f64, { OWN + SPIN }>::zeros();
-        for (i, at) in [
-            unknown::TIME,
-            unknown::OBJECT,
-            unknown::OBJECT + 1,
-            unknown::DIRECTION,
-            unknown::BEFORE,
-            unknown::BEFORE + 1,
-        ]
-        .into_iter()
-        .enumerate()
-        {
-            start[i] = z[at];
-        }
+        // the first unknowns are the same ones
+        start.fixed_rows_mut::<OWN>(0).copy_from(&z.fixed_rows::<OWN>(0));
         let spin = start_spin(&mut start, impact.spin, z[unknown::ROLL]);
         let start = impact.at_model.unwrap_or(start);
         let seen = impact.spins_after.map(|spin| {
@@ -113,7 +101,6 @@ impl Film {
 
     /// All frames of a shot whose positions state their standard deviations, and that is known, so that its own
     /// unknowns start where they are. Positions without one weigh nothing.
-    #[must_use]
     pub(crate) fn known(shot: &TrackShot, known: &Known, scene: &Scene) -> Self {
         let frames = |samples: &[Sample]| {
             let frame = |s: &Sample| Frame {

@@ -151,26 +151,22 @@ impl Reduced {
 
 impl Film {
     /// The same film of a shot that differs so from what is stated, with side spin of this standard deviation where that is not 0.
-    #[must_use]
     pub(crate) fn departing(&self, departure: Departure, side_sd: f64) -> Self {
         let side_sd = if side_sd > 0.0 { side_sd } else { self.scene.side_sd };
         Self { scene: ShotScene { side_sd, departure, ..self.scene }, ..self.clone() }
     }
 
     /// Whether its side spin is an unknown.
-    #[must_use]
     pub(crate) fn has_side_spin(&self) -> bool {
         self.scene.side_sd > 0.0
     }
 
     /// Whether the cue ball's spin is stated, as stun or natural roll.
-    #[must_use]
     pub(crate) fn states_spin(&self) -> bool {
         matches!(self.scene.spin, Spin::Stun | Spin::NaturalRoll)
     }
 
     /// Measured numbers: coordinates, and components of spins.
-    #[must_use]
     pub(crate) fn observations(&self) -> usize {
         let spins = self.seen.iter().flatten().count() + usize::from(self.spin.is_some());
         let one = usize::from(self.one_unknown().is_some());
@@ -178,7 +174,6 @@ impl Film {
     }
 
     /// The shot's own unknowns.
-    #[must_use]
     pub(crate) fn unknowns(&self) -> usize {
         match self.spin {
             Some(_) => OWN + SPIN,

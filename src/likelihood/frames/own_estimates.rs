@@ -25,7 +25,6 @@ pub struct OwnEstimate {
 
 impl Film {
     /// The shot's own unknowns at `own`, where χ² is least for what all shots share. Empty where there is no collision.
-    #[must_use]
     pub(crate) fn own_estimates(
         &self,
         collision: &Corrected,

@@ -42,7 +42,6 @@ const NEAR: f64 = 5.0;
 impl Film {
     /// The shot with its own unknowns where χ² is least, for what all shots share; looked for from `from`.
     /// `None` where there is no collision.
-    #[must_use]
     pub(crate) fn reduced(&self, collision: &Corrected, shared: &Shared, from: &Own) -> Option<Reduced> {
         let tried = std::iter::once(from).chain(&self.others);
         let found = tried.filter_map(|from| self.reduced_from(collision, shared, from));
@@ -51,7 +50,6 @@ impl Film {
 
     /// Where to look for the own unknowns when the shared parameters have moved by so much from where they were `found`: where
     /// they are expected, an unknown spin on the side where it was.
-    #[must_use]
     pub(crate) fn start_after(&self, found: &Reduced, moved: &SVector<f64, ALL_SHARED>) -> Own {
         let side = |own: &Own| SIDES.iter().position(|[_, high]| own[OWN] <= *high);
         let mut start = found.own + found.own_by_shared * moved;
@@ -180,7 +178,6 @@ impl Film {
     }
 
     /// With an unknown spin looked for from everywhere, whatever the parameters, where its frames allow several.
-    #[must_use]
     pub(crate) fn with_all_minima(mut self, scene: &Scene) -> Self {
         if !self.rolls_unknown() {
             return self;

@@ -8,9 +8,6 @@ use crate::physics::ball::{BallState, Vec3};
 use crate::physics::cloth_motion::{Cloth, Path};
 use crate::physics::collision::{Coefficients, Corrected, Input};
 
-/// Where the cue ball's velocity stands among the own unknowns.
-const BEFORE: usize = 4;
-
 /// The kind of a number that is measured of a ball.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Measured {
@@ -54,7 +51,6 @@ impl Row {
 impl Film {
     /// Every measured number of the shot against what the parameters and its own unknowns say. The squares of the standardized
     /// ones sum to χ² of the shot, less [`Film::prior_chi2`]. `None` where there is no collision.
-    #[must_use]
     pub(crate) fn rows(&self, collision: &Corrected, shared: &Shared, own: &Own) -> Option<Vec<Row>> {
         let spins = self.spin.is_some().then(|| [own[OWN], own[OWN + 1], own[OWN + 2]]);
         let one = if self.one_unknown().is_some() { own[OWN] } else { 0.0 };
@@ -125,22 +121,9 @@ impl Film {
     }
 
     /// What is expected of an unknown spin beforehand, as part of χ².
-    #[must_use]
     pub(crate) fn prior_chi2(&self, own: &Own) -> f64 {
         self.one_unknown().map_or(0.0, |(mean, sd)| ((own[OWN] - mean) / sd).powi(2))
     }
-}
-
-/// The cue ball's speed just before the impact, m/s.
-#[must_use]
-pub(crate) fn speed(own: &Own) -> f64 {
-    own[BEFORE].hypot(own[BEFORE + 1])
-}
-
-/// When the balls touch, s.
-#[must_use]
-pub(crate) fn instant(own: &Own) -> f64 {
-    own[0]
 }
 
 /// The collision, without derivatives.

@@ -6,14 +6,19 @@ use crate::measurement::dataset::Measurement;
 use crate::measurement::observable::{Axis, Observable};
 use crate::physics::collision::{Coefficients, Corrected, Correction, Effects, Fidelity, Model};
 use crate::physics::effect_sizes;
-use crate::physics::effect_sizes::{Choice, Compared};
+use crate::physics::effect_sizes::Compared;
 
 /// A contact that gives way by more, in parts of the speed, is no correction of one that is rigid.
 const DIRECT: f64 = 2e-3;
 
+/// Of a shot's smallest standard error, what may be left out: squared it adds a hundredth.
+const PART: f64 = 0.1;
+
+/// Of the speed, where the data state no errors.
+const OTHERWISE: f64 = 1e-4;
+
 impl Plan {
     /// How the shot's collision is computed: as was chosen for it, or by the model.
-    #[must_use]
     pub(crate) fn collision(&self, model: &Model) -> Corrected<'_> {
         let Some((fidelity, effects)) = self.choice else {
             return Corrected { model: *model, correction: None };
@@ -35,19 +40,9 @@ impl Plan {
         }
     }
 
-    /// From now on computed at the cheapest fidelity, and with the effects, that keep within `part` of
-    /// the smallest standard error of the observations, or of `otherwise` (in parts of the speed) where
-    /// the data state none.
-    ///
-    /// # Errors
-    /// As [`Plan::predict`].
-    pub(crate) fn choose(
-        &mut self,
-        model: &Model,
-        coefficients: &Coefficients,
-        part: f64,
-        otherwise: f64,
-    ) -> Result<Choice, Unpredictable> {
+    /// From now on computed at the cheapest fidelity, and with the effects, that keep within a part of the smallest standard error of the
+    /// observations.
+    pub(crate) fn choose(&mut self, model: &Model, coefficients: &Coefficients) -> Result<(), Unpredictable> {
         (self.choice, self.correction, self.is_direct) = (None, None, false);
         let speed = self.predict(model, coefficients)?.speed;
         let start = Start::new(&self.state, speed, model.ball.radius);
@@ -63,7 +58,7 @@ impl Plan {
             })
         };
         let least = self.rows.iter().filter_map(relative).fold(f64::INFINITY, f64::min);
-        let tolerance = if least.is_finite() { part * least } else { otherwise };
+        let tolerance = if least.is_finite() { PART * least } else { OTHERWISE };
         let vertical = |row: &Measurement| {
             matches!(
                 row.observable,
@@ -85,14 +80,11 @@ impl Plan {
             .estimates
             .iter()
             .any(|effect| effect.name == "compliance" && effect.on && effect.size > DIRECT);
-        Ok(choice)
+        Ok(())
     }
 
     /// Takes anew what the integrated fidelity that was chosen adds to `full`, at these coefficients. Until then
     /// the shot is computed as with `full`.
-    ///
-    /// # Errors
-    /// As [`Plan::predict`].
     pub(crate) fn correct(
         &mut self,
         model: &Model,
@@ -109,13 +101,11 @@ impl Plan {
     }
 
     /// Whether its correction, if it has one, was taken so near that another would hardly differ.
-    #[must_use]
     pub(crate) fn serves(&self, model: &Model, coefficients: &Coefficients) -> bool {
         self.correction.as_deref().is_none_or(|correction| correction.serves(model, coefficients))
     }
 
     /// What was chosen for it.
-    #[must_use]
     pub(crate) fn choice(&self) -> Option<(Fidelity, Effects)> {
         self.choice
     }
@@ -139,7 +129,6 @@ impl Plan {
     }
 
     /// Whether it was chosen with more than [`Plan::leave_out_weight`] leaves.
-    #[must_use]
     pub(crate) fn has_weight(&self) -> bool {
         self.choice.is_some_and(|(fidelity, _)| {
             fidelity == Fidelity::Contact || fidelity.is_integrated() && !self.gives_way()
@@ -147,13 +136,11 @@ impl Plan {
     }
 
     /// Whether it was chosen with a contact that gives way.
-    #[must_use]
     pub(crate) fn gives_way(&self) -> bool {
         self.choice.is_some_and(|(fidelity, effects)| effects.and(fidelity.effects()).compliance)
     }
 
     /// Whether it is integrated whenever it is computed.
-    #[must_use]
     pub(crate) fn is_direct(&self) -> bool {
         self.is_direct
     }
@@ -170,13 +157,11 @@ impl Plan {
     }
 
     /// As the model says, with nothing chosen.
-    #[must_use]
     pub(crate) fn plain(&self) -> Self {
         Self { choice: None, correction: None, is_direct: false, ..self.clone() }
     }
 
     /// Whether it is computed at an integrated fidelity by a correction.
-    #[must_use]
     pub(crate) fn is_corrected(&self) -> bool {
         self.choice.is_some_and(|(fidelity, effects)| {
             let is_base = self.is_direct && fidelity == Fidelity::Ode && effects == of_contact(effects);

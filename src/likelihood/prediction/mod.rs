@@ -18,6 +18,7 @@ use crate::measurement::dataset::{Before, Joint, Measurement, Shared, Shot};
 use crate::measurement::observable::Observable;
 use crate::measurement::parameter::Parameter;
 use crate::measurement::spin::Spin;
+use crate::numerics::small_products::add_product;
 use crate::physics::ball::BallState;
 use crate::physics::collision::{Coefficients, Correction, Effects, Fidelity, Model, Regime};
 use crate::physics::friction_law::Law;
@@ -173,16 +174,12 @@ impl Plan {
     }
 
     /// Which parameters, in the order of [`Parameter::ALL`], its observations depend on where this is predicted of it.
-    #[must_use]
     pub(crate) fn depends(&self, prediction: &Prediction) -> [bool; Parameter::ALL.len()] {
         let by = prediction.by_parameters.rows(0, self.rows.len());
         std::array::from_fn(|parameter| by.column(parameter).iter().any(|d| *d != 0.0))
     }
 
     /// Whether its contact slides to the end or sticks, in closed form.
-    ///
-    /// # Errors
-    /// As [`Plan::predict`].
     pub(crate) fn regime(&self, model: &Model, coefficients: &Coefficients) -> Result<Regime, Unpredictable> {
         let cue = self.cue(model, coefficients)?;
         Ok(self.collision(model).model.collide(&cue, coefficients)?.regime)
@@ -195,7 +192,6 @@ impl Plan {
     }
 
     /// The same shot with an exact state before the impact, and with this covariance of what is observed after it.
-    #[must_use]
     pub(crate) fn with_covariance(&self, covariance: &DMatrix<f64>) -> Self {
         let count = self.rows.len();
         let places = Joint::BEFORE + count;
@@ -214,25 +210,21 @@ impl Plan {
     }
 
     /// Whether it is one of discs.
-    #[must_use]
     pub(crate) fn is_of_discs(&self) -> bool {
         self.rows.iter().any(|row| row.observable == Observable::Restitution)
     }
 
     /// The joint errors of inputs and observations, where they were extracted together.
-    #[must_use]
     pub(crate) fn joint(&self) -> Option<&Joint> {
         self.joint.as_deref()
     }
 
     /// The same, taken apart.
-    #[must_use]
     pub(crate) fn together(&self) -> Option<&Together> {
         self.together.as_deref()
     }
 
     /// Whether any input has an error that can be told from those of the observations.
-    #[must_use]
     pub(crate) fn has_uncertain_inputs(&self) -> bool {
         self.joint.is_none() == self.together.is_none() && self.variance_in.amax() > 0.0
     }
@@ -244,20 +236,17 @@ impl Plan {
     }
 
     /// The standard deviation of side spin that nobody saw, rad/s; 0 where none is reckoned with.
-    #[must_use]
     pub(crate) fn side_sd(&self) -> f64 {
         self.side_sd
     }
 
     /// Whether the incoming speed is known, measured or solved for.
-    #[must_use]
     pub(crate) fn knows_speed(&self) -> bool {
         !matches!(self.state.before, Before::Angle { speed: None, .. }) || self.state.solved_from.is_some()
     }
 
     /// Whether the cue ball has topspin about the line of centres, so that it presses the object
     /// ball into the cloth.
-    #[must_use]
     pub(crate) fn has_topspin(&self) -> bool {
         let start = Start::new(&self.state, 1.0, 1.0);
         start.cue.spin.y > 0.0
@@ -270,14 +259,12 @@ impl Plan {
 
     /// The same shot with this much more topspin than is stated, over the natural roll's; one whose spin is measured or unknown
     /// stays as it is.
-    #[must_use]
     pub(crate) fn with_topspin(mut self, topspin: f64) -> Self {
         self.state.topspin = topspin;
         self
     }
 
     /// Cut angle, radians.
-    #[must_use]
     pub(crate) fn cut(&self) -> f64 {
         cut(&self.state.before)
     }
@@ -291,9 +278,6 @@ impl Plan {
     }
 
     /// With the inputs moved by so much from what was measured.
-    ///
-    /// # Errors
-    /// As [`Plan::predict`].
     pub(crate) fn predict_moved(
         &self,
         by: &SVector<f64, INPUTS>,
@@ -383,7 +367,8 @@ impl Plan {
         let model = &collision.model;
         let start = Start::new(state, speed, model.ball.radius);
         let (outcome, jacobian, by_others) = collision.collide_with_all(&start.cue, coefficients)?;
-        let by_inputs = product(&jacobian.fixed_columns::<5>(3).into_owned(), &start.by_inputs);
+        let mut by_inputs = SMatrix::zeros();
+        add_product(&mut by_inputs, 1.0, &jacobian.fixed_columns::<5>(3).into_owned(), &start.by_inputs);
         // where the contact gives way the outcome has no kink where sticking sets in
         let regime = if model.is_compliant() { Regime::Slide } else { outcome.regime };
         let mut prediction = Prediction {
@@ -418,26 +403,9 @@ impl Plan {
     }
 }
 
-/// A · B of matrices so small, and of so many zeros, that a general product takes several times as long.
-fn product<const R: usize, const M: usize, const C: usize>(
-    a: &SMatrix<f64, R, M>,
-    b: &SMatrix<f64, M, C>,
-) -> SMatrix<f64, R, C> {
-    let mut product = SMatrix::zeros();
-    for column in 0..C {
-        for k in (0..M).filter(|&k| b[(k, column)] != 0.0) {
-            for row in 0..R {
-                product[(row, column)] += a[(row, k)] * b[(k, column)];
-            }
-        }
-    }
-    product
-}
-
 impl Plan {
     /// The cue ball's spin before the impact at a speed (m/s): forward spin over that of natural roll,
     /// and Rω_z/U.
-    #[must_use]
     pub(crate) fn spin_ratios(&self, speed: f64, radius: f64) -> [f64; 2] {
         let BallState { velocity, spin } = Start::new(&self.state, speed, radius).cue;
         let forward = spin.y * velocity.x - spin.x * velocity.y;

@@ -51,7 +51,6 @@ impl Options {
     pub const DEFAULT: Self = Self { max_iterations: 1000, orthogonality: 1e-14 };
 
     /// Options that stop as early as these or others do.
-    #[must_use]
     pub(crate) fn at_most(&self, others: &Self) -> Self {
         Self {
             max_iterations: self.max_iterations.min(others.max_iterations),

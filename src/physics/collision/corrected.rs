@@ -102,7 +102,6 @@ impl Correction {
     }
 
     /// Whether a model moves no coefficient much further than its slope was taken over.
-    #[must_use]
     pub(crate) fn serves(&self, model: &Model, coefficients: &Coefficients) -> bool {
         let moved = self.moved(coefficients, model.law, if self.kappa > 0.0 { model.kappa } else { 0.0 });
         let steps = [Self::STEP, Self::STEP, Self::STEP, Self::STEP, Self::STEP_OF_C, Self::STEP_OF_KAPPA];

@@ -3,7 +3,7 @@
 use std::str::FromStr;
 
 use super::Effects;
-use crate::physics::name::{UnknownName, named};
+use crate::physics::name::{UnknownName, by_name, named};
 
 /// How closely the collision is modelled.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -102,7 +102,6 @@ impl FidelityChoice {
     }
 
     /// What collisions are computed with before anything else is chosen.
-    #[must_use]
     pub(crate) fn first(self) -> Fidelity {
         match self {
             Self::Auto => Fidelity::Full,
@@ -111,13 +110,7 @@ impl FidelityChoice {
     }
 }
 
-impl FromStr for Fidelity {
-    type Err = UnknownName;
-
-    fn from_str(name: &str) -> Result<Self, UnknownName> {
-        named("fidelity", &Self::ALL, |fidelity| [fidelity.name()], name)
-    }
-}
+by_name!(Fidelity, "fidelity", ALL, name);
 
 impl FromStr for FidelityChoice {
     type Err = UnknownName;

@@ -39,7 +39,6 @@ impl Model {
     }
 
     /// Whether there is more than the coefficients that outcomes depend on.
-    #[must_use]
     #[inline]
     pub(crate) fn has_others(&self) -> bool {
         self.law != Law::Constant || !self.is_usual() || self.is_compliant()

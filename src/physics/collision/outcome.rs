@@ -33,7 +33,6 @@ impl Outcome {
     }
 
     /// The outcome with `added` to its twelve components.
-    #[must_use]
     pub(crate) fn plus(&self, added: &SVector<f64, 12>) -> Self {
         let ball = |state: &BallState, first: usize| BallState {
             velocity: state.velocity + added.fixed_rows::<3>(first),

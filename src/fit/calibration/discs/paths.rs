@@ -7,6 +7,7 @@ use super::sums::{Row, Sums, derivatives, repeated};
 use crate::film::camera::Camera;
 use crate::film::discs::{DISCS, centre};
 use crate::measurement::track::{Sample, TrackShot};
+use crate::numerics::median;
 
 /// Frames that tell a parabola and its noise.
 const LEAST: usize = 8;
@@ -63,9 +64,7 @@ pub(super) fn paths(
 fn side(samples: &[Sample], camera: &Camera, impact: f64, sums: &mut Sums) -> Option<Side> {
     let mut good: Vec<Sample> = samples.to_vec();
     let (mut fitted, mut left) = parabola(&good, impact)?;
-    let mut sizes: Vec<f64> = left.iter().flatten().map(|r| r.abs()).collect();
-    sizes.sort_by(f64::total_cmp);
-    let most = OUTLIER * sizes[sizes.len() / 2] / MEDIAN_PART;
+    let most = OUTLIER * median(left.iter().flatten().map(|r| r.abs()).collect()) / MEDIAN_PART;
     let before = good.len();
     let mut of_frame = left.iter();
     good.retain(|_| of_frame.next().is_some_and(|r| r.iter().all(|r| r.abs() <= most)));

@@ -10,6 +10,7 @@ use crate::film::camera::Camera;
 use crate::film::discs::{DISCS, centre, points, velocity};
 use crate::measurement::rigid_body::{Point, Pose, frames, shape};
 use crate::measurement::track::{Sample, TrackShot};
+use crate::numerics::median;
 
 /// Frames with the same points that tell a shape and its noise.
 const LEAST: usize = 16;
@@ -78,9 +79,7 @@ fn of_frames(frames: &[(f64, Vec<Point>)], camera: &Camera) -> Option<Sums> {
         })
         .collect();
     let sizes: Vec<f64> = left.iter().map(|left| left.iter().map(|r| r * r).sum::<f64>().sqrt()).collect();
-    let mut sorted = sizes.clone();
-    sorted.sort_by(f64::total_cmp);
-    let usual = sorted[sorted.len() / 2];
+    let usual = median(sizes.clone());
     if !(usual > COMPUTED * size) {
         return None;
     }
