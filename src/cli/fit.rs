@@ -116,18 +116,22 @@ fn falling(text: &str) -> Result<Falling, String> {
     }
 }
 
-/// A sentence that names the report, or the folder that holds all of them.
-fn where_reports_are(folders: &[PathBuf], out: &Path) -> String {
+/// A sentence that names the report, or the folder that holds all of them: of each data set its folder, and whether it was fitted label
+/// by label.
+fn where_reports_are(folders: &[(PathBuf, bool)], out: &Path) -> String {
     match folders {
         [] => String::new(),
-        [one] if one.join(REPORT).is_file() => format!("\nReport: {}\n", one.join(REPORT).display()),
-        // a data set that was fitted label by label has a report for each
-        [one] => format!("\nReports: {}\n", one.join("*").join(REPORT).display()),
-        all => format!(
-            "\nReports: {} ({} data sets; one that was fitted label by label has a folder for each label)\n",
-            out.join("*").join(REPORT).display(),
-            all.len()
-        ),
+        [(one, false)] => format!("\nReport: {}\n", one.join(REPORT).display()),
+        [(one, true)] => format!("\nReports: {}\n", one.join("*").join(REPORT).display()),
+        all => {
+            let labels = "; one that was fitted label by label has a folder for each label";
+            format!(
+                "\nReports: {} ({} data sets{})\n",
+                out.join("*").join(REPORT).display(),
+                all.len(),
+                if all.iter().any(|(_, by_label)| *by_label) { labels } else { "" }
+            )
+        }
     }
 }
 
@@ -199,7 +203,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
             continue;
         }
         report::write_all(found, filmed, &args.out)?;
-        reports.push(folder);
+        reports.push((folder, found.iter().any(|fit| fit.group.is_some())));
     }
     progress.finish();
     let fits: Vec<Fit> = fits.into_iter().flat_map(|(found, _)| found).collect();

@@ -24,10 +24,10 @@ use super::{Failure, FidelityArg, print};
     mu = 0.05
     mu_s = 0.3
     e = 0.94
-    kappa = 1.258                     # optional: the contact gives way along its surface, 0 or left out: rigid
-    mu_b = 0.1                        # optional, with mu_c: friction that falls with the slip v, mu + mu_b·exp(-mu_c·v)
-    mu_c = 1.1
-    e_slope = 0.02                    # optional: e - e_slope·v, v the closing speed
+    # kappa = 1.258                   # the contact gives way along its surface; left out: rigid
+    # mu_b = 0.1                      # with mu_c: friction that falls with the slip v, mu + mu_b·exp(-mu_c·v)
+    # mu_c = 1.1
+    # e_slope = 0.02                  # e - e_slope·v, v the closing speed
 
     [shots]
     count = 40
@@ -58,18 +58,18 @@ use super::{Failure, FidelityArg, print};
     [ball]                            # optional: the balls as they are
     radius_m = 0.028575
     mass_kg = 0.170
-    mass_kg_sd = 0.001                # of the scale: dataset.toml states a mass that is off by as much; likewise radius_m_sd
+    # mass_kg_sd = 0.001              # of the scale: dataset.toml states a mass that is off by as much; likewise radius_m_sd
 
-    [object]                          # optional: what of the object ball differs; likewise radius_m, radius_m_sd, inertia
-    mass_kg = 0.165
-    mass_kg_sd = 0.001
+    # [object]                        # what of the object ball differs; likewise radius_m, radius_m_sd, inertia
+    # mass_kg = 0.165
+    # mass_kg_sd = 0.001
 
 Example: caromfit synth spec.toml --out data/two-cloths-a"#)]
 pub struct Args {
     /// What to make; see below
     #[arg(value_name = "SPEC.toml")]
     spec: PathBuf,
-    /// The folder to make it in
+    /// A new folder, or one that synth made: no other data set is replaced
     #[arg(long, value_name = "DIR")]
     out: PathBuf,
     /// How closely the collisions are modelled: full, or ode where the contact gives way or its friction falls with the slip
@@ -86,6 +86,9 @@ pub struct Args {
     #[arg(long)]
     json: bool,
 }
+
+/// How a dataset.toml begins that was made here.
+const SYNTHETIC: &str = "# Synthetic:";
 
 /// What was made, for programs.
 fn document(args: &Args, spec: &Spec, fidelity: Fidelity, files: &[&str]) -> Value {
@@ -120,6 +123,12 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let fidelity = model.fidelity;
     let files = simulate::generate_with(&spec, &model)
         .map_err(|error| Failure::input(format!("{}: {error}", args.spec.display())))?;
+    // another's data set is not replaced
+    let there = args.out.join("dataset.toml");
+    if std::fs::read_to_string(&there).is_ok_and(|text| !text.starts_with(SYNTHETIC)) {
+        let message = "is no synthetic data set, and is not replaced; expected another --out";
+        return Err(Failure::input(format!("{}: {message}", there.display())));
+    }
     let files: Vec<_> = files.into_iter().map(|(name, text)| (name, text.into_bytes())).collect();
     write::write_files(&files, &args.out)?;
     if args.json {

@@ -97,8 +97,9 @@ impl Fit {
             // where something else is wrong, that is why
             let why = self
                 .odd_radius()
-                .or_else(|| self.cause())
+                .or_else(|| self.cause().filter(|_| self.is_explained()))
                 .or_else(|| self.wrong_footage())
+                .or_else(|| self.cause())
                 .or_else(|| self.doubtful_shots());
             let measured = refuted.restitution.map(|e| {
                 format!("Measured without the model: e = {}.{see}", with_error(e.value, e.std_error))
@@ -201,6 +202,14 @@ impl Fit {
     fn cause(&self) -> Option<String> {
         let best = self.explanations.first().filter(|best| !best.adopted)?;
         Some(best.sentence.clone())
+    }
+
+    /// Whether little is left to explain with the best cause.
+    fn is_explained(&self) -> bool {
+        /// χ²/dof
+        const LITTLE: f64 = 2.0;
+        let left = self.explanations.first().and_then(|best| best.reduced_chi2);
+        left.is_none_or(|[_, after]| after < LITTLE)
     }
 
     /// Residuals that the stated noise does not explain.

@@ -42,11 +42,29 @@ pub fn write_all(fits: &[Fit], filmed: &Filmed, out: &Path) -> Result<(), Report
         let folder = out.join(dataset_folder(&fit.dataset));
         rendered.push((if fit.group.is_some() { folder.join(name) } else { folder }, files(fit, filmed)?));
     }
-    rendered.iter().try_for_each(|(folder, files)| put(files, folder))
+    rendered.iter().try_for_each(|(folder, files)| put(files, folder))?;
+    // of an earlier fit that was not label by label
+    match fits.first().filter(|fit| fit.group.is_some()) {
+        Some(fit) => remove(&out.join(dataset_folder(&fit.dataset)), |_| true),
+        None => Ok(()),
+    }
 }
 
 /// What programs read of a fit.
 const FIT: &str = "fit.json";
+
+/// All files that a report may have.
+const NAMES: [&str; 9] = [
+    "report.html",
+    FIT,
+    "residuals.csv",
+    "shots.csv",
+    "frames.csv",
+    "residuals.svg",
+    "residuals.png",
+    "contours.svg",
+    "contours.png",
+];
 
 /// Writes what a file is to hold, which may be more than should be held in memory.
 type Content<'a> = Box<dyn Fn(&mut dyn Write) -> io::Result<()> + 'a>;
@@ -70,9 +88,14 @@ fn put(files: &[(&'static str, Content)], folder: &Path) -> Result<(), ReportErr
     };
     let written: Vec<_> = files.iter().filter(|file| !stays(file)).collect();
     write_contents(&written, folder)?;
-    for name in ["contours.svg", "contours.png", "frames.csv"] {
+    remove(folder, |name| files.iter().all(|(written, _)| *written != name))
+}
+
+/// Removes files of a report.
+fn remove(folder: &Path, is_stale: impl Fn(&str) -> bool) -> Result<(), ReportError> {
+    for name in NAMES.into_iter().filter(|name| is_stale(name)) {
         let path = folder.join(name);
-        if files.iter().all(|(written, _)| *written != name) && path.exists() {
+        if path.exists() {
             fs::remove_file(&path).map_err(|source| ReportError::Write { path, source })?;
         }
     }

@@ -15,7 +15,6 @@ pub(super) fn in_metres(film: &TrackShot, unit: f64) -> TrackShot {
         (sample.x, sample.y) = (sample.x * unit, sample.y * unit);
         sample.sd = sample.sd.map(|sd| sd.map(|sd| sd * unit));
     }
-    shot.position_sd = shot.position_sd.map(|sd| sd * unit);
     shot.resolution = shot.resolution.map(|step| step * unit);
     shot
 }

@@ -132,6 +132,14 @@ impl Explanation {
         (self.estimate - assumed).abs() > SURELY * self.std_error
     }
 
+    /// Whether it is an explanation of a model that is far off: one that leaves nearly all of χ²/dof is none.
+    pub(super) fn is_some(&self) -> bool {
+        /// χ²/dof, and the part of it that is left at most.
+        const FAR_OFF: f64 = 5.0;
+        const LEFT: f64 = 0.9;
+        self.reduced_chi2.is_none_or(|[before, after]| before < FAR_OFF || after < LEFT * before)
+    }
+
     /// What a correction of the camera explained.
     pub(super) fn of_correction(found: &FoundCorrection) -> Self {
         let cause = Cause::Film(found.which);

@@ -276,6 +276,13 @@ impl Trial<'_> {
                 cause.starts().iter().map(|(start, step)| (start * unit, step * unit)).collect()
             }
             Cause::Compliance if unit > 0.0 => vec![(unit, 0.25 * unit)],
+            // stun that is stated to roll, or the other way round
+            Cause::CueSpin => {
+                let here = of(0.0).unwrap_or(f64::INFINITY);
+                let far =
+                    [1.0, -1.0].into_iter().filter(|other| of(*other).is_some_and(|there| there < here));
+                cause.starts().iter().copied().chain(far.map(|other| (other, 0.1))).collect()
+            }
             _ => cause.starts().to_vec(),
         };
         let found = starts.into_iter().filter_map(|(start, step)| least(of, start, step));

@@ -134,7 +134,8 @@ pub(super) fn explain(
                 .fit(&held.without(cause))
                 .is_some_and(|fit| fit.minus_two_log < before.minus_two_log + NAMED)
     };
-    explanations.retain(|explanation| explanation.is_sure(trial.assumed(explanation.cause)));
+    explanations
+        .retain(|explanation| explanation.is_sure(trial.assumed(explanation.cause)) && explanation.is_some());
     let best = explanations.first().map(|best| best.cause);
     explanations.retain(|explanation| Some(explanation.cause) == best || !needless(explanation.cause));
     explanations
