@@ -226,7 +226,7 @@ fn chosen_shots_only() {
     // what a user leaves out is no fault of the film
     assert!(!sentence.as_str().unwrap().contains("could be used"), "{sentence}");
     let unknown = refused(lab.path(), &["fit", data, "--skip", "eleven"]);
-    assert!(unknown.contains("\"eleven\" names no shot; expected of 1, 2, 3"), "{unknown}");
+    assert!(unknown.contains("\"eleven\" names no shot; expected one of 1, 2, 3"), "{unknown}");
     assert!(refused(lab.path(), &["fit", data, "--skip", "1..30"]).contains("leave none of its shots"));
     for (words, expected) in [
         ("1..99", "names no shots: there is no shot 99"),

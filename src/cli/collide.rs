@@ -98,6 +98,7 @@ fn parse_spin(text: &str) -> Result<Vec3, String> {
 
 pub fn run(args: &Args) -> Result<(), Failure> {
     let torque = if args.as_printed { ClothTorque::AsPrinted } else { ClothTorque::Corrected };
+    super::simulates(args.fidelity.0, args.effects)?;
     let fidelity = args.fidelity.0.or_else(|| args.effects.map(effect_sizes::cheapest));
     let within = args.tolerance.unwrap_or(effect_sizes::TOLERANCE);
     let given = |case: &Case| -> Result<Model, BadCase> {

@@ -158,6 +158,13 @@ fn load(args: &Args) -> Result<(Vec<Dataset>, Vec<String>), Failure> {
 
 pub fn run(args: &Args) -> Result<(), Failure> {
     // All input is checked before anything is written.
+    super::simulates(args.fidelity.0, args.effects)?;
+    if !args.free.is_empty() && args.method == Some(Method::TwoStage) {
+        return Err(Failure::input(
+            "--free bounce: only a fit of all frames can tell it; expected --method joint, or none"
+                .to_owned(),
+        ));
+    }
     let (mut datasets, assumed) = load(args)?;
     args.wanted.of(&mut datasets)?;
     let baseline = args.baseline.as_deref().map(Baseline::read).transpose()?;

@@ -186,6 +186,22 @@ fn loss() -> impl TypedValueParser<Value = Loss> {
     named(Loss::ALL, Loss::name)
 }
 
+/// That a fidelity that is stated has the effects that are; all means all that it has.
+fn simulates(fidelity: Option<Fidelity>, effects: Option<Effects>) -> Result<(), Failure> {
+    let (Some(fidelity), Some(effects)) = (fidelity, effects) else { return Ok(()) };
+    let missing = effects.list().into_iter().zip(fidelity.effects().list());
+    let missing: Vec<&str> =
+        missing.filter(|((_, on), (_, has))| *on && !has).map(|((name, _), _)| name).collect();
+    if missing.is_empty() || effects == Effects::ALL {
+        return Ok(());
+    }
+    Err(Failure::input(format!(
+        "--effects {}: --fidelity {} does not simulate it; expected --fidelity contact, or auto",
+        missing.join(","),
+        fidelity.name()
+    )))
+}
+
 /// What --effects takes.
 fn effects_help() -> String {
     format!(

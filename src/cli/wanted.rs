@@ -56,7 +56,7 @@ fn named<'a>(word: &str, names: &'a [&'a str]) -> Option<&'a [&'a str]> {
 /// Why a word names no shots: the end of a range that is none, ends the wrong way round, or no name.
 fn unknown(word: &str, datasets: &[Dataset]) -> String {
     let known: Vec<&str> = datasets.iter().flat_map(|dataset| dataset.names()).collect();
-    let expected = format!("expected of {}", listed(&known));
+    let expected = format!("expected one of {}", listed(&known));
     let Some((first, last)) = word.split_once("..") else { return format!("names no shot; {expected}") };
     let ends = [first.trim(), last.trim_start_matches('=').trim()];
     match ends.map(|end| known.contains(&end)) {

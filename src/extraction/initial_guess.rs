@@ -304,7 +304,13 @@ fn from_paths(shot: &TrackShot, scene: &Scene, noise: f64) -> Result<(Unknowns, 
     // noise that lasts from frame to frame tells less
     let lasts = shot.frames_alike().sqrt();
     if index < NEAR && drift > MOVED * noise * lasts * start.error {
-        return Err(Unusable::ObjectMoving { speed: drift });
+        // its track may as well begin at the impact
+        return Err(match drifts(&cue, &object, ball, noise) {
+            Some(speed) => Unusable::ObjectMoving { speed },
+            None => {
+                Unusable::TooFewBefore { cue: cue.iter().filter(|s| s.t < object[0].t).count(), object: 0 }
+            }
+        });
     }
     let time = moving.passes(lay).ok_or(Unusable::NoCollision)?;
 

@@ -160,7 +160,8 @@ fn gives_way(analysis: &Analysis) -> Option<f64> {
 
 fn analyse_once(dataset: Dataset, options: &Options, done: &(dyn Fn() + Sync)) -> Analysis {
     let prepared = Prepared::new(dataset, done);
-    let method = options.method.unwrap_or_else(|| prepared.best_method());
+    let is_free = options.method.is_none();
+    let mut method = options.method.unwrap_or_else(|| prepared.best_method());
     let film = FilmUnknowns { bounce: options.film.bounce, ..prepared.film_unknowns() };
     // labels that are fitted apart may lie elsewhere
     let near = near(&prepared.scene).filter(|_| prepared.dataset.by.is_none());
@@ -168,6 +169,11 @@ fn analyse_once(dataset: Dataset, options: &Options, done: &(dyn Fn() + Sync)) -
     let options = Options { method: Some(method), near, film, ..*options };
     let filmed = prepared.films(if method == Method::Joint { usize::MAX } else { BOUND_FROM });
     let mut fits = fit_watched(&prepared.dataset, &filmed, &options, done);
+    if is_free && matches!(fits, Err(FitError::NoStart(..))) {
+        // frames through which no collision leads: what was extracted from them says what is wrong
+        method = Method::TwoStage;
+        fits = fit_watched(&prepared.dataset, &filmed, &Options { method: Some(method), ..options }, done);
+    }
     for fit in fits.iter_mut().flatten() {
         if method == Method::TwoStage && prepared.finds_spins_from_paths() {
             fit.warn_of_spins_from_paths();

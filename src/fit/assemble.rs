@@ -1,5 +1,6 @@
 //! The minimum, and all that is known there, as a [`Fit`].
 
+use super::camera::LEAST_SHOTS;
 use super::diagnostics::{goodness, lag, refuted};
 use super::estimates::Estimates;
 use super::frames::{FittedFrames, are_explained, bound, cloth_of, joint_fit};
@@ -189,7 +190,10 @@ impl<'a> Finished<'a> {
         let (of_discs, gives_way) = (fit.discs.is_some(), self.choice.gives_way);
         // footage is corrected anew for a contact that gives way, and looked at then
         let is_settled = gives_way.is_none() || !fit.footage || of_discs;
-        let is_called_for = || causes::is_called_for(fit) || causes::is_suspected(self.settled, of_discs);
+        // too few to show whether the camera looks askew, which other causes would stand in for
+        let is_few = fit.footage && !of_discs && shots.len() < LEAST_SHOTS;
+        let is_called_for =
+            || !is_few && (causes::is_called_for(fit) || causes::is_suspected(self.settled, of_discs));
         // a tracker that lags leaves what no cause explains
         let lags = fit.frames.as_ref().is_some_and(lag::lags);
         let is_asked = options.explain || (options.depth >= Depth::Everything && is_called_for());

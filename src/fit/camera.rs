@@ -13,13 +13,17 @@ use crate::measurement::number;
 pub struct FoundCorrection {
     /// Which correction it is.
     pub which: Correction,
-    /// Its value, as a correction of what the data set states: a scale that was wrong by a factor has that factor.
+    /// Its value, as a correction of what the data set states, in the unit that [`Correction::words`] names: a scale that was wrong by a
+    /// factor has that factor.
     pub value: f64,
-    /// Its standard error.
+    /// Its standard error, in the same unit.
     pub std_error: f64,
     /// Whether the frames call for it; if not, it is not applied.
     pub adopted: bool,
 }
+
+/// With fewer shots only a scale that nobody stated is looked for; the rest of the camera is taken as stated.
+pub(super) const LEAST_SHOTS: usize = 6;
 
 /// The camera as the shots of a film show it.
 #[derive(Clone, Debug, PartialEq)]

@@ -220,7 +220,7 @@ fn advice(dataset: &Dataset) -> Vec<Finding> {
     let mut whole = |text: String| found.push(Finding::whole(Kind::Advice, text));
     let balls = dataset.tracks.as_ref().is_none_or(|tracks| tracks.discs.is_none());
     let usable = dataset.shots.len();
-    if usable < FEW_SHOTS {
+    if (1..FEW_SHOTS).contains(&usable) {
         whole(format!("{} can be used: too few to tell how noisy they are", count_of(usable, "shot")));
     }
     if dataset.tracks.as_ref().is_some_and(|tracks| tracks.shots.is_empty())

@@ -81,6 +81,12 @@ pub enum FitError {
     /// The constraints between parameters cannot be met; with the reason.
     #[error("{0}")]
     Relations(String),
+    /// No search can begin, since no collision can be computed that is like those of the data set, whose name is given.
+    #[error(
+        "{0}: no collision is like these shots, so that no search can begin ({1}). Check that the object ball lies still before the \
+         impact and the camera does not move, the radius, capture_fps and which track is which ball"
+    )]
+    NoStart(String, #[source] OptimiseError),
     /// The least-squares solver was used wrongly.
     #[error(transparent)]
     Optimise(#[from] OptimiseError),

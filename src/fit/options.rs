@@ -14,8 +14,8 @@ use crate::physics::name::by_name;
 
 /// Choices of a fit that are not part of the data set. The default is what `caromfit fit` does.
 ///
-/// Exhaustive on purpose, so that a program states what it wants and takes the rest from the default; with the `..` it is not
-/// broken by a choice that is added later:
+/// All fields are public: write `..Options::default()` behind those that you state, so that a choice that is added later does not break
+/// your code.
 ///
 /// ```
 /// use caromfit::fit::{Depth, Options};

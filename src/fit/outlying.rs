@@ -1,11 +1,15 @@
 //! Shots whose frames fit no collision that fits those of the others.
 
+use rayon::prelude::*;
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 
 use super::Rejected;
-use crate::likelihood::fitted::Fitted;
+use crate::likelihood::fitted::{Fitted, SHARE};
+use crate::likelihood::frames::shared_unknowns::{self, SharedUnknown};
 use crate::measurement::number::plain;
+use crate::measurement::values::Values;
 use crate::numerics::median;
+use crate::physics::collision::Model;
 
 /// χ²/dof over the usual one, with the noise that is usual of the other shots: a shot whose noise is estimated from its own
 /// residuals hides a misfit in it. Below this the noise of a shot may well be twice that of the others.
@@ -60,6 +64,27 @@ impl Misfit {
         let tied = shot.plan.rows().len().max(1) as f64;
         chi2.is_finite().then_some(Self { place, chi2: chi2 * noisier * noisier, dof, added, tied })
     }
+}
+
+/// Those through whose frames no collision leads at these values: something is wrong with them, and no search can begin there.
+pub(crate) fn impossible(
+    fitted: &[Fitted],
+    (model, values): (&Model, &Values),
+    unknowns: &[SharedUnknown],
+) -> Vec<Odd> {
+    let model = values.model(model);
+    let starts: Vec<f64> = unknowns.iter().map(|unknown| unknown.start).collect();
+    let shared = shared_unknowns::shared(values, unknowns, &starts);
+    let is_possible = |shot: &Fitted| {
+        let film = shot.film.as_ref()?;
+        let reduced = film.reduced(&shot.plan.collision(&model), &shared, &film.start)?;
+        let all = || reduced.residuals.iter().chain(reduced.jacobian.iter());
+        all().all(|number| number.is_finite()).then_some(())
+    };
+    let how = || "no collision leads from the frames before it to those after it".to_owned();
+    let all = fitted.par_iter().enumerate().with_min_len(SHARE);
+    let impossible = all.filter(|(_, shot)| is_possible(shot).is_none());
+    impossible.map(|(place, _)| Odd { place, how: how() }).collect()
 }
 
 /// Those whose frames fit the model far worse than those of the others, if they are few. `residuals` begin with theirs.

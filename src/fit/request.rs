@@ -6,6 +6,7 @@ use super::{Films, FitError, Method, Options, Rejected};
 use crate::likelihood::fitted::Fitted;
 use crate::measurement::dataset::{Dataset, Shot};
 use crate::measurement::observable::Observable;
+use crate::numerics::least_squares::OptimiseError;
 
 /// What is fitted, all shots of a data set or those of one label, and how.
 #[derive(Clone, Copy)]
@@ -44,6 +45,9 @@ impl Request<'_> {
             FitError::Relations(what) => {
                 FitError::Relations(format!("{}: [fit] constraints: {what}", self.dataset.path.display()))
             }
+            FitError::Optimise(
+                error @ (OptimiseError::ResidualNotFinite { .. } | OptimiseError::JacobianNotFinite),
+            ) => FitError::NoStart(self.title(), error),
             other => other,
         }
     }

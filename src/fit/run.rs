@@ -7,11 +7,12 @@ use super::diagnostics::other_models;
 use super::estimates::Estimates;
 use super::frames::{cloth_of, filmed};
 use super::model_choice::{ModelChoice, fitted_with};
-use super::outlying::{Odd, outlying};
+use super::outlying::{Odd, impossible, outlying};
 use super::request::Request;
 use super::samples::Search;
 use super::settled::Settled;
 use super::{Depth, Fit, FitError, Method, starts};
+use crate::likelihood::fitted::Fitted;
 use crate::likelihood::frames::shared_unknowns;
 use crate::likelihood::sample::Sample;
 use crate::measurement::dataset::Shot;
@@ -65,6 +66,11 @@ pub(super) fn fit_shots(request: &Request) -> Result<Fit, FitError> {
         for (unknown, start) in unknowns.iter_mut().zip(cloth_of(&settled.minimum, dataset)) {
             unknown.start = start;
         }
+        let at = (velocities.first().model, settled.minimum.first());
+        let odd = impossible(&with_films, at, &unknowns);
+        if !odd.is_empty() && odd.len() < with_films.len() {
+            return without(request, &with_films, &odd);
+        }
         joint = Search::of(Sample { fitted: &with_films, unknowns, ..velocities.first().clone() });
         let of_frames = Settled::from_starts(&joint, &settled.starts_nearby()).map_err(named)?;
         // a robust loss weighs them down
@@ -73,9 +79,7 @@ pub(super) fn fit_shots(request: &Request) -> Result<Fit, FitError> {
             _ => Vec::new(),
         };
         if !odd.is_empty() {
-            let odd: Vec<Odd> =
-                odd.into_iter().map(|odd| Odd { place: with_films[odd.place].index, ..odd }).collect();
-            return without(request, &odd);
+            return without(request, &with_films, &odd);
         }
         (&joint, of_frames)
     } else {
@@ -94,15 +98,15 @@ pub(super) fn fit_shots(request: &Request) -> Result<Fit, FitError> {
     Ok(fit)
 }
 
-/// The fit of the other shots, where the frames of some fit no collision that fits theirs: by their places among the shots.
-fn without(request: &Request, odd: &[Odd]) -> Result<Fit, FitError> {
+/// The fit of the other shots, where the frames of some fit no collision that fits theirs: by their places among those that were fitted.
+fn without(request: &Request, fitted: &[Fitted], odd: &[Odd]) -> Result<Fit, FitError> {
     let Request { shots, films, .. } = *request;
-    let is_odd = |i: &usize| odd.iter().any(|odd| odd.place == *i);
+    let is_odd = |i: &usize| odd.iter().any(|odd| fitted[odd.place].index == *i);
     let kept: Vec<usize> = (0..shots.len()).filter(|i| !is_odd(i)).collect();
     let kept_shots: Vec<&Shot> = kept.iter().map(|i| shots[*i]).collect();
     let kept_films: Vec<_> = kept.iter().map(|i| films.get(*i).cloned().flatten()).collect();
     let mut fit = fit_shots(&Request { shots: &kept_shots, films: &kept_films, ..*request })?;
-    let rejected = odd.iter().map(|odd| odd.rejected(&shots[odd.place].name));
+    let rejected = odd.iter().map(|odd| odd.rejected(&shots[fitted[odd.place].index].name));
     fit.shots_rejected.extend(rejected);
     Ok(fit)
 }

@@ -3,11 +3,12 @@
 //! It is a pure function of the [`Fit`]. What rules the numbers out comes first, then what lets doubt them, the most harmful
 //! first; the first that holds is the verdict.
 
+use super::camera::LEAST_SHOTS;
 use super::check;
 use super::check::{Finding, Kind, capital};
 use super::diagnostics::goodness::IMPROBABLE;
 use super::doubts::{below_bound, held_exactly};
-use super::{Fit, NoiseVerdict, Rejected, Scatter, Status, Trend};
+use super::{Fit, Method, NoiseVerdict, Rejected, Scatter, Status, Trend};
 use crate::measurement::dataset::ON_REQUEST;
 use crate::measurement::number::{self, plain, with_error};
 use crate::measurement::observable::Observable;
@@ -18,13 +19,17 @@ use crate::physics::name::by_name;
 const MANY_DOUBTFUL: f64 = 0.1;
 
 /// Of all shots: with fewer than this part used, those that were left out may be the rule.
-const FEW_USED: f64 = 0.5;
+const FEW_USED: f64 = 0.6;
 
 /// Of the shots: what so many of them show is no accident of one.
 const MANY_SUSPICIOUS: f64 = 0.5;
 
 /// Noise whose correlation from frame to frame is above this is that of a filter: trackers that follow a ball by themselves stay below.
 const SMOOTHED: f64 = 0.93;
+
+/// χ²/dof of so many velocities that are extracted from frames, and fit better than their noise allows.
+const TOO_GOOD: f64 = 0.25;
+const ENOUGH: usize = 20;
 
 /// Releasing a bound is worth a doubt when it makes an error this many times as large.
 const WORTH_DOUBTING: f64 = 2.0;
@@ -98,6 +103,8 @@ impl Fit {
             let why = self
                 .odd_radius()
                 .or_else(|| self.cause().filter(|_| self.is_explained()))
+                .or_else(|| self.few_used())
+                .or_else(|| self.unseen_tilt())
                 .or_else(|| self.wrong_footage())
                 .or_else(|| self.cause())
                 .or_else(|| self.doubtful_shots());
@@ -129,7 +136,8 @@ impl Fit {
     /// The most harmful reason for doubt.
     fn first_doubt(&self) -> Option<String> {
         let found = &self.diagnostics;
-        self.wrong_footage()
+        self.few_used()
+            .or_else(|| self.wrong_footage())
             .or_else(|| {
                 let chi2 = found.lower_minimum?;
                 Some(format!(
@@ -188,6 +196,16 @@ impl Fit {
 
     /// That the positions seem to have been smoothed before they were exported, which leaves little to fit.
     fn smoothed(&self) -> Option<String> {
+        let goodness = self.diagnostics.goodness.as_ref();
+        let tested = goodness.filter(|found| self.method == Method::Joint && found.dof >= ENOUGH);
+        let reduced = tested.map_or(1.0, |found| found.chi2 / found.dof as f64);
+        if reduced < TOO_GOOD {
+            return Some(format!(
+                "The shots agree far better than the noise of their frames allows (χ²/dof of their velocities {}), as where positions \
+                 were smoothed, or stand twice: export them as they were measured.",
+                plain(reduced, 1)
+            ));
+        }
         let noise = self.camera.as_ref()?.noise_correlation.filter(|noise| noise.adopted)?;
         (noise.value > SMOOTHED).then(|| {
             format!(
@@ -331,19 +349,33 @@ impl Fit {
         hidden.unwrap_or_default()
     }
 
-    /// Too few shots to believe what they agree on.
-    fn few_shots(&self) -> Option<String> {
+    /// That many shots were left out, which may be the rule.
+    fn few_used(&self) -> Option<String> {
         let unwanted = |rejected: &&Rejected| rejected.reason != ON_REQUEST;
         let rejected: Vec<&Rejected> = self.shots_rejected.iter().filter(unwanted).collect();
         let (used, all) = (self.shots_used, self.shots_used + rejected.len());
-        if let Some(first) = rejected.first()
-            && (used as f64) < FEW_USED * all as f64
-        {
-            return Some(format!(
-                "Only {used} of {all} shots could be used; the first that was left out is shot {}: {}.",
-                first.shot, first.reason
-            ));
-        }
+        let first = rejected.first().filter(|_| (used as f64) < FEW_USED * all as f64)?;
+        Some(format!(
+            "Only {used} of {all} shots could be used; the first that was left out is shot {}: {}.",
+            first.shot, first.reason
+        ))
+    }
+
+    /// That these shots are too few to show whether the camera looks askew, which other causes then seem to explain.
+    fn unseen_tilt(&self) -> Option<String> {
+        let shots = self.shots_used + self.shots_rejected.len();
+        (self.footage && self.discs.is_none() && shots < LEAST_SHOTS).then(|| {
+            format!(
+                "{} cannot show whether the camera looks askew, and that may be the reason: film at least {LEAST_SHOTS}, or \
+                 straight from above.",
+                number::count_of(shots, "shot")
+            )
+        })
+    }
+
+    /// Too few shots to believe what they agree on.
+    fn few_shots(&self) -> Option<String> {
+        let used = self.shots_used;
         let shots = number::count_of(used, "shot");
         if self.dof == 0 {
             return Some(format!(
@@ -395,7 +427,11 @@ impl Fit {
         let goodness = self.diagnostics.goodness.as_ref();
         let test = match goodness.filter(|goodness| goodness.p_value.is_some() && goodness.dof > 0) {
             Some(found) => {
-                format!("; the noise explains the residuals (χ²/dof = {:.2})", found.chi2 / found.dof as f64)
+                format!(
+                    "; the noise explains the residuals of {} (χ²/dof = {:.2})",
+                    self.tested().words(),
+                    found.chi2 / found.dof as f64
+                )
             }
             None if self.scatter.is_some_and(|scatter| scatter.is_estimated) => {
                 let Scatter { restitution, impulse_ratio, .. } = self.scatter.unwrap_or_default();

@@ -129,7 +129,7 @@ by_name!(Parameter, "parameter", ALL, name, symbol);
 /// How one parameter enters a fit. A fit refuses what [`Setting::faults`] finds.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Setting {
-    /// The value at which the fit starts; the value itself where it is `fixed`.
+    /// The value of a parameter that is `fixed`, or of which the data say nothing; no search begins there.
     pub initial: f64,
     /// The lower bound.
     pub lower: f64,

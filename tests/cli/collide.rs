@@ -318,3 +318,14 @@ fn a_contact_that_gives_way_and_balls_of_unequal_mass() {
     let message = refused(&output, 2);
     assert!(message.contains("mass_ratio") && message.contains("cases.csv:2"), "{message}");
 }
+
+/// What a stated fidelity does not simulate is not left out in silence.
+#[test]
+fn effects_that_the_fidelity_has_not_are_refused() {
+    let shot = ["collide", "--speed", "2", "--cut", "30", "--mu", "0.05", "--mu-s", "0.3", "--e", "0.94"];
+    let with = |more: &[&'static str]| caromfit(shot.iter().chain(more));
+    let message = refused(&with(&["--effects", "gravity,friction", "--fidelity", "full"]), 2).to_owned();
+    assert!(message.contains("--effects gravity: --fidelity full does not simulate it"), "{message}");
+    done(&with(&["--effects", "all", "--fidelity", "full"]));
+    done(&with(&["--effects", "gravity,friction"]));
+}

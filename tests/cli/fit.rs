@@ -377,7 +377,12 @@ fn unknown_spins() {
     fs::write(&spec, DRAWN).unwrap();
     fs::remove_dir(&lab.data).unwrap();
     done(&caromfit(["synth", spec.to_str().unwrap(), "--out", lab.data.to_str().unwrap()]));
+    // what synth made it replaces, and nothing else
+    let again = || caromfit(["synth", spec.to_str().unwrap(), "--out", lab.data.to_str().unwrap()]);
+    done(&again());
     let toml = fs::read_to_string(&file).unwrap();
+    fs::write(&file, format!("# my own film\n{toml}")).unwrap();
+    assert!(refused(&again(), 2).contains("is no synthetic data set, and is not replaced"));
     fs::write(&file, swap(&swap(&toml, "\"measured\"", "\"unknown\""), "shots = \"shots.csv\"\n", ""))
         .unwrap();
     let warnings = |more: &[&str], method: &str| {

@@ -120,7 +120,7 @@ fn every_doubt_is_said_and_the_most_harmful_first() {
     assert_eq!(good.grade, Grade::Good);
     assert_eq!(
         good.sentence,
-        "10 shots determine μ, μ_s and e; the noise explains the residuals (χ²/dof = 1.00)."
+        "10 shots determine μ, μ_s and e; the noise explains the residuals of the velocities (χ²/dof = 1.00)."
     );
     let mut all = normal();
     for (grade, fragment, change) in KINDS.into_iter().rev() {

@@ -115,7 +115,12 @@ pub(super) trait Calibrates {
             let off = |which: &Correction| camera.get(*which) - which.neutral();
             // −2 log L rises by z² where a correction is left out
             let z2 = |i: usize, which: &Correction| off(which).powi(2) / covariance[(i, i)];
-            let least = kept.iter().enumerate().filter(|(_, which)| !self.needs(**which));
+            // a camera that looks askew has all of an affine map, whether few shots show it or not: without it, cuts to one side bend μ
+            let askew = kept.iter().any(|which| which.is_of_perspective());
+            let belongs =
+                |which: Correction| askew && matches!(which, Correction::Aspect | Correction::Shear);
+            let least =
+                kept.iter().enumerate().filter(|(_, which)| !self.needs(**which) && !belongs(**which));
             let least = least.map(|(i, which)| (i, z2(i, which))).min_by(|a, b| a.1.total_cmp(&b.1));
             let Some((out, _)) = least.filter(|(_, z2)| *z2 < self.called_for()) else { return kept };
             let by = off(&kept[out]) / covariance[(out, out)];

@@ -14,7 +14,7 @@ mod unit;
 use rayon::prelude::*;
 
 use self::unit::{finer_unit, in_metres};
-use super::camera::FoundCamera;
+use super::camera::{FoundCamera, LEAST_SHOTS};
 use crate::extraction::{contact, noise_correlation, repair_drops_at_impacts};
 use crate::film::camera::{Arrangement, Camera};
 use crate::film::drops;
@@ -24,9 +24,6 @@ use crate::measurement::track::TrackShot;
 use crate::numerics::median;
 use crate::physics::collision::Fidelity;
 use crate::trajectory::scene::Scene;
-
-/// With fewer shots only a scale that nobody stated is looked for; the rest of the camera is taken as stated.
-const LEAST_SHOTS: usize = 6;
 
 /// So many shots, spread evenly, calibrate a camera to some 1e-4.
 const CALIBRATED_FROM: usize = 120;

@@ -2,8 +2,9 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use super::{CALLED_FOR, LEAST_SHOTS, Search};
+use super::{CALLED_FOR, Search};
 use crate::film::camera::Camera;
+use crate::fit::camera::LEAST_SHOTS;
 use crate::measurement::correction::Correction;
 use crate::numerics::median;
 

@@ -251,7 +251,7 @@ fn assign(
                     ""
                 };
                 let message = format!(
-                    "there is no track \"{name}\" ([tracks] {ball} = {}); there are: {there}. Expected \
+                    "there is no track \"{name}\", which [tracks] {ball} names ({}; \"{ball}\" where it is left out); there are: {there}. Expected \
                  both balls in one file or shot{apart}, and their names in [tracks] cue and object",
                     names.shown()
                 );

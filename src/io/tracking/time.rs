@@ -160,10 +160,14 @@ fn spacing(times: &[f64], resolution: f64) -> f64 {
     sum / n
 }
 
-/// Whether times spaced like these can be of this rate. Rounding makes few of them uncertain.
+/// Whether times spaced like these can be of this rate, mostly or, of a clock that varies much, on average. Rounding makes few of them
+/// uncertain.
 fn fits(grid: &Grid, rate: f64) -> bool {
     let slack = 2.0 * grid.resolution / (grid.times.len() as f64 * grid.spacing);
-    grid.spacing.is_nan() || (grid.spacing * rate - 1.0).abs() <= MISMATCH + slack.min(0.1)
+    let steps = (grid.times.len() as f64 - 1.0).max(1.0);
+    let mean = (grid.times.last().unwrap_or(&0.0) - grid.times.first().unwrap_or(&0.0)) / steps;
+    let fits = |spacing: f64| (spacing * rate - 1.0).abs() <= MISMATCH + slack.min(0.1);
+    grid.spacing.is_nan() || fits(grid.spacing) || fits(mean)
 }
 
 /// Times as the file's own clock gives them, frame rate known.

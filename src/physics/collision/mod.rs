@@ -127,8 +127,8 @@ pub struct Model {
     pub object: Option<Ball>,
     /// The sign of the torque by which the cloth acts on the object ball.
     pub cloth_torque: ClothTorque,
-    /// Which effects are simulated, as far as the fidelity can. Stick and turning have no switch of their own: the
-    /// fidelity decides on them.
+    /// Which effects are simulated, as far as the fidelity can. Of stick and turning the
+    /// fidelity alone decides: switching them off changes nothing.
     pub effects: Effects,
     /// How the friction between the balls falls with the slip. The fidelities in closed form take the friction at the
     /// first slip, which is an approximation; `ode` and `contact` follow the slip during the impact.

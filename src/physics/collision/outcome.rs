@@ -6,7 +6,7 @@ use nalgebra::{SMatrix, SVector};
 use super::{Contact, Impulse, ImpulseGradient, Model, Regime, variable};
 use crate::physics::ball::{BallState, Vec3};
 
-/// Both balls just after the impact, in the collision frame.
+/// Both balls just after the impact, in the frame of the method that gave it: the collision frame, or the table's.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Outcome {
     /// Whether the contact slid to the end of the impact or stuck on the way.

@@ -17,12 +17,12 @@ use rayon::prelude::*;
 
 use self::paths::Contact;
 use self::sums::{COLUMNS, Sums};
-use super::LEAST_SHOTS;
 use super::adopted::{Calibrates, Left};
 use crate::extraction::disc;
 use crate::extraction::disc::{DiscImpact, Quantity};
 use crate::film::camera::Camera;
 use crate::film::discs::{DISCS, is_of_points};
+use crate::fit::camera::LEAST_SHOTS;
 use crate::fit::camera::{FoundCamera, FoundCorrection};
 use crate::measurement::correction::Correction;
 use crate::measurement::dataset::Tracks;
