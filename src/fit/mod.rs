@@ -18,6 +18,7 @@ mod estimate;
 mod estimates;
 pub(crate) mod fidelity_choice;
 pub mod footage;
+mod footage_doubts;
 pub(crate) mod frames;
 pub(crate) mod global;
 pub(crate) mod intervals;

@@ -3,13 +3,11 @@
 //! It is a pure function of the [`Fit`]. What rules the numbers out comes first, then what lets doubt them, the most harmful
 //! first; the first that holds is the verdict.
 
-use super::camera::LEAST_SHOTS;
 use super::check;
-use super::check::{Finding, Kind, capital};
+use super::check::capital;
 use super::diagnostics::goodness::IMPROBABLE;
 use super::doubts::{below_bound, held_exactly};
-use super::{Fit, Method, NoiseVerdict, Rejected, Scatter, Status, Trend};
-use crate::measurement::dataset::ON_REQUEST;
+use super::{Fit, NoiseVerdict, Scatter, Status, Trend};
 use crate::measurement::number::{self, plain, with_error};
 use crate::measurement::observable::Observable;
 use crate::measurement::parameter::Parameter;
@@ -17,19 +15,6 @@ use crate::physics::name::by_name;
 
 /// Of the shots that were used: more doubtful ones than this part decide the result.
 const MANY_DOUBTFUL: f64 = 0.1;
-
-/// Of all shots: with fewer than this part used, those that were left out may be the rule.
-const FEW_USED: f64 = 0.6;
-
-/// Of the shots: what so many of them show is no accident of one.
-const MANY_SUSPICIOUS: f64 = 0.5;
-
-/// Noise whose correlation from frame to frame is above this is that of a filter: trackers that follow a ball by themselves stay below.
-const SMOOTHED: f64 = 0.93;
-
-/// χ²/dof of so many velocities that are extracted from frames, and fit better than their noise allows.
-const TOO_GOOD: f64 = 0.25;
-const ENOUGH: usize = 20;
 
 /// Releasing a bound is worth a doubt when it makes an error this many times as large.
 const WORTH_DOUBTING: f64 = 2.0;
@@ -164,58 +149,6 @@ impl Fit {
             })
     }
 
-    /// That no billiard ball has the radius that is stated: all else may follow from it.
-    fn odd_radius(&self) -> Option<String> {
-        let odd = self.diagnostics.suspicious.iter().find(|finding| finding.kind == Kind::Radius)?;
-        Some(format!("{}.", capital(&odd.text)))
-    }
-
-    /// What the paths of the balls, or most shots, show to be wrong with the footage or its description.
-    fn wrong_footage(&self) -> Option<String> {
-        let suspicious = &self.diagnostics.suspicious;
-        let many = |finding: &&Finding| {
-            let alike = suspicious.iter().filter(|other| other.kind == finding.kind).count();
-            finding.shot.is_none() || alike as f64 > MANY_SUSPICIOUS * self.shots_used as f64
-        };
-        if let Some(finding) = suspicious.iter().find(many) {
-            let whose =
-                finding.shot.as_ref().map_or(String::new(), |shot| format!("in most shots, as in {shot}, "));
-            return Some(format!("{}.", capital(&format!("{whose}{}", finding.text))));
-        }
-        if let Some(smoothed) = self.smoothed() {
-            return Some(smoothed);
-        }
-        let camera = self.camera.as_ref().filter(|camera| !camera.converged)?;
-        Some(format!(
-            "The camera could not be calibrated from these {} shots: check radius, capture_fps and which track is which {}, or \
-             state what is known of it under [camera].",
-            camera.shots,
-            if camera.of_discs { "disc" } else { "ball" }
-        ))
-    }
-
-    /// That the positions seem to have been smoothed before they were exported, which leaves little to fit.
-    fn smoothed(&self) -> Option<String> {
-        let goodness = self.diagnostics.goodness.as_ref();
-        let tested = goodness.filter(|found| self.method == Method::Joint && found.dof >= ENOUGH);
-        let reduced = tested.map_or(1.0, |found| found.chi2 / found.dof as f64);
-        if reduced < TOO_GOOD {
-            return Some(format!(
-                "The shots agree far better than the noise of their frames allows (χ²/dof of their velocities {}), as where positions \
-                 were smoothed, or stand twice: export them as they were measured.",
-                plain(reduced, 1)
-            ));
-        }
-        let noise = self.camera.as_ref()?.noise_correlation.filter(|noise| noise.adopted)?;
-        (noise.value > SMOOTHED).then(|| {
-            format!(
-                "The errors of neighbouring frames are correlated by {}, as in tracks that were smoothed, and tell little: export \
-                 the positions as they were measured.",
-                plain(noise.value, 2)
-            )
-        })
-    }
-
     /// What explains the residuals best, unless it was adopted.
     fn cause(&self) -> Option<String> {
         let best = self.explanations.first().filter(|best| !best.adopted)?;
@@ -347,30 +280,6 @@ impl Fit {
             })
         });
         hidden.unwrap_or_default()
-    }
-
-    /// That many shots were left out, which may be the rule.
-    fn few_used(&self) -> Option<String> {
-        let unwanted = |rejected: &&Rejected| rejected.reason != ON_REQUEST;
-        let rejected: Vec<&Rejected> = self.shots_rejected.iter().filter(unwanted).collect();
-        let (used, all) = (self.shots_used, self.shots_used + rejected.len());
-        let first = rejected.first().filter(|_| (used as f64) < FEW_USED * all as f64)?;
-        Some(format!(
-            "Only {used} of {all} shots could be used; the first that was left out is shot {}: {}.",
-            first.shot, first.reason
-        ))
-    }
-
-    /// That these shots are too few to show whether the camera looks askew, which other causes then seem to explain.
-    fn unseen_tilt(&self) -> Option<String> {
-        let shots = self.shots_used + self.shots_rejected.len();
-        (self.footage && self.discs.is_none() && shots < LEAST_SHOTS).then(|| {
-            format!(
-                "{} cannot show whether the camera looks askew, and that may be the reason: film at least {LEAST_SHOTS}, or \
-                 straight from above.",
-                number::count_of(shots, "shot")
-            )
-        })
     }
 
     /// Too few shots to believe what they agree on.

@@ -327,5 +327,5 @@ fn effects_that_the_fidelity_has_not_are_refused() {
     let message = refused(&with(&["--effects", "gravity,friction", "--fidelity", "full"]), 2).to_owned();
     assert!(message.contains("--effects gravity: --fidelity full does not simulate it"), "{message}");
     done(&with(&["--effects", "all", "--fidelity", "full"]));
-    done(&with(&["--effects", "gravity,friction"]));
+    done(&with(&["--effects", "gravity,friction", "--fidelity", "auto"]));
 }

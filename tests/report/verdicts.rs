@@ -72,6 +72,9 @@ const KINDS: [(Grade, &str, Change); 19] = [
     (Grade::Unusable, "χ²/dof is 25.7, where 1 is expected", refute),
     (Grade::Unusable, "came to no end (the cost no longer falls)", |fit| fit.converged = false),
     (Grade::Unusable, "determine none of μ, μ_s and e", not_identified),
+    (Grade::Doubtful, "Only 10 of 21 shots could be used; the first that was left out is shot 7", |fit| {
+        fit.shots_rejected = (7..18).map(|i| rejected(&i.to_string())).collect();
+    }),
     (Grade::Doubtful, "In most shots, as in 0, the balls may be mixed up.", |fit| suspicious(fit, 6)),
     (Grade::Doubtful, "A better fit exists elsewhere (χ² 5 instead of 7)", |fit| {
         fit.diagnostics.lower_minimum = Some(5.0);
@@ -100,9 +103,6 @@ const KINDS: [(Grade, &str, Change); 19] = [
     (Grade::Doubtful, "beyond the constraint \"e <= 1 - mu\"", |fit| {
         fit.diagnostics.relations = vec![("e <= 1 - mu".to_owned(), true)];
     }),
-    (Grade::Doubtful, "Only 10 of 21 shots could be used; the first that was left out is shot 7", |fit| {
-        fit.shots_rejected = (7..18).map(|i| rejected(&i.to_string())).collect();
-    }),
     (Grade::Doubtful, "as many unknown values as measured ones (10 shots)", |fit| fit.dof = 0),
     (Grade::Doubtful, "4 shots are not enough", |fit| fit.shots_used = 4),
     (Grade::Doubtful, "spins were found from the paths alone", Fit::warn_of_spins_from_paths),
@@ -120,7 +120,7 @@ fn every_doubt_is_said_and_the_most_harmful_first() {
     assert_eq!(good.grade, Grade::Good);
     assert_eq!(
         good.sentence,
-        "10 shots determine μ, μ_s and e; the noise explains the residuals of the velocities (χ²/dof = 1.00)."
+        "10 shots determine μ, μ_s and e; the noise explains the residuals of the angles and speeds (χ²/dof = 1.00)."
     );
     let mut all = normal();
     for (grade, fragment, change) in KINDS.into_iter().rev() {
