@@ -356,8 +356,8 @@ fn an_askew_camera_keeps_its_affine_part() {
     }
     // fewer shots cannot show it, and nothing else is blamed for it
     let options = Options { depth: Depth::Everything, ..options::of_fit() };
-    let fit = fit::analyse(&askew(5, 0.01), &options).fits.unwrap().remove(0);
-    let sentence = fit.verdict().sentence;
-    assert!(sentence.contains("5 shots cannot show whether the camera looks askew"), "{sentence}");
-    assert!(fit.explanations.is_empty(), "{:?}", fit.explanations);
+    let mut few = askew(5, 0.1);
+    few.tracks.as_mut().unwrap().from_balls = true;
+    let fit = fit::analyse(&few, &options).fits.unwrap().remove(0);
+    assert!(fit.explanations.iter().all(|found| found.adopted), "{:?}", fit.explanations);
 }

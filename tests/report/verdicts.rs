@@ -68,8 +68,12 @@ fn suspicious(fit: &mut Fit, shots: usize) {
 }
 
 /// Every kind of doubt, the most harmful first: each is said whatever stands below it.
-const KINDS: [(Grade, &str, Change); 19] = [
+const KINDS: [(Grade, &str, Change); 20] = [
     (Grade::Unusable, "χ²/dof is 25.7, where 1 is expected", refute),
+    (Grade::Unusable, "5 shots cannot show whether the camera looks askew", |fit| {
+        refute(fit);
+        (fit.footage, fit.shots_used) = (true, 5);
+    }),
     (Grade::Unusable, "came to no end (the cost no longer falls)", |fit| fit.converged = false),
     (Grade::Unusable, "determine none of μ, μ_s and e", not_identified),
     (Grade::Doubtful, "Only 10 of 21 shots could be used; the first that was left out is shot 7", |fit| {
