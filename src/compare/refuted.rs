@@ -32,8 +32,8 @@ pub(super) fn judge(comparison: &mut Comparison, samples: &[SampleSummary]) {
     };
     let sentence = format!(
         "The data {whose} refute the model. The estimates only mark the least χ²; they have no standard errors, and \
-         differences between them are not judged, since both hold only if the model does. Fit each data set alone: what \
-         does not fit there is wrong with it; where all fit, they differ in what is shared here (--per-dataset lets it differ)."
+         differences between them are not judged, since both hold only if the model does. Fit each data set alone: where \
+         each fits, they differ in what is shared here, and --per-dataset lets that differ; else something is wrong with the one that does not."
     );
     let by_model = |quantity: Quantity| quantity != Quantity::Sliding;
     for compared in comparison.quantities.iter_mut().filter(|compared| by_model(compared.quantity)) {

@@ -250,9 +250,10 @@ fn assign(
                 } else {
                     ""
                 };
+                let meant = if name == ball { ", which is meant where the key is left out" } else { "" };
                 let message = format!(
-                    "there is no track \"{name}\", which [tracks] {ball} names ({}; \"{ball}\" where it is left out); there are: {there}. Expected \
-                 both balls in one file or shot{apart}, and their names in [tracks] cue and object",
+                    "there is no track \"{name}\" ([tracks] {ball} = {}{meant}); there are: {there}. Expected \
+                     both balls in one file or shot{apart}, and their names in [tracks] cue and object",
                     names.shown()
                 );
                 // other shots may have both balls
