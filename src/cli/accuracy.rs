@@ -36,7 +36,7 @@ pub struct Args {
     /// Of the shots
     #[arg(long, default_value_t = 0)]
     seed: u64,
-    /// κ of a contact that gives way, against which a rigid one is held; 0: none
+    /// How far the contact between the balls gives way (κ) in a second study; 0: no such study
     #[arg(long, default_value_t = Model::KAPPA, value_name = "K")]
     kappa: f64,
     /// Print both tables as JSON, and nothing else, on standard output

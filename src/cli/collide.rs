@@ -33,10 +33,10 @@ pub struct Args {
     /// Cue ball's speed, m/s
     #[arg(long, value_name = "M_S", required_unless_present = "cases", allow_hyphen_values = true)]
     speed: Option<f64>,
-    /// Cut angle, degrees, between −90 and 90
+    /// Cut angle, degrees, between −90 and 90; positive: the cue ball moves towards +y
     #[arg(long, value_name = "DEG", required_unless_present = "cases", allow_hyphen_values = true)]
     cut: Option<f64>,
-    /// Cue ball's spin x,y,z, rad/s
+    /// Cue ball's spin x,y,z, rad/s, with x along the line of centres and z up: topspin has y > 0, side spin is z
     #[arg(long, value_name = "X,Y,Z", default_value = "0,0,0", value_parser = parse_spin, allow_hyphen_values = true)]
     omega: Vec3,
     /// Sliding friction between the balls

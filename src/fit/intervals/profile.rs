@@ -10,10 +10,14 @@ use crate::fit::uncertainty::Quantiles;
 use crate::measurement::parameter::Parameter;
 use crate::numerics::least_squares::Constraints;
 
-/// An end of an interval is found to this part of its distance from the estimate…
-const END: f64 = 1e-3;
-/// …and the edge of a region that is drawn to this, less than a pixel of most pictures.
-pub(in crate::fit) const EDGE: f64 = 1e-2;
+/// √(χ² − χ²_min) is met to this part at a trial, before the last step along the chord, which leaves a twentieth of it where
+/// a profile is bent by 5 %: for an end of an interval…
+const END: f64 = 1e-2;
+/// …and for the edge of a region that is drawn.
+pub(in crate::fit) const EDGE: f64 = 2e-2;
+
+/// √(χ² − χ²_min) that rises by less than this part of what is looked for is taken to rise by this.
+const FLAT: f64 = 1e-3;
 
 /// Evaluations for one end; a smooth profile takes two or three.
 const MAX_TRIALS: usize = 40;
@@ -62,12 +66,13 @@ impl<'a> Profiles<'a> {
             let first = if reach > 0.0 && reach.is_finite() { reach } else { 0.1 * value.abs().max(0.01) };
             let sign = if side == 0 { -1.0 } else { 1.0 };
             let from = (&self.minimum.x, self.minimum.cost);
-            let follow = follow(self.covariance.as_ref(), column);
+            let follow = follow(self.covariance.as_ref(), column).map(|by| by * sign);
             let lowest = self.minimum.cost;
-            let ray = Ray { slice: self.slice, from, lowest, column, follow: &follow, sign, precision: END };
-            let (reach, cost) = ray.reach(t, first)?;
-            self.lowest = self.lowest.min(cost);
-            Some(ray.value(reach))
+            let moved = &[(column, sign)];
+            let ray = Ray { slice: self.slice, from, lowest, moved, follow, precision: END };
+            let reach = ray.reach(t, first)?;
+            self.lowest = self.lowest.min(reach.lowest);
+            Some(ray.at(reach.distance)[0].1)
         };
         match status {
             Status::Free => end(0, both).and_then(|low| Some([low, end(1, both)?])),
@@ -108,38 +113,57 @@ pub(in crate::fit) fn follow(covariance: Option<&DMatrix<f64>>, column: usize) -
     (variance > 0.0).then(|| covariance.column(column) / variance)
 }
 
-/// One of the unknowns on its way from a point; χ² is least over the others.
+/// Some of the unknowns on a straight way from a point; χ² is least over the others.
 pub(in crate::fit) struct Ray<'a> {
     pub slice: &'a Slice<'a>,
     /// The point and its cost.
     pub from: (&'a DVector<f64>, f64),
     /// The least cost there is.
     pub lowest: f64,
-    pub column: usize,
-    /// How the others follow it to first order, where that is known.
-    pub follow: &'a Option<DVector<f64>>,
-    /// Up or down.
-    pub sign: f64,
-    /// To which part of its distance an end is found.
+    /// The unknowns that move, and by how much each for a distance of one.
+    pub moved: &'a [(usize, f64)],
+    /// How all unknowns move then to first order, where that is known.
+    pub follow: Option<DVector<f64>>,
+    /// To which part √(χ² − χ²_min) is met.
     pub precision: f64,
 }
 
+/// How far an edge is away.
+pub(in crate::fit) struct Reach {
+    pub distance: f64,
+    /// √(χ² − χ²_min) is met at this distance; beyond a bound if it rises on as up to there.
+    pub beyond_bounds: f64,
+    /// The lowest cost met.
+    pub lowest: f64,
+}
+
 impl Ray<'_> {
-    /// The unknown at some distance; exactly at its bound, where that is.
-    pub(in crate::fit) fn value(&self, distance: f64) -> f64 {
-        let bound = self.bound();
-        let value = self.from.0[self.column] + self.sign * distance;
-        if self.sign * (bound - value) > 0.0 && distance < self.room() { value } else { bound }
+    /// The unknowns that move at some distance; exactly at their bounds, where these are.
+    pub(in crate::fit) fn at(&self, distance: f64) -> Vec<(usize, f64)> {
+        let value = |&(column, by): &(usize, f64)| {
+            let bound = self.bound(column, by);
+            let value = self.from.0[column] + by * distance;
+            let is_within = by * (bound - value) > 0.0 && distance < self.room_of(column, by);
+            (column, if by == 0.0 || is_within { value } else { bound })
+        };
+        self.moved.iter().map(value).collect()
     }
 
-    fn bound(&self) -> f64 {
+    fn bound(&self, column: usize, by: f64) -> f64 {
         let Constraints { lower, upper, .. } = &self.slice.constraints;
-        if self.sign > 0.0 { upper[self.column] } else { lower[self.column] }
+        if by > 0.0 { upper[column] } else { lower[column] }
     }
 
-    /// How far away the bound is.
-    fn room(&self) -> f64 {
-        (self.sign * (self.bound() - self.from.0[self.column])).max(0.0)
+    fn room_of(&self, column: usize, by: f64) -> f64 {
+        if by == 0.0 {
+            return f64::INFINITY;
+        }
+        ((self.bound(column, by) - self.from.0[column]) / by).max(0.0)
+    }
+
+    /// How far away the nearest bound is.
+    pub(in crate::fit) fn room(&self) -> f64 {
+        self.moved.iter().map(|&(column, by)| self.room_of(column, by)).fold(f64::INFINITY, f64::min)
     }
 
     /// Where the others may be at some distance: on the line through where they are here and at a nearer one; if there is
@@ -148,27 +172,30 @@ impl Ray<'_> {
         if near > 0.0 {
             return self.from.0 + (at_near - self.from.0) * (trial / near);
         }
-        match self.follow {
-            Some(follow) => self.from.0 + follow * (self.sign * trial),
+        match &self.follow {
+            Some(follow) => self.from.0 + follow * trial,
             None => self.from.0.clone(),
         }
     }
 
-    /// The distance at which √(χ² − χ²_min), nearly a straight line far away, reaches t, or the bound if
-    /// it does not; and the lowest cost met. `first`: where to look first.
-    pub(in crate::fit) fn reach(&self, t: f64, first: f64) -> Option<(f64, f64)> {
+    /// Where √(χ² − χ²_min), nearly a straight line far away, reaches t, or the bound if it does not. `first`: where to look
+    /// first.
+    pub(in crate::fit) fn reach(&self, t: f64, first: f64) -> Option<Reach> {
         let risen = |cost: f64| (2.0 * (cost - self.lowest)).max(0.0).sqrt();
         let (mut lowest, limit, start) = (self.from.1, self.room(), risen(self.from.1));
+        let end = |distance: f64, lowest| Some(Reach { distance, beyond_bounds: distance, lowest });
         if limit <= 0.0 || start >= t {
-            return Some((0.0, lowest));
+            return end(0.0, lowest);
         }
+        // along the chord from where it starts
+        let chord = |(distance, rise): (f64, f64)| distance * (t - start) / (rise - start).max(FLAT * t);
         // inside: χ² is less than t² above the minimum; outside: more, or cannot be had
         let (mut inside, mut at_inside) = ((0.0, start), self.from.0.clone());
         let mut outside: Option<(f64, f64)> = None;
         let mut trial = first.min(limit);
         for _ in 0..MAX_TRIALS {
             let start = self.expected(trial, (inside.0, &at_inside));
-            let rise = match self.slice.at(&[(self.column, self.value(trial))], &start) {
+            let rise = match self.slice.at(&self.at(trial), &start) {
                 Some((x, cost)) => {
                     lowest = lowest.min(cost);
                     let rise = risen(cost);
@@ -180,13 +207,14 @@ impl Ray<'_> {
                 None => f64::INFINITY,
             };
             if (rise - t).abs() <= self.precision * t {
-                return Some((trial, lowest));
+                let distance = chord((trial, rise));
+                return Some(Reach { distance: distance.min(limit), beyond_bounds: distance, lowest });
             }
             if rise < t {
-                if trial >= limit {
-                    return Some((limit, lowest));
-                }
                 inside = (trial, rise);
+                if trial >= limit {
+                    return Some(Reach { distance: limit, beyond_bounds: chord(inside), lowest });
+                }
             } else {
                 outside = Some((trial, rise));
             }
@@ -195,7 +223,7 @@ impl Ray<'_> {
                 Some((far, rise)) => {
                     if far - inside.0 <= self.precision * far {
                         // a cliff
-                        return Some((inside.0, lowest));
+                        return end(inside.0, lowest);
                     }
                     let part = (t - inside.1) / (rise - inside.1);
                     let part = if rise.is_finite() { part.clamp(0.1, 0.9) } else { 0.5 };
