@@ -148,10 +148,7 @@ pub(crate) fn measure(spots: &[Spot], carrier: &Carrier, stated: bool) -> Option
     for _ in 0..ROUNDS {
         let positions: usize = problem.spots.iter().map(|placed| placed.seen.len()).sum();
         let dof = (2 * positions).checked_sub(x.len()).filter(|dof| *dof > 0)?;
-        let free = Constraints::bounds(
-            DVector::repeat(x.len(), f64::NEG_INFINITY),
-            DVector::repeat(x.len(), f64::INFINITY),
-        );
+        let free = Constraints::none(x.len());
         let solution = least_squares::minimise(&problem, &x, &free, &options).ok()?;
         x = solution.x;
         let scale = if stated { 1.0 } else { 2.0 * solution.cost / dof as f64 };

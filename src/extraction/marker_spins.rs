@@ -100,12 +100,8 @@ pub(crate) fn measure(shot: &TrackShot, impact: &Impact, errors: &PathErrors, sc
         block += measured.own;
         let rotation =
             Rotation { spin: measured.spin, covariance: block.into_owned(), positions: measured.positions };
-        let place = [&mut rotations.cue_before, &mut rotations.cue_after, &mut rotations.object_after];
-        for (i, place) in place.into_iter().enumerate() {
-            if i == side {
-                *place = Some(rotation);
-            }
-        }
+        let places = [&mut rotations.cue_before, &mut rotations.cue_after, &mut rotations.object_after];
+        *places[side] = Some(rotation);
     }
     rotations
 }

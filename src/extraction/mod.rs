@@ -27,10 +27,12 @@ pub use noise_correlation::NoiseCorrelation;
 pub(crate) use noise_correlation::noise_correlation;
 pub(crate) use window::MOST as MOST_FRAMES;
 
+pub use crate::trajectory::both_balls::Motion;
+pub use crate::trajectory::shot_scene::Lifted;
+
 use crate::measurement::isolate::isolated;
 use crate::measurement::spin::Spin;
 use crate::measurement::track::TrackShot;
-use crate::trajectory::both_balls::Motion;
 use crate::trajectory::scene::Scene;
 use crate::trajectory::shot_scene::ShotScene;
 use crate::trajectory::unknowns::{Unknowns, unknown};
@@ -148,23 +150,6 @@ struct PathErrors {
     quantities: SMatrix<f64, { Quantity::COUNT }, { unknown::COUNT }>,
 }
 
-/// The fitted motion of both balls.
-pub struct FittedMotion(Motion<f64>);
-
-impl FittedMotion {
-    /// The cue ball's centre at a time (s), m.
-    #[must_use]
-    pub fn cue(&self, time: f64) -> [f64; 2] {
-        self.0.cue(time)
-    }
-
-    /// The object ball's centre at a time (s), m.
-    #[must_use]
-    pub fn object(&self, time: f64) -> [f64; 2] {
-        self.0.object(time)
-    }
-}
-
 impl Impact {
     /// The cue ball's topspin before the impact over the natural roll's, where it was found from the motion alone.
     #[must_use]
@@ -176,21 +161,10 @@ impl Impact {
 
     /// The motion that was fitted to a shot.
     #[must_use]
-    pub fn motion(&self, scene: &Scene) -> FittedMotion {
+    pub fn motion(&self, scene: &Scene) -> Motion<f64> {
         let scene = ShotScene::of(self.spin, scene);
-        FittedMotion(Motion::new(&scene, &self.unknowns.into()))
+        Motion::new(&scene, &self.unknowns.into())
     }
-}
-
-/// Which ball the vertical friction between the balls lifts off the cloth.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Lifted {
-    /// Neither ball leaves the cloth: a stun shot.
-    Neither,
-    /// The cue ball, with topspin.
-    Cue,
-    /// The object ball, with draw.
-    Object,
 }
 
 /// Why no impact could be extracted from a shot.

@@ -3,9 +3,8 @@
 use nalgebra::{DMatrix, SMatrix};
 
 use super::window_fit::{AWAY, Fitted, Tracked};
-use super::{Impact, Lifted, PathErrors, Quantity, Rolling, Unusable, symmetric};
+use super::{Impact, PathErrors, Quantity, Rolling, Unusable, symmetric};
 use crate::measurement::spin::Spin;
-use crate::trajectory::shot_scene::Lift;
 use crate::trajectory::unknowns::unknown;
 
 impl Tracked<'_> {
@@ -85,16 +84,12 @@ impl Tracked<'_> {
         let impact = Impact {
             values,
             covariance: by * all * by.transpose(),
-            lifted: match fitted.lift {
-                Lift::None => Lifted::Neither,
-                Lift::Cue => Lifted::Cue,
-                Lift::Object => Lifted::Object,
-            },
+            lifted: fitted.lift,
             position_sd: if self.states_noise() { self.sd } else { self.sd * factor.sqrt() },
             reduced_chi2: self.misfit(fitted),
             frames: fitted.frames,
-            outliers: fitted.wrong_cue.len() + fitted.wrong_object.len(),
-            window: [fitted.from, fitted.to],
+            outliers: fitted.wrong.iter().map(Vec::len).sum(),
+            window: fitted.window,
             unknowns: *z,
             rolling: Rolling {
                 assumed,
@@ -107,7 +102,7 @@ impl Tracked<'_> {
                 .lift_held
                 .filter(|_| per_lift > 0.0)
                 .map(|(mean, sd)| (per_lift * mean, per_lift * sd * factor.sqrt())),
-            wrong: [fitted.wrong_cue.clone(), fitted.wrong_object.clone()],
+            wrong: fitted.wrong.clone(),
             scale: factor.sqrt(),
             chi2: fitted.chi2 / factor,
             noise: self.noise,

@@ -80,11 +80,7 @@ pub fn shot(track: &TrackShot, impact: &Impact, sliding: Option<Measured>, rolli
     let normal =
         [(cos, sin), (sin, cos)].map(|(value, across)| Measured { value, sd: Some(sd(0) * across.abs()) });
     let spin = match (impact.spin, impact.rotations.as_ref().and_then(|rotations| rotations.cue_before)) {
-        (Spin::Measured { .. }, Some(_)) => Spin::Measured {
-            spin: Vec3::new(values[3], values[4], values[5]),
-            sd: [3, 4, 5].map(|i| Some(sd(i))),
-        },
-        (Spin::Unknown, _) => Spin::Measured {
+        (Spin::Measured { .. }, Some(_)) | (Spin::Unknown, _) => Spin::Measured {
             spin: Vec3::new(values[3], values[4], values[5]),
             sd: [3, 4, 5].map(|i| Some(sd(i))),
         },

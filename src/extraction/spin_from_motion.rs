@@ -32,7 +32,7 @@ pub(crate) fn from_motion(
         (&slides, start)
     });
     let hypotheses: Vec<(&Tracked, Unknowns)> = std::iter::once((&rolls, *guess)).chain(sliding).collect();
-    let (mut fits, [from, to]) = in_one_window(&hypotheses)?;
+    let (mut fits, window) = in_one_window(&hypotheses)?;
     let rolling = fits.remove(0);
     let mut sliding = fits.into_iter().flatten().min_by(|a, b| a.chi2.total_cmp(&b.chi2));
     let paths_only = sliding.as_ref().and_then(|sliding| Some(slides.quantities(sliding).ok()?.0));
@@ -42,7 +42,7 @@ pub(crate) fn from_motion(
         let start = found.as_ref().and_then(|found| near_model::path(&found.own, impact, scene));
         // the collision tells more of a spin than the paths do, which must only not speak against it
         let allowed = fitted.chi2 + likely(&slides, fitted);
-        let again = start.and_then(|start| slides.fit(&start, from, to).ok());
+        let again = start.and_then(|start| slides.fit(&start, window).ok());
         sliding = again.filter(|again| again.chi2 < allowed).or(sliding);
     }
     let (tracked, fitted) = match (rolling, sliding) {
@@ -70,21 +70,21 @@ pub(crate) fn from_motion(
 fn in_one_window(hypotheses: &[(&Tracked, Unknowns)]) -> Result<(Vec<Option<Fitted>>, [f64; 2]), Unusable> {
     let whole: Vec<_> = hypotheses.iter().map(|(tracked, start)| window::whole(tracked, start)).collect();
     if let Some((fitted, _)) = whole.iter().flatten().find(|(_, is_good)| *is_good) {
-        let window = [fitted.from, fitted.to];
+        let window = fitted.window;
         return Ok((whole.into_iter().map(|all| Some(all?.0)).collect(), window));
     }
     // a wrong hypothesis ends the window early
     let grown: Vec<_> = hypotheses.iter().map(|(tracked, start)| window::grown(tracked, start)).collect();
-    let length = |fitted: &Fitted| fitted.to - fitted.from;
+    let length = |fitted: &Fitted| fitted.window[1] - fitted.window[0];
     let widest = grown.iter().flatten().max_by(|a, b| length(a).total_cmp(&length(b)));
-    let Some([from, to]) = widest.map(|fitted| [fitted.from, fitted.to]) else {
+    let Some(window) = widest.map(|fitted| fitted.window) else {
         return grown.into_iter().find_map(Result::err).map_or(Err(Unusable::NoCollision), Err);
     };
     let again = |((tracked, start), grown): (&(&Tracked, Unknowns), &Result<Fitted, Unusable>)| {
         let start = grown.as_ref().map_or(start, |fitted| &fitted.z);
-        tracked.fit(start, from, to).ok()
+        tracked.fit(start, window).ok()
     };
-    Ok((hypotheses.iter().zip(&grown).map(again).collect(), [from, to]))
+    Ok((hypotheses.iter().zip(&grown).map(again).collect(), window))
 }
 
 /// χ² may fall by so much by chance.

@@ -69,7 +69,7 @@ pub(crate) fn whole(tracked: &Tracked, guess: &Unknowns) -> Option<(Fitted, bool
     let frame = 1.0 / tracked.shot.fps;
     let time = guess[unknown::TIME];
     let [from, to] = extent(tracked, time, frame).map(|frames| reach(frames, frame));
-    let fitted = tracked.fit(guess, time - from, time + to).ok()?;
+    let fitted = tracked.fit(guess, [time - from, time + to]).ok()?;
     let is_good = good(tracked, &fitted);
     Some((fitted, is_good))
 }
@@ -92,7 +92,7 @@ pub(crate) fn grown(tracked: &Tracked, guess: &Unknowns) -> Result<Fitted, Unusa
     let frame = 1.0 / tracked.shot.fps;
     let time = guess[unknown::TIME];
     let fit = |start: &Unknowns, before: usize, after: usize| {
-        tracked.fit(start, time - reach(before, frame), time + reach(after, frame))
+        tracked.fit(start, [time - reach(before, frame), time + reach(after, frame)])
     };
     let [ends_before, ends_after] = extent(tracked, time, frame);
     let first = fit(guess, FIRST, FIRST)?;

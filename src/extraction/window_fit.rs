@@ -11,7 +11,7 @@ use crate::numerics::least_squares::{Constraints, Options};
 use crate::physics::collision::Coefficients;
 use crate::trajectory::frames::{Frame, Frames};
 use crate::trajectory::scene::{LiftPrior, Scene};
-use crate::trajectory::shot_scene::{Lift, ROLL_PRIOR, ShotScene};
+use crate::trajectory::shot_scene::{Lifted, ROLL_PRIOR, ShotScene};
 use crate::trajectory::unknowns::{Unknowns, unknown};
 
 /// A frame is wrong when a coordinate is this many standard deviations off…
@@ -63,11 +63,10 @@ pub(crate) struct Tracked<'a> {
 /// A fit of the frames between two times.
 pub(crate) struct Fitted {
     pub z: Unknowns,
-    pub from: f64,
-    pub to: f64,
-    /// Frames left out: instants.
-    pub wrong_cue: Vec<f64>,
-    pub wrong_object: Vec<f64>,
+    /// First and last instant, s.
+    pub window: [f64; 2],
+    /// Instants of the frames left out as wrong, of the cue ball and of the object ball.
+    pub wrong: [Vec<f64>; 2],
     pub chi2: f64,
     pub dof: usize,
     pub converged: bool,
@@ -76,7 +75,7 @@ pub(crate) struct Fitted {
     pub free: Vec<usize>,
     pub jacobian: DMatrix<f64>,
     residuals: DVector<f64>,
-    pub lift: Lift,
+    pub lift: Lifted,
     /// The prior of the lift, where the collision model gave it.
     pub lift_held: Option<(f64, f64)>,
     /// Of the cue ball before and after the impact, of the object ball after it.
@@ -97,34 +96,29 @@ impl<'a> Tracked<'a> {
         Self { shot, scene, model, noise, alone, sd, all: Frames::of(shot, sd, noise) }
     }
 
-    /// Fits the frames from `from` to `to`, without those that stand out alone.
-    pub(crate) fn fit(&self, start: &Unknowns, from: f64, to: f64) -> Result<Fitted, Unusable> {
-        let [mut wrong_cue, mut wrong_object] = self.alone.clone();
+    /// Fits the frames between two instants, without those that stand out alone.
+    pub(crate) fn fit(&self, start: &Unknowns, window: [f64; 2]) -> Result<Fitted, Unusable> {
+        let [from, to] = window;
+        let mut wrong = self.alone.clone();
         let mut z = *start;
         let all = self.all.between(from, to, [&[], &[]]);
         for round in 0.. {
-            let frames = self.all.between(from, to, [&wrong_cue, &wrong_object]);
-            let fitted = self.fit_frames(&z, &frames, from, to)?;
+            let frames = self.without(window, &wrong);
+            let fitted = self.fit_frames(&z, &frames, window)?;
             z = fitted.z;
             let residuals = all.residuals_only(&self.model, &z);
             let (of_cue, of_object) = residuals.as_slice().split_at(2 * all.cue.len());
             let far = OUTLIER * (self.noise / self.sd).max(1.0);
-            let (now_cue, now_object) =
-                (outliers(&all.cue, of_cue, far), outliers(&all.object, of_object, far));
-            let same = now_cue.iter().all(|t| wrong_cue.contains(t))
-                && now_object.iter().all(|t| wrong_object.contains(t))
-                && (all.count() - frames.count()) / 2 == now_cue.len() + now_object.len();
+            let now = [outliers(&all.cue, of_cue, far), outliers(&all.object, of_object, far)];
+            let same = now.iter().zip(&wrong).all(|(now, before)| now.iter().all(|t| before.contains(t)))
+                && (all.count() - frames.count()) / 2 == now.iter().map(Vec::len).sum::<usize>();
             let unsettled = self.model.spin == Spin::Unknown && round < ROLL_ROUNDS;
             if (same && !unsettled) || round == ROUNDS {
                 let inside =
                     |wrong: Vec<f64>| wrong.into_iter().filter(|t| (from..=to).contains(t)).collect();
-                return Ok(Fitted {
-                    wrong_cue: inside(wrong_cue),
-                    wrong_object: inside(wrong_object),
-                    ..fitted
-                });
+                return Ok(Fitted { wrong: wrong.map(inside), ..fitted });
             }
-            (wrong_cue, wrong_object) = (now_cue, now_object);
+            wrong = now;
         }
         Err(Unusable::NoCollision)
     }
@@ -138,7 +132,7 @@ impl<'a> Tracked<'a> {
             (0..unknown::ROLLING).filter(|i| *i != unknown::GAP || gap_sd > 0.0).collect();
         let spin_is_unknown = self.model.spin == Spin::Unknown;
         free.retain(|i| *i != unknown::ROLL || spin_is_unknown);
-        if lift == Lift::None && !spin_is_unknown {
+        if lift == Lifted::Neither && !spin_is_unknown {
             start[unknown::LIFT] = 0.0;
             free.retain(|i| *i != unknown::LIFT);
         }
@@ -150,7 +144,7 @@ impl<'a> Tracked<'a> {
             priors.push((unknown::GAP, 0.0, gap_sd));
         }
         let mut lift_held = None;
-        if lift != Lift::None || spin_is_unknown {
+        if lift != Lifted::Neither || spin_is_unknown {
             let (mean, sd) = self.lift_prior(&start);
             lift_held = matches!(self.scene.lift, LiftPrior::Model(..)).then_some((mean, sd));
             priors.push((unknown::LIFT, mean, sd));
@@ -159,7 +153,7 @@ impl<'a> Tracked<'a> {
         Freedom { start, free, priors, lift, lift_held }
     }
 
-    fn fit_frames(&self, start: &Unknowns, frames: &Frames, from: f64, to: f64) -> Result<Fitted, Unusable> {
+    fn fit_frames(&self, start: &Unknowns, frames: &Frames, window: [f64; 2]) -> Result<Fitted, Unusable> {
         let Freedom { start, free, priors, lift, lift_held } = self.freedom(start);
         let spin_is_unknown = self.model.spin == Spin::Unknown;
         let closing = start[unknown::BEFORE];
@@ -193,10 +187,8 @@ impl<'a> Tracked<'a> {
         Ok(Fitted {
             z,
             residuals: solution.residuals,
-            from,
-            to,
-            wrong_cue: Vec::new(),
-            wrong_object: Vec::new(),
+            window,
+            wrong: Default::default(),
             chi2: 2.0 * solution.cost,
             dof,
             converged,
@@ -212,9 +204,7 @@ impl<'a> Tracked<'a> {
     /// One step of Gauss and Newton's method from `near`, over the frames that `impact` used; its errors are those of the
     /// motion there.
     pub(crate) fn linearised(&self, near: &Unknowns, impact: &Impact) -> Option<Impact> {
-        let [from, to] = impact.window;
-        let [wrong_cue, wrong_object] = impact.wrong.clone();
-        let frames = self.all.between(from, to, [&wrong_cue, &wrong_object]);
+        let frames = self.without(impact.window, &impact.wrong);
         let Freedom { free, priors, lift, lift_held, .. } = self.freedom(near);
         let problem =
             Problem { frames: &frames, scene: &self.model, start: *near, free: &free, priors: &priors };
@@ -229,10 +219,8 @@ impl<'a> Tracked<'a> {
         let dof = (frames.independent() + priors.len()).saturating_sub(free.len());
         let fitted = Fitted {
             z,
-            from,
-            to,
-            wrong_cue,
-            wrong_object,
+            window: impact.window,
+            wrong: impact.wrong.clone(),
             chi2: residuals.norm_squared(),
             dof,
             converged: true,
@@ -348,7 +336,12 @@ impl<'a> Tracked<'a> {
 
     /// The frames that a fit used.
     pub(crate) fn frames(&self, fitted: &Fitted) -> Frames<'a> {
-        self.all.between(fitted.from, fitted.to, [&fitted.wrong_cue, &fitted.wrong_object])
+        self.without(fitted.window, &fitted.wrong)
+    }
+
+    /// The frames between two instants but for those that are wrong.
+    fn without(&self, [from, to]: [f64; 2], wrong: &[Vec<f64>; 2]) -> Frames<'a> {
+        self.all.between(from, to, wrong.each_ref().map(Vec::as_slice))
     }
 }
 
@@ -358,7 +351,7 @@ struct Freedom {
     free: Vec<usize>,
     /// Unknown, mean, standard deviation.
     priors: Vec<(usize, f64, f64)>,
-    lift: Lift,
+    lift: Lifted,
     lift_held: Option<(f64, f64)>,
 }
 

@@ -2,7 +2,7 @@
 
 use num_dual::DualSVec64;
 
-use super::shot_scene::{Lift, ShotScene};
+use super::shot_scene::{Lifted, ShotScene};
 use super::unknowns::Unknowns;
 use super::unknowns::unknown::{
     BALL, BEFORE, COUNT, CUE, DIRECTION, GAP, LIFT, OBJECT, ROLL, ROLLING, SLIDING, TIME,
@@ -25,7 +25,7 @@ pub(crate) fn with_derivatives<const N: usize>(scene: &ShotScene, z: &Unknowns) 
 const ROLLS_PART: f64 = 0.01;
 
 /// The paths of both balls.
-pub(crate) struct Motion<T> {
+pub struct Motion<T> {
     time: f64,
     cue_before: Path<T>,
     cue_after: Path<T>,
@@ -125,30 +125,30 @@ impl<T: Number> Motion<T> {
         // the vertical impulse on the ball that is lifted, over its mass: negative with topspin
         let (lift, impulse) = if scene.spin == Spin::Unknown {
             let impulse = -z[LIFT] * scene.upward(before, spin);
-            (if impulse.re() > 0.0 { Lift::Object } else { Lift::Cue }, impulse)
+            (if impulse.re() > 0.0 { Lifted::Object } else { Lifted::Cue }, impulse)
         } else {
             match scene.lift(&Unknowns::from_fn(|i, _| z[i].re())) {
-                Lift::Cue => (Lift::Cue, -z[LIFT]),
-                Lift::Object => (Lift::Object, z[LIFT]),
+                Lifted::Cue => (Lifted::Cue, -z[LIFT]),
+                Lifted::Object => (Lifted::Object, z[LIFT]),
                 // without spin the larger ball rises by the tilt of the line of centres
-                Lift::None if tilt > 0.0 => (Lift::Object, tilted),
-                Lift::None if tilt < 0.0 => (Lift::Cue, tilted / ratio),
-                Lift::None => (Lift::None, zero),
+                Lifted::Neither if tilt > 0.0 => (Lifted::Object, tilted),
+                Lifted::Neither if tilt < 0.0 => (Lifted::Cue, tilted / ratio),
+                Lifted::Neither => (Lifted::Neither, zero),
             }
         };
         // J_z without the part of the normal impulse
-        let on_object = if lift == Lift::Cue { impulse * ratio } else { impulse };
+        let on_object = if lift == Lifted::Cue { impulse * ratio } else { impulse };
         let j_z = on_object - tilted;
         let nu_r = balls.map(|ball| ball.inertia * ball.radius);
         // ω_f = ω_i + (0, J_z, −J_y)/(rνR)
         let cue_spin = [spin[0], spin[1] + j_z / (nu_r[0] * ratio)];
         // Ω_y = (1 − m_s)J_z/νR, where m_s J_z = V_x − q
-        let cloth_impulse = if lift == Lift::Cue { ball[0] - normal_impulse } else { zero };
+        let cloth_impulse = if lift == Lifted::Cue { ball[0] - normal_impulse } else { zero };
         let object_spin = [zero, (j_z - cloth_impulse) / nu_r[1]];
         let up = |lifted: bool| match (lifted, lift) {
-            (false, _) | (_, Lift::None) => zero,
-            (true, Lift::Cue) => -impulse,
-            (true, Lift::Object) => impulse,
+            (false, _) | (_, Lifted::Neither) => zero,
+            (true, Lifted::Cue) => -impulse,
+            (true, Lifted::Object) => impulse,
         };
 
         let cloth = Cloth { sliding: z[SLIDING], rolling: z[ROLLING], bounce: T::from(scene.bounce) };
@@ -160,8 +160,8 @@ impl<T: Number> Motion<T> {
         };
         let [radius, other] = balls.map(|ball| ball.radius);
         let before = Side::new(before, [spin[0], spin[1]], zero, radius);
-        let cue = Side::new(cue, cue_spin, up(lift == Lift::Cue), radius);
-        let object = Side::new(ball, object_spin, up(lift == Lift::Object), other);
+        let cue = Side::new(cue, cue_spin, up(lift == Lifted::Cue), radius);
+        let object = Side::new(ball, object_spin, up(lift == Lifted::Object), other);
         Self::between(scene, &meeting, &before, [&cue, &object], &cloth)
     }
 
@@ -183,12 +183,16 @@ impl<T: Number> Motion<T> {
         }
     }
 
-    pub(crate) fn cue(&self, time: f64) -> [T; 2] {
+    /// The cue ball's centre at a time (s), m.
+    #[must_use]
+    pub fn cue(&self, time: f64) -> [T; 2] {
         let path = if time < self.time { &self.cue_before } else { &self.cue_after };
         path.position(time)
     }
 
-    pub(crate) fn object(&self, time: f64) -> [T; 2] {
+    /// The object ball's centre at a time (s), m.
+    #[must_use]
+    pub fn object(&self, time: f64) -> [T; 2] {
         if time < self.time { self.object } else { self.object_after.position(time) }
     }
 

@@ -45,13 +45,14 @@ impl Departure {
 /// Standard deviations of a measured spin within which a ball that rolls may seem to slip.
 const ROLLS_ERRORS: f64 = 4.0;
 
-/// Which way the friction on the object ball points vertically.
+/// Which ball the vertical friction between the balls lifts off the cloth.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Lift {
-    None,
-    /// Topspin lifts the cue ball.
+pub enum Lifted {
+    /// Neither ball leaves the cloth: a stun shot.
+    Neither,
+    /// The cue ball, with topspin.
     Cue,
-    /// Draw lifts the object ball.
+    /// The object ball, with draw.
     Object,
 }
 
@@ -121,17 +122,17 @@ impl ShotScene {
         if slip.re() > 0.0 { before[0] * v_z / slip } else { T::from(0.0) }
     }
 
-    pub(crate) fn lift(&self, z: &Unknowns) -> Lift {
+    pub(crate) fn lift(&self, z: &Unknowns) -> Lifted {
         let (sin, cos) = z[DIRECTION].sin_cos();
         let topspin = self.spin([cos, sin], [z[BEFORE], z[BEFORE + 1]], z[ROLL])[1];
         // the rounding of a measured spin is no spin
         let least = 1e-3 * z[BEFORE] / self.ball.radius;
         if topspin > least {
-            Lift::Cue
+            Lifted::Cue
         } else if topspin < -least {
-            Lift::Object
+            Lifted::Object
         } else {
-            Lift::None
+            Lifted::Neither
         }
     }
 }
