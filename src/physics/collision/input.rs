@@ -148,23 +148,6 @@ impl Levers {
         Self { y, z, difference: 2.0 * y - z, scale }
     }
 
-    /// d ln z/d ln(1/r), d ln y/d ln(1/r) and d ln(1/a)/d ln(1/r) are what [`super::unequal`] needs: here by r itself, of y, z and 1/a.
-    pub fn by_mass_ratio(mass_ratio: f64, [nu_c, nu]: [f64; 2], topspin: bool) -> [f64; 3] {
-        let per_r = 1.0 / mass_ratio;
-        let sum = 1.0 + per_r;
-        // d(1/r)/dr = −1/r²
-        let d = -per_r * per_r;
-        let (scale, d_scale) = (2.0 / sum, -2.0 / (sum * sum) * d);
-        let of_y = (1.0 + 1.0 / nu_c) * per_r + 1.0 + 1.0 / nu;
-        let d_y = 0.5 * nu * (d_scale * of_y + scale * (1.0 + 1.0 / nu_c) * d);
-        let [of_z, slope] = if topspin {
-            [per_r / nu_c + per_r + 1.0 / nu, 1.0 / nu_c + 1.0]
-        } else {
-            [per_r / nu_c + 1.0 + 1.0 / nu, 1.0 / nu_c]
-        };
-        [d_y, nu * (d_scale * of_z + scale * slope * d), d_scale]
-    }
-
     /// Whether γ is 1/6 without friction of the cloth, as of equal uniform spheres.
     #[inline(always)]
     pub fn are_of_spheres(&self) -> bool {

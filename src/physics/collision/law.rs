@@ -7,6 +7,7 @@ use nalgebra::SMatrix;
 use super::Input;
 use super::integrated;
 use super::recent;
+use super::unequal::slope;
 use super::{All, ByLaw, Coefficients, Column, Jacobian, Model, NotACollision, Outcome};
 use crate::physics::ball::BallState;
 use crate::physics::contact_frame;
@@ -124,11 +125,8 @@ impl Model {
         if !self.is_compliant() {
             return Ok(Column::zeros());
         }
-        let h = self.tolerance.cbrt() * self.kappa.min(1.0);
-        let at = |kappa: f64| {
-            Ok::<_, NotACollision>(Self { kappa, ..*self }.collide(cue, coefficients)?.components())
-        };
-        Ok((at(self.kappa + h)? - at(self.kappa - h)?) / (2.0 * h))
+        let step = self.tolerance.cbrt() * self.kappa.min(1.0);
+        slope(|by| Self { kappa: self.kappa + by, ..*self }, step, cue, coefficients)
     }
 
     fn law_differences(

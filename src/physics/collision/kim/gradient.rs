@@ -17,71 +17,30 @@ use super::{End, Slips, start};
 use crate::numerics::quadrature::GAUSS_4;
 use crate::physics::collision::{Contact, Gradient, ImpulseGradient, variable};
 
-/// A way in which inertia and cloth change: the derivative by it takes the place of that by m_s.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Change {
-    pub m_s: f64,
-    pub ln_beta_y: f64,
-    pub ln_beta_z: f64,
-    pub gamma: f64,
-}
-
-impl Change {
-    /// By m_s: β_z = (2 + ν − σm_s)/2ν, γ = (ν + σm_s)/(2 + ν − σm_s).
-    #[inline(always)]
-    pub fn of_cloth(contact: &Contact) -> Self {
-        let &Contact { m_s, sigma, levers, .. } = contact;
-        let twice = levers.z - sigma * m_s;
-        let gamma = sigma * 2.0 * levers.y / (twice * twice);
-        Self { m_s: 1.0, ln_beta_y: 0.0, ln_beta_z: -sigma / twice, gamma }
-    }
-
-    /// Of both levers, and of m_s with them.
-    pub fn of_levers(contact: &Contact, [y, z]: [f64; 2], m_s: f64) -> Self {
-        let &Contact { levers, sigma, .. } = contact;
-        let twice = levers.z - sigma * contact.m_s;
-        // γ = 2y/(z − σm_s) − 1
-        let (ln_y, ln_z) = (y / levers.y, (z - sigma * m_s) / twice);
-        Self { m_s, ln_beta_y: ln_y, ln_beta_z: ln_z, gamma: 2.0 * levers.y / twice * (ln_y - ln_z) }
-    }
-}
-
 pub(super) fn gradient(contact: &Contact, end: &End) -> ImpulseGradient {
-    along(contact, end, &Change::of_cloth(contact))
-}
-
-/// With the derivative by a change in the place of that by m_s.
-pub(super) fn along(contact: &Contact, end: &End, change: &Change) -> ImpulseGradient {
-    let &Contact { v_y, v_z, .. } = contact;
     let (path, rho) = start(contact);
-    let scales = Scales::new(contact, rho, change);
     // J_y = v_y0 Y/2β_y, J_z = v_z0 Z/2β_z with Y = u^(1+γ) − 1, Z = u − 1
     let (per_y, per_z) = (0.5 / contact.beta_y(), 0.5 / contact.beta_z());
     match end {
         End::Stick { q, compressed } => {
+            let scales = Scales::new(contact, rho);
             let normal = scales.stuck(&path, *q, compressed.as_ref());
             let mut y = Gradient::zeros();
             y[variable::V_Y] = -per_y;
-            y[variable::M_S] = v_y * per_y * change.ln_beta_y;
             let mut z = Gradient::zeros();
             z[variable::V_Z] = -per_z;
-            z[variable::M_S] = v_z * per_z * change.ln_beta_z;
+            z[variable::M_S] = contact.v_z * per_z * scales.ln_beta_z;
             ImpulseGradient { normal, y, z }
         }
-        End::Slide { slips, .. } => slide_along(contact, &path, rho, slips, change),
+        End::Slide { slips, .. } => of_slide(contact, &path, rho, slips),
     }
 }
 
 /// Of an impact that slides to its end.
 #[inline]
 pub(super) fn of_slide(contact: &Contact, path: &Path, rho: f64, slips: &Slips) -> ImpulseGradient {
-    slide_along(contact, path, rho, slips, &Change::of_cloth(contact))
-}
-
-#[inline(always)]
-fn slide_along(contact: &Contact, path: &Path, rho: f64, slips: &Slips, change: &Change) -> ImpulseGradient {
     let &Contact { v_y, v_z, .. } = contact;
-    let scales = Scales::new(contact, rho, change);
+    let scales = Scales::new(contact, rho);
     let (per_y, per_z) = (0.5 / contact.beta_y(), 0.5 / contact.beta_z());
     let slip = &slips.end;
     let (normal, d_u) =
@@ -90,13 +49,10 @@ fn slide_along(contact: &Contact, path: &Path, rho: f64, slips: &Slips, change: 
     let gamma_power = slip.power.sqrt();
     let mut y = v_y * per_y * (1.0 + contact.gamma()) * gamma_power * d_u;
     y[variable::V_Y] -= per_y * slip.y_gone();
-    y[variable::M_S] -= v_y * per_y * slip.left * gamma_power * slip.tau * change.gamma;
-    if change.ln_beta_y != 0.0 {
-        y[variable::M_S] += v_y * per_y * slip.y_gone() * change.ln_beta_y;
-    }
+    y[variable::M_S] -= v_y * per_y * slip.left * gamma_power * slip.tau * scales.gamma;
     let mut z = v_z * per_z * d_u;
     z[variable::V_Z] -= per_z * slip.gone;
-    z[variable::M_S] += v_z * per_z * slip.gone * change.ln_beta_z;
+    z[variable::M_S] += v_z * per_z * slip.gone * scales.ln_beta_z;
     ImpulseGradient { normal, y, z }
 }
 
@@ -107,7 +63,9 @@ struct Scales<'a> {
     c: f64,
     a: f64,
     d_a: Gradient,
-    change: Change,
+    /// ln β_z and γ by m_s.
+    ln_beta_z: f64,
+    gamma: f64,
 }
 
 /// ∫ wS ds over a part of the path, in m/s, and what its derivatives need: ∫ w/g ds, ∫ w s^p/g ds and
@@ -204,15 +162,19 @@ impl Path {
 
 impl<'a> Scales<'a> {
     #[inline(always)]
-    fn new(contact: &'a Contact, rho: f64, change: &'a Change) -> Self {
-        let &Contact { mu, m_s, v_z, .. } = contact;
+    fn new(contact: &'a Contact, rho: f64) -> Self {
+        let &Contact { mu, m_s, v_z, sigma, levers, .. } = contact;
+        // β_z = (2 + ν − σm_s)/2ν, γ = (ν + σm_s)/(2 + ν − σm_s)
+        let twice = levers.z - sigma * m_s;
+        let ln_beta_z = -sigma / twice;
+        let gamma = sigma * 2.0 * levers.y / (twice * twice);
         let beta_z = contact.beta_z();
         let c = 1.0 / (2.0 * mu * beta_z);
         let a = m_s * v_z / (2.0 * beta_z);
         let mut d_a = Gradient::zeros();
-        d_a[variable::M_S] = change.m_s * (v_z / (2.0 * beta_z)) - a * change.ln_beta_z;
+        d_a[variable::M_S] = v_z / (2.0 * beta_z) - a * ln_beta_z;
         d_a[variable::V_Z] = m_s / (2.0 * beta_z);
-        Self { contact, rho, c, a, d_a, change: *change }
+        Self { contact, rho, c, a, d_a, ln_beta_z, gamma }
     }
 
     /// c∫wS ds.
@@ -231,8 +193,7 @@ impl<'a> Scales<'a> {
         d[variable::V_Y] = self.c * y * integral.power;
         d[variable::V_Z] = self.c * z * integral.inverse;
         d[variable::MU] = -value / self.contact.mu;
-        d[variable::M_S] =
-            self.c * self.rho * y * y * integral.log * self.change.gamma - value * self.change.ln_beta_z;
+        d[variable::M_S] = self.c * self.rho * y * y * integral.log * self.gamma - value * self.ln_beta_z;
         d
     }
 
@@ -254,8 +215,7 @@ impl<'a> Scales<'a> {
     /// dq_f and du_f of a shot without topspin.
     fn without_cloth(&self, path: &Path, slip: &Slip) -> (Gradient, Gradient) {
         let d_q = self.d_free();
-        // by m_s nothing depends on γ here
-        let whole = if self.contact.levers.are_of_spheres() && self.change.m_s == 1.0 {
+        let whole = if self.contact.levers.are_of_spheres() {
             of_sphere(path, slip)
         } else {
             path.integrals(&Slip::START, slip)[0]

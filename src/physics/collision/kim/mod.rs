@@ -87,17 +87,6 @@ pub(super) fn impulse_and_gradient(contact: &Contact) -> ((Impulse, Regime), Imp
     ((end.impulse(contact), end.regime()), gradient)
 }
 
-/// The impulses, and how they change with both levers and m_s together.
-pub(super) fn impulse_along(contact: &Contact, levers: [f64; 2], m_s: f64) -> (Impulse, [f64; 3]) {
-    let &Contact { k, v_y, v_z, mu, e, .. } = contact;
-    let unit =
-        Contact { k: 1.0, v_y: v_y / k, v_z: v_z / k, mu: mu.max(TINY_MU), e: e.max(TINY_E), ..*contact };
-    let (path, rho) = start(&unit);
-    let change = gradient::Change::of_levers(&unit, levers, m_s);
-    let by = gradient::along(&unit, &solve(&unit, &path, rho), &change);
-    (impulse(contact).0, [by.normal, by.y, by.z].map(|of| k * of[variable::M_S]))
-}
-
 /// At μ = 0 or e = 0 the derivative from above; speeds in units of k, of which everything is a multiple.
 #[cold]
 fn regular_gradient(contact: &Contact) -> ImpulseGradient {
