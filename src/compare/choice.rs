@@ -3,20 +3,8 @@
 use super::sample::{Apart, Group, search};
 use super::{CompareError, Options};
 use crate::fit::fidelity_choice;
+use crate::fit::fidelity_choice::Chosen;
 use crate::likelihood::fitted::Fitted;
-use crate::measurement::values::Values;
-use crate::physics::collision::FidelityChoice;
-
-/// What every shot is computed with.
-pub(super) struct Chosen {
-    /// Where a search then begins.
-    pub starts: Vec<Vec<Values>>,
-    pub notes: Vec<String>,
-    /// Whether the contact gives way, as the data call for it.
-    pub gives_way: bool,
-    /// Whether the errors include what shots scatter by beyond their own.
-    pub scatters: bool,
-}
 
 /// As the data sets state, or as all together call for it.
 ///
@@ -29,14 +17,7 @@ pub(super) fn choose(
     options: &Options,
 ) -> Result<Chosen, CompareError> {
     let bare = vec![Vec::new(); shots.len()];
-    let search = search(groups, &bare, apart);
-    if let FidelityChoice::Of(fidelity) = options.fidelity {
-        let starts =
-            if fidelity.is_integrated() { fidelity_choice::integrate(shots, &search)? } else { Vec::new() };
-        return Ok(Chosen { starts, notes: Vec::new(), gives_way: false, scatters: false });
-    }
-    let mut chosen = fidelity_choice::choose(shots, &search, &[])?;
-    drop(search);
+    let mut chosen = fidelity_choice::choose(options.fidelity, shots, &search(groups, &bare, apart), &[])?;
     if let Some(lower) = chosen.gives_way {
         for (group, shots) in groups.iter_mut().zip(&*shots) {
             if shots.iter().all(|shot| !shot.plan.is_of_discs()) {
@@ -48,10 +29,5 @@ pub(super) fn choose(
              under [fit] of each data set."
         ));
     }
-    Ok(Chosen {
-        starts: chosen.starts,
-        notes: chosen.notes,
-        gives_way: chosen.gives_way.is_some(),
-        scatters: false,
-    })
+    Ok(chosen)
 }

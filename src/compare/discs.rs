@@ -1,10 +1,11 @@
 //! Samples of discs, whose shots scatter by more than the noise of their frames: the errors of each sample's shots include its own scatter,
 //! as in a fit of that sample alone.
 
-use super::choice::Chosen;
 use super::sample::{Apart, Group, search};
 use super::{CompareError, Options};
 use crate::fit::discs;
+use crate::fit::fidelity_choice::Chosen;
+use crate::fit::model_choice::ModelChoice;
 use crate::likelihood::fitted::Fitted;
 use crate::measurement::number::plain;
 use crate::measurement::parameter::{Compliance, Parameter};
@@ -26,10 +27,10 @@ pub(super) fn choose(
     apart: &Apart,
     options: &Options,
 ) -> Result<Chosen, CompareError> {
-    let mut alone: Vec<discs::Chosen> =
+    let mut alone: Vec<ModelChoice> =
         groups.iter().zip(&*shots).map(|own| alone(own, apart, options)).collect::<Result<_, _>>()?;
-    let gives_way = alone.iter().any(|chosen| chosen.gives_way.is_some());
-    if gives_way {
+    let gives_way = alone.iter().filter_map(|chosen| chosen.gives_way).reduce(f64::max);
+    if gives_way.is_some() {
         // those that do not call for it by themselves have it, too, with κ free as those have it
         for ((chosen, group), shots) in alone.iter_mut().zip(&mut *groups).zip(&*shots) {
             if chosen.gives_way.is_none() && group.settings.compliance == Compliance::Auto {
@@ -40,7 +41,7 @@ pub(super) fn choose(
         }
     }
     let (mut starts, mut notes): (Vec<Vec<Values>>, Vec<String>) = Default::default();
-    if gives_way {
+    if gives_way.is_some() {
         notes.push(
             "The contact gives way along its surface: the shots of at least one sample call for it."
                 .to_owned(),
@@ -49,25 +50,25 @@ pub(super) fn choose(
     let own: Vec<Values> = alone
         .iter()
         .zip(&*groups)
-        .map(|(one, group)| *one.starts.first().unwrap_or(&group.initial))
+        .map(|(one, group)| one.starts.first().map_or(group.initial, |start| start[0]))
         .collect();
     starts.push(own.clone());
     starts.extend(own.iter().map(|values| vec![*values; own.len()]));
-    let mut scatters = false;
     for ((chosen, group), shots) in alone.into_iter().zip(groups).zip(shots) {
-        if !chosen.scatter.is_none() {
-            scatters = true;
+        let scatter = chosen.scatter.filter(|scatter| !scatter.is_none());
+        group.scatters = scatter.is_some();
+        if let Some(scatter) = scatter {
             notes.push(format!(
                 "{}: beyond the errors of their frames shots scatter by {} in e and {} in J_t/J_n, which the errors include.",
                 group.title,
-                plain(chosen.scatter.restitution, 2),
-                plain(chosen.scatter.impulse_ratio, 2)
+                plain(scatter.restitution, 2),
+                plain(scatter.impulse_ratio, 2)
             ));
         }
         notes.extend(chosen.notes.into_iter().map(|note| format!("{}: {note}", group.title)));
         (group.model, group.settings, *shots) = (chosen.model, chosen.settings, chosen.fitted);
     }
-    Ok(Chosen { starts, notes, gives_way, scatters })
+    Ok(Chosen { starts, notes, gives_way })
 }
 
 /// What a sample is fitted with by itself.
@@ -75,7 +76,7 @@ fn alone(
     (group, shots): (&Group, &Vec<Fitted>),
     apart: &Apart,
     options: &Options,
-) -> Result<discs::Chosen, CompareError> {
+) -> Result<ModelChoice, CompareError> {
     let none = [Vec::new()];
     let search = search(std::slice::from_ref(group), &none, apart);
     Ok(discs::choose(shots, &search, options.fidelity)?)

@@ -43,7 +43,7 @@ impl<'a> FitOfAll<'a> {
         groups: &'a [Group],
         (shots, films): (&'a [Vec<Fitted>], Option<&'a [Vec<Fitted>]>),
         apart: &Apart,
-        (starts, scatters): (&[Vec<Values>], bool),
+        starts: &[Vec<Values>],
     ) -> Result<Self, CompareError> {
         let velocities = search(groups, shots, apart);
         let all: Vec<usize> = (0..groups.len()).collect();
@@ -68,6 +68,7 @@ impl<'a> FitOfAll<'a> {
                 Some(sandwich) => sandwich.covariance_at(minimum),
             }
         };
+        let scatters = groups.iter().any(|group| group.scatters);
         let tests = if search.is_robust() || scatters {
             // honest errors come of the scatter of the shots
             Tests { dof: search.count().saturating_sub(minimum.room()), estimated: true }

@@ -1,13 +1,13 @@
 //! What every shot is computed with, the fit of all together, and a test of each parameter.
 
 use super::camera;
-use super::choice::{self, Chosen};
-use super::discs;
 use super::joint_fit::FitOfAll;
 use super::sample::{Apart, Gathered, Group};
 use super::sliding::Known;
 use super::{COMPARED, CompareError, Comparison, Footage, Options, SampleSummary};
+use super::{choice, discs};
 use crate::fit::Method;
+use crate::fit::fidelity_choice::Chosen;
 use crate::fit::frames::filmed;
 use crate::fit::outlying::Odd;
 use crate::likelihood::fitted::Fitted;
@@ -29,18 +29,18 @@ pub(super) fn run(
     check_noise(groups, shots)?;
     stage("what each shot calls for");
     let choose = if discs::are_all(shots) { discs::choose } else { choice::choose };
-    let Chosen { starts, notes, gives_way, scatters } = choose(groups, shots, apart, options)?;
+    let Chosen { starts, notes, gives_way } = choose(groups, shots, apart, options)?;
     stage("fitting all together");
     let finish = |fit: &FitOfAll, notes: Vec<String>| {
         fit.informed.check_room(fit.groups, labels.len())?;
         let comparison = fit.compared(labels, (options, method), stage)?;
         let notes = notes.into_iter().chain(camera::sentence(fit)).collect();
-        Ok((Comparison { gives_way, notes, ..comparison }, fit.sliding()))
+        Ok((Comparison { gives_way: gives_way.is_some(), notes, ..comparison }, fit.sliding()))
     };
     let joint = method == Method::Joint;
     let films = if joint { Some(with_frames(groups, shots, footage)?) } else { None };
     let odd = {
-        let fit = FitOfAll::new(groups, (shots, films.as_deref()), apart, (&starts, scatters))?;
+        let fit = FitOfAll::new(groups, (shots, films.as_deref()), apart, &starts)?;
         let odd = fit.odd();
         if odd.iter().all(Vec::is_empty) {
             return finish(&fit, notes);
@@ -51,7 +51,7 @@ pub(super) fn run(
         leave_out(group, shots, &odd, &mut summaries[group.number]);
     }
     let films = with_frames(groups, shots, footage)?;
-    finish(&FitOfAll::new(groups, (shots, Some(&films)), apart, (&starts, scatters))?, notes)
+    finish(&FitOfAll::new(groups, (shots, Some(&films)), apart, &starts)?, notes)
 }
 
 /// The shots of each group with their frames, whose film unknowns the group then has.

@@ -29,6 +29,8 @@ pub(super) struct Group<'a> {
     pub initial: Values,
     /// How outlying shots count.
     pub loss: Loss,
+    /// Whether the errors of its shots include what they scatter by beyond their own.
+    pub scatters: bool,
     /// What its frames share besides the parameters, where these are fitted.
     pub unknowns: Vec<SharedUnknown>,
     /// The camera from which their corrections are counted, where all groups were filmed by the same one.
@@ -173,6 +175,7 @@ pub(super) fn gather<'a>(datasets: &'a [Dataset], options: &Options) -> Result<G
                 settings,
                 initial,
                 loss,
+                scatters: false,
                 unknowns,
                 camera,
             });

@@ -3,13 +3,14 @@
 
 use super::effort::Effort;
 use super::fidelity_choice::{EVIDENCE, GIVES_WAY, left_out};
+use super::model_choice::ModelChoice;
 use super::samples::Search;
 use super::scatter::{Scatter, estimate, spread, with_errors};
 use super::settled::{differs, told};
 use super::{FitError, scatter_starts};
 use crate::likelihood::fitted::Fitted;
 use crate::likelihood::sample::{Sample, Unknown};
-use crate::measurement::parameter::{Compliance, Parameter, Setting, Settings};
+use crate::measurement::parameter::{Compliance, Parameter, Setting};
 use crate::measurement::values::Values;
 use crate::physics::collision::{Effects, Fidelity, FidelityChoice, Model};
 
@@ -21,24 +22,13 @@ const LEAST_KAPPA: f64 = 0.1;
 const AT_REST: f64 = 1e-4;
 const MOST_ROUNDS: usize = 60;
 
-/// What shots of discs are fitted with.
-pub(crate) struct Chosen {
-    /// With their scatter in their errors.
-    pub fitted: Vec<Fitted>,
-    pub model: Model,
-    pub settings: Settings,
-    pub scatter: Scatter,
-    pub starts: Vec<Values>,
-    /// Other minima with their own scatter, and how much higher −2 log L is there.
-    pub rivals: Vec<(Values, f64)>,
-    /// How much lower −2 log L is with a contact that gives way, where they call for it.
-    pub gives_way: Option<f64>,
-    pub notes: Vec<String>,
-}
-
 /// A rigid contact, or with `auto`, where nothing is stated of it, one that gives way as the shots call for it. What is around discs
 /// may be any material, so that its κ is fitted.
-pub(crate) fn choose(raw: &[Fitted], search: &Search, fidelity: FidelityChoice) -> Result<Chosen, FitError> {
+pub(crate) fn choose(
+    raw: &[Fitted],
+    search: &Search,
+    fidelity: FidelityChoice,
+) -> Result<ModelChoice, FitError> {
     let is_auto = fidelity == FidelityChoice::Auto;
     let mut notes = Vec::new();
     let (mut gives_way, mut starts) = (None, Vec::new());
@@ -72,7 +62,9 @@ pub(crate) fn choose(raw: &[Fitted], search: &Search, fidelity: FidelityChoice) 
         // what the errors of the state before the impact do at a kink is then seen, too
         fitted = raw.to_vec();
     }
-    Ok(Chosen { fitted, model, settings, scatter, starts, rivals, gives_way, notes })
+    let starts = starts.into_iter().map(|start| vec![start]).collect();
+    let (scatter, rivals) = (Some(scatter), Some(rivals));
+    Ok(ModelChoice { fitted, model, settings, starts, scatter, rivals, gives_way, notes })
 }
 
 /// κ that is fitted, without values that are as good as a rigid contact, which is another model and is computed much faster.

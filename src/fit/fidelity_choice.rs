@@ -9,7 +9,7 @@ use crate::likelihood::fitted::Fitted;
 use crate::likelihood::sample::{Sample, Unknown};
 use crate::measurement::parameter::{Compliance, Parameter};
 use crate::measurement::values::Values;
-use crate::physics::collision::Model;
+use crate::physics::collision::{FidelityChoice, Model};
 
 /// Rounds of correcting and fitting: with its slope, a correction is off by the square of what the first changes.
 const ROUNDS: usize = 2;
@@ -17,9 +17,10 @@ const ROUNDS: usize = 2;
 /// −2 log L must be lower by this, odds of 20 to 1, to go beyond the equations that the parameters are defined by.
 pub(super) const EVIDENCE: f64 = 6.0;
 
-/// What the shots of a fit are computed with.
+/// What came of a choice of what shots are computed with.
+#[derive(Default)]
 pub(crate) struct Chosen {
-    /// Where their search is to begin.
+    /// Where their search is to begin; none: where a scan of the friction says.
     pub starts: Vec<Vec<Values>>,
     /// How much lower −2 log L is with a contact that gives way, where they call for it.
     pub gives_way: Option<f64>,
@@ -53,6 +54,22 @@ pub(super) fn left_out(what: &str, higher: f64, who: &str, found: &[String]) -> 
 /// So many shots, spread evenly, tell what is to be computed how.
 const SAMPLE: usize = 2000;
 
+/// What each shot is computed with: a fidelity that is stated, or as the shots call for it. `near`: where a search may begin.
+pub(crate) fn choose(
+    fidelity: FidelityChoice,
+    shots: &mut [Vec<Fitted>],
+    search: &Search,
+    near: &[Vec<Values>],
+) -> Result<Chosen, FitError> {
+    match fidelity {
+        FidelityChoice::Auto => as_called_for(shots, search, near),
+        FidelityChoice::Of(fidelity) if fidelity.is_integrated() => {
+            Ok(Chosen { starts: integrate(shots, search)?, ..Chosen::default() })
+        }
+        FidelityChoice::Of(_) => Ok(Chosen { starts: near.to_vec(), ..Chosen::default() }),
+    }
+}
+
 /// Each shot takes the cheapest fidelity that keeps within a part of its standard errors, first at usual
 /// values, then where a fit with these ends. One that calls for more than `full` is computed as `full` with a correction,
 /// which is taken anew after each fit, or where the contact gives way so much that no correction serves, integrated.
@@ -60,7 +77,7 @@ const SAMPLE: usize = 2000;
 /// What `contact` adds rests on more than is fitted: the duration of the contact, μ_k of the cloth on the cue ball; and that a
 /// contact gives way on Poisson's ratio. Unless the shots as a whole speak for it, it is left out, and what it would have given is
 /// said.
-pub(crate) fn choose(
+fn as_called_for(
     shots: &mut [Vec<Fitted>],
     search: &Search,
     near: &[Vec<Values>],
@@ -165,7 +182,7 @@ fn take_cheapest(shots: &mut [Vec<Fitted>], search: &Search, at: &[Values], weig
 }
 
 /// All shots at the integrated fidelity of the model, as `full` with corrections; and where their search is to begin.
-pub(crate) fn integrate(shots: &mut [Vec<Fitted>], search: &Search) -> Result<Vec<Vec<Values>>, FitError> {
+fn integrate(shots: &mut [Vec<Fitted>], search: &Search) -> Result<Vec<Vec<Values>>, FitError> {
     for (shots, sample) in shots.iter_mut().zip(&search.samples) {
         for shot in shots {
             shot.plan.fix(sample.model);

@@ -1,8 +1,9 @@
 //! With what the shots of a fit are computed: the model as it is stated, or as the shots call for it, and where their search begins.
 
+use super::fidelity_choice::{self, Chosen};
 use super::samples::Search;
 use super::scatter::Scatter;
-use super::{FitError, Options, Rejected, discs, fidelity_choice};
+use super::{FitError, Options, Rejected};
 use crate::likelihood::fitted::Fitted;
 use crate::likelihood::prediction::Plan;
 use crate::likelihood::sample::Sample;
@@ -57,7 +58,7 @@ pub(crate) fn plan(shots: &[&Shot], model: &Model, usual: &Values) -> (Vec<Fitte
 }
 
 /// What the shots are fitted with, once it is chosen.
-pub(super) struct ModelChoice {
+pub(crate) struct ModelChoice {
     /// The shots as they are computed; of discs with their scatter in their errors.
     pub fitted: Vec<Fitted>,
     pub model: Model,
@@ -75,50 +76,19 @@ pub(super) struct ModelChoice {
 }
 
 impl ModelChoice {
-    /// For shots that are planned with the model of a search of one sample, which has none yet.
-    pub(super) fn of(
-        planned: Vec<Fitted>,
-        search: &Search,
-        of_discs: bool,
-        options: &Options,
-    ) -> Result<Self, FitError> {
+    /// For shots of balls that are planned with the model of a search of one sample, which has none yet.
+    pub(super) fn of(mut fitted: Vec<Fitted>, search: &Search, options: &Options) -> Result<Self, FitError> {
         let sample = search.first();
-        if of_discs {
-            let chosen = discs::choose(&planned, search, options.fidelity)?;
-            return Ok(Self {
-                fitted: chosen.fitted,
-                model: chosen.model,
-                settings: chosen.settings,
-                starts: chosen.starts.into_iter().map(|start| vec![start]).collect(),
-                scatter: Some(chosen.scatter),
-                rivals: Some(chosen.rivals),
-                gives_way: chosen.gives_way,
-                notes: chosen.notes,
-            });
+        let (mut model, mut settings) = (*sample.model, *sample.settings);
+        let near = options.near.map(|near| vec![with_what_is_fixed(sample, near)]);
+        let shots = std::slice::from_mut(&mut fitted);
+        let Chosen { starts, gives_way, notes } =
+            fidelity_choice::choose(options.fidelity, shots, search, near.as_slice())?;
+        if gives_way.is_some() {
+            settings.compliance = Compliance::Stated;
+            model.kappa = sample.initial.kappa;
         }
-        let starts = options.near.map(|near| vec![with_what_is_fixed(sample, near)]);
-        let mut choice = Self {
-            fitted: planned,
-            model: *sample.model,
-            settings: *sample.settings,
-            starts: starts.into_iter().collect(),
-            scatter: None,
-            rivals: None,
-            gives_way: None,
-            notes: Vec::new(),
-        };
-        let shots = std::slice::from_mut(&mut choice.fitted);
-        if options.fidelity == FidelityChoice::Auto {
-            let chosen = fidelity_choice::choose(shots, search, &choice.starts)?;
-            (choice.starts, choice.notes, choice.gives_way) = (chosen.starts, chosen.notes, chosen.gives_way);
-        } else if sample.model.fidelity.is_integrated() {
-            choice.starts = fidelity_choice::integrate(shots, search)?;
-        }
-        if choice.gives_way.is_some() {
-            choice.settings.compliance = Compliance::Stated;
-            choice.model.kappa = sample.initial.kappa;
-        }
-        Ok(choice)
+        Ok(Self { fitted, model, settings, starts, scatter: None, rivals: None, gives_way, notes })
     }
 }
 

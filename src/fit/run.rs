@@ -11,7 +11,7 @@ use super::outlying::{Odd, impossible, outlying};
 use super::request::Request;
 use super::samples::Search;
 use super::settled::Settled;
-use super::{Depth, Fit, FitError, Method, starts};
+use super::{Depth, Fit, FitError, Method, discs, starts};
 use crate::likelihood::fitted::Fitted;
 use crate::likelihood::frames::shared_unknowns;
 use crate::likelihood::sample::Sample;
@@ -51,7 +51,12 @@ pub(super) fn fit_shots(request: &Request) -> Result<Fit, FitError> {
     let (planned, shots_rejected) = request.planned(&stated)?;
     let depth = affordable(options.depth, planned.len(), request.method());
     let of_discs = dataset.tracks.as_ref().is_some_and(|tracks| tracks.discs.is_some());
-    let choice = ModelChoice::of(planned, &stated, of_discs, options).map_err(named)?;
+    let choice = if of_discs {
+        discs::choose(&planned, &stated, options.fidelity)
+    } else {
+        ModelChoice::of(planned, &stated, options)
+    };
+    let choice = choice.map_err(named)?;
     let velocities = stated.with(|_, sample| {
         (sample.fitted, sample.model, sample.settings) = (&choice.fitted, &choice.model, &choice.settings);
     });
