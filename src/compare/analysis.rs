@@ -1,6 +1,6 @@
 //! Everything from data sets as they were loaded to their comparison, as `caromfit compare` does it.
 
-use super::{CompareError, Comparison, Footage, Options, camera, check, compare_extracted};
+use super::{CompareError, Comparison, Options, camera, check, compare_prepared};
 use crate::fit::analysis::state_compliance;
 use crate::fit::{Method, Prepared};
 use crate::measurement::dataset::Dataset;
@@ -75,17 +75,7 @@ fn analyse_once(
             return Analysis { datasets: prepared, comparison: Err(error) };
         }
     }
-    let footage = |prepared: &Prepared| match method {
-        Method::Joint => Footage {
-            films: prepared.films(usize::MAX),
-            unknowns: prepared.film_unknowns(),
-            camera: prepared.camera.clone().filter(|_| options.same_camera),
-        },
-        Method::TwoStage => Footage::default(),
-    };
-    let footage: Vec<Footage> = prepared.iter().map(footage).collect();
-    let datasets: Vec<Dataset> = prepared.iter().map(|prepared| prepared.dataset.clone()).collect();
-    let mut comparison = compare_extracted(&datasets, &footage, (options, method), stage);
+    let mut comparison = compare_prepared(&prepared, (options, method), stage);
     if let (Ok(comparison), Method::TwoStage) = (&mut comparison, method) {
         let from_paths = prepared.iter().filter(|prepared| prepared.finds_spins_from_paths());
         let names: Vec<String> = from_paths.map(|prepared| prepared.dataset.name.clone()).collect();

@@ -35,12 +35,9 @@ pub use result::{
     Compared, Comparison, Difference, LabelResidual, LikelihoodRatio, Robust, SampleSummary, TestKind, Value,
 };
 
-use std::sync::Arc;
-
 use sample::{Apart, Gathered, apart, gather, label_of_datasets};
 
-use crate::fit::{FilmUnknowns, FoundCamera, Method};
-use crate::likelihood::frames::Film;
+use crate::fit::{Method, Prepared};
 use crate::measurement::dataset::Dataset;
 use crate::measurement::loss::Loss;
 use crate::measurement::parameter::Parameter;
@@ -57,17 +54,6 @@ const COMPARED: [Parameter; 7] = [
     Parameter::Kappa,
     Parameter::ESlope,
 ];
-
-/// The frames of a data set, for [`Method::Joint`].
-#[derive(Clone, Debug, Default)]
-struct Footage {
-    /// The frames of its shots, in their order; `None` for a shot without.
-    pub films: Vec<Option<Arc<Film>>>,
-    /// What is estimated besides μ_k and μ_r: the corrections of its camera that were adopted.
-    pub unknowns: FilmUnknowns,
-    /// The camera from which these are counted, where all data sets were filmed by the same one.
-    pub camera: Option<FoundCamera>,
-}
 
 /// Choices of a comparison. The default is what `caromfit compare` does; state what you want, and the rest as
 /// `..Options::default()`.
@@ -113,15 +99,15 @@ fn check(datasets: &[Dataset], options: &Options) -> Result<(), CompareError> {
     Ok(())
 }
 
-/// Compares data sets that have their impacts, with the frames of each for [`Method::Joint`]; `stage` is called with the name of each of
+/// Compares data sets that have their impacts, of footage by [`Method::Joint`] its frames; `stage` is called with the name of each of
 /// the [`STAGES`] as it begins.
-fn compare_extracted(
-    datasets: &[Dataset],
-    footage: &[Footage],
+fn compare_prepared(
+    prepared: &[Prepared],
     (options, method): (&Options, Method),
     stage: &dyn Fn(&str),
 ) -> Result<Comparison, CompareError> {
-    let mut gathered = gather(datasets, options)?;
+    let datasets: Vec<&Dataset> = prepared.iter().map(|prepared| &prepared.dataset).collect();
+    let mut gathered = gather(&datasets, options)?;
     let labels = gathered.labels.clone();
     let used = (0..labels.len()).filter(|l| gathered.groups.iter().any(|group| group.label == *l)).count();
     if used < 2 {
@@ -131,10 +117,10 @@ fn compare_extracted(
     let differs = apart(cloths, options);
     let of_parameters: Apart = Parameter::ALL.map(|p| differs(Quantity::Parameter(p)));
     let (mut comparison, of_frames) =
-        run::run(&mut gathered, footage, &of_parameters, (options, method), stage)?;
+        run::run(&mut gathered, prepared, &of_parameters, (options, method), stage)?;
     let Gathered { told_by, summaries, .. } = gathered;
-    let sliding = of_frames.unwrap_or_else(|| sliding::Known::of_impacts(datasets));
-    let own_labels = label_of_datasets(datasets, &labels, cloths);
+    let sliding = of_frames.unwrap_or_else(|| sliding::Known::of_impacts(&datasets));
+    let own_labels = label_of_datasets(&datasets, &labels, cloths);
     sliding::compare(&sliding, (&labels, &own_labels), differs(Quantity::Sliding), &mut comparison);
     verdict::holm(&mut comparison.quantities);
     comparison.labels = labels;

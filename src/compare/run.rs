@@ -4,14 +4,13 @@ use super::camera;
 use super::joint_fit::FitOfAll;
 use super::sample::{Apart, Gathered, Group};
 use super::sliding::Known;
-use super::{COMPARED, CompareError, Comparison, Footage, Options, SampleSummary};
+use super::{COMPARED, CompareError, Comparison, Options, SampleSummary};
 use super::{choice, discs};
-use crate::fit::Method;
 use crate::fit::fidelity_choice::Chosen;
 use crate::fit::frames::filmed;
 use crate::fit::outlying::Odd;
+use crate::fit::{Method, Prepared};
 use crate::likelihood::fitted::Fitted;
-use crate::likelihood::frames::shared_unknowns;
 
 /// What shots are computed with, the joint fit, and a test of each parameter.
 pub(super) const STAGES: usize = 2 + COMPARED.len();
@@ -20,7 +19,7 @@ pub(super) const STAGES: usize = 2 + COMPARED.len();
 /// where their frames were fitted.
 pub(super) fn run(
     gathered: &mut Gathered,
-    footage: &[Footage],
+    prepared: &[Prepared],
     apart: &Apart,
     (options, method): (&Options, Method),
     stage: &dyn Fn(&str),
@@ -38,7 +37,14 @@ pub(super) fn run(
         Ok((Comparison { gives_way: gives_way.is_some(), notes, ..comparison }, fit.sliding()))
     };
     let joint = method == Method::Joint;
-    let films = if joint { Some(with_frames(groups, shots, footage)?) } else { None };
+    if joint {
+        let films: Vec<_> = prepared.iter().map(|own| own.films(usize::MAX)).collect();
+        for group in groups.iter_mut() {
+            let own = group.dataset_number;
+            group.take_films(&prepared[own], &films[own], options.same_camera);
+        }
+    }
+    let films = joint.then(|| with_frames(groups, shots)).transpose()?;
     let odd = {
         let fit = FitOfAll::new(groups, (shots, films.as_deref()), apart, &starts)?;
         let odd = fit.odd();
@@ -50,29 +56,17 @@ pub(super) fn run(
     for ((group, shots), odd) in groups.iter().zip(&mut *shots).zip(odd) {
         leave_out(group, shots, &odd, &mut summaries[group.number]);
     }
-    let films = with_frames(groups, shots, footage)?;
+    let films = with_frames(groups, shots)?;
     finish(&FitOfAll::new(groups, (shots, Some(&films)), apart, &starts)?, notes)
 }
 
-/// The shots of each group with their frames, whose film unknowns the group then has.
-fn with_frames(
-    groups: &mut [Group],
-    shots: &[Vec<Fitted>],
-    footage: &[Footage],
-) -> Result<Vec<Vec<Fitted>>, CompareError> {
-    let mut all = Vec::new();
-    for (group, shots) in groups.iter_mut().zip(shots) {
-        let missing = || CompareError::NotFilmed(group.dataset.name.clone());
-        let footage = footage.get(group.dataset_number).ok_or_else(missing)?;
-        all.push(filmed(shots, &footage.films).ok_or_else(missing)?);
-        group.unknowns = shared_unknowns::of_fit(footage.unknowns.unknowns());
-        group.camera.clone_from(&footage.camera);
-        let cloth = [group.dataset.sliding, group.dataset.rolling];
-        for (unknown, known) in group.unknowns.iter_mut().zip(cloth) {
-            unknown.start = known.map_or(unknown.start, |known| known.value);
-        }
-    }
-    Ok(all)
+/// The shots of each group with their frames.
+fn with_frames(groups: &[Group], shots: &[Vec<Fitted>]) -> Result<Vec<Vec<Fitted>>, CompareError> {
+    let of_group = |(group, shots): (&Group, &Vec<Fitted>)| {
+        let found = filmed(shots, &group.films);
+        found.ok_or_else(|| CompareError::NotFilmed(group.dataset.name.clone()))
+    };
+    groups.iter().zip(shots).map(of_group).collect()
 }
 
 fn leave_out(group: &Group, shots: &mut Vec<Fitted>, odd: &[Odd], summary: &mut SampleSummary) {

@@ -1,12 +1,15 @@
 //! Data sets → samples, each with the label by which it is compared.
 
+use std::sync::Arc;
+
 use super::{COMPARED, CompareError, Options, Quantity, SampleSummary};
 use crate::fit;
 use crate::fit::model_choice::{fitted_with, plan};
 use crate::fit::samples::Search;
-use crate::fit::{FoundCamera, Rejected};
+use crate::fit::{FoundCamera, Prepared, Rejected};
 use crate::likelihood::fitted::Fitted;
-use crate::likelihood::frames::shared_unknowns::SharedUnknown;
+use crate::likelihood::frames::Film;
+use crate::likelihood::frames::shared_unknowns::{self, SharedUnknown};
 use crate::likelihood::sample::{Numbers, Sample};
 use crate::measurement::dataset::{Dataset, Shot};
 use crate::measurement::loss::Loss;
@@ -31,7 +34,9 @@ pub(super) struct Group<'a> {
     pub loss: Loss,
     /// Whether the errors of its shots include what they scatter by beyond their own.
     pub scatters: bool,
-    /// What its frames share besides the parameters, where these are fitted.
+    /// The frames of the shots of its data set, in their order, where these are fitted; `None` for a shot without.
+    pub films: Vec<Option<Arc<Film>>>,
+    /// What its frames share besides the parameters.
     pub unknowns: Vec<SharedUnknown>,
     /// The camera from which their corrections are counted, where all groups were filmed by the same one.
     pub camera: Option<FoundCamera>,
@@ -56,6 +61,17 @@ impl Group<'_> {
         if self.settings.compliance == Compliance::Auto {
             self.settings.compliance = Compliance::Stated;
             self.model.kappa = self.initial.kappa;
+        }
+    }
+
+    /// With the frames of its data set, what they share, and the camera that filmed all where it did.
+    pub(super) fn take_films(&mut self, prepared: &Prepared, films: &[Option<Arc<Film>>], same_camera: bool) {
+        self.films = films.to_vec();
+        self.unknowns = shared_unknowns::of_fit(prepared.film_unknowns().unknowns());
+        self.camera = prepared.camera.clone().filter(|_| same_camera);
+        let cloth = [self.dataset.sliding, self.dataset.rolling];
+        for (unknown, known) in self.unknowns.iter_mut().zip(cloth) {
+            unknown.start = known.map_or(unknown.start, |known| known.value);
         }
     }
 
@@ -100,8 +116,12 @@ pub(super) fn apart(cloths: bool, options: &Options) -> impl Fn(Quantity) -> boo
 }
 
 /// The label of each data set, where it has one for all its shots.
-pub(super) fn label_of_datasets(datasets: &[Dataset], labels: &[String], cloths: bool) -> Vec<Option<usize>> {
-    let of = |dataset: &Dataset| {
+pub(super) fn label_of_datasets(
+    datasets: &[&Dataset],
+    labels: &[String],
+    cloths: bool,
+) -> Vec<Option<usize>> {
+    let of = |dataset: &&Dataset| {
         let own = if cloths { dataset.cloth.as_ref() } else { Some(&dataset.name) };
         labels.iter().position(|label| Some(label) == own)
     };
@@ -112,7 +132,7 @@ pub(super) fn label_of_datasets(datasets: &[Dataset], labels: &[String], cloths:
 ///
 /// # Errors
 /// A data set that cannot be fitted as asked for, or a parameter that none has.
-pub(super) fn gather<'a>(datasets: &'a [Dataset], options: &Options) -> Result<Gathered<'a>, CompareError> {
+pub(super) fn gather<'a>(datasets: &[&'a Dataset], options: &Options) -> Result<Gathered<'a>, CompareError> {
     let mut cloths: Vec<&String> = datasets.iter().filter_map(|dataset| dataset.cloth.as_ref()).collect();
     let all_have = cloths.len() == datasets.len();
     cloths.sort();
@@ -127,9 +147,9 @@ pub(super) fn gather<'a>(datasets: &'a [Dataset], options: &Options) -> Result<G
     let (mut labels, mut summaries): (Vec<String>, Vec<SampleSummary>) = Default::default();
     let (mut groups, mut of_groups) = (Vec::new(), Vec::new());
     let of_fit = fit::Options { fidelity: options.fidelity, ..fit::Options::default() };
-    for (dataset_number, dataset) in datasets.iter().enumerate() {
+    for (dataset_number, dataset) in datasets.iter().copied().enumerate() {
         let (model, settings, initial) = fitted_with(dataset, &of_fit)?;
-        for (group, places) in labelled(dataset) {
+        for (group, places) in dataset.labelled() {
             let title = match &group {
                 Some(group) if datasets.len() > 1 => format!("{}, {group}", dataset.name),
                 Some(group) => group.clone(),
@@ -164,7 +184,6 @@ pub(super) fn gather<'a>(datasets: &'a [Dataset], options: &Options) -> Result<G
             }
             let loss = options.loss.unwrap_or(dataset.loss);
             let number = summaries.len() - 1;
-            let (unknowns, camera) = (Vec::new(), None);
             groups.push(Group {
                 number,
                 label,
@@ -176,8 +195,9 @@ pub(super) fn gather<'a>(datasets: &'a [Dataset], options: &Options) -> Result<G
                 initial,
                 loss,
                 scatters: false,
-                unknowns,
-                camera,
+                films: Vec::new(),
+                unknowns: Vec::new(),
+                camera: None,
             });
             of_groups.push(fitted);
         }
@@ -191,20 +211,4 @@ pub(super) fn gather<'a>(datasets: &'a [Dataset], options: &Options) -> Result<G
         }
     }
     Ok(Gathered { told_by, labels, groups, shots: of_groups, summaries })
-}
-
-/// The places of a data set's shots, those of each label of its `[fit] by` together.
-fn labelled(dataset: &Dataset) -> Vec<(Option<String>, Vec<usize>)> {
-    let mut groups: Vec<(Option<String>, Vec<usize>)> = Vec::new();
-    for (place, shot) in dataset.shots.iter().enumerate() {
-        let own = dataset.by.as_ref().map(|by| shot.labels.get(by).cloned().unwrap_or_default());
-        match groups.iter_mut().find(|(known, _)| *known == own) {
-            Some((_, places)) => places.push(place),
-            None => groups.push((own, vec![place])),
-        }
-    }
-    if groups.is_empty() {
-        groups.push((None, Vec::new()));
-    }
-    groups
 }

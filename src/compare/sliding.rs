@@ -14,7 +14,7 @@ pub(super) struct Known {
 
 impl Known {
     /// As it was found shot by shot, when the impacts were.
-    pub(super) fn of_impacts(datasets: &[Dataset]) -> Self {
+    pub(super) fn of_impacts(datasets: &[&Dataset]) -> Self {
         let known = datasets.iter().map(|dataset| dataset.sliding.and_then(|m| Some((m.value, m.sd?))));
         let known: Vec<Option<(f64, f64)>> = known.collect();
         let variance = |of: &Option<(f64, f64)>| of.map_or(0.0, |(_, sd)| sd * sd);

@@ -103,27 +103,14 @@ pub fn fit_watched(
     let filmed = || !films.is_empty() && films.iter().all(Option::is_some);
     let method = options.method.unwrap_or_else(|| if filmed() { Method::Joint } else { Method::TwoStage });
     let options = &Options { method: Some(method), ..*options };
-    let Some(column) = &dataset.by else {
-        let shots: Vec<&Shot> = dataset.shots.iter().collect();
-        let all = request::Request { dataset, shots: &shots, films, group: None, options, done };
-        return Ok(vec![run::fit_shots(&all)?]);
-    };
-    let mut groups: Vec<(String, Vec<usize>)> = Vec::new();
-    for (index, shot) in dataset.shots.iter().enumerate() {
-        let label = shot.labels.get(column).cloned().unwrap_or_default();
-        match groups.iter_mut().find(|(known, _)| *known == label) {
-            Some((_, shots)) => shots.push(index),
-            None => groups.push((label, vec![index])),
-        }
-    }
-    let fit = |(label, indices): (String, Vec<usize>)| {
-        let shots: Vec<&Shot> = indices.iter().map(|i| &dataset.shots[*i]).collect();
-        let films: Vec<_> = indices.iter().map(|i| films.get(*i).cloned().flatten()).collect();
-        let label = (column.clone(), label);
-        let group = Some(&label);
+    let fit = |(label, places): (Option<String>, Vec<usize>)| {
+        let shots: Vec<&Shot> = places.iter().map(|i| &dataset.shots[*i]).collect();
+        let films: Vec<_> = places.iter().map(|i| films.get(*i).cloned().flatten()).collect();
+        let group = dataset.by.clone().zip(label);
+        let group = group.as_ref();
         run::fit_shots(&request::Request { dataset, shots: &shots, films: &films, group, options, done })
     };
-    groups.into_iter().map(fit).collect()
+    dataset.labelled().into_iter().map(fit).collect()
 }
 
 /// Whether a data set and the choices of its fit are such that it can be tried.
