@@ -4,115 +4,70 @@ use std::str::FromStr;
 
 use crate::physics::name::UnknownName;
 
-/// Effects of an impact, each on or off. [`super::Fidelity::effects`] gives those that a fidelity can simulate.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-#[allow(clippy::struct_excessive_bools)] // any combination of the effects is one that can be asked for
-pub struct Effects {
-    /// The balls lose energy in the impact: e < 1.
-    pub inelasticity: bool,
-    /// Friction between the balls.
-    pub friction: bool,
-    /// Friction between the balls ends when their slip has stopped: the contact sticks.
-    pub stick: bool,
-    /// The friction between the balls turns with the slip during the impact.
-    pub turning: bool,
-    /// Friction of the cloth on a ball that is pressed down: on the object ball, with topspin.
-    pub cloth: bool,
-    /// The cloth's friction follows the object ball's slip on it, and is not just along −x.
-    pub cloth_turning: bool,
-    /// Friction of the cloth on the cue ball, with draw.
-    pub cloth_on_cue: bool,
-    /// Gravity during the contact, with the balls' weight on the cloth.
-    pub gravity: bool,
-    /// Friction between the balls that depends on the slip follows it during the impact.
-    pub falling_friction: bool,
-    /// The contact gives way along the surface and springs back, by κ of [`super::Model`].
-    pub compliance: bool,
+/// The effects from one table: what each is, its switch, and its name on the command line and in fit.json.
+macro_rules! effects {
+    ($($(#[doc = $doc:literal])+ $switch:ident: $name:literal,)+) => {
+        /// Effects of an impact, each on or off. [`super::Fidelity::effects`] gives those that a fidelity can simulate.
+        #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+        #[allow(clippy::struct_excessive_bools)] // any combination of the effects is one that can be asked for
+        pub struct Effects {
+            $($(#[doc = $doc])+ pub $switch: bool,)+
+        }
+
+        impl Effects {
+            /// Two rigid balls that exchange their velocities along the line of centres.
+            pub const NONE: Self = Self { $($switch: false),+ };
+
+            /// All effects.
+            pub const ALL: Self = Self { $($switch: true),+ };
+
+            /// The names of the effects, as on the command line and in fit.json.
+            pub const NAMES: [&'static str; 10] = [$($name),+];
+
+            /// Each effect's name and whether it is on, in the order of [`Effects::NAMES`].
+            #[must_use]
+            pub fn list(&self) -> [(&'static str, bool); 10] {
+                [$(($name, self.$switch)),+]
+            }
+
+            /// The switch of a name of [`Effects::NAMES`].
+            pub fn switch(&mut self, name: &str) -> Option<&mut bool> {
+                match name {
+                    $($name => Some(&mut self.$switch),)+
+                    _ => None,
+                }
+            }
+
+            /// The effects that are on in both.
+            #[must_use]
+            pub fn and(self, other: Self) -> Self {
+                Self { $($switch: self.$switch && other.$switch),+ }
+            }
+        }
+    };
 }
 
-impl Effects {
-    /// Two rigid balls that exchange their velocities along the line of centres.
-    pub const NONE: Self = Self {
-        inelasticity: false,
-        friction: false,
-        stick: false,
-        turning: false,
-        cloth: false,
-        cloth_turning: false,
-        cloth_on_cue: false,
-        gravity: false,
-        falling_friction: false,
-        compliance: false,
-    };
-
-    /// All effects.
-    pub const ALL: Self = Self {
-        inelasticity: true,
-        friction: true,
-        stick: true,
-        turning: true,
-        cloth: true,
-        cloth_turning: true,
-        cloth_on_cue: true,
-        gravity: true,
-        falling_friction: true,
-        compliance: true,
-    };
-
-    /// The names of the effects, as on the command line and in fit.json.
-    pub const NAMES: [&'static str; 10] = [
-        "inelasticity",
-        "friction",
-        "stick",
-        "turning",
-        "cloth",
-        "cloth-turning",
-        "cloth-on-cue",
-        "gravity",
-        "falling-friction",
-        "compliance",
-    ];
-
-    /// Each effect's name and whether it is on, in the order of [`Effects::NAMES`].
-    #[must_use]
-    pub fn list(&self) -> [(&'static str, bool); 10] {
-        let mut copy = *self;
-        Self::NAMES.map(|name| (name, copy.switch(name).is_some_and(|on| *on)))
-    }
-
-    /// The switch of a name of [`Effects::NAMES`].
-    pub fn switch(&mut self, name: &str) -> Option<&mut bool> {
-        Some(match name {
-            "inelasticity" => &mut self.inelasticity,
-            "friction" => &mut self.friction,
-            "stick" => &mut self.stick,
-            "turning" => &mut self.turning,
-            "cloth" => &mut self.cloth,
-            "cloth-turning" => &mut self.cloth_turning,
-            "cloth-on-cue" => &mut self.cloth_on_cue,
-            "gravity" => &mut self.gravity,
-            "falling-friction" => &mut self.falling_friction,
-            "compliance" => &mut self.compliance,
-            _ => return None,
-        })
-    }
-
-    /// The effects that are on in both.
-    #[must_use]
-    pub fn and(self, other: Self) -> Self {
-        Self {
-            inelasticity: self.inelasticity && other.inelasticity,
-            friction: self.friction && other.friction,
-            stick: self.stick && other.stick,
-            turning: self.turning && other.turning,
-            cloth: self.cloth && other.cloth,
-            cloth_turning: self.cloth_turning && other.cloth_turning,
-            cloth_on_cue: self.cloth_on_cue && other.cloth_on_cue,
-            gravity: self.gravity && other.gravity,
-            falling_friction: self.falling_friction && other.falling_friction,
-            compliance: self.compliance && other.compliance,
-        }
-    }
+effects! {
+    /// The balls lose energy in the impact: e < 1.
+    inelasticity: "inelasticity",
+    /// Friction between the balls.
+    friction: "friction",
+    /// Friction between the balls ends when their slip has stopped: the contact sticks.
+    stick: "stick",
+    /// The friction between the balls turns with the slip during the impact.
+    turning: "turning",
+    /// Friction of the cloth on a ball that is pressed down: on the object ball, with topspin.
+    cloth: "cloth",
+    /// The cloth's friction follows the object ball's slip on it, and is not just along −x.
+    cloth_turning: "cloth-turning",
+    /// Friction of the cloth on the cue ball, with draw.
+    cloth_on_cue: "cloth-on-cue",
+    /// Gravity during the contact, with the balls' weight on the cloth.
+    gravity: "gravity",
+    /// Friction between the balls that depends on the slip follows it during the impact.
+    falling_friction: "falling-friction",
+    /// The contact gives way along the surface and springs back, by κ of [`super::Model`].
+    compliance: "compliance",
 }
 
 /// `all`, `none`, or names of [`Effects::NAMES`] with commas between.
