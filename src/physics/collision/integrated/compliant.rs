@@ -21,18 +21,14 @@
 //! ([`Dynamics::lag`]): it lags behind it by the angle dα/dt/ρ, α the slip's direction, and so on in powers of 1/ρ.
 
 use super::Impulses;
-use super::contact::AT_REST;
+use super::contact::{AT_REST, CUE_HEIGHT, IMPULSE, OBJECT_HEIGHT, ROOT, fastest, land, vertical};
 use super::dynamics::{Dynamics, Forces, Give, Grip, Grips, Pair, Site, Slips, at, norm, unit};
 use super::phase::{Model, Phase, TOUCH, tolerance_of_restitution, walk};
 use super::solver::{GaveUp, Integrator};
 use super::starts::turn;
 use crate::physics::collision::Regime;
 
-/// Places behind the state of [`at`], as in [`super::contact`]; and what the state carries of the friction.
-const IMPULSE: usize = at::COUNT;
-const ROOT: usize = at::COUNT + 1;
-const CUE_HEIGHT: usize = at::COUNT + 2;
-const OBJECT_HEIGHT: usize = at::COUNT + 3;
+/// Places behind those of [`super::contact`]: what the state carries of the friction.
 const GIVE_Y: usize = at::COUNT + 4;
 const GIVE_Z: usize = at::COUNT + 5;
 const STATE: usize = at::COUNT + 6;
@@ -121,13 +117,8 @@ impl Model<STATE> for Giving<'_> {
         2.0 * y[ROOT] * phase.stretch
     }
 
-    /// dR/ds = −v_x is at most 1.
     fn fastest(&self, phase: &Phase, y: &[f64; STATE], step: f64) -> [f64; STATE] {
-        let mut fastest = *y;
-        if phase.is_compression() {
-            fastest[ROOT] += step;
-        }
-        fastest
+        fastest(phase, y, step)
     }
 
     fn own_rates(&self, phase: &Phase, y: &[f64; STATE], slips: &Slips, v_x: f64, rates: &mut [f64; STATE]) {
@@ -242,16 +233,8 @@ impl Model<STATE> for Giving<'_> {
     }
 
     fn land(&self, q: f64, y: &mut [f64; STATE], site: Site) {
-        let (up, height) = vertical(site);
-        let fallen = -y[up];
-        (y[up], y[height]) = (0.0, 0.0);
-        self.dynamics.landing_friction(q, y, site, fallen);
+        land(self.dynamics, q, y, site);
     }
-}
-
-/// Places of a ball's upward velocity and height.
-fn vertical(site: Site) -> (usize, usize) {
-    if site == Site::CueOnCloth { (at::U_Z, CUE_HEIGHT) } else { (at::V_Z, OBJECT_HEIGHT) }
 }
 
 /// How a friction that follows its slip lags behind it.

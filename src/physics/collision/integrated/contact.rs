@@ -19,10 +19,10 @@ use crate::physics::collision::Regime;
 
 /// Places behind the state of [`at`]: the impulse since the phase began over its stretch, r, the
 /// heights of both balls, the time.
-const IMPULSE: usize = at::COUNT;
-const ROOT: usize = at::COUNT + 1;
-const CUE_HEIGHT: usize = at::COUNT + 2;
-const OBJECT_HEIGHT: usize = at::COUNT + 3;
+pub(super) const IMPULSE: usize = at::COUNT;
+pub(super) const ROOT: usize = at::COUNT + 1;
+pub(super) const CUE_HEIGHT: usize = at::COUNT + 2;
+pub(super) const OBJECT_HEIGHT: usize = at::COUNT + 3;
 const TIME: usize = at::COUNT + 4;
 const STATE: usize = at::COUNT + 5;
 
@@ -81,13 +81,8 @@ impl Model<STATE> for InTime<'_> {
         2.0 * y[ROOT] / phase.stretch
     }
 
-    /// dr/dx = −v_x is at most 1.
     fn fastest(&self, phase: &Phase, y: &[f64; STATE], step: f64) -> [f64; STATE] {
-        let mut fastest = *y;
-        if phase.is_compression() {
-            fastest[ROOT] += step;
-        }
-        fastest
+        fastest(phase, y, step)
     }
 
     fn own_rates(&self, phase: &Phase, y: &[f64; STATE], _: &Slips, v_x: f64, rates: &mut [f64; STATE]) {
@@ -109,18 +104,31 @@ impl Model<STATE> for InTime<'_> {
         if y[up] >= -AT_REST { 1.0 } else { y[height] }
     }
 
-    /// It stays down: it falls for less than the contact lasts, far too slowly to rebound. The cloth
-    /// stops it with an impulse per unit mass of its speed, and friction in proportion.
     fn land(&self, q: f64, y: &mut [f64; STATE], site: Site) {
-        let (up, height) = vertical(site);
-        let fallen = -y[up];
-        (y[up], y[height]) = (0.0, 0.0);
-        self.dynamics.landing_friction(q, y, site, fallen);
+        land(self.dynamics, q, y, site);
     }
 }
 
+/// dr/dx = −v_x is at most 1.
+pub(super) fn fastest<const N: usize>(phase: &Phase, y: &[f64; N], step: f64) -> [f64; N] {
+    let mut fastest = *y;
+    if phase.is_compression() {
+        fastest[ROOT] += step;
+    }
+    fastest
+}
+
+/// A ball that lands stays down: it falls for less than the contact lasts, far too slowly to rebound. The cloth stops it with an
+/// impulse per unit mass of its speed, and friction in proportion.
+pub(super) fn land(dynamics: &Dynamics, q: f64, y: &mut [f64], site: Site) {
+    let (up, height) = vertical(site);
+    let fallen = -y[up];
+    (y[up], y[height]) = (0.0, 0.0);
+    dynamics.landing_friction(q, y, site, fallen);
+}
+
 /// Places of a ball's upward velocity and height.
-fn vertical(site: Site) -> (usize, usize) {
+pub(super) fn vertical(site: Site) -> (usize, usize) {
     if site == Site::CueOnCloth { (at::U_Z, CUE_HEIGHT) } else { (at::V_Z, OBJECT_HEIGHT) }
 }
 
