@@ -128,13 +128,7 @@ fn first_blocking(
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    /// Rounding of a handful of operations on numbers of order 1.
-    const ROUNDING: f64 = 1e-14;
-
-    fn vector(values: &[f64]) -> DVector<f64> {
-        DVector::from_row_slice(values)
-    }
+    use crate::numerics::least_squares::testing::{ROUNDING, vector};
 
     fn row(normal: &[f64], limit: f64) -> Row {
         let normal = vector(normal);

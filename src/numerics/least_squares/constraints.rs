@@ -156,10 +156,7 @@ impl Constraints {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    fn vector(values: &[f64]) -> DVector<f64> {
-        DVector::from_row_slice(values)
-    }
+    use crate::numerics::least_squares::testing::vector;
 
     fn triangle() -> Constraints {
         let mut constraints = Constraints::bounds(vector(&[0.0, 0.0]), vector(&[f64::INFINITY; 2]));

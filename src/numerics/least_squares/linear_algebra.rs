@@ -140,9 +140,7 @@ fn damped_solution(b: &DMatrix<f64>, c: &DVector<f64>, damping: f64) -> (DVector
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    /// Rounding of a handful of operations on numbers of order 1.
-    const ROUNDING: f64 = 1e-14;
+    use crate::numerics::least_squares::testing::ROUNDING;
 
     fn tall() -> (DMatrix<f64>, DVector<f64>) {
         let jacobian = DMatrix::from_fn(50, 3, |i, j| ((i * (j + 1)) as f64 * 0.37).sin() + j as f64);

@@ -25,6 +25,8 @@ mod scan;
 mod solver;
 mod step;
 mod termination;
+#[cfg(test)]
+mod testing;
 mod working_set;
 
 pub use constraints::{Constraints, Linear};

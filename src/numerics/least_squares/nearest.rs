@@ -59,13 +59,7 @@ impl Constraints {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    /// Rounding of a handful of operations on numbers of order 1.
-    const ROUNDING: f64 = 1e-14;
-
-    fn vector(values: &[f64]) -> DVector<f64> {
-        DVector::from_row_slice(values)
-    }
+    use crate::numerics::least_squares::testing::{ROUNDING, vector};
 
     /// 0 ≤ x ≤ 1, x₁ ≤ 3x₀.
     fn wedge() -> Constraints {

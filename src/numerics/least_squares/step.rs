@@ -172,13 +172,7 @@ fn unit(n: usize, j: usize, sign: f64) -> DVector<f64> {
 mod tests {
     use super::*;
     use crate::numerics::least_squares::linear_algebra::reduce;
-
-    /// Rounding of a handful of operations on numbers of order 1.
-    const ROUNDING: f64 = 1e-14;
-
-    fn vector(values: &[f64]) -> DVector<f64> {
-        DVector::from_row_slice(values)
-    }
+    use crate::numerics::least_squares::testing::{ROUNDING, vector};
 
     /// r = M x − y, linear with correlated columns, at x = 0.
     fn model() -> (DMatrix<f64>, DVector<f64>) {

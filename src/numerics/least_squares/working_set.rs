@@ -108,9 +108,7 @@ impl WorkingSet {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    /// Rounding of a handful of operations on numbers of order 1.
-    const ROUNDING: f64 = 1e-14;
+    use crate::numerics::least_squares::testing::ROUNDING;
 
     fn unit(n: usize, j: usize) -> DVector<f64> {
         DVector::from_fn(n, |i, _| if i == j { 1.0 } else { 0.0 })
