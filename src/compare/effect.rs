@@ -3,6 +3,7 @@
 use super::{Comparison, Quantity};
 use crate::measurement::parameter::Parameter;
 use crate::physics::ball::{Ball, BallState};
+use crate::physics::cloth_motion::GRAVITY;
 use crate::physics::collision::{Coefficients, Fidelity, Model, Outcome};
 use crate::physics::contact_frame::cue_velocity;
 
@@ -11,8 +12,6 @@ const SPEED: f64 = 2.0;
 
 /// Half-ball hit, degrees.
 const HALF_BALL_DEG: f64 = 30.0;
-
-const GRAVITY: f64 = 9.81;
 
 /// Puts a difference into words: the `second` value against the `first`, all else as in `at`. `None` where no
 /// such shot can be computed.
@@ -43,15 +42,6 @@ pub fn effect(
         if difference > 0.0 { more } else { less }
     };
     Some(match quantity {
-        // no quantity of a comparison
-        Quantity::Parameter(
-            Parameter::B
-            | Parameter::C
-            | Parameter::Kappa
-            | Parameter::MassRatio
-            | Parameter::RadiusRatio
-            | Parameter::ESlope,
-        ) => return None,
         Quantity::Parameter(Parameter::Mu) => {
             let throw = |value| {
                 let object = shot(value, HALF_BALL_DEG, false)?.object.velocity;
@@ -99,6 +89,8 @@ pub fn effect(
                 way(second)
             )
         }
+        // no quantity of a comparison
+        Quantity::Parameter(_) => return None,
     })
 }
 

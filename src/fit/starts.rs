@@ -71,17 +71,11 @@ pub(super) fn settle<'a>(
         .collect();
     let mut failed = others.iter().filter(|other| other.is_none()).count();
     failed += usize::from(!first.minimum.converged);
-    let mut all: Vec<(f64, Settled)> =
-        std::iter::once(first).chain(others.into_iter().flatten()).map(|s| (s.objective, s)).collect();
-    // one that did not converge stands behind those that did
-    all.sort_by(|a, b| {
-        (!a.1.minimum.converged, a.0)
-            .partial_cmp(&(!b.1.minimum.converged, b.0))
-            .unwrap_or(std::cmp::Ordering::Equal)
-    });
+    let mut all: Vec<Settled> = std::iter::once(first).chain(others.into_iter().flatten()).collect();
+    all.sort_by(|a, b| a.rank().partial_cmp(&b.rank()).unwrap_or(std::cmp::Ordering::Equal));
     let mut minima: Vec<FoundMinimum> = Vec::new();
-    let best = all[0].0;
-    for (objective, settled) in all.iter().filter(|(_, s)| s.minimum.converged) {
+    let best = all[0].objective;
+    for settled in all.iter().filter(|settled| settled.minimum.converged) {
         let settings = search.first().settings;
         let values: Vec<_> =
             settings.parameters().iter().map(|p| (*p, settled.minimum.first()[*p])).collect();
@@ -94,9 +88,9 @@ pub(super) fn settle<'a>(
         };
         match minima.iter_mut().find(|known| far(known) <= SAME) {
             Some(known) => known.starts += 1,
-            None => minima.push(FoundMinimum { values, above_best: objective - best, starts: 1 }),
+            None => minima.push(FoundMinimum { values, above_best: settled.objective - best, starts: 1 }),
         }
     }
     let starts = Starts { count: options.starts, seed: options.seed, failed, minima };
-    (all.swap_remove(0).1, Some(starts))
+    (all.swap_remove(0), Some(starts))
 }

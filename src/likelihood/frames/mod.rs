@@ -298,18 +298,23 @@ impl Film {
     }
 }
 
+/// The cue ball and the coefficients that the inputs of a collision are.
+fn before_impact(inputs: &[f64; 8]) -> (BallState, Coefficients) {
+    let value = |input: Input| inputs[input as usize];
+    let cue = BallState {
+        velocity: Vec3::new(value(Input::VelocityX), value(Input::VelocityY), 0.0),
+        spin: Vec3::new(value(Input::SpinX), value(Input::SpinY), value(Input::SpinZ)),
+    };
+    (cue, Coefficients { mu: value(Input::Mu), mu_s: value(Input::MuS), e: value(Input::E) })
+}
+
 /// The collision with its derivatives carried on; `others` are what it depends on besides, or none.
 fn collide<const N: usize>(
     collision: &Corrected,
     inputs: &[DualSVec64<N>; 8],
     others: &[DualSVec64<N>],
 ) -> Option<[DualSVec64<N>; 12]> {
-    let value = |input: Input| inputs[input as usize].re;
-    let cue = BallState {
-        velocity: Vec3::new(value(Input::VelocityX), value(Input::VelocityY), 0.0),
-        spin: Vec3::new(value(Input::SpinX), value(Input::SpinY), value(Input::SpinZ)),
-    };
-    let coefficients = Coefficients { mu: value(Input::Mu), mu_s: value(Input::MuS), e: value(Input::E) };
+    let (cue, coefficients) = before_impact(&inputs.each_ref().map(|input| input.re));
     let (outcome, jacobian, by_others) = if others.is_empty() {
         let (outcome, jacobian) = collision.collide_with_jacobian(&cue, &coefficients).ok()?;
         (outcome, jacobian, None)

@@ -1,12 +1,11 @@
 //! A film's measured numbers against the model, one by one.
 
-use super::{Film, OWN, Own, SHARED, SPIN, Shared};
+use super::{Film, OWN, Own, SHARED, SPIN, Shared, before_impact};
 use crate::measurement::correction::Correction;
 use crate::measurement::observable::Axis;
 use crate::measurement::track::TrackedBall;
-use crate::physics::ball::{BallState, Vec3};
 use crate::physics::cloth_motion::{Cloth, Path};
-use crate::physics::collision::{Coefficients, Corrected, Input};
+use crate::physics::collision::Corrected;
 
 /// The kind of a number that is measured of a ball.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -128,12 +127,7 @@ impl Film {
 
 /// The collision, without derivatives.
 fn collide(collision: &Corrected, inputs: &[f64; 8]) -> Option<[f64; 12]> {
-    let value = |input: Input| inputs[input as usize];
-    let cue = BallState {
-        velocity: Vec3::new(value(Input::VelocityX), value(Input::VelocityY), 0.0),
-        spin: Vec3::new(value(Input::SpinX), value(Input::SpinY), value(Input::SpinZ)),
-    };
-    let coefficients = Coefficients { mu: value(Input::Mu), mu_s: value(Input::MuS), e: value(Input::E) };
+    let (cue, coefficients) = before_impact(inputs);
     let (outcome, _) = collision.collide_with_jacobian(&cue, &coefficients).ok()?;
     Some(outcome.components().into())
 }
