@@ -68,7 +68,7 @@ pub(super) fn choose(
         notes.extend(chosen.notes.into_iter().map(|note| format!("{}: {note}", group.title)));
         (group.model, group.settings, *shots) = (chosen.model, chosen.settings, chosen.fitted);
     }
-    Ok(Chosen { starts, notes, gives_way })
+    Ok(Chosen { starts, gives_way, notes })
 }
 
 /// What a sample is fitted with by itself.
