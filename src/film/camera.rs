@@ -19,6 +19,7 @@
 
 use crate::measurement::correction::Correction;
 use crate::measurement::track::{Sample, TrackShot};
+use crate::measurement::viewpoint::Viewpoint;
 
 /// The distance from the middle of the film at which the lens is stated, m.
 const LENS_RADIUS: f64 = 0.5;
@@ -64,6 +65,13 @@ impl Camera {
     pub fn with(mut self, correction: Correction, value: f64) -> Self {
         self.values[correction as usize] = value;
         self
+    }
+
+    /// Where it shows balls that are above the cloth.
+    pub(crate) fn viewpoint(&self) -> Viewpoint {
+        let [slope_x, slope_y, per_metre] =
+            [Correction::ParallaxX, Correction::ParallaxY, Correction::Nearness].map(|which| self.get(which));
+        Viewpoint { slope: [slope_x, slope_y], per_metre, middle: self.middle }
     }
 
     /// Whether the camera shows the table as it is.
@@ -126,12 +134,12 @@ impl Camera {
         [(film[0] - self.middle[0]) / scale, (film[1] - self.middle[1]) / (scale * aspect)]
     }
 
-    /// How the point of the table that a point of the film shows follows the corrections but for the shutters', m by the unit of each.
+    /// How the point of the table that a point of the film shows follows the corrections of places, m by the unit of each.
     pub(crate) fn derivatives(&self, film: [f64; 2]) -> [[f64; 2]; Correction::COUNT] {
         /// Of each, in usual errors: the map is smooth over far more.
         const STEP: f64 = 1e-4;
         Correction::ALL.map(|correction| {
-            if correction.is_of_time() {
+            if !correction.is_of_place() {
                 return [0.0; 2];
             }
             let (value, step) = (self.get(correction), STEP * correction.usual());
@@ -218,7 +226,7 @@ mod tests {
     const ROUNDING: f64 = 1e-13;
 
     fn askew() -> Camera {
-        let values = [1.02, 0.99, 0.03, 0.1, -0.2, -0.02, 0.1, -0.05, 0.001, 0.003];
+        let values = [1.02, 0.99, 0.03, 0.1, -0.2, -0.02, 0.1, -0.05, 0.001, 0.003, 0.2, 0.1, 0.5];
         Camera { values, ..Camera::neutral([0.3, -0.1]) }
     }
 
@@ -249,7 +257,7 @@ mod tests {
         const SAME: f64 = 1e-6;
         let (camera, film) = (askew(), [0.7, 0.2]);
         for (correction, by) in Correction::ALL.into_iter().zip(camera.derivatives(film)) {
-            if correction.is_of_time() {
+            if !correction.is_of_place() {
                 assert_eq!(by, [0.0; 2]);
                 continue;
             }

@@ -74,7 +74,9 @@ pub(super) fn extracted(
     }
     let Some(tracks) = dataset.tracks.take() else { return (dataset, Vec::new(), scene) };
     dataset.left_out.extend(tracks.left_out());
-    let again = learned_before.map(|before| learned(&dataset, &tracks.shots, before));
+    let scene = Scene { viewpoint: tracks.viewpoint, ..scene };
+    let before = learned_before.map(|before| Scene { viewpoint: tracks.viewpoint, ..*before });
+    let again = before.map(|before| learned(&dataset, &tracks.shots, &before));
     let (mut scene, lift_sd) = again
         .filter(|(_, lift_sd)| lift_sd.is_some())
         .unwrap_or_else(|| learned(&dataset, &tracks.shots, &scene));

@@ -26,11 +26,18 @@ pub enum Correction {
     ShutterX,
     /// By how much later a rolling shutter reads what is one metre further along y, in the middle of the picture, s/m.
     ShutterY,
+    /// By how much a ball above the cloth is seen displaced along x in the middle of the film, over its height: the tangent of the
+    /// angle from above.
+    ParallaxX,
+    /// The same along y.
+    ParallaxY,
+    /// By how much more away from the middle, 1/m: one over the height of the camera above the table.
+    Nearness,
 }
 
 impl Correction {
     /// The number of corrections.
-    pub const COUNT: usize = 10;
+    pub const COUNT: usize = 13;
 
     /// All corrections, in the order of every list of their values.
     pub const ALL: [Self; Self::COUNT] = [
@@ -44,6 +51,9 @@ impl Correction {
         Self::LensY,
         Self::ShutterX,
         Self::ShutterY,
+        Self::ParallaxX,
+        Self::ParallaxY,
+        Self::Nearness,
     ];
 
     /// The name in fit.json.
@@ -60,6 +70,9 @@ impl Correction {
             Self::LensY => "lens_y_m",
             Self::ShutterX => "shutter_x_s_per_m",
             Self::ShutterY => "shutter_s_per_m",
+            Self::ParallaxX => "parallax_x",
+            Self::ParallaxY => "parallax_y",
+            Self::Nearness => "nearness_per_m",
         }
     }
 
@@ -77,6 +90,9 @@ impl Correction {
             Self::LensY => "axis of the lens along y (m)",
             Self::ShutterX => "rolling shutter along x (s/m)",
             Self::ShutterY => "rolling shutter along y (s/m)",
+            Self::ParallaxX => "parallax along x (per height)",
+            Self::ParallaxY => "parallax along y (per height)",
+            Self::Nearness => "nearness of the camera (1/height, 1/m)",
         }
     }
 
@@ -104,9 +120,19 @@ impl Correction {
         matches!(self, Self::ShutterX | Self::ShutterY)
     }
 
+    /// Whether it is of where balls above the cloth are seen.
+    pub(crate) fn is_of_height(self) -> bool {
+        matches!(self, Self::ParallaxX | Self::ParallaxY | Self::Nearness)
+    }
+
+    /// Whether it moves what is on the cloth in the picture.
+    pub(crate) fn is_of_place(self) -> bool {
+        !self.is_of_time() && !self.is_of_height()
+    }
+
     /// Whether only the picture of one camera shows it: not positions that several cameras measured in space.
     pub(crate) fn is_of_one_camera(self) -> bool {
-        self.is_of_perspective() || self.is_of_lens() || self.is_of_time()
+        self.is_of_perspective() || self.is_of_lens() || self.is_of_time() || self.is_of_height()
     }
 
     /// The standard deviation of what is known beforehand, about the neutral value: cameras and calibrations are seldom worse.
@@ -117,6 +143,8 @@ impl Correction {
             Self::PerspectiveX | Self::PerspectiveY => 0.3,
             Self::LensX | Self::LensY => 0.2,
             Self::ShutterX | Self::ShutterY => 0.01,
+            Self::ParallaxX | Self::ParallaxY => 0.5,
+            Self::Nearness => 1.0,
         }
     }
 }

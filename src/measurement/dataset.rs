@@ -13,6 +13,7 @@ use super::parameter::{Compliance, Parameter, Settings};
 use super::relation::Relation;
 use super::spin::Spin;
 use super::track::TrackShot;
+use super::viewpoint::Viewpoint;
 use crate::physics::ball::{Ball, Vec3};
 use crate::physics::collision::{Fidelity, Model};
 use crate::physics::disc::Discs;
@@ -375,6 +376,8 @@ pub struct Tracks {
     pub camera: [Option<f64>; Correction::COUNT],
     /// Whether lengths are in an unknown unit, so that the size of the balls sets the scale.
     pub from_balls: bool,
+    /// Where the camera sees balls that hop.
+    pub viewpoint: Viewpoint,
 }
 
 /// What was measured of one shot of discs; a number is `None` where the tracks do not determine it.
@@ -417,6 +420,7 @@ impl Tracks {
             discs: None,
             camera: [None; Correction::COUNT],
             from_balls: false,
+            viewpoint: Viewpoint::default(),
         }
     }
 

@@ -14,3 +14,4 @@ pub mod spin;
 pub mod track;
 pub(crate) mod valid;
 pub mod values;
+pub mod viewpoint;

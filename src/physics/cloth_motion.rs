@@ -65,6 +65,15 @@ pub struct Launch<T> {
     pub inertia: f64,
 }
 
+/// How a ball moves.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Moves {
+    Flies,
+    Slides,
+    /// Without slip on the cloth, or lies still.
+    Rolls,
+}
+
 /// A stretch of constant acceleration.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Stretch<T> {
@@ -72,8 +81,7 @@ pub(crate) struct Stretch<T> {
     position: [T; 2],
     velocity: [T; 2],
     acceleration: [T; 2],
-    /// Whether the ball rolls, without slip on the cloth.
-    rolls: bool,
+    moves: Moves,
 }
 
 impl<T: Number> Stretch<T> {
@@ -110,7 +118,8 @@ impl<T: Number> Path<T> {
         // what of the slip an impulse on the ball removes: Δs = (1 + ν)/ν Δv
         let lever = (1.0 + inertia) / inertia;
         while up.re() > LEAST_REBOUND && path.len() < MOST_FLIGHTS {
-            let flight = Stretch { start: time, position, velocity, acceleration: [zero; 2], rolls: false };
+            let flight =
+                Stretch { start: time, position, velocity, acceleration: [zero; 2], moves: Moves::Flies };
             path.push(flight);
             // 2V_z/g in the air
             time += up * (2.0 / GRAVITY);
@@ -145,7 +154,7 @@ impl<T: Number> Path<T> {
                 continue;
             }
             let acceleration = slip.map(|s| -s / speed * friction);
-            let sliding = Stretch { start: time, position, velocity, acceleration, rolls: false };
+            let sliding = Stretch { start: time, position, velocity, acceleration, moves: Moves::Slides };
             path.push(sliding);
             // s falls by (1 + ν)/ν times the friction
             let until_rolling = speed / (friction * lever);
@@ -163,7 +172,7 @@ impl<T: Number> Path<T> {
             time += speed / (cloth.rolling * GRAVITY);
             let (position, _) = last.at(time);
             let (velocity, acceleration) = ([zero; 2], [zero; 2]);
-            path.push(Stretch { start: time, position, velocity, acceleration, rolls: true });
+            path.push(Stretch { start: time, position, velocity, acceleration, moves: Moves::Rolls });
         }
         Self(path)
     }
@@ -175,7 +184,7 @@ impl<T: Number> Path<T> {
         let speed = norm(slip);
         let stretch = if speed.re() > SLIPS * norm(velocity).re() {
             let acceleration = slip.map(|s| -s / speed * cloth.sliding * GRAVITY);
-            Stretch { start: time, position, velocity, acceleration, rolls: false }
+            Stretch { start: time, position, velocity, acceleration, moves: Moves::Slides }
         } else {
             rolling(time, position, velocity, cloth)
         };
@@ -187,7 +196,7 @@ impl<T: Number> Path<T> {
     pub fn at_rest(launch: &Launch<T>) -> Self {
         let (velocity, acceleration) = ([T::from(0.0); 2], [T::from(0.0); 2]);
         let Launch { time: start, position, .. } = *launch;
-        Self(vec![Stretch { start, position, velocity, acceleration, rolls: true }])
+        Self(vec![Stretch { start, position, velocity, acceleration, moves: Moves::Rolls }])
     }
 
     /// The same on a table that is not level: `acceleration` (m/s²) is that of a body that slides without friction. A ball that rolls
@@ -199,10 +208,10 @@ impl<T: Number> Path<T> {
             let lasts = self.0.get(i + 1).map(|next| next.start - self.0[i].start);
             let stretch = &mut self.0[i];
             let lies = norm(stretch.velocity).re() == 0.0 && norm(stretch.acceleration).re() == 0.0;
-            let part = match (lies, stretch.rolls) {
+            let part = match (lies, stretch.moves) {
                 (true, _) => 0.0,
-                (false, true) => 1.0 / (1.0 + inertia),
-                (false, false) => 1.0,
+                (false, Moves::Rolls) => 1.0 / (1.0 + inertia),
+                (false, Moves::Flies | Moves::Slides) => 1.0,
             };
             for axis in 0..2 {
                 let own = acceleration[axis] * part;
@@ -216,6 +225,36 @@ impl<T: Number> Path<T> {
             }
         }
         self
+    }
+
+    /// Where a camera sees the ball that is not far above: in flight, displaced by its height times what `displacement` says of the place
+    /// of the middle of the flight, m per m. `gravity` is over g.
+    pub(crate) fn seen(mut self, gravity: f64, displacement: impl Fn([f64; 2]) -> [f64; 2]) -> Self {
+        for i in 1..self.0.len() {
+            let lasts = self.0[i].start - self.0[i - 1].start;
+            let flight = &mut self.0[i - 1];
+            if flight.moves != Moves::Flies {
+                continue;
+            }
+            // h = V_z t − g t²/2 with V_z = gT/2
+            let up = lasts * (0.5 * gravity * GRAVITY);
+            let (middle, _) = flight.at(flight.start + lasts * 0.5);
+            let by = displacement(middle.map(|p| p.re()));
+            for axis in 0..2 {
+                flight.velocity[axis] += up * by[axis];
+                flight.acceleration[axis] -= T::from(gravity * GRAVITY * by[axis]);
+            }
+        }
+        self
+    }
+
+    /// How high the ball is at a time, m.
+    pub(crate) fn height(&self, time: f64) -> f64 {
+        let flight = self.stretches().find(|(flight, [from, to])| {
+            flight.moves == Moves::Flies && (flight.start.re().max(*from)..*to).contains(&time)
+        });
+        // g/2 (t − t₁)(t₂ − t)
+        flight.map_or(0.0, |(flight, [_, to])| 0.5 * GRAVITY * (time - flight.start.re()) * (to - time))
     }
 
     /// Position at a time, metres.
@@ -252,12 +291,23 @@ impl<T: Number> Path<T> {
             change[0] -= (to[1] - from[1]) * factor;
             change[1] += (to[0] - from[0]) * factor;
         };
-        let mut velocity = self.0[0].velocity;
+        // that of a flight, whose start and end are displaced where its height is seen
+        let own = |i: usize| {
+            let stretch = &self.0[i];
+            match self.0.get(i + 1) {
+                Some(next) if stretch.moves == Moves::Flies => {
+                    stretch.at(stretch.start + (next.start - stretch.start) * 0.5).1
+                }
+                _ => stretch.velocity,
+            }
+        };
+        let mut velocity = own(0);
         for (i, stretch) in self.0.iter().enumerate().filter(|(i, s)| *i == 0 || s.start.re() <= time) {
-            add(velocity, stretch.velocity, false);
+            add(velocity, own(i), false);
             let next = self.0.get(i + 1).filter(|next| next.start.re() <= time);
             let (_, then) = stretch.at(next.map_or(T::from(time), |next| next.start));
-            add(stretch.velocity, then, stretch.rolls);
+            let then = if stretch.moves == Moves::Flies { own(i) } else { then };
+            add(own(i), then, stretch.moves == Moves::Rolls);
             velocity = then;
         }
         change
@@ -272,7 +322,7 @@ fn rolling<T: Number>(start: T, position: [T; 2], velocity: [T; 2], cloth: &Clot
     let zero = T::from(0.0);
     let acceleration =
         if speed.re() > 0.0 { velocity.map(|v| -v / speed * cloth.rolling * GRAVITY) } else { [zero; 2] };
-    Stretch { start, position, velocity, acceleration, rolls: true }
+    Stretch { start, position, velocity, acceleration, moves: Moves::Rolls }
 }
 
 fn norm<T: Number>(v: [T; 2]) -> T {

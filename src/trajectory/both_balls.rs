@@ -177,9 +177,9 @@ impl<T: Number> Motion<T> {
         Self {
             time: meeting.time.re(),
             cue_before: Path::before(&before, cloth),
-            cue_after: Path::after(&cue, cloth),
+            cue_after: scene.seen(Path::after(&cue, cloth)),
             object: meeting.object,
-            object_after: Path::after(&object, cloth),
+            object_after: scene.seen(Path::after(&object, cloth)),
         }
     }
 
@@ -194,6 +194,14 @@ impl<T: Number> Motion<T> {
     #[must_use]
     pub fn object(&self, time: f64) -> [T; 2] {
         if time < self.time { self.object } else { self.object_after.position(time) }
+    }
+
+    /// How high each ball is above the cloth at a time, m.
+    pub(crate) fn heights(&self, time: f64) -> [f64; 2] {
+        if time < self.time {
+            return [0.0; 2];
+        }
+        [&self.cue_after, &self.object_after].map(|path| path.height(time))
     }
 
     /// How much the horizontal spin of a ball (rad/s) at a time differs from that just before (for an

@@ -1,5 +1,6 @@
 //! What is assumed of balls and cloth before a shot is looked at.
 
+use crate::measurement::viewpoint::Viewpoint;
 use crate::physics::ball::Ball;
 use crate::physics::cloth_motion::Cloth;
 use crate::physics::collision::{Coefficients, Model};
@@ -22,6 +23,8 @@ pub struct Scene {
     /// By which part of 2R the centres may seem to be off it where the balls touch, while nothing is known of the camera; 0 where lengths
     /// are true.
     pub gap_sd: f64,
+    /// Where the camera sees balls that hop.
+    pub viewpoint: Viewpoint,
 }
 
 /// How fast the friction between the balls lifts one of them. A single track hardly shows for how long a
@@ -48,6 +51,7 @@ impl Scene {
             lift: LiftPrior::Published(0.05, 0.05),
             side_sd: 0.0,
             gap_sd: 0.0,
+            viewpoint: Viewpoint::default(),
         }
     }
 

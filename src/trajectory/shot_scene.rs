@@ -4,8 +4,9 @@ use super::scene::Scene;
 use super::unknowns::Unknowns;
 use super::unknowns::unknown::{BEFORE, DIRECTION, ROLL};
 use crate::measurement::spin::Spin;
+use crate::measurement::viewpoint::Viewpoint;
 use crate::physics::ball::{Ball, BallState, Vec3};
-use crate::physics::cloth_motion::Number;
+use crate::physics::cloth_motion::{Number, Path};
 
 /// An unknown spin, over the natural roll's: no spin, give or take as much as rolling.
 pub(crate) const ROLL_PRIOR: (f64, f64) = (0.0, 1.0);
@@ -25,6 +26,8 @@ pub(crate) struct ShotScene {
     pub side_sd: f64,
     /// In what the shot differs from what is stated.
     pub departure: Departure,
+    /// Where the camera sees balls that hop.
+    pub viewpoint: Viewpoint,
 }
 
 /// In what a shot may differ from what its data set states, to find out what explains its residuals.
@@ -65,8 +68,16 @@ impl ShotScene {
         };
         let rolls_within = ROLLS_ERRORS * sd * scene.ball.radius;
         let side_sd = if matches!(spin, Spin::Stun | Spin::NaturalRoll) { scene.side_sd } else { 0.0 };
-        let Scene { ball, object, .. } = *scene;
-        Self { ball, object, spin, bounce, rolls_within, side_sd, departure: Departure::NONE }
+        let Scene { ball, object, viewpoint, .. } = *scene;
+        Self { ball, object, spin, bounce, rolls_within, side_sd, departure: Departure::NONE, viewpoint }
+    }
+
+    /// Where the camera sees a ball on a path.
+    pub(crate) fn seen<T: Number>(&self, path: Path<T>) -> Path<T> {
+        if self.viewpoint.is_overhead() {
+            return path;
+        }
+        path.seen(self.departure.gravity, |place| self.viewpoint.displacement(place))
     }
 
     /// How far apart the centres of the balls are on the table where they touch: 2√(R_c R_o).

@@ -35,6 +35,7 @@ impl Calibrates for Search<'_> {
                 footage::learned(self.dataset, &shots, &scene).0
             }
         };
+        let scene = Scene { viewpoint: self.camera.viewpoint(), ..scene };
         let (dataset, films) = footage::filmed_with(self.dataset, &shots, (scene, &self.camera));
         if 2 * dataset.shots.len() < self.films.len() {
             return None;

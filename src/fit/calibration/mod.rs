@@ -69,13 +69,14 @@ pub(super) fn calibrated(
     }
     if dropped.len() as f64 > SELDOM * tracks.shots.len() as f64 {
         // a camera that drops frames does so next to impacts, too
-        let scene = last_scene.unwrap_or(scene);
+        let scene = Scene { viewpoint: found.camera.viewpoint(), ..last_scene.unwrap_or(scene) };
         let at_impacts = repair_drops_at_impacts(&mut tracks.shots, &scene);
         found.drops = [found.drops[0] + at_impacts, found.drops[1] + at_impacts];
     }
     tracks.notes.extend(found.sentences());
     // where the stated unit is not that of the film, its lengths mean nothing without the balls
     tracks.from_balls |= found.unit != 1.0;
+    tracks.viewpoint = found.camera.viewpoint();
     dataset.tracks = Some(tracks);
     (dataset, Some(found), last_scene)
 }

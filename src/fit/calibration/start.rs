@@ -20,7 +20,7 @@ impl Search<'_> {
 
     /// Puts scale, aspect, shear and perspective where the contacts are 2R apart, by least squares of Huber's loss.
     pub(super) fn start(&mut self, wider: f64) {
-        let is_told = |which: &Correction| !which.is_of_lens() && !which.is_of_time();
+        let is_told = |which: &Correction| !which.is_of_lens() && which.is_of_place();
         let free: Vec<Correction> = self.free.iter().copied().filter(is_told).collect();
         if free.is_empty() || self.contacts.len() < LEAST_SHOTS {
             return;

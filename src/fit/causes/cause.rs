@@ -51,6 +51,7 @@ impl Cause {
             Self::Film(Correction::PerspectiveX | Correction::PerspectiveY) => "perspective",
             Self::Film(Correction::ShutterX | Correction::ShutterY) => "rolling-shutter",
             Self::Film(Correction::LensX | Correction::LensY) => Correction::Lens.name(),
+            Self::Film(Correction::ParallaxX | Correction::ParallaxY | Correction::Nearness) => "parallax",
             Self::Film(correction) => correction.name(),
             Self::FrameRate => "frame-rate",
             Self::Radius => "radius",

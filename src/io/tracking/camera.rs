@@ -20,6 +20,7 @@ pub(crate) struct RawCamera {
     perspective: Option<Spanned<Stated>>,
     lens: Option<Spanned<Stated>>,
     shutter: Option<Spanned<Stated>>,
+    parallax: Option<Spanned<Stated>>,
 }
 
 /// What is said of a correction.
@@ -130,6 +131,9 @@ impl RawCamera {
         let both = [Correction::ShutterX, Correction::ShutterY];
         let expected = " or \"none\": a known read-out time is [video] row_readout_s with rows";
         take("shutter", &self.shutter, &both, &[], expected);
+        let all = [Correction::ParallaxX, Correction::ParallaxY, Correction::Nearness];
+        let expected = " or \"none\"";
+        take("parallax", &self.parallax, &all, &[], expected);
         // a lens that is stated is about the middle of the film
         let middle = match wanted[Correction::Lens as usize] {
             Wanted::Value(_) => Wanted::Value(0.0),

@@ -152,15 +152,13 @@ pub(crate) fn load(
     let mut lines = settings.notes.clone();
     lines.append(&mut notes.into_lines());
     Tracks {
-        shots,
         skipped,
         damaged,
         notes: lines,
-        doubtful: Vec::new(),
-        disc_shots: Vec::new(),
         discs: manifest.discs,
         camera: camera::stated(&settings.camera, is_motion_capture),
         from_balls: settings.from_balls,
+        ..Tracks::new(shots)
     }
 }
 

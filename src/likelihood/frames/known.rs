@@ -8,6 +8,7 @@ use crate::film::camera::Camera;
 use crate::measurement::spin::Spin;
 use crate::measurement::track::{Sample, TrackShot};
 use crate::physics::ball::Vec3;
+use crate::trajectory::both_balls::Motion;
 use crate::trajectory::frames::{self, Frames};
 use crate::trajectory::scene::Scene;
 use crate::trajectory::shot_scene::ShotScene;
@@ -84,11 +85,17 @@ impl Film {
             Some(Seen { spin, whitening: covariance.cholesky()?.l().try_inverse()? })
         });
         let all = || shot.cue.iter().chain(&shot.object);
+        let shot_scene = ShotScene::of(impact.spin, scene);
+        let motion = Motion::new(&shot_scene, &(*z).into());
+        let moments = |used, ball: usize| {
+            let height = |time: f64| motion.heights(time)[ball];
+            Moments::new(frames(used), start[0], camera.map(|camera| (camera, &height as _)))
+        };
         Self {
-            cue: Moments::new(frames(used.cue), start[0], camera),
-            object: Moments::new(frames(used.object), start[0], camera),
+            cue: moments(used.cue, 0),
+            object: moments(used.object, 1),
             independent,
-            scene: ShotScene::of(impact.spin, scene),
+            scene: shot_scene,
             start,
             others: Vec::new(),
             spin,

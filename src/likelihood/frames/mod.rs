@@ -219,7 +219,7 @@ impl Film {
         let mut add =
             |frames: &Moments, launch: &Launch<DualSVec64<N>>, path: fn(&_, &_) -> Path<_>, during| {
                 let (own, own_cloth) = path_start::launch(launch, cloth.map(|of| of.re));
-                let path = path(&own, &own_cloth);
+                let path = self.scene.seen(path(&own, &own_cloth));
                 let level = tilt == [0.0; 2];
                 let path = if level { path } else { path.tilted(tilt, launch.inertia) };
                 let sums = frames.along(&path, during, off);

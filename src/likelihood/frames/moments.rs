@@ -31,6 +31,9 @@ use crate::measurement::correction::Correction;
 use crate::numerics::small_products::{add_product, add_product_with_transpose};
 use crate::physics::cloth_motion::Path;
 
+/// A camera, and how high the ball is above the cloth at an instant (s), m.
+type Watched<'a> = (&'a Camera, &'a dyn Fn(f64) -> f64);
+
 /// How a frame follows the corrections: x and y, m by the unit of each.
 type Shifts = [[f64; 2]; CORRECTIONS];
 
@@ -54,7 +57,7 @@ struct Part {
 }
 
 impl Part {
-    fn new(frames: Vec<Frame>, camera: Option<&Camera>) -> Self {
+    fn new(frames: Vec<Frame>, camera: Option<Watched>) -> Self {
         let ends = frames.first().zip(frames.last()).map_or([0.0; 2], |(first, last)| [first.t, last.t]);
         let centre = 0.5 * (ends[0] + ends[1]);
         let half = 0.5 * (ends[1] - ends[0]);
@@ -103,7 +106,7 @@ impl Part {
 
     /// How a frame follows the corrections, where the reference path is: at its own position its noise would shrink with the film, and the
     /// scale that the frames tell be too large. What is read later by δ a metre shows where the ball was earlier.
-    fn shifts_of(&self, frame: &Frame, camera: &Camera) -> Shifts {
+    fn shifts_of(&self, frame: &Frame, (camera, height): Watched) -> Shifts {
         let u = (frame.t - self.centre) / self.scale;
         let position = self.reference.map(|[a, b, c]| a + u * (b + u * c));
         let velocity = self.reference.map(|[_, b, c]| (b + 2.0 * c * u) / self.scale);
@@ -112,6 +115,11 @@ impl Part {
         let [by_x, by_y] = camera.delays(film, position);
         shifts[Correction::ShutterX as usize] = velocity.map(|v| -v * by_x);
         shifts[Correction::ShutterY as usize] = velocity.map(|v| -v * by_y);
+        // seen h (s + (p − m)/H) too far
+        let h = height(frame.t);
+        shifts[Correction::ParallaxX as usize] = [-h, 0.0];
+        shifts[Correction::ParallaxY as usize] = [0.0, -h];
+        shifts[Correction::Nearness as usize] = [0, 1].map(|i| -h * (position[i] - camera.middle[i]));
         shifts
     }
 
@@ -178,7 +186,7 @@ pub(super) struct Moments([Part; 2]);
 
 impl Moments {
     /// Of frames in the order of time; `impact` is about when the balls meet.
-    pub(super) fn new(mut frames: Vec<Frame>, impact: f64, camera: Option<&Camera>) -> Self {
+    pub(super) fn new(mut frames: Vec<Frame>, impact: f64, camera: Option<Watched>) -> Self {
         let after = frames.split_off(frames.partition_point(|frame| frame.t < impact));
         Self([Part::new(frames, camera), Part::new(after, camera)])
     }
@@ -323,7 +331,8 @@ mod tests {
                 Frame { t, position: [x + 1e-4, y - 1e-4 * f64::from(i % 3)], weight: [1e4, 0.5e4] }
             })
             .collect();
-        let moments = Moments::new(frames, 0.1, Some(&camera));
+        let height = |t: f64| 0.1 * t;
+        let moments = Moments::new(frames, 0.1, Some((&camera, &height)));
         let (own, own_cloth) = path_start::launch(&launch, [0.2, 0.01, 0.5]);
         let along = |off: &Off| {
             moments.along(&Path::after(&own, &own_cloth), [f64::NEG_INFINITY, f64::INFINITY], off)

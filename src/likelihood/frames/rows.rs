@@ -63,13 +63,13 @@ impl Film {
                 &self.cue,
                 TrackedBall::Cue,
                 Path::before(&launches.before, &cloth),
-                Path::after(&launches.cue, &cloth),
+                self.scene.seen(Path::after(&launches.cue, &cloth)),
             ),
             (
                 &self.object,
                 TrackedBall::Object,
                 Path::at_rest(&launches.object),
-                Path::after(&launches.object, &cloth),
+                self.scene.seen(Path::after(&launches.object, &cloth)),
             ),
         ];
         let mut rows = Vec::new();

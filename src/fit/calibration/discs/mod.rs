@@ -90,6 +90,8 @@ impl<'a> Search<'a> {
                 Correction::Scale => discs.radii.is_some(),
                 // a delay means nothing without a unit of time
                 Correction::ShutterX | Correction::ShutterY => discs.in_seconds,
+                // discs do not hop
+                _ if which.is_of_height() => false,
                 _ => true,
             };
             match stated {
