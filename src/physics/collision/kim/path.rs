@@ -62,6 +62,8 @@ const REACH_6: f64 = 0.4;
 const REACH_8: f64 = 0.75;
 /// 8 nodes in each panel of this length to 1e-17.
 const PANEL: f64 = 1.0;
+/// Where p·τ is beyond this, u^p and its root are nothing beside 1: e^(−40) = 4e-18.
+const GONE: f64 = 80.0;
 
 impl Path {
     /// The rest of the path from a point on, in u/u₀ and g/g₀.
@@ -116,7 +118,7 @@ impl Path {
         } else if reach <= REACH_8 {
             self.short_walk(tau, &GAUSS_8, &mut f)
         } else {
-            self.long_walk(tau, (reach / PANEL).ceil(), &mut f)
+            self.long_walk(tau, &mut f)
         }
     }
 
@@ -150,12 +152,23 @@ impl Path {
         }
     }
 
-    /// As many panels as it takes.
+    /// As many panels as it takes: short ones while u^p falls, and where it is gone, as soon near the μ_s at which the object ball
+    /// no longer leaves and p has no bound, those of u alone.
     #[cold]
-    fn long_walk(&self, tau: f64, panels: f64, f: &mut impl FnMut(&Node)) -> Slip {
-        let half = 0.5 * tau / panels;
+    fn long_walk(&self, tau: f64, f: &mut impl FnMut(&Node)) -> Slip {
+        let bend = if self.p > 1.0 { tau.min(GONE / self.p) } else { tau };
+        self.panels(0.0, bend, (bend * self.p.abs().max(1.0) / PANEL).ceil(), f);
+        if bend < tau {
+            self.panels(bend, tau, ((tau - bend) / PANEL).ceil(), f);
+        }
+        Slip::at(tau, self.p)
+    }
+
+    /// So many panels between two places.
+    fn panels(&self, from: f64, to: f64, panels: f64, f: &mut impl FnMut(&Node)) {
+        let half = 0.5 * (to - from) / panels;
         for panel in 0..panels as usize {
-            let middle = half * (2 * panel + 1) as f64;
+            let middle = from + half * (2 * panel + 1) as f64;
             for (x, w) in GAUSS_8 {
                 for t in [middle - half * x, middle + half * x] {
                     let s = (-t).exp();
@@ -169,7 +182,6 @@ impl Path {
                 }
             }
         }
-        Slip::at(tau, self.p)
     }
 
     /// The way down to τ.
@@ -314,4 +326,24 @@ impl Slip {
 #[inline(always)]
 pub(super) fn third_order(x: f64, a: f64, b: f64) -> f64 {
     x * (1.0 - x * (a - x * (2.0 * a * a - b)))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// ∫ g ds = √n(1 − e^(−τ)) + [2(1 − √n) − 2√n ln((1 + √n)/2√n)]/p + O(1/p²).
+    #[test]
+    fn a_path_that_bends_at_its_very_start_takes_few_nodes() {
+        let (p, tau) = (1e9, 2.0);
+        let path = Path { n: 0.25, m: 0.75, p };
+        let (mut nodes, mut q) = (0, 0.0);
+        path.walk(tau, |node| {
+            nodes += 1;
+            q += node.weight * path.g(node.power);
+        });
+        let expected = 0.5 * -f64::exp_m1(-tau) + (1.0 - f64::ln(1.5)) / p;
+        assert!((q - expected).abs() < 16.0 * f64::EPSILON, "{q} in place of {expected}");
+        assert!(nodes < 2000, "{nodes}");
+    }
 }
