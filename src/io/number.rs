@@ -42,8 +42,10 @@ pub(crate) enum Cell {
 }
 
 /// What programs write where there is no number, in small letters.
-const GAPS: [&str; 12] =
-    ["nan", "na", "n/a", "#n/a", "null", "none", "nil", "\\n", "-", "--", "\u{2013}", "\u{2014}"];
+const GAPS: [&str; 16] = [
+    "nan", "na", "n/a", "n/d", "#n/a", "#div/0!", "#value!", "null", "none", "nil", "?", "\\n", "-", "--",
+    "\u{2013}", "\u{2014}",
+];
 
 /// How to write that there is none, for messages.
 const GAP: &str = "an empty cell where there is none";

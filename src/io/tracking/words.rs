@@ -3,11 +3,13 @@
 /// Names of times, of frames, of shots and of balls, in small letters, the surest first; a number or a unit may follow.
 const TIMES: &str =
     "t time timestamp seconds sec zeit temps tiempo tempo tijd czas aika elapsedtime positiont";
-const FRAMES: &str = "frame frames bild einzelbild image img slice fotogramma";
-const SHOTS: &str = "shot trial clip run take stoß stoss versuch";
-const BALLS: &str = "ball object disk disc puck track particle kugel bille";
+const FRAMES: &str = "frame frames bild einzelbild image img slice fotogramma fotograma cuadro beeld klatka";
+const SHOTS: &str =
+    "shot trial clip run take stoß stoss versuch tir essai coup tiro tacada prova stoot poging uderzenie";
+const BALLS: &str =
+    "ball object disk disc puck track particle kugel bille boule balle bola palla biglia bal bila";
 /// Names that may be those of a column of balls, where the rows show it.
-const PERHAPS_BALLS: &str = "id tid color colour farbe name label who body";
+const PERHAPS_BALLS: &str = "id tid color colour farbe name label who body class";
 /// What may follow such a name.
 const NUMBERS: &str = "number numbers no nr num n id idx index nummer name count";
 const UNITS: &str = "s sec ms us stamp seconds stampms stamps";
@@ -42,7 +44,7 @@ pub(super) enum Kind {
 }
 
 /// The words of a name in small letters, without punctuation.
-fn words(name: &str) -> Vec<String> {
+pub(super) fn words(name: &str) -> Vec<String> {
     let small = name.to_lowercase();
     let words = small.split(|c: char| !c.is_alphanumeric()).filter(|word| !word.is_empty());
     words.map(str::to_string).collect()
@@ -64,8 +66,10 @@ pub(super) fn find(names: &[String], role: Role) -> Option<usize> {
         Role::PerhapsBall => (PERHAPS_BALLS, NUMBERS),
     };
     let ranked = names.iter().enumerate().filter_map(|(i, name)| {
-        let name = words(name).concat();
-        Some((rank(&name, known, after)?, i))
+        let words = words(name);
+        // N° tir, Nr. Stoß
+        let is_number = words.len() > 1 && NUMBERS.split(' ').any(|number| words[0] == number);
+        Some((rank(&words[usize::from(is_number)..].concat(), known, after)?, i))
     });
     ranked.min().map(|(_, i)| i).or_else(|| {
         // in Scandinavia tid is time
@@ -125,7 +129,7 @@ mod tests {
         for (role, names) in [
             (Role::Time, "t|T_s|t_ms|time_stamp|Zeit_s|TimeStamp|tid|POSITION_T"),
             (Role::Frame, "frame_idx|frame_id|Frame No|Frame #|Bildnummer|Bild Nr.|Slice n°"),
-            (Role::Shot, "shot|Shot_ID|clip|run no"),
+            (Role::Shot, "shot|Shot_ID|clip|run no|N° tir|Nr. Versuch|Tiro"),
             (Role::Ball, "ball|track_id|Track n°|particle|disk_id|object"),
             (Role::PerhapsBall, "id|color|label"),
         ] {
