@@ -104,7 +104,7 @@ fn header(input: &Input, wanted: &ColumnNames) -> Option<Heading> {
             let separator =
                 if *separator == Separator::Char(' ') { blanks(input.text, line, bare) } else { *separator };
             let Some(names) = trimmed(bare, separator) else { continue };
-            let heading = Heading::new(input.text, line, separator, names);
+            let heading = Heading::deep(input.text, line, separator, names);
             let here = wanted_names.iter().filter(|name| heading.position(name).is_some()).count();
             if here == wanted_names.len() {
                 if let Some(name) = wanted_names.iter().find(|name| heading.count(name) > 1) {

@@ -1,12 +1,22 @@
 //! The line that names the columns of a table, and their units: beside the names, as in `x [mm]`, or in a row of units below.
 
+use std::collections::HashMap;
+
 use super::column_names::AngleUnit;
 use super::input::Input;
 use super::settings::{TimeUnit, Unit};
-use crate::io::text::{Separator, filled_below, trimmed};
+use super::timecode::is_clock;
+use crate::io::number::parse;
+use crate::io::text::{Separator, filled_below, lines, trimmed};
 
 /// Spreadsheets have a few lines of titles above the names of their columns, at most so many.
 pub(super) const TITLES: usize = 10;
+
+/// A header has at most so many further lines, above that of the names or below it.
+const FURTHER: usize = 3;
+
+/// One of names has so many at least: a row of data that lost its numbers has fewer.
+const LEAST: usize = 3;
 
 /// The unit of a column.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -145,13 +155,43 @@ impl Heading {
             (bare, units) = split_by(split);
         }
         let mut above = line;
-        if let Some((below, row)) = row_of_units(text, line, separator, names.len()) {
+        for _ in 0..FURTHER {
+            let Some((below, row)) = further(text, above, separator, names.len()) else { break };
             above = below;
             for (unit, other) in units.iter_mut().zip(row) {
                 *unit = unit.or(other);
             }
         }
         Self { line, above, separator, names, bare, units }
+    }
+
+    /// The same, where a name that stands twice is preceded by what stands above it, and an empty one replaced: `cue x` of `x` below
+    /// `cue`, which may be above several columns. Left as they are where that does not tell them all apart.
+    pub(super) fn deep(text: &str, line: usize, separator: Separator, names: Vec<String>) -> Self {
+        let mut told = names.clone();
+        let twice = |names: &[String]| -> Vec<bool> {
+            let mut counts: HashMap<&str, usize> = HashMap::new();
+            names.iter().for_each(|name| *counts.entry(name).or_default() += 1);
+            names.iter().map(|name| !name.is_empty() && counts[name.as_str()] > 1).collect()
+        };
+        let above: Vec<&str> =
+            lines(text).take(line - 1).map(|(_, line)| line).filter(|line| !line.trim().is_empty()).collect();
+        for title in above.into_iter().rev().take(FURTHER) {
+            let repeated = twice(&told);
+            let Some(title) = trimmed(title, separator).filter(|_| repeated.contains(&true)) else { break };
+            let mut last = "";
+            for (i, name) in told.iter_mut().enumerate() {
+                let own = title.get(i).map_or("", String::as_str);
+                last = if own.is_empty() { last } else { own };
+                if name.is_empty() {
+                    *name = own.to_string();
+                } else if repeated[i] && !last.is_empty() {
+                    *name = format!("{last} {name}");
+                }
+            }
+        }
+        let names = if twice(&told).contains(&true) { names } else { told };
+        Self::new(text, line, separator, names)
     }
 
     /// Of names without units in a line, with the rows below another one.
@@ -244,8 +284,8 @@ impl Heading {
     }
 }
 
-/// The line below the names and its units, where every cell that is not empty is a unit, in brackets or not.
-fn row_of_units(
+/// A further line of a header below one of its lines: of units, in brackets or not, or of other names, without a number.
+fn further(
     text: &str,
     header: usize,
     separator: Separator,
@@ -260,8 +300,15 @@ fn row_of_units(
         "" | "-" => Some(None),
         word => Measure::of(word).map(Some),
     };
-    let units: Vec<Option<Measure>> = cells.iter().map(unit).collect::<Option<_>>()?;
-    units.iter().any(Option::is_some).then_some((line, units))
+    let units: Option<Vec<Option<Measure>>> = cells.iter().map(unit).collect();
+    if let Some(units) = units {
+        return units.iter().any(Option::is_some).then_some((line, units));
+    }
+    let is_word = |cell: &&String| parse(cell).is_err() && !is_clock(cell);
+    let words = cells.iter().filter(is_word).count();
+    let is_empty = |cell: &String| cell.is_empty() || is_word(&cell);
+    (words >= LEAST && cells.iter().all(is_empty))
+        .then(|| (line, cells.iter().map(|cell| unit(cell).flatten()).collect()))
 }
 
 #[cfg(test)]
@@ -298,7 +345,7 @@ mod tests {
 
     #[test]
     fn a_row_of_units_is_not_a_row_of_numbers() {
-        let units = |text| row_of_units(text, 1, Separator::Char(','), 3).map(|(line, _)| line);
+        let units = |text| further(text, 1, Separator::Char(','), 3).map(|(line, _)| line);
         assert_eq!(units("t,x,y\n\ns,m,m\n0,1,2\n"), Some(3));
         assert_eq!(units("t,x,y\n[s],,(m)\n"), Some(2));
         for text in ["t,x,y\n0,1,2\n", "t,x,y\n,,\n1,,\n", "t,x,y\n1,,\n", "t,x,y\ns,m,m,m,m\n", "t,x,y"] {
