@@ -49,6 +49,11 @@ pub(super) struct ColumnNames {
     pub point: Option<Column>,
     pub x: Option<Column>,
     pub y: Option<Column>,
+    /// The other corner of a box that has one in x and y, or its size: the ball is in its middle.
+    pub x2: Option<Column>,
+    pub y2: Option<Column>,
+    pub width: Option<Column>,
+    pub height: Option<Column>,
     pub x_sd: Option<Column>,
     pub y_sd: Option<Column>,
     pub marker_x: Option<Column>,
@@ -119,7 +124,9 @@ impl ColumnNames {
         let has_all = |keys: &[&str]| keys.iter().all(|key| self.get(key).is_some());
         let (wide, long) = (["cue_x", "cue_y", "object_x", "object_y"], ["ball", "x", "y"]);
         let any_wide = self.has_any(&wide) || self.has_any(&["cue_angle", "object_angle"]);
-        let rest = ["point", "x_sd", "y_sd", "marker_x", "marker_y", "angle"];
+        let rest = ["point", "x_sd", "y_sd", "marker_x", "marker_y", "angle", "x2", "y2", "width", "height"];
+        let pairs = [["x_sd", "y_sd"], ["marker_x", "marker_y"], ["x2", "y2"], ["width", "height"]];
+        let half = pairs.into_iter().find(|pair| self.has_any(pair) && !has_all(pair));
         let has_name = self.all().any(|(_, column)| matches!(column, Column::Name(_)));
         let message = if any_wide && (self.has_any(&long) || self.has_any(&rest)) {
             "[tracks.columns] mixes a wide table (cue_x, cue_y, object_x, object_y) with a long one (ball, x, y); expected \
@@ -130,10 +137,10 @@ impl ColumnNames {
         } else if !any_wide && !self.has_any(&["frame", "t"]) {
             "[tracks.columns] has neither frame nor t; expected one of them (only a table with a row per frame can do \
              without: its rows are counted)"
-        } else if self.x_sd.is_some() != self.y_sd.is_some() {
-            "[tracks.columns]: x_sd and y_sd go together"
-        } else if self.marker_x.is_some() != self.marker_y.is_some() {
-            "[tracks.columns]: marker_x and marker_y go together"
+        } else if let Some([one, other]) = half {
+            return Err(format!("[tracks.columns]: {one} and {other} go together"));
+        } else if self.x2.is_some() && self.width.is_some() {
+            "[tracks.columns] has both x2, y2 and width, height; expected the other corner of the box, or its size"
         } else if has_name && self.is_numbered() {
             "[tracks.columns] gives some columns by name and some by number; expected one of them throughout"
         } else {
@@ -157,6 +164,10 @@ impl ColumnNames {
             ("point", &self.point),
             ("x", &self.x),
             ("y", &self.y),
+            ("x2", &self.x2),
+            ("y2", &self.y2),
+            ("width", &self.width),
+            ("height", &self.height),
             ("x_sd", &self.x_sd),
             ("y_sd", &self.y_sd),
             ("marker_x", &self.marker_x),

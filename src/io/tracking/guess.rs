@@ -2,7 +2,9 @@
 
 use std::collections::{HashMap, HashSet};
 
+use super::boxes::{self, Boxed};
 use super::heading::{Heading, TITLES, blanks, suffix};
+use super::raw::sorted;
 use super::words::{Kind, Role, find, is_angle, kind};
 use crate::io::number::value;
 use crate::io::text::{Separator, filled_lines, lines, trimmed, unmarked};
@@ -43,7 +45,7 @@ pub(super) fn columns(text: &str) -> Option<Guess> {
                 let heading = Heading::unnamed(*line, separator, names.len());
                 return if has_names { None } else { numbered(&Rows::of(text, &heading), names.len()) };
             }
-            if let Some(guess) = named(text, &Heading::new(text, *line, separator, names)) {
+            if let Some(guess) = named(text, &Heading::deep(text, *line, separator, names)) {
                 return Some(guess);
             }
         }
@@ -80,26 +82,58 @@ impl Rows {
         (least > 0.0 && least.is_finite()).then_some(least)
     }
 
+    /// The two of these pairs of columns that are corners of a box.
+    fn box_of(&self, pairs: &[[usize; 2]]) -> Option<Boxed> {
+        let each = pairs
+            .iter()
+            .enumerate()
+            .flat_map(|(i, one)| pairs[i + 1..].iter().map(move |other| (*one, *other)));
+        let found = each.into_iter().find(|(one, other)| self.is_box(*one, *other));
+        found.map(|(corner, others)| Boxed { corner, keys: boxes::CORNER, others })
+    }
+
+    /// Whether two pairs of columns are corners of a box about a ball: it is about as wide and as high in nearly all rows.
+    fn is_box(&self, [x, y]: [usize; 2], [x2, y2]: [usize; 2]) -> bool {
+        self.is_size(|row| Some(value(&row[x2])? - value(&row[x])?))
+            && self.is_size(|row| Some(value(&row[y2])? - value(&row[y])?))
+    }
+
+    /// Whether a length is that of the side of such a box.
+    fn is_size(&self, of: impl Fn(&[String]) -> Option<f64>) -> bool {
+        let sides = sorted(self.0.iter().filter_map(|row| of(row)));
+        let few = sides.len() / 20;
+        let ends = sides.get(few).zip(sides.get(sides.len().saturating_sub(few + 1)));
+        ends.is_some_and(|(least, most)| *least > 0.0 && *most < 2.0 * least)
+    }
+
     fn is_whole(&self, column: usize) -> bool {
         self.numbers(column).is_some_and(|numbers| numbers.iter().all(|number| number.fract() == 0.0))
     }
 
     /// Whether a column has few values, and these tell apart the rows that other columns do not.
     fn tells_apart(&self, column: usize, others: &[usize]) -> bool {
-        let values: HashSet<&str> = self.0.iter().map(|row| row[column].as_str()).collect();
+        let values = self.values(column);
         let key = |row: &'_ [String]| -> Vec<String> {
             others.iter().chain([&column]).map(|i| row[*i].clone()).collect()
         };
         let keys: HashSet<Vec<String>> = self.0.iter().map(|row| key(row)).collect();
-        (2..=TRACKS).contains(&values.len()) && 2 * values.len() <= self.0.len() && keys.len() == self.0.len()
+        (2..=TRACKS).contains(&values) && 2 * values <= self.0.len() && keys.len() == self.0.len()
+    }
+
+    /// How many values a column has.
+    fn values(&self, column: usize) -> usize {
+        self.0.iter().map(|row| row[column].as_str()).collect::<HashSet<_>>().len()
     }
 }
 
-/// Of a table without names: positions of two balls, with a time in front perhaps; or frame, ball, x and y.
+/// Of a table without names: positions of two balls, with a time in front perhaps; or frame, ball, x and y, and perhaps the size of a box
+/// and more, as benchmarks of trackers write it (MOT).
 fn numbered(rows: &Rows, width: usize) -> Option<Guess> {
-    let is_long = rows.is_whole(0) && rows.is_whole(1) && !rows.is_whole(2) && rows.tells_apart(1, &[0]);
+    let is_long = rows.is_whole(0) && rows.is_whole(1) && rows.tells_apart(1, &[0]);
+    let is_size = |column: usize| rows.is_size(|row| value(&row[column]));
     let keys: &[&'static str] = match width {
-        4 | 5 if is_long => &["frame", "ball", "x", "y"],
+        6.. if is_long && is_size(4) && is_size(5) => &["frame", "ball", "x", "y", "width", "height"],
+        4 | 5 if is_long && !rows.is_whole(2) => &["frame", "ball", "x", "y"],
         4 => &["cue_x", "cue_y", "object_x", "object_y"],
         5 if rows.is_whole(0) && rows.least_step(0, &[]) == Some(1.0) => {
             &["frame", "cue_x", "cue_y", "object_x", "object_y"]
@@ -166,9 +200,12 @@ fn named(text: &str, heading: &Heading) -> Option<Guess> {
     let angles: Vec<usize> =
         (0..small.len()).filter(|i| !paired.contains(i) && is_angle(&small[*i])).collect();
     let rows = Rows::of(text, heading);
-    let mut table = Table { heading, small, rows, taken: paired.clone(), guess: Guess::default() };
+    let named_box = boxes::named(&small);
+    let mut taken = paired.clone();
+    taken.extend(named_box.iter().flat_map(|boxed| [boxed.corner, boxed.others].concat()));
+    let mut table = Table { heading, small, rows, taken, guess: Guess::default() };
     let shot = find(&table.small, Role::Shot);
-    let known = find(&table.small, Role::Ball).filter(|column| !paired.contains(column));
+    let known = find(&table.small, Role::Ball).filter(|column| !table.taken.contains(column));
     if positions.is_empty() {
         positions.clone_from(&markers);
     }
@@ -177,18 +214,27 @@ fn named(text: &str, heading: &Heading) -> Option<Guess> {
     {
         positions = vec![one];
     }
+    let boxed = named_box.or_else(|| table.rows.box_of(&positions));
+    // a column of balls that names only one, beside two pairs of columns
+    let is_told = |column: &usize| positions.len() != 2 || boxed.is_some() || table.rows.values(*column) > 1;
+    let known = known.filter(is_told);
     let time = find(&table.small, Role::Frame).or(find(&table.small, Role::Time));
     let others: Vec<usize> = time.into_iter().chain(shot).collect();
     let ball = known.or_else(|| {
         let perhaps = find(&table.small, Role::PerhapsBall).into_iter().chain(0..table.small.len());
         let free = |column: &usize| {
-            positions.len() == 1
+            (positions.len() == 1 || boxed.is_some())
                 && table.is_free(*column)
                 && !others.contains(column)
                 && !angles.contains(column)
         };
         perhaps.filter(free).find(|column| table.rows.tells_apart(*column, &others))
     });
+    // without a column of balls, numbers that look like boxes are those of two balls
+    let boxed = boxed.filter(|_| named_box.is_some() || ball.is_some());
+    if let Some(boxed) = boxed {
+        positions = vec![boxed.corner];
+    }
     if let Some(shot) = shot {
         table.add(["shot"], [shot]);
     }
@@ -207,6 +253,11 @@ fn named(text: &str, heading: &Heading) -> Option<Guess> {
             table.add_time(&groups, &angles);
             table.add(["ball"], [ball]);
             table.add(["x", "y"], *position);
+            if let Some(Boxed { keys, others, .. }) = boxed {
+                table.add(keys, others);
+            } else if table.small[position[0]] == "x" {
+                table.guess.columns.extend(boxes::perhaps(&heading.bare).into_iter().flatten());
+            }
             if let [spread] = spreads[..] {
                 table.add(["x_sd", "y_sd"], spread);
             }
@@ -321,8 +372,11 @@ mod tests {
             guessed("t,x1,y1,vx1,vy1,x2,y2,vx2,vy2\n0,1,2,3,4,5,6,7,8\n"),
             "t=t cue_x=x1 cue_y=y1 object_x=x2 object_y=y2"
         );
-        // a box about the ball: not known what is the centre
-        assert_eq!(guessed("frame,track_id,x1,y1,x2,y2\n0,1,2,3,4,5\n"), "");
+        // a box about the ball
+        assert_eq!(
+            guessed("frame,track_id,x1,y1,x2,y2\n0,1,2,3,4,5\n"),
+            "frame=frame ball=track_id x=x1 y=y1 x2=x2 y2=y2"
+        );
         assert_eq!(
             guessed("frame,ball_id,x_px,y_px,x_m,y_m\n0,1,2,3,4,5\n"),
             "frame=frame ball=ball_id x=x_m y=y_m"

@@ -21,6 +21,10 @@ pub(super) struct Columns {
     pub point: Option<usize>,
     pub x: usize,
     pub y: usize,
+    /// The other corner of a box about the ball, whose middle it is.
+    pub corner: Option<[usize; 2]>,
+    /// Or the size of that box.
+    pub size: Option<[usize; 2]>,
     pub sd: Option<[usize; 2]>,
     pub marker: Option<[usize; 2]>,
     /// How far a disc has turned.
@@ -113,6 +117,8 @@ impl Columns {
             point: at("point"),
             x: at("x")?,
             y: at("y")?,
+            corner: pair("x2", "y2"),
+            size: pair("width", "height"),
             sd: pair("x_sd", "y_sd"),
             marker: pair("marker_x", "marker_y"),
             angle: None,
@@ -121,8 +127,8 @@ impl Columns {
 
     /// The units that the header gives these columns; complaints where it contradicts itself or dataset.toml.
     pub(super) fn stated(&self, heading: &Heading, input: &Input) -> Stated {
-        let lengths: Vec<usize> =
-            [[self.x, self.y]].into_iter().chain(self.sd).chain(self.marker).flatten().collect();
+        let others = [self.corner, self.size, self.sd, self.marker].into_iter().flatten();
+        let lengths: Vec<usize> = [[self.x, self.y]].into_iter().chain(others).flatten().collect();
         let unit = heading.length(&lengths, input);
         let clock = if self.frames { TimeUnit::Frames } else { heading.time(self.time, input) };
         Stated { clock, unit }
@@ -272,7 +278,15 @@ pub(super) fn read(sheet: &Sheet, columns: &Columns, gather: &mut Gather) -> Opt
             }
             return;
         };
-        let [x, y] = reader.position([cells.at(columns.x), cells.at(columns.y)]);
+        let mut position = |at: [usize; 2]| reader.position(at.map(|i| cells.at(i)));
+        let [mut x, mut y] = position([columns.x, columns.y]);
+        if let Some(other) = columns.corner {
+            let [x2, y2] = position(other);
+            (x, y) = (f64::midpoint(x, x2), f64::midpoint(y, y2));
+        } else if let Some(size) = columns.size {
+            let [width, height] = position(size);
+            (x, y) = (x + 0.5 * width, y + 0.5 * height);
+        }
         let marker = columns.marker.map(|at| reader.position(at.map(|i| cells.at(i))));
         let sd = columns.sd.map(|at| {
             at.map(|i| {

@@ -1,6 +1,7 @@
 //! Tracked paths of both balls, as programs that follow them in a film write them.
 
 mod bodies;
+mod boxes;
 mod calibration;
 pub(crate) mod camera;
 mod check;

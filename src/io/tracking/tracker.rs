@@ -2,6 +2,7 @@
 
 use std::collections::HashMap;
 
+use super::boxes;
 use super::guess::pairs;
 use super::heading::{Heading, TITLES};
 use super::input::{Input, Shots, quoted};
@@ -36,7 +37,11 @@ pub(super) fn detect(text: &str) -> Option<Head> {
             let is_own = names.iter().any(|name| name.starts_with('x'));
             let names = Heading::new("", line, *separator, names).small();
             let has = |name: &str| names.iter().any(|own| own == name);
-            let is_long = || [Role::Ball, Role::Shot].into_iter().any(|role| find(&names, role).is_some());
+            let is_long = || {
+                [Role::Ball, Role::Shot].into_iter().any(|role| find(&names, role).is_some())
+                    || boxes::named(&names).is_some()
+            };
+            let is_own = is_own && !["x2", "x 2", "x_2"].iter().any(|second| has(second));
             has("x") && has("y") && TIMES.iter().any(|t| has(t)) && !is_long()
                 // other programs write both balls beside each other: X, Y, X 2, Y 2
                 && (is_own || pairs(&names).iter().filter(|(_, kind)| *kind == Kind::Position).count() == 1)
