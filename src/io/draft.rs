@@ -50,6 +50,11 @@ impl Seen {
             Self::Unknown(_) => ("tracks", "in no known format"),
         }
     }
+
+    /// Whether it has a header, but nothing below it.
+    fn is_empty(&self) -> bool {
+        matches!(self, Self::Tracks(survey) if survey.tracks.is_empty() && survey.problems.is_empty())
+    }
 }
 
 /// The table of what differs from shot to shot.
@@ -65,7 +70,7 @@ pub fn draft(named: &[PathBuf]) -> Result<Draft, InitError> {
         file.file_name().is_some_and(|name| name.eq_ignore_ascii_case(SHOTS)) && tells_of_shots(file)
     };
     let table = if files.len() > 1 { files.iter().position(is_shots).map(|i| files.remove(i)) } else { None };
-    let Looked { seen, no_tables } = look_at(&files)?;
+    let Looked { seen, left_out } = look_at(&files)?;
     let folder = match named {
         // the tables may all be in one folder of it
         [folder] if folder.is_dir() => folder.clone(),
@@ -73,8 +78,11 @@ pub fn draft(named: &[PathBuf]) -> Result<Draft, InitError> {
     };
     let mut sheet = Sheet::default();
     let here = if folder.as_os_str().is_empty() { Path::new(".") } else { &folder };
-    for file in no_tables {
-        sheet.find(format!("{}: no table of positions or measurements; left out.", file.display()));
+    for file in left_out {
+        sheet.find(format!(
+            "{}: no table of positions or measurements, or one without rows; left out.",
+            file.display()
+        ));
     }
     let name = std::path::absolute(here).unwrap_or_else(|_| folder.clone());
     let name = name.file_name().map_or("my-data".to_string(), |name| name.to_string_lossy().into_owned());
@@ -145,26 +153,28 @@ fn counted(count: usize, what: &str) -> String {
 struct Looked {
     /// They are of one kind.
     seen: Vec<(PathBuf, Seen)>,
-    /// Those that are left out, since they are obviously no tables.
-    no_tables: Vec<PathBuf>,
+    /// Those that are left out: obviously no tables, or without rows.
+    left_out: Vec<PathBuf>,
 }
 
 fn look_at(files: &[PathBuf]) -> Result<Looked, InitError> {
     let (mut seen, mut unclear): (Vec<(PathBuf, Seen)>, Vec<_>) = (Vec::new(), Vec::new());
     for file in files {
         match look(file) {
-            Ok(now @ Seen::Unknown(_)) if is_no_table(file) => unclear.push((file.clone(), Ok(now))),
+            Ok(now) if now.is_empty() || matches!(now, Seen::Unknown(_)) && is_no_table(file) => {
+                unclear.push((file.clone(), Ok(now)));
+            }
             Err(error) if is_no_table(file) => unclear.push((file.clone(), Err(error))),
             now => seen.push((file.clone(), now?)),
         }
     }
-    let mut no_tables = Vec::new();
+    let mut left_out = Vec::new();
     for (file, now) in unclear {
         // nothing but such files: what they are is to be said
         if seen.is_empty() || seen.iter().all(|(_, seen)| matches!(seen, Seen::Unknown(_))) {
             seen.push((file, now?));
         } else {
-            no_tables.push(file);
+            left_out.push(file);
         }
     }
     if let Some((other_path, other)) = seen.first()
@@ -173,7 +183,7 @@ fn look_at(files: &[PathBuf]) -> Result<Looked, InitError> {
         let [(_, what), (_, other)] = [now, other].map(Seen::kind);
         return Err(InitError::Mixed { path: path.clone(), what, other_path: other_path.clone(), other });
     }
-    Ok(Looked { seen, no_tables })
+    Ok(Looked { seen, left_out })
 }
 
 fn look(file: &Path) -> Result<Seen, InitError> {

@@ -5,8 +5,8 @@ use std::path::{Path, PathBuf};
 use super::draft_error::{InitError, TABLES};
 use super::text::decode;
 
-/// Of what is looked at where there is no table.
-const OTHERS: [&str; 1] = ["json"];
+/// Of what is looked at where there is no table; ImageJ calls its tables .xls.
+const OTHERS: [&str; 2] = ["json", "xls"];
 
 /// How the names of files begin that tell of the data and are none.
 const WORDS: [&str; 7] = ["readme", "read me", "license", "licence", "notes", "changelog", "copying"];

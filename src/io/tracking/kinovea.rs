@@ -24,8 +24,9 @@ pub(super) fn detect(text: &str) -> Option<Head> {
     Separator::ALL.into_iter().find_map(|separator| {
         let names = trimmed(first, separator)?;
         let is_coordinate = |name: &String| name.ends_with("/X") || name.ends_with("/Y");
-        let fits = names.first().is_some_and(|name| name == "Time") && names.iter().any(is_coordinate);
-        fits.then(|| Head::Csv(Heading::plain(line, line, separator, names)))
+        let heading = Heading::new("", line, separator, names);
+        let is_time = heading.bare.first().is_some_and(|name| name == "Time");
+        (is_time && heading.names.iter().any(is_coordinate)).then_some(Head::Csv(heading))
     })
 }
 
@@ -35,11 +36,17 @@ fn is_title(line: &str) -> bool {
 }
 
 pub(super) fn read(input: &Input, head: Head) -> Option<Shots> {
+    let mut stated = Clock::Unsaid;
     let (tracks, clock) = match head {
         Head::Text => sections(input),
-        Head::Csv(heading) => csv(input, heading)?,
+        Head::Csv(heading) => {
+            if heading.has_unit(0) {
+                stated = Clock::In(heading.time(0, input));
+            }
+            csv(input, heading)?
+        }
     };
-    Some((input.one_shot(clock.unwrap_or(Clock::Unsaid), tracks), None))
+    Some((input.one_shot(clock.unwrap_or(stated), tracks), None))
 }
 
 fn say(input: &Input, kind: &str, tracks: &[RawTrack]) {
@@ -49,13 +56,15 @@ fn say(input: &Input, kind: &str, tracks: &[RawTrack]) {
 
 type Read = (Vec<RawTrack>, Option<Clock>);
 
-/// Rows of time, x and y below a comment with the object's name.
+/// Rows of time, x and y below a comment with the object's name or, where old versions name none, below a blank line.
 fn sections(input: &Input) -> Read {
     let mut tracks: Vec<RawTrack> = Vec::new();
+    let (mut unnamed, mut apart) = (0, true);
     let mut reader = Reader::new(input);
     let start = input.problems.len();
     for (line, text) in lines(input.text).map(|(line, text)| (line, text.trim())) {
         if text.is_empty() || is_title(text) {
+            apart = true;
             continue;
         }
         if input.problems.len() > start + ENOUGH {
@@ -63,6 +72,7 @@ fn sections(input: &Input) -> Read {
         }
         if let Some(name) = text.strip_prefix('#') {
             tracks.push(RawTrack::new(name.trim(), None));
+            apart = false;
             continue;
         }
         let row = cells(text, Separator::Blanks).unwrap_or_default();
@@ -78,8 +88,11 @@ fn sections(input: &Input) -> Read {
             continue;
         };
         let [x, y] = reader.position([input.cell(line, "X", x), input.cell(line, "Y", y)]);
-        if tracks.is_empty() {
-            tracks.push(RawTrack::new("1", None));
+        // a blank line inside a section does not begin one
+        let begins = |track: &RawTrack| track.rows.last().is_some_and(|row| row.time >= time);
+        if std::mem::take(&mut apart) && tracks.last().is_none_or(begins) {
+            unnamed += 1;
+            tracks.push(RawTrack::new(format!("{unnamed}"), None));
         }
         if let Some(track) = tracks.last_mut() {
             track.rows.push(Row { time, x, y, line });

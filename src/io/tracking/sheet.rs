@@ -81,7 +81,8 @@ impl<'a> Sheet<'a> {
                 self.input.wrong(line, None, message);
                 continue;
             };
-            if row.len() == width + 1 && row.last().is_some_and(|cell| cell.trim().is_empty()) {
+            // spreadsheets go on with empty cells
+            while row.len() > width && row.last().is_some_and(|cell| cell.trim().is_empty()) {
                 row.pop();
             }
             let short = separator.is_white() || (open && row.len() + 1 == width);
