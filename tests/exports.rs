@@ -3,6 +3,7 @@
 mod columns;
 mod drafts;
 mod faults;
+mod programs;
 
 use caromfit::measurement::dataset::Tracks;
 
