@@ -150,7 +150,7 @@ fn headers_of_several_lines() {
         (
             "merged cells",
             ",White ball,,,Red ball,,\nframe,x,y,score,x,y,score".to_string(),
-            "cue_x = \"White ball x\"",
+            "cue = \"White ball\"",
         ),
         ("pandas", "ball,c,c,c,o,o,o\ncoord,x,y,p,x,y,p\nframe,,,,,,".to_string(), "cue_x = \"c x\""),
         (
