@@ -171,7 +171,9 @@ impl Heading {
         let mut told = names.clone();
         let twice = |names: &[String]| -> Vec<bool> {
             let mut counts: HashMap<&str, usize> = HashMap::new();
-            names.iter().for_each(|name| *counts.entry(name).or_default() += 1);
+            for name in names {
+                *counts.entry(name).or_default() += 1;
+            }
             names.iter().map(|name| !name.is_empty() && counts[name.as_str()] > 1).collect()
         };
         let above: Vec<&str> =
