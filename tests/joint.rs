@@ -193,7 +193,7 @@ fn the_lift_moves_what_is_extracted_as_stated() {
             shots::shot(track, &extract(track, scene).unwrap(), dataset.sliding, dataset.rolling.unwrap())
         };
         let (before, after) = (of(&scene), of(&higher));
-        let by = &before.joint.as_ref().unwrap().by_shared[Shared::Lift as usize];
+        let by = &before.joint.as_ref().unwrap().by_shared[Shared::Lift.place()];
         let by = by.rows(Joint::BEFORE, before.after.len());
         let shifts = before.after.iter().zip(&after.after).map(|(a, b)| b.measured.value - a.measured.value);
         for (shift, by) in shifts.zip(by.iter()) {

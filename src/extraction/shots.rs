@@ -91,6 +91,7 @@ pub fn shot(track: &TrackShot, impact: &Impact, sliding: Option<Measured>, rolli
         Shared::Sliding => by_sliding.clone(),
         Shared::Lift => by_lift.clone(),
         Shared::Rolling => by_rolling.clone(),
+        Shared::Camera(_) => DVector::zeros(by_rolling.len()),
     };
     Shot {
         name: track.name.clone(),
@@ -102,7 +103,7 @@ pub fn shot(track: &TrackShot, impact: &Impact, sliding: Option<Measured>, rolli
         after: observed
             .map(|(i, observable)| Measurement { observable, measured: measured(Joint::BEFORE + i) })
             .collect(),
-        joint: Some(Box::new(Joint { covariance, by_shared: Shared::ALL.map(by_shared) })),
+        joint: Some(Box::new(Joint { covariance, by_shared: Shared::ALL.map(by_shared).to_vec() })),
         side_sd: 0.0,
     }
 }

@@ -39,7 +39,37 @@ pub(crate) fn points(film: &TrackShot, disc: TrackedBall) -> Vec<&[Sample]> {
     own.map(|marker| marker.samples.as_slice()).collect()
 }
 
+/// A camera as discs calibrate it, and how far it may be off.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Calibrated {
+    pub(crate) camera: Camera,
+    /// Independent ways in which it may be off, each by its standard deviation, in the units of the corrections.
+    pub(crate) ways: Vec<[f64; Correction::COUNT]>,
+}
+
+impl Calibrated {
+    /// By how much a point of the table at this place and velocity moves in each of these ways.
+    pub(crate) fn moves(&self, place: [f64; 2], velocity: [f64; 2]) -> Vec<[f64; 2]> {
+        let by = self.camera.follows(place, velocity);
+        let way = |way: &[f64; Correction::COUNT]| {
+            [0, 1].map(|k| way.iter().zip(&by).map(|(w, by)| w * by[k]).sum())
+        };
+        self.ways.iter().map(way).collect()
+    }
+}
+
 impl Camera {
+    /// How a point of the table follows the corrections, at this place and velocity, m by the unit of each.
+    pub(crate) fn follows(&self, place: [f64; 2], velocity: [f64; 2]) -> [[f64; 2]; Correction::COUNT] {
+        let film = self.film(place);
+        let mut by = self.derivatives(film);
+        let [by_x, by_y] = self.delays(film, place);
+        // what is read later shows where the point was earlier
+        by[Correction::ShutterX as usize] = velocity.map(|v| -v * by_x);
+        by[Correction::ShutterY as usize] = velocity.map(|v| -v * by_y);
+        by
+    }
+
     /// A shot of discs on the table, from its film; `of_points`: of each disc, whether its centre is that of a circle through its points.
     pub(crate) fn discs(&self, film: &TrackShot, of_points: [bool; 2]) -> TrackShot {
         if self.is_neutral() {

@@ -3,10 +3,11 @@
 use std::sync::Arc;
 
 use super::calibration::{calibrated, calibrated_discs as corrected_discs};
-use super::footage::{extracted, films, finds_spins_from_paths, near, with_discs};
+use super::footage::{extracted, films, finds_spins_from_paths, near, with_discs_calibrated};
 use super::{FilmUnknowns, Fit, FitError, FoundCamera, Method, Options, check, fit_watched};
 use crate::extraction::Impact;
 use crate::extraction::disc::DiscImpact;
+use crate::film::discs::Calibrated;
 use crate::likelihood::frames::Film;
 use crate::measurement::dataset::Dataset;
 use crate::measurement::parameter::{Compliance, Parameter, Setting};
@@ -49,7 +50,8 @@ impl Prepared {
         // what has its impacts was corrected before
         let (dataset, camera, learned) =
             if dataset.shots.is_empty() { calibrated(dataset, same) } else { (dataset, None, None) };
-        let (dataset, extracted, scene) = extracted(dataset, learned.as_ref(), done);
+        let (dataset, extracted, scene) =
+            extracted(dataset, (learned.as_ref(), calibrated_by(camera.as_ref())), done);
         Self { dataset, extracted, scene, camera }
     }
 
@@ -81,10 +83,15 @@ impl Prepared {
     }
 }
 
-/// Corrects footage of discs for its camera and extracts their impacts ([`with_discs`]). Any other data set is returned as it is.
+/// Corrects footage of discs for its camera and extracts their impacts ([`super::footage::with_discs`]). Any other data set is returned as it is.
 #[must_use]
 pub fn calibrated_discs(dataset: Dataset) -> (Dataset, Vec<(TrackShot, DiscImpact)>) {
-    with_discs(corrected_discs(dataset).0)
+    let (dataset, camera) = corrected_discs(dataset);
+    with_discs_calibrated(dataset, calibrated_by(camera.as_ref()))
+}
+
+fn calibrated_by(camera: Option<&FoundCamera>) -> Option<&Calibrated> {
+    camera?.calibrated.as_ref()
 }
 
 /// A data set and its fits.

@@ -4,6 +4,7 @@
 use super::{FilmUnknowns, Fit, SharedKind};
 use crate::extraction::NoiseCorrelation;
 use crate::film::camera::Camera;
+use crate::film::discs::Calibrated;
 use crate::measurement::correction::Correction;
 use crate::measurement::number;
 
@@ -51,6 +52,8 @@ pub struct FoundCamera {
     pub drops: [usize; 2],
     /// Whether discs calibrate it, and not balls.
     pub of_discs: bool,
+    /// How far it may be off, where discs calibrate it.
+    pub(crate) calibrated: Option<Calibrated>,
 }
 
 impl FoundCamera {
@@ -67,6 +70,7 @@ impl FoundCamera {
             resolution: 0.0,
             drops: [0; 2],
             of_discs: false,
+            calibrated: None,
         }
     }
 

@@ -9,6 +9,7 @@ use crate::extraction::disc;
 use crate::extraction::disc::{DiscImpact, Quantity};
 use crate::extraction::{Impact, Unusable, extract_all, near_model, shots};
 use crate::film::camera::Camera;
+use crate::film::discs::Calibrated;
 use crate::fit;
 use crate::likelihood::frames::Film;
 use crate::measurement::dataset::{Dataset, Measured, Shot, Tracks};
@@ -55,13 +56,13 @@ pub fn with_impacts(
     dataset: Dataset,
     done: &(dyn Fn() + Sync),
 ) -> (Dataset, Vec<(TrackShot, Impact)>, Scene) {
-    extracted(dataset, None, done)
+    extracted(dataset, (None, None), done)
 }
 
-/// As [`with_impacts`], from the scene that a search for the camera learned, if there was one.
+/// As [`with_impacts`], from the scene that a search for the camera learned, if there was one, or by the camera that discs calibrated.
 pub(super) fn extracted(
     mut dataset: Dataset,
-    learned_before: Option<&Scene>,
+    (learned_before, camera): (Option<&Scene>, Option<&Calibrated>),
     done: &(dyn Fn() + Sync),
 ) -> (Dataset, Vec<(TrackShot, Impact)>, Scene) {
     let scene = Scene { side_sd: dataset.side_sd, ..Scene::of(&dataset.model(Fidelity::Full)) };
@@ -70,7 +71,7 @@ pub(super) fn extracted(
         return (dataset, Vec::new(), scene);
     }
     if dataset.tracks.as_ref().is_some_and(|tracks| tracks.discs.is_some()) {
-        return (to_be_fitted(dataset), Vec::new(), scene);
+        return (to_be_fitted(dataset, camera), Vec::new(), scene);
     }
     let Some(tracks) = dataset.tracks.take() else { return (dataset, Vec::new(), scene) };
     dataset.left_out.extend(tracks.left_out());
@@ -195,8 +196,8 @@ pub fn films(
 
 /// Extracts the impacts of discs, and leaves out what a fit does not describe: shots in which they stick together; and those that are
 /// doubtful, unless they are most.
-fn to_be_fitted(dataset: Dataset) -> Dataset {
-    let (mut dataset, extracted) = with_discs(dataset);
+fn to_be_fitted(dataset: Dataset, camera: Option<&Calibrated>) -> Dataset {
+    let (mut dataset, extracted) = with_discs_calibrated(dataset, camera);
     let stuck = extracted.iter().filter_map(|(track, impact)| Some((track, impact.stuck?)));
     dataset.left_out.extend(stuck.map(|(track, stuck)| {
         let reason = format!(
@@ -241,13 +242,21 @@ fn to_be_fitted(dataset: Dataset) -> Dataset {
 /// Extracts the impacts of discs. The shots of the data set are then those of equal discs with the same
 /// restitution and friction, but for discs that stick together, and its ball is such a disc. Any other data set is returned as it is.
 #[must_use]
-pub fn with_discs(mut dataset: Dataset) -> (Dataset, Vec<(TrackShot, DiscImpact)>) {
+pub fn with_discs(dataset: Dataset) -> (Dataset, Vec<(TrackShot, DiscImpact)>) {
+    with_discs_calibrated(dataset, None)
+}
+
+/// The same, of films that were corrected by a camera whose errors are then those of the impacts, too.
+pub(super) fn with_discs_calibrated(
+    mut dataset: Dataset,
+    camera: Option<&Calibrated>,
+) -> (Dataset, Vec<(TrackShot, DiscImpact)>) {
     let Some(discs) = dataset.tracks.as_ref().and_then(|tracks| tracks.discs) else {
         return (dataset, Vec::new());
     };
     let Some(mut tracks) = dataset.tracks.take() else { return (dataset, Vec::new()) };
     dataset.left_out.extend(tracks.left_out());
-    let impacts = disc::extract_all(&tracks.shots, &discs);
+    let impacts = disc::extract_all_calibrated(&tracks.shots, &discs, camera);
     let mut extracted = Vec::with_capacity(tracks.shots.len());
     for (track, impact) in std::mem::take(&mut tracks.shots).into_iter().zip(impacts) {
         match impact {
@@ -275,8 +284,8 @@ fn notes_on(extracted: &[(TrackShot, DiscImpact)]) -> Vec<String> {
     if unbalanced > 0 {
         notes.push(format!(
             "Momentum is out of balance by more than five stated errors in {unbalanced} of {} shots, though by no more than half a \
-             percent of the velocities makes: the stated errors of e and J_t/J_n are those of the frames' noise alone, without \
-             the camera's calibration.",
+             percent of the velocities makes: the stated errors of e and J_t/J_n are those of the frames' noise \
+             and of the camera as far as the shots calibrate it.",
             extracted.len()
         ));
     }

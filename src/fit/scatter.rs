@@ -16,7 +16,7 @@ use super::samples::Search;
 use crate::likelihood::fitted::Fitted;
 use crate::likelihood::prediction::{Prediction, difference};
 use crate::likelihood::sample::Unknown;
-use crate::likelihood::whitening::covariance;
+use crate::likelihood::whitening::{by_camera, covariance};
 use crate::measurement::observable::Observable;
 use crate::measurement::parameter::Parameter;
 use crate::measurement::values::Values;
@@ -109,11 +109,12 @@ pub(super) fn moves(
 /// The shots with exact states before the impact, whose errors and scatter are those of what is observed after it.
 pub(super) fn with_errors(raw: &[Fitted], model: &Model, at: &Values, scatter: &Scatter) -> Vec<Fitted> {
     let with = |shot: &Fitted| {
-        let Some((_, moves, mut covariance)) = moves(shot, model, at) else { return shot.clone() };
+        let Some((prediction, moves, mut covariance)) = moves(shot, model, at) else { return shot.clone() };
         for (variance, by) in scatter.variances().into_iter().zip(&moves) {
             covariance += variance * by * by.transpose();
         }
-        Fitted { plan: shot.plan.with_covariance(&covariance), ..shot.clone() }
+        let by_camera = by_camera(&shot.plan, &prediction);
+        Fitted { plan: shot.plan.with_covariance(&covariance, &by_camera), ..shot.clone() }
     };
     raw.iter().map(with).collect()
 }
@@ -136,6 +137,7 @@ pub(super) fn estimate(
     let (mut residuals, mut by) = (DVector::zeros(count), DMatrix::zeros(count, free.len()));
     let mut of_frames = DMatrix::zeros(count, count);
     let mut of_scatter = [DMatrix::zeros(count, count), DMatrix::zeros(count, count)];
+    let mut of_camera: Vec<DVector<f64>> = Vec::new();
     let mut first = 0;
     for shot in sample {
         let rows = shot.plan.rows();
@@ -153,9 +155,18 @@ pub(super) fn estimate(
         for (all, by) in of_scatter.iter_mut().zip(&moves) {
             all.view_mut((first, first), block).copy_from(&(by * by.transpose()));
         }
+        for (way, by) in by_camera(&shot.plan, &prediction).into_iter().enumerate() {
+            if way == of_camera.len() {
+                of_camera.push(DVector::zeros(count));
+            }
+            of_camera[way].rows_mut(first, rows.len()).copy_from(&by);
+        }
         first += rows.len();
     }
     let noise = of_frames.trace() / count as f64;
+    for by in &of_camera {
+        of_frames += by * by.transpose();
+    }
     // as large as the errors of the frames where the last round left none, since more may be needed now
     let mut variances = before.variances().map(|variance| variance.max(noise));
     let present: Vec<usize> = (0..2).filter(|k| of_scatter[*k].trace() > 0.0).collect();

@@ -158,8 +158,8 @@ impl Search<'_> {
                 x[places[i][k]] = match which {
                     Shared::Sliding => further(minimum.x[*films[i].first()?], *sliding, *sd),
                     Shared::Rolling => further(minimum.x[*films[i].get(1)?], *rolling, *sd),
-                    // the model's own
-                    Shared::Lift => 0.0,
+                    // the model's own, and the camera's as it was found
+                    Shared::Lift | Shared::Camera(_) => 0.0,
                 };
             }
         }

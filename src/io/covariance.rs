@@ -20,6 +20,7 @@ pub(crate) const fn by(shared: Shared) -> &'static str {
         Shared::Sliding => "by_mu_k",
         Shared::Lift => "by_lift",
         Shared::Rolling => "by_mu_r",
+        Shared::Camera(_) => "by_camera",
     }
 }
 
@@ -58,7 +59,7 @@ pub(crate) fn read(path: &Path, shots: &mut [Shot], shared: &[Shared], problems:
         let names = quantities(shot);
         let mut joint = Joint {
             covariance: DMatrix::zeros(names.len(), names.len()),
-            by_shared: [(); Shared::ALL.len()].map(|()| DVector::zeros(names.len())),
+            by_shared: vec![DVector::zeros(names.len()); Shared::ALL.len()],
         };
         let mut complete = true;
         for (i, name) in names.iter().enumerate() {
@@ -81,7 +82,7 @@ pub(crate) fn read(path: &Path, shots: &mut [Shot], shared: &[Shared], problems:
                 joint.covariance[(i, j)] = number(other);
             }
             for shared in shared {
-                joint.by_shared[*shared as usize][i] = number(by(*shared));
+                joint.by_shared[shared.place()][i] = number(by(*shared));
             }
         }
         if complete {

@@ -28,6 +28,7 @@ impl Extraction {
             Shared::Sliding => self.sliding.is_some(),
             Shared::Lift => self.lift_sd.is_some(),
             Shared::Rolling => self.rolling.is_some(),
+            Shared::Camera(_) => false,
         };
         Shared::ALL.into_iter().filter(is_shared).collect()
     }

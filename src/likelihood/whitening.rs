@@ -276,9 +276,18 @@ fn sd(plan: &Plan, row: usize, estimated: &EstimatedSd) -> f64 {
 
 /// How a difference moves with something shared: d = predicted(inputs) − measured, both of which move.
 fn by_shared(joint: &Joint, prediction: &Prediction, row: usize, which: Shared) -> f64 {
-    let by = &joint.by_shared[which as usize];
+    let Some(by) = joint.by_shared.get(which.place()) else { return 0.0 };
     let through_inputs: f64 = (0..INPUTS).map(|k| prediction.by_inputs[(row, k)] * by[k]).sum();
     through_inputs - by[Joint::BEFORE + row]
+}
+
+/// How the differences of a shot move with each way in which the camera may be off.
+#[must_use]
+pub fn by_camera(plan: &Plan, prediction: &Prediction) -> Vec<DVector<f64>> {
+    let Some(joint) = plan.joint() else { return Vec::new() };
+    let ways = Shared::Camera(0).place()..joint.by_shared.len();
+    let of = |row: usize, way: usize| by_shared(joint, prediction, row, Shared::Camera(way));
+    (0..ways.len()).map(|way| DVector::from_fn(plan.rows().len(), |row, _| of(row, way))).collect()
 }
 
 /// The covariance of one shot's differences between prediction and measurement, of which the state before the impact has its

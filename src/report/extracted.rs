@@ -187,8 +187,7 @@ fn covariance(dataset: &Dataset) -> String {
             let covariances = columns.iter().map(|column| {
                 with(column).map_or_else(String::new, |j| format!("{:e}", errors.covariance[(i, j)]))
             });
-            let by_shared =
-                shared.iter().map(|shared| format!("{:e}", errors.by_shared[*shared as usize][i]));
+            let by_shared = shared.iter().map(|shared| format!("{:e}", errors.by_shared[shared.place()][i]));
             let first = [quoted(&shot.name).into_owned(), (*quantity).to_owned()];
             table += &line(first.into_iter().chain(covariances).chain(by_shared));
         }

@@ -25,6 +25,7 @@ mod window_fit;
 use nalgebra::SVector;
 use rayon::prelude::*;
 
+use crate::film::discs::Calibrated;
 use crate::measurement::dataset::Measured;
 use crate::measurement::isolate::isolated;
 use crate::measurement::track::TrackShot;
@@ -166,6 +167,15 @@ pub enum Unusable {
 /// # Errors
 /// Why the shot cannot be used.
 pub fn extract(shot: &TrackShot, discs: &Discs) -> Result<DiscImpact, Unusable> {
+    extract_calibrated(shot, discs, None)
+}
+
+/// The same, of a film that was corrected by a camera whose errors are then those of the impact, too.
+fn extract_calibrated(
+    shot: &TrackShot,
+    discs: &Discs,
+    camera: Option<&Calibrated>,
+) -> Result<DiscImpact, Unusable> {
     let found = stick::find(shot);
     let guess = found.as_ref().map_or_else(|| initial_guess::guess(shot), |found| Ok(found.guess));
     // points that are not on one disc explain whatever else is wrong
@@ -174,7 +184,7 @@ pub fn extract(shot: &TrackShot, discs: &Discs) -> Result<DiscImpact, Unusable> 
     let tracked = window_fit::Tracked::new(shot, discs, &guess, found.as_ref().map(|found| found.settling));
     let stuck = found.map(|found| found.stuck);
     let fitted = tracked.choose(&guess)?;
-    let centres = tracked.checked(&fitted)?;
+    let centres = tracked.checked(&fitted, camera)?;
     let turns =
         [0, 1].map(|disc| rotation::turn(shot, disc, centres.unknowns[unknowns::TIME], fitted.window));
     let known = quantities::Known::new(&centres, turns, discs, stuck.map(|stuck| stuck.restitution));
@@ -197,7 +207,19 @@ pub fn extract(shot: &TrackShot, discs: &Discs) -> Result<DiscImpact, Unusable> 
 
 /// Finds the impacts of many shots in parallel. However a shot fails, the others go on.
 pub fn extract_all(shots: &[TrackShot], discs: &Discs) -> Vec<Result<DiscImpact, Unusable>> {
-    let one = |shot| isolated(|| extract(shot, discs)).unwrap_or_else(|panic| Err(Unusable::Failed(panic)));
+    extract_all_calibrated(shots, discs, None)
+}
+
+/// The same, of films that were corrected by a camera whose errors are then those of the impacts, too.
+pub(crate) fn extract_all_calibrated(
+    shots: &[TrackShot],
+    discs: &Discs,
+    camera: Option<&Calibrated>,
+) -> Vec<Result<DiscImpact, Unusable>> {
+    let one = |shot| {
+        isolated(|| extract_calibrated(shot, discs, camera))
+            .unwrap_or_else(|panic| Err(Unusable::Failed(panic)))
+    };
     let mut impacts: Vec<_> = shots.par_iter().map(one).collect();
     verdict::compare_distances(&mut impacts);
     impacts

@@ -1,6 +1,6 @@
 //! What follows from the fitted unknowns, with errors carried over by exact derivatives.
 
-use nalgebra::{SMatrix, SVector};
+use nalgebra::{Const, SMatrix, SVector};
 use num_dual::DualNum;
 
 use super::rotation::Turn;
@@ -121,6 +121,8 @@ impl Quantity {
 pub(super) struct Known {
     z: SVector<Dual, INPUTS>,
     pub covariance: SMatrix<f64, INPUTS, INPUTS>,
+    /// How all this moves in each way in which the camera may be off: spins, which no scale changes, not at all.
+    pub by_camera: Vec<SVector<f64, INPUTS>>,
     /// Whether each disc's rotation was seen.
     pub turns: [bool; 2],
     pub radii: [f64; 2],
@@ -155,6 +157,7 @@ impl Known {
         Self {
             z: SVector::from_fn(|i, _| Dual::from_re(values[i]).derivative(i)),
             covariance,
+            by_camera: centres.by_camera.iter().map(|by| by.resize_generic(Const, Const, 0.0)).collect(),
             turns: turns.map(|turn| turn.is_some()),
             radii: discs.radii.unwrap_or([half; 2]),
             masses: discs.masses,
@@ -210,7 +213,8 @@ impl Known {
                 return Some(Measured { value: value(&dual), sd: None });
             }
             let gradient = gradient(&dual);
-            let variance = gradient.dot(&(self.covariance * gradient)).max(0.0);
+            let of_camera = self.by_camera.iter().map(|by| gradient.dot(by).powi(2)).sum::<f64>();
+            let variance = gradient.dot(&(self.covariance * gradient)).max(0.0) + of_camera;
             Some(Measured { value: value(&dual), sd: Some(variance.sqrt()) })
         })
     }

@@ -1,7 +1,7 @@
 //! Two discs as a shot of two equal balls, the second at rest: what the collision model then says of e
 //! and of the friction between them is the same.
 
-use nalgebra::{DMatrix, DVector, SMatrix};
+use nalgebra::{DMatrix, DVector, SMatrix, SVector};
 
 use super::quantities::Known;
 use super::unknowns::INPUTS;
@@ -19,6 +19,8 @@ use crate::physics::disc::Discs;
 pub(super) struct Equal {
     values: [f64; PLACES],
     covariance: SMatrix<f64, PLACES, PLACES>,
+    /// How they move in each way in which the camera may be off.
+    by_camera: Vec<SVector<f64, PLACES>>,
     turning: bool,
 }
 
@@ -46,6 +48,7 @@ impl Known {
         Equal {
             values: all.map(|dual| value(&dual)),
             covariance: by * self.covariance * by.transpose(),
+            by_camera: self.by_camera.iter().map(|moved| by * moved).collect(),
             turning: rim.is_some(),
         }
     }
@@ -65,7 +68,7 @@ impl DiscImpact {
     /// is free and takes J_t/J_n up, so that e is left, unless the data set states that neither disc turns before the impact.
     #[must_use]
     pub fn shot(&self, track: &TrackShot, ball: &Ball) -> Shot {
-        let Equal { values, covariance, turning } = &self.equal;
+        let Equal { values, covariance, by_camera, turning } = &self.equal;
         // ω of the equal discs is the rims' speed over their radius
         let scale = |i: usize| if i == 3 { 1.0 / ball.radius } else { 1.0 };
         // behind ω_x and ω_y in a joint covariance, which are 0
@@ -75,9 +78,12 @@ impl DiscImpact {
         let places = place(count);
         let mut joint = Joint {
             covariance: DMatrix::zeros(places, places),
-            by_shared: [(); Shared::ALL.len()].map(|()| DVector::zeros(places)),
+            by_shared: vec![DVector::zeros(places); Shared::ALL.len() + by_camera.len()],
         };
         for i in 0..count {
+            for (way, moved) in by_camera.iter().enumerate() {
+                joint.by_shared[Shared::Camera(way).place()][place(i)] = moved[i] * scale(i);
+            }
             for j in 0..count {
                 joint.covariance[(place(i), place(j))] = covariance[(i, j)] * scale(i) * scale(j);
             }

@@ -8,6 +8,7 @@ use super::lines::{LEAST, repeated};
 use super::unknowns::{COUNT, DIRECTION, DISTANCE, PLACE, TIME, Unknowns, velocity};
 use super::{Outcome, Unusable, stick};
 use crate::extraction::initial_guess::noise_of;
+use crate::film::discs::Calibrated;
 use crate::measurement::track::{Sample, TrackShot};
 use crate::numerics::least_squares;
 use crate::numerics::least_squares::{Constraints, Options, Termination};
@@ -84,6 +85,8 @@ pub(super) struct Fitted {
 pub(super) struct Centres {
     pub unknowns: Unknowns,
     pub covariance: SMatrix<f64, COUNT, COUNT>,
+    /// How the unknowns move in each way in which the camera may be off.
+    pub by_camera: Vec<Unknowns>,
     pub position_sd: f64,
     pub reduced_chi2: f64,
 }
@@ -248,7 +251,7 @@ impl<'a> Tracked<'a> {
     }
 
     /// Unknowns and covariance of a fit that can be believed.
-    pub(super) fn checked(&self, fitted: &Fitted) -> Result<Centres, Unusable> {
+    pub(super) fn checked(&self, fitted: &Fitted, camera: Option<&Calibrated>) -> Result<Centres, Unusable> {
         if let Some(reason) = &fitted.failed {
             return Err(Unusable::NotConverged(reason.clone()));
         }
@@ -260,7 +263,9 @@ impl<'a> Tracked<'a> {
         let inverse = r
             .solve_upper_triangular(&DMatrix::identity(COUNT, COUNT))
             .ok_or_else(|| Unusable::NotConverged("its unknowns are not determined".to_string()))?;
-        let covariance = factor * self.repeated(fitted) * (&inverse * inverse.transpose());
+        let inverse = &inverse * inverse.transpose();
+        let by_camera = camera.map_or_else(Vec::new, |camera| self.by_camera(fitted, camera, &inverse));
+        let covariance = factor * self.repeated(fitted) * inverse;
         let covariance = SMatrix::from_fn(|i, j| 0.5 * (covariance[(i, j)] + covariance[(j, i)]));
         if let Some(expected) = self.expected {
             let error = covariance[(DISTANCE, DISTANCE)].sqrt();
@@ -278,9 +283,35 @@ impl<'a> Tracked<'a> {
         Ok(Centres {
             unknowns: fitted.z,
             covariance,
+            by_camera,
             position_sd: self.sd() * factor.sqrt(),
             reduced_chi2: fitted.reduced() * (self.sd() / self.noise).powi(2),
         })
+    }
+}
+
+impl Tracked<'_> {
+    /// (JᵀJ)⁻¹ Jᵀδ, δ by how much the frames move, in standard deviations, in each way in which the camera may be off. A centre that was
+    /// computed from points moves as a centre that was seen: what bends their circle goes round with them.
+    fn by_camera(&self, fitted: &Fitted, camera: &Calibrated, inverse: &DMatrix<f64>) -> Vec<Unknowns> {
+        /// Seconds: paths are smooth over far more.
+        const STEP: f64 = 1e-7;
+        let at = |disc: usize, time: f64| place(self.outcome(), &fitted.z, disc, time);
+        let mut right = vec![DVector::zeros(COUNT); camera.ways.len()];
+        let mut row = 0;
+        for (disc, frames) in self.frames(fitted.window, &fitted.wrong).iter().enumerate() {
+            for (sample, sd) in frames {
+                let (before, after) = (at(disc, sample.t - STEP), at(disc, sample.t + STEP));
+                let velocity = [0, 1].map(|k| (after[k] - before[k]) / (2.0 * STEP));
+                for (right, moves) in right.iter_mut().zip(camera.moves(at(disc, sample.t), velocity)) {
+                    for k in 0..2 {
+                        *right += fitted.jacobian.row(row + k).transpose() * (moves[k] / sd[k]);
+                    }
+                }
+                row += 2;
+            }
+        }
+        right.iter().map(|right| Unknowns::from_column_slice((inverse * right).as_slice())).collect()
     }
 }
 

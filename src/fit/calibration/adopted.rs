@@ -117,8 +117,9 @@ pub(super) trait Calibrates {
             let z2 = |i: usize, which: &Correction| off(which).powi(2) / covariance[(i, i)];
             // a camera that looks askew has all of an affine map, whether few shots show it or not: without it, cuts to one side bend μ
             let askew = kept.iter().any(|which| which.is_of_perspective());
-            let belongs =
-                |which: Correction| askew && matches!(which, Correction::Aspect | Correction::Shear);
+            let belongs = |which: Correction| {
+                askew && matches!(which, Correction::Scale | Correction::Aspect | Correction::Shear)
+            };
             let least =
                 kept.iter().enumerate().filter(|(_, which)| !self.needs(**which) && !belongs(**which));
             let least = least.map(|(i, which)| (i, z2(i, which))).min_by(|a, b| a.1.total_cmp(&b.1));

@@ -191,15 +191,22 @@ impl Plan {
         &self.rows
     }
 
-    /// The same shot with an exact state before the impact, and with this covariance of what is observed after it.
-    pub(crate) fn with_covariance(&self, covariance: &DMatrix<f64>) -> Self {
+    /// The same shot with an exact state before the impact, and with this covariance of what is observed after it, whose differences from
+    /// what is predicted move so with each way in which the camera may be off.
+    pub(crate) fn with_covariance(&self, covariance: &DMatrix<f64>, by_camera: &[DVector<f64>]) -> Self {
         let count = self.rows.len();
         let places = Joint::BEFORE + count;
         let mut joint = Joint {
             covariance: DMatrix::zeros(places, places),
-            by_shared: [(); Shared::ALL.len()].map(|()| DVector::zeros(places)),
+            by_shared: vec![DVector::zeros(places); Shared::ALL.len()],
         };
         joint.covariance.view_mut((Joint::BEFORE, Joint::BEFORE), (count, count)).copy_from(covariance);
+        for by in by_camera {
+            // predicted less measured
+            let mut of_all = DVector::zeros(places);
+            of_all.rows_mut(Joint::BEFORE, count).copy_from(&-by);
+            joint.by_shared.push(of_all);
+        }
         let together = Together::new(&joint).map(Box::new);
         let mut with =
             Self { joint: Some(Box::new(joint)), together, variance_in: SVector::zeros(), ..self.clone() };

@@ -5,8 +5,8 @@
 //! noise is that of each shot, but no camera does what real discs do besides: shots that tell different corrections than others, by
 //! more than their noise, make all errors so much larger.
 //!
-//! The errors of what is corrected are left out of those of e and J_t/J_n: distances that are wrong by a part of a thousand everywhere
-//! change neither, and how they change over the few centimetres of an impact is known far better than its velocities are.
+//! How far the camera may be off, in all that is free whether the shots call for it or not, is part of the errors of all that is measured
+//! of the impacts, and all shots share it ([`Calibrated`]).
 
 mod paths;
 mod rigid;
@@ -21,7 +21,7 @@ use super::adopted::{Calibrates, Left};
 use crate::extraction::disc;
 use crate::extraction::disc::{DiscImpact, Quantity};
 use crate::film::camera::Camera;
-use crate::film::discs::{DISCS, is_of_points};
+use crate::film::discs::{Calibrated, DISCS, is_of_points};
 use crate::fit::camera::LEAST_SHOTS;
 use crate::fit::camera::{FoundCamera, FoundCorrection};
 use crate::measurement::correction::Correction;
@@ -33,7 +33,8 @@ use crate::physics::disc::Discs;
 /// Stated radii are known to this part, rubber bands and the give of rims included: a scale that is wrong by less is not seen.
 const RADII_PART: f64 = 0.005;
 
-/// Contacts that are fewer than so many more than what they are to tell say nothing of how they scatter.
+/// Contacts that are fewer than so many more than what they are to tell say nothing of how they scatter, which is then taken to be as
+/// well known as radii are.
 const SPARE: usize = 2;
 
 /// A shot is left out where what it says differs by this many times more than usual.
@@ -111,9 +112,22 @@ impl<'a> Search<'a> {
         if found.is_none() {
             self.camera = stated;
         }
-        let found = found.unwrap_or_else(|| self.as_found(Vec::new(), free.is_empty()));
+        let mut found = found.unwrap_or_else(|| self.as_found(Vec::new(), free.is_empty()));
+        found.calibrated = self.calibrated(&free);
         let shots = self.shots();
         (found, shots)
+    }
+
+    /// How far the camera may be off: the columns of a root of the covariance, L Lᵀ.
+    fn calibrated(&mut self, free: &[Correction]) -> Option<Calibrated> {
+        let Left { covariance, .. } = if free.is_empty() { None } else { self.left(free) }?;
+        let root = covariance.cholesky()?.l();
+        let way = |k: usize| {
+            let mut way = [0.0; Correction::COUNT];
+            free.iter().enumerate().for_each(|(i, which)| way[*which as usize] = root[(i, k)]);
+            way
+        };
+        Some(Calibrated { camera: self.camera, ways: (0..free.len()).map(way).collect() })
     }
 
     /// The films as the camera corrects them.
@@ -144,16 +158,15 @@ impl<'a> Search<'a> {
     /// The sums of the contacts: each is as far from the stated distance as the others, or without radii from the usual one.
     fn contacts(&self, told: &[Told], unknowns: usize) -> Vec<Option<Sums>> {
         let contacts: Vec<&Contact> = told.iter().filter_map(|told| told.contact.as_ref()).collect();
-        let none = || told.iter().map(|_| None).collect();
         let n = contacts.len();
-        if n < unknowns + SPARE {
-            return none();
-        }
         let usual = median(contacts.iter().map(|contact| contact.distance).collect());
         let stated = self.discs.radii.map_or(usual, |[first, second]| first + second);
         let off =
             median(contacts.iter().map(|contact| (contact.distance - usual).abs()).collect()) / MEDIAN_PART;
-        let scatter = off * off * n as f64 / (n - unknowns) as f64;
+        let scatter = match n.checked_sub(unknowns) {
+            Some(spare) if spare >= SPARE => off * off * n as f64 / spare as f64,
+            _ => (RADII_PART * stated).powi(2),
+        };
         let of = |told: &Told| {
             let contact = told.contact.as_ref()?;
             let mut by = contact.by;

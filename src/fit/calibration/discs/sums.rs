@@ -40,12 +40,7 @@ impl Sums {
 
 /// How a point of the table follows the corrections, at this place and velocity, x and y.
 pub(super) fn derivatives(camera: &Camera, place: [f64; 2], velocity: [f64; 2]) -> [Row; 2] {
-    let film = camera.film(place);
-    let mut by = camera.derivatives(film);
-    let [by_x, by_y] = camera.delays(film, place);
-    // what is read later shows where the point was earlier
-    by[Correction::ShutterX as usize] = velocity.map(|v| -v * by_x);
-    by[Correction::ShutterY as usize] = velocity.map(|v| -v * by_y);
+    let by = camera.follows(place, velocity);
     [0, 1].map(|axis| Row::from_fn(|k, _| by.get(k).map_or(0.0, |by| by[axis])))
 }
 
