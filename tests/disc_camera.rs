@@ -241,7 +241,8 @@ fn a_clean_film_of_discs_stays_as_it_is() {
             let prepared = Prepared::new(dataset.clone(), &|| ());
             let camera = prepared.camera.unwrap();
             assert!(!camera.corrects() && camera.converged, "{:?}", camera.sentences());
-            assert_eq!(camera.corrections.len(), Correction::COUNT);
+            // all but those of balls that hop
+            assert_eq!(camera.corrections.len(), Correction::COUNT - 3);
             let values = |dataset: &Dataset| -> Vec<[Option<f64>; 2]> {
                 let shots = &dataset.tracks.as_ref().unwrap().disc_shots;
                 let value = |measured: Option<Measured>| measured.map(|m| m.value);
@@ -282,7 +283,8 @@ fn what_is_stated_of_the_camera_of_discs_is_taken() {
 /// What a camera that looks askew adds to the errors of a few shots: of centres alone these were 30 times too small, of rotations 5 to 15 times.
 #[test]
 fn errors_include_those_of_the_camera() {
-    /// The root mean square of 18 pulls of normal errors exceeds it once in 50, and these are smaller where the priors of the camera count.
+    /// The root mean square of 18 independent normal pulls exceeds it once in 30; those of rotations and of centres alone are smaller, for
+    /// the priors of radii and camera are wider than what these films do.
     const SPREAD: f64 = 1.3;
     const MU: f64 = 0.15;
     let (shots, films) = (6, count("CAROMFIT_SETS", 3));
@@ -310,7 +312,7 @@ fn errors_include_those_of_the_camera() {
                     pulls.extend(impact.get(quantity).map(pull));
                 }
             }
-            let e = fit::fit(&dataset, &options::of_fit()).unwrap()[0].get(Parameter::E).unwrap().clone();
+            let e = *fit::fit(&dataset, &options::of_fit()).unwrap()[0].get(Parameter::E).unwrap();
             of_fits.push((e.value - E) / e.std_error.unwrap());
         }
         for quantity in Quantity::ALL {

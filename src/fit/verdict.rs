@@ -93,7 +93,8 @@ impl Fit {
                 .or_else(|| self.wrong_footage())
                 .or_else(|| self.cause())
                 .or_else(|| self.doubtful_shots());
-            let measured = refuted.restitution.map(|e| {
+            // any other is of balls that are confused
+            let measured = refuted.restitution.filter(|e| (0.0..=1.0).contains(&e.value)).map(|e| {
                 format!("Measured without the model: e = {}.{see}", with_error(e.value, e.std_error))
             });
             let said: Vec<String> = why.into_iter().chain(measured).collect();

@@ -123,7 +123,12 @@ pub(super) trait Calibrates {
             let least =
                 kept.iter().enumerate().filter(|(_, which)| !self.needs(**which) && !belongs(**which));
             let least = least.map(|(i, which)| (i, z2(i, which))).min_by(|a, b| a.1.total_cmp(&b.1));
-            let Some((out, _)) = least.filter(|(_, z2)| *z2 < self.called_for()) else { return kept };
+            // only a camera that is near sees heights at an angle
+            let is_near =
+                kept.iter().any(|which| which.is_of_perspective() || *which == Correction::Nearness);
+            let needless = || kept.iter().position(|which| which.is_of_height()).filter(|_| !is_near);
+            let least = least.filter(|(_, z2)| *z2 < self.called_for());
+            let Some(out) = least.map(|(i, _)| i).or_else(needless) else { return kept };
             let by = off(&kept[out]) / covariance[(out, out)];
             let camera = self.camera();
             for (i, which) in kept.iter().enumerate() {

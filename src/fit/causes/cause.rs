@@ -268,7 +268,9 @@ impl Explanation {
             Cause::Compliance => "kappa under [fit] takes it.",
             Cause::SideSpin => "side_sd under [cue_spin] takes it.",
             Cause::FallingFriction => "friction = \"exponential\" under [fit] takes it, or --falling fit.",
-            Cause::TiltX | Cause::TiltY => "Level the table; a fit does not take it.",
+            Cause::TiltX | Cause::TiltY => {
+                "Level the table, unless the nap of the cloth does it; a fit does not take it."
+            }
         };
         // noise that the frames tell by themselves hides much of what a cause explains
         let misfit = if after < before {

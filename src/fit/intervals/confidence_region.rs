@@ -22,7 +22,7 @@ const MANY_SHOTS: usize = 1000;
 const FEWER_DIRECTIONS: usize = 12;
 
 /// Points of an edge and of an ellipse.
-const POINTS: usize = 96;
+const POINTS: usize = 48;
 
 /// The confidence regions of two parameters.
 #[derive(Clone, Debug, PartialEq)]
