@@ -11,8 +11,10 @@ use crate::trajectory::unknowns::{Unknowns, unknown};
 /// A cue ball that slides is preferred to one that rolls when χ² falls by this much: three standard deviations.
 const SLIDES: f64 = 9.0;
 
-/// An unknown spin is looked for from both sides of stun, as part of the natural roll's.
-const ROLLS: [f64; 2] = [0.5, -0.5];
+/// An unknown spin is looked for from both sides of natural roll, where the cloth's friction turns about, and of stun, as part of the
+/// natural roll's; where the collision model is known, it tells draw from topspin.
+const ROLLS: [f64; 3] = [0.5, 1.2, -0.5];
+const OF_TOPSPIN: usize = 2;
 
 /// A shot without markers whose spin is unknown. It is taken to be about the axis across the ball's path, as that
 /// of a ball struck without side: natural roll where the motion agrees with it, else what the paths tell. They may tell
@@ -25,7 +27,7 @@ pub(crate) fn from_motion(
 ) -> Result<Impact, Unusable> {
     let rolls = Tracked::new(shot, scene, noise, Spin::NaturalRoll);
     let slides = Tracked::new(shot, scene, noise, Spin::Unknown);
-    let starts = if matches!(scene.lift, LiftPrior::Model(..)) { &ROLLS[..1] } else { &ROLLS };
+    let starts = if matches!(scene.lift, LiftPrior::Model(..)) { &ROLLS[..OF_TOPSPIN] } else { &ROLLS[..] };
     let sliding = starts.iter().map(|roll| {
         let mut start = *guess;
         start[unknown::ROLL] = *roll;

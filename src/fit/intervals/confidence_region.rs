@@ -133,7 +133,7 @@ impl<'a> Rays<'a> {
         let halves = sides.map(|[low, high]| 0.5 * (high - low));
         let left = [0, 1].map(|which| halves[which] / (t[1] * own[(which, which)].sqrt()));
         // the one that is cut off more, and the other, as it follows that and beside it
-        let (cut, other) = if left[1] < left[0] { (1, 0) } else { (0, 1) };
+        let (cut, other) = if left[1] < left[0] - EDGE { (1, 0) } else { (0, 1) };
         let by_cut = own[(other, cut)] / own[(cut, cut)];
         let beside = (own[(other, other)] - by_cut * own[(other, cut)]).max(0.0).sqrt();
         let mut to_ellipse = Matrix2::zeros();
