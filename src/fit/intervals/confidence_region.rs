@@ -162,7 +162,7 @@ impl<'a> Rays<'a> {
         let at = |part: f64| {
             let moved = self.moved(part * shift);
             let ray = self.ray(&moved);
-            self.slice.at(&ray.at(1.0_f64.min(ray.room())), &ray.from.0).filter(|(_, cost)| *cost < below)
+            self.slice.at(&ray.at(1.0_f64.min(ray.room())), ray.from.0).filter(|(_, cost)| *cost < below)
         };
         if let Some(found) = PARTS.into_iter().find_map(at) {
             self.from = found;
