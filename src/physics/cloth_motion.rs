@@ -227,8 +227,8 @@ impl<T: Number> Path<T> {
         self
     }
 
-    /// Where a camera sees the ball that is not far above: in flight, displaced by its height times what `displacement` says of the place
-    /// of the middle of the flight, m per m. `gravity` is over g.
+    /// The path as a camera shows it. A ball in flight is displaced by its height times `displacement` (m per m of height) of the place
+    /// where it is halfway through the flight. `gravity`: over g.
     pub(crate) fn seen(mut self, gravity: f64, displacement: impl Fn([f64; 2]) -> [f64; 2]) -> Self {
         for i in 1..self.0.len() {
             let lasts = self.0[i].start - self.0[i - 1].start;
@@ -291,7 +291,7 @@ impl<T: Number> Path<T> {
             change[0] -= (to[1] - from[1]) * factor;
             change[1] += (to[0] - from[0]) * factor;
         };
-        // that of a flight, whose start and end are displaced where its height is seen
+        // halfway through a flight, where a camera that sees heights shows the velocity as it is
         let own = |i: usize| {
             let stretch = &self.0[i];
             match self.0.get(i + 1) {
