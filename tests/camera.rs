@@ -15,10 +15,10 @@ use crate::extraction::{count, dataset};
 use crate::options;
 use crate::synthetic::spec;
 
-const TRUTH: [f64; 3] = [0.05, 0.25, 0.94];
+pub(crate) const TRUTH: [f64; 3] = [0.05, 0.25, 0.94];
 
 /// Standard errors by which a value may be off: one in 370 is by chance, and a few dozen are looked at.
-const ERRORS: f64 = 3.5;
+pub(crate) const ERRORS: f64 = 3.5;
 
 /// A camera with a fault costs the parameters at most this part of their errors (0.06 by the Cramér–Rao bound of all corrections).
 const COST: f64 = 1.3;
@@ -27,7 +27,7 @@ fn clean(seed: u64) -> Vec<TrackShot> {
     with_truth(seed).into_iter().map(|(shot, _)| shot).collect()
 }
 
-fn with_truth(seed: u64) -> Vec<(TrackShot, TrueImpact)> {
+pub(crate) fn with_truth(seed: u64) -> Vec<(TrackShot, TrueImpact)> {
     let usual = spec(Kind::Tracks, &[Played::NaturalRoll], 40, seed);
     let [mu, mu_s, e] = TRUTH;
     let spec = Spec { truth: simulate::Truth { mu, mu_s, e, ..simulate::Truth::default() }, ..usual };
@@ -105,7 +105,7 @@ fn the_height_of_the_camera_is_found_from_balls_that_hop() {
     assert!(!is_right, "{mu:?}");
 }
 
-fn fitted(dataset: Dataset) -> (Fit, FoundCamera) {
+pub(crate) fn fitted(dataset: Dataset) -> (Fit, FoundCamera) {
     let options = Options { depth: Depth::Estimates, ..options::of_fit() };
     let fit = fit::analyse(&dataset, &options).fits.unwrap().remove(0);
     assert_eq!(fit.method, Method::Joint);

@@ -17,6 +17,7 @@ mod discs;
 mod effects;
 mod exports;
 mod extraction;
+mod false_shots;
 mod films;
 mod first_minutes;
 mod frames;

@@ -89,13 +89,8 @@ impl<'a> FitOfAll<'a> {
     /// Of each group, the shots whose frames fit no collision that fits those of the others.
     pub(super) fn odd(&self) -> Vec<Vec<Odd>> {
         let mut found = vec![Vec::new(); self.groups.len()];
-        let mut rest = self.minimum().residuals.as_slice();
-        for (place, sample) in self.informed.places.iter().zip(&self.informed.settled.search.samples) {
-            // a robust loss weighs them down
-            if sample.is_filmed() && sample.loss == Loss::Squares {
-                found[*place] = outlying(sample.fitted, rest);
-            }
-            rest = &rest[sample.rows()..];
+        for (place, odd) in self.informed.places.iter().zip(outlying(&self.informed.settled)) {
+            found[*place] = odd;
         }
         found
     }

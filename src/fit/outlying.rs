@@ -4,8 +4,14 @@ use rayon::prelude::*;
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 
 use super::Rejected;
+use super::effort::Effort;
+use super::minimum::Minimum;
+use super::samples::Search;
+use super::settled::Settled;
 use crate::likelihood::fitted::{Fitted, SHARE};
 use crate::likelihood::frames::shared_unknowns::{self, SharedUnknown};
+use crate::likelihood::sample::Sample;
+use crate::measurement::loss::Loss;
 use crate::measurement::number::plain;
 use crate::measurement::values::Values;
 use crate::numerics::median;
@@ -22,8 +28,16 @@ const FAR_WORSE: f64 = 20.0;
 /// By chance less often than this.
 const NO_CHANCE: f64 = 1e-9;
 
-/// At most this part of the shots: if there are more, the model is wrong and not the shots.
+/// At most this part of the shots: if there are more, the model may be wrong and not the shots…
 const FEW: f64 = 0.15;
+/// …unless the others, without them, fit as well as their noise lets them.
+const MINORITY: f64 = 0.4;
+
+/// What a collision adds to χ², of each number that it ties: about 1 where only noise does.
+const POOR: f64 = 3.0;
+
+/// Rounds of weighting until gross errors no longer count.
+const ROUNDS: usize = 40;
 const LEAST_SHOTS: usize = 8;
 
 /// A shot that is left out.
@@ -55,14 +69,34 @@ struct Misfit {
 }
 
 impl Misfit {
-    fn of(place: usize, shot: &Fitted, own: &[f64], noise: f64) -> Option<Self> {
+    fn of((place, shot): (usize, &Fitted), own: &[f64], weight: f64, noise: f64) -> Option<Self> {
         let film = shot.film.as_ref()?;
         let dof = film.observations().saturating_sub(film.unknowns()).max(1) as f64;
-        let chi2 = own.iter().map(|r| r * r).sum::<f64>();
+        let chi2 = own.iter().map(|r| r * r).sum::<f64>() / weight;
         let noisier = if film.states_noise || !(noise > 0.0) { 1.0 } else { film.position_sd / noise };
         let added = (chi2 - shot.least_chi2()).max(0.0);
         let tied = shot.plan.rows().len().max(1) as f64;
         chi2.is_finite().then_some(Self { place, chi2: chi2 * noisier * noisier, dof, added, tied })
+    }
+
+    /// How it differs, if it does, from shots of this χ²/dof to which the collision adds this for each number that it ties.
+    fn odd(&self, usual: f64, usually_added: f64) -> Option<Odd> {
+        let Self { place, chi2, dof, added, tied } = *self;
+        let is_no_chance = |chi2: f64, dof: f64| {
+            ChiSquared::new(dof).is_ok_and(|distribution| distribution.sf(chi2) < NO_CHANCE)
+        };
+        let how = if chi2 / dof > WORSE * usual && is_no_chance(chi2 / usual, dof) {
+            format!("their χ²/dof is {}", plain(chi2 / dof, 3))
+        } else if added / tied > FAR_WORSE * usually_added && is_no_chance(added / usually_added, tied) {
+            format!(
+                "it adds {} to the χ² of this shot, and about {} to that of each of the others",
+                plain(added, 3),
+                plain(usually_added * tied, 2)
+            )
+        } else {
+            return None;
+        };
+        Some(Odd { place, how })
     }
 }
 
@@ -87,40 +121,74 @@ pub(crate) fn impossible(
     impossible.map(|(place, _)| Odd { place, how: how() }).collect()
 }
 
-/// Those whose frames fit the model far worse than those of the others, if they are few. `residuals` begin with theirs.
-pub(crate) fn outlying(fitted: &[Fitted], residuals: &[f64]) -> Vec<Odd> {
-    if fitted.len() < LEAST_SHOTS {
-        return Vec::new();
+/// Of each sample, the shots whose frames fit the model far worse than those of the others, if they are few; or those that a robust fit
+/// leaves aside, if the others then fit as well as their noise lets them. Without frames, and where a robust loss weighs shots, none.
+pub(crate) fn outlying(settled: &Settled) -> Vec<Vec<Odd>> {
+    let is_weighted = |sample: &Sample| sample.loss != Loss::Squares;
+    let found = Found::of_all(&settled.search, &settled.minimum, is_weighted);
+    if found.iter().all(|found| found.is_told_by(FEW)) {
+        return found.into_iter().map(|found| found.odd).collect();
     }
-    let noises = fitted.iter().filter_map(|shot| Some(shot.film.as_ref()?.position_sd));
-    let noise = median(noises.collect());
-    let mut rest = residuals;
-    let mut all: Vec<Misfit> = Vec::with_capacity(fitted.len());
-    for (place, shot) in fitted.iter().enumerate() {
-        let (own, others) = rest.split_at(shot.rows().min(rest.len()));
-        rest = others;
-        all.extend(Misfit::of(place, shot, own, noise));
-    }
-    let usual = median(all.iter().map(|shot| shot.chi2 / shot.dof).collect()).max(1.0);
-    let usually_added = median(all.iter().map(|shot| shot.added / shot.tied).collect()).max(1.0);
-    let is_no_chance = |chi2: f64, dof: f64| {
-        ChiSquared::new(dof).is_ok_and(|distribution| distribution.sf(chi2) < NO_CHANCE)
-    };
-    let odd = |shot: &Misfit| {
-        let Misfit { place, chi2, dof, added, tied } = *shot;
-        let how = if chi2 / dof > WORSE * usual && is_no_chance(chi2 / usual, dof) {
-            format!("their χ²/dof is {}", plain(chi2 / dof, 3))
-        } else if added / tied > FAR_WORSE * usually_added && is_no_chance(added / usually_added, tied) {
-            format!(
-                "it adds {} to the χ² of this shot, and about {} to that of each of the others",
-                plain(added, 3),
-                plain(usually_added * tied, 2)
-            )
-        } else {
-            return None;
+    let robust = settled.search.from(&settled.minimum.values).with(|i, sample| {
+        if !found[i].is_told_by(FEW) {
+            sample.loss = Loss::Cauchy;
+        }
+    });
+    let effort = Effort { rounds: ROUNDS, ..Effort::SCREEN };
+    let consensus = robust.converge_with(&settled.free, effort);
+    let consensus = consensus.map(|(minimum, _)| Found::of_all(&robust, &minimum, |_| false));
+    let found = found.into_iter().enumerate().map(|(i, found)| match &consensus {
+        Ok(of_others) if of_others[i].is_told_by(MINORITY) => of_others[i].odd.clone(),
+        _ if found.is_few(FEW) => found.odd,
+        _ => Vec::new(),
+    });
+    found.collect()
+}
+
+/// The odd ones of a sample, and how the others fit.
+struct Found {
+    odd: Vec<Odd>,
+    shots: usize,
+    /// What the collision usually adds to χ², of each number that it ties.
+    added: f64,
+}
+
+impl Found {
+    fn of_all(search: &Search, minimum: &Minimum, is_trusted: impl Fn(&Sample) -> bool) -> Vec<Self> {
+        let (mut rest, mut weights) = (minimum.residuals.as_slice(), minimum.weights.as_slice());
+        let of = |sample: &Sample| {
+            let (own, others) = rest.split_at(sample.rows().min(rest.len()));
+            let (of_shots, of_others) = weights.split_at(sample.fitted.len().min(weights.len()));
+            (rest, weights) = (others, of_others);
+            let tested = sample.is_filmed() && sample.fitted.len() >= LEAST_SHOTS && !is_trusted(sample);
+            let none = Self { odd: Vec::new(), shots: sample.fitted.len(), added: 0.0 };
+            if tested { Self::of(sample.fitted, own, of_shots) } else { none }
         };
-        Some(Odd { place, how })
-    };
-    let odd: Vec<Odd> = all.iter().filter_map(odd).collect();
-    if odd.len() as f64 > (FEW * fitted.len() as f64).max(1.0) { Vec::new() } else { odd }
+        search.samples.iter().map(of).collect()
+    }
+
+    /// `residuals` are those of the shots, weighted with `weights`.
+    fn of(fitted: &[Fitted], residuals: &[f64], weights: &[f64]) -> Self {
+        let noises = fitted.iter().filter_map(|shot| Some(shot.film.as_ref()?.position_sd));
+        let noise = median(noises.collect());
+        let mut rest = residuals;
+        let mut all: Vec<Misfit> = Vec::with_capacity(fitted.len());
+        for ((place, shot), weight) in fitted.iter().enumerate().zip(weights) {
+            let (own, others) = rest.split_at(shot.rows().min(rest.len()));
+            rest = others;
+            all.extend(Misfit::of((place, shot), own, *weight, noise));
+        }
+        let added = median(all.iter().map(|shot| shot.added / shot.tied).collect());
+        let usual = median(all.iter().map(|shot| shot.chi2 / shot.dof).collect()).max(1.0);
+        let odd = all.iter().filter_map(|shot| shot.odd(usual, added.max(1.0))).collect();
+        Self { odd, shots: fitted.len(), added }
+    }
+
+    fn is_few(&self, part: f64) -> bool {
+        self.odd.len() as f64 <= (part * self.shots as f64).max(1.0)
+    }
+
+    fn is_told_by(&self, part: f64) -> bool {
+        self.is_few(part) && self.added < POOR
+    }
 }

@@ -16,7 +16,6 @@ use crate::likelihood::fitted::Fitted;
 use crate::likelihood::frames::shared_unknowns;
 use crate::likelihood::sample::Sample;
 use crate::measurement::dataset::Shot;
-use crate::measurement::loss::Loss;
 
 /// With more shots than this the profiles, the regions of pairs of parameters and the other models, some hundred fits,
 /// would take longer than reading and extracting…
@@ -78,11 +77,7 @@ pub(super) fn fit_shots(request: &Request) -> Result<Fit, FitError> {
         }
         joint = Search::of(Sample { fitted: &with_films, unknowns, ..velocities.first().clone() });
         let of_frames = Settled::from_starts(&joint, &settled.starts_nearby()).map_err(named)?;
-        // a robust loss weighs them down
-        let odd = match loss {
-            Loss::Squares => outlying(&with_films, of_frames.minimum.residuals.as_slice()),
-            _ => Vec::new(),
-        };
+        let odd = outlying(&of_frames).remove(0);
         if !odd.is_empty() {
             return without(request, &with_films, &odd);
         }

@@ -8,6 +8,7 @@ use super::check::capital;
 use super::diagnostics::goodness::IMPROBABLE;
 use super::doubts::{below_bound, held_exactly};
 use super::{Fit, NoiseVerdict, Scatter, Status, Trend};
+use crate::measurement::dataset::ON_REQUEST;
 use crate::measurement::number::{self, plain, with_error};
 use crate::measurement::observable::Observable;
 use crate::measurement::parameter::Parameter;
@@ -320,6 +321,17 @@ impl Fit {
         })
     }
 
+    /// That more shots were left out than are wrong now and then.
+    fn many_left_out(&self) -> Option<String> {
+        /// Of all shots.
+        const SELDOM: f64 = 0.15;
+        let unwanted = self.shots_rejected.iter().filter(|shot| shot.reason != ON_REQUEST).count();
+        let all = self.shots_used + unwanted;
+        (unwanted as f64 > (SELDOM * all as f64).max(1.0)).then(|| {
+            format!(" {unwanted} of {all} shots were left out: the report says why.")
+        })
+    }
+
     /// What is determined, and what tests it.
     fn what_is_determined(&self) -> String {
         let with = |status: Status| {
@@ -359,7 +371,7 @@ impl Fit {
         } else {
             format!(". They say nothing about {}", listed(silent.into_iter()))
         };
-        format!("{what}{test}{open}.")
+        format!("{what}{test}{open}.{}", self.many_left_out().unwrap_or_default())
     }
 }
 

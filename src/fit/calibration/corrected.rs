@@ -62,7 +62,7 @@ impl Calibrates for Search<'_> {
         let mut settled =
             Settled::from_starts(&samples::Search::of(sample.clone()), &[vec![initial]]).ok()?;
         // shots that fit no collision tell nothing of the camera
-        let odd = outlying(&fitted, settled.minimum.residuals.as_slice());
+        let odd = outlying(&settled).remove(0);
         let others: Vec<_> = (0..fitted.len())
             .filter(|i| odd.iter().all(|odd| odd.place != *i))
             .map(|i| fitted[i].clone())
@@ -74,7 +74,7 @@ impl Calibrates for Search<'_> {
                     .ok()?;
         }
         let minimum = &settled.minimum;
-        (self.used, self.misfit) = (fitted.len() - odd.len(), settled.scale());
+        (self.used, self.odd, self.misfit) = (others.len(), odd.len(), settled.scale());
         self.unlikely = unlikely(&others, minimum);
         let covariance = minimum.covariance()?;
         // the noise may be stated too small, or what the camera does not explain be large

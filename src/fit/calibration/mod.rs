@@ -115,8 +115,9 @@ struct Search<'a> {
     scene: Option<Scene>,
     /// By which part of 2R contacts may seem to be off it.
     gap_sd: f64,
-    /// How many shots the last joint fit used, its χ²/dof, and −2 log L of a coordinate.
+    /// How many shots the last joint fit used and how many it left aside as odd, its χ²/dof, and −2 log L of a coordinate.
     used: usize,
+    odd: usize,
     misfit: f64,
     unlikely: f64,
 }
@@ -176,6 +177,7 @@ impl<'a> Search<'a> {
             scene: None,
             gap_sd: 0.0,
             used: 0,
+            odd: 0,
             misfit: f64::INFINITY,
             unlikely: f64::INFINITY,
         })
@@ -236,19 +238,20 @@ impl<'a> Search<'a> {
         best
     }
 
-    /// Whether nearly all shots agree on a camera.
+    /// Whether nearly all shots agree on a camera, but for those that are plainly odd.
     fn is_good(&self, found: &FoundCamera) -> bool {
         /// Of the shots: more are seldom wrong.
         const NEARLY_ALL: f64 = 0.8;
         /// χ²/dof of what may be wrong with balls and shots.
         const FAIR: f64 = 3.0;
-        let agree = self.used as f64 >= NEARLY_ALL * self.contacts.len() as f64 && self.misfit < FAIR;
+        let explained = self.used + self.odd;
+        let agree = explained as f64 >= NEARLY_ALL * self.contacts.len() as f64 && self.misfit < FAIR;
         found.converged && (agree || found.corrections.is_empty())
     }
 
-    /// Than another one: by rest, then by how many shots agree, then by how likely they are.
+    /// Than another one: by rest, then by whether nearly all agree, by how many shots do, and by how likely they are.
     fn is_better(&self, found: &FoundCamera, (other, of_other): (&Self, &FoundCamera)) -> bool {
-        let rank = |search: &Self, found: &FoundCamera| (found.converged, search.used);
+        let rank = |search: &Self, found: &FoundCamera| (found.converged, search.is_good(found), search.used);
         match rank(self, found).cmp(&rank(other, of_other)) {
             std::cmp::Ordering::Equal => self.unlikely < other.unlikely,
             order => order.is_gt(),
