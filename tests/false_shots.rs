@@ -19,7 +19,8 @@ fn film(seed: u64, is_false: impl Fn(usize) -> bool) -> Vec<TrackShot> {
         let [x, y] = [samples[at - 1].x, samples[at - 1].y];
         // faster or slower by a tenth to a half, and turned by up to 5°
         let spread = (i * 7 % 5) as f64;
-        let (by, turn) = (if i % 3 == 0 { 0.9 - 0.1 * spread } else { 1.1 + 0.1 * spread }, 0.04 * (spread - 2.0));
+        let (by, turn) =
+            (if i % 3 == 0 { 0.9 - 0.1 * spread } else { 1.1 + 0.1 * spread }, 0.04 * (spread - 2.0));
         let (sin, cos) = turn.sin_cos();
         for sample in samples[at..].iter_mut().filter(|_| is_false(i)) {
             let (dx, dy) = (by * (sample.x - x), by * (sample.y - y));
@@ -52,7 +53,11 @@ fn a_third_of_false_shots_is_left_out() {
         assert!(is_right(&fit), "{seen}: {:?}", fit.estimates);
         let verdict = fit.verdict();
         assert_eq!(verdict.grade, Grade::Good, "{seen}: {}", verdict.sentence);
-        assert!(verdict.sentence.contains(&format!("{falsified} of {SHOTS} shots were left out")), "{}", verdict.sentence);
+        assert!(
+            verdict.sentence.contains(&format!("{falsified} of {SHOTS} shots were left out")),
+            "{}",
+            verdict.sentence
+        );
     }
 }
 

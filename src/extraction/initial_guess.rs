@@ -234,17 +234,23 @@ fn robust_speed(samples: &[Sample]) -> (f64, f64, f64) {
     ((then_x - x).hypot(then_y - y) / seconds, error, seconds)
 }
 
+/// How far the cue ball is from the object ball in this frame.
+fn apart(cue: &[Sample], object: &Sample) -> Option<f64> {
+    let other = cue.iter().find(|c| (c.t - object.t).abs() < 1e-6)?;
+    Some((object.x - other.x).hypot(object.y - other.y))
+}
+
+/// When the balls are nearest to each other, s: when they touch, whatever the scale.
+fn nearest(cue: &[Sample], object: &[Sample]) -> Option<f64> {
+    let distances = object.iter().filter_map(|s| Some((s.t, apart(cue, s)?)));
+    distances.min_by(|a, b| a.1.total_cmp(&b.1)).map(|(time, _)| time)
+}
+
 /// The speed of an object ball that moves before the balls touch, as far as frames show both.
 fn drifts(cue: &[Sample], object: &[Sample], ball: &Ball, noise: f64) -> Option<f64> {
-    let apart = |s: &Sample| {
-        let other = cue.iter().find(|c| (c.t - s.t).abs() < 1e-6)?;
-        Some((s.x - other.x).hypot(s.y - other.y))
-    };
-    // whatever the scale, they are nearest to each other when they touch
-    let distances = object.iter().filter_map(|s| Some((s.t, apart(s)?)));
-    let (touch, _) = distances.min_by(|a, b| a.1.total_cmp(&b.1))?;
-    let free =
-        |s: &&Sample| s.t < touch && apart(s).is_none_or(|apart| apart > 2.0 * ball.radius + MOVED * noise);
+    let touch = nearest(cue, object)?;
+    let is_clear = |s: &Sample| apart(cue, s).is_none_or(|apart| apart > 2.0 * ball.radius + MOVED * noise);
+    let free = |s: &&Sample| s.t < touch && is_clear(s);
     let before: Vec<Sample> = object.iter().take_while(free).copied().collect();
     if before.len() < LEAST_FRAMES {
         return None;
@@ -267,6 +273,37 @@ pub fn contact(shot: &TrackShot, scene: &Scene) -> Option<[[f64; 2]; 2]> {
 /// About when the balls meet, s.
 pub(crate) fn instant(shot: &TrackShot, scene: &Scene) -> Option<f64> {
     from_paths(shot, scene, noise(shot)).ok().map(|(z, _)| z[unknown::TIME])
+}
+
+/// The speed of the object ball before the balls are nearest to each other, m/s, where it surely moves and the speed is between these
+/// parts of the cue ball's.
+pub(crate) fn object_speed(shot: &TrackShot, [least, most]: [f64; 2]) -> Option<f64> {
+    /// Of the frames until then: in the last ones it may have been hit.
+    const FREE: f64 = 0.75;
+    let noise = noise(shot);
+    let (cue, object) = (steady(&shot.cue, noise), steady(&shot.object, noise));
+    let touch = nearest(&cue, &object)?;
+    let until = |samples: &[Sample]| {
+        let count = samples.iter().take_while(|s| s.t < touch).count();
+        samples[..(FREE * count as f64) as usize].to_vec()
+    };
+    let (cue, object) = (until(&cue), until(&object));
+    let speed = surely_moves(shot, &object, noise)?;
+    let (of_cue, ..) = (cue.len() >= LEAST_FRAMES).then(|| robust_speed(&cue))?;
+    (speed > least * of_cue && speed < most * of_cue).then_some(speed)
+}
+
+/// The speed of a ball in these frames, m/s, if it is no chance.
+fn surely_moves(shot: &TrackShot, samples: &[Sample], noise: f64) -> Option<f64> {
+    if samples.len() < LEAST_FRAMES {
+        return None;
+    }
+    let (speed, error, seconds) = robust_speed(samples);
+    // medians of rounded numbers differ by a whole step where the ball lies between two
+    let rounded = shot.resolution[1] * std::f64::consts::SQRT_2 / seconds;
+    // noise that lasts from frame to frame tells less
+    let lasts = shot.frames_alike().sqrt();
+    (speed - rounded > MOVING_ERRORS * noise * lasts * error).then_some(speed)
 }
 
 /// Unknowns from the paths next to the impact.
@@ -332,13 +369,8 @@ fn from_paths(shot: &TrackShot, scene: &Scene, noise: f64) -> Result<(Unknowns, 
     let [arriving, leaving] = [&arriving, &cue_after].map(|samples| Near::new(samples, time, noise));
     let [ux, uy] = arriving.velocity;
     let speed = ux.hypot(uy);
-    if before.len() >= LEAST_FRAMES {
-        let (drift, error, seconds) = robust_speed(&before);
-        // medians of rounded numbers differ by a whole step where the ball lies between two
-        let rounded = shot.resolution[1] * std::f64::consts::SQRT_2 / seconds;
-        if drift - rounded > MOVING_ERRORS * noise * lasts * error && drift > MOVING_PART * speed {
-            return Err(Unusable::ObjectMoving { speed: drift });
-        }
+    if let Some(drift) = surely_moves(shot, &before, noise).filter(|drift| *drift > MOVING_PART * speed) {
+        return Err(Unusable::ObjectMoving { speed: drift });
     }
     let lay = [median(before.iter().map(|s| s.x).collect()), median(before.iter().map(|s| s.y).collect())];
     let across = [lay[0] - arriving.position[0], lay[1] - arriving.position[1]];

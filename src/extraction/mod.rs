@@ -19,7 +19,7 @@ use nalgebra::{DMatrix, SMatrix, SVector};
 use rayon::prelude::*;
 
 pub(crate) use drops_at_impact::repair_drops_at_impacts;
-pub(crate) use initial_guess::contact;
+pub(crate) use initial_guess::{contact, instant, noise, object_speed};
 pub use marker_rotation::Rotation;
 pub(crate) use marker_rotation::turn;
 pub(crate) use near_model::near_model;
@@ -245,7 +245,7 @@ fn error_text(error: f64) -> String {
 /// # Errors
 /// Why the shot cannot be used.
 pub fn extract(shot: &TrackShot, scene: &Scene) -> Result<Impact, Unusable> {
-    let noise = initial_guess::noise(shot);
+    let noise = noise(shot);
     let guess = initial_guess::guess(shot, scene, noise)?;
     let with_spin = |spin: Spin| {
         let tracked = window_fit::Tracked::new(shot, scene, noise, spin);

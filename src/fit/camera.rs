@@ -50,6 +50,11 @@ pub struct FoundCamera {
     /// The number of shots in which frames were dropped without a sign in their numbers, and the number of such
     /// drops.
     pub drops: [usize; 2],
+    /// The noise of neighbouring frames over what is stated of it; `None` where nothing is stated.
+    pub over_stated_noise: Option<f64>,
+    /// How many frames before and after the impacts were left out, as their positions are off in all shots; the first of each is less
+    /// than half a frame away.
+    pub spoiled: Option<[usize; 2]>,
     /// Whether discs calibrate it, and not balls.
     pub of_discs: bool,
     /// How far it may be off, where discs calibrate it.
@@ -69,6 +74,8 @@ impl FoundCamera {
             noise_correlation: None,
             resolution: 0.0,
             drops: [0; 2],
+            over_stated_noise: None,
+            spoiled: None,
             of_discs: false,
             calibrated: None,
         }
@@ -126,6 +133,13 @@ impl FoundCamera {
                 number::with_error(found.value, found.std_error)
             )
         });
+        let spoiled = self.spoiled.map(|[before, after]| {
+            format!(
+                "Next to the impacts the positions are off in all shots, as where balls hide each other or an exposure lasts: {} before and \
+                 {after} after were left out.",
+                number::count_of(before, "frame")
+            )
+        });
         let scaled = (self.unit != 1.0).then(|| {
             format!(
                 "The scale is that of the balls, which touch at a distance of 2R: about {:.4} units of the film are 1 m.",
@@ -139,7 +153,14 @@ impl FoundCamera {
                 if self.of_discs { "disc" } else { "ball" }
             )
         });
-        scaled.into_iter().chain(self.sentence()).chain(unfinished).chain(lasts).chain(dropped).collect()
+        scaled
+            .into_iter()
+            .chain(self.sentence())
+            .chain(unfinished)
+            .chain(lasts)
+            .chain(dropped)
+            .chain(spoiled)
+            .collect()
     }
 
     /// Which corrections were adopted, as a sentence; `None` where none was.

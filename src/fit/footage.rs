@@ -14,6 +14,7 @@ use crate::fit;
 use crate::likelihood::frames::Film;
 use crate::measurement::dataset::{Dataset, Measured, Shot, Tracks};
 use crate::measurement::loss::Loss;
+use crate::measurement::number;
 use crate::measurement::parameter::{Parameter, Setting};
 use crate::measurement::spin::Spin;
 use crate::measurement::track::TrackShot;
@@ -287,6 +288,12 @@ fn notes_on(extracted: &[(TrackShot, DiscImpact)]) -> Vec<String> {
              percent of the velocities makes: the stated errors of e and J_t/J_n are those of the frames' noise \
              and of the camera as far as the shots calibrate it.",
             extracted.len()
+        ));
+    }
+    if let Some(slowing) = extracted.iter().find_map(|(_, impact)| impact.slowing) {
+        notes.push(format!(
+            "The discs slow down by {} m/s², as all shots together show: velocities are those at the impacts.",
+            number::with_error(slowing.value, slowing.sd.unwrap_or_default())
         ));
     }
     let turned = |(track, impact): &(TrackShot, DiscImpact)| {

@@ -16,6 +16,8 @@ use crate::likelihood::fitted::Fitted;
 use crate::likelihood::frames::shared_unknowns;
 use crate::likelihood::sample::Sample;
 use crate::measurement::dataset::Shot;
+use crate::measurement::parameter::Parameter;
+use crate::measurement::values::Values;
 
 /// With more shots than this the profiles, the regions of pairs of parameters and the other models, some hundred fits,
 /// would take longer than reading and extracting…
@@ -76,7 +78,11 @@ pub(super) fn fit_shots(request: &Request) -> Result<Fit, FitError> {
             return without(request, &with_films, &odd);
         }
         joint = Search::of(Sample { fitted: &with_films, unknowns, ..velocities.first().clone() });
-        let of_frames = Settled::from_starts(&joint, &settled.starts_nearby()).map_err(named)?;
+        let mut starts = settled.starts_nearby();
+        if hardly_tells_friction(&settled) {
+            starts.push(vec![Values::usual(&choice.settings)]);
+        }
+        let of_frames = Settled::from_starts(&joint, &starts).map_err(named)?;
         let odd = outlying(&of_frames).remove(0);
         if !odd.is_empty() {
             return without(request, &with_films, &odd);
@@ -96,6 +102,15 @@ pub(super) fn fit_shots(request: &Request) -> Result<Fit, FitError> {
     finished.comment(&mut fit, depth);
     fit.seconds = begun.elapsed().as_secs_f64();
     Ok(fit)
+}
+
+/// Whether velocities leave the friction so open that the frames may have their minimum elsewhere, as those of straight shots do.
+fn hardly_tells_friction(settled: &Settled) -> bool {
+    /// Of the value.
+    const OPEN: f64 = 0.2;
+    let of_friction = settled.free.iter().filter(|unknown| unknown.parameter == Parameter::Mu);
+    let mu = settled.minimum.first()[Parameter::Mu];
+    of_friction.into_iter().any(|unknown| settled.error_of(*unknown) > OPEN * mu)
 }
 
 /// The fit of the other shots, where the frames of some fit no collision that fits theirs: by their places among those that were fitted.

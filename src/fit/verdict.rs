@@ -327,9 +327,8 @@ impl Fit {
         const SELDOM: f64 = 0.15;
         let unwanted = self.shots_rejected.iter().filter(|shot| shot.reason != ON_REQUEST).count();
         let all = self.shots_used + unwanted;
-        (unwanted as f64 > (SELDOM * all as f64).max(1.0)).then(|| {
-            format!(" {unwanted} of {all} shots were left out: the report says why.")
-        })
+        (unwanted as f64 > (SELDOM * all as f64).max(1.0))
+            .then(|| format!(" {unwanted} of {all} shots were left out: the report says why."))
     }
 
     /// What is determined, and what tests it.

@@ -180,6 +180,7 @@ fn film(found: &FoundCamera) -> Value {
     let mut film = json!({
         "resolution_m": {"estimate": significant(found.resolution, FEW)},
         "dropped_frames": {"shots": shots, "drops": drops},
+        "left_out_at_impacts": found.spoiled,
     });
     for FoundCorrection { which, value, std_error, adopted } in &found.corrections {
         film[which.name()] = entry(*value, *std_error, *adopted);

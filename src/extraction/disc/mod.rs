@@ -17,6 +17,7 @@ mod lines;
 mod quantities;
 mod rotation;
 mod shot;
+mod slowing;
 mod stick;
 mod unknowns;
 mod verdict;
@@ -56,6 +57,8 @@ pub struct DiscImpact {
     pub radii: [f64; 2],
     /// How the discs stick together after the impact, where they do.
     pub stuck: Option<Stuck>,
+    /// By how much the discs of its film slow down, m/s², where all its shots together show it; velocities are those at the impact.
+    pub slowing: Option<Measured>,
     /// What speaks against these numbers: sentences without a capital letter and a full stop. Empty for a good shot.
     pub doubts: Vec<String>,
     unknowns: unknowns::Unknowns,
@@ -72,7 +75,10 @@ impl DiscImpact {
     /// The fitted position of the centre of a disc (0 or 1) at a time (s), m.
     #[must_use]
     pub fn place(&self, disc: usize, time: f64) -> [f64; 2] {
-        window_fit::place(self.outcome(), &self.unknowns, disc, time)
+        let straight = window_fit::place(self.outcome(), &self.unknowns, disc, time);
+        let Some(slowing) = self.slowing else { return straight };
+        let behind = slowing::behind(self, slowing.value, disc, time);
+        [straight[0] - behind[0], straight[1] - behind[1]]
     }
 
     /// Whether momentum is out of balance by more than its stated errors explain, though not by more than a camera's calibration
@@ -167,14 +173,15 @@ pub enum Unusable {
 /// # Errors
 /// Why the shot cannot be used.
 pub fn extract(shot: &TrackShot, discs: &Discs) -> Result<DiscImpact, Unusable> {
-    extract_calibrated(shot, discs, None)
+    extract_known(shot, discs, (None, None))
 }
 
-/// The same, of a film that was corrected by a camera whose errors are then those of the impact, too.
-fn extract_calibrated(
+/// The same, of a film that was corrected by a camera and for discs that slow down: how far these may be off is then part of the errors of
+/// the impact.
+fn extract_known(
     shot: &TrackShot,
     discs: &Discs,
-    camera: Option<&Calibrated>,
+    (camera, slowing): (Option<&Calibrated>, Option<Measured>),
 ) -> Result<DiscImpact, Unusable> {
     let found = stick::find(shot);
     let guess = found.as_ref().map_or_else(|| initial_guess::guess(shot), |found| Ok(found.guess));
@@ -184,7 +191,7 @@ fn extract_calibrated(
     let tracked = window_fit::Tracked::new(shot, discs, &guess, found.as_ref().map(|found| found.settling));
     let stuck = found.map(|found| found.stuck);
     let fitted = tracked.choose(&guess)?;
-    let centres = tracked.checked(&fitted, camera)?;
+    let centres = tracked.checked(&fitted, (camera, slowing.and_then(|slowing| slowing.sd)))?;
     let turns =
         [0, 1].map(|disc| rotation::turn(shot, disc, centres.unknowns[unknowns::TIME], fitted.window));
     let known = quantities::Known::new(&centres, turns, discs, stuck.map(|stuck| stuck.restitution));
@@ -197,6 +204,7 @@ fn extract_calibrated(
         window: fitted.window,
         radii: known.radii,
         stuck,
+        slowing: None,
         doubts: rigid.into_iter().collect(),
         unknowns: centres.unknowns,
         equal: known.equal(),
@@ -205,7 +213,8 @@ fn extract_calibrated(
     Ok(impact)
 }
 
-/// Finds the impacts of many shots in parallel. However a shot fails, the others go on.
+/// Finds the impacts of many shots in parallel, with discs that slow down if all shots together show it. However a shot fails, the others
+/// go on.
 pub fn extract_all(shots: &[TrackShot], discs: &Discs) -> Vec<Result<DiscImpact, Unusable>> {
     extract_all_calibrated(shots, discs, None)
 }
@@ -216,13 +225,34 @@ pub(crate) fn extract_all_calibrated(
     discs: &Discs,
     camera: Option<&Calibrated>,
 ) -> Vec<Result<DiscImpact, Unusable>> {
-    let one = |shot| {
-        isolated(|| extract_calibrated(shot, discs, camera))
-            .unwrap_or_else(|panic| Err(Unusable::Failed(panic)))
-    };
-    let mut impacts: Vec<_> = shots.par_iter().map(one).collect();
+    let mut impacts = extract_each(shots, discs, camera);
+    let found = shots.iter().zip(&impacts).filter_map(|(shot, impact)| Some((shot, impact.as_ref().ok()?)));
+    if let Some(slowing) = slowing::slowing(found) {
+        let again = |shot, impact: DiscImpact| {
+            let straight = slowing::straightened(shot, &impact, slowing.value);
+            let known = (camera, Some(slowing));
+            let found = isolated(|| extract_known(&straight, discs, known))
+                .unwrap_or_else(|panic| Err(Unusable::Failed(panic)));
+            found.map(|found| DiscImpact { slowing: Some(slowing), ..found })
+        };
+        let one = |(shot, impact): (_, Result<_, _>)| impact.and_then(|impact| again(shot, impact));
+        impacts = shots.par_iter().zip(impacts).map(one).collect();
+    }
     verdict::compare_distances(&mut impacts);
     impacts
+}
+
+/// Each by itself, as if nothing slowed the discs down.
+pub(crate) fn extract_each(
+    shots: &[TrackShot],
+    discs: &Discs,
+    camera: Option<&Calibrated>,
+) -> Vec<Result<DiscImpact, Unusable>> {
+    let one = |shot| {
+        isolated(|| extract_known(shot, discs, (camera, None)))
+            .unwrap_or_else(|panic| Err(Unusable::Failed(panic)))
+    };
+    shots.par_iter().map(one).collect()
 }
 
 /// A vector of numbers with derivatives by the fit's unknowns and the four spins.

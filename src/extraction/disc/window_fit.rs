@@ -85,7 +85,7 @@ pub(super) struct Fitted {
 pub(super) struct Centres {
     pub unknowns: Unknowns,
     pub covariance: SMatrix<f64, COUNT, COUNT>,
-    /// How the unknowns move in each way in which the camera may be off.
+    /// How the unknowns move in each way in which the camera, or what slows the discs down, may be off.
     pub by_camera: Vec<Unknowns>,
     pub position_sd: f64,
     pub reduced_chi2: f64,
@@ -251,7 +251,12 @@ impl<'a> Tracked<'a> {
     }
 
     /// Unknowns and covariance of a fit that can be believed.
-    pub(super) fn checked(&self, fitted: &Fitted, camera: Option<&Calibrated>) -> Result<Centres, Unusable> {
+    /// `slowing_sd`: how far wrong it may be by how much the discs slow down, m/s².
+    pub(super) fn checked(
+        &self,
+        fitted: &Fitted,
+        (camera, slowing_sd): (Option<&Calibrated>, Option<f64>),
+    ) -> Result<Centres, Unusable> {
         if let Some(reason) = &fitted.failed {
             return Err(Unusable::NotConverged(reason.clone()));
         }
@@ -264,7 +269,7 @@ impl<'a> Tracked<'a> {
             .solve_upper_triangular(&DMatrix::identity(COUNT, COUNT))
             .ok_or_else(|| Unusable::NotConverged("its unknowns are not determined".to_string()))?;
         let inverse = &inverse * inverse.transpose();
-        let by_camera = camera.map_or_else(Vec::new, |camera| self.by_camera(fitted, camera, &inverse));
+        let by_camera = self.by_film(fitted, (camera, slowing_sd), &inverse);
         let covariance = factor * self.repeated(fitted) * inverse;
         let covariance = SMatrix::from_fn(|i, j| 0.5 * (covariance[(i, j)] + covariance[(j, i)]));
         if let Some(expected) = self.expected {
@@ -291,19 +296,30 @@ impl<'a> Tracked<'a> {
 }
 
 impl Tracked<'_> {
-    /// (JᵀJ)⁻¹ Jᵀδ, δ by how much the frames move, in standard deviations, in each way in which the camera may be off. A centre that was
-    /// computed from points moves as a centre that was seen: what bends their circle goes round with them.
-    fn by_camera(&self, fitted: &Fitted, camera: &Calibrated, inverse: &DMatrix<f64>) -> Vec<Unknowns> {
+    /// (JᵀJ)⁻¹ Jᵀδ, δ by how much the frames move, in standard deviations, in each way in which the camera may be off, and with discs that
+    /// slow down more. A centre that was computed from points moves as a centre that was seen: what bends their circle goes round with them.
+    fn by_film(
+        &self,
+        fitted: &Fitted,
+        (camera, slowing_sd): (Option<&Calibrated>, Option<f64>),
+        inverse: &DMatrix<f64>,
+    ) -> Vec<Unknowns> {
         /// Seconds: paths are smooth over far more.
         const STEP: f64 = 1e-7;
         let at = |disc: usize, time: f64| place(self.outcome(), &fitted.z, disc, time);
-        let mut right = vec![DVector::zeros(COUNT); camera.ways.len()];
+        let ways = camera.map_or(0, |camera| camera.ways.len()) + usize::from(slowing_sd.is_some());
+        let mut right = vec![DVector::zeros(COUNT); ways];
         let mut row = 0;
         for (disc, frames) in self.frames(fitted.window, &fitted.wrong).iter().enumerate() {
             for (sample, sd) in frames {
                 let (before, after) = (at(disc, sample.t - STEP), at(disc, sample.t + STEP));
                 let velocity = [0, 1].map(|k| (after[k] - before[k]) / (2.0 * STEP));
-                for (right, moves) in right.iter_mut().zip(camera.moves(at(disc, sample.t), velocity)) {
+                let of_camera =
+                    camera.map_or_else(Vec::new, |camera| camera.moves(at(disc, sample.t), velocity));
+                let late = sample.t - fitted.z[TIME];
+                let speed = velocity[0].hypot(velocity[1]).max(f64::MIN_POSITIVE);
+                let of_slowing = slowing_sd.map(|sd| velocity.map(|v| 0.5 * sd * late * late * v / speed));
+                for (right, moves) in right.iter_mut().zip(of_camera.into_iter().chain(of_slowing)) {
                     for k in 0..2 {
                         *right += fitted.jacobian.row(row + k).transpose() * (moves[k] / sd[k]);
                     }

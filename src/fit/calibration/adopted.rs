@@ -16,6 +16,10 @@ const SMALL: f64 = 0.02;
 /// A value that is further from that of a perfect camera than so many times what is usual is of no camera.
 const FAR: f64 = 10.0;
 
+/// A correction is not determined where its standard error is above this part of what is usual: shots all played in one direction with
+/// one cut tell only some combinations of them.
+const UNDETERMINED: f64 = 0.25;
+
 /// What the frames say is left to correct, in the order of the free corrections.
 pub(super) struct Left {
     pub values: DVector<f64>,
@@ -106,8 +110,8 @@ pub(super) trait Calibrates {
         Some(self.as_found(corrections, converged))
     }
 
-    /// The corrections without which −2 log L would be higher by as much as calls for them, one after the other left out; the camera
-    /// goes where the others are then best.
+    /// The corrections that the frames determine and without which −2 log L would be higher by as much as calls for them, one after the
+    /// other left out; the camera goes where the others are then best.
     fn kept(&mut self, all: &[Correction], mut covariance: DMatrix<f64>) -> Vec<Correction> {
         let mut kept: Vec<Correction> = all.to_vec();
         loop {
@@ -120,15 +124,18 @@ pub(super) trait Calibrates {
             let belongs = |which: Correction| {
                 askew && matches!(which, Correction::Scale | Correction::Aspect | Correction::Shear)
             };
-            let least =
-                kept.iter().enumerate().filter(|(_, which)| !self.needs(**which) && !belongs(**which));
-            let least = least.map(|(i, which)| (i, z2(i, which))).min_by(|a, b| a.1.total_cmp(&b.1));
+            let open: Vec<usize> =
+                (0..kept.len()).filter(|i| !self.needs(kept[*i]) && !belongs(kept[*i])).collect();
+            let unsure = |i: &usize| covariance[(*i, *i)].sqrt() / kept[*i].usual();
+            let undetermined = open.iter().copied().max_by(|a, b| unsure(a).total_cmp(&unsure(b)));
+            let undetermined = undetermined.filter(|i| unsure(i) > UNDETERMINED);
+            let least = open.iter().map(|i| (*i, z2(*i, &kept[*i]))).min_by(|a, b| a.1.total_cmp(&b.1));
             // only a camera that is near sees heights at an angle
             let is_near =
                 kept.iter().any(|which| which.is_of_perspective() || *which == Correction::Nearness);
             let needless = || kept.iter().position(|which| which.is_of_height()).filter(|_| !is_near);
             let least = least.filter(|(_, z2)| *z2 < self.called_for());
-            let Some(out) = least.map(|(i, _)| i).or_else(needless) else { return kept };
+            let Some(out) = undetermined.or(least.map(|(i, _)| i)).or_else(needless) else { return kept };
             let by = off(&kept[out]) / covariance[(out, out)];
             let camera = self.camera();
             for (i, which) in kept.iter().enumerate() {

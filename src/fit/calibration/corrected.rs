@@ -3,6 +3,7 @@
 use std::sync::Arc;
 
 use super::adopted::{Calibrates, Left};
+use super::contact_frames::spoiled;
 use super::{CALLED_FOR, Search};
 use crate::film::camera::Camera;
 use crate::fit::camera::{FoundCamera, FoundCorrection};
@@ -10,7 +11,7 @@ use crate::fit::frames::filmed;
 use crate::fit::minimum::Minimum;
 use crate::fit::outlying::outlying;
 use crate::fit::settled::Settled;
-use crate::fit::{FilmUnknowns, footage, model_choice, samples};
+use crate::fit::{FilmUnknowns, FittedFrames, footage, model_choice, samples};
 use crate::likelihood::fitted::Fitted;
 use crate::likelihood::frames::{Film, shared_unknowns};
 use crate::likelihood::sample::Sample;
@@ -74,6 +75,15 @@ impl Calibrates for Search<'_> {
                     .ok()?;
         }
         let minimum = &settled.minimum;
+        let parameters: Vec<_> = settled.free.iter().map(|unknown| unknown.parameter).collect();
+        let of_frames = FittedFrames::new(
+            &all,
+            &others,
+            &model,
+            minimum,
+            (&parameters, &settled.search.first().unknowns),
+        );
+        self.spoiled = spoiled(&of_frames);
         (self.used, self.odd, self.misfit) = (others.len(), odd.len(), settled.scale());
         self.unlikely = unlikely(&others, minimum);
         let covariance = minimum.covariance()?;
@@ -114,7 +124,17 @@ impl Calibrates for Search<'_> {
         }
         let (camera, unit, shots) = (self.camera, self.unit, self.contacts.len());
         let contacts = self.contacts.iter().map(|[a, b]| [0, 1].map(|i| 0.5 * (a[i] + b[i]))).collect();
-        FoundCamera { camera, corrections, unit, shots, contacts, converged, ..FoundCamera::as_it_is() }
+        let spoiled = self.spoiled;
+        FoundCamera {
+            camera,
+            corrections,
+            unit,
+            shots,
+            contacts,
+            converged,
+            spoiled,
+            ..FoundCamera::as_it_is()
+        }
     }
 }
 

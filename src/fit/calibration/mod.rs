@@ -6,9 +6,12 @@
 //! (`discs`).
 
 mod adopted;
+mod contact_frames;
 mod corrected;
 mod discs;
+mod resting;
 mod start;
+mod stated_noise;
 mod unit;
 
 use rayon::prelude::*;
@@ -51,17 +54,30 @@ pub(super) fn calibrated(
     // the search copies the data set, which must not cost the frames of all shots
     let Some(mut tracks) = dataset.tracks.take() else { return (dataset, None, None) };
     let scene = Scene { side_sd: dataset.side_sd, ..Scene::of(&dataset.model(Fidelity::Full)) };
+    resting::leave_out_moving(&mut dataset, &mut tracks);
     let repaired = tracks.shots.par_iter_mut().map(drops::repair);
     let dropped: Vec<usize> = repaired.filter(|count| *count > 0).collect();
     let noise_correlation = noise_correlation(&tracks.shots, &scene);
     if let Some(found) = noise_correlation.filter(|found| found.adopted) {
         tracks.shots.iter_mut().for_each(|shot| shot.correlation = found.value);
     }
-    let search = Search::new(&dataset, &tracks, &scene, same);
-    let found = search.and_then(|search| search.best(same.is_some()));
+    let over_stated = stated_noise::over_stated(&tracks.shots);
+    if let Some(times) = over_stated {
+        stated_noise::replace(&mut tracks.shots, times);
+        tracks.notes.extend(stated_noise::sentence(times));
+    }
+    let search = |tracks: &Tracks| Search::new(&dataset, tracks, &scene, same)?.best(same.is_some());
+    let mut found = search(&tracks);
+    if let Some(reach) = found.as_ref().and_then(|(found, ..)| found.spoiled) {
+        tracks.shots.par_iter_mut().for_each(|shot| contact_frames::leave_out(shot, reach, &scene));
+        if let Some((again, unit, scene)) = search(&tracks) {
+            found = Some((FoundCamera { spoiled: Some(reach), ..again }, unit, scene));
+        }
+    }
     let coarsest = tracks.shots.iter().flat_map(|shot| shot.resolution).fold(0.0, f64::max);
     let (mut found, unit, last_scene) = found.unwrap_or_else(|| (FoundCamera::as_it_is(), 1.0, None));
     found.noise_correlation = noise_correlation;
+    found.over_stated_noise = over_stated;
     found.resolution = coarsest * unit;
     found.drops = [dropped.len(), dropped.iter().sum()];
     for shot in &mut tracks.shots {
@@ -120,6 +136,8 @@ struct Search<'a> {
     odd: usize,
     misfit: f64,
     unlikely: f64,
+    /// How many frames next to the impacts were off in it.
+    spoiled: Option<[usize; 2]>,
 }
 
 impl<'a> Search<'a> {
@@ -180,6 +198,7 @@ impl<'a> Search<'a> {
             odd: 0,
             misfit: f64::INFINITY,
             unlikely: f64::INFINITY,
+            spoiled: None,
         })
     }
 
@@ -209,7 +228,9 @@ impl<'a> Search<'a> {
         }
         let (search, found) = best?;
         let (search, found) = search.arranged(found);
-        Some((found, search.unit, search.scene))
+        // what no camera explains is more than some frames
+        let spoiled = found.spoiled.filter(|_| search.is_good(&found));
+        Some((FoundCamera { spoiled, ..found }, search.unit, search.scene))
     }
 
     /// Where a camera looks askew through a lens, or either of these with a rolling shutter: in the arrangement that agrees best.

@@ -26,6 +26,9 @@ use crate::measurement::parameter::Parameter;
 /// A cause is named if −2 log L falls by so much where it is let in: chance does that once in 10⁵ fits.
 const NAMED: f64 = 20.0;
 
+/// Causes are looked for where a score test, which follows −2 log L as a parabola, has it fall by this.
+const SUSPECTED: f64 = 10.0;
+
 /// And by this part of what the residuals are beyond the noise: a cause that leaves nearly all of a misfit is none.
 const WORTH_NAMING: f64 = 0.1;
 
@@ -47,7 +50,7 @@ pub(super) fn is_called_for(fit: &Fit) -> bool {
     })
 }
 
-/// Whether a score test finds an assumption without which −2 log L would be lower by what names a cause, though the noise explains the
+/// Whether a score test finds an assumption without which −2 log L may be lower by what names a cause, though the noise explains the
 /// residuals: noise that each shot tells by itself hides much.
 pub(super) fn is_suspected(settled: &Settled, discs: bool) -> bool {
     let sample = settled.search.first();
@@ -59,9 +62,9 @@ pub(super) fn is_suspected(settled: &Settled, discs: bool) -> bool {
     let sample = Sample { fitted: &some, ..sample.clone() };
     let trial = Trial { sample: &sample, start: *settled.minimum.first(), discs };
     let Some(score) = Score::of(&trial, settled) else { return false };
-    STEPS
-        .into_iter()
-        .any(|(cause, step)| trial.knows(cause) && score.fall((cause, step)).is_some_and(|fall| fall > NAMED))
+    STEPS.into_iter().any(|(cause, step)| {
+        trial.knows(cause) && score.fall((cause, step)).is_some_and(|fall| fall > SUSPECTED)
+    })
 }
 
 /// What explains the residuals of a fit, the best first; empty where nothing does. `reduced`: its χ²/dof, where it has one.

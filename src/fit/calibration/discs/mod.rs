@@ -308,5 +308,5 @@ fn agreed(
 fn impacts(shots: &[TrackShot], discs: Discs) -> Vec<Result<DiscImpact, disc::Unusable>> {
     let centres: Vec<TrackShot> =
         shots.iter().map(|shot| TrackShot { markers: Vec::new(), ..shot.clone() }).collect();
-    disc::extract_all(&centres, &Discs { radii: None, ..discs })
+    disc::extract_each(&centres, &Discs { radii: None, ..discs }, None)
 }
