@@ -1,12 +1,11 @@
 //! Shots that are not what the data set says, among good ones: double hits, kisses, a hand in the way. They are left out, and the film
 //! is as good as its other shots.
 
-use caromfit::fit::{Fit, Grade};
-use caromfit::measurement::parameter::Parameter;
+use caromfit::fit::Grade;
 use caromfit::measurement::track::TrackShot;
 use caromfit::simulate::TrueImpact;
 
-use crate::camera::{ERRORS, TRUTH, by_phone, fitted, with_truth};
+use crate::camera::{by_phone, fitted, is_right, with_truth};
 use crate::extraction::dataset;
 
 const SHOTS: usize = 40;
@@ -29,13 +28,6 @@ fn film(seed: u64, is_false: impl Fn(usize) -> bool) -> Vec<TrackShot> {
         shot
     };
     with_truth(seed).into_iter().enumerate().map(spoiled).collect()
-}
-
-fn is_right(fit: &Fit) -> bool {
-    Parameter::COEFFICIENTS.into_iter().zip(TRUTH).all(|(parameter, truth)| {
-        let estimate = fit.estimates[parameter as usize];
-        estimate.std_error.is_some_and(|error| (estimate.value - truth).abs() < ERRORS * error)
-    })
 }
 
 #[test]

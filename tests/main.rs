@@ -37,6 +37,7 @@ mod published;
 mod recovery;
 mod report;
 mod robust_frames;
+mod rough_films;
 mod schema;
 mod search;
 mod shared_camera;

@@ -275,9 +275,9 @@ pub(crate) fn instant(shot: &TrackShot, scene: &Scene) -> Option<f64> {
     from_paths(shot, scene, noise(shot)).ok().map(|(z, _)| z[unknown::TIME])
 }
 
-/// The speed of the object ball before the balls are nearest to each other, m/s, where it surely moves and the speed is between these
-/// parts of the cue ball's.
-pub(crate) fn object_speed(shot: &TrackShot, [least, most]: [f64; 2]) -> Option<f64> {
+/// The speed of the object ball before the balls are nearest to each other, m/s, and as a part of the cue ball's, where it surely moves and
+/// that part is below the most.
+pub(crate) fn object_speed(shot: &TrackShot, most: f64) -> Option<(f64, f64)> {
     /// Of the frames until then: in the last ones it may have been hit.
     const FREE: f64 = 0.75;
     let noise = noise(shot);
@@ -290,7 +290,7 @@ pub(crate) fn object_speed(shot: &TrackShot, [least, most]: [f64; 2]) -> Option<
     let (cue, object) = (until(&cue), until(&object));
     let speed = surely_moves(shot, &object, noise)?;
     let (of_cue, ..) = (cue.len() >= LEAST_FRAMES).then(|| robust_speed(&cue))?;
-    (speed > least * of_cue && speed < most * of_cue).then_some(speed)
+    (speed < most * of_cue).then_some((speed, speed / of_cue))
 }
 
 /// The speed of a ball in these frames, m/s, if it is no chance.

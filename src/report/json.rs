@@ -180,8 +180,10 @@ fn film(found: &FoundCamera) -> Value {
     let mut film = json!({
         "resolution_m": {"estimate": significant(found.resolution, FEW)},
         "dropped_frames": {"shots": shots, "drops": drops},
-        "left_out_at_impacts": found.spoiled,
     });
+    if let Some([before, after]) = found.spoiled {
+        film["left_out_at_impacts"] = json!({"before": before, "after": after});
+    }
     for FoundCorrection { which, value, std_error, adopted } in &found.corrections {
         film[which.name()] = entry(*value, *std_error, *adopted);
     }

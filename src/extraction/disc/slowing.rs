@@ -29,6 +29,9 @@ const LIES: f64 = 20.0;
 /// A side that is so many standard errors from the median of all is left out.
 const ODD: f64 = 6.0;
 
+/// What sides may scatter by, as χ²/dof. Pucks on a table that is not level, or that a hand still pushes, scatter by far more.
+const EVEN: f64 = 3.0;
+
 /// It is taken into account where χ² falls by as much with it, as corrections of the camera are.
 const CALLED_FOR: f64 = 12.0;
 
@@ -57,10 +60,10 @@ pub(super) fn slowing<'a>(shots: impl Iterator<Item = (&'a TrackShot, &'a DiscIm
     let weight: f64 = all.iter().map(|told| told.variance.recip()).sum();
     let value = all.iter().map(|told| told.value / told.variance).sum::<f64>() / weight;
     let square: f64 = all.iter().map(|told| (told.value - value).powi(2) / told.variance).sum();
-    // sides that differ by more than their noise make it less sure
+    // sides that differ by more than their noise make it less sure, and if they differ much, it is not one slowing
     let scatter = (square / all.len().saturating_sub(1).max(1) as f64).max(1.0);
     let variance = scatter / weight;
-    (value > 0.0 && value * value > CALLED_FOR * variance)
+    (scatter < EVEN && value > 0.0 && value * value > CALLED_FOR * variance)
         .then_some(Measured { value, sd: Some(variance.sqrt()) })
 }
 

@@ -1,0 +1,145 @@
+//! Films that are not quite what the model takes them for: positions that are off where the balls touch, an object ball that does not lie
+//! still, noise that is stated wrongly, all shots in one direction.
+
+use caromfit::fit;
+use caromfit::fit::{Depth, FitError, Grade, Options};
+use caromfit::measurement::dataset::Dataset;
+use caromfit::measurement::track::{Sample, TrackShot};
+use caromfit::simulate;
+use caromfit::simulate::{Kind, Played, Spec, TrueImpact};
+
+use crate::camera::{TRUTH, fitted, is_recovered, is_right, shown, with_truth};
+use crate::extraction::dataset;
+use crate::options;
+use crate::synthetic::spec;
+
+const FPS: f64 = 1000.0;
+
+fn film(seed: u64, change: impl Fn(&mut TrackShot, &TrueImpact)) -> Dataset {
+    let changed = |(mut shot, truth): (TrackShot, TrueImpact)| {
+        change(&mut shot, &truth);
+        shot
+    };
+    dataset(shown(with_truth(seed).into_iter().map(changed).collect(), |x, y| [x, y]))
+}
+
+/// Balls next to each other are seen as one for some frames, so that their positions are drawn together.
+fn drawn_together(shot: &mut TrackShot, truth: &TrueImpact) {
+    const FRAMES: f64 = 3.5;
+    const BY: f64 = 2e-4;
+    let near = |sample: &Sample| (sample.t - truth.time).abs() < FRAMES / FPS;
+    for (cue, object) in shot.cue.iter_mut().zip(&mut shot.object).filter(|(cue, _)| near(cue)) {
+        let (dx, dy) = (object.x - cue.x, object.y - cue.y);
+        let apart = dx.hypot(dy);
+        cue.x += BY * dx / apart;
+        cue.y += BY * dy / apart;
+        object.x -= BY * dx / apart;
+        object.y -= BY * dy / apart;
+    }
+}
+
+/// An exposure of a whole frame of a slow camera: the frame of the impact shows a ball on neither of its paths.
+fn exposed(shot: &mut TrackShot, truth: &TrueImpact) {
+    const TIMES: usize = 9;
+    for samples in [&mut shot.cue, &mut shot.object] {
+        let sharp = samples.clone();
+        let at = |t: f64| {
+            let i = sharp.partition_point(|s| s.t < t).clamp(1, sharp.len() - 1);
+            let (a, b) = (sharp[i - 1], sharp[i]);
+            let part = (t - a.t) / (b.t - a.t);
+            [a.x + part * (b.x - a.x), a.y + part * (b.y - a.y)]
+        };
+        let long = 8.0 / FPS;
+        samples.retain(|s| ((s.t * FPS).round() as i64) % 8 == 0);
+        for sample in samples.iter_mut().filter(|s| (s.t - truth.time).abs() < long) {
+            let times = (0..TIMES).map(|k| sample.t + long * (k as f64 / (TIMES - 1) as f64 - 0.5));
+            let seen: Vec<[f64; 2]> = times.map(at).collect();
+            let mean = |k: usize| seen.iter().map(|place| place[k]).sum::<f64>() / TIMES as f64;
+            (sample.x, sample.y) = (mean(0), mean(1));
+        }
+    }
+    shot.fps = FPS / 8.0;
+}
+
+#[test]
+fn frames_in_which_balls_hide_each_other_are_left_out() {
+    let (reference, found) = fitted(film(7700, |_, _| ()));
+    assert_eq!(found.spoiled, None);
+    let (fit, found) = fitted(film(7700, drawn_together));
+    assert!(found.spoiled.is_some_and(|[before, after]| before >= 3 && after >= 3), "{found:?}");
+    is_recovered("drawn together", &fit, &reference);
+}
+
+#[test]
+fn frames_that_are_exposed_over_the_impact_are_left_out() {
+    let (fit, found) = fitted(film(7701, exposed));
+    assert!(found.spoiled.is_some_and(|[before, after]| (1..=2).contains(&(before + after))), "{found:?}");
+    assert!(is_right(&fit), "{:?}", fit.estimates);
+}
+
+/// By 1 to 3 cm/s in every shot: a search that took it to lie still went astray for a minute.
+#[test]
+fn object_balls_that_roll_are_named_at_once() {
+    let rolling = film(7702, |shot, truth| {
+        let speed = 0.01 + 0.02 * (truth.time * 1e4).fract();
+        for sample in shot.cue.iter_mut().chain(&mut shot.object) {
+            sample.x += speed * sample.t;
+        }
+    });
+    match fit::analyse(&rolling, &options::of_fit()).fits {
+        Err(FitError::NoUsableShot { shots_rejected, .. }) => {
+            let told = &shots_rejected[0].reason;
+            assert!(told.contains("the object ball was moving before the impact, with 0.0"), "{told}");
+            assert!(told.contains("of 40 shots: let it come to rest first"), "{told}");
+        }
+        other => panic!("{:?}", other.map(|fits| fits[0].verdict())),
+    }
+}
+
+/// Noise that is stated three times too small is what the frames show; three times too large is said.
+#[test]
+fn noise_that_is_stated_wrongly_is_not_blamed_on_the_model() {
+    let stated = |times: f64| {
+        let mut stated = film(7703, |_, _| ());
+        for shot in &mut stated.tracks.as_mut().unwrap().shots {
+            shot.position_sd = Some(times * 1e-4);
+        }
+        let options = Options { depth: Depth::Intervals, ..options::of_fit() };
+        fit::analyse(&stated, &options).fits.unwrap().remove(0)
+    };
+    let small = stated(1.0 / 3.0);
+    assert!(is_right(&small) && small.verdict().grade == Grade::Good, "{}", small.verdict().sentence);
+    let told = small
+        .notes
+        .iter()
+        .any(|note| note.starts_with("Neighbouring frames scatter by 3.0 times the stated noise"));
+    assert!(told, "{:?}", small.notes);
+    let large = stated(3.0).verdict();
+    assert!(large.grade == Grade::Doubtful && large.sentence.contains("position_sd_m"), "{}", large.sentence);
+}
+
+/// A ramp plays all shots in one direction with one cut: aspect and shear, which they hardly tell, are left alone. Before, an aspect of 1.4
+/// was found, and e 15 errors off.
+#[test]
+fn one_direction_does_not_bend_the_camera() {
+    for seed in [7704, 7705] {
+        let usual = spec(Kind::Tracks, &[Played::NaturalRoll], 40, seed);
+        let [mu, mu_s, e] = TRUTH;
+        let ramp = Spec {
+            truth: simulate::Truth { mu, mu_s, e, ..simulate::Truth::default() },
+            shots: simulate::Shots { cut_deg: [30.0, 30.0], ..usual.shots },
+            ..usual
+        };
+        let turned = |(mut shot, truth): (TrackShot, TrueImpact)| {
+            // the line of centres 40 degrees from the x axis
+            let (sin, cos) = (40_f64.to_radians() - truth.direction).sin_cos();
+            for sample in shot.cue.iter_mut().chain(&mut shot.object) {
+                (sample.x, sample.y) = (cos * sample.x - sin * sample.y, sin * sample.x + cos * sample.y);
+            }
+            shot
+        };
+        let film = simulate::filmed(&ramp).unwrap().into_iter().map(turned).collect();
+        let (fit, _) = fitted(dataset(shown(film, |x, y| [x, y])));
+        assert!(is_right(&fit), "{:?}", fit.estimates);
+    }
+}
