@@ -86,14 +86,19 @@ fn object_balls_that_roll_are_named_at_once() {
             sample.x += speed * sample.t;
         }
     });
-    match fit::analyse(&rolling, &options::of_fit()).fits {
-        Err(FitError::NoUsableShot { shots_rejected, .. }) => {
-            let told = &shots_rejected[0].reason;
-            assert!(told.contains("the object ball was moving before the impact, with 0.0"), "{told}");
-            assert!(told.contains("of 40 shots: let it come to rest first"), "{told}");
+    let rejected = match fit::analyse(&rolling, &options::of_fit()).fits {
+        Err(FitError::NoUsableShot { shots_rejected, .. }) => shots_rejected,
+        Err(other) => panic!("{other}"),
+        Ok(fits) => {
+            assert_eq!(fits[0].verdict().grade, Grade::Unusable);
+            fits[0].shots_rejected.clone()
         }
-        other => panic!("{:?}", other.map(|fits| fits[0].verdict())),
-    }
+    };
+    let told = |reason: &str| {
+        reason.contains("the object ball was moving before the impact, with 0.0")
+            && reason.contains("of 40 shots: let it come to rest first")
+    };
+    assert!(rejected.iter().filter(|shot| told(&shot.reason)).count() > 20, "{:?}", rejected.first());
 }
 
 /// Noise that is stated three times too small is what the frames show; three times too large is said.

@@ -80,12 +80,7 @@ pub(crate) fn central(points: &[&[Sample]]) -> Result<Option<usize>, usize> {
         most <= (1.0 + EQUAL) * least
     };
     let like_centre: Vec<usize> = (0..points.len()).filter(is_like_centre).collect();
-    let sureness = like_centre.iter().map(|i| {
-        let sure = straighter(points[*i], &circle);
-        // small turns show where the whole of a straight stretch is looked at
-        let sure = if sure.abs() > SURE { sure } else { straighter_next_to_impact(points[*i], &circle) };
-        (sure, *i)
-    });
+    let sureness = like_centre.iter().map(|i| (straighter(points[*i], &circle), *i));
     match sureness.max_by(|a, b| a.0.total_cmp(&b.0)) {
         Some((sure, i)) if sure > SURE => Ok(Some(i)),
         // a centre is the only one; points on the rim may all be as far from each other
@@ -114,71 +109,6 @@ fn straighter(one: &[Sample], other: &[Sample]) -> f64 {
         more += f64::from(i8::from(other > STRAIGHTER * one) - i8::from(one > STRAIGHTER * other));
     }
     if all > 0.0 { more / all } else { 0.0 }
-}
-
-/// 1 where straight lines on either side of the impact fit the first path better than the second by what is no chance, −1 where they fit the
-/// second better, or else 0.
-fn straighter_next_to_impact(one: &[Sample], other: &[Sample]) -> f64 {
-    /// χ² by which a path is surely the less straight one, and as a part of that of the straighter.
-    const SURELY: f64 = 30.0;
-    const MORE: f64 = 0.3;
-    /// χ²/dof of a straight path.
-    const STRAIGHT: f64 = 3.0;
-    let at = |t: f64| other.get(other.partition_point(|s| s.t < t)).filter(|s| s.t == t);
-    let both: Vec<[Sample; 2]> = one.iter().filter_map(|s| at(s.t).map(|o| [*s, *o])).collect();
-    let reach = (both.len() / REACH).clamp(1, MOST);
-    if both.len() < 4 * REACH {
-        return 0.0;
-    }
-    let bend = |window: &[[Sample; 2]]| {
-        let [a, b, c] = [window[0], window[reach], window[2 * reach]].map(|s| s[1]);
-        (0.5 * (a.x + c.x) - b.x).hypot(0.5 * (a.y + c.y) - b.y)
-    };
-    let bends: Vec<f64> = both.windows(2 * reach + 1).map(bend).collect();
-    let steady: Vec<f64> = bends.windows(FRAMES).map(|some| median(some.to_vec())).collect();
-    let Some((place, _)) = steady.iter().enumerate().max_by(|a, b| a.1.total_cmp(b.1)) else { return 0.0 };
-    let impact = place + FRAMES / 2 + reach;
-    let sides = [
-        &both[impact.saturating_sub(MOST)..impact.saturating_sub(1)],
-        &both[(impact + 2).min(both.len())..(impact + MOST).min(both.len())],
-    ];
-    let of_path = |k: usize| {
-        let off = sides.map(|side| off_line(&side.iter().map(|s| s[k]).collect::<Vec<_>>()));
-        off.iter().fold((0.0, 0.0), |sum, off| (sum.0 + off.0, sum.1 + off.1))
-    };
-    let [(first, dof), (second, of_second)] = [0, 1].map(of_path);
-    // what else bends the paths bends both
-    if first.min(second) > STRAIGHT * dof.min(of_second) {
-        return 0.0;
-    }
-    let surely = SURELY.max(MORE * first.min(second));
-    f64::from(i8::from(second > first + surely) - i8::from(first > second + surely))
-}
-
-/// χ² of a path about a straight line and its degrees of freedom, with the noise that second differences show, and without frames that are
-/// wrong alone.
-fn off_line(samples: &[Sample]) -> (f64, f64) {
-    /// Of a second difference, in standard deviations.
-    const ALONE: f64 = 6.0;
-    let second = |three: &[Sample]| {
-        (three[0].x - 2.0 * three[1].x + three[2].x).hypot(three[0].y - 2.0 * three[1].y + three[2].y)
-    };
-    let differences: Vec<f64> = samples.windows(3).map(second).collect();
-    if differences.len() < REACH {
-        return (0.0, 0.0);
-    }
-    // the median length of a vector of two normal deviates is 1.18, and the variance of a second difference six times that of a coordinate
-    let noise = median(differences.clone()) / 1.177 / 6.0_f64.sqrt();
-    let most = ALONE * 6.0_f64.sqrt() * noise;
-    let good: Vec<Sample> =
-        samples.windows(3).zip(&differences).filter(|(_, d)| **d < most).map(|(three, _)| three[1]).collect();
-    let n = good.len() as f64;
-    let mean = |of: &dyn Fn(&Sample) -> f64| good.iter().map(of).sum::<f64>() / n;
-    let [t, x, y] = [mean(&|s| s.t), mean(&|s| s.x), mean(&|s| s.y)];
-    let spread = mean(&|s| (s.t - t).powi(2));
-    let [by_x, by_y] = [mean(&|s| (s.t - t) * (s.x - x)) / spread, mean(&|s| (s.t - t) * (s.y - y)) / spread];
-    let off = |s: &Sample| (s.x - x - by_x * (s.t - t)).powi(2) + (s.y - y - by_y * (s.t - t)).powi(2);
-    (good.iter().map(off).sum::<f64>() / (noise * noise), 2.0 * (n - 2.0))
 }
 
 #[cfg(test)]

@@ -8,6 +8,9 @@ use crate::measurement::dataset::{Dataset, Tracks};
 /// Of all shots: where as many show it, it is no accident of one.
 const MANY: f64 = 0.5;
 
+/// Fewer shots are told one by one.
+const LEAST_SHOTS: usize = 6;
+
 /// Parts of the cue ball's speed: less hardly matters, and a ball that is faster is the cue ball.
 const LEAST: f64 = 0.003;
 const MOST: f64 = 0.2;
@@ -15,6 +18,9 @@ const MOST: f64 = 0.2;
 /// Where the object ball surely moves before the impact in most shots, leaves these out.
 pub(super) fn leave_out_moving(dataset: &mut Dataset, tracks: &mut Tracks) {
     let count = tracks.shots.len();
+    if count < LEAST_SHOTS {
+        return;
+    }
     let found: Vec<Option<(f64, f64)>> =
         tracks.shots.par_iter().map(|shot| object_speed(shot, MOST)).collect();
     let matter = found.iter().flatten().filter(|(_, part)| *part > LEAST).count();
