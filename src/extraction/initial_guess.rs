@@ -3,10 +3,10 @@
 use nalgebra::{Matrix3, Vector3};
 
 use super::Unusable;
+use super::frame_noise::noise;
 use crate::measurement::track::{Sample, TrackShot};
 use crate::numerics::median;
 use crate::physics::ball::Ball;
-use crate::trajectory::grid;
 use crate::trajectory::scene::Scene;
 use crate::trajectory::unknowns::{Unknowns, unknown};
 
@@ -23,67 +23,6 @@ const NEAR: usize = 12;
 /// and this part of the cue ball's.
 const MOVING_ERRORS: f64 = 5.0;
 const MOVING_PART: f64 = 0.01;
-
-/// No tracker is better than this, m: keeps exact synthetic tracks finite.
-const LEAST_NOISE: f64 = 1e-8;
-
-/// The noise of a coordinate, m, from the second differences of consecutive frames, in which a
-/// smooth motion leaves only its acceleration: median |Δ²x|/0.6745/√(6 − 8ρ + 2ρ²), with ρ the correlation of neighbouring frames.
-/// It is no less than the error of rounding to the grid that
-/// the coordinates lie on.
-pub(crate) fn noise(shot: &TrackShot) -> f64 {
-    noise_of([&shot.cue, &shot.object], shot.resolution, (shot.fps, shot.correlation))
-}
-
-/// The same, of parts of two tracks.
-pub(crate) fn noise_of(tracks: [&[Sample]; 2], resolution: [f64; 2], (fps, correlation): (f64, f64)) -> f64 {
-    let [finer, coarser] = [resolution[0].min(resolution[1]), resolution[0].max(resolution[1])];
-    let least = LEAST_NOISE.max(grid::rounding(finer));
-    let mut differences = Vec::new();
-    for three in triples(tracks, fps.recip()) {
-        for pick in [|s: &Sample| s.x, |s: &Sample| s.y] {
-            differences.push(bend(three, pick));
-        }
-    }
-    if differences.is_empty() {
-        return least;
-    }
-    differences.sort_by(f64::total_cmp);
-    let differs = (6.0 - 8.0 * correlation + 2.0 * correlation * correlation).sqrt();
-    (grid::median_of_multiples(&differences, coarser) / 0.6745 / differs).max(least)
-}
-
-/// Three positions in a row that are a frame apart; of tracks that have only some frames (every second, two of three), three that are
-/// as close in time as they usually are.
-fn triples(tracks: [&[Sample]; 2], frame: f64) -> Vec<&[Sample]> {
-    /// Consecutive frames are of use where they are more than this part of all.
-    const PART: f64 = 0.25;
-    let all: Vec<&[Sample]> = tracks.into_iter().flat_map(|samples| samples.windows(3)).collect();
-    let follows = |a: &Sample, b: &Sample| (b.t - a.t - frame).abs() < 0.1 * frame;
-    let consecutive =
-        all.iter().copied().filter(|three| follows(&three[0], &three[1]) && follows(&three[1], &three[2]));
-    let consecutive: Vec<&[Sample]> = consecutive.collect();
-    if consecutive.len() as f64 > PART * all.len() as f64 {
-        return consecutive;
-    }
-    let span = |three: &[Sample]| three[2].t - three[0].t;
-    let usual = median(all.iter().map(|three| span(three)).collect());
-    all.into_iter().filter(|three| span(three) < usual + 0.1 * frame).collect()
-}
-
-/// How far the second of three positions is off the line through the others, as a − 2b + c of positions that are evenly spaced in time:
-/// with the standard deviation of that where they are not.
-fn bend(three: &[Sample], pick: fn(&Sample) -> f64) -> f64 {
-    /// What the frames of a clock may err by.
-    const EVEN: f64 = 0.06;
-    let [a, b, c] = [pick(&three[0]), pick(&three[1]), pick(&three[2])];
-    let part = (three[1].t - three[0].t) / (three[2].t - three[0].t);
-    if (part - 0.5).abs() < EVEN {
-        return (a - 2.0 * b + c).abs();
-    }
-    let spread = (1.0 + part * part + (1.0 - part) * (1.0 - part)).sqrt();
-    6.0_f64.sqrt() * ((1.0 - part) * a - b + part * c).abs() / spread
-}
 
 /// A frame stands alone that is off by more than this many standard deviations…
 const ALONE: f64 = 10.0;
@@ -275,6 +214,18 @@ pub(crate) fn instant(shot: &TrackShot, scene: &Scene) -> Option<f64> {
     from_paths(shot, scene, noise(shot)).ok().map(|(z, _)| z[unknown::TIME])
 }
 
+/// Until when the frames are surely those before the impact, s, whatever the noise: where it hides whether the object ball lay at rest, those
+/// of the first part of the time until the balls are nearest to each other.
+pub(crate) fn surely_before(shot: &TrackShot, scene: &Scene) -> Option<f64> {
+    /// Of the time that both are seen.
+    const FREE: f64 = 0.9;
+    let until = || {
+        let first = shot.cue.first()?.t;
+        Some(first + FREE * (nearest(&shot.cue, &shot.object)? - first))
+    };
+    instant(shot, scene).or_else(until)
+}
+
 /// The speed of the object ball before the balls are nearest to each other, m/s, and as a part of the cue ball's, where it surely moves and
 /// that part is below the most.
 pub(crate) fn object_speed(shot: &TrackShot, most: f64) -> Option<(f64, f64)> {
@@ -407,32 +358,6 @@ mod tests {
             Sample { t, x: 0.4 + speed * t + wrong, y: 0.2, sd: None }
         };
         (0..20).map(frame).collect()
-    }
-
-    #[test]
-    fn the_noise_of_tracks_that_have_only_some_frames() {
-        const NOISE: f64 = 3e-4;
-        let mut state = 1_u64;
-        // the sum of twelve uniform numbers has the variance 1
-        let mut normal = || {
-            let mut uniform = || {
-                state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1);
-                (state >> 11) as f64 / (1_u64 << 53) as f64
-            };
-            (0..12).map(|_| uniform()).sum::<f64>() - 6.0
-        };
-        let mut frame = |n: usize| {
-            let t = n as f64 / 500.0;
-            Sample { t, x: 0.4 + 1.5 * t + NOISE * normal(), y: 0.2 + NOISE * normal(), sd: None }
-        };
-        let all: Vec<Sample> = (0..4000).map(&mut frame).collect();
-        for (what, every, kept) in
-            [("all", 1, 1), ("half", 2, 1), ("two of three", 3, 2), ("two of four", 4, 2)]
-        {
-            let some: Vec<Sample> = (0..all.len()).filter(|n| n % every < kept).map(|n| all[n]).collect();
-            let noise = noise_of([&some, &some], [0.0; 2], (500.0, 0.0));
-            assert!((noise / NOISE - 1.0).abs() < 0.05, "{what}: {noise}");
-        }
     }
 
     #[test]

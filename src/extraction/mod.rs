@@ -4,6 +4,7 @@
 pub mod disc;
 mod drops_at_impact;
 mod film;
+mod frame_noise;
 mod initial_guess;
 mod marker_rotation;
 mod marker_spins;
@@ -19,7 +20,8 @@ use nalgebra::{DMatrix, SMatrix, SVector};
 use rayon::prelude::*;
 
 pub(crate) use drops_at_impact::repair_drops_at_impacts;
-pub(crate) use initial_guess::{contact, instant, noise, object_speed};
+pub(crate) use frame_noise::noise;
+pub(crate) use initial_guess::{contact, instant, object_speed};
 pub use marker_rotation::Rotation;
 pub(crate) use marker_rotation::turn;
 pub(crate) use near_model::near_model;

@@ -93,7 +93,7 @@ pub fn noise_correlation(shots: &[TrackShot], scene: &Scene) -> Option<NoiseCorr
 
 /// x and y of the cue ball in the last even frames before the impact.
 fn paths(shot: &TrackShot, scene: &Scene) -> Option<[DVector<f64>; 2]> {
-    let impact = initial_guess::instant(shot, scene)?;
+    let impact = initial_guess::surely_before(shot, scene)?;
     let frame = shot.fps.recip();
     let before: Vec<Sample> = shot.cue.iter().filter(|s| s.t < impact - 0.5 * frame).copied().collect();
     let even = |two: &[Sample]| {

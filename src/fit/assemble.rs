@@ -192,15 +192,16 @@ impl<'a> Finished<'a> {
         let is_settled = gives_way.is_none() || !fit.footage || of_discs;
         // too few to show whether the camera looks askew, which other causes would stand in for
         let is_few = fit.footage && !of_discs && shots.len() < LEAST_SHOTS;
-        let is_called_for =
-            || !is_few && (causes::is_called_for(fit) || causes::is_suspected(self.settled, of_discs));
         // a tracker that lags leaves what no cause explains
         let lags = fit.frames.as_ref().is_some_and(lag::lags);
-        let is_asked = options.explain || (options.depth >= Depth::Everything && is_called_for());
-        if is_settled && is_asked && !lags {
+        let looks = is_settled && !lags && !is_few && options.depth >= Depth::Everything;
+        let is_asked = options.explain || (looks && causes::is_called_for(fit));
+        let suspects = if looks && !is_asked { causes::suspects(self.settled, of_discs) } else { Vec::new() };
+        if is_settled && !lags && (is_asked || !suspects.is_empty()) {
             let reduced = fit.diagnostics.goodness.as_ref().filter(|goodness| goodness.dof > 0);
             let reduced = reduced.map(|goodness| goodness.chi2 / goodness.dof as f64);
-            fit.explanations = causes::explain(self.settled, search, (of_discs, reduced));
+            let first = (!is_asked).then_some(suspects.as_slice());
+            fit.explanations = causes::explain(self.settled, search, (of_discs, reduced), first);
         }
         if is_settled && options.explain && fit.explanations.is_empty() {
             fit.notes.push(causes::none_found(self.settled, search, of_discs));

@@ -7,7 +7,7 @@ use nalgebra::{DMatrix, DVector, SMatrix};
 use super::lines::{LEAST, repeated};
 use super::unknowns::{COUNT, DIRECTION, DISTANCE, PLACE, TIME, Unknowns, velocity};
 use super::{Outcome, Unusable, stick};
-use crate::extraction::initial_guess::noise_of;
+use crate::extraction::frame_noise::noise_of;
 use crate::film::discs::Calibrated;
 use crate::measurement::track::{Sample, TrackShot};
 use crate::numerics::least_squares;

@@ -12,7 +12,7 @@ mod score;
 pub use cause::{Cause, Explanation};
 use hypothesis::{Departures, Trial};
 use profile::Profile;
-use score::{STEPS, Score};
+use score::Score;
 
 use super::Fit;
 use super::diagnostics::goodness::IMPROBABLE;
@@ -50,28 +50,27 @@ pub(super) fn is_called_for(fit: &Fit) -> bool {
     })
 }
 
-/// Whether a score test finds an assumption without which −2 log L may be lower by what names a cause, though the noise explains the
-/// residuals: noise that each shot tells by itself hides much.
-pub(super) fn is_suspected(settled: &Settled, discs: bool) -> bool {
+/// The assumptions without which, by a score test, −2 log L may be lower by what names a cause, though the noise explains the residuals:
+/// noise that each shot tells by itself hides much.
+pub(super) fn suspects(settled: &Settled, discs: bool) -> Vec<Cause> {
     let sample = settled.search.first();
     if !sample.is_filmed() || discs || settled.search.is_robust() {
-        return false;
+        return Vec::new();
     }
     let step = sample.fitted.len().div_ceil(SHOTS).max(1);
     let some: Vec<Fitted> = sample.fitted.iter().step_by(step).cloned().collect();
     let sample = Sample { fitted: &some, ..sample.clone() };
     let trial = Trial { sample: &sample, start: *settled.minimum.first(), discs };
-    let Some(score) = Score::of(&trial, settled) else { return false };
-    STEPS.into_iter().any(|(cause, step)| {
-        trial.knows(cause) && score.fall((cause, step)).is_some_and(|fall| fall > SUSPECTED)
-    })
+    Score::of(&trial, settled).map_or_else(Vec::new, |score| score.suspects(SUSPECTED))
 }
 
-/// What explains the residuals of a fit, the best first; empty where nothing does. `reduced`: its χ²/dof, where it has one.
+/// What explains the residuals of a fit, the best first; empty where nothing does. `reduced`: its χ²/dof, where it has one. With
+/// `suspects`, all is looked for only where one of these is named.
 pub(super) fn explain(
     settled: &Settled,
     search: &Search,
     (discs, reduced): (bool, Option<f64>),
+    suspects: Option<&[Cause]>,
 ) -> Vec<Explanation> {
     let sample = search.first();
     let step = sample.fitted.len().div_ceil(SHOTS).max(1);
@@ -101,6 +100,11 @@ pub(super) fn explain(
         };
         let fall = |profile: &Profile| before.minus_two_log - profile.lowest;
         let is_named = |profile: &Profile| fall(profile) > NAMED.max(WORTH_NAMING * before.excess());
+        if let Some(suspects) = suspects.filter(|_| round == 0)
+            && !along(suspects).iter().any(|(_, profile)| is_named(profile))
+        {
+            break;
+        }
         let mut found = along(&Cause::OF_ALL_SHOTS);
         found.sort_by(|a, b| a.1.lowest.total_cmp(&b.1.lowest));
         // shots that go their own ways take up part of whatever is wrong, and are the slowest to look along

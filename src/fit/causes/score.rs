@@ -16,15 +16,17 @@ use crate::fit::settled::Settled;
 use crate::likelihood::whitening::Hold;
 
 /// Causes that χ² follows smoothly and that are computed fast, each with a step over which differences are taken: about a standard error
-/// of 40 good shots. A frame rate that is wrong is so by more, over which −2 log L is no parabola: it is looked at from further away, too.
-pub(super) const STEPS: [(Cause, f64); 6] = [
+/// of 40 good shots.
+const STEPS: [(Cause, f64); 5] = [
     (Cause::FrameRate, 0.005),
-    (Cause::FrameRate, 0.05),
     (Cause::MassRatio, 0.001),
     (Cause::FallingFriction, 0.003),
     (Cause::TiltX, 5e-4),
     (Cause::TiltY, 5e-4),
 ];
+
+/// A frame rate that is wrong is so by more, over which χ² is no parabola: what the other unknowns would leave of it is looked at there.
+const FRAME_RATES: [f64; 4] = [0.88, 0.94, 1.06, 1.12];
 
 /// A fit as it is, about which each assumption is moved.
 pub(super) struct Score<'a> {
@@ -43,8 +45,34 @@ impl<'a> Score<'a> {
         Some(Self { trial, settled, cost, gradient, curvature })
     }
 
+    /// Assumptions without which χ² would fall by more than this.
+    pub(super) fn suspects(&self, least: f64) -> Vec<Cause> {
+        let near = STEPS.into_iter().filter(|(cause, _)| self.trial.knows(*cause));
+        let near = near.filter_map(|(cause, step)| Some((cause, self.fall(cause, step)?)));
+        let far = FRAME_RATES
+            .into_iter()
+            .filter_map(|rate| Some((Cause::FrameRate, self.fall_at(Cause::FrameRate, rate)?)));
+        let mut suspects: Vec<Cause> = Vec::new();
+        for (cause, fall) in near.chain(far) {
+            if fall > least && !suspects.contains(&cause) {
+                suspects.push(cause);
+            }
+        }
+        suspects
+    }
+
+    /// By how much χ² would be lower with this value: C − C′ + ½ gᵀ H⁻¹ g, with C′, g and H = JᵀJ there. What the shots share moves by one
+    /// step.
+    fn fall_at(&self, cause: Cause, value: f64) -> Option<f64> {
+        let (cost, gradient, jacobian) =
+            evaluated(self.trial, self.settled, &Departures::default().with(cause, value))?;
+        let curvature = jacobian.tr_mul(&jacobian).cholesky()?;
+        let promised = 0.5 * gradient.dot(&curvature.solve(&gradient));
+        Some(2.0 * (self.cost - cost + promised))
+    }
+
     /// By how much χ² would fall; `None` where it does not curve upwards, or cannot be had.
-    pub(super) fn fall(&self, (cause, step): (Cause, f64)) -> Option<f64> {
+    fn fall(&self, cause: Cause, step: f64) -> Option<f64> {
         let at = |value| evaluated(self.trial, self.settled, &Departures::default().with(cause, value));
         let assumed = self.trial.assumed(cause);
         let (low, by_low, _) = at(assumed - step)?;
