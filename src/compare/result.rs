@@ -2,6 +2,7 @@
 
 use super::Quantity;
 use crate::fit::{Computed, Method, Rejected, Residual};
+use crate::physics::name::worded;
 
 /// The result of a comparison: a value, which [`crate::report`] renders.
 #[derive(Clone, Debug)]
@@ -164,26 +165,19 @@ impl Difference {
     }
 }
 
-/// The kind of the test of one value for all against one for each.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[non_exhaustive]
-pub enum TestKind {
-    /// By the ratio of the likelihoods.
-    LikelihoodRatio,
-    /// By the differences and their errors from the scatter of the shots, where a robust loss leaves no likelihood
-    /// (Wald).
-    Wald,
-}
-
-impl TestKind {
-    /// The name for a reader.
-    #[must_use]
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::LikelihoodRatio => "likelihood ratio",
-            Self::Wald => "Wald statistic",
-        }
+worded! {
+    /// The kind of the test of one value for all against one for each.
+    #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+    #[non_exhaustive]
+    pub enum TestKind {
+        /// By the ratio of the likelihoods.
+        LikelihoodRatio = "likelihood ratio",
+        /// By the differences and their errors from the scatter of the shots, where a robust loss leaves no likelihood
+        /// (Wald).
+        Wald = "Wald statistic",
     }
+    /// The name for a reader.
+    pub fn name;
 }
 
 /// The test of one value for all against one for each label.
