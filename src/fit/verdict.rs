@@ -12,7 +12,7 @@ use crate::measurement::dataset::ON_REQUEST;
 use crate::measurement::number::{self, plain, with_error};
 use crate::measurement::observable::Observable;
 use crate::measurement::parameter::Parameter;
-use crate::physics::name::by_name;
+use crate::physics::name::{by_name, worded};
 
 /// Of the shots that were used: more doubtful ones than this part decide the result.
 const MANY_DOUBTFUL: f64 = 0.1;
@@ -20,31 +20,20 @@ const MANY_DOUBTFUL: f64 = 0.1;
 /// Releasing a bound is worth a doubt when it makes an error this many times as large.
 const WORTH_DOUBTING: f64 = 2.0;
 
-/// Whether the numbers of a fit can be used.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-#[non_exhaustive]
-pub enum Grade {
-    /// Nothing that was tested speaks against the numbers.
-    Good,
-    /// The numbers stand, with one reservation that the sentence states.
-    Doubtful,
-    /// There are no numbers to use.
-    Unusable,
-}
-
-impl Grade {
-    /// All grades, the best first.
-    pub const ALL: [Self; 3] = [Self::Good, Self::Doubtful, Self::Unusable];
-
-    /// The name in fit.json.
-    #[must_use]
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Good => "good",
-            Self::Doubtful => "doubtful",
-            Self::Unusable => "unusable",
-        }
+worded! {
+    /// Whether the numbers of a fit can be used, the best first.
+    #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+    #[non_exhaustive]
+    pub enum Grade {
+        /// Nothing that was tested speaks against the numbers.
+        Good = "good",
+        /// The numbers stand, with one reservation that the sentence states.
+        Doubtful = "doubtful",
+        /// There are no numbers to use.
+        Unusable = "unusable",
     }
+    /// The name in fit.json.
+    pub fn name;
 }
 
 by_name!(Grade, "grade", ALL, name);
