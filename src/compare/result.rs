@@ -88,8 +88,6 @@ pub struct SampleSummary {
     pub dataset: usize,
     /// The index of its label in [`Comparison::labels`].
     pub label: usize,
-    /// Who measured it, how and when.
-    pub source: Option<String>,
     /// How many of its shots were fitted.
     pub shots_used: usize,
     /// The shots that were left out, with the reasons.
