@@ -5,13 +5,15 @@ use std::path::{Path, PathBuf};
 use caromfit::io::cases::{self, BadCase, Case, Computed};
 use caromfit::physics::ball::{Ball, BallState, Vec3};
 use caromfit::physics::cloth_motion::Cloth;
-use caromfit::physics::collision::{ClothTorque, Effects, Fidelity, MIN_TOLERANCE, Model, Outcome};
+use caromfit::physics::collision::{
+    ClothTorque, Effects, Fidelity, FidelityChoice, MIN_TOLERANCE, Model, Outcome,
+};
 use caromfit::physics::effect_sizes::{self, Choice, Compared, Estimate};
 use caromfit::physics::friction_law::Law;
 use caromfit::report::FORMAT_VERSION;
 use serde_json::{Value, json};
 
-use super::{Failure, FidelityArg, print, unless_none};
+use super::{Failure, print, unless_none};
 
 /// Tolerance of an integration in parts of what the effects left out may change.
 const INTEGRATION: f64 = 1e-3;
@@ -52,8 +54,8 @@ pub struct Args {
     #[arg(long, value_name = "M", default_value_t = Ball::POOL.radius, allow_hyphen_values = true)]
     radius: f64,
     /// How closely the collision is modelled
-    #[arg(long, value_enum, default_value = "full")]
-    fidelity: FidelityArg,
+    #[arg(long, value_parser = super::fidelity(), default_value = "full")]
+    fidelity: FidelityChoice,
     /// Of ode and contact: the error of each step, in parts of the closing speed [default: 1e-10]. Of auto:
     /// what the effects left out may change together, in parts of the cue ball's speed [default: 1e-3]
     #[arg(long, value_name = "PART", value_parser = super::tolerance)]
@@ -98,8 +100,11 @@ fn parse_spin(text: &str) -> Result<Vec3, String> {
 
 pub fn run(args: &Args) -> Result<(), Failure> {
     let torque = if args.as_printed { ClothTorque::AsPrinted } else { ClothTorque::Corrected };
-    super::simulates(args.fidelity.0, args.effects)?;
-    let fidelity = args.fidelity.0.or_else(|| args.effects.map(effect_sizes::cheapest));
+    super::simulates(args.fidelity, args.effects)?;
+    let fidelity = match args.fidelity {
+        FidelityChoice::Of(fidelity) => Some(fidelity),
+        _ => args.effects.map(effect_sizes::cheapest),
+    };
     let within = args.tolerance.unwrap_or(effect_sizes::TOLERANCE);
     let given = |case: &Case| -> Result<Model, BadCase> {
         let ball = Ball { radius: case.radius, ..Ball::POOL };

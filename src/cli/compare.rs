@@ -10,7 +10,7 @@ use caromfit::physics::collision::FidelityChoice;
 use caromfit::report::{compare as report, write};
 
 use super::progress::{self, Progress};
-use super::{Failure, FidelityArg, print};
+use super::{Failure, print};
 
 /// One joint fit of several data sets, or of the labels of one whose [fit] by names a column: which parameters differ,
 /// by how much, how surely. Where the data sets have different cloth labels, μ and e are shared and μ_s and μ_k differ by
@@ -36,8 +36,8 @@ pub struct Args {
     same_camera: bool,
     /// How closely the collision is modelled; auto takes for each shot the cheapest that leaves out less than a tenth of
     /// its standard errors, as all data sets together tell
-    #[arg(long, value_enum, default_value = "auto")]
-    fidelity: FidelityArg,
+    #[arg(long, value_parser = super::fidelity(), default_value = "auto")]
+    fidelity: FidelityChoice,
     /// How footage is compared: velocities extracted first (two-stage), or all frames at once (joint); joint where all data sets are
     /// footage of balls
     #[arg(long, value_parser = super::named(Method::ALL, Method::name))]
@@ -55,7 +55,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let progress = Progress::over_shots(&datasets, 0);
     progress.expect(compare::STAGES);
     let options = Options {
-        fidelity: args.fidelity.0.map_or(FidelityChoice::Auto, FidelityChoice::Of),
+        fidelity: args.fidelity,
         loss: args.loss,
         share: args.share.clone(),
         per_dataset: args.per_dataset.clone(),

@@ -17,7 +17,7 @@ use super::baseline::{self, Baseline};
 use super::progress::{self, Progress};
 use super::table_only::{Told, is_table};
 use super::wanted::Wanted;
-use super::{Failure, FidelityArg, print, print_lines, unless_none};
+use super::{Failure, print, print_lines, unless_none};
 
 /// The report in the folder of a fit.
 const REPORT: &str = "report.html";
@@ -39,8 +39,8 @@ pub struct Args {
     out: PathBuf,
     /// How closely the collision is modelled; auto takes for each shot the cheapest that leaves out less than a tenth of
     /// its standard errors
-    #[arg(long, value_enum, default_value = "auto")]
-    fidelity: FidelityArg,
+    #[arg(long, value_parser = super::fidelity(), default_value = "auto")]
+    fidelity: FidelityChoice,
     /// Of ode and contact: the error of each step, in parts of the closing speed
     #[arg(long, value_name = "PART", value_parser = super::tolerance, default_value_t = Model::TOLERANCE)]
     tolerance: f64,
@@ -158,7 +158,7 @@ fn load(args: &Args) -> Result<(Vec<Dataset>, Vec<String>), Failure> {
 
 pub fn run(args: &Args) -> Result<(), Failure> {
     // All input is checked before anything is written.
-    super::simulates(args.fidelity.0, args.effects)?;
+    super::simulates(args.fidelity, args.effects)?;
     if !args.free.is_empty() && args.method == Some(Method::TwoStage) {
         return Err(Failure::input(
             "--free bounce: only a fit of all frames can tell it; expected --method joint, or none"
@@ -245,9 +245,12 @@ impl Shown {
 }
 
 fn options(args: &Args) -> Options {
-    let fidelity = args.fidelity.0.or_else(|| args.effects.map(effect_sizes::cheapest));
+    let fidelity = match (args.fidelity, args.effects) {
+        (FidelityChoice::Auto, Some(effects)) => FidelityChoice::Of(effect_sizes::cheapest(effects)),
+        (given, _) => given,
+    };
     Options {
-        fidelity: fidelity.map_or(FidelityChoice::Auto, FidelityChoice::Of),
+        fidelity,
         effects: args.effects,
         falling: args.falling.unwrap_or_default(),
         tolerance: args.tolerance,

@@ -29,12 +29,14 @@ use caromfit::io::draft::InitError;
 use caromfit::io::stored_fit::StoredError;
 use caromfit::measurement::dataset::Dataset;
 use caromfit::measurement::loss::Loss;
-use caromfit::physics::collision::{Effects, Fidelity, MAX_TOLERANCE, MIN_TOLERANCE, NotACollision};
+use caromfit::physics::collision::{
+    Effects, Fidelity, FidelityChoice, MAX_TOLERANCE, MIN_TOLERANCE, NotACollision,
+};
 use caromfit::physics::friction_law::Law;
 use caromfit::report::ReportError;
 use caromfit::report::overview::Colour;
-use clap::builder::{PossibleValuesParser, TypedValueParser};
-use clap::{Parser, Subcommand, ValueEnum};
+use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
+use clap::{Parser, Subcommand};
 use serde_json::{Value, json};
 
 /// From footage of billiard-ball collisions to the friction between the balls μ, the friction of the
@@ -126,30 +128,12 @@ fn unless_none(wrong: &[impl ToString], failure: fn(String) -> Failure) -> Resul
     if wrong.is_empty() { Ok(()) } else { Err(failure(wrong.join("\nerror: "))) }
 }
 
-/// A collision model by its name on the command line; `None`: the cheapest that serves, for each shot.
-#[derive(Clone, Copy, PartialEq, Eq)]
-struct FidelityArg(Option<Fidelity>);
-
-impl ValueEnum for FidelityArg {
-    fn value_variants<'a>() -> &'a [Self] {
-        const {
-            &[
-                Self(Some(Fidelity::Elastic)),
-                Self(Some(Fidelity::Inelastic)),
-                Self(Some(Fidelity::Linear)),
-                Self(Some(Fidelity::Full)),
-                Self(Some(Fidelity::Ode)),
-                Self(Some(Fidelity::Contact)),
-                Self(None),
-            ]
-        }
-    }
-
-    fn to_possible_value(&self) -> Option<clap::builder::PossibleValue> {
-        let help =
-            self.0.map_or("for each shot the cheapest that stays within the tolerance", Fidelity::meaning);
-        Some(clap::builder::PossibleValue::new(self.0.map_or("auto", Fidelity::name)).help(help))
-    }
+/// A collision model by its name, or auto.
+fn fidelity() -> impl TypedValueParser<Value = FidelityChoice> {
+    let auto = PossibleValue::new("auto").help("for each shot the cheapest that stays within the tolerance");
+    let one = |fidelity: Fidelity| PossibleValue::new(fidelity.name()).help(fidelity.meaning());
+    let names = PossibleValuesParser::new(Fidelity::ALL.into_iter().map(one).chain([auto]));
+    names.try_map(|name| name.parse::<FidelityChoice>())
 }
 
 /// A tolerance of the integrated fidelities.
@@ -187,8 +171,8 @@ fn loss() -> impl TypedValueParser<Value = Loss> {
 }
 
 /// That a fidelity that is stated has the effects that are; all means all that it has.
-fn simulates(fidelity: Option<Fidelity>, effects: Option<Effects>) -> Result<(), Failure> {
-    let (Some(fidelity), Some(effects)) = (fidelity, effects) else { return Ok(()) };
+fn simulates(fidelity: FidelityChoice, effects: Option<Effects>) -> Result<(), Failure> {
+    let (FidelityChoice::Of(fidelity), Some(effects)) = (fidelity, effects) else { return Ok(()) };
     let missing = effects.list().into_iter().zip(fidelity.effects().list());
     let missing: Vec<&str> =
         missing.filter(|((_, on), (_, has))| *on && !has).map(|((name, _), _)| name).collect();

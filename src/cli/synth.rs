@@ -4,13 +4,13 @@ use std::path::PathBuf;
 
 use caromfit::measurement::parameter::Parameter;
 use caromfit::physics::ball::Ball;
-use caromfit::physics::collision::{Fidelity, Model};
+use caromfit::physics::collision::{Fidelity, FidelityChoice, Model};
 use caromfit::physics::friction_law::Law;
 use caromfit::report::{FORMAT_VERSION, unit_of, write};
 use caromfit::simulate::{self, Spec};
 use serde_json::{Value, json};
 
-use super::{Failure, FidelityArg, print};
+use super::{Failure, print};
 
 /// Makes dataset.toml, shots.csv (tracks.csv for footage) and truth.json in DIR, the same for the same SPEC.
 #[derive(clap::Args)]
@@ -73,8 +73,8 @@ pub struct Args {
     #[arg(long, value_name = "DIR")]
     out: PathBuf,
     /// How closely the collisions are modelled: full, or ode where the contact gives way or its friction falls with the slip
-    #[arg(long, value_enum)]
-    fidelity: Option<FidelityArg>,
+    #[arg(long, value_parser = super::fidelity())]
+    fidelity: Option<FidelityChoice>,
     /// Of ode and contact: the error of each step, in parts of the closing speed
     #[arg(long, value_name = "PART", value_parser = super::tolerance, default_value_t = Model::TOLERANCE)]
     tolerance: f64,
@@ -111,12 +111,9 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         }
         (spec.truth.mu_b, spec.truth.mu_c) = (Some(b), Some(c));
     }
-    let model = match &args.fidelity {
-        Some(asked) => {
-            let fidelity =
-                asked.0.ok_or_else(|| Failure::input("--fidelity auto: expected one for all shots"))?;
-            Model::new(fidelity, Ball::POOL)
-        }
+    let model = match args.fidelity {
+        Some(FidelityChoice::Of(fidelity)) => Model::new(fidelity, Ball::POOL),
+        Some(_) => return Err(Failure::input("--fidelity auto: expected one for all shots")),
         None => spec.usual_model(),
     };
     let model = Model { tolerance: args.tolerance, ..model };

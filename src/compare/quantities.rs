@@ -83,15 +83,7 @@ impl<'a> FitOfAll<'a> {
         };
         let value = |column: Option<usize>, label: Option<usize>| {
             let Some(column) = column else {
-                let value = held(label);
-                return Value {
-                    label,
-                    value,
-                    std_error: None,
-                    interval_95: None,
-                    fitted: false,
-                    at_bound: false,
-                };
+                return Value::held(label, held(label));
             };
             let Constraints { lower, upper, .. } = &settled.minimum.constraints;
             let known = |c: &&DMatrix<f64>| is_known(&settled.minimum, c, column);
@@ -99,8 +91,7 @@ impl<'a> FitOfAll<'a> {
             let value = settled.minimum.x[column];
             // an equality leaves it no room
             if std_error.is_some_and(|error| error <= PRESCRIBED * value.abs()) {
-                let at_bound = false;
-                return Value { label, value, std_error: None, interval_95: None, fitted: false, at_bound };
+                return Value::held(label, value);
             }
             let t = self.tests.quantile();
             let interval_95 = std_error.map(|error| {

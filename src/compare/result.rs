@@ -2,6 +2,7 @@
 
 use super::Quantity;
 use crate::fit::{Computed, Method, Rejected, Residual};
+use crate::physics::name::worded;
 
 /// The result of a comparison: a value, which [`crate::report`] renders.
 #[derive(Clone, Debug)]
@@ -87,8 +88,6 @@ pub struct SampleSummary {
     pub dataset: usize,
     /// The index of its label in [`Comparison::labels`].
     pub label: usize,
-    /// Who measured it, how and when.
-    pub source: Option<String>,
     /// How many of its shots were fitted.
     pub shots_used: usize,
     /// The shots that were left out, with the reasons.
@@ -131,6 +130,13 @@ pub struct Value {
     pub at_bound: bool,
 }
 
+impl Value {
+    /// One that was not fitted.
+    pub(super) fn held(label: Option<usize>, value: f64) -> Self {
+        Self { label, value, std_error: None, interval_95: None, fitted: false, at_bound: false }
+    }
+}
+
 /// The difference of a quantity between two labels: the second less the first.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
@@ -164,26 +170,19 @@ impl Difference {
     }
 }
 
-/// The kind of the test of one value for all against one for each.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[non_exhaustive]
-pub enum TestKind {
-    /// By the ratio of the likelihoods.
-    LikelihoodRatio,
-    /// By the differences and their errors from the scatter of the shots, where a robust loss leaves no likelihood
-    /// (Wald).
-    Wald,
-}
-
-impl TestKind {
-    /// The name for a reader.
-    #[must_use]
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::LikelihoodRatio => "likelihood ratio",
-            Self::Wald => "Wald statistic",
-        }
+worded! {
+    /// The kind of the test of one value for all against one for each.
+    #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+    #[non_exhaustive]
+    pub enum TestKind {
+        /// By the ratio of the likelihoods.
+        LikelihoodRatio = "likelihood ratio",
+        /// By the differences and their errors from the scatter of the shots, where a robust loss leaves no likelihood
+        /// (Wald).
+        Wald = "Wald statistic",
     }
+    /// The name for a reader.
+    pub fn name;
 }
 
 /// The test of one value for all against one for each label.

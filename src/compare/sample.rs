@@ -175,7 +175,6 @@ pub(super) fn gather<'a>(datasets: &[&'a Dataset], options: &Options) -> Result<
                 title: title.clone(),
                 dataset: dataset_number,
                 label,
-                source: dataset.source.clone(),
                 shots_used: fitted.len(),
                 shots_rejected: left_out.chain(unusable).collect(),
             });

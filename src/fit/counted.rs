@@ -2,44 +2,29 @@
 
 use super::{Fit, Method};
 use crate::measurement::observable::Observable;
+use crate::physics::name::worded;
 
-/// The kind of the measured numbers whose squared residuals are summed.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[non_exhaustive]
-pub enum Counted {
-    /// Coordinates of the balls in the frames, and components of spins that markers show.
-    Coordinates,
-    /// Components of velocities, and of spins, after the impact.
-    Velocities,
-    /// Angles, speeds and their ratios.
-    Angles,
-    /// Of discs: the restitution and the ratio of the impulses of each shot.
-    Impulses,
+worded! {
+    /// The kind of the measured numbers whose squared residuals are summed.
+    #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+    #[non_exhaustive]
+    pub enum Counted {
+        /// Coordinates of the balls in the frames, and components of spins that markers show.
+        Coordinates = "coordinates" | "the frames' coordinates",
+        /// Components of velocities, and of spins, after the impact.
+        Velocities = "velocities" | "the velocities",
+        /// Angles, speeds and their ratios.
+        Angles = "angles" | "the angles and speeds",
+        /// Of discs: the restitution and the ratio of the impulses of each shot.
+        Impulses = "impulses" | "e and J_t/J_n of the shots",
+    }
+    /// The name in fit.json.
+    pub fn name;
+    /// The name in a sentence.
+    pub fn words;
 }
 
 impl Counted {
-    /// The name in fit.json.
-    #[must_use]
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Coordinates => "coordinates",
-            Self::Velocities => "velocities",
-            Self::Angles => "angles",
-            Self::Impulses => "impulses",
-        }
-    }
-
-    /// The name in a sentence.
-    #[must_use]
-    pub fn words(self) -> &'static str {
-        match self {
-            Self::Coordinates => "the frames' coordinates",
-            Self::Velocities => "the velocities",
-            Self::Angles => "the angles and speeds",
-            Self::Impulses => "e and J_t/J_n of the shots",
-        }
-    }
-
     /// The kind of some observables.
     pub(crate) fn of(observables: impl Iterator<Item = Observable>) -> Self {
         let mut kind = Self::Angles;

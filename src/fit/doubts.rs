@@ -2,6 +2,7 @@
 //! holds with equality.
 
 use super::{Estimate, Fit, Method, Status};
+use crate::measurement::number::plain;
 use crate::measurement::parameter::Parameter;
 use crate::measurement::relation::{Relation, Sense};
 use crate::measurement::values::Values;
@@ -63,9 +64,42 @@ pub(super) fn add_rivals(fit: &mut Fit, others: &[(Values, f64)]) {
     }
 }
 
+/// Releasing a bound is worth saying when it makes an error this many times as large.
+const WORTH_SAYING: f64 = 2.0;
+
+/// Of an estimate that ends at one of its bounds: which, and how far it may be from there, to so many digits.
+pub(super) fn bound_and_limit(estimate: &Estimate, digits: usize) -> Option<(&'static str, Option<String>)> {
+    let (side, word, end) = match estimate.status {
+        Status::AtLowerBound => ("lower", "at most", 1),
+        Status::AtUpperBound => ("upper", "at least", 0),
+        _ => return None,
+    };
+    Some((side, estimate.interval_95.map(|ends| format!("{word} {}", plain(ends[end], digits)))))
+}
+
+/// A parameter that is known much less where others are not exactly at their bounds.
+pub(super) struct Hidden {
+    pub parameter: Parameter,
+    /// Its standard error, and what that would be if the conditions held.
+    pub errors: [f64; 2],
+    pub conditions: Vec<String>,
+    /// Which others are involved.
+    pub others: Vec<&'static str>,
+}
+
+/// All of them.
+pub(super) fn hidden_by_bounds(fit: &Fit) -> impl Iterator<Item = Hidden> {
+    fit.estimates.iter().filter_map(|estimate| {
+        let errors @ [released, conditional] = [estimate.std_error?, estimate.std_error_at_bound?];
+        let (conditions, others) = held_exactly(fit, estimate.parameter);
+        let hides = released >= WORTH_SAYING * conditional && !conditions.is_empty();
+        hides.then_some(Hidden { parameter: estimate.parameter, errors, conditions, others })
+    })
+}
+
 /// What holds with equality where the fit ended, bounds and constraints, as the conditions of a standard error; and which
 /// other parameters are involved. With μ_s the data know only its product with μ.
-pub(super) fn held_exactly(fit: &Fit, parameter: Parameter) -> (Vec<String>, Vec<&'static str>) {
+fn held_exactly(fit: &Fit, parameter: Parameter) -> (Vec<String>, Vec<&'static str>) {
     let is_at_bound = |status| matches!(status, Status::AtLowerBound | Status::AtUpperBound);
     let (mut conditions, mut others) = (Vec::new(), Vec::new());
     for bound in fit.estimates.iter().filter(|e| is_at_bound(e.status)) {

@@ -5,7 +5,7 @@ use nalgebra::DMatrix;
 use super::Fit;
 use crate::measurement::parameter::{Parameter, Setting};
 use crate::numerics::least_squares::Activity;
-use crate::physics::name::by_name;
+use crate::physics::name::{by_name, worded};
 
 impl Fit {
     /// The estimate of a parameter; `None` for one that the fit does not have, such as b where the friction is constant.
@@ -141,39 +141,25 @@ impl Estimate {
     }
 }
 
-/// How far a fit determined a parameter.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[non_exhaustive]
-pub enum Status {
-    /// It was fitted.
-    Free,
-    /// It was held at a stated value.
-    Fixed,
-    /// It was fitted and ended at its lower bound.
-    AtLowerBound,
-    /// It was fitted and ended at its upper bound.
-    AtUpperBound,
-    /// The data do not determine it. It is given at its initial value or, where they determine a combination of
-    /// several parameters, at one of the values that fit equally well.
-    NotIdentified,
-}
-
-impl Status {
-    /// All of them.
-    pub const ALL: [Self; 5] =
-        [Self::Free, Self::Fixed, Self::AtLowerBound, Self::AtUpperBound, Self::NotIdentified];
-
-    /// The name in fit.json.
-    #[must_use]
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Free => "free",
-            Self::Fixed => "fixed",
-            Self::AtLowerBound => "at-lower-bound",
-            Self::AtUpperBound => "at-upper-bound",
-            Self::NotIdentified => "not-identified",
-        }
+worded! {
+    /// How far a fit determined a parameter.
+    #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+    #[non_exhaustive]
+    pub enum Status {
+        /// It was fitted.
+        Free = "free",
+        /// It was held at a stated value.
+        Fixed = "fixed",
+        /// It was fitted and ended at its lower bound.
+        AtLowerBound = "at-lower-bound",
+        /// It was fitted and ended at its upper bound.
+        AtUpperBound = "at-upper-bound",
+        /// The data do not determine it. It is given at its initial value or, where they determine a combination of
+        /// several parameters, at one of the values that fit equally well.
+        NotIdentified = "not-identified",
     }
+    /// The name in fit.json.
+    pub fn name;
 }
 
 impl From<Activity> for Status {

@@ -257,7 +257,7 @@ pub(super) fn with_discs_calibrated(
     };
     let Some(mut tracks) = dataset.tracks.take() else { return (dataset, Vec::new()) };
     dataset.left_out.extend(tracks.left_out());
-    let impacts = disc::extract_all_calibrated(&tracks.shots, &discs, camera);
+    let impacts = disc::extract_all(&tracks.shots, &discs, camera);
     let mut extracted = Vec::with_capacity(tracks.shots.len());
     for (track, impact) in std::mem::take(&mut tracks.shots).into_iter().zip(impacts) {
         match impact {

@@ -10,7 +10,7 @@ use crate::measurement::loss::Loss;
 use crate::measurement::parameter::{Parameter, Setting, Settings};
 use crate::measurement::values::Values;
 use crate::physics::collision::{Effects, FidelityChoice, MAX_TOLERANCE, MIN_TOLERANCE, Model};
-use crate::physics::name::by_name;
+use crate::physics::name::{by_name, worded};
 
 /// Choices of a fit that are not part of the data set. The default is what `caromfit fit` does.
 ///
@@ -88,30 +88,20 @@ impl Falling {
     }
 }
 
-/// How footage is fitted.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-#[non_exhaustive]
-pub enum Method {
-    /// Velocities are extracted from the frames of each shot, then the parameters fitted to these.
-    #[default]
-    TwoStage,
-    /// The parameters are fitted to all frames of all shots, together with the unknowns that each shot has of its
-    /// own.
-    Joint,
-}
-
-impl Method {
-    /// Both methods.
-    pub const ALL: [Self; 2] = [Self::TwoStage, Self::Joint];
-
-    /// The name on the command line and in fit.json.
-    #[must_use]
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::TwoStage => "two-stage",
-            Self::Joint => "joint",
-        }
+worded! {
+    /// How footage is fitted.
+    #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+    #[non_exhaustive]
+    pub enum Method {
+        /// Velocities are extracted from the frames of each shot, then the parameters fitted to these.
+        #[default]
+        TwoStage = "two-stage",
+        /// The parameters are fitted to all frames of all shots, together with the unknowns that each shot has of its
+        /// own.
+        Joint = "joint",
     }
+    /// The name on the command line and in fit.json.
+    pub fn name;
 }
 
 by_name!(Method, "method", ALL, name);

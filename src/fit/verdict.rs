@@ -6,45 +6,31 @@
 use super::check;
 use super::check::capital;
 use super::diagnostics::goodness::IMPROBABLE;
-use super::doubts::{below_bound, held_exactly};
+use super::doubts::{Hidden, below_bound, bound_and_limit, hidden_by_bounds};
 use super::{Fit, NoiseVerdict, Scatter, Status, Trend};
 use crate::measurement::dataset::ON_REQUEST;
 use crate::measurement::number::{self, plain, with_error};
 use crate::measurement::observable::Observable;
 use crate::measurement::parameter::Parameter;
-use crate::physics::name::by_name;
+use crate::physics::name::{by_name, worded};
 
 /// Of the shots that were used: more doubtful ones than this part decide the result.
 const MANY_DOUBTFUL: f64 = 0.1;
 
-/// Releasing a bound is worth a doubt when it makes an error this many times as large.
-const WORTH_DOUBTING: f64 = 2.0;
-
-/// Whether the numbers of a fit can be used.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-#[non_exhaustive]
-pub enum Grade {
-    /// Nothing that was tested speaks against the numbers.
-    Good,
-    /// The numbers stand, with one reservation that the sentence states.
-    Doubtful,
-    /// There are no numbers to use.
-    Unusable,
-}
-
-impl Grade {
-    /// All grades, the best first.
-    pub const ALL: [Self; 3] = [Self::Good, Self::Doubtful, Self::Unusable];
-
-    /// The name in fit.json.
-    #[must_use]
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Good => "good",
-            Self::Doubtful => "doubtful",
-            Self::Unusable => "unusable",
-        }
+worded! {
+    /// Whether the numbers of a fit can be used, the best first.
+    #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+    #[non_exhaustive]
+    pub enum Grade {
+        /// Nothing that was tested speaks against the numbers.
+        Good = "good",
+        /// The numbers stand, with one reservation that the sentence states.
+        Doubtful = "doubtful",
+        /// There are no numbers to use.
+        Unusable = "unusable",
     }
+    /// The name in fit.json.
+    pub fn name;
 }
 
 by_name!(Grade, "grade", ALL, name);
@@ -237,17 +223,8 @@ impl Fit {
             return Some(format!("{}.", capital(&worst.words)));
         }
         let at_bound = self.estimates.iter().find_map(|estimate| {
-            let (side, limit) = match (estimate.status, estimate.interval_95) {
-                (Status::AtLowerBound, Some([_, high])) => {
-                    ("lower", format!(" (at most {} at 95 %)", plain(high, 2)))
-                }
-                (Status::AtUpperBound, Some([low, _])) => {
-                    ("upper", format!(" (at least {} at 95 %)", plain(low, 2)))
-                }
-                (Status::AtLowerBound, None) => ("lower", String::new()),
-                (Status::AtUpperBound, None) => ("upper", String::new()),
-                _ => return None,
-            };
+            let (side, limit) = bound_and_limit(estimate, 2)?;
+            let limit = limit.map_or(String::new(), |limit| format!(" ({limit} at 95 %)"));
             let symbol = estimate.parameter.symbol();
             Some(format!(
                 "{symbol} ends on its {side} bound {}{limit}{}.",
@@ -268,20 +245,10 @@ impl Fit {
 
     /// Which parameter is known only if a bound is the truth.
     fn bound_hides(&self) -> String {
-        let hidden = self.estimates.iter().find_map(|estimate| {
-            let (released, conditional) = (estimate.std_error?, estimate.std_error_at_bound?);
-            let (conditions, others) = held_exactly(self, estimate.parameter);
-            let hides =
-                released > WORTH_DOUBTING * conditional && !conditions.is_empty() && !others.is_empty();
-            hides.then(|| {
-                format!(
-                    ", and these shots hardly tell {} from {}",
-                    estimate.parameter.symbol(),
-                    others.join(" and ")
-                )
-            })
-        });
-        hidden.unwrap_or_default()
+        let hidden = hidden_by_bounds(self).find(|hidden| !hidden.others.is_empty());
+        hidden.map_or(String::new(), |Hidden { parameter, others, .. }| {
+            format!(", and these shots hardly tell {} from {}", parameter.symbol(), others.join(" and "))
+        })
     }
 
     /// Too few shots to believe what they agree on.

@@ -2,16 +2,13 @@
 
 use super::check;
 use super::check::capital;
+use super::doubts::{Hidden, bound_and_limit, hidden_by_bounds};
 use super::saturation::Plateau;
 use super::{DOWN_WEIGHTED, Fit, NoiseVerdict, Rejected, SharedKind, Status};
 use crate::likelihood::fitted::Fitted;
 use crate::likelihood::frames::CLOTH;
 use crate::measurement::dataset::{Dataset, Measured, ON_REQUEST, Shot};
-use crate::measurement::number::plain;
 use crate::measurement::parameter::Parameter;
-
-/// Releasing a bound is worth a warning when it makes an error this many times as large.
-const WORTH_WARNING: f64 = 2.0;
 
 /// What is said of a fit: what the reader must know, and may want to know.
 #[derive(Default)]
@@ -103,36 +100,21 @@ impl Said {
                     "{symbol} is not identified: no observation depends on it. It was left at {}.",
                     estimate.value
                 )),
-                Status::AtLowerBound | Status::AtUpperBound => {
-                    let (side, limit) = match (estimate.status, estimate.interval_95) {
-                        (Status::AtLowerBound, Some([_, end])) => ("lower", Some(format!("at most {}", plain(end, 3)))),
-                        (Status::AtLowerBound, None) => ("lower", None),
-                        (_, Some([end, _])) => ("upper", Some(format!("at least {}", plain(end, 3)))),
-                        (_, None) => ("upper", None),
-                    };
-                    let limit = limit.map_or(String::new(), |limit| format!(", and is {limit} at 95 % confidence"));
-                    self.warnings.push(format!("{symbol} ends on its {side} bound {}{limit}.", estimate.value));
+                _ => {
+                    if let Some((side, limit)) = bound_and_limit(estimate, 3) {
+                        let limit = limit.map_or(String::new(), |limit| format!(", and is {limit} at 95 % confidence"));
+                        self.warnings.push(format!("{symbol} ends on its {side} bound {}{limit}.", estimate.value));
+                    }
                 }
-                _ => {}
             }
         }
     }
 
     /// Parameters that are known much less where another is not exactly at its bound.
     fn released_bounds(&mut self, fit: &Fit) {
-        for estimate in &fit.estimates {
-            let (Some(released), Some(conditional)) = (estimate.std_error, estimate.std_error_at_bound)
-            else {
-                continue;
-            };
-            if released < WORTH_WARNING * conditional {
-                continue;
-            }
-            let (conditions, others) = super::doubts::held_exactly(fit, estimate.parameter);
-            if conditions.is_empty() {
-                continue;
-            }
-            let symbol = estimate.parameter.symbol();
+        for Hidden { parameter, errors: [released, conditional], conditions, others } in hidden_by_bounds(fit)
+        {
+            let symbol = parameter.symbol();
             let from =
                 if others.is_empty() { String::new() } else { format!(" from {}", others.join(" and ")) };
             self.warnings.push(format!(

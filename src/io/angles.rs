@@ -40,16 +40,13 @@ pub(crate) fn shots(table: &Table, assume: Option<Assume>) -> Vec<Shot> {
         }
         let after = observables.row(table, row);
         let (Some(cut), Some(spin)) = (cut, spins.get(row)) else { continue };
+        let before = Before::Angle { cut, speed };
+        let name = table.text("shot", row).unwrap_or_default();
         shots.push(Shot {
-            name: table.text("shot", row).unwrap_or_default().to_string(),
             file: table.path.clone(),
             line: table.line(row),
             labels: rows::labels(table, &known, row),
-            before: Before::Angle { cut, speed },
-            spin: *spin,
-            after,
-            joint: None,
-            side_sd: 0.0,
+            ..Shot::new(name, before, *spin, after)
         });
     }
     shots

@@ -56,16 +56,13 @@ pub(crate) fn shots(table: &Table, assume: Option<Assume>) -> Vec<Shot> {
         let after = observables.row(table, row);
         let Some(spin) = spins.get(row) else { continue };
         let unit = |n: Measured| Measured { value: n.value / length, sd: n.sd };
+        let before = Before::Impact { normal: [unit(nx), unit(ny)], velocity: [vx, vy] };
+        let name = table.text("shot", row).unwrap_or_default();
         shots.push(Shot {
-            name: table.text("shot", row).unwrap_or_default().to_string(),
             file: table.path.clone(),
             line: table.line(row),
             labels: rows::labels(table, &known, row),
-            before: Before::Impact { normal: [unit(nx), unit(ny)], velocity: [vx, vy] },
-            spin: *spin,
-            after,
-            joint: None,
-            side_sd: 0.0,
+            ..Shot::new(name, before, *spin, after)
         });
     }
     shots

@@ -21,6 +21,7 @@ use crate::measurement::spin::Spin;
 use crate::physics::ball::Ball;
 use crate::physics::collision::kappa;
 use crate::physics::disc::{Discs, UNIFORM_DISC};
+use crate::physics::name::worded;
 
 /// In bytes: a folder's name may be this long everywhere, and something still be added to it.
 const LONGEST_NAME: usize = 200;
@@ -53,41 +54,30 @@ pub(crate) struct Manifest {
     pub by: Option<(String, usize, String)>,
 }
 
-#[derive(Clone, Copy, Debug, Deserialize, PartialEq, Eq)]
-#[serde(rename_all = "lowercase")]
-pub(crate) enum Kind {
-    Tracks,
-    Impacts,
-    Angles,
-}
-
-#[derive(Clone, Copy, Debug, Deserialize, PartialEq, Eq)]
-#[serde(rename_all = "kebab-case")]
-pub(crate) enum Assume {
-    Stun,
-    NaturalRoll,
-    Measured,
-    Unknown,
-}
-
-impl Kind {
-    fn name(self) -> &'static str {
-        match self {
-            Self::Tracks => "tracks",
-            Self::Impacts => "impacts",
-            Self::Angles => "angles",
-        }
+worded! {
+    #[derive(Clone, Copy, Debug, Deserialize, PartialEq, Eq)]
+    #[serde(rename_all = "lowercase")]
+    pub(crate) enum Kind {
+        Tracks = "tracks",
+        Impacts = "impacts",
+        Angles = "angles",
     }
+    fn name;
+}
+
+worded! {
+    #[derive(Clone, Copy, Debug, Deserialize, PartialEq, Eq)]
+    #[serde(rename_all = "kebab-case")]
+    pub(crate) enum Assume {
+        Stun = "stun",
+        NaturalRoll = "natural-roll",
+        Measured = "measured",
+        Unknown = "unknown",
+    }
+    pub(crate) fn name;
 }
 
 impl Assume {
-    pub(crate) const WORDS: [(&'static str, Self); 4] = [
-        ("stun", Self::Stun),
-        ("natural-roll", Self::NaturalRoll),
-        ("measured", Self::Measured),
-        ("unknown", Self::Unknown),
-    ];
-
     /// The spin that it says, where it does not say that it is measured.
     pub(crate) fn spin(self) -> Option<Spin> {
         match self {
@@ -100,7 +90,7 @@ impl Assume {
 
     /// The one that a cell of a table names, in small or capital letters.
     pub(crate) fn of(word: &str) -> Option<Self> {
-        Self::WORDS.into_iter().find(|(name, _)| name.eq_ignore_ascii_case(word)).map(|(_, spin)| spin)
+        Self::ALL.into_iter().find(|one| one.name().eq_ignore_ascii_case(word))
     }
 }
 

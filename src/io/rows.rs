@@ -172,7 +172,7 @@ pub(crate) fn measured(components: [Option<Measured>; 3]) -> Option<Spin> {
 pub(crate) fn spin_word(table: &Table, row: usize) -> Result<Option<Assume>, ()> {
     let Some(word) = table.text("cue_spin", row) else { return Ok(None) };
     Assume::of(word).map(Some).ok_or_else(|| {
-        let names = Assume::WORDS.map(|(name, _)| name);
+        let names = Assume::ALL.map(Assume::name);
         let near = did_you_mean(word, names);
         table.wrong(row, "cue_spin", format!("\"{word}\" is no spin{near}; expected {}", names.join(", ")));
     })

@@ -1,100 +1,52 @@
 //! What a camera may do to a film, as names of the numbers that are stated or estimated of it.
 
-/// A way in which a camera may distort a film. [`crate::film::camera`] gives the equations.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-#[non_exhaustive]
-pub enum Correction {
-    /// Lengths that the film shows, at its stated scale, over lengths on the table: 1 where the stated scale is
-    /// right.
-    Scale,
-    /// The scale along y over the scale along x: 1 for square pixels.
-    Aspect,
-    /// By how much x leans as y grows: 0 for an upright camera.
-    Shear,
-    /// How the picture shrinks as x grows, 1/m.
-    PerspectiveX,
-    /// How the picture shrinks as y grows, 1/m.
-    PerspectiveY,
-    /// What the lens adds to a length at 0.5 m from the middle, as a fraction of the length: negative for a barrel
-    /// distortion.
-    Lens,
-    /// Where the axis of the lens meets the picture, along x from the middle of the film, m: nowhere in particular without a lens distortion.
-    LensX,
-    /// The same along y.
-    LensY,
-    /// By how much later a rolling shutter reads what is one metre further along x, in the middle of the picture, s/m.
-    ShutterX,
-    /// By how much later a rolling shutter reads what is one metre further along y, in the middle of the picture, s/m.
-    ShutterY,
-    /// By how much a ball above the cloth is seen displaced along x in the middle of the film, over its height: the tangent of the
-    /// angle from above.
-    ParallaxX,
-    /// The same along y.
-    ParallaxY,
-    /// By how much more away from the middle, 1/m: one over the height of the camera above the table.
-    Nearness,
+use crate::physics::name::worded;
+
+worded! {
+    /// A way in which a camera may distort a film, in the order of every list of their values. [`crate::film::camera`] gives the
+    /// equations.
+    #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+    #[non_exhaustive]
+    pub enum Correction {
+        /// Lengths that the film shows, at its stated scale, over lengths on the table: 1 where the stated scale is
+        /// right.
+        Scale = "scale" | "scale",
+        /// The scale along y over the scale along x: 1 for square pixels.
+        Aspect = "aspect" | "aspect (y over x)",
+        /// By how much x leans as y grows: 0 for an upright camera.
+        Shear = "shear" | "shear",
+        /// How the picture shrinks as x grows, 1/m.
+        PerspectiveX = "perspective_x" | "perspective along x (1/m)",
+        /// How the picture shrinks as y grows, 1/m.
+        PerspectiveY = "perspective_y" | "perspective along y (1/m)",
+        /// What the lens adds to a length at 0.5 m from the middle, as a fraction of the length: negative for a barrel
+        /// distortion.
+        Lens = "lens" | "lens (at 0.5 m)",
+        /// Where the axis of the lens meets the picture, along x from the middle of the film, m: nowhere in particular without a lens distortion.
+        LensX = "lens_x_m" | "axis of the lens along x (m)",
+        /// The same along y.
+        LensY = "lens_y_m" | "axis of the lens along y (m)",
+        /// By how much later a rolling shutter reads what is one metre further along x, in the middle of the picture, s/m.
+        ShutterX = "shutter_x_s_per_m" | "rolling shutter along x (s/m)",
+        /// By how much later a rolling shutter reads what is one metre further along y, in the middle of the picture, s/m.
+        ShutterY = "shutter_s_per_m" | "rolling shutter along y (s/m)",
+        /// By how much a ball above the cloth is seen displaced along x in the middle of the film, over its height: the tangent of the
+        /// angle from above.
+        ParallaxX = "parallax_x" | "parallax along x (per height)",
+        /// The same along y.
+        ParallaxY = "parallax_y" | "parallax along y (per height)",
+        /// By how much more away from the middle, 1/m: one over the height of the camera above the table.
+        Nearness = "nearness_per_m" | "nearness of the camera (1/height, 1/m)",
+    }
+    /// The name in fit.json.
+    pub fn name;
+    /// The name for a reader, with its unit.
+    pub fn words;
 }
 
 impl Correction {
     /// The number of corrections.
-    pub const COUNT: usize = 13;
-
-    /// All corrections, in the order of every list of their values.
-    pub const ALL: [Self; Self::COUNT] = [
-        Self::Scale,
-        Self::Aspect,
-        Self::Shear,
-        Self::PerspectiveX,
-        Self::PerspectiveY,
-        Self::Lens,
-        Self::LensX,
-        Self::LensY,
-        Self::ShutterX,
-        Self::ShutterY,
-        Self::ParallaxX,
-        Self::ParallaxY,
-        Self::Nearness,
-    ];
-
-    /// The name in fit.json.
-    #[must_use]
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Scale => "scale",
-            Self::Aspect => "aspect",
-            Self::Shear => "shear",
-            Self::PerspectiveX => "perspective_x",
-            Self::PerspectiveY => "perspective_y",
-            Self::Lens => "lens",
-            Self::LensX => "lens_x_m",
-            Self::LensY => "lens_y_m",
-            Self::ShutterX => "shutter_x_s_per_m",
-            Self::ShutterY => "shutter_s_per_m",
-            Self::ParallaxX => "parallax_x",
-            Self::ParallaxY => "parallax_y",
-            Self::Nearness => "nearness_per_m",
-        }
-    }
-
-    /// The name for a reader, with its unit.
-    #[must_use]
-    pub fn words(self) -> &'static str {
-        match self {
-            Self::Scale => "scale",
-            Self::Aspect => "aspect (y over x)",
-            Self::Shear => "shear",
-            Self::PerspectiveX => "perspective along x (1/m)",
-            Self::PerspectiveY => "perspective along y (1/m)",
-            Self::Lens => "lens (at 0.5 m)",
-            Self::LensX => "axis of the lens along x (m)",
-            Self::LensY => "axis of the lens along y (m)",
-            Self::ShutterX => "rolling shutter along x (s/m)",
-            Self::ShutterY => "rolling shutter along y (s/m)",
-            Self::ParallaxX => "parallax along x (per height)",
-            Self::ParallaxY => "parallax along y (per height)",
-            Self::Nearness => "nearness of the camera (1/height, 1/m)",
-        }
-    }
+    pub const COUNT: usize = Self::ALL.len();
 
     /// The value of a camera without this distortion.
     #[must_use]

@@ -3,9 +3,10 @@
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 
-use nalgebra::{DMatrix, DVector};
+use nalgebra::DMatrix;
 
 use super::correction::Correction;
+pub use super::joint::{Joint, Shared};
 use super::loss::Loss;
 pub use super::object_ball::{ObjectBall, StatedObject};
 use super::observable::{Axis, Observable};
@@ -207,6 +208,13 @@ pub struct Shot {
 }
 
 impl Shot {
+    /// A shot of no file, without labels and joint errors.
+    #[must_use]
+    pub fn new(name: impl Into<String>, before: Before, spin: Spin, after: Vec<Measurement>) -> Self {
+        let (file, labels) = (PathBuf::new(), BTreeMap::new());
+        Self { name: name.into(), file, line: 0, labels, before, spin, after, joint: None, side_sd: 0.0 }
+    }
+
     /// A measured impact in the table's frame: the line of centres from the cue ball to the object ball, of any length but 0, the
     /// cue ball's velocity before, and its own and the object ball's after, in m/s, each component with its standard deviation where
     /// one is known. The direction of the line of centres errs by `normal_sd` radians, where that is known.
@@ -232,19 +240,10 @@ impl Shot {
                 .zip(velocity)
                 .map(move |(axis, measured)| Measurement { observable: observable(axis), measured })
         };
-        Self {
-            name: name.into(),
-            file: PathBuf::new(),
-            line: 0,
-            labels: BTreeMap::new(),
-            before: Before::Impact { normal: [component(nx, ny), component(ny, nx)], velocity: before },
-            spin,
-            after: of(Observable::CueVelocity, cue_after)
-                .chain(of(Observable::ObjectVelocity, object_after))
-                .collect(),
-            joint: None,
-            side_sd: 0.0,
-        }
+        let before = Before::Impact { normal: [component(nx, ny), component(ny, nx)], velocity: before };
+        let after =
+            of(Observable::CueVelocity, cue_after).chain(of(Observable::ObjectVelocity, object_after));
+        Self::new(name, before, spin, after.collect())
     }
 
     /// Makes the side spin of a shot that is stated as stun or natural roll uncertain: `sd` is the standard deviation of Rω_z/U, and
@@ -278,52 +277,6 @@ impl Shot {
         }
         true
     }
-}
-
-/// Errors of what was extracted from one track, table frame: direction of the line of centres (rad), the
-/// cue ball's v_x, v_y (m/s), ω_x, ω_y, ω_z (rad/s) before the impact, then the shot's observations in
-/// their order.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Joint {
-    /// Their covariance without the errors that all shots share.
-    pub covariance: DMatrix<f64>,
-    /// How they change with each error that all shots share, in the order of [`Shared::ALL`], and behind them with each
-    /// [`Shared::Camera`].
-    pub by_shared: Vec<DVector<f64>>,
-}
-
-/// A number that all shots of footage were extracted with, so that they share its error.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Shared {
-    /// The cloth's sliding friction μ_k.
-    Sliding,
-    /// How high friction lifts a ball, as a factor.
-    Lift,
-    /// The cloth's rolling resistance μ_r.
-    Rolling,
-    /// The camera that discs calibrate, in one of the independent ways in which it may be off.
-    Camera(usize),
-}
-
-impl Shared {
-    /// All but the camera's.
-    pub const ALL: [Self; 3] = [Self::Sliding, Self::Lift, Self::Rolling];
-
-    /// Where it stands in [`Joint::by_shared`].
-    #[must_use]
-    pub fn place(self) -> usize {
-        match self {
-            Self::Sliding => 0,
-            Self::Lift => 1,
-            Self::Rolling => 2,
-            Self::Camera(way) => Self::ALL.len() + way,
-        }
-    }
-}
-
-impl Joint {
-    /// How many quantities before the impact stand in front of the observations.
-    pub const BEFORE: usize = 6;
 }
 
 /// A value with its standard deviation, where the data give one.

@@ -12,35 +12,26 @@ use std::sync::OnceLock;
 
 use statrs::distribution::{ChiSquared, Continuous, ContinuousCDF};
 
-use crate::physics::name::by_name;
+use crate::physics::name::{by_name, worded};
 
-/// How much a shot counts that lies far from its prediction.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-#[non_exhaustive]
-pub enum Loss {
-    /// The square of the distance: least squares.
-    #[default]
-    Squares,
-    /// The square of the distance up to some distance, and linear beyond it (Huber 1964).
-    Huber,
-    /// The logarithm of the distance far away, so that gross errors hardly count (Cauchy).
-    Cauchy,
+worded! {
+    /// How much a shot counts that lies far from its prediction, from the most to the least sensitive to gross errors.
+    #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+    #[non_exhaustive]
+    pub enum Loss {
+        /// The square of the distance: least squares.
+        #[default]
+        Squares = "squares",
+        /// The square of the distance up to some distance, and linear beyond it (Huber 1964).
+        Huber = "huber",
+        /// The logarithm of the distance far away, so that gross errors hardly count (Cauchy).
+        Cauchy = "cauchy",
+    }
+    /// The name in dataset.toml and on the command line.
+    pub fn name;
 }
 
 impl Loss {
-    /// All losses, from the most to the least sensitive to gross errors.
-    pub const ALL: [Self; 3] = [Self::Squares, Self::Huber, Self::Cauchy];
-
-    /// The name in dataset.toml and on the command line.
-    #[must_use]
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Squares => "squares",
-            Self::Huber => "huber",
-            Self::Cauchy => "cauchy",
-        }
-    }
-
     /// With k = 1 the estimate has 95 % of the efficiency of least squares on normal errors (Holland and
     /// Welsch 1977).
     pub(crate) fn tuning(self) -> f64 {

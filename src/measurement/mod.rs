@@ -2,6 +2,7 @@
 pub mod correction;
 pub mod dataset;
 pub(crate) mod isolate;
+pub(crate) mod joint;
 pub mod loss;
 pub(crate) mod marker_groups;
 pub(crate) mod number;

@@ -2,103 +2,52 @@
 //! with the closing speed, and the ratios of masses and radii where these have errors. Their names, bounds and starting values.
 
 use crate::physics::collision::{MAX_KAPPA, Model};
-use crate::physics::name::by_name;
+use crate::physics::name::{by_name, worded};
 
-/// A parameter that a fit can estimate.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
-#[non_exhaustive]
-pub enum Parameter {
-    /// μ, sliding friction between the balls; where it falls with the slip v its a in μ(v) = a + b exp(−c v).
-    Mu,
-    /// μ_s, friction of the cloth on the object ball during the impact.
-    MuS,
-    /// e, energetic coefficient of restitution; where it falls with the closing speed v its e₀ in e(v) = e₀ − e₁v.
-    E,
-    /// b, by how much μ is larger where the slip ends than at high speed.
-    B,
-    /// c, how fast μ falls with the slip, s/m.
-    C,
-    /// κ, how far the contact gives way along its surface ([`Model::kappa`]).
-    Kappa,
-    /// m_cue/m_object, of masses that are stated with their errors.
-    MassRatio,
-    /// R_cue/R_object, of radii that are stated with their errors.
-    RadiusRatio,
-    /// e₁, how fast e falls with the closing speed, s/m ([`Model::e_slope`]).
-    ESlope,
+worded! {
+    /// A parameter that a fit can estimate, in the order of every vector and matrix of a fit.
+    #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+    #[non_exhaustive]
+    pub enum Parameter {
+        /// μ, sliding friction between the balls; where it falls with the slip v its a in μ(v) = a + b exp(−c v).
+        Mu = "mu" | "μ" | "sliding friction between the balls",
+        /// μ_s, friction of the cloth on the object ball during the impact.
+        MuS = "mu_s" | "μ_s" | "friction of the cloth on the object ball during the impact",
+        /// e, energetic coefficient of restitution; where it falls with the closing speed v its e₀ in e(v) = e₀ − e₁v.
+        E = "e" | "e" | "coefficient of restitution between the balls",
+        /// b, by how much μ is larger where the slip ends than at high speed.
+        B =
+            "mu_b" | "b" |
+            "friction between the balls falls with their slip v as μ + b·exp(−c·v): how far, no unit",
+        /// c, how fast μ falls with the slip, s/m.
+        C = "mu_c" | "c" | "how fast it falls with v, in s/m",
+        /// κ, how far the contact gives way along its surface ([`Model::kappa`]).
+        Kappa = "kappa" | "κ" | "how far the contact between the balls gives way along its surface",
+        /// m_cue/m_object, of masses that are stated with their errors.
+        MassRatio = "mass_ratio" | "m_cue/m_object" | "mass of the cue ball over that of the object ball",
+        /// R_cue/R_object, of radii that are stated with their errors.
+        RadiusRatio =
+            "radius_ratio" | "R_cue/R_object" | "radius of the cue ball over that of the object ball",
+        /// e₁, how fast e falls with the closing speed, s/m ([`Model::e_slope`]).
+        ESlope =
+            "e_slope" | "e₁" | "restitution falls with the closing speed v as e − e₁·v: how fast, in s/m",
+    }
+    /// The name in dataset.toml and fit.json.
+    pub fn name;
+    /// The symbol in tables and plots.
+    pub fn symbol;
+    /// The meaning, in one line.
+    pub fn meaning;
 }
 
 impl Parameter {
-    /// All parameters, in the order of every vector and matrix of a fit.
-    pub const ALL: [Self; 9] = [
-        Self::Mu,
-        Self::MuS,
-        Self::E,
-        Self::B,
-        Self::C,
-        Self::Kappa,
-        Self::MassRatio,
-        Self::RadiusRatio,
-        Self::ESlope,
-    ];
-
     /// The parameters that every fit has: the first of [`Parameter::ALL`].
     pub const COEFFICIENTS: [Self; 3] = [Self::Mu, Self::MuS, Self::E];
-
-    /// The name in dataset.toml and fit.json.
-    #[must_use]
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Mu => "mu",
-            Self::MuS => "mu_s",
-            Self::E => "e",
-            Self::B => "mu_b",
-            Self::C => "mu_c",
-            Self::Kappa => "kappa",
-            Self::MassRatio => "mass_ratio",
-            Self::RadiusRatio => "radius_ratio",
-            Self::ESlope => "e_slope",
-        }
-    }
-
-    /// The symbol in tables and plots.
-    #[must_use]
-    pub fn symbol(self) -> &'static str {
-        match self {
-            Self::Mu => "μ",
-            Self::MuS => "μ_s",
-            Self::E => "e",
-            Self::B => "b",
-            Self::C => "c",
-            Self::Kappa => "κ",
-            Self::MassRatio => "m_cue/m_object",
-            Self::RadiusRatio => "R_cue/R_object",
-            Self::ESlope => "e₁",
-        }
-    }
 
     /// `s/m` for c and e₁; empty for the others, which are ratios.
     #[must_use]
     pub fn unit(self) -> &'static str {
         if matches!(self, Self::C | Self::ESlope) { "s/m" } else { "" }
-    }
-
-    /// The meaning, in one line.
-    #[must_use]
-    pub fn meaning(self) -> &'static str {
-        match self {
-            Self::Mu => "sliding friction between the balls",
-            Self::MuS => "friction of the cloth on the object ball during the impact",
-            Self::E => "coefficient of restitution between the balls",
-            Self::B => {
-                "friction between the balls falls with their slip v as μ + b·exp(−c·v): how far, no unit"
-            }
-            Self::C => "how fast it falls with v, in s/m",
-            Self::Kappa => "how far the contact between the balls gives way along its surface",
-            Self::MassRatio => "mass of the cue ball over that of the object ball",
-            Self::RadiusRatio => "radius of the cue ball over that of the object ball",
-            Self::ESlope => "restitution falls with the closing speed v as e − e₁·v: how fast, in s/m",
-        }
     }
 
     /// The setting used where dataset.toml has none: the middle of the published ranges

@@ -164,15 +164,13 @@ impl<T: Number> Path<T> {
             (position, velocity) = sliding.at(time);
             slip = if rolls { [zero; 2] } else { slip.map(|s| s - s * (seconds / until_rolling)) };
         }
-        path.push(rolling(time, position, velocity, cloth));
+        let rolls = rolling(time, position, velocity, cloth.rolling);
+        path.push(rolls);
         let speed = norm(velocity);
         if speed.re() > 0.0 && cloth.rolling.re() > 0.0 {
             // until it lies still
-            let last = path[path.len() - 1];
             time += speed / (cloth.rolling * GRAVITY);
-            let (position, _) = last.at(time);
-            let (velocity, acceleration) = ([zero; 2], [zero; 2]);
-            path.push(Stretch { start: time, position, velocity, acceleration, moves: Moves::Rolls });
+            path.push(rolling(time, rolls.at(time).0, [zero; 2], zero));
         }
         Self(path)
     }
@@ -186,7 +184,7 @@ impl<T: Number> Path<T> {
             let acceleration = slip.map(|s| -s / speed * cloth.sliding * GRAVITY);
             Stretch { start: time, position, velocity, acceleration, moves: Moves::Slides }
         } else {
-            rolling(time, position, velocity, cloth)
+            rolling(time, position, velocity, cloth.rolling)
         };
         Self(vec![stretch])
     }
@@ -194,9 +192,7 @@ impl<T: Number> Path<T> {
     /// Before an impact, of a ball that lies still.
     #[must_use]
     pub fn at_rest(launch: &Launch<T>) -> Self {
-        let (velocity, acceleration) = ([T::from(0.0); 2], [T::from(0.0); 2]);
-        let Launch { time: start, position, .. } = *launch;
-        Self(vec![Stretch { start, position, velocity, acceleration, moves: Moves::Rolls }])
+        Self(vec![rolling(launch.time, launch.position, [T::from(0.0); 2], T::from(0.0))])
     }
 
     /// The same on a table that is not level: `acceleration` (m/s²) is that of a body that slides without friction. A ball that rolls
@@ -277,9 +273,7 @@ impl<T: Number> Path<T> {
         let index = self.0.iter().rposition(|stretch| stretch.start.re() <= time).unwrap_or(0);
         self.0[index].at(T::from(time))
     }
-}
 
-impl<T: Number> Path<T> {
     /// How much the horizontal spin (rad/s) at a time differs from that at the impact: the cloth changes it
     /// by −ẑ × Δv/(νR) while the ball slips and at landings, by ẑ × Δv/R while it rolls.
     #[must_use]
@@ -317,11 +311,11 @@ impl<T: Number> Path<T> {
 /// A slip of this part of the speed is the rounding of a natural roll.
 const SLIPS: f64 = 1e-6;
 
-fn rolling<T: Number>(start: T, position: [T; 2], velocity: [T; 2], cloth: &Cloth<T>) -> Stretch<T> {
+/// Rolling, or lying still; `friction` is μ_r.
+fn rolling<T: Number>(start: T, position: [T; 2], velocity: [T; 2], friction: T) -> Stretch<T> {
     let speed = norm(velocity);
-    let zero = T::from(0.0);
     let acceleration =
-        if speed.re() > 0.0 { velocity.map(|v| -v / speed * cloth.rolling * GRAVITY) } else { [zero; 2] };
+        velocity.map(|v| if speed.re() > 0.0 { -v / speed * friction * GRAVITY } else { T::from(0.0) });
     Stretch { start, position, velocity, acceleration, moves: Moves::Rolls }
 }
 
@@ -385,9 +379,8 @@ mod tests {
                 for seconds in [0.15, 0.4] {
                     let (_, velocity) = path.at(0.5 + seconds);
                     let expected = 1.5 - 0.2 * (GRAVITY * seconds - up);
-                    let landing = 0.2 * (1.0 + bounce) * up;
                     assert!(
-                        (velocity[0] - expected).abs() < landing + ROUNDING,
+                        (velocity[0] - expected).abs() < 0.2 * (1.0 + bounce) * up + ROUNDING,
                         "{bounce} {up}: {velocity:?}"
                     );
                 }

@@ -13,22 +13,13 @@ pub struct CollisionFrame {
     ny: f64,
 }
 
-/// A line of centres that has no length or is not finite.
-#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
-#[error("the line of centres ({0}, {1}) has no direction; expected a finite vector other than 0")]
-pub struct NoDirection(pub f64, pub f64);
-
 impl CollisionFrame {
-    /// The frame of a line of centres (cue ball to object ball) in the table frame, of any length.
-    ///
-    /// # Errors
-    /// A vector that is 0 or not finite.
-    pub fn from_normal(nx: f64, ny: f64) -> Result<Self, NoDirection> {
+    /// The frame of a line of centres (cue ball to object ball) in the table frame, of any length; `None` of a vector that is 0 or
+    /// not finite.
+    #[must_use]
+    pub fn from_normal(nx: f64, ny: f64) -> Option<Self> {
         let length = nx.hypot(ny);
-        if !(length > 0.0 && length.is_finite()) {
-            return Err(NoDirection(nx, ny));
-        }
-        Ok(Self { nx: nx / length, ny: ny / length })
+        (length > 0.0 && length.is_finite()).then(|| Self { nx: nx / length, ny: ny / length })
     }
 
     /// The frame of a direction of the line of centres in the table frame, in rad from the x axis.
@@ -100,7 +91,7 @@ mod tests {
         let frame = CollisionFrame::from_normal(0.03, -0.04).unwrap();
         assert!((frame.to_collision(v).norm() - v.norm()).abs() < ROUNDING * v.norm());
         for (nx, ny) in [(0.0, 0.0), (f64::NAN, 1.0), (1.0, f64::INFINITY)] {
-            assert!(CollisionFrame::from_normal(nx, ny).is_err());
+            assert!(CollisionFrame::from_normal(nx, ny).is_none());
         }
     }
 

@@ -18,9 +18,6 @@ pub enum Friction {
 }
 
 impl Friction {
-    /// Alciatore's fit to Marlow's data (TP A-14).
-    pub const ALCIATORE: Self = Self::Exponential { a: 9.951e-3, b: 0.108, c: 1.088 };
-
     /// The friction μ at slip speed `v`, m/s.
     #[must_use]
     pub fn mu(&self, v: f64) -> f64 {

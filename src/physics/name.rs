@@ -41,6 +41,42 @@ macro_rules! by_name {
 }
 pub(crate) use by_name;
 
+/// An enum whose variants are told by texts, which stand beside them: a function for each, in their order.
+macro_rules! worded {
+    (
+        $(#[$about:meta])*
+        $vis:vis enum $thing:ident { $($(#[$variant_about:meta])* $variant:ident = $($text:literal)|+,)+ }
+        $($(#[$function_about:meta])* $function_vis:vis fn $function:ident;)+
+    ) => {
+        $(#[$about])*
+        $vis enum $thing { $($(#[$variant_about])* $variant),+ }
+
+        impl $thing {
+            /// All of them, in this order.
+            #[allow(dead_code)]
+            $vis const ALL: [Self; [$(stringify!($variant)),+].len()] = [$(Self::$variant),+];
+
+            $crate::physics::name::worded!(
+                @functions [$($function),+] [$([$($text),+]),+]
+                $($(#[$function_about])* $function_vis $function)+
+            );
+        }
+    };
+    (@functions $all:tt $texts:tt $($(#[$about:meta])* $vis:vis $function:ident)+) => {$(
+        $(#[$about])*
+        #[must_use]
+        $vis fn $function(self) -> &'static str {
+            $crate::physics::name::worded!(@one $function of $all in $texts[self as usize])
+        }
+    )+};
+    (@one $function:ident of [$($all:ident),+] in $texts:expr) => {{
+        #[allow(unused_variables)]
+        let [$($all),+] = $texts;
+        $function
+    }};
+}
+pub(crate) use worded;
+
 #[cfg(test)]
 mod tests {
     use crate::physics::collision::{Effects, Fidelity, FidelityChoice};

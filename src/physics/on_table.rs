@@ -18,7 +18,7 @@ impl Model {
         coefficients: &Coefficients,
     ) -> Result<Outcome, NotACollision> {
         let [nx, ny] = line_of_centres;
-        let frame = CollisionFrame::from_normal(nx, ny).map_err(|_| NotACollision::NoDirection(nx, ny))?;
+        let frame = CollisionFrame::from_normal(nx, ny).ok_or(NotACollision::NoDirection(nx, ny))?;
         let turned = |state: &BallState, turn: fn(CollisionFrame, _) -> _| BallState {
             velocity: turn(frame, state.velocity),
             spin: turn(frame, state.spin),

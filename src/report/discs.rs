@@ -10,41 +10,6 @@ use crate::measurement::dataset::Dataset;
 use crate::measurement::track::TrackShot;
 use crate::physics::disc::Discs;
 
-/// The column of a quantity, and what one unit of it is in SI.
-fn column(quantity: Quantity) -> (&'static str, f64) {
-    match quantity {
-        Quantity::Restitution => ("e", 1.0),
-        Quantity::ImpulseRatio => ("impulse_ratio", 1.0),
-        Quantity::ImpulseRatioByFirstSpin => ("impulse_ratio_by_cue_spin", 1.0),
-        Quantity::ImpulseRatioBySecondSpin => ("impulse_ratio_by_obj_spin", 1.0),
-        Quantity::MassRatio => ("mass_ratio", 1.0),
-        Quantity::MomentumAlong => ("momentum_along", 1.0),
-        Quantity::MomentumAcross => ("momentum_across", 1.0),
-        Quantity::AngularMomentum => ("angular_momentum", 1.0),
-        Quantity::EnergyLost => ("energy_lost", 1.0),
-        Quantity::ClosingSpeed => ("closing_speed", 1.0),
-        Quantity::SlipRatio => ("slip_ratio", 1.0),
-        Quantity::SlipBefore => ("slip", 1.0),
-        Quantity::SlipAfter => ("slip_after", 1.0),
-        Quantity::NormalX => ("nx", 1.0),
-        Quantity::NormalY => ("ny", 1.0),
-        Quantity::ContactDistance => ("contact_distance_mm", 1e-3),
-        Quantity::FirstVxBefore => ("cue_vx", 1.0),
-        Quantity::FirstVyBefore => ("cue_vy", 1.0),
-        Quantity::SecondVxBefore => ("obj_vx", 1.0),
-        Quantity::SecondVyBefore => ("obj_vy", 1.0),
-        Quantity::FirstVxAfter => ("cue_vx_after", 1.0),
-        Quantity::FirstVyAfter => ("cue_vy_after", 1.0),
-        Quantity::SecondVxAfter => ("obj_vx_after", 1.0),
-        Quantity::SecondVyAfter => ("obj_vy_after", 1.0),
-        Quantity::FirstSpinBefore => ("cue_wz", 1.0),
-        Quantity::FirstSpinAfter => ("cue_wz_after", 1.0),
-        Quantity::SecondSpinBefore => ("obj_wz", 1.0),
-        Quantity::SecondSpinAfter => ("obj_wz_after", 1.0),
-        Quantity::Time => ("impact_time_s", 1.0),
-    }
-}
-
 /// Its name where frames stand for seconds.
 fn per_frame(name: &str) -> String {
     let moves =
@@ -71,7 +36,7 @@ pub fn files(
 
 fn table(discs: &Discs, extracted: &[(TrackShot, DiscImpact)]) -> String {
     let name = |quantity: Quantity| {
-        let name = column(quantity).0;
+        let name = quantity.column();
         let name = if discs.in_seconds { name.to_owned() } else { per_frame(name) };
         [name.clone(), name + "_sd"]
     };
@@ -82,7 +47,7 @@ fn table(discs: &Discs, extracted: &[(TrackShot, DiscImpact)]) -> String {
     let row = |(shot, impact): &(TrackShot, DiscImpact)| {
         let mut row = vec![quoted(&shot.name).into_owned()];
         for quantity in Quantity::ALL {
-            let unit = column(quantity).1;
+            let unit = if quantity == Quantity::ContactDistance { 1e-3 } else { 1.0 };
             let text = |si: f64| (si / unit).to_string();
             let found = impact.get(quantity);
             // what is stated has no error here

@@ -9,31 +9,21 @@ use crate::io::stored_fit::{StoredBall, StoredFit, StoredParameter};
 use crate::measurement::number;
 use crate::measurement::parameter::Parameter;
 use crate::physics::ball::UNIFORM_SPHERE;
+use crate::physics::name::worded;
 
-/// The program or format to export to.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Target {
-    /// Keyword arguments of pooltool's `BallParams`, as a JSON object.
-    Pooltool,
-    /// A JSON object.
-    Json,
-    /// A TOML table.
-    Toml,
-}
-
-impl Target {
-    /// All of them.
-    pub const ALL: [Self; 3] = [Self::Pooltool, Self::Json, Self::Toml];
-
-    /// The name on the command line.
-    #[must_use]
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Pooltool => "pooltool",
-            Self::Json => "json",
-            Self::Toml => "toml",
-        }
+worded! {
+    /// The program or format to export to.
+    #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+    pub enum Target {
+        /// Keyword arguments of pooltool's `BallParams`, as a JSON object.
+        Pooltool = "pooltool",
+        /// A JSON object.
+        Json = "json",
+        /// A TOML table.
+        Toml = "toml",
     }
+    /// The name on the command line.
+    pub fn name;
 }
 
 /// A fit for another program.

@@ -262,26 +262,8 @@ impl<'a> Maker<'a> {
     fn impacts(&mut self) -> Result<String, BadSpec> {
         let noise = self.spec.noise;
         let spins_shown = self.spec.assumed().is_none();
-        let mut names = vec!["shot", "nx", "ny", "cue_vx", "cue_vy"];
-        let after = ["cue_vx_after", "cue_vy_after", "obj_vx_after", "obj_vy_after"];
-        if spins_shown {
-            names.extend(["cue_wx", "cue_wy", "cue_wz"]);
-        }
-        names.extend(after);
-        // a column of standard deviations for every noisy column
         let line_sd = noise.line_of_centres_deg.to_radians();
-        let with_sd = |name: &str| match name {
-            "shot" => 0.0,
-            "nx" | "ny" => line_sd,
-            "cue_wx" | "cue_wy" | "cue_wz" => noise.spin_rad_s,
-            _ => noise.velocity_m_s,
-        };
-        let sd_columns: Vec<&str> = names.iter().copied().filter(|c| with_sd(c) > 0.0).collect();
-        let mut table = names.join(",");
-        for column in &sd_columns {
-            _ = write!(table, ",{column}_sd");
-        }
-        table.push('\n');
+        let mut table = String::new();
         for number in 0..self.spec.shots.count {
             let (_, _, cue) = self.shot(number);
             let direction = self.between([-std::f64::consts::PI, std::f64::consts::PI]);
@@ -292,30 +274,34 @@ impl<'a> Maker<'a> {
             let outcome = self.model.collide(&cue, &self.coefficients)?;
             let frame = CollisionFrame::from_direction(direction);
             let seen = direction + line;
-            let mut values = vec![seen.cos(), seen.sin()];
+            // n = (cos α, sin α): dn = (−sin α, cos α) dα; nearly 0 where a component is exact
+            let turned = |across: f64| line_sd * across.abs().max(NOT_ZERO);
+            let (sin, cos) = (seen.sin(), seen.cos());
+            // columns: name, value, standard deviation
+            let mut columns = vec![("nx", cos, turned(sin)), ("ny", sin, turned(cos))];
+            let mut add = |names: &[&'static str], exact: &[f64], noise: &[f64], sd: f64| {
+                let values = exact.iter().zip(noise).map(|(exact, noise)| exact + noise);
+                columns.extend(names.iter().zip(values).map(|(name, value)| (*name, value, sd)));
+            };
             let velocity = frame.to_table(cue.velocity);
-            values.extend([velocity.x + before[0], velocity.y + before[1]]);
+            add(&["cue_vx", "cue_vy"], &velocity.as_slice()[..2], &before, noise.velocity_m_s);
             if spins_shown {
                 let exact = frame.to_table(cue.spin);
-                values.extend([0, 1, 2].map(|axis| exact[axis] + spin[axis]));
+                add(&["cue_wx", "cue_wy", "cue_wz"], exact.as_slice(), &spin, noise.spin_rad_s);
             }
             let [cue, object] = [outcome.cue, outcome.object].map(|ball| frame.to_table(ball.velocity));
-            let exact = [cue.x, cue.y, object.x, object.y];
-            values.extend(exact.into_iter().zip(after).map(|(exact, noise)| exact + noise));
-            _ = write!(table, "{}", number + 1);
-            for value in &values {
-                _ = write!(table, ",{value}");
+            let names = ["cue_vx_after", "cue_vy_after", "obj_vx_after", "obj_vy_after"];
+            add(&names, &[cue.x, cue.y, object.x, object.y], &after, noise.velocity_m_s);
+            // a column of standard deviations for every noisy column
+            let noisy = || columns.iter().filter(|(.., sd)| *sd > 0.0);
+            if number == 0 {
+                let names = columns.iter().map(|(name, ..)| format!(",{name}"));
+                let sds = noisy().map(|(name, ..)| format!(",{name}_sd"));
+                _ = writeln!(table, "shot{}", names.chain(sds).collect::<String>());
             }
-            // n = (cos α, sin α): dn = (−sin α, cos α) dα; nearly 0 where a component is exact
-            for column in &sd_columns {
-                let sd = match *column {
-                    "nx" => line_sd * seen.sin().abs().max(NOT_ZERO),
-                    "ny" => line_sd * seen.cos().abs().max(NOT_ZERO),
-                    other => with_sd(other),
-                };
-                _ = write!(table, ",{sd}");
-            }
-            table.push('\n');
+            let numbers = columns.iter().map(|(_, value, _)| value).chain(noisy().map(|(.., sd)| sd));
+            let numbers = numbers.map(|number| format!(",{number}"));
+            _ = writeln!(table, "{}{}", number + 1, numbers.collect::<String>());
         }
         Ok(table)
     }
@@ -340,17 +326,10 @@ impl<'a> Maker<'a> {
         let exact = |value| Measured { value, sd: None };
         for number in 0..self.spec.shots.count {
             let (speed, cut, cue) = self.shot(number);
-            let shot = Shot {
-                name: String::new(),
-                file: std::path::PathBuf::new(),
-                line: 0,
-                labels: std::collections::BTreeMap::new(),
-                before: Before::Angle { cut: exact(cut), speed: Some(exact(speed)) },
-                spin: Spin::Measured { spin: cue.spin, sd: [None; 3] },
-                after: asked.map(|observable| Measurement { observable, measured: exact(0.0) }).to_vec(),
-                joint: None,
-                side_sd: 0.0,
-            };
+            let before = Before::Angle { cut: exact(cut), speed: Some(exact(speed)) };
+            let spin = Spin::Measured { spin: cue.spin, sd: [None; 3] };
+            let after = asked.map(|observable| Measurement { observable, measured: exact(0.0) });
+            let shot = Shot::new("", before, spin, after.to_vec());
             let prediction = Plan::new(&shot)?.predict(&self.model, &self.coefficients)?;
             _ = write!(table, "{},{speed},{}", number + 1, cut.to_degrees());
             if spins {

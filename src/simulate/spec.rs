@@ -15,7 +15,7 @@ use crate::measurement::values::Values;
 use crate::physics::ball::Ball;
 use crate::physics::collision::{Coefficients, Effects, Fidelity, Model};
 use crate::physics::friction_law::Law;
-use crate::physics::name::by_name;
+use crate::physics::name::{by_name, worded};
 
 /// What data to make: the content of a SPEC.toml.
 #[derive(Clone, Debug, Deserialize, Serialize)]
@@ -58,32 +58,21 @@ impl FromStr for Spec {
     }
 }
 
-/// What is measured of each shot: the kind of the data set.
-#[derive(Clone, Copy, Debug, Deserialize, Serialize, PartialEq, Eq)]
-#[non_exhaustive]
-#[serde(rename_all = "lowercase")]
-pub enum Kind {
-    /// Velocities and spins just before and after the impact.
-    Impacts,
-    /// Cut angles and what follows from them: angles and speeds after the impact.
-    Angles,
-    /// The positions of both balls in every frame.
-    Tracks,
-}
-
-impl Kind {
-    /// All kinds.
-    pub const ALL: [Self; 3] = [Self::Impacts, Self::Angles, Self::Tracks];
-
-    /// The name in dataset.toml and in a specification.
-    #[must_use]
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Impacts => "impacts",
-            Self::Angles => "angles",
-            Self::Tracks => "tracks",
-        }
+worded! {
+    /// What is measured of each shot: the kind of the data set.
+    #[derive(Clone, Copy, Debug, Deserialize, Serialize, PartialEq, Eq)]
+    #[non_exhaustive]
+    #[serde(rename_all = "lowercase")]
+    pub enum Kind {
+        /// Velocities and spins just before and after the impact.
+        Impacts = "impacts",
+        /// Cut angles and what follows from them: angles and speeds after the impact.
+        Angles = "angles",
+        /// The positions of both balls in every frame.
+        Tracks = "tracks",
     }
+    /// The name in dataset.toml and in a specification.
+    pub fn name;
 }
 
 by_name!(Kind, "kind", ALL, name);
@@ -126,52 +115,29 @@ pub struct Shots {
     pub cue_spin: Vec<Played>,
 }
 
-/// How the cue ball is spinning before the impact.
-#[derive(Clone, Copy, Debug, Deserialize, Serialize, PartialEq, Eq)]
-#[non_exhaustive]
-#[serde(rename_all = "kebab-case")]
-pub enum Played {
-    /// It slides without any spin.
-    Stun,
-    /// It rolls on the cloth without slip.
-    NaturalRoll,
-    /// Topspin of 90 % of the natural roll's: a ball that still slides a little.
-    AlmostRoll,
-    /// Backspin of 30 to 100 % of the natural roll's.
-    Draw,
-    /// Side spin of up to the natural roll's, either way, on a sliding ball.
-    Side,
-    /// Natural roll with side spin of up to a tenth of its spin, either way: what a player does not see.
-    SlightSide,
-    /// Topspin or backspin of up to the natural roll's.
-    Any,
-}
-
-impl Played {
-    /// All of them.
-    pub const ALL: [Self; 7] = [
-        Self::Stun,
-        Self::NaturalRoll,
-        Self::AlmostRoll,
-        Self::Draw,
-        Self::Side,
-        Self::SlightSide,
-        Self::Any,
-    ];
-
-    /// The name in a specification.
-    #[must_use]
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Stun => "stun",
-            Self::NaturalRoll => "natural-roll",
-            Self::AlmostRoll => "almost-roll",
-            Self::Draw => "draw",
-            Self::Side => "side",
-            Self::SlightSide => "slight-side",
-            Self::Any => "any",
-        }
+worded! {
+    /// How the cue ball is spinning before the impact.
+    #[derive(Clone, Copy, Debug, Deserialize, Serialize, PartialEq, Eq)]
+    #[non_exhaustive]
+    #[serde(rename_all = "kebab-case")]
+    pub enum Played {
+        /// It slides without any spin.
+        Stun = "stun",
+        /// It rolls on the cloth without slip.
+        NaturalRoll = "natural-roll",
+        /// Topspin of 90 % of the natural roll's: a ball that still slides a little.
+        AlmostRoll = "almost-roll",
+        /// Backspin of 30 to 100 % of the natural roll's.
+        Draw = "draw",
+        /// Side spin of up to the natural roll's, either way, on a sliding ball.
+        Side = "side",
+        /// Natural roll with side spin of up to a tenth of its spin, either way: what a player does not see.
+        SlightSide = "slight-side",
+        /// Topspin or backspin of up to the natural roll's.
+        Any = "any",
     }
+    /// The name in a specification.
+    pub fn name;
 }
 
 by_name!(Played, "spin", ALL, name);

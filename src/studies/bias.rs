@@ -2,8 +2,6 @@
 //! everything that [`Fidelity::Contact`] knows, and fitted with each fidelity. How far the parameters come out
 //! from the truth, in their standard errors, is the price of what the fidelity leaves out.
 
-use std::collections::BTreeMap;
-use std::path::PathBuf;
 use std::time::Instant;
 
 use super::accuracy;
@@ -34,9 +32,6 @@ const SPIN_SD: f64 = 1.0;
 
 /// More shots than this add time, but no other bias: those taken are spread evenly over the data set.
 const MOST_SHOTS: usize = 200;
-
-/// The parameters that are fitted.
-pub const PARAMETERS: [Parameter; 3] = [Parameter::Mu, Parameter::MuS, Parameter::E];
 
 /// One parameter, as the fit with a fidelity finds it.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -91,7 +86,7 @@ pub struct Row {
     pub way: Way,
     /// The tangential compliance κ of the contact that computed the data, where it gave way.
     pub kappa: Option<f64>,
-    /// The estimates, in the order of [`PARAMETERS`].
+    /// The estimates, in the order of [`Parameter::COEFFICIENTS`].
     pub found: [Found; 3],
     /// χ² per observation: above 1 the misfit alone would show in data with that noise.
     pub chi2_per_observation: f64,
@@ -126,19 +121,14 @@ pub fn velocities(shots: &[accuracy::Shot], ball: Ball) -> Dataset {
         Observable::ObjectVelocity(Axis::X),
         Observable::ObjectVelocity(Axis::Y),
     ];
-    let shot = |(number, shot): (usize, &accuracy::Shot)| Shot {
-        name: (number + 1).to_string(),
-        file: PathBuf::new(),
-        line: 0,
-        labels: BTreeMap::new(),
-        before: Before::Impact {
+    let shot = |(number, shot): (usize, &accuracy::Shot)| {
+        let before = Before::Impact {
             normal: [exact(1.0), exact(0.0)],
             velocity: [exact(shot.cue.velocity.x), exact(shot.cue.velocity.y)],
-        },
-        spin: Spin::Measured { spin: shot.cue.spin, sd: [None; 3] },
-        after: after.map(|observable| Measurement { observable, measured: exact(0.0) }).to_vec(),
-        joint: None,
-        side_sd: 0.0,
+        };
+        let spin = Spin::Measured { spin: shot.cue.spin, sd: [None; 3] };
+        let after = after.map(|observable| Measurement { observable, measured: exact(0.0) });
+        Shot::new((number + 1).to_string(), before, spin, after.to_vec())
     };
     Dataset::new("accuracy", ball, shots.iter().enumerate().map(shot).collect())
 }
@@ -215,7 +205,7 @@ pub fn bias(dataset: &Dataset, way: Way) -> Result<Row, FitError> {
     let dataset = &dataset;
     let fitted = fit::fit(dataset, &options)?.remove(0);
     let truth = Values::from(initial(dataset));
-    let found = PARAMETERS.map(|parameter| {
+    let found = Parameter::COEFFICIENTS.map(|parameter| {
         let truth = truth[parameter];
         let estimate = fitted.estimates.iter().find(|estimate| estimate.parameter == parameter);
         Found {
@@ -237,7 +227,7 @@ pub fn bias(dataset: &Dataset, way: Way) -> Result<Row, FitError> {
 }
 
 fn initial(dataset: &Dataset) -> Coefficients {
-    let [mu, mu_s, e] = PARAMETERS.map(|parameter| dataset.settings[parameter].initial);
+    let [mu, mu_s, e] = Parameter::COEFFICIENTS.map(|parameter| dataset.settings[parameter].initial);
     Coefficients { mu, mu_s, e }
 }
 
@@ -256,7 +246,7 @@ mod tests {
             let found = row.found.into_iter().find(|found| found.parameter == parameter).unwrap();
             found.bias().map(|bias| bias.abs() / found.std_error.unwrap())
         };
-        for parameter in PARAMETERS {
+        for parameter in Parameter::COEFFICIENTS {
             let contact = off(Fidelity::Contact, parameter).unwrap();
             assert!(contact < DIFFERENCES, "{parameter:?}: {contact}");
         }

@@ -168,17 +168,9 @@ pub enum Unusable {
     Failed(String),
 }
 
-/// Finds the impact of a shot.
-///
-/// # Errors
-/// Why the shot cannot be used.
-pub fn extract(shot: &TrackShot, discs: &Discs) -> Result<DiscImpact, Unusable> {
-    extract_known(shot, discs, (None, None))
-}
-
-/// The same, of a film that was corrected by a camera and for discs that slow down: how far these may be off is then part of the errors of
-/// the impact.
-fn extract_known(
+/// Finds the impact of a shot. Of a film that was corrected by a camera and for discs that slow down, how far these may be off is part of
+/// the errors of the impact.
+fn extract(
     shot: &TrackShot,
     discs: &Discs,
     (camera, slowing): (Option<&Calibrated>, Option<Measured>),
@@ -214,13 +206,8 @@ fn extract_known(
 }
 
 /// Finds the impacts of many shots in parallel, with discs that slow down if all shots together show it. However a shot fails, the others
-/// go on.
-pub fn extract_all(shots: &[TrackShot], discs: &Discs) -> Vec<Result<DiscImpact, Unusable>> {
-    extract_all_calibrated(shots, discs, None)
-}
-
-/// The same, of films that were corrected by a camera whose errors are then those of the impacts, too.
-pub(crate) fn extract_all_calibrated(
+/// go on. Of films that were corrected by a camera, its errors are those of the impacts, too.
+pub(crate) fn extract_all(
     shots: &[TrackShot],
     discs: &Discs,
     camera: Option<&Calibrated>,
@@ -231,7 +218,7 @@ pub(crate) fn extract_all_calibrated(
         let again = |shot, impact: DiscImpact| {
             let straight = slowing::straightened(shot, &impact, slowing.value);
             let known = (camera, Some(slowing));
-            let found = isolated(|| extract_known(&straight, discs, known))
+            let found = isolated(|| extract(&straight, discs, known))
                 .unwrap_or_else(|panic| Err(Unusable::Failed(panic)));
             found.map(|found| DiscImpact { slowing: Some(slowing), ..found })
         };
@@ -249,8 +236,7 @@ pub(crate) fn extract_each(
     camera: Option<&Calibrated>,
 ) -> Vec<Result<DiscImpact, Unusable>> {
     let one = |shot| {
-        isolated(|| extract_known(shot, discs, (camera, None)))
-            .unwrap_or_else(|panic| Err(Unusable::Failed(panic)))
+        isolated(|| extract(shot, discs, (camera, None))).unwrap_or_else(|panic| Err(Unusable::Failed(panic)))
     };
     shots.par_iter().map(one).collect()
 }

@@ -9,112 +9,84 @@ use super::window_fit::Centres;
 use super::{Dual, gradient, stick, value};
 use crate::measurement::dataset::Measured;
 use crate::physics::disc::Discs;
+use crate::physics::name::worded;
 
 /// Where a spin stands.
 const fn spin(disc: usize, side: usize) -> usize {
     COUNT + 2 * disc + side
 }
 
-/// The quantities of a [`super::DiscImpact`], in the order of the columns that report them.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[non_exhaustive]
-pub enum Quantity {
-    /// The coefficient of restitution e, dimensionless.
-    Restitution,
-    /// J_t/J_n on the second disc, t 90° counter-clockwise from the line of centres.
-    ImpulseRatio,
-    /// J_t/J_n from the change of the first disc's spin.
-    ImpulseRatioByFirstSpin,
-    /// J_t/J_n from the change of the second disc's spin.
-    ImpulseRatioBySecondSpin,
-    /// m₂/m₁: stated, or from the balance of momentum along the line of centres.
-    MassRatio,
-    /// Momentum gained along the line of centres, over the normal impulse.
-    MomentumAlong,
-    /// Momentum gained across the line of centres, over the normal impulse.
-    MomentumAcross,
-    /// Angular momentum gained about the contact point, over the normal impulse times the distance of the centres.
-    AngularMomentum,
-    /// Kinetic energy, of motion and rotation, that was lost, as a fraction of that before the impact.
-    EnergyLost,
-    /// How fast the discs approach along the line of centres, m/s.
-    ClosingSpeed,
-    /// Slip before the impact over the closing speed.
-    SlipRatio,
-    /// Slip of the second disc's contact point against the first's along t before the impact, m/s.
-    SlipBefore,
-    /// Slip of the second disc's contact point against the first's along t after the impact, m/s.
-    SlipAfter,
-    /// x of the line of centres, a unit vector from the first disc to the second.
-    NormalX,
-    /// y of the line of centres, a unit vector from the first disc to the second.
-    NormalY,
-    /// Distance of the centres at the impact, m.
-    ContactDistance,
-    /// Velocity of the first disc along x before the impact, m/s.
-    FirstVxBefore,
-    /// Velocity of the first disc along y before the impact, m/s.
-    FirstVyBefore,
-    /// Velocity of the second disc along x before the impact, m/s.
-    SecondVxBefore,
-    /// Velocity of the second disc along y before the impact, m/s.
-    SecondVyBefore,
-    /// Velocity of the first disc along x after the impact, m/s.
-    FirstVxAfter,
-    /// Velocity of the first disc along y after the impact, m/s.
-    FirstVyAfter,
-    /// Velocity of the second disc along x after the impact, m/s.
-    SecondVxAfter,
-    /// Velocity of the second disc along y after the impact, m/s.
-    SecondVyAfter,
-    /// Angular velocity of the first disc before the impact, counter-clockwise, rad/s.
-    FirstSpinBefore,
-    /// Angular velocity of the first disc after the impact, rad/s.
-    FirstSpinAfter,
-    /// Angular velocity of the second disc before the impact, rad/s.
-    SecondSpinBefore,
-    /// Angular velocity of the second disc after the impact, rad/s.
-    SecondSpinAfter,
-    /// Instant of the impact, s.
-    Time,
+worded! {
+    /// The quantities of a [`super::DiscImpact`], in the order of the columns that report them.
+    #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+    #[non_exhaustive]
+    pub enum Quantity {
+        /// The coefficient of restitution e, dimensionless.
+        Restitution = "e",
+        /// J_t/J_n on the second disc, t 90° counter-clockwise from the line of centres.
+        ImpulseRatio = "impulse_ratio",
+        /// J_t/J_n from the change of the first disc's spin.
+        ImpulseRatioByFirstSpin = "impulse_ratio_by_cue_spin",
+        /// J_t/J_n from the change of the second disc's spin.
+        ImpulseRatioBySecondSpin = "impulse_ratio_by_obj_spin",
+        /// m₂/m₁: stated, or from the balance of momentum along the line of centres.
+        MassRatio = "mass_ratio",
+        /// Momentum gained along the line of centres, over the normal impulse.
+        MomentumAlong = "momentum_along",
+        /// Momentum gained across the line of centres, over the normal impulse.
+        MomentumAcross = "momentum_across",
+        /// Angular momentum gained about the contact point, over the normal impulse times the distance of the centres.
+        AngularMomentum = "angular_momentum",
+        /// Kinetic energy, of motion and rotation, that was lost, as a fraction of that before the impact.
+        EnergyLost = "energy_lost",
+        /// How fast the discs approach along the line of centres, m/s.
+        ClosingSpeed = "closing_speed",
+        /// Slip before the impact over the closing speed.
+        SlipRatio = "slip_ratio",
+        /// Slip of the second disc's contact point against the first's along t before the impact, m/s.
+        SlipBefore = "slip",
+        /// Slip of the second disc's contact point against the first's along t after the impact, m/s.
+        SlipAfter = "slip_after",
+        /// x of the line of centres, a unit vector from the first disc to the second.
+        NormalX = "nx",
+        /// y of the line of centres, a unit vector from the first disc to the second.
+        NormalY = "ny",
+        /// Distance of the centres at the impact, m.
+        ContactDistance = "contact_distance_mm",
+        /// Velocity of the first disc along x before the impact, m/s.
+        FirstVxBefore = "cue_vx",
+        /// Velocity of the first disc along y before the impact, m/s.
+        FirstVyBefore = "cue_vy",
+        /// Velocity of the second disc along x before the impact, m/s.
+        SecondVxBefore = "obj_vx",
+        /// Velocity of the second disc along y before the impact, m/s.
+        SecondVyBefore = "obj_vy",
+        /// Velocity of the first disc along x after the impact, m/s.
+        FirstVxAfter = "cue_vx_after",
+        /// Velocity of the first disc along y after the impact, m/s.
+        FirstVyAfter = "cue_vy_after",
+        /// Velocity of the second disc along x after the impact, m/s.
+        SecondVxAfter = "obj_vx_after",
+        /// Velocity of the second disc along y after the impact, m/s.
+        SecondVyAfter = "obj_vy_after",
+        /// Angular velocity of the first disc before the impact, counter-clockwise, rad/s.
+        FirstSpinBefore = "cue_wz",
+        /// Angular velocity of the first disc after the impact, rad/s.
+        FirstSpinAfter = "cue_wz_after",
+        /// Angular velocity of the second disc before the impact, rad/s.
+        SecondSpinBefore = "obj_wz",
+        /// Angular velocity of the second disc after the impact, rad/s.
+        SecondSpinAfter = "obj_wz_after",
+        /// Instant of the impact, s.
+        Time = "impact_time_s",
+    }
+    /// Its column in discs.csv.
+    pub fn column;
 }
 
 impl Quantity {
     /// The number of quantities.
-    pub const COUNT: usize = 29;
-
-    /// All quantities, in the order of the columns that report them.
-    pub const ALL: [Self; Self::COUNT] = [
-        Self::Restitution,
-        Self::ImpulseRatio,
-        Self::ImpulseRatioByFirstSpin,
-        Self::ImpulseRatioBySecondSpin,
-        Self::MassRatio,
-        Self::MomentumAlong,
-        Self::MomentumAcross,
-        Self::AngularMomentum,
-        Self::EnergyLost,
-        Self::ClosingSpeed,
-        Self::SlipRatio,
-        Self::SlipBefore,
-        Self::SlipAfter,
-        Self::NormalX,
-        Self::NormalY,
-        Self::ContactDistance,
-        Self::FirstVxBefore,
-        Self::FirstVyBefore,
-        Self::SecondVxBefore,
-        Self::SecondVyBefore,
-        Self::FirstVxAfter,
-        Self::FirstVyAfter,
-        Self::SecondVxAfter,
-        Self::SecondVyAfter,
-        Self::FirstSpinBefore,
-        Self::FirstSpinAfter,
-        Self::SecondSpinBefore,
-        Self::SecondSpinAfter,
-        Self::Time,
-    ];
+    pub const COUNT: usize = Self::ALL.len();
 }
 
 /// All that was measured of an impact.

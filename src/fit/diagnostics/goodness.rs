@@ -6,6 +6,7 @@ use statrs::stats_tests::anderson_darling::anderson_darling;
 use super::basis::{Basis, OWN};
 use super::influence::{Influence, influence};
 use super::trends::{Trend, trends};
+use crate::physics::name::worded;
 
 pub(in crate::fit) use super::basis::Context;
 
@@ -49,30 +50,21 @@ pub struct Goodness {
     pub influential_from: Option<f64>,
 }
 
-/// Whether the stated noise explains the residuals.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum NoiseVerdict {
-    /// There is nothing to compare: the noise was estimated from the residuals, or no degree of freedom is left.
-    NotTested,
-    /// The residuals are as large as the stated noise.
-    Explains,
-    /// The stated noise is too small: the residuals are larger.
-    TooSmall,
-    /// The stated noise is too large: the residuals are smaller.
-    TooLarge,
-}
-
-impl NoiseVerdict {
-    /// The name in fit.json.
-    #[must_use]
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::NotTested => "not-tested",
-            Self::Explains => "explains-residuals",
-            Self::TooSmall => "too-small",
-            Self::TooLarge => "too-large",
-        }
+worded! {
+    /// Whether the stated noise explains the residuals.
+    #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+    pub enum NoiseVerdict {
+        /// There is nothing to compare: the noise was estimated from the residuals, or no degree of freedom is left.
+        NotTested = "not-tested",
+        /// The residuals are as large as the stated noise.
+        Explains = "explains-residuals",
+        /// The stated noise is too small: the residuals are larger.
+        TooSmall = "too-small",
+        /// The stated noise is too large: the residuals are smaller.
+        TooLarge = "too-large",
     }
+    /// The name in fit.json.
+    pub fn name;
 }
 
 /// Anderson and Darling's test of the residuals, each over its own standard deviation, against a normal

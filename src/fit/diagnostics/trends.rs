@@ -11,6 +11,7 @@ use crate::likelihood::whitening::covariance;
 use crate::measurement::dataset::{Before, Shot};
 use crate::measurement::number::plain;
 use crate::measurement::observable::{Axis, Observable};
+use crate::physics::name::worded;
 
 /// A trend this improbable, with all the trends that were looked for taken into account, is named.
 const SIGNIFICANT: f64 = 0.05;
@@ -55,47 +56,25 @@ impl Trend {
     }
 }
 
-/// A variable with which residuals may change.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Variable {
-    /// The cue ball's speed before the impact, m/s.
-    Speed,
-    /// The size of the cut angle, rad.
-    Cut,
-    /// The cue ball's forward spin over that of natural roll.
-    Roll,
-    /// The cue ball's side spin Rω_z/U.
-    Side,
-    /// Of discs, in the place of the cut angle and the spin: the size of the slip over the closing speed.
-    Slip,
-}
-
-impl Variable {
-    const ALL: [Self; 5] = [Self::Speed, Self::Cut, Self::Roll, Self::Side, Self::Slip];
-
+worded! {
+    /// A variable with which residuals may change.
+    #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+    pub enum Variable {
+        /// The cue ball's speed before the impact, m/s.
+        Speed = "speed" | "m/s",
+        /// The size of the cut angle, rad.
+        Cut = "cut angle" | "rad",
+        /// The cue ball's forward spin over that of natural roll.
+        Roll = "forward spin" | "natural roll",
+        /// The cue ball's side spin Rω_z/U.
+        Side = "side spin" | "U/R",
+        /// Of discs, in the place of the cut angle and the spin: the size of the slip over the closing speed.
+        Slip = "the slip over the closing speed" | "closing speed",
+    }
     /// The name in reports.
-    #[must_use]
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Speed => "speed",
-            Self::Cut => "cut angle",
-            Self::Roll => "forward spin",
-            Self::Side => "side spin",
-            Self::Slip => "the slip over the closing speed",
-        }
-    }
-
+    pub fn name;
     /// The unit of [`Trend::slope`]'s denominator.
-    #[must_use]
-    pub fn unit(self) -> &'static str {
-        match self {
-            Self::Speed => "m/s",
-            Self::Cut => "rad",
-            Self::Roll => "natural roll",
-            Self::Side => "U/R",
-            Self::Slip => "closing speed",
-        }
-    }
+    pub fn unit;
 }
 
 /// How an error of 1 of what may have a trend would move an observation of a shot with this cut angle, in raw units.

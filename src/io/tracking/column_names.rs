@@ -5,6 +5,8 @@ use std::fmt;
 use serde::de::Visitor;
 use serde::{Deserialize, Deserializer};
 
+use crate::physics::name::worded;
+
 /// A column of the file.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) enum Column {
@@ -68,23 +70,19 @@ pub(super) struct ColumnNames {
     pub angle_unit: Option<AngleUnit>,
 }
 
-/// What columns of angles are in, where their header does not say it.
-#[derive(Clone, Copy, Debug, Deserialize, PartialEq, Eq)]
-#[serde(rename_all = "lowercase")]
-pub(super) enum AngleUnit {
-    Rad,
-    Deg,
+worded! {
+    /// What columns of angles are in, where their header does not say it.
+    #[derive(Clone, Copy, Debug, Deserialize, PartialEq, Eq)]
+    #[serde(rename_all = "lowercase")]
+    pub(super) enum AngleUnit {
+        Rad = "rad",
+        Deg = "deg",
+    }
+    /// As dataset.toml names it.
+    pub(super) fn name;
 }
 
 impl AngleUnit {
-    /// As dataset.toml names it.
-    pub(super) fn name(self) -> &'static str {
-        match self {
-            Self::Rad => "rad",
-            Self::Deg => "deg",
-        }
-    }
-
     /// Radians in one of it.
     pub(super) fn radians(self) -> f64 {
         match self {

@@ -2,36 +2,28 @@
 
 use serde::Deserialize;
 
-/// What positions are in.
-#[derive(Clone, Copy, Debug, Deserialize, PartialEq, Eq)]
-#[serde(rename_all = "lowercase")]
-pub(super) enum Unit {
-    M,
-    Cm,
-    Mm,
-    In,
-    Ft,
-    Px,
+use crate::physics::name::worded;
+
+worded! {
+    /// What positions are in.
+    #[derive(Clone, Copy, Debug, Deserialize, PartialEq, Eq)]
+    #[serde(rename_all = "lowercase")]
+    pub(super) enum Unit {
+        M = "m",
+        Cm = "cm",
+        Mm = "mm",
+        In = "in",
+        Ft = "ft",
+        Px = "px",
+    }
+    /// As dataset.toml names it.
+    pub(super) fn name;
 }
 
 impl Unit {
-    const ALL: [Self; 6] = [Self::M, Self::Cm, Self::Mm, Self::In, Self::Ft, Self::Px];
-
     /// The one that dataset.toml names so.
     pub(super) fn of(word: &str) -> Option<Self> {
         Self::ALL.into_iter().find(|unit| unit.name().eq_ignore_ascii_case(word.trim()))
-    }
-
-    /// As dataset.toml names it.
-    pub(super) fn name(self) -> &'static str {
-        match self {
-            Self::M => "m",
-            Self::Cm => "cm",
-            Self::Mm => "mm",
-            Self::In => "in",
-            Self::Ft => "ft",
-            Self::Px => "px",
-        }
     }
 
     /// Metres in one of it, as two whole numbers to multiply with and divide by, so that 5.6 cm is 0.056 m; `None` for pixels.
@@ -48,27 +40,21 @@ impl Unit {
     }
 }
 
-/// What the time column of a file is in.
-#[derive(Clone, Copy, Debug, Deserialize, PartialEq, Eq)]
-#[serde(rename_all = "lowercase")]
-pub(super) enum TimeUnit {
-    Frames,
-    S,
-    Ms,
-    Us,
+worded! {
+    /// What the time column of a file is in.
+    #[derive(Clone, Copy, Debug, Deserialize, PartialEq, Eq)]
+    #[serde(rename_all = "lowercase")]
+    pub(super) enum TimeUnit {
+        Frames = "frames",
+        S = "s",
+        Ms = "ms",
+        Us = "us",
+    }
+    /// As dataset.toml names it.
+    pub(super) fn name;
 }
 
 impl TimeUnit {
-    /// As dataset.toml names it.
-    pub(super) fn name(self) -> &'static str {
-        match self {
-            Self::Frames => "frames",
-            Self::S => "s",
-            Self::Ms => "ms",
-            Self::Us => "us",
-        }
-    }
-
     /// Seconds in one of it; `None` for frames.
     pub(super) fn seconds(self) -> Option<f64> {
         match self {

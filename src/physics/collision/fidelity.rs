@@ -3,58 +3,34 @@
 use std::str::FromStr;
 
 use super::Effects;
-use crate::physics::name::{UnknownName, by_name, named};
+use crate::physics::name::{UnknownName, by_name, named, worded};
 
-/// How closely the collision is modelled.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-#[non_exhaustive]
-pub enum Fidelity {
-    /// Neither friction nor loss of energy.
-    Elastic,
-    /// Restitution without friction.
-    Inelastic,
-    /// The approximation of first order in μ (Kim 2024, Eqs. 50–54), in which the contact never sticks.
-    Linear,
-    /// The exact solution of the equations of motion, stick included.
-    Full,
-    /// The equations of motion integrated numerically, to [`Model::tolerance`](super::Model::tolerance). It can do more than
-    /// [`Fidelity::Full`], see [`Fidelity::effects`].
-    Ode,
-    /// The contact resolved in time, to [`Model::tolerance`](super::Model::tolerance), with everything that acts on the balls.
-    Contact,
+worded! {
+    /// How closely the collision is modelled, from the cheapest to the most exact.
+    #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+    #[non_exhaustive]
+    pub enum Fidelity {
+        /// Neither friction nor loss of energy.
+        Elastic = "elastic" | "no friction, no loss",
+        /// Restitution without friction.
+        Inelastic = "inelastic" | "restitution, no friction",
+        /// The approximation of first order in μ (Kim 2024, Eqs. 50–54), in which the contact never sticks.
+        Linear = "linear" | "first order in μ, no stick",
+        /// The exact solution of the equations of motion, stick included.
+        Full = "full" | "the exact solution, stick included",
+        /// The equations of motion integrated numerically, to [`Model::tolerance`](super::Model::tolerance). It can do more than
+        /// [`Fidelity::Full`], see [`Fidelity::effects`].
+        Ode = "ode" | "the same equations integrated, to a tolerance",
+        /// The contact resolved in time, to [`Model::tolerance`](super::Model::tolerance), with everything that acts on the balls.
+        Contact = "contact" | "the contact resolved in time, with gravity and the cloth, to a tolerance",
+    }
+    /// The name on the command line and in fit.json.
+    pub fn name;
+    /// What it models, in a line.
+    pub fn meaning;
 }
 
 impl Fidelity {
-    /// From the cheapest to the most exact.
-    pub const ALL: [Self; 6] =
-        [Self::Elastic, Self::Inelastic, Self::Linear, Self::Full, Self::Ode, Self::Contact];
-
-    /// The name on the command line and in fit.json.
-    #[must_use]
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Elastic => "elastic",
-            Self::Inelastic => "inelastic",
-            Self::Linear => "linear",
-            Self::Full => "full",
-            Self::Ode => "ode",
-            Self::Contact => "contact",
-        }
-    }
-
-    /// What it models, in a line.
-    #[must_use]
-    pub fn meaning(self) -> &'static str {
-        match self {
-            Self::Elastic => "no friction, no loss",
-            Self::Inelastic => "restitution, no friction",
-            Self::Linear => "first order in μ, no stick",
-            Self::Full => "the exact solution, stick included",
-            Self::Ode => "the same equations integrated, to a tolerance",
-            Self::Contact => "the contact resolved in time, with gravity and the cloth, to a tolerance",
-        }
-    }
-
     /// Whether this fidelity integrates the equations of motion step by step.
     #[must_use]
     #[inline]

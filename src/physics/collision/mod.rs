@@ -35,6 +35,7 @@ use nalgebra::{SMatrix, SVector};
 use super::ball::{Ball, BallState};
 use super::cloth_motion::Cloth;
 use super::friction_law::Law;
+use super::name::worded;
 
 pub(crate) use corrected::{Corrected, Correction};
 pub use effects::Effects;
@@ -96,24 +97,17 @@ pub const fn kappa(poisson: f64) -> f64 {
     (2.0 - poisson) / (2.0 * (1.0 - poisson))
 }
 
-/// Whether the contact slides to the end or sticks on the way.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Regime {
-    /// The contact slides until the balls separate.
-    Slide,
-    /// Friction stops the slip before the balls separate, and the contact sticks.
-    Stick,
-}
-
-impl Regime {
-    /// The name in the output of the program: `slide` or `stick`.
-    #[must_use]
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Slide => "slide",
-            Self::Stick => "stick",
-        }
+worded! {
+    /// Whether the contact slides to the end or sticks on the way.
+    #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+    pub enum Regime {
+        /// The contact slides until the balls separate.
+        Slide = "slide",
+        /// Friction stops the slip before the balls separate, and the contact sticks.
+        Stick = "stick",
     }
+    /// The name in the output of the program: `slide` or `stick`.
+    pub fn name;
 }
 
 /// A collision model: what is needed besides the coefficients and the state of the cue ball.

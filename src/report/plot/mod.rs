@@ -18,7 +18,7 @@ pub(super) mod track;
 
 use super::number::{count_of, plain};
 use super::table::{chi2_text, estimate, with_unit};
-use super::{ReportError, noise_estimated, reduced_chi2, title};
+use super::{noise_estimated, reduced_chi2, title};
 use crate::fit::{Fit, Method};
 use frame::Rect;
 use panels::{CUT, SPEED};
@@ -36,19 +36,10 @@ const ROW: i32 = 440;
 /// Free space at the edges of the picture, pixels.
 const MARGIN: i32 = 22;
 
-/// residuals.svg as text.
-pub fn svg(fit: &Fit) -> Result<String, ReportError> {
-    residuals(fit).svg()
-}
-
-/// residuals.png as bytes.
-pub fn png(fit: &Fit) -> Result<Vec<u8>, ReportError> {
-    residuals(fit).png()
-}
-
 /// The residuals of a fit, below its title, model, estimates, χ², and what the reader must know first. Panels stand two by two; where
 /// measured against predicted takes several of them, these fill the upper row.
-pub(crate) fn residuals(fit: &Fit) -> Picture {
+#[must_use]
+pub fn residuals(fit: &Fit) -> Picture {
     let width = WIDTH as i32 - 2 * MARGIN;
     let points = Points::of(fit);
     let legend = Legend::new(points.legend(), width);

@@ -16,6 +16,7 @@ use rand_chacha::ChaCha8Rng;
 use crate::physics::ball::{Ball, BallState, Vec3};
 use crate::physics::collision::{Coefficients, Effects, Fidelity, Model, NotACollision, Outcome};
 use crate::physics::contact_frame::cue_velocity;
+use crate::physics::name::worded;
 
 /// Tolerances at which `ode` and `contact` are run.
 pub const TOLERANCES: [f64; 6] = [1e-2, 1e-4, 1e-6, 1e-8, 1e-10, 1e-12];
@@ -52,27 +53,19 @@ pub struct Spread {
     pub worst: f64,
 }
 
-/// Which effects a row of the study includes.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Includes {
-    /// Those that `full` can simulate.
-    AsFull,
-    /// All effects of a contact that is rigid along the surface.
-    All,
-    /// Those that `full` can simulate, with a contact that gives way.
-    GivesWay,
-}
-
-impl Includes {
-    /// The name in accuracy.csv.
-    #[must_use]
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::AsFull => "as-full",
-            Self::All => "all",
-            Self::GivesWay => "gives-way",
-        }
+worded! {
+    /// Which effects a row of the study includes.
+    #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+    pub enum Includes {
+        /// Those that `full` can simulate.
+        AsFull = "as-full",
+        /// All effects of a contact that is rigid along the surface.
+        All = "all",
+        /// Those that `full` can simulate, with a contact that gives way.
+        GivesWay = "gives-way",
     }
+    /// The name in accuracy.csv.
+    pub fn name;
 }
 
 /// The errors and the time of one way to compute a collision.
