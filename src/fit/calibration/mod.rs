@@ -54,13 +54,13 @@ pub(super) fn calibrated(
     // the search copies the data set, which must not cost the frames of all shots
     let Some(mut tracks) = dataset.tracks.take() else { return (dataset, None, None) };
     let scene = Scene { side_sd: dataset.side_sd, ..Scene::of(&dataset.model(Fidelity::Full)) };
-    resting::leave_out_moving(&mut dataset, &mut tracks);
     let repaired = tracks.shots.par_iter_mut().map(drops::repair);
     let dropped: Vec<usize> = repaired.filter(|count| *count > 0).collect();
     let noise_correlation = noise_correlation(&tracks.shots, &scene);
     if let Some(found) = noise_correlation.filter(|found| found.adopted) {
         tracks.shots.iter_mut().for_each(|shot| shot.correlation = found.value);
     }
+    resting::leave_out_moving(&mut dataset, &mut tracks);
     let over_stated = stated_noise::over_stated(&tracks.shots);
     if let Some(times) = over_stated {
         stated_noise::replace(&mut tracks.shots, times);
