@@ -21,6 +21,9 @@ pub(super) fn describe_guess(survey: &Survey, exchanged: bool, sheet: &mut Sheet
         return;
     }
     sheet.find("In no known format: [tracks.columns] is guessed from the names of columns; check it.");
+    if !survey.guess.passed.is_empty() {
+        sheet.find(format!("No positions of balls, and passed over: {}.", survey.guess.passed.join(", ")));
+    }
     sheet.line("\n[tracks.columns]              # guessed: check it");
     if let Some(name) = &survey.guess.perhaps_time {
         let why = "its numbers grow from row to row: frame, if they number the frames, or t and [tracks] time_unit, if they are times; \
@@ -29,8 +32,10 @@ pub(super) fn describe_guess(survey: &Survey, exchanged: bool, sheet: &mut Sheet
     }
     for (key, value) in &survey.guess.columns {
         // the same keys in the same order, with the columns of the other ball
-        let other = key.strip_prefix("cue_").map(|rest| ["object_", rest]);
-        let other = other.or(key.strip_prefix("object_").map(|rest| ["cue_", rest])).filter(|_| exchanged);
+        let (mark, own) = key.strip_prefix("# ").map_or(("", *key), |own| ("# ", own));
+        let other = own.strip_prefix("cue_").map(|rest| [mark, "object_", rest]);
+        let other =
+            other.or(own.strip_prefix("object_").map(|rest| [mark, "cue_", rest])).filter(|_| exchanged);
         let of = |key: &str| survey.guess.columns.iter().find(|(own, _)| *own == key).map(|(_, value)| value);
         let value = other.and_then(|key| of(&key.concat())).unwrap_or(value);
         sheet.line(format!("{key} = {value}"));
