@@ -72,6 +72,7 @@ const LONGEST_LINE: usize = 160;
 struct Top {
     header: Vec<String>,
     row: Option<String>,
+    second: String,
 }
 
 /// The top of a table; a header may have several lines, of which none names the columns alone.
@@ -87,6 +88,25 @@ fn top(file: &Path) -> Top {
     Top {
         header: header[header.len().saturating_sub(MOST_HEADERS)..].iter().map(shown).collect(),
         row: row.map(|row| lines[row].to_owned()),
+        second: lines.get(1).map(|line| (*line).to_owned()).unwrap_or_default(),
+    }
+}
+
+/// What some programs write that no column tells, and what to do.
+fn hint(names: &[String], second: &str) -> Option<&'static str> {
+    let has = |part: &str| names.iter().any(|name| name.to_lowercase().contains(part));
+    if has("run #2") || has("run 2:") {
+        Some(
+            "Several runs stand beside each other: export a file for each run, or put them below each other with a column shot.",
+        )
+    } else if second.contains(['(', '[']) {
+        Some("Cells in brackets hold x and y together: write each into a column of its own.")
+    } else if has("label") && has("area") {
+        Some(
+            "No column says which frame a row is of: in ImageJ, tick Stack position under Analyze, Set Measurements.",
+        )
+    } else {
+        None
     }
 }
 
@@ -108,6 +128,9 @@ pub(super) fn describe_columns(file: &Path, names: &[String], sheet: &mut Sheet)
         "{}: no known format; {shown}. Say under [tracks.columns] which column is what, by its name or by its number, from 1 on.",
         file.display(),
     ));
+    if let Some(hint) = hint(names, &top.second) {
+        sheet.find(hint);
+    }
     sheet.line("\n[video]");
     sheet.blank("capture_fps", "frames per second that the camera recorded at");
     sheet.line("\n[scale]");

@@ -29,7 +29,7 @@ pub enum InitError {
         path: PathBuf,
     },
     /// A file is no text.
-    #[error("{}: is no text; expected a table of tracks or measurements, not the film itself", path.display())]
+    #[error("{}: is no text; expected a table of tracks or measurements, not the film itself, nor a workbook (save its sheet as CSV)", path.display())]
     NoText {
         /// The file.
         path: PathBuf,
@@ -47,7 +47,7 @@ pub enum InitError {
         why: String,
     },
     /// A folder holds no table.
-    #[error("{}: holds no table (a file that ends in .{}); name the files", path.display(), TABLES.join(", ."))]
+    #[error("{}: holds no table (a file that ends in .{}); name the files, and save a workbook's sheet as CSV", path.display(), TABLES.join(", ."))]
     NoTables {
         /// The folder.
         path: PathBuf,

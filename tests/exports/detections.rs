@@ -4,7 +4,7 @@
 use std::fs;
 use std::process::Command;
 
-use super::drafts::{FPS, SPIN, drafted};
+use super::drafts::{FPS, SPIN, drafted, init};
 use super::noted;
 use super::programs::{FRAMES, MM, balls, boxed, check, long};
 
@@ -74,6 +74,44 @@ fn particles_that_nothing_tells_apart() {
     }
 }
 
+/// Several clips in a file, of which another ball comes first in each; names that change where a tracker lost a ball; detections of MOT.
+#[test]
+fn clips_and_names_that_change() {
+    let clips: String = (0..3)
+        .flat_map(|clip| (0..2 * FRAMES).map(move |i| (clip, i / 2, i % 2)))
+        .map(|(clip, n, ball)| {
+            let [x, y] = balls(n)[(ball as usize + clip) % 2];
+            format!("{},{x},{y}\n", 1000 * clip + n as usize)
+        })
+        .collect();
+    let tracks =
+        drafted(&[("s.csv", format!("frame,x,y\n{clips}"))], &[FPS, SPIN, MM], &["frame = \"frame\""]);
+    assert_eq!(tracks.shots.len(), 3);
+    for shot in &tracks.shots {
+        assert_eq!((shot.cue[0].x, shot.object[0].x), (0.0, 0.26));
+    }
+    let named = long("frame,id,x,y", |n, ball, [x, y]| {
+        format!("{n},{},{x},{y}", if ball == 1 && n > 25 { 7 } else { ball })
+    });
+    check(&drafted(&[("s.csv", named)], &[FPS, SPIN, MM], &["cue = \"cue\" "]), "names that change");
+    let detected = long("", |n, _, at| {
+        let [x, y, w, h] = boxed(n, at);
+        format!("{n},-1,{x},{y},{w},{h},0.9,-1,-1,-1")
+    });
+    check(&drafted(&[("s.txt", detected.trim_start())], &[FPS, SPIN, MM], &["\nwidth = 5"]), "MOT");
+    for (text, hint) in [
+        ("frame,white,red\n0,\"(1.5, 2)\",\"(3, 4)\"\n1,\"(2.5, 2)\",\"(3, 4)\"\n", "hold x and y together"),
+        (" ,Label,Area,X,Y\n1,a:1,9,1,2\n2,a:1,9,3,4\n3,a:2,9,1,2\n", "tick Stack position"),
+        (
+            "Run 1: T,Run 1: X,Run 1: Y,Run 1: X 2,Run 1: Y 2,Run 2: T,Run 2: X,Run 2: Y,Run 2: X 2,Run 2: Y 2\n0,1,2,3,4,0,1,2,3,4\n1,1,2,3,4,1,1,2,3,4\n",
+            "Several runs",
+        ),
+    ] {
+        let (_, said) = init(&[("s.csv", text)]);
+        assert!(said.contains(hint), "{said}");
+    }
+}
+
 #[test]
 fn unlikely_positions_are_left_out() {
     let row = |n: u32, ball: usize, [x, y]: [f64; 2]| {
@@ -90,7 +128,7 @@ fn unlikely_positions_are_left_out() {
         (long("frame,id,x,y,likelihood", in_long), "likelihood = \"likelihood\""),
     ] {
         let tracks = drafted(&[("s.csv", text)], &[FPS, SPIN, MM], &[expected]);
-        assert_eq!((tracks.shots[0].cue.len(), tracks.shots[0].object.len()), (37, 37));
+        assert_eq!((tracks.shots[0].cue.len(), tracks.shots[0].object.len()), (37, 38));
         noted(&tracks, "likelihood below 0.6");
     }
     // what detectors call confidence is on no scale that is known

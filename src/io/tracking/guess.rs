@@ -41,7 +41,7 @@ pub(super) fn columns(text: &str) -> Option<Guess> {
         for separator in Separator::ALL {
             let separator =
                 if separator == Separator::Char(' ') { blanks(text, *line, bare) } else { separator };
-            let Some(names) = trimmed(bare, separator).filter(|names| names.len() > 3) else { continue };
+            let Some(names) = trimmed(bare, separator).filter(|names| names.len() > 2) else { continue };
             if names.iter().all(|name| value(name).is_some()) {
                 // names of columns that are not understood may stand above the numbers
                 let mut above = top[..i].iter().filter_map(|(_, line)| trimmed(line, separator));
@@ -62,8 +62,14 @@ pub(super) fn columns(text: &str) -> Option<Guess> {
 fn numbered(rows: &Rows, width: usize) -> Option<Guess> {
     let is_long = rows.is_whole(0) && rows.is_whole(1) && rows.tells_apart(1, &[0]);
     let is_size = |column: usize| rows.is_size(|row| value(&row[column]));
+    // rows of two balls that nothing tells apart; MOT has -1 for the ball of detections
+    let are_pairs = rows.is_whole(0) && rows.are_pairs(0, None);
     let keys: &[&'static str] = match width {
         6.. if is_long && is_size(4) && is_size(5) => &["frame", "ball", "x", "y", "width", "height"],
+        6.. if are_pairs && rows.values(1) == 1 && is_size(4) && is_size(5) => {
+            &["frame", "", "x", "y", "width", "height"]
+        }
+        3.. if are_pairs && !is_long => &["frame", "x", "y"],
         4 | 5 if is_long && !rows.is_whole(2) => &["frame", "ball", "x", "y"],
         4 => &["cue_x", "cue_y", "object_x", "object_y"],
         5 if rows.is_whole(0) && rows.least_step(0, &[]) == Some(1.0) => {
@@ -72,7 +78,8 @@ fn numbered(rows: &Rows, width: usize) -> Option<Guess> {
         5 => &["t", "cue_x", "cue_y", "object_x", "object_y"],
         _ => return None,
     };
-    let columns = keys.iter().enumerate().map(|(i, key)| (*key, (i + 1).to_string())).collect();
+    let keys = keys.iter().enumerate().filter(|(_, key)| !key.is_empty());
+    let columns = keys.map(|(i, key)| (*key, (i + 1).to_string())).collect();
     Some(Guess { columns, ..Guess::default() })
 }
 
@@ -192,7 +199,7 @@ fn named(text: &str, heading: &Heading) -> Option<Guess> {
     let angles: Vec<usize> =
         (0..small.len()).filter(|i| !paired.contains(i) && is_angle(&small[*i])).collect();
     let rows = Rows::of(text, heading);
-    positions.iter_mut().for_each(|position| *position = rows.in_plane(&small, *position));
+    rows.lay_flat(&small, &mut positions);
     let mut boxes = boxes::named(&small);
     let are_named = !boxes.is_empty();
     let mut taken = paired.clone();
@@ -228,6 +235,8 @@ fn named(text: &str, heading: &Heading) -> Option<Guess> {
     });
     // without a column of balls, numbers that look like one box are those of two balls
     let are_pairs = time.is_some_and(|time| table.rows.are_pairs(time, shot));
+    // numbers that a tracker gave anew where it had lost a ball
+    let ball = ball.filter(|ball| !(are_pairs && table.rows.values(*ball) > 2 && table.rows.is_whole(*ball)));
     boxes.retain(|_| are_named || ball.is_some() || are_pairs);
     if !boxes.is_empty() {
         positions = boxes.iter().map(|boxed| boxed.corner).collect();

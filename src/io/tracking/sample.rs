@@ -14,7 +14,7 @@ const ROWS: usize = 20_000;
 const TRACKS: usize = 20;
 /// A path is smoother than another one where it is rough by less than this part of it.
 const SMOOTHER: f64 = 0.85;
-/// Of three coordinates, that along the height moves by less than this part of the others.
+/// A height changes by less than this part of what a coordinate along the table does.
 const FLAT: f64 = 0.1;
 
 /// The first rows of a table.
@@ -92,17 +92,22 @@ impl Rows {
             .then_some(as_corner < as_middle)
     }
 
-    /// The two of three coordinates that lie in the table: the third one hardly changes (OptiTrack calls the height y).
-    pub(super) fn in_plane(&self, names: &[String], [x, y]: [usize; 2]) -> [usize; 2] {
+    /// Takes z and x for the positions of balls where y is the height, as OptiTrack calls it: it hardly changes, and z does.
+    pub(super) fn lay_flat(&self, names: &[String], positions: &mut [[usize; 2]]) {
         let extent = |column: usize| {
             let all = sorted(self.0.iter().filter_map(|row| value(&row[column])));
             let few = all.len() / 20;
-            all.get(few).zip(all.get(all.len().saturating_sub(few + 1))).map_or(0.0, |(low, high)| high - low)
+            let ends = all.get(few).zip(all.get(all.len().saturating_sub(few + 1)));
+            ends.map_or(0.0, |(low, high)| high - low)
         };
-        let z = boxes::beside(names, x, "z");
-        // seen from above, z, x and the height make a system as x, y and z do
-        z.filter(|z| extent(y) < FLAT * extent(*z).max(extent(x)) && extent(*z) > extent(y))
-            .map_or([x, y], |z| [z, x])
+        let z: Option<Vec<usize>> = positions.iter().map(|[x, _]| boxes::beside(names, *x, "z")).collect();
+        let Some(z) = z else { return };
+        let [high, wide] = [positions.iter().map(|[_, y]| *y).collect(), z.clone()]
+            .map(|columns: Vec<usize>| columns.into_iter().map(extent).sum::<f64>());
+        if high < FLAT * wide {
+            // seen from above, z, x and the height make a system as x, y and z do
+            positions.iter_mut().zip(z).for_each(|(position, z)| *position = [z, position[0]]);
+        }
     }
 
     /// Whether most values of a column, within groups, stand in two rows.
