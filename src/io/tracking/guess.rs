@@ -168,7 +168,7 @@ impl Table<'_> {
             if let Some(column) = of(&["likelihood"]) {
                 self.add([LIKELIHOODS[which]], [column]);
             } else if let Some(column) = of(&["confidence", "conf", "score", "probability"]) {
-                let why = format!("   # take the # away to leave out positions below {}", LIKELY);
+                let why = format!("   # take the # away to leave out positions below {LIKELY}");
                 self.perhaps(PERHAPS_LIKELIHOODS[which], column, &why);
             }
         }
