@@ -1,6 +1,7 @@
 //! What people export from other programs and type into spreadsheets, as they do it.
 
 mod columns;
+mod detections;
 mod drafts;
 mod faults;
 mod programs;

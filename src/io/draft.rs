@@ -31,7 +31,7 @@ pub struct Draft {
 
 /// What a file is.
 enum Seen {
-    Tracks(Survey),
+    Tracks(Box<Survey>),
     Impacts,
     Angles {
         spin: bool,
@@ -96,7 +96,7 @@ pub fn draft(named: &[PathBuf]) -> Result<Draft, InitError> {
     sheet.blank("cloth", "which cloth: `caromfit compare` tells cloths apart by it; optional");
     sheet.blank("source", "who measured it, how, when; optional");
     let tracks = seen.iter().filter_map(|(file, seen)| match seen {
-        Seen::Tracks(survey) => Some((file, survey)),
+        Seen::Tracks(survey) => Some((file, survey.as_ref())),
         _ => None,
     });
     let tracks: Vec<(&PathBuf, &Survey)> = tracks.collect();
@@ -202,7 +202,7 @@ fn look(file: &Path) -> Result<Seen, InitError> {
         return Ok(Seen::Angles { spin: has("cue_spin") || has("omega_x") });
     }
     match survey(file) {
-        Ok(survey) => Ok(Seen::Tracks(survey)),
+        Ok(survey) => Ok(Seen::Tracks(Box::new(survey))),
         Err(problems) if names.first().is_some_and(|name| name.starts_with(['{', '['])) => {
             let why = problems.first().map_or(String::new(), |first| first.to_string());
             Err(InitError::Json { path: file.to_path_buf(), why })

@@ -21,6 +21,9 @@ pub(super) fn describe_guess(survey: &Survey, exchanged: bool, sheet: &mut Sheet
         return;
     }
     sheet.find("In no known format: [tracks.columns] is guessed from the names of columns; check it.");
+    if !survey.guess.passed.is_empty() {
+        sheet.find(format!("No positions of balls, and passed over: {}.", survey.guess.passed.join(", ")));
+    }
     sheet.line("\n[tracks.columns]              # guessed: check it");
     if let Some(name) = &survey.guess.perhaps_time {
         let why = "its numbers grow from row to row: frame, if they number the frames, or t and [tracks] time_unit, if they are times; \
@@ -29,8 +32,10 @@ pub(super) fn describe_guess(survey: &Survey, exchanged: bool, sheet: &mut Sheet
     }
     for (key, value) in &survey.guess.columns {
         // the same keys in the same order, with the columns of the other ball
-        let other = key.strip_prefix("cue_").map(|rest| ["object_", rest]);
-        let other = other.or(key.strip_prefix("object_").map(|rest| ["cue_", rest])).filter(|_| exchanged);
+        let (mark, own) = key.strip_prefix("# ").map_or(("", *key), |own| ("# ", own));
+        let other = own.strip_prefix("cue_").map(|rest| [mark, "object_", rest]);
+        let other =
+            other.or(own.strip_prefix("object_").map(|rest| [mark, "cue_", rest])).filter(|_| exchanged);
         let of = |key: &str| survey.guess.columns.iter().find(|(own, _)| *own == key).map(|(_, value)| value);
         let value = other.and_then(|key| of(&key.concat())).unwrap_or(value);
         sheet.line(format!("{key} = {value}"));
@@ -67,6 +72,7 @@ const LONGEST_LINE: usize = 160;
 struct Top {
     header: Vec<String>,
     row: Option<String>,
+    second: String,
 }
 
 /// The top of a table; a header may have several lines, of which none names the columns alone.
@@ -82,6 +88,25 @@ fn top(file: &Path) -> Top {
     Top {
         header: header[header.len().saturating_sub(MOST_HEADERS)..].iter().map(shown).collect(),
         row: row.map(|row| lines[row].to_owned()),
+        second: lines.get(1).map(|line| (*line).to_owned()).unwrap_or_default(),
+    }
+}
+
+/// What some programs write that no column tells, and what to do.
+fn hint(names: &[String], second: &str) -> Option<&'static str> {
+    let has = |part: &str| names.iter().any(|name| name.to_lowercase().contains(part));
+    if has("run #2") || has("run 2:") {
+        Some(
+            "Several runs stand beside each other: export a file for each run, or put them below each other with a column shot.",
+        )
+    } else if second.contains(['(', '[']) {
+        Some("Cells in brackets hold x and y together: write each into a column of its own.")
+    } else if has("label") && has("area") {
+        Some(
+            "No column says which frame a row is of: in ImageJ, tick Stack position under Analyze, Set Measurements.",
+        )
+    } else {
+        None
     }
 }
 
@@ -103,6 +128,9 @@ pub(super) fn describe_columns(file: &Path, names: &[String], sheet: &mut Sheet)
         "{}: no known format; {shown}. Say under [tracks.columns] which column is what, by its name or by its number, from 1 on.",
         file.display(),
     ));
+    if let Some(hint) = hint(names, &top.second) {
+        sheet.find(hint);
+    }
     sheet.line("\n[video]");
     sheet.blank("capture_fps", "frames per second that the camera recorded at");
     sheet.line("\n[scale]");

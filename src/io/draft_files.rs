@@ -5,8 +5,15 @@ use std::path::{Path, PathBuf};
 use super::draft_error::{InitError, TABLES};
 use super::text::decode;
 
-/// Of what is looked at where there is no table; ImageJ calls its tables .xls.
-const OTHERS: [&str; 2] = ["json", "xls"];
+/// Of what is looked at where there is no table; ImageJ calls its tables .xls, OpenSim .trc.
+const OTHERS: [&str; 3] = ["json", "xls", "trc"];
+
+/// Tables are looked for so many folders below the one that is named.
+const DEPTH: usize = 2;
+
+/// So many files of a frame each, with at most so many boxes, are no tables of shots.
+const FRAMES: usize = 10;
+const BOXES: usize = 20;
 
 /// How the names of files begin that tell of the data and are none.
 const WORDS: [&str; 7] = ["readme", "read me", "license", "licence", "notes", "changelog", "copying"];
@@ -17,7 +24,7 @@ const NUMBERS: usize = 2;
 /// So many rows of numbers make a table.
 const ROWS: usize = 2;
 
-/// The files, and in the place of a folder the tables in it or, where it holds none, those in its folders.
+/// The files, and in the place of a folder the tables in it or, where it holds none, those in its folders, or in theirs.
 pub(super) fn listed(files: &[PathBuf]) -> Result<Vec<PathBuf>, InitError> {
     let mut all = Vec::new();
     for file in files {
@@ -25,13 +32,13 @@ pub(super) fn listed(files: &[PathBuf]) -> Result<Vec<PathBuf>, InitError> {
             all.push(file.clone());
             continue;
         }
-        let here = entries(file)?;
-        let mut below = Vec::new();
-        for folder in here.iter().filter(|path| path.is_dir() && !is_hidden(path)) {
-            below.append(&mut entries(folder)?);
+        let mut levels = vec![entries(file)?];
+        for level in 0..DEPTH {
+            let folders = levels[level].iter().filter(|path| path.is_dir() && !is_hidden(path));
+            levels.push(folders.map(|folder| entries(folder)).collect::<Result<Vec<_>, _>>()?.concat());
         }
-        let mut tables = [&here, &below]
-            .into_iter()
+        let mut tables = levels
+            .iter()
             .flat_map(|paths| [&TABLES[..], &OTHERS[..]].map(|endings| ending_with(paths, endings)));
         let Some(mut tables) = tables.find(|tables| !tables.is_empty()) else {
             return Err(InitError::NoTables { path: file.clone() });
@@ -39,7 +46,27 @@ pub(super) fn listed(files: &[PathBuf]) -> Result<Vec<PathBuf>, InitError> {
         tables.sort();
         all.append(&mut tables);
     }
-    Ok(all)
+    match all.as_slice() {
+        [first, .., last] if all.len() >= FRAMES && [first, last].iter().all(|file| is_frame(file)) => {
+            Err(InitError::Frames {
+                folder: first.parent().map(Path::to_path_buf).unwrap_or_default(),
+                count: all.len(),
+                example: first.file_name().unwrap_or_default().to_string_lossy().into_owned(),
+            })
+        }
+        _ => Ok(all),
+    }
+}
+
+/// Whether a file, which a number ends the name of, holds the boxes of a frame: class, x, y, width, height, and perhaps how sure that is.
+fn is_frame(file: &Path) -> bool {
+    let name = file.file_stem().unwrap_or_default().to_string_lossy();
+    let Ok(text) = std::fs::read_to_string(file) else { return false };
+    let is_box = |row: &str| {
+        (5..=7).contains(&numbers(row))
+            && row.split(' ').next().is_some_and(|class| class.parse::<u32>().is_ok())
+    };
+    name.ends_with(|c: char| c.is_ascii_digit()) && text.lines().count() <= BOXES && text.lines().all(is_box)
 }
 
 fn entries(folder: &Path) -> Result<Vec<PathBuf>, InitError> {

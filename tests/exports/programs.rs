@@ -4,39 +4,39 @@ use caromfit::measurement::dataset::Tracks;
 
 use super::drafts::{FPS, SPIN, drafted, init};
 
-const FRAMES: u32 = 40;
+pub const FRAMES: u32 = 40;
 /// Positions are in millimetres, which the files do not say.
-const MM: (&str, &str) = ("# length_unit = \"…\"", "length_unit = \"mm\"");
+pub const MM: (&str, &str) = ("# length_unit = \"…\"", "length_unit = \"mm\"");
 /// Rounding of lengths written to a micrometre.
 const ROUNDED: f64 = 2e-6;
 
 /// Where both balls are in a frame, mm.
-fn balls(n: u32) -> [[f64; 2]; 2] {
+pub fn balls(n: u32) -> [[f64; 2]; 2] {
     let moved = |n: u32| f64::from(n);
     [[10.0 * moved(n.min(20)), 500.0], [260.0 + 9.0 * moved(n.max(20) - 20), 520.0]]
 }
 
 /// A row per ball and frame.
-fn long(head: &str, row: impl Fn(u32, usize, [f64; 2]) -> String) -> String {
+pub fn long(head: &str, row: impl Fn(u32, usize, [f64; 2]) -> String) -> String {
     let row = &row;
     let rows = (0..FRAMES).flat_map(|n| [0, 1].map(|ball| row(n, ball, balls(n)[ball]) + "\n"));
     format!("{head}\n{}", rows.collect::<String>())
 }
 
 /// A row per frame, with what stands behind the position of a ball.
-fn wide(head: &str, behind: &str) -> String {
+pub fn wide(head: &str, behind: &str) -> String {
     let ball = |[x, y]: [f64; 2]| format!(",{x:.3},{y:.3}{behind}");
     let rows = (0..FRAMES).map(|n| format!("{n}{}\n", balls(n).map(ball).concat()));
     format!("{head}\n{}", rows.collect::<String>())
 }
 
 /// Corner and size of a box about a ball, which is not quite as large in every frame.
-fn boxed(n: u32, [x, y]: [f64; 2]) -> [f64; 4] {
+pub fn boxed(n: u32, [x, y]: [f64; 2]) -> [f64; 4] {
     let half = 28.0 + f64::from(n % 3);
     [x - half, y - half, 2.0 * half, 2.0 * half]
 }
 
-fn check(tracks: &Tracks, what: &str) {
+pub fn check(tracks: &Tracks, what: &str) {
     let shot = &tracks.shots[0];
     assert_eq!((shot.cue.len(), shot.object.len()), (40, 40), "{what}");
     for (samples, ball) in [(&shot.cue, 0), (&shot.object, 1)] {
@@ -106,15 +106,33 @@ fn boxes_about_the_balls() {
             long("frame,track_id,x,y,w,h", |n, ball, [x, y]| format!("{n},{ball},{x},{y},57,58")),
             "# width = \"w\"   # of a box: take the # away",
         ),
+        (
+            "middle and size that changes",
+            long("frame,track_id,x,y,w,h", |n, ball, [x, y]| format!("{n},{ball},{x},{y},{},58", 57 + n % 3)),
+            "x = \"x\"",
+        ),
+        (
+            "corner and size, by how smooth the paths are",
+            size("frame,track_id,x,y,w,h", |n, ball, [x, y, w, h]| format!("{n},{ball},{x},{y},{w},{h}")),
+            "\nwidth = \"w\"",
+        ),
+        (
+            "the same beside the names of balls",
+            size("frame,ball,x,y,width,height", |n, ball, [x, y, w, h]| {
+                format!("{n},{},{x},{y},{w},{h}", ["white", "red"][ball])
+            }),
+            "\nheight = \"height\"",
+        ),
+        (
+            "nothing says which ball it is",
+            corners("frame,xmin,ymin,xmax,ymax,name", |n, _, [x, y, x2, y2]| {
+                format!("{n},{x},{y},{x2},{y2},sports ball")
+            }),
+            "cue = \"cue\"                    # it moves first",
+        ),
     ] {
         check(&drafted(&[("s.csv", text.trim_start())], &[FPS, SPIN, MM], &[expected]), what);
     }
-    // boxes of which nothing says which ball they are about
-    let unnamed = corners("frame,xmin,ymin,xmax,ymax,name", |n, _, [x, y, x2, y2]| {
-        format!("{n},{x},{y},{x2},{y2},sports ball")
-    });
-    let (_, said) = init(&[("s.csv", unnamed)]);
-    assert!(said.contains("Say under [tracks.columns] which column is what"), "{said}");
 }
 
 /// Headers of several lines, above the line that names columns or below it.

@@ -8,56 +8,98 @@ const BEFORE: [&str; 4] = ["boundingbox", "bbox", "box", "bb"];
 /// Names of the sides; with nothing before them, those of the last rows may be those of balls, or of the middle of a box.
 const CORNERS: [[&str; 4]; 3] =
     [["xmin", "ymin", "xmax", "ymax"], ["left", "top", "right", "bottom"], ["x1", "y1", "x2", "y2"]];
-const SIZES: [[&str; 4]; 3] =
-    [["left", "top", "width", "height"], ["left", "top", "w", "h"], ["xmin", "ymin", "width", "height"]];
-const SIZES_BEHIND: [[&str; 4]; 2] = [["x", "y", "width", "height"], ["x", "y", "w", "h"]];
+const SIZES: [[&str; 4]; 5] = [
+    ["left", "top", "width", "height"],
+    ["left", "top", "w", "h"],
+    ["xmin", "ymin", "width", "height"],
+    ["x", "y", "width", "height"],
+    ["x", "y", "w", "h"],
+];
+
+/// Names of a size beside that of x.
+const SIDES: [[&str; 2]; 2] = [["width", "height"], ["w", "h"]];
+
+/// What tells, beside the place of a corner, where the middle of a box is.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum Rest {
+    /// The columns of the other corner.
+    Corner([usize; 2]),
+    /// The columns of width and height.
+    Size([usize; 2]),
+}
+
+impl Rest {
+    /// Of the keys of `[tracks.columns]` that begin like this.
+    pub(super) fn of(at: impl Fn(&str) -> Option<usize>, begin: &str) -> Option<Self> {
+        let pair =
+            |[one, other]: [&str; 2]| Some([at(&format!("{begin}{one}"))?, at(&format!("{begin}{other}"))?]);
+        pair(CORNER).map(Self::Corner).or_else(|| pair(SIZE).map(Self::Size))
+    }
+
+    pub(super) fn columns(self) -> [usize; 2] {
+        let (Self::Corner(columns) | Self::Size(columns)) = self;
+        columns
+    }
+
+    /// The middle of a box with this corner, and this in those columns.
+    pub(super) fn middle(self, [x, y]: [f64; 2], [other_x, other_y]: [f64; 2]) -> [f64; 2] {
+        match self {
+            Self::Corner(_) => [f64::midpoint(x, other_x), f64::midpoint(y, other_y)],
+            Self::Size(_) => [x + 0.5 * other_x, y + 0.5 * other_y],
+        }
+    }
+}
 
 /// The columns of a box.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Boxed {
     pub corner: [usize; 2],
-    /// What the others are in `[tracks.columns]`.
-    pub keys: [&'static str; 2],
-    pub others: [usize; 2],
+    pub rest: Rest,
 }
 
-/// The box that these names, in small letters, are certainly those of.
-pub(super) fn named(names: &[String]) -> Option<Boxed> {
-    let bare: Vec<(String, bool)> = names
-        .iter()
-        .map(|name| {
-            let name = words(name).concat();
-            let rest = BEFORE.iter().find_map(|before| name.strip_prefix(before)).map(str::to_string);
-            (rest.clone().unwrap_or(name), rest.is_some())
-        })
-        .collect();
-    let find = |sides: &[&str; 4], stated: bool| -> Option<[usize; 4]> {
-        let at = |side: &str| bare.iter().position(|(own, before)| own == side && (*before || !stated));
-        Some([at(sides[0])?, at(sides[1])?, at(sides[2])?, at(sides[3])?])
+/// The box that these names, in small letters, are certainly those of, or both boxes of a table with a row per frame.
+pub(super) fn named(names: &[String]) -> Vec<Boxed> {
+    let plain: Vec<String> = names.iter().map(|name| words(name).concat()).collect();
+    let find = |sides: &[&str; 4], are_sure: bool, rest: fn([usize; 2]) -> Rest| -> Vec<Boxed> {
+        let begin = plain.iter().filter_map(|name| name.strip_suffix(sides[0]));
+        let boxed = |begin: &str| {
+            let at = |side: &str| plain.iter().position(|name| name.strip_prefix(begin) == Some(side));
+            let [x, y, right, bottom] = sides.map(at);
+            Some(Boxed { corner: [x?, y?], rest: rest([right?, bottom?]) })
+        };
+        let found: Vec<(&str, Boxed)> = begin.filter_map(|begin| Some((begin, boxed(begin)?))).collect();
+        let is_stated = |begin: &str| BEFORE.iter().any(|before| begin.ends_with(before));
+        let are_stated = are_sure || found.iter().all(|(begin, _)| is_stated(begin));
+        // x1, y1, x2, y2 of each of two balls
+        let are_two = || {
+            found.len() == 2
+                && found
+                    .iter()
+                    .all(|(begin, boxed)| !begin.is_empty() && matches!(boxed.rest, Rest::Corner(_)))
+        };
+        if are_stated || are_two() { found.into_iter().map(|(_, boxed)| boxed).collect() } else { Vec::new() }
     };
-    let by = |keys: [&'static str; 2], [x, y, right, bottom]: [usize; 4]| Boxed {
-        corner: [x, y],
-        keys,
-        others: [right, bottom],
-    };
-    let corners = || CORNERS.iter().enumerate().find_map(|(i, sides)| find(sides, i == 2));
-    let sizes = SIZES.iter().find_map(|sides| find(sides, false));
-    let sizes = sizes.or_else(|| SIZES_BEHIND.iter().find_map(|sides| find(sides, true)));
-    sizes.map(|at| by(SIZE, at)).or_else(|| Some(by(CORNER, corners()?)))
+    let sizes = SIZES.iter().enumerate().map(|(i, sides)| find(sides, i < 3, Rest::Size));
+    let corners = CORNERS.iter().enumerate().map(|(i, sides)| find(sides, i < 2, Rest::Corner));
+    sizes.chain(corners).find(|found| (1..=2).contains(&found.len())).unwrap_or_default()
 }
 
 /// Keys of `[tracks.columns]` for the size of a box, and for its other corner.
 pub(super) const SIZE: [&str; 2] = ["width", "height"];
 pub(super) const CORNER: [&str; 2] = ["x2", "y2"];
 
-/// What of `[tracks.columns]` may be added to x and y, as comments: columns of a size, of which nothing says whether these are a corner of
-/// the box or its middle, as they are taken for.
-pub(super) fn perhaps(names: &[String]) -> Option<[(&'static str, String); 2]> {
-    let at = |name: &str| names.iter().find(|own| own.eq_ignore_ascii_case(name));
-    let [width, height] = [SIZE, ["w", "h"]].into_iter().find_map(|[w, h]| Some([at(w)?, at(h)?]))?;
-    let [width, height] = [width, height].map(|name| toml::Value::from(name.as_str()));
-    let why = "of a box: take the # away, from both, where x and y are its corner, and not its middle";
-    Some([("# width", format!("{width}   # {why}")), ("# height", height.to_string())])
+/// The columns of a size that go with this column of x.
+pub(super) fn size(names: &[String], x: usize) -> Option<[usize; 2]> {
+    SIDES.into_iter().find_map(|[width, height]| Some([beside(names, x, width)?, beside(names, x, height)?]))
+}
+
+/// The column that is called like one of x, with another word in the place of the x.
+pub(super) fn beside(names: &[String], x: usize, word: &str) -> Option<usize> {
+    let name = &names[x];
+    name.char_indices().filter(|(_, c)| *c == 'x').find_map(|(at, _)| {
+        let other = format!("{}{word}{}", &name[..at], &name[at + 1..]);
+        names.iter().position(|own| *own == other)
+    })
 }
 
 #[cfg(test)]
@@ -68,19 +110,34 @@ mod tests {
     fn boxes_by_their_names() {
         let found = |names: &str| {
             let names: Vec<String> = names.split(' ').map(str::to_string).collect();
-            named(&names).map(|found| (found.keys, [found.corner, found.others].concat()))
+            let found: Vec<usize> = named(&names)
+                .iter()
+                .flat_map(|found| [found.corner, found.rest.columns()].concat())
+                .collect();
+            (named(&names).first().map(|found| matches!(found.rest, Rest::Corner(_))), found)
         };
         for names in ["t xmin ymin xmax ymax", "t left top right bottom", "t bbox_x1 bbox_y1 bbox_x2 bbox_y2"]
         {
-            assert_eq!(found(names), Some((CORNER, vec![1, 2, 3, 4])), "{names}");
+            assert_eq!(found(names), (Some(true), vec![1, 2, 3, 4]), "{names}");
         }
         for names in
             ["x bb_left bb_top bb_width bb_height x y", "t left top w h", "t bbox_x bbox_y bbox_w bbox_h"]
         {
-            assert_eq!(found(names), Some((SIZE, vec![1, 2, 3, 4])), "{names}");
+            assert_eq!(found(names), (Some(false), vec![1, 2, 3, 4]), "{names}");
         }
-        for names in ["t x1 y1 x2 y2", "t x y w h", "t bbox_cx bbox_cy", "t xmin ymin"] {
-            assert_eq!(found(names), None, "{names}");
+        for names in [
+            "t x1 y1 x2 y2",
+            "t x y w h",
+            "t a_x a_y a_w a_h b_x b_y b_w b_h",
+            "t bbox_cx bbox_cy",
+            "t xmin ymin",
+        ] {
+            assert!(found(names).1.is_empty(), "{names}");
+        }
+        for names in
+            ["t a_x1 a_y1 a_x2 a_y2 b_x1 b_y1 b_x2 b_y2", "t A_left A_top A_w A_h B_left B_top B_w B_h"]
+        {
+            assert_eq!(found(names).1, [1, 2, 3, 4, 5, 6, 7, 8], "{names}");
         }
     }
 }

@@ -7,7 +7,7 @@ use super::raw::{Clock, NAMES, Notes, RawShot, RawTrack, Row, sorted};
 
 /// Between clips the time jumps by more than this, s, and by more than so many usual steps.
 const PAUSE: f64 = 1.0;
-const STEPS: f64 = 20.0;
+pub(super) const STEPS: f64 = 20.0;
 
 /// Frames per second where nothing tells them.
 const USUAL_FPS: f64 = 240.0;

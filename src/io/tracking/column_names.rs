@@ -56,6 +56,8 @@ pub(super) struct ColumnNames {
     pub y2: Option<Column>,
     pub width: Option<Column>,
     pub height: Option<Column>,
+    /// How likely the position is one.
+    pub likelihood: Option<Column>,
     pub x_sd: Option<Column>,
     pub y_sd: Option<Column>,
     pub marker_x: Option<Column>,
@@ -65,6 +67,17 @@ pub(super) struct ColumnNames {
     pub cue_y: Option<Column>,
     pub object_x: Option<Column>,
     pub object_y: Option<Column>,
+    /// As those of a long table, of each ball.
+    pub cue_x2: Option<Column>,
+    pub cue_y2: Option<Column>,
+    pub object_x2: Option<Column>,
+    pub object_y2: Option<Column>,
+    pub cue_width: Option<Column>,
+    pub cue_height: Option<Column>,
+    pub object_width: Option<Column>,
+    pub object_height: Option<Column>,
+    pub cue_likelihood: Option<Column>,
+    pub object_likelihood: Option<Column>,
     pub cue_angle: Option<Column>,
     pub object_angle: Option<Column>,
     pub angle_unit: Option<AngleUnit>,
@@ -120,24 +133,44 @@ impl ColumnNames {
     /// Whether the columns make a table, long or wide.
     pub(super) fn check(&self) -> Result<(), String> {
         let has_all = |keys: &[&str]| keys.iter().all(|key| self.get(key).is_some());
-        let (wide, long) = (["cue_x", "cue_y", "object_x", "object_y"], ["ball", "x", "y"]);
-        let any_wide = self.has_any(&wide) || self.has_any(&["cue_angle", "object_angle"]);
-        let rest = ["point", "x_sd", "y_sd", "marker_x", "marker_y", "angle", "x2", "y2", "width", "height"];
+        let (wide, long) = (["cue_x", "cue_y", "object_x", "object_y"], ["x", "y"]);
+        let is_wide = |key: &str| key.starts_with("cue_") || key.starts_with("object_");
+        let any_wide = self.all().any(|(key, _)| is_wide(key));
+        // of what a ball has beside its position, it must be said which ball
+        let by_ball = ["point", "x_sd", "marker_x", "angle"];
         let pairs = [["x_sd", "y_sd"], ["marker_x", "marker_y"], ["x2", "y2"], ["width", "height"]];
-        let half = pairs.into_iter().find(|pair| self.has_any(pair) && !has_all(pair));
+        let wide_pairs = [
+            ["cue_x2", "cue_y2"],
+            ["object_x2", "object_y2"],
+            ["cue_width", "cue_height"],
+            ["object_width", "object_height"],
+        ];
+        let half = pairs.into_iter().chain(wide_pairs).find(|pair| self.has_any(pair) && !has_all(pair));
         let has_name = self.all().any(|(_, column)| matches!(column, Column::Name(_)));
-        let message = if any_wide && (self.has_any(&long) || self.has_any(&rest)) {
+        let message = if any_wide
+            && self.all().any(|(key, _)| !is_wide(key) && !["shot", "frame", "t"].contains(&key))
+        {
             "[tracks.columns] mixes a wide table (cue_x, cue_y, object_x, object_y) with a long one (ball, x, y); expected \
              one of them"
         } else if !has_all(&wide) && !has_all(&long) {
             "[tracks.columns] needs ball, x and y (a long table: a row per ball and frame) or cue_x, cue_y, object_x and \
              object_y (a wide one: a row per frame)"
+        } else if self.ball.is_none() && self.has_any(&by_ball) {
+            "[tracks.columns] has point, x_sd, marker_x or angle, but not ball; expected ball: only plain positions are told apart \
+             by their paths"
         } else if !any_wide && !self.has_any(&["frame", "t"]) {
             "[tracks.columns] has neither frame nor t; expected one of them (only a table with a row per frame can do \
              without: its rows are counted)"
         } else if let Some([one, other]) = half {
             return Err(format!("[tracks.columns]: {one} and {other} go together"));
-        } else if self.x2.is_some() && self.width.is_some() {
+        } else if [
+            (&self.x2, &self.width),
+            (&self.cue_x2, &self.cue_width),
+            (&self.object_x2, &self.object_width),
+        ]
+        .iter()
+        .any(|(corner, size)| corner.is_some() && size.is_some())
+        {
             "[tracks.columns] has both x2, y2 and width, height; expected the other corner of the box, or its size"
         } else if has_name && self.is_numbered() {
             "[tracks.columns] gives some columns by name and some by number; expected one of them throughout"
@@ -166,6 +199,7 @@ impl ColumnNames {
             ("y2", &self.y2),
             ("width", &self.width),
             ("height", &self.height),
+            ("likelihood", &self.likelihood),
             ("x_sd", &self.x_sd),
             ("y_sd", &self.y_sd),
             ("marker_x", &self.marker_x),
@@ -175,6 +209,16 @@ impl ColumnNames {
             ("cue_y", &self.cue_y),
             ("object_x", &self.object_x),
             ("object_y", &self.object_y),
+            ("cue_x2", &self.cue_x2),
+            ("cue_y2", &self.cue_y2),
+            ("object_x2", &self.object_x2),
+            ("object_y2", &self.object_y2),
+            ("cue_width", &self.cue_width),
+            ("cue_height", &self.cue_height),
+            ("object_width", &self.object_width),
+            ("object_height", &self.object_height),
+            ("cue_likelihood", &self.cue_likelihood),
+            ("object_likelihood", &self.object_likelihood),
             ("cue_angle", &self.cue_angle),
             ("object_angle", &self.object_angle),
         ];

@@ -3,10 +3,11 @@
 use super::column_names::{Column, ColumnNames};
 use super::heading::{Heading, blanks};
 use super::input::{Input, Shots};
+use super::link;
 use super::long::{self, Angle, Columns, Gather};
 use super::raw::{CLOCK, FORMAT};
 use super::settings::{Names, TimeUnit};
-use super::sheet::{Body, Sheet};
+use super::sheet::{At, Body, Sheet};
 use crate::io::error::did_you_mean;
 use crate::io::number::{shortened, value};
 use crate::io::text::{Separator, filled_lines, trimmed, unmarked};
@@ -34,6 +35,9 @@ pub(super) fn read(input: &Input, wanted: &ColumnNames) -> Option<Shots> {
     let stated = columns.stated(&heading, input);
     let mut gather = Gather::new(input, stated.clock);
     long::read(&Sheet::new(input, heading), &columns, &mut gather);
+    if columns.ball.is_none() {
+        link::part(&mut gather.shots, input);
+    }
     Some((gather.shots, stated.unit))
 }
 
@@ -55,12 +59,11 @@ fn wide(input: &Input, wanted: &ColumnNames, heading: Heading) -> Option<Shots> 
     let column = |key: &str| position(&heading, wanted, key);
     let time = long::time(column, input);
     let body =
-        |names: &Names, x, y| Some(Body { name: names.0.first()?.clone(), x: column(x)?, y: column(y)? });
-    let bodies =
-        [body(&input.settings.cue, "cue_x", "cue_y")?, body(&input.settings.object, "object_x", "object_y")?];
+        |names: &Names, begin| Some(Body { name: names.0.first()?.clone(), at: At::of(column, begin)? });
+    let bodies = [body(&input.settings.cue, "cue_")?, body(&input.settings.object, "object_")?];
     let turns = ["cue_angle", "object_angle"].map(|key| angle(&heading, wanted, key, input));
     let shot = column("shot");
-    let unit = heading.length(&bodies.each_ref().map(|body| [body.x, body.y]).concat(), input);
+    let unit = heading.length(&bodies.iter().flat_map(|body| body.at.lengths()).collect::<Vec<_>>(), input);
     let clock = match time {
         Some((time, false)) => heading.time(time, input),
         _ => TimeUnit::Frames,

@@ -1,20 +1,15 @@
 //! Which column of an unknown table is which, by their names or, where there are none, by their number: for a draft.
 
-use std::collections::{HashMap, HashSet};
-
-use super::boxes::{self, Boxed};
+use super::boxes::{self, Boxed, Rest};
 use super::heading::{Heading, TITLES, blanks, suffix};
-use super::raw::sorted;
+use super::sample::Rows;
+use super::sheet::LIKELY;
 use super::words::{Kind, Role, find, is_angle, kind};
 use crate::io::number::value;
 use crate::io::text::{Separator, filled_lines, lines, trimmed, unmarked};
 
 /// Radians of a disc seldom grow beyond so many: as many as two turns. Degrees of a whole turn are 360.
 const RADIANS: f64 = 4.0 * std::f64::consts::PI;
-/// So many rows are looked at.
-const ROWS: usize = 20_000;
-/// More tracks than these in a file are not those of balls.
-const TRACKS: usize = 20;
 
 /// What of `[tracks]` fits a table, as keys and values of TOML.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -25,8 +20,17 @@ pub struct Guess {
     pub has_angles: bool,
     /// `time_unit`, where only the steps of the times tell it.
     pub time_unit: Option<&'static str>,
+    /// Pairs of columns for x and y that are no positions of balls.
+    pub passed: Vec<String>,
     /// A column that may be one of times or of numbers of frames.
     pub perhaps_time: Option<String>,
+}
+
+impl Guess {
+    /// Whether x and y are not those of the ball, but of a box about it.
+    pub(super) fn has_boxes(&self) -> bool {
+        self.columns.iter().any(|(key, _)| [boxes::SIZE[0], boxes::CORNER[0]].contains(key))
+    }
 }
 
 /// `None` where the table is not understood.
@@ -37,7 +41,7 @@ pub(super) fn columns(text: &str) -> Option<Guess> {
         for separator in Separator::ALL {
             let separator =
                 if separator == Separator::Char(' ') { blanks(text, *line, bare) } else { separator };
-            let Some(names) = trimmed(bare, separator).filter(|names| names.len() > 3) else { continue };
+            let Some(names) = trimmed(bare, separator).filter(|names| names.len() > 2) else { continue };
             if names.iter().all(|name| value(name).is_some()) {
                 // names of columns that are not understood may stand above the numbers
                 let mut above = top[..i].iter().filter_map(|(_, line)| trimmed(line, separator));
@@ -53,86 +57,19 @@ pub(super) fn columns(text: &str) -> Option<Guess> {
     None
 }
 
-/// The first rows of a table.
-struct Rows(Vec<Vec<String>>);
-
-impl Rows {
-    fn of(text: &str, heading: &Heading) -> Self {
-        let rows = lines(text).skip(heading.above).filter(|(_, line)| !line.trim().is_empty());
-        let cells = rows.filter_map(|(_, line)| trimmed(line, heading.separator));
-        Self(cells.filter(|cells| cells.len() >= heading.names.len()).take(ROWS).collect())
-    }
-
-    /// The numbers in a column; `None` if another thing stands in it.
-    fn numbers(&self, column: usize) -> Option<Vec<f64>> {
-        let numbers: Vec<f64> = self.0.iter().map(|row| value(&row[column])).collect::<Option<_>>()?;
-        (numbers.len() > 2).then_some(numbers)
-    }
-
-    /// The least step between neighbours of a column that grows from row to row, for each of the groups that other columns make.
-    fn least_step(&self, column: usize, groups: &[usize]) -> Option<f64> {
-        let mut last: HashMap<Vec<&str>, f64> = HashMap::new();
-        let mut least = f64::INFINITY;
-        for (row, number) in self.0.iter().zip(self.numbers(column)?) {
-            let group = groups.iter().map(|i| row[*i].as_str()).collect();
-            if let Some(before) = last.insert(group, number) {
-                least = least.min(number - before);
-            }
-        }
-        (least > 0.0 && least.is_finite()).then_some(least)
-    }
-
-    /// The two of these pairs of columns that are corners of a box.
-    fn box_of(&self, pairs: &[[usize; 2]]) -> Option<Boxed> {
-        let each = pairs
-            .iter()
-            .enumerate()
-            .flat_map(|(i, one)| pairs[i + 1..].iter().map(move |other| (*one, *other)));
-        let found = each.into_iter().find(|(one, other)| self.is_box(*one, *other));
-        found.map(|(corner, others)| Boxed { corner, keys: boxes::CORNER, others })
-    }
-
-    /// Whether two pairs of columns are corners of a box about a ball: it is about as wide and as high in nearly all rows.
-    fn is_box(&self, [x, y]: [usize; 2], [x2, y2]: [usize; 2]) -> bool {
-        self.is_size(|row| Some(value(&row[x2])? - value(&row[x])?))
-            && self.is_size(|row| Some(value(&row[y2])? - value(&row[y])?))
-    }
-
-    /// Whether a length is that of the side of such a box.
-    fn is_size(&self, of: impl Fn(&[String]) -> Option<f64>) -> bool {
-        let sides = sorted(self.0.iter().filter_map(|row| of(row)));
-        let few = sides.len() / 20;
-        let ends = sides.get(few).zip(sides.get(sides.len().saturating_sub(few + 1)));
-        ends.is_some_and(|(least, most)| *least > 0.0 && *most < 2.0 * least)
-    }
-
-    fn is_whole(&self, column: usize) -> bool {
-        self.numbers(column).is_some_and(|numbers| numbers.iter().all(|number| number.fract() == 0.0))
-    }
-
-    /// Whether a column has few values, and these tell apart the rows that other columns do not.
-    fn tells_apart(&self, column: usize, others: &[usize]) -> bool {
-        let values = self.values(column);
-        let key = |row: &'_ [String]| -> Vec<String> {
-            others.iter().chain([&column]).map(|i| row[*i].clone()).collect()
-        };
-        let keys: HashSet<Vec<String>> = self.0.iter().map(|row| key(row)).collect();
-        (2..=TRACKS).contains(&values) && 2 * values <= self.0.len() && keys.len() == self.0.len()
-    }
-
-    /// How many values a column has.
-    fn values(&self, column: usize) -> usize {
-        self.0.iter().map(|row| row[column].as_str()).collect::<HashSet<_>>().len()
-    }
-}
-
 /// Of a table without names: positions of two balls, with a time in front perhaps; or frame, ball, x and y, and perhaps the size of a box
 /// and more, as benchmarks of trackers write it (MOT).
 fn numbered(rows: &Rows, width: usize) -> Option<Guess> {
     let is_long = rows.is_whole(0) && rows.is_whole(1) && rows.tells_apart(1, &[0]);
     let is_size = |column: usize| rows.is_size(|row| value(&row[column]));
+    // rows of two balls that nothing tells apart; MOT has -1 for the ball of detections
+    let are_pairs = rows.is_whole(0) && rows.are_pairs(0, None);
     let keys: &[&'static str] = match width {
         6.. if is_long && is_size(4) && is_size(5) => &["frame", "ball", "x", "y", "width", "height"],
+        6.. if are_pairs && rows.values(1) == 1 && is_size(4) && is_size(5) => {
+            &["frame", "", "x", "y", "width", "height"]
+        }
+        3.. if are_pairs && !is_long => &["frame", "x", "y"],
         4 | 5 if is_long && !rows.is_whole(2) => &["frame", "ball", "x", "y"],
         4 => &["cue_x", "cue_y", "object_x", "object_y"],
         5 if rows.is_whole(0) && rows.least_step(0, &[]) == Some(1.0) => {
@@ -141,7 +78,8 @@ fn numbered(rows: &Rows, width: usize) -> Option<Guess> {
         5 => &["t", "cue_x", "cue_y", "object_x", "object_y"],
         _ => return None,
     };
-    let columns = keys.iter().enumerate().map(|(i, key)| (*key, (i + 1).to_string())).collect();
+    let keys = keys.iter().enumerate().filter(|(_, key)| !key.is_empty());
+    let columns = keys.map(|(i, key)| (*key, (i + 1).to_string())).collect();
     Some(Guess { columns, ..Guess::default() })
 }
 
@@ -189,6 +127,67 @@ impl Table<'_> {
     }
 }
 
+impl Table<'_> {
+    /// What tells the middle of boxes. Where names do not say whether x and y are a corner or the middle, and the paths do not show it,
+    /// the size is added as a comment.
+    fn add_boxes(&mut self, positions: &[[usize; 2]], boxes: &[Boxed], ball: Option<usize>) {
+        for (i, position) in positions.iter().enumerate() {
+            let which = if positions.len() == 1 { 0 } else { i + 1 };
+            if let Some(Boxed { rest, .. }) = boxes.get(i) {
+                let keys = match rest {
+                    Rest::Corner(_) => [["x2", "y2"], ["cue_x2", "cue_y2"], ["object_x2", "object_y2"]],
+                    Rest::Size(_) => WIDTHS,
+                };
+                self.add(keys[which], rest.columns());
+                continue;
+            }
+            let Some(size) = boxes::size(&self.small, position[0]) else { continue };
+            match self.rows.is_corner(*position, size, ball) {
+                Some(true) => self.add(WIDTHS[which], size),
+                Some(false) => {}
+                None => {
+                    let why = "of a box: take the # away, from both, where x and y are its corner, and not its middle";
+                    self.perhaps(PERHAPS_WIDTHS[which][0], size[0], &format!("   # {why}"));
+                    self.perhaps(PERHAPS_WIDTHS[which][1], size[1], "");
+                }
+            }
+        }
+    }
+
+    /// Columns that say how surely a position is one; what detectors call confidence is on no known scale, and so a comment.
+    fn add_likelihoods(&mut self, positions: &[[usize; 2]]) {
+        for (i, [x, _]) in positions.iter().enumerate() {
+            let which = if positions.len() == 1 { 0 } else { i + 1 };
+            let named = |names: &[&str]| names.iter().find_map(|name| boxes::beside(&self.small, *x, name));
+            let alone = |names: &[&str]| {
+                let found = names.iter().find_map(|name| self.small.iter().position(|own| own == name));
+                found.filter(|_| which == 0)
+            };
+            let of =
+                |names: &[&str]| named(names).or_else(|| alone(names)).filter(|column| self.is_free(*column));
+            if let Some(column) = of(&["likelihood"]) {
+                self.add([LIKELIHOODS[which]], [column]);
+            } else if let Some(column) = of(&["confidence", "conf", "score", "probability"]) {
+                let why = format!("   # take the # away to leave out positions below {LIKELY}");
+                self.perhaps(PERHAPS_LIKELIHOODS[which], column, &why);
+            }
+        }
+    }
+
+    /// A key as a comment.
+    fn perhaps(&mut self, key: &'static str, column: usize, why: &str) {
+        let name = toml::Value::from(self.heading.names[column].as_str());
+        self.guess.columns.push((key, format!("{name}{why}")));
+    }
+}
+
+/// Keys of `[tracks.columns]` of a table with a row per ball and frame, of the cue ball and of the object ball; as comments.
+const WIDTHS: [[&str; 2]; 3] = [boxes::SIZE, ["cue_width", "cue_height"], ["object_width", "object_height"]];
+const PERHAPS_WIDTHS: [[&str; 2]; 3] =
+    [["# width", "# height"], ["# cue_width", "# cue_height"], ["# object_width", "# object_height"]];
+const LIKELIHOODS: [&str; 3] = ["likelihood", "cue_likelihood", "object_likelihood"];
+const PERHAPS_LIKELIHOODS: [&str; 3] = ["# likelihood", "# cue_likelihood", "# object_likelihood"];
+
 fn named(text: &str, heading: &Heading) -> Option<Guess> {
     let small = heading.small();
     let all = pairs(&small);
@@ -200,9 +199,11 @@ fn named(text: &str, heading: &Heading) -> Option<Guess> {
     let angles: Vec<usize> =
         (0..small.len()).filter(|i| !paired.contains(i) && is_angle(&small[*i])).collect();
     let rows = Rows::of(text, heading);
-    let named_box = boxes::named(&small);
+    rows.lay_flat(&small, &mut positions);
+    let mut boxes = boxes::named(&small);
+    let are_named = !boxes.is_empty();
     let mut taken = paired.clone();
-    taken.extend(named_box.iter().flat_map(|boxed| [boxed.corner, boxed.others].concat()));
+    taken.extend(boxes.iter().flat_map(|boxed| [boxed.corner, boxed.rest.columns()].concat()));
     let mut table = Table { heading, small, rows, taken, guess: Guess::default() };
     let shot = find(&table.small, Role::Shot);
     let known = find(&table.small, Role::Ball).filter(|column| !table.taken.contains(column));
@@ -214,26 +215,31 @@ fn named(text: &str, heading: &Heading) -> Option<Guess> {
     {
         positions = vec![one];
     }
-    let boxed = named_box.or_else(|| table.rows.box_of(&positions));
+    if !are_named {
+        boxes = table.rows.boxes_of(&positions);
+    }
     // a column of balls that names only one, beside two pairs of columns
-    let is_told = |column: &usize| positions.len() != 2 || boxed.is_some() || table.rows.values(*column) > 1;
+    let is_told = |column: &usize| positions.len() != 2 || boxes.len() == 1 || table.rows.values(*column) > 1;
     let known = known.filter(is_told);
     let time = find(&table.small, Role::Frame).or(find(&table.small, Role::Time));
     let others: Vec<usize> = time.into_iter().chain(shot).collect();
-    let ball = known.or_else(|| {
+    let ball = known.filter(|_| boxes.len() < 2).or_else(|| {
         let perhaps = find(&table.small, Role::PerhapsBall).into_iter().chain(0..table.small.len());
         let free = |column: &usize| {
-            (positions.len() == 1 || boxed.is_some())
+            (positions.len() == 1 || boxes.len() == 1)
                 && table.is_free(*column)
                 && !others.contains(column)
                 && !angles.contains(column)
         };
         perhaps.filter(free).find(|column| table.rows.tells_apart(*column, &others))
     });
-    // without a column of balls, numbers that look like boxes are those of two balls
-    let boxed = boxed.filter(|_| named_box.is_some() || ball.is_some());
-    if let Some(boxed) = boxed {
-        positions = vec![boxed.corner];
+    // without a column of balls, numbers that look like one box are those of two balls
+    let are_pairs = time.is_some_and(|time| table.rows.are_pairs(time, shot));
+    // numbers that a tracker gave anew where it had lost a ball
+    let ball = ball.filter(|ball| !(are_pairs && table.rows.values(*ball) > 2 && table.rows.is_whole(*ball)));
+    boxes.retain(|_| are_named || ball.is_some() || are_pairs);
+    if !boxes.is_empty() {
+        positions = boxes.iter().map(|boxed| boxed.corner).collect();
     }
     if let Some(shot) = shot {
         table.add(["shot"], [shot]);
@@ -248,28 +254,28 @@ fn named(text: &str, heading: &Heading) -> Option<Guess> {
                 table.add(["cue_angle", "object_angle"], [cue, object]);
             }
         }
-        ([position], Some(ball)) => {
-            table.taken.push(ball);
+        ([position], _) if ball.is_some() || are_pairs => {
+            table.taken.extend(ball);
             table.add_time(&groups, &angles);
-            table.add(["ball"], [ball]);
+            // without a column of balls, the paths tell them apart
+            if let Some(ball) = ball {
+                table.add(["ball"], [ball]);
+            }
             table.add(["x", "y"], *position);
-            if let Some(Boxed { keys, others, .. }) = boxed {
-                table.add(keys, others);
-            } else if table.small[position[0]] == "x" {
-                table.guess.columns.extend(boxes::perhaps(&heading.bare).into_iter().flatten());
+            if let ([spread], Some(_)) = (&spreads[..], ball) {
+                table.add(["x_sd", "y_sd"], *spread);
             }
-            if let [spread] = spreads[..] {
-                table.add(["x_sd", "y_sd"], spread);
+            if let ([marker], Some(_)) = (&markers[..], ball) {
+                table.add(["marker_x", "marker_y"], *marker);
             }
-            if let [marker] = markers[..] {
-                table.add(["marker_x", "marker_y"], marker);
-            }
-            if let [angle] = angles[..] {
-                table.add(["angle"], [angle]);
+            if let ([angle], Some(_)) = (&angles[..], ball) {
+                table.add(["angle"], [*angle]);
             }
         }
         _ => return None,
     }
+    table.add_boxes(&positions, &boxes, ball);
+    table.add_likelihoods(&positions);
     // an angle for each ball, or no column is one of angles
     let turning = if angles.len() == positions.len() { angles.as_slice() } else { &[] };
     let mut guess = table.guess;
@@ -278,6 +284,8 @@ fn named(text: &str, heading: &Heading) -> Option<Guess> {
         guess.columns.push(("angle_unit", if most > RADIANS { "\"deg\"" } else { "\"rad\"" }.to_string()));
     }
     guess.has_angles = !turning.is_empty();
+    let passed = of(Kind::Motion).into_iter().flatten();
+    guess.passed = passed.map(|column| heading.names[column].clone()).collect();
     Some(guess)
 }
 

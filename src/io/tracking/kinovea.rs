@@ -3,7 +3,7 @@
 use super::heading::Heading;
 use super::input::{Input, Shots, quoted};
 use super::raw::{Clock, FORMAT, RawTrack, Row};
-use super::sheet::{Body, ENOUGH, Reader, Sheet};
+use super::sheet::{At, Body, ENOUGH, Reader, Sheet};
 use crate::io::text::{Separator, cells, filled_lines, lines, trimmed};
 
 /// Which of the two.
@@ -110,13 +110,13 @@ fn csv(input: &Input, heading: Heading) -> Option<Read> {
     for x in 1..names.len() {
         let Some(stem) = names[x].strip_suffix("/X") else { continue };
         let y_name = format!("{stem}/Y");
-        let is_free = |y: &usize| bodies.iter().all(|body| body.y != *y);
+        let is_free = |y: &usize| bodies.iter().all(|body| body.at.y != *y);
         let Some(y) = (1..names.len()).find(|y| names[*y] == y_name && is_free(y)) else {
             let message = format!("the column {y_name} is missing");
             input.wrong(heading.line, names[x].as_str(), message);
             return None;
         };
-        bodies.push(Body { name: stem.to_string(), x, y });
+        bodies.push(Body { name: stem.to_string(), at: At::plain(x, y) });
     }
     // an object of one point is called by the object's name
     let object = |name: &str| name.rsplit_once('/').map_or(name, |(object, _)| object).to_string();

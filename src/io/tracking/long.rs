@@ -8,7 +8,7 @@ use super::heading::{Heading, TITLES};
 use super::input::{Input, quoted};
 use super::raw::{Clock, FORMAT, REPEATED, RawShot, RawTrack, Row};
 use super::settings::{TimeUnit, Unit};
-use super::sheet::{Reader, Sheet};
+use super::sheet::{At, Reader, Sheet};
 use crate::io::text::{Separator, lines, trimmed};
 
 /// Columns of a long table, by their position.
@@ -17,14 +17,10 @@ pub(super) struct Columns {
     pub shot: Option<usize>,
     pub time: usize,
     pub frames: bool,
-    pub ball: usize,
+    /// `None`: the balls are told apart by their paths.
+    pub ball: Option<usize>,
     pub point: Option<usize>,
-    pub x: usize,
-    pub y: usize,
-    /// The other corner of a box about the ball, whose middle it is.
-    pub corner: Option<[usize; 2]>,
-    /// Or the size of that box.
-    pub size: Option<[usize; 2]>,
+    pub at: At,
     pub sd: Option<[usize; 2]>,
     pub marker: Option<[usize; 2]>,
     /// How far a disc has turned.
@@ -62,7 +58,7 @@ pub(super) fn detect(input: &Input) -> Option<Head> {
             }
             let heading = Heading::new(input.text, line, separator, names);
             let position = |name: &str| heading.position(name).filter(|_| KNOWN.contains(&name));
-            let columns = Columns::of(position, input)?;
+            let columns = Columns::of(position, input).filter(|columns| columns.ball.is_some())?;
             Some(Head { heading, columns })
         };
         Separator::ALL.into_iter().filter(|s| !s.is_white() || *s == Separator::Char('\t')).find_map(named)
@@ -113,12 +109,9 @@ impl Columns {
             shot: at("shot"),
             time,
             frames,
-            ball: at("ball")?,
+            ball: at("ball"),
             point: at("point"),
-            x: at("x")?,
-            y: at("y")?,
-            corner: pair("x2", "y2"),
-            size: pair("width", "height"),
+            at: At::of(&at, "")?,
             sd: pair("x_sd", "y_sd"),
             marker: pair("marker_x", "marker_y"),
             angle: None,
@@ -127,8 +120,8 @@ impl Columns {
 
     /// The units that the header gives these columns; complaints where it contradicts itself or dataset.toml.
     pub(super) fn stated(&self, heading: &Heading, input: &Input) -> Stated {
-        let others = [self.corner, self.size, self.sd, self.marker].into_iter().flatten();
-        let lengths: Vec<usize> = [[self.x, self.y]].into_iter().chain(others).flatten().collect();
+        let others = [self.sd, self.marker].into_iter().flatten().flatten();
+        let lengths: Vec<usize> = self.at.lengths().chain(others).collect();
         let unit = heading.length(&lengths, input);
         let clock = if self.frames { TimeUnit::Frames } else { heading.time(self.time, input) };
         Stated { clock, unit }
@@ -150,7 +143,7 @@ pub(super) fn note_comments(head: &Head, input: &Input) {
     let is_row = |line: &str| {
         let cells = trimmed(line, head.heading.separator).unwrap_or_default();
         cells.len() == head.heading.names.len()
-            && [head.columns.time, head.columns.x].iter().all(|i| cells[*i].parse::<f64>().is_ok())
+            && [head.columns.time, head.columns.at.x].iter().all(|i| cells[*i].parse::<f64>().is_ok())
     };
     let below = lines(input.text).skip(head.heading.line);
     let mut commented = below.filter(|(_, line)| line.starts_with('#') && is_row(line));
@@ -265,10 +258,10 @@ pub(super) fn read(sheet: &Sheet, columns: &Columns, gather: &mut Gather) -> Opt
     let mut reader = Reader::new(sheet.input);
     sheet.rows(|cells| {
         let shot = cells.shot(columns.shot);
-        let ball = cells.text(columns.ball);
+        let ball = columns.ball.map_or("", |i| cells.text(i));
         let point = columns.point.map_or("", |i| cells.text(i));
-        if ball.is_empty() {
-            cells.at(columns.ball).wrong("is empty; expected the name of a ball");
+        if let Some(column) = columns.ball.filter(|_| ball.is_empty()) {
+            cells.at(column).wrong("is empty; expected the name of a ball");
         }
         let found = sheet.input.problems.len();
         let Some(time) = reader.time(cells.at(columns.time)) else {
@@ -278,15 +271,7 @@ pub(super) fn read(sheet: &Sheet, columns: &Columns, gather: &mut Gather) -> Opt
             }
             return;
         };
-        let mut position = |at: [usize; 2]| reader.position(at.map(|i| cells.at(i)));
-        let [mut x, mut y] = position([columns.x, columns.y]);
-        if let Some(other) = columns.corner {
-            let [x2, y2] = position(other);
-            (x, y) = (f64::midpoint(x, x2), f64::midpoint(y, y2));
-        } else if let Some(size) = columns.size {
-            let [width, height] = position(size);
-            (x, y) = (x + 0.5 * width, y + 0.5 * height);
-        }
+        let [x, y] = reader.place(cells, columns.at);
         let marker = columns.marker.map(|at| reader.position(at.map(|i| cells.at(i))));
         let sd = columns.sd.map(|at| {
             at.map(|i| {

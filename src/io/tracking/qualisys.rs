@@ -4,7 +4,7 @@ use super::heading::Heading;
 use super::input::{Input, Shots, quoted};
 use super::raw::{Clock, FORMAT, GAPS};
 use super::settings::Unit;
-use super::sheet::{Body, Sheet};
+use super::sheet::{At, Body, Sheet};
 use crate::io::number::{parse, value};
 use crate::io::text::{Separator, filled_lines, lines, trimmed};
 
@@ -72,7 +72,7 @@ pub(super) fn read(input: &Input) -> Option<Shots> {
             input.wrong(header, None, message);
             return None;
         };
-        bodies.push(Body { name: name.clone(), x, y });
+        bodies.push(Body { name: name.clone(), at: At::plain(x, y) });
     }
     let log = input.log;
     log.add(FORMAT, None, format!("read as Qualisys, {fps} fps, markers {}", quoted(&markers)));

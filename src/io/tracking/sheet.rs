@@ -2,6 +2,7 @@
 
 use std::borrow::Cow;
 
+use super::boxes::Rest;
 use super::heading::Heading;
 use super::input::Input;
 use super::raw::{CLOCK, Clock, FORMAT, GAPS, RawTrack, Row};
@@ -13,6 +14,9 @@ use crate::io::text::{Separator, cells, line_end, lines_by};
 /// After so many problems of a file the rest of it is not read.
 pub(super) const ENOUGH: usize = 100;
 
+/// DeepLabCut itself leaves out what is less likely than this, where nothing else is said.
+pub(super) const LIKELY: f64 = 0.6;
+
 pub(super) struct Sheet<'a> {
     pub input: &'a Input<'a>,
     /// The file, or whole lines of it.
@@ -20,6 +24,8 @@ pub(super) struct Sheet<'a> {
     pub heading: Heading,
     /// Lines of the file above the text.
     pub offset: usize,
+    /// The last line of the table, where others follow below it.
+    pub last: usize,
 }
 
 /// A row of a table.
@@ -51,13 +57,40 @@ impl Cells<'_> {
 /// What was followed, and where its coordinates stand.
 pub(super) struct Body {
     pub name: String,
+    pub at: At,
+}
+
+/// The columns of a position.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct At {
     pub x: usize,
     pub y: usize,
+    /// Of a box that has a corner in x and y.
+    pub rest: Option<Rest>,
+    /// How likely the position is one.
+    pub likelihood: Option<usize>,
+}
+
+impl At {
+    pub(super) fn plain(x: usize, y: usize) -> Self {
+        Self { x, y, rest: None, likelihood: None }
+    }
+
+    /// Of the keys of `[tracks.columns]` that begin like this.
+    pub(super) fn of(at: impl Fn(&str) -> Option<usize>, begin: &str) -> Option<Self> {
+        let of = |key: &str| at(&format!("{begin}{key}"));
+        Some(Self { x: of("x")?, y: of("y")?, rest: Rest::of(&at, begin), likelihood: of("likelihood") })
+    }
+
+    /// The columns that hold lengths.
+    pub(super) fn lengths(self) -> impl Iterator<Item = usize> {
+        [self.x, self.y].into_iter().chain(self.rest.into_iter().flat_map(Rest::columns))
+    }
 }
 
 impl<'a> Sheet<'a> {
     pub(super) fn new(input: &'a Input<'a>, heading: Heading) -> Self {
-        Self { input, text: input.text, heading, offset: 0 }
+        Self { input, text: input.text, heading, offset: 0, last: usize::MAX }
     }
 
     /// Calls `each` with every row. Comments (`#`) and blank lines are passed over; a wrong number of cells is a problem.
@@ -68,7 +101,7 @@ impl<'a> Sheet<'a> {
         let before = self.input.problems.len();
         // a part of a file has the ends of lines of the whole
         let end = if self.offset > 0 { '\n' } else { line_end(self.text) };
-        for (line, text) in lines_by(self.text, end).skip(*above) {
+        for (line, text) in lines_by(self.text, end).take(self.last).skip(*above) {
             if self.input.problems.len() >= before + ENOUGH {
                 return;
             }
@@ -122,13 +155,13 @@ impl<'a> Sheet<'a> {
             let counted = count;
             count += 1.0;
             let Some(time) = time.map_or(Some(counted), |time| reader.time(cells.at(time))) else {
-                if bodies.iter().any(|body| !cells.text(body.x).is_empty()) {
+                if bodies.iter().any(|body| !cells.text(body.at.x).is_empty()) {
                     reader.no_time(cells.line);
                 }
                 return;
             };
             for (i, body) in bodies.iter().enumerate() {
-                let [x, y] = reader.position([cells.at(body.x), cells.at(body.y)]);
+                let [x, y] = reader.place(cells, body.at);
                 let row = Row { time, x, y, line: cells.line };
                 each(&mut reader, cells, name, i, row);
             }
@@ -226,6 +259,20 @@ impl<'a> Reader<'a> {
             }
             _ => {}
         }
+        [f64::NAN; 2]
+    }
+
+    /// Where a ball is: in the middle of a box perhaps, and not where a network that guessed it says that this is unlikely.
+    pub(super) fn place(&mut self, cells: &Cells, at: At) -> [f64; 2] {
+        let mut read = |columns: [usize; 2]| self.position(columns.map(|column| cells.at(column)));
+        let corner = read([at.x, at.y]);
+        let place = at.rest.map_or(corner, |rest| rest.middle(corner, read(rest.columns())));
+        let likelihood = at.likelihood.and_then(|column| self.extra(cells.at(column)));
+        if place[0].is_nan() || likelihood.is_none_or(|likelihood| likelihood >= LIKELY) {
+            return place;
+        }
+        let message = format!("a position of a likelihood below {LIKELY}: taken as a gap");
+        self.input.log.add(GAPS, cells.line, message);
         [f64::NAN; 2]
     }
 

@@ -46,13 +46,16 @@ pub struct Survey {
     pub closest: Option<f64>,
 }
 
-/// Looks at a file. Of a table in no known format, the columns are guessed by their names. `Err` says what is wrong with a file that
-/// is in no known format or cannot be read.
+/// Looks at a file. Of a table in no known format, and of a long one whose balls are in the middle of boxes, the columns are guessed by
+/// their names. `Err` says what is wrong with a file that is in no known format or cannot be read.
 pub fn survey(file: &Path) -> Result<Survey, Vec<Problem>> {
-    look(file, Guess::default()).or_else(|problems| {
-        let guess = fs::read(file).ok().and_then(|bytes| guess::columns(&decode(&bytes).0));
-        guess.and_then(|guess| look(file, guess).ok()).ok_or(problems)
-    })
+    let plain = look(file, Guess::default());
+    if plain.as_ref().is_ok_and(|plain| plain.format != "long") {
+        return plain;
+    }
+    let guess = fs::read(file).ok().and_then(|bytes| guess::columns(&decode(&bytes).0));
+    let guess = guess.filter(|guess| plain.is_err() || guess.has_boxes());
+    guess.and_then(|guess| look(file, guess).ok()).map_or(plain, Ok)
 }
 
 /// Looks at a file with these columns, if any.

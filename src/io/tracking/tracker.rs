@@ -8,7 +8,7 @@ use super::heading::{Heading, TITLES};
 use super::input::{Input, Shots, quoted};
 use super::raw::{Clock, FORMAT};
 use super::settings::TimeUnit;
-use super::sheet::{Body, Sheet};
+use super::sheet::{At, Body, Sheet};
 use super::words::{Kind, Role, find};
 use crate::io::number::value;
 use crate::io::text::{Separator, filled_lines, lines, trimmed};
@@ -39,7 +39,7 @@ pub(super) fn detect(text: &str) -> Option<Head> {
             let has = |name: &str| names.iter().any(|own| own == name);
             let is_long = || {
                 [Role::Ball, Role::Shot].into_iter().any(|role| find(&names, role).is_some())
-                    || boxes::named(&names).is_some()
+                    || !boxes::named(&names).is_empty()
             };
             let is_own = is_own && !["x2", "x 2", "x_2"].iter().any(|second| has(second));
             has("x") && has("y") && TIMES.iter().any(|t| has(t)) && !is_long()
@@ -66,7 +66,8 @@ fn are_several(text: &str, heading: &Heading) -> bool {
     let is_one = names.iter().filter(|name| *name == "x").count() == 1;
     let (Some(x), Some(y)) = (of("x").filter(|_| is_one), of("y")) else { return false };
     let Some(time) = TIMES.iter().find_map(|time| of(time)) else { return false };
-    let rows = lines(text).skip(heading.above).filter_map(|(_, line)| {
+    let last = repeated(text, heading).first().map_or(usize::MAX, |next| next - 1);
+    let rows = lines(text).take(last).skip(heading.above).filter_map(|(_, line)| {
         let mut row = trimmed(line, heading.separator).filter(|row| row.len() == names.len())?;
         let at = [value(&row[x])?, value(&row[y])?];
         Some((std::mem::take(&mut row[time]), at))
@@ -89,6 +90,34 @@ fn are_several(text: &str, heading: &Heading) -> bool {
     3 * (apart + alternate) > rows.len()
 }
 
+/// The lines below in which the names of the columns stand again: each track has been copied below the one before.
+fn repeated(text: &str, heading: &Heading) -> Vec<usize> {
+    let first = heading.names[0].as_str();
+    let is_one = |line: &str| {
+        line.contains(first) && trimmed(line, heading.separator).is_some_and(|cells| cells == heading.names)
+    };
+    lines(text).skip(heading.above).filter(|(_, line)| is_one(line)).map(|(line, _)| line).collect()
+}
+
+/// Of tables below each other, each with its names of columns in one of these lines: the names of the tracks, and the last row.
+fn tables(input: &Input, heads: &[usize]) -> Vec<(Vec<String>, usize)> {
+    let title = |head: usize| {
+        let filled = filled_lines(input.text).take_while(|(line, _)| *line < head).last();
+        filled.filter(|(_, title)| {
+            !title.split([',', ';', '\t', ' ']).any(|cell| value(cell).is_some_and(|_| !cell.is_empty()))
+        })
+    };
+    let of = |(i, head): (usize, &usize)| {
+        let name = title(*head).map_or(String::new(), |(_, title)| {
+            title.trim_matches(|c: char| c.is_whitespace() || "#,;\"".contains(c)).to_string()
+        });
+        let next = heads.get(i + 1).map(|next| title(*next).map_or(*next, |(line, _)| line));
+        let name = if name.is_empty() { (i + 1).to_string() } else { name };
+        (vec![name], next.map_or(usize::MAX, |next| next - 1))
+    };
+    heads.iter().enumerate().map(of).collect()
+}
+
 /// Reads the tracks of an export; one that has no name is named after the file.
 pub(super) fn read(input: &Input, head: Head) -> Option<Shots> {
     let Head { heading, tracks, multi } = head;
@@ -96,6 +125,43 @@ pub(super) fn read(input: &Input, head: Head) -> Option<Shots> {
     let by_frame = input.is_by_frame() || !names.iter().any(|n| n == "t" || n == "time");
     let mut time = TIMES.iter().filter(|name| by_frame || **name != "frame");
     let time = time.find_map(|name| names.iter().position(|own| own == name))?;
+    let mut heads = vec![heading.line];
+    heads.extend(repeated(input.text, &heading));
+    let tables = if heads.len() > 1 { tables(input, &heads) } else { vec![(tracks, usize::MAX)] };
+    let bodies: Vec<Vec<Body>> =
+        tables.iter().map(|(tracks, _)| bodies(input, &heading, tracks)).collect::<Option<_>>()?;
+    let is_ignored = |name: &&str| !name.is_empty() && !["x", "y"].contains(name) && !TIMES.contains(name);
+    let ignored: Vec<&str> = names.iter().map(String::as_str).filter(is_ignored).collect();
+    let passed = if ignored.is_empty() {
+        String::new()
+    } else {
+        format!("; columns passed over: {}", ignored.join(", "))
+    };
+    let message = format!(
+        "read as {}, {} between cells, tracks {}{passed}",
+        if multi || heads.len() > 1 { "Tracker (several tracks)" } else { "Tracker" },
+        heading.separator.name(),
+        quoted(bodies.iter().flatten().map(|body| &body.name))
+    );
+    input.log.add(FORMAT, None, message);
+    let clock = if names[time] == "frame" { TimeUnit::Frames } else { heading.time(time, input) };
+    let lengths: Vec<usize> = bodies.iter().flatten().flat_map(|body| body.at.lengths()).collect();
+    let unit = heading.length(&lengths, input);
+    let (mut tracks, mut shown) = (Vec::new(), None);
+    for ((head, (_, last)), bodies) in heads.into_iter().zip(tables).zip(&bodies) {
+        let mut own = heading.clone();
+        (own.line, own.above) = (head, heading.above + head - heading.line);
+        let sheet = Sheet { last, ..Sheet::new(input, own) };
+        let (mut own, clock) = sheet.tracks(Some(time), bodies);
+        tracks.append(&mut own);
+        shown = shown.or(clock);
+    }
+    Some((input.one_shot(shown.unwrap_or(Clock::In(clock)), tracks), unit))
+}
+
+/// Where the tracks of these names stand, each above the first of its columns.
+fn bodies(input: &Input, heading: &Heading, tracks: &[String]) -> Option<Vec<Body>> {
+    let names = heading.small();
     let named = |column: usize| {
         let name = tracks.iter().take(column + 1).rev().find(|name| !name.is_empty());
         name.map_or(input.stem, String::as_str)
@@ -122,28 +188,7 @@ pub(super) fn read(input: &Input, head: Head) -> Option<Shots> {
             input.wrong(heading.line, None, message);
             return None;
         }
-        bodies.push(Body { name: named(x).to_string(), x, y });
+        bodies.push(Body { name: named(x).to_string(), at: At::plain(x, y) });
     }
-    if input.problems.len() > before {
-        return None;
-    }
-    let is_ignored = |name: &&str| !name.is_empty() && !["x", "y"].contains(name) && !TIMES.contains(name);
-    let ignored: Vec<&str> = names.iter().map(String::as_str).filter(is_ignored).collect();
-    let passed = if ignored.is_empty() {
-        String::new()
-    } else {
-        format!("; columns passed over: {}", ignored.join(", "))
-    };
-    let message = format!(
-        "read as {}, {} between cells, tracks {}{passed}",
-        if multi { "Tracker (several tracks)" } else { "Tracker" },
-        heading.separator.name(),
-        quoted(bodies.iter().map(|body| &body.name))
-    );
-    input.log.add(FORMAT, None, message);
-    let clock = if names[time] == "frame" { TimeUnit::Frames } else { heading.time(time, input) };
-    let lengths: Vec<usize> = bodies.iter().flat_map(|body| [body.x, body.y]).collect();
-    let unit = heading.length(&lengths, input);
-    let (tracks, shown) = Sheet::new(input, heading).tracks(Some(time), &bodies);
-    Some((input.one_shot(shown.unwrap_or(Clock::In(clock)), tracks), unit))
+    (input.problems.len() == before).then_some(bodies)
 }

@@ -56,7 +56,11 @@ fn read_by(stretch: usize, sheet: &Sheet, columns: &Columns, gather: &mut Gather
             } else {
                 let mut heading = heading.clone();
                 heading.above = 0;
-                long::read(&Sheet { input, text: part, heading, offset: above }, columns, gather)
+                long::read(
+                    &Sheet { input, text: part, heading, offset: above, last: usize::MAX },
+                    columns,
+                    gather,
+                )
             };
             (mark, ahead.and_then(|ahead| ahead.join().unwrap_or_else(|panic| resume_unwind(panic))))
         });
@@ -122,8 +126,8 @@ impl Plain {
         let numbers = |i: usize| Some(frame.column(&name(i)).ok()?.f64().ok()?.rechunk().into_owned());
         let words = |i: usize| Some(frame.column(&name(i)).ok()?.str().ok()?.rechunk().into_owned());
         let optional = |i: Option<usize>| i.map(words).map_or(Some(None), |column| column.map(Some));
-        let (time, x, y) = (numbers(columns.time)?, numbers(columns.x)?, numbers(columns.y)?);
-        let (ball, shot, point) = (words(columns.ball)?, optional(columns.shot)?, optional(columns.point)?);
+        let (time, x, y) = (numbers(columns.time)?, numbers(columns.at.x)?, numbers(columns.at.y)?);
+        let (ball, shot, point) = (words(columns.ball?)?, optional(columns.shot)?, optional(columns.point)?);
         let sds = match columns.sd {
             Some([x, y]) => Some([numbers(x)?, numbers(y)?]),
             None => None,
@@ -182,14 +186,14 @@ fn name(i: usize) -> String {
 }
 
 fn parse(text: &str, separator: u8, width: usize, columns: &Columns) -> Option<DataFrame> {
-    let mut used = vec![columns.time, columns.x, columns.y];
+    let mut used = vec![columns.time, columns.at.x, columns.at.y];
     used.extend(columns.sd.into_iter().flatten());
     let fields = (0..width).map(|i| {
         let kind = if used.contains(&i) { DataType::Float64 } else { DataType::String };
         Field::new(name(i).into(), kind)
     });
     let schema: Schema = fields.collect();
-    used.extend([Some(columns.ball), columns.shot, columns.point].into_iter().flatten());
+    used.extend([columns.ball, columns.shot, columns.point].into_iter().flatten());
     used.sort_unstable();
     CsvReadOptions::default()
         .with_has_header(false)

@@ -18,7 +18,7 @@ const UNITS: &str = "s sec ms us stamp seconds stampms stamps";
 const ANGLES: &str = "angle ang theta θ phi φ rot rotation";
 /// How words of what is no position begin: errors, and motions.
 const SPREADS: &str = "sd std stdev err sigma σ unc sem rms fehler var";
-const MOTIONS: &str = "v vel speed geschw vitesse acc beschl disp";
+const MOTIONS: &str = "v vel speed geschw vitesse acc beschl disp rotation quaternion feret";
 /// How words for a point on a ball beside its centre begin.
 const MARKERS: &str = "mark rim dot spot edge rand stripe led tip";
 
@@ -98,11 +98,13 @@ pub(super) fn kind(names: &[String], column: usize, at: usize) -> Kind {
             known.split(' ').any(fits)
         })
     };
-    // dx, ax, sx beside x, as vx: what is left without the letter is another column
+    // dx, ax, sx beside x, as vx: what is left without the letter is another column. ImageJ: bx is of the box about what x is the centroid
+    // of, xm weighted by brightness, xstart where its outline begins
     let derived = || {
-        let rest = name.strip_prefix(['a', 'd', 's', 'u']).filter(|_| at > 0);
+        let rest = name.strip_prefix(['a', 'b', 'd', 's', 'u']).filter(|_| at > 0);
         let rest = rest.map(|rest| rest.trim_start_matches(['_', ' ', '.']));
-        rest.is_some_and(|rest| names.iter().any(|own| own == rest))
+        let is_other = |rest: &str| names.iter().any(|own| own == rest);
+        rest.is_some_and(is_other) || ["xm", "xstart"].contains(&name.as_str()) && is_other("x")
     };
     if any(SPREADS) {
         Kind::Spread

@@ -1,0 +1,77 @@
+//! Detections of two balls in rows that do not say which ball they are: each ball is followed from frame to frame.
+
+use super::bodies::beginning;
+use super::clips::STEPS;
+use super::input::Input;
+use super::raw::{GAPS, NAMES, RawShot, RawTrack, Row, sorted};
+
+/// Parts every shot, whose rows are one track without a name, into the tracks of two balls. The one that moves first, in every clip, is
+/// the cue ball.
+pub(super) fn part(shots: &mut [RawShot], input: &Input) {
+    let names =
+        [&input.settings.cue, &input.settings.object].map(|names| names.0.first().map_or("", String::as_str));
+    for shot in shots {
+        let mut rows: Vec<Row> = shot.tracks.iter().flat_map(|track| track.seen().copied()).collect();
+        rows.sort_by(|a, b| a.time.total_cmp(&b.time));
+        let new = || names.map(|name| RawTrack::new(name, None));
+        let (mut clips, mut left) = (vec![new()], Vec::new());
+        let usual = usual_step(&rows);
+        for frame in rows.chunk_by(|a, b| a.time == b.time) {
+            let last = clips.last().map_or([None; 2], |clip| clip.each_ref().map(|track| track.rows.last()));
+            let mut found = nearest(last, frame);
+            if begins(last, found.map(|i| i.map(|i| &frame[i])), STEPS * usual) {
+                clips.push(new());
+                found = nearest([None; 2], frame);
+            }
+            left.extend((0..frame.len()).filter(|i| !found.contains(&Some(*i))).map(|i| frame[i].line));
+            let clip = clips.iter_mut().last().into_iter().flatten();
+            clip.zip(found).for_each(|(track, row)| track.rows.extend(row.map(|row| frame[row])));
+        }
+        if let Some(first) = left.first() {
+            let are = if left.len() == 1 { "row" } else { "rows" };
+            let message =
+                format!("{} {are} of neither of the two balls that are followed: left out", left.len());
+            input.log.add(GAPS, *first, message);
+        }
+        let mut tracks = new();
+        for mut clip in clips {
+            let [cue, object] = clip.each_ref().map(|track| beginning(track, &clip));
+            if object.zip(cue).is_some_and(|(object, cue)| object < cue) {
+                clip.reverse();
+            }
+            tracks.iter_mut().zip(clip).for_each(|(track, own)| track.rows.extend(own.rows));
+        }
+        shot.tracks = tracks.into();
+    }
+    let message = format!(
+        "nothing says which ball a row is about: both balls are followed from frame to frame, and \"{}\" is the one that moves first",
+        names[0]
+    );
+    input.log.add(NAMES, None, message);
+}
+
+/// What is usual between one frame and the next, of rows in the order of time.
+fn usual_step(rows: &[Row]) -> f64 {
+    let steps = sorted(rows.windows(2).map(|two| two[1].time - two[0].time).filter(|step| *step > 0.0));
+    steps.get(steps.len() / 2).copied().unwrap_or_default()
+}
+
+/// Whether another clip begins: after a pause, or where both balls jump further than they are apart.
+fn begins(last: [Option<&Row>; 2], now: [Option<&Row>; 2], pause: f64) -> bool {
+    let ([Some(one), Some(other)], [Some(a), Some(b)]) = (last, now) else { return false };
+    let apart = one.distance(*other);
+    a.time - one.time.max(other.time) > pause || one.distance(*a) > apart && other.distance(*b) > apart
+}
+
+/// Which rows of a frame are those of two balls that were last seen there: such that both together moved least.
+fn nearest(last: [Option<&Row>; 2], frame: &[Row]) -> [Option<usize>; 2] {
+    let [Some(one), Some(other)] = last else {
+        return if frame.len() == 2 { [Some(0), Some(1)] } else { [None; 2] };
+    };
+    if let [row] = frame {
+        return if one.distance(*row) < other.distance(*row) { [Some(0), None] } else { [None, Some(0)] };
+    }
+    let two = (0..frame.len()).flat_map(|i| (0..frame.len()).filter(move |j| *j != i).map(move |j| (i, j)));
+    let way = |(i, j): &(usize, usize)| one.distance(frame[*i]) + other.distance(frame[*j]);
+    two.min_by(|a, b| way(a).total_cmp(&way(b))).map_or([None; 2], |(i, j)| [Some(i), Some(j)])
+}
