@@ -1,6 +1,7 @@
 //! What was measured and what is asked of it, as values: shots, tracks, observables, parameters.
 pub mod correction;
 pub mod dataset;
+pub(crate) mod disc_centres;
 pub(crate) mod isolate;
 pub mod loss;
 pub(crate) mod marker_groups;

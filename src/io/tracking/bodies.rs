@@ -2,7 +2,8 @@
 
 use super::input::quoted;
 use super::raw::{RawTrack, Row};
-use crate::measurement::marker_groups::{central, rigid_groups};
+use crate::measurement::disc_centres::{Centre, Seen};
+use crate::measurement::marker_groups::rigid_groups;
 use crate::measurement::track::Sample;
 
 /// The tracks of two discs, by their indices: the one that moves first, and the other.
@@ -17,49 +18,70 @@ pub(super) struct Disc {
     pub markers: Vec<usize>,
 }
 
-/// Of two discs: each is one track, or three and more that keep their distances. Tracks that belong to neither are left over.
-///
-/// # Errors
-/// Why there are not two.
-pub(super) fn discs(tracks: &[RawTrack]) -> Result<Discs, String> {
-    let points: Vec<Vec<Sample>> = tracks.iter().map(samples).collect();
-    let mut groups = if tracks.len() == 2 { vec![vec![0], vec![1]] } else { groups(&points) };
-    let [_, _] = groups.as_slice() else {
-        let found: Vec<String> = groups.iter().map(|group| names(tracks, group)).collect();
-        let found = if found.is_empty() { "none".to_string() } else { found.join(" and ") };
-        return Err(format!(
-            "its {} tracks are not two discs: groups of three or more points that keep their distances are {found}. Expected \
-             two such groups, or [tracks] cue and object (for this shot alone, in the table that [tracks] shots names), or the \
-             shot skipped",
-            tracks.len()
-        ));
-    };
-    let begin = |group: &Vec<usize>| {
-        let all = group.iter().filter_map(|i| beginning(&tracks[*i], tracks));
-        all.fold(f64::INFINITY, f64::min)
-    };
-    if begin(&groups[1]) < begin(&groups[0]) {
-        groups.swap(0, 1);
-    }
-    let disc = |group: &Vec<usize>| -> Result<Disc, String> {
-        let slices: Vec<&[Sample]> = group.iter().map(|i| points[*i].as_slice()).collect();
-        let centre = central(&slices).map_err(|like_centre| {
-            let name = &tracks[group[like_centre]].name;
+/// Two discs in a shot whose centres are yet to be told: each is one track, or three and more that keep their distances. Tracks that
+/// belong to neither are left over.
+pub(super) struct Found {
+    /// The tracks on the disc that moves first, and on the other.
+    pub groups: [Vec<usize>; 2],
+    pub seen: Seen,
+}
+
+impl Found {
+    /// # Errors
+    /// Why there are not two discs.
+    pub(super) fn of(tracks: &[RawTrack]) -> Result<Self, String> {
+        let points: Vec<Vec<Sample>> = tracks.iter().map(samples).collect();
+        let groups = if tracks.len() == 2 { vec![vec![0], vec![1]] } else { groups(&points) };
+        let mut groups: [Vec<usize>; 2] = groups.try_into().map_err(|groups: Vec<Vec<usize>>| {
+            let found: Vec<String> = groups.iter().map(|group| names(tracks, group)).collect();
+            let found = if found.is_empty() { "none".to_string() } else { found.join(" and ") };
             format!(
-                "the points {} are on one disc, but whether \"{name}\" is its centre or on its rim does not show, since the disc \
-                 hardly turns; expected [tracks] cue and object, and cue_markers and object_markers for points beside the centre",
-                names(tracks, group)
+                "its {} tracks are not two discs: groups of three or more points that keep their distances are {found}. Expected \
+                 two such groups, or [tracks] cue and object (for this shot alone, in the table that [tracks] shots names), or the \
+                 shot skipped",
+                tracks.len()
             )
         })?;
-        Ok(match centre {
-            Some(centre) => Disc {
-                centre: vec![group[centre]],
-                markers: group.iter().copied().filter(|i| *i != group[centre]).collect(),
-            },
-            None => Disc { centre: group.clone(), markers: Vec::new() },
-        })
+        let begin = |group: &Vec<usize>| {
+            let all = group.iter().filter_map(|i| beginning(&tracks[*i], tracks));
+            all.fold(f64::INFINITY, f64::min)
+        };
+        if begin(&groups[1]) < begin(&groups[0]) {
+            groups.swap(0, 1);
+        }
+        let of_discs = groups.each_ref().map(|group| group.iter().map(|i| points[*i].as_slice()).collect());
+        let seen = Seen::of(of_discs.each_ref().map(|points: &Vec<&[Sample]>| points.as_slice()));
+        Ok(Self { groups, seen })
+    }
+}
+
+/// Two discs with their centres.
+///
+/// # Errors
+/// That it is not told which point is the centre.
+pub(super) fn discs(
+    tracks: &[RawTrack],
+    groups: &[Vec<usize>; 2],
+    centres: [Centre; 2],
+) -> Result<Discs, String> {
+    let disc = |k: usize| -> Result<Disc, String> {
+        let group = &groups[k];
+        let centre = centres[k].map_err(|like_centre| {
+            format!(
+                "the points {} are on one disc, but whether \"{}\" is its centre or on its rim does not show, since the disc \
+                 hardly turns and the other shots do not tell it; expected [tracks] cue and object, and cue_markers and \
+                 object_markers for points beside the centre",
+                names(tracks, group),
+                tracks[group[like_centre]].name
+            )
+        })?;
+        let Some(centre) = centre else {
+            return Ok(Disc { centre: group.clone(), markers: Vec::new() });
+        };
+        let markers = group.iter().copied().filter(|i| *i != group[centre]).collect();
+        Ok(Disc { centre: vec![group[centre]], markers })
     };
-    Ok([disc(&groups[0])?, disc(&groups[1])?])
+    Ok([disc(0)?, disc(1)?])
 }
 
 /// Groups of three and more points that keep their distances.

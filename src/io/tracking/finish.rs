@@ -3,6 +3,8 @@
 use std::borrow::Cow;
 use std::collections::BTreeMap;
 
+use rayon::prelude::*;
+
 use super::calibration::Calibration;
 use super::check::{self, Wrong};
 use super::input::quoted;
@@ -10,6 +12,8 @@ use super::raw::{FORMAT, NAMES, Notes, RawShot, RawTrack, Row};
 use super::settings::{Balls, Names, TrackSettings, Unit};
 use super::{bodies, resolution, time};
 use crate::io::number::shortened;
+use crate::measurement::disc_centres::centres;
+use crate::measurement::isolate::isolated;
 use crate::measurement::rigid_body::circle_centres;
 use crate::measurement::spin::Spin;
 use crate::measurement::track::{Marker, Sample, TrackShot, TrackedBall};
@@ -20,6 +24,8 @@ pub(super) struct Facts {
     pub spin: Spin,
     pub labels: BTreeMap<String, String>,
     pub own: Own,
+    /// Which tracks are on which disc, where that had to be found out.
+    pub discs: Option<Result<bodies::Discs, String>>,
 }
 
 /// What the shots table says of a shot in place of dataset.toml.
@@ -58,7 +64,38 @@ impl Own {
 impl Facts {
     /// Nothing is known of the shot.
     pub(super) fn unknown() -> Self {
-        Self { spin: Spin::Unknown, labels: BTreeMap::new(), own: Own::default() }
+        Self { spin: Spin::Unknown, labels: BTreeMap::new(), own: Own::default(), discs: None }
+    }
+}
+
+/// Finds out which tracks are on which disc in the shots that do not say it, and by all of them which of these are centres.
+pub(super) fn group(work: &mut [(RawShot, Facts)], settings: &TrackSettings) {
+    let found = |(raw, facts): &mut (RawShot, Facts)| {
+        number_twins(&mut raw.tracks);
+        let tracks = &raw.tracks;
+        let named = |name: &str| !matches!(find(tracks, name), Ok(None));
+        let is_unsaid = settings.discs
+            && facts.own.settings(settings).balls == Balls::Usual
+            && !named("cue")
+            && !named("object")
+            && tracks.len() > 1
+            && tracks.iter().all(|track| track.point.is_none());
+        is_unsaid.then(|| isolated(|| bodies::Found::of(tracks)).and_then(|found| found))
+    };
+    let found: Vec<_> = work.par_iter_mut().map(found).collect();
+    let (mut told, mut seen) = (Vec::new(), Vec::new());
+    for ((raw, facts), found) in work.iter_mut().zip(found) {
+        match found {
+            Some(Ok(found)) => {
+                seen.push(found.seen);
+                told.push((&raw.tracks, &mut facts.discs, found.groups));
+            }
+            Some(Err(message)) => facts.discs = Some(Err(message)),
+            None => {}
+        }
+    }
+    for ((tracks, discs, groups), centres) in told.into_iter().zip(centres(&seen)) {
+        *discs = Some(bodies::discs(tracks, &groups, centres));
     }
 }
 
@@ -74,26 +111,20 @@ struct Ball {
 /// rows.
 pub(super) fn shot(
     mut raw: RawShot,
-    facts: Facts,
+    mut facts: Facts,
     settings: &TrackSettings,
     calibration: &Calibration,
     notes: &Notes,
 ) -> Result<TrackShot, Vec<Wrong>> {
+    let discs = facts.discs.take();
     let settings = &*facts.own.settings(settings);
     let mut tracks = std::mem::take(&mut raw.tracks);
-    number_twins(&mut tracks);
     let mut names: Vec<_> = tracks.iter().map(|track| format!("\"{}\"", shortened(&track.name))).collect();
     names.dedup();
     names.truncate(12);
     let names = if names.is_empty() { "there are none".to_string() } else { names.join(", ") };
-    let named = |name: &str| !matches!(find(&tracks, name), Ok(None));
-    let grouped = settings.discs
-        && settings.balls == Balls::Usual
-        && !named("cue")
-        && !named("object")
-        && tracks.iter().all(|track| track.point.is_none());
-    let (cue, object) = if grouped && tracks.len() > 1 {
-        let [cue, object] = grouped_balls(&mut tracks, &raw, notes).map_err(|wrong| vec![wrong])?;
+    let (cue, object) = if let Some(discs) = discs {
+        let [cue, object] = grouped_balls(&mut tracks, discs, &raw, notes).map_err(|wrong| vec![wrong])?;
         (Ok(cue), Ok(object))
     } else {
         let mut ball = |keys: [&str; 2], centre: &Names, markers: &Names| {
@@ -207,8 +238,13 @@ fn of_balls(
 }
 
 /// Takes the tracks of both discs out of the list, grouped by the distances that points keep.
-fn grouped_balls(tracks: &mut Vec<RawTrack>, raw: &RawShot, notes: &Notes) -> Result<[Ball; 2], Wrong> {
-    let discs = bodies::discs(tracks).map_err(|message| Wrong::damaged(raw.line, message))?;
+fn grouped_balls(
+    tracks: &mut Vec<RawTrack>,
+    discs: Result<bodies::Discs, String>,
+    raw: &RawShot,
+    notes: &Notes,
+) -> Result<[Ball; 2], Wrong> {
+    let discs = discs.map_err(|message| Wrong::damaged(raw.line, message))?;
     let mut all: Vec<Option<RawTrack>> = std::mem::take(tracks).into_iter().map(Some).collect();
     let mut take =
         |which: &[usize]| -> Vec<RawTrack> { which.iter().filter_map(|i| all[*i].take()).collect() };

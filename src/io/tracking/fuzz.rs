@@ -168,8 +168,9 @@ fn try_one(bytes: &[u8], settings: &TrackSettings) {
         faithful(&shots, &decode(bytes).0);
     }
     let calibration = calibration_for(format, unit, file, context);
-    for raw in shots {
-        let facts = Facts::unknown();
+    let mut work: Vec<_> = shots.into_iter().map(|raw| (raw, Facts::unknown())).collect();
+    finish::group(&mut work, settings);
+    for (raw, facts) in work {
         let Ok(shot) = finish::shot(raw, facts, settings, &calibration, &notes) else { continue };
         assert!(shot.fps > 0.0);
         let markers = shot.markers.iter().map(|marker| &marker.samples);

@@ -146,6 +146,7 @@ pub(crate) fn load(
         }
         work.push((shot, facts));
     }
+    finish::group(&mut work, settings);
     let (shots, damaged) = finish_all(work, &calibrations, context);
     if manifest.discs.is_none() {
         name_unmeasured(&shots, &table, path, problems);
