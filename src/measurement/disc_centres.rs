@@ -1,22 +1,13 @@
 //! Which point on a disc is its centre, told by all shots of a film together: the same discs have the same points on them, and wherever
 //! they hit each other their centres are as far apart.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
+use super::disc_contact::{Contact, misfit};
 use super::marker_groups::central;
-use super::rigid_body::{Point, Pose, circle, frames, shape};
+use super::rigid_body::Point;
 use super::track::Sample;
 use crate::numerics::median;
-
-/// Paths are taken for straight in so many frames before and after an impact, and in no fewer.
-const REACH: usize = 16;
-const LEAST_FRAMES: usize = 6;
-
-/// A frame in which points are off the shape of their disc by so many times the median has points mistaken for each other.
-const MISTAKEN: f64 = 8.0;
-
-/// So many points on a disc have 120 orders, which are all tried.
-const MOST_POINTS: usize = 5;
 
 /// Points are on the same disc where they stand alike to this part of their distance from their mean. From shot to shot the same three
 /// differ by up to 0.01, and those on two discs, put on alike by hand, by 0.04 (23 films of two pucks, Chalmers 2023).
@@ -31,6 +22,9 @@ const LEAST_SHOTS: usize = 3;
 /// In so many of the shots is the distance the same; others may be false.
 const MOST: f64 = 0.7;
 
+/// Distances that are tried as the one at which discs touch are those of so many shots.
+const MOST_TRIED: usize = 50;
+
 /// Discs touch at a distance that is the same to this part: 0.03 with a rubber band around one (Chalmers 2023).
 const ROUND: f64 = 0.03;
 
@@ -41,8 +35,8 @@ const CLEARLY: f64 = 2.0;
 /// A distance is that of the others where it is off by so many times their scatter.
 const NEAR: f64 = 4.0;
 
-/// The centre of a disc: one of its points, or `None` where all are on a circle about it; as an error a point that may be it or not.
-pub(crate) type Centre = Result<Option<usize>, usize>;
+/// The centre of a disc: one of its points, or `None` where all are on a circle about it; as an error the points of which one may be it.
+pub(crate) type Centre = Result<Option<usize>, Vec<usize>>;
 
 /// What a shot shows of the points on its two discs.
 pub(crate) struct Seen {
@@ -51,117 +45,24 @@ pub(crate) struct Seen {
     contact: Option<Contact>,
 }
 
-struct Contact {
-    /// How the points of either disc stand.
-    shapes: [Vec<Point>; 2],
-    /// How far apart the discs are at the impact, by the point that is the centre of the first and that of the second; behind the points of
-    /// each stands the centre of the circle through them, which is not a number where they are on a line.
-    apart: Vec<Vec<f64>>,
-}
-
 impl Seen {
     pub(crate) fn of(discs: [&[&[Sample]]; 2]) -> Self {
         Self { alone: discs.map(central), contact: Contact::of(discs) }
     }
-}
 
-impl Contact {
-    fn of(discs: [&[&[Sample]]; 2]) -> Option<Self> {
-        if discs.iter().any(|points| !(3..=MOST_POINTS).contains(&points.len())) {
-            return None;
-        }
-        let complete = |(t, points): (f64, Vec<Option<Point>>)| {
-            let points: Vec<Point> = points.into_iter().collect::<Option<_>>()?;
-            let (first, second) = points.split_at(discs[0].len());
-            Some((t, [first.to_vec(), second.to_vec()]))
-        };
-        let seen: Vec<(f64, [Vec<Point>; 2])> =
-            frames(&discs.concat()).into_iter().filter_map(complete).collect();
-        let of_disc = |k: usize| seen.iter().map(|(_, points)| points[k].clone()).collect::<Vec<_>>();
-        let shapes = [shape(&of_disc(0))?, shape(&of_disc(1))?];
-        let off = |k: usize, points: &[Point]| misfit(&shapes[k], points);
-        let usual = [0, 1].map(|k| median(seen.iter().map(|(_, points)| off(k, &points[k])).collect()));
-        let good: Vec<_> = seen
-            .iter()
-            .filter(|(_, points)| [0, 1].iter().all(|k| off(*k, &points[*k]) <= MISTAKEN * usual[*k]))
-            .collect();
-        // the mean of the points last
-        let paths = [0, 1].map(|k| {
-            let shape = &shapes[k];
-            let middle = [0, 1].map(|c| shape.iter().map(|p| p[c]).sum::<f64>() / shape.len() as f64);
-            let places = shape.iter().copied().chain([circle(shape).unwrap_or([f64::NAN; 2]), middle]);
-            let path = |place: Point| {
-                good.iter().map(|(t, points)| (*t, Pose::of(shape, &points[k]).place(place))).collect()
-            };
-            places.map(path).collect::<Vec<Vec<(f64, Point)>>>()
+    /// The centres, where but one choice of those that may be it is as far apart as the discs touch.
+    fn by_radii(&self, touching: f64) -> Option<[Centre; 2]> {
+        let contact = self.contact.as_ref()?;
+        let circles = contact.shapes.each_ref().map(Vec::len);
+        let possible = [0, 1].map(|k| match &self.alone[k] {
+            Ok(centre) => vec![centre.unwrap_or(circles[k])],
+            Err(points) => points.iter().copied().chain([circles[k]]).collect(),
         });
-        let sides = around_impact([0, 1].map(|k| paths[k].last().map(Vec::as_slice).unwrap_or_default()))?;
-        let lines = paths.map(|mut paths| {
-            paths.pop();
-            paths.iter().map(|path| sides.clone().map(|side| line(&path[side]))).collect::<Vec<_>>()
-        });
-        let apart = lines[0].iter().map(|a| lines[1].iter().map(|b| meeting([*a, *b]).1).collect()).collect();
-        Some(Self { shapes, apart })
+        let pairs = possible[0].iter().flat_map(|a| possible[1].iter().map(move |b| [*a, *b]));
+        let fits = |[a, b]: &[usize; 2]| (contact.apart[*a][*b] - touching).abs() <= ROUND * touching;
+        let found: [[usize; 2]; 1] = pairs.filter(fits).collect::<Vec<_>>().try_into().ok()?;
+        Some([0, 1].map(|k| Ok((found[0][k] < circles[k]).then_some(found[0][k]))))
     }
-}
-
-/// Place at time 0 and velocity of the straight line nearest to a path.
-type Line = [Point; 2];
-
-fn line(path: &[(f64, Point)]) -> Line {
-    let n = path.len() as f64;
-    let middle = path.iter().map(|(t, _)| t).sum::<f64>() / n;
-    let spread: f64 = path.iter().map(|(t, _)| (t - middle).powi(2)).sum();
-    let velocity = [0, 1].map(|k| path.iter().map(|(t, p)| (t - middle) * p[k]).sum::<f64>() / spread);
-    [[0, 1].map(|k| path.iter().map(|(_, p)| p[k]).sum::<f64>() / n - velocity[k] * middle), velocity]
-}
-
-/// When the paths of two discs before an impact are nearest to those after it, and how far apart the discs then are.
-fn meeting(discs: [[Line; 2]; 2]) -> (f64, f64) {
-    let (mut product, mut square) = (0.0, 0.0);
-    for [before, after] in &discs {
-        for k in 0..2 {
-            let (gap, change) = (after[0][k] - before[0][k], after[1][k] - before[1][k]);
-            (product, square) = (product + gap * change, square + change * change);
-        }
-    }
-    let t = -product / square;
-    let [one, other] = discs
-        .map(|lines| [0, 1].map(|k| 0.5 * lines.iter().map(|line| line[0][k] + line[1][k] * t).sum::<f64>()));
-    (t, (one[0] - other[0]).hypot(one[1] - other[1]))
-}
-
-/// The frames just before and after the impact, without those next to it: there both discs change their velocities most.
-fn around_impact(paths: [&[(f64, Point)]; 2]) -> Option<[std::ops::Range<usize>; 2]> {
-    let n = paths[0].len();
-    let reach = REACH.min(n / 4);
-    if reach < LEAST_FRAMES {
-        return None;
-    }
-    let change = |i: usize| {
-        let of = |path: &[(f64, Point)]| {
-            let [a, b] = [&path[i - reach..i], &path[i..i + reach]].map(|side| line(side)[1]);
-            (a[0] - b[0]).hypot(a[1] - b[1])
-        };
-        of(paths[0]).min(of(paths[1]))
-    };
-    let changes = (reach..=n - reach).map(|i| (change(i), i));
-    let (_, first) = changes.max_by(|a, b| a.0.total_cmp(&b.0))?;
-    let sides =
-        |i: usize| [i.saturating_sub(reach + 1)..i.saturating_sub(1), (i + 1).min(n)..(i + 1 + reach).min(n)];
-    let (t, _) = meeting(paths.map(|path| sides(first).map(|side| line(&path[side]))));
-    let found = sides(paths[0].partition_point(|(time, _)| *time < t));
-    found.iter().all(|side| side.len() >= LEAST_FRAMES).then_some(found)
-}
-
-/// By how much points are off others, turned and moved onto them, as a part of their distance from their mean.
-fn misfit(own: &[Point], others: &[Point]) -> f64 {
-    let pose = Pose::of(own, others);
-    let n = own.len() as f64;
-    let middle = [0, 1].map(|k| others.iter().map(|p| p[k]).sum::<f64>() / n);
-    let square = |a: Point, b: Point| (a[0] - b[0]).powi(2) + (a[1] - b[1]).powi(2);
-    let off: f64 = own.iter().zip(others).map(|(p, q)| square(pose.place(*p), *q)).sum();
-    (off / others.iter().map(|p| square(*p, middle)).sum::<f64>()).sqrt()
 }
 
 /// All orders of so many things.
@@ -221,11 +122,9 @@ fn kinds(shots: &[Seen]) -> (Vec<Kind>, Vec<Option<[Known; 2]>>) {
         let mut same = in_orders(&kind.shape, &kind.shape);
         same.retain(|(off, order)| *off <= ALIKE * usual || order.is_sorted());
         let of_point = |i: usize| {
-            let mut all: Vec<usize> =
+            let all: BTreeSet<usize> =
                 same.iter().map(|(_, order)| order.get(i).copied().unwrap_or(i)).collect();
-            all.sort_unstable();
-            all.dedup();
-            all
+            all.into_iter().collect()
         };
         kind.alike = (0..=kind.shape.len()).map(of_point).collect();
     }
@@ -323,18 +222,39 @@ impl Class<'_> {
         [0, 1].map(|k| {
             let alone = possible.iter().all(|(points, _)| points[k] == first.0[k]);
             let on_circle = first.0[k] == self.kinds[k].shape.len();
-            if is_sure || alone { Ok((!on_circle).then_some(first.0[k])) } else { Err(first.0[k]) }
+            if is_sure || alone {
+                Ok((!on_circle).then_some(first.0[k]))
+            } else {
+                let points: BTreeSet<usize> = possible.iter().map(|(points, _)| points[k]).collect();
+                Err(points.into_iter().collect())
+            }
         })
     }
 }
 
-/// Distances that are tried as the one at which discs touch are those of so many shots.
-const MOST_TRIED: usize = 50;
+/// Which point of a kind all shots say is the centre that tell it alone, if these are enough: a disc that turns tells it of those that do not.
+fn agreed(kinds: &[Kind], known: &[Option<[Known; 2]>], shots: &[Seen]) -> Vec<Option<usize>> {
+    let mut said: Vec<Vec<usize>> = vec![Vec::new(); kinds.len()];
+    for (known, shot) in known.iter().zip(shots) {
+        for ((kind, order), alone) in known.iter().flatten().zip(&shot.alone) {
+            let Ok(centre) = alone else { continue };
+            let point = centre.and_then(|i| order.iter().position(|own| *own == i));
+            said[*kind].push(point.unwrap_or(order.len()));
+        }
+    }
+    let of_kind = |(said, kind): (Vec<usize>, &Kind)| {
+        let first = *said.first()?;
+        let agree = said.len() >= LEAST_SHOTS && said.iter().all(|point| *point == first);
+        (agree && kind.alike[first].len() == 1).then_some(first)
+    };
+    said.into_iter().zip(kinds).map(of_kind).collect()
+}
 
-/// The centres of both discs in all shots of a film.
-pub(crate) fn centres(shots: &[Seen]) -> Vec<[Centre; 2]> {
+/// The centres of both discs in all shots of a film; `touching` is how far apart they touch, m, where that is known.
+pub(crate) fn centres(shots: &[Seen], touching: Option<f64>) -> Vec<[Centre; 2]> {
     let (kinds, known) = kinds(shots);
-    let mut found: Vec<[Centre; 2]> = shots.iter().map(|shot| shot.alone).collect();
+    let agreed = agreed(&kinds, &known, shots);
+    let mut found: Vec<[Centre; 2]> = shots.iter().map(|shot| shot.alone.clone()).collect();
     let mut classes: BTreeMap<[usize; 2], Class> = BTreeMap::new();
     for (shot, seen) in shots.iter().enumerate() {
         let (Some(known), Some(contact)) = (&known[shot], &seen.contact) else { continue };
@@ -345,11 +265,26 @@ pub(crate) fn centres(shots: &[Seen]) -> Vec<[Centre; 2]> {
         classes.entry(of_kinds).or_insert_with(class).shots.push(Hit { shot, discs, known, seen, contact });
     }
     for class in classes.values() {
-        let Some(verdict) = class.verdict() else { continue };
+        let verdict = class.verdict();
         for hit in &class.shots {
-            let centres = class.centres(hit, &verdict);
-            for k in 0..2 {
-                found[hit.shot][hit.discs[k]] = centres[k];
+            let own = &mut found[hit.shot];
+            if let Some(verdict) = &verdict {
+                for (k, centre) in class.centres(hit, verdict).into_iter().enumerate() {
+                    own[hit.discs[k]] = centre;
+                }
+                continue;
+            }
+            if own.iter().all(Result::is_ok) {
+                continue;
+            }
+            if let Some(centres) = touching.and_then(|touching| hit.seen.by_radii(touching)) {
+                *own = centres;
+                continue;
+            }
+            for (disc, (kind, order)) in hit.discs.into_iter().zip(hit.known) {
+                if let (Err(_), Some(point)) = (&own[disc], agreed[*kind]) {
+                    own[disc] = Ok(order.get(point).copied());
+                }
             }
         }
     }

@@ -2,6 +2,7 @@
 pub mod correction;
 pub mod dataset;
 pub(crate) mod disc_centres;
+pub(crate) mod disc_contact;
 pub(crate) mod isolate;
 pub mod loss;
 pub(crate) mod marker_groups;

@@ -3,17 +3,13 @@
 use std::borrow::Cow;
 use std::collections::BTreeMap;
 
-use rayon::prelude::*;
-
 use super::calibration::Calibration;
 use super::check::{self, Wrong};
 use super::input::quoted;
 use super::raw::{FORMAT, NAMES, Notes, RawShot, RawTrack, Row};
 use super::settings::{Balls, Names, TrackSettings, Unit};
-use super::{bodies, resolution, time};
+use super::{resolution, time};
 use crate::io::number::shortened;
-use crate::measurement::disc_centres::centres;
-use crate::measurement::isolate::isolated;
 use crate::measurement::rigid_body::circle_centres;
 use crate::measurement::spin::Spin;
 use crate::measurement::track::{Marker, Sample, TrackShot, TrackedBall};
@@ -24,8 +20,8 @@ pub(super) struct Facts {
     pub spin: Spin,
     pub labels: BTreeMap<String, String>,
     pub own: Own,
-    /// Which tracks are on which disc, where that had to be found out.
-    pub discs: Option<Result<bodies::Discs, String>>,
+    /// Where it had to be found out, the discs: the one that moves first, and the other. As an error why they were not found.
+    pub discs: Option<Result<[Disc; 2], String>>,
 }
 
 /// What the shots table says of a shot in place of dataset.toml.
@@ -42,7 +38,7 @@ impl Own {
     }
 
     /// The settings that hold for the shot.
-    fn settings<'a>(&self, all: &'a TrackSettings) -> Cow<'a, TrackSettings> {
+    pub(super) fn settings<'a>(&self, all: &'a TrackSettings) -> Cow<'a, TrackSettings> {
         if *self == Self::default() {
             return Cow::Borrowed(all);
         }
@@ -68,35 +64,13 @@ impl Facts {
     }
 }
 
-/// Finds out which tracks are on which disc in the shots that do not say it, and by all of them which of these are centres.
-pub(super) fn group(work: &mut [(RawShot, Facts)], settings: &TrackSettings) {
-    let found = |(raw, facts): &mut (RawShot, Facts)| {
-        number_twins(&mut raw.tracks);
-        let tracks = &raw.tracks;
-        let named = |name: &str| !matches!(find(tracks, name), Ok(None));
-        let is_unsaid = settings.discs
-            && facts.own.settings(settings).balls == Balls::Usual
-            && !named("cue")
-            && !named("object")
-            && tracks.len() > 1
-            && tracks.iter().all(|track| track.point.is_none());
-        is_unsaid.then(|| isolated(|| bodies::Found::of(tracks)).and_then(|found| found))
-    };
-    let found: Vec<_> = work.par_iter_mut().map(found).collect();
-    let (mut told, mut seen) = (Vec::new(), Vec::new());
-    for ((raw, facts), found) in work.iter_mut().zip(found) {
-        match found {
-            Some(Ok(found)) => {
-                seen.push(found.seen);
-                told.push((&raw.tracks, &mut facts.discs, found.groups));
-            }
-            Some(Err(message)) => facts.discs = Some(Err(message)),
-            None => {}
-        }
-    }
-    for ((tracks, discs, groups), centres) in told.into_iter().zip(centres(&seen)) {
-        *discs = Some(bodies::discs(tracks, &groups, centres));
-    }
+/// The tracks of a disc, by their indices.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Disc {
+    /// The centre, or points on a circle about it.
+    pub centre: Vec<usize>,
+    /// Further points on the disc.
+    pub markers: Vec<usize>,
 }
 
 /// The tracks of one ball.
@@ -240,7 +214,7 @@ fn of_balls(
 /// Takes the tracks of both discs out of the list, grouped by the distances that points keep.
 fn grouped_balls(
     tracks: &mut Vec<RawTrack>,
-    discs: Result<bodies::Discs, String>,
+    discs: Result<[Disc; 2], String>,
     raw: &RawShot,
     notes: &Notes,
 ) -> Result<[Ball; 2], Wrong> {
@@ -307,7 +281,7 @@ fn assign(
 }
 
 /// Numbers tracks of the same name, in their order: "A (1)", "A (2)".
-fn number_twins(tracks: &mut [RawTrack]) {
+pub(super) fn number_twins(tracks: &mut [RawTrack]) {
     let names: Vec<String> =
         tracks.iter().filter(|track| track.point.is_none()).map(|track| track.name.clone()).collect();
     for name in &names {
