@@ -50,7 +50,7 @@ impl Seen {
         Self { alone: discs.map(central), contact: Contact::of(discs) }
     }
 
-    /// The centres, where but one choice of those that may be it is as far apart as the discs touch.
+    /// The centres, where but one choice of those that may be it is as far apart as the discs touch, and none other nearly so.
     fn by_radii(&self, touching: f64) -> Option<[Centre; 2]> {
         let contact = self.contact.as_ref()?;
         let circles = contact.shapes.each_ref().map(Vec::len);
@@ -59,9 +59,10 @@ impl Seen {
             Err(points) => points.iter().copied().chain([circles[k]]).collect(),
         });
         let pairs = possible[0].iter().flat_map(|a| possible[1].iter().map(move |b| [*a, *b]));
-        let fits = |[a, b]: &[usize; 2]| (contact.apart[*a][*b] - touching).abs() <= ROUND * touching;
-        let found: [[usize; 2]; 1] = pairs.filter(fits).collect::<Vec<_>>().try_into().ok()?;
-        Some([0, 1].map(|k| Ok((found[0][k] < circles[k]).then_some(found[0][k]))))
+        let off = |[a, b]: [usize; 2]| (contact.apart[a][b] / touching - 1.0).abs();
+        let near: Vec<[usize; 2]> = pairs.filter(|pair| off(*pair) <= CLEARLY * ROUND).collect();
+        let [found] = near.try_into().ok().filter(|[found]: &[_; 1]| off(*found) <= ROUND)?;
+        Some([0, 1].map(|k| Ok((found[k] < circles[k]).then_some(found[k]))))
     }
 }
 
@@ -254,6 +255,8 @@ fn agreed(kinds: &[Kind], known: &[Option<[Known; 2]>], shots: &[Seen]) -> Vec<O
 pub(crate) fn centres(shots: &[Seen], touching: Option<f64>) -> Vec<[Centre; 2]> {
     let (kinds, known) = kinds(shots);
     let agreed = agreed(&kinds, &known, shots);
+    // where the same two discs do not look alike, lengths are not what they seem
+    let touching = touching.filter(|_| kinds.len() <= 2);
     let mut found: Vec<[Centre; 2]> = shots.iter().map(|shot| shot.alone.clone()).collect();
     let mut classes: BTreeMap<[usize; 2], Class> = BTreeMap::new();
     for (shot, seen) in shots.iter().enumerate() {
