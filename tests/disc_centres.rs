@@ -1,5 +1,7 @@
 //! Which of three points on a disc is its centre, where the film does not say it and the discs hardly turn.
 
+use std::f64::consts::{FRAC_PI_2, FRAC_PI_3};
+
 use caromfit::extraction::disc::{DiscImpact, Quantity};
 use caromfit::fit::footage::with_discs;
 
@@ -10,8 +12,8 @@ const RADII: &str = "radius_m = 0.030\nmass_kg = 0.050\n[object]\nradius_m = 0.0
 
 /// A centre with two points a right angle apart, with two that stand to each other as either does to the centre, and none.
 const POINTS: [[[f64; 2]; 3]; 3] = [
-    [[0.9, 0.0], [0.0, 0.0], [0.9, 1.570_796]],
-    [[0.9, 0.0], [0.9, 1.047_198], [0.0, 0.0]],
+    [[0.9, 0.0], [0.0, 0.0], [0.9, FRAC_PI_2]],
+    [[0.9, 0.0], [0.9, FRAC_PI_3], [0.0, 0.0]],
     [[0.9, 0.0], [0.9, 1.8], [0.9, 3.7]],
 ];
 

@@ -83,7 +83,8 @@ pub(crate) fn central(points: &[&[Sample]]) -> Result<Option<usize>, Vec<usize>>
     let sureness = like_centre.iter().map(|i| (straighter(points[*i], &circle), *i));
     match sureness.max_by(|a, b| a.0.total_cmp(&b.0)) {
         Some((sure, i)) if sure > SURE => Ok(Some(i)),
-        Some((sure, _)) if sure > -SURE => Err(like_centre),
+        // a centre is the only one; points on the rim may all be as far from each other
+        Some((sure, i)) if like_centre.len() == 1 && sure > -SURE => Err(vec![i]),
         _ => Ok(None),
     }
 }
