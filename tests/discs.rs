@@ -97,6 +97,16 @@ fn film(shots: usize, seed: u64) -> (String, Vec<Collision>) {
 
 /// The same, with any friction.
 pub fn film_with(shots: usize, seed: u64, friction: Friction) -> (String, Vec<Collision>) {
+    film_of(shots, seed, friction, [[0.9, 0.0], [0.9, 2.0], [0.9, 4.0]])
+}
+
+/// The same with any three points, each by its distance from the centre in radii and its direction.
+pub fn film_of(
+    shots: usize,
+    seed: u64,
+    friction: Friction,
+    points: [[f64; 2]; 3],
+) -> (String, Vec<Collision>) {
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
     let mut table = String::from("shot,frame,ball,x,y\n");
     let mut truths = Vec::new();
@@ -107,9 +117,9 @@ pub fn film_with(shots: usize, seed: u64, friction: Friction) -> (String, Vec<Co
             let late = f64::from(frame) / FPS - truth.time;
             for disc in 0..2 {
                 let Motion { place, velocity, spin } = truth.sides[usize::from(late >= 0.0)][disc];
-                for point in 0..3 {
-                    let (sin, cos) = (start + 2.0 * f64::from(point) + spin * late).sin_cos();
-                    let radius = 0.9 * RADII[disc];
+                for (point, [arm, angle]) in points.into_iter().enumerate() {
+                    let (sin, cos) = (start + angle + spin * late).sin_cos();
+                    let radius = arm * RADII[disc];
                     let x = place[0] + velocity[0] * late + radius * cos + NOISE * normal(&mut rng);
                     let y = place[1] + velocity[1] * late + radius * sin + NOISE * normal(&mut rng);
                     let wrong = if rng.random::<f64>() < 0.003 { 0.02 } else { 0.0 };

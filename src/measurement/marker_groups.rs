@@ -71,8 +71,8 @@ fn change(one: &[Sample], other: &[Sample]) -> f64 {
 /// disc turns.
 ///
 /// # Errors
-/// A point that may be the centre or not, since the disc does not turn enough to tell.
-pub(crate) fn central(points: &[&[Sample]]) -> Result<Option<usize>, usize> {
+/// Points of which one may be the centre or not, since the disc does not turn enough to tell.
+pub(crate) fn central(points: &[&[Sample]]) -> Result<Option<usize>, Vec<usize>> {
     let Ok(circle) = circle_centres(points) else { return Ok(None) };
     let is_like_centre = |i: &usize| {
         let others = (0..points.len()).filter(|j| j != i).map(|j| distance(points[*i], points[j]));
@@ -84,7 +84,7 @@ pub(crate) fn central(points: &[&[Sample]]) -> Result<Option<usize>, usize> {
     match sureness.max_by(|a, b| a.0.total_cmp(&b.0)) {
         Some((sure, i)) if sure > SURE => Ok(Some(i)),
         // a centre is the only one; points on the rim may all be as far from each other
-        Some((sure, i)) if like_centre.len() == 1 && sure > -SURE => Err(i),
+        Some((sure, i)) if like_centre.len() == 1 && sure > -SURE => Err(vec![i]),
         _ => Ok(None),
     }
 }
@@ -168,6 +168,6 @@ mod tests {
         // where it does not turn, nothing tells
         let points = film(0.0, &[(0.02, 0.0), (0.0, 0.0), (0.02, 1.6)]);
         let one: Vec<&[Sample]> = points.iter().step_by(2).map(Vec::as_slice).collect();
-        assert_eq!(central(&one), Err(1));
+        assert_eq!(central(&one), Err(vec![1]));
     }
 }

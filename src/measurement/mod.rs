@@ -1,6 +1,8 @@
 //! What was measured and what is asked of it, as values: shots, tracks, observables, parameters.
 pub mod correction;
 pub mod dataset;
+pub(crate) mod disc_centres;
+pub(crate) mod disc_contact;
 pub(crate) mod isolate;
 pub(crate) mod joint;
 pub mod loss;

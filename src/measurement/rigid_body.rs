@@ -118,7 +118,7 @@ fn median(points: Vec<Point>) -> Point {
 
 /// The centre of the circle nearest to points: |p|² = 2c·p + (R² − |c|²) is linear in its unknowns
 /// (Kåsa 1976), and exact for three points.
-fn circle(points: &[Point]) -> Option<Point> {
+pub(crate) fn circle(points: &[Point]) -> Option<Point> {
     let m = mean(points);
     let (mut xx, mut xy, mut yy, mut xq, mut yq, mut q_sum) = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0);
     for p in points {

@@ -1,65 +1,115 @@
 //! Which of the points that were followed are on the same disc, where nobody says it: those that keep their distances.
 
+use std::collections::HashMap;
+use std::path::PathBuf;
+
+use rayon::prelude::*;
+
+use super::calibration::Calibration;
+use super::finish::{Disc, Facts, find, number_twins};
 use super::input::quoted;
-use super::raw::{RawTrack, Row};
-use crate::measurement::marker_groups::{central, rigid_groups};
+use super::raw::{RawShot, RawTrack, Row};
+use super::settings::{Balls, TrackSettings};
+use crate::measurement::disc_centres::{Centre, Seen, centres};
+use crate::measurement::isolate::isolated;
+use crate::measurement::marker_groups::rigid_groups;
 use crate::measurement::track::Sample;
 
-/// The tracks of two discs, by their indices: the one that moves first, and the other.
-pub(super) type Discs = [Disc; 2];
-
-/// The tracks of a disc.
-#[derive(Clone, Debug, PartialEq)]
-pub(super) struct Disc {
-    /// The centre, or points on a circle about it.
-    pub centre: Vec<usize>,
-    /// Further points on the disc.
-    pub markers: Vec<usize>,
+/// Finds out which tracks are on which disc in the shots that do not say it, and by all of them which of these are centres. `touching` is
+/// how far apart the discs touch, m, where that is known.
+pub(super) fn group(
+    work: &mut [(RawShot, Facts)],
+    settings: &TrackSettings,
+    calibrations: &HashMap<PathBuf, Calibration>,
+    touching: Option<f64>,
+) {
+    let found = |(raw, facts): &mut (RawShot, Facts)| {
+        number_twins(&mut raw.tracks);
+        let (tracks, calibration) = (&raw.tracks, calibrations.get(raw.file.as_path())?);
+        let named = |name: &str| !matches!(find(tracks, name), Ok(None));
+        let is_unsaid = settings.discs
+            && facts.own.settings(settings).balls == Balls::Usual
+            && !named("cue")
+            && !named("object")
+            && tracks.len() > 1
+            && tracks.iter().all(|track| track.point.is_none());
+        is_unsaid.then(|| isolated(|| Found::of(tracks, calibration)).and_then(|found| found))
+    };
+    let found: Vec<_> = work.par_iter_mut().map(found).collect();
+    let (mut told, mut seen) = (Vec::new(), Vec::new());
+    for ((raw, facts), found) in work.iter_mut().zip(found) {
+        match found {
+            Some(Ok(found)) => {
+                seen.push(found.seen);
+                told.push((&raw.tracks, &mut facts.discs, found.groups));
+            }
+            Some(Err(message)) => facts.discs = Some(Err(message)),
+            None => {}
+        }
+    }
+    for ((tracks, discs, groups), centres) in told.into_iter().zip(centres(&seen, touching)) {
+        let [first, second] = centres;
+        *discs = Some(
+            disc(tracks, &groups[0], first).and_then(|one| Ok([one, disc(tracks, &groups[1], second)?])),
+        );
+    }
 }
 
-/// Of two discs: each is one track, or three and more that keep their distances. Tracks that belong to neither are left over.
-///
-/// # Errors
-/// Why there are not two.
-pub(super) fn discs(tracks: &[RawTrack]) -> Result<Discs, String> {
-    let points: Vec<Vec<Sample>> = tracks.iter().map(samples).collect();
-    let mut groups = if tracks.len() == 2 { vec![vec![0], vec![1]] } else { groups(&points) };
-    let [_, _] = groups.as_slice() else {
-        let found: Vec<String> = groups.iter().map(|group| names(tracks, group)).collect();
-        let found = if found.is_empty() { "none".to_string() } else { found.join(" and ") };
-        return Err(format!(
-            "its {} tracks are not two discs: groups of three or more points that keep their distances are {found}. Expected \
-             two such groups, or [tracks] cue and object (for this shot alone, in the table that [tracks] shots names), or the \
-             shot skipped",
-            tracks.len()
-        ));
-    };
-    let begin = |group: &Vec<usize>| {
-        let all = group.iter().filter_map(|i| beginning(&tracks[*i], tracks));
-        all.fold(f64::INFINITY, f64::min)
-    };
-    if begin(&groups[1]) < begin(&groups[0]) {
-        groups.swap(0, 1);
-    }
-    let disc = |group: &Vec<usize>| -> Result<Disc, String> {
-        let slices: Vec<&[Sample]> = group.iter().map(|i| points[*i].as_slice()).collect();
-        let centre = central(&slices).map_err(|like_centre| {
-            let name = &tracks[group[like_centre]].name;
+/// Two discs in a shot whose centres are yet to be told: each is one track, or three and more that keep their distances. Tracks that
+/// belong to neither are left over.
+struct Found {
+    /// The tracks on the disc that moves first, and on the other.
+    groups: [Vec<usize>; 2],
+    seen: Seen,
+}
+
+impl Found {
+    /// # Errors
+    /// Why there are not two discs.
+    fn of(tracks: &[RawTrack], calibration: &Calibration) -> Result<Self, String> {
+        let place = |row: &Row| calibration.metres(row.x, row.y);
+        let points: Vec<Vec<Sample>> = tracks.iter().map(|track| samples(track, place)).collect();
+        let groups = if tracks.len() == 2 { vec![vec![0], vec![1]] } else { groups(&points) };
+        let mut groups: [Vec<usize>; 2] = groups.try_into().map_err(|groups: Vec<Vec<usize>>| {
+            let found: Vec<String> = groups.iter().map(|group| names(tracks, group)).collect();
+            let found = if found.is_empty() { "none".to_string() } else { found.join(" and ") };
             format!(
-                "the points {} are on one disc, but whether \"{name}\" is its centre or on its rim does not show, since the disc \
-                 hardly turns; expected [tracks] cue and object, and cue_markers and object_markers for points beside the centre",
-                names(tracks, group)
+                "its {} tracks are not two discs: groups of three or more points that keep their distances are {found}. Expected \
+                 two such groups, or [tracks] cue and object (for this shot alone, in the table that [tracks] shots names), or the \
+                 shot skipped",
+                tracks.len()
             )
         })?;
-        Ok(match centre {
-            Some(centre) => Disc {
-                centre: vec![group[centre]],
-                markers: group.iter().copied().filter(|i| *i != group[centre]).collect(),
-            },
-            None => Disc { centre: group.clone(), markers: Vec::new() },
-        })
+        let begin = |group: &Vec<usize>| {
+            let all = group.iter().filter_map(|i| beginning(&tracks[*i], tracks));
+            all.fold(f64::INFINITY, f64::min)
+        };
+        if begin(&groups[1]) < begin(&groups[0]) {
+            groups.swap(0, 1);
+        }
+        let of_discs = groups.each_ref().map(|group| group.iter().map(|i| points[*i].as_slice()).collect());
+        let seen = Seen::of(of_discs.each_ref().map(|points: &Vec<&[Sample]>| points.as_slice()));
+        Ok(Self { groups, seen })
+    }
+}
+
+/// # Errors
+/// That it is not told which point is the centre.
+fn disc(tracks: &[RawTrack], group: &[usize], centre: Centre) -> Result<Disc, String> {
+    let centre = centre.map_err(|like_centre| {
+        format!(
+            "the points {} are on one disc, but whether {} is its centre or all are on its rim does not show, since the disc hardly turns \
+             and no distance at which the discs hit each other tells it; expected [tracks] cue and object, and cue_markers and \
+             object_markers for points beside the centre",
+            names(tracks, group),
+            names(tracks, &like_centre.iter().map(|i| group[*i]).collect::<Vec<_>>()).replace(", ", " or ")
+        )
+    })?;
+    let Some(centre) = centre else {
+        return Ok(Disc { centre: group.to_vec(), markers: Vec::new() });
     };
-    Ok([disc(&groups[0])?, disc(&groups[1])?])
+    let markers = group.iter().copied().filter(|i| *i != group[centre]).collect();
+    Ok(Disc { centre: vec![group[centre]], markers })
 }
 
 /// Groups of three and more points that keep their distances.
@@ -70,7 +120,7 @@ fn groups(points: &[Vec<Sample>]) -> Vec<Vec<usize>> {
 
 /// Whether the tracks are points on two discs.
 pub(super) fn are_two(tracks: &[RawTrack]) -> bool {
-    let points: Vec<Vec<Sample>> = tracks.iter().map(samples).collect();
+    let points: Vec<Vec<Sample>> = tracks.iter().map(|track| samples(track, |row| [row.x, row.y])).collect();
     groups(&points).len() == 2
 }
 
@@ -78,10 +128,14 @@ fn names(tracks: &[RawTrack], group: &[usize]) -> String {
     quoted(group.iter().map(|i| &tracks[*i].name))
 }
 
-fn samples(track: &RawTrack) -> Vec<Sample> {
+fn samples(track: &RawTrack, place: impl Fn(&Row) -> [f64; 2]) -> Vec<Sample> {
     let mut rows: Vec<&Row> = track.seen().collect();
     rows.sort_by(|a, b| a.time.total_cmp(&b.time));
-    rows.into_iter().map(|row| Sample { t: row.time, x: row.x, y: row.y, sd: None }).collect()
+    let sample = |row: &Row| {
+        let [x, y] = place(row);
+        Sample { t: row.time, x, y, sd: None }
+    };
+    rows.into_iter().map(sample).collect()
 }
 
 /// The part of the time of all tracks at which one of them is a tenth of its way from where it began; 1 where it stays there.

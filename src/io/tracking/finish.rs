@@ -8,7 +8,7 @@ use super::check::{self, Wrong};
 use super::input::quoted;
 use super::raw::{FORMAT, NAMES, Notes, RawShot, RawTrack, Row};
 use super::settings::{Balls, Names, TrackSettings, Unit};
-use super::{bodies, resolution, time};
+use super::{resolution, time};
 use crate::io::number::shortened;
 use crate::measurement::rigid_body::circle_centres;
 use crate::measurement::spin::Spin;
@@ -20,6 +20,8 @@ pub(super) struct Facts {
     pub spin: Spin,
     pub labels: BTreeMap<String, String>,
     pub own: Own,
+    /// Where it had to be found out, the discs: the one that moves first, and the other. As an error why they were not found.
+    pub discs: Option<Result<[Disc; 2], String>>,
 }
 
 /// What the shots table says of a shot in place of dataset.toml.
@@ -36,7 +38,7 @@ impl Own {
     }
 
     /// The settings that hold for the shot.
-    fn settings<'a>(&self, all: &'a TrackSettings) -> Cow<'a, TrackSettings> {
+    pub(super) fn settings<'a>(&self, all: &'a TrackSettings) -> Cow<'a, TrackSettings> {
         if *self == Self::default() {
             return Cow::Borrowed(all);
         }
@@ -58,8 +60,17 @@ impl Own {
 impl Facts {
     /// Nothing is known of the shot.
     pub(super) fn unknown() -> Self {
-        Self { spin: Spin::Unknown, labels: BTreeMap::new(), own: Own::default() }
+        Self { spin: Spin::Unknown, labels: BTreeMap::new(), own: Own::default(), discs: None }
     }
+}
+
+/// The tracks of a disc, by their indices.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Disc {
+    /// The centre, or points on a circle about it.
+    pub centre: Vec<usize>,
+    /// Further points on the disc.
+    pub markers: Vec<usize>,
 }
 
 /// The tracks of one ball.
@@ -74,26 +85,20 @@ struct Ball {
 /// rows.
 pub(super) fn shot(
     mut raw: RawShot,
-    facts: Facts,
+    mut facts: Facts,
     settings: &TrackSettings,
     calibration: &Calibration,
     notes: &Notes,
 ) -> Result<TrackShot, Vec<Wrong>> {
+    let discs = facts.discs.take();
     let settings = &*facts.own.settings(settings);
     let mut tracks = std::mem::take(&mut raw.tracks);
-    number_twins(&mut tracks);
     let mut names: Vec<_> = tracks.iter().map(|track| format!("\"{}\"", shortened(&track.name))).collect();
     names.dedup();
     names.truncate(12);
     let names = if names.is_empty() { "there are none".to_string() } else { names.join(", ") };
-    let named = |name: &str| !matches!(find(&tracks, name), Ok(None));
-    let grouped = settings.discs
-        && settings.balls == Balls::Usual
-        && !named("cue")
-        && !named("object")
-        && tracks.iter().all(|track| track.point.is_none());
-    let (cue, object) = if grouped && tracks.len() > 1 {
-        let [cue, object] = grouped_balls(&mut tracks, &raw, notes).map_err(|wrong| vec![wrong])?;
+    let (cue, object) = if let Some(discs) = discs {
+        let [cue, object] = grouped_balls(&mut tracks, discs, &raw, notes).map_err(|wrong| vec![wrong])?;
         (Ok(cue), Ok(object))
     } else {
         let mut ball = |keys: [&str; 2], centre: &Names, markers: &Names| {
@@ -207,8 +212,13 @@ fn of_balls(
 }
 
 /// Takes the tracks of both discs out of the list, grouped by the distances that points keep.
-fn grouped_balls(tracks: &mut Vec<RawTrack>, raw: &RawShot, notes: &Notes) -> Result<[Ball; 2], Wrong> {
-    let discs = bodies::discs(tracks).map_err(|message| Wrong::damaged(raw.line, message))?;
+fn grouped_balls(
+    tracks: &mut Vec<RawTrack>,
+    discs: Result<[Disc; 2], String>,
+    raw: &RawShot,
+    notes: &Notes,
+) -> Result<[Ball; 2], Wrong> {
+    let discs = discs.map_err(|message| Wrong::damaged(raw.line, message))?;
     let mut all: Vec<Option<RawTrack>> = std::mem::take(tracks).into_iter().map(Some).collect();
     let mut take =
         |which: &[usize]| -> Vec<RawTrack> { which.iter().filter_map(|i| all[*i].take()).collect() };
@@ -271,7 +281,7 @@ fn assign(
 }
 
 /// Numbers tracks of the same name, in their order: "A (1)", "A (2)".
-fn number_twins(tracks: &mut [RawTrack]) {
+pub(super) fn number_twins(tracks: &mut [RawTrack]) {
     let names: Vec<String> =
         tracks.iter().filter(|track| track.point.is_none()).map(|track| track.name.clone()).collect();
     for name in &names {

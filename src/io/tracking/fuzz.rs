@@ -1,6 +1,7 @@
 //! Damaged files of every format: no panic, no endless loop, and no number that the text does not hold.
 //! `CAROMFIT_FUZZ=1000000` sets how many.
 
+use std::collections::HashMap;
 use std::path::Path;
 
 use rand::{Rng, SeedableRng};
@@ -11,7 +12,7 @@ use super::input::Context;
 use super::raw::{Notes, RawShot};
 use super::settings::tests::settings;
 use super::settings::{Format, TrackSettings};
-use super::{calibration_for, read};
+use super::{bodies, calibration_for, read};
 use crate::io::error::Problems;
 use crate::io::text::{decode, lines};
 
@@ -168,8 +169,10 @@ fn try_one(bytes: &[u8], settings: &TrackSettings) {
         faithful(&shots, &decode(bytes).0);
     }
     let calibration = calibration_for(format, unit, file, context);
-    for raw in shots {
-        let facts = Facts::unknown();
+    let mut work: Vec<_> = shots.into_iter().map(|raw| (raw, Facts::unknown())).collect();
+    let calibrations = HashMap::from([(file.to_path_buf(), calibration.clone())]);
+    bodies::group(&mut work, settings, &calibrations, None);
+    for (raw, facts) in work {
         let Ok(shot) = finish::shot(raw, facts, settings, &calibration, &notes) else { continue };
         assert!(shot.fps > 0.0);
         let markers = shot.markers.iter().map(|marker| &marker.samples);

@@ -148,6 +148,8 @@ pub(crate) fn load(
         }
         work.push((shot, facts));
     }
+    let radii = manifest.discs.filter(|_| !settings.from_balls).and_then(|discs| discs.radii);
+    bodies::group(&mut work, settings, &calibrations, radii.map(|radii| radii[0] + radii[1]));
     let (shots, damaged) = finish_all(work, &calibrations, context);
     if manifest.discs.is_none() {
         name_unmeasured(&shots, &table, path, problems);

@@ -113,9 +113,9 @@ impl<'a> ShotsTable<'a> {
         let spin = row.and_then(|row| row.spin).or(self.assume.map(of_word))?;
         let Some(row) = row else {
             let labels = self.labels.iter().map(|label| (label.clone(), String::new())).collect();
-            return Some(Facts { spin, labels, own: Own::default() });
+            return Some(Facts { spin, labels, own: Own::default(), discs: None });
         };
-        Some(Facts { spin, labels: row.labels.clone(), own: row.own.clone() })
+        Some(Facts { spin, labels: row.labels.clone(), own: row.own.clone(), discs: None })
     }
 
     /// Whether only markers can tell the spin, which is said to be measured.
