@@ -59,7 +59,7 @@ pub(crate) struct Best {
     chi2: f64,
     shared: SVector<f64, { frames::ALL_SHARED }>,
     /// None before the first evaluation.
-    shots: Arc<[Reduced]>,
+    shots: Arc<[Arc<Reduced>]>,
 }
 
 impl Default for Best {
@@ -195,7 +195,7 @@ impl Part<'_> {
     }
 
     /// All shots, whose own unknowns are eliminated, and what they share.
-    fn reduced(&self, x: &DVector<f64>) -> (Vec<Option<Reduced>>, SVector<f64, { frames::ALL_SHARED }>) {
+    fn reduced(&self, x: &DVector<f64>) -> (Vec<Option<Arc<Reduced>>>, SVector<f64, { frames::ALL_SHARED }>) {
         let (values, model) = self.model(x);
         let of_film: Vec<f64> =
             self.shared.iter().zip(&self.offsets).map(|(column, offset)| x[*column] + offset).collect();
@@ -214,7 +214,7 @@ impl Part<'_> {
     /// Its part of [`Problem::log_volume`].
     fn log_volume(&self, x: &DVector<f64>, noise: &EstimatedSd) -> f64 {
         if self.sample.is_filmed() {
-            let of = |(i, reduced): (usize, &Option<Reduced>)| {
+            let of = |(i, reduced): (usize, &Option<Arc<Reduced>>)| {
                 self.whitening.of_film(i) * reduced.as_ref().map_or(f64::NAN, |reduced| reduced.log_volume)
             };
             return self.reduced(x).0.iter().enumerate().map(of).sum();
@@ -239,9 +239,9 @@ impl Part<'_> {
     fn frames(&self, point: &mut Point, first: usize) {
         let unknowns = &self.sample.unknowns;
         let (all, at) = self.reduced(&point.x);
-        let chi2: f64 = all.iter().map(|r| r.as_ref().map_or(f64::INFINITY, Reduced::chi2)).sum();
+        let chi2: f64 = all.iter().map(|r| r.as_ref().map_or(f64::INFINITY, |r| r.chi2())).sum();
         if chi2 < self.best.borrow().chi2 {
-            let shots = all.iter().flatten().copied().collect();
+            let shots = all.iter().flatten().cloned().collect();
             *self.best.borrow_mut() = Best { chi2, shared: at, shots };
         }
         let of_parameters =

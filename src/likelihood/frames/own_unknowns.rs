@@ -1,5 +1,7 @@
 //! A shot's own unknowns where χ² is least, for given shared parameters.
 
+use std::sync::Arc;
+
 use nalgebra::SVector;
 
 use super::schur_reduced::{Eliminated, Normal};
@@ -42,7 +44,7 @@ const NEAR: f64 = 5.0;
 impl Film {
     /// The shot with its own unknowns where χ² is least, for what all shots share; looked for from `from`.
     /// `None` where there is no collision.
-    pub(crate) fn reduced(&self, collision: &Corrected, shared: &Shared, from: &Own) -> Option<Reduced> {
+    pub(crate) fn reduced(&self, collision: &Corrected, shared: &Shared, from: &Own) -> Option<Arc<Reduced>> {
         let tried = std::iter::once(from).chain(&self.others);
         let found = tried.filter_map(|from| self.reduced_from(collision, shared, from));
         found.min_by(|a, b| a.chi2().total_cmp(&b.chi2()))
@@ -59,7 +61,7 @@ impl Film {
         start
     }
 
-    fn reduced_from(&self, collision: &Corrected, shared: &Shared, from: &Own) -> Option<Reduced> {
+    fn reduced_from(&self, collision: &Corrected, shared: &Shared, from: &Own) -> Option<Arc<Reduced>> {
         const MEASURED_MORE: usize = MEASURED + MORE_SHARED;
         const UNKNOWN_MORE: usize = UNKNOWN + MORE_SHARED;
         const KNOWN_MORE: usize = OWN + MORE_SHARED;
@@ -78,7 +80,7 @@ impl Film {
         collision: &Corrected,
         shared: &Shared,
         from: &Own,
-    ) -> Option<Reduced> {
+    ) -> Option<Arc<Reduced>> {
         let own = N - S;
         let mut all = SVector::<f64, N>::zeros();
         for i in 0..own {
@@ -91,13 +93,12 @@ impl Film {
         if !self.rolls_unknown() {
             let start = Point { all, normal: self.normal::<N, S>(collision, &all, &off)? };
             let point = self.settled((collision, &off), start, None);
-            let mut reduced = point.reduce(N, false)?;
-            if let Some((_, sd)) = self.one_unknown() {
+            let log_volume = match self.one_unknown() {
                 // LLᵀ = JᵀJ: the side spin is the last of the own unknowns, so that 1/p = L²
-                let last = point.normal.own_part(0.0, N)?.l_dirty()[(OWN, OWN)];
-                reduced.log_volume = 2.0 * (sd * last).ln();
-            }
-            return Some(reduced);
+                Some((_, sd)) => 2.0 * (sd * point.normal.own_part(0.0, N)?.l_dirty()[(OWN, OWN)]).ln(),
+                None => 0.0,
+            };
+            return point.reduce(N, (false, log_volume));
         }
         let side = SIDES.iter().position(|[_, high]| all[OWN] <= *high)?;
         all[OWN] = all[OWN].max(SIDES[side][0]);
@@ -115,7 +116,7 @@ impl Film {
             }
         }
         // at an end the spin stays where it is while the parameters move a little
-        best.reduce(if is_at_end(best.all[OWN]) { OWN } else { N }, true)
+        best.reduce(if is_at_end(best.all[OWN]) { OWN } else { N }, (true, 0.0))
     }
 
     /// The own unknowns moved to the least χ², an unknown spin within its side.
@@ -156,12 +157,12 @@ impl Film {
 
     /// The shot as it agrees best with the collision model that the scene has, looked for from where its own unknowns start and
     /// with these unknown spins in the place of that, in parts of the natural roll's. `None` where the scene has no model.
-    pub(crate) fn at_model(&self, scene: &Scene, rolls: &[f64]) -> Option<Reduced> {
+    pub(crate) fn at_model(&self, scene: &Scene, rolls: &[f64]) -> Option<Arc<Reduced>> {
         self.minima(scene, rolls).into_iter().next()
     }
 
     /// As where [`Film::at_model`] finds them, the least first.
-    fn minima(&self, scene: &Scene, rolls: &[f64]) -> Vec<Reduced> {
+    fn minima(&self, scene: &Scene, rolls: &[f64]) -> Vec<Arc<Reduced>> {
         let LiftPrior::Model(model, Coefficients { mu, mu_s, e }, _) = scene.lift else { return Vec::new() };
         let collision = Corrected { model, correction: None };
         let mut shared = [0.0; ALL_SHARED];
@@ -172,7 +173,7 @@ impl Film {
             from[OWN] = roll;
             self.reduced_from(&collision, &shared, &from)
         });
-        let mut found: Vec<Reduced> = tried.collect();
+        let mut found: Vec<Arc<Reduced>> = tried.collect();
         found.sort_by(|a, b| a.chi2().total_cmp(&b.chi2()));
         found
     }
@@ -209,14 +210,14 @@ struct Point<const N: usize, const S: usize> {
 
 impl<const N: usize, const S: usize> Point<N, S> {
     /// With the own unknowns from `held` on as they are; a topspin that is unknown stays on its side.
-    fn reduce(&self, held: usize, stays: bool) -> Option<Reduced> {
+    fn reduce(&self, held: usize, (stays, log_volume): (bool, f64)) -> Option<Arc<Reduced>> {
         let Eliminated { residuals, jacobian, step, by_shared } = self.normal.reduce(held)?;
         let (mut own, mut own_by_shared) = (Own::zeros(), OwnByShared::zeros());
         for i in 0..N - S {
             own[i] = if stays { self.all[i] } else { self.all[i] + step[i] };
             own_by_shared.set_row(i, &by_shared.row(i));
         }
-        Some(Reduced { residuals, jacobian, own, own_by_shared, log_volume: 0.0 })
+        Some(Arc::new(Reduced { residuals, jacobian, own, own_by_shared, log_volume }))
     }
 
     /// Where unknowns begin that stay: an unknown spin at an end of its side, from where the free step leads out of it.

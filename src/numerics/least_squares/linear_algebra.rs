@@ -31,10 +31,15 @@ pub struct Reduced {
 /// Reduces `jacobian` (m × n) and `residuals` (m) by one Householder QR of [J r]; m < n is allowed.
 /// `None` when something in it is not finite or overflows.
 pub fn reduce(jacobian: &DMatrix<f64>, residuals: &DVector<f64>) -> Option<Reduced> {
-    let (m, n) = jacobian.shape();
-    let mut stacked = DMatrix::zeros(m.max(n + 1), n + 1);
-    stacked.view_mut((0, 0), (m, n)).copy_from(jacobian);
-    stacked.view_mut((0, n), (m, 1)).copy_from(residuals);
+    let n = jacobian.ncols();
+    // what shots share and these do not depend on leaves rows of zeros
+    let says = |i: &usize| residuals[*i] != 0.0 || (0..n).any(|j| jacobian[(*i, j)] != 0.0);
+    let rows: Vec<usize> = (0..jacobian.nrows()).filter(says).collect();
+    let mut stacked = DMatrix::zeros(rows.len().max(n + 1), n + 1);
+    for (row, i) in rows.into_iter().enumerate() {
+        stacked.view_mut((row, 0), (1, n)).copy_from(&jacobian.row(i));
+        stacked[(row, n)] = residuals[i];
+    }
     let factor = stacked.qr().unpack_r();
     let triangle = factor.view((0, 0), (n, n)).into_owned();
     let residual = DVector::from_iterator(n, factor.view((0, n), (n, 1)).iter().copied());
