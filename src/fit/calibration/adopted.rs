@@ -11,6 +11,8 @@ use crate::measurement::correction::Correction;
 /// correction: its square is then far below a standard error.
 const ROUNDS: usize = 8;
 const AT_REST: f64 = 0.2;
+/// To see which corrections are called for, they need only be within so many standard errors, where the frames follow them as lines.
+const NEARLY: f64 = 3.0;
 const SMALL: f64 = 0.02;
 
 /// A value that is further from that of a perfect camera than so many times what is usual is of no camera.
@@ -43,8 +45,9 @@ pub(super) trait Calibrates {
     /// The camera with what was found of it.
     fn as_found(&self, corrections: Vec<FoundCorrection>, converged: bool) -> FoundCamera;
 
-    /// Corrects until nothing is left; the last covariance, and whether nothing is. None if this leads to what no camera does.
-    fn converge(&mut self, free: &[Correction]) -> Option<(DMatrix<f64>, bool)> {
+    /// Corrects until nothing is left but this part of a standard error; the last covariance, and whether nothing is. None if this leads to
+    /// what no camera does.
+    fn converge(&mut self, free: &[Correction], at_rest: f64) -> Option<(DMatrix<f64>, bool)> {
         let mut last = None;
         for _ in 0..ROUNDS {
             let Some(Left { values, covariance }) = self.left(free) else { break };
@@ -56,7 +59,7 @@ pub(super) trait Calibrates {
                 return None;
             }
             let rests = (0..free.len()).all(|i| {
-                values[i].abs() < (AT_REST * covariance[(i, i)].sqrt()).max(SMALL * free[i].usual())
+                values[i].abs() < (at_rest * covariance[(i, i)].sqrt()).max(SMALL * free[i].usual())
             });
             last = Some((covariance, rests));
             if rests {
@@ -68,7 +71,7 @@ pub(super) trait Calibrates {
 
     /// The camera with the corrections of these that the frames call for. None if this leads to what no camera does.
     fn adopted(&mut self, all: &[Correction]) -> Option<FoundCamera> {
-        let (covariance, mut converged) = self.converge(all)?;
+        let (covariance, mut converged) = self.converge(all, NEARLY)?;
         let mut corrections: Vec<FoundCorrection> = all
             .iter()
             .enumerate()
@@ -92,7 +95,7 @@ pub(super) trait Calibrates {
             if adopted.is_empty() {
                 break;
             }
-            let Some((covariance, rests)) = self.converge(&adopted) else {
+            let Some((covariance, rests)) = self.converge(&adopted, AT_REST) else {
                 return Some(self.as_found(corrections, false));
             };
             converged = rests;
