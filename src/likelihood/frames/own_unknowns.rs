@@ -307,7 +307,7 @@ mod tests {
         (simulate::filmed(&spec).unwrap().into_iter().map(film).collect(), scene, model)
     }
 
-    fn at(film: &Film, model: Model, e: f64, roll: f64) -> Reduced {
+    fn at(film: &Film, model: Model, e: f64, roll: f64) -> Arc<Reduced> {
         let (mut shared, mut from) = (TRUTH, film.start);
         (shared[2], from[OWN]) = (e, roll);
         film.reduced(&Corrected { model, correction: None }, &shared, &from).unwrap()
