@@ -4,7 +4,7 @@ use super::boxes::{self, Boxed, Rest};
 use super::heading::{Heading, TITLES, blanks, suffix};
 use super::sample::Rows;
 use super::sheet::LIKELY;
-use super::words::{Kind, Role, find, is_angle, kind};
+use super::words::{Kind, Role, find, is_angle, pairs};
 use crate::io::number::value;
 use crate::io::text::{Separator, filled_lines, lines, trimmed, unmarked};
 
@@ -294,23 +294,6 @@ fn in_two_units(names: &[String], one: [usize; 2], other: [usize; 2]) -> Option<
     let split = |pair: [usize; 2]| suffix(&names[pair[0]]);
     let ((bare, unit), (same, _)) = (split(one)?, split(other)?);
     bare.eq_ignore_ascii_case(same).then_some(if unit.is_pixels() { other } else { one })
-}
-
-/// Columns whose names differ by x and y only, in their order, and what they hold.
-pub(super) fn pairs(names: &[String]) -> Vec<([usize; 2], Kind)> {
-    let mut pairs: Vec<([usize; 2], Kind)> = Vec::new();
-    for (i, name) in names.iter().enumerate() {
-        let with_y = name.char_indices().filter(|(_, c)| *c == 'x').find_map(|(at, _)| {
-            let other = format!("{}y{}", &name[..at], &name[at + 1..]);
-            Some((names.iter().position(|own| *own == other)?, at))
-        });
-        if let Some((y, at)) = with_y
-            && pairs.iter().all(|([_, taken], _)| *taken != y)
-        {
-            pairs.push(([i, y], kind(names, i, at)));
-        }
-    }
-    pairs
 }
 
 /// The largest number in these columns.

@@ -3,13 +3,12 @@
 use std::collections::HashMap;
 
 use super::boxes;
-use super::guess::pairs;
 use super::heading::{Heading, TITLES};
 use super::input::{Input, Shots, quoted};
 use super::raw::{Clock, FORMAT};
 use super::settings::TimeUnit;
 use super::sheet::{At, Body, Sheet};
-use super::words::{Kind, Role, find};
+use super::words::{Kind, Role, find, pairs};
 use crate::io::number::value;
 use crate::io::text::{Separator, filled_lines, lines, trimmed};
 

@@ -88,7 +88,7 @@ pub(super) fn is_angle(name: &str) -> bool {
 }
 
 /// What a pair of columns holds, by the name of that for x with its `x` at this byte.
-pub(super) fn kind(names: &[String], column: usize, at: usize) -> Kind {
+fn kind(names: &[String], column: usize, at: usize) -> Kind {
     let name = &names[column];
     let (before, after) = (words(&name[..at]), words(&name[at + 1..]));
     let any = |known: &str| {
@@ -115,6 +115,23 @@ pub(super) fn kind(names: &[String], column: usize, at: usize) -> Kind {
     } else {
         Kind::Position
     }
+}
+
+/// Columns whose names differ by x and y only, in their order, and what they hold.
+pub(super) fn pairs(names: &[String]) -> Vec<([usize; 2], Kind)> {
+    let mut pairs: Vec<([usize; 2], Kind)> = Vec::new();
+    for (i, name) in names.iter().enumerate() {
+        let with_y = name.char_indices().filter(|(_, c)| *c == 'x').find_map(|(at, _)| {
+            let other = format!("{}y{}", &name[..at], &name[at + 1..]);
+            Some((names.iter().position(|own| *own == other)?, at))
+        });
+        if let Some((y, at)) = with_y
+            && pairs.iter().all(|([_, taken], _)| *taken != y)
+        {
+            pairs.push(([i, y], kind(names, i, at)));
+        }
+    }
+    pairs
 }
 
 #[cfg(test)]
