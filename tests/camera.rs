@@ -263,6 +263,19 @@ fn a_phone_needs_no_ruler() {
     assert!((700.0..1000.0).contains(&scale), "{scale}");
 }
 
+/// Detectors state positions in parts of the width and the height of the picture.
+#[test]
+fn positions_may_be_parts_of_the_picture() {
+    let mut parts = dataset(shown(clean(7200), |x, y| [x / 1.92, y / 1.08]));
+    parts.tracks.as_mut().unwrap().from_balls = true;
+    let (fit, found) = fitted(parts);
+    let (reference, _) = fitted(dataset(clean(7200)));
+    is_recovered("parts", &fit, &reference);
+    let aspect = of(&found, Correction::Aspect);
+    let off = (aspect.value - 1.92 / 1.08).abs();
+    assert!(found.converged && aspect.adopted && off < ERRORS * aspect.std_error, "{aspect:?}");
+}
+
 /// A shutter that reads rows of the picture, as cameras do, and one that reads strips of the table, as a program may: a camera that looks
 /// askew tells them apart.
 #[test]

@@ -17,6 +17,8 @@ const SMALL: f64 = 0.02;
 
 /// A value that is further from that of a perfect camera than so many times what is usual is of no camera.
 const FAR: f64 = 10.0;
+/// Positions that are stated in parts of the picture's width and height have its aspect besides that of the camera.
+const PICTURES: [f64; 2] = [0.4, 2.5];
 
 /// A correction is not determined where its standard error is above this part of what is usual: shots all played in one direction with
 /// one cut tell only some combinations of them.
@@ -55,7 +57,7 @@ pub(super) trait Calibrates {
             for (which, by) in free.iter().zip(values.iter()) {
                 *camera = camera.with(*which, camera.get(*which) + by);
             }
-            if free.iter().any(|which| (camera.get(*which) - which.neutral()).abs() > FAR * which.usual()) {
+            if free.iter().any(|which| !is_of_a_camera(*which, camera.get(*which))) {
                 return None;
             }
             let rests = (0..free.len()).all(|i| {
@@ -149,5 +151,13 @@ pub(super) trait Calibrates {
             covariance = rest.remove_row(out).remove_column(out);
             kept.remove(out);
         }
+    }
+}
+
+/// Whether some camera has a correction of this value.
+fn is_of_a_camera(which: Correction, value: f64) -> bool {
+    match which {
+        Correction::Aspect => (PICTURES[0]..PICTURES[1]).contains(&value),
+        _ => (value - which.neutral()).abs() <= FAR * which.usual(),
     }
 }
