@@ -11,8 +11,6 @@ use crate::measurement::correction::Correction;
 /// correction: its square is then far below a standard error.
 const ROUNDS: usize = 8;
 const AT_REST: f64 = 0.2;
-/// To see which corrections are called for, they need only be within so many standard errors, where the frames follow them as lines.
-const NEARLY: f64 = 3.0;
 const SMALL: f64 = 0.02;
 
 /// A value that is further from that of a perfect camera than so many times what is usual is of no camera.
@@ -44,6 +42,11 @@ pub(super) trait Calibrates {
     /// A correction is called for where −2 log L falls by as much with it.
     fn called_for(&self) -> f64;
 
+    /// How near to rest, in standard errors, shows which corrections are called for.
+    fn shows_within(&self) -> f64 {
+        AT_REST
+    }
+
     /// The camera with what was found of it.
     fn as_found(&self, corrections: Vec<FoundCorrection>, converged: bool) -> FoundCamera;
 
@@ -73,7 +76,7 @@ pub(super) trait Calibrates {
 
     /// The camera with the corrections of these that the frames call for. None if this leads to what no camera does.
     fn adopted(&mut self, all: &[Correction]) -> Option<FoundCamera> {
-        let (covariance, mut converged) = self.converge(all, NEARLY)?;
+        let (covariance, mut converged) = self.converge(all, self.shows_within())?;
         let mut corrections: Vec<FoundCorrection> = all
             .iter()
             .enumerate()

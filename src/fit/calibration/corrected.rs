@@ -114,6 +114,11 @@ impl Calibrates for Search<'_> {
         CALLED_FOR
     }
 
+    /// The frames follow corrections that are so small as lines, whichever are left out.
+    fn shows_within(&self) -> f64 {
+        3.0
+    }
+
     fn as_found(&self, mut corrections: Vec<FoundCorrection>, converged: bool) -> FoundCamera {
         for found in &mut corrections {
             if found.which == Correction::Scale {
