@@ -355,7 +355,7 @@ fn the_published_treatments_are_compared_in_mu() {
 #[test]
 fn wrong_use_is_refused() {
     for (args, expected) in [
-        (&["compare", "data/domenech-2023"][..], "1 sample(s)"),
+        (&["compare", "data/domenech-2023"][..], "1 sample with"),
         (
             &[
                 "compare",

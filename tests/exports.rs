@@ -202,7 +202,7 @@ fn json_of_shots_with_balls_with_samples() {
         assert_eq!((shot.name.as_str(), shot.fps), ("one", 100.0));
         assert_eq!(shot.cue, cue, "{text}");
         assert_eq!(shot.object[1], at(0.01, 3.0, 4.0));
-        noted(&tracks, "read as JSON, 1 shot(s)");
+        noted(&tracks, "read as JSON, 1 shot");
     }
     // frames and their rate are in the file, lengths in cm; shots without names
     let ball =

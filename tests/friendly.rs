@@ -79,7 +79,7 @@ fn init_drafts_a_dataset_that_needs_only_its_blanks_filled() {
     fs::write(&path, filled).unwrap();
     let output = caromfit([Path::new("check"), folder.path()]);
     let (found, _) = status(&output, 0);
-    assert!(found.contains("1 shot(s) can be used, 0 left out"), "{found}");
+    assert!(found.contains("1 shot can be used, 0 left out"), "{found}");
     assert!(found.contains("too few to tell how noisy"), "{found}");
     // nothing is overwritten
     let output = caromfit([Path::new("init"), &csv]);
@@ -459,7 +459,7 @@ fn a_folder_of_single_tracks_in_slow_motion() {
     fs::write(&path, filled.replace("# playback_fps = 30", "playback_fps = 30")).unwrap();
     let output = caromfit([Path::new("check"), folder.path()]);
     let (said, _) = status(&output, 0);
-    assert!(said.contains("2 shot(s) can be used, 0 left out"), "{said}");
+    assert!(said.contains("2 shots can be used, 0 left out"), "{said}");
     assert!(said.contains("one-A.txt and 1 more: read as Tracker"), "{said}");
     fs::write(&path, filled.replace("# playback_fps = 30", "playback_fps = 15")).unwrap();
     let output = caromfit([Path::new("check"), folder.path()]);

@@ -6,6 +6,7 @@ use caromfit::fit::Prepared;
 use caromfit::fit::check;
 use caromfit::measurement::dataset::Dataset;
 use caromfit::report::FORMAT_VERSION;
+use caromfit::report::count_of;
 use serde_json::{Value, json};
 
 use super::progress::{self, Progress};
@@ -45,9 +46,9 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         let Prepared { dataset, .. } = Prepared::new(dataset, &|| progress.done());
         progress.done();
         let mut text = format!(
-            "{}: {} shot(s) can be used, {} left out\n",
+            "{}: {} can be used, {} left out\n",
             dataset.name,
-            dataset.shots.len(),
+            count_of(dataset.shots.len(), "shot"),
             dataset.left_out.len()
         );
         for note in dataset.notes() {

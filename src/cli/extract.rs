@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use caromfit::fit::{Prepared, calibrated_discs};
 use caromfit::measurement::dataset::Dataset;
 use caromfit::measurement::track::TrackShot;
+use caromfit::report::count_of;
 use caromfit::report::{FORMAT_VERSION, ReportError, discs, extracted, write};
 use serde_json::json;
 
@@ -62,9 +63,9 @@ pub fn run(args: &Args) -> Result<(), Failure> {
             continue;
         }
         print(&format!(
-            "{}: {shots} shot{} extracted, {} left out; see {}\n",
+            "{}: {} extracted, {} left out; see {}\n",
             dataset.name,
-            if shots == 1 { "" } else { "s" },
+            count_of(shots, "shot"),
             dataset.left_out.len(),
             folder.display()
         ))?;

@@ -34,6 +34,7 @@ use caromfit::physics::collision::{
 };
 use caromfit::physics::friction_law::Law;
 use caromfit::report::ReportError;
+use caromfit::report::count_of;
 use caromfit::report::overview::Colour;
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use clap::{Parser, Subcommand};
@@ -151,7 +152,7 @@ fn law(text: &str) -> Result<Law, String> {
         [word] if number(word).is_err() => {
             Err(format!("\"{}\" is no number; expected two, b,c with c in s/m", word.trim()))
         }
-        parts => Err(format!("{} number(s); expected two, b,c with c in s/m", parts.len())),
+        parts => Err(format!("{}; expected two, b,c with c in s/m", count_of(parts.len(), "number"))),
     }
 }
 

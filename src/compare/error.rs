@@ -1,6 +1,7 @@
 //! Why there is no comparison.
 
 use crate::fit::FitError;
+use crate::measurement::number::count_of;
 
 /// Why data sets cannot be compared.
 #[derive(Debug, thiserror::Error)]
@@ -8,8 +9,9 @@ use crate::fit::FitError;
 pub enum CompareError {
     /// Fewer than two samples have usable shots; with their number.
     #[error(
-        "{0} sample(s) with usable shots; expected two or more to compare: data sets, or labels of one whose [fit] by names \
-         a column"
+        "{} with usable shots; expected two or more to compare: data sets, or labels of one whose [fit] by names \
+         a column",
+        count_of(*_0, "sample")
     )]
     TooFew(usize),
     /// A quantity, whose name is given, was asked to be both shared and per data set.

@@ -11,6 +11,7 @@ use crate::io::balls_section::{RawBall, RawObject, Shape};
 use crate::io::toml_file;
 use crate::io::toml_file::{Condition, POSITIVE, Source};
 use crate::measurement::dataset::ObjectBall;
+use crate::measurement::number::count_of;
 use crate::measurement::parameter::Parameter;
 use crate::physics::ball::Ball;
 use crate::simulate::{Camera, ClothSpec, MOST_FRAMES, MOST_SHOTS};
@@ -190,7 +191,8 @@ impl RawCamera {
                 && let Some(at) = given.or(self.fps.as_ref())
             {
                 let message = format!(
-                    "{key} is {ms}, which is {frames} frame(s) at {fps} fps; expected {LEAST_FRAMES} to {MOST_FRAMES}"
+                    "{key} is {ms}, which is {} at {fps} fps; expected {LEAST_FRAMES} to {MOST_FRAMES}",
+                    count_of(frames as usize, "frame")
                 );
                 source.wrong(at, message);
             }
@@ -313,12 +315,12 @@ mod tests {
             ("[expected]\nmu = -1", ":2: column 6: expected.mu is -1; expected a number from 0 to 1"),
             (
                 "[camera]\nfps = 10\nbefore_ms = 40",
-                ":3: column 13: camera.before_ms is 40, which is 0 frame(s)",
+                ":3: column 13: camera.before_ms is 40, which is 0 frames",
             ),
             ("[camera]\nposition_sd_px = 1", "expected position_sd_mm, or position_sd_px with mm_per_px"),
             (
                 "[camera]\nfps = 1000\nafter_ms = 1e12",
-                ":3: column 12: camera.after_ms is 1000000000000, which is 1000000000000 frame(s)",
+                ":3: column 12: camera.after_ms is 1000000000000, which is 1000000000000 frames",
             ),
             ("[cloth]\nbounce = 1.5", "cloth.bounce is 1.5; expected a number from 0 to 1"),
             ("[camera]\nfsp = 1", "unknown key \"fsp\" (did you mean \"fps\"?)"),

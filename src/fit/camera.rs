@@ -121,9 +121,9 @@ impl FoundCamera {
         let [shots, drops] = self.drops;
         let dropped = (drops > 0).then(|| {
             format!(
-                "The camera dropped frames that the frame numbers do not show ({drops} times, in {shots} shot{}): balls go several steps \
+                "The camera dropped frames that the frame numbers do not show ({drops} times, in {}): balls go several steps \
                  at once there. The frames after them were moved in time.",
-                if shots == 1 { "" } else { "s" }
+                number::count_of(shots, "shot")
             )
         });
         let lasts = self.noise_correlation.filter(|found| found.adopted).map(|found| {

@@ -2,6 +2,7 @@
 
 use super::Rejected;
 use crate::measurement::dataset::ON_REQUEST;
+use crate::measurement::number::count_of;
 use crate::numerics::least_squares::OptimiseError;
 
 /// Why a data set cannot be fitted. A search that does not converge is not an error: [`Fit::converged`](super::Fit::converged) states it.
@@ -18,8 +19,9 @@ pub enum FitError {
     },
     /// There are fewer observations than free parameters.
     #[error(
-        "{dataset}: {observations} observation(s) for the free parameters {parameters}; expected at least as \
-         many observations as parameters: add shots, or fix parameters under [fit]"
+        "{dataset}: {} for the free parameters {parameters}; expected at least as \
+         many observations as parameters: add shots, or fix parameters under [fit]",
+        count_of(*observations, "observation")
     )]
     TooFewObservations {
         /// The name of the data set.

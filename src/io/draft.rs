@@ -1,5 +1,6 @@
 //! CSV files → a commented dataset.toml, with what the files do not tell left as marked blanks.
 
+use crate::measurement::number::count_of;
 use std::path::{Path, PathBuf};
 
 use super::draft_columns::{describe_columns, describe_guess, describe_problems};
@@ -144,11 +145,6 @@ pub fn draft(named: &[PathBuf]) -> Result<Draft, InitError> {
 /// The ball that moves first by this part of the film is the cue ball.
 const EARLIER: f64 = 0.05;
 
-/// 1 shot, 2 shots.
-fn counted(count: usize, what: &str) -> String {
-    format!("{count} {what}{}", if count == 1 { "" } else { "s" })
-}
-
 /// What files are.
 struct Looked {
     /// They are of one kind.
@@ -259,9 +255,9 @@ fn describe_tracks(all: &[(&PathBuf, &Survey)], lengths: &Lengths, table: Option
         "one ball each: two that are named alike but for the ball (kick-A.txt, kick-B.txt) are a shot"
             .to_owned()
     } else {
-        counted(shots, "shot")
+        count_of(shots, "shot")
     };
-    sheet.find(format!("{} of tracks, format {}, {what}.", counted(all.len(), "file"), first.format));
+    sheet.find(format!("{} of tracks, format {}, {what}.", count_of(all.len(), "file"), first.format));
     sheet.line("\n[video]");
     let (follows, time_unit) = times(first);
     match (first.stated_fps, follows) {

@@ -1,5 +1,6 @@
 //! A table with commas, semicolons or tabs between its cells, with the place of every cell in its file.
 
+use crate::measurement::number::count_of;
 use std::borrow::Cow;
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -59,8 +60,8 @@ impl<'a> Table<'a> {
                 (true, _) => format!("write text that has {name} in quotation marks"),
                 (false, _) => format!("leave a cell empty, but keep its {}", name.trim_end_matches('s')),
             };
-            let s = if found == 1 { "" } else { "s" };
-            let message = format!("{found} cell{s}; expected {expected}, as in the header; {hint}");
+            let cells = count_of(found, "cell");
+            let message = format!("{cells}; expected {expected}, as in the header; {hint}");
             problems.add(path, record.line, None, message);
             false
         });

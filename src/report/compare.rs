@@ -7,7 +7,7 @@ use serde_json::{Value as Json, json};
 
 use super::content::{Block, Report, Section, Table, Verdict, facts};
 use super::digits::{self, FEW, MANY, decimal, probability, relative, significant};
-use super::number::{interval, plain, with_error};
+use super::number::{count_of, interval, plain, with_error};
 use super::plot;
 use super::plot::compare::{forest, residuals};
 use super::shots::{MOST_PICTURES, ShotPicture, shot_list, size, with_spots};
@@ -207,12 +207,12 @@ fn lines(comparison: &Comparison, compared: &Compared) -> Vec<String> {
     if let Some(test) = compared.same_or_different {
         let verdict = if test.p_value < Difference::LEVEL { "different" } else { "no difference is seen" };
         lines.push(format!(
-            "same or different: {verdict} ({}, {} {} for {} more parameter(s), ΔAIC {:+.1} for \
+            "same or different: {verdict} ({}, {} {} for {}, ΔAIC {:+.1} for \
              \"different\")",
             p_is(test.p_value),
             test.by.name(),
             plain(test.statistic, 3),
-            test.extra_parameters,
+            count_of(test.extra_parameters, "more parameter"),
             test.delta_aic
         ));
     }

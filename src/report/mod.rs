@@ -37,6 +37,7 @@ pub use write::{fit_folder, folder_name, group_folders, write, write_all};
 use crate::fit::Fit;
 use crate::measurement::dataset::ObjectBall;
 use crate::measurement::number;
+pub use crate::measurement::number::count_of;
 use crate::measurement::observable::Observable;
 use crate::measurement::parameter::Parameter;
 use crate::physics::ball::Ball;

@@ -8,6 +8,7 @@ use super::json_text::{Node, Value, parse};
 use super::raw::{Clock, FORMAT, RawShot, RawTrack, Row};
 use super::settings::{TimeUnit, Unit};
 use crate::io::number::shortened;
+use crate::measurement::number::count_of;
 
 /// Keys that mean the same, the usual one first.
 const SHOTS: [&str; 1] = ["shots"];
@@ -33,7 +34,7 @@ pub(super) fn detect(text: &str) -> bool {
 pub(super) fn read(input: &Input) -> Option<Shots> {
     let before = input.problems.len();
     let (shots, unit) = Reader { input, clock: None }.file().filter(|_| input.problems.len() == before)?;
-    input.log.add(FORMAT, None, format!("read as JSON, {} shot(s)", shots.len()));
+    input.log.add(FORMAT, None, format!("read as JSON, {}", count_of(shots.len(), "shot")));
     Some((shots, unit))
 }
 

@@ -8,7 +8,7 @@ use super::series::{ROW, color, marker};
 use super::{MARGIN, WIDTH};
 use crate::compare::{Compared, Comparison, LabelResidual};
 use crate::fit::Residual;
-use crate::report::number::plain;
+use crate::report::number::count_of;
 
 /// What both pictures are of.
 const OF: &str = "the comparison";
@@ -104,7 +104,7 @@ pub(crate) fn residuals(comparison: &Comparison) -> Picture {
         let x = Axis::around(name, seen.iter().map(|(_, r)| of(&r.of_shot)));
         let y = Axis::symmetric(STANDARDIZED, seen.iter().map(|(_, r)| r.of_shot.standardized), 2.5);
         let outside = comparison.residuals.len() - seen.len();
-        let remark = (outside > 0).then(|| format!("{} point(s) left out", plain(outside as f64, 6)));
+        let remark = (outside > 0).then(|| format!("{} left out", count_of(outside, "point")));
         let remarks: Vec<String> = remark.into_iter().collect();
         let mut frame = Frame::new(&mut picture, area, title, &remarks, (x, y));
         frame.two_sd();
