@@ -1,4 +1,18 @@
 //! Data set + settings → [`Fit`]: estimates, uncertainties, residuals, and what to think of them.
+//!
+//! # How to add an unknown
+//!
+//! A parameter of the collision is an entry of [`Parameter`](crate::measurement::parameter::Parameter) with its bounds and its start, and
+//! one of the inputs by which `physics::collision` gives derivatives. What the shots of a film share besides is a [`SharedKind`]:
+//!
+//! 1. Give it a place among what all shots share: if the motion depends on it, a component of `SHARED` in `likelihood/frames` and a use
+//!    where a path begins (`path_start`); if it moves frames, a [`Correction`](crate::measurement::correction::Correction) with its formula
+//!    in `film/camera.rs`.
+//! 2. Add it to [`SharedKind`] with its name, start, prior and bounds (`likelihood/frames/shared_unknowns.rs`).
+//! 3. Ask for it: the list of a fit is what `shared_unknowns::of_fit` returns.
+//!
+//! Solver, constraints, errors, profiles and the reports take it from the list. The cloth's bounce e_t is an example:
+//! [`FilmUnknowns::bounce`] asks for it.
 
 pub(crate) mod analysis;
 mod assemble;

@@ -311,17 +311,14 @@ impl Search<'_> {
             }
             if rest || round + 1 >= max_rounds || at_kinks >= MOST_AT_KINK {
                 let converged = (solution.termination.converged() || at_kink || rough) && rest;
-                let mut termination = solution.termination.to_string();
-                if rough {
-                    termination = if filmed { ROUGH } else { ROUGH_INTEGRATED }.to_string();
-                }
-                if at_kink {
-                    termination = nonsmooth::TERMINATION.to_string();
-                }
-                if !rest {
-                    termination =
-                        format!("the weights did not come to rest in {} rounds; {termination}", round + 1);
-                }
+                let termination = match end {
+                    End::Kink => nonsmooth::TERMINATION.to_owned(),
+                    End::Rough if filmed => ROUGH.to_owned(),
+                    End::Rough => ROUGH_INTEGRATED.to_owned(),
+                    End::Smooth => solution.termination.to_string(),
+                };
+                let unrest = format!("the weights did not come to rest in {} rounds; ", round + 1);
+                let termination = if rest { termination } else { unrest + &termination };
                 let minimum = Minimum {
                     values,
                     x: solution.x,

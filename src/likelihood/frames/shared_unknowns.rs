@@ -1,13 +1,6 @@
 //! The unknowns that all shots of a film share besides the parameters of the collision: one entry in one list for each.
 //!
-//! # How to add an unknown
-//!
-//! 1. Give it a place in [`Shared`](super::Shared): if the motion depends on it, a component of `SHARED` in `likelihood/frames` and a use where a path
-//!    begins (`path_start`); if it moves frames, a [`Correction`] with its formula in `film/camera.rs`.
-//! 2. Add it to [`Kind`] with its name, start, prior and bounds.
-//! 3. Ask for it: the list of a fit is what [`of_fit`] returns.
-//!
-//! Solver, constraints, errors, profiles and the reports take it from the list. The cloth's bounce e_t is an example.
+//! How to add one stands in the documentation of `fit`.
 
 use super::{CLOTH, CLOTH_BOUNDS, SHARED, Shared, place_of};
 use crate::measurement::correction::Correction;
