@@ -14,6 +14,8 @@ const DEPTH: usize = 2;
 /// So many files of a frame each, with at most so many boxes, are no tables of shots.
 const FRAMES: usize = 10;
 const BOXES: usize = 20;
+/// Fewer rows are no track.
+const FEW: usize = 5;
 
 /// How the names of files begin that tell of the data and are none.
 const WORDS: [&str; 7] = ["readme", "read me", "license", "licence", "notes", "changelog", "copying"];
@@ -62,11 +64,14 @@ pub(super) fn listed(files: &[PathBuf]) -> Result<Vec<PathBuf>, InitError> {
 fn is_frame(file: &Path) -> bool {
     let name = file.file_stem().unwrap_or_default().to_string_lossy();
     let Ok(text) = std::fs::read_to_string(file) else { return false };
-    let is_box = |row: &str| {
-        (5..=7).contains(&numbers(row))
-            && row.split(' ').next().is_some_and(|class| class.parse::<u32>().is_ok())
+    let class = |row: &str| {
+        let first = row.split(' ').next()?.parse::<u32>().ok()?;
+        (5..=7).contains(&numbers(row)).then_some(first)
     };
-    name.ends_with(|c: char| c.is_ascii_digit()) && text.lines().count() <= BOXES && text.lines().all(is_box)
+    let Some(classes) = text.lines().map(class).collect::<Option<Vec<u32>>>() else { return false };
+    // numbers of frames count up through a track, which is longer than what is in one frame
+    let counts = classes.len() > FEW && classes.is_sorted_by(|a, b| a < b);
+    name.ends_with(|c: char| c.is_ascii_digit()) && (1..=BOXES).contains(&classes.len()) && !counts
 }
 
 fn entries(folder: &Path) -> Result<Vec<PathBuf>, InitError> {

@@ -71,7 +71,15 @@ fn nearest(last: [Option<&Row>; 2], frame: &[Row]) -> [Option<usize>; 2] {
     if let [row] = frame {
         return if one.distance(*row) < other.distance(*row) { [Some(0), None] } else { [None, Some(0)] };
     }
-    let two = (0..frame.len()).flat_map(|i| (0..frame.len()).filter(move |j| *j != i).map(move |j| (i, j)));
+    // the pair that is best has one of the two nearest rows for each ball
+    let near = |ball: &Row| {
+        let mut rows: Vec<usize> = (0..frame.len()).collect();
+        rows.sort_by(|i, j| ball.distance(frame[*i]).total_cmp(&ball.distance(frame[*j])));
+        rows.truncate(2);
+        rows
+    };
     let way = |(i, j): &(usize, usize)| one.distance(frame[*i]) + other.distance(frame[*j]);
+    let (of_one, of_other) = (near(one), near(other));
+    let two = of_one.iter().flat_map(|i| of_other.iter().map(move |j| (*i, *j))).filter(|(i, j)| i != j);
     two.min_by(|a, b| way(a).total_cmp(&way(b))).map_or([None; 2], |(i, j)| [Some(i), Some(j)])
 }
