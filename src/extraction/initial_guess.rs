@@ -214,10 +214,10 @@ pub(crate) fn instant(shot: &TrackShot, scene: &Scene) -> Option<f64> {
     from_paths(shot, scene, noise(shot)).ok().map(|(z, _)| z[unknown::TIME])
 }
 
-/// Until when the frames are surely those before the impact, s, whatever the noise: where it hides whether the object ball lay at rest, those
-/// of the first part of the time until the balls are nearest to each other.
+/// An instant before which all frames show the balls before the impact, s. Where the noise hides whether the object ball lay at rest, so
+/// that the impact is not found, it is somewhat earlier than when the balls are nearest to each other.
 pub(crate) fn surely_before(shot: &TrackShot, scene: &Scene) -> Option<f64> {
-    /// Of the time that both are seen.
+    /// Of the time from the first frame until the balls are nearest to each other.
     const FREE: f64 = 0.9;
     let until = || {
         let first = shot.cue.first()?.t;
