@@ -388,7 +388,7 @@ fn the_pucks_of_chalmers_2023() {
         ("202", 0.664, 0.053),
     ];
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("data/pucks-chalmers-2023");
-    let (dataset, extracted) = with_discs(io::load(&folder).unwrap());
+    let (dataset, extracted) = fit::calibrated_discs(io::load(&folder).unwrap());
     assert_eq!((extracted.len(), dataset.left_out.len()), (SHOTS.len(), 0));
     for (shot, e, ratio) in SHOTS {
         let name = format!("Measurement{shot}");

@@ -100,7 +100,7 @@ fn every_reason_is_said() {
     unusable(changed(shot, "early", keep(0.0, early), keep(0.0, early)), "no collision found");
     // a ball that is hit while nobody films the cue ball's approach
     let late = changed(shot, "late", keep(impact - 2.0 * frame, 1.0), all);
-    unusable(late, "too few frames before the impact: 1 of the cue ball (expected at least 3)");
+    unusable(late, "too few frames of the cue ball before the impact: 1; expected at least 3");
     let gone = changed(shot, "gone", keep(0.0, impact + 2.0 * frame), all);
     unusable(gone, "too few frames of the cue ball after the impact: 2; expected at least 3");
     let hidden = changed(shot, "hidden", all, |s| (s.t < impact || s.t > impact + 0.0383).then_some(s));

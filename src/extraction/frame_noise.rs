@@ -4,6 +4,9 @@ use crate::measurement::track::{Sample, TrackShot};
 use crate::numerics::median;
 use crate::trajectory::grid;
 
+/// So many frames on either side of an instant tell the noise near it.
+const NEAR: f64 = 30.0;
+
 /// No tracker is better than this, m: keeps exact synthetic tracks finite.
 const LEAST_NOISE: f64 = 1e-8;
 
@@ -13,6 +16,16 @@ const LEAST_NOISE: f64 = 1e-8;
 /// the coordinates lie on.
 pub(crate) fn noise(shot: &TrackShot) -> f64 {
     noise_of([&shot.cue, &shot.object], shot.resolution, (shot.fps, shot.correlation))
+}
+
+/// The same, of the frames near an instant: further away the noise may be another one.
+pub(crate) fn noise_near(shot: &TrackShot, instant: f64) -> f64 {
+    let reach = NEAR / shot.fps;
+    let near = [&shot.cue, &shot.object].map(|samples| {
+        let [from, to] = [-reach, reach].map(|late| samples.partition_point(|s| s.t < instant + late));
+        &samples[from..to]
+    });
+    noise_of(near, shot.resolution, (shot.fps, shot.correlation))
 }
 
 /// The same, of parts of two tracks.

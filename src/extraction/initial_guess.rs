@@ -2,8 +2,9 @@
 
 use nalgebra::{Matrix3, Vector3};
 
-use super::Unusable;
 use super::frame_noise::noise;
+use super::unusable::{Bodies, Unusable};
+use super::wrong_frames::{ACCELERATION, steady};
 use crate::measurement::track::{Sample, TrackShot};
 use crate::numerics::median;
 use crate::physics::ball::Ball;
@@ -23,35 +24,6 @@ const NEAR: usize = 12;
 /// and this part of the cue ball's.
 const MOVING_ERRORS: f64 = 5.0;
 const MOVING_PART: f64 = 0.01;
-
-/// A frame stands alone that is off by more than this many standard deviations…
-const ALONE: f64 = 10.0;
-/// …and by what a ball on a cloth may accelerate, m/s².
-const ACCELERATION: f64 = 5.0;
-
-/// The samples without those that fit neither the two before them nor the two behind: at the impact
-/// itself a good one fits one side.
-fn steady(samples: &[Sample], noise: f64) -> Vec<Sample> {
-    let fits = |s: &Sample, near: &Sample, far: &Sample| {
-        let part = (s.t - near.t) / (near.t - far.t);
-        let off = |s: f64, near: f64, far: f64| (s - near - (near - far) * part).abs();
-        let most = ALONE * noise * (1.0 + part.abs()) + ACCELERATION * (s.t - far.t).powi(2);
-        off(s.x, near.x, far.x) <= most && off(s.y, near.y, far.y) <= most
-    };
-    let good = |i: usize| {
-        let before = i >= 2 && fits(&samples[i], &samples[i - 1], &samples[i - 2]);
-        let behind = i + 2 < samples.len() && fits(&samples[i], &samples[i + 1], &samples[i + 2]);
-        before || behind
-    };
-    (0..samples.len()).filter(|i| good(*i)).map(|i| samples[i]).collect()
-}
-
-/// The instants of the others.
-pub(crate) fn alone(samples: &[Sample], noise: f64) -> Vec<f64> {
-    let good = steady(samples, noise);
-    let others = samples.iter().filter(|sample| !good.contains(sample));
-    others.map(|sample| sample.t).collect()
-}
 
 /// A straight line through samples: position and velocity at a time, and the standard error of the
 /// velocity for unit noise.
@@ -232,7 +204,7 @@ pub(crate) fn object_speed(shot: &TrackShot, most: f64) -> Option<(f64, f64)> {
     /// Of the frames until then: in the last ones it may have been hit.
     const FREE: f64 = 0.75;
     let noise = noise(shot);
-    let (cue, object) = (steady(&shot.cue, noise), steady(&shot.object, noise));
+    let (cue, object) = (steady(&shot.cue, noise, ACCELERATION), steady(&shot.object, noise, ACCELERATION));
     let touch = nearest(&cue, &object)?;
     let until = |samples: &[Sample]| {
         let count = samples.iter().take_while(|s| s.t < touch).count();
@@ -262,17 +234,35 @@ pub(crate) fn guess(shot: &TrackShot, scene: &Scene, noise: f64) -> Result<Unkno
     let (z, distance) = from_paths(shot, scene, noise)?;
     let expected = scene.contact_distance();
     if (distance / expected - 1.0).abs() > 0.5 {
-        return Err(Unusable::Separation { measured: distance, expected, error: f64::NAN });
+        return Err(Unusable::Separation {
+            bodies: Bodies::Balls,
+            measured: distance,
+            expected,
+            error: f64::NAN,
+        });
     }
     Ok(z)
+}
+
+/// Of the cue ball, or else of the object ball, which is not seen at rest.
+fn too_few_before(cue: usize) -> Unusable {
+    if cue < LEAST_FRAMES {
+        Unusable::too_few(Bodies::Balls, [0, 0], cue, LEAST_FRAMES)
+    } else {
+        Unusable::too_few(Bodies::Balls, [1, 0], 0, 1)
+    }
 }
 
 /// The same, and the distance of the centres at the impact, m.
 fn from_paths(shot: &TrackShot, scene: &Scene, noise: f64) -> Result<(Unknowns, f64), Unusable> {
     let ball = &scene.ball;
-    let (cue, object) = (steady(&shot.cue, noise), steady(&shot.object, noise));
+    let (cue, object) = (steady(&shot.cue, noise, ACCELERATION), steady(&shot.object, noise, ACCELERATION));
     if cue.len() < 2 * LEAST_FRAMES || object.len() < 2 * LEAST_FRAMES {
-        return Err(Unusable::TooShort { cue: shot.cue.len(), object: shot.object.len() });
+        return Err(Unusable::TooShort {
+            bodies: Bodies::Balls,
+            frames: [shot.cue.len(), shot.object.len()],
+            least: 2 * LEAST_FRAMES,
+        });
     }
     let first = &object[..LEAST_FRAMES + 2.min(object.len() - LEAST_FRAMES)];
     let lay = [median(first.iter().map(|s| s.x).collect()), median(first.iter().map(|s| s.y).collect())];
@@ -281,10 +271,10 @@ fn from_paths(shot: &TrackShot, scene: &Scene, noise: f64) -> Result<(Unknowns, 
     let moved = |w: &[Sample]| {
         away(&w[0]) > MOVED * noise && away(&w[1]) >= away(&w[0]) && away(&w[2]) >= away(&w[1])
     };
-    let index = object.windows(3).position(moved).ok_or(Unusable::NoCollision)?;
+    let index = object.windows(3).position(moved).ok_or(Unusable::NoCollision(Bodies::Balls))?;
     let after = &object[index..object.len().min(index + NEAR)];
     if after.len() < LEAST_FRAMES {
-        return Err(Unusable::TooFewAfter { ball: "object", frames: after.len() });
+        return Err(Unusable::too_few(Bodies::Balls, [1, 1], after.len(), LEAST_FRAMES));
     }
     let moving = Near::new(after, after[0].t, noise);
     let start = line(&object[..LEAST_FRAMES], object[0].t);
@@ -295,12 +285,10 @@ fn from_paths(shot: &TrackShot, scene: &Scene, noise: f64) -> Result<(Unknowns, 
         // its track may as well begin at the impact
         return Err(match drifts(&cue, &object, ball, noise) {
             Some(speed) => Unusable::ObjectMoving { speed },
-            None => {
-                Unusable::TooFewBefore { cue: cue.iter().filter(|s| s.t < object[0].t).count(), object: 0 }
-            }
+            None => too_few_before(cue.iter().filter(|s| s.t < object[0].t).count()),
         });
     }
-    let time = moving.passes(lay).ok_or(Unusable::NoCollision)?;
+    let time = moving.passes(lay).ok_or(Unusable::NoCollision(Bodies::Balls))?;
 
     let frame = 1.0 / shot.fps;
     let before: Vec<Sample> = object.iter().filter(|s| s.t < time - 0.5 * frame).copied().collect();
@@ -310,11 +298,11 @@ fn from_paths(shot: &TrackShot, scene: &Scene, noise: f64) -> Result<(Unknowns, 
     if before.is_empty() || cue_before.len() < LEAST_FRAMES {
         return Err(match drifts(&cue, &object, ball, noise) {
             Some(speed) => Unusable::ObjectMoving { speed },
-            None => Unusable::TooFewBefore { cue: cue_before.len(), object: before.len() },
+            None => too_few_before(cue_before.len()),
         });
     }
     if cue_after.len() < LEAST_FRAMES {
-        return Err(Unusable::TooFewAfter { ball: "cue", frames: cue_after.len() });
+        return Err(Unusable::too_few(Bodies::Balls, [0, 1], cue_after.len(), LEAST_FRAMES));
     }
     let arriving: Vec<Sample> = cue_before.iter().rev().take(NEAR).copied().collect();
     let [arriving, leaving] = [&arriving, &cue_after].map(|samples| Near::new(samples, time, noise));
@@ -330,7 +318,7 @@ fn from_paths(shot: &TrackShot, scene: &Scene, noise: f64) -> Result<(Unknowns, 
     let turn = |v: [f64; 2]| [v[0] * nx + v[1] * ny, v[1] * nx - v[0] * ny];
     let (u, c, v) = (turn(arriving.velocity), turn(leaving.velocity), turn(moving.velocity(time)));
     if !(u[0] > 0.0) {
-        return Err(Unusable::NoCollision);
+        return Err(Unusable::NoCollision(Bodies::Balls));
     }
     let mut z = Unknowns::zeros();
     z[unknown::TIME] = time;

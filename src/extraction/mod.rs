@@ -1,6 +1,7 @@
 //! Tracks → impacts: for each shot one weighted least-squares fit of both balls' positions at once,
 //! through the instant of impact; from it velocities before and after with their covariance.
 
+mod ball_paths;
 pub mod disc;
 mod drops_at_impact;
 mod film;
@@ -10,11 +11,13 @@ mod marker_rotation;
 mod marker_spins;
 mod near_model;
 mod noise_correlation;
+mod path_fit;
 mod quantities;
 pub mod shots;
 mod spin_from_motion;
+mod unusable;
 mod window;
-mod window_fit;
+mod wrong_frames;
 
 use nalgebra::{DMatrix, SMatrix, SVector};
 use rayon::prelude::*;
@@ -27,11 +30,13 @@ pub(crate) use marker_rotation::turn;
 pub(crate) use near_model::near_model;
 pub use noise_correlation::NoiseCorrelation;
 pub(crate) use noise_correlation::noise_correlation;
+pub use unusable::{Bodies, Unusable};
 pub(crate) use window::MOST as MOST_FRAMES;
 
 pub use crate::trajectory::both_balls::Motion;
 pub use crate::trajectory::shot_scene::Lifted;
 
+use self::ball_paths::{BallPaths, TrackedBalls};
 use crate::measurement::isolate::isolated;
 use crate::measurement::spin::Spin;
 use crate::measurement::track::TrackShot;
@@ -169,79 +174,6 @@ impl Impact {
     }
 }
 
-/// Why no impact could be extracted from a shot.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
-#[non_exhaustive]
-pub enum Unusable {
-    /// A ball was seen in too few frames.
-    #[error(
-        "the tracks are too short: {cue} frames of the cue ball, {object} of the object ball; expected at least 6 of each"
-    )]
-    TooShort {
-        /// Frames of the cue ball.
-        cue: usize,
-        /// Frames of the object ball.
-        object: usize,
-    },
-    /// The cue ball does not set the object ball in motion.
-    #[error("no collision found: the object ball is not set in motion by the cue ball")]
-    NoCollision,
-    /// Too few frames before the impact are left.
-    #[error(
-        "too few frames before the impact: {cue} of the cue ball (expected at least 3), {object} of the object ball (at least 1)"
-    )]
-    TooFewBefore {
-        /// Frames of the cue ball before the impact.
-        cue: usize,
-        /// Frames of the object ball before the impact.
-        object: usize,
-    },
-    /// Too few frames after the impact are left.
-    #[error("too few frames of the {ball} ball after the impact: {frames}; expected at least 3")]
-    TooFewAfter {
-        /// The ball, in words.
-        ball: &'static str,
-        /// Its frames after the impact.
-        frames: usize,
-    },
-    /// The object ball moves before the impact.
-    #[error("the object ball was moving before the impact, with {speed:.3} m/s")]
-    ObjectMoving {
-        /// Its speed, m/s.
-        speed: f64,
-    },
-    /// At the impact, the balls' centres are not as far apart as their radii demand.
-    #[error(
-        "the balls' centres are {:.2} mm apart at the impact, not {:.2} mm (2R){}: check the scale, the radius and \
-         which track is which ball",
-        1e3 * measured, 1e3 * expected, error_text(*error)
-    )]
-    Separation {
-        /// The distance that the frames show, m.
-        measured: f64,
-        /// The distance of balls that touch, m.
-        expected: f64,
-        /// The standard error of the measured distance, m; infinite where it is not known.
-        error: f64,
-    },
-    /// No single collision explains the motion.
-    #[error("its motion fits no single collision: χ²/dof is {reduced_chi2:.1} even next to the impact")]
-    BadFit {
-        /// χ² per degree of freedom next to the impact.
-        reduced_chi2: f64,
-    },
-    /// The least-squares fit of the tracks did not converge; with the reason.
-    #[error("the fit of its tracks did not converge: {0}")]
-    NotConverged(String),
-    /// The computation failed, which is a defect of the program; with the message.
-    #[error("it could not be processed ({0}), which is a defect of caromfit")]
-    Failed(String),
-}
-
-fn error_text(error: f64) -> String {
-    if error.is_finite() { format!(" ± {:.2} mm", 1e3 * error) } else { String::new() }
-}
-
 /// Finds the impact of a shot.
 ///
 /// # Errors
@@ -250,7 +182,7 @@ pub fn extract(shot: &TrackShot, scene: &Scene) -> Result<Impact, Unusable> {
     let noise = noise(shot);
     let guess = initial_guess::guess(shot, scene, noise)?;
     let with_spin = |spin: Spin| {
-        let tracked = window_fit::Tracked::new(shot, scene, noise, spin);
+        let tracked = TrackedBalls::new(shot, BallPaths::new(scene, spin), noise);
         let chosen = window::choose(&tracked, &guess)?;
         tracked.impact(&chosen)
     };

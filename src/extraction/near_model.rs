@@ -7,7 +7,7 @@
 //! the inverse of their covariance. Where frames are linear in the unknowns both are the same.
 
 use super::Impact;
-use super::window_fit::Tracked;
+use super::ball_paths::{BallPaths, TrackedBalls};
 use crate::likelihood::frames::{OWN, Own};
 use crate::measurement::spin::Spin;
 use crate::measurement::track::TrackShot;
@@ -25,9 +25,8 @@ pub fn near_model(shot: &TrackShot, impact: &Impact, scene: &Scene) -> Option<Im
     }
     let own = impact.film(shot, scene, None).at_model(scene, &[])?.own;
     let z = path(&own, impact, scene)?;
-    let noise = impact.noise;
-    let tracked = Tracked::new(shot, scene, noise, impact.spin);
-    let near = tracked.linearised(&z, impact)?;
+    let tracked = TrackedBalls::new(shot, BallPaths::new(scene, impact.spin), impact.noise);
+    let near = tracked.quantities(&tracked.linearised(&z, impact.window, &impact.wrong)?).ok()?.0;
     Some(Impact {
         values: near.values,
         covariance: near.covariance,

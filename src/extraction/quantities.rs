@@ -1,18 +1,19 @@
 //! A fit of a shot's frames → values and covariance of what it is after.
 
-use nalgebra::{DMatrix, SMatrix};
+use nalgebra::SMatrix;
 
-use super::window_fit::{AWAY, Fitted, Tracked};
-use super::{Impact, PathErrors, Quantity, Rolling, Unusable, symmetric};
+use super::ball_paths::{AWAY, FittedBalls, TrackedBalls};
+use super::path_fit::Errors;
+use super::unusable::Unusable;
+use super::{Impact, PathErrors, Quantity, Rolling, symmetric};
 use crate::measurement::spin::Spin;
+use crate::trajectory::scene::LiftPrior;
 use crate::trajectory::unknowns::unknown;
 
-impl Tracked<'_> {
+impl TrackedBalls<'_> {
     /// Values and covariance of what a fit is after.
-    pub(crate) fn impact(&self, fitted: &Fitted) -> Result<(Impact, PathErrors), Unusable> {
-        if !fitted.converged {
-            return Err(Unusable::NotConverged(fitted.termination.clone()));
-        }
+    pub(crate) fn impact(&self, fitted: &FittedBalls) -> Result<(Impact, PathErrors), Unusable> {
+        fitted.converged()?;
         if let Some((wrong, _)) = self.separation(fitted) {
             return Err(wrong);
         }
@@ -23,16 +24,10 @@ impl Tracked<'_> {
     }
 
     /// The same of what may not have converged.
-    pub(crate) fn quantities(&self, fitted: &Fitted) -> Result<(Impact, PathErrors), Unusable> {
-        // noise that is not stated is estimated from these residuals
-        let factor = if self.states_noise() { 1.0 } else { fitted.reduced() };
+    pub(crate) fn quantities(&self, fitted: &FittedBalls) -> Result<(Impact, PathErrors), Unusable> {
+        let Errors { qr, inverse, factor } = self.errors(fitted)?;
         let z = &fitted.z;
-        let qr = fitted.jacobian.clone().qr();
-        let r = qr.r();
-        let inverse = r
-            .solve_upper_triangular(&DMatrix::identity(r.ncols(), r.ncols()))
-            .ok_or_else(|| Unusable::NotConverged("its unknowns are not determined".to_string()))?;
-        let covariance = factor * symmetric(&(&inverse * inverse.transpose()));
+        let covariance = factor * symmetric(&inverse);
         let mut all = SMatrix::<f64, { unknown::COUNT }, { unknown::COUNT }>::zeros();
         for (i, a) in fitted.free.iter().enumerate() {
             for (j, b) in fitted.free.iter().enumerate() {
@@ -59,16 +54,16 @@ impl Tracked<'_> {
             put(qx, x, &[(first, cos), (first + 1, -sin), (unknown::DIRECTION, -y)]);
             put(qy, y, &[(first, sin), (first + 1, cos), (unknown::DIRECTION, x)]);
         }
-        let per_lift = match self.model.spin {
-            Spin::Unknown => z[unknown::BEFORE] * self.model.vertical(z),
+        let per_lift = match self.paths.model.spin {
+            Spin::Unknown => z[unknown::BEFORE] * self.paths.model.vertical(z),
             _ => 1.0,
         };
         put(Quantity::Lift, per_lift * z[unknown::LIFT], &[(unknown::LIFT, per_lift)]);
         put(Quantity::Sliding, z[unknown::SLIDING], &[(unknown::SLIDING, 1.0)]);
         put(Quantity::Time, z[unknown::TIME], &[(unknown::TIME, 1.0)]);
-        if self.model.spin == Spin::Unknown {
+        if self.paths.model.spin == Spin::Unknown {
             // ω = ρ ẑ × U/R
-            let (roll, radius) = (z[unknown::ROLL], self.scene.ball.radius);
+            let (roll, radius) = (z[unknown::ROLL], self.paths.scene.ball.radius);
             let (first, second) = (unknown::BEFORE, unknown::BEFORE + 1);
             let (x, y) = (z[first] * cos - z[second] * sin, z[first] * sin + z[second] * cos);
             let part = roll / radius;
@@ -79,16 +74,19 @@ impl Tracked<'_> {
             put(Quantity::CueSpinY, part * x, &by_y);
             put(Quantity::CueSpinY, part * x, &[(unknown::ROLL, x / radius)]);
         }
+        // what the collision model says of the lift
+        let of_model = matches!(self.paths.scene.lift, LiftPrior::Model(..)) && per_lift > 0.0;
+        let lift_held = fitted.priors.iter().find(|(i, ..)| of_model && *i == unknown::LIFT);
         let (by_rolling, step, information) = self.rolling(fitted, &qr);
         let assumed = z[unknown::ROLLING];
         let impact = Impact {
             values,
             covariance: by * all * by.transpose(),
-            lifted: fitted.lift,
-            position_sd: if self.states_noise() { self.sd } else { self.sd * factor.sqrt() },
+            lifted: self.paths.model.lift(z),
+            position_sd: self.position_sd(fitted),
             reduced_chi2: self.misfit(fitted),
-            frames: fitted.frames,
-            outliers: fitted.wrong.iter().map(Vec::len).sum(),
+            frames: [fitted.frames[0][0], fitted.frames[0][1], fitted.frames[1][1]],
+            outliers: fitted.outliers(),
             window: fitted.window,
             unknowns: *z,
             rolling: Rolling {
@@ -98,15 +96,12 @@ impl Tracked<'_> {
                 by: by * by_rolling,
             },
             at_model: None,
-            lift_held: fitted
-                .lift_held
-                .filter(|_| per_lift > 0.0)
-                .map(|(mean, sd)| (per_lift * mean, per_lift * sd * factor.sqrt())),
+            lift_held: lift_held.map(|(_, mean, sd)| (per_lift * mean, per_lift * sd * factor.sqrt())),
             wrong: fitted.wrong.clone(),
             scale: factor.sqrt(),
             chi2: fitted.chi2 / factor,
             noise: self.noise,
-            spin: self.model.spin,
+            spin: self.paths.model.spin,
             rotations: None,
         };
         Ok((impact, PathErrors { unknowns: all, by_rolling, quantities: by }))

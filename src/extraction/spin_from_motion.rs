@@ -1,7 +1,8 @@
 //! Spins that nothing tells but the motion.
 
-use super::window_fit::{Fitted, Tracked};
-use super::{Impact, Unusable, near_model, window};
+use super::ball_paths::{BallPaths, FittedBalls, TrackedBalls};
+use super::unusable::{Bodies, Unusable};
+use super::{Impact, near_model, window};
 use crate::likelihood::frames::own_unknowns::EVERYWHERE;
 use crate::measurement::spin::Spin;
 use crate::measurement::track::TrackShot;
@@ -25,15 +26,16 @@ pub(crate) fn from_motion(
     guess: &Unknowns,
     noise: f64,
 ) -> Result<Impact, Unusable> {
-    let rolls = Tracked::new(shot, scene, noise, Spin::NaturalRoll);
-    let slides = Tracked::new(shot, scene, noise, Spin::Unknown);
+    let rolls = TrackedBalls::new(shot, BallPaths::new(scene, Spin::NaturalRoll), noise);
+    let slides = TrackedBalls::new(shot, BallPaths::new(scene, Spin::Unknown), noise);
     let starts = if matches!(scene.lift, LiftPrior::Model(..)) { &ROLLS[..OF_TOPSPIN] } else { &ROLLS[..] };
     let sliding = starts.iter().map(|roll| {
         let mut start = *guess;
         start[unknown::ROLL] = *roll;
         (&slides, start)
     });
-    let hypotheses: Vec<(&Tracked, Unknowns)> = std::iter::once((&rolls, *guess)).chain(sliding).collect();
+    let hypotheses: Vec<(&TrackedBalls, Unknowns)> =
+        std::iter::once((&rolls, *guess)).chain(sliding).collect();
     let (mut fits, window) = in_one_window(&hypotheses)?;
     let rolling = fits.remove(0);
     let mut sliding = fits.into_iter().flatten().min_by(|a, b| a.chi2.total_cmp(&b.chi2));
@@ -62,14 +64,16 @@ pub(crate) fn from_motion(
         }
         (Some(rolling), None) => (rolls, rolling),
         (None, Some(sliding)) => (slides, sliding),
-        (None, None) => return Err(Unusable::NoCollision),
+        (None, None) => return Err(Unusable::NoCollision(Bodies::Balls)),
     };
-    let at_model = found.filter(|_| tracked.model.spin == Spin::Unknown).map(|found| found.own);
+    let at_model = found.filter(|_| tracked.paths.model.spin == Spin::Unknown).map(|found| found.own);
     Ok(Impact { at_model, ..tracked.impact(&fitted)?.0 })
 }
 
 /// The fits of hypotheses over the same frames, which are all that some hypothesis agrees with; and from when to when these are.
-fn in_one_window(hypotheses: &[(&Tracked, Unknowns)]) -> Result<(Vec<Option<Fitted>>, [f64; 2]), Unusable> {
+fn in_one_window(
+    hypotheses: &[(&TrackedBalls, Unknowns)],
+) -> Result<(Vec<Option<FittedBalls>>, [f64; 2]), Unusable> {
     let whole: Vec<_> = hypotheses.iter().map(|(tracked, start)| window::whole(tracked, start)).collect();
     if let Some((fitted, _)) = whole.iter().flatten().find(|(_, is_good)| *is_good) {
         let window = fitted.window;
@@ -77,12 +81,15 @@ fn in_one_window(hypotheses: &[(&Tracked, Unknowns)]) -> Result<(Vec<Option<Fitt
     }
     // a wrong hypothesis ends the window early
     let grown: Vec<_> = hypotheses.iter().map(|(tracked, start)| window::grown(tracked, start)).collect();
-    let length = |fitted: &Fitted| fitted.window[1] - fitted.window[0];
+    let length = |fitted: &FittedBalls| fitted.window[1] - fitted.window[0];
     let widest = grown.iter().flatten().max_by(|a, b| length(a).total_cmp(&length(b)));
     let Some(window) = widest.map(|fitted| fitted.window) else {
-        return grown.into_iter().find_map(Result::err).map_or(Err(Unusable::NoCollision), Err);
+        return grown
+            .into_iter()
+            .find_map(Result::err)
+            .map_or(Err(Unusable::NoCollision(Bodies::Balls)), Err);
     };
-    let again = |((tracked, start), grown): (&(&Tracked, Unknowns), &Result<Fitted, Unusable>)| {
+    let again = |((tracked, start), grown): (&(&TrackedBalls, Unknowns), &Result<FittedBalls, Unusable>)| {
         let start = grown.as_ref().map_or(start, |fitted| &fitted.z);
         tracked.fit(start, window).ok()
     };
@@ -90,6 +97,6 @@ fn in_one_window(hypotheses: &[(&Tracked, Unknowns)]) -> Result<(Vec<Option<Fitt
 }
 
 /// χ² may fall by so much by chance.
-fn likely(tracked: &Tracked, fitted: &Fitted) -> f64 {
+fn likely(tracked: &TrackedBalls, fitted: &FittedBalls) -> f64 {
     SLIDES * tracked.misfit(fitted).max(1.0)
 }

@@ -1,6 +1,7 @@
 //! Points fixed on a body that moves in a plane: where the centre of the circle through them is.
 
 use super::track::Sample;
+use crate::numerics;
 
 /// Rounds of superposing all frames on their mean shape.
 const ROUNDS: usize = 8;
@@ -57,7 +58,7 @@ pub(crate) fn shape(complete: &[Vec<Point>]) -> Option<Vec<Point>> {
                 all.push(pose.place(*point));
             }
         }
-        shape = placed.into_iter().map(median).collect();
+        shape = placed.into_iter().map(|points| median(&points)).collect();
     }
     Some(shape)
 }
@@ -108,12 +109,8 @@ fn mean(points: &[Point]) -> Point {
 }
 
 /// By coordinate: a frame whose markers were mistaken does not count.
-fn median(points: Vec<Point>) -> Point {
-    [0, 1].map(|k| {
-        let mut values: Vec<f64> = points.iter().map(|p| p[k]).collect();
-        values.sort_by(f64::total_cmp);
-        values[values.len() / 2]
-    })
+fn median(points: &[Point]) -> Point {
+    [0, 1].map(|k| numerics::median(points.iter().map(|p| p[k]).collect()))
 }
 
 /// The centre of the circle nearest to points: |p|² = 2c·p + (R² − |c|²) is linear in its unknowns

@@ -1,21 +1,12 @@
-//! The frames that an extraction uses, against where the balls should be in them.
+//! The frames that an extraction uses, against where the bodies should be in them.
 
 use nalgebra::{DMatrix, DVector};
-use num_dual::{Dual64, DualSVec64};
+use num_dual::DualSVec64;
 
-use super::both_balls::{Motion, with_derivatives};
 use super::grid;
-use super::shot_scene::ShotScene;
-use super::unknowns::Unknowns;
-use super::unknowns::unknown::{COUNT, ROLL, ROLLING};
-use crate::measurement::spin::Spin;
 use crate::measurement::track::{Sample, TrackShot};
 
-/// The unknowns of a shot whose spin is known, and of one whose is not.
-const KNOWN: usize = ROLL;
-const UNKNOWN: usize = ROLLING;
-
-/// A frame of a ball.
+/// A frame of a body.
 #[derive(Clone, Copy)]
 pub(crate) struct Frame<'a> {
     pub sample: &'a Sample,
@@ -25,11 +16,17 @@ pub(crate) struct Frame<'a> {
     repeats: [f64; 2],
 }
 
-/// The frames that a fit uses.
+/// The frames that a fit uses, of the cue ball and of the object ball, or of two discs.
 #[derive(Clone)]
 pub(crate) struct Frames<'a> {
-    pub cue: Vec<Frame<'a>>,
-    pub object: Vec<Frame<'a>>,
+    pub of: [Vec<Frame<'a>>; 2],
+}
+
+/// A coordinate in a frame.
+struct Coordinate<T> {
+    predicted: T,
+    measured: f64,
+    sd: f64,
 }
 
 impl<'a> Frames<'a> {
@@ -47,85 +44,80 @@ impl<'a> Frames<'a> {
             };
             samples.iter().zip(grid::repeats(samples, noise.max(least), step)).map(frame).collect()
         };
-        let [cue, object] = shot.resolution;
-        Self { cue: of(&shot.cue, cue), object: of(&shot.object, object) }
+        let [first, second] = shot.resolution;
+        Self { of: [of(&shot.cue, first), of(&shot.object, second)] }
     }
 
     /// Those between two times, without those at the instants that are wrong.
-    pub(crate) fn between(&self, from: f64, to: f64, [wrong_cue, wrong_object]: [&[f64]; 2]) -> Self {
-        let of = |frames: &[Frame<'a>], wrong: &[f64]| {
-            let used =
-                |frame: &&Frame| (from..=to).contains(&frame.sample.t) && !wrong.contains(&frame.sample.t);
-            frames.iter().filter(used).copied().collect()
+    pub(crate) fn between(&self, [from, to]: [f64; 2], wrong: [&[f64]; 2]) -> Self {
+        let of = |body: usize| {
+            let used = |frame: &&Frame| {
+                (from..=to).contains(&frame.sample.t) && !wrong[body].contains(&frame.sample.t)
+            };
+            self.of[body].iter().filter(used).copied().collect()
         };
-        Self { cue: of(&self.cue, wrong_cue), object: of(&self.object, wrong_object) }
+        Self { of: [0, 1].map(of) }
     }
 
     /// How many coordinates there are.
     pub(crate) fn count(&self) -> usize {
-        2 * (self.cue.len() + self.object.len())
+        2 * (self.of[0].len() + self.of[1].len())
     }
 
     /// How many of them tell something of their own: those that repeat one error count once.
     pub(crate) fn independent(&self) -> usize {
-        let frames = self.cue.iter().chain(&self.object);
+        let frames = self.of.iter().flatten();
         frames.flat_map(|frame| frame.repeats).map(f64::recip).sum::<f64>().round() as usize
     }
 
-    /// As [`Frames::residuals`], without derivatives.
-    pub(crate) fn residuals_only(&self, scene: &ShotScene, z: &Unknowns) -> DVector<f64> {
-        let plain: [f64; COUNT] = (*z).into();
-        let motion = Motion::new(scene, &plain);
-        let off = |predicted: [f64; 2], Frame { sample, sd, .. }: &Frame| {
-            [(predicted[0] - sample.x) / sd[0], (predicted[1] - sample.y) / sd[1]]
-        };
-        let cue = self.cue.iter().flat_map(|frame| off(motion.cue(frame.sample.t), frame));
-        let object = self.object.iter().flat_map(|frame| off(motion.object(frame.sample.t), frame));
-        DVector::from_iterator(self.count(), cue.chain(object))
-    }
-
-    /// (predicted − measured)/sd: x and y of the cue ball's frames, then of the object ball's; and
-    /// the derivatives by the unknowns.
-    pub(crate) fn residuals(&self, scene: &ShotScene, z: &Unknowns) -> (DVector<f64>, DMatrix<f64>) {
-        match scene.spin {
-            Spin::Unknown => self.with_jacobian::<UNKNOWN>(scene, z),
-            _ => self.with_jacobian::<KNOWN>(scene, z),
-        }
-    }
-
-    /// The derivatives of [`Frames::residuals`] by μ_r, which a single shot is given.
-    pub(crate) fn by_rolling(&self, scene: &ShotScene, z: &Unknowns) -> DVector<f64> {
-        let mut dual: [Dual64; COUNT] = std::array::from_fn(|i| Dual64::from_re(z[i]));
-        dual[ROLLING] = dual[ROLLING].derivative();
-        let motion = Motion::new(scene, &dual);
-        let by = |predicted: [Dual64; 2], sd: &[f64; 2]| [predicted[0].eps / sd[0], predicted[1].eps / sd[1]];
-        let cue = self.cue.iter().flat_map(|frame| by(motion.cue(frame.sample.t), &frame.sd));
-        let object = self.object.iter().flat_map(|frame| by(motion.object(frame.sample.t), &frame.sd));
-        DVector::from_iterator(self.count(), cue.chain(object))
-    }
-
-    fn with_jacobian<const N: usize>(&self, scene: &ShotScene, z: &Unknowns) -> (DVector<f64>, DMatrix<f64>) {
-        let motion = with_derivatives::<N>(scene, z);
-        let mut residuals = DVector::zeros(self.count());
-        let mut jacobian = DMatrix::zeros(self.count(), COUNT);
+    /// Calls `each` for x and y of the first body's frames, then of the second's, with the row of the coordinate. `place`: where a body (0 or
+    /// 1) is at a time.
+    fn coordinates<T>(
+        &self,
+        place: impl Fn(usize, f64) -> [T; 2],
+        mut each: impl FnMut(usize, &Coordinate<T>),
+    ) {
         let mut row = 0;
-        let mut add = |predicted: [DualSVec64<N>; 2], sample: &Sample, sd: &[f64; 2]| {
-            for (i, measured) in [sample.x, sample.y].into_iter().enumerate() {
-                residuals[row] = (predicted[i].re - measured) / sd[i];
-                if let Some(gradient) = predicted[i].eps.0 {
-                    for (column, derivative) in gradient.iter().enumerate() {
-                        jacobian[(row, column)] = derivative / sd[i];
-                    }
-                }
-                row += 1;
+        for (body, frames) in self.of.iter().enumerate() {
+            for Frame { sample, sd, .. } in frames {
+                let [x, y] = place(body, sample.t);
+                each(row, &Coordinate { predicted: x, measured: sample.x, sd: sd[0] });
+                each(row + 1, &Coordinate { predicted: y, measured: sample.y, sd: sd[1] });
+                row += 2;
             }
-        };
-        for Frame { sample, sd, .. } in &self.cue {
-            add(motion.cue(sample.t), sample, sd);
         }
-        for Frame { sample, sd, .. } in &self.object {
-            add(motion.object(sample.t), sample, sd);
-        }
+    }
+
+    /// (predicted − measured)/sd: x and y of the first body's frames, then of the second's.
+    pub(crate) fn residuals(&self, place: impl Fn(usize, f64) -> [f64; 2]) -> DVector<f64> {
+        let mut residuals = DVector::zeros(self.count());
+        self.coordinates(place, |row, of| residuals[row] = (of.predicted - of.measured) / of.sd);
+        residuals
+    }
+
+    /// A movement of the bodies (body, time → x and y, m) in standard deviations, in the same order.
+    pub(crate) fn over_sd(&self, moves: impl Fn(usize, f64) -> [f64; 2]) -> DVector<f64> {
+        let mut parts = DVector::zeros(self.count());
+        self.coordinates(moves, |row, of| parts[row] = of.predicted / of.sd);
+        parts
+    }
+
+    /// The residuals with the derivatives, in `columns` columns of which the first N are told.
+    pub(crate) fn with_derivatives<const N: usize>(
+        &self,
+        columns: usize,
+        place: impl Fn(usize, f64) -> [DualSVec64<N>; 2],
+    ) -> (DVector<f64>, DMatrix<f64>) {
+        let mut residuals = DVector::zeros(self.count());
+        let mut jacobian = DMatrix::zeros(self.count(), columns);
+        self.coordinates(place, |row, of| {
+            residuals[row] = (of.predicted.re - of.measured) / of.sd;
+            if let Some(gradient) = &of.predicted.eps.0 {
+                for (column, derivative) in gradient.iter().enumerate() {
+                    jacobian[(row, column)] = derivative / of.sd;
+                }
+            }
+        });
         (residuals, jacobian)
     }
 }

@@ -1,9 +1,9 @@
 //! A first guess from straight lines on both sides of where the discs are nearest.
 
-use super::Unusable;
 use super::lines::{LEAST, Line, distances};
 use super::unknowns;
 use super::unknowns::Unknowns;
+use crate::extraction::unusable::{Bodies, Unusable};
 use crate::measurement::track::TrackShot;
 
 /// So many frames next to the impact give the guess.
@@ -16,9 +16,13 @@ const CHANGE: f64 = 1e-3;
 pub(super) fn guess(shot: &TrackShot) -> Result<Unknowns, Unusable> {
     let discs = [&shot.cue, &shot.object];
     if discs.iter().any(|samples| samples.len() < 2 * LEAST) {
-        return Err(Unusable::TooShort(shot.cue.len(), shot.object.len()));
+        return Err(Unusable::TooShort {
+            bodies: Bodies::Discs,
+            frames: [shot.cue.len(), shot.object.len()],
+            least: 2 * LEAST,
+        });
     }
-    let nearest = nearest(shot).ok_or(Unusable::NoCollision)?;
+    let nearest = nearest(shot).ok_or(Unusable::NoCollision(Bodies::Discs))?;
     let frame = 1.0 / shot.fps;
     let mut lines = [[Line::default(); 2]; 2];
     for (disc, samples) in discs.into_iter().enumerate() {
@@ -28,11 +32,7 @@ pub(super) fn guess(shot: &TrackShot) -> Result<Unknowns, Unusable> {
             [&samples[before.saturating_sub(NEAR)..before], &samples[after..samples.len().min(after + NEAR)]];
         for (side, near) in sides.into_iter().enumerate() {
             if near.len() < LEAST {
-                return Err(Unusable::TooFew {
-                    disc: ["first", "second"][disc],
-                    when: ["before", "after"][side],
-                    frames: near.len(),
-                });
+                return Err(Unusable::too_few(Bodies::Discs, [disc, side], near.len(), LEAST));
             }
             lines[disc][side] = Line::through(near, nearest);
         }
@@ -49,7 +49,7 @@ pub(super) fn guess(shot: &TrackShot) -> Result<Unknowns, Unusable> {
     let approach = p[0] * g[0] + p[1] * g[1];
     let parting = q[0] * h[0] + q[1] * h[1];
     if !(approach < 0.0 && parting > 0.0 && square.sqrt() > CHANGE * g[0].hypot(g[1])) {
-        return Err(Unusable::NoCollision);
+        return Err(Unusable::NoCollision(Bodies::Discs));
     }
     let late = (-(dp[0] * dg[0] + dp[1] * dg[1]) / square).clamp(-2.0 * frame, 2.0 * frame);
     let at = |disc: usize| [0, 1].map(|k| lines[disc][0].position[k] + lines[disc][0].velocity[k] * late);

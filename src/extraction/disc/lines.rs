@@ -1,13 +1,10 @@
-//! Straight lines through the frames of a disc, its distance from the other one, and how residuals go with their neighbours.
+//! Straight lines through the frames of a disc, and its distance from the other one.
 
 use crate::measurement::track::{Sample, TrackShot};
 use crate::numerics::median;
 
 /// Of each disc on either side of the impact.
 pub(super) const LEAST: usize = 4;
-
-/// Neighbouring residuals are taken to be correlated by no more than this.
-const MOST_REPEATED: f64 = 0.95;
 
 /// Times and distances of the centres, in the frames that have both, each the middle one of three neighbours.
 pub(super) fn distances(shot: &TrackShot) -> Vec<(f64, f64)> {
@@ -44,13 +41,4 @@ impl Line {
         }
         line
     }
-}
-
-/// (1 + ρ)/(1 − ρ), ρ the correlation of neighbouring residuals: so much larger are variances where a disc
-/// wobbles about its straight path, or a push is not quite over, than those of independent errors.
-pub(super) fn repeated(runs: &[Vec<f64>]) -> f64 {
-    let products: f64 = runs.iter().flat_map(|run| run.windows(2).map(|two| two[0] * two[1])).sum();
-    let squares: f64 = runs.iter().flatten().map(|r| r * r).sum();
-    let rho = if squares > 0.0 { (products / squares).clamp(0.0, MOST_REPEATED) } else { 0.0 };
-    (1.0 + rho) / (1.0 - rho)
 }

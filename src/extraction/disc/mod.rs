@@ -14,6 +14,7 @@
 
 mod initial_guess;
 mod lines;
+mod paths;
 mod quantities;
 mod rotation;
 mod shot;
@@ -21,11 +22,15 @@ mod slowing;
 mod stick;
 mod unknowns;
 mod verdict;
-mod window_fit;
 
 use nalgebra::SVector;
 use rayon::prelude::*;
 
+use self::paths::{DiscPaths, TrackedDiscs};
+use super::frame_noise::noise_near;
+use super::path_fit::Tracked;
+use super::unusable::Unusable;
+use super::window;
 use crate::film::discs::Calibrated;
 use crate::measurement::dataset::Measured;
 use crate::measurement::isolate::isolated;
@@ -75,7 +80,7 @@ impl DiscImpact {
     /// The fitted position of the centre of a disc (0 or 1) at a time (s), m.
     #[must_use]
     pub fn place(&self, disc: usize, time: f64) -> [f64; 2] {
-        let straight = window_fit::place(self.outcome(), &self.unknowns, disc, time);
+        let straight = paths::place(self.outcome(), &self.unknowns.into(), disc, time);
         let Some(slowing) = self.slowing else { return straight };
         let behind = slowing::behind(self, slowing.value, disc, time);
         [straight[0] - behind[0], straight[1] - behind[1]]
@@ -101,73 +106,6 @@ enum Outcome {
     Stick,
 }
 
-/// Why no impact could be extracted from a shot of discs.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
-#[non_exhaustive]
-pub enum Unusable {
-    /// A disc was seen in too few frames; with the frames of the first and of the second disc.
-    #[error(
-        "the tracks are too short: {0} frames of the first disc, {1} of the second; expected at least 8 of each"
-    )]
-    TooShort(usize, usize),
-    /// The discs do not come near each other and part with other velocities.
-    #[error("no collision found: the discs do not come near each other and part again with other velocities")]
-    NoCollision,
-    /// Too few frames of a disc before or after the impact are left.
-    #[error("too few frames of the {disc} disc {when} the impact: {frames}; expected at least 4")]
-    TooFew {
-        /// The disc, in words.
-        disc: &'static str,
-        /// `before` or `after`.
-        when: &'static str,
-        /// Its frames there.
-        frames: usize,
-    },
-    /// At the impact, the discs' centres are not as far apart as their radii demand.
-    #[error(
-        "the discs' centres are {:.2} ± {:.2} mm apart at the impact, not {:.2} mm (the sum of the radii): check the \
-         scale, the radii and which track is which disc; without radius_m the tracks decide",
-        1e3 * measured, 1e3 * error, 1e3 * expected
-    )]
-    Separation {
-        /// The distance that the frames show, m.
-        measured: f64,
-        /// The sum of the radii, m.
-        expected: f64,
-        /// The standard error of the measured distance, m.
-        error: f64,
-    },
-    /// Two points that are stated to be on one disc change their distance.
-    #[error(
-        "the points \"{first}\" and \"{second}\" on the {disc} disc do not move as one rigid body: they are {least_mm:.1} to \
-         {most_mm:.1} mm apart; check in [tracks] cue and object which points are on which disc"
-    )]
-    NotRigid {
-        /// The disc, in words.
-        disc: &'static str,
-        /// The name of one point.
-        first: String,
-        /// The name of the other point.
-        second: String,
-        /// Their smallest distance, mm.
-        least_mm: f64,
-        /// Their largest distance, mm.
-        most_mm: f64,
-    },
-    /// No single collision of discs explains the motion.
-    #[error("its motion fits no single collision of discs: {rms_mm:.2} mm are left even next to the impact")]
-    BadFit {
-        /// The root mean square of what the fit leaves next to the impact, mm.
-        rms_mm: f64,
-    },
-    /// The least-squares fit of the tracks did not converge; with the reason.
-    #[error("the fit of its tracks did not converge: {0}")]
-    NotConverged(String),
-    /// The computation failed, which is a defect of the program; with the message.
-    #[error("it could not be processed ({0}), which is a defect of caromfit")]
-    Failed(String),
-}
-
 /// Finds the impact of a shot. Of a film that was corrected by a camera and for discs that slow down, how far these may be off is part of
 /// the errors of the impact.
 fn extract(
@@ -180,18 +118,22 @@ fn extract(
     // points that are not on one disc explain whatever else is wrong
     let rigid = verdict::rigidity(shot, guess.as_ref().ok().map(|guess| guess[unknowns::TIME]))?;
     let guess = guess?;
-    let tracked = window_fit::Tracked::new(shot, discs, &guess, found.as_ref().map(|found| found.settling));
+    let expected = discs.radii.map(|[first, second]| first + second);
+    let settling = found.as_ref().map(|found| found.settling);
+    let noise = noise_near(shot, guess[unknowns::TIME]);
+    let tracked = TrackedDiscs::new(shot, DiscPaths { expected, settling }, noise);
+    let tracked = settling.into_iter().fold(tracked, Tracked::outside);
     let stuck = found.map(|found| found.stuck);
-    let fitted = tracked.choose(&guess)?;
-    let centres = tracked.checked(&fitted, (camera, slowing.and_then(|slowing| slowing.sd)))?;
+    let fitted = window::choose(&tracked, &guess)?;
+    let centres = tracked.centres(&fitted, (camera, slowing.and_then(|slowing| slowing.sd)))?;
     let turns =
         [0, 1].map(|disc| rotation::turn(shot, disc, centres.unknowns[unknowns::TIME], fitted.window));
     let known = quantities::Known::new(&centres, turns, discs, stuck.map(|stuck| stuck.restitution));
     let mut impact = DiscImpact {
         values: known.values(),
-        position_sd: centres.position_sd,
-        reduced_chi2: centres.reduced_chi2,
-        frames: fitted.frames(&tracked),
+        position_sd: tracked.position_sd(&fitted),
+        reduced_chi2: tracked.misfit(&fitted),
+        frames: [fitted.frames[0][0], fitted.frames[0][1], fitted.frames[1][0], fitted.frames[1][1]],
         outliers: fitted.outliers(),
         window: fitted.window,
         radii: known.radii,

@@ -3,9 +3,9 @@
 use nalgebra::{Const, SMatrix, SVector};
 use num_dual::DualNum;
 
+use super::paths::Centres;
 use super::rotation::Turn;
 use super::unknowns::{COUNT, DIRECTION, DISTANCE, INPUTS, TIME, velocity};
-use super::window_fit::Centres;
 use super::{Dual, gradient, stick, value};
 use crate::measurement::dataset::Measured;
 use crate::physics::disc::Discs;

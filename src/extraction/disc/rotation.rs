@@ -2,7 +2,8 @@
 
 use nalgebra::{Matrix2, Matrix3, Vector3};
 
-use super::lines::{LEAST, repeated};
+use super::lines::LEAST;
+use crate::extraction::path_fit::repeated;
 use crate::likelihood::prediction::wrap;
 use crate::measurement::track::{Sample, TrackShot, TrackedBall};
 use crate::numerics::median;

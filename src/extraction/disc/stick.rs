@@ -2,7 +2,7 @@
 //! rigid body, its centre of mass straight on, turning evenly about it.
 
 use nalgebra::SVector;
-use num_dual::{DualNum, DualSVec64};
+use num_dual::DualNum;
 
 use super::Dual;
 use super::lines::{LEAST, Line, distances};
@@ -158,28 +158,17 @@ fn guess(shot: &TrackShot, [time, settled]: [f64; 2], stuck: &Stuck) -> Option<U
 
 /// Where a disc is at a time after the impact: with r = d (cos, sin) of the line of centres, which turns by Ωτ, the first disc is
 /// at P + (u' + λ Ω × r₀) τ − λ (r − r₀), the second at r from it.
-fn place_of<T: Number>(z: &[T; COUNT], disc: usize, time: f64) -> [T; 2] {
+pub(super) fn place<T: Number>(z: &[T; COUNT], disc: usize, time: f64) -> [T; 2] {
     let late = -z[TIME] + time;
     let (sin, cos) = z[DIRECTION].sin_cos();
     let (sin_then, cos_then) = (z[DIRECTION] + z[TURNING] * late).sin_cos();
     let (start, then) = ([cos, sin], [cos_then, sin_then]);
     let turned = [-sin, cos];
-    let part = if disc == 0 { T::from(0.0) } else { T::from(1.0) };
     [0, 1].map(|k| {
         let drift = z[velocity(0, 1) + k] + z[OF_SECOND] * z[DISTANCE] * z[TURNING] * turned[k];
         z[PLACE + k] + drift * late - z[OF_SECOND] * z[DISTANCE] * (then[k] - start[k])
-            + part * z[DISTANCE] * then[k]
+            + z[DISTANCE] * then[k] * disc as f64
     })
-}
-
-pub(super) fn place(z: &Unknowns, disc: usize, time: f64) -> [f64; 2] {
-    place_of(&(*z).into(), disc, time)
-}
-
-/// Of both coordinates by the unknowns.
-pub(super) fn derivatives(z: &Unknowns, disc: usize, time: f64) -> [SVector<f64, COUNT>; 2] {
-    let own: [DualSVec64<COUNT>; COUNT] = std::array::from_fn(|i| DualSVec64::from_re(z[i]).derivative(i));
-    place_of(&own, disc, time).map(|dual| dual.eps.0.unwrap_or_else(SVector::zeros))
 }
 
 /// A disc's velocity just after the impact.

@@ -1,7 +1,9 @@
 //! What speaks against the numbers of a shot: what must hold of any two rigid discs that collide, whatever the friction.
 
-use super::{DiscImpact, Quantity, Unusable};
-use crate::measurement::track::{Sample, TrackShot, TrackedBall};
+use super::{DiscImpact, Quantity};
+use crate::extraction::unusable::{Bodies, Unusable};
+use crate::film::discs::DISCS;
+use crate::measurement::track::{Sample, TrackShot};
 use crate::numerics::median;
 
 /// So many standard errors are no chance.
@@ -122,7 +124,7 @@ pub(super) fn rigidity(shot: &TrackShot, impact: Option<f64>) -> Result<Option<S
     let reach = NEAR / shot.fps;
     let [from, to] = impact.map_or([f64::NEG_INFINITY, f64::INFINITY], |time| [time - reach, time + reach]);
     let mut doubt = None;
-    for (ball, disc) in [(TrackedBall::Cue, "first"), (TrackedBall::Object, "second")] {
+    for (ball, disc) in DISCS.into_iter().zip(Bodies::Discs.names()) {
         let own: Vec<_> = shot.markers.iter().filter(|marker| marker.ball == ball).collect();
         let pairs = own.iter().enumerate().flat_map(|(i, a)| own[i + 1..].iter().map(move |b| (a, b)));
         let worst = pairs
@@ -143,7 +145,7 @@ pub(super) fn rigidity(shot: &TrackShot, impact: Option<f64>) -> Result<Option<S
         }
         if change > HARDLY_RIGID {
             doubt = Some(format!(
-                "the points \"{}\" and \"{}\" on the {disc} disc are {:.1} to {:.1} mm apart near the impact, though they should \
+                "the points \"{}\" and \"{}\" on the {disc} are {:.1} to {:.1} mm apart near the impact, though they should \
                  move as one rigid body",
                 a.name,
                 b.name,

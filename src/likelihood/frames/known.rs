@@ -58,13 +58,9 @@ pub(crate) struct Extracted<'a> {
 impl Film {
     /// The frames that an extraction used; with `camera`, also how they follow its corrections.
     pub(crate) fn new(shot: &TrackShot, impact: &Extracted, scene: &Scene, camera: Option<&Camera>) -> Self {
-        let [from, to] = impact.window;
         let common = impact.position_sd / impact.scale;
-        let used = Frames::of(shot, common, impact.noise).between(
-            from,
-            to,
-            impact.wrong.each_ref().map(Vec::as_slice),
-        );
+        let wrong = impact.wrong.each_ref().map(Vec::as_slice);
+        let used = Frames::of(shot, common, impact.noise).between(impact.window, wrong);
         let independent = used.independent();
         let frames = |frames: Vec<frames::Frame>| {
             let frame = |frame: frames::Frame| Frame {
@@ -91,9 +87,10 @@ impl Film {
             let height = |time: f64| motion.heights(time)[ball];
             Moments::new(frames(used), start[0], camera.map(|camera| (camera, &height as _)))
         };
+        let [cue, object] = used.of;
         Self {
-            cue: moments(used.cue, 0),
-            object: moments(used.object, 1),
+            cue: moments(cue, 0),
+            object: moments(object, 1),
             independent,
             scene: shot_scene,
             start,

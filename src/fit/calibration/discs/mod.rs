@@ -18,8 +18,8 @@ use rayon::prelude::*;
 use self::paths::Contact;
 use self::sums::{COLUMNS, Sums};
 use super::adopted::{Calibrates, Left};
-use crate::extraction::disc;
 use crate::extraction::disc::{DiscImpact, Quantity};
+use crate::extraction::{Unusable, disc};
 use crate::film::camera::Camera;
 use crate::film::discs::{Calibrated, DISCS, is_of_points};
 use crate::fit::camera::LEAST_SHOTS;
@@ -305,7 +305,7 @@ fn agreed(
 
 /// The impacts of the centres. As long as the camera is not known, points on a disc may not look rigid, nor discs touch at the sum of their
 /// radii.
-fn impacts(shots: &[TrackShot], discs: Discs) -> Vec<Result<DiscImpact, disc::Unusable>> {
+fn impacts(shots: &[TrackShot], discs: Discs) -> Vec<Result<DiscImpact, Unusable>> {
     let centres: Vec<TrackShot> =
         shots.iter().map(|shot| TrackShot { markers: Vec::new(), ..shot.clone() }).collect();
     disc::extract_each(&centres, &Discs { radii: None, ..discs }, None)

@@ -1,0 +1,176 @@
+//! Two discs as a fit of their centres' frames sees them: straight paths before the impact, and after it straight on or together.
+
+use nalgebra::{DMatrix, DVector, SMatrix};
+use num_dual::DualSVec64;
+
+use super::unknowns::{COUNT, DIRECTION, DISTANCE, PLACE, TIME, Unknowns, velocity};
+use super::{Outcome, stick};
+use crate::extraction::path_fit::{Errors, Fitted, Freedom, Paths, Tracked};
+use crate::extraction::unusable::{Bodies, Unusable};
+use crate::film::discs::Calibrated;
+use crate::physics::cloth_motion::Number;
+use crate::trajectory::frames::Frames;
+
+/// Radii and calibration are known to this part: the distance at the impact has a prior so wide.
+const RADII_PART: f64 = 0.01;
+/// A distance that is further off, in standard deviations, is another one.
+const SEPARATION: f64 = 5.0;
+
+/// So many frames next to the impact are enough to begin with. Discs that stick settle for some frames, in which the glue gives way: what
+/// is left of that shifts the paths by less than the noise, but velocities of few frames by more than theirs.
+const FIRST: usize = 8;
+const FIRST_SETTLING: usize = 30;
+
+/// Even next to the impact, so much more than the noise, and this part of the distance, is no collision.
+const HOPELESS: f64 = 10.0;
+const HOPELESS_PART: f64 = 0.02;
+
+/// The place of a disc (0 or 1) at a time.
+pub(super) fn place<T: Number>(outcome: Outcome, z: &[T; COUNT], disc: usize, time: f64) -> [T; 2] {
+    let is_after = time >= z[TIME].re();
+    if outcome == Outcome::Stick && is_after {
+        return stick::place(z, disc, time);
+    }
+    let late = -z[TIME] + time;
+    let first = velocity(disc, usize::from(is_after));
+    let (sin, cos) = z[DIRECTION].sin_cos();
+    let apart = z[DISTANCE] * disc as f64;
+    [z[PLACE] + apart * cos + z[first] * late, z[PLACE + 1] + apart * sin + z[first + 1] * late]
+}
+
+/// The discs of a shot.
+pub(super) struct DiscPaths {
+    /// The distance at the impact that the radii say, m.
+    pub expected: Option<f64>,
+    /// Of discs that stick together: from when to when they settle.
+    pub settling: Option<[f64; 2]>,
+}
+
+pub(super) type TrackedDiscs<'a> = Tracked<'a, DiscPaths, COUNT>;
+pub(super) type FittedDiscs = Fitted<COUNT>;
+
+/// Unknowns with their covariance.
+pub(super) struct Centres {
+    pub unknowns: Unknowns,
+    pub covariance: SMatrix<f64, COUNT, COUNT>,
+    /// How the unknowns move in each way in which the camera, or what slows the discs down, may be off.
+    pub by_camera: Vec<Unknowns>,
+}
+
+impl DiscPaths {
+    fn outcome(&self) -> Outcome {
+        if self.settling.is_some() { Outcome::Stick } else { Outcome::Part }
+    }
+}
+
+impl Paths<COUNT> for DiscPaths {
+    const BODIES: Bodies = Bodies::Discs;
+    const WOBBLES: bool = true;
+    const ACCELERATION: f64 = 0.0;
+
+    fn residuals(&self, frames: &Frames, z: &Unknowns) -> DVector<f64> {
+        let z = (*z).into();
+        frames.residuals(|disc, time| place(self.outcome(), &z, disc, time))
+    }
+
+    fn with_derivatives(&self, frames: &Frames, z: &Unknowns) -> (DVector<f64>, DMatrix<f64>) {
+        let z: [DualSVec64<COUNT>; COUNT] = std::array::from_fn(|i| DualSVec64::from_re(z[i]).derivative(i));
+        frames.with_derivatives(COUNT, |disc, time| place(self.outcome(), &z, disc, time))
+    }
+
+    fn freedom(&self, near: &Unknowns) -> Result<Freedom<COUNT>, Unusable> {
+        let distance = self.expected.map(|expected| (DISTANCE, expected, RADII_PART * expected));
+        let [part, sd] = stick::PART;
+        let of_second = self.settling.map(|_| (stick::OF_SECOND, part, sd));
+        Ok(Freedom {
+            start: *near,
+            free: (0..COUNT).collect(),
+            priors: distance.into_iter().chain(of_second).collect(),
+            bounds: [f64::NEG_INFINITY, f64::INFINITY].map(Unknowns::repeat),
+        })
+    }
+
+    fn settled(&self, impact: f64) -> f64 {
+        self.settling.map_or(impact, |[_, settled]| settled)
+    }
+
+    fn first_frames(&self) -> usize {
+        if self.settling.is_some() { FIRST_SETTLING } else { FIRST }
+    }
+
+    fn misfits(tracked: &TrackedDiscs, fitted: &FittedDiscs) -> Option<Unusable> {
+        let reduced_chi2 = tracked.misfit(fitted);
+        let rms = fitted.reduced().sqrt() * tracked.sd;
+        (reduced_chi2 > HOPELESS && rms > HOPELESS_PART * fitted.z[DISTANCE])
+            .then_some(Unusable::BadFit { reduced_chi2, rms_mm: 1e3 * rms })
+    }
+}
+
+impl TrackedDiscs<'_> {
+    /// Unknowns and covariance of a fit that can be believed.
+    /// `slowing_sd`: how far wrong it may be by how much the discs slow down, m/s².
+    ///
+    /// # Errors
+    /// Why it cannot.
+    pub(super) fn centres(
+        &self,
+        fitted: &FittedDiscs,
+        (camera, slowing_sd): (Option<&Calibrated>, Option<f64>),
+    ) -> Result<Centres, Unusable> {
+        fitted.converged()?;
+        let Errors { inverse, factor, .. } = self.errors(fitted)?;
+        let by_camera = self.by_film(fitted, (camera, slowing_sd), &inverse);
+        let covariance = SMatrix::from_fn(|i, j| 0.5 * factor * (inverse[(i, j)] + inverse[(j, i)]));
+        if let Some(expected) = self.paths.expected {
+            let error = f64::sqrt(covariance[(DISTANCE, DISTANCE)]);
+            let measured = fitted.z[DISTANCE];
+            if (measured - expected).abs() > SEPARATION * error.hypot(RADII_PART * expected) {
+                return Err(Unusable::Separation { bodies: Bodies::Discs, measured, expected, error });
+            }
+        }
+        // (sin, cos) of the line of centres
+        let (n, g) = (fitted.z[DIRECTION].sin_cos(), velocity(1, 0));
+        let closing = (fitted.z[g] - fitted.z[g - 2]) * n.1 + (fitted.z[g + 1] - fitted.z[g - 1]) * n.0;
+        if closing >= 0.0 {
+            return Err(Unusable::NoCollision(Bodies::Discs));
+        }
+        Ok(Centres { unknowns: fitted.z, covariance, by_camera })
+    }
+
+    /// (JᵀJ)⁻¹ Jᵀδ, δ by how much the frames move, in standard deviations, in each way in which the camera may be off, and with discs that
+    /// slow down more. A centre that was computed from points moves as a centre that was seen: what bends their circle goes round with them.
+    fn by_film(
+        &self,
+        fitted: &FittedDiscs,
+        (camera, slowing_sd): (Option<&Calibrated>, Option<f64>),
+        inverse: &DMatrix<f64>,
+    ) -> Vec<Unknowns> {
+        /// Seconds: paths are smooth over far more.
+        const STEP: f64 = 1e-7;
+        let z = fitted.z.into();
+        let at = |disc: usize, time: f64| place(self.paths.outcome(), &z, disc, time);
+        let velocity = |disc: usize, time: f64| {
+            let (before, after) = (at(disc, time - STEP), at(disc, time + STEP));
+            [0, 1].map(|k| (after[k] - before[k]) / (2.0 * STEP))
+        };
+        let frames = self.frames(fitted);
+        let unknowns = |moves: DVector<f64>| {
+            let right = fitted.jacobian.rows(0, moves.len()).tr_mul(&moves);
+            Unknowns::from_column_slice((inverse * right).as_slice())
+        };
+        let of_camera =
+            camera.into_iter().flat_map(|camera| (0..camera.ways.len()).map(move |way| (camera, way)));
+        let of_camera = of_camera.map(|(camera, way)| {
+            frames.over_sd(|disc, time| camera.moves(at(disc, time), velocity(disc, time))[way])
+        });
+        let of_slowing = slowing_sd.map(|sd| {
+            frames.over_sd(|disc, time| {
+                let late = time - fitted.time();
+                let [x, y] = velocity(disc, time);
+                let speed = x.hypot(y).max(f64::MIN_POSITIVE);
+                [x, y].map(|v| 0.5 * sd * late * late * v / speed)
+            })
+        });
+        of_camera.chain(of_slowing).map(unknowns).collect()
+    }
+}

@@ -1,0 +1,138 @@
+//! Why no impact could be extracted from a shot, in words.
+
+/// What moves in a shot.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Bodies {
+    /// Two balls on a cloth, the second at rest before the impact.
+    Balls,
+    /// Two discs, both of which may move.
+    Discs,
+}
+
+impl Bodies {
+    /// The two, in the order of everything that is said of both.
+    #[must_use]
+    pub const fn names(self) -> [&'static str; 2] {
+        match self {
+            Self::Balls => ["cue ball", "object ball"],
+            Self::Discs => ["first disc", "second disc"],
+        }
+    }
+
+    const fn no_collision(self) -> &'static str {
+        match self {
+            Self::Balls => "the object ball is not set in motion by the cue ball",
+            Self::Discs => "the discs do not come near each other and part again with other velocities",
+        }
+    }
+
+    /// What the distance of the centres is at the impact, and what to check where it is another one.
+    const fn distance(self) -> [&'static str; 2] {
+        match self {
+            Self::Balls => ["2R", "the scale, the radius and which track is which ball"],
+            Self::Discs => [
+                "the sum of the radii",
+                "the scale, the radii and which track is which disc; without radius_m the tracks decide",
+            ],
+        }
+    }
+}
+
+/// Why no impact could be extracted from a shot.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum Unusable {
+    /// A body was seen in too few frames.
+    #[error(
+        "the tracks are too short: {} frames of the {}, {} of the {}; expected at least {least} of each",
+        frames[0], bodies.names()[0], frames[1], bodies.names()[1]
+    )]
+    TooShort {
+        /// What moves.
+        bodies: Bodies,
+        /// The frames of the first and of the second body.
+        frames: [usize; 2],
+        /// How many are needed.
+        least: usize,
+    },
+    /// No collision was found.
+    #[error("no collision found: {}", .0.no_collision())]
+    NoCollision(Bodies),
+    /// Too few frames of a body before or after the impact are left.
+    #[error("too few frames of the {body} {when} the impact: {frames}; expected at least {least}")]
+    TooFew {
+        /// The body, in words.
+        body: &'static str,
+        /// `before` or `after`.
+        when: &'static str,
+        /// Its frames there.
+        frames: usize,
+        /// How many are needed.
+        least: usize,
+    },
+    /// The object ball moves before the impact.
+    #[error("the object ball was moving before the impact, with {speed:.3} m/s")]
+    ObjectMoving {
+        /// Its speed, m/s.
+        speed: f64,
+    },
+    /// At the impact, the centres are not as far apart as the radii demand.
+    #[error(
+        "the centres are {:.2}{} mm apart at the impact, not {:.2} mm ({}): check {}",
+        1e3 * measured, error_text(*error), 1e3 * expected, bodies.distance()[0], bodies.distance()[1]
+    )]
+    Separation {
+        /// What moves.
+        bodies: Bodies,
+        /// The distance that the frames show, m.
+        measured: f64,
+        /// The distance of bodies that touch, m.
+        expected: f64,
+        /// The standard error of the measured distance, m; infinite where it is not known.
+        error: f64,
+    },
+    /// Two points that are stated to be on one disc change their distance.
+    #[error(
+        "the points \"{first}\" and \"{second}\" on the {disc} do not move as one rigid body: they are {least_mm:.1} to \
+         {most_mm:.1} mm apart; check in [tracks] cue and object which points are on which disc"
+    )]
+    NotRigid {
+        /// The disc, in words.
+        disc: &'static str,
+        /// The name of one point.
+        first: String,
+        /// The name of the other point.
+        second: String,
+        /// Their smallest distance, mm.
+        least_mm: f64,
+        /// Their largest distance, mm.
+        most_mm: f64,
+    },
+    /// No single collision explains the motion.
+    #[error(
+        "its motion fits no single collision: χ²/dof is {reduced_chi2:.1} even next to the impact, where {rms_mm:.2} mm are left"
+    )]
+    BadFit {
+        /// χ² per degree of freedom next to the impact.
+        reduced_chi2: f64,
+        /// The root mean square of what the fit leaves there, mm.
+        rms_mm: f64,
+    },
+    /// The least-squares fit of the tracks did not converge; with the reason.
+    #[error("the fit of its tracks did not converge: {0}")]
+    NotConverged(String),
+    /// The computation failed, which is a defect of the program; with the message.
+    #[error("it could not be processed ({0}), which is a defect of caromfit")]
+    Failed(String),
+}
+
+impl Unusable {
+    /// Too few frames of the first (0) or second body before (0) or after (1) the impact.
+    pub(crate) fn too_few(bodies: Bodies, [body, side]: [usize; 2], frames: usize, least: usize) -> Self {
+        Self::TooFew { body: bodies.names()[body], when: ["before", "after"][side], frames, least }
+    }
+}
+
+fn error_text(error: f64) -> String {
+    if error.is_finite() { format!(" ± {:.2}", 1e3 * error) } else { String::new() }
+}
