@@ -91,18 +91,25 @@ impl FittedFrames {
         Some(OfShot { shot: name.clone(), cut, speed: own[4].hypot(own[5]), instant: own[0], rows })
     }
 
-    /// Writes a text of each shot, in the same order. Texts are made side by side, some at a time: there may be more frames than should be
+    /// Writes a text of each shot, which `text` appends, in the same order. Texts are made side by side, some at a time: there may be more frames than should be
     /// held in memory.
     pub(crate) fn write(
         &self,
         to: &mut dyn io::Write,
-        text: impl Fn(&OfShot) -> String + Sync,
+        text: impl Fn(&OfShot, &mut String) + Sync,
     ) -> io::Result<()> {
         const AT_A_TIME: usize = 512;
+        const TOGETHER: usize = 16;
         for some in self.shots.chunks(AT_A_TIME) {
-            let of_shot = |shot| self.of_shot(shot).map(|of_shot| text(&of_shot));
-            let texts: Vec<Option<String>> = some.par_iter().map(of_shot).collect();
-            texts.iter().flatten().try_for_each(|text| to.write_all(text.as_bytes()))?;
+            let of_some = |some: &[_]| {
+                let mut texts = String::new();
+                some.iter()
+                    .filter_map(|shot| self.of_shot(shot))
+                    .for_each(|of_shot| text(&of_shot, &mut texts));
+                texts
+            };
+            let texts: Vec<String> = some.par_chunks(TOGETHER).map(of_some).collect();
+            texts.iter().try_for_each(|text| to.write_all(text.as_bytes()))?;
         }
         Ok(())
     }

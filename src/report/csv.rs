@@ -33,11 +33,11 @@ pub fn write(fit: &Fit, to: &mut dyn Write) -> io::Result<()> {
     writeln!(to, "{HEADER}")?;
     let model = if fit.refuted.is_some() { "refuted" } else { "" };
     match &fit.frames {
-        Some(frames) => frames.write(to, |of_shot| {
+        Some(frames) => frames.write(to, |of_shot, text| {
             let shot = quoted(&of_shot.shot);
             let [cut, speed] = [of_shot.cut.to_degrees(), of_shot.speed].map(|value| number(value, SHOT));
             let common = format!("{cut},{speed}");
-            of_shot.rows.iter().map(|row| frame(&shot, row, [&common, model])).collect()
+            of_shot.rows.iter().for_each(|row| frame(text, &shot, row, [&common, model]));
         }),
         None => fit.residuals.iter().try_for_each(|residual| to.write_all(row(residual, model).as_bytes())),
     }
@@ -66,23 +66,27 @@ fn row(residual: &Residual, model: &str) -> String {
     )
 }
 
-fn frame(shot: &str, row: &Row, [common, model]: [&str; 2]) -> String {
+/// There may be millions of these: no cell is a text of its own.
+fn frame(text: &mut String, shot: &str, row: &Row, [common, model]: [&str; 2]) {
     let (prefix, ball) = match row.ball {
         TrackedBall::Cue => ("cue", "cue"),
         TrackedBall::Object => ("obj", "object"),
     };
     let axis = ["x", "y", "z"][row.axis.index()];
-    let (name, unit) = match row.quantity {
-        Measured::Coordinate => (format!("{prefix}_{axis}"), "m"),
-        Measured::SpinBefore => (format!("{prefix}_w{axis}"), "rad/s"),
-        Measured::SpinAfter => (format!("{prefix}_w{axis}_after"), "rad/s"),
+    let (before, after, unit) = match row.quantity {
+        Measured::Coordinate => ("_", "", "m"),
+        Measured::SpinBefore => ("_w", "", "rad/s"),
+        Measured::SpinAfter => ("_w", "_after", "rad/s"),
     };
-    format!(
-        "{shot},{name},{unit},{},{},{common},{},{ball},{model}\n",
-        compared([row.measured, row.predicted, row.sd]),
-        cell(digits::decimal(row.standardized())),
-        number(row.time.unwrap_or(f64::NAN), MANY),
-    )
+    push(text, [shot, ",", prefix, before, axis, after, ",", unit]);
+    for value in [row.measured, row.predicted].map(|value| digits::to_error(value, Some(row.sd))) {
+        push_number(text, value);
+    }
+    push_number(text, digits::significant(row.sd, FEW));
+    push_number(text, digits::decimal(row.standardized()));
+    push(text, [",", common]);
+    push_number(text, digits::significant(row.time.unwrap_or(f64::NAN), MANY));
+    push(text, [",", ball, ",", model, "\n"]);
 }
 
 /// A measured value, what was predicted of it, and its standard deviation.
@@ -119,11 +123,35 @@ pub(super) fn number(value: f64, digits: usize) -> String {
 
 /// Empty where it is no number.
 pub(super) fn cell(value: f64) -> String {
-    if !value.is_finite() {
-        String::new()
-    } else if value == 0.0 || (1e-6..1e15).contains(&value.abs()) {
-        format!("{value}")
-    } else {
-        format!("{value:e}")
+    let mut text = String::new();
+    push_value(&mut text, value);
+    text
+}
+
+/// Parts of a line, one after the other.
+pub(super) fn push<const N: usize>(text: &mut String, parts: [&str; N]) {
+    parts.into_iter().for_each(|part| text.push_str(part));
+}
+
+/// A comma and a number, which is empty where it is none.
+pub(super) fn push_number(text: &mut String, value: f64) {
+    text.push(',');
+    push_value(text, value);
+}
+
+fn push_value(text: &mut String, value: f64) {
+    /// From here on numbers are short without an exponent.
+    const SMALL: f64 = 1e-6;
+    const PLAIN: f64 = 1e-4;
+    const LARGE: f64 = 1e15;
+    let size = value.abs();
+    if (PLAIN..LARGE).contains(&size) {
+        let mut buffer = zmij::Buffer::new();
+        let digits = buffer.format_finite(value);
+        text.push_str(digits.strip_suffix(".0").unwrap_or(digits));
+    } else if value == 0.0 || (SMALL..LARGE).contains(&size) {
+        text.push_str(&value.to_string());
+    } else if value.is_finite() {
+        text.push_str(&format!("{value:e}"));
     }
 }

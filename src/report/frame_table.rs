@@ -2,7 +2,7 @@
 
 use std::io::{self, Write};
 
-use super::csv::{cell, number, quoted};
+use super::csv::{push, push_number, quoted};
 use super::digits::{self, FEW, MANY};
 use crate::fit::FittedFrames;
 use crate::likelihood::frames::rows::{Measured, Row};
@@ -19,26 +19,29 @@ pub const HEADER: &str =
 /// Those of `to`.
 pub fn write(frames: &FittedFrames, to: &mut dyn Write) -> io::Result<()> {
     writeln!(to, "{HEADER}")?;
-    frames.write(to, |of_shot| {
+    frames.write(to, |of_shot, text| {
         let shot = quoted(&of_shot.shot);
         let coordinates: Vec<&Row> =
             of_shot.rows.iter().filter(|row| row.quantity == Measured::Coordinate).collect();
-        let line = |frame: &[&Row]| {
+        let mut line = |frame: &[&Row]| {
             let ball = match frame[0].ball {
                 TrackedBall::Cue => "cue",
                 TrackedBall::Object => "object",
             };
-            let both = |of: &dyn Fn(&Row) -> String| format!("{},{}", of(frame[0]), of(frame[1]));
-            format!(
-                "{shot},{ball},{},{},{},{},{}\n",
-                number(frame[0].time.unwrap_or(f64::NAN), MANY),
-                both(&|row| cell(digits::to_error(row.measured, Some(row.sd)))),
-                both(&|row| cell(digits::to_error(row.predicted, Some(row.sd)))),
-                both(&|row| number(row.sd, FEW)),
-                both(&|row| cell(digits::decimal(row.standardized()))),
-            )
+            push(text, [&shot, ",", ball]);
+            push_number(text, digits::significant(frame[0].time.unwrap_or(f64::NAN), MANY));
+            let of: [fn(&Row) -> f64; 4] = [
+                |row| digits::to_error(row.measured, Some(row.sd)),
+                |row| digits::to_error(row.predicted, Some(row.sd)),
+                |row| digits::significant(row.sd, FEW),
+                |row| digits::decimal(row.standardized()),
+            ];
+            for of in of {
+                frame.iter().for_each(|row| push_number(text, of(row)));
+            }
+            push(text, ["\n"]);
         };
         // x and y of a frame follow each other
-        coordinates.chunks_exact(2).map(line).collect()
+        coordinates.chunks_exact(2).for_each(&mut line);
     })
 }
