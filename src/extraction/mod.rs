@@ -1,5 +1,8 @@
-//! Tracks → impacts: for each shot one weighted least-squares fit of both balls' positions at once,
+//! Tracks → impacts: for each shot one weighted least-squares fit of both bodies' positions at once,
 //! through the instant of impact; from it velocities before and after with their covariance.
+//!
+//! The fit of the frames between two times is in `path_fit`, which frames are wrong in `wrong_frames`, how far a shot is used in
+//! `window`, and why it cannot be used in `unusable`. How two balls move is in `ball_paths`, how two discs do in `disc::paths`.
 
 mod ball_paths;
 pub mod disc;

@@ -130,7 +130,9 @@ pub(super) fn cell(value: f64) -> String {
 
 /// Parts of a line, one after the other.
 pub(super) fn push<const N: usize>(text: &mut String, parts: [&str; N]) {
-    parts.into_iter().for_each(|part| text.push_str(part));
+    for part in parts {
+        text.push_str(part);
+    }
 }
 
 /// A comma and a number, which is empty where it is none.

@@ -37,7 +37,9 @@ pub fn write(frames: &FittedFrames, to: &mut dyn Write) -> io::Result<()> {
                 |row| digits::decimal(row.standardized()),
             ];
             for of in of {
-                frame.iter().for_each(|row| push_number(text, of(row)));
+                for row in frame {
+                    push_number(text, of(row));
+                }
             }
             push(text, ["\n"]);
         };
