@@ -208,8 +208,12 @@ pub fn warnings(found: &[Finding], shots: usize) -> Vec<String> {
     kinds.into_iter().filter_map(of_kind).collect()
 }
 
-/// With a capital letter.
+/// With a capital letter. A symbol (e, μ, μ_s) stays as it is: of words, only `a` has one letter.
 pub(crate) fn capital(words: &str) -> String {
+    let first = words.split([' ', '_']).next().unwrap_or_default();
+    if first != "a" && first.chars().count() == 1 {
+        return words.to_string();
+    }
     let mut letters = words.chars();
     letters.next().map_or(String::new(), |first| first.to_uppercase().chain(letters).collect())
 }
