@@ -91,16 +91,17 @@ impl FittedFrames {
         Some(OfShot { shot: name.clone(), cut, speed: own[4].hypot(own[5]), instant: own[0], rows })
     }
 
-    /// Writes a text of each shot, which `text` appends, in the same order. Texts are made side by side, some at a time: there may be more frames than should be
-    /// held in memory.
+    /// Writes a text of each shot, which `text` appends, in the same order. Texts are made side by side, some at a time, while those
+    /// before them are written: there may be more frames than should be held in memory.
     pub(crate) fn write(
         &self,
-        to: &mut dyn io::Write,
+        to: &mut (dyn io::Write + Send),
         text: impl Fn(&OfShot, &mut String) + Sync,
     ) -> io::Result<()> {
         const AT_A_TIME: usize = 512;
         const TOGETHER: usize = 16;
-        for some in self.shots.chunks(AT_A_TIME) {
+        let mut ready: Vec<String> = Vec::new();
+        for some in self.shots.chunks(AT_A_TIME).chain([&[][..]]) {
             let of_some = |some: &[_]| {
                 let mut texts = String::new();
                 some.iter()
@@ -108,8 +109,11 @@ impl FittedFrames {
                     .for_each(|of_shot| text(&of_shot, &mut texts));
                 texts
             };
-            let texts: Vec<String> = some.par_chunks(TOGETHER).map(of_some).collect();
-            texts.iter().try_for_each(|text| to.write_all(text.as_bytes()))?;
+            let mut write = || ready.iter().try_for_each(|text| to.write_all(text.as_bytes()));
+            let (written, next) =
+                rayon::join(&mut write, || some.par_chunks(TOGETHER).map(of_some).collect());
+            written?;
+            ready = next;
         }
         Ok(())
     }

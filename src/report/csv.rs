@@ -29,7 +29,7 @@ pub fn render(fit: &Fit) -> String {
 ///
 /// # Errors
 /// Those of `to`.
-pub fn write(fit: &Fit, to: &mut dyn Write) -> io::Result<()> {
+pub fn write(fit: &Fit, to: &mut (dyn Write + Send)) -> io::Result<()> {
     writeln!(to, "{HEADER}")?;
     let model = if fit.refuted.is_some() { "refuted" } else { "" };
     match &fit.frames {

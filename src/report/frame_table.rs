@@ -17,7 +17,7 @@ pub const HEADER: &str =
 ///
 /// # Errors
 /// Those of `to`.
-pub fn write(frames: &FittedFrames, to: &mut dyn Write) -> io::Result<()> {
+pub fn write(frames: &FittedFrames, to: &mut (dyn Write + Send)) -> io::Result<()> {
     writeln!(to, "{HEADER}")?;
     frames.write(to, |of_shot, text| {
         let shot = quoted(&of_shot.shot);

@@ -67,7 +67,7 @@ const NAMES: [&str; 9] = [
 ];
 
 /// Writes what a file is to hold, which may be more than should be held in memory.
-type Content<'a> = Box<dyn Fn(&mut dyn Write) -> io::Result<()> + 'a>;
+type Content<'a> = Box<dyn Fn(&mut (dyn Write + Send)) -> io::Result<()> + 'a>;
 
 fn bytes<'a>(bytes: impl Into<Cow<'a, [u8]>>) -> Content<'a> {
     let bytes = bytes.into();
