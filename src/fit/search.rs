@@ -67,6 +67,17 @@ enum End {
     Rough,
 }
 
+impl End {
+    fn in_words(self, solution: &Solution, filmed: bool) -> String {
+        match self {
+            Self::Kink => nonsmooth::TERMINATION.to_owned(),
+            Self::Rough if filmed => ROUGH.to_owned(),
+            Self::Rough => ROUGH_INTEGRATED.to_owned(),
+            Self::Smooth => solution.termination.to_string(),
+        }
+    }
+}
+
 impl Slice<'_> {
     /// The minimum with the weights as they are.
     fn minimised(
@@ -311,14 +322,8 @@ impl Search<'_> {
             }
             if rest || round + 1 >= max_rounds || at_kinks >= MOST_AT_KINK {
                 let converged = (solution.termination.converged() || at_kink || rough) && rest;
-                let termination = match end {
-                    End::Kink => nonsmooth::TERMINATION.to_owned(),
-                    End::Rough if filmed => ROUGH.to_owned(),
-                    End::Rough => ROUGH_INTEGRATED.to_owned(),
-                    End::Smooth => solution.termination.to_string(),
-                };
-                let unrest = format!("the weights did not come to rest in {} rounds; ", round + 1);
-                let termination = if rest { termination } else { unrest + &termination };
+                let how = end.in_words(&solution, filmed);
+                let unrest = format!("the weights did not come to rest in {} rounds; {how}", round + 1);
                 let minimum = Minimum {
                     values,
                     x: solution.x,
@@ -333,7 +338,7 @@ impl Search<'_> {
                     constraints,
                     weights: used,
                     whitening,
-                    termination,
+                    termination: if rest { how } else { unrest },
                     converged,
                     iterations,
                 };
