@@ -3,7 +3,7 @@
 use nalgebra::{DMatrix, DVector, Dyn, QR};
 use num_dual::Dual64;
 
-use super::path_fit::{Fitted, Freedom, Paths, Tracked};
+use super::path_fit::{Fitted, Freedom, HOPELESS, Paths, Tracked};
 use super::unusable::{Bodies, Unusable};
 use super::wrong_frames::ACCELERATION;
 use crate::measurement::spin::Spin;
@@ -34,9 +34,6 @@ pub(crate) const AWAY: &str = "the cue ball does not come towards the object bal
 
 /// |J_z| is at most this part of the closing speed: μ(1 + e)/2 with μ = 0.5.
 const MOST_LIFT: f64 = 0.5;
-
-/// Even next to the impact, χ²/dof above this is no collision of two balls on a cloth.
-const HOPELESS: f64 = 10.0;
 
 /// The unknowns of a shot whose spin is known, and of one whose is not.
 const KNOWN: usize = unknown::ROLL;
@@ -158,11 +155,9 @@ impl Paths<{ unknown::COUNT }> for BallPaths<'_> {
 
     fn misfits(tracked: &TrackedBalls, fitted: &FittedBalls) -> Option<Unusable> {
         let misfit = tracked.misfit(fitted);
-        (misfit > HOPELESS).then(|| match tracked.separation(fitted) {
+        Some(match tracked.separation(fitted) {
             Some((wrong, reduced)) if reduced * misfit / fitted.reduced() < HOPELESS => wrong,
-            _ => {
-                Unusable::BadFit { reduced_chi2: misfit, rms_mm: 1e3 * fitted.reduced().sqrt() * tracked.sd }
-            }
+            _ => tracked.bad_fit(fitted),
         })
     }
 }

@@ -22,7 +22,7 @@ mod unusable;
 mod window;
 mod wrong_frames;
 
-use nalgebra::{DMatrix, SMatrix, SVector};
+use nalgebra::{SMatrix, SVector};
 use rayon::prelude::*;
 
 pub(crate) use drops_at_impact::repair_drops_at_impacts;
@@ -220,9 +220,4 @@ pub fn extract_all(
         impact
     };
     shots.par_iter().map(one).collect()
-}
-
-/// A covariance is kept symmetric, whatever the roundings.
-fn symmetric(matrix: &DMatrix<f64>) -> DMatrix<f64> {
-    0.5 * (matrix + matrix.transpose())
 }

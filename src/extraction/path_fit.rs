@@ -21,8 +21,14 @@ const MAX_ITERATIONS: u32 = 100;
 /// Neighbouring residuals are taken to be correlated by no more than this.
 const MOST_REPEATED: f64 = 0.95;
 
+/// Even next to the impact, χ²/dof above this is no collision.
+pub(crate) const HOPELESS: f64 = 10.0;
+
+/// So many frames on either side of the impact are enough to begin with.
+pub(crate) const FIRST: usize = 8;
+
 /// The instant of impact is the first unknown of all paths, s.
-const TIME: usize = 0;
+pub(crate) const TIME: usize = 0;
 
 /// How two bodies move through an impact, by N unknowns.
 pub(crate) trait Paths<const N: usize>: Sized {
@@ -43,7 +49,7 @@ pub(crate) trait Paths<const N: usize>: Sized {
     /// What is free and what is known beforehand, of unknowns near these.
     fn freedom(&self, near: &SVector<f64, N>) -> Result<Freedom<N>, Unusable>;
 
-    /// So many rounds at least does [`Paths::freedom`] need to follow the unknowns.
+    /// [`Paths::freedom`] may depend on the unknowns, and needs at least so many rounds to follow them.
     fn rounds(&self) -> usize {
         0
     }
@@ -55,10 +61,10 @@ pub(crate) trait Paths<const N: usize>: Sized {
 
     /// How many frames on either side of the impact are enough to begin with.
     fn first_frames(&self) -> usize {
-        8
+        FIRST
     }
 
-    /// Why a fit of the frames next to the impact is no collision.
+    /// Why the motion next to the impact is no collision, where it is none. Asked where the fit leaves far more than the noise.
     fn misfits(tracked: &Tracked<Self, N>, fitted: &Fitted<N>) -> Option<Unusable>;
 }
 
@@ -260,7 +266,10 @@ impl<'a, const N: usize, P: Paths<N>> Tracked<'a, P, N> {
         let inverse = r
             .solve_upper_triangular(&DMatrix::identity(r.ncols(), r.ncols()))
             .ok_or_else(|| Unusable::NotConverged("its unknowns are not determined".to_string()))?;
-        Ok(Errors { qr, inverse: &inverse * inverse.transpose(), factor: factor * self.alike(fitted) })
+        let inverse = &inverse * inverse.transpose();
+        // symmetric, whatever the roundings
+        let inverse = 0.5 * (&inverse + inverse.transpose());
+        Ok(Errors { qr, inverse, factor: factor * self.wobble(fitted) })
     }
 
     /// χ² per degree of freedom with the noise that second differences show, where more was not stated: what the
@@ -293,7 +302,7 @@ impl<'a, const N: usize, P: Paths<N>> Tracked<'a, P, N> {
     }
 
     /// So much larger than those of independent errors are variances where bodies wobble about their paths, or a push is not quite over.
-    fn alike(&self, fitted: &Fitted<N>) -> f64 {
+    fn wobble(&self, fitted: &Fitted<N>) -> f64 {
         if !P::WOBBLES {
             return 1.0;
         }
@@ -302,6 +311,12 @@ impl<'a, const N: usize, P: Paths<N>> Tracked<'a, P, N> {
             [before, after].map(|side| [0, 1].map(|k| side.iter().copied().skip(k).step_by(2).collect()))
         });
         repeated(&sides.flatten().collect::<Vec<Vec<f64>>>())
+    }
+
+    /// That no single collision explains the motion.
+    pub(crate) fn bad_fit(&self, fitted: &Fitted<N>) -> Unusable {
+        let rms_mm = 1e3 * fitted.reduced().sqrt() * self.sd;
+        Unusable::BadFit { reduced_chi2: self.misfit(fitted), rms_mm }
     }
 
     /// The frames between two instants but for those that are wrong.

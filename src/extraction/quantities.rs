@@ -5,7 +5,7 @@ use nalgebra::SMatrix;
 use super::ball_paths::{AWAY, FittedBalls, TrackedBalls};
 use super::path_fit::Errors;
 use super::unusable::Unusable;
-use super::{Impact, PathErrors, Quantity, Rolling, symmetric};
+use super::{Impact, PathErrors, Quantity, Rolling};
 use crate::measurement::spin::Spin;
 use crate::trajectory::scene::LiftPrior;
 use crate::trajectory::unknowns::unknown;
@@ -27,7 +27,7 @@ impl TrackedBalls<'_> {
     pub(crate) fn quantities(&self, fitted: &FittedBalls) -> Result<(Impact, PathErrors), Unusable> {
         let Errors { qr, inverse, factor } = self.errors(fitted)?;
         let z = &fitted.z;
-        let covariance = factor * symmetric(&inverse);
+        let covariance = factor * inverse;
         let mut all = SMatrix::<f64, { unknown::COUNT }, { unknown::COUNT }>::zeros();
         for (i, a) in fitted.free.iter().enumerate() {
             for (j, b) in fitted.free.iter().enumerate() {

@@ -110,7 +110,7 @@ pub enum Unusable {
     },
     /// No single collision explains the motion.
     #[error(
-        "its motion fits no single collision: χ²/dof is {reduced_chi2:.1} even next to the impact, where {rms_mm:.2} mm are left"
+        "its motion fits no single collision: χ²/dof is {reduced_chi2:.1} even next to the impact, where the fit is off by {rms_mm:.2} mm"
     )]
     BadFit {
         /// χ² per degree of freedom next to the impact.

@@ -3,7 +3,7 @@
 
 use nalgebra::SVector;
 
-use super::path_fit::{Fitted, Paths, Tracked};
+use super::path_fit::{Fitted, HOPELESS, Paths, TIME, Tracked};
 use super::unusable::Unusable;
 
 /// The most frames on either side.
@@ -68,7 +68,7 @@ pub(crate) fn whole<const N: usize, P: Paths<N>>(
     tracked: &Tracked<P, N>,
     guess: &SVector<f64, N>,
 ) -> Option<(Fitted<N>, bool)> {
-    let time = guess[0];
+    let time = guess[TIME];
     let fitted = tracked.fit(guess, window(tracked, time, extent(tracked, time))).ok()?;
     let is_good = good(tracked, &fitted, 1.0);
     Some((fitted, is_good))
@@ -90,15 +90,16 @@ pub(crate) fn grown<const N: usize, P: Paths<N>>(
     tracked: &Tracked<P, N>,
     guess: &SVector<f64, N>,
 ) -> Result<Fitted<N>, Unusable> {
-    let time = guess[0];
+    let time = guess[TIME];
     let fit = |start: &SVector<f64, N>, sides| tracked.fit(start, window(tracked, time, sides));
     let [ends_before, ends_after] = extent(tracked, time);
     let mut sides = [tracked.paths.first_frames(); 2];
     let mut best = fit(guess, sides)?;
-    if let Some(why) = P::misfits(tracked, &best) {
+    let misfit = tracked.misfit(&best);
+    if let Some(why) = (misfit > HOPELESS).then(|| P::misfits(tracked, &best)).flatten() {
         return Err(why);
     }
-    let usual = if P::WOBBLES { tracked.misfit(&best).max(1.0) } else { 1.0 };
+    let usual = if P::WOBBLES { misfit.max(1.0) } else { 1.0 };
     // grow one side at a time until its next frames no longer fit
     for (side, end) in [(1, ends_after), (0, ends_before)] {
         while sides[side] < end {

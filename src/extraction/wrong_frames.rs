@@ -6,7 +6,7 @@ use crate::trajectory::frames::{Frame, Frames};
 
 /// A frame stands alone that is off by more than this many standard deviations…
 const ALONE: f64 = 10.0;
-/// …and by what bodies may accelerate. A ball on a cloth does by so much, m/s².
+/// …and by what its body may accelerate: a ball on a cloth by so much, m/s².
 pub(crate) const ACCELERATION: f64 = 5.0;
 
 /// A frame is wrong when a coordinate is this many standard deviations off the fit…
@@ -41,8 +41,8 @@ fn is_steady(samples: &[Sample], i: usize, noise: f64, acceleration: f64) -> boo
     before || i + 2 < samples.len() && fits(&samples[i], &samples[i + 1], &samples[i + 2])
 }
 
-/// Instants of the frames of either body that a fit shows to be wrong, from its residuals in standard deviations. `noise` is the noise in
-/// such.
+/// Instants of the frames of either body that a fit shows to be wrong, from its residuals. These and `noise`, that of a
+/// coordinate, are in standard deviations of the frames.
 pub(crate) fn off_the_fit(frames: &Frames, residuals: &[f64], noise: f64) -> [Vec<f64>; 2] {
     let off: Vec<f64> = residuals.chunks(2).map(|xy| xy[0].abs().max(xy[1].abs())).collect();
     // the scatter by medians: wrong frames are not to hide each other

@@ -24,30 +24,11 @@ pub fn render_all(fits: &[Fit]) -> Result<String, ReportError> {
     pretty(fits, "all fits")
 }
 
-/// Whether two texts of fit.json hold the same result, whatever it took to find it and however the last digit of a number was rounded.
+/// Whether two texts of fit.json hold the same result, whatever it took to find it.
 #[must_use]
 pub fn same_result(one: &str, other: &str) -> bool {
     let result = |line: &&str| !EFFORT.iter().any(|key| line.starts_with(key));
-    let (one, other): (Vec<_>, Vec<_>) =
-        (one.lines().filter(result).collect(), other.lines().filter(result).collect());
-    let same = |(one, other): (&&str, &&str)| one == other || differ_by_rounding(one, other);
-    one.len() == other.len() && one.iter().zip(&other).all(same)
-}
-
-/// Whether two lines are the same but for one in the last digit of numbers that have a decimal point.
-fn differ_by_rounding(one: &str, other: &str) -> bool {
-    let words = |line| str::split(line, [' ', ',']);
-    let digit = |number: &str| {
-        let (mantissa, exponent) = number.split_once('e').unwrap_or((number, "0"));
-        let decimals = mantissa.split_once('.')?.1.len() as i32;
-        Some(10_f64.powi(exponent.parse::<i32>().ok()? - decimals))
-    };
-    let near = |(one, other): (&str, &str)| {
-        let parsed = one.parse::<f64>().ok().zip(other.parse::<f64>().ok());
-        let last = digit(one).zip(digit(other)).map(|(one, other)| one.min(other));
-        one == other || parsed.zip(last).is_some_and(|((one, other), last)| (one - other).abs() < 1.5 * last)
-    };
-    words(one).count() == words(other).count() && words(one).zip(words(other)).all(near)
+    one.lines().filter(result).eq(other.lines().filter(result))
 }
 
 /// How the lines of fit.json begin that tell what it took: the time, and steps, of which one more or less is a matter of roundings.

@@ -168,15 +168,6 @@ fn the_same_result_leaves_fit_json_as_it_was() {
     fs::write(&path, &slower).unwrap();
     done(&lab.fit(&[]));
     assert_eq!(fs::read_to_string(&path).unwrap(), slower);
-    // a rounding of the last digit is no other result
-    let chi2 = slower.lines().find(|line| line.contains("\"chi2\": ")).unwrap();
-    let last = chi2.rfind(|c: char| c.is_ascii_digit()).unwrap();
-    let digit = chi2.as_bytes()[last] - b'0';
-    let next = if digit > 4 { digit - 1 } else { digit + 1 };
-    let rounded = swap(&slower, chi2, &format!("{}{next}{}", &chi2[..last], &chi2[last + 1..]));
-    fs::write(&path, &rounded).unwrap();
-    done(&lab.fit(&[]));
-    assert_eq!(fs::read_to_string(&path).unwrap(), rounded);
     let other = swap(&slower, "\"shots_used\": 5", "\"shots_used\": 4");
     fs::write(&path, &other).unwrap();
     done(&lab.fit(&[]));

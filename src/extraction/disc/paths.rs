@@ -5,7 +5,7 @@ use num_dual::DualSVec64;
 
 use super::unknowns::{COUNT, DIRECTION, DISTANCE, PLACE, TIME, Unknowns, velocity};
 use super::{Outcome, stick};
-use crate::extraction::path_fit::{Errors, Fitted, Freedom, Paths, Tracked};
+use crate::extraction::path_fit::{Errors, FIRST, Fitted, Freedom, Paths, Tracked};
 use crate::extraction::unusable::{Bodies, Unusable};
 use crate::film::discs::Calibrated;
 use crate::physics::cloth_motion::Number;
@@ -16,13 +16,11 @@ const RADII_PART: f64 = 0.01;
 /// A distance that is further off, in standard deviations, is another one.
 const SEPARATION: f64 = 5.0;
 
-/// So many frames next to the impact are enough to begin with. Discs that stick settle for some frames, in which the glue gives way: what
+/// Discs that stick need more frames to begin with: they settle for some frames, in which the glue gives way: what
 /// is left of that shifts the paths by less than the noise, but velocities of few frames by more than theirs.
-const FIRST: usize = 8;
 const FIRST_SETTLING: usize = 30;
 
-/// Even next to the impact, so much more than the noise, and this part of the distance, is no collision.
-const HOPELESS: f64 = 10.0;
+/// Even next to the impact, this part of the distance is no collision.
 const HOPELESS_PART: f64 = 0.02;
 
 /// The place of a disc (0 or 1) at a time.
@@ -99,10 +97,9 @@ impl Paths<COUNT> for DiscPaths {
     }
 
     fn misfits(tracked: &TrackedDiscs, fitted: &FittedDiscs) -> Option<Unusable> {
-        let reduced_chi2 = tracked.misfit(fitted);
-        let rms = fitted.reduced().sqrt() * tracked.sd;
-        (reduced_chi2 > HOPELESS && rms > HOPELESS_PART * fitted.z[DISTANCE])
-            .then_some(Unusable::BadFit { reduced_chi2, rms_mm: 1e3 * rms })
+        let bad = tracked.bad_fit(fitted);
+        let far = HOPELESS_PART * fitted.z[DISTANCE];
+        (fitted.reduced().sqrt() * tracked.sd > far).then_some(bad)
     }
 }
 
@@ -120,7 +117,7 @@ impl TrackedDiscs<'_> {
         fitted.converged()?;
         let Errors { inverse, factor, .. } = self.errors(fitted)?;
         let by_camera = self.by_film(fitted, (camera, slowing_sd), &inverse);
-        let covariance = SMatrix::from_fn(|i, j| 0.5 * factor * (inverse[(i, j)] + inverse[(j, i)]));
+        let covariance = SMatrix::from_fn(|i, j| factor * inverse[(i, j)]);
         if let Some(expected) = self.paths.expected {
             let error = f64::sqrt(covariance[(DISTANCE, DISTANCE)]);
             let measured = fitted.z[DISTANCE];
