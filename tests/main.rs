@@ -3,6 +3,7 @@
 mod auto;
 mod bounce;
 mod camera;
+mod cases;
 mod causes;
 mod cli;
 mod collisions;
