@@ -8,6 +8,7 @@ use std::fs;
 use caromfit::physics::ball::{Ball, BallState, Vec3};
 use caromfit::physics::collision::{ClothTorque, Coefficients, Fidelity, Model, Outcome, Regime};
 use caromfit::physics::contact_frame::{cue_velocity, slip};
+use caromfit::physics::friction_law::Law;
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
@@ -308,6 +309,79 @@ fn differences(shot: &Try) -> Result<caromfit::physics::collision::Jacobian, ()>
         jacobian.set_column(column, &((4.0 * fine - coarse) / 3.0));
     }
     Ok(jacobian)
+}
+
+/// Derivatives by b and c of a friction that falls, the ratios of masses and radii and e₁ as well, for balls that differ in everything.
+#[test]
+fn derivatives_by_everything_agree_with_differences() {
+    /// Central differences with steps of 1e-3 and 5e-4, extrapolated twice, leave the sixth power of the step and roundings over it…
+    const EXACT: f64 = 1e-10;
+    /// …and of a compliant contact, followed with steps of 1e-7, their size times the second derivative.
+    const FOLLOWED: f64 = 1e-4;
+    let object = Ball { radius: 0.0281, mass: 0.161, inertia: 0.39 };
+    let law = Law::Exponential { b: 0.08, c: 1.1 };
+    let of = |fidelity| Model {
+        object: Some(object),
+        law,
+        e_slope: Some(0.01),
+        tolerance: 1e-11,
+        ..Model::new(fidelity, Ball::POOL)
+    };
+    let compliant = Model { kappa: 1.2, ..of(Fidelity::Ode) };
+    let models = [
+        (of(Fidelity::Linear), EXACT),
+        (of(Fidelity::Full), EXACT),
+        (of(Fidelity::Ode), EXACT),
+        (compliant, FOLLOWED),
+        (of(Fidelity::Contact), FOLLOWED),
+    ];
+    let coefficients = Coefficients { mu: 0.03, mu_s: 0.25, e: 0.9 };
+    let thick = BallState { velocity: Vec3::new(2.0, 0.1, 0.0), spin: Vec3::new(0.0, 3.0, 1.0) };
+    let shots = [[1.7, 0.9, 12.0, 40.0, 9.0], [1.7, 1.2, -9.0, -50.0, 4.0]]
+        .map(|[x, y, a, b, c]| BallState { velocity: Vec3::new(x, y, 0.0), spin: Vec3::new(a, b, c) });
+    for (model, most) in models {
+        for cue in shots.iter().chain([&thick]) {
+            let (_, jacobian, others) = model.collide_with_all(cue, &coefficients).unwrap();
+            let others = others.unwrap();
+            for input in 0..14 {
+                let at = |by: f64| {
+                    // `ode` has the derivatives of `full`
+                    let rigid = model.fidelity == Fidelity::Ode && model.kappa == 0.0;
+                    let mut model = if rigid { model.closed().unwrap() } else { model };
+                    let (mut c, mut cue) = (coefficients, *cue);
+                    let Law::Exponential { b, c: fall } = law else { unreachable!() };
+                    match input {
+                        0 => c.mu += by,
+                        1 => c.mu_s += by,
+                        2 => c.e += by,
+                        3 => cue.velocity.x += by,
+                        4 => cue.velocity.y += by,
+                        5..8 => cue.spin[input - 5] += 30.0 * by,
+                        8 => model.law = Law::Exponential { b: b + by, c: fall },
+                        9 => model.law = Law::Exponential { b, c: fall + by },
+                        10 => model.kappa += by,
+                        11 => model = model.with_mass_ratio(model.mass_ratio() + by),
+                        12 => model = model.with_radius_ratio(model.radius_ratio() + by),
+                        _ => model.e_slope = model.e_slope.map(|slope| slope + by),
+                    }
+                    model.collide(&cue, &c).unwrap().components()
+                };
+                let central = |h: f64| (at(h) - at(-h)) / (2.0 * h);
+                let [coarse, middle, fine] = [2e-3, 1e-3, 5e-4].map(central);
+                let [once, again] = [(4.0 * middle - coarse) / 3.0, (4.0 * fine - middle) / 3.0];
+                let expected = (16.0 * again - once) / 15.0;
+                let found = if input < 8 {
+                    jacobian.column(input) * if input < 5 { 1.0 } else { 30.0 }
+                } else {
+                    others.column(input - 8).into_owned()
+                };
+                // spins are in rad/s, some hundred
+                let off = (found - expected).amax() / (100.0 + expected.amax());
+                let name = model.fidelity.name();
+                assert!(off < most, "{name}, kappa {}, input {input}: {off:e}, {cue:?}", model.kappa);
+            }
+        }
+    }
 }
 
 #[test]

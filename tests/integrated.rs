@@ -1,10 +1,10 @@
-//! The integrated fidelities `ode` and `contact` against the reference values, `full`, and each other.
+//! The integrated fidelities `ode` and `contact` against the reference values, `full`, and what physics asks of them.
 
 use caromfit::fit;
 use caromfit::fit::{Depth, Options};
 use caromfit::physics::ball::{Ball, BallState, Vec3};
-use caromfit::physics::collision::{Coefficients, Fidelity, Input, Model, NotACollision, Outcome, Regime};
-use caromfit::physics::contact_frame::{cloth_slip, cue_velocity, slip};
+use caromfit::physics::collision::{Coefficients, Fidelity, Model, NotACollision, Outcome, Regime};
+use caromfit::physics::contact_frame::{cloth_slip, cue_velocity};
 use caromfit::physics::effect_sizes::Effects;
 use caromfit::simulate::{Kind, Played};
 use rand::SeedableRng;
@@ -15,17 +15,15 @@ use super::synthetic::{made_with, spec};
 
 use crate::options;
 
-const INTEGRATED: [Fidelity; 2] = [Fidelity::Ode, Fidelity::Contact];
-
 /// The tolerance is for each step, and relative to the closing speed: an outcome sums up some dozen steps.
 const STEPS: f64 = 20.0;
 
 /// Below, roundings of a sum of that many terms show.
 const ROUNDING: f64 = 1e-12;
 
-/// With what `full` contains.
-fn same_equations(fidelity: Fidelity, ball: Ball, tolerance: f64) -> Model {
-    Model { effects: Fidelity::Full.effects(), tolerance, ..Model::new(fidelity, ball) }
+/// `ode` at a tolerance: the equations of `full`.
+fn ode(ball: Ball, tolerance: f64) -> Model {
+    Model { tolerance, ..Model::new(Fidelity::Ode, ball) }
 }
 
 /// The largest difference of velocities, and spins times R, relative to the closing speed.
@@ -37,42 +35,36 @@ fn off(a: &Outcome, b: &Outcome, radius: f64, k: f64) -> f64 {
 }
 
 #[test]
-fn they_agree_with_the_25_digit_reference() {
+fn ode_agrees_with_the_25_digit_reference() {
     /// Rounding of spins of a fast cue ball, over the closing speed of a grazing hit.
     const SLACK: f64 = 1e-12;
-    for fidelity in INTEGRATED {
-        for tolerance in [1e-6, 1e-10, 1e-12] {
-            for case in reference_cases() {
-                let same = same_equations(fidelity, case.model.ball, tolerance);
-                let model = Model { cloth_torque: case.model.cloth_torque, ..same };
-                let outcome = model.collide(&case.cue, &case.coefficients).unwrap();
-                assert_eq!(outcome.regime, case.outcome.regime, "{}", case.name);
-                let off = off(&outcome, &case.outcome, model.ball.radius, case.cue.velocity.x);
-                assert!(off < STEPS * tolerance + SLACK, "{fidelity:?} {tolerance:e} {}: {off:e}", case.name);
-            }
+    for tolerance in [1e-6, 1e-10, 1e-12] {
+        for case in reference_cases() {
+            let model = Model { cloth_torque: case.model.cloth_torque, ..ode(case.model.ball, tolerance) };
+            let outcome = model.collide(&case.cue, &case.coefficients).unwrap();
+            assert_eq!(outcome.regime, case.outcome.regime, "{}", case.name);
+            let off = off(&outcome, &case.outcome, model.ball.radius, case.cue.velocity.x);
+            assert!(off < STEPS * tolerance + SLACK, "{tolerance:e} {}: {off:e}", case.name);
         }
     }
 }
 
 #[test]
-fn they_agree_with_full_and_so_with_each_other() {
+fn ode_agrees_with_full() {
     let mut rng = ChaCha8Rng::seed_from_u64(11);
     let mut stuck = 0;
     for _ in 0..2_000 {
         let Try { model, cue, coefficients } = Try::random(&mut rng, Fidelity::Full);
         let full = model.collide(&cue, &coefficients).unwrap();
         stuck += usize::from(full.regime == Regime::Stick);
-        for fidelity in INTEGRATED {
-            for tolerance in [1e-8, 1e-12] {
-                let outcome =
-                    same_equations(fidelity, model.ball, tolerance).collide(&cue, &coefficients).unwrap();
-                let off = off(&outcome, &full, model.ball.radius, cue.velocity.x);
-                assert!(
-                    off < STEPS * tolerance + ROUNDING,
-                    "{fidelity:?} {tolerance:e}: {off:e} {cue:?} {coefficients:?} {:?}",
-                    full.regime
-                );
-            }
+        for tolerance in [1e-8, 1e-12] {
+            let outcome = ode(model.ball, tolerance).collide(&cue, &coefficients).unwrap();
+            let off = off(&outcome, &full, model.ball.radius, cue.velocity.x);
+            assert!(
+                off < STEPS * tolerance + ROUNDING,
+                "{tolerance:e}: {off:e} {cue:?} {coefficients:?} {:?}",
+                full.regime
+            );
         }
     }
     assert!(stuck > 200, "only {stuck} shots stuck");
@@ -81,23 +73,22 @@ fn they_agree_with_full_and_so_with_each_other() {
 #[test]
 fn outcomes_mirror_and_scale() {
     let mut rng = ChaCha8Rng::seed_from_u64(12);
-    for fidelity in INTEGRATED {
-        for effects in [Fidelity::Full.effects(), Effects { gravity: false, ..Effects::ALL }] {
-            for _ in 0..100 {
-                let Try { model, cue, coefficients } = Try::random(&mut rng, Fidelity::Full);
-                let model = Model { effects, ..same_equations(fidelity, model.ball, Model::TOLERANCE) };
-                let outcome = model.collide(&cue, &coefficients).unwrap();
-                let mirror = |s: &BallState| BallState {
-                    velocity: s.velocity.component_mul(&Vec3::new(1.0, -1.0, 1.0)),
-                    spin: s.spin.component_mul(&Vec3::new(-1.0, 1.0, -1.0)),
-                };
-                let mirrored = model.collide(&mirror(&cue), &coefficients).unwrap();
-                assert_eq!((mirrored.cue, mirrored.object), (mirror(&outcome.cue), mirror(&outcome.object)));
-                // everything is computed in units of k: a power of 2 changes no digit
-                let scaled = BallState { velocity: 4.0 * cue.velocity, spin: 4.0 * cue.spin };
-                let faster = model.collide(&scaled, &coefficients).unwrap();
-                assert_eq!(faster.components(), 4.0 * outcome.components());
-            }
+    let effects = Effects { gravity: false, ..Effects::ALL };
+    for fidelity in [Fidelity::Ode, Fidelity::Contact] {
+        for _ in 0..100 {
+            let Try { model, cue, coefficients } = Try::random(&mut rng, Fidelity::Full);
+            let model = Model { effects, ..Model::new(fidelity, model.ball) };
+            let outcome = model.collide(&cue, &coefficients).unwrap();
+            let mirror = |s: &BallState| BallState {
+                velocity: s.velocity.component_mul(&Vec3::new(1.0, -1.0, 1.0)),
+                spin: s.spin.component_mul(&Vec3::new(-1.0, 1.0, -1.0)),
+            };
+            let mirrored = model.collide(&mirror(&cue), &coefficients).unwrap();
+            assert_eq!((mirrored.cue, mirrored.object), (mirror(&outcome.cue), mirror(&outcome.object)));
+            // everything is computed in units of k: a power of 2 changes no digit
+            let scaled = BallState { velocity: 4.0 * cue.velocity, spin: 4.0 * cue.spin };
+            let faster = model.collide(&scaled, &coefficients).unwrap();
+            assert_eq!(faster.components(), 4.0 * outcome.components());
         }
     }
 }
@@ -110,20 +101,26 @@ fn energy(ball: &Ball, outcome: &Outcome) -> f64 {
     of(&outcome.cue) + of(&outcome.object)
 }
 
+/// `contact` without weight, with more or less of the cloth's friction.
+fn weightless(effects: Effects) -> Model {
+    Model { effects: Effects { gravity: false, ..effects }, ..Model::new(Fidelity::Contact, Ball::POOL) }
+}
+
 #[test]
 fn friction_of_the_cloth_takes_energy() {
     let ball = Ball::POOL;
     let velocity = cue_velocity(2.0, 30_f64.to_radians());
     let coefficients = Coefficients { mu: 0.06, mu_s: 0.3, e: 0.94 };
     let draw = BallState { velocity, spin: -BallState::natural_roll(velocity, ball.radius).spin };
-    let ode = same_equations(Fidelity::Ode, ball, 1e-12);
-    let with = Model { effects: Effects { cloth_on_cue: true, ..ode.effects }, ..ode };
-    let [without, with] = [ode, with].map(|model| model.collide(&draw, &coefficients).unwrap());
+    let with = weightless(Effects::ALL);
+    let without = weightless(Effects { cloth_on_cue: false, ..Effects::ALL });
+    let [without, with] = [without, with].map(|model| model.collide(&draw, &coefficients).unwrap());
     // the cue ball is pressed down and slides: the cloth takes μ_k J_z off both balls together, along its
     // slip, which turns a little during the impact
     let momentum = |o: &Outcome| o.cue.velocity + o.object.velocity;
-    let lost = (momentum(&without) - momentum(&with)) / (ode.mu_k * with.object.velocity.z);
-    let slip = |ball: &BallState| cloth_slip(ball, ode.ball.radius).xy().normalize();
+    let lost = (momentum(&without) - momentum(&with))
+        / (Model::new(Fidelity::Contact, ball).mu_k * with.object.velocity.z);
+    let slip = |state: &BallState| cloth_slip(state, ball.radius).xy().normalize();
     let (first, last) = (slip(&draw), slip(&with.cue));
     assert!(last.x < lost.x && lost.x < first.x, "{lost} {first} {last}");
     assert!(first.y < lost.y && lost.y < last.y, "{lost} {first} {last}");
@@ -138,8 +135,8 @@ fn the_true_slip_direction_turns_the_cloths_friction() {
     let mut cue = BallState::natural_roll(velocity, ball.radius);
     cue.spin.z = 60.0;
     let coefficients = Coefficients { mu: 0.06, mu_s: 0.3, e: 0.94 };
-    let straight = same_equations(Fidelity::Ode, ball, 1e-12);
-    let turning = Model { effects: Effects { cloth_turning: true, ..straight.effects }, ..straight };
+    let straight = weightless(Effects { cloth_turning: false, ..Effects::ALL });
+    let turning = weightless(Effects::ALL);
     let [straight, turning] = [straight, turning].map(|model| model.collide(&cue, &coefficients).unwrap());
     // the cloth now also holds back the throw, by less than μμ_s of the impulse
     let (a, b) = (straight.object.velocity, turning.object.velocity);
@@ -149,20 +146,18 @@ fn the_true_slip_direction_turns_the_cloths_friction() {
     assert!(straight.object.spin.x == 0.0 && turning.object.spin.x != 0.0);
 }
 
-/// Without gravity and with the cloth on both balls, impulse and time are two roads to one outcome.
+/// Without weight and friction of the cloth on the cue ball, `contact` solves the equations of the compliant `ode`.
 #[test]
-fn with_the_cloth_on_both_balls_ode_and_contact_agree() {
+fn without_weight_and_cloth_contact_is_ode() {
     let mut rng = ChaCha8Rng::seed_from_u64(13);
-    let effects = Fidelity::Ode.effects();
-    for _ in 0..500 {
+    let effects = Effects { compliance: true, ..Fidelity::Full.effects() };
+    for _ in 0..200 {
         let Try { model, cue, coefficients } = Try::random(&mut rng, Fidelity::Full);
-        let [a, b] = INTEGRATED.map(|fidelity| {
-            let model = Model { effects, ..same_equations(fidelity, model.ball, 1e-11) };
+        let [a, b] = [Fidelity::Ode, Fidelity::Contact].map(|fidelity| {
+            let model = Model { effects, kappa: Model::KAPPA, ..Model::new(fidelity, model.ball) };
             model.collide(&cue, &coefficients).unwrap()
         });
-        let off = off(&a, &b, model.ball.radius, cue.velocity.x);
-        assert!(off < 2.0 * STEPS * 1e-11, "{off:e} {cue:?} {coefficients:?}");
-        assert_eq!(a.regime, b.regime);
+        assert_eq!(a, b);
     }
 }
 
@@ -177,7 +172,7 @@ fn gravity_matters_as_its_impulse_does() {
         let with = Model::new(Fidelity::Contact, ball);
         let without = Model { effects: Effects { gravity: false, ..Effects::ALL }, ..with };
         let [with, without] = [with, without].map(|model| model.collide(&cue, &coefficients).unwrap());
-        let duration = Model::CONTACT_TIME * velocity.x.powf(-0.2) * 0.5 * (1.0 + 1.0 / coefficients.e);
+        let duration = Model::CONTACT_TIME * velocity.x.powf(-0.2) * 0.5 * (1.0 + coefficients.e);
         let lost = (with.cue.velocity - without.cue.velocity).norm();
         let weight = 0.2 * 9.81 * duration;
         assert!(lost > 0.3 * weight && lost < 1.2 * weight, "{speed}: {lost:e} {weight:e}");
@@ -218,25 +213,25 @@ fn edges_are_no_trouble() {
     let velocity = |cut_deg: f64| cue_velocity(2.0, cut_deg.to_radians());
     let spins =
         [Vec3::zeros(), Vec3::new(0.0, 70.0, 0.0), Vec3::new(0.0, -70.0, 0.0), Vec3::new(0.0, 1e-9, 5.0)];
-    for fidelity in INTEGRATED {
-        for cut in [0.0, 1e-7, 30.0, 89.99, 89.999_999] {
-            for spin in spins {
-                for (mu, mu_s, e) in
-                    [(0.0, 0.3, 0.9), (0.05, 0.0, 0.9), (1.0, 1.0, 1.0), (0.05, 0.4, 0.0), (1e-12, 0.3, 1e-9)]
-                {
-                    let cue = BallState { velocity: velocity(cut), spin };
-                    let coefficients = Coefficients { mu, mu_s, e };
-                    let full = Model::new(Fidelity::Full, ball).collide(&cue, &coefficients).unwrap();
-                    let same = same_equations(fidelity, ball, 1e-10);
-                    let outcome = same.collide(&cue, &coefficients).unwrap();
-                    let off = off(&outcome, &full, ball.radius, cue.velocity.norm());
-                    assert!(off < STEPS * 1e-10, "{fidelity:?} {cut} {spin:?} {coefficients:?}: {off:e}");
-                    // and with everything on it ends too
-                    let all = Model { effects: Effects::ALL, ..same };
-                    match all.collide(&cue, &coefficients) {
-                        Ok(outcome) => assert!(outcome.components().iter().all(|x| x.is_finite())),
-                        // gravity acts for as long as the contact lasts, 1/e times its compression
-                        Err(error) => assert!(e == 1e-9 && error == NotACollision::NotIntegrated(1e-10)),
+    for cut in [0.0, 1e-7, 30.0, 89.99, 89.999_999] {
+        for spin in spins {
+            for (mu, mu_s, e) in
+                [(0.0, 0.3, 0.9), (0.05, 0.0, 0.9), (1.0, 1.0, 1.0), (0.05, 0.4, 0.0), (1e-12, 0.3, 1e-9)]
+            {
+                let cue = BallState { velocity: velocity(cut), spin };
+                let coefficients = Coefficients { mu, mu_s, e };
+                let full = Model::new(Fidelity::Full, ball).collide(&cue, &coefficients).unwrap();
+                let outcome = ode(ball, 1e-10).collide(&cue, &coefficients).unwrap();
+                let off = off(&outcome, &full, ball.radius, cue.velocity.norm());
+                assert!(off < STEPS * 1e-10, "{cut} {spin:?} {coefficients:?}: {off:e}");
+                // and with everything on it ends too
+                let all = Model::new(Fidelity::Contact, ball);
+                match all.collide(&cue, &coefficients) {
+                    Ok(outcome) => assert!(outcome.components().iter().all(|x| x.is_finite())),
+                    // the cloth may push the balls against each other for as long as the contact lasts
+                    Err(error) => {
+                        assert!(e == 1e-9 || cue.velocity.x < 1e-3, "{cue:?} {coefficients:?}");
+                        assert_eq!(error, NotACollision::NotIntegrated(1e-10));
                     }
                 }
             }
@@ -244,45 +239,36 @@ fn edges_are_no_trouble() {
     }
 }
 
-/// Against the analytic derivative of `full`, away from where the contact is about to stick.
+/// The derivatives of `contact` against central differences, away from where the contact sticks or a ball leaves the cloth.
 #[test]
-fn derivatives_agree_with_the_analytic_ones() {
-    /// Differences with a step of 1e-4 of what a derivative is taken by, at a tolerance of 1e-12.
-    const DIFFERENCES: f64 = 1e-5;
-    let mut rng = ChaCha8Rng::seed_from_u64(14);
-    for fidelity in INTEGRATED {
-        let mut compared = 0;
-        while compared < 100 {
-            let Try { model, cue, coefficients } = Try::random(&mut rng, Fidelity::Full);
-            let (full, analytic) = model.collide_with_jacobian(&cue, &coefficients).unwrap();
-            let left = slip(&full.cue, &full.object, model.ball.radius).yz().norm();
-            let start = slip(&cue, &BallState::default(), model.ball.radius).yz().norm();
-            if left.min(start) < 0.1 * cue.velocity.norm() && full.regime == Regime::Slide {
-                continue;
-            }
-            compared += 1;
-            let same = same_equations(fidelity, model.ball, 1e-12);
-            let (_, numeric) = same.collide_with_jacobian(&cue, &coefficients).unwrap();
-            // between topspin and draw differences give the mean of both sides
-            let kink = |column: usize| cue.spin.y == 0.0 && column == Input::SpinY as usize;
-            for row in 0..12 {
-                for column in (0..8).filter(|column| !kink(*column)) {
-                    let spin = if (row / 3) % 2 == 0 { 1.0 } else { model.ball.radius };
-                    let by = match column {
-                        0..3 => 1.0 / cue.velocity.norm(),
-                        3 | 4 => 1.0,
-                        _ => 1.0 / model.ball.radius,
-                    };
-                    let off = (analytic[(row, column)] - numeric[(row, column)]).abs() * spin * by;
-                    assert!(
-                        off < DIFFERENCES,
-                        "{fidelity:?} ({row}, {column}): {} {} {cue:?} {coefficients:?} {:?}",
-                        analytic[(row, column)],
-                        numeric[(row, column)],
-                        full.regime
-                    );
+fn derivatives_agree_with_differences() {
+    /// Steps that are followed err by 1e-7 times the second derivative, differences by their tolerance over the step.
+    const ERROR: f64 = 1e-4;
+    const STEP: f64 = 1e-5;
+    let coefficients = Coefficients { mu: 0.06, mu_s: 0.3, e: 0.94 };
+    let model = Model { tolerance: 1e-11, ..Model::new(Fidelity::Contact, Ball::POOL) };
+    for (cut, share, side) in [(0.5, 0.9, 0.0), (0.6, -1.0, 10.0), (0.8, 0.5, -20.0)] {
+        let velocity = cue_velocity(2.0, cut);
+        let spin = share * BallState::natural_roll(velocity, Ball::POOL.radius).spin + side * Vec3::z();
+        let cue = BallState { velocity, spin };
+        let (_, jacobian) = model.collide_with_jacobian(&cue, &coefficients).unwrap();
+        for input in 0..8 {
+            let unit = if input > 4 { 1.0 / Ball::POOL.radius } else { 1.0 };
+            let at = |by: f64| {
+                let (mut cue, mut c) = (cue, coefficients);
+                match input {
+                    0 => c.mu += by,
+                    1 => c.mu_s += by,
+                    2 => c.e += by,
+                    3 => cue.velocity.x += by,
+                    4 => cue.velocity.y += by,
+                    i => cue.spin[i - 5] += by * unit,
                 }
-            }
+                model.collide(&cue, &c).unwrap().components()
+            };
+            let expected = (at(STEP) - at(-STEP)) / (2.0 * STEP);
+            let off = (jacobian.column(input) * unit - expected).amax() / (1.0 + expected.amax());
+            assert!(off < ERROR, "{cut} {share} {side}, {input}: {off:e}");
         }
     }
 }
@@ -349,9 +335,10 @@ fn a_fit_by_integration_is_the_fit_of_the_full_solution() {
 /// are the many small hops of slow balls.
 #[test]
 fn contacts_that_stick_and_slip_by_turns_are_integrated() {
-    /// Of U, at the default tolerance against one of 1e-12: up to a thousand steps instead of some dozen.
-    const MOST: f64 = 1e-7;
-    const USUALLY: f64 = 1e-9;
+    /// Of U, at the default tolerance against one of 1e-12: at 1 mm/s the friction of the cloth, smooth below 1e-4 of the speeds, takes
+    /// some thousand steps instead of some dozen.
+    const MOST: f64 = 1e-6;
+    const USUALLY: f64 = 5e-7;
     let ball = Ball::POOL;
     let at = |tolerance: f64| Model { tolerance, ..Model::new(Fidelity::Contact, ball) };
     let energy = |s: &BallState| {
@@ -382,20 +369,11 @@ fn contacts_that_stick_and_slip_by_turns_are_integrated() {
                     assert!(error < MOST, "{error:e}: {cue:?} {coefficients:?}");
                     assert!(energy(&found.cue) + energy(&found.object) <= energy(&cue));
                     errors.push(error);
-                    // without gravity and the cloth's true directions these are the equations of the full solution
-                    let same = same_equations(Fidelity::Contact, ball, Model::TOLERANCE);
-                    let [full, same] = [Model::new(Fidelity::Full, ball), same]
-                        .map(|model| model.collide(&cue, &coefficients).unwrap());
-                    let error = off(&full, &same, ball.radius, speed);
+                    // a rigid contact without weight
+                    let [full, ode] = [Fidelity::Full, Fidelity::Ode]
+                        .map(|fidelity| Model::new(fidelity, ball).collide(&cue, &coefficients).unwrap());
+                    let error = off(&full, &ode, ball.radius, speed);
                     assert!(error < STEPS * Model::TOLERANCE, "{error:e}: {cue:?} {coefficients:?}");
-                    // with the cloth on both balls, but without gravity, those of the integration in the impulse
-                    let effects = Fidelity::Ode.effects();
-                    let [ode, contact] = INTEGRATED.map(|fidelity| {
-                        let model = Model { effects, ..Model::new(fidelity, ball) };
-                        model.collide(&cue, &coefficients).unwrap()
-                    });
-                    let error = off(&ode, &contact, ball.radius, speed);
-                    assert!(error < MOST, "{error:e}: {cue:?} {coefficients:?}");
                 }
             }
         }

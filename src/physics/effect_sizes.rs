@@ -84,7 +84,7 @@ impl Choice {
     /// `model` with the fidelity and the effects that were chosen.
     #[must_use]
     pub fn model(&self, model: &Model) -> Model {
-        Model { fidelity: self.fidelity, effects: self.effects, ..*model }
+        Model { fidelity: self.fidelity, effects: self.effects, ..*model }.with_some_compliance()
     }
 }
 
@@ -261,8 +261,8 @@ impl<'a> Shot<'a> {
         let draw = if v_z < 0.0 { model.mu_k } else { 0.0 };
         let cloth_on_cue = FEEDBACK * draw * j_z * lever;
 
-        // Δt = T k^(−1/5) (1 + 1/e)/2, with restitution as long as compression over e
-        let duration = model.contact_time * k.powf(-0.2) * 0.5 * (1.0 + 1.0 / coefficients.e.max(0.5));
+        // Δt = T k^(−1/5) (1 + e)/2: restitution takes e times as long as compression
+        let duration = model.contact_time * k.powf(-0.2) * 0.5 * (1.0 + coefficients.e);
         let held = FEEDBACK * model.mu_k.max(coefficients.mu_s) * lever;
         let gravity = GRAVITY * duration * if all { held.max(1.0) } else { held };
 

@@ -7,4 +7,3 @@ pub mod disc;
 pub mod effect_sizes;
 pub mod friction_law;
 pub mod name;
-mod on_table;

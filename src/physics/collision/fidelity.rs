@@ -18,8 +18,8 @@ worded! {
         Linear = "linear" | "first order in μ, no stick",
         /// The exact solution of the equations of motion, stick included.
         Full = "full" | "the exact solution, stick included",
-        /// The equations of motion integrated numerically, to [`Model::tolerance`](super::Model::tolerance). It can do more than
-        /// [`Fidelity::Full`], see [`Fidelity::effects`].
+        /// The equations of motion of [`Fidelity::Full`], or with κ those of a compliant contact, integrated to
+        /// [`Model::tolerance`](super::Model::tolerance).
         Ode = "ode" | "the same equations integrated, to a tolerance",
         /// The contact resolved in time, to [`Model::tolerance`](super::Model::tolerance), with everything that acts on the balls.
         Contact = "contact" | "the contact resolved in time, with gravity and the cloth, to a tolerance",
@@ -38,8 +38,7 @@ impl Fidelity {
         matches!(self, Self::Ode | Self::Contact)
     }
 
-    /// All effects that this fidelity can simulate. [`Model::new`](super::Model::new) switches all of it on, but for `ode` the cloth's
-    /// friction on the cue ball and along the true slip, so that it solves the equations of `full`.
+    /// All effects that this fidelity can simulate.
     #[must_use]
     pub fn effects(self) -> Effects {
         let inelastic = Effects { inelasticity: true, ..Effects::NONE };
@@ -48,8 +47,8 @@ impl Fidelity {
             Self::Elastic => Effects::NONE,
             Self::Inelastic => inelastic,
             Self::Linear => linear,
-            Self::Full => Effects { stick: true, turning: true, ..linear },
-            Self::Ode => Effects { gravity: false, ..Effects::ALL },
+            Self::Full => Effects { stick: true, turning: true, falling_friction: true, ..linear },
+            Self::Ode => Effects { compliance: true, ..Self::Full.effects() },
             Self::Contact => Effects::ALL,
         }
     }

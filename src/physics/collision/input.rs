@@ -1,9 +1,9 @@
-//! The input of a collision, checked: what it must satisfy, and the numbers that the impulses follow from.
+//! What the input of a collision must satisfy.
 
-use super::{ClothTorque, Coefficients, MAX_KAPPA, MAX_TOLERANCE, MIN_TOLERANCE, Model, length};
-use crate::physics::ball::{Ball, BallState, UNIFORM_SPHERE, Vec3};
-use crate::physics::contact_frame;
-use crate::physics::friction_law::{Friction, Law};
+use super::impact::Values;
+use super::{ClothTorque, Coefficients, Fidelity, Input, MAX_KAPPA, MAX_TOLERANCE, MIN_TOLERANCE, Model};
+use crate::physics::ball::{Ball, BallState, Vec3};
+use crate::physics::friction_law::Law;
 
 /// Why an input describes no collision.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
@@ -28,6 +28,10 @@ pub enum NotACollision {
     /// The cue ball has a vertical velocity, given here in m/s.
     #[error("the cue ball leaves the cloth with {0} m/s; expected a horizontal velocity")]
     NotHorizontal(f64),
+    /// The larger component of the cue ball's velocity, or the speed of its surface, given here in m/s, is not within [`MIN_SPEED`] to
+    /// [`MAX_SPEED`].
+    #[error("the cue ball's speed is {0} m/s; expected {MIN_SPEED:e} to {MAX_SPEED:e}, also of its surface")]
+    Speed(f64),
     /// The friction between the balls μ, given here, is negative.
     #[error("mu is {0}; expected 0 or more")]
     NegativeMu(f64),
@@ -82,10 +86,12 @@ pub enum NotACollision {
     /// The contact time, given here in s, is not positive and finite.
     #[error("the contact time is {0} s; expected more than 0")]
     ContactTime(f64),
-    /// The integration of `ode` or `contact` took too many steps or changes of grip at the tolerance given here. Under gravity some slow shots run out of
-    /// them (of the hardest that the tests try 7 in 1000 at 1e-10, below some 0.2 m/s): a slip on the cloth that passes close by 0, or settles
-    /// there, turns faster than steps can follow. So do some with an e near 0, whose restitution lasts 1/e times
-    /// their compression, under gravity all the while. (At 0 there is none: the impact ends with compression.)
+    /// `contact` was asked for with a contact that is rigid along its surface (κ = 0).
+    #[error(
+        "contact resolves a compliant contact, but kappa is 0 (rigid along the surface); expected more than 0, or the fidelity full"
+    )]
+    RigidContact,
+    /// The integration of `ode` or `contact` took too many steps at the tolerance given here.
     #[error(
         "the integration did not reach the end of the impact at a tolerance of {0:e}; expected a larger one"
     )]
@@ -93,218 +99,122 @@ pub enum NotACollision {
     /// A contact that hardly gives way along its surface shakes so often, as 1/√κ, that its integration did not reach the end of the
     /// impact; with κ. Towards κ = 0 the outcome nears that of a rigid contact as √κ.
     #[error(
-        "the contact is so stiff at a kappa of {0:e} that the integration did not reach the end of the impact; expected 0 (rigid along the surface) or a larger one"
+        "the contact is so stiff at a kappa of {0:e} that the integration did not reach the end of the impact; expected a larger one, or the fidelity full (rigid along the surface)"
     )]
     TooStiff(f64),
 }
 
-/// What the impulses depend on.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Contact {
-    pub k: f64,
-    pub v_y: f64,
-    pub v_z: f64,
-    pub mu: f64,
-    pub m_s: f64,
-    pub e: f64,
-    pub nu: f64,
-    pub sigma: f64,
-    pub levers: Levers,
-    /// μ_s, whether or not the friction between the balls brings it to bear.
-    pub mu_s: f64,
-}
-
-/// What the inertia of both balls makes of an impulse, with the object ball's ν as the unit of both β.
-///
-/// Balls that are not equal obey the same equations as equal ones, in impulses times a = (1 + 1/r)/2, r = m_cue/m_object, with
-/// m_s over a and these sums, so that dv_x/dq = 2 + m_s μ sin θ as ever.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Levers {
-    /// νβ_y: 1 + ν of equal balls, else ν[(1 + 1/ν_c)/r + 1 + 1/ν]/2a.
-    pub y: f64,
-    /// 2νβ_z without the cloth: 2 + ν of equal balls, else ν[(1 + 1/ν_c)/r + 1/ν]/a with topspin, ν[1/(rν_c) + 1 + 1/ν]/a
-    /// with draw.
-    pub z: f64,
-    /// 2y − z: ν of equal balls.
-    pub difference: f64,
-    /// 1/a.
-    pub scale: f64,
-}
-
-impl Levers {
-    /// Of equal balls.
-    #[inline(always)]
-    pub fn equal(nu: f64) -> Self {
-        Self { y: 1.0 + nu, z: 2.0 + nu, difference: nu, scale: 1.0 }
-    }
-
-    /// Of a cue ball `mass_ratio` times as heavy as the object ball.
-    fn unequal(mass_ratio: f64, [nu_c, nu]: [f64; 2], topspin: bool) -> Self {
-        let per_r = 1.0 / mass_ratio;
-        let scale = 2.0 / (1.0 + per_r);
-        let y = 0.5 * scale * nu * ((1.0 + 1.0 / nu_c) * per_r + 1.0 + 1.0 / nu);
-        let carried = if topspin { per_r } else { 1.0 };
-        let z = scale * nu * (per_r / nu_c + carried + 1.0 / nu);
-        Self { y, z, difference: 2.0 * y - z, scale }
-    }
-
-    /// Whether γ is 1/6 without friction of the cloth, as of equal uniform spheres.
-    #[inline(always)]
-    pub fn are_of_spheres(&self) -> bool {
-        self.difference == UNIFORM_SPHERE && self.z == 2.0 + UNIFORM_SPHERE
-    }
-}
-
-impl Contact {
-    /// β_y = (1 + ν)/ν.
-    #[inline]
-    pub fn beta_y(&self) -> f64 {
-        self.levers.y / self.nu
-    }
-
-    /// β_z = (2 + ν − σm_s)/2ν.
-    #[inline]
-    pub fn beta_z(&self) -> f64 {
-        (self.levers.z - self.sigma * self.m_s) / (2.0 * self.nu)
-    }
-
-    /// γ = β_y/β_z − 1 = (ν + σm_s)/(2 + ν − σm_s).
-    #[inline]
-    pub fn gamma(&self) -> f64 {
-        (self.levers.difference + self.sigma * self.m_s) / (self.levers.z - self.sigma * self.m_s)
-    }
-}
-
 impl Model {
-    // a contact that comes back through memory costs as much as `linear` does
+    /// The values of a shot, checked: the only place where input is refused.
     #[inline(always)]
-    pub(super) fn contact(
+    pub(super) fn validated(
         &self,
         cue: &BallState,
         coefficients: &Coefficients,
-    ) -> Result<Contact, NotACollision> {
-        self.contact_of(cue, &self.checked(coefficients)?)
-    }
-
-    /// What all shots with these coefficients share.
-    #[inline(always)]
-    pub(super) fn checked(&self, coefficients: &Coefficients) -> Result<Shared, NotACollision> {
-        let Ball { radius, inertia, .. } = self.ball;
-        let Coefficients { mu, mu_s, e } = *coefficients;
-        if !(radius > 0.0 && radius.is_finite()) {
-            return Err(NotACollision::Radius(radius));
-        }
-        if !(inertia > 0.0 && inertia <= HOLLOW_SPHERE) {
-            return Err(NotACollision::Inertia(inertia));
-        }
+    ) -> Result<Values<f64>, NotACollision> {
+        let &Coefficients { mu, mu_s, e } = coefficients;
+        Self::check_ball(&self.ball)?;
+        let ratio = self.mass_ratio();
+        let mut most_mu_s = 2.0 + self.ball.inertia;
         if let Some(object) = &self.object {
-            self.check_object(object)?;
+            Self::check_ball(object)?;
+            if !MASS_RATIOS.contains(&ratio) {
+                return Err(NotACollision::MassRatio(ratio));
+            }
+            if self.cloth_torque == ClothTorque::AsPrinted {
+                return Err(NotACollision::UnequalAsPrinted);
+            }
+            // 2β_z = (1 + 1/ν_c)/r + (1 − μ_s)/ν must stay positive, or the cloth would drive the slip that it brakes
+            most_mu_s = 1.0 + object.inertia * (1.0 + 1.0 / self.ball.inertia) / ratio;
         }
         if finite("mu", mu)? < 0.0 {
             return Err(NotACollision::NegativeMu(mu));
         }
-        // β_z must stay positive, or the cloth would drive the slip it brakes
-        let most = self.object.as_ref().map_or(2.0 + inertia, |object| self.most_mu_s(object));
-        if !(0.0..most).contains(&finite("mu_s", mu_s)?) {
-            return Err(NotACollision::MuSOutOfRange(mu_s, most));
+        if !(0.0..most_mu_s).contains(&finite("mu_s", mu_s)?) {
+            return Err(NotACollision::MuSOutOfRange(mu_s, most_mu_s));
         }
-        let friction = self.law.friction(mu);
+        if !(0.0..=1.0).contains(&finite("e", e)?) {
+            return Err(NotACollision::EOutOfRange(e));
+        }
         if let Law::Exponential { b, c } = self.law {
             let valid = b.is_finite() && c.is_finite() && c >= 0.0 && mu + b >= 0.0;
             if !valid {
                 return Err(NotACollision::Law { mu, b, c });
             }
         }
-        if !(0.0..=1.0).contains(&finite("e", e)?) {
-            return Err(NotACollision::EOutOfRange(e));
+        check_motion(cue, self.ball.radius)?;
+        let values = Values::new(self, cue, coefficients);
+        let largest = values[Input::Mu] + values[Input::B].max(0.0);
+        // dv_x/dq = 1 + 1/r + μ_s μ sin θ must stay positive, whatever θ is
+        let (product, most) = (largest * values[Input::MuS], 1.0 + 1.0 / ratio);
+        // the friction of a compliant contact may turn, and press the object ball down all the same
+        if product >= most && (cue.spin.y > 0.0 || self.kappa > 0.0) {
+            return Err(NotACollision::Jams(product, most));
         }
-        let effects = self.effects;
-        let friction = if effects.friction { friction } else { Friction::Constant(0.0) };
-        let mu_s = if effects.cloth { mu_s } else { 0.0 };
-        Ok(Shared {
-            friction,
-            mu_s,
-            e: if effects.inelasticity { e } else { 1.0 },
-            jams: friction.largest() * mu_s >= self.most_mu_mu_s(),
-        })
+        if self.fidelity.is_integrated() {
+            self.check_integrated(largest)?;
+        }
+        Ok(values)
     }
 
-    /// Below it dv_x/dq = 1 + 1/r + μ_s μ sin θ is positive, whatever θ is.
-    #[inline]
-    fn most_mu_mu_s(&self) -> f64 {
-        self.object.as_ref().map_or(2.0, |_| 1.0 + 1.0 / self.mass_ratio())
-    }
-
-    /// Below it the cloth brakes the slip with topspin: 2β_z = (1 + 1/ν_c)/r + (1 − μ_s)/ν is positive.
-    #[cold]
-    fn most_mu_s(&self, object: &Ball) -> f64 {
-        1.0 + object.inertia * (1.0 + 1.0 / self.ball.inertia) / self.mass_ratio()
-    }
-
-    #[cold]
-    fn check_object(&self, object: &Ball) -> Result<(), NotACollision> {
-        if !(object.radius > 0.0 && object.radius.is_finite()) {
-            return Err(NotACollision::Radius(object.radius));
+    #[inline(always)]
+    fn check_ball(ball: &Ball) -> Result<(), NotACollision> {
+        if !(ball.radius > 0.0 && ball.radius.is_finite()) {
+            return Err(NotACollision::Radius(ball.radius));
         }
-        if !(object.inertia > 0.0 && object.inertia <= HOLLOW_SPHERE) {
-            return Err(NotACollision::Inertia(object.inertia));
-        }
-        let ratio = self.mass_ratio();
-        if !MASS_RATIOS.contains(&ratio) {
-            return Err(NotACollision::MassRatio(ratio));
-        }
-        if self.cloth_torque == ClothTorque::AsPrinted {
-            return Err(NotACollision::UnequalAsPrinted);
+        if !(ball.inertia > 0.0 && ball.inertia <= HOLLOW_SPHERE) {
+            return Err(NotACollision::Inertia(ball.inertia));
         }
         Ok(())
     }
 
-    #[inline(always)]
-    pub(super) fn contact_of(&self, cue: &BallState, shared: &Shared) -> Result<Contact, NotACollision> {
-        if !(is_finite(&cue.velocity) && is_finite(&cue.spin)) {
-            return Err(not_finite(cue));
+    /// What only integrated fidelities use.
+    fn check_integrated(&self, largest_mu: f64) -> Result<(), NotACollision> {
+        let &Self { tolerance, mu_k, kappa, contact_time, .. } = self;
+        if !(MIN_TOLERANCE..=MAX_TOLERANCE).contains(&tolerance) {
+            return Err(NotACollision::Tolerance(tolerance));
         }
-        if cue.velocity.z != 0.0 {
-            return Err(NotACollision::NotHorizontal(cue.velocity.z));
+        if !(mu_k >= 0.0 && largest_mu * mu_k < 1.0 + self.mass_ratio()) {
+            return Err(NotACollision::MuKOutOfRange(mu_k));
         }
-        let v = contact_frame::slip(cue, &BallState::default(), self.ball.radius);
-        let k = -v.x;
-        if k <= 0.0 {
-            return Err(NotACollision::NotApproaching(k));
+        if !(0.0..=MAX_KAPPA).contains(&kappa) {
+            return Err(NotACollision::KappaOutOfRange(kappa));
         }
-        let topspin = v.z > 0.0;
-        // of a contact that gives way the friction may turn, and press the object ball down all the same
-        if shared.jams && (topspin || self.kappa > 0.0) {
-            let product = shared.friction.largest() * shared.mu_s;
-            return Err(NotACollision::Jams(product, self.most_mu_mu_s()));
+        if !(contact_time > 0.0 && contact_time.is_finite()) {
+            return Err(NotACollision::ContactTime(contact_time));
         }
-        let m_s = if topspin { shared.mu_s } else { 0.0 };
-        let mu = match shared.friction {
-            Friction::Constant(mu) => mu,
-            falling @ Friction::Exponential { .. } => falling.mu(length(v.y, v.z)),
-        };
-        let sigma = self.cloth_torque.sign();
-        let (nu, levers) = match &self.object {
-            None => (self.ball.inertia, Levers::equal(self.ball.inertia)),
-            Some(object) => {
-                let inertias = [self.ball.inertia, object.inertia];
-                (object.inertia, Levers::unequal(self.mass_ratio(), inertias, topspin))
-            }
-        };
-        let m_s = m_s * levers.scale;
-        Ok(Contact { k, v_y: v.y, v_z: v.z, mu, m_s, e: shared.e, nu, sigma, levers, mu_s: shared.mu_s })
+        if self.fidelity == Fidelity::Contact && kappa == 0.0 {
+            return Err(NotACollision::RigidContact);
+        }
+        Ok(())
     }
 }
 
-/// What [`Contact`] takes from the coefficients, the effects that are off left out.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Shared {
-    friction: Friction,
-    mu_s: f64,
-    e: f64,
-    /// Whether shots with topspin jam.
-    jams: bool,
+/// The cue ball moves along the cloth towards the object ball.
+#[inline(always)]
+fn check_motion(cue: &BallState, radius: f64) -> Result<(), NotACollision> {
+    if !(is_finite(&cue.velocity) && is_finite(&cue.spin)) {
+        return Err(not_finite(cue));
+    }
+    if cue.velocity.z != 0.0 {
+        return Err(NotACollision::NotHorizontal(cue.velocity.z));
+    }
+    let k = cue.velocity.x;
+    if k <= 0.0 {
+        return Err(NotACollision::NotApproaching(k));
+    }
+    let fastest = k.max(cue.velocity.y.abs());
+    let surface = radius * cue.spin.y.abs().max(cue.spin.z.abs());
+    if !(fastest >= MIN_SPEED && fastest.max(surface) <= MAX_SPEED) {
+        return Err(NotACollision::Speed(if fastest < MIN_SPEED { fastest } else { fastest.max(surface) }));
+    }
+    Ok(())
 }
+
+/// The slowest and the fastest cue ball, m/s: squares and their products neither overflow nor vanish.
+pub const MIN_SPEED: f64 = 1e-9;
+/// See [`MIN_SPEED`].
+pub const MAX_SPEED: f64 = 1e9;
 
 /// m_cue/m_object: beyond, roundings of the lighter ball's velocity show in the heavier one's.
 pub(crate) const MASS_RATIOS: std::ops::RangeInclusive<f64> = 1e-3..=1e3;

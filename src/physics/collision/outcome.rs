@@ -3,7 +3,7 @@
 
 use nalgebra::{SMatrix, SVector};
 
-use super::{Contact, Impulse, ImpulseGradient, Model, Regime, variable};
+use super::Regime;
 use crate::physics::ball::{BallState, Vec3};
 
 /// Both balls just after the impact, in the frame of the method that gave it: the collision frame, or the table's.
@@ -20,6 +20,14 @@ pub struct Outcome {
 }
 
 impl Outcome {
+    #[inline(always)]
+    pub(super) fn new(regime: Regime, impulse: f64, components: &[f64; 12]) -> Self {
+        let vector =
+            |first: usize| Vec3::new(components[first], components[first + 1], components[first + 2]);
+        let ball = |first: usize| BallState { velocity: vector(first), spin: vector(first + 3) };
+        Self { regime, impulse, cue: ball(0), object: ball(6) }
+    }
+
     /// The twelve components in the order of the rows of [`Jacobian`].
     #[must_use]
     pub fn components(&self) -> SVector<f64, 12> {
@@ -46,7 +54,15 @@ impl Outcome {
 /// the object ball, x, y and z of each; its columns are the [`Input`]s.
 pub type Jacobian = SMatrix<f64, 12, 8>;
 
-/// The columns of [`Jacobian`].
+/// The number of inputs besides the coefficients and the cue ball's motion: b and c of a friction that falls with the slip, κ,
+/// m_cue/m_object, R_cue/R_object and e₁.
+pub const OTHERS: usize = 6;
+
+/// The derivatives of an outcome's components, in the order of the rows of [`Jacobian`], by those inputs.
+pub type ByOthers = SMatrix<f64, 12, OTHERS>;
+
+/// The inputs that an outcome depends on. The first eight are the columns of [`Jacobian`], the others those of
+/// [`ByOthers`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Input {
     /// Friction between the balls μ, dimensionless.
@@ -67,97 +83,40 @@ pub enum Input {
     /// The cue ball's angular velocity before the impact about the vertical, ω_z, rad/s: its side spin, positive
     /// counterclockwise as seen from above.
     SpinZ,
+    /// b of a friction that falls with the slip, μ(v) = μ + b exp(−c v), dimensionless.
+    B,
+    /// c of that friction, s/m.
+    C,
+    /// The tangential compliance κ, dimensionless.
+    Kappa,
+    /// m_cue/m_object, the mass of the cue ball as it is.
+    MassRatio,
+    /// R_cue/R_object, the radius of the cue ball as it is.
+    RadiusRatio,
+    /// e₁ of a restitution e(v) = e₀ − e₁v that falls with the closing speed v, s/m.
+    ESlope,
 }
 
-impl Model {
-    #[inline]
-    pub(super) fn outcome(
-        &self,
-        cue: &BallState,
-        contact: &Contact,
-        impulse: &Impulse,
-        regime: Regime,
-    ) -> Outcome {
-        if self.object.is_some() {
-            return self.outcome_of_unequal(cue, contact, impulse, regime);
-        }
-        let &Contact { m_s, v_z, nu, sigma, .. } = contact;
-        let &Impulse { normal: q, y: j_y, z: j_z } = impulse;
-        let (topspin, draw) = (f64::from(v_z > 0.0), f64::from(v_z < 0.0));
-        let per_nu_r = 1.0 / (nu * self.ball.radius);
-        // U_f = U_i − (q, J_y, J_z [θ<0]),  ω_f = ω_i + (0, J_z, −J_y)/νR
-        let cue = BallState {
-            velocity: cue.velocity - Vec3::new(q, j_y, j_z * topspin),
-            spin: cue.spin + per_nu_r * Vec3::new(0.0, j_z, -j_y),
-        };
-        // V_f = (q + m_s J_z, J_y, J_z [θ>0]),  Ω_f = (0, (1 − σm_s) J_z, −J_y)/νR
-        let object = BallState {
-            velocity: Vec3::new(q + m_s * j_z, j_y, j_z * draw),
-            spin: per_nu_r * Vec3::new(0.0, (1.0 - sigma * m_s) * j_z, -j_y),
-        };
-        Outcome { regime, impulse: q, cue, object }
-    }
+impl Input {
+    /// The number of inputs that [`Jacobian`] has columns for, and of all.
+    pub(super) const FIRST: usize = 8;
+    pub(super) const COUNT: usize = Self::FIRST + OTHERS;
 
-    #[inline]
-    pub(super) fn jacobian(
-        &self,
-        contact: &Contact,
-        impulse: &Impulse,
-        gradient: &ImpulseGradient,
-    ) -> Jacobian {
-        if self.object.is_some() {
-            return self.jacobian_of_unequal(contact, impulse, gradient);
-        }
-        let &Contact { m_s, v_z, nu, sigma, .. } = contact;
-        let (topspin, draw) = (f64::from(v_z > 0.0), f64::from(v_z < 0.0));
-        let radius = self.ball.radius;
-        let per_nu_r = 1.0 / (nu * radius);
-        let object_spin = (1.0 - sigma * m_s) * per_nu_r;
-        let ImpulseGradient { normal, y, z } = gradient;
-        // the components of `outcome` for given (dq, dJ_y, dJ_z)
-        let column = |q: f64, j_y: f64, j_z: f64| {
-            let spin_z = -per_nu_r * j_y;
-            [
-                -q,
-                -j_y,
-                -j_z * topspin,
-                0.0,
-                per_nu_r * j_z,
-                spin_z,
-                q + m_s * j_z,
-                j_y,
-                j_z * draw,
-                0.0,
-                object_spin * j_z,
-                spin_z,
-            ]
-        };
-        let of = |variable: usize, by: f64| column(by * normal[variable], by * y[variable], by * z[variable]);
-        // columns: k = U_x, v_y = −U_y − Rω_z, v_z = Rω_y, m_s = μ_s or 0
-        let mut columns = [
-            of(variable::MU, 1.0),
-            of(variable::M_S, topspin),
-            of(variable::E, 1.0),
-            of(variable::K, 1.0),
-            of(variable::V_Y, -1.0),
-            [0.0; 12],
-            of(variable::V_Z, radius),
-            of(variable::V_Y, -radius),
-        ];
-        // m_s itself
-        let direct = if self.effects.cloth { topspin * impulse.z } else { 0.0 };
-        columns[Input::MuS as usize][6] += direct;
-        columns[Input::MuS as usize][10] -= sigma * direct * per_nu_r;
-        // what the cue ball keeps
-        for (row, input) in [
-            (0, Input::VelocityX),
-            (1, Input::VelocityY),
-            (3, Input::SpinX),
-            (4, Input::SpinY),
-            (5, Input::SpinZ),
-        ] {
-            columns[input as usize][row] += 1.0;
-        }
-        Jacobian::from(columns)
-    }
+    /// All inputs in their order.
+    pub(super) const ALL: [Self; Self::COUNT] = [
+        Self::Mu,
+        Self::MuS,
+        Self::E,
+        Self::VelocityX,
+        Self::VelocityY,
+        Self::SpinX,
+        Self::SpinY,
+        Self::SpinZ,
+        Self::B,
+        Self::C,
+        Self::Kappa,
+        Self::MassRatio,
+        Self::RadiusRatio,
+        Self::ESlope,
+    ];
 }
