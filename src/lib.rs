@@ -91,7 +91,7 @@
 //! | module | what it holds | feature |
 //! | --- | --- | --- |
 //! | [`physics`] | balls, discs, friction, motion on the cloth, the collision models | – |
-//! | [`numerics`] | least squares under constraints, quadrature: knows no balls | – (least squares: `fit`) |
+//! | [`numerics`] | least squares within bounds: knows no balls | – (least squares: `fit`) |
 //! | [`measurement`] | what was measured, as values: data set, shot, track, observable, parameter | `fit` |
 //! | [`film`] | what a camera makes of the table, and back | `fit` |
 //! | [`io`] | files to measurements and back | `io` |

@@ -11,7 +11,7 @@ use caromfit::simulate;
 use caromfit::simulate::{Kind, Played, Spec, TrueImpact};
 use rayon::prelude::*;
 
-use crate::extraction::{count, dataset};
+use crate::extraction::{count, of_weighed_balls as dataset};
 use crate::options;
 use crate::synthetic::spec;
 
@@ -248,7 +248,8 @@ fn by_tilted_phone(film: Vec<TrackShot>, tilt: f64) -> Dataset {
         [960.0 + focal * x / depth, 540.0 + focal * (y * cos - height * sin) / depth]
     });
     let mut pixels = dataset(film);
-    pixels.tracks.as_mut().unwrap().from_balls = true;
+    let tracks = pixels.tracks.as_mut().unwrap();
+    (tracks.from_balls, tracks.scale_sd) = (true, None);
     pixels
 }
 
@@ -267,7 +268,8 @@ fn a_phone_needs_no_ruler() {
 #[test]
 fn positions_may_be_parts_of_the_picture() {
     let mut parts = dataset(shown(clean(7200), |x, y| [x / 1.92, y / 1.08]));
-    parts.tracks.as_mut().unwrap().from_balls = true;
+    let tracks = parts.tracks.as_mut().unwrap();
+    (tracks.from_balls, tracks.scale_sd) = (true, None);
     let (fit, found) = fitted(parts);
     let (reference, _) = fitted(dataset(clean(7200)));
     is_recovered("parts", &fit, &reference);
@@ -432,7 +434,8 @@ fn an_askew_camera_keeps_its_affine_part() {
     // fewer shots cannot show it, and nothing else is blamed for it
     let options = Options { depth: Depth::Everything, ..options::of_fit() };
     let mut few = askew(5, 0.1);
-    few.tracks.as_mut().unwrap().from_balls = true;
+    let tracks = few.tracks.as_mut().unwrap();
+    (tracks.from_balls, tracks.scale_sd) = (true, None);
     let fit = fit::analyse(&few, &options).fits.unwrap().remove(0);
     assert!(fit.explanations.iter().all(|found| found.adopted), "{:?}", fit.explanations);
 }

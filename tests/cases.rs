@@ -75,8 +75,7 @@ impl Expected {
         let is_equal = self.is.as_ref().is_none_or(|expected| expected == value || is_null(expected));
         let is_other = !self.is_not.iter().any(|other| other == value || is_null(other));
         let holds = is_inside && is_equal && is_other;
-        let expected =
-            || format!("between {:?}, is {:?}, is not {:?}", self.between, self.is, self.is_not);
+        let expected = || format!("between {:?}, is {:?}, is not {:?}", self.between, self.is, self.is_not);
         (!holds).then(|| format!("{} is {value}; expected {}", self.at, expected()))
     }
 }
@@ -110,6 +109,19 @@ impl Run {
     }
 }
 
+/// Copies the files of a folder, and its folders.
+fn copy_folder(from: &Path, to: &Path) {
+    fs::create_dir_all(to).unwrap();
+    for entry in fs::read_dir(from).unwrap().map(|entry| entry.unwrap()) {
+        let there = to.join(entry.file_name());
+        if entry.path().is_dir() {
+            copy_folder(&entry.path(), &there);
+        } else {
+            fs::copy(entry.path(), there).unwrap();
+        }
+    }
+}
+
 /// Runs the commands of a case in a copy of its folder; returns what does not hold.
 fn faults_of(folder: &Path) -> Vec<String> {
     let text = fs::read_to_string(folder.join("case.toml")).unwrap();
@@ -118,11 +130,7 @@ fn faults_of(folder: &Path) -> Vec<String> {
         Err(error) => return vec![error.to_string()],
     };
     let copy = tempfile::tempdir().unwrap();
-    for file in fs::read_dir(folder).unwrap().map(|file| file.unwrap()) {
-        if file.file_name() != "case.toml" {
-            fs::copy(file.path(), copy.path().join(file.file_name())).unwrap();
-        }
-    }
+    copy_folder(folder, copy.path());
     let mut faults: Vec<String> = case.run.iter().flat_map(|run| run.faults(copy.path())).collect();
     if !faults.is_empty() {
         faults.insert(0, format!("{}\n{}", folder.file_name().unwrap().display(), case.about));

@@ -77,8 +77,9 @@ fn falling_friction_is_compared() {
     assert!(error.is_bad_input() && error.to_string().contains("mu_b: no data set has it"), "{error}");
 }
 
-/// All parameters shared: the fit of all shots of both.
+/// All parameters shared, the ratio of the masses, too: the fit of all shots of both.
 fn is_the_fit_of_all(both: &[Dataset; 2], auto: bool) -> Comparison {
+    let both = &both.each_ref().map(|dataset| Dataset { balls: Some("same".to_owned()), ..dataset.clone() });
     let share = vec![MU, MU_S];
     let with_b = if both[0].settings.falls { vec![MU, MU_S, B] } else { share };
     let fidelity = if auto { FidelityChoice::Auto } else { Fidelity::Full.into() };
@@ -88,7 +89,7 @@ fn is_the_fit_of_all(both: &[Dataset; 2], auto: bool) -> Comparison {
     let named = |shot: &Shot| Shot { name: format!("other {}", shot.name), ..shot.clone() };
     together.shots.extend(both[1].shots.iter().map(named));
     let fit = fit::fit(&together, &fit::Options { fidelity, ..options::of_fit() }).unwrap().remove(0);
-    for single in &fit.estimates {
+    for single in fit.estimates.iter().filter(|single| !single.parameter.is_of_balls()) {
         let own = of(&comparison, Quantity::Parameter(single.parameter)).estimates[0];
         // as far as weights come to rest, or integrated collisions are precise
         let error = single.std_error.unwrap_or(1e-9);
@@ -168,6 +169,7 @@ fn filmed(name: &str, mu_s: f64, mu_k: f64, seed: u64) -> Dataset {
     let truth = Truth { mu_s, ..usual.truth };
     Dataset {
         cloth: Some(name.to_owned()),
+        balls: Some("same".to_owned()),
         ..made(&Spec { name: name.to_owned(), truth, camera, cloth, ..usual })
     }
 }

@@ -85,7 +85,7 @@ fn a_mass_that_was_weighed_is_fitted_with_its_error() {
         let mut dataset = made_with(&spec(kind, &[Played::NaturalRoll], 40, 34), &model);
         let weighed = Ball { mass: Ball::POOL.mass / (RATIO + 2.0 * WEIGHED), ..object };
         // the error of the ratio, put down to the object ball
-        let mass_sd = [0.0, WEIGHED * weighed.mass.powi(2) / Ball::POOL.mass];
+        let mass_sd = Some([0.0, WEIGHED * weighed.mass.powi(2) / Ball::POOL.mass]);
         dataset.object = Some(ObjectBall { mass_sd, ..ObjectBall::exact(weighed) });
         let options = Options { fidelity: FidelityChoice::Auto, ..options::of_fit() };
         let analysis = caromfit::analyse(&dataset, &options);

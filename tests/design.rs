@@ -90,6 +90,14 @@ fn designed(kinds: &[Both]) -> Design {
 /// not spread quite evenly.
 const SAME_BOUND: f64 = 0.03;
 
+/// What a design expects of a parameter that fits have: a coefficient, or the ratio of the masses.
+fn expected_error(found: &Design, parameter: Parameter) -> f64 {
+    match parameter {
+        Parameter::MassRatio => found.planned.ratios[0].unwrap(),
+        _ => found.planned.std_errors[parameter as usize].unwrap(),
+    }
+}
+
 #[test]
 fn predictions_are_the_bounds_of_fits_of_such_shots() {
     for (what, kinds) in [
@@ -106,10 +114,10 @@ fn predictions_are_the_bounds_of_fits_of_such_shots() {
         let found = designed(&kinds);
         let [_, fit] = fitted(filmed(&found.expected, &kinds, 40), Depth::Everything);
         let bound = fit.diagnostics.bound.as_ref().unwrap();
-        let told = found.planned.std_errors.iter().flatten().count();
+        let told = found.planned.std_errors.iter().chain(&found.planned.ratios).flatten().count();
         assert_eq!(told, bound.std_errors.len(), "{what}");
         for (parameter, bound) in &bound.std_errors {
-            let predicted = found.planned.std_errors[*parameter as usize].unwrap();
+            let predicted = expected_error(&found, *parameter);
             let ratio = predicted / bound;
             println!("{what} {}: predicted {predicted:.6}, bound {bound:.6}", parameter.symbol());
             assert!((ratio - 1.0).abs() < SAME_BOUND, "{what} {}: {ratio}", parameter.name());
@@ -154,7 +162,7 @@ fn predictions_hold_for_spins_that_are_found_or_measured() {
         let found = design::design(&expected).unwrap();
         let [_, fit] = fitted(shots, Depth::Estimates);
         for (parameter, bound) in &fit.diagnostics.bound.as_ref().unwrap().std_errors {
-            let predicted = found.planned.std_errors[*parameter as usize].unwrap();
+            let predicted = expected_error(&found, *parameter);
             println!("{what} {}: predicted {predicted:.6}, bound {bound:.6}", parameter.symbol());
             let ratio = predicted / bound;
             assert!((ratio - 1.0).abs() < most, "{what} {}: {ratio}", parameter.name());

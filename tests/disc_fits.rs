@@ -58,8 +58,8 @@ fn the_rubber_band_of_chalmers_gives_way() {
         assert!(found.std_error.unwrap() < within);
     }
     assert!(fit.verdict().grade < Grade::Unusable, "{}", fit.verdict().sentence);
-    // four shots lose momentum: they are in the table, not in the fit
-    assert_eq!((fit.shots_used, fit.disc_shots.len(), fit.shots_rejected.len()), (19, 23, 4));
+    // one shot loses momentum though each side of it slows down on its own: it is in the table, not in the fit
+    assert_eq!((fit.shots_used, fit.disc_shots.len(), fit.shots_rejected.len()), (22, 23, 1));
     let scatter = fit.scatter.unwrap();
     assert!((0.03..0.07).contains(&scatter.restitution) && (0.008..LEFT).contains(&scatter.impulse_ratio));
     assert!((fit.chi2 / fit.dof as f64 - 1.0).abs() < 0.1, "{} {}", fit.chi2, fit.dof);

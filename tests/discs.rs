@@ -356,36 +356,37 @@ fn the_opencv_disks() {
     assert!(dataset.tracks.unwrap().discs.unwrap().masses.is_none());
 }
 
-/// 23 shots whose markers are numbered anew in every file, against an independent calculation as above: e and J_t/J_n by lines through 8
-/// frames either side. Longer windows take in how the pucks slow down: with 16 frames, e is lower by 0.01 as a rule.
+/// 23 shots whose markers are numbered anew in every file, against an independent calculation (numpy): e and J_t/J_n by parabolas through 24
+/// frames either side, extrapolated to where they cross. Straight lines through 8 and 16 frames give an e lower by 0.01 and 0.02 on average, since
+/// the pucks slow down.
 #[test]
 fn the_pucks_of_chalmers_2023() {
-    /// What the windows leave open.
-    const OPEN: [f64; 2] = [0.02, 0.012];
+    /// Parabolas through 16 and 32 frames differ by as much (root mean square 0.015 in e, largest 0.045).
+    const OPEN: [f64; 2] = [0.025, 0.016];
     const SHOTS: [(&str, f64, f64); 23] = [
-        ("42", 0.814, -0.073),
-        ("56", 0.685, -0.109),
-        ("64", 0.752, -0.479),
-        ("74", 0.726, -0.265),
-        ("78", 0.785, -0.355),
-        ("82", 0.751, -0.251),
-        ("86", 0.781, -0.460),
-        ("106", 0.782, -0.513),
-        ("118", 0.728, 0.265),
-        ("126", 0.734, -0.026),
-        ("130", 0.731, -0.227),
-        ("136", 0.713, -0.277),
-        ("144", 0.751, -0.181),
-        ("148", 0.753, -0.254),
-        ("152", 0.718, -0.101),
-        ("160", 0.654, -0.223),
-        ("170", 0.704, 0.039),
-        ("174", 0.734, -0.251),
-        ("178", 0.748, -0.276),
-        ("184", 0.850, -0.619),
-        ("188", 0.773, -0.519),
-        ("196", 0.750, 0.030),
-        ("202", 0.664, 0.053),
+        ("42", 0.808, -0.074),
+        ("56", 0.711, -0.108),
+        ("64", 0.766, -0.478),
+        ("74", 0.736, -0.26),
+        ("78", 0.795, -0.349),
+        ("82", 0.758, -0.252),
+        ("86", 0.794, -0.469),
+        ("106", 0.793, -0.52),
+        ("118", 0.753, 0.252),
+        ("126", 0.761, -0.026),
+        ("130", 0.743, -0.22),
+        ("136", 0.728, -0.269),
+        ("144", 0.758, -0.178),
+        ("148", 0.784, -0.247),
+        ("152", 0.721, -0.097),
+        ("160", 0.656, -0.22),
+        ("170", 0.722, 0.036),
+        ("174", 0.745, -0.246),
+        ("178", 0.755, -0.275),
+        ("184", 0.859, -0.614),
+        ("188", 0.787, -0.495),
+        ("196", 0.779, 0.035),
+        ("202", 0.684, 0.055),
     ];
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("data/pucks-chalmers-2023");
     let (dataset, extracted) = fit::calibrated_discs(io::load(&folder).unwrap());

@@ -37,6 +37,48 @@ fn qualisys_with_a_version_and_without_names() {
     let tracks = good(AB, "q.tsv", &gap);
     assert_eq!((tracks.shots[0].cue.len(), tracks.shots[0].object.len()), (2, 3));
     refused(AB, &format!("{head}{}", rows.replace('\n', "\t1\t2\t3\n")), &["9 cells; expected 6"]);
+    // every second frame, and rows that were deleted
+    let jumps = |line: &str, frame: u32| format!("{frame}\t{:.5}\t{line}\n", f64::from(frame) / 100.0);
+    let rows = [
+        "482.0\t619.0\t1\t462.0\t616.0\t1",
+        "481.0\t617.0\t1\t462.5\t613.5\t1",
+        "480.0\t615.0\t1\t463.0\t611.0\t1",
+    ];
+    let some: String = rows.iter().zip([3, 5, 12]).map(|(row, frame)| jumps(row, frame)).collect();
+    for names in ["", names] {
+        let times: Vec<f64> = good(AB, "q.tsv", &format!("{head}{names}{some}")).shots[0]
+            .cue
+            .iter()
+            .map(|sample| sample.t)
+            .collect();
+        assert_eq!(times, [0.0, 0.02, 0.09]);
+    }
+}
+
+/// The names of the columns of frames and times stand in the line of the markers' names.
+#[test]
+fn trc_files_count_their_frames() {
+    let head = "PathFileType\t4\t(X/Y/Z)\tx.trc\nDataRate\tNumFrames\tUnits\n200.00\t3\tmm\nFrame#\tTime\tA\t\t\tB\t\t\n\t\tX1\tY1\tZ1\tX2\tY2\tZ2\n\n";
+    let rows = |frames: &[u32]| -> String {
+        let row = |(i, frame): (u32, &u32)| {
+            format!("{frame}\t{:.5}\t{}\t300\t5\t500\t400\t5\n", 0.01 * f64::from(i), 300 + 8 * i)
+        };
+        (0..).zip(frames).map(row).collect()
+    };
+    let columns = "[scale]\nlength_unit = \"mm\"\n[tracks.columns]\ncue_x = \"X1\"\ncue_y = \"Y1\"\nobject_x = \"X2\"\nobject_y = \"Y2\"";
+    let settings = format!("[video]\ncapture_fps = 200\n{columns}");
+    let times = |settings: &str, frames: &[u32]| -> Vec<f64> {
+        let tracks = good(settings, "x.trc", &format!("{head}{}", rows(frames)));
+        tracks.shots[0].cue.iter().map(|sample| sample.t).collect()
+    };
+    assert_eq!(times(&settings, &[1, 3, 5]), [0.005, 0.015, 0.025]);
+    // without a frame rate the times are all there is
+    assert_eq!(times(columns, &[1, 3, 5]), [0.0, 0.01, 0.02]);
+    refused(
+        &settings,
+        &format!("{head}{}", rows(&[1, 2, 3, 4, 5])),
+        &["Frame# and Time contradict each other at 200 fps"],
+    );
 }
 
 #[test]

@@ -2,7 +2,7 @@
 
 use caromfit::extraction::{Impact, Lifted, Quantity};
 use caromfit::fit::footage;
-use caromfit::measurement::dataset::{Dataset, Tracks};
+use caromfit::measurement::dataset::{Dataset, ObjectBall, Tracks};
 use caromfit::measurement::track::TrackShot;
 use caromfit::physics::ball::Ball;
 use caromfit::simulate;
@@ -37,6 +37,11 @@ pub fn dataset(tracks: Vec<TrackShot>) -> Dataset {
         path: "tracks".into(),
         ..Dataset::new("tracks", Ball::POOL, Vec::new())
     }
+}
+
+/// Tracks of balls whose masses are known to be equal, as a data set.
+pub fn of_weighed_balls(tracks: Vec<TrackShot>) -> Dataset {
+    Dataset { object: Some(ObjectBall::exact(Ball::POOL)), ..dataset(tracks) }
 }
 
 /// Standardized errors of each quantity over many shots; how many shots are rejected; root mean square error of
@@ -182,7 +187,7 @@ fn fits_of_tracks_recover_the_parameters() {
     for seed in 0..sets {
         let spec = Spec { seed: 1000 + seed, ..spec(Played::NaturalRoll, 40, Camera::default()) };
         let tracks: Vec<_> = simulate::filmed(&spec).unwrap().into_iter().map(|(shot, _)| shot).collect();
-        let dataset = footage::with_impacts(dataset(tracks), &|| ()).0;
+        let dataset = footage::with_impacts(of_weighed_balls(tracks), &|| ()).0;
         let fit = caromfit::fit::fit(&dataset, &options::of_fit()).unwrap().remove(0);
         for (i, truth) in [0.05, 0.3, 0.94].into_iter().enumerate() {
             let estimate = fit.estimates[i];

@@ -13,7 +13,7 @@ use caromfit::simulate::{BallSpec, Camera, ClothSpec, Kind, Noise, Played, Shots
 use rayon::prelude::*;
 use statrs::distribution::{ContinuousCDF, Normal};
 
-use crate::extraction::{count, dataset};
+use crate::extraction::{count, of_weighed_balls as dataset};
 use crate::options;
 
 /// Standard errors from the truth that no estimate is off.

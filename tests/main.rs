@@ -48,6 +48,7 @@ mod shot_estimates;
 mod signs;
 mod statistics;
 mod synthetic;
+mod tables;
 mod tracks;
 mod unequal;
 mod unusable;

@@ -88,6 +88,20 @@ fn stored_results_are_as_the_schema_describes_them() {
     }
 }
 
+/// A combination of parameters that is determined though none of them is: an object, of which the stored results have none.
+#[test]
+fn a_determined_combination_is_as_the_schema_describes_it() {
+    let folder = tempfile::tempdir().unwrap();
+    let case = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/cases/angles-only-a-product");
+    run(folder.path(), &["fit", case.to_str().unwrap(), "--fidelity", "linear"]);
+    let path = folder.path().join("fits/angles-only-a-product/fit.json");
+    let value: Value = serde_json::from_str(&fs::read_to_string(path).unwrap()).unwrap();
+    assert!(value["identifiability"]["worst"]["determined"].is_object());
+    let mut wrong = Vec::new();
+    check(&schema("fit"), &value, "", &mut wrong);
+    assert!(wrong.is_empty(), "{wrong:#?}");
+}
+
 /// What `--json` of every other command prints, and nothing else on standard output.
 #[test]
 fn printed_documents_are_as_the_schema_describes_them() {

@@ -8,11 +8,10 @@ use caromfit::io;
 use caromfit::measurement::dataset::{Before, Dataset};
 use caromfit::measurement::loss::Loss;
 use caromfit::measurement::parameter::{Compliance, Parameter};
-use caromfit::measurement::relation::Relation;
 use caromfit::simulate::{Kind, Played};
 
 use crate::options;
-use crate::synthetic::{made, spec};
+use crate::synthetic::{made_of_weighed_balls as made, spec};
 
 fn shipped(name: &str) -> Dataset {
     io::load(&Path::new(env!("CARGO_MANIFEST_DIR")).join("data").join(name)).unwrap()
@@ -192,7 +191,8 @@ fn a_profile_is_a_curve() {
     let covariance = fit.covariance();
     let error = fit.mu().unwrap().std_error.unwrap();
     assert!((covariance[(0, 0)] - error * error).abs() < 1e-12 * error * error);
-    assert_eq!(covariance[(0, 1)], covariance[(1, 0)]);
+    // as an inverse is, to rounding
+    assert!((covariance[(0, 1)] / covariance[(1, 0)] - 1.0).abs() < 1e-14);
 }
 
 #[test]
@@ -233,40 +233,6 @@ fn honest_errors_are_as_large_as_the_scatter() {
         println!("{}: rms error {rms:.2e}, said {error:.2e}", fits[0].estimates[i].parameter.name());
         assert!((error / rms - 1.0).abs() < SAME, "{error} {rms}");
     }
-}
-
-#[test]
-fn constraints_hold_and_errors_know_them() {
-    let mut dataset = made(&spec(Kind::Impacts, &[Played::NaturalRoll], 40, 21));
-    let free = fitted(&dataset);
-    dataset.relations = vec![Relation::parse("mu_s <= 3*mu").unwrap()];
-    let bound = fitted(&dataset);
-    let [mu, mu_s] = [0, 1].map(|i: usize| bound.estimates[i]);
-    assert!((mu_s.value - 3.0 * mu.value).abs() < 1e-10 && bound.chi2 > free.chi2);
-    assert_eq!(bound.diagnostics.relations, [("mu_s <= 3*mu".to_string(), true)]);
-    assert!(bound.warnings.iter().any(|w| w.contains("holds with equality")), "{:?}", bound.warnings);
-    // an equality is as good as fixing
-    dataset.relations = vec![Relation::parse("mu_s = 0.25").unwrap()];
-    let equal = fitted(&dataset);
-    dataset.relations.clear();
-    (dataset.settings[Parameter::MuS].initial, dataset.settings[Parameter::MuS].fixed) = (0.25, true);
-    let fixed = fitted(&dataset);
-    for (a, b) in equal.estimates.iter().zip(&fixed.estimates) {
-        assert!((a.value - b.value).abs() < 1e-9, "{}", a.parameter.name());
-        assert_eq!(a.status, b.status);
-        let [a, b] = [a, b].map(|e| e.std_error.unwrap_or(1.0));
-        assert!((a / b - 1.0).abs() < 1e-6);
-    }
-    assert_eq!(equal.dof, fixed.dof);
-}
-
-#[test]
-fn constraints_that_cannot_hold_are_refused() {
-    let mut dataset = made(&spec(Kind::Impacts, &[Played::NaturalRoll], 10, 21));
-    dataset.relations = vec![Relation::parse("mu >= 2").unwrap()];
-    let error = fit::fit(&dataset, &options::of_fit()).unwrap_err();
-    assert!(error.is_bad_input(), "{error}");
-    assert!(error.to_string().contains("no values within the bounds satisfy \"mu >= 2\""), "{error}");
 }
 
 #[test]

@@ -1,7 +1,8 @@
 //! Synthetic data sets for other tests.
 
 use caromfit::io;
-use caromfit::measurement::dataset::Dataset;
+use caromfit::measurement::dataset::{Dataset, ObjectBall};
+use caromfit::physics::ball::Ball;
 use caromfit::physics::collision::Model;
 use caromfit::simulate;
 use caromfit::simulate::{BadSpec, BallSpec, Camera, ClothSpec, Kind, Noise, Played, Shots, Spec, Truth};
@@ -26,6 +27,11 @@ pub fn spec(kind: Kind, cue_spin: &[Played], count: usize, seed: u64) -> Spec {
 /// The data set that a specification makes.
 pub fn made(spec: &Spec) -> Dataset {
     loaded(simulate::generate(spec))
+}
+
+/// The same, with masses that are known to be equal.
+pub fn made_of_weighed_balls(spec: &Spec) -> Dataset {
+    Dataset { object: Some(ObjectBall::exact(Ball::POOL)), ..made(spec) }
 }
 
 /// With the collisions of a model.

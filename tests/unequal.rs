@@ -7,7 +7,8 @@ use std::process::{Command, Output};
 
 use caromfit::design::{Expected, PlayedKind, design};
 use caromfit::fit::{Fit, Options, Status};
-use caromfit::measurement::dataset::{Dataset, ObjectBall, StatedObject};
+use caromfit::io::stated_object::StatedObject;
+use caromfit::measurement::dataset::{Dataset, ObjectBall};
 use caromfit::measurement::parameter::{Compliance, Parameter};
 use caromfit::physics::ball::{Ball, BallState, Vec3};
 use caromfit::physics::collision::{Coefficients, Fidelity, FidelityChoice, Model, NotACollision};
@@ -80,7 +81,7 @@ fn what_is_simulated_is_found_again() {
     for (kind, seed) in [(Kind::Impacts, 61), (Kind::Tracks, 62)] {
         let dataset = simulate::dataset(&weighed(kind, seed)).unwrap();
         let object = dataset.object.unwrap();
-        assert_eq!(object.mass_sd, [SCALE; 2]);
+        assert_eq!(object.mass_sd, Some([SCALE; 2]));
         // as the scale shows it, which is not the truth
         let off = object.ball.mass - 0.160;
         assert!(off != 0.0 && off.abs() < ERRORS * SCALE, "{off}");
@@ -101,8 +102,10 @@ fn radii_and_inertias_that_differ_are_simulated_in_every_kind() {
             ..synthetic::spec(kind, &[Played::NaturalRoll, Played::Stun], 40, seed)
         };
         let dataset = simulate::dataset(&spec).unwrap();
-        let exact = ObjectBall::exact(Ball { radius: 0.0280, inertia: 0.39, ..Ball::POOL });
-        assert_eq!(dataset.object, Some(exact), "{kind:?}");
+        let ball = Ball { radius: 0.0280, inertia: 0.39, ..Ball::POOL };
+        // no mass of it is stated
+        let stated = ObjectBall { mass_sd: None, ..ObjectBall::exact(ball) };
+        assert_eq!(dataset.object, Some(stated), "{kind:?}");
         let fit = analysed(dataset);
         for parameter in Parameter::COEFFICIENTS {
             let truth = spec.truths()[parameter as usize].1;
@@ -217,16 +220,21 @@ fn what_is_stated_wrongly_is_said_with_its_place() {
         &["d.toml:2: column 9: shape is \"disc\"", "object.inertia is 1; expected at most 2/3"],
     );
 
-    // one mass alone leaves the other to be guessed, which is said; and no ball is 17 000 times as heavy as another
+    // one mass alone says nothing of their ratio, which is said; and no ball is 17 000 times as heavy as another
     let toml = fs::read_to_string(folder.join("s/dataset.toml")).unwrap();
     let only = toml.replace("mass_kg = 0.17\n", "") + "[object]\nmass_kg = 0.16\n";
     given("s/dataset.toml", &only);
     let [said, _] = done(&["check", "s"], folder);
-    assert!(said.contains("The cue ball's mass was not stated; 0.170 kg was taken"), "{said}");
+    assert!(
+        said.contains("The cue ball's mass was not stated") && said.contains("1 ± 0.02 was taken"),
+        "{said}"
+    );
     done(&["fit", "s"], folder);
     let notes = fit_json(folder, "s")["notes"].to_string();
     assert!(notes.contains("mass was not stated"), "{notes}");
-    given("s/dataset.toml", &only.replace("mass_kg = 0.16", "mass_kg = 0.00001"));
+    let ratio = &fit_json(folder, "s")["parameters"]["mass_ratio"];
+    assert!((ratio["estimate"].as_f64().unwrap() - 1.0).abs() < 0.02, "{ratio}");
+    given("s/dataset.toml", &(toml + "[object]\nmass_kg = 0.00001\n"));
     refused(
         &["check", "s"],
         folder,

@@ -7,12 +7,11 @@ use std::str::FromStr;
 use caromfit::compare;
 use caromfit::compare::CompareError;
 use caromfit::fit;
-use caromfit::fit::{Depth, Falling, Fit, FitError, Grade, Method, Options, Status};
+use caromfit::fit::{Depth, Falling, FitError, Grade, Method, Options, Status};
 use caromfit::measurement::dataset::{Before, Dataset, Measured, Shot};
 use caromfit::measurement::loss::Loss;
 use caromfit::measurement::observable::Observable;
 use caromfit::measurement::parameter::{Parameter, Prior};
-use caromfit::measurement::relation::Relation;
 use caromfit::measurement::spin::Spin;
 use caromfit::measurement::track::{Sample, TrackShot};
 use caromfit::physics::ball::{Ball, BallState};
@@ -202,10 +201,6 @@ fn a_line_of_centres_gives_a_frame_whatever_its_length() {
     assert!(CollisionFrame::from_normal(0.0, 0.0).is_none());
 }
 
-fn quick(dataset: &Dataset) -> Fit {
-    fit::fit(dataset, &Options { depth: Depth::Estimates, ..options::of_fit() }).unwrap().remove(0)
-}
-
 /// Replicates without the one shot that slides say nothing of μ: they used to count as ending at the estimate.
 #[test]
 fn replicates_that_say_nothing_of_a_parameter_are_left_out() {
@@ -223,30 +218,6 @@ fn replicates_that_say_nothing_of_a_parameter_are_left_out() {
     let bootstrap = fit.diagnostics.bootstrap.unwrap();
     // (1 − 1/13)¹³ = 0.353, scattering by 0.048
     assert!((20..=50).contains(&bootstrap.failed), "{}", bootstrap.failed);
-}
-
-#[test]
-fn two_active_constraints_are_named_where_they_hide_what_is_told() {
-    let mut dataset = good();
-    dataset.relations =
-        ["mu_s <= 5*mu", "e <= 1 - 1.5*mu"].map(|text| Relation::parse(text).unwrap()).to_vec();
-    let fit = quick(&dataset);
-    assert!(fit.diagnostics.relations.iter().all(|(_, active)| *active), "{:?}", fit.diagnostics.relations);
-    let hidden: Vec<_> = fit.warnings.iter().filter(|w| w.contains("hardly tell")).collect();
-    assert!(!hidden.is_empty(), "{:?}", fit.warnings);
-    for warning in hidden {
-        assert!(!warning.contains("from :") && !warning.contains("if  "), "{warning}");
-        assert!(warning.contains("\"mu_s <= 5*mu\" holds with equality"), "{warning}");
-    }
-}
-
-#[test]
-fn parameters_whose_ratio_is_stated_are_not_hard_to_tell_apart() {
-    let mut dataset = good();
-    dataset.relations = vec![Relation::parse("mu_s = 6*mu").unwrap()];
-    let fit = quick(&dataset);
-    assert!(fit.warnings.iter().all(|w| !w.contains("hardly tell")), "{:?}", fit.warnings);
-    assert!(fit.diagnostics.identifiability.unwrap().condition < 30.0);
 }
 
 /// A note on what was left out quotes what the data tell, not where a parameter that they do not tell ended.

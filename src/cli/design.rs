@@ -29,7 +29,8 @@ use super::{Failure, print};
     [ball]
     radius_m = 0.028575
     mass_kg = 0.170
-    mass_kg_sd = 0.001                # of the scale: the ratio of the masses is fitted, too; likewise radius_m_sd
+    mass_kg_sd = 0.001                # of the scale: the ratio of the masses is fitted, too, without masses as 1 ± 0.02;
+                                      # likewise radius_m_sd
 
     [object]                          # what of the object ball differs; likewise radius_m, radius_m_sd, inertia
     mass_kg = 0.165

@@ -1,6 +1,6 @@
 //! Everything from data sets as they were loaded to their comparison, as `caromfit compare` does it.
 
-use super::{CompareError, Comparison, Options, camera, check, compare_prepared};
+use super::{CompareError, Comparison, Options, balls, camera, check, compare_prepared};
 use crate::fit::analysis::state_compliance;
 use crate::fit::{Method, Prepared};
 use crate::measurement::dataset::Dataset;
@@ -33,13 +33,17 @@ pub fn analyse_watched(
     if let Err(error) = check(datasets, options) {
         return Analysis { datasets: Vec::new(), comparison: Err(error) };
     }
-    let first = analyse_once(datasets.to_vec(), options, done, stage);
+    let datasets = match balls::shared(datasets) {
+        Ok(datasets) => datasets,
+        Err(error) => return Analysis { datasets: Vec::new(), comparison: Err(error) },
+    };
+    let first = analyse_once(datasets.clone(), options, done, stage);
     let gives_way = first.comparison.as_ref().is_ok_and(|comparison| comparison.gives_way);
     if !gives_way || first.datasets.iter().all(|prepared| prepared.extracted.is_empty()) {
         return first;
     }
     // films are to be corrected, and impacts extracted, with the contact that gives way, too
-    let stated = datasets.iter().cloned().map(|mut dataset| {
+    let stated = datasets.into_iter().map(|mut dataset| {
         if dataset.settings.compliance == Compliance::Auto {
             state_compliance(&mut dataset);
         }

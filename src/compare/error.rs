@@ -32,12 +32,6 @@ pub enum CompareError {
         /// The names of the free parameters.
         parameters: String,
     },
-    /// The constraints of the data sets contradict each other; with the reason.
-    #[error(
-        "{0}; a parameter that is shared must satisfy the constraints of every data set: change them, or what is fixed, under \
-         [fit], or give it a value for each with --per-dataset"
-    )]
-    Contradiction(String),
     /// The frames of a data set, whose name is given, cannot be fitted.
     #[error(
         "{0}: its frames cannot be fitted: it is no footage of balls, or a shot has none; compare with --method two-stage"
@@ -61,18 +55,17 @@ pub enum CompareError {
         /// Of lengths in the films.
         factor: f64,
     },
-    /// A constraint leaves a parameter no room to differ.
+    /// Data sets of one `balls` label state different balls.
     #[error(
-        "the constraint \"{text}\" leaves {parameter} no room to differ: leave it out under [fit], take one {parameter} for \
-         all with --share {parameter}{others}"
+        "{first} and {other}: both have balls = \"{label}\", but [ball] or [object] differ; expected the same in both"
     )]
-    Pinned {
-        /// The constraint as it was written.
-        text: String,
-        /// The name of the parameter.
-        parameter: &'static str,
-        /// What else could be done, as the rest of the sentence.
-        others: String,
+    OtherBalls {
+        /// The label.
+        label: String,
+        /// The first data set.
+        first: String,
+        /// The other.
+        other: String,
     },
     /// A data set is wrong, as [`Dataset::faults`](crate::measurement::dataset::Dataset::faults) states it.
     #[error("{dataset}: {}", .faults.join("\n"))]
@@ -100,7 +93,6 @@ pub enum CompareError {
 impl From<FitError> for CompareError {
     fn from(error: FitError) -> Self {
         match error {
-            FitError::Relations(what) => Self::Contradiction(what),
             FitError::TooFewObservations { observations, parameters, .. } => {
                 Self::TooFewObservations { observations, parameters }
             }

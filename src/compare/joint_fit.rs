@@ -9,10 +9,10 @@ use super::uninformed::{Informed, settle};
 use super::verdict::Tests;
 use super::{COMPARED, CompareError, Compared, Comparison, LabelResidual, Options, Robust};
 use crate::fit::Method;
-use crate::fit::constraints::Tie;
 use crate::fit::fidelity_choice;
 use crate::fit::minimum::Minimum;
 use crate::fit::outlying::{Odd, outlying};
+use crate::fit::outlying_rows;
 use crate::fit::robust::Sandwich;
 use crate::fit::rows::residual_rows;
 use crate::fit::samples::Search;
@@ -21,7 +21,6 @@ use crate::likelihood::fitted::Fitted;
 use crate::likelihood::sample::shared_columns;
 use crate::measurement::loss::Loss;
 use crate::measurement::parameter::Parameter;
-use crate::measurement::relation::Sense;
 use crate::measurement::values::Values;
 
 /// The fit of all samples together.
@@ -45,9 +44,17 @@ impl<'a> FitOfAll<'a> {
         apart: &Apart,
         starts: &[Vec<Values>],
     ) -> Result<Self, CompareError> {
-        let velocities = search(groups, shots, apart);
+        let mut velocities = search(groups, shots, apart);
         let all: Vec<usize> = (0..groups.len()).collect();
-        let mut informed = settle(&velocities, starts, all)?;
+        let mut informed = settle(&velocities, starts, all.clone())?;
+        let Settled { search: found, minimum, estimated, .. } = &informed.settled;
+        let unequal = found.unequal_noise(minimum, estimated);
+        if unequal.iter().any(|units| !units.is_empty()) {
+            for (place, units) in informed.places.iter().zip(unequal) {
+                velocities.samples[*place].noise_apart = units;
+            }
+            informed = settle(&velocities, starts, all)?;
+        }
         let mut before = velocities;
         if let Some(films) = films {
             // from where the two stages end, and from their other minima: frames are too costly to be scanned
@@ -58,22 +65,22 @@ impl<'a> FitOfAll<'a> {
             informed = settle(&Search { samples, ..before.clone() }, &starts, places)?;
         }
         let Settled { search, free, minimum, estimated, .. } = &informed.settled;
-        let knows_noise = estimated.iter().all(|group| group.estimable);
+        let knows_noise = estimated.iter().all(|group| group.is_known());
         let sandwich = Sandwich::new(search, minimum, free.len());
         let covariance = if search.is_robust() && sandwich.is_none() || !knows_noise {
             None
         } else {
             match &sandwich {
                 None => minimum.covariance(),
-                Some(sandwich) => sandwich.covariance_at(minimum),
+                Some(sandwich) => sandwich.covariance_of_all(),
             }
         };
         let scatters = groups.iter().any(|group| group.scatters);
         let tests = if search.is_robust() || scatters {
             // honest errors come of the scatter of the shots
-            Tests { dof: search.count().saturating_sub(minimum.room()), estimated: true }
+            Tests { dof: search.count().saturating_sub(minimum.parameters()), estimated: true }
         } else {
-            Tests { dof: search.dof(free, minimum.room()), estimated: !estimated.is_empty() }
+            Tests { dof: search.dof(free, minimum.parameters()), estimated: !estimated.is_empty() }
         };
         let tested = films.and_then(|_| {
             let plain = search.with(|i, sample| sample.fitted = &shots[informed.places[i]]);
@@ -86,10 +93,13 @@ impl<'a> FitOfAll<'a> {
         Ok(Self { groups, before, informed, tested, covariance, tests, noise_estimated })
     }
 
-    /// Of each group, the shots whose frames fit no collision that fits those of the others.
+    /// Of each group, the shots of films and of tables that fit no collision that fits those of the others.
     pub(super) fn odd(&self) -> Vec<Vec<Odd>> {
         let mut found = vec![Vec::new(); self.groups.len()];
-        for (place, odd) in self.informed.places.iter().zip(outlying(&self.informed.settled)) {
+        let settled = &self.informed.settled;
+        let are_tables = self.groups.iter().all(|group| group.dataset.tracks.is_none());
+        let odd = if are_tables { outlying_rows::outlying(settled) } else { outlying(settled) };
+        for (place, odd) in self.informed.places.iter().zip(odd) {
             found[*place] = odd;
         }
         found
@@ -108,7 +118,7 @@ impl<'a> FitOfAll<'a> {
     /// χ² and degrees of freedom of what is tested.
     fn goodness(&self) -> (f64, usize) {
         let (search, minimum) = self.tested();
-        (2.0 * minimum.cost, search.dof(&self.informed.settled.free, minimum.room()))
+        (2.0 * minimum.cost, search.dof(&self.informed.settled.free, minimum.parameters()))
     }
 
     pub(super) fn compared(
@@ -124,8 +134,7 @@ impl<'a> FitOfAll<'a> {
             stage(&format!("one {} or several", parameter.symbol()));
             quantities.push(self.quantity(labels.len(), parameter)?);
         }
-        let relations = self.relations()?;
-        let warnings = self.warnings(labels, &quantities, &relations);
+        let warnings = self.warnings(labels, &quantities);
         Ok(Comparison {
             labels: Vec::new(),
             told_by: String::new(),
@@ -135,7 +144,7 @@ impl<'a> FitOfAll<'a> {
             samples: Vec::new(),
             quantities,
             chi2: 2.0 * minimum.cost,
-            dof: search.dof(free, minimum.room()),
+            dof: search.dof(free, minimum.parameters()),
             tested: self.goodness(),
             noise_estimated: self.noise_estimated,
             converged: minimum.converged,
@@ -143,36 +152,13 @@ impl<'a> FitOfAll<'a> {
             residuals: self.residuals(),
             robust: self.robust(),
             refuted: None,
-            relations,
             warnings,
             notes: Vec::new(),
             gives_way: false,
         })
     }
 
-    /// The constraints, and whether they hold with equality.
-    fn relations(&self) -> Result<Vec<(String, bool)>, CompareError> {
-        let Settled { search, free, minimum, .. } = &self.informed.settled;
-        let mut inequality = 0;
-        let state = |tie: Tie| {
-            let active = match tie.sense {
-                Sense::Equal => true,
-                Sense::AtMost => {
-                    inequality += 1;
-                    minimum.active_inequalities.contains(&(inequality - 1))
-                }
-            };
-            (tie.text, active)
-        };
-        Ok(search.ties(free)?.into_iter().map(state).collect())
-    }
-
-    fn warnings(
-        &self,
-        labels: &[String],
-        quantities: &[Compared],
-        relations: &[(String, bool)],
-    ) -> Vec<String> {
+    fn warnings(&self, labels: &[String], quantities: &[Compared]) -> Vec<String> {
         let Settled { search, minimum, .. } = &self.informed.settled;
         let mut warnings = Vec::new();
         if !minimum.converged {
@@ -202,14 +188,6 @@ impl<'a> FitOfAll<'a> {
                     "{}{of} ends on a bound, {}: its differences are those of the curvature there, which is cautious.",
                     compared.quantity.symbol(),
                     value.value
-                ));
-            }
-        }
-        for (text, active) in relations {
-            if *active && text.contains(['<', '>', '≤', '≥']) {
-                warnings.push(format!(
-                    "The constraint {text} holds with equality: the data pull beyond it. Errors are those \
-                     without it, which is cautious."
                 ));
             }
         }

@@ -1,15 +1,16 @@
 //! Several data sets in one fit: which parameters differ between cloths or balls, by how much, how surely.
 //!
 //! A comparison is a fit of several samples by the one estimator ([`crate::fit`]): here it is only said what they share. So it honours
-//! what a fit does: bounds, priors and constraints of each data set, robust losses, friction that falls, a contact that gives way, frames,
+//! what a fit does: bounds and priors of each data set, robust losses, friction that falls, a contact that gives way, frames,
 //! and the choice of a fidelity for each shot, which all data sets make together.
 //!
 //! Each parameter is either shared by all samples or has a value for each label. "Same" is the fit in which it differs, with its
-//! weights and the constraint that its values are equal, so that sums of squares are comparable.
+//! weights and equal values, so that sums of squares are comparable.
 //!
 //! - Holm, S. (1979). A simple sequentially rejective multiple test procedure. Scand. J. Stat. 6, 65–70.
 
 mod analysis;
+mod balls;
 mod camera;
 mod choice;
 mod conclusion;
@@ -116,7 +117,7 @@ fn compare_prepared(
     let cloths = gathered.told_by == "cloth";
     let differs = apart(cloths, options);
     let of_parameters: Apart = Parameter::ALL.map(|p| differs(Quantity::Parameter(p)));
-    let (mut comparison, of_frames) =
+    let run::Compared { mut comparison, sliding: of_frames, limit } =
         run::run(&mut gathered, prepared, &of_parameters, (options, method), stage)?;
     let Gathered { told_by, summaries, .. } = gathered;
     let sliding = of_frames.unwrap_or_else(|| sliding::Known::of_impacts(&datasets));
@@ -125,6 +126,8 @@ fn compare_prepared(
     verdict::holm(&mut comparison.quantities);
     comparison.labels = labels;
     refuted::judge(&mut comparison, &summaries);
+    let limit = limit.filter(|_| comparison.refuted.is_none());
+    comparison.notes.extend(limit);
     let ball = datasets.first().map_or(Ball::POOL, |dataset| dataset.ball);
     effect::describe(&mut comparison, ball);
     comparison.told_by = told_by;

@@ -1,12 +1,11 @@
 //! One parameter of a comparison: estimates, pairs, and "same" against "different".
 
-use nalgebra::{DMatrix, DVector};
+use nalgebra::DMatrix;
 
 use super::joint_fit::FitOfAll;
 use super::uninformed::Says;
 use super::verdict::{Tests, wald};
 use super::{CompareError, Compared, Difference, LikelihoodRatio, Quantity, TestKind, Value};
-use crate::fit::constraints::{add, pins};
 use crate::fit::minimum::Minimum;
 use crate::fit::robust::Sandwich;
 use crate::fit::samples::Search;
@@ -14,10 +13,7 @@ use crate::fit::settled::Settled;
 use crate::fit::slice::Slice;
 use crate::likelihood::sample::Unknown;
 use crate::measurement::parameter::Parameter;
-use crate::numerics::least_squares::{Activity, Constraints};
-
-/// A standard error of less than this part of the value is rounding.
-const PRESCRIBED: f64 = 1e-12;
+use crate::numerics::least_squares::{Activity, Bounds};
 
 /// What is said of a label whose value has a larger error than its bounds leave room.
 const HARDLY: &str =
@@ -85,14 +81,10 @@ impl<'a> FitOfAll<'a> {
             let Some(column) = column else {
                 return Value::held(label, held(label));
             };
-            let Constraints { lower, upper, .. } = &settled.minimum.constraints;
+            let Bounds { lower, upper } = &settled.minimum.bounds;
             let known = |c: &&DMatrix<f64>| is_known(&settled.minimum, c, column);
             let std_error = self.covariance.as_ref().filter(known).map(|c| c[(column, column)].sqrt());
             let value = settled.minimum.x[column];
-            // an equality leaves it no room
-            if std_error.is_some_and(|error| error <= PRESCRIBED * value.abs()) {
-                return Value::held(label, value);
-            }
             let t = self.tests.quantile();
             let interval_95 = std_error.map(|error| {
                 let clamp = |end: f64| end.clamp(lower[column], upper[column]);
@@ -126,7 +118,7 @@ impl<'a> FitOfAll<'a> {
         all
     }
 
-    /// One value for all against one for each; `None` where the constraints leave nothing to be tested.
+    /// One value for all against one for each; `None` where fewer than two values are known.
     fn same_or_different(
         &self,
         parameter: Parameter,
@@ -146,16 +138,8 @@ impl<'a> FitOfAll<'a> {
             unknown.parameter == parameter && known
         };
         let columns: Vec<usize> = free.iter().enumerate().filter(tells).map(|(column, _)| column).collect();
-        let mut same = minimum.constraints.clone();
-        for column in columns.iter().skip(1) {
-            // two values that must be the same contradict nothing
-            if !pins(&same, columns[0], *column) {
-                let mut row = DVector::zeros(minimum.x.len());
-                (row[columns[0]], row[*column]) = (-1.0, 1.0);
-                add(&mut same.equalities, &row, 0.0);
-            }
-        }
-        let extra = same.equalities.len() - minimum.constraints.equalities.len();
+        let [first, others @ ..] = columns.as_slice() else { return Ok(None) };
+        let extra = others.len();
         if extra == 0 {
             return Ok(None);
         }
@@ -170,18 +154,18 @@ impl<'a> FitOfAll<'a> {
         };
         if search.is_robust() {
             let sandwich = Sandwich::new(search, minimum, free.len());
-            let covariance = sandwich.and_then(|sandwich| sandwich.covariance_at(minimum));
+            let covariance = sandwich.and_then(|sandwich| sandwich.covariance_of_all());
             let statistic = covariance.and_then(|c| wald(minimum.x.as_slice(), &c, &columns, extra));
             return Ok(statistic.map(|statistic| judged(statistic, statistic, TestKind::Wald)));
         }
         // with the weights of the larger model, in which the smaller one is contained
-        let slice = Slice::new(search, free, same, &minimum.whitening);
+        let slice = Slice::new(search, free, minimum.bounds.clone(), &minimum.whitening).with_equal(&columns);
         let from = |column: &usize| {
+            let value = minimum.x[*column];
+            let held: Vec<(usize, f64)> = others.iter().map(|other| (*other, value)).collect();
             let mut start = minimum.x.clone();
-            for other in &columns {
-                start[*other] = minimum.x[*column];
-            }
-            Some(slice.at(&[], &start)?.1)
+            start[*first] = value;
+            Some(slice.at(&held, &start)?.1)
         };
         let Some(same) = columns.iter().filter_map(from).min_by(f64::total_cmp) else { return Ok(None) };
         let rise = (2.0 * (same - minimum.cost)).max(0.0);
@@ -215,6 +199,6 @@ impl<'a> FitOfAll<'a> {
 
 /// Whether the value of a column is known to less than its bounds leave open.
 fn is_known(minimum: &Minimum, covariance: &DMatrix<f64>, column: usize) -> bool {
-    let Constraints { lower, upper, .. } = &minimum.constraints;
+    let Bounds { lower, upper } = &minimum.bounds;
     covariance[(column, column)].sqrt() < upper[column] - lower[column]
 }

@@ -44,9 +44,6 @@ pub struct Comparison {
     pub gives_way: bool,
     /// Where the data contradict the model, how, as a sentence. Only what does not rest on the model has errors then.
     pub refuted: Option<String>,
-    /// The constraints between parameters, each with the sample that it belongs to, and whether each holds with
-    /// equality.
-    pub relations: Vec<(String, bool)>,
     /// What a reader must know, in sentences, the most important first.
     pub warnings: Vec<String>,
     /// What else a reader may want to know, in sentences.

@@ -1,10 +1,10 @@
 //! What every shot is computed with, the fit of all together, and a test of each parameter.
 
-use super::camera;
 use super::joint_fit::FitOfAll;
 use super::sample::{Apart, Gathered, Group};
 use super::sliding::Known;
 use super::{COMPARED, CompareError, Comparison, Options, SampleSummary};
+use super::{balls, camera};
 use super::{choice, discs};
 use crate::fit::fidelity_choice::Chosen;
 use crate::fit::frames::filmed;
@@ -15,15 +15,23 @@ use crate::likelihood::fitted::Fitted;
 /// What shots are computed with, the joint fit, and a test of each parameter.
 pub(super) const STAGES: usize = 2 + COMPARED.len();
 
-/// Fits what is to be shared shared, the rest apart, and tests every parameter. The second of the result: μ_k of the data sets,
-/// where their frames were fitted.
+/// What came of a comparison.
+pub(super) struct Compared {
+    pub comparison: Comparison,
+    /// μ_k of the data sets, where their frames were fitted.
+    pub sliding: Option<Known>,
+    /// What limits the differences, if the model holds: a sentence.
+    pub limit: Option<String>,
+}
+
+/// Fits what is to be shared shared, the rest apart, and tests every parameter.
 pub(super) fn run(
     gathered: &mut Gathered,
     prepared: &[Prepared],
     apart: &Apart,
     (options, method): (&Options, Method),
     stage: &dyn Fn(&str),
-) -> Result<(Comparison, Option<Known>), CompareError> {
+) -> Result<Compared, CompareError> {
     let Gathered { labels, groups, shots, summaries, .. } = gathered;
     check_noise(groups, shots)?;
     stage("what each shot calls for");
@@ -31,10 +39,10 @@ pub(super) fn run(
     let Chosen { starts, notes, gives_way } = choose(groups, shots, apart, options)?;
     stage("fitting all together");
     let finish = |fit: &FitOfAll, notes: Vec<String>| {
-        fit.informed.check_room(fit.groups, labels.len())?;
         let comparison = fit.compared(labels, (options, method), stage)?;
         let notes = notes.into_iter().chain(camera::sentence(fit)).collect();
-        Ok((Comparison { gives_way: gives_way.is_some(), notes, ..comparison }, fit.sliding()))
+        let comparison = Comparison { gives_way: gives_way.is_some(), notes, ..comparison };
+        Ok(Compared { comparison, sliding: fit.sliding(), limit: balls::sentence(fit) })
     };
     let joint = method == Method::Joint;
     if joint {
@@ -56,8 +64,8 @@ pub(super) fn run(
     for ((group, shots), odd) in groups.iter().zip(&mut *shots).zip(odd) {
         leave_out(group, shots, &odd, &mut summaries[group.number]);
     }
-    let films = with_frames(groups, shots)?;
-    finish(&FitOfAll::new(groups, (shots, Some(&films)), apart, &starts)?, notes)
+    let films = joint.then(|| with_frames(groups, shots)).transpose()?;
+    finish(&FitOfAll::new(groups, (shots, films.as_deref()), apart, &starts)?, notes)
 }
 
 /// The shots of each group with their frames.

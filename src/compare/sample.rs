@@ -27,6 +27,8 @@ pub(super) struct Group<'a> {
     pub dataset: &'a Dataset,
     /// Its number among those compared.
     pub dataset_number: usize,
+    /// The number of the first data set with the same balls.
+    pub balls_number: usize,
     pub model: Model,
     pub settings: Settings,
     pub initial: Values,
@@ -77,8 +79,7 @@ impl Group<'_> {
 
     fn numbers(&self, apart: &Apart) -> Numbers {
         Parameter::ALL.map(|parameter| match parameter {
-            // what is known of the balls of a data set
-            Parameter::MassRatio | Parameter::RadiusRatio => self.dataset_number,
+            Parameter::MassRatio | Parameter::RadiusRatio => self.balls_number,
             _ if apart[parameter as usize] => self.label,
             _ => 0,
         })
@@ -149,6 +150,8 @@ pub(super) fn gather<'a>(datasets: &[&'a Dataset], options: &Options) -> Result<
     let of_fit = fit::Options { fidelity: options.fidelity, ..fit::Options::default() };
     for (dataset_number, dataset) in datasets.iter().copied().enumerate() {
         let (model, settings, initial) = fitted_with(dataset, &of_fit)?;
+        let shares = |first: &&Dataset| dataset.balls.is_some() && first.balls == dataset.balls;
+        let balls_number = datasets.iter().position(shares).unwrap_or(dataset_number);
         for (group, places) in dataset.labelled() {
             let title = match &group {
                 Some(group) if datasets.len() > 1 => format!("{}, {group}", dataset.name),
@@ -189,6 +192,7 @@ pub(super) fn gather<'a>(datasets: &[&'a Dataset], options: &Options) -> Result<
                 title,
                 dataset,
                 dataset_number,
+                balls_number,
                 model,
                 settings,
                 initial,

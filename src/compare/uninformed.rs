@@ -1,14 +1,12 @@
 //! What each label says about each parameter, and the joint fit of what is determined.
 
+use super::CompareError;
 use super::sample::Group;
-use super::{CompareError, Quantity};
-use crate::fit::constraints::pins;
 use crate::fit::samples::Search;
 use crate::fit::saturation::Plateau;
 use crate::fit::settled::Settled;
 use crate::likelihood::sample::{Sample, Unknown};
 use crate::measurement::parameter::Parameter;
-use crate::measurement::relation::Sense;
 use crate::measurement::values::Values;
 
 /// What a label says about a parameter.
@@ -41,7 +39,8 @@ pub(super) fn settle<'a>(
         let settled = Settled::near_starts(&search, &starts)?;
         plateaus.extend(settled.plateaus.iter().copied());
         let tells = |sample: &Sample| {
-            let parameters = sample.settings.parameters();
+            let mut parameters = sample.settings.parameters();
+            parameters.retain(|p| !p.is_of_balls());
             parameters.iter().any(|p| sample.is_free(*p))
                 || parameters.iter().all(|p| sample.settings[*p].fixed)
         };
@@ -106,36 +105,5 @@ impl Informed<'_> {
             let has = |unknown: &Unknown| unknown.parameter == parameter && sample.has(*unknown);
             self.settled.free.iter().position(has)
         })
-    }
-
-    /// Nothing could be found out about a difference that the constraints prescribe.
-    pub(super) fn check_room(&self, groups: &[Group], labels: usize) -> Result<(), CompareError> {
-        for parameter in super::COMPARED {
-            let mut columns: Vec<usize> =
-                (0..labels).filter_map(|label| self.column(groups, label, parameter)).collect();
-            columns.dedup();
-            let constraints = &self.settled.minimum.constraints;
-            let pinned =
-                |(i, first): (usize, &usize)| columns[i + 1..].iter().any(|c| pins(constraints, *first, *c));
-            if !columns.iter().enumerate().any(pinned) {
-                continue;
-            }
-            let involved = |r: &&crate::measurement::relation::Relation| {
-                r.sense == Sense::Equal && r.coefficients[parameter as usize] != 0.0
-            };
-            let relation = groups.iter().flat_map(|group| &group.dataset.relations).find(involved);
-            let shared = relation.into_iter().flat_map(|relation| {
-                let others = Parameter::COEFFICIENTS.into_iter();
-                others.filter(|p| *p != parameter && relation.coefficients[*p as usize] != 0.0)
-            });
-            return Err(CompareError::Pinned {
-                text: relation.map_or(String::new(), |relation| relation.text.clone()),
-                parameter: Quantity::Parameter(parameter).name(),
-                others: shared
-                    .map(|p| format!(", or give {0} a value for each with --per-dataset {0}", p.name()))
-                    .collect(),
-            });
-        }
-        Ok(())
     }
 }

@@ -6,6 +6,7 @@
 //! what is known of the cloth is added; the inverse is the Cramér–Rao bound, which such fits reach.
 
 pub mod information;
+mod optimal_design;
 mod plan;
 mod spec;
 mod words;
@@ -38,7 +39,7 @@ pub struct Expected {
     pub coefficients: Coefficients,
     /// The cue ball, and the object ball where it does not differ.
     pub ball: Ball,
-    /// The object ball where it differs, with the errors of what is stated of both.
+    /// The object ball where something is stated of it, with the errors of what is stated of both; `None`: [`ObjectBall::unweighed`].
     pub object: Option<ObjectBall>,
     /// The cloth.
     pub cloth: ClothSpec,
@@ -53,14 +54,17 @@ pub struct Expected {
 impl Expected {
     /// The model of its collisions.
     pub(crate) fn model(&self) -> Model {
-        Model { object: self.object.map(|object| object.ball), ..Model::new(Fidelity::Full, self.ball) }
+        Model { object: Some(self.object_ball().ball), ..Model::new(Fidelity::Full, self.ball) }
     }
 
     /// The standard deviations to which the ratios of masses and of radii are stated; 0 of a ratio that is exact.
     pub(crate) fn ratio_sds(&self) -> [f64; 2] {
-        let sds =
-            self.object.map(|object| [object.mass_ratio_sd(self.ball), object.radius_ratio_sd(self.ball)]);
-        sds.unwrap_or_default().map(Option::unwrap_or_default)
+        let object = self.object_ball();
+        [object.mass_ratio_sd(self.ball), object.radius_ratio_sd(self.ball)].map(Option::unwrap_or_default)
+    }
+
+    fn object_ball(&self) -> ObjectBall {
+        self.object.unwrap_or(ObjectBall::unweighed(self.ball))
     }
 }
 

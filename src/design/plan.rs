@@ -4,8 +4,8 @@ use nalgebra::DMatrix;
 
 use super::information::{Information, prior, root, std_errors};
 use super::{Cell, Expected, OfKind};
+use crate::design::optimal_design::fewest;
 use crate::measurement::parameter::Parameter;
-use crate::numerics::optimal_design::fewest;
 
 /// Beyond so many shots nothing is planned.
 const MOST: u64 = 1_000_000_000;

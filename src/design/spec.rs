@@ -157,8 +157,9 @@ impl RawSpec {
                            its surface";
             source.wrong(poisson, message.to_owned());
         }
-        let (ball, _) = self.ball.check(source);
-        let object = self.object.as_ref().map(|object| object.as_ref().ball(&self.ball, &ball, source));
+        let object = self.object.as_ref().map(Spanned::as_ref);
+        let (ball, _) = self.ball.check(object, source);
+        let object = object.map(|object| object.ball(&self.ball, &ball, source));
         (ball, object)
     }
 }

@@ -38,7 +38,7 @@ pub(super) fn of(design: &Design) -> Vec<String> {
 fn ratios(design: &Design) -> Option<String> {
     let of_ratio = |((parameter, stated), found): ((Parameter, f64), Option<f64>)| {
         let [stated, found] = [stated, found?].map(|error| number(100.0 * error, 2));
-        Some(format!("{}, stated to ± {stated} %, comes out to ± {found} %", parameter.symbol()))
+        Some(format!("{}, known to ± {stated} % beforehand, comes out to ± {found} %", parameter.symbol()))
     };
     let both = RATIOS.into_iter().zip(design.expected.ratio_sds()).zip(design.planned.ratios);
     let said: Vec<String> = both.filter_map(of_ratio).collect();

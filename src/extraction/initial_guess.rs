@@ -2,9 +2,9 @@
 
 use nalgebra::{Matrix3, Vector3};
 
-use super::frame_noise::noise;
 use super::unusable::{Bodies, Unusable};
 use super::wrong_frames::{ACCELERATION, steady};
+use crate::film::frame_noise::noise;
 use crate::measurement::track::{Sample, TrackShot};
 use crate::numerics::median;
 use crate::physics::ball::Ball;

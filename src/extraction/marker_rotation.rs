@@ -12,7 +12,7 @@ use num_dual::DualSVec64;
 
 use crate::measurement::track::Sample;
 use crate::numerics::least_squares;
-use crate::numerics::least_squares::{Constraints, Options};
+use crate::numerics::least_squares::{Bounds, Options};
 use crate::physics::ball::Vec3;
 use crate::physics::cloth_motion::Number;
 use crate::trajectory::unknowns::Dual;
@@ -148,7 +148,7 @@ pub(crate) fn measure(spots: &[Spot], carrier: &Carrier, stated: bool) -> Option
     for _ in 0..ROUNDS {
         let positions: usize = problem.spots.iter().map(|placed| placed.seen.len()).sum();
         let dof = (2 * positions).checked_sub(x.len()).filter(|dof| *dof > 0)?;
-        let free = Constraints::none(x.len());
+        let free = Bounds::none(x.len());
         let solution = least_squares::minimise(&problem, &x, &free, &options).ok()?;
         x = solution.x;
         let scale = if stated { 1.0 } else { 2.0 * solution.cost / dof as f64 };

@@ -5,10 +5,11 @@
 //! `window`, and why it cannot be used in `unusable`. How two balls move is in `ball_paths`, how two discs do in `disc::paths`.
 
 mod ball_paths;
+mod cushion;
 pub mod disc;
 mod drops_at_impact;
 mod film;
-mod frame_noise;
+
 mod initial_guess;
 mod marker_rotation;
 mod marker_spins;
@@ -25,8 +26,11 @@ mod wrong_frames;
 use nalgebra::{SMatrix, SVector};
 use rayon::prelude::*;
 
+use crate::film::frame_noise::noise;
+
+pub(crate) use cushion::leave_out_before_cushion;
 pub(crate) use drops_at_impact::repair_drops_at_impacts;
-pub(crate) use frame_noise::noise;
+
 pub(crate) use initial_guess::{contact, instant, object_speed};
 pub use marker_rotation::Rotation;
 pub(crate) use marker_rotation::turn;

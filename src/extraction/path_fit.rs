@@ -8,7 +8,7 @@ use super::unusable::{Bodies, Unusable};
 use super::wrong_frames::{alone, off_the_fit};
 use crate::measurement::track::TrackShot;
 use crate::numerics::least_squares;
-use crate::numerics::least_squares::{Constraints, Options};
+use crate::numerics::least_squares::{Bounds, Options};
 use crate::trajectory::frames::Frames;
 
 /// Rounds of leaving out wrong frames.
@@ -149,7 +149,8 @@ impl<'a, const N: usize, P: Paths<N>> Tracked<'a, P, N> {
     pub(crate) fn new(shot: &'a TrackShot, paths: P, noise: f64) -> Self {
         let alone = [&shot.cue, &shot.object].map(|samples| alone(samples, noise, P::ACCELERATION));
         let sd = shot.position_sd.unwrap_or(noise);
-        Self { shot, paths, noise, alone, sd, all: Frames::of(shot, sd, noise) }
+        let all = Frames::of(shot, sd, noise, P::BODIES == Bodies::Balls);
+        Self { shot, paths, noise, alone, sd, all }
     }
 
     /// Without the frames inside these times.
@@ -193,13 +194,12 @@ impl<'a, const N: usize, P: Paths<N>> Tracked<'a, P, N> {
         let Freedom { start, free, priors, bounds } = self.paths.freedom(start)?;
         let of_free =
             |all: &SVector<f64, N>| DVector::from_iterator(free.len(), free.iter().map(|i| all[*i]));
-        let constraints = Constraints::bounds(of_free(&bounds[0]), of_free(&bounds[1]));
-        let x = of_free(&start)
-            .zip_zip_map(&constraints.lower, &constraints.upper, |x, low, high| x.clamp(low, high));
+        let bounds = Bounds::new(of_free(&bounds[0]), of_free(&bounds[1]));
+        let x = bounds.clamp(&of_free(&start));
         let problem = || Problem { frames, paths: &self.paths, start, free: &free, priors: &priors };
         let options = Options { orthogonality: ORTHOGONALITY, max_iterations: MAX_ITERATIONS };
         // where a landing or the impact itself crosses a frame, the residuals have a kink
-        let (solution, converged) = least_squares::minimise_rough(problem, &x, &constraints, &options)
+        let (solution, converged) = least_squares::minimise_with_restart(problem, &x, &bounds, &options)
             .map_err(|error| Unusable::NotConverged(error.to_string()))?;
         let z = problem().unknowns(&solution.x);
         Ok(Fitted {
@@ -279,8 +279,7 @@ impl<'a, const N: usize, P: Paths<N>> Tracked<'a, P, N> {
     }
 
     pub(crate) fn states_noise(&self) -> bool {
-        let mut samples = self.shot.cue.iter().chain(&self.shot.object);
-        self.shot.position_sd.is_some() || samples.all(|sample| sample.sd.is_some())
+        self.shot.states_noise()
     }
 
     /// The standard deviation of a coordinate, m: stated, or as a fit shows it.

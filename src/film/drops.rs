@@ -8,6 +8,8 @@ use crate::numerics::median;
 
 /// Steps on either side that say how far a ball goes in a frame.
 const SIDE: usize = 6;
+/// Fewer of them, where the impact is among the others.
+const NEAR_SIDE: usize = 4;
 /// Of them, so many at least.
 const LEAST: usize = 3;
 
@@ -90,11 +92,17 @@ impl<'a> Steps<'a> {
     }
 
     fn at(&self, i: usize) -> Step {
+        let steps = [SIDE, NEAR_SIDE].map(|side| self.among(i, side));
+        steps.into_iter().find(|step| step.is_even).unwrap_or_default()
+    }
+
+    /// The step against so many on either side.
+    fn among(&self, i: usize, side: usize) -> Step {
         let lengths = &self.lengths;
         let Some(own) = lengths[i] else { return Step::default() };
-        let before: Vec<[f64; 2]> = lengths[i.saturating_sub(SIDE)..i].iter().copied().flatten().collect();
+        let before: Vec<[f64; 2]> = lengths[i.saturating_sub(side)..i].iter().copied().flatten().collect();
         let after: Vec<[f64; 2]> =
-            lengths[i + 1..lengths.len().min(i + 1 + SIDE)].iter().copied().flatten().collect();
+            lengths[i + 1..lengths.len().min(i + 1 + side)].iter().copied().flatten().collect();
         if before.len() < LEAST || after.len() < LEAST {
             return Step::default();
         }

@@ -3,3 +3,5 @@
 pub mod camera;
 pub(crate) mod discs;
 pub(crate) mod drops;
+pub(crate) mod frame_noise;
+pub(crate) mod grid;

@@ -1,10 +1,12 @@
 //! Everything from a data set as it was loaded to its fits, as `caromfit fit` does it.
 
+mod spins;
+
 use std::sync::Arc;
 
 use super::calibration::{calibrated, calibrated_discs as corrected_discs};
 use super::footage::{extracted, films, finds_spins_from_paths, near, with_discs_calibrated};
-use super::{FilmUnknowns, Fit, FitError, FoundCamera, Method, Options, check, fit_watched};
+use super::{FilmUnknowns, Fit, FitError, FoundCamera, Method, Options, check, fit_with};
 use crate::extraction::Impact;
 use crate::extraction::disc::DiscImpact;
 use crate::film::discs::Calibrated;
@@ -38,7 +40,7 @@ impl Prepared {
     /// Corrects footage for its camera and finds its impacts; other data, and footage whose impacts were found before, stay as they are. `done` is called after every shot that is extracted, from several threads.
     #[must_use]
     pub fn new(dataset: Dataset, done: &(dyn Fn() + Sync)) -> Self {
-        Self::filmed_like(dataset, None, done)
+        Self::searched(dataset, (None, false), done)
     }
 
     /// The same, with the camera counted from where that of another film by the same camera is.
@@ -47,12 +49,26 @@ impl Prepared {
         same: Option<&FoundCamera>,
         done: &(dyn Fn() + Sync),
     ) -> Self {
+        Self::searched(dataset, (same, false), done)
+    }
+
+    /// The same; `quick`: with a search for the camera from one start, which may not be settled.
+    fn searched(
+        dataset: Dataset,
+        (same, quick): (Option<&FoundCamera>, bool),
+        done: &(dyn Fn() + Sync),
+    ) -> Self {
         // what has its impacts was corrected before
         let (dataset, camera, learned) =
-            if dataset.shots.is_empty() { calibrated(dataset, same) } else { (dataset, None, None) };
+            if dataset.shots.is_empty() { calibrated(dataset, same, quick) } else { (dataset, None, None) };
         let (dataset, extracted, scene) =
             extracted(dataset, (learned.as_ref(), calibrated_by(camera.as_ref())), done);
         Self { dataset, extracted, scene, camera }
+    }
+
+    /// Whether the search for the camera ended.
+    fn is_settled(&self) -> bool {
+        self.camera.as_ref().is_none_or(|found| found.is_settled)
     }
 
     /// How it is best fitted: all frames at once use all information.
@@ -134,7 +150,7 @@ pub fn analyse_watched(dataset: &Dataset, options: &Options, done: &(dyn Fn() + 
         own.settings = options.falling.applied(own.settings);
         own
     };
-    let first = analyse_once(with_settings(), options, done);
+    let first = spins::analyse(with_settings(), options, done);
     // discs are corrected without a model of their contact, and their κ is fitted
     if dataset.tracks.as_ref().is_none_or(|tracks| tracks.discs.is_some()) {
         return first;
@@ -166,30 +182,52 @@ fn gives_way(analysis: &Analysis) -> Option<f64> {
 }
 
 fn analyse_once(dataset: Dataset, options: &Options, done: &(dyn Fn() + Sync)) -> Analysis {
-    let prepared = Prepared::new(dataset, done);
-    let is_free = options.method.is_none();
-    let mut method = options.method.unwrap_or_else(|| prepared.best_method());
-    let film = FilmUnknowns { bounce: options.film.bounce, ..prepared.film_unknowns() };
-    // labels that are fitted apart may lie elsewhere
-    let near = near(&prepared.scene).filter(|_| prepared.dataset.by.is_none());
-    let near = near.or(options.near);
-    let options = Options { method: Some(method), near, film, ..*options };
-    let filmed = prepared.films(if method == Method::Joint { usize::MAX } else { BOUND_FROM });
-    let mut fits = fit_watched(&prepared.dataset, &filmed, &options, done);
-    if is_free && matches!(fits, Err(FitError::NoStart(..))) {
-        // frames through which no collision leads: what was extracted from them says what is wrong
-        method = Method::TwoStage;
-        fits = fit_watched(&prepared.dataset, &filmed, &Options { method: Some(method), ..options }, done);
-    }
-    for fit in fits.iter_mut().flatten() {
-        if method == Method::TwoStage && prepared.finds_spins_from_paths() {
-            fit.warn_of_spins_from_paths();
+    Prepared::new(dataset, done).analysed(options, done)
+}
+
+impl Prepared {
+    /// Its fits. Causes of residuals are not looked for where the spins are suspect, if that is done `spins_first`.
+    fn fits(
+        &self,
+        options: &Options,
+        spins_first: bool,
+        done: &(dyn Fn() + Sync),
+    ) -> Result<Vec<Fit>, FitError> {
+        let is_free = options.method.is_none();
+        let mut method = options.method.unwrap_or_else(|| self.best_method());
+        let film = FilmUnknowns { bounce: options.film.bounce, ..self.film_unknowns() };
+        // labels that are fitted apart may lie elsewhere
+        let near = near(&self.scene).filter(|_| self.dataset.by.is_none());
+        let near = near.or(options.near);
+        let options = Options { method: Some(method), near, film, ..*options };
+        let filmed = self.films(if method == Method::Joint { usize::MAX } else { BOUND_FROM });
+        let mut fits = fit_with(&self.dataset, &filmed, (&options, spins_first), done);
+        if is_free && matches!(fits, Err(FitError::NoStart(..))) {
+            // frames through which no collision leads: what was extracted from them says what is wrong
+            method = Method::TwoStage;
+            let options = Options { method: Some(method), ..options };
+            fits = fit_with(&self.dataset, &filmed, (&options, spins_first), done);
         }
-        if let Some(found) = &prepared.camera {
-            fit.set_camera(found);
-            super::causes::of_film(fit);
+        for fit in fits.iter_mut().flatten() {
+            if method == Method::TwoStage && self.finds_spins_from_paths() {
+                fit.warn_of_spins_from_paths();
+            }
+            if let Some(found) = &self.camera {
+                fit.set_camera(found);
+                fit.compare_scale(&self.dataset);
+                super::causes::of_film(fit);
+            }
         }
+        fits
     }
-    let Prepared { dataset, extracted, scene, camera } = prepared;
-    Analysis { dataset, extracted, scene, camera, fits }
+
+    fn with(self, fits: Result<Vec<Fit>, FitError>) -> Analysis {
+        let Self { dataset, extracted, scene, camera } = self;
+        Analysis { dataset, extracted, scene, camera, fits }
+    }
+
+    fn analysed(self, options: &Options, done: &(dyn Fn() + Sync)) -> Analysis {
+        let fits = self.fits(options, false, done);
+        self.with(fits)
+    }
 }

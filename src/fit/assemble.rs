@@ -13,7 +13,7 @@ use super::rows::{noise_rows, residual_rows};
 use super::samples::Search;
 use super::settled::Settled;
 use super::{
-    Alternative, Depth, Diagnostics, Fit, FrictionCurve, Plateau, Rejected, Starts, causes, doubts,
+    Alternative, Depth, Diagnostics, Fit, FrictionCurve, Plateau, Rejected, Starts, causes, check, doubts,
     fidelity_choice, warnings,
 };
 use crate::likelihood::frames::ROWS;
@@ -76,7 +76,7 @@ impl<'a> Finished<'a> {
         let at_minimum = minimum.first().model(sample.model);
         let sds: EstimatedSd = estimated.iter().map(|g| (g.observable, g.sd)).collect();
         let scatters = self.choice.scatter.is_some_and(|scatter| !scatter.is_none());
-        let chi2 = (2.0 * minimum.cost, search.dof(unknowns, minimum.room()));
+        let chi2 = (2.0 * minimum.cost, search.dof(unknowns, minimum.parameters()));
         let context = goodness::Context {
             shots,
             fitted: &self.choice.fitted,
@@ -84,9 +84,13 @@ impl<'a> Finished<'a> {
             minimum: self.seen(),
             free: &self.free,
             sds: &sds,
-            dof: self.velocities.dof(unknowns, self.seen().room()),
+            dof: self.velocities.dof(unknowns, self.seen().parameters()),
             explained: Some(chi2).filter(|_| are_explained(search, minimum)),
-            states_noise: search.shots().all(|shot| shot.film.as_ref().is_none_or(|film| film.states_noise)),
+            // the noise of films is estimated where it is not stated
+            states_noise: self.choice.scatter.is_none()
+                && (dataset.tracks.is_none()
+                    || !films.is_empty()
+                        && films.iter().all(|film| film.as_ref().is_some_and(|f| f.states_noise))),
             tests_noise: estimated.is_empty() && !scatters && !search.is_robust(),
         };
         let resampled = options.bootstrap > 0 && !unknowns.is_empty();
@@ -97,7 +101,6 @@ impl<'a> Finished<'a> {
             identifiability: identifiability.clone(),
             goodness: Some(goodness::goodness(&context)),
             robust: search.is_robust().then(|| Robust::of(search, shots, minimum)),
-            relations: search.relations_at(minimum.first()),
             starts,
             bootstrap: resampled.then(bootstrap),
             contours: self.estimates.contours.clone(),
@@ -156,7 +159,7 @@ impl<'a> Finished<'a> {
             correlation: self.estimates.correlation.clone(),
             chi2: 2.0 * minimum.cost,
             prior_chi2,
-            dof: search.dof(unknowns, minimum.room()),
+            dof: search.dof(unknowns, minimum.parameters()),
             noise,
             shots_used: fitted.len(),
             shots_rejected,
@@ -185,7 +188,7 @@ impl<'a> Finished<'a> {
 
     /// What is to be said of the fit: causes of its residuals, warnings and notes.
     pub(super) fn comment(&self, fit: &mut Fit, depth: Depth) {
-        let Request { dataset, shots, options, .. } = *self.request;
+        let Request { dataset, shots, options, spins_first, .. } = *self.request;
         let search = &self.settled.search;
         let (of_discs, gives_way) = (fit.discs.is_some(), self.choice.gives_way);
         // footage is corrected anew for a contact that gives way, and looked at then
@@ -194,14 +197,24 @@ impl<'a> Finished<'a> {
         let is_few = fit.footage && !of_discs && shots.len() < LEAST_SHOTS;
         // a tracker that lags leaves what no cause explains
         let lags = fit.frames.as_ref().is_some_and(lag::lags);
-        let looks = is_settled && !lags && !is_few && options.depth >= Depth::Everything;
-        let is_asked = options.explain || (looks && causes::is_called_for(fit));
+        let is_mixed_up = check::are_mixed_up(shots);
+        let looks = is_settled && !lags && !is_few && !is_mixed_up && options.depth >= Depth::Everything;
+        let is_called_for = causes::is_called_for(fit);
+        fit.diagnostics.suspects_spins =
+            spins_first && is_called_for && causes::are_spins_suspect(self.settled, of_discs);
+        let looks = looks && !fit.diagnostics.suspects_spins;
+        let is_asked = options.explain || (looks && is_called_for);
         let suspects = if looks && !is_asked { causes::suspects(self.settled, of_discs) } else { Vec::new() };
         if is_settled && !lags && (is_asked || !suspects.is_empty()) {
             let reduced = fit.diagnostics.goodness.as_ref().filter(|goodness| goodness.dof > 0);
             let reduced = reduced.map(|goodness| goodness.chi2 / goodness.dof as f64);
             let first = (!is_asked).then_some(suspects.as_slice());
             fit.explanations = causes::explain(self.settled, search, (of_discs, reduced), first);
+        }
+        fit.explanations.extend(fit.conflict_of_masses());
+        fit.explanations.sort_by(|a, b| a.delta_2logl.total_cmp(&b.delta_2logl));
+        if looks && !is_called_for && fit.explanations.is_empty() {
+            causes::compare_rate(fit, self.settled, of_discs);
         }
         if is_settled && options.explain && fit.explanations.is_empty() {
             fit.notes.push(causes::none_found(self.settled, search, of_discs));
@@ -214,8 +227,7 @@ impl<'a> Finished<'a> {
         let plateaus: Vec<Plateau> = self.settled.plateaus.iter().map(|(_, plateau)| *plateau).collect();
         warnings::add_plateaus(fit, &plateaus);
         if fit.refuted.is_none() {
-            let rivals = self.choice.rivals.clone().unwrap_or_else(|| self.settled.rivals());
-            doubts::add_rivals(fit, &rivals);
+            doubts::add_rivals(fit, &self.estimates.rivals);
         }
         doubts::add_below_bound(fit);
         warnings::add_tracks(fit, dataset, shots, lags);

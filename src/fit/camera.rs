@@ -1,11 +1,13 @@
 //! The camera that the balls calibrate: they touch at 2R in every direction and everywhere in the picture, and move as the cloth lets
 //! them; discs keep their shape and move straight. With it, what else is found of a film: noise that lasts, frames that were dropped.
 
+use super::check::{self, capital};
 use super::{FilmUnknowns, Fit, SharedKind};
 use crate::extraction::NoiseCorrelation;
 use crate::film::camera::Camera;
 use crate::film::discs::Calibrated;
 use crate::measurement::correction::Correction;
+use crate::measurement::dataset::Dataset;
 use crate::measurement::number;
 
 /// A correction as it was found.
@@ -57,6 +59,8 @@ pub struct FoundCamera {
     pub spoiled: Option<[usize; 2]>,
     /// Whether discs calibrate it, and not balls.
     pub of_discs: bool,
+    /// Whether the search for it ended: with a good camera, or with the best of all starts.
+    pub(crate) is_settled: bool,
     /// How far it may be off, where discs calibrate it.
     pub(crate) calibrated: Option<Calibrated>,
 }
@@ -77,6 +81,7 @@ impl FoundCamera {
             over_stated_noise: None,
             spoiled: None,
             of_discs: false,
+            is_settled: true,
             calibrated: None,
         }
     }
@@ -121,9 +126,10 @@ impl FoundCamera {
         let [shots, drops] = self.drops;
         let dropped = (drops > 0).then(|| {
             format!(
-                "The camera dropped frames that the frame numbers do not show ({drops} times, in {}): balls go several steps \
+                "The camera dropped frames that the frame numbers do not show ({drops} times, in {}): {} go several steps \
                  at once there. The frames after them were moved in time.",
-                number::count_of(shots, "shot")
+                number::count_of(shots, "shot"),
+                if self.of_discs { "discs" } else { "balls" }
             )
         });
         let lasts = self.noise_correlation.filter(|found| found.adopted).map(|found| {
@@ -185,7 +191,28 @@ impl FoundCamera {
     }
 }
 
+/// A quantity is in conflict with what was stated of it beyond so many standard deviations of both.
+pub(super) const CONFLICT: f64 = 3.0;
+
+/// Relative standard deviation of a stated radius of balls: new ones differ by 0.05 mm from their nominal size.
+const RADIUS_SD: f64 = 0.05 / 28.575;
+
 impl Fit {
+    /// Notes where the balls contradict the scale and the radius that are stated, which only together have a size in the film.
+    pub(super) fn compare_scale(&mut self, dataset: &Dataset) {
+        let Some(tracks) = &dataset.tracks else { return };
+        let Some(stated_sd) = tracks.scale_sd else { return };
+        let Some(found) = self.camera.as_ref().filter(|found| !found.of_discs) else { return };
+        let scale = found.corrections.iter().find(|found| found.adopted && found.which == Correction::Scale);
+        let Some(scale) = scale.filter(|_| found.unit == 1.0 || tracks.states_unit) else { return };
+        let sd = stated_sd.hypot(RADIUS_SD);
+        if (scale.value - 1.0).abs() > CONFLICT * sd.hypot(scale.std_error) {
+            let finding = check::scale(scale.value, dataset.ball.radius, sd);
+            self.warnings.insert(0, format!("{}.", capital(&finding.text)));
+            self.diagnostics.suspicious.insert(0, finding);
+        }
+    }
+
     /// Notes the camera for which the films were corrected, as the fit of their frames has it where they were fitted jointly.
     pub(crate) fn set_camera(&mut self, found: &FoundCamera) {
         let mut found = found.clone();

@@ -25,8 +25,11 @@ const MOST_THROW_DEG: f64 = 20.0;
 /// Published sliding frictions of a ball on a cloth lie between 0.15 and 0.4; these limits leave room for others.
 const SLIDING: [f64; 2] = [0.1, 0.5];
 
-/// What is usual, to say by how much a frame rate would have to be wrong.
+/// What is usual.
 const USUAL_SLIDING: f64 = 0.2;
+
+/// Films are played at 24 to 60 frames per second, and slow motion is recorded at more.
+const MOST_PLAYBACK: f64 = 60.0;
 
 /// No cloth that is published of has a higher rolling resistance, four standard deviations from the mean.
 const MOST_ROLLING: f64 = 0.03;
@@ -59,6 +62,8 @@ pub enum Kind {
     Advice,
     /// The radius is not that of billiard balls.
     Radius,
+    /// The balls contradict the stated scale and radius.
+    Scale,
     /// The sliding friction of the cloth that the paths show is unusual.
     Sliding,
     /// The rolling resistance of the cloth that the paths show is unusual.
@@ -150,26 +155,61 @@ pub(crate) fn suspicious(
     if let Some(Measured { value, sd: Some(sd) }) = sliding
         && (value + SURELY * sd < SLIDING[0] || value - SURELY * sd > SLIDING[1])
     {
-        let rate = if value > SURELY * sd {
-            let faster = (USUAL_SLIDING / value).sqrt();
-            format!(". Frames {faster:.2} times as fast would give {USUAL_SLIDING}")
-        } else {
-            String::new()
-        };
         found.push(Finding::whole(
             Kind::Sliding,
             format!(
                 "the paths after the impacts show that the cloth's sliding friction is {}, where {USUAL_SLIDING} is \
-                 usual: the frame rate of the camera (capture_fps) or the scale may be wrong{rate}",
+                 usual: the spin of the cue balls (cue_spin), the scale or the times may not be as stated",
                 with_error(value, sd)
             ),
         ));
     }
+    let fps = dataset.tracks.as_ref().and_then(|tracks| tracks.fps);
     for shot in shots {
-        let of_shot = of_shot(shot).into_iter();
+        let of_shot = of_shot(shot, fps).into_iter();
         found.extend(of_shot.map(|(kind, text)| Finding { shot: Some(shot.name.clone()), text, kind }));
     }
     found
+}
+
+/// Whether most shots show that balls or axes are mixed up, which no cause explains.
+pub(super) fn are_mixed_up(shots: &[&Shot]) -> bool {
+    let is_mixed_up = |shot: &&&Shot| {
+        let mut kinds = of_shot(shot, None).into_iter().map(|(kind, _)| kind);
+        kinds.any(|kind| matches!(kind, Kind::Direction | Kind::Energy | Kind::SpeedRatio | Kind::Throw))
+    };
+    2 * shots.iter().filter(is_mixed_up).count() > shots.len()
+}
+
+/// Diameters of balls, m, with what they are played at (rules of WPA, UMB, WPBSA and of pyramid).
+const DIAMETERS: [(&str, f64); 4] =
+    [("pool", 0.057_15), ("carom", 0.0615), ("snooker", 0.0525), ("pyramid", 0.068)];
+
+/// Largest relative difference of a diameter from that of a game: balls wear, and scales are off, by less.
+const SAME_DIAMETER: f64 = 0.01;
+
+/// That balls of a radius appear so many times as large as stated, with the relative standard deviation of what is stated.
+pub(super) fn scale(factor: f64, radius: f64, sd: f64) -> Finding {
+    let size = if (0.5..2.0).contains(&factor) {
+        let larger = if factor > 1.0 { "larger" } else { "smaller" };
+        format!("{} % {larger} than", plain(100.0 * (factor - 1.0).abs(), 2))
+    } else {
+        format!("{} times as large as", plain(factor, 3))
+    };
+    let diameter = 2.0 * radius * factor;
+    let game = DIAMETERS.iter().find(|(_, other)| (diameter / other - 1.0).abs() < SAME_DIAMETER);
+    let game = game.map_or(String::new(), |(game, other)| {
+        format!(" ({}/{}: {game} balls?)", plain(1e3 * other, 4), plain(2e3 * radius, 4))
+    });
+    Finding::whole(
+        Kind::Scale,
+        format!(
+            "the balls are {size} stated{game}, where {} % is expected: either the radius (radius_m of [ball]) or the scale of the film \
+             ([scale]) is wrong, which the frames cannot tell apart. A scale that is known worse takes its relative standard deviation as \
+             sd under [scale]",
+            plain(100.0 * sd, 2)
+        ),
+    )
 }
 
 /// That the frames show a tracker that lags.
@@ -307,8 +347,8 @@ fn noise(dataset: &Dataset, say: &mut impl FnMut(String)) {
     }
 }
 
-/// What is suspicious about a shot.
-fn of_shot(shot: &Shot) -> Vec<(Kind, String)> {
+/// What is suspicious about a shot, of a film with so many frames per second.
+fn of_shot(shot: &Shot, fps: Option<f64>) -> Vec<(Kind, String)> {
     let mut found = Vec::new();
     let value = |observable| shot.after.iter().find(|m| m.observable == observable).map(|m| m.measured.value);
     let speed = match shot.before {
@@ -317,8 +357,14 @@ fn of_shot(shot: &Shot) -> Vec<(Kind, String)> {
     };
     if let Some(speed) = speed {
         if speed < SPEEDS[0] {
+            let rate = fps.filter(|fps| *fps <= MOST_PLAYBACK).map_or(String::new(), |fps| {
+                format!(
+                    ". {fps} frames/s is a rate at which films are played: [video] capture_fps is to be what the camera recorded at, \
+                     in slow motion 120, 240 or more"
+                )
+            });
             let text = format!(
-                "the cue ball comes at {speed:.2} m/s: below {} m/s the model leaves too much out",
+                "the cue ball comes at {speed:.2} m/s: below {} m/s the model leaves too much out{rate}",
                 SPEEDS[0]
             );
             found.push((Kind::Slow, text));

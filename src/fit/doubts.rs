@@ -1,11 +1,10 @@
-//! Why the errors of a fit may not be what they seem, in sentences: errors below what is possible, other minima, and what
-//! holds with equality.
+//! Why the errors of a fit may not be what they seem, in sentences: errors below what is possible, other minima, and
+//! active bounds.
 
+use super::estimates::Rival;
 use super::{Estimate, Fit, Method, Status};
 use crate::measurement::number::plain;
 use crate::measurement::parameter::Parameter;
-use crate::measurement::relation::{Relation, Sense};
-use crate::measurement::values::Values;
 
 /// Two stages know how high the balls jump from what a first fit of the same shots says of μ. On rough footage, whose frames
 /// hardly show it, that counts the same shots twice, and errors come out below what the frames can tell at best: each such
@@ -42,25 +41,25 @@ pub(super) fn add_below_bound(fit: &mut Fit) {
 }
 
 /// Other minima that fit nearly as well, with how much higher what is minimised is there.
-pub(super) fn add_rivals(fit: &mut Fit, others: &[(Values, f64)]) {
-    for (values, higher) in others {
-        let outside = |e: &&Estimate| {
-            let interval = e.interval_95.unwrap_or([e.value; 2]);
-            e.status != Status::NotIdentified && !(interval[0]..=interval[1]).contains(&values[e.parameter])
+pub(super) fn add_rivals(fit: &mut Fit, rivals: &[Rival]) {
+    for Rival { values, higher, is_included } in rivals {
+        let is_estimated = |(p, _): &&(Parameter, f64)| {
+            fit.get(*p).is_some_and(|estimate| estimate.status != Status::NotIdentified)
         };
-        let there: Vec<String> = fit
-            .estimates
+        let there: Vec<String> = values
             .iter()
-            .filter(outside)
-            .map(|e| format!("{} = {:.4}", e.parameter.symbol(), values[e.parameter]))
+            .filter(is_estimated)
+            .map(|(parameter, value)| format!("{} = {value:.4}", parameter.symbol()))
             .collect();
-        if !there.is_empty() {
-            fit.diagnostics.has_rival = true;
-            fit.warnings.push(format!(
-                "Another minimum, at {}, fits nearly as well (χ² higher by {higher:.1}): the intervals do not know it.",
-                there.join(", ")
-            ));
+        if there.is_empty() {
+            continue;
         }
+        fit.diagnostics.has_rival = true;
+        fit.warnings.push(format!(
+            "A second solution ({}) fits nearly as well (χ² is higher by {higher:.1}): the 95 % intervals {}.",
+            there.join(", "),
+            if *is_included { "include it" } else { "do not include it" }
+        ));
     }
 }
 
@@ -91,32 +90,20 @@ pub(super) struct Hidden {
 pub(super) fn hidden_by_bounds(fit: &Fit) -> impl Iterator<Item = Hidden> {
     fit.estimates.iter().filter_map(|estimate| {
         let errors @ [released, conditional] = [estimate.std_error?, estimate.std_error_at_bound?];
-        let (conditions, others) = held_exactly(fit, estimate.parameter);
+        let (conditions, others) = active_bounds(fit);
         let hides = released >= WORTH_SAYING * conditional && !conditions.is_empty();
         hides.then_some(Hidden { parameter: estimate.parameter, errors, conditions, others })
     })
 }
 
-/// What holds with equality where the fit ended, bounds and constraints, as the conditions of a standard error; and which
-/// other parameters are involved. With μ_s the data know only its product with μ.
-fn held_exactly(fit: &Fit, parameter: Parameter) -> (Vec<String>, Vec<&'static str>) {
+/// Returns the active bounds as conditions of a standard error, and the names of their parameters. With μ_s the data
+/// determine only its product with μ.
+fn active_bounds(fit: &Fit) -> (Vec<String>, Vec<&'static str>) {
     let is_at_bound = |status| matches!(status, Status::AtLowerBound | Status::AtUpperBound);
     let (mut conditions, mut others) = (Vec::new(), Vec::new());
     for bound in fit.estimates.iter().filter(|e| is_at_bound(e.status)) {
         conditions.push(format!("{} = {} holds", bound.parameter.symbol(), bound.value));
         others.push(if bound.parameter == Parameter::MuS { "μ·μ_s" } else { bound.parameter.symbol() });
-    }
-    for (text, _) in fit.diagnostics.relations.iter().filter(|(_, active)| *active) {
-        let Ok(relation) = Relation::parse(text) else { continue };
-        if relation.sense == Sense::Equal {
-            continue;
-        }
-        conditions.push(format!("\"{text}\" holds with equality"));
-        for other in Parameter::ALL.into_iter().filter(|p| *p != parameter) {
-            if relation.coefficients[other as usize] != 0.0 && !others.contains(&other.symbol()) {
-                others.push(other.symbol());
-            }
-        }
     }
     (conditions, others)
 }

@@ -80,9 +80,6 @@ pub enum FitError {
         /// The name of the fidelity.
         fidelity: &'static str,
     },
-    /// The constraints between parameters cannot be met; with the reason.
-    #[error("{0}")]
-    Relations(String),
     /// No search can begin, since no collision can be computed that is like those of the data set, whose name is given.
     #[error(
         "{0}: no collision is like these shots, so that no search can begin ({1}). Check that the object ball lies still before the \
@@ -102,7 +99,6 @@ impl FitError {
             self,
             Self::TooFewObservations { .. }
                 | Self::MixedNoise { .. }
-                | Self::Relations(_)
                 | Self::Invalid { .. }
                 | Self::Options(_)
                 | Self::NotExtracted(_)

@@ -32,6 +32,11 @@ impl Fit {
         self.get(Parameter::E)
     }
 
+    /// The estimates of what happens at the contact: all but the ratios of the balls.
+    pub(super) fn of_contact(&self) -> impl Iterator<Item = &Estimate> {
+        self.estimates.iter().filter(|estimate| !estimate.parameter.is_of_balls())
+    }
+
     /// The covariance of the estimates, a row and a column for each of [`Fit::estimates`]: NaN for those without a standard
     /// error.
     #[must_use]
@@ -69,6 +74,8 @@ pub struct Estimate {
     /// The standard error if the parameters at their bounds were known to be there, where it differs from
     /// `std_error`.
     pub std_error_at_bound: Option<f64>,
+    /// Whether `interval_95` was extended to another minimum that is nearly as likely; `std_error` is the curvature at the best one.
+    pub includes_other_minimum: bool,
     /// How far the fit determined the parameter.
     pub status: Status,
 }
@@ -79,7 +86,7 @@ pub struct Estimate {
 pub struct Intervals {
     /// From the curvature of χ² at its minimum: value ± t·error, as far as the bounds allow.
     pub hessian: Option<[f64; 2]>,
-    /// Where χ², least over all other parameters, is t² above its minimum.
+    /// Where χ², least over all other parameters, is t² above its minimum: from the lowest such value to the highest, other minima included.
     pub profile: Option<[f64; 2]>,
 }
 
@@ -100,6 +107,20 @@ impl Estimate {
         }
     }
 
+    /// Whether the 95 % interval, or without one the estimate, holds a value.
+    pub(super) fn holds(&self, value: f64) -> bool {
+        let [low, high] = self.interval_95.unwrap_or([self.value; 2]);
+        (low..=high).contains(&value)
+    }
+
+    /// Extends the 95 % interval, which is then that of the profile, to what another minimum holds.
+    pub(super) fn extend_interval(&mut self, [low, high]: [f64; 2]) {
+        let [from, to] = self.interval_95.unwrap_or([self.value; 2]);
+        self.interval_95 = Some([from.min(low), to.max(high)]);
+        self.intervals.profile = self.interval_95;
+        self.includes_other_minimum = true;
+    }
+
     /// A value without an error.
     pub(super) fn bare(parameter: Parameter, value: f64, status: Status) -> Self {
         let intervals = Intervals::default();
@@ -110,6 +131,7 @@ impl Estimate {
             interval_95: None,
             intervals,
             std_error_at_bound: None,
+            includes_other_minimum: false,
             status,
         }
     }
@@ -125,13 +147,14 @@ impl Estimate {
     }
 
     /// The 95 % interval of the profile where a standard error would mislead: where it is less than half, or more than twice, as wide as
-    /// ± two standard errors.
+    /// ± two standard errors, or extends to another minimum.
     #[must_use]
     pub fn lopsided(&self) -> Option<[f64; 2]> {
         const DIFFERENT: f64 = 2.0;
         let [low, high] = self.interval_95.filter(|_| self.is_profiled())?;
         let wide = (high - low) / (4.0 * self.std_error?);
-        (wide.is_finite() && !(1.0 / DIFFERENT..=DIFFERENT).contains(&wide)).then_some([low, high])
+        let differs = self.includes_other_minimum || !(1.0 / DIFFERENT..=DIFFERENT).contains(&wide);
+        (wide.is_finite() && differs).then_some([low, high])
     }
 
     /// Whether `interval_95` is the one of the profile.

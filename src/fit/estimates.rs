@@ -5,6 +5,7 @@ use nalgebra::DMatrix;
 use super::intervals::confidence_region::{self, Contour};
 use super::intervals::profile::{Profile, Profiles};
 use super::minimum::Minimum;
+use super::noise::Group;
 use super::robust::Sandwich;
 use super::scatter::Scatter;
 use super::settled::Settled;
@@ -14,6 +15,7 @@ use super::{Depth, Estimate, Plateau, SharedKind, Status};
 use crate::likelihood::frames::shared_unknowns::SharedUnknown;
 use crate::likelihood::sample::Sample;
 use crate::measurement::parameter::Parameter;
+use crate::measurement::values::Values;
 
 /// What a fit of one sample says of its parameters.
 pub(super) struct Estimates {
@@ -29,17 +31,34 @@ pub(super) struct Estimates {
     pub shared_intervals: Vec<Option<[f64; 2]>>,
     /// The least cost that was met, which may be below that of the minimum.
     pub lowest: f64,
+    /// Other minima that are nearly as likely, outside the intervals around the best one.
+    pub rivals: Vec<Rival>,
     /// Whether the noise is stated, or could be estimated.
     pub knows_noise: bool,
 }
 
+/// Another minimum that is nearly as likely.
+pub(super) struct Rival {
+    /// The parameters that are outside their intervals around the best minimum.
+    pub values: Vec<(Parameter, f64)>,
+    /// By how much what is minimised is higher there.
+    pub higher: f64,
+    /// Whether it is within the 95 % rise, so that the intervals were extended to it.
+    pub is_included: bool,
+}
+
 impl Estimates {
-    pub(super) fn of(settled: &Settled, scatter: Option<Scatter>, depth: Depth) -> Self {
+    /// `others`: other minima, with how much higher what is minimised is there.
+    pub(super) fn of(
+        settled: &Settled,
+        (scatter, others): (Option<Scatter>, &[(Values, f64)]),
+        depth: Depth,
+    ) -> Self {
         let Settled { search, free: unknowns, minimum, estimated, .. } = settled;
         let sample = search.first();
         let (settings, shots) = (sample.settings, sample.fitted.len());
         let free: Vec<Parameter> = unknowns.iter().map(|unknown| unknown.parameter).collect();
-        let knows_noise = estimated.iter().all(|group| group.estimable);
+        let knows_noise = estimated.iter().all(Group::is_known);
         let sandwich = Sandwich::new(search, minimum, free.len());
         // honest errors come of the scatter of the shots
         let estimated_dof = match &sandwich {
@@ -47,24 +66,49 @@ impl Estimates {
                 Some(shots.saturating_sub(free.len()).max(1))
             }
             Some(sandwich) => Some((shots as f64 - sandwich.unknowns).round() as usize),
-            None => (!estimated.is_empty()).then(|| search.dof(unknowns, minimum.room())),
+            None => (!estimated.is_empty()).then(|| search.dof(unknowns, minimum.parameters())),
         };
         let quantiles = Quantiles::new(estimated_dof).filter(|_| knows_noise);
         let mut uncertainty =
             uncertainty::of(minimum, &free, settings, quantiles.as_ref(), sandwich.as_ref());
+        let mut rivals: Vec<Rival> = Vec::new();
         let mut lowest = minimum.cost;
         let (mut contours, mut shared_intervals, mut curves) = (Vec::new(), Vec::new(), Vec::new());
         if let (true, None, Some(quantiles)) = (depth >= Depth::Intervals, &sandwich, &quantiles) {
-            let constraints = minimum.constraints.clone();
-            let slice = Slice::new(search, unknowns, constraints, &minimum.whitening).near(&minimum.x);
+            let bounds = minimum.bounds.clone();
+            let slice = Slice::new(search, unknowns, bounds, &minimum.whitening).near(&minimum.x);
             let mut profiles = Profiles::new(&slice, minimum, quantiles);
             for (column, estimate) in uncertainty.estimates.iter_mut().enumerate() {
-                let profile = profiles.interval(column, estimate.status, estimate.interval_95);
-                estimate.choose_interval(profile);
+                // along a ratio of the balls χ² is a parabola, by its prior or since frames determine it well
+                let is_of_contact = !estimate.parameter.is_of_balls();
+                let expected = estimate.interval_95;
+                let profile = is_of_contact.then(|| profiles.interval(column, estimate.status, expected));
+                estimate.choose_interval(profile.flatten());
+            }
+            let own_profiles: Vec<Option<[f64; 2]>> =
+                uncertainty.estimates.iter().map(|estimate| estimate.intervals.profile).collect();
+            for (values, higher) in others {
+                let x = free.iter().enumerate().fold(minimum.x.clone(), |mut x, (column, parameter)| {
+                    x[column] = values[*parameter];
+                    x
+                });
+                let is_included = *higher <= quantiles.two_sided.powi(2) * settled.scale();
+                let mut outside = Vec::new();
+                for (column, estimate) in uncertainty.estimates.iter_mut().enumerate() {
+                    if !estimate.holds(x[column]) {
+                        outside.push((estimate.parameter, x[column]));
+                        if is_included {
+                            estimate.extend_interval(profiles.around(column, &x));
+                        }
+                    }
+                }
+                if !outside.is_empty() {
+                    rivals.push(Rival { values: outside, higher: *higher, is_included });
+                }
             }
             if depth >= Depth::Everything {
                 let of = |(column, estimate): (usize, &Estimate)| {
-                    let ends = estimate.intervals.profile.filter(|_| estimate.status == Status::Free)?;
+                    let ends = own_profiles[column].filter(|_| estimate.status == Status::Free)?;
                     Some(Profile { parameter: estimate.parameter, points: profiles.curve(column, ends) })
                 };
                 curves = uncertainty.estimates.iter().enumerate().filter_map(of).collect();
@@ -98,7 +142,7 @@ impl Estimates {
                 correlation[(row, column)] = uncertainty.correlation[(i, j)];
             }
         }
-        Self { all, correlation, contours, profiles: curves, shared_intervals, lowest, knows_noise }
+        Self { all, correlation, contours, profiles: curves, shared_intervals, lowest, rivals, knows_noise }
     }
 }
 

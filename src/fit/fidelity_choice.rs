@@ -230,7 +230,7 @@ impl Found {
             let whose = whose.map_or(String::new(), |i| format!(" ({})", search.samples[i].title));
             format!("{} = {value:.4}{whose}", unknown.parameter.symbol())
         };
-        with.map(name).collect()
+        with.filter(|(unknown, _)| !unknown.parameter.is_of_balls()).map(name).collect()
     }
 }
 

@@ -10,6 +10,7 @@ use crate::extraction::disc::{DiscImpact, Quantity};
 use crate::extraction::{Impact, Unusable, extract_all, near_model, shots};
 use crate::film::camera::Camera;
 use crate::film::discs::Calibrated;
+use crate::film::frame_noise::constant_axis;
 use crate::fit;
 use crate::likelihood::frames::Film;
 use crate::measurement::dataset::{Dataset, Measured, Shot, Tracks};
@@ -212,8 +213,12 @@ fn to_be_fitted(dataset: Dataset, camera: Option<&Calibrated>) -> Dataset {
     let doubtful = dataset.shots.iter().filter(|shot| is_doubtful(shot)).count();
     if 2 * doubtful <= dataset.shots.len() {
         dataset.shots.retain(|shot| !is_doubtful(shot));
-        let reasons = tracks.doubtful.drain(..).map(|(name, reason)| (name, format!("doubtful: {reason}")));
-        dataset.left_out.extend(reasons);
+        for (name, reason) in tracks.doubtful.drain(..) {
+            // discs that stick together are left out already
+            if dataset.left_out.iter().all(|(known, _)| *known != name) {
+                dataset.left_out.push((name, format!("doubtful: {reason}")));
+            }
+        }
     }
     let unseen = dataset.shots.iter().filter(|shot| shot.after.len() == 1).count();
     if unseen > 0 {
@@ -278,6 +283,18 @@ pub(super) fn with_discs_calibrated(
     (dataset, extracted)
 }
 
+/// Whether two or more frames of a disc about the impact are missing.
+fn misses_impact((track, impact): &(TrackShot, DiscImpact)) -> bool {
+    /// Frames between neighbouring positions.
+    const GAP: f64 = 2.5;
+    let Some(time) = impact.get(Quantity::Time) else { return false };
+    [&track.cue, &track.object].into_iter().any(|samples| {
+        let after = samples.partition_point(|sample| sample.t < time.value);
+        let before = after.checked_sub(1).and_then(|i| samples.get(i));
+        before.zip(samples.get(after)).is_some_and(|(a, b)| (b.t - a.t) * track.fps > GAP)
+    })
+}
+
 /// What there is to say of all shots of discs together.
 fn notes_on(extracted: &[(TrackShot, DiscImpact)]) -> Vec<String> {
     let mut notes = Vec::new();
@@ -292,8 +309,34 @@ fn notes_on(extracted: &[(TrackShot, DiscImpact)]) -> Vec<String> {
     }
     if let Some(slowing) = extracted.iter().find_map(|(_, impact)| impact.slowing) {
         notes.push(format!(
-            "The discs slow down by {} m/s², as all shots together show: velocities are those at the impacts.",
-            number::with_error(slowing.value, slowing.sd.unwrap_or_default())
+            "The discs slow down by {} m/s², as {} show: velocities are those at the impacts.",
+            number::with_error(slowing.value, slowing.sd.unwrap_or_default()),
+            if extracted.len() > 1 { "all shots together" } else { "the frames" }
+        ));
+    }
+    let touching = extracted.iter().map(|(_, impact)| impact.touching);
+    if let Some(longest) = touching.clone().max().filter(|longest| *longest > 0) {
+        notes.push(format!(
+            "In {} of {} shots the discs touch for several frames: up to {longest} on either side of the impact were left out. Straight lines \
+             before and after give e and J_t/J_n of the whole contact, if nothing else pushes a disc meanwhile.",
+            touching.filter(|frames| *frames > 0).count(),
+            extracted.len()
+        ));
+    }
+    let unseen = extracted.iter().filter(|shot| misses_impact(shot)).count();
+    if unseen > 0 {
+        notes.push(format!(
+            "In {unseen} of {} shots the frames about the impact are missing. It is taken to be where the straight lines before and after \
+             cross, as if both discs changed their velocities at one instant and nothing else pushed them in the gap.",
+            extracted.len()
+        ));
+    }
+    let flat = extracted.iter().filter(|(track, _)| constant_axis(track).is_some()).count();
+    if flat > 0 {
+        notes.push(format!(
+            "In {flat} of {} shots one coordinate never changes: films of one dimension, in which the line of centres is along the other. They \
+             determine e, but neither J_t/J_n nor μ, which need hits off the centre.",
+            extracted.len()
         ));
     }
     let turned = |(track, impact): &(TrackShot, DiscImpact)| {
@@ -350,7 +393,7 @@ pub(super) fn learned(dataset: &Dataset, tracks: &[TrackShot], scene: &Scene) ->
         let impacts = extract_all(&sample, &scene, &|| ());
         let Some((values, mu_sd)) = coefficients(dataset, &sample, &impacts, &mut scene) else { break };
         let law = if values.b == 0.0 { Law::Constant } else { Law::Exponential { b: values.b, c: values.c } };
-        let model = Model { law, ..dataset.model_of_contact() };
+        let model = values.model(&Model { law, ..dataset.model_of_contact() });
         scene.lift = LiftPrior::Model(model, values.coefficients, LIFT_SD);
         shared = Some(SHARED_LIFT_SD.hypot(mu_sd / (values.coefficients.mu + values.b)));
     }
@@ -406,7 +449,7 @@ fn coefficients(
         ..Options::default()
     };
     let fit = fit::fit_watched(&some, &[], &options, &|| ()).ok()?.pop()?;
-    let mut values = Values::from(Coefficients { mu: 0.0, mu_s: 0.0, e: 0.0 });
+    let mut values = Values::of(&some.model_of_contact(), Coefficients { mu: 0.0, mu_s: 0.0, e: 0.0 });
     for estimate in &fit.estimates {
         values[estimate.parameter] = estimate.value;
     }

@@ -43,6 +43,27 @@ pub struct FittedFrames {
     shared_covariance: Box<SharedCovariance>,
 }
 
+/// The topspin of a cue ball before the impact, as the frames show it.
+pub(super) struct ShownSpin {
+    pub shot: String,
+    /// Over the natural roll's.
+    topspin: f64,
+    /// By how much χ² rises without spin; infinite where the spin is known.
+    explained: f64,
+}
+
+impl ShownSpin {
+    /// Whether the frames show a spin: at four standard errors, which in a film of 40 stun shots chance does in one of 400.
+    pub fn is_surely_some(&self) -> bool {
+        const RISE: f64 = 16.0;
+        self.explained > RISE
+    }
+
+    pub fn is_topspin(&self) -> bool {
+        self.topspin > 0.0 && self.is_surely_some()
+    }
+}
+
 /// The frames of one shot against the model.
 #[derive(Clone, Debug)]
 pub struct OfShot {
@@ -127,6 +148,16 @@ impl FittedFrames {
         })
     }
 
+    /// The spins of the cue balls, and how surely the frames show that they have any.
+    pub(super) fn spins(&self) -> impl Iterator<Item = ShownSpin> {
+        self.shots.iter().filter_map(|(name, shot, own)| {
+            let film = shot.film.as_ref()?;
+            let (topspin, explained) =
+                film.shown_topspin(&shot.plan.collision(&self.model), &self.shared, own)?;
+            Some(ShownSpin { shot: name.clone(), topspin, explained })
+        })
+    }
+
     /// What is expected of unknown spins beforehand, as part of χ².
     pub(super) fn prior_chi2(&self) -> f64 {
         self.shots.iter().filter_map(|(_, shot, own)| Some(shot.film.as_ref()?.prior_chi2(own))).sum()
@@ -156,7 +187,7 @@ pub(super) fn joint_fit(
     let Sample { fitted, unknowns, .. } = search.first();
     let first = minimum.x.len() - unknowns.len();
     let covariance = match Sandwich::new(search, minimum, first) {
-        Some(sandwich) => sandwich.covariance_at(minimum),
+        Some(sandwich) => sandwich.covariance_of_all(),
         None => minimum.covariance(),
     };
     let of = |i: usize, j: usize| covariance.as_ref().map_or(f64::NAN, |c| c[(first + i, first + j)]);
@@ -191,7 +222,7 @@ pub(super) fn are_explained(search: &Search, minimum: &Minimum) -> bool {
     // of a shot as many numbers as are extracted from it, and each that is known
     let tied: usize = shots().map(|shot| shot.plan.rows().len()).sum();
     let known = rows - shots().map(Fitted::rows).sum::<usize>();
-    let dof = (tied + known).saturating_sub(minimum.room() + minimum.shared);
+    let dof = (tied + known).saturating_sub(minimum.parameters() + minimum.shared);
     ChiSquared::new(dof as f64).is_ok_and(|d| d.sf((chi2 - of_motions).max(0.0)) >= IMPROBABLE)
 }
 
@@ -204,7 +235,8 @@ pub(super) fn bound(
     films: &Films,
     cloth: [f64; 2],
 ) -> Option<Bound> {
-    if free.iter().any(|unknown| !Parameter::COEFFICIENTS.contains(&unknown.parameter)) {
+    let is_followed = |p: Parameter| Parameter::COEFFICIENTS.contains(&p) || p.is_of_balls();
+    if !free.iter().all(|unknown| is_followed(unknown.parameter)) {
         return None;
     }
     let have = |shot: &&Fitted| films.get(shot.index).is_some_and(Option::is_some);
@@ -219,8 +251,7 @@ pub(super) fn bound(
     let own = minimum.x.rows(0, free.len());
     let x = DVector::from_iterator(free.len() + cloth.len(), own.iter().copied().chain(cloth));
     let (residuals, jacobian) = problem.evaluate_at(&x);
-    let columns: Vec<usize> = (0..x.len()).collect();
-    let covariance = super::minimum::covariance(&jacobian, &columns, &DMatrix::zeros(0, x.len()))?;
+    let covariance = super::minimum::covariance(&jacobian)?;
     if !residuals.iter().all(|r| r.is_finite()) {
         return None;
     }

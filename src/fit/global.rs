@@ -170,8 +170,9 @@ impl<'a> Settled<'a> {
 
     /// The minimum at a kink near some values, if all is determined there.
     fn at_kink(search: &Search<'a>, (free, mu): (&[Unknown], Unknown), near: &[Values]) -> Option<Self> {
-        // with more unknowns than the coefficients kinks lie across all of them
-        if !free.iter().all(|unknown| Parameter::COEFFICIENTS.contains(&unknown.parameter)) {
+        // with other unknowns of the contact kinks lie across all of them
+        let is_smooth = |p: Parameter| Parameter::COEFFICIENTS.contains(&p) || p.is_of_balls();
+        if !free.iter().all(|unknown| is_smooth(unknown.parameter)) {
             return None;
         }
         let (minimum, estimated) = search.at_kink((free, mu), near, REACH)?;

@@ -6,7 +6,7 @@ use crate::likelihood::frames;
 use crate::likelihood::whitening::Whitening;
 use crate::measurement::dataset::Measured;
 use crate::measurement::values::Values;
-use crate::numerics::least_squares::{Activity, Constraints};
+use crate::numerics::least_squares::{Activity, Bounds};
 
 /// Below this ratio of singular values of the column-scaled Jacobian a combination of parameters
 /// is not determined: its standard error would be rounding.
@@ -14,9 +14,6 @@ pub(super) const RANK: f64 = 1e-8;
 
 /// Parameters with at least this share in an undetermined direction are named.
 const SHARE: f64 = 0.1;
-
-/// An eigenvalue below this is 0: of a few rows of length 1, no smaller one comes of rounding.
-const OPEN: f64 = 1e-9;
 
 /// Where the optimiser stopped, in whitened units.
 #[derive(Clone)]
@@ -35,9 +32,7 @@ pub(crate) struct Minimum {
     pub residuals: DVector<f64>,
     pub jacobian: DMatrix<f64>,
     pub active: Vec<Activity>,
-    /// The inequalities of `constraints` that hold with equality.
-    pub active_inequalities: Vec<usize>,
-    pub constraints: Constraints,
+    pub bounds: Bounds,
     /// Of each shot, all 1 for least squares.
     pub weights: Vec<f64>,
     /// With which it was found, of each sample.
@@ -55,10 +50,9 @@ impl Minimum {
         self.residuals.iter().zip(shifts).map(|(r, shift)| (r - shift).powi(2)).sum()
     }
 
-    /// How many parameters the equalities leave to be fitted.
-    pub(crate) fn room(&self) -> usize {
-        let own = self.x.len() - self.shared;
-        own - self.constraints.equalities.len().min(own)
+    /// Returns the number of parameters fitted, without what shots share.
+    pub(crate) fn parameters(&self) -> usize {
+        self.x.len() - self.shared
     }
 
     /// The values of a fit of one sample.
@@ -82,29 +76,18 @@ impl Minimum {
         self.filmed.then(|| self.x[self.x.len() - self.shared + 1])
     }
 
-    /// Of all columns, within what equalities leave open, from the curvature. `None` if it is singular.
+    /// Returns the covariance of all columns from the curvature; `None` if it is singular.
     pub(crate) fn covariance(&self) -> Option<DMatrix<f64>> {
-        let columns: Vec<usize> = (0..self.x.len()).collect();
-        covariance(&self.jacobian, &columns, &self.ties(false))
+        covariance(&self.jacobian)
     }
 
-    /// The columns, with their weights, of a direction that neither the residuals nor the equalities determine.
+    /// The columns, with their weights, of a direction that the residuals do not determine.
     pub(super) fn undetermined(&self) -> Option<Vec<(usize, f64)>> {
-        null_direction(&with_ties(&self.jacobian, &self.ties(false)))
+        null_direction(&self.jacobian)
     }
 
     pub(super) fn determines_all(&self) -> bool {
         self.undetermined().is_none()
-    }
-
-    /// What constraints hold: the equalities and, if asked for, the inequalities that hold with
-    /// equality. A row each.
-    pub(crate) fn ties(&self, with_inequalities: bool) -> DMatrix<f64> {
-        let Constraints { equalities, inequalities, .. } = &self.constraints;
-        let active = if with_inequalities { &self.active_inequalities[..] } else { &[] };
-        let rows = equalities.matrix.row_iter().chain(active.iter().map(|i| inequalities.matrix.row(*i)));
-        let rows: Vec<_> = rows.map(|row| row.into_owned()).collect();
-        if rows.is_empty() { DMatrix::zeros(0, self.jacobian.ncols()) } else { DMatrix::from_rows(&rows) }
     }
 }
 
@@ -132,19 +115,6 @@ pub(super) fn null_direction(jacobian: &DMatrix<f64>) -> Option<Vec<(usize, f64)
     Some(named.collect())
 }
 
-/// The Jacobian with what constraints hold as observations that are as good as exact.
-fn with_ties(jacobian: &DMatrix<f64>, ties: &DMatrix<f64>) -> DMatrix<f64> {
-    /// So much surer than the data.
-    const EXACT: f64 = 1e4;
-    if ties.nrows() == 0 {
-        return jacobian.clone();
-    }
-    let mut all = DMatrix::zeros(jacobian.nrows() + ties.nrows(), jacobian.ncols());
-    all.rows_mut(0, jacobian.nrows()).copy_from(jacobian);
-    all.rows_mut(jacobian.nrows(), ties.nrows()).copy_from(&(ties * (EXACT * jacobian.norm())));
-    all
-}
-
 /// Leverages: squared row norms of Q in J = QR.
 pub(super) fn leverages(jacobian: &DMatrix<f64>) -> Vec<f64> {
     if jacobian.ncols() == 0 {
@@ -153,40 +123,11 @@ pub(super) fn leverages(jacobian: &DMatrix<f64>) -> Vec<f64> {
     jacobian.clone().qr().q().row_iter().map(|row| row.norm_squared()).collect()
 }
 
-/// (JᵀJ)⁻¹ of some columns by QR: R⁻¹R⁻ᵀ, within the directions that the ties leave open.
-pub(crate) fn covariance(
-    jacobian: &DMatrix<f64>,
-    columns: &[usize],
-    ties: &DMatrix<f64>,
-) -> Option<DMatrix<f64>> {
-    let own = jacobian.select_columns(columns);
-    if ties.nrows() == 0 {
-        let inverse = inverse(&own.qr().r())?;
-        return Some(&inverse * inverse.transpose());
-    }
-    let basis = open_directions(ties, columns);
-    let inverse = &basis * inverse(&(own * &basis).qr().r())?;
+/// Returns (JᵀJ)⁻¹ by QR: R⁻¹R⁻ᵀ; `None` if it is singular.
+pub(crate) fn covariance(jacobian: &DMatrix<f64>) -> Option<DMatrix<f64>> {
+    let r = jacobian.clone().qr().r();
+    let inverse = r.solve_upper_triangular(&DMatrix::identity(r.ncols(), r.ncols()))?;
     Some(&inverse * inverse.transpose())
-}
-
-fn inverse(r: &DMatrix<f64>) -> Option<DMatrix<f64>> {
-    r.solve_upper_triangular(&DMatrix::identity(r.ncols(), r.ncols()))
-}
-
-/// An orthonormal basis of what `ties`·x = 0 leaves of some columns.
-pub(crate) fn open_directions(ties: &DMatrix<f64>, columns: &[usize]) -> DMatrix<f64> {
-    let count = columns.len();
-    let ties = ties.select_columns(columns);
-    if ties.iter().all(|a| *a == 0.0) {
-        return DMatrix::identity(count, count);
-    }
-    // eigenvalues of AᵀA of rows of length 1: 0 along what is open
-    let rows: Vec<_> =
-        ties.row_iter().filter(|row| row.norm() > 0.0).map(|row| row.into_owned() / row.norm()).collect();
-    let rows = DMatrix::from_rows(&rows);
-    let eigen = (rows.tr_mul(&rows)).symmetric_eigen();
-    let open: Vec<usize> = (0..count).filter(|i| eigen.eigenvalues[*i] < OPEN).collect();
-    eigen.eigenvectors.select_columns(&open)
 }
 
 #[cfg(test)]
@@ -216,18 +157,8 @@ mod tests {
     fn a_straight_line() {
         let x = [0.0, 1.0, 2.0, 3.0];
         let jacobian = DMatrix::from_fn(4, 2, |i, j| if j == 0 { 1.0 } else { x[i] });
-        let covariance = covariance(&jacobian, &[0, 1], &DMatrix::zeros(0, 2)).unwrap();
+        let covariance = covariance(&jacobian).unwrap();
         // var b = 1/Σ(x − x̄)² = 1/5, var a = Σx²/(nΣ(x − x̄)²) = 14/20
         assert!((covariance[(1, 1)] - 0.2).abs() < 1e-14 && (covariance[(0, 0)] - 0.7).abs() < 1e-14);
-    }
-
-    /// The same with a = 2b: one parameter b(2 + x), var b = 1/Σ(2 + x)² = 1/54.
-    #[test]
-    fn an_equality_leaves_one_direction() {
-        let jacobian = DMatrix::from_fn(4, 2, |i, j| if j == 0 { 1.0 } else { i as f64 });
-        let tie = DMatrix::from_row_slice(1, 2, &[1.0, -2.0]);
-        let covariance = covariance(&jacobian, &[0, 1], &tie).unwrap();
-        assert!((covariance[(1, 1)] - 1.0 / 54.0).abs() < 1e-14);
-        assert!((covariance[(0, 1)] - 2.0 / 54.0).abs() < 1e-14);
     }
 }

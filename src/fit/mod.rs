@@ -11,7 +11,7 @@
 //! 2. Add it to [`SharedKind`] with its name, start, prior and bounds (`likelihood/frames/shared_unknowns.rs`).
 //! 3. Ask for it: the list of a fit is what `shared_unknowns::of_fit` returns.
 //!
-//! Solver, constraints, errors, profiles and the reports take it from the list. The cloth's bounce e_t is an example:
+//! Solver, bounds, errors, profiles and the reports take it from the list. The cloth's bounce e_t is an example:
 //! [`FilmUnknowns::bounce`] asks for it.
 
 pub(crate) mod analysis;
@@ -20,7 +20,6 @@ mod calibration;
 mod camera;
 pub mod causes;
 pub mod check;
-pub(crate) mod constraints;
 mod counted;
 pub(crate) mod diagnostics;
 mod disc_curve;
@@ -42,6 +41,7 @@ pub(crate) mod noise;
 mod nonsmooth;
 mod options;
 pub(crate) mod outlying;
+pub(crate) mod outlying_rows;
 mod request;
 mod result;
 pub(crate) mod robust;
@@ -110,6 +110,16 @@ pub fn fit_watched(
     options: &Options,
     done: &(dyn Fn() + Sync),
 ) -> Result<Vec<Fit>, FitError> {
+    fit_with(dataset, films, (options, false), done)
+}
+
+/// The same; causes of residuals are not looked for where the spins are suspect, if others look for these `spins_first`.
+fn fit_with(
+    dataset: &Dataset,
+    films: &Films,
+    (options, spins_first): (&Options, bool),
+    done: &(dyn Fn() + Sync),
+) -> Result<Vec<Fit>, FitError> {
     if dataset.awaits_extraction() {
         return Err(FitError::NotExtracted(dataset.name.clone()));
     }
@@ -122,7 +132,8 @@ pub fn fit_watched(
         let films: Vec<_> = places.iter().map(|i| films.get(*i).cloned().flatten()).collect();
         let group = dataset.by.clone().zip(label);
         let group = group.as_ref();
-        run::fit_shots(&request::Request { dataset, shots: &shots, films: &films, group, options, done })
+        let shots = shots.as_slice();
+        run::fit_shots(&request::Request { dataset, shots, films: &films, group, options, spins_first, done })
     };
     dataset.labelled().into_iter().map(fit).collect()
 }

@@ -50,17 +50,17 @@ const QUICK: Options = Options { max_iterations: 100, orthogonality: 1e-6 };
 /// of integrated collisions is rough.
 const QUICK_ROUGH: Options = Options { max_iterations: 100, orthogonality: 1e-3 };
 
-/// The minimum from a start that satisfies the constraints, and whether it is at a kink.
+/// The minimum from a start within the bounds, and whether it is at a kink.
 pub(super) fn minimise(
     slice: &Slice,
     start: &DVector<f64>,
     options: &Options,
 ) -> Result<(Solution, bool), FitError> {
-    let constraints = &slice.constraints;
-    let mut solution = least_squares::minimise(slice.problem(), start, constraints, options)?;
+    let bounds = &slice.bounds;
+    let mut solution = least_squares::minimise(slice.problem(), start, bounds, options)?;
     let has_kinks = |(column, unknown): &(usize, &Unknown)| {
         unknown.parameter == Parameter::Mu
-            && constraints.lower[*column] < constraints.upper[*column]
+            && bounds.lower[*column] < bounds.upper[*column]
             // discs whose contact gives way go over from sliding to sticking smoothly
             && slice.search.members(**unknown).any(|i| !is_smooth(&slice.search.samples[i]))
     };
@@ -79,13 +79,12 @@ pub(super) fn minimise(
         };
         let found = frictions.iter().filter_map(of).min_by(|a, b| a.cost.total_cmp(&b.cost));
         let Some(Lowest { x, is_inside: at_kink, .. }) = found else { break };
-        let next = least_squares::minimise(slice.problem(), &x, constraints, options)?;
+        let next = least_squares::minimise(slice.problem(), &x, bounds, options)?;
         let iterations = solution.iterations + next.iterations;
         if at_kink && !next.termination.converged() {
             (solution.residuals, solution.jacobian) = slice.problem().evaluate_at(&x);
             solution.cost = 0.5 * solution.residuals.norm_squared();
-            solution.active = constraints.activity(&x);
-            solution.active_inequalities = constraints.active_inequalities(&x);
+            solution.active = bounds.activity(&x);
             solution.x = x;
             return Ok((Solution { iterations, ..solution }, true));
         }
@@ -112,7 +111,7 @@ struct Lowest {
 
 /// Within the bracket of a stalled search; `None` where no point is lower.
 fn across(slice: &Slice, mu: usize, stalled: &Solution, options: &Options) -> Option<Lowest> {
-    let (lower, upper) = (slice.constraints.lower[mu], slice.constraints.upper[mu]);
+    let (lower, upper) = (slice.bounds.lower[mu], slice.bounds.upper[mu]);
     let value = stalled.x[mu];
     let ends = [(value * (1.0 - BRACKET)).max(lower), (value * (1.0 + BRACKET)).min(upper)];
     let profile = Profile { slice, mu, start: &stalled.x };
@@ -145,8 +144,8 @@ fn places(slice: &Slice, mu: usize, stalled: &Solution) -> Option<Lowest> {
         let mut start = stalled.x.clone();
         start[mu] = mu_there;
         let held = slice.holding(&[(mu, mu_there)]);
-        let start = held.constraints.nearest(&start)?;
-        let found = least_squares::minimise(held.problem(), &start, &held.constraints, &PLACES_OF_A_LAW);
+        let start = held.bounds.clamp(&start);
+        let found = least_squares::minimise(held.problem(), &start, &held.bounds, &PLACES_OF_A_LAW);
         found.ok().map(|found| (found.x, found.cost))
     };
     let lowest = (0..=PLACES).filter_map(at).min_by(|a, b| a.1.total_cmp(&b.1));
@@ -157,16 +156,15 @@ fn places(slice: &Slice, mu: usize, stalled: &Solution) -> Option<Lowest> {
 }
 
 impl Slice<'_> {
-    /// ½χ² least over what is not held, and where; from `start`. `None` where nothing can be
-    /// evaluated, or the constraints do not allow the values.
+    /// ½χ² least over what is not held, and where; from `start`. `None` where nothing can be evaluated.
     pub(crate) fn at(&self, held: &[(usize, f64)], start: &DVector<f64>) -> Option<(DVector<f64>, f64)> {
         let slice = self.holding(held);
         let mut start = start.clone();
         for (column, value) in held {
             start[*column] = *value;
         }
-        let start = slice.constraints.nearest(&start)?;
-        if slice.constraints.lower == slice.constraints.upper {
+        let start = slice.bounds.clamp(&start);
+        if slice.bounds.lower == slice.bounds.upper {
             let (residuals, _) = slice.problem().evaluate_at(&start);
             let cost = 0.5 * residuals.norm_squared();
             return cost.is_finite().then_some((start, cost));
@@ -223,7 +221,7 @@ impl Search<'_> {
             };
         }
         let (_, minimum, mut groups) = best?;
-        let constraints = self.constraints(free).ok()?;
+        let bounds = self.bounds(free);
         let unknowns = minimum.x.len() - minimum.shared;
         let own = free.iter().map(|unknown| self.value(&minimum.values, *unknown));
         let x = DVector::from_iterator(
@@ -246,9 +244,8 @@ impl Search<'_> {
         let minimum = Minimum {
             cost: 0.5 * residuals.norm_squared(),
             gradient: jacobian.tr_mul(&residuals),
-            active: constraints.activity(&x),
-            active_inequalities: constraints.active_inequalities(&x),
-            constraints,
+            active: bounds.activity(&x),
+            bounds,
             x,
             residuals,
             jacobian,

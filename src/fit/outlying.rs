@@ -19,25 +19,25 @@ use crate::physics::collision::Model;
 
 /// χ²/dof over the usual one, with the noise that is usual of the other shots: a shot whose noise is estimated from its own
 /// residuals hides a misfit in it. Below this the noise of a shot may well be twice that of the others.
-const WORSE: f64 = 6.0;
+pub(super) const WORSE: f64 = 6.0;
 
 /// What a collision adds to χ², over what it usually adds. Where something is wrong with all shots, such as a topspin that nobody told, single ones
 /// show it ten times as much as the usual one.
 const FAR_WORSE: f64 = 20.0;
 
 /// By chance less often than this.
-const NO_CHANCE: f64 = 1e-9;
+pub(super) const NO_CHANCE: f64 = 1e-9;
 
 /// At most this part of the shots: if there are more, the model may be wrong and not the shots…
-const FEW: f64 = 0.15;
+pub(super) const FEW: f64 = 0.15;
 /// …unless the others, without them, fit as well as their noise lets them.
-const MINORITY: f64 = 0.4;
+pub(super) const MINORITY: f64 = 0.4;
 
 /// What a collision adds to χ², of each number that it ties: about 1 where only noise does.
-const POOR: f64 = 3.0;
+pub(super) const POOR: f64 = 3.0;
 
 /// Rounds of weighting until gross errors no longer count.
-const ROUNDS: usize = 40;
+pub(super) const ROUNDS: usize = 40;
 const LEAST_SHOTS: usize = 8;
 
 /// A shot that is left out.
@@ -45,15 +45,17 @@ const LEAST_SHOTS: usize = 8;
 pub(crate) struct Odd {
     /// Its place among the shots.
     pub place: usize,
-    /// How it differs from the others.
-    pub how: String,
+    /// Why it is left out.
+    pub reason: String,
 }
 
 impl Odd {
-    /// Why it is left out.
+    fn film(place: usize, how: &str) -> Self {
+        Self { place, reason: format!("its frames do not fit the collision that the other shots fit: {how}") }
+    }
+
     pub(crate) fn rejected(&self, shot: &str) -> Rejected {
-        let reason = format!("its frames do not fit the collision that the other shots fit: {}", self.how);
-        Rejected { shot: shot.to_owned(), reason }
+        Rejected { shot: shot.to_owned(), reason: self.reason.clone() }
     }
 }
 
@@ -96,7 +98,7 @@ impl Misfit {
         } else {
             return None;
         };
-        Some(Odd { place, how })
+        Some(Odd::film(place, &how))
     }
 }
 
@@ -115,10 +117,10 @@ pub(crate) fn impossible(
         let all = || reduced.residuals.iter().chain(reduced.jacobian.iter());
         all().all(|number| number.is_finite()).then_some(())
     };
-    let how = || "no collision leads from the frames before it to those after it".to_owned();
+    let how = "no collision leads from the frames before it to those after it";
     let all = fitted.par_iter().enumerate().with_min_len(SHARE);
     let impossible = all.filter(|(_, shot)| is_possible(shot).is_none());
-    impossible.map(|(place, _)| Odd { place, how: how() }).collect()
+    impossible.map(|(place, _)| Odd::film(place, how)).collect()
 }
 
 /// Of each sample, the shots whose frames fit the model far worse than those of the others, if they are few; or those that a robust fit

@@ -18,6 +18,8 @@ pub(super) struct Request<'a> {
     /// Column and label.
     pub group: Option<&'a (String, String)>,
     pub options: &'a Options,
+    /// Whether the spins are looked for before any cause of residuals.
+    pub spins_first: bool,
     /// Called after each sample of the bootstrap.
     pub done: &'a (dyn Fn() + Sync),
 }
@@ -42,12 +44,7 @@ impl Request<'_> {
             FitError::TooFewObservations { observations, parameters, .. } => {
                 FitError::TooFewObservations { dataset: self.title(), observations, parameters }
             }
-            FitError::Relations(what) => {
-                FitError::Relations(format!("{}: [fit] constraints: {what}", self.dataset.path.display()))
-            }
-            FitError::Optimise(
-                error @ (OptimiseError::ResidualNotFinite { .. } | OptimiseError::JacobianNotFinite),
-            ) => FitError::NoStart(self.title(), error),
+            FitError::Optimise(error @ OptimiseError::NotFinite) => FitError::NoStart(self.title(), error),
             other => other,
         }
     }

@@ -11,6 +11,7 @@ use super::{
     Identifiability, Method, Plateau, Profile, Refuted, Robust, Scatter, SharedKind, Starts,
 };
 use crate::measurement::dataset::{DiscShot, Measured, ObjectBall};
+use crate::measurement::number::plain;
 use crate::measurement::observable::Observable;
 use crate::measurement::parameter::Parameter;
 use crate::physics::ball::Ball;
@@ -127,12 +128,12 @@ pub struct Diagnostics {
     pub computed: Vec<Computed>,
     /// What the data determine of the free parameters; `None` where none is free.
     pub identifiability: Option<Identifiability>,
+    /// Whether other spins of the cue balls than those stated would explain much of the residuals, and causes were not looked for.
+    pub(crate) suspects_spins: bool,
     /// How well model and noise describe the residuals; `None` where nothing was fitted.
     pub goodness: Option<Goodness>,
     /// How a robust loss weighted the shots, where one was asked for.
     pub robust: Option<Robust>,
-    /// The constraints between parameters, and whether each holds with equality.
-    pub relations: Vec<(String, bool)>,
     /// What several starts found, where they were asked for.
     pub starts: Option<Starts>,
     /// What a bootstrap over the shots found, where it was asked for.
@@ -235,6 +236,18 @@ pub struct Noise {
     /// The standard deviation that was estimated from the residuals, SI and radians, where the data give none; `None`
     /// where they do.
     pub estimated_sd: Option<f64>,
+    /// The standard deviation of the rounding of the readings, SI and radians, where it stands for the noise, since the residuals are
+    /// smaller.
+    pub rounding: Option<f64>,
+}
+
+impl Noise {
+    /// A standard deviation to so many digits, with the unit of its column.
+    pub(super) fn in_words(&self, sd: f64, digits: usize) -> String {
+        let (number, unit) = (plain(sd / self.observable.unit_si(), digits), self.observable.unit());
+        let gap = if matches!(unit, "" | "°") { "" } else { " " };
+        format!("{number}{gap}{unit}")
+    }
 }
 
 /// A shot that was not used, or is doubtful, and why.

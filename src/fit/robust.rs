@@ -2,7 +2,7 @@
 
 use nalgebra::DMatrix;
 
-use super::minimum::{Minimum, open_directions};
+use super::minimum::Minimum;
 use super::samples::Search;
 use crate::likelihood::fitted::Fitted;
 use crate::likelihood::prediction::MAX_OBSERVABLES;
@@ -123,17 +123,15 @@ impl Sandwich {
         Some(Self { curvature: curvature + bends + &others, scatter: scatter + others, unknowns })
     }
 
-    /// Covariance of all columns of a minimum, within what equalities leave open.
-    pub(crate) fn covariance_at(&self, minimum: &Minimum) -> Option<DMatrix<f64>> {
-        let columns: Vec<usize> = (0..minimum.x.len()).collect();
-        self.covariance(&columns, &open_directions(&minimum.ties(false), &columns))
+    /// Returns the covariance of all columns; `None` if the curvature is not positive definite.
+    pub(crate) fn covariance_of_all(&self) -> Option<DMatrix<f64>> {
+        self.covariance(&(0..self.curvature.ncols()).collect::<Vec<_>>())
     }
 
-    /// Covariance of some columns, within the directions `basis` of them.
-    pub(crate) fn covariance(&self, columns: &[usize], basis: &DMatrix<f64>) -> Option<DMatrix<f64>> {
-        let pick =
-            |m: &DMatrix<f64>| basis.transpose() * m.select_columns(columns).select_rows(columns) * basis;
-        let bread = basis * pick(&self.curvature).cholesky()?.inverse();
+    /// Returns the covariance of some columns, the others held.
+    pub(crate) fn covariance(&self, columns: &[usize]) -> Option<DMatrix<f64>> {
+        let pick = |m: &DMatrix<f64>| m.select_columns(columns).select_rows(columns);
+        let bread = pick(&self.curvature).cholesky()?.inverse();
         Some(&bread * pick(&self.scatter) * bread.transpose())
     }
 }

@@ -19,7 +19,7 @@ pub(crate) fn residual_rows<'n>(
     let (whitening, values) = (&at.whitening[number], &at.values[number]);
     let model = values.model(sample.model);
     let own = groups.iter().filter(|group| group.dataset == sample.dataset);
-    let sds: EstimatedSd = own.map(|g| (g.observable, if g.estimable { g.sd } else { f64::NAN })).collect();
+    let sds: EstimatedSd = own.map(|g| (g.observable, if g.is_known() { g.sd } else { f64::NAN })).collect();
     let mut rows = Vec::new();
     for (number, Fitted { index, plan, .. }) in sample.fitted.iter().enumerate() {
         let predicted = whitening.predict(number, plan, &model, &values.coefficients);
@@ -59,7 +59,8 @@ pub(super) fn noise_rows(fitted: &[Fitted], residuals: &[Residual], groups: &[Gr
             observable,
             count,
             rms: (sum / count as f64).sqrt(),
-            estimated_sd: group.map(|g| if g.estimable { g.sd } else { f64::NAN }),
+            estimated_sd: group.map(|g| if g.is_known() { g.sd } else { f64::NAN }),
+            rounding: group.filter(|g| g.is_rounding()).map(|g| g.rounding),
         });
     }
     rows

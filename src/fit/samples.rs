@@ -4,12 +4,12 @@ use nalgebra::DVector;
 
 use crate::likelihood::fitted::Fitted;
 use crate::likelihood::problem::Problem;
-use crate::likelihood::sample::{Sample, Unknown};
+use crate::likelihood::sample::{Sample, Unknown, shared_columns};
 use crate::likelihood::whitening::Whitening;
 use crate::measurement::loss::Loss;
 use crate::measurement::parameter::{Parameter, Setting};
-use crate::measurement::relation::Sense;
 use crate::measurement::values::Values;
+use crate::numerics::least_squares::Bounds;
 
 /// What is fitted, and how.
 #[derive(Clone)]
@@ -115,6 +115,38 @@ impl<'a> Search<'a> {
         setting
     }
 
+    /// Returns the start of a search, in the columns of the fit.
+    pub(super) fn start(&self, free: &[Unknown]) -> DVector<f64> {
+        let (shared, columns) = shared_columns(&self.samples, free.len());
+        let mut start = DVector::zeros(columns);
+        let initial = self.initial();
+        for (column, unknown) in free.iter().enumerate() {
+            start[column] = self.value(&initial, *unknown);
+        }
+        for (sample, own) in self.samples.iter().zip(&shared).filter(|(sample, _)| sample.is_filmed()) {
+            for (column, unknown) in own.iter().zip(&sample.unknowns) {
+                start[*column] = unknown.start;
+            }
+        }
+        start
+    }
+
+    /// Returns the bounds of the free unknowns and of what the shots share, in the columns of the fit.
+    pub(crate) fn bounds(&self, free: &[Unknown]) -> Bounds {
+        let (shared, columns) = shared_columns(&self.samples, free.len());
+        let mut bounds = Bounds::none(columns);
+        for (column, unknown) in free.iter().enumerate() {
+            let setting = self.setting(*unknown);
+            (bounds.lower[column], bounds.upper[column]) = (setting.lower, setting.upper);
+        }
+        for (sample, own) in self.samples.iter().zip(&shared).filter(|(sample, _)| sample.is_filmed()) {
+            for (column, unknown) in own.iter().zip(&sample.unknowns) {
+                [bounds.lower[*column], bounds.upper[*column]] = unknown.bounds;
+            }
+        }
+        bounds
+    }
+
     /// The samples that an unknown belongs to.
     pub(crate) fn members(&self, unknown: Unknown) -> impl Iterator<Item = usize> + '_ {
         (0..self.samples.len()).filter(move |i| self.samples[*i].has(unknown))
@@ -174,12 +206,9 @@ impl<'a> Search<'a> {
                 }
             }
         }
-        let tied = |p: Parameter| {
-            sample.relations.iter().any(|r| r.sense == Sense::Equal && r.coefficients[p as usize] != 0.0)
-        };
         let silent = |p: &Parameter| {
             let setting = &sample.settings[*p];
-            !setting.fixed && !informed[*p as usize] && setting.prior.is_none() && !tied(*p)
+            !setting.fixed && !informed[*p as usize] && setting.prior.is_none()
         };
         sample.settings.parameters().into_iter().filter(silent).collect()
     }

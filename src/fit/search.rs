@@ -16,7 +16,7 @@ use crate::likelihood::whitening::{At, Hold, Whitening, covariance};
 use crate::measurement::dataset::{Measured, Shared};
 use crate::measurement::loss::Loss;
 use crate::measurement::values::Values;
-use crate::numerics::least_squares::{self, Constraints, Solution, Termination};
+use crate::numerics::least_squares::{self, Bounds, Solution, Termination};
 
 /// Re-weighting converges by a factor of ten or more a round.
 const MAX_ROUNDS: usize = 60;
@@ -88,7 +88,7 @@ impl Slice<'_> {
     ) -> Result<(Solution, End), FitError> {
         if self.search.is_filmed() || self.search.is_rough() && crosses_kinks {
             let (solution, rests) =
-                least_squares::minimise_rough(|| self.problem(), x, &self.constraints, options)?;
+                least_squares::minimise_with_restart(|| self.problem(), x, &self.bounds, options)?;
             let end = if rests && !solution.termination.converged() { End::Rough } else { End::Smooth };
             return Ok((solution, end));
         }
@@ -104,7 +104,7 @@ impl Slice<'_> {
             };
             return Ok((solution, end));
         }
-        Ok((least_squares::minimise(self.problem(), x, &self.constraints, options)?, End::Smooth))
+        Ok((least_squares::minimise(self.problem(), x, &self.bounds, options)?, End::Smooth))
     }
 }
 
@@ -179,7 +179,7 @@ impl Search<'_> {
         Some(Minimum {
             cost: 0.5 * residuals.norm_squared(),
             gradient: jacobian.tr_mul(&residuals),
-            constraints: self.constraints(free).ok()?,
+            bounds: self.bounds(free),
             x,
             shared,
             filmed: false,
@@ -241,8 +241,8 @@ impl Search<'_> {
         let (_, columns) = shared_columns(&self.samples, free.len());
         let shared = columns - free.len();
         let filmed = self.is_filmed();
-        let constraints = self.constraints(free)?;
-        let mut x = constraints.nearest(&self.start(free)).ok_or_else(|| self.contradiction())?;
+        let bounds = self.bounds(free);
+        let mut x = bounds.clamp(&self.start(free));
         let mut values = self.values(free, &x);
         let mut groups = self.first_noise(&values);
         let uncertain = |shot: &Fitted| shot.plan.joint().is_some() || shot.plan.variance_in().amax() > 0.0;
@@ -277,7 +277,7 @@ impl Search<'_> {
                 whitening = self.weighted(whitening, &weights);
             }
             if x.is_empty() {
-                let minimum = self.all_held(values, (weights, whitening), constraints, shared);
+                let minimum = self.all_held(values, (weights, whitening), bounds, shared);
                 let Minimum { values, whitening, jacobian, weights, .. } = &minimum;
                 self.reweigh(&mut groups, values, whitening, jacobian, &losses, weights);
                 return Ok((minimum, groups));
@@ -285,7 +285,7 @@ impl Search<'_> {
             if let Some(last) = last.as_ref().filter(|_| side_spins) {
                 whitening = side_spin::integrated_over(self, free, (whitening, &groups), last);
             }
-            let slice = Slice::new(self, free, constraints.clone(), &whitening);
+            let slice = Slice::new(self, free, bounds.clone(), &whitening);
             let (solution, end) = slice.minimised(&x, &options, effort.crosses_kinks)?;
             let (at_kink, rough) = (end == End::Kink, end == End::Rough);
             iterations += solution.iterations as usize;
@@ -334,8 +334,7 @@ impl Search<'_> {
                     residuals: solution.residuals,
                     jacobian: solution.jacobian,
                     active: solution.active,
-                    active_inequalities: solution.active_inequalities,
-                    constraints,
+                    bounds,
                     weights: used,
                     whitening,
                     termination: if rest { how } else { unrest },
@@ -355,7 +354,7 @@ impl Search<'_> {
         &self,
         values: Vec<Values>,
         (weights, whitening): (Vec<f64>, Vec<Whitening>),
-        constraints: Constraints,
+        bounds: Bounds,
         shared: usize,
     ) -> Minimum {
         let x = DVector::zeros(0);
@@ -370,8 +369,7 @@ impl Search<'_> {
             residuals,
             jacobian,
             active: Vec::new(),
-            active_inequalities: Vec::new(),
-            constraints,
+            bounds,
             weights,
             whitening,
             termination: "nothing to fit: every parameter is fixed or silent".to_string(),

@@ -96,7 +96,7 @@ impl<'a> Settled<'a> {
 
     /// χ²/dof where that is above 1.
     pub(crate) fn scale(&self) -> f64 {
-        let dof = self.search.observations().saturating_sub(self.minimum.room()).max(1);
+        let dof = self.search.observations().saturating_sub(self.minimum.parameters()).max(1);
         (2.0 * self.minimum.cost / dof as f64).max(1.0)
     }
 
@@ -123,7 +123,7 @@ impl<'a> Settled<'a> {
     /// By how much what is minimised may differ between minima that are as low. Where as many numbers as unknowns are met exactly
     /// it is all rounding.
     fn same(&self) -> f64 {
-        let is_exact = self.search.observations() <= self.minimum.room();
+        let is_exact = self.search.observations() <= self.minimum.parameters();
         if is_exact { RIVAL } else { LOWER * self.scale() }
     }
 
@@ -222,9 +222,14 @@ impl<'a> Settled<'a> {
 /// What the data of one sample determine.
 pub(super) fn identify(search: &Search, free: &[Unknown], minimum: &Minimum) -> Option<Identifiability> {
     let [sample] = search.samples.as_slice() else { return None };
-    let parameters: Vec<Parameter> = free.iter().map(|unknown| unknown.parameter).collect();
-    let silent = sample.undetermined.clone();
-    identifiability::identify(&minimum.jacobian, &minimum.ties(false), &parameters, &minimum.x, silent)
+    // ratios of the balls, which have priors, count among what the shots share
+    let (of_balls, own): (Vec<usize>, Vec<usize>) =
+        (0..free.len()).partition(|column| free[*column].parameter.is_of_balls());
+    let parameters: Vec<Parameter> = own.iter().map(|column| free[*column].parameter).collect();
+    let columns: Vec<usize> = own.into_iter().chain(of_balls).chain(free.len()..minimum.x.len()).collect();
+    let jacobian = minimum.jacobian.select_columns(&columns);
+    let x = minimum.x.select_rows(&columns);
+    identifiability::identify(&jacobian, &parameters, &x, sample.undetermined.clone())
 }
 
 /// The search with what no observation depends on held at its initial value, and what is left free.

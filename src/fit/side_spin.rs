@@ -50,7 +50,7 @@ fn shift(
     // what is at a bound stays there, and what the shots share besides hardly tells of the side spins
     let inside = |column: &usize| active.get(*column).is_none_or(|active| *active == Activity::Free);
     let open: Vec<usize> = (0..x.len()).filter(inside).collect();
-    let inverse = covariance(jacobian, &open, &nalgebra::DMatrix::zeros(0, x.len()))?;
+    let inverse = covariance(&jacobian.select_columns(&open))?;
     let volume = |column: usize, by: f64| {
         let mut there = x.clone();
         there[column] += by;

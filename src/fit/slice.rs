@@ -6,15 +6,17 @@ use crate::fit::samples::Search;
 use crate::likelihood::problem::{Best, Problem};
 use crate::likelihood::sample::Unknown;
 use crate::likelihood::whitening::Whitening;
-use crate::numerics::least_squares::Constraints;
+use crate::numerics::least_squares::Bounds;
 
-/// Within some constraints, with the weights of the minimum.
+/// The problem within some bounds, with the weights of the minimum.
 #[derive(Clone)]
 pub(crate) struct Slice<'a> {
     pub search: &'a Search<'a>,
     pub free: &'a [Unknown],
-    pub constraints: Constraints,
+    pub bounds: Bounds,
     pub whitening: &'a [Whitening],
+    /// Columns that take the value of the first of them, which alone is minimised over; empty if all differ.
+    equal: Vec<usize>,
     /// Where its shots are at a point nearby, if that is known.
     best: Vec<Best>,
 }
@@ -23,10 +25,10 @@ impl<'a> Slice<'a> {
     pub(crate) fn new(
         search: &'a Search<'a>,
         free: &'a [Unknown],
-        constraints: Constraints,
+        bounds: Bounds,
         whitening: &'a [Whitening],
     ) -> Self {
-        Self { search, free, constraints, whitening, best: Vec::new() }
+        Self { search, free, bounds, whitening, equal: Vec::new(), best: Vec::new() }
     }
 
     /// For points near this one.
@@ -36,15 +38,27 @@ impl<'a> Slice<'a> {
     }
 
     pub(in crate::fit) fn problem(&self) -> Problem<'a> {
-        self.search.problem(self.free, self.whitening).beginning(&self.best)
+        self.search.problem(self.free, self.whitening).with_equal(&self.equal).beginning(&self.best)
+    }
+
+    /// Returns the problem with one value for several columns, within the bounds of all of them.
+    pub(crate) fn with_equal(mut self, columns: &[usize]) -> Self {
+        if let Some(&first) = columns.first() {
+            for &column in columns {
+                self.bounds.lower[first] = self.bounds.lower[first].max(self.bounds.lower[column]);
+                self.bounds.upper[first] = self.bounds.upper[first].min(self.bounds.upper[column]);
+            }
+        }
+        self.equal = columns.to_vec();
+        self
     }
 
     /// The same with some of its unknowns held.
     pub(in crate::fit) fn holding(&self, held: &[(usize, f64)]) -> Self {
         let mut slice = self.clone();
         for &(column, value) in held {
-            slice.constraints.lower[column] = value;
-            slice.constraints.upper[column] = value;
+            slice.bounds.lower[column] = value;
+            slice.bounds.upper[column] = value;
         }
         slice
     }

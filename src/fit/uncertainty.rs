@@ -3,7 +3,7 @@
 use nalgebra::DMatrix;
 use statrs::distribution::{ContinuousCDF, Normal, StudentsT};
 
-use super::minimum::{Minimum, covariance, open_directions};
+use super::minimum::{Minimum, covariance};
 use super::robust::Sandwich;
 use super::{Estimate, Status};
 use crate::measurement::parameter::{Parameter, Settings};
@@ -11,9 +11,6 @@ use crate::numerics::least_squares::Activity;
 
 /// Standard errors with and without a bound are both given when they differ by more than this part.
 const WORTH_SAYING: f64 = 0.1;
-
-/// A standard error of less than this part of the value is rounding: an equality holds the parameter.
-const FIXED: f64 = 1e-12;
 
 pub(super) struct Uncertainty {
     /// In the order of the free parameters.
@@ -38,13 +35,12 @@ pub(super) fn of(
     let at_bound: Vec<usize> = (0..count).filter(|i| minimum.active[*i] != Activity::Free).collect();
     let inner: Vec<usize> = (0..columns).filter(|i| !at_bound.contains(i)).collect();
     let all: Vec<usize> = (0..columns).collect();
-    let (tied, held) = (minimum.ties(false), minimum.ties(true));
-    let covariance = |columns: &[usize], ties: &DMatrix<f64>| match sandwich {
-        None => covariance(&minimum.jacobian, columns, ties),
-        Some(sandwich) => sandwich.covariance(columns, &open_directions(ties, columns)),
+    let covariance = |columns: &[usize]| match sandwich {
+        None => covariance(&minimum.jacobian.select_columns(columns)),
+        Some(sandwich) => sandwich.covariance(columns),
     };
-    let released = quantiles.and_then(|_| covariance(&all, &tied));
-    let conditional = quantiles.and_then(|_| covariance(&inner, &held));
+    let released = quantiles.and_then(|_| covariance(&all));
+    let conditional = quantiles.and_then(|_| covariance(&inner));
 
     let mut estimates: Vec<Estimate> = free
         .iter()
@@ -61,7 +57,7 @@ pub(super) fn of(
     for b in &at_bound {
         let mut with_b = inner.clone();
         with_b.push(*b);
-        let Some(covariance) = covariance(&with_b, &held) else { continue };
+        let Some(covariance) = covariance(&with_b) else { continue };
         let last = with_b.len() - 1;
         // the profile of the cost rises as g x + x²/2v from the bound; it has risen by t²/2 at
         // x = v(−g + √(g² + t²/v))
@@ -84,11 +80,6 @@ pub(super) fn of(
         let setting = &settings[free[*i]];
         let value = minimum.x[*i];
         let estimate = &mut estimates[*i];
-        if released <= FIXED * value.abs() {
-            // an equality leaves it no room
-            estimate.status = Status::Fixed;
-            continue;
-        }
         estimate.std_error = Some(released);
         estimate.std_error_at_bound = (released > (1.0 + WORTH_SAYING) * at_bound).then_some(at_bound);
         let half = quantiles.two_sided * at_bound;

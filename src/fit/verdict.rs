@@ -3,11 +3,12 @@
 //! It is a pure function of the [`Fit`]. What rules the numbers out comes first, then what lets doubt them, the most harmful
 //! first; the first that holds is the verdict.
 
+use super::causes::Cause;
 use super::check;
 use super::check::capital;
 use super::diagnostics::goodness::IMPROBABLE;
 use super::doubts::{Hidden, below_bound, bound_and_limit, hidden_by_bounds};
-use super::{Fit, NoiseVerdict, Scatter, Status, Trend};
+use super::{Estimate, Fit, Noise, NoiseVerdict, Scatter, Status, Trend};
 use crate::measurement::dataset::ON_REQUEST;
 use crate::measurement::number::{self, plain, with_error};
 use crate::measurement::observable::Observable;
@@ -73,7 +74,8 @@ impl Fit {
             };
             // where something else is wrong, that is why
             let why = self
-                .odd_radius()
+                .other_spins()
+                .or_else(|| self.odd_radius())
                 .or_else(|| self.cause().filter(|_| self.is_explained()))
                 .or_else(|| self.few_used())
                 .or_else(|| self.unseen_tilt())
@@ -99,7 +101,7 @@ impl Fit {
                 self.termination
             ));
         }
-        let free: Vec<_> = self.estimates.iter().filter(|e| e.status != Status::Fixed).collect();
+        let free: Vec<_> = self.of_contact().filter(|e| e.status != Status::Fixed).collect();
         let silent = free.iter().all(|e| e.status == Status::NotIdentified);
         (silent && !free.is_empty()).then(|| {
             format!("These shots determine none of {}.", listed(free.iter().map(|e| e.parameter.symbol())))
@@ -109,7 +111,8 @@ impl Fit {
     /// The most harmful reason for doubt.
     fn first_doubt(&self) -> Option<String> {
         let found = &self.diagnostics;
-        self.few_used()
+        self.other_spins()
+            .or_else(|| self.few_used())
             .or_else(|| self.wrong_footage())
             .or_else(|| {
                 let chi2 = found.lower_minimum?;
@@ -123,6 +126,7 @@ impl Fit {
             .or_else(|| self.cause())
             .or_else(|| self.refuted_friction())
             .or_else(|| self.doubtful_shots())
+            .or_else(|| self.met_exactly())
             .or_else(|| self.undetermined())
             .or_else(|| self.few_shots())
             .or_else(|| self.untrue_errors())
@@ -143,6 +147,12 @@ impl Fit {
         Some(best.sentence.clone())
     }
 
+    /// That the cue balls spin in another way, where that explains the residuals: all else may follow from it.
+    fn other_spins(&self) -> Option<String> {
+        let is_spin = self.explanations.first().is_some_and(|best| best.cause == Cause::CueSpin);
+        self.cause().filter(|_| is_spin && self.is_explained())
+    }
+
     /// Whether little is left to explain with the best cause.
     fn is_explained(&self) -> bool {
         /// χ²/dof
@@ -151,19 +161,51 @@ impl Fit {
         left.is_none_or(|[_, after]| after < LITTLE)
     }
 
+    /// Whether residuals from which the noise was to be estimated are all 0.
+    pub(super) fn is_met_exactly(&self) -> bool {
+        /// Of the rounding of the readings; without one, in rad, m/s, rad/s or as a ratio: smaller residuals are rounding of the search.
+        const EXACT: f64 = 1e-6;
+        let mut estimated = self.noise.iter().filter(|noise| noise.estimated_sd.is_some()).peekable();
+        let is_exact = |noise: &Noise| {
+            let is_unknown = noise.estimated_sd.is_some_and(f64::is_nan);
+            noise.rounding.or(is_unknown.then_some(1.0)).is_some_and(|size| noise.rms <= EXACT * size)
+        };
+        self.dof > 0 && estimated.peek().is_some() && estimated.all(is_exact)
+    }
+
+    /// Readings that the fit meets exactly.
+    fn met_exactly(&self) -> Option<String> {
+        if !self.is_met_exactly() {
+            return None;
+        }
+        let rounding = self.noise.iter().find_map(|noise| Some(noise.in_words(noise.rounding?, 2)));
+        let errors = rounding.map_or_else(
+            || "state the standard deviations of the readings.".to_owned(),
+            |sd| {
+                format!(
+                    "the errors are those of readings that are rounded (± {sd}): read more digits, or state standard deviations."
+                )
+            },
+        );
+        Some(format!(
+            "Every reading is met exactly, so that nothing is left of which an error could be told; {errors}"
+        ))
+    }
+
     /// Residuals that the stated noise does not explain.
     fn unexplained(&self) -> Option<String> {
         let goodness = self.diagnostics.goodness.as_ref()?;
         let times = goodness.noise_factor?;
+        let noise = if self.footage { "the noise of the frames" } else { "the stated noise" };
         match goodness.noise {
             NoiseVerdict::TooSmall if self.cause().is_some() => self.cause(),
             NoiseVerdict::TooSmall => Some(format!(
-                "The residuals are {} times as large as the stated noise: the model leaves something out, or the noise and with it \
-                 the errors are larger.",
+                "The residuals are {} times as large as {noise}: the model leaves something out, or the noise and with it the errors are \
+                 larger.",
                 plain(times, 2)
             )),
             NoiseVerdict::TooLarge => Some(format!(
-                "The residuals are only {} times as large as the stated noise: the stated errors are too large.",
+                "The residuals are only {} times as large as {noise}: the stated errors are too large.",
                 plain(times, 2)
             )),
             NoiseVerdict::NotTested | NoiseVerdict::Explains => None,
@@ -232,15 +274,10 @@ impl Fit {
                 self.bound_hides()
             ))
         });
-        if at_bound.is_some() {
-            return at_bound;
-        }
-        if let Some(worst) = worst.filter(|worst| worst.weak) {
-            return Some(format!("{}.", capital(&worst.words)));
-        }
-        let (text, _) =
-            found.relations.iter().find(|(text, active)| *active && text.contains(['<', '>', '≤', '≥']))?;
-        Some(format!("The data pull beyond the constraint \"{text}\", which holds with equality."))
+        at_bound.or_else(|| {
+            let worst = worst.filter(|worst| worst.weak)?;
+            Some(format!("{}.", capital(&worst.words)))
+        })
     }
 
     /// Which parameter is known only if a bound is the truth.
@@ -255,9 +292,12 @@ impl Fit {
     fn few_shots(&self) -> Option<String> {
         let used = self.shots_used;
         let shots = number::count_of(used, "shot");
-        if self.dof == 0 {
+        // errors of discs are those of their frames
+        if self.dof == 0 && self.discs.is_none() {
+            let has_errors = self.estimates.iter().any(|estimate| estimate.std_error.is_some());
+            let errors = if has_errors { "" } else { "no error can be stated, and " };
             return Some(format!(
-                "There are as many unknown values as measured ones ({shots}): no error can be stated, and nothing tests the model."
+                "There are as many unknown values as measured ones ({shots}): {errors}nothing tests the model."
             ));
         }
         (used < check::FEW_SHOTS).then(|| {
@@ -284,16 +324,22 @@ impl Fit {
             );
         }
         self.diagnostics.has_rival.then(|| {
-            "Other values fit nearly as well, and the intervals do not include them: more shots, or a prior, decide.".to_owned()
+            "Other values fit nearly as well: more shots, or a prior, decide between them.".to_owned()
         })
     }
 
-    /// That more shots were left out than are wrong now and then.
+    /// That more shots were left out than are wrong now and then; of a table, any.
     fn many_left_out(&self) -> Option<String> {
         /// Of all shots.
         const SELDOM: f64 = 0.15;
-        let unwanted = self.shots_rejected.iter().filter(|shot| shot.reason != ON_REQUEST).count();
+        let rejected = self.shots_rejected.iter().filter(|shot| shot.reason != ON_REQUEST);
+        let unwanted = rejected.clone().count();
         let all = self.shots_used + unwanted;
+        if let Some(first) = rejected.clone().next().filter(|_| !self.footage) {
+            let others =
+                if unwanted == 1 { String::new() } else { format!(", the first of {unwanted} of {all},") };
+            return Some(format!(" Shot {}{others} was left out: {}.", first.shot, first.reason));
+        }
         (unwanted as f64 > (SELDOM * all as f64).max(1.0))
             .then(|| format!(" {unwanted} of {all} shots were left out: the report says why."))
     }
@@ -301,7 +347,7 @@ impl Fit {
     /// What is determined, and what tests it.
     fn what_is_determined(&self) -> String {
         let with = |status: Status| {
-            let alike = self.estimates.iter().filter(move |e| e.status == status);
+            let alike = self.of_contact().filter(move |e| e.status == status);
             alike.map(|e| e.parameter.symbol()).collect::<Vec<_>>()
         };
         let (free, silent) = (with(Status::Free), with(Status::NotIdentified));
@@ -337,7 +383,33 @@ impl Fit {
         } else {
             format!(". They say nothing about {}", listed(silent.into_iter()))
         };
-        format!("{what}{test}{open}.{}", self.many_left_out().unwrap_or_default())
+        let others = self.many_left_out().into_iter().chain(self.limited_by_masses());
+        format!("{what}{test}{open}.{}", others.collect::<String>())
+    }
+
+    /// That most of an error is due to masses that were not weighed: of the variance of a parameter, what would be gained by knowing
+    /// m_cue/m_object = r exactly is Cov²/Var(r).
+    fn limited_by_masses(&self) -> Option<String> {
+        /// The standard deviation of m_cue/m_object of balls of 170 g that are each weighed to 0.1 g is 0.0008.
+        const WEIGHED: f64 = 0.001;
+        /// Of a variance.
+        const MOST: f64 = 0.5;
+        if self.stated_mass_ratio()?.sd < WEIGHED {
+            return None;
+        }
+        let ratio = self.estimates.iter().position(|e| e.parameter == Parameter::MassRatio)?;
+        let share = |(i, estimate): (usize, &Estimate)| {
+            let error = estimate.std_error.filter(|_| estimate.parameter != Parameter::MassRatio)?;
+            let correlation = self.correlation[(i, ratio)];
+            (correlation.powi(2) > MOST).then_some((estimate.parameter.symbol(), error, correlation.abs()))
+        };
+        let limited = self.estimates.iter().enumerate().filter_map(share);
+        let (symbol, error, part) = limited.max_by(|a, b| a.2.total_cmp(&b.2))?;
+        Some(format!(
+            " Of the error of {symbol}, ± {}, {} is the mass ratio: weigh both balls to 0.1 g.",
+            plain(error, 2),
+            plain(part * error, 2)
+        ))
     }
 }
 

@@ -48,10 +48,12 @@ impl Said {
             self.warnings.push(format!("The fit did not converge: {}.", fit.termination));
         }
         if !knows_noise {
-            self.warnings.push(
-                "No errors: the data state no standard deviations and leave no degrees of freedom to estimate them."
-                    .to_string(),
-            );
+            let why = if fit.is_met_exactly() {
+                "every reading is met exactly: nothing is left of which an error could be told"
+            } else {
+                "the data state no standard deviations and leave no degrees of freedom to estimate them"
+            };
+            self.warnings.push(format!("No errors: {why}."));
         }
         // what was asked for is no warning
         let (on_request, others): (Vec<&Rejected>, Vec<&Rejected>) =
@@ -128,19 +130,30 @@ impl Said {
 
     /// Standard deviations that were estimated.
     fn noise(&mut self, fit: &Fit) {
-        let estimated: Vec<_> = fit
-            .noise
-            .iter()
-            .filter_map(|n| n.estimated_sd.filter(|sd| sd.is_finite()).map(|sd| (n.observable, sd)))
-            .map(|(o, sd)| {
-                format!("{} {:.3} {}", o.label(), sd / o.unit_si(), o.unit()).trim_end().to_string()
-            })
-            .collect();
+        let mut estimated: Vec<(String, Vec<&str>)> = Vec::new();
+        let mut rounded: Vec<&str> = Vec::new();
+        for noise in &fit.noise {
+            let Some(sd) = noise.estimated_sd.filter(|sd| sd.is_finite()) else { continue };
+            let sd = noise.in_words(sd, 3);
+            match estimated.iter_mut().find(|(known, _)| *known == sd) {
+                Some((_, labels)) => labels.push(noise.observable.label()),
+                None => estimated.push((sd, vec![noise.observable.label()])),
+            }
+            rounded.extend(noise.rounding.map(|_| noise.observable.label()));
+        }
         if !estimated.is_empty() {
+            let estimated: Vec<String> =
+                estimated.into_iter().map(|(sd, labels)| format!("{sd} of {}", labels.join(", "))).collect();
             self.notes.push(format!(
-                "The data give no standard deviation for these observables: equal weights within each, with the one \
-                 estimated from its residuals ({}). χ² then says nothing about the quality of the fit.",
-                estimated.join(", ")
+                "The data state no standard deviations: they were estimated from the residuals, one for all observables of a unit unless \
+                 these are not equally good ({}). χ² then says nothing about the quality of the fit.",
+                estimated.join("; ")
+            ));
+        }
+        if !rounded.is_empty() {
+            self.notes.push(format!(
+                "The readings of {} are rounded to more than the residuals show: their noise is taken as that of rounding, a step over √12.",
+                rounded.join(", ")
             ));
         }
     }
@@ -188,16 +201,8 @@ impl Said {
         }
     }
 
-    /// Constraints, robust weights and starts.
+    /// Robust weights and starts.
     fn search(&mut self, fit: &Fit) {
-        for (text, active) in &fit.diagnostics.relations {
-            if *active && text.contains(['<', '>', '≤', '≥']) {
-                self.warnings.push(format!(
-                    "The constraint \"{text}\" holds with equality: the data pull beyond it. The intervals know it, the \
-                     standard errors are those without it."
-                ));
-            }
-        }
         if let Some(robust) = &fit.diagnostics.robust {
             let clear: Vec<_> = robust.weights.iter().filter(|(_, weight)| *weight < DOWN_WEIGHTED).collect();
             self.notes.push(format!(

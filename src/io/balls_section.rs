@@ -5,8 +5,9 @@ use std::fmt::Write as _;
 use serde::Deserialize;
 use toml::Spanned;
 
-use super::toml_file::{Condition, POSITIVE, Source, bare};
-use crate::measurement::dataset::{ObjectBall, StatedObject};
+use super::stated_object::StatedObject;
+use super::toml_file::{Condition, NOT_NEGATIVE, POSITIVE, Source, bare};
+use crate::measurement::dataset::{ObjectBall, UNWEIGHED, WEIGHED_KG};
 use crate::measurement::number::plain;
 use crate::physics::ball::{Ball, UNIFORM_SPHERE};
 use crate::physics::collision::{MASS_RATIOS, POISSON};
@@ -50,16 +51,23 @@ impl RawObject {
         let positive = |given: &Option<Spanned<f64>>, key: &str| {
             given.as_ref().map(|given| source.number(Some(given), key, 0.0, POSITIVE))
         };
+        let error = |given: &Option<Spanned<f64>>, key: &str, default: f64| {
+            source.number(given.as_ref(), key, default, NOT_NEGATIVE)
+        };
+        let mass_kg = positive(&self.mass_kg, "object.mass_kg");
+        let usual_sd = if mass_kg.is_some() { WEIGHED_KG } else { 0.0 };
+        let mass_kg_sd = error(&self.mass_kg_sd, "object.mass_kg_sd", usual_sd);
         let stated = StatedObject {
             radius_m: positive(&self.radius_m, "object.radius_m"),
-            radius_m_sd: positive(&self.radius_m_sd, "object.radius_m_sd").unwrap_or(0.0),
-            mass_kg: positive(&self.mass_kg, "object.mass_kg"),
-            mass_kg_sd: positive(&self.mass_kg_sd, "object.mass_kg_sd").unwrap_or(0.0),
+            radius_m_sd: error(&self.radius_m_sd, "object.radius_m_sd", 0.0),
+            mass_kg: mass_kg.filter(|_| own.mass_kg.is_some()),
+            mass_kg_sd: if own.mass_kg.is_some() { mass_kg_sd } else { 0.0 },
             inertia: positive(&self.inertia, "object.inertia"),
         };
         // what is wrong with the cue ball's own errors has been said with it
-        let own = [&own.mass_kg_sd, &own.radius_m_sd].map(|sd| bare(sd).unwrap_or(0.0));
-        let object = stated.beside(*cue, own);
+        let mass_sd = bare(&own.mass_kg_sd).unwrap_or(WEIGHED_KG);
+        let radius_sd = bare(&own.radius_m_sd).unwrap_or(0.0);
+        let object = stated.beside(*cue, [mass_sd, radius_sd]);
         inertia_is_possible(self.inertia.as_ref(), "object.inertia", false, source);
         let ratio = cue.mass / object.ball.mass;
         let is_positive = |x: f64| x > 0.0 && x.is_finite();
@@ -81,18 +89,21 @@ impl RawObject {
 
     /// What of the cue ball was taken for granted that the object ball is compared with.
     pub(crate) fn taken(&self, own: &RawBall, cue: &Ball) -> Vec<String> {
-        let both = [
-            ("mass", format!("{:.3} kg", cue.mass), "mass_kg", &self.mass_kg, &own.mass_kg),
-            ("radius", format!("{} m", cue.radius), "radius_m", &self.radius_m, &own.radius_m),
-        ];
-        let differ = both.into_iter().filter(|(.., other, own)| other.is_some() && own.is_none());
-        let said = differ.map(|(what, value, key, ..)| {
-            format!(
-                "The cue ball's {what} was not stated; {value} was taken, against the object ball's of [object] {key}. If it differs, \
-                 give [ball] {key}."
-            )
-        });
-        said.collect()
+        let mut said = Vec::new();
+        if self.mass_kg.is_some() && own.mass_kg.is_none() {
+            said.push(format!(
+                "The cue ball's mass was not stated, so that [object] mass_kg says nothing of the ratio of the masses: 1 ± {UNWEIGHED} was \
+                 taken. Weigh the cue ball, too, and give [ball] mass_kg."
+            ));
+        }
+        if self.radius_m.is_some() && own.radius_m.is_none() {
+            said.push(format!(
+                "The cue ball's radius was not stated; {} m was taken, against the object ball's of [object] radius_m. If it differs, \
+                 give [ball] radius_m.",
+                cue.radius
+            ));
+        }
+        said
     }
 }
 
@@ -106,7 +117,7 @@ pub(crate) struct RawBalls {
 
 impl RawBalls {
     pub(crate) fn check(&self, source: &Source) {
-        let (cue, _) = self.ball.check(source);
+        let (cue, _) = self.ball.check(self.object.as_ref().map(Spanned::as_ref), source);
         if let Some(object) = &self.object {
             object.as_ref().ball(&self.ball, &cue, source);
         }
@@ -115,29 +126,32 @@ impl RawBalls {
 
 /// Both balls, as [ball] and [object] of a dataset.toml that states them; with Poisson's ratio where that is stated.
 pub(crate) fn text(cue: &Ball, object: Option<&ObjectBall>, poisson: Option<f64>) -> String {
-    let of = |name: &str, ball: &Ball, mass_sd: f64, radius_sd: f64| {
+    let mass_sd = object.and_then(|object| object.mass_sd);
+    let radius_sd = object.map_or([0.0; 2], |object| object.radius_sd);
+    let of = |name: &str, ball: &Ball, which: usize| {
         let Ball { radius, mass, inertia } = ball;
         let mut text = format!("[{name}]\nradius_m = {radius:?}\n");
         let mut add = |key: &str, value: f64| _ = writeln!(text, "{key} = {value:?}");
-        if radius_sd > 0.0 {
-            add("radius_m_sd", radius_sd);
+        if radius_sd[which] > 0.0 {
+            add("radius_m_sd", radius_sd[which]);
         }
-        add("mass_kg", *mass);
-        if mass_sd > 0.0 {
-            add("mass_kg_sd", mass_sd);
+        // one mass alone says nothing of their ratio
+        if which == 0 || mass_sd.is_some() {
+            add("mass_kg", *mass);
+        }
+        if let Some(sd) = mass_sd {
+            add("mass_kg_sd", sd[which]);
         }
         add("inertia", *inertia);
         text
     };
-    let both = object.map_or([[0.0; 2]; 2], |object| [object.mass_sd, object.radius_sd]);
-    let [mass_sd, radius_sd] = both;
-    let mut text = of("ball", cue, mass_sd[0], radius_sd[0]);
+    let mut text = of("ball", cue, 0);
     if let Some(poisson) = poisson {
         _ = writeln!(text, "poisson = {poisson:?}");
     }
     if let Some(object) = object {
         text += "\n";
-        text += &of("object", &object.ball, mass_sd[1], radius_sd[1]);
+        text += &of("object", &object.ball, 1);
     }
     text
 }
@@ -146,16 +160,17 @@ pub(crate) fn text(cue: &Ball, object: Option<&ObjectBall>, poisson: Option<f64>
 const ELASTIC: Condition = (|x| (0.0..=0.5).contains(&x), "Poisson's ratio, 0 to 0.5");
 
 impl RawBall {
-    /// The ball, and Poisson's ratio of what it is made of.
-    pub(crate) fn check(&self, source: &Source) -> (Ball, f64) {
+    /// The ball, and Poisson's ratio of its material. Where only the mass of the `object` ball is stated, both have this mass.
+    pub(crate) fn check(&self, object: Option<&RawObject>, source: &Source) -> (Ball, f64) {
         let positive = |given: &Option<Spanned<f64>>, key: &str, default: f64| {
             source.number(given.as_ref(), key, default, POSITIVE)
         };
         let radius = positive(&self.radius_m, "radius_m", Ball::POOL.radius);
-        let mass = positive(&self.mass_kg, "mass_kg", Ball::POOL.mass);
+        let usual = object.and_then(|object| bare(&object.mass_kg)).filter(|mass| *mass > 0.0);
+        let mass = positive(&self.mass_kg, "mass_kg", usual.unwrap_or(Ball::POOL.mass));
         let inertia = positive(&self.inertia, "inertia", UNIFORM_SPHERE);
         for (sd, key) in [(&self.radius_m_sd, "radius_m_sd"), (&self.mass_kg_sd, "mass_kg_sd")] {
-            positive(sd, key, 0.0);
+            source.number(sd.as_ref(), key, 0.0, NOT_NEGATIVE);
         }
         let poisson = source.number(self.poisson.as_ref(), "poisson", POISSON, ELASTIC);
         let disc = bare(&self.shape) == Some(Shape::Disc);

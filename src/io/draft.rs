@@ -8,6 +8,8 @@ pub use super::draft_error::InitError;
 use super::draft_files::{is_no_table, listed};
 use super::draft_scale::Lengths;
 use super::draft_sheet::{BLANKS, OBJECT, Sheet, quoted};
+use super::text::decode;
+use super::tracking::is_tracker_project;
 use super::tracking::shots_table::KNOWN;
 use super::{Survey, header, survey};
 
@@ -116,6 +118,10 @@ pub fn draft(named: &[PathBuf]) -> Result<Draft, InitError> {
         sheet.blank("mass_kg", "of the first disc, and [object] mass_kg of the second; optional");
     } else {
         lengths.describe_radius(&mut sheet);
+        sheet.noted(
+            "# mass_kg = …",
+            "of the cue ball, and [object] mass_kg of the other, weighed to 0.1 g; optional",
+        );
         if kind == "tracks" {
             sheet.noted("# shape = \"disc\"", "pucks and coins, which slide and do not roll");
         }
@@ -183,7 +189,11 @@ fn look_at(files: &[PathBuf]) -> Result<Looked, InitError> {
 }
 
 fn look(file: &Path) -> Result<Seen, InitError> {
-    let names = header(file).map_err(|source| InitError::Read { path: file.to_path_buf(), source })?;
+    let unread = |source| InitError::Read { path: file.to_path_buf(), source };
+    if is_tracker_project(file, &decode(&std::fs::read(file).map_err(unread)?).0) {
+        return Err(InitError::TrackerProject { path: file.to_path_buf() });
+    }
+    let names = header(file).map_err(unread)?;
     if names.is_empty() {
         return Err(InitError::Empty { path: file.to_path_buf() });
     }

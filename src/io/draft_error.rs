@@ -2,6 +2,8 @@
 
 use std::path::PathBuf;
 
+use super::tracking::TRACKER_PROJECT;
+
 /// Endings of tables, where a folder is named.
 pub(super) const TABLES: [&str; 4] = ["csv", "txt", "tsv", "dat"];
 
@@ -31,6 +33,12 @@ pub enum InitError {
     /// A file is no text.
     #[error("{}: is no text; expected a table of tracks or measurements, not the film itself, nor a workbook (save its sheet as CSV)", path.display())]
     NoText {
+        /// The file.
+        path: PathBuf,
+    },
+    /// A file is a project of Tracker.
+    #[error("{}: {TRACKER_PROJECT}", path.display())]
+    TrackerProject {
         /// The file.
         path: PathBuf,
     },

@@ -5,8 +5,8 @@ use std::path::{Path, PathBuf};
 use super::draft_error::{InitError, TABLES};
 use super::text::decode;
 
-/// Of what is looked at where there is no table; ImageJ calls its tables .xls, OpenSim .trc.
-const OTHERS: [&str; 3] = ["json", "xls", "trc"];
+/// Of what is looked at where there is no table; ImageJ calls its tables .xls, OpenSim .trc, Tracker its projects .trk and .trz.
+const OTHERS: [&str; 5] = ["json", "xls", "trc", "trk", "trz"];
 
 /// Tables are looked for so many folders below the one that is named.
 const DEPTH: usize = 2;

@@ -1,4 +1,4 @@
-//! The section [fit] of a dataset.toml: settings of the parameters, constraints between them, the loss.
+//! The section [fit] of a dataset.toml: settings of the parameters, the loss.
 
 use serde::Deserialize;
 use toml::Spanned;
@@ -7,7 +7,6 @@ use super::error::did_you_mean;
 use super::toml_file::{Source, bare};
 use crate::measurement::loss::Loss;
 use crate::measurement::parameter::{Compliance, Parameter, Prior, Setting, SettingFault, Settings};
-use crate::measurement::relation::Relation;
 
 #[derive(Default, Deserialize)]
 #[serde(deny_unknown_fields, expecting = "a table, as in [fit] mu_s = { fixed = 0.3 }")]
@@ -22,8 +21,6 @@ pub(crate) struct RawFit {
     friction: Option<Friction>,
     pub by: Option<Spanned<String>>,
     loss: Option<Spanned<String>>,
-    #[serde(default)]
-    constraints: Vec<Spanned<String>>,
 }
 
 /// How the friction between the balls depends on their slip.
@@ -84,33 +81,6 @@ impl RawFit {
             }
         }
         settings
-    }
-
-    pub(crate) fn relations(&self, settings: &Settings, source: &Source) -> Vec<Relation> {
-        let has = settings.parameters();
-        let parsed = |text: &Spanned<String>| {
-            let wrong = |error| source.wrong(text, format!("the constraint \"{}\": {error}", text.as_ref()));
-            let relation = Relation::parse(text.as_ref()).map_err(wrong).ok()?;
-            let is_lacking = |p: &Parameter| relation.coefficients[*p as usize] != 0.0 && !has.contains(p);
-            if let Some(parameter) = Parameter::ALL.into_iter().find(is_lacking) {
-                let without = match parameter {
-                    Parameter::B | Parameter::C => {
-                        "friction is constant; expected friction = \"exponential\" with it"
-                    }
-                    Parameter::Kappa => {
-                        "kappa does not stand in [fit]; expected it, as in kappa = { lower = 0, upper = 20 }"
-                    }
-                    Parameter::ESlope => {
-                        "e_slope does not stand in [fit]; expected it, as in e_slope = { lower = 0, upper = 1 }"
-                    }
-                    _ => "no error of it is stated in [object]; expected mass_kg_sd or radius_m_sd",
-                };
-                let (text_of, name) = (text.as_ref(), parameter.name());
-                source.wrong(text, format!("the constraint \"{text_of}\" has {name}, but {without}"));
-            }
-            Some(relation)
-        };
-        self.constraints.iter().filter_map(parsed).collect()
     }
 
     pub(crate) fn loss(&self, source: &Source) -> Loss {

@@ -16,7 +16,6 @@ use super::tracking::settings::{RawScale, RawTracks, RawVideo, Sections, TrackSe
 use crate::measurement::dataset::ObjectBall;
 use crate::measurement::loss::Loss;
 use crate::measurement::parameter::Settings;
-use crate::measurement::relation::Relation;
 use crate::measurement::spin::Spin;
 use crate::physics::ball::Ball;
 use crate::physics::collision::kappa;
@@ -32,6 +31,7 @@ pub(crate) struct Manifest {
     pub kind: Kind,
     pub files: Vec<PathBuf>,
     pub cloth: Option<String>,
+    pub balls: Option<String>,
     pub source: Option<String>,
     pub ball: Ball,
     /// Of balls: the object ball, where it is not like the cue ball.
@@ -44,7 +44,6 @@ pub(crate) struct Manifest {
     /// Standard deviation of side spin that nobody saw, as Rω_z/U; 0: there is none.
     pub side_sd: f64,
     pub settings: Settings,
-    pub relations: Vec<Relation>,
     pub loss: Loss,
     /// For kind `tracks`.
     pub tracks: Option<TrackSettings>,
@@ -101,6 +100,7 @@ struct RawManifest {
     kind: Spanned<Kind>,
     files: Spanned<Vec<Spanned<String>>>,
     cloth: Option<String>,
+    balls: Option<String>,
     source: Option<String>,
     #[serde(default)]
     ball: RawBall,
@@ -207,7 +207,7 @@ impl RawManifest {
         let extraction =
             self.impacts.as_ref().map(|impacts| impacts.as_ref().check(source)).unwrap_or_default();
         let files = self.files(source);
-        let (ball, poisson) = self.ball.check(source);
+        let (ball, poisson) = self.ball.check(self.object.as_ref().map(Spanned::as_ref), source);
         let discs = self.discs(source);
         let object = self.object.as_ref().filter(|_| discs.is_none());
         let taken = object.map(|object| object.as_ref().taken(&self.ball, &ball)).unwrap_or_default();
@@ -235,14 +235,13 @@ impl RawManifest {
             .map(|(discs, tracks)| Discs { in_seconds: !tracks.unknown_rate, ..discs });
         let settings = self.fit.settings(kappa(poisson), source);
         let side_sd = self.side_sd(source);
-        let of_balls = object.map_or(settings, |object| object.settings(ball, settings));
-        let relations = self.fit.relations(&of_balls, source);
         let loss = self.fit.loss(source);
         Manifest {
             name: name.clone(),
             kind,
             files,
             cloth: self.cloth,
+            balls: self.balls,
             source: self.source,
             ball,
             object,
@@ -252,7 +251,6 @@ impl RawManifest {
             assume: inner(self.cue_spin).assume.or(discs.map(|_| Assume::Unknown)),
             discs,
             settings,
-            relations,
             loss,
             tracks,
             extraction,

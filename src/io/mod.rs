@@ -18,6 +18,7 @@ mod impacts_section;
 mod manifest;
 mod number;
 mod rows;
+pub mod stated_object;
 pub mod stored_fit;
 pub(crate) mod table;
 mod text;
@@ -61,6 +62,7 @@ fn load_manifest(manifest: Manifest, file: PathBuf) -> Result<Dataset, DatasetEr
     }
     let tables = if tracks.is_some() { &[] } else { manifest.files.as_slice() };
     let mut shots: Vec<Shot> = Vec::new();
+    let mut labels = Vec::new();
     for table in tables {
         let Some(table) = Table::read(table, &problems) else { continue };
         if let Some((by, line, position)) = &manifest.by
@@ -75,6 +77,12 @@ fn load_manifest(manifest: Manifest, file: PathBuf) -> Result<Dataset, DatasetEr
             Kind::Angles | Kind::Tracks => angles::shots,
         };
         let mut own = read(&table, manifest.assume);
+        let is_group = |label: &&String| manifest.by.as_ref().is_some_and(|(by, ..)| by == *label);
+        let kept = own.first().into_iter().flat_map(|shot| shot.labels.keys());
+        labels.extend(rows::labels_note(
+            &table.path,
+            &kept.filter(|label| !is_group(label)).collect::<Vec<_>>(),
+        ));
         if let Some((by, ..)) = manifest.by.as_ref().filter(|(by, ..)| table.has(by)) {
             for row in (0..table.rows()).filter(|row| table.text(by, *row).is_none()) {
                 let message = "is empty; expected a label, since [fit] by names this column";
@@ -99,19 +107,19 @@ fn load_manifest(manifest: Manifest, file: PathBuf) -> Result<Dataset, DatasetEr
     if let Some(path) = &manifest.extraction.covariance {
         covariance::read(path, &mut shots, &manifest.extraction.shared(), &problems);
     }
-    let Manifest {
-        name, cloth, source, ball, object, settings, relations, loss, by, extraction, taken, ..
-    } = manifest;
+    let Manifest { name, cloth, balls, source, ball, object, settings, loss, by, extraction, taken, .. } =
+        manifest;
+    let taken = taken.into_iter().chain(labels).collect();
     let by = by.map(|(by, ..)| by);
     problems.into_result(Dataset {
         name,
         path: file,
         cloth,
+        balls,
         source,
         ball,
         object,
         settings,
-        relations,
         loss,
         by,
         shots,

@@ -1,6 +1,7 @@
 //! What the tables of both kinds share: values with standard deviations, spins, observables.
 
 use std::collections::BTreeMap;
+use std::path::Path;
 
 use super::error::{did_you_mean, nearest, similarity};
 use super::manifest::Assume;
@@ -186,8 +187,17 @@ pub(crate) fn labels(table: &Table, known: &[&str], row: usize) -> BTreeMap<Stri
     table.names().filter(|name| !is_known(name)).map(label).collect()
 }
 
-/// Columns that are no labels but slips of the pen: a `…_sd` of a known column that is not there, and
-/// a known name but for its case, blanks and hyphens.
+/// Says which columns of a table are kept as labels.
+pub(crate) fn labels_note<S: AsRef<str>>(path: &Path, labels: &[S]) -> Option<String> {
+    let named: Vec<String> = labels.iter().map(|label| format!("\"{}\"", label.as_ref())).collect();
+    let are = if named.len() == 1 { "column" } else { "columns" };
+    (!named.is_empty()).then(|| {
+        format!("{}: {are} kept as labels, not read as measurements: {}", path.display(), named.join(", "))
+    })
+}
+
+/// Complains about columns that are no labels but slips of the pen: a `…_sd` of a known column that is not there, and names that are
+/// nearly those of known columns.
 pub(crate) fn check_names(table: &Table, known: &[&str]) {
     for name in table.names() {
         let plain = name.to_lowercase().replace([' ', '-'], "_");
@@ -196,6 +206,97 @@ pub(crate) fn check_names(table: &Table, known: &[&str]) {
             table.wrong_name(name, format!("is no known name; write {plain}"));
         } else if let Some(of) = of.filter(|of| !table.has(of)) {
             table.wrong_name(name, format!("there is no column {of} that it belongs to"));
+        } else if let Some(meant) = near_miss(name, known, |name| table.has(name)) {
+            let message = format!(
+                "is no known name, but nearly {meant}; write {meant}, or give a label that is called so another name"
+            );
+            table.wrong_name(name, message);
+        }
+    }
+}
+
+/// What people write for standard deviation, behind the name of a column or before it.
+const SPREADS: [&str; 13] = [
+    "std",
+    "sdev",
+    "stdev",
+    "stddev",
+    "std_dev",
+    "err",
+    "error",
+    "sigma",
+    "unc",
+    "uncertainty",
+    "se",
+    "stderr",
+    "std_err",
+];
+
+/// Longer names may have one slip of the pen, and the longest two, and are not another word then.
+const ONE_SLIP: usize = 5;
+const TWO_SLIPS: usize = 9;
+
+/// Returns the known name, or the `…_sd` of one, that a name is nearly, if the table has no such column: another word for standard
+/// deviation, or one or two slips of the pen in a long name.
+pub(crate) fn near_miss(name: &str, known: &[&str], has: impl Fn(&str) -> bool) -> Option<String> {
+    let plain = name.to_lowercase().replace([' ', '-', '.'], "_");
+    let is_known = |name: &str| known.contains(&name.strip_suffix("_sd").unwrap_or(name));
+    if is_known(&plain) {
+        return None;
+    }
+    let is_missing = |name: &String| !has(name);
+    let spread_of = |name: &str| {
+        let mut words = SPREADS.into_iter().chain(["sd"]);
+        let bare = |word| {
+            let rest = name.strip_suffix(word).or_else(|| name.strip_prefix(word))?;
+            Some(rest.trim_matches('_')).filter(|rest| known.contains(rest))
+        };
+        words.find_map(bare).map(|of| format!("{of}_sd"))
+    };
+    let slips = |known: &str| {
+        let most = [ONE_SLIP, TWO_SLIPS].iter().filter(|least| known.len() >= **least).count();
+        let slips = strsim::damerau_levenshtein(&plain, known);
+        (slips <= most).then_some(slips)
+    };
+    let all = known.iter().flat_map(|name| [(*name).to_owned(), format!("{name}_sd")]);
+    let nearly = all.filter(is_missing).filter_map(|known| Some((slips(&known)?, known))).min();
+    spread_of(&plain).filter(is_missing).or(nearly.map(|(_, known)| known))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::near_miss;
+
+    #[test]
+    fn misspelt_columns_are_told_from_labels() {
+        let known = ["shot", "nx", "ny", "cue_vx", "obj_vx_after", "throw_deg", "cue_spin", "note"];
+        let near = |name: &str| near_miss(name, &known, |name| ["shot", "cue_vx"].contains(&name));
+        for (name, meant) in [
+            ("nx_err", "nx_sd"),
+            ("obj_vx_after_std", "obj_vx_after_sd"),
+            ("sigma_throw_deg", "throw_deg_sd"),
+            ("nxsd", "nx_sd"),
+            ("obj_vx_aftr", "obj_vx_after"),
+            ("thow_deg_sd", "throw_deg_sd"),
+            ("Cue-Spn", "cue_spin"),
+        ] {
+            assert_eq!(near(name).as_deref(), Some(meant), "{name}");
+        }
+        for label in [
+            "cloth",
+            "shots",
+            "cue_v",
+            "nz",
+            "obj_vx",
+            "notes",
+            "treatment",
+            "nx_sd",
+            "nx",
+            "throw",
+            "n",
+            "day",
+        ] {
+            assert_eq!(near(label), None, "{label}");
         }
     }
 }

@@ -92,6 +92,36 @@ pub struct StoredParameter {
     pub interval_95: Option<[f64; 2]>,
     /// `free`, `fixed`, `at-lower-bound`, `at-upper-bound` or `not-identified`.
     pub status: String,
+    /// Where every value from the first to the second fits equally: the edge, which is a bound of the parameter, and the other end.
+    #[serde(default)]
+    pub plateau: Option<[f64; 2]>,
+}
+
+/// Why the estimate of a parameter is not a value but a bound.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum OnlyBound {
+    /// All values from this one on fit equally.
+    AtLeast(f64),
+    /// All values up to this one fit equally.
+    AtMost(f64),
+    /// The fit ended at the lower end of the range that the parameter may have.
+    LowerEnd(f64),
+    /// The fit ended at the upper end of that range.
+    UpperEnd(f64),
+}
+
+impl StoredParameter {
+    /// The bound that stands in the place of an estimate; `None` if the estimate is a value.
+    #[must_use]
+    pub fn only_bound(&self) -> Option<OnlyBound> {
+        match (self.plateau, self.status.as_str()) {
+            (Some([edge, end]), "free") if end >= edge => Some(OnlyBound::AtLeast(edge)),
+            (Some([edge, _]), "free") => Some(OnlyBound::AtMost(edge)),
+            (_, "at-lower-bound") => Some(OnlyBound::LowerEnd(self.estimate)),
+            (_, "at-upper-bound") => Some(OnlyBound::UpperEnd(self.estimate)),
+            _ => None,
+        }
+    }
 }
 
 /// Why stored fits cannot be read.

@@ -67,6 +67,8 @@ pub(crate) type Condition = (fn(f64) -> bool, &'static str);
 
 pub(crate) const POSITIVE: Condition = (|x| x > 0.0, "more than 0");
 
+pub(crate) const NOT_NEGATIVE: Condition = (|x| x >= 0.0, "0 (exact) or more");
+
 /// Reads a TOML file of another shape, with the same care for what is wrong with it.
 pub(crate) fn read_toml<T: DeserializeOwned>(path: &Path) -> Result<T, DatasetError> {
     read_checked(path, |parsed, _| parsed)

@@ -9,6 +9,7 @@ pub(crate) mod prediction;
 pub(crate) mod problem;
 pub(crate) mod sample;
 mod shot_errors;
+mod small_products;
 pub(crate) mod whitening;
 
 pub use frames::{Film, rows};

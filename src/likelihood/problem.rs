@@ -34,6 +34,8 @@ pub struct Problem<'a> {
     /// Of the free unknowns, by column.
     priors: Vec<(usize, Prior)>,
     columns: usize,
+    /// Columns that take the value of the first of them.
+    equal: Vec<usize>,
     /// The last point, since the optimiser asks for the Jacobian where it just asked for residuals.
     last: RefCell<Option<Point>>,
 }
@@ -101,6 +103,7 @@ impl<'a> Problem<'a> {
             parts: samples.iter().zip(whitening).enumerate().map(part).collect(),
             priors: priors.collect(),
             columns,
+            equal: Vec::new(),
             last: RefCell::new(None),
         }
     }
@@ -121,7 +124,27 @@ impl<'a> Problem<'a> {
         self
     }
 
+    /// Gives several columns the value of the first of them, which alone changes the residuals.
+    pub(crate) fn with_equal(self, columns: &[usize]) -> Self {
+        Self { equal: columns.to_vec(), ..self }
+    }
+
     fn evaluate(&self, x: &DVector<f64>) -> Point {
+        let Some((&first, others)) = self.equal.split_first() else { return self.evaluate_all(x) };
+        let mut all = x.clone();
+        for &other in others {
+            all[other] = x[first];
+        }
+        let mut point = Point { x: x.clone(), ..self.evaluate_all(&all) };
+        for &other in others {
+            let column = point.jacobian.column(other).into_owned();
+            point.jacobian.column_mut(first).axpy(1.0, &column, 1.0);
+            point.jacobian.column_mut(other).fill(0.0);
+        }
+        point
+    }
+
+    fn evaluate_all(&self, x: &DVector<f64>) -> Point {
         let rows: usize = self.parts.iter().map(|part| part.rows().iter().sum::<usize>()).sum();
         let count = rows + self.priors.len();
         let mut point = Point {

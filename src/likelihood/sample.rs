@@ -14,7 +14,6 @@ use crate::measurement::correction::Correction;
 use crate::measurement::dataset::{Dataset, Shared};
 use crate::measurement::loss::Loss;
 use crate::measurement::parameter::{Parameter, Settings};
-use crate::measurement::relation::Relation;
 use crate::measurement::values::Values;
 use crate::physics::collision::Model;
 
@@ -39,7 +38,6 @@ pub struct Sample<'a> {
     pub fitted: &'a [Fitted],
     pub model: &'a Model,
     pub settings: &'a Settings,
-    pub relations: &'a [Relation],
     pub loss: Loss,
     /// Standard errors that all shots share.
     pub shared_errors: Vec<(Shared, f64)>,
@@ -50,6 +48,8 @@ pub struct Sample<'a> {
     pub numbers: Numbers,
     /// Parameters that are not free although they are not fixed: the data do not determine them.
     pub undetermined: Vec<Parameter>,
+    /// Units in which each observable has a noise of its own where that is estimated; in the others one noise is that of all.
+    pub noise_apart: Vec<&'static str>,
     /// Where the fit starts, and what parameters that are not free are held at.
     pub initial: Values,
 }
@@ -67,13 +67,13 @@ impl<'a> Sample<'a> {
             fitted,
             model,
             settings,
-            relations: &dataset.relations,
             loss: dataset.loss,
             shared_errors: dataset.shared_errors(),
             unknowns: Vec::new(),
             camera: None,
             numbers: Numbers::default(),
             undetermined: Vec::new(),
+            noise_apart: Vec::new(),
             initial,
         }
     }

@@ -8,10 +8,9 @@ use nalgebra::DMatrix;
 use super::correction::Correction;
 pub use super::joint::{Joint, Shared};
 use super::loss::Loss;
-pub use super::object_ball::{ObjectBall, StatedObject};
+pub use super::object_ball::{ObjectBall, UNWEIGHED, WEIGHED_KG};
 use super::observable::{Axis, Observable};
 use super::parameter::{Compliance, Parameter, Settings};
-use super::relation::Relation;
 use super::spin::Spin;
 use super::track::TrackShot;
 use super::viewpoint::Viewpoint;
@@ -29,16 +28,16 @@ pub struct Dataset {
     pub path: PathBuf,
     /// Which cloth it was measured on; comparisons distinguish data sets by it.
     pub cloth: Option<String>,
+    /// Which balls were played; in a comparison data sets of the same label have one ratio of the masses and one of the radii.
+    pub balls: Option<String>,
     /// Who measured it, how and when.
     pub source: Option<String>,
     /// The cue ball.
     pub ball: Ball,
-    /// The object ball, where it differs from the cue ball.
+    /// The object ball, where something is stated of it; `None` stands for [`ObjectBall::unweighed`], or of discs for equal ones.
     pub object: Option<ObjectBall>,
     /// Starting values, bounds and priors of the parameters (`[fit]`).
     pub settings: Settings,
-    /// Constraints between parameters (`[fit] constraints`).
-    pub relations: Vec<Relation>,
     /// How outlying shots count (`[fit] loss`).
     pub loss: Loss,
     /// The label column whose values are fitted apart (`[fit] by`).
@@ -91,11 +90,11 @@ impl Dataset {
             name: name.into(),
             path: PathBuf::new(),
             cloth: None,
+            balls: None,
             source: None,
             ball,
             object: None,
             settings: Settings::default(),
-            relations: Vec::new(),
             loss: Loss::default(),
             by: None,
             shots,
@@ -125,7 +124,8 @@ impl Dataset {
     #[must_use]
     pub fn model(&self, fidelity: Fidelity) -> Model {
         let e_slope = self.settings.e_falls.then(|| self.settings[Parameter::ESlope].initial);
-        Model { object: self.object.map(|object| object.ball), e_slope, ..Model::new(fidelity, self.ball) }
+        let object = self.object_ball().map(|object| object.ball);
+        Model { object, e_slope, ..Model::new(fidelity, self.ball) }
     }
 
     /// The model by which films are corrected and impacts extracted: `full`, or `ode` where it is stated that the contact gives way.
@@ -137,9 +137,15 @@ impl Dataset {
         self.model(Fidelity::Full).giving_way(kappa)
     }
 
-    /// The settings of its fit, with what is known of balls that are not equal.
+    /// The object ball, with what is known of its mass and radius; `None` of discs.
+    fn object_ball(&self) -> Option<ObjectBall> {
+        let is_of_discs = self.tracks.as_ref().is_some_and(|tracks| tracks.discs.is_some());
+        (!is_of_discs).then(|| self.object.unwrap_or(ObjectBall::unweighed(self.ball)))
+    }
+
+    /// The settings of its fit, with what is known of the masses and radii of both balls.
     pub(crate) fn settings_of_balls(&self) -> Settings {
-        self.object.map_or(self.settings, |object| object.settings(self.ball, self.settings))
+        self.object_ball().map_or(self.settings, |object| object.settings(self.ball, self.settings))
     }
 
     /// Whether it is of tracks from which no impacts have been extracted yet.
@@ -329,6 +335,8 @@ pub enum Before {
 pub struct Tracks {
     /// The shots whose impacts can be extracted.
     pub shots: Vec<TrackShot>,
+    /// Frames per second of the first shot, also once the shots were extracted.
+    pub fps: Option<f64>,
     /// Name and reason of each shot that the shots table says to skip.
     pub skipped: Vec<(String, String)>,
     /// Shots that were damaged between the camera and the file and cannot be repaired: the name and the reason, with
@@ -347,6 +355,10 @@ pub struct Tracks {
     pub camera: [Option<f64>; Correction::COUNT],
     /// Whether lengths are in an unknown unit, so that the size of the balls sets the scale.
     pub from_balls: bool,
+    /// Relative standard deviation of the stated scale; `None` where the size of the balls is said to set it.
+    pub scale_sd: Option<f64>,
+    /// Whether the unit of lengths is stated; metres otherwise.
+    pub states_unit: bool,
     /// Where the camera sees balls that hop.
     pub viewpoint: Viewpoint,
 }
@@ -378,10 +390,15 @@ pub struct DiscShot {
 }
 
 impl Tracks {
+    /// Relative standard deviation of a scale that is stated without one: rulers in the plane of the table, and not of the balls'
+    /// centres, seen from 1.5 m are off by 2 %.
+    pub const SCALE_SD: f64 = 0.02;
+
     /// Shots of balls whose camera is to be found from the balls, in metres. For discs, set `discs`.
     #[must_use]
     pub fn new(shots: Vec<TrackShot>) -> Self {
         Self {
+            fps: shots.first().map(|shot| shot.fps),
             shots,
             skipped: Vec::new(),
             damaged: Vec::new(),
@@ -391,6 +408,8 @@ impl Tracks {
             discs: None,
             camera: [None; Correction::COUNT],
             from_balls: false,
+            scale_sd: Some(Self::SCALE_SD),
+            states_unit: true,
             viewpoint: Viewpoint::default(),
         }
     }

@@ -1,5 +1,5 @@
 //! The parameters of a fit: μ, μ_s and e; b and c where friction falls with the slip, κ where the contact gives way, e₁ where e falls
-//! with the closing speed, and the ratios of masses and radii where these have errors. Their names, bounds and starting values.
+//! with the closing speed, and the ratios of masses and radii of the balls where these have errors. Their names, bounds and starting values.
 
 use crate::physics::collision::{MAX_KAPPA, Model};
 use crate::physics::name::{by_name, worded};
@@ -23,7 +23,7 @@ worded! {
         C = "mu_c" | "c" | "how fast it falls with v, in s/m",
         /// κ, how far the contact gives way along its surface ([`Model::kappa`]).
         Kappa = "kappa" | "κ" | "how far the contact between the balls gives way along its surface",
-        /// m_cue/m_object, of masses that are stated with their errors.
+        /// m_cue/m_object, of balls; of masses that are exact it is no parameter.
         MassRatio = "mass_ratio" | "m_cue/m_object" | "mass of the cue ball over that of the object ball",
         /// R_cue/R_object, of radii that are stated with their errors.
         RadiusRatio =
@@ -44,6 +44,12 @@ impl Parameter {
     /// The parameters that every fit has: the first of [`Parameter::ALL`].
     pub const COEFFICIENTS: [Self; 3] = [Self::Mu, Self::MuS, Self::E];
 
+    /// Whether it is a ratio of the balls: what is stated of masses and radii is its prior, and collisions are to determine the others.
+    #[must_use]
+    pub fn is_of_balls(self) -> bool {
+        matches!(self, Self::MassRatio | Self::RadiusRatio)
+    }
+
     /// `s/m` for c and e₁; empty for the others, which are ratios.
     #[must_use]
     pub fn unit(self) -> &'static str {
@@ -53,7 +59,7 @@ impl Parameter {
     /// The setting used where dataset.toml has none: the middle of the published ranges
     /// 0.03 ≤ μ ≤ 0.08, 0.2 < μ_s < 0.4, 0.92 ≤ e ≤ 0.98 (Kim 2024, Eqs. 1 and 2 and below 6) to
     /// start from, and bounds that leave room for chalked and waxed balls. c is held at what D. Alciatore (TP A-14)
-    /// found, as few data determine it: 1.088 s/m. κ is that of phenolic resin; masses and radii are held where they are stated.
+    /// found, as few data determine it: 1.088 s/m. κ is that of phenolic resin; masses and radii are as they are stated.
     #[must_use]
     pub fn default_setting(self) -> Setting {
         let (initial, lower, upper) = match self {

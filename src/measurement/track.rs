@@ -38,6 +38,11 @@ pub struct TrackShot {
 }
 
 impl TrackShot {
+    /// Whether the noise of every position is stated.
+    pub(crate) fn states_noise(&self) -> bool {
+        self.position_sd.is_some() || self.cue.iter().chain(&self.object).all(|sample| sample.sd.is_some())
+    }
+
     /// A film of two balls that a program tracked at `fps` frames per second: the positions of the centres of the cue ball and of the
     /// object ball, each in the order of time, before, through and after the hit. Their errors and the grid to which they were rounded
     /// are found from the frames; what is known of them can be stated in the fields.

@@ -38,7 +38,9 @@ impl Dataset {
                 }
             }
         }
-        let errors = self.object.map(|object| [("mass", object.mass_sd), ("radius", object.radius_sd)]);
+        let errors = self
+            .object
+            .map(|object| [("mass", object.mass_sd.unwrap_or_default()), ("radius", object.radius_sd)]);
         for (what, sd) in errors.into_iter().flatten().flat_map(|(what, both)| both.map(|sd| (what, sd))) {
             if sd != 0.0 && !is_standard_deviation(sd) {
                 faults.push(format!(
@@ -51,15 +53,6 @@ impl Dataset {
             faults.extend(
                 of_setting.map(|f| format!("{}.{} is {:?}{}", parameter.name(), f.key, f.value, f.rest)),
             );
-        }
-        for relation in &self.relations {
-            let finite = relation.coefficients.iter().chain([&relation.limit]).all(|c| c.is_finite());
-            if !finite || relation.coefficients.iter().all(|c| *c == 0.0) {
-                let text = &relation.text;
-                faults.push(format!(
-                    "the constraint \"{text}\" has no finite coefficient; expected some other than 0"
-                ));
-            }
         }
         if let Some(by) = &self.by
             && !self.shots.is_empty()

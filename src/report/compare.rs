@@ -11,7 +11,7 @@ use super::number::{count_of, interval, plain, with_error};
 use super::plot;
 use super::plot::compare::{forest, residuals};
 use super::shots::{MOST_PICTURES, ShotPicture, shot_list, size, with_spots};
-use super::trust::{computed, constraints, down_weighted};
+use super::trust::{computed, down_weighted};
 use super::{LEAST_P, ReportError, csv, diagnostics, html, list, p_text, pretty, text};
 use crate::compare::{Compared, Comparison, Difference, LabelResidual, Value};
 use crate::fit::{Counted, Method, Prepared, Rejected, Residual};
@@ -155,10 +155,9 @@ fn estimates(comparison: &Comparison) -> Table {
     Table::new(head, comparison.labels.iter().enumerate().map(row))
 }
 
-/// What was done to the shots: what each was computed with, constraints, shots that count less.
+/// What was done to the shots: what each was computed with, shots that count less.
 fn about(comparison: &Comparison) -> Vec<Section> {
     let mut about: Vec<Section> = computed(&comparison.computed).into_iter().collect();
-    about.extend(constraints(&comparison.relations));
     if let Some(robust) = &comparison.robust {
         let named = |(sample, shot, weight): &(usize, String, f64)| {
             (format!("{}, shot {shot}", comparison.samples[*sample].title), *weight)
@@ -309,7 +308,7 @@ fn document(comparison: &Comparison) -> Json {
     });
     json!({"version": env!("CARGO_PKG_VERSION"), "format_version": super::FORMAT_VERSION, "verdict": Verdict::from(comparison.verdict()), "fidelity": comparison.fidelity, "method": comparison.method.name(),
            "computed": list(&comparison.computed, diagnostics::computed),
-           "robust": robust, "constraints": list(&comparison.relations, diagnostics::constraint),
+           "robust": robust,
            "notes": comparison.notes, "told_by": comparison.told_by,
            "labels": comparison.labels, "warnings": comparison.warnings, "refuted": comparison.refuted,
            "samples": list(&comparison.samples, sample),

@@ -13,6 +13,7 @@ use super::{ReportError, by_name, list, pretty};
 use crate::design;
 use crate::design::information::{COMMON, Information, RATIOS, std_errors};
 use crate::design::{Cell, Design, Expected, Mixture, OfKind, PlayedKind, SpinFrom};
+use crate::measurement::dataset::ObjectBall;
 use crate::measurement::parameter::Parameter;
 use crate::physics::ball::Ball;
 
@@ -319,7 +320,10 @@ fn document(design: &Design) -> Json {
             "std_error": by_parameter(&mixture.std_errors),
         })
     };
-    let stated = |which: usize| expected.object.map_or([0.0; 2], |o| [o.mass_sd[which], o.radius_sd[which]]);
+    let stated = |which: usize| {
+        let of = |object: ObjectBall| [object.mass_sd.unwrap_or_default()[which], object.radius_sd[which]];
+        expected.object.map_or([0.0; 2], of)
+    };
     let mut together = by_parameter(&design.planned.std_errors);
     for (ratio, error) in RATIOS.into_iter().zip(design.planned.ratios) {
         if let Some(error) = error {

@@ -26,7 +26,6 @@ pub(super) fn entries(fit: &Fit) -> Value {
         "identifiability": found.identifiability.as_ref().map(identifiability),
         "goodness": found.goodness.as_ref().map(|found| goodness(found, fit.tested().name())),
         "robust": found.robust.as_ref().map(robust),
-        "constraints": list(&found.relations, constraint),
         "starts": found.starts.as_ref().map(|found| starts(found, &error)),
         "bootstrap": found.bootstrap.as_ref().map(|found| bootstrap(found, &error)),
         "contours": list(&found.contours, |found| contour(found, &error)),
@@ -40,10 +39,6 @@ pub(super) fn entries(fit: &Fit) -> Value {
 pub(super) fn computed(found: &Computed) -> Value {
     let on: Vec<_> = found.effects.list().into_iter().filter_map(|(name, on)| on.then_some(name)).collect();
     json!({"fidelity": found.fidelity.name(), "effects": on, "shots": found.shots})
-}
-
-pub(super) fn constraint((text, active): &(String, bool)) -> Value {
-    json!({"text": text, "holds_with_equality": active})
 }
 
 fn bound(found: &Bound) -> Value {

@@ -5,7 +5,7 @@
 
 use serde_json::{Value, json};
 
-use crate::io::stored_fit::{StoredBall, StoredFit, StoredParameter};
+use crate::io::stored_fit::{OnlyBound, StoredBall, StoredFit, StoredParameter};
 use crate::measurement::number;
 use crate::measurement::parameter::Parameter;
 use crate::physics::ball::UNIFORM_SPHERE;
@@ -57,6 +57,31 @@ fn known(fit: &StoredFit, parameter: Parameter) -> Option<&StoredParameter> {
     fit.parameters.get(parameter.name()).filter(|p| p.status != "not-identified")
 }
 
+/// Says what is known of a parameter of which only a bound is.
+fn of_bound(parameter: Parameter, bound: OnlyBound) -> String {
+    let symbol = parameter.symbol();
+    let (what, value) = match bound {
+        OnlyBound::AtLeast(value) => {
+            ("every larger value fits equally", format!("≥ {}", number::plain(value, 3)))
+        }
+        OnlyBound::AtMost(value) => {
+            ("every smaller value fits equally", format!("≤ {}", number::plain(value, 3)))
+        }
+        OnlyBound::LowerEnd(value) => {
+            ("the fit ended at the lower end of its range", number::plain(value, 3))
+        }
+        OnlyBound::UpperEnd(value) => {
+            ("the fit ended at the upper end of its range", number::plain(value, 3))
+        }
+    };
+    format!("{symbol} {value}: {what}, which is a bound and not a value")
+}
+
+/// The estimate of a parameter that means something and is not only a bound.
+fn value(fit: &StoredFit, parameter: Parameter) -> Option<f64> {
+    known(fit, parameter).filter(|found| found.only_bound().is_none()).map(|found| found.estimate)
+}
+
 fn pooltool(fit: &StoredFit) -> (Value, Vec<String>) {
     let mut left = Vec::new();
     match fit.ball {
@@ -70,7 +95,8 @@ fn pooltool(fit: &StoredFit) -> (Value, Vec<String>) {
         None => "the data do not determine it",
     };
     let means_something = |value: &&StoredParameter| fit.refuted.is_none() || value.status == "fixed";
-    let fitted = |p: Parameter| known(fit, p).filter(means_something).map(|value| value.estimate);
+    let only_bound = |p: Parameter| known(fit, p).and_then(StoredParameter::only_bound);
+    let fitted = |p: Parameter| known(fit, p).filter(means_something).and_then(|_| value(fit, p));
     let measured_e = fit.refuted.as_ref().and_then(|refuted| refuted.measured_e);
     let falls = falls(fit);
     let u_b = fitted(Parameter::Mu).filter(|_| !falls);
@@ -79,6 +105,8 @@ fn pooltool(fit: &StoredFit) -> (Value, Vec<String>) {
         [(Parameter::Mu, "u_b", u_b.is_some() || falls), (Parameter::E, "e_b", e_b.is_some())]
     {
         if !is_told {
+            let bound = only_bound(parameter).filter(|_| fit.refuted.is_none());
+            let why = bound.map_or(why.to_owned(), |bound| of_bound(parameter, bound));
             left.push(format!("{} ({name}): {why}; pooltool's default holds.", parameter.symbol()));
         }
     }
@@ -95,12 +123,11 @@ fn pooltool(fit: &StoredFit) -> (Value, Vec<String>) {
     if fit.mu_k.is_none() {
         left.push("u_s (cloth, sliding): only footage tells it; pooltool's default holds.".into());
     }
-    if let Some(mu_s) = known(fit, Parameter::MuS) {
+    if let Some(mu_s) = value(fit, Parameter::MuS) {
         left.push(format!(
-            "μ_s = {}: the friction of the cloth on the object ball during the impact has no counterpart in pooltool, \
+            "μ_s = {mu_s}: the friction of the cloth on the object ball during the impact has no counterpart in pooltool, \
              whose balls collide as if the table were not there. It is not u_s, the cloth's sliding friction \
-             after the impact.",
-            mu_s.estimate
+             after the impact."
         ));
     }
     left.push("Standard errors and intervals: pooltool has no place for them.".into());
@@ -145,7 +172,7 @@ fn of_balls(fit: &StoredFit, ball: StoredBall) -> Vec<String> {
 
 /// What a fit knows of the contact that one number for friction and one for restitution do not hold.
 fn of_contact(fit: &StoredFit) -> Vec<String> {
-    let above_0 = |parameter: Parameter| Some(known(fit, parameter)?.estimate).filter(|value| *value > 0.0);
+    let above_0 = |parameter: Parameter| value(fit, parameter).filter(|value| *value > 0.0);
     let kappa = above_0(Parameter::Kappa).map(|kappa| {
         format!(
             "κ = {kappa}: the contact of this fit gives way along its surface and springs back; pooltool's is rigid there, and throws \
@@ -180,7 +207,7 @@ fn falls(fit: &StoredFit) -> bool {
 
 /// What to do about a friction that falls: a ball's `u_b` is one number and cannot hold it.
 fn falling_in_pooltool(fit: &StoredFit) -> String {
-    let [mu, b, c] = [Parameter::Mu, Parameter::B, Parameter::C].map(|p| known(fit, p).map(|p| p.estimate));
+    let [mu, b, c] = [Parameter::Mu, Parameter::B, Parameter::C].map(|p| value(fit, p));
     match (mu, b, c) {
         (Some(mu), Some(b), Some(c)) if fit.refuted.is_none() => format!(
             "u_b: the friction of this fit falls with the slip v as {mu} + {b}·exp(−{c}·v), v in m/s, and u_b is one number: \
@@ -215,6 +242,19 @@ fn plain(fit: &StoredFit) -> (Value, Vec<String>) {
     let is_told =
         |p: &Parameter| Parameter::COEFFICIENTS.contains(p) || fit.parameters.contains_key(p.name());
     for parameter in Parameter::ALL.into_iter().filter(is_told) {
+        let only_bound = known(fit, parameter).and_then(|found| Some((found, found.only_bound()?)));
+        if let Some((found, bound)) = only_bound {
+            let (key, value) = match bound {
+                OnlyBound::AtLeast(value) => ("at_least", value),
+                OnlyBound::AtMost(value) => ("at_most", value),
+                OnlyBound::LowerEnd(value) | OnlyBound::UpperEnd(value) => ("bound", value),
+            };
+            let interval = found.interval_95;
+            document[parameter.name()] =
+                stated(json!({"status": found.status, key: value, "interval_95": interval}));
+            left.push(format!("{}: it has no estimate.", of_bound(parameter, bound)));
+            continue;
+        }
         match known(fit, parameter) {
             Some(StoredParameter { estimate, status, std_error, interval_95, .. }) => {
                 document[parameter.name()] = stated(json!({

@@ -72,7 +72,7 @@ fn manifest(dataset: &Dataset) -> String {
         env!("CARGO_PKG_VERSION"),
         text(&format!("{}-impacts", dataset.name)),
     );
-    for (key, value) in [("cloth", &dataset.cloth), ("source", &dataset.source)] {
+    for (key, value) in [("cloth", &dataset.cloth), ("balls", &dataset.balls), ("source", &dataset.source)] {
         if let Some(value) = value {
             _ = writeln!(manifest, "{key} = {}", text(value));
         }

@@ -11,7 +11,7 @@ use super::content::Verdict;
 use super::digits::{self, FEW, MANY, decimal, probability, relative, significant, to_error};
 use super::{FORMAT_VERSION, ReportError, diagnostics, pretty, reduced_chi2, unit_name, unit_of};
 use crate::fit::causes::Explanation;
-use crate::fit::{Estimate, Fit, FoundCamera, FoundCorrection, Noise, Refuted, Rejected};
+use crate::fit::{Estimate, Fit, FoundCamera, FoundCorrection, Noise, Plateau, Refuted, Rejected};
 use crate::measurement::dataset::ObjectBall;
 
 /// fit.json as text, with a newline at its end. What is not finite becomes `null`.
@@ -79,7 +79,7 @@ fn document(fit: &Fit) -> impl Serialize + '_ {
         effects: Ordered(fit.effects.clone()),
         warnings: &fit.warnings,
         notes: &fit.notes,
-        parameters: Ordered(fit.estimates.iter().map(parameter).collect()),
+        parameters: Ordered(fit.estimates.iter().map(|estimate| parameter(estimate, plateau(fit, estimate))).collect()),
         correlation: entry! {
             order: fit.estimates.iter().map(|e| e.parameter.name()).collect::<Vec<_>>(),
             matrix: correlation(fit),
@@ -160,7 +160,7 @@ fn body(fit: &Fit, which: usize) -> impl Serialize + use<> {
         sd.map(|sd| significant(sd, MANY))
     };
     let radius_sd = sd(|object| object.radius_sd).map(|sd| entry! { radius_m_sd: sd });
-    let mass_sd = sd(|object| object.mass_sd).map(|sd| entry! { mass_kg_sd: sd });
+    let mass_sd = sd(|object| object.mass_sd.unwrap_or_default()).map(|sd| entry! { mass_kg_sd: sd });
     entry! {
         radius_m: significant(radii.map_or(ball.radius, |radii| radii[which]), MANY),
         mass_kg: mass_kg.map(|mass| significant(mass, MANY)),
@@ -217,7 +217,7 @@ fn with_reasons(shots: &[Rejected]) -> Vec<impl Serialize + '_> {
     shots.iter().map(|rejected| entry! { shot: &rejected.shot, reason: &rejected.reason }).collect()
 }
 
-fn parameter(estimate: &Estimate) -> (&'static str, impl Serialize + use<>) {
+fn parameter(estimate: &Estimate, plateau: Option<&Plateau>) -> (&'static str, impl Serialize + use<>) {
     let error = estimate.std_error.or(estimate.std_error_at_bound);
     let finite = |interval: [f64; 2]| {
         interval.iter().all(|end| end.is_finite()).then(|| interval.map(|end| digits::end(end, error)))
@@ -235,8 +235,14 @@ fn parameter(estimate: &Estimate) -> (&'static str, impl Serialize + use<>) {
         interval_95_profile: estimate.intervals.profile.and_then(finite),
         std_error_at_bound: estimate.std_error_at_bound.map(|error| relative(error, FEW)),
         status: estimate.status.name(),
+        // every value from the first to the second fits equally
+        plateau: plateau.map(|found| [to_error(found.edge, None), found.bound]),
     };
     (estimate.parameter.name(), entry)
+}
+
+fn plateau<'a>(fit: &'a Fit, estimate: &Estimate) -> Option<&'a Plateau> {
+    fit.diagnostics.plateaus.iter().find(|plateau| plateau.parameter == estimate.parameter)
 }
 
 /// NaN, and with it `null`, where a parameter has no standard error.

@@ -156,7 +156,10 @@ fn two_balls(cue: &Ball, object: Option<&ObjectBall>) -> String {
         } else {
             String::new()
         };
-        format!("{name}: {}{inertia}", one(ball, [object.mass_sd[which], object.radius_sd[which]]))
+        format!(
+            "{name}: {}{inertia}",
+            one(ball, [object.mass_sd.unwrap_or_default()[which], object.radius_sd[which]])
+        )
     });
     said.collect::<Vec<_>>().join("; ")
 }

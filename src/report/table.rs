@@ -28,11 +28,12 @@ pub(super) fn head(parameters: &[Parameter], last: &[&str]) -> Vec<String> {
     ends(&["data set", "shots"]).into_iter().chain(symbols).chain(ends(last)).collect()
 }
 
-/// The parameters that have a column: b and c where some friction falls.
+/// The parameters that have a column: those of some fit, without the ratios of the balls, which few readers look for.
 pub(super) fn parameters(fits: &[Fit]) -> Vec<Parameter> {
     let has =
         |parameter: &Parameter| fits.iter().flat_map(|fit| &fit.estimates).any(|e| e.parameter == *parameter);
-    Parameter::ALL.into_iter().filter(|p| Parameter::COEFFICIENTS.contains(p) || has(p)).collect()
+    let is_shown = |p: &Parameter| Parameter::COEFFICIENTS.contains(p) || has(p) && !p.is_of_balls();
+    Parameter::ALL.into_iter().filter(is_shown).collect()
 }
 
 /// What stands in the place of ±.

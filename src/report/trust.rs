@@ -25,7 +25,6 @@ pub(super) fn sections(fit: &Fit) -> Vec<Section> {
     sections.extend(found.goodness.as_ref().map(|goodness| residuals(fit, goodness)));
     sections.extend(found.goodness.as_ref().filter(|g| !g.influence.is_empty()).map(influence));
     sections.extend(found.robust.as_ref().map(robust));
-    sections.extend(constraints(&found.relations));
     sections.extend(found.starts.as_ref().map(starts));
     sections.extend(found.bootstrap.as_ref().map(bootstrap));
     if !found.alternatives.is_empty() {
@@ -42,13 +41,6 @@ pub(super) fn computed(found: &[Computed]) -> Option<Section> {
         format!("{count} at {}: {}", fidelity.name(), on.join(", "))
     };
     (found.len() > 1).then(|| Section::lines("What each shot calls for", found.iter().map(line).collect()))
-}
-
-/// Relations between parameters, if there are any, and whether they hold with equality.
-pub(super) fn constraints(found: &[(String, bool)]) -> Option<Section> {
-    let state = |active: bool| if active { "holds with equality" } else { "holds, with room" };
-    let lines = found.iter().map(|(text, active)| format!("{text}: {}", state(*active)));
-    (!found.is_empty()).then(|| Section::lines("Constraints between parameters", lines.collect()))
 }
 
 fn bound(fit: &Fit, found: &Bound) -> Section {

@@ -177,6 +177,7 @@ fn stated_balls(spec: &Spec) -> (Ball, Option<ObjectBall>) {
     let normal = Normal::standard();
     let mut off = |sd: f64| sd * normal.inverse_cdf(rng.random_range(f64::EPSILON..1.0));
     if let Some(ObjectBall { ball, mass_sd, radius_sd }) = &mut object {
+        let mass_sd = mass_sd.unwrap_or_default();
         cue.mass += off(mass_sd[0]);
         ball.mass += off(mass_sd[1]);
         cue.radius += off(radius_sd[0]);

@@ -8,8 +8,9 @@ use serde::{Deserialize, Serialize};
 use super::{Camera, ClothSpec};
 use crate::io::DatasetError;
 use crate::io::error::Problems;
+use crate::io::stated_object::StatedObject;
 use crate::io::toml_file::checked;
-use crate::measurement::dataset::{ObjectBall, StatedObject};
+use crate::measurement::dataset::ObjectBall;
 use crate::measurement::parameter::Parameter;
 use crate::measurement::values::Values;
 use crate::physics::ball::Ball;
@@ -210,15 +211,14 @@ impl Spec {
         }
     }
 
-    /// The model by which its shots are computed where none is asked for: `full`, or `ode` where only that knows what is true.
+    /// The model by which its shots are computed where none is asked for: `full`, or `ode` for a compliant contact.
     #[must_use]
     pub fn usual_model(&self) -> Model {
-        let Truth { kappa, mu_b, .. } = self.truth;
         let full = Model::new(Fidelity::Full, self.balls().0);
-        if kappa.is_none_or(|kappa| kappa == 0.0) && mu_b.is_none() {
-            return full;
+        match self.truth.kappa {
+            None | Some(0.0) => full,
+            Some(kappa) => Model { tolerance: Model::TOLERANCE, ..full.giving_way(kappa) },
         }
-        Model { tolerance: Model::TOLERANCE, ..full.giving_way(kappa.unwrap_or(0.0)) }
     }
 
     /// Everything that is true of the contact: μ, μ_s and e, and what else this specification states.

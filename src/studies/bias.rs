@@ -8,7 +8,7 @@ use super::accuracy;
 use crate::fit;
 use crate::fit::{Depth, FitError, Method, Options};
 use crate::likelihood::prediction::Plan;
-use crate::measurement::dataset::{Before, Dataset, Measured, Measurement, Shot};
+use crate::measurement::dataset::{Before, Dataset, Measured, Measurement, ObjectBall, Shot};
 use crate::measurement::loss::Loss;
 use crate::measurement::observable::{Axis, Observable};
 use crate::measurement::parameter::{Compliance, Parameter, Setting, Settings};
@@ -135,14 +135,14 @@ pub fn velocities(shots: &[accuracy::Shot], ball: Ball) -> Dataset {
 
 /// The data set's shots with what they would have measured without noise if `contact`, with everything on and with `kappa` giving
 /// way, were the truth and the initial values of its parameters theirs. Standard deviations stay; those not stated
-/// are [`VELOCITY_SD`], [`ANGLE_SD_DEG`]. Priors, relations and labels fitted apart are dropped, since
+/// are [`VELOCITY_SD`], [`ANGLE_SD_DEG`]. Priors and labels fitted apart are dropped, since
 /// they would pull at the parameters too.
 #[must_use]
 pub fn noise_free(dataset: &Dataset, kappa: Option<f64>) -> Dataset {
     let coefficients = initial(dataset);
     let reference = Model {
         effects: Effects::ALL,
-        kappa: kappa.unwrap_or(0.0),
+        kappa: kappa.unwrap_or(Model::KAPPA),
         tolerance: TOLERANCE,
         ..dataset.model(Fidelity::Contact)
     };
@@ -176,7 +176,9 @@ pub fn noise_free(dataset: &Dataset, kappa: Option<f64>) -> Dataset {
         settings[Parameter::Kappa] = Setting::held(kappa);
         settings.compliance = Compliance::Auto;
     }
-    Dataset { shots, settings, relations: Vec::new(), by: None, loss: Loss::default(), ..dataset.clone() }
+    // an error of the masses would hide what a fidelity leaves out
+    let object = ObjectBall::exact(dataset.object.map_or(dataset.ball, |object| object.ball));
+    Dataset { shots, settings, object: Some(object), by: None, loss: Loss::default(), ..dataset.clone() }
 }
 
 /// Fits data of [`noise_free`] with one of [`FITTED`], or of [`FITTED_GIVING_WAY`].

@@ -3,7 +3,7 @@
 use nalgebra::{DMatrix, DVector};
 use num_dual::DualSVec64;
 
-use super::grid;
+use crate::film::grid;
 use crate::measurement::track::{Sample, TrackShot};
 
 /// A frame of a body.
@@ -32,7 +32,9 @@ struct Coordinate<T> {
 impl<'a> Frames<'a> {
     /// All of a shot, with a common standard deviation where the track has none; none is below the error of rounding. `noise` is
     /// what the track shows.
-    pub(crate) fn of(shot: &'a TrackShot, sd: f64, noise: f64) -> Self {
+    pub(crate) fn of(shot: &'a TrackShot, sd: f64, noise: f64, are_balls: bool) -> Self {
+        // a stated noise is that of every frame, and a place that repeats is then of one frame
+        let may_be_held = are_balls && !shot.states_noise();
         let of = |samples: &'a [Sample], step: f64| {
             let least = grid::rounding(step);
             // noise that lasts adds up over so many frames
@@ -42,7 +44,8 @@ impl<'a> Frames<'a> {
                 let sd = sample.sd.unwrap_or([sd; 2]);
                 Frame { sample, sd: [0, 1].map(|i| sd[i].max(least) * repeats[i].sqrt()), repeats }
             };
-            samples.iter().zip(grid::repeats(samples, noise.max(least), step)).map(frame).collect()
+            let repeats = grid::repeats(samples, noise.max(least), step, may_be_held);
+            samples.iter().zip(repeats).map(frame).collect()
         };
         let [first, second] = shot.resolution;
         Self { of: [of(&shot.cue, first), of(&shot.object, second)] }

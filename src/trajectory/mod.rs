@@ -2,7 +2,6 @@
 
 pub(crate) mod both_balls;
 pub(crate) mod frames;
-pub(crate) mod grid;
 pub mod scene;
 pub(crate) mod shot_scene;
 pub(crate) mod unknowns;

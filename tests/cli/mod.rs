@@ -82,8 +82,8 @@ fn accuracy_against_time() {
     }
     assert!(stdout(&output).contains("giving way with κ = 1.258"), "{}", stdout(&output));
     let csv = fs::read_to_string(out.join("accuracy.csv")).unwrap();
-    // every fidelity; against the exact solution but for ode and contact with all effects
-    for name in ["elastic", "inelastic", "linear", "full", "ode", "contact"] {
+    // every fidelity but `contact`, which always resolves a compliant contact, against the exact solution
+    for name in ["elastic", "inelastic", "linear", "full", "ode"] {
         assert!(csv.lines().any(|line| line.starts_with(&format!("{name},as-full,"))), "{name}");
     }
     assert!(!csv.contains("all,1e-6,exact") && csv.contains("contact,throw_deg"));

@@ -47,7 +47,7 @@ fn unknown_keys_name_the_nearest() {
             "top",
             "cloth =",
             "clothe =",
-            "dataset.toml:5: column 1: unknown key \"clothe\" (did you mean \"cloth\"?); expected one of name, kind, files, cloth, source, ball, object, cue_spin, video, camera, scale, tracks, impacts, fit",
+            "dataset.toml:5: column 1: unknown key \"clothe\" (did you mean \"cloth\"?); expected one of name, kind, files, cloth, balls, source, ball, object, cue_spin, video, camera, scale, tracks, impacts, fit",
         ),
         (
             "ball",
@@ -65,7 +65,7 @@ fn unknown_keys_name_the_nearest() {
             "fit",
             "mu =",
             "nu =",
-            "dataset.toml:17: column 1: unknown key \"nu\" (did you mean \"mu\"?); expected one of mu, mu_s, e, mu_b, mu_c, kappa, e_slope, friction, by, loss, constraints",
+            "dataset.toml:17: column 1: unknown key \"nu\" (did you mean \"mu\"?); expected one of mu, mu_s, e, mu_b, mu_c, kappa, e_slope, friction, by, loss",
         ),
         (
             "parameter",
@@ -89,7 +89,7 @@ fn unknown_keys_name_the_nearest() {
             "far",
             "cloth =",
             "xyz =",
-            "dataset.toml:5: column 1: unknown key \"xyz\"; expected one of name, kind, files, cloth, source, ball, object, cue_spin, video, camera, scale, tracks, impacts, fit",
+            "dataset.toml:5: column 1: unknown key \"xyz\"; expected one of name, kind, files, cloth, balls, source, ball, object, cue_spin, video, camera, scale, tracks, impacts, fit",
         ),
     ]);
 }
@@ -713,7 +713,8 @@ fn tables_of_impacts() {
             "missing",
             "cue_vx,",
             "cue_v_x,",
-            "shots.csv:1: column cue_vx: is missing from the column names; is \"cue_v_x\" meant to be it?",
+            "shots.csv:1: column cue_v_x: is no known name, but nearly cue_vx; write cue_vx, or give a label that is called so another name\n\
+             shots.csv:1: column cue_vx: is missing from the column names; is \"cue_v_x\" meant to be it?",
         ),
         (
             "missing after",

@@ -137,8 +137,8 @@ fn mutated_and_random_input_never_panics() {
             try_load(folder.path());
         }
     }
-    // the mutations are neither all fatal nor all harmless
-    assert!((TRIES / 10..4 * TRIES).contains(&loaded), "{loaded}");
+    // the mutations are neither all fatal nor all harmless; a slip in the name of a column is fatal
+    assert!((TRIES / 20..4 * TRIES).contains(&loaded), "{loaded}");
 }
 
 /// A cell holds what was put into it, whatever that is.

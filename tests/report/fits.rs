@@ -106,6 +106,7 @@ pub fn normal() -> Fit {
         count: 10,
         rms: 0.11_f64.to_radians(),
         estimated_sd: None,
+        rounding: None,
     }];
     fit.shots_used = 10;
     fit.shots_rejected = Vec::new();

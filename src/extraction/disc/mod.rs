@@ -1,4 +1,4 @@
-//! Impacts of two discs: straight paths before and after, both may move, masses and radii may differ.
+//! Impacts of two discs: straight paths before and after, along which they may slow down evenly; both may move, masses and radii may differ.
 //!
 //! With the line of centres n from the first disc to the second, t = z × n, and the second disc's velocity
 //! relative to the first g before and g' after the impact:
@@ -12,6 +12,7 @@
 //!
 //! In g and s the collision is that of two equal discs, one of them at rest: [`DiscImpact::shot`].
 
+mod contact;
 mod initial_guess;
 mod lines;
 mod paths;
@@ -27,11 +28,12 @@ use nalgebra::SVector;
 use rayon::prelude::*;
 
 use self::paths::{DiscPaths, TrackedDiscs};
-use super::frame_noise::noise_near;
+use self::slowing::{OwnSlowing, Slowing};
 use super::path_fit::Tracked;
 use super::unusable::Unusable;
-use super::window;
 use crate::film::discs::Calibrated;
+use crate::film::frame_noise;
+use crate::film::frame_noise::noise_near;
 use crate::measurement::dataset::Measured;
 use crate::measurement::isolate::isolated;
 use crate::measurement::track::TrackShot;
@@ -62,12 +64,15 @@ pub struct DiscImpact {
     pub radii: [f64; 2],
     /// How the discs stick together after the impact, where they do.
     pub stuck: Option<Stuck>,
-    /// By how much the discs of its film slow down, m/s², where all its shots together show it; velocities are those at the impact.
+    /// Deceleration of the discs of its film, m/s², if all its shots together show it; velocities are those at the impact.
     pub slowing: Option<Measured>,
+    /// How many frames before and after the instant of impact were left out, since the discs still touch there.
+    pub touching: usize,
     /// What speaks against these numbers: sentences without a capital letter and a full stop. Empty for a good shot.
     pub doubts: Vec<String>,
     unknowns: unknowns::Unknowns,
     equal: shot::Equal,
+    own_slowing: Option<OwnSlowing>,
 }
 
 impl DiscImpact {
@@ -80,10 +85,7 @@ impl DiscImpact {
     /// The fitted position of the centre of a disc (0 or 1) at a time (s), m.
     #[must_use]
     pub fn place(&self, disc: usize, time: f64) -> [f64; 2] {
-        let straight = paths::place(self.outcome(), &self.unknowns.into(), disc, time);
-        let Some(slowing) = self.slowing else { return straight };
-        let behind = slowing::behind(self, slowing.value, disc, time);
-        [straight[0] - behind[0], straight[1] - behind[1]]
+        paths::place(self.outcome(), &self.unknowns.into(), disc, time)
     }
 
     /// Whether momentum is out of balance by more than its stated errors explain, though not by more than a camera's calibration
@@ -111,7 +113,7 @@ enum Outcome {
 fn extract(
     shot: &TrackShot,
     discs: &Discs,
-    (camera, slowing): (Option<&Calibrated>, Option<Measured>),
+    (camera, slowing): (Option<&Calibrated>, Slowing),
 ) -> Result<DiscImpact, Unusable> {
     let found = stick::find(shot);
     let guess = found.as_ref().map_or_else(|| initial_guess::guess(shot), |found| Ok(found.guess));
@@ -120,15 +122,27 @@ fn extract(
     let guess = guess?;
     let expected = discs.radii.map(|[first, second]| first + second);
     let settling = found.as_ref().map(|found| found.settling);
-    let noise = noise_near(shot, guess[unknowns::TIME]);
-    let tracked = TrackedDiscs::new(shot, DiscPaths { expected, settling }, noise);
-    let tracked = settling.into_iter().fold(tracked, Tracked::outside);
+    let slowing = if settling.is_some() { Slowing::NONE } else { slowing };
+    let is_one_dimensional = frame_noise::constant_axis(shot).is_some();
+    let tracked = |touching: usize, time: f64| {
+        let noise = noise_near(shot, guess[unknowns::TIME]);
+        let reach = touching as f64 / shot.fps;
+        let paths = DiscPaths { expected, settling, slowing, is_one_dimensional };
+        let tracked = TrackedDiscs::new(shot, paths, noise);
+        let tracked = settling.into_iter().fold(tracked, Tracked::outside);
+        if touching > 0 { tracked.outside([time - reach, time + reach]) } else { tracked }
+    };
     let stuck = found.map(|found| found.stuck);
-    let fitted = window::choose(&tracked, &guess)?;
-    let centres = tracked.centres(&fitted, (camera, slowing.and_then(|slowing| slowing.sd)))?;
+    let (tracked, fitted, touching) = contact::fit(tracked, &guess, stuck.is_none())?;
+    let centres = tracked.centres(&fitted, camera)?;
     let turns =
         [0, 1].map(|disc| rotation::turn(shot, disc, centres.unknowns[unknowns::TIME], fitted.window));
-    let known = quantities::Known::new(&centres, turns, discs, stuck.map(|stuck| stuck.restitution));
+    let known = quantities::Known::new(
+        &centres,
+        turns,
+        discs,
+        (stuck.map(|stuck| stuck.restitution), is_one_dimensional),
+    );
     let mut impact = DiscImpact {
         values: known.values(),
         position_sd: tracked.position_sd(&fitted),
@@ -139,47 +153,49 @@ fn extract(
         radii: known.radii,
         stuck,
         slowing: None,
+        touching,
         doubts: rigid.into_iter().collect(),
         unknowns: centres.unknowns,
         equal: known.equal(),
+        own_slowing: centres.slowing,
     };
     verdict::judge(&mut impact);
     Ok(impact)
 }
 
-/// Finds the impacts of many shots in parallel, with discs that slow down if all shots together show it. However a shot fails, the others
-/// go on. Of films that were corrected by a camera, its errors are those of the impacts, too.
+/// Finds the impacts of many shots in parallel, with one deceleration for the discs of all shots. However a shot fails, the others go on. Of
+/// films that were corrected by a camera, its errors are those of the impacts, too.
 pub(crate) fn extract_all(
     shots: &[TrackShot],
     discs: &Discs,
     camera: Option<&Calibrated>,
 ) -> Vec<Result<DiscImpact, Unusable>> {
-    let mut impacts = extract_each(shots, discs, camera);
-    let found = shots.iter().zip(&impacts).filter_map(|(shot, impact)| Some((shot, impact.as_ref().ok()?)));
-    if let Some(slowing) = slowing::slowing(found) {
-        let again = |shot, impact: DiscImpact| {
-            let straight = slowing::straightened(shot, &impact, slowing.value);
-            let known = (camera, Some(slowing));
-            let found = isolated(|| extract(&straight, discs, known))
-                .unwrap_or_else(|panic| Err(Unusable::Failed(panic)));
-            found.map(|found| DiscImpact { slowing: Some(slowing), ..found })
-        };
-        let one = |(shot, impact): (_, Result<_, _>)| impact.and_then(|impact| again(shot, impact));
-        impacts = shots.par_iter().zip(impacts).map(one).collect();
+    let first = extract_each(shots, discs, camera);
+    let slowing = Slowing::prior(discs.in_seconds).of_film(first.iter().flatten());
+    let mut impacts = extract_with(shots, discs, (camera, slowing));
+    for impact in impacts.iter_mut().flatten().filter(|impact| impact.stuck.is_none()) {
+        impact.slowing = slowing.significant();
     }
     verdict::compare_distances(&mut impacts);
     impacts
 }
 
-/// Each by itself, as if nothing slowed the discs down.
+/// Each by itself, with the prior of its deceleration.
 pub(crate) fn extract_each(
     shots: &[TrackShot],
     discs: &Discs,
     camera: Option<&Calibrated>,
 ) -> Vec<Result<DiscImpact, Unusable>> {
-    let one = |shot| {
-        isolated(|| extract(shot, discs, (camera, None))).unwrap_or_else(|panic| Err(Unusable::Failed(panic)))
-    };
+    extract_with(shots, discs, (camera, Slowing::prior(discs.in_seconds)))
+}
+
+fn extract_with(
+    shots: &[TrackShot],
+    discs: &Discs,
+    known: (Option<&Calibrated>, Slowing),
+) -> Vec<Result<DiscImpact, Unusable>> {
+    let one =
+        |shot| isolated(|| extract(shot, discs, known)).unwrap_or_else(|panic| Err(Unusable::Failed(panic)));
     shots.par_iter().map(one).collect()
 }
 

@@ -1,9 +1,11 @@
-//! Two discs as a fit of their centres' frames sees them: straight paths before the impact, and after it straight on or together.
+//! Two discs as a fit of their centres' frames sees them: straight paths before the impact, along which they slow down evenly, and after
+//! it straight on or together.
 
 use nalgebra::{DMatrix, DVector, SMatrix};
 use num_dual::DualSVec64;
 
-use super::unknowns::{COUNT, DIRECTION, DISTANCE, PLACE, TIME, Unknowns, velocity};
+use super::slowing::{OwnSlowing, Slowing};
+use super::unknowns::{COUNT, DIRECTION, DISTANCE, PLACE, SIDES, SLOWING, TIME, Unknowns, slowing, velocity};
 use super::{Outcome, stick};
 use crate::extraction::path_fit::{Errors, FIRST, Fitted, Freedom, Paths, Tracked};
 use crate::extraction::unusable::{Bodies, Unusable};
@@ -20,6 +22,14 @@ const SEPARATION: f64 = 5.0;
 /// is left of that shifts the paths by less than the noise, but velocities of few frames by more than theirs.
 const FIRST_SETTLING: usize = 30;
 
+/// A disc slower than this part of the relative speed counts as at rest: its deceleration goes to 0 with its speed, whose direction is noise.
+const AT_REST: f64 = 0.02;
+/// Keeps the speed a smooth function of the velocity, as a part of that speed.
+const SMOOTH: f64 = 1e-3;
+
+/// Standard deviation of a line of centres that is an axis of the film, rad: far less than matters.
+const KNOWN_DIRECTION: f64 = 1e-6;
+
 /// Even next to the impact, this part of the distance is no collision.
 const HOPELESS_PART: f64 = 0.02;
 
@@ -29,11 +39,30 @@ pub(super) fn place<T: Number>(outcome: Outcome, z: &[T; COUNT], disc: usize, ti
     if outcome == Outcome::Stick && is_after {
         return stick::place(z, disc, time);
     }
-    let late = -z[TIME] + time;
-    let first = velocity(disc, usize::from(is_after));
+    let side = usize::from(is_after);
+    let first = velocity(disc, side);
     let (sin, cos) = z[DIRECTION].sin_cos();
     let apart = z[DISTANCE] * disc as f64;
-    [z[PLACE] + apart * cos + z[first] * late, z[PLACE + 1] + apart * sin + z[first + 1] * late]
+    let moving = slowed(z, (disc, side), -z[TIME] + time);
+    [z[PLACE] + apart * cos + z[first] * moving, z[PLACE + 1] + apart * sin + z[first + 1] * moving]
+}
+
+/// Returns the time in which a disc with constant velocity would go as far as it does in the time `late` from the impact while it slows down,
+/// until it stops.
+fn slowed<T: Number>(z: &[T; COUNT], (disc, side): (usize, usize), late: T) -> T {
+    let (first, slowing) = (velocity(disc, side), z[slowing(disc, side)]);
+    let relative = [0, 1].map(|k| z[velocity(1, 0) + k] - z[velocity(0, 0) + k]);
+    let square = |[x, y]: [T; 2]| x * x + y * y;
+    let own = square([z[first], z[first + 1]]);
+    let least = square(relative) * (AT_REST * AT_REST);
+    if !(least.re() > 0.0) {
+        return late;
+    }
+    // by which part of itself the velocity decreases in a unit of time
+    let rate = slowing * (own + least * (SMOOTH * SMOOTH)).sqrt() / (own + least);
+    let stops = late.re() * rate.re() > 1.0;
+    let slows = if stops { rate.recip() } else { late };
+    slows - rate * slows * slows * 0.5
 }
 
 /// The discs of a shot.
@@ -42,6 +71,9 @@ pub(super) struct DiscPaths {
     pub expected: Option<f64>,
     /// Of discs that stick together: from when to when they settle.
     pub settling: Option<[f64; 2]>,
+    pub slowing: Slowing,
+    /// Whether one coordinate never changes, so that the line of centres is known.
+    pub is_one_dimensional: bool,
 }
 
 pub(super) type TrackedDiscs<'a> = Tracked<'a, DiscPaths, COUNT>;
@@ -53,6 +85,8 @@ pub(super) struct Centres {
     pub covariance: SMatrix<f64, COUNT, COUNT>,
     /// How the unknowns move in each way in which the camera, or what slows the discs down, may be off.
     pub by_camera: Vec<Unknowns>,
+    /// What these frames alone determine of the decelerations; `None` if these were held.
+    pub slowing: Option<OwnSlowing>,
 }
 
 impl DiscPaths {
@@ -80,10 +114,21 @@ impl Paths<COUNT> for DiscPaths {
         let distance = self.expected.map(|expected| (DISTANCE, expected, RADII_PART * expected));
         let [part, sd] = stick::PART;
         let of_second = self.settling.map(|_| (stick::OF_SECOND, part, sd));
+        let Slowing { mean, shot_sd, .. } = self.slowing;
+        let slows = shot_sd > 0.0;
+        let of_sides = (SLOWING..COUNT).filter(|_| slows).map(|i| (i, mean, shot_sd));
+        let mut start = *near;
+        if !slows {
+            start.rows_mut(SLOWING, SIDES).fill(mean);
+        }
+        let is_held = |i: usize| match i {
+            SLOWING..COUNT => !slows,
+            _ => i == DIRECTION && self.is_one_dimensional,
+        };
         Ok(Freedom {
-            start: *near,
-            free: (0..COUNT).collect(),
-            priors: distance.into_iter().chain(of_second).collect(),
+            start,
+            free: (0..COUNT).filter(|i| !is_held(*i)).collect(),
+            priors: distance.into_iter().chain(of_second).chain(of_sides).collect(),
             bounds: [f64::NEG_INFINITY, f64::INFINITY].map(Unknowns::repeat),
         })
     }
@@ -105,19 +150,32 @@ impl Paths<COUNT> for DiscPaths {
 
 impl TrackedDiscs<'_> {
     /// Unknowns and covariance of a fit that can be believed.
-    /// `slowing_sd`: how far wrong it may be by how much the discs slow down, m/s².
     ///
     /// # Errors
     /// Why it cannot.
     pub(super) fn centres(
         &self,
         fitted: &FittedDiscs,
-        (camera, slowing_sd): (Option<&Calibrated>, Option<f64>),
+        camera: Option<&Calibrated>,
     ) -> Result<Centres, Unusable> {
         fitted.converged()?;
         let Errors { inverse, factor, .. } = self.errors(fitted)?;
-        let by_camera = self.by_film(fitted, (camera, slowing_sd), &inverse);
-        let covariance = SMatrix::from_fn(|i, j| factor * inverse[(i, j)]);
+        let mut of_all = SMatrix::<f64, COUNT, COUNT>::zeros();
+        for (row, i) in fitted.free.iter().enumerate() {
+            for (column, j) in fitted.free.iter().enumerate() {
+                of_all[(*i, *j)] = inverse[(row, column)];
+            }
+        }
+        let by_camera = self.by_film(fitted, camera, &inverse);
+        let slowing = self.paths.slowing.of_shot(
+            fitted.z.fixed_rows::<SIDES>(SLOWING).into_owned(),
+            of_all.fixed_view::<SIDES, SIDES>(SLOWING, SLOWING).into_owned(),
+            factor,
+        );
+        let mut covariance = of_all * factor;
+        if self.paths.is_one_dimensional {
+            covariance[(DIRECTION, DIRECTION)] = KNOWN_DIRECTION * KNOWN_DIRECTION;
+        }
         if let Some(expected) = self.paths.expected {
             let error = f64::sqrt(covariance[(DISTANCE, DISTANCE)]);
             let measured = fitted.z[DISTANCE];
@@ -131,7 +189,7 @@ impl TrackedDiscs<'_> {
         if closing >= 0.0 {
             return Err(Unusable::NoCollision(Bodies::Discs));
         }
-        Ok(Centres { unknowns: fitted.z, covariance, by_camera })
+        Ok(Centres { unknowns: fitted.z, covariance, by_camera, slowing })
     }
 
     /// (JᵀJ)⁻¹ Jᵀδ, δ by how much the frames move, in standard deviations, in each way in which the camera may be off, and with discs that
@@ -139,7 +197,7 @@ impl TrackedDiscs<'_> {
     fn by_film(
         &self,
         fitted: &FittedDiscs,
-        (camera, slowing_sd): (Option<&Calibrated>, Option<f64>),
+        camera: Option<&Calibrated>,
         inverse: &DMatrix<f64>,
     ) -> Vec<Unknowns> {
         /// Seconds: paths are smooth over far more.
@@ -153,20 +211,19 @@ impl TrackedDiscs<'_> {
         let frames = self.frames(fitted);
         let unknowns = |moves: DVector<f64>| {
             let right = fitted.jacobian.rows(0, moves.len()).tr_mul(&moves);
-            Unknowns::from_column_slice((inverse * right).as_slice())
+            let step = inverse * right;
+            let mut unknowns = Unknowns::zeros();
+            fitted.free.iter().zip(step.iter()).for_each(|(i, step)| unknowns[*i] = *step);
+            unknowns
         };
         let of_camera =
             camera.into_iter().flat_map(|camera| (0..camera.ways.len()).map(move |way| (camera, way)));
         let of_camera = of_camera.map(|(camera, way)| {
             frames.over_sd(|disc, time| camera.moves(at(disc, time), velocity(disc, time))[way])
         });
-        let of_slowing = slowing_sd.map(|sd| {
-            frames.over_sd(|disc, time| {
-                let late = time - fitted.time();
-                let [x, y] = velocity(disc, time);
-                let speed = x.hypot(y).max(f64::MIN_POSITIVE);
-                [x, y].map(|v| 0.5 * sd * late * late * v / speed)
-            })
+        let of_slowing = (self.paths.slowing.shared_sd > 0.0).then(|| {
+            let (_, by) = self.paths.with_derivatives(&frames, &fitted.z);
+            by.columns(SLOWING, SIDES).column_sum() * self.paths.slowing.shared_sd
         });
         of_camera.chain(of_slowing).map(unknowns).collect()
     }

@@ -102,6 +102,8 @@ pub(super) struct Known {
     inertia: f64,
     /// Of discs that stick: e from the growth of their distance.
     stuck: Option<Measured>,
+    /// Whether only one coordinate was measured: what is across the line of centres is then unknown.
+    is_one_dimensional: bool,
 }
 
 impl Known {
@@ -109,7 +111,7 @@ impl Known {
         centres: &Centres,
         turns: [Option<Turn>; 2],
         discs: &Discs,
-        stuck: Option<Measured>,
+        (stuck, is_one_dimensional): (Option<Measured>, bool),
     ) -> Self {
         let mut values = SVector::<f64, INPUTS>::zeros();
         let mut covariance = SMatrix::<f64, INPUTS, INPUTS>::zeros();
@@ -131,10 +133,12 @@ impl Known {
             covariance,
             by_camera: centres.by_camera.iter().map(|by| by.resize_generic(Const, Const, 0.0)).collect(),
             turns: turns.map(|turn| turn.is_some()),
-            radii: discs.radii.unwrap_or([half; 2]),
+            // marks on the edges that touch show no radius, and no slip is known that it would change
+            radii: discs.radii.unwrap_or(if is_one_dimensional { [1.0; 2] } else { [half; 2] }),
             masses: discs.masses,
             inertia: discs.inertia,
             stuck,
+            is_one_dimensional,
         }
     }
 
@@ -164,9 +168,14 @@ impl Known {
         self.along([bx - ax, by - ay])
     }
 
+    /// Whether J_t is known.
+    pub(super) fn is_seen_across(&self) -> bool {
+        !self.is_one_dimensional
+    }
+
     /// R₁ω₁ + R₂ω₂, the part of the slip that comes of the spins. `None` where one is not known.
     pub(super) fn rim(&self, side: usize) -> Option<Dual> {
-        let known = self.turns == [true; 2];
+        let known = self.turns == [true; 2] && !self.is_one_dimensional;
         known.then(|| self.z[spin(0, side)] * self.radii[0] + self.z[spin(1, side)] * self.radii[1])
     }
 
@@ -206,12 +215,12 @@ impl Known {
         let component = |disc: usize, side: usize, k: usize| Some(self.velocity(disc, side)[k]);
         match quantity {
             Quantity::Restitution => Some(-h_n / g_n),
-            Quantity::ImpulseRatio => Some((h_t - g_t) / (h_n - g_n)),
+            Quantity::ImpulseRatio => (!self.is_one_dimensional).then(|| (h_t - g_t) / (h_n - g_n)),
             Quantity::ImpulseRatioByFirstSpin => by_spin(0, -u_n),
             Quantity::ImpulseRatioBySecondSpin => by_spin(1, v_n),
             Quantity::MassRatio => Some(mass_ratio),
             Quantity::MomentumAlong => given.map(|ratio| (u_n + ratio * v_n) / -u_n),
-            Quantity::MomentumAcross => Some((u_t + mass_ratio * v_t) / -u_n),
+            Quantity::MomentumAcross => (!self.is_one_dimensional).then(|| (u_t + mass_ratio * v_t) / -u_n),
             Quantity::AngularMomentum => {
                 // of either disc about the contact point: R (t × v) and νR²ω, per unit of m₁
                 let of = |disc: usize, change: Dual, side: f64| {

@@ -22,6 +22,8 @@ pub(super) struct Equal {
     /// How they move in each way in which the camera may be off.
     by_camera: Vec<SVector<f64, PLACES>>,
     turning: bool,
+    /// Whether J_t/J_n was measured.
+    has_ratio: bool,
 }
 
 const PLACES: usize = 6;
@@ -50,6 +52,7 @@ impl Known {
             covariance: by * self.covariance * by.transpose(),
             by_camera: self.by_camera.iter().map(|moved| by * moved).collect(),
             turning: rim.is_some(),
+            has_ratio: self.is_seen_across(),
         }
     }
 }
@@ -68,12 +71,12 @@ impl DiscImpact {
     /// is free and takes J_t/J_n up, so that e is left, unless the data set states that neither disc turns before the impact.
     #[must_use]
     pub fn shot(&self, track: &TrackShot, ball: &Ball) -> Shot {
-        let Equal { values, covariance, by_camera, turning } = &self.equal;
+        let Equal { values, covariance, by_camera, turning, has_ratio } = &self.equal;
         // ω of the equal discs is the rims' speed over their radius
         let scale = |i: usize| if i == 3 { 1.0 / ball.radius } else { 1.0 };
         // behind ω_x and ω_y in a joint covariance, which are 0
         let place = |i: usize| if i < 3 { i } else { i + 2 };
-        let knows_slip = *turning || track.spin == Spin::Stun;
+        let knows_slip = *has_ratio && (*turning || track.spin == Spin::Stun);
         let count = if knows_slip { PLACES } else { PLACES - 1 };
         let places = place(count);
         let mut joint = Joint {
@@ -95,7 +98,8 @@ impl DiscImpact {
         let (sin, cos) = values[0].sin_cos();
         let sd = covariance[(0, 0)].max(0.0).sqrt();
         let normal =
-            [(cos, sin), (sin, cos)].map(|(value, across)| Measured { value, sd: Some(sd * across.abs()) });
+            // of second order where the other component is 0
+            [(cos, sin), (sin, cos)].map(|(value, across)| Measured { value, sd: Some((sd * across).hypot(sd * sd)) });
         let spin =
             Spin::Measured { spin: Vec3::new(0.0, 0.0, measured(3).value), sd: [None, None, measured(3).sd] };
         let after = [(Observable::Restitution, 4), (Observable::ImpulseRatio, 5)];

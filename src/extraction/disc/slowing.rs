@@ -1,139 +1,154 @@
-//! Discs that slow down evenly, as friction makes them: by so little that one shot hardly shows it, yet all shots together do, and
-//! velocities at the impact that straight lines give are wrong by more than their errors.
+//! Discs that slow down evenly, as friction makes them: one deceleration for all shots of a film, which is an unknown.
 //!
-//! Along its way a disc is at s(t) = s₀ + v t − ½ a t², t from the impact. Every side of every shot tells its a; their mean holds for the
-//! film. The paths are then straightened by ½ a t².
+//! Along its way a disc is at s(t) = s₀ + v t − ½ a t², t from the impact. Each shot is first fitted with an `a` of each disc on either side
+//! and a prior. What all shots determine together is then held, and how far it may be off is an error that the shots share. If the sides
+//! differ by more than their errors (a hand still pushes, or the table is not level), each keeps its own with the spread as its prior.
 
-use nalgebra::{Matrix3, Vector3};
+use nalgebra::{SMatrix, SVector};
 
 use super::DiscImpact;
-use super::unknowns::{TIME, velocity};
-use crate::film::discs::{DISCS, centre};
+use super::unknowns::SIDES;
 use crate::measurement::dataset::Measured;
-use crate::measurement::track::{Sample, TrackShot, TrackedBall};
-use crate::numerics::median;
+use crate::numerics::{median, robust_scale};
 
-/// Fewer shots, whose discs go all one way, may as well show a camera that looks askew.
-const LEAST_SHOTS: usize = 6;
+/// Prior standard deviation of the deceleration about 0, m/s²: a hundredth of gravity, what pucks on ice or on a poor air table have.
+const PRIOR_SD: f64 = 0.1;
 
-/// Frames that tell a parabola and its noise, and those next to the impact that may see the discs touch.
-const LEAST_FRAMES: usize = 8;
-const TOUCHING: f64 = 0.5;
+/// The slowest common frame rate, frames/s: if the rate is unknown, the prior is that of this one, so that it is not narrower than of others.
+const SLOWEST_RATE: f64 = 30.0;
 
-/// A disc that goes less than so many standard deviations of a coordinate shows no direction.
-const FAR: f64 = 50.0;
+/// A shot whose deceleration is this many standard errors from the median of all is left out of the mean.
+const MAX_OFF: f64 = 6.0;
+/// Fewer shots show neither which one is off nor by how much sides differ.
+const LEAST_SHOTS: usize = 3;
 
-/// And one that goes less than so many lies still: nothing slows it down.
-const LIES: f64 = 20.0;
+/// The deceleration is reported if −2 log L decreases by this much with it, as of corrections of the camera.
+const SIGNIFICANT: f64 = 12.0;
 
-/// A side that is so many standard errors from the median of all is left out.
-const ODD: f64 = 6.0;
+/// Sides differ if the sum of their squared standardised differences exceeds its mean n by this many of its standard deviations √(2n).
+const DIFFER: f64 = 3.0;
 
-/// What sides may scatter by, as χ²/dof. Pucks on a table that is not level, or that a hand still pushes, scatter by far more.
-const EVEN: f64 = 3.0;
-
-/// It is taken into account where χ² falls by as much with it, as corrections of the camera are.
-const CALLED_FOR: f64 = 12.0;
-
-/// What one side of a shot tells of a, m/s².
-struct Told {
-    value: f64,
-    variance: f64,
+/// The deceleration as the fit of one shot has it, m/s².
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Slowing {
+    pub mean: f64,
+    /// Standard deviation of each disc's own deceleration on either side about the mean; 0 if all are held at it.
+    pub shot_sd: f64,
+    /// Standard deviation of the mean, which all shots share.
+    pub shared_sd: f64,
 }
 
-/// By how much all discs slow down, m/s², where these shots call for it.
-pub(super) fn slowing<'a>(shots: impl Iterator<Item = (&'a TrackShot, &'a DiscImpact)>) -> Option<Measured> {
-    let mut all: Vec<Told> = Vec::new();
-    let mut count = 0;
-    for (shot, impact) in shots.filter(|(_, impact)| impact.stuck.is_none()) {
-        let of_disc = |i: usize| [0, 1].map(|side| told((shot, impact), i, side));
-        all.extend([0, 1].map(of_disc).into_iter().flatten().flatten());
-        count += 1;
+type Sides = SVector<f64, SIDES>;
+type Information = SMatrix<f64, SIDES, SIDES>;
+
+/// What the frames of one shot determine of its decelerations without the prior: the inverse of their covariance, and its product with their
+/// estimates.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct OwnSlowing {
+    information: Information,
+    pulled: Sides,
+}
+
+impl OwnSlowing {
+    /// The information about a common deceleration, and its product with the estimate, of sides that scatter by a variance.
+    fn common(&self, spread: f64) -> [f64; 2] {
+        // (C + s² 1)⁻¹ = (1 + s² M)⁻¹ M, M = C⁻¹
+        let scattered = Information::identity() + self.information * spread;
+        let Some(inverse) = scattered.try_inverse() else { return [0.0; 2] };
+        [(inverse * self.information).sum(), (inverse * self.pulled).sum()]
     }
-    if count < LEAST_SHOTS || all.is_empty() {
-        return None;
-    }
-    let middle = median(all.iter().map(|told| told.value).collect());
-    let off = |told: &Told| (told.value - middle).abs() / told.variance.sqrt();
-    let usual = (median(all.iter().map(off).collect()) / 0.6745).max(1.0);
-    all.retain(|told| off(told) < ODD * usual);
-    let weight: f64 = all.iter().map(|told| told.variance.recip()).sum();
-    let value = all.iter().map(|told| told.value / told.variance).sum::<f64>() / weight;
-    let square: f64 = all.iter().map(|told| (told.value - value).powi(2) / told.variance).sum();
-    // sides that differ by more than their noise make it less sure, and if they differ much, it is not one slowing
-    let scatter = (square / all.len().saturating_sub(1).max(1) as f64).max(1.0);
-    let variance = scatter / weight;
-    (scatter < EVEN && value > 0.0 && value * value > CALLED_FOR * variance)
-        .then_some(Measured { value, sd: Some(variance.sqrt()) })
-}
 
-/// From the parabola along the way of a disc (0 or 1) before (0) or after (1) the impact.
-fn told((shot, impact): (&TrackShot, &DiscImpact), disc: usize, side: usize) -> Option<Told> {
-    let time = impact.unknowns[TIME];
-    let (along, speed) = way(impact, disc, side)?;
-    let near = TOUCHING / shot.fps;
-    let [from, to] = [[impact.window[0], time - near], [time + near, impact.window[1]]][side];
-    let samples: Vec<&Sample> =
-        centre(shot, DISCS[disc]).iter().filter(|s| (from..=to).contains(&s.t)).collect();
-    if samples.len() < LEAST_FRAMES {
-        return None;
-    }
-    let place = |s: &Sample| s.x * along[0] + s.y * along[1];
-    let origin = place(samples[0]);
-    let scale = (to - time).abs().max((from - time).abs());
-    let powers = |s: &Sample| {
-        let u = (s.t - time) / scale;
-        Vector3::new(1.0, u, u * u)
-    };
-    let (mut normal, mut right) = (Matrix3::zeros(), Vector3::zeros());
-    for s in &samples {
-        let u = powers(s);
-        normal += u * u.transpose();
-        right += u * (place(s) - origin);
-    }
-    let inverse = normal.cholesky()?.inverse();
-    let coefficients = inverse * right;
-    let left =
-        samples.iter().map(|s| (place(s) - origin - coefficients.dot(&powers(s))).powi(2)).sum::<f64>();
-    let noise = left / (samples.len() - 3) as f64;
-    let square = scale * scale;
-    let is_far = speed * (to - from) > FAR * noise.sqrt();
-    let variance = 4.0 * inverse[(2, 2)] * noise / (square * square);
-    (is_far && variance > 0.0).then_some(Told { value: -2.0 * coefficients[2] / square, variance })
-}
-
-/// The direction in which a disc goes, and its speed, m/s; `None` where it lies still.
-fn way(impact: &DiscImpact, disc: usize, side: usize) -> Option<([f64; 2], f64)> {
-    let first = velocity(disc, side);
-    let v = [impact.unknowns[first], impact.unknowns[first + 1]];
-    let speed = v[0].hypot(v[1]);
-    let moved = speed * (impact.window[side] - impact.unknowns[TIME]).abs();
-    (moved > LIES * impact.position_sd).then(|| (v.map(|v| v / speed), speed))
-}
-
-/// By how much a disc that slows down is behind its straight path at a time, m.
-pub(super) fn behind(impact: &DiscImpact, slowing: f64, disc: usize, time: f64) -> [f64; 2] {
-    let late = time - impact.unknowns[TIME];
-    let Some((along, speed)) = way(impact, disc, usize::from(late >= 0.0)) else { return [0.0; 2] };
-    // until it lies still
-    let slows = late.min(speed / slowing);
-    along.map(|along| along * (0.5 * slowing * slows * slows + speed * (late - slows)))
-}
-
-/// The tracks of a shot as they would be if nothing slowed the discs down.
-pub(super) fn straightened(shot: &TrackShot, impact: &DiscImpact, slowing: f64) -> TrackShot {
-    let mut shot = shot.clone();
-    let straighten = |samples: &mut Vec<Sample>, disc: usize| {
-        for sample in samples {
-            let [x, y] = behind(impact, slowing, disc, sample.t);
-            sample.x += x;
-            sample.y += y;
+    /// The sum of the squared standardised differences from a common deceleration, and their number: those that the frames determine better
+    /// than the prior does, which has the information `prior`.
+    fn differences(&self, common: f64, prior: f64) -> [f64; 2] {
+        let left = self.pulled - self.information.column_sum() * common;
+        let eigen = self.information.symmetric_eigen();
+        let mut sums = [0.0; 2];
+        for (value, direction) in eigen.eigenvalues.iter().zip(eigen.eigenvectors.column_iter()) {
+            if *value > prior {
+                sums[0] += direction.dot(&left).powi(2) / value;
+                sums[1] += 1.0;
+            }
         }
-    };
-    straighten(&mut shot.cue, 0);
-    straighten(&mut shot.object, 1);
-    for marker in &mut shot.markers {
-        straighten(&mut marker.samples, usize::from(marker.ball == TrackedBall::Object));
+        sums
     }
-    shot
+}
+
+impl Slowing {
+    /// Discs with constant velocities.
+    pub(super) const NONE: Self = Self { mean: 0.0, shot_sd: 0.0, shared_sd: 0.0 };
+
+    /// The prior of a film; without a frame rate in m per frame².
+    pub(super) fn prior(in_seconds: bool) -> Self {
+        let unit = if in_seconds { 1.0 } else { SLOWEST_RATE.powi(-2) };
+        Self { shot_sd: PRIOR_SD * unit, ..Self::NONE }
+    }
+
+    /// Takes the prior away from the estimates of a shot, whose covariance is `factor` times `inverse`.
+    pub(super) fn of_shot(&self, values: Sides, inverse: Information, factor: f64) -> Option<OwnSlowing> {
+        if !(self.shot_sd > 0.0) {
+            return None;
+        }
+        let prior = self.shot_sd.powi(-2);
+        let all = inverse.cholesky()?.inverse();
+        let information = (all - Information::identity() * prior) / factor;
+        let pulled = (all * values - Sides::repeat(self.mean * prior)) / factor;
+        Some(OwnSlowing { information, pulled })
+    }
+
+    /// The deceleration that all shots of a film determine together with its prior.
+    pub(super) fn of_film<'a>(&self, impacts: impl Iterator<Item = &'a DiscImpact>) -> Self {
+        let mut all: Vec<OwnSlowing> = impacts.filter_map(|impact| impact.own_slowing).collect();
+        all.retain(|own| own.common(0.0)[0] > 0.0);
+        if all.len() >= LEAST_SHOTS {
+            let of_shot = |own: &OwnSlowing| {
+                let [weight, sum] = own.common(0.0);
+                (sum / weight, weight.sqrt())
+            };
+            let middle = median(all.iter().map(|own| of_shot(own).0).collect());
+            let off = |own: &OwnSlowing| {
+                let (value, precision) = of_shot(own);
+                (value - middle).abs() * precision
+            };
+            let typical = robust_scale(all.iter().map(off)).max(1.0);
+            all.retain(|own| off(own) < MAX_OFF * typical);
+        }
+        let prior = self.shot_sd.powi(-2);
+        let spread = spread(&all, prior);
+        let [weight, pulled] = sums(&all, spread);
+        let weight = weight + prior;
+        Self { mean: pulled / weight, shot_sd: spread.sqrt(), shared_sd: weight.recip().sqrt() }
+    }
+
+    /// The mean, if the shots show that their discs slow down.
+    pub(super) fn significant(&self) -> Option<Measured> {
+        let Self { mean, shared_sd, .. } = *self;
+        (mean > 0.0 && mean * mean > SIGNIFICANT * shared_sd * shared_sd)
+            .then_some(Measured { value: mean, sd: Some(shared_sd) })
+    }
+}
+
+/// The information about a common deceleration and its product with the estimate, of all shots.
+fn sums(all: &[OwnSlowing], spread: f64) -> [f64; 2] {
+    all.iter().map(|own| own.common(spread)).fold([0.0; 2], |sum, own| [sum[0] + own[0], sum[1] + own[1]])
+}
+
+/// The variance of the decelerations from side to side beyond their errors, by moments (DerSimonian and Laird 1986, Control. Clin. Trials 7,
+/// 177), with full covariances.
+fn spread(all: &[OwnSlowing], prior: f64) -> f64 {
+    let [weight, pulled] = sums(all, 0.0);
+    if !(all.len() >= LEAST_SHOTS && weight > 0.0) {
+        return 0.0;
+    }
+    let [square, count] = all
+        .iter()
+        .map(|own| own.differences(pulled / weight, prior))
+        .fold([0.0; 2], |sum, own| [sum[0] + own[0], sum[1] + own[1]]);
+    let dof = count - 1.0;
+    if square <= dof + DIFFER * (2.0 * dof.max(0.0)).sqrt() {
+        return 0.0;
+    }
+    let trace: f64 = all.iter().map(|own| own.information.trace()).sum();
+    let of_mean: f64 = all.iter().map(|own| own.information.column_sum().norm_squared()).sum();
+    ((square - dof) / (trace - of_mean / weight)).max(0.0)
 }

@@ -7,7 +7,7 @@ use num_dual::DualNum;
 use super::Dual;
 use super::lines::{LEAST, Line, distances};
 use super::unknowns::{COUNT, DIRECTION, DISTANCE, INPUTS, PLACE, TIME, Unknowns, velocity};
-use crate::extraction::frame_noise::noise_of;
+use crate::film::frame_noise::noise_of;
 use crate::measurement::dataset::Measured;
 use crate::measurement::track::TrackShot;
 use crate::numerics::median;

@@ -10,12 +10,21 @@ pub(super) const PLACE: usize = 1;
 pub(super) const DIRECTION: usize = 3;
 /// Distance of the centres then, m.
 pub(super) const DISTANCE: usize = 4;
-/// How many unknowns there are with the velocities.
-pub(super) const COUNT: usize = 13;
+/// Decelerations along the way, m/s²: both discs before, both after the impact.
+pub(super) const SLOWING: usize = 13;
+/// Number of decelerations.
+pub(super) const SIDES: usize = 4;
+/// Number of unknowns.
+pub(super) const COUNT: usize = SLOWING + SIDES;
 
 /// First component of the velocity of a disc (0 or 1) before (0) or after (1) the impact, m/s.
 pub(super) const fn velocity(disc: usize, side: usize) -> usize {
     5 + 4 * side + 2 * disc
+}
+
+/// Place of the deceleration of a disc (0 or 1) before (0) or after (1) the impact.
+pub(super) const fn slowing(disc: usize, side: usize) -> usize {
+    SLOWING + 2 * side + disc
 }
 
 pub(super) type Unknowns = SVector<f64, COUNT>;

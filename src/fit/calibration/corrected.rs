@@ -49,11 +49,12 @@ impl Calibrates for Search<'_> {
         if let LiftPrior::Model(of_lift, ..) = scene.lift {
             model.law = of_lift.law;
         }
-        let initial = footage::near(&scene).unwrap_or_else(|| Values::usual(&dataset.settings));
+        let settings = dataset.settings_of_balls();
+        let initial = footage::near(&scene).unwrap_or_else(|| Values::usual(&settings));
         let all: Vec<&Shot> = dataset.shots.iter().collect();
         let (fitted, _) = model_choice::plan(&all, &model, &initial);
         let fitted = filmed(&fitted, &films)?;
-        let known = (&model, &dataset.settings, initial);
+        let known = (&model, &settings, initial);
         let sample = Sample {
             shared_errors: Vec::new(),
             unknowns: shared_unknowns::of_fit(film.unknowns()),

@@ -18,7 +18,7 @@ use rayon::prelude::*;
 
 use self::unit::{finer_unit, in_metres};
 use super::camera::{FoundCamera, LEAST_SHOTS};
-use crate::extraction::{contact, noise_correlation, repair_drops_at_impacts};
+use crate::extraction::{contact, leave_out_before_cushion, noise_correlation, repair_drops_at_impacts};
 use crate::film::camera::{Arrangement, Camera};
 use crate::film::drops;
 use crate::measurement::correction::Correction;
@@ -42,10 +42,12 @@ const OTHER_UNIT: f64 = 0.1;
 const CALLED_FOR: f64 = 6.0;
 
 /// Corrects footage for its camera as far as the shots call for it, and says what its shots told of the scene meanwhile. Any other data
-/// set is returned as it is. `same`: what another film of balls by the same camera was counted from.
+/// set is returned as it is. `same`: what another film of balls by the same camera was counted from. `quick`: only the first start is
+/// tried if it leads to a camera, good or not.
 pub(super) fn calibrated(
     mut dataset: Dataset,
     same: Option<&FoundCamera>,
+    quick: bool,
 ) -> (Dataset, Option<FoundCamera>, Option<Scene>) {
     if dataset.tracks.as_ref().is_some_and(|tracks| tracks.discs.is_some()) {
         let (dataset, found) = calibrated_discs(dataset);
@@ -56,6 +58,18 @@ pub(super) fn calibrated(
     let scene = Scene { side_sd: dataset.side_sd, ..Scene::of(&dataset.model(Fidelity::Full)) };
     let repaired = tracks.shots.par_iter_mut().map(drops::repair);
     let dropped: Vec<usize> = repaired.filter(|count| *count > 0).collect();
+    let cushions = tracks
+        .shots
+        .par_iter_mut()
+        .filter_map(|shot| leave_out_before_cushion(shot, &scene).then_some(()))
+        .count();
+    if cushions > 0 {
+        tracks.notes.push(format!(
+            "In {cushions} of {} shots the path of the cue ball has a corner before the impact, as where it is struck, or comes off a cushion: \
+             its frames up to there are left out.",
+            tracks.shots.len()
+        ));
+    }
     let noise_correlation = noise_correlation(&tracks.shots, &scene);
     if let Some(found) = noise_correlation.filter(|found| found.adopted) {
         tracks.shots.iter_mut().for_each(|shot| shot.correlation = found.value);
@@ -66,7 +80,7 @@ pub(super) fn calibrated(
         stated_noise::replace(&mut tracks.shots, times);
         tracks.notes.extend(stated_noise::sentence(times));
     }
-    let search = |tracks: &Tracks| Search::new(&dataset, tracks, &scene, same)?.best(same.is_some());
+    let search = |tracks: &Tracks| Search::new(&dataset, tracks, &scene, same)?.best(same.is_some(), quick);
     let mut found = search(&tracks);
     if let Some(reach) = found.as_ref().and_then(|(found, ..)| found.spoiled) {
         tracks.shots.par_iter_mut().for_each(|shot| contact_frames::leave_out(shot, reach, &scene));
@@ -76,6 +90,10 @@ pub(super) fn calibrated(
     }
     let coarsest = tracks.shots.iter().flat_map(|shot| shot.resolution).fold(0.0, f64::max);
     let (mut found, unit, last_scene) = found.unwrap_or_else(|| (FoundCamera::as_it_is(), 1.0, None));
+    if !found.converged && loses_frames(&found.camera, &tracks.shots, unit) {
+        found.camera = Camera::neutral([0.0; 2]);
+        found.corrections.clear();
+    }
     found.noise_correlation = noise_correlation;
     found.over_stated_noise = over_stated;
     found.resolution = coarsest * unit;
@@ -97,6 +115,15 @@ pub(super) fn calibrated(
     (dataset, Some(found), last_scene)
 }
 
+/// Whether a camera that was not found for certain shows no point of the table where some of the positions are.
+fn loses_frames(camera: &Camera, films: &[TrackShot], unit: f64) -> bool {
+    films.iter().any(|film| {
+        let film = in_metres(film, unit);
+        let shot = camera.shot(&film);
+        shot.cue.len() < film.cue.len() || shot.object.len() < film.object.len()
+    })
+}
+
 /// Corrects footage of discs for its camera, as far as the shots call for it. Any other data set is returned as it is.
 pub(super) fn calibrated_discs(mut dataset: Dataset) -> (Dataset, Option<FoundCamera>) {
     let Some((tracks, facts)) = dataset.tracks.as_mut().and_then(|tracks| {
@@ -105,6 +132,10 @@ pub(super) fn calibrated_discs(mut dataset: Dataset) -> (Dataset, Option<FoundCa
     }) else {
         return (dataset, None);
     };
+    let drops: Vec<usize> = tracks.shots.iter_mut().map(drops::repair).filter(|count| *count > 0).collect();
+    let dropped =
+        FoundCamera { drops: [drops.len(), drops.iter().sum()], of_discs: true, ..FoundCamera::as_it_is() };
+    tracks.notes.extend(dropped.sentences());
     let Some((found, shots)) = discs::Search::new(tracks, facts).map(discs::Search::best) else {
         return (dataset, None);
     };
@@ -205,7 +236,7 @@ impl<'a> Search<'a> {
     /// The camera from the first start that leads to a good one, or else to the best. With few contacts these may lead far astray, and so
     /// they may in slow films, of which lines see them badly; and as long as the camera is far off, shots whose balls seem not to touch at
     /// 2R belong to the search.
-    fn best(self, is_same: bool) -> Option<(FoundCamera, f64, Option<Scene>)> {
+    fn best(self, is_same: bool, quick: bool) -> Option<(FoundCamera, f64, Option<Scene>)> {
         /// How many times wider than what is usual of a camera the priors are at the contacts, if the search begins at these, and by
         /// which part contacts may seem to be off.
         const STARTS: [(Option<f64>, f64); 5] =
@@ -222,11 +253,14 @@ impl<'a> Search<'a> {
             if best.as_ref().is_none_or(|(other, of_other)| search.is_better(&found, (other, of_other))) {
                 best = Some((search, found));
             }
-            if is_good {
+            if is_good || quick {
                 break;
             }
         }
         let (search, found) = best?;
+        if quick && !search.is_good(&found) {
+            return Some((FoundCamera { is_settled: false, ..found }, search.unit, search.scene));
+        }
         let (search, found) = search.arranged(found);
         // what no camera explains is more than some frames
         let spoiled = found.spoiled.filter(|_| search.is_good(&found));

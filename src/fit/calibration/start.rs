@@ -6,7 +6,7 @@ use super::{CALLED_FOR, Search};
 use crate::film::camera::Camera;
 use crate::fit::camera::LEAST_SHOTS;
 use crate::measurement::correction::Correction;
-use crate::numerics::median;
+use crate::numerics::robust_scale;
 
 impl Search<'_> {
     /// Distances of the centres at the contacts over 2R, less 1.
@@ -41,7 +41,7 @@ impl Search<'_> {
         /// No contact is seen better than to this part of 2R between two frames.
         const LEAST_ERROR: f64 = 1e-3;
         const HUBER: f64 = 1.345;
-        let usual = |gaps: &DVector<f64>| median(gaps.iter().map(|gap| gap.abs()).collect()) / 0.6745;
+        let usual = |gaps: &DVector<f64>| robust_scale(gaps.iter().copied());
         for _ in 0..STEPS {
             let gaps = self.gaps(&camera);
             let error = usual(&gaps).max(LEAST_ERROR);

@@ -2,7 +2,7 @@
 
 use rayon::prelude::*;
 
-use crate::extraction::noise;
+use crate::film::frame_noise::noise;
 use crate::measurement::track::TrackShot;
 use crate::numerics::median;
 

@@ -1,5 +1,6 @@
 //! Assumptions that may not hold, and what is said where one does not.
 
+use crate::fit::Fit;
 use crate::fit::camera::FoundCorrection;
 use crate::fit::estimate::Estimate;
 use crate::measurement::correction::Correction;
@@ -159,6 +160,49 @@ impl Explanation {
                 found.which.words()
             ),
         }
+    }
+
+    /// That the spins of the cue balls are not as stated: `fit` is that with spins that were found, which differ by the median
+    /// `difference` with its error; what they `were` found to be, and the word that states it.
+    pub(in crate::fit) fn of_spins(
+        (difference, error): (f64, f64),
+        fit: &Fit,
+        (were, assume): (&str, &str),
+    ) -> Self {
+        let goodness = fit.diagnostics.goodness.as_ref().filter(|goodness| goodness.dof > 0);
+        let after = goodness.map(|goodness| goodness.chi2 / goodness.dof as f64);
+        let free = fit.estimates.iter().filter_map(|e| Some((e.parameter, e.value, e.std_error?)));
+        let with_it: Vec<(Parameter, f64, f64)> = free.collect();
+        let values: Vec<String> = with_it
+            .iter()
+            .map(|(p, value, error)| format!("{} = {}", p.symbol(), with_error(*value, *error)))
+            .collect();
+        Self {
+            cause: Cause::CueSpin,
+            estimate: difference,
+            std_error: error,
+            delta_2logl: f64::NAN,
+            adopted: false,
+            with_it,
+            reduced_chi2: after.map(|after| [f64::NAN, after]),
+            sentence: format!(
+                "The cue balls do not spin as stated: {were}, which explains the residuals. With that {}. [cue_spin] assume = \"{assume}\" \
+                 states it.",
+                values.join(", ")
+            ),
+        }
+    }
+
+    /// Notes by how much χ² is lower than that of the fit as stated.
+    pub(in crate::fit) fn compare_chi2(&mut self, fit: &Fit) {
+        let goodness = fit.diagnostics.goodness.as_ref().filter(|goodness| goodness.dof > 0);
+        let Some((goodness, [before, after])) =
+            goodness.zip(self.reduced_chi2.as_mut().map(|both| both.each_mut()))
+        else {
+            return;
+        };
+        *before = goodness.chi2 / goodness.dof as f64;
+        self.delta_2logl = (*after - *before) * goodness.dof as f64;
     }
 
     /// That the contact gives way, with κ held, where the data call for it.

@@ -242,7 +242,7 @@ impl Trial<'_> {
         let scale = settled.scale();
         let rows: usize = shots.iter().map(|shot| shot.plan.rows().len()).sum();
         let velocities = rows.saturating_sub(settled.free.len());
-        let dof = settled.search.observations().saturating_sub(settled.minimum.room());
+        let dof = settled.search.observations().saturating_sub(settled.minimum.parameters());
         let fitted = (2.0 * settled.minimum.cost, dof);
         let states_noise = shots.iter().all(|shot| shot.film.as_ref().is_none_or(|film| film.states_noise));
         minus_two_log.is_finite().then_some(Tried {

@@ -5,22 +5,26 @@
 //! can take up is not blamed on it. Where one assumption is not enough, the best is given up and the others are tried again.
 
 mod cause;
+mod conflict;
 mod hypothesis;
 mod profile;
 mod score;
 
 pub use cause::{Cause, Explanation};
-use hypothesis::{Departures, Trial};
+use hypothesis::{Departures, Trial, Tried};
 use profile::Profile;
 use score::Score;
 
 use super::Fit;
+use super::camera::CONFLICT;
 use super::diagnostics::goodness::IMPROBABLE;
 use super::samples::Search;
 use super::settled::Settled;
 use crate::likelihood::fitted::Fitted;
+use crate::likelihood::frames::shared_unknowns::SharedUnknown;
 use crate::likelihood::sample::Sample;
 use crate::measurement::correction::Correction;
+use crate::measurement::number::plain;
 use crate::measurement::parameter::Parameter;
 
 /// A cause is named if −2 log L falls by so much where it is let in: chance does that once in 10⁵ fits.
@@ -57,11 +61,128 @@ pub(super) fn suspects(settled: &Settled, discs: bool) -> Vec<Cause> {
     if !sample.is_filmed() || discs || settled.search.is_robust() {
         return Vec::new();
     }
-    let step = sample.fitted.len().div_ceil(SHOTS).max(1);
-    let some: Vec<Fitted> = sample.fitted.iter().step_by(step).cloned().collect();
+    let some = thinned(sample);
     let sample = Sample { fitted: &some, ..sample.clone() };
     let trial = Trial { sample: &sample, start: *settled.minimum.first(), discs };
     Score::of(&trial, settled).map_or_else(Vec::new, |score| score.suspects(SUSPECTED))
+}
+
+/// Whether −2 log L is lower by a large part of what the noise does not explain if cue balls that are said to be stun roll, or the other
+/// way round.
+pub(super) fn are_spins_suspect(settled: &Settled, discs: bool) -> bool {
+    /// Of what the noise does not explain.
+    const LARGE: f64 = 0.2;
+    let sample = settled.search.first();
+    if !sample.is_filmed() || discs {
+        return false;
+    }
+    let some = thinned(sample);
+    let sample = Sample { fitted: &some, unknowns: found_unknowns(sample, settled), ..sample.clone() };
+    let trial = Trial { sample: &sample, start: *settled.minimum.first(), discs };
+    let held = Departures::default();
+    if !trial.knows(Cause::CueSpin) {
+        return false;
+    }
+    let Some(before) = trial.fit(&held) else { return false };
+    [1.0, -1.0].into_iter().any(|other| {
+        let there = trial.fit(&held.with(Cause::CueSpin, other));
+        there.is_some_and(|there| before.minus_two_log - there.minus_two_log > LARGE * before.excess())
+    })
+}
+
+/// Compares the frame rate that is stated with the one that the frames prefer, and notes how well they determine it.
+pub(super) fn compare_rate(fit: &mut Fit, settled: &Settled, discs: bool) {
+    let sample = settled.search.first();
+    if !sample.is_filmed() || discs || settled.search.is_robust() || fit.refuted.is_some() {
+        return;
+    }
+    let some = thinned(sample);
+    let sample = Sample { fitted: &some, unknowns: found_unknowns(sample, settled), ..sample.clone() };
+    let trial = Trial { sample: &sample, start: *settled.minimum.first(), discs };
+    let held = Departures::default();
+    let Some(before) = trial.fit(&held) else { return };
+    let Some(profile) = trial.along(Cause::FrameRate, &held) else { return };
+    let Some(there) = trial.fit_with_errors(&held, (Cause::FrameRate, &profile)) else { return };
+    let rate = Rate::of(&before, &profile, &there);
+    if rate.is_in_conflict() {
+        let reduced = before.reduced();
+        fit.explanations.push(trial.explanation(Cause::FrameRate, &profile, (&before, reduced), &there));
+    } else {
+        fit.notes.push(rate.sentence());
+    }
+}
+
+/// The frame rate that the frames prefer, over the stated one.
+struct Rate {
+    value: f64,
+    std_error: f64,
+    /// Standard errors by which it differs from the stated one: the root of the fall of χ² where it is free.
+    errors: f64,
+    /// The parameter that it moves most, and by how many of its standard errors.
+    moved: Option<(Parameter, f64)>,
+}
+
+impl Rate {
+    /// Relative standard deviation of the frame rate of a camera.
+    const SD: f64 = 0.005;
+
+    fn of(before: &Tried, profile: &Profile, there: &Tried) -> Self {
+        let off = (profile.at - 1.0).abs();
+        let fall = (before.minus_two_log - profile.lowest).max(0.0);
+        let errors = off / (off / fall.sqrt().max(f64::MIN_POSITIVE)).hypot(Self::SD);
+        let moved = before
+            .parameters
+            .iter()
+            .zip(&there.parameters)
+            .map(|((parameter, from, error), (_, to, _))| (*parameter, (to - from) / error));
+        let moved = moved.filter(|(_, by)| by.is_finite()).max_by(|a, b| a.1.abs().total_cmp(&b.1.abs()));
+        Self { value: profile.at, std_error: profile.error, errors, moved }
+    }
+
+    /// Beyond three standard errors; of 15 shots that tell the rate to 3 %, one that is wrong by 10 % is not beyond, and moves estimates by
+    /// as many of theirs: then beyond two.
+    fn is_in_conflict(&self) -> bool {
+        const UNLIKELY: f64 = 2.0;
+        let moves = self.moved.is_some_and(|(_, by)| by.abs() > CONFLICT);
+        self.errors > if moves { UNLIKELY } else { CONFLICT }
+    }
+
+    fn sentence(&self) -> String {
+        /// Relative standard error beyond which the frames do not show a frame rate that is wrong by 10 % at five standard errors.
+        const WELL: f64 = 0.02;
+        let stated = format!("The frame rate is taken as stated (± {} %)", 100.0 * Self::SD);
+        let error = plain(100.0 * self.std_error, 2);
+        if self.std_error < WELL {
+            return format!("{stated}. The frames agree with it: they determine it to {error} %.");
+        }
+        let moved = self.moved.map_or(String::new(), |(parameter, by)| {
+            let of_tenth = (by * 0.1 / (self.value - 1.0)).abs();
+            format!(
+                ", and one that is wrong by 10 % would move {} by {} of its standard errors",
+                parameter.symbol(),
+                plain(of_tenth, 2)
+            )
+        });
+        format!("{stated}. The frames agree with it, but determine it only to {error} %{moved}.")
+    }
+}
+
+/// Some of the shots, spread evenly.
+fn thinned(sample: &Sample) -> Vec<Fitted> {
+    let step = sample.fitted.len().div_ceil(SHOTS).max(1);
+    sample.fitted.iter().step_by(step).cloned().collect()
+}
+
+/// What all shots share besides the parameters, where a fit found it.
+fn found_unknowns(sample: &Sample, settled: &Settled) -> Vec<SharedUnknown> {
+    let mut unknowns = sample.unknowns.clone();
+    let first = settled.minimum.x.len() - settled.minimum.shared;
+    if sample.is_filmed() {
+        for (unknown, value) in unknowns.iter_mut().zip(settled.minimum.x.iter().skip(first)) {
+            unknown.start = *value;
+        }
+    }
+    unknowns
 }
 
 /// What explains the residuals of a fit, the best first; empty where nothing does. `reduced`: its χ²/dof, where it has one. With
@@ -73,16 +194,8 @@ pub(super) fn explain(
     suspects: Option<&[Cause]>,
 ) -> Vec<Explanation> {
     let sample = search.first();
-    let step = sample.fitted.len().div_ceil(SHOTS).max(1);
-    let some: Vec<Fitted> = sample.fitted.iter().step_by(step).cloned().collect();
-    let mut unknowns = sample.unknowns.clone();
-    let first = settled.minimum.x.len() - settled.minimum.shared;
-    if sample.is_filmed() {
-        for (unknown, value) in unknowns.iter_mut().zip(settled.minimum.x.iter().skip(first)) {
-            unknown.start = *value;
-        }
-    }
-    let sample = Sample { fitted: &some, unknowns, ..sample.clone() };
+    let some = thinned(sample);
+    let sample = Sample { fitted: &some, unknowns: found_unknowns(sample, settled), ..sample.clone() };
     let trial = Trial { sample: &sample, start: *settled.minimum.first(), discs };
     let mut held = Departures::default();
     let Some(mut before) = trial.fit(&held) else { return Vec::new() };

@@ -2,7 +2,7 @@
 
 use nalgebra::DMatrix;
 
-use crate::fit::minimum::{Minimum, open_directions};
+use crate::fit::minimum::Minimum;
 use crate::likelihood::fitted::Fitted;
 use crate::likelihood::whitening::EstimatedSd;
 use crate::measurement::dataset::Shot;
@@ -40,7 +40,7 @@ pub(in crate::fit) struct Basis {
     pub columns: Vec<usize>,
     /// The parameters among `columns`, which come first.
     pub parameters: Vec<Parameter>,
-    /// How many of them constraints leave to be fitted.
+    /// Number of parameters that are fitted.
     pub fitted: usize,
     /// First row and number of rows of each shot.
     pub rows: Vec<(usize, usize)>,
@@ -52,11 +52,10 @@ impl Basis {
         let columns: Vec<usize> = (0..minimum.jacobian.ncols())
             .filter(|j| minimum.active.get(*j).is_none_or(|a| *a == Activity::Free))
             .collect();
-        let open = open_directions(&minimum.ties(true), &columns);
-        let qr = (minimum.jacobian.select_columns(&columns) * &open).qr();
-        let count = open.ncols();
+        let qr = minimum.jacobian.select_columns(&columns).qr();
+        let count = columns.len();
         let inverse = qr.r().solve_upper_triangular(&DMatrix::identity(count, count));
-        let back = inverse.map_or_else(|| DMatrix::zeros(columns.len(), count), |inverse| open * inverse);
+        let back = inverse.unwrap_or_else(|| DMatrix::zeros(count, count));
         let mut first = 0;
         let rows = fitted.iter().map(|shot| {
             let count = shot.plan.rows().len();

@@ -5,7 +5,7 @@ use statrs::stats_tests::anderson_darling::anderson_darling;
 
 use super::basis::{Basis, OWN};
 use super::influence::{Influence, influence};
-use super::trends::{Trend, trends};
+use super::trends::{ROUNDING, Trend, trends};
 use crate::physics::name::worded;
 
 pub(in crate::fit) use super::basis::Context;
@@ -131,7 +131,7 @@ fn normality(context: &Context, basis: &Basis) -> Option<Normality> {
     }
     let mean = standardized.iter().sum::<f64>() / n as f64;
     let variance = standardized.iter().map(|x| (x - mean).powi(2)).sum::<f64>() / (n - 1) as f64;
-    let normal = Normal::new(mean, variance.sqrt()).ok()?;
+    let normal = Normal::new(mean, variance.sqrt()).ok().filter(|_| variance > ROUNDING)?;
     let (statistic, p_value) = anderson_darling(&standardized, &normal).ok()?;
     let p_value = if statistic < HOPELESS { p_value.clamp(0.0, 1.0) } else { 0.0 };
     Some(Normality { statistic: if statistic.is_finite() { statistic } else { f64::MAX }, p_value })

@@ -49,10 +49,9 @@ pub struct Combination {
 }
 
 /// `jacobian`: whitened; its columns are the free parameters at `x` and, behind them, unknowns that
-/// the shots share. `ties`: linear combinations that constraints hold, a row each.
+/// the shots share.
 pub(in crate::fit) fn identify(
     jacobian: &DMatrix<f64>,
-    ties: &DMatrix<f64>,
     free: &[Parameter],
     x: &DVector<f64>,
     silent: Vec<Parameter>,
@@ -61,15 +60,8 @@ pub(in crate::fit) fn identify(
     if count == 0 || jacobian.iter().any(|x| !x.is_finite()) {
         return None;
     }
-    // what an equality prescribes follows from the others: it is no parameter of its own
-    let (kept, follow) = independent(&ties.columns(0, count).into_owned());
-    let own = without_shared(jacobian, count) * follow;
-    let all = free;
-    let (free, count) = (kept.iter().map(|i| free[*i]).collect::<Vec<_>>(), kept.len());
-    let x = DVector::from_iterator(count, kept.iter().map(|i| x[*i]));
-    if count == 0 {
-        return None;
-    }
+    let own = without_shared(jacobian, count);
+    let x = x.rows(0, count).into_owned();
     let norms = DVector::from_iterator(count, own.column_iter().map(|c| c.norm()));
     if norms.min() == 0.0 {
         return None;
@@ -94,51 +86,16 @@ pub(in crate::fit) fn identify(
         let length = sign / if undetermined { direction.component_div(&norms).amax() } else { smallest };
         let named = (0..count).filter(|j| direction[*j].abs() > SHARE);
         let terms: Vec<(usize, f64)> = named.map(|j| (j, length * direction[j] / norms[j])).collect();
-        let determined = invariant(&terms, &free, &x)
+        let determined = invariant(&terms, free, &x)
             .map(|(name, value, gradient)| (name, value, variance(&gradient.component_div(&norms)).sqrt()));
         let terms: Vec<(Parameter, f64)> = terms.iter().map(|(j, step)| (free[*j], *step)).collect();
         let weak = largest > WEAK * smallest;
         let words = words(&terms, weak, undetermined, determined.as_ref());
         Combination { terms, weak, undetermined, determined, words }
     });
-    let parameters = all.to_vec();
+    let parameters = free.to_vec();
     let condition = largest / smallest;
     Some(Identifiability { parameters, singular_values, condition, worst, silent })
-}
-
-/// The parameters that equalities (`ties`·x constant, a row each) leave to be chosen, and how all of them follow these.
-fn independent(ties: &DMatrix<f64>) -> (Vec<usize>, DMatrix<f64>) {
-    /// Of the largest entry of a row: smaller ones are rounding.
-    const ROUNDING: f64 = 1e-9;
-    let count = ties.ncols();
-    let mut rows = ties.clone();
-    let mut prescribed: Vec<(usize, usize)> = Vec::new();
-    for row in 0..rows.nrows() {
-        let largest = rows.row(row).amax();
-        // the last one, so that μ is kept
-        let entry = (0..count).rev().find(|j| rows[(row, *j)].abs() > ROUNDING * largest);
-        let Some(pivot) = entry.filter(|_| largest > ROUNDING * ties.row(row).amax()) else { continue };
-        let own = rows.row(row) / rows[(row, pivot)];
-        for other in 0..rows.nrows() {
-            let part = rows[(other, pivot)];
-            if other == row {
-                rows.set_row(row, &own);
-            } else {
-                let less = rows.row(other) - &own * part;
-                rows.set_row(other, &less);
-            }
-        }
-        prescribed.push((row, pivot));
-    }
-    let kept: Vec<usize> = (0..count).filter(|j| prescribed.iter().all(|(_, pivot)| pivot != j)).collect();
-    let mut follow = DMatrix::zeros(count, kept.len());
-    for (column, parameter) in kept.iter().enumerate() {
-        follow[(*parameter, column)] = 1.0;
-        for (row, pivot) in &prescribed {
-            follow[(*pivot, column)] = -rows[(*row, *parameter)];
-        }
-    }
-    (kept, follow)
 }
 
 /// The first `count` columns, orthogonal to the others.
@@ -218,10 +175,6 @@ mod tests {
 
     const MU_AND_MU_S: [Parameter; 2] = [Parameter::Mu, Parameter::MuS];
 
-    fn none(columns: usize) -> DMatrix<f64> {
-        DMatrix::zeros(0, columns)
-    }
-
     /// Observations a·(μμ_s) + b·μ: with b = 0 only the product is determined.
     fn product(b: f64) -> Combination {
         let x = DVector::from_row_slice(&[0.05, 0.3]);
@@ -230,7 +183,7 @@ mod tests {
             let other = if i % 2 == 0 { b } else { 0.0 };
             if j == 0 { slope(i) * x[1] + other } else { slope(i) * x[0] }
         });
-        identify(&jacobian, &none(2), &MU_AND_MU_S, &x, vec![]).unwrap().worst.unwrap()
+        identify(&jacobian, &MU_AND_MU_S, &x, vec![]).unwrap().worst.unwrap()
     }
 
     #[test]
@@ -258,28 +211,9 @@ mod tests {
     fn independent_columns_have_condition_one() {
         let jacobian = DMatrix::from_diagonal(&DVector::from_row_slice(&[3.0, 500.0]));
         let x = DVector::from_row_slice(&[0.05, 0.3]);
-        let found = identify(&jacobian, &none(2), &MU_AND_MU_S, &x, vec![Parameter::E]).unwrap();
+        let found = identify(&jacobian, &MU_AND_MU_S, &x, vec![Parameter::E]).unwrap();
         assert!((found.condition - 1.0).abs() < 1e-12);
         assert_eq!(found.silent, [Parameter::E]);
-    }
-
-    #[test]
-    fn what_a_constraint_ties_is_determined() {
-        let x = DVector::from_row_slice(&[0.1, 0.3]);
-        let jacobian = DMatrix::from_row_slice(2, 2, &[1.0, 1.0, 2.0, 2.0]);
-        let tie = DMatrix::from_row_slice(1, 2, &[-3.0, 1.0]);
-        let found = identify(&jacobian, &tie, &MU_AND_MU_S, &x, vec![]).unwrap();
-        // one parameter is left, which cannot be taken for another
-        assert_eq!((found.worst, found.condition), (None, 1.0));
-    }
-
-    #[test]
-    fn parameters_follow_those_that_equalities_leave() {
-        // μ_s = 3μ and μ_s + e = const
-        let ties = DMatrix::from_row_slice(2, 3, &[-3.0, 1.0, 0.0, 0.0, 1.0, 1.0]);
-        let (kept, follow) = independent(&ties);
-        assert_eq!(kept, [0]);
-        assert!((follow - DMatrix::from_column_slice(3, 1, &[1.0, 3.0, -3.0])).amax() < 1e-15);
     }
 
     /// One standard error along the worst direction of a straight line: the larger half axis of its ellipse.
@@ -287,7 +221,7 @@ mod tests {
     fn terms_are_one_standard_error_long() {
         let jacobian = DMatrix::from_fn(4, 2, |i, j| if j == 0 { 1.0 } else { i as f64 });
         let x = DVector::from_row_slice(&[1.0, 2.0]);
-        let worst = identify(&jacobian, &none(2), &MU_AND_MU_S, &x, vec![]).unwrap().worst.unwrap();
+        let worst = identify(&jacobian, &MU_AND_MU_S, &x, vec![]).unwrap().worst.unwrap();
         let step = DVector::from_iterator(2, worst.terms.iter().map(|(_, step)| *step));
         assert!(((&jacobian * step).norm() - 1.0).abs() < 1e-12);
     }

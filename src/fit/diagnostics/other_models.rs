@@ -222,7 +222,7 @@ fn fitted(search: &Search, change: &Change, fit: &Settled) -> Result<Found, FitE
     Ok(Found {
         values: change.settings.parameters().iter().map(|p| (*p, settled.minimum.first()[*p])).collect(),
         minus_two_log: settled.search.minus_two_log_likelihood(&settled.minimum, &settled.estimated),
-        parameters: settled.minimum.room() + settled.estimated.len(),
+        parameters: settled.minimum.parameters() + settled.estimated.len(),
     })
 }
 

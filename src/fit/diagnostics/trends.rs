@@ -16,6 +16,9 @@ use crate::physics::name::worded;
 /// A trend this improbable, with all the trends that were looked for taken into account, is named.
 const SIGNIFICANT: f64 = 0.05;
 
+/// The mean square of standardized residuals below which they are rounding of the search.
+pub(super) const ROUNDING: f64 = 1e-12;
+
 /// How residuals change with something that the model should have taken care of.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Trend {
@@ -257,7 +260,8 @@ fn slope(
             dof += 1.0 - taken;
         }
     }
-    if dof < 1.0 {
+    // residuals that are all 0 have no trend
+    if dof < 1.0 || !(sum > ROUNDING * dof) {
         return None;
     }
     let p = 2.0 * StudentsT::new(0.0, 1.0, dof).ok()?.sf((t / (sum / dof).sqrt()).abs());

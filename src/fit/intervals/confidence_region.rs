@@ -9,7 +9,7 @@ use super::profile::{EDGE, Ray};
 use crate::fit::minimum::Minimum;
 use crate::fit::slice::Slice;
 use crate::measurement::parameter::Parameter;
-use crate::numerics::least_squares::Constraints;
+use crate::numerics::least_squares::Bounds;
 
 /// The regions that are drawn: they hold the true pair with this probability.
 pub const LEVELS: [f64; 2] = [0.68, 0.95];
@@ -49,15 +49,18 @@ pub struct Level {
     pub ellipse: Vec<[f64; 2]>,
 }
 
-/// Regions of all pairs of free parameters. `estimated_dof`: the degrees of freedom that noise was
+/// Regions of all pairs of free parameters but the ratios of the balls. `estimated_dof`: the degrees of freedom that noise was
 /// estimated with.
 pub(in crate::fit) fn contours(
     slice: &Slice,
     minimum: &Minimum,
     estimated_dof: Option<usize>,
 ) -> Vec<Contour> {
-    let count = slice.free.len();
-    let pairs: Vec<[usize; 2]> = (0..count).flat_map(|i| (i + 1..count).map(move |j| [i, j])).collect();
+    let of_contact = |column: &usize| !slice.free[*column].parameter.is_of_balls();
+    let own: Vec<usize> = (0..slice.free.len()).filter(of_contact).collect();
+    let after =
+        |(i, first): (usize, &usize)| own[i + 1..].iter().map(|second| [*first, *second]).collect::<Vec<_>>();
+    let pairs: Vec<[usize; 2]> = own.iter().enumerate().flat_map(after).collect();
     pairs.into_par_iter().filter_map(|pair| contour(slice, minimum, pair, estimated_dof)).collect()
 }
 
@@ -125,7 +128,7 @@ impl<'a> Rays<'a> {
         // C_·p C_pp⁻¹
         let follow =
             own.try_inverse().map(|inverse| all.select_columns(&pair).fixed_columns::<2>(0) * inverse);
-        let Constraints { lower, upper, .. } = &slice.constraints;
+        let Bounds { lower, upper } = &slice.bounds;
         let sides = [0, 1].map(|which| {
             let (value, half) = (minimum.x[pair[which]], t[1] * own[(which, which)].sqrt());
             [lower[pair[which]].max(value - half), upper[pair[which]].min(value + half)]

@@ -8,7 +8,7 @@ use crate::fit::minimum::Minimum;
 use crate::fit::slice::Slice;
 use crate::fit::uncertainty::Quantiles;
 use crate::measurement::parameter::Parameter;
-use crate::numerics::least_squares::Constraints;
+use crate::numerics::least_squares::Bounds;
 
 /// √(χ² − χ²_min) is met to this part at a trial, before the last step along the chord, which leaves a twentieth of it where
 /// a profile is bent by 5 %: for an end of an interval…
@@ -82,6 +82,24 @@ impl<'a> Profiles<'a> {
         }
     }
 
+    /// The part of the 95 % interval of a column about another minimum, `near`; at least the value there.
+    pub(in crate::fit) fn around(&self, column: usize, near: &DVector<f64>) -> [f64; 2] {
+        /// Where an end is looked for first, as a part of the value, or of one for values near 0.
+        const FIRST: f64 = 0.1;
+        let value = near[column];
+        let Some((x, cost)) = self.slice.at(&[], near) else { return [value; 2] };
+        let end = |sign: f64| {
+            let moved = &[(column, sign)];
+            let lowest = self.minimum.cost;
+            let ray =
+                Ray { slice: self.slice, from: (&x, cost), lowest, moved, follow: None, precision: END };
+            let first = FIRST * value.abs().max(FIRST);
+            Some(ray.at(ray.reach(self.quantiles.two_sided, first)?.distance)[0].1)
+        };
+        let ends = [-1.0, 1.0].map(|sign| end(sign).unwrap_or(value));
+        [ends[0].min(value), ends[1].max(value)]
+    }
+
     /// The profile of a column between the ends of its interval; without the points where nothing can be evaluated.
     pub(in crate::fit) fn curve(&self, column: usize, ends: [f64; 2]) -> Vec<[f64; 2]> {
         let (x, cost) = (&self.minimum.x, self.minimum.cost);
@@ -150,7 +168,7 @@ impl Ray<'_> {
     }
 
     fn bound(&self, column: usize, by: f64) -> f64 {
-        let Constraints { lower, upper, .. } = &self.slice.constraints;
+        let Bounds { lower, upper } = &self.slice.bounds;
         if by > 0.0 { upper[column] } else { lower[column] }
     }
 

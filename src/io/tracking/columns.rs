@@ -2,12 +2,15 @@
 
 use super::column_names::{Column, ColumnNames};
 use super::heading::{Heading, blanks};
-use super::input::{Input, Shots};
+use super::input::{Input, Shots, quoted};
 use super::link;
 use super::long::{self, Angle, Columns, Gather};
 use super::raw::{CLOCK, FORMAT};
+use super::sample::Rows;
 use super::settings::{Names, TimeUnit};
 use super::sheet::{At, Body, Sheet};
+use super::time::first_contradiction;
+use super::words::{Role, find};
 use crate::io::error::did_you_mean;
 use crate::io::number::{shortened, value};
 use crate::io::text::{Separator, filled_lines, trimmed, unmarked};
@@ -24,14 +27,23 @@ pub(super) fn read(input: &Input, wanted: &ColumnNames) -> Option<Shots> {
     } else {
         format!("names in line {}", heading.line)
     };
-    let message =
-        format!("read by [tracks.columns], {} between cells, {place}, {shape}", heading.separator.name());
+    let mut read: Vec<usize> = wanted.all().filter_map(|(key, _)| position(&heading, wanted, key)).collect();
+    let shot = position(&heading, wanted, "shot");
+    let time = long::time(|key| position(&heading, wanted, key), input)
+        .or_else(|| unnamed_time(&heading, &read, shot, input));
+    read.extend(time.map(|(column, _)| column));
+    let passed = if wanted.is_numbered() { String::new() } else { passed_over(&heading, &read) };
+    let message = format!(
+        "read by [tracks.columns], {} between cells, {place}, {shape}{passed}",
+        heading.separator.name()
+    );
     input.log.add(FORMAT, None, message);
     if wanted.is_wide() {
-        return wide(input, wanted, heading);
+        return wide(input, wanted, heading, time);
     }
     let mut columns = Columns::of(|key| position(&heading, wanted, key), input)?;
     columns.angle = angle(&heading, wanted, "angle", input);
+    columns.has_trackless = true;
     let stated = columns.stated(&heading, input);
     let mut gather = Gather::new(input, stated.clock);
     long::read(&Sheet::new(input, heading), &columns, &mut gather);
@@ -39,6 +51,21 @@ pub(super) fn read(input: &Input, wanted: &ColumnNames) -> Option<Shots> {
         link::part(&mut gather.shots, input);
     }
     Some((gather.shots, stated.unit))
+}
+
+/// Lists the columns that have names and are not read, as the end of a sentence.
+fn passed_over(heading: &Heading, read: &[usize]) -> String {
+    /// So many are named.
+    const NAMED: usize = 12;
+    let is_passed = |(i, name): &(usize, &String)| !read.contains(i) && !name.is_empty();
+    let passed: Vec<&String> =
+        heading.names.iter().enumerate().filter(is_passed).map(|(_, name)| name).collect();
+    let more = passed.len().saturating_sub(NAMED);
+    let more = if more > 0 { format!(" and {more} more") } else { String::new() };
+    if passed.is_empty() {
+        return String::new();
+    }
+    format!("; columns passed over: {}{more}", quoted(passed.into_iter().take(NAMED)))
 }
 
 /// The file's column for one of ours.
@@ -54,10 +81,9 @@ fn angle(heading: &Heading, wanted: &ColumnNames, key: &str, input: &Input) -> O
     Some((column, heading.angle(column, wanted.angle_unit, input)?.radians()))
 }
 
-/// Reads a table with both balls in a row. Where it has no column of times, the rows of a shot are its frames.
-fn wide(input: &Input, wanted: &ColumnNames, heading: Heading) -> Option<Shots> {
+/// Reads a table with both balls in a row. Only if it has no column of times at all, the rows of a shot are its frames.
+fn wide(input: &Input, wanted: &ColumnNames, heading: Heading, time: Option<(usize, bool)>) -> Option<Shots> {
     let column = |key: &str| position(&heading, wanted, key);
-    let time = long::time(column, input);
     let body =
         |names: &Names, begin| Some(Body { name: names.0.first()?.clone(), at: At::of(column, begin)? });
     let bodies = [body(&input.settings.cue, "cue_")?, body(&input.settings.object, "object_")?];
@@ -83,6 +109,48 @@ fn wide(input: &Input, wanted: &ColumnNames, heading: Heading) -> Option<Shots> 
     });
     gather.finish(reader);
     Some((gather.shots, unit))
+}
+
+/// Returns the column of frame numbers or times that the file has though [tracks.columns] names neither, and whether it is one of
+/// frames: the names show it, and its numbers grow from row to row of a shot.
+fn unnamed_time(
+    heading: &Heading,
+    used: &[usize],
+    shot: Option<usize>,
+    input: &Input,
+) -> Option<(usize, bool)> {
+    let names = heading.small();
+    let rows = Rows::of(input.text, heading);
+    let groups: Vec<usize> = shot.into_iter().collect();
+    let grows = |column: &usize| !used.contains(column) && rows.least_step(*column, &groups).is_some();
+    let frame = find(&names, Role::Frame).filter(|column| grows(column) && rows.is_whole(*column));
+    let time = find(&names, Role::Time).filter(grows);
+    if let (Some(frame), Some(time), Some(rate)) =
+        (frame, time, input.settings.playback_fps.or(input.settings.capture_fps))
+        && heading.time(time, input) == TimeUnit::S
+        && let (Some(frames), Some(seconds)) = (rows.numbers(frame), rows.numbers(time))
+        && let Some(row) = first_contradiction(&frames, &seconds, rate)
+    {
+        let [frame_name, time_name] = [frame, time].map(|column| heading.names[column].as_str());
+        let message = format!(
+            "{frame_name} and {time_name} contradict each other at {rate} fps: from the first row to the one with {frame_name} {} there \
+             are {} frames, but {} s; expected frame = \"{frame_name}\" or t = \"{time_name}\" in [tracks.columns], or another \
+             capture_fps",
+            frames[row],
+            frames[row] - frames[0],
+            seconds[row] - seconds[0],
+        );
+        input.wrong(heading.line, frame_name, message);
+    }
+    let frame = frame.filter(|_| input.is_by_frame() || time.is_none());
+    let column = frame.or(time)?;
+    let message = format!(
+        "[tracks.columns] names no column of times: \"{}\" is taken as {}",
+        heading.names[column],
+        if frame.is_some() { "the number of the frame" } else { "the time" }
+    );
+    input.log.add(CLOCK, heading.line, message);
+    Some((column, frame.is_some()))
 }
 
 fn separators(wanted: &ColumnNames, blanks: Separator) -> Vec<Separator> {

@@ -9,6 +9,7 @@ use super::input::quoted;
 use super::raw::{FORMAT, NAMES, Notes, RawShot, RawTrack, Row};
 use super::settings::{Balls, Names, TrackSettings, Unit};
 use super::{resolution, time};
+use crate::film::frame_noise::noise;
 use crate::io::number::shortened;
 use crate::measurement::rigid_body::circle_centres;
 use crate::measurement::spin::Spin;
@@ -203,12 +204,26 @@ fn of_balls(
         resolution,
         correlation: 0.0,
     };
+    if !settings.discs && is_held(&shot) {
+        let message = "the object ball is at exactly one place before it moves, though other positions scatter: how that place was found \
+                       is not known, and its frames count as many as the square root of their number";
+        log.add(FORMAT, None, message);
+    }
     let finite = |s: &Sample| [s.t, s.x, s.y].iter().all(|number| number.is_finite());
     let mut all = shot.cue.iter().chain(&shot.object).chain(shot.markers.iter().flat_map(|m| &m.samples));
     if all.all(finite) {
         return Ok(shot);
     }
     Err(Wrong::input(shot.line, "a position or time is too large to be converted"))
+}
+
+/// Whether the object ball at rest is held in its place: in several frames exactly, though the noise exceeds the step of the coordinates.
+fn is_held(shot: &TrackShot) -> bool {
+    /// Noise of one step leads to the same number in both coordinates so often by chance about once in 100 000 shots.
+    const OFTEN: usize = 6;
+    let same = |two: &[Sample]| [two[0].x, two[0].y] == [two[1].x, two[1].y];
+    let held = 1 + shot.object.windows(2).take_while(|two| same(two)).count();
+    held >= OFTEN && noise(shot) > shot.resolution[0].max(shot.resolution[1])
 }
 
 /// Takes the tracks of both discs out of the list, grouped by the distances that points keep.

@@ -206,7 +206,9 @@ fn named(text: &str, heading: &Heading) -> Option<Guess> {
     taken.extend(boxes.iter().flat_map(|boxed| [boxed.corner, boxed.rest.columns()].concat()));
     let mut table = Table { heading, small, rows, taken, guess: Guess::default() };
     let shot = find(&table.small, Role::Shot);
-    let known = find(&table.small, Role::Ball).filter(|column| !table.taken.contains(column));
+    // trackers leave the column empty where they only detect
+    let known = find(&table.small, Role::Ball)
+        .filter(|column| !table.taken.contains(column) && !table.rows.is_empty(*column));
     if positions.is_empty() {
         positions.clone_from(&markers);
     }

@@ -166,7 +166,8 @@ impl Heading {
     }
 
     /// The same, where a name that stands twice is preceded by what stands above it, and an empty one replaced: `cue x` of `x` below
-    /// `cue`, which may be above several columns. Left as they are where that does not tell them all apart.
+    /// `cue`, which may be above several columns. Left as they are where that does not tell them all apart. An empty name before the
+    /// last one is also replaced by the word above it, as in TRC files, where `Frame#` and `Time` stand in the line of the markers.
     pub(super) fn deep(text: &str, line: usize, separator: Separator, names: Vec<String>) -> Self {
         let mut told = names.clone();
         let twice = |names: &[String]| -> Vec<bool> {
@@ -180,7 +181,11 @@ impl Heading {
             lines(text).take(line - 1).map(|(_, line)| line).filter(|line| !line.trim().is_empty()).collect();
         for title in above.into_iter().rev().take(FURTHER) {
             let repeated = twice(&told);
-            let Some(title) = trimmed(title, separator).filter(|_| repeated.contains(&true)) else { break };
+            let Some(title) = trimmed(title, separator) else { break };
+            if !repeated.contains(&true) {
+                fill_empty(&mut told, &title);
+                break;
+            }
             let mut last = "";
             for (i, name) in told.iter_mut().enumerate() {
                 let own = title.get(i).map_or("", String::as_str);
@@ -283,6 +288,19 @@ impl Heading {
         };
         self.wrong(column, message, input);
         None
+    }
+}
+
+/// Gives each empty name, except the last one, the word that stands above it in a line of as many cells.
+fn fill_empty(names: &mut [String], above: &[String]) {
+    if names.len().abs_diff(above.len()) > 1 {
+        return;
+    }
+    let before_last = names.len().saturating_sub(1);
+    for (name, word) in names.iter_mut().zip(above).take(before_last) {
+        if name.is_empty() && parse(word).is_err() {
+            name.clone_from(word);
+        }
     }
 }
 

@@ -6,9 +6,10 @@ use std::sync::Arc;
 
 use super::heading::{Heading, TITLES};
 use super::input::{Input, quoted};
-use super::raw::{Clock, FORMAT, REPEATED, RawShot, RawTrack, Row};
+use super::raw::{Clock, FORMAT, GAPS, REPEATED, RawShot, RawTrack, Row};
 use super::settings::{TimeUnit, Unit};
 use super::sheet::{At, Reader, Sheet};
+use crate::io::rows::near_miss;
 use crate::io::text::{Separator, lines, trimmed};
 
 /// Columns of a long table, by their position.
@@ -25,6 +26,8 @@ pub(super) struct Columns {
     pub marker: Option<[usize; 2]>,
     /// How far a disc has turned.
     pub angle: Option<Angle>,
+    /// Rows that name no ball are detections that belong to no track: they are left out.
+    pub has_trackless: bool,
 }
 
 /// A column of angles, with the radians in its unit.
@@ -71,6 +74,12 @@ pub(super) fn check_head(head: &Head, input: &Input) -> Option<Stated> {
     let mut strange = Vec::new();
     for (i, name) in heading.bare.iter().enumerate() {
         if !KNOWN.contains(&name.as_str()) {
+            if let Some(meant) = near_miss(name, &KNOWN, |name| heading.bare.iter().any(|own| own == name)) {
+                let message = format!(
+                    "is no known name, but nearly {meant}; write {meant}, or give the column another name"
+                );
+                input.wrong(heading.line, name.as_str(), message);
+            }
             strange.push(name);
         } else if heading.bare[..i].contains(name) {
             input.wrong(heading.line, name.as_str(), "stands twice in the header");
@@ -115,6 +124,7 @@ impl Columns {
             sd: pair("x_sd", "y_sd"),
             marker: pair("marker_x", "marker_y"),
             angle: None,
+            has_trackless: false,
         })
     }
 
@@ -256,11 +266,16 @@ impl Gather {
 /// of the positions.
 pub(super) fn read(sheet: &Sheet, columns: &Columns, gather: &mut Gather) -> Option<char> {
     let mut reader = Reader::new(sheet.input);
+    let mut trackless: Vec<usize> = Vec::new();
     sheet.rows(|cells| {
         let shot = cells.shot(columns.shot);
         let ball = columns.ball.map_or("", |i| cells.text(i));
         let point = columns.point.map_or("", |i| cells.text(i));
         if let Some(column) = columns.ball.filter(|_| ball.is_empty()) {
+            if columns.has_trackless {
+                trackless.push(cells.line);
+                return;
+            }
             cells.at(column).wrong("is empty; expected the name of a ball");
         }
         let found = sheet.input.problems.len();
@@ -291,6 +306,20 @@ pub(super) fn read(sheet: &Sheet, columns: &Columns, gather: &mut Gather) -> Opt
             gather.push_angle(shot, ball, row, angle, reader.extra(cells.at(angle.0)));
         }
     });
+    if let (Some(column), Some(first)) = (columns.ball, trackless.first()) {
+        let name = sheet.heading.names[column].as_str();
+        if gather.shots.is_empty() {
+            let message = "is empty in every row; expected names of tracks, or no ball in [tracks.columns]: both balls are then followed \
+                           from frame to frame";
+            sheet.input.wrong(*first, name, message);
+        } else {
+            let message = format!(
+                "{} rows from here on belong to no track ({name} is empty): left out",
+                trackless.len()
+            );
+            sheet.input.log.add(GAPS, *first, message);
+        }
+    }
     let mark = reader.mark();
     gather.finish(reader);
     mark

@@ -8,6 +8,8 @@ mod check;
 mod clips;
 mod column_names;
 mod columns;
+mod disc_centres;
+mod disc_contact;
 mod finish;
 #[cfg(test)]
 mod fuzz;
@@ -20,7 +22,9 @@ mod kinovea;
 mod link;
 mod long;
 mod lost;
+mod marker_groups;
 mod pair;
+mod pieces;
 mod qualisys;
 mod raw;
 mod read;
@@ -59,6 +63,7 @@ use crate::measurement::spin::Spin;
 use crate::measurement::track::TrackShot;
 
 pub(super) use heading::strange_unit;
+pub(super) use read::{TRACKER_PROJECT, is_tracker_project};
 pub use survey::{Survey, survey};
 
 /// Metres in one of a unit that dataset.toml knows; `None` for pixels.
@@ -95,6 +100,9 @@ pub(crate) fn load(
             continue;
         };
         let mut shots = clips::of_file(shots, settings.capture_fps, alone, &notes);
+        for shot in &mut shots {
+            pieces::join(shot, settings, &notes);
+        }
         is_motion_capture &= format == Format::Qualisys;
         let calibration = calibration_for(format, unit, file, context);
         // What follows from a row that could not be read need not be said.
@@ -156,6 +164,7 @@ pub(crate) fn load(
     }
     let mut lines = settings.notes.clone();
     lines.append(&mut notes.into_lines());
+    lines.extend(table.note());
     Tracks {
         skipped,
         damaged,
@@ -163,6 +172,8 @@ pub(crate) fn load(
         discs: manifest.discs,
         camera: camera::stated(&settings.camera, is_motion_capture),
         from_balls: settings.from_balls,
+        scale_sd: (!settings.from_balls).then(|| settings.scale_sd.unwrap_or(Tracks::SCALE_SD)),
+        states_unit: settings.unit.is_some(),
         ..Tracks::new(shots)
     }
 }

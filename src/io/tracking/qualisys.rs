@@ -2,9 +2,11 @@
 
 use super::heading::Heading;
 use super::input::{Input, Shots, quoted};
-use super::raw::{Clock, FORMAT, GAPS};
+use super::raw::{Clock, FORMAT, GAPS, RawTrack};
+use super::sample::Rows;
 use super::settings::Unit;
 use super::sheet::{At, Body, Sheet};
+use super::time::first_contradiction;
 use crate::io::number::{parse, value};
 use crate::io::text::{Separator, filled_lines, lines, trimmed};
 
@@ -76,8 +78,15 @@ pub(super) fn read(input: &Input) -> Option<Shots> {
     }
     let log = input.log;
     log.add(FORMAT, None, format!("read as Qualisys, {fps} fps, markers {}", quoted(&markers)));
+    let column = |name: &str| names.iter().position(|own| own == name);
+    let (frame, time) = (column("Frame"), column("Time"));
     let sheet = Sheet::new(input, Heading::plain(header, above, TAB, names));
-    let (mut tracks, _) = sheet.tracks(None, &bodies);
+    let (mut tracks, _) = sheet.tracks(frame.or(time), &bodies);
+    if let (Some(frame), Some(time)) = (frame, time) {
+        check_clock(&sheet, [frame, time], fps);
+    }
+    let is_by_time = frame.is_none() && time.is_some();
+    count_frames(&mut tracks, if is_by_time { fps } else { 1.0 });
     for track in &mut tracks {
         for row in track.rows.iter_mut().filter(|row| row.x == 0.0 && row.y == 0.0) {
             row.lose();
@@ -89,4 +98,32 @@ pub(super) fn read(input: &Input) -> Option<Shots> {
         log.add(GAPS, line, format!("says {frames} frames, but there are {rows} rows"));
     }
     Some((input.one_shot(Clock::FramesAt(fps), tracks), Some(Unit::Mm)))
+}
+
+/// Counts the frames of all rows from the first row on: their times are frames at a `rate` of 1, else seconds.
+fn count_frames(tracks: &mut [RawTrack], rate: f64) {
+    let first = tracks.first().and_then(|track| track.rows.first()).map_or(0.0, |row| row.time);
+    for row in tracks.iter_mut().flat_map(|track| &mut track.rows) {
+        let frames = (row.time - first) * rate;
+        // times are rounded to digits
+        row.time = if rate == 1.0 { frames } else { frames.round() };
+    }
+}
+
+/// Complains if the columns Frame and Time contradict each other at the stated rate.
+fn check_clock(sheet: &Sheet, columns: [usize; 2], fps: f64) {
+    let rows = Rows::of(sheet.text, &sheet.heading);
+    let [Some(frames), Some(seconds)] = columns.map(|column| rows.numbers(column)) else { return };
+    if let Some(row) = first_contradiction(&frames, &seconds, fps) {
+        let message = format!(
+            "Time is {} s, {} s after the first row, but Frame {} is {} frames after it, {:.6} s at FREQUENCY {fps}; expected times and \
+             frames that agree",
+            seconds[row],
+            seconds[row] - seconds[0],
+            frames[row],
+            frames[row] - frames[0],
+            (frames[row] - frames[0]) / fps
+        );
+        sheet.input.wrong(sheet.heading.above + 1 + row, "Time", message);
+    }
 }

@@ -35,6 +35,10 @@ pub(super) fn bytes(file: &Path, bytes: &[u8], context: Context) -> Option<Track
         log.add(FORMAT, line, "is not UTF-8 text from here on; read as Latin-1, which matters to names only");
     }
     let (text, _) = without_separator_line(text);
+    if is_tracker_project(file, &text) {
+        problems.add(file, None, None, TRACKER_PROJECT);
+        return None;
+    }
     let stem = stem(file);
     let input = &Input { file, text: &text, stem: &stem, settings, problems, log };
     let of = |format: Format| move |(shots, unit): Shots| Tracked { shots, format, unit };
@@ -69,6 +73,17 @@ pub(super) fn bytes(file: &Path, bytes: &[u8], context: Context) -> Option<Track
     }
     unknown(input);
     None
+}
+
+/// What is wrong with a project of Tracker.
+pub(in crate::io) const TRACKER_PROJECT: &str =
+    "is a project of the program Tracker; expected its data: export them there (File, Export, Data File)";
+
+/// Whether a file is a project of Tracker: XML, or an archive that holds it.
+pub(in crate::io) fn is_tracker_project(file: &Path, text: &str) -> bool {
+    let is_archive = file.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("trz"));
+    let is_xml = || text.trim_start().starts_with("<?xml");
+    is_archive || is_xml() && text.contains("org.opensourcephysics.cabrillo.tracker")
 }
 
 fn unknown(input: &Input) {

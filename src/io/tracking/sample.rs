@@ -134,6 +134,11 @@ impl Rows {
         ends.is_some_and(|(least, most)| *least > 0.0 && *most < 2.0 * least)
     }
 
+    /// Whether no row has anything in a column.
+    pub(super) fn is_empty(&self, column: usize) -> bool {
+        self.0.iter().all(|row| row[column].is_empty())
+    }
+
     pub(super) fn is_whole(&self, column: usize) -> bool {
         self.numbers(column).is_some_and(|numbers| numbers.iter().all(|number| number.fract() == 0.0))
     }

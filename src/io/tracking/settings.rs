@@ -67,6 +67,7 @@ pub(crate) struct RawScale {
     length_unit: Option<Spanned<Unit>>,
     m_per_px: Option<Spanned<f64>>,
     from: Option<Spanned<Ruler>>,
+    sd: Option<Spanned<f64>>,
     y_axis: Option<Spanned<YAxis>>,
     #[serde(default)]
     point: Vec<Spanned<RawPoint>>,
@@ -193,6 +194,8 @@ pub(crate) struct TrackSettings {
     pub(super) calibration: Calibration,
     /// `None`: not stated.
     pub(super) unit: Option<Unit>,
+    /// Relative standard deviation of the scale, where it is stated.
+    pub(super) scale_sd: Option<f64>,
     pub(super) format: Format,
     pub(super) cue: Names,
     pub(super) object: Names,
@@ -244,6 +247,7 @@ impl Sections {
         let readout = positive("row_readout_s", &video.row_readout_s);
         let rows = positive("rows", &video.rows);
         let m_per_px = positive("m_per_px", &scale.m_per_px);
+        let scale_sd = positive("sd", &scale.sd);
         let position_sd = positive("position_sd_m", &tracks.position_sd_m);
 
         if let Some(given) = unknown_rate.filter(|_| !discs) {
@@ -285,6 +289,7 @@ impl Sections {
             playback_fps,
             calibration,
             unit: bare(&scale.length_unit),
+            scale_sd,
             format: tracks.format,
             cue,
             object,

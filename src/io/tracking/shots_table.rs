@@ -9,7 +9,7 @@ use super::raw::RawShot;
 use super::settings::{NAMED, Names};
 use crate::io::error::{Problems, did_you_mean};
 use crate::io::manifest::Assume;
-use crate::io::rows;
+use crate::io::rows::{self, labels_note};
 use crate::io::table::Table;
 use crate::measurement::dataset::Measured;
 use crate::measurement::spin::Spin;
@@ -66,6 +66,7 @@ impl<'a> ShotsTable<'a> {
             labels: Vec::new(),
         };
         let Some(table) = path.and_then(|path| Table::read(path, problems)) else { return all };
+        rows::check_names(&table, &KNOWN);
         table.require("shot", &["shot"]);
         let present = OMEGA.iter().filter(|column| table.has(column)).count();
         if (1..3).contains(&present) {
@@ -100,6 +101,11 @@ impl<'a> ShotsTable<'a> {
     /// Whether it has this column of labels.
     pub(super) fn has_label(&self, label: &str) -> bool {
         self.labels.iter().any(|own| own == label)
+    }
+
+    /// Says which columns are labels.
+    pub(super) fn note(&self) -> Option<String> {
+        labels_note(&self.path, &self.labels)
     }
 
     /// Why a shot is to be skipped, if it is.

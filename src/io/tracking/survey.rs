@@ -8,6 +8,7 @@ use super::bodies;
 use super::clips;
 use super::guess::{self, Guess};
 use super::input::Context;
+use super::pieces;
 use super::raw::{Clock, Notes, RawShot, Row, sorted};
 use super::read;
 use super::settings::{Format, Sections, TimeUnit, Unit};
@@ -75,6 +76,9 @@ fn look(file: &Path, guess: Guess) -> Result<Survey, Vec<Problem>> {
     let problems = problems.into_error().problems().to_vec();
     let Some(read::Tracked { shots, format, unit }) = read else { return Err(problems) };
     let mut shots = clips::of_file(shots, None, true, &notes);
+    for shot in &mut shots {
+        pieces::join(shot, &settings, &notes);
+    }
     // with nothing read, nothing speaks for the guess but names
     let clock = match shots.first() {
         Some(shot) => shot.clock,

@@ -220,6 +220,22 @@ fn with_rate(
         return Ok(fps);
     };
     let Some(first) = grid.times.first().copied() else { return Ok(fps) };
+    if !stated && let Some(row) = first_apart(&frames, &grid.times, grid.resolution, rate) {
+        let message = format!(
+            "after {:.0} frames times are {:.6} s from the first, but frames at capture_fps = {fps} {:.6} s: more than half a frame \
+             apart (a clock that drifts, or another rate); taken as they are written",
+            frames[row],
+            grid.times[row] - first,
+            frames[row] / rate
+        );
+        notes.of(&shot.file).add(CLOCK, shot.line, message);
+        // rounding is averaged out if the clock is steady
+        let mean = (grid.times[grid.times.len() - 1] - first) / frames[frames.len() - 1];
+        if rounded && first_apart(&frames, &grid.times, grid.resolution, mean.recip()).is_none() {
+            replace(shot, &grid.times, |i| first + frames[i] * mean);
+        }
+        return Ok(fps);
+    }
     let number = (first * rate).round();
     let on_grid = (first - number / rate).abs() <= grid.resolution + 1e-6 / rate;
     let start = if on_grid { number / fps } else { first * rate / fps };
@@ -235,6 +251,20 @@ fn with_rate(
         replace(shot, &grid.times, |i| start + frames[i] / fps);
     }
     Ok(fps)
+}
+
+/// Returns the first row whose time and frame number, both counted from the first row, are more than half a frame and the rounding of
+/// the times apart at this rate, frames/s.
+pub(super) fn first_contradiction(frames: &[f64], seconds: &[f64], rate: f64) -> Option<usize> {
+    first_apart(frames, seconds, resolution(seconds.iter().copied()), rate)
+}
+
+fn first_apart(frames: &[f64], seconds: &[f64], rounding: f64, rate: f64) -> Option<usize> {
+    let (first_frame, first_second) = (*frames.first()?, *seconds.first()?);
+    let apart = |(frame, second): (&f64, &f64)| {
+        ((frame - first_frame) / rate - (second - first_second)).abs() > 0.5 / rate + rounding
+    };
+    frames.iter().zip(seconds).position(apart)
 }
 
 /// Times are all there is.

@@ -60,7 +60,7 @@ impl Film {
     pub(crate) fn new(shot: &TrackShot, impact: &Extracted, scene: &Scene, camera: Option<&Camera>) -> Self {
         let common = impact.position_sd / impact.scale;
         let wrong = impact.wrong.each_ref().map(Vec::as_slice);
-        let used = Frames::of(shot, common, impact.noise).between(impact.window, wrong);
+        let used = Frames::of(shot, common, impact.noise, true).between(impact.window, wrong);
         let independent = used.independent();
         let frames = |frames: Vec<frames::Frame>| {
             let frame = |frame: frames::Frame| Frame {
@@ -80,7 +80,6 @@ impl Film {
             let (spin, covariance) = spin?;
             Some(Seen { spin, whitening: covariance.cholesky()?.l().try_inverse()? })
         });
-        let all = || shot.cue.iter().chain(&shot.object);
         let shot_scene = ShotScene::of(impact.spin, scene);
         let motion = Motion::new(&shot_scene, &(*z).into());
         let moments = |used, ball: usize| {
@@ -97,7 +96,7 @@ impl Film {
             others: Vec::new(),
             spin,
             seen,
-            states_noise: shot.position_sd.is_some() || all().all(|sample| sample.sd.is_some()),
+            states_noise: shot.states_noise(),
             position_sd: impact.position_sd,
             least_chi2: impact.chi2,
         }

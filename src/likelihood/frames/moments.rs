@@ -27,8 +27,8 @@ use super::Frame;
 use super::path_start::{FIRST, LOCAL, Local};
 use super::sums::{CORRECTIONS, CameraSums, Off, Sums};
 use crate::film::camera::Camera;
+use crate::likelihood::small_products::{add_product, add_product_with_transpose};
 use crate::measurement::correction::Correction;
-use crate::numerics::small_products::{add_product, add_product_with_transpose};
 use crate::physics::cloth_motion::Path;
 
 /// A camera, and how high the ball is above the cloth at an instant (s), m.

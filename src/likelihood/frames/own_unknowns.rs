@@ -10,8 +10,10 @@ use super::{
     ALL_SHARED, Film, MEASURED, MORE_SHARED, OWN, Own, OwnByShared, Reduced, SHARED, Shared, UNKNOWN,
     schur_reduced,
 };
+use crate::measurement::spin::Spin;
 use crate::physics::collision::{Coefficients, Corrected};
 use crate::trajectory::scene::{LiftPrior, Scene};
+use crate::trajectory::shot_scene::ShotScene;
 
 /// The shot's own unknowns rest when a step promises less than this of ½χ²: the Schur complement counts what it promises, which
 /// leaves an error of the third order in the step.
@@ -59,6 +61,30 @@ impl Film {
             start[OWN] = found.own[OWN];
         }
         start
+    }
+
+    /// Topspin over the natural roll's, and by how much χ² rises without any: infinite where a spin is known to be one. `None` where it is
+    /// known to be none, or the axis is measured and upright.
+    pub(crate) fn shown_topspin(
+        &self,
+        collision: &Corrected,
+        shared: &Shared,
+        own: &Own,
+    ) -> Option<(f64, f64)> {
+        match self.scene.spin {
+            Spin::Stun => None,
+            Spin::NaturalRoll => Some((1.0, f64::INFINITY)),
+            // of what is measured, only its size is of interest here
+            Spin::Measured { spin, .. } => (spin.x.hypot(spin.y) > 0.0).then_some((1.0, f64::INFINITY)),
+            Spin::Unknown => {
+                let with = self.reduced(collision, shared, own)?;
+                let scene = ShotScene { spin: Spin::Stun, ..self.scene };
+                let without = Self { scene, others: Vec::new(), ..self.clone() };
+                let from = &with.own;
+                let rise = without.reduced(collision, shared, from)?.chi2() - with.chi2();
+                Some((with.own[OWN], rise))
+            }
+        }
     }
 
     fn reduced_from(&self, collision: &Corrected, shared: &Shared, from: &Own) -> Option<Arc<Reduced>> {

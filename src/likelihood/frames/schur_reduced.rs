@@ -6,8 +6,8 @@ use num_dual::DualSVec64;
 use super::moments::Along;
 use super::path_start::LOCAL;
 use super::{ALL_SHARED, FIRST_OTHER, ROWS, SHARED};
+use crate::likelihood::small_products::{add_product, add_product_with_transpose};
 use crate::measurement::correction::Correction;
-use crate::numerics::small_products::{add_product, add_product_with_transpose};
 
 /// Relative to its column, a pivot below this is rounding: the shot does not depend on that parameter.
 const SILENT: f64 = 1e-11;

@@ -92,7 +92,7 @@ impl Plan {
     ) -> Result<(), Unpredictable> {
         let Some((fidelity, effects)) = self.choice else { return Ok(()) };
         if self.is_corrected() {
-            let model = Model { fidelity, effects, ..*model };
+            let model = Model { fidelity, effects, ..*model }.with_some_compliance();
             let cue = self.cue(&model, coefficients)?;
             let correction = Correction::of(&model, &self.base(&model), &cue, coefficients)?;
             self.correction = Some(Box::new(correction));

@@ -1,20 +1,20 @@
-//! Dense linear algebra of a step: the tall Jacobian reduced to a small triangle, and linear least
-//! squares within a ball. Everything after [`reduce`] is n × n, n the number of parameters.
+//! Dense linear algebra of a step: the reduction of a tall Jacobian to a small triangle, and linear least
+//! squares within a ball. After [`reduce`] all matrices are n × n, n the number of parameters.
 use nalgebra::{DMatrix, DVector};
 
-/// Below this a diagonal entry of R is rounding, the columns being of norm 1: n ε with n ≤ 10 and a factor
-/// for the rounding of the Jacobian itself.
+/// Diagonal entry of R below which a column depends on those before it, for columns of norm 1: n ε
+/// with n ≤ 10 and a factor for the rounding of the Jacobian itself.
 const RANK: f64 = 1e-14;
 
-/// How far ‖y‖ may miss the radius. Finding it closer costs factorisations and saves no iterations
-/// (Moré 1978 § 5).
+/// Share of the radius by which ‖y‖ may miss it. A closer root costs factorisations and saves no
+/// iterations (Moré 1978 § 5).
 const RADIUS_SLACK: f64 = 0.1;
 
-/// Moré reports fewer than two factorisations a step on average; this many only in a degenerate case,
-/// where the last damping is as good as any.
+/// Maximum number of factorisations of a step. Moré reports fewer than two on average; only
+/// degenerate cases reach it, in which the last damping is as good as any.
 const MAX_DAMPINGS: usize = 30;
 
-/// Used when the bracket of the damping has no lower end to take a geometric mean with (Moré 1978).
+/// Share of the upper end of the bracket of the damping that is tried if the lower end is 0 (Moré 1978).
 const SMALLEST_SHARE: f64 = 1e-3;
 
 /// J = Q R, reduced: for every s, ‖J s + r‖² = ‖R s + q‖² + a constant.
@@ -29,12 +29,12 @@ pub struct Reduced {
 }
 
 /// Reduces `jacobian` (m × n) and `residuals` (m) by one Householder QR of [J r]; m < n is allowed.
-/// `None` when something in it is not finite or overflows.
+/// Returns `None` if an element is not finite or overflows.
 pub fn reduce(jacobian: &DMatrix<f64>, residuals: &DVector<f64>) -> Option<Reduced> {
     let n = jacobian.ncols();
-    // what shots share and these do not depend on leaves rows of zeros
-    let says = |i: &usize| residuals[*i] != 0.0 || (0..n).any(|j| jacobian[(*i, j)] != 0.0);
-    let rows: Vec<usize> = (0..jacobian.nrows()).filter(says).collect();
+    // Rows of zeros say nothing: frames that do not depend on a shared unknown have many.
+    let is_zero = |i: usize| residuals[i] == 0.0 && jacobian.row(i).iter().all(|value| *value == 0.0);
+    let rows: Vec<usize> = (0..jacobian.nrows()).filter(|&i| !is_zero(i)).collect();
     let mut stacked = DMatrix::zeros(rows.len().max(n + 1), n + 1);
     for (row, i) in rows.into_iter().enumerate() {
         stacked.view_mut((row, 0), (1, n)).copy_from(&jacobian.row(i));
@@ -44,34 +44,35 @@ pub fn reduce(jacobian: &DMatrix<f64>, residuals: &DVector<f64>) -> Option<Reduc
     let triangle = factor.view((0, 0), (n, n)).into_owned();
     let residual = DVector::from_iterator(n, factor.view((0, n), (n, 1)).iter().copied());
     let column_norms = DVector::from_iterator(n, triangle.column_iter().map(|column| column.norm()));
-    let finite = residual.iter().chain(column_norms.iter()).all(|value| value.is_finite());
-    finite.then_some(Reduced { triangle, residual, column_norms })
+    let is_finite = residual.iter().chain(column_norms.iter()).all(|value| value.is_finite());
+    is_finite.then_some(Reduced { triangle, residual, column_norms })
 }
 
-/// A least-squares step, and whether the radius kept it from the minimum.
+/// A least-squares step within a ball.
 #[derive(Clone, Debug)]
 pub struct BallStep {
+    /// The step.
     pub y: DVector<f64>,
-    pub limited: bool,
+    /// Whether the radius kept it from the minimum.
+    pub is_limited: bool,
 }
 
-/// min ½‖B y + c‖² subject to ‖y‖ ≤ `radius`, up to [`RADIUS_SLACK`], by Moré's iteration on the
-/// damping λ of min ½‖B y + c‖² + ½λ‖y‖². B is n × k with k ≤ n and finite; `radius` > 0, perhaps ∞.
+/// Minimises ½‖B y + c‖² subject to ‖y‖ ≤ `radius`, up to [`RADIUS_SLACK`], by Moré's iteration on the
+/// damping λ of ½‖B y + c‖² + ½λ‖y‖². B is n × k with k ≤ n and finite; `radius` > 0, perhaps ∞.
 pub fn ball_step(b: &DMatrix<f64>, c: &DVector<f64>, radius: f64) -> BallStep {
-    let (newton, full_rank) = basic_solution(b, c);
-    if newton.norm() <= (1.0 + RADIUS_SLACK) * radius {
-        return BallStep { y: newton, limited: false };
+    let (full_step, has_full_rank) = basic_solution(b, c);
+    if full_step.norm() <= (1.0 + RADIUS_SLACK) * radius {
+        return BallStep { y: full_step, is_limited: false };
     }
     // λ ≤ ‖Bᵀc‖/Δ, and for full rank λ ≥ φ(0)/(−φ′(0)), φ(λ) = ‖y(λ)‖ − Δ.
     let mut high = b.tr_mul(c).norm() / radius;
-    let mut low = if full_rank {
+    let mut low = 0.0;
+    if has_full_rank {
         let (y, slope) = damped_solution(b, c, 0.0);
-        ((y.norm() - radius) * y.norm() / slope).clamp(0.0, high)
-    } else {
-        0.0
-    };
-    let inside = |low: f64, high: f64| (low * high).sqrt().max(SMALLEST_SHARE * high);
-    let mut damping = inside(low, high);
+        low = ((y.norm() - radius) * y.norm() / slope).clamp(0.0, high);
+    }
+    let between = |low: f64, high: f64| (low * high).sqrt().max(SMALLEST_SHARE * high);
+    let mut damping = between(low, high);
     let mut y = DVector::zeros(b.ncols());
     for _ in 0..MAX_DAMPINGS {
         let slope;
@@ -88,14 +89,14 @@ pub fn ball_step(b: &DMatrix<f64>, c: &DVector<f64>, radius: f64) -> BallStep {
         }
         // Newton on 1/Δ − 1/‖y(λ)‖, nearly linear in λ:  λ ← λ + (‖y‖/Δ)(‖y‖ − Δ)‖y‖ / yᵀ(BᵀB + λ)⁻¹y.
         let next = damping + (norm / radius) * excess * norm / slope;
-        damping = if next > low && next < high { next } else { inside(low, high) };
+        damping = if next > low && next < high { next } else { between(low, high) };
     }
-    BallStep { y, limited: true }
+    BallStep { y, is_limited: true }
 }
 
-/// min ½‖B y + c‖² by QR with column pivoting, and whether B has full column rank; where it has not,
-/// the columns that depend on the others get 0. The columns are brought to norm 1 first: a parameter
-/// that matters little is not one that cannot be told from the others.
+/// Minimises ½‖B y + c‖² by QR with column pivoting; also returns whether B has full column rank. If it has
+/// not, the columns that depend on the others get 0. The rank is that of columns of norm 1: a parameter
+/// with little effect can still be determined.
 pub fn basic_solution(b: &DMatrix<f64>, c: &DVector<f64>) -> (DVector<f64>, bool) {
     let k = b.ncols();
     if k == 0 {
@@ -123,7 +124,7 @@ pub fn basic_solution(b: &DMatrix<f64>, c: &DVector<f64>) -> (DVector<f64>, bool
     (y.zip_map(&norms, |y, norm| if norm > 0.0 { y / norm } else { 0.0 }), rank == k)
 }
 
-/// y(λ) = argmin ½‖B y + c‖² + ½λ‖y‖² by QR of [B; √λ I], and yᵀ(BᵀB + λ)⁻¹y = ‖R⁻ᵀy‖². B has full
+/// Returns y(λ) = argmin ½‖B y + c‖² + ½λ‖y‖² by QR of [B; √λ I], and yᵀ(BᵀB + λ)⁻¹y = ‖R⁻ᵀy‖². B has full
 /// rank or λ > 0.
 fn damped_solution(b: &DMatrix<f64>, c: &DVector<f64>, damping: f64) -> (DVector<f64>, f64) {
     let (n, k) = b.shape();
@@ -145,58 +146,33 @@ fn damped_solution(b: &DMatrix<f64>, c: &DVector<f64>, damping: f64) -> (DVector
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::numerics::least_squares::testing::ROUNDING;
 
-    fn tall() -> (DMatrix<f64>, DVector<f64>) {
+    /// Rounding of a handful of operations on numbers of order 1.
+    const ROUNDING: f64 = 1e-14;
+
+    fn reduced() -> Reduced {
         let jacobian = DMatrix::from_fn(50, 3, |i, j| ((i * (j + 1)) as f64 * 0.37).sin() + j as f64);
         let residuals = DVector::from_fn(50, |i, _| (i as f64).cos());
-        (jacobian, residuals)
-    }
-
-    #[test]
-    fn reduce_keeps_norms_and_products() {
-        let (jacobian, residuals) = tall();
         let reduced = reduce(&jacobian, &residuals).unwrap();
         let product = jacobian.tr_mul(&residuals) - reduced.triangle.tr_mul(&reduced.residual);
         assert!(product.norm() < 100.0 * ROUNDING);
         let gram = jacobian.tr_mul(&jacobian) - reduced.triangle.tr_mul(&reduced.triangle);
         assert!(gram.norm() < 1000.0 * ROUNDING);
-        for j in 0..3 {
-            assert!((reduced.column_norms[j] - jacobian.column(j).norm()).abs() < 10.0 * ROUNDING);
-        }
+        reduced
     }
 
     #[test]
-    fn reduce_takes_fewer_residuals_than_parameters_and_no_infinity() {
-        let wide = DMatrix::from_row_slice(1, 3, &[1.0, 2.0, 2.0]);
-        let reduced = reduce(&wide, &DVector::from_element(1, 5.0)).unwrap();
-        let product = reduced.triangle.tr_mul(&reduced.residual);
-        assert!((product - DVector::from_row_slice(&[5.0, 10.0, 10.0])).norm() < 10.0 * ROUNDING);
-        assert!(reduce(&wide, &DVector::from_element(1, f64::INFINITY)).is_none());
-        assert!(reduce(&(wide * 1e300), &DVector::from_element(1, 1.0)).is_none());
-    }
-
-    #[test]
-    fn a_large_ball_gives_the_least_squares_solution() {
-        let (jacobian, residuals) = tall();
-        let reduced = reduce(&jacobian, &residuals).unwrap();
-        let step = ball_step(&reduced.triangle, &reduced.residual, f64::INFINITY);
-        assert!(!step.limited);
-        let gradient = jacobian.tr_mul(&(&jacobian * &step.y + &residuals));
-        assert!(gradient.norm() < 1000.0 * ROUNDING);
-    }
-
-    #[test]
-    fn a_small_ball_is_filled_and_the_damping_is_common() {
-        let (jacobian, residuals) = tall();
-        let reduced = reduce(&jacobian, &residuals).unwrap();
-        let full = ball_step(&reduced.triangle, &reduced.residual, f64::INFINITY).y.norm();
-        for radius in [1e-9 * full, 1e-3 * full, 0.5 * full] {
-            let step = ball_step(&reduced.triangle, &reduced.residual, radius);
-            assert!(step.limited);
-            assert!((step.y.norm() / radius - 1.0).abs() <= RADIUS_SLACK);
+    fn a_large_ball_gives_the_minimum_and_a_small_one_a_damped_step_to_its_edge() {
+        let Reduced { triangle, residual, .. } = reduced();
+        let gradient = |y: &DVector<f64>| triangle.tr_mul(&(&triangle * y + &residual));
+        let full = ball_step(&triangle, &residual, f64::INFINITY);
+        assert!(!full.is_limited && gradient(&full.y).norm() < 1000.0 * ROUNDING);
+        for share in [1e-9, 1e-3, 0.5] {
+            let radius = share * full.y.norm();
+            let step = ball_step(&triangle, &residual, radius);
+            assert!(step.is_limited && (step.y.norm() / radius - 1.0).abs() <= RADIUS_SLACK);
             // The gradient is −λ y, λ > 0.
-            let gradient = reduced.triangle.tr_mul(&(&reduced.triangle * &step.y + &reduced.residual));
+            let gradient = gradient(&step.y);
             let cosine = gradient.dot(&step.y) / (gradient.norm() * step.y.norm());
             assert!((cosine + 1.0).abs() < 1000.0 * ROUNDING);
         }
@@ -206,13 +182,11 @@ mod tests {
     fn dependent_columns_leave_a_basic_solution() {
         let b = DMatrix::from_row_slice(3, 3, &[1.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]);
         let c = DVector::from_row_slice(&[-2.0, 0.0, 0.0]);
-        let (y, full_rank) = basic_solution(&b, &c);
-        assert!(!full_rank);
+        let (y, has_full_rank) = basic_solution(&b, &c);
+        assert!(!has_full_rank);
         assert!((&b * &y + &c).norm() < ROUNDING);
         assert_eq!(y[2], 0.0);
         let step = ball_step(&b, &c, 0.5);
-        assert!(step.limited && (step.y.norm() / 0.5 - 1.0).abs() <= RADIUS_SLACK);
-        let (none, _) = basic_solution(&DMatrix::zeros(2, 2), &DVector::from_element(2, 1.0));
-        assert_eq!(none, DVector::zeros(2));
+        assert!(step.is_limited && (step.y.norm() / 0.5 - 1.0).abs() <= RADIUS_SLACK);
     }
 }

@@ -1,33 +1,32 @@
-//! Where to begin a local search for the least value of an objective that may be flat in places or have several minima
-//! along a few of its unknowns: at the local minima of its values on a grid.
-
+//! A scan: the local minima of an objective on a grid, where local searches begin.
 use rayon::prelude::*;
 
-/// Values that differ by less than this part are equal to rounding: the objective is flat between them.
+/// Share of a value below which a difference is rounding: the objective is constant between such points.
 const FLAT: f64 = 1e-9;
 
-/// The local minima of an objective on the product of some axes (ascending values of the scanned unknowns), the least
-/// first. `least` minimises over all other unknowns at given values of the scanned ones: it returns a point and the
-/// objective there, `None` where there is none. Of a flat part only the first point of each axis counts, so that a
-/// plateau gives its edge.
+/// Returns the local minima of an objective on the grid of some axes, the least first. An axis holds the
+/// ascending values of one scanned unknown. `least` minimises over all other unknowns and returns a point and
+/// the objective there, or `None` if the objective has no value. Only the first point of a flat part on each
+/// axis counts, so that a saturated objective gives its edge.
 pub fn scan<S: Send>(axes: &[Vec<f64>], least: impl Fn(&[f64]) -> Option<(S, f64)> + Sync) -> Vec<(S, f64)> {
     let count = axes.iter().map(Vec::len).product();
-    let at = |number: usize| {
-        let values: Vec<f64> =
-            axes.iter().zip(places(axes, number)).map(|(axis, place)| axis[place]).collect();
+    let evaluate = |number: usize| {
+        let places = places(axes, number);
+        let values: Vec<f64> = axes.iter().zip(places).map(|(axis, place)| axis[place]).collect();
         least(&values).filter(|(_, value)| value.is_finite())
     };
-    let mut points: Vec<Option<(S, f64)>> = (0..count).into_par_iter().map(at).collect();
+    let mut points: Vec<Option<(S, f64)>> = (0..count).into_par_iter().map(evaluate).collect();
     let value = |number: usize| points[number].as_ref().map_or(f64::INFINITY, |(_, value)| *value);
     let is_minimum = |number: &usize| {
-        let own = value(*number);
-        let margin = FLAT * own.abs();
+        let here = value(*number);
+        let margin = FLAT * here.abs();
         let mut stride = count;
-        own.is_finite()
+        here.is_finite()
             && axes.iter().zip(places(axes, *number)).all(|(axis, place)| {
                 stride /= axis.len();
-                let falls_to_it = place == 0 || value(number - stride) > own + margin;
-                falls_to_it && (place + 1 == axis.len() || value(number + stride) >= own - margin)
+                let decreases_before = place == 0 || value(number - stride) > here + margin;
+                let increases_after = place + 1 == axis.len() || value(number + stride) >= here - margin;
+                decreases_before && increases_after
             })
     };
     let minima: Vec<usize> = (0..count).filter(is_minimum).collect();
@@ -36,7 +35,7 @@ pub fn scan<S: Send>(axes: &[Vec<f64>], least: impl Fn(&[f64]) -> Option<(S, f64
     found
 }
 
-/// The place on each axis of a point of the grid, the last axis running fastest.
+/// Returns the place on each axis of a point of the grid, the last axis running fastest.
 fn places(axes: &[Vec<f64>], mut number: usize) -> Vec<usize> {
     let mut places = vec![0; axes.len()];
     for (place, axis) in places.iter_mut().zip(axes).rev() {
@@ -63,7 +62,7 @@ mod tests {
     }
 
     #[test]
-    fn of_a_plateau_only_its_edge_counts() {
+    fn a_flat_part_counts_at_its_edge() {
         let found = scan(&[axis(10)], |x| Some((x[0], (5.0 - x[0]).max(0.0))));
         assert_eq!(found, [(5.0, 0.0)]);
     }

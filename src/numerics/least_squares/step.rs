@@ -1,27 +1,32 @@
-//! One step: the minimum of the linear model ½‖J s + r‖² within a trust region and the constraints, in
-//! the scaled step z = D s, with A = R D⁻¹ of columns of norm up to 1.
+//! One step: the minimum of the linear model ½‖J s + r‖² within a trust region and the bounds, in the
+//! scaled step z = D s, with A = R D⁻¹ of columns of norm up to 1.
 //!
-//! First the ball ‖z‖ ≤ Δ without the inequalities. If x + s then satisfies them it is the step.
-//! Otherwise the inequalities come in and the box |z_j| ≤ Δ in the place of the ball: Clarabel suggests
-//! which of them are active, the active set solves for the rest by QR.
+//! The ball ‖z‖ ≤ Δ is tried first. If x + s lies within the bounds, it is the step. Otherwise the
+//! bounds enter and the box |z_j| ≤ Δ replaces the ball: least squares within a box, by active sets.
+//!
+//! - Stark, P. B. and Parker, R. L. (1995). Bounded-variable least squares: an algorithm and
+//!   applications. Computational Statistics 10, 129–141.
 use nalgebra::{DMatrix, DVector};
 
-use super::active_set;
-use super::active_set::{Face, Row};
-use super::constraints::{Constraints, Linear};
-use super::linear_algebra::{Reduced, ball_step};
-use super::qp;
-use super::working_set::WorkingSet;
+use super::bounds::Bounds;
+use super::linear_algebra::{Reduced, ball_step, basic_solution};
 
-/// The box of a constrained step reaches this many times as far as the unconstrained step: what one
-/// parameter is not allowed to do the others may have to make up for, but not by much more than it
-/// would have done; and it keeps the numbers handed to Clarabel of order 1.
+/// Half width of the box of a bounded step, in units of the length of the unbounded one: the other
+/// parameters may make up for one that meets its bound, but within reason.
 const BOX: f64 = 4.0;
+
+/// Slope of the cost into the box, in units of ‖q‖, below which a parameter stays at its bound: the
+/// rounding of Aᵀ(A z + q) for columns of A of norm up to 1.
+const SLOPE_ROUNDING: f64 = 1e-14;
+
+/// Maximum number of changes of the active set per parameter. Each parameter is held and freed a few
+/// times at most, unless rounding makes the method cycle.
+const CHANGES_PER_PARAMETER: usize = 10;
 
 /// A step from x.
 #[derive(Clone, Debug)]
 pub struct Step {
-    /// x + s, within the constraints; exactly on the bounds that are active.
+    /// x + s, within the bounds; exactly on those that are active.
     pub trial: DVector<f64>,
     /// ‖D s‖.
     pub length: f64,
@@ -32,59 +37,45 @@ pub struct Step {
     /// ½‖r‖² − ½‖J s + r‖².
     pub predicted: f64,
     /// Whether the trust region kept the step from the minimum of the model.
-    pub limited: bool,
+    pub is_limited: bool,
 }
 
-/// The step from `x`, which satisfies the constraints. `scale` is the diagonal of D, all positive;
-/// `radius` Δ > 0, perhaps ∞.
-pub fn step(
-    x: &DVector<f64>,
-    reduced: &Reduced,
-    scale: &DVector<f64>,
-    radius: f64,
-    constraints: &Constraints,
-) -> Step {
-    let mut a = reduced.triangle.clone();
-    for (mut column, d) in a.column_iter_mut().zip(scale.iter()) {
-        column /= *d;
+/// Returns the step from `x`, which lies within the bounds. `scale` is the diagonal of D, all positive;
+/// `radius` is Δ > 0, perhaps ∞.
+pub fn step(x: &DVector<f64>, reduced: &Reduced, scale: &DVector<f64>, radius: f64, bounds: &Bounds) -> Step {
+    // A parameter that is fixed, or that the residuals do not depend on here, stays where it is.
+    let moves = |j: &usize| bounds.lower[*j] < bounds.upper[*j] && reduced.column_norms[*j] != 0.0;
+    let moving: Vec<usize> = (0..x.len()).filter(moves).collect();
+    let mut a = reduced.triangle.select_columns(&moving);
+    for (mut column, j) in a.column_iter_mut().zip(&moving) {
+        column /= scale[*j];
     }
     let q = &reduced.residual;
-    let mut rows = equalities(x, reduced, scale, constraints);
-    let count = rows.len();
-    let mut set = WorkingSet::new(x.len());
-    for (i, row) in rows.iter().enumerate() {
-        set.push(i, &row.normal);
+    let ball = ball_step(&a, q, radius);
+    let mut trial = x.clone();
+    for (z, &j) in ball.y.iter().zip(&moving) {
+        trial[j] += z / scale[j];
     }
-    let limits: Vec<f64> = set.members().iter().map(|&i| rows[i].limit).collect();
-    // z = p + N y on the equalities.
-    let particular = set.particular(&limits);
-    let basis = set.null_basis();
-    let ball = ball_step(&(&a * &basis), &(q + &a * &particular), radius);
-    let z = particular + basis * ball.y;
-    let trial = x + z.component_div(scale);
-    if constraints.allow(&trial) {
-        return describe(&a, q, &z, trial, ball.limited);
+    if bounds.contain(&trial) {
+        return describe(&a, q, &ball.y, trial, ball.is_limited);
     }
 
-    let half = radius.min(BOX * z.norm());
-    inequalities(&mut rows, x, scale, half, constraints);
-    let guess = qp::solve(&a, q, &rows, count, half)
-        .unwrap_or_else(|| qp::Guess { z: DVector::zeros(x.len()), active: Vec::new() });
-    let solution = active_set::minimise(&a, q, &rows, count, guess.z, &guess.active, half);
-    let mut trial = x + solution.z.component_div(scale);
-    for (j, value) in trial.iter_mut().enumerate() {
-        *value = value.clamp(constraints.lower[j], constraints.upper[j]);
+    let half = radius.min(BOX * ball.y.norm());
+    let room = |bound: &DVector<f64>| {
+        DVector::from_iterator(moving.len(), moving.iter().map(|&j| (bound[j] - x[j]) * scale[j]))
+    };
+    let (below, above) = (room(&bounds.lower), room(&bounds.upper));
+    let z = box_step(&a, q, &Bounds::new(below.map(|z| z.max(-half)), above.map(|z| z.min(half))));
+    let mut is_limited = false;
+    for (k, &j) in moving.iter().enumerate() {
+        trial[j] = match z[k] {
+            z if z == below[k] => bounds.lower[j],
+            z if z == above[k] => bounds.upper[j],
+            z => (x[j] + z / scale[j]).clamp(bounds.lower[j], bounds.upper[j]),
+        };
+        is_limited |= z[k].abs() == half && z[k] != below[k] && z[k] != above[k];
     }
-    let mut limited = false;
-    for &member in &solution.members {
-        match rows[member].face {
-            Face::Lower(j) => trial[j] = constraints.lower[j],
-            Face::Upper(j) => trial[j] = constraints.upper[j],
-            Face::Radius => limited = true,
-            Face::Equality | Face::Inequality => {}
-        }
-    }
-    describe(&a, q, &solution.z, trial, limited)
+    describe(&a, q, &z, trial, is_limited)
 }
 
 fn describe(
@@ -92,169 +83,126 @@ fn describe(
     q: &DVector<f64>,
     z: &DVector<f64>,
     trial: DVector<f64>,
-    limited: bool,
+    is_limited: bool,
 ) -> Step {
     let tangent = a * z;
     // ½‖q‖² − ½‖A z + q‖² = −qᵀA z − ½‖A z‖².
     let slope = q.dot(&tangent);
     let predicted = -slope - 0.5 * tangent.norm_squared();
-    Step { trial, length: z.norm(), tangent: tangent.norm(), slope, predicted, limited }
+    Step { trial, length: z.norm(), tangent: tangent.norm(), slope, predicted, is_limited }
 }
 
-/// The rows that hold at every step: parameters with equal bounds, parameters that the residuals do not
-/// depend on here and no linear constraint ties to others (they stay where they are), and the
-/// equalities between parameters.
-fn equalities(
-    x: &DVector<f64>,
-    reduced: &Reduced,
-    scale: &DVector<f64>,
-    constraints: &Constraints,
-) -> Vec<Row> {
-    let n = x.len();
-    let tied = |linear: &Linear, j: usize| linear.matrix.column(j).iter().any(|value| *value != 0.0);
-    let mut rows = Vec::new();
-    for j in 0..n {
-        let fixed = constraints.lower[j] == constraints.upper[j];
-        let idle = reduced.column_norms[j] == 0.0
-            && !tied(&constraints.inequalities, j)
-            && !tied(&constraints.equalities, j);
-        if fixed || idle {
-            rows.push(Row { normal: unit(n, j, 1.0), limit: 0.0, face: Face::Equality });
+/// Minimises ½‖A z + q‖² within a box around 0, exact to rounding: solves for the free parameters, holds
+/// the one that first meets its bound on the way there, and frees the held one whose cost decreases most
+/// into the box.
+fn box_step(a: &DMatrix<f64>, q: &DVector<f64>, bounds: &Bounds) -> DVector<f64> {
+    let mut z = DVector::zeros(a.ncols());
+    let mut is_held = vec![false; a.ncols()];
+    for _ in 0..CHANGES_PER_PARAMETER * a.ncols() {
+        let target = minimise_free(a, q, &z, &is_held);
+        if let Some(Crossing { parameter, bound, fraction }) = first_crossing(&z, &target, bounds) {
+            z += (target - &z) * fraction;
+            z[parameter] = bound;
+            is_held[parameter] = true;
+            continue;
         }
+        z = target;
+        let gradient = a.tr_mul(&(a * &z + q));
+        let slope_inwards = |k: usize| if z[k] == bounds.lower[k] { gradient[k] } else { -gradient[k] };
+        let steepest = (0..z.len())
+            .filter(|&k| is_held[k] && slope_inwards(k) < -SLOPE_ROUNDING * q.norm())
+            .min_by(|&k, &l| slope_inwards(k).total_cmp(&slope_inwards(l)));
+        let Some(freed) = steepest else { break };
+        is_held[freed] = false;
     }
-    let linear = &constraints.equalities;
-    rows.extend((0..linear.len()).map(|i| linear_row(linear, i, linear.slack(i, x), scale, Face::Equality)));
-    rows
+    z
 }
 
-/// Appends the inequalities that a step within the box |z_j| ≤ `half` can reach, and the box.
-fn inequalities(
-    rows: &mut Vec<Row>,
-    x: &DVector<f64>,
-    scale: &DVector<f64>,
-    half: f64,
-    constraints: &Constraints,
-) {
-    let n = x.len();
-    let held: Vec<bool> = (0..n).map(|j| rows.iter().any(|row| row.normal == unit(n, j, 1.0))).collect();
-    for j in (0..n).filter(|&j| !held[j]) {
-        let room = (constraints.upper[j] - x[j]) * scale[j];
-        let face = if room <= half { Face::Upper(j) } else { Face::Radius };
-        rows.push(Row { normal: unit(n, j, 1.0), limit: room.min(half), face });
-        let room = (x[j] - constraints.lower[j]) * scale[j];
-        let face = if room <= half { Face::Lower(j) } else { Face::Radius };
-        rows.push(Row { normal: unit(n, j, -1.0), limit: room.min(half), face });
+/// Returns the minimum of ½‖A z + q‖² over the parameters that are not held.
+fn minimise_free(a: &DMatrix<f64>, q: &DVector<f64>, z: &DVector<f64>, is_held: &[bool]) -> DVector<f64> {
+    let free: Vec<usize> = (0..z.len()).filter(|&k| !is_held[k]).collect();
+    let mut target = z.clone();
+    for &k in &free {
+        target[k] = 0.0;
     }
-    let linear = &constraints.inequalities;
-    for i in 0..linear.len() {
-        let row = linear_row(linear, i, linear.slack(i, x).max(0.0), scale, Face::Inequality);
-        // The largest aᵀ z in the box is half ‖a‖₁.
-        if row.limit <= half * row.normal.lp_norm(1) {
-            rows.push(row);
-        }
+    let (solution, _) = basic_solution(&a.select_columns(&free), &(q + a * &target));
+    for (&k, value) in free.iter().zip(solution.iter()) {
+        target[k] = *value;
     }
+    target
 }
 
-/// a s ≤ slack as a row of norm 1 in z = D s.
-fn linear_row(linear: &Linear, i: usize, slack: f64, scale: &DVector<f64>, face: Face) -> Row {
-    let normal = linear.matrix.row(i).transpose().component_div(scale);
-    let norm = normal.norm();
-    Row { normal: normal / norm, limit: slack / norm, face }
+/// The bound that a parameter meets, and the fraction of the way at which it does.
+struct Crossing {
+    parameter: usize,
+    bound: f64,
+    fraction: f64,
 }
 
-fn unit(n: usize, j: usize, sign: f64) -> DVector<f64> {
-    let mut vector = DVector::zeros(n);
-    vector[j] = sign;
-    vector
+/// Returns the first bound crossed between `z`, which lies within the bounds, and `target`.
+fn first_crossing(z: &DVector<f64>, target: &DVector<f64>, bounds: &Bounds) -> Option<Crossing> {
+    let crossings = (0..z.len()).filter_map(|parameter| {
+        let bound = target[parameter].clamp(bounds.lower[parameter], bounds.upper[parameter]);
+        let fraction = (bound - z[parameter]) / (target[parameter] - z[parameter]);
+        (bound != target[parameter]).then_some(Crossing { parameter, bound, fraction })
+    });
+    crossings.min_by(|a, b| a.fraction.total_cmp(&b.fraction))
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::numerics::least_squares::linear_algebra::reduce;
-    use crate::numerics::least_squares::testing::{ROUNDING, vector};
+
+    /// Rounding of a handful of operations on numbers of order 1.
+    const ROUNDING: f64 = 1e-14;
+
+    fn vector(values: &[f64]) -> DVector<f64> {
+        DVector::from_row_slice(values)
+    }
 
     /// r = M x − y, linear with correlated columns, at x = 0.
-    fn model() -> (DMatrix<f64>, DVector<f64>) {
-        (DMatrix::from_row_slice(3, 2, &[1.0, 0.9, 0.0, 1.0, 1.0, 0.0]), vector(&[-3.0, -2.0, -1.5]))
-    }
-
-    fn step_from_zero(radius: f64, constraints: &Constraints) -> Step {
-        let (jacobian, residuals) = model();
-        let reduced = reduce(&jacobian, &residuals).unwrap();
+    fn step_from_zero(radius: f64, lower: &[f64], upper: &[f64]) -> Step {
+        let jacobian = DMatrix::from_row_slice(3, 2, &[1.0, 0.9, 0.0, 1.0, 1.0, 0.0]);
+        let reduced = reduce(&jacobian, &vector(&[-3.0, -2.0, -1.5])).unwrap();
         let scale = reduced.column_norms.clone();
-        step(&DVector::zeros(2), &reduced, &scale, radius, constraints)
-    }
-
-    #[test]
-    fn a_full_step_solves_the_linear_problem() {
-        let step = step_from_zero(f64::INFINITY, &Constraints::none(2));
-        let (jacobian, residuals) = model();
-        let rest = &jacobian * &step.trial + &residuals;
-        assert!(jacobian.tr_mul(&rest).norm() < 10.0 * ROUNDING);
-        let reduction = 0.5 * (residuals.norm_squared() - rest.norm_squared());
-        assert!((step.predicted - reduction).abs() < 10.0 * ROUNDING);
-        assert!(!step.limited);
+        step(&DVector::zeros(2), &reduced, &scale, radius, &Bounds::new(vector(lower), vector(upper)))
     }
 
     #[test]
     fn a_bound_is_met_exactly_and_the_other_parameter_makes_up_for_it() {
         for upper in [0.3, 1e-3, 0.0] {
-            let constraints = Constraints::bounds(vector(&[-1.0, -1e8]), vector(&[upper, 1e8]));
-            let step = step_from_zero(1e3, &constraints);
+            let step = step_from_zero(1e3, &[-1.0, -1e8], &[upper, 1e8]);
             assert_eq!(step.trial[0], upper);
             // On x_1 = upper: x_2 = Σ M_2 (y − M_1 upper) / Σ M_2².
             let second = (0.9 * (3.0 - upper) + 2.0) / 1.81;
             assert!((step.trial[1] - second).abs() < ROUNDING);
-            assert!(!step.limited);
+            assert!(!step.is_limited);
         }
     }
 
     #[test]
-    fn a_small_radius_holds_a_constrained_step_back() {
-        let constraints = Constraints::bounds(vector(&[-1.0, -1.0]), vector(&[1e-3, 1.0]));
-        let step = step_from_zero(0.1, &constraints);
+    fn a_small_radius_limits_a_bounded_step() {
+        let step = step_from_zero(0.1, &[-1.0, -1.0], &[1e-3, 1.0]);
         assert_eq!(step.trial[0], 1e-3);
-        assert!(step.limited && step.length <= 0.1 * 2f64.sqrt());
-        assert!(step.predicted > 0.0);
+        assert!(step.is_limited && step.length <= 0.1 * 2f64.sqrt() && step.predicted > 0.0);
     }
 
     #[test]
-    fn equal_bounds_and_idle_parameters_stay() {
-        let constraints = Constraints::bounds(vector(&[0.0, -1.0]), vector(&[0.0, 10.0]));
-        let fixed = step_from_zero(1e3, &constraints);
-        assert_eq!(fixed.trial[0], 0.0);
-        assert!((fixed.trial[1] - 4.7 / 1.81).abs() < ROUNDING);
-
-        let jacobian = DMatrix::from_row_slice(2, 2, &[1.0, 0.0, 1.0, 0.0]);
-        let reduced = reduce(&jacobian, &vector(&[-1.0, -2.0])).unwrap();
-        let constraints = Constraints::bounds(vector(&[-1.0, 0.5]), vector(&[1.0, 2.0]));
-        let idle = step(&vector(&[0.0, 0.5]), &reduced, &vector(&[2f64.sqrt(), 1.0]), 1e3, &constraints);
-        assert_eq!(idle.trial, vector(&[1.0, 0.5]));
-    }
-
-    #[test]
-    fn linear_constraints_between_parameters() {
-        let row = |limit: f64| Linear {
-            matrix: DMatrix::from_row_slice(1, 2, &[1.0, -2.0]),
-            limit: vector(&[limit]),
-        };
-        let (jacobian, residuals) = model();
-        // On x_1 = 2 x_2: the one column M (2, 1)ᵀ.
-        let column = &jacobian * vector(&[2.0, 1.0]);
-        let along = -column.dot(&residuals) / column.norm_squared();
-        let mut equal = Constraints::none(2);
-        equal.equalities = row(0.0);
-        let mut below = Constraints::none(2);
-        below.inequalities = Linear { matrix: -row(0.0).matrix, limit: vector(&[0.0]) };
-        for constraints in [equal, below] {
-            let step = step_from_zero(1e3, &constraints);
-            assert!((&step.trial - vector(&[2.0, 1.0]) * along).norm() < 10.0 * ROUNDING);
-            assert!(!step.limited);
+    fn the_minimum_within_a_box_satisfies_the_conditions_of_optimality() {
+        let a = DMatrix::from_fn(4, 4, |i, j| ((i * 5 + j * 3) as f64).sin() + f64::from(u8::from(i == j)));
+        for case in 0..200 {
+            let wave = |k: usize, rate: f64| (k as f64 + rate * f64::from(case)).sin();
+            let q = DVector::from_fn(4, |k, _| 2.0 * wave(k, 1.7));
+            let lower = DVector::from_fn(4, |k, _| (wave(k, 2.3) - 0.5).min(0.0));
+            let upper = DVector::from_fn(4, |k, _| (wave(k, 0.9) + 0.5).max(0.1));
+            let z = box_step(&a, &q, &Bounds::new(lower.clone(), upper.clone()));
+            let gradient = a.tr_mul(&(&a * &z + &q));
+            for k in 0..4 {
+                assert!(lower[k] <= z[k] && z[k] <= upper[k]);
+                assert!(gradient[k] < 10.0 * ROUNDING || z[k] == lower[k], "case {case}: {gradient}");
+                assert!(gradient[k] > -10.0 * ROUNDING || z[k] == upper[k], "case {case}: {gradient}");
+            }
         }
-        // One that cannot be reached changes nothing.
-        let mut far = Constraints::none(2);
-        far.inequalities = row(1e6);
-        assert_eq!(step_from_zero(1e3, &far).trial, step_from_zero(1e3, &Constraints::none(2)).trial);
     }
 }

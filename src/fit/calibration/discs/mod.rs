@@ -22,12 +22,13 @@ use crate::extraction::disc::{DiscImpact, Quantity};
 use crate::extraction::{Unusable, disc};
 use crate::film::camera::Camera;
 use crate::film::discs::{Calibrated, DISCS, is_of_points};
+use crate::film::frame_noise::constant_axis;
 use crate::fit::camera::LEAST_SHOTS;
 use crate::fit::camera::{FoundCamera, FoundCorrection};
 use crate::measurement::correction::Correction;
 use crate::measurement::dataset::Tracks;
 use crate::measurement::track::TrackShot;
-use crate::numerics::median;
+use crate::numerics::{median, robust_scale};
 use crate::physics::disc::Discs;
 
 /// Stated radii are known to this part, rubber bands and the give of rims included: a scale that is wrong by less is not seen.
@@ -40,8 +41,7 @@ const SPARE: usize = 2;
 /// A shot is left out where what it says differs by this many times more than usual.
 const ODD: f64 = 10.0;
 
-/// Of normal deviates: the median of their sizes, and from where on Huber's loss is linear.
-const MEDIAN_PART: f64 = 0.6745;
+/// Normal deviates from which on Huber's loss is linear.
 const HUBER: f64 = 1.345;
 
 /// A distance that nothing is known of: to a hundred times itself.
@@ -86,8 +86,11 @@ impl<'a> Search<'a> {
         let mut camera =
             Camera::neutral([0, 1].map(|k| contacts.iter().map(|at| at[k]).sum::<f64>() / count));
         let mut free = Vec::new();
+        // one coordinate does not show how the other was filmed
+        let is_one_dimensional = films.iter().any(|film| constant_axis(film).is_some());
         for (which, stated) in Correction::ALL.into_iter().zip(tracks.camera) {
             let is_told = match which {
+                _ if is_one_dimensional => false,
                 Correction::Scale => discs.radii.is_some(),
                 // a delay means nothing without a unit of time
                 Correction::ShutterX | Correction::ShutterY => discs.in_seconds,
@@ -161,8 +164,7 @@ impl<'a> Search<'a> {
         let n = contacts.len();
         let usual = median(contacts.iter().map(|contact| contact.distance).collect());
         let stated = self.discs.radii.map_or(usual, |[first, second]| first + second);
-        let off =
-            median(contacts.iter().map(|contact| (contact.distance - usual).abs()).collect()) / MEDIAN_PART;
+        let off = robust_scale(contacts.iter().map(|contact| contact.distance - usual));
         let scatter = match n.checked_sub(unknowns) {
             Some(spare) if spare >= SPARE => off * off * n as f64 / spare as f64,
             _ => (RADII_PART * stated).powi(2),

@@ -7,7 +7,7 @@ use super::sums::{Row, Sums, derivatives, repeated};
 use crate::film::camera::Camera;
 use crate::film::discs::{DISCS, centre};
 use crate::measurement::track::{Sample, TrackShot};
-use crate::numerics::median;
+use crate::numerics::robust_scale;
 
 /// Frames that tell a parabola and its noise.
 const LEAST: usize = 8;
@@ -17,7 +17,6 @@ const TOUCHING: f64 = 0.5;
 
 /// A frame is wrong where it is off by this many standard deviations.
 const OUTLIER: f64 = 5.0;
-const MEDIAN_PART: f64 = 0.6745;
 
 /// Of one disc on one side of the impact: at the instant of the impact.
 #[derive(Clone, Copy, Debug)]
@@ -64,7 +63,7 @@ pub(super) fn paths(
 fn side(samples: &[Sample], camera: &Camera, impact: f64, sums: &mut Sums) -> Option<Side> {
     let mut good: Vec<Sample> = samples.to_vec();
     let (mut fitted, mut left) = parabola(&good, impact)?;
-    let most = OUTLIER * median(left.iter().flatten().map(|r| r.abs()).collect()) / MEDIAN_PART;
+    let most = OUTLIER * robust_scale(left.iter().flatten().copied());
     let before = good.len();
     let mut of_frame = left.iter();
     good.retain(|_| of_frame.next().is_some_and(|r| r.iter().all(|r| r.abs() <= most)));

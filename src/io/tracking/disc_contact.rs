@@ -2,8 +2,8 @@
 
 use std::ops::Range;
 
-use super::rigid_body::{Point, Pose, circle, frames, shape};
-use super::track::Sample;
+use crate::measurement::rigid_body::{Point, Pose, circle, frames, shape};
+use crate::measurement::track::Sample;
 use crate::numerics::median;
 
 /// Paths are taken for straight in so many frames before and after an impact, and in no fewer.

@@ -5,8 +5,8 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use super::disc_contact::{Contact, misfit};
 use super::marker_groups::central;
-use super::rigid_body::Point;
-use super::track::Sample;
+use crate::measurement::rigid_body::Point;
+use crate::measurement::track::Sample;
 use crate::numerics::median;
 
 /// Points are on the same disc where they stand alike to this part of their distance from their mean. From shot to shot the same three

@@ -19,8 +19,11 @@ pub(crate) fn rounding(step: f64) -> f64 {
 }
 
 /// For x and y of each sample, in how many samples that follow each other the same number stands with the same error; 1 where
-/// errors are independent. `noise` is the standard deviation of a coordinate, rounding included.
-pub(crate) fn repeats(samples: &[Sample], noise: f64, step: f64) -> Vec<[f64; 2]> {
+/// errors are independent. `noise` is the standard deviation of a coordinate, rounding included. A ball at rest of which both coordinates
+/// repeat, though the noise is larger than the step, is held in its place by a program: whether that was found from one of the frames or
+/// from all of them is not known, and the frames count as many as the square root of their number, the geometric mean of both. Discs
+/// (`are_balls` false) count once.
+pub(crate) fn repeats(samples: &[Sample], noise: f64, step: f64, are_balls: bool) -> Vec<[f64; 2]> {
     let mut repeats = vec![[1.0; 2]; samples.len()];
     // that noise of density 1/(2√π σ) for no difference leads to the same number
     let same = (step / (2.0 * std::f64::consts::PI.sqrt() * noise)).min(1.0);
@@ -29,8 +32,11 @@ pub(crate) fn repeats(samples: &[Sample], noise: f64, step: f64) -> Vec<[f64; 2]
         for run in samples.chunk_by(|a, b| pick(a) == pick(b)) {
             let length = run.len();
             let by_chance = same.powi(length.min(1000) as i32 - 1);
+            let rests = are_balls && run.iter().all(|sample| sample.x == run[0].x && sample.y == run[0].y);
             if length > 1 && (noise < DITHERED * step || by_chance < CHANCE) {
-                repeats[first..first + length].iter_mut().for_each(|repeat| repeat[axis] = length as f64);
+                let is_held = rests && noise >= DITHERED * step;
+                let alike = if is_held { (length as f64).sqrt() } else { length as f64 };
+                repeats[first..first + length].iter_mut().for_each(|repeat| repeat[axis] = alike);
             }
             first += length;
         }
@@ -63,15 +69,20 @@ mod tests {
     #[test]
     fn what_repeats_with_the_same_error_counts_once() {
         let lies = samples(|_| 0.3);
-        assert!(repeats(&lies, 2e-4, 5e-4).iter().all(|repeat| *repeat == [20.0, 1.0]));
-        // held still by the tracker
-        assert!(repeats(&lies, 1e-4, 0.0).iter().all(|repeat| *repeat == [20.0, 1.0]));
+        assert!(repeats(&lies, 2e-4, 5e-4, true).iter().all(|repeat| *repeat == [20.0, 1.0]));
+        // one coordinate held by the tracker
+        assert!(repeats(&lies, 1e-4, 0.0, true).iter().all(|repeat| *repeat == [20.0, 1.0]));
+        // a ball at rest whose place never changes, and a disc
+        let rests = [Sample { t: 0.0, x: 0.0, y: 0.0, sd: None }; 25];
+        assert!(repeats(&rests, 1e-4, 0.0, true).iter().all(|repeat| *repeat == [5.0, 5.0]));
+        assert!(repeats(&rests, 1e-4, 0.0, false).iter().all(|repeat| *repeat == [25.0, 25.0]));
+        assert!(repeats(&rests, 1e-4, 5e-4, true).iter().all(|repeat| *repeat == [25.0, 25.0]));
         let flips = samples(|i| if i % 10 == 9 { 1.0 } else { 0.0 });
-        assert_eq!(repeats(&flips, 0.3, 1.0)[0], [9.0, 1.0]);
-        assert_eq!(repeats(&flips, 0.3, 1.0)[9], [1.0, 1.0]);
+        assert_eq!(repeats(&flips, 0.3, 1.0, true)[0], [9.0, 1.0]);
+        assert_eq!(repeats(&flips, 0.3, 1.0, true)[9], [1.0, 1.0]);
         // noise of a whole step: three alike are chance
         let thrice = samples(|i| (i / 3 % 2) as f64);
-        assert_eq!(repeats(&thrice, 1.0, 1.0)[3], [1.0, 1.0]);
+        assert_eq!(repeats(&thrice, 1.0, 1.0, true)[3], [1.0, 1.0]);
     }
 
     #[test]

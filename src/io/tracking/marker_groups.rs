@@ -1,7 +1,7 @@
 //! Points followed in a film, grouped into the rigid bodies that they are on, by the distances that they keep.
 
-use super::rigid_body::circle_centres;
-use super::track::Sample;
+use crate::measurement::rigid_body::circle_centres;
+use crate::measurement::track::Sample;
 use crate::numerics::median;
 
 /// Two points are on one body where their distance changes by at most this part of its median. Points of one puck change theirs by

@@ -1,21 +1,33 @@
 //! The noise of the positions in the frames of a shot, before anything is fitted.
 
+use super::grid;
 use crate::measurement::track::{Sample, TrackShot};
-use crate::numerics::median;
-use crate::trajectory::grid;
+use crate::numerics::{NORMAL_MEDIAN, median};
 
 /// So many frames on either side of an instant tell the noise near it.
 const NEAR: f64 = 30.0;
 
+const COORDINATES: [fn(&Sample) -> f64; 2] = [|s| s.x, |s| s.y];
+
 /// No tracker is better than this, m: keeps exact synthetic tracks finite.
 const LEAST_NOISE: f64 = 1e-8;
 
-/// The noise of a coordinate, m, from the second differences of consecutive frames, in which a
+/// The noise of a coordinate of balls, m, from the second differences of consecutive frames, in which a
 /// smooth motion leaves only its acceleration: median |Δ²x|/0.6745/√(6 − 8ρ + 2ρ²), with ρ the correlation of neighbouring frames.
 /// It is no less than the error of rounding to the grid that
-/// the coordinates lie on.
+/// the coordinates lie on. A ball at rest that a program holds in its place does not count.
 pub(crate) fn noise(shot: &TrackShot) -> f64 {
-    noise_of([&shot.cue, &shot.object], shot.resolution, (shot.fps, shot.correlation))
+    let tracks = [shot.cue.as_slice(), &shot.object];
+    let all = triples(tracks, shot.fps.recip());
+    let free: Vec<&[Sample]> = all.iter().copied().filter(|three| !is_held(three)).collect();
+    let is_often_held = (all.len() - free.len()) as f64 > HELD * all.len() as f64;
+    let of_free = estimate(&free, shot.resolution, shot.correlation);
+    let step = shot.resolution[0].max(shot.resolution[1]);
+    if !shot.states_noise() && is_often_held && of_free > step {
+        of_free
+    } else {
+        estimate(&all, shot.resolution, shot.correlation)
+    }
 }
 
 /// The same, of the frames near an instant: further away the noise may be another one.
@@ -30,12 +42,20 @@ pub(crate) fn noise_near(shot: &TrackShot, instant: f64) -> f64 {
 
 /// The same, of parts of two tracks.
 pub(crate) fn noise_of(tracks: [&[Sample]; 2], resolution: [f64; 2], (fps, correlation): (f64, f64)) -> f64 {
+    estimate(&triples(tracks, fps.recip()), resolution, correlation)
+}
+
+/// The same, from three positions each.
+fn estimate(triples: &[&[Sample]], resolution: [f64; 2], correlation: f64) -> f64 {
     let [finer, coarser] = [resolution[0].min(resolution[1]), resolution[0].max(resolution[1])];
     let least = LEAST_NOISE.max(grid::rounding(finer));
     let mut differences = Vec::new();
-    for three in triples(tracks, fps.recip()) {
-        for pick in [|s: &Sample| s.x, |s: &Sample| s.y] {
-            differences.push(bend(three, pick));
+    let constant = constant_axis_of(triples);
+    for three in triples {
+        for (axis, pick) in COORDINATES.into_iter().enumerate() {
+            if constant != Some(axis) {
+                differences.push(bend(three, pick));
+            }
         }
     }
     if differences.is_empty() {
@@ -43,7 +63,33 @@ pub(crate) fn noise_of(tracks: [&[Sample]; 2], resolution: [f64; 2], (fps, corre
     }
     differences.sort_by(f64::total_cmp);
     let differs = (6.0 - 8.0 * correlation + 2.0 * correlation * correlation).sqrt();
-    (grid::median_of_multiples(&differences, coarser) / 0.6745 / differs).max(least)
+    (grid::median_of_multiples(&differences, coarser) / NORMAL_MEDIAN / differs).max(least)
+}
+
+/// Three positions in a row are exactly the same in 0.7 % of all cases if their noise is one step of the coordinates, and less often if
+/// it is more. A part above this one is of balls at rest that a program holds in their places, which show no noise.
+const HELD: f64 = 0.05;
+
+/// Whether three positions are exactly the same.
+fn is_held(three: &[Sample]) -> bool {
+    three.iter().all(|sample| sample.x == three[0].x && sample.y == three[0].y)
+}
+
+/// The coordinate (0: x, 1: y) that is the same in all frames of both bodies, as in a film of one dimension: it has no noise.
+pub(crate) fn constant_axis(shot: &TrackShot) -> Option<usize> {
+    constant_axis_of(&[&shot.cue, &shot.object])
+}
+
+fn constant_axis_of(pieces: &[&[Sample]]) -> Option<usize> {
+    let samples = || pieces.iter().copied().flatten();
+    let first = samples().next()?;
+    let is_constant = |pick: &fn(&Sample) -> f64| samples().all(|sample| pick(sample) == pick(first));
+    let [x, y] = COORDINATES.each_ref().map(is_constant);
+    match [x, y] {
+        [true, false] => Some(0),
+        [false, true] => Some(1),
+        _ => None,
+    }
 }
 
 /// Three positions in a row that are a frame apart; of tracks that have only some frames (every second, two of three), three that are
