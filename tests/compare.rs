@@ -13,7 +13,6 @@ use caromfit::measurement::observable::Observable;
 use caromfit::measurement::parameter::Parameter;
 use caromfit::physics::ball::Ball;
 use caromfit::physics::collision::{Fidelity, FidelityChoice, Model};
-use caromfit::simulate;
 use caromfit::simulate::{Kind, Noise, Played, Spec, Truth};
 use serde_json::Value;
 
