@@ -252,9 +252,9 @@ mod tests {
             let contact = off(Fidelity::Contact, parameter).unwrap();
             assert!(contact < DIFFERENCES, "{parameter:?}: {contact}");
         }
-        // what knows no stick takes its lesser throw for less friction
-        let [linear, full] = [Fidelity::Linear, Fidelity::Full].map(|f| off(f, Parameter::Mu).unwrap());
-        assert!(linear > 3.0 && full < linear, "{linear} {full}");
+        // a rigid contact takes the throw of one that gives way for more friction
+        let full = off(Fidelity::Full, Parameter::Mu).unwrap();
+        assert!(full > 1.0, "{full}");
         // and what knows no friction says nothing of it
         assert_eq!(off(Fidelity::Inelastic, Parameter::Mu), None);
     }
