@@ -9,7 +9,6 @@ mod cushion;
 pub mod disc;
 mod drops_at_impact;
 mod film;
-
 mod initial_guess;
 mod marker_rotation;
 mod marker_spins;
@@ -30,7 +29,6 @@ use crate::film::frame_noise::noise;
 
 pub(crate) use cushion::leave_out_before_cushion;
 pub(crate) use drops_at_impact::repair_drops_at_impacts;
-
 pub(crate) use initial_guess::{contact, instant, object_speed};
 pub use marker_rotation::Rotation;
 pub(crate) use marker_rotation::turn;
