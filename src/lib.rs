@@ -140,6 +140,8 @@ pub mod likelihood;
 pub mod measurement;
 pub mod numerics;
 pub mod physics;
+#[cfg(feature = "fit")]
+pub mod problem;
 #[cfg(feature = "report")]
 pub mod report;
 #[cfg(feature = "io")]

@@ -254,7 +254,7 @@ fn too_few_before(cue: usize) -> Unusable {
 }
 
 /// The same, and the distance of the centres at the impact, m.
-fn from_paths(shot: &TrackShot, scene: &Scene, noise: f64) -> Result<(Unknowns, f64), Unusable> {
+pub(crate) fn from_paths(shot: &TrackShot, scene: &Scene, noise: f64) -> Result<(Unknowns, f64), Unusable> {
     let ball = &scene.ball;
     let (cue, object) = (steady(&shot.cue, noise, ACCELERATION), steady(&shot.object, noise, ACCELERATION));
     if cue.len() < 2 * LEAST_FRAMES || object.len() < 2 * LEAST_FRAMES {

@@ -103,7 +103,7 @@ impl Input {
     pub(super) const COUNT: usize = Self::FIRST + OTHERS;
 
     /// All inputs in their order.
-    pub(super) const ALL: [Self; Self::COUNT] = [
+    pub(crate) const ALL: [Self; Self::COUNT] = [
         Self::Mu,
         Self::MuS,
         Self::E,

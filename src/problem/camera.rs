@@ -1,0 +1,113 @@
+//! Forward through the camera: from a place on the table and a height above it to the picture, with all derivatives.
+//!
+//! With p the place on the table (m, from the middle of the film) and h the height of the ball's centre above where it rests,
+//!
+//! ```text
+//! l  = p + h (a + n p)                       parallax a, nearness n
+//! f  = s (l_x + g r l_y, r l_y)              scale s, aspect r, shear g
+//! q  = f/(1 + k·f)                           perspective k, 1/m
+//! P  = q (1 + c ρ² + 2 d·q/r₀²) + d ρ²       lens c, decentring d, ρ² = |q|²/r₀²
+//! ```
+//!
+//! Sources: Hartley and Zisserman, Multiple View Geometry (2004), § 2.4; Brown, Photogrammetric Engineering 37 (1971) 855. Decentring is
+//! linear in its coefficients, so that it is determined even if the lens has no radial distortion.
+
+use nalgebra::{Matrix2, Vector2};
+
+use super::unknowns::{CAMERA, Id, PHYSICS, Shared};
+
+/// Square of the distance r₀ = 0.5 m from the middle at which the lens is stated, m².
+const LENS_SQUARE: f64 = 0.25;
+
+/// A place on the table or in the picture, m.
+pub(super) type Point = Vector2<f64>;
+
+/// A ball in the picture.
+pub(super) struct Seen {
+    /// Place in the picture, m from its middle.
+    pub place: Point,
+    /// Derivative by the place on the table.
+    pub by_place: Matrix2<f64>,
+    /// Derivative by the height above the table.
+    pub by_height: Point,
+    /// Derivatives by the unknowns of the camera in the order of [`Id`]; those by the shutter are 0, as they follow from the motion.
+    pub by_camera: [Point; CAMERA],
+}
+
+/// The map from table to picture.
+pub(super) struct Camera {
+    scale: f64,
+    aspect: f64,
+    shear: f64,
+    perspective: Point,
+    lens: f64,
+    decentring: Point,
+    shutter: Point,
+    parallax: Point,
+    nearness: f64,
+}
+
+impl Camera {
+    pub fn new(shared: &Shared) -> Self {
+        let pair = |x, y| Point::new(shared[x], shared[y]);
+        Self {
+            scale: shared[Id::Scale],
+            aspect: shared[Id::Aspect],
+            shear: shared[Id::Shear],
+            perspective: pair(Id::PerspectiveX, Id::PerspectiveY),
+            lens: shared[Id::Lens],
+            decentring: pair(Id::LensX, Id::LensY),
+            shutter: pair(Id::ShutterX, Id::ShutterY),
+            parallax: pair(Id::ParallaxX, Id::ParallaxY),
+            nearness: shared[Id::Nearness],
+        }
+    }
+
+    /// Returns how much later than the frame a rolling shutter reads this place of the picture, s.
+    pub fn delay(&self, picture: Point) -> f64 {
+        self.shutter.dot(&picture)
+    }
+
+    /// Returns the picture of a ball at `table`, m from the middle of the film, `height` m above where it rests.
+    pub fn look(&self, table: Point, height: f64) -> Seen {
+        let &Self { scale, aspect, shear, perspective, lens, decentring, parallax, nearness, .. } = self;
+        // l = p + h (a + n p)
+        let lifted = table + (parallax + table * nearness) * height;
+        // f = s (l_x + g r l_y, r l_y)
+        let affine = Matrix2::new(1.0, shear * aspect, 0.0, aspect) * scale;
+        let flat = affine * lifted;
+        // q = f/(1 + k·f)
+        let depth = 1.0 + perspective.dot(&flat);
+        let askew = flat / depth;
+        // P = q (1 + c ρ² + 2 d·q/r₀²) + d ρ²
+        let (square, off) = (askew.norm_squared() / LENS_SQUARE, decentring.dot(&askew) / LENS_SQUARE);
+        let stretch = 1.0 + lens * square + 2.0 * off;
+        let place = askew * stretch + decentring * square;
+
+        let by_askew = Matrix2::identity() * stretch
+            + (askew * (askew * lens + decentring).transpose() + decentring * askew.transpose())
+                * (2.0 / LENS_SQUARE);
+        let by_flat = by_askew * (Matrix2::identity() - askew * perspective.transpose()) / depth;
+        let by_lifted = by_flat * affine;
+        let by_depth = by_askew * askew / -depth;
+        let mut by_camera = [Point::zeros(); CAMERA];
+        let mut set = |id: Id, by: Point| by_camera[id as usize - PHYSICS] = by;
+        set(Id::Scale, by_flat * flat / scale);
+        set(Id::Aspect, by_flat * Point::new(shear, 1.0) * (scale * lifted.y));
+        set(Id::Shear, by_flat.column(0) * (scale * aspect * lifted.y));
+        set(Id::PerspectiveX, by_depth * flat.x);
+        set(Id::PerspectiveY, by_depth * flat.y);
+        set(Id::Lens, askew * square);
+        set(Id::LensX, askew * (2.0 * askew.x / LENS_SQUARE) + Point::x() * square);
+        set(Id::LensY, askew * (2.0 * askew.y / LENS_SQUARE) + Point::y() * square);
+        set(Id::ParallaxX, by_lifted.column(0) * height);
+        set(Id::ParallaxY, by_lifted.column(1) * height);
+        set(Id::Nearness, by_lifted * table * height);
+        Seen {
+            place,
+            by_place: by_lifted * (1.0 + nearness * height),
+            by_height: by_lifted * (parallax + table * nearness),
+            by_camera,
+        }
+    }
+}

@@ -1,0 +1,38 @@
+//! Numbers with their derivatives by a shot's own unknowns and by the shared ones that move the balls.
+
+use nalgebra::{Const, SVector, Vector2};
+use num_dual::{Derivative, DualNum, DualSVec64};
+
+use super::unknowns::{OWN, PHYSICS};
+
+/// Number of inputs of a shot's motion, its own unknowns first.
+pub(super) const INPUTS: usize = OWN + PHYSICS;
+
+/// A number with its derivatives by the inputs.
+pub(super) type Dual = DualSVec64<INPUTS>;
+
+/// A horizontal vector with the derivatives of its components.
+pub(super) type DualVector = Vector2<Dual>;
+
+/// Derivatives by the inputs.
+pub(super) type Gradient = SVector<f64, INPUTS>;
+
+/// Returns the derivatives of `value`.
+pub(super) fn gradient(value: &Dual) -> Gradient {
+    value.eps.unwrap_generic(Const, Const)
+}
+
+/// Returns a number with this gradient.
+pub(super) fn with_gradient(value: f64, gradient: Gradient) -> Dual {
+    Dual::new(value, Derivative::some(gradient))
+}
+
+/// Returns a number without derivatives.
+pub(super) fn constant(value: f64) -> Dual {
+    Dual::from_re(value)
+}
+
+/// Returns the length of `v`. A length of 0 has the gradient 0 instead of an undefined one.
+pub(super) fn norm(v: DualVector) -> Dual {
+    (v.x * v.x + v.y * v.y + f64::MIN_POSITIVE.sqrt()).sqrt()
+}

@@ -1,0 +1,91 @@
+//! Everything that can be wrong or worth saying of the fit of a film, as data. The verdict is the worst of it.
+
+use super::unknowns::Id;
+
+/// How far a finding affects the trust in a fit.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Severity {
+    /// Good to know.
+    Note,
+    /// The estimates may be off by more than their errors.
+    Doubtful,
+    /// The estimates mean nothing.
+    Unusable,
+}
+
+/// A finding of a fit.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Finding {
+    /// Lengths are in another unit than stated; metres over a unit of length.
+    OtherUnit {
+        factor: f64,
+    },
+    /// The frames contradict what is stated or known of a quantity, whose prior was then left out.
+    Conflict {
+        id: Id,
+        stated: f64,
+        estimate: f64,
+        sd: f64,
+        /// Difference in its standard deviations.
+        size: f64,
+    },
+    /// An effect that the model leaves out explains residuals; it was then let in.
+    Cause {
+        id: Id,
+        estimate: f64,
+        sd: f64,
+        /// Fall of −2 log L.
+        fall: f64,
+    },
+    /// The cue balls do not spin as stated; their spins were then found from the frames.
+    Spins {
+        /// Fall of −2 log L.
+        fall: f64,
+        /// Mean topspin of the shots that slide, over natural roll, and their number.
+        topspin: f64,
+        sliding: usize,
+    },
+    /// The frames scatter about the paths by more than their noise: variance of slow motions over that of the noise before the impacts.
+    Misfit {
+        ratio: f64,
+    },
+    /// The frames determine a wanted unknown by less than is known without them.
+    Undetermined {
+        id: Id,
+        sd: f64,
+    },
+    /// A wanted unknown is at a bound.
+    AtBound {
+        id: Id,
+        bound: f64,
+    },
+    /// Shots that were left out because their frames fit no collision, with the tail probability of each.
+    LostShots {
+        names: Vec<String>,
+    },
+    /// The descent did not end at a minimum.
+    NotConverged,
+}
+
+impl Finding {
+    /// Returns how far it affects the trust in a fit.
+    #[must_use]
+    pub fn severity(&self) -> Severity {
+        match self {
+            Self::Undetermined { .. } | Self::LostShots { .. } => Severity::Note,
+            Self::OtherUnit { .. }
+            | Self::Conflict { .. }
+            | Self::Cause { .. }
+            | Self::Spins { .. }
+            | Self::Misfit { .. }
+            | Self::AtBound { .. } => Severity::Doubtful,
+            Self::NotConverged => Severity::Unusable,
+        }
+    }
+}
+
+/// Returns the worst severity of some findings.
+#[must_use]
+pub fn worst(findings: &[Finding]) -> Severity {
+    findings.iter().map(Finding::severity).max().unwrap_or(Severity::Note)
+}

@@ -1,0 +1,261 @@
+//! Where both balls are at any time: pieces quadratic in time, before the impact, in flight, sliding and rolling.
+//!
+//! Nature is smooth where an idealised model has jumps: a contact lasts 280 µs, a landing 1 ms. Each is one more quadratic piece, so that χ²
+//! has neither kinks nor jumps where a frame passes it.
+
+use nalgebra::{SMatrix, SVector};
+use num_dual::DualNum;
+
+use super::dual::{Dual, DualVector, INPUTS, constant, gradient, norm};
+use super::impact::{Contact, Side};
+use super::unknowns::{Id, OWN, Own, Shared, own};
+use crate::physics::ball::Vec3;
+use crate::physics::cloth_motion::GRAVITY;
+use crate::physics::collision::NotACollision;
+
+/// Upward speed of the lowest bounce that is followed, m/s. Lower ones are one piece: what they do in between is less than 0.1 µm.
+const LOWEST_BOUNCE: f64 = 2e-3;
+
+/// Largest number of bounces that are followed: with e_t = 0.9 those of a ball that rises with 1.7 m/s.
+const MAX_BOUNCES: usize = 64;
+
+/// Half of the time that a landing lasts, s. It moves a ball by less than 6 µm.
+const HALF_LANDING: f64 = 5e-4;
+
+/// Half of the time that the contact of the balls lasts, s (Kim 2024, below Eq. 37).
+const HALF_CONTACT: f64 = 1.4e-4;
+
+/// Number of coefficients of x, y and height: the constant, those per s and per s²/2.
+pub(super) const COEFFICIENTS: usize = 9;
+
+/// How the cue ball moves on the cloth before the impact.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Approach {
+    /// Without slip.
+    Rolls,
+    /// With the slip that its spin gives it.
+    Slides,
+}
+
+/// Spin of the cue ball before the impact as far as it is stated.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct StatedSpin {
+    pub approach: Approach,
+    /// Shared unknown that the topspin is counted from.
+    pub mean: Option<Id>,
+    /// Measured spin in the table frame, rad/s.
+    pub measured: Option<Vec3>,
+}
+
+/// A part of a ball's path, in time since the first guess of the impact.
+pub(super) struct Piece {
+    /// s
+    pub start: f64,
+    /// m, m/s, m/s²
+    pub at: SVector<f64, COEFFICIENTS>,
+    pub by: SMatrix<f64, COEFFICIENTS, INPUTS>,
+}
+
+impl Piece {
+    /// Returns the path that at `start` is at `place` with `velocity` and accelerates by `pull`; `height` likewise.
+    fn new(start: Dual, place: DualVector, velocity: DualVector, pull: DualVector, height: [Dual; 3]) -> Self {
+        let (mut at, mut by) = (SVector::zeros(), SMatrix::<f64, COEFFICIENTS, INPUTS>::zeros());
+        let axes = [(place.x, velocity.x, pull.x), (place.y, velocity.y, pull.y), height.into()];
+        for (i, (x, v, a)) in axes.into_iter().enumerate() {
+            let origin = [x - v * start + a * start * start * 0.5, v - a * start, a];
+            for (j, coefficient) in origin.iter().enumerate() {
+                at[3 * i + j] = coefficient.re;
+                by.set_row(3 * i + j, &gradient(coefficient).transpose());
+            }
+        }
+        Self { start: start.re, at, by }
+    }
+
+    /// Returns the path along which the velocity changes by `change` evenly from `half` before to `half` after `at`.
+    fn between(
+        at: Dual,
+        half: f64,
+        place: DualVector,
+        [velocity, pull, change]: [DualVector; 3],
+        height: [Dual; 3],
+    ) -> Self {
+        let half = constant(half);
+        let early = place - velocity * half + pull * (half * half * 0.5);
+        Self::new(at - half, early, velocity - pull * half, pull + change / (half * 2.0), height)
+    }
+
+    /// Returns the same path, followed from `by` s later on.
+    fn later(mut self, by: f64) -> Self {
+        self.start += by;
+        self
+    }
+}
+
+/// The cloth's action on a ball.
+struct Cloth {
+    sliding: Dual,
+    rolling: Dual,
+    bounce: Dual,
+    /// Acceleration of a sliding ball down the tilted table, m/s².
+    tilt: DualVector,
+    /// Acceleration of gravity in the film's seconds, m/s²: a wrong frame rate changes what accelerates balls, not an impact.
+    gravity: Dual,
+}
+
+impl Cloth {
+    fn new(shared: &Shared) -> Self {
+        let rate = shared.dual(Id::Rate);
+        let gravity = (rate * rate).recip() * GRAVITY;
+        Self {
+            sliding: shared.dual(Id::MuK),
+            rolling: shared.dual(Id::MuR),
+            bounce: shared.dual(Id::Bounce),
+            tilt: DualVector::new(shared.dual(Id::TiltX), shared.dual(Id::TiltY)) * gravity,
+            gravity,
+        }
+    }
+
+    fn pull_sliding(&self, slip: DualVector) -> DualVector {
+        self.tilt - slip * (self.sliding * self.gravity / norm(slip))
+    }
+
+    fn pull_rolling(&self, velocity: DualVector, inertia: f64) -> DualVector {
+        self.tilt * constant(1.0 / (1.0 + inertia)) - velocity * (self.rolling * self.gravity / norm(velocity))
+    }
+
+    /// Returns the path of a ball that leaves `place` at `time`: flights, landings, sliding, rolling.
+    fn follow(
+        &self,
+        mut time: Dual,
+        mut place: DualVector,
+        ball: &Side,
+        turn: impl Fn(DualVector) -> DualVector,
+    ) -> Vec<Piece> {
+        let (mut velocity, mut slip, mut rise) = (turn(ball.velocity), turn(ball.slip()), ball.rise);
+        let zero = constant(0.0);
+        let (still, flat) = (DualVector::new(zero, zero), [zero; 3]);
+        // an impulse on the ball changes its slip by (1 + ν)/ν times as much as its velocity
+        let lever = (1.0 + ball.inertia) / ball.inertia;
+        let mut pieces = Vec::with_capacity(16);
+        let mut late = HALF_CONTACT;
+        while rise.re > LOWEST_BOUNCE && pieces.len() < 2 * MAX_BOUNCES {
+            pieces.push(Piece::new(time, place, velocity, still, [zero, rise, -self.gravity]).later(late));
+            let flight = rise * 2.0 / self.gravity;
+            place += velocity * flight;
+            time += flight;
+            let (grip, speed) = (self.sliding * (self.bounce + 1.0) * rise, norm(slip));
+            let stop = speed / lever;
+            let impulse = slip * (if grip.re < stop.re { grip } else { stop } / speed);
+            late = 0.0;
+            if (flight * self.bounce).re > 2.0 * HALF_LANDING {
+                let height = (rise - self.gravity * (0.5 * HALF_LANDING)) * HALF_LANDING;
+                let height = [height, rise * (self.bounce - 1.0) * 0.5, zero];
+                let motion = [velocity, still, -impulse];
+                pieces.push(Piece::between(time, HALF_LANDING, place, motion, height));
+                late = HALF_LANDING;
+            }
+            velocity -= impulse;
+            slip -= impulse * constant(lever);
+            rise *= self.bounce;
+        }
+        if rise.re > 0.0 {
+            // all further bounces last 2v_z/g(1 − e_t); their friction is (1 + e_t)/2 of a sliding ball's on average, but later
+            let pull = self.pull_sliding(slip) * ((self.bounce + 1.0) * 0.5);
+            pieces.push(Piece::new(time, place, velocity, pull, flat).later(late));
+            let bouncing = rise * 2.0 / (self.gravity * (-self.bounce + 1.0));
+            let lateness = self.bounce * 2.0 / (self.bounce + 1.0);
+            place += velocity * bouncing + pull * (bouncing * bouncing * 0.5 * lateness);
+            velocity += pull * bouncing;
+            slip += pull * (bouncing * lever);
+            time += bouncing;
+            late = 0.0;
+        }
+        let pull = self.pull_sliding(slip);
+        pieces.push(Piece::new(time, place, velocity, pull, flat).later(late));
+        let sliding = norm(slip) / lever / (self.sliding * self.gravity);
+        place += velocity * sliding + pull * (sliding * sliding * 0.5);
+        velocity += pull * sliding;
+        let pull = self.pull_rolling(velocity, ball.inertia);
+        pieces.push(Piece::new(time + sliding, place, velocity, pull, flat));
+        pieces
+    }
+}
+
+/// Paths of the cue ball and of the object ball of one shot.
+pub(super) struct Paths {
+    /// Pieces of each ball, the first before the impact.
+    pub pieces: [Vec<Piece>; 2],
+    /// Whether the contact stuck.
+    pub sticks: bool,
+}
+
+/// Returns the cue ball just before the impact, in the collision frame.
+fn cue_before(spin: &StatedSpin, shared: &Shared, inputs: &[Dual; OWN], radius: f64, inertia: f64) -> Side {
+    let [along, across] = [inputs[own::ALONG], inputs[own::ACROSS]];
+    let topspin = spin.mean.map_or(constant(0.0), |id| shared.dual(id)) + inputs[own::TOPSPIN];
+    let velocity = DualVector::new(along, across);
+    let side = inputs[own::SIDE] * norm(velocity);
+    let mut turning = [-across * topspin, along * topspin, side];
+    if let Some(measured) = spin.measured {
+        // from the table to the collision frame
+        let (sin, cos) = inputs[own::DIRECTION].sin_cos();
+        let [x, y, z] = [measured.x, measured.y, measured.z].map(|w| w * radius);
+        turning[0] += cos * x + sin * y;
+        turning[1] += cos * y - sin * x;
+        turning[2] += z;
+    }
+    Side { velocity, rise: constant(0.0), spin: turning, inertia }
+}
+
+/// Returns the paths of both balls of a shot.
+///
+/// # Errors
+/// Why its unknowns describe no collision.
+pub(super) fn follow_balls(
+    values: &Own,
+    shared: &Shared,
+    spin: &StatedSpin,
+    contact: &Contact,
+) -> Result<Paths, NotACollision> {
+    // time counts from the present guess of the impact
+    let inputs: [Dual; OWN] = std::array::from_fn(|i| {
+        let value = if i == own::TIME { 0.0 } else { values[i] };
+        Dual::from_re(value).derivative(i)
+    });
+    let instant = inputs[own::TIME];
+    let zero = constant(0.0);
+    let (sin, cos) = inputs[own::DIRECTION].sin_cos();
+    let turn = |v: DualVector| DualVector::new(v.x * cos - v.y * sin, v.x * sin + v.y * cos);
+    let object = contact.object();
+    let cue = cue_before(spin, shared, &inputs, object.radius, object.inertia);
+    let cloth = Cloth::new(shared);
+    let object_place = DualVector::new(inputs[own::X], inputs[own::Y]);
+    // centres of touching balls are 2√(R_c R_o) apart on the table
+    let distance = shared.dual(Id::RadiusRatio).sqrt() * (2.0 * object.radius);
+    let cue_place = object_place - DualVector::new(cos, sin) * distance;
+    let (velocity, slip) = (turn(cue.velocity), turn(cue.slip()));
+    let pull = match spin.approach {
+        Approach::Rolls => cloth.pull_rolling(velocity, object.inertia),
+        Approach::Slides => cloth.pull_sliding(slip),
+    };
+    let (still, flat) = (DualVector::new(zero, zero), [zero; 3]);
+    let places = [cue_place, object_place];
+    let velocities = [velocity, still];
+    let pulls = [pull, still];
+    let (after, sticks) = contact.collide(&cue, shared)?;
+    let pieces = [0, 1].map(|i| {
+        let mut before = Piece::new(instant, places[i], velocities[i], pulls[i], flat);
+        before.start = f64::NEG_INFINITY;
+        let change = turn(after[i].velocity) - velocities[i];
+        let motion = [velocities[i], pulls[i], change];
+        let mut pieces = vec![before, Piece::between(instant, HALF_CONTACT, places[i], motion, flat)];
+        pieces.extend(cloth.follow(instant, places[i], &after[i], turn));
+        // pieces that are over before the contact ends are never followed
+        for j in (3..pieces.len()).rev() {
+            pieces[j - 1].start = pieces[j - 1].start.min(pieces[j].start);
+        }
+        pieces[2..].iter_mut().for_each(|piece| piece.start = piece.start.max(HALF_CONTACT));
+        pieces
+    });
+    Ok(Paths { pieces, sticks })
+}

@@ -1,0 +1,162 @@
+//! What is known of the shared unknowns of a film before its frames are seen.
+//!
+//! Every quantity that the data set does not state exactly is an unknown with a prior: the largest errors of real films are not noise. The
+//! widths were chosen by Cramér–Rao bounds of ten kinds of film and 2 000 fits of an independent simulator.
+
+use super::spins::{OwnPrior, ShotSpin, Spread};
+use super::unknowns::{Id, Mode, Normal, SHARED, Unknown};
+use crate::measurement::correction::Correction;
+use crate::measurement::dataset::{Dataset, Tracks};
+use crate::measurement::parameter::{Compliance, Parameter, Settings};
+
+/// Relative standard deviation of a stated radius of balls: new ones differ by 0.05 mm from their nominal size.
+const RADIUS_SD: f64 = 0.05 / 28.575;
+
+/// Relative standard deviation of a frame rate that is stated without an error.
+const RATE_SD: f64 = 0.005;
+
+/// Standard deviation of the slope of a table, 1 mm/m.
+const TILT_SD: f64 = 1e-3;
+
+/// Standard deviation of the mean topspin of shots stated as natural roll, over natural roll…
+const ROLL_SD: f64 = 0.01;
+/// …of shots stated as stun…
+const STUN_SD: f64 = 0.02;
+/// …and of shots of unknown spin that slide.
+const UNKNOWN_SD: f64 = 1.0;
+
+/// What is known of μ_s in films of unknown spin, which hardly determine it (Kim 2024: 0.2 to 0.4).
+const UNKNOWN_MU_S: Normal = Normal { mean: 0.3, sd: 0.1 };
+
+/// Returns every shared unknown in the order of [`Id`].
+pub(super) fn list_unknowns(dataset: &Dataset, tracks: &Tracks, spins: &[ShotSpin]) -> [Unknown; SHARED] {
+    let settings = dataset.settings_of_balls();
+    let mut all = [(); SHARED].map(|()| Unknown {
+        id: Id::Mu,
+        start: 0.0,
+        bounds: [f64::NEG_INFINITY, f64::INFINITY],
+        prior: None,
+        mode: Mode::Fixed,
+    });
+    for id in Id::ALL {
+        all[id as usize].id = id;
+    }
+    list_contact(&mut all, &settings);
+    list_cloth(&mut all, dataset);
+    list_camera(&mut all, tracks);
+    list_spins(&mut all, spins);
+    all
+}
+
+/// Makes an unknown free with a prior that it starts from.
+fn known(all: &mut [Unknown; SHARED], id: Id, mean: f64, sd: f64) {
+    let unknown = &mut all[id as usize];
+    (unknown.start, unknown.prior, unknown.mode) = (mean, Some(Normal { mean, sd }), Mode::Free);
+}
+
+fn list_contact(all: &mut [Unknown; SHARED], settings: &Settings) {
+    for (id, parameter) in [
+        (Id::Mu, Parameter::Mu),
+        (Id::MuS, Parameter::MuS),
+        (Id::E, Parameter::E),
+        (Id::FallB, Parameter::B),
+        (Id::FallC, Parameter::C),
+        (Id::Kappa, Parameter::Kappa),
+        (Id::ESlope, Parameter::ESlope),
+        (Id::MassRatio, Parameter::MassRatio),
+        (Id::RadiusRatio, Parameter::RadiusRatio),
+    ] {
+        let setting = &settings[parameter];
+        let unknown = &mut all[id as usize];
+        unknown.start = setting.initial;
+        unknown.bounds = [setting.lower, setting.upper];
+        unknown.prior = setting.prior.map(|prior| Normal { mean: prior.mean, sd: prior.sd });
+        let is_free = settings.has(parameter) && !setting.fixed;
+        unknown.mode = if is_free { Mode::Free } else { Mode::Fixed };
+    }
+    if !settings.falls {
+        let fall = &mut all[Id::FallB as usize];
+        (fall.start, fall.bounds, fall.mode) = (0.0, [-1.0, 1.0], Mode::Tested);
+    }
+    if settings.compliance != Compliance::Stated {
+        all[Id::Kappa as usize].start = 0.0;
+    }
+    if !settings.e_falls {
+        all[Id::ESlope as usize].start = 0.0;
+    }
+}
+
+fn list_cloth(all: &mut [Unknown; SHARED], dataset: &Dataset) {
+    let stated = |measured: Option<crate::measurement::dataset::Measured>| {
+        measured.and_then(|measured| Some((measured.value, measured.sd?)))
+    };
+    let (mean, sd) = stated(dataset.sliding).unwrap_or((0.2, 1.0));
+    known(all, Id::MuK, mean, sd);
+    all[Id::MuK as usize].bounds = [0.01, 2.0];
+    let (mean, sd) = stated(dataset.rolling).unwrap_or((0.01, 0.005));
+    known(all, Id::MuR, mean, sd);
+    known(all, Id::Bounce, 0.5, 0.2);
+    all[Id::Bounce as usize].bounds = [0.05, 0.9];
+    known(all, Id::Rate, 1.0, RATE_SD);
+    all[Id::Rate as usize].bounds = [0.5, 2.0];
+    known(all, Id::TiltX, 0.0, TILT_SD);
+    known(all, Id::TiltY, 0.0, TILT_SD);
+}
+
+fn list_camera(all: &mut [Unknown; SHARED], tracks: &Tracks) {
+    for (id, correction) in [
+        (Id::Scale, Correction::Scale),
+        (Id::Aspect, Correction::Aspect),
+        (Id::Shear, Correction::Shear),
+        (Id::PerspectiveX, Correction::PerspectiveX),
+        (Id::PerspectiveY, Correction::PerspectiveY),
+        (Id::Lens, Correction::Lens),
+        (Id::ShutterX, Correction::ShutterX),
+        (Id::ShutterY, Correction::ShutterY),
+        (Id::ParallaxX, Correction::ParallaxX),
+        (Id::ParallaxY, Correction::ParallaxY),
+        (Id::Nearness, Correction::Nearness),
+    ] {
+        match tracks.camera[correction as usize] {
+            Some(value) => all[id as usize].start = value,
+            None => known(all, id, correction.neutral(), correction.usual()),
+        }
+    }
+    let scale = &mut all[Id::Scale as usize];
+    scale.bounds = [0.1, 10.0];
+    scale.prior = tracks.scale_sd.map(|sd| Normal { mean: 1.0, sd: sd.hypot(RADIUS_SD) });
+    all[Id::Aspect as usize].bounds = [0.1, 10.0];
+    // an axis of the lens at c bends the picture as a decentring of −l c
+    let stated = |which: Correction| tracks.camera[which as usize];
+    for (id, correction) in [(Id::LensX, Correction::LensX), (Id::LensY, Correction::LensY)] {
+        match (stated(Correction::Lens), stated(correction)) {
+            (Some(lens), Some(axis)) => all[id as usize].start = -lens * axis,
+            _ => known(all, id, 0.0, 0.01),
+        }
+    }
+}
+
+fn list_spins(all: &mut [Unknown; SHARED], spins: &[ShotSpin]) {
+    let (mut rolls, mut stuns, mut unknown, mut presses) = (false, false, false, false);
+    for spin in spins {
+        rolls |= spin.stated.mean == Some(Id::Roll) && !spin.is_unknown;
+        stuns |= spin.topspin == OwnPrior::Spread(Spread::Topspin);
+        unknown |= spin.is_unknown;
+        presses |= spin.stated.mean != Some(Id::Slide);
+    }
+    all[Id::Roll as usize].start = 1.0;
+    if rolls {
+        known(all, Id::Roll, 1.0, ROLL_SD);
+    }
+    if unknown {
+        known(all, Id::Slide, 0.0, UNKNOWN_SD);
+    } else if stuns {
+        known(all, Id::Slide, 0.0, STUN_SD);
+    }
+    let mu_s = &mut all[Id::MuS as usize];
+    if !presses {
+        mu_s.mode = Mode::Fixed;
+    } else if unknown && mu_s.mode == Mode::Free && mu_s.prior.is_none() {
+        mu_s.prior = Some(UNKNOWN_MU_S);
+    }
+}

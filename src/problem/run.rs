@@ -1,0 +1,218 @@
+//! The fit of a film from beginning to end.
+
+use super::causes;
+use super::film::{Film, FilmError};
+use super::findings::{Finding, Severity, worst};
+use super::frames::Noise;
+use super::minimise::{Descent, descend_with_noise, fit};
+use super::outliers::{judge_shots, leave_out_frames};
+use super::policy::Policy;
+use super::problem::{Problem, State};
+use super::uncertainty::{Estimates, Interval, Share};
+use super::unknowns::{Id, Mode, Normal};
+use crate::measurement::dataset::Dataset;
+
+/// Rounds of leaving out frames and shots.
+const ROUNDS: usize = 3;
+
+/// Causes that are let in one after the other.
+const MAX_CAUSES: usize = 3;
+
+/// The estimate of a shared unknown.
+#[derive(Clone, Copy, Debug)]
+pub struct Estimate {
+    pub id: Id,
+    pub value: f64,
+    /// `None` at a bound.
+    pub std_error: Option<f64>,
+    pub prior: Option<Normal>,
+}
+
+/// The error budget of an estimate: the parts of its variance, the largest first, and the noise of the frames.
+#[derive(Clone, Debug)]
+pub struct Budget {
+    pub id: Id,
+    pub shares: Vec<Share>,
+    pub frames: f64,
+}
+
+/// The fit of a film.
+pub struct FilmFit {
+    pub estimates: Vec<Estimate>,
+    pub budgets: Vec<Budget>,
+    pub intervals: Vec<Interval>,
+    pub findings: Vec<Finding>,
+    pub noise: [Noise; 2],
+    /// χ² of the frames over their degrees of freedom at the noise that is seen before the impacts.
+    pub misfit: f64,
+    pub shots: usize,
+    pub left_out: Vec<(String, String)>,
+    pub evaluations: usize,
+    pub kappa: f64,
+    pub(crate) problem: Problem,
+    pub(crate) state: State,
+}
+
+impl FilmFit {
+    /// Returns the estimate of an unknown that was free.
+    #[must_use]
+    pub fn get(&self, id: Id) -> Option<&Estimate> {
+        self.estimates.iter().find(|estimate| estimate.id == id)
+    }
+
+    /// Returns the worst severity of the findings.
+    #[must_use]
+    pub fn severity(&self) -> Severity {
+        worst(&self.findings)
+    }
+}
+
+/// What a profile is asked for: none, or the rise of χ² at the ends of the intervals.
+pub type Rise = Option<f64>;
+
+/// Fits the film of a data set.
+///
+/// # Errors
+/// See [`FilmError`].
+pub fn fit_film(dataset: &Dataset, policy: &Policy, rise: Rise) -> Result<FilmFit, FilmError> {
+    let Film { problem, start, names, left_out, findings, .. } = Film::new(dataset)?;
+    let left_out = left_out.into_iter().map(|(name, why)| (name, why.to_string())).collect();
+    let mut run = Run { policy, problem, names, findings, left_out, evaluations: 0 };
+    let first_noise = run.problem.world.noise;
+    let mut descent = run.minimise(start)?;
+    if slow_variance(&run.problem.world.noise, &first_noise) > policy.misfit
+        && let Some((problem, refit, finding)) = causes::spin_freely(&run.problem, &descent.end, policy)
+    {
+        (run.problem, descent) = (problem, refit);
+        run.findings.push(finding);
+    }
+    let mut estimates = run.estimates(&descent)?;
+    if let Some((problem, refit, _)) = causes::comply(&run.problem, &descent.end, policy) {
+        run.adopt(problem, refit, &mut descent);
+        estimates = run.estimates(&descent)?;
+    }
+    for _ in 0..MAX_CAUSES {
+        let Some(explained) = causes::explain(&run.problem, &descent.end, &estimates, policy) else { break };
+        run.findings.push(explained.finding);
+        run.adopt(explained.problem, explained.descent, &mut descent);
+        estimates = run.estimates(&descent)?;
+    }
+    if let Some((problem, refit)) = causes::free_rate(&run.problem, &descent.end, &estimates, policy) {
+        run.adopt(problem, refit, &mut descent);
+        estimates = run.estimates(&descent)?;
+    }
+    let misfit = slow_variance(&run.problem.world.noise, &first_noise);
+    if misfit > policy.misfit {
+        run.findings.push(Finding::Misfit { ratio: misfit });
+    }
+    if !descent.converged {
+        run.findings.push(Finding::NotConverged);
+    }
+    Ok(run.finish(&descent, &estimates, misfit, rise))
+}
+
+/// Returns the variance of slow motions, σ²(1 + ρ)/(1 − ρ), over that of another noise.
+fn slow_variance(noise: &[Noise; 2], first: &[Noise; 2]) -> f64 {
+    let variance = |noise: &Noise| noise.sd * noise.sd * (1.0 + noise.rho) / (1.0 - noise.rho);
+    let ratios = noise.iter().zip(first).map(|(noise, first)| variance(noise) / variance(first));
+    ratios.fold(0.0, f64::max)
+}
+
+struct Run<'a> {
+    policy: &'a Policy,
+    problem: Problem,
+    names: Vec<String>,
+    findings: Vec<Finding>,
+    left_out: Vec<(String, String)>,
+    evaluations: usize,
+}
+
+impl Run<'_> {
+    /// Minimises, leaving out frames and shots that fit no collision.
+    fn minimise(&mut self, start: State) -> Result<Descent, FilmError> {
+        let mut descent = fit(&mut self.problem, start).ok_or(FilmError::NoStart)?;
+        self.evaluations += descent.evaluations;
+        for _ in 0..ROUNDS {
+            let mut state = descent.end.state.clone();
+            let keep = judge_shots(&self.problem, &descent.end, self.policy);
+            let lost: Vec<String> =
+                self.names.iter().zip(&keep).filter(|(_, keep)| !**keep).map(|(name, _)| name.clone()).collect();
+            let frames = leave_out_frames(&mut self.problem, &state, self.policy);
+            if lost.is_empty() && frames == 0 {
+                break;
+            }
+            if !lost.is_empty() {
+                self.problem.retain(&mut state, &keep);
+                let mut keep = keep.iter();
+                self.names.retain(|_| keep.next().copied().unwrap_or(true));
+                self.findings.push(Finding::LostShots { names: lost });
+            }
+            descent = descend_with_noise(&mut self.problem, state);
+            self.evaluations += descent.evaluations;
+        }
+        Ok(descent)
+    }
+
+    fn adopt(&mut self, problem: Problem, refit: Descent, descent: &mut Descent) {
+        self.evaluations += refit.evaluations;
+        self.problem = problem;
+        *descent = refit;
+    }
+
+    fn estimates(&self, descent: &Descent) -> Result<Estimates, FilmError> {
+        Estimates::new(&self.problem, &descent.end).ok_or(FilmError::Undetermined)
+    }
+
+    fn finish(mut self, descent: &Descent, estimates: &Estimates, misfit: f64, rise: Rise) -> FilmFit {
+        let state = descent.end.state.clone();
+        let free = self.problem.unknowns.iter().filter(|unknown| unknown.mode == Mode::Free);
+        let all: Vec<Estimate> = free
+            .map(|unknown| Estimate {
+                id: unknown.id,
+                value: state.shared[unknown.id],
+                std_error: estimates.sd(unknown.id),
+                prior: unknown.prior,
+            })
+            .collect();
+        for id in Id::WANTED {
+            let bounds = self.problem.unknown(id).bounds;
+            let Some(estimate) = all.iter().find(|estimate| estimate.id == id) else { continue };
+            match estimate.std_error {
+                None => self.findings.push(Finding::AtBound {
+                    id,
+                    bound: if estimate.value == bounds[0] { bounds[0] } else { bounds[1] },
+                }),
+                Some(sd) if id == Id::MuS && sd > self.policy.undetermined_mu_s => {
+                    self.findings.push(Finding::Undetermined { id, sd });
+                }
+                Some(_) => {}
+            }
+        }
+        let budgets = Id::WANTED.into_iter().filter_map(|id| {
+            let (shares, frames) = estimates.budget(id, &Id::WANTED)?;
+            Some(Budget { id, shares, frames })
+        });
+        let mut intervals = Vec::new();
+        for id in Id::WANTED {
+            let found = rise.and_then(|rise| estimates.interval(&self.problem, &descent.end, id, rise));
+            if let Some((interval, evaluations)) = found {
+                intervals.push(interval);
+                self.evaluations += evaluations;
+            }
+        }
+        FilmFit {
+            estimates: all,
+            budgets: budgets.collect(),
+            intervals,
+            findings: self.findings,
+            noise: self.problem.world.noise,
+            misfit,
+            shots: self.problem.shots.len(),
+            left_out: self.left_out,
+            evaluations: self.evaluations,
+            kappa: state.shared[Id::Kappa],
+            problem: self.problem,
+            state,
+        }
+    }
+}

@@ -1,0 +1,224 @@
+//! The cue ball's spin before the impact: what is stated of each shot, and what shots without a stated spin have.
+//!
+//! Rolling is a state, not a value of the topspin: a ball that rolls slows down by μ_r g, one that slides by μ_k g. A shot of unknown spin
+//! has one of four states, each with bounds of its own, within which χ² is smooth.
+
+use nalgebra::SMatrix;
+use rayon::prelude::*;
+
+use super::camera::Point;
+use super::frames::{COLUMNS, Contribution};
+use super::motion::{Approach, StatedSpin};
+use super::problem::{Problem, State};
+use super::unknowns::{Id, Normal, OWN, Own, own};
+use crate::measurement::spin::Spin;
+use crate::physics::ball::Vec3;
+
+/// Fall of χ² by which a sliding ball must be likelier than a rolling one: most cue balls roll.
+const ROLL_BONUS: f64 = 9.0;
+
+/// Bounds of the topspin of a ball that slides, over natural roll. Its surface is never faster than three times its centre after a cue
+/// stroke without a miscue (offset of half a radius: 1.25).
+const MAX_TOPSPIN: f64 = 3.0;
+
+/// Slip over speed within which a ball of measured spin rolls: spins are rounded.
+const ROLLS_WITHIN: f64 = 0.01;
+
+/// Steps of a shot's own unknowns until a state is judged.
+const STEPS: usize = 12;
+
+/// Damping at which a shot's own descent gives up.
+const MAX_DAMPING: f64 = 1e6;
+
+/// Spread from shot to shot of a kind of spin.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Spread {
+    /// Topspin of balls that slide.
+    Topspin,
+    /// Side spin.
+    Side,
+}
+
+/// What is known of a spin of one shot.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum OwnPrior {
+    /// It is 0.
+    Held,
+    /// It is stated with an error.
+    Stated(Normal),
+    /// It differs from shot to shot by a spread that is estimated.
+    Spread(Spread),
+}
+
+/// The spin of one shot.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct ShotSpin {
+    pub stated: StatedSpin,
+    pub topspin: OwnPrior,
+    pub side: OwnPrior,
+    /// Bounds of [`own::TOPSPIN`].
+    pub bounds: [f64; 2],
+    /// Whether the state may change.
+    pub is_unknown: bool,
+}
+
+const UNBOUNDED: [f64; 2] = [f64::NEG_INFINITY, f64::INFINITY];
+
+impl ShotSpin {
+    /// A ball in natural roll.
+    pub fn rolls() -> Self {
+        let stated = StatedSpin { approach: Approach::Rolls, mean: Some(Id::Roll), measured: None };
+        let side = OwnPrior::Spread(Spread::Side);
+        Self { stated, topspin: OwnPrior::Held, side, bounds: UNBOUNDED, is_unknown: false }
+    }
+
+    /// A ball without topspin, as far as players hit one.
+    pub fn slides() -> Self {
+        let stated = StatedSpin { approach: Approach::Slides, mean: Some(Id::Slide), measured: None };
+        let topspin = OwnPrior::Spread(Spread::Topspin);
+        Self { stated, topspin, ..Self::rolls() }
+    }
+
+    /// A ball of unknown spin, rolling at first.
+    pub fn unknown() -> Self {
+        Self { is_unknown: true, ..Self::rolls() }
+    }
+
+    /// Returns the spin of a shot whose cue ball has this velocity on the table, m/s.
+    pub fn stated(spin: Spin, velocity: Point, radius: f64) -> Self {
+        match spin {
+            Spin::Stun => Self::slides(),
+            Spin::NaturalRoll => Self::rolls(),
+            Spin::Measured { spin, sd } => Self::measured(spin, sd, velocity, radius),
+            Spin::Unknown => Self::unknown(),
+        }
+    }
+
+    fn measured(spin: Vec3, sd: [Option<f64>; 3], velocity: Point, radius: f64) -> Self {
+        let speed = velocity.norm();
+        let slip = Point::new(velocity.x - radius * spin.y, velocity.y + radius * spin.x);
+        let rolls = slip.norm() < ROLLS_WITHIN * speed;
+        let approach = if rolls { Approach::Rolls } else { Approach::Slides };
+        let stated = StatedSpin { approach, mean: None, measured: Some(spin) };
+        let prior = |sd: Option<f64>| match sd {
+            Some(sd) if sd > 0.0 && speed > 0.0 => {
+                OwnPrior::Stated(Normal { mean: 0.0, sd: sd * radius / speed })
+            }
+            _ => OwnPrior::Held,
+        };
+        let horizontal = sd[0].zip(sd[1]).map(|(x, y)| (0.5 * (x * x + y * y)).sqrt());
+        Self { stated, topspin: prior(horizontal), side: prior(sd[2]), bounds: UNBOUNDED, is_unknown: false }
+    }
+
+    /// Returns the states of a shot of unknown spin.
+    fn states() -> [Self; 4] {
+        let slides = |bounds| Self { bounds, is_unknown: true, ..Self::slides() };
+        [Self::unknown(), slides([0.0, 1.0]), slides([1.0, MAX_TOPSPIN]), slides([-MAX_TOPSPIN, 0.0])]
+    }
+
+    /// Returns values whose topspin is within the bounds.
+    pub fn bounded(&self, mut values: Own) -> Own {
+        values[own::TOPSPIN] = values[own::TOPSPIN].clamp(self.bounds[0], self.bounds[1]);
+        values
+    }
+
+    /// Returns the priors of the own unknowns that have one, `None` for those that are held.
+    pub fn priors(&self, spreads: &[Normal; 2]) -> [(usize, Option<Normal>); 2] {
+        let normal = |prior: OwnPrior| match prior {
+            OwnPrior::Held => None,
+            OwnPrior::Stated(normal) => Some(normal),
+            OwnPrior::Spread(which) => Some(spreads[which as usize]),
+        };
+        [(own::TOPSPIN, normal(self.topspin)), (own::SIDE, normal(self.side))]
+    }
+
+    /// Adds the priors to a shot's sums, and marks own unknowns that are held: for good, or at a bound that they press against.
+    pub fn constrain(&self, values: &Own, spreads: &[Normal; 2], sums: &mut Contribution) {
+        const LAST: usize = COLUMNS - 1;
+        for (place, prior) in self.priors(spreads) {
+            let Some(normal) = prior else {
+                sums.held[place] = true;
+                continue;
+            };
+            let pull = normal.pull(values[place]);
+            sums.products[(place, place)] += normal.sd.powi(-2);
+            sums.products[(place, LAST)] += pull / normal.sd;
+            sums.products[(LAST, LAST)] += pull * pull;
+            sums.cost += pull * pull;
+        }
+        let (value, slope) = (values[own::TOPSPIN], sums.products[(own::TOPSPIN, LAST)]);
+        let presses = value <= self.bounds[0] && slope > 0.0 || value >= self.bounds[1] && slope < 0.0;
+        sums.held[own::TOPSPIN] |= presses;
+    }
+}
+
+/// Chooses the state of every shot of unknown spin that is likeliest given the shared unknowns; returns whether one has changed.
+pub(super) fn choose_states(problem: &mut Problem, state: &mut State) -> bool {
+    let unknown: Vec<usize> = (0..problem.spins.len()).filter(|i| problem.spins[*i].is_unknown).collect();
+    let judge = |i: usize| {
+        let candidates = ShotSpin::states().map(|spin| {
+            let mut start = state.own[i];
+            if spin.stated.approach == Approach::Slides {
+                let kept = start[own::TOPSPIN].clamp(spin.bounds[0], spin.bounds[1]);
+                let middle = 0.5 * (spin.bounds[0].max(-0.5) + spin.bounds[1].min(1.5));
+                start[own::TOPSPIN] = if kept == spin.bounds[0] || kept == spin.bounds[1] { middle } else { kept };
+            } else {
+                start[own::TOPSPIN] = 0.0;
+            }
+            let (values, cost) = settle(problem, i, &spin, start, state);
+            let bonus = if spin.stated.approach == Approach::Rolls { ROLL_BONUS } else { 0.0 };
+            (spin, values, cost - bonus)
+        });
+        let [first, others @ ..] = candidates;
+        let best = others.into_iter().fold(first, |best, other| if other.2 < best.2 { other } else { best });
+        (i, best.0, best.1)
+    };
+    let chosen: Vec<(usize, ShotSpin, Own)> = unknown.into_par_iter().map(judge).collect();
+    let mut changed = false;
+    for (i, spin, values) in chosen {
+        let old = &mut problem.spins[i];
+        changed |= old.bounds != spin.bounds || old.stated.approach != spin.stated.approach;
+        *old = spin;
+        state.own[i] = values;
+    }
+    changed
+}
+
+/// Returns the least χ² of shot `i` over its own unknowns with a spin, and where it is.
+fn settle(problem: &Problem, i: usize, spin: &ShotSpin, start: Own, state: &State) -> (Own, f64) {
+    let evaluate = |values: &Own| {
+        let shot = &problem.shots[i];
+        let mut sums = shot.contribute(values, &state.shared, &spin.stated, &problem.world);
+        spin.constrain(values, &problem.spreads, &mut sums);
+        sums
+    };
+    let mut values = spin.bounded(start);
+    let mut at = evaluate(&values);
+    let mut damping = 1e-4;
+    for _ in 0..STEPS {
+        let Some(step) = own_step(&at, damping) else { break };
+        let trial = spin.bounded(values - step);
+        let there = evaluate(&trial);
+        if there.cost < at.cost {
+            let gain = at.cost - there.cost;
+            (values, at) = (trial, there);
+            damping *= 0.1;
+            if gain < 0.01 {
+                break;
+            }
+        } else {
+            damping *= 30.0;
+            if damping > MAX_DAMPING {
+                break;
+            }
+        }
+    }
+    (values, at.cost)
+}
+
+/// Returns the damped step of a shot's own unknowns.
+fn own_step(at: &Contribution, damping: f64) -> Option<Own> {
+    let (matrix, beside) = at.own_system::<1>(damping, COLUMNS - 1);
+    let step: SMatrix<f64, OWN, 1> = matrix.cholesky()?.solve(&beside);
+    step.iter().all(|s| s.is_finite()).then_some(step)
+}

@@ -1,0 +1,168 @@
+//! What a fit determines: covariance, intervals, scores of held unknowns, conflicts with priors, and the error budget.
+
+use nalgebra::{DMatrix, DVector};
+
+use super::minimise::descend;
+use super::problem::{Evaluation, Problem, Reduced, State};
+use super::unknowns::{Id, Mode};
+
+/// Part of its information that an unknown must have from the frames, so that they can contradict its prior.
+const LEAST_INFORMATION: f64 = 1e-3;
+
+/// Estimates with their covariance. Unknowns at a bound are not among them.
+pub(crate) struct Estimates {
+    pub ids: Vec<Id>,
+    pub covariance: DMatrix<f64>,
+}
+
+/// The effect of freeing a tested unknown, to first order.
+#[derive(Clone, Copy, Debug)]
+pub struct Score {
+    pub id: Id,
+    /// Fall of χ².
+    pub fall: f64,
+    pub estimate: f64,
+    pub sd: f64,
+}
+
+/// The part of the variance of an estimate that knowing a nuisance parameter exactly would take away.
+#[derive(Clone, Copy, Debug)]
+pub struct Share {
+    pub nuisance: Id,
+    pub variance: f64,
+}
+
+/// A prior against what the frames show without it.
+#[derive(Clone, Copy, Debug)]
+pub struct Conflict {
+    pub id: Id,
+    pub estimate: f64,
+    pub sd: f64,
+    /// Difference in its standard deviations.
+    pub size: f64,
+}
+
+/// An interval of a profile.
+#[derive(Clone, Copy, Debug)]
+pub struct Interval {
+    pub id: Id,
+    pub ends: [f64; 2],
+}
+
+impl Estimates {
+    /// Returns the covariance at a minimum; `None` if the frames do not determine an unknown.
+    pub fn new(problem: &Problem, at: &Evaluation) -> Option<Self> {
+        Self::of_reduced(problem, &at.state, &at.eliminate(0.0)?)
+    }
+
+    pub fn of_reduced(problem: &Problem, state: &State, reduced: &Reduced) -> Option<Self> {
+        let at_bound = |id: &Id| problem.unknown(*id).bounds.contains(&state.shared[*id]);
+        let ids: Vec<Id> = problem.free().into_iter().filter(|id| !at_bound(id)).collect();
+        let matrix = reduced.matrix(&ids);
+        // scaled to a unit diagonal: units differ by 1e6
+        let scale = DVector::from_fn(ids.len(), |i, _| matrix[(i, i)].sqrt().recip());
+        if !scale.iter().all(|s| s.is_finite()) {
+            return None;
+        }
+        let scaled = DMatrix::from_fn(ids.len(), ids.len(), |i, j| matrix[(i, j)] * scale[i] * scale[j]);
+        let inverse = scaled.cholesky()?.inverse();
+        let covariance = DMatrix::from_fn(ids.len(), ids.len(), |i, j| inverse[(i, j)] * scale[i] * scale[j]);
+        Some(Self { ids, covariance })
+    }
+
+    pub fn position(&self, id: Id) -> Option<usize> {
+        self.ids.iter().position(|other| *other == id)
+    }
+
+    pub fn sd(&self, id: Id) -> Option<f64> {
+        self.position(id).map(|i| self.covariance[(i, i)].sqrt())
+    }
+
+    /// Returns the scores of all tested unknowns, without their priors.
+    pub fn score_tested(&self, problem: &Problem, at: &Evaluation) -> Vec<Score> {
+        let Some(reduced) = at.eliminate(0.0) else { return Vec::new() };
+        let gradient = reduced.gradient(&self.ids);
+        let tested = problem.unknowns.iter().filter(|unknown| unknown.mode == Mode::Tested);
+        let scores = tested.map(|unknown| {
+            let with: Vec<Id> = self.ids.iter().copied().chain([unknown.id]).collect();
+            let (matrix, n) = (reduced.matrix(&with), self.ids.len());
+            let beside = matrix.view((0, n), (n, 1)).column(0).into_owned();
+            let answer = &self.covariance * &beside;
+            let information = matrix[(n, n)] - beside.dot(&answer);
+            let slope = reduced.gradient(&with)[n] - answer.dot(&gradient);
+            Score {
+                id: unknown.id,
+                fall: slope * slope / information,
+                estimate: at.state.shared[unknown.id] - slope / information,
+                sd: information.sqrt().recip(),
+            }
+        });
+        scores.filter(|score| score.fall.is_finite() && score.sd.is_finite()).collect()
+    }
+
+    /// Returns the variance of one of the `wanted` nuisance by nuisance, the most costly first, and the rest, which is the noise of the
+    /// frames. The parts add up to the variance.
+    pub fn budget(&self, id: Id, wanted: &[Id]) -> Option<(Vec<Share>, f64)> {
+        let i = self.position(id)?;
+        let mut left = self.covariance.clone();
+        let mut nuisances: Vec<usize> = (0..self.ids.len()).filter(|n| !wanted.contains(&self.ids[*n])).collect();
+        let mut shares = Vec::new();
+        while let Some(place) = (0..nuisances.len()).max_by(|a, b| {
+            let gain = |n: usize| left[(i, nuisances[n])].powi(2) / left[(nuisances[n], nuisances[n])];
+            gain(*a).total_cmp(&gain(*b))
+        }) {
+            let n = nuisances.swap_remove(place);
+            let column: DVector<f64> = left.column(n).into_owned();
+            shares.push(Share { nuisance: self.ids[n], variance: column[i] * column[i] / column[n] });
+            left -= &column * column.transpose() / column[n];
+        }
+        Some((shares, left[(i, i)]))
+    }
+
+    /// Returns each prior against what the frames show without it, to first order.
+    pub fn conflicts(&self, problem: &Problem, at: &Evaluation) -> Vec<Conflict> {
+        let conflict = |(i, id): (usize, &Id)| {
+            let prior = problem.unknown(*id).active_prior()?;
+            let (x, variance) = (at.state.shared[*id], self.covariance[(i, i)]);
+            let information = 1.0 / variance - prior.sd.powi(-2);
+            let estimate = (x / variance - prior.mean * prior.sd.powi(-2)) / information;
+            let size = (estimate - prior.mean) / (1.0 / information + prior.sd * prior.sd).sqrt();
+            let sd = information.sqrt().recip();
+            (information > LEAST_INFORMATION / variance).then_some(Conflict { id: *id, estimate, sd, size })
+        };
+        self.ids.iter().enumerate().filter_map(conflict).collect()
+    }
+
+    /// Returns where the least χ² with `id` held exceeds the minimum by `rise`, and the evaluations that took. The others follow along the
+    /// covariance and descend from there.
+    pub fn interval(&self, problem: &Problem, at: &Evaluation, id: Id, rise: f64) -> Option<(Interval, usize)> {
+        /// Steps of the others at each point, and points on each side.
+        const STEPS: usize = 2;
+        const POINTS: usize = 6;
+        /// Relative precision of the rise.
+        const PRECISION: f64 = 0.05;
+        let i = self.position(id)?;
+        let along = self.covariance.column(i) / self.covariance[(i, i)];
+        let others: Vec<Id> = self.ids.iter().copied().filter(|other| *other != id).collect();
+        let reduced = at.eliminate(0.0)?;
+        let bounds = problem.unknown(id).bounds;
+        let mut evaluations = 0;
+        let mut ends = [0.0; 2];
+        for (end, sign) in ends.iter_mut().zip([-1.0, 1.0]) {
+            let mut far = (rise * self.covariance[(i, i)]).sqrt();
+            for _ in 0..POINTS {
+                *end = (at.state.shared[id] + sign * far).clamp(bounds[0], bounds[1]);
+                let by = &along * (*end - at.state.shared[id]);
+                let there = problem.evaluate(reduced.step(problem, &at.state, &self.ids, &by, false));
+                let there = descend(problem, there, &others, STEPS);
+                evaluations += 1 + there.evaluations;
+                let risen = (there.end.cost - at.cost) / rise;
+                if (risen - 1.0).abs() < PRECISION || bounds.contains(end) {
+                    break;
+                }
+                far /= risen.clamp(0.1, 10.0).sqrt();
+            }
+        }
+        Some((Interval { id, ends }, evaluations))
+    }
+}
