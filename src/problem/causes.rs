@@ -4,10 +4,11 @@ use super::findings::Finding;
 use super::impact::Contact;
 use super::minimise::{Descent, descend, descend_with_noise};
 use super::policy::Policy;
+use super::priors::RATE_SD;
 use super::problem::{Evaluation, Problem, State};
 use super::spins::ShotSpin;
 use super::uncertainty::Estimates;
-use super::unknowns::{Id, Mode, Normal};
+use super::unknowns::{Id, Mode, Normal, own};
 use crate::physics::collision::Model;
 
 /// Parts of the way to the estimate of a score at which a descent with a freed unknown starts: flights between bounces give the frame
@@ -16,6 +17,12 @@ const PLACES: [f64; 3] = [1.0, 2.0, 3.0];
 
 /// Frame rates over the stated one at which descents start.
 const RATES: [f64; 5] = [0.8, 0.9, 1.0, 1.1, 1.25];
+
+/// Topspin over natural roll at which descents start whose balls slide: on either side of rolling, where the friction of the cloth turns.
+const SLIDES: [f64; 3] = [0.8, 0.95, 1.05];
+
+/// Steps until it shows which spins suit most shots.
+const FIRST_STEPS: usize = 12;
 
 /// Suspects of one round that are refitted: the largest by their score.
 const MAX_SUSPECTS: usize = 3;
@@ -56,12 +63,14 @@ pub(super) fn explain(problem: &Problem, at: &Evaluation, estimates: &Estimates,
     let mut suspects: Vec<Suspect> = scores.chain(conflicts).collect();
     suspects.retain(|suspect| suspect.fall > 0.5 * suspect.threshold);
     suspects.sort_by(|a, b| (b.fall / b.threshold).total_cmp(&(a.fall / a.threshold)));
-    let refits = suspects.into_iter().take(MAX_SUSPECTS).filter_map(|suspect| let_in(problem, at, suspect));
-    refits.max_by(|a, b| a.fall.total_cmp(&b.fall))
+    let refits = suspects.into_iter().take(MAX_SUSPECTS).filter_map(|suspect| let_in(problem, at, suspect, policy));
+    let best = refits.max_by(|a, b| a.fall.total_cmp(&b.fall))?;
+    let sliding = slide(problem, at, policy).filter(|sliding| sliding.fall > best.fall);
+    Some(sliding.unwrap_or(best))
 }
 
 /// Returns the least χ² with a suspect free and without its prior, if χ² falls by enough.
-fn let_in(problem: &Problem, at: &Evaluation, suspect: Suspect) -> Option<Explained> {
+fn let_in(problem: &Problem, at: &Evaluation, suspect: Suspect, policy: &Policy) -> Option<Explained> {
     let id = suspect.id;
     let mut wider = problem.clone();
     let before = *wider.unknown(id);
@@ -85,6 +94,9 @@ fn let_in(problem: &Problem, at: &Evaluation, suspect: Suspect) -> Option<Explai
     let finding = match before.prior {
         Some(Normal { mean, sd: prior_sd }) => {
             let size = (estimate - mean) / sd.hypot(prior_sd);
+            if size.abs() < policy.conflict {
+                return None;
+            }
             Finding::Conflict { id, stated: mean, estimate, sd, size }
         }
         None => Finding::Cause { id, estimate, sd, fall },
@@ -115,17 +127,22 @@ fn descend_from(problem: &Problem, state: &State, id: Id, values: &[f64]) -> Opt
     best
 }
 
-/// Returns the refit without the prior of the frame rate if the frames disagree with it moderately.
-pub(super) fn free_rate(problem: &Problem, at: &Evaluation, estimates: &Estimates, policy: &Policy) -> Option<(Problem, Descent)> {
+/// Returns the refit with a wider prior of the frame rate if the frames disagree with the stated one moderately: they seldom determine the
+/// rate, and a wrong one biases e by more than its error.
+pub(super) fn widen_rate(
+    problem: &Problem,
+    at: &Evaluation,
+    estimates: &Estimates,
+    policy: &Policy,
+) -> Option<(Problem, Descent)> {
+    let prior = problem.unknown(Id::Rate).active_prior().filter(|prior| prior.sd == RATE_SD)?;
     let conflict = estimates.conflicts(problem, at).into_iter().find(|conflict| conflict.id == Id::Rate)?;
     if conflict.size.abs() < policy.rate_conflict {
         return None;
     }
     let mut wider = problem.clone();
-    wider.unknown_mut(Id::Rate).prior = None;
-    let values = [conflict.estimate, 0.9, 1.0, 1.1];
-    let best = descend_from(&wider, &at.state, Id::Rate, &values)?;
-    let descent = descend_with_noise(&mut wider, best.end.state);
+    wider.unknown_mut(Id::Rate).prior = Some(Normal { mean: prior.mean, sd: policy.doubted_rate_sd });
+    let descent = descend_with_noise(&mut wider, at.state.clone());
     Some((wider, descent))
 }
 
@@ -150,34 +167,62 @@ pub(super) fn comply(problem: &Problem, at: &Evaluation, policy: &Policy) -> Opt
     Some((compliant, descent, fall))
 }
 
-/// Returns the refit with the spins of all shots unknown, if χ² falls by enough for one more unknown per shot.
-pub(super) fn spin_freely(problem: &Problem, at: &Evaluation, policy: &Policy) -> Option<(Problem, Descent, Finding)> {
-    let mut free = problem.clone();
-    free.spins.iter_mut().for_each(|spin| *spin = ShotSpin::unknown());
-    let slide = free.unknown_mut(Id::Slide);
-    (slide.mode, slide.prior) = (Mode::Free, Some(Normal { mean: 0.0, sd: 1.0 }));
-    let roll = free.unknown_mut(Id::Roll);
-    (roll.mode, roll.start) = (Mode::Fixed, 1.0);
-    let mu_s = free.unknown_mut(Id::MuS);
-    if mu_s.prior.is_none() {
-        (mu_s.mode, mu_s.prior) = (Mode::Free, Some(Normal { mean: 0.3, sd: 0.1 }));
+/// Returns the refit with balls that slide before the impact though natural roll is stated, with a topspin that the shots share.
+fn slide(problem: &Problem, at: &Evaluation, policy: &Policy) -> Option<Explained> {
+    let rolls = |spin: &ShotSpin| spin.stated.mean == Some(Id::Roll) && !spin.is_unknown;
+    if !problem.spins.iter().any(rolls) || problem.unknown(Id::Slide).mode == Mode::Free {
+        return None;
     }
+    let mut sliding = problem.clone();
+    sliding.spins.iter_mut().filter(|spin| rolls(spin)).for_each(|spin| *spin = ShotSpin::slides());
+    sliding.unknown_mut(Id::Roll).mode = Mode::Fixed;
+    sliding.unknown_mut(Id::Slide).mode = Mode::Free;
+    let best = descend_from(&sliding, &at.state, Id::Slide, &SLIDES)?;
+    let fall = at.cost - best.end.cost;
+    if !(fall > policy.cause) {
+        return None;
+    }
+    let descent = descend_with_noise(&mut sliding, best.end.state);
+    let finding =
+        Finding::Spins { fall, topspin: descent.end.state.shared[Id::Slide], sliding: sliding.spins.len() };
+    Some(Explained { problem: sliding, descent, finding, fall })
+}
+
+/// Returns the refit with the spins of all shots unknown, if χ² falls by enough for one more unknown per shot.
+pub(super) fn spin_freely(problem: &Problem, at: &Evaluation, policy: &Policy) -> Option<Explained> {
+    let free = Problem {
+        spins: vec![ShotSpin::unknown(); problem.spins.len()],
+        unknowns: super::priors::of_unknown_spins(&problem.unknowns),
+        ..problem.clone()
+    };
     let mut start = at.state.clone();
-    start.shared[Id::Roll] = 1.0;
-    start.shared[Id::MuS] = 0.3;
+    for id in [Id::Roll, Id::Slide, Id::MuS] {
+        start.shared[id] = free.unknown(id).start;
+    }
+    start.own.iter_mut().for_each(|values| values[own::TOPSPIN] = 0.0);
+    // states are judged from shared unknowns that suit most shots: all roll, or all slide without spin
+    let starts = [ShotSpin::unknown(), ShotSpin::unknown_sliding()].map(|spin| {
+        let mut all = free.clone();
+        all.spins.iter_mut().for_each(|of_shot| *of_shot = spin);
+        let descent = descend(&all, all.evaluate(start.clone()), &all.free(), FIRST_STEPS);
+        (all, descent)
+    });
+    let [rolling, sliding] = starts;
+    let (mut free, first) = if sliding.1.end.cost < rolling.1.end.cost { sliding } else { rolling };
     let noise = free.world.noise;
-    let descent = descend_with_noise(&mut free, start);
+    let descent = descend_with_noise(&mut free, first.end.state);
     // at the noise of the first fit
-    let mut same = free.clone();
-    same.world.noise = noise;
+    let same = Problem { world: super::frames::World { noise, ..free.world }, ..free.clone() };
     let fall = at.cost - same.evaluate(descent.end.state.clone()).cost;
     if !(fall > policy.cause + 2.0 * free.spins.len() as f64) {
         return None;
     }
-    let sliding: Vec<usize> = (0..free.spins.len()).filter(|i| free.spins[*i].stated.mean == Some(Id::Slide)).collect();
-    let mean = descent.end.state.shared[Id::Slide];
-    let own = sliding.iter().map(|i| descent.end.state.own[*i][super::unknowns::own::TOPSPIN]).sum::<f64>();
-    let topspin = if sliding.is_empty() { 1.0 } else { mean + own / sliding.len() as f64 };
+    let state = &descent.end.state;
+    let sliding: Vec<usize> =
+        (0..free.spins.len()).filter(|i| free.spins[*i].stated.mean == Some(Id::Slide)).collect();
+    let sum = sliding.iter().map(|i| state.own[*i][own::TOPSPIN]).sum::<f64>();
+    let topspin =
+        if sliding.is_empty() { 1.0 } else { state.shared[Id::Slide] + sum / sliding.len() as f64 };
     let finding = Finding::Spins { fall, topspin, sliding: sliding.len() };
-    Some((free, descent, finding))
+    Some(Explained { problem: free, descent, finding, fall })
 }

@@ -32,7 +32,10 @@ pub(super) fn constant(value: f64) -> Dual {
     Dual::from_re(value)
 }
 
-/// Returns the length of `v`. A length of 0 has the gradient 0 instead of an undefined one.
+/// Speed below which directions are smoothed, m/s: a ball that slips less moves by 3 nm until it rolls, so that no frame sees it.
+const SMOOTH_SPEED: f64 = 1e-4;
+
+/// Returns the length of a velocity, smooth at 0: the direction `v / norm(v)` of a slip that ends has bounded derivatives.
 pub(super) fn norm(v: DualVector) -> Dual {
-    (v.x * v.x + v.y * v.y + f64::MIN_POSITIVE.sqrt()).sqrt()
+    (v.x * v.x + v.y * v.y + SMOOTH_SPEED * SMOOTH_SPEED).sqrt()
 }

@@ -78,6 +78,8 @@ pub(crate) struct BodySums {
     pub square: f64,
     /// Number of independent coordinates.
     pub count: f64,
+    /// Logarithm of the determinant of the correlation matrix.
+    pub ln_determinant: f64,
 }
 
 impl Contribution {
@@ -146,6 +148,7 @@ impl ShotFrames {
             };
             let kept = correlation(noise.rho, frame.time - then, self.fps);
             let fresh = (1.0 - kept * kept).sqrt().recip();
+            of_body.ln_determinant -= 4.0 * fresh.ln();
             for (row, before) in rows.iter().zip(&before) {
                 of_body.lagged += row[LOCAL - 1] * before[LOCAL - 1];
                 of_body.square += row[LOCAL - 1] * row[LOCAL - 1];

@@ -10,6 +10,12 @@ use super::unknowns::{Normal, OWN, own};
 /// Largest correlation of neighbouring frames that is estimated.
 const MAX_RHO: f64 = 0.98;
 
+/// Correlation below which that of the residuals serves: it changes no error by a tenth.
+const LEAST_RHO: f64 = 0.1;
+
+/// Step of the correlation between values whose likelihoods are compared.
+const RHO_STEP: f64 = 0.04;
+
 /// The noise has settled if its variance changes by less than this part and ρ by less than this.
 const SETTLED: f64 = 0.01;
 
@@ -22,6 +28,8 @@ pub(super) fn update(problem: &mut Problem, at: &Evaluation) -> bool {
     let Some(estimates) = Estimates::of_reduced(problem, &at.state, &reduced) else { return true };
     let parameters = count_unknowns(problem, &estimates, &reduced);
     let total: f64 = at.bodies.iter().map(|body| body.count).sum();
+    // residuals are less correlated than the errors, as each shot's unknowns follow slow errors
+    let likeliest = likeliest_correlation(problem, at, total - parameters);
     let mut settled = true;
     for (noise, body) in problem.world.noise.iter_mut().zip(&at.bodies) {
         let dof = body.count * (1.0 - parameters / total);
@@ -29,7 +37,7 @@ pub(super) fn update(problem: &mut Problem, at: &Evaluation) -> bool {
             continue;
         }
         let growth = body.weighted / dof;
-        let rho = (body.lagged / body.square).clamp(0.0, MAX_RHO);
+        let rho = likeliest.unwrap_or(body.lagged / body.square).clamp(0.0, MAX_RHO);
         settled &= (growth - 1.0).abs() < SETTLED && (rho - noise.rho).abs() < SETTLED;
         if growth > 0.0 && growth.is_finite() {
             *noise = Noise { sd: noise.sd * growth.sqrt(), rho };
@@ -42,6 +50,36 @@ pub(super) fn update(problem: &mut Problem, at: &Evaluation) -> bool {
         problem.spreads[which as usize] = new;
     }
     settled
+}
+
+/// Returns the correlation of neighbouring frames that restricted likelihood prefers near the present one; `None` if the residuals of
+/// neighbouring frames are hardly correlated.
+fn likeliest_correlation(problem: &Problem, at: &Evaluation, dof: f64) -> Option<f64> {
+    let lagged = at.bodies.iter().map(|body| body.lagged).sum::<f64>();
+    let square = at.bodies.iter().map(|body| body.square).sum::<f64>();
+    let of_residuals = lagged / square;
+    let present = problem.world.noise.iter().map(|noise| noise.rho).fold(of_residuals, f64::max);
+    if !(present > LEAST_RHO && dof > 0.0) {
+        return None;
+    }
+    let middle = present.clamp(RHO_STEP, MAX_RHO - RHO_STEP);
+    let [low, here, high] = [-RHO_STEP, 0.0, RHO_STEP].map(|by| restricted(problem, at, middle + by, dof));
+    let (low, here, high) = (low?, here?, high?);
+    // the vertex of the parabola through three points, at most two steps away
+    let (slope, bend) = (0.5 * (high - low), high - 2.0 * here + low);
+    let steps = if bend > 0.0 { (-slope / bend).clamp(-2.0, 2.0) } else { -2.0 * slope.signum() };
+    Some(middle + steps * RHO_STEP)
+}
+
+/// Returns −2 ln of the restricted likelihood with a correlation, up to a constant, least over all unknowns and the size of the noise:
+/// (N − p) ln χ² + ln|R| + ln|XᵀR⁻¹X|.
+fn restricted(problem: &Problem, at: &Evaluation, rho: f64, dof: f64) -> Option<f64> {
+    let mut other = problem.clone();
+    other.world.noise.iter_mut().for_each(|noise| noise.rho = rho);
+    let there = other.evaluate(at.state.clone());
+    let (least, of_unknowns) = there.eliminate(0.0)?.least(&other.free())?;
+    let of_frames: f64 = there.bodies.iter().map(|body| body.ln_determinant).sum();
+    Some(dof * least.ln() + of_frames + of_unknowns)
 }
 
 /// Returns the number of unknowns that the frames determine: each counts by the part of its information that is not its prior's.

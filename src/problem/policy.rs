@@ -12,8 +12,11 @@ pub struct Policy {
     /// Size of a conflict between a prior and the frames, in standard deviations, that makes a fit doubtful: level 1 % of a family of a
     /// dozen (Holm 1979).
     pub conflict: f64,
-    /// Size of a conflict at which the prior of the frame rate is dropped, so that the error of a wrong rate is in the errors.
+    /// Size of a conflict at which the prior of a frame rate stated without an error is widened. In films of 15 shots at 240 frames/s with
+    /// rates 10 % off it was 0.4 to 2.6, and e off by up to 4 errors; a wider prior costs e a third of its error.
     pub rate_conflict: f64,
+    /// Relative standard deviation of a frame rate then.
+    pub doubted_rate_sd: f64,
     /// Fall of −2 log L that names a cause: likelihood ratio e⁵, level 1 % of a family of a dozen with one unknown each.
     pub cause: f64,
     /// Variance of slow motions over that of the noise before the impacts, beyond which the model does not describe the paths.
@@ -29,7 +32,8 @@ impl Default for Policy {
             shot_tail: 1e-6,
             max_lost: 0.34,
             conflict: 3.3,
-            rate_conflict: 2.0,
+            rate_conflict: 1.0,
+            doubted_rate_sd: 0.05,
             cause: 10.0,
             misfit: 2.0,
             undetermined_mu_s: 0.15,

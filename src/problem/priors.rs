@@ -13,7 +13,7 @@ use crate::measurement::parameter::{Compliance, Parameter, Settings};
 const RADIUS_SD: f64 = 0.05 / 28.575;
 
 /// Relative standard deviation of a frame rate that is stated without an error.
-const RATE_SD: f64 = 0.005;
+pub(super) const RATE_SD: f64 = 0.005;
 
 /// Standard deviation of the slope of a table, 1 mm/m.
 const TILT_SD: f64 = 1e-3;
@@ -159,4 +159,18 @@ fn list_spins(all: &mut [Unknown; SHARED], spins: &[ShotSpin]) {
     } else if unknown && mu_s.mode == Mode::Free && mu_s.prior.is_none() {
         mu_s.prior = Some(UNKNOWN_MU_S);
     }
+}
+
+/// Returns the unknowns of a film whose spins are not as stated.
+pub(super) fn of_unknown_spins(unknowns: &[Unknown; SHARED]) -> [Unknown; SHARED] {
+    let mut all = *unknowns;
+    known(&mut all, Id::Slide, 0.0, UNKNOWN_SD);
+    let roll = &mut all[Id::Roll as usize];
+    (roll.start, roll.prior, roll.mode) = (1.0, None, Mode::Fixed);
+    let mu_s = &mut all[Id::MuS as usize];
+    mu_s.start = UNKNOWN_MU_S.mean;
+    if mu_s.prior.is_none() {
+        (mu_s.mode, mu_s.prior) = (Mode::Free, Some(UNKNOWN_MU_S));
+    }
+    all
 }

@@ -53,6 +53,8 @@ pub(crate) struct Reduced {
     responses: Vec<SMatrix<f64, OWN, BORDERED>>,
     /// Covariance of each shot's own unknowns at given shared ones.
     pub own_covariance: Vec<SMatrix<f64, OWN, OWN>>,
+    /// Logarithm of the determinant of the own unknowns' normal matrices.
+    pub own_ln_determinant: f64,
 }
 
 impl Contribution {
@@ -98,6 +100,7 @@ impl Problem {
                 sum.lagged += of_shot.lagged;
                 sum.square += of_shot.square;
                 sum.count += of_shot.count;
+                sum.ln_determinant += of_shot.ln_determinant;
             }
         }
         let cost = if cost.is_finite() { cost } else { f64::INFINITY };
@@ -135,6 +138,7 @@ impl Evaluation {
         let mut squares = 0.0;
         let mut responses = Vec::with_capacity(self.shots.len());
         let mut own_covariance = Vec::with_capacity(self.shots.len());
+        let mut own_ln_determinant = 0.0;
         for shot in &self.shots {
             let (matrix, beside) = shot.own_system::<BORDERED>(damping, OWN);
             let cholesky = matrix.cholesky()?;
@@ -143,6 +147,7 @@ impl Evaluation {
             squares += shot.products[(COLUMNS - 1, COLUMNS - 1)];
             responses.push(response);
             own_covariance.push(cholesky.inverse());
+            own_ln_determinant += 2.0 * cholesky.l_dirty().diagonal().iter().map(|l| l.ln()).sum::<f64>();
         }
         for (i, prior) in self.priors.iter().enumerate() {
             if let Some(normal) = prior {
@@ -156,7 +161,8 @@ impl Evaluation {
         for i in 0..SHARED {
             products[(i, i)] *= 1.0 + damping;
         }
-        products.iter().all(|x| x.is_finite()).then_some(Reduced { products, squares, responses, own_covariance })
+        let is_finite = products.iter().all(|x| x.is_finite());
+        is_finite.then_some(Reduced { products, squares, responses, own_covariance, own_ln_determinant })
     }
 }
 
@@ -178,6 +184,16 @@ impl Reduced {
     pub fn promise(&self, ids: &[Id], step: &DVector<f64>) -> f64 {
         let shared = 2.0 * self.gradient(ids).dot(step) + step.dot(&(self.matrix(ids) * step));
         self.squares - self.products[(SHARED, SHARED)] - shared
+    }
+
+    /// Returns the least value of a quadratic χ² over these unknowns and all own ones, and the logarithm of the determinant of their normal
+    /// matrix.
+    pub fn least(&self, ids: &[Id]) -> Option<(f64, f64)> {
+        let cholesky = self.matrix(ids).cholesky()?;
+        let gradient = self.gradient(ids);
+        let least = self.products[(SHARED, SHARED)] - gradient.dot(&cholesky.solve(&gradient));
+        let of_shared = 2.0 * cholesky.l_dirty().diagonal().iter().map(|l| l.ln()).sum::<f64>();
+        Some((least, self.own_ln_determinant + of_shared))
     }
 
     /// Returns the derivatives of own unknown `place` of shot `i` by these shared unknowns.

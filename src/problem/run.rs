@@ -81,10 +81,10 @@ pub fn fit_film(dataset: &Dataset, policy: &Policy, rise: Rise) -> Result<FilmFi
     let first_noise = run.problem.world.noise;
     let mut descent = run.minimise(start)?;
     if slow_variance(&run.problem.world.noise, &first_noise) > policy.misfit
-        && let Some((problem, refit, finding)) = causes::spin_freely(&run.problem, &descent.end, policy)
+        && let Some(explained) = causes::spin_freely(&run.problem, &descent.end, policy)
     {
-        (run.problem, descent) = (problem, refit);
-        run.findings.push(finding);
+        run.findings.push(explained.finding);
+        run.adopt(explained.problem, explained.descent, &mut descent);
     }
     let mut estimates = run.estimates(&descent)?;
     if let Some((problem, refit, _)) = causes::comply(&run.problem, &descent.end, policy) {
@@ -97,7 +97,7 @@ pub fn fit_film(dataset: &Dataset, policy: &Policy, rise: Rise) -> Result<FilmFi
         run.adopt(explained.problem, explained.descent, &mut descent);
         estimates = run.estimates(&descent)?;
     }
-    if let Some((problem, refit)) = causes::free_rate(&run.problem, &descent.end, &estimates, policy) {
+    if let Some((problem, refit)) = causes::widen_rate(&run.problem, &descent.end, &estimates, policy) {
         run.adopt(problem, refit, &mut descent);
         estimates = run.estimates(&descent)?;
     }
@@ -132,14 +132,22 @@ impl Run<'_> {
     fn minimise(&mut self, start: State) -> Result<Descent, FilmError> {
         let mut descent = fit(&mut self.problem, start).ok_or(FilmError::NoStart)?;
         self.evaluations += descent.evaluations;
-        for _ in 0..ROUNDS {
+        for round in 0..ROUNDS {
             let mut state = descent.end.state.clone();
-            let keep = judge_shots(&self.problem, &descent.end, self.policy);
+            // wrong frames are left out before shots are judged
+            let keep = if round == 0 {
+                vec![true; self.names.len()]
+            } else {
+                judge_shots(&self.problem, &descent.end, self.policy)
+            };
             let lost: Vec<String> =
                 self.names.iter().zip(&keep).filter(|(_, keep)| !**keep).map(|(name, _)| name.clone()).collect();
             let frames = leave_out_frames(&mut self.problem, &state, self.policy);
-            if lost.is_empty() && frames == 0 {
+            if lost.is_empty() && frames == 0 && round > 0 {
                 break;
+            }
+            if lost.is_empty() && frames == 0 {
+                continue;
             }
             if !lost.is_empty() {
                 self.problem.retain(&mut state, &keep);

@@ -84,6 +84,11 @@ impl ShotSpin {
         Self { is_unknown: true, ..Self::rolls() }
     }
 
+    /// A ball of unknown spin that slides with less topspin than natural roll.
+    pub fn unknown_sliding() -> Self {
+        Self { bounds: [-MAX_TOPSPIN, 1.0], is_unknown: true, ..Self::slides() }
+    }
+
     /// Returns the spin of a shot whose cue ball has this velocity on the table, m/s.
     pub fn stated(spin: Spin, velocity: Point, radius: f64) -> Self {
         match spin {
