@@ -85,7 +85,7 @@ impl Problem {
         let contribute = |(i, own): (usize, &Own)| {
             let spin = &self.spins[i];
             let mut sums = self.shots[i].contribute(own, &state.shared, &spin.stated, &self.world);
-            spin.constrain(own, &self.spreads, &mut sums);
+            spin.constrain(own, &state.shared, &self.spreads, &mut sums);
             sums
         };
         let shots: Vec<Contribution> = state.own.par_iter().enumerate().map(contribute).collect();
@@ -214,7 +214,7 @@ impl Reduced {
             if with_residuals {
                 *own -= response.column(SHARED);
             }
-            *own = problem.spins[i].bounded(*own);
+            *own = problem.spins[i].bounded(*own, &state.shared);
         }
         state
     }

@@ -79,9 +79,11 @@ pub fn fit_film(dataset: &Dataset, policy: &Policy, rise: Rise) -> Result<FilmFi
     let left_out = left_out.into_iter().map(|(name, why)| (name, why.to_string())).collect();
     let mut run = Run { policy, problem, names, findings, left_out, evaluations: 0 };
     let first_noise = run.problem.world.noise;
-    let mut descent = run.minimise(start)?;
+    let mut descent = run.minimise(&start)?;
+    // shots that were left out have no first guess any more
+    let start = if start.own.len() == run.problem.shots.len() { start } else { descent.end.state.clone() };
     if slow_variance(&run.problem.world.noise, &first_noise) > policy.misfit
-        && let Some(explained) = causes::spin_freely(&run.problem, &descent.end, policy)
+        && let Some(explained) = causes::spin_freely(&run.problem, &descent.end, (&start, first_noise), policy)
     {
         run.findings.push(explained.finding);
         run.adopt(explained.problem, explained.descent, &mut descent);
@@ -129,7 +131,7 @@ struct Run<'a> {
 
 impl Run<'_> {
     /// Minimises, leaving out frames and shots that fit no collision.
-    fn minimise(&mut self, start: State) -> Result<Descent, FilmError> {
+    fn minimise(&mut self, start: &State) -> Result<Descent, FilmError> {
         let mut descent = fit(&mut self.problem, start).ok_or(FilmError::NoStart)?;
         self.evaluations += descent.evaluations;
         for round in 0..ROUNDS {

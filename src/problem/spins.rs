@@ -1,7 +1,8 @@
 //! The cue ball's spin before the impact: what is stated of each shot, and what shots without a stated spin have.
 //!
-//! Rolling is a state, not a value of the topspin: a ball that rolls slows down by μ_r g, one that slides by μ_k g. A shot of unknown spin
-//! has one of four states, each with bounds of its own, within which χ² is smooth.
+//! Rolling is a state, not a value of the topspin: a ball that rolls slows down by μ_r g, one that slides by μ_k g. Topspin and draw are
+//! two more: friction lifts the cue ball or the object ball. A shot whose state is not stated is in the likeliest of several, each with
+//! bounds of its own, within which χ² is smooth.
 
 use nalgebra::SMatrix;
 use rayon::prelude::*;
@@ -10,7 +11,7 @@ use super::camera::Point;
 use super::frames::{COLUMNS, Contribution};
 use super::motion::{Approach, StatedSpin};
 use super::problem::{Problem, State};
-use super::unknowns::{Id, Normal, OWN, Own, own};
+use super::unknowns::{Id, Normal, OWN, Own, Shared, own};
 use crate::measurement::spin::Spin;
 use crate::physics::ball::Vec3;
 
@@ -23,6 +24,13 @@ const MAX_TOPSPIN: f64 = 3.0;
 
 /// Slip over speed within which a ball of measured spin rolls: spins are rounded.
 const ROLLS_WITHIN: f64 = 0.01;
+
+/// Topspin at which a shot's descent starts in another state, over natural roll: of shots stated as stun, and of others.
+const STUN_START: f64 = 0.03;
+const SLIDE_START: f64 = 0.3;
+
+/// Fall of χ² by which another state must be likelier than the present one, so that states of equal likelihood do not alternate.
+const CHANGE: f64 = 0.1;
 
 /// Steps of a shot's own unknowns until a state is judged.
 const STEPS: usize = 12;
@@ -56,11 +64,25 @@ pub(crate) struct ShotSpin {
     pub stated: StatedSpin,
     pub topspin: OwnPrior,
     pub side: OwnPrior,
-    /// Bounds of [`own::TOPSPIN`].
+    /// Bounds of the topspin, over natural roll.
     pub bounds: [f64; 2],
-    /// Whether the state may change.
-    pub is_unknown: bool,
+    /// States that the shot may be in.
+    pub states: States,
 }
+
+/// States that a shot may be in, within each of which χ² is smooth.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum States {
+    /// The one that is stated.
+    One,
+    /// Topspin or draw: friction lifts the one ball or the other.
+    Signs,
+    /// Rolling, or sliding with any spin.
+    All,
+}
+
+/// Distance within which a topspin is at its bound: roundings of a sum.
+const AT_BOUND: f64 = 1e-12;
 
 const UNBOUNDED: [f64; 2] = [f64::NEG_INFINITY, f64::INFINITY];
 
@@ -69,30 +91,39 @@ impl ShotSpin {
     pub fn rolls() -> Self {
         let stated = StatedSpin { approach: Approach::Rolls, mean: Some(Id::Roll), measured: None };
         let side = OwnPrior::Spread(Spread::Side);
-        Self { stated, topspin: OwnPrior::Held, side, bounds: UNBOUNDED, is_unknown: false }
+        Self { stated, topspin: OwnPrior::Held, side, bounds: UNBOUNDED, states: States::One }
     }
 
-    /// A ball without topspin, as far as players hit one.
+    /// A ball that slides, with about the same topspin as the others that do.
     pub fn slides() -> Self {
         let stated = StatedSpin { approach: Approach::Slides, mean: Some(Id::Slide), measured: None };
         let topspin = OwnPrior::Spread(Spread::Topspin);
         Self { stated, topspin, ..Self::rolls() }
     }
 
+    /// A ball without topspin, as far as players hit one.
+    pub fn stun() -> Self {
+        Self { bounds: [0.0, MAX_TOPSPIN], states: States::Signs, ..Self::slides() }
+    }
+
     /// A ball of unknown spin, rolling at first.
     pub fn unknown() -> Self {
-        Self { is_unknown: true, ..Self::rolls() }
+        Self { states: States::All, ..Self::rolls() }
+    }
+
+    pub fn is_unknown(&self) -> bool {
+        self.states == States::All
     }
 
     /// A ball of unknown spin that slides with less topspin than natural roll.
     pub fn unknown_sliding() -> Self {
-        Self { bounds: [-MAX_TOPSPIN, 1.0], is_unknown: true, ..Self::slides() }
+        Self { bounds: [-MAX_TOPSPIN, 1.0], states: States::All, ..Self::slides() }
     }
 
     /// Returns the spin of a shot whose cue ball has this velocity on the table, m/s.
     pub fn stated(spin: Spin, velocity: Point, radius: f64) -> Self {
         match spin {
-            Spin::Stun => Self::slides(),
+            Spin::Stun => Self::stun(),
             Spin::NaturalRoll => Self::rolls(),
             Spin::Measured { spin, sd } => Self::measured(spin, sd, velocity, radius),
             Spin::Unknown => Self::unknown(),
@@ -112,18 +143,31 @@ impl ShotSpin {
             _ => OwnPrior::Held,
         };
         let horizontal = sd[0].zip(sd[1]).map(|(x, y)| (0.5 * (x * x + y * y)).sqrt());
-        Self { stated, topspin: prior(horizontal), side: prior(sd[2]), bounds: UNBOUNDED, is_unknown: false }
+        Self { stated, topspin: prior(horizontal), side: prior(sd[2]), bounds: UNBOUNDED, states: States::One }
     }
 
-    /// Returns the states of a shot of unknown spin.
-    fn states() -> [Self; 4] {
-        let slides = |bounds| Self { bounds, is_unknown: true, ..Self::slides() };
-        [Self::unknown(), slides([0.0, 1.0]), slides([1.0, MAX_TOPSPIN]), slides([-MAX_TOPSPIN, 0.0])]
+    /// Returns the states that the shot may be in.
+    fn candidates(&self) -> Vec<Self> {
+        let slides = |bounds| Self { bounds, states: self.states, ..Self::slides() };
+        let signs = [slides([0.0, 1.0]), slides([-MAX_TOPSPIN, 0.0])];
+        match self.states {
+            States::One => vec![*self],
+            States::Signs => signs.to_vec(),
+            States::All => [Self::unknown(), slides([1.0, MAX_TOPSPIN])].into_iter().chain(signs).collect(),
+        }
+    }
+
+    /// Returns the topspin that the shot's own is counted from.
+    fn mean(&self, shared: &Shared) -> f64 {
+        self.stated.mean.map_or(0.0, |id| shared[id])
     }
 
     /// Returns values whose topspin is within the bounds.
-    pub fn bounded(&self, mut values: Own) -> Own {
-        values[own::TOPSPIN] = values[own::TOPSPIN].clamp(self.bounds[0], self.bounds[1]);
+    pub fn bounded(&self, mut values: Own, shared: &Shared) -> Own {
+        if self.bounds != UNBOUNDED {
+            let mean = self.mean(shared);
+            values[own::TOPSPIN] = (values[own::TOPSPIN] + mean).clamp(self.bounds[0], self.bounds[1]) - mean;
+        }
         values
     }
 
@@ -138,7 +182,7 @@ impl ShotSpin {
     }
 
     /// Adds the priors to a shot's sums, and marks own unknowns that are held: for good, or at a bound that they press against.
-    pub fn constrain(&self, values: &Own, spreads: &[Normal; 2], sums: &mut Contribution) {
+    pub fn constrain(&self, values: &Own, shared: &Shared, spreads: &[Normal; 2], sums: &mut Contribution) {
         const LAST: usize = COLUMNS - 1;
         for (place, prior) in self.priors(spreads) {
             let Some(normal) = prior else {
@@ -151,34 +195,37 @@ impl ShotSpin {
             sums.products[(LAST, LAST)] += pull * pull;
             sums.cost += pull * pull;
         }
-        let (value, slope) = (values[own::TOPSPIN], sums.products[(own::TOPSPIN, LAST)]);
-        let presses = value <= self.bounds[0] && slope > 0.0 || value >= self.bounds[1] && slope < 0.0;
+        let (value, slope) = (values[own::TOPSPIN] + self.mean(shared), sums.products[(own::TOPSPIN, LAST)]);
+        let is_at = |bound: f64| (value - bound).abs() < AT_BOUND;
+        let presses = is_at(self.bounds[0]) && slope > 0.0 || is_at(self.bounds[1]) && slope < 0.0;
         sums.held[own::TOPSPIN] |= presses;
     }
 }
 
-/// Chooses the state of every shot of unknown spin that is likeliest given the shared unknowns; returns whether one has changed.
+/// Chooses for every shot the likeliest of the states that it may be in given the shared unknowns; returns whether one has changed.
 pub(super) fn choose_states(problem: &mut Problem, state: &mut State) -> bool {
-    let unknown: Vec<usize> = (0..problem.spins.len()).filter(|i| problem.spins[*i].is_unknown).collect();
+    let open: Vec<usize> = (0..problem.spins.len()).filter(|i| problem.spins[*i].states != States::One).collect();
     let judge = |i: usize| {
-        let candidates = ShotSpin::states().map(|spin| {
+        let present = problem.spins[i];
+        let judged = present.candidates().into_iter().map(|spin| {
+            let is_same = spin.bounds == present.bounds && spin.stated.approach == present.stated.approach;
             let mut start = state.own[i];
-            if spin.stated.approach == Approach::Slides {
-                let kept = start[own::TOPSPIN].clamp(spin.bounds[0], spin.bounds[1]);
-                let middle = 0.5 * (spin.bounds[0].max(-0.5) + spin.bounds[1].min(1.5));
-                start[own::TOPSPIN] = if kept == spin.bounds[0] || kept == spin.bounds[1] { middle } else { kept };
-            } else {
+            if spin.stated.approach == Approach::Rolls {
                 start[own::TOPSPIN] = 0.0;
+            } else if !is_same {
+                let first = if spin.states == States::Signs { STUN_START } else { SLIDE_START };
+                let topspin = if spin.bounds[0] < 0.0 { -first } else { spin.bounds[0] + first };
+                start[own::TOPSPIN] = topspin - spin.mean(&state.shared);
             }
             let (values, cost) = settle(problem, i, &spin, start, state);
             let bonus = if spin.stated.approach == Approach::Rolls { ROLL_BONUS } else { 0.0 };
-            (spin, values, cost - bonus)
+            let inertia = if is_same { CHANGE } else { 0.0 };
+            (spin, values, cost - bonus - inertia)
         });
-        let [first, others @ ..] = candidates;
-        let best = others.into_iter().fold(first, |best, other| if other.2 < best.2 { other } else { best });
-        (i, best.0, best.1)
+        let best = judged.min_by(|a, b| a.2.total_cmp(&b.2));
+        best.map(|(spin, values, _)| (i, spin, values))
     };
-    let chosen: Vec<(usize, ShotSpin, Own)> = unknown.into_par_iter().map(judge).collect();
+    let chosen: Vec<(usize, ShotSpin, Own)> = open.into_par_iter().filter_map(judge).collect();
     let mut changed = false;
     for (i, spin, values) in chosen {
         let old = &mut problem.spins[i];
@@ -194,15 +241,15 @@ fn settle(problem: &Problem, i: usize, spin: &ShotSpin, start: Own, state: &Stat
     let evaluate = |values: &Own| {
         let shot = &problem.shots[i];
         let mut sums = shot.contribute(values, &state.shared, &spin.stated, &problem.world);
-        spin.constrain(values, &problem.spreads, &mut sums);
+        spin.constrain(values, &state.shared, &problem.spreads, &mut sums);
         sums
     };
-    let mut values = spin.bounded(start);
+    let mut values = spin.bounded(start, &state.shared);
     let mut at = evaluate(&values);
     let mut damping = 1e-4;
     for _ in 0..STEPS {
         let Some(step) = own_step(&at, damping) else { break };
-        let trial = spin.bounded(values - step);
+        let trial = spin.bounded(values - step, &state.shared);
         let there = evaluate(&trial);
         if there.cost < at.cost {
             let gain = at.cost - there.cost;
