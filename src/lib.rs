@@ -98,6 +98,7 @@
 //! | [`trajectory`] | the motion of both balls before, through and after an impact | `fit` |
 //! | [`likelihood`] | of the frames, the velocities or the angles of one shot | `fit` |
 //! | [`extraction`] | frames to impacts | `fit` |
+//! | [`problem`] | a film of balls as one least-squares problem | `fit` |
 //! | [`fit`] | data set to estimates with their uncertainties | `fit` |
 //! | [`compare`] | several data sets at once: which parameters differ | `fit` |
 //! | [`design`], [`simulate`], [`studies`] | what else is built on fits | `io` |

@@ -5,7 +5,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
 /// The rooms in their order; each uses only what stands before it, and itself.
-const ROOMS: [&str; 16] = [
+const ROOMS: [&str; 17] = [
     "numerics",
     "physics",
     "measurement",
@@ -14,6 +14,7 @@ const ROOMS: [&str; 16] = [
     "trajectory",
     "likelihood",
     "extraction",
+    "problem",
     "fit",
     "compare",
     "simulate",

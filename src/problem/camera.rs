@@ -1,6 +1,8 @@
-//! Forward through the camera: from a place on the table and a height above it to the picture, with all derivatives.
+//! Forward through the camera: from a place on the table and a height above it to the picture, with
+//! all derivatives.
 //!
-//! With p the place on the table (m, from the middle of the film) and h the height of the ball's centre above where it rests,
+//! With p the place on the table (m, from the middle of the film) and h the height of the ball's
+//! centre above where it rests,
 //!
 //! ```text
 //! l  = p + h (a + n p)                       parallax a, nearness n
@@ -9,8 +11,9 @@
 //! P  = q (1 + c ρ² + 2 d·q/r₀²) + d ρ²       lens c, decentring d, ρ² = |q|²/r₀²
 //! ```
 //!
-//! Sources: Hartley and Zisserman, Multiple View Geometry (2004), § 2.4; Brown, Photogrammetric Engineering 37 (1971) 855. Decentring is
-//! linear in its coefficients, so that it is determined even if the lens has no radial distortion.
+//! Sources: Hartley and Zisserman, Multiple View Geometry (2004), § 2.4; Brown, Photogrammetric
+//! Engineering 37 (1971) 855. Decentring is linear in its coefficients, so that it is determined
+//! even if the lens has no radial distortion.
 
 use nalgebra::{Matrix2, Vector2};
 
@@ -30,7 +33,8 @@ pub(super) struct Seen {
     pub by_place: Matrix2<f64>,
     /// Derivative by the height above the table.
     pub by_height: Point,
-    /// Derivatives by the unknowns of the camera in the order of [`Id`]; those by the shutter are 0, as they follow from the motion.
+    /// Derivatives by the unknowns of the camera in the order of [`Id`]; those by the shutter are
+    /// 0, as they follow from the motion.
     pub by_camera: [Point; CAMERA],
 }
 
@@ -68,7 +72,8 @@ impl Camera {
         self.shutter.dot(&picture)
     }
 
-    /// Returns the picture of a ball at `table`, m from the middle of the film, `height` m above where it rests.
+    /// Returns the picture of a ball at `table`, m from the middle of the film, `height` m above
+    /// where it rests.
     pub fn look(&self, table: Point, height: f64) -> Seen {
         let &Self { scale, aspect, shear, perspective, lens, decentring, parallax, nearness, .. } = self;
         // l = p + h (a + n p)

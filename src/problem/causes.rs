@@ -1,9 +1,11 @@
-//! Causes of residuals: effects that the model leaves out, and stated quantities that the frames contradict.
+//! Causes of residuals: effects that the model leaves out, and stated quantities that the frames
+//! contradict.
 
+use super::descent::{Descent, descend};
 use super::findings::Finding;
 use super::frames::{Noise, World};
 use super::impact::Contact;
-use super::minimise::{Descent, descend, descend_with_noise, descend_with_spins};
+use super::minimise::{descend_with_noise, descend_with_spins};
 use super::policy::Policy;
 use super::priors::RATE_SD;
 use super::problem::{Evaluation, Problem, State};
@@ -12,20 +14,23 @@ use super::uncertainty::Estimates;
 use super::unknowns::{Id, Mode, Normal, Shared, own};
 use crate::physics::collision::Model;
 
-/// Parts of the way to the estimate of a score at which a descent with a freed unknown starts: flights between bounces give the frame
-/// rate several minima.
+/// Parts of the way to the estimate of a score at which a descent with a freed unknown starts:
+/// flights between bounces give the frame rate several minima.
 const PLACES: [f64; 3] = [1.0, 2.0, 3.0];
 
-/// Part of the fall that a score promises with which a refit is taken to have ended where it pointed.
+/// Part of the fall that a score promises with which a refit is taken to have ended where it
+/// pointed.
 const PROMISED: f64 = 0.8;
 
 /// Frame rates over the stated one at which descents start.
 const RATES: [f64; 5] = [0.8, 0.9, 1.0, 1.1, 1.25];
 
-/// Part of the fall of another suspect with which balls that slide are the likelier explanation: it contradicts no prior of the cloth.
+/// Part of the fall of another suspect with which balls that slide are the likelier explanation: it
+/// contradicts no prior of the cloth.
 const SLIDES_RATHER: f64 = 0.9;
 
-/// Topspin over natural roll at which descents start whose balls slide: on either side of rolling, where the friction of the cloth turns.
+/// Topspin over natural roll at which descents start whose balls slide: on either side of rolling,
+/// where the friction of the cloth turns.
 const SLIDES: [f64; 3] = [0.8, 0.95, 1.05];
 
 /// Suspects of one round that are refitted: the largest by their score.
@@ -51,7 +56,12 @@ struct Suspect {
 }
 
 /// Returns the refit with the suspect that lowers χ² most, if the fall is significant.
-pub(super) fn explain(problem: &Problem, at: &Evaluation, estimates: &Estimates, policy: &Policy) -> Option<Explained> {
+pub(super) fn explain(
+    problem: &Problem,
+    at: &Evaluation,
+    estimates: &Estimates,
+    policy: &Policy,
+) -> Option<Explained> {
     let scores = estimates.score_tested(problem, at).into_iter().map(|score| Suspect {
         id: score.id,
         fall: score.fall,
@@ -67,7 +77,8 @@ pub(super) fn explain(problem: &Problem, at: &Evaluation, estimates: &Estimates,
     let mut suspects: Vec<Suspect> = scores.chain(conflicts).collect();
     suspects.retain(|suspect| suspect.fall > 0.5 * suspect.threshold);
     suspects.sort_by(|a, b| (b.fall / b.threshold).total_cmp(&(a.fall / a.threshold)));
-    let refits = suspects.into_iter().take(MAX_SUSPECTS).filter_map(|suspect| let_in(problem, at, suspect, policy));
+    let refits =
+        suspects.into_iter().take(MAX_SUSPECTS).filter_map(|suspect| let_in(problem, at, suspect, policy));
     let best = refits.max_by(|a, b| a.fall.total_cmp(&b.fall))?;
     // sliding explains a deceleration that no cloth has
     let sliding = slide(problem, at, policy).filter(|sliding| sliding.fall > SLIDES_RATHER * best.fall);
@@ -136,8 +147,8 @@ fn descend_from(problem: &Problem, state: &State, id: Id, values: &[f64]) -> Opt
     best
 }
 
-/// Returns the refit with a wider prior of the frame rate if the frames disagree with the stated one moderately: they seldom determine the
-/// rate, and a wrong one biases e by more than its error.
+/// Returns the refit with a wider prior of the frame rate if the frames disagree with the stated
+/// one moderately: they seldom determine the rate, and a wrong one biases e by more than its error.
 pub(super) fn widen_rate(
     problem: &Problem,
     at: &Evaluation,
@@ -155,7 +166,8 @@ pub(super) fn widen_rate(
     Some((wider, descent))
 }
 
-/// Returns the refit with a contact that is compliant along its surface, with the κ of phenolic resin, if χ² falls by enough.
+/// Returns the refit with a contact that is compliant along its surface, with the κ of phenolic
+/// resin, if χ² falls by enough.
 pub(super) fn comply(problem: &Problem, at: &Evaluation, policy: &Policy) -> Option<(Problem, Descent, f64)> {
     let kappa = problem.unknown(Id::Kappa);
     let sticks = at.shots.iter().filter(|shot| shot.sticks).count();
@@ -176,7 +188,8 @@ pub(super) fn comply(problem: &Problem, at: &Evaluation, policy: &Policy) -> Opt
     Some((compliant, descent, fall))
 }
 
-/// Returns the refit with balls that slide before the impact though natural roll is stated, with a topspin that the shots share.
+/// Returns the refit with balls that slide before the impact though natural roll is stated, with a
+/// topspin that the shots share.
 fn slide(problem: &Problem, at: &Evaluation, policy: &Policy) -> Option<Explained> {
     let rolls = |spin: &ShotSpin| spin.stated.mean == Some(Id::Roll) && !spin.is_unknown();
     if !problem.spins.iter().any(rolls) || problem.unknown(Id::Slide).mode == Mode::Free {
@@ -201,14 +214,16 @@ fn slide(problem: &Problem, at: &Evaluation, policy: &Policy) -> Option<Explaine
     Some(Explained { problem: sliding, descent, finding, fall })
 }
 
-/// Returns the refit with the spins of all shots unknown, from the first guesses, if χ² falls by enough for one more unknown per shot.
+/// Returns the refit with the spins of all shots unknown, from the first guesses, if χ² falls by
+/// enough for one more unknown per shot.
 pub(super) fn spin_freely(
     problem: &Problem,
     at: &Evaluation,
     first: (&State, [Noise; 2]),
     policy: &Policy,
 ) -> Option<Explained> {
-    let mut free = Problem { unknowns: super::priors::of_unknown_spins(&problem.unknowns), ..problem.clone() };
+    let mut free =
+        Problem { unknowns: super::priors::of_unknown_spins(&problem.unknowns), ..problem.clone() };
     free.world.noise = first.1;
     let start = State { shared: Shared(free.unknowns.map(|unknown| unknown.start)), ..first.0.clone() };
     free.spins.iter_mut().for_each(|spin| *spin = ShotSpin::unknown());
@@ -224,8 +239,7 @@ pub(super) fn spin_freely(
     let sliding: Vec<usize> =
         (0..free.spins.len()).filter(|i| free.spins[*i].stated.mean == Some(Id::Slide)).collect();
     let sum = sliding.iter().map(|i| state.own[*i][own::TOPSPIN]).sum::<f64>();
-    let topspin =
-        if sliding.is_empty() { 1.0 } else { state.shared[Id::Slide] + sum / sliding.len() as f64 };
+    let topspin = if sliding.is_empty() { 1.0 } else { state.shared[Id::Slide] + sum / sliding.len() as f64 };
     let finding = Finding::Spins { fall, topspin, sliding: sliding.len() };
     Some(Explained { problem: free, descent, finding, fall })
 }

@@ -1,9 +1,10 @@
-//! Numbers with their derivatives by a shot's own unknowns and by the shared ones that move the balls.
+//! Numbers with their derivatives by a shot's own unknowns and by the shared ones that move the
+//! balls.
 
 use nalgebra::{Const, SVector, Vector2};
 use num_dual::{Derivative, DualNum, DualSVec64};
 
-use super::unknowns::{OWN, PHYSICS};
+use super::unknowns::{Id, OWN, PHYSICS, Shared};
 
 /// Number of inputs of a shot's motion, its own unknowns first.
 pub(super) const INPUTS: usize = OWN + PHYSICS;
@@ -32,10 +33,19 @@ pub(super) fn constant(value: f64) -> Dual {
     Dual::from_re(value)
 }
 
-/// Speed below which directions are smoothed, m/s: a ball that slips less moves by 3 nm until it rolls, so that no frame sees it.
+/// Speed below which directions are smoothed, m/s: a ball that slips less moves by 3 nm until it
+/// rolls, so that no frame sees it.
 const SMOOTH_SPEED: f64 = 1e-4;
 
-/// Returns the length of a velocity, smooth at 0: the direction `v / norm(v)` of a slip that ends has bounded derivatives.
-pub(super) fn norm(v: DualVector) -> Dual {
+/// Returns the length of a velocity, smooth at 0: the direction `v / norm(v)` of a slip that ends
+/// has bounded derivatives.
+pub(super) fn norm(v: &DualVector) -> Dual {
     (v.x * v.x + v.y * v.y + SMOOTH_SPEED * SMOOTH_SPEED).sqrt()
+}
+
+impl Shared {
+    /// Returns an unknown of the balls' motion with its derivative.
+    pub(super) fn dual(&self, id: Id) -> Dual {
+        Dual::from_re(self[id]).derivative(OWN + id as usize)
+    }
 }

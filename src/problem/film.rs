@@ -1,4 +1,5 @@
-//! From the tracks of a data set to the problem of its frames: cleaned, in metres from the middle of the impacts, with first guesses.
+//! From the tracks of a data set to the problem of its frames: cleaned, in metres from the middle
+//! of the impacts, with first guesses.
 
 use std::sync::Arc;
 
@@ -8,7 +9,7 @@ use super::camera::Point;
 use super::findings::Finding;
 use super::frames::{Frame, Noise, ShotFrames, World};
 use super::impact::Contact;
-use super::priors::list_unknowns;
+use super::priors::{FIRST_SPREADS, list_unknowns};
 use super::problem::{Problem, State};
 use super::spins::ShotSpin;
 use super::unknowns::{Id, Normal, Own, Shared, own};
@@ -21,11 +22,8 @@ use crate::physics::collision::Fidelity;
 use crate::trajectory::scene::Scene;
 use crate::trajectory::unknowns::{Unknowns, unknown};
 
-/// Spreads of topspin (over natural roll) and side spin (Rω_z/U) from shot to shot before the frames are seen: half a tip's width off
-/// the middle of the ball.
-pub(super) const FIRST_SPREADS: [Normal; 2] = [Normal { mean: 0.0, sd: 0.05 }, Normal { mean: 0.0, sd: 0.02 }];
-
-/// Ratio of the distance of the centres at the impacts to 2R, less 1, beyond which lengths are in another unit than stated.
+/// Ratio of the distance of the centres at the impacts to 2R, less 1, beyond which lengths are in
+/// another unit than stated.
 const OTHER_UNIT: f64 = 0.1;
 
 /// Smallest noise, m: keeps exact synthetic tracks finite.
@@ -147,7 +145,8 @@ impl Film {
     }
 }
 
-/// Returns the shots with dropped frames made up for and without frames before a cushion, and the correlation of their noise.
+/// Returns the shots with dropped frames made up for and without frames before a cushion, and the
+/// correlation of their noise.
 fn cleaned(tracks: &Tracks, scene: &Scene) -> (Vec<TrackShot>, f64) {
     let mut shots = tracks.shots.clone();
     shots.par_iter_mut().for_each(|shot| {
@@ -156,7 +155,9 @@ fn cleaned(tracks: &Tracks, scene: &Scene) -> (Vec<TrackShot>, f64) {
     });
     let correlation = noise_correlation(&shots, scene).filter(|found| found.adopted);
     let rho = correlation.map_or(0.0, |found| found.value);
-    shots.iter_mut().for_each(|shot| shot.correlation = rho);
+    for shot in &mut shots {
+        shot.correlation = rho;
+    }
     (shots, rho)
 }
 
@@ -172,7 +173,12 @@ fn frames_of(shot: &TrackShot, middle: Point, unit: f64) -> ShotFrames {
                 let sd = sample.sd.map_or(1.0, |sd| sd[axis] / noise);
                 (repeats[axis].sqrt() * if sd > 0.0 { sd } else { 1.0 }).recip()
             };
-            Frame { time: sample.t, seen, weight: Point::new(weight(0), weight(1)), used: seen.x.is_finite() && seen.y.is_finite() }
+            Frame {
+                time: sample.t,
+                seen,
+                weight: Point::new(weight(0), weight(1)),
+                used: seen.x.is_finite() && seen.y.is_finite(),
+            }
         };
         samples.iter().zip(repeats).map(frame).collect()
     };

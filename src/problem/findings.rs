@@ -1,4 +1,5 @@
-//! Everything that can be wrong or worth saying of the fit of a film, as data. The verdict is the worst of it.
+//! Everything that can be wrong or worth saying of the fit of a film, as data. The verdict is the
+//! worst of it.
 
 use super::unknowns::Id;
 
@@ -17,9 +18,7 @@ pub enum Severity {
 #[derive(Clone, Debug, PartialEq)]
 pub enum Finding {
     /// Lengths are in another unit than stated; metres over a unit of length.
-    OtherUnit {
-        factor: f64,
-    },
+    OtherUnit { factor: f64 },
     /// The frames contradict what is stated or known of a quantity, whose prior was then left out.
     Conflict {
         id: Id,
@@ -45,24 +44,16 @@ pub enum Finding {
         topspin: f64,
         sliding: usize,
     },
-    /// The frames scatter about the paths by more than their noise: variance of slow motions over that of the noise before the impacts.
-    Misfit {
-        ratio: f64,
-    },
+    /// The frames scatter about the paths by more than their noise: variance of slow motions over
+    /// that of the noise before the impacts.
+    Misfit { ratio: f64 },
     /// The frames determine a wanted unknown by less than is known without them.
-    Undetermined {
-        id: Id,
-        sd: f64,
-    },
+    Undetermined { id: Id, sd: f64 },
     /// A wanted unknown is at a bound.
-    AtBound {
-        id: Id,
-        bound: f64,
-    },
-    /// Shots that were left out because their frames fit no collision, with the tail probability of each.
-    LostShots {
-        names: Vec<String>,
-    },
+    AtBound { id: Id, bound: f64 },
+    /// Shots that were left out because their frames fit no collision, with the tail probability of
+    /// each.
+    LostShots { names: Vec<String> },
     /// The descent did not end at a minimum.
     NotConverged,
 }

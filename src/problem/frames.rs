@@ -1,5 +1,5 @@
-//! The frames of a shot against the paths of its balls: residuals and derivatives, whitened for noise that is correlated from frame to
-//! frame, and summed up to normal equations.
+//! The frames of a shot against the paths of its balls: residuals and derivatives, whitened for
+//! noise that is correlated from frame to frame, and summed up to normal equations.
 
 use nalgebra::{SMatrix, SVector};
 
@@ -12,8 +12,8 @@ use super::unknowns::{CAMERA, Id, OWN, Own, PHYSICS, SHARED, Shared, own};
 /// Own unknowns, shared unknowns, and the residual.
 pub(super) const COLUMNS: usize = OWN + SHARED + 1;
 
-/// Length of a residual, in standard deviations of a coordinate, beyond which it counts linearly (Huber 1964). A frame exceeds it by
-/// chance once in 3000.
+/// Length of a residual, in standard deviations of a coordinate, beyond which it counts linearly
+/// (Huber 1964). A frame exceeds it by chance once in 3000.
 const HUBER: f64 = 4.0;
 
 /// One ball in one frame.
@@ -23,7 +23,8 @@ pub(crate) struct Frame {
     pub time: f64,
     /// Place in the picture, m from its middle.
     pub seen: Point,
-    /// Square root of the part of an observation that each coordinate is, over its standard deviation in units of the film's noise.
+    /// Square root of the part of an observation that each coordinate is, over its standard
+    /// deviation in units of the film's noise.
     pub weight: Point,
     /// Whether the frame is used.
     pub used: bool,
@@ -46,9 +47,10 @@ pub struct Noise {
     pub rho: f64,
 }
 
-/// What the shots of a film have in common besides unknowns: the collision model, and the noise of each ball.
+/// What the shots of a film have in common besides unknowns: the collision model, and the noise of
+/// each ball.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct World {
+pub(crate) struct World {
     pub contact: Contact,
     pub noise: [Noise; 2],
 }
@@ -107,7 +109,13 @@ pub(crate) struct Whitened {
 
 impl ShotFrames {
     /// Returns the sums of residuals and derivatives, in units of the noise of each ball.
-    pub fn contribute(&self, values: &Own, shared: &Shared, spin: &StatedSpin, world: &World) -> Contribution {
+    pub fn contribute(
+        &self,
+        values: &Own,
+        shared: &Shared,
+        spin: &StatedSpin,
+        world: &World,
+    ) -> Contribution {
         let mut total = Contribution::empty();
         let World { contact, noise } = world;
         let Ok(paths) = follow_balls(values, shared, spin, contact) else {
@@ -158,14 +166,17 @@ impl ShotFrames {
                 sums.clear();
             }
             let (cost, weighted) = if piece == on || kept == 0.0 {
-                let whiten = |axis: usize| std::array::from_fn(|j| (rows[axis][j] - kept * before[axis][j]) * fresh);
+                let whiten =
+                    |axis: usize| std::array::from_fn(|j| (rows[axis][j] - kept * before[axis][j]) * fresh);
                 sums.add(&[0, 1].map(whiten))
             } else {
                 let innovation = [0, 1].map(|axis| {
                     (spread(&rows[axis], &pieces[piece]) - spread(&before[axis], &pieces[on]) * kept) * fresh
                 });
                 let (weight, cost) = weigh(innovation[0][COLUMNS - 1], innovation[1][COLUMNS - 1]);
-                innovation.iter().for_each(|row| total.products.ger(weight, row, row, 1.0));
+                for row in &innovation {
+                    total.products.ger(weight, row, row, 1.0);
+                }
                 let squares = innovation.iter().map(|row| row[COLUMNS - 1] * row[COLUMNS - 1]);
                 (cost, weight * squares.sum::<f64>())
             };
@@ -178,8 +189,15 @@ impl ShotFrames {
         total.bodies[body] = of_body;
     }
 
-    /// Returns the whitened residuals of the used frames of each ball; empty if the unknowns describe no collision.
-    pub fn residuals(&self, values: &Own, shared: &Shared, spin: &StatedSpin, world: &World) -> [Vec<Whitened>; 2] {
+    /// Returns the whitened residuals of the used frames of each ball; empty if the unknowns
+    /// describe no collision.
+    pub fn residuals(
+        &self,
+        values: &Own,
+        shared: &Shared,
+        spin: &StatedSpin,
+        world: &World,
+    ) -> [Vec<Whitened>; 2] {
         let World { contact, noise } = world;
         let Ok(paths) = follow_balls(values, shared, spin, contact) else {
             return [Vec::new(), Vec::new()];
@@ -275,7 +293,8 @@ fn weigh(x: f64, y: f64) -> (f64, f64) {
     if length <= HUBER { (1.0, square) } else { (HUBER / length, HUBER * (2.0 * length - HUBER)) }
 }
 
-/// Products of derivatives by a piece's coefficients and by the camera, summed over the frames on the piece (upper triangle).
+/// Products of derivatives by a piece's coefficients and by the camera, summed over the frames on
+/// the piece (upper triangle).
 struct Sums {
     products: [[f64; PADDED]; LOCAL],
     frames: usize,

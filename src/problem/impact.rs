@@ -9,12 +9,13 @@ use crate::physics::ball::{Ball, BallState, Vec3};
 use crate::physics::collision::{Coefficients, Fidelity, Input, Model, NotACollision, Regime};
 use crate::physics::friction_law::Law;
 
-/// Smallest size of b at which its derivative is computed. The outcome differs from that of b = 0 by 1e-9 of the closing speed.
+/// Smallest size of b at which its derivative is computed. The outcome differs from that of b = 0
+/// by 1e-9 of the closing speed.
 const LEAST_FALL: f64 = 1e-9;
 
 /// The collision model of a film.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Contact {
+pub(crate) struct Contact {
     model: Model,
     object: Ball,
     falls: bool,
@@ -23,7 +24,7 @@ pub(super) struct Contact {
 
 /// A ball just before or after the impact, in the collision frame.
 #[derive(Clone, Copy)]
-pub(super) struct Side {
+pub(crate) struct Side {
     /// m/s
     pub velocity: DualVector,
     /// Upward velocity, m/s.

@@ -1,7 +1,9 @@
-//! Where both balls are at any time: pieces quadratic in time, before the impact, in flight, sliding and rolling.
+//! Where both balls are at any time: pieces quadratic in time, before the impact, in flight,
+//! sliding and rolling.
 //!
-//! Nature is smooth where an idealised model has jumps: a contact lasts 280 µs, a landing 1 ms. Each is one more quadratic piece, so that χ²
-//! has neither kinks nor jumps where a frame passes it.
+//! Nature is smooth where an idealised model has jumps: a contact lasts 280 µs, a landing 1 ms.
+//! Each is one more quadratic piece, so that χ² has neither kinks nor jumps where a frame passes
+//! it.
 
 use nalgebra::{SMatrix, SVector};
 use num_dual::DualNum;
@@ -13,10 +15,12 @@ use crate::physics::ball::Vec3;
 use crate::physics::cloth_motion::GRAVITY;
 use crate::physics::collision::NotACollision;
 
-/// Upward speed of the lowest bounce that is followed, m/s. Lower ones are one piece: what they do in between is less than 0.1 µm.
+/// Upward speed of the lowest bounce that is followed, m/s. Lower ones are one piece: what they do
+/// in between is less than 0.1 µm.
 const LOWEST_BOUNCE: f64 = 2e-3;
 
-/// Largest number of bounces that are followed: with e_t = 0.9 those of a ball that rises with 1.7 m/s.
+/// Largest number of bounces that are followed: with e_t = 0.9 those of a ball that rises with 1.7
+/// m/s.
 const MAX_BOUNCES: usize = 64;
 
 /// Half of the time that a landing lasts, s. It moves a ball by less than 6 µm.
@@ -56,11 +60,27 @@ pub(super) struct Piece {
     pub by: SMatrix<f64, COEFFICIENTS, INPUTS>,
 }
 
+/// Place, velocity and acceleration of a ball on the table, and the same of its height.
+struct Moving {
+    place: DualVector,
+    velocity: DualVector,
+    pull: DualVector,
+    height: [Dual; 3],
+}
+
+impl Moving {
+    /// A ball on the cloth.
+    fn flat(place: &DualVector, velocity: &DualVector, pull: &DualVector) -> Self {
+        Self { place: *place, velocity: *velocity, pull: *pull, height: [constant(0.0); 3] }
+    }
+}
+
 impl Piece {
-    /// Returns the path that at `start` is at `place` with `velocity` and accelerates by `pull`; `height` likewise.
-    fn new(start: Dual, place: DualVector, velocity: DualVector, pull: DualVector, height: [Dual; 3]) -> Self {
+    /// Returns the path of a ball that moves so at `start`.
+    fn new(start: Dual, moving: &Moving) -> Self {
+        let Moving { place, velocity, pull, height } = moving;
         let (mut at, mut by) = (SVector::zeros(), SMatrix::<f64, COEFFICIENTS, INPUTS>::zeros());
-        let axes = [(place.x, velocity.x, pull.x), (place.y, velocity.y, pull.y), height.into()];
+        let axes = [(place.x, velocity.x, pull.x), (place.y, velocity.y, pull.y), (*height).into()];
         for (i, (x, v, a)) in axes.into_iter().enumerate() {
             let origin = [x - v * start + a * start * start * 0.5, v - a * start, a];
             for (j, coefficient) in origin.iter().enumerate() {
@@ -71,17 +91,18 @@ impl Piece {
         Self { start: start.re, at, by }
     }
 
-    /// Returns the path along which the velocity changes by `change` evenly from `half` before to `half` after `at`.
-    fn between(
-        at: Dual,
-        half: f64,
-        place: DualVector,
-        [velocity, pull, change]: [DualVector; 3],
-        height: [Dual; 3],
-    ) -> Self {
+    /// Returns the path along which the velocity of a ball that moves so at `at` changes by
+    /// `change`, evenly from `half` before to `half` after.
+    fn between(at: Dual, half: f64, moving: &Moving, change: &DualVector) -> Self {
+        let Moving { place, velocity, pull, height } = moving;
         let half = constant(half);
-        let early = place - velocity * half + pull * (half * half * 0.5);
-        Self::new(at - half, early, velocity - pull * half, pull + change / (half * 2.0), height)
+        let early = Moving {
+            place: place - velocity * half + pull * (half * half * 0.5),
+            velocity: velocity - pull * half,
+            pull: pull + change / (half * 2.0),
+            height: *height,
+        };
+        Self::new(at - half, &early)
     }
 
     /// Returns the same path, followed from `by` s later on.
@@ -98,7 +119,8 @@ struct Cloth {
     bounce: Dual,
     /// Acceleration of a sliding ball down the tilted table, m/s².
     tilt: DualVector,
-    /// Acceleration of gravity in the film's seconds, m/s²: a wrong frame rate changes what accelerates balls, not an impact.
+    /// Acceleration of gravity in the film's seconds, m/s²: a wrong frame rate changes what
+    /// accelerates balls, not an impact.
     gravity: Dual,
 }
 
@@ -115,43 +137,47 @@ impl Cloth {
         }
     }
 
-    fn pull_sliding(&self, slip: DualVector) -> DualVector {
+    fn pull_sliding(&self, slip: &DualVector) -> DualVector {
         self.tilt - slip * (self.sliding * self.gravity / norm(slip))
     }
 
-    fn pull_rolling(&self, velocity: DualVector, inertia: f64) -> DualVector {
-        self.tilt * constant(1.0 / (1.0 + inertia)) - velocity * (self.rolling * self.gravity / norm(velocity))
+    fn pull_rolling(&self, velocity: &DualVector, inertia: f64) -> DualVector {
+        self.tilt * constant(1.0 / (1.0 + inertia))
+            - velocity * (self.rolling * self.gravity / norm(velocity))
     }
 
-    /// Returns the path of a ball that leaves `place` at `time`: flights, landings, sliding, rolling.
+    /// Returns the path of a ball that leaves `place` at `time`: flights, landings, sliding,
+    /// rolling. Its velocity is turned from the collision frame to the table.
     fn follow(
         &self,
         mut time: Dual,
         mut place: DualVector,
         ball: &Side,
-        turn: impl Fn(DualVector) -> DualVector,
+        turn: impl Fn(&DualVector) -> DualVector,
     ) -> Vec<Piece> {
-        let (mut velocity, mut slip, mut rise) = (turn(ball.velocity), turn(ball.slip()), ball.rise);
+        let (mut velocity, mut slip, mut rise) = (turn(&ball.velocity), turn(&ball.slip()), ball.rise);
         let zero = constant(0.0);
-        let (still, flat) = (DualVector::new(zero, zero), [zero; 3]);
+        let still = DualVector::new(zero, zero);
         // an impulse on the ball changes its slip by (1 + ν)/ν times as much as its velocity
         let lever = (1.0 + ball.inertia) / ball.inertia;
         let mut pieces = Vec::with_capacity(16);
         let mut late = HALF_CONTACT;
         while rise.re > LOWEST_BOUNCE && pieces.len() < 2 * MAX_BOUNCES {
-            pieces.push(Piece::new(time, place, velocity, still, [zero, rise, -self.gravity]).later(late));
+            let flying =
+                Moving { height: [zero, rise, -self.gravity], ..Moving::flat(&place, &velocity, &still) };
+            pieces.push(Piece::new(time, &flying).later(late));
             let flight = rise * 2.0 / self.gravity;
             place += velocity * flight;
             time += flight;
-            let (grip, speed) = (self.sliding * (self.bounce + 1.0) * rise, norm(slip));
+            let (grip, speed) = (self.sliding * (self.bounce + 1.0) * rise, norm(&slip));
             let stop = speed / lever;
             let impulse = slip * (if grip.re < stop.re { grip } else { stop } / speed);
             late = 0.0;
             if (flight * self.bounce).re > 2.0 * HALF_LANDING {
                 let height = (rise - self.gravity * (0.5 * HALF_LANDING)) * HALF_LANDING;
                 let height = [height, rise * (self.bounce - 1.0) * 0.5, zero];
-                let motion = [velocity, still, -impulse];
-                pieces.push(Piece::between(time, HALF_LANDING, place, motion, height));
+                let landing = Moving { height, ..Moving::flat(&place, &velocity, &still) };
+                pieces.push(Piece::between(time, HALF_LANDING, &landing, &-impulse));
                 late = HALF_LANDING;
             }
             velocity -= impulse;
@@ -159,9 +185,10 @@ impl Cloth {
             rise *= self.bounce;
         }
         if rise.re > 0.0 {
-            // all further bounces last 2v_z/g(1 − e_t); their friction is (1 + e_t)/2 of a sliding ball's on average, but later
-            let pull = self.pull_sliding(slip) * ((self.bounce + 1.0) * 0.5);
-            pieces.push(Piece::new(time, place, velocity, pull, flat).later(late));
+            // all further bounces last 2v_z/g(1 − e_t); their friction is (1 + e_t)/2 of a sliding
+            // ball's on average, but later
+            let pull = self.pull_sliding(&slip) * ((self.bounce + 1.0) * 0.5);
+            pieces.push(Piece::new(time, &Moving::flat(&place, &velocity, &pull)).later(late));
             let bouncing = rise * 2.0 / (self.gravity * (-self.bounce + 1.0));
             let lateness = self.bounce * 2.0 / (self.bounce + 1.0);
             place += velocity * bouncing + pull * (bouncing * bouncing * 0.5 * lateness);
@@ -170,13 +197,13 @@ impl Cloth {
             time += bouncing;
             late = 0.0;
         }
-        let pull = self.pull_sliding(slip);
-        pieces.push(Piece::new(time, place, velocity, pull, flat).later(late));
-        let sliding = norm(slip) / lever / (self.sliding * self.gravity);
+        let pull = self.pull_sliding(&slip);
+        pieces.push(Piece::new(time, &Moving::flat(&place, &velocity, &pull)).later(late));
+        let sliding = norm(&slip) / lever / (self.sliding * self.gravity);
         place += velocity * sliding + pull * (sliding * sliding * 0.5);
         velocity += pull * sliding;
-        let pull = self.pull_rolling(velocity, ball.inertia);
-        pieces.push(Piece::new(time + sliding, place, velocity, pull, flat));
+        let pull = self.pull_rolling(&velocity, ball.inertia);
+        pieces.push(Piece::new(time + sliding, &Moving::flat(&place, &velocity, &pull)));
         pieces
     }
 }
@@ -194,7 +221,7 @@ fn cue_before(spin: &StatedSpin, shared: &Shared, inputs: &[Dual; OWN], radius: 
     let [along, across] = [inputs[own::ALONG], inputs[own::ACROSS]];
     let topspin = spin.mean.map_or(constant(0.0), |id| shared.dual(id)) + inputs[own::TOPSPIN];
     let velocity = DualVector::new(along, across);
-    let side = inputs[own::SIDE] * norm(velocity);
+    let side = inputs[own::SIDE] * norm(&velocity);
     let mut turning = [-across * topspin, along * topspin, side];
     if let Some(measured) = spin.measured {
         // from the table to the collision frame
@@ -225,7 +252,7 @@ pub(super) fn follow_balls(
     let instant = inputs[own::TIME];
     let zero = constant(0.0);
     let (sin, cos) = inputs[own::DIRECTION].sin_cos();
-    let turn = |v: DualVector| DualVector::new(v.x * cos - v.y * sin, v.x * sin + v.y * cos);
+    let turn = |v: &DualVector| DualVector::new(v.x * cos - v.y * sin, v.x * sin + v.y * cos);
     let object = contact.object();
     let cue = cue_before(spin, shared, &inputs, object.radius, object.inertia);
     let cloth = Cloth::new(shared);
@@ -233,28 +260,30 @@ pub(super) fn follow_balls(
     // centres of touching balls are 2√(R_c R_o) apart on the table
     let distance = shared.dual(Id::RadiusRatio).sqrt() * (2.0 * object.radius);
     let cue_place = object_place - DualVector::new(cos, sin) * distance;
-    let (velocity, slip) = (turn(cue.velocity), turn(cue.slip()));
+    let (velocity, slip) = (turn(&cue.velocity), turn(&cue.slip()));
     let pull = match spin.approach {
-        Approach::Rolls => cloth.pull_rolling(velocity, object.inertia),
-        Approach::Slides => cloth.pull_sliding(slip),
+        Approach::Rolls => cloth.pull_rolling(&velocity, object.inertia),
+        Approach::Slides => cloth.pull_sliding(&slip),
     };
-    let (still, flat) = (DualVector::new(zero, zero), [zero; 3]);
+    let still = DualVector::new(zero, zero);
     let places = [cue_place, object_place];
     let velocities = [velocity, still];
     let pulls = [pull, still];
     let (after, sticks) = contact.collide(&cue, shared)?;
     let pieces = [0, 1].map(|i| {
-        let mut before = Piece::new(instant, places[i], velocities[i], pulls[i], flat);
+        let moving = Moving::flat(&places[i], &velocities[i], &pulls[i]);
+        let mut before = Piece::new(instant, &moving);
         before.start = f64::NEG_INFINITY;
-        let change = turn(after[i].velocity) - velocities[i];
-        let motion = [velocities[i], pulls[i], change];
-        let mut pieces = vec![before, Piece::between(instant, HALF_CONTACT, places[i], motion, flat)];
+        let change = turn(&after[i].velocity) - velocities[i];
+        let mut pieces = vec![before, Piece::between(instant, HALF_CONTACT, &moving, &change)];
         pieces.extend(cloth.follow(instant, places[i], &after[i], turn));
         // pieces that are over before the contact ends are never followed
         for j in (3..pieces.len()).rev() {
             pieces[j - 1].start = pieces[j - 1].start.min(pieces[j].start);
         }
-        pieces[2..].iter_mut().for_each(|piece| piece.start = piece.start.max(HALF_CONTACT));
+        for piece in &mut pieces[2..] {
+            piece.start = piece.start.max(HALF_CONTACT);
+        }
         pieces
     });
     Ok(Paths { pieces, sticks })

@@ -1,7 +1,9 @@
-//! The noise of the frames and the spreads from shot to shot, by restricted maximum likelihood: each estimate counts the unknowns that it
-//! was estimated beside (Patterson and Thompson 1971, Biometrika 58, 545).
+//! The noise of the frames and the spreads from shot to shot, by restricted maximum likelihood:
+//! each estimate counts the unknowns that it was estimated beside (Patterson and Thompson 1971,
+//! Biometrika 58, 545).
 
 pub use super::frames::Noise;
+use super::priors::FIRST_SPREADS;
 use super::problem::{Evaluation, Problem, Reduced};
 use super::spins::{OwnPrior, Spread};
 use super::uncertainty::Estimates;
@@ -19,7 +21,8 @@ const RHO_STEP: f64 = 0.04;
 /// The noise has settled if its variance changes by less than this part and ρ by less than this.
 const SETTLED: f64 = 0.01;
 
-/// The spread of topspin, in parts of natural roll, is at least this: no frames determine a smaller one.
+/// The spread of topspin, in parts of natural roll, is at least this: no frames determine a smaller
+/// one.
 const LEAST_SPREAD: f64 = 0.004;
 
 /// Sets noise and spreads to what the residuals at `at` show; returns whether they have settled.
@@ -52,8 +55,8 @@ pub(super) fn update(problem: &mut Problem, at: &Evaluation) -> bool {
     settled
 }
 
-/// Returns the correlation of neighbouring frames that restricted likelihood prefers near the present one; `None` if the residuals of
-/// neighbouring frames are hardly correlated.
+/// Returns the correlation of neighbouring frames that restricted likelihood prefers near the
+/// present one; `None` if the residuals of neighbouring frames are hardly correlated.
 fn likeliest_correlation(problem: &Problem, at: &Evaluation, dof: f64) -> Option<f64> {
     let lagged = at.bodies.iter().map(|body| body.lagged).sum::<f64>();
     let square = at.bodies.iter().map(|body| body.square).sum::<f64>();
@@ -71,18 +74,21 @@ fn likeliest_correlation(problem: &Problem, at: &Evaluation, dof: f64) -> Option
     Some(middle + steps * RHO_STEP)
 }
 
-/// Returns −2 ln of the restricted likelihood with a correlation, up to a constant, least over all unknowns and the size of the noise:
-/// (N − p) ln χ² + ln|R| + ln|XᵀR⁻¹X|.
+/// Returns −2 ln of the restricted likelihood with a correlation, up to a constant, least over all
+/// unknowns and the size of the noise: (N − p) ln χ² + ln|R| + ln|XᵀR⁻¹X|.
 fn restricted(problem: &Problem, at: &Evaluation, rho: f64, dof: f64) -> Option<f64> {
     let mut other = problem.clone();
-    other.world.noise.iter_mut().for_each(|noise| noise.rho = rho);
+    for noise in &mut other.world.noise {
+        noise.rho = rho;
+    }
     let there = other.evaluate(at.state.clone());
     let (least, of_unknowns) = there.eliminate(0.0)?.least(&other.free())?;
     let of_frames: f64 = there.bodies.iter().map(|body| body.ln_determinant).sum();
     Some(dof * least.ln() + of_frames + of_unknowns)
 }
 
-/// Returns the number of unknowns that the frames determine: each counts by the part of its information that is not its prior's.
+/// Returns the number of unknowns that the frames determine: each counts by the part of its
+/// information that is not its prior's.
 fn count_unknowns(problem: &Problem, estimates: &Estimates, reduced: &Reduced) -> f64 {
     let shared = estimates.ids.iter().enumerate().map(|(i, id)| {
         let prior = problem.unknown(*id).active_prior();
@@ -100,7 +106,8 @@ fn count_unknowns(problem: &Problem, estimates: &Estimates, reduced: &Reduced) -
     shared.sum::<f64>() + own.sum::<f64>()
 }
 
-/// Returns the spread of a spin from shot to shot: s² = [Σ(ŝ² + v) + s₀²]/(n + 1), one step of expectation and maximisation.
+/// Returns the spread of a spin from shot to shot: s² = [Σ(ŝ² + v) + s₀²]/(n + 1), one step of
+/// expectation and maximisation.
 fn estimate_spread(
     problem: &Problem,
     at: &Evaluation,
@@ -113,7 +120,7 @@ fn estimate_spread(
         Spread::Side => own::SIDE,
     };
     let old = problem.spreads[which as usize];
-    let first = super::film::FIRST_SPREADS[which as usize];
+    let first = FIRST_SPREADS[which as usize];
     let mut squares = first.sd * first.sd;
     let mut count = 1.0;
     for (i, spin) in problem.spins.iter().enumerate() {

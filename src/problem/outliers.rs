@@ -11,7 +11,8 @@ use super::problem::{Evaluation, Problem, State};
 use super::unknowns::{OWN, own};
 use crate::numerics::median;
 
-/// Frames of a block at the end of a track that is judged as a whole: a collision at the end is lost in a single frame.
+/// Frames of a block at the end of a track that is judged as a whole: a collision at the end is
+/// lost in a single frame.
 const BLOCK: usize = 6;
 
 /// Frames of a ball on one side of the impact that are always kept.
@@ -25,8 +26,8 @@ fn tail(chi2: f64, dof: f64) -> f64 {
     ChiSquared::new(dof).map_or(1.0, |distribution| distribution.sf(chi2))
 }
 
-/// Leaves out frames that stand out alone, and those at the ends of tracks from where on the ball is not on its path any more; returns how
-/// many.
+/// Leaves out frames that stand out alone, and those at the ends of tracks from where on the ball
+/// is not on its path any more; returns how many.
 pub(super) fn leave_out_frames(problem: &mut Problem, state: &State, policy: &Policy) -> usize {
     let judge = |i: usize| {
         let (shot, spin) = (&problem.shots[i], &problem.spins[i]);
@@ -67,7 +68,8 @@ fn outlying(frames: &[Whitened], instant: f64, policy: &Policy) -> Vec<usize> {
     ends.chain(alone).map(|frame| frame.index).collect()
 }
 
-/// Returns whether each shot is kept: its residuals are not larger than chance makes them in units of what is typical of the shots.
+/// Returns whether each shot is kept: its residuals are not larger than chance makes them in units
+/// of what is typical of the shots.
 pub(super) fn judge_shots(problem: &Problem, at: &Evaluation, policy: &Policy) -> Vec<bool> {
     let reduced = |i: usize| {
         let shot = &at.shots[i];
@@ -78,8 +80,10 @@ pub(super) fn judge_shots(problem: &Problem, at: &Evaluation, policy: &Policy) -
     };
     let all: Vec<(f64, f64)> = (0..problem.shots.len()).map(reduced).collect();
     let typical = median(all.iter().map(|(square, dof)| square / dof).collect());
-    let keep: Vec<bool> =
-        all.iter().map(|(square, dof)| tail(square / typical.max(f64::MIN_POSITIVE), *dof) > policy.shot_tail).collect();
+    let keep: Vec<bool> = all
+        .iter()
+        .map(|(square, dof)| tail(square / typical.max(f64::MIN_POSITIVE), *dof) > policy.shot_tail)
+        .collect();
     let lost = keep.iter().filter(|keep| !**keep).count();
     if lost as f64 > policy.max_lost * keep.len() as f64 { vec![true; keep.len()] } else { keep }
 }

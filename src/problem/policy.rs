@@ -3,25 +3,31 @@
 /// Statistical choices.
 #[derive(Clone, Copy, Debug)]
 pub struct Policy {
-    /// Tail probability of a frame, or of a run of frames at the end of a track, that is left out. One good frame in a million is lost.
+    /// Tail probability of a frame, or of a run of frames at the end of a track, that is left out.
+    /// One good frame in a million is lost.
     pub frame_tail: f64,
     /// Tail probability of a shot that is left out.
     pub shot_tail: f64,
-    /// Largest part of the shots that may be left out: beyond, the model is wrong and not the shots.
+    /// Largest part of the shots that may be left out: beyond, the model is wrong and not the
+    /// shots.
     pub max_lost: f64,
-    /// Size of a conflict between a prior and the frames, in standard deviations, that makes a fit doubtful: level 1 % of a family of a
-    /// dozen (Holm 1979).
+    /// Size of a conflict between a prior and the frames, in standard deviations, that makes a fit
+    /// doubtful: level 1 % of a family of a dozen (Holm 1979).
     pub conflict: f64,
-    /// Size of a conflict at which the prior of a frame rate stated without an error is widened. In films of 15 shots at 240 frames/s with
-    /// rates 10 % off it was 0.4 to 2.6, and e off by up to 4 errors; a wider prior costs e a third of its error.
+    /// Size of a conflict at which the prior of a frame rate stated without an error is widened. In
+    /// films of 15 shots at 240 frames/s with rates 10 % off it was 0.4 to 2.6, and e off by up to
+    /// 4 errors; a wider prior costs e a third of its error.
     pub rate_conflict: f64,
     /// Relative standard deviation of a frame rate then.
     pub doubted_rate_sd: f64,
-    /// Fall of −2 log L that names a cause: likelihood ratio e⁵, level 1 % of a family of a dozen with one unknown each.
+    /// Fall of −2 log L that names a cause: likelihood ratio e⁵, level 1 % of a family of a dozen
+    /// with one unknown each.
     pub cause: f64,
-    /// Variance of slow motions over that of the noise before the impacts, beyond which the model does not describe the paths.
+    /// Variance of slow motions over that of the noise before the impacts, beyond which the model
+    /// does not describe the paths.
     pub misfit: f64,
-    /// Standard error of μ_s beyond which it is not identified: the published range is 0.2 to 0.4 (Kim 2024).
+    /// Standard error of μ_s beyond which it is not identified: the published range is 0.2 to 0.4
+    /// (Kim 2024).
     pub undetermined_mu_s: f64,
 }
 

@@ -1,7 +1,8 @@
 //! What is known of the shared unknowns of a film before its frames are seen.
 //!
-//! Every quantity that the data set does not state exactly is an unknown with a prior: the largest errors of real films are not noise. The
-//! widths were chosen by Cramér–Rao bounds of ten kinds of film and 2 000 fits of an independent simulator.
+//! Every quantity that the data set does not state exactly is an unknown with a prior: the largest
+//! errors of real films are not noise. The widths were chosen by Cramér–Rao bounds of ten kinds of
+//! film and 2 000 fits of an independent simulator.
 
 use super::spins::{OwnPrior, ShotSpin, Spread};
 use super::unknowns::{Id, Mode, Normal, SHARED, Unknown};
@@ -9,11 +10,13 @@ use crate::measurement::correction::Correction;
 use crate::measurement::dataset::{Dataset, Tracks};
 use crate::measurement::parameter::{Compliance, Parameter, Settings};
 
-/// Relative standard deviation of a stated radius of balls: new ones differ by 0.05 mm from their nominal size.
+/// Relative standard deviation of a stated radius of balls: new ones differ by 0.05 mm from their
+/// nominal size.
 const RADIUS_SD: f64 = 0.05 / 28.575;
 
-/// Relative standard deviation of a frame rate that is stated without an error. With 0.005, films of 15 shots whose rate was 10 % off had e
-/// 3.2 errors off without a conflict; 0.01 costs e a tenth of its error.
+/// Relative standard deviation of a frame rate that is stated without an error. With 0.005, films
+/// of 15 shots whose rate was 10 % off had e 3.2 errors off without a conflict; 0.01 costs e a
+/// tenth of its error.
 pub(super) const RATE_SD: f64 = 0.01;
 
 /// Standard deviation of the slope of a table, 1 mm/m.
@@ -28,6 +31,11 @@ const UNKNOWN_SD: f64 = 1.0;
 
 /// What is known of μ_s in films of unknown spin, which hardly determine it (Kim 2024: 0.2 to 0.4).
 const UNKNOWN_MU_S: Normal = Normal { mean: 0.3, sd: 0.1 };
+
+/// Spreads of topspin (over natural roll) and side spin (Rω_z/U) from shot to shot before the
+/// frames are seen: half a tip's width off the middle of the ball.
+pub(super) const FIRST_SPREADS: [Normal; 2] =
+    [Normal { mean: 0.0, sd: 0.05 }, Normal { mean: 0.0, sd: 0.02 }];
 
 /// Returns every shared unknown in the order of [`Id`].
 pub(super) fn list_unknowns(dataset: &Dataset, tracks: &Tracks, spins: &[ShotSpin]) -> [Unknown; SHARED] {

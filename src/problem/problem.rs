@@ -1,4 +1,5 @@
-//! The whole problem: normal equations of all shots, priors, and the elimination of what each shot has of its own.
+//! The whole problem: normal equations of all shots, priors, and the elimination of what each shot
+//! has of its own.
 
 use std::sync::Arc;
 
@@ -49,7 +50,8 @@ pub(crate) struct Reduced {
     products: SMatrix<f64, BORDERED, BORDERED>,
     /// Squares of the weighted residuals and of the priors' pulls before any step.
     squares: f64,
-    /// Response of each shot's own unknowns to the shared ones, and in the last column to the residuals.
+    /// Response of each shot's own unknowns to the shared ones, and in the last column to the
+    /// residuals.
     responses: Vec<SMatrix<f64, OWN, BORDERED>>,
     /// Covariance of each shot's own unknowns at given shared ones.
     pub own_covariance: Vec<SMatrix<f64, OWN, OWN>>,
@@ -58,8 +60,8 @@ pub(crate) struct Reduced {
 }
 
 impl Contribution {
-    /// Returns the normal matrix of the own unknowns, its diagonal raised by `damping`, and `N` columns beside it from `first` on. Held
-    /// unknowns are decoupled.
+    /// Returns the normal matrix of the own unknowns, its diagonal raised by `damping`, and `N`
+    /// columns beside it from `first` on. Held unknowns are decoupled.
     pub fn own_system<const N: usize>(
         &self,
         damping: f64,
@@ -72,9 +74,12 @@ impl Contribution {
         for i in 0..OWN {
             matrix[(i, i)] *= 1.0 + damping;
         }
-        let beside = SMatrix::<f64, OWN, N>::from_fn(|i, j| {
-            if self.held[i] { 0.0 } else { self.products[(i, first + j)] }
-        });
+        let beside =
+            SMatrix::<f64, OWN, N>::from_fn(
+                |i, j| {
+                    if self.held[i] { 0.0 } else { self.products[(i, first + j)] }
+                },
+            );
         (matrix, beside)
     }
 }
@@ -91,7 +96,8 @@ impl Problem {
         let shots: Vec<Contribution> = state.own.par_iter().enumerate().map(contribute).collect();
         let priors = self.unknowns.map(|unknown| unknown.active_prior());
         let pulls = priors.iter().zip(state.shared.0).filter_map(|(prior, x)| prior.map(|p| p.pull(x)));
-        let cost = shots.iter().map(|shot| shot.cost).sum::<f64>() + pulls.map(|pull| pull * pull).sum::<f64>();
+        let cost =
+            shots.iter().map(|shot| shot.cost).sum::<f64>() + pulls.map(|pull| pull * pull).sum::<f64>();
         let mut bodies = [BodySums::default(); 2];
         for (sum, i) in bodies.iter_mut().zip(0..) {
             for shot in &shots {
@@ -131,8 +137,8 @@ impl Problem {
 }
 
 impl Evaluation {
-    /// Eliminates the own unknowns, their diagonals and those of the shared ones raised by `damping`. `None` if a shot does not determine
-    /// one of its unknowns.
+    /// Eliminates the own unknowns, their diagonals and those of the shared ones raised by
+    /// `damping`. `None` if a shot does not determine one of its unknowns.
     pub fn eliminate(&self, damping: f64) -> Option<Reduced> {
         let mut products = SMatrix::<f64, BORDERED, BORDERED>::zeros();
         let mut squares = 0.0;
@@ -143,7 +149,8 @@ impl Evaluation {
             let (matrix, beside) = shot.own_system::<BORDERED>(damping, OWN);
             let cholesky = matrix.cholesky()?;
             let response = cholesky.solve(&beside);
-            products += shot.products.fixed_view::<BORDERED, BORDERED>(OWN, OWN) - beside.transpose() * response;
+            products +=
+                shot.products.fixed_view::<BORDERED, BORDERED>(OWN, OWN) - beside.transpose() * response;
             squares += shot.products[(COLUMNS - 1, COLUMNS - 1)];
             responses.push(response);
             own_covariance.push(cholesky.inverse());
@@ -186,8 +193,8 @@ impl Reduced {
         self.squares - self.products[(SHARED, SHARED)] - shared
     }
 
-    /// Returns the least value of a quadratic χ² over these unknowns and all own ones, and the logarithm of the determinant of their normal
-    /// matrix.
+    /// Returns the least value of a quadratic χ² over these unknowns and all own ones, and the
+    /// logarithm of the determinant of their normal matrix.
     pub fn least(&self, ids: &[Id]) -> Option<(f64, f64)> {
         let cholesky = self.matrix(ids).cholesky()?;
         let gradient = self.gradient(ids);
@@ -202,7 +209,14 @@ impl Reduced {
     }
 
     /// Returns the state after a step of these unknowns, the own ones following.
-    pub fn step(&self, problem: &Problem, from: &State, ids: &[Id], by: &DVector<f64>, with_residuals: bool) -> State {
+    pub fn step(
+        &self,
+        problem: &Problem,
+        from: &State,
+        ids: &[Id],
+        by: &DVector<f64>,
+        with_residuals: bool,
+    ) -> State {
         let mut state = from.clone();
         for (id, by) in ids.iter().zip(by.iter()) {
             state.shared[*id] += by;

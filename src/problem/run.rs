@@ -1,10 +1,11 @@
 //! The fit of a film from beginning to end.
 
 use super::causes;
+use super::descent::Descent;
 use super::film::{Film, FilmError};
 use super::findings::{Finding, Severity, worst};
 use super::frames::Noise;
-use super::minimise::{Descent, descend_with_noise, fit};
+use super::minimise::{descend_with_noise, fit};
 use super::outliers::{judge_shots, leave_out_frames};
 use super::policy::Policy;
 use super::problem::{Problem, State};
@@ -28,7 +29,8 @@ pub struct Estimate {
     pub prior: Option<Normal>,
 }
 
-/// The error budget of an estimate: the parts of its variance, the largest first, and the noise of the frames.
+/// The error budget of an estimate: the parts of its variance, the largest first, and the noise of
+/// the frames.
 #[derive(Clone, Debug)]
 pub struct Budget {
     pub id: Id,
@@ -83,7 +85,8 @@ pub fn fit_film(dataset: &Dataset, policy: &Policy, rise: Rise) -> Result<FilmFi
     // shots that were left out have no first guess any more
     let start = if start.own.len() == run.problem.shots.len() { start } else { descent.end.state.clone() };
     if slow_variance(&run.problem.world.noise, &first_noise) > policy.misfit
-        && let Some(explained) = causes::spin_freely(&run.problem, &descent.end, (&start, first_noise), policy)
+        && let Some(explained) =
+            causes::spin_freely(&run.problem, &descent.end, (&start, first_noise), policy)
     {
         run.findings.push(explained.finding);
         run.adopt(explained.problem, explained.descent, &mut descent);
@@ -142,8 +145,13 @@ impl Run<'_> {
             } else {
                 judge_shots(&self.problem, &descent.end, self.policy)
             };
-            let lost: Vec<String> =
-                self.names.iter().zip(&keep).filter(|(_, keep)| !**keep).map(|(name, _)| name.clone()).collect();
+            let lost: Vec<String> = self
+                .names
+                .iter()
+                .zip(&keep)
+                .filter(|(_, keep)| !**keep)
+                .map(|(name, _)| name.clone())
+                .collect();
             let frames = leave_out_frames(&mut self.problem, &state, self.policy);
             if lost.is_empty() && frames == 0 && round > 0 {
                 break;

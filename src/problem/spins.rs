@@ -1,8 +1,10 @@
-//! The cue ball's spin before the impact: what is stated of each shot, and what shots without a stated spin have.
+//! The cue ball's spin before the impact: what is stated of each shot, and what shots without a
+//! stated spin have.
 //!
-//! Rolling is a state, not a value of the topspin: a ball that rolls slows down by μ_r g, one that slides by μ_k g. Topspin and draw are
-//! two more: friction lifts the cue ball or the object ball. A shot whose state is not stated is in the likeliest of several, each with
-//! bounds of its own, within which χ² is smooth.
+//! Rolling is a state, not a value of the topspin: a ball that rolls slows down by μ_r g, one that
+//! slides by μ_k g. Topspin and draw are two more: friction lifts the cue ball or the object ball.
+//! A shot whose state is not stated is in the likeliest of several, each with bounds of its own,
+//! within which χ² is smooth.
 
 use nalgebra::SMatrix;
 use rayon::prelude::*;
@@ -15,28 +17,12 @@ use super::unknowns::{Id, Normal, OWN, Own, Shared, own};
 use crate::measurement::spin::Spin;
 use crate::physics::ball::Vec3;
 
-/// Fall of χ² by which a sliding ball must be likelier than a rolling one: most cue balls roll.
-const ROLL_BONUS: f64 = 9.0;
-
-/// Bounds of the topspin of a ball that slides, over natural roll. Its surface is never faster than three times its centre after a cue
-/// stroke without a miscue (offset of half a radius: 1.25).
+/// Bounds of the topspin of a ball that slides, over natural roll. Its surface is never faster than
+/// three times its centre after a cue stroke without a miscue (offset of half a radius: 1.25).
 const MAX_TOPSPIN: f64 = 3.0;
 
 /// Slip over speed within which a ball of measured spin rolls: spins are rounded.
 const ROLLS_WITHIN: f64 = 0.01;
-
-/// Topspin at which a shot's descent starts in another state, over natural roll: of shots stated as stun, and of others.
-const STUN_START: f64 = 0.03;
-const SLIDE_START: f64 = 0.3;
-
-/// Fall of χ² by which another state must be likelier than the present one, so that states of equal likelihood do not alternate.
-const CHANGE: f64 = 0.1;
-
-/// Steps of a shot's own unknowns until a state is judged.
-const STEPS: usize = 12;
-
-/// Damping at which a shot's own descent gives up.
-const MAX_DAMPING: f64 = 1e6;
 
 /// Spread from shot to shot of a kind of spin.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -143,11 +129,17 @@ impl ShotSpin {
             _ => OwnPrior::Held,
         };
         let horizontal = sd[0].zip(sd[1]).map(|(x, y)| (0.5 * (x * x + y * y)).sqrt());
-        Self { stated, topspin: prior(horizontal), side: prior(sd[2]), bounds: UNBOUNDED, states: States::One }
+        Self {
+            stated,
+            topspin: prior(horizontal),
+            side: prior(sd[2]),
+            bounds: UNBOUNDED,
+            states: States::One,
+        }
     }
 
     /// Returns the states that the shot may be in.
-    fn candidates(&self) -> Vec<Self> {
+    pub fn candidates(&self) -> Vec<Self> {
         let slides = |bounds| Self { bounds, states: self.states, ..Self::slides() };
         let signs = [slides([0.0, 1.0]), slides([-MAX_TOPSPIN, 0.0])];
         match self.states {
@@ -158,7 +150,7 @@ impl ShotSpin {
     }
 
     /// Returns the topspin that the shot's own is counted from.
-    fn mean(&self, shared: &Shared) -> f64 {
+    pub fn mean(&self, shared: &Shared) -> f64 {
         self.stated.mean.map_or(0.0, |id| shared[id])
     }
 
@@ -181,7 +173,8 @@ impl ShotSpin {
         [(own::TOPSPIN, normal(self.topspin)), (own::SIDE, normal(self.side))]
     }
 
-    /// Adds the priors to a shot's sums, and marks own unknowns that are held: for good, or at a bound that they press against.
+    /// Adds the priors to a shot's sums, and marks own unknowns that are held: for good, or at a
+    /// bound that they press against.
     pub fn constrain(&self, values: &Own, shared: &Shared, spreads: &[Normal; 2], sums: &mut Contribution) {
         const LAST: usize = COLUMNS - 1;
         for (place, prior) in self.priors(spreads) {
@@ -200,77 +193,4 @@ impl ShotSpin {
         let presses = is_at(self.bounds[0]) && slope > 0.0 || is_at(self.bounds[1]) && slope < 0.0;
         sums.held[own::TOPSPIN] |= presses;
     }
-}
-
-/// Chooses for every shot the likeliest of the states that it may be in given the shared unknowns; returns whether one has changed.
-pub(super) fn choose_states(problem: &mut Problem, state: &mut State) -> bool {
-    let open: Vec<usize> = (0..problem.spins.len()).filter(|i| problem.spins[*i].states != States::One).collect();
-    let judge = |i: usize| {
-        let present = problem.spins[i];
-        let judged = present.candidates().into_iter().map(|spin| {
-            let is_same = spin.bounds == present.bounds && spin.stated.approach == present.stated.approach;
-            let mut start = state.own[i];
-            if spin.stated.approach == Approach::Rolls {
-                start[own::TOPSPIN] = 0.0;
-            } else if !is_same {
-                let first = if spin.states == States::Signs { STUN_START } else { SLIDE_START };
-                let topspin = if spin.bounds[0] < 0.0 { -first } else { spin.bounds[0] + first };
-                start[own::TOPSPIN] = topspin - spin.mean(&state.shared);
-            }
-            let (values, cost) = settle(problem, i, &spin, start, state);
-            let bonus = if spin.stated.approach == Approach::Rolls { ROLL_BONUS } else { 0.0 };
-            let inertia = if is_same { CHANGE } else { 0.0 };
-            (spin, values, cost - bonus - inertia)
-        });
-        let best = judged.min_by(|a, b| a.2.total_cmp(&b.2));
-        best.map(|(spin, values, _)| (i, spin, values))
-    };
-    let chosen: Vec<(usize, ShotSpin, Own)> = open.into_par_iter().filter_map(judge).collect();
-    let mut changed = false;
-    for (i, spin, values) in chosen {
-        let old = &mut problem.spins[i];
-        changed |= old.bounds != spin.bounds || old.stated.approach != spin.stated.approach;
-        *old = spin;
-        state.own[i] = values;
-    }
-    changed
-}
-
-/// Returns the least χ² of shot `i` over its own unknowns with a spin, and where it is.
-fn settle(problem: &Problem, i: usize, spin: &ShotSpin, start: Own, state: &State) -> (Own, f64) {
-    let evaluate = |values: &Own| {
-        let shot = &problem.shots[i];
-        let mut sums = shot.contribute(values, &state.shared, &spin.stated, &problem.world);
-        spin.constrain(values, &state.shared, &problem.spreads, &mut sums);
-        sums
-    };
-    let mut values = spin.bounded(start, &state.shared);
-    let mut at = evaluate(&values);
-    let mut damping = 1e-4;
-    for _ in 0..STEPS {
-        let Some(step) = own_step(&at, damping) else { break };
-        let trial = spin.bounded(values - step, &state.shared);
-        let there = evaluate(&trial);
-        if there.cost < at.cost {
-            let gain = at.cost - there.cost;
-            (values, at) = (trial, there);
-            damping *= 0.1;
-            if gain < 0.01 {
-                break;
-            }
-        } else {
-            damping *= 30.0;
-            if damping > MAX_DAMPING {
-                break;
-            }
-        }
-    }
-    (values, at.cost)
-}
-
-/// Returns the damped step of a shot's own unknowns.
-fn own_step(at: &Contribution, damping: f64) -> Option<Own> {
-    let (matrix, beside) = at.own_system::<1>(damping, COLUMNS - 1);
-    let step: SMatrix<f64, OWN, 1> = matrix.cholesky()?.solve(&beside);
-    step.iter().all(|s| s.is_finite()).then_some(step)
 }

@@ -1,12 +1,14 @@
-//! What a fit determines: covariance, intervals, scores of held unknowns, conflicts with priors, and the error budget.
+//! What a fit determines: covariance, intervals, scores of held unknowns, conflicts with priors,
+//! and the error budget.
 
 use nalgebra::{DMatrix, DVector};
 
-use super::minimise::descend;
+use super::descent::descend;
 use super::problem::{Evaluation, Problem, Reduced, State};
 use super::unknowns::{Id, Mode};
 
-/// Part of its information that an unknown must have from the frames, so that they can contradict its prior.
+/// Part of its information that an unknown must have from the frames, so that they can contradict
+/// its prior.
 const LEAST_INFORMATION: f64 = 1e-3;
 
 /// Estimates with their covariance. Unknowns at a bound are not among them.
@@ -25,7 +27,8 @@ pub struct Score {
     pub sd: f64,
 }
 
-/// The part of the variance of an estimate that knowing a nuisance parameter exactly would take away.
+/// The part of the variance of an estimate that knowing a nuisance parameter exactly would take
+/// away.
 #[derive(Clone, Copy, Debug)]
 pub struct Share {
     pub nuisance: Id,
@@ -100,12 +103,13 @@ impl Estimates {
         scores.filter(|score| score.fall.is_finite() && score.sd.is_finite()).collect()
     }
 
-    /// Returns the variance of one of the `wanted` nuisance by nuisance, the most costly first, and the rest, which is the noise of the
-    /// frames. The parts add up to the variance.
+    /// Returns the variance of one of the `wanted` nuisance by nuisance, the most costly first, and
+    /// the rest, which is the noise of the frames. The parts add up to the variance.
     pub fn budget(&self, id: Id, wanted: &[Id]) -> Option<(Vec<Share>, f64)> {
         let i = self.position(id)?;
         let mut left = self.covariance.clone();
-        let mut nuisances: Vec<usize> = (0..self.ids.len()).filter(|n| !wanted.contains(&self.ids[*n])).collect();
+        let mut nuisances: Vec<usize> =
+            (0..self.ids.len()).filter(|n| !wanted.contains(&self.ids[*n])).collect();
         let mut shares = Vec::new();
         while let Some(place) = (0..nuisances.len()).max_by(|a, b| {
             let gain = |n: usize| left[(i, nuisances[n])].powi(2) / left[(nuisances[n], nuisances[n])];
@@ -133,9 +137,15 @@ impl Estimates {
         self.ids.iter().enumerate().filter_map(conflict).collect()
     }
 
-    /// Returns where the least χ² with `id` held exceeds the minimum by `rise`, and the evaluations that took. The others follow along the
-    /// covariance and descend from there.
-    pub fn interval(&self, problem: &Problem, at: &Evaluation, id: Id, rise: f64) -> Option<(Interval, usize)> {
+    /// Returns where the least χ² with `id` held exceeds the minimum by `rise`, and the evaluations
+    /// that took. The others follow along the covariance and descend from there.
+    pub fn interval(
+        &self,
+        problem: &Problem,
+        at: &Evaluation,
+        id: Id,
+        rise: f64,
+    ) -> Option<(Interval, usize)> {
         /// Steps of the others at each point, and points on each side.
         const STEPS: usize = 2;
         const POINTS: usize = 6;

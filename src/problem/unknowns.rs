@@ -1,9 +1,8 @@
-//! Unknowns of a film: those that each shot has of its own, and those that all shots share, with what is known of each before the frames
-//! are seen.
+//! Unknowns of a film: those that each shot has of its own, and those that all shots share, with
+//! what is known of each before the frames are seen.
 
 use nalgebra::SVector;
 
-use super::dual::Dual;
 use crate::physics::name::worded;
 
 /// Number of unknowns that each shot has of its own.
@@ -169,12 +168,5 @@ impl std::ops::Index<Id> for Shared {
 impl std::ops::IndexMut<Id> for Shared {
     fn index_mut(&mut self, id: Id) -> &mut f64 {
         &mut self.0[id as usize]
-    }
-}
-
-impl Shared {
-    /// Returns an unknown of the balls' motion with its derivative.
-    pub(super) fn dual(&self, id: Id) -> Dual {
-        Dual::from_re(self[id]).derivative(OWN + id as usize)
     }
 }

@@ -1,0 +1,91 @@
+//! Levenberg and Marquardt's descent within bounds (Moré 1978).
+
+use nalgebra::DVector;
+
+use super::problem::{Evaluation, Problem, Reduced, State};
+use super::unknowns::{Id, SHARED};
+
+/// Fall of χ² below which a step is not made: 0.1 standard deviations.
+const STALL: f64 = 0.01;
+
+/// Parts by which diagonals are raised at the beginning, and at which a descent gives up.
+const LEAST_DAMPING: f64 = 1e-6;
+const MAX_DAMPING: f64 = 1e6;
+
+/// The end of a descent.
+pub(crate) struct Descent {
+    pub end: Evaluation,
+    /// Evaluations of the whole problem.
+    pub evaluations: usize,
+    /// Whether it ended because a step promised or gained nothing.
+    pub converged: bool,
+}
+
+/// Descends from `at` in the unknowns `free` until a step promises or gains less than [`STALL`].
+pub(crate) fn descend(problem: &Problem, mut at: Evaluation, free: &[Id], steps: usize) -> Descent {
+    let mut damping = LEAST_DAMPING;
+    let mut evaluations = 0;
+    while evaluations < steps && damping < MAX_DAMPING && at.cost.is_finite() {
+        let step = at.eliminate(damping).and_then(|reduced| {
+            let step = step_within_bounds(problem, &reduced, &at.state, free)?;
+            let state = reduced.step(problem, &at.state, free, &step, true);
+            Some((reduced.promise(free, &step), state))
+        });
+        let trial = match step {
+            Some((promise, _)) if promise < STALL => {
+                return Descent { end: at, evaluations, converged: true };
+            }
+            Some((_, state)) => problem.evaluate(state),
+            None => {
+                damping *= 10.0;
+                continue;
+            }
+        };
+        evaluations += 1;
+        if trial.cost < at.cost {
+            at = trial;
+            damping = (damping * 0.01).max(LEAST_DAMPING);
+        } else if trial.cost - at.cost < STALL {
+            return Descent { end: at, evaluations, converged: true };
+        } else {
+            damping *= 100.0;
+        }
+    }
+    Descent { end: at, evaluations, converged: false }
+}
+
+/// Returns the damped step. Unknowns that would leave their bounds go to them, and the others
+/// follow.
+fn step_within_bounds(
+    problem: &Problem,
+    reduced: &Reduced,
+    state: &State,
+    free: &[Id],
+) -> Option<DVector<f64>> {
+    let mut held: [Option<f64>; SHARED] = [None; SHARED];
+    loop {
+        let (stopped, moving): (Vec<Id>, Vec<Id>) = free.iter().partition(|id| held[**id as usize].is_some());
+        let all: Vec<Id> = moving.iter().chain(&stopped).copied().collect();
+        let matrix = reduced.matrix(&all);
+        let n = moving.len();
+        let known = DVector::from_fn(stopped.len(), |i, _| held[stopped[i] as usize].unwrap_or(0.0));
+        let against = reduced.gradient(&moving) + matrix.view((0, n), (n, stopped.len())) * &known;
+        let step = -matrix.view((0, 0), (n, n)).into_owned().cholesky()?.solve(&against);
+        if !step.iter().all(|s| s.is_finite()) {
+            return None;
+        }
+        let mut inside = true;
+        for (id, by) in moving.iter().zip(step.iter()) {
+            let ([low, high], x) = (problem.unknown(*id).bounds, state.shared[*id]);
+            if x + by < low || x + by > high {
+                held[*id as usize] = Some((x + by).clamp(low, high) - x);
+                inside = false;
+            }
+        }
+        if inside {
+            let step_of =
+                |id: &Id| held[*id as usize].or_else(|| Some(step[moving.iter().position(|m| m == id)?]));
+            return free.iter().map(step_of).collect::<Option<Vec<f64>>>().map(DVector::from_vec);
+        }
+    }
+}

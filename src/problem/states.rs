@@ -1,0 +1,104 @@
+//! The state of each shot whose spin is not stated exactly: the likeliest given the shared
+//! unknowns.
+
+use nalgebra::SMatrix;
+use rayon::prelude::*;
+
+use super::frames::{COLUMNS, Contribution};
+use super::motion::Approach;
+use super::problem::{Problem, State};
+use super::spins::{ShotSpin, States};
+use super::unknowns::{OWN, Own, own};
+
+/// Fall of χ² by which a sliding ball must be likelier than a rolling one: most cue balls roll.
+const ROLL_BONUS: f64 = 9.0;
+
+/// Topspin at which a shot's descent starts in another state, over natural roll: of shots stated as
+/// stun, and of others.
+const STUN_START: f64 = 0.03;
+const SLIDE_START: f64 = 0.3;
+
+/// Fall of χ² by which another state must be likelier than the present one, so that states of equal
+/// likelihood do not alternate.
+const CHANGE: f64 = 0.1;
+
+/// Steps of a shot's own unknowns until a state is judged.
+const STEPS: usize = 12;
+
+/// Damping at which a shot's own descent gives up.
+const MAX_DAMPING: f64 = 1e6;
+
+/// Chooses for every shot the likeliest of the states that it may be in given the shared unknowns;
+/// returns whether one has changed.
+pub(super) fn choose_states(problem: &mut Problem, state: &mut State) -> bool {
+    let open: Vec<usize> =
+        (0..problem.spins.len()).filter(|i| problem.spins[*i].states != States::One).collect();
+    let judge = |i: usize| {
+        let present = problem.spins[i];
+        let judged = present.candidates().into_iter().map(|spin| {
+            let is_same = spin.bounds == present.bounds && spin.stated.approach == present.stated.approach;
+            let mut start = state.own[i];
+            if spin.stated.approach == Approach::Rolls {
+                start[own::TOPSPIN] = 0.0;
+            } else if !is_same {
+                let first = if spin.states == States::Signs { STUN_START } else { SLIDE_START };
+                let topspin = if spin.bounds[0] < 0.0 { -first } else { spin.bounds[0] + first };
+                start[own::TOPSPIN] = topspin - spin.mean(&state.shared);
+            }
+            let (values, cost) = settle(problem, i, &spin, start, state);
+            let bonus = if spin.stated.approach == Approach::Rolls { ROLL_BONUS } else { 0.0 };
+            let inertia = if is_same { CHANGE } else { 0.0 };
+            (spin, values, cost - bonus - inertia)
+        });
+        let best = judged.min_by(|a, b| a.2.total_cmp(&b.2));
+        best.map(|(spin, values, _)| (i, spin, values))
+    };
+    let chosen: Vec<(usize, ShotSpin, Own)> = open.into_par_iter().filter_map(judge).collect();
+    let mut changed = false;
+    for (i, spin, values) in chosen {
+        let old = &mut problem.spins[i];
+        changed |= old.bounds != spin.bounds || old.stated.approach != spin.stated.approach;
+        *old = spin;
+        state.own[i] = values;
+    }
+    changed
+}
+
+/// Returns the least χ² of shot `i` over its own unknowns with a spin, and where it is.
+fn settle(problem: &Problem, i: usize, spin: &ShotSpin, start: Own, state: &State) -> (Own, f64) {
+    let evaluate = |values: &Own| {
+        let shot = &problem.shots[i];
+        let mut sums = shot.contribute(values, &state.shared, &spin.stated, &problem.world);
+        spin.constrain(values, &state.shared, &problem.spreads, &mut sums);
+        sums
+    };
+    let mut values = spin.bounded(start, &state.shared);
+    let mut at = evaluate(&values);
+    let mut damping = 1e-4;
+    for _ in 0..STEPS {
+        let Some(step) = own_step(&at, damping) else { break };
+        let trial = spin.bounded(values - step, &state.shared);
+        let there = evaluate(&trial);
+        if there.cost < at.cost {
+            let gain = at.cost - there.cost;
+            (values, at) = (trial, there);
+            damping *= 0.1;
+            if gain < 0.01 {
+                break;
+            }
+        } else {
+            damping *= 30.0;
+            if damping > MAX_DAMPING {
+                break;
+            }
+        }
+    }
+    (values, at.cost)
+}
+
+/// Returns the damped step of a shot's own unknowns.
+fn own_step(at: &Contribution, damping: f64) -> Option<Own> {
+    let (matrix, beside) = at.own_system::<1>(damping, COLUMNS - 1);
+    let step: SMatrix<f64, OWN, 1> = matrix.cholesky()?.solve(&beside);
+    step.iter().all(|s| s.is_finite()).then_some(step)
+}
