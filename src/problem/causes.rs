@@ -75,7 +75,10 @@ pub(super) fn explain(
         threshold: policy.conflict * policy.conflict,
     });
     let mut suspects: Vec<Suspect> = scores.chain(conflicts).collect();
-    suspects.retain(|suspect| suspect.fall > 0.5 * suspect.threshold);
+    suspects.retain(|suspect| {
+        let [low, high] = problem.unknown(suspect.id).bounds;
+        suspect.fall > 0.5 * suspect.threshold && (low..=high).contains(&suspect.estimate)
+    });
     suspects.sort_by(|a, b| (b.fall / b.threshold).total_cmp(&(a.fall / a.threshold)));
     let refits =
         suspects.into_iter().take(MAX_SUSPECTS).filter_map(|suspect| let_in(problem, at, suspect, policy));

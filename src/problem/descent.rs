@@ -27,9 +27,10 @@ pub(crate) fn descend(problem: &Problem, mut at: Evaluation, free: &[Id], steps:
     let mut evaluations = 0;
     while evaluations < steps && damping < MAX_DAMPING && at.cost.is_finite() {
         let step = at.eliminate(damping).and_then(|reduced| {
-            let step = step_within_bounds(problem, &reduced, &at.state, free)?;
-            let state = reduced.step(problem, &at.state, free, &step, true);
-            Some((reduced.promise(free, &step), state))
+            let moving: Vec<Id> = free.iter().copied().filter(|id| reduced.informs(*id)).collect();
+            let step = step_within_bounds(problem, &reduced, &at.state, &moving)?;
+            let state = reduced.step(problem, &at.state, &moving, &step, true);
+            Some((reduced.promise(&moving, &step), state))
         });
         let trial = match step {
             Some((promise, _)) if promise < STALL => {

@@ -17,21 +17,31 @@ pub enum Severity {
 /// A finding of a fit.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Finding {
-    /// Lengths are in another unit than stated; metres over a unit of length.
-    OtherUnit { factor: f64 },
+    /// Lengths are in another unit than stated.
+    OtherUnit {
+        /// Metres in a unit of length.
+        factor: f64,
+    },
     /// The frames contradict what is stated or known of a quantity, whose prior was then left out.
     Conflict {
+        /// The quantity.
         id: Id,
+        /// Its stated value.
         stated: f64,
+        /// Its estimate from the frames alone.
         estimate: f64,
+        /// Standard error of the estimate.
         sd: f64,
         /// Difference in its standard deviations.
         size: f64,
     },
-    /// An effect that the model leaves out explains residuals; it was then let in.
+    /// An effect that the model left out explains residuals; it was then let in.
     Cause {
+        /// The effect's unknown.
         id: Id,
+        /// Its estimate.
         estimate: f64,
+        /// Standard error of the estimate.
         sd: f64,
         /// Fall of −2 log L.
         fall: f64,
@@ -40,20 +50,35 @@ pub enum Finding {
     Spins {
         /// Fall of −2 log L.
         fall: f64,
-        /// Mean topspin of the shots that slide, over natural roll, and their number.
+        /// Mean topspin of the shots that slide, over natural roll; 1 if none does.
         topspin: f64,
+        /// Number of shots that slide.
         sliding: usize,
     },
-    /// The frames scatter about the paths by more than their noise: variance of slow motions over
-    /// that of the noise before the impacts.
-    Misfit { ratio: f64 },
-    /// The frames determine a wanted unknown by less than is known without them.
-    Undetermined { id: Id, sd: f64 },
+    /// The frames scatter about the paths by more than their noise.
+    Misfit {
+        /// Variance of slow motions over that of the noise before the impacts.
+        ratio: f64,
+    },
+    /// The frames determine a wanted unknown less well than it is known without them.
+    Undetermined {
+        /// The unknown.
+        id: Id,
+        /// Its standard error.
+        sd: f64,
+    },
     /// A wanted unknown is at a bound.
-    AtBound { id: Id, bound: f64 },
-    /// Shots that were left out because their frames fit no collision, with the tail probability of
-    /// each.
-    LostShots { names: Vec<String> },
+    AtBound {
+        /// The unknown.
+        id: Id,
+        /// The bound.
+        bound: f64,
+    },
+    /// Shots whose frames fit no collision were left out.
+    LostShots {
+        /// Their names.
+        names: Vec<String>,
+    },
     /// The descent did not end at a minimum.
     NotConverged,
 }

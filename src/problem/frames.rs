@@ -42,8 +42,9 @@ pub(crate) struct ShotFrames {
 /// Errors of a coordinate: each keeps the part `rho` of the error a frame before.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Noise {
-    /// m
+    /// Standard deviation, m.
     pub sd: f64,
+    /// Correlation of neighbouring frames.
     pub rho: f64,
 }
 
@@ -126,8 +127,8 @@ impl ShotFrames {
         for (body, pieces) in paths.pieces.iter().enumerate() {
             self.add_track(body, pieces, values[own::TIME], &camera, &noise[body], &mut total);
         }
-        if !total.cost.is_finite() {
-            total.cost = f64::INFINITY;
+        if !(total.cost.is_finite() && total.products.sum().is_finite()) {
+            return Contribution { cost: f64::INFINITY, ..Contribution::empty() };
         }
         total
     }

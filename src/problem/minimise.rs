@@ -21,8 +21,18 @@ const COARSE_SD: f64 = 1e-3;
 /// Evaluations of a descent, typical are 6.
 const MAX_STEPS: usize = 40;
 
+/// Steps of the first descents, and of the two best ones over everything free.
+const COARSE_STEPS: usize = 3;
+const SECOND_STEPS: usize = 12;
+
+/// Relative difference within which two descents end at the same μ.
+const SAME_MU: f64 = 0.3;
+
+/// Rounds after which the states of spins stay as they are.
+const MAX_STATE_ROUNDS: usize = 5;
+
 /// Rounds of noise, spreads and spin states, typical are 3.
-const MAX_ROUNDS: usize = 12;
+const MAX_ROUNDS: usize = 10;
 
 /// Minimises over everything free: coarsely, finely, and again with the noise that the residuals
 /// show. `None` if no start describes a collision.
@@ -55,28 +65,38 @@ pub(crate) fn descend_with_spins(problem: &mut Problem, start: &State) -> Option
 }
 
 /// Descends a few steps over places, scale, μ and e from each μ of a grid, with a noise as large as
-/// the first guesses are wrong; returns the best.
+/// the first guesses are wrong. Where the best two end at different μ, both go on over everything
+/// free; returns the lower one.
 fn descend_coarsely(problem: &mut Problem, start: &State) -> Option<Descent> {
     let fine = problem.world.noise;
     problem.world.noise = fine.map(|noise| noise::Noise { sd: noise.sd.max(COARSE_SD), ..noise });
     let free = problem.free();
     let coarse_ids: Vec<Id> = free.iter().copied().filter(|id| COARSE.contains(id)).collect();
-    let mut evaluations = 0;
-    let mut best: Option<Descent> = None;
-    for mu in GRID {
+    let from = |mu: f64| {
         let mut state = start.clone();
         if free.contains(&Id::Mu) {
             let [low, high] = problem.unknown(Id::Mu).bounds;
             state.shared[Id::Mu] = mu.clamp(low, high);
         }
-        let coarse = descend(problem, problem.evaluate(state), &coarse_ids, 3);
-        evaluations += 1 + coarse.evaluations;
-        if coarse.end.cost.is_finite() && best.as_ref().is_none_or(|best| coarse.end.cost < best.end.cost) {
-            best = Some(coarse);
-        }
-    }
+        descend(problem, problem.evaluate(state), &coarse_ids, COARSE_STEPS)
+    };
+    let mut coarse: Vec<Descent> = GRID.into_iter().map(from).collect();
+    let mut evaluations: usize = coarse.iter().map(|descent| 1 + descent.evaluations).sum();
+    coarse.retain(|descent| descent.end.cost.is_finite());
+    coarse.sort_by(|a, b| a.end.cost.total_cmp(&b.end.cost));
     problem.world.noise = fine;
-    best.map(|best| Descent { evaluations, ..best })
+    let mut ranked = coarse.into_iter();
+    let best = ranked.next()?;
+    let mu = best.end.state.shared[Id::Mu];
+    let is_other = |other: &Descent| (other.end.state.shared[Id::Mu] / mu - 1.0).abs() > SAME_MU;
+    let Some(second) = ranked.find(is_other) else { return Some(Descent { evaluations, ..best }) };
+    let [first, second] = [best, second].map(|coarse| {
+        let descent = descend(problem, problem.evaluate(coarse.end.state), &free, SECOND_STEPS);
+        evaluations += 1 + descent.evaluations;
+        descent
+    });
+    let lower = if second.end.cost < first.end.cost { second } else { first };
+    Some(Descent { evaluations, ..lower })
 }
 
 /// Minimises over everything free, and again with the noise and the spreads that the residuals show
@@ -86,7 +106,7 @@ pub(crate) fn descend_with_noise(problem: &mut Problem, mut state: State) -> Des
     let mut evaluations = 0;
     let mut round = 0;
     loop {
-        let changed = choose_states(problem, &mut state);
+        let changed = round < MAX_STATE_ROUNDS && choose_states(problem, &mut state);
         let descent = descend(problem, problem.evaluate(state), &free, MAX_STEPS);
         evaluations += 1 + descent.evaluations;
         round += 1;

@@ -38,6 +38,8 @@ mod problem;
 mod run;
 mod spins;
 mod states;
+#[cfg(test)]
+mod tests;
 mod uncertainty;
 mod unknowns;
 

@@ -21,6 +21,9 @@ const RHO_STEP: f64 = 0.04;
 /// The noise has settled if its variance changes by less than this part and ρ by less than this.
 const SETTLED: f64 = 0.01;
 
+/// Power of a step of expectation and maximisation; up to 2 it still converges.
+const PROLONGED: f64 = 1.7;
+
 /// The spread of topspin, in parts of natural roll, is at least this: no frames determine a smaller
 /// one.
 const LEAST_SPREAD: f64 = 0.004;
@@ -134,6 +137,7 @@ fn estimate_spread(
         squares += (at.state.own[i][place] - old.mean).powi(2) + variance;
         count += 1.0;
     }
-    let sd = (squares / count).sqrt();
+    // expectation and maximisation converges slowly: the step is prolonged
+    let sd = old.sd * ((squares / count).sqrt() / old.sd).powf(PROLONGED);
     Normal { mean: old.mean, sd: if sd.is_finite() { sd.max(LEAST_SPREAD) } else { first.sd } }
 }

@@ -84,6 +84,23 @@ impl Contribution {
     }
 }
 
+impl Contribution {
+    /// Returns the shot's part of the normal matrix and gradient of these shared unknowns, after
+    /// elimination of its own.
+    pub fn reduced(&self, ids: &[Id]) -> Option<(DMatrix<f64>, DVector<f64>)> {
+        let (matrix, beside) = self.own_system::<BORDERED>(0.0, OWN);
+        let response = matrix.cholesky()?.solve(&beside);
+        let products =
+            self.products.fixed_view::<BORDERED, BORDERED>(OWN, OWN) - beside.transpose() * response;
+        let of = |i: usize, j: usize| products[(i.min(j), i.max(j))];
+        let place = |i: usize| ids[i] as usize;
+        Some((
+            DMatrix::from_fn(ids.len(), ids.len(), |i, j| of(place(i), place(j))),
+            DVector::from_fn(ids.len(), |i, _| of(place(i), SHARED)),
+        ))
+    }
+}
+
 impl Problem {
     /// Returns χ² and the normal equations at `state`.
     pub fn evaluate(&self, state: State) -> Evaluation {
@@ -174,6 +191,11 @@ impl Evaluation {
 }
 
 impl Reduced {
+    /// Returns whether χ² depends on an unknown: friction has no part in contacts that all stick.
+    pub fn informs(&self, id: Id) -> bool {
+        self.products[(id as usize, id as usize)] > 0.0
+    }
+
     /// Returns half of d²χ²/dx² of these unknowns.
     pub fn matrix(&self, ids: &[Id]) -> DMatrix<f64> {
         DMatrix::from_fn(ids.len(), ids.len(), |i, j| {

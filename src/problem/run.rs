@@ -22,10 +22,13 @@ const MAX_CAUSES: usize = 3;
 /// The estimate of a shared unknown.
 #[derive(Clone, Copy, Debug)]
 pub struct Estimate {
+    /// The unknown.
     pub id: Id,
+    /// Its estimate.
     pub value: f64,
-    /// `None` at a bound.
+    /// Its standard error; `None` at a bound.
     pub std_error: Option<f64>,
+    /// What was known of it before the frames were seen.
     pub prior: Option<Normal>,
 }
 
@@ -33,24 +36,38 @@ pub struct Estimate {
 /// the frames.
 #[derive(Clone, Debug)]
 pub struct Budget {
+    /// The estimate's unknown.
     pub id: Id,
+    /// Parts of nuisance parameters.
     pub shares: Vec<Share>,
+    /// Variance that is left if all nuisance parameters are known.
     pub frames: f64,
 }
 
 /// The fit of a film.
 pub struct FilmFit {
+    /// Estimates of all shared unknowns that were free.
     pub estimates: Vec<Estimate>,
+    /// Error budgets of the wanted unknowns.
     pub budgets: Vec<Budget>,
+    /// Intervals of their profiles, if asked for.
     pub intervals: Vec<Interval>,
+    /// What is wrong or worth saying.
     pub findings: Vec<Finding>,
+    /// Noise of the frames of the cue balls and of the object balls.
     pub noise: [Noise; 2],
-    /// χ² of the frames over their degrees of freedom at the noise that is seen before the impacts.
+    /// Variance of slow motions over that of the noise before the impacts.
     pub misfit: f64,
+    /// Number of shots that were fitted.
     pub shots: usize,
+    /// Names and reasons of the shots that show no impact.
     pub left_out: Vec<(String, String)>,
+    /// Evaluations of all frames.
     pub evaluations: usize,
+    /// Tangential compliance of the contact; 0 if it is rigid.
     pub kappa: f64,
+    /// Names of the shots that were fitted.
+    pub names: Vec<String>,
     pub(crate) problem: Problem,
     pub(crate) state: State,
 }
@@ -60,6 +77,20 @@ impl FilmFit {
     #[must_use]
     pub fn get(&self, id: Id) -> Option<&Estimate> {
         self.estimates.iter().find(|estimate| estimate.id == id)
+    }
+
+    /// Returns the change of each wanted estimate if each shot were left out, in the order of the
+    /// shots.
+    #[must_use]
+    pub fn influence(&self) -> Vec<(String, Vec<(Id, f64)>)> {
+        let at = self.problem.evaluate(self.state.clone());
+        let Some(estimates) = Estimates::new(&self.problem, &at) else { return Vec::new() };
+        let of_shot = |(i, name): (usize, &String)| {
+            let change = estimates.influence(&at, i)?;
+            let wanted = Id::WANTED.into_iter().filter_map(|id| Some((id, change[estimates.position(id)?])));
+            Some((name.clone(), wanted.collect()))
+        };
+        self.names.iter().enumerate().filter_map(of_shot).collect()
     }
 
     /// Returns the worst severity of the findings.
@@ -91,11 +122,11 @@ pub fn fit_film(dataset: &Dataset, policy: &Policy, rise: Rise) -> Result<FilmFi
         run.findings.push(explained.finding);
         run.adopt(explained.problem, explained.descent, &mut descent);
     }
-    let mut estimates = run.estimates(&descent)?;
+    // a rigid contact that is fitted to a compliant one may leave μ undetermined
     if let Some((problem, refit, _)) = causes::comply(&run.problem, &descent.end, policy) {
         run.adopt(problem, refit, &mut descent);
-        estimates = run.estimates(&descent)?;
     }
+    let mut estimates = run.estimates(&descent)?;
     for _ in 0..MAX_CAUSES {
         let Some(explained) = causes::explain(&run.problem, &descent.end, &estimates, policy) else { break };
         run.findings.push(explained.finding);
@@ -196,6 +227,9 @@ impl Run<'_> {
             let bounds = self.problem.unknown(id).bounds;
             let Some(estimate) = all.iter().find(|estimate| estimate.id == id) else { continue };
             match estimate.std_error {
+                None if !bounds.contains(&estimate.value) => {
+                    self.findings.push(Finding::Undetermined { id, sd: f64::INFINITY });
+                }
                 None => self.findings.push(Finding::AtBound {
                     id,
                     bound: if estimate.value == bounds[0] { bounds[0] } else { bounds[1] },
@@ -229,6 +263,7 @@ impl Run<'_> {
             left_out: self.left_out,
             evaluations: self.evaluations,
             kappa: state.shared[Id::Kappa],
+            names: self.names,
             problem: self.problem,
             state,
         }

@@ -21,6 +21,10 @@ use crate::physics::ball::Vec3;
 /// three times its centre after a cue stroke without a miscue (offset of half a radius: 1.25).
 const MAX_TOPSPIN: f64 = 3.0;
 
+/// Smallest topspin or draw of a state, over natural roll. At exactly 0 the integrated contact has no
+/// derivative; no frame shows the difference.
+const LEAST_TOPSPIN: f64 = 1e-4;
+
 /// Slip over speed within which a ball of measured spin rolls: spins are rounded.
 const ROLLS_WITHIN: f64 = 0.01;
 
@@ -89,7 +93,7 @@ impl ShotSpin {
 
     /// A ball without topspin, as far as players hit one.
     pub fn stun() -> Self {
-        Self { bounds: [0.0, MAX_TOPSPIN], states: States::Signs, ..Self::slides() }
+        Self { bounds: [LEAST_TOPSPIN, 1.0], states: States::Signs, ..Self::slides() }
     }
 
     /// A ball of unknown spin, rolling at first.
@@ -141,7 +145,7 @@ impl ShotSpin {
     /// Returns the states that the shot may be in.
     pub fn candidates(&self) -> Vec<Self> {
         let slides = |bounds| Self { bounds, states: self.states, ..Self::slides() };
-        let signs = [slides([0.0, 1.0]), slides([-MAX_TOPSPIN, 0.0])];
+        let signs = [slides([LEAST_TOPSPIN, 1.0]), slides([-MAX_TOPSPIN, -LEAST_TOPSPIN])];
         match self.states {
             States::One => vec![*self],
             States::Signs => signs.to_vec(),

@@ -11,7 +11,8 @@ use super::unknowns::{Id, Mode};
 /// its prior.
 const LEAST_INFORMATION: f64 = 1e-3;
 
-/// Estimates with their covariance. Unknowns at a bound are not among them.
+/// Estimates with their covariance. Unknowns at a bound, and those that the frames do not depend
+/// on, are not among them.
 pub(crate) struct Estimates {
     pub ids: Vec<Id>,
     pub covariance: DMatrix<f64>,
@@ -20,10 +21,13 @@ pub(crate) struct Estimates {
 /// The effect of freeing a tested unknown, to first order.
 #[derive(Clone, Copy, Debug)]
 pub struct Score {
+    /// The unknown.
     pub id: Id,
     /// Fall of χ².
     pub fall: f64,
+    /// Its estimate.
     pub estimate: f64,
+    /// Standard error of the estimate.
     pub sd: f64,
 }
 
@@ -31,15 +35,20 @@ pub struct Score {
 /// away.
 #[derive(Clone, Copy, Debug)]
 pub struct Share {
+    /// The nuisance parameter.
     pub nuisance: Id,
+    /// Variance.
     pub variance: f64,
 }
 
 /// A prior against what the frames show without it.
 #[derive(Clone, Copy, Debug)]
 pub struct Conflict {
+    /// The unknown.
     pub id: Id,
+    /// Its estimate without the prior.
     pub estimate: f64,
+    /// Standard error of that estimate.
     pub sd: f64,
     /// Difference in its standard deviations.
     pub size: f64,
@@ -48,7 +57,9 @@ pub struct Conflict {
 /// An interval of a profile.
 #[derive(Clone, Copy, Debug)]
 pub struct Interval {
+    /// The unknown.
     pub id: Id,
+    /// Lower and upper end.
     pub ends: [f64; 2],
 }
 
@@ -60,7 +71,8 @@ impl Estimates {
 
     pub fn of_reduced(problem: &Problem, state: &State, reduced: &Reduced) -> Option<Self> {
         let at_bound = |id: &Id| problem.unknown(*id).bounds.contains(&state.shared[*id]);
-        let ids: Vec<Id> = problem.free().into_iter().filter(|id| !at_bound(id)).collect();
+        let ids: Vec<Id> =
+            problem.free().into_iter().filter(|id| !at_bound(id) && reduced.informs(*id)).collect();
         let matrix = reduced.matrix(&ids);
         // scaled to a unit diagonal: units differ by 1e6
         let scale = DVector::from_fn(ids.len(), |i, _| matrix[(i, i)].sqrt().recip());
@@ -137,6 +149,14 @@ impl Estimates {
         self.ids.iter().enumerate().filter_map(conflict).collect()
     }
 
+    /// Returns the change of each of the estimates, in their order, if shot `i` were left out, to
+    /// first order.
+    pub fn influence(&self, at: &Evaluation, i: usize) -> Option<DVector<f64>> {
+        let (matrix, gradient) = at.shots.get(i)?.reduced(&self.ids)?;
+        let information = self.covariance.clone().cholesky()?.inverse() - matrix;
+        Some(information.cholesky()?.solve(&gradient))
+    }
+
     /// Returns where the least χ² with `id` held exceeds the minimum by `rise`, and the evaluations
     /// that took. The others follow along the covariance and descend from there.
     pub fn interval(
@@ -147,7 +167,7 @@ impl Estimates {
         rise: f64,
     ) -> Option<(Interval, usize)> {
         /// Steps of the others at each point, and points on each side.
-        const STEPS: usize = 2;
+        const STEPS: usize = 8;
         const POINTS: usize = 6;
         /// Relative precision of the rise.
         const PRECISION: f64 = 0.05;

@@ -125,7 +125,9 @@ pub enum Mode {
 /// A normal distribution.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Normal {
+    /// Mean.
     pub mean: f64,
+    /// Standard deviation.
     pub sd: f64,
 }
 
