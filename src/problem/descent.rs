@@ -8,6 +8,9 @@ use super::unknowns::{Id, SHARED};
 /// Fall of χ² below which a step is not made: 0.1 standard deviations.
 const STALL: f64 = 0.01;
 
+/// Number of steps that gain nothing, though they were promised to, after which a descent ends.
+const MAX_STALLS: usize = 2;
+
 /// Parts by which diagonals are raised at the beginning, and at which a descent gives up.
 const LEAST_DAMPING: f64 = 1e-6;
 const MAX_DAMPING: f64 = 1e6;
@@ -25,6 +28,7 @@ pub(crate) struct Descent {
 pub(crate) fn descend(problem: &Problem, mut at: Evaluation, free: &[Id], steps: usize) -> Descent {
     let mut damping = LEAST_DAMPING;
     let mut evaluations = 0;
+    let mut stalls = 0;
     while evaluations < steps && damping < MAX_DAMPING && at.cost.is_finite() {
         let step = at.eliminate(damping).and_then(|reduced| {
             let moving: Vec<Id> = free.iter().copied().filter(|id| reduced.informs(*id)).collect();
@@ -46,9 +50,12 @@ pub(crate) fn descend(problem: &Problem, mut at: Evaluation, free: &[Id], steps:
         if trial.cost < at.cost {
             at = trial;
             damping = (damping * 0.01).max(LEAST_DAMPING);
-        } else if trial.cost - at.cost < STALL {
-            return Descent { end: at, evaluations, converged: true };
         } else {
+            // a step that gains nothing may have crossed a kink: shorter ones may gain
+            stalls += usize::from(trial.cost - at.cost < STALL);
+            if stalls > MAX_STALLS {
+                return Descent { end: at, evaluations, converged: true };
+            }
             damping *= 100.0;
         }
     }
