@@ -12,7 +12,7 @@ use super::impact::Contact;
 use super::priors::{FIRST_SPREADS, list_unknowns};
 use super::problem::{Problem, State};
 use super::spins::ShotSpin;
-use super::unknowns::{Id, Normal, Own, Shared, own};
+use super::unknowns::{Id, Own, Shared, own};
 use crate::extraction::{Unusable, from_paths, leave_out_before_cushion, noise_correlation};
 use crate::film::{drops, frame_noise, grid};
 use crate::measurement::dataset::{Dataset, Tracks};

@@ -38,8 +38,6 @@ mod problem;
 mod run;
 mod spins;
 mod states;
-#[cfg(test)]
-mod tests;
 mod uncertainty;
 mod unknowns;
 
@@ -50,3 +48,195 @@ pub use policy::Policy;
 pub use run::{Budget, Estimate, FilmFit, Rise, fit_film};
 pub use uncertainty::{Conflict, Interval, Score, Share};
 pub use unknowns::{Id, Normal};
+
+#[cfg(test)]
+mod tests {
+    // films of a simulator with its own equations of motion
+    use nalgebra::DVector;
+
+    use super::descent::descend;
+    use super::film::Film;
+    use super::run::fit_film;
+    use super::uncertainty::Estimates;
+    use super::unknowns::{Mode, OWN, SHARED, Shared};
+    use super::{Finding, Id, Policy, Severity};
+    use crate::measurement::dataset::Dataset;
+    use crate::measurement::spin::Spin;
+    use crate::measurement::track::{Sample, TrackShot};
+    use crate::physics::ball::Ball;
+    use crate::simulate::{self, Spec};
+
+    const TRUTH: [(Id, f64); 3] = [(Id::Mu, 0.05), (Id::MuS, 0.25), (Id::E, 0.94)];
+
+    /// A film of this many shots with this spin, 240 frames/s, noise 0.2 mm.
+    fn film(shots: usize, spin: &str, seed: u64) -> Dataset {
+        let spec: Spec = format!(
+            r#"
+            name = "film"
+            kind = "tracks"
+            seed = {seed}
+            truth = {{ mu = 0.05, mu_s = 0.25, e = 0.94 }}
+            shots = {{ count = {shots}, speed_m_s = [1, 4], cut_deg = [-50, 50], cue_spin = ["{spin}"] }}
+            camera = {{ fps = 240, position_sd_m = 2e-4 }}
+            "#
+        )
+        .parse()
+        .unwrap();
+        simulate::dataset(&spec).unwrap()
+    }
+
+    /// The gradient is half of the slope of χ², for every own and shared unknown, away from the minimum
+    /// and with all corrections of the camera on.
+    #[test]
+    fn gradient_is_the_slope_of_chi2() {
+        let Film { mut problem, start, .. } = Film::new(&film(5, "natural-roll", 1)).unwrap();
+        problem.world.noise = [super::Noise { sd: 0.05, rho: 0.3 }; 2];
+        let shared = problem.unknowns.map(|unknown| {
+            let step =
+                if unknown.mode == Mode::Free { unknown.prior.map_or(0.02, |p| p.sd.min(0.3)) } else { 0.0 };
+            unknown.start + 0.1 * step
+        });
+        let state = super::problem::State { shared: Shared(shared), ..start };
+        let at = problem.evaluate(state.clone());
+        let last = OWN + SHARED;
+        for unknown in problem.unknowns.iter().filter(|unknown| unknown.mode == Mode::Free) {
+            let i = unknown.id as usize;
+            let cost = |by: f64| {
+                let mut moved = state.clone();
+                moved.shared.0[i] += by;
+                problem.evaluate(moved).cost
+            };
+            let step = 1e-5;
+            let difference = (cost(step) - cost(-step)) / (4.0 * step);
+            let pull = unknown.prior.map_or(0.0, |p| p.pull(shared[i]) / p.sd);
+            let slope = at.shots.iter().map(|shot| shot.products[(OWN + i, last)]).sum::<f64>() + pull;
+            let name = unknown.id.name();
+            assert!((difference - slope).abs() < 1e-3 * (1.0 + slope.abs()), "{name}: {difference} {slope}");
+        }
+        for i in (0..OWN).filter(|i| !at.shots[3].held[*i]) {
+            let cost = |by: f64| {
+                let mut moved = state.clone();
+                moved.own[3][i] += by;
+                problem.evaluate(moved).cost
+            };
+            let difference = (cost(1e-6) - cost(-1e-6)) / 4e-6;
+            let slope = at.shots[3].products[(i, last)];
+            assert!((difference - slope).abs() < 1e-4 * (1.0 + slope.abs()), "own {i}: {difference} {slope}");
+        }
+    }
+
+    /// Films of rolls, stun shots and rolls of unknown spin give the truth within 4 standard errors of
+    /// each of 3 unknowns, and no doubt.
+    #[test]
+    fn truth_is_within_the_errors() {
+        for (spin, unknown) in [("natural-roll", false), ("stun", false), ("natural-roll", true)] {
+            let mut dataset = film(15, spin, 2);
+            if unknown {
+                for shot in &mut dataset.tracks.as_mut().unwrap().shots {
+                    shot.spin = Spin::Unknown;
+                }
+            }
+            let fit = fit_film(&dataset, &Policy::default(), None).unwrap();
+            assert_eq!((fit.severity(), fit.shots), (Severity::Note, 15), "{spin}: {:?}", fit.findings);
+            for (id, truth) in TRUTH {
+                let Some(estimate) = fit.get(id) else { continue };
+                let error = estimate.std_error.unwrap();
+                let pull = (estimate.value - truth) / error;
+                assert!(pull.abs() < 4.0, "{spin}: {} {} ± {error}", id.name(), estimate.value);
+            }
+            assert!(fit.get(Id::E).unwrap().std_error.unwrap() < 2e-3);
+        }
+    }
+
+    /// Of a budget, the parts of all nuisance parameters and the noise add up to the variance; with an
+    /// unknown held at an end of its interval and all others free, χ² has risen by 1.
+    #[test]
+    fn budgets_and_intervals_are_those_of_chi2() {
+        let dataset = film(10, "natural-roll", 3);
+        let fit = fit_film(&dataset, &Policy::default(), Some(1.0)).unwrap();
+        for budget in &fit.budgets {
+            let error = fit.get(budget.id).unwrap().std_error.unwrap();
+            let sum = budget.shares.iter().map(|share| share.variance).sum::<f64>() + budget.frames;
+            assert!((sum / (error * error) - 1.0).abs() < 1e-6);
+        }
+        let at = fit.problem.evaluate(fit.state.clone());
+        let estimates = Estimates::new(&fit.problem, &at).unwrap();
+        let free = fit.problem.free();
+        assert_eq!(fit.intervals.len(), 3);
+        for interval in &fit.intervals {
+            let others: Vec<Id> = free.iter().copied().filter(|id| *id != interval.id).collect();
+            for end in interval.ends {
+                let i = estimates.position(interval.id).unwrap();
+                let by: DVector<f64> = estimates.covariance.column(i) / estimates.covariance[(i, i)]
+                    * (end - fit.state.shared[interval.id]);
+                let reduced = at.eliminate(0.0).unwrap();
+                let state = reduced.step(&fit.problem, &fit.state, &estimates.ids, &by, false);
+                let held = descend(&fit.problem, fit.problem.evaluate(state), &others, 40);
+                let rise = held.end.cost - at.cost;
+                assert!((rise - 1.0).abs() < 0.15, "{}: {rise}", interval.id.name());
+            }
+        }
+    }
+
+    /// Without a shot, the estimates move as its influence says, to first order.
+    #[test]
+    fn influence_is_what_a_shot_changes() {
+        let mut dataset = film(10, "natural-roll", 6);
+        let all = fit_film(&dataset, &Policy::default(), None).unwrap();
+        let influence = all.influence();
+        dataset.tracks.as_mut().unwrap().shots.remove(3);
+        let without = fit_film(&dataset, &Policy::default(), None).unwrap();
+        for (id, change) in &influence[3].1 {
+            let (before, after) = (all.get(*id).unwrap(), without.get(*id).unwrap());
+            // the noise is estimated again, and χ² is no parabola
+            let off = (after.value - before.value - change) / before.std_error.unwrap();
+            assert!(off.abs() < 0.25, "{}: {off}", id.name());
+        }
+    }
+
+    /// Balls of another size than stated, and cue balls that slide though natural roll is stated, are
+    /// named, and the fit is doubtful.
+    #[test]
+    fn wrong_statements_are_named() {
+        let mut dataset = film(15, "natural-roll", 4);
+        dataset.ball.radius *= 1.09;
+        let fit = fit_film(&dataset, &Policy::default(), None).unwrap();
+        let is_scale = |finding: &Finding| matches!(finding, Finding::Conflict { id: Id::Scale, .. });
+        assert!(
+            fit.findings.iter().any(is_scale) && fit.severity() == Severity::Doubtful,
+            "{:?}",
+            fit.findings
+        );
+
+        let mut dataset = film(15, "stun", 4);
+        for shot in &mut dataset.tracks.as_mut().unwrap().shots {
+            shot.spin = Spin::NaturalRoll;
+        }
+        let fit = fit_film(&dataset, &Policy::default(), None).unwrap();
+        let is_spin =
+            |finding: &Finding| matches!(finding, Finding::Spins { topspin, .. } if topspin.abs() < 0.05);
+        assert!(
+            fit.findings.iter().any(is_spin) && fit.severity() == Severity::Doubtful,
+            "{:?}",
+            fit.findings
+        );
+    }
+
+    /// Films of few shots, of few frames and of no collision give a fit or an error.
+    #[test]
+    fn poor_films_give_a_fit_or_an_error() {
+        let one = film(1, "natural-roll", 5);
+        assert!(fit_film(&one, &Policy::default(), None).is_ok_and(|fit| fit.shots == 1));
+        let samples = |count: usize, speed: f64| -> Vec<Sample> {
+            (0..count).map(|n| Sample::new(n as f64 / 240.0, [speed * n as f64 / 240.0, 0.0])).collect()
+        };
+        for count in [0, 1, 2, 7, 40] {
+            for speed in [0.0, 1.0, f64::NAN] {
+                let tracks = [samples(count, speed), samples(count, 0.0)];
+                let shot = TrackShot::new("shot", 240.0, Spin::NaturalRoll, tracks);
+                let dataset = Dataset::filmed("film", Ball::POOL, vec![shot]);
+                assert!(fit_film(&dataset, &Policy::default(), None).is_err(), "{count} {speed}");
+            }
+        }
+    }
+}

@@ -6,14 +6,10 @@
 //! A shot whose state is not stated is in the likeliest of several, each with bounds of its own,
 //! within which χ² is smooth.
 
-use nalgebra::SMatrix;
-use rayon::prelude::*;
-
 use super::camera::Point;
 use super::frames::{COLUMNS, Contribution};
 use super::motion::{Approach, StatedSpin};
-use super::problem::{Problem, State};
-use super::unknowns::{Id, Normal, OWN, Own, Shared, own};
+use super::unknowns::{Id, Normal, Own, Shared, own};
 use crate::measurement::spin::Spin;
 use crate::physics::ball::Vec3;
 

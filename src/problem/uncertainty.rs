@@ -173,7 +173,7 @@ impl Estimates {
         const PRECISION: f64 = 0.05;
         let i = self.position(id)?;
         let along = self.covariance.column(i) / self.covariance[(i, i)];
-        let others: Vec<Id> = self.ids.iter().copied().filter(|other| *other != id).collect();
+        let others: Vec<Id> = problem.free().into_iter().filter(|other| *other != id).collect();
         let reduced = at.eliminate(0.0)?;
         let bounds = problem.unknown(id).bounds;
         let mut evaluations = 0;
