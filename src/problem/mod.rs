@@ -52,12 +52,8 @@ pub use unknowns::{Id, Normal};
 #[cfg(test)]
 mod tests {
     // films of a simulator with its own equations of motion
-    use nalgebra::DVector;
-
-    use super::descent::descend;
     use super::film::Film;
     use super::run::fit_film;
-    use super::uncertainty::Estimates;
     use super::unknowns::{Mode, OWN, SHARED, Shared};
     use super::{Finding, Id, Policy, Severity};
     use crate::measurement::dataset::Dataset;
@@ -148,33 +144,16 @@ mod tests {
         }
     }
 
-    /// Of a budget, the parts of all nuisance parameters and the noise add up to the variance; with an
-    /// unknown held at an end of its interval and all others free, χ² has risen by 1.
+    /// The parts of a budget and the noise of the frames add up to the variance.
     #[test]
-    fn budgets_and_intervals_are_those_of_chi2() {
+    fn budgets_add_up_to_the_variance() {
         let dataset = film(10, "natural-roll", 3);
-        let fit = fit_film(&dataset, &Policy::default(), Some(1.0)).unwrap();
+        let fit = fit_film(&dataset, &Policy::default(), None).unwrap();
+        assert_eq!(fit.budgets.len(), 3);
         for budget in &fit.budgets {
             let error = fit.get(budget.id).unwrap().std_error.unwrap();
             let sum = budget.shares.iter().map(|share| share.variance).sum::<f64>() + budget.frames;
             assert!((sum / (error * error) - 1.0).abs() < 1e-6);
-        }
-        let at = fit.problem.evaluate(fit.state.clone());
-        let estimates = Estimates::new(&fit.problem, &at).unwrap();
-        let free = fit.problem.free();
-        assert_eq!(fit.intervals.len(), 3);
-        for interval in &fit.intervals {
-            let others: Vec<Id> = free.iter().copied().filter(|id| *id != interval.id).collect();
-            for end in interval.ends {
-                let i = estimates.position(interval.id).unwrap();
-                let by: DVector<f64> = estimates.covariance.column(i) / estimates.covariance[(i, i)]
-                    * (end - fit.state.shared[interval.id]);
-                let reduced = at.eliminate(0.0).unwrap();
-                let state = reduced.step(&fit.problem, &fit.state, &estimates.ids, &by, false);
-                let held = descend(&fit.problem, fit.problem.evaluate(state), &others, 40);
-                let rise = held.end.cost - at.cost;
-                assert!((rise - 1.0).abs() < 0.15, "{}: {rise}", interval.id.name());
-            }
         }
     }
 
