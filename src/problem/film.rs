@@ -37,10 +37,6 @@ pub(crate) struct Film {
     pub names: Vec<String>,
     pub left_out: Vec<(String, Unusable)>,
     pub findings: Vec<Finding>,
-    /// Factor from lengths of the film to metres.
-    pub unit: f64,
-    /// Point of the film that places are counted from, in metres.
-    pub middle: Point,
 }
 
 /// A shot that can be fitted.
@@ -141,7 +137,7 @@ impl Film {
         let start = State { own, shared: Shared(unknowns.map(|unknown| unknown.start)) };
         let names = guessed.iter().map(|g| g.shot.name.clone()).collect();
         let problem = Problem { shots: Arc::new(frames), spins, spreads, unknowns, world };
-        Self { problem, start, names, left_out, findings, unit, middle: middle * unit }
+        Self { problem, start, names, left_out, findings }
     }
 }
 
