@@ -5,14 +5,14 @@
 
 use super::{Analysis, Options, Prepared};
 use crate::fit::causes::{Cause, Explanation};
-use crate::fit::{Depth, Fit, FitError, causes, check};
+use crate::fit::{Depth, Fit, causes, check};
 use crate::measurement::dataset::Dataset;
 use crate::measurement::spin::Spin;
 use crate::measurement::track::TrackShot;
 use crate::numerics::median;
 
-/// Shots, spread evenly, of which the spins are looked for.
-const MOST_SHOTS: usize = 40;
+/// Shots, spread evenly, of which the spins are looked for: films of 15 shots are told from others.
+const MOST_SHOTS: usize = 16;
 
 /// Least difference of a spin from the stated one, as a part of the natural roll's: a smaller one is found along the spin of all shots.
 const DIFFERS: f64 = 0.2;
@@ -149,10 +149,13 @@ fn with_spins(
     }
     other.by = None;
     let options = Options { depth: Depth::Estimates, ..*options };
-    let analysis = Prepared::new(other, done).analysed(&options, done);
-    let fits: Result<Vec<Fit>, FitError> = analysis.fits;
+    let prepared = Prepared::searched(other, (None, true), done);
+    if !prepared.is_settled() {
+        return None;
+    }
+    let fits = prepared.fits(&options, true, done);
     let fit = fits.ok()?.into_iter().next().filter(agrees)?;
-    let spins: Vec<Found> = analysis
+    let spins: Vec<Found> = prepared
         .extracted
         .iter()
         .filter_map(|(track, impact)| {

@@ -150,7 +150,8 @@ impl<D: Number> Impact<D> {
         // e = e₀ − e₁k, not below 0
         let e = values[Input::E] - values[Input::ESlope] * k;
         let e = if e.re() < 0.0 { D::from(0.0) } else { e };
-        let falls = model.law != Law::Constant && values[Input::B].re() != 0.0;
+        // b = 0 is a constant friction, except to its derivative by b
+        let falls = model.law != Law::Constant && (D::NDERIV > 0 || values[Input::B].re() != 0.0);
         let fall = falls.then(|| [values[Input::B], values[Input::C]]);
         Self {
             k,

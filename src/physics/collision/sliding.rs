@@ -82,13 +82,14 @@ impl<D: Number> Slide<D> {
             return Self { slip, rates: [lever[0] * mu, lever[1] * mu], friction: constant, cloth };
         };
         let speed = slip[0].re().hypot(slip[1].re());
+        let at_first = mu + b * (-c.re() * speed).exp();
         // a unit of s, with no derivative
-        let first = mu.re() + b.re() * (-c.re() * speed).exp();
+        let first = at_first.re();
         if first > 0.0 {
             let friction = Relative { a: mu / first, b: b / first, c };
             return Self { slip, rates: [lever[0] * first, lever[1] * first], friction, cloth };
         }
-        Self { slip, rates: [lever[0] * mu, lever[1] * mu], friction: constant, cloth }
+        Self { slip, rates: [lever[0] * at_first, lever[1] * at_first], friction: constant, cloth }
     }
 
     #[inline(always)]
@@ -394,7 +395,7 @@ struct DualPlace<const N: usize> {
 impl<const N: usize> DualPlace<N> {
     fn new(slide: &Slide<Dual<N>>, slip: [Dual<N>; 2], s: f64) -> Self {
         let decay = slide.decay();
-        let falls = decay.friction.b != 0.0;
+        let falls = slide.friction.b.eps.0.is_some();
         let over = if falls { Sums::over::<true> } else { Sums::over::<false> };
         let sums = over(real(&slip), &decay, s);
         let Relative { a, b, c } = slide.friction;
