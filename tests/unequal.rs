@@ -28,7 +28,11 @@ const SCALE: f64 = 0.001;
 fn weighed(kind: Kind, seed: u64) -> Spec {
     Spec {
         ball: BallSpec { mass_kg: 0.170, mass_kg_sd: SCALE, ..BallSpec::default() },
-        object: Some(StatedObject { mass_kg: Some(0.160), mass_kg_sd: SCALE, ..StatedObject::default() }),
+        object: Some(StatedObject {
+            mass_kg: Some(0.160),
+            mass_kg_sd: Some(SCALE),
+            ..StatedObject::default()
+        }),
         ..synthetic::spec(kind, &[Played::NaturalRoll], 40, seed)
     }
 }

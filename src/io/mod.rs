@@ -29,12 +29,13 @@ use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 
 use error::{Problems, did_you_mean};
-use manifest::{Kind, Manifest};
+use manifest::Manifest;
 use table::Table;
 
 use crate::measurement::dataset::{Dataset, Shot};
 
 pub use error::{DatasetError, Problem};
+pub use manifest::Kind;
 pub(crate) use tracking::{Survey, survey};
 
 /// Loads a data set from a folder that holds a dataset.toml, or from the path of such a file.

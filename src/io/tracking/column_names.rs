@@ -1,42 +1,18 @@
 //! `[tracks.columns]`: which column of a file is which of ours.
 
-use std::fmt;
+use std::num::NonZero;
 
-use serde::de::Visitor;
-use serde::{Deserialize, Deserializer};
+use serde::Deserialize;
 
 use crate::physics::name::worded;
 
 /// A column of the file.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, Deserialize, PartialEq, Eq)]
+#[serde(untagged, expecting = "expected the name of a column, or its number, from 1 on")]
 pub(super) enum Column {
     Name(String),
     /// From 1; for files without names of columns.
-    Number(usize),
-}
-
-impl<'de> Deserialize<'de> for Column {
-    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        struct Either;
-        impl Visitor<'_> for Either {
-            type Value = Column;
-
-            fn expecting(&self, f: &mut fmt::Formatter) -> fmt::Result {
-                f.write_str("the name of a column, or its number, from 1 on")
-            }
-
-            fn visit_str<E>(self, name: &str) -> Result<Column, E> {
-                Ok(Column::Name(name.trim().to_string()))
-            }
-
-            fn visit_i64<E: serde::de::Error>(self, number: i64) -> Result<Column, E> {
-                let positive = usize::try_from(number).ok().filter(|number| *number > 0);
-                let wrong = || E::invalid_value(serde::de::Unexpected::Signed(number), &self);
-                positive.map(Column::Number).ok_or_else(wrong)
-            }
-        }
-        deserializer.deserialize_any(Either)
-    }
+    Number(NonZero<usize>),
 }
 
 /// `[tracks.columns]`: the file's column for each of ours.

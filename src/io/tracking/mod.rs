@@ -58,9 +58,8 @@ use shots_table::ShotsTable;
 use super::error::Problems;
 use super::manifest::Manifest;
 use crate::measurement::dataset::Tracks;
-use crate::measurement::isolate::isolated;
 use crate::measurement::spin::Spin;
-use crate::measurement::track::TrackShot;
+use crate::measurement::track::{TrackShot, isolated};
 
 pub(super) use heading::strange_unit;
 pub(super) use read::{TRACKER_PROJECT, is_tracker_project};
@@ -132,7 +131,9 @@ pub(crate) fn load(
     drop(known);
     let reason = |shot: &RawShot| table.skip(&shot.name).map(str::to_string);
     let skipped = raw.extract_if(.., |shot| reason(shot).is_some());
-    let skipped = skipped.filter_map(|shot| Some((shot.name.clone(), reason(&shot)?))).collect();
+    let skipped =
+        skipped.filter_map(|shot| Some((shot.name.clone(), format!("skipped: {}", reason(&shot)?))));
+    let mut left_out: Vec<_> = skipped.collect();
     if let Some(shot) = raw.iter().find(|shot| table.facts(&shot.name).is_none()) {
         let message = format!(
             "nothing says how the cue ball of shot \"{}\" spins; expected [cue_spin] assume = \"stun\", \
@@ -159,6 +160,7 @@ pub(crate) fn load(
     let radii = manifest.discs.filter(|_| !settings.from_balls).and_then(|discs| discs.radii);
     bodies::group(&mut work, settings, &calibrations, radii.map(|radii| radii[0] + radii[1]));
     let (shots, damaged) = finish_all(work, &calibrations, context);
+    left_out.extend(damaged);
     if manifest.discs.is_none() {
         name_unmeasured(&shots, &table, path, problems);
     }
@@ -166,8 +168,7 @@ pub(crate) fn load(
     lines.append(&mut notes.into_lines());
     lines.extend(table.note());
     Tracks {
-        skipped,
-        damaged,
+        left_out,
         notes: lines,
         discs: manifest.discs,
         camera: camera::stated(&settings.camera, is_motion_capture),
