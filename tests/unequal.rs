@@ -221,7 +221,7 @@ fn what_is_stated_wrongly_is_said_with_its_place() {
     refused(
         &["design", "d.toml"],
         folder,
-        &["d.toml:2: column 9: shape is \"disc\"", "object.inertia is 1; expected at most 2/3"],
+        &["d.toml:2: column 9: shape is \"disc\"", "object.inertia is 1; expected more than 0, at most 2/3"],
     );
 
     // one mass alone says nothing of their ratio, which is said; and no ball is 17 000 times as heavy as another

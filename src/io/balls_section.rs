@@ -8,7 +8,7 @@ use super::stated_object::StatedObject;
 use super::toml_file::Source;
 use crate::measurement::dataset::{ObjectBall, UNWEIGHED, WEIGHED_KG};
 use crate::measurement::number::plain;
-use crate::measurement::valid::{Condition, NOT_NEGATIVE, POSITIVE};
+use crate::measurement::valid::{Condition, INERTIA, NOT_NEGATIVE, POSITIVE};
 use crate::physics::ball::{Ball, UNIFORM_SPHERE};
 use crate::physics::collision::{MASS_RATIOS, POISSON};
 
@@ -42,11 +42,10 @@ impl StatedObject {
             ("object.radius_m_sd", Some(self.radius_m_sd), NOT_NEGATIVE),
             ("object.mass_kg", self.mass_kg, POSITIVE),
             ("object.mass_kg_sd", self.mass_kg_sd, NOT_NEGATIVE),
-            ("object.inertia", self.inertia, POSITIVE),
+            ("object.inertia", self.inertia, INERTIA),
         ] {
             source.number(key, given, condition);
         }
-        inertia_is_possible(self.inertia, "object.inertia", Shape::Sphere, source);
         let mass_kg_sd = self.mass_kg_sd.or(self.mass_kg.map(|_| WEIGHED_KG));
         // one mass alone says nothing of their ratio
         let [mass_kg, mass_kg_sd] =
@@ -89,23 +88,6 @@ impl StatedObject {
     }
 }
 
-/// Both sections of a file that has others.
-#[derive(Deserialize)]
-pub(crate) struct BallSections {
-    #[serde(default)]
-    ball: BallSection,
-    object: Option<StatedObject>,
-}
-
-impl BallSections {
-    pub(crate) fn check(&self, source: &Source) {
-        let (cue, _) = self.ball.check(self.object.as_ref(), source);
-        if let Some(object) = &self.object {
-            object.ball(&self.ball, &cue, source);
-        }
-    }
-}
-
 /// Both balls, as [ball] and [object] of a dataset.toml that states them; with Poisson's ratio where that is stated.
 pub(crate) fn text(cue: &Ball, object: Option<&ObjectBall>, poisson: Option<f64>) -> String {
     let mass_sd = object.and_then(|object| object.mass_sd);
@@ -138,6 +120,9 @@ pub(crate) fn text(cue: &Ball, object: Option<&ObjectBall>, poisson: Option<f64>
     text
 }
 
+/// The moment of inertia of a disc over MR².
+const DISC_INERTIA: Condition = (|x| x > 0.0 && x <= 1.0, "more than 0, at most 1 (a ring)");
+
 /// What Poisson's ratio can be.
 const ELASTIC: Condition = (|x| (0.0..=0.5).contains(&x), "Poisson's ratio, 0 to 0.5");
 
@@ -148,23 +133,11 @@ impl BallSection {
         let radius = number("ball.radius_m", self.radius_m, POSITIVE).unwrap_or(Ball::POOL.radius);
         let usual = object.and_then(|object| object.mass_kg).filter(|mass| *mass > 0.0);
         let mass = number("ball.mass_kg", self.mass_kg, POSITIVE).or(usual).unwrap_or(Ball::POOL.mass);
-        let inertia = number("ball.inertia", self.inertia, POSITIVE).unwrap_or(UNIFORM_SPHERE);
+        let possible = if self.shape == Shape::Disc { DISC_INERTIA } else { INERTIA };
+        let inertia = number("ball.inertia", self.inertia, possible).unwrap_or(UNIFORM_SPHERE);
         number("ball.radius_m_sd", self.radius_m_sd, NOT_NEGATIVE);
         number("ball.mass_kg_sd", self.mass_kg_sd, NOT_NEGATIVE);
         let poisson = number("ball.poisson", self.poisson, ELASTIC).unwrap_or(POISSON);
-        inertia_is_possible(self.inertia, "ball.inertia", self.shape, source);
         (Ball { radius, mass, inertia }, poisson)
-    }
-}
-
-/// Refuses what no body of this shape has.
-fn inertia_is_possible(given: Option<f64>, key: &str, shape: Shape, source: &Source) {
-    let (most, expected) = match shape {
-        Shape::Disc => (1.0, "1, that of a ring"),
-        Shape::Sphere => (2.0 / 3.0, "2/3, that of a hollow sphere"),
-    };
-    if given.is_some_and(|inertia| inertia.is_finite() && inertia > most) {
-        let written = source.written(key).unwrap_or_default();
-        source.wrong(key, format!("{key} is {written}; expected at most {expected}"));
     }
 }

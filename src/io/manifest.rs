@@ -7,18 +7,15 @@ use serde::{Deserialize, Serialize};
 use super::balls_section::{BallSection, Shape};
 use super::error::{DatasetError, Problems};
 use super::fit_section::FitSection;
-use super::impacts_section::{Extraction, ImpactsSection};
+use super::impacts_section::ImpactsSection;
 use super::stated_object::StatedObject;
 use super::table::read_utf8;
 use super::toml_file::{Source, checked};
 use super::tracking::camera::CameraSection;
 use super::tracking::settings::{ScaleSection, Sections, TrackSettings, TracksSection, VideoSection};
-use crate::measurement::dataset::ObjectBall;
-use crate::measurement::loss::Loss;
-use crate::measurement::parameter::Settings;
+use crate::measurement::dataset::Dataset;
 use crate::measurement::spin::Spin;
 use crate::measurement::valid::{Condition, POSITIVE};
-use crate::physics::ball::Ball;
 use crate::physics::collision::kappa;
 use crate::physics::disc::{Discs, UNIFORM_DISC};
 use crate::physics::name::{by_name, worded};
@@ -28,30 +25,19 @@ const LONGEST_NAME: usize = 200;
 
 /// A checked dataset.toml.
 pub(crate) struct Manifest {
-    pub name: String,
+    /// The data set, without its shots.
+    pub dataset: Dataset,
     pub kind: Kind,
     pub files: Vec<PathBuf>,
-    pub cloth: Option<String>,
-    pub balls: Option<String>,
-    pub source: Option<String>,
-    pub ball: Ball,
-    /// Of balls: the object ball, where it is not like the cue ball.
-    pub object: Option<ObjectBall>,
-    /// What was taken for granted where it is not stated, in sentences.
-    pub taken: Vec<String>,
     /// Where the data are of discs, for kind `tracks`.
     pub discs: Option<Discs>,
     pub assume: Option<Assume>,
-    /// Standard deviation of side spin that nobody saw, as Rω_z/U; 0: there is none.
-    pub side_sd: f64,
-    pub settings: Settings,
-    pub loss: Loss,
     /// For kind `tracks`.
     pub tracks: Option<TrackSettings>,
-    /// For kind `impacts`, where they were extracted from tracks.
-    pub extraction: Extraction,
-    /// `[fit] by`, with its line and the position in it.
-    pub by: Option<(String, usize, String)>,
+    /// The table of joint errors, for impacts that were extracted from tracks.
+    pub covariance: Option<PathBuf>,
+    /// Line of `[fit] by`, and position in it.
+    pub place_of_by: (usize, String),
 }
 
 worded! {
@@ -211,9 +197,20 @@ impl Keys {
         let (ball, poisson) = self.ball.check(self.object.as_ref(), source);
         let discs = self.discs(source);
         let object = self.object.as_ref().filter(|_| discs.is_none());
-        let taken = object.map(|object| object.taken(&self.ball, &ball)).unwrap_or_default();
-        let object = object.map(|object| object.ball(&self.ball, &ball, source));
-        let side_sd = self.side_sd(source);
+        let mut dataset = Dataset {
+            path: source.path.to_path_buf(),
+            taken: object.map(|object| object.taken(&self.ball, &ball)).unwrap_or_default(),
+            object: object.map(|object| object.ball(&self.ball, &ball, source)),
+            side_sd: self.side_sd(source),
+            settings: self.fit.settings(kappa(poisson), source),
+            loss: self.fit.loss(source),
+            by: self.fit.by,
+            cloth: self.cloth,
+            balls: self.balls,
+            source: self.source,
+            ..Dataset::new(self.name, ball, Vec::new())
+        };
+        let covariance = self.impacts.unwrap_or_default().check(&mut dataset, source);
         let mut tracks = (kind == Kind::Tracks).then(|| {
             let sections = Sections {
                 video: self.video.unwrap_or_default(),
@@ -236,27 +233,15 @@ impl Keys {
             .zip(tracks.as_ref())
             .map(|(discs, tracks)| Discs { in_seconds: !tracks.unknown_rate, ..discs });
         Manifest {
-            name: self.name,
+            dataset,
             kind,
             files,
-            cloth: self.cloth,
-            balls: self.balls,
-            source: self.source,
-            ball,
-            object,
-            taken,
-            side_sd,
             // of discs, points on them show how they turn
             assume: self.cue_spin.assume.or(discs.map(|_| Assume::Unknown)),
             discs,
-            settings: self.fit.settings(kappa(poisson), source),
-            loss: self.fit.loss(source),
             tracks,
-            extraction: self.impacts.unwrap_or_default().check(source),
-            by: self.fit.by.map(|by| {
-                let (line, position) = source.place_of("fit.by");
-                (by, line, position)
-            }),
+            covariance,
+            place_of_by: source.place_of("fit.by"),
         }
     }
 
@@ -340,7 +325,7 @@ impl Keys {
             };
             match found {
                 Ok(paths) if paths.is_empty() => {
-                    wrong(format!("\"{text}\" names no file in {}; expected at least one", shown.display()))
+                    wrong(format!("\"{text}\" names no file in {}; expected at least one", shown.display()));
                 }
                 // two patterns may name the same file
                 Ok(paths) => {

@@ -8,5 +8,5 @@ pub mod observable;
 pub mod parameter;
 pub mod spin;
 pub mod track;
-pub(crate) mod valid;
+pub mod valid;
 pub mod values;

@@ -21,6 +21,10 @@ pub(crate) const POSITIVE: Condition = (|x| x > 0.0, "more than 0");
 
 pub(crate) const NOT_NEGATIVE: Condition = (|x| x >= 0.0, "0 or more");
 
+/// The moment of inertia of a ball over MR².
+pub(crate) const INERTIA: Condition =
+    (|x| x > 0.0 && x <= 2.0 / 3.0, "more than 0, at most 2/3 (a hollow sphere)");
+
 pub(crate) const FRACTION: Condition = (|x| (0.0..=1.0).contains(&x), "a number from 0 to 1");
 
 /// A value that is wrong.

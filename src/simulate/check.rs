@@ -1,8 +1,9 @@
 //! What a specification may ask for.
 
 use super::{BallSpec, Camera, ClothSpec, Noise, Played, Shots, Spec};
-use crate::measurement::valid::{FRACTION, Fault, NOT_NEGATIVE, POSITIVE};
+use crate::measurement::valid::{FRACTION, Fault, INERTIA, NOT_NEGATIVE, POSITIVE};
 use crate::physics::ball::Ball;
+use crate::physics::collision::MASS_RATIOS;
 
 /// More shots are a slip of the pen.
 pub(crate) const MOST_SHOTS: usize = 1_000_000;
@@ -67,6 +68,15 @@ impl Spec {
             let is_small = !(of > 0.0) || (0.0..MOST_ERROR * of).contains(&sd);
             expect(is_small, key, sd.to_string(), "0 or more, less than a tenth of what it is the error of");
         }
+        // masses that are none are said below
+        let ratio = self.object.map_or(1.0, |_| mass_kg / other.mass);
+        let is_possible = !(ratio > 0.0 && ratio.is_finite()) || MASS_RATIOS.contains(&ratio);
+        expect(
+            is_possible,
+            "object.mass_kg",
+            other.mass.to_string(),
+            "0.001 to 1000 times the cue ball's mass",
+        );
         for (key, ms) in [("camera.before_ms", before_ms), ("camera.after_ms", after_ms)] {
             let frames = 1e-3 * ms * fps;
             let value = format!("{ms}, which is {frames:.0} frames");
@@ -82,10 +92,10 @@ impl Spec {
             ("noise.angle_deg", angle_deg, NOT_NEGATIVE),
             ("ball.radius_m", radius_m, POSITIVE),
             ("ball.mass_kg", mass_kg, POSITIVE),
-            ("ball.inertia", inertia, POSITIVE),
+            ("ball.inertia", inertia, INERTIA),
             ("object.radius_m", other.radius, POSITIVE),
             ("object.mass_kg", other.mass, POSITIVE),
-            ("object.inertia", other.inertia, POSITIVE),
+            ("object.inertia", other.inertia, INERTIA),
             ("camera.fps", fps, POSITIVE),
             ("camera.position_sd_m", position_sd_m, NOT_NEGATIVE),
             ("camera.before_ms", before_ms, NOT_NEGATIVE),

@@ -11,7 +11,6 @@ use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use statrs::distribution::{ContinuousCDF, Normal};
 
-use crate::io::balls_section::BallSections;
 use crate::io::{DatasetError, balls_section, toml_file};
 use crate::likelihood::prediction::{Plan, Unpredictable};
 use crate::measurement::dataset::{Before, Dataset, Measured, Measurement, ObjectBall, Shot};
@@ -51,9 +50,7 @@ pub enum BadSpec {
 /// # Errors
 /// What is wrong with it, with line and position.
 pub fn read(path: &Path) -> Result<Spec, DatasetError> {
-    let spec = toml_file::read_checked(path, checked)?;
-    toml_file::read_checked(path, |balls: BallSections, source| balls.check(source))?;
-    Ok(spec)
+    toml_file::read_checked(path, checked)
 }
 
 /// Adds what is wrong with a specification, each with its place.

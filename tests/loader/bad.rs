@@ -190,13 +190,13 @@ fn values_of_dataset_toml() {
             "inertia",
             "inertia = 0.4",
             "inertia = 0.7",
-            "dataset.toml:11: column 11: ball.inertia is 0.7; expected at most 2/3, that of a hollow sphere",
+            "dataset.toml:11: column 11: ball.inertia is 0.7; expected more than 0, at most 2/3 (a hollow sphere)",
         ),
         (
             "inertia inf",
             "inertia = 0.4",
             "inertia = inf",
-            "dataset.toml:11: column 11: ball.inertia is inf; expected more than 0",
+            "dataset.toml:11: column 11: ball.inertia is inf; expected more than 0, at most 2/3 (a hollow sphere)",
         ),
         (
             "lower",
@@ -322,7 +322,7 @@ fn values_of_dataset_toml() {
             "several",
             "0.170\ninertia = 0.4",
             "-1\ninertia = 7",
-            "dataset.toml:10: column 11: ball.mass_kg is -1; expected more than 0\ndataset.toml:11: column 11: ball.inertia is 7; expected at most 2/3, that of a hollow sphere",
+            "dataset.toml:10: column 11: ball.mass_kg is -1; expected more than 0\ndataset.toml:11: column 11: ball.inertia is 7; expected more than 0, at most 2/3 (a hollow sphere)",
         ),
     ]);
 }

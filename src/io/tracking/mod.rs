@@ -71,16 +71,13 @@ pub(super) fn metres(unit: &str) -> Option<f64> {
 }
 
 /// Loads every file that the manifest names; what is wrong is added to the problems.
-pub(crate) fn load(
-    manifest: &Manifest,
-    settings: &TrackSettings,
-    path: &Path,
-    problems: &Problems,
-) -> Tracks {
+pub(crate) fn load(manifest: &Manifest, settings: &TrackSettings, problems: &Problems) -> Tracks {
+    let path = manifest.dataset.path.as_path();
     let table = ShotsTable::read(settings.shots.as_deref(), manifest.assume, problems);
-    if let Some((by, line, position)) = &manifest.by
+    if let Some(by) = &manifest.dataset.by
         && !table.has_label(by)
     {
+        let (line, position) = &manifest.place_of_by;
         let message =
             format!("[fit] by is \"{by}\"; expected a column of the table that [tracks] shots names");
         problems.add(path, *line, position.as_str(), message);

@@ -319,23 +319,25 @@ fn calibration(
     let unit = scale.length_unit.unwrap_or(Unit::M);
     let (factor, divisor) = unit.metres().unwrap_or((m_per_px.unwrap_or(1.0), 1.0));
     let linear = Calibration::linear(factor, divisor, axis_up.unwrap_or(true), readout);
-    match (scale.length_unit, m_per_px.is_some(), !scale.point.is_empty()) {
-        _ if unit != Unit::Px => {
-            if m_per_px.is_some() || !scale.point.is_empty() {
-                let message = "m_per_px and [[scale.point]] go with length_unit = \"px\" only";
-                source.wrong_of_first(&["scale.m_per_px", "scale.point.0"], message);
-            }
+    let (has_factor, has_points) = (m_per_px.is_some(), !scale.point.is_empty());
+    if unit != Unit::Px {
+        if has_factor || has_points {
+            let message = "m_per_px and [[scale.point]] go with length_unit = \"px\" only";
+            source.wrong_of_first(&["scale.m_per_px", "scale.point.0"], message);
         }
-        (Some(_), false, false) if !from_balls => {
+        return linear;
+    }
+    match (has_factor, has_points) {
+        (false, false) if !from_balls => {
             let message = "length_unit is \"px\"; expected m_per_px beside it, or four or more [[scale.point]] \
                            with px = [u, v] and m = [x, y]";
             source.wrong("scale.length_unit", message);
         }
-        (_, true, true) => {
+        (true, true) => {
             let message = "both m_per_px and [[scale.point]] are given; expected one of them";
             source.wrong("scale.m_per_px", message);
         }
-        (_, false, true) => {
+        (false, true) => {
             let pairs: Vec<_> = scale.point.iter().map(|point| (point.px, point.m)).collect();
             match Calibration::homography(&pairs, axis_up, readout) {
                 Ok((calibration, note)) => {
