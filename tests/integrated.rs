@@ -5,7 +5,7 @@ use caromfit::fit::{Depth, Options};
 use caromfit::physics::ball::{Ball, BallState, Vec3};
 use caromfit::physics::collision::{Coefficients, Fidelity, Model, NotACollision, Outcome, Regime};
 use caromfit::physics::contact_frame::{cloth_slip, cue_velocity};
-use caromfit::physics::effect_sizes::Effects;
+use caromfit::physics::collision::Effects;
 use caromfit::simulate::{Kind, Played};
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
@@ -40,7 +40,7 @@ fn ode_agrees_with_the_25_digit_reference() {
     const SLACK: f64 = 1e-12;
     for tolerance in [1e-6, 1e-10, 1e-12] {
         for case in reference_cases() {
-            let model = Model { cloth_torque: case.model.cloth_torque, ..ode(case.model.ball, tolerance) };
+            let model = Model { as_printed: case.model.as_printed, ..ode(case.model.ball, tolerance) };
             let outcome = model.collide(&case.cue, &case.coefficients).unwrap();
             assert_eq!(outcome.regime, case.outcome.regime, "{}", case.name);
             let off = off(&outcome, &case.outcome, model.ball.radius, case.cue.velocity.x);
@@ -201,10 +201,14 @@ fn wrong_settings_are_refused() {
     let cue = BallState::stun(cue_velocity(1.0, 0.3));
     let coefficients = Coefficients { mu: 0.05, mu_s: 0.3, e: 0.94 };
     let model = Model::new(Fidelity::Contact, Ball::POOL);
-    let refused = |model: Model| model.collide(&cue, &coefficients).unwrap_err();
-    assert_eq!(refused(Model { tolerance: 0.0, ..model }), NotACollision::Tolerance(0.0));
-    assert_eq!(refused(Model { mu_k: -1.0, ..model }), NotACollision::MuKOutOfRange(-1.0));
-    assert_eq!(refused(Model { contact_time: 0.0, ..model }), NotACollision::ContactTime(0.0));
+    for (name, model) in [
+        ("tolerance", Model { tolerance: 0.0, ..model }),
+        ("mu_k", Model { mu_k: -1.0, ..model }),
+        ("contact_time_s", Model { contact_time: 0.0, ..model }),
+    ] {
+        let error = model.collide(&cue, &coefficients).unwrap_err();
+        assert!(matches!(error, NotACollision::OutOfRange { name: found, .. } if found == name), "{error}");
+    }
 }
 
 #[test]

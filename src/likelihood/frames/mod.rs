@@ -315,12 +315,7 @@ fn collide<const N: usize>(
     others: &[DualSVec64<N>],
 ) -> Option<[DualSVec64<N>; 12]> {
     let (cue, coefficients) = before_impact(&inputs.each_ref().map(|input| input.re));
-    let (outcome, jacobian, by_others) = if others.is_empty() {
-        let (outcome, jacobian) = collision.collide_with_jacobian(&cue, &coefficients).ok()?;
-        (outcome, jacobian, None)
-    } else {
-        collision.collide_with_all(&cue, &coefficients).ok()?
-    };
+    let (outcome, jacobian, by_others) = collision.collide_with_all(&cue, &coefficients).ok()?;
     let components = outcome.components();
     Some(std::array::from_fn(|row| {
         let mut component = DualSVec64::from_re(components[row]);

@@ -128,6 +128,6 @@ impl Film {
 /// The collision, without derivatives.
 fn collide(collision: &Corrected, inputs: &[f64; 8]) -> Option<[f64; 12]> {
     let (cue, coefficients) = before_impact(inputs);
-    let (outcome, _) = collision.collide_with_jacobian(&cue, &coefficients).ok()?;
+    let (outcome, ..) = collision.collide_with_all(&cue, &coefficients).ok()?;
     Some(outcome.components().into())
 }
