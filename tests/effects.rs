@@ -249,6 +249,6 @@ fn a_law_that_makes_friction_negative_is_refused() {
     let model = Model { law, ..Model::new(Fidelity::Full, Ball::POOL) };
     let coefficients = Coefficients { mu: 0.05, mu_s: 0.3, e: 0.94 };
     let cue = BallState::stun(cue_velocity(1.0, 0.3));
-    let expected = NotACollision::Law { mu: 0.05, b: -0.1, c: 1.0 };
+    let expected = NotACollision::OutOfRange { name: "mu_b", value: -0.1, expected: "a finite number of -mu or more" };
     assert_eq!(model.collide(&cue, &coefficients).unwrap_err(), expected);
 }

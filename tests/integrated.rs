@@ -235,7 +235,7 @@ fn edges_are_no_trouble() {
                     // the cloth may push the balls against each other for as long as the contact lasts
                     Err(error) => {
                         assert!(e == 1e-9 || cue.velocity.x < 1e-3, "{cue:?} {coefficients:?}");
-                        assert_eq!(error, NotACollision::NotIntegrated(1e-10));
+                        assert!(matches!(error, NotACollision::NotIntegrated { .. }), "{error}");
                     }
                 }
             }

@@ -1,7 +1,5 @@
 //! Why an input describes no collision.
 
-use super::{MAX_SPEED, MIN_SPEED};
-
 /// The reason why an input describes no collision.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
@@ -24,46 +22,25 @@ pub enum NotACollision {
         "the cue ball does not approach: its velocity along the line of centres is {} m/s; expected more than 0", .0 + 0.0
     )]
     NotApproaching(f64),
-    /// The larger component of the cue ball's velocity, or the speed of its surface, given here in m/s, is not within [`MIN_SPEED`] to
-    /// [`MAX_SPEED`].
-    #[error("the cue ball's speed is {0} m/s; expected {MIN_SPEED:e} to {MAX_SPEED:e}, also of its surface")]
-    Speed(f64),
     /// The friction of the cloth on the object ball μ_s, the first number, is negative or not below the second, 2 + ν of equal
     /// balls: from there on 2β_z ≤ 0, and the cloth would drive the slip that it brakes.
     #[error("mu_s is {0}; expected 0 or more, below {1}")]
     MuSOutOfRange(f64, f64),
-    /// With topspin: the product μ·μ_s, the first number, is not below the second, 1 + m_object/m_cue (2 of equal balls): the impact
-    /// would never end, as dv_x/dq = 1 + m_object/m_cue + μ_s μ sin θ, sin θ from −1.
+    /// With topspin: μ·μ_s, the first number, is not below the second, 1 + m_object/m_cue (2 of equal balls): the impact would never
+    /// end, as dv_x/dq = 1 + m_object/m_cue + μ_s μ sin θ, sin θ from −1.
     #[error(
         "mu·mu_s is {0}; expected less than {1} with topspin (1 + object ball's mass over cue ball's), or the balls jam"
     )]
     Jams(f64, f64),
-    /// The friction law μ(v) = μ + b·exp(−c v) of the slip v is not finite, is negative without slip, or has a negative c.
+    /// The integration of `ode` or `contact` takes too many steps. A contact with a small κ oscillates as often as 1/√κ; towards
+    /// κ = 0 the outcome approaches that of a rigid contact as √κ.
     #[error(
-        "mu is {mu} and falls as b·exp(−c·v) with b = {b}, c = {c}; expected numbers, c and mu + b of 0 or more"
+        "the integration did not reach the end of the impact at a tolerance of {tolerance:e} and a kappa of {kappa}; expected a larger tolerance or kappa, or the fidelity full (rigid along the surface)"
     )]
-    Law {
-        /// The friction μ at a large slip, dimensionless.
-        mu: f64,
-        /// The additional friction without slip, dimensionless.
-        b: f64,
-        /// The rate at which it decreases with the slip, s/m.
-        c: f64,
+    NotIntegrated {
+        /// The tolerance of the model.
+        tolerance: f64,
+        /// The tangential compliance κ.
+        kappa: f64,
     },
-    /// `contact` with a contact that is rigid along its surface (κ = 0).
-    #[error(
-        "contact resolves a compliant contact, but kappa is 0 (rigid along the surface); expected more than 0, or the fidelity full"
-    )]
-    RigidContact,
-    /// The integration of `ode` or `contact` took too many steps at the tolerance given here.
-    #[error(
-        "the integration did not reach the end of the impact at a tolerance of {0:e}; expected a larger one"
-    )]
-    NotIntegrated(f64),
-    /// A contact with a small κ, given here, oscillates as often as 1/√κ, so that its integration did not reach the end of the impact.
-    /// Towards κ = 0 the outcome approaches that of a rigid contact as √κ.
-    #[error(
-        "the contact is so stiff at a kappa of {0:e} that the integration did not reach the end of the impact; expected a larger one, or the fidelity full (rigid along the surface)"
-    )]
-    TooStiff(f64),
 }

@@ -19,9 +19,6 @@ const STEP: f64 = 1e-7;
 /// The least e at which an integration is followed, and the shortest restitution.
 const LEAST_E: f64 = 1e-6;
 
-/// The κ below which the oscillations of the contact are the reason why an integration fails.
-const STIFF: f64 = 1e-3;
-
 /// Moment of inertia of a thin hollow sphere over MR², the largest a ball can have.
 const HOLLOW_SPHERE: f64 = 2.0 / 3.0;
 
@@ -259,10 +256,8 @@ impl Model {
     #[cold]
     #[inline(never)]
     fn integrated(&self, values: &Values<f64>) -> Result<integrator::Solved, NotACollision> {
-        integrator::solve(values, self).ok_or(match self.kappa {
-            kappa if self.is_compliant() && kappa < STIFF => NotACollision::TooStiff(kappa),
-            _ => NotACollision::NotIntegrated(self.tolerance),
-        })
+        let &Self { tolerance, kappa, .. } = self;
+        integrator::solve(values, self).ok_or(NotACollision::NotIntegrated { tolerance, kappa })
     }
 
     /// Returns the outcome of a compliant contact and its derivatives: differences of the recorded integration, followed with each
@@ -333,10 +328,8 @@ impl Model {
         }
         within((0.0..=1.0).contains(&e), "e", e, "0 to 1")?;
         if let Law::Exponential { b, c } = self.law {
-            let valid = b.is_finite() && c.is_finite() && c >= 0.0 && mu + b >= 0.0;
-            if !valid {
-                return Err(NotACollision::Law { mu, b, c });
-            }
+            within(b.is_finite() && mu + b >= 0.0, "mu_b", b, "a finite number of -mu or more")?;
+            within((0.0..f64::INFINITY).contains(&c), "mu_c", c, "a finite number of 0 or more")?;
         }
         check_motion(cue, self.ball.radius)?;
         let values = Values::new(self, cue, coefficients);
@@ -364,10 +357,8 @@ impl Model {
         within((0.0..=MAX_KAPPA).contains(&kappa), "kappa", kappa, "0 (rigid along the surface) to 100")?;
         let lasts = contact_time > 0.0 && contact_time.is_finite();
         within(lasts, "contact_time_s", contact_time, "more than 0")?;
-        if self.fidelity == Fidelity::Contact && kappa == 0.0 {
-            return Err(NotACollision::RigidContact);
-        }
-        Ok(())
+        let is_rigid = self.fidelity == Fidelity::Contact && kappa == 0.0;
+        within(!is_rigid, "kappa", kappa, "more than 0 with contact; full is rigid along the surface")
     }
 }
 
@@ -401,8 +392,7 @@ fn check_motion(cue: &BallState, radius: f64) -> Result<(), NotACollision> {
     }
     let fastest = v.x.max(v.y.abs());
     let surface = radius * spin.y.abs().max(spin.z.abs());
-    if !(fastest >= MIN_SPEED && fastest.max(surface) <= MAX_SPEED) {
-        return Err(NotACollision::Speed(if fastest < MIN_SPEED { fastest } else { fastest.max(surface) }));
-    }
-    Ok(())
+    let speed = if fastest < MIN_SPEED { fastest } else { fastest.max(surface) };
+    let range = "1e-9 to 1e9 m/s, also of the surface";
+    within((MIN_SPEED..=MAX_SPEED).contains(&speed), "speed_m_s", speed, range)
 }
