@@ -4,10 +4,10 @@ use std::time::Instant;
 
 use caromfit::physics::ball::{Ball, BallState, Vec3};
 use caromfit::physics::cloth_motion::{Cloth, Launch, Path};
-use caromfit::physics::collision::{Coefficients, Effects, Fidelity, Input, Model, NotACollision, Outcome};
-use caromfit::physics::contact_frame::{cloth_slip, cue_velocity, slip};
 use caromfit::physics::collision::effects;
 use caromfit::physics::collision::effects::{Compared, FOLLOWED};
+use caromfit::physics::collision::{Coefficients, Effects, Fidelity, Input, Model, NotACollision, Outcome};
+use caromfit::physics::contact_frame::{cloth_slip, cue_velocity, slip};
 use caromfit::physics::friction_law::Law;
 use nalgebra::Vector2;
 use rand::{Rng, SeedableRng};
@@ -249,6 +249,7 @@ fn a_law_that_makes_friction_negative_is_refused() {
     let model = Model { law, ..Model::new(Fidelity::Full, Ball::POOL) };
     let coefficients = Coefficients { mu: 0.05, mu_s: 0.3, e: 0.94 };
     let cue = BallState::stun(cue_velocity(1.0, 0.3));
-    let expected = NotACollision::OutOfRange { name: "mu_b", value: -0.1, expected: "a finite number of -mu or more" };
+    let expected =
+        NotACollision::OutOfRange { name: "mu_b", value: -0.1, expected: "a finite number of -mu or more" };
     assert_eq!(model.collide(&cue, &coefficients).unwrap_err(), expected);
 }

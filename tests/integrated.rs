@@ -3,9 +3,9 @@
 use caromfit::fit;
 use caromfit::fit::{Depth, Options};
 use caromfit::physics::ball::{Ball, BallState, Vec3};
+use caromfit::physics::collision::Effects;
 use caromfit::physics::collision::{Coefficients, Fidelity, Model, NotACollision, Outcome, Regime};
 use caromfit::physics::contact_frame::{cloth_slip, cue_velocity};
-use caromfit::physics::collision::Effects;
 use caromfit::simulate::{Kind, Played};
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;

@@ -53,8 +53,7 @@ fn a_bounce_that_becomes_a_flight_does_not_move_the_path() {
     const SAME: f64 = 2e-7;
     for bounces in 0..7 {
         let up = 0.002 / 0.5_f64.powi(bounces);
-        let at =
-            |up: f64, time: f64| Path::after(&launch([1.0, 0.4], up), &Cloth::default()).position(time);
+        let at = |up: f64, time: f64| Path::after(&launch([1.0, 0.4], up), &Cloth::default()).position(time);
         for time in [0.501, 0.51, 0.53, 0.6, 0.8] {
             let [low, high] = [1.0 - 1e-9, 1.0 + 1e-9].map(|part| at(part * up, time));
             assert!((low[0] - high[0]).hypot(low[1] - high[1]) < SAME, "{up} {time}");

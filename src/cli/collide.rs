@@ -5,10 +5,8 @@ use std::path::{Path, PathBuf};
 use caromfit::io::cases::{self, BadCase, Case, Computed};
 use caromfit::physics::ball::{Ball, BallState, Vec3};
 use caromfit::physics::cloth_motion::Cloth;
-use caromfit::physics::collision::{
-    Effects, Fidelity, FidelityChoice, MIN_TOLERANCE, Model, Outcome,
-};
 use caromfit::physics::collision::effects::{self, Choice, Compared, Estimate};
+use caromfit::physics::collision::{Effects, Fidelity, FidelityChoice, MIN_TOLERANCE, Model, Outcome};
 use caromfit::physics::friction_law::Law;
 use caromfit::report::FORMAT_VERSION;
 use serde_json::{Value, json};

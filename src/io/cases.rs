@@ -68,7 +68,9 @@ impl BadCase {
             Self::Cut(_) => Some("cut_deg"),
             Self::Rigid(..) => Some("kappa"),
             Self::NotACollision(error) => match error {
-                NotACollision::OutOfRange { name, .. } => NUMBERS.into_iter().chain(OPTIONAL).find(|column| column == name),
+                NotACollision::OutOfRange { name, .. } => {
+                    NUMBERS.into_iter().chain(OPTIONAL).find(|column| column == name)
+                }
                 NotACollision::MuSOutOfRange(..) => Some("mu_s"),
                 _ => None,
             },

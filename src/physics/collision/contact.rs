@@ -23,6 +23,8 @@
 //! smoothly. In the place of R is the energy of the normal force over ε², dE/ds = −v_x/ε² dq/ds. It sticks where the slip that is left
 //! makes no difference; from there on dq = ε ds.
 
+mod grip;
+
 use super::impact::{Impact, Impulses, Values};
 use super::{Effects, Fidelity, Input, Model};
 use crate::physics::cloth_motion::GRAVITY;
@@ -50,29 +52,8 @@ const AT_REST: f64 = 1e-14;
 /// The cloth's friction is in proportion to slips below this part of the speeds of the impact, and of what weight can change in it.
 const SMOOTH: f64 = 1e-4;
 
-/// The longest step: R is of order 1 after some five.
-const LONGEST: f64 = 0.2;
-
-/// Steps that turn the friction by more are unstable.
-const STABLE: f64 = 3.0;
-
-/// Friction can follow a slip of more than this times κμ…
-const FOLLOWS: f64 = 10.0;
-
-/// …where that errs by no more than this part of the tolerance.
-const OF_TOLERANCE: f64 = 0.1;
-
-/// Roundings of an event's function at most.
-const HIDDEN: f64 = 1e-10;
-
-/// Friction whose cosine to the slip is above this may follow it.
-const ALIGNED: f64 = 0.999_9;
-
 /// A rigid contact sticks where the slip is this part of the tolerance: friction adds no more to the outcome.
 const STICKS: f64 = 0.1;
-
-/// Steps of a rigid contact that stop more of the slip are unstable.
-const STABLE_RIGID: f64 = 2.0;
 
 /// Friction has a direction only if it is more than nothing.
 const LEAST_MU: f64 = 1e-15;
@@ -99,7 +80,6 @@ pub(super) struct Shot {
     cloth_turning: bool,
     e: f64,
     kappa: f64,
-    per_kappa: f64,
     /// 1/r.
     per_r: f64,
     /// 1/ν of the cue ball and of the object ball.
@@ -113,8 +93,7 @@ pub(super) struct Shot {
     /// Below this R friction turns as it does there, in compression and in restitution: what is wrong enters the impulses as its tenth
     /// power at first and its fifth at last.
     least_root: [f64; 2],
-    /// The error of a friction that follows the slip.
-    follows: f64,
+    tolerance: f64,
 }
 
 /// How a contact holds.
@@ -128,13 +107,6 @@ pub(super) enum Grip {
     Rigid,
     /// Is stuck, rigid.
     Stopped,
-}
-
-/// The friction along the slip, the angle by which it lags behind to first order, and the next order's part of it.
-struct Lag {
-    along: [f64; 2],
-    first: f64,
-    second: f64,
 }
 
 /// Which equations hold.
@@ -178,7 +150,6 @@ impl Shot {
             cloth_turning,
             e,
             kappa,
-            per_kappa: 1.0 / kappa,
             per_r,
             per_nu: [model.ball, model.object_ball()].map(|ball| 1.0 / ball.inertia),
             // of a rigid contact it is in the impulses afterwards
@@ -187,7 +158,7 @@ impl Shot {
             smooth: SMOOTH * (1.0 + 0.1 * (u_y / k).abs() + ELASTIC * gravity),
             sigma: model.torque_sign(),
             least_root: [model.tolerance.powf(0.1), model.tolerance.powf(0.2)],
-            follows: OF_TOLERANCE * model.tolerance,
+            tolerance: model.tolerance,
         };
         shot.first = shot.friction(norm(shot.slip));
         shot
@@ -301,88 +272,6 @@ impl Shot {
         rates
     }
 
-    /// φ.
-    #[inline(always)]
-    fn phi(&self, mode: &Mode, y: &State, v: [f64; 2]) -> [f64; 2] {
-        if self.is_frictionless() {
-            return [0.0; 2];
-        }
-        let phi = [y[PHI], y[PHI + 1]];
-        match mode.grip {
-            Grip::Stuck => phi,
-            Grip::Stopped => [0.0; 2],
-            Grip::Rigid => {
-                let speed = norm(v);
-                let by = -self.friction(speed) / speed.max(f64::MIN_POSITIVE);
-                v.map(|v| by * v)
-            }
-            Grip::Slides => {
-                let by = self.friction(norm(v)) / norm(phi);
-                phi.map(|p| by * p)
-            }
-            Grip::Follows => {
-                let Lag { along, first, second } = self.lag(mode, y, v);
-                let lag = first * (1.0 - second);
-                [along[0] + lag * along[1], along[1] - lag * along[0]]
-            }
-        }
-    }
-
-    /// How friction that follows the slip lags behind it.
-    #[inline(always)]
-    fn lag(&self, mode: &Mode, y: &State, v: [f64; 2]) -> Lag {
-        let [stretch, _] = self.phase(mode);
-        let square = v[0] * v[0] + v[1] * v[1];
-        let speed = square.sqrt();
-        let mu = self.friction(speed);
-        let per_speed = 1.0 / speed;
-        let along = v.map(|v| -mu * v * per_speed);
-        let rate = self.slip_by(&self.forces(mode, y, along));
-        let (turned, faster) = (v[0] * rate[1] - v[1] * rate[0], v[0] * rate[0] + v[1] * rate[1]);
-        let (turned, faster) = (turned * per_speed * per_speed, faster * per_speed * per_speed);
-        // 1/ρ over R; α'/ρ grows as R⁵/|v|²
-        let slow = mu * self.kappa * per_speed / (3.0 * stretch);
-        let second = slow * (-5.0 * self.v_x(y) / stretch - 2.0 * y[R] * faster);
-        Lag { along, first: turned * slow * y[R], second }
-    }
-
-    /// Whether the lag's third order is within a part of what is allowed.
-    fn can_follow(&self, mode: &Mode, y: &State, v: [f64; 2], part: f64) -> bool {
-        let speed = norm(v);
-        let [stretch, _] = self.phase(mode);
-        if stretch * speed * part <= FOLLOWS * self.friction(speed) * self.kappa {
-            return false;
-        }
-        let Lag { first, second, .. } = self.lag(mode, y, v);
-        // the impulse to there is of the order of R⁵
-        (first * second * second).abs() * self.friction(speed) * y[R].powi(5) < part * self.follows
-    }
-
-    /// R, but not less than it matters.
-    fn root(&self, mode: &Mode, y: &State) -> f64 {
-        y[R].max(self.least_root[usize::from(mode.restitution)])
-    }
-
-    /// ρ.
-    fn turning(&self, mode: &Mode, y: &State, speed: f64) -> f64 {
-        let [stretch, _] = self.phase(mode);
-        3.0 * stretch * speed / (self.kappa * self.friction(speed) * self.root(mode, y))
-    }
-
-    /// Positive while a contact slides on.
-    fn slides_on(&self, mode: &Mode, y: &State, v: [f64; 2], phi: [f64; 2]) -> f64 {
-        let [stretch, c] = self.phase(mode);
-        let speed = norm(v);
-        let mu = self.friction(speed);
-        let mut limit = -c * mu * self.v_x(y) / stretch;
-        if self.fall[0] != 0.0 && speed > 0.0 {
-            let rate = self.slip_by(&self.forces(mode, y, phi));
-            let slope = -self.fall[1] * (mu - self.mu);
-            limit += y[R] * slope * (v[0] * rate[0] + v[1] * rate[1]) / speed;
-        }
-        -(v[0] * phi[0] + v[1] * phi[1]) - self.kappa * mu / (3.0 * stretch) * limit
-    }
-
     /// The impulses of a state, m/s.
     pub fn impulses(&self, values: &Values<f64>, model: &Model, y: &State) -> Impulses<f64> {
         let y = y.map(|part| self.k * part);
@@ -448,7 +337,7 @@ impl Shot {
         }
         rates[R] = dr;
         let per_root = 1.0 / self.root(mode, y);
-        let gives = -3.0 * stretch * self.per_kappa * per_root;
+        let gives = -3.0 * stretch * per_root / self.kappa;
         [rates[PHI], rates[PHI + 1]] = match mode.grip {
             Grip::Stuck => [0, 1].map(|i| gives * v[i] - c * dr * per_root * phi[i]),
             Grip::Slides => {
@@ -488,39 +377,6 @@ impl Shot {
             true => y[HEIGHT[b]],
         };
         [end, grip, ball(0), ball(1)]
-    }
-
-    /// The mode for the next step, and the longest step that is stable.
-    pub fn prepare(&self, mode: &Mode, y: &State) -> (Mode, f64) {
-        if self.is_rigid {
-            // to where the impulse would be that of the whole impact
-            let whole = 1.0 / (self.pace(mode, y)[0] * (1.0 + self.per_r));
-            let lever = (1.0 + self.per_r) + self.per_r * self.per_nu[0] + self.per_nu[1];
-            return (*mode, whole.min(STABLE_RIGID / (self.phase(mode)[0] * self.first * lever)));
-        }
-        if self.is_frictionless() {
-            return (Mode { grip: Grip::Follows, ..*mode }, LONGEST);
-        }
-        let v = self.slip(y);
-        let (speed, phi) = (norm(v), [y[PHI], y[PHI + 1]]);
-        let turning = self.turning(mode, y, speed);
-        let is_aligned = || -(v[0] * phi[0] + v[1] * phi[1]) > ALIGNED * speed * norm(phi);
-        // events that roundings at the beginning of a step have hidden
-        let beyond = || norm(phi) / self.friction(speed) - 1.0;
-        let slides_on = || self.slides_on(mode, y, v, self.phi(mode, y, v));
-        let grip = match mode.grip {
-            Grip::Slides if slides_on() < -HIDDEN => Grip::Stuck,
-            Grip::Stuck if beyond() > HIDDEN && slides_on() > 0.0 => Grip::Slides,
-            Grip::Slides if is_aligned() && self.can_follow(mode, y, v, 0.5) => Grip::Follows,
-            Grip::Follows if !self.can_follow(mode, y, v, 1.0) => Grip::Slides,
-            grip => grip,
-        };
-        let longest = match grip {
-            Grip::Stuck => self.root(mode, y),
-            Grip::Slides => STABLE / turning,
-            _ => LONGEST,
-        };
-        (Mode { grip, ..*mode }, longest.min(LONGEST))
     }
 
     /// The mode after an event; `None` at the end.

@@ -224,13 +224,8 @@ impl Changes {
 }
 
 /// The inputs that are components of the cue ball's motion, and their rows.
-const MOTION: [(Input, usize); 5] = [
-    (Input::VelocityX, 0),
-    (Input::VelocityY, 1),
-    (Input::SpinX, 3),
-    (Input::SpinY, 4),
-    (Input::SpinZ, 5),
-];
+const MOTION: [(Input, usize); 5] =
+    [(Input::VelocityX, 0), (Input::VelocityY, 1), (Input::SpinX, 3), (Input::SpinY, 4), (Input::SpinZ, 5)];
 
 /// Returns both balls after the impact in the order of [`super::Outcome::components`].
 #[inline(always)]

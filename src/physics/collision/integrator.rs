@@ -63,13 +63,16 @@ fn integrate(shot: &Shot, tolerance: f64, steps: &mut Vec<Step>) -> Option<State
     let mut mode = shot.first_mode();
     let mut y = shot.first_state(&mode);
     let (mut h, mut last): (f64, _) = (FIRST_STEP, None);
+    let mut rates = shot.rates(&mode, &y);
     for _ in 0..MAX_STEPS {
         let (next, longest) = shot.prepare(&mode, &y);
-        shot.change(&mode, &next, &mut y);
-        mode = next;
+        if next != mode {
+            shot.change(&mode, &next, &mut y);
+            mode = next;
+            rates = shot.rates(&mode, &y);
+        }
         h = h.min(longest);
-        let rates = shot.rates(&mode, &y);
-        let (there, rates_there, error) = step(shot, &mode, &y, &rates, h);
+        let (there, rates_there, error) = step::<true>(shot, &mode, &y, &rates, h);
         let factor = 0.9 * (tolerance / error.max(f64::MIN_POSITIVE)).powf(0.2);
         if !(error <= tolerance) {
             h *= if factor > 0.1 { factor.min(0.9) } else { 0.1 };
@@ -87,7 +90,7 @@ fn integrate(shot: &Shot, tolerance: f64, steps: &mut Vec<Step>) -> Option<State
             .min_by(|a, b| a.0.total_cmp(&b.0));
         let Some((at, event)) = first else {
             steps.push(Step { mode, length: h, event: None });
-            y = there;
+            (y, rates) = (there, rates_there);
             h *= factor.clamp(0.2, 4.0);
             last = None;
             continue;
@@ -99,6 +102,7 @@ fn integrate(shot: &Shot, tolerance: f64, steps: &mut Vec<Step>) -> Option<State
         let Some(next) = shot.after(&mode, event) else { return Some(y) };
         shot.change(&mode, &next, &mut y);
         mode = next;
+        rates = shot.rates(&mode, &y);
         h = h.max(AFTER_EVENT);
     }
     None
@@ -118,7 +122,7 @@ fn locate(
 ) -> (f64, State, f64, f64) {
     let mut trials = 0;
     loop {
-        let state = step(shot, mode, y, rates, at).0;
+        let state = step::<false>(shot, mode, y, rates, at).0;
         let value = shot.events(mode, &state)[event];
         let rates = shot.rates(mode, &state);
         let [later, earlier] =
@@ -140,7 +144,7 @@ fn follow(shot: &Shot, steps: &[Step]) -> State {
     for Step { mode: next, length, event } in steps {
         shot.change(&mode, next, &mut y);
         mode = *next;
-        y = step(shot, next, &y, &shot.rates(next, &y), *length).0;
+        y = step::<false>(shot, next, &y, &shot.rates(next, &y), *length).0;
         if let Some((event, value, slope)) = event {
             let later = (value - shot.events(next, &y)[*event]) / slope;
             y = ahead(&y, later, [&shot.rates(next, &y)], [1.0]);
@@ -149,9 +153,15 @@ fn follow(shot: &Shot, steps: &[Step]) -> State {
     y
 }
 
-/// A step of order 5: the state there, its rates, and the largest error.
+/// Returns the state after a step of order 5; with `ESTIMATES` also its rates there and the largest error.
 #[inline(never)]
-fn step(shot: &Shot, mode: &Mode, y: &State, k1: &State, h: f64) -> (State, State, f64) {
+fn step<const ESTIMATES: bool>(
+    shot: &Shot,
+    mode: &Mode,
+    y: &State,
+    k1: &State,
+    h: f64,
+) -> (State, State, f64) {
     let rates = |y: &State| shot.rates(mode, y);
     let k2 = rates(&ahead(y, h, [k1], A2));
     let k3 = rates(&ahead(y, h, [k1, &k2], A3));
@@ -159,6 +169,9 @@ fn step(shot: &Shot, mode: &Mode, y: &State, k1: &State, h: f64) -> (State, Stat
     let k5 = rates(&ahead(y, h, [k1, &k2, &k3, &k4], A5));
     let k6 = rates(&ahead(y, h, [k1, &k2, &k3, &k4, &k5], A6));
     let there = ahead(y, h, [k1, &k3, &k4, &k5, &k6], B);
+    if !ESTIMATES {
+        return (there, k6, 0.0);
+    }
     let k7 = rates(&there);
     let error = ahead(&[0.0; N], h, [k1, &k3, &k4, &k5, &k6, &k7], E);
     // also finds a NaN

@@ -5,8 +5,8 @@ use nalgebra::{SMatrix, SVector};
 use super::impact::{Dual, Impact, Impulses, Values, components, derivatives};
 use super::{
     ByOthers, Coefficients, Effects, Fidelity, Input, Jacobian, MASS_RATIOS, MAX_KAPPA, MAX_SPEED,
-    MAX_TOLERANCE, MIN_SPEED, MIN_TOLERANCE, Model, NotACollision, Outcome, POISSON, Regime, integrator, kappa,
-    simple, sliding,
+    MAX_TOLERANCE, MIN_SPEED, MIN_TOLERANCE, Model, NotACollision, Outcome, POISSON, Regime, integrator,
+    kappa, simple, sliding,
 };
 use crate::physics::ball::{Ball, BallState};
 use crate::physics::cloth_motion::Cloth;
@@ -274,7 +274,7 @@ impl Model {
             values = values.moved(Input::E, least);
             solved = self.integrated(&values)?;
         }
-        let here = solved.beside(&values, self);
+        let here = solved.outcome.components();
         let column = |input: Input| {
             let step = match input {
                 Input::VelocityX | Input::VelocityY => STEP * k,
@@ -287,12 +287,15 @@ impl Model {
         let kept = |row: usize| SVector::<f64, 12>::from_fn(|i, _| f64::from(i == row));
         // without the cloth on the cue ball, only U_y + Rω_z counts and no spin about the line of centres
         let plain = self.fidelity == Fidelity::Ode;
+        let is_homogeneous = plain && self.law == Law::Constant && self.e_slope.is_none();
         let mut by = SMatrix::<f64, 12, N>::zeros();
         for (i, input) in Input::ALL.into_iter().enumerate().take(N) {
             let found = match input {
                 _ if Values::is_off(input, self) => continue,
                 Input::SpinX if plain => kept(3),
                 Input::SpinZ if plain => radius * (by.column(Input::VelocityY as usize) - kept(1)) + kept(5),
+                // without weight and laws of the speed, outcomes are homogeneous in velocities and spins: below
+                Input::VelocityX if is_homogeneous => continue,
                 // e = e₀ − e₁k
                 Input::ESlope => -k * by.column(Input::E as usize),
                 Input::B | Input::C if self.law == Law::Constant => continue,
@@ -300,6 +303,11 @@ impl Model {
                 _ => column(input),
             };
             by.set_column(i, &found);
+        }
+        if is_homogeneous {
+            let motion = [Input::VelocityY, Input::SpinX, Input::SpinY, Input::SpinZ];
+            let others = motion.map(|input| by.column(input as usize) * values[input]);
+            by.set_column(Input::VelocityX as usize, &((here - others.iter().sum::<SVector<_, 12>>()) / k));
         }
         Ok((outcome, by))
     }
@@ -353,7 +361,12 @@ impl Model {
         within(tolerances.contains(&tolerance), "tolerance", tolerance, "1e-12 to 1e-2")?;
         let holds = mu_k >= 0.0 && largest_mu * mu_k < 1.0 + self.mass_ratio();
         // with draw, the cloth on the cue ball drives the balls against each other
-        within(holds, "mu_k", mu_k, "0 or more, and mu·mu_k less than 1 + cue ball's mass over object ball's")?;
+        within(
+            holds,
+            "mu_k",
+            mu_k,
+            "0 or more, and mu·mu_k less than 1 + cue ball's mass over object ball's",
+        )?;
         within((0.0..=MAX_KAPPA).contains(&kappa), "kappa", kappa, "0 (rigid along the surface) to 100")?;
         let lasts = contact_time > 0.0 && contact_time.is_finite();
         within(lasts, "contact_time_s", contact_time, "more than 0")?;

@@ -17,10 +17,15 @@
 //!
 //! Derivatives follow from those of q and W at the end, on the same nodes.
 
+mod gradient;
+mod quadrature;
+
 use nalgebra::SVector;
 use num_dual::Derivative;
 use wide::f64x2;
 
+use self::gradient::gradient;
+use self::quadrature::integrate;
 use super::impact::{Dual, Impact};
 use super::{Number, Regime};
 
@@ -35,9 +40,6 @@ const LAST_STEP: f64 = 5e-5;
 
 /// The λs after which the slip has decayed: e^(−42) is below the rounding of 1.
 const DECAYED: f64 = 42.0;
-
-/// Stands in for e = 0 in derivatives, where restitution has no length.
-const TINY_E: f64 = 1e-18;
 
 /// The numbers that a slide depends on.
 #[derive(Clone, Copy)]
@@ -260,11 +262,7 @@ fn slowest(rates: Pair, slip: Pair) -> f64 {
 }
 
 #[inline(always)]
-fn find_end<const FALLS: bool>(
-    impact: &Impact<f64>,
-    slide: &Slide<f64>,
-    decay: &Decay<FALLS>,
-) -> End {
+fn find_end<const FALLS: bool>(impact: &Impact<f64>, slide: &Slide<f64>, decay: &Decay<FALLS>) -> End {
     let &Impact { k, n, e, .. } = impact;
     let cloth = slide.cloth;
     let start = Place::start(real(&slide.slip));
@@ -350,209 +348,3 @@ fn norm(v: Pair) -> f64 {
     let [y2, z2] = (v * v).to_array();
     (y2 + z2).sqrt()
 }
-
-/// Returns the derivatives of q and of the stopped parts of the slip by v_y, v_z, λ_y, λ_z, the a, b, c of the friction, k, A, N and e.
-///
-/// At a fixed q only W, not the end of compression, depends on them, as dW/dq = v_x = 0 there: v_x dq = −∂(W − (1 − e²)W_c).
-#[inline(always)]
-fn gradient<const FALLS: bool>(
-    inputs: &[f64; 11],
-    topspin: bool,
-    decay: &Decay<FALLS>,
-    end: &End,
-) -> [[f64; 11]; 3] {
-    let &[v_y, v_z, .., k, cloth, n, e] = inputs;
-    let slip = Pair::new([v_y, v_z]);
-    let decayed = |slip: Pair| DECAYED / slowest(decay.rates, slip);
-    let [q_c, mut dq] = end.q;
-    let mut by_q = [0.0; 11];
-    let (mut sums, mut s) = (Sums::default(), end.slid.unwrap_or(0.0));
-    if !topspin {
-        // q = (1 + e)k/N
-        [by_q[7], by_q[9], by_q[10]] = [(1.0 + e) / n, -q_c / n, k / n];
-        if end.slid.is_some() {
-            sums.add(slip, decay, 0.0, s);
-        }
-    } else {
-        let s_c = end.compressed.unwrap_or_else(|| decayed(slip));
-        sums.add(slip, decay, 0.0, s_c);
-        let c = sums;
-        let stopped_c = if end.compressed.is_some() { c.stopped.as_array()[1] } else { 1.0 };
-        let i_c = c.i[0] + stopped_c * (q_c - c.q[0]);
-        let lost = 0.5 * n * q_c * q_c - cloth * (stopped_c * q_c - i_c);
-        // restitution without length is the limit of a short one
-        let e = e.max(TINY_E);
-        let place = Place { slip: slip * (1.0 - c.stopped), ..Place::start(slip) };
-        if dq == 0.0 {
-            let speed = norm(place.slip).max(f64::MIN_POSITIVE);
-            let [stiffness, _] = stiffness(n, cloth * (1.0 - stopped_c), decay, &place, 1.0 / speed);
-            dq = e * (2.0 * lost / stiffness).sqrt();
-            s = dq * decay.friction(speed)[0] / speed;
-        }
-        let mut restored = 0.0;
-        if end.compressed.is_some() {
-            restored = sums.add(slip, decay, s_c, if end.slid.is_some() { s } else { decayed(place.slip) });
-            s += s_c;
-        }
-        if end.slid.is_none() {
-            restored = 1.0;
-        }
-        // the part of v_z that restitution has stopped
-        let since = (1.0 - stopped_c) * restored;
-        let stopped = stopped_c + since;
-        let v_x = n * dq - cloth * since;
-        for j in 0..7 {
-            let at_c = c.i[1 + j] - stopped_c * c.q[1 + j];
-            let later = sums.i[1 + j] - c.i[1 + j] - stopped * (sums.q[1 + j] - c.q[1 + j]) - since * c.q[1 + j];
-            by_q[j] = cloth * (later + e * e * at_c);
-        }
-        let i = sums.i[0] - c.i[0] + stopped * (dq - (sums.q[0] - c.q[0]));
-        by_q[7] = dq + e * e * q_c;
-        by_q[8] = i + e * e * i_c;
-        by_q[9] = -0.5 * (dq * (2.0 * q_c + dq) + e * e * q_c * q_c);
-        by_q[10] = 2.0 * e * lost;
-        by_q = by_q.map(|by| by / v_x);
-    }
-    let mut all = [by_q, [0.0; 11], [0.0; 11]];
-    if end.slid.is_some() {
-        let left = 1.0 - sums.stopped;
-        let speed = norm(slip * left);
-        let pace = (speed / decay.friction(speed)[0]).max(f64::MIN_POSITIVE);
-        let mut by_s = by_q;
-        for j in 0..7 {
-            by_s[j] -= sums.q[1 + j];
-        }
-        for i in 0..2 {
-            let left = left.as_array()[i];
-            all[1 + i] = by_s.map(|by| decay.rates.as_array()[i] * left / pace * by);
-            all[1 + i][2 + i] += s * left;
-        }
-    }
-    all
-}
-
-/// q and I of the way, each with its derivatives by v_y, v_z, λ_y, λ_z and the a, b, c of the friction.
-#[derive(Clone, Copy, Default)]
-struct Sums {
-    q: [f64; 8],
-    i: [f64; 8],
-    /// The parts of the slip's components that are stopped at the end.
-    stopped: Pair,
-}
-
-impl Sums {
-    /// Adds the way from `from` over `ds`; returns the part of v_z that is stopped there, of what was left.
-    #[inline(always)]
-    fn add<const FALLS: bool>(&mut self, slip: Pair, decay: &Decay<FALLS>, from: f64, ds: f64) -> f64 {
-        let (before, speed) = (self.stopped, norm(slip * (1.0 - self.stopped)));
-        let further = |stopped: Pair| before + (1.0 - before) * stopped;
-        let lost = integrate(decay, speed, ds, |weight, t, lost| {
-            let stopped = further(lost);
-            let (left, t) = (1.0 - stopped, from + t);
-            let v = slip * left;
-            let (speed, stopped, left_z) = (norm(v), stopped.as_array()[1], left.as_array()[1]);
-            let [m, slope] = decay.friction(speed);
-            let dq = weight * speed / m;
-            // ∂|v|/∂v_y0 = v_y e^(−λ_y s)/|v|, ∂|v|/∂λ_y = −s v_y²/|v|; ∂(|v|/m)/∂|v| = (1 − |v| m'/m)/m
-            let per = v * (weight * (1.0 - speed * slope / m) / (m * speed.max(f64::MIN_POSITIVE)));
-            let ([v_y, v_z], [rate_y, rate_z]) = ((left * per).to_array(), (v * per * -t).to_array());
-            let mut by = [dq, v_y, v_z, rate_y, rate_z, 0.0, 0.0, 0.0];
-            if FALLS {
-                let [_, b, c] = decay.friction;
-                let falling = (-c * speed).exp() * dq / m;
-                [by[5], by[6], by[7]] = [-dq / m, -falling, b * speed * falling];
-            }
-            for j in 0..if FALLS { 8 } else { 5 } {
-                self.q[j] += by[j];
-                self.i[j] += by[j] * stopped;
-            }
-            self.i[4] += dq * t * left_z;
-        });
-        self.stopped = further(lost);
-        lost.as_array()[1]
-    }
-}
-
-/// Calls `f` at the nodes of Gauss and Legendre's rule from 0 to `s`, with their weight, place and the parts 1 − e^(−λs) stopped
-/// there; returns those at the end. Panels are so short that the rules are exact to rounding.
-#[inline(always)]
-fn integrate<const FALLS: bool>(
-    decay: &Decay<FALLS>,
-    speed: f64,
-    s: f64,
-    mut f: impl FnMut(f64, f64, Pair),
-) -> Pair {
-    let [y, z] = decay.rates.to_array();
-    let mut reach = y.max(z) * s.abs();
-    if FALLS {
-        reach *= 1.0 + decay.friction[2] * speed;
-    }
-    if reach <= MAX_TWO {
-        return panel(decay.rates, 0.0, Pair::ZERO, 0.5 * s, &GAUSS_2, &mut f);
-    }
-    if reach <= MAX_FOUR {
-        return panel(decay.rates, 0.0, Pair::ZERO, 0.5 * s, &GAUSS_4, &mut f);
-    }
-    let panels = (reach / MAX_SIX).ceil();
-    let (half, mut stopped) = (0.5 * s / panels, Pair::ZERO);
-    for i in 0..panels as usize {
-        stopped = panel(decay.rates, 2.0 * half * i as f64, stopped, half, &GAUSS_6, &mut f);
-    }
-    stopped
-}
-
-#[inline(always)]
-fn panel<const H: usize>(
-    rates: Pair,
-    from: f64,
-    stopped: Pair,
-    half: f64,
-    rule: &[(f64, f64); H],
-    f: &mut impl FnMut(f64, f64, Pair),
-) -> Pair {
-    // 1 − ab = (1 − a) + a(1 − b)
-    let further = |stopped: Pair, by: Pair| stopped + (1.0 - stopped) * by;
-    let rates = rates * half;
-    let [to_middle, _] = fall_and_rise(rates);
-    let middle = further(stopped, to_middle);
-    for &(x, weight) in rule {
-        let [fall, rise] = fall_and_rise(rates * x);
-        f(half * weight, from + half * (1.0 + x), further(middle, fall));
-        f(half * weight, from + half * (1.0 - x), further(middle, rise));
-    }
-    further(middle, to_middle)
-}
-
-/// Returns 1 − e^(−x) and 1 − e^x for |x| ≤ MAX_SIX/2 by Taylor's series, whose first term left out is below 3e-17.
-#[inline(always)]
-fn fall_and_rise(x: Pair) -> [Pair; 2] {
-    let s = x * x;
-    let t = s * s;
-    let cosh = s
-        * ((s * (1.0 / 24.0) + 0.5)
-            + t * ((s * (1.0 / 40_320.0) + 1.0 / 720.0)
-                + t * (s * (1.0 / 479_001_600.0) + 1.0 / 3_628_800.0)));
-    let sinh = x + x
-        * s
-        * ((s * (1.0 / 120.0) + 1.0 / 6.0)
-            + t * ((s * (1.0 / 362_880.0) + 1.0 / 5_040.0)
-                + t * (s * (1.0 / 6_227_020_800.0) + 1.0 / 39_916_800.0)));
-    [sinh - cosh, -sinh - cosh]
-}
-
-/// The longest panels in λs for 2, 4 and 6 nodes.
-const MAX_TWO: f64 = 1e-3;
-const MAX_FOUR: f64 = 0.2;
-const MAX_SIX: f64 = 0.8;
-
-/// Abscissas and weights of the positive half (Abramowitz & Stegun, Table 25.4).
-const GAUSS_2: [(f64, f64); 1] = [(0.577_350_269_189_625_8, 1.0)];
-const GAUSS_4: [(f64, f64); 2] = [
-    (0.339_981_043_584_856_26, 0.652_145_154_862_546_1),
-    (0.861_136_311_594_052_6, 0.347_854_845_137_453_85),
-];
-const GAUSS_6: [(f64, f64); 3] = [
-    (0.238_619_186_083_196_9, 0.467_913_934_572_691_04),
-    (0.661_209_386_466_264_5, 0.360_761_573_048_138_6),
-    (0.932_469_514_203_152, 0.171_324_492_379_170_36),
-];
