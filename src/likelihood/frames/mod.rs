@@ -23,12 +23,13 @@ use num_dual::DualSVec64;
 use schur_reduced::Normal;
 use sums::Off;
 
+use crate::likelihood::corrected::Corrected;
 use crate::measurement::correction::Correction;
 use crate::measurement::parameter::Parameter;
 use crate::measurement::spin::Spin;
 use crate::physics::ball::{BallState, Vec3};
 use crate::physics::cloth_motion::{Launch, Number, Path};
-use crate::physics::collision::{Coefficients, Corrected, Input, OTHERS};
+use crate::physics::collision::{Coefficients, Input, OTHERS};
 use crate::trajectory::both_balls::{Launches, Meeting, Side};
 use crate::trajectory::shot_scene::{Departure, ROLL_PRIOR, ShotScene};
 

@@ -28,7 +28,6 @@
 //! | `effects`, `fidelity` | the effects of an impact and their sizes; the ladder of models |
 
 mod contact;
-mod corrected;
 pub mod effects;
 mod error;
 mod fidelity;
@@ -44,7 +43,6 @@ use super::cloth_motion::Number;
 use super::friction_law::Law;
 use super::name::worded;
 
-pub(crate) use corrected::{Corrected, Correction};
 pub use effects::Effects;
 pub use error::NotACollision;
 pub use fidelity::{Fidelity, FidelityChoice};

@@ -206,7 +206,7 @@ impl Model {
     }
 
     /// Returns the outcome with all derivatives.
-    pub(super) fn compute_all(
+    pub(crate) fn compute_all(
         &self,
         cue: &BallState,
         coefficients: &Coefficients,

@@ -3,8 +3,8 @@
 
 use nalgebra::{SMatrix, SVector, Vector6};
 
-use super::{ByOthers, Coefficients, Jacobian, Model, NotACollision, Outcome};
 use crate::physics::ball::BallState;
+use crate::physics::collision::{ByOthers, Coefficients, Jacobian, Model, NotACollision, Outcome};
 use crate::physics::friction_law::Law;
 
 /// Largest changes of μ, μ_s, e, b, c and κ for which a correction serves: within them it errs by a small part of itself.
