@@ -90,8 +90,8 @@ pub(super) struct Shot {
     sigma: f64,
     /// The slip below which the cloth's friction is in proportion to it.
     smooth: f64,
-    /// Below this R friction turns as it does there, in compression and in restitution: what is wrong enters the impulses as its tenth
-    /// power at first and its fifth at last.
+    /// The R below which friction turns as it does there, in compression and in restitution: the error of the impulses is of its tenth
+    /// power at first, of its sixth if weight acts from the beginning, and of its fifth at last.
     least_root: [f64; 2],
     tolerance: f64,
 }
@@ -157,7 +157,7 @@ impl Shot {
             gravity,
             smooth: SMOOTH * (1.0 + 0.1 * (u_y / k).abs() + ELASTIC * gravity),
             sigma: model.torque_sign(),
-            least_root: [model.tolerance.powf(0.1), model.tolerance.powf(0.2)],
+            least_root: [if gravity > 0.0 { 1.0 / 6.0 } else { 0.1 }, 0.2].map(|power| model.tolerance.powf(power)),
             tolerance: model.tolerance,
         };
         shot.first = shot.friction(norm(shot.slip));
