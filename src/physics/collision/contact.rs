@@ -157,7 +157,8 @@ impl Shot {
             gravity,
             smooth: SMOOTH * (1.0 + 0.1 * (u_y / k).abs() + ELASTIC * gravity),
             sigma: model.torque_sign(),
-            least_root: [if gravity > 0.0 { 1.0 / 6.0 } else { 0.1 }, 0.2].map(|power| model.tolerance.powf(power)),
+            least_root: [if gravity > 0.0 { 1.0 / 6.0 } else { 0.1 }, 0.2]
+                .map(|power| model.tolerance.powf(power)),
             tolerance: model.tolerance,
         };
         shot.first = shot.friction(norm(shot.slip));
