@@ -61,7 +61,7 @@ pub fn picture(rows: &[Row]) -> Picture {
     }
     let panels: [(&str, Pick); 2] = [
         ("Numerical error: against 30 digits", |row| row.numerical),
-        ("Model error: against contact with all effects", accuracy::model_error),
+        ("Model error: against contact", |row| Some(row.model)),
     ];
     for (column, (title, pick)) in panels.into_iter().enumerate() {
         panel(&mut picture, Rect::of_row(HEAD, HEIGHT - HEAD, column, 2), title, &series, pick);
