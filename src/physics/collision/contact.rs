@@ -156,7 +156,7 @@ impl Shot {
             e,
             kappa,
             per_r,
-            per_nu: [model.ball, model.object_ball()].map(|ball| 1.0 / ball.inertia),
+            per_nu: model.per_inertia(),
             // of a rigid contact it is in the impulses afterwards
             tilt: on(!is_rigid, (1.0 - ratio) / (1.0 + ratio)),
             gravity,

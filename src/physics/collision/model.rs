@@ -115,6 +115,13 @@ impl Model {
         Self { kappa: if is_rigid { Self::KAPPA } else { self.kappa }, ..self }
     }
 
+    /// 1/ν of the cue ball and of the object ball.
+    #[inline(always)]
+    pub(super) fn per_inertia(&self) -> [f64; 2] {
+        let per_nu = 1.0 / self.ball.inertia;
+        [per_nu, self.object.map_or(per_nu, |object| 1.0 / object.inertia)]
+    }
+
     /// σ: dΩ_y/dq = (μ/νR)(1 − σm_s) sin θ.
     #[inline]
     pub(super) fn torque_sign(&self) -> f64 {
