@@ -357,7 +357,10 @@ fn derivatives_by_everything_agree_with_differences() {
                         9 => model.law = Law::Exponential { b, c: fall + by },
                         10 => model.kappa += by,
                         11 => model = model.with_mass_ratio(model.mass_ratio() + by),
-                        12 => model = model.with_radius_ratio(model.radius_ratio() + by),
+                        12 => {
+                            let radius = model.ball.radius / (model.radius_ratio() + by);
+                            model.object = Some(Ball { radius, ..model.object_ball() });
+                        }
                         _ => model.e_slope = model.e_slope.map(|slope| slope + by),
                     }
                     model.collide(&cue, &c).unwrap().components()

@@ -61,6 +61,78 @@ fn a_bounce_that_becomes_a_flight_does_not_move_the_path() {
     }
 }
 
+fn norm(v: [f64; 2]) -> f64 {
+    v[0].hypot(v[1])
+}
+
+#[test]
+fn a_ball_that_bounces_for_ever_has_a_path_with_an_end() {
+    for bounce in [0.0, 0.5, 0.9, 0.99, 1.0] {
+        let cloth = Cloth { bounce, ..Cloth::default() };
+        for up in [0.0, 0.0021, 0.05, 0.3] {
+            let path = Path::after(&launch([5.0, 0.0], up), &cloth);
+            assert!(path.changes().count() <= 64 + 4, "{bounce} {up}: {} stretches", path.changes().count());
+            // the cloth pushes with Mg on average, landing by landing: within what one landing takes
+            for seconds in [0.15, 0.4] {
+                let velocity = path.velocity(0.5 + seconds);
+                let expected = 1.5 - 0.2 * (GRAVITY * seconds - up);
+                assert!(
+                    (velocity[0] - expected).abs() < 0.2 * (1.0 + bounce) * up + ROUNDING,
+                    "{bounce} {up}: {velocity:?}"
+                );
+            }
+            assert!(norm(path.velocity(1e4)) < ROUNDING);
+        }
+    }
+}
+
+#[test]
+fn the_spin_follows_the_slip_until_the_ball_rolls() {
+    let (slip, ball) = ([1.0, 0.4], Ball::POOL);
+    for up in [0.0, 0.1] {
+        let path = Path::after(&launch(slip, up), &Cloth::default());
+        for time in [0.5, 0.55, 0.6, 0.9, 1.5] {
+            let velocity = path.velocity(time);
+            let change = path.spin_change(time, &ball);
+            // s = (V_x − RΩ_y, V_y + RΩ_x), so that Δs = Δv + R(−ΔΩ_y, ΔΩ_x)
+            let left = [
+                slip[0] + velocity[0] - 1.5 - ball.radius * change[1],
+                slip[1] + velocity[1] + 0.5 + ball.radius * change[0],
+            ];
+            assert!((left[0] * slip[1] - left[1] * slip[0]).abs() < ROUNDING, "{left:?}");
+            let starts: Vec<f64> = path.changes().collect();
+            let rolls = starts[starts.len() - 2] <= time;
+            assert_eq!(norm(left) < ROUNDING, rolls, "at {time}: {left:?}");
+        }
+    }
+}
+
+#[test]
+fn a_tilted_table_accelerates_a_ball_that_slides_fully_and_one_that_rolls_by_five_sevenths() {
+    let (slides, level) = (0.05, Path::after(&launch([1.0, 0.4], 0.0), &Cloth::default()));
+    let tilted = level.clone().tilted([0.02, 0.0], 0.4);
+    let off = |time: f64| tilted.position(time)[0] - level.position(time)[0];
+    assert!((off(0.5 + slides) - 0.5 * 0.02 * slides * slides).abs() < ROUNDING);
+    let rolls = level.changes().nth(1).unwrap();
+    let (since, sliding) = (0.1, rolls - 0.5);
+    let expected = 0.01 * sliding * sliding + 0.02 * sliding * since + 0.5 * 0.02 / 1.4 * since * since;
+    assert!((off(rolls + since) - expected).abs() < ROUNDING);
+    let still = Path::at_rest(&launch([0.0; 2], 0.0)).tilted([0.02, 0.0], 0.4);
+    assert_eq!(still.position(0.1), [1.0, 2.0]);
+}
+
+#[test]
+fn the_path_is_continuous_and_ends_at_rest() {
+    let path = Path::after(&launch([1.0, 0.4], 0.1), &Cloth::default());
+    let just = 1e-9;
+    for start in path.changes().skip(1) {
+        // the path before, carried on to where the next stretch begins
+        let ([x, _], [v, _]) = (path.position(start - just), path.velocity(start - just));
+        assert!((x + v * just - path.position(start)[0]).abs() < ROUNDING);
+    }
+    assert!(norm(path.velocity(1e4)) < ROUNDING);
+}
+
 const COEFFICIENTS: Coefficients = Coefficients { mu: 0.05, mu_s: 0.3, e: 0.94 };
 
 #[test]

@@ -197,7 +197,8 @@ impl<T: Number> Path<T> {
 
     /// The same on a table that is not level: `acceleration` (m/s²) is that of a body that slides without friction. A ball that rolls
     /// has 1/(1 + ν) of it, one that lies still stays. The direction of the slip is taken as on a level table.
-    pub(crate) fn tilted(mut self, acceleration: [f64; 2], inertia: f64) -> Self {
+    #[must_use]
+    pub fn tilted(mut self, acceleration: [f64; 2], inertia: f64) -> Self {
         let zero = T::from(0.0);
         let (mut moved, mut faster) = ([zero; 2], [zero; 2]);
         for i in 0..self.0.len() {
@@ -251,6 +252,11 @@ impl<T: Number> Path<T> {
         });
         // g/2 (t − t₁)(t₂ − t)
         flight.map_or(0.0, |(flight, [_, to])| 0.5 * GRAVITY * (time - flight.start.re()) * (to - time))
+    }
+
+    /// Returns the instants at which the stretches of constant acceleration begin: take-off, landings, sliding, rolling, rest, s.
+    pub fn changes(&self) -> impl Iterator<Item = T> {
+        self.0.iter().map(|stretch| stretch.start)
     }
 
     /// Returns the position at a time, m.
@@ -328,81 +334,4 @@ fn rolling<T: Number>(start: T, position: [T; 2], velocity: [T; 2], friction: T)
 fn norm<T: Number>(v: [T; 2]) -> T {
     let square = v[0] * v[0] + v[1] * v[1];
     if square.re() > 0.0 { square.sqrt() } else { T::from(0.0) }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    /// Sums of a few terms.
-    const ROUNDING: f64 = 1e-13;
-
-    fn launch(slip: [f64; 2], up: f64) -> Launch<f64> {
-        Launch { time: 0.5, position: [1.0, 2.0], velocity: [1.5, -0.5], slip, up, inertia: 0.4 }
-    }
-
-    #[test]
-    fn a_ball_that_bounces_for_ever_has_a_path_with_an_end() {
-        for bounce in [0.0, 0.5, 0.9, 0.99, 1.0] {
-            let cloth = Cloth { bounce, ..Cloth::default() };
-            for up in [0.0, 0.0021, 0.05, 0.3] {
-                let path = Path::after(&launch([5.0, 0.0], up), &cloth);
-                assert!(path.0.len() <= MOST_FLIGHTS + 4, "{bounce} {up}: {} stretches", path.0.len());
-                // the cloth pushes with Mg on average, landing by landing: within what one landing takes
-                for seconds in [0.15, 0.4] {
-                    let (_, velocity) = path.at(0.5 + seconds);
-                    let expected = 1.5 - 0.2 * (GRAVITY * seconds - up);
-                    assert!(
-                        (velocity[0] - expected).abs() < 0.2 * (1.0 + bounce) * up + ROUNDING,
-                        "{bounce} {up}: {velocity:?}"
-                    );
-                }
-                assert!(norm(path.at(1e4).1) < ROUNDING);
-            }
-        }
-    }
-
-    #[test]
-    fn the_spin_follows_the_slip_until_the_ball_rolls() {
-        let (slip, ball) = ([1.0, 0.4], Ball::POOL);
-        for up in [0.0, 0.1] {
-            let path = Path::after(&launch(slip, up), &Cloth::default());
-            for time in [0.5, 0.55, 0.6, 0.9, 1.5] {
-                let (_, velocity) = path.at(time);
-                let change = path.spin_change(time, &ball);
-                // s = (V_x − RΩ_y, V_y + RΩ_x), so that Δs = Δv + R(−ΔΩ_y, ΔΩ_x)
-                let left = [
-                    slip[0] + velocity[0] - 1.5 - ball.radius * change[1],
-                    slip[1] + velocity[1] + 0.5 + ball.radius * change[0],
-                ];
-                assert!((left[0] * slip[1] - left[1] * slip[0]).abs() < ROUNDING, "{left:?}");
-                let rolls = path.0[path.0.len() - 2].start <= time;
-                assert_eq!(norm(left) < ROUNDING, rolls, "at {time}: {left:?}");
-            }
-        }
-    }
-
-    #[test]
-    fn a_tilted_table_accelerates_a_ball_that_slides_fully_and_one_that_rolls_by_five_sevenths() {
-        let (slides, level) = (0.05, Path::after(&launch([1.0, 0.4], 0.0), &Cloth::default()));
-        let tilted = level.clone().tilted([0.02, 0.0], 0.4);
-        let off = |time: f64| tilted.position(time)[0] - level.position(time)[0];
-        assert!((off(0.5 + slides) - 0.5 * 0.02 * slides * slides).abs() < ROUNDING);
-        let rolls = level.0[1].start;
-        let (since, sliding) = (0.1, rolls - 0.5);
-        let expected = 0.01 * sliding * sliding + 0.02 * sliding * since + 0.5 * 0.02 / 1.4 * since * since;
-        assert!((off(rolls + since) - expected).abs() < ROUNDING);
-        let still = Path::at_rest(&launch([0.0; 2], 0.0)).tilted([0.02, 0.0], 0.4);
-        assert_eq!(still.position(0.1), [1.0, 2.0]);
-    }
-
-    #[test]
-    fn the_path_is_continuous_and_ends_at_rest() {
-        let path = Path::after(&launch([1.0, 0.4], 0.1), &Cloth::default());
-        for pair in path.0.windows(2) {
-            let (position, _) = pair[0].at(pair[1].start);
-            assert!((position[0] - pair[1].position[0]).abs() < ROUNDING);
-        }
-        assert!(norm(path.at(1e4).1) < ROUNDING);
-    }
 }

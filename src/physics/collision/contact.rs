@@ -23,7 +23,9 @@
 //! smoothly. In the place of R is the energy of the normal force over ε², dE/ds = −v_x/ε² dq/ds. It sticks where the slip that is left
 //! makes no difference; from there on dq = ε ds.
 
-mod grip;
+mod modes;
+
+use nalgebra::Vector2;
 
 use super::impact::{Impact, Impulses, Values};
 use super::{Effects, Fidelity, Input, Model};
@@ -39,6 +41,9 @@ const HEIGHT: [usize; 2] = [10, 11];
 const PHI: usize = 12;
 pub(super) const N: usize = 14;
 pub(super) type State = [f64; N];
+
+/// A vector along the surface of the contact, y and z, or along the cloth, x and y.
+type Pair = Vector2<f64>;
 
 /// The number of events.
 pub(super) const EVENTS: usize = 4;
@@ -68,9 +73,9 @@ pub(super) struct Shot {
     first: f64,
     sticks: f64,
     /// v_y0, v_z0.
-    slip: [f64; 2],
+    slip: Pair,
     /// s_x0, s_y0 of the cue ball on the cloth.
-    cue_slip: [f64; 2],
+    cue_slip: Pair,
     mu: f64,
     /// b and c, in units of k, of a friction that falls.
     fall: [f64; 2],
@@ -142,8 +147,8 @@ impl Shot {
             is_rigid,
             first: 1.0,
             sticks: STICKS * model.tolerance,
-            slip: slip.map(|v| v / k),
-            cue_slip: [1.0 - radius * w_y / k, (u_y + radius * w_x) / k],
+            slip: Pair::from(slip) / k,
+            cue_slip: Pair::new(1.0 - radius * w_y / k, (u_y + radius * w_x) / k),
             mu,
             fall: fall.map_or([0.0; 2], |[b, c]| [b, c * k]),
             mu_cloth: [on(cloth_on_cue, model.mu_k), values[Input::MuS]],
@@ -151,7 +156,7 @@ impl Shot {
             e,
             kappa,
             per_r,
-            per_nu: [model.ball, model.object_ball()].map(|ball| 1.0 / ball.inertia),
+            per_nu: model.per_inertia(),
             // of a rigid contact it is in the impulses afterwards
             tilt: on(!is_rigid, (1.0 - ratio) / (1.0 + ratio)),
             gravity,
@@ -161,10 +166,11 @@ impl Shot {
                 .map(|power| model.tolerance.powf(power)),
             tolerance: model.tolerance,
         };
-        shot.first = shot.friction(norm(shot.slip));
+        shot.first = shot.friction(shot.slip.norm());
         shot
     }
 
+    /// μ at a slip.
     fn friction(&self, speed: f64) -> f64 {
         let [b, c] = self.fall;
         let falling = if b == 0.0 { 0.0 } else { b * (-c * speed).exp() };
@@ -189,34 +195,30 @@ impl Shot {
 
     /// The part of the slip between the balls that impulses and vertical velocities make.
     #[inline(always)]
-    fn slip_by(&self, y: &State) -> [f64; 2] {
-        let &Self { per_r: r, per_nu: [per_c, per_o], sigma, .. } = self;
-        let [c, o] = CLOTH;
-        let lever = r * per_c + per_o;
-        [
-            (1.0 + r + lever) * y[J] + y[o + 1] - r * y[c + 1],
-            y[UP[1]] - y[UP[0]] + lever * y[J + 1] - r * y[c] * per_c - sigma * y[o] * per_o,
-        ]
+    fn slip_by(&self, y: &State) -> Pair {
+        let &Self { per_r, per_nu: [per_c, per_o], sigma, .. } = self;
+        let ([c, o], j) = (CLOTH.map(|at| pair(y, at)), pair(y, J));
+        let lever = per_r * per_c + per_o;
+        let rise = y[UP[1]] - y[UP[0]] + lever * j.y - per_r * c.x * per_c - sigma * o.x * per_o;
+        Pair::new((1.0 + per_r + lever) * j.x + o.y - per_r * c.y, rise)
     }
 
     #[inline(always)]
-    fn slip(&self, y: &State) -> [f64; 2] {
-        let by = self.slip_by(y);
-        [self.slip[0] + by[0], self.slip[1] + by[1]]
+    fn slip(&self, y: &State) -> Pair {
+        self.slip + self.slip_by(y)
     }
 
     /// The slips of both balls on the cloth.
     #[inline(always)]
-    fn cloth_slips(&self, y: &State) -> [[f64; 2]; 2] {
-        let &Self { per_r: r, per_nu: [per_c, per_o], sigma, cue_slip: [x, z], .. } = self;
-        let [c, o] = CLOTH;
-        [
-            [x + r * (y[c] - y[Q] - (y[J + 1] - y[c]) * per_c), z + r * (y[c + 1] * (1.0 + per_c) - y[J])],
-            [y[Q] + y[o] - (y[J + 1] - sigma * y[o]) * per_o, y[J] + y[o + 1] * (1.0 + sigma * per_o)],
-        ]
+    fn cloth_slips(&self, y: &State) -> [Pair; 2] {
+        let &Self { per_r, per_nu: [per_c, per_o], sigma, .. } = self;
+        let ([c, o], j) = (CLOTH.map(|at| pair(y, at)), pair(y, J));
+        let cue = Pair::new(c.x - y[Q] - (j.y - c.x) * per_c, c.y * (1.0 + per_c) - j.x);
+        let object = Pair::new(y[Q] + o.x - (j.y - sigma * o.x) * per_o, j.x + o.y * (1.0 + sigma * per_o));
+        [self.cue_slip + per_r * cue, object]
     }
 
-    /// With what force the cloth carries each ball, from the vertical force on the object ball.
+    /// The forces with which the cloth carries the balls, from the vertical force on the object ball.
     #[inline(always)]
     fn pressed(&self, rising: f64) -> [f64; 2] {
         [self.gravity / self.per_r + rising, self.gravity - rising]
@@ -224,18 +226,14 @@ impl Shot {
 
     /// Friction of the cloth on both balls; where it would pull, as smooth as before.
     #[inline(always)]
-    fn cloth(&self, mode: &Mode, y: &State, rising: f64) -> [[f64; 2]; 2] {
+    fn cloth(&self, mode: &Mode, y: &State, rising: f64) -> [Pair; 2] {
         let pressed = self.pressed(rising);
         let most = [0, 1].map(|b| if mode.up[b] { 0.0 } else { self.mu_cloth[b] * pressed[b] });
         if !self.cloth_turning {
-            return [[0.0; 2], [-most[1], 0.0]];
+            return [Pair::zeros(), Pair::new(-most[1], 0.0)];
         }
-        let slips = self.cloth_slips(y);
-        [0, 1].map(|b| {
-            let [x, z] = slips[b];
-            let by = -most[b] / (x * x + z * z + self.smooth * self.smooth).sqrt();
-            [by * x, by * z]
-        })
+        let (slips, smooth) = (self.cloth_slips(y), self.smooth * self.smooth);
+        [0, 1].map(|b| slips[b] * (-most[b] / (slips[b].norm_squared() + smooth).sqrt()))
     }
 
     /// dt/ds and F; of a rigid contact dq/ds and 1.
@@ -245,7 +243,7 @@ impl Shot {
         match mode.grip {
             Grip::Stopped => [stretch, 1.0],
             Grip::Rigid => {
-                let speed = norm(self.slip(y));
+                let speed = self.slip(y).norm();
                 [stretch * speed * self.first / self.friction(speed), 1.0]
             }
             _ => [2.0 * stretch * root, root * root * root],
@@ -254,22 +252,22 @@ impl Shot {
 
     /// The rates of impulses and vertical velocities for a friction φ.
     #[inline(always)]
-    fn forces(&self, mode: &Mode, y: &State, phi: [f64; 2]) -> State {
+    fn forces(&self, mode: &Mode, y: &State, phi: Pair) -> State {
         let [pace, force] = self.pace(mode, y);
-        let rising = force * (phi[1] + self.tilt);
-        let [c, o] = self.cloth(mode, y, rising);
-        let up = |b: usize, force: f64| if mode.up[b] { pace * (force - self.gravity) } else { 0.0 };
+        let rising = force * (phi.y + self.tilt);
+        let cloth = self.cloth(mode, y, rising);
+        let lift = [-self.per_r * rising, rising];
         let mut rates = [0.0; N];
         rates[Q] = pace * force;
-        for i in 0..2 {
-            rates[J + i] = pace * force * phi[i];
-            rates[CLOTH[0] + i] = pace * c[i];
-            rates[CLOTH[1] + i] = pace * o[i];
-            // heights matter only to a ball that falls
-            rates[HEIGHT[i]] = if mode.up[i] && self.gravity > 0.0 { pace * y[UP[i]] } else { 0.0 };
+        rates[J..J + 2].copy_from_slice((pace * force * phi).as_slice());
+        for b in 0..2 {
+            rates[CLOTH[b]..CLOTH[b] + 2].copy_from_slice((pace * cloth[b]).as_slice());
+            if mode.up[b] {
+                rates[UP[b]] = pace * (lift[b] - self.gravity);
+                // heights matter only to a ball that falls
+                rates[HEIGHT[b]] = if self.gravity > 0.0 { pace * y[UP[b]] } else { 0.0 };
+            }
         }
-        rates[UP[0]] = up(0, -self.per_r * rising);
-        rates[UP[1]] = up(1, rising);
         rates
     }
 
@@ -281,47 +279,6 @@ impl Shot {
         }
         let cloth = CLOTH.map(|at| [y[at], y[at + 1]]);
         Impulses { q: y[Q], friction: [y[J], y[J + 1]], cloth, up: UP.map(|at| y[at]) }
-    }
-
-    /// The mode at first contact: it slides if |v| > μκ.
-    pub fn first_mode(&self) -> Mode {
-        let speed = norm(self.slip);
-        let is_stopped = speed == 0.0 || !self.is_frictionless() && speed <= 1.01 * self.sticks;
-        let grip = match self.is_rigid {
-            true if is_stopped => Grip::Stopped,
-            true => Grip::Rigid,
-            false if speed > self.friction(speed) * self.kappa => Grip::Slides,
-            false => Grip::Stuck,
-        };
-        let mode = Mode { grip, restitution: false, up: [false; 2] };
-        let rising = self.first_state(&mode)[PHI + 1] + self.tilt;
-        Mode { up: if self.gravity > 0.0 { [false; 2] } else { [rising < 0.0, rising >= 0.0] }, ..mode }
-    }
-
-    pub fn first_state(&self, mode: &Mode) -> State {
-        let (speed, mut y) = (norm(self.slip), [0.0; N]);
-        let by = if mode.grip == Grip::Stuck { 1.0 / self.kappa } else { self.first / speed };
-        if !mode.is_stuck() || !self.is_rigid {
-            [y[PHI], y[PHI + 1]] = self.slip.map(|v| -by * v);
-        }
-        y
-    }
-
-    /// The cloth stops a ball that lands with an impulse, and friction in proportion to it, at most what stops the slip.
-    fn land(&self, ball: usize, y: &mut State) {
-        let fallen = -y[UP[ball]];
-        (y[UP[ball]], y[HEIGHT[ball]]) = (0.0, 0.0);
-        let slip = self.cloth_slips(y)[ball];
-        let speed = norm(slip);
-        if fallen > 0.0 && speed > 0.0 && self.cloth_turning {
-            // per unit of the object ball's mass
-            let mass = if ball == 0 { 1.0 / self.per_r } else { 1.0 };
-            let stops = mass * speed / (1.0 + self.per_nu[ball]);
-            let impulse = (self.mu_cloth[ball] * mass * fallen).min(stops);
-            for i in 0..2 {
-                y[CLOTH[ball] + i] -= impulse * slip[i] / speed;
-            }
-        }
     }
 
     /// The state's rates.
@@ -339,16 +296,15 @@ impl Shot {
         rates[R] = dr;
         let per_root = 1.0 / self.root(mode, y);
         let gives = -3.0 * stretch * per_root / self.kappa;
-        [rates[PHI], rates[PHI + 1]] = match mode.grip {
-            Grip::Stuck => [0, 1].map(|i| gives * v[i] - c * dr * per_root * phi[i]),
+        let turns = match mode.grip {
+            Grip::Stuck => gives * v - c * dr * per_root * phi,
             Grip::Slides => {
-                let mu = self.friction(norm(v));
-                let along = (v[0] * phi[0] + v[1] * phi[1]) / (mu * mu);
-                let length = norm([y[PHI], y[PHI + 1]]) / mu;
-                [0, 1].map(|i| length * gives * (v[i] - along * phi[i]))
+                let mu = self.friction(v.norm());
+                pair(y, PHI).norm() / mu * gives * (v - v.dot(&phi) / (mu * mu) * phi)
             }
-            _ => [0.0; 2],
+            _ => Pair::zeros(),
         };
+        rates[PHI..].copy_from_slice(turns.as_slice());
         rates
     }
 
@@ -358,16 +314,16 @@ impl Shot {
         let end = if mode.restitution { y[R] } else { -self.v_x(y) };
         if self.is_rigid {
             let slides = mode.grip == Grip::Rigid && !self.is_frictionless();
-            return [end, if slides { norm(v) / self.sticks - 1.0 } else { 1.0 }, 1.0, 1.0];
+            return [end, if slides { v.norm() / self.sticks - 1.0 } else { 1.0 }, 1.0, 1.0];
         }
         let phi = self.phi(mode, y, v);
         let grip = match mode.grip {
-            Grip::Stuck => self.friction(norm(v)).powi(2) - phi[0] * phi[0] - phi[1] * phi[1],
+            Grip::Stuck => self.friction(v.norm()).powi(2) - phi.norm_squared(),
             Grip::Slides => self.slides_on(mode, y, v, phi),
             _ => 1.0,
         };
         // where the balls just touch or part, what matters is the direction of the force
-        let rising = phi[1] + self.tilt;
+        let rising = phi.y + self.tilt;
         let weight = self.gravity > 0.0;
         let pressed = if weight { self.pressed(y[R].powi(3) * rising) } else { self.pressed(rising) };
         let ball = |b: usize| match mode.up[b] {
@@ -379,35 +335,9 @@ impl Shot {
         };
         [end, grip, ball(0), ball(1)]
     }
-
-    /// The mode after an event; `None` at the end.
-    pub fn after(&self, mode: &Mode, event: usize) -> Option<Mode> {
-        let mut next = *mode;
-        match event {
-            0 if mode.restitution || self.e == 0.0 => return None,
-            0 => next.restitution = true,
-            1 if self.is_rigid => next.grip = Grip::Stopped,
-            1 => next.grip = if mode.grip == Grip::Stuck { Grip::Slides } else { Grip::Stuck },
-            _ => next.up[event - 2] ^= true,
-        }
-        Some(next)
-    }
-
-    /// Brings the state from the form of one mode into that of another.
-    pub fn change(&self, from: &Mode, to: &Mode, y: &mut State) {
-        if from.grip != to.grip && !self.is_rigid {
-            [y[PHI], y[PHI + 1]] = self.phi(from, y, self.slip(y));
-        }
-        for b in 0..2 {
-            match (from.up[b], to.up[b]) {
-                (true, false) => self.land(b, y),
-                (false, true) => (y[UP[b]], y[HEIGHT[b]]) = (0.0, 0.0),
-                _ => {}
-            }
-        }
-    }
 }
 
-fn norm(v: [f64; 2]) -> f64 {
-    (v[0] * v[0] + v[1] * v[1]).sqrt()
+#[inline(always)]
+fn pair(y: &State, at: usize) -> Pair {
+    Pair::new(y[at], y[at + 1])
 }

@@ -32,6 +32,15 @@ impl<D> Index<Input> for Values<D> {
     }
 }
 
+impl<D: Number> Values<D> {
+    /// 1/r; of equal balls without a division.
+    #[inline(always)]
+    fn per_mass_ratio(&self) -> D {
+        let ratio = self[Input::MassRatio];
+        if D::NDERIV == 0 && ratio.re() == 1.0 { ratio } else { ratio.recip() }
+    }
+}
+
 impl Values<f64> {
     /// Returns the values of a shot, with those that switch off the effects that are off.
     #[inline(always)]
@@ -131,8 +140,8 @@ impl<D: Number> Impact<D> {
         let slip = [-values[Input::VelocityY] - values[Input::SpinZ] * radius, values[Input::SpinY] * radius];
         let topspin = slip[1].re() > 0.0;
         let m_s = if topspin { values[Input::MuS] } else { D::from(0.0) };
-        let per_r = values[Input::MassRatio].recip();
-        let [per_c, per_o] = [model.ball, model.object_ball()].map(|ball| 1.0 / ball.inertia);
+        let per_r = values.per_mass_ratio();
+        let [per_c, per_o] = model.per_inertia();
         let lever_z = if topspin {
             per_r * (1.0 + per_c) + (-m_s * model.torque_sign() + 1.0) * per_o
         } else {
@@ -195,9 +204,9 @@ struct Changes {
 impl Changes {
     #[inline(always)]
     fn new(values: &Values<f64>, model: &Model) -> Self {
-        let [per_c, per_o] =
-            [model.ball, model.object_ball()].map(|ball| 1.0 / (ball.inertia * model.ball.radius));
-        let per_r = 1.0 / values[Input::MassRatio];
+        let per_radius = 1.0 / model.ball.radius;
+        let [per_c, per_o] = model.per_inertia().map(|per_nu| per_nu * per_radius);
+        let per_r = values.per_mass_ratio();
         let on_object = values[Input::RadiusRatio] * per_o;
         Self { per_r, on_cue: per_r * per_c, on_object, sigma: model.torque_sign() }
     }

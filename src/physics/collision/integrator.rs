@@ -4,11 +4,12 @@
 //! Derivatives of an outcome come from repeating the recorded steps with inputs changed a little, each event met where it then is:
 //! their differences are smooth (Bock 1981).
 
-use nalgebra::SVector;
+use nalgebra::{SMatrix, SVector};
 
 use super::contact::{EVENTS, Mode, N, Shot, State};
 use super::impact::{Values, components};
-use super::{Model, Outcome, Regime};
+use super::{Fidelity, Input, Model, Outcome, Regime};
+use crate::physics::friction_law::Law;
 
 /// Largest number of steps. Impacts take some dozen to some hundred; stiff contacts shake.
 const MAX_STEPS: usize = 300_000;
@@ -25,6 +26,12 @@ const LOCATED: f64 = 1e-11;
 /// Probe for the slope of an event's function, in parts of the step.
 const PROBE: f64 = 1e-4;
 
+/// Step of derivatives that follow an integration, as a fraction of k or of 1: its error is of that order, roundings over it are less.
+const STEP: f64 = 1e-7;
+
+/// The least e at which an integration is followed, and the shortest restitution.
+const LEAST_E: f64 = 1e-6;
+
 /// A step: its mode and length, and if it ends with an event, that event's function there and its slope.
 #[derive(Clone, Copy, Debug)]
 struct Step {
@@ -33,29 +40,77 @@ struct Step {
     event: Option<(usize, f64, f64)>,
 }
 
-/// An impact that was integrated, from which its derivatives follow.
-pub(super) struct Solved {
-    pub outcome: Outcome,
-    steps: Vec<Step>,
+/// Returns the outcome to the tolerance of the model; `None` if it takes too many steps.
+pub(super) fn collide(values: &Values<f64>, model: &Model) -> Option<Outcome> {
+    Some(solve(values, model)?.0)
 }
 
-/// Returns the outcome to the tolerance of the model; `None` if it takes too many steps.
-pub(super) fn solve(values: &Values<f64>, model: &Model) -> Option<Solved> {
+/// Returns the outcome, and the steps to it.
+fn solve(values: &Values<f64>, model: &Model) -> Option<(Outcome, Vec<Step>)> {
     let shot = Shot::new(values, model);
     let mut steps = Vec::with_capacity(64);
     let y = integrate(&shot, model.tolerance, &mut steps)?;
     let stuck = steps.iter().any(|step| step.mode.is_stuck());
     let regime = if stuck { Regime::Stick } else { Regime::Slide };
-    Some(Solved { outcome: model.outcome(values, &shot.impulses(values, model, &y), regime), steps })
+    Some((model.outcome(values, &shot.impulses(values, model, &y), regime), steps))
 }
 
-impl Solved {
-    /// Returns the components for values that differ a little.
-    pub fn beside(&self, values: &Values<f64>, model: &Model) -> SVector<f64, 12> {
-        let shot = Shot::new(values, model);
-        let y = follow(&shot, &self.steps);
-        components(values, model, &shot.impulses(values, model, &y)).into()
+/// Returns the outcome and its derivatives by the first N inputs: differences of the recorded integration, followed with each input
+/// changed a little.
+pub(super) fn differentiate<const N: usize>(
+    values: &Values<f64>,
+    model: &Model,
+) -> Option<(Outcome, SMatrix<f64, 12, N>)> {
+    let (outcome, mut steps) = solve(values, model)?;
+    let (mut values, mut here) = (*values, outcome.components());
+    let (k, radius) = (values[Input::VelocityX], model.ball.radius);
+    let least = LEAST_E - (values[Input::E] - values[Input::ESlope] * k);
+    if least > 0.0 && model.effects.inelasticity {
+        values = values.moved(Input::E, least);
+        let longer;
+        (longer, steps) = solve(&values, model)?;
+        here = longer.components();
     }
+    let beside = |values: &Values<f64>| {
+        let shot = Shot::new(values, model);
+        let y = follow(&shot, &steps);
+        SVector::from(components(values, model, &shot.impulses(values, model, &y)))
+    };
+    let column = |input: Input| {
+        let step = match input {
+            Input::VelocityX | Input::VelocityY => STEP * k,
+            Input::SpinX | Input::SpinY | Input::SpinZ => STEP * k / radius,
+            Input::Kappa => STEP * model.kappa,
+            _ => STEP,
+        };
+        (beside(&values.moved(input, step)) - here) / step
+    };
+    let kept = |row: usize| SVector::<f64, 12>::from_fn(|i, _| f64::from(i == row));
+    // without the cloth on the cue ball, only U_y + Rω_z counts and no spin about the line of centres
+    let plain = model.fidelity == Fidelity::Ode;
+    let is_homogeneous = plain && model.law == Law::Constant && model.e_slope.is_none();
+    let mut by = SMatrix::<f64, 12, N>::zeros();
+    for (i, input) in Input::ALL.into_iter().enumerate().take(N) {
+        let found = match input {
+            _ if Values::is_off(input, model) => continue,
+            Input::SpinX if plain => kept(3),
+            Input::SpinZ if plain => radius * (by.column(Input::VelocityY as usize) - kept(1)) + kept(5),
+            // without weight and laws of the speed, outcomes are homogeneous in velocities and spins: below
+            Input::VelocityX if is_homogeneous => continue,
+            // e = e₀ − e₁k
+            Input::ESlope => -k * by.column(Input::E as usize),
+            Input::B | Input::C if model.law == Law::Constant => continue,
+            Input::MassRatio | Input::RadiusRatio if model.object.is_none() => continue,
+            _ => column(input),
+        };
+        by.set_column(i, &found);
+    }
+    if is_homogeneous {
+        let motion = [Input::VelocityY, Input::SpinX, Input::SpinY, Input::SpinZ];
+        let others = motion.map(|input| by.column(input as usize) * values[input]);
+        by.set_column(Input::VelocityX as usize, &((here - others.iter().sum::<SVector<_, 12>>()) / k));
+    }
+    Some((outcome, by))
 }
 
 /// Returns the state at the end, and records the steps to there.

@@ -1,6 +1,6 @@
 //! The methods of a model.
 
-use nalgebra::{SMatrix, SVector};
+use nalgebra::SMatrix;
 
 use super::impact::{Dual, Impact, Impulses, Values, components, derivatives};
 use super::{
@@ -12,12 +12,6 @@ use crate::physics::ball::{Ball, BallState};
 use crate::physics::cloth_motion::Cloth;
 use crate::physics::contact_frame::CollisionFrame;
 use crate::physics::friction_law::Law;
-
-/// Step of derivatives that follow an integration, in parts of k or of 1: its error is of that order, and roundings over it are less.
-const STEP: f64 = 1e-7;
-
-/// The least e at which an integration is followed, and the shortest restitution.
-const LEAST_E: f64 = 1e-6;
 
 /// Moment of inertia of a thin hollow sphere over MR², the largest a ball can have.
 const HOLLOW_SPHERE: f64 = 2.0 / 3.0;
@@ -81,13 +75,6 @@ impl Model {
         self.object.map_or(1.0, |object| self.ball.radius / object.radius)
     }
 
-    /// The same model with another radius of the object ball, so that R_cue/R_object is `ratio`.
-    #[must_use]
-    pub fn with_radius_ratio(self, ratio: f64) -> Self {
-        let object = Ball { radius: self.ball.radius / ratio, ..self.object_ball() };
-        Self { object: Some(object), ..self }
-    }
-
     /// Whether the contact is compliant along the surface.
     #[must_use]
     pub fn is_compliant(&self) -> bool {
@@ -101,8 +88,7 @@ impl Model {
         Self { fidelity: Fidelity::Ode, effects, kappa, tolerance: Self::TOLERANCE_OF_FITS, ..self }
     }
 
-    /// The model in closed form, [`Fidelity::Full`], with those of the effects that it can simulate; `None` for a fidelity that is
-    /// not integrated.
+    /// The model in closed form, [`Fidelity::Full`], with the effects that it can simulate; `None` if the fidelity is not integrated.
     #[must_use]
     pub fn closed(&self) -> Option<Self> {
         let effects = self.effects.and(Fidelity::Full.effects());
@@ -113,6 +99,13 @@ impl Model {
     pub(crate) fn with_some_compliance(self) -> Self {
         let is_rigid = self.fidelity == Fidelity::Contact && self.kappa == 0.0;
         Self { kappa: if is_rigid { Self::KAPPA } else { self.kappa }, ..self }
+    }
+
+    /// 1/ν of the cue ball and of the object ball.
+    #[inline(always)]
+    pub(super) fn per_inertia(&self) -> [f64; 2] {
+        let per_nu = 1.0 / self.ball.inertia;
+        [per_nu, self.object.map_or(per_nu, |object| 1.0 / object.inertia)]
     }
 
     /// σ: dΩ_y/dq = (μ/νR)(1 − σm_s) sin θ.
@@ -130,7 +123,7 @@ impl Model {
     pub fn collide(&self, cue: &BallState, coefficients: &Coefficients) -> Result<Outcome, NotACollision> {
         let values = self.validated(cue, coefficients)?;
         if self.fidelity.is_integrated() {
-            return Ok(self.integrated(&values)?.outcome);
+            return integrator::collide(&values, self).ok_or(self.not_integrated());
         }
         let impact = Impact::new(&values, self);
         let (impulses, regime) = match self.fidelity {
@@ -212,8 +205,7 @@ impl Model {
         coefficients: &Coefficients,
     ) -> Result<(Outcome, Jacobian, ByOthers), NotACollision> {
         let (outcome, by) = self.differentiated::<{ Input::COUNT }>(cue, coefficients)?;
-        let [first, others] = [0, Input::FIRST];
-        Ok((outcome, by.fixed_columns(first).into_owned(), by.fixed_columns(others).into_owned()))
+        Ok((outcome, by.fixed_columns(0).into_owned(), by.fixed_columns(Input::FIRST).into_owned()))
     }
 
     /// Whether outcomes depend on more than the coefficients.
@@ -230,7 +222,7 @@ impl Model {
     ) -> Result<(Outcome, SMatrix<f64, 12, N>), NotACollision> {
         let values = self.validated(cue, coefficients)?;
         if self.fidelity == Fidelity::Contact || self.is_compliant() {
-            return self.followed(&values);
+            return integrator::differentiate(&values, self).ok_or(self.not_integrated());
         }
         let dual: Values<Dual<N>> = values.with_derivatives(self);
         let (impact, dual_impact) = (Impact::new(&values, self), Impact::new(&dual, self));
@@ -246,7 +238,7 @@ impl Model {
         };
         // the outcome of ode has its tolerance, its derivatives are those of the same equations
         let outcome = match self.fidelity {
-            Fidelity::Ode => self.integrated(&values)?.outcome,
+            Fidelity::Ode => integrator::collide(&values, self).ok_or(self.not_integrated())?,
             _ => self.outcome(&values, &impact.impulses(&values, impulses), regime),
         };
         let by = derivatives(&values, self, &dual_impact.impulses(&dual, dual_impulses));
@@ -254,62 +246,8 @@ impl Model {
     }
 
     #[cold]
-    #[inline(never)]
-    fn integrated(&self, values: &Values<f64>) -> Result<integrator::Solved, NotACollision> {
-        let &Self { tolerance, kappa, .. } = self;
-        integrator::solve(values, self).ok_or(NotACollision::NotIntegrated { tolerance, kappa })
-    }
-
-    /// Returns the outcome of a compliant contact and its derivatives: differences of the recorded integration, followed with each
-    /// input changed a little.
-    fn followed<const N: usize>(
-        &self,
-        values: &Values<f64>,
-    ) -> Result<(Outcome, SMatrix<f64, 12, N>), NotACollision> {
-        let mut solved = self.integrated(values)?;
-        let (outcome, mut values) = (solved.outcome, *values);
-        let (k, radius) = (values[Input::VelocityX], self.ball.radius);
-        let least = LEAST_E - (values[Input::E] - values[Input::ESlope] * k);
-        if least > 0.0 && self.effects.inelasticity {
-            values = values.moved(Input::E, least);
-            solved = self.integrated(&values)?;
-        }
-        let here = solved.outcome.components();
-        let column = |input: Input| {
-            let step = match input {
-                Input::VelocityX | Input::VelocityY => STEP * k,
-                Input::SpinX | Input::SpinY | Input::SpinZ => STEP * k / radius,
-                Input::Kappa => STEP * self.kappa,
-                _ => STEP,
-            };
-            (solved.beside(&values.moved(input, step), self) - here) / step
-        };
-        let kept = |row: usize| SVector::<f64, 12>::from_fn(|i, _| f64::from(i == row));
-        // without the cloth on the cue ball, only U_y + Rω_z counts and no spin about the line of centres
-        let plain = self.fidelity == Fidelity::Ode;
-        let is_homogeneous = plain && self.law == Law::Constant && self.e_slope.is_none();
-        let mut by = SMatrix::<f64, 12, N>::zeros();
-        for (i, input) in Input::ALL.into_iter().enumerate().take(N) {
-            let found = match input {
-                _ if Values::is_off(input, self) => continue,
-                Input::SpinX if plain => kept(3),
-                Input::SpinZ if plain => radius * (by.column(Input::VelocityY as usize) - kept(1)) + kept(5),
-                // without weight and laws of the speed, outcomes are homogeneous in velocities and spins: below
-                Input::VelocityX if is_homogeneous => continue,
-                // e = e₀ − e₁k
-                Input::ESlope => -k * by.column(Input::E as usize),
-                Input::B | Input::C if self.law == Law::Constant => continue,
-                Input::MassRatio | Input::RadiusRatio if self.object.is_none() => continue,
-                _ => column(input),
-            };
-            by.set_column(i, &found);
-        }
-        if is_homogeneous {
-            let motion = [Input::VelocityY, Input::SpinX, Input::SpinY, Input::SpinZ];
-            let others = motion.map(|input| by.column(input as usize) * values[input]);
-            by.set_column(Input::VelocityX as usize, &((here - others.iter().sum::<SVector<_, 12>>()) / k));
-        }
-        Ok((outcome, by))
+    fn not_integrated(&self) -> NotACollision {
+        NotACollision::NotIntegrated { tolerance: self.tolerance, kappa: self.kappa }
     }
 
     /// Returns the values of a shot, validated: the only place where input is refused.
@@ -368,8 +306,8 @@ impl Model {
             "0 or more, and mu·mu_k less than 1 + cue ball's mass over object ball's",
         )?;
         within((0.0..=MAX_KAPPA).contains(&kappa), "kappa", kappa, "0 (rigid along the surface) to 100")?;
-        let lasts = contact_time > 0.0 && contact_time.is_finite();
-        within(lasts, "contact_time_s", contact_time, "more than 0")?;
+        let finite = contact_time > 0.0 && contact_time.is_finite();
+        within(finite, "contact_time_s", contact_time, "more than 0")?;
         let is_rigid = self.fidelity == Fidelity::Contact && kappa == 0.0;
         within(!is_rigid, "kappa", kappa, "more than 0 with contact; full is rigid along the surface")
     }

@@ -22,13 +22,7 @@ pub(super) fn gradient<const FALLS: bool>(
     let [q_c, mut dq] = end.q;
     let mut by_q = [0.0; 11];
     let (mut sums, mut s) = (Sums::default(), end.slid.unwrap_or(0.0));
-    if !topspin {
-        // q = (1 + e)k/N
-        [by_q[7], by_q[9], by_q[10]] = [(1.0 + e) / n, -q_c / n, k / n];
-        if end.slid.is_some() {
-            sums.add(slip, decay, 0.0, s);
-        }
-    } else {
+    if topspin {
         let s_c = end.compressed.unwrap_or_else(|| decayed(slip));
         sums.add(slip, decay, 0.0, s_c);
         let c = sums;
@@ -68,6 +62,12 @@ pub(super) fn gradient<const FALLS: bool>(
         by_q[9] = -0.5 * (dq * (2.0 * q_c + dq) + e * e * q_c * q_c);
         by_q[10] = 2.0 * e * lost;
         by_q = by_q.map(|by| by / v_x);
+    } else {
+        // q = (1 + e)k/N
+        [by_q[7], by_q[9], by_q[10]] = [(1.0 + e) / n, -q_c / n, k / n];
+        if end.slid.is_some() {
+            sums.add(slip, decay, 0.0, s);
+        }
     }
     let mut all = [by_q, [0.0; 11], [0.0; 11]];
     if end.slid.is_some() {
