@@ -269,8 +269,8 @@ fn find_end<const FALLS: bool>(impact: &Impact<f64>, slide: &Slide<f64>, decay: 
     if impact.slip[1] <= 0.0 {
         let q = (1.0 + e) * k / n;
         let stuck = End { q: [q, 0.0], stopped: Pair::ONE, compressed: None, slid: None };
-        // a constant friction stops the slip by |v|/λ at the latest
-        if !FALLS && slowest(decay.rates, start.slip) * q >= norm(start.slip) {
+        // a friction that does not rise with the slip stops it by |v|/λ at the latest
+        if decay.friction[1] >= 0.0 && slowest(decay.rates, start.slip) * q >= norm(start.slip) {
             return stuck;
         }
         return match slide_on(start, decay, |at, _| q - at.q) {
