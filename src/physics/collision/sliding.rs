@@ -35,8 +35,8 @@ type Pair = f64x2;
 /// Largest number of steps to an end; typical are two or three.
 const MAX_STEPS: usize = 60;
 
-/// The λs of a last step: it leaves an error of its fourth power, and of its third at the end of compression, where it matters little.
-const LAST_STEP: f64 = 5e-5;
+/// The λs of a last step: it leaves an error of its third power.
+const LAST_STEP: f64 = 1e-5;
 
 /// The λs after which the slip has decayed: e^(−42) is below the rounding of 1.
 const DECAYED: f64 = 42.0;
@@ -268,11 +268,15 @@ fn find_end<const FALLS: bool>(impact: &Impact<f64>, slide: &Slide<f64>, decay: 
     let start = Place::start(real(&slide.slip));
     if impact.slip[1] <= 0.0 {
         let q = (1.0 + e) * k / n;
-        let (stopped, slid) = match slide_on(start, decay, |at, _| q - at.q) {
-            Ok(end) => (end.stopped, Some(end.s)),
-            Err(_) => (Pair::ONE, None),
+        let stuck = End { q: [q, 0.0], stopped: Pair::ONE, compressed: None, slid: None };
+        // a friction that does not rise with the slip stops it by |v|/λ at the latest
+        if decay.friction[1] >= 0.0 && slowest(decay.rates, start.slip) * q >= norm(start.slip) {
+            return stuck;
+        }
+        return match slide_on(start, decay, |at, _| q - at.q) {
+            Ok(end) => End { stopped: end.stopped, slid: Some(end.s), ..stuck },
+            Err(_) => stuck,
         };
-        return End { q: [q, 0.0], stopped, compressed: None, slid };
     }
     // −v_x = dv_x/dq dq + ½ d²v_x/dq² dq²
     let to_compressed = |at: &Place, per_speed: f64| {
