@@ -1,14 +1,14 @@
 //! The friction between the balls as a function of their slip.
 
-/// The dependence of the friction between the balls on their slip v, where μ itself is given separately, as in
-/// [`Coefficients`](super::collision::Coefficients).
+/// The dependence of the friction between the balls on their slip v, where μ itself is given
+/// separately, as in [`Coefficients`](super::collision::Coefficients).
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub enum Law {
     /// μ is the same at every slip.
     #[default]
     Constant,
-    /// μ(v) = μ + b exp(−c v), with v in m/s: μ at a large slip, μ + b where the slip ends (D. Alciatore, TP A-14, fitted to
-    /// W. Marlow's measurements).
+    /// μ(v) = μ + b exp(−c v), with v in m/s: μ at a large slip, μ + b where the slip ends (D.
+    /// Alciatore, TP A-14, fitted to W. Marlow's measurements).
     Exponential {
         /// The additional friction without slip, dimensionless.
         b: f64,

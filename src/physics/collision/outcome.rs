@@ -6,7 +6,8 @@ use super::Regime;
 use crate::physics::ball::{BallState, Vec3};
 use crate::physics::name::worded;
 
-/// Both balls just after the impact, in the frame of the method that gave it: the collision frame, or the table's.
+/// Both balls just after the impact, in the frame of the method that gave it: the collision frame,
+/// or the table's.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Outcome {
     /// Whether the contact slid to the end of the impact or stuck on the way.
@@ -40,19 +41,22 @@ impl Outcome {
     }
 }
 
-/// The derivatives of an outcome, in SI units and radians. The rows are the velocity and the spin of the cue ball, then those of the
-/// object ball, x, y and z of each; the columns are the first eight [`Input`]s.
+/// The derivatives of an outcome, in SI units and radians. The rows are the velocity and the spin
+/// of the cue ball, then those of the object ball, x, y and z of each; the columns are the first
+/// eight [`Input`]s.
 pub type Jacobian = SMatrix<f64, 12, 8>;
 
-/// The number of inputs besides the coefficients and the cue ball's motion: b and c of a friction that falls with the slip, κ,
-/// m_cue/m_object, R_cue/R_object and e₁.
+/// The number of inputs besides the coefficients and the cue ball's motion: b and c of a friction
+/// that falls with the slip, κ, m_cue/m_object, R_cue/R_object and e₁.
 pub const OTHERS: usize = 6;
 
-/// The derivatives of an outcome's components, in the order of the rows of [`Jacobian`], by those inputs.
+/// The derivatives of an outcome's components, in the order of the rows of [`Jacobian`], by those
+/// inputs.
 pub type ByOthers = SMatrix<f64, 12, OTHERS>;
 
 worded! {
-    /// The inputs of an outcome. The first eight are the columns of [`Jacobian`], the others those of [`ByOthers`].
+    /// The inputs of an outcome. The first eight are the columns of [`Jacobian`], the others those
+    /// of [`ByOthers`].
     #[derive(Clone, Copy, Debug, PartialEq, Eq)]
     pub enum Input {
         /// Friction between the balls μ, dimensionless.
@@ -67,11 +71,11 @@ worded! {
         VelocityY = "velocity_y",
         /// The cue ball's angular velocity before the impact about the line of centres, ω_x, rad/s.
         SpinX = "omega_x",
-        /// The cue ball's angular velocity before the impact about the horizontal axis across the line of centres, ω_y, rad/s:
-        /// positive for topspin, negative for draw.
+        /// The cue ball's angular velocity before the impact about the horizontal axis across the
+        /// line of centres, ω_y, rad/s: positive for topspin, negative for draw.
         SpinY = "omega_y",
-        /// The cue ball's angular velocity before the impact about the vertical, ω_z, rad/s: its side spin, positive
-        /// counterclockwise as seen from above.
+        /// The cue ball's angular velocity before the impact about the vertical, ω_z, rad/s: its
+        /// side spin, positive counterclockwise as seen from above.
         SpinZ = "omega_z",
         /// b of a friction that falls with the slip, μ(v) = μ + b exp(−c v), dimensionless.
         B = "mu_b",

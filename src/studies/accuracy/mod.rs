@@ -1,9 +1,10 @@
-//! What accuracy costs in time: the error of every fidelity on a set of shots, and how long a collision
-//! takes it.
+//! What accuracy costs in time: the error of every fidelity on a set of shots, and how long a
+//! collision takes it.
 //!
-//! Two references answer two questions. The numerical error is against the same equations: those of a rigid contact solved to 30
-//! digits ([`exact`]), those of a compliant one integrated to [`REFERENCE`]. The model error, by what the equations leave out, is
-//! against `contact` to [`REFERENCE`].
+//! Two references answer two questions. The numerical error is against the same equations: those of
+//! a rigid contact solved to 30 digits ([`exact`]), those of a compliant one integrated to
+//! [`REFERENCE`]. The model error, by what the equations leave out, is against `contact` to
+//! [`REFERENCE`].
 
 pub mod exact;
 
@@ -76,8 +77,9 @@ pub struct Row {
     pub includes: Includes,
     /// Seconds per collision on one core.
     pub seconds: f64,
-    /// The error against the same equations solved far more exactly, for throw in degrees, and speeds, spins times R
-    /// and vertical speeds as fractions of U. `None` of `contact`, whose model error is a numerical one.
+    /// The error against the same equations solved far more exactly, for throw in degrees, and
+    /// speeds, spins times R and vertical speeds as fractions of U. `None` of `contact`, whose
+    /// model error is a numerical one.
     pub numerical: Option<[Spread; 4]>,
     /// The same errors against `contact`.
     pub model: [Spread; 4],

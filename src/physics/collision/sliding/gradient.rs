@@ -6,9 +6,11 @@ use super::{DECAYED, Decay, End, Pair, Place, norm, slowest, stiffness};
 /// Stands in for e = 0 in derivatives, where restitution has no length.
 const TINY_E: f64 = 1e-18;
 
-/// Returns the derivatives of q and of the stopped parts of the slip by v_y, v_z, λ_y, λ_z, the a, b, c of the friction, k, A, N and e.
+/// Returns the derivatives of q and of the stopped parts of the slip by v_y, v_z, λ_y, λ_z, the a,
+/// b, c of the friction, k, A, N and e.
 ///
-/// At a fixed q only W, not the end of compression, depends on them, as dW/dq = v_x = 0 there: v_x dq = −∂(W − (1 − e²)W_c).
+/// At a fixed q only W, not the end of compression, depends on them, as dW/dq = v_x = 0 there: v_x
+/// dq = −∂(W − (1 − e²)W_c).
 #[inline(always)]
 pub(super) fn gradient<const FALLS: bool>(
     inputs: &[f64; 11],
@@ -87,7 +89,8 @@ pub(super) fn gradient<const FALLS: bool>(
     all
 }
 
-/// q and I of the way, each with its derivatives by v_y, v_z, λ_y, λ_z and the a, b, c of the friction.
+/// q and I of the way, each with its derivatives by v_y, v_z, λ_y, λ_z and the a, b, c of the
+/// friction.
 #[derive(Clone, Copy, Default)]
 struct Sums {
     q: [f64; 8],
@@ -97,7 +100,8 @@ struct Sums {
 }
 
 impl Sums {
-    /// Adds the way from `from` over `ds`; returns the part of v_z that is stopped there, of what was left.
+    /// Adds the way from `from` over `ds`; returns the part of v_z that is stopped there, of what
+    /// was left.
     #[inline(always)]
     fn add<const FALLS: bool>(&mut self, slip: Pair, decay: &Decay<FALLS>, from: f64, ds: f64) -> f64 {
         let (before, speed) = (self.stopped, norm(slip * (1.0 - self.stopped)));
@@ -109,7 +113,8 @@ impl Sums {
             let (speed, stopped, left_z) = (norm(v), stopped.as_array()[1], left.as_array()[1]);
             let [m, slope] = decay.friction(speed);
             let dq = weight * speed / m;
-            // ∂|v|/∂v_y0 = v_y e^(−λ_y s)/|v|, ∂|v|/∂λ_y = −s v_y²/|v|; ∂(|v|/m)/∂|v| = (1 − |v| m'/m)/m
+            // ∂|v|/∂v_y0 = v_y e^(−λ_y s)/|v|, ∂|v|/∂λ_y = −s v_y²/|v|; ∂(|v|/m)/∂|v| = (1 − |v|
+            // m'/m)/m
             let per = v * (weight * (1.0 - speed * slope / m) / (m * speed.max(f64::MIN_POSITIVE)));
             let ([v_y, v_z], [rate_y, rate_z]) = ((left * per).to_array(), (v * per * -t).to_array());
             let mut by = [dq, v_y, v_z, rate_y, rate_z, 0.0, 0.0, 0.0];
