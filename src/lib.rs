@@ -3,85 +3,114 @@
 //!
 //! # One collision
 //!
-//! As a simulator has it: x and y along the table, z up. `default-features = false` is the collision models alone, with few
-//! dependencies.
+//! In the frame of a simulator's table, x and y along it and z up. `default-features = false` leaves the collision models and the motion
+//! on the cloth, with few dependencies (nalgebra, num-dual, thiserror, wide).
 //!
 //! ```
 //! use caromfit::physics::ball::{Ball, BallState};
 //! use caromfit::physics::collision::{Coefficients, Fidelity, Model};
 //!
+//! // rolling along x with 2 m/s; the object ball lies 30° to its left
+//! let cue = BallState::natural_roll([2.0, 0.0, 0.0].into(), Ball::POOL.radius);
+//! let line_of_centres = [30_f64.to_radians().cos(), 30_f64.to_radians().sin()];
+//!
 //! let model = Model::new(Fidelity::Full, Ball::POOL);
 //! let coefficients = Coefficients { mu: 0.05, mu_s: 0.3, e: 0.94 };
-//! // rolling along x with 2 m/s; the object ball lies 30° to its left
-//! let rolling = BallState::natural_roll([2.0, 0.0, 0.0].into(), Ball::POOL.radius);
-//! let line_of_centres = [30_f64.to_radians().cos(), 30_f64.to_radians().sin()];
-//! let after = model.collide_on_table(line_of_centres, &rolling, &coefficients)?;
-//! // friction throws the object ball off the line of centres, the way the cue ball went
+//! let after = model.collide_on_table(line_of_centres, &cue, &coefficients)?;
+//!
+//! // friction throws the object ball off the line of centres, to the side to which the cue ball went
 //! let direction = after.object.velocity.y.atan2(after.object.velocity.x).to_degrees();
 //! assert!(direction < 30.0 && direction > 25.0);
 //! # Ok::<(), caromfit::physics::collision::NotACollision>(())
 //! ```
 //!
-//! [`Model::collide`](physics::collision::Model::collide) does the same in the frame of the collision, with derivatives in
-//! [`Model::collide_with_jacobian`](physics::collision::Model::collide_with_jacobian).
-//!
-//! # Fit a folder
+//! The same in the frame of the collision, with the exact derivatives by the coefficients and by the motion of the cue ball:
 //!
 //! ```
-//! use std::path::Path;
+//! use caromfit::physics::ball::{Ball, BallState};
+//! use caromfit::physics::collision::{Coefficients, Fidelity, Input, Model};
 //!
-//! use caromfit::fit::{Grade, Options};
-//! use caromfit::{analyse, io};
+//! let cue = BallState::natural_roll([1.7, 1.0, 0.0].into(), Ball::POOL.radius);
+//! let coefficients = Coefficients { mu: 0.05, mu_s: 0.3, e: 0.94 };
+//! let (after, by) = Model::new(Fidelity::Full, Ball::POOL).collide_with_jacobian(&cue, &coefficients)?;
 //!
-//! // one entry for every kind of data: of footage the camera is found and the impacts are extracted first
-//! let dataset = io::load(Path::new("data/domenech-2023"))?;
-//! for fit in analyse(&dataset, &Options::default()).fits? {
-//!     let verdict = fit.verdict();
-//!     println!("{}: {}", verdict.grade.name(), verdict.sentence);
-//!     let mu = fit.mu().ok_or("no μ")?;
-//!     assert!(verdict.grade == Grade::Good && mu.std_error.is_some_and(|error| error < 0.01));
-//! }
-//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! // row 7 is V_y of the object ball: 0.01 more friction throws it further to the side
+//! assert!(after.object.velocity.y + 0.01 * by[(7, Input::Mu as usize)] > after.object.velocity.y);
+//! # Ok::<(), caromfit::physics::collision::NotACollision>(())
 //! ```
 //!
-//! The defaults of [`fit::Options`] and [`compare::Options`] are what the program does. [`analyse_watched`] is for those who show how far
-//! it is. A film of a program's own is made by [`TrackShot::new`](measurement::track::TrackShot::new) and
-//! [`Dataset::filmed`](measurement::dataset::Dataset::filmed), measured impacts by
-//! [`Shot::impact`](measurement::dataset::Shot::impact) and [`Dataset::new`](measurement::dataset::Dataset::new). With the feature
-//! `report`, [`Fit`](fit::Fit) is `serde::Serialize`: `serde_json::to_string(&fit)` is fit.json.
+//! | | convention |
+//! | --- | --- |
+//! | units | SI: m, m/s, kg, rad/s; coefficients are dimensionless |
+//! | frame | right-handed, z up; [`Model::collide_on_table`](physics::collision::Model::collide_on_table): that of the table; [`Model::collide`](physics::collision::Model::collide): x along the line of centres from cue ball to object ball, y = z × x ([`physics::contact_frame`]) |
+//! | signs | a positive cut angle: the cue ball moves towards +y; ω_y > 0 is topspin, ω_y < 0 draw, ω_z > 0 side spin counterclockwise from above; natural roll is ω = z × V/R |
+//! | equations | Kim 2024 (arXiv:2402.13258), Eqs. 10–16 with 1 − μ_s in Eq. 10, restitution by Eq. 37, outcome by Eqs. 42–49; `linear` is Eqs. 50–54; beyond the paper: stick, balls that differ, friction that falls with the slip, compliance, gravity |
+//! | errors | `full`: 1e-14 of the speed, its derivatives 1e-10; `ode` and `contact`: their tolerance |
+//! | refusals | [`NotACollision`](physics::collision::NotACollision) names the number, its value and what was expected; nothing panics |
 //!
-//! # Compare two cloths
-//!
-//! ```
-//! use caromfit::compare::{self, Quantity};
-//! use caromfit::measurement::parameter::Parameter;
-//! use caromfit::simulate::{self, Spec};
-//!
-//! // measured data come from `io::load`, or from `Dataset::new` with `Shot::impact` for each shot
-//! let mut cloths = Vec::new();
-//! for (name, mu_s) in [("new", 0.2), ("worn", 0.4)] {
-//!     let spec: Spec = format!(
-//!         r#"
-//!         name = "{name}"
-//!         kind = "impacts"
-//!         seed = 1
-//!         truth = {{ mu = 0.05, mu_s = {mu_s}, e = 0.94 }}
-//!         shots = {{ count = 40, speed_m_s = [1, 4], cut_deg = [-50, 50], cue_spin = ["natural-roll"] }}
-//!         noise = {{ velocity_m_s = 0.002, line_of_centres_deg = 0.05 }}
-//!         "#
-//!     )
-//!     .parse()?;
-//!     let mut dataset = simulate::dataset(&spec)?;
-//!     dataset.cloth = Some(name.to_owned());
-//!     cloths.push(dataset);
-//! }
-//! let comparison = compare::compare(&cloths, &compare::Options::default())?;
-//! println!("{}", comparison.verdict().sentence);
-//! let mu_s = Quantity::Parameter(Parameter::MuS);
-//! let compared = comparison.quantities.iter().find(|own| own.quantity == mu_s).ok_or("no μ_s")?;
-//! assert!(compared.differences[0].is_real());
-//! # Ok::<(), Box<dyn std::error::Error>>(())
-//! ```
+//! After the impact, [`cloth_motion::Path`](physics::cloth_motion::Path) follows each ball: flight, bounces, sliding, rolling.
+#![cfg_attr(
+    feature = "report",
+    doc = r##"
+# Fit a folder
+
+```
+use std::path::Path;
+
+use caromfit::fit::{Grade, Options};
+use caromfit::{analyse, io};
+
+// one entry for every kind of data: of footage the camera is found and the impacts are extracted first
+let dataset = io::load(Path::new("data/domenech-2023"))?;
+for fit in analyse(&dataset, &Options::default()).fits? {
+    let verdict = fit.verdict();
+    println!("{}: {}", verdict.grade.name(), verdict.sentence);
+    let mu = fit.mu().ok_or("no μ")?;
+    assert!(verdict.grade == Grade::Good && mu.std_error.is_some_and(|error| error < 0.01));
+}
+# Ok::<(), Box<dyn std::error::Error>>(())
+```
+
+The defaults of [`fit::Options`] and [`compare::Options`] are what the program does. [`analyse_watched`] is for those who show how far
+it is. A film of a program's own is made by [`TrackShot::new`](measurement::track::TrackShot::new) and
+[`Dataset::filmed`](measurement::dataset::Dataset::filmed), measured impacts by
+[`Shot::impact`](measurement::dataset::Shot::impact) and [`Dataset::new`](measurement::dataset::Dataset::new). With the feature
+`report`, [`Fit`](fit::Fit) is `serde::Serialize`: `serde_json::to_string(&fit)` is fit.json.
+
+# Compare two cloths
+
+```
+use caromfit::compare::{self, Quantity};
+use caromfit::measurement::parameter::Parameter;
+use caromfit::simulate::{self, Spec};
+
+// measured data come from `io::load`, or from `Dataset::new` with `Shot::impact` for each shot
+let mut cloths = Vec::new();
+for (name, mu_s) in [("new", 0.2), ("worn", 0.4)] {
+    let spec: Spec = format!(
+        r#"
+        name = "{name}"
+        kind = "impacts"
+        seed = 1
+        truth = {{ mu = 0.05, mu_s = {mu_s}, e = 0.94 }}
+        shots = {{ count = 40, speed_m_s = [1, 4], cut_deg = [-50, 50], cue_spin = ["natural-roll"] }}
+        noise = {{ velocity_m_s = 0.002, line_of_centres_deg = 0.05 }}
+        "#
+    )
+    .parse()?;
+    let mut dataset = simulate::dataset(&spec)?;
+    dataset.cloth = Some(name.to_owned());
+    cloths.push(dataset);
+}
+let comparison = compare::compare(&cloths, &compare::Options::default())?;
+println!("{}", comparison.verdict().sentence);
+let mu_s = Quantity::Parameter(Parameter::MuS);
+let compared = comparison.quantities.iter().find(|own| own.quantity == mu_s).ok_or("no μ_s")?;
+assert!(compared.differences[0].is_real());
+# Ok::<(), Box<dyn std::error::Error>>(())
+```
+"##
+)]
 //!
 //! The [`guide`] has the pages of `caromfit help`.
 //!

@@ -6,7 +6,7 @@ mod compliant;
 use std::fs;
 
 use caromfit::physics::ball::{Ball, BallState, Vec3};
-use caromfit::physics::collision::{ClothTorque, Coefficients, Fidelity, Model, Outcome, Regime};
+use caromfit::physics::collision::{Coefficients, Fidelity, Model, Outcome, Regime};
 use caromfit::physics::contact_frame::{cue_velocity, slip};
 use caromfit::physics::friction_law::Law;
 use rand::{Rng, SeedableRng};
@@ -41,18 +41,14 @@ pub fn reference_cases() -> Vec<Case> {
     let read = |case: &serde_json::Value| {
         let number = |key: &str| case[key].as_f64().unwrap();
         let ball = Ball { radius: number("radius"), ..Ball::POOL };
-        let torque = if case["as_printed"].as_bool().unwrap() {
-            ClothTorque::AsPrinted
-        } else {
-            ClothTorque::Corrected
-        };
+        let as_printed = case["as_printed"].as_bool().unwrap();
         let state = |key: &str| BallState {
             velocity: vector(&case[key]["velocity"]),
             spin: vector(&case[key]["spin"]),
         };
         Case {
             name: case["name"].as_str().unwrap().to_string(),
-            model: Model { cloth_torque: torque, ..Model::new(Fidelity::Full, ball) },
+            model: Model { as_printed, ..Model::new(Fidelity::Full, ball) },
             cue: BallState {
                 velocity: cue_velocity(number("speed"), number("cut_deg").to_radians()),
                 spin: vector(&case["omega"]),
@@ -361,7 +357,10 @@ fn derivatives_by_everything_agree_with_differences() {
                         9 => model.law = Law::Exponential { b, c: fall + by },
                         10 => model.kappa += by,
                         11 => model = model.with_mass_ratio(model.mass_ratio() + by),
-                        12 => model = model.with_radius_ratio(model.radius_ratio() + by),
+                        12 => {
+                            let radius = model.ball.radius / (model.radius_ratio() + by);
+                            model.object = Some(Ball { radius, ..model.object_ball() });
+                        }
                         _ => model.e_slope = model.e_slope.map(|slope| slope + by),
                     }
                     model.collide(&cue, &c).unwrap().components()

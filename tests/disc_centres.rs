@@ -58,7 +58,7 @@ fn all_shots_tell_which_point_is_the_centre() {
         let (dataset, extracted) = with_discs(dataset);
         assert!(extracted.iter().all(|(_, impact)| is_right(impact)), "{points:?}");
         // of three that stand alike, two may by chance be as far from the other disc as the centre is
-        let told = extracted.len() + dataset.tracks.unwrap().damaged.len();
+        let told = extracted.len() + dataset.tracks.unwrap().left_out.len();
         assert!(extracted.len() >= if seed == 1 { 6 } else { 10 } && told == 10, "{points:?}: {told}");
     }
 }

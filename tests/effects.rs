@@ -4,11 +4,11 @@ use std::time::Instant;
 
 use caromfit::physics::ball::{Ball, BallState, Vec3};
 use caromfit::physics::cloth_motion::{Cloth, Launch, Path};
+use caromfit::physics::collision::effects;
+use caromfit::physics::collision::effects::{Compared, FOLLOWED};
 use caromfit::physics::collision::{Coefficients, Effects, Fidelity, Input, Model, NotACollision, Outcome};
 use caromfit::physics::contact_frame::{cloth_slip, cue_velocity, slip};
-use caromfit::physics::effect_sizes;
-use caromfit::physics::effect_sizes::{Compared, FOLLOWED};
-use caromfit::physics::friction_law::{Friction, Law};
+use caromfit::physics::friction_law::Law;
 use nalgebra::Vector2;
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -67,7 +67,7 @@ fn what_is_left_out_stays_within_the_tolerance() {
             let (mut with_auto, mut with_all) = (0.0, 0.0);
             for (model, cue, coefficients, all, time) in &cases {
                 let begun = Instant::now();
-                let choice = effect_sizes::choose(model, cue, coefficients, tolerance, compared).unwrap();
+                let choice = effects::choose(model, cue, coefficients, tolerance, compared).unwrap();
                 let outcome = choice.model(model).collide(cue, coefficients).unwrap();
                 with_auto += begun.elapsed().as_secs_f64();
                 with_all += time.as_secs_f64();
@@ -99,7 +99,7 @@ fn the_motion_afterwards_is_estimated_truly() {
     for _ in 0..5_000 {
         let (cue, coefficients) = shot(&mut rng);
         let outcome = model.collide(&cue, &coefficients).unwrap();
-        let sizes = effect_sizes::motion(&model, &cue, &outcome, &cloth, seconds, 0.0);
+        let sizes = effects::motion(&model, &cue, &outcome, &cloth, seconds, 0.0);
         for ball in [outcome.cue, outcome.object] {
             let slip = cloth_slip(&ball, model.ball.radius);
             let launch = Launch {
@@ -137,11 +137,11 @@ fn the_motion_afterwards_is_estimated_truly() {
 #[test]
 fn a_set_of_effects_finds_its_fidelity() {
     for fidelity in Fidelity::ALL {
-        assert_eq!(effect_sizes::cheapest(fidelity.effects()), fidelity);
+        assert_eq!(effects::cheapest(fidelity.effects()), fidelity);
     }
-    assert_eq!(effect_sizes::cheapest(Effects { friction: true, ..Effects::NONE }), Fidelity::Linear);
-    assert_eq!(effect_sizes::cheapest(Effects { falling_friction: true, ..Effects::NONE }), Fidelity::Full);
-    assert_eq!(effect_sizes::cheapest(Effects { cloth_on_cue: true, ..Effects::NONE }), Fidelity::Contact);
+    assert_eq!(effects::cheapest(Effects { friction: true, ..Effects::NONE }), Fidelity::Linear);
+    assert_eq!(effects::cheapest(Effects { falling_friction: true, ..Effects::NONE }), Fidelity::Full);
+    assert_eq!(effects::cheapest(Effects { cloth_on_cue: true, ..Effects::NONE }), Fidelity::Contact);
 }
 
 /// An effect that is off is that of a coefficient of 0 (of 1 for e), at every fidelity.
@@ -188,7 +188,7 @@ fn friction_that_falls_with_the_slip() {
         let b = throw(fidelity, Law::Constant, &constant);
         assert!((a - b).abs() < 1e-12, "{fidelity:?} {a} {b}");
         // `linear` takes the friction at the first slip
-        let mu = Friction::Exponential { a: 0.03, b: 0.04, c: 1.088 }.mu(first);
+        let mu = law(1.088).mu(0.03, first);
         let at_first = throw(fidelity, Law::Constant, &Coefficients { mu, ..coefficients });
         let falling = throw(fidelity, law(1.088), &coefficients);
         if fidelity.effects().falling_friction {
@@ -249,6 +249,7 @@ fn a_law_that_makes_friction_negative_is_refused() {
     let model = Model { law, ..Model::new(Fidelity::Full, Ball::POOL) };
     let coefficients = Coefficients { mu: 0.05, mu_s: 0.3, e: 0.94 };
     let cue = BallState::stun(cue_velocity(1.0, 0.3));
-    let expected = NotACollision::Law { mu: 0.05, b: -0.1, c: 1.0 };
+    let expected =
+        NotACollision::OutOfRange { name: "mu_b", value: -0.1, expected: "a finite number of -mu or more" };
     assert_eq!(model.collide(&cue, &coefficients).unwrap_err(), expected);
 }

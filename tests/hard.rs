@@ -129,13 +129,13 @@ fn speeds_out_of_range_are_refused() {
         for fidelity in Fidelity::ALL {
             let model = Model::new(fidelity, BALL);
             let error = model.collide(&cue, &Coefficients { mu: 0.05, mu_s: 0.3, e: 0.9 }).unwrap_err();
-            assert!(matches!(error, NotACollision::Speed(_)), "{speed:e}: {error}");
+            assert!(error.to_string().starts_with("speed_m_s is "), "{speed:e}: {error}");
         }
     }
     let spinning = BallState { spin: Vec3::new(0.0, 1e12, 0.0), ..BallState::stun(cue_velocity(1.0, 0.1)) };
     let error =
         Model::new(Fidelity::Full, BALL).collide(&spinning, &Coefficients { mu: 0.05, mu_s: 0.3, e: 0.9 });
-    assert!(matches!(error, Err(NotACollision::Speed(_))), "{error:?}");
+    assert!(error.unwrap_err().to_string().starts_with("speed_m_s is 31250000000"));
 }
 
 /// What is hard for every fidelity: each shot comes out with finite derivatives, no energy is made, and the balls part.
@@ -436,7 +436,7 @@ fn with_everything_on_shots_end_or_say_why_not() {
             match model.collide(&cue, &coefficients) {
                 Ok(outcome) => assert!(outcome.components().iter().all(|x| x.is_finite())),
                 Err(error) => {
-                    assert_eq!(error, NotACollision::NotIntegrated(tolerance));
+                    assert!(matches!(error, NotACollision::NotIntegrated { .. }), "{error}");
                     assert!(cue.velocity.x < PUSHED, "{cue:?} {coefficients:?}");
                     refused += 1;
                 }

@@ -3,9 +3,9 @@
 use caromfit::fit;
 use caromfit::fit::{Depth, Options};
 use caromfit::physics::ball::{Ball, BallState, Vec3};
+use caromfit::physics::collision::Effects;
 use caromfit::physics::collision::{Coefficients, Fidelity, Model, NotACollision, Outcome, Regime};
 use caromfit::physics::contact_frame::{cloth_slip, cue_velocity};
-use caromfit::physics::effect_sizes::Effects;
 use caromfit::simulate::{Kind, Played};
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
@@ -40,7 +40,7 @@ fn ode_agrees_with_the_25_digit_reference() {
     const SLACK: f64 = 1e-12;
     for tolerance in [1e-6, 1e-10, 1e-12] {
         for case in reference_cases() {
-            let model = Model { cloth_torque: case.model.cloth_torque, ..ode(case.model.ball, tolerance) };
+            let model = Model { as_printed: case.model.as_printed, ..ode(case.model.ball, tolerance) };
             let outcome = model.collide(&case.cue, &case.coefficients).unwrap();
             assert_eq!(outcome.regime, case.outcome.regime, "{}", case.name);
             let off = off(&outcome, &case.outcome, model.ball.radius, case.cue.velocity.x);
@@ -201,10 +201,14 @@ fn wrong_settings_are_refused() {
     let cue = BallState::stun(cue_velocity(1.0, 0.3));
     let coefficients = Coefficients { mu: 0.05, mu_s: 0.3, e: 0.94 };
     let model = Model::new(Fidelity::Contact, Ball::POOL);
-    let refused = |model: Model| model.collide(&cue, &coefficients).unwrap_err();
-    assert_eq!(refused(Model { tolerance: 0.0, ..model }), NotACollision::Tolerance(0.0));
-    assert_eq!(refused(Model { mu_k: -1.0, ..model }), NotACollision::MuKOutOfRange(-1.0));
-    assert_eq!(refused(Model { contact_time: 0.0, ..model }), NotACollision::ContactTime(0.0));
+    for (name, model) in [
+        ("tolerance", Model { tolerance: 0.0, ..model }),
+        ("mu_k", Model { mu_k: -1.0, ..model }),
+        ("contact_time_s", Model { contact_time: 0.0, ..model }),
+    ] {
+        let error = model.collide(&cue, &coefficients).unwrap_err();
+        assert!(matches!(error, NotACollision::OutOfRange { name: found, .. } if found == name), "{error}");
+    }
 }
 
 #[test]
@@ -231,7 +235,7 @@ fn edges_are_no_trouble() {
                     // the cloth may push the balls against each other for as long as the contact lasts
                     Err(error) => {
                         assert!(e == 1e-9 || cue.velocity.x < 1e-3, "{cue:?} {coefficients:?}");
-                        assert_eq!(error, NotACollision::NotIntegrated(1e-10));
+                        assert!(matches!(error, NotACollision::NotIntegrated { .. }), "{error}");
                     }
                 }
             }
@@ -335,10 +339,9 @@ fn a_fit_by_integration_is_the_fit_of_the_full_solution() {
 /// are the many small hops of slow balls.
 #[test]
 fn contacts_that_stick_and_slip_by_turns_are_integrated() {
-    /// Of U, at the default tolerance against one of 1e-12: at 1 mm/s the friction of the cloth, smooth below 1e-4 of the speeds, takes
-    /// some thousand steps instead of some dozen.
-    const MOST: f64 = 1e-6;
-    const USUALLY: f64 = 5e-7;
+    /// Of U, at the default tolerance against one of 1e-12: up to a thousand steps instead of some dozen.
+    const MOST: f64 = 1e-8;
+    const USUALLY: f64 = 1e-9;
     let ball = Ball::POOL;
     let at = |tolerance: f64| Model { tolerance, ..Model::new(Fidelity::Contact, ball) };
     let energy = |s: &BallState| {

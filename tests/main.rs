@@ -31,6 +31,7 @@ mod joint;
 mod large;
 mod law;
 mod loader;
+mod motion;
 mod nist;
 mod optimise;
 mod options;

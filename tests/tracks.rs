@@ -371,7 +371,7 @@ fn table_of_shots() {
     };
     let shots = "shot,cue_spin,omega_x,omega_y,omega_z,skip,note,chalk\na,stun,,,,no,,blue\nb,,1,2,3,,,\nc,,,,,yes,object ball not seen,\n";
     let tracks = with(shots, "").unwrap();
-    assert_eq!(tracks.skipped, [("c".to_string(), "object ball not seen".to_string())]);
+    assert_eq!(tracks.left_out, [("c".to_string(), "skipped: object ball not seen".to_string())]);
     assert_eq!(tracks.shots[0].spin, Spin::Stun);
     assert_eq!(tracks.shots[0].labels["chalk"], "blue");
     assert!(matches!(tracks.shots[1].spin, Spin::Measured { spin, .. } if spin.y == 2.0));
@@ -384,8 +384,8 @@ fn table_of_shots() {
         load("[video]\ncapture_fps = 100\n[cue_spin]\nassume = \"unknown\"", &[("d.csv", data.as_bytes())]);
     // the others have both balls
     let alone = alone.unwrap();
-    assert_eq!((alone.shots.len(), alone.damaged[0].0.as_str()), (2, "c"));
-    assert!(alone.damaged[0].1.contains("d.csv:6: there is no track \"object\""), "{:?}", alone.damaged);
+    assert_eq!((alone.shots.len(), alone.left_out[0].0.as_str()), (2, "c"));
+    assert!(alone.left_out[0].1.contains("d.csv:6: there is no track \"object\""), "{:?}", alone.left_out);
 }
 
 #[test]

@@ -28,7 +28,11 @@ const SCALE: f64 = 0.001;
 fn weighed(kind: Kind, seed: u64) -> Spec {
     Spec {
         ball: BallSpec { mass_kg: 0.170, mass_kg_sd: SCALE, ..BallSpec::default() },
-        object: Some(StatedObject { mass_kg: Some(0.160), mass_kg_sd: SCALE, ..StatedObject::default() }),
+        object: Some(StatedObject {
+            mass_kg: Some(0.160),
+            mass_kg_sd: Some(SCALE),
+            ..StatedObject::default()
+        }),
         ..synthetic::spec(kind, &[Played::NaturalRoll], 40, seed)
     }
 }
@@ -217,7 +221,7 @@ fn what_is_stated_wrongly_is_said_with_its_place() {
     refused(
         &["design", "d.toml"],
         folder,
-        &["d.toml:2: column 9: shape is \"disc\"", "object.inertia is 1; expected at most 2/3"],
+        &["d.toml:2: column 9: shape is \"disc\"", "object.inertia is 1; expected more than 0, at most 2/3"],
     );
 
     // one mass alone says nothing of their ratio, which is said; and no ball is 17 000 times as heavy as another

@@ -101,7 +101,7 @@ fn measured_values_that_are_none_name_their_shot() {
     refused(|d| d.shots[3].after[0].measured.sd = Some(-0.004), "shot 4 (");
     refused(
         |d| d.shots[3].after[0].measured.sd = Some(-0.004),
-        "has the standard deviation -0.004; expected more than 0",
+        "cue_vx_after_sd is -0.004; expected more than 0",
     );
     refused(
         |d| d.shots[6].after[1].measured.value = f64::NAN,
@@ -252,14 +252,14 @@ fn films_from_vectors_that_are_none_are_refused() {
         let error = fit::fit(&film(spoil), &Options::default()).unwrap_err();
         assert!(error.is_bad_input() && error.to_string().contains(expected), "{error}; expected {expected}");
     };
-    refused(|shot| shot.fps = 0.0, "shot a: fps is 0.0; expected a finite number above 0");
+    refused(|shot| shot.fps = 0.0, "shot a: fps is 0; expected more than 0");
     refused(|shot| shot.cue[3].x = f64::NAN, "cue has the position t = 0.003, x = NaN");
     refused(|shot| shot.object[5].sd = Some([0.0, 1.0]), "standard deviations above 0");
     refused(
         |shot| shot.object.swap(7, 8),
         "object is at t = 0.007 after t = 0.008; expected times that rise",
     );
-    refused(|shot| shot.correlation = 1.0, "correlation is 1.0; expected 0 to below 1");
+    refused(|shot| shot.correlation = 1.0, "correlation is 1; expected 0 to below 1");
 }
 
 /// What has a name is found by it, and by no other.

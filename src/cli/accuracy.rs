@@ -36,7 +36,7 @@ pub struct Args {
     /// Of the shots
     #[arg(long, default_value_t = 0)]
     seed: u64,
-    /// How far the contact between the balls gives way (κ) in a second study; 0: no such study
+    /// Tangential compliance κ of the contact between the balls, above 0
     #[arg(long, default_value_t = Model::KAPPA, value_name = "K")]
     kappa: f64,
     /// Print both tables as JSON, and nothing else, on standard output
@@ -45,8 +45,11 @@ pub struct Args {
 }
 
 pub fn run(args: &Args) -> Result<(), Failure> {
-    if !(0.0..=MAX_KAPPA).contains(&args.kappa) {
-        return Err(Failure::input(format!("--kappa is {}; expected 0 to {MAX_KAPPA}", args.kappa)));
+    if !(args.kappa > 0.0 && args.kappa <= MAX_KAPPA) {
+        return Err(Failure::input(format!(
+            "--kappa is {}; expected more than 0 to {MAX_KAPPA}",
+            args.kappa
+        )));
     }
     let (dataset, shots, left_out) = match &args.dataset {
         Some(path) => of_dataset(path)?,
@@ -55,26 +58,18 @@ pub fn run(args: &Args) -> Result<(), Failure> {
             (bias::velocities(&shots, Ball::POOL), shots, 0)
         }
     };
-    let kappa = Some(args.kappa).filter(|kappa| *kappa > 0.0);
-    let giving_way = kappa.map_or(&[][..], |_| &bias::FITTED_GIVING_WAY);
-    let progress = Progress::new(1 + bias::FITTED.len() + giving_way.len());
+    let progress = Progress::new(1 + bias::FITTED.len());
     progress.step("errors and times");
-    let rows = accuracy::study(&shots, dataset.ball, kappa)?;
+    let rows = accuracy::study(&shots, dataset.ball, args.kappa)?;
     progress.done();
+    let data = bias::noise_free(&dataset, args.kappa);
     let mut biases = Vec::new();
-    let mut tables = String::new();
-    for (kappa, ways) in [(None, &bias::FITTED[..]), (kappa, giving_way)] {
-        let data = bias::noise_free(&dataset, kappa);
-        let first = biases.len();
-        for way in ways {
-            progress.step(&format!("fitting with {}", way.name()));
-            biases.push(bias::bias(&data, *way)?);
-            progress.done();
-        }
-        if !ways.is_empty() {
-            tables += &report::accuracy::bias_table(&biases[first..], data.shots.len());
-        }
+    for way in bias::FITTED {
+        progress.step(&format!("fitting with {}", way.name()));
+        biases.push(bias::bias(&data, way)?);
+        progress.done();
     }
+    let biases_table = report::accuracy::bias_table(&biases, data.shots.len());
     progress.finish();
     let picture = precision::picture(&rows);
     let files = [
@@ -88,7 +83,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         return print(&report::accuracy::json(&rows, &biases, (shots.len(), left_out))?);
     }
     let left_out = if left_out > 0 { format!(", {left_out} left out") } else { String::new() };
-    print(&format!("{} shots{left_out}\n{}\n{tables}", shots.len(), report::accuracy::table(&rows)))
+    print(&format!("{} shots{left_out}\n{}\n{biases_table}", shots.len(), report::accuracy::table(&rows)))
 }
 
 fn of_dataset(path: &std::path::Path) -> Result<(Dataset, Vec<Shot>, usize), Failure> {

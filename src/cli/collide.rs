@@ -5,10 +5,8 @@ use std::path::{Path, PathBuf};
 use caromfit::io::cases::{self, BadCase, Case, Computed};
 use caromfit::physics::ball::{Ball, BallState, Vec3};
 use caromfit::physics::cloth_motion::Cloth;
-use caromfit::physics::collision::{
-    ClothTorque, Effects, Fidelity, FidelityChoice, MIN_TOLERANCE, Model, Outcome,
-};
-use caromfit::physics::effect_sizes::{self, Choice, Compared, Estimate};
+use caromfit::physics::collision::effects::{self, Choice, Compared, Estimate};
+use caromfit::physics::collision::{Effects, Fidelity, FidelityChoice, MIN_TOLERANCE, Model, Outcome};
 use caromfit::physics::friction_law::Law;
 use caromfit::report::FORMAT_VERSION;
 use serde_json::{Value, json};
@@ -99,13 +97,12 @@ fn parse_spin(text: &str) -> Result<Vec3, String> {
 }
 
 pub fn run(args: &Args) -> Result<(), Failure> {
-    let torque = if args.as_printed { ClothTorque::AsPrinted } else { ClothTorque::Corrected };
     super::simulates(args.fidelity, args.effects)?;
     let fidelity = match args.fidelity {
         FidelityChoice::Of(fidelity) => Some(fidelity),
-        _ => args.effects.map(effect_sizes::cheapest),
+        _ => args.effects.map(effects::cheapest),
     };
-    let within = args.tolerance.unwrap_or(effect_sizes::TOLERANCE);
+    let within = args.tolerance.unwrap_or(effects::TOLERANCE);
     let given = |case: &Case| -> Result<Model, BadCase> {
         let ball = Ball { radius: case.radius, ..Ball::POOL };
         let mut model = Model::new(fidelity.unwrap_or(Fidelity::Contact), ball);
@@ -119,7 +116,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         };
         let law = args.falling.unwrap_or_default();
         let effects = args.effects.unwrap_or(model.effects);
-        let model = Model { cloth_torque: torque, tolerance, law, effects, ..model };
+        let model = Model { as_printed: args.as_printed, tolerance, law, effects, ..model };
         // auto and an effect that is named know what balls are made of
         let usual =
             || (fidelity.is_none() || args.effects.is_some_and(|on| on.compliance)).then_some(Model::KAPPA);
@@ -133,7 +130,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let explain = |case: &Case| -> Result<Choice, BadCase> {
         let (cue, coefficients) = case.before()?;
         let model = given(case)?;
-        Ok(effect_sizes::choose(&model, &cue, &coefficients, within, Compared::Everything)?)
+        Ok(effects::choose(&model, &cue, &coefficients, within, Compared::Everything)?)
     };
     let model = |case: &Case| -> Result<Model, BadCase> {
         let model = given(case)?;
@@ -169,10 +166,10 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         for (effect, (_, on)) in effects.iter_mut().zip(on) {
             effect.on = on;
         }
-        let within = if fidelity.is_none() { within } else { effect_sizes::TOLERANCE };
+        let within = if fidelity.is_none() { within } else { effects::TOLERANCE };
         let cloth = Cloth { sliding: model.mu_k, ..Cloth::default() };
         let (cue, _) = case.before()?;
-        let motion = effect_sizes::motion(model, &cue, outcome, &cloth, effect_sizes::FOLLOWED, within);
+        let motion = effects::motion(model, &cue, outcome, &cloth, effects::FOLLOWED, within);
         Ok(Some((effects, motion)))
     };
     let file = args.cases.as_deref().unwrap_or(Path::new(""));
@@ -204,7 +201,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
             let mut text = table(&computed.case.name, computed.model.fidelity.name(), outcome);
             if let Some((effects, motion)) = explained(computed)? {
                 text += &effects_table("effect", &effects);
-                text += &effects_table(&format!("in {} s afterwards", effect_sizes::FOLLOWED), &motion);
+                text += &effects_table(&format!("in {} s afterwards", effects::FOLLOWED), &motion);
             }
             tables.push(text);
         }

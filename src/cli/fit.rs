@@ -5,8 +5,8 @@ use std::path::{Path, PathBuf};
 use caromfit::fit::{self, Analysis, Falling, FilmUnknowns, Fit, Method, Options};
 use caromfit::measurement::dataset::Dataset;
 use caromfit::measurement::loss::Loss;
+use caromfit::physics::collision::effects;
 use caromfit::physics::collision::{Effects, FidelityChoice, Model};
-use caromfit::physics::effect_sizes;
 use caromfit::physics::friction_law::Law;
 use caromfit::report;
 use caromfit::report::plot::paths;
@@ -246,7 +246,7 @@ impl Shown {
 
 fn options(args: &Args) -> Options {
     let fidelity = match (args.fidelity, args.effects) {
-        (FidelityChoice::Auto, Some(effects)) => FidelityChoice::Of(effect_sizes::cheapest(effects)),
+        (FidelityChoice::Auto, Some(effects)) => FidelityChoice::Of(effects::cheapest(effects)),
         (given, _) => given,
     };
     Options {

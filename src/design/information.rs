@@ -7,13 +7,14 @@ use rayon::prelude::*;
 
 use super::{Expected, PlayedKind, SpinFrom};
 use crate::extraction::{self, Rotation, Rotations};
+use crate::likelihood::corrected::Corrected;
 use crate::likelihood::frames::shared_unknowns::{self, Kind, SharedUnknown};
 use crate::likelihood::frames::{CLOTH, Film, Known, ROWS, place_of};
 use crate::measurement::parameter::Parameter;
 use crate::measurement::spin::Spin;
 use crate::measurement::values::Values;
 use crate::physics::ball::{BallState, Vec3};
-use crate::physics::collision::{Corrected, Model, NotACollision};
+use crate::physics::collision::{Model, NotACollision};
 use crate::physics::contact_frame::cue_velocity;
 use crate::simulate::{self, TrueImpact};
 use crate::trajectory::scene::Scene;

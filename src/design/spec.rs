@@ -3,65 +3,57 @@
 use std::path::Path;
 
 use serde::Deserialize;
-use toml::Spanned;
 
 use super::{Expected, PlayedKind, SpinFrom};
 use crate::io::DatasetError;
-use crate::io::balls_section::{RawBall, RawObject, Shape};
-use crate::io::toml_file;
-use crate::io::toml_file::{Condition, POSITIVE, Source};
+use crate::io::balls_section::{BallSection, Shape};
+use crate::io::stated_object::StatedObject;
+use crate::io::toml_file::{self, Source};
 use crate::measurement::dataset::ObjectBall;
 use crate::measurement::number::count_of;
 use crate::measurement::parameter::Parameter;
+use crate::measurement::valid::{Condition, FRACTION, POSITIVE};
 use crate::physics::ball::Ball;
-use crate::simulate::{Camera, ClothSpec, MOST_FRAMES, MOST_SHOTS};
+use crate::simulate::{Camera, ClothSpec, MOST_FRAMES, MOST_SHOTS, faults_of_ranges};
 
 /// Frames that an extraction needs on either side of the impact.
 const LEAST_FRAMES: f64 = 3.0;
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields, expecting = "the keys of a design")]
-struct RawSpec {
+struct Keys {
     #[serde(default)]
-    expected: RawExpected,
+    expected: CoefficientsSection,
     #[serde(default)]
-    ball: RawBall,
-    object: Option<Spanned<RawObject>>,
+    ball: BallSection,
+    object: Option<StatedObject>,
     #[serde(default)]
-    cloth: RawCloth,
+    cloth: ClothSpec,
     #[serde(default)]
-    camera: RawCamera,
+    camera: CameraSection,
     #[serde(default)]
-    want: RawExpected,
+    want: CoefficientsSection,
     #[serde(default)]
-    kind: Vec<Spanned<RawKind>>,
+    kind: Vec<KindSection>,
 }
 
 #[derive(Default, Deserialize)]
 #[serde(deny_unknown_fields, expecting = "a table, as in [expected] mu = 0.05")]
-struct RawExpected {
-    mu: Option<Spanned<f64>>,
-    mu_s: Option<Spanned<f64>>,
-    e: Option<Spanned<f64>>,
-}
-
-#[derive(Default, Deserialize)]
-#[serde(deny_unknown_fields, expecting = "a table, as in [cloth] mu_k = 0.2")]
-struct RawCloth {
-    mu_k: Option<Spanned<f64>>,
-    mu_r: Option<Spanned<f64>>,
-    bounce: Option<Spanned<f64>>,
+struct CoefficientsSection {
+    mu: Option<f64>,
+    mu_s: Option<f64>,
+    e: Option<f64>,
 }
 
 #[derive(Default, Deserialize)]
 #[serde(deny_unknown_fields, expecting = "a table, as in [camera] fps = 1000")]
-struct RawCamera {
-    fps: Option<Spanned<f64>>,
-    position_sd_mm: Option<Spanned<f64>>,
-    position_sd_px: Option<Spanned<f64>>,
-    mm_per_px: Option<Spanned<f64>>,
-    before_ms: Option<Spanned<f64>>,
-    after_ms: Option<Spanned<f64>>,
+struct CameraSection {
+    fps: Option<f64>,
+    position_sd_mm: Option<f64>,
+    position_sd_px: Option<f64>,
+    mm_per_px: Option<f64>,
+    before_ms: Option<f64>,
+    after_ms: Option<f64>,
 }
 
 #[derive(Clone, Copy, Deserialize)]
@@ -83,16 +75,16 @@ enum From {
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields, expecting = "a table, as in [[kind]] name = \"thin rolls\"")]
-struct RawKind {
-    name: Spanned<String>,
-    cue_spin: Option<Spanned<Word>>,
-    topspin: Option<Spanned<f64>>,
-    side: Option<Spanned<f64>>,
-    spin_from: Option<Spanned<From>>,
-    spin_sd_rad_s: Option<Spanned<[f64; 2]>>,
-    speed_m_s: Option<Spanned<[f64; 2]>>,
-    cut_deg: Option<Spanned<[f64; 2]>>,
-    shots: Option<Spanned<i64>>,
+struct KindSection {
+    name: String,
+    cue_spin: Option<Word>,
+    topspin: Option<f64>,
+    side: Option<f64>,
+    spin_from: Option<From>,
+    spin_sd_rad_s: Option<[f64; 2]>,
+    speed_m_s: Option<[f64; 2]>,
+    cut_deg: Option<[f64; 2]>,
+    shots: Option<i64>,
 }
 
 impl Expected {
@@ -101,190 +93,155 @@ impl Expected {
     /// # Errors
     /// Everything that is wrong with it, with line and position.
     pub fn read(path: &Path) -> Result<Self, DatasetError> {
-        toml_file::read_checked(path, RawSpec::check)
+        toml_file::read_checked(path, Keys::check)
     }
 }
 
-const PART: Condition = (|x| (0.0..=1.0).contains(&x), "a number from 0 to 1");
+impl CoefficientsSection {
+    /// The values that are stated, in the order of [`Parameter::COEFFICIENTS`].
+    fn check(&self, section: &str, condition: Condition, source: &Source) -> [Option<f64>; 3] {
+        let given = [self.mu, self.mu_s, self.e];
+        Parameter::COEFFICIENTS.map(|parameter| {
+            source.number(&format!("{section}.{}", parameter.name()), given[parameter as usize], condition)
+        })
+    }
+}
 
-impl RawSpec {
+impl Keys {
     fn check(self, source: &Source) -> Expected {
         let default = Expected::default();
-        let Expected { mut coefficients, mut cloth, .. } = default;
-        let expected = &self.expected;
-        coefficients.mu = source.number(expected.mu.as_ref(), "expected.mu", coefficients.mu, PART);
-        coefficients.mu_s = source.number(expected.mu_s.as_ref(), "expected.mu_s", coefficients.mu_s, PART);
-        coefficients.e = source.number(expected.e.as_ref(), "expected.e", coefficients.e, PART);
-        let ClothSpec { mu_k, mu_r, bounce } = cloth;
-        cloth.mu_k = source.number(self.cloth.mu_k.as_ref(), "cloth.mu_k", mu_k, PART);
-        cloth.mu_r = source.number(self.cloth.mu_r.as_ref(), "cloth.mu_r", mu_r, PART);
-        cloth.bounce = source.number(self.cloth.bounce.as_ref(), "cloth.bounce", bounce, PART);
-        let camera = self.camera.check(source);
-        let mut wanted = default.wanted;
-        let want = [&self.want.mu, &self.want.mu_s, &self.want.e];
-        if want.iter().any(|given| given.is_some()) {
-            wanted = [None; 3];
-            for (parameter, given) in Parameter::COEFFICIENTS.into_iter().zip(want) {
-                let key = format!("want.{}", parameter.name());
-                wanted[parameter as usize] =
-                    given.as_ref().map(|given| source.number(Some(given), &key, 0.0, POSITIVE));
-            }
+        let mut coefficients = default.coefficients;
+        let [mu, mu_s, e] = self.expected.check("expected", FRACTION, source);
+        coefficients.mu = mu.unwrap_or(coefficients.mu);
+        coefficients.mu_s = mu_s.unwrap_or(coefficients.mu_s);
+        coefficients.e = e.unwrap_or(coefficients.e);
+        for (key, value) in [
+            ("cloth.mu_k", self.cloth.mu_k),
+            ("cloth.mu_r", self.cloth.mu_r),
+            ("cloth.bounce", self.cloth.bounce),
+        ] {
+            source.number(key, Some(value), FRACTION);
         }
+        let wanted = self.want.check("want", POSITIVE, source);
+        let wanted = if wanted == [None; 3] { default.wanted } else { wanted };
         let mut kinds: Vec<PlayedKind> = Vec::new();
-        for raw in &self.kind {
-            let kind = raw.as_ref().check(source);
+        for (place, section) in self.kind.iter().enumerate() {
+            let kind = section.check(&format!("kind.{place}"), source);
             if kinds.iter().any(|known| known.name == kind.name) {
-                source.wrong(
-                    &raw.as_ref().name,
-                    format!("a second kind named \"{}\"; expected another name", kind.name),
-                );
+                let message = format!("a second kind named \"{}\"; expected another name", kind.name);
+                source.wrong(&format!("kind.{place}.name"), message);
             }
             kinds.push(kind);
         }
         if kinds.is_empty() {
             kinds = default.kinds;
         }
+        let camera = self.camera.check(source);
         let (ball, object) = self.balls(source);
-        Expected { coefficients, ball, object, cloth, camera, kinds, wanted }
+        Expected { coefficients, ball, object, cloth: self.cloth, camera, kinds, wanted }
     }
 
     fn balls(&self, source: &Source) -> (Ball, Option<ObjectBall>) {
-        if let Some(shape) = self.ball.shape.as_ref().filter(|shape| *shape.as_ref() == Shape::Disc) {
-            source.wrong(shape, "shape is \"disc\"; expected balls, which designs are of".to_owned());
+        if self.ball.shape == Shape::Disc {
+            source.wrong("ball.shape", "shape is \"disc\"; expected balls, which designs are of");
         }
-        if let Some(poisson) = &self.ball.poisson {
-            let message = "poisson tells how far a contact gives way; expected none, as designs are of a contact that is rigid along \
+        if self.ball.poisson.is_some() {
+            let message = "poisson determines how compliant a contact is; expected none, as designs are of a contact that is rigid along \
                            its surface";
-            source.wrong(poisson, message.to_owned());
+            source.wrong("ball.poisson", message);
         }
-        let object = self.object.as_ref().map(Spanned::as_ref);
-        let (ball, _) = self.ball.check(object, source);
-        let object = object.map(|object| object.ball(&self.ball, &ball, source));
-        (ball, object)
+        let (ball, _) = self.ball.check(self.object.as_ref(), source);
+        (ball, self.object.map(|object| object.ball(&self.ball, &ball, source)))
     }
 }
 
-impl RawCamera {
+impl CameraSection {
     fn check(&self, source: &Source) -> Camera {
         let default = Camera::default();
-        let fps = source.number(self.fps.as_ref(), "camera.fps", default.fps, POSITIVE);
-        let mut noise = 1e3 * default.position_sd_m;
-        match (&self.position_sd_mm, &self.position_sd_px, &self.mm_per_px) {
-            (Some(mm), None, None) => {
-                noise = source.number(Some(mm), "camera.position_sd_mm", noise, POSITIVE);
-            }
-            (None, Some(px), Some(mm_per_px)) => {
-                noise = source.number(Some(px), "camera.position_sd_px", 1.0, POSITIVE)
-                    * source.number(Some(mm_per_px), "camera.mm_per_px", 1.0, POSITIVE);
-            }
-            (None, None, None) => {}
-            (given, px, scale) => {
+        let positive = |key: &str, given| source.number(key, given, POSITIVE);
+        let fps = positive("camera.fps", self.fps).unwrap_or(default.fps);
+        let mm = positive("camera.position_sd_mm", self.position_sd_mm);
+        let px = positive("camera.position_sd_px", self.position_sd_px);
+        let mm_per_px = positive("camera.mm_per_px", self.mm_per_px);
+        let position_sd_m = match (mm, px, mm_per_px) {
+            (Some(mm), None, None) => 1e-3 * mm,
+            (None, Some(px), Some(mm_per_px)) => 1e-3 * px * mm_per_px,
+            (None, None, None) => default.position_sd_m,
+            _ => {
                 let message = "the noise is stated in part or twice; expected position_sd_mm, or position_sd_px with mm_per_px";
-                if let Some(at) = px.as_ref().or(scale.as_ref()).or(given.as_ref()) {
-                    source.wrong(at, message.to_owned());
-                }
+                let keys = ["camera.position_sd_px", "camera.mm_per_px", "camera.position_sd_mm"];
+                source.wrong_of_first(&keys, message);
+                default.position_sd_m
             }
-        }
-        let side = |given: Option<&Spanned<f64>>, key: &str, default: f64| {
-            let ms = source.number(given, key, default, POSITIVE);
+        };
+        let side = |key: &str, given: Option<f64>, default: f64| {
+            let ms = positive(key, given).unwrap_or(default);
             let frames = (1e-3 * ms * fps).round();
-            if !(LEAST_FRAMES..=MOST_FRAMES).contains(&frames)
-                && let Some(at) = given.or(self.fps.as_ref())
-            {
+            if ms > 0.0 && fps > 0.0 && !(LEAST_FRAMES..=MOST_FRAMES).contains(&frames) {
                 let message = format!(
                     "{key} is {ms}, which is {} at {fps} fps; expected {LEAST_FRAMES} to {MOST_FRAMES}",
                     count_of(frames as usize, "frame")
                 );
-                source.wrong(at, message);
+                source.wrong_of_first(&[key, "camera.fps"], message);
             }
             ms
         };
-        let before_ms = side(self.before_ms.as_ref(), "camera.before_ms", default.before_ms);
-        let after_ms = side(self.after_ms.as_ref(), "camera.after_ms", default.after_ms);
-        Camera { fps, position_sd_m: 1e-3 * noise, before_ms, after_ms, ..default }
+        let before_ms = side("camera.before_ms", self.before_ms, default.before_ms);
+        let after_ms = side("camera.after_ms", self.after_ms, default.after_ms);
+        Camera { fps, position_sd_m, before_ms, after_ms, ..default }
     }
 }
 
-/// Two numbers, if they are given.
-fn pair(
-    source: &Source,
-    given: Option<&Spanned<[f64; 2]>>,
-    good: fn(f64, f64) -> bool,
-    otherwise: &str,
-) -> Option<[f64; 2]> {
-    let given = given?;
-    let [first, second] = *given.as_ref();
-    if !good(first, second) {
-        source.wrong(given, otherwise.to_owned());
-    }
-    Some([first, second])
-}
-
-impl RawKind {
-    fn check(&self, source: &Source) -> PlayedKind {
-        let name = self.name.as_ref().trim().to_owned();
+impl KindSection {
+    /// The kind of the table at `key`.
+    fn check(&self, key: &str, source: &Source) -> PlayedKind {
+        const SPINS: Condition = (|x| x.abs() <= 2.0, "from -2 to 2, in parts of the natural roll's");
+        let key = |name: &str| format!("{key}.{name}");
+        let name = self.name.trim().to_owned();
         if name.is_empty() {
-            source.wrong(&self.name, "name is empty; expected one that the tables can show".to_owned());
+            source.wrong(&key("name"), "name is empty; expected one that the tables can show");
         }
-        let spins: Condition = (|x| x.abs() <= 2.0, "from -2 to 2, in parts of the natural roll's");
-        let topspin = match (&self.cue_spin, &self.topspin) {
-            (Some(word), None) => match word.as_ref() {
-                Word::Stun => [0.0; 2],
-                Word::NaturalRoll => [1.0; 2],
-                Word::Draw => PlayedKind::DRAW,
-                Word::Slide => [0.5; 2],
-            },
-            (None, Some(topspin)) => [source.number(Some(topspin), "topspin", 0.0, spins); 2],
-            (Some(_), Some(topspin)) => {
-                source.wrong(topspin, "both cue_spin and topspin; expected one of them".to_owned());
-                [0.0; 2]
-            }
+        let topspin = source.number(&key("topspin"), self.topspin, SPINS);
+        if self.cue_spin.is_some() && topspin.is_some() {
+            source.wrong(&key("topspin"), "both cue_spin and topspin; expected one of them");
+        }
+        let topspin = match (self.cue_spin, topspin) {
+            (Some(Word::Stun), _) => [0.0; 2],
+            (Some(Word::NaturalRoll), _) => [1.0; 2],
+            (Some(Word::Draw), _) => PlayedKind::DRAW,
+            (Some(Word::Slide), _) => [0.5; 2],
+            (None, Some(topspin)) => [topspin; 2],
             (None, None) => {
                 let message =
                     format!("kind \"{name}\" has neither cue_spin nor topspin; expected one of them");
-                source.wrong(&self.name, message);
+                source.wrong(&key("name"), message);
                 [0.0; 2]
             }
         };
-        let side = source.number(self.side.as_ref(), "side", 0.0, spins);
-        let sd = pair(
-            source,
-            self.spin_sd_rad_s.as_ref(),
-            |cue, object| [cue, object].iter().all(|sd| *sd > 0.0 && sd.is_finite()),
-            "spin_sd_rad_s is no pair of errors; expected [cue ball's, object ball's], above 0",
-        );
-        let from = self.spin_from.as_ref().map(|from| *from.as_ref());
-        let from = match (from, PlayedKind::usual(topspin, side)) {
+        let side = source.number(&key("side"), self.side, SPINS).unwrap_or(0.0);
+        let sd = self.spin_sd_rad_s;
+        for (which, sd) in sd.into_iter().flatten().enumerate() {
+            source.number(&key(&format!("spin_sd_rad_s.{which}")), Some(sd), POSITIVE);
+        }
+        let from = match (self.spin_from, PlayedKind::usual(topspin, side)) {
             (Some(From::Known), _) | (None, SpinFrom::Known) => SpinFrom::Known,
             (Some(From::Motion), _) | (None, SpinFrom::Motion) => SpinFrom::Motion,
             (Some(From::Markers), _) | (None, SpinFrom::Markers { .. }) => SpinFrom::Markers { sd },
         };
-        if let (SpinFrom::Motion, true, Some(at)) = (from, side != 0.0, &self.spin_from) {
+        if matches!(self.spin_from, Some(From::Motion)) && side != 0.0 {
             let message = "spin_from is \"motion\", which does not show side spin; expected known or markers";
-            source.wrong(at, message.to_owned());
+            source.wrong(&key("spin_from"), message);
         }
         let default = PlayedKind::default();
-        let speed_m_s = pair(
-            source,
-            self.speed_m_s.as_ref(),
-            |slow, fast| 0.0 < slow && slow <= fast && fast.is_finite(),
-            "speed_m_s is no range; expected [slowest, fastest], above 0",
-        );
-        let cut_deg = pair(
-            source,
-            self.cut_deg.as_ref(),
-            |thick, thin| -90.0 < thick && thick <= thin && thin < 90.0,
-            "cut_deg is no range; expected [least, most], between -90 and 90",
-        );
-        let [speed_m_s, cut_deg] =
-            [speed_m_s.unwrap_or(default.speed_m_s), cut_deg.unwrap_or(default.cut_deg)];
-        let shots = self.shots.as_ref().map_or(default.shots as i64, |given| {
-            let shots = *given.as_ref();
-            if !(1..=MOST_SHOTS as i64).contains(&shots) {
-                source.wrong(given, format!("shots is {shots}; expected 1 to {MOST_SHOTS}"));
-            }
-            shots
-        });
+        let speed_m_s = self.speed_m_s.unwrap_or(default.speed_m_s);
+        let cut_deg = self.cut_deg.unwrap_or(default.cut_deg);
+        for fault in faults_of_ranges(key("").trim_end_matches('.'), speed_m_s, cut_deg) {
+            source.add(&fault);
+        }
+        let shots = self.shots.unwrap_or(default.shots as i64);
+        if !(1..=MOST_SHOTS as i64).contains(&shots) {
+            source.wrong(&key("shots"), format!("shots is {shots}; expected 1 to {MOST_SHOTS}"));
+        }
         PlayedKind { name, topspin, side, from, speed_m_s, cut_deg, shots: shots.max(1) as usize }
     }
 }
@@ -332,8 +289,14 @@ mod tests {
                 "[[kind]]\nname = \"a\"\ntopspin = 0\nside = 1\nspin_from = \"motion\"",
                 "does not show side spin",
             ),
-            ("[[kind]]\nname = \"a\"\ntopspin = 0\nspeed_m_s = [2, 1]", "column 13: speed_m_s is no range"),
-            ("[[kind]]\nname = \"a\"\ntopspin = 0\ncut_deg = [0, 90]", "cut_deg is no range"),
+            (
+                "[[kind]]\nname = \"a\"\ntopspin = 0\nspeed_m_s = [2, 1]",
+                "column 13: kind.speed_m_s is [2, 1]; expected [slowest, fastest]",
+            ),
+            (
+                "[[kind]]\nname = \"a\"\ntopspin = 0\ncut_deg = [0, 90]",
+                "kind.cut_deg is [0, 90]; expected [least, most]",
+            ),
             ("[[kind]]\nname = \"a\"\ntopspin = 0\nshots = 0", "shots is 0; expected 1 to"),
             ("[want]\nmu = 0", "want.mu is 0; expected more than 0"),
             (

@@ -4,8 +4,7 @@
 use rayon::prelude::*;
 
 use super::{Impact, Unusable, extract, initial_guess};
-use crate::measurement::isolate::isolated;
-use crate::measurement::track::TrackShot;
+use crate::measurement::track::{TrackShot, isolated};
 use crate::trajectory::scene::Scene;
 
 /// So many frames on either side of the impact have no even neighbours on both sides.

@@ -42,9 +42,8 @@ pub use crate::trajectory::both_balls::Motion;
 pub use crate::trajectory::shot_scene::Lifted;
 
 use self::ball_paths::{BallPaths, TrackedBalls};
-use crate::measurement::isolate::isolated;
 use crate::measurement::spin::Spin;
-use crate::measurement::track::TrackShot;
+use crate::measurement::track::{TrackShot, isolated};
 use crate::trajectory::scene::Scene;
 use crate::trajectory::shot_scene::ShotScene;
 use crate::trajectory::unknowns::{Unknowns, unknown};

@@ -18,8 +18,8 @@
 //! al., ECCV 2006 (rolling shutter).
 
 use crate::measurement::correction::Correction;
+use crate::measurement::track::Viewpoint;
 use crate::measurement::track::{Sample, TrackShot};
-use crate::measurement::viewpoint::Viewpoint;
 
 /// The distance from the middle of the film at which the lens is stated, m.
 const LENS_RADIUS: f64 = 0.5;

@@ -2,8 +2,8 @@
 //! of the corrected points where it is the centre of a circle through them.
 
 use super::camera::Camera;
+use crate::film::rigid_body::circle_centres;
 use crate::measurement::correction::Correction;
-use crate::measurement::rigid_body::circle_centres;
 use crate::measurement::track::{Sample, TrackShot, TrackedBall};
 
 /// The discs, in the order of everything that is said of both.

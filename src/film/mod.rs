@@ -5,3 +5,4 @@ pub(crate) mod discs;
 pub(crate) mod drops;
 pub(crate) mod frame_noise;
 pub(crate) mod grid;
+pub(crate) mod rigid_body;

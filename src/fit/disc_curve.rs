@@ -52,7 +52,7 @@ impl FrictionCurve {
         let end = BEYOND * largest;
         let points = (0..=POINTS).map(|i| against(end * i as f64 / POINTS as f64));
         let points = points.collect::<Option<Vec<_>>>()?;
-        let mu = model.law.friction(at.coefficients.mu).largest();
+        let mu = model.law.largest(at.coefficients.mu);
         let slides = |[_, ratio]: &&[f64; 2]| *ratio >= mu * (1.0 - SLIDES);
         let slides_from = points.iter().find(slides).map(|[slip, _]| *slip);
         Some(Self { points, sticks_below: mu * model.kappa, slides_from })

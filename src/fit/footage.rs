@@ -76,7 +76,7 @@ pub(super) fn extracted(
         return (to_be_fitted(dataset, camera), Vec::new(), scene);
     }
     let Some(tracks) = dataset.tracks.take() else { return (dataset, Vec::new(), scene) };
-    dataset.left_out.extend(tracks.left_out());
+    dataset.left_out.extend_from_slice(&tracks.left_out);
     let scene = Scene { viewpoint: tracks.viewpoint, ..scene };
     let before = learned_before.map(|before| Scene { viewpoint: tracks.viewpoint, ..*before });
     let again = before.map(|before| learned(&dataset, &tracks.shots, &before));
@@ -261,7 +261,7 @@ pub(super) fn with_discs_calibrated(
         return (dataset, Vec::new());
     };
     let Some(mut tracks) = dataset.tracks.take() else { return (dataset, Vec::new()) };
-    dataset.left_out.extend(tracks.left_out());
+    dataset.left_out.extend_from_slice(&tracks.left_out);
     let impacts = disc::extract_all(&tracks.shots, &discs, camera);
     let mut extracted = Vec::with_capacity(tracks.shots.len());
     for (track, impact) in std::mem::take(&mut tracks.shots).into_iter().zip(impacts) {

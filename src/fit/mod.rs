@@ -54,6 +54,7 @@ mod scatter;
 mod scatter_starts;
 pub(crate) mod search;
 pub(crate) mod settled;
+mod shot_loss;
 mod side_spin;
 pub(crate) mod slice;
 mod starts;

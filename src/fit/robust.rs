@@ -4,10 +4,11 @@ use nalgebra::DMatrix;
 
 use super::minimum::Minimum;
 use super::samples::Search;
+use super::shot_loss::ShotLoss;
 use crate::likelihood::fitted::Fitted;
 use crate::likelihood::prediction::MAX_OBSERVABLES;
 use crate::measurement::dataset::Shot;
-use crate::measurement::loss::{Loss, ShotLoss};
+use crate::measurement::loss::Loss;
 
 /// Shots of a weight below this are listed in the report.
 pub const DOWN_WEIGHTED: f64 = 0.5;
@@ -38,7 +39,7 @@ pub(crate) struct Losses([ShotLoss; MAX_OBSERVABLES + 1]);
 
 impl Losses {
     pub(crate) fn new(loss: Loss) -> Self {
-        Self(std::array::from_fn(|k| loss.of_shots(k)))
+        Self(std::array::from_fn(|k| ShotLoss::of(loss, k)))
     }
 
     pub(crate) fn of(&self, shot: &Fitted) -> &ShotLoss {

@@ -3,26 +3,26 @@
 use std::fmt::Write as _;
 
 use serde::Deserialize;
-use toml::Spanned;
 
 use super::stated_object::StatedObject;
-use super::toml_file::{Condition, NOT_NEGATIVE, POSITIVE, Source, bare};
+use super::toml_file::Source;
 use crate::measurement::dataset::{ObjectBall, UNWEIGHED, WEIGHED_KG};
 use crate::measurement::number::plain;
+use crate::measurement::valid::{Condition, INERTIA, NOT_NEGATIVE, POSITIVE};
 use crate::physics::ball::{Ball, UNIFORM_SPHERE};
 use crate::physics::collision::{MASS_RATIOS, POISSON};
 
 #[derive(Default, Deserialize)]
-#[serde(deny_unknown_fields, expecting = "a table, as in [ball] radius_m = 0.028575")]
-pub(crate) struct RawBall {
-    pub shape: Option<Spanned<Shape>>,
-    pub radius_m: Option<Spanned<f64>>,
-    pub radius_m_sd: Option<Spanned<f64>>,
-    pub mass_kg: Option<Spanned<f64>>,
-    pub mass_kg_sd: Option<Spanned<f64>>,
-    pub inertia: Option<Spanned<f64>>,
+#[serde(deny_unknown_fields, default, expecting = "a table, as in [ball] radius_m = 0.028575")]
+pub(crate) struct BallSection {
+    pub shape: Shape,
+    pub radius_m: Option<f64>,
+    pub radius_m_sd: Option<f64>,
+    pub mass_kg: Option<f64>,
+    pub mass_kg_sd: Option<f64>,
+    pub inertia: Option<f64>,
     /// Poisson's ratio of the balls' material.
-    pub poisson: Option<Spanned<f64>>,
+    pub poisson: Option<f64>,
 }
 
 #[derive(Clone, Copy, Debug, Default, Deserialize, PartialEq, Eq)]
@@ -34,61 +34,42 @@ pub(crate) enum Shape {
     Disc,
 }
 
-/// What of the object ball, or of the second disc, is not as of the first.
-#[derive(Clone, Default, Deserialize)]
-#[serde(deny_unknown_fields, expecting = "a table, as in [object] mass_kg = 0.165")]
-pub(crate) struct RawObject {
-    pub radius_m: Option<Spanned<f64>>,
-    pub radius_m_sd: Option<Spanned<f64>>,
-    pub mass_kg: Option<Spanned<f64>>,
-    pub mass_kg_sd: Option<Spanned<f64>>,
-    pub inertia: Option<Spanned<f64>>,
-}
-
-impl RawObject {
-    /// The object ball, where [object] says that it is not like the cue ball.
-    pub(crate) fn ball(&self, own: &RawBall, cue: &Ball, source: &Source) -> ObjectBall {
-        let positive = |given: &Option<Spanned<f64>>, key: &str| {
-            given.as_ref().map(|given| source.number(Some(given), key, 0.0, POSITIVE))
-        };
-        let error = |given: &Option<Spanned<f64>>, key: &str, default: f64| {
-            source.number(given.as_ref(), key, default, NOT_NEGATIVE)
-        };
-        let mass_kg = positive(&self.mass_kg, "object.mass_kg");
-        let usual_sd = if mass_kg.is_some() { WEIGHED_KG } else { 0.0 };
-        let mass_kg_sd = error(&self.mass_kg_sd, "object.mass_kg_sd", usual_sd);
-        let stated = StatedObject {
-            radius_m: positive(&self.radius_m, "object.radius_m"),
-            radius_m_sd: error(&self.radius_m_sd, "object.radius_m_sd", 0.0),
-            mass_kg: mass_kg.filter(|_| own.mass_kg.is_some()),
-            mass_kg_sd: if own.mass_kg.is_some() { mass_kg_sd } else { 0.0 },
-            inertia: positive(&self.inertia, "object.inertia"),
-        };
-        // what is wrong with the cue ball's own errors has been said with it
-        let mass_sd = bare(&own.mass_kg_sd).unwrap_or(WEIGHED_KG);
-        let radius_sd = bare(&own.radius_m_sd).unwrap_or(0.0);
-        let object = stated.beside(*cue, [mass_sd, radius_sd]);
-        inertia_is_possible(self.inertia.as_ref(), "object.inertia", false, source);
+impl StatedObject {
+    /// Returns the object ball that `[object]` states beside `[ball]`, where a mass without a standard deviation is from a kitchen scale.
+    pub(crate) fn ball(&self, own: &BallSection, cue: &Ball, source: &Source) -> ObjectBall {
+        for (key, given, condition) in [
+            ("object.radius_m", self.radius_m, POSITIVE),
+            ("object.radius_m_sd", Some(self.radius_m_sd), NOT_NEGATIVE),
+            ("object.mass_kg", self.mass_kg, POSITIVE),
+            ("object.mass_kg_sd", self.mass_kg_sd, NOT_NEGATIVE),
+            ("object.inertia", self.inertia, INERTIA),
+        ] {
+            source.number(key, given, condition);
+        }
+        let mass_kg_sd = self.mass_kg_sd.or(self.mass_kg.map(|_| WEIGHED_KG));
+        // one mass alone says nothing of their ratio
+        let [mass_kg, mass_kg_sd] =
+            [self.mass_kg, mass_kg_sd].map(|given| given.filter(|_| own.mass_kg.is_some()));
+        let mass_sd = own.mass_kg_sd.unwrap_or(WEIGHED_KG);
+        let radius_sd = own.radius_m_sd.unwrap_or(0.0);
+        let object = Self { mass_kg, mass_kg_sd, ..*self }.beside(*cue, [mass_sd, radius_sd]);
         let ratio = cue.mass / object.ball.mass;
-        let is_positive = |x: f64| x > 0.0 && x.is_finite();
-        if let Some(mass) =
-            self.mass_kg.as_ref().filter(|_| is_positive(ratio) && !MASS_RATIOS.contains(&ratio))
-        {
+        if mass_kg.is_some() && ratio > 0.0 && ratio.is_finite() && !MASS_RATIOS.contains(&ratio) {
             let message = format!(
                 "object.mass_kg is {}, which makes the cue ball ({} kg) {} times as heavy as the object ball; expected {} to {} times",
-                source.written(&mass.span()),
+                source.written("object.mass_kg").unwrap_or_default(),
                 cue.mass,
                 plain(ratio, 2),
                 MASS_RATIOS.start(),
                 MASS_RATIOS.end()
             );
-            source.wrong(mass, message);
+            source.wrong("object.mass_kg", message);
         }
         object
     }
 
     /// What of the cue ball was taken for granted that the object ball is compared with.
-    pub(crate) fn taken(&self, own: &RawBall, cue: &Ball) -> Vec<String> {
+    pub(crate) fn taken(&self, own: &BallSection, cue: &Ball) -> Vec<String> {
         let mut said = Vec::new();
         if self.mass_kg.is_some() && own.mass_kg.is_none() {
             said.push(format!(
@@ -104,23 +85,6 @@ impl RawObject {
             ));
         }
         said
-    }
-}
-
-/// Both sections of a file that has others.
-#[derive(Deserialize)]
-pub(crate) struct RawBalls {
-    #[serde(default)]
-    ball: RawBall,
-    object: Option<Spanned<RawObject>>,
-}
-
-impl RawBalls {
-    pub(crate) fn check(&self, source: &Source) {
-        let (cue, _) = self.ball.check(self.object.as_ref().map(Spanned::as_ref), source);
-        if let Some(object) = &self.object {
-            object.as_ref().ball(&self.ball, &cue, source);
-        }
     }
 }
 
@@ -156,37 +120,24 @@ pub(crate) fn text(cue: &Ball, object: Option<&ObjectBall>, poisson: Option<f64>
     text
 }
 
+/// The moment of inertia of a disc over MR².
+const DISC_INERTIA: Condition = (|x| x > 0.0 && x <= 1.0, "more than 0, at most 1 (a ring)");
+
 /// What Poisson's ratio can be.
 const ELASTIC: Condition = (|x| (0.0..=0.5).contains(&x), "Poisson's ratio, 0 to 0.5");
 
-impl RawBall {
+impl BallSection {
     /// The ball, and Poisson's ratio of its material. Where only the mass of the `object` ball is stated, both have this mass.
-    pub(crate) fn check(&self, object: Option<&RawObject>, source: &Source) -> (Ball, f64) {
-        let positive = |given: &Option<Spanned<f64>>, key: &str, default: f64| {
-            source.number(given.as_ref(), key, default, POSITIVE)
-        };
-        let radius = positive(&self.radius_m, "radius_m", Ball::POOL.radius);
-        let usual = object.and_then(|object| bare(&object.mass_kg)).filter(|mass| *mass > 0.0);
-        let mass = positive(&self.mass_kg, "mass_kg", usual.unwrap_or(Ball::POOL.mass));
-        let inertia = positive(&self.inertia, "inertia", UNIFORM_SPHERE);
-        for (sd, key) in [(&self.radius_m_sd, "radius_m_sd"), (&self.mass_kg_sd, "mass_kg_sd")] {
-            source.number(sd.as_ref(), key, 0.0, NOT_NEGATIVE);
-        }
-        let poisson = source.number(self.poisson.as_ref(), "poisson", POISSON, ELASTIC);
-        let disc = bare(&self.shape) == Some(Shape::Disc);
-        inertia_is_possible(self.inertia.as_ref(), "inertia", disc, source);
+    pub(crate) fn check(&self, object: Option<&StatedObject>, source: &Source) -> (Ball, f64) {
+        let number = |key, given, condition| source.number(key, given, condition);
+        let radius = number("ball.radius_m", self.radius_m, POSITIVE).unwrap_or(Ball::POOL.radius);
+        let usual = object.and_then(|object| object.mass_kg).filter(|mass| *mass > 0.0);
+        let mass = number("ball.mass_kg", self.mass_kg, POSITIVE).or(usual).unwrap_or(Ball::POOL.mass);
+        let possible = if self.shape == Shape::Disc { DISC_INERTIA } else { INERTIA };
+        let inertia = number("ball.inertia", self.inertia, possible).unwrap_or(UNIFORM_SPHERE);
+        number("ball.radius_m_sd", self.radius_m_sd, NOT_NEGATIVE);
+        number("ball.mass_kg_sd", self.mass_kg_sd, NOT_NEGATIVE);
+        let poisson = number("ball.poisson", self.poisson, ELASTIC).unwrap_or(POISSON);
         (Ball { radius, mass, inertia }, poisson)
-    }
-}
-
-/// Refuses what no body of this shape has.
-fn inertia_is_possible(given: Option<&Spanned<f64>>, key: &str, disc: bool, source: &Source) {
-    let (most, said) =
-        if disc { (1.0, "1, that of a ring") } else { (2.0 / 3.0, "2/3, that of a hollow sphere") };
-    let hollow = |value: &&Spanned<f64>| value.as_ref().is_finite() && *value.as_ref() > most;
-    if let Some(value) = given.filter(hollow) {
-        let text = source.written(&value.span());
-        let message = format!("{key} is {text}; expected at most {said}");
-        source.wrong(value, message);
     }
 }

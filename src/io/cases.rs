@@ -55,6 +55,11 @@ pub enum BadCase {
     NotACollision(#[from] NotACollision),
 }
 
+/// The columns of numbers that a file of cases must have, and those that it may have.
+const NUMBERS: [&str; 9] =
+    ["speed_m_s", "cut_deg", "omega_x", "omega_y", "omega_z", "mu", "mu_s", "e", "radius_m"];
+const OPTIONAL: [&str; 2] = ["kappa", "mass_ratio"];
+
 impl BadCase {
     /// The column that is to blame, where it is one.
     fn column(&self) -> Option<&'static str> {
@@ -63,13 +68,10 @@ impl BadCase {
             Self::Cut(_) => Some("cut_deg"),
             Self::Rigid(..) => Some("kappa"),
             Self::NotACollision(error) => match error {
-                NotACollision::NotFinite { name, .. } => Some(name),
-                NotACollision::NegativeMu(_) => Some("mu"),
+                NotACollision::OutOfRange { name, .. } => {
+                    NUMBERS.into_iter().chain(OPTIONAL).find(|column| column == name)
+                }
                 NotACollision::MuSOutOfRange(..) => Some("mu_s"),
-                NotACollision::EOutOfRange(_) => Some("e"),
-                NotACollision::Radius(_) => Some("radius_m"),
-                NotACollision::MassRatio(_) => Some("mass_ratio"),
-                NotACollision::KappaOutOfRange(_) => Some("kappa"),
                 _ => None,
             },
         }
@@ -115,8 +117,7 @@ pub struct Computed {
     pub line: usize,
     /// The model that computed it.
     pub model: Model,
-    /// What came out; an integration that did not reach the end of the impact gives [`NotACollision::NotIntegrated`] or
-    /// [`NotACollision::TooStiff`].
+    /// What came out; an integration that did not reach the end of the impact gives [`NotACollision::NotIntegrated`].
     pub outcome: Result<Outcome, NotACollision>,
 }
 
@@ -130,9 +131,6 @@ pub fn collide_all(
     path: &Path,
     model: impl Fn(&Case) -> Result<Model, BadCase>,
 ) -> Result<Vec<Computed>, DatasetError> {
-    const NUMBERS: [&str; 9] =
-        ["speed_m_s", "cut_deg", "omega_x", "omega_y", "omega_z", "mu", "mu_s", "e", "radius_m"];
-    const OPTIONAL: [&str; 2] = ["kappa", "mass_ratio"];
     let problems = Problems::new(format!("the cases {} cannot be computed:", path.display()));
     let Some(table) = Table::read(path, &problems) else { return Err(problems.into_error()) };
     let needed: Vec<_> = ["name"].into_iter().chain(NUMBERS).collect();
@@ -153,9 +151,7 @@ pub fn collide_all(
         let case = Case { name, speed, cut_deg, spin, mu, mu_s, e, radius, kappa, mass_ratio };
         let computed = model(&case).and_then(|model| match case.collide(&model) {
             Ok(outcome) => Ok((model, Ok(outcome))),
-            Err(BadCase::NotACollision(
-                why @ (NotACollision::NotIntegrated(_) | NotACollision::TooStiff(_)),
-            )) => Ok((model, Err(why))),
+            Err(BadCase::NotACollision(why @ NotACollision::NotIntegrated { .. })) => Ok((model, Err(why))),
             Err(error) => Err(error),
         });
         match computed {

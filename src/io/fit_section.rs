@@ -1,26 +1,26 @@
 //! The section [fit] of a dataset.toml: settings of the parameters, the loss.
 
 use serde::Deserialize;
-use toml::Spanned;
 
 use super::error::did_you_mean;
-use super::toml_file::{Source, bare};
+use super::toml_file::Source;
 use crate::measurement::loss::Loss;
 use crate::measurement::parameter::{Compliance, Parameter, Prior, Setting, SettingFault, Settings};
+use crate::physics::name::UnknownName;
 
 #[derive(Default, Deserialize)]
-#[serde(deny_unknown_fields, expecting = "a table, as in [fit] mu_s = { fixed = 0.3 }")]
-pub(crate) struct RawFit {
-    mu: Option<RawSetting>,
-    mu_s: Option<RawSetting>,
-    e: Option<RawSetting>,
-    mu_b: Option<Spanned<RawSetting>>,
-    mu_c: Option<Spanned<RawSetting>>,
-    kappa: Option<RawSetting>,
-    e_slope: Option<RawSetting>,
-    friction: Option<Friction>,
-    pub by: Option<Spanned<String>>,
-    loss: Option<Spanned<String>>,
+#[serde(deny_unknown_fields, default, expecting = "a table, as in [fit] mu_s = { fixed = 0.3 }")]
+pub(crate) struct FitSection {
+    mu: Option<SettingSection>,
+    mu_s: Option<SettingSection>,
+    e: Option<SettingSection>,
+    mu_b: Option<SettingSection>,
+    mu_c: Option<SettingSection>,
+    kappa: Option<SettingSection>,
+    e_slope: Option<SettingSection>,
+    friction: Friction,
+    pub by: Option<String>,
+    loss: Option<String>,
 }
 
 /// How the friction between the balls depends on their slip.
@@ -38,110 +38,98 @@ enum Friction {
     deny_unknown_fields,
     expecting = "a table, as in { initial = 0.05, upper = 0.5 } or { fixed = 0.05 }"
 )]
-struct RawSetting {
-    initial: Option<Spanned<f64>>,
-    lower: Option<Spanned<f64>>,
-    upper: Option<Spanned<f64>>,
-    fixed: Option<Spanned<f64>>,
-    prior_mean: Option<Spanned<f64>>,
-    prior_sd: Option<Spanned<f64>>,
+struct SettingSection {
+    initial: Option<f64>,
+    lower: Option<f64>,
+    upper: Option<f64>,
+    fixed: Option<f64>,
+    prior_mean: Option<f64>,
+    prior_sd: Option<f64>,
 }
 
-impl RawFit {
-    /// Of each parameter.
-    /// `kappa` follows from the Poisson's ratio of the balls' material.
+impl FitSection {
+    /// Returns the setting of each parameter; `kappa` follows from the Poisson's ratio of the balls' material.
     pub(crate) fn settings(&self, kappa: f64, source: &Source) -> Settings {
-        let falls = self.friction == Some(Friction::Exponential);
+        let falls = self.friction == Friction::Exponential;
         let mut settings = Settings { falls, ..Settings::default() };
         settings[Parameter::Kappa].initial = kappa;
-        if let Some(raw) = &self.kappa {
-            settings[Parameter::Kappa] = raw.check(Parameter::Kappa, source);
+        for (parameter, given) in [
+            (Parameter::Mu, &self.mu),
+            (Parameter::MuS, &self.mu_s),
+            (Parameter::E, &self.e),
+            (Parameter::B, &self.mu_b),
+            (Parameter::C, &self.mu_c),
+            (Parameter::Kappa, &self.kappa),
+            (Parameter::ESlope, &self.e_slope),
+        ] {
+            let Some(given) = given else { continue };
+            settings[parameter] = given.check(parameter, source);
+            if matches!(parameter, Parameter::B | Parameter::C) && !settings.falls {
+                let name = parameter.name();
+                let message = format!(
+                    "{name} stands in [fit], but friction is constant; expected friction = \"exponential\" with it"
+                );
+                source.wrong(&format!("fit.{name}"), message);
+            }
+        }
+        if self.kappa.is_some() {
             let Setting { initial, fixed, .. } = settings[Parameter::Kappa];
             settings.compliance =
                 if fixed && initial == 0.0 { Compliance::Rigid } else { Compliance::Stated };
         }
-        if let Some(raw) = &self.e_slope {
-            settings[Parameter::ESlope] = raw.check(Parameter::ESlope, source);
-            settings.e_falls = true;
-        }
-        for (parameter, raw) in Parameter::COEFFICIENTS.into_iter().zip([&self.mu, &self.mu_s, &self.e]) {
-            if let Some(raw) = raw {
-                settings[parameter] = raw.check(parameter, source);
-            }
-        }
-        for (parameter, raw) in [(Parameter::B, &self.mu_b), (Parameter::C, &self.mu_c)] {
-            let Some(raw) = raw else { continue };
-            settings[parameter] = raw.as_ref().check(parameter, source);
-            if !settings.falls {
-                let message = format!(
-                    "{} stands in [fit], but friction is constant; expected friction = \"exponential\" with it",
-                    parameter.name()
-                );
-                source.wrong(raw, message);
-            }
-        }
+        settings.e_falls = self.e_slope.is_some();
         settings
     }
 
     pub(crate) fn loss(&self, source: &Source) -> Loss {
-        let Some(given) = &self.loss else { return Loss::default() };
-        let (word, names) = (given.as_ref(), Loss::ALL.map(Loss::name));
-        let found = Loss::ALL.into_iter().find(|loss| loss.name() == word);
-        if found.is_none() {
-            let (near, names) = (did_you_mean(word, names), names.join(", "));
-            source.wrong(given, format!("loss is \"{word}\"{near}; expected one of {names}"));
-        }
-        found.unwrap_or_default()
+        let Some(word) = &self.loss else { return Loss::default() };
+        word.parse().unwrap_or_else(|UnknownName { known, .. }| {
+            let (names, near) = (known.join(", "), did_you_mean(word, known));
+            source.wrong("fit.loss", format!("loss is \"{word}\"{near}; expected one of {names}"));
+            Loss::default()
+        })
     }
 }
 
-impl RawSetting {
+impl SettingSection {
     fn check(&self, parameter: Parameter, source: &Source) -> Setting {
         let name = parameter.name();
         // c is held only where nothing is said of it
         let default = Setting { fixed: false, ..parameter.default_setting() };
-        let lower = bare(&self.lower).unwrap_or(default.lower);
-        let upper = bare(&self.upper).unwrap_or(default.upper.max(lower));
-        let prior = bare(&self.prior_mean).zip(bare(&self.prior_sd)).map(|(mean, sd)| Prior { mean, sd });
-        let said = bare(&self.fixed).or(bare(&self.initial));
+        let lower = self.lower.unwrap_or(default.lower);
+        let upper = self.upper.unwrap_or(default.upper.max(lower));
+        let prior = self.prior_mean.zip(self.prior_sd).map(|(mean, sd)| Prior { mean, sd });
         let setting = Setting {
-            initial: said.unwrap_or(default.initial.max(lower).min(upper)),
+            initial: self.fixed.or(self.initial).unwrap_or(default.initial.max(lower).min(upper)),
             lower,
             upper,
             fixed: self.fixed.is_some(),
             prior: prior.filter(|_| self.fixed.is_none()),
         };
         let faults = setting.faults(parameter);
-        for SettingFault { key, value, rest } in &faults {
-            let (lower, upper) = (self.lower.as_ref(), self.upper.as_ref());
-            let spanned = match *key {
-                "lower" => lower.or(upper),
-                "upper" => upper,
-                "fixed" => self.fixed.as_ref(),
-                "initial" => self.initial.as_ref(),
-                "prior_mean" => self.prior_mean.as_ref(),
-                _ => self.prior_sd.as_ref(),
-            };
-            let of_default = format!("{value:?}");
-            let written = spanned.filter(|s| *s.as_ref() == *value || value.is_nan());
-            let written = written.map_or(of_default, |spanned| source.written(&spanned.span()).to_string());
-            let near = matches!(*key, "initial" | "fixed")
-                && upper.is_none()
+        let key = |key: &str| format!("fit.{name}.{key}");
+        for SettingFault { key: own, value, rest } in &faults {
+            let written = source.written(&key(own)).map_or(format!("{value:?}"), str::to_owned);
+            let near = matches!(*own, "initial" | "fixed")
+                && self.upper.is_none()
                 && rest.ends_with("its bounds")
                 && parameter != Parameter::E;
             let hint =
                 if near { format!(" (give {name}.upper to move the upper one)") } else { String::new() };
-            let at = spanned.map_or(0..0, Spanned::span);
-            source.wrong_at(&at, format!("{name}.{key} is {written}{rest}{hint}"));
+            // a default may be wrong beside what is stated
+            let keys = [key(own), key("upper"), format!("fit.{name}")];
+            let message = format!("{name}.{own} is {written}{rest}{hint}");
+            source.wrong_of_first(&keys.each_ref().map(String::as_str), message);
         }
-        if let (Some(_), Some(prior)) = (&self.fixed, self.prior_mean.as_ref().or(self.prior_sd.as_ref())) {
+        let [mean, sd] = [key("prior_mean"), key("prior_sd")];
+        if self.fixed.is_some() && self.prior_mean.or(self.prior_sd).is_some() {
             let message =
                 format!("{name} is fixed, so that its prior says nothing; expected only one of them");
-            source.wrong(prior, message);
+            source.wrong_of_first(&[&mean, &sd], message);
         }
-        if let (Some(given), None) | (None, Some(given)) = (&self.prior_mean, &self.prior_sd) {
-            source
-                .wrong(given, format!("{name}: only one of prior_mean and prior_sd; expected both or none"));
+        if self.prior_mean.is_some() != self.prior_sd.is_some() {
+            let message = format!("{name}: only one of prior_mean and prior_sd; expected both or none");
+            source.wrong_of_first(&[&mean, &sd], message);
         }
         if faults.is_empty() { setting } else { default }
     }

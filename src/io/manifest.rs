@@ -2,67 +2,62 @@
 
 use std::path::{Path, PathBuf};
 
-use serde::Deserialize;
-use toml::Spanned;
+use serde::{Deserialize, Serialize};
 
-use super::balls_section::{RawBall, RawObject, Shape};
+use super::balls_section::{BallSection, Shape};
 use super::error::{DatasetError, Problems};
-use super::fit_section::RawFit;
-use super::impacts_section::{Extraction, RawImpacts};
+use super::fit_section::FitSection;
+use super::impacts_section::ImpactsSection;
+use super::stated_object::StatedObject;
 use super::table::read_utf8;
-use super::toml_file::{Source, bare, checked};
-use super::tracking::camera::RawCamera;
-use super::tracking::settings::{RawScale, RawTracks, RawVideo, Sections, TrackSettings};
-use crate::measurement::dataset::ObjectBall;
-use crate::measurement::loss::Loss;
-use crate::measurement::parameter::Settings;
+use super::toml_file::{Source, checked};
+use super::tracking::camera::CameraSection;
+use super::tracking::settings::{ScaleSection, Sections, TrackSettings, TracksSection, VideoSection};
+use crate::measurement::dataset::Dataset;
 use crate::measurement::spin::Spin;
-use crate::physics::ball::Ball;
+use crate::measurement::valid::{Condition, POSITIVE};
 use crate::physics::collision::kappa;
 use crate::physics::disc::{Discs, UNIFORM_DISC};
-use crate::physics::name::worded;
+use crate::physics::name::{by_name, worded};
 
 /// In bytes: a folder's name may be this long everywhere, and something still be added to it.
 const LONGEST_NAME: usize = 200;
 
 /// A checked dataset.toml.
 pub(crate) struct Manifest {
-    pub name: String,
+    /// The data set, without its shots.
+    pub dataset: Dataset,
     pub kind: Kind,
     pub files: Vec<PathBuf>,
-    pub cloth: Option<String>,
-    pub balls: Option<String>,
-    pub source: Option<String>,
-    pub ball: Ball,
-    /// Of balls: the object ball, where it is not like the cue ball.
-    pub object: Option<ObjectBall>,
-    /// What was taken for granted where it is not stated, in sentences.
-    pub taken: Vec<String>,
     /// Where the data are of discs, for kind `tracks`.
     pub discs: Option<Discs>,
     pub assume: Option<Assume>,
-    /// Standard deviation of side spin that nobody saw, as Rω_z/U; 0: there is none.
-    pub side_sd: f64,
-    pub settings: Settings,
-    pub loss: Loss,
     /// For kind `tracks`.
     pub tracks: Option<TrackSettings>,
-    /// For kind `impacts`, where they were extracted from tracks.
-    pub extraction: Extraction,
-    /// `[fit] by`, with its line and the position in it.
-    pub by: Option<(String, usize, String)>,
+    /// The table of joint errors, for impacts that were extracted from tracks.
+    pub covariance: Option<PathBuf>,
+    /// Line of `[fit] by`, and position in it.
+    pub place_of_by: (usize, String),
 }
 
 worded! {
-    #[derive(Clone, Copy, Debug, Deserialize, PartialEq, Eq)]
+    /// What was measured of each shot: the kind of a data set.
+    #[derive(Clone, Copy, Debug, Deserialize, Serialize, PartialEq, Eq)]
+    #[non_exhaustive]
     #[serde(rename_all = "lowercase")]
-    pub(crate) enum Kind {
+    pub enum Kind {
+        /// The positions of both balls in every frame.
         Tracks = "tracks",
+        /// Velocities and spins just before and after the impact.
         Impacts = "impacts",
+        /// Cut angles and what follows from them: angles and speeds after the impact.
         Angles = "angles",
     }
-    fn name;
+    /// The name in dataset.toml and in a specification.
+    pub fn name;
 }
+
+by_name!(Kind, "kind", ALL, name);
 
 worded! {
     #[derive(Clone, Copy, Debug, Deserialize, PartialEq, Eq)]
@@ -95,38 +90,34 @@ impl Assume {
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields, expecting = "the keys of a data set")]
-struct RawManifest {
-    name: Spanned<String>,
-    kind: Spanned<Kind>,
-    files: Spanned<Vec<Spanned<String>>>,
+struct Keys {
+    name: String,
+    kind: Kind,
+    files: Vec<String>,
     cloth: Option<String>,
     balls: Option<String>,
     source: Option<String>,
     #[serde(default)]
-    ball: RawBall,
-    object: Option<Spanned<RawObject>>,
-    cue_spin: Option<Spanned<RawSpin>>,
-    video: Option<Spanned<RawVideo>>,
-    camera: Option<Spanned<RawCamera>>,
-    scale: Option<Spanned<RawScale>>,
-    tracks: Option<Spanned<RawTracks>>,
-    impacts: Option<Spanned<RawImpacts>>,
+    ball: BallSection,
+    object: Option<StatedObject>,
     #[serde(default)]
-    fit: RawFit,
+    cue_spin: SpinSection,
+    video: Option<VideoSection>,
+    camera: Option<CameraSection>,
+    scale: Option<ScaleSection>,
+    tracks: Option<TracksSection>,
+    impacts: Option<ImpactsSection>,
+    #[serde(default)]
+    fit: FitSection,
 }
 
 #[derive(Default, Deserialize)]
 #[serde(deny_unknown_fields, expecting = "a table, as in [cue_spin] assume = \"stun\"")]
-struct RawSpin {
+struct SpinSection {
     /// Where it is left out, as in a fresh draft, what is missing is said with all else that is.
     assume: Option<Assume>,
     /// Standard deviation of side spin that nobody saw, as Rω_z/U.
-    side_sd: Option<Spanned<f64>>,
-}
-
-/// What stands in a section; nothing where it is left out.
-fn inner<T: Default>(section: Option<Spanned<T>>) -> T {
-    section.map(Spanned::into_inner).unwrap_or_default()
+    side_sd: Option<f64>,
 }
 
 /// The data sets that a folder without a dataset.toml holds, as a hint: `: data/a, data/b and 3 more`.
@@ -164,66 +155,74 @@ impl Manifest {
             return Err(problems.into_error());
         }
         let text = read_utf8(path, &problems);
-        checked(path, text.as_deref(), problems, RawManifest::check)
+        checked(path, text.as_deref(), problems, Keys::check)
     }
 
     /// Checks a text that stands for a dataset.toml at this path.
     pub(crate) fn of_text(path: &Path, text: &str) -> Result<Self, DatasetError> {
-        checked(path, Some(text), Problems::of_dataset(path), RawManifest::check)
+        checked(path, Some(text), Problems::of_dataset(path), Keys::check)
     }
 }
 
-impl RawManifest {
-    fn check(mut self, source: &Source) -> Manifest {
-        let name = self.name.as_ref();
+impl Keys {
+    fn check(self, source: &Source) -> Manifest {
+        let name = &self.name;
         let odd = |c: char| c == '/' || c == '\\' || c.is_control();
         if name.trim() != name || name.is_empty() || name == "." || name == ".." || name.contains(odd) {
             let message = format!(
                 "name is {}; expected one that can name a folder, without slashes, control characters and \
                  blanks around it",
-                source.written(&self.name.span())
+                source.written("name").unwrap_or_default()
             );
-            source.wrong(&self.name, message);
+            source.wrong("name", message);
         } else if name.len() > LONGEST_NAME {
-            source
-                .wrong(&self.name, format!("name has {} bytes; expected at most {LONGEST_NAME}", name.len()));
+            source.wrong("name", format!("name has {} bytes; expected at most {LONGEST_NAME}", name.len()));
         }
-        let kind = *self.kind.as_ref();
-        let sections = [
-            ("video", self.video.as_ref().map(Spanned::span), Kind::Tracks),
-            ("camera", self.camera.as_ref().map(Spanned::span), Kind::Tracks),
-            ("scale", self.scale.as_ref().map(Spanned::span), Kind::Tracks),
-            ("tracks", self.tracks.as_ref().map(Spanned::span), Kind::Tracks),
-            ("impacts", self.impacts.as_ref().map(Spanned::span), Kind::Impacts),
-        ];
-        for (key, span, only) in sections {
-            if let Some(span) = span.filter(|_| kind != only) {
+        let kind = self.kind;
+        for (key, is_stated, only) in [
+            ("video", self.video.is_some(), Kind::Tracks),
+            ("camera", self.camera.is_some(), Kind::Tracks),
+            ("scale", self.scale.is_some(), Kind::Tracks),
+            ("tracks", self.tracks.is_some(), Kind::Tracks),
+            ("impacts", self.impacts.is_some(), Kind::Impacts),
+        ] {
+            if is_stated && kind != only {
                 let [kind, only] = [kind, only].map(Kind::name);
                 let message =
                     format!("[{key}] stands in a data set of kind \"{kind}\"; it goes with \"{only}\" only");
-                source.wrong_at(&span, message);
+                source.wrong(key, message);
             }
         }
-        let extraction =
-            self.impacts.as_ref().map(|impacts| impacts.as_ref().check(source)).unwrap_or_default();
         let files = self.files(source);
-        let (ball, poisson) = self.ball.check(self.object.as_ref().map(Spanned::as_ref), source);
+        let (ball, poisson) = self.ball.check(self.object.as_ref(), source);
         let discs = self.discs(source);
         let object = self.object.as_ref().filter(|_| discs.is_none());
-        let taken = object.map(|object| object.as_ref().taken(&self.ball, &ball)).unwrap_or_default();
-        let object = object.map(|object| object.as_ref().ball(&self.ball, &ball, source));
+        let mut dataset = Dataset {
+            path: source.path.to_path_buf(),
+            taken: object.map(|object| object.taken(&self.ball, &ball)).unwrap_or_default(),
+            object: object.map(|object| object.ball(&self.ball, &ball, source)),
+            side_sd: self.side_sd(source),
+            settings: self.fit.settings(kappa(poisson), source),
+            loss: self.fit.loss(source),
+            by: self.fit.by,
+            cloth: self.cloth,
+            balls: self.balls,
+            source: self.source,
+            ..Dataset::new(self.name, ball, Vec::new())
+        };
+        let covariance = self.impacts.unwrap_or_default().check(&mut dataset, source);
         let mut tracks = (kind == Kind::Tracks).then(|| {
             let sections = Sections {
-                video: inner(self.video.take()),
-                camera: inner(self.camera.take()),
-                scale: inner(self.scale.take()),
-                tracks: inner(self.tracks.take()),
+                video: self.video.unwrap_or_default(),
+                camera: self.camera.unwrap_or_default(),
+                scale: self.scale.unwrap_or_default(),
+                tracks: self.tracks.unwrap_or_default(),
             };
             sections.check(discs.is_some(), source)
         });
         if let (Some(discs), Some(tracks)) = (discs, tracks.as_mut())
             && let Some([first, _]) = discs.masses
-            && self.object.as_ref().is_none_or(|object| object.as_ref().mass_kg.is_none())
+            && self.object.is_none_or(|object| object.mass_kg.is_none())
         {
             tracks.notes.push(format!(
                 "Both discs are taken to weigh {first} kg: [ball] mass_kg states the first one's, and nothing states the second one's. \
@@ -233,91 +232,69 @@ impl RawManifest {
         let discs = discs
             .zip(tracks.as_ref())
             .map(|(discs, tracks)| Discs { in_seconds: !tracks.unknown_rate, ..discs });
-        let settings = self.fit.settings(kappa(poisson), source);
-        let side_sd = self.side_sd(source);
-        let loss = self.fit.loss(source);
         Manifest {
-            name: name.clone(),
+            dataset,
             kind,
             files,
-            cloth: self.cloth,
-            balls: self.balls,
-            source: self.source,
-            ball,
-            object,
-            taken,
             // of discs, points on them show how they turn
-            side_sd,
-            assume: inner(self.cue_spin).assume.or(discs.map(|_| Assume::Unknown)),
+            assume: self.cue_spin.assume.or(discs.map(|_| Assume::Unknown)),
             discs,
-            settings,
-            loss,
             tracks,
-            extraction,
-            by: self.fit.by.map(|by| {
-                let (line, position) = source.place(&by.span());
-                (by.into_inner(), line, position)
-            }),
+            covariance,
+            place_of_by: source.place_of("fit.by"),
         }
     }
 
     /// `[cue_spin] side_sd`, checked.
     fn side_sd(&self, source: &Source) -> f64 {
-        let Some(side_sd) = self.cue_spin.as_ref().and_then(|spin| spin.as_ref().side_sd.as_ref()) else {
-            return 0.0;
-        };
-        let value = *side_sd.as_ref();
-        let disc = bare(&self.ball.shape) == Some(Shape::Disc);
-        if !(0.0..=1.0).contains(&value) {
-            let message = format!(
-                "cue_spin.side_sd is {value}; expected the standard deviation of the side spin times the radius over the speed, \
-                 from 0 to 1"
-            );
-            source.wrong(side_sd, message);
-        } else if disc {
+        const RATIO: Condition = (
+            |x| (0.0..=1.0).contains(&x),
+            "the standard deviation of the side spin times the radius over the speed, from 0 to 1",
+        );
+        let side_sd = source.number("cue_spin.side_sd", self.cue_spin.side_sd, RATIO);
+        if side_sd.is_some() && self.ball.shape == Shape::Disc {
             let message = "cue_spin.side_sd goes with balls: points on discs show how they turn";
-            source.wrong(side_sd, message);
+            source.wrong("cue_spin.side_sd", message);
         }
-        value
+        side_sd.unwrap_or(0.0)
     }
 
     /// The discs, where [ball] says that they are.
     fn discs(&self, source: &Source) -> Option<Discs> {
-        let disc = self.ball.shape.as_ref().filter(|shape| *shape.as_ref() == Shape::Disc)?;
-        if *self.kind.as_ref() != Kind::Tracks {
+        if self.ball.shape != Shape::Disc {
+            return None;
+        }
+        if self.kind != Kind::Tracks {
             let message = format!(
                 "shape is \"disc\" in a data set of kind \"{}\"; expected it with kind \"tracks\" only",
-                self.kind.as_ref().name()
+                self.kind.name()
             );
-            source.wrong(disc, message);
+            source.wrong("ball.shape", message);
         }
-        let rolls = |spin: &&Spanned<RawSpin>| spin.as_ref().assume == Some(Assume::NaturalRoll);
-        if let Some(spin) = self.cue_spin.as_ref().filter(rolls) {
+        if self.cue_spin.assume == Some(Assume::NaturalRoll) {
             let message = "[cue_spin] assume is \"natural-roll\", but discs do not roll; expected \"stun\" (neither disc turns before \
                            the impact) or \"unknown\": points on the discs show how they turn";
-            source.wrong(spin, message);
+            source.wrong("cue_spin", message);
         }
-        let other = inner(self.object.clone());
-        if let Some(inertia) = &other.inertia {
+        let other = self.object.unwrap_or_default();
+        if other.inertia.is_some() {
             let message = "object.inertia goes with balls; both discs have the inertia that stands in [ball]";
-            source.wrong(inertia, message);
+            source.wrong("object.inertia", message);
         }
-        let pair = |key: &str, first: &Option<Spanned<f64>>, second: &Option<Spanned<f64>>| {
-            if let Some(second) = second {
-                let value = *second.as_ref();
-                if !(value > 0.0 && value.is_finite()) {
-                    source.wrong(second, format!("object.{key} is {value}; expected more than 0"));
-                } else if first.is_none() {
-                    let message = format!("{key} stands in [object], but not in [ball]; expected it in both");
-                    source.wrong(second, message);
-                }
+        let pair = |name: &str, first: Option<f64>, second: Option<f64>| {
+            let key = format!("object.{name}");
+            if source.number(&key, second, POSITIVE).is_some() && first.is_none() {
+                source.wrong(
+                    &key,
+                    format!("{name} stands in [object], but not in [ball]; expected it in both"),
+                );
             }
-            bare(first).map(|first| [first, bare(second).unwrap_or(first)])
+            first.map(|first| [first, second.unwrap_or(first)])
         };
         Some(Discs {
-            radii: pair("radius_m", &self.ball.radius_m, &other.radius_m),
-            masses: pair("mass_kg", &self.ball.mass_kg, &other.mass_kg),
-            inertia: bare(&self.ball.inertia).unwrap_or(UNIFORM_DISC),
+            radii: pair("radius_m", self.ball.radius_m, other.radius_m),
+            masses: pair("mass_kg", self.ball.mass_kg, other.mass_kg),
+            inertia: self.ball.inertia.unwrap_or(UNIFORM_DISC),
             in_seconds: true,
         })
     }
@@ -328,12 +305,11 @@ impl RawManifest {
         let shown = if folder.as_os_str().is_empty() { Path::new(".") } else { folder };
         let folder = glob::Pattern::escape(&folder.to_string_lossy());
         let mut files = Vec::new();
-        if self.files.as_ref().is_empty() {
-            let message = "files is empty; expected at least one, as in [\"shots.csv\"]";
-            source.wrong(&self.files, message);
+        if self.files.is_empty() {
+            source.wrong("files", "files is empty; expected at least one, as in [\"shots.csv\"]");
         }
-        for pattern in self.files.as_ref() {
-            let text = pattern.as_ref();
+        for (place, text) in self.files.iter().enumerate() {
+            let wrong = |message: String| source.wrong(&format!("files.{place}"), message);
             let whole = if Path::new(text).is_absolute() || folder.is_empty() {
                 text.clone()
             } else {
@@ -348,10 +324,9 @@ impl RawManifest {
                 found => found,
             };
             match found {
-                Ok(paths) if paths.is_empty() => source.wrong(
-                    pattern,
-                    format!("\"{text}\" names no file in {}; expected at least one", shown.display()),
-                ),
+                Ok(paths) if paths.is_empty() => {
+                    wrong(format!("\"{text}\" names no file in {}; expected at least one", shown.display()));
+                }
                 // two patterns may name the same file
                 Ok(paths) => {
                     for path in paths {
@@ -360,7 +335,7 @@ impl RawManifest {
                         }
                     }
                 }
-                Err(error) => source.wrong(pattern, format!("\"{text}\" is no pattern: {}", error.msg)),
+                Err(error) => wrong(format!("\"{text}\" is no pattern: {}", error.msg)),
             }
         }
         files

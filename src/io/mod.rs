@@ -29,12 +29,13 @@ use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 
 use error::{Problems, did_you_mean};
-use manifest::{Kind, Manifest};
+use manifest::Manifest;
 use table::Table;
 
 use crate::measurement::dataset::{Dataset, Shot};
 
 pub use error::{DatasetError, Problem};
+pub use manifest::Kind;
 pub(crate) use tracking::{Survey, survey};
 
 /// Loads a data set from a folder that holds a dataset.toml, or from the path of such a file.
@@ -43,7 +44,7 @@ pub(crate) use tracking::{Survey, survey};
 /// Everything that is wrong with it, each with file, line, column, value and what was expected.
 pub fn load(path: &Path) -> Result<Dataset, DatasetError> {
     let file = if path.is_dir() { path.join("dataset.toml") } else { path.to_path_buf() };
-    load_manifest(Manifest::read(&file)?, file)
+    load_manifest(Manifest::read(&file)?)
 }
 
 /// Loads a data set whose dataset.toml is this text, as if it stood in the file `path`.
@@ -51,86 +52,60 @@ pub fn load(path: &Path) -> Result<Dataset, DatasetError> {
 /// # Errors
 /// As [`load`].
 pub fn load_text(text: &str, path: &Path) -> Result<Dataset, DatasetError> {
-    load_manifest(Manifest::of_text(path, text)?, path.to_path_buf())
+    load_manifest(Manifest::of_text(path, text)?)
 }
 
-fn load_manifest(manifest: Manifest, file: PathBuf) -> Result<Dataset, DatasetError> {
-    let problems = Problems::of_dataset(&file);
-    let mut tracks = None;
-    if let Some(settings) = &manifest.tracks {
-        tracks = Some(tracking::load(&manifest, settings, &file, &problems));
-    }
-    let tables = if tracks.is_some() { &[] } else { manifest.files.as_slice() };
+fn load_manifest(manifest: Manifest) -> Result<Dataset, DatasetError> {
+    let problems = Problems::of_dataset(&manifest.dataset.path);
+    let tracks = manifest.tracks.as_ref().map(|settings| tracking::load(&manifest, settings, &problems));
+    let Manifest { mut dataset, kind, files, assume, covariance, place_of_by: (line, position), .. } =
+        manifest;
+    let by = dataset.by.as_deref();
     let mut shots: Vec<Shot> = Vec::new();
-    let mut labels = Vec::new();
-    for table in tables {
+    for table in files.iter().filter(|_| tracks.is_none()) {
         let Some(table) = Table::read(table, &problems) else { continue };
-        if let Some((by, line, position)) = &manifest.by
-            && !table.has(by)
-        {
-            let near = did_you_mean(by, table.names());
-            let message = format!("by is \"{by}\", but {} has no such column{near}", table.path.display());
-            problems.add(&file, *line, position.as_str(), message);
-        }
-        let read = match manifest.kind {
+        let by = by.filter(|by| {
+            if !table.has(by) {
+                let near = did_you_mean(by, table.names());
+                let message =
+                    format!("by is \"{by}\", but {} has no such column{near}", table.path.display());
+                problems.add(&dataset.path, line, position.as_str(), message);
+            }
+            table.has(by)
+        });
+        let read = match kind {
             Kind::Impacts => impacts::shots,
             Kind::Angles | Kind::Tracks => angles::shots,
         };
-        let mut own = read(&table, manifest.assume);
-        let is_group = |label: &&String| manifest.by.as_ref().is_some_and(|(by, ..)| by == *label);
+        let mut own = read(&table, assume);
         let kept = own.first().into_iter().flat_map(|shot| shot.labels.keys());
-        labels.extend(rows::labels_note(
-            &table.path,
-            &kept.filter(|label| !is_group(label)).collect::<Vec<_>>(),
-        ));
-        if let Some((by, ..)) = manifest.by.as_ref().filter(|(by, ..)| table.has(by)) {
+        let kept: Vec<&String> = kept.filter(|label| by != Some(label.as_str())).collect();
+        dataset.taken.extend(rows::labels_note(&table.path, &kept));
+        if let Some(by) = by {
             for row in (0..table.rows()).filter(|row| table.text(by, *row).is_none()) {
-                let message = "is empty; expected a label, since [fit] by names this column";
-                table.wrong(row, by.as_str(), message);
+                table.wrong(row, by, "is empty; expected a label, since [fit] by names this column");
             }
             for shot in &mut own {
                 let label = table.row(shot.line).and_then(|row| table.text(by, row)).unwrap_or_default();
-                shot.labels.entry(by.clone()).or_insert_with(|| label.to_string());
+                shot.labels.entry(by.to_owned()).or_insert_with(|| label.to_string());
             }
         }
         shots.append(&mut own);
     }
     name_shots(&mut shots, &problems);
-    let side_sd = manifest.side_sd;
-    for shot in shots.iter_mut().filter(|_| side_sd > 0.0) {
-        if !shot.add_side_spin(side_sd, manifest.ball.radius) {
+    for shot in shots.iter_mut().filter(|_| dataset.side_sd > 0.0) {
+        if !shot.add_side_spin(dataset.side_sd, dataset.ball.radius) {
             let message =
                 "is missing; expected a speed in every row, since [cue_spin] side_sd is a part of it";
             problems.add(&shot.file, shot.line, "speed_m_s", message);
         }
     }
-    if let Some(path) = &manifest.extraction.covariance {
-        covariance::read(path, &mut shots, &manifest.extraction.shared(), &problems);
+    if let Some(path) = covariance {
+        let shared: Vec<_> = dataset.shared_errors().into_iter().map(|(shared, _)| shared).collect();
+        covariance::read(&path, &mut shots, &shared, &problems);
     }
-    let Manifest { name, cloth, balls, source, ball, object, settings, loss, by, extraction, taken, .. } =
-        manifest;
-    let taken = taken.into_iter().chain(labels).collect();
-    let by = by.map(|(by, ..)| by);
-    problems.into_result(Dataset {
-        name,
-        path: file,
-        cloth,
-        balls,
-        source,
-        ball,
-        object,
-        settings,
-        loss,
-        by,
-        shots,
-        left_out: Vec::new(),
-        sliding: extraction.sliding,
-        rolling: extraction.rolling,
-        lift_sd: extraction.lift_sd,
-        side_sd,
-        taken,
-        tracks,
-    })
+    (dataset.shots, dataset.tracks) = (shots, tracks);
+    problems.into_result(dataset)
 }
 
 /// The names of the columns in the first line of a table that is neither blank nor a comment.

@@ -9,7 +9,7 @@ use super::table::Table;
 use crate::measurement::dataset::{Measured, Measurement};
 use crate::measurement::observable::Observable;
 use crate::measurement::spin::Spin;
-use crate::measurement::valid::is_standard_deviation;
+use crate::measurement::valid::{Fault, POSITIVE};
 use crate::physics::ball::Vec3;
 
 /// A column of numbers and the one of its standard deviations, in the file's units.
@@ -27,7 +27,7 @@ impl Column {
         let sds = table.numbers(&sd_name);
         for (row, sd) in sds.iter().flatten().enumerate() {
             // also one that is lost when it becomes radians
-            if sd.is_some_and(|sd| !is_standard_deviation(sd * unit_si)) {
+            if sd.is_some_and(|sd| Fault::of_number(&sd_name, sd * unit_si, POSITIVE).is_some()) {
                 let text = table.text(&sd_name, row).unwrap_or_default();
                 let message = format!("{text} is no standard deviation; expected more than 0");
                 table.wrong(row, sd_name.as_str(), message);

@@ -7,7 +7,7 @@ use crate::physics::ball::Ball;
 
 /// What of the object ball is stated apart from the cue ball: `[object]` of a dataset.toml and of a SPEC.toml.
 #[derive(Clone, Copy, Debug, Default, Deserialize, Serialize, PartialEq)]
-#[serde(deny_unknown_fields, default)]
+#[serde(deny_unknown_fields, default, expecting = "a table, as in [object] mass_kg = 0.165")]
 pub struct StatedObject {
     /// Its radius, m; `None`: that of the cue ball.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -17,8 +17,9 @@ pub struct StatedObject {
     /// Its mass, kg; `None`: that of the cue ball.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub mass_kg: Option<f64>,
-    /// The standard deviation of its mass, kg; 0: exact.
-    pub mass_kg_sd: f64,
+    /// The standard deviation of its mass, kg. `None`: exact in a SPEC.toml, that of a kitchen scale in a dataset.toml.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub mass_kg_sd: Option<f64>,
     /// Its moment of inertia over MR², ν; `None`: that of the cue ball.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub inertia: Option<f64>,
@@ -29,14 +30,15 @@ impl StatedObject {
     /// stated is the cue ball's, with its error, which then cancels; a mass for which neither value nor error is stated is not known.
     #[must_use]
     pub fn beside(&self, cue: Ball, [mass_sd, radius_sd]: [f64; 2]) -> ObjectBall {
-        let is_stated = self.mass_kg.is_some() || self.mass_kg_sd > 0.0;
+        let own_sd = self.mass_kg_sd.unwrap_or(0.0);
+        let is_stated = self.mass_kg.is_some() || own_sd > 0.0;
         ObjectBall {
             ball: Ball {
                 radius: self.radius_m.unwrap_or(cue.radius),
                 mass: self.mass_kg.unwrap_or(cue.mass),
                 inertia: self.inertia.unwrap_or(cue.inertia),
             },
-            mass_sd: is_stated.then(|| [self.mass_kg.map_or(0.0, |_| mass_sd), self.mass_kg_sd]),
+            mass_sd: is_stated.then(|| [self.mass_kg.map_or(0.0, |_| mass_sd), own_sd]),
             radius_sd: [self.radius_m.map_or(0.0, |_| radius_sd), self.radius_m_sd],
         }
     }

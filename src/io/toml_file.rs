@@ -4,10 +4,11 @@ use std::ops::Range;
 use std::path::Path;
 
 use serde::de::DeserializeOwned;
-use toml::Spanned;
+use toml::de::{DeTable, DeValue};
 
 use super::error::{DatasetError, Problems, did_you_mean};
 use super::table::read_utf8;
+use crate::measurement::valid::{Condition, Fault};
 
 /// A TOML file that is read, and where what is wrong with it is put.
 pub(crate) struct Source<'a> {
@@ -18,7 +19,7 @@ pub(crate) struct Source<'a> {
 
 impl Source<'_> {
     /// Line and position in it, from 1.
-    pub(crate) fn place(&self, span: &Range<usize>) -> (usize, String) {
+    fn place(&self, span: &Range<usize>) -> (usize, String) {
         let before = &self.text.as_bytes()[..span.start.min(self.text.len())];
         let line = before.split(|byte| *byte == b'\n').count();
         let rest = before.rsplit(|byte| *byte == b'\n').next().unwrap_or_default();
@@ -26,52 +27,60 @@ impl Source<'_> {
         (line, position.to_string())
     }
 
-    /// What is written there.
-    pub(crate) fn written(&self, span: &Range<usize>) -> &str {
-        self.text.get(span.clone()).unwrap_or_default()
+    /// Line and position of the value of a key.
+    pub(crate) fn place_of(&self, key: &str) -> (usize, String) {
+        self.place(&self.span(key).unwrap_or_default())
     }
 
-    pub(crate) fn wrong<T>(&self, at: &Spanned<T>, message: impl Into<String>) {
-        self.wrong_at(&at.span(), message);
+    /// Where the value of a key stands, such as `fit.mu.lower`, or `kind.2.side` in the third table of a list.
+    fn span(&self, key: &str) -> Option<Range<usize>> {
+        let table = DeTable::parse(self.text).ok()?;
+        let mut keys = key.split('.');
+        let mut value = table.get_ref().get(keys.next()?)?;
+        for key in keys {
+            value = match value.get_ref() {
+                DeValue::Table(table) => table.get(key)?,
+                DeValue::Array(values) => values.get(key.parse::<usize>().ok()?)?,
+                _ => return None,
+            };
+        }
+        Some(value.span())
     }
 
-    pub(crate) fn wrong_at(&self, span: &Range<usize>, message: impl Into<String>) {
+    /// The value of a key as it is written; `None` if the key is not stated.
+    pub(crate) fn written(&self, key: &str) -> Option<&str> {
+        self.text.get(self.span(key)?)
+    }
+
+    /// Adds a problem at the value of a key.
+    pub(crate) fn wrong(&self, key: &str, message: impl Into<String>) {
+        self.wrong_at(&self.span(key).unwrap_or_default(), message);
+    }
+
+    /// Adds a problem at the value of the first of some keys that is stated.
+    pub(crate) fn wrong_of_first(&self, keys: &[&str], message: impl Into<String>) {
+        self.wrong_at(&keys.iter().find_map(|key| self.span(key)).unwrap_or_default(), message);
+    }
+
+    fn wrong_at(&self, span: &Range<usize>, message: impl Into<String>) {
         let (line, position) = self.place(span);
         self.problems.add(self.path, line, position.as_str(), message);
     }
 
-    /// The number that is given, else the default; a complaint where it does not pass.
-    pub(crate) fn number(
-        &self,
-        given: Option<&Spanned<f64>>,
-        key: &str,
-        default: f64,
-        (good, expected): Condition,
-    ) -> f64 {
-        let Some(given) = given else { return default };
-        let value = *given.as_ref();
-        if !(value.is_finite() && good(value)) {
-            self.wrong(given, format!("{key} is {}; expected {expected}", self.written(&given.span())));
+    /// Returns the number that is given, and adds a problem if it does not meet the condition.
+    pub(crate) fn number(&self, key: &str, given: Option<f64>, condition: Condition) -> Option<f64> {
+        if let Some(fault) = Fault::of_number(key, given?, condition) {
+            let value = self.written(key).map_or(fault.value, str::to_owned);
+            self.add(&Fault { value, ..fault });
         }
-        value
+        given
     }
-}
 
-/// A value without its place.
-pub(crate) fn bare<'a, T: Copy + 'a>(given: impl Into<Option<&'a Spanned<T>>>) -> Option<T> {
-    given.into().map(|given| *given.as_ref())
-}
-
-/// What a number has to be, and that in words.
-pub(crate) type Condition = (fn(f64) -> bool, &'static str);
-
-pub(crate) const POSITIVE: Condition = (|x| x > 0.0, "more than 0");
-
-pub(crate) const NOT_NEGATIVE: Condition = (|x| x >= 0.0, "0 (exact) or more");
-
-/// Reads a TOML file of another shape, with the same care for what is wrong with it.
-pub(crate) fn read_toml<T: DeserializeOwned>(path: &Path) -> Result<T, DatasetError> {
-    read_checked(path, |parsed, _| parsed)
+    /// Adds what is wrong with a value. Places in lists stand in no message.
+    pub(crate) fn add(&self, fault: &Fault) {
+        let names: Vec<_> = fault.key.split('.').filter(|name| name.parse::<usize>().is_err()).collect();
+        self.wrong(&fault.key, Fault { key: names.join("."), ..fault.clone() }.to_string());
+    }
 }
 
 /// Reads a TOML file of another shape; `check` says where what was parsed makes no sense.
@@ -130,13 +139,12 @@ fn parse<T: DeserializeOwned>(source: &Source) -> Option<T> {
 
 /// What toml or serde found, for people who write neither.
 fn complain(error: &toml::de::Error, source: &Source) {
+    let written = |span: &Range<usize>| source.text.get(span.clone()).unwrap_or_default();
     // that of a key missing at the top says nothing
-    let whole = |span: &Range<usize>| {
-        error.message().starts_with("missing field") && !source.written(span).starts_with('[')
-    };
+    let whole =
+        |span: &Range<usize>| error.message().starts_with("missing field") && !written(span).starts_with('[');
     let span = error.span().filter(|span| !whole(span));
-    let written = span.as_ref().map_or("", |span| source.written(span));
-    let message = in_plain_words(error.message(), written);
+    let message = in_plain_words(error.message(), span.as_ref().map_or("", written));
     let Some(span) = span else { return source.problems.add(source.path, None, None, message) };
     let hint = if is_decimal_comma(source.text, span.start) {
         "; write decimals with a point, not a comma"
@@ -186,6 +194,9 @@ fn in_plain_words(message: &str, written: &str) -> String {
             }
             _ => message,
         },
+        (["expected", ..], _) if !written.contains('\n') => {
+            format!("{written} is of the wrong type; {message}")
+        }
         _ => message,
     }
 }

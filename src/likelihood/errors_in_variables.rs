@@ -328,7 +328,7 @@ impl<S: Fn(&Prediction, usize) -> f64> OfShot<'_, S> {
     fn sticks_below(&self) -> [f64; 2] {
         let Coefficients { mu, mu_s, e } = *self.coefficients;
         let Ball { inertia: nu, .. } = self.model.ball;
-        let (most_mu, least_mu) = (self.model.law.friction(mu).largest(), mu);
+        let (most_mu, least_mu) = (self.model.law.largest(mu), mu);
         let betas = [(1.0 + nu) / nu, (2.0 + nu) / (2.0 * nu), (2.0 + nu - mu_s) / (2.0 * nu)];
         let least = betas.into_iter().fold(f64::INFINITY, f64::min) * least_mu.min(most_mu);
         let most = betas.into_iter().fold(0.0, f64::max) * most_mu.max(least_mu);

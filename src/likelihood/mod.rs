@@ -1,5 +1,6 @@
 //! How likely the measurements of a shot are, given the parameters: of frames, of velocities, of angles.
 
+pub(crate) mod corrected;
 pub(crate) mod errors_in_variables;
 pub(crate) mod fitted;
 pub(crate) mod frames;

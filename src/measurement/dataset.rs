@@ -3,17 +3,16 @@
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 
-use nalgebra::DMatrix;
+use nalgebra::{DMatrix, DVector};
 
 use super::correction::Correction;
-pub use super::joint::{Joint, Shared};
 use super::loss::Loss;
 pub use super::object_ball::{ObjectBall, UNWEIGHED, WEIGHED_KG};
 use super::observable::{Axis, Observable};
 use super::parameter::{Compliance, Parameter, Settings};
 use super::spin::Spin;
 use super::track::TrackShot;
-use super::viewpoint::Viewpoint;
+use super::track::Viewpoint;
 use crate::physics::ball::{Ball, Vec3};
 use crate::physics::collision::{Fidelity, Model};
 use crate::physics::disc::Discs;
@@ -285,6 +284,52 @@ impl Shot {
     }
 }
 
+/// Errors of what was extracted from one track, table frame: direction of the line of centres (rad), the
+/// cue ball's v_x, v_y (m/s), ω_x, ω_y, ω_z (rad/s) before the impact, then the shot's observations in
+/// their order.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Joint {
+    /// Their covariance without the errors that all shots share.
+    pub covariance: DMatrix<f64>,
+    /// How they change with each error that all shots share, in the order of [`Shared::ALL`], and behind them with each
+    /// [`Shared::Camera`].
+    pub by_shared: Vec<DVector<f64>>,
+}
+
+impl Joint {
+    /// How many quantities before the impact stand in front of the observations.
+    pub const BEFORE: usize = 6;
+}
+
+/// A number that all shots of footage were extracted with, so that they share its error.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Shared {
+    /// The cloth's sliding friction μ_k.
+    Sliding,
+    /// How high friction lifts a ball, as a factor.
+    Lift,
+    /// The cloth's rolling resistance μ_r.
+    Rolling,
+    /// The camera that discs calibrate, in one of the independent ways in which it may be off.
+    Camera(usize),
+}
+
+impl Shared {
+    /// All but the camera's.
+    pub const ALL: [Self; 3] = [Self::Sliding, Self::Lift, Self::Rolling];
+
+    /// Where it stands in [`Joint::by_shared`].
+    #[must_use]
+    pub fn place(self) -> usize {
+        match self {
+            Self::Sliding => 0,
+            Self::Lift => 1,
+            Self::Rolling => 2,
+            Self::Camera(way) => Self::ALL.len() + way,
+        }
+    }
+}
+
 /// A value with its standard deviation, where the data give one.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Measured {
@@ -337,11 +382,9 @@ pub struct Tracks {
     pub shots: Vec<TrackShot>,
     /// Frames per second of the first shot, also once the shots were extracted.
     pub fps: Option<f64>,
-    /// Name and reason of each shot that the shots table says to skip.
-    pub skipped: Vec<(String, String)>,
-    /// Shots that were damaged between the camera and the file and cannot be repaired: the name and the reason, with
-    /// file and line.
-    pub damaged: Vec<(String, String)>,
+    /// Name and reason of each shot that the shots table says to skip, or that was damaged between the camera and the file and cannot
+    /// be repaired.
+    pub left_out: Vec<(String, String)>,
     /// What was detected in the files and repaired, with file and line.
     pub notes: Vec<String>,
     /// Shots whose impact was found, though something about them is wrong: the name and what it is.
@@ -400,8 +443,7 @@ impl Tracks {
         Self {
             fps: shots.first().map(|shot| shot.fps),
             shots,
-            skipped: Vec::new(),
-            damaged: Vec::new(),
+            left_out: Vec::new(),
             notes: Vec::new(),
             doubtful: Vec::new(),
             disc_shots: Vec::new(),
@@ -412,11 +454,5 @@ impl Tracks {
             states_unit: true,
             viewpoint: Viewpoint::default(),
         }
-    }
-
-    /// Shots that were left out on loading: name and reason.
-    pub(crate) fn left_out(&self) -> impl Iterator<Item = (String, String)> {
-        let skipped = self.skipped.iter().map(|(shot, reason)| (shot.clone(), format!("skipped: {reason}")));
-        skipped.chain(self.damaged.iter().cloned())
     }
 }

@@ -1,16 +1,12 @@
 //! What was measured and what is asked of it, as values: shots, tracks, observables, parameters.
 pub mod correction;
 pub mod dataset;
-pub(crate) mod isolate;
-pub(crate) mod joint;
 pub mod loss;
 pub(crate) mod number;
 pub(crate) mod object_ball;
 pub mod observable;
 pub mod parameter;
-pub(crate) mod rigid_body;
 pub mod spin;
 pub mod track;
-pub(crate) mod valid;
+pub mod valid;
 pub mod values;
-pub mod viewpoint;

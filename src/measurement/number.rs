@@ -1,24 +1,21 @@
 //! Numbers as people read them, in sentences and tables.
 
-/// A number to at most so many significant digits, without trailing zeros: `0.3`, `0.0514`,
-/// `12.3`, `1.2e-9`.
+/// Beyond these decimals a column of a table gets too wide; only noise-free data come here.
+const MOST_DECIMALS: usize = 9;
+
+/// Returns the number to at most some significant digits, without trailing zeros: `0.3`, `0.0514`, `12.3`, `1.2e-9`.
 pub(crate) fn plain(value: f64, digits: usize) -> String {
-    if !value.is_finite() {
-        return "–".to_owned();
+    // never −0
+    let value = value + 0.0;
+    let text = format!("{value:.*e}", digits - 1);
+    let Some((mantissa, _)) = text.split_once('e') else { return "–".to_owned() };
+    match exponent(value, digits) {
+        exponent @ -5..=6 => {
+            let decimals = usize::try_from(digits as i32 - 1 - exponent).unwrap_or(0);
+            trimmed(&format!("{value:.decimals$}")).to_owned()
+        }
+        exponent => format!("{}e{exponent}", trimmed(mantissa)),
     }
-    if value == 0.0 {
-        return "0".to_owned();
-    }
-    let exponent = exponent_rounded(value, digits);
-    if !(-5..=6).contains(&exponent) {
-        let text = format!("{value:.*e}", digits - 1);
-        return match text.split_once('e') {
-            Some((mantissa, exponent)) => format!("{}e{exponent}", trimmed(mantissa)),
-            None => text,
-        };
-    }
-    let decimals = usize::try_from(digits as i32 - 1 - exponent).unwrap_or(0);
-    trimmed(&format!("{value:.decimals$}")).to_owned()
 }
 
 /// `0.1014 ± 0.0027`: the error to two significant digits, the value to the same decimals; the value alone where there is no error.
@@ -26,9 +23,9 @@ pub(crate) fn with_error(value: f64, error: f64) -> String {
     if !(error > 0.0 && error.is_finite()) {
         return plain(value, 4);
     }
-    let decimals = decimals_of_error(error);
-    if decimals > MOST_DECIMALS {
-        return format!("{value:.MOST_DECIMALS$} ± {error:.1e}");
+    let decimals = decimals_of(error);
+    if 1 - exponent(error, 2) > MOST_DECIMALS as i32 {
+        return format!("{value:.decimals$} ± {error:.1e}");
     }
     format!("{value:.decimals$} ± {error:.decimals$}")
 }
@@ -36,8 +33,8 @@ pub(crate) fn with_error(value: f64, error: f64) -> String {
 /// `0.942 [0.867, 0.975]`: a value with the interval that it lies in.
 pub(crate) fn with_interval(value: f64, [low, high]: [f64; 2]) -> String {
     // some four standard errors
-    let decimals = decimals_of_error(0.25 * (high - low)).min(MOST_DECIMALS);
-    format!("{value:.decimals$} [{low:.decimals$}, {high:.decimals$}]")
+    let error = 0.25 * (high - low);
+    format!("{value:.*} {}", decimals_of(error), interval([low, high], Some(error)))
 }
 
 /// `1 shot`, `2 shots`.
@@ -49,29 +46,22 @@ pub fn count_of(count: usize, noun: &str) -> String {
 
 /// `[0.0489, 0.0517]`, to the decimals of the standard error where there is one.
 pub(crate) fn interval([low, high]: [f64; 2], error: Option<f64>) -> String {
-    match error {
-        Some(error) => {
-            let decimals = decimals_of_error(error).min(MOST_DECIMALS);
-            format!("[{low:.decimals$}, {high:.decimals$}]")
-        }
+    match error.map(decimals_of) {
+        Some(decimals) => format!("[{low:.decimals$}, {high:.decimals$}]"),
         None => format!("[{}, {}]", plain(low, 3), plain(high, 3)),
     }
 }
 
-/// Beyond these a column of a table gets too wide; only noise-free data come here.
-const MOST_DECIMALS: usize = 9;
-
-/// Decimals that show two significant digits of an error.
-fn decimals_of_error(error: f64) -> usize {
+/// Decimals that show two significant digits of an error, as far as a table has room.
+fn decimals_of(error: f64) -> usize {
     if error == 0.0 || !error.is_finite() {
         return 4;
     }
-    usize::try_from(1 - exponent_rounded(error, 2)).unwrap_or(0)
+    usize::try_from(1 - exponent(error, 2)).unwrap_or(0).min(MOST_DECIMALS)
 }
 
-/// The decimal exponent of a number once it is rounded to so many significant digits: 0.0996 has
-/// −2, but −1 to two digits.
-fn exponent_rounded(value: f64, digits: usize) -> i32 {
+/// The decimal exponent of a number once it is rounded to some significant digits: 0.0996 has −2, but −1 to two digits.
+fn exponent(value: f64, digits: usize) -> i32 {
     let text = format!("{value:.*e}", digits - 1);
     text.split_once('e').and_then(|(_, exponent)| exponent.parse().ok()).unwrap_or(0)
 }

@@ -99,63 +99,52 @@ impl Observable {
     /// The observables of discs.
     pub const DISCS: [Self; 2] = [Self::Restitution, Self::ImpulseRatio];
 
+    /// Its column, label and unit.
+    fn texts(self) -> [&'static str; 3] {
+        match self {
+            Self::Throw => ["throw_deg", "throw", "°"],
+            Self::CueTurn => ["cue_turn_deg", "cue-ball turn", "°"],
+            Self::Separation => ["separation_deg", "separation angle", "°"],
+            Self::ObjectSpeed => ["object_speed_m_s", "object-ball speed", "m/s"],
+            Self::CueSpeed => ["cue_speed_m_s", "cue-ball speed", "m/s"],
+            Self::ObjectSpeedRatio => ["object_speed_ratio", "object-ball speed ratio", ""],
+            Self::ObjectSpeedRolling => ["object_speed_rolling_m_s", "object-ball speed, rolling", "m/s"],
+            Self::CueSpeedRolling => ["cue_speed_rolling_m_s", "cue-ball speed, rolling", "m/s"],
+            Self::CueTurnRolling => ["cue_turn_rolling_deg", "cue-ball turn, rolling", "°"],
+            Self::ObjectAngleRolling => ["object_angle_rolling_deg", "object-ball angle, rolling", "°"],
+            Self::Restitution => ["e", "e", ""],
+            Self::ImpulseRatio => ["impulse_ratio", "J_t/J_n", ""],
+            Self::CueVelocity(Axis::X) => ["cue_vx_after", "cue-ball vx", "m/s"],
+            Self::CueVelocity(Axis::Y) => ["cue_vy_after", "cue-ball vy", "m/s"],
+            Self::CueVelocity(Axis::Z) => ["cue_vz_after", "cue-ball vz", "m/s"],
+            Self::ObjectVelocity(Axis::X) => ["obj_vx_after", "object-ball vx", "m/s"],
+            Self::ObjectVelocity(Axis::Y) => ["obj_vy_after", "object-ball vy", "m/s"],
+            Self::ObjectVelocity(Axis::Z) => ["obj_vz_after", "object-ball vz", "m/s"],
+            Self::CueSpin(Axis::X) => ["cue_wx_after", "cue-ball ωx", "rad/s"],
+            Self::CueSpin(Axis::Y) => ["cue_wy_after", "cue-ball ωy", "rad/s"],
+            Self::CueSpin(Axis::Z) => ["cue_wz_after", "cue-ball ωz", "rad/s"],
+            Self::ObjectSpin(Axis::X) => ["obj_wx_after", "object-ball ωx", "rad/s"],
+            Self::ObjectSpin(Axis::Y) => ["obj_wy_after", "object-ball ωy", "rad/s"],
+            Self::ObjectSpin(Axis::Z) => ["obj_wz_after", "object-ball ωz", "rad/s"],
+        }
+    }
+
     /// The column that holds it in a data file, which ends in the unit where that is not SI.
     #[must_use]
     pub fn column(self) -> &'static str {
-        match self {
-            Self::Throw => "throw_deg",
-            Self::CueTurn => "cue_turn_deg",
-            Self::Separation => "separation_deg",
-            Self::ObjectSpeed => "object_speed_m_s",
-            Self::CueSpeed => "cue_speed_m_s",
-            Self::ObjectSpeedRatio => "object_speed_ratio",
-            Self::ObjectSpeedRolling => "object_speed_rolling_m_s",
-            Self::CueSpeedRolling => "cue_speed_rolling_m_s",
-            Self::CueTurnRolling => "cue_turn_rolling_deg",
-            Self::ObjectAngleRolling => "object_angle_rolling_deg",
-            Self::Restitution => "e",
-            Self::ImpulseRatio => "impulse_ratio",
-            Self::CueVelocity(axis) => ["cue_vx_after", "cue_vy_after", "cue_vz_after"][axis.index()],
-            Self::ObjectVelocity(axis) => ["obj_vx_after", "obj_vy_after", "obj_vz_after"][axis.index()],
-            Self::CueSpin(axis) => ["cue_wx_after", "cue_wy_after", "cue_wz_after"][axis.index()],
-            Self::ObjectSpin(axis) => ["obj_wx_after", "obj_wy_after", "obj_wz_after"][axis.index()],
-        }
+        self.texts()[0]
     }
 
     /// The name in plots and tables.
     #[must_use]
     pub fn label(self) -> &'static str {
-        match self {
-            Self::Throw => "throw",
-            Self::CueTurn => "cue-ball turn",
-            Self::Separation => "separation angle",
-            Self::ObjectSpeed => "object-ball speed",
-            Self::CueSpeed => "cue-ball speed",
-            Self::ObjectSpeedRatio => "object-ball speed ratio",
-            Self::ObjectSpeedRolling => "object-ball speed, rolling",
-            Self::CueSpeedRolling => "cue-ball speed, rolling",
-            Self::CueTurnRolling => "cue-ball turn, rolling",
-            Self::ObjectAngleRolling => "object-ball angle, rolling",
-            Self::Restitution => "e",
-            Self::ImpulseRatio => "J_t/J_n",
-            Self::CueVelocity(axis) => ["cue-ball vx", "cue-ball vy", "cue-ball vz"][axis.index()],
-            Self::ObjectVelocity(axis) => {
-                ["object-ball vx", "object-ball vy", "object-ball vz"][axis.index()]
-            }
-            Self::CueSpin(axis) => ["cue-ball ωx", "cue-ball ωy", "cue-ball ωz"][axis.index()],
-            Self::ObjectSpin(axis) => ["object-ball ωx", "object-ball ωy", "object-ball ωz"][axis.index()],
-        }
+        self.texts()[1]
     }
 
     /// The unit of its column: `°`, `m/s`, `rad/s`, or empty for a ratio.
     #[must_use]
     pub fn unit(self) -> &'static str {
-        match self {
-            Self::ObjectSpeedRatio | Self::Restitution | Self::ImpulseRatio => "",
-            Self::CueSpin(_) | Self::ObjectSpin(_) => "rad/s",
-            _ if self.is_angle() => "°",
-            _ => "m/s",
-        }
+        self.texts()[2]
     }
 
     /// Whether it is an angle: radians inside, degrees in files, tables and plots.

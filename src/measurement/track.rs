@@ -1,6 +1,7 @@
 //! What a camera saw of a shot, in metres and seconds.
 
 use std::collections::BTreeMap;
+use std::panic::{self, AssertUnwindSafe};
 use std::path::PathBuf;
 
 use super::spin::Spin;
@@ -114,6 +115,12 @@ impl TrackShot {
     }
 }
 
+/// Does work on one shot, whose panic must not end the run; no input is known that causes one. `Err` says where it is reported.
+pub(crate) fn isolated<T>(work: impl FnOnce() -> T) -> Result<T, String> {
+    panic::catch_unwind(AssertUnwindSafe(work))
+        .map_err(|_| "a panic, which standard error reports".to_owned())
+}
+
 /// A position in one frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Sample {
@@ -153,4 +160,29 @@ pub enum TrackedBall {
     Cue,
     /// The object ball; of discs, the second.
     Object,
+}
+
+/// A ball whose centre is by h above where it is on the cloth is seen displaced on the table, away from the foot of the camera, by
+/// h (s + (p − m)/H): s is how much so in the middle m of the film, H how high the camera is. A ball with topspin hops after the impact, by
+/// 0.5 mm at 2 m/s.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Viewpoint {
+    /// s, m per m of height.
+    pub slope: [f64; 2],
+    /// 1/H, 1/m.
+    pub per_metre: f64,
+    /// m, m.
+    pub middle: [f64; 2],
+}
+
+impl Viewpoint {
+    /// By how much a ball at a place is seen displaced, m per m of height.
+    pub(crate) fn displacement(&self, place: [f64; 2]) -> [f64; 2] {
+        [0, 1].map(|i| self.slope[i] + self.per_metre * (place[i] - self.middle[i]))
+    }
+
+    /// Whether heights are not seen.
+    pub(crate) fn is_overhead(&self) -> bool {
+        self.slope == [0.0; 2] && self.per_metre == 0.0
+    }
 }

@@ -4,7 +4,7 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
-use super::dataset::{Before, Dataset, Measured, Shot};
+use super::dataset::{Before, Dataset, Joint, Measured, Shot};
 use super::parameter::Parameter;
 use super::spin::Spin;
 use super::track::{Sample, TrackShot};
@@ -12,9 +12,44 @@ use super::track::{Sample, TrackShot};
 /// A line of centres is taken for a unit vector, and made one, if its length is within this of 1.
 const UNIT: f64 = 1e-3;
 
-/// Whether a number can be a standard deviation.
-pub(crate) fn is_standard_deviation(sd: f64) -> bool {
-    sd > 0.0 && sd.is_finite()
+/// What a number has to meet besides being finite, and that in words.
+pub(crate) type Condition = (fn(f64) -> bool, &'static str);
+
+const FINITE: Condition = (|_| true, "a finite number");
+
+pub(crate) const POSITIVE: Condition = (|x| x > 0.0, "more than 0");
+
+pub(crate) const NOT_NEGATIVE: Condition = (|x| x >= 0.0, "0 or more");
+
+/// The moment of inertia of a ball over MR².
+pub(crate) const INERTIA: Condition =
+    (|x| x > 0.0 && x <= 2.0 / 3.0, "more than 0, at most 2/3 (a hollow sphere)");
+
+pub(crate) const FRACTION: Condition = (|x| (0.0..=1.0).contains(&x), "a number from 0 to 1");
+
+/// A value that is wrong.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[error("{key} is {value}; expected {expected}")]
+pub struct Fault {
+    /// The path of its key, such as `camera.fps`.
+    pub key: String,
+    /// The value.
+    pub value: String,
+    /// What was expected.
+    pub expected: String,
+}
+
+impl Fault {
+    /// A value that is not as expected.
+    pub(crate) fn new(key: &str, value: impl ToString, expected: impl Into<String>) -> Self {
+        Self { key: key.to_owned(), value: value.to_string(), expected: expected.into() }
+    }
+
+    /// `None` if a number is finite and meets the condition.
+    pub(crate) fn of_number(key: &str, number: f64, (is_met, expected): Condition) -> Option<Self> {
+        let is_good = number.is_finite() && is_met(number);
+        (!is_good).then(|| Self::new(key, number, expected))
+    }
 }
 
 /// Whether a vector is meant to have the length 1.
@@ -27,27 +62,18 @@ impl Dataset {
     /// every data set that was read from files.
     #[must_use]
     pub fn faults(&self) -> Vec<String> {
-        let mut faults = Vec::new();
-        let balls = [("ball", Some(self.ball)), ("object ball", self.object.map(|object| object.ball))];
-        for (which, ball) in balls.into_iter().filter_map(|(which, ball)| Some((which, ball?))) {
-            for (name, value) in [("radius", ball.radius), ("mass", ball.mass), ("inertia", ball.inertia)] {
-                if !is_standard_deviation(value) {
-                    faults.push(format!(
-                        "the {name} of the {which} is {value:?}; expected a finite number above 0"
-                    ));
-                }
-            }
-        }
-        let errors = self
-            .object
-            .map(|object| [("mass", object.mass_sd.unwrap_or_default()), ("radius", object.radius_sd)]);
-        for (what, sd) in errors.into_iter().flatten().flat_map(|(what, both)| both.map(|sd| (what, sd))) {
-            if sd != 0.0 && !is_standard_deviation(sd) {
-                faults.push(format!(
-                    "the {what} of a ball has the standard deviation {sd:?}; expected 0 (exact) or more"
-                ));
-            }
-        }
+        let mut numbers = vec![("ball", self.ball)];
+        numbers.extend(self.object.map(|object| ("object", object.ball)));
+        let numbers = numbers.into_iter().flat_map(|(which, ball)| {
+            let each = [("radius", ball.radius), ("mass", ball.mass), ("inertia", ball.inertia)];
+            each.map(|(name, value)| Fault::of_number(&format!("{which}.{name}"), value, POSITIVE))
+        });
+        let sds = self.object.into_iter().flat_map(|object| {
+            let each = [("mass_sd", object.mass_sd.unwrap_or_default()), ("radius_sd", object.radius_sd)];
+            let each = each.map(|(name, sds)| sds.map(|sd| Fault::of_number(name, sd, NOT_NEGATIVE)));
+            each.into_iter().flatten()
+        });
+        let mut faults: Vec<String> = numbers.chain(sds).flatten().map(|fault| fault.to_string()).collect();
         for parameter in Parameter::ALL {
             let of_setting = self.settings[parameter].faults(parameter).into_iter();
             faults.extend(
@@ -62,19 +88,16 @@ impl Dataset {
                 "by is \"{by}\", but no shot has such a label; expected the name of a label column"
             ));
         }
-        let shared = [("sliding friction μ_k", self.sliding), ("rolling resistance μ_r", self.rolling)];
-        for (name, measured) in shared.into_iter().filter_map(|(name, measured)| Some((name, measured?))) {
-            faults.extend(fault(measured).map(|wrong| format!("the cloth's {name}{wrong}")));
+        for (name, measured) in [("the cloth's μ_k", self.sliding), ("the cloth's μ_r", self.rolling)] {
+            faults.extend(measured.iter().flat_map(|measured| faults_of(name, measured)));
         }
-        faults.extend(self.shots.iter().flat_map(faults_of));
+        faults.extend(self.shots.iter().flat_map(faults_of_shot));
         faults.extend(self.tracks.iter().flat_map(|tracks| &tracks.shots).flat_map(faults_of_film));
-        let mut counts: BTreeMap<&str, usize> = BTreeMap::new();
         // footage has its names twice once its impacts have been extracted
-        let filmed = self.tracks.iter().flat_map(|tracks| &tracks.shots).map(|shot| &shot.name);
-        let measured = self.shots.iter().map(|shot| &shot.name);
-        for name in filmed.filter(|_| self.shots.is_empty()).chain(measured) {
-            *counts.entry(name).or_default() += 1;
-        }
+        let names = self.names();
+        let once = if self.shots.is_empty() { names.len() } else { self.shots.len() };
+        let mut counts: BTreeMap<&str, usize> = BTreeMap::new();
+        names.iter().rev().take(once).for_each(|name| *counts.entry(name).or_default() += 1);
         let twice = counts.into_iter().filter(|(_, count)| *count > 1);
         faults.extend(
             twice.map(|(name, count)| {
@@ -85,39 +108,33 @@ impl Dataset {
     }
 }
 
-/// What is wrong with a measured value, to be put behind its name.
-fn fault(Measured { value, sd }: Measured) -> Option<String> {
-    if !value.is_finite() {
-        return Some(format!(" is {value}; expected a finite number"));
-    }
-    let sd = sd.filter(|sd| !is_standard_deviation(*sd))?;
-    Some(format!(" has the standard deviation {sd:?}; expected more than 0"))
+/// What is wrong with a measured value and its standard deviation.
+fn faults_of(name: &str, measured: &Measured) -> Vec<String> {
+    let value = Fault::of_number(name, measured.value, FINITE);
+    let sd = measured.sd.and_then(|sd| Fault::of_number(&format!("{name}_sd"), sd, POSITIVE));
+    value.into_iter().chain(sd).map(|fault| fault.to_string()).collect()
 }
 
-/// Of a shot that was filmed: its numbers are finite and in range, and its times rise.
+/// What is wrong with a filmed shot: numbers that are not finite or out of range, and times that do not rise.
 fn faults_of_film(shot: &TrackShot) -> Vec<String> {
-    let mut faults = Vec::new();
-    if !is_standard_deviation(shot.fps) {
-        faults.push(format!("fps is {:?}; expected a finite number above 0", shot.fps));
-    }
-    if !(0.0..1.0).contains(&shot.correlation) {
-        faults.push(format!("correlation is {:?}; expected 0 to below 1", shot.correlation));
-    }
-    for (name, value) in ["cue", "object"].into_iter().zip(shot.resolution) {
-        if !(value >= 0.0 && value.is_finite()) {
-            faults.push(format!("resolution of {name} is {value:?}; expected 0 or more"));
-        }
-    }
-    if let Some(sd) = shot.position_sd.filter(|sd| !is_standard_deviation(*sd)) {
-        faults.push(format!("position_sd is {sd:?}; expected more than 0"));
-    }
+    const CORRELATION: Condition = (|x| (0.0..1.0).contains(&x), "0 to below 1");
+    let numbers = [
+        ("fps", shot.fps, POSITIVE),
+        ("correlation", shot.correlation, CORRELATION),
+        ("resolution of cue", shot.resolution[0], NOT_NEGATIVE),
+        ("resolution of object", shot.resolution[1], NOT_NEGATIVE),
+        ("position_sd", shot.position_sd.unwrap_or(1.0), POSITIVE),
+    ];
+    let numbers =
+        numbers.into_iter().filter_map(|(key, value, condition)| Fault::of_number(key, value, condition));
+    let mut faults: Vec<String> = numbers.map(|fault| fault.to_string()).collect();
     let markers = shot.markers.iter().map(|marker| (marker.name.as_str(), &marker.samples));
     for (name, samples) in [("cue", &shot.cue), ("object", &shot.object)].into_iter().chain(markers) {
-        let wrong = |sample: &&Sample| {
-            let sds = sample.sd.iter().flatten().all(|sd| is_standard_deviation(*sd));
+        let is_wrong = |sample: &&Sample| {
+            let sds = sample.sd.iter().flatten().all(|sd| *sd > 0.0 && sd.is_finite());
             !(sds && [sample.t, sample.x, sample.y].iter().all(|value| value.is_finite()))
         };
-        if let Some(Sample { t, x, y, sd }) = samples.iter().find(wrong) {
+        if let Some(Sample { t, x, y, sd }) = samples.iter().find(is_wrong) {
             faults.push(format!(
                 "{name} has the position t = {t:?}, x = {x:?}, y = {y:?} with the standard deviations {sd:?}; expected finite \
                  numbers, and standard deviations above 0"
@@ -138,18 +155,18 @@ fn named(shot: &str, (file, line): (&Path, usize), faults: Vec<String>) -> Vec<S
     faults.into_iter().map(|fault| format!("shot {shot}{place}: {fault}")).collect()
 }
 
-fn faults_of(shot: &Shot) -> Vec<String> {
+/// What is wrong with a measured shot.
+fn faults_of_shot(shot: &Shot) -> Vec<String> {
     let mut values: Vec<(&str, Measured)> = Vec::new();
     let mut faults = Vec::new();
     match shot.before {
         Before::Impact { normal: [x, y], velocity: [vx, vy] } => {
             values.extend([("nx", x), ("ny", y), ("cue_vx", vx), ("cue_vy", vy)]);
-            if !is_unit(x.value, y.value) && x.value.is_finite() && y.value.is_finite() {
-                let length = x.value.hypot(y.value);
-                faults.push(format!(
-                    "the line of centres (nx, ny) = ({}, {}) has the length {length:?}; expected a unit vector",
-                    x.value, y.value
-                ));
+            let length = x.value.hypot(y.value);
+            if length.is_finite() && !is_unit(x.value, y.value) {
+                let value = format!("({}, {}), of length {length:?}", x.value, y.value);
+                let line = "the line of centres (nx, ny)";
+                faults.push(Fault::new(line, value, "a unit vector").to_string());
             }
         }
         Before::Angle { cut, speed } => {
@@ -165,14 +182,12 @@ fn faults_of(shot: &Shot) -> Vec<String> {
             .extend(components.map(|(name, (value, sd))| (name, Measured { value: *value, sd: known(sd) })));
     }
     values.extend(shot.after.iter().map(|row| (row.observable.column(), row.measured)));
-    faults.extend(
-        values.into_iter().filter_map(|(name, measured)| Some(format!("{name}{}", fault(measured)?))),
-    );
+    faults.extend(values.iter().flat_map(|(name, measured)| faults_of(name, measured)));
     if shot.after.is_empty() {
         faults.push("nothing is observed; expected at least one observation".to_owned());
     }
     if let Some(joint) = &shot.joint {
-        let size = super::dataset::Joint::BEFORE + shot.after.len();
+        let size = Joint::BEFORE + shot.after.len();
         if joint.covariance.shape() != (size, size) || joint.by_shared.iter().any(|by| by.len() != size) {
             faults
                 .push(format!("its joint errors do not have {size} rows and columns, one for each quantity"));

@@ -7,8 +7,18 @@
 //! unit mass against its slip. Bounces too low to be seen act as their average, so that the path does not leap when one
 //! more of them counts as a flight.
 //!
-//! Written for any number type with derivatives, so that the same lines give a path and its
-//! sensitivities.
+//! Written for any number type with derivatives, so that the same lines give a path and its sensitivities.
+//!
+//! ```
+//! use caromfit::physics::cloth_motion::{Cloth, Launch, Path};
+//!
+//! // a ball of 28.575 mm without spin slips on the cloth with its own speed, slides, and rolls with 5/7 of it
+//! let launch = Launch { velocity: [1.4, 0.0], slip: [1.4, 0.0], time: 0.0, position: [0.0; 2], up: 0.0, inertia: 0.4 };
+//! let path = Path::after(&launch, &Cloth { rolling: 0.0, ..Cloth::default() });
+//! let rolls = path.changes().last().unwrap_or(0.0);
+//! assert!((rolls - 2.0 * 1.4 / (7.0 * 0.2 * 9.81)).abs() < 1e-12);
+//! assert!((path.velocity(rolls)[0] - 1.0).abs() < 1e-12);
+//! ```
 
 use num_dual::DualNum;
 
@@ -197,7 +207,8 @@ impl<T: Number> Path<T> {
 
     /// The same on a table that is not level: `acceleration` (m/s²) is that of a body that slides without friction. A ball that rolls
     /// has 1/(1 + ν) of it, one that lies still stays. The direction of the slip is taken as on a level table.
-    pub(crate) fn tilted(mut self, acceleration: [f64; 2], inertia: f64) -> Self {
+    #[must_use]
+    pub fn tilted(mut self, acceleration: [f64; 2], inertia: f64) -> Self {
         let zero = T::from(0.0);
         let (mut moved, mut faster) = ([zero; 2], [zero; 2]);
         for i in 0..self.0.len() {
@@ -253,10 +264,21 @@ impl<T: Number> Path<T> {
         flight.map_or(0.0, |(flight, [_, to])| 0.5 * GRAVITY * (time - flight.start.re()) * (to - time))
     }
 
-    /// Position at a time, metres.
+    /// Returns the instants at which the stretches of constant acceleration begin: take-off, landings, sliding, rolling, rest, s.
+    pub fn changes(&self) -> impl Iterator<Item = T> {
+        self.0.iter().map(|stretch| stretch.start)
+    }
+
+    /// Returns the position at a time, m.
     #[must_use]
     pub fn position(&self, time: f64) -> [T; 2] {
         self.at(time).0
+    }
+
+    /// Returns the horizontal velocity at a time, m/s.
+    #[must_use]
+    pub fn velocity(&self, time: f64) -> [T; 2] {
+        self.at(time).1
     }
 
     /// The stretches of the path, each with the instant when it begins and that when the next one does; the first one reaches
@@ -322,129 +344,4 @@ fn rolling<T: Number>(start: T, position: [T; 2], velocity: [T; 2], friction: T)
 fn norm<T: Number>(v: [T; 2]) -> T {
     let square = v[0] * v[0] + v[1] * v[1];
     if square.re() > 0.0 { square.sqrt() } else { T::from(0.0) }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    /// Sums of a few terms.
-    const ROUNDING: f64 = 1e-13;
-
-    fn launch(slip: [f64; 2], up: f64) -> Launch<f64> {
-        Launch { time: 0.5, position: [1.0, 2.0], velocity: [1.5, -0.5], slip, up, inertia: 0.4 }
-    }
-
-    #[test]
-    fn a_sliding_ball_ends_rolling_with_v_minus_two_sevenths_of_its_slip() {
-        for up in [0.0, 0.05, 0.3] {
-            let cloth = Cloth { rolling: 0.0, ..Cloth::default() };
-            let slip = [1.0, 0.4];
-            let path = Path::after(&launch(slip, up), &cloth);
-            let (_, velocity) = path.at(5.0);
-            for i in 0..2 {
-                let expected = [1.5, -0.5][i] - 2.0 / 7.0 * slip[i];
-                assert!((velocity[i] - expected).abs() < ROUNDING, "{velocity:?}");
-            }
-        }
-    }
-
-    #[test]
-    fn sliding_lasts_two_sevenths_of_the_slip_over_mu_g() {
-        let path = Path::after(&launch([0.7, 0.0], 0.0), &Cloth::default());
-        let rolls = path.0[1].start - 0.5;
-        assert!((rolls - 2.0 * 0.7 / (7.0 * 0.2 * GRAVITY)).abs() < ROUNDING);
-    }
-
-    #[test]
-    fn friction_takes_mu_times_what_the_cloth_pushes() {
-        // a ball that flies up first is pushed by the cloth as much as one that never left it, less MV_z
-        for up in [0.0, 0.001, 0.003, 0.05, 0.3] {
-            let path = Path::after(&launch([5.0, 0.0], up), &Cloth::default());
-            let seconds = 0.15;
-            let (_, velocity) = path.at(0.5 + seconds);
-            let expected = 1.5 - 0.2 * (GRAVITY * seconds - up);
-            assert!((velocity[0] - expected).abs() < ROUNDING, "{up}: {velocity:?}");
-        }
-    }
-
-    #[test]
-    fn a_ball_that_bounces_for_ever_has_a_path_with_an_end() {
-        for bounce in [0.0, 0.5, 0.9, 0.99, 1.0] {
-            let cloth = Cloth { bounce, ..Cloth::default() };
-            for up in [0.0, 0.0021, 0.05, 0.3] {
-                let path = Path::after(&launch([5.0, 0.0], up), &cloth);
-                assert!(path.0.len() <= MOST_FLIGHTS + 4, "{bounce} {up}: {} stretches", path.0.len());
-                // the cloth pushes with Mg on average, landing by landing: within what one landing takes
-                for seconds in [0.15, 0.4] {
-                    let (_, velocity) = path.at(0.5 + seconds);
-                    let expected = 1.5 - 0.2 * (GRAVITY * seconds - up);
-                    assert!(
-                        (velocity[0] - expected).abs() < 0.2 * (1.0 + bounce) * up + ROUNDING,
-                        "{bounce} {up}: {velocity:?}"
-                    );
-                }
-                assert!(norm(path.at(1e4).1) < ROUNDING);
-            }
-        }
-    }
-
-    #[test]
-    fn a_bounce_that_becomes_a_flight_does_not_move_the_path() {
-        /// μ_k(1 + e_t)V_z²/g of the least rebound is 0.12 µm.
-        const SAME: f64 = 2e-7;
-        for bounces in 0..7 {
-            let up = LEAST_REBOUND / 0.5_f64.powi(bounces);
-            let at =
-                |up: f64, time: f64| Path::after(&launch([1.0, 0.4], up), &Cloth::default()).position(time);
-            for time in [0.501, 0.51, 0.53, 0.6, 0.8] {
-                let [low, high] = [1.0 - 1e-9, 1.0 + 1e-9].map(|part| at(part * up, time));
-                assert!((low[0] - high[0]).hypot(low[1] - high[1]) < SAME, "{up} {time}");
-            }
-        }
-    }
-
-    #[test]
-    fn the_spin_follows_the_slip_until_the_ball_rolls() {
-        let (slip, ball) = ([1.0, 0.4], Ball::POOL);
-        for up in [0.0, 0.1] {
-            let path = Path::after(&launch(slip, up), &Cloth::default());
-            for time in [0.5, 0.55, 0.6, 0.9, 1.5] {
-                let (_, velocity) = path.at(time);
-                let change = path.spin_change(time, &ball);
-                // s = (V_x − RΩ_y, V_y + RΩ_x), so that Δs = Δv + R(−ΔΩ_y, ΔΩ_x)
-                let left = [
-                    slip[0] + velocity[0] - 1.5 - ball.radius * change[1],
-                    slip[1] + velocity[1] + 0.5 + ball.radius * change[0],
-                ];
-                assert!((left[0] * slip[1] - left[1] * slip[0]).abs() < ROUNDING, "{left:?}");
-                let rolls = path.0[path.0.len() - 2].start <= time;
-                assert_eq!(norm(left) < ROUNDING, rolls, "at {time}: {left:?}");
-            }
-        }
-    }
-
-    #[test]
-    fn a_tilted_table_accelerates_a_ball_that_slides_fully_and_one_that_rolls_by_five_sevenths() {
-        let (slides, level) = (0.05, Path::after(&launch([1.0, 0.4], 0.0), &Cloth::default()));
-        let tilted = level.clone().tilted([0.02, 0.0], 0.4);
-        let off = |time: f64| tilted.position(time)[0] - level.position(time)[0];
-        assert!((off(0.5 + slides) - 0.5 * 0.02 * slides * slides).abs() < ROUNDING);
-        let rolls = level.0[1].start;
-        let (since, sliding) = (0.1, rolls - 0.5);
-        let expected = 0.01 * sliding * sliding + 0.02 * sliding * since + 0.5 * 0.02 / 1.4 * since * since;
-        assert!((off(rolls + since) - expected).abs() < ROUNDING);
-        let still = Path::at_rest(&launch([0.0; 2], 0.0)).tilted([0.02, 0.0], 0.4);
-        assert_eq!(still.position(0.1), [1.0, 2.0]);
-    }
-
-    #[test]
-    fn the_path_is_continuous_and_ends_at_rest() {
-        let path = Path::after(&launch([1.0, 0.4], 0.1), &Cloth::default());
-        for pair in path.0.windows(2) {
-            let (position, _) = pair[0].at(pair[1].start);
-            assert!((position[0] - pair[1].position[0]).abs() < ROUNDING);
-        }
-        assert!(norm(path.at(1e4).1) < ROUNDING);
-    }
 }

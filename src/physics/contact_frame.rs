@@ -69,38 +69,3 @@ pub fn cloth_slip(ball: &BallState, radius: f64) -> Vec3 {
     let BallState { velocity: v, spin } = ball;
     Vec3::new(v.x - radius * spin.y, v.y + radius * spin.x, 0.0)
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    /// A rotation and back costs two roundings of each component.
-    const ROUNDING: f64 = 4.0 * f64::EPSILON;
-
-    #[test]
-    fn frames_are_inverse_and_x_is_the_line_of_centres() {
-        let frame = CollisionFrame::from_normal(0.6, -0.8).unwrap();
-        let v = Vec3::new(1.5, -2.0, 0.3);
-        assert!((frame.to_table(frame.to_collision(v)) - v).norm() < ROUNDING * v.norm());
-        assert!((frame.to_collision(Vec3::new(0.6, -0.8, 0.0)) - Vec3::x()).norm() < ROUNDING);
-    }
-
-    #[test]
-    fn a_frame_keeps_lengths_whatever_that_of_the_line_of_centres() {
-        let v = Vec3::new(2.0, 0.5, 0.0);
-        let frame = CollisionFrame::from_normal(0.03, -0.04).unwrap();
-        assert!((frame.to_collision(v).norm() - v.norm()).abs() < ROUNDING * v.norm());
-        for (nx, ny) in [(0.0, 0.0), (f64::NAN, 1.0), (1.0, f64::INFINITY)] {
-            assert!(CollisionFrame::from_normal(nx, ny).is_none());
-        }
-    }
-
-    #[test]
-    fn a_rolling_ball_does_not_slip_on_the_cloth_but_does_on_the_object_ball() {
-        let radius = 0.03;
-        let cue = BallState::natural_roll(cue_velocity(2.0, 0.5), radius);
-        assert!(cloth_slip(&cue, radius).norm() < ROUNDING);
-        // v_z0 = Rω_y > 0 for topspin.
-        assert!(slip(&cue, &BallState::default(), radius).z > 0.0);
-    }
-}

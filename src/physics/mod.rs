@@ -4,6 +4,5 @@ pub mod cloth_motion;
 pub mod collision;
 pub mod contact_frame;
 pub mod disc;
-pub mod effect_sizes;
 pub mod friction_law;
 pub mod name;

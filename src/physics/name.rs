@@ -76,27 +76,3 @@ macro_rules! worded {
     }};
 }
 pub(crate) use worded;
-
-#[cfg(test)]
-mod tests {
-    use crate::physics::collision::{Effects, Fidelity, FidelityChoice};
-
-    #[test]
-    fn what_has_a_name_is_found_by_it() {
-        for fidelity in Fidelity::ALL {
-            assert_eq!(fidelity.name().parse(), Ok(fidelity));
-            assert_eq!(fidelity.name().parse(), Ok(FidelityChoice::Of(fidelity)));
-        }
-        assert_eq!("auto".parse(), Ok(FidelityChoice::Auto));
-        let error = "fulll".parse::<FidelityChoice>().unwrap_err().to_string();
-        assert_eq!(
-            error,
-            "\"fulll\" is no fidelity; expected one of elastic, inelastic, linear, full, ode, contact, auto"
-        );
-        let some = Effects { friction: true, cloth: true, ..Effects::NONE };
-        assert_eq!("friction, cloth".parse(), Ok(some));
-        assert_eq!("all".parse(), Ok(Effects::ALL));
-        assert_eq!("none".parse(), Ok(Effects::NONE));
-        assert!("friction,".parse::<Effects>().is_err());
-    }
-}

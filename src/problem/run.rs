@@ -10,7 +10,9 @@ use super::outliers::{judge_shots, leave_out_frames};
 use super::policy::Policy;
 use super::problem::{Problem, State};
 use super::uncertainty::{Estimates, Interval, Share};
-use super::unknowns::{Id, Mode, Normal};
+use super::motion::Approach;
+use super::spins::ShotSpin;
+use super::unknowns::{Id, Mode, Normal, Own, own};
 use crate::measurement::dataset::Dataset;
 
 /// Rounds of leaving out frames and shots.
@@ -91,6 +93,40 @@ impl FilmFit {
             Some((name.clone(), wanted.collect()))
         };
         self.names.iter().enumerate().filter_map(of_shot).collect()
+    }
+
+    /// Returns the topspin of each shot over natural roll, with its name; 1 for a ball that rolls.
+    #[must_use]
+    pub fn topspins(&self) -> Vec<(String, f64)> {
+        let shots = self.problem.spins.iter().zip(&self.state.own).zip(&self.names);
+        let of_shot = |((spin, own), name): ((&ShotSpin, &Own), &String)| {
+            let rolls = spin.stated.approach == Approach::Rolls;
+            let topspin = if rolls { 1.0 } else { spin.mean(&self.state.shared) + own[own::TOPSPIN] };
+            (name.clone(), topspin)
+        };
+        shots.map(of_shot).collect()
+    }
+
+    /// Returns the fall of −2 log L if spins that differ from those stated explain the frames and
+    /// nothing else is wrong with them.
+    #[must_use]
+    pub fn explained_by_spins(&self) -> Option<f64> {
+        let mut fall = None;
+        for finding in &self.findings {
+            match finding {
+                Finding::Spins { fall: by, .. } => fall = Some(*by),
+                Finding::Undetermined { .. } | Finding::AtBound { .. } | Finding::LostShots { .. } => {}
+                _ => return None,
+            }
+        }
+        fall
+    }
+
+    /// Returns whether the frames determine a wanted unknown less well than it is known without them.
+    #[must_use]
+    pub fn is_undetermined(&self, id: Id) -> bool {
+        let is_of = |finding: &Finding| matches!(finding, Finding::Undetermined { id: of, .. } if *of == id);
+        self.findings.iter().any(is_of)
     }
 
     /// Returns the worst severity of the findings.

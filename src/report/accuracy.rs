@@ -62,37 +62,24 @@ pub fn json(
 
 /// What a row is called.
 pub(super) fn name(row: &Row) -> String {
-    let what = match (row.tolerance, row.includes) {
-        (None, _) => return row.fidelity.name().to_owned(),
-        (Some(_), Includes::All) => "all effects",
-        (Some(_), Includes::AsFull) => "as full",
-        (Some(_), Includes::GivesWay) => "gives way",
-    };
-    format!("{}, {what}", row.fidelity.name())
+    let compliant = if row.includes == Includes::Compliant { ", compliant" } else { "" };
+    format!("{}{compliant}", row.fidelity.name())
 }
 
 /// Which errors of a row are meant.
 pub(super) type Pick = fn(&Row) -> Option<[Spread; 4]>;
-
-/// Of what a rigid contact leaves out: one that gives way is another model.
-pub(super) fn model_error(row: &Row) -> Option<[Spread; 4]> {
-    (row.includes != Includes::GivesWay).then_some(row.model)
-}
 
 /// Tables for the terminal: median, 95th percentile and worst of the errors, to a digit.
 #[must_use]
 pub fn table(rows: &[Row]) -> String {
     let heads = ["", "tolerance", "time", "of linear", "throw, °", "speed/U", "spin R/U", "jump/U"];
     let linear = rows.iter().find(|row| row.fidelity == Fidelity::Linear).map_or(f64::NAN, |row| row.seconds);
-    let parts: [(&str, Pick); 3] = [
+    let parts: [(&str, Pick); 2] = [
         (
-            "Numerical error (median, 95 %, worst) against the same equations solved to 30 digits (gives way: to 1e-12)",
+            "Numerical error (median, 95 %, worst) against the same equations solved to 30 digits (compliant: to 1e-12)",
             |row| row.numerical,
         ),
-        ("Model error (median, 95 %, worst) against contact with all effects, to 1e-9", model_error),
-        ("By how much the same differs from a contact that gives way (median, 95 %, worst)", |row| {
-            (row.includes == Includes::GivesWay).then_some(row.model)
-        }),
+        ("Model error (median, 95 %, worst) against contact, to 1e-12", |row| Some(row.model)),
     ];
     let section = |(title, pick): (&str, Pick)| {
         let row = |row: &Row| {
@@ -149,11 +136,10 @@ pub fn bias_table(rows: &[bias::Row], shots: usize) -> String {
         cells.extend([format!("{:.2}", row.chi2_per_observation), format!("{:.2} s", row.seconds)]);
         cells
     };
-    let gives_way = rows.first().and_then(|row| row.kappa);
-    let gives_way = gives_way.map_or(String::new(), |kappa| format!(", giving way with κ = {kappa:.3}"));
+    let kappa = rows.first().map_or(f64::NAN, |row| row.kappa);
     let title = format!(
-        "Bias of a fit to {shots} shots without noise, computed by contact with all effects{gives_way}, ± standard error, and \
-         how many of these it is"
+        "Bias of a fit to {shots} shots without noise, computed by contact with κ = {kappa:.3}, ± standard error, and in standard \
+         errors"
     );
     sections(&[Section::table(title, "", Table::new(heads, rows.iter().map(row)))])
 }
@@ -173,7 +159,7 @@ pub fn bias_csv(rows: &[bias::Row]) -> String {
             let ratio = bias.zip(error).map(|(bias, error)| bias / error);
             let own = [
                 row.way.name().to_owned(),
-                row.kappa.map_or(String::new(), |kappa| format!("{kappa:.4}")),
+                format!("{:.4}", row.kappa),
                 found.parameter.name().to_owned(),
                 found.truth.to_string(),
             ];

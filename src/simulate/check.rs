@@ -1,7 +1,9 @@
 //! What a specification may ask for.
 
-use super::{BadSpec, BallSpec, Camera, ClothSpec, Noise, Shots, Spec};
+use super::{BallSpec, Camera, ClothSpec, Noise, Played, Shots, Spec};
+use crate::measurement::valid::{FRACTION, Fault, INERTIA, NOT_NEGATIVE, POSITIVE};
 use crate::physics::ball::Ball;
+use crate::physics::collision::MASS_RATIOS;
 
 /// More shots are a slip of the pen.
 pub(crate) const MOST_SHOTS: usize = 1_000_000;
@@ -15,104 +17,111 @@ const MOST_ERROR: f64 = 0.1;
 /// A ball with more markers than these is none.
 const MOST_MARKERS: usize = 100;
 
-/// Checks a specification.
-pub(super) fn check(spec: &Spec) -> Result<(), BadSpec> {
-    let fail = |key, value: String, expected| Err(BadSpec::Value { key, value, expected });
-    let Shots { count, speed_m_s: [slow, fast], cut_deg: [thick, thin], ref cue_spin } = spec.shots;
-    if spec.name.is_empty() || spec.name.contains(['/', '\\']) || spec.name.starts_with('.') {
-        return fail("name", format!("\"{}\"", spec.name), "a name that can name a folder");
-    }
-    if !(1..=MOST_SHOTS).contains(&count) {
-        return fail("shots.count", count.to_string(), "1 to 1 000 000");
-    }
+/// What is wrong with the speeds and the cut angles of a section.
+pub(crate) fn faults_of_ranges(section: &str, speed_m_s: [f64; 2], cut_deg: [f64; 2]) -> Vec<Fault> {
+    let ([slow, fast], [thick, thin]) = (speed_m_s, cut_deg);
+    let mut faults = Vec::new();
     if !(slow > 0.0 && slow <= fast && fast.is_finite()) {
-        return fail("shots.speed_m_s", format!("[{slow}, {fast}]"), "[slowest, fastest], above 0");
+        let (key, value) = (format!("{section}.speed_m_s"), format!("[{slow}, {fast}]"));
+        faults.push(Fault::new(&key, value, "[slowest, fastest], above 0"));
     }
     if !(-90.0 < thick && thick <= thin && thin < 90.0) {
-        return fail("shots.cut_deg", format!("[{thick}, {thin}]"), "[least, most], between -90 and 90");
+        let (key, value) = (format!("{section}.cut_deg"), format!("[{thick}, {thin}]"));
+        faults.push(Fault::new(&key, value, "[least, most], between -90 and 90"));
     }
-    if cue_spin.is_empty() {
-        return fail(
-            "shots.cue_spin",
-            "[]".into(),
-            "at least one of stun, natural-roll, almost-roll, draw, side, slight-side, any",
-        );
-    }
-    for (key, value, other) in
-        [("truth.mu_c", spec.truth.mu_c, spec.truth.mu_b), ("truth.mu_b", spec.truth.mu_b, spec.truth.mu_c)]
-    {
-        if value.is_none() && other.is_some() {
-            return fail(key, "missing".into(), "both of mu + mu_b·exp(−mu_c·v), or neither");
-        }
-    }
-    check_numbers(spec)
+    faults
 }
 
-/// Checks what has to be a number in some range.
-fn check_numbers(spec: &Spec) -> Result<(), BadSpec> {
-    let Noise { velocity_m_s, line_of_centres_deg, spin_rad_s, angle_deg } = spec.noise;
-    let BallSpec { radius_m, mass_kg, inertia, radius_m_sd, mass_kg_sd } = spec.ball;
-    let object = spec.object.unwrap_or_default();
-    let (_, other) = spec.balls();
-    let other = other.map_or(Ball::POOL, |other| other.ball);
-    let Camera { fps, position_sd_m, before_ms, after_ms, gaps, outliers, markers } = spec.camera;
-    let ClothSpec { mu_k, mu_r, bounce } = spec.cloth;
-    let not_negative: (fn(f64) -> bool, _) = (|x| x >= 0.0, "0 or more");
-    let positive: (fn(f64) -> bool, _) = (|x| x > 0.0, "more than 0");
-    let part: (fn(f64) -> bool, _) = (|x| (0.0..=1.0).contains(&x), "a number from 0 to 1");
-    for (key, value, (good, expected)) in [
-        ("noise.velocity_m_s", velocity_m_s, not_negative),
-        ("noise.line_of_centres_deg", line_of_centres_deg, not_negative),
-        ("noise.spin_rad_s", spin_rad_s, not_negative),
-        ("noise.angle_deg", angle_deg, not_negative),
-        ("ball.radius_m", radius_m, positive),
-        ("ball.mass_kg", mass_kg, positive),
-        ("ball.inertia", inertia, positive),
-        ("object.radius_m", other.radius, positive),
-        ("object.mass_kg", other.mass, positive),
-        ("object.inertia", other.inertia, positive),
-        ("camera.fps", fps, positive),
-        ("camera.position_sd_m", position_sd_m, not_negative),
-        ("camera.before_ms", before_ms, not_negative),
-        ("camera.after_ms", after_ms, not_negative),
-        ("camera.gaps", gaps, part),
-        ("camera.outliers", outliers, part),
-        ("cloth.mu_k", mu_k, not_negative),
-        ("cloth.mu_r", mu_r, not_negative),
-        ("cloth.bounce", bounce, part),
-    ] {
-        if !(value.is_finite() && good(value)) {
-            return Err(BadSpec::Value { key, value: value.to_string(), expected });
+impl Spec {
+    /// What is wrong with it.
+    #[must_use]
+    pub fn faults(&self) -> Vec<Fault> {
+        let Shots { count, speed_m_s, cut_deg, cue_spin } = &self.shots;
+        let Noise { velocity_m_s, line_of_centres_deg, spin_rad_s, angle_deg } = self.noise;
+        let BallSpec { radius_m, mass_kg, inertia, radius_m_sd, mass_kg_sd } = self.ball;
+        let object = self.object.unwrap_or_default();
+        let other = self.balls().1.map_or(Ball::POOL, |other| other.ball);
+        let Camera { fps, position_sd_m, before_ms, after_ms, gaps, outliers, markers } = self.camera;
+        let ClothSpec { mu_k, mu_r, bounce } = self.cloth;
+        let mut faults = Vec::new();
+        let mut expect = |is_good: bool, key: &str, value: String, expected: &str| {
+            if !is_good {
+                faults.push(Fault::new(key, value, expected));
+            }
+        };
+        let is_name =
+            !self.name.is_empty() && !self.name.contains(['/', '\\']) && !self.name.starts_with('.');
+        expect(is_name, "name", format!("\"{}\"", self.name), "a name that can name a folder");
+        expect((1..=MOST_SHOTS).contains(count), "shots.count", count.to_string(), "1 to 1 000 000");
+        let spins = format!("at least one of {}", Played::ALL.map(Played::name).join(", "));
+        expect(!cue_spin.is_empty(), "shots.cue_spin", "[]".to_owned(), &spins);
+        let both = "both of mu + mu_b·exp(−mu_c·v), or neither";
+        let [b, c] = [self.truth.mu_b.is_some(), self.truth.mu_c.is_some()];
+        expect(b || !c, "truth.mu_b", "missing".to_owned(), both);
+        expect(c || !b, "truth.mu_c", "missing".to_owned(), both);
+        for (key, sd, of) in [
+            ("ball.radius_m_sd", radius_m_sd, radius_m),
+            ("ball.mass_kg_sd", mass_kg_sd, mass_kg),
+            ("object.radius_m_sd", object.radius_m_sd, other.radius),
+            ("object.mass_kg_sd", object.mass_kg_sd.unwrap_or(0.0), other.mass),
+        ] {
+            let is_small = !(of > 0.0) || (0.0..MOST_ERROR * of).contains(&sd);
+            expect(is_small, key, sd.to_string(), "0 or more, less than a tenth of what it is the error of");
         }
-    }
-    for (key, sd, of) in [
-        ("ball.radius_m_sd", radius_m_sd, radius_m),
-        ("ball.mass_kg_sd", mass_kg_sd, mass_kg),
-        ("object.radius_m_sd", object.radius_m_sd, other.radius),
-        ("object.mass_kg_sd", object.mass_kg_sd, other.mass),
-    ] {
-        if !(0.0..MOST_ERROR * of).contains(&sd) {
-            let expected = "0 or more, less than a tenth of what it is the error of";
-            return Err(BadSpec::Value { key, value: sd.to_string(), expected });
+        // masses that are none are said below
+        let ratio = self.object.map_or(1.0, |_| mass_kg / other.mass);
+        let is_possible = !(ratio > 0.0 && ratio.is_finite()) || MASS_RATIOS.contains(&ratio);
+        expect(
+            is_possible,
+            "object.mass_kg",
+            other.mass.to_string(),
+            "0.001 to 1000 times the cue ball's mass",
+        );
+        for (key, ms) in [("camera.before_ms", before_ms), ("camera.after_ms", after_ms)] {
+            let frames = 1e-3 * ms * fps;
+            let value = format!("{ms}, which is {frames:.0} frames");
+            // one that is not finite is said below
+            expect(!(frames > MOST_FRAMES && frames.is_finite()), key, value, "at most 100 000 frames");
         }
+        expect(markers <= MOST_MARKERS, "camera.markers", markers.to_string(), "at most 100");
+        faults.extend(faults_of_ranges("shots", *speed_m_s, *cut_deg));
+        let numbers = [
+            ("noise.velocity_m_s", velocity_m_s, NOT_NEGATIVE),
+            ("noise.line_of_centres_deg", line_of_centres_deg, NOT_NEGATIVE),
+            ("noise.spin_rad_s", spin_rad_s, NOT_NEGATIVE),
+            ("noise.angle_deg", angle_deg, NOT_NEGATIVE),
+            ("ball.radius_m", radius_m, POSITIVE),
+            ("ball.mass_kg", mass_kg, POSITIVE),
+            ("ball.inertia", inertia, INERTIA),
+            ("object.radius_m", other.radius, POSITIVE),
+            ("object.mass_kg", other.mass, POSITIVE),
+            ("object.inertia", other.inertia, INERTIA),
+            ("camera.fps", fps, POSITIVE),
+            ("camera.position_sd_m", position_sd_m, NOT_NEGATIVE),
+            ("camera.before_ms", before_ms, NOT_NEGATIVE),
+            ("camera.after_ms", after_ms, NOT_NEGATIVE),
+            ("camera.gaps", gaps, FRACTION),
+            ("camera.outliers", outliers, FRACTION),
+            ("cloth.mu_k", mu_k, NOT_NEGATIVE),
+            ("cloth.mu_r", mu_r, NOT_NEGATIVE),
+            ("cloth.bounce", bounce, FRACTION),
+        ];
+        faults.extend(
+            numbers.into_iter().filter_map(|(key, value, range)| Fault::of_number(key, value, range)),
+        );
+        faults
     }
-    for (key, ms) in [("camera.before_ms", before_ms), ("camera.after_ms", after_ms)] {
-        if 1e-3 * ms * fps > MOST_FRAMES {
-            let value = format!("{ms}, which is {:.0} frames", 1e-3 * ms * fps);
-            return Err(BadSpec::Value { key, value, expected: "at most 100 000 frames" });
-        }
+
+    /// The first thing that is wrong with it.
+    pub(super) fn check(&self) -> Result<(), Fault> {
+        self.faults().into_iter().next().map_or(Ok(()), Err)
     }
-    if markers > MOST_MARKERS {
-        let value = markers.to_string();
-        return Err(BadSpec::Value { key: "camera.markers", value, expected: "at most 100" });
-    }
-    Ok(())
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::simulate::{Kind, Played, Truth};
+    use crate::simulate::{Kind, Truth};
 
     fn spec() -> Spec {
         Spec {
@@ -138,7 +147,7 @@ mod tests {
 
     #[test]
     fn what_cannot_be_made_is_named() {
-        assert_eq!(check(&spec()), Ok(()));
+        assert_eq!(spec().check(), Ok(()));
         let wrong: [(&str, Spoil); 14] = [
             ("shots.count is 2000000; expected 1 to 1 000 000", |s| s.shots.count = 2_000_000),
             ("ball.radius_m is 0; expected more than 0", |s| s.ball.radius_m = 0.0),
@@ -158,8 +167,8 @@ mod tests {
         for (expected, spoil) in wrong {
             let mut spec = spec();
             spoil(&mut spec);
-            let error = check(&spec).expect_err(expected).to_string();
-            assert!(error.contains(expected), "{error}\nis not {expected}");
+            let said: Vec<String> = spec.faults().iter().map(ToString::to_string).collect();
+            assert!(said.iter().any(|one| one.contains(expected)), "{said:?}\nlack {expected}");
         }
     }
 

@@ -11,20 +11,20 @@ use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use statrs::distribution::{ContinuousCDF, Normal};
 
-use crate::io::balls_section::RawBalls;
 use crate::io::{DatasetError, balls_section, toml_file};
 use crate::likelihood::prediction::{Plan, Unpredictable};
 use crate::measurement::dataset::{Before, Dataset, Measured, Measurement, ObjectBall, Shot};
 use crate::measurement::observable::Observable;
 use crate::measurement::spin::Spin;
 use crate::measurement::track::TrackShot;
+use crate::measurement::valid::Fault;
 use crate::physics::ball::{Ball, BallState, Vec3};
 use crate::physics::collision::{Coefficients, Model, NotACollision};
 use crate::physics::contact_frame::{CollisionFrame, cue_velocity};
 
-use check::check;
-pub(crate) use check::{MOST_FRAMES, MOST_SHOTS};
-pub use spec::{BallSpec, Kind, Noise, Played, Shots, Spec, Truth};
+pub use crate::io::Kind;
+pub(crate) use check::{MOST_FRAMES, MOST_SHOTS, faults_of_ranges};
+pub use spec::{BallSpec, Noise, Played, Shots, Spec, Truth};
 pub use tracks::{Camera, ClothSpec, TrueImpact, noise_free};
 
 /// Standard deviations in a file are positive: this part stands for 0.
@@ -35,15 +35,8 @@ const NOT_ZERO: f64 = 1e-6;
 #[non_exhaustive]
 pub enum BadSpec {
     /// A value of the specification is out of its range.
-    #[error("{key} is {value}; expected {expected}")]
-    Value {
-        /// The key of the value.
-        key: &'static str,
-        /// The value.
-        value: String,
-        /// What was expected.
-        expected: &'static str,
-    },
+    #[error(transparent)]
+    Value(#[from] Fault),
     /// One of its shots is no collision.
     #[error("a shot of this specification is no collision: {0}")]
     NotACollision(#[from] NotACollision),
@@ -57,10 +50,13 @@ pub enum BadSpec {
 /// # Errors
 /// What is wrong with it, with line and position.
 pub fn read(path: &Path) -> Result<Spec, DatasetError> {
-    let spec = toml_file::read_toml(path)?;
-    // what is wrong with the balls has its line
-    toml_file::read_checked(path, |balls: RawBalls, source| balls.check(source))?;
-    Ok(spec)
+    toml_file::read_checked(path, checked)
+}
+
+/// Adds what is wrong with a specification, each with its place.
+fn checked(spec: Spec, source: &toml_file::Source) -> Spec {
+    spec.faults().iter().for_each(|fault| source.add(fault));
+    spec
 }
 
 /// Makes the files of a synthetic data set with the `full` collision model, or `ode` where the contact gives way or its friction falls
@@ -78,14 +74,13 @@ pub fn generate(spec: &Spec) -> Result<Vec<(&'static str, String)>, BadSpec> {
 /// # Errors
 /// As [`generate`]; or the model's contact is rigid along its surface, and the specification's is not.
 pub fn generate_with(spec: &Spec, model: &Model) -> Result<Vec<(&'static str, String)>, BadSpec> {
-    check(spec)?;
+    spec.check()?;
     let kappa = spec.truth.kappa.filter(|kappa| *kappa != 0.0);
     if let Some(kappa) = kappa.filter(|_| !model.fidelity.effects().compliance) {
-        return Err(BadSpec::Value {
-            key: "truth.kappa",
-            value: format!("{kappa}, with the fidelity {}", model.fidelity.name()),
-            expected: "the fidelity ode or contact with it, or none (ode), as all others are rigid along the surface",
-        });
+        let value = format!("{kappa}, with the fidelity {}", model.fidelity.name());
+        let expected =
+            "the fidelity ode or contact with it, or none (ode), as all others are rigid along the surface";
+        return Err(Fault::new("truth.kappa", value, expected).into());
     }
     let mut maker = Maker::new(spec, model);
     let mut files = match spec.kind {
@@ -141,7 +136,7 @@ pub enum SynthError {
 /// # Errors
 /// As [`generate`].
 pub fn filmed(spec: &Spec) -> Result<Vec<(TrackShot, TrueImpact)>, BadSpec> {
-    check(spec)?;
+    spec.check()?;
     Maker::new(spec, &spec.usual_model()).tracks()
 }
 

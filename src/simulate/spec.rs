@@ -5,7 +5,7 @@ use std::str::FromStr;
 
 use serde::{Deserialize, Serialize};
 
-use super::{Camera, ClothSpec};
+use super::{Camera, ClothSpec, Kind};
 use crate::io::DatasetError;
 use crate::io::error::Problems;
 use crate::io::stated_object::StatedObject;
@@ -55,28 +55,9 @@ impl FromStr for Spec {
 
     fn from_str(text: &str) -> Result<Self, DatasetError> {
         let problems = Problems::new("the specification cannot be used:");
-        checked(Path::new("SPEC.toml"), Some(text), problems, |spec, _| spec)
+        checked(Path::new("SPEC.toml"), Some(text), problems, super::checked)
     }
 }
-
-worded! {
-    /// What is measured of each shot: the kind of the data set.
-    #[derive(Clone, Copy, Debug, Deserialize, Serialize, PartialEq, Eq)]
-    #[non_exhaustive]
-    #[serde(rename_all = "lowercase")]
-    pub enum Kind {
-        /// Velocities and spins just before and after the impact.
-        Impacts = "impacts",
-        /// Cut angles and what follows from them: angles and speeds after the impact.
-        Angles = "angles",
-        /// The positions of both balls in every frame.
-        Tracks = "tracks",
-    }
-    /// The name in dataset.toml and in a specification.
-    pub fn name;
-}
-
-by_name!(Kind, "kind", ALL, name);
 
 /// The true parameters, which a fit should find again.
 #[derive(Clone, Copy, Debug, Default, Deserialize, Serialize)]

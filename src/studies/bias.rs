@@ -59,7 +59,7 @@ impl Found {
 pub struct Way {
     /// The fidelity; `None`: the cheapest that suffices for each shot, as with `fit --fidelity auto`.
     pub fidelity: Option<Fidelity>,
-    /// Whether the contact gives way, as that of the data does; with `ode`.
+    /// Whether the contact is compliant, as that of the data is.
     pub gives_way: bool,
 }
 
@@ -72,7 +72,7 @@ impl Way {
     #[must_use]
     pub fn name(self) -> &'static str {
         match self.fidelity {
-            Some(_) if self.gives_way => "ode with compliance",
+            Some(Fidelity::Ode) if self.gives_way => "ode compliant",
             Some(fidelity) => fidelity.name(),
             None => "auto",
         }
@@ -84,8 +84,8 @@ impl Way {
 pub struct Row {
     /// The model with which the shots were fitted.
     pub way: Way,
-    /// The tangential compliance κ of the contact that computed the data, where it gave way.
-    pub kappa: Option<f64>,
+    /// The tangential compliance κ of the contact that computed the data.
+    pub kappa: f64,
     /// The estimates, in the order of [`Parameter::COEFFICIENTS`].
     pub found: [Found; 3],
     /// χ² per observation: above 1 the misfit alone would show in data with that noise.
@@ -94,21 +94,15 @@ pub struct Row {
     pub seconds: f64,
 }
 
-/// The fidelities that have parameters, in the order in which they are fitted.
-pub const FITTED: [Way; 6] = [
+/// The models that have parameters, in the order in which they are fitted.
+pub const FITTED: [Way; 7] = [
     Way::rigid(Some(Fidelity::Inelastic)),
     Way::rigid(Some(Fidelity::Linear)),
     Way::rigid(Some(Fidelity::Full)),
-    Way::rigid(None),
     Way::rigid(Some(Fidelity::Ode)),
-    Way::rigid(Some(Fidelity::Contact)),
-];
-
-/// The models that are fitted where the contact gave way.
-pub const FITTED_GIVING_WAY: [Way; 3] = [
-    Way::rigid(Some(Fidelity::Full)),
-    Way::rigid(None),
     Way { fidelity: Some(Fidelity::Ode), gives_way: true },
+    Way { fidelity: Some(Fidelity::Contact), gives_way: true },
+    Way::rigid(None),
 ];
 
 /// A data set of velocities after the impact for these shots, to be filled in.
@@ -138,14 +132,10 @@ pub fn velocities(shots: &[accuracy::Shot], ball: Ball) -> Dataset {
 /// are [`VELOCITY_SD`], [`ANGLE_SD_DEG`]. Priors and labels fitted apart are dropped, since
 /// they would pull at the parameters too.
 #[must_use]
-pub fn noise_free(dataset: &Dataset, kappa: Option<f64>) -> Dataset {
+pub fn noise_free(dataset: &Dataset, kappa: f64) -> Dataset {
     let coefficients = initial(dataset);
-    let reference = Model {
-        effects: Effects::ALL,
-        kappa: kappa.unwrap_or(Model::KAPPA),
-        tolerance: TOLERANCE,
-        ..dataset.model(Fidelity::Contact)
-    };
+    let reference =
+        Model { effects: Effects::ALL, kappa, tolerance: TOLERANCE, ..dataset.model(Fidelity::Contact) };
     let typical = |observable: Observable| match observable {
         Observable::CueSpin(_) | Observable::ObjectSpin(_) => SPIN_SD,
         Observable::ObjectSpeedRatio => VELOCITY_SD,
@@ -171,29 +161,24 @@ pub fn noise_free(dataset: &Dataset, kappa: Option<f64>) -> Dataset {
         shots.push(shot);
     }
     let each = dataset.settings.each.map(|setting| Setting { prior: None, ..setting });
-    let mut settings = Settings { each, compliance: Compliance::Rigid, ..Settings::default() };
-    if let Some(kappa) = kappa {
-        settings[Parameter::Kappa] = Setting::held(kappa);
-        settings.compliance = Compliance::Auto;
-    }
+    let mut settings = Settings { each, ..Settings::default() };
+    settings[Parameter::Kappa] = Setting::held(kappa);
     // an error of the masses would hide what a fidelity leaves out
     let object = ObjectBall::exact(dataset.object.map_or(dataset.ball, |object| object.ball));
     Dataset { shots, settings, object: Some(object), by: None, loss: Loss::default(), ..dataset.clone() }
 }
 
-/// Fits data of [`noise_free`] with one of [`FITTED`], or of [`FITTED_GIVING_WAY`].
+/// Fits data of [`noise_free`] with one of [`FITTED`].
 ///
 /// # Errors
 /// What no fit can do.
 pub fn bias(dataset: &Dataset, way: Way) -> Result<Row, FitError> {
     let begun = Instant::now();
     let Way { fidelity, gives_way } = way;
-    let gave_way = dataset.settings.compliance != Compliance::Rigid;
-    let compliant = Effects { compliance: true, ..Fidelity::Full.effects() };
     let options = Options {
         fidelity: fidelity.map_or(FidelityChoice::Auto, FidelityChoice::Of),
-        effects: if gives_way { Some(compliant) } else { fidelity.map(Fidelity::effects) },
-        tolerance: if gives_way { Model::TOLERANCE_OF_FITS } else { TOLERANCE },
+        effects: fidelity.map(Fidelity::effects),
+        tolerance: if fidelity == Some(Fidelity::Contact) { TOLERANCE } else { Model::TOLERANCE_OF_FITS },
         depth: Depth::Estimates,
         method: Some(Method::TwoStage),
         ..Options::default()
@@ -221,7 +206,7 @@ pub fn bias(dataset: &Dataset, way: Way) -> Result<Row, FitError> {
     let observations = dataset.shots.iter().map(|shot| shot.after.len()).sum::<usize>();
     Ok(Row {
         way,
-        kappa: gave_way.then(|| dataset.settings[Parameter::Kappa].initial),
+        kappa: dataset.settings[Parameter::Kappa].initial,
         found,
         chi2_per_observation: fitted.chi2 / observations as f64,
         seconds: begun.elapsed().as_secs_f64(),
@@ -242,9 +227,10 @@ mod tests {
     fn contact_finds_its_own_truth_and_coarser_fidelities_do_not() {
         /// The Jacobian of `contact` is one of differences: the fit ends this part of an error away.
         const DIFFERENCES: f64 = 1e-2;
-        let dataset = noise_free(&velocities(&accuracy::shots(24, 3), Ball::POOL), None);
+        let dataset = noise_free(&velocities(&accuracy::shots(24, 3), Ball::POOL), Model::KAPPA);
         let off = |fidelity: Fidelity, parameter: Parameter| {
-            let row = bias(&dataset, Way::rigid(Some(fidelity))).unwrap();
+            let way = FITTED.into_iter().rfind(|way| way.fidelity == Some(fidelity)).unwrap();
+            let row = bias(&dataset, way).unwrap();
             let found = row.found.into_iter().find(|found| found.parameter == parameter).unwrap();
             found.bias().map(|bias| bias.abs() / found.std_error.unwrap())
         };
@@ -266,8 +252,8 @@ mod tests {
         const LEFT: f64 = 5.0;
         let stun = |shot: accuracy::Shot| accuracy::Shot { cue: BallState::stun(shot.cue.velocity), ..shot };
         let shots: Vec<_> = accuracy::shots(24, 3).into_iter().map(stun).collect();
-        let data = noise_free(&velocities(&shots, Ball::POOL), Some(Model::KAPPA));
-        let rows = FITTED_GIVING_WAY.map(|way| bias(&data, way).unwrap());
+        let data = noise_free(&velocities(&shots, Ball::POOL), Model::KAPPA);
+        let rows = [FITTED[2], FITTED[6], FITTED[4]].map(|way| bias(&data, way).unwrap());
         let off = |row: &Row| {
             let found = row.found.iter().filter_map(|found| Some(found.bias()?.abs() / found.std_error?));
             found.fold(0.0, f64::max)
@@ -275,6 +261,6 @@ mod tests {
         let [rigid, auto, compliant] = rows.each_ref().map(|row| (off(row), row.chi2_per_observation));
         println!("{rigid:?} {auto:?} {compliant:?}");
         assert!(rigid.1 > 2.0 * compliant.1 && auto.0 < LEFT && compliant.0 < LEFT);
-        assert!(rows.iter().all(|row| row.kappa == Some(Model::KAPPA)));
+        assert!(rows.iter().all(|row| row.kappa == Model::KAPPA));
     }
 }

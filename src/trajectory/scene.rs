@@ -1,6 +1,6 @@
 //! What is assumed of balls and cloth before a shot is looked at.
 
-use crate::measurement::viewpoint::Viewpoint;
+use crate::measurement::track::Viewpoint;
 use crate::physics::ball::Ball;
 use crate::physics::cloth_motion::Cloth;
 use crate::physics::collision::{Coefficients, Model};

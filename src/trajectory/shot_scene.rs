@@ -4,7 +4,7 @@ use super::scene::Scene;
 use super::unknowns::Unknowns;
 use super::unknowns::unknown::{BEFORE, DIRECTION, ROLL};
 use crate::measurement::spin::Spin;
-use crate::measurement::viewpoint::Viewpoint;
+use crate::measurement::track::Viewpoint;
 use crate::physics::ball::{Ball, BallState, Vec3};
 use crate::physics::cloth_motion::{Number, Path};
 

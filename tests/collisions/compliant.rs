@@ -1,9 +1,9 @@
 //! A contact that gives way along the surface, and balls of unequal mass.
 
 use caromfit::physics::ball::{Ball, BallState, Vec3};
+use caromfit::physics::collision::effects::{Compared, choose};
 use caromfit::physics::collision::{Coefficients, Effects, Fidelity, MAX_KAPPA, Model, Outcome, Regime};
 use caromfit::physics::contact_frame::cue_velocity;
-use caromfit::physics::effect_sizes::{Compared, choose};
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use serde_json::Value;

@@ -178,25 +178,25 @@ fn toml_syntax() {
 #[test]
 fn values_of_dataset_toml() {
     check_toml(&[
-        ("radius 0", "0.028575", "0", "dataset.toml:9: column 12: radius_m is 0; expected more than 0"),
+        ("radius 0", "0.028575", "0", "dataset.toml:9: column 12: ball.radius_m is 0; expected more than 0"),
         (
             "radius negative",
             "0.028575",
             "-1e300",
-            "dataset.toml:9: column 12: radius_m is -1e300; expected more than 0",
+            "dataset.toml:9: column 12: ball.radius_m is -1e300; expected more than 0",
         ),
-        ("mass nan", "0.170", "nan", "dataset.toml:10: column 11: mass_kg is nan; expected more than 0"),
+        ("mass nan", "0.170", "nan", "dataset.toml:10: column 11: ball.mass_kg is nan; expected more than 0"),
         (
             "inertia",
             "inertia = 0.4",
             "inertia = 0.7",
-            "dataset.toml:11: column 11: inertia is 0.7; expected at most 2/3, that of a hollow sphere",
+            "dataset.toml:11: column 11: ball.inertia is 0.7; expected more than 0, at most 2/3 (a hollow sphere)",
         ),
         (
             "inertia inf",
             "inertia = 0.4",
             "inertia = inf",
-            "dataset.toml:11: column 11: inertia is inf; expected more than 0",
+            "dataset.toml:11: column 11: ball.inertia is inf; expected more than 0, at most 2/3 (a hollow sphere)",
         ),
         (
             "lower",
@@ -322,7 +322,7 @@ fn values_of_dataset_toml() {
             "several",
             "0.170\ninertia = 0.4",
             "-1\ninertia = 7",
-            "dataset.toml:10: column 11: mass_kg is -1; expected more than 0\ndataset.toml:11: column 11: inertia is 7; expected at most 2/3, that of a hollow sphere",
+            "dataset.toml:10: column 11: ball.mass_kg is -1; expected more than 0\ndataset.toml:11: column 11: ball.inertia is 7; expected more than 0, at most 2/3 (a hollow sphere)",
         ),
     ]);
 }

@@ -35,8 +35,7 @@ use crate::film::discs::Calibrated;
 use crate::film::frame_noise;
 use crate::film::frame_noise::noise_near;
 use crate::measurement::dataset::Measured;
-use crate::measurement::isolate::isolated;
-use crate::measurement::track::TrackShot;
+use crate::measurement::track::{TrackShot, isolated};
 use crate::physics::disc::Discs;
 
 pub use quantities::Quantity;

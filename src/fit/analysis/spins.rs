@@ -5,11 +5,12 @@
 
 use super::{Analysis, Options, Prepared};
 use crate::fit::causes::{Cause, Explanation};
-use crate::fit::{Depth, Fit, FitError, causes, check};
+use crate::fit::{Depth, Fit, causes, check};
 use crate::measurement::dataset::Dataset;
 use crate::measurement::spin::Spin;
 use crate::measurement::track::TrackShot;
 use crate::numerics::median;
+use crate::problem::{Policy, fit_film};
 
 /// Shots, spread evenly, of which the spins are looked for.
 const MOST_SHOTS: usize = 40;
@@ -49,7 +50,7 @@ fn of_stated_spins(dataset: Dataset, options: &Options, done: &(dyn Fn() + Sync)
     let mut prepared = Prepared::searched(dataset.clone(), (None, true), done);
     let mut tried = false;
     if !prepared.is_settled() {
-        if let Some(explanation) = found_spins(&dataset, options, done) {
+        if let Some(explanation) = found_spins(&dataset) {
             let fits = prepared.fits(&Options { depth: Depth::Estimates, ..*options }, true, done);
             return blamed(prepared.with(fits), explanation);
         }
@@ -61,7 +62,7 @@ fn of_stated_spins(dataset: Dataset, options: &Options, done: &(dyn Fn() + Sync)
     if tried || !fits.as_ref().is_ok_and(|fits| fits.iter().any(is_suspect)) {
         return prepared.with(fits);
     }
-    if let Some(explanation) = found_spins(&dataset, options, done) {
+    if let Some(explanation) = found_spins(&dataset) {
         return blamed(prepared.with(fits), explanation);
     }
     let fits = prepared.fits(options, false, done);
@@ -121,52 +122,24 @@ fn stated_spin(shot: &TrackShot) -> Option<f64> {
     }
 }
 
-/// What explains a film whose spins differ from those stated: with stun and natural roll interchanged, or else with spins that are found,
-/// the model describes it.
-fn found_spins(dataset: &Dataset, options: &Options, done: &(dyn Fn() + Sync)) -> Option<Explanation> {
-    let interchanged = |stated: f64| if stated == 0.0 { Spin::NaturalRoll } else { Spin::Stun };
-    let tried = |spin: &dyn Fn(f64) -> Spin| with_spins(dataset, spin, options, done);
-    tried(&interchanged).or_else(|| tried(&|_| Spin::Unknown))
-}
-
-/// The same, with these in the place of the stated spins, which are parts of the natural roll's.
-fn with_spins(
-    dataset: &Dataset,
-    spin: &dyn Fn(f64) -> Spin,
-    options: &Options,
-    done: &(dyn Fn() + Sync),
-) -> Option<Explanation> {
-    let mut other = dataset.clone();
-    let tracks = other.tracks.as_mut()?;
+/// Returns what explains a film whose cue balls do not spin as stated: with spins that are found, the problem of its frames describes them.
+fn found_spins(dataset: &Dataset) -> Option<Explanation> {
+    let mut some = dataset.clone();
+    let tracks = some.tracks.as_mut()?;
     let step = tracks.shots.len().div_ceil(MOST_SHOTS).max(1);
     tracks.shots = tracks.shots.iter().step_by(step).cloned().collect();
-    let mut stated: Vec<(String, f64)> = Vec::new();
-    for shot in &mut tracks.shots {
-        if let Some(own) = stated_spin(shot) {
-            shot.spin = spin(own);
-            stated.push((shot.name.clone(), own));
-        }
-    }
-    other.by = None;
-    let options = Options { depth: Depth::Estimates, ..*options };
-    let analysis = Prepared::new(other, done).analysed(&options, done);
-    let fits: Result<Vec<Fit>, FitError> = analysis.fits;
-    let fit = fits.ok()?.into_iter().next().filter(agrees)?;
-    let spins: Vec<Found> = analysis
-        .extracted
-        .iter()
-        .filter_map(|(track, impact)| {
-            let (_, stated) = stated.iter().find(|(name, _)| *name == track.name)?;
-            let found = match impact.spin {
-                Spin::NaturalRoll => 1.0,
-                Spin::Stun => 0.0,
-                _ => impact.roll()?,
-            };
-            Some(Found { stated: *stated, found })
-        })
-        .collect();
+    let stated: Vec<(String, f64)> =
+        tracks.shots.iter().filter_map(|shot| Some((shot.name.clone(), stated_spin(shot)?))).collect();
+    let film = fit_film(&some, &Policy::default(), None).ok()?;
+    let fall = film.explained_by_spins()?;
+    let topspins = film.topspins();
+    let found = |(name, stated): &(String, f64)| {
+        let (_, found) = topspins.iter().find(|(shot, _)| shot == name)?;
+        Some(Found { stated: *stated, found: *found })
+    };
+    let spins: Vec<Found> = stated.iter().filter_map(found).collect();
     let differ = spins.iter().filter(|spin| (spin.found - spin.stated).abs() > DIFFERS).count();
-    if (fit.shots_used as f64) < MOST * stated.len() as f64 || 2 * differ <= stated.len() {
+    if (spins.len() as f64) < MOST * stated.len() as f64 || 2 * differ <= stated.len() {
         return None;
     }
     let rolling = spins.iter().filter(|spin| (spin.found - 1.0).abs() < DIFFERS).count();
@@ -186,14 +159,14 @@ fn with_spins(
     };
     let difference = median(spins.iter().map(|spin| spin.found - spin.stated).collect());
     let spread = median(spins.iter().map(|spin| (spin.found - spin.stated - difference).abs()).collect());
-    Some(Explanation::of_spins((difference, spread / (spins.len() as f64).sqrt()), &fit, (&were, assume)))
+    let difference = (difference, spread / (spins.len() as f64).sqrt());
+    Some(Explanation::of_spins(difference, (&film, fall), (&were, assume)))
 }
 
 /// The analysis with what explains it said first.
 fn blamed(mut analysis: Analysis, explanation: Explanation) -> Analysis {
     for fit in analysis.fits.iter_mut().flatten() {
-        let mut own = explanation.clone();
-        own.compare_chi2(fit);
+        let own = explanation.clone();
         // what seems wrong with other spins
         let suspicious = std::mem::take(&mut fit.diagnostics.suspicious);
         let said = check::warnings(&suspicious, fit.shots_used);

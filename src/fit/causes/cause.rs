@@ -6,6 +6,7 @@ use crate::fit::estimate::Estimate;
 use crate::measurement::correction::Correction;
 use crate::measurement::number::{plain, with_error};
 use crate::measurement::parameter::Parameter;
+use crate::problem::{FilmFit, Id};
 
 /// Why residuals may be larger than their errors.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -162,17 +163,19 @@ impl Explanation {
         }
     }
 
-    /// That the spins of the cue balls are not as stated: `fit` is that with spins that were found, which differ by the median
-    /// `difference` with its error; what they `were` found to be, and the word that states it.
+    /// That the spins of the cue balls are not as stated: `film` is the fit with spins that were found, by which −2 log L falls; the
+    /// spins differ by the median `difference` with its error; what they `were` found to be, and the word that states it.
     pub(in crate::fit) fn of_spins(
         (difference, error): (f64, f64),
-        fit: &Fit,
+        (film, fall): (&FilmFit, f64),
         (were, assume): (&str, &str),
     ) -> Self {
-        let goodness = fit.diagnostics.goodness.as_ref().filter(|goodness| goodness.dof > 0);
-        let after = goodness.map(|goodness| goodness.chi2 / goodness.dof as f64);
-        let free = fit.estimates.iter().filter_map(|e| Some((e.parameter, e.value, e.std_error?)));
-        let with_it: Vec<(Parameter, f64, f64)> = free.collect();
+        let contact = [(Parameter::Mu, Id::Mu), (Parameter::MuS, Id::MuS), (Parameter::E, Id::E)];
+        let found = contact.into_iter().filter_map(|(parameter, id)| {
+            let estimate = film.get(id).filter(|_| !film.is_undetermined(id))?;
+            Some((parameter, estimate.value, estimate.std_error?))
+        });
+        let with_it: Vec<(Parameter, f64, f64)> = found.collect();
         let values: Vec<String> = with_it
             .iter()
             .map(|(p, value, error)| format!("{} = {}", p.symbol(), with_error(*value, *error)))
@@ -181,28 +184,16 @@ impl Explanation {
             cause: Cause::CueSpin,
             estimate: difference,
             std_error: error,
-            delta_2logl: f64::NAN,
+            delta_2logl: -fall,
             adopted: false,
             with_it,
-            reduced_chi2: after.map(|after| [f64::NAN, after]),
+            reduced_chi2: None,
             sentence: format!(
                 "The cue balls do not spin as stated: {were}, which explains the residuals. With that {}. [cue_spin] assume = \"{assume}\" \
                  states it.",
                 values.join(", ")
             ),
         }
-    }
-
-    /// Notes by how much χ² is lower than that of the fit as stated.
-    pub(in crate::fit) fn compare_chi2(&mut self, fit: &Fit) {
-        let goodness = fit.diagnostics.goodness.as_ref().filter(|goodness| goodness.dof > 0);
-        let Some((goodness, [before, after])) =
-            goodness.zip(self.reduced_chi2.as_mut().map(|both| both.each_mut()))
-        else {
-            return;
-        };
-        *before = goodness.chi2 / goodness.dof as f64;
-        self.delta_2logl = (*after - *before) * goodness.dof as f64;
     }
 
     /// That the contact gives way, with κ held, where the data call for it.

@@ -226,17 +226,17 @@ fn fitted(search: &Search, change: &Change, fit: &Settled) -> Result<Found, FitE
     })
 }
 
-/// Values of the friction under another law that are the same as those of the fit where the balls slip at a usual speed.
+/// Values of the friction under another law: constant, that of the fit at slips from slow to fast; falling, as large where
+/// the balls slip at a usual speed.
 fn frictions_like(fit: &Values, initial: &Values, law: Law) -> Vec<Vec<Values>> {
     /// m/s
     const USUAL_SLIP: f64 = 1.0;
     /// How much of the friction there falls with the slip.
     const PARTS: [f64; 3] = [0.1, 0.5, 0.9];
-    let falls = |values: &Values| values[Parameter::B] * (-values[Parameter::C] * USUAL_SLIP).exp();
     let start = |part: f64| {
         let mut start = *fit;
         if law == Law::Constant {
-            start[Parameter::Mu] += falls(fit);
+            start[Parameter::Mu] += part * fit[Parameter::B];
         } else {
             start[Parameter::C] = initial[Parameter::C];
             start[Parameter::B] = part * fit[Parameter::Mu] * (start[Parameter::C] * USUAL_SLIP).exp();
@@ -244,8 +244,7 @@ fn frictions_like(fit: &Values, initial: &Values, law: Law) -> Vec<Vec<Values>> 
         }
         vec![start]
     };
-    let parts = if law == Law::Constant { &PARTS[..1] } else { &PARTS };
-    parts.iter().map(|part| start(*part)).collect()
+    PARTS.iter().map(|part| start(*part)).collect()
 }
 
 #[cfg(test)]

@@ -12,8 +12,7 @@ use super::input::quoted;
 use super::marker_groups::rigid_groups;
 use super::raw::{RawShot, RawTrack, Row};
 use super::settings::{Balls, TrackSettings};
-use crate::measurement::isolate::isolated;
-use crate::measurement::track::Sample;
+use crate::measurement::track::{Sample, isolated};
 
 /// Finds out which tracks are on which disc in the shots that do not say it, and by all of them which of these are centres. `touching` is
 /// how far apart the discs touch, m, where that is known.

@@ -1,86 +1,46 @@
 //! `[tracks.columns]`: which column of a file is which of ours.
 
-use std::fmt;
+use std::num::NonZero;
 
-use serde::de::Visitor;
-use serde::{Deserialize, Deserializer};
+use serde::Deserialize;
 
 use crate::physics::name::worded;
 
 /// A column of the file.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, Deserialize, PartialEq, Eq)]
+#[serde(untagged, expecting = "expected the name of a column, or its number, from 1 on")]
 pub(super) enum Column {
     Name(String),
     /// From 1; for files without names of columns.
-    Number(usize),
+    Number(NonZero<usize>),
 }
 
-impl<'de> Deserialize<'de> for Column {
-    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        struct Either;
-        impl Visitor<'_> for Either {
-            type Value = Column;
+macro_rules! column_names {
+    ($($key:ident)+) => {
+        /// `[tracks.columns]`: the file's column for each of ours.
+        #[derive(Clone, Debug, Default, Deserialize)]
+        #[serde(deny_unknown_fields)]
+        pub(super) struct ColumnNames {
+            pub separator: Option<String>,
+            $(pub $key: Option<Column>,)+
+            pub angle_unit: Option<AngleUnit>,
+        }
 
-            fn expecting(&self, f: &mut fmt::Formatter) -> fmt::Result {
-                f.write_str("the name of a column, or its number, from 1 on")
-            }
-
-            fn visit_str<E>(self, name: &str) -> Result<Column, E> {
-                Ok(Column::Name(name.trim().to_string()))
-            }
-
-            fn visit_i64<E: serde::de::Error>(self, number: i64) -> Result<Column, E> {
-                let positive = usize::try_from(number).ok().filter(|number| *number > 0);
-                let wrong = || E::invalid_value(serde::de::Unexpected::Signed(number), &self);
-                positive.map(Column::Number).ok_or_else(wrong)
+        impl ColumnNames {
+            /// The file's columns that are asked for, each with the name of ours.
+            pub(super) fn all(&self) -> impl Iterator<Item = (&'static str, &Column)> {
+                let all = [$((stringify!($key), &self.$key)),+];
+                all.into_iter().filter_map(|(key, column)| Some((key, column.as_ref()?)))
             }
         }
-        deserializer.deserialize_any(Either)
-    }
+    };
 }
 
-/// `[tracks.columns]`: the file's column for each of ours.
-#[derive(Clone, Debug, Default, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub(super) struct ColumnNames {
-    pub separator: Option<String>,
-    pub shot: Option<Column>,
-    pub frame: Option<Column>,
-    pub t: Option<Column>,
-    pub ball: Option<Column>,
-    pub point: Option<Column>,
-    pub x: Option<Column>,
-    pub y: Option<Column>,
-    /// The other corner of a box that has one in x and y, or its size: the ball is in its middle.
-    pub x2: Option<Column>,
-    pub y2: Option<Column>,
-    pub width: Option<Column>,
-    pub height: Option<Column>,
-    /// How likely the position is one.
-    pub likelihood: Option<Column>,
-    pub x_sd: Option<Column>,
-    pub y_sd: Option<Column>,
-    pub marker_x: Option<Column>,
-    pub marker_y: Option<Column>,
-    pub angle: Option<Column>,
-    pub cue_x: Option<Column>,
-    pub cue_y: Option<Column>,
-    pub object_x: Option<Column>,
-    pub object_y: Option<Column>,
-    /// As those of a long table, of each ball.
-    pub cue_x2: Option<Column>,
-    pub cue_y2: Option<Column>,
-    pub object_x2: Option<Column>,
-    pub object_y2: Option<Column>,
-    pub cue_width: Option<Column>,
-    pub cue_height: Option<Column>,
-    pub object_width: Option<Column>,
-    pub object_height: Option<Column>,
-    pub cue_likelihood: Option<Column>,
-    pub object_likelihood: Option<Column>,
-    pub cue_angle: Option<Column>,
-    pub object_angle: Option<Column>,
-    pub angle_unit: Option<AngleUnit>,
+// A box has its other corner in x2 and y2, or its size in width and height: the ball is in its middle.
+column_names! {
+    shot frame t ball point x y x2 y2 width height likelihood x_sd y_sd marker_x marker_y angle
+    cue_x cue_y object_x object_y cue_x2 cue_y2 object_x2 object_y2 cue_width cue_height object_width object_height
+    cue_likelihood object_likelihood cue_angle object_angle
 }
 
 worded! {
@@ -183,45 +143,5 @@ impl ColumnNames {
             };
         };
         Err(message.to_string())
-    }
-
-    /// The file's columns that are asked for, each with the name of ours.
-    pub(super) fn all(&self) -> impl Iterator<Item = (&'static str, &Column)> {
-        let all = [
-            ("shot", &self.shot),
-            ("frame", &self.frame),
-            ("t", &self.t),
-            ("ball", &self.ball),
-            ("point", &self.point),
-            ("x", &self.x),
-            ("y", &self.y),
-            ("x2", &self.x2),
-            ("y2", &self.y2),
-            ("width", &self.width),
-            ("height", &self.height),
-            ("likelihood", &self.likelihood),
-            ("x_sd", &self.x_sd),
-            ("y_sd", &self.y_sd),
-            ("marker_x", &self.marker_x),
-            ("marker_y", &self.marker_y),
-            ("angle", &self.angle),
-            ("cue_x", &self.cue_x),
-            ("cue_y", &self.cue_y),
-            ("object_x", &self.object_x),
-            ("object_y", &self.object_y),
-            ("cue_x2", &self.cue_x2),
-            ("cue_y2", &self.cue_y2),
-            ("object_x2", &self.object_x2),
-            ("object_y2", &self.object_y2),
-            ("cue_width", &self.cue_width),
-            ("cue_height", &self.cue_height),
-            ("object_width", &self.object_width),
-            ("object_height", &self.object_height),
-            ("cue_likelihood", &self.cue_likelihood),
-            ("object_likelihood", &self.object_likelihood),
-            ("cue_angle", &self.cue_angle),
-            ("object_angle", &self.object_angle),
-        ];
-        all.into_iter().filter_map(|(key, column)| Some((key, column.as_ref()?)))
     }
 }

@@ -71,8 +71,8 @@ fn passed_over(heading: &Heading, read: &[usize]) -> String {
 /// The file's column for one of ours.
 fn position(heading: &Heading, wanted: &ColumnNames, key: &str) -> Option<usize> {
     match wanted.get(key)? {
-        Column::Name(name) => heading.position(name),
-        Column::Number(number) => Some(number - 1),
+        Column::Name(name) => heading.position(name.trim()),
+        Column::Number(number) => Some(number.get() - 1),
     }
 }
 
@@ -163,7 +163,7 @@ fn separators(wanted: &ColumnNames, blanks: Separator) -> Vec<Separator> {
 /// The first line that has all the names.
 fn header(input: &Input, wanted: &ColumnNames) -> Option<Heading> {
     let wanted_names = wanted.all().filter_map(|(_, column)| match column {
-        Column::Name(name) => Some(name.as_str()),
+        Column::Name(name) => Some(name.trim()),
         Column::Number(_) => None,
     });
     let wanted_names: Vec<&str> = wanted_names.collect();
@@ -207,7 +207,7 @@ fn header(input: &Input, wanted: &ColumnNames) -> Option<Heading> {
 /// Where the rows of a table without names begin: at the first line with numbers in all columns that hold numbers.
 fn numbered(input: &Input, wanted: &ColumnNames) -> Option<Heading> {
     let index = |column: &Column| match column {
-        Column::Number(number) => number - 1,
+        Column::Number(number) => number.get() - 1,
         Column::Name(_) => 0,
     };
     let all: Vec<usize> = wanted.all().map(|(_, column)| index(column)).collect();

@@ -5,7 +5,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use super::disc_contact::{Contact, misfit};
 use super::marker_groups::central;
-use crate::measurement::rigid_body::Point;
+use crate::film::rigid_body::Point;
 use crate::measurement::track::Sample;
 use crate::numerics::median;
 

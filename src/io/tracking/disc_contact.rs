@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use crate::measurement::rigid_body::{Point, Pose, circle, frames, shape};
+use crate::film::rigid_body::{Point, Pose, circle, frames, shape};
 use crate::measurement::track::Sample;
 use crate::numerics::median;
 

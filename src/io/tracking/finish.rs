@@ -10,8 +10,8 @@ use super::raw::{FORMAT, NAMES, Notes, RawShot, RawTrack, Row};
 use super::settings::{Balls, Names, TrackSettings, Unit};
 use super::{resolution, time};
 use crate::film::frame_noise::noise;
+use crate::film::rigid_body::circle_centres;
 use crate::io::number::shortened;
-use crate::measurement::rigid_body::circle_centres;
 use crate::measurement::spin::Spin;
 use crate::measurement::track::{Marker, Sample, TrackShot, TrackedBall};
 

@@ -1,6 +1,6 @@
 //! Points followed in a film, grouped into the rigid bodies that they are on, by the distances that they keep.
 
-use crate::measurement::rigid_body::circle_centres;
+use crate::film::rigid_body::circle_centres;
 use crate::measurement::track::Sample;
 use crate::numerics::median;
 

@@ -58,9 +58,8 @@ use shots_table::ShotsTable;
 use super::error::Problems;
 use super::manifest::Manifest;
 use crate::measurement::dataset::Tracks;
-use crate::measurement::isolate::isolated;
 use crate::measurement::spin::Spin;
-use crate::measurement::track::TrackShot;
+use crate::measurement::track::{TrackShot, isolated};
 
 pub(super) use heading::strange_unit;
 pub(super) use read::{TRACKER_PROJECT, is_tracker_project};
@@ -72,16 +71,13 @@ pub(super) fn metres(unit: &str) -> Option<f64> {
 }
 
 /// Loads every file that the manifest names; what is wrong is added to the problems.
-pub(crate) fn load(
-    manifest: &Manifest,
-    settings: &TrackSettings,
-    path: &Path,
-    problems: &Problems,
-) -> Tracks {
+pub(crate) fn load(manifest: &Manifest, settings: &TrackSettings, problems: &Problems) -> Tracks {
+    let path = manifest.dataset.path.as_path();
     let table = ShotsTable::read(settings.shots.as_deref(), manifest.assume, problems);
-    if let Some((by, line, position)) = &manifest.by
+    if let Some(by) = &manifest.dataset.by
         && !table.has_label(by)
     {
+        let (line, position) = &manifest.place_of_by;
         let message =
             format!("[fit] by is \"{by}\"; expected a column of the table that [tracks] shots names");
         problems.add(path, *line, position.as_str(), message);
@@ -132,7 +128,9 @@ pub(crate) fn load(
     drop(known);
     let reason = |shot: &RawShot| table.skip(&shot.name).map(str::to_string);
     let skipped = raw.extract_if(.., |shot| reason(shot).is_some());
-    let skipped = skipped.filter_map(|shot| Some((shot.name.clone(), reason(&shot)?))).collect();
+    let skipped =
+        skipped.filter_map(|shot| Some((shot.name.clone(), format!("skipped: {}", reason(&shot)?))));
+    let mut left_out: Vec<_> = skipped.collect();
     if let Some(shot) = raw.iter().find(|shot| table.facts(&shot.name).is_none()) {
         let message = format!(
             "nothing says how the cue ball of shot \"{}\" spins; expected [cue_spin] assume = \"stun\", \
@@ -159,6 +157,7 @@ pub(crate) fn load(
     let radii = manifest.discs.filter(|_| !settings.from_balls).and_then(|discs| discs.radii);
     bodies::group(&mut work, settings, &calibrations, radii.map(|radii| radii[0] + radii[1]));
     let (shots, damaged) = finish_all(work, &calibrations, context);
+    left_out.extend(damaged);
     if manifest.discs.is_none() {
         name_unmeasured(&shots, &table, path, problems);
     }
@@ -166,8 +165,7 @@ pub(crate) fn load(
     lines.append(&mut notes.into_lines());
     lines.extend(table.note());
     Tracks {
-        skipped,
-        damaged,
+        left_out,
         notes: lines,
         discs: manifest.discs,
         camera: camera::stated(&settings.camera, is_motion_capture),

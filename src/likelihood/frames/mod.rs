@@ -23,12 +23,13 @@ use num_dual::DualSVec64;
 use schur_reduced::Normal;
 use sums::Off;
 
+use crate::likelihood::corrected::Corrected;
 use crate::measurement::correction::Correction;
 use crate::measurement::parameter::Parameter;
 use crate::measurement::spin::Spin;
 use crate::physics::ball::{BallState, Vec3};
 use crate::physics::cloth_motion::{Launch, Number, Path};
-use crate::physics::collision::{Coefficients, Corrected, Input, OTHERS};
+use crate::physics::collision::{Coefficients, Input, OTHERS};
 use crate::trajectory::both_balls::{Launches, Meeting, Side};
 use crate::trajectory::shot_scene::{Departure, ROLL_PRIOR, ShotScene};
 
@@ -315,12 +316,7 @@ fn collide<const N: usize>(
     others: &[DualSVec64<N>],
 ) -> Option<[DualSVec64<N>; 12]> {
     let (cue, coefficients) = before_impact(&inputs.each_ref().map(|input| input.re));
-    let (outcome, jacobian, by_others) = if others.is_empty() {
-        let (outcome, jacobian) = collision.collide_with_jacobian(&cue, &coefficients).ok()?;
-        (outcome, jacobian, None)
-    } else {
-        collision.collide_with_all(&cue, &coefficients).ok()?
-    };
+    let (outcome, jacobian, by_others) = collision.collide_with_all(&cue, &coefficients).ok()?;
     let components = outcome.components();
     Some(std::array::from_fn(|row| {
         let mut component = DualSVec64::from_re(components[row]);

@@ -5,7 +5,7 @@ use nalgebra::{SMatrix, SVector};
 use super::own_unknowns::is_at_end;
 use super::schur_reduced::{Eliminated, place};
 use super::{ALL_SHARED, Film, MEASURED, MORE_SHARED, OWN, Own, SHARED, SPIN, Shared, UNKNOWN};
-use crate::physics::collision::Corrected;
+use crate::likelihood::corrected::Corrected;
 
 /// Covariance of what all shots share; 0 where something is held, NaN where it is not known.
 pub type SharedCovariance = SMatrix<f64, ALL_SHARED, ALL_SHARED>;

@@ -10,8 +10,9 @@ use super::{
     ALL_SHARED, Film, MEASURED, MORE_SHARED, OWN, Own, OwnByShared, Reduced, SHARED, Shared, UNKNOWN,
     schur_reduced,
 };
+use crate::likelihood::corrected::Corrected;
 use crate::measurement::spin::Spin;
-use crate::physics::collision::{Coefficients, Corrected};
+use crate::physics::collision::Coefficients;
 use crate::trajectory::scene::{LiftPrior, Scene};
 use crate::trajectory::shot_scene::ShotScene;
 

@@ -1,11 +1,11 @@
 //! A film's measured numbers against the model, one by one.
 
 use super::{Film, OWN, Own, SHARED, SPIN, Shared, before_impact};
+use crate::likelihood::corrected::Corrected;
 use crate::measurement::correction::Correction;
 use crate::measurement::observable::Axis;
 use crate::measurement::track::TrackedBall;
 use crate::physics::cloth_motion::{Cloth, Path};
-use crate::physics::collision::Corrected;
 
 /// The kind of a number that is measured of a ball.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -128,6 +128,6 @@ impl Film {
 /// The collision, without derivatives.
 fn collide(collision: &Corrected, inputs: &[f64; 8]) -> Option<[f64; 12]> {
     let (cue, coefficients) = before_impact(inputs);
-    let (outcome, _) = collision.collide_with_jacobian(&cue, &coefficients).ok()?;
+    let (outcome, ..) = collision.collide_with_all(&cue, &coefficients).ok()?;
     Some(outcome.components().into())
 }

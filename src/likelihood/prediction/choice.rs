@@ -2,11 +2,12 @@
 
 use super::start::Start;
 use super::{Plan, Unpredictable};
+use crate::likelihood::corrected::{Corrected, Correction};
 use crate::measurement::dataset::Measurement;
 use crate::measurement::observable::{Axis, Observable};
-use crate::physics::collision::{Coefficients, Corrected, Correction, Effects, Fidelity, Model};
-use crate::physics::effect_sizes;
-use crate::physics::effect_sizes::Compared;
+use crate::physics::collision::effects;
+use crate::physics::collision::effects::Compared;
+use crate::physics::collision::{Coefficients, Effects, Fidelity, Model};
 
 /// A contact that gives way by more, in parts of the speed, is no correction of one that is rigid.
 const DIRECT: f64 = 2e-3;
@@ -74,7 +75,7 @@ impl Plan {
         };
         let everything = self.rows.iter().any(vertical);
         let compared = if everything { Compared::Everything } else { Compared::Velocities };
-        let choice = effect_sizes::choose(model, &start.cue, coefficients, tolerance, compared)?;
+        let choice = effects::choose(model, &start.cue, coefficients, tolerance, compared)?;
         self.choice = Some((choice.fidelity, choice.effects));
         self.is_direct = choice
             .estimates

@@ -14,13 +14,14 @@ pub use seen::{difference, wrap};
 use start::{Start, State};
 
 use super::joint_errors::Together;
+use crate::likelihood::corrected::Correction;
 use crate::likelihood::small_products::add_product;
 use crate::measurement::dataset::{Before, Joint, Measurement, Shared, Shot};
 use crate::measurement::observable::Observable;
 use crate::measurement::parameter::Parameter;
 use crate::measurement::spin::Spin;
 use crate::physics::ball::BallState;
-use crate::physics::collision::{Coefficients, Correction, Effects, Fidelity, Model, Regime};
+use crate::physics::collision::{Coefficients, Effects, Fidelity, Model, Regime};
 use crate::physics::friction_law::Law;
 
 /// No kind of data set has more observables per shot.

@@ -137,10 +137,12 @@ impl<'a> TrustRegion<'a> {
         let orthogonality = self.options.orthogonality;
         let changes_nothing =
             step.trial.iter().zip(x.iter()).all(|(trial, x)| (trial - x).abs() <= SMALL_STEP * x.abs());
-        if !step.is_limited && step.tangent <= orthogonality * norm {
+        // A bound that is met is met exactly, however small the step to it.
+        let rests = !step.is_limited && self.bounds.activity(&step.trial) == self.bounds.activity(x);
+        if rests && step.tangent <= orthogonality * norm {
             return Some(Termination::Orthogonal);
         }
-        if !step.is_limited && changes_nothing {
+        if rests && changes_nothing {
             return Some(Termination::SmallStep);
         }
         if self.refinement.is_some_and(|last| step.length > CONTRACTION * last) {

@@ -1,15 +1,47 @@
-//! What a simulation of an impact contains: one switch for each effect.
+//! The effects of an impact, each with its switch, and how large each is on one shot: the choice of `auto` is the cheapest fidelity
+//! whose missing effects stay together within a tolerance.
+//!
+//! Sizes are bounds, to leading order, on what an effect changes, as a fraction of the cue ball's speed U. q = (1 + e)k/N is the normal
+//! impulse; J_y = μq cos θ₀ and J_z = μq are the largest impulses of friction, but at most what stops the slip, |v_y0|/2β_y and
+//! |v_z0|/2β_z; left = v_∥0 − 2β_yμq is the slip at the end at least, and mixed the largest sin θ cos θ.
+//!
+//! | effect | changes velocities by | present |
+//! | --- | --- | --- |
+//! | inelasticity | (1 − e)k/2 | always |
+//! | friction | √(J_y² + J_z²) | if the balls slip |
+//! | stick | the impulse of friction beyond that which stops the slip | if friction can stop a component of the slip |
+//! | turning | μq Δθ, Δθ ≤ 2μ(β_y − β_z)q mixed/left | if spin and slip are not aligned |
+//! | cloth | μ_s J_z | with topspin |
+//! | cloth-turning | μ_s J_z μ cos θ₀ | with topspin, and cut or side spin |
+//! | cloth-on-cue | μ_k J_z | with draw |
+//! | gravity | g Δt, horizontally max(μ_k, μ_s) times it | always |
+//! | falling-friction | q times the change of μ | if friction depends on the slip |
+//! | compliance | twice J if friction may stop the slip, else the lag μq Δθ, Δθ ≤ ⅚κμ²(β_y − β_z) mixed (k/left)² | if κ > 0 |
+//!
+//! An impulse J of friction changes a spin times R by J/ν: if spins count too, it counts 1/ν times. The motion of both balls on the
+//! cloth in the time T after the impact ([`motion`]), with the slip s on the cloth and t = 2V_z/(g(1 − e_t)) of all flights:
+//!
+//! | effect | changes velocities by at most | present |
+//! | --- | --- | --- |
+//! | flight | μ_k g min(t, T), at most as much as sliding | if a ball leaves the cloth |
+//! | sliding | what stops the slip, sν/(1 + ν), at most μ_k(gT + (1 + e_t)V_z) | if a ball slips on the cloth |
+//! | rolling | μ_r g T | if a ball moves |
 
 use std::str::FromStr;
 
+use super::impact::Impact;
+use super::{Coefficients, Fidelity, Input, Model, NotACollision, Outcome};
+use crate::physics::ball::BallState;
+use crate::physics::cloth_motion::{Cloth, GRAVITY};
+use crate::physics::contact_frame::cloth_slip;
 use crate::physics::name::UnknownName;
 
-/// The effects from one table: what each is, its switch, and its name on the command line and in fit.json.
+/// The table of effects: switch, name on the command line and in fit.json, the reason for its size and that for a size of 0.
 macro_rules! effects {
-    ($($(#[doc = $doc:literal])+ $switch:ident: $name:literal,)+) => {
-        /// Effects of an impact, each on or off. [`super::Fidelity::effects`] gives those that a fidelity can simulate.
+    ($($(#[doc = $doc:literal])+ $switch:ident = $name:literal | $there:literal | $not:literal,)+) => {
+        /// Effects of an impact, each on or off. [`Fidelity::effects`] gives those that a fidelity can simulate.
         #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-        #[allow(clippy::struct_excessive_bools)] // any combination of the effects is one that can be asked for
+        #[allow(clippy::struct_excessive_bools)] // any combination of the effects can be asked for
         pub struct Effects {
             $($(#[doc = $doc])+ pub $switch: bool,)+
         }
@@ -23,6 +55,9 @@ macro_rules! effects {
 
             /// The names of the effects, as on the command line and in fit.json.
             pub const NAMES: [&'static str; 10] = [$($name),+];
+
+            /// The reasons for the size of each effect, and for a size of 0.
+            const REASONS: [[&'static str; 2]; 10] = [$([$there, $not]),+];
 
             /// Each effect's name and whether it is on, in the order of [`Effects::NAMES`].
             #[must_use]
@@ -49,25 +84,28 @@ macro_rules! effects {
 
 effects! {
     /// The balls lose energy in the impact: e < 1.
-    inelasticity: "inelasticity",
+    inelasticity = "inelasticity" | "the balls lose (1 − e)k/2" | "e = 1",
     /// Friction between the balls.
-    friction: "friction",
+    friction = "friction" | "the balls slip on each other" | "the balls do not slip on each other",
     /// Friction between the balls ends when their slip has stopped: the contact sticks.
-    stick: "stick",
+    stick = "stick" | "friction may end the slip" | "the slip outlasts the impact",
     /// The friction between the balls turns with the slip during the impact.
-    turning: "turning",
+    turning = "turning" | "the slip turns during the impact" | "slip and friction keep their direction",
     /// Friction of the cloth on a ball that is pressed down: on the object ball, with topspin.
-    cloth: "cloth",
+    cloth = "cloth" | "topspin presses the object ball into the cloth" | "no topspin on a cloth with friction",
     /// The cloth's friction follows the object ball's slip on it, and is not just along −x.
-    cloth_turning: "cloth-turning",
+    cloth_turning = "cloth-turning" | "the object ball slips aside as well" | "the object ball slips straight on",
     /// Friction of the cloth on the cue ball, with draw.
-    cloth_on_cue: "cloth-on-cue",
+    cloth_on_cue = "cloth-on-cue" | "draw presses the cue ball into the cloth" | "no draw",
     /// Gravity during the contact, with the balls' weight on the cloth.
-    gravity: "gravity",
+    gravity = "gravity" | "the balls' weight acts for the contact's duration" | "no weight",
     /// Friction between the balls that depends on the slip follows it during the impact.
-    falling_friction: "falling-friction",
-    /// The contact gives way along the surface and springs back, by κ of [`super::Model`].
-    compliance: "compliance",
+    falling_friction =
+        "falling-friction" | "friction changes as the slip falls" | "friction does not depend on the slip",
+    /// The contact is compliant along the surface and springs back, by [`Model::kappa`].
+    compliance =
+        "compliance" | "the contact springs back along the surface" |
+        "the contact slides in one direction throughout",
 }
 
 /// `all`, `none`, or names of [`Effects::NAMES`] with commas between.
@@ -82,31 +120,202 @@ impl FromStr for Effects {
         }
         let mut effects = Self::NONE;
         for name in text.split(',').map(str::trim) {
-            let unknown = || UnknownName {
-                kind: "effect",
-                name: name.to_owned(),
-                known: ["all", "none"].into_iter().chain(Self::NAMES).collect(),
+            let Some(switch) = effects.switch(name) else {
+                let known = ["all", "none"].into_iter().chain(Self::NAMES).collect();
+                return Err(UnknownName { kind: "effect", name: name.to_owned(), known });
             };
-            *effects.switch(name).ok_or_else(unknown)? = true;
+            *switch = true;
         }
         Ok(effects)
     }
 }
 
-#[cfg(test)]
-mod tests {
-    use super::*;
+/// The default tolerance of [`choose`], as a fraction of the cue ball's speed U. It is below what the best footage resolves.
+pub const TOLERANCE: f64 = 1e-3;
 
-    #[test]
-    fn every_name_has_a_switch_of_its_own() {
-        for name in Effects::NAMES {
-            let mut one = Effects::NONE;
-            *one.switch(name).unwrap() = true;
-            let on: Vec<_> = one.list().into_iter().filter(|(_, on)| *on).collect();
-            assert_eq!(on, [(name, true)]);
-        }
-        assert!(Effects::ALL.list().iter().all(|(_, on)| *on));
-        assert_eq!(Effects::ALL.and(Effects::NONE), Effects::NONE);
-        assert!(Effects::ALL.clone().switch("frictoin").is_none());
+/// Time after an impact for which footage follows the balls, s.
+pub const FOLLOWED: f64 = 0.1;
+
+/// Factor by which the cloth's friction on a ball counts, as it also moves the contact between the balls.
+const FEEDBACK: f64 = 1.5;
+
+/// The components of the outcome that must stay within the tolerance.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Compared {
+    /// All components of velocities, and of spins times R.
+    Everything,
+    /// Horizontal velocities.
+    Velocities,
+}
+
+/// The size of one effect on one shot.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Estimate {
+    /// The name of the effect, one of [`Effects::NAMES`] or, of the motion on the cloth, one that [`motion`] gives.
+    pub name: &'static str,
+    /// The largest change of velocities by the effect, as a fraction of the speed of the cue ball U.
+    pub size: f64,
+    /// Whether the effect is simulated.
+    pub on: bool,
+    /// The reason in words.
+    pub why: &'static str,
+}
+
+/// The cheapest way to compute a shot to a tolerance.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Choice {
+    /// The cheapest fidelity that contains the effects that are needed.
+    pub fidelity: Fidelity,
+    /// The effects that are needed.
+    pub effects: Effects,
+    /// The size of each effect, in the order of [`Effects::NAMES`].
+    pub estimates: [Estimate; 10],
+    /// The sum of the sizes of the effects that are left out, as a fraction of the speed of the cue ball U.
+    pub left_out: f64,
+}
+
+impl Choice {
+    /// `model` with the fidelity and the effects that were chosen.
+    #[must_use]
+    pub fn model(&self, model: &Model) -> Model {
+        Model { fidelity: self.fidelity, effects: self.effects, ..*model }.with_some_compliance()
     }
+}
+
+/// The cheapest fidelity that can simulate all the given effects.
+#[must_use]
+pub fn cheapest(effects: Effects) -> Fidelity {
+    let contains = |fidelity: &Fidelity| effects.and(fidelity.effects()) == effects;
+    Fidelity::ALL.into_iter().find(contains).unwrap_or(Fidelity::Contact)
+}
+
+/// Chooses the cheapest fidelity and the effects for one shot; `tolerance` as a fraction of U.
+///
+/// # Errors
+/// Input that describes no collision.
+pub fn choose(
+    model: &Model,
+    cue: &BallState,
+    coefficients: &Coefficients,
+    tolerance: f64,
+    compared: Compared,
+) -> Result<Choice, NotACollision> {
+    let sizes = sizes(model, cue, coefficients, compared)?;
+    let missing = |fidelity: Fidelity| -> f64 {
+        let on = fidelity.effects().list();
+        sizes.iter().zip(on).filter(|(_, (_, on))| !on).map(|(size, _)| size).sum()
+    };
+    let within = |fidelity: &Fidelity| missing(*fidelity) <= tolerance;
+    let fidelity = Fidelity::ALL.into_iter().find(within).unwrap_or(Fidelity::Contact);
+    let mut effects = fidelity.effects();
+    if fidelity != Fidelity::Contact {
+        // an effect of size 0 is switched off; under gravity all depend on each other
+        for (size, name) in sizes.iter().zip(Effects::NAMES) {
+            if let Some(on) = effects.switch(name) {
+                *on &= *size > 0.0;
+            }
+        }
+    }
+    effects.compliance &= model.kappa > 0.0;
+    let on = effects.list();
+    let estimates = std::array::from_fn(|i| {
+        let why = Effects::REASONS[i][usize::from(sizes[i] == 0.0)];
+        Estimate { name: on[i].0, size: sizes[i], on: on[i].1, why }
+    });
+    Ok(Choice { fidelity, effects, estimates, left_out: missing(fidelity) })
+}
+
+/// The size of each effect as a fraction of U, in the order of [`Effects::NAMES`].
+fn sizes(
+    model: &Model,
+    cue: &BallState,
+    coefficients: &Coefficients,
+    compared: Compared,
+) -> Result<[f64; 10], NotACollision> {
+    // with all effects, and validated as a collision without integration
+    let model = Model { effects: Effects::ALL, fidelity: Fidelity::Full, ..*model };
+    let values = model.validated(cue, coefficients)?;
+    let Impact { k, slip: [v_y, v_z], lever: [lever_y, lever_z], n, m_s, .. } = Impact::new(&values, &model);
+    let (e, mu) = (values[Input::E], model.law.largest(coefficients.mu));
+    let everything = compared == Compared::Everything;
+    let per_nu = if everything { 1.0 / model.ball.inertia } else { 1.0 };
+    let slip = v_y.hypot(v_z);
+    let slips = slip > 0.0 && mu > 0.0;
+    let (cos, sin) = if slip > 0.0 { (v_y.abs() / slip, v_z.abs() / slip) } else { (0.0, 0.0) };
+    let q = (1.0 + e) * k / n * (1.0 + mu * m_s);
+    // v_y falls faster than v_z, so that |cos θ| only falls, but |sin θ| may grow
+    let (stops_y, stops_z) = (v_y.abs() / lever_y, v_z.abs() / lever_z);
+    let (j_y, j_z) = ((mu * q * cos).min(stops_y), (mu * q).min(stops_z));
+    let left = (slip - lever_y * mu * q).max(0.0);
+    // the largest sin θ cos θ on the way towards z
+    let mixed = if cos > sin && sin > 0.0 { 0.5 } else { sin * cos };
+    let only = |present: bool, size: f64| if present { size } else { 0.0 };
+
+    let beyond = (mu * q * cos - stops_y).hypot(mu * q * sin - stops_z);
+    let turned = mu * (lever_y - lever_z) * q * mixed / left;
+    let turned = only(mixed > 0.0, turned.min(cos.atan2(sin)));
+    let cloth = FEEDBACK * m_s * j_z * per_nu;
+    // Δt = T k^(−1/5) (1 + e)/2: restitution takes e times as long as compression
+    let duration = model.contact_time * k.powf(-0.2) * 0.5 * (1.0 + e);
+    let held = FEEDBACK * model.mu_k.max(coefficients.mu_s) * per_nu;
+    let change = (model.law.mu(coefficients.mu, left) - model.law.mu(coefficients.mu, slip)).abs();
+    let kappa = model.kappa;
+    let compliance = if left > 0.0 && slip > mu * kappa * k {
+        let lag = 5.0 / 12.0 * kappa * mu * mu * (lever_y - lever_z) * mixed * (k / left).powi(2);
+        mu * q * lag.min(1.0)
+    } else {
+        stops_y.hypot(stops_z).min(2.0 * mu * q)
+    };
+    let sizes = [
+        0.5 * (1.0 - e) * k * (per_nu * mu).max(1.0),
+        only(slips, j_y.hypot(j_z) * per_nu),
+        only(slips && stops_y.max(stops_z) <= mu * q, beyond * per_nu),
+        only(slips, mu * q * turned * per_nu + mu * q * mu * m_s * (per_nu + m_s)),
+        cloth,
+        cloth * (mu * cos).min(1.0),
+        only(v_z < 0.0, FEEDBACK * model.mu_k * j_z * per_nu),
+        GRAVITY * duration * if everything { held.max(1.0) } else { held },
+        only(slips, change * q * per_nu),
+        only(slips && kappa > 0.0, compliance * per_nu),
+    ];
+    // impulses are per unit of the object ball's mass; the lighter ball changes its velocity more
+    let speed = cue.velocity.norm() / (n - 1.0).max(1.0);
+    Ok(sizes.map(|size| size / speed))
+}
+
+/// Sizes of the effects of the motion of both balls in the first `seconds` after an impact: flight, sliding, rolling. Each is on if it
+/// changes velocities by more than `tolerance`, as a fraction of the cue ball's speed before the impact.
+#[must_use]
+pub fn motion(
+    model: &Model,
+    cue: &BallState,
+    outcome: &Outcome,
+    cloth: &Cloth<f64>,
+    seconds: f64,
+    tolerance: f64,
+) -> [Estimate; 3] {
+    let nu = model.ball.inertia;
+    let lost = (1.0 - cloth.bounce).max(f64::EPSILON);
+    let mut sizes = [0.0_f64; 3];
+    for ball in [outcome.cue, outcome.object] {
+        let up = ball.velocity.z;
+        let stops = cloth_slip(&ball, model.ball.radius).xy().norm() * nu / (1.0 + nu);
+        // the landings of all bounces: μ_k(1 + e_t)(V_z + e_t V_z + …)
+        let landings = (1.0 + cloth.bounce) * up / lost;
+        let slides = stops.min(cloth.sliding * (GRAVITY * seconds + landings));
+        // 2V_z/g in the air, and e_t of the time before at each bounce
+        let air = 2.0 * up / (GRAVITY * lost);
+        let flies = (cloth.sliding * GRAVITY * air.min(seconds)).min(slides);
+        let rolls = (cloth.rolling * GRAVITY * seconds).min(ball.velocity.xy().norm());
+        sizes = std::array::from_fn(|i| sizes[i].max([flies, slides, rolls][i]));
+    }
+    let reasons = [
+        ["flight", "a ball leaves the cloth, and is not braked meanwhile", "no ball leaves the cloth"],
+        ["sliding", "a ball slips on the cloth before it rolls", "both balls roll at once"],
+        ["rolling", "the cloth brakes balls that roll", "no rolling resistance"],
+    ];
+    std::array::from_fn(|i| {
+        let ([name, there, not], size) = (reasons[i], sizes[i] / cue.velocity.norm());
+        Estimate { name, size, on: size > tolerance, why: if size > 0.0 { there } else { not } }
+    })
 }

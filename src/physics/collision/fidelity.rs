@@ -18,28 +18,29 @@ worded! {
         Linear = "linear" | "first order in μ, no stick",
         /// The exact solution of the equations of motion, stick included.
         Full = "full" | "the exact solution, stick included",
-        /// The equations of motion of [`Fidelity::Full`], or with κ those of a compliant contact, integrated to
-        /// [`Model::tolerance`](super::Model::tolerance).
+        /// The equations of motion of [`Fidelity::Full`], or with κ those of a compliant contact, integrated to [`Model::tolerance`](super::Model::tolerance).
         Ode = "ode" | "the same equations integrated, to a tolerance",
-        /// The contact resolved in time, to [`Model::tolerance`](super::Model::tolerance), with everything that acts on the balls.
+        /// The contact resolved in time to [`Model::tolerance`](super::Model::tolerance), with gravity and the cloth's friction on both balls.
         Contact = "contact" | "the contact resolved in time, with gravity and the cloth, to a tolerance",
     }
     /// The name on the command line and in fit.json.
     pub fn name;
-    /// What it models, in a line.
+    /// The model in a line.
     pub fn meaning;
 }
+
+by_name!(Fidelity, "fidelity", ALL, name);
 
 impl Fidelity {
     /// Whether this fidelity integrates the equations of motion step by step.
     #[must_use]
-    #[inline]
     pub fn is_integrated(self) -> bool {
         matches!(self, Self::Ode | Self::Contact)
     }
 
     /// All effects that this fidelity can simulate.
     #[must_use]
+    #[inline]
     pub fn effects(self) -> Effects {
         let inelastic = Effects { inelasticity: true, ..Effects::NONE };
         let linear = Effects { friction: true, cloth: true, ..inelastic };
@@ -54,15 +55,14 @@ impl Fidelity {
     }
 }
 
-/// What the shots of a fit are computed with.
+/// The fidelity that the shots of a fit are computed with.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 #[non_exhaustive]
 pub enum FidelityChoice {
-    /// Each shot takes the cheapest fidelity whose errors stay within a tenth of its standard errors; it is chosen at the start of
-    /// the fit.
+    /// For each shot the cheapest fidelity whose errors stay within a tenth of its standard errors, chosen at the start of the fit.
     #[default]
     Auto,
-    /// All take this one.
+    /// The same fidelity for all shots.
     Of(Fidelity),
 }
 
@@ -76,7 +76,7 @@ impl FidelityChoice {
         }
     }
 
-    /// What collisions are computed with before anything else is chosen.
+    /// The fidelity before one is chosen.
     pub(crate) fn first(self) -> Fidelity {
         match self {
             Self::Auto => Fidelity::Full,
@@ -84,8 +84,6 @@ impl FidelityChoice {
         }
     }
 }
-
-by_name!(Fidelity, "fidelity", ALL, name);
 
 impl FromStr for FidelityChoice {
     type Err = UnknownName;

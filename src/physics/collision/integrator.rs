@@ -4,6 +4,13 @@
 //! Derivatives of an outcome come from repeating the recorded steps with inputs changed a little, each event met where it then is:
 //! their differences are smooth (Bock 1981).
 
+use nalgebra::{SMatrix, SVector};
+
+use super::contact::{EVENTS, Mode, N, Shot, State};
+use super::impact::{Values, components};
+use super::{Fidelity, Input, Model, Outcome, Regime};
+use crate::physics::friction_law::Law;
+
 /// Largest number of steps. Impacts take some dozen to some hundred; stiff contacts shake.
 const MAX_STEPS: usize = 300_000;
 
@@ -19,90 +26,141 @@ const LOCATED: f64 = 1e-11;
 /// Probe for the slope of an event's function, in parts of the step.
 const PROBE: f64 = 1e-4;
 
-/// The number of events of a system.
-pub(super) const EVENTS: usize = 4;
+/// Step of derivatives that follow an integration, as a fraction of k or of 1: its error is of that order, roundings over it are less.
+const STEP: f64 = 1e-7;
 
-/// The equations of motion, as they are in a mode.
-pub(super) trait System<const N: usize> {
-    /// Which equations hold.
-    type Mode: Copy;
-
-    /// The state's rates.
-    fn rates(&self, mode: &Self::Mode, y: &[f64; N]) -> [f64; N];
-
-    /// Functions that are positive until their event.
-    fn events(&self, mode: &Self::Mode, y: &[f64; N]) -> [f64; EVENTS];
-
-    /// The mode for the next step, and the longest step that is stable.
-    fn prepare(&self, mode: &Self::Mode, y: &[f64; N]) -> (Self::Mode, f64);
-
-    /// The mode after an event; `None` at the end.
-    fn after(&self, mode: &Self::Mode, event: usize) -> Option<Self::Mode>;
-
-    /// Brings the state from the form of one mode into that of another.
-    fn change(&self, from: &Self::Mode, to: &Self::Mode, y: &mut [f64; N]);
-}
-
-/// The integration takes too many steps.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct TooManySteps;
+/// The least e at which an integration is followed, and the shortest restitution.
+const LEAST_E: f64 = 1e-6;
 
 /// A step: its mode and length, and if it ends with an event, that event's function there and its slope.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Step<M> {
-    pub mode: M,
+struct Step {
+    mode: Mode,
     length: f64,
     event: Option<(usize, f64, f64)>,
 }
 
-/// The state at the end, from `mode` and `y`, and the event that ends it. The steps to there are recorded.
-pub(super) fn integrate<const N: usize, S: System<N>>(
-    system: &S,
-    mut mode: S::Mode,
-    mut y: [f64; N],
-    tolerance: f64,
-    steps: &mut Vec<Step<S::Mode>>,
-) -> Result<([f64; N], usize), TooManySteps> {
+/// Returns the outcome to the tolerance of the model; `None` if it takes too many steps.
+pub(super) fn collide(values: &Values<f64>, model: &Model) -> Option<Outcome> {
+    Some(solve(values, model)?.0)
+}
+
+/// Returns the outcome, and the steps to it.
+fn solve(values: &Values<f64>, model: &Model) -> Option<(Outcome, Vec<Step>)> {
+    let shot = Shot::new(values, model);
+    let mut steps = Vec::with_capacity(64);
+    let y = integrate(&shot, model.tolerance, &mut steps)?;
+    let stuck = steps.iter().any(|step| step.mode.is_stuck());
+    let regime = if stuck { Regime::Stick } else { Regime::Slide };
+    Some((model.outcome(values, &shot.impulses(values, model, &y), regime), steps))
+}
+
+/// Returns the outcome and its derivatives by the first N inputs: differences of the recorded integration, followed with each input
+/// changed a little.
+pub(super) fn differentiate<const N: usize>(
+    values: &Values<f64>,
+    model: &Model,
+) -> Option<(Outcome, SMatrix<f64, 12, N>)> {
+    let (outcome, mut steps) = solve(values, model)?;
+    let (mut values, mut here) = (*values, outcome.components());
+    let (k, radius) = (values[Input::VelocityX], model.ball.radius);
+    let least = LEAST_E - (values[Input::E] - values[Input::ESlope] * k);
+    if least > 0.0 && model.effects.inelasticity {
+        values = values.moved(Input::E, least);
+        let longer;
+        (longer, steps) = solve(&values, model)?;
+        here = longer.components();
+    }
+    let beside = |values: &Values<f64>| {
+        let shot = Shot::new(values, model);
+        let y = follow(&shot, &steps);
+        SVector::from(components(values, model, &shot.impulses(values, model, &y)))
+    };
+    let column = |input: Input| {
+        let step = match input {
+            Input::VelocityX | Input::VelocityY => STEP * k,
+            Input::SpinX | Input::SpinY | Input::SpinZ => STEP * k / radius,
+            Input::Kappa => STEP * model.kappa,
+            _ => STEP,
+        };
+        (beside(&values.moved(input, step)) - here) / step
+    };
+    let kept = |row: usize| SVector::<f64, 12>::from_fn(|i, _| f64::from(i == row));
+    // without the cloth on the cue ball, only U_y + Rω_z counts and no spin about the line of centres
+    let plain = model.fidelity == Fidelity::Ode;
+    let is_homogeneous = plain && model.law == Law::Constant && model.e_slope.is_none();
+    let mut by = SMatrix::<f64, 12, N>::zeros();
+    for (i, input) in Input::ALL.into_iter().enumerate().take(N) {
+        let found = match input {
+            _ if Values::is_off(input, model) => continue,
+            Input::SpinX if plain => kept(3),
+            Input::SpinZ if plain => radius * (by.column(Input::VelocityY as usize) - kept(1)) + kept(5),
+            // without weight and laws of the speed, outcomes are homogeneous in velocities and spins: below
+            Input::VelocityX if is_homogeneous => continue,
+            // e = e₀ − e₁k
+            Input::ESlope => -k * by.column(Input::E as usize),
+            Input::B | Input::C if model.law == Law::Constant => continue,
+            Input::MassRatio | Input::RadiusRatio if model.object.is_none() => continue,
+            _ => column(input),
+        };
+        by.set_column(i, &found);
+    }
+    if is_homogeneous {
+        let motion = [Input::VelocityY, Input::SpinX, Input::SpinY, Input::SpinZ];
+        let others = motion.map(|input| by.column(input as usize) * values[input]);
+        by.set_column(Input::VelocityX as usize, &((here - others.iter().sum::<SVector<_, 12>>()) / k));
+    }
+    Some((outcome, by))
+}
+
+/// Returns the state at the end, and records the steps to there.
+fn integrate(shot: &Shot, tolerance: f64, steps: &mut Vec<Step>) -> Option<State> {
+    let mut mode = shot.first_mode();
+    let mut y = shot.first_state(&mode);
     let (mut h, mut last): (f64, _) = (FIRST_STEP, None);
+    let mut rates = shot.rates(&mode, &y);
     for _ in 0..MAX_STEPS {
-        let (next, longest) = system.prepare(&mode, &y);
-        system.change(&mode, &next, &mut y);
-        mode = next;
+        let (next, longest) = shot.prepare(&mode, &y);
+        if next != mode {
+            shot.change(&mode, &next, &mut y);
+            mode = next;
+            rates = shot.rates(&mode, &y);
+        }
         h = h.min(longest);
-        let rates = system.rates(&mode, &y);
-        let (there, rates_there, error) = step(system, &mode, &y, &rates, h);
+        let (there, rates_there, error) = step::<true>(shot, &mode, &y, &rates, h);
         let factor = 0.9 * (tolerance / error.max(f64::MIN_POSITIVE)).powf(0.2);
         if !(error <= tolerance) {
             h *= if factor > 0.1 { factor.min(0.9) } else { 0.1 };
             continue;
         }
-        let (before, after) = (system.events(&mode, &y), system.events(&mode, &there));
+        let (before, after) = (shot.events(&mode, &y), shot.events(&mode, &there));
         let between = |at: f64| cubic([&y, &rates], [&there, &rates_there], h, at);
         let first = (0..EVENTS)
             .filter(|event| before[*event] > if last == Some(*event) { ROUNDING } else { 0.0 })
             .filter(|event| after[*event] <= 0.0)
             .map(|event| {
-                let function = |at: f64| system.events(&mode, &between(at))[event];
+                let function = |at: f64| shot.events(&mode, &between(at))[event];
                 (root(function, [before[event], after[event]], h), event)
             })
             .min_by(|a, b| a.0.total_cmp(&b.0));
         let Some((at, event)) = first else {
             steps.push(Step { mode, length: h, event: None });
-            y = there;
+            (y, rates) = (there, rates_there);
             h *= factor.clamp(0.2, 4.0);
             last = None;
             continue;
         };
-        let (length, state, value, slope) = locate(system, &mode, (&y, &rates), [at.min(h), h], event);
+        let (length, state, value, slope) = locate(shot, &mode, (&y, &rates), [at.min(h), h], event);
         steps.push(Step { mode, length, event: Some((event, value, slope)) });
         y = state;
         last = Some(event);
-        let Some(next) = system.after(&mode, event) else { return Ok((y, event)) };
-        system.change(&mode, &next, &mut y);
+        let Some(next) = shot.after(&mode, event) else { return Some(y) };
+        shot.change(&mode, &next, &mut y);
         mode = next;
+        rates = shot.rates(&mode, &y);
         h = h.max(AFTER_EVENT);
     }
-    Err(TooManySteps)
+    None
 }
 
 /// The first step, and the least that is tried after an event.
@@ -110,20 +168,20 @@ const FIRST_STEP: f64 = 0.05;
 const AFTER_EVENT: f64 = 1e-3;
 
 /// Newton's method from near an event, with steps that end there: the step's length, the state, the function and its slope.
-fn locate<const N: usize, S: System<N>>(
-    system: &S,
-    mode: &S::Mode,
-    (y, rates): (&[f64; N], &[f64; N]),
+fn locate(
+    shot: &Shot,
+    mode: &Mode,
+    (y, rates): (&State, &State),
     [mut at, h]: [f64; 2],
     event: usize,
-) -> (f64, [f64; N], f64, f64) {
+) -> (f64, State, f64, f64) {
     let mut trials = 0;
     loop {
-        let state = step(system, mode, y, rates, at).0;
-        let value = system.events(mode, &state)[event];
-        let rates = system.rates(mode, &state);
+        let state = step::<false>(shot, mode, y, rates, at).0;
+        let value = shot.events(mode, &state)[event];
+        let rates = shot.rates(mode, &state);
         let [later, earlier] =
-            [PROBE * h, -PROBE * h].map(|dt| system.events(mode, &ahead(&state, dt, [&rates], [1.0]))[event]);
+            [PROBE * h, -PROBE * h].map(|dt| shot.events(mode, &ahead(&state, dt, [&rates], [1.0]))[event]);
         let slope = (later - earlier) / (2.0 * PROBE * h);
         let off = value / slope;
         trials += 1;
@@ -134,43 +192,41 @@ fn locate<const N: usize, S: System<N>>(
     }
 }
 
-/// The state at the end of the recorded steps for a system that differs a little.
-pub(super) fn follow<const N: usize, S: System<N>>(
-    system: &S,
-    mut y: [f64; N],
-    steps: &[Step<S::Mode>],
-) -> [f64; N] {
-    let mut mode = steps.first().map(|first| first.mode);
+/// Returns the state at the end of the recorded steps for a shot that differs a little.
+fn follow(shot: &Shot, steps: &[Step]) -> State {
+    let mut mode = steps.first().map_or(shot.first_mode(), |first| first.mode);
+    let mut y = shot.first_state(&mode);
     for Step { mode: next, length, event } in steps {
-        if let Some(mode) = &mode {
-            system.change(mode, next, &mut y);
-        }
-        mode = Some(*next);
-        y = step(system, next, &y, &system.rates(next, &y), *length).0;
+        shot.change(&mode, next, &mut y);
+        mode = *next;
+        y = step::<false>(shot, next, &y, &shot.rates(next, &y), *length).0;
         if let Some((event, value, slope)) = event {
-            let later = (value - system.events(next, &y)[*event]) / slope;
-            y = ahead(&y, later, [&system.rates(next, &y)], [1.0]);
+            let later = (value - shot.events(next, &y)[*event]) / slope;
+            y = ahead(&y, later, [&shot.rates(next, &y)], [1.0]);
         }
     }
     y
 }
 
-/// A step of order 5: the state there, its rates, and the largest error.
+/// Returns the state after a step of order 5; with `ESTIMATES` also its rates there and the largest error.
 #[inline(never)]
-fn step<const N: usize, S: System<N>>(
-    system: &S,
-    mode: &S::Mode,
-    y: &[f64; N],
-    k1: &[f64; N],
+fn step<const ESTIMATES: bool>(
+    shot: &Shot,
+    mode: &Mode,
+    y: &State,
+    k1: &State,
     h: f64,
-) -> ([f64; N], [f64; N], f64) {
-    let rates = |y: &[f64; N]| system.rates(mode, y);
+) -> (State, State, f64) {
+    let rates = |y: &State| shot.rates(mode, y);
     let k2 = rates(&ahead(y, h, [k1], A2));
     let k3 = rates(&ahead(y, h, [k1, &k2], A3));
     let k4 = rates(&ahead(y, h, [k1, &k2, &k3], A4));
     let k5 = rates(&ahead(y, h, [k1, &k2, &k3, &k4], A5));
     let k6 = rates(&ahead(y, h, [k1, &k2, &k3, &k4, &k5], A6));
     let there = ahead(y, h, [k1, &k3, &k4, &k5, &k6], B);
+    if !ESTIMATES {
+        return (there, k6, 0.0);
+    }
     let k7 = rates(&there);
     let error = ahead(&[0.0; N], h, [k1, &k3, &k4, &k5, &k6, &k7], E);
     // also finds a NaN
@@ -179,12 +235,7 @@ fn step<const N: usize, S: System<N>>(
 }
 
 #[inline(always)]
-fn ahead<const N: usize, const M: usize>(
-    y: &[f64; N],
-    h: f64,
-    rates: [&[f64; N]; M],
-    by: [f64; M],
-) -> [f64; N] {
+fn ahead<const M: usize>(y: &State, h: f64, rates: [&State; M], by: [f64; M]) -> State {
     let mut there = *y;
     for (rates, by) in rates.into_iter().zip(by) {
         let by = by * h;
@@ -196,7 +247,7 @@ fn ahead<const N: usize, const M: usize>(
 }
 
 /// The cubic through both ends of a step.
-fn cubic<const N: usize>([y, k]: [&[f64; N]; 2], [y1, k1]: [&[f64; N]; 2], h: f64, at: f64) -> [f64; N] {
+fn cubic([y, k]: [&State; 2], [y1, k1]: [&State; 2], h: f64, at: f64) -> State {
     let (t, rest) = (at / h, 1.0 - at / h);
     std::array::from_fn(|i| {
         let d = y1[i] - y[i];

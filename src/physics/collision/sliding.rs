@@ -15,13 +15,18 @@
 //! quadratic in q. Nothing is singular: μ = 0, v_y0 = 0 and v_z0 = 0 are ordinary. Restitution is solved as an impact of its own
 //! from the slip that is left, so that a small e keeps its digits.
 //!
-//! Derivatives follow from one step of Newton's method in dual numbers at the solution.
+//! Derivatives follow from those of q and W at the end, on the same nodes.
+
+mod gradient;
+mod quadrature;
 
 use nalgebra::SVector;
-use num_dual::{Derivative, DualNum};
+use num_dual::Derivative;
 use wide::f64x2;
 
-use super::impact::{Dual, Impact, Impulses};
+use self::gradient::gradient;
+use self::quadrature::integrate;
+use super::impact::{Dual, Impact};
 use super::{Number, Regime};
 
 /// The y and the z component.
@@ -36,38 +41,14 @@ const LAST_STEP: f64 = 1e-5;
 /// The λs after which the slip has decayed: e^(−42) is below the rounding of 1.
 const DECAYED: f64 = 42.0;
 
-/// The friction over that at first contact, μ(v)/μ₀ = a + b e^(−cv).
-#[derive(Clone, Copy)]
-struct Relative<D> {
-    a: D,
-    b: D,
-    c: D,
-}
-
-impl Relative<f64> {
-    /// Returns m = μ(v)/μ₀ and dm/dv.
-    #[inline(always)]
-    fn at<const FALLS: bool>(&self, v: f64) -> [f64; 2] {
-        if !FALLS {
-            return [1.0, 0.0];
-        }
-        let falling = self.b * (-self.c * v).exp();
-        [self.a + falling, -self.c * falling]
-    }
-}
-
-/// The slip's decay: λ_y, λ_z, and the pace of s.
-#[derive(Clone, Copy)]
-struct Decay {
-    rates: Pair,
-    friction: Relative<f64>,
-}
-
 /// The numbers that a slide depends on.
+#[derive(Clone, Copy)]
 struct Slide<D> {
     slip: [D; 2],
+    /// λ_y and λ_z.
     rates: [D; 2],
-    friction: Relative<D>,
+    /// The a, b, c of the friction over that at first contact, m(v) = μ(v)/μ₀ = a + b e^(−cv).
+    friction: [D; 3],
     /// A, m/s.
     cloth: D,
 }
@@ -76,26 +57,46 @@ impl<D: Number> Slide<D> {
     #[inline(always)]
     fn new(impact: &Impact<D>) -> Self {
         let &Impact { slip, lever, m_s, mu, fall, .. } = impact;
-        let constant = Relative { a: D::from(1.0), b: D::from(0.0), c: D::from(0.0) };
-        let cloth = if impact.topspin { m_s * slip[1] / lever[1] } else { D::from(0.0) };
-        let Some([b, c]) = fall else {
-            return Self { slip, rates: [lever[0] * mu, lever[1] * mu], friction: constant, cloth };
-        };
-        let speed = slip[0].re().hypot(slip[1].re());
-        // a unit of s, with no derivative
-        let first = mu.re() + b.re() * (-c.re() * speed).exp();
-        if first > 0.0 {
-            let friction = Relative { a: mu / first, b: b / first, c };
-            return Self { slip, rates: [lever[0] * first, lever[1] * first], friction, cloth };
+        let cloth = m_s * slip[1] / lever[1];
+        if let Some([b, c]) = fall {
+            // a unit of s, with no derivative
+            let first = mu.re() + b.re() * (-c.re() * slip[0].re().hypot(slip[1].re())).exp();
+            if first > 0.0 {
+                let rates = lever.map(|lever| lever * first);
+                return Self { slip, rates, friction: [mu / first, b / first, c], cloth };
+            }
         }
-        Self { slip, rates: [lever[0] * mu, lever[1] * mu], friction: constant, cloth }
+        let constant = [D::from(1.0), D::from(0.0), D::from(0.0)];
+        Self { slip, rates: lever.map(|lever| lever * mu), friction: constant, cloth }
+    }
+
+    fn falls(&self) -> bool {
+        self.friction[1].re() != 0.0 || self.friction[2].re() != 0.0
     }
 
     #[inline(always)]
-    fn decay(&self) -> Decay {
-        let Relative { a, b, c } = self.friction;
-        let friction = Relative { a: a.re(), b: b.re(), c: c.re() };
-        Decay { rates: real(&self.rates), friction }
+    fn decay<const FALLS: bool>(&self) -> Decay<FALLS> {
+        Decay { rates: real(&self.rates), friction: self.friction.map(|part| part.re()) }
+    }
+}
+
+/// The rates at which the slip decays, and the friction that sets the pace, if it falls.
+#[derive(Clone, Copy)]
+struct Decay<const FALLS: bool> {
+    rates: Pair,
+    friction: [f64; 3],
+}
+
+impl<const FALLS: bool> Decay<FALLS> {
+    /// Returns m(v) and dm/dv.
+    #[inline(always)]
+    fn friction(&self, v: f64) -> [f64; 2] {
+        if !FALLS {
+            return [1.0, 0.0];
+        }
+        let [a, b, c] = self.friction;
+        let falling = b * (-c * v).exp();
+        [a + falling, -c * falling]
     }
 }
 
@@ -106,11 +107,11 @@ fn real<D: Number>(pair: &[D; 2]) -> Pair {
 
 /// The end of an impact.
 pub(super) struct End {
-    /// Normal impulse per mass of the object ball, m/s.
-    q: f64,
+    /// The normal impulses of compression and of restitution, per mass of the object ball, m/s.
+    q: [f64; 2],
     /// The parts of the slip's components that friction has stopped.
     stopped: Pair,
-    /// s at the end of compression; `None` if the contact has stuck before, or if the cloth takes no part and it does not matter.
+    /// s at the end of compression; `None` if the contact has stuck before, or without the cloth.
     compressed: Option<f64>,
     /// s from there, or from the beginning, to the end; `None` if the contact has stuck.
     slid: Option<f64>,
@@ -120,32 +121,50 @@ impl End {
     pub fn regime(&self) -> Regime {
         if self.slid.is_some() { Regime::Slide } else { Regime::Stick }
     }
+
+    /// Returns q, J_y and J_z.
+    #[inline(always)]
+    pub fn impulses(&self, impact: &Impact<f64>) -> [f64; 3] {
+        let [y, z] = self.stopped.to_array();
+        let ([v_y, v_z], [lever_y, lever_z]) = (impact.slip, impact.lever);
+        [self.q[0] + self.q[1], -v_y * y / lever_y, -v_z * z / lever_z]
+    }
 }
 
-/// The impulses of an impact, and its end.
+/// Returns the end of an impact.
 #[inline]
-pub(super) fn solve(impact: &Impact<f64>) -> (Impulses<f64>, End) {
+pub(super) fn solve(impact: &Impact<f64>) -> End {
     let slide = Slide::new(impact);
-    let falls = slide.friction.b != 0.0;
-    let end = if falls { find_end::<true>(impact, &slide) } else { find_end::<false>(impact, &slide) };
+    if slide.falls() {
+        find_end(impact, &slide, &slide.decay::<true>())
+    } else {
+        find_end(impact, &slide, &slide.decay::<false>())
+    }
+}
+
+/// Returns q, J_y and J_z with their derivatives, from the end of the impact.
+pub(super) fn differentiate<const N: usize>(impact: &Impact<Dual<N>>, end: &End) -> [Dual<N>; 3] {
+    let slide = Slide::new(impact);
+    let ([v_y, v_z], [rate_y, rate_z], [a, b, c]) = (slide.slip, slide.rates, slide.friction);
+    let inputs = [v_y, v_z, rate_y, rate_z, a, b, c, impact.k, slide.cloth, impact.n, impact.e];
+    let real = inputs.map(|input| input.re);
+    let topspin = v_z.re > 0.0;
+    let by = if slide.falls() {
+        gradient(&real, topspin, &slide.decay::<true>(), end)
+    } else {
+        gradient(&real, topspin, &slide.decay::<false>(), end)
+    };
     let [y, z] = end.stopped.to_array();
-    let ([v_y, v_z], [lever_y, lever_z]) = (slide.slip, impact.lever);
-    let impulses = Impulses { q: end.q, y: -v_y * y / lever_y, z: -v_z * z / lever_z };
-    (impulses, end)
-}
-
-/// The impulses with their derivatives, from the end of the impact.
-pub(super) fn differentiate<const N: usize>(impact: &Impact<Dual<N>>, end: &End) -> Impulses<Dual<N>> {
-    let slide = Slide::new(impact);
-    let (q, stopped) = newton_step(impact, &slide, end);
-    let parts = end.stopped.to_array();
-    let [y, z] = [0, 1].map(|i| -slide.slip[i] * with_value(stopped[i], parts[i]) / impact.lever[i]);
-    Impulses { q: with_value(q, end.q), y, z }
-}
-
-fn with_value<const N: usize>(mut number: Dual<N>, value: f64) -> Dual<N> {
-    number.re = value;
-    number
+    let [q, y, z] = [(end.q[0] + end.q[1], &by[0]), (y, &by[1]), (z, &by[2])].map(|(value, by)| {
+        let mut eps = SVector::<f64, N>::zeros();
+        for (input, by) in inputs.iter().zip(by) {
+            if let Some(of_input) = &input.eps.0 {
+                eps.axpy(*by, of_input, 1.0);
+            }
+        }
+        Dual::new(value, Derivative::some(eps))
+    });
+    [q, -v_y * y / impact.lever[0], -v_z * z / impact.lever[1]]
 }
 
 /// A place on the way, counted from the beginning of compression or of restitution.
@@ -166,11 +185,11 @@ impl Place {
     }
 
     #[inline(always)]
-    fn advanced<const FALLS: bool>(mut self, decay: &Decay, ds: f64) -> Self {
+    fn advanced<const FALLS: bool>(mut self, decay: &Decay<FALLS>, ds: f64) -> Self {
         let (slip, stopped_z) = (self.slip, self.stopped.as_array()[1]);
-        let lost = integrate::<FALLS>(decay, norm(slip), ds, |weight, _, lost| {
+        let lost = integrate(decay, norm(slip), ds, |weight, _, lost| {
             let speed = norm(slip - slip * lost);
-            let dq = weight * speed / decay.friction.at::<FALLS>(speed)[0];
+            let dq = weight * speed / decay.friction(speed)[0];
             self.q += dq;
             self.i += dq * (stopped_z + (1.0 - stopped_z) * lost.as_array()[1]);
         });
@@ -185,29 +204,33 @@ impl Place {
 #[inline(always)]
 fn slide_on<const FALLS: bool>(
     mut at: Place,
-    decay: &Decay,
-    left: impl Fn(&Place) -> f64,
+    decay: &Decay<FALLS>,
+    left: impl Fn(&Place, f64) -> f64,
 ) -> Result<Place, Place> {
     let [y, z] = decay.rates.to_array();
     for _ in 0..MAX_STEPS {
         let [y2, z2] = (at.slip * at.slip).to_array();
         let speed = (y2 + z2).sqrt();
-        let dq = left(&at);
         if speed == 0.0 {
             return Err(Place { stopped: Pair::ONE, ..at });
         }
-        let [m, slope] = decay.friction.at::<FALLS>(speed);
+        let per_speed = 1.0 / speed;
+        let dq = left(&at, per_speed);
+        let [m, slope] = decay.friction(speed);
         // q grows by |v|(1 − e^(−rate ds))/(m rate) at first
-        let per_pace = m / speed;
-        let rate = (y * y2 + z * z2) / (y2 + z2) * (1.0 - speed * slope / m);
+        let per_pace = m * per_speed;
+        let mut rate = (y * y2 + z * z2) * (per_speed * per_speed);
+        if FALLS {
+            rate *= 1.0 - speed * slope / m;
+        }
         let mut part = rate * dq * per_pace;
         if !(part < 0.7) {
             // and by no more than with the slowest rate
-            let slowest = slowest(decay, at.slip);
+            let slowest = slowest(decay.rates, at.slip);
             part = slowest * dq * per_pace;
             if part >= 1.0 {
-                let end = at.advanced::<FALLS>(decay, DECAYED / slowest);
-                if left(&end) >= 0.0 {
+                let end = at.advanced(decay, DECAYED / slowest);
+                if left(&end, 1.0 / norm(end.slip)) >= 0.0 {
                     return Err(Place { stopped: Pair::ONE, slip: Pair::ZERO, ..end });
                 }
             }
@@ -218,9 +241,9 @@ fn slide_on<const FALLS: bool>(
         let x2 = (part * per) * (part * per);
         let ds = dq * per_pace * 2.0 * per * (1.0 + x2 * (1.0 / 3.0 + x2 * (0.2 + x2 * (1.0 / 7.0))));
         // …less what the rate falls by: d(rate)/ds = −2(λ_y − λ_z)² v_y² v_z²/|v|⁴
-        let turned = (y - z) * ds / (speed * speed);
+        let turned = (y - z) * ds * (per_speed * per_speed);
         let ds = ds * (1.0 - (turned * turned * y2 * z2 * (1.0 / 3.0)).min(0.5));
-        at = at.advanced::<FALLS>(decay, ds);
+        at = at.advanced(decay, ds);
         if ds.abs() * y.max(z) <= LAST_STEP {
             break;
         }
@@ -229,8 +252,8 @@ fn slide_on<const FALLS: bool>(
 }
 
 /// The smaller rate of those components that are not 0.
-fn slowest(decay: &Decay, slip: Pair) -> f64 {
-    let ([y, z], [v_y, v_z]) = (decay.rates.to_array(), slip.to_array());
+fn slowest(rates: Pair, slip: Pair) -> f64 {
+    let ([y, z], [v_y, v_z]) = (rates.to_array(), slip.to_array());
     match (v_y == 0.0, v_z == 0.0) {
         (true, _) => z,
         (_, true) => y,
@@ -239,33 +262,37 @@ fn slowest(decay: &Decay, slip: Pair) -> f64 {
 }
 
 #[inline(always)]
-fn find_end<const FALLS: bool>(impact: &Impact<f64>, slide: &Slide<f64>) -> End {
+fn find_end<const FALLS: bool>(impact: &Impact<f64>, slide: &Slide<f64>, decay: &Decay<FALLS>) -> End {
     let &Impact { k, n, e, .. } = impact;
     let cloth = slide.cloth;
-    let decay = &slide.decay();
     let start = Place::start(real(&slide.slip));
-    if !impact.topspin {
+    if impact.slip[1] <= 0.0 {
         let q = (1.0 + e) * k / n;
-        let (stopped, slid) = match slide_on::<FALLS>(start, decay, |at| q - at.q) {
-            Ok(end) => (end.stopped, Some(end.s)),
-            Err(_) => (Pair::ONE, None),
+        let stuck = End { q: [q, 0.0], stopped: Pair::ONE, compressed: None, slid: None };
+        // a friction that does not rise with the slip stops it by |v|/λ at the latest
+        if decay.friction[1] >= 0.0 && slowest(decay.rates, start.slip) * q >= norm(start.slip) {
+            return stuck;
+        }
+        return match slide_on(start, decay, |at, _| q - at.q) {
+            Ok(end) => End { stopped: end.stopped, slid: Some(end.s), ..stuck },
+            Err(_) => stuck,
         };
-        return End { q, stopped, compressed: None, slid };
     }
     // −v_x = dv_x/dq dq + ½ d²v_x/dq² dq²
-    let to_compressed = |at: &Place| {
+    let to_compressed = |at: &Place, per_speed: f64| {
         let approach = k - n * at.q + cloth * at.stopped.as_array()[1];
-        let [first, second] = stiffness::<FALLS>(n, cloth, decay, at);
-        let dq = approach / first;
-        dq - 0.5 * second * dq * dq / first
+        let [first, second] = stiffness(n, cloth, decay, at, per_speed);
+        let per_first = 1.0 / first;
+        let dq = approach * per_first;
+        dq - 0.5 * second * dq * dq * per_first
     };
-    let c = match slide_on::<FALLS>(start, decay, to_compressed) {
+    let c = match slide_on(start, decay, to_compressed) {
         Ok(c) => c,
         Err(stuck) => {
             // W = ½N q² − (k + A) q + A (q_s − I_s) from there on
             let q_c = (k + cloth) / n;
             let lost = 0.5 * n * q_c * q_c - cloth * (stuck.q - stuck.i);
-            let q = q_c + e * (2.0 * lost.max(0.0) / n).sqrt();
+            let q = [q_c, e * (2.0 * lost.max(0.0) / n).sqrt()];
             return End { q, stopped: Pair::ONE, compressed: None, slid: None };
         }
     };
@@ -276,23 +303,23 @@ fn find_end<const FALLS: bool>(impact: &Impact<f64>, slide: &Slide<f64>) -> End 
     let gained =
         |at: &Place| [n * at.q - cloth * at.stopped.as_array()[1], 0.5 * n * at.q * at.q - cloth * at.i];
     // W = v_x dq + ½ dv_x/dq dq² + ⅙ d²v_x/dq² dq³
-    let to_restored = |at: &Place| {
+    let to_restored = |at: &Place, per_speed: f64| {
         let [v_x, w] = gained(at);
-        let [first, second] = stiffness::<FALLS>(n, cloth, decay, at);
+        let [first, second] = stiffness(n, cloth, decay, at, per_speed);
         let dq = rise(target - w, v_x, first);
         let v_x = (v_x + first * dq).max(f64::MIN_POSITIVE);
         dq - second * dq * dq * dq / (6.0 * v_x)
     };
-    match slide_on::<FALLS>(Place::start(c.slip), decay, to_restored) {
+    match slide_on(Place::start(c.slip), decay, to_restored) {
         Ok(f) => {
             let stopped = c.stopped + (1.0 - c.stopped) * f.stopped;
-            End { q: c.q + f.q, stopped, compressed: Some(c.s), slid: Some(f.s) }
+            End { q: [c.q, f.q], stopped, compressed: Some(c.s), slid: Some(f.s) }
         }
         Err(stuck) => {
             // stuck, v_x grows by N per q
             let [v_x, w] = gained(&stuck);
-            let q = c.q + stuck.q + rise(target - w, v_x, n);
-            End { q, stopped: Pair::ONE, compressed: Some(c.s), slid: None }
+            let q = stuck.q + rise(target - w, v_x, n);
+            End { q: [c.q, q], stopped: Pair::ONE, compressed: Some(c.s), slid: None }
         }
     }
 }
@@ -306,17 +333,18 @@ fn rise(w: f64, v_x: f64, stiffness: f64) -> f64 {
 
 /// Returns dv_x/dq = N − A λ_z e^(−λ_z s) m/|v|, and its derivative by q.
 #[inline(always)]
-fn stiffness<const FALLS: bool>(n: f64, cloth: f64, decay: &Decay, at: &Place) -> [f64; 2] {
-    let [y2, z2] = (at.slip * at.slip).to_array();
-    let [y, z] = decay.rates.to_array();
-    let square = y2 + z2;
-    if square == 0.0 {
-        return [n, 0.0];
-    }
-    let speed = square.sqrt();
-    let held = cloth * z * (1.0 - at.stopped.as_array()[1]) * decay.friction.at::<FALLS>(speed)[0] / speed;
+fn stiffness<const FALLS: bool>(
+    n: f64,
+    cloth: f64,
+    decay: &Decay<FALLS>,
+    at: &Place,
+    per_speed: f64,
+) -> [f64; 2] {
+    let ([y2, _], [y, z]) = ((at.slip * at.slip).to_array(), decay.rates.to_array());
+    let m = if FALLS { decay.friction(1.0 / per_speed)[0] } else { 1.0 };
+    let held = cloth * z * (1.0 - at.stopped.as_array()[1]) * m * per_speed;
     // |v| falls by (λ_y v_y² + λ_z v_z²)/|v| per s
-    [n - held, -held * (y - z) * y2 / (square * speed)]
+    [n - held, -held * (y - z) * y2 * (per_speed * per_speed * per_speed)]
 }
 
 #[inline(always)]
@@ -324,242 +352,3 @@ fn norm(v: Pair) -> f64 {
     let [y2, z2] = (v * v).to_array();
     (y2 + z2).sqrt()
 }
-
-/// One step of Newton's method from the end of the impact: q and the stopped parts of the slip.
-fn newton_step<const N: usize>(
-    impact: &Impact<Dual<N>>,
-    slide: &Slide<Dual<N>>,
-    end: &End,
-) -> (Dual<N>, [Dual<N>; 2]) {
-    let &Impact { k, n, e, .. } = impact;
-    let one = Dual::from(1.0);
-    let cloth = slide.cloth;
-    if !impact.topspin {
-        let q = (e + 1.0) * k / n;
-        let Some(s) = end.slid else { return (q, [one; 2]) };
-        let at = DualPlace::new(slide, slide.slip, s);
-        let ds = (q - at.q) / at.pace;
-        return (q, at.moved(slide, ds));
-    }
-    let Some(s_c) = end.compressed else {
-        let stuck = DualPlace::new(slide, slide.slip, DECAYED / slowest(&slide.decay(), real(&slide.slip)));
-        let q_c = (k + cloth) / n;
-        let lost = q_c * q_c * n * 0.5 - cloth * (stuck.q - stuck.i);
-        return (q_c + e * (lost * 2.0 / n).sqrt(), [one; 2]);
-    };
-    let c = DualPlace::new(slide, slide.slip, s_c);
-    let work = c.q * c.q * n * 0.5 - k * c.q - cloth * c.i;
-    // 0 but for its derivative
-    let v_c = with_value(c.q * n - k - cloth * c.stopped[1], 0.0);
-    let left = c.stopped.map(|stopped| -stopped + 1.0);
-    let cloth = cloth * left[1];
-    let slip = [0, 1].map(|i| slide.slip[i] * left[i]);
-    // dW/dq = v_x = 0 at the end of compression: W_c does not depend on where that is
-    let e = if e.re == 0.0 { with_value(e, TINY_E) } else { e };
-    let target = -e * e * work;
-    let gained = |at: &DualPlace<N>| {
-        let v_x = at.q * n + v_c - cloth * at.stopped[1];
-        [v_x, v_c * at.q + at.q * at.q * n * 0.5 - cloth * at.i]
-    };
-    let Some(s) = end.slid else {
-        let slowest = slowest(&slide.decay(), real(&slip));
-        let mut at = DualPlace::new(slide, slip, DECAYED / slowest);
-        at.stopped = [one; 2];
-        let [v_x, w] = gained(&at);
-        let root = (v_x * v_x + (target - w) * n * 2.0).sqrt();
-        return (c.q + at.q + (root - v_x) / n, [one; 2]);
-    };
-    // the shortest restitution whose derivatives keep their digits
-    let s = if s == 0.0 { TINY_E * (k.re / n.re) / norm(real(&slip)).max(f64::MIN_POSITIVE) } else { s };
-    let at = DualPlace::new(slide, slip, s);
-    let [v_x, w] = gained(&at);
-    let dq = (target - w) / v_x.re;
-    let restored = at.moved(slide, dq / at.pace);
-    let stopped = [0, 1].map(|i| -left[i] * (-restored[i] + 1.0) + 1.0);
-    (c.q + at.q + dq, stopped)
-}
-
-/// Stands in for e = 0 in derivatives, where restitution has no length.
-const TINY_E: f64 = 1e-18;
-
-/// A place at a fixed s, with derivatives.
-struct DualPlace<const N: usize> {
-    q: Dual<N>,
-    i: Dual<N>,
-    stopped: [Dual<N>; 2],
-    /// dq/ds.
-    pace: f64,
-}
-
-impl<const N: usize> DualPlace<N> {
-    fn new(slide: &Slide<Dual<N>>, slip: [Dual<N>; 2], s: f64) -> Self {
-        let decay = slide.decay();
-        let falls = decay.friction.b != 0.0;
-        let over = if falls { Sums::over::<true> } else { Sums::over::<false> };
-        let sums = over(real(&slip), &decay, s);
-        let Relative { a, b, c } = slide.friction;
-        let inputs = [slip[0], slip[1], slide.rates[0], slide.rates[1], a, b, c];
-        let inputs = if falls { &inputs[..] } else { &inputs[..4] };
-        let end = sums.stopped.to_array();
-        let stopped = [0, 1].map(|i| (slide.rates[i] - slide.rates[i].re) * (s * (1.0 - end[i])) + end[i]);
-        let speed = norm(real(&slip) * (1.0 - sums.stopped));
-        let m = if falls { decay.friction.at::<true>(speed)[0] } else { 1.0 };
-        let pace = (speed / m).max(f64::MIN_POSITIVE);
-        Self { q: chain(sums.q, &sums.dq, inputs), i: chain(sums.i, &sums.di, inputs), stopped, pace }
-    }
-
-    /// The stopped parts a little later.
-    fn moved(&self, slide: &Slide<Dual<N>>, ds: Dual<N>) -> [Dual<N>; 2] {
-        [0, 1].map(|i| self.stopped[i] + ds * (slide.rates[i].re * (1.0 - self.stopped[i].re)))
-    }
-}
-
-/// A number from its derivatives by numbers that have derivatives.
-fn chain<const N: usize>(value: f64, by: &[f64; 7], inputs: &[Dual<N>]) -> Dual<N> {
-    let mut eps = SVector::<f64, N>::zeros();
-    for (input, by) in inputs.iter().zip(by) {
-        if let Some(of_input) = &input.eps.0 {
-            eps.axpy(*by, of_input, 1.0);
-        }
-    }
-    Dual::new(value, Derivative::some(eps))
-}
-
-/// q and I of a part of the way, and their derivatives by v_y, v_z, λ_y, λ_z and the a, b, c of the friction.
-#[derive(Default)]
-struct Sums {
-    q: f64,
-    i: f64,
-    /// The parts of the slip's components that are stopped at the end.
-    stopped: Pair,
-    dq: [f64; 7],
-    di: [f64; 7],
-}
-
-impl Sums {
-    #[inline(always)]
-    fn over<const FALLS: bool>(slip: Pair, decay: &Decay, s: f64) -> Self {
-        let (mut sums, speed) = (Self::default(), norm(slip));
-        if speed == 0.0 {
-            sums.stopped = Pair::ONE;
-            return sums;
-        }
-        let [mut by_v, mut by_rate, mut i_by_v, mut i_by_rate] = [Pair::ZERO; 4];
-        sums.stopped = integrate::<FALLS>(decay, speed, s, |weight, t, stopped| {
-            let left = 1.0 - stopped;
-            let v = slip * left;
-            let (speed, stopped, left_z) = (norm(v), stopped.as_array()[1], left.as_array()[1]);
-            let [m, slope] = decay.friction.at::<FALLS>(speed);
-            let dq = weight * speed / m;
-            // ∂|v|/∂v_y0 = v_y e^(−λ_y s)/|v|, ∂|v|/∂λ_y = −s v_y²/|v|; ∂(|v|/m)/∂|v| = (1 − |v| m'/m)/m
-            let per = v * (weight * (1.0 - speed * slope / m) / (m * speed.max(f64::MIN_POSITIVE)));
-            let (v_part, rate_part) = (left * per, v * per * -t);
-            sums.q += dq;
-            sums.i += dq * stopped;
-            sums.di[3] += dq * t * left_z;
-            by_v += v_part;
-            by_rate += rate_part;
-            i_by_v += v_part * stopped;
-            i_by_rate += rate_part * stopped;
-            if FALLS {
-                let falling = (-decay.friction.c * speed).exp();
-                let by = [-dq / m, -dq / m * falling, dq / m * decay.friction.b * speed * falling];
-                for (j, by) in by.into_iter().enumerate() {
-                    sums.dq[4 + j] += by;
-                    sums.di[4 + j] += by * stopped;
-                }
-            }
-        });
-        for (sums, v, rate) in [(&mut sums.dq, by_v, by_rate), (&mut sums.di, i_by_v, i_by_rate)] {
-            for j in 0..2 {
-                sums[j] += v.as_array()[j];
-                sums[2 + j] += rate.as_array()[j];
-            }
-        }
-        sums
-    }
-}
-
-/// Calls `f` at the nodes of Gauss and Legendre's rule from 0 to `s`, with their weight, place and the parts 1 − e^(−λs) stopped
-/// there; returns those at the end. Panels are so short that the rules are exact to rounding.
-#[inline(always)]
-fn integrate<const FALLS: bool>(
-    decay: &Decay,
-    speed: f64,
-    s: f64,
-    mut f: impl FnMut(f64, f64, Pair),
-) -> Pair {
-    let [y, z] = decay.rates.to_array();
-    let mut reach = y.max(z) * s.abs();
-    if FALLS {
-        reach *= 1.0 + decay.friction.c * speed;
-    }
-    if reach <= MAX_TWO {
-        return panel(decay, 0.0, Pair::ZERO, 0.5 * s, &GAUSS_2, &mut f);
-    }
-    if reach <= MAX_FOUR {
-        return panel(decay, 0.0, Pair::ZERO, 0.5 * s, &GAUSS_4, &mut f);
-    }
-    let panels = (reach / MAX_SIX).ceil();
-    let (half, mut stopped) = (0.5 * s / panels, Pair::ZERO);
-    for i in 0..panels as usize {
-        stopped = panel(decay, 2.0 * half * i as f64, stopped, half, &GAUSS_6, &mut f);
-    }
-    stopped
-}
-
-#[inline(always)]
-fn panel<const H: usize>(
-    decay: &Decay,
-    from: f64,
-    stopped: Pair,
-    half: f64,
-    rule: &[(f64, f64); H],
-    f: &mut impl FnMut(f64, f64, Pair),
-) -> Pair {
-    // 1 − ab = (1 − a) + a(1 − b)
-    let further = |stopped: Pair, by: Pair| stopped + (1.0 - stopped) * by;
-    let rates = decay.rates * half;
-    let [to_middle, _] = fall_and_rise(rates);
-    let middle = further(stopped, to_middle);
-    for &(x, weight) in rule {
-        let [fall, rise] = fall_and_rise(rates * x);
-        f(half * weight, from + half * (1.0 + x), further(middle, fall));
-        f(half * weight, from + half * (1.0 - x), further(middle, rise));
-    }
-    further(middle, to_middle)
-}
-
-/// Returns 1 − e^(−x) and 1 − e^x for |x| ≤ MAX_SIX/2 by Taylor's series, whose first term left out is below 3e-17.
-#[inline(always)]
-fn fall_and_rise(x: Pair) -> [Pair; 2] {
-    let s = x * x;
-    let t = s * s;
-    let cosh = s
-        * ((s * (1.0 / 24.0) + 0.5)
-            + t * ((s * (1.0 / 40_320.0) + 1.0 / 720.0)
-                + t * (s * (1.0 / 479_001_600.0) + 1.0 / 3_628_800.0)));
-    let sinh = x + x
-        * s
-        * ((s * (1.0 / 120.0) + 1.0 / 6.0)
-            + t * ((s * (1.0 / 362_880.0) + 1.0 / 5_040.0)
-                + t * (s * (1.0 / 6_227_020_800.0) + 1.0 / 39_916_800.0)));
-    [sinh - cosh, -sinh - cosh]
-}
-
-/// The longest panels in λs for 2, 4 and 6 nodes.
-const MAX_TWO: f64 = 1e-3;
-const MAX_FOUR: f64 = 0.2;
-const MAX_SIX: f64 = 0.8;
-
-/// Abscissas and weights of the positive half (Abramowitz & Stegun, Table 25.4).
-const GAUSS_2: [(f64, f64); 1] = [(0.577_350_269_189_625_8, 1.0)];
-const GAUSS_4: [(f64, f64); 2] = [
-    (0.339_981_043_584_856_26, 0.652_145_154_862_546_1),
-    (0.861_136_311_594_052_6, 0.347_854_845_137_453_85),
-];
-const GAUSS_6: [(f64, f64); 3] = [
-    (0.238_619_186_083_196_9, 0.467_913_934_572_691_04),
-    (0.661_209_386_466_264_5, 0.360_761_573_048_138_6),
-    (0.932_469_514_203_152, 0.171_324_492_379_170_36),
-];

@@ -47,7 +47,7 @@ fn series(rows: &[Row]) -> Vec<Series<'_>> {
 #[must_use]
 pub fn picture(rows: &[Row]) -> Picture {
     let mut picture = Picture::new("the accuracy", WIDTH as i32, HEIGHT);
-    picture.title("Accuracy against time", 34);
+    picture.title("Accuracy against time (ode and contact: at tolerances from 10⁻² down)", 34);
     let series = series(rows);
     let (mut x, mut y) = (MARGIN, 72);
     for (name, color, _) in &series {
@@ -60,8 +60,8 @@ pub fn picture(rows: &[Row]) -> Picture {
         x += wide;
     }
     let panels: [(&str, Pick); 2] = [
-        ("Numerical error: against 30 digits", |row| row.numerical),
-        ("Model error: against contact with all effects", accuracy::model_error),
+        ("Numerical error: against the same equations, solved closely", |row| row.numerical),
+        ("Model error: against contact, integrated closely", |row| Some(row.model)),
     ];
     for (column, (title, pick)) in panels.into_iter().enumerate() {
         panel(&mut picture, Rect::of_row(HEAD, HEIGHT - HEAD, column, 2), title, &series, pick);

@@ -1,9 +1,10 @@
-//! What accuracy costs in time: the error of every fidelity on a set of shots, and how long a collision
-//! takes it.
+//! What accuracy costs in time: the error of every fidelity on a set of shots, and how long a
+//! collision takes it.
 //!
-//! Two references answer two questions. The numerical error is against the same equations solved to 30
-//! digits ([`exact`]). The model error is against `contact` with every effect of a rigid contact, at a tolerance far below it: what
-//! the equations leave out. By how much that differs with a contact that gives way is what leaving this out means.
+//! Two references answer two questions. The numerical error is against the same equations: those of
+//! a rigid contact solved to 30 digits ([`exact`]), those of a compliant one integrated to
+//! [`REFERENCE`]. The model error, by what the equations leave out, is against `contact` to
+//! [`REFERENCE`].
 
 pub mod exact;
 
@@ -14,18 +15,15 @@ use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
 use crate::physics::ball::{Ball, BallState, Vec3};
-use crate::physics::collision::{Coefficients, Effects, Fidelity, Model, NotACollision, Outcome};
+use crate::physics::collision::{Coefficients, Fidelity, Model, NotACollision, Outcome};
 use crate::physics::contact_frame::cue_velocity;
 use crate::physics::name::worded;
 
 /// Tolerances at which `ode` and `contact` are run.
 pub const TOLERANCES: [f64; 6] = [1e-2, 1e-4, 1e-6, 1e-8, 1e-10, 1e-12];
 
-/// Of `contact` as the reference of the model error, which is of 1e-3.
-const REFERENCE: f64 = 1e-9;
-
-/// Of `ode` as the reference of a contact that gives way.
-const REFERENCE_GIVING_WAY: f64 = 1e-12;
+/// Tolerance of a compliant contact as a reference; only a rigid one is run at it.
+pub const REFERENCE: f64 = 1e-12;
 
 /// Each way is timed for at least so long, seconds.
 const TIMED: f64 = 0.1;
@@ -61,8 +59,8 @@ worded! {
         AsFull = "as-full",
         /// All effects.
         All = "all",
-        /// Those that `full` can simulate, with a contact that gives way.
-        GivesWay = "gives-way",
+        /// Those that `full` can simulate, and the compliance of the contact.
+        Compliant = "compliant",
     }
     /// The name in accuracy.csv.
     pub fn name;
@@ -79,11 +77,11 @@ pub struct Row {
     pub includes: Includes,
     /// Seconds per collision on one core.
     pub seconds: f64,
-    /// The error against the same equations solved far more exactly, for throw in degrees, and speeds, spins times R
-    /// and vertical speeds as fractions of U. `None` where no such solution is there; where the contact gives way, it
-    /// is `ode` at a tolerance of 1e-12.
+    /// The error against the same equations solved far more exactly, for throw in degrees, and
+    /// speeds, spins times R and vertical speeds as fractions of U. `None` of `contact`, whose
+    /// model error is a numerical one.
     pub numerical: Option<[Spread; 4]>,
-    /// The same errors against `contact` with every effect.
+    /// The same errors against `contact`.
     pub model: [Spread; 4],
     /// How many shots could not be computed and are left out of the errors.
     pub failed: usize,
@@ -109,60 +107,46 @@ pub fn shots(count: usize, seed: u64) -> Vec<Shot> {
     (0..count).map(&mut shot).collect()
 }
 
-/// Runs every fidelity over the shots; with `kappa` also a contact that gives way.
+/// Runs every fidelity over the shots; `kappa` is the κ of those that are compliant.
 ///
 /// # Errors
 /// A shot that is no collision.
-pub fn study(shots: &[Shot], ball: Ball, kappa: Option<f64>) -> Result<Vec<Row>, NotACollision> {
-    let same = Fidelity::Full.effects();
-    let everything = Model {
-        kappa: kappa.unwrap_or(Model::KAPPA),
-        tolerance: REFERENCE,
-        ..Model::new(Fidelity::Contact, ball)
-    };
+pub fn study(shots: &[Shot], ball: Ball, kappa: f64) -> Result<Vec<Row>, NotACollision> {
     let all = |model: &Model| -> Result<Vec<Outcome>, NotACollision> {
+        let model = Model { tolerance: REFERENCE, ..*model };
         shots.iter().map(|shot| model.collide(&shot.cue, &shot.coefficients)).collect()
     };
-    let true_ = all(&everything)?;
+    let contact = Model { kappa, ..Model::new(Fidelity::Contact, ball) };
+    let compliant = Model { kappa, ..Model::new(Fidelity::Ode, ball) };
     let exact: Vec<_> = shots.iter().map(|shot| exact::collide(shot, ball)).collect();
-    let row = |model: Model, tolerance: Option<f64>, includes: Includes, exact: Option<&[Outcome]>| {
+    let (with_compliance, with_everything) = (all(&compliant)?, all(&contact)?);
+    let row = |model: Model, includes: Includes| {
         let outcomes: Vec<_> =
             shots.iter().map(|shot| model.collide(&shot.cue, &shot.coefficients).ok()).collect();
         let against = |reference: &[Outcome]| spreads(shots, &outcomes, reference, ball.radius);
         Row {
             fidelity: model.fidelity,
-            tolerance,
+            tolerance: model.fidelity.is_integrated().then_some(model.tolerance),
             includes,
             seconds: timed(&model, shots),
-            numerical: exact.map(against),
-            model: against(&true_),
+            numerical: match includes {
+                Includes::AsFull => Some(against(&exact)),
+                Includes::Compliant => Some(against(&with_compliance)),
+                Includes::All => None,
+            },
+            model: against(&with_everything),
             failed: outcomes.iter().filter(|outcome| outcome.is_none()).count(),
         }
     };
-    let mut rows = Vec::new();
-    for fidelity in Fidelity::ALL {
-        let model = Model::new(fidelity, ball);
-        if !matches!(fidelity, Fidelity::Ode | Fidelity::Contact) {
-            rows.push(row(model, None, Includes::AsFull, Some(&exact)));
-            continue;
-        }
-        for tolerance in TOLERANCES {
-            let model = Model { tolerance, ..model };
-            let same = fidelity == Fidelity::Ode;
-            let includes = if same { Includes::AsFull } else { Includes::All };
-            rows.push(row(model, Some(tolerance), includes, Some(&exact[..]).filter(|_| same)));
-        }
-    }
-    if let Some(kappa) = kappa {
-        let effects = Effects { compliance: true, ..same };
-        let model = Model { effects, kappa, ..Model::new(Fidelity::Ode, ball) };
-        let exact = all(&Model { tolerance: REFERENCE_GIVING_WAY, ..model })?;
-        for tolerance in TOLERANCES {
-            let model = Model { tolerance, ..model };
-            // the reference has no error against itself
-            let exact = Some(&exact[..]).filter(|_| tolerance > REFERENCE_GIVING_WAY);
-            rows.push(row(model, Some(tolerance), Includes::GivesWay, exact));
-        }
+    let closed = [Fidelity::Elastic, Fidelity::Inelastic, Fidelity::Linear, Fidelity::Full];
+    let mut rows = closed.map(|fidelity| row(Model::new(fidelity, ball), Includes::AsFull)).to_vec();
+    let rigid = Model::new(Fidelity::Ode, ball);
+    let ways = [(rigid, Includes::AsFull), (compliant, Includes::Compliant), (contact, Includes::All)];
+    for (model, includes) in ways {
+        // the reference has no error against itself
+        let run = |tolerance: &f64| includes == Includes::AsFull || *tolerance > REFERENCE;
+        let tolerances = TOLERANCES.into_iter().filter(run);
+        rows.extend(tolerances.map(|tolerance| row(Model { tolerance, ..model }, includes)));
     }
     Ok(rows)
 }
@@ -224,7 +208,7 @@ mod tests {
 
     #[test]
     fn errors_fall_with_the_tolerance_and_up_the_ladder() {
-        let rows = study(&shots(40, 1), Ball::POOL, Some(Model::KAPPA)).unwrap();
+        let rows = study(&shots(40, 1), Ball::POOL, Model::KAPPA).unwrap();
         let speed = |row: &Row| row.numerical.map(|errors| errors[1].worst);
         for row in rows.iter().filter(|row| row.fidelity == Fidelity::Ode && row.numerical.is_some()) {
             // some dozen steps, each to the tolerance

@@ -8,7 +8,7 @@ use std::collections::BTreeMap;
 use super::sums::{Row, Sums, derivatives, repeated};
 use crate::film::camera::Camera;
 use crate::film::discs::{DISCS, centre, points, velocity};
-use crate::measurement::rigid_body::{Point, Pose, frames, shape};
+use crate::film::rigid_body::{Point, Pose, frames, shape};
 use crate::measurement::track::{Sample, TrackShot};
 use crate::numerics::median;
 

@@ -1,13 +1,14 @@
-//! A collision in closed form with what an integrated fidelity adds to it.
-//!
-//! What `ode` and `contact` know beyond `full` is small, and linear in the coefficients for all that a fit moves them:
-//! their difference and its slope, taken once, serve a fit near that shot at the cost of `full`.
+//! A collision in closed form with what an integrated fidelity adds to it, for fits: the difference of `ode` or `contact` from `full` is
+//! small, and linear in the coefficients over the changes that a fit makes. Taken once with its slope, it costs no more than `full`.
 
 use nalgebra::{SMatrix, SVector, Vector6};
 
-use super::{ByOthers, Coefficients, Jacobian, Model, NotACollision, Outcome};
 use crate::physics::ball::BallState;
+use crate::physics::collision::{ByOthers, Coefficients, Jacobian, Model, NotACollision, Outcome};
 use crate::physics::friction_law::Law;
+
+/// Largest changes of μ, μ_s, e, b, c and κ for which a correction serves: within them it errs by a small part of itself.
+const NEAR: [f64; 6] = [0.01, 0.01, 0.01, 0.01, 0.1, 0.1];
 
 /// The difference of a finer model's outcome from that in closed form.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -16,11 +17,11 @@ pub struct Correction {
     value: SVector<f64, 12>,
     /// Its slope by μ, μ_s, e, b, c and κ.
     slope: SMatrix<f64, 12, 6>,
-    /// μ, μ_s, e, b, c and κ that it was computed at.
+    /// μ, μ_s, e, b, c and κ at which it was computed.
     at: Vector6<f64>,
 }
 
-/// A model, and what is added to its outcomes.
+/// A model, and the correction of its outcomes.
 #[derive(Clone, Copy, Debug)]
 pub struct Corrected<'a> {
     /// The model in closed form.
@@ -30,19 +31,12 @@ pub struct Corrected<'a> {
 }
 
 fn numbers(model: &Model, coefficients: &Coefficients) -> Vector6<f64> {
-    let &Coefficients { mu, mu_s, e } = coefficients;
-    let (b, c) = match model.law {
-        Law::Constant => (0.0, 0.0),
-        Law::Exponential { b, c } => (b, c),
-    };
+    let (&Coefficients { mu, mu_s, e }, [b, c]) = (coefficients, model.law.numbers());
     Vector6::new(mu, mu_s, e, b, c, model.kappa)
 }
 
 impl Correction {
-    /// Largest changes of μ, μ_s, e, b, c and κ for which a correction serves: within them it errs by a small part of itself.
-    const NEAR: [f64; 6] = [0.01, 0.01, 0.01, 0.01, 0.1, 0.1];
-
-    /// The difference of `model` from `base` for one shot.
+    /// Returns the difference of `model` from `base` for one shot.
     ///
     /// # Errors
     /// As [`Model::collide`].
@@ -53,18 +47,16 @@ impl Correction {
         at: &Coefficients,
     ) -> Result<Self, NotACollision> {
         let fine = Model { tolerance: model.tolerance.max(Model::TOLERANCE_OF_FITS), ..*model };
-        let all = |model: &Model| {
-            let (outcome, jacobian, others) = model.compute_all(cue, at)?;
-            let mut by = SMatrix::<f64, 12, 6>::zeros();
-            by.fixed_columns_mut::<3>(0).copy_from(&jacobian.fixed_columns::<3>(0));
-            by.fixed_columns_mut::<3>(3).copy_from(&others.fixed_columns::<3>(0));
-            Ok::<_, NotACollision>((outcome.components(), by))
-        };
-        let ((fine_value, fine_by), (value, by)) = (all(&fine)?, all(base)?);
-        Ok(Self { value: fine_value - value, slope: fine_by - by, at: numbers(model, at) })
+        let (fine, by, others) = fine.compute_all(cue, at)?;
+        let (coarse, coarse_by, coarse_others) = base.compute_all(cue, at)?;
+        let slope = SMatrix::from_fn(|row, column| match column {
+            0..3 => by[(row, column)] - coarse_by[(row, column)],
+            _ => others[(row, column - 3)] - coarse_others[(row, column - 3)],
+        });
+        Ok(Self { value: fine.components() - coarse.components(), slope, at: numbers(model, at) })
     }
 
-    /// How far a model is from where the correction was computed.
+    /// Returns the difference of a model's coefficients from those at which the correction was computed.
     fn moved(&self, model: &Model, coefficients: &Coefficients) -> Vector6<f64> {
         let mut moved = numbers(model, coefficients) - self.at;
         // constant friction has no c, a rigid contact no κ
@@ -80,25 +72,12 @@ impl Correction {
     /// Whether a model moves no coefficient further than the correction serves.
     pub(crate) fn serves(&self, model: &Model, coefficients: &Coefficients) -> bool {
         let moved = self.moved(model, coefficients);
-        moved.iter().zip(Self::NEAR).all(|(moved, near)| moved.abs() <= near)
+        moved.iter().zip(NEAR).all(|(moved, near)| moved.abs() <= near)
     }
 }
 
 impl Corrected<'_> {
-    /// As [`Model::collide_with_jacobian`].
-    ///
-    /// # Errors
-    /// As [`Model::collide`].
-    pub fn collide_with_jacobian(
-        &self,
-        cue: &BallState,
-        coefficients: &Coefficients,
-    ) -> Result<(Outcome, Jacobian), NotACollision> {
-        let (outcome, jacobian) = self.model.collide_with_jacobian(cue, coefficients)?;
-        Ok(self.added(outcome, jacobian, coefficients))
-    }
-
-    /// As [`Model::collide_with_all`].
+    /// Returns the outcome and its derivatives as [`Model::collide_with_all`].
     ///
     /// # Errors
     /// As [`Model::collide`].
@@ -107,33 +86,24 @@ impl Corrected<'_> {
         cue: &BallState,
         coefficients: &Coefficients,
     ) -> Result<(Outcome, Jacobian, Option<ByOthers>), NotACollision> {
-        if !self.has_others() {
-            let (outcome, jacobian) = self.collide_with_jacobian(cue, coefficients)?;
-            return Ok((outcome, jacobian, None));
-        }
-        let (outcome, jacobian, mut others) = self.model.compute_all(cue, coefficients)?;
-        let (outcome, jacobian) = self.added(outcome, jacobian, coefficients);
-        if let Some(correction) = self.correction {
+        let Some(correction) = self.correction else { return self.model.collide_with_all(cue, coefficients) };
+        let (outcome, mut jacobian, mut others) = if self.has_others() {
+            let (outcome, jacobian, others) = self.model.compute_all(cue, coefficients)?;
+            (outcome, jacobian, Some(others))
+        } else {
+            self.model.collide_with_all(cue, coefficients)?
+        };
+        let mut by_coefficients = jacobian.fixed_columns_mut::<3>(0);
+        by_coefficients += correction.slope.fixed_columns::<3>(0);
+        if let Some(others) = &mut others {
             let mut of_contact = others.fixed_columns_mut::<3>(0);
             of_contact += correction.slope.fixed_columns::<3>(3);
         }
-        Ok((outcome, jacobian, Some(others)))
-    }
-
-    fn added(
-        &self,
-        outcome: Outcome,
-        mut jacobian: Jacobian,
-        coefficients: &Coefficients,
-    ) -> (Outcome, Jacobian) {
-        let Some(correction) = self.correction else { return (outcome, jacobian) };
         let moved = correction.moved(&self.model, coefficients);
-        let mut by_coefficients = jacobian.fixed_columns_mut::<3>(0);
-        by_coefficients += correction.slope.fixed_columns::<3>(0);
-        (outcome.plus(&(correction.value + correction.slope * moved)), jacobian)
+        Ok((outcome.plus(&(correction.value + correction.slope * moved)), jacobian, others))
     }
 
-    /// Whether there is more than the coefficients that it depends on.
+    /// Whether outcomes depend on more than the coefficients.
     #[must_use]
     #[inline]
     pub fn has_others(&self) -> bool {
@@ -163,7 +133,7 @@ mod tests {
         let faster = BallState { velocity: 1.02 * cue.velocity, spin: 1.02 * cue.spin };
         for (cue, coefficients) in [(cue, coefficients), (faster, coefficients), (cue, further)] {
             assert!(correction.serves(&closed, &coefficients));
-            let (outcome, _) = corrected.collide_with_jacobian(&cue, &coefficients).unwrap();
+            let (outcome, ..) = corrected.collide_with_all(&cue, &coefficients).unwrap();
             let fine = model.collide(&cue, &coefficients).unwrap();
             let off = (outcome.components() - fine.components()).amax();
             assert!(off < CHANGED * size, "{off} of {size}");

@@ -1,6 +1,6 @@
 //! Points fixed on a body that moves in a plane: where the centre of the circle through them is.
 
-use super::track::Sample;
+use crate::measurement::track::Sample;
 use crate::numerics;
 
 /// Rounds of superposing all frames on their mean shape.

@@ -1,0 +1,210 @@
+//! The modes of a contact: how it begins, its friction, where it sticks and slides again, steps that are stable, and landings.
+
+use super::{CLOTH, Grip, HEIGHT, Mode, N, PHI, Pair, R, Shot, State, UP, pair};
+
+/// The longest step: R is of order 1 after some five.
+const LONGEST: f64 = 0.2;
+
+/// Steps that turn the friction by more are unstable.
+const STABLE: f64 = 3.0;
+
+/// Steps of a rigid contact that stop more of the slip are unstable.
+const STABLE_RIGID: f64 = 2.0;
+
+/// Friction can follow a slip of more than this times κμ…
+const FOLLOWS: f64 = 10.0;
+
+/// …where that errs by no more than this part of the tolerance.
+const OF_TOLERANCE: f64 = 0.1;
+
+/// Roundings of an event's function at most.
+const HIDDEN: f64 = 1e-10;
+
+/// Friction whose cosine to the slip is above this may follow it.
+const ALIGNED: f64 = 0.999_9;
+
+/// The friction along the slip, the angle by which it lags behind to first order, and the next order's part of it.
+struct Lag {
+    along: Pair,
+    first: f64,
+    second: f64,
+}
+
+impl Shot {
+    /// The mode at first contact: it slides if |v| > μκ.
+    pub fn first_mode(&self) -> Mode {
+        let speed = self.slip.norm();
+        let is_stopped = speed == 0.0 || !self.is_frictionless() && speed <= 1.01 * self.sticks;
+        let grip = match self.is_rigid {
+            true if is_stopped => Grip::Stopped,
+            true => Grip::Rigid,
+            false if speed > self.friction(speed) * self.kappa => Grip::Slides,
+            false => Grip::Stuck,
+        };
+        let mode = Mode { grip, restitution: false, up: [false; 2] };
+        let rising = self.first_state(&mode)[PHI + 1] + self.tilt;
+        Mode { up: if self.gravity > 0.0 { [false; 2] } else { [rising < 0.0, rising >= 0.0] }, ..mode }
+    }
+
+    pub fn first_state(&self, mode: &Mode) -> State {
+        let mut y = [0.0; N];
+        let per_slip = match mode.grip {
+            Grip::Stopped => 0.0,
+            Grip::Stuck => 1.0 / self.kappa,
+            _ => self.first / self.slip.norm(),
+        };
+        y[PHI..].copy_from_slice((-per_slip * self.slip).as_slice());
+        y
+    }
+
+    /// φ.
+    #[inline(always)]
+    pub(super) fn phi(&self, mode: &Mode, y: &State, v: Pair) -> Pair {
+        if self.is_frictionless() {
+            return Pair::zeros();
+        }
+        let phi = pair(y, PHI);
+        match mode.grip {
+            Grip::Stuck => phi,
+            Grip::Stopped => Pair::zeros(),
+            Grip::Rigid => {
+                let speed = v.norm();
+                v * (-self.friction(speed) / speed.max(f64::MIN_POSITIVE))
+            }
+            Grip::Slides => phi * (self.friction(v.norm()) / phi.norm()),
+            Grip::Follows => {
+                let Lag { along, first, second } = self.lag(mode, y, v);
+                along + first * (1.0 - second) * Pair::new(along.y, -along.x)
+            }
+        }
+    }
+
+    /// How friction that follows the slip lags behind it.
+    #[inline(always)]
+    fn lag(&self, mode: &Mode, y: &State, v: Pair) -> Lag {
+        let [stretch, _] = self.phase(mode);
+        let speed = v.norm();
+        let (mu, per_speed) = (self.friction(speed), 1.0 / speed);
+        let along = -mu * per_speed * v;
+        let rate = per_speed * per_speed * self.slip_by(&self.forces(mode, y, along));
+        // 1/ρ over R; α'/ρ grows as R⁵/|v|²
+        let slow = mu * self.kappa * per_speed / (3.0 * stretch);
+        let second = slow * (-5.0 * self.v_x(y) / stretch - 2.0 * y[R] * v.dot(&rate));
+        Lag { along, first: v.perp(&rate) * slow * y[R], second }
+    }
+
+    /// Whether the lag's third order is within a part of what is allowed.
+    fn can_follow(&self, mode: &Mode, y: &State, v: Pair, part: f64) -> bool {
+        let ([stretch, _], speed) = (self.phase(mode), v.norm());
+        let mu = self.friction(speed);
+        if stretch * speed * part <= FOLLOWS * mu * self.kappa {
+            return false;
+        }
+        let Lag { first, second, .. } = self.lag(mode, y, v);
+        // the impulse to there is of the order of R⁵
+        (first * second * second).abs() * mu * y[R].powi(5) < part * OF_TOLERANCE * self.tolerance
+    }
+
+    /// R, but not less than it matters.
+    pub(super) fn root(&self, mode: &Mode, y: &State) -> f64 {
+        y[R].max(self.least_root[usize::from(mode.restitution)])
+    }
+
+    /// ρ.
+    fn turning(&self, mode: &Mode, y: &State, speed: f64) -> f64 {
+        let [stretch, _] = self.phase(mode);
+        3.0 * stretch * speed / (self.kappa * self.friction(speed) * self.root(mode, y))
+    }
+
+    /// Positive while a contact slides on.
+    pub(super) fn slides_on(&self, mode: &Mode, y: &State, v: Pair, phi: Pair) -> f64 {
+        let [stretch, c] = self.phase(mode);
+        let speed = v.norm();
+        let mu = self.friction(speed);
+        let mut limit = -c * mu * self.v_x(y) / stretch;
+        if self.fall[0] != 0.0 && speed > 0.0 {
+            let rate = self.slip_by(&self.forces(mode, y, phi));
+            let slope = -self.fall[1] * (mu - self.mu);
+            limit += y[R] * slope * v.dot(&rate) / speed;
+        }
+        -v.dot(&phi) - self.kappa * mu / (3.0 * stretch) * limit
+    }
+
+    /// The mode for the next step, and the longest step that is stable.
+    pub fn prepare(&self, mode: &Mode, y: &State) -> (Mode, f64) {
+        if self.is_rigid {
+            // to where the impulse would be that of the whole impact
+            let whole = 1.0 / (self.pace(mode, y)[0] * (1.0 + self.per_r));
+            let lever = (1.0 + self.per_r) + self.per_r * self.per_nu[0] + self.per_nu[1];
+            return (*mode, whole.min(STABLE_RIGID / (self.phase(mode)[0] * self.first * lever)));
+        }
+        if self.is_frictionless() {
+            return (Mode { grip: Grip::Follows, ..*mode }, LONGEST);
+        }
+        let v = self.slip(y);
+        let (speed, phi) = (v.norm(), pair(y, PHI));
+        let turning = self.turning(mode, y, speed);
+        let is_aligned = || -v.dot(&phi) > ALIGNED * speed * phi.norm();
+        // events that roundings at the beginning of a step have hidden
+        let beyond = || phi.norm() / self.friction(speed) - 1.0;
+        let slides_on = || self.slides_on(mode, y, v, self.phi(mode, y, v));
+        let grip = match mode.grip {
+            Grip::Slides if slides_on() < -HIDDEN => Grip::Stuck,
+            Grip::Stuck if beyond() > HIDDEN && slides_on() > 0.0 => Grip::Slides,
+            Grip::Slides if is_aligned() && self.can_follow(mode, y, v, 0.5) => Grip::Follows,
+            Grip::Follows if !self.can_follow(mode, y, v, 1.0) => Grip::Slides,
+            grip => grip,
+        };
+        let longest = match grip {
+            Grip::Stuck => self.root(mode, y),
+            Grip::Slides => STABLE / turning,
+            _ => LONGEST,
+        };
+        (Mode { grip, ..*mode }, longest.min(LONGEST))
+    }
+
+    /// The mode after an event; `None` at the end.
+    pub fn after(&self, mode: &Mode, event: usize) -> Option<Mode> {
+        let mut next = *mode;
+        match event {
+            0 if mode.restitution || self.e == 0.0 => return None,
+            0 => next.restitution = true,
+            1 if self.is_rigid => next.grip = Grip::Stopped,
+            1 => next.grip = if mode.grip == Grip::Stuck { Grip::Slides } else { Grip::Stuck },
+            _ => next.up[event - 2] ^= true,
+        }
+        Some(next)
+    }
+
+    /// Brings the state from the form of one mode into that of another.
+    pub fn change(&self, from: &Mode, to: &Mode, y: &mut State) {
+        if from.grip != to.grip && !self.is_rigid {
+            let phi = self.phi(from, y, self.slip(y));
+            y[PHI..].copy_from_slice(phi.as_slice());
+        }
+        for b in 0..2 {
+            match (from.up[b], to.up[b]) {
+                (true, false) => self.land(b, y),
+                (false, true) => (y[UP[b]], y[HEIGHT[b]]) = (0.0, 0.0),
+                _ => {}
+            }
+        }
+    }
+
+    /// The cloth stops a ball that lands with an impulse, and friction in proportion to it, at most what stops the slip.
+    fn land(&self, ball: usize, y: &mut State) {
+        let fallen = -y[UP[ball]];
+        (y[UP[ball]], y[HEIGHT[ball]]) = (0.0, 0.0);
+        let slip = self.cloth_slips(y)[ball];
+        let speed = slip.norm();
+        if fallen > 0.0 && speed > 0.0 && self.cloth_turning {
+            // per unit of the object ball's mass
+            let mass = if ball == 0 { 1.0 / self.per_r } else { 1.0 };
+            let stops = mass * speed / (1.0 + self.per_nu[ball]);
+            let impulse = (self.mu_cloth[ball] * mass * fallen).min(stops);
+            for i in 0..2 {
+                y[CLOTH[ball] + i] -= impulse * slip[i] / speed;
+            }
+        }
+    }
+}

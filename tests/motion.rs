@@ -1,0 +1,229 @@
+//! Motion on the cloth, and collisions in the frame of the table.
+
+use caromfit::physics::ball::{Ball, BallState, Vec3};
+use caromfit::physics::cloth_motion::{Cloth, GRAVITY, Launch, Path};
+use caromfit::physics::collision::{Coefficients, Effects, Fidelity, FidelityChoice, Model, NotACollision};
+use caromfit::physics::contact_frame::{CollisionFrame, cloth_slip, cue_velocity, slip};
+
+/// Sums of a few terms.
+const ROUNDING: f64 = 1e-13;
+
+fn launch(slip: [f64; 2], up: f64) -> Launch<f64> {
+    Launch { time: 0.5, position: [1.0, 2.0], velocity: [1.5, -0.5], slip, up, inertia: 0.4 }
+}
+
+#[test]
+fn a_sliding_ball_ends_rolling_with_v_minus_two_sevenths_of_its_slip() {
+    for up in [0.0, 0.05, 0.3] {
+        let cloth = Cloth { rolling: 0.0, ..Cloth::default() };
+        let slip = [1.0, 0.4];
+        let path = Path::after(&launch(slip, up), &cloth);
+        let velocity = path.velocity(5.0);
+        for i in 0..2 {
+            let expected = [1.5, -0.5][i] - 2.0 / 7.0 * slip[i];
+            assert!((velocity[i] - expected).abs() < ROUNDING, "{velocity:?}");
+        }
+    }
+}
+
+#[test]
+fn sliding_lasts_two_sevenths_of_the_slip_over_mu_g() {
+    let path = Path::after(&launch([0.7, 0.0], 0.0), &Cloth { rolling: 0.0, ..Cloth::default() });
+    let lasts = 2.0 * 0.7 / (7.0 * 0.2 * GRAVITY);
+    let [before, at, after] = [0.9, 1.0, 1.5].map(|part| path.velocity(0.5 + part * lasts)[0]);
+    assert!((before - (1.5 - 0.9 * lasts * 0.2 * GRAVITY)).abs() < ROUNDING);
+    assert!((at - after).abs() < ROUNDING && (before - at) > 0.09 * lasts * 0.2 * GRAVITY);
+}
+
+#[test]
+fn friction_takes_mu_times_what_the_cloth_pushes() {
+    // a ball that flies up first is pushed by the cloth as much as one that never left it, less MV_z
+    for up in [0.0, 0.001, 0.003, 0.05, 0.3] {
+        let path = Path::after(&launch([5.0, 0.0], up), &Cloth::default());
+        let seconds = 0.15;
+        let velocity = path.velocity(0.5 + seconds);
+        let expected = 1.5 - 0.2 * (GRAVITY * seconds - up);
+        assert!((velocity[0] - expected).abs() < ROUNDING, "{up}: {velocity:?}");
+    }
+}
+
+#[test]
+fn a_bounce_that_becomes_a_flight_does_not_move_the_path() {
+    /// μ_k(1 + e_t)V_z²/g of the least rebound is 0.12 µm.
+    const SAME: f64 = 2e-7;
+    for bounces in 0..7 {
+        let up = 0.002 / 0.5_f64.powi(bounces);
+        let at = |up: f64, time: f64| Path::after(&launch([1.0, 0.4], up), &Cloth::default()).position(time);
+        for time in [0.501, 0.51, 0.53, 0.6, 0.8] {
+            let [low, high] = [1.0 - 1e-9, 1.0 + 1e-9].map(|part| at(part * up, time));
+            assert!((low[0] - high[0]).hypot(low[1] - high[1]) < SAME, "{up} {time}");
+        }
+    }
+}
+
+fn norm(v: [f64; 2]) -> f64 {
+    v[0].hypot(v[1])
+}
+
+#[test]
+fn a_ball_that_bounces_for_ever_has_a_path_with_an_end() {
+    for bounce in [0.0, 0.5, 0.9, 0.99, 1.0] {
+        let cloth = Cloth { bounce, ..Cloth::default() };
+        for up in [0.0, 0.0021, 0.05, 0.3] {
+            let path = Path::after(&launch([5.0, 0.0], up), &cloth);
+            assert!(path.changes().count() <= 64 + 4, "{bounce} {up}: {} stretches", path.changes().count());
+            // the cloth pushes with Mg on average, landing by landing: within what one landing takes
+            for seconds in [0.15, 0.4] {
+                let velocity = path.velocity(0.5 + seconds);
+                let expected = 1.5 - 0.2 * (GRAVITY * seconds - up);
+                assert!(
+                    (velocity[0] - expected).abs() < 0.2 * (1.0 + bounce) * up + ROUNDING,
+                    "{bounce} {up}: {velocity:?}"
+                );
+            }
+            assert!(norm(path.velocity(1e4)) < ROUNDING);
+        }
+    }
+}
+
+#[test]
+fn the_spin_follows_the_slip_until_the_ball_rolls() {
+    let (slip, ball) = ([1.0, 0.4], Ball::POOL);
+    for up in [0.0, 0.1] {
+        let path = Path::after(&launch(slip, up), &Cloth::default());
+        for time in [0.5, 0.55, 0.6, 0.9, 1.5] {
+            let velocity = path.velocity(time);
+            let change = path.spin_change(time, &ball);
+            // s = (V_x − RΩ_y, V_y + RΩ_x), so that Δs = Δv + R(−ΔΩ_y, ΔΩ_x)
+            let left = [
+                slip[0] + velocity[0] - 1.5 - ball.radius * change[1],
+                slip[1] + velocity[1] + 0.5 + ball.radius * change[0],
+            ];
+            assert!((left[0] * slip[1] - left[1] * slip[0]).abs() < ROUNDING, "{left:?}");
+            let starts: Vec<f64> = path.changes().collect();
+            let rolls = starts[starts.len() - 2] <= time;
+            assert_eq!(norm(left) < ROUNDING, rolls, "at {time}: {left:?}");
+        }
+    }
+}
+
+#[test]
+fn a_tilted_table_accelerates_a_ball_that_slides_fully_and_one_that_rolls_by_five_sevenths() {
+    let (slides, level) = (0.05, Path::after(&launch([1.0, 0.4], 0.0), &Cloth::default()));
+    let tilted = level.clone().tilted([0.02, 0.0], 0.4);
+    let off = |time: f64| tilted.position(time)[0] - level.position(time)[0];
+    assert!((off(0.5 + slides) - 0.5 * 0.02 * slides * slides).abs() < ROUNDING);
+    let rolls = level.changes().nth(1).unwrap();
+    let (since, sliding) = (0.1, rolls - 0.5);
+    let expected = 0.01 * sliding * sliding + 0.02 * sliding * since + 0.5 * 0.02 / 1.4 * since * since;
+    assert!((off(rolls + since) - expected).abs() < ROUNDING);
+    let still = Path::at_rest(&launch([0.0; 2], 0.0)).tilted([0.02, 0.0], 0.4);
+    assert_eq!(still.position(0.1), [1.0, 2.0]);
+}
+
+#[test]
+fn the_path_is_continuous_and_ends_at_rest() {
+    let path = Path::after(&launch([1.0, 0.4], 0.1), &Cloth::default());
+    let just = 1e-9;
+    for start in path.changes().skip(1) {
+        // the path before, carried on to where the next stretch begins
+        let ([x, _], [v, _]) = (path.position(start - just), path.velocity(start - just));
+        assert!((x + v * just - path.position(start)[0]).abs() < ROUNDING);
+    }
+    assert!(norm(path.velocity(1e4)) < ROUNDING);
+}
+
+const COEFFICIENTS: Coefficients = Coefficients { mu: 0.05, mu_s: 0.3, e: 0.94 };
+
+#[test]
+fn a_table_that_is_turned_turns_what_comes_out() {
+    let model = Model::new(Fidelity::Full, Ball::POOL);
+    let cue = BallState { velocity: Vec3::new(1.7, 1.0, 0.0), spin: Vec3::new(-20.0, 50.0, 8.0) };
+    let straight = model.collide(&cue, &COEFFICIENTS).unwrap();
+    for direction in [0.3_f64, 2.0, -1.2] {
+        let frame = CollisionFrame::from_direction(direction);
+        let cue = BallState { velocity: frame.to_table(cue.velocity), spin: frame.to_table(cue.spin) };
+        // of any length
+        let line = [3.0 * direction.cos(), 3.0 * direction.sin()];
+        let turned = model.collide_on_table(line, &cue, &COEFFICIENTS).unwrap();
+        for (on_table, own) in [(turned.cue, straight.cue), (turned.object, straight.object)] {
+            assert!((frame.to_collision(on_table.velocity) - own.velocity).amax() < ROUNDING);
+            assert!((frame.to_collision(on_table.spin) - own.spin).amax() < 50.0 * ROUNDING);
+        }
+        assert_eq!(turned.regime, straight.regime);
+    }
+}
+
+#[test]
+fn a_line_without_direction_is_no_collision() {
+    let model = Model::new(Fidelity::Full, Ball::POOL);
+    let cue = BallState::stun(Vec3::new(1.0, 0.0, 0.0));
+    for line in [[0.0, 0.0], [f64::NAN, 1.0], [f64::INFINITY, 0.0]] {
+        let error = model.collide_on_table(line, &cue, &COEFFICIENTS).unwrap_err();
+        assert!(error.to_string().contains("has no direction"), "{error}");
+    }
+    let away = model.collide_on_table([-1.0, 0.0], &cue, &COEFFICIENTS);
+    assert_eq!(away, Err(NotACollision::NotApproaching(-1.0)));
+}
+
+/// A rotation and back costs two roundings of each component.
+const ROTATION: f64 = 4.0 * f64::EPSILON;
+
+#[test]
+fn frames_are_inverse_and_x_is_the_line_of_centres() {
+    let frame = CollisionFrame::from_normal(0.6, -0.8).unwrap();
+    let v = Vec3::new(1.5, -2.0, 0.3);
+    assert!((frame.to_table(frame.to_collision(v)) - v).norm() < ROTATION * v.norm());
+    assert!((frame.to_collision(Vec3::new(0.6, -0.8, 0.0)) - Vec3::x()).norm() < ROTATION);
+}
+
+#[test]
+fn a_frame_keeps_lengths_whatever_that_of_the_line_of_centres() {
+    let v = Vec3::new(2.0, 0.5, 0.0);
+    let frame = CollisionFrame::from_normal(0.03, -0.04).unwrap();
+    assert!((frame.to_collision(v).norm() - v.norm()).abs() < ROTATION * v.norm());
+    for (nx, ny) in [(0.0, 0.0), (f64::NAN, 1.0), (1.0, f64::INFINITY)] {
+        assert!(CollisionFrame::from_normal(nx, ny).is_none());
+    }
+}
+
+#[test]
+fn a_rolling_ball_does_not_slip_on_the_cloth_but_does_on_the_object_ball() {
+    let radius = 0.03;
+    let cue = BallState::natural_roll(cue_velocity(2.0, 0.5), radius);
+    assert!(cloth_slip(&cue, radius).norm() < ROTATION);
+    // v_z0 = Rω_y > 0 for topspin.
+    assert!(slip(&cue, &BallState::default(), radius).z > 0.0);
+}
+
+#[test]
+fn what_has_a_name_is_found_by_it() {
+    for fidelity in Fidelity::ALL {
+        assert_eq!(fidelity.name().parse(), Ok(fidelity));
+        assert_eq!(fidelity.name().parse(), Ok(FidelityChoice::Of(fidelity)));
+    }
+    assert_eq!("auto".parse(), Ok(FidelityChoice::Auto));
+    let error = "fulll".parse::<FidelityChoice>().unwrap_err().to_string();
+    assert_eq!(
+        error,
+        "\"fulll\" is no fidelity; expected one of elastic, inelastic, linear, full, ode, contact, auto"
+    );
+    let some = Effects { friction: true, cloth: true, ..Effects::NONE };
+    assert_eq!("friction, cloth".parse(), Ok(some));
+    assert_eq!("all".parse(), Ok(Effects::ALL));
+    assert_eq!("none".parse(), Ok(Effects::NONE));
+    assert!("friction,".parse::<Effects>().is_err());
+}
+
+#[test]
+fn every_effect_has_a_name_and_a_switch() {
+    for name in Effects::NAMES {
+        let mut one = Effects::NONE;
+        *one.switch(name).unwrap() = true;
+        let on: Vec<_> = one.list().into_iter().filter(|(_, on)| *on).collect();
+        assert_eq!(on, [(name, true)]);
+    }
+    assert!(Effects::ALL.list().iter().all(|(_, on)| *on));
+    assert_eq!(Effects::ALL.and(Effects::NONE), Effects::NONE);
+    assert!(Effects::ALL.clone().switch("frictoin").is_none());
+}
