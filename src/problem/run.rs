@@ -6,12 +6,12 @@ use super::film::{Film, FilmError};
 use super::findings::{Finding, Severity, worst};
 use super::frames::Noise;
 use super::minimise::{descend_with_noise, fit};
+use super::motion::Approach;
 use super::outliers::{judge_shots, leave_out_frames};
 use super::policy::Policy;
 use super::problem::{Problem, State};
-use super::uncertainty::{Estimates, Interval, Share};
-use super::motion::Approach;
 use super::spins::ShotSpin;
+use super::uncertainty::{Estimates, Interval, Share};
 use super::unknowns::{Id, Mode, Normal, Own, own};
 use crate::measurement::dataset::Dataset;
 

@@ -1,6 +1,5 @@
 //! Assumptions that may not hold, and what is said where one does not.
 
-use crate::fit::Fit;
 use crate::fit::camera::FoundCorrection;
 use crate::fit::estimate::Estimate;
 use crate::measurement::correction::Correction;
