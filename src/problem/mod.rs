@@ -45,8 +45,8 @@ pub use film::FilmError;
 pub use findings::{Finding, Severity};
 pub use frames::Noise;
 pub use policy::Policy;
-pub use run::{Budget, Estimate, FilmFit, Rise, fit_film};
-pub use uncertainty::{Conflict, Interval, Score, Share};
+pub use run::{Budget, Estimate, FilmFit, fit_film};
+pub use uncertainty::{Conflict, Score, Share};
 pub use unknowns::{Id, Normal};
 
 #[cfg(test)]
@@ -132,7 +132,7 @@ mod tests {
                     shot.spin = Spin::Unknown;
                 }
             }
-            let fit = fit_film(&dataset, &Policy::default(), None).unwrap();
+            let fit = fit_film(&dataset, &Policy::default()).unwrap();
             assert_eq!((fit.severity(), fit.shots), (Severity::Note, 15), "{spin}: {:?}", fit.findings);
             for (id, truth) in TRUTH {
                 let Some(estimate) = fit.get(id) else { continue };
@@ -148,7 +148,7 @@ mod tests {
     #[test]
     fn budgets_add_up_to_the_variance() {
         let dataset = film(10, "natural-roll", 3);
-        let fit = fit_film(&dataset, &Policy::default(), None).unwrap();
+        let fit = fit_film(&dataset, &Policy::default()).unwrap();
         assert_eq!(fit.budgets.len(), 3);
         for budget in &fit.budgets {
             let error = fit.get(budget.id).unwrap().std_error.unwrap();
@@ -161,10 +161,10 @@ mod tests {
     #[test]
     fn influence_is_what_a_shot_changes() {
         let mut dataset = film(10, "natural-roll", 6);
-        let all = fit_film(&dataset, &Policy::default(), None).unwrap();
+        let all = fit_film(&dataset, &Policy::default()).unwrap();
         let influence = all.influence();
         dataset.tracks.as_mut().unwrap().shots.remove(3);
-        let without = fit_film(&dataset, &Policy::default(), None).unwrap();
+        let without = fit_film(&dataset, &Policy::default()).unwrap();
         for (id, change) in &influence[3].1 {
             let (before, after) = (all.get(*id).unwrap(), without.get(*id).unwrap());
             // the noise is estimated again, and χ² is no parabola
@@ -179,7 +179,7 @@ mod tests {
     fn wrong_statements_are_named() {
         let mut dataset = film(15, "natural-roll", 4);
         dataset.ball.radius *= 1.09;
-        let fit = fit_film(&dataset, &Policy::default(), None).unwrap();
+        let fit = fit_film(&dataset, &Policy::default()).unwrap();
         let is_scale = |finding: &Finding| matches!(finding, Finding::Conflict { id: Id::Scale, .. });
         assert!(
             fit.findings.iter().any(is_scale) && fit.severity() == Severity::Doubtful,
@@ -191,7 +191,7 @@ mod tests {
         for shot in &mut dataset.tracks.as_mut().unwrap().shots {
             shot.spin = Spin::NaturalRoll;
         }
-        let fit = fit_film(&dataset, &Policy::default(), None).unwrap();
+        let fit = fit_film(&dataset, &Policy::default()).unwrap();
         let is_spin =
             |finding: &Finding| matches!(finding, Finding::Spins { topspin, .. } if topspin.abs() < 0.05);
         assert!(
@@ -205,7 +205,7 @@ mod tests {
     #[test]
     fn poor_films_give_a_fit_or_an_error() {
         let one = film(1, "natural-roll", 5);
-        assert!(fit_film(&one, &Policy::default(), None).is_ok_and(|fit| fit.shots == 1));
+        assert!(fit_film(&one, &Policy::default()).is_ok_and(|fit| fit.shots == 1));
         let samples = |count: usize, speed: f64| -> Vec<Sample> {
             (0..count).map(|n| Sample::new(n as f64 / 240.0, [speed * n as f64 / 240.0, 0.0])).collect()
         };
@@ -214,7 +214,7 @@ mod tests {
                 let tracks = [samples(count, speed), samples(count, 0.0)];
                 let shot = TrackShot::new("shot", 240.0, Spin::NaturalRoll, tracks);
                 let dataset = Dataset::filmed("film", Ball::POOL, vec![shot]);
-                assert!(fit_film(&dataset, &Policy::default(), None).is_err(), "{count} {speed}");
+                assert!(fit_film(&dataset, &Policy::default()).is_err(), "{count} {speed}");
             }
         }
     }

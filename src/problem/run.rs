@@ -11,7 +11,7 @@ use super::outliers::{judge_shots, leave_out_frames};
 use super::policy::Policy;
 use super::problem::{Problem, State};
 use super::spins::ShotSpin;
-use super::uncertainty::{Estimates, Interval, Share};
+use super::uncertainty::{Estimates, Share};
 use super::unknowns::{Id, Mode, Normal, Own, own};
 use crate::measurement::dataset::Dataset;
 
@@ -52,8 +52,6 @@ pub struct FilmFit {
     pub estimates: Vec<Estimate>,
     /// Error budgets of the wanted unknowns.
     pub budgets: Vec<Budget>,
-    /// Intervals of their profiles, if asked for.
-    pub intervals: Vec<Interval>,
     /// What is wrong or worth saying.
     pub findings: Vec<Finding>,
     /// Noise of the frames of the cue balls and of the object balls.
@@ -136,14 +134,11 @@ impl FilmFit {
     }
 }
 
-/// What a profile is asked for: none, or the rise of χ² at the ends of the intervals.
-pub type Rise = Option<f64>;
-
 /// Fits the film of a data set.
 ///
 /// # Errors
 /// See [`FilmError`].
-pub fn fit_film(dataset: &Dataset, policy: &Policy, rise: Rise) -> Result<FilmFit, FilmError> {
+pub fn fit_film(dataset: &Dataset, policy: &Policy) -> Result<FilmFit, FilmError> {
     let Film { problem, start, names, left_out, findings, .. } = Film::new(dataset)?;
     let left_out = left_out.into_iter().map(|(name, why)| (name, why.to_string())).collect();
     let mut run = Run { policy, problem, names, findings, left_out, evaluations: 0 };
@@ -180,7 +175,7 @@ pub fn fit_film(dataset: &Dataset, policy: &Policy, rise: Rise) -> Result<FilmFi
     if !descent.converged {
         run.findings.push(Finding::NotConverged);
     }
-    Ok(run.finish(&descent, &estimates, misfit, rise))
+    Ok(run.finish(&descent, &estimates, misfit))
 }
 
 /// Returns the variance of slow motions, σ²(1 + ρ)/(1 − ρ), over that of another noise.
@@ -248,7 +243,7 @@ impl Run<'_> {
         Estimates::new(&self.problem, &descent.end).ok_or(FilmError::Undetermined)
     }
 
-    fn finish(mut self, descent: &Descent, estimates: &Estimates, misfit: f64, rise: Rise) -> FilmFit {
+    fn finish(mut self, descent: &Descent, estimates: &Estimates, misfit: f64) -> FilmFit {
         let state = descent.end.state.clone();
         let free = self.problem.unknowns.iter().filter(|unknown| unknown.mode == Mode::Free);
         let all: Vec<Estimate> = free
@@ -280,18 +275,9 @@ impl Run<'_> {
             let (shares, frames) = estimates.budget(id, &Id::WANTED)?;
             Some(Budget { id, shares, frames })
         });
-        let mut intervals = Vec::new();
-        for id in Id::WANTED {
-            let found = rise.and_then(|rise| estimates.interval(&self.problem, &descent.end, id, rise));
-            if let Some((interval, evaluations)) = found {
-                intervals.push(interval);
-                self.evaluations += evaluations;
-            }
-        }
         FilmFit {
             estimates: all,
             budgets: budgets.collect(),
-            intervals,
             findings: self.findings,
             noise: self.problem.world.noise,
             misfit,

@@ -3,7 +3,6 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use super::descent::descend;
 use super::problem::{Evaluation, Problem, Reduced, State};
 use super::unknowns::{Id, Mode};
 
@@ -52,15 +51,6 @@ pub struct Conflict {
     pub sd: f64,
     /// Difference in its standard deviations.
     pub size: f64,
-}
-
-/// An interval of a profile.
-#[derive(Clone, Copy, Debug)]
-pub struct Interval {
-    /// The unknown.
-    pub id: Id,
-    /// Lower and upper end.
-    pub ends: [f64; 2],
 }
 
 impl Estimates {
@@ -155,56 +145,5 @@ impl Estimates {
         let (matrix, gradient) = at.shots.get(i)?.reduced(&self.ids)?;
         let information = self.covariance.clone().cholesky()?.inverse() - matrix;
         Some(information.cholesky()?.solve(&gradient))
-    }
-
-    /// Returns where the least χ² with `id` held exceeds the minimum by `rise`, and the evaluations
-    /// that took. The others follow along the covariance and descend from there.
-    pub fn interval(
-        &self,
-        problem: &Problem,
-        at: &Evaluation,
-        id: Id,
-        rise: f64,
-    ) -> Option<(Interval, usize)> {
-        /// Steps of the others at each point, and points on each side.
-        const STEPS: usize = 8;
-        const POINTS: usize = 10;
-        /// Relative precision of the rise.
-        const PRECISION: f64 = 0.05;
-        let i = self.position(id)?;
-        let along = self.covariance.column(i) / self.covariance[(i, i)];
-        let others: Vec<Id> = problem.free().into_iter().filter(|other| *other != id).collect();
-        let bounds = problem.unknown(id).bounds;
-        let best = at.state.shared[id];
-        let mut evaluations = 0;
-        let mut ends = [0.0; 2];
-        for (end, sign) in ends.iter_mut().zip([-1.0, 1.0]) {
-            let mut far = (rise * self.covariance[(i, i)]).sqrt();
-            let (mut below, mut above) = (0.0, f64::INFINITY);
-            // each point goes on from the one before, so that a valley that was found is kept
-            let mut from = at.clone();
-            for _ in 0..POINTS {
-                *end = (best + sign * far).clamp(bounds[0], bounds[1]);
-                let by = &along * (*end - from.state.shared[id]);
-                let state = from.eliminate(0.0)?.step(problem, &from.state, &self.ids, &by, false);
-                let there = descend(problem, problem.evaluate(state), &others, STEPS);
-                evaluations += 1 + there.evaluations;
-                let risen = (there.end.cost - at.cost) / rise;
-                if (risen - 1.0).abs() < PRECISION || bounds.contains(end) || !risen.is_finite() {
-                    break;
-                }
-                if risen < 1.0 {
-                    below = far;
-                } else {
-                    above = far;
-                }
-                far /= risen.clamp(0.1, 10.0).sqrt();
-                if !(below < far && far < above) {
-                    far = if above.is_finite() { 0.5 * (below + above) } else { 1.5 * below };
-                }
-                from = there.end;
-            }
-        }
-        Some((Interval { id, ends }, evaluations))
     }
 }

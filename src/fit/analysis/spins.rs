@@ -1,7 +1,7 @@
 //! Spins of cue balls that are not as stated, or that do not show.
 //!
-//! Where a film contradicts the model, the spins are left to be found first ([`Spin::Unknown`]): rolling balls that are said not to spin
-//! look like unequal balls, a wrong frame rate or a tracker that lags, and are found in a few seconds.
+//! Where a film contradicts the model, other spins are looked for first, by the problem of its frames ([`crate::problem`]): rolling balls that
+//! are stated not to spin look like unequal balls, a wrong frame rate or a tracker that lags.
 
 use super::{Analysis, Options, Prepared};
 use crate::fit::causes::{Cause, Explanation};
@@ -130,7 +130,7 @@ fn found_spins(dataset: &Dataset) -> Option<Explanation> {
     tracks.shots = tracks.shots.iter().step_by(step).cloned().collect();
     let stated: Vec<(String, f64)> =
         tracks.shots.iter().filter_map(|shot| Some((shot.name.clone(), stated_spin(shot)?))).collect();
-    let film = fit_film(&some, &Policy::default(), None).ok()?;
+    let film = fit_film(&some, &Policy::default()).ok()?;
     let fall = film.explained_by_spins()?;
     let topspins = film.topspins();
     let found = |(name, stated): &(String, f64)| {
