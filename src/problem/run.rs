@@ -120,11 +120,15 @@ impl FilmFit {
         fall
     }
 
-    /// Returns whether the frames determine a wanted unknown less well than it is known without them.
+    /// Returns whether the frames hardly determine a wanted unknown: its error is more than half of
+    /// what it is known to without them, or a finding says so.
     #[must_use]
     pub fn is_undetermined(&self, id: Id) -> bool {
         let is_of = |finding: &Finding| matches!(finding, Finding::Undetermined { id: of, .. } if *of == id);
-        self.findings.iter().any(is_of)
+        let is_prior = |estimate: &Estimate| {
+            estimate.prior.zip(estimate.std_error).is_some_and(|(prior, sd)| sd > 0.5 * prior.sd)
+        };
+        self.findings.iter().any(is_of) || self.get(id).is_some_and(is_prior)
     }
 
     /// Returns the worst severity of the findings.
