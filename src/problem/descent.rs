@@ -3,7 +3,6 @@
 use nalgebra::DVector;
 
 use super::problem::{Evaluation, Problem, Reduced, State};
-use super::unknowns::{Id, SHARED};
 
 /// Fall of χ² below which a step is not made: 0.1 standard deviations.
 const STALL: f64 = 0.01;
@@ -25,15 +24,15 @@ pub(crate) struct Descent {
 }
 
 /// Descends from `at` in the unknowns `free` until a step promises or gains less than [`STALL`].
-pub(crate) fn descend(problem: &Problem, mut at: Evaluation, free: &[Id], steps: usize) -> Descent {
+pub(crate) fn descend(problem: &Problem, mut at: Evaluation, free: &[usize], steps: usize) -> Descent {
     let mut damping = LEAST_DAMPING;
     let mut evaluations = 0;
     let mut stalls = 0;
     while evaluations < steps && damping < MAX_DAMPING && at.cost.is_finite() {
-        let step = at.eliminate(damping).and_then(|reduced| {
-            let moving: Vec<Id> = free.iter().copied().filter(|id| reduced.informs(*id)).collect();
+        let step = at.eliminate(problem, damping).and_then(|reduced| {
+            let moving: Vec<usize> = free.iter().copied().filter(|column| reduced.informs(*column)).collect();
             let step = step_within_bounds(problem, &reduced, &at.state, &moving)?;
-            let state = reduced.step(problem, &at.state, &moving, &step, true);
+            let state = reduced.step(problem, &at.state, &moving, &step);
             Some((reduced.promise(&moving, &step), state))
         });
         let trial = match step {
@@ -68,31 +67,33 @@ fn step_within_bounds(
     problem: &Problem,
     reduced: &Reduced,
     state: &State,
-    free: &[Id],
+    free: &[usize],
 ) -> Option<DVector<f64>> {
-    let mut held: [Option<f64>; SHARED] = [None; SHARED];
+    let mut held: Vec<Option<f64>> = vec![None; problem.unknowns.len()];
     loop {
-        let (stopped, moving): (Vec<Id>, Vec<Id>) = free.iter().partition(|id| held[**id as usize].is_some());
-        let all: Vec<Id> = moving.iter().chain(&stopped).copied().collect();
+        let (stopped, moving): (Vec<usize>, Vec<usize>) =
+            free.iter().partition(|column| held[**column].is_some());
+        let all: Vec<usize> = moving.iter().chain(&stopped).copied().collect();
         let matrix = reduced.matrix(&all);
         let n = moving.len();
-        let known = DVector::from_fn(stopped.len(), |i, _| held[stopped[i] as usize].unwrap_or(0.0));
+        let known = DVector::from_fn(stopped.len(), |i, _| held[stopped[i]].unwrap_or(0.0));
         let against = reduced.gradient(&moving) + matrix.view((0, n), (n, stopped.len())) * &known;
         let step = -matrix.view((0, 0), (n, n)).into_owned().cholesky()?.solve(&against);
         if !step.iter().all(|s| s.is_finite()) {
             return None;
         }
         let mut inside = true;
-        for (id, by) in moving.iter().zip(step.iter()) {
-            let ([low, high], x) = (problem.unknown(*id).bounds, state.shared[*id]);
+        for (column, by) in moving.iter().zip(step.iter()) {
+            let ([low, high], x) = (problem.unknowns[*column].bounds, state.shared.0[*column]);
             if x + by < low || x + by > high {
-                held[*id as usize] = Some((x + by).clamp(low, high) - x);
+                held[*column] = Some((x + by).clamp(low, high) - x);
                 inside = false;
             }
         }
         if inside {
-            let step_of =
-                |id: &Id| held[*id as usize].or_else(|| Some(step[moving.iter().position(|m| m == id)?]));
+            let step_of = |column: &usize| {
+                held[*column].or_else(|| Some(step[moving.iter().position(|m| m == column)?]))
+            };
             return free.iter().map(step_of).collect::<Option<Vec<f64>>>().map(DVector::from_vec);
         }
     }

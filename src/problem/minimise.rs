@@ -4,8 +4,6 @@
 use super::descent::{Descent, descend};
 use super::noise;
 use super::problem::{Problem, State};
-use super::spins::ShotSpin;
-use super::states::choose_states;
 use super::unknowns::Id;
 
 /// Values of μ that descents start from: published ones (0.03 to 0.08), waxed and chalked balls.
@@ -13,10 +11,6 @@ const GRID: [f64; 4] = [0.02, 0.06, 0.12, 0.25];
 
 /// Unknowns of the first descents: places and scale before all others.
 const COARSE: [Id; 7] = [Id::Mu, Id::E, Id::Scale, Id::Aspect, Id::Shear, Id::PerspectiveX, Id::PerspectiveY];
-
-/// Noise of the first descents, m: lines through the frames next to an impact miss the balls by as
-/// much.
-const COARSE_SD: f64 = 1e-3;
 
 /// Evaluations of a descent, typical are 6.
 const MAX_STEPS: usize = 40;
@@ -37,58 +31,61 @@ const MAX_ROUNDS: usize = 10;
 /// Minimises over everything free: coarsely, finely, and again with the noise that the residuals
 /// show. `None` if no start describes a collision.
 pub(crate) fn fit(problem: &mut Problem, start: &State) -> Option<Descent> {
-    let coarse = descend_with_spins(problem, start)?;
+    let coarse = descend_with_states(problem, start)?;
     let end = descend_with_noise(problem, coarse.end.state);
     Some(Descent { evaluations: coarse.evaluations + end.evaluations, ..end })
 }
 
-/// Descends coarsely; shots of unknown spin all roll, or all slide, whichever leads lower: their
-/// states are judged one by one from shared unknowns that suit most of them.
-pub(crate) fn descend_with_spins(problem: &mut Problem, start: &State) -> Option<Descent> {
-    let rolling = descend_coarsely(problem, start);
-    if !problem.spins.iter().any(ShotSpin::is_unknown) {
-        return rolling;
+/// Descends coarsely, also from the other discrete states that the shots may all be in, such as
+/// sliding in the place of rolling: they are judged one by one from shared unknowns that suit most.
+pub(crate) fn descend_with_states(problem: &mut Problem, start: &State) -> Option<Descent> {
+    let first = descend_coarsely(problem, start);
+    let others = problem.samples.iter().map(|sample| sample.block.in_other_state());
+    let Some(others) = others.collect::<Option<Vec<_>>>() else { return first };
+    let mut changed = problem.clone();
+    for (sample, block) in changed.samples.iter_mut().zip(others) {
+        sample.block = block;
     }
-    let mut sliding = problem.clone();
-    sliding
-        .spins
-        .iter_mut()
-        .filter(|spin| spin.is_unknown())
-        .for_each(|spin| *spin = ShotSpin::unknown_sliding());
-    let other = descend_coarsely(&mut sliding, start);
-    let is_lower = |other: &Descent| rolling.as_ref().is_none_or(|rolling| other.end.cost < rolling.end.cost);
+    let other = descend_coarsely(&changed, start);
+    let is_lower = |other: &Descent| first.as_ref().is_none_or(|first| other.end.cost < first.end.cost);
     if other.as_ref().is_some_and(is_lower) {
-        *problem = sliding;
+        *problem = changed;
         return other;
     }
-    rolling
+    first
 }
 
 /// Descends a few steps over places, scale, μ and e from each μ of a grid, with a noise as large as
 /// the first guesses are wrong. Where the best two end at different μ, both go on over everything
 /// free; returns the lower one.
-fn descend_coarsely(problem: &mut Problem, start: &State) -> Option<Descent> {
-    let fine = problem.world.noise;
-    problem.world.noise = fine.map(|noise| noise::Noise { sd: noise.sd.max(COARSE_SD), ..noise });
+fn descend_coarsely(problem: &Problem, start: &State) -> Option<Descent> {
+    let mut coarser = problem.clone();
+    for sample in &mut coarser.samples {
+        sample.block.coarsen();
+    }
     let free = problem.free();
-    let coarse_ids: Vec<Id> = free.iter().copied().filter(|id| COARSE.contains(id)).collect();
+    let is_coarse = |column: &usize| COARSE.contains(&problem.unknowns[*column].id);
+    let coarse_columns: Vec<usize> = free.iter().copied().filter(is_coarse).collect();
+    let of_mu: Vec<usize> =
+        free.iter().copied().filter(|column| problem.unknowns[*column].id == Id::Mu).collect();
     let from = |mu: f64| {
         let mut state = start.clone();
-        if free.contains(&Id::Mu) {
-            let [low, high] = problem.unknown(Id::Mu).bounds;
-            state.shared[Id::Mu] = mu.clamp(low, high);
+        for column in &of_mu {
+            let [low, high] = problem.unknowns[*column].bounds;
+            state.shared.0[*column] = mu.clamp(low, high);
         }
-        descend(problem, problem.evaluate(state), &coarse_ids, COARSE_STEPS)
+        descend(&coarser, coarser.evaluate(state), &coarse_columns, COARSE_STEPS)
     };
     let mut coarse: Vec<Descent> = GRID.into_iter().map(from).collect();
     let mut evaluations: usize = coarse.iter().map(|descent| 1 + descent.evaluations).sum();
     coarse.retain(|descent| descent.end.cost.is_finite());
     coarse.sort_by(|a, b| a.end.cost.total_cmp(&b.end.cost));
-    problem.world.noise = fine;
     let mut ranked = coarse.into_iter();
     let best = ranked.next()?;
-    let mu = best.end.state.shared[Id::Mu];
-    let is_other = |other: &Descent| (other.end.state.shared[Id::Mu] / mu - 1.0).abs() > SAME_MU;
+    let mu = |descent: &Descent, column: usize| descent.end.state.shared.0[column];
+    let is_other = |other: &Descent| {
+        of_mu.iter().any(|column| (mu(other, *column) / mu(&best, *column) - 1.0).abs() > SAME_MU)
+    };
     let Some(second) = ranked.find(is_other) else { return Some(Descent { evaluations, ..best }) };
     let [first, second] = [best, second].map(|coarse| {
         let descent = descend(problem, problem.evaluate(coarse.end.state), &free, SECOND_STEPS);
@@ -106,7 +103,7 @@ pub(crate) fn descend_with_noise(problem: &mut Problem, mut state: State) -> Des
     let mut evaluations = 0;
     let mut round = 0;
     loop {
-        let changed = round < MAX_STATE_ROUNDS && choose_states(problem, &mut state);
+        let changed = round < MAX_STATE_ROUNDS && problem.choose_states(&mut state);
         let descent = descend(problem, problem.evaluate(state), &free, MAX_STEPS);
         evaluations += 1 + descent.evaluations;
         round += 1;

@@ -10,51 +10,43 @@
 //!
 //! | file | what it holds |
 //! | --- | --- |
-//! | `unknowns`, `priors` | unknowns of shots and films, what is known of them |
-//! | `film` | from tracks to the problem, with first guesses |
-//! | `impact`, `motion`, `camera` | the forward model with its derivatives |
-//! | `frames` | residuals of a shot, summed to normal equations |
-//! | `spins`, `states` | what is known of the cue ball's spin, and the likeliest of its states |
+//! | `unknowns`, `sums` | shared unknowns, and what a shot adds to the normal equations |
+//! | `block`, `film` | what was measured: forward models with their derivatives |
 //! | `problem`, `descent`, `minimise`, `noise` | normal equations, descent, starts, noise |
-//! | `uncertainty`, `causes`, `outliers` | errors, suspects, frames and shots that do not fit |
+//! | `uncertainty` | errors, scores, conflicts, budget, influence |
 //! | `findings`, `policy`, `run` | what is said, statistical choices, the fit from beginning to end |
 
-mod camera;
-mod causes;
+mod block;
 mod descent;
-mod dual;
 mod film;
 mod findings;
-mod frames;
-mod impact;
 mod minimise;
-mod motion;
 mod noise;
-mod outliers;
 mod policy;
-mod priors;
 #[allow(clippy::module_inception)]
 mod problem;
 mod run;
-mod spins;
-mod states;
+mod sums;
 mod uncertainty;
 mod unknowns;
 
-pub use film::FilmError;
+pub use film::first_guess::FilmError;
 pub use findings::{Finding, Severity};
-pub use frames::Noise;
 pub use policy::Policy;
 pub use run::{Budget, Estimate, FilmFit, fit_film};
+pub use sums::Noise;
 pub use uncertainty::{Conflict, Score, Share};
 pub use unknowns::{Id, Normal};
 
 #[cfg(test)]
 mod tests {
     // films of a simulator with its own equations of motion
-    use super::film::Film;
+    use super::block::Block;
+    use super::film::first_guess::Film;
+    use super::film::own::OWN;
+    use super::problem::{Problem, State};
     use super::run::fit_film;
-    use super::unknowns::{Mode, OWN, SHARED, Shared};
+    use super::unknowns::{Mode, Shared};
     use super::{Finding, Id, Policy, Severity};
     use crate::measurement::dataset::Dataset;
     use crate::measurement::spin::Spin;
@@ -85,38 +77,41 @@ mod tests {
     /// and with all corrections of the camera on.
     #[test]
     fn gradient_is_the_slope_of_chi2() {
-        let Film { mut problem, start, .. } = Film::new(&film(5, "natural-roll", 1)).unwrap();
-        problem.world.noise = [super::Noise { sd: 0.05, rho: 0.3 }; 2];
-        let shared = problem.unknowns.map(|unknown| {
+        let Film { mut block, unknowns, own, .. } = Film::new(&film(5, "natural-roll", 1)).unwrap();
+        block.world.noise = [super::Noise { sd: 0.05, rho: 0.3 }; 2];
+        let problem = Problem::of_one(Block::Film(block), unknowns);
+        let away = problem.unknowns.iter().map(|unknown| {
             let step =
                 if unknown.mode == Mode::Free { unknown.prior.map_or(0.02, |p| p.sd.min(0.3)) } else { 0.0 };
             unknown.start + 0.1 * step
         });
-        let state = super::problem::State { shared: Shared(shared), ..start };
+        let state = State { own: vec![own], shared: Shared(away.collect()) };
         let at = problem.evaluate(state.clone());
-        let last = OWN + SHARED;
-        for unknown in problem.unknowns.iter().filter(|unknown| unknown.mode == Mode::Free) {
-            let i = unknown.id as usize;
-            let cost = |by: f64| {
-                let mut moved = state.clone();
-                moved.shared.0[i] += by;
-                problem.evaluate(moved).cost
+        let cost = |moved: State| problem.evaluate(moved).cost;
+        let offsets = Id::OFFSETS.map(|id| id as usize);
+        for column in problem.free().into_iter().chain(offsets) {
+            let unknown = &problem.unknowns[column];
+            let moved = |by: f64| {
+                let mut state = state.clone();
+                state.shared.0[column] += by;
+                state
             };
             let step = 1e-5;
-            let difference = (cost(step) - cost(-step)) / (4.0 * step);
-            let pull = unknown.prior.map_or(0.0, |p| p.pull(shared[i]) / p.sd);
-            let slope = at.shots.iter().map(|shot| shot.products[(OWN + i, last)]).sum::<f64>() + pull;
+            let difference = (cost(moved(step)) - cost(moved(-step))) / (4.0 * step);
+            let pull = unknown.active_prior().map_or(0.0, |p| p.pull(state.shared.0[column]) / p.sd);
+            let of_shot = |shot: &super::sums::Contribution| shot.slope(OWN + column);
+            let slope = at.shots[0].iter().map(of_shot).sum::<f64>() + pull;
             let name = unknown.id.name();
             assert!((difference - slope).abs() < 1e-3 * (1.0 + slope.abs()), "{name}: {difference} {slope}");
         }
-        for i in (0..OWN).filter(|i| !at.shots[3].held[*i]) {
-            let cost = |by: f64| {
-                let mut moved = state.clone();
-                moved.own[3][i] += by;
-                problem.evaluate(moved).cost
+        for i in (0..OWN).filter(|i| !at.shots[0][3].held[*i]) {
+            let moved = |by: f64| {
+                let mut state = state.clone();
+                state.own[0][3][i] += by;
+                state
             };
-            let difference = (cost(1e-6) - cost(-1e-6)) / 4e-6;
-            let slope = at.shots[3].products[(i, last)];
+            let difference = (cost(moved(1e-6)) - cost(moved(-1e-6))) / 4e-6;
+            let slope = at.shots[0][3].slope(i);
             assert!((difference - slope).abs() < 1e-4 * (1.0 + slope.abs()), "own {i}: {difference} {slope}");
         }
     }

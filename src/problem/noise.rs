@@ -1,13 +1,11 @@
-//! The noise of the frames and the spreads from shot to shot, by restricted maximum likelihood:
+//! The noise of the data and the spreads from shot to shot, by restricted maximum likelihood:
 //! each estimate counts the unknowns that it was estimated beside (Patterson and Thompson 1971,
 //! Biometrika 58, 545).
 
-pub use super::frames::Noise;
-use super::priors::FIRST_SPREADS;
-use super::problem::{Evaluation, Problem, Reduced};
-use super::spins::{OwnPrior, Spread};
+use super::block::Block;
+use super::problem::{Eliminated, Evaluation, Problem, Reduced};
+use super::sums::{Noise, NoiseSums, OwnPrior, Spread};
 use super::uncertainty::Estimates;
-use super::unknowns::{Normal, OWN, own};
 
 /// Largest correlation of neighbouring frames that is estimated.
 const MAX_RHO: f64 = 0.98;
@@ -30,46 +28,57 @@ const LEAST_SPREAD: f64 = 0.004;
 
 /// Sets noise and spreads to what the residuals at `at` show; returns whether they have settled.
 pub(super) fn update(problem: &mut Problem, at: &Evaluation) -> bool {
-    let Some(reduced) = at.eliminate(0.0) else { return true };
+    let Some(reduced) = at.eliminate(problem, 0.0) else { return true };
     let Some(estimates) = Estimates::of_reduced(problem, &at.state, &reduced) else { return true };
-    let parameters = count_unknowns(problem, &estimates, &reduced);
-    let total: f64 = at.bodies.iter().map(|body| body.count).sum();
-    // residuals are less correlated than the errors, as each shot's unknowns follow slow errors
-    let likeliest = likeliest_correlation(problem, at, total - parameters);
+    let sums: Vec<Vec<NoiseSums>> = (0..problem.samples.len()).map(|sample| at.noises(sample)).collect();
+    let count = |sums: &[NoiseSums]| sums.iter().map(|sum| sum.count).sum::<f64>();
+    let total: f64 = sums.iter().map(|sums| count(sums)).sum();
+    let shared = count_shared(problem, &estimates);
     let mut settled = true;
-    for (noise, body) in problem.world.noise.iter_mut().zip(&at.bodies) {
-        let dof = body.count * (1.0 - parameters / total);
-        if !(dof > 0.0 && body.square > 0.0) {
-            continue;
+    for (sample, sums) in sums.iter().enumerate() {
+        let of_sample = count(sums);
+        let parameters = count_own(&problem.samples[sample].block, &reduced.own[sample])
+            + shared * of_sample / total.max(1.0);
+        // residuals are less correlated than the errors, as each shot's unknowns follow slow errors
+        let likeliest = likeliest_correlation(problem, at, sample, of_sample - parameters);
+        for (noise, sum) in problem.samples[sample].block.noises_mut().iter_mut().zip(sums) {
+            let dof = sum.count * (1.0 - parameters / of_sample);
+            if !(dof > 0.0 && sum.weighted > 0.0) {
+                continue;
+            }
+            let growth = sum.weighted / dof;
+            let of_residuals = if sum.square > 0.0 { sum.lagged / sum.square } else { 0.0 };
+            let rho = likeliest.unwrap_or(of_residuals).clamp(0.0, MAX_RHO);
+            settled &= (growth - 1.0).abs() < SETTLED && (rho - noise.rho).abs() < SETTLED;
+            if growth.is_finite() {
+                *noise = Noise { sd: noise.sd * growth.sqrt(), rho };
+            }
         }
-        let growth = body.weighted / dof;
-        let rho = likeliest.unwrap_or(body.lagged / body.square).clamp(0.0, MAX_RHO);
-        settled &= (growth - 1.0).abs() < SETTLED && (rho - noise.rho).abs() < SETTLED;
-        if growth > 0.0 && growth.is_finite() {
-            *noise = Noise { sd: noise.sd * growth.sqrt(), rho };
+        for which in 0..problem.samples[sample].block.spreads().len() {
+            let new = estimate_spread(problem, at, (&reduced, &estimates), sample, which);
+            let old = &mut problem.samples[sample].block.spreads_mut()[which];
+            settled &= (new / old.sd - 1.0).abs() < 0.05;
+            old.sd = new;
         }
-    }
-    for which in [Spread::Topspin, Spread::Side] {
-        let old = problem.spreads[which as usize];
-        let new = estimate_spread(problem, at, &reduced, &estimates, which);
-        settled &= (new.sd / old.sd - 1.0).abs() < 0.05;
-        problem.spreads[which as usize] = new;
     }
     settled
 }
 
-/// Returns the correlation of neighbouring frames that restricted likelihood prefers near the
-/// present one; `None` if the residuals of neighbouring frames are hardly correlated.
-fn likeliest_correlation(problem: &Problem, at: &Evaluation, dof: f64) -> Option<f64> {
-    let lagged = at.bodies.iter().map(|body| body.lagged).sum::<f64>();
-    let square = at.bodies.iter().map(|body| body.square).sum::<f64>();
+/// Returns the correlation of neighbouring numbers of a sample that restricted likelihood prefers
+/// near the present one; `None` if neighbouring residuals are hardly correlated.
+fn likeliest_correlation(problem: &mut Problem, at: &Evaluation, sample: usize, dof: f64) -> Option<f64> {
+    let sums = at.noises(sample);
+    let lagged = sums.iter().map(|sum| sum.lagged).sum::<f64>();
+    let square = sums.iter().map(|sum| sum.square).sum::<f64>();
     let of_residuals = lagged / square;
-    let present = problem.world.noise.iter().map(|noise| noise.rho).fold(of_residuals, f64::max);
+    let noises = problem.samples[sample].block.noises_mut();
+    let present = noises.iter().map(|noise| noise.rho).fold(of_residuals, f64::max);
     if !(present > LEAST_RHO && dof > 0.0) {
         return None;
     }
     let middle = present.clamp(RHO_STEP, MAX_RHO - RHO_STEP);
-    let [low, here, high] = [-RHO_STEP, 0.0, RHO_STEP].map(|by| restricted(problem, at, middle + by, dof));
+    let [low, here, high] =
+        [-RHO_STEP, 0.0, RHO_STEP].map(|by| restricted(problem, at, (sample, middle + by), dof));
     let (low, here, high) = (low?, here?, high?);
     // the vertex of the parabola through three points, at most two steps away
     let (slope, bend) = (0.5 * (high - low), high - 2.0 * here + low);
@@ -77,67 +86,68 @@ fn likeliest_correlation(problem: &Problem, at: &Evaluation, dof: f64) -> Option
     Some(middle + steps * RHO_STEP)
 }
 
-/// Returns −2 ln of the restricted likelihood with a correlation, up to a constant, least over all
-/// unknowns and the size of the noise: (N − p) ln χ² + ln|R| + ln|XᵀR⁻¹X|.
-fn restricted(problem: &Problem, at: &Evaluation, rho: f64, dof: f64) -> Option<f64> {
+/// Returns −2 ln of the restricted likelihood with a correlation in a sample, up to a constant,
+/// least over all unknowns and the size of the noise: (N − p) ln χ² + ln|R| + ln|XᵀR⁻¹X|.
+fn restricted(problem: &Problem, at: &Evaluation, (sample, rho): (usize, f64), dof: f64) -> Option<f64> {
     let mut other = problem.clone();
-    for noise in &mut other.world.noise {
+    for noise in other.samples[sample].block.noises_mut() {
         noise.rho = rho;
     }
     let there = other.evaluate(at.state.clone());
-    let (least, of_unknowns) = there.eliminate(0.0)?.least(&other.free())?;
-    let of_frames: f64 = there.bodies.iter().map(|body| body.ln_determinant).sum();
+    let (least, of_unknowns) = there.eliminate(&other, 0.0)?.least(&other.free())?;
+    let of_frames: f64 = there.noises(sample).iter().map(|sum| sum.ln_determinant).sum();
     Some(dof * least.ln() + of_frames + of_unknowns)
 }
 
-/// Returns the number of unknowns that the frames determine: each counts by the part of its
+/// Returns the number of shared unknowns that the data determine: each counts by the part of its
 /// information that is not its prior's.
-fn count_unknowns(problem: &Problem, estimates: &Estimates, reduced: &Reduced) -> f64 {
-    let shared = estimates.ids.iter().enumerate().map(|(i, id)| {
-        let prior = problem.unknown(*id).active_prior();
+fn count_shared(problem: &Problem, estimates: &Estimates) -> f64 {
+    let part = |(i, column): (usize, &usize)| {
+        let prior = problem.unknowns[*column].active_prior();
         prior.map_or(1.0, |prior| 1.0 - estimates.covariance[(i, i)] / (prior.sd * prior.sd))
-    });
-    let own = problem.spins.iter().enumerate().map(|(i, spin)| {
-        let priors = spin.priors(&problem.spreads);
-        let without_prior = (OWN - priors.len()) as f64;
-        let with_prior = priors.iter().filter_map(|(place, prior)| {
-            let variance = reduced.own_covariance[i][(*place, *place)];
-            prior.map(|prior| (1.0 - variance / (prior.sd * prior.sd)).clamp(0.0, 1.0))
-        });
-        without_prior + with_prior.sum::<f64>()
-    });
-    shared.sum::<f64>() + own.sum::<f64>()
+    };
+    estimates.columns.iter().enumerate().map(part).sum()
 }
 
-/// Returns the spread of a spin from shot to shot: s² = [Σ(ŝ² + v) + s₀²]/(n + 1), one step of
-/// expectation and maximisation.
+/// Returns the number of own unknowns that the data determine, counted in the same way.
+fn count_own(block: &Block, own: &[Eliminated]) -> f64 {
+    let of_shot = |(i, own): (usize, &Eliminated)| {
+        let priors = block.own_priors(i);
+        let without_prior = (own.covariance.ncols() - priors.len()) as f64;
+        let with_prior = priors.into_iter().filter_map(|(place, prior)| {
+            let sd = prior.normal(block.spreads())?.sd;
+            Some((1.0 - own.covariance[(place, place)] / (sd * sd)).clamp(0.0, 1.0))
+        });
+        without_prior + with_prior.sum::<f64>()
+    };
+    own.iter().enumerate().map(of_shot).sum()
+}
+
+/// Returns a spread from shot to shot: s² = [Σ(ŝ² + v) + s₀²]/(n + 1), one step of expectation and
+/// maximisation.
 fn estimate_spread(
     problem: &Problem,
     at: &Evaluation,
-    reduced: &Reduced,
-    estimates: &Estimates,
-    which: Spread,
-) -> Normal {
-    let place = match which {
-        Spread::Topspin => own::TOPSPIN,
-        Spread::Side => own::SIDE,
-    };
-    let old = problem.spreads[which as usize];
-    let first = FIRST_SPREADS[which as usize];
-    let mut squares = first.sd * first.sd;
+    (reduced, estimates): (&Reduced, &Estimates),
+    sample: usize,
+    which: usize,
+) -> f64 {
+    let block = &problem.samples[sample].block;
+    let Spread { sd: old, first } = block.spreads()[which];
+    let mut squares = first * first;
     let mut count = 1.0;
-    for (i, spin) in problem.spins.iter().enumerate() {
-        let prior = if which == Spread::Topspin { spin.topspin } else { spin.side };
-        if prior != OwnPrior::Spread(which) || at.shots[i].held[place] {
-            continue;
+    for (i, own) in at.state.own[sample].iter().enumerate() {
+        let priors = block.own_priors(i).into_iter();
+        let places = priors.filter(|(_, prior)| *prior == OwnPrior::Spread(which)).map(|(place, _)| place);
+        for place in places.filter(|place| !at.shots[sample][i].held[*place]) {
+            let by_shared = reduced.response(sample, i, &estimates.columns).row(place).transpose();
+            let variance = reduced.own[sample][i].covariance[(place, place)]
+                + by_shared.dot(&(&estimates.covariance * &by_shared));
+            squares += own[place] * own[place] + variance;
+            count += 1.0;
         }
-        let by_shared = reduced.response(i, place, &estimates.ids);
-        let variance =
-            reduced.own_covariance[i][(place, place)] + by_shared.dot(&(&estimates.covariance * &by_shared));
-        squares += (at.state.own[i][place] - old.mean).powi(2) + variance;
-        count += 1.0;
     }
     // expectation and maximisation converges slowly: the step is prolonged
-    let sd = old.sd * ((squares / count).sqrt() / old.sd).powf(PROLONGED);
-    Normal { mean: old.mean, sd: if sd.is_finite() { sd.max(LEAST_SPREAD) } else { first.sd } }
+    let sd = old * ((squares / count).sqrt() / old).powf(PROLONGED);
+    if sd.is_finite() { sd.max(LEAST_SPREAD) } else { first }
 }

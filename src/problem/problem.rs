@@ -1,34 +1,35 @@
 //! The whole problem: normal equations of all shots, priors, and the elimination of what each shot
 //! has of its own.
 
-use std::sync::Arc;
-
-use nalgebra::{DMatrix, DVector, SMatrix};
+use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 
-use super::frames::{BodySums, COLUMNS, Contribution, ShotFrames, World};
-use super::spins::ShotSpin;
-use super::unknowns::{Id, Mode, Normal, OWN, Own, SHARED, Shared, Unknown};
+use super::block::Block;
+use super::film::block::FilmBlock;
+use super::film::impact::Contact;
+use super::sums::{BORDERED, Contribution, NoiseSums};
+use super::unknowns::{Id, Mode, Normal, Own, SHARED, Shared, Unknown};
 
-/// Shared unknowns and the residual.
-const BORDERED: usize = SHARED + 1;
+/// Data whose shots share unknowns.
+#[derive(Clone)]
+pub(crate) struct Sample {
+    pub block: Block,
+    /// Where each shared unknown, in the order of [`Id`], stands among those of the problem.
+    pub columns: [usize; SHARED],
+}
 
-/// A film as one least-squares problem.
+/// One least-squares problem: samples that may have unknowns in common.
 #[derive(Clone)]
 pub(crate) struct Problem {
-    pub shots: Arc<Vec<ShotFrames>>,
-    /// The spin of each shot.
-    pub spins: Vec<ShotSpin>,
-    /// Means and spreads from shot to shot, in the order of [`super::spins::Spread`].
-    pub spreads: [Normal; 2],
-    pub unknowns: [Unknown; SHARED],
-    pub world: World,
+    pub samples: Vec<Sample>,
+    pub unknowns: Vec<Unknown>,
 }
 
 /// Values of all unknowns.
 #[derive(Clone)]
 pub(crate) struct State {
-    pub own: Vec<Own>,
+    /// Of each shot of each sample.
+    pub own: Vec<Vec<Own>>,
     pub shared: Shared,
 }
 
@@ -38,103 +39,68 @@ pub(crate) struct Evaluation {
     pub state: State,
     /// χ² with Huber's loss and the priors; infinite if the state describes no collision.
     pub cost: f64,
-    /// Sums over the frames of the cue balls and of the object balls.
-    pub bodies: [BodySums; 2],
-    pub shots: Vec<Contribution>,
-    priors: [Option<Normal>; SHARED],
+    /// What each shot of each sample adds.
+    pub shots: Vec<Vec<Contribution>>,
+    priors: Vec<Option<Normal>>,
+}
+
+/// Own unknowns of a shot after elimination.
+pub(crate) struct Eliminated {
+    /// Response of the own unknowns to the shared ones, and in the last column to the residuals.
+    response: DMatrix<f64>,
+    /// Covariance of the own unknowns at given shared ones.
+    pub covariance: DMatrix<f64>,
 }
 
 /// Normal equations of the shared unknowns after elimination of the own ones.
 pub(crate) struct Reduced {
     /// Shared unknowns and the residual.
-    products: SMatrix<f64, BORDERED, BORDERED>,
+    products: DMatrix<f64>,
     /// Squares of the weighted residuals and of the priors' pulls before any step.
     squares: f64,
-    /// Response of each shot's own unknowns to the shared ones, and in the last column to the
-    /// residuals.
-    responses: Vec<SMatrix<f64, OWN, BORDERED>>,
-    /// Covariance of each shot's own unknowns at given shared ones.
-    pub own_covariance: Vec<SMatrix<f64, OWN, OWN>>,
+    pub own: Vec<Vec<Eliminated>>,
     /// Logarithm of the determinant of the own unknowns' normal matrices.
-    pub own_ln_determinant: f64,
+    own_ln_determinant: f64,
+    columns: Vec<[usize; SHARED]>,
 }
 
-impl Contribution {
-    /// Returns the normal matrix of the own unknowns, its diagonal raised by `damping`, and `N`
-    /// columns beside it from `first` on. Held unknowns are decoupled.
-    pub fn own_system<const N: usize>(
-        &self,
-        damping: f64,
-        first: usize,
-    ) -> (SMatrix<f64, OWN, OWN>, SMatrix<f64, OWN, N>) {
-        let mut matrix = SMatrix::<f64, OWN, OWN>::from_fn(|i, j| {
-            let held = self.held[i] || self.held[j];
-            if held { f64::from(i == j) } else { self.products[(i.min(j), i.max(j))] }
-        });
-        for i in 0..OWN {
-            matrix[(i, i)] *= 1.0 + damping;
-        }
-        let beside =
-            SMatrix::<f64, OWN, N>::from_fn(
-                |i, j| {
-                    if self.held[i] { 0.0 } else { self.products[(i, first + j)] }
-                },
-            );
-        (matrix, beside)
-    }
-}
-
-impl Contribution {
-    /// Returns the shot's part of the normal matrix and gradient of these shared unknowns, after
-    /// elimination of its own.
-    pub fn reduced(&self, ids: &[Id]) -> Option<(DMatrix<f64>, DVector<f64>)> {
-        let (matrix, beside) = self.own_system::<BORDERED>(0.0, OWN);
-        let response = matrix.cholesky()?.solve(&beside);
-        let products =
-            self.products.fixed_view::<BORDERED, BORDERED>(OWN, OWN) - beside.transpose() * response;
-        let of = |i: usize, j: usize| products[(i.min(j), i.max(j))];
-        let place = |i: usize| ids[i] as usize;
-        Some((
-            DMatrix::from_fn(ids.len(), ids.len(), |i, j| of(place(i), place(j))),
-            DVector::from_fn(ids.len(), |i, _| of(place(i), SHARED)),
-        ))
+impl Sample {
+    /// Returns the shared unknowns of the sample.
+    pub fn gather(&self, shared: &Shared) -> Shared {
+        Shared(self.columns.iter().map(|column| shared.0[*column]).collect())
     }
 }
 
 impl Problem {
+    /// Returns the problem of one sample; its columns are the shared unknowns in the order of
+    /// [`Id`].
+    pub fn of_one(block: Block, unknowns: Vec<Unknown>) -> Self {
+        let sample = Sample { block, columns: std::array::from_fn(|column| column) };
+        Self { samples: vec![sample], unknowns }
+    }
+
     /// Returns χ² and the normal equations at `state`.
     pub fn evaluate(&self, state: State) -> Evaluation {
-        let contribute = |(i, own): (usize, &Own)| {
-            let spin = &self.spins[i];
-            let mut sums = self.shots[i].contribute(own, &state.shared, &spin.stated, &self.world);
-            spin.constrain(own, &state.shared, &self.spreads, &mut sums);
-            sums
+        let of_sample = |(sample, own): (&Sample, &Vec<Own>)| {
+            let shared = sample.gather(&state.shared);
+            let contribute = |(i, own): (usize, &Own)| sample.block.contribute(i, own, &shared);
+            own.par_iter().enumerate().map(contribute).collect()
         };
-        let shots: Vec<Contribution> = state.own.par_iter().enumerate().map(contribute).collect();
-        let priors = self.unknowns.map(|unknown| unknown.active_prior());
-        let pulls = priors.iter().zip(state.shared.0).filter_map(|(prior, x)| prior.map(|p| p.pull(x)));
-        let cost =
-            shots.iter().map(|shot| shot.cost).sum::<f64>() + pulls.map(|pull| pull * pull).sum::<f64>();
-        let mut bodies = [BodySums::default(); 2];
-        for (sum, i) in bodies.iter_mut().zip(0..) {
-            for shot in &shots {
-                let of_shot: &BodySums = &shot.bodies[i];
-                sum.weighted += of_shot.weighted;
-                sum.lagged += of_shot.lagged;
-                sum.square += of_shot.square;
-                sum.count += of_shot.count;
-                sum.ln_determinant += of_shot.ln_determinant;
-            }
-        }
+        let shots: Vec<Vec<Contribution>> = self.samples.iter().zip(&state.own).map(of_sample).collect();
+        let priors: Vec<Option<Normal>> = self.unknowns.iter().map(Unknown::active_prior).collect();
+        let pulls = priors.iter().zip(&state.shared.0).filter_map(|(prior, x)| prior.map(|p| p.pull(*x)));
+        let cost = shots.iter().flatten().map(|shot| shot.cost).sum::<f64>()
+            + pulls.map(|pull| pull * pull).sum::<f64>();
         let cost = if cost.is_finite() { cost } else { f64::INFINITY };
-        Evaluation { state, cost, bodies, shots, priors }
+        Evaluation { state, cost, shots, priors }
     }
 
-    /// Returns the unknowns that are estimated.
-    pub fn free(&self) -> Vec<Id> {
-        self.unknowns.iter().filter(|unknown| unknown.mode == Mode::Free).map(|unknown| unknown.id).collect()
+    /// Returns the columns of the unknowns that are estimated.
+    pub fn free(&self) -> Vec<usize> {
+        (0..self.unknowns.len()).filter(|column| self.unknowns[*column].mode == Mode::Free).collect()
     }
 
+    /// Returns an unknown of a problem of one sample.
     pub fn unknown(&self, id: Id) -> &Unknown {
         &self.unknowns[id as usize]
     }
@@ -143,114 +109,179 @@ impl Problem {
         &mut self.unknowns[id as usize]
     }
 
-    /// Keeps the shots for which `keep` is true, here and in `state`.
-    pub fn retain(&mut self, state: &mut State, keep: &[bool]) {
-        let kept = |i: &usize| keep.get(*i).copied().unwrap_or(true);
-        let indices: Vec<usize> = (0..self.shots.len()).filter(kept).collect();
-        self.shots = Arc::new(indices.iter().map(|i| self.shots[*i].clone()).collect());
-        self.spins = indices.iter().map(|i| self.spins[*i]).collect();
-        state.own = indices.iter().map(|i| state.own[*i]).collect();
+    /// Returns the frames of a problem of one film of balls.
+    pub fn film(&self) -> Option<&FilmBlock> {
+        let Block::Film(film) = &self.samples.first()?.block;
+        Some(film)
+    }
+
+    pub fn film_mut(&mut self) -> Option<&mut FilmBlock> {
+        let Block::Film(film) = &mut self.samples.first_mut()?.block;
+        Some(film)
+    }
+
+    /// Gives the contact of each film of balls the effects that the unknowns have.
+    pub fn refresh_contact(&mut self) {
+        let unknowns = &self.unknowns;
+        for sample in &mut self.samples {
+            let own: Vec<Unknown> = sample.columns.iter().map(|column| unknowns[*column]).collect();
+            let Block::Film(film) = &mut sample.block;
+            film.world.contact = Contact::new(film.world.contact.object(), &own);
+        }
+    }
+
+    /// Chooses the likeliest of the discrete states that each shot may be in given the shared
+    /// unknowns; returns whether one has changed.
+    pub fn choose_states(&mut self, state: &mut State) -> bool {
+        let mut changed = false;
+        for (sample, own) in self.samples.iter_mut().zip(&mut state.own) {
+            let shared = sample.gather(&state.shared);
+            changed |= sample.block.choose_states(own, &shared);
+        }
+        changed
+    }
+
+    /// Keeps the shots of a sample for which `keep` is true, here and in `state`.
+    pub fn retain(&mut self, sample: usize, state: &mut State, keep: &[bool]) {
+        let mut of_own = keep.iter();
+        state.own[sample].retain(|_| of_own.next().copied().unwrap_or(true));
+        self.samples[sample].block.retain(keep);
     }
 }
 
 impl Evaluation {
+    /// Returns the sums of each noise of a sample over its shots.
+    pub fn noises(&self, sample: usize) -> Vec<NoiseSums> {
+        let mut shots = self.shots[sample].iter();
+        let Some(first) = shots.next() else { return Vec::new() };
+        let mut sums = first.noises.clone();
+        for shot in shots {
+            for (sum, of_shot) in sums.iter_mut().zip(&shot.noises) {
+                sum.add(of_shot);
+            }
+        }
+        sums
+    }
+
     /// Eliminates the own unknowns, their diagonals and those of the shared ones raised by
     /// `damping`. `None` if a shot does not determine one of its unknowns.
-    pub fn eliminate(&self, damping: f64) -> Option<Reduced> {
-        let mut products = SMatrix::<f64, BORDERED, BORDERED>::zeros();
+    pub fn eliminate(&self, problem: &Problem, damping: f64) -> Option<Reduced> {
+        let last = self.priors.len();
+        let mut products = DMatrix::zeros(last + 1, last + 1);
         let mut squares = 0.0;
-        let mut responses = Vec::with_capacity(self.shots.len());
-        let mut own_covariance = Vec::with_capacity(self.shots.len());
         let mut own_ln_determinant = 0.0;
-        for shot in &self.shots {
-            let (matrix, beside) = shot.own_system::<BORDERED>(damping, OWN);
-            let cholesky = matrix.cholesky()?;
-            let response = cholesky.solve(&beside);
-            products +=
-                shot.products.fixed_view::<BORDERED, BORDERED>(OWN, OWN) - beside.transpose() * response;
-            squares += shot.products[(COLUMNS - 1, COLUMNS - 1)];
-            responses.push(response);
-            own_covariance.push(cholesky.inverse());
-            own_ln_determinant += 2.0 * cholesky.l_dirty().diagonal().iter().map(|l| l.ln()).sum::<f64>();
+        let mut all = Vec::with_capacity(self.shots.len());
+        for (sample, shots) in problem.samples.iter().zip(&self.shots) {
+            let mut sum = DMatrix::zeros(BORDERED, BORDERED);
+            let mut of_sample = Vec::with_capacity(shots.len());
+            for shot in shots {
+                let own = shot.held.len();
+                let (matrix, beside) = shot.own_system(damping, own);
+                let cholesky = matrix.cholesky()?;
+                let response = cholesky.solve(&beside);
+                sum += shot.products.view((own, own), (BORDERED, BORDERED));
+                sum.gemm_tr(-1.0, &beside, &response, 1.0);
+                squares += shot.products[(own + SHARED, own + SHARED)];
+                own_ln_determinant += 2.0 * cholesky.l_dirty().diagonal().iter().map(|l| l.ln()).sum::<f64>();
+                of_sample.push(Eliminated { response, covariance: cholesky.inverse() });
+            }
+            let place = |i: usize| if i == SHARED { last } else { sample.columns[i] };
+            for i in 0..BORDERED {
+                for j in i..BORDERED {
+                    let (a, b) = (place(i).min(place(j)), place(i).max(place(j)));
+                    products[(a, b)] += sum[(i, j)];
+                }
+            }
+            all.push(of_sample);
         }
         for (i, prior) in self.priors.iter().enumerate() {
             if let Some(normal) = prior {
                 let pull = normal.pull(self.state.shared.0[i]);
                 products[(i, i)] += normal.sd.powi(-2);
-                products[(i, SHARED)] += pull / normal.sd;
-                products[(SHARED, SHARED)] += pull * pull;
+                products[(i, last)] += pull / normal.sd;
+                products[(last, last)] += pull * pull;
                 squares += pull * pull;
             }
         }
-        for i in 0..SHARED {
+        for i in 0..last {
             products[(i, i)] *= 1.0 + damping;
         }
-        let is_finite = products.iter().all(|x| x.is_finite());
-        is_finite.then_some(Reduced { products, squares, responses, own_covariance, own_ln_determinant })
+        let columns = problem.samples.iter().map(|sample| sample.columns).collect();
+        let is_finite = products.iter().all(|x: &f64| x.is_finite());
+        is_finite.then_some(Reduced { products, squares, own: all, own_ln_determinant, columns })
     }
 }
 
 impl Reduced {
+    fn last(&self) -> usize {
+        self.products.ncols() - 1
+    }
+
     /// Returns whether χ² depends on an unknown: friction has no part in contacts that all stick.
-    pub fn informs(&self, id: Id) -> bool {
-        self.products[(id as usize, id as usize)] > 0.0
+    pub fn informs(&self, column: usize) -> bool {
+        self.products[(column, column)] > 0.0
     }
 
     /// Returns half of d²χ²/dx² of these unknowns.
-    pub fn matrix(&self, ids: &[Id]) -> DMatrix<f64> {
-        DMatrix::from_fn(ids.len(), ids.len(), |i, j| {
-            let (i, j) = (ids[i] as usize, ids[j] as usize);
+    pub fn matrix(&self, columns: &[usize]) -> DMatrix<f64> {
+        DMatrix::from_fn(columns.len(), columns.len(), |i, j| {
+            let (i, j) = (columns[i], columns[j]);
             self.products[(i.min(j), i.max(j))]
         })
     }
 
     /// Returns half of dχ²/dx of these unknowns.
-    pub fn gradient(&self, ids: &[Id]) -> DVector<f64> {
-        DVector::from_fn(ids.len(), |i, _| self.products[(ids[i] as usize, SHARED)])
+    pub fn gradient(&self, columns: &[usize]) -> DVector<f64> {
+        DVector::from_fn(columns.len(), |i, _| self.products[(columns[i], self.last())])
     }
 
     /// Returns the fall of a quadratic χ² with a step of these unknowns that the own ones follow.
-    pub fn promise(&self, ids: &[Id], step: &DVector<f64>) -> f64 {
-        let shared = 2.0 * self.gradient(ids).dot(step) + step.dot(&(self.matrix(ids) * step));
-        self.squares - self.products[(SHARED, SHARED)] - shared
+    pub fn promise(&self, columns: &[usize], step: &DVector<f64>) -> f64 {
+        let shared = 2.0 * self.gradient(columns).dot(step) + step.dot(&(self.matrix(columns) * step));
+        self.squares - self.products[(self.last(), self.last())] - shared
     }
 
     /// Returns the least value of a quadratic χ² over these unknowns and all own ones, and the
     /// logarithm of the determinant of their normal matrix.
-    pub fn least(&self, ids: &[Id]) -> Option<(f64, f64)> {
-        let cholesky = self.matrix(ids).cholesky()?;
-        let gradient = self.gradient(ids);
-        let least = self.products[(SHARED, SHARED)] - gradient.dot(&cholesky.solve(&gradient));
+    pub fn least(&self, columns: &[usize]) -> Option<(f64, f64)> {
+        let cholesky = self.matrix(columns).cholesky()?;
+        let gradient = self.gradient(columns);
+        let least = self.products[(self.last(), self.last())] - gradient.dot(&cholesky.solve(&gradient));
         let of_shared = 2.0 * cholesky.l_dirty().diagonal().iter().map(|l| l.ln()).sum::<f64>();
         Some((least, self.own_ln_determinant + of_shared))
     }
 
-    /// Returns the derivatives of own unknown `place` of shot `i` by these shared unknowns.
-    pub fn response(&self, i: usize, place: usize, ids: &[Id]) -> DVector<f64> {
-        DVector::from_fn(ids.len(), |j, _| -self.responses[i][(place, ids[j] as usize)])
+    /// Returns the derivatives of own unknowns of shot `i` of a sample by these shared unknowns: a
+    /// row each.
+    pub fn response(&self, sample: usize, i: usize, columns: &[usize]) -> DMatrix<f64> {
+        let response = &self.own[sample][i].response;
+        let mut by = DMatrix::zeros(response.nrows(), columns.len());
+        for (local, column) in self.columns[sample].iter().enumerate() {
+            if let Some(j) = columns.iter().position(|other| other == column) {
+                by.column_mut(j).axpy(-1.0, &response.column(local), 1.0);
+            }
+        }
+        by
     }
 
     /// Returns the state after a step of these unknowns, the own ones following.
-    pub fn step(
-        &self,
-        problem: &Problem,
-        from: &State,
-        ids: &[Id],
-        by: &DVector<f64>,
-        with_residuals: bool,
-    ) -> State {
+    pub fn step(&self, problem: &Problem, from: &State, columns: &[usize], by: &DVector<f64>) -> State {
         let mut state = from.clone();
-        for (id, by) in ids.iter().zip(by.iter()) {
-            state.shared[*id] += by;
+        for (column, by) in columns.iter().zip(by.iter()) {
+            state.shared.0[*column] += by;
         }
-        for (i, (own, response)) in state.own.iter_mut().zip(&self.responses).enumerate() {
-            for (id, by) in ids.iter().zip(by.iter()) {
-                *own -= response.column(*id as usize) * *by;
+        for (s, sample) in problem.samples.iter().enumerate() {
+            let shared = sample.gather(&state.shared);
+            // the step in the order of the sample's unknowns, and 1 for the residuals
+            let mut step = DVector::zeros(BORDERED);
+            for (local, column) in sample.columns.iter().enumerate() {
+                step[local] = columns.iter().position(|other| other == column).map_or(0.0, |j| by[j]);
             }
-            if with_residuals {
-                *own -= response.column(SHARED);
+            step[SHARED] = 1.0;
+            for (i, own) in state.own[s].iter_mut().enumerate() {
+                let moved = &*own - &self.own[s][i].response * &step;
+                *own = sample.block.bounded(i, moved, &shared);
             }
-            *own = problem.spins[i].bounded(*own, &state.shared);
         }
         state
     }

@@ -1,18 +1,20 @@
 //! The fit of a film from beginning to end.
 
-use super::causes;
+use super::block::Block;
 use super::descent::Descent;
-use super::film::{Film, FilmError};
+use super::film::causes;
+use super::film::first_guess::{Film, FilmError};
+use super::film::motion::Approach;
+use super::film::outliers::{judge_shots, leave_out_frames};
+use super::film::own;
+use super::film::spins::ShotSpin;
 use super::findings::{Finding, Severity, worst};
-use super::frames::Noise;
 use super::minimise::{descend_with_noise, fit};
-use super::motion::Approach;
-use super::outliers::{judge_shots, leave_out_frames};
 use super::policy::Policy;
 use super::problem::{Problem, State};
-use super::spins::ShotSpin;
+use super::sums::Noise;
 use super::uncertainty::{Estimates, Share};
-use super::unknowns::{Id, Mode, Normal, Own, own};
+use super::unknowns::{Id, Mode, Normal, Own, Shared};
 use crate::measurement::dataset::Dataset;
 
 /// Rounds of leaving out frames and shots.
@@ -86,8 +88,9 @@ impl FilmFit {
         let at = self.problem.evaluate(self.state.clone());
         let Some(estimates) = Estimates::new(&self.problem, &at) else { return Vec::new() };
         let of_shot = |(i, name): (usize, &String)| {
-            let change = estimates.influence(&at, i)?;
-            let wanted = Id::WANTED.into_iter().filter_map(|id| Some((id, change[estimates.position(id)?])));
+            let change = estimates.influence(&self.problem, &at, i)?;
+            let of = |id: Id| Some((id, change[estimates.position(id as usize)?]));
+            let wanted = Id::WANTED.into_iter().filter_map(of);
             Some((name.clone(), wanted.collect()))
         };
         self.names.iter().enumerate().filter_map(of_shot).collect()
@@ -96,7 +99,8 @@ impl FilmFit {
     /// Returns the topspin of each shot over natural roll, with its name; 1 for a ball that rolls.
     #[must_use]
     pub fn topspins(&self) -> Vec<(String, f64)> {
-        let shots = self.problem.spins.iter().zip(&self.state.own).zip(&self.names);
+        let Some(film) = self.problem.film() else { return Vec::new() };
+        let shots = film.spins.iter().zip(&self.state.own[0]).zip(&self.names);
         let of_shot = |((spin, own), name): ((&ShotSpin, &Own), &String)| {
             let rolls = spin.stated.approach == Approach::Rolls;
             let topspin = if rolls { 1.0 } else { spin.mean(&self.state.shared) + own[own::TOPSPIN] };
@@ -143,14 +147,17 @@ impl FilmFit {
 /// # Errors
 /// See [`FilmError`].
 pub fn fit_film(dataset: &Dataset, policy: &Policy) -> Result<FilmFit, FilmError> {
-    let Film { problem, start, names, left_out, findings, .. } = Film::new(dataset)?;
+    let Film { block, unknowns, own, names, left_out, findings } = Film::new(dataset)?;
+    let first_noise = block.world.noise;
+    let start =
+        State { own: vec![own], shared: Shared(unknowns.iter().map(|unknown| unknown.start).collect()) };
+    let problem = Problem::of_one(Block::Film(block), unknowns);
     let left_out = left_out.into_iter().map(|(name, why)| (name, why.to_string())).collect();
     let mut run = Run { policy, problem, names, findings, left_out, evaluations: 0 };
-    let first_noise = run.problem.world.noise;
     let mut descent = run.minimise(&start)?;
     // shots that were left out have no first guess any more
-    let start = if start.own.len() == run.problem.shots.len() { start } else { descent.end.state.clone() };
-    if slow_variance(&run.problem.world.noise, &first_noise) > policy.misfit
+    let start = if start.own[0].len() == run.names.len() { start } else { descent.end.state.clone() };
+    if slow_variance(&run.noise(), &first_noise) > policy.misfit
         && let Some(explained) =
             causes::spin_freely(&run.problem, &descent.end, (&start, first_noise), policy)
     {
@@ -172,7 +179,7 @@ pub fn fit_film(dataset: &Dataset, policy: &Policy) -> Result<FilmFit, FilmError
         run.adopt(problem, refit, &mut descent);
         estimates = run.estimates(&descent)?;
     }
-    let misfit = slow_variance(&run.problem.world.noise, &first_noise);
+    let misfit = slow_variance(&run.noise(), &first_noise);
     if misfit > policy.misfit {
         run.findings.push(Finding::Misfit { ratio: misfit });
     }
@@ -209,7 +216,7 @@ impl Run<'_> {
             let keep = if round == 0 {
                 vec![true; self.names.len()]
             } else {
-                judge_shots(&self.problem, &descent.end, self.policy)
+                judge_shots(&descent.end.shots[0], self.policy)
             };
             let lost: Vec<String> = self
                 .names
@@ -218,7 +225,10 @@ impl Run<'_> {
                 .filter(|(_, keep)| !**keep)
                 .map(|(name, _)| name.clone())
                 .collect();
-            let frames = leave_out_frames(&mut self.problem, &state, self.policy);
+            let frames = match self.problem.film_mut() {
+                Some(film) => leave_out_frames(film, &state.own[0], &state.shared, self.policy),
+                None => 0,
+            };
             if lost.is_empty() && frames == 0 && round > 0 {
                 break;
             }
@@ -226,7 +236,7 @@ impl Run<'_> {
                 continue;
             }
             if !lost.is_empty() {
-                self.problem.retain(&mut state, &keep);
+                self.problem.retain(0, &mut state, &keep);
                 let mut keep = keep.iter();
                 self.names.retain(|_| keep.next().copied().unwrap_or(true));
                 self.findings.push(Finding::LostShots { names: lost });
@@ -235,6 +245,11 @@ impl Run<'_> {
             self.evaluations += descent.evaluations;
         }
         Ok(descent)
+    }
+
+    /// Returns the noise of the frames of each ball.
+    fn noise(&self) -> [Noise; 2] {
+        self.problem.film().map_or([Noise { sd: f64::NAN, rho: 0.0 }; 2], |film| film.world.noise)
     }
 
     fn adopt(&mut self, problem: Problem, refit: Descent, descent: &mut Descent) {
@@ -254,7 +269,7 @@ impl Run<'_> {
             .map(|unknown| Estimate {
                 id: unknown.id,
                 value: state.shared[unknown.id],
-                std_error: estimates.sd(unknown.id),
+                std_error: estimates.sd(unknown.id as usize),
                 prior: unknown.prior,
             })
             .collect();
@@ -276,16 +291,17 @@ impl Run<'_> {
             }
         }
         let budgets = Id::WANTED.into_iter().filter_map(|id| {
-            let (shares, frames) = estimates.budget(id, &Id::WANTED)?;
+            let (shares, frames) = estimates.budget(&self.problem, id as usize, &Id::WANTED)?;
             Some(Budget { id, shares, frames })
         });
+        let noise = self.noise();
         FilmFit {
             estimates: all,
             budgets: budgets.collect(),
             findings: self.findings,
-            noise: self.problem.world.noise,
+            noise,
             misfit,
-            shots: self.problem.shots.len(),
+            shots: self.names.len(),
             left_out: self.left_out,
             evaluations: self.evaluations,
             kappa: state.shared[Id::Kappa],

@@ -13,7 +13,8 @@ const LEAST_INFORMATION: f64 = 1e-3;
 /// Estimates with their covariance. Unknowns at a bound, and those that the frames do not depend
 /// on, are not among them.
 pub(crate) struct Estimates {
-    pub ids: Vec<Id>,
+    /// Columns of the problem.
+    pub columns: Vec<usize>,
     pub covariance: DMatrix<f64>,
 }
 
@@ -56,41 +57,45 @@ pub struct Conflict {
 impl Estimates {
     /// Returns the covariance at a minimum; `None` if the frames do not determine an unknown.
     pub fn new(problem: &Problem, at: &Evaluation) -> Option<Self> {
-        Self::of_reduced(problem, &at.state, &at.eliminate(0.0)?)
+        Self::of_reduced(problem, &at.state, &at.eliminate(problem, 0.0)?)
     }
 
     pub fn of_reduced(problem: &Problem, state: &State, reduced: &Reduced) -> Option<Self> {
-        let at_bound = |id: &Id| problem.unknown(*id).bounds.contains(&state.shared[*id]);
-        let ids: Vec<Id> =
-            problem.free().into_iter().filter(|id| !at_bound(id) && reduced.informs(*id)).collect();
-        let matrix = reduced.matrix(&ids);
+        let at_bound = |column: usize| problem.unknowns[column].bounds.contains(&state.shared.0[column]);
+        let columns: Vec<usize> = problem
+            .free()
+            .into_iter()
+            .filter(|column| !at_bound(*column) && reduced.informs(*column))
+            .collect();
+        let matrix = reduced.matrix(&columns);
         // scaled to a unit diagonal: units differ by 1e6
-        let scale = DVector::from_fn(ids.len(), |i, _| matrix[(i, i)].sqrt().recip());
+        let scale = DVector::from_fn(columns.len(), |i, _| matrix[(i, i)].sqrt().recip());
         if !scale.iter().all(|s| s.is_finite()) {
             return None;
         }
-        let scaled = DMatrix::from_fn(ids.len(), ids.len(), |i, j| matrix[(i, j)] * scale[i] * scale[j]);
+        let n = columns.len();
+        let scaled = DMatrix::from_fn(n, n, |i, j| matrix[(i, j)] * scale[i] * scale[j]);
         let inverse = scaled.cholesky()?.inverse();
-        let covariance = DMatrix::from_fn(ids.len(), ids.len(), |i, j| inverse[(i, j)] * scale[i] * scale[j]);
-        Some(Self { ids, covariance })
+        let covariance = DMatrix::from_fn(n, n, |i, j| inverse[(i, j)] * scale[i] * scale[j]);
+        Some(Self { columns, covariance })
     }
 
-    pub fn position(&self, id: Id) -> Option<usize> {
-        self.ids.iter().position(|other| *other == id)
+    pub fn position(&self, column: usize) -> Option<usize> {
+        self.columns.iter().position(|other| *other == column)
     }
 
-    pub fn sd(&self, id: Id) -> Option<f64> {
-        self.position(id).map(|i| self.covariance[(i, i)].sqrt())
+    pub fn sd(&self, column: usize) -> Option<f64> {
+        self.position(column).map(|i| self.covariance[(i, i)].sqrt())
     }
 
     /// Returns the scores of all tested unknowns, without their priors.
     pub fn score_tested(&self, problem: &Problem, at: &Evaluation) -> Vec<Score> {
-        let Some(reduced) = at.eliminate(0.0) else { return Vec::new() };
-        let gradient = reduced.gradient(&self.ids);
-        let tested = problem.unknowns.iter().filter(|unknown| unknown.mode == Mode::Tested);
-        let scores = tested.map(|unknown| {
-            let with: Vec<Id> = self.ids.iter().copied().chain([unknown.id]).collect();
-            let (matrix, n) = (reduced.matrix(&with), self.ids.len());
+        let Some(reduced) = at.eliminate(problem, 0.0) else { return Vec::new() };
+        let gradient = reduced.gradient(&self.columns);
+        let tested = problem.unknowns.iter().enumerate().filter(|(_, unknown)| unknown.mode == Mode::Tested);
+        let scores = tested.map(|(column, unknown)| {
+            let with: Vec<usize> = self.columns.iter().copied().chain([column]).collect();
+            let (matrix, n) = (reduced.matrix(&with), self.columns.len());
             let beside = matrix.view((0, n), (n, 1)).column(0).into_owned();
             let answer = &self.covariance * &beside;
             let information = matrix[(n, n)] - beside.dot(&answer);
@@ -98,7 +103,7 @@ impl Estimates {
             Score {
                 id: unknown.id,
                 fall: slope * slope / information,
-                estimate: at.state.shared[unknown.id] - slope / information,
+                estimate: at.state.shared.0[column] - slope / information,
                 sd: information.sqrt().recip(),
             }
         });
@@ -107,11 +112,11 @@ impl Estimates {
 
     /// Returns the variance of one of the `wanted` nuisance by nuisance, the most costly first, and
     /// the rest, which is the noise of the frames. The parts add up to the variance.
-    pub fn budget(&self, id: Id, wanted: &[Id]) -> Option<(Vec<Share>, f64)> {
-        let i = self.position(id)?;
+    pub fn budget(&self, problem: &Problem, column: usize, wanted: &[Id]) -> Option<(Vec<Share>, f64)> {
+        let i = self.position(column)?;
+        let ids: Vec<Id> = self.columns.iter().map(|column| problem.unknowns[*column].id).collect();
         let mut left = self.covariance.clone();
-        let mut nuisances: Vec<usize> =
-            (0..self.ids.len()).filter(|n| !wanted.contains(&self.ids[*n])).collect();
+        let mut nuisances: Vec<usize> = (0..ids.len()).filter(|n| !wanted.contains(&ids[*n])).collect();
         let mut shares = Vec::new();
         while let Some(place) = (0..nuisances.len()).max_by(|a, b| {
             let gain = |n: usize| left[(i, nuisances[n])].powi(2) / left[(nuisances[n], nuisances[n])];
@@ -119,7 +124,7 @@ impl Estimates {
         }) {
             let n = nuisances.swap_remove(place);
             let column: DVector<f64> = left.column(n).into_owned();
-            shares.push(Share { nuisance: self.ids[n], variance: column[i] * column[i] / column[n] });
+            shares.push(Share { nuisance: ids[n], variance: column[i] * column[i] / column[n] });
             left -= &column * column.transpose() / column[n];
         }
         Some((shares, left[(i, i)]))
@@ -127,22 +132,29 @@ impl Estimates {
 
     /// Returns each prior against what the frames show without it, to first order.
     pub fn conflicts(&self, problem: &Problem, at: &Evaluation) -> Vec<Conflict> {
-        let conflict = |(i, id): (usize, &Id)| {
-            let prior = problem.unknown(*id).active_prior()?;
-            let (x, variance) = (at.state.shared[*id], self.covariance[(i, i)]);
+        let conflict = |(i, column): (usize, &usize)| {
+            let unknown = &problem.unknowns[*column];
+            let prior = unknown.active_prior()?;
+            let (x, variance) = (at.state.shared.0[*column], self.covariance[(i, i)]);
             let information = 1.0 / variance - prior.sd.powi(-2);
             let estimate = (x / variance - prior.mean * prior.sd.powi(-2)) / information;
             let size = (estimate - prior.mean) / (1.0 / information + prior.sd * prior.sd).sqrt();
             let sd = information.sqrt().recip();
-            (information > LEAST_INFORMATION / variance).then_some(Conflict { id: *id, estimate, sd, size })
+            (information > LEAST_INFORMATION / variance).then_some(Conflict {
+                id: unknown.id,
+                estimate,
+                sd,
+                size,
+            })
         };
-        self.ids.iter().enumerate().filter_map(conflict).collect()
+        self.columns.iter().enumerate().filter_map(conflict).collect()
     }
 
-    /// Returns the change of each of the estimates, in their order, if shot `i` were left out, to
-    /// first order.
-    pub fn influence(&self, at: &Evaluation, i: usize) -> Option<DVector<f64>> {
-        let (matrix, gradient) = at.shots.get(i)?.reduced(&self.ids)?;
+    /// Returns the change of each of the estimates, in their order, if shot `i` of the only sample
+    /// were left out, to first order.
+    pub fn influence(&self, problem: &Problem, at: &Evaluation, i: usize) -> Option<DVector<f64>> {
+        let ids: Vec<Id> = self.columns.iter().map(|column| problem.unknowns[*column].id).collect();
+        let (matrix, gradient) = at.shots.first()?.get(i)?.reduced(&ids)?;
         let information = self.covariance.clone().cholesky()?.inverse() - matrix;
         Some(information.cholesky()?.solve(&gradient))
     }

@@ -1,44 +1,21 @@
-//! Unknowns of a film: those that each shot has of its own, and those that all shots share, with
-//! what is known of each before the frames are seen.
+//! Unknowns that the shots of a sample share, with what is known of each before the data are seen.
 
-use nalgebra::SVector;
+use nalgebra::DVector;
 
 use crate::physics::name::worded;
 
-/// Number of unknowns that each shot has of its own.
-pub(crate) const OWN: usize = 8;
+/// Values of the unknowns that a shot has of its own.
+pub(crate) type Own = DVector<f64>;
 
-/// Places of a shot's own unknowns. Velocities are in the collision frame of that shot, m/s.
-pub(crate) mod own {
-    /// Instant of the impact, s.
-    pub const TIME: usize = 0;
-    /// Coordinates x and y of the object ball at rest, m.
-    pub const X: usize = 1;
-    pub const Y: usize = 2;
-    /// Direction of the line of centres on the table, rad.
-    pub const DIRECTION: usize = 3;
-    /// Velocity of the cue ball along the line of centres.
-    pub const ALONG: usize = 4;
-    /// Velocity of the cue ball across the line of centres.
-    pub const ACROSS: usize = 5;
-    /// Topspin over that of natural roll, less what shots of this kind share.
-    pub const TOPSPIN: usize = 6;
-    /// Side spin Rω_z/U.
-    pub const SIDE: usize = 7;
-}
-
-/// Values of a shot's own unknowns.
-pub(crate) type Own = SVector<f64, OWN>;
-
-/// Number of shared unknowns that move the balls: [`Id::Mu`] to [`Id::TiltY`].
-pub(crate) const PHYSICS: usize = 17;
+/// Number of shared unknowns that move the balls: [`Id::Mu`] to [`Id::ObjectAcross`].
+pub(crate) const PHYSICS: usize = 21;
 /// Number of shared unknowns of the camera: [`Id::Scale`] to [`Id::Nearness`].
 pub(crate) const CAMERA: usize = 13;
-/// Number of shared unknowns.
+/// Number of shared unknowns of a sample.
 pub(crate) const SHARED: usize = PHYSICS + CAMERA;
 
 worded! {
-    /// An unknown that all shots of a film share.
+    /// An unknown that all shots of a sample share.
     #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
     pub enum Id {
         /// Friction between the balls μ; its limit at a large slip if it falls with the slip.
@@ -75,6 +52,15 @@ worded! {
         TiltX = "tilt_x",
         /// Slope of the table along y, down towards +y.
         TiltY = "tilt_y",
+        /// Outcome offset: velocity of the cue ball after the impact along the line of centres, less
+        /// the model's, m/s.
+        CueAlong = "cue_along_m_s",
+        /// Outcome offset of the cue ball across the line of centres.
+        CueAcross = "cue_across_m_s",
+        /// Outcome offset of the object ball along the line of centres.
+        ObjectAlong = "object_along_m_s",
+        /// Outcome offset of the object ball across the line of centres.
+        ObjectAcross = "object_across_m_s",
         /// Lengths in the picture over lengths on the table.
         Scale = "scale",
         /// Scale along y over that along x.
@@ -109,6 +95,9 @@ worded! {
 impl Id {
     /// The unknowns that users want to know.
     pub const WANTED: [Self; 3] = [Self::Mu, Self::MuS, Self::E];
+    /// Velocities after the impact less the model's, which each shot may have of its own.
+    pub(crate) const OFFSETS: [Self; 4] =
+        [Self::CueAlong, Self::CueAcross, Self::ObjectAlong, Self::ObjectAcross];
 }
 
 /// How an unknown takes part in a fit.
@@ -149,15 +138,23 @@ pub struct Unknown {
 }
 
 impl Unknown {
+    /// Returns every unknown in the order of [`Id`], held at 0.
+    pub(crate) fn list() -> Vec<Self> {
+        let bounds = [f64::NEG_INFINITY, f64::INFINITY];
+        let held = |id: Id| Self { id, start: 0.0, bounds, prior: None, mode: Mode::Fixed };
+        Id::ALL.into_iter().map(held).collect()
+    }
+
     /// Returns the prior if it counts.
     pub(crate) fn active_prior(&self) -> Option<Normal> {
         self.prior.filter(|_| self.mode == Mode::Free)
     }
 }
 
-/// Values of all shared unknowns.
-#[derive(Clone, Copy, Debug)]
-pub struct Shared(pub(crate) [f64; SHARED]);
+/// Values of shared unknowns: of a sample in the order of [`Id`], of a problem in that of its
+/// columns, which is the same if it has one sample.
+#[derive(Clone, Debug)]
+pub struct Shared(pub(crate) Vec<f64>);
 
 impl std::ops::Index<Id> for Shared {
     type Output = f64;

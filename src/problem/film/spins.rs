@@ -7,11 +7,12 @@
 //! within which χ² is smooth.
 
 use super::camera::Point;
-use super::frames::{COLUMNS, Contribution};
 use super::motion::{Approach, StatedSpin};
-use super::unknowns::{Id, Normal, Own, Shared, own};
+use super::own;
 use crate::measurement::spin::Spin;
 use crate::physics::ball::Vec3;
+use crate::problem::sums::{Contribution, OwnPrior, Spread};
+use crate::problem::unknowns::{Id, Normal, Own, Shared};
 
 /// Bounds of the topspin of a ball that slides, over natural roll. Its surface is never faster than
 /// three times its centre after a cue stroke without a miscue (offset of half a radius: 1.25).
@@ -24,25 +25,13 @@ const LEAST_TOPSPIN: f64 = 1e-4;
 /// Slip over speed within which a ball of measured spin rolls: spins are rounded.
 const ROLLS_WITHIN: f64 = 0.01;
 
-/// Spread from shot to shot of a kind of spin.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Spread {
-    /// Topspin of balls that slide.
-    Topspin,
-    /// Side spin.
-    Side,
-}
+/// Indices of the spreads from shot to shot: of the topspin of balls that slide, and of side spin.
+pub(super) const TOPSPIN_SPREAD: usize = 0;
+pub(super) const SIDE_SPREAD: usize = 1;
 
-/// What is known of a spin of one shot.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) enum OwnPrior {
-    /// It is 0.
-    Held,
-    /// It is stated with an error.
-    Stated(Normal),
-    /// It differs from shot to shot by a spread that is estimated.
-    Spread(Spread),
-}
+/// Spreads of topspin (over natural roll) and side spin (Rω_z/U) from shot to shot before the
+/// frames are seen: half a tip's width off the middle of the ball.
+pub(super) const FIRST_SPREADS: [f64; 2] = [0.05, 0.02];
 
 /// The spin of one shot.
 #[derive(Clone, Copy, Debug)]
@@ -76,14 +65,14 @@ impl ShotSpin {
     /// A ball in natural roll.
     pub fn rolls() -> Self {
         let stated = StatedSpin { approach: Approach::Rolls, mean: Some(Id::Roll), measured: None };
-        let side = OwnPrior::Spread(Spread::Side);
+        let side = OwnPrior::Spread(SIDE_SPREAD);
         Self { stated, topspin: OwnPrior::Held, side, bounds: UNBOUNDED, states: States::One }
     }
 
     /// A ball that slides, with about the same topspin as the others that do.
     pub fn slides() -> Self {
         let stated = StatedSpin { approach: Approach::Slides, mean: Some(Id::Slide), measured: None };
-        let topspin = OwnPrior::Spread(Spread::Topspin);
+        let topspin = OwnPrior::Spread(TOPSPIN_SPREAD);
         Self { stated, topspin, ..Self::rolls() }
     }
 
@@ -163,32 +152,18 @@ impl ShotSpin {
         values
     }
 
-    /// Returns the priors of the own unknowns that have one, `None` for those that are held.
-    pub fn priors(&self, spreads: &[Normal; 2]) -> [(usize, Option<Normal>); 2] {
-        let normal = |prior: OwnPrior| match prior {
-            OwnPrior::Held => None,
-            OwnPrior::Stated(normal) => Some(normal),
-            OwnPrior::Spread(which) => Some(spreads[which as usize]),
-        };
-        [(own::TOPSPIN, normal(self.topspin)), (own::SIDE, normal(self.side))]
+    /// Returns what is known of topspin and side spin, each with its place.
+    pub fn priors(&self) -> [(usize, OwnPrior); 2] {
+        [(own::TOPSPIN, self.topspin), (own::SIDE, self.side)]
     }
 
-    /// Adds the priors to a shot's sums, and marks own unknowns that are held: for good, or at a
+    /// Adds what is known to a shot's sums, and marks own unknowns that are held: for good, or at a
     /// bound that they press against.
-    pub fn constrain(&self, values: &Own, shared: &Shared, spreads: &[Normal; 2], sums: &mut Contribution) {
-        const LAST: usize = COLUMNS - 1;
-        for (place, prior) in self.priors(spreads) {
-            let Some(normal) = prior else {
-                sums.held[place] = true;
-                continue;
-            };
-            let pull = normal.pull(values[place]);
-            sums.products[(place, place)] += normal.sd.powi(-2);
-            sums.products[(place, LAST)] += pull / normal.sd;
-            sums.products[(LAST, LAST)] += pull * pull;
-            sums.cost += pull * pull;
+    pub fn constrain(&self, values: &Own, shared: &Shared, spreads: &[Spread; 2], sums: &mut Contribution) {
+        for (place, prior) in self.priors() {
+            sums.add_prior(place, prior.normal(spreads), values[place]);
         }
-        let (value, slope) = (values[own::TOPSPIN] + self.mean(shared), sums.products[(own::TOPSPIN, LAST)]);
+        let (value, slope) = (values[own::TOPSPIN] + self.mean(shared), sums.slope(own::TOPSPIN));
         let is_at = |bound: f64| (value - bound).abs() < AT_BOUND;
         let presses = is_at(self.bounds[0]) && slope > 0.0 || is_at(self.bounds[1]) && slope < 0.0;
         sums.held[own::TOPSPIN] |= presses;

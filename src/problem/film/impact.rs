@@ -4,10 +4,10 @@ use nalgebra::SVector;
 use num_dual::DualNum;
 
 use super::dual::{Dual, DualVector, constant, gradient, with_gradient};
-use super::unknowns::{Id, Mode, Shared, Unknown};
 use crate::physics::ball::{Ball, BallState, Vec3};
 use crate::physics::collision::{Coefficients, Fidelity, Input, Model, NotACollision, Regime};
 use crate::physics::friction_law::Law;
+use crate::problem::unknowns::{Id, Mode, Shared, Unknown};
 
 /// Smallest size of b at which its derivative is computed. The outcome differs from that of b = 0
 /// by 1e-9 of the closing speed.

@@ -1,18 +1,18 @@
 //! Causes of residuals: effects that the model leaves out, and stated quantities that the frames
 //! contradict.
 
-use super::descent::{Descent, descend};
-use super::findings::Finding;
-use super::frames::{Noise, World};
-use super::impact::Contact;
-use super::minimise::{descend_with_noise, descend_with_spins};
-use super::policy::Policy;
+use super::own;
 use super::priors::RATE_SD;
-use super::problem::{Evaluation, Problem, State};
 use super::spins::ShotSpin;
-use super::uncertainty::Estimates;
-use super::unknowns::{Id, Mode, Normal, Shared, own};
 use crate::physics::collision::Model;
+use crate::problem::descent::{Descent, descend};
+use crate::problem::findings::Finding;
+use crate::problem::minimise::{descend_with_noise, descend_with_states};
+use crate::problem::policy::Policy;
+use crate::problem::problem::{Evaluation, Problem, State};
+use crate::problem::sums::Noise;
+use crate::problem::uncertainty::Estimates;
+use crate::problem::unknowns::{Id, Mode, Normal, Shared};
 
 /// Parts of the way to the estimate of a score at which a descent with a freed unknown starts:
 /// flights between bounces give the frame rate several minima.
@@ -37,7 +37,7 @@ const SLIDES: [f64; 3] = [0.8, 0.95, 1.05];
 const MAX_SUSPECTS: usize = 3;
 
 /// A refit with a suspect let in.
-pub(super) struct Explained {
+pub(crate) struct Explained {
     pub problem: Problem,
     pub descent: Descent,
     pub finding: Finding,
@@ -56,7 +56,7 @@ struct Suspect {
 }
 
 /// Returns the refit with the suspect that lowers χ² most, if the fall is significant.
-pub(super) fn explain(
+pub(crate) fn explain(
     problem: &Problem,
     at: &Evaluation,
     estimates: &Estimates,
@@ -95,7 +95,7 @@ fn let_in(problem: &Problem, at: &Evaluation, suspect: Suspect, policy: &Policy)
     let before = *wider.unknown(id);
     let unknown = wider.unknown_mut(id);
     (unknown.mode, unknown.prior) = (Mode::Free, None);
-    wider.world.contact = Contact::new(wider.world.contact.object(), &wider.unknowns);
+    wider.refresh_contact();
     let from = at.state.shared[id];
     let mut values: Vec<f64> = PLACES.iter().map(|part| from + part * (suspect.estimate - from)).collect();
     if id == Id::Rate {
@@ -113,7 +113,7 @@ fn let_in(problem: &Problem, at: &Evaluation, suspect: Suspect, policy: &Policy)
     }
     let descent = descend_with_noise(&mut wider, best.end.state);
     let estimates = Estimates::new(&wider, &descent.end)?;
-    let (estimate, sd) = (descent.end.state.shared[id], estimates.sd(id)?);
+    let (estimate, sd) = (descent.end.state.shared[id], estimates.sd(id as usize)?);
     let finding = match before.prior {
         Some(Normal { mean, sd: prior_sd }) => {
             let size = (estimate - mean) / sd.hypot(prior_sd);
@@ -152,7 +152,7 @@ fn descend_from(problem: &Problem, state: &State, id: Id, values: &[f64]) -> Opt
 
 /// Returns the refit with a wider prior of the frame rate if the frames disagree with the stated
 /// one moderately: they seldom determine the rate, and a wrong one biases e by more than its error.
-pub(super) fn widen_rate(
+pub(crate) fn widen_rate(
     problem: &Problem,
     at: &Evaluation,
     estimates: &Estimates,
@@ -171,15 +171,15 @@ pub(super) fn widen_rate(
 
 /// Returns the refit with a contact that is compliant along its surface, with the κ of phenolic
 /// resin, if χ² falls by enough.
-pub(super) fn comply(problem: &Problem, at: &Evaluation, policy: &Policy) -> Option<(Problem, Descent, f64)> {
+pub(crate) fn comply(problem: &Problem, at: &Evaluation, policy: &Policy) -> Option<(Problem, Descent, f64)> {
     let kappa = problem.unknown(Id::Kappa);
-    let sticks = at.shots.iter().filter(|shot| shot.sticks).count();
+    let sticks = at.shots.iter().flatten().filter(|shot| shot.sticks).count();
     if kappa.mode != Mode::Fixed || kappa.start != 0.0 || sticks == 0 {
         return None;
     }
     let mut compliant = problem.clone();
     compliant.unknown_mut(Id::Kappa).start = Model::KAPPA;
-    compliant.world.contact = Contact::new(compliant.world.contact.object(), &compliant.unknowns);
+    compliant.refresh_contact();
     let mut start = at.state.clone();
     start.shared[Id::Kappa] = Model::KAPPA;
     let descent = descend(&compliant, compliant.evaluate(start), &compliant.free(), 20);
@@ -195,11 +195,13 @@ pub(super) fn comply(problem: &Problem, at: &Evaluation, policy: &Policy) -> Opt
 /// topspin that the shots share.
 fn slide(problem: &Problem, at: &Evaluation, policy: &Policy) -> Option<Explained> {
     let rolls = |spin: &ShotSpin| spin.stated.mean == Some(Id::Roll) && !spin.is_unknown();
-    if !problem.spins.iter().any(rolls) || problem.unknown(Id::Slide).mode == Mode::Free {
+    if !problem.film()?.spins.iter().any(rolls) || problem.unknown(Id::Slide).mode == Mode::Free {
         return None;
     }
     let mut sliding = problem.clone();
-    sliding.spins.iter_mut().filter(|spin| rolls(spin)).for_each(|spin| *spin = ShotSpin::slides());
+    let spins = &mut sliding.film_mut()?.spins;
+    let count = spins.len();
+    spins.iter_mut().filter(|spin| rolls(spin)).for_each(|spin| *spin = ShotSpin::slides());
     sliding.unknown_mut(Id::Roll).mode = Mode::Fixed;
     sliding.unknown_mut(Id::Slide).mode = Mode::Free;
     let mut start = at.state.clone();
@@ -212,14 +214,13 @@ fn slide(problem: &Problem, at: &Evaluation, policy: &Policy) -> Option<Explaine
         return None;
     }
     let descent = descend_with_noise(&mut sliding, best.end.state);
-    let finding =
-        Finding::Spins { fall, topspin: descent.end.state.shared[Id::Slide], sliding: sliding.spins.len() };
+    let finding = Finding::Spins { fall, topspin: descent.end.state.shared[Id::Slide], sliding: count };
     Some(Explained { problem: sliding, descent, finding, fall })
 }
 
 /// Returns the refit with the spins of all shots unknown, from the first guesses, if χ² falls by
 /// enough for one more unknown per shot.
-pub(super) fn spin_freely(
+pub(crate) fn spin_freely(
     problem: &Problem,
     at: &Evaluation,
     first: (&State, [Noise; 2]),
@@ -227,21 +228,24 @@ pub(super) fn spin_freely(
 ) -> Option<Explained> {
     let mut free =
         Problem { unknowns: super::priors::of_unknown_spins(&problem.unknowns), ..problem.clone() };
-    free.world.noise = first.1;
-    let start = State { shared: Shared(free.unknowns.map(|unknown| unknown.start)), ..first.0.clone() };
-    free.spins.iter_mut().for_each(|spin| *spin = ShotSpin::unknown());
-    let coarse = descend_with_spins(&mut free, &start)?;
+    let shared = Shared(free.unknowns.iter().map(|unknown| unknown.start).collect());
+    let start = State { shared, ..first.0.clone() };
+    let film = free.film_mut()?;
+    film.world.noise = first.1;
+    film.spins.iter_mut().for_each(|spin| *spin = ShotSpin::unknown());
+    let coarse = descend_with_states(&mut free, &start)?;
     let descent = descend_with_noise(&mut free, coarse.end.state);
     // at the noise of the first fit
-    let same = Problem { world: World { noise: problem.world.noise, ..free.world }, ..free.clone() };
+    let mut same = free.clone();
+    same.film_mut()?.world.noise = problem.film()?.world.noise;
     let fall = at.cost - same.evaluate(descent.end.state.clone()).cost;
-    if !(fall > policy.cause + 2.0 * free.spins.len() as f64) {
+    let spins = &free.film()?.spins;
+    if !(fall > policy.cause + 2.0 * spins.len() as f64) {
         return None;
     }
     let state = &descent.end.state;
-    let sliding: Vec<usize> =
-        (0..free.spins.len()).filter(|i| free.spins[*i].stated.mean == Some(Id::Slide)).collect();
-    let sum = sliding.iter().map(|i| state.own[*i][own::TOPSPIN]).sum::<f64>();
+    let sliding: Vec<usize> = (0..spins.len()).filter(|i| spins[*i].stated.mean == Some(Id::Slide)).collect();
+    let sum = sliding.iter().map(|i| state.own[0][*i][own::TOPSPIN]).sum::<f64>();
     let topspin = if sliding.is_empty() { 1.0 } else { state.shared[Id::Slide] + sum / sliding.len() as f64 };
     let finding = Finding::Spins { fall, topspin, sliding: sliding.len() };
     Some(Explained { problem: free, descent, finding, fall })

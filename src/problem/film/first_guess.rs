@@ -1,24 +1,26 @@
-//! From the tracks of a data set to the problem of its frames: cleaned, in metres from the middle
+//! From the tracks of a data set to the block of its frames: cleaned, in metres from the middle
 //! of the impacts, with first guesses.
 
 use std::sync::Arc;
 
 use rayon::prelude::*;
 
+use super::block::FilmBlock;
 use super::camera::Point;
-use super::findings::Finding;
-use super::frames::{Frame, Noise, ShotFrames, World};
+use super::frames::{Frame, ShotFrames, World};
 use super::impact::Contact;
-use super::priors::{FIRST_SPREADS, list_unknowns};
-use super::problem::{Problem, State};
-use super::spins::ShotSpin;
-use super::unknowns::{Id, Own, Shared, own};
+use super::own::{self, OWN};
+use super::priors::list_unknowns;
+use super::spins::{FIRST_SPREADS, SIDE_SPREAD, ShotSpin};
 use crate::extraction::{Unusable, from_paths, leave_out_before_cushion, noise_correlation};
 use crate::film::{drops, frame_noise, grid};
 use crate::measurement::dataset::{Dataset, Tracks};
 use crate::measurement::track::{Sample, TrackShot};
 use crate::numerics::median;
 use crate::physics::collision::Fidelity;
+use crate::problem::findings::Finding;
+use crate::problem::sums::{Noise, Spread};
+use crate::problem::unknowns::{Id, Own, Unknown};
 use crate::trajectory::scene::Scene;
 use crate::trajectory::unknowns::{Unknowns, unknown};
 
@@ -29,11 +31,14 @@ const OTHER_UNIT: f64 = 0.1;
 /// Smallest noise, m: keeps exact synthetic tracks finite.
 const LEAST_NOISE: f64 = 1e-7;
 
-/// A film as a problem, with the names of its shots and what was found on the way.
+/// A film as a block, with its shared unknowns, first guesses, the names of its shots and what was
+/// found on the way.
 pub(crate) struct Film {
-    pub problem: Problem,
-    pub start: State,
-    /// Names of the shots of the problem.
+    pub block: FilmBlock,
+    pub unknowns: Vec<Unknown>,
+    /// First guesses.
+    pub own: Vec<Own>,
+    /// Names of the shots of the block.
     pub names: Vec<String>,
     pub left_out: Vec<(String, Unusable)>,
     pub findings: Vec<Finding>,
@@ -69,7 +74,7 @@ pub enum FilmError {
 }
 
 impl Film {
-    /// Returns the problem of a data set's films.
+    /// Returns the block of a data set's films.
     ///
     /// # Errors
     /// See [`FilmError`].
@@ -130,14 +135,13 @@ impl Film {
             unknowns[Id::Scale as usize].prior = None;
         }
         let world = World { contact: Contact::new(scene.object, &unknowns), noise: [noise; 2] };
-        let mut spreads = FIRST_SPREADS;
+        let mut spreads = FIRST_SPREADS.map(Spread::first);
         if dataset.side_sd > 0.0 {
-            spreads[1].sd = dataset.side_sd;
+            spreads[SIDE_SPREAD] = Spread::first(dataset.side_sd);
         }
-        let start = State { own, shared: Shared(unknowns.map(|unknown| unknown.start)) };
         let names = guessed.iter().map(|g| g.shot.name.clone()).collect();
-        let problem = Problem { shots: Arc::new(frames), spins, spreads, unknowns, world };
-        Self { problem, start, names, left_out, findings }
+        let block = FilmBlock { shots: Arc::new(frames), spins, spreads, world };
+        Self { block, unknowns, own, names, left_out, findings }
     }
 }
 
@@ -184,7 +188,7 @@ fn frames_of(shot: &TrackShot, middle: Point, unit: f64) -> ShotFrames {
 
 /// Returns the own unknowns of a first guess, in metres from the middle.
 fn own_of(guess: &Unknowns, middle: Point, unit: f64) -> Own {
-    let mut values = Own::zeros();
+    let mut values = Own::zeros(OWN);
     values[own::TIME] = guess[unknown::TIME];
     values[own::X] = (guess[unknown::OBJECT] - middle.x) * unit;
     values[own::Y] = (guess[unknown::OBJECT + 1] - middle.y) * unit;

@@ -4,7 +4,8 @@
 use nalgebra::{Const, SVector, Vector2};
 use num_dual::{Derivative, DualNum, DualSVec64};
 
-use super::unknowns::{Id, OWN, PHYSICS, Shared};
+use super::own::OWN;
+use crate::problem::unknowns::{Id, PHYSICS, Shared};
 
 /// Number of inputs of a shot's motion, its own unknowns first.
 pub(super) const INPUTS: usize = OWN + PHYSICS;

@@ -1,14 +1,13 @@
 //! The state of each shot whose spin is not stated exactly: the likeliest given the shared
 //! unknowns.
 
-use nalgebra::SMatrix;
 use rayon::prelude::*;
 
-use super::frames::{COLUMNS, Contribution};
+use super::block::FilmBlock;
 use super::motion::Approach;
-use super::problem::{Problem, State};
+use super::own;
 use super::spins::{ShotSpin, States};
-use super::unknowns::{OWN, Own, own};
+use crate::problem::unknowns::{Own, Shared};
 
 /// Fall of χ² by which a sliding ball must be likelier than a rolling one: most cue balls roll.
 const ROLL_BONUS: f64 = 9.0;
@@ -30,22 +29,21 @@ const MAX_DAMPING: f64 = 1e6;
 
 /// Chooses for every shot the likeliest of the states that it may be in given the shared unknowns;
 /// returns whether one has changed.
-pub(super) fn choose_states(problem: &mut Problem, state: &mut State) -> bool {
-    let open: Vec<usize> =
-        (0..problem.spins.len()).filter(|i| problem.spins[*i].states != States::One).collect();
+pub(crate) fn choose_states(film: &mut FilmBlock, own: &mut [Own], shared: &Shared) -> bool {
+    let open: Vec<usize> = (0..film.spins.len()).filter(|i| film.spins[*i].states != States::One).collect();
     let judge = |i: usize| {
-        let present = problem.spins[i];
+        let present = film.spins[i];
         let judged = present.candidates().into_iter().map(|spin| {
             let is_same = spin.bounds == present.bounds && spin.stated.approach == present.stated.approach;
-            let mut start = state.own[i];
+            let mut start = own[i].clone();
             if spin.stated.approach == Approach::Rolls {
                 start[own::TOPSPIN] = 0.0;
             } else if !is_same {
                 let first = if spin.states == States::Signs { STUN_START } else { SLIDE_START };
                 let topspin = if spin.bounds[0] < 0.0 { -first } else { spin.bounds[0] + first };
-                start[own::TOPSPIN] = topspin - spin.mean(&state.shared);
+                start[own::TOPSPIN] = topspin - spin.mean(shared);
             }
-            let (values, cost) = settle(problem, i, &spin, start, state);
+            let (values, cost) = settle(film, i, &spin, start, shared);
             let bonus = if spin.stated.approach == Approach::Rolls { ROLL_BONUS } else { 0.0 };
             let inertia = if is_same { CHANGE } else { 0.0 };
             (spin, values, cost - bonus - inertia)
@@ -56,29 +54,23 @@ pub(super) fn choose_states(problem: &mut Problem, state: &mut State) -> bool {
     let chosen: Vec<(usize, ShotSpin, Own)> = open.into_par_iter().filter_map(judge).collect();
     let mut changed = false;
     for (i, spin, values) in chosen {
-        let old = &mut problem.spins[i];
+        let old = &mut film.spins[i];
         changed |= old.bounds != spin.bounds || old.stated.approach != spin.stated.approach;
         *old = spin;
-        state.own[i] = values;
+        own[i] = values;
     }
     changed
 }
 
 /// Returns the least χ² of shot `i` over its own unknowns with a spin, and where it is.
-fn settle(problem: &Problem, i: usize, spin: &ShotSpin, start: Own, state: &State) -> (Own, f64) {
-    let evaluate = |values: &Own| {
-        let shot = &problem.shots[i];
-        let mut sums = shot.contribute(values, &state.shared, &spin.stated, &problem.world);
-        spin.constrain(values, &state.shared, &problem.spreads, &mut sums);
-        sums
-    };
-    let mut values = spin.bounded(start, &state.shared);
-    let mut at = evaluate(&values);
+fn settle(film: &FilmBlock, i: usize, spin: &ShotSpin, start: Own, shared: &Shared) -> (Own, f64) {
+    let mut values = spin.bounded(start, shared);
+    let mut at = film.contribute_as(i, spin, &values, shared);
     let mut damping = 1e-4;
     for _ in 0..STEPS {
-        let Some(step) = own_step(&at, damping) else { break };
-        let trial = spin.bounded(values - step, &state.shared);
-        let there = evaluate(&trial);
+        let Some(step) = at.own_step(damping) else { break };
+        let trial = spin.bounded(&values - step, shared);
+        let there = film.contribute_as(i, spin, &trial, shared);
         if there.cost < at.cost {
             let gain = at.cost - there.cost;
             (values, at) = (trial, there);
@@ -94,11 +86,4 @@ fn settle(problem: &Problem, i: usize, spin: &ShotSpin, start: Own, state: &Stat
         }
     }
     (values, at.cost)
-}
-
-/// Returns the damped step of a shot's own unknowns.
-fn own_step(at: &Contribution, damping: f64) -> Option<Own> {
-    let (matrix, beside) = at.own_system::<1>(damping, COLUMNS - 1);
-    let step: SMatrix<f64, OWN, 1> = matrix.cholesky()?.solve(&beside);
-    step.iter().all(|s| s.is_finite()).then_some(step)
 }

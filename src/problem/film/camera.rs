@@ -17,7 +17,7 @@
 
 use nalgebra::{Matrix2, Vector2};
 
-use super::unknowns::{CAMERA, Id, PHYSICS, Shared};
+use crate::problem::unknowns::{CAMERA, Id, PHYSICS, Shared};
 
 /// Square of the distance r₀ = 0.5 m from the middle at which the lens is stated, m².
 const LENS_SQUARE: f64 = 0.25;

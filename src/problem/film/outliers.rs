@@ -5,11 +5,13 @@ use std::sync::Arc;
 use rayon::prelude::*;
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 
+use super::block::FilmBlock;
 use super::frames::Whitened;
-use super::policy::Policy;
-use super::problem::{Evaluation, Problem, State};
-use super::unknowns::{OWN, own};
+use super::own::{self, OWN};
 use crate::numerics::median;
+use crate::problem::policy::Policy;
+use crate::problem::sums::Contribution;
+use crate::problem::unknowns::{Own, Shared};
 
 /// Frames of a block at the end of a track that is judged as a whole: a collision at the end is
 /// lost in a single frame.
@@ -28,16 +30,16 @@ fn tail(chi2: f64, dof: f64) -> f64 {
 
 /// Leaves out frames that stand out alone, and those at the ends of tracks from where on the ball
 /// is not on its path any more; returns how many.
-pub(super) fn leave_out_frames(problem: &mut Problem, state: &State, policy: &Policy) -> usize {
+pub(crate) fn leave_out_frames(film: &mut FilmBlock, own: &[Own], shared: &Shared, policy: &Policy) -> usize {
     let judge = |i: usize| {
-        let (shot, spin) = (&problem.shots[i], &problem.spins[i]);
-        let bodies = shot.residuals(&state.own[i], &state.shared, &spin.stated, &problem.world);
-        bodies.map(|frames| outlying(&frames, state.own[i][own::TIME], policy))
+        let (shot, spin) = (&film.shots[i], &film.spins[i]);
+        let bodies = shot.residuals(&own[i], shared, &spin.stated, &film.world);
+        bodies.map(|frames| outlying(&frames, own[i][own::TIME], policy))
     };
-    let found: Vec<[Vec<usize>; 2]> = (0..problem.shots.len()).into_par_iter().map(judge).collect();
+    let found: Vec<[Vec<usize>; 2]> = (0..film.shots.len()).into_par_iter().map(judge).collect();
     let count = found.iter().flatten().map(Vec::len).sum();
     if count > 0 {
-        let shots = Arc::make_mut(&mut problem.shots);
+        let shots = Arc::make_mut(&mut film.shots);
         for (shot, found) in shots.iter_mut().zip(found) {
             for (track, indices) in shot.tracks.iter_mut().zip(found) {
                 for index in indices {
@@ -70,15 +72,14 @@ fn outlying(frames: &[Whitened], instant: f64, policy: &Policy) -> Vec<usize> {
 
 /// Returns whether each shot is kept: its residuals are not larger than chance makes them in units
 /// of what is typical of the shots.
-pub(super) fn judge_shots(problem: &Problem, at: &Evaluation, policy: &Policy) -> Vec<bool> {
-    let reduced = |i: usize| {
-        let shot = &at.shots[i];
-        let count: f64 = shot.bodies.iter().map(|body| body.count).sum();
+pub(crate) fn judge_shots(shots: &[Contribution], policy: &Policy) -> Vec<bool> {
+    let reduced = |shot: &Contribution| {
+        let count: f64 = shot.noises.iter().map(|noise| noise.count).sum();
         let dof = (count - OWN as f64).max(1.0);
-        let square: f64 = shot.bodies.iter().map(|body| body.weighted).sum();
+        let square: f64 = shot.noises.iter().map(|noise| noise.weighted).sum();
         (square, dof)
     };
-    let all: Vec<(f64, f64)> = (0..problem.shots.len()).map(reduced).collect();
+    let all: Vec<(f64, f64)> = shots.iter().map(reduced).collect();
     let typical = median(all.iter().map(|(square, dof)| square / dof).collect());
     let keep: Vec<bool> = all
         .iter()

@@ -10,10 +10,11 @@ use num_dual::DualNum;
 
 use super::dual::{Dual, DualVector, INPUTS, constant, gradient, norm};
 use super::impact::{Contact, Side};
-use super::unknowns::{Id, OWN, Own, Shared, own};
+use super::own::{self, OWN};
 use crate::physics::ball::Vec3;
 use crate::physics::cloth_motion::GRAVITY;
 use crate::physics::collision::NotACollision;
+use crate::problem::unknowns::{Id, Own, Shared};
 
 /// Upward speed of the lowest bounce that is followed, m/s. Lower ones are one piece: what they do
 /// in between is less than 0.1 µm.
@@ -50,6 +51,9 @@ pub(crate) struct StatedSpin {
     /// Measured spin in the table frame, rad/s.
     pub measured: Option<Vec3>,
 }
+
+/// Outcome offsets of the cue ball and of the object ball.
+const OFFSETS: [[Id; 2]; 2] = [[Id::CueAlong, Id::CueAcross], [Id::ObjectAlong, Id::ObjectAcross]];
 
 /// A part of a ball's path, in time since the first guess of the impact.
 pub(super) struct Piece {
@@ -269,7 +273,10 @@ pub(super) fn follow_balls(
     let places = [cue_place, object_place];
     let velocities = [velocity, still];
     let pulls = [pull, still];
-    let (after, sticks) = contact.collide(&cue, shared)?;
+    let (mut after, sticks) = contact.collide(&cue, shared)?;
+    for (side, [along, across]) in after.iter_mut().zip(OFFSETS) {
+        side.velocity += DualVector::new(shared.dual(along), shared.dual(across));
+    }
     let pieces = [0, 1].map(|i| {
         let moving = Moving::flat(&places[i], &velocities[i], &pulls[i]);
         let mut before = Piece::new(instant, &moving);

@@ -1,16 +1,18 @@
 //! The frames of a shot against the paths of its balls: residuals and derivatives, whitened for
 //! noise that is correlated from frame to frame, and summed up to normal equations.
 
-use nalgebra::{SMatrix, SVector};
+use nalgebra::{DMatrix, SMatrix, SVector};
 
 use super::camera::{Camera, Point};
 use super::dual::INPUTS;
 use super::impact::Contact;
 use super::motion::{COEFFICIENTS, Piece, StatedSpin, follow_balls};
-use super::unknowns::{CAMERA, Id, OWN, Own, PHYSICS, SHARED, Shared, own};
+use super::own::{self, OWN};
+use crate::problem::sums::{Contribution, Noise, NoiseSums};
+use crate::problem::unknowns::{CAMERA, Id, Own, PHYSICS, SHARED, Shared};
 
 /// Own unknowns, shared unknowns, and the residual.
-pub(super) const COLUMNS: usize = OWN + SHARED + 1;
+const COLUMNS: usize = OWN + SHARED + 1;
 
 /// Length of a residual, in standard deviations of a coordinate, beyond which it counts linearly
 /// (Huber 1964). A frame exceeds it by chance once in 3000.
@@ -39,62 +41,12 @@ pub(crate) struct ShotFrames {
     pub fps: f64,
 }
 
-/// Errors of a coordinate: each keeps the part `rho` of the error a frame before.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Noise {
-    /// Standard deviation, m.
-    pub sd: f64,
-    /// Correlation of neighbouring frames.
-    pub rho: f64,
-}
-
 /// What the shots of a film have in common besides unknowns: the collision model, and the noise of
 /// each ball.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct World {
     pub contact: Contact,
     pub noise: [Noise; 2],
-}
-
-/// The contribution of a shot to the normal equations.
-#[derive(Clone)]
-pub(crate) struct Contribution {
-    /// JᵀJ with the residual as its last column (upper triangle).
-    pub products: SMatrix<f64, COLUMNS, COLUMNS>,
-    /// χ² with Huber's loss; infinite if the unknowns describe no collision.
-    pub cost: f64,
-    /// Sums over the frames of each ball.
-    pub bodies: [BodySums; 2],
-    /// Whether the contact stuck.
-    pub sticks: bool,
-    /// Own unknowns that are held.
-    pub held: [bool; OWN],
-}
-
-/// Sums over the frames of one ball.
-#[derive(Clone, Copy, Debug, Default)]
-pub(crate) struct BodySums {
-    /// Weighted squares of whitened residuals.
-    pub weighted: f64,
-    /// Products of residuals one frame apart, and their squares.
-    pub lagged: f64,
-    pub square: f64,
-    /// Number of independent coordinates.
-    pub count: f64,
-    /// Logarithm of the determinant of the correlation matrix.
-    pub ln_determinant: f64,
-}
-
-impl Contribution {
-    fn empty() -> Self {
-        Self {
-            products: SMatrix::zeros(),
-            cost: 0.0,
-            bodies: [BodySums::default(); 2],
-            sticks: false,
-            held: [false; OWN],
-        }
-    }
 }
 
 /// The whitened residual of a frame.
@@ -117,18 +69,18 @@ impl ShotFrames {
         spin: &StatedSpin,
         world: &World,
     ) -> Contribution {
-        let mut total = Contribution::empty();
         let World { contact, noise } = world;
         let Ok(paths) = follow_balls(values, shared, spin, contact) else {
-            return Contribution { cost: f64::INFINITY, ..total };
+            return Contribution::impossible(OWN, 2);
         };
+        let mut total = Contribution::empty(OWN, 2);
         total.sticks = paths.sticks;
         let camera = Camera::new(shared);
         for (body, pieces) in paths.pieces.iter().enumerate() {
             self.add_track(body, pieces, values[own::TIME], &camera, &noise[body], &mut total);
         }
         if !(total.cost.is_finite() && total.products.sum().is_finite()) {
-            return Contribution { cost: f64::INFINITY, ..Contribution::empty() };
+            return Contribution::impossible(OWN, 2);
         }
         total
     }
@@ -144,7 +96,7 @@ impl ShotFrames {
     ) {
         let mut sums = Sums::new();
         let mut last: Option<Sight> = None;
-        let mut of_body = BodySums::default();
+        let mut of_body = NoiseSums::default();
         for frame in self.tracks[body].iter().filter(|frame| frame.used) {
             of_body.count += (frame.weight.component_mul(&frame.weight)).map(|w| w.min(1.0)).sum();
             let (rows, piece) = see(frame, instant, pieces, camera, noise.sd);
@@ -187,7 +139,7 @@ impl ShotFrames {
         if let Some(last) = last {
             sums.add_to(&mut total.products, &pieces[last.piece]);
         }
-        total.bodies[body] = of_body;
+        total.noises[body] = of_body;
     }
 
     /// Returns the whitened residuals of the used frames of each ball; empty if the unknowns
@@ -326,7 +278,7 @@ impl Sums {
     }
 
     /// Adds the sums by own and shared unknowns.
-    fn add_to(&self, total: &mut SMatrix<f64, COLUMNS, COLUMNS>, piece: &Piece) {
+    fn add_to(&self, total: &mut DMatrix<f64>, piece: &Piece) {
         if self.frames == 0 {
             return;
         }

@@ -4,11 +4,12 @@
 //! errors of real films are not noise. The widths were chosen by Cramér–Rao bounds of ten kinds of
 //! film and 2 000 fits of an independent simulator.
 
-use super::spins::{OwnPrior, ShotSpin, Spread};
-use super::unknowns::{Id, Mode, Normal, SHARED, Unknown};
+use super::spins::{ShotSpin, TOPSPIN_SPREAD};
 use crate::measurement::correction::Correction;
 use crate::measurement::dataset::{Dataset, Tracks};
 use crate::measurement::parameter::{Compliance, Parameter, Settings};
+use crate::problem::sums::OwnPrior;
+use crate::problem::unknowns::{Id, Mode, Normal, Unknown};
 
 /// Relative standard deviation of a stated radius of balls: new ones differ by 0.05 mm from their
 /// nominal size.
@@ -32,24 +33,10 @@ const UNKNOWN_SD: f64 = 1.0;
 /// What is known of μ_s in films of unknown spin, which hardly determine it (Kim 2024: 0.2 to 0.4).
 const UNKNOWN_MU_S: Normal = Normal { mean: 0.3, sd: 0.1 };
 
-/// Spreads of topspin (over natural roll) and side spin (Rω_z/U) from shot to shot before the
-/// frames are seen: half a tip's width off the middle of the ball.
-pub(super) const FIRST_SPREADS: [Normal; 2] =
-    [Normal { mean: 0.0, sd: 0.05 }, Normal { mean: 0.0, sd: 0.02 }];
-
 /// Returns every shared unknown in the order of [`Id`].
-pub(super) fn list_unknowns(dataset: &Dataset, tracks: &Tracks, spins: &[ShotSpin]) -> [Unknown; SHARED] {
+pub(super) fn list_unknowns(dataset: &Dataset, tracks: &Tracks, spins: &[ShotSpin]) -> Vec<Unknown> {
     let settings = dataset.settings_of_balls();
-    let mut all = [(); SHARED].map(|()| Unknown {
-        id: Id::Mu,
-        start: 0.0,
-        bounds: [f64::NEG_INFINITY, f64::INFINITY],
-        prior: None,
-        mode: Mode::Fixed,
-    });
-    for id in Id::ALL {
-        all[id as usize].id = id;
-    }
+    let mut all = Unknown::list();
     list_contact(&mut all, &settings);
     list_cloth(&mut all, dataset);
     list_camera(&mut all, tracks);
@@ -58,12 +45,12 @@ pub(super) fn list_unknowns(dataset: &Dataset, tracks: &Tracks, spins: &[ShotSpi
 }
 
 /// Makes an unknown free with a prior that it starts from.
-fn known(all: &mut [Unknown; SHARED], id: Id, mean: f64, sd: f64) {
+fn known(all: &mut [Unknown], id: Id, mean: f64, sd: f64) {
     let unknown = &mut all[id as usize];
     (unknown.start, unknown.prior, unknown.mode) = (mean, Some(Normal { mean, sd }), Mode::Free);
 }
 
-fn list_contact(all: &mut [Unknown; SHARED], settings: &Settings) {
+fn list_contact(all: &mut [Unknown], settings: &Settings) {
     for (id, parameter) in [
         (Id::Mu, Parameter::Mu),
         (Id::MuS, Parameter::MuS),
@@ -95,7 +82,7 @@ fn list_contact(all: &mut [Unknown; SHARED], settings: &Settings) {
     }
 }
 
-fn list_cloth(all: &mut [Unknown; SHARED], dataset: &Dataset) {
+fn list_cloth(all: &mut [Unknown], dataset: &Dataset) {
     let stated = |measured: Option<crate::measurement::dataset::Measured>| {
         measured.and_then(|measured| Some((measured.value, measured.sd?)))
     };
@@ -112,7 +99,7 @@ fn list_cloth(all: &mut [Unknown; SHARED], dataset: &Dataset) {
     known(all, Id::TiltY, 0.0, TILT_SD);
 }
 
-fn list_camera(all: &mut [Unknown; SHARED], tracks: &Tracks) {
+fn list_camera(all: &mut [Unknown], tracks: &Tracks) {
     for (id, correction) in [
         (Id::Scale, Correction::Scale),
         (Id::Aspect, Correction::Aspect),
@@ -145,11 +132,11 @@ fn list_camera(all: &mut [Unknown; SHARED], tracks: &Tracks) {
     }
 }
 
-fn list_spins(all: &mut [Unknown; SHARED], spins: &[ShotSpin]) {
+fn list_spins(all: &mut [Unknown], spins: &[ShotSpin]) {
     let (mut rolls, mut stuns, mut unknown, mut presses) = (false, false, false, false);
     for spin in spins {
         rolls |= spin.stated.mean == Some(Id::Roll) && !spin.is_unknown();
-        stuns |= spin.topspin == OwnPrior::Spread(Spread::Topspin);
+        stuns |= spin.topspin == OwnPrior::Spread(TOPSPIN_SPREAD);
         unknown |= spin.is_unknown();
         presses |= spin.stated.mean != Some(Id::Slide);
     }
@@ -171,8 +158,8 @@ fn list_spins(all: &mut [Unknown; SHARED], spins: &[ShotSpin]) {
 }
 
 /// Returns the unknowns of a film whose spins are not as stated.
-pub(super) fn of_unknown_spins(unknowns: &[Unknown; SHARED]) -> [Unknown; SHARED] {
-    let mut all = *unknowns;
+pub(super) fn of_unknown_spins(unknowns: &[Unknown]) -> Vec<Unknown> {
+    let mut all = unknowns.to_vec();
     known(&mut all, Id::Slide, 0.0, UNKNOWN_SD);
     let roll = &mut all[Id::Roll as usize];
     (roll.start, roll.prior, roll.mode) = (1.0, None, Mode::Fixed);

@@ -1,0 +1,167 @@
+//! What one shot adds to the normal equations of its problem.
+
+use nalgebra::{DMatrix, DVector};
+
+use super::unknowns::{Id, Normal, Own, SHARED};
+
+/// Shared unknowns of a sample and the residual.
+pub(crate) const BORDERED: usize = SHARED + 1;
+
+/// Errors of measured numbers: each keeps the part `rho` of the error of the number before it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Noise {
+    /// Standard deviation, in the unit of the numbers.
+    pub sd: f64,
+    /// Correlation of neighbouring numbers.
+    pub rho: f64,
+}
+
+/// How much an own unknown differs from shot to shot, about 0.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Spread {
+    /// Standard deviation.
+    pub sd: f64,
+    /// Standard deviation before the data are seen; it counts as one shot.
+    pub first: f64,
+}
+
+impl Spread {
+    /// Returns what is known before the data are seen.
+    pub fn first(sd: f64) -> Self {
+        Self { sd, first: sd }
+    }
+}
+
+/// What is known of an own unknown of a shot before the data are seen.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum OwnPrior {
+    /// It keeps its value.
+    Held,
+    /// It is stated with an error.
+    Stated(Normal),
+    /// It differs from shot to shot by the spread of this index, which is estimated.
+    Spread(usize),
+}
+
+impl OwnPrior {
+    /// Returns the distribution; `None` if the unknown is held.
+    pub fn normal(self, spreads: &[Spread]) -> Option<Normal> {
+        match self {
+            Self::Held => None,
+            Self::Stated(normal) => Some(normal),
+            Self::Spread(which) => spreads.get(which).map(|spread| Normal { mean: 0.0, sd: spread.sd }),
+        }
+    }
+}
+
+/// Sums over the numbers that have one noise in common.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct NoiseSums {
+    /// Weighted squares of whitened residuals.
+    pub weighted: f64,
+    /// Products of neighbouring residuals, and their squares.
+    pub lagged: f64,
+    pub square: f64,
+    /// Number of independent numbers.
+    pub count: f64,
+    /// Logarithm of the determinant of the correlation matrix.
+    pub ln_determinant: f64,
+}
+
+impl NoiseSums {
+    pub fn add(&mut self, other: &Self) {
+        self.weighted += other.weighted;
+        self.lagged += other.lagged;
+        self.square += other.square;
+        self.count += other.count;
+        self.ln_determinant += other.ln_determinant;
+    }
+}
+
+/// The contribution of a shot to the normal equations.
+#[derive(Clone)]
+pub(crate) struct Contribution {
+    /// JᵀJ by own unknowns, shared unknowns, and the residual as the last column (upper triangle).
+    pub products: DMatrix<f64>,
+    /// χ² with Huber's loss; infinite if the unknowns describe no collision.
+    pub cost: f64,
+    /// Sums of each noise of the block.
+    pub noises: Vec<NoiseSums>,
+    /// Whether the contact stuck.
+    pub sticks: bool,
+    /// Own unknowns that are held.
+    pub held: Vec<bool>,
+}
+
+impl Contribution {
+    /// Returns sums over nothing, for `own` unknowns of a shot and some noises of its block.
+    pub fn empty(own: usize, noises: usize) -> Self {
+        Self {
+            products: DMatrix::zeros(own + BORDERED, own + BORDERED),
+            cost: 0.0,
+            noises: vec![NoiseSums::default(); noises],
+            sticks: false,
+            held: vec![false; own],
+        }
+    }
+
+    /// Returns that of unknowns that describe no collision.
+    pub fn impossible(own: usize, noises: usize) -> Self {
+        Self { cost: f64::INFINITY, ..Self::empty(own, noises) }
+    }
+
+    /// Returns half of dχ²/dx of an own unknown.
+    pub fn slope(&self, place: usize) -> f64 {
+        self.products[(place, self.products.ncols() - 1)]
+    }
+
+    /// Adds what is known of the own unknown at `place`.
+    pub fn add_prior(&mut self, place: usize, prior: Option<Normal>, value: f64) {
+        let Some(normal) = prior else {
+            self.held[place] = true;
+            return;
+        };
+        let (pull, last) = (normal.pull(value), self.products.ncols() - 1);
+        self.products[(place, place)] += normal.sd.powi(-2);
+        self.products[(place, last)] += pull / normal.sd;
+        self.products[(last, last)] += pull * pull;
+        self.cost += pull * pull;
+    }
+
+    /// Returns the normal matrix of the own unknowns, its diagonal raised by `damping`, and the
+    /// columns beside it from `first` on. Held unknowns are decoupled.
+    pub fn own_system(&self, damping: f64, first: usize) -> (DMatrix<f64>, DMatrix<f64>) {
+        let own = self.held.len();
+        let matrix = DMatrix::from_fn(own, own, |i, j| {
+            let held = self.held[i] || self.held[j];
+            let raised = if i == j { 1.0 + damping } else { 1.0 };
+            if held { f64::from(i == j) } else { self.products[(i.min(j), i.max(j))] * raised }
+        });
+        let beside = DMatrix::from_fn(own, self.products.ncols() - first, |i, j| {
+            if self.held[i] { 0.0 } else { self.products[(i, first + j)] }
+        });
+        (matrix, beside)
+    }
+
+    /// Returns the damped step of the own unknowns at given shared ones.
+    pub fn own_step(&self, damping: f64) -> Option<Own> {
+        let (matrix, beside) = self.own_system(damping, self.products.ncols() - 1);
+        let step = matrix.cholesky()?.solve(&beside).column(0).into_owned();
+        step.iter().all(|s| s.is_finite()).then_some(step)
+    }
+
+    /// Returns the shot's part of the normal matrix and gradient of these shared unknowns of its
+    /// sample, after elimination of its own.
+    pub fn reduced(&self, ids: &[Id]) -> Option<(DMatrix<f64>, DVector<f64>)> {
+        let own = self.held.len();
+        let (matrix, beside) = self.own_system(0.0, own);
+        let response = matrix.cholesky()?.solve(&beside);
+        let products = self.products.view((own, own), (BORDERED, BORDERED)) - beside.tr_mul(&response);
+        let of = |i: usize, j: usize| products[(i.min(j), i.max(j))];
+        let place = |i: usize| ids[i] as usize;
+        Some((
+            DMatrix::from_fn(ids.len(), ids.len(), |i, j| of(place(i), place(j))),
+            DVector::from_fn(ids.len(), |i, _| of(place(i), SHARED)),
+        ))
+    }
+}
