@@ -14,6 +14,7 @@
 //! | `block`, `film` | what was measured: forward models with their derivatives |
 //! | `problem`, `descent`, `minimise`, `noise` | normal equations, descent, starts, noise |
 //! | `uncertainty` | errors, scores, conflicts, budget, influence |
+//! | `solution` | a minimum, and what is known there |
 //! | `findings`, `policy`, `run` | what is said, statistical choices, the fit from beginning to end |
 
 mod block;
@@ -26,6 +27,7 @@ mod policy;
 #[allow(clippy::module_inception)]
 mod problem;
 mod run;
+mod solution;
 mod sums;
 mod uncertainty;
 mod unknowns;
@@ -33,7 +35,8 @@ mod unknowns;
 pub use film::first_guess::FilmError;
 pub use findings::{Finding, Severity};
 pub use policy::Policy;
-pub use run::{Budget, Estimate, FilmFit, fit_film};
+pub use run::fit_film;
+pub use solution::{Budget, Estimate, Solution};
 pub use sums::Noise;
 pub use uncertainty::{Conflict, Score, Share};
 pub use unknowns::{Id, Normal};
@@ -128,7 +131,12 @@ mod tests {
                 }
             }
             let fit = fit_film(&dataset, &Policy::default()).unwrap();
-            assert_eq!((fit.severity(), fit.shots), (Severity::Note, 15), "{spin}: {:?}", fit.findings);
+            assert_eq!(
+                (fit.severity(), fit.names[0].len()),
+                (Severity::Note, 15),
+                "{spin}: {:?}",
+                fit.findings
+            );
             for (id, truth) in TRUTH {
                 let Some(estimate) = fit.get(id) else { continue };
                 let error = estimate.std_error.unwrap();
@@ -144,10 +152,10 @@ mod tests {
     fn budgets_add_up_to_the_variance() {
         let dataset = film(10, "natural-roll", 3);
         let fit = fit_film(&dataset, &Policy::default()).unwrap();
-        assert_eq!(fit.budgets.len(), 3);
-        for budget in &fit.budgets {
-            let error = fit.get(budget.id).unwrap().std_error.unwrap();
-            let sum = budget.shares.iter().map(|share| share.variance).sum::<f64>() + budget.frames;
+        for id in Id::WANTED {
+            let budget = fit.budget(id).unwrap();
+            let error = fit.get(id).unwrap().std_error.unwrap();
+            let sum = budget.shares.iter().map(|share| share.variance).sum::<f64>() + budget.noise;
             assert!((sum / (error * error) - 1.0).abs() < 1e-6);
         }
     }
@@ -200,7 +208,7 @@ mod tests {
     #[test]
     fn poor_films_give_a_fit_or_an_error() {
         let one = film(1, "natural-roll", 5);
-        assert!(fit_film(&one, &Policy::default()).is_ok_and(|fit| fit.shots == 1));
+        assert!(fit_film(&one, &Policy::default()).is_ok_and(|fit| fit.names[0].len() == 1));
         let samples = |count: usize, speed: f64| -> Vec<Sample> {
             (0..count).map(|n| Sample::new(n as f64 / 240.0, [speed * n as f64 / 240.0, 0.0])).collect()
         };

@@ -4,17 +4,15 @@ use super::block::Block;
 use super::descent::Descent;
 use super::film::causes;
 use super::film::first_guess::{Film, FilmError};
-use super::film::motion::Approach;
 use super::film::outliers::{judge_shots, leave_out_frames};
-use super::film::own;
-use super::film::spins::ShotSpin;
-use super::findings::{Finding, Severity, worst};
+use super::findings::Finding;
 use super::minimise::{descend_with_noise, fit};
 use super::policy::Policy;
 use super::problem::{Problem, State};
+use super::solution::Solution;
 use super::sums::Noise;
-use super::uncertainty::{Estimates, Share};
-use super::unknowns::{Id, Mode, Normal, Own, Shared};
+use super::uncertainty::Estimates;
+use super::unknowns::{Id, Mode, Shared};
 use crate::measurement::dataset::Dataset;
 
 /// Rounds of leaving out frames and shots.
@@ -23,130 +21,11 @@ const ROUNDS: usize = 3;
 /// Causes that are let in one after the other.
 const MAX_CAUSES: usize = 3;
 
-/// The estimate of a shared unknown.
-#[derive(Clone, Copy, Debug)]
-pub struct Estimate {
-    /// The unknown.
-    pub id: Id,
-    /// Its estimate.
-    pub value: f64,
-    /// Its standard error; `None` at a bound.
-    pub std_error: Option<f64>,
-    /// What was known of it before the frames were seen.
-    pub prior: Option<Normal>,
-}
-
-/// The error budget of an estimate: the parts of its variance, the largest first, and the noise of
-/// the frames.
-#[derive(Clone, Debug)]
-pub struct Budget {
-    /// The estimate's unknown.
-    pub id: Id,
-    /// Parts of nuisance parameters.
-    pub shares: Vec<Share>,
-    /// Variance that is left if all nuisance parameters are known.
-    pub frames: f64,
-}
-
-/// The fit of a film.
-pub struct FilmFit {
-    /// Estimates of all shared unknowns that were free.
-    pub estimates: Vec<Estimate>,
-    /// Error budgets of the wanted unknowns.
-    pub budgets: Vec<Budget>,
-    /// What is wrong or worth saying.
-    pub findings: Vec<Finding>,
-    /// Noise of the frames of the cue balls and of the object balls.
-    pub noise: [Noise; 2],
-    /// Variance of slow motions over that of the noise before the impacts.
-    pub misfit: f64,
-    /// Number of shots that were fitted.
-    pub shots: usize,
-    /// Names and reasons of the shots that show no impact.
-    pub left_out: Vec<(String, String)>,
-    /// Evaluations of all frames.
-    pub evaluations: usize,
-    /// Tangential compliance of the contact; 0 if it is rigid.
-    pub kappa: f64,
-    /// Names of the shots that were fitted.
-    pub names: Vec<String>,
-    pub(crate) problem: Problem,
-    pub(crate) state: State,
-}
-
-impl FilmFit {
-    /// Returns the estimate of an unknown that was free.
-    #[must_use]
-    pub fn get(&self, id: Id) -> Option<&Estimate> {
-        self.estimates.iter().find(|estimate| estimate.id == id)
-    }
-
-    /// Returns the change of each wanted estimate if each shot were left out, in the order of the
-    /// shots.
-    #[must_use]
-    pub fn influence(&self) -> Vec<(String, Vec<(Id, f64)>)> {
-        let at = self.problem.evaluate(self.state.clone());
-        let Some(estimates) = Estimates::new(&self.problem, &at) else { return Vec::new() };
-        let of_shot = |(i, name): (usize, &String)| {
-            let change = estimates.influence(&self.problem, &at, i)?;
-            let of = |id: Id| Some((id, change[estimates.position(id as usize)?]));
-            let wanted = Id::WANTED.into_iter().filter_map(of);
-            Some((name.clone(), wanted.collect()))
-        };
-        self.names.iter().enumerate().filter_map(of_shot).collect()
-    }
-
-    /// Returns the topspin of each shot over natural roll, with its name; 1 for a ball that rolls.
-    #[must_use]
-    pub fn topspins(&self) -> Vec<(String, f64)> {
-        let Some(film) = self.problem.film() else { return Vec::new() };
-        let shots = film.spins.iter().zip(&self.state.own[0]).zip(&self.names);
-        let of_shot = |((spin, own), name): ((&ShotSpin, &Own), &String)| {
-            let rolls = spin.stated.approach == Approach::Rolls;
-            let topspin = if rolls { 1.0 } else { spin.mean(&self.state.shared) + own[own::TOPSPIN] };
-            (name.clone(), topspin)
-        };
-        shots.map(of_shot).collect()
-    }
-
-    /// Returns the fall of −2 log L if spins that differ from those stated explain the frames and
-    /// nothing else is wrong with them.
-    #[must_use]
-    pub fn explained_by_spins(&self) -> Option<f64> {
-        let mut fall = None;
-        for finding in &self.findings {
-            match finding {
-                Finding::Spins { fall: by, .. } => fall = Some(*by),
-                Finding::Undetermined { .. } | Finding::AtBound { .. } | Finding::LostShots { .. } => {}
-                _ => return None,
-            }
-        }
-        fall
-    }
-
-    /// Returns whether the frames hardly determine a wanted unknown: its error is more than half of
-    /// what it is known to without them, or a finding says so.
-    #[must_use]
-    pub fn is_undetermined(&self, id: Id) -> bool {
-        let is_of = |finding: &Finding| matches!(finding, Finding::Undetermined { id: of, .. } if *of == id);
-        let is_prior = |estimate: &Estimate| {
-            estimate.prior.zip(estimate.std_error).is_some_and(|(prior, sd)| sd > 0.5 * prior.sd)
-        };
-        self.findings.iter().any(is_of) || self.get(id).is_some_and(is_prior)
-    }
-
-    /// Returns the worst severity of the findings.
-    #[must_use]
-    pub fn severity(&self) -> Severity {
-        worst(&self.findings)
-    }
-}
-
 /// Fits the film of a data set.
 ///
 /// # Errors
 /// See [`FilmError`].
-pub fn fit_film(dataset: &Dataset, policy: &Policy) -> Result<FilmFit, FilmError> {
+pub fn fit_film(dataset: &Dataset, policy: &Policy) -> Result<Solution, FilmError> {
     let Film { block, unknowns, own, names, left_out, findings } = Film::new(dataset)?;
     let first_noise = block.world.noise;
     let start =
@@ -186,7 +65,7 @@ pub fn fit_film(dataset: &Dataset, policy: &Policy) -> Result<FilmFit, FilmError
     if !descent.converged {
         run.findings.push(Finding::NotConverged);
     }
-    Ok(run.finish(&descent, &estimates, misfit))
+    Ok(run.finish(descent, estimates, misfit))
 }
 
 /// Returns the variance of slow motions, σ²(1 + ρ)/(1 − ρ), over that of another noise.
@@ -262,52 +141,34 @@ impl Run<'_> {
         Estimates::new(&self.problem, &descent.end).ok_or(FilmError::Undetermined)
     }
 
-    fn finish(mut self, descent: &Descent, estimates: &Estimates, misfit: f64) -> FilmFit {
-        let state = descent.end.state.clone();
-        let free = self.problem.unknowns.iter().filter(|unknown| unknown.mode == Mode::Free);
-        let all: Vec<Estimate> = free
-            .map(|unknown| Estimate {
-                id: unknown.id,
-                value: state.shared[unknown.id],
-                std_error: estimates.sd(unknown.id as usize),
-                prior: unknown.prior,
-            })
-            .collect();
+    fn finish(mut self, descent: Descent, estimates: Estimates, misfit: f64) -> Solution {
+        let state = &descent.end.state;
         for id in Id::WANTED {
-            let bounds = self.problem.unknown(id).bounds;
-            let Some(estimate) = all.iter().find(|estimate| estimate.id == id) else { continue };
-            match estimate.std_error {
-                None if !bounds.contains(&estimate.value) => {
+            let (unknown, value) = (self.problem.unknown(id), state.shared[id]);
+            if unknown.mode != Mode::Free {
+                continue;
+            }
+            match estimates.sd(id as usize) {
+                None if !unknown.bounds.contains(&value) => {
                     self.findings.push(Finding::Undetermined { id, sd: f64::INFINITY });
                 }
-                None => self.findings.push(Finding::AtBound {
-                    id,
-                    bound: if estimate.value == bounds[0] { bounds[0] } else { bounds[1] },
-                }),
+                None => self.findings.push(Finding::AtBound { id, bound: value }),
                 Some(sd) if id == Id::MuS && sd > self.policy.undetermined_mu_s => {
                     self.findings.push(Finding::Undetermined { id, sd });
                 }
                 Some(_) => {}
             }
         }
-        let budgets = Id::WANTED.into_iter().filter_map(|id| {
-            let (shares, frames) = estimates.budget(&self.problem, id as usize, &Id::WANTED)?;
-            Some(Budget { id, shares, frames })
-        });
-        let noise = self.noise();
-        FilmFit {
-            estimates: all,
-            budgets: budgets.collect(),
-            findings: self.findings,
-            noise,
-            misfit,
-            shots: self.names.len(),
-            left_out: self.left_out,
-            evaluations: self.evaluations,
-            kappa: state.shared[Id::Kappa],
-            names: self.names,
+        Solution {
             problem: self.problem,
-            state,
+            converged: descent.converged,
+            at: descent.end,
+            covariance: estimates,
+            findings: self.findings,
+            names: vec![self.names],
+            left_out: self.left_out,
+            misfit,
+            evaluations: self.evaluations,
         }
     }
 }

@@ -12,6 +12,7 @@ const LEAST_INFORMATION: f64 = 1e-3;
 
 /// Estimates with their covariance. Unknowns at a bound, and those that the frames do not depend
 /// on, are not among them.
+#[derive(Clone)]
 pub(crate) struct Estimates {
     /// Columns of the problem.
     pub columns: Vec<usize>,

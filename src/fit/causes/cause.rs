@@ -5,7 +5,7 @@ use crate::fit::estimate::Estimate;
 use crate::measurement::correction::Correction;
 use crate::measurement::number::{plain, with_error};
 use crate::measurement::parameter::Parameter;
-use crate::problem::{FilmFit, Id};
+use crate::problem::{Solution, Id};
 
 /// Why residuals may be larger than their errors.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -166,7 +166,7 @@ impl Explanation {
     /// spins differ by the median `difference` with its error; what they `were` found to be, and the word that states it.
     pub(in crate::fit) fn of_spins(
         (difference, error): (f64, f64),
-        (film, fall): (&FilmFit, f64),
+        (film, fall): (&Solution, f64),
         (were, assume): (&str, &str),
     ) -> Self {
         let contact = [(Parameter::Mu, Id::Mu), (Parameter::MuS, Id::MuS), (Parameter::E, Id::E)];

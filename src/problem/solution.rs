@@ -1,0 +1,191 @@
+//! A minimum, and what is known there.
+
+use nalgebra::DMatrix;
+
+use super::film::motion::Approach;
+use super::film::own;
+use super::film::spins::ShotSpin;
+use super::findings::{Finding, Severity, worst};
+use super::problem::{Evaluation, Problem, State};
+use super::sums::{Noise, NoiseSums};
+use super::uncertainty::{Estimates, Share};
+use super::unknowns::{Id, Mode, Normal, Own};
+
+/// The estimate of a shared unknown.
+#[derive(Clone, Copy, Debug)]
+pub struct Estimate {
+    /// The unknown.
+    pub id: Id,
+    /// Its estimate.
+    pub value: f64,
+    /// Its standard error; `None` at a bound.
+    pub std_error: Option<f64>,
+    /// What was known of it before the data were seen.
+    pub prior: Option<Normal>,
+}
+
+/// The error budget of an estimate: the parts of its variance, the largest first, and the noise of
+/// the data.
+#[derive(Clone, Debug)]
+pub struct Budget {
+    /// The estimate's unknown.
+    pub id: Id,
+    /// Parts of nuisance parameters.
+    pub shares: Vec<Share>,
+    /// Variance that is left if all nuisance parameters are known.
+    pub noise: f64,
+}
+
+/// A minimum of a problem, and what is known there.
+#[derive(Clone)]
+pub struct Solution {
+    pub(crate) problem: Problem,
+    pub(crate) at: Evaluation,
+    pub(crate) covariance: Estimates,
+    /// What is wrong or worth saying.
+    pub findings: Vec<Finding>,
+    /// Names of the shots of each sample.
+    pub names: Vec<Vec<String>>,
+    /// Names and reasons of the shots that are not in the data.
+    pub left_out: Vec<(String, String)>,
+    /// Variance of slow motions over that of the noise before the impacts.
+    pub misfit: f64,
+    /// Evaluations of all data.
+    pub evaluations: usize,
+    /// Whether the descent ended at a minimum.
+    pub converged: bool,
+}
+
+impl Solution {
+    /// Returns the values of all unknowns.
+    pub(crate) fn state(&self) -> &State {
+        &self.at.state
+    }
+
+    /// Returns the estimates of all shared unknowns that were free, in the order of the columns.
+    #[must_use]
+    pub fn estimates(&self) -> Vec<Estimate> {
+        self.problem.free().into_iter().map(|column| self.estimate(column)).collect()
+    }
+
+    fn estimate(&self, column: usize) -> Estimate {
+        let unknown = &self.problem.unknowns[column];
+        Estimate {
+            id: unknown.id,
+            value: self.at.state.shared.0[column],
+            std_error: self.covariance.sd(column),
+            prior: unknown.prior,
+        }
+    }
+
+    /// Returns the estimate of an unknown of the first sample if it was free.
+    #[must_use]
+    pub fn get(&self, id: Id) -> Option<Estimate> {
+        let column = self.column(0, id)?;
+        (self.problem.unknowns[column].mode == Mode::Free).then(|| self.estimate(column))
+    }
+
+    /// Returns the value of an unknown of the first sample, free or held.
+    #[must_use]
+    pub fn value(&self, id: Id) -> f64 {
+        self.column(0, id).map_or(f64::NAN, |column| self.at.state.shared.0[column])
+    }
+
+    /// Returns where an unknown of a sample stands among those of the problem.
+    pub(crate) fn column(&self, sample: usize, id: Id) -> Option<usize> {
+        Some(self.problem.samples.get(sample)?.columns[id as usize])
+    }
+
+    /// Returns the covariance of unknowns of the first sample: a row and a column each, NaN for those
+    /// without a standard error.
+    #[must_use]
+    pub fn covariance(&self, ids: &[Id]) -> DMatrix<f64> {
+        let place = |id: &Id| self.covariance.position(self.column(0, *id)?);
+        let places: Vec<Option<usize>> = ids.iter().map(place).collect();
+        DMatrix::from_fn(ids.len(), ids.len(), |i, j| match (places[i], places[j]) {
+            (Some(i), Some(j)) => self.covariance.covariance[(i, j)],
+            _ => f64::NAN,
+        })
+    }
+
+    /// Returns the error budget of an unknown of the first sample; `None` if it has no standard error.
+    #[must_use]
+    pub fn budget(&self, id: Id) -> Option<Budget> {
+        let column = self.column(0, id)?;
+        let (shares, noise) = self.covariance.budget(&self.problem, column, &Id::WANTED)?;
+        Some(Budget { id, shares, noise })
+    }
+
+    /// Returns the change of each wanted estimate if each shot of the first sample were left out, in
+    /// the order of the shots.
+    #[must_use]
+    pub fn influence(&self) -> Vec<(String, Vec<(Id, f64)>)> {
+        let of_shot = |(i, name): (usize, &String)| {
+            let change = self.covariance.influence(&self.problem, &self.at, i)?;
+            let of = |id: Id| Some((id, change[self.covariance.position(self.column(0, id)?)?]));
+            Some((name.clone(), Id::WANTED.into_iter().filter_map(of).collect()))
+        };
+        self.names.iter().flatten().enumerate().filter_map(of_shot).collect()
+    }
+
+    /// Returns χ² of the data alone, and the number of measured numbers in it.
+    #[must_use]
+    pub fn chi2_of_data(&self) -> (f64, f64) {
+        let samples = 0..self.problem.samples.len();
+        let sums: Vec<NoiseSums> = samples.flat_map(|sample| self.at.noises(sample)).collect();
+        (sums.iter().map(|sum| sum.weighted).sum(), sums.iter().map(|sum| sum.count).sum())
+    }
+
+    /// Returns the noise of the frames of the cue balls and of the object balls of a film.
+    #[must_use]
+    pub fn frame_noise(&self) -> Option<[Noise; 2]> {
+        Some(self.problem.film()?.world.noise)
+    }
+
+    /// Returns the topspin of each shot of a film over natural roll, with its name; 1 for a ball that
+    /// rolls.
+    #[must_use]
+    pub fn topspins(&self) -> Vec<(String, f64)> {
+        let Some(film) = self.problem.film() else { return Vec::new() };
+        let State { own, shared } = self.state();
+        let shots = film.spins.iter().zip(&own[0]).zip(&self.names[0]);
+        let of_shot = |((spin, own), name): ((&ShotSpin, &Own), &String)| {
+            let rolls = spin.stated.approach == Approach::Rolls;
+            let topspin = if rolls { 1.0 } else { spin.mean(shared) + own[own::TOPSPIN] };
+            (name.clone(), topspin)
+        };
+        shots.map(of_shot).collect()
+    }
+
+    /// Returns the fall of −2 log L if spins that differ from those stated explain the frames and
+    /// nothing else is wrong with them.
+    #[must_use]
+    pub fn explained_by_spins(&self) -> Option<f64> {
+        let mut fall = None;
+        for finding in &self.findings {
+            match finding {
+                Finding::Spins { fall: by, .. } => fall = Some(*by),
+                Finding::Undetermined { .. } | Finding::AtBound { .. } | Finding::LostShots { .. } => {}
+                _ => return None,
+            }
+        }
+        fall
+    }
+
+    /// Returns whether the data hardly determine a wanted unknown: its error is more than half of
+    /// what it is known to without them, or a finding says so.
+    #[must_use]
+    pub fn is_undetermined(&self, id: Id) -> bool {
+        let is_of = |finding: &Finding| matches!(finding, Finding::Undetermined { id: of, .. } if *of == id);
+        let is_prior = |estimate: Estimate| {
+            estimate.prior.zip(estimate.std_error).is_some_and(|(prior, sd)| sd > 0.5 * prior.sd)
+        };
+        self.findings.iter().any(is_of) || self.get(id).is_some_and(is_prior)
+    }
+
+    /// Returns the worst severity of the findings.
+    #[must_use]
+    pub fn severity(&self) -> Severity {
+        worst(&self.findings)
+    }
+}
