@@ -23,6 +23,7 @@ mod film;
 mod findings;
 mod minimise;
 mod noise;
+mod offsets;
 mod policy;
 #[allow(clippy::module_inception)]
 mod problem;
@@ -33,7 +34,9 @@ mod uncertainty;
 mod unknowns;
 
 pub use film::first_guess::FilmError;
+pub use film::shots::{FittedFrame, Impact, PicturePaths};
 pub use findings::{Finding, Severity};
+pub use offsets::{Offsets, Slope};
 pub use policy::Policy;
 pub use run::fit_film;
 pub use solution::{Budget, Estimate, Solution};

@@ -2,7 +2,7 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use super::unknowns::{Id, Normal, Own, SHARED};
+use super::unknowns::{Id, Normal, SHARED};
 
 /// Shared unknowns of a sample and the residual.
 pub(crate) const BORDERED: usize = SHARED + 1;
@@ -143,11 +143,27 @@ impl Contribution {
         (matrix, beside)
     }
 
-    /// Returns the damped step of the own unknowns at given shared ones.
-    pub fn own_step(&self, damping: f64) -> Option<Own> {
-        let (matrix, beside) = self.own_system(damping, self.products.ncols() - 1);
-        let step = matrix.cholesky()?.solve(&beside).column(0).into_owned();
+    /// Returns the damped step of the own unknowns and some shared ones at given others.
+    pub fn own_step(&self, ids: &[Id], damping: f64) -> Option<DVector<f64>> {
+        let (matrix, gradient) = self.system(ids, damping);
+        let step = matrix.cholesky()?.solve(&gradient);
         step.iter().all(|s| s.is_finite()).then_some(step)
+    }
+
+    /// Returns the normal matrix and the gradient of the own unknowns and some shared ones of the
+    /// sample, the diagonal raised by `damping`. Held unknowns are decoupled.
+    pub fn system(&self, ids: &[Id], damping: f64) -> (DMatrix<f64>, DVector<f64>) {
+        let own = self.held.len();
+        let n = own + ids.len();
+        let place = |i: usize| if i < own { i } else { own + ids[i - own] as usize };
+        let is_held = |i: usize| i < own && self.held[i];
+        let matrix = DMatrix::from_fn(n, n, |i, j| {
+            let (a, b) = (place(i).min(place(j)), place(i).max(place(j)));
+            let raised = if i == j { 1.0 + damping } else { 1.0 };
+            if is_held(i) || is_held(j) { f64::from(i == j) } else { self.products[(a, b)] * raised }
+        });
+        let gradient = DVector::from_fn(n, |i, _| if is_held(i) { 0.0 } else { self.slope(place(i)) });
+        (matrix, gradient)
     }
 
     /// Returns the shot's part of the normal matrix and gradient of these shared unknowns of its

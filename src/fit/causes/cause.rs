@@ -5,7 +5,7 @@ use crate::fit::estimate::Estimate;
 use crate::measurement::correction::Correction;
 use crate::measurement::number::{plain, with_error};
 use crate::measurement::parameter::Parameter;
-use crate::problem::{Solution, Id};
+use crate::problem::{Id, Solution};
 
 /// Why residuals may be larger than their errors.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -39,6 +39,7 @@ pub(super) struct Seen {
 }
 
 /// The map from table to picture.
+#[derive(Clone, Debug)]
 pub(super) struct Camera {
     scale: f64,
     aspect: f64,

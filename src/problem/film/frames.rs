@@ -6,7 +6,7 @@ use nalgebra::{DMatrix, SMatrix, SVector};
 use super::camera::{Camera, Point};
 use super::dual::INPUTS;
 use super::impact::Contact;
-use super::motion::{COEFFICIENTS, Piece, StatedSpin, follow_balls};
+use super::motion::{COEFFICIENTS, Piece, StatedSpin, Stretch, follow_balls};
 use super::own::{self, OWN};
 use crate::problem::sums::{Contribution, Noise, NoiseSums};
 use crate::problem::unknowns::{CAMERA, Id, Own, PHYSICS, SHARED, Shared};
@@ -30,6 +30,13 @@ pub(crate) struct Frame {
     pub weight: Point,
     /// Whether the frame is used.
     pub used: bool,
+}
+
+impl Frame {
+    /// Returns whether the ball is seen but the frame is not used.
+    pub fn is_left_out(&self) -> bool {
+        !self.used && self.seen.x.is_finite() && self.seen.y.is_finite()
+    }
 }
 
 /// The frames of a shot.
@@ -200,6 +207,14 @@ const REST: usize = CAMERA + 1;
 
 /// Derivatives of a coordinate by the coefficients of a piece and by the camera, and its residual.
 type Row = [f64; PADDED];
+
+/// Returns where on the table a ball is so long after the first guess of the impact, and how high.
+pub(super) fn locate(stretches: &[Stretch], time: f64) -> (Point, f64) {
+    let index = stretches.partition_point(|stretch| stretch.start <= time).saturating_sub(1);
+    let powers = [1.0, time, 0.5 * time * time];
+    let of = |i: usize| (0..3).map(|j| powers[j] * stretches[index].at[3 * i + j]).sum::<f64>();
+    (Point::new(of(0), of(1)), of(2))
+}
 
 /// Returns the rows of both coordinates of a frame, and the index of the piece that its ball is on.
 fn see(frame: &Frame, instant: f64, pieces: &[Piece], camera: &Camera, sd: f64) -> ([Row; 2], usize) {

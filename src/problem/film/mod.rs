@@ -11,5 +11,6 @@ pub(crate) mod motion;
 pub(crate) mod outliers;
 pub(crate) mod own;
 pub(crate) mod priors;
+pub(crate) mod shots;
 pub(crate) mod spins;
 pub(crate) mod states;

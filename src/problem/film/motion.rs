@@ -64,6 +64,15 @@ pub(super) struct Piece {
     pub by: SMatrix<f64, COEFFICIENTS, INPUTS>,
 }
 
+/// A part of a ball's path without derivatives.
+#[derive(Clone, Debug)]
+pub(super) struct Stretch {
+    /// s
+    pub start: f64,
+    /// m, m/s, m/s²
+    pub at: SVector<f64, COEFFICIENTS>,
+}
+
 /// Place, velocity and acceleration of a ball on the table, and the same of its height.
 struct Moving {
     place: DualVector,
@@ -107,6 +116,11 @@ impl Piece {
             height: *height,
         };
         Self::new(at - half, &early)
+    }
+
+    /// Returns the path without derivatives.
+    pub fn stretch(&self) -> Stretch {
+        Stretch { start: self.start, at: self.at }
     }
 
     /// Returns the same path, followed from `by` s later on.
@@ -212,6 +226,48 @@ impl Cloth {
     }
 }
 
+/// A shot at its impact: its own unknowns with derivatives, and both balls in the collision frame.
+pub(super) struct Struck {
+    pub inputs: [Dual; OWN],
+    pub before: Side,
+    /// Cue ball and object ball.
+    pub after: [Side; 2],
+    pub sticks: bool,
+    sin: Dual,
+    cos: Dual,
+}
+
+impl Struck {
+    /// Returns the impact of a shot, its instant counted from the present guess.
+    ///
+    /// # Errors
+    /// Why its unknowns describe no collision.
+    pub fn new(
+        values: &Own,
+        shared: &Shared,
+        spin: &StatedSpin,
+        contact: &Contact,
+    ) -> Result<Self, NotACollision> {
+        let inputs: [Dual; OWN] = std::array::from_fn(|i| {
+            let value = if i == own::TIME { 0.0 } else { values[i] };
+            Dual::from_re(value).derivative(i)
+        });
+        let object = contact.object();
+        let before = cue_before(spin, shared, &inputs, object.radius, object.inertia);
+        let (mut after, sticks) = contact.collide(&before, shared)?;
+        for (side, [along, across]) in after.iter_mut().zip(OFFSETS) {
+            side.velocity += DualVector::new(shared.dual(along), shared.dual(across));
+        }
+        let (sin, cos) = inputs[own::DIRECTION].sin_cos();
+        Ok(Self { inputs, before, after, sticks, sin, cos })
+    }
+
+    /// Returns a vector of the collision frame in the frame of the table.
+    pub fn turn(&self, v: &DualVector) -> DualVector {
+        DualVector::new(v.x * self.cos - v.y * self.sin, v.x * self.sin + v.y * self.cos)
+    }
+}
+
 /// Paths of the cue ball and of the object ball of one shot.
 pub(super) struct Paths {
     /// Pieces of each ball, the first before the impact.
@@ -248,23 +304,17 @@ pub(super) fn follow_balls(
     spin: &StatedSpin,
     contact: &Contact,
 ) -> Result<Paths, NotACollision> {
-    // time counts from the present guess of the impact
-    let inputs: [Dual; OWN] = std::array::from_fn(|i| {
-        let value = if i == own::TIME { 0.0 } else { values[i] };
-        Dual::from_re(value).derivative(i)
-    });
-    let instant = inputs[own::TIME];
+    let struck = Struck::new(values, shared, spin, contact)?;
+    let turn = |v: &DualVector| struck.turn(v);
+    let instant = struck.inputs[own::TIME];
     let zero = constant(0.0);
-    let (sin, cos) = inputs[own::DIRECTION].sin_cos();
-    let turn = |v: &DualVector| DualVector::new(v.x * cos - v.y * sin, v.x * sin + v.y * cos);
     let object = contact.object();
-    let cue = cue_before(spin, shared, &inputs, object.radius, object.inertia);
     let cloth = Cloth::new(shared);
-    let object_place = DualVector::new(inputs[own::X], inputs[own::Y]);
+    let object_place = DualVector::new(struck.inputs[own::X], struck.inputs[own::Y]);
     // centres of touching balls are 2√(R_c R_o) apart on the table
     let distance = shared.dual(Id::RadiusRatio).sqrt() * (2.0 * object.radius);
-    let cue_place = object_place - DualVector::new(cos, sin) * distance;
-    let (velocity, slip) = (turn(&cue.velocity), turn(&cue.slip()));
+    let cue_place = object_place - DualVector::new(struck.cos, struck.sin) * distance;
+    let (velocity, slip) = (turn(&struck.before.velocity), turn(&struck.before.slip()));
     let pull = match spin.approach {
         Approach::Rolls => cloth.pull_rolling(&velocity, object.inertia),
         Approach::Slides => cloth.pull_sliding(&slip),
@@ -273,17 +323,14 @@ pub(super) fn follow_balls(
     let places = [cue_place, object_place];
     let velocities = [velocity, still];
     let pulls = [pull, still];
-    let (mut after, sticks) = contact.collide(&cue, shared)?;
-    for (side, [along, across]) in after.iter_mut().zip(OFFSETS) {
-        side.velocity += DualVector::new(shared.dual(along), shared.dual(across));
-    }
     let pieces = [0, 1].map(|i| {
         let moving = Moving::flat(&places[i], &velocities[i], &pulls[i]);
         let mut before = Piece::new(instant, &moving);
         before.start = f64::NEG_INFINITY;
-        let change = turn(&after[i].velocity) - velocities[i];
+        let after = &struck.after[i];
+        let change = turn(&after.velocity) - velocities[i];
         let mut pieces = vec![before, Piece::between(instant, HALF_CONTACT, &moving, &change)];
-        pieces.extend(cloth.follow(instant, places[i], &after[i], turn));
+        pieces.extend(cloth.follow(instant, places[i], after, turn));
         // pieces that are over before the contact ends are never followed
         for j in (3..pieces.len()).rev() {
             pieces[j - 1].start = pieces[j - 1].start.min(pieces[j].start);
@@ -293,5 +340,5 @@ pub(super) fn follow_balls(
         }
         pieces
     });
-    Ok(Paths { pieces, sticks })
+    Ok(Paths { pieces, sticks: struck.sticks })
 }

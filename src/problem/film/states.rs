@@ -68,7 +68,7 @@ fn settle(film: &FilmBlock, i: usize, spin: &ShotSpin, start: Own, shared: &Shar
     let mut at = film.contribute_as(i, spin, &values, shared);
     let mut damping = 1e-4;
     for _ in 0..STEPS {
-        let Some(step) = at.own_step(damping) else { break };
+        let Some(step) = at.own_step(&[], damping) else { break };
         let trial = spin.bounded(&values - step, shared);
         let there = film.contribute_as(i, spin, &trial, shared);
         if there.cost < at.cost {
