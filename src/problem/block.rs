@@ -39,6 +39,7 @@ impl Block {
     /// Returns the noises that are estimated, in the order of the sums of a contribution.
     pub fn noises_mut(&mut self) -> &mut [Noise] {
         match self {
+            Self::Film(film) if film.states_noise => &mut [],
             Self::Film(film) => &mut film.world.noise,
         }
     }

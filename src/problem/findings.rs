@@ -17,10 +17,51 @@ pub enum Severity {
 /// A finding of a fit.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Finding {
-    /// Lengths are in another unit than stated.
+    /// Lengths are in another unit than metres: the size of the balls sets the scale.
     OtherUnit {
         /// Metres in a unit of length.
         factor: f64,
+        /// Whether the data set states another one.
+        stated: bool,
+    },
+    /// The camera dropped frames that the numbers do not show; the others were moved in time.
+    Drops {
+        /// Number of shots.
+        shots: usize,
+        /// Number of drops.
+        drops: usize,
+    },
+    /// Cue balls come off a cushion or are struck before the impact: their frames up to there are left
+    /// out.
+    Corners {
+        /// Number of shots.
+        shots: usize,
+        /// Number of all shots.
+        of: usize,
+    },
+    /// The noise lasts from frame to frame.
+    NoiseLasts {
+        /// Correlation of neighbouring frames.
+        rho: f64,
+        /// Its standard error.
+        sd: f64,
+    },
+    /// Neighbouring frames scatter by more than the stated noise, which is not used.
+    NoiseRefuted {
+        /// Their scatter over the stated noise.
+        times: f64,
+    },
+    /// A contact that is compliant along its surface was adopted.
+    Compliance {
+        /// κ.
+        kappa: f64,
+        /// Fall of −2 log L.
+        fall: f64,
+    },
+    /// What weight and cloth do during the contact was adopted.
+    Weight {
+        /// Fall of −2 log L.
+        fall: f64,
     },
     /// The frames contradict what is stated or known of a quantity, whose prior was then left out.
     Conflict {
@@ -88,7 +129,15 @@ impl Finding {
     #[must_use]
     pub fn severity(&self) -> Severity {
         match self {
-            Self::Undetermined { .. } | Self::LostShots { .. } => Severity::Note,
+            Self::Undetermined { .. }
+            | Self::LostShots { .. }
+            | Self::OtherUnit { stated: false, .. }
+            | Self::Drops { .. }
+            | Self::Corners { .. }
+            | Self::NoiseLasts { .. }
+            | Self::NoiseRefuted { .. }
+            | Self::Compliance { .. }
+            | Self::Weight { .. } => Severity::Note,
             Self::OtherUnit { .. }
             | Self::Conflict { .. }
             | Self::Cause { .. }

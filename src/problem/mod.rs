@@ -33,7 +33,7 @@ mod sums;
 mod uncertainty;
 mod unknowns;
 
-pub use film::first_guess::FilmError;
+pub use film::film_data::{FilmError, Modelling};
 pub use film::shots::{FittedFrame, Impact, PicturePaths};
 pub use findings::{Finding, Severity};
 pub use offsets::{Offsets, Slope};
@@ -48,12 +48,12 @@ pub use unknowns::{Id, Normal};
 mod tests {
     // films of a simulator with its own equations of motion
     use super::block::Block;
-    use super::film::first_guess::Film;
+    use super::film::film_data::{Film, Modelling};
     use super::film::own::OWN;
     use super::problem::{Problem, State};
     use super::run::fit_film;
     use super::unknowns::{Mode, Shared};
-    use super::{Finding, Id, Policy, Severity};
+    use super::{FilmError, Finding, Id, Policy, Severity, Solution};
     use crate::measurement::dataset::Dataset;
     use crate::measurement::spin::Spin;
     use crate::measurement::track::{Sample, TrackShot};
@@ -79,11 +79,18 @@ mod tests {
         simulate::dataset(&spec).unwrap()
     }
 
+    fn fitted(dataset: &Dataset) -> Result<Solution, FilmError> {
+        fit_film(dataset, &Modelling::of(dataset), &Policy::default())
+    }
+
     /// The gradient is half of the slope of χ², for every own and shared unknown, away from the minimum
     /// and with all corrections of the camera on.
     #[test]
     fn gradient_is_the_slope_of_chi2() {
-        let Film { mut block, unknowns, own, .. } = Film::new(&film(5, "natural-roll", 1)).unwrap();
+        let Film { mut block, unknowns, own, .. } = {
+            let dataset = film(5, "natural-roll", 1);
+            Film::new(&dataset, &Modelling::of(&dataset)).unwrap()
+        };
         block.world.noise = [super::Noise { sd: 0.05, rho: 0.3 }; 2];
         let problem = Problem::of_one(Block::Film(block), unknowns);
         let away = problem.unknowns.iter().map(|unknown| {
@@ -133,7 +140,7 @@ mod tests {
                     shot.spin = Spin::Unknown;
                 }
             }
-            let fit = fit_film(&dataset, &Policy::default()).unwrap();
+            let fit = fitted(&dataset).unwrap();
             assert_eq!(
                 (fit.severity(), fit.names[0].len()),
                 (Severity::Note, 15),
@@ -154,7 +161,7 @@ mod tests {
     #[test]
     fn budgets_add_up_to_the_variance() {
         let dataset = film(10, "natural-roll", 3);
-        let fit = fit_film(&dataset, &Policy::default()).unwrap();
+        let fit = fitted(&dataset).unwrap();
         for id in Id::WANTED {
             let budget = fit.budget(id).unwrap();
             let error = fit.get(id).unwrap().std_error.unwrap();
@@ -167,10 +174,10 @@ mod tests {
     #[test]
     fn influence_is_what_a_shot_changes() {
         let mut dataset = film(10, "natural-roll", 6);
-        let all = fit_film(&dataset, &Policy::default()).unwrap();
+        let all = fitted(&dataset).unwrap();
         let influence = all.influence();
         dataset.tracks.as_mut().unwrap().shots.remove(3);
-        let without = fit_film(&dataset, &Policy::default()).unwrap();
+        let without = fitted(&dataset).unwrap();
         for (id, change) in &influence[3].1 {
             let (before, after) = (all.get(*id).unwrap(), without.get(*id).unwrap());
             // the noise is estimated again, and χ² is no parabola
@@ -185,7 +192,7 @@ mod tests {
     fn wrong_statements_are_named() {
         let mut dataset = film(15, "natural-roll", 4);
         dataset.ball.radius *= 1.09;
-        let fit = fit_film(&dataset, &Policy::default()).unwrap();
+        let fit = fitted(&dataset).unwrap();
         let is_scale = |finding: &Finding| matches!(finding, Finding::Conflict { id: Id::Scale, .. });
         assert!(
             fit.findings.iter().any(is_scale) && fit.severity() == Severity::Doubtful,
@@ -197,7 +204,7 @@ mod tests {
         for shot in &mut dataset.tracks.as_mut().unwrap().shots {
             shot.spin = Spin::NaturalRoll;
         }
-        let fit = fit_film(&dataset, &Policy::default()).unwrap();
+        let fit = fitted(&dataset).unwrap();
         let is_spin =
             |finding: &Finding| matches!(finding, Finding::Spins { topspin, .. } if topspin.abs() < 0.05);
         assert!(
@@ -211,7 +218,7 @@ mod tests {
     #[test]
     fn poor_films_give_a_fit_or_an_error() {
         let one = film(1, "natural-roll", 5);
-        assert!(fit_film(&one, &Policy::default()).is_ok_and(|fit| fit.names[0].len() == 1));
+        assert!(fitted(&one).is_ok_and(|fit| fit.names[0].len() == 1));
         let samples = |count: usize, speed: f64| -> Vec<Sample> {
             (0..count).map(|n| Sample::new(n as f64 / 240.0, [speed * n as f64 / 240.0, 0.0])).collect()
         };
@@ -220,7 +227,7 @@ mod tests {
                 let tracks = [samples(count, speed), samples(count, 0.0)];
                 let shot = TrackShot::new("shot", 240.0, Spin::NaturalRoll, tracks);
                 let dataset = Dataset::filmed("film", Ball::POOL, vec![shot]);
-                assert!(fit_film(&dataset, &Policy::default()).is_err(), "{count} {speed}");
+                assert!(fitted(&dataset).is_err(), "{count} {speed}");
             }
         }
     }

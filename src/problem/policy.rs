@@ -23,6 +23,9 @@ pub struct Policy {
     /// Fall of −2 log L that names a cause: likelihood ratio e⁵, level 1 % of a family of a dozen
     /// with one unknown each.
     pub cause: f64,
+    /// Fall of −2 log L that adopts an effect beyond the equations that define the parameters: odds of
+    /// 20 to 1.
+    pub adopt: f64,
     /// Variance of slow motions over that of the noise before the impacts, beyond which the model
     /// does not describe the paths.
     pub misfit: f64,
@@ -41,6 +44,7 @@ impl Default for Policy {
             rate_conflict: 1.0,
             doubted_rate_sd: 0.05,
             cause: 10.0,
+            adopt: 6.0,
             misfit: 2.0,
             undetermined_mu_s: 0.15,
         }

@@ -6,7 +6,6 @@ use rayon::prelude::*;
 
 use super::block::Block;
 use super::film::block::FilmBlock;
-use super::film::impact::Contact;
 use super::sums::{BORDERED, Contribution, NoiseSums};
 use super::unknowns::{Id, Mode, Normal, Own, SHARED, Shared, Unknown};
 
@@ -126,7 +125,7 @@ impl Problem {
         for sample in &mut self.samples {
             let own: Vec<Unknown> = sample.columns.iter().map(|column| unknowns[*column]).collect();
             let Block::Film(film) = &mut sample.block;
-            film.world.contact = Contact::new(film.world.contact.object(), &own);
+            film.world.contact = film.world.contact.with(&own);
         }
     }
 

@@ -3,7 +3,7 @@
 use super::block::Block;
 use super::descent::Descent;
 use super::film::causes;
-use super::film::first_guess::{Film, FilmError};
+use super::film::film_data::{Film, FilmError, Modelling};
 use super::film::outliers::{judge_shots, leave_out_frames};
 use super::findings::Finding;
 use super::minimise::{descend_with_noise, fit};
@@ -25,13 +25,13 @@ const MAX_CAUSES: usize = 3;
 ///
 /// # Errors
 /// See [`FilmError`].
-pub fn fit_film(dataset: &Dataset, policy: &Policy) -> Result<Solution, FilmError> {
-    let Film { block, unknowns, own, names, left_out, findings } = Film::new(dataset)?;
+pub fn fit_film(dataset: &Dataset, modelling: &Modelling, policy: &Policy) -> Result<Solution, FilmError> {
+    let Film { block, unknowns, own, names, left_out, findings, unit, middle } =
+        Film::new(dataset, modelling)?;
     let first_noise = block.world.noise;
     let start =
         State { own: vec![own], shared: Shared(unknowns.iter().map(|unknown| unknown.start).collect()) };
     let problem = Problem::of_one(Block::Film(block), unknowns);
-    let left_out = left_out.into_iter().map(|(name, why)| (name, why.to_string())).collect();
     let mut run = Run { policy, problem, names, findings, left_out, evaluations: 0 };
     let mut descent = run.minimise(&start)?;
     // shots that were left out have no first guess any more
@@ -44,7 +44,19 @@ pub fn fit_film(dataset: &Dataset, policy: &Policy) -> Result<Solution, FilmErro
         run.adopt(explained.problem, explained.descent, &mut descent);
     }
     // a rigid contact that is fitted to a compliant one may leave μ undetermined
-    if let Some((problem, refit, _)) = causes::comply(&run.problem, &descent.end, policy) {
+    if modelling.is_auto
+        && let Some((problem, refit, fall)) = causes::comply(&run.problem, &descent.end, policy)
+    {
+        run.findings.push(Finding::Compliance { kappa: refit.end.state.shared[Id::Kappa], fall });
+        run.adopt(problem, refit, &mut descent);
+    }
+    let corrected = if modelling.is_auto {
+        causes::weigh(&run.problem, &descent.end, policy)
+    } else {
+        causes::correct(&run.problem, &descent.end)
+    };
+    if let Some((problem, refit, fall)) = corrected {
+        run.findings.extend(modelling.is_auto.then_some(Finding::Weight { fall }));
         run.adopt(problem, refit, &mut descent);
     }
     let mut estimates = run.estimates(&descent)?;
@@ -65,7 +77,7 @@ pub fn fit_film(dataset: &Dataset, policy: &Policy) -> Result<Solution, FilmErro
     if !descent.converged {
         run.findings.push(Finding::NotConverged);
     }
-    Ok(run.finish(descent, estimates, misfit))
+    Ok(Solution { unit, middle: middle.into(), ..run.finish(descent, estimates, misfit) })
 }
 
 /// Returns the variance of slow motions, σ²(1 + ρ)/(1 − ρ), over that of another noise.
@@ -169,6 +181,8 @@ impl Run<'_> {
             left_out: self.left_out,
             misfit,
             evaluations: self.evaluations,
+            unit: 1.0,
+            middle: [0.0; 2],
         }
     }
 }

@@ -54,6 +54,10 @@ pub struct Solution {
     pub evaluations: usize,
     /// Whether the descent ended at a minimum.
     pub converged: bool,
+    /// Metres in a unit of length of the film.
+    pub unit: f64,
+    /// Middle of the impacts in the film, in its unit.
+    pub middle: [f64; 2],
 }
 
 impl Solution {
@@ -165,7 +169,8 @@ impl Solution {
         for finding in &self.findings {
             match finding {
                 Finding::Spins { fall: by, .. } => fall = Some(*by),
-                Finding::Undetermined { .. } | Finding::AtBound { .. } | Finding::LostShots { .. } => {}
+                Finding::AtBound { .. } => {}
+                other if other.severity() == Severity::Note => {}
                 _ => return None,
             }
         }

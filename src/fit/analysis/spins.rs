@@ -10,7 +10,7 @@ use crate::measurement::dataset::Dataset;
 use crate::measurement::spin::Spin;
 use crate::measurement::track::TrackShot;
 use crate::numerics::median;
-use crate::problem::{Policy, fit_film};
+use crate::problem::{Modelling, Policy, fit_film};
 
 /// Shots, spread evenly, of which the spins are looked for.
 const MOST_SHOTS: usize = 40;
@@ -130,7 +130,7 @@ fn found_spins(dataset: &Dataset) -> Option<Explanation> {
     tracks.shots = tracks.shots.iter().step_by(step).cloned().collect();
     let stated: Vec<(String, f64)> =
         tracks.shots.iter().filter_map(|shot| Some((shot.name.clone(), stated_spin(shot)?))).collect();
-    let film = fit_film(&some, &Policy::default()).ok()?;
+    let film = fit_film(&some, &Modelling::of(&some), &Policy::default()).ok()?;
     let fall = film.explained_by_spins()?;
     let topspins = film.topspins();
     let found = |(name, stated): &(String, f64)| {

@@ -33,6 +33,9 @@ const SLIDES_RATHER: f64 = 0.9;
 /// where the friction of the cloth turns.
 const SLIDES: [f64; 3] = [0.8, 0.95, 1.05];
 
+/// Rounds of computing what a finer model adds, and refitting.
+const ROUNDS: usize = 2;
+
 /// Suspects of one round that are refitted: the largest by their score.
 const MAX_SUSPECTS: usize = 3;
 
@@ -189,6 +192,31 @@ pub(crate) fn comply(problem: &Problem, at: &Evaluation, policy: &Policy) -> Opt
     }
     let descent = descend_with_noise(&mut compliant, descent.end.state);
     Some((compliant, descent, fall))
+}
+
+/// Returns the refit with what weight and cloth do during the contact, if χ² falls by enough.
+pub(crate) fn weigh(problem: &Problem, at: &Evaluation, policy: &Policy) -> Option<(Problem, Descent, f64)> {
+    let mut heavy = problem.clone();
+    let film = heavy.film_mut()?;
+    film.world.contact = film.world.contact.with_weight();
+    correct(&heavy, at).filter(|(_, _, fall)| *fall > policy.adopt)
+}
+
+/// Returns the refit with what the finer model of the contact adds to each shot, computed where the
+/// fit is, and once more after it has moved; `None` without a finer model.
+pub(crate) fn correct(problem: &Problem, at: &Evaluation) -> Option<(Problem, Descent, f64)> {
+    if !problem.film()?.world.contact.is_corrected() {
+        return None;
+    }
+    let mut corrected = problem.clone();
+    let mut state = at.state.clone();
+    for _ in 0..ROUNDS {
+        corrected.film_mut()?.correct(&state.own[0], &state.shared);
+        state = descend(&corrected, corrected.evaluate(state), &corrected.free(), 20).end.state;
+    }
+    let fall = at.cost - corrected.evaluate(state.clone()).cost;
+    let refit = descend_with_noise(&mut corrected, state);
+    Some((corrected, refit, fall))
 }
 
 /// Returns the refit with balls that slide before the impact though natural roll is stated, with a

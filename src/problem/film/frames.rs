@@ -5,7 +5,7 @@ use nalgebra::{DMatrix, SMatrix, SVector};
 
 use super::camera::{Camera, Point};
 use super::dual::INPUTS;
-use super::impact::Contact;
+use super::impact::{Contact, Correction};
 use super::motion::{COEFFICIENTS, Piece, StatedSpin, Stretch, follow_balls};
 use super::own::{self, OWN};
 use crate::problem::sums::{Contribution, Noise, NoiseSums};
@@ -74,10 +74,10 @@ impl ShotFrames {
         values: &Own,
         shared: &Shared,
         spin: &StatedSpin,
-        world: &World,
+        (world, correction): (&World, &Correction),
     ) -> Contribution {
         let World { contact, noise } = world;
-        let Ok(paths) = follow_balls(values, shared, spin, contact) else {
+        let Ok(paths) = follow_balls(values, shared, spin, (contact, correction)) else {
             return Contribution::impossible(OWN, 2);
         };
         let mut total = Contribution::empty(OWN, 2);
@@ -156,10 +156,10 @@ impl ShotFrames {
         values: &Own,
         shared: &Shared,
         spin: &StatedSpin,
-        world: &World,
+        (world, correction): (&World, &Correction),
     ) -> [Vec<Whitened>; 2] {
         let World { contact, noise } = world;
-        let Ok(paths) = follow_balls(values, shared, spin, contact) else {
+        let Ok(paths) = follow_balls(values, shared, spin, (contact, correction)) else {
             return [Vec::new(), Vec::new()];
         };
         let camera = Camera::new(shared);

@@ -5,7 +5,7 @@ use num_dual::DualNum;
 
 use super::dual::{Dual, DualVector, constant, gradient, with_gradient};
 use crate::physics::ball::{Ball, BallState, Vec3};
-use crate::physics::collision::{Coefficients, Fidelity, Input, Model, NotACollision, Regime};
+use crate::physics::collision::{Coefficients, Effects, Fidelity, Input, Model, NotACollision, Regime};
 use crate::physics::friction_law::Law;
 use crate::problem::unknowns::{Id, Mode, Shared, Unknown};
 
@@ -16,11 +16,17 @@ const LEAST_FALL: f64 = 1e-9;
 /// The collision model of a film.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Contact {
+    /// In closed form unless the contact is compliant.
     model: Model,
+    /// The model whose difference from it each shot adds, if there is one.
+    fine: Option<Model>,
     object: Ball,
     falls: bool,
     e_falls: bool,
 }
+
+/// Difference of a finer model's outcome, in the order of [`Outcome::components`].
+pub(crate) type Correction = SVector<f64, 12>;
 
 /// A ball just before or after the impact, in the collision frame.
 #[derive(Clone, Copy)]
@@ -40,20 +46,61 @@ impl Side {
     pub fn slip(&self) -> DualVector {
         DualVector::new(self.velocity.x - self.spin[1], self.velocity.y + self.spin[0])
     }
+
+    /// Returns the state of a ball of this radius on the cloth.
+    fn state(&self, radius: f64) -> BallState {
+        let [x, y, z] = self.spin.map(|spin| spin.re / radius);
+        BallState {
+            velocity: Vec3::new(self.velocity.x.re, self.velocity.y.re, 0.0),
+            spin: Vec3::new(x, y, z),
+        }
+    }
+}
+
+fn coefficients(shared: &Shared) -> Coefficients {
+    Coefficients { mu: shared[Id::Mu], mu_s: shared[Id::MuS], e: shared[Id::E] }
 }
 
 impl Contact {
-    /// Returns the model of equal balls like `object`, with the effects that the unknowns have.
-    pub fn new(object: Ball, unknowns: &[Unknown]) -> Self {
+    /// Returns a model with the effects that the unknowns have.
+    pub fn new(model: &Model, unknowns: &[Unknown]) -> Self {
+        let object = model.object_ball();
+        let base = if model.is_compliant() && model.fidelity != Fidelity::Contact {
+            *model
+        } else {
+            model.closed().unwrap_or(*model)
+        };
+        let fine = (base != *model).then_some(*model);
+        let contact = Self { model: base, fine, object, falls: false, e_falls: false };
+        contact.with(unknowns)
+    }
+
+    /// Returns the same model with the effects that the unknowns have.
+    pub fn with(&self, unknowns: &[Unknown]) -> Self {
         let takes_part = |id: Id| {
             let unknown = &unknowns[id as usize];
             unknown.mode != Mode::Fixed || unknown.start != 0.0
         };
-        let mut model = Model { object: Some(object), ..Model::new(Fidelity::Full, object) };
-        if takes_part(Id::Kappa) {
-            model = model.giving_way(unknowns[Id::Kappa as usize].start);
-        }
-        Self { model, object, falls: takes_part(Id::FallB), e_falls: takes_part(Id::ESlope) }
+        let model = if takes_part(Id::Kappa) {
+            self.model.giving_way(unknowns[Id::Kappa as usize].start)
+        } else {
+            self.model
+        };
+        Self { model, falls: takes_part(Id::FallB), e_falls: takes_part(Id::ESlope), ..*self }
+    }
+
+    /// Returns the same model whose shots add the difference of the contact with gravity and the cloth.
+    pub fn with_weight(&self) -> Self {
+        let effects = Effects { compliance: self.is_compliant(), ..Effects::ALL };
+        let effects = Effects { falling_friction: self.model.effects.falling_friction, ..effects };
+        let fine =
+            Model { fidelity: Fidelity::Contact, effects, tolerance: Model::TOLERANCE_OF_FITS, ..self.model };
+        Self { fine: Some(fine), ..*self }
+    }
+
+    /// Returns whether shots add the difference of a finer model.
+    pub fn is_corrected(&self) -> bool {
+        self.fine.is_some()
     }
 
     pub fn is_compliant(&self) -> bool {
@@ -65,13 +112,11 @@ impl Contact {
         self.object
     }
 
-    /// Returns the balls after the impact, and whether the contact stuck.
-    pub fn collide(&self, cue: &Side, shared: &Shared) -> Result<([Side; 2], bool), NotACollision> {
-        let mut model = self.model;
-        let radius_ratio = shared[Id::RadiusRatio];
-        let radius = self.object.radius * radius_ratio;
-        let mass = self.object.mass * shared[Id::MassRatio];
-        model.ball = Ball { radius, mass, ..self.object };
+    /// Returns a model with these values of the shared unknowns.
+    fn at(&self, mut model: Model, shared: &Shared) -> Model {
+        model.object = Some(self.object);
+        let radius = self.object.radius * shared[Id::RadiusRatio];
+        model.ball = Ball { radius, mass: self.object.mass * shared[Id::MassRatio], ..self.object };
         if self.falls {
             let b = shared[Id::FallB];
             let b = if b.abs() < LEAST_FALL { LEAST_FALL } else { b };
@@ -81,15 +126,33 @@ impl Contact {
         if self.is_compliant() {
             model.kappa = shared[Id::Kappa];
         }
+        model
+    }
+
+    /// Returns by how much the outcome of the finer model differs for one cue ball; 0 without one.
+    pub fn correct(&self, cue: &Side, shared: &Shared) -> Result<Correction, NotACollision> {
+        let Some(fine) = self.fine else { return Ok(Correction::zeros()) };
+        let (model, fine) = (self.at(self.model, shared), self.at(fine, shared));
+        let before = cue.state(model.ball.radius);
+        let coefficients = coefficients(shared);
+        let coarse = model.collide(&before, &coefficients)?;
+        Ok(fine.collide(&before, &coefficients)?.components() - coarse.components())
+    }
+
+    /// Returns the balls after the impact, and whether the contact stuck.
+    pub fn collide(
+        &self,
+        cue: &Side,
+        shared: &Shared,
+        correction: &Correction,
+    ) -> Result<([Side; 2], bool), NotACollision> {
+        let model = self.at(self.model, shared);
+        let radius = model.ball.radius;
         // derivatives by the ratio of the radii are those at a constant radius of the cue ball
         let object_radius = shared.dual(Id::RadiusRatio).recip() * radius;
         let spin = cue.spin.map(|spin| spin / radius);
-        let before = BallState {
-            velocity: Vec3::new(cue.velocity.x.re, cue.velocity.y.re, 0.0),
-            spin: Vec3::new(spin[0].re, spin[1].re, spin[2].re),
-        };
-        let coefficients = Coefficients { mu: shared[Id::Mu], mu_s: shared[Id::MuS], e: shared[Id::E] };
-        let (outcome, jacobian, others) = model.collide_with_all(&before, &coefficients)?;
+        let (outcome, jacobian, others) =
+            model.collide_with_all(&cue.state(radius), &coefficients(shared))?;
         let input = |input: Input| match input {
             Input::Mu => shared.dual(Id::Mu),
             Input::MuS => shared.dual(Id::MuS),
@@ -106,7 +169,7 @@ impl Contact {
             Input::RadiusRatio => shared.dual(Id::RadiusRatio),
             Input::ESlope => shared.dual(Id::ESlope),
         };
-        let values = outcome.components();
+        let values = outcome.components() + correction;
         let mut by = [SVector::zeros(); 12];
         for which in Input::ALL {
             let slope = gradient(&input(which));

@@ -9,9 +9,9 @@ use nalgebra::{SMatrix, SVector};
 use num_dual::DualNum;
 
 use super::dual::{Dual, DualVector, INPUTS, constant, gradient, norm};
-use super::impact::{Contact, Side};
+use super::impact::{Contact, Correction, Side};
 use super::own::{self, OWN};
-use crate::physics::ball::Vec3;
+use crate::physics::ball::{Ball, Vec3};
 use crate::physics::cloth_motion::GRAVITY;
 use crate::physics::collision::NotACollision;
 use crate::problem::unknowns::{Id, Own, Shared};
@@ -246,15 +246,11 @@ impl Struck {
         values: &Own,
         shared: &Shared,
         spin: &StatedSpin,
-        contact: &Contact,
+        (contact, correction): (&Contact, &Correction),
     ) -> Result<Self, NotACollision> {
-        let inputs: [Dual; OWN] = std::array::from_fn(|i| {
-            let value = if i == own::TIME { 0.0 } else { values[i] };
-            Dual::from_re(value).derivative(i)
-        });
-        let object = contact.object();
-        let before = cue_before(spin, shared, &inputs, object.radius, object.inertia);
-        let (mut after, sticks) = contact.collide(&before, shared)?;
+        let inputs = own_inputs(values);
+        let before = cue_before(spin, shared, &inputs, &contact.object());
+        let (mut after, sticks) = contact.collide(&before, shared, correction)?;
         for (side, [along, across]) in after.iter_mut().zip(OFFSETS) {
             side.velocity += DualVector::new(shared.dual(along), shared.dual(across));
         }
@@ -276,8 +272,16 @@ pub(super) struct Paths {
     pub sticks: bool,
 }
 
+/// Returns a shot's own unknowns with derivatives; time counts from the present guess of the impact.
+pub(super) fn own_inputs(values: &Own) -> [Dual; OWN] {
+    std::array::from_fn(|i| {
+        let value = if i == own::TIME { 0.0 } else { values[i] };
+        Dual::from_re(value).derivative(i)
+    })
+}
+
 /// Returns the cue ball just before the impact, in the collision frame.
-fn cue_before(spin: &StatedSpin, shared: &Shared, inputs: &[Dual; OWN], radius: f64, inertia: f64) -> Side {
+pub(super) fn cue_before(spin: &StatedSpin, shared: &Shared, inputs: &[Dual; OWN], ball: &Ball) -> Side {
     let [along, across] = [inputs[own::ALONG], inputs[own::ACROSS]];
     let topspin = spin.mean.map_or(constant(0.0), |id| shared.dual(id)) + inputs[own::TOPSPIN];
     let velocity = DualVector::new(along, across);
@@ -286,12 +290,12 @@ fn cue_before(spin: &StatedSpin, shared: &Shared, inputs: &[Dual; OWN], radius: 
     if let Some(measured) = spin.measured {
         // from the table to the collision frame
         let (sin, cos) = inputs[own::DIRECTION].sin_cos();
-        let [x, y, z] = [measured.x, measured.y, measured.z].map(|w| w * radius);
+        let [x, y, z] = [measured.x, measured.y, measured.z].map(|w| w * ball.radius);
         turning[0] += cos * x + sin * y;
         turning[1] += cos * y - sin * x;
         turning[2] += z;
     }
-    Side { velocity, rise: constant(0.0), spin: turning, inertia }
+    Side { velocity, rise: constant(0.0), spin: turning, inertia: ball.inertia }
 }
 
 /// Returns the paths of both balls of a shot.
@@ -302,9 +306,9 @@ pub(super) fn follow_balls(
     values: &Own,
     shared: &Shared,
     spin: &StatedSpin,
-    contact: &Contact,
+    (contact, correction): (&Contact, &Correction),
 ) -> Result<Paths, NotACollision> {
-    let struck = Struck::new(values, shared, spin, contact)?;
+    let struck = Struck::new(values, shared, spin, (contact, correction))?;
     let turn = |v: &DualVector| struck.turn(v);
     let instant = struck.inputs[own::TIME];
     let zero = constant(0.0);

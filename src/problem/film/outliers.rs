@@ -33,7 +33,7 @@ fn tail(chi2: f64, dof: f64) -> f64 {
 pub(crate) fn leave_out_frames(film: &mut FilmBlock, own: &[Own], shared: &Shared, policy: &Policy) -> usize {
     let judge = |i: usize| {
         let (shot, spin) = (&film.shots[i], &film.spins[i]);
-        let bodies = shot.residuals(&own[i], shared, &spin.stated, &film.world);
+        let bodies = shot.residuals(&own[i], shared, &spin.stated, film.world(i));
         bodies.map(|frames| outlying(&frames, own[i][own::TIME], policy))
     };
     let found: Vec<[Vec<usize>; 2]> = (0..film.shots.len()).into_par_iter().map(judge).collect();

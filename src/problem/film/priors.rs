@@ -34,10 +34,14 @@ const UNKNOWN_SD: f64 = 1.0;
 const UNKNOWN_MU_S: Normal = Normal { mean: 0.3, sd: 0.1 };
 
 /// Returns every shared unknown in the order of [`Id`].
-pub(super) fn list_unknowns(dataset: &Dataset, tracks: &Tracks, spins: &[ShotSpin]) -> Vec<Unknown> {
-    let settings = dataset.settings_of_balls();
+pub(super) fn list_unknowns(
+    dataset: &Dataset,
+    settings: &Settings,
+    tracks: &Tracks,
+    spins: &[ShotSpin],
+) -> Vec<Unknown> {
     let mut all = Unknown::list();
-    list_contact(&mut all, &settings);
+    list_contact(&mut all, settings);
     list_cloth(&mut all, dataset);
     list_camera(&mut all, tracks);
     list_spins(&mut all, spins);

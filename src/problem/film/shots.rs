@@ -78,7 +78,7 @@ pub struct PicturePaths {
 
 impl PicturePaths {
     fn new(film: &FilmBlock, i: usize, own: &Own, shared: &Shared) -> Option<Self> {
-        let paths = follow_balls(own, shared, &film.spins[i].stated, &film.world.contact).ok()?;
+        let paths = follow_balls(own, shared, &film.spins[i].stated, film.contact(i)).ok()?;
         let stretches = paths.pieces.map(|pieces| pieces.iter().map(Piece::stretch).collect());
         Some(Self { stretches, instant: own[own::TIME], camera: Camera::new(shared) })
     }
@@ -136,7 +136,7 @@ impl Solution {
             covariance[(place, place)] = 0.0;
         }
         let spin = film.spins[i];
-        let struck = Struck::new(&own, &shared, &spin.stated, &film.world.contact).ok()?;
+        let struck = Struck::new(&own, &shared, &spin.stated, film.contact(i)).ok()?;
         let quantities = table_quantities(&struck, &own, film.world.contact.object().radius);
         let offsets = Id::OFFSETS.map(|id| OWN + id as usize);
         let by_own = DMatrix::from_fn(quantities.len(), OWN + 4, |row, column| {

@@ -1,0 +1,287 @@
+//! From the tracks of a data set to the block of its frames: cleaned, in metres from the middle
+//! of the impacts, with first guesses.
+
+use std::sync::Arc;
+
+use rayon::prelude::*;
+
+use super::block::FilmBlock;
+use super::camera::Point;
+use super::frames::{Frame, ShotFrames, World};
+use super::impact::{Contact, Correction};
+use super::own::{self, OWN};
+use super::priors::list_unknowns;
+use super::spins::{FIRST_SPREADS, SIDE_SPREAD, ShotSpin};
+use super::{resting, stated_noise};
+use crate::extraction::{Unusable, from_paths, leave_out_before_cushion, noise_correlation};
+use crate::film::{drops, frame_noise, grid};
+use crate::measurement::dataset::{Dataset, Tracks};
+use crate::measurement::loss::Loss;
+use crate::measurement::parameter::Settings;
+use crate::measurement::track::{Sample, TrackShot};
+use crate::numerics::median;
+use crate::physics::collision::{Fidelity, Model};
+use crate::problem::findings::Finding;
+use crate::problem::sums::{Noise, Spread};
+use crate::problem::unknowns::{Id, Own, Unknown};
+use crate::trajectory::scene::Scene;
+use crate::trajectory::unknowns::{Unknowns, unknown};
+
+/// Ratio of the distance of the centres at the impacts to 2R, less 1, beyond which lengths are in
+/// another unit than stated.
+const OTHER_UNIT: f64 = 0.1;
+
+/// Smallest noise, m: keeps exact synthetic tracks finite.
+const LEAST_NOISE: f64 = 1e-7;
+
+/// How a film is modelled and fitted.
+#[derive(Clone, Copy, Debug)]
+pub struct Modelling {
+    /// The collision model.
+    pub model: Model,
+    /// Settings of the contact's parameters.
+    pub settings: Settings,
+    /// Whether effects beyond the model are adopted where the frames call for them.
+    pub is_auto: bool,
+    /// How outlying shots count.
+    pub loss: Loss,
+}
+
+impl Modelling {
+    /// Returns what a data set asks for, with effects adopted as they are called for.
+    #[must_use]
+    pub fn of(dataset: &Dataset) -> Self {
+        let settings = dataset.settings_of_balls();
+        let model = dataset.model(Fidelity::Full);
+        Self { model, settings, is_auto: true, loss: dataset.loss }
+    }
+}
+
+/// A film as a block, with its shared unknowns, first guesses, the names of its shots and what was
+/// found on the way.
+pub(crate) struct Film {
+    pub block: FilmBlock,
+    pub unknowns: Vec<Unknown>,
+    /// First guesses.
+    pub own: Vec<Own>,
+    /// Names of the shots of the block.
+    pub names: Vec<String>,
+    /// Names and reasons of the others.
+    pub left_out: Vec<(String, String)>,
+    pub findings: Vec<Finding>,
+    /// Metres in a unit of length of the film.
+    pub unit: f64,
+    /// Middle of the impacts in the film, in its unit.
+    pub middle: Point,
+}
+
+/// A shot that can be fitted.
+struct Guessed {
+    shot: TrackShot,
+    guess: Unknowns,
+    distance: f64,
+}
+
+/// Why a film cannot be fitted.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum FilmError {
+    /// The data set has no films of balls.
+    #[error("the data set has no films of balls")]
+    NoFilm,
+    /// No shot shows an impact; with the name and the reason of each.
+    #[error("none of {} shots shows an impact; of the first: {}", .0.len(), .0.first().map_or("", |(_, why)| why))]
+    NoImpact(Vec<(String, String)>),
+    /// No start of the search describes a collision.
+    #[error("no values of the unknowns describe a collision that the frames show")]
+    NoStart,
+    /// The frames leave an unknown undetermined.
+    #[error("the frames do not determine the unknowns")]
+    Undetermined,
+}
+
+impl Film {
+    /// Returns the block of a data set's films.
+    ///
+    /// # Errors
+    /// See [`FilmError`].
+    pub fn new(dataset: &Dataset, modelling: &Modelling) -> Result<Self, FilmError> {
+        let tracks = dataset.tracks.as_ref().filter(|tracks| tracks.discs.is_none());
+        let tracks = tracks.filter(|tracks| !tracks.shots.is_empty()).ok_or(FilmError::NoFilm)?;
+        let scene = Scene::of(&dataset.model(Fidelity::Full));
+        let Cleaned { shots, rho, mut findings, mut left_out } = Cleaned::new(tracks, &scene);
+        let guess = |shot: TrackShot| match from_paths(&shot, &scene, frame_noise::noise(&shot)) {
+            Ok((guess, distance)) => Ok(Guessed { shot, guess, distance }),
+            Err(why) => Err((shot.name, why)),
+        };
+        let guesses: Vec<Result<Guessed, (String, Unusable)>> = shots.into_par_iter().map(guess).collect();
+        let moves = |guess: &Result<_, (String, _)>| matches!(guess, Err((_, Unusable::ObjectMoving { .. })));
+        let reasons = Reasons {
+            has_scale: !tracks.from_balls || guesses.iter().any(Result::is_ok),
+            interchanged: if guesses.iter().all(moves) { guesses.len() } else { 0 },
+        };
+        let mut guessed = Vec::with_capacity(guesses.len());
+        for guess in guesses {
+            match guess {
+                Ok(guess) => guessed.push(guess),
+                Err((name, why)) => left_out.push((name, reasons.in_words(&why))),
+            }
+        }
+        if guessed.is_empty() {
+            return Err(FilmError::NoImpact(left_out));
+        }
+        let ratio = scene.contact_distance() / median(guessed.iter().map(|g| g.distance).collect());
+        let is_other = (ratio - 1.0).abs() > OTHER_UNIT;
+        let unit = if tracks.from_balls || is_other { ratio } else { 1.0 };
+        if unit != 1.0 {
+            findings.push(Finding::OtherUnit { factor: unit, stated: !tracks.from_balls });
+        }
+        let middle = guessed.iter().map(contact_middle).sum::<Point>() / guessed.len() as f64;
+        let states_noise = guessed.iter().all(|g| g.shot.states_noise());
+        let frames = guessed.iter().map(|g| frames_of(&g.shot, middle, unit, states_noise)).collect();
+        let own = guessed.iter().map(|g| own_of(&g.guess, middle, unit)).collect();
+        let spins: Vec<ShotSpin> = guessed.iter().map(|g| spin_of(g, scene.ball.radius, unit)).collect();
+        let sd = unit * median(guessed.iter().map(|g| frame_noise::noise(&g.shot)).collect());
+        let noise = Noise { sd: if states_noise { 1.0 } else { sd.max(LEAST_NOISE) }, rho };
+        let mut unknowns = list_unknowns(dataset, &modelling.settings, tracks, &spins);
+        if unit != 1.0 {
+            unknowns[Id::Scale as usize].prior = None;
+        }
+        let contact = Contact::new(&modelling.model, &unknowns);
+        let world = World { contact, noise: [noise; 2] };
+        let mut spreads = FIRST_SPREADS.map(Spread::first);
+        if dataset.side_sd > 0.0 {
+            spreads[SIDE_SPREAD] = Spread::first(dataset.side_sd);
+        }
+        let names = guessed.iter().map(|g| g.shot.name.clone()).collect();
+        let block = FilmBlock {
+            shots: Arc::new(frames),
+            corrections: vec![Correction::zeros(); spins.len()],
+            spins,
+            spreads,
+            world,
+            states_noise,
+        };
+        Ok(Self { block, unknowns, own, names, left_out, findings, unit, middle })
+    }
+}
+
+/// Returns the middle between the centres of both balls at the impact, in the unit of the film.
+fn contact_middle(guessed: &Guessed) -> Point {
+    let guess = &guessed.guess;
+    let (sin, cos) = guess[unknown::DIRECTION].sin_cos();
+    let object = Point::new(guess[unknown::OBJECT], guess[unknown::OBJECT + 1]);
+    object - Point::new(cos, sin) * (0.5 * guessed.distance)
+}
+
+/// How to say why shots cannot be used.
+struct Reasons {
+    /// Metres mean something.
+    has_scale: bool,
+    /// In so many shots, all that there are, the object ball moves first; else 0.
+    interchanged: usize,
+}
+
+impl Reasons {
+    fn in_words(&self, why: &Unusable) -> String {
+        let mut words = match why {
+            Unusable::ObjectMoving { .. } if !self.has_scale => {
+                "the object ball was moving before the impact".to_owned()
+            }
+            why => why.to_string(),
+        };
+        if self.interchanged > 0 {
+            words.push_str(if self.interchanged > 1 { ", as in all shots" } else { "" });
+            words.push_str(": are cue and object interchanged ([tracks] cue, object)?");
+        }
+        words
+    }
+}
+
+/// The shots of a film with their faults repaired as far as single tracks show them.
+struct Cleaned {
+    shots: Vec<TrackShot>,
+    /// Correlation of the noise of neighbouring frames.
+    rho: f64,
+    findings: Vec<Finding>,
+    left_out: Vec<(String, String)>,
+}
+
+impl Cleaned {
+    fn new(tracks: &Tracks, scene: &Scene) -> Self {
+        let mut shots = tracks.shots.clone();
+        let mut findings = Vec::new();
+        let drops: Vec<usize> = shots.par_iter_mut().map(drops::repair).filter(|count| *count > 0).collect();
+        if !drops.is_empty() {
+            findings.push(Finding::Drops { shots: drops.len(), drops: drops.iter().sum() });
+        }
+        let corners = shots.par_iter_mut().filter_map(|s| leave_out_before_cushion(s, scene).then_some(()));
+        let corners = corners.count();
+        if corners > 0 {
+            findings.push(Finding::Corners { shots: corners, of: shots.len() });
+        }
+        let correlation = noise_correlation(&shots, scene);
+        let lasting = correlation.filter(|found| found.adopted);
+        if let Some(found) = lasting {
+            findings.push(Finding::NoiseLasts { rho: found.value, sd: found.std_error });
+        }
+        let rho = lasting.map_or(0.0, |found| found.value);
+        for shot in &mut shots {
+            shot.correlation = rho;
+        }
+        let mut left_out = Vec::new();
+        resting::leave_out_moving(&mut shots, tracks.from_balls, &mut left_out);
+        if let Some(times) = stated_noise::refuted(&shots) {
+            stated_noise::forget(&mut shots);
+            findings.push(Finding::NoiseRefuted { times });
+        }
+        Self { shots, rho, findings, left_out }
+    }
+}
+
+/// Returns the frames of a shot in metres from the middle.
+fn frames_of(shot: &TrackShot, middle: Point, unit: f64, states_noise: bool) -> ShotFrames {
+    let noise = frame_noise::noise(shot);
+    let may_be_held = !shot.states_noise();
+    let of = |samples: &[Sample], step: f64| {
+        let repeats = grid::repeats(samples, noise.max(grid::rounding(step)), step, may_be_held);
+        let frame = |(sample, repeats): (&Sample, [f64; 2])| {
+            let seen = (Point::new(sample.x, sample.y) - middle) * unit;
+            let weight = |axis: usize| {
+                let stated = sample.sd.map(|sd| sd[axis]).or(shot.position_sd);
+                // over the noise of the film, which is 1 m where all of it is stated
+                let sd = stated.map_or(1.0, |sd| if states_noise { sd * unit } else { sd / noise });
+                (repeats[axis].sqrt() * if sd > 0.0 { sd } else { 1.0 }).recip()
+            };
+            Frame {
+                time: sample.t,
+                seen,
+                weight: Point::new(weight(0), weight(1)),
+                used: seen.x.is_finite() && seen.y.is_finite(),
+            }
+        };
+        samples.iter().zip(repeats).map(frame).collect()
+    };
+    let tracks = [of(&shot.cue, shot.resolution[0]), of(&shot.object, shot.resolution[1])];
+    ShotFrames { tracks, fps: shot.fps }
+}
+
+/// Returns the own unknowns of a first guess, in metres from the middle.
+fn own_of(guess: &Unknowns, middle: Point, unit: f64) -> Own {
+    let mut values = Own::zeros(OWN);
+    values[own::TIME] = guess[unknown::TIME];
+    values[own::X] = (guess[unknown::OBJECT] - middle.x) * unit;
+    values[own::Y] = (guess[unknown::OBJECT + 1] - middle.y) * unit;
+    values[own::DIRECTION] = guess[unknown::DIRECTION];
+    values[own::ALONG] = guess[unknown::BEFORE] * unit;
+    values[own::ACROSS] = guess[unknown::BEFORE + 1] * unit;
+    values
+}
+
+/// Returns what is stated of the spin of a shot.
+fn spin_of(guessed: &Guessed, radius: f64, unit: f64) -> ShotSpin {
+    let guess = &guessed.guess;
+    let (sin, cos) = guess[unknown::DIRECTION].sin_cos();
+    let [along, across] = [guess[unknown::BEFORE] * unit, guess[unknown::BEFORE + 1] * unit];
+    let velocity = Point::new(along * cos - across * sin, along * sin + across * cos);
+    ShotSpin::stated(guessed.shot.spin, velocity, radius)
+}
