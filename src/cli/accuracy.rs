@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use caromfit::fit::Prepared;
+use caromfit::fit::with_impacts;
 use caromfit::io;
 use caromfit::likelihood::Plan;
 use caromfit::measurement::dataset::{self, Dataset};
@@ -87,7 +87,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
 }
 
 fn of_dataset(path: &std::path::Path) -> Result<(Dataset, Vec<Shot>, usize), Failure> {
-    let Prepared { dataset, .. } = Prepared::new(io::load(path)?, &|| {});
+    let (dataset, _) = with_impacts(io::load(path)?, &|| {});
     let [mu, mu_s, e] = Parameter::COEFFICIENTS.map(|parameter| dataset.settings[parameter].initial);
     let coefficients = Coefficients { mu, mu_s, e };
     let model = dataset.model(Fidelity::Full);

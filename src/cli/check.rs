@@ -2,8 +2,8 @@
 
 use std::path::PathBuf;
 
-use caromfit::fit::Prepared;
 use caromfit::fit::check;
+use caromfit::fit::with_impacts;
 use caromfit::measurement::dataset::Dataset;
 use caromfit::report::FORMAT_VERSION;
 use caromfit::report::count_of;
@@ -43,7 +43,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let (mut unusable, mut documents) = (Vec::new(), Vec::new());
     for dataset in datasets {
         progress.step(&dataset.name);
-        let Prepared { dataset, .. } = Prepared::new(dataset, &|| progress.done());
+        let (dataset, _) = with_impacts(dataset, &|| progress.done());
         progress.done();
         let mut text = format!(
             "{}: {} can be used, {} left out\n",

@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use caromfit::fit::{Prepared, calibrated_discs};
+use caromfit::fit::{FittedFilm, calibrated_discs, with_impacts};
 use caromfit::measurement::dataset::Dataset;
 use caromfit::measurement::track::TrackShot;
 use caromfit::report::count_of;
@@ -118,9 +118,10 @@ fn extract(
         }
         return Ok(Done { dataset, shots: shots.len(), lines });
     }
-    let Prepared { dataset, extracted: shots, scene, .. } = Prepared::new(dataset, &|| progress.done());
-    if !shots.is_empty() {
-        let drawn = if pictures { extracted::pictures(&shots, &scene)? } else { Vec::new() };
+    let (dataset, film) = with_impacts(dataset, &|| progress.done());
+    let shots = film.as_ref().map_or_else(Vec::new, FittedFilm::impacts);
+    if let Some(film) = film.filter(|_| !shots.is_empty()) {
+        let drawn = if pictures { extracted::pictures(&film, &shots)? } else { Vec::new() };
         save(drawn, &extracted::files(&dataset, &shots))?;
     }
     let lines = notes(&dataset);

@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use caromfit::fit::{self, Analysis, Falling, FilmUnknowns, Fit, Method, Options};
+use caromfit::fit::{self, Analysis, Falling, Fit, Options};
 use caromfit::measurement::dataset::Dataset;
 use caromfit::measurement::loss::Loss;
 use caromfit::physics::collision::effects;
@@ -50,13 +50,6 @@ pub struct Args {
     /// as the data set's [fit] mu_b and mu_c say (fit); all but ode and contact take it at the first slip
     #[arg(long, value_name = "B,C|fit", value_parser = falling, allow_hyphen_values = true)]
     falling: Option<Falling>,
-    /// How footage is fitted: velocities extracted first (two-stage), or all frames at once (joint); joint, but for
-    /// more than 20 000 shots
-    #[arg(long, value_parser = super::named(Method::ALL, Method::name))]
-    method: Option<Method>,
-    /// What else is fitted with --method joint: the cloth's bounce e_t, which is else taken as 0.5
-    #[arg(long, value_name = "NAME", value_parser = [BOUNCE])]
-    free: Vec<String>,
     /// How outlying shots count, in the place of what the data set says
     #[arg(long, value_parser = super::loss())]
     loss: Option<Loss>,
@@ -95,9 +88,6 @@ struct Shown {
     #[arg(long)]
     json: bool,
 }
-
-/// The name of the cloth's bounce.
-const BOUNCE: &str = "bounce";
 
 /// A number of starts.
 fn starts(text: &str) -> Result<usize, String> {
@@ -159,12 +149,6 @@ fn load(args: &Args) -> Result<(Vec<Dataset>, Vec<String>), Failure> {
 pub fn run(args: &Args) -> Result<(), Failure> {
     // All input is checked before anything is written.
     super::simulates(args.fidelity, args.effects)?;
-    if !args.free.is_empty() && args.method == Some(Method::TwoStage) {
-        return Err(Failure::input(
-            "--free bounce: only a fit of all frames can tell it; expected --method joint, or none"
-                .to_owned(),
-        ));
-    }
     let (mut datasets, assumed) = load(args)?;
     args.wanted.of(&mut datasets)?;
     let baseline = args.baseline.as_deref().map(Baseline::read).transpose()?;
@@ -173,14 +157,16 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let (mut fits, mut failed, mut bad_input) = (Vec::new(), Vec::new(), false);
     for dataset in datasets {
         progress.step(&dataset.name);
-        let Analysis { fits: found, extracted, scene, .. } =
-            fit::analyse_watched(&dataset, &options, &|| progress.done());
+        let Analysis { fits: found, .. } = fit::analyse_watched(&dataset, &options, &|| progress.done());
         match found {
             Ok(found) => {
                 let worst = report::shots::worth_drawing(&found);
-                let shots = report::extracted::pictures_of(&worst, &extracted, &scene)?;
+                let mut shots = Vec::new();
+                for film in found.iter().filter_map(|fit| fit.frames.as_ref()) {
+                    shots.extend(report::extracted::pictures_of(&worst, film)?);
+                }
                 let paths = match found.as_slice() {
-                    [fit] => paths::svg(&fit.dataset, &extracted, &scene)?,
+                    [Fit { dataset, frames: Some(film), .. }] => paths::svg(dataset, film)?,
                     _ => None,
                 };
                 fits.push((found, Filmed { shots, paths }));
@@ -254,8 +240,6 @@ fn options(args: &Args) -> Options {
         effects: args.effects,
         falling: args.falling.unwrap_or_default(),
         tolerance: args.tolerance,
-        method: args.method,
-        film: FilmUnknowns { bounce: args.free.iter().any(|name| name == BOUNCE), ..FilmUnknowns::default() },
         loss: args.loss,
         explain: args.explain,
         starts: args.starts,

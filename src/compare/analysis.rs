@@ -1,8 +1,8 @@
 //! Everything from data sets as they were loaded to their comparison, as `caromfit compare` does it.
 
-use super::{CompareError, Comparison, Options, balls, camera, check, compare_prepared};
+use super::{CompareError, Comparison, Options, balls, check, compare_prepared};
 use crate::fit::analysis::state_compliance;
-use crate::fit::{Method, Prepared};
+use crate::fit::{Method, with_impacts};
 use crate::measurement::dataset::Dataset;
 use crate::measurement::parameter::Compliance;
 
@@ -10,7 +10,7 @@ use crate::measurement::parameter::Compliance;
 #[non_exhaustive]
 pub struct Analysis {
     /// The data sets as they were compared, with their impacts; empty where the comparison was refused before.
-    pub datasets: Vec<Prepared>,
+    pub datasets: Vec<Dataset>,
     /// The comparison.
     pub comparison: Result<Comparison, CompareError>,
 }
@@ -39,7 +39,7 @@ pub fn analyse_watched(
     };
     let first = analyse_once(datasets.clone(), options, done, stage);
     let gives_way = first.comparison.as_ref().is_ok_and(|comparison| comparison.gives_way);
-    if !gives_way || first.datasets.iter().all(|prepared| prepared.extracted.is_empty()) {
+    if !gives_way || first.datasets.iter().all(|dataset| dataset.tracks.is_none()) {
         return first;
     }
     // films are to be corrected, and impacts extracted, with the contact that gives way, too
@@ -63,29 +63,7 @@ fn analyse_once(
     done: &(dyn Fn() + Sync),
     stage: &dyn Fn(&str),
 ) -> Analysis {
-    let mut prepared: Vec<Prepared> = Vec::new();
-    for dataset in datasets {
-        let same = prepared.first().filter(|_| options.same_camera).and_then(|first| first.camera.as_ref());
-        prepared.push(Prepared::filmed_like(dataset, same, done));
-    }
-    let all_joint = || prepared.iter().all(|p| p.best_method() == Method::Joint);
-    let method = options.method.unwrap_or_else(|| if all_joint() { Method::Joint } else { Method::TwoStage });
-    if options.same_camera {
-        let shared = match (method, prepared.first()) {
-            (Method::TwoStage, Some(first)) => Err(CompareError::NoCamera(first.dataset.name.clone())),
-            _ => camera::share(&mut prepared),
-        };
-        if let Err(error) = shared {
-            return Analysis { datasets: prepared, comparison: Err(error) };
-        }
-    }
-    let mut comparison = compare_prepared(&prepared, (options, method), stage);
-    if let (Ok(comparison), Method::TwoStage) = (&mut comparison, method) {
-        let from_paths = prepared.iter().filter(|prepared| prepared.finds_spins_from_paths());
-        let names: Vec<String> = from_paths.map(|prepared| prepared.dataset.name.clone()).collect();
-        if !names.is_empty() {
-            comparison.warn_of_spins_from_paths(&names);
-        }
-    }
-    Analysis { datasets: prepared, comparison }
+    let datasets: Vec<Dataset> = datasets.into_iter().map(|dataset| with_impacts(dataset, done).0).collect();
+    let comparison = compare_prepared(&datasets, (options, Method::TwoStage), stage);
+    Analysis { datasets, comparison }
 }

@@ -11,7 +11,7 @@ use super::{COMPARED, CompareError, Compared, Comparison, LabelResidual, Options
 use crate::fit::Method;
 use crate::fit::fidelity_choice;
 use crate::fit::minimum::Minimum;
-use crate::fit::outlying::{Odd, outlying};
+use crate::fit::outlying::Odd;
 use crate::fit::outlying_rows;
 use crate::fit::robust::Sandwich;
 use crate::fit::rows::residual_rows;
@@ -40,7 +40,7 @@ pub(super) struct FitOfAll<'a> {
 impl<'a> FitOfAll<'a> {
     pub(super) fn new(
         groups: &'a [Group],
-        (shots, films): (&'a [Vec<Fitted>], Option<&'a [Vec<Fitted>]>),
+        shots: &'a [Vec<Fitted>],
         apart: &Apart,
         starts: &[Vec<Values>],
     ) -> Result<Self, CompareError> {
@@ -55,15 +55,7 @@ impl<'a> FitOfAll<'a> {
             }
             informed = settle(&velocities, starts, all)?;
         }
-        let mut before = velocities;
-        if let Some(films) = films {
-            // from where the two stages end, and from their other minima: frames are too costly to be scanned
-            let starts = informed.settled.starts_nearby();
-            let places = informed.places.clone();
-            before = search(groups, films, apart);
-            let samples = places.iter().map(|i| before.samples[*i].clone()).collect();
-            informed = settle(&Search { samples, ..before.clone() }, &starts, places)?;
-        }
+        let before = velocities;
         let Settled { search, free, minimum, estimated, .. } = &informed.settled;
         let knows_noise = estimated.iter().all(|group| group.is_known());
         let sandwich = Sandwich::new(search, minimum, free.len());
@@ -82,13 +74,7 @@ impl<'a> FitOfAll<'a> {
         } else {
             Tests { dof: search.dof(free, minimum.parameters()), estimated: !estimated.is_empty() }
         };
-        let tested = films.and_then(|_| {
-            let plain = search.with(|i, sample| sample.fitted = &shots[informed.places[i]]);
-            let cloth = |i: &usize| (groups[*i].dataset.sliding, groups[*i].dataset.rolling);
-            let cloths: Vec<_> = informed.places.iter().map(cloth).collect();
-            let minimum = plain.at(search, (free, minimum), &cloths)?;
-            Some((plain, minimum))
-        });
+        let tested = None;
         let noise_estimated = !estimated.is_empty() || scatters;
         Ok(Self { groups, before, informed, tested, covariance, tests, noise_estimated })
     }
@@ -98,7 +84,7 @@ impl<'a> FitOfAll<'a> {
         let mut found = vec![Vec::new(); self.groups.len()];
         let settled = &self.informed.settled;
         let are_tables = self.groups.iter().all(|group| group.dataset.tracks.is_none());
-        let odd = if are_tables { outlying_rows::outlying(settled) } else { outlying(settled) };
+        let odd = if are_tables { outlying_rows::outlying(settled) } else { return found };
         for (place, odd) in self.informed.places.iter().zip(odd) {
             found[*place] = odd;
         }

@@ -11,7 +11,6 @@
 
 mod analysis;
 mod balls;
-mod camera;
 mod choice;
 mod conclusion;
 mod discs;
@@ -38,7 +37,7 @@ pub use result::{
 
 use sample::{Apart, Gathered, apart, gather, label_of_datasets};
 
-use crate::fit::{Method, Prepared};
+use crate::fit::Method;
 use crate::measurement::dataset::Dataset;
 use crate::measurement::loss::Loss;
 use crate::measurement::parameter::Parameter;
@@ -103,11 +102,11 @@ fn check(datasets: &[Dataset], options: &Options) -> Result<(), CompareError> {
 /// Compares data sets that have their impacts, of footage by [`Method::Joint`] its frames; `stage` is called with the name of each of
 /// the [`STAGES`] as it begins.
 fn compare_prepared(
-    prepared: &[Prepared],
+    datasets: &[Dataset],
     (options, method): (&Options, Method),
     stage: &dyn Fn(&str),
 ) -> Result<Comparison, CompareError> {
-    let datasets: Vec<&Dataset> = prepared.iter().map(|prepared| &prepared.dataset).collect();
+    let datasets: Vec<&Dataset> = datasets.iter().collect();
     let mut gathered = gather(&datasets, options)?;
     let labels = gathered.labels.clone();
     let used = (0..labels.len()).filter(|l| gathered.groups.iter().any(|group| group.label == *l)).count();
@@ -118,7 +117,7 @@ fn compare_prepared(
     let differs = apart(cloths, options);
     let of_parameters: Apart = Parameter::ALL.map(|p| differs(Quantity::Parameter(p)));
     let run::Compared { mut comparison, sliding: of_frames, limit } =
-        run::run(&mut gathered, prepared, &of_parameters, (options, method), stage)?;
+        run::run(&mut gathered, &of_parameters, (options, method), stage)?;
     let Gathered { told_by, summaries, .. } = gathered;
     let sliding = of_frames.unwrap_or_else(|| sliding::Known::of_impacts(&datasets));
     let own_labels = label_of_datasets(&datasets, &labels, cloths);

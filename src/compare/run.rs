@@ -1,15 +1,14 @@
 //! What every shot is computed with, the fit of all together, and a test of each parameter.
 
+use super::balls;
 use super::joint_fit::FitOfAll;
 use super::sample::{Apart, Gathered, Group};
 use super::sliding::Known;
 use super::{COMPARED, CompareError, Comparison, Options, SampleSummary};
-use super::{balls, camera};
 use super::{choice, discs};
+use crate::fit::Method;
 use crate::fit::fidelity_choice::Chosen;
-use crate::fit::frames::filmed;
 use crate::fit::outlying::Odd;
-use crate::fit::{Method, Prepared};
 use crate::likelihood::fitted::Fitted;
 
 /// What shots are computed with, the joint fit, and a test of each parameter.
@@ -27,7 +26,6 @@ pub(super) struct Compared {
 /// Fits what is to be shared shared, the rest apart, and tests every parameter.
 pub(super) fn run(
     gathered: &mut Gathered,
-    prepared: &[Prepared],
     apart: &Apart,
     (options, method): (&Options, Method),
     stage: &dyn Fn(&str),
@@ -40,21 +38,11 @@ pub(super) fn run(
     stage("fitting all together");
     let finish = |fit: &FitOfAll, notes: Vec<String>| {
         let comparison = fit.compared(labels, (options, method), stage)?;
-        let notes = notes.into_iter().chain(camera::sentence(fit)).collect();
         let comparison = Comparison { gives_way: gives_way.is_some(), notes, ..comparison };
         Ok(Compared { comparison, sliding: fit.sliding(), limit: balls::sentence(fit) })
     };
-    let joint = method == Method::Joint;
-    if joint {
-        let films: Vec<_> = prepared.iter().map(|own| own.films(usize::MAX)).collect();
-        for group in groups.iter_mut() {
-            let own = group.dataset_number;
-            group.take_films(&prepared[own], &films[own], options.same_camera);
-        }
-    }
-    let films = joint.then(|| with_frames(groups, shots)).transpose()?;
     let odd = {
-        let fit = FitOfAll::new(groups, (shots, films.as_deref()), apart, &starts)?;
+        let fit = FitOfAll::new(groups, shots, apart, &starts)?;
         let odd = fit.odd();
         if odd.iter().all(Vec::is_empty) {
             return finish(&fit, notes);
@@ -64,17 +52,7 @@ pub(super) fn run(
     for ((group, shots), odd) in groups.iter().zip(&mut *shots).zip(odd) {
         leave_out(group, shots, &odd, &mut summaries[group.number]);
     }
-    let films = joint.then(|| with_frames(groups, shots)).transpose()?;
-    finish(&FitOfAll::new(groups, (shots, films.as_deref()), apart, &starts)?, notes)
-}
-
-/// The shots of each group with their frames.
-fn with_frames(groups: &[Group], shots: &[Vec<Fitted>]) -> Result<Vec<Vec<Fitted>>, CompareError> {
-    let of_group = |(group, shots): (&Group, &Vec<Fitted>)| {
-        let found = filmed(shots, &group.films);
-        found.ok_or_else(|| CompareError::NotFilmed(group.dataset.name.clone()))
-    };
-    groups.iter().zip(shots).map(of_group).collect()
+    finish(&FitOfAll::new(groups, shots, apart, &starts)?, notes)
 }
 
 fn leave_out(group: &Group, shots: &mut Vec<Fitted>, odd: &[Odd], summary: &mut SampleSummary) {

@@ -1,15 +1,11 @@
 //! Data sets → samples, each with the label by which it is compared.
 
-use std::sync::Arc;
-
 use super::{COMPARED, CompareError, Options, Quantity, SampleSummary};
 use crate::fit;
+use crate::fit::Rejected;
 use crate::fit::model_choice::{fitted_with, plan};
 use crate::fit::samples::Search;
-use crate::fit::{FoundCamera, Prepared, Rejected};
 use crate::likelihood::fitted::Fitted;
-use crate::likelihood::frames::Film;
-use crate::likelihood::frames::shared_unknowns::{self, SharedUnknown};
 use crate::likelihood::sample::{Numbers, Sample};
 use crate::measurement::dataset::{Dataset, Shot};
 use crate::measurement::loss::Loss;
@@ -36,12 +32,6 @@ pub(super) struct Group<'a> {
     pub loss: Loss,
     /// Whether the errors of its shots include what they scatter by beyond their own.
     pub scatters: bool,
-    /// The frames of the shots of its data set, in their order, where these are fitted; `None` for a shot without.
-    pub films: Vec<Option<Arc<Film>>>,
-    /// What its frames share besides the parameters.
-    pub unknowns: Vec<SharedUnknown>,
-    /// The camera from which their corrections are counted, where all groups were filmed by the same one.
-    pub camera: Option<FoundCamera>,
 }
 
 /// What is compared.
@@ -66,17 +56,6 @@ impl Group<'_> {
         }
     }
 
-    /// With the frames of its data set, what they share, and the camera that filmed all where it did.
-    pub(super) fn take_films(&mut self, prepared: &Prepared, films: &[Option<Arc<Film>>], same_camera: bool) {
-        self.films = films.to_vec();
-        self.unknowns = shared_unknowns::of_fit(prepared.film_unknowns().unknowns());
-        self.camera = prepared.camera.clone().filter(|_| same_camera);
-        let cloth = [self.dataset.sliding, self.dataset.rolling];
-        for (unknown, known) in self.unknowns.iter_mut().zip(cloth) {
-            unknown.start = known.map_or(unknown.start, |known| known.value);
-        }
-    }
-
     fn numbers(&self, apart: &Apart) -> Numbers {
         Parameter::ALL.map(|parameter| match parameter {
             Parameter::MassRatio | Parameter::RadiusRatio => self.balls_number,
@@ -92,8 +71,6 @@ pub(super) fn search<'a>(groups: &'a [Group], shots: &'a [Vec<Fitted>], apart: &
         title: &group.title,
         dataset: group.dataset_number,
         loss: group.loss,
-        unknowns: group.unknowns.clone(),
-        camera: group.camera.as_ref().map(|found| found.camera),
         numbers: group.numbers(apart),
         ..Sample::of(group.dataset, fitted, (&group.model, &group.settings, group.initial))
     };
@@ -198,9 +175,6 @@ pub(super) fn gather<'a>(datasets: &[&'a Dataset], options: &Options) -> Result<
                 initial,
                 loss,
                 scatters: false,
-                films: Vec::new(),
-                unknowns: Vec::new(),
-                camera: None,
             });
             of_groups.push(fitted);
         }

@@ -28,8 +28,7 @@ use rayon::prelude::*;
 use crate::film::frame_noise::noise;
 
 pub(crate) use cushion::leave_out_before_cushion;
-pub(crate) use drops_at_impact::repair_drops_at_impacts;
-pub(crate) use initial_guess::{contact, from_paths, instant, object_speed};
+pub(crate) use initial_guess::{from_paths, object_speed};
 pub use marker_rotation::Rotation;
 pub(crate) use marker_rotation::turn;
 pub(crate) use near_model::near_model;

@@ -1,22 +1,17 @@
 //! The minimum, and all that is known there, as a [`Fit`].
 
-use super::camera::LEAST_SHOTS;
-use super::diagnostics::{goodness, lag, refuted};
+use super::diagnostics::{goodness, refuted};
 use super::estimates::Estimates;
-use super::frames::{FittedFrames, are_explained, bound, cloth_of, joint_fit};
 use super::intervals::bootstrap;
-use super::minimum::Minimum;
 use super::model_choice::ModelChoice;
 use super::request::Request;
 use super::robust::Robust;
 use super::rows::{noise_rows, residual_rows};
-use super::samples::Search;
 use super::settled::Settled;
 use super::{
-    Alternative, Depth, Diagnostics, Fit, FrictionCurve, Plateau, Rejected, Starts, causes, check, doubts,
-    fidelity_choice, warnings,
+    Alternative, Depth, Diagnostics, Fit, FrictionCurve, Method, Plateau, Rejected, Starts, causes, check,
+    doubts, fidelity_choice, warnings,
 };
-use crate::likelihood::frames::ROWS;
 use crate::likelihood::whitening::EstimatedSd;
 use crate::measurement::dataset::{DiscShot, Shot};
 use crate::measurement::parameter::Parameter;
@@ -28,10 +23,6 @@ pub(super) struct Finished<'a> {
     choice: &'a ModelChoice,
     settled: &'a Settled<'a>,
     estimates: Estimates,
-    /// What is said of residuals is said of the velocities that were extracted, also where frames were fitted.
-    velocities: Search<'a>,
-    /// The minimum of frames as it is for the velocities.
-    of_velocities: Option<Minimum>,
     free: Vec<Parameter>,
 }
 
@@ -42,62 +33,42 @@ impl<'a> Finished<'a> {
         settled: &'a Settled<'a>,
         estimates: Estimates,
     ) -> Self {
-        let Settled { search, free: unknowns, minimum, .. } = settled;
-        let free = unknowns.iter().map(|unknown| unknown.parameter).collect();
-        let velocities = search.with(|_, sample| sample.fitted = &choice.fitted);
-        let cloth = [(request.dataset.sliding, request.dataset.rolling)];
-        let of_velocities = search.is_filmed().then(|| velocities.at(search, (unknowns, minimum), &cloth));
-        let of_velocities = of_velocities.flatten();
-        Self { request, choice, settled, estimates, velocities, of_velocities, free }
-    }
-
-    /// Where the fit ends for the velocities.
-    fn seen(&self) -> &Minimum {
-        self.of_velocities.as_ref().unwrap_or(&self.settled.minimum)
+        let free = settled.free.iter().map(|unknown| unknown.parameter).collect();
+        Self { request, choice, settled, estimates, free }
     }
 
     /// What priors, and errors that all shots share, add to χ².
-    fn prior_chi2(&self, frames: Option<&FittedFrames>) -> f64 {
+    fn prior_chi2(&self) -> f64 {
         let minimum = &self.settled.minimum;
-        let measured = match frames {
-            Some(_) => ROWS * self.choice.fitted.len(),
-            None => self.velocities.observations(),
-        };
+        let measured = self.settled.search.observations();
         let kinks_from = minimum.residuals.len() - minimum.whitening[0].kink_rows();
-        let of_all = minimum.residuals.rows_range(measured..kinks_from).norm_squared();
-        of_all + frames.map_or(0.0, FittedFrames::prior_chi2)
+        minimum.residuals.rows_range(measured..kinks_from).norm_squared()
     }
 
     /// How far the fit can be trusted; what its residuals and tracks let doubt is found afterwards.
     fn diagnostics(&self, starts: Option<Starts>, alternatives: Vec<Alternative>) -> Diagnostics {
-        let Request { dataset, shots, films, options, done, .. } = *self.request;
+        let Request { dataset, shots, options, done, .. } = *self.request;
         let Settled { search, free: unknowns, minimum, estimated, identifiability, .. } = self.settled;
         let sample = search.first();
         let at_minimum = minimum.first().model(sample.model);
         let sds: EstimatedSd = estimated.iter().map(|g| (g.observable, g.sd)).collect();
         let scatters = self.choice.scatter.is_some_and(|scatter| !scatter.is_none());
-        let chi2 = (2.0 * minimum.cost, search.dof(unknowns, minimum.parameters()));
         let context = goodness::Context {
             shots,
             fitted: &self.choice.fitted,
             model: &at_minimum,
-            minimum: self.seen(),
+            minimum,
             free: &self.free,
             sds: &sds,
-            dof: self.velocities.dof(unknowns, self.seen().parameters()),
-            explained: Some(chi2).filter(|_| are_explained(search, minimum)),
-            // the noise of films is estimated where it is not stated
-            states_noise: self.choice.scatter.is_none()
-                && (dataset.tracks.is_none()
-                    || !films.is_empty()
-                        && films.iter().all(|film| film.as_ref().is_some_and(|f| f.states_noise))),
+            dof: search.dof(unknowns, minimum.parameters()),
+            states_noise: self.choice.scatter.is_none() && dataset.tracks.is_none(),
             tests_noise: estimated.is_empty() && !scatters && !search.is_robust(),
         };
         let resampled = options.bootstrap > 0 && !unknowns.is_empty();
         let bootstrap =
             || bootstrap::bootstrap(search, (&context, unknowns), options.bootstrap, options.seed, done);
         Diagnostics {
-            computed: fidelity_choice::computed(&self.velocities),
+            computed: fidelity_choice::computed(search),
             identifiability: identifiability.clone(),
             goodness: Some(goodness::goodness(&context)),
             robust: search.is_robust().then(|| Robust::of(search, shots, minimum)),
@@ -106,10 +77,6 @@ impl<'a> Finished<'a> {
             contours: self.estimates.contours.clone(),
             profiles: self.estimates.profiles.clone(),
             alternatives,
-            joint: search
-                .is_filmed()
-                .then(|| joint_fit(search, minimum, (chi2, &self.estimates.shared_intervals))),
-            bound: bound(search, unknowns, minimum, films, cloth_of(minimum, dataset)),
             ..Diagnostics::default()
         }
     }
@@ -125,13 +92,9 @@ impl<'a> Finished<'a> {
         let Settled { search, free: unknowns, minimum, estimated, .. } = self.settled;
         let (sample, fitted) = (search.first(), &self.choice.fitted);
         let name = |index: usize| &shots[index].name;
-        let residuals = residual_rows((&self.velocities, 0), name, self.seen(), estimated);
+        let residuals = residual_rows((search, 0), name, minimum, estimated);
         let noise = noise_rows(fitted, &residuals, estimated);
-        let frames = search.is_filmed().then(|| {
-            let columns = (self.free.as_slice(), sample.unknowns.as_slice());
-            FittedFrames::new(shots, sample.fitted, sample.model, minimum, columns)
-        });
-        let prior_chi2 = self.prior_chi2(frames.as_ref());
+        let prior_chi2 = self.prior_chi2();
         let diagnostics = self.diagnostics(starts, alternatives);
         // an effect is in the fit if it is in a shot
         let mut effects = Effects::NONE.list().to_vec();
@@ -152,7 +115,7 @@ impl<'a> Finished<'a> {
             sliding: dataset.sliding,
             rolling: dataset.rolling,
             fidelity: options.fidelity.name(),
-            method: self.request.method(),
+            method: Method::TwoStage,
             footage: dataset.tracks.is_some(),
             effects,
             estimates: self.estimates.all.clone(),
@@ -171,7 +134,11 @@ impl<'a> Finished<'a> {
             explanations: Vec::new(),
             refuted: None,
             residuals,
-            frames,
+            frames: None,
+            findings: Vec::new(),
+            stated_scale_sd: 0.0,
+            unknowns: Vec::new(),
+            budget: Vec::new(),
             termination: minimum.termination.clone(),
             converged: minimum.converged,
             iterations: minimum.iterations,
@@ -188,24 +155,14 @@ impl<'a> Finished<'a> {
 
     /// What is to be said of the fit: causes of its residuals, warnings and notes.
     pub(super) fn comment(&self, fit: &mut Fit, depth: Depth) {
-        let Request { dataset, shots, options, spins_first, .. } = *self.request;
+        let Request { dataset, shots, options, .. } = *self.request;
         let search = &self.settled.search;
         let (of_discs, gives_way) = (fit.discs.is_some(), self.choice.gives_way);
-        // footage is corrected anew for a contact that gives way, and looked at then
-        let is_settled = gives_way.is_none() || !fit.footage || of_discs;
-        // too few to show whether the camera looks askew, which other causes would stand in for
-        let is_few = fit.footage && !of_discs && shots.len() < LEAST_SHOTS;
-        // a tracker that lags leaves what no cause explains
-        let lags = fit.frames.as_ref().is_some_and(lag::lags);
-        let is_mixed_up = check::are_mixed_up(shots);
-        let looks = is_settled && !lags && !is_few && !is_mixed_up && options.depth >= Depth::Everything;
+        let looks = !check::are_mixed_up(shots) && options.depth >= Depth::Everything;
         let is_called_for = causes::is_called_for(fit);
-        fit.diagnostics.suspects_spins =
-            spins_first && is_called_for && causes::are_spins_suspect(self.settled, of_discs);
-        let looks = looks && !fit.diagnostics.suspects_spins;
         let is_asked = options.explain || (looks && is_called_for);
         let suspects = if looks && !is_asked { causes::suspects(self.settled, of_discs) } else { Vec::new() };
-        if is_settled && !lags && (is_asked || !suspects.is_empty()) {
+        if is_asked || !suspects.is_empty() {
             let reduced = fit.diagnostics.goodness.as_ref().filter(|goodness| goodness.dof > 0);
             let reduced = reduced.map(|goodness| goodness.chi2 / goodness.dof as f64);
             let first = (!is_asked).then_some(suspects.as_slice());
@@ -216,10 +173,18 @@ impl<'a> Finished<'a> {
         if looks && !is_called_for && fit.explanations.is_empty() {
             causes::compare_rate(fit, self.settled, of_discs);
         }
-        if is_settled && options.explain && fit.explanations.is_empty() {
+        if options.explain && fit.explanations.is_empty() {
             fit.notes.push(causes::none_found(self.settled, search, of_discs));
         }
-        warnings::add(fit, &self.choice.fitted, self.estimates.knows_noise);
+        let plans = || self.choice.fitted.iter().map(|shot| &shot.plan);
+        let topspin = plans().any(|plan| plan.has_topspin());
+        warnings::add(fit, topspin, self.estimates.knows_noise);
+        if plans().any(|plan| !plan.knows_speed()) {
+            fit.notes.push(
+                "Some shots have no speed. Only angles and ratios were asked of them, which do not depend on it."
+                    .to_string(),
+            );
+        }
         if fit.refuted.is_none() {
             warnings::add_lower(fit, 2.0 * self.estimates.lowest);
         }
@@ -230,7 +195,7 @@ impl<'a> Finished<'a> {
             doubts::add_rivals(fit, &self.estimates.rivals);
         }
         doubts::add_below_bound(fit);
-        warnings::add_tracks(fit, dataset, shots, lags);
+        warnings::add_tracks(fit, dataset, shots);
         if depth < options.depth {
             let profiles = match depth {
                 Depth::Estimates => "the intervals are those of the curvature of χ²; its profiles, ",

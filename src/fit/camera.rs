@@ -1,20 +1,19 @@
 //! The camera that the balls calibrate: they touch at 2R in every direction and everywhere in the picture, and move as the cloth lets
 //! them; discs keep their shape and move straight. With it, what else is found of a film: noise that lasts, frames that were dropped.
 
-use super::check::{self, capital};
-use super::{FilmUnknowns, Fit, SharedKind};
+use super::Fit;
 use crate::extraction::NoiseCorrelation;
 use crate::film::camera::Camera;
 use crate::film::discs::Calibrated;
 use crate::measurement::correction::Correction;
-use crate::measurement::dataset::Dataset;
 use crate::measurement::number;
+use crate::problem::{Finding, Id, Solution};
 
 /// A correction as it was found.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct FoundCorrection {
-    /// Which correction it is.
+    /// Which correction it is; the axis of a lens stands for its decentring.
     pub which: Correction,
     /// Its value, as a correction of what the data set states, in the unit that [`Correction::words`] names: a scale that was wrong by a
     /// factor has that factor.
@@ -24,6 +23,26 @@ pub struct FoundCorrection {
     /// Whether the frames call for it; if not, it is not applied.
     pub adopted: bool,
 }
+
+/// The unknowns of a camera as corrections.
+const CORRECTIONS: [(Id, Correction); 13] = [
+    (Id::Scale, Correction::Scale),
+    (Id::Aspect, Correction::Aspect),
+    (Id::Shear, Correction::Shear),
+    (Id::PerspectiveX, Correction::PerspectiveX),
+    (Id::PerspectiveY, Correction::PerspectiveY),
+    (Id::Lens, Correction::Lens),
+    (Id::LensX, Correction::LensX),
+    (Id::LensY, Correction::LensY),
+    (Id::ShutterX, Correction::ShutterX),
+    (Id::ShutterY, Correction::ShutterY),
+    (Id::ParallaxX, Correction::ParallaxX),
+    (Id::ParallaxY, Correction::ParallaxY),
+    (Id::Nearness, Correction::Nearness),
+];
+
+/// Distance of the axis of a lens from the middle of the film, m, beyond which a picture shows none.
+const MOST_AXIS: f64 = 2.0;
 
 /// With fewer shots only a scale that nobody stated is looked for; the rest of the camera is taken as stated.
 pub(super) const LEAST_SHOTS: usize = 6;
@@ -66,6 +85,52 @@ pub struct FoundCamera {
 }
 
 impl FoundCamera {
+    /// The camera as the frames of a film of balls show it.
+    pub(super) fn of_film(solution: &Solution) -> Self {
+        let correction = |(id, which): (Id, Correction)| {
+            let found = solution.get(id)?;
+            Some(FoundCorrection { which, value: found.value, std_error: found.std_error?, adopted: true })
+        };
+        let corrections: Vec<FoundCorrection> = CORRECTIONS.into_iter().filter_map(correction).collect();
+        let value = |id: Id| solution.value(id);
+        let mut camera = Camera::neutral([0.0; 2]);
+        for (id, which) in CORRECTIONS {
+            camera = camera.with(which, value(id));
+        }
+        // a decentring d bends the picture as a lens l whose axis is at −d/l
+        for (id, which) in [(Id::LensX, Correction::LensX), (Id::LensY, Correction::LensY)] {
+            let axis = -value(id) / value(Id::Lens);
+            camera = camera.with(which, if axis.abs() < MOST_AXIS { axis } else { 0.0 });
+        }
+        let shots = solution.names.first().map_or(0, Vec::len);
+        let noise = solution.frame_noise().map(|noises| noises[1].rho);
+        Self {
+            camera,
+            corrections,
+            unit: solution.unit,
+            shots,
+            contacts: (0..shots).filter_map(|i| solution.contact(i)).collect(),
+            noise_correlation: noise.filter(|rho| *rho > 0.0).map(|value| NoiseCorrelation {
+                value,
+                std_error: f64::NAN,
+                adopted: true,
+            }),
+            drops: solution
+                .findings
+                .iter()
+                .find_map(|f| match f {
+                    Finding::Drops { shots, drops } => Some([*shots, *drops]),
+                    _ => None,
+                })
+                .unwrap_or_default(),
+            spoiled: solution.findings.iter().find_map(|f| match f {
+                Finding::Spoiled { before, after } => Some([*before, *after]),
+                _ => None,
+            }),
+            ..Self::as_it_is()
+        }
+    }
+
     /// The films are taken as they are.
     pub(super) fn as_it_is() -> Self {
         Self {
@@ -83,29 +148,6 @@ impl FoundCamera {
             of_discs: false,
             is_settled: true,
             calibrated: None,
-        }
-    }
-
-    /// What remains to be estimated in a joint fit of the corrected films.
-    #[must_use]
-    pub fn unknowns(&self) -> FilmUnknowns {
-        let mut unknowns = FilmUnknowns::default();
-        for found in self.corrections.iter().filter(|found| found.adopted) {
-            let which = found.which;
-            unknowns.corrections[which as usize] = Some(which.neutral() - self.camera.get(which));
-        }
-        unknowns
-    }
-
-    /// Adopts a correction: one that another film by the same camera calls for.
-    pub(crate) fn adopt(&mut self, which: Correction) {
-        match self.corrections.iter_mut().find(|found| found.which == which) {
-            Some(found) => found.adopted = true,
-            None => {
-                let value = self.camera.get(which);
-                let correction = FoundCorrection { which, value, std_error: which.usual(), adopted: true };
-                self.corrections.push(correction);
-            }
         }
     }
 
@@ -194,37 +236,9 @@ impl FoundCamera {
 /// A quantity is in conflict with what was stated of it beyond so many standard deviations of both.
 pub(super) const CONFLICT: f64 = 3.0;
 
-/// Relative standard deviation of a stated radius of balls: new ones differ by 0.05 mm from their nominal size.
-const RADIUS_SD: f64 = 0.05 / 28.575;
-
 impl Fit {
-    /// Notes where the balls contradict the scale and the radius that are stated, which only together have a size in the film.
-    pub(super) fn compare_scale(&mut self, dataset: &Dataset) {
-        let Some(tracks) = &dataset.tracks else { return };
-        let Some(stated_sd) = tracks.scale_sd else { return };
-        let Some(found) = self.camera.as_ref().filter(|found| !found.of_discs) else { return };
-        let scale = found.corrections.iter().find(|found| found.adopted && found.which == Correction::Scale);
-        let Some(scale) = scale.filter(|_| found.unit == 1.0 || tracks.states_unit) else { return };
-        let sd = stated_sd.hypot(RADIUS_SD);
-        if (scale.value - 1.0).abs() > CONFLICT * sd.hypot(scale.std_error) {
-            let finding = check::scale(scale.value, dataset.ball.radius, sd);
-            self.warnings.insert(0, format!("{}.", capital(&finding.text)));
-            self.diagnostics.suspicious.insert(0, finding);
-        }
-    }
-
-    /// Notes the camera for which the films were corrected, as the fit of their frames has it where they were fitted jointly.
+    /// Notes the camera for which the films were corrected.
     pub(crate) fn set_camera(&mut self, found: &FoundCamera) {
-        let mut found = found.clone();
-        for correction in found.corrections.iter_mut().filter(|correction| correction.adopted) {
-            let joint = self.diagnostics.joint.as_ref();
-            let Some(left) = joint.and_then(|joint| joint.get(SharedKind::Camera(correction.which))) else {
-                continue;
-            };
-            let unit = if correction.which == Correction::Scale { found.unit } else { 1.0 };
-            correction.value = (found.camera.get(correction.which) + left.value) / unit;
-            correction.std_error = left.std_error / unit;
-        }
-        self.camera = Some(found);
+        self.camera = Some(found.clone());
     }
 }

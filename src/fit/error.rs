@@ -86,6 +86,12 @@ pub enum FitError {
          impact and the camera does not move, the radius, capture_fps and which track is which ball"
     )]
     NoStart(String, #[source] OptimiseError),
+    /// The frames of a film cannot be fitted.
+    #[error(
+        "{0}: {1}. Check that the object ball lies still before the impact and the camera does not move, the radius, capture_fps \
+             and which track is which ball"
+    )]
+    Film(String, #[source] crate::problem::FilmError),
     /// The least-squares solver was used wrongly.
     #[error(transparent)]
     Optimise(#[from] OptimiseError),

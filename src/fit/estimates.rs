@@ -4,16 +4,13 @@ use nalgebra::DMatrix;
 
 use super::intervals::confidence_region::{self, Contour};
 use super::intervals::profile::{Profile, Profiles};
-use super::minimum::Minimum;
 use super::noise::Group;
 use super::robust::Sandwich;
 use super::scatter::Scatter;
 use super::settled::Settled;
 use super::slice::Slice;
 use super::uncertainty::{self, Quantiles, Uncertainty};
-use super::{Depth, Estimate, Plateau, SharedKind, Status};
-use crate::likelihood::frames::shared_unknowns::SharedUnknown;
-use crate::likelihood::sample::Sample;
+use super::{Depth, Estimate, Plateau, Status};
 use crate::measurement::parameter::Parameter;
 use crate::measurement::values::Values;
 
@@ -27,8 +24,6 @@ pub(super) struct Estimates {
     pub contours: Vec<Contour>,
     /// Of each parameter that is free.
     pub profiles: Vec<Profile>,
-    /// 95 % intervals of what the cloth does, the first of what shots share besides; none where they were not looked for.
-    pub shared_intervals: Vec<Option<[f64; 2]>>,
     /// The least cost that was met, which may be below that of the minimum.
     pub lowest: f64,
     /// Other minima that are nearly as likely, outside the intervals around the best one.
@@ -73,7 +68,7 @@ impl Estimates {
             uncertainty::of(minimum, &free, settings, quantiles.as_ref(), sandwich.as_ref());
         let mut rivals: Vec<Rival> = Vec::new();
         let mut lowest = minimum.cost;
-        let (mut contours, mut shared_intervals, mut curves) = (Vec::new(), Vec::new(), Vec::new());
+        let (mut contours, mut curves) = (Vec::new(), Vec::new());
         if let (true, None, Some(quantiles)) = (depth >= Depth::Intervals, &sandwich, &quantiles) {
             let bounds = minimum.bounds.clone();
             let slice = Slice::new(search, unknowns, bounds, &minimum.whitening).near(&minimum.x);
@@ -113,9 +108,6 @@ impl Estimates {
                 };
                 curves = uncertainty.estimates.iter().enumerate().filter_map(of).collect();
             }
-            if search.is_filmed() {
-                shared_intervals = of_cloth(&mut profiles, (sample, free.len()), minimum);
-            }
             lowest = profiles.lowest;
             if depth >= Depth::Everything {
                 contours = confidence_region::contours(&slice, minimum, estimated_dof);
@@ -142,22 +134,8 @@ impl Estimates {
                 correlation[(row, column)] = uncertainty.correlation[(i, j)];
             }
         }
-        Self { all, correlation, contours, profiles: curves, shared_intervals, lowest, rivals, knows_noise }
+        Self { all, correlation, contours, profiles: curves, lowest, rivals, knows_noise }
     }
-}
-
-/// Intervals of the cloth's unknowns; those of the camera, which no one asks for, are as its errors say.
-fn of_cloth(
-    profiles: &mut Profiles,
-    (sample, first): (&Sample, usize),
-    minimum: &Minimum,
-) -> Vec<Option<[f64; 2]>> {
-    let of = |(place, _): (usize, &SharedUnknown)| {
-        let status = Status::from(*minimum.active.get(first + place)?);
-        profiles.interval(first + place, status, None)
-    };
-    let cloth = sample.unknowns.iter().enumerate();
-    cloth.take_while(|(_, unknown)| !matches!(unknown.kind, SharedKind::Camera(_))).map(of).collect()
 }
 
 /// The estimate of a parameter: fitted, on a plateau, or where it is held.

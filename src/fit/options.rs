@@ -1,11 +1,5 @@
 //! Choices of a fit that are not part of the data set.
 
-use std::sync::Arc;
-
-use super::SharedKind;
-use crate::likelihood::frames::Film;
-use crate::likelihood::frames::shared_unknowns::SharedUnknown;
-use crate::measurement::correction::Correction;
 use crate::measurement::loss::Loss;
 use crate::measurement::parameter::{Parameter, Setting, Settings};
 use crate::measurement::values::Values;
@@ -35,13 +29,9 @@ pub struct Options {
     /// The tolerance of the fidelities that integrate ([`Model::tolerance`]): in parts of the closing speed, from [`MIN_TOLERANCE`] to
     /// [`MAX_TOLERANCE`].
     pub tolerance: f64,
-    /// How footage is fitted; `None`: as suits the data, which is all frames at once for all but the largest films.
-    pub method: Option<Method>,
     /// Where the search begins, in the place of a scan over all values of the friction: what an earlier fit of the
     /// same shots gave.
     pub near: Option<Values>,
-    /// What a joint fit of frames estimates besides the parameters.
-    pub film: FilmUnknowns,
     /// How much the fit finds out about its own uncertainty.
     pub depth: Depth,
     /// Whether causes of the residuals are looked for even where the noise explains them. [`Depth::Everything`] looks
@@ -106,29 +96,6 @@ worded! {
 
 by_name!(Method, "method", ALL, name);
 
-/// What a joint fit of frames estimates besides the parameters, μ_k and μ_r.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct FilmUnknowns {
-    /// Whether the cloth's bounce e_t is estimated.
-    pub bounce: bool,
-    /// For each correction of the camera that is estimated, in the order of [`Correction::ALL`]: the mean of what is
-    /// known of it beforehand, less its value in the camera with which the films were made.
-    pub corrections: [Option<f64>; Correction::COUNT],
-}
-
-impl FilmUnknowns {
-    pub(crate) fn unknowns(&self) -> impl Iterator<Item = SharedUnknown> {
-        let bounce = self.bounce.then(|| SharedUnknown::usual(SharedKind::Bounce, 0.0));
-        let corrections = Correction::ALL.into_iter().zip(self.corrections);
-        let corrections = corrections
-            .filter_map(|(which, known)| Some(SharedUnknown::usual(SharedKind::Camera(which), known?)));
-        bounce.into_iter().chain(corrections)
-    }
-}
-
-/// The frames of the shots of a data set, in their order, for those that have them.
-pub type Films = [Option<Arc<Film>>];
-
 /// How much a fit finds out about itself.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 #[non_exhaustive]
@@ -174,9 +141,7 @@ impl Default for Options {
             effects: None,
             falling: Falling::AsStated,
             tolerance: Model::TOLERANCE,
-            method: None,
             near: None,
-            film: FilmUnknowns::default(),
             depth: Depth::Everything,
             explain: false,
             loss: None,

@@ -2,7 +2,7 @@
 
 use super::model_choice::plan;
 use super::samples::Search;
-use super::{Films, FitError, Method, Options, Rejected};
+use super::{FitError, Options, Rejected};
 use crate::likelihood::fitted::Fitted;
 use crate::measurement::dataset::{Dataset, Shot};
 use crate::measurement::observable::Observable;
@@ -13,13 +13,9 @@ use crate::numerics::least_squares::OptimiseError;
 pub(super) struct Request<'a> {
     pub dataset: &'a Dataset,
     pub shots: &'a [&'a Shot],
-    /// The frames of these shots, where they are there.
-    pub films: &'a Films,
     /// Column and label.
     pub group: Option<&'a (String, String)>,
     pub options: &'a Options,
-    /// Whether the spins are looked for before any cause of residuals.
-    pub spins_first: bool,
     /// Called after each sample of the bootstrap.
     pub done: &'a (dyn Fn() + Sync),
 }
@@ -31,11 +27,6 @@ impl Request<'_> {
             Some((column, label)) => format!("{} ({column} {label})", self.dataset.name),
             None => self.dataset.name.clone(),
         }
-    }
-
-    /// How footage is fitted.
-    pub(super) fn method(&self) -> Method {
-        self.options.method.unwrap_or_default()
     }
 
     /// An error of a search, with the name of the data set.

@@ -7,8 +7,8 @@ use nalgebra::DMatrix;
 use super::causes::Explanation;
 use super::check::Finding;
 use super::{
-    Alternative, Bootstrap, Contour, Estimate, FittedFrames, FoundCamera, FrictionCurve, Goodness,
-    Identifiability, Method, Plateau, Profile, Refuted, Robust, Scatter, SharedKind, Starts,
+    Alternative, Bootstrap, Contour, Estimate, FittedFilm, FoundCamera, FrictionCurve, Goodness,
+    Identifiability, Method, Plateau, Profile, Refuted, Robust, Scatter, Starts,
 };
 use crate::measurement::dataset::{DiscShot, Measured, ObjectBall};
 use crate::measurement::number::plain;
@@ -83,13 +83,21 @@ pub struct Fit {
     pub refuted: Option<Refuted>,
     /// Whether the shots were filmed, and not measured as impacts or angles.
     pub footage: bool,
+    /// Of a film of balls: what is wrong or worth saying.
+    pub findings: Vec<crate::problem::Finding>,
+    /// Of a film of balls: the relative standard deviation of the stated scale.
+    pub stated_scale_sd: f64,
+    /// Of a film of balls: the estimates of all that its shots share.
+    pub unknowns: Vec<crate::problem::Estimate>,
+    /// Of a film of balls: the error budgets of μ, μ_s and e.
+    pub budget: Vec<crate::problem::Budget>,
     /// Causes that explain residuals which the model leaves, and corrections that the film needed, the best first.
     pub explanations: Vec<Explanation>,
     /// The observations of [`Fit::tested`] one by one; in a joint fit, of the velocities that were extracted from
     /// each shot.
     pub residuals: Vec<Residual>,
     /// Of a joint fit: its frames against the model.
-    pub frames: Option<FittedFrames>,
+    pub frames: Option<FittedFilm>,
     /// Why the optimiser stopped, in words.
     pub termination: String,
     /// Whether it stopped at a minimum.
@@ -172,11 +180,11 @@ pub struct Computed {
 }
 
 /// What a joint fit of frames found besides the parameters.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug)]
 #[non_exhaustive]
 pub struct JointFit {
-    /// What all shots share, μ_k and μ_r of the cloth first.
-    pub shared: Vec<SharedEstimate>,
+    /// What all shots share.
+    pub shared: Vec<crate::problem::Estimate>,
     /// The covariance of `shared`, in the same order.
     pub covariance: DMatrix<f64>,
     /// The probability of a larger χ² of the frames if model and noise were right; `None` where the noise was
@@ -186,33 +194,6 @@ pub struct JointFit {
     pub observations: usize,
     /// How many unknowns the shots have of their own, all together.
     pub unknowns: usize,
-}
-
-impl JointFit {
-    /// What was found of an unknown; `None` for one that the fit does not have.
-    #[must_use]
-    pub fn get(&self, kind: SharedKind) -> Option<&SharedEstimate> {
-        self.shared.iter().find(|estimate| estimate.kind == kind)
-    }
-
-    /// As what was measured.
-    pub(super) fn measured(&self, kind: SharedKind) -> Option<Measured> {
-        self.get(kind).map(|found| Measured::new(found.value, found.std_error))
-    }
-}
-
-/// The estimate of what all shots of a film share besides the parameters.
-#[derive(Clone, Copy, Debug, PartialEq)]
-#[non_exhaustive]
-pub struct SharedEstimate {
-    /// What was estimated.
-    pub kind: SharedKind,
-    /// The estimate, dimensionless; of a correction of the camera, what remains to be corrected.
-    pub value: f64,
-    /// Its standard error; NaN where the model is refuted, or the frames do not tell it.
-    pub std_error: f64,
-    /// The 95 % interval of the profile, of what the cloth does and where intervals were asked for; at a bound one-sided.
-    pub interval_95: Option<[f64; 2]>,
 }
 
 /// The Cramér–Rao bound of the positions in the frames, with μ_k and μ_r of the cloth unknown.

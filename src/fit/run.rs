@@ -7,38 +7,28 @@ use statrs::distribution::{ChiSquared, ContinuousCDF};
 use super::assemble::Finished;
 use super::diagnostics::other_models;
 use super::estimates::Estimates;
-use super::frames::{cloth_of, filmed};
 use super::model_choice::{ModelChoice, fitted_with};
-use super::outlying::{Odd, impossible, outlying};
+use super::outlying::Odd;
 use super::request::Request;
 use super::samples::Search;
 use super::settled::Settled;
-use super::{Depth, Fit, FitError, Method, Options, Refuted, check, discs, outlying_rows, starts};
+use super::{Depth, Fit, FitError, Options, Refuted, check, discs, outlying_rows, starts};
 use crate::likelihood::fitted::Fitted;
-use crate::likelihood::frames::shared_unknowns;
 use crate::likelihood::sample::Sample;
 use crate::measurement::dataset::Shot;
-use crate::measurement::parameter::Parameter;
-use crate::measurement::values::Values;
 use crate::physics::collision::{Fidelity, FidelityChoice};
 
 /// With more shots than this the profiles, the regions of pairs of parameters and the other models, some hundred fits,
 /// would take longer than reading and extracting…
 const MANY_SHOTS: usize = 20_000;
-/// …and with so many the regions and other models, which are then parabolas to the eye…
+/// …and with so many the regions and other models, which are then parabolas to the eye.
 const MANY_IN_REGIONS: usize = 5_000;
-/// …with so many shots whose frames are fitted, which takes a hundred times as long, the regions and other models…
-const MANY_FILMED: usize = 100;
-/// …and with so many the profiles.
-const MANY_PROFILED: usize = 500;
 
 /// What a fit of so many shots can find out about itself in a time that is worth it.
-fn affordable(depth: Depth, shots: usize, method: Method) -> Depth {
-    let most = match method {
-        Method::TwoStage if shots > MANY_SHOTS => Depth::Estimates,
-        Method::TwoStage if shots > MANY_IN_REGIONS => Depth::Intervals,
-        Method::Joint if shots > MANY_PROFILED => Depth::Estimates,
-        Method::Joint if shots > MANY_FILMED => Depth::Intervals,
+fn affordable(depth: Depth, shots: usize) -> Depth {
+    let most = match shots {
+        many if many > MANY_SHOTS => Depth::Estimates,
+        many if many > MANY_IN_REGIONS => Depth::Intervals,
         _ => Depth::Everything,
     };
     depth.min(most)
@@ -52,13 +42,13 @@ pub(super) fn fit_shots(request: &Request) -> Result<Fit, FitError> {
         Options { fidelity: FidelityChoice::Of(Fidelity::Full), depth: Depth::Estimates, ..*request.options };
     let is_light = request.options.fidelity == FidelityChoice::Auto && check::are_mixed_up(request.shots);
     let request = &if is_light { Request { options: &lighter, ..*request } } else { *request };
-    let Request { dataset, films, options, .. } = *request;
+    let Request { dataset, options, .. } = *request;
     let named = |error| request.named(error);
     let (model, settings, initial) = fitted_with(dataset, options)?;
     let loss = options.loss.unwrap_or(dataset.loss);
     let stated = Search::of(Sample { loss, ..Sample::of(dataset, &[], (&model, &settings, initial)) });
     let (planned, shots_rejected) = request.planned(&stated)?;
-    let depth = affordable(options.depth, planned.len(), request.method());
+    let depth = affordable(options.depth, planned.len());
     let of_discs = dataset.tracks.as_ref().is_some_and(|tracks| tracks.discs.is_some());
     let choice = if of_discs {
         discs::choose(&planned, &stated, options.fidelity)
@@ -70,47 +60,19 @@ pub(super) fn fit_shots(request: &Request) -> Result<Fit, FitError> {
         (sample.fitted, sample.model, sample.settings) = (&choice.fitted, &choice.model, &choice.settings);
     });
 
-    let with_films;
-    let joint;
-    let (search, settled) = if request.method() == Method::Joint {
-        // from where the two stages end, and from their other minima: frames are too costly to be scanned
-        let settled = Settled::near_starts(&velocities, &choice.starts).map_err(named)?;
-        with_films = filmed(&choice.fitted, films).ok_or_else(|| FitError::NotFilmed(request.title()))?;
-        let mut unknowns = shared_unknowns::of_fit(options.film.unknowns());
-        for (unknown, start) in unknowns.iter_mut().zip(cloth_of(&settled.minimum, dataset)) {
-            unknown.start = start;
-        }
-        let at = (velocities.first().model, settled.minimum.first());
-        let odd = impossible(&with_films, at, &unknowns);
-        if !odd.is_empty() && odd.len() < with_films.len() {
-            return without(request, &with_films, &odd);
-        }
-        joint = Search::of(Sample { fitted: &with_films, unknowns, ..velocities.first().clone() });
-        let mut starts = settled.starts_nearby();
-        if hardly_tells_friction(&settled) {
-            starts.push(vec![Values::usual(&choice.settings)]);
-        }
-        let of_frames = Settled::from_starts(&joint, &starts).map_err(named)?;
-        let odd = outlying(&of_frames).remove(0);
+    let mut settled = Settled::near_starts(&velocities, &choice.starts).map_err(named)?;
+    if dataset.tracks.is_none() {
+        let odd = outlying_rows::outlying(&settled).remove(0);
         if !odd.is_empty() {
-            return without(request, &with_films, &odd);
+            return without(request, &choice.fitted, &odd);
         }
-        (&joint, of_frames)
-    } else {
-        let mut of_rows = Settled::near_starts(&velocities, &choice.starts).map_err(named)?;
-        if dataset.tracks.is_none() {
-            let odd = outlying_rows::outlying(&of_rows).remove(0);
-            if !odd.is_empty() {
-                return without(request, &choice.fitted, &odd);
-            }
-            let unequal = velocities.unequal_noise(&of_rows.minimum, &of_rows.estimated).remove(0);
-            if !unequal.is_empty() {
-                velocities = velocities.with(|_, sample| sample.noise_apart.clone_from(&unequal));
-                of_rows = Settled::near_starts(&velocities, &choice.starts).map_err(named)?;
-            }
+        let unequal = velocities.unequal_noise(&settled.minimum, &settled.estimated).remove(0);
+        if !unequal.is_empty() {
+            velocities = velocities.with(|_, sample| sample.noise_apart.clone_from(&unequal));
+            settled = Settled::near_starts(&velocities, &choice.starts).map_err(named)?;
         }
-        (&velocities, of_rows)
-    };
+    }
+    let search = &velocities;
     let (settled, starts) = starts::settle(search, settled, options);
     let refuted = !of_discs && is_refuted(&settled);
     // weights that hold the scatter of one model compare no other
@@ -138,27 +100,17 @@ fn is_refuted(settled: &Settled) -> bool {
     Refuted::is(p_value, chi2 / dof)
 }
 
-/// Whether velocities leave the friction so open that the frames may have their minimum elsewhere, as those of straight shots do.
-fn hardly_tells_friction(settled: &Settled) -> bool {
-    /// Of the value.
-    const OPEN: f64 = 0.2;
-    let of_friction = settled.free.iter().filter(|unknown| unknown.parameter == Parameter::Mu);
-    let mu = settled.minimum.first()[Parameter::Mu];
-    of_friction.into_iter().any(|unknown| settled.error_of(*unknown) > OPEN * mu)
-}
-
 /// The fit of the other shots, where some fit no collision that fits these: by their places among those that were fitted.
 fn without(request: &Request, fitted: &[Fitted], odd: &[Odd]) -> Result<Fit, FitError> {
-    let Request { shots, films, .. } = *request;
+    let shots = request.shots;
     let is_odd = |i: &usize| odd.iter().any(|odd| fitted[odd.place].index == *i);
     let kept: Vec<usize> = (0..shots.len()).filter(|i| !is_odd(i)).collect();
     let kept_shots: Vec<&Shot> = kept.iter().map(|i| shots[*i]).collect();
-    let kept_films: Vec<_> = kept.iter().map(|i| films.get(*i).cloned().flatten()).collect();
     let rejected = odd.iter().map(|odd| {
         let shot = &shots[fitted[odd.place].index].name;
         (shot.clone(), odd.reason.clone())
     });
     let mut dataset = request.dataset.clone();
     dataset.left_out.extend(rejected);
-    fit_shots(&Request { dataset: &dataset, shots: &kept_shots, films: &kept_films, ..*request })
+    fit_shots(&Request { dataset: &dataset, shots: &kept_shots, ..*request })
 }

@@ -8,12 +8,14 @@ use super::check;
 use super::check::capital;
 use super::diagnostics::goodness::IMPROBABLE;
 use super::doubts::{Hidden, below_bound, bound_and_limit, hidden_by_bounds};
+use super::film_words;
 use super::{Estimate, Fit, Noise, NoiseVerdict, Scatter, Status, Trend};
 use crate::measurement::dataset::ON_REQUEST;
 use crate::measurement::number::{self, plain, with_error};
 use crate::measurement::observable::Observable;
 use crate::measurement::parameter::Parameter;
 use crate::physics::name::{by_name, worded};
+use crate::problem::Severity;
 
 /// Of the shots that were used: more doubtful ones than this part decide the result.
 const MANY_DOUBTFUL: f64 = 0.1;
@@ -50,13 +52,19 @@ impl Fit {
     /// Whether the numbers can be used, and the one thing to know about them.
     #[must_use]
     pub fn verdict(&self) -> Verdict {
-        if let Some(sentence) = self.ruled_out() {
+        if let Some(sentence) = self.found(Severity::Unusable).or_else(|| self.ruled_out()) {
             return Verdict { grade: Grade::Unusable, sentence };
         }
-        if let Some(sentence) = self.first_doubt() {
+        if let Some(sentence) = self.found(Severity::Doubtful).or_else(|| self.first_doubt()) {
             return Verdict { grade: Grade::Doubtful, sentence };
         }
         Verdict { grade: Grade::Good, sentence: self.what_is_determined() }
+    }
+
+    /// What was found of a film with this severity, the first of all.
+    fn found(&self, severity: Severity) -> Option<String> {
+        let mut alike = self.findings.iter().filter(|finding| finding.severity() == severity);
+        alike.find_map(|finding| film_words::sentence(finding, self.frames.as_ref()?, self.stated_scale_sd))
     }
 
     /// Why no number can be used.

@@ -4,10 +4,8 @@ use super::check;
 use super::check::capital;
 use super::doubts::{Hidden, bound_and_limit, hidden_by_bounds};
 use super::saturation::Plateau;
-use super::{DOWN_WEIGHTED, Fit, NoiseVerdict, Rejected, SharedKind, Status};
-use crate::likelihood::fitted::Fitted;
-use crate::likelihood::frames::CLOTH;
-use crate::measurement::dataset::{Dataset, Measured, ON_REQUEST, Shot};
+use super::{DOWN_WEIGHTED, Fit, NoiseVerdict, Rejected, Status};
+use crate::measurement::dataset::{Dataset, ON_REQUEST, Shot};
 use crate::measurement::parameter::Parameter;
 
 /// What is said of a fit: what the reader must know, and may want to know.
@@ -18,20 +16,14 @@ struct Said {
 }
 
 /// Adds what a fit says of itself.
-pub(super) fn add(fit: &mut Fit, fitted: &[Fitted], knows_noise: bool) {
+pub(super) fn add(fit: &mut Fit, topspin: bool, knows_noise: bool) {
     let mut said = Said::default();
     said.shots(fit, knows_noise);
-    said.estimates(fit, fitted);
+    said.estimates(fit, topspin);
     said.released_bounds(fit);
     said.noise(fit);
     said.residuals(fit);
     said.search(fit);
-    if fitted.iter().any(|shot| !shot.plan.knows_speed()) {
-        said.notes.push(
-            "Some shots have no speed. Only angles and ratios were asked of them, which do not depend on it."
-                .to_string(),
-        );
-    }
     if let Some(refuted) = &fit.refuted {
         let measured =
             refuted.restitution.map_or(String::new(), |measured| format!(" {}", measured.sentence()));
@@ -75,7 +67,7 @@ impl Said {
     }
 
     /// What the data do not determine, and what ends on a bound.
-    fn estimates(&mut self, fit: &Fit, fitted: &[Fitted]) {
+    fn estimates(&mut self, fit: &Fit, topspin: bool) {
         let worst = fit.diagnostics.identifiability.as_ref().and_then(|found| found.worst.as_ref());
         let undetermined = worst.is_some_and(|worst| worst.undetermined);
         if let Some(worst) = worst.filter(|worst| worst.weak) {
@@ -89,7 +81,6 @@ impl Said {
             }
             self.warnings.push(sentence);
         }
-        let topspin = fitted.iter().any(|shot| shot.plan.has_topspin());
         for estimate in &fit.estimates {
             let symbol = estimate.parameter.symbol();
             match estimate.status {
@@ -280,51 +271,9 @@ pub(super) fn add_plateaus(fit: &mut Fit, plateaus: &[Plateau]) {
 }
 
 /// What the tracks told besides the parameters, and what was done to them on reading.
-pub(super) fn add_tracks(fit: &mut Fit, dataset: &Dataset, shots: &[&Shot], lags: bool) {
-    if let Some(joint) = fit.diagnostics.joint.clone() {
-        fit.notes.push(format!(
-            "All frames were fitted at once: χ² is that of {} numbers with {} unknowns of the shots' own, and residuals.csv lists \
-             them one by one. Plots, trends and the shots' tables are of the velocities that were extracted from each shot, \
-             against these estimates.",
-            joint.observations, joint.unknowns
-        ));
-        let told = |kind: SharedKind| {
-            let found = joint.get(kind)?;
-            // none where the model is refuted
-            let error = found.std_error;
-            let error = if error.is_finite() { format!(" ± {error:.4}") } else { String::new() };
-            Some(format!("{:.4}{error}", found.value))
-        };
-        if let (Some(sliding), Some(rolling)) = (told(SharedKind::Sliding), told(SharedKind::Rolling)) {
-            let bounce = told(SharedKind::Bounce);
-            let bounce = bounce.map_or(String::new(), |bounce| format!(", its bounce e_t = {bounce}"));
-            fit.notes.push(format!(
-                "The cloth's sliding friction is μ_k = {sliding}, its rolling resistance μ_r = {rolling}{bounce} (fitted, with \
-                 what is published of μ_r as a prior)."
-            ));
-        }
-    } else if let Some(sliding) = dataset.sliding {
-        fit.notes.push(format!(
-            "The cloth's sliding friction is μ_k = {:.4} ± {:.4}, from the curvature of the paths after the impacts. \
-             Its error is part of the errors of the parameters.",
-            sliding.value,
-            sliding.sd.unwrap_or(f64::NAN)
-        ));
-    }
-    if let (None, Some(Measured { value, sd: Some(sd) })) = (&fit.diagnostics.joint, dataset.rolling) {
-        let (published, spread) = CLOTH[1];
-        fit.notes.push(format!(
-            "Its rolling resistance is taken as μ_r = {value:.4} ± {sd:.4}: published values, {published} ± {spread}, and what the frames tell. \
-             Its error is part of the errors of the parameters."
-        ));
-    }
-    let cloth = match &fit.diagnostics.joint {
-        Some(joint) => [SharedKind::Sliding, SharedKind::Rolling].map(|kind| joint.measured(kind)),
-        None => [dataset.sliding, dataset.rolling],
-    };
+pub(super) fn add_tracks(fit: &mut Fit, dataset: &Dataset, shots: &[&Shot]) {
     // first, since what else is wrong may follow from it
-    let mut suspicious = check::suspicious(dataset, shots, cloth);
-    suspicious.splice(0..0, lags.then(check::lag));
+    let suspicious = check::suspicious(dataset, shots, [dataset.sliding, dataset.rolling]);
     fit.warnings.splice(0..0, check::warnings(&suspicious, shots.len()));
     fit.diagnostics.suspicious = suspicious;
     fit.notes.extend(dataset.notes().cloned());

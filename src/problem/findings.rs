@@ -51,6 +51,16 @@ pub enum Finding {
         /// Their scatter over the stated noise.
         times: f64,
     },
+    /// Frames next to the impacts are off in all shots, and left out.
+    Spoiled {
+        /// Number of frames before each impact.
+        before: usize,
+        /// Number of frames after it.
+        after: usize,
+    },
+    /// Both balls are off their paths in the first frames after the impacts, and not before: the tracker
+    /// lags.
+    Lags,
     /// A contact that is compliant along its surface was adopted.
     Compliance {
         /// κ.
@@ -96,10 +106,13 @@ pub enum Finding {
         /// Number of shots that slide.
         sliding: usize,
     },
-    /// The frames scatter about the paths by more than their noise.
+    /// The frames scatter about the paths by more than their noise; by so much more that the model does
+    /// not describe them, the estimates mean nothing.
     Misfit {
         /// Variance of slow motions over that of the noise before the impacts.
         ratio: f64,
+        /// Whether the model does not describe the frames.
+        refutes: bool,
     },
     /// The frames determine a wanted unknown less well than it is known without them.
     Undetermined {
@@ -136,15 +149,17 @@ impl Finding {
             | Self::Corners { .. }
             | Self::NoiseLasts { .. }
             | Self::NoiseRefuted { .. }
+            | Self::Spoiled { .. }
             | Self::Compliance { .. }
             | Self::Weight { .. } => Severity::Note,
             Self::OtherUnit { .. }
             | Self::Conflict { .. }
             | Self::Cause { .. }
             | Self::Spins { .. }
-            | Self::Misfit { .. }
-            | Self::AtBound { .. } => Severity::Doubtful,
-            Self::NotConverged => Severity::Unusable,
+            | Self::Misfit { refutes: false, .. }
+            | Self::AtBound { .. }
+            | Self::Lags => Severity::Doubtful,
+            Self::NotConverged | Self::Misfit { refutes: true, .. } => Severity::Unusable,
         }
     }
 }

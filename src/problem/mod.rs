@@ -34,12 +34,12 @@ mod uncertainty;
 mod unknowns;
 
 pub use film::film_data::{FilmError, Modelling};
-pub use film::shots::{FittedFrame, Impact, PicturePaths};
+pub use film::shots::{FittedFrame, Impact, Motion, PicturePaths};
 pub use findings::{Finding, Severity};
 pub use offsets::{Offsets, Slope};
 pub use policy::Policy;
 pub use run::fit_film;
-pub use solution::{Budget, Estimate, Solution};
+pub use solution::{Budget, Estimate, ShotInfluence, Solution};
 pub use sums::Noise;
 pub use uncertainty::{Conflict, Score, Share};
 pub use unknowns::{Id, Normal};
@@ -178,7 +178,10 @@ mod tests {
         let influence = all.influence();
         dataset.tracks.as_mut().unwrap().shots.remove(3);
         let without = fitted(&dataset).unwrap();
-        for (id, change) in &influence[3].1 {
+        for (id, change) in &influence[3].as_ref().unwrap().changes {
+            if !Id::WANTED.contains(id) {
+                continue;
+            }
             let (before, after) = (all.get(*id).unwrap(), without.get(*id).unwrap());
             // the noise is estimated again, and χ² is no parabola
             let off = (after.value - before.value - change) / before.std_error.unwrap();

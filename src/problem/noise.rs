@@ -101,7 +101,7 @@ fn restricted(problem: &Problem, at: &Evaluation, (sample, rho): (usize, f64), d
 
 /// Returns the number of shared unknowns that the data determine: each counts by the part of its
 /// information that is not its prior's.
-fn count_shared(problem: &Problem, estimates: &Estimates) -> f64 {
+pub(super) fn count_shared(problem: &Problem, estimates: &Estimates) -> f64 {
     let part = |(i, column): (usize, &usize)| {
         let prior = problem.unknowns[*column].active_prior();
         prior.map_or(1.0, |prior| 1.0 - estimates.covariance[(i, i)] / (prior.sd * prior.sd))

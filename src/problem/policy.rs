@@ -29,6 +29,9 @@ pub struct Policy {
     /// Variance of slow motions over that of the noise before the impacts, beyond which the model
     /// does not describe the paths.
     pub misfit: f64,
+    /// The same beyond which the model does not describe the paths at all: residuals of five times the
+    /// noise.
+    pub refuted: f64,
     /// Standard error of μ_s beyond which it is not identified: the published range is 0.2 to 0.4
     /// (Kim 2024).
     pub undetermined_mu_s: f64,
@@ -46,6 +49,7 @@ impl Default for Policy {
             cause: 10.0,
             adopt: 6.0,
             misfit: 2.0,
+            refuted: 25.0,
             undetermined_mu_s: 0.15,
         }
     }

@@ -4,6 +4,7 @@ use super::block::Block;
 use super::descent::Descent;
 use super::film::causes;
 use super::film::film_data::{Film, FilmError, Modelling};
+use super::film::next_to_impact;
 use super::film::outliers::{judge_shots, leave_out_frames};
 use super::findings::Finding;
 use super::minimise::{descend_with_noise, fit};
@@ -34,6 +35,9 @@ pub fn fit_film(dataset: &Dataset, modelling: &Modelling, policy: &Policy) -> Re
     let problem = Problem::of_one(Block::Film(block), unknowns);
     let mut run = Run { policy, problem, names, findings, left_out, evaluations: 0 };
     let mut descent = run.minimise(&start)?;
+    if let Some(reach) = run.leave_out_spoiled(&mut descent) {
+        run.findings.push(Finding::Spoiled { before: reach[0], after: reach[1] });
+    }
     // shots that were left out have no first guess any more
     let start = if start.own[0].len() == run.names.len() { start } else { descent.end.state.clone() };
     if slow_variance(&run.noise(), &first_noise) > policy.misfit
@@ -72,7 +76,11 @@ pub fn fit_film(dataset: &Dataset, modelling: &Modelling, policy: &Policy) -> Re
     }
     let misfit = slow_variance(&run.noise(), &first_noise);
     if misfit > policy.misfit {
-        run.findings.push(Finding::Misfit { ratio: misfit });
+        run.findings.push(Finding::Misfit { ratio: misfit, refutes: misfit > policy.refuted });
+    }
+    let state = &descent.end.state;
+    if run.problem.film().is_some_and(|film| next_to_impact::lags(film, &state.own[0], &state.shared)) {
+        run.findings.push(Finding::Lags);
     }
     if !descent.converged {
         run.findings.push(Finding::NotConverged);
@@ -136,6 +144,17 @@ impl Run<'_> {
             self.evaluations += descent.evaluations;
         }
         Ok(descent)
+    }
+
+    /// Leaves out the frames next to the impacts if they are off in all shots; returns how many.
+    fn leave_out_spoiled(&mut self, descent: &mut Descent) -> Option<[usize; 2]> {
+        let state = descent.end.state.clone();
+        let film = self.problem.film_mut()?;
+        let reach = next_to_impact::spoiled(film, &state.own[0], &state.shared)?;
+        next_to_impact::leave_out(film, &state.own[0], reach);
+        *descent = descend_with_noise(&mut self.problem, state);
+        self.evaluations += descent.evaluations;
+        Some(reach)
     }
 
     /// Returns the noise of the frames of each ball.

@@ -1,11 +1,13 @@
 //! A minimum, and what is known there.
 
 use nalgebra::DMatrix;
+use rayon::prelude::*;
 
 use super::film::motion::Approach;
 use super::film::own;
 use super::film::spins::ShotSpin;
 use super::findings::{Finding, Severity, worst};
+use super::noise::count_shared;
 use super::problem::{Evaluation, Problem, State};
 use super::sums::{Noise, NoiseSums};
 use super::uncertainty::{Estimates, Share};
@@ -36,6 +38,16 @@ pub struct Budget {
     pub noise: f64,
 }
 
+/// How much a fit depends on one shot.
+#[derive(Clone, Debug)]
+pub struct ShotInfluence {
+    /// Part that the shot has in the fit; over all shots they add up to the number of shared unknowns
+    /// that the data determine.
+    pub leverage: f64,
+    /// Change of each estimate if the shot were left out, to first order.
+    pub changes: Vec<(Id, f64)>,
+}
+
 /// A minimum of a problem, and what is known there.
 #[derive(Clone)]
 pub struct Solution {
@@ -58,6 +70,12 @@ pub struct Solution {
     pub unit: f64,
     /// Middle of the impacts in the film, in its unit.
     pub middle: [f64; 2],
+}
+
+impl std::fmt::Debug for Solution {
+    fn fmt(&self, f: &mut std::fmt::Formatter) -> std::fmt::Result {
+        f.debug_struct("Solution").field("estimates", &self.estimates()).finish_non_exhaustive()
+    }
 }
 
 impl Solution {
@@ -120,16 +138,47 @@ impl Solution {
         Some(Budget { id, shares, noise })
     }
 
-    /// Returns the change of each wanted estimate if each shot of the first sample were left out, in
-    /// the order of the shots.
+    /// Returns how much the fit depends on each shot of the first sample, in the order of the shots;
+    /// `None` for a shot without which something is not determined.
     #[must_use]
-    pub fn influence(&self) -> Vec<(String, Vec<(Id, f64)>)> {
-        let of_shot = |(i, name): (usize, &String)| {
-            let change = self.covariance.influence(&self.problem, &self.at, i)?;
+    pub fn influence(&self) -> Vec<Option<ShotInfluence>> {
+        let shots = self.at.shots.first().map_or(0, Vec::len);
+        let of_shot = |i: usize| {
+            let (leverage, change) = self.covariance.influence(&self.problem, &self.at, i)?;
             let of = |id: Id| Some((id, change[self.covariance.position(self.column(0, id)?)?]));
-            Some((name.clone(), Id::WANTED.into_iter().filter_map(of).collect()))
+            Some(ShotInfluence { leverage, changes: Id::ALL.into_iter().filter_map(of).collect() })
         };
-        self.names.iter().flatten().enumerate().filter_map(of_shot).collect()
+        (0..shots).into_par_iter().map(of_shot).collect()
+    }
+
+    /// Returns the information on these unknowns of the first sample, all other free ones eliminated:
+    /// the inverse of their covariance.
+    #[must_use]
+    pub(crate) fn information(&self, ids: &[Id]) -> Option<DMatrix<f64>> {
+        Some(self.covariance(ids).cholesky()?.inverse())
+    }
+
+    /// Returns how far an unknown at a bound may be from it at 95 % confidence, one-sided: where χ² has
+    /// risen by 1.645² as the others follow, to second order. `None` for one that is not at a bound.
+    #[must_use]
+    pub fn limit_at_bound(&self, id: Id) -> Option<f64> {
+        const RISE: f64 = 1.645 * 1.645;
+        let column = self.column(0, id)?;
+        let (unknown, x) = (&self.problem.unknowns[column], self.at.state.shared.0[column]);
+        let inward = if x == unknown.bounds[0] { 1.0 } else { -1.0 };
+        if unknown.mode != Mode::Free || !unknown.bounds.contains(&x) {
+            return None;
+        }
+        let reduced = self.at.eliminate(&self.problem, 0.0)?;
+        let with: Vec<usize> = self.covariance.columns.iter().copied().chain([column]).collect();
+        let (matrix, n) = (reduced.matrix(&with), with.len() - 1);
+        let beside = matrix.view((0, n), (n, 1)).column(0).into_owned();
+        let bend = matrix[(n, n)] - beside.dot(&(&self.covariance.covariance * &beside));
+        let slope = (inward * reduced.gradient(&with)[n]).max(0.0);
+        // 2 s d + b d² = rise
+        let distance = RISE / (slope + (slope * slope + bend * RISE).sqrt());
+        let [low, high] = unknown.bounds;
+        distance.is_finite().then(|| (x + inward * distance).clamp(low, high))
     }
 
     /// Returns χ² of the data alone, and the number of measured numbers in it.
@@ -138,6 +187,39 @@ impl Solution {
         let samples = 0..self.problem.samples.len();
         let sums: Vec<NoiseSums> = samples.flat_map(|sample| self.at.noises(sample)).collect();
         (sums.iter().map(|sum| sum.weighted).sum(), sums.iter().map(|sum| sum.count).sum())
+    }
+
+    /// Returns what the priors of shared unknowns add to χ².
+    #[must_use]
+    pub fn prior_chi2(&self) -> f64 {
+        let pulls = self.problem.unknowns.iter().zip(&self.at.state.shared.0);
+        pulls.filter_map(|(unknown, x)| Some(unknown.active_prior()?.pull(*x).powi(2))).sum()
+    }
+
+    /// Returns the number of unknowns that the shots have of their own, without those that are held.
+    #[must_use]
+    pub fn own_count(&self) -> usize {
+        let free = |held: &Vec<bool>| held.iter().filter(|held| !**held).count();
+        self.at.shots.iter().flatten().map(|shot| free(&shot.held)).sum()
+    }
+
+    /// Returns the number of shared unknowns that the data determine: each counts by the part of its
+    /// information that is not its prior's.
+    #[must_use]
+    pub fn data_count(&self) -> f64 {
+        count_shared(&self.problem, &self.covariance)
+    }
+
+    /// Returns whether the noise of all data is stated.
+    #[must_use]
+    pub fn states_noise(&self) -> bool {
+        self.problem.film().is_some_and(|film| film.states_noise)
+    }
+
+    /// Returns the bounds of an unknown of the first sample.
+    #[must_use]
+    pub fn bounds(&self, id: Id) -> [f64; 2] {
+        self.column(0, id).map_or([f64::NAN; 2], |column| self.problem.unknowns[column].bounds)
     }
 
     /// Returns the noise of the frames of the cue balls and of the object balls of a film.

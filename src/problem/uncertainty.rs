@@ -151,12 +151,13 @@ impl Estimates {
         self.columns.iter().enumerate().filter_map(conflict).collect()
     }
 
-    /// Returns the change of each of the estimates, in their order, if shot `i` of the only sample
-    /// were left out, to first order.
-    pub fn influence(&self, problem: &Problem, at: &Evaluation, i: usize) -> Option<DVector<f64>> {
+    /// Returns the leverage of shot `i` of the only sample, and the change of each of the estimates, in
+    /// their order, if it were left out, to first order.
+    pub fn influence(&self, problem: &Problem, at: &Evaluation, i: usize) -> Option<(f64, DVector<f64>)> {
         let ids: Vec<Id> = self.columns.iter().map(|column| problem.unknowns[*column].id).collect();
         let (matrix, gradient) = at.shots.first()?.get(i)?.reduced(&ids)?;
+        let leverage = (&self.covariance * &matrix).trace();
         let information = self.covariance.clone().cholesky()?.inverse() - matrix;
-        Some(information.cholesky()?.solve(&gradient))
+        Some((leverage, information.cholesky()?.solve(&gradient)))
     }
 }

@@ -1,20 +1,17 @@
 //! A [`Comparison`] → table, compare.json and pictures.
 
-use std::collections::HashSet;
-
 use serde::{Serialize, Serializer};
 use serde_json::{Value as Json, json};
 
 use super::content::{Block, Report, Section, Table, Verdict, facts};
 use super::digits::{self, FEW, MANY, decimal, probability, relative, significant};
 use super::number::{count_of, interval, plain, with_error};
-use super::plot;
 use super::plot::compare::{forest, residuals};
-use super::shots::{MOST_PICTURES, ShotPicture, shot_list, size, with_spots};
+use super::shots::{ShotPicture, shot_list, with_spots};
 use super::trust::{computed, down_weighted};
 use super::{LEAST_P, ReportError, csv, diagnostics, html, list, p_text, pretty, text};
 use crate::compare::{Compared, Comparison, Difference, LabelResidual, Value};
-use crate::fit::{Counted, Method, Prepared, Rejected, Residual};
+use crate::fit::{Counted, Method, Rejected, Residual};
 
 /// What was compared.
 fn method(comparison: &Comparison) -> &'static str {
@@ -31,20 +28,6 @@ fn method(comparison: &Comparison) -> &'static str {
 /// What the report calls a shot.
 fn shot_name(comparison: &Comparison, residual: &LabelResidual) -> String {
     format!("{}, {}", comparison.samples[residual.sample].title, residual.of_shot.shot)
-}
-
-/// The pictures of the shots with the largest residuals, for [`files`].
-pub fn pictures(comparison: &Comparison, datasets: &[Prepared]) -> Result<Vec<ShotPicture>, ReportError> {
-    let mut worst: Vec<&LabelResidual> = comparison.residuals.iter().collect();
-    worst.sort_by(|a, b| size(&b.of_shot).total_cmp(&size(&a.of_shot)));
-    let mut seen = HashSet::new();
-    worst.retain(|residual| seen.insert((residual.sample, residual.of_shot.shot.as_str())));
-    let draw = |residual: &LabelResidual| {
-        let Prepared { extracted, scene, .. } = datasets.get(comparison.samples[residual.sample].dataset)?;
-        let (track, impact) = extracted.iter().find(|(track, _)| track.name == residual.of_shot.shot)?;
-        Some(plot::track::svg(track, impact, scene).map(|svg| (shot_name(comparison, residual), svg)))
-    };
-    worst.into_iter().take(MOST_PICTURES).filter_map(draw).collect()
 }
 
 /// The files of a comparison: name and content.

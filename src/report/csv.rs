@@ -7,8 +7,8 @@ use super::digits::{self, FEW, MANY, SHOT};
 use super::unit_name;
 use crate::compare::Comparison;
 use crate::fit::{Fit, Residual};
-use crate::likelihood::frames::rows::{Measured, Row};
 use crate::measurement::track::TrackedBall;
+use crate::problem::FittedFrame;
 
 /// The columns: `measured`, `predicted` and `sd` are in `unit`, `cut_deg` in degrees, `speed_m_s`
 /// in m/s, `standardized` has none. `model` is `refuted` where the data rule the model out, else empty. `t_s` (s) and `ball`
@@ -37,7 +37,8 @@ pub fn write(fit: &Fit, to: &mut (dyn Write + Send)) -> io::Result<()> {
             let shot = quoted(&of_shot.shot);
             let [cut, speed] = [of_shot.cut.to_degrees(), of_shot.speed].map(|value| number(value, SHOT));
             let common = format!("{cut},{speed}");
-            of_shot.rows.iter().for_each(|row| frame(text, &shot, row, [&common, model]));
+            let used = of_shot.frames.iter().filter(|frame| frame.used);
+            used.for_each(|own| frame(text, &shot, own, [&common, model]));
         }),
         None => fit.residuals.iter().try_for_each(|residual| to.write_all(row(residual, model).as_bytes())),
     }
@@ -67,26 +68,23 @@ fn row(residual: &Residual, model: &str) -> String {
 }
 
 /// There may be millions of these: no cell is a text of its own.
-fn frame(text: &mut String, shot: &str, row: &Row, [common, model]: [&str; 2]) {
-    let (prefix, ball) = match row.ball {
+fn frame(text: &mut String, shot: &str, own: &FittedFrame, [common, model]: [&str; 2]) {
+    let (prefix, ball) = match own.ball {
         TrackedBall::Cue => ("cue", "cue"),
         TrackedBall::Object => ("obj", "object"),
     };
-    let axis = ["x", "y", "z"][row.axis.index()];
-    let (before, after, unit) = match row.quantity {
-        Measured::Coordinate => ("_", "", "m"),
-        Measured::SpinBefore => ("_w", "", "rad/s"),
-        Measured::SpinAfter => ("_w", "_after", "rad/s"),
-    };
-    push(text, [shot, ",", prefix, before, axis, after, ",", unit]);
-    for value in [row.measured, row.predicted].map(|value| digits::to_error(value, Some(row.sd))) {
-        push_number(text, value);
+    let standardized = own.standardized();
+    for (axis, name) in ["x", "y"].into_iter().enumerate() {
+        push(text, [shot, ",", prefix, "_", name, ",m"]);
+        for value in [own.seen[axis], own.predicted[axis]] {
+            push_number(text, digits::to_error(value, Some(own.sd[axis])));
+        }
+        push_number(text, digits::significant(own.sd[axis], FEW));
+        push_number(text, digits::decimal(standardized[axis]));
+        push(text, [",", common]);
+        push_number(text, digits::significant(own.time, MANY));
+        push(text, [",", ball, ",", model, "\n"]);
     }
-    push_number(text, digits::significant(row.sd, FEW));
-    push_number(text, digits::decimal(row.standardized()));
-    push(text, [",", common]);
-    push_number(text, digits::significant(row.time.unwrap_or(f64::NAN), MANY));
-    push(text, [",", ball, ",", model, "\n"]);
 }
 
 /// A measured value, what was predicted of it, and its standard deviation.

@@ -6,9 +6,10 @@ use super::digits::{FEW, MANY, decimal, edge, end, probability, relative, signif
 use super::{by_name, list};
 use crate::fit::{
     Alternative, Bootstrap, Bound, Combination, Computed, Contour, Fit, FoundMinimum, Goodness,
-    Identifiability, Influence, JointFit, Level, Profile, Robust, SharedEstimate, SharedKind, Starts, Trend,
+    Identifiability, Influence, JointFit, Level, Profile, Robust, Starts, Trend,
 };
 use crate::measurement::parameter::Parameter;
+use crate::problem::{Budget, Estimate, Id};
 
 /// The standard error of each parameter that has one: what its values elsewhere are rounded by.
 type Errors<'a> = &'a dyn Fn(Parameter) -> Option<f64>;
@@ -53,16 +54,48 @@ fn joint(found: &JointFit) -> Value {
         "shot_unknowns": found.unknowns,
     });
     // those of the camera are told in `film`
-    let own = found.shared.iter().filter(|shared| !matches!(shared.kind, SharedKind::Camera(_)));
-    for SharedEstimate { kind, value, std_error, interval_95 } in own {
-        let error = Some(*std_error);
-        all[kind.name()] = json!({
-            "value": to_error(*value, error),
-            "std_error": relative(*std_error, FEW),
-            "interval_95": interval_95.map(|ends| ends.map(|value| end(value, error))),
+    for Estimate { id, value, std_error, .. } in &found.shared {
+        let Some(error) = std_error.filter(|_| *id < Id::Scale) else { continue };
+        let ends = [value - WIDE * error, value + WIDE * error];
+        all[id.name()] = json!({
+            "value": to_error(*value, *std_error),
+            "std_error": relative(error, FEW),
+            "interval_95": ends.map(|value| end(value, *std_error)),
         });
     }
     all
+}
+
+/// Normal quantile of 95 % intervals.
+const WIDE: f64 = 1.96;
+
+/// Every unknown that the shots of a film share.
+pub(super) fn unknowns(found: &[Estimate]) -> Vec<Value> {
+    let unknown = |own: &Estimate| {
+        let pull = own.prior.map(|prior| (own.value - prior.mean) / prior.sd);
+        json!({
+            "name": own.id.name(),
+            "estimate": to_error(own.value, own.std_error),
+            "std_error": own.std_error.map(|error| relative(error, FEW)),
+            "prior": own.prior.map(|prior| [significant(prior.mean, MANY), significant(prior.sd, FEW)]),
+            "prior_pull": pull.map(decimal),
+        })
+    };
+    found.iter().map(unknown).collect()
+}
+
+/// What each source adds to the errors of μ, μ_s and e: squares add up to that of the standard error.
+pub(super) fn budget(found: &[Budget]) -> Value {
+    let part = |source: &str, variance: f64| json!({"source": source, "std_error": relative(variance.max(0.0).sqrt(), FEW)});
+    let of = |own: &Budget| {
+        let mut parts: Vec<(&str, f64)> =
+            own.shares.iter().map(|share| (share.nuisance.name(), share.variance)).collect();
+        parts.push(("noise", own.noise));
+        parts.sort_by(|a, b| b.1.total_cmp(&a.1));
+        let parts: Vec<Value> = parts.into_iter().map(|(source, variance)| part(source, variance)).collect();
+        (own.id.name().to_owned(), Value::from(parts))
+    };
+    Value::Object(found.iter().map(of).collect())
 }
 
 fn bootstrap(found: &Bootstrap, error: Errors) -> Value {

@@ -77,7 +77,12 @@ pub fn pictures(
 ) -> Result<Vec<(String, Vec<u8>)>, ReportError> {
     extracted::drawn(extracted, |(shot, impact)| {
         let tracks = Tracks {
-            shot,
+            name: &shot.name,
+            seen: [&shot.cue, &shot.object].map(|samples| {
+                let [from, to] = impact.window;
+                let used = samples.iter().filter(|sample| (from..=to).contains(&sample.t));
+                used.map(|sample| (sample.t, [sample.x, sample.y])).collect()
+            }),
             summary: summary(impact),
             names: ["first disc", "second disc"],
             window: impact.window,

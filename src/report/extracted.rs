@@ -8,17 +8,17 @@ use rayon::prelude::*;
 use super::csv::{line, quoted};
 use super::plot::track;
 use super::{ReportError, folder_name};
-use crate::extraction::{Impact, Quantity};
+use crate::fit::FittedFilm;
 use crate::io::{balls_section, covariance};
 use crate::measurement::dataset::{Before, Dataset, Measured, Shared};
 use crate::measurement::observable::Observable;
 use crate::measurement::spin::Spin;
 use crate::measurement::track::TrackShot;
-use crate::trajectory::scene::Scene;
+use crate::problem::Impact;
 
 /// dataset.toml, impacts.csv, covariance.csv and left-out.csv.
 #[must_use]
-pub fn files(dataset: &Dataset, extracted: &[(TrackShot, Impact)]) -> Vec<(&'static str, Vec<u8>)> {
+pub fn files(dataset: &Dataset, extracted: &[Impact]) -> Vec<(&'static str, Vec<u8>)> {
     vec![
         ("impacts.csv", impacts(dataset, extracted).into_bytes()),
         ("covariance.csv", covariance(dataset).into_bytes()),
@@ -28,11 +28,13 @@ pub fn files(dataset: &Dataset, extracted: &[(TrackShot, Impact)]) -> Vec<(&'sta
 }
 
 /// A picture of each shot: file name and SVG.
-pub fn pictures(
-    extracted: &[(TrackShot, Impact)],
-    scene: &Scene,
-) -> Result<Vec<(String, Vec<u8>)>, ReportError> {
-    drawn(extracted, |(shot, impact)| track::svg(shot, impact, scene))
+pub fn pictures(film: &FittedFilm, extracted: &[Impact]) -> Result<Vec<(String, Vec<u8>)>, ReportError> {
+    let names: Vec<String> = extracted.iter().map(|impact| impact.shot.name.clone()).collect();
+    let file = |(impact, name): (&Impact, &String)| {
+        let svg = track::svg(film, impact)?;
+        Ok((format!("{name}.svg"), svg.into_bytes()))
+    };
+    extracted.par_iter().zip(&super::group_folders(&names)).map(file).collect()
 }
 
 /// Each shot drawn, in a file that is named after it.
@@ -48,13 +50,11 @@ pub(super) fn drawn<T: Sync>(
 }
 
 /// The pictures of some of the shots: name of the shot and SVG.
-pub fn pictures_of(
-    names: &[String],
-    extracted: &[(TrackShot, Impact)],
-    scene: &Scene,
-) -> Result<Vec<(String, String)>, ReportError> {
-    let wanted = extracted.par_iter().filter(|(shot, _)| names.contains(&shot.name));
-    wanted.map(|(shot, impact)| Ok((shot.name.clone(), track::svg(shot, impact, scene)?))).collect()
+pub fn pictures_of(names: &[String], film: &FittedFilm) -> Result<Vec<(String, String)>, ReportError> {
+    let own = film.names();
+    let wanted = names.par_iter().filter(|name| own.contains(&name.as_str()));
+    let impacts = wanted.filter_map(|name| film.impact(name));
+    impacts.map(|impact| Ok((impact.shot.name.clone(), track::svg(film, &impact)?))).collect()
 }
 
 /// The one spin that all shots have, if that is stun or natural roll.
@@ -109,7 +109,7 @@ fn stated(dataset: &Dataset) -> toml::Table {
     text.trim_start_matches('\u{feff}').parse().unwrap_or_default()
 }
 
-fn impacts(dataset: &Dataset, extracted: &[(TrackShot, Impact)]) -> String {
+fn impacts(dataset: &Dataset, extracted: &[Impact]) -> String {
     let spins = assumed(dataset).is_none();
     let after: Vec<Observable> = Observable::IMPACTS
         .into_iter()
@@ -125,7 +125,7 @@ fn impacts(dataset: &Dataset, extracted: &[(TrackShot, Impact)]) -> String {
     let labels: BTreeSet<&String> = dataset.shots.iter().flat_map(|shot| shot.labels.keys()).collect();
     head.extend(labels.iter().map(|label| quoted(label).into_owned()));
     let mut table = line(head);
-    for (shot, (_, impact)) in dataset.shots.iter().zip(extracted) {
+    for (shot, impact) in dataset.shots.iter().zip(extracted) {
         let Before::Impact { normal, velocity } = &shot.before else { continue };
         let mut cells = vec![quoted(&shot.name).into_owned()];
         let mut add = |m: Option<&Measured>| {
@@ -156,7 +156,7 @@ fn impacts(dataset: &Dataset, extracted: &[(TrackShot, Impact)]) -> String {
                 .to_owned(),
             );
         }
-        let found = [impact.values[Quantity::Time as usize], 1e3 * impact.position_sd, impact.reduced_chi2];
+        let found = [impact.time, 1e3 * impact.position_sd, impact.reduced_chi2];
         cells.extend(found.map(|value| value.to_string()));
         cells.push(impact.outliers.to_string());
         let text = |label: &&String| shot.labels.get(*label).map_or("", String::as_str);

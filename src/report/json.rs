@@ -94,6 +94,9 @@ fn document(fit: &Fit) -> impl Serialize + '_ {
         // `null` where the data do not refute the model
         refuted: fit.refuted.as_ref().map(refuted),
         film: fit.camera.as_ref().map(film),
+        // of a film of balls: every unknown that its shots share, and what adds to the errors
+        unknowns: diagnostics::unknowns(&fit.unknowns),
+        budget: diagnostics::budget(&fit.budget),
         // the best first; empty where nothing is amiss
         explanations: fit.explanations.iter().map(explanation).collect::<Vec<_>>(),
         observations: fit.diagnostics.joint.as_ref().map_or(fit.residuals.len(), |joint| joint.observations),

@@ -5,8 +5,7 @@ use std::collections::HashMap;
 
 use super::csv::{cell, line, number, quoted};
 use super::digits::{self, FEW, SHOT};
-use crate::fit::{Fit, FittedFrames, Residual};
-use crate::likelihood::frames::own_estimates::OwnEstimate;
+use crate::fit::{Fit, FittedFilm, OwnEstimate, Residual};
 
 /// The first columns: `used` is true or false, with the `reason` where a shot was left out or is doubtful; `chi2` is the sum of
 /// the squares of `values` standardized residuals, `largest` the largest of them in size. For each observable its column, `…_sd` and
@@ -19,7 +18,7 @@ pub const HEADER: &str = "shot,used,reason,cut_deg,speed_m_s,values,chi2,largest
 pub fn render(fit: &Fit) -> String {
     let observables = distinct(fit.residuals.iter().map(|residual| residual.observable));
     let estimates: Vec<(&str, Vec<OwnEstimate>)> =
-        fit.frames.iter().flat_map(FittedFrames::estimates).collect();
+        fit.frames.iter().flat_map(FittedFilm::estimates).collect();
     let estimated = distinct(estimates.iter().flat_map(|(_, own)| own).map(|estimate| estimate.column));
     let estimates: HashMap<&str, &[OwnEstimate]> =
         estimates.iter().map(|(shot, own)| (*shot, own.as_slice())).collect();

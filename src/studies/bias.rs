@@ -6,7 +6,7 @@ use std::time::Instant;
 
 use super::accuracy;
 use crate::fit;
-use crate::fit::{Depth, FitError, Method, Options};
+use crate::fit::{Depth, FitError, Options};
 use crate::likelihood::prediction::Plan;
 use crate::measurement::dataset::{Before, Dataset, Measured, Measurement, ObjectBall, Shot};
 use crate::measurement::loss::Loss;
@@ -180,7 +180,6 @@ pub fn bias(dataset: &Dataset, way: Way) -> Result<Row, FitError> {
         effects: fidelity.map(Fidelity::effects),
         tolerance: if fidelity == Some(Fidelity::Contact) { TOLERANCE } else { Model::TOLERANCE_OF_FITS },
         depth: Depth::Estimates,
-        method: Some(Method::TwoStage),
         ..Options::default()
     };
     let mut dataset = dataset.clone();

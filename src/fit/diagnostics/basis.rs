@@ -22,8 +22,6 @@ pub(in crate::fit) struct Context<'a> {
     pub free: &'a [Parameter],
     pub sds: &'a EstimatedSd,
     pub dof: usize,
-    /// χ² of the frames and its degrees of freedom, where frames were fitted and the noise explains what the collisions add to it.
-    pub explained: Option<(f64, usize)>,
     /// Whether somebody stated the noise; that of frames is estimated where nobody did.
     pub states_noise: bool,
     /// Whether χ² tells model from noise: the noise is stated, and no shot is down-weighted.

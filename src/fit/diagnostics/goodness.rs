@@ -80,16 +80,11 @@ pub struct Normality {
 /// Tests the residuals of a fit.
 pub(in crate::fit) fn goodness(context: &Context) -> Goodness {
     let of = |chi2: f64, dof: usize| ChiSquared::new(dof as f64).ok().map(|d| d.sf(chi2));
-    let of_velocities = (2.0 * context.minimum.cost, context.dof);
-    // what is extracted from slow frames may be off though the frames themselves agree with the model
-    let agrees = of(of_velocities.0, of_velocities.1).is_some_and(|p| p >= IMPROBABLE);
-    let explained = context.explained.filter(|_| context.tests_noise && !agrees);
-    let (chi2, dof) = explained.unwrap_or(of_velocities);
+    let (chi2, dof) = (2.0 * context.minimum.cost, context.dof);
     let p_value = of(chi2, dof).filter(|_| context.tests_noise);
     let noise_factor = p_value.map(|_| (chi2 / dof as f64).sqrt());
     let noise = match p_value {
         None => NoiseVerdict::NotTested,
-        Some(_) if explained.is_some() => NoiseVerdict::Explains,
         Some(p) if p < IMPROBABLE => NoiseVerdict::TooSmall,
         Some(p) if context.states_noise && p > 1.0 - IMPROBABLE && noise_factor < Some(1.0 - HARMLESS) => {
             NoiseVerdict::TooLarge
@@ -109,7 +104,7 @@ pub(in crate::fit) fn goodness(context: &Context) -> Goodness {
         p_value,
         noise,
         noise_factor,
-        trends: if explained.is_some() { Vec::new() } else { trends(context, &basis) },
+        trends: trends(context, &basis),
         normality: normality(context, &basis),
         influence: influence(context, &basis, influential_from),
         influential_from,
@@ -125,6 +120,11 @@ fn normality(context: &Context, basis: &Basis) -> Option<Normality> {
         })
         .filter(|value| value.is_finite())
         .collect();
+    normality_of(&standardized)
+}
+
+/// Tests standardized residuals; `None` for too few.
+pub(in crate::fit) fn normality_of(standardized: &[f64]) -> Option<Normality> {
     let n = standardized.len();
     if n < ENOUGH {
         return None;
@@ -132,7 +132,7 @@ fn normality(context: &Context, basis: &Basis) -> Option<Normality> {
     let mean = standardized.iter().sum::<f64>() / n as f64;
     let variance = standardized.iter().map(|x| (x - mean).powi(2)).sum::<f64>() / (n - 1) as f64;
     let normal = Normal::new(mean, variance.sqrt()).ok().filter(|_| variance > ROUNDING)?;
-    let (statistic, p_value) = anderson_darling(&standardized, &normal).ok()?;
+    let (statistic, p_value) = anderson_darling(standardized, &normal).ok()?;
     let p_value = if statistic < HOPELESS { p_value.clamp(0.0, 1.0) } else { 0.0 };
     Some(Normality { statistic: if statistic.is_finite() { statistic } else { f64::MAX }, p_value })
 }

@@ -3,7 +3,6 @@ mod basis;
 pub(crate) mod goodness;
 pub(crate) mod identifiability;
 pub(crate) mod influence;
-pub(crate) mod lag;
 pub(crate) mod other_models;
 pub(crate) mod refuted;
 pub(crate) mod trends;

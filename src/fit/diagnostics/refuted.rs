@@ -112,11 +112,6 @@ pub(in crate::fit) fn judge(fit: &mut Fit, shots: &[&Shot]) {
     for estimate in fit.estimates.iter_mut().filter(|e| e.status != Status::Fixed) {
         *estimate = Estimate::bare(estimate.parameter, estimate.value, estimate.status);
     }
-    if let Some(joint) = &mut fit.diagnostics.joint {
-        for estimate in &mut joint.shared {
-            (estimate.std_error, estimate.interval_95) = (f64::NAN, None);
-        }
-    }
     // their regions are intervals of two parameters
     fit.diagnostics.contours.clear();
     fit.diagnostics.profiles.clear();

@@ -186,6 +186,25 @@ pub(in crate::fit) fn trends(context: &Context, basis: &Basis) -> Vec<Trend> {
             }
         }
     }
+    holm(trends)
+}
+
+/// Returns the trends of these slopes with their probabilities by chance, the most significant first.
+pub(in crate::fit) fn ranked(found: Vec<(&'static str, Variable, f64, f64)>) -> Vec<Trend> {
+    let trend = |(quantity, variable, slope, p_value)| Trend {
+        quantity,
+        variable,
+        slope,
+        p_value,
+        p_corrected: p_value,
+        significant: false,
+        words: String::new(),
+    };
+    holm(found.into_iter().map(trend).collect())
+}
+
+/// Corrects for the number of trends that were looked for (Holm 1979), and says each in words.
+fn holm(mut trends: Vec<Trend>) -> Vec<Trend> {
     trends.sort_by(|a, b| a.p_value.total_cmp(&b.p_value));
     let count = trends.len();
     let mut largest = 0.0_f64;

@@ -96,6 +96,27 @@ fn contour(
     Some(Contour { parameters: pair.map(|column| slice.free[column].parameter), centre, levels })
 }
 
+/// Returns the regions of two parameters as their covariance has them, within their bounds.
+pub(in crate::fit) fn ellipses(
+    parameters: [Parameter; 2],
+    centre: [f64; 2],
+    covariance: &DMatrix<f64>,
+    bounds: [[f64; 2]; 2],
+) -> Option<Contour> {
+    let root = Matrix2::from_fn(|i, j| covariance[(i, j)]).cholesky()?.l();
+    let rises = [rise(LEVELS[0], None)?, rise(LEVELS[1], None)?];
+    let level = |(probability, rise): (f64, f64)| {
+        let point = |k: usize| {
+            let along = rise.sqrt() * (root * on_circle(k, POINTS));
+            [centre[0] + along.x, centre[1] + along.y]
+        };
+        let ellipse: Vec<[f64; 2]> = (0..POINTS).map(point).collect();
+        let inside = |point: &[f64; 2]| [0, 1].map(|i| point[i].clamp(bounds[i][0], bounds[i][1]));
+        Level { probability, rise, edge: ellipse.iter().map(inside).collect(), ellipse }
+    };
+    Some(Contour { parameters, centre, levels: LEVELS.into_iter().zip(rises).map(level).collect() })
+}
+
 fn on_circle(k: usize, count: usize) -> Vector2<f64> {
     let (sin, cos) = (std::f64::consts::TAU * k as f64 / count as f64).sin_cos();
     Vector2::new(cos, sin)

@@ -8,6 +8,7 @@ pub(crate) mod film_data;
 pub(crate) mod frames;
 pub(crate) mod impact;
 pub(crate) mod motion;
+pub(crate) mod next_to_impact;
 pub(crate) mod outliers;
 pub(crate) mod own;
 pub(crate) mod priors;

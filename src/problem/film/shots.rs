@@ -47,8 +47,22 @@ pub struct Impact {
     pub frames: [usize; 3],
     /// Number of frames that were left out.
     pub outliers: usize,
+    /// Where both balls were seen in the frames that were used: instant (s) and place, m from the middle
+    /// of the film.
+    pub seen: [Vec<(f64, [f64; 2])>; 2],
     /// Paths of the balls through the picture.
     pub paths: PicturePaths,
+}
+
+impl Impact {
+    /// Returns the speeds of the cue ball before and after the impact, and of the object ball after it,
+    /// m/s.
+    #[must_use]
+    pub fn speeds(&self) -> [f64; 3] {
+        let Before::Impact { velocity: [x, y], .. } = self.shot.before else { return [f64::NAN; 3] };
+        let after: Vec<f64> = self.shot.after.iter().map(|after| after.measured.value).collect();
+        [x.value.hypot(y.value), after[0].hypot(after[1]), after[2].hypot(after[3])]
+    }
 }
 
 /// One ball in one frame against the fit.
@@ -96,16 +110,13 @@ impl PicturePaths {
     }
 }
 
-impl Solution {
-    /// Returns the frames of shot `i` of a film against the fit.
-    #[must_use]
-    pub fn fitted_frames(&self, i: usize) -> Vec<FittedFrame> {
-        let Some((film, own, shared)) = self.film_shot(i) else { return Vec::new() };
-        let Some(paths) = PicturePaths::new(film, i, own, &shared) else { return Vec::new() };
+impl FilmBlock {
+    /// Returns the frames of shot `i` against its paths.
+    pub(crate) fn fitted_frames(&self, i: usize, own: &Own, shared: &Shared) -> Vec<FittedFrame> {
+        let Some(paths) = PicturePaths::new(self, i, own, shared) else { return Vec::new() };
         let of_ball = |(which, ball): (usize, TrackedBall)| {
-            let noise = film.world.noise[which];
-            let paths = &paths;
-            film.shots[i].tracks[which].iter().map(move |frame| FittedFrame {
+            let (noise, paths) = (self.world.noise[which], &paths);
+            self.shots[i].tracks[which].iter().map(move |frame| FittedFrame {
                 ball,
                 time: frame.time,
                 seen: frame.seen.into(),
@@ -115,6 +126,29 @@ impl Solution {
             })
         };
         [TrackedBall::Cue, TrackedBall::Object].into_iter().enumerate().flat_map(of_ball).collect()
+    }
+}
+
+impl FittedFrame {
+    /// Returns measured less predicted, in standard deviations.
+    #[must_use]
+    pub fn standardized(&self) -> [f64; 2] {
+        [0, 1].map(|axis| (self.seen[axis] - self.predicted[axis]) / self.sd[axis])
+    }
+}
+
+impl Solution {
+    /// Returns the frames of shot `i` of a film against the fit.
+    #[must_use]
+    pub fn fitted_frames(&self, i: usize) -> Vec<FittedFrame> {
+        let shot = self.film_shot(i);
+        shot.map_or_else(Vec::new, |(film, own, shared)| film.fitted_frames(i, own, &shared))
+    }
+
+    /// Returns the radius of the object ball of a film, m.
+    #[must_use]
+    pub fn radius(&self) -> f64 {
+        self.problem.film().map_or(f64::NAN, |film| film.world.contact.object().radius)
     }
 
     fn film_shot(&self, i: usize) -> Option<(&FilmBlock, &Own, Shared)> {
@@ -201,6 +235,10 @@ impl Solution {
             reduced_chi2: weighted / (all - (OWN + 4) as f64).max(1.0),
             frames: [count(0, false), count(0, true), count(1, true)],
             outliers: frames.iter().flatten().filter(|frame| frame.is_left_out()).count(),
+            seen: [0, 1].map(|ball| {
+                let used = frames[ball].iter().filter(|frame| frame.used);
+                used.map(|frame| (frame.time, frame.seen.into())).collect()
+            }),
             paths: PicturePaths::new(film, i, &own, &shared)?,
         })
     }
@@ -246,4 +284,114 @@ fn settle(film: &FilmBlock, i: usize, mut own: Own, shared: &mut Shared) -> (Own
         }
     }
     (own, at)
+}
+
+/// How a cue ball meets an object ball.
+#[derive(Clone, Copy, Debug)]
+pub struct Motion {
+    /// Instant of the impact, s.
+    pub instant: f64,
+    /// Cut angle, rad: positive if the cue ball moves towards +y of the collision frame.
+    pub cut: f64,
+    /// Speed of the cue ball before the impact, m/s.
+    pub speed: f64,
+    /// Direction of the line of centres, rad.
+    pub direction: f64,
+    /// Velocities of both balls after the impact in the collision frame, along and across, m/s.
+    pub after: [f64; 4],
+    /// Topspin over natural roll.
+    pub topspin: f64,
+}
+
+impl Solution {
+    /// Returns how shot `i` of a film goes by the fit.
+    #[must_use]
+    pub fn motion(&self, i: usize) -> Option<Motion> {
+        let (film, own, shared) = self.film_shot(i)?;
+        let spin = &film.spins[i];
+        let struck = Struck::new(own, &shared, &spin.stated, film.contact(i)).ok()?;
+        let [along, across] = [own[own::ALONG], own[own::ACROSS]];
+        let rolls = spin.stated.approach == Approach::Rolls;
+        let [cue, object] = &struck.after;
+        Some(Motion {
+            instant: own[own::TIME],
+            cut: across.atan2(along),
+            speed: along.hypot(across),
+            direction: own[own::DIRECTION],
+            after: [cue.velocity.x.re, cue.velocity.y.re, object.velocity.x.re, object.velocity.y.re],
+            topspin: if rolls { 1.0 } else { spin.mean(&shared) + own[own::TOPSPIN] },
+        })
+    }
+
+    /// Returns the middle between the balls of shot `i` of a film as they touch, m from the middle of the
+    /// film.
+    #[must_use]
+    pub fn contact(&self, i: usize) -> Option<[f64; 2]> {
+        let (film, own, _) = self.film_shot(i)?;
+        let (sin, cos) = own[own::DIRECTION].sin_cos();
+        let radius = film.world.contact.object().radius;
+        Some([own[own::X] - radius * cos, own[own::Y] - radius * sin])
+    }
+
+    /// Returns the own unknowns of shot `i` of a film in the frame of the table, from `origin` (m): the
+    /// column of each, its value and its standard error, with what all shots share.
+    #[must_use]
+    pub fn own_estimates(&self, i: usize, origin: [f64; 2]) -> Vec<(&'static str, f64, f64)> {
+        let own_estimates = || {
+            let (film, own, _) = self.film_shot(i)?;
+            let sums = self.at.shots.first()?.get(i)?;
+            let (matrix, _) = sums.system(&[], 0.0);
+            let reduced = matrix.cholesky()?;
+            let columns = &self.covariance.columns;
+            let sample = self.problem.samples.first()?;
+            let beside = DMatrix::from_fn(OWN, columns.len(), |row, column| {
+                let local = sample.columns.iter().position(|c| *c == columns[column]);
+                let held = sums.held[row];
+                local.filter(|_| !held).map_or(0.0, |local| sums.products[(row, OWN + local)])
+            });
+            let by_shared = -reduced.solve(&beside);
+            let mut covariance =
+                reduced.inverse() + &by_shared * &self.covariance.covariance * by_shared.transpose();
+            for place in (0..OWN).filter(|place| sums.held[*place]) {
+                covariance.row_mut(place).fill(0.0);
+                covariance.column_mut(place).fill(0.0);
+            }
+            let estimate = |column: &'static str, value: f64, by: &[(usize, f64)]| {
+                let variance = by.iter().flat_map(|(i, a)| by.iter().map(move |(j, b)| (i, j, a * b)));
+                let variance: f64 = variance.map(|(i, j, product)| covariance[(*i, *j)] * product).sum();
+                (column, value, variance.max(0.0).sqrt())
+            };
+            // along and across the line of centres, which turns
+            let (sin, cos) = own[own::DIRECTION].sin_cos();
+            let [along, across] = [own[own::ALONG], own[own::ACROSS]];
+            let velocity = [cos * along - sin * across, sin * along + cos * across];
+            let mut all = vec![
+                estimate("impact_t_s", own[own::TIME], &[(own::TIME, 1.0)]),
+                estimate("object_x_m", own[own::X] + origin[0], &[(own::X, 1.0)]),
+                estimate("object_y_m", own[own::Y] + origin[1], &[(own::Y, 1.0)]),
+                estimate(
+                    "normal_deg",
+                    own[own::DIRECTION].to_degrees(),
+                    &[(own::DIRECTION, 1_f64.to_degrees())],
+                ),
+                estimate(
+                    "cue_vx",
+                    velocity[0],
+                    &[(own::DIRECTION, -velocity[1]), (own::ALONG, cos), (own::ACROSS, -sin)],
+                ),
+                estimate(
+                    "cue_vy",
+                    velocity[1],
+                    &[(own::DIRECTION, velocity[0]), (own::ALONG, sin), (own::ACROSS, cos)],
+                ),
+            ];
+            if film.spins[i].stated.approach != Approach::Rolls {
+                let topspin = self.motion(i)?.topspin;
+                all.push(estimate("cue_topspin_of_roll", topspin, &[(own::TOPSPIN, 1.0)]));
+            }
+            all.push(estimate("cue_side_spin_of_speed", own[own::SIDE], &[(own::SIDE, 1.0)]));
+            Some(all)
+        };
+        own_estimates().unwrap_or_default()
+    }
 }

@@ -4,11 +4,10 @@ use super::axis::Axis;
 use super::frame::{Frame, Rect};
 use super::picture::{GREY, INK, LARGE, Picture, shortened};
 use super::series::{color, two_balls};
-use super::track::{cm, instants, used};
-use crate::extraction::{Impact, Quantity};
-use crate::measurement::track::TrackShot;
+use super::track::{cm, instants, window};
+use crate::fit::FittedFilm;
+use crate::problem::Impact;
 use crate::report::ReportError;
-use crate::trajectory::scene::Scene;
 
 const WIDTH: i32 = 900;
 /// Above the plan, and between it and the edges.
@@ -37,16 +36,14 @@ struct Drawn {
 }
 
 /// The picture as SVG; `None` where nothing was extracted.
-pub fn svg(
-    name: &str,
-    extracted: &[(TrackShot, Impact)],
-    scene: &Scene,
-) -> Result<Option<String>, ReportError> {
-    if extracted.is_empty() {
+pub fn svg(name: &str, film: &FittedFilm) -> Result<Option<String>, ReportError> {
+    let names = film.names();
+    let each = names.len().div_ceil(MOST_SHOTS).max(1);
+    let shots: Vec<Drawn> =
+        names.iter().step_by(each).filter_map(|name| film.impact(name)).map(|own| drawn(&own)).collect();
+    if shots.is_empty() {
         return Ok(None);
     }
-    let each = extracted.len().div_ceil(MOST_SHOTS);
-    let shots: Vec<Drawn> = extracted.iter().step_by(each).map(|shot| drawn(shot, scene)).collect();
     let all = || shots.iter().flat_map(|shot| shot.lines.iter().flatten());
     let mut x = Axis::around("x (cm)", all().map(|point| point.0));
     let mut y = Axis::around("y (cm)", all().map(|point| point.1));
@@ -57,8 +54,8 @@ pub fn svg(
     let mut picture = Picture::new(name, WIDTH, height);
     picture.title(&shortened(name, LARGE, WIDTH - 400), 32);
     let counted = match shots.len() {
-        all if all == extracted.len() => format!("{all} shots"),
-        some => format!("{some} of {} shots", extracted.len()),
+        all if all == names.len() => format!("{all} shots"),
+        some => format!("{some} of {} shots", names.len()),
     };
     let words = "seen from above; points: tracked; lines: fitted; bars: line of centres at the impact";
     picture.label(&format!("{counted}, {words}"), (22, 66), GREY);
@@ -83,13 +80,11 @@ pub fn svg(
     picture.svg().map(Some)
 }
 
-fn drawn((shot, impact): &(TrackShot, Impact), scene: &Scene) -> Drawn {
-    let motion = impact.motion(scene);
-    let place = |ball: usize, t: f64| cm(if ball == 0 { motion.cue(t) } else { motion.object(t) });
+fn drawn(impact: &Impact) -> Drawn {
+    let place = |ball: usize, t: f64| cm(impact.paths.place(ball, t));
     Drawn {
-        points: used(shot, impact.window)
-            .map(|own| own.iter().map(|sample| cm([sample.x, sample.y])).collect()),
-        lines: [0, 1].map(|ball| instants(impact.window, STEPS).map(|t| place(ball, t)).collect()),
-        contact: [0, 1].map(|ball| place(ball, impact.values[Quantity::Time as usize])),
+        points: impact.seen.each_ref().map(|seen| seen.iter().map(|(_, place)| cm(*place)).collect()),
+        lines: [0, 1].map(|ball| instants(window(&impact.seen), STEPS).map(|t| place(ball, t)).collect()),
+        contact: [0, 1].map(|ball| place(ball, impact.time)),
     }
 }

@@ -4,10 +4,9 @@ use super::axis::Axis;
 use super::frame::{Frame, Rect};
 use super::picture::{GREY, INK, LARGE, Picture, shortened};
 use super::series::{color, two_balls};
-use crate::extraction::{Impact, Quantity};
-use crate::measurement::track::{Sample, TrackShot};
+use crate::fit::FittedFilm;
+use crate::problem::Impact;
 use crate::report::ReportError;
-use crate::trajectory::scene::Scene;
 
 const WIDTH: i32 = 1200;
 const HEIGHT: i32 = 660;
@@ -17,7 +16,9 @@ const PLAN: i32 = 538;
 
 /// What a picture shows, whatever was fitted.
 pub(crate) struct Tracks<'a> {
-    pub shot: &'a TrackShot,
+    pub name: &'a str,
+    /// Where either was seen, and when (s).
+    pub seen: [Vec<(f64, [f64; 2])>; 2],
     /// Below the title.
     pub summary: String,
     pub names: [&'static str; 2],
@@ -36,27 +37,28 @@ pub(crate) struct Tracks<'a> {
 }
 
 /// The picture of a shot as SVG: plan in centimetres, residuals in millimetres against time.
-pub fn svg(shot: &TrackShot, impact: &Impact, scene: &Scene) -> Result<String, ReportError> {
-    let motion = impact.motion(scene);
-    let place = |ball: usize, t: f64| if ball == 0 { motion.cue(t) } else { motion.object(t) };
+pub fn svg(film: &FittedFilm, impact: &Impact) -> Result<String, ReportError> {
+    let place = |ball: usize, t: f64| impact.paths.place(ball, t);
+    let radius = film.radius();
     let tracks = Tracks {
-        shot,
+        name: &impact.shot.name,
         summary: summary(impact),
         names: ["cue ball", "object ball"],
-        window: impact.window,
-        time: impact.values[Quantity::Time as usize],
+        window: window(&impact.seen),
+        seen: impact.seen.clone(),
+        time: impact.time,
         clock: ("time from the impact (ms)", 1e-3),
         position_sd: impact.position_sd,
-        radii: [scene.ball.radius, scene.object.radius],
+        radii: [radius; 2],
         place: &place,
     };
     tracks.svg()
 }
 
-/// The samples within a window, which the fit used or left out as wrong, by ball.
-pub(super) fn used(shot: &TrackShot, [from, to]: [f64; 2]) -> [Vec<&Sample>; 2] {
-    [&shot.cue, &shot.object]
-        .map(|samples| samples.iter().filter(|sample| (from..=to).contains(&sample.t)).collect())
+/// The first and the last instant of what was seen.
+pub(super) fn window(seen: &[Vec<(f64, [f64; 2])>; 2]) -> [f64; 2] {
+    let times = || seen.iter().flatten().map(|(t, _)| *t);
+    [times().fold(f64::INFINITY, f64::min), times().fold(f64::NEG_INFINITY, f64::max)]
 }
 
 /// Instants from end to end of a window.
@@ -71,7 +73,7 @@ pub(super) fn cm([x, y]: [f64; 2]) -> (f64, f64) {
 
 impl Tracks<'_> {
     pub(crate) fn svg(&self) -> Result<String, ReportError> {
-        let name = format!("shot {}", self.shot.name);
+        let name = format!("shot {}", self.name);
         let mut picture = Picture::new(&name, WIDTH, HEIGHT);
         picture.title(&shortened(&name, LARGE, WIDTH - 44), 32);
         picture.label(&self.summary, (22, 66), GREY);
@@ -104,9 +106,9 @@ impl Tracks<'_> {
         let area = Rect { left: 10, top: 84, right: 10 + PLAN, bottom: HEIGHT - 10 };
         let remarks = ["points: tracked; lines: fitted; circles: at the impact".to_string()];
         let mut frame = Frame::new(picture, area, "Seen from above", &remarks, (x, y));
-        for (ball, samples) in used(self.shot, self.window).iter().enumerate() {
-            for sample in samples {
-                frame.marker(cm([sample.x, sample.y]), ball, 0.45);
+        for (ball, seen) in self.seen.iter().enumerate() {
+            for (_, place) in seen {
+                frame.marker(cm(*place), ball, 0.45);
             }
             frame.line(&path(ball).collect::<Vec<_>>(), color(ball), 2);
             frame.line(&outline(ball).collect::<Vec<_>>(), color(ball), 1);
@@ -117,11 +119,11 @@ impl Tracks<'_> {
 
     fn residuals(&self, picture: &mut Picture) {
         let mut points = Vec::new();
-        for (ball, samples) in used(self.shot, self.window).iter().enumerate() {
-            for sample in samples {
-                let [x, y] = (self.place)(ball, sample.t);
-                let time = (sample.t - self.time) / self.clock.1;
-                points.push((ball, time, [1e3 * (sample.x - x), 1e3 * (sample.y - y)]));
+        for (ball, seen) in self.seen.iter().enumerate() {
+            for (t, [seen_x, seen_y]) in seen {
+                let [x, y] = (self.place)(ball, *t);
+                let time = (t - self.time) / self.clock.1;
+                points.push((ball, time, [1e3 * (seen_x - x), 1e3 * (seen_y - y)]));
             }
         }
         // wrong frames would squeeze the others: they stand at the edge
@@ -145,12 +147,9 @@ impl Tracks<'_> {
 }
 
 fn summary(impact: &Impact) -> String {
-    let v = |x: Quantity, y: Quantity| impact.values[x as usize].hypot(impact.values[y as usize]);
+    let [before, cue, object] = impact.speeds();
     format!(
-        "cue ball {:.3} → {:.3} m/s, object ball {:.3} m/s, noise {:.3} mm, χ²/dof {:.2}, {} frames left out",
-        v(Quantity::CueVxBefore, Quantity::CueVyBefore),
-        v(Quantity::CueVxAfter, Quantity::CueVyAfter),
-        v(Quantity::ObjVxAfter, Quantity::ObjVyAfter),
+        "cue ball {before:.3} → {cue:.3} m/s, object ball {object:.3} m/s, noise {:.3} mm, χ²/dof {:.2}, {} frames left out",
         1e3 * impact.position_sd,
         impact.reduced_chi2,
         impact.outliers,

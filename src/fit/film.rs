@@ -1,0 +1,149 @@
+//! Films of balls with their fit: what it says of each shot.
+
+use std::io;
+use std::sync::Arc;
+
+use rayon::prelude::*;
+
+use crate::measurement::track::TrackShot;
+use crate::problem::{FittedFrame, Id, Impact, Solution};
+
+/// The shots of a film with the fit of their frames.
+#[derive(Clone, Debug)]
+pub struct FittedFilm {
+    /// The fit.
+    pub solution: Arc<Solution>,
+    /// What the shots of the fit were read from, in its order.
+    tracks: Arc<Vec<TrackShot>>,
+}
+
+/// The frames of one shot against the fit.
+#[derive(Clone, Debug)]
+pub struct OfShot {
+    /// The name of the shot.
+    pub shot: String,
+    /// Cut angle, radians.
+    pub cut: f64,
+    /// Speed of the cue ball before the impact, m/s.
+    pub speed: f64,
+    /// Instant of the impact, s.
+    pub instant: f64,
+    /// The frames of both balls, m in the film at its stated scale.
+    pub frames: Vec<FittedFrame>,
+}
+
+/// An estimate that a shot has of its own.
+#[derive(Clone, Copy, Debug)]
+pub struct OwnEstimate {
+    /// Its column in tables, in the unit of its name; velocities m/s.
+    pub column: &'static str,
+    /// The estimate.
+    pub value: f64,
+    /// Standard error.
+    pub sd: f64,
+}
+
+impl FittedFilm {
+    /// Returns the shots of a fit with what they were read from.
+    #[must_use]
+    pub fn new(solution: Solution, tracks: &[TrackShot]) -> Self {
+        let names = solution.names.first().cloned().unwrap_or_default();
+        let of = |name: &String| tracks.iter().find(|track| track.name == *name).cloned();
+        Self { tracks: Arc::new(names.iter().filter_map(of).collect()), solution: Arc::new(solution) }
+    }
+
+    /// Returns the names of the shots.
+    #[must_use]
+    pub fn names(&self) -> Vec<&str> {
+        self.tracks.iter().map(|track| track.name.as_str()).collect()
+    }
+
+    /// Returns the radius of the object ball, m.
+    #[must_use]
+    pub fn radius(&self) -> f64 {
+        self.solution.radius()
+    }
+
+    /// Returns what the shots were read from.
+    #[must_use]
+    pub fn tracks(&self) -> &[TrackShot] {
+        &self.tracks
+    }
+
+    /// Returns the impacts of all shots whose frames show one, whatever the law of the impact.
+    #[must_use]
+    pub fn impacts(&self) -> Vec<Impact> {
+        let all = self.tracks.par_iter().enumerate();
+        all.filter_map(|(i, track)| self.solution.impact(i, track)).collect()
+    }
+
+    /// Returns the impact of the shot of this name.
+    #[must_use]
+    pub fn impact(&self, name: &str) -> Option<Impact> {
+        let i = self.tracks.iter().position(|track| track.name == name)?;
+        self.solution.impact(i, &self.tracks[i])
+    }
+
+    /// Returns shot `i` with its frames.
+    #[must_use]
+    pub fn shot(&self, i: usize) -> Option<OfShot> {
+        let motion = self.solution.motion(i)?;
+        let origin = self.solution.middle.map(|x| x * self.solution.unit);
+        let moved = |place: [f64; 2]| [place[0] + origin[0], place[1] + origin[1]];
+        let frames = self.solution.fitted_frames(i).into_iter().map(|frame| FittedFrame {
+            seen: moved(frame.seen),
+            predicted: moved(frame.predicted),
+            ..frame
+        });
+        Some(OfShot {
+            shot: self.tracks.get(i)?.name.clone(),
+            cut: motion.cut,
+            speed: motion.speed,
+            instant: motion.instant,
+            frames: frames.collect(),
+        })
+    }
+
+    /// Returns what was estimated of each shot besides the parameters, with its name: instant, place and
+    /// direction of the impact, velocity of the cue ball, topspin and side spin.
+    #[must_use]
+    pub fn estimates(&self) -> Vec<(&str, Vec<OwnEstimate>)> {
+        let origin = self.solution.middle.map(|x| x * self.solution.unit);
+        let of_shot = |i: usize| -> Vec<OwnEstimate> {
+            let own = self.solution.own_estimates(i, origin).into_iter();
+            own.map(|(column, value, sd)| OwnEstimate { column, value, sd }).collect()
+        };
+        let all: Vec<Vec<OwnEstimate>> = (0..self.tracks.len()).into_par_iter().map(of_shot).collect();
+        self.names().into_iter().zip(all).collect()
+    }
+
+    /// Returns the estimate of μ_k or another unknown that all shots share, with its standard error.
+    #[must_use]
+    pub fn shared(&self, id: Id) -> Option<(f64, f64)> {
+        let estimate = self.solution.get(id)?;
+        Some((estimate.value, estimate.std_error?))
+    }
+
+    /// Writes a text of each shot, which `text` appends, in the order of the shots. Texts are made side
+    /// by side, some at a time: there may be more frames than should be held in memory.
+    pub(crate) fn write(
+        &self,
+        to: &mut (dyn io::Write + Send),
+        text: impl Fn(&OfShot, &mut String) + Sync,
+    ) -> io::Result<()> {
+        const AT_A_TIME: usize = 512;
+        let all: Vec<usize> = (0..self.tracks.len()).collect();
+        for some in all.chunks(AT_A_TIME) {
+            let of_shot = |i: &usize| {
+                let mut own = String::new();
+                if let Some(shot) = self.shot(*i) {
+                    text(&shot, &mut own);
+                }
+                own
+            };
+            let texts: Vec<String> = some.par_iter().map(of_shot).collect();
+            texts.iter().try_for_each(|text| to.write_all(text.as_bytes()))?;
+        }
+        Ok(())
+    }
+}

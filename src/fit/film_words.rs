@@ -1,0 +1,323 @@
+//! What was found of a film, in words.
+
+use super::causes::{Cause, Explanation};
+use super::check;
+use super::check::capital;
+use super::film::FittedFilm;
+use super::{Fit, Status};
+use crate::measurement::correction::Correction;
+use crate::measurement::number::{count_of, plain, with_error};
+use crate::measurement::parameter::Parameter;
+use crate::measurement::spin::Spin;
+use crate::problem::{Finding, Id, Severity, Solution};
+
+/// Difference of a topspin from the stated one, as a part of natural roll, that counts as another
+/// spin.
+const DIFFERS: f64 = 0.2;
+
+/// Part of the shots that have the same spin, so that one word states it.
+const MOST: f64 = 0.75;
+
+/// Returns the sentence of a finding that a reader must know, the most important first, and of the
+/// others.
+pub(super) fn sentences(fit: &Fit, film: &FittedFilm) -> (Vec<String>, Vec<String>) {
+    let (mut warnings, mut notes) = (Vec::new(), Vec::new());
+    for finding in &fit.findings {
+        let Some(sentence) = sentence(finding, film, fit.stated_scale_sd) else { continue };
+        if finding.severity() == Severity::Note { notes.push(sentence) } else { warnings.push(sentence) }
+    }
+    notes.extend(cloth(&film.solution));
+    notes.extend(unknown_spins(fit, film));
+    notes.extend(rate(&film.solution));
+    (warnings, notes)
+}
+
+/// Returns what was found of a film that is not fitted to a law, in sentences.
+pub(super) fn of_findings(film: &FittedFilm, scale_sd: f64) -> Vec<String> {
+    film.solution.findings.iter().filter_map(|finding| sentence(finding, film, scale_sd)).collect()
+}
+
+/// Returns a finding as a sentence; `None` for one that stands elsewhere.
+pub(super) fn sentence(finding: &Finding, film: &FittedFilm, scale_sd: f64) -> Option<String> {
+    Some(match finding {
+        Finding::OtherUnit { factor, stated: false } => format!(
+            "The scale is that of the balls, which touch at a distance of 2R: about {:.4} units of the film are 1 m.",
+            factor.recip()
+        ),
+        Finding::OtherUnit { factor, stated: true } => {
+            format!("{}.", capital(&check::scale(factor.recip(), film.radius(), scale_sd).text))
+        }
+        Finding::Drops { shots, drops } => format!(
+            "The camera dropped frames that the frame numbers do not show ({drops} times, in {}): balls go several steps at once \
+             there. The frames after them were moved in time.",
+            count_of(*shots, "shot")
+        ),
+        Finding::Corners { shots, of } => format!(
+            "In {shots} of {of} shots the path of the cue ball has a corner before the impact, as where it is struck, or comes off \
+             a cushion: its frames up to there are left out."
+        ),
+        Finding::NoiseLasts { rho, sd } => format!(
+            "The noise of the positions lasts from frame to frame: neighbouring frames are correlated by {}. Errors take it into \
+             account.",
+            with_error(*rho, *sd)
+        ),
+        Finding::NoiseRefuted { times } => format!(
+            "Neighbouring frames scatter by {times:.1} times the stated noise (position_sd_m, or the columns of standard \
+             deviations): what they scatter by was taken in its place."
+        ),
+        Finding::Spoiled { before, after } => format!(
+            "Next to the impacts the positions are off in all shots, as where balls hide each other or an exposure lasts: {} \
+             before and {after} after were left out.",
+            count_of(*before, "frame")
+        ),
+        Finding::Lags => format!("{}.", capital(&check::lag().text)),
+        Finding::Compliance { kappa, fall } => format!(
+            "The contact between the balls gives way along its surface (κ = {kappa:.3}, as follows from Poisson's ratio): −2 log L \
+             is {fall:.1} lower than with a rigid contact, which kappa = {{ fixed = 0 }} under [fit] asks for."
+        ),
+        Finding::Weight { fall } => format!(
+            "The balls' weight and what the cloth does during the impact are simulated (--fidelity contact): −2 log L is {fall:.1} \
+             lower with them."
+        ),
+        Finding::Conflict { id, stated, estimate, sd, size } => {
+            conflict(*id, [*stated, *estimate, *sd, *size], (film.radius(), scale_sd))
+        }
+        Finding::Cause { id, estimate, sd, fall } => cause(*id, [*estimate, *sd, *fall]),
+        Finding::Spins { fall, .. } => spins(film, *fall),
+        Finding::Misfit { ratio, refutes } => {
+            let so_that = if *refutes {
+                "no collision of such balls describes these shots, and the estimates mean nothing"
+            } else {
+                "the model leaves something out, or the frames are worse than they seem"
+            };
+            format!(
+                "The frames scatter about the paths by {} times their noise: {so_that}. Check the radius, capture_fps, which track \
+                 is which ball, and how the cue balls spin.",
+                plain(ratio.sqrt(), 2)
+            )
+        }
+        Finding::LostShots { names } => {
+            let first = names.first()?;
+            format!(
+                "{} {} left out, since no collision like that of the others describes {}: the first is {first}.",
+                count_of(names.len(), "shot"),
+                if names.len() == 1 { "was" } else { "were" },
+                if names.len() == 1 { "it" } else { "them" }
+            )
+        }
+        Finding::NotConverged => "The search for the best values came to no end.".to_owned(),
+        // the statuses of the estimates say it
+        Finding::Undetermined { .. } | Finding::AtBound { .. } => return None,
+    })
+}
+
+/// Returns what a fit without a prior says of a quantity: stated value, estimate, error, and the
+/// difference in standard deviations.
+fn conflict(id: Id, [stated, estimate, sd, size]: [f64; 4], (radius, scale_sd): (f64, f64)) -> String {
+    let found = with_error(estimate, sd);
+    let times = plain(size.abs(), 2);
+    match id {
+        Id::Scale => {
+            format!("{}.", capital(&check::scale(estimate, radius, scale_sd).text))
+        }
+        Id::Rate => format!(
+            "The frames show a frame rate of {found} times the stated one ({times} standard deviations off): check [video] \
+             capture_fps, which is what the camera recorded at, not what it is played at."
+        ),
+        Id::MassRatio => format!(
+            "The frames show a cue ball {} % {} than the object ball, where {} is stated or usual: weigh both; mass_kg under [ball] \
+             and [object] takes it.",
+            with_error(100.0 * (estimate - 1.0).abs(), 100.0 * sd),
+            if estimate > 1.0 { "heavier" } else { "lighter" },
+            plain(stated, 4)
+        ),
+        Id::RadiusRatio => format!(
+            "The frames show a radius of the cue ball of {found} times the object ball's: measure both; radius_m under [ball] and \
+             [object] takes it."
+        ),
+        Id::Roll => format!(
+            "The cue balls that are stated to roll have a topspin of {found} of natural roll ({times} standard deviations off): \
+             [cue_spin] assume = \"unknown\" lets every shot tell its own spin."
+        ),
+        Id::Slide => format!(
+            "The cue balls that are stated as stun have a topspin of {found} of natural roll ({times} standard deviations off): \
+             [cue_spin] assume = \"unknown\" lets every shot tell its own spin."
+        ),
+        Id::MuK => format!(
+            "The paths after the impacts show a sliding friction of the cloth of {found}, where {} is stated: the spin of the cue \
+             balls, the scale or the times may not be as stated.",
+            plain(stated, 3)
+        ),
+        Id::MuR => format!(
+            "The balls slow down before the impacts as if the cloth's rolling resistance were {found}, where {} is usual or stated: \
+             cue balls that are said to roll may slide (cue_spin), or the times or the scale of the film are wrong.",
+            plain(stated, 3)
+        ),
+        Id::TiltX | Id::TiltY => format!(
+            "The table falls by {} mm/m along {} of the film: level it, unless the nap of the cloth does it.",
+            with_error(1e3 * estimate, 1e3 * sd),
+            if id == Id::TiltX { "x" } else { "y" }
+        ),
+        other => format!(
+            "The frames show {} = {found}, where {} is stated or usual ({times} standard deviations off): check what is stated of the \
+             camera and the cloth.",
+            other.name(),
+            plain(stated, 4)
+        ),
+    }
+}
+
+fn cause(id: Id, [estimate, sd, fall]: [f64; 3]) -> String {
+    let found = with_error(estimate, sd);
+    match id {
+        Id::FallB => format!(
+            "Friction between the balls that falls with their slip, by {found} from slow to fast, explains residuals (−2 log L lower \
+             by {fall:.0}), and is in the estimates: μ is then its limit for fast slips. friction = \"exponential\" under [fit] takes \
+             it, or --falling fit."
+        ),
+        other => format!(
+            "{} = {found} explains residuals (−2 log L lower by {fall:.0}), and is in the estimates.",
+            other.name()
+        ),
+    }
+}
+
+/// Returns how the cue balls spin, if not as stated.
+fn spins(film: &FittedFilm, fall: f64) -> String {
+    let stated = |spin: Spin| match spin {
+        Spin::Stun => Some(0.0),
+        Spin::NaturalRoll => Some(1.0),
+        _ => None,
+    };
+    let topspins = film.solution.topspins();
+    let all: Vec<(f64, f64)> = film
+        .tracks()
+        .iter()
+        .zip(&topspins)
+        .filter_map(|(track, (_, found))| Some((stated(track.spin)?, *found)))
+        .collect();
+    let count = |is: &dyn Fn(&(f64, f64)) -> bool| all.iter().filter(|one| is(one)).count();
+    let rolling = count(&|(_, found)| (found - 1.0).abs() < DIFFERS);
+    let stun = count(&|(_, found)| found.abs() < DIFFERS);
+    let differ = count(&|(stated, found)| (found - stated).abs() > DIFFERS);
+    let many = |count: usize| count as f64 > MOST * all.len() as f64;
+    let (were, assume) = if many(rolling) {
+        (format!("{rolling} of {} roll naturally", all.len()), "natural-roll")
+    } else if many(stun) {
+        (format!("{stun} of {} have next to no topspin", all.len()), "stun")
+    } else {
+        (format!("the topspin of {differ} of {} differs", all.len()), "unknown")
+    };
+    format!(
+        "The cue balls do not spin as stated: {were}, which explains the residuals (−2 log L lower by {fall:.0}); the estimates have \
+         it. [cue_spin] assume = \"{assume}\" states it."
+    )
+}
+
+/// Returns what the frames tell of the cloth.
+fn cloth(solution: &Solution) -> Option<String> {
+    let told = |id: Id| {
+        let found = solution.get(id)?;
+        Some(with_error(found.value, found.std_error?))
+    };
+    Some(format!(
+        "The cloth's sliding friction is μ_k = {}, its rolling resistance μ_r = {}, its bounce e_t = {} (fitted, with what is \
+         published as priors).",
+        told(Id::MuK)?,
+        told(Id::MuR)?,
+        told(Id::Bounce)?
+    ))
+}
+
+/// Returns what was found of cue balls of unknown spin, and that μ_s is not told by shots without
+/// topspin.
+fn unknown_spins(fit: &Fit, film: &FittedFilm) -> Vec<String> {
+    let topspins = film.solution.topspins();
+    let unknown: Vec<f64> = film
+        .tracks()
+        .iter()
+        .zip(&topspins)
+        .filter(|(track, _)| track.spin == Spin::Unknown && track.markers.is_empty())
+        .map(|(_, (_, found))| *found)
+        .collect();
+    let mut notes = Vec::new();
+    if !unknown.is_empty() {
+        let rolling = unknown.iter().filter(|topspin| **topspin == 1.0).count();
+        let stun = unknown.iter().filter(|topspin| topspin.abs() < 0.5 * DIFFERS).count();
+        notes.push(format!(
+            "Of {} of unknown spin, {rolling} were found to roll naturally before the impact, and {stun} to have next to no \
+             topspin.",
+            count_of(unknown.len(), "cue ball")
+        ));
+    }
+    let is_open = fit.get(Parameter::MuS).is_some_and(|mu_s| mu_s.status == Status::NotIdentified);
+    if is_open && topspins.iter().all(|(_, topspin)| *topspin < DIFFERS) {
+        notes.push(
+            "Only topspin presses the object ball into the cloth, so that these shots do not determine μ_s; some natural-roll shots \
+             do."
+                .to_owned(),
+        );
+    }
+    notes
+}
+
+/// Returns how well the frames tell the frame rate, on which e rests.
+fn rate(solution: &Solution) -> Option<String> {
+    let found = solution.get(Id::Rate)?;
+    Some(format!(
+        "Frame rate over the stated one: {}, from the frames and what is taken of it beforehand (± {} %).",
+        with_error(found.value, found.std_error?),
+        plain(100.0 * found.prior?.sd, 2)
+    ))
+}
+
+/// Returns causes of residuals that the estimates include, the best first.
+pub(super) fn explanations(solution: &Solution) -> Vec<Explanation> {
+    let of = |finding: &Finding| {
+        let (cause, estimate, std_error, fall) = match finding {
+            Finding::Conflict { id, estimate, sd, size, .. } => (cause_of(*id)?, *estimate, *sd, size * size),
+            Finding::Cause { id, estimate, sd, fall } => (cause_of(*id)?, *estimate, *sd, *fall),
+            Finding::Spins { fall, topspin, .. } => (Cause::CueSpin, *topspin, f64::NAN, *fall),
+            Finding::Compliance { kappa, fall } => (Cause::Compliance, *kappa, f64::NAN, *fall),
+            Finding::OtherUnit { factor, stated: true } => {
+                (Cause::Film(Correction::Scale), factor.recip(), f64::NAN, f64::NAN)
+            }
+            _ => return None,
+        };
+        Some(Explanation {
+            cause,
+            estimate,
+            std_error,
+            delta_2logl: -fall,
+            adopted: true,
+            with_it: Vec::new(),
+            reduced_chi2: None,
+            sentence: String::new(),
+        })
+    };
+    let mut all: Vec<Explanation> = solution.findings.iter().filter_map(of).collect();
+    all.sort_by(|a, b| a.delta_2logl.total_cmp(&b.delta_2logl));
+    all
+}
+
+/// Returns what an unknown that explains residuals is called.
+fn cause_of(id: Id) -> Option<Cause> {
+    Some(match id {
+        Id::Scale => Cause::Radius,
+        Id::Aspect => Cause::Film(Correction::Aspect),
+        Id::Shear => Cause::Film(Correction::Shear),
+        Id::PerspectiveX | Id::PerspectiveY => Cause::Film(Correction::PerspectiveX),
+        Id::Lens | Id::LensX | Id::LensY => Cause::Film(Correction::Lens),
+        Id::ShutterX | Id::ShutterY => Cause::Film(Correction::ShutterY),
+        Id::ParallaxX | Id::ParallaxY | Id::Nearness => Cause::Film(Correction::Nearness),
+        Id::Rate => Cause::FrameRate,
+        Id::RadiusRatio => Cause::Radius,
+        Id::Roll | Id::Slide => Cause::CueSpin,
+        Id::MassRatio => Cause::MassRatio,
+        Id::Kappa => Cause::Compliance,
+        Id::FallB | Id::FallC => Cause::FallingFriction,
+        Id::TiltX => Cause::TiltX,
+        Id::TiltY => Cause::TiltY,
+        _ => return None,
+    })
+}

@@ -1,0 +1,425 @@
+//! The fit of a film as a [`Fit`].
+
+use nalgebra::{DMatrix, Vector4};
+use statrs::distribution::{ChiSquared, ContinuousCDF, FisherSnedecor};
+
+use super::analysis::stated_scale_sd;
+use super::camera::FoundCamera;
+use super::diagnostics::goodness::{IMPROBABLE, normality_of};
+use super::diagnostics::identifiability;
+use super::diagnostics::trends::ranked;
+use super::film::FittedFilm;
+use super::intervals::confidence_region::ellipses;
+use super::{
+    Bound, Computed, Depth, Diagnostics, Estimate, Fit, Goodness, Influence, Intervals, JointFit, Method,
+    Noise, NoiseVerdict, Options, Rejected, Residual, Status, Variable, check, film_words, warnings,
+};
+use crate::measurement::dataset::{Dataset, Measured, Shot};
+use crate::measurement::observable::{Axis, Observable};
+use crate::measurement::parameter::{Parameter, Settings};
+use crate::physics::collision::Model;
+use crate::problem::{Finding, Id, Impact, Offsets, Solution};
+
+/// Normal quantile of 95 % intervals.
+const WIDE: f64 = 1.96;
+
+/// Shots that are listed by their influence whether they are influential or not, and at most.
+const LISTED: [usize; 2] = [5, 20];
+
+/// Returns the unknown that a parameter is.
+pub(super) fn id_of(parameter: Parameter) -> Id {
+    match parameter {
+        Parameter::Mu => Id::Mu,
+        Parameter::MuS => Id::MuS,
+        Parameter::E => Id::E,
+        Parameter::B => Id::FallB,
+        Parameter::C => Id::FallC,
+        Parameter::Kappa => Id::Kappa,
+        Parameter::MassRatio => Id::MassRatio,
+        Parameter::RadiusRatio => Id::RadiusRatio,
+        Parameter::ESlope => Id::ESlope,
+    }
+}
+
+/// What was fitted.
+pub(super) struct Fitted<'a> {
+    pub dataset: &'a Dataset,
+    pub group: Option<(String, String)>,
+    pub options: &'a Options,
+    pub settings: Settings,
+    pub model: Model,
+    pub film: FittedFilm,
+    pub impacts: &'a [Impact],
+}
+
+impl Fitted<'_> {
+    fn solution(&self) -> &Solution {
+        &self.film.solution
+    }
+
+    /// Returns the fit with everything that is said of it.
+    pub fn fit(self, seconds: f64) -> Fit {
+        let Self { dataset, options, .. } = self;
+        let solution = self.solution();
+        let parameters = self.parameters();
+        let estimates: Vec<Estimate> = parameters.iter().map(|p| self.estimate(*p)).collect();
+        let residuals = self.residuals();
+        let (chi2_of_data, observations) = solution.chi2_of_data();
+        let priors = solution.prior_chi2();
+        let unknowns = solution.own_count();
+        let dof = (observations - unknowns as f64 - solution.data_count()).max(0.0);
+        let measured = |id: Id| self.film.shared(id).map(|(value, sd)| Measured::new(value, sd));
+        let mut fit = Fit {
+            dataset: dataset.name.clone(),
+            group: self.group.clone(),
+            path: dataset.path.clone(),
+            cloth: dataset.cloth.clone(),
+            source: dataset.source.clone(),
+            ball: dataset.ball,
+            object: dataset.object,
+            discs: None,
+            sliding: measured(Id::MuK),
+            rolling: measured(Id::MuR),
+            fidelity: options.fidelity.name(),
+            method: Method::Joint,
+            footage: true,
+            effects: self.model.effects.and(self.model.fidelity.effects()).list().to_vec(),
+            correlation: self.correlation(&estimates),
+            estimates,
+            chi2: chi2_of_data + priors,
+            prior_chi2: priors,
+            dof: dof as usize,
+            noise: noise_of(&residuals),
+            shots_used: solution.names[0].len(),
+            shots_rejected: self.rejected(),
+            shots_doubtful: Vec::new(),
+            disc_shots: Vec::new(),
+            scatter: None,
+            friction_curve: None,
+            camera: Some(FoundCamera::of_film(solution)),
+            refuted: None,
+            explanations: film_words::explanations(solution),
+            residuals,
+            frames: Some(self.film.clone()),
+            termination: if solution.converged { "χ² has settled" } else { "too many steps" }.to_owned(),
+            converged: solution.converged,
+            iterations: solution.evaluations,
+            seconds,
+            diagnostics: self.diagnostics(observations, unknowns, dof),
+            findings: solution.findings.clone(),
+            stated_scale_sd: stated_scale_sd(dataset),
+            unknowns: solution.estimates(),
+            budget: Id::WANTED.into_iter().filter_map(|id| solution.budget(id)).collect(),
+            warnings: Vec::new(),
+            notes: Vec::new(),
+        };
+        self.comment(&mut fit);
+        fit
+    }
+
+    /// Returns the parameters that the fit has, in their order.
+    fn parameters(&self) -> Vec<Parameter> {
+        let solution = self.solution();
+        let extra = |p: &Parameter| solution.value(id_of(*p)) != 0.0 && !p.is_of_balls();
+        Parameter::ALL.into_iter().filter(|p| self.settings.has(*p) || extra(p)).collect()
+    }
+
+    fn estimate(&self, parameter: Parameter) -> Estimate {
+        let (solution, id) = (self.solution(), id_of(parameter));
+        let value = solution.value(id);
+        let setting = self.settings[parameter];
+        let Some(found) = solution.get(id) else {
+            let is_held = setting.fixed || !self.settings.has(parameter);
+            let status = if is_held { Status::Fixed } else { Status::NotIdentified };
+            return Estimate::bare(parameter, value, status);
+        };
+        let [low, high] = solution.bounds(id);
+        let Some(error) = found.std_error else {
+            let Some(limit) = solution.limit_at_bound(id) else {
+                return Estimate::bare(parameter, setting.initial, Status::NotIdentified);
+            };
+            let (status, ends) = if value == low {
+                (Status::AtLowerBound, [low, limit])
+            } else {
+                (Status::AtUpperBound, [limit, high])
+            };
+            let mut bare = Estimate::bare(parameter, value, status);
+            bare.interval_95 = Some(ends);
+            bare.intervals.hessian = Some(ends);
+            return bare.unless_uninformed(&setting);
+        };
+        if parameter == Parameter::MuS && solution.is_undetermined(id) {
+            return Estimate::bare(parameter, value, Status::NotIdentified);
+        }
+        let interval = Some([(value - WIDE * error).max(low), (value + WIDE * error).min(high)]);
+        Estimate {
+            std_error: Some(error),
+            interval_95: interval,
+            intervals: Intervals { hessian: interval, profile: None },
+            ..Estimate::bare(parameter, value, Status::Free)
+        }
+    }
+
+    fn correlation(&self, estimates: &[Estimate]) -> DMatrix<f64> {
+        let ids: Vec<Id> = estimates.iter().map(|estimate| id_of(estimate.parameter)).collect();
+        let covariance = self.solution().covariance(&ids);
+        let has = |i: usize| estimates[i].std_error.is_some();
+        DMatrix::from_fn(ids.len(), ids.len(), |i, j| {
+            let scale = (covariance[(i, i)] * covariance[(j, j)]).sqrt();
+            if has(i) && has(j) { covariance[(i, j)] / scale } else { f64::NAN }
+        })
+    }
+
+    fn rejected(&self) -> Vec<Rejected> {
+        let of = |(shot, reason): &(String, String)| Rejected { shot: shot.clone(), reason: reason.clone() };
+        let lost = self.solution().findings.iter().filter_map(|finding| match finding {
+            Finding::LostShots { names } => Some(names),
+            _ => None,
+        });
+        let lost = lost.flatten().map(|name| Rejected {
+            shot: name.clone(),
+            reason: "its motion fits no single collision like that of the other shots".to_owned(),
+        });
+        let before = self.dataset.left_out.iter().chain(&self.solution().left_out);
+        before.map(of).chain(lost).collect()
+    }
+
+    /// Returns the velocities after the impact of each shot against the fit, in the frame of the table.
+    fn residuals(&self) -> Vec<Residual> {
+        let of_shot = |(i, name): (usize, &String)| {
+            let (Some(motion), Some(Offsets { values, covariance })) =
+                (self.solution().motion(i), self.solution().offsets(0, i))
+            else {
+                return Vec::new();
+            };
+            let (sin, cos) = motion.direction.sin_cos();
+            let of = |observable: Observable, first: usize, by: [f64; 2]| {
+                let mut direction = Vector4::zeros();
+                (direction[first], direction[first + 1]) = (by[0], by[1]);
+                let predicted = direction.dot(&Vector4::from(motion.after));
+                let off = direction.dot(&values);
+                let sd = direction.dot(&(covariance * direction)).sqrt();
+                Residual {
+                    shot: name.clone(),
+                    observable,
+                    measured: predicted + off,
+                    predicted,
+                    sd,
+                    standardized: off / sd,
+                    cut: motion.cut,
+                    speed: Some(motion.speed),
+                }
+            };
+            let axes = [(Axis::X, [cos, -sin]), (Axis::Y, [sin, cos])];
+            let balls = [Observable::CueVelocity as fn(Axis) -> Observable, Observable::ObjectVelocity];
+            let both = balls.into_iter().enumerate();
+            both.flat_map(|(ball, observable)| axes.map(|(axis, by)| of(observable(axis), 2 * ball, by)))
+                .collect()
+        };
+        self.solution().names[0].iter().enumerate().flat_map(of_shot).collect()
+    }
+
+    fn diagnostics(&self, observations: f64, unknowns: usize, dof: f64) -> Diagnostics {
+        let solution = self.solution();
+        let is_stated = solution.states_noise();
+        let chi2 = solution.chi2_of_data().0;
+        let p_value = ChiSquared::new(dof).ok().filter(|_| is_stated).map(|d| d.sf(chi2));
+        let shared: Vec<_> = solution.estimates().into_iter().filter(|e| !is_of_contact(e.id)).collect();
+        let ids: Vec<Id> = shared.iter().map(|estimate| estimate.id).collect();
+        let contact: Vec<(Parameter, f64)> = self
+            .parameters()
+            .into_iter()
+            .filter_map(|p| Some((p, solution.get(id_of(p))?.std_error?)))
+            .filter(|(p, _)| !p.is_of_balls())
+            .collect();
+        let regions = self.options.depth >= Depth::Everything;
+        Diagnostics {
+            computed: vec![Computed {
+                fidelity: self.model.fidelity,
+                effects: self.model.effects.and(self.model.fidelity.effects()),
+                shots: solution.names[0].len(),
+            }],
+            identifiability: self.identifiability(&contact),
+            goodness: Some(self.goodness((chi2, dof as usize, p_value), is_stated)),
+            contours: if regions { self.contours(&contact) } else { Vec::new() },
+            bound: Some(Bound { std_errors: contact, shots: solution.names[0].len() }),
+            joint: Some(JointFit {
+                covariance: solution.covariance(&ids),
+                shared,
+                p_value,
+                observations: observations.round() as usize,
+                unknowns,
+            }),
+            ..Diagnostics::default()
+        }
+    }
+
+    fn identifiability(&self, contact: &[(Parameter, f64)]) -> Option<super::Identifiability> {
+        let solution = self.solution();
+        let ids: Vec<Id> = contact.iter().map(|(p, _)| id_of(*p)).collect();
+        // the factor of the information is the Jacobian by these unknowns, the others eliminated
+        let jacobian = solution.information(&ids)?.cholesky()?.l().transpose();
+        let parameters: Vec<Parameter> = contact.iter().map(|(p, _)| *p).collect();
+        let values = ids.iter().map(|id| solution.value(*id)).collect::<Vec<_>>();
+        let silent = self.parameters().into_iter().filter(|p| {
+            self.estimate(*p).status == Status::NotIdentified && solution.get(id_of(*p)).is_none()
+        });
+        identifiability::identify(&jacobian, &parameters, &values.into(), silent.collect())
+    }
+
+    fn contours(&self, contact: &[(Parameter, f64)]) -> Vec<super::Contour> {
+        let solution = self.solution();
+        let mut contours = Vec::new();
+        for (i, (first, _)) in contact.iter().enumerate() {
+            for (second, _) in &contact[i + 1..] {
+                let ids = [id_of(*first), id_of(*second)];
+                let centre = ids.map(|id| solution.value(id));
+                let bounds = ids.map(|id| solution.bounds(id));
+                let covariance = solution.covariance(&ids);
+                contours.extend(ellipses([*first, *second], centre, &covariance, bounds));
+            }
+        }
+        contours
+    }
+
+    fn goodness(&self, (chi2, dof, p_value): (f64, usize, Option<f64>), is_stated: bool) -> Goodness {
+        let solution = self.solution();
+        let reduced = chi2 / dof.max(1) as f64;
+        let noise = match p_value {
+            None => NoiseVerdict::NotTested,
+            Some(p) if p < IMPROBABLE => NoiseVerdict::TooSmall,
+            Some(p) if p > 1.0 - IMPROBABLE && reduced < 0.9 => NoiseVerdict::TooLarge,
+            Some(_) => NoiseVerdict::Explains,
+        };
+        let standardized: Vec<f64> = self.whitened_offsets();
+        let wanted = Id::WANTED.into_iter().filter(|id| solution.get(*id).is_some()).count() as f64;
+        let shots = (4 * solution.names[0].len()) as f64;
+        let influential_from = FisherSnedecor::new(wanted, shots - wanted).ok();
+        let influential_from = influential_from.map(|f| f.inverse_cdf(0.5)).filter(|x| x.is_finite());
+        Goodness {
+            chi2,
+            dof,
+            noise_is_stated: is_stated,
+            p_value,
+            noise,
+            noise_factor: p_value.map(|_| reduced.sqrt()),
+            trends: self.trends(),
+            normality: normality_of(&standardized),
+            influence: self.influence(influential_from),
+            influential_from,
+        }
+    }
+
+    /// Returns the outcome offsets of all shots, whitened.
+    fn whitened_offsets(&self) -> Vec<f64> {
+        let of_shot = |i: usize| {
+            let Offsets { values, covariance } = self.solution().offsets(0, i)?;
+            covariance.cholesky()?.l().solve_lower_triangular(&values)
+        };
+        let shots = 0..self.solution().names[0].len();
+        shots.filter_map(of_shot).flat_map(|white| white.iter().copied().collect::<Vec<_>>()).collect()
+    }
+
+    fn trends(&self) -> Vec<super::Trend> {
+        let solution = self.solution();
+        let motions: Vec<_> = (0..solution.names[0].len()).map(|i| solution.motion(i)).collect();
+        let variables = [
+            (Variable::Speed, motions.iter().map(|m| m.map_or(f64::NAN, |m| m.speed)).collect::<Vec<_>>()),
+            (Variable::Cut, motions.iter().map(|m| m.map_or(f64::NAN, |m| m.cut.abs())).collect()),
+            (Variable::Roll, motions.iter().map(|m| m.map_or(f64::NAN, |m| m.topspin)).collect()),
+        ];
+        // friction has the sign of the cut angle
+        let side = |cut: f64| if cut < 0.0 { -1.0 } else { 1.0 };
+        let quantities = [
+            ("throw", 3, true),
+            ("object-ball velocity along the line of centres", 2, false),
+            ("cue-ball velocity along the line of centres", 0, false),
+            ("cue-ball velocity across the line of centres", 1, true),
+        ];
+        let mut found = Vec::new();
+        for (quantity, component, is_across) in quantities {
+            let direction = |cut: f64| {
+                let mut direction = Vector4::zeros();
+                direction[component] = if is_across { side(cut) } else { 1.0 };
+                direction
+            };
+            let directions: Vec<Vector4<f64>> =
+                motions.iter().map(|m| direction(m.map_or(0.0, |m| m.cut))).collect();
+            for (variable, values) in &variables {
+                if let Some(slope) = solution.slope(values, &directions) {
+                    found.push((quantity, *variable, slope.value, slope.p_value));
+                }
+            }
+        }
+        ranked(found)
+    }
+
+    fn influence(&self, influential_from: Option<f64>) -> Vec<Influence> {
+        let solution = self.solution();
+        let wanted: Vec<Id> = Id::WANTED.into_iter().filter(|id| solution.get(*id).is_some()).collect();
+        let Some(information) = solution.information(&wanted) else { return Vec::new() };
+        let of_shot = |(name, found): (&String, Option<crate::problem::ShotInfluence>)| {
+            let Some(found) = found else {
+                let nowhere =
+                    Influence { shot: name.clone(), leverage: 1.0, cook: f64::INFINITY, shifts: Vec::new() };
+                return nowhere;
+            };
+            let change = |id: &Id| found.changes.iter().find(|(of, _)| of == id).map_or(0.0, |(_, by)| *by);
+            let changes = nalgebra::DVector::from_iterator(wanted.len(), wanted.iter().map(change));
+            let cook = changes.dot(&(&information * &changes)) / wanted.len() as f64;
+            let shift = |p: Parameter| {
+                let error = solution.get(id_of(p))?.std_error?;
+                Some((p, change(&id_of(p)) / error))
+            };
+            let shifts = Parameter::COEFFICIENTS.into_iter().filter_map(shift).collect();
+            Influence { shot: name.clone(), leverage: found.leverage, cook, shifts }
+        };
+        let mut all: Vec<Influence> =
+            solution.names[0].iter().zip(solution.influence()).map(of_shot).collect();
+        all.sort_by(|a, b| b.cook.total_cmp(&a.cook));
+        let influential = all.iter().filter(|shot| influential_from.is_some_and(|from| shot.cook > from));
+        let count = influential.count().clamp(LISTED[0], LISTED[1]);
+        all.truncate(count);
+        all
+    }
+
+    /// Adds what is to be said of the fit.
+    fn comment(&self, fit: &mut Fit) {
+        let shots: Vec<&Shot> = self.impacts.iter().map(|impact| &impact.shot).collect();
+        let (warnings, notes) = film_words::sentences(fit, &self.film);
+        fit.warnings = warnings;
+        fit.notes = notes;
+        let topspin = self.film.solution.topspins().iter().any(|(_, topspin)| *topspin > 0.1);
+        warnings::add(fit, topspin, true);
+        let cloth = [fit.sliding, fit.rolling].map(|measured| measured.filter(|_| fit.refuted.is_none()));
+        let suspicious = check::suspicious(self.dataset, &shots, cloth);
+        fit.warnings.splice(0..0, check::warnings(&suspicious, shots.len()));
+        fit.diagnostics.suspicious = suspicious;
+        fit.notes.extend(self.dataset.notes().cloned());
+    }
+}
+
+/// Returns whether an unknown is a parameter of the contact.
+fn is_of_contact(id: Id) -> bool {
+    id <= Id::RadiusRatio
+}
+
+/// Returns the noise of each observable, whose size each shot's frames tell.
+fn noise_of(residuals: &[Residual]) -> Vec<Noise> {
+    let mut all: Vec<(Observable, Vec<f64>)> = Vec::new();
+    for residual in residuals {
+        let off = residual.measured - residual.predicted;
+        match all.iter_mut().find(|(observable, _)| *observable == residual.observable) {
+            Some((_, own)) => own.push(off),
+            None => all.push((residual.observable, vec![off])),
+        }
+    }
+    let noise = |(observable, own): (Observable, Vec<f64>)| Noise {
+        observable,
+        count: own.len(),
+        rms: (own.iter().map(|off| off * off).sum::<f64>() / own.len() as f64).sqrt(),
+        estimated_sd: None,
+        rounding: None,
+    };
+    all.into_iter().map(noise).collect()
+}
