@@ -1,35 +1,48 @@
-//! The Fisher information that filmed shots hold about μ, μ_s, e, μ_k, μ_r and, of balls that were weighed and measured, the ratios of
-//! their masses and radii, each shot's own unknowns eliminated;
-//! and the standard errors that follow from it.
+//! The Fisher information that filmed shots hold about μ, μ_s, e, the cloth, the balls, the frame rate and the mean spins, each shot's
+//! own unknowns eliminated; and the standard errors that follow from it with the priors of a fit. The camera is taken as known.
 
 use nalgebra::{DMatrix, SMatrix, SymmetricEigen};
 use rayon::prelude::*;
 
 use super::{Expected, PlayedKind, SpinFrom};
-use crate::extraction::{self, Rotation, Rotations};
-use crate::likelihood::corrected::Corrected;
-use crate::likelihood::frames::shared_unknowns::{self, Kind, SharedUnknown};
-use crate::likelihood::frames::{CLOTH, Film, Known, ROWS, place_of};
+use crate::extraction::{Rotation, Rotations};
+use crate::measurement::dataset::Dataset;
 use crate::measurement::parameter::Parameter;
 use crate::measurement::spin::Spin;
-use crate::measurement::values::Values;
 use crate::physics::ball::{BallState, Vec3};
 use crate::physics::collision::{Model, NotACollision};
 use crate::physics::contact_frame::cue_velocity;
-use crate::simulate::{self, TrueImpact};
-use crate::trajectory::scene::Scene;
+use crate::problem::{self, Filming, Id, PlannedShot, Shared, Unknown, unknowns_of};
+use crate::simulate;
 
-/// μ, μ_s, e, μ_k, μ_r, and the ratios of the balls.
-const SHARED: usize = COMMON + RATIOS.len();
+/// The unknowns: μ, μ_s, e, μ_k, μ_r, the ratios of the balls, and what else a film shares.
+const IDS: [Id; 11] = [
+    Id::Mu,
+    Id::MuS,
+    Id::E,
+    Id::MuK,
+    Id::MuR,
+    Id::MassRatio,
+    Id::RadiusRatio,
+    Id::Bounce,
+    Id::Rate,
+    Id::Roll,
+    Id::Slide,
+];
+const SHARED: usize = IDS.len();
 
-/// What the motion depends on whatever the balls are.
+/// What stands in its own unit; the others are in parts of the standard deviation of their prior.
 pub(crate) const COMMON: usize = 5;
+
+/// Standard deviations of what is known beforehand of μ_k and μ_r.
+const CLOTH_SD: [f64; 2] = [1.0, 0.005];
 
 /// The ratios of the balls, behind the others.
 pub(crate) const RATIOS: [Parameter; 2] = [Parameter::MassRatio, Parameter::RadiusRatio];
 
-/// The Fisher information of μ, μ_s, e, μ_k, μ_r, m_cue/m_object and R_cue/R_object, in this order: the inverse of the covariance that
-/// they are determined to. Either ratio is in parts of the standard deviation to which it is stated; of one that is exact it is 0.
+/// The Fisher information of μ, μ_s, e, μ_k, μ_r, m_cue/m_object, R_cue/R_object, e_t, the frame rate and the mean topspins, in this
+/// order: the inverse of the covariance that they are determined to. Those behind μ_r are in parts of the standard deviation of what
+/// is known of them; of one that is exact it is 0.
 pub type Information = SMatrix<f64, SHARED, SHARED>;
 
 /// Shots over which a kind is averaged, and instants of the shutter for a single cut and speed: doubling either moves
@@ -37,7 +50,7 @@ pub type Information = SMatrix<f64, SHARED, SHARED>;
 pub(crate) const SAMPLES: usize = 512;
 const PHASES: usize = 16;
 
-/// Shots with markers whose extraction tells how well markers show spins: doubling moves the errors by a few per cent.
+/// Shots with markers that tell how well markers show spins: doubling moves the errors by a few per cent.
 const MARKED: usize = 96;
 
 /// Markers on each ball.
@@ -72,6 +85,9 @@ struct Shot {
     play: [f64; 3],
     /// Impact, in parts of a frame after the last one before it.
     phase: f64,
+    /// Direction of the line of centres, rad, and place of the object ball, m from the middle of the film.
+    direction: f64,
+    place: [f64; 2],
 }
 
 fn between([from, to]: [f64; 2], part: f64) -> f64 {
@@ -88,11 +104,18 @@ pub(crate) fn of_kind(expected: &Expected, kind: &PlayedKind) -> Result<Average,
 
 /// The i-th of shots that are spread evenly over a kind's ranges.
 fn spread(kind: &PlayedKind, i: usize) -> Shot {
-    /// The additive recurrence that fills four dimensions most evenly: powers of 1/g, g⁵ = g + 1.
-    const G: f64 = 1.167_303_978_261_418_7;
+    /// The additive recurrence that fills seven dimensions most evenly: powers of 1/g, g⁸ = g + 1.
+    const G: f64 = 1.096_981_557_798_559_8;
+    /// Impacts are spread over a square of twice this side, m.
+    const HALF: f64 = 0.15;
     let part = |power: i32| (0.5 + i as f64 * G.powi(-power)).fract();
     let [speed, cut_deg] = [between(kind.speed_m_s, part(1)), between(kind.cut_deg, part(2))];
-    Shot { play: [speed, cut_deg.to_radians(), between(kind.topspin, part(3))], phase: part(4) }
+    Shot {
+        play: [speed, cut_deg.to_radians(), between(kind.topspin, part(3))],
+        phase: part(4),
+        direction: std::f64::consts::TAU * part(5),
+        place: [between([-HALF, HALF], part(6)), between([-HALF, HALF], part(7))],
+    }
 }
 
 /// The standard errors (rad/s, of a component) to which two markers on each ball show the spins of the cue ball and of the
@@ -103,21 +126,20 @@ fn spread(kind: &PlayedKind, i: usize) -> Shot {
 /// # Errors
 /// A shot of the kind is no collision.
 pub fn shown_by_markers(expected: &Expected, kind: &PlayedKind) -> Result<Option<[f64; 2]>, NotACollision> {
-    let extracted: Result<Vec<Option<Box<Rotations>>>, NotACollision> = (0..MARKED)
+    let measured: Result<Vec<Rotations>, NotACollision> = (0..MARKED)
         .into_par_iter()
         .map(|i| {
-            let Shot { play, phase } = spread(kind, i);
+            let Shot { play, phase, .. } = spread(kind, i);
             let (cue, model) = played(expected, kind, play);
             let Expected { coefficients, cloth, camera, .. } = expected;
-            let (track, _) =
+            let (track, truth) =
                 simulate::noise_free(&model, coefficients, (camera, cloth), &cue, (phase, &places(i)))?;
-            let scene = Scene { cloth: (*cloth).into(), ..Scene::of(&model) };
-            Ok(extraction::extract(&track, &scene).ok().and_then(|impact| impact.rotations))
+            Ok(Rotations::of(&track, truth.time, expected.ball.radius, camera.position_sd_m))
         })
         .collect();
-    let extracted = extracted?;
+    let measured = measured?;
     let of = |pick: fn(&Rotations) -> Option<Rotation>| {
-        let rotations = extracted.iter().flatten().filter_map(|rotations| pick(rotations));
+        let rotations = measured.iter().filter_map(pick);
         let weights: Vec<f64> =
             rotations.flat_map(|r| [0, 1, 2].map(|i| r.covariance[(i, i)].recip())).collect();
         (!weights.is_empty()).then(|| (weights.len() as f64 / weights.iter().sum::<f64>()).sqrt())
@@ -166,14 +188,17 @@ pub(crate) fn of_cell(
     const GOLDEN: f64 = 0.618_033_988_749_894_9;
     let shot = |i: usize| {
         let topspin = between(kind.topspin, (0.5 + i as f64 * GOLDEN).fract());
-        Shot { play: [speed, cut_deg.to_radians(), topspin], phase: (i as f64 + 0.5) / PHASES as f64 }
+        let spread = spread(kind, i);
+        let phase = (i as f64 + 0.5) / PHASES as f64;
+        Shot { play: [speed, cut_deg.to_radians(), topspin], phase, ..spread }
     };
     average(expected, kind, &(0..PHASES).map(shot).collect::<Vec<_>>())
 }
 
 fn average(expected: &Expected, kind: &PlayedKind, shots: &[Shot]) -> Result<Average, NotACollision> {
-    let found: Result<Vec<Option<Information>>, NotACollision> =
-        shots.par_iter().map(|shot| of_shot(expected, kind, *shot)).collect();
+    let (unknowns, shared) = unknowns(expected);
+    let of_shot = |shot: &Shot| of_shot(expected, kind, *shot, (&unknowns, &shared));
+    let found: Result<Vec<Option<Information>>, NotACollision> = shots.par_iter().map(of_shot).collect();
     let found = found?;
     let count = shots.len() as f64;
     let told: Vec<&Information> = found.iter().flatten().collect();
@@ -181,65 +206,95 @@ fn average(expected: &Expected, kind: &PlayedKind, shots: &[Shot]) -> Result<Ave
     Ok(Average { information: told.into_iter().sum::<Information>() / count, unusable })
 }
 
-/// JᵀJ of one shot's frames as a joint fit has it; `None` where they do not tell the shot's own unknowns.
-fn of_shot(expected: &Expected, kind: &PlayedKind, shot: Shot) -> Result<Option<Information>, NotACollision> {
-    let Expected { coefficients, cloth, camera, .. } = expected;
+/// The unknowns of a film of what is expected, with values that are expected of them.
+fn unknowns(expected: &Expected) -> (Vec<Unknown>, Shared) {
+    let spins: Vec<Spin> = expected.kinds.iter().map(|kind| spin_of(kind, kind.topspin[0])).collect();
+    let mut dataset = Dataset::new("design", expected.ball, Vec::new());
+    dataset.object = expected.object;
+    let unknowns = unknowns_of(&dataset, &spins);
+    let mut shared = Shared(unknowns.iter().map(|unknown| unknown.start).collect());
+    let (truth, cloth) = (&expected.coefficients, &expected.cloth);
+    let values = [
+        (Id::Mu, truth.mu),
+        (Id::MuS, truth.mu_s),
+        (Id::E, truth.e),
+        (Id::MuK, cloth.mu_k),
+        (Id::MuR, cloth.mu_r),
+        (Id::Bounce, cloth.bounce),
+    ];
+    for (id, value) in values {
+        shared[id] = value;
+    }
+    (unknowns, shared)
+}
+
+/// What whoever fits a shot of a kind knows of its spin, but for what was measured.
+fn spin_of(kind: &PlayedKind, topspin: f64) -> Spin {
+    match kind.from {
+        SpinFrom::Known if kind.side == 0.0 && topspin == 1.0 => Spin::NaturalRoll,
+        SpinFrom::Known if kind.side == 0.0 && topspin == 0.0 => Spin::Stun,
+        SpinFrom::Known | SpinFrom::Markers { .. } => Spin::Measured { spin: Vec3::zeros(), sd: [None; 3] },
+        SpinFrom::Motion => Spin::Unknown,
+    }
+}
+
+/// The information of one shot's frames; `None` where they do not tell the shot's own unknowns.
+fn of_shot(
+    expected: &Expected,
+    kind: &PlayedKind,
+    shot: Shot,
+    (unknowns, shared): (&[Unknown], &Shared),
+) -> Result<Option<Information>, NotACollision> {
     let (cue, model) = played(expected, kind, shot.play);
-    let unmarked = (shot.phase, &[Vec::new(), Vec::new()]);
-    let (track, truth) = simulate::noise_free(&model, coefficients, (camera, cloth), &cue, unmarked)?;
-    let scene = Scene { cloth: (*cloth).into(), ..Scene::of(&model) };
-    let film = film(&track, &truth, kind, shot.play[2], &scene);
-    let parameters = Values::of(&model, *coefficients);
-    let list = [Kind::Sliding, Kind::Rolling, Kind::Bounce].map(|kind| SharedUnknown::usual(kind, 0.0));
-    let shared = shared_unknowns::shared(&parameters, &list, &[cloth.mu_k, cloth.mu_r, cloth.bounce]);
-    Ok(film.reduced(&Corrected { model, correction: None }, &shared, &film.start).map(|reduced| {
-        let mut jacobian = SMatrix::<f64, ROWS, SHARED>::zeros();
-        jacobian.fixed_columns_mut::<COMMON>(0).copy_from(&reduced.jacobian.fixed_columns::<COMMON>(0));
-        for ((ratio, sd), i) in RATIOS.into_iter().zip(expected.ratio_sds()).zip(COMMON..) {
-            jacobian.set_column(i, &(sd * reduced.jacobian.column(place_of(ratio))));
+    let camera = &expected.camera;
+    let shown = match kind.from {
+        SpinFrom::Markers { sd } => Some(sd.unwrap_or([UNSEEN; 2])),
+        _ => None,
+    };
+    // from the frame of the collision to that of the table
+    let (sin, cos) = shot.direction.sin_cos();
+    let turned =
+        Vec3::new(cos * cue.spin.x - sin * cue.spin.y, sin * cue.spin.x + cos * cue.spin.y, cue.spin.z);
+    let spin = match spin_of(kind, shot.play[2]) {
+        Spin::Measured { .. } => Spin::Measured { spin: turned, sd: [shown.map(|[cue, _]| cue); 3] },
+        stated => stated,
+    };
+    let [before, after] = camera.frames();
+    let planned = PlannedShot {
+        velocity: [cue.velocity.x, cue.velocity.y],
+        direction: shot.direction,
+        place: shot.place,
+        instant: (before as f64 + shot.phase) / camera.fps,
+        topspin: shot.play[2],
+        spin,
+        after_sd: shown,
+    };
+    let filming =
+        Filming { fps: camera.fps, frames: 1 + before as usize + after as usize, sd: camera.position_sd_m };
+    let found = problem::information(&planned, &filming, (&model, unknowns, shared))?;
+    // what is exact is not told, and what has a prior is in its unit
+    let unit = |i: usize| {
+        let unknown = &unknowns[IDS[i] as usize];
+        match unknown.prior {
+            _ if unknown.mode == problem::Mode::Fixed => 0.0,
+            Some(prior) if i >= COMMON => prior.sd,
+            _ => 1.0,
         }
-        jacobian.tr_mul(&jacobian)
+    };
+    let units: [f64; SHARED] = std::array::from_fn(unit);
+    Ok(found.map(|all| {
+        let at = |i: usize, j: usize| units[i] * all[(IDS[i] as usize, IDS[j] as usize)] * units[j];
+        Information::from_fn(at)
     }))
 }
 
-fn film(
-    track: &crate::measurement::track::TrackShot,
-    truth: &TrueImpact,
-    kind: &PlayedKind,
-    topspin: f64,
-    scene: &Scene,
-) -> Film {
-    let spin = truth.cue_before.spin;
-    let shown = match kind.from {
-        SpinFrom::Markers { sd } => sd.unwrap_or([UNSEEN; 2]),
-        _ => [UNSEEN; 2],
-    };
-    let spin = match kind.from {
-        SpinFrom::Known if kind.side == 0.0 && topspin == 1.0 => Spin::NaturalRoll,
-        SpinFrom::Known if kind.side == 0.0 && topspin == 0.0 => Spin::Stun,
-        SpinFrom::Known => Spin::Measured { spin, sd: [None; 3] },
-        SpinFrom::Markers { .. } => Spin::Measured { spin, sd: [Some(shown[0]); 3] },
-        SpinFrom::Motion => Spin::Unknown,
-    };
-    let after = match kind.from {
-        SpinFrom::Markers { .. } => {
-            Some([(truth.cue_after.spin, shown[0]), (truth.object_after.spin, shown[1])])
-        }
-        _ => None,
-    };
-    // the line of centres is the table's x axis
-    let velocity = [truth.cue_before.velocity.x, truth.cue_before.velocity.y];
-    let TrueImpact { time, object, direction, .. } = *truth;
-    let known = Known { time, object, direction, velocity, spin, roll: topspin, after };
-    Film::known(track, &known, scene)
-}
-
-/// What is known beforehand of μ_k and μ_r, and of the ratios in parts of their own errors, as information.
+/// What is known beforehand, as information.
 pub(crate) fn prior() -> Information {
     let mut prior = Information::identity();
     prior.fixed_view_mut::<COMMON, COMMON>(0, 0).fill(0.0);
-    for (i, (_, sd)) in CLOTH.into_iter().enumerate() {
-        prior[(COMMON - CLOTH.len() + i, COMMON - CLOTH.len() + i)] = sd.powi(-2);
+    for (i, sd) in CLOTH_SD.into_iter().enumerate() {
+        let place = COMMON - CLOTH_SD.len() + i;
+        prior[(place, place)] = sd.powi(-2);
     }
     prior
 }

@@ -2,7 +2,7 @@
 //! shots gives, and how many shots a wanted standard error needs.
 //!
 //! A kind of shot is filmed without noise by the forward chain of [`crate::simulate`], and its reduced Fisher information
-//! taken as a joint fit of frames takes it (`likelihood::frames`). That of N shots is N times the mean, to which
+//! taken as a fit of frames takes it (`problem::film`). That of N shots is N times the mean, to which
 //! what is known of the cloth is added; the inverse is the Cramér–Rao bound, which such fits reach.
 
 pub mod information;
@@ -13,7 +13,6 @@ mod words;
 
 use statrs::distribution::{ContinuousCDF, Normal};
 
-use crate::extraction::MOST_FRAMES;
 use crate::measurement::dataset::ObjectBall;
 use crate::measurement::parameter::Parameter;
 use crate::physics::ball::Ball;
@@ -255,16 +254,6 @@ pub fn detectable() -> f64 {
 pub fn design(expected: &Expected) -> Result<Design, NotACollision> {
     let mut expected = expected.clone();
     let mut notes = Vec::new();
-    let longest = 1e3 * MOST_FRAMES as f64 / expected.camera.fps;
-    let camera = &mut expected.camera;
-    if camera.before_ms.max(camera.after_ms) > longest {
-        notes.push(format!(
-            "Of the film only the {MOST_FRAMES} frames ({longest:.0} ms) next to the impact on either side are fitted, and \
-             counted here."
-        ));
-        camera.before_ms = camera.before_ms.min(longest);
-        camera.after_ms = camera.after_ms.min(longest);
-    }
     for index in 0..expected.kinds.len() {
         let kind = &expected.kinds[index];
         if kind.from != (SpinFrom::Markers { sd: None }) {

@@ -7,78 +7,29 @@
 //! marker's place on the ball as unknowns, gives ω and its covariance.
 
 use argmin::core::{Error, Jacobian, Operator};
-use nalgebra::{DMatrix, DVector, Matrix3, SMatrix, SVector};
+use nalgebra::{DMatrix, DVector, Matrix3, SVector};
 use num_dual::DualSVec64;
 
-use crate::measurement::track::Sample;
 use crate::numerics::least_squares;
 use crate::numerics::least_squares::{Bounds, Options};
 use crate::physics::ball::Vec3;
 use crate::physics::cloth_motion::Number;
-use crate::trajectory::unknowns::Dual;
-use crate::trajectory::unknowns::unknown::COUNT;
 
 /// Angular velocity of a ball at the impact, table frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Rotation {
     /// The angular velocity, rad/s.
     pub spin: Vec3,
-    /// Its covariance, (rad/s)²: from the noise of the markers, and from the errors of the path of the ball's centre.
+    /// Its covariance, (rad/s)²: from the noise of the markers and of the ball's centre.
     pub covariance: Matrix3<f64>,
     /// How many marker positions it rests on.
     pub positions: usize,
-}
-
-/// What a fit of markers gives: angular velocity, covariance from the markers' own noise, number of positions,
-/// and the derivatives of the angular velocity by the unknowns of the path.
-pub(crate) struct Measured {
-    pub spin: Vec3,
-    pub own: Matrix3<f64>,
-    pub positions: usize,
-    pub by_unknowns: SMatrix<f64, 3, COUNT>,
-}
-
-/// The ball that carries the markers: centre, and how much its spin differs from that at the impact, both with
-/// derivatives by the unknowns of the path, at a time (s from the impact).
-pub(crate) struct Carrier<'a> {
-    pub centre: &'a dyn Fn(f64) -> [Dual; 2],
-    pub change: &'a dyn Fn(f64) -> [Dual; 2],
-    /// The same change without derivatives.
-    pub plain_change: &'a dyn Fn(f64) -> [f64; 2],
-    pub radius: f64,
-}
-
-impl Carrier<'_> {
-    fn change(&self, time: f64) -> [Dual; 3] {
-        let [x, y] = (self.change)(time);
-        [x, y, Dual::from_re(0.0)]
-    }
 }
 
 /// A marker's positions from the ball's centre over R, on one side of the impact.
 pub(crate) struct Spot {
     /// Time from the impact (s), x/R and y/R, standard deviation over R.
     pub seen: Vec<(f64, [f64; 2], f64)>,
-}
-
-impl Spot {
-    /// Of a marker's frames between two times; `centre` is where the ball is.
-    pub(crate) fn new(
-        samples: &[Sample],
-        [from, to]: [f64; 2],
-        impact: f64,
-        radius: f64,
-        sd: f64,
-        centre: impl Fn(f64) -> Option<[f64; 2]>,
-    ) -> Self {
-        let inside = samples.iter().filter(|sample| (from..=to).contains(&sample.t));
-        let seen = inside.filter_map(|sample| {
-            let [x, y] = centre(sample.t)?;
-            let sd = sample.sd.map_or(sd, |[x, y]| 0.5 * (x + y));
-            Some((sample.t - impact, [(sample.x - x) / radius, (sample.y - y) / radius], sd / radius))
-        });
-        Self { seen: seen.collect() }
-    }
 }
 
 /// Nearer to the rim than this, the height of a marker is too uncertain to start from.
@@ -126,23 +77,17 @@ fn lifted([x, y]: [f64; 2]) -> Option<Vec3> {
     (square < RIM * RIM).then(|| Vec3::new(x, y, (1.0 - square).sqrt()))
 }
 
-/// Fits the angular velocity at the impact. `stated` says that the standard deviations are known, not to be
-/// estimated.
-pub(crate) fn measure(spots: &[Spot], carrier: &Carrier, stated: bool) -> Option<Measured> {
+/// Fits the angular velocity at the impact, and its constant change with time about horizontal axes.
+/// `stated` says that the standard deviations are known, not to be estimated.
+pub(crate) fn measure(spots: &[Spot], stated: bool) -> Option<Rotation> {
     let start = rough(spots)?;
-    let change = |time: f64| {
-        let [x, y] = (carrier.plain_change)(time);
-        Vec3::new(x, y, 0.0)
-    };
-    let mut problem = Problem { spots: spots.iter().filter_map(Placed::new).collect(), change: &change };
-    let mut x = DVector::zeros(3 + 2 * problem.spots.len());
+    let mut problem = Problem { spots: spots.iter().filter_map(Placed::new).collect() };
+    let mut x = DVector::zeros(SHARED + 2 * problem.spots.len());
     x.rows_mut(0, 3).copy_from(&start);
-    for (i, placed) in problem.spots.iter_mut().enumerate() {
+    for placed in &mut problem.spots {
         // where the marker nearest to the impact was, turned back to it
         let (time, place) = placed.nearest();
-        let mean = start + 0.5 * change(time);
-        placed.base = turn(place, mean * -time);
-        x[3 + 2 * i] = 0.0;
+        placed.base = turn(place, start * -time);
     }
     let options = Options { orthogonality: ORTHOGONALITY, max_iterations: MAX_ITERATIONS };
     for _ in 0..ROUNDS {
@@ -156,26 +101,20 @@ pub(crate) fn measure(spots: &[Spot], carrier: &Carrier, stated: bool) -> Option
             x = problem.without_empty(&x);
             continue;
         }
-        let jacobian = solution.jacobian;
-        let r = jacobian.clone().qr().r();
+        let r = solution.jacobian.qr().r();
         let inverse = r.solve_upper_triangular(&DMatrix::identity(r.ncols(), r.ncols()))?;
         let normal = &inverse * inverse.transpose();
-        let own: Matrix3<f64> = scale * normal.fixed_view::<3, 3>(0, 0).into_owned();
-        // where the residuals move with the path: ω by unknowns = −(JᵀJ)⁻¹ Jᵀ ∂r/∂z
-        let by_path = problem.by_path(&x, carrier);
-        let gain = normal.rows(0, 3) * jacobian.transpose();
-        let by_unknowns = SMatrix::<f64, 3, COUNT>::from_iterator((-(gain * by_path)).iter().copied());
-        let usable = own.iter().chain(by_unknowns.iter()).all(|entry| entry.is_finite());
+        let covariance: Matrix3<f64> = scale * normal.fixed_view::<3, 3>(0, 0).into_owned();
+        let is_finite = covariance.iter().all(|entry| entry.is_finite());
         let spin = Vec3::new(x[0], x[1], x[2]);
-        return usable.then_some(Measured {
-            spin,
-            own: 0.5 * (own + own.transpose()),
-            positions,
-            by_unknowns,
-        });
+        return is_finite.then_some(Rotation { spin, covariance, positions });
     }
     None
 }
+
+/// Number of unknowns that all markers of a ball share: its angular velocity at the impact, and the
+/// change of that with time about x and y.
+const SHARED: usize = 5;
 
 /// A marker in the fit: its frames in the order of their distance from the impact.
 struct Placed {
@@ -197,8 +136,9 @@ impl Placed {
         known.next().unwrap_or((0.0, Vec3::z()))
     }
 
-    /// x, y of all frames, for ω and the two angles by which the marker's place differs from `base`.
-    fn predict<T: Number>(&self, spin: [T; 3], off: [T; 2], change: &dyn Fn(f64) -> [T; 3]) -> Vec<[T; 2]> {
+    /// x, y of all frames, for ω, its change with time, and the two angles by which the marker's place
+    /// differs from `base`.
+    fn predict<T: Number>(&self, spin: [T; 3], change: [T; 2], off: [T; 2]) -> Vec<[T; 2]> {
         let [first, second] = across(&self.base);
         let place = std::array::from_fn(|i| off[0] * first[i] + off[1] * second[i] + self.base[i]);
         let length = dot(&place, &place).sqrt();
@@ -207,8 +147,9 @@ impl Placed {
         self.seen
             .iter()
             .map(|(time, ..)| {
-                let mean = change(0.5 * (now + time));
-                let step = std::array::from_fn(|i| (spin[i] + mean[i]) * (time - now));
+                let middle = 0.5 * (now + time);
+                let mean = [spin[0] + change[0] * middle, spin[1] + change[1] * middle, spin[2]];
+                let step = mean.map(|component| component * (time - now));
                 place = turned(&place, &step);
                 now = *time;
                 [place[0], place[1]]
@@ -217,39 +158,12 @@ impl Placed {
     }
 }
 
-/// The least-squares problem: ω, then two small angles for every marker.
-struct Problem<'a> {
+/// The least-squares problem: ω and its change, then two small angles for every marker.
+struct Problem {
     spots: Vec<Placed>,
-    change: &'a dyn Fn(f64) -> Vec3,
 }
 
-impl Problem<'_> {
-    /// Derivatives of the residuals by the unknowns of the path.
-    fn by_path(&self, x: &DVector<f64>, carrier: &Carrier) -> DMatrix<f64> {
-        let mut by = DMatrix::zeros(self.rows(), COUNT);
-        let plain = |i: usize| Dual::from_re(x[i]);
-        let mut row = 0;
-        for (i, placed) in self.spots.iter().enumerate() {
-            let (spin, off) = ([0, 1, 2].map(plain), [3 + 2 * i, 4 + 2 * i].map(plain));
-            let predicted = placed.predict(spin, off, &|time| carrier.change(time));
-            for (place, (time, _, sd)) in predicted.iter().zip(&placed.seen) {
-                let centre = (carrier.centre)(*time);
-                for axis in 0..2 {
-                    let moved = place[axis] + centre[axis] / carrier.radius;
-                    let gradient = moved.eps.unwrap_generic(nalgebra::Const::<COUNT>, nalgebra::U1) / *sd;
-                    by.row_mut(row).copy_from(&gradient.transpose());
-                    row += 1;
-                }
-            }
-        }
-        by
-    }
-
-    /// The change of the spin as a number without derivatives.
-    fn constant<T: Number>(&self) -> impl Fn(f64) -> [T; 3] {
-        |time| <[f64; 3]>::from((self.change)(time)).map(T::from)
-    }
-
+impl Problem {
     /// Removes the positions that are this far off, standardized; whether there were any.
     fn leave_out(&mut self, residuals: &DVector<f64>, limit: f64) -> bool {
         let mut wrong = residuals.as_slice().chunks(2).map(|xy| xy.iter().any(|r| r.abs() > limit));
@@ -266,9 +180,9 @@ impl Problem<'_> {
 
     /// Removes the markers of which no position is left; the unknowns without theirs.
     fn without_empty(&mut self, x: &DVector<f64>) -> DVector<f64> {
-        let own = |i: usize| [3 + 2 * i, 4 + 2 * i];
+        let own = |i: usize| [SHARED + 2 * i, SHARED + 1 + 2 * i];
         let kept = (0..self.spots.len()).filter(|i| !self.spots[*i].seen.is_empty()).flat_map(own);
-        let columns: Vec<usize> = (0..3).chain(kept).collect();
+        let columns: Vec<usize> = (0..SHARED).chain(kept).collect();
         self.spots.retain(|placed| !placed.seen.is_empty());
         DVector::from_iterator(columns.len(), columns.into_iter().map(|column| x[column]))
     }
@@ -278,18 +192,18 @@ impl Problem<'_> {
     }
 }
 
-/// A number with derivatives by ω and a marker's own two angles.
-type Own = DualSVec64<5>;
+/// A number with derivatives by what markers share and a marker's own two angles.
+type Own = DualSVec64<{ SHARED + 2 }>;
 
-impl Operator for &Problem<'_> {
+impl Operator for &Problem {
     type Param = DVector<f64>;
     type Output = DVector<f64>;
 
     fn apply(&self, x: &DVector<f64>) -> Result<DVector<f64>, Error> {
         let mut residuals = Vec::with_capacity(self.rows());
         for (i, placed) in self.spots.iter().enumerate() {
-            let predicted =
-                placed.predict([x[0], x[1], x[2]], [x[3 + 2 * i], x[4 + 2 * i]], &self.constant());
+            let off = [x[SHARED + 2 * i], x[SHARED + 1 + 2 * i]];
+            let predicted = placed.predict([x[0], x[1], x[2]], [x[3], x[4]], off);
             for (place, (_, at, sd)) in predicted.iter().zip(&placed.seen) {
                 residuals.extend([(place[0] - at[0]) / sd, (place[1] - at[1]) / sd]);
             }
@@ -298,7 +212,7 @@ impl Operator for &Problem<'_> {
     }
 }
 
-impl Jacobian for &Problem<'_> {
+impl Jacobian for &Problem {
     type Param = DVector<f64>;
     type Jacobian = DMatrix<f64>;
 
@@ -306,12 +220,14 @@ impl Jacobian for &Problem<'_> {
         let mut jacobian = DMatrix::zeros(self.rows(), x.len());
         let mut row = 0;
         for (i, placed) in self.spots.iter().enumerate() {
-            let own = [0, 1, 2, 3 + 2 * i, 4 + 2 * i];
-            let [a, b, c, d, e]: [Own; 5] = std::array::from_fn(|k| Own::from_re(x[own[k]]).derivative(k));
-            let predicted = placed.predict([a, b, c], [d, e], &self.constant());
+            let own = [0, 1, 2, 3, 4, SHARED + 2 * i, SHARED + 1 + 2 * i];
+            let [a, b, c, d, e, f, g]: [Own; SHARED + 2] =
+                std::array::from_fn(|k| Own::from_re(x[own[k]]).derivative(k));
+            let predicted = placed.predict([a, b, c], [d, e], [f, g]);
             for (place, (_, _, sd)) in predicted.iter().zip(&placed.seen) {
                 for component in place {
-                    let gradient: SVector<f64, 5> = component.eps.unwrap_generic(nalgebra::U5, nalgebra::U1);
+                    let gradient: SVector<f64, { SHARED + 2 }> =
+                        component.eps.unwrap_generic(nalgebra::Const, nalgebra::U1);
                     for (k, column) in own.into_iter().enumerate() {
                         jacobian[(row, column)] = gradient[k] / sd;
                     }
@@ -380,13 +296,6 @@ mod tests {
         }
     }
 
-    fn carrier<'a>(
-        change: &'a dyn Fn(f64) -> [Dual; 2],
-        plain_change: &'a dyn Fn(f64) -> [f64; 2],
-    ) -> Carrier<'a> {
-        Carrier { centre: &|_| [Dual::from_re(0.0); 2], change, plain_change, radius: 0.03 }
-    }
-
     /// Exact positions of a marker on a ball that spins with `spin` + `slowing`·t.
     fn spot(place: Vec3, spin: Vec3, slowing: Vec3) -> Spot {
         let at = |i: usize| {
@@ -405,11 +314,10 @@ mod tests {
     fn one_marker_gives_the_whole_angular_velocity() {
         let (spin, slowing) = (Vec3::new(20.0, -60.0, 35.0), Vec3::new(30.0, 150.0, 0.0));
         let spots = [spot(Vec3::new(0.3, 0.4, 0.75_f64.sqrt()), spin, slowing)];
-        let plain = |t| [slowing.x * t, slowing.y * t];
-        let found = measure(&spots, &carrier(&|t| plain(t).map(Dual::from_re), &plain), true).unwrap();
+        let found = measure(&spots, true).unwrap();
         // steps of a frame, midpoint rule: (slowing × spin) Δt² / 12 per second
         assert!((found.spin - spin).norm() < 1e-3, "{}", found.spin);
-        assert!(found.own.diagonal().iter().all(|variance| (1e-6..1.0).contains(variance)));
+        assert!(found.covariance.diagonal().iter().all(|variance| (1e-6..10.0).contains(variance)));
     }
 
     /// Within 1 ms the ball carries such a marker by 0.052 R, and not by 0.022 R.
@@ -419,9 +327,7 @@ mod tests {
         let good = spot(Vec3::new(0.3, 0.4, 0.75_f64.sqrt()), spin, slowing);
         let wrong = Spot { seen: vec![(1.4e-3, [0.5, 0.0], 1e-4), (2.4e-3, [0.478, 0.0], 1e-4)] };
         let positions = good.seen.len();
-        let plain = |t| [slowing.x * t, slowing.y * t];
-        let found =
-            measure(&[good, wrong], &carrier(&|t| plain(t).map(Dual::from_re), &plain), true).unwrap();
+        let found = measure(&[good, wrong], true).unwrap();
         assert!((found.spin - spin).norm() < 1e-3, "{}", found.spin);
         assert_eq!(found.positions, positions);
     }
@@ -429,9 +335,8 @@ mod tests {
     #[test]
     fn a_marker_on_the_axis_tells_nothing_and_two_frames_are_too_few() {
         let on_axis = Spot { seen: (0..20).map(|i| (1e-3 * f64::from(i), [0.0, 0.0], 1e-4)).collect() };
-        let still = |_| [Dual::from_re(0.0); 2];
-        assert!(measure(&[on_axis], &carrier(&still, &|_| [0.0; 2]), true).is_none());
+        assert!(measure(&[on_axis], true).is_none());
         let two = Spot { seen: vec![(0.0, [0.3, 0.0], 1e-4), (1e-3, [0.31, 0.0], 1e-4)] };
-        assert!(measure(&[two], &carrier(&still, &|_| [0.0; 2]), true).is_none());
+        assert!(measure(&[two], true).is_none());
     }
 }

@@ -34,6 +34,7 @@ mod uncertainty;
 mod unknowns;
 
 pub use film::film_data::{FilmError, Modelling};
+pub(crate) use film::planned::{Filming, PlannedShot, information, unknowns_of};
 pub use film::shots::{FittedFrame, Impact, Motion, PicturePaths};
 pub use findings::{Finding, Severity};
 pub use offsets::{Offsets, Slope};
@@ -43,6 +44,7 @@ pub use solution::{Budget, Estimate, ShotInfluence, Solution};
 pub use sums::Noise;
 pub use uncertainty::{Conflict, Score, Share};
 pub use unknowns::{Id, Normal};
+pub(crate) use unknowns::{Mode, Shared, Unknown};
 
 #[cfg(test)]
 mod tests {

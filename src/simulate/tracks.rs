@@ -180,7 +180,7 @@ impl Course {
 
 impl Camera {
     /// How many frames it takes before and after the impact.
-    fn frames(&self) -> [usize; 2] {
+    pub(crate) fn frames(&self) -> [usize; 2] {
         [self.before_ms, self.after_ms].map(|ms| (1e-3 * ms * self.fps).round() as usize)
     }
 }

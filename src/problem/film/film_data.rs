@@ -7,17 +7,20 @@ use rayon::prelude::*;
 
 use super::block::FilmBlock;
 use super::camera::Point;
-use super::frames::{Frame, ShotFrames, World};
+use super::frames::{Frame, MeasuredSpin, ShotFrames, World};
 use super::impact::{Contact, Correction};
 use super::own::{self, OWN};
 use super::priors::list_unknowns;
 use super::spins::{FIRST_SPREADS, SIDE_SPREAD, ShotSpin};
 use super::{resting, stated_noise};
-use crate::extraction::{Unusable, from_paths, leave_out_before_cushion, noise_correlation};
+use crate::extraction::{
+    Rotation, Rotations, Unusable, from_paths, leave_out_before_cushion, noise_correlation,
+};
 use crate::film::{drops, frame_noise, grid};
 use crate::measurement::dataset::{Dataset, Tracks};
 use crate::measurement::loss::Loss;
 use crate::measurement::parameter::Settings;
+use crate::measurement::spin::Spin;
 use crate::measurement::track::{Sample, TrackShot};
 use crate::numerics::median;
 use crate::physics::collision::{Fidelity, Model};
@@ -82,6 +85,28 @@ struct Guessed {
     distance: f64,
 }
 
+impl Guessed {
+    /// Takes the spin before the impact from the markers of the cue ball; returns those after it. The
+    /// radius is in the unit of the film.
+    fn read_markers(&mut self, radius: f64) -> Vec<MeasuredSpin> {
+        if self.shot.markers.is_empty() {
+            return Vec::new();
+        }
+        let noise = self.shot.position_sd.unwrap_or_else(|| frame_noise::noise(&self.shot));
+        let found = Rotations::of(&self.shot, self.guess[unknown::TIME], radius, noise);
+        if let Some(before) = found.cue_before {
+            let sd = [0, 1, 2].map(|axis| Some(before.covariance[(axis, axis)].sqrt()));
+            self.shot.spin = Spin::Measured { spin: before.spin, sd };
+        }
+        let after = |(ball, rotation): (usize, Option<Rotation>)| {
+            let Rotation { spin, covariance, .. } = rotation?;
+            let whiten = covariance.cholesky()?.l().try_inverse()?;
+            Some(MeasuredSpin { ball, spin, whiten })
+        };
+        [found.cue_after, found.object_after].into_iter().enumerate().filter_map(after).collect()
+    }
+}
+
 /// Why a film cannot be fitted.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum FilmError {
@@ -137,7 +162,11 @@ impl Film {
         }
         let middle = guessed.iter().map(contact_middle).sum::<Point>() / guessed.len() as f64;
         let states_noise = guessed.iter().all(|g| g.shot.states_noise());
-        let frames = guessed.iter().map(|g| frames_of(&g.shot, middle, unit, states_noise)).collect();
+        let mut frames: Vec<ShotFrames> =
+            guessed.iter().map(|g| frames_of(&g.shot, middle, unit, states_noise)).collect();
+        for (frames, guessed) in frames.iter_mut().zip(&mut guessed) {
+            frames.spins = guessed.read_markers(scene.ball.radius / unit);
+        }
         let own = guessed.iter().map(|g| own_of(&g.guess, middle, unit)).collect();
         let spins: Vec<ShotSpin> = guessed.iter().map(|g| spin_of(g, scene.ball.radius, unit)).collect();
         let sd = unit * median(guessed.iter().map(|g| frame_noise::noise(&g.shot)).collect());
@@ -262,7 +291,7 @@ fn frames_of(shot: &TrackShot, middle: Point, unit: f64, states_noise: bool) -> 
         samples.iter().zip(repeats).map(frame).collect()
     };
     let tracks = [of(&shot.cue, shot.resolution[0]), of(&shot.object, shot.resolution[1])];
-    ShotFrames { tracks, fps: shot.fps }
+    ShotFrames { tracks, fps: shot.fps, spins: Vec::new() }
 }
 
 /// Returns the own unknowns of a first guess, in metres from the middle.

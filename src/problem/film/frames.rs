@@ -1,13 +1,14 @@
 //! The frames of a shot against the paths of its balls: residuals and derivatives, whitened for
 //! noise that is correlated from frame to frame, and summed up to normal equations.
 
-use nalgebra::{DMatrix, SMatrix, SVector};
+use nalgebra::{DMatrix, Matrix3, SMatrix, SVector};
 
 use super::camera::{Camera, Point};
-use super::dual::INPUTS;
+use super::dual::{DualVector, INPUTS, gradient};
 use super::impact::{Contact, Correction};
-use super::motion::{COEFFICIENTS, Piece, StatedSpin, Stretch, follow_balls};
+use super::motion::{COEFFICIENTS, Piece, StatedSpin, Stretch, Struck, follow_balls};
 use super::own::{self, OWN};
+use crate::physics::ball::Vec3;
 use crate::problem::sums::{Contribution, Noise, NoiseSums};
 use crate::problem::unknowns::{CAMERA, Id, Own, PHYSICS, SHARED, Shared};
 
@@ -46,6 +47,19 @@ pub(crate) struct ShotFrames {
     pub tracks: [Vec<Frame>; 2],
     /// Frames per second.
     pub fps: f64,
+    /// Spins of the balls just after the impact that markers show.
+    pub spins: Vec<MeasuredSpin>,
+}
+
+/// The spin of a ball just after the impact.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct MeasuredSpin {
+    /// 0 for the cue ball, 1 for the object ball.
+    pub ball: usize,
+    /// In the table frame, rad/s.
+    pub spin: Vec3,
+    /// Inverse of the lower Cholesky factor of its covariance.
+    pub whiten: Matrix3<f64>,
 }
 
 /// What the shots of a film have in common besides unknowns: the collision model, and the noise of
@@ -81,7 +95,10 @@ impl ShotFrames {
             return Contribution::impossible(OWN, 2);
         };
         let mut total = Contribution::empty(OWN, 2);
-        total.sticks = paths.sticks;
+        total.sticks = paths.struck.sticks;
+        for spin in &self.spins {
+            add_spin(spin, &paths.struck, contact.object().radius, &mut total);
+        }
         let camera = Camera::new(shared);
         for (body, pieces) in paths.pieces.iter().enumerate() {
             self.add_track(body, pieces, values[own::TIME], &camera, &noise[body], &mut total);
@@ -180,6 +197,29 @@ impl ShotFrames {
             }
             found
         })
+    }
+}
+
+/// Adds what markers show of a spin after the impact.
+fn add_spin(measured: &MeasuredSpin, struck: &Struck, radius: f64, total: &mut Contribution) {
+    let [x, y, z] = struck.after[measured.ball].spin.map(|spin| spin / radius);
+    let turned = struck.turn(&DualVector::new(x, y));
+    let predicted = [turned.x, turned.y, z];
+    let last = total.products.ncols() - 1;
+    for row in 0..3 {
+        let mut by = SVector::<f64, INPUTS>::zeros();
+        let mut off = 0.0;
+        for (column, component) in predicted.iter().enumerate() {
+            let factor = measured.whiten[(row, column)];
+            by += gradient(component) * factor;
+            off += (component.re - measured.spin[column]) * factor;
+        }
+        let mut block = total.products.fixed_view_mut::<INPUTS, INPUTS>(0, 0);
+        block += by * by.transpose();
+        let mut beside = total.products.fixed_view_mut::<INPUTS, 1>(0, last);
+        beside += by * off;
+        total.products[(last, last)] += off * off;
+        total.cost += off * off;
     }
 }
 

@@ -268,8 +268,7 @@ impl Struck {
 pub(super) struct Paths {
     /// Pieces of each ball, the first before the impact.
     pub pieces: [Vec<Piece>; 2],
-    /// Whether the contact stuck.
-    pub sticks: bool,
+    pub struck: Struck,
 }
 
 /// Returns a shot's own unknowns with derivatives; time counts from the present guess of the impact.
@@ -344,5 +343,5 @@ pub(super) fn follow_balls(
         }
         pieces
     });
-    Ok(Paths { pieces, sticks: struck.sticks })
+    Ok(Paths { pieces, struck })
 }

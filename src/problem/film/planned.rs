@@ -1,0 +1,123 @@
+//! The information of shots that are planned, at a given truth.
+
+use std::sync::Arc;
+
+use nalgebra::{DMatrix, Matrix3};
+
+use super::block::FilmBlock;
+use super::camera::{Camera, Point};
+use super::frames::{Frame, MeasuredSpin, ShotFrames, World, locate};
+use super::impact::{Contact, Correction};
+use super::motion::{Piece, Stretch, Struck, follow_balls};
+use super::own::{self, OWN};
+use super::priors::list_unknowns;
+use super::spins::{FIRST_SPREADS, ShotSpin};
+use crate::measurement::dataset::{Dataset, Tracks};
+use crate::measurement::spin::Spin;
+use crate::physics::collision::{Model, NotACollision};
+use crate::problem::sums::{Noise, Spread};
+use crate::problem::unknowns::{Id, Own, Shared, Unknown};
+
+/// A shot that is planned, in the frame of the table.
+#[derive(Clone, Copy, Debug)]
+pub struct PlannedShot {
+    /// Velocity of the cue ball along and across the line of centres, m/s.
+    pub velocity: [f64; 2],
+    /// Direction of the line of centres, rad.
+    pub direction: f64,
+    /// Place of the object ball, m from the middle of the film.
+    pub place: [f64; 2],
+    /// Instant of the impact, s.
+    pub instant: f64,
+    /// Topspin over natural roll.
+    pub topspin: f64,
+    /// What is known of the spin.
+    pub spin: Spin,
+    /// Standard errors of a component of the spins of both balls after the impact, rad/s, if markers
+    /// show them.
+    pub after_sd: Option<[f64; 2]>,
+}
+
+/// How planned shots are filmed.
+#[derive(Clone, Copy, Debug)]
+pub struct Filming {
+    /// Frames per second.
+    pub fps: f64,
+    /// Number of frames.
+    pub frames: usize,
+    /// Standard deviation of a coordinate, m.
+    pub sd: f64,
+}
+
+/// The unknowns of a film that is planned: of balls as a data set states them, with these spins.
+pub(crate) fn unknowns_of(dataset: &Dataset, spins: &[Spin]) -> Vec<Unknown> {
+    let radius = dataset.ball.radius;
+    let spins: Vec<ShotSpin> =
+        spins.iter().map(|spin| ShotSpin::stated(*spin, Point::new(1.0, 0.0), radius)).collect();
+    list_unknowns(dataset, &dataset.settings_of_balls(), &Tracks::new(Vec::new()), &spins)
+}
+
+/// Returns the information of a shot about all shared unknowns in the order of [`Id`], its own
+/// eliminated; `None` if its frames do not tell these.
+///
+/// # Errors
+/// The shot is no collision.
+pub(crate) fn information(
+    shot: &PlannedShot,
+    filming: &Filming,
+    (model, unknowns, shared): (&Model, &[Unknown], &Shared),
+) -> Result<Option<DMatrix<f64>>, NotACollision> {
+    let contact = Contact::new(model, unknowns);
+    let radius = contact.object().radius;
+    let [along, across] = shot.velocity;
+    let (sin, cos) = shot.direction.sin_cos();
+    let velocity = Point::new(along * cos - across * sin, along * sin + across * cos);
+    let spin = match shot.spin {
+        Spin::Unknown if shot.topspin != 1.0 => ShotSpin::slides(),
+        stated => ShotSpin::stated(stated, velocity, radius),
+    };
+    let mut values = Own::zeros(OWN);
+    values[own::TIME] = shot.instant;
+    (values[own::X], values[own::Y]) = (shot.place[0], shot.place[1]);
+    values[own::DIRECTION] = shot.direction;
+    (values[own::ALONG], values[own::ACROSS]) = (along, across);
+    if spin.stated.mean.is_some() {
+        values[own::TOPSPIN] = shot.topspin - spin.mean(shared);
+    }
+    let rigid = Correction::zeros();
+    let paths = follow_balls(&values, shared, &spin.stated, (&contact, &rigid))?;
+    let camera = Camera::new(shared);
+    let stretches: [Vec<Stretch>; 2] =
+        paths.pieces.each_ref().map(|pieces| pieces.iter().map(Piece::stretch).collect());
+    let track = |ball: usize| {
+        let frame = |n: usize| {
+            let time = n as f64 / filming.fps;
+            let (table, height) = locate(&stretches[ball], time - shot.instant);
+            let weight = Point::new(1.0, 1.0);
+            Frame { time, seen: camera.look(table, height).place, weight, used: true }
+        };
+        (0..filming.frames).map(frame).collect()
+    };
+    let spins = shown(&paths.struck, radius, shot.after_sd);
+    let frames = ShotFrames { tracks: [track(0), track(1)], fps: filming.fps, spins };
+    let noise = Noise { sd: filming.sd, rho: 0.0 };
+    let film = FilmBlock {
+        shots: Arc::new(vec![frames]),
+        spins: vec![spin],
+        spreads: FIRST_SPREADS.map(Spread::first),
+        world: World { contact, noise: [noise; 2] },
+        states_noise: true,
+        corrections: vec![rigid],
+    };
+    let sums = film.contribute(0, &values, shared);
+    Ok(sums.reduced(&Id::ALL).map(|(information, _)| information))
+}
+
+/// Returns the spins after the impact as markers show them.
+fn shown(struck: &Struck, radius: f64, sd: Option<[f64; 2]>) -> Vec<MeasuredSpin> {
+    let of_ball = |(ball, sd): (usize, f64)| {
+        let [x, y, z] = struck.after[ball].spin.map(|spin| spin.re / radius);
+        MeasuredSpin { ball, spin: [x, y, z].into(), whiten: Matrix3::identity() / sd }
+    };
+    sd.into_iter().flat_map(|both| both.into_iter().enumerate().map(of_ball)).collect()
+}
