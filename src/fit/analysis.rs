@@ -3,7 +3,7 @@
 use std::time::Instant;
 
 use super::calibration::calibrated_discs as corrected_discs;
-use super::film::FittedFilm;
+use super::film::{FittedFilm, stated_scale_sd};
 use super::footage::{to_be_fitted, with_discs_calibrated};
 use super::model_choice::fitted_with;
 use super::of_film::Fitted;
@@ -115,11 +115,6 @@ pub fn with_impacts(mut dataset: Dataset, done: &(dyn Fn() + Sync)) -> (Dataset,
     dataset.tracks.iter_mut().for_each(|tracks| tracks.notes.extend(sentences.iter().cloned()));
     impacts.iter().for_each(|_| done());
     (dataset, Some(film))
-}
-
-/// Returns the relative standard deviation of the stated scale.
-pub(super) fn stated_scale_sd(dataset: &Dataset) -> f64 {
-    dataset.tracks.as_ref().and_then(|tracks| tracks.scale_sd).unwrap_or(0.0)
 }
 
 /// Gives a data set the shots of a film, and what it tells of the cloth.

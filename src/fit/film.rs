@@ -5,6 +5,7 @@ use std::sync::Arc;
 
 use rayon::prelude::*;
 
+use crate::measurement::dataset::Dataset;
 use crate::measurement::track::TrackShot;
 use crate::problem::{FittedFrame, Id, Impact, Solution};
 
@@ -41,6 +42,11 @@ pub struct OwnEstimate {
     pub value: f64,
     /// Standard error.
     pub sd: f64,
+}
+
+/// Returns the relative standard deviation of the stated scale.
+pub(super) fn stated_scale_sd(dataset: &Dataset) -> f64 {
+    dataset.tracks.as_ref().and_then(|tracks| tracks.scale_sd).unwrap_or(0.0)
 }
 
 impl FittedFilm {

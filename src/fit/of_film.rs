@@ -3,12 +3,11 @@
 use nalgebra::{DMatrix, Vector4};
 use statrs::distribution::{ChiSquared, ContinuousCDF, FisherSnedecor};
 
-use super::analysis::stated_scale_sd;
 use super::camera::FoundCamera;
 use super::diagnostics::goodness::{IMPROBABLE, normality_of};
 use super::diagnostics::identifiability;
 use super::diagnostics::trends::ranked;
-use super::film::FittedFilm;
+use super::film::{FittedFilm, stated_scale_sd};
 use super::intervals::confidence_region::ellipses;
 use super::{
     Bound, Computed, Depth, Diagnostics, Estimate, Fit, Goodness, Influence, Intervals, JointFit, Method,
@@ -17,8 +16,10 @@ use super::{
 use crate::measurement::dataset::{Dataset, Measured, Shot};
 use crate::measurement::observable::{Axis, Observable};
 use crate::measurement::parameter::{Parameter, Settings};
+use crate::measurement::spin::Spin;
+use crate::measurement::track::TrackShot;
 use crate::physics::collision::Model;
-use crate::problem::{Finding, Id, Impact, Offsets, Solution};
+use crate::problem::{Finding, Id, Impact, Motion, Offsets, Solution};
 
 /// Normal quantile of 95 % intervals.
 const WIDE: f64 = 1.96;
@@ -326,7 +327,8 @@ impl Fitted<'_> {
         let variables = [
             (Variable::Speed, motions.iter().map(|m| m.map_or(f64::NAN, |m| m.speed)).collect::<Vec<_>>()),
             (Variable::Cut, motions.iter().map(|m| m.map_or(f64::NAN, |m| m.cut.abs())).collect()),
-            (Variable::Roll, motions.iter().map(|m| m.map_or(f64::NAN, |m| m.topspin)).collect()),
+            // of spins that the frames told, topspin is no variable of its own
+            (Variable::Roll, self.film.tracks().iter().zip(&motions).map(stated_roll).collect()),
         ];
         // friction has the sign of the cut angle
         let side = |cut: f64| if cut < 0.0 { -1.0 } else { 1.0 };
@@ -396,6 +398,16 @@ impl Fitted<'_> {
         fit.warnings.splice(0..0, check::warnings(&suspicious, shots.len()));
         fit.diagnostics.suspicious = suspicious;
         fit.notes.extend(self.dataset.notes().cloned());
+    }
+}
+
+/// Returns the topspin of a shot over natural roll if it is known beforehand, NaN if not.
+fn stated_roll((track, motion): (&TrackShot, &Option<Motion>)) -> f64 {
+    match track.spin {
+        Spin::Stun => 0.0,
+        Spin::NaturalRoll => 1.0,
+        Spin::Measured { .. } => motion.map_or(f64::NAN, |motion| motion.topspin),
+        Spin::Unknown => f64::NAN,
     }
 }
 
