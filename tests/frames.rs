@@ -1,69 +1,67 @@
-//! Joint fits of all frames of all shots, beside the two stages of extraction and fit.
+//! Fits of all frames of a film: estimates and intervals against the truth, what is said of each shot, and what is written.
 
 use std::time::Instant;
 
 use caromfit::fit;
-use caromfit::fit::footage;
-use caromfit::fit::{Depth, Fit, Method, Options};
+use caromfit::fit::{Depth, Fit, Options, Status, with_impacts};
+use caromfit::measurement::dataset::{Before, Dataset, ObjectBall};
 use caromfit::measurement::spin::Spin;
 use caromfit::measurement::track::TrackShot;
+use caromfit::physics::ball::Ball;
+use caromfit::problem::Id;
 use caromfit::report;
+use caromfit::report::{frame_table, shot_table};
 use caromfit::simulate;
-use caromfit::simulate::{BallSpec, Camera, ClothSpec, Kind, Noise, Played, Shots, Spec, Truth};
+use caromfit::simulate::{Camera, ClothSpec, Kind, Played, Shots, Spec, TrueImpact};
 use rayon::prelude::*;
 use statrs::distribution::{ContinuousCDF, Normal};
 
-use crate::extraction::{count, of_weighed_balls as dataset};
 use crate::options;
+use crate::synthetic;
 
 /// Standard errors from the truth that no estimate is off.
 const FAR: f64 = 5.0;
 
 const TRUTH: [f64; 3] = [0.05, 0.3, 0.94];
 
-fn spec(cue_spin: &[Played], count: usize, seed: u64) -> Spec {
-    let [mu, mu_s, e] = TRUTH;
-    Spec {
-        name: "synthetic".to_string(),
-        kind: Kind::Tracks,
-        seed,
-        truth: Truth { mu, mu_s, e, ..Truth::default() },
-        shots: Shots { count, speed_m_s: [1.0, 4.0], cut_deg: [-50.0, 50.0], cue_spin: cue_spin.to_vec() },
-        noise: Noise::default(),
-        ball: BallSpec::default(),
-        object: None,
-        camera: Camera::default(),
-        cloth: ClothSpec::default(),
-    }
+/// A count that an environment variable may raise, for the long study.
+pub fn count(variable: &str, default: usize) -> usize {
+    std::env::var(variable).ok().and_then(|n| n.parse().ok()).unwrap_or(default)
 }
 
-fn fits(tracks: Vec<TrackShot>, options: &[Options; 2]) -> [Fit; 2] {
-    let (dataset, extracted, scene) = footage::with_impacts(dataset(tracks), &|| ());
-    let films = footage::films(&extracted, &scene, None, usize::MAX);
-    options.each_ref().map(|options| fit::fit_watched(&dataset, &films, options, &|| ()).unwrap().remove(0))
+/// Tracks as a data set.
+pub fn dataset(tracks: Vec<TrackShot>) -> Dataset {
+    Dataset { path: "tracks".into(), ..Dataset::filmed("tracks", Ball::POOL, tracks) }
 }
 
-fn both() -> [Options; 2] {
-    // no regions, no other models
-    Method::ALL.map(|method| Options { method: Some(method), depth: Depth::Intervals, ..options::of_fit() })
+/// Tracks of balls whose masses are known to be equal, as a data set.
+pub fn of_weighed_balls(tracks: Vec<TrackShot>) -> Dataset {
+    Dataset { object: Some(ObjectBall::exact(Ball::POOL)), ..dataset(tracks) }
 }
 
-fn filmed(spec: &Spec) -> Vec<TrackShot> {
-    simulate::filmed(spec).unwrap().into_iter().map(|(shot, _)| shot).collect()
+fn spec(played: &[Played], count: usize, seed: u64) -> Spec {
+    let usual = synthetic::spec(Kind::Tracks, played, count, seed);
+    Spec { shots: Shots { speed_m_s: [1.0, 4.0], cut_deg: [-50.0, 50.0], ..usual.shots }, ..usual }
 }
 
-/// Least standard errors of 40 natural-roll shots by the Cramér–Rao bound with μ_k free and μ_r known, reckoned
-/// independently; μ_r is unknown here.
-const LEAST: [f64; 3] = [0.000_26, 0.004_4, 0.000_24];
-/// They are reached within this factor.
-const REACHED: f64 = 1.3;
+fn filmed(spec: &Spec) -> (Vec<TrackShot>, Vec<TrueImpact>) {
+    simulate::filmed(spec).unwrap().into_iter().unzip()
+}
 
-/// Of one method over many data sets.
+fn fitted(dataset: &Dataset, depth: Depth) -> Fit {
+    fit::fit(dataset, &Options { depth, ..options::of_fit() }).unwrap().remove(0)
+}
+
+fn unknown(mut tracks: Vec<TrackShot>) -> Vec<TrackShot> {
+    tracks.iter_mut().for_each(|shot| shot.spin = Spin::Unknown);
+    tracks
+}
+
+/// Pulls and intervals of many data sets.
 #[derive(Default)]
 struct Tally {
     pulls: [Vec<f64>; 3],
     errors: [f64; 3],
-    bounds: [f64; 3],
     covered: [f64; 3],
 }
 
@@ -76,36 +74,21 @@ impl Tally {
             self.errors[i] += error;
             let [low, high] = estimate.interval_95.unwrap();
             self.covered[i] += f64::from(u8::from((low..=high).contains(&truth)));
-            let bound = fit.diagnostics.bound.as_ref().unwrap();
-            self.bounds[i] += bound.std_errors.iter().find(|(p, _)| *p as usize == i).unwrap().1;
         }
     }
 
-    /// Prints what was found; coverage from 93 to 97 % and a bias below a tenth of a standard error, as far as so
-    /// many data sets can tell.
+    /// 95 % intervals hold in 93 to 100 % (priors that are wider than the truth scatters make them
+    /// conservative), and the bias is below a tenth of a standard error, as far as so many data sets
+    /// can tell.
     fn check(&self, what: &str) {
-        self.print(what);
         for i in 0..3 {
             let n = self.pulls[i].len() as f64;
             let covered = self.covered[i] / n;
             let mean = self.pulls[i].iter().sum::<f64>() / n;
+            println!("{what} {i}: error {:.5}, mean pull {mean:+.2}, covered {covered:.3} of {n}", self.errors[i] / n);
             // four standard deviations of a binomial of 0.95 and of a mean
-            assert!((covered - 0.95).abs() < 0.02 + 4.0 * (0.95 * 0.05 / n).sqrt(), "{what} {i}: {covered}");
+            assert!(covered > 0.93 - 4.0 * (0.95 * 0.05 / n).sqrt(), "{what} {i}: {covered}");
             assert!(mean.abs() < 0.1 + 4.0 / n.sqrt(), "{what} {i}: {mean}");
-        }
-    }
-
-    fn print(&self, what: &str) {
-        for (i, name) in ["μ  ", "μ_s", "e  "].into_iter().enumerate() {
-            let n = self.pulls[i].len() as f64;
-            let mean = self.pulls[i].iter().sum::<f64>() / n;
-            let sd = (self.pulls[i].iter().map(|p| (p - mean).powi(2)).sum::<f64>() / (n - 1.0)).sqrt();
-            println!(
-                "{what} {name}: error {:.5}, bound {:.5}, pull {mean:+.3} ± {sd:.3}, covered {:.3} of {n}",
-                self.errors[i] / n,
-                self.bounds[i] / n,
-                self.covered[i] / n
-            );
         }
     }
 }
@@ -113,286 +96,216 @@ impl Tally {
 const ROLLS: &[Played] = &[Played::NaturalRoll];
 const MIXED: &[Played] = &[Played::Stun, Played::Draw, Played::NaturalRoll];
 
-/// The cloths of the data sets roll as is assumed of cloths beforehand, 0.01 ± 0.005, spread evenly by the golden ratio.
+/// Cloths roll as is assumed of cloths beforehand, 0.01 ± 0.005, spread evenly by the golden ratio.
 fn mu_r(seed: u64) -> f64 {
     const LEAST: f64 = 0.001;
     let part = (0.618_033_988_749_895 * (seed as f64 + 0.5)).fract();
     Normal::new(0.01, 0.005).unwrap().inverse_cdf(part).max(LEAST)
 }
 
-/// Data sets side by side.
-const AT_A_TIME: usize = 50;
-
-/// Both methods, two stages first, over so many data sets of 40 shots.
-fn tallied(what: &str, played: &[Played], known: bool, sets: u64) -> [Tally; 2] {
-    let mut tallies = [Tally::default(), Tally::default()];
-    let mut seconds = 0.0;
+fn tallied(played: &[Played], is_known: bool) -> Tally {
+    let sets = count("CAROMFIT_SETS", 12) as u64;
     let of_set = |seed: u64| {
         let mut spec = spec(played, 40, 5000 + seed);
         spec.cloth.mu_r = mu_r(seed);
-        let mut film = filmed(&spec);
-        if !known {
-            for shot in &mut film {
-                shot.spin = Spin::Unknown;
-            }
-        }
-        let begun = Instant::now();
-        (fits(film, &both()), begun.elapsed().as_secs_f64())
+        let tracks = filmed(&spec).0;
+        let tracks = if is_known { tracks } else { unknown(tracks) };
+        fitted(&of_weighed_balls(tracks), Depth::Estimates)
     };
-    for first in (0..sets).step_by(AT_A_TIME) {
-        let seeds = first..sets.min(first + AT_A_TIME as u64);
-        let found: Vec<_> = seeds.clone().into_par_iter().map(of_set).collect();
-        for (found, time) in found {
-            seconds += time;
-            for (tally, fit) in tallies.iter_mut().zip(&found) {
-                tally.add(fit);
-            }
-        }
-        // a long study shows how far it is
-        if sets > AT_A_TIME as u64 {
-            println!("after {} data sets", seeds.end);
-            tallies[0].print(&format!("{what}, two stages,"));
-            tallies[1].print(&format!("{what}, joint,     "));
-        }
-    }
-    println!("{what}: {:.2} s for both fits of a data set", seconds / sets as f64);
-    tallies
+    let fits: Vec<Fit> = (0..sets).into_par_iter().map(of_set).collect();
+    let mut tally = Tally::default();
+    fits.iter().for_each(|fit| tally.add(fit));
+    tally
 }
 
 #[test]
-fn both_methods_recover_the_parameters() {
-    let sets = count("CAROMFIT_SETS", 12) as u64;
+fn estimates_are_as_far_off_the_truth_as_their_errors_say() {
+    /// Least standard errors of 40 natural-roll shots by the Cramér–Rao bound with μ_k free and μ_r known, reckoned independently, and
+    /// the factor by which what is not known of camera, cloth, roll and side spin makes them larger (1.2 to 1.5 for μ by the study of
+    /// priors).
+    const LEAST: [f64; 3] = [0.000_26, 0.004_4, 0.000_24];
+    const REACHED: f64 = 2.0;
     for (what, played) in [("roll", ROLLS), ("mixed", MIXED)] {
-        let [two_stages, joint] = tallied(what, played, true, sets);
-        two_stages.check(&format!("{what}, two stages,"));
-        joint.check(&format!("{what}, joint,     "));
+        let tally = tallied(played, true);
+        tally.check(what);
         if what == "roll" {
-            for (sum, least) in joint.errors.iter().zip(LEAST) {
-                assert!(sum / (sets as f64) < REACHED * least, "{} for {least}", sum / sets as f64);
+            for (sum, least) in tally.errors.iter().zip(LEAST) {
+                let error = sum / tally.pulls[0].len() as f64;
+                assert!(error < REACHED * least, "{error} for {least}");
             }
         }
     }
 }
 
-/// Three motions are tried for each shot.
-fn unknown_sets() -> u64 {
-    count("CAROMFIT_SETS", 3) as u64
+#[test]
+fn unknown_rolls_are_found_and_estimates_hold() {
+    tallied(ROLLS, false).check("unknown rolls");
+}
+
+/// Shots of unknown spin that have none say nothing of μ_s, and so does the fit.
+#[test]
+fn stun_shots_of_unknown_spin_leave_mu_s_open() {
+    let tracks = unknown(filmed(&spec(&[Played::Stun], 15, 5000)).0);
+    let fit = fitted(&dataset(tracks), Depth::Estimates);
+    assert_eq!(fit.mu_s().unwrap().status, Status::NotIdentified);
+    assert!(fit.notes.concat().contains("do not determine μ_s"), "{:#?}", fit.notes);
+    let error = fit.mu().unwrap().std_error.unwrap();
+    assert!((fit.mu().unwrap().value - TRUTH[0]).abs() < FAR * error);
 }
 
 #[test]
-fn both_methods_recover_the_parameters_where_rolls_are_unknown() {
-    let [two_stages, joint] = tallied("roll, spin unknown", ROLLS, false, unknown_sets());
-    two_stages.check("roll, spin unknown, two stages,");
-    joint.check("roll, spin unknown, joint,     ");
-}
-
-#[test]
-fn both_methods_recover_the_parameters_where_any_spin_is_unknown() {
-    let [two_stages, joint] = tallied("any, spin unknown", &[Played::Any], false, unknown_sets());
-    two_stages.check("any, spin unknown, two stages,");
-    joint.check("any, spin unknown, joint,     ");
-}
-
-#[test]
-fn both_methods_recover_the_parameters_where_mixed_spins_are_unknown() {
-    let [two_stages, joint] = tallied("mixed, spin unknown", MIXED, false, unknown_sets());
-    two_stages.check("mixed, spin unknown, two stages,");
-    joint.check("mixed, spin unknown, joint,     ");
-}
-
-#[test]
-fn many_stuns_among_unknown_spins_are_pointed_out() {
-    let notes = |played: &[Played]| {
-        let mut film = filmed(&spec(played, 12, 5000));
-        for shot in &mut film {
-            shot.spin = Spin::Unknown;
-        }
-        footage::with_impacts(dataset(film), &|| ()).0.tracks.unwrap().notes.concat()
-    };
-    let of_stun = notes(&[Played::Stun]);
-    assert!(
-        of_stun.contains("of 12 cue balls of unknown spin had hardly any")
-            && of_stun.contains("cue_spin = stun")
-    );
-    assert!(!notes(&[Played::Any]).contains("of unknown spin had hardly any"));
-    assert!(!notes(ROLLS).contains("of unknown spin had hardly any"));
-}
-
-#[test]
-fn balls_said_to_roll_that_slide_are_told_by_how_they_slow_down() {
+fn balls_said_to_roll_that_slide_are_told() {
     let told = |played: Played| {
-        let mut film = filmed(&spec(&[played], 40, 7000));
-        for shot in &mut film {
-            shot.spin = Spin::NaturalRoll;
-        }
-        fits(film, &both())
-            .map(|fit| fit.warnings.concat().contains("The balls slow down before the impacts"))
+        let (mut tracks, _) = filmed(&spec(&[played], 40, 7000));
+        tracks.iter_mut().for_each(|shot| shot.spin = Spin::NaturalRoll);
+        !fitted(&dataset(tracks), Depth::Estimates).warnings.is_empty()
     };
-    assert_eq!(told(Played::AlmostRoll), [true, true]);
-    assert_eq!(told(Played::NaturalRoll), [false, false]);
+    assert!(told(Played::AlmostRoll));
+    assert!(!told(Played::NaturalRoll));
 }
 
-/// Cloths that roll half as well or better than what is published: velocities before an impact depend on it.
 #[test]
-fn another_rolling_resistance_biases_neither_method() {
-    /// Of e between μ_r = 0.005 and 0.015, standard errors. It was 3 in two stages that took μ_r for known; what 40 shots tell of it
-    /// leaves half a one.
-    const SHIFT: f64 = 1.0;
-    for seed in 0..count("CAROMFIT_SETS", 3) as u64 {
-        let [less, more] = [0.005, 0.015].map(|mu_r| {
-            let mut spec = spec(ROLLS, 40, 7000 + seed);
-            spec.cloth.mu_r = mu_r;
-            fits(filmed(&spec), &both())
+fn the_bounce_of_the_cloth_is_estimated() {
+    const BOUNCE: f64 = 0.25;
+    let usual = spec(&[Played::Stun, Played::NaturalRoll], 40, 61);
+    let (tracks, _) = filmed(&Spec { cloth: ClothSpec { bounce: BOUNCE, ..usual.cloth }, ..usual });
+    let fit = fitted(&dataset(tracks), Depth::Estimates);
+    let found = fit.unknowns.iter().find(|unknown| unknown.id == Id::Bounce).unwrap();
+    let error = found.std_error.unwrap();
+    // its prior, 0.5 ± 0.2, does not tell it as surely
+    assert!((found.value - BOUNCE).abs() < 3.5 * error && error < 0.15, "{found:?}");
+    let json = serde_json::to_value(&fit).unwrap();
+    assert!(json["joint"]["bounce"]["std_error"].as_f64().unwrap() > 0.0);
+}
+
+/// The parts of a budget add up to the variance of the estimate.
+#[test]
+fn the_budget_in_fit_json_adds_up_to_the_standard_error() {
+    /// Numbers have four digits.
+    const ROUNDING: f64 = 1e-3;
+    let fit = fitted(&dataset(filmed(&spec(ROLLS, 15, 3)).0), Depth::Estimates);
+    let json = serde_json::to_value(&fit).unwrap();
+    for name in ["mu", "mu_s", "e"] {
+        let parts = json["budget"][name].as_array().unwrap();
+        let sum: f64 = parts.iter().map(|part| part["std_error"].as_f64().unwrap().powi(2)).sum();
+        let error = json["parameters"][name]["std_error"].as_f64().unwrap();
+        assert!((sum.sqrt() / error - 1.0).abs() < ROUNDING, "{name}: {} and {error}", sum.sqrt());
+        assert!(parts.iter().any(|part| part["source"] == "noise"));
+    }
+    assert!(json["unknowns"].as_array().unwrap().iter().any(|unknown| unknown["name"] == "mass_ratio"));
+}
+
+/// residuals.csv and frames.csv list what χ² is of: every coordinate of every frame that was used.
+#[test]
+fn the_residuals_of_frames_are_what_chi2_is_of() {
+    let (tracks, _) = filmed(&spec(ROLLS, 6, 7));
+    let coordinates: usize = tracks.iter().map(|shot| 2 * (shot.cue.len() + shot.object.len())).sum();
+    let fit = fitted(&dataset(tracks), Depth::Estimates);
+    let table = report::csv::render(&fit);
+    let column = |name: &str| report::csv::HEADER.split(',').position(|column| column == name).unwrap();
+    let rows: Vec<Vec<&str>> = table.lines().skip(1).map(|line| line.split(',').collect()).collect();
+    assert!(rows.len() <= coordinates && rows.len() > coordinates / 2, "{} of {coordinates}", rows.len());
+    let squares = rows.iter().map(|row| row[column("standardized")].parse::<f64>().unwrap().powi(2));
+    // noise that is white and estimated from them has a mean square of 1 for as many as are independent
+    let mean = squares.sum::<f64>() / rows.len() as f64;
+    assert!((0.8..1.1).contains(&mean), "{mean}");
+    let json: serde_json::Value = serde_json::from_str(&report::json::render(&fit).unwrap()).unwrap();
+    assert_eq!((&json["counted"], &json["goodness"]["counted"]), (&"coordinates".into(), &"velocities".into()));
+    let mut frames = Vec::new();
+    frame_table::write(fit.frames.as_ref().unwrap(), &mut frames).unwrap();
+    assert_eq!(String::from_utf8(frames).unwrap().lines().count() - 1, rows.len() / 2);
+}
+
+/// The cells of a column, in the order of the rows.
+fn numbers(table: &str, name: &str) -> Vec<f64> {
+    let place = table.lines().next().unwrap().split(',').position(|column| column == name);
+    let place = place.unwrap_or_else(|| panic!("no column {name}"));
+    table.lines().skip(1).map(|line| line.split(',').nth(place).unwrap().parse().unwrap()).collect()
+}
+
+#[test]
+fn the_estimates_of_a_shot_are_as_far_off_as_their_errors_say() {
+    /// χ² of 30 numbers, over 30, lies within this in all but one of 10⁴ cases.
+    const USUAL: std::ops::Range<f64> = 0.3..2.3;
+    let (tracks, truth) = filmed(&spec(ROLLS, 30, 5));
+    let fit = fitted(&dataset(tracks), Depth::Estimates);
+    let table = shot_table::render(&fit);
+    let shots: Vec<usize> = numbers(&table, "shot").iter().map(|name| *name as usize - 1).collect();
+    assert!(shots.len() > 25, "{} shots", shots.len());
+    let of = |impact: &TrueImpact, column: &str| match column {
+        "impact_t_s" => impact.time,
+        "object_x_m" => impact.object[0],
+        "object_y_m" => impact.object[1],
+        "normal_deg" => impact.direction.to_degrees(),
+        "cue_vx" => impact.cue_before.velocity.x,
+        _ => impact.cue_before.velocity.y,
+    };
+    for name in ["impact_t_s", "object_x_m", "object_y_m", "normal_deg", "cue_vx", "cue_vy"] {
+        let (values, errors) = (numbers(&table, name), numbers(&table, &format!("{name}_sd")));
+        let pulls = shots.iter().zip(values.iter().zip(&errors)).map(|(shot, (value, error))| {
+            let off = value - of(&truth[*shot], name);
+            // a direction may be given a whole turn away
+            let off = if name == "normal_deg" { (off + 180.0).rem_euclid(360.0) - 180.0 } else { off };
+            off / error
         });
-        for (less, more) in less.iter().zip(&more) {
-            let [less, more] = [less, more].map(|fit| fit.estimates[2]);
-            let shift = (less.value - more.value) / more.std_error.unwrap();
-            println!("{seed}: {shift:+.2}");
-            assert!(shift.abs() < SHIFT, "{seed}: {shift}");
-        }
+        let chi2 = pulls.map(|pull| pull * pull).sum::<f64>() / shots.len() as f64;
+        println!("{name}: {chi2:.2}");
+        assert!(USUAL.contains(&chi2), "{name}: {chi2}");
     }
 }
 
-type Change<'a> = &'a dyn Fn(&mut TrackShot);
-
-/// What is assumed of the footage is wrong: how far off are the two methods?
+/// Velocities that `extract` gives are those of the shots, whatever the law of the impact.
 #[test]
-fn wrong_assumptions_bias_both_methods_alike() {
-    let sets = count("CAROMFIT_SETS", 2) as u64;
-    let scaled = |factor: f64| {
-        move |shot: &mut TrackShot| {
-            for sample in shot.cue.iter_mut().chain(&mut shot.object) {
-                (sample.x, sample.y) = (factor * sample.x, factor * sample.y);
+fn extracted_velocities_are_as_far_off_as_their_errors_say() {
+    for played in [Played::NaturalRoll, Played::Stun, Played::Draw] {
+        let (tracks, truth) = filmed(&spec(&[played], 40, 11));
+        let (dataset, _) = with_impacts(dataset(tracks), &|| ());
+        let mut squares = [0.0; 6];
+        for shot in &dataset.shots {
+            let truth = &truth[shot.name.parse::<usize>().unwrap() - 1];
+            let Before::Impact { velocity, .. } = shot.before else { panic!("{:?}", shot.before) };
+            let (before, cue, object) =
+                (truth.cue_before.velocity, truth.cue_after.velocity, truth.object_after.velocity);
+            let measured = velocity.into_iter().chain(shot.after.iter().map(|after| after.measured));
+            let all = [before.x, before.y, cue.x, cue.y, object.x, object.y];
+            for ((square, measured), truth) in squares.iter_mut().zip(measured).zip(all) {
+                *square += ((measured.value - truth) / measured.sd.unwrap()).powi(2) / 40.0;
             }
         }
-    };
-    let rolls = |shot: &mut TrackShot| shot.spin = Spin::NaturalRoll;
-    let faster = |shot: &mut TrackShot| {
-        shot.fps *= 1.005;
-        for sample in shot.cue.iter_mut().chain(&mut shot.object) {
-            sample.t /= 1.005;
-        }
-    };
-    let stated = |shot: &mut TrackShot| shot.position_sd = Some(0.5e-4);
-    let cases: [(&str, Played, Change); 5] = [
-        ("all as assumed", Played::NaturalRoll, &|_| ()),
-        ("spin 10 % less than rolling", Played::AlmostRoll, &rolls),
-        ("radius 0.5 % too small", Played::NaturalRoll, &scaled(1.005)),
-        ("0.5 % too many frames per second", Played::NaturalRoll, &faster),
-        ("noise twice the stated", Played::NaturalRoll, &stated),
-    ];
-    for (what, played, wrong) in cases {
-        let mut tallies = [Tally::default(), Tally::default()];
-        for seed in 0..sets {
-            let mut film = filmed(&spec(&[played], 40, 7000 + seed));
-            film.iter_mut().for_each(wrong);
-            for (tally, fit) in tallies.iter_mut().zip(&fits(film, &both())) {
-                tally.add(fit);
-            }
-        }
-        tallies[0].print(&format!("{what}, two stages,"));
-        tallies[1].print(&format!("{what}, joint,     "));
-        // a wrong clock scales all velocities alike, and the noise is not the motion
-        if !what.starts_with("spin") && !what.starts_with("radius") {
-            for tally in &tallies {
-                assert!(
-                    tally.pulls.iter().flatten().all(|pull| pull.abs() < FAR),
-                    "{what}: {:?}",
-                    tally.pulls
-                );
-            }
-        }
+        println!("{played:?}: {squares:.2?}");
+        assert_eq!(dataset.shots.len(), 40, "{:?}", dataset.left_out);
+        // χ² of 40 numbers, over 40, lies within this in all but one of 10⁴ cases
+        assert!(squares.iter().all(|square| (0.35..2.1).contains(square)), "{played:?}: {squares:.2?}");
     }
 }
 
-/// 240 frames a second with 0.5 mm of noise, a phone's: two stages state errors that are too small, and say so.
+/// A wrong law of the impact does not move what is extracted: with friction that is 5 times as large, velocities are still the shots'.
 #[test]
-fn rough_footage_is_warned_of_in_two_stages() {
-    let warned = |camera: Camera, seed: u64| {
-        let spec = Spec { camera, ..spec(ROLLS, 40, 9000 + seed) };
-        let (dataset, extracted, scene) = footage::with_impacts(dataset(filmed(&spec)), &|| ());
-        let films = footage::films(&extracted, &scene, None, usize::MAX);
-        let fit = fit::fit_watched(&dataset, &films, &both()[0], &|| ()).unwrap().remove(0);
-        let warned = fit
-            .warnings
-            .iter()
-            .any(|w| w.contains("too rough for two stages") && w.contains("--method joint"));
-        (fit, warned)
-    };
-    let sets = count("CAROMFIT_SETS", 3) as u64;
-    let phone = Camera { fps: 240.0, position_sd_m: 5e-4, ..Camera::default() };
-    for (what, camera, expected) in
-        [("240 fps, 0.5 mm", phone, true), ("1000 fps, 0.1 mm", Camera::default(), false)]
-    {
-        let found: Vec<_> = (0..sets).into_par_iter().map(|seed| warned(camera, seed)).collect();
-        let mut tally = Tally::default();
-        for (fit, _) in &found {
-            tally.add(fit);
-        }
-        tally.print(what);
-        let count = found.iter().filter(|(_, warned)| *warned).count();
-        println!("{what}: {count} of {sets} warned of");
-        // one data set in twenty may lie on the other side
-        let wrong = if expected { sets as usize - count } else { count };
-        assert!(wrong <= sets as usize / 20, "{what}: {count} of {sets}");
+fn spins_that_markers_show_are_those_of_the_shots() {
+    let camera = Camera { markers: 2, ..Camera::default() };
+    let (tracks, truth) = filmed(&Spec { camera, ..spec(&[Played::NaturalRoll, Played::Draw, Played::Side], 40, 11) });
+    let fit = fitted(&dataset(unknown(tracks)), Depth::Estimates);
+    assert!(fit.shots_used > 37, "{}", fit.shots_used);
+    for (estimate, truth) in fit.estimates.iter().zip(TRUTH) {
+        let off = (estimate.value - truth) / estimate.std_error.unwrap();
+        println!("{:?}: {} ({off:+.1} errors)", estimate.parameter, estimate.value);
+        assert!(off.abs() < FAR, "{:?}: {off}", estimate.parameter);
     }
-}
-
-/// Cost grows linearly with the number of shots: 10 000 shots in under a minute on two cores.
-/// residuals.csv of a joint fit lists what its χ² is of: every coordinate of every frame, and spins that markers show.
-#[test]
-fn the_residuals_of_a_joint_fit_add_up_to_its_chi2() {
-    /// Standardized residuals have four decimals.
-    const ROUNDING: f64 = 1e-4;
-    for markers in [0, 2] {
-        let camera = Camera { markers, ..Camera::default() };
-        let spec = Spec { camera, ..spec(&[Played::NaturalRoll, Played::Draw], 6, 7) };
-        let tracks = filmed(&spec);
-        let coordinates: usize = tracks.iter().map(|shot| 2 * (shot.cue.len() + shot.object.len())).sum();
-        let [_, fit] = fits(tracks, &both());
-        let table = report::csv::render(&fit);
-        let column = |name: &str| report::csv::HEADER.split(',').position(|column| column == name).unwrap();
-        let rows: Vec<Vec<&str>> = table.lines().skip(1).map(|line| line.split(',').collect()).collect();
-        let square = |row: &Vec<&str>| row[column("standardized")].parse::<f64>().unwrap().powi(2);
-        let sum: f64 = rows.iter().map(square).sum();
-        let json: serde_json::Value = serde_json::from_str(&report::json::render(&fit).unwrap()).unwrap();
-        let number = |key: &str| json[key].as_f64().unwrap();
-        let expected = number("chi2") - number("chi2_of_priors");
-        assert!((sum - expected).abs() < ROUNDING * expected, "{markers}: {sum}, not {expected}");
-        assert!(number("chi2_of_priors") < 0.1 * number("chi2"));
-        assert_eq!(json["observations"].as_u64(), Some(rows.len() as u64));
-        assert_eq!(json["counted"], "coordinates");
-        assert_eq!(json["goodness"]["counted"], "velocities");
-        assert!(json["goodness"]["dof"].as_u64() < json["dof"].as_u64());
-        let positions = rows.iter().filter(|row| row[column("unit")] == "m");
-        // as many as there are frames, but for what the extraction left out
-        let positions = positions.inspect(|row| {
-            let [ball, observable, t] = ["ball", "observable", "t_s"].map(|name| row[column(name)]);
-            assert!(["cue", "object"].contains(&ball) && observable.starts_with(&ball[..3]), "{row:?}");
-            assert!(t.parse::<f64>().is_ok(), "{row:?}");
-        });
-        let positions = positions.count();
-        assert!(positions <= coordinates && positions > coordinates / 2, "{positions} of {coordinates}");
-        assert_eq!(rows.len() > positions, markers > 0);
-        let text = report::text::render(&fit);
-        assert!(
-            text.contains("χ² of the frames' coordinates = ") && text.contains("χ² of the velocities = ")
-        );
-    }
+    // markers tell side spin, which paths before the impact do not
+    let played = truth.iter().filter(|truth| truth.cue_before.spin.z.abs() > 1.0).count();
+    assert!(played > 5, "{played}");
 }
 
 #[test]
 fn many_shots_are_fitted_at_once() {
     let shots = count("CAROMFIT_SHOTS", 200);
-    let film = filmed(&spec(&[Played::NaturalRoll], shots, 3));
-    let (dataset, extracted, scene) = footage::with_impacts(dataset(film), &|| ());
-    let films = footage::films(&extracted, &scene, None, usize::MAX);
+    let (tracks, _) = filmed(&spec(ROLLS, shots, 3));
+    let dataset = of_weighed_balls(tracks);
     let begun = Instant::now();
-    let options = Options { method: Some(Method::Joint), ..options::of_fit() };
-    let fit = fit::fit_watched(&dataset, &films, &options, &|| ()).unwrap().remove(0);
+    let fit = fitted(&dataset, Depth::Estimates);
     println!("{shots} shots: {:.1} s", begun.elapsed().as_secs_f64());
+    assert!(fit.converged && fit.shots_used as f64 > 0.98 * shots as f64);
     for (estimate, truth) in fit.estimates.iter().zip(TRUTH) {
-        println!("{:?} {} ± {:?}", estimate.parameter, estimate.value, estimate.std_error);
-        assert!((estimate.value - truth).abs() < FAR * estimate.std_error.unwrap());
+        assert!((estimate.value - truth).abs() < FAR * estimate.std_error.unwrap(), "{estimate:?}");
     }
 }
