@@ -24,7 +24,18 @@ pub(crate) struct Descent {
 }
 
 /// Descends from `at` in the unknowns `free` until a step promises or gains less than [`STALL`].
-pub(crate) fn descend(problem: &Problem, mut at: Evaluation, free: &[usize], steps: usize) -> Descent {
+pub(crate) fn descend(problem: &Problem, at: Evaluation, free: &[usize], steps: usize) -> Descent {
+    descend_until(problem, at, free, steps, STALL)
+}
+
+/// Descends from `at` in the unknowns `free` until a step promises or gains less than `stall`.
+pub(crate) fn descend_until(
+    problem: &Problem,
+    mut at: Evaluation,
+    free: &[usize],
+    steps: usize,
+    stall: f64,
+) -> Descent {
     let mut damping = LEAST_DAMPING;
     let mut evaluations = 0;
     let mut stalls = 0;
@@ -36,7 +47,7 @@ pub(crate) fn descend(problem: &Problem, mut at: Evaluation, free: &[usize], ste
             Some((reduced.promise(&moving, &step), state))
         });
         let trial = match step {
-            Some((promise, _)) if promise < STALL => {
+            Some((promise, _)) if promise < stall => {
                 return Descent { end: at, evaluations, converged: true };
             }
             Some((_, state)) => problem.evaluate(state),
@@ -51,7 +62,7 @@ pub(crate) fn descend(problem: &Problem, mut at: Evaluation, free: &[usize], ste
             damping = (damping * 0.01).max(LEAST_DAMPING);
         } else {
             // a step that gains nothing may have crossed a kink: shorter ones may gain
-            stalls += usize::from(trial.cost - at.cost < STALL);
+            stalls += usize::from(trial.cost - at.cost < stall);
             if stalls > MAX_STALLS {
                 return Descent { end: at, evaluations, converged: true };
             }

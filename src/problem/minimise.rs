@@ -6,9 +6,6 @@ use super::noise;
 use super::problem::{Problem, State};
 use super::unknowns::Id;
 
-/// Values of μ that descents start from: published ones (0.03 to 0.08), waxed and chalked balls.
-const GRID: [f64; 4] = [0.02, 0.06, 0.12, 0.25];
-
 /// Unknowns of the first descents: places and scale before all others.
 const COARSE: [Id; 7] = [Id::Mu, Id::E, Id::Scale, Id::Aspect, Id::Shear, Id::PerspectiveX, Id::PerspectiveY];
 
@@ -76,7 +73,8 @@ fn descend_coarsely(problem: &Problem, start: &State) -> Option<Descent> {
         }
         descend(&coarser, coarser.evaluate(state), &coarse_columns, COARSE_STEPS)
     };
-    let mut coarse: Vec<Descent> = GRID.into_iter().map(from).collect();
+    let grid = problem.samples.first().map_or(&[][..], |sample| sample.block.grid_of_mu());
+    let mut coarse: Vec<Descent> = grid.iter().map(|mu| from(*mu)).collect();
     let mut evaluations: usize = coarse.iter().map(|descent| 1 + descent.evaluations).sum();
     coarse.retain(|descent| descent.end.cost.is_finite());
     coarse.sort_by(|a, b| a.end.cost.total_cmp(&b.end.cost));

@@ -26,6 +26,9 @@ pub struct Policy {
     /// Variance of slow motions over that of the noise before the impacts, beyond which the model
     /// does not describe the paths.
     pub misfit: f64,
+    /// Tail probability of the largest difference of the variances of columns, below which each column
+    /// of a table has a noise of its own.
+    pub unequal_noise: f64,
     /// Standard error of μ_s beyond which it is not identified: the published range is 0.2 to 0.4
     /// (Kim 2024).
     pub undetermined_mu_s: f64,
@@ -42,6 +45,7 @@ impl Default for Policy {
             doubted_rate_sd: 0.05,
             cause: 10.0,
             misfit: 2.0,
+            unequal_noise: 0.001,
             undetermined_mu_s: 0.15,
         }
     }

@@ -128,6 +128,12 @@ impl Solution {
         self.names.iter().flatten().enumerate().filter_map(of_shot).collect()
     }
 
+    /// Returns χ² of everything: data, own unknowns and priors.
+    #[must_use]
+    pub fn chi2_of_all(&self) -> f64 {
+        self.at.cost
+    }
+
     /// Returns χ² of the data alone, and the number of measured numbers in it.
     #[must_use]
     pub fn chi2_of_data(&self) -> (f64, f64) {
