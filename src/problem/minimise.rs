@@ -1,7 +1,7 @@
 //! The minimum of χ²: a grid in μ from coarse corrections of the camera, then Levenberg and
 //! Marquardt's descent within bounds.
 
-use super::descent::{Descent, descend};
+use super::descent::{Descent, STALL, descend};
 use super::noise;
 use super::problem::{Problem, State};
 use super::unknowns::Id;
@@ -77,10 +77,12 @@ fn descend_coarsely(problem: &Problem, start: &State) -> Option<Descent> {
     let mut coarse: Vec<Descent> = grid.iter().map(|mu| from(*mu)).collect();
     let mut evaluations: usize = coarse.iter().map(|descent| 1 + descent.evaluations).sum();
     coarse.retain(|descent| descent.end.cost.is_finite());
-    coarse.sort_by(|a, b| a.end.cost.total_cmp(&b.end.cost));
+    let mu = |descent: &Descent, column: usize| descent.end.state.shared.0[column];
+    // of values that fit equally well the smallest
+    let rank = |descent: &Descent| (descent.end.cost / STALL).round();
+    coarse.sort_by(|a, b| rank(a).total_cmp(&rank(b)));
     let mut ranked = coarse.into_iter();
     let best = ranked.next()?;
-    let mu = |descent: &Descent, column: usize| descent.end.state.shared.0[column];
     let is_other = |other: &Descent| {
         of_mu.iter().any(|column| (mu(other, *column) / mu(&best, *column) - 1.0).abs() > SAME_MU)
     };
@@ -90,7 +92,7 @@ fn descend_coarsely(problem: &Problem, start: &State) -> Option<Descent> {
         evaluations += 1 + descent.evaluations;
         descent
     });
-    let lower = if second.end.cost < first.end.cost { second } else { first };
+    let lower = if second.end.cost < first.end.cost - STALL { second } else { first };
     Some(Descent { evaluations, ..lower })
 }
 

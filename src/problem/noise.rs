@@ -19,6 +19,9 @@ const RHO_STEP: f64 = 0.04;
 /// The noise has settled if its variance changes by less than this part and ρ by less than this.
 const SETTLED: f64 = 0.01;
 
+/// Degrees of freedom below which a noise stays as it is.
+const LEAST_DOF: f64 = 0.5;
+
 /// Power of a step of expectation and maximisation; up to 2 it still converges.
 const PROLONGED: f64 = 1.7;
 
@@ -47,7 +50,7 @@ pub(super) fn update(problem: &mut Problem, at: &Evaluation) -> bool {
         for (which, (noise, sum)) in noises.zip(sums).enumerate() {
             let parameters = leverages.get(which).copied().unwrap_or(sum.count * parameters / of_sample);
             let dof = sum.count - parameters;
-            if !(dof > 0.0 && sum.weighted > 0.0) {
+            if !(dof > LEAST_DOF && sum.weighted > 0.0) {
                 continue;
             }
             let growth = sum.weighted / dof;

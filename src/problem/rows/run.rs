@@ -22,8 +22,9 @@ use crate::problem::solution::Solution;
 use crate::problem::uncertainty::Estimates;
 use crate::problem::unknowns::{Id, Mode};
 
-/// Fall of χ² that ends the last descent, 0.001 standard deviations, and its evaluations.
-const STALL: f64 = 1e-6;
+/// Fall of χ² that ends the last descent, 1e-6 standard deviations, so that bounds are met exactly, and
+/// its evaluations.
+const STALL: f64 = 1e-12;
 const MAX_STEPS: usize = 50;
 
 /// Relative change of χ² within which nothing depends on an unknown, and halvings for the edge of such a
@@ -95,6 +96,10 @@ pub struct TableNoise {
     pub sd: f64,
     /// Standard deviation of the rounding of the columns, which is the least that `sd` can be.
     pub rounding: f64,
+    /// Number of numbers.
+    pub count: f64,
+    /// Sum of their squared residuals over the variance.
+    pub square: f64,
     /// Numbers less what they spend on unknowns.
     pub dof: f64,
 }
@@ -371,6 +376,8 @@ fn list_noises(
         observables,
         sd: rows.noises[which].sd,
         rounding: if rows.is_rounded[which] { rows.least_noises[which] } else { 0.0 },
+        count: sums[which].count,
+        square: sums[which].weighted,
         dof: sums[which].count - spent[which],
     };
     observables.into_iter().enumerate().map(of).collect()
