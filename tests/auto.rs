@@ -8,7 +8,7 @@ use caromfit::physics::ball::Ball;
 use caromfit::physics::collision::{Coefficients, Fidelity, FidelityChoice, Model};
 use caromfit::simulate::{Kind, Noise, Played, Spec};
 
-use crate::extraction::count;
+use crate::frames::count;
 use crate::options;
 use crate::synthetic::{made_with, spec};
 

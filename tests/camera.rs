@@ -11,7 +11,7 @@ use caromfit::simulate;
 use caromfit::simulate::{Kind, Played, Spec, TrueImpact};
 use rayon::prelude::*;
 
-use crate::extraction::{count, of_weighed_balls as dataset};
+use crate::frames::{count, of_weighed_balls as dataset};
 use crate::options;
 use crate::synthetic::spec;
 

@@ -13,7 +13,7 @@ use caromfit::physics::friction_law::Law;
 use caromfit::simulate::{Kind, Played};
 use rayon::prelude::*;
 
-use crate::extraction::count;
+use crate::frames::count;
 use crate::options;
 use crate::synthetic::{made, made_with, spec};
 

@@ -16,7 +16,7 @@ use caromfit::physics::collision::{Fidelity, FidelityChoice, Model};
 use caromfit::simulate::{Kind, Noise, Played, Spec, Truth};
 use serde_json::Value;
 
-use crate::extraction::count;
+use crate::frames::count;
 use crate::options;
 use crate::synthetic::{made, made_with, spec};
 

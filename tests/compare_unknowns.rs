@@ -11,7 +11,7 @@ use caromfit::physics::collision::{Effects, Fidelity, FidelityChoice, Model};
 use caromfit::physics::friction_law::Law;
 use caromfit::simulate::{Camera, ClothSpec, Kind, Noise, Played, Spec, Truth};
 
-use crate::extraction::count;
+use crate::frames::count;
 use crate::options;
 use crate::synthetic::{made, made_with, spec};
 

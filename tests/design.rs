@@ -18,7 +18,7 @@ use caromfit::simulate;
 use caromfit::simulate::{BallSpec, ClothSpec, Kind, Noise, Played, Shots, Spec, Truth};
 use serde_json::Value;
 
-use crate::extraction::{count, dataset};
+use crate::frames::{count, dataset};
 use crate::options;
 
 /// A kind of shot both as it is planned and as it is simulated.

@@ -14,7 +14,7 @@ use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
 use crate::discs::load;
-use crate::extraction::count;
+use crate::frames::count;
 use crate::options;
 
 const E: f64 = 0.8;

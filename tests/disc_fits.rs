@@ -17,7 +17,7 @@ use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
 use crate::discs::{SETTINGS, film_with, load};
-use crate::extraction::count as count_of;
+use crate::frames::count as count_of;
 use crate::options;
 
 /// As the program fits.

@@ -6,7 +6,7 @@ use caromfit::measurement::track::TrackShot;
 use caromfit::simulate::TrueImpact;
 
 use crate::camera::{by_phone, fitted, is_right, with_truth};
-use crate::extraction::dataset;
+use crate::frames::dataset;
 
 const SHOTS: usize = 40;
 

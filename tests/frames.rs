@@ -85,7 +85,10 @@ impl Tally {
             let n = self.pulls[i].len() as f64;
             let covered = self.covered[i] / n;
             let mean = self.pulls[i].iter().sum::<f64>() / n;
-            println!("{what} {i}: error {:.5}, mean pull {mean:+.2}, covered {covered:.3} of {n}", self.errors[i] / n);
+            println!(
+                "{what} {i}: error {:.5}, mean pull {mean:+.2}, covered {covered:.3} of {n}",
+                self.errors[i] / n
+            );
             // four standard deviations of a binomial of 0.95 and of a mean
             assert!(covered > 0.93 - 4.0 * (0.95 * 0.05 / n).sqrt(), "{what} {i}: {covered}");
             assert!(mean.abs() < 0.1 + 4.0 / n.sqrt(), "{what} {i}: {mean}");
@@ -210,7 +213,10 @@ fn the_residuals_of_frames_are_what_chi2_is_of() {
     let mean = squares.sum::<f64>() / rows.len() as f64;
     assert!((0.8..1.1).contains(&mean), "{mean}");
     let json: serde_json::Value = serde_json::from_str(&report::json::render(&fit).unwrap()).unwrap();
-    assert_eq!((&json["counted"], &json["goodness"]["counted"]), (&"coordinates".into(), &"velocities".into()));
+    assert_eq!(
+        (&json["counted"], &json["goodness"]["counted"]),
+        (&"coordinates".into(), &"velocities".into())
+    );
     let mut frames = Vec::new();
     frame_table::write(fit.frames.as_ref().unwrap(), &mut frames).unwrap();
     assert_eq!(String::from_utf8(frames).unwrap().lines().count() - 1, rows.len() / 2);
@@ -283,7 +289,8 @@ fn extracted_velocities_are_as_far_off_as_their_errors_say() {
 #[test]
 fn spins_that_markers_show_are_those_of_the_shots() {
     let camera = Camera { markers: 2, ..Camera::default() };
-    let (tracks, truth) = filmed(&Spec { camera, ..spec(&[Played::NaturalRoll, Played::Draw, Played::Side], 40, 11) });
+    let (tracks, truth) =
+        filmed(&Spec { camera, ..spec(&[Played::NaturalRoll, Played::Draw, Played::Side], 40, 11) });
     let fit = fitted(&dataset(unknown(tracks)), Depth::Estimates);
     assert!(fit.shots_used > 37, "{}", fit.shots_used);
     for (estimate, truth) in fit.estimates.iter().zip(TRUTH) {

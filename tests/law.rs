@@ -13,7 +13,7 @@ use caromfit::physics::friction_law::Law;
 use caromfit::simulate;
 use caromfit::simulate::{Kind, Noise, Played, Shots, Spec, Truth};
 
-use crate::extraction::count;
+use crate::frames::count;
 use crate::options;
 use crate::synthetic::{self, made_with};
 

@@ -1,7 +1,6 @@
 //! Every integration test is a module of this one binary, so that it links the library once.
 
 mod auto;
-mod bounce;
 mod camera;
 mod cases;
 mod causes;
@@ -18,7 +17,6 @@ mod disc_verdicts;
 mod discs;
 mod effects;
 mod exports;
-mod extraction;
 mod false_shots;
 mod films;
 mod first_minutes;
@@ -27,7 +25,6 @@ mod friendly;
 mod hard;
 mod house;
 mod integrated;
-mod joint;
 mod large;
 mod law;
 mod loader;
@@ -45,7 +42,6 @@ mod schema;
 mod search;
 mod shared_camera;
 mod shipped;
-mod shot_estimates;
 mod signs;
 mod statistics;
 mod synthetic;

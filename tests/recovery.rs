@@ -7,7 +7,7 @@ use caromfit::measurement::parameter::Parameter;
 use caromfit::simulate;
 use caromfit::simulate::{BallSpec, Kind, Noise, Played, Shots, Spec, Truth};
 
-use crate::extraction::count;
+use crate::frames::count;
 use crate::options;
 
 /// Data sets of each kind; CAROMFIT_SETS may raise it. The mean of that many standardized errors scatters by 1/√200 = 0.07,

@@ -9,7 +9,7 @@ use caromfit::simulate;
 use caromfit::simulate::{Kind, Played, Spec, Truth};
 use rayon::prelude::*;
 
-use crate::extraction::{count, dataset};
+use crate::frames::{count, dataset};
 use crate::options;
 use crate::synthetic::spec;
 

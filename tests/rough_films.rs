@@ -9,7 +9,7 @@ use caromfit::simulate;
 use caromfit::simulate::{Kind, Played, Spec, TrueImpact};
 
 use crate::camera::{TRUTH, fitted, is_recovered, is_right, shown, with_truth};
-use crate::extraction::dataset;
+use crate::frames::dataset;
 use crate::options;
 use crate::synthetic::spec;
 

@@ -19,7 +19,7 @@ use caromfit::simulate::{Camera, Kind, Noise, Played, Shots, Spec, Truth};
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
-use crate::extraction::count;
+use crate::frames::count;
 use crate::options;
 use crate::synthetic::{made, made_with, spec};
 

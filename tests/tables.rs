@@ -8,7 +8,7 @@ use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use statrs::distribution::{ContinuousCDF, Normal};
 
-use crate::extraction::count;
+use crate::frames::count;
 use crate::options;
 use crate::synthetic::{made, spec};
 

@@ -12,7 +12,7 @@ use caromfit::physics::ball::Ball;
 use caromfit::simulate;
 use caromfit::simulate::{BallSpec, Camera, ClothSpec, Kind, Noise, Played, Shots, Spec, Truth};
 
-use crate::extraction::count;
+use crate::frames::count;
 use crate::options;
 
 const TRUTH: [f64; 3] = [0.05, 0.3, 0.94];

@@ -3,6 +3,7 @@
 
 use super::film::block::FilmBlock;
 use super::film::states::choose_states;
+use super::rows::block::RowsBlock;
 use super::sums::{Contribution, Noise, OwnPrior, Spread};
 use super::unknowns::{Own, Shared};
 
@@ -11,6 +12,8 @@ use super::unknowns::{Own, Shared};
 pub(crate) enum Block {
     /// Frames of balls.
     Film(FilmBlock),
+    /// Tables of velocities or angles.
+    Rows(RowsBlock),
 }
 
 impl Block {
@@ -18,6 +21,7 @@ impl Block {
     pub fn contribute(&self, i: usize, own: &Own, shared: &Shared) -> Contribution {
         match self {
             Self::Film(film) => film.contribute(i, own, shared),
+            Self::Rows(rows) => rows.contribute(i, own, shared),
         }
     }
 
@@ -25,6 +29,7 @@ impl Block {
     pub fn bounded(&self, i: usize, own: Own, shared: &Shared) -> Own {
         match self {
             Self::Film(film) => film.spins[i].bounded(own, shared),
+            Self::Rows(rows) => rows.settle(i, own, shared),
         }
     }
 
@@ -33,6 +38,7 @@ impl Block {
     pub fn own_priors(&self, i: usize) -> Vec<(usize, OwnPrior)> {
         match self {
             Self::Film(film) => film.spins[i].priors().to_vec(),
+            Self::Rows(rows) => rows.shots[i].own_priors(),
         }
     }
 
@@ -41,6 +47,7 @@ impl Block {
         match self {
             Self::Film(film) if film.states_noise => &mut [],
             Self::Film(film) => &mut film.world.noise,
+            Self::Rows(rows) => &mut rows.noises,
         }
     }
 
@@ -48,12 +55,14 @@ impl Block {
     pub fn spreads(&self) -> &[Spread] {
         match self {
             Self::Film(film) => &film.spreads,
+            Self::Rows(_) => &[],
         }
     }
 
     pub fn spreads_mut(&mut self) -> &mut [Spread] {
         match self {
             Self::Film(film) => &mut film.spreads,
+            Self::Rows(_) => &mut [],
         }
     }
 
@@ -61,6 +70,7 @@ impl Block {
     pub fn coarsen(&mut self) {
         match self {
             Self::Film(film) => film.coarsen(),
+            Self::Rows(_) => {}
         }
     }
 
@@ -68,6 +78,7 @@ impl Block {
     pub fn in_other_state(&self) -> Option<Self> {
         match self {
             Self::Film(film) => film.all_sliding().map(Self::Film),
+            Self::Rows(_) => None,
         }
     }
 
@@ -76,6 +87,7 @@ impl Block {
     pub fn choose_states(&mut self, own: &mut [Own], shared: &Shared) -> bool {
         match self {
             Self::Film(film) => choose_states(film, own, shared),
+            Self::Rows(_) => false,
         }
     }
 
@@ -83,6 +95,24 @@ impl Block {
     pub fn retain(&mut self, keep: &[bool]) {
         match self {
             Self::Film(film) => film.retain(keep),
+            Self::Rows(rows) => rows.retain(keep),
+        }
+    }
+
+    /// Returns the smallest size of each noise: what the rounding of the numbers leaves.
+    pub fn least_noises(&self) -> Vec<f64> {
+        match self {
+            Self::Film(film) => vec![0.0; film.world.noise.len()],
+            Self::Rows(rows) => rows.least_noises.clone(),
+        }
+    }
+
+    /// Returns values of μ that descents start from.
+    pub fn grid_of_mu(&self) -> &'static [f64] {
+        match self {
+            // published ones (0.03 to 0.08), waxed and chalked balls
+            Self::Film(_) => &[0.02, 0.06, 0.12, 0.25],
+            Self::Rows(_) => &RowsBlock::GRID,
         }
     }
 }

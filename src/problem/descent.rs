@@ -5,7 +5,7 @@ use nalgebra::DVector;
 use super::problem::{Evaluation, Problem, Reduced, State};
 
 /// Fall of χ² below which a step is not made: 0.1 standard deviations.
-const STALL: f64 = 0.01;
+pub(super) const STALL: f64 = 0.01;
 
 /// Number of steps that gain nothing, though they were promised to, after which a descent ends.
 const MAX_STALLS: usize = 2;
@@ -24,7 +24,18 @@ pub(crate) struct Descent {
 }
 
 /// Descends from `at` in the unknowns `free` until a step promises or gains less than [`STALL`].
-pub(crate) fn descend(problem: &Problem, mut at: Evaluation, free: &[usize], steps: usize) -> Descent {
+pub(crate) fn descend(problem: &Problem, at: Evaluation, free: &[usize], steps: usize) -> Descent {
+    descend_until(problem, at, free, steps, STALL)
+}
+
+/// Descends from `at` in the unknowns `free` until a step promises or gains less than `stall`.
+pub(crate) fn descend_until(
+    problem: &Problem,
+    mut at: Evaluation,
+    free: &[usize],
+    steps: usize,
+    stall: f64,
+) -> Descent {
     let mut damping = LEAST_DAMPING;
     let mut evaluations = 0;
     let mut stalls = 0;
@@ -36,7 +47,7 @@ pub(crate) fn descend(problem: &Problem, mut at: Evaluation, free: &[usize], ste
             Some((reduced.promise(&moving, &step), state))
         });
         let trial = match step {
-            Some((promise, _)) if promise < STALL => {
+            Some((promise, _)) if promise < stall => {
                 return Descent { end: at, evaluations, converged: true };
             }
             Some((_, state)) => problem.evaluate(state),
@@ -51,7 +62,7 @@ pub(crate) fn descend(problem: &Problem, mut at: Evaluation, free: &[usize], ste
             damping = (damping * 0.01).max(LEAST_DAMPING);
         } else {
             // a step that gains nothing may have crossed a kink: shorter ones may gain
-            stalls += usize::from(trial.cost - at.cost < STALL);
+            stalls += usize::from(trial.cost - at.cost < stall);
             if stalls > MAX_STALLS {
                 return Descent { end: at, evaluations, converged: true };
             }
@@ -61,40 +72,57 @@ pub(crate) fn descend(problem: &Problem, mut at: Evaluation, free: &[usize], ste
     Descent { end: at, evaluations, converged: false }
 }
 
-/// Returns the damped step. Unknowns that would leave their bounds go to them, and the others
-/// follow.
+/// Returns the damped step that is best within the bounds: the first unknown that would leave its
+/// bounds goes to its bound and the others follow; one whose slope leads away from its bound is
+/// released.
 fn step_within_bounds(
     problem: &Problem,
     reduced: &Reduced,
     state: &State,
     free: &[usize],
 ) -> Option<DVector<f64>> {
-    let mut held: Vec<Option<f64>> = vec![None; problem.unknowns.len()];
-    loop {
-        let (stopped, moving): (Vec<usize>, Vec<usize>) =
-            free.iter().partition(|column| held[**column].is_some());
-        let all: Vec<usize> = moving.iter().chain(&stopped).copied().collect();
-        let matrix = reduced.matrix(&all);
-        let n = moving.len();
-        let known = DVector::from_fn(stopped.len(), |i, _| held[stopped[i]].unwrap_or(0.0));
-        let against = reduced.gradient(&moving) + matrix.view((0, n), (n, stopped.len())) * &known;
-        let step = -matrix.view((0, 0), (n, n)).into_owned().cholesky()?.solve(&against);
-        if !step.iter().all(|s| s.is_finite()) {
-            return None;
-        }
-        let mut inside = true;
-        for (column, by) in moving.iter().zip(step.iter()) {
-            let ([low, high], x) = (problem.unknowns[*column].bounds, state.shared.0[*column]);
-            if x + by < low || x + by > high {
-                held[*column] = Some((x + by).clamp(low, high) - x);
-                inside = false;
+    let n = free.len();
+    let (matrix, gradient) = (reduced.matrix(free), reduced.gradient(free));
+    let room: Vec<[f64; 2]> = free
+        .iter()
+        .map(|column| problem.unknowns[*column].bounds.map(|bound| bound - state.shared.0[*column]))
+        .collect();
+    let mut held = vec![false; n];
+    let mut step = DVector::zeros(n);
+    // holds and releases alternate for ever only by rounding
+    for _ in 0..4 * n + 1 {
+        let moving: Vec<usize> = (0..n).filter(|i| !held[*i]).collect();
+        let mut against = DVector::from_fn(moving.len(), |i, _| gradient[moving[i]]);
+        for (i, place) in moving.iter().enumerate() {
+            for stopped in (0..n).filter(|stopped| held[*stopped]) {
+                against[i] += matrix[(*place, stopped)] * step[stopped];
             }
         }
-        if inside {
-            let step_of = |column: &usize| {
-                held[*column].or_else(|| Some(step[moving.iter().position(|m| m == column)?]))
-            };
-            return free.iter().map(step_of).collect::<Option<Vec<f64>>>().map(DVector::from_vec);
+        let inner = matrix.select_rows(&moving).select_columns(&moving);
+        let solved = -inner.cholesky()?.solve(&against);
+        if !solved.iter().all(|s| s.is_finite()) {
+            return None;
+        }
+        let outside = moving.iter().zip(solved.iter()).filter_map(|(place, by)| {
+            let bound = by.clamp(room[*place][0], room[*place][1]);
+            (bound != *by).then(|| (*place, bound, (bound / by).abs()))
+        });
+        if let Some((place, bound, _)) = outside.min_by(|a, b| a.2.total_cmp(&b.2)) {
+            (held[place], step[place]) = (true, bound);
+            continue;
+        }
+        for (place, by) in moving.iter().zip(solved.iter()) {
+            step[*place] = *by;
+        }
+        let slopes = &gradient + &matrix * &step;
+        let leaves = |place: &usize| {
+            let is_low = step[*place] == room[*place][0];
+            held[*place] && room[*place][0] < room[*place][1] && (slopes[*place] < 0.0) == is_low
+        };
+        match (0..n).find(|place| leaves(place) && slopes[*place] != 0.0) {
+            Some(place) => held[place] = false,
+            None => return Some(step),
         }
     }
+    Some(step)
 }

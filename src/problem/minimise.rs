@@ -1,13 +1,10 @@
 //! The minimum of χ²: a grid in μ from coarse corrections of the camera, then Levenberg and
 //! Marquardt's descent within bounds.
 
-use super::descent::{Descent, descend};
+use super::descent::{Descent, STALL, descend};
 use super::noise;
 use super::problem::{Problem, State};
 use super::unknowns::Id;
-
-/// Values of μ that descents start from: published ones (0.03 to 0.08), waxed and chalked balls.
-const GRID: [f64; 4] = [0.02, 0.06, 0.12, 0.25];
 
 /// Unknowns of the first descents: places and scale before all others.
 const COARSE: [Id; 7] = [Id::Mu, Id::E, Id::Scale, Id::Aspect, Id::Shear, Id::PerspectiveX, Id::PerspectiveY];
@@ -76,13 +73,16 @@ fn descend_coarsely(problem: &Problem, start: &State) -> Option<Descent> {
         }
         descend(&coarser, coarser.evaluate(state), &coarse_columns, COARSE_STEPS)
     };
-    let mut coarse: Vec<Descent> = GRID.into_iter().map(from).collect();
+    let grid = problem.samples.first().map_or(&[][..], |sample| sample.block.grid_of_mu());
+    let mut coarse: Vec<Descent> = grid.iter().map(|mu| from(*mu)).collect();
     let mut evaluations: usize = coarse.iter().map(|descent| 1 + descent.evaluations).sum();
     coarse.retain(|descent| descent.end.cost.is_finite());
-    coarse.sort_by(|a, b| a.end.cost.total_cmp(&b.end.cost));
+    let mu = |descent: &Descent, column: usize| descent.end.state.shared.0[column];
+    // of values that fit equally well the smallest
+    let rank = |descent: &Descent| (descent.end.cost / STALL).round();
+    coarse.sort_by(|a, b| rank(a).total_cmp(&rank(b)));
     let mut ranked = coarse.into_iter();
     let best = ranked.next()?;
-    let mu = |descent: &Descent, column: usize| descent.end.state.shared.0[column];
     let is_other = |other: &Descent| {
         of_mu.iter().any(|column| (mu(other, *column) / mu(&best, *column) - 1.0).abs() > SAME_MU)
     };
@@ -92,7 +92,7 @@ fn descend_coarsely(problem: &Problem, start: &State) -> Option<Descent> {
         evaluations += 1 + descent.evaluations;
         descent
     });
-    let lower = if second.end.cost < first.end.cost { second } else { first };
+    let lower = if second.end.cost < first.end.cost - STALL { second } else { first };
     Some(Descent { evaluations, ..lower })
 }
 

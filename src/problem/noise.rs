@@ -3,7 +3,7 @@
 //! Biometrika 58, 545).
 
 use super::block::Block;
-use super::problem::{Eliminated, Evaluation, Problem, Reduced};
+use super::problem::{Eliminated, Evaluation, Problem, Reduced, Sample};
 use super::sums::{Noise, NoiseSums, OwnPrior, Spread};
 use super::uncertainty::Estimates;
 
@@ -18,6 +18,9 @@ const RHO_STEP: f64 = 0.04;
 
 /// The noise has settled if its variance changes by less than this part and ρ by less than this.
 const SETTLED: f64 = 0.01;
+
+/// Degrees of freedom below which a noise stays as it is.
+const LEAST_DOF: f64 = 0.5;
 
 /// Power of a step of expectation and maximisation; up to 2 it still converges.
 const PROLONGED: f64 = 1.7;
@@ -41,17 +44,23 @@ pub(super) fn update(problem: &mut Problem, at: &Evaluation) -> bool {
             + shared * of_sample / total.max(1.0);
         // residuals are less correlated than the errors, as each shot's unknowns follow slow errors
         let likeliest = likeliest_correlation(problem, at, sample, of_sample - parameters);
-        for (noise, sum) in problem.samples[sample].block.noises_mut().iter_mut().zip(sums) {
-            let dof = sum.count * (1.0 - parameters / of_sample);
-            if !(dof > 0.0 && sum.weighted > 0.0) {
+        let leverages = leverages(&problem.samples[sample], at, (&reduced, &estimates), sample);
+        let least = problem.samples[sample].block.least_noises();
+        let noises = problem.samples[sample].block.noises_mut().iter_mut();
+        for (which, (noise, sum)) in noises.zip(sums).enumerate() {
+            let parameters = leverages.get(which).copied().unwrap_or(sum.count * parameters / of_sample);
+            let dof = sum.count - parameters;
+            if !(dof > LEAST_DOF && sum.weighted > 0.0) {
                 continue;
             }
             let growth = sum.weighted / dof;
             let of_residuals = if sum.square > 0.0 { sum.lagged / sum.square } else { 0.0 };
             let rho = likeliest.unwrap_or(of_residuals).clamp(0.0, MAX_RHO);
-            settled &= (growth - 1.0).abs() < SETTLED && (rho - noise.rho).abs() < SETTLED;
+            let sd = (noise.sd * growth.sqrt()).max(least[which]);
+            let changed = (sd / noise.sd).powi(2) - 1.0;
+            settled &= changed.abs() < SETTLED && (rho - noise.rho).abs() < SETTLED;
             if growth.is_finite() {
-                *noise = Noise { sd: noise.sd * growth.sqrt(), rho };
+                *noise = Noise { sd, rho };
             }
         }
         for which in 0..problem.samples[sample].block.spreads().len() {
@@ -62,6 +71,20 @@ pub(super) fn update(problem: &mut Problem, at: &Evaluation) -> bool {
         }
     }
     settled
+}
+
+/// Returns the part of each noise of a table that its numbers spend on unknowns; nothing of a film,
+/// whose noises spend equal parts.
+fn leverages(
+    sample: &Sample,
+    at: &Evaluation,
+    (reduced, estimates): (&Reduced, &Estimates),
+    number: usize,
+) -> Vec<f64> {
+    match &sample.block {
+        Block::Film(_) => Vec::new(),
+        Block::Rows(rows) => rows.leverages(sample, &at.state, (reduced, estimates), number),
+    }
 }
 
 /// Returns the correlation of neighbouring numbers of a sample that restricted likelihood prefers

@@ -32,6 +32,9 @@ pub struct Policy {
     /// The same beyond which the model does not describe the paths at all: residuals of five times the
     /// noise.
     pub refuted: f64,
+    /// Tail probability of the largest difference of the variances of columns, below which each column
+    /// of a table has a noise of its own.
+    pub unequal_noise: f64,
     /// Standard error of μ_s beyond which it is not identified: the published range is 0.2 to 0.4
     /// (Kim 2024).
     pub undetermined_mu_s: f64,
@@ -50,6 +53,7 @@ impl Default for Policy {
             adopt: 6.0,
             misfit: 2.0,
             refuted: 25.0,
+            unequal_noise: 0.001,
             undetermined_mu_s: 0.15,
         }
     }

@@ -6,6 +6,7 @@ use rayon::prelude::*;
 
 use super::block::Block;
 use super::film::block::FilmBlock;
+use super::rows::block::RowsBlock;
 use super::sums::{BORDERED, Contribution, NoiseSums};
 use super::unknowns::{Id, Mode, Normal, Own, SHARED, Shared, Unknown};
 
@@ -110,22 +111,44 @@ impl Problem {
 
     /// Returns the frames of a problem of one film of balls.
     pub fn film(&self) -> Option<&FilmBlock> {
-        let Block::Film(film) = &self.samples.first()?.block;
-        Some(film)
+        match &self.samples.first()?.block {
+            Block::Film(film) => Some(film),
+            Block::Rows(_) => None,
+        }
     }
 
     pub fn film_mut(&mut self) -> Option<&mut FilmBlock> {
-        let Block::Film(film) = &mut self.samples.first_mut()?.block;
-        Some(film)
+        match &mut self.samples.first_mut()?.block {
+            Block::Film(film) => Some(film),
+            Block::Rows(_) => None,
+        }
     }
 
-    /// Gives the contact of each film of balls the effects that the unknowns have.
+    /// Returns the table of a problem of one.
+    pub fn rows(&self) -> Option<&RowsBlock> {
+        match &self.samples.first()?.block {
+            Block::Rows(rows) => Some(rows),
+            Block::Film(_) => None,
+        }
+    }
+
+    pub fn rows_mut(&mut self) -> Option<&mut RowsBlock> {
+        match &mut self.samples.first_mut()?.block {
+            Block::Rows(rows) => Some(rows),
+            Block::Film(_) => None,
+        }
+    }
+
+    /// Gives the contacts of all samples the effects that the unknowns have.
     pub fn refresh_contact(&mut self) {
         let unknowns = &self.unknowns;
         for sample in &mut self.samples {
             let own: Vec<Unknown> = sample.columns.iter().map(|column| unknowns[*column]).collect();
-            let Block::Film(film) = &mut sample.block;
-            film.world.contact = film.world.contact.with(&own);
+            let contact = match &mut sample.block {
+                Block::Film(film) => &mut film.world.contact,
+                Block::Rows(rows) => &mut rows.contact,
+            };
+            *contact = contact.with(&own);
         }
     }
 

@@ -181,6 +181,12 @@ impl Solution {
         distance.is_finite().then(|| (x + inward * distance).clamp(low, high))
     }
 
+    /// Returns χ² of everything: data, own unknowns and priors.
+    #[must_use]
+    pub fn chi2_of_all(&self) -> f64 {
+        self.at.cost
+    }
+
     /// Returns χ² of the data alone, and the number of measured numbers in it.
     #[must_use]
     pub fn chi2_of_data(&self) -> (f64, f64) {

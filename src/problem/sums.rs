@@ -115,6 +115,12 @@ impl Contribution {
         self.products[(place, self.products.ncols() - 1)]
     }
 
+    /// Returns whether a number depends on the shared unknown of this column of the sample.
+    pub fn slopes_by(&self, column: usize) -> bool {
+        let place = self.held.len() + column;
+        self.products[(place, place)] > 0.0
+    }
+
     /// Adds what is known of the own unknown at `place`.
     pub fn add_prior(&mut self, place: usize, prior: Option<Normal>, value: f64) {
         let Some(normal) = prior else {

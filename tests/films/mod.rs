@@ -23,7 +23,7 @@ use rand_chacha::ChaCha8Rng;
 
 use faults::{Faults, manifest, table};
 
-use crate::extraction::count as count_of;
+use crate::frames::count as count_of;
 use crate::options;
 use crate::synthetic::spec;
 
@@ -269,7 +269,7 @@ fn a_damaged_shot_is_left_out_with_its_reason() {
 #[test]
 fn no_frame_rate_is_suggested_from_the_friction_of_the_cloth_alone() {
     let said = |value: f64| {
-        let mut dataset = crate::extraction::dataset(Vec::new());
+        let mut dataset = crate::frames::dataset(Vec::new());
         dataset.sliding = Some(Measured { value, sd: Some(0.013) });
         let found = check::check(&dataset).into_iter().find(|finding| finding.kind == check::Kind::Sliding);
         found.map(|finding| finding.text).unwrap_or_default()

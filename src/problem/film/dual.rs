@@ -8,29 +8,29 @@ use super::own::OWN;
 use crate::problem::unknowns::{Id, PHYSICS, Shared};
 
 /// Number of inputs of a shot's motion, its own unknowns first.
-pub(super) const INPUTS: usize = OWN + PHYSICS;
+pub(in crate::problem) const INPUTS: usize = OWN + PHYSICS;
 
 /// A number with its derivatives by the inputs.
-pub(super) type Dual = DualSVec64<INPUTS>;
+pub(in crate::problem) type Dual = DualSVec64<INPUTS>;
 
 /// A horizontal vector with the derivatives of its components.
-pub(super) type DualVector = Vector2<Dual>;
+pub(in crate::problem) type DualVector = Vector2<Dual>;
 
 /// Derivatives by the inputs.
-pub(super) type Gradient = SVector<f64, INPUTS>;
+pub(in crate::problem) type Gradient = SVector<f64, INPUTS>;
 
 /// Returns the derivatives of `value`.
-pub(super) fn gradient(value: &Dual) -> Gradient {
+pub(in crate::problem) fn gradient(value: &Dual) -> Gradient {
     value.eps.unwrap_generic(Const, Const)
 }
 
 /// Returns a number with this gradient.
-pub(super) fn with_gradient(value: f64, gradient: Gradient) -> Dual {
+pub(in crate::problem) fn with_gradient(value: f64, gradient: Gradient) -> Dual {
     Dual::new(value, Derivative::some(gradient))
 }
 
 /// Returns a number without derivatives.
-pub(super) fn constant(value: f64) -> Dual {
+pub(in crate::problem) fn constant(value: f64) -> Dual {
     Dual::from_re(value)
 }
 
@@ -40,13 +40,13 @@ const SMOOTH_SPEED: f64 = 1e-4;
 
 /// Returns the length of a velocity, smooth at 0: the direction `v / norm(v)` of a slip that ends
 /// has bounded derivatives.
-pub(super) fn norm(v: &DualVector) -> Dual {
+pub(in crate::problem) fn norm(v: &DualVector) -> Dual {
     (v.x * v.x + v.y * v.y + SMOOTH_SPEED * SMOOTH_SPEED).sqrt()
 }
 
 impl Shared {
     /// Returns an unknown of the balls' motion with its derivative.
-    pub(super) fn dual(&self, id: Id) -> Dual {
+    pub(in crate::problem) fn dual(&self, id: Id) -> Dual {
         Dual::from_re(self[id]).derivative(OWN + id as usize)
     }
 }

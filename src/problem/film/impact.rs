@@ -13,6 +13,9 @@ use crate::problem::unknowns::{Id, Mode, Shared, Unknown};
 /// by 1e-9 of the closing speed.
 const LEAST_FALL: f64 = 1e-9;
 
+/// Smallest κ of a compliant contact that is computed: the outcome nears that of a rigid one as √κ.
+const LEAST_KAPPA: f64 = 1e-3;
+
 /// The collision model of a film.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Contact {
@@ -103,6 +106,13 @@ impl Contact {
         self.fine.is_some()
     }
 
+    /// Returns the same contact with the fidelity, effects and tolerance of another model.
+    pub fn computed_as(mut self, other: &Model) -> Self {
+        let Model { fidelity, effects, tolerance, .. } = *other;
+        self.model = Model { fidelity, effects, tolerance, ..self.model };
+        self
+    }
+
     pub fn is_compliant(&self) -> bool {
         self.model.is_compliant()
     }
@@ -124,7 +134,7 @@ impl Contact {
         }
         model.e_slope = self.e_falls.then(|| shared[Id::ESlope]);
         if self.is_compliant() {
-            model.kappa = shared[Id::Kappa];
+            model.kappa = shared[Id::Kappa].max(LEAST_KAPPA);
         }
         model
     }

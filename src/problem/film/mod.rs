@@ -3,7 +3,7 @@
 pub(crate) mod block;
 pub(crate) mod camera;
 pub(crate) mod causes;
-mod dual;
+pub(crate) mod dual;
 pub(crate) mod film_data;
 pub(crate) mod frames;
 pub(crate) mod impact;

@@ -49,12 +49,12 @@ pub(super) fn list_unknowns(
 }
 
 /// Makes an unknown free with a prior that it starts from.
-fn known(all: &mut [Unknown], id: Id, mean: f64, sd: f64) {
+pub(in crate::problem) fn known(all: &mut [Unknown], id: Id, mean: f64, sd: f64) {
     let unknown = &mut all[id as usize];
     (unknown.start, unknown.prior, unknown.mode) = (mean, Some(Normal { mean, sd }), Mode::Free);
 }
 
-fn list_contact(all: &mut [Unknown], settings: &Settings) {
+pub(in crate::problem) fn list_contact(all: &mut [Unknown], settings: &Settings) {
     for (id, parameter) in [
         (Id::Mu, Parameter::Mu),
         (Id::MuS, Parameter::MuS),

@@ -1,0 +1,208 @@
+//! The shots of a table as a block.
+
+use std::sync::Arc;
+
+use nalgebra::DVector;
+
+use super::loss::ShotLoss;
+use super::shot::{OWN, Predicted, Residual, RowShot};
+use crate::measurement::loss::Loss;
+use crate::measurement::observable::Observable;
+use crate::problem::film::dual::{Gradient, gradient};
+use crate::problem::film::impact::Contact;
+use crate::problem::film::own;
+use crate::problem::problem::{Reduced, Sample, State};
+use crate::problem::sums::{Contribution, Noise, OwnPrior};
+use crate::problem::uncertainty::Estimates;
+use crate::problem::unknowns::{Own, PHYSICS, SHARED, Shared};
+
+/// Place of the residual in the sums of a shot.
+const LAST: usize = OWN + SHARED;
+
+/// Topspin over closing speed within which own unknowns are at the kink of their outcome.
+pub(super) const AT_KINK: f64 = 1e-10;
+
+/// Stiffness against leaving a kink, over that of the residuals.
+const STIFF: f64 = 1e9;
+
+/// Shots of a table.
+#[derive(Clone)]
+pub(crate) struct RowsBlock {
+    pub shots: Arc<Vec<RowShot>>,
+    pub contact: Contact,
+    /// Noises of numbers whose errors are not stated: one for all of a unit.
+    pub noises: Vec<Noise>,
+    /// What the rounding of these numbers leaves.
+    pub least_noises: Vec<f64>,
+    /// Whether these numbers are rounded.
+    pub is_rounded: Vec<bool>,
+    pub loss: Loss,
+    /// The losses of shots of 0, 1, 2, … numbers.
+    pub losses: Vec<ShotLoss>,
+}
+
+impl RowsBlock {
+    /// Values of μ that descents start from: a contact that sticks does not depend on μ, so that thick
+    /// shots of slippery balls have minima between small values.
+    pub const GRID: [f64; 9] = [0.002, 0.005, 0.01, 0.02, 0.04, 0.08, 0.15, 0.25, 0.4];
+
+    /// Returns the same shots with a loss.
+    pub fn with_loss(mut self, loss: Loss) -> Self {
+        let most = self.shots.iter().map(|shot| shot.rows.len()).max().unwrap_or(0);
+        self.losses = (0..=most).map(|numbers| ShotLoss::new(loss, numbers)).collect();
+        self.loss = loss;
+        self
+    }
+
+    /// Returns the prediction of shot `i` with residuals in units of their errors.
+    pub fn predict(&self, i: usize, own: &Own, shared: &Shared) -> Option<Predicted> {
+        let mut predicted = self.shots[i].predict(own, shared, &self.contact).ok()?;
+        for residual in &mut predicted.residuals {
+            if let Some(noise) = residual.noise {
+                let sd = self.noises[noise].sd;
+                residual.value /= sd;
+                residual.by /= sd;
+            }
+        }
+        Some(predicted)
+    }
+
+    /// Returns the sums of shot `i`.
+    pub fn contribute(&self, i: usize, own: &Own, shared: &Shared) -> Contribution {
+        let Some(predicted) = self.predict(i, own, shared) else {
+            return Contribution::impossible(OWN, self.noises.len());
+        };
+        let mut sums = Contribution::empty(OWN, self.noises.len());
+        sums.sticks = predicted.sticks;
+        for residual in &predicted.residuals {
+            add(&mut sums, residual);
+        }
+        self.pin_to_kink(&predicted, &mut sums);
+        for (place, prior) in self.shots[i].priors.iter().enumerate() {
+            if let Some(prior) = prior {
+                sums.add_prior(place, prior.normal(&[]), own[place]);
+            }
+        }
+        if !(sums.cost.is_finite() && sums.products.sum().is_finite()) {
+            return Contribution::impossible(OWN, self.noises.len());
+        }
+        let loss = &self.losses[predicted.residuals.len()];
+        let distance = sums.cost.sqrt();
+        let weight = loss.weight(distance);
+        sums.products *= weight;
+        sums.cost = loss.cost(distance);
+        for residual in &predicted.residuals {
+            if let Some(noise) = residual.noise {
+                sums.noises[noise].weighted += (weight * residual.value).powi(2) / loss.consistency;
+                sums.noises[noise].count += 1.0;
+            }
+        }
+        sums
+    }
+
+    /// Keeps own unknowns that are at the kink between topspin and draw on it.
+    fn pin_to_kink(&self, predicted: &Predicted, sums: &mut Contribution) {
+        let Some(normal) = kink_normal(predicted) else { return };
+        let stiffness = STIFF * (1.0 + sums.products.view((0, 0), (OWN, OWN)).trace());
+        for i in 0..OWN {
+            for j in i..OWN {
+                sums.products[(i, j)] += stiffness * normal[i] * normal[j];
+            }
+        }
+    }
+
+    /// Returns the part of each noise that its numbers spend on unknowns: the sum of their leverages.
+    pub fn leverages(
+        &self,
+        sample: &Sample,
+        state: &State,
+        (reduced, estimates): (&Reduced, &Estimates),
+        number: usize,
+    ) -> Vec<f64> {
+        let mut sums = vec![0.0; self.noises.len()];
+        if sums.is_empty() {
+            return sums;
+        }
+        let shared = sample.gather(&state.shared);
+        let place = |id: usize| estimates.position(sample.columns[id]);
+        let places: Vec<Option<usize>> = (0..PHYSICS).map(place).collect();
+        for (i, own) in state.own[number].iter().enumerate() {
+            let Some(predicted) = self.predict(i, own, &shared) else { continue };
+            let distance = self.distance(i, own, &predicted);
+            let weight = self.losses[predicted.residuals.len()].weight(distance);
+            let response = reduced.response(number, i, &estimates.columns);
+            let of_own = &reduced.own[number][i].covariance;
+            for residual in &predicted.residuals {
+                let Some(noise) = residual.noise else { continue };
+                let by_own = DVector::from_fn(OWN, |place, _| residual.by[place]);
+                let mut by = response.tr_mul(&by_own);
+                for (id, place) in places.iter().enumerate() {
+                    if let Some(place) = place {
+                        by[*place] += residual.by[own::OWN + id];
+                    }
+                }
+                let variance = by.dot(&(&estimates.covariance * &by));
+                sums[noise] += weight * variance + weight * by_own.dot(&(of_own * &by_own));
+            }
+        }
+        sums
+    }
+
+    /// Returns the distance of shot `i` from its prediction: the length of its residuals and of the
+    /// errors of its inputs in units of their standard deviations.
+    pub fn distance(&self, i: usize, own: &Own, predicted: &Predicted) -> f64 {
+        let residuals = predicted.residuals.iter().map(|residual| residual.value.powi(2)).sum::<f64>();
+        let stated = |place: &usize| matches!(self.shots[i].priors[*place], Some(OwnPrior::Stated(_)));
+        let errors = (0..OWN).filter(stated).map(|place| own[place].powi(2)).sum::<f64>();
+        (residuals + errors).sqrt()
+    }
+
+    /// Gives numbers without stated errors other noises, by their observables.
+    pub fn assign_noises(
+        &mut self,
+        noises: Vec<Noise>,
+        (least, rounded): (Vec<f64>, Vec<bool>),
+        place: impl Fn(Observable) -> Option<usize>,
+    ) {
+        (self.noises, self.least_noises, self.is_rounded) = (noises, least, rounded);
+        let shots = Arc::make_mut(&mut self.shots).iter_mut();
+        for row in shots.flat_map(|shot| &mut shot.rows).filter(|row| row.noise.is_some()) {
+            row.noise = place(row.observable);
+        }
+    }
+
+    /// Keeps the shots for which `keep` is true.
+    pub fn retain(&mut self, keep: &[bool]) {
+        let mut keep = keep.iter();
+        Arc::make_mut(&mut self.shots).retain(|_| keep.next().copied().unwrap_or(true));
+    }
+}
+
+/// Returns the normal of the kink that own unknowns are at, of length 1.
+pub(super) fn kink_normal(predicted: &Predicted) -> Option<DVector<f64>> {
+    let by = gradient(&predicted.topspin);
+    let normal = DVector::from_fn(OWN, |place, _| by[place]);
+    let length = normal.norm();
+    (predicted.topspin.re.abs() < AT_KINK && length > 0.0).then(|| normal / length)
+}
+
+/// Adds the products of a residual and its derivatives.
+fn add(sums: &mut Contribution, residual: &Residual) {
+    let derivative = |by: &Gradient, column: usize| match column {
+        LAST => residual.value,
+        // the inputs of a film have more own unknowns
+        shared if shared >= OWN => by[shared - OWN + own::OWN],
+        place => by[place],
+    };
+    let columns = (0..OWN + PHYSICS).chain([LAST]);
+    let columns: Vec<(usize, f64)> = columns
+        .map(|column| (column, derivative(&residual.by, column)))
+        .filter(|(_, by)| *by != 0.0)
+        .collect();
+    for (place, (i, by)) in columns.iter().enumerate() {
+        for (j, other) in &columns[place..] {
+            sums.products[(*i, *j)] += by * other;
+        }
+    }
+    sums.cost += residual.value * residual.value;
+}

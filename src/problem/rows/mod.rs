@@ -1,0 +1,15 @@
+//! Tables as blocks: velocities and spins, or angles and speeds, before and after impacts.
+//!
+//! The own unknowns of a shot are the errors of its inputs, in units in which they are independent
+//! with variance 1; its outcome is predicted from the true inputs (errors in variables: Fuller,
+//! Measurement Error Models, 1987, § 3.2).
+
+pub(crate) mod block;
+pub(crate) mod fidelity;
+mod loss;
+mod outliers;
+pub(crate) mod run;
+mod settle;
+mod shot;
+mod table;
+mod view;

@@ -1,0 +1,358 @@
+//! From the shots of a data set to a problem.
+
+use std::sync::Arc;
+
+use statrs::distribution::{ChiSquared, ContinuousCDF};
+
+use super::block::RowsBlock;
+use super::run::{RowsChoices, RowsError};
+use super::shot::{OWN, RowShot, shared_unknown};
+use crate::measurement::dataset::{Dataset, Shot};
+use crate::measurement::loss::Loss;
+use crate::measurement::observable::Observable;
+use crate::measurement::parameter::{Compliance, Parameter, Settings};
+use crate::physics::collision::{Fidelity, FidelityChoice, Model};
+use crate::problem::block::Block;
+use crate::problem::descent::Descent;
+use crate::problem::film::impact::Contact;
+use crate::problem::film::priors::{known, list_contact};
+use crate::problem::minimise::fit;
+use crate::problem::policy::Policy;
+use crate::problem::problem::{Evaluation, Problem, State};
+use crate::problem::sums::Noise;
+use crate::problem::uncertainty::Estimates;
+use crate::problem::unknowns::{Id, Mode, Own, Shared, Unknown};
+
+/// Noise with which a search begins, as a part of the root mean square of the first residuals: small,
+/// so that descents go on until they have found the minimum.
+const FIRST_NOISE: f64 = 0.1;
+
+/// Smallest noise, as a part of the first: residuals of exact numbers vanish.
+const EXACT: f64 = 1e-9;
+
+/// First noise of numbers whose first residuals vanish, in their unit.
+const UNKNOWN_NOISE: f64 = 1e-3;
+
+/// Degrees of freedom of a variance from which on Bartlett's test holds.
+const LEAST_DOF: f64 = 3.0;
+
+/// A table as a problem.
+pub(super) struct Table {
+    pub problem: Problem,
+    /// Names of the shots that are fitted.
+    pub names: Vec<String>,
+    /// Names and reasons of the others.
+    pub left_out: Vec<(String, String)>,
+    pub settings: Settings,
+    /// The observables of each noise.
+    pub observables: Vec<Vec<Observable>>,
+    /// Unknowns that no number depends on.
+    pub silent: Vec<Id>,
+}
+
+impl Table {
+    pub fn new(dataset: &Dataset, shots: &[&Shot], choices: &RowsChoices) -> Result<Self, RowsError> {
+        let settings = dataset.settings_of_balls();
+        let unknowns = list_unknowns(dataset, &settings);
+        let contact = choose_contact(dataset, &unknowns, choices.fidelity)?;
+        let usual = Shared(unknowns.iter().map(|unknown| unknown.start).collect());
+        let (mut rows, mut names, mut left_out) = (Vec::new(), Vec::new(), dataset.left_out.clone());
+        for shot in shots {
+            let made = RowShot::new(shot, dataset, settings.falls || settings.e_falls).and_then(|made| {
+                made.predict(&Own::zeros(OWN), &usual, &contact)?;
+                Ok(made)
+            });
+            match made {
+                Ok(made) => {
+                    rows.push(made);
+                    names.push(shot.name.clone());
+                }
+                Err(why) => left_out.push((shot.name.clone(), why.to_string())),
+            }
+        }
+        if rows.is_empty() {
+            return Err(RowsError::NoShot { left_out });
+        }
+        check_noise(&rows, &names)?;
+        let observables = group_by_unit(&mut rows);
+        let block = RowsBlock {
+            shots: Arc::new(rows),
+            contact,
+            noises: vec![Noise { sd: 1.0, rho: 0.0 }; observables.len()],
+            least_noises: vec![0.0; observables.len()],
+            is_rounded: vec![false; observables.len()],
+            loss: Loss::Squares,
+            losses: Vec::new(),
+        };
+        let block = block.with_loss(choices.loss.unwrap_or(dataset.loss));
+        let problem = Problem::of_one(Block::Rows(block), unknowns);
+        let mut table = Self { problem, names, left_out, settings, observables, silent: Vec::new() };
+        table.hold_silent();
+        table.count()?;
+        table.guess_noise();
+        Ok(table)
+    }
+
+    /// Returns the measured inputs and usual values of the unknowns.
+    pub fn start(&self) -> State {
+        let shared = self.problem.unknowns.iter().map(|unknown| unknown.start).collect();
+        State { own: vec![vec![Own::zeros(OWN); self.names.len()]], shared: Shared(shared) }
+    }
+
+    /// Returns the minimum from anywhere.
+    pub fn descend(&mut self) -> Result<Descent, RowsError> {
+        let start = self.start();
+        fit(&mut self.problem, &start).ok_or(RowsError::NoStart)
+    }
+
+    /// Holds unknowns without a prior that no number depends on, whatever the friction is: with much
+    /// every contact sticks, with little all slide.
+    fn hold_silent(&mut self) {
+        const LITTLE: f64 = 1e-3;
+        let mut informed = vec![false; self.problem.unknowns.len()];
+        for part in [LITTLE, f64::NAN, 1.0] {
+            let mut state = self.start();
+            for id in [Id::Mu, Id::FallB] {
+                let unknown = self.problem.unknown(id);
+                if part.is_finite() && unknown.mode == Mode::Free {
+                    let [low, high] = unknown.bounds;
+                    state.shared[id] = low + part * (high - low);
+                }
+            }
+            for shot in &self.problem.evaluate(state).shots[0] {
+                for (column, informed) in informed.iter_mut().enumerate() {
+                    *informed |= shot.products[(OWN + column, OWN + column)] > 0.0;
+                }
+            }
+        }
+        for (unknown, informed) in self.problem.unknowns.iter_mut().zip(informed) {
+            if unknown.mode == Mode::Free && unknown.prior.is_none() && !informed {
+                unknown.mode = Mode::Fixed;
+                let of_id = |parameter: &Parameter| parameter.name() == unknown.id.name();
+                if let Some(parameter) = Parameter::ALL.into_iter().find(of_id) {
+                    unknown.start = self.settings[parameter].initial;
+                }
+                self.silent.push(unknown.id);
+            }
+        }
+    }
+
+    /// Checks that there are as many numbers as unknowns.
+    fn count(&self) -> Result<(), RowsError> {
+        let free = self.problem.free();
+        let priors = free.iter().filter(|column| self.problem.unknowns[**column].prior.is_some()).count();
+        let own = |shot: &RowShot| shot.rows.len() - shot.own_unknowns_without_prior();
+        let numbers =
+            self.problem.rows().map_or(0, |rows| rows.shots.iter().map(own).sum::<usize>()) + priors;
+        if numbers < free.len() {
+            let unknowns = free.iter().map(|column| self.problem.unknowns[*column].id).collect();
+            return Err(RowsError::TooFewNumbers { numbers, unknowns });
+        }
+        Ok(())
+    }
+
+    /// Sets the noises to a part of the first residuals, and their least values to what the rounding of
+    /// the columns leaves.
+    fn guess_noise(&mut self) {
+        let state = self.start();
+        let sums = self.problem.evaluate(state).noises(0);
+        let observables = &self.observables;
+        let Some(rows) = self.problem.rows_mut() else { return };
+        for (which, sum) in sums.iter().enumerate() {
+            let of_noise = |row: &&super::shot::Row| row.noise == Some(which);
+            let all = rows.shots.iter().flat_map(|shot| &shot.rows).filter(of_noise);
+            let unit = observables[which][0].unit_si();
+            let readings: Vec<f64> = all.map(|row| row.value / unit).collect();
+            // of numbers spread evenly over a step
+            let rounding = find_step(&readings).unwrap_or(0.0) / 12.0_f64.sqrt() * unit;
+            let rms = (sum.weighted / sum.count.max(1.0)).sqrt();
+            let first = if rms > EXACT && rms.is_finite() { rms } else { UNKNOWN_NOISE };
+            rows.noises[which].sd = (FIRST_NOISE * first).max(rounding);
+            rows.least_noises[which] = rounding.max(EXACT * first);
+            rows.is_rounded[which] = rounding > 0.0;
+        }
+    }
+
+    /// Gives the observables of a unit noises of their own if their variances differ by more than by
+    /// chance (Bartlett, Proc. R. Soc. A 160 (1937) 268); returns whether one has changed.
+    pub fn split_noise(&mut self, at: &Evaluation, policy: &Policy) -> bool {
+        let old = self.observables.clone();
+        if old.iter().all(|group| group.len() == 1) {
+            return false;
+        }
+        let single: Vec<(usize, Observable)> =
+            old.iter().enumerate().flat_map(|(i, group)| group.iter().map(move |o| (i, *o))).collect();
+        let mut apart = self.problem.clone();
+        if let Some(rows) = apart.rows_mut() {
+            let noises: Vec<Noise> = single.iter().map(|(group, _)| rows.noises[*group]).collect();
+            let least: Vec<f64> = single.iter().map(|(group, _)| rows.least_noises[*group]).collect();
+            let rounded = single.iter().map(|(group, _)| rows.is_rounded[*group]).collect();
+            rows.assign_noises(noises, (least, rounded), |o| {
+                single.iter().position(|(_, other)| *other == o)
+            });
+        }
+        let there = apart.evaluate(at.state.clone());
+        let sums = there.noises(0);
+        let spent = there.eliminate(&apart, 0.0).and_then(|reduced| {
+            let estimates = Estimates::of_reduced(&apart, &there.state, &reduced)?;
+            Some(apart.rows()?.leverages(&apart.samples[0], &there.state, (&reduced, &estimates), 0))
+        });
+        let (Some(spent), Some(rows)) = (spent, apart.rows()) else { return false };
+        let mut groups: Vec<Vec<Observable>> = Vec::new();
+        let mut from = Vec::new();
+        for (number, group) in old.iter().enumerate() {
+            let own = (0..single.len()).filter(|i| single[*i].0 == number);
+            let variances = own
+                .map(|i| {
+                    let dof = sums[i].count - spent[i];
+                    // what rounding hides is no smaller noise
+                    let least = (rows.least_noises[i] / rows.noises[i].sd).powi(2);
+                    (sums[i].weighted.max(dof * least), dof)
+                })
+                .filter(|(_, dof)| *dof >= LEAST_DOF)
+                .collect::<Vec<_>>();
+            if compare_variances(&variances).is_some_and(|p| p < policy.unequal_noise) {
+                groups.extend(group.iter().map(|observable| vec![*observable]));
+                from.extend(vec![number; group.len()]);
+            } else {
+                groups.push(group.clone());
+                from.push(number);
+            }
+        }
+        let changed = groups.len() > old.len();
+        if let Some(rows) = self.problem.rows_mut().filter(|_| changed) {
+            let noises = from.iter().map(|group| rows.noises[*group]).collect();
+            let least = from.iter().map(|group| rows.least_noises[*group]).collect();
+            let rounded = from.iter().map(|group| rows.is_rounded[*group]).collect();
+            rows.assign_noises(noises, (least, rounded), |o| {
+                groups.iter().position(|group| group.contains(&o))
+            });
+            self.observables = groups;
+        }
+        changed
+    }
+
+    /// Leaves out the shots for which `keep` is false; returns their names.
+    pub fn leave_out(&mut self, keep: &[bool]) -> Vec<String> {
+        let mut state = self.start();
+        self.problem.retain(0, &mut state, keep);
+        let (kept, lost) =
+            std::mem::take(&mut self.names).into_iter().zip(keep).partition::<Vec<_>, _>(|(_, keep)| **keep);
+        self.names = kept.into_iter().map(|(name, _)| name).collect();
+        lost.into_iter().map(|(name, _)| name).collect()
+    }
+}
+
+/// Returns the unknowns of a table: those of the contact, and what its shots were extracted with.
+fn list_unknowns(dataset: &Dataset, settings: &Settings) -> Vec<Unknown> {
+    let mut all = Unknown::list();
+    list_contact(&mut all, settings);
+    for parameter in Parameter::ALL {
+        if let Some(unknown) = all.iter_mut().find(|unknown| unknown.id.name() == parameter.name())
+            && unknown.mode == Mode::Free
+        {
+            // where a search begins does not depend on what is stated
+            let [low, high] = unknown.bounds;
+            let usual =
+                if parameter.is_of_balls() { unknown.start } else { parameter.default_setting().initial };
+            unknown.start = usual.clamp(low, high);
+        }
+    }
+    if !settings.falls {
+        all[Id::FallB as usize].mode = Mode::Fixed;
+    }
+    for (common, sd) in dataset.shared_errors() {
+        if let Some((id, mean)) = shared_unknown(common, dataset) {
+            known(&mut all, id, mean, sd);
+        }
+    }
+    all
+}
+
+/// Returns the collision model; integrated fidelities of a rigid contact have the equations of `full`.
+fn choose_contact(
+    dataset: &Dataset,
+    unknowns: &[Unknown],
+    fidelity: FidelityChoice,
+) -> Result<Contact, RowsError> {
+    let settings = dataset.settings_of_balls();
+    let contact = Contact::new(&dataset.model(Fidelity::Full), unknowns);
+    match fidelity {
+        FidelityChoice::Of(fidelity) if !fidelity.effects().compliance => {
+            if settings.compliance == Compliance::Stated && contact.is_compliant() {
+                return Err(RowsError::Rigid(fidelity.name()));
+            }
+            Ok(contact.computed_as(&Model::new(fidelity, dataset.ball)))
+        }
+        _ => Ok(contact),
+    }
+}
+
+/// Checks that the errors of each column are stated everywhere or nowhere.
+fn check_noise(shots: &[RowShot], names: &[String]) -> Result<(), RowsError> {
+    let mut seen: Vec<(Observable, bool, &String)> = Vec::new();
+    for (shot, name) in shots.iter().zip(names) {
+        for row in &shot.rows {
+            let is_stated = row.noise.is_none();
+            match seen.iter().find(|(observable, ..)| *observable == row.observable) {
+                None => seen.push((row.observable, is_stated, name)),
+                Some((_, other, first)) if *other != is_stated => {
+                    let (with, without) = if is_stated { (name, *first) } else { (*first, name) };
+                    return Err(RowsError::MixedNoise {
+                        column: row.observable.column(),
+                        with: with.clone(),
+                        without: without.clone(),
+                    });
+                }
+                Some(_) => {}
+            }
+        }
+    }
+    Ok(())
+}
+
+/// Gives all numbers of a unit without stated errors one noise; returns the observables of each.
+fn group_by_unit(shots: &mut [RowShot]) -> Vec<Vec<Observable>> {
+    let mut groups: Vec<Vec<Observable>> = Vec::new();
+    for row in shots.iter_mut().flat_map(|shot| &mut shot.rows).filter(|row| row.noise.is_some()) {
+        let of_unit = |group: &Vec<Observable>| group[0].unit() == row.observable.unit();
+        let place = groups.iter().position(of_unit).unwrap_or_else(|| {
+            groups.push(vec![row.observable]);
+            groups.len() - 1
+        });
+        if !groups[place].contains(&row.observable) {
+            groups[place].push(row.observable);
+        }
+        row.noise = Some(place);
+    }
+    groups
+}
+
+/// Returns the probability that variances differ as much by chance, from their sums of squares and
+/// degrees of freedom (Bartlett 1937).
+fn compare_variances(variances: &[(f64, f64)]) -> Option<f64> {
+    let groups = variances.len() as f64;
+    let (square, dof) = variances.iter().fold((0.0, 0.0), |sum, own| (sum.0 + own.0, sum.1 + own.1));
+    let logs: f64 = variances.iter().map(|(square, dof)| dof * (square / dof).ln()).sum();
+    let inverse: f64 = variances.iter().map(|(_, dof)| dof.recip()).sum();
+    let correction = 1.0 + (inverse - dof.recip()) / (3.0 * (groups - 1.0));
+    let statistic = (dof * (square / dof).ln() - logs) / correction;
+    let chi2 = ChiSquared::new(groups - 1.0).ok().filter(|_| !statistic.is_nan())?;
+    Some(chi2.sf(statistic.min(f64::MAX)))
+}
+
+/// Returns the step of readings: 1 or 5 units of the last decimal that any has; `None` of readings
+/// with more than 6 decimals, whose step is less than any noise, and of zeros only.
+fn find_step(readings: &[f64]) -> Option<f64> {
+    /// Part of a number that the conversion to radians and back leaves.
+    const ROUNDING: f64 = 1e-13;
+    if readings.iter().all(|value| *value == 0.0) {
+        return None;
+    }
+    let is_multiple = |value: &f64, step: f64| {
+        let count = value / step;
+        (count - count.round()).abs() <= ROUNDING * count.abs().max(1.0)
+    };
+    let steps = (0..=6).map(|decimals| 10_f64.powi(-decimals)).flat_map(|last| [last, 0.5 * last]);
+    steps.into_iter().find(|step| readings.iter().all(|value| is_multiple(value, *step)))
+}
