@@ -5,7 +5,7 @@ use std::process::Command;
 
 use caromfit::compare::{Comparison, Options, Quantity, TestKind, compare};
 use caromfit::fit;
-use caromfit::fit::footage::with_impacts;
+use caromfit::fit::with_impacts;
 use caromfit::io;
 use caromfit::measurement::dataset::{Before, Dataset};
 use caromfit::measurement::loss::Loss;

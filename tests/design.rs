@@ -72,14 +72,8 @@ fn filmed(expected: &Expected, kinds: &[Both], seed: u64) -> Vec<TrackShot> {
     shots
 }
 
-/// Fits in two stages and jointly.
-fn fitted(shots: Vec<TrackShot>, depth: Depth) -> [Fit; 2] {
-    let (dataset, extracted, scene) = footage::with_impacts(dataset(shots), &|| ());
-    let films = footage::films(&extracted, &scene, None, usize::MAX);
-    [Method::TwoStage, Method::Joint].map(|method| {
-        let options = Options { method: Some(method), depth, ..options::of_fit() };
-        fit::fit_watched(&dataset, &films, &options, &|| ()).unwrap().remove(0)
-    })
+fn fitted(shots: Vec<TrackShot>, depth: Depth) -> Fit {
+    fit::fit(&dataset(shots), &Options { depth, ..options::of_fit() }).unwrap().remove(0)
 }
 
 fn designed(kinds: &[Both]) -> Design {
@@ -132,7 +126,7 @@ const OF_MARKERS: f64 = 0.1;
 
 /// To what markers show the spins of the cue ball and of the object ball: the mean of 1/variance over shots and components.
 fn shown(shots: &[TrackShot]) -> [f64; 2] {
-    let (_, extracted, _) = footage::with_impacts(dataset(shots.to_vec()), &|| ());
+    let (_, extracted, _) = fit::with_impacts(dataset(shots.to_vec()), &|| ());
     let of = |pick: fn(&Rotations) -> Option<Rotation>| {
         let rotations = extracted.iter().filter_map(|(_, impact)| pick(impact.rotations.as_deref()?));
         let weights: Vec<f64> =

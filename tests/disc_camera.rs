@@ -6,7 +6,7 @@ use std::fmt::Write as _;
 use caromfit::extraction::disc::Quantity;
 use caromfit::fit;
 use caromfit::fit::footage::with_discs;
-use caromfit::fit::{Prepared, calibrated_discs};
+use caromfit::fit::{calibrated_discs, discs_with_camera};
 use caromfit::measurement::correction::Correction;
 use caromfit::measurement::dataset::{Dataset, Measured};
 use caromfit::measurement::parameter::Parameter;
@@ -211,7 +211,7 @@ fn is_calibrated(rim: bool, wanted: &[&str]) {
     for (name, show, shutter, which, truth) in faults().into_iter().filter(|fault| wanted.contains(&fault.0))
     {
         let (dataset, ratios) = film(71, Filmed { show, shutter, rim, ..FILMED });
-        let Prepared { dataset, camera, .. } = Prepared::new(dataset, &|| ());
+        let (dataset, camera) = discs_with_camera(dataset);
         let camera = camera.unwrap();
         println!("{name}: {:?}", camera.sentences());
         let found = camera.corrections.iter().find(|found| found.which == which).unwrap();
@@ -244,8 +244,8 @@ fn a_clean_film_of_discs_stays_as_it_is() {
             let (dataset, ratios) =
                 film(80 + seed, Filmed { show: as_it_is, shutter: [0.0; 2], rim, ..FILMED });
             let (as_it_is, plain) = with_discs(dataset.clone());
-            let prepared = Prepared::new(dataset.clone(), &|| ());
-            let camera = prepared.camera.unwrap();
+            let (prepared, camera) = discs_with_camera(dataset.clone());
+            let camera = camera.unwrap();
             assert!(!camera.corrects() && camera.converged, "{:?}", camera.sentences());
             // all but those of balls that hop
             assert_eq!(camera.corrections.len(), Correction::COUNT - 3);
@@ -254,7 +254,7 @@ fn a_clean_film_of_discs_stays_as_it_is() {
                 let value = |measured: Option<Measured>| measured.map(|m| m.value);
                 shots.iter().map(|shot| [shot.restitution, shot.impulse_ratio].map(value)).collect()
             };
-            assert_eq!(values(&prepared.dataset), values(&as_it_is));
+            assert_eq!(values(&prepared), values(&as_it_is));
             is_right("clean", &as_it_is, &ratios);
             let (_, extracted) = calibrated_discs(dataset);
             let e = |impact: &caromfit::extraction::disc::DiscImpact| {
@@ -271,9 +271,9 @@ fn discs_that_slow_down_are_followed() {
     for slowing in [0.01, 0.05] {
         for (rim, show) in [(true, as_it_is as Show), (true, faults()[1].1), (false, as_it_is)] {
             let (dataset, ratios) = film(95, Filmed { show, rim, slowing, ..FILMED });
-            let prepared = Prepared::new(dataset, &|| ());
-            is_right("slowing", &prepared.dataset, &ratios);
-            let notes = &prepared.dataset.tracks.as_ref().unwrap().notes;
+            let (prepared, _) = discs_with_camera(dataset);
+            is_right("slowing", &prepared, &ratios);
+            let notes = &prepared.tracks.as_ref().unwrap().notes;
             assert!(notes.iter().any(|note| note.starts_with("The discs slow down by 0.0")), "{notes:?}");
         }
     }
@@ -287,13 +287,13 @@ fn what_is_stated_of_the_camera_of_discs_is_taken() {
     let tracks = dataset.tracks.as_mut().unwrap();
     tracks.camera[Correction::Aspect as usize] = Some(0.99);
     tracks.discs.as_mut().unwrap().radii = None;
-    let prepared = Prepared::new(dataset.clone(), &|| ());
-    let camera = prepared.camera.as_ref().unwrap();
+    let (prepared, camera) = discs_with_camera(dataset.clone());
+    let camera = camera.as_ref().unwrap();
     assert!(!camera.corrects(), "{:?}", camera.sentences());
     let is_free = |which: Correction| camera.corrections.iter().any(|found| found.which == which);
     assert!(!is_free(Correction::Aspect) && !is_free(Correction::Scale) && is_free(Correction::Shear));
     assert_eq!(camera.camera.get(Correction::Aspect), 0.99);
-    is_right("stated", &prepared.dataset, &ratios);
+    is_right("stated", &prepared, &ratios);
     // with few shots, what is stated is still corrected, and nothing else
     dataset.tracks.as_mut().unwrap().shots.truncate(4);
     let few = Prepared::new(dataset, &|| ()).camera.unwrap();

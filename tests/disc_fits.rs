@@ -4,7 +4,7 @@ use std::path::Path;
 
 use caromfit::compare::{self, Quantity};
 use caromfit::fit;
-use caromfit::fit::footage::with_impacts;
+use caromfit::fit::with_impacts;
 use caromfit::fit::{Depth, Fit, Grade, Options};
 use caromfit::io;
 use caromfit::measurement::dataset::{Before, Dataset, Measured, Measurement, Shot};

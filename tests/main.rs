@@ -40,7 +40,6 @@ mod robust_frames;
 mod rough_films;
 mod schema;
 mod search;
-mod shared_camera;
 mod shipped;
 mod signs;
 mod statistics;

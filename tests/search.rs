@@ -1,15 +1,12 @@
 //! The least minimum is found, whatever the initial values: contacts that stick leave χ² flat in μ, and with several minima.
 
 use std::collections::{BTreeMap, BTreeSet};
-use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use caromfit::compare;
 use caromfit::compare::Quantity;
 use caromfit::fit;
-use caromfit::fit::footage;
-use caromfit::fit::{Depth, Estimate, Fit, Method, Options, Status};
-use caromfit::likelihood::Film;
+use caromfit::fit::{Depth, Estimate, Fit, Options, Status};
 use caromfit::measurement::dataset::{Before, Dataset};
 use caromfit::measurement::parameter::{Parameter, Settings};
 use caromfit::measurement::spin::Spin;
@@ -63,13 +60,7 @@ fn thick_stun_shots_on_film_tell_a_small_friction() {
         camera: Camera { position_sd_m: 1e-4, fps: 1000.0, ..Camera::default() },
         ..stun(Kind::Tracks, [-16.0, 16.0], 0.03)
     });
-    let (dataset, extracted, scene) = footage::with_impacts(dataset, &|| ());
-    let films = footage::films(&extracted, &scene, None, usize::MAX);
-    for method in Method::ALL {
-        let options = Options { method: Some(method), depth: Depth::Estimates, ..options::of_fit() };
-        let fit = fit::fit_watched(&dataset, &films, &options, &|| ()).unwrap().remove(0);
-        is_recovered(&fit, Parameter::Mu, 0.03);
-    }
+    is_recovered(&quick(&dataset), Parameter::Mu, 0.03);
 }
 
 #[test]
@@ -222,17 +213,10 @@ fn faults(seed: u64) -> Vec<String> {
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
     let (dataset, words) = random(&mut rng, seed);
     let is_film = dataset.tracks.is_some();
-    // footage is extracted with what a first fit says, which must not depend on the start either
-    let from = |start: &[(Parameter, f64)]| {
-        let (dataset, extracted, scene) = footage::with_impacts(with_initial(&dataset, start), &|| ());
-        let films = footage::films(&extracted, &scene, None, usize::MAX);
-        let method = if is_film && seed.is_multiple_of(2) { Method::Joint } else { Method::TwoStage };
-        let options = Options { method: Some(method), depth: Depth::Estimates, ..options::of_fit() };
-        let fit = fit::fit_watched(&dataset, &films, &options, &|| ()).map(|mut fits| fits.remove(0));
-        (fit, dataset, films, options)
-    };
-    let (first, extracted, films, options) = from(&[]);
-    let first = match first {
+    let options = Options { depth: Depth::Estimates, ..options::of_fit() };
+    let fitted = |dataset: &Dataset| fit::fit(dataset, &options).map(|mut fits| fits.remove(0));
+    let from = |start: &[(Parameter, f64)]| fitted(&with_initial(&dataset, start));
+    let first = match from(&[]) {
         Ok(fit) => fit,
         Err(error) => return vec![format!("{words}: {error}")],
     };
@@ -246,7 +230,7 @@ fn faults(seed: u64) -> Vec<String> {
         }
     }
     for start in [random_start(&mut rng), random_start(&mut rng)] {
-        let Ok(other) = from(&start).0 else {
+        let Ok(other) = from(&start) else {
             faults.push(format!("{words}: no fit from {start:?}"));
             continue;
         };
@@ -260,27 +244,27 @@ fn faults(seed: u64) -> Vec<String> {
     let least = objective(&first);
     let is_estimated = first.noise.iter().any(|noise| noise.estimated_sd.is_some());
     let same = if is_estimated { SAME_LIKELIHOOD } else { SAME };
-    let points = if options.method == Some(Method::Joint) { POINTS / 6 } else { POINTS };
+    let points = if is_film { POINTS / 6 } else { POINTS };
     let mut of_fewer: BTreeMap<Vec<bool>, Option<Fit>> = BTreeMap::new();
     'scan: for point in 0..points {
         let mu = 0.5 * 1e3_f64.powf(-(point as f64) / points as f64);
         let at = |shots: &[bool]| {
-            let (mut held, films) = of_shots(&extracted, &films, shots);
+            let mut held = of_shots(&dataset, shots);
             let setting = &mut held.settings[Parameter::Mu];
             (setting.initial, setting.fixed) = (mu, true);
-            fit::fit_watched(&held, &films, &options, &|| ()).ok().map(|mut fits| fits.remove(0))
+            fitted(&held).ok()
         };
-        let mut shots = vec![true; extracted.shots.len()];
+        let names: Vec<String> = dataset.names().into_iter().map(str::to_owned).collect();
+        let mut shots = vec![true; names.len()];
         let Some(mut there) = at(&shots) else { continue };
         let (mut best, mut least) = (first.clone(), least);
         // frames that fit no collision at some μ leave their shot out there: χ² is compared of the same shots
         while rejected(&there) != rejected(&best) {
-            for (shot, used) in extracted.shots.iter().zip(&mut shots) {
-                *used &= !rejected(&there).contains(&shot.name) && !rejected(&best).contains(&shot.name);
+            for (shot, used) in names.iter().zip(&mut shots) {
+                *used &= !rejected(&there).contains(shot) && !rejected(&best).contains(shot);
             }
             let again = of_fewer.entry(shots.clone()).or_insert_with(|| {
-                let (fewer, films) = of_shots(&extracted, &films, &shots);
-                fit::fit_watched(&fewer, &films, &options, &|| ()).ok().map(|mut fits| fits.remove(0))
+                fitted(&of_shots(&dataset, &shots)).ok()
             });
             let (Some(held), Some(free)) = (at(&shots), again) else { continue 'scan };
             (there, best) = (held, free.clone());
@@ -299,13 +283,16 @@ fn faults(seed: u64) -> Vec<String> {
     faults
 }
 
-/// Some of the shots, and their films.
-fn of_shots(dataset: &Dataset, films: &fit::Films, used: &[bool]) -> (Dataset, Vec<Option<Arc<Film>>>) {
+/// A data set with some of its shots.
+fn of_shots(dataset: &Dataset, used: &[bool]) -> Dataset {
     let mut fewer = dataset.clone();
-    let mut is_used = used.iter();
-    fewer.shots.retain(|_| *is_used.next().unwrap());
-    let films = films.iter().zip(used).filter(|(_, used)| **used).map(|(film, _)| film.clone());
-    (fewer, films.collect())
+    let names: Vec<String> = dataset.names().into_iter().map(str::to_owned).collect();
+    let is_used = |name: &str| names.iter().zip(used).any(|(known, used)| known == name && *used);
+    fewer.shots.retain(|shot| is_used(&shot.name));
+    if let Some(tracks) = &mut fewer.tracks {
+        tracks.shots.retain(|shot| is_used(&shot.name));
+    }
+    fewer
 }
 
 /// The shots that a fit leaves out.

@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use caromfit::fit;
-use caromfit::fit::footage::with_impacts;
+use caromfit::fit::with_impacts;
 use caromfit::fit::{Estimate, Fit, Options, Status};
 use caromfit::io;
 use caromfit::io::stored_fit;

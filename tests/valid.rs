@@ -137,9 +137,6 @@ fn footage_is_prepared_by_whatever_fits_or_compares_it() {
     let other = made(&Spec { name: "other".to_owned(), ..spec(Kind::Tracks, &[Played::NaturalRoll], 8, 2) });
     let comparison = compare::compare(&[tracks.clone(), other], &options::of_comparison()).unwrap();
     assert_eq!((comparison.method, comparison.samples.len()), (Method::Joint, 2));
-    let error = fit::fit_watched(&tracks, &[], &options, &|| ()).unwrap_err();
-    assert!(matches!(error, FitError::NotExtracted(_)) && error.is_bad_input(), "{error}");
-    assert!(error.to_string().contains("caromfit::fit::Prepared::new"), "{error}");
 }
 
 /// The choices of a fit are looked at as the data are.

@@ -55,7 +55,7 @@ pub fn analyse_watched(dataset: &Dataset, options: &Options, done: &(dyn Fn() + 
     if is_film_of_balls(&own) {
         return of_film(own, options, done);
     }
-    let (dataset, camera) = of_discs(own);
+    let (dataset, camera) = discs_with_camera(own);
     let mut fits = fit_rows(&dataset, options, done);
     for fit in fits.iter_mut().flatten() {
         if let Some(found) = &camera {
@@ -68,7 +68,8 @@ pub fn analyse_watched(dataset: &Dataset, options: &Options, done: &(dyn Fn() + 
 
 /// Returns footage of discs with its impacts, and the camera for which it was corrected; any other data
 /// set as it is.
-fn of_discs(dataset: Dataset) -> (Dataset, Option<FoundCamera>) {
+#[must_use]
+pub fn discs_with_camera(dataset: Dataset) -> (Dataset, Option<FoundCamera>) {
     let is_footage = dataset.tracks.as_ref().is_some_and(|tracks| tracks.discs.is_some());
     if !is_footage || !dataset.shots.is_empty() {
         return (dataset, None);
@@ -90,7 +91,7 @@ fn is_film_of_balls(dataset: &Dataset) -> bool {
 #[must_use]
 pub fn with_impacts(mut dataset: Dataset, done: &(dyn Fn() + Sync)) -> (Dataset, Option<FittedFilm>) {
     if !is_film_of_balls(&dataset) {
-        return (of_discs(dataset).0, None);
+        return (discs_with_camera(dataset).0, None);
     }
     let modelling = Modelling::of(&dataset);
     let solution = match fit_film(&dataset, &modelling, &Policy::default()) {
@@ -173,7 +174,8 @@ fn of_label_fit(
     let tracks = dataset.tracks.as_ref().map_or(&[][..], |tracks| &tracks.shots);
     let film = FittedFilm::new(solution, tracks);
     let impacts = film.impacts();
-    let fitted = Fitted { dataset, group, options, settings, model, film: film.clone(), impacts: &impacts };
+    let fitted =
+        Fitted { dataset, group, options, settings, model, film: film.clone(), done, impacts: &impacts };
     let fit = fitted.fit(begun.elapsed().as_secs_f64());
     impacts.iter().for_each(|_| done());
     Ok((fit, film, impacts))

@@ -50,7 +50,7 @@ pub(crate) mod uncertainty;
 mod verdict;
 pub(crate) mod warnings;
 
-pub use analysis::{Analysis, analyse, analyse_watched, calibrated_discs, with_impacts};
+pub use analysis::{Analysis, analyse, analyse_watched, calibrated_discs, discs_with_camera, with_impacts};
 pub use camera::{FoundCamera, FoundCorrection};
 pub use counted::Counted;
 pub use diagnostics::goodness::{Goodness, NoiseVerdict, Normality};

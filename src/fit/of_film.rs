@@ -8,10 +8,11 @@ use super::diagnostics::goodness::{IMPROBABLE, normality_of};
 use super::diagnostics::identifiability;
 use super::diagnostics::trends::ranked;
 use super::film::{FittedFilm, stated_scale_sd};
+use super::intervals::bootstrap;
 use super::intervals::confidence_region::ellipses;
 use super::{
     Bound, Computed, Depth, Diagnostics, Estimate, Fit, Goodness, Influence, Intervals, JointFit, Method,
-    Noise, NoiseVerdict, Options, Rejected, Residual, Status, Variable, check, film_words, warnings,
+    Noise, NoiseVerdict, Options, Rejected, Residual, Robust, Status, Variable, check, film_words, warnings,
 };
 use crate::measurement::dataset::{Dataset, Measured, Shot};
 use crate::measurement::observable::{Axis, Observable};
@@ -50,6 +51,7 @@ pub(super) struct Fitted<'a> {
     pub settings: Settings,
     pub model: Model,
     pub film: FittedFilm,
+    pub done: &'a (dyn Fn() + Sync),
     pub impacts: &'a [Impact],
 }
 
@@ -153,10 +155,13 @@ impl Fitted<'_> {
             return Estimate::bare(parameter, value, Status::NotIdentified);
         }
         let interval = Some([(value - WIDE * error).max(low), (value + WIDE * error).min(high)]);
+        let looks = self.options.depth >= Depth::Intervals && !parameter.is_of_balls();
+        let is_robust = !solution.weights().is_empty();
+        let profile = (looks && !is_robust).then(|| solution.lopsided_interval(id, WIDE)).flatten();
         Estimate {
             std_error: Some(error),
-            interval_95: interval,
-            intervals: Intervals { hessian: interval, profile: None },
+            interval_95: profile.or(interval),
+            intervals: Intervals { hessian: interval, profile },
             ..Estimate::bare(parameter, value, Status::Free)
         }
     }
@@ -179,7 +184,7 @@ impl Fitted<'_> {
         });
         let lost = lost.flatten().map(|name| Rejected {
             shot: name.clone(),
-            reason: "its motion fits no single collision like that of the other shots".to_owned(),
+            reason: "its frames do not fit the collision that the other shots fit".to_owned(),
         });
         let before = self.dataset.left_out.iter().chain(&self.solution().left_out);
         before.map(of).chain(lost).collect()
@@ -242,6 +247,8 @@ impl Fitted<'_> {
             }],
             identifiability: self.identifiability(&contact),
             goodness: Some(self.goodness((chi2, dof as usize, p_value), is_stated)),
+            robust: self.robust(),
+            bootstrap: self.bootstrap(&contact),
             contours: if regions { self.contours(&contact) } else { Vec::new() },
             bound: Some(Bound { std_errors: contact, shots: solution.names[0].len() }),
             joint: Some(JointFit {
@@ -253,6 +260,23 @@ impl Fitted<'_> {
             }),
             ..Diagnostics::default()
         }
+    }
+
+    fn bootstrap(&self, contact: &[(Parameter, f64)]) -> Option<super::Bootstrap> {
+        let free: Vec<(Parameter, Id)> = contact.iter().map(|(p, _)| (*p, id_of(*p))).collect();
+        let Options { bootstrap: replicates, seed, .. } = *self.options;
+        let asked = replicates > 0 && !free.is_empty();
+        asked.then(|| bootstrap::of_film(self.solution(), &free, (replicates, seed), self.done))
+    }
+
+    fn robust(&self) -> Option<Robust> {
+        let all = self.solution().weights();
+        let names = self.solution().names[0].iter();
+        let mut weights: Vec<(String, f64)> =
+            names.cloned().zip(all.iter().copied()).filter(|(_, weight)| *weight < 1.0).collect();
+        weights.sort_by(|a, b| a.1.total_cmp(&b.1));
+        let loss = self.options.loss.unwrap_or(self.dataset.loss);
+        (!all.is_empty()).then_some(Robust { loss, weights })
     }
 
     fn identifiability(&self, contact: &[(Parameter, f64)]) -> Option<super::Identifiability> {

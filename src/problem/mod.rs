@@ -22,6 +22,7 @@ mod descent;
 mod film;
 mod findings;
 mod identifiability;
+mod loss;
 mod minimise;
 mod noise;
 mod offsets;
@@ -29,6 +30,7 @@ mod policy;
 #[allow(clippy::module_inception)]
 mod problem;
 mod profile;
+mod resample;
 mod rows;
 mod run;
 mod solution;

@@ -7,6 +7,7 @@ use nalgebra::DVector;
 use super::descent::descend_until;
 use super::problem::{Evaluation, Problem};
 use super::solution::Solution;
+use super::unknowns::Id;
 
 /// Relative precision of the root of the rise of χ² at an end.
 const PRECISION: f64 = 2e-3;
@@ -42,6 +43,28 @@ impl Solution {
         let first = error.unwrap_or(0.1 * value.abs().max(0.01));
         let end = |sign: f64| profile_end(&self.problem, &self.at, column, t, sign * first);
         Some([end(-1.0)?, end(1.0)?])
+    }
+}
+
+impl Solution {
+    /// Returns the 95 % interval of an unknown of the first sample by its profile if χ² is not the
+    /// parabola that its standard error says; `None` if it is, or cannot be minimised.
+    pub(crate) fn lopsided_interval(&self, id: Id, t: f64) -> Option<[f64; 2]> {
+        /// Part of t by which the root of the rise may differ.
+        const PARABOLA: f64 = 0.1;
+        let column = self.column(0, id)?;
+        let (value, sd) = (self.at.state.shared.0[column], self.covariance.sd(column)?);
+        let [low, high] = self.problem.unknowns[column].bounds;
+        let is_parabola = |to: f64| {
+            let rise = follow(&self.problem, &self.at, column, to)
+                .map_or(f64::INFINITY, |there| (there.cost - self.at.cost).max(0.0).sqrt());
+            (low..=high).contains(&to) && (rise / t - 1.0).abs() < PARABOLA
+        };
+        if is_parabola(value - t * sd) && is_parabola(value + t * sd) {
+            return None;
+        }
+        let [below, above] = self.profile(column, t)?;
+        Some([below.value, above.value])
     }
 }
 
@@ -91,12 +114,11 @@ fn profile_end(problem: &Problem, minimum: &Evaluation, column: usize, t: f64, f
     None
 }
 
-/// Returns the least χ² over all unknowns but one, which has this value; descends from another
-/// minimum, from where the others follow to first order.
-fn least_at(problem: &Problem, from: &Evaluation, column: usize, value: f64) -> Option<Evaluation> {
+/// Returns where the other unknowns follow one, which has this value, to first order from a minimum.
+fn follow(problem: &Problem, from: &Evaluation, column: usize, value: f64) -> Option<Evaluation> {
     let others: Vec<usize> = problem.free().into_iter().filter(|other| *other != column).collect();
     let by = value - from.state.shared.0[column];
-    let followed = from.eliminate(problem, 0.0).and_then(|reduced| {
+    from.eliminate(problem, 0.0).and_then(|reduced| {
         let moving: Vec<usize> = others.iter().copied().filter(|other| reduced.informs(*other)).collect();
         let all: Vec<usize> = moving.iter().copied().chain([column]).collect();
         let n = moving.len();
@@ -112,8 +134,14 @@ fn least_at(problem: &Problem, from: &Evaluation, column: usize, value: f64) -> 
         state.shared.0[column] = value;
         let there = problem.evaluate(state);
         there.cost.is_finite().then_some(there)
-    });
-    let start = followed.unwrap_or_else(|| {
+    })
+}
+
+/// Returns the least χ² over all unknowns but one, which has this value; descends from another
+/// minimum, from where the others follow to first order.
+fn least_at(problem: &Problem, from: &Evaluation, column: usize, value: f64) -> Option<Evaluation> {
+    let others: Vec<usize> = problem.free().into_iter().filter(|other| *other != column).collect();
+    let start = follow(problem, from, column, value).unwrap_or_else(|| {
         let mut state = from.state.clone();
         state.shared.0[column] = value;
         problem.evaluate(state)

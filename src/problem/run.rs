@@ -7,6 +7,7 @@ use super::film::film_data::{Film, FilmError, Modelling};
 use super::film::next_to_impact;
 use super::film::outliers::{judge_shots, leave_out_frames};
 use super::findings::Finding;
+use super::loss::sandwich;
 use super::minimise::{descend_with_noise, fit};
 use super::policy::Policy;
 use super::problem::{Problem, State};
@@ -111,8 +112,9 @@ impl Run<'_> {
         self.evaluations += descent.evaluations;
         for round in 0..ROUNDS {
             let mut state = descent.end.state.clone();
-            // wrong frames are left out before shots are judged
-            let keep = if round == 0 {
+            // wrong frames are left out before shots are judged; by a robust loss wrong shots count less
+            let is_robust = self.problem.film().is_some_and(|film| film.loss.is_some());
+            let keep = if round == 0 || is_robust {
                 vec![true; self.names.len()]
             } else {
                 judge_shots(&descent.end.shots[0], self.policy)
@@ -188,6 +190,14 @@ impl Run<'_> {
                     self.findings.push(Finding::Undetermined { id, sd });
                 }
                 Some(_) => {}
+            }
+        }
+        let mut estimates = estimates;
+        if let Some((film, loss)) = self.problem.film().and_then(|film| Some((film, film.loss?))) {
+            let distances = film.distances(&descent.end.shots[0]);
+            let losses: Vec<_> = distances.into_iter().map(|distance| (loss, distance)).collect();
+            if let Some(covariance) = sandwich(&self.problem, &descent.end, &estimates, &losses) {
+                estimates.covariance = covariance;
             }
         }
         Solution {

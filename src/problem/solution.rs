@@ -222,6 +222,18 @@ impl Solution {
         self.problem.film().is_some_and(|film| film.states_noise)
     }
 
+    /// Returns the weight of each shot of a film by a robust loss; none by least squares.
+    #[must_use]
+    pub fn weights(&self) -> Vec<f64> {
+        let weights = || {
+            let film = self.problem.film()?;
+            let loss = film.loss?;
+            let distances = film.distances(self.at.shots.first()?);
+            Some(distances.into_iter().map(|distance| loss.weight(distance)).collect())
+        };
+        weights().unwrap_or_default()
+    }
+
     /// Returns the bounds of an unknown of the first sample.
     #[must_use]
     pub fn bounds(&self, id: Id) -> [f64; 2] {

@@ -11,8 +11,8 @@ use std::sync::atomic::{AtomicU64, AtomicUsize, Ordering};
 use std::time::Instant;
 
 use caromfit::fit;
-use caromfit::fit::{Depth, Fit, Method, Options};
-use caromfit::fit::{check, footage};
+use caromfit::fit::check;
+use caromfit::fit::{Depth, Fit, Options};
 use caromfit::io;
 use caromfit::io::DatasetError;
 use caromfit::measurement::dataset::{Dataset, Measured};
@@ -79,31 +79,24 @@ fn film(seed: u64, tally: &Tally) {
             return;
         }
     };
-    let (dataset, extracted, scene) = footage::with_impacts(dataset, &|| ());
+    let tracks = dataset.clone();
+    let (dataset, _) = fit::with_impacts(dataset, &|| ());
     assert!(dataset.sliding.is_none_or(|sliding| sliding.value >= 0.0));
     // a shot of which no row is left is none
     assert!(dataset.shots.len() + dataset.left_out.len() <= shots);
     for (shot, reason) in &dataset.left_out {
         assert!(!reason.contains(DEFECT), "shot {shot}: {reason}");
     }
-    for (_, impact) in &extracted {
-        assert!(impact.values.iter().all(|value| value.is_finite()), "{:?}", impact.values);
-        assert!(impact.covariance.iter().all(|entry| entry.is_finite()), "{}", impact.covariance);
+    for errors in dataset.shots.iter().filter_map(|shot| shot.joint.as_ref()) {
+        assert!(errors.covariance.iter().all(|entry| entry.is_finite()), "{}", errors.covariance);
     }
     tally.used.fetch_add(dataset.shots.len(), Ordering::Relaxed);
     tally.left_out.fetch_add(dataset.left_out.len(), Ordering::Relaxed);
     for finding in check::check(&dataset) {
         assert!(!finding.text.contains("NaN"), "{}", finding.text);
     }
-    let method = if !discs && random.random_bool(0.2) { Method::Joint } else { Method::TwoStage };
-    let options = Options {
-        method: Some(method),
-        depth: Depth::Estimates,
-        fidelity: FidelityChoice::Auto,
-        ..options::of_fit()
-    };
-    let films = footage::films(&extracted, &scene, None, usize::MAX);
-    for fit in fit::fit_watched(&dataset, &films, &options, &|| ()).into_iter().flatten() {
+    let options = Options { depth: Depth::Estimates, fidelity: FidelityChoice::Auto, ..options::of_fit() };
+    for fit in fit::fit(&tracks, &options).into_iter().flatten() {
         assert!(fit.estimates.iter().all(|estimate| estimate.value.is_finite()));
         tally.fitted.fetch_add(1, Ordering::Relaxed);
     }
@@ -169,10 +162,9 @@ fn fitted(fps: f64, faults: &Faults, seed: u64) -> (Dataset, Fit) {
     let spec = Spec { camera: Camera { fps, before_ms: ms, after_ms: ms, ..usual.camera }, ..usual };
     let table = table(&spec, faults, &mut ChaCha8Rng::seed_from_u64(seed));
     let dataset = loaded(&table, &manifest(fps, faults, Some("natural-roll"), "")).unwrap();
-    let (dataset, ..) = footage::with_impacts(dataset, &|| ());
     let fit =
         fit::fit(&dataset, &Options { depth: Depth::Estimates, ..options::of_fit() }).unwrap().remove(0);
-    (dataset, fit)
+    (fit::with_impacts(dataset, &|| ()).0, fit)
 }
 
 /// Whole pixels and few decimals: the resolution is recognised and is the noise, so that no shot is lost and errors are true.
@@ -250,7 +242,7 @@ fn a_damaged_shot_is_left_out_with_its_reason() {
         })
         .collect();
     let manifest = manifest(1000.0, &faults, Some("natural-roll"), "");
-    let (dataset, ..) = footage::with_impacts(loaded(&damaged, &manifest).unwrap(), &|| ());
+    let (dataset, ..) = fit::with_impacts(loaded(&damaged, &manifest).unwrap(), &|| ());
     assert_eq!(dataset.shots.len(), 2);
     let [(shot, reason)] = &dataset.left_out[..] else { panic!("{:?}", dataset.left_out) };
     assert_eq!(shot, "2");

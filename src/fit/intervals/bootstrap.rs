@@ -14,6 +14,7 @@ use crate::fit::samples::Search;
 use crate::likelihood::fitted::Fitted;
 use crate::likelihood::sample::Unknown;
 use crate::measurement::parameter::Parameter;
+use crate::problem::{Id, ShotInfluence, Solution};
 
 /// The result of a bootstrap over shots.
 #[derive(Clone, Debug, PartialEq)]
@@ -75,6 +76,35 @@ pub(in crate::fit) fn bootstrap(
         let jackknife: Vec<f64> =
             shifts.iter().map(|shift| shift.as_ref().map_or(0.0, |s| s[column])).collect();
         summary(*parameter, &values, estimate, &jackknife)
+    });
+    Bootstrap { replicates, seed, failed, estimates: estimates.collect() }
+}
+
+/// Draws and fits `replicates` samples of the shots of a film, in parallel; `done` is called after each.
+pub(in crate::fit) fn of_film(
+    solution: &Solution,
+    free: &[(Parameter, Id)],
+    (replicates, seed): (usize, u64),
+    done: &(dyn Fn() + Sync),
+) -> Bootstrap {
+    let ids: Vec<Id> = free.iter().map(|(_, id)| *id).collect();
+    let of_replicate = |number: usize| {
+        let found = solution.resampled(&ids, (seed, number as u64 + 1));
+        done();
+        found
+    };
+    let all: Vec<_> = (0..replicates).into_par_iter().map(of_replicate).collect();
+    let failed = all.iter().filter(|x| x.is_none()).count();
+    let influence = solution.influence();
+    let estimates = free.iter().enumerate().filter_map(|(column, (parameter, id))| {
+        let mut values: Vec<f64> = all.iter().flatten().map(|x| x[column]).collect();
+        values.sort_by(f64::total_cmp);
+        let change = |shot: &Option<ShotInfluence>| {
+            let changes = &shot.as_ref()?.changes;
+            changes.iter().find(|(of, _)| of == id).map(|(_, by)| *by)
+        };
+        let jackknife: Vec<f64> = influence.iter().map(|shot| change(shot).unwrap_or(0.0)).collect();
+        summary(*parameter, &values, solution.value(*id), &jackknife)
     });
     Bootstrap { replicates, seed, failed, estimates: estimates.collect() }
 }

@@ -8,12 +8,24 @@ use super::frames::{ShotFrames, World};
 use super::impact::{Contact, Correction};
 use super::motion::{cue_before, own_inputs};
 use super::spins::ShotSpin;
+use crate::problem::loss::ShotLoss;
 use crate::problem::sums::{Contribution, Spread};
-use crate::problem::unknowns::{Own, Shared};
+use crate::problem::unknowns::{Id, Own, Shared};
 
 /// Noise of the first descents, m: lines through the frames next to an impact miss the balls by as
 /// much.
 const COARSE_SD: f64 = 1e-3;
+
+/// Rounds in which a distance is found from the weighted one.
+const DISTANCE_STEPS: usize = 60;
+
+/// Returns how far outcome offsets are from 0 in their standard deviations; `None` if the frames do
+/// not tell them.
+fn distance(sums: &Contribution) -> Option<f64> {
+    let (information, gradient) = sums.reduced(&Id::OFFSETS)?;
+    let square = gradient.dot(&information.cholesky()?.solve(&gradient));
+    square.is_finite().then(|| square.max(0.0).sqrt())
+}
 
 /// Frames of balls.
 #[derive(Clone)]
@@ -28,6 +40,8 @@ pub(crate) struct FilmBlock {
     pub states_noise: bool,
     /// What a finer model of the impact adds to the outcome of each shot.
     pub corrections: Vec<Correction>,
+    /// How outlying shots count; `None`: by least squares.
+    pub loss: Option<ShotLoss>,
 }
 
 impl FilmBlock {
@@ -40,7 +54,27 @@ impl FilmBlock {
     pub fn contribute_as(&self, i: usize, spin: &ShotSpin, own: &Own, shared: &Shared) -> Contribution {
         let mut sums = self.shots[i].contribute(own, shared, &spin.stated, self.world(i));
         spin.constrain(own, shared, &self.spreads, &mut sums);
+        if let Some((loss, distance)) = self.loss.zip(distance(&sums)) {
+            sums.products *= loss.weight(distance);
+            sums.cost += loss.cost(distance) - distance * distance;
+        }
         sums
+    }
+
+    /// Returns the distance of each shot from the law of the impact in standard deviations of its
+    /// outcome, at sums by a robust loss.
+    pub fn distances(&self, shots: &[Contribution]) -> Vec<f64> {
+        let Some(loss) = self.loss else { return Vec::new() };
+        // the weighted sums have the weighted distance, which grows with the distance
+        let of_shot = |sums: &Contribution| {
+            let weighted = distance(sums).unwrap_or(f64::INFINITY);
+            let mut found = weighted;
+            for _ in 0..DISTANCE_STEPS {
+                found = weighted / loss.weight(found).sqrt();
+            }
+            found
+        };
+        shots.iter().map(of_shot).collect()
     }
 
     /// Raises the noise to what lines through the frames next to an impact miss the balls by.
@@ -82,13 +116,16 @@ impl FilmBlock {
         self.corrections = own.par_iter().zip(&self.spins).map(of_shot).collect();
     }
 
+    /// Takes shots by their indices, each as often as it stands there.
+    pub fn take(&mut self, indices: &[usize]) {
+        self.shots = Arc::new(indices.iter().map(|i| self.shots[*i].clone()).collect());
+        self.spins = indices.iter().map(|i| self.spins[*i]).collect();
+        self.corrections = indices.iter().map(|i| self.corrections[*i]).collect();
+    }
+
     /// Keeps the shots for which `keep` is true.
     pub fn retain(&mut self, keep: &[bool]) {
-        let mut of_shots = keep.iter();
-        let mut of_spins = keep.iter();
-        let mut of_corrections = keep.iter();
-        Arc::make_mut(&mut self.shots).retain(|_| of_shots.next().copied().unwrap_or(true));
-        self.spins.retain(|_| of_spins.next().copied().unwrap_or(true));
-        self.corrections.retain(|_| of_corrections.next().copied().unwrap_or(true));
+        let kept = |i: &usize| keep.get(*i).copied().unwrap_or(true);
+        self.take(&(0..self.shots.len()).filter(kept).collect::<Vec<_>>());
     }
 }

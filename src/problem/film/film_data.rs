@@ -25,6 +25,7 @@ use crate::measurement::track::{Sample, TrackShot};
 use crate::numerics::median;
 use crate::physics::collision::{Fidelity, Model};
 use crate::problem::findings::Finding;
+use crate::problem::loss::ShotLoss;
 use crate::problem::sums::{Noise, Spread};
 use crate::problem::unknowns::{Id, Own, Unknown};
 use crate::trajectory::scene::Scene;
@@ -189,6 +190,7 @@ impl Film {
             spreads,
             world,
             states_noise,
+            loss: (modelling.loss != Loss::Squares).then(|| ShotLoss::new(modelling.loss, Id::OFFSETS.len())),
         };
         Ok(Self { block, unknowns, own, names, left_out, findings, unit, middle })
     }

@@ -108,6 +108,7 @@ pub(crate) fn information(
         world: World { contact, noise: [noise; 2] },
         states_noise: true,
         corrections: vec![rigid],
+        loss: None,
     };
     let sums = film.contribute(0, &values, shared);
     Ok(sums.reduced(&Id::ALL).map(|(information, _)| information))

@@ -4,13 +4,13 @@ use std::sync::Arc;
 
 use nalgebra::DVector;
 
-use super::loss::ShotLoss;
 use super::shot::{OWN, Predicted, Residual, RowShot};
 use crate::measurement::loss::Loss;
 use crate::measurement::observable::Observable;
 use crate::problem::film::dual::{Gradient, gradient};
 use crate::problem::film::impact::Contact;
 use crate::problem::film::own;
+use crate::problem::loss::ShotLoss;
 use crate::problem::problem::{Reduced, Sample, State};
 use crate::problem::sums::{Contribution, Noise, OwnPrior};
 use crate::problem::uncertainty::Estimates;

@@ -6,7 +6,6 @@
 
 pub(crate) mod block;
 pub(crate) mod fidelity;
-mod loss;
 mod outliers;
 pub(crate) mod run;
 mod settle;

@@ -5,6 +5,7 @@ use statrs::distribution::{ContinuousCDF, Normal as Gauss, StudentsT};
 
 use super::fidelity::{Effect, choose_effects};
 use super::outliers::judge_rows;
+use super::shot::RowShot;
 use super::table::Table;
 use crate::measurement::dataset::{Dataset, Shot};
 use crate::measurement::loss::Loss;
@@ -14,6 +15,7 @@ use crate::physics::collision::FidelityChoice;
 use crate::problem::descent::{Descent, descend_until};
 use crate::problem::findings::Finding;
 use crate::problem::identifiability::null_direction;
+use crate::problem::loss::{ShotLoss, sandwich};
 use crate::problem::minimise::descend_with_noise;
 use crate::problem::policy::Policy;
 use crate::problem::problem::{Evaluation, Problem};
@@ -218,8 +220,12 @@ fn finish(
     let weights = problem.rows().map_or_else(Vec::new, |rows| rows.weights(distances.iter().copied()));
     let noises = list_noises(&problem, &at, &estimates, observables);
     let is_robust = problem.rows().is_some_and(|rows| rows.loss != Loss::Squares);
+    let losses: Vec<(ShotLoss, f64)> = problem.rows().map_or_else(Vec::new, |rows| {
+        let of = |(shot, distance): (&RowShot, &f64)| (rows.losses[shot.rows.len()], *distance);
+        rows.shots.iter().zip(&distances).map(of).collect()
+    });
     let mut dof = (!noises.is_empty()).then(|| noises.iter().map(|noise| noise.dof).sum::<f64>());
-    if is_robust && let Some(covariance) = sandwich(&problem, &at, &estimates, &distances) {
+    if is_robust && let Some(covariance) = sandwich(&problem, &at, &estimates, &losses) {
         estimates.covariance = covariance;
         dof = Some((names.len() as f64 - estimates.columns.len() as f64).max(1.0));
     }
@@ -382,45 +388,6 @@ fn list_noises(
         dof: sums[which].count - spent[which],
     };
     observables.into_iter().enumerate().map(of).collect()
-}
-
-/// Returns the covariance H⁻¹BH⁻¹ of estimates by a robust loss, whatever the noise is, with the
-/// curvature H and the scatter B of the slopes of the shots (Huber 1967).
-fn sandwich(
-    problem: &Problem,
-    at: &Evaluation,
-    estimates: &Estimates,
-    distances: &[f64],
-) -> Option<DMatrix<f64>> {
-    let rows = problem.rows()?;
-    let n = estimates.columns.len();
-    let count = distances.len() as f64;
-    let ids: Vec<Id> = estimates.columns.iter().map(|column| problem.unknowns[*column].id).collect();
-    if count <= n as f64 {
-        return None;
-    }
-    let (mut curvature, mut scatter) = (DMatrix::zeros(n, n), DMatrix::zeros(n, n));
-    for (i, (shot, distance)) in at.shots[0].iter().zip(distances).enumerate() {
-        // of the weighted sums: g = w Jᵀr, H = w JᵀJ + (w'/s)(Jᵀr)(Jᵀr)ᵀ
-        let (matrix, slope) = shot.reduced(&ids)?;
-        let loss = &rows.losses[rows.shots[i].rows.len()];
-        let weight = loss.weight(*distance);
-        let outer = &slope * slope.transpose();
-        curvature += matrix;
-        if *distance > 0.0 {
-            curvature += &outer * (loss.slope(*distance) / (distance * weight * weight));
-        }
-        // few shots scatter less about their own fit
-        scatter += outer * (count / (count - n as f64));
-    }
-    for (i, id) in ids.iter().enumerate() {
-        if let Some(prior) = problem.unknown(*id).active_prior() {
-            curvature[(i, i)] += prior.sd.powi(-2);
-            scatter[(i, i)] += prior.sd.powi(-2);
-        }
-    }
-    let inverse = curvature.cholesky()?.inverse();
-    Some(&inverse * scatter * &inverse)
 }
 
 /// Returns what the data determine, and the unknowns of which they determine only combinations; one of
