@@ -9,8 +9,7 @@ use caromfit::design;
 use caromfit::design::{Design, Expected, PlayedKind, SpinFrom, information};
 use caromfit::extraction::{Rotation, Rotations};
 use caromfit::fit;
-use caromfit::fit::footage;
-use caromfit::fit::{Depth, Fit, Method, Options};
+use caromfit::fit::{Depth, Fit, Options};
 use caromfit::measurement::parameter::Parameter;
 use caromfit::measurement::spin::Spin;
 use caromfit::measurement::track::TrackShot;
@@ -106,7 +105,7 @@ fn predictions_are_the_bounds_of_fits_of_such_shots() {
         ),
     ] {
         let found = designed(&kinds);
-        let [_, fit] = fitted(filmed(&found.expected, &kinds, 40), Depth::Everything);
+        let fit = fitted(filmed(&found.expected, &kinds, 40), Depth::Everything);
         let bound = fit.diagnostics.bound.as_ref().unwrap();
         let told = found.planned.std_errors.iter().chain(&found.planned.ratios).flatten().count();
         assert_eq!(told, bound.std_errors.len(), "{what}");
@@ -126,11 +125,16 @@ const OF_MARKERS: f64 = 0.1;
 
 /// To what markers show the spins of the cue ball and of the object ball: the mean of 1/variance over shots and components.
 fn shown(shots: &[TrackShot]) -> [f64; 2] {
-    let (_, extracted, _) = fit::with_impacts(dataset(shots.to_vec()), &|| ());
+    let film = fit::with_impacts(dataset(shots.to_vec()), &|| ()).1.unwrap();
+    let rotations: Vec<Rotations> = film
+        .impacts()
+        .iter()
+        .zip(film.tracks())
+        .map(|(impact, track)| Rotations::of(track, impact.time, film.radius(), impact.position_sd))
+        .collect();
     let of = |pick: fn(&Rotations) -> Option<Rotation>| {
-        let rotations = extracted.iter().filter_map(|(_, impact)| pick(impact.rotations.as_deref()?));
-        let weights: Vec<f64> =
-            rotations.flat_map(|r| [0, 1, 2].map(|i| r.covariance[(i, i)].recip())).collect();
+        let shown = rotations.iter().filter_map(pick);
+        let weights: Vec<f64> = shown.flat_map(|r| [0, 1, 2].map(|i| r.covariance[(i, i)].recip())).collect();
         (weights.len() as f64 / weights.iter().sum::<f64>()).sqrt()
     };
     [of(|r| r.cue_after), of(|r| r.object_after)]
@@ -154,7 +158,7 @@ fn predictions_hold_for_spins_that_are_found_or_measured() {
             println!("{:?}", expected.kinds[0].from);
         }
         let found = design::design(&expected).unwrap();
-        let [_, fit] = fitted(shots, Depth::Estimates);
+        let fit = fitted(shots, Depth::Estimates);
         for (parameter, bound) in &fit.diagnostics.bound.as_ref().unwrap().std_errors {
             let predicted = expected_error(&found, *parameter);
             println!("{what} {}: predicted {predicted:.6}, bound {bound:.6}", parameter.symbol());
@@ -227,31 +231,25 @@ fn estimates_scatter_as_predicted() {
     ];
     let found = designed(&kinds);
     let truth = found.expected.coefficients;
-    let mut squares = [[0.0; 3]; 2];
+    let mut squares = [0.0; 3];
     for seed in 0..sets {
-        let fits = fitted(filmed(&found.expected, &kinds, 5000 + seed as u64), Depth::Estimates);
-        for (square, fit) in squares.iter_mut().zip(fits) {
-            for (i, truth) in [truth.mu, truth.mu_s, truth.e].into_iter().enumerate() {
-                square[i] += (fit.estimates[i].value - truth).powi(2);
-            }
+        let fit = fitted(filmed(&found.expected, &kinds, 5000 + seed as u64), Depth::Estimates);
+        for (i, truth) in [truth.mu, truth.mu_s, truth.e].into_iter().enumerate() {
+            squares[i] += (fit.estimates[i].value - truth).powi(2);
         }
     }
     let n = sets as f64;
     let most = WITHIN.max(SCATTERS / (2.0 * n).sqrt());
-    for (method, square) in ["two stages", "joint"].into_iter().zip(squares) {
-        for parameter in Parameter::COEFFICIENTS {
-            let predicted = found.planned.std_errors[parameter as usize].unwrap();
-            let realised = (square[parameter as usize] / n).sqrt();
-            let ratio = realised / predicted;
-            println!(
-                "{method}, {}: predicted {predicted:.6}, realised {realised:.6} in {sets} sets, ratio {ratio:.3} ± {:.3}",
-                parameter.symbol(),
-                1.0 / (2.0 * n).sqrt()
-            );
-            // two stages also use what the collision model says of the lift, which is no position
-            let better = ratio < 1.0 && method == "two stages";
-            assert!(better || (ratio - 1.0).abs() < most, "{method}, {}: {ratio}", parameter.name());
-        }
+    for parameter in Parameter::COEFFICIENTS {
+        let predicted = found.planned.std_errors[parameter as usize].unwrap();
+        let realised = (squares[parameter as usize] / n).sqrt();
+        let ratio = realised / predicted;
+        println!(
+            "{}: predicted {predicted:.6}, realised {realised:.6} in {sets} sets, ratio {ratio:.3} ± {:.3}",
+            parameter.symbol(),
+            1.0 / (2.0 * n).sqrt()
+        );
+        assert!((ratio - 1.0).abs() < most, "{}: {ratio}", parameter.name());
     }
 }
 

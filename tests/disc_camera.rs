@@ -296,7 +296,7 @@ fn what_is_stated_of_the_camera_of_discs_is_taken() {
     is_right("stated", &prepared, &ratios);
     // with few shots, what is stated is still corrected, and nothing else
     dataset.tracks.as_mut().unwrap().shots.truncate(4);
-    let few = Prepared::new(dataset, &|| ()).camera.unwrap();
+    let few = discs_with_camera(dataset).1.unwrap();
     assert!(few.corrections.is_empty() && few.camera.get(Correction::Aspect) == 0.99);
 }
 

@@ -8,7 +8,8 @@ use std::path::Path;
 
 use caromfit::extraction::disc::{DiscImpact, Quantity};
 use caromfit::fit;
-use caromfit::fit::footage::{with_discs, with_impacts};
+use caromfit::fit::footage::with_discs;
+use caromfit::fit::with_impacts;
 use caromfit::io;
 use caromfit::measurement::dataset::Dataset;
 use rand::{Rng, SeedableRng};
@@ -222,7 +223,7 @@ fn masses_radii_and_frame_rate_need_not_be_known() {
         .replace("radius_m = 0.030\nmass_kg = 0.050\n[object]\nradius_m = 0.020\nmass_kg = 0.030\n", "")
         .replace("capture_fps = 500", "capture_fps = \"unknown\"");
     let (_, known) = with_discs(load(SETTINGS, &table).unwrap());
-    let (dataset, _, _) = with_impacts(load(&bare, &table).unwrap(), &|| ());
+    let (dataset, _) = with_impacts(load(&bare, &table).unwrap(), &|| ());
     assert!(dataset.tracks.unwrap().notes.iter().any(|note| note.contains("frame rate is unknown")));
     let (_, extracted) = with_discs(load(&bare, &table).unwrap());
     for ((shot, impact), (_, known)) in of_shot(&extracted).zip(of_shot(&known)) {

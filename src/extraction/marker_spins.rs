@@ -23,7 +23,8 @@ pub struct Rotations {
 impl Rotations {
     /// Measures the rotations of balls of this radius (m) in the unit of the film, from positions with
     /// this noise where none is stated.
-    pub(crate) fn of(shot: &TrackShot, impact: f64, radius: f64, noise: f64) -> Self {
+    #[must_use]
+    pub fn of(shot: &TrackShot, impact: f64, radius: f64, noise: f64) -> Self {
         let clear = CLEAR / shot.fps;
         let near = NEAR / shot.fps;
         let of = |ball: TrackedBall, window: [f64; 2]| {
