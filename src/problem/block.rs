@@ -99,11 +99,11 @@ impl Block {
         }
     }
 
-    /// Returns the smallest size of each noise: what the rounding of the numbers leaves.
-    pub fn least_noises(&self) -> Vec<f64> {
+    /// Returns the noises that have one size, and the least that it can be.
+    pub fn noise_pools(&self) -> Vec<(Vec<usize>, f64)> {
         match self {
-            Self::Film(film) => vec![0.0; film.world.noise.len()],
-            Self::Rows(rows) => rows.least_noises.clone(),
+            Self::Film(_) => vec![(vec![0], 0.0), (vec![1], 0.0)],
+            Self::Rows(rows) => rows.pools.iter().map(|pool| (pool.members.clone(), pool.least)).collect(),
         }
     }
 

@@ -116,3 +116,23 @@ pub(crate) fn sandwich(
     let inverse = curvature.cholesky()?.inverse();
     Some(&inverse * scatter * &inverse)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::ShotLoss;
+    use crate::measurement::loss::Loss;
+
+    /// Weights of shots are the slopes of their costs, and E[(w s)²] of one number is that of scipy.
+    #[test]
+    fn losses_have_their_weights() {
+        assert!((ShotLoss::new(Loss::Huber, 1).consistency - 0.710_165).abs() < 1e-5);
+        for loss in [Loss::Huber, Loss::Cauchy] {
+            let loss = ShotLoss::new(loss, 4);
+            for s in [0.5, 1.5, 4.0, 9.0] {
+                let slope = |of: &dyn Fn(f64) -> f64| (of(s + 1e-6) - of(s - 1e-6)) / 2e-6;
+                assert!((2.0 * loss.weight(s) * s - slope(&|s| loss.cost(s))).abs() < 1e-8);
+                assert!((loss.slope(s) - slope(&|s| loss.weight(s))).abs() < 1e-8);
+            }
+        }
+    }
+}

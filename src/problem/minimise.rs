@@ -61,7 +61,8 @@ fn descend_coarsely(problem: &Problem, start: &State) -> Option<Descent> {
         sample.block.coarsen();
     }
     let free = problem.free();
-    let is_coarse = |column: &usize| COARSE.contains(&problem.unknowns[*column].id);
+    let is_table = problem.rows().is_some();
+    let is_coarse = |column: &usize| is_table || COARSE.contains(&problem.unknowns[*column].id);
     let coarse_columns: Vec<usize> = free.iter().copied().filter(is_coarse).collect();
     let of_mu: Vec<usize> =
         free.iter().copied().filter(|column| problem.unknowns[*column].id == Id::Mu).collect();

@@ -45,22 +45,25 @@ pub(super) fn update(problem: &mut Problem, at: &Evaluation) -> bool {
         // residuals are less correlated than the errors, as each shot's unknowns follow slow errors
         let likeliest = likeliest_correlation(problem, at, sample, of_sample - parameters);
         let leverages = leverages(&problem.samples[sample], at, (&reduced, &estimates), sample);
-        let least = problem.samples[sample].block.least_noises();
-        let noises = problem.samples[sample].block.noises_mut().iter_mut();
-        for (which, (noise, sum)) in noises.zip(sums).enumerate() {
-            let parameters = leverages.get(which).copied().unwrap_or(sum.count * parameters / of_sample);
-            let dof = sum.count - parameters;
+        let block = &mut problem.samples[sample].block;
+        for (members, least) in block.noise_pools() {
+            let mut sum = NoiseSums::default();
+            members.iter().for_each(|member| sum.add(&sums[*member]));
+            let of_member = |member: &usize| leverages.get(*member);
+            let own: Option<f64> = members.iter().map(of_member).sum();
+            let dof = sum.count - own.unwrap_or(sum.count * parameters / of_sample);
             if !(dof > LEAST_DOF && sum.weighted > 0.0) {
                 continue;
             }
             let growth = sum.weighted / dof;
             let of_residuals = if sum.square > 0.0 { sum.lagged / sum.square } else { 0.0 };
             let rho = likeliest.unwrap_or(of_residuals).clamp(0.0, MAX_RHO);
-            let sd = (noise.sd * growth.sqrt()).max(least[which]);
-            let changed = (sd / noise.sd).powi(2) - 1.0;
-            settled &= changed.abs() < SETTLED && (rho - noise.rho).abs() < SETTLED;
-            if growth.is_finite() {
-                *noise = Noise { sd, rho };
+            let old = block.noises_mut()[members[0]];
+            let sd = (old.sd * growth.sqrt()).max(least);
+            let changed = (sd / old.sd).powi(2) - 1.0;
+            settled &= changed.abs() < SETTLED && (rho - old.rho).abs() < SETTLED;
+            for member in members.iter().filter(|_| growth.is_finite()) {
+                block.noises_mut()[*member] = Noise { sd, rho };
             }
         }
         for which in 0..problem.samples[sample].block.spreads().len() {

@@ -32,6 +32,9 @@ pub struct Policy {
     /// The same beyond which the model does not describe the paths at all: residuals of five times the
     /// noise.
     pub refuted: f64,
+    /// χ² per degree of freedom of a table beyond which the model does not describe it at all: residuals
+    /// of more than twice the stated noise, which is stated too small by half at most.
+    pub refuted_rows: f64,
     /// Tail probability of the largest difference of the variances of columns, below which each column
     /// of a table has a noise of its own.
     pub unequal_noise: f64,
@@ -53,6 +56,7 @@ impl Default for Policy {
             adopt: 6.0,
             misfit: 2.0,
             refuted: 25.0,
+            refuted_rows: 5.0,
             unequal_noise: 0.001,
             undetermined_mu_s: 0.15,
         }

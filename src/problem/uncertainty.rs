@@ -62,12 +62,14 @@ impl Estimates {
     }
 
     pub fn of_reduced(problem: &Problem, state: &State, reduced: &Reduced) -> Option<Self> {
-        let at_bound = |column: usize| problem.unknowns[column].bounds.contains(&state.shared.0[column]);
-        let columns: Vec<usize> = problem
-            .free()
-            .into_iter()
-            .filter(|column| !at_bound(*column) && reduced.informs(*column))
-            .collect();
+        let at_bound = |column: &usize| problem.unknowns[*column].bounds.contains(&state.shared.0[*column]);
+        Self::of_columns(reduced, problem.free().into_iter().filter(|column| !at_bound(column)).collect())
+    }
+
+    /// Returns the covariance of some unknowns, those at bounds taken for free, without those that the
+    /// data do not depend on.
+    pub fn of_columns(reduced: &Reduced, mut columns: Vec<usize>) -> Option<Self> {
+        columns.retain(|column| reduced.informs(*column));
         let matrix = reduced.matrix(&columns);
         // scaled to a unit diagonal: units differ by 1e6
         let scale = DVector::from_fn(columns.len(), |i, _| matrix[(i, i)].sqrt().recip());

@@ -98,7 +98,7 @@ impl Contact {
         let effects = Effects { falling_friction: self.model.effects.falling_friction, ..effects };
         let fine =
             Model { fidelity: Fidelity::Contact, effects, tolerance: Model::TOLERANCE_OF_FITS, ..self.model };
-        Self { fine: Some(fine), ..*self }
+        Self { fine: Some(fine.with_some_compliance()), ..*self }
     }
 
     /// Returns whether shots add the difference of a finer model.

@@ -6,7 +6,6 @@ use nalgebra::DVector;
 
 use super::shot::{OWN, Predicted, Residual, RowShot};
 use crate::measurement::loss::Loss;
-use crate::measurement::observable::Observable;
 use crate::problem::film::dual::{Gradient, gradient};
 use crate::problem::film::impact::Contact;
 use crate::problem::film::own;
@@ -25,17 +24,26 @@ pub(super) const AT_KINK: f64 = 1e-10;
 /// Stiffness against leaving a kink, over that of the residuals.
 const STIFF: f64 = 1e9;
 
+/// Observables whose numbers have noise of one size.
+#[derive(Clone, Debug)]
+pub(crate) struct Pool {
+    /// Indices of their noises.
+    pub members: Vec<usize>,
+    /// What the rounding of the columns leaves, SI or radians; 0 if they are not rounded.
+    pub rounding: f64,
+    /// The least size: the rounding, or so small that residuals vanish.
+    pub least: f64,
+}
+
 /// Shots of a table.
 #[derive(Clone)]
 pub(crate) struct RowsBlock {
     pub shots: Arc<Vec<RowShot>>,
     pub contact: Contact,
-    /// Noises of numbers whose errors are not stated: one for all of a unit.
+    /// Noises of numbers whose errors are not stated: of each observable.
     pub noises: Vec<Noise>,
-    /// What the rounding of these numbers leaves.
-    pub least_noises: Vec<f64>,
-    /// Whether these numbers are rounded.
-    pub is_rounded: Vec<bool>,
+    /// Noises of one size: those of all observables of a unit, unless they differ.
+    pub pools: Vec<Pool>,
     pub loss: Loss,
     /// The losses of shots of 0, 1, 2, … numbers.
     pub losses: Vec<ShotLoss>,
@@ -155,20 +163,6 @@ impl RowsBlock {
         let stated = |place: &usize| matches!(self.shots[i].priors[*place], Some(OwnPrior::Stated(_)));
         let errors = (0..OWN).filter(stated).map(|place| own[place].powi(2)).sum::<f64>();
         (residuals + errors).sqrt()
-    }
-
-    /// Gives numbers without stated errors other noises, by their observables.
-    pub fn assign_noises(
-        &mut self,
-        noises: Vec<Noise>,
-        (least, rounded): (Vec<f64>, Vec<bool>),
-        place: impl Fn(Observable) -> Option<usize>,
-    ) {
-        (self.noises, self.least_noises, self.is_rounded) = (noises, least, rounded);
-        let shots = Arc::make_mut(&mut self.shots).iter_mut();
-        for row in shots.flat_map(|shot| &mut shot.rows).filter(|row| row.noise.is_some()) {
-            row.noise = place(row.observable);
-        }
     }
 
     /// Keeps the shots for which `keep` is true.

@@ -12,3 +12,6 @@ mod settle;
 mod shot;
 mod table;
 mod view;
+
+#[cfg(test)]
+mod tests;

@@ -67,7 +67,7 @@ impl RowsBlock {
     /// Returns own unknowns moved on to the kink.
     fn onto_kink(&self, i: usize, mut own: Own, shared: &Shared) -> Option<Own> {
         for _ in 0..4 {
-            let (cue, _) = self.shots[i].approach(&own, shared, &self.contact);
+            let (cue, _) = self.shots[i].approach(&own, shared);
             let topspin = cue.spin[1] / cue.velocity.x;
             if topspin.re.abs() < 0.01 * AT_KINK {
                 return Some(own);

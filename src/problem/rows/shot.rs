@@ -1,6 +1,6 @@
 //! A shot of a table: its measured numbers, their errors, and the prediction.
 
-use nalgebra::{DMatrix, DVector, SVector};
+use nalgebra::{DMatrix, DVector};
 use num_dual::DualNum;
 
 use super::view::{View, wrap};
@@ -94,17 +94,18 @@ pub(crate) struct RowShot {
     /// Of each own unknown; `None` of an unknown speed that a speed afterwards determines.
     pub priors: [Option<OwnPrior>; OWN],
     shifts: Vec<SharedShift>,
-    knows_speed: bool,
-    /// Radius of the cue ball, m.
+    /// Whether the speed before the impact is measured or follows from a speed afterwards.
+    pub knows_speed: bool,
+    /// Radius of the cue ball, m, and its moment of inertia over MR².
     radius: f64,
+    inertia: f64,
     /// Spin that follows from the velocity, as a part of that of natural roll.
     roll: f64,
     /// Sign of the measured cut angle, from which angles are counted.
     side: f64,
     pub rows: Vec<Row>,
-    /// Held outcome offset of both balls, in the order of the components of an outcome with spins
-    /// times radii, m/s.
-    pub offset: SVector<f64, 12>,
+    /// Held outcome offset.
+    pub offset: Correction,
 }
 
 /// A residual in units of its error, with its derivatives.
@@ -163,10 +164,11 @@ impl RowShot {
             shifts: list_shifts(shot, dataset),
             knows_speed: determined.is_some() || !matches!(shot.before, Before::Angle { speed: None, .. }),
             radius: dataset.ball.radius,
+            inertia: dataset.ball.inertia,
             roll: if shot.spin == Spin::NaturalRoll { 1.0 } else { 0.0 },
             side: if cut.sin() < 0.0 { -1.0 } else { 1.0 },
             rows: rows.iter().map(row).collect(),
-            offset: SVector::zeros(),
+            offset: Correction::zeros(),
         })
     }
 
@@ -178,16 +180,6 @@ impl RowShot {
     /// Returns the number of own unknowns of which nothing is known.
     pub fn own_unknowns_without_prior(&self) -> usize {
         self.priors.iter().filter(|prior| prior.is_none()).count()
-    }
-
-    /// Returns the stated standard deviation of a row that is left beside the errors of the inputs.
-    pub fn stated_sd(&self, row: usize) -> f64 {
-        self.rest[(row, row)].recip()
-    }
-
-    /// Returns whether the speed before the impact is known, measured or by a speed afterwards.
-    pub fn knows_speed(&self) -> bool {
-        self.knows_speed
     }
 
     /// Returns whether all inputs are exact.
@@ -205,7 +197,7 @@ impl RowShot {
 
     /// Returns the cue ball before the impact in the collision frame, with what the view of the balls
     /// afterwards takes.
-    pub fn approach(&self, own: &Own, shared: &Shared, contact: &Contact) -> (Side, View) {
+    pub fn approach(&self, own: &Own, shared: &Shared) -> (Side, View) {
         let mut inputs = self.inputs.map(constant);
         let units = self.units(own);
         for (i, input) in inputs.iter_mut().enumerate() {
@@ -230,7 +222,7 @@ impl RowShot {
         let spin = turn(w_x, w_y) * constant(radius);
         // ω = (−U_y, U_x, 0)/R of natural roll
         let spin = [spin.x - velocity.y * self.roll, spin.y + velocity.x * self.roll, w_z * radius];
-        let cue = Side { velocity, rise: constant(0.0), spin, inertia: contact.object().inertia };
+        let cue = Side { velocity, rise: constant(0.0), spin, inertia: self.inertia };
         let view = View {
             cos,
             sin,
@@ -244,16 +236,8 @@ impl RowShot {
 
     /// Returns the residuals, those of unstated errors not yet divided by their noise.
     pub fn predict(&self, own: &Own, shared: &Shared, contact: &Contact) -> Result<Predicted, NotACollision> {
-        let (cue, view) = self.approach(own, shared, contact);
-        let (mut sides, sticks) = contact.collide(&cue, shared, &Correction::zeros())?;
-        for (side, offset) in sides.iter_mut().zip([0, 6]) {
-            side.velocity +=
-                DualVector::new(constant(self.offset[offset]), constant(self.offset[offset + 1]));
-            side.rise += self.offset[offset + 2];
-            for (spin, offset) in side.spin.iter_mut().zip(offset + 3..) {
-                *spin += self.offset[offset];
-            }
-        }
+        let (cue, view) = self.approach(own, shared);
+        let (sides, sticks) = contact.collide(&cue, shared, &self.offset)?;
         let units = self.units(own);
         let difference = |(i, row): (usize, &Row)| {
             let mut difference = view.observe(row.observable, &sides) - row.value;

@@ -4,9 +4,9 @@ use std::sync::Arc;
 
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 
-use super::block::RowsBlock;
+use super::block::{Pool, RowsBlock};
 use super::run::{RowsChoices, RowsError};
-use super::shot::{OWN, RowShot, shared_unknown};
+use super::shot::{OWN, Row, RowShot, shared_unknown};
 use crate::measurement::dataset::{Dataset, Shot};
 use crate::measurement::loss::Loss;
 use crate::measurement::observable::Observable;
@@ -19,7 +19,7 @@ use crate::problem::film::priors::{known, list_contact};
 use crate::problem::minimise::fit;
 use crate::problem::policy::Policy;
 use crate::problem::problem::{Evaluation, Problem, State};
-use crate::problem::sums::Noise;
+use crate::problem::sums::{Noise, NoiseSums};
 use crate::problem::uncertainty::Estimates;
 use crate::problem::unknowns::{Id, Mode, Own, Shared, Unknown};
 
@@ -44,8 +44,8 @@ pub(super) struct Table {
     /// Names and reasons of the others.
     pub left_out: Vec<(String, String)>,
     pub settings: Settings,
-    /// The observables of each noise.
-    pub observables: Vec<Vec<Observable>>,
+    /// The observable of each noise.
+    pub observables: Vec<Observable>,
     /// Unknowns that no number depends on.
     pub silent: Vec<Id>,
 }
@@ -74,13 +74,12 @@ impl Table {
             return Err(RowsError::NoShot { left_out });
         }
         check_noise(&rows, &names)?;
-        let observables = group_by_unit(&mut rows);
+        let observables = number_noises(&mut rows);
         let block = RowsBlock {
             shots: Arc::new(rows),
             contact,
             noises: vec![Noise { sd: 1.0, rho: 0.0 }; observables.len()],
-            least_noises: vec![0.0; observables.len()],
-            is_rounded: vec![false; observables.len()],
+            pools: Vec::new(),
             loss: Loss::Squares,
             losses: Vec::new(),
         };
@@ -137,13 +136,17 @@ impl Table {
         }
     }
 
+    /// Returns the number of observations and priors, less the speeds that they determine.
+    pub fn numbers(&self) -> usize {
+        let free = self.problem.unknowns.iter().filter(|unknown| unknown.mode == Mode::Free);
+        let priors = free.filter(|unknown| unknown.prior.is_some()).count();
+        let of_shot = |shot: &RowShot| shot.rows.len() - shot.own_unknowns_without_prior();
+        self.problem.rows().map_or(0, |rows| rows.shots.iter().map(of_shot).sum::<usize>()) + priors
+    }
+
     /// Checks that there are as many numbers as unknowns.
     fn count(&self) -> Result<(), RowsError> {
-        let free = self.problem.free();
-        let priors = free.iter().filter(|column| self.problem.unknowns[**column].prior.is_some()).count();
-        let own = |shot: &RowShot| shot.rows.len() - shot.own_unknowns_without_prior();
-        let numbers =
-            self.problem.rows().map_or(0, |rows| rows.shots.iter().map(own).sum::<usize>()) + priors;
+        let (numbers, free) = (self.numbers(), self.problem.free());
         if numbers < free.len() {
             let unknowns = free.iter().map(|column| self.problem.unknowns[*column].id).collect();
             return Err(RowsError::TooFewNumbers { numbers, unknowns });
@@ -151,85 +154,70 @@ impl Table {
         Ok(())
     }
 
-    /// Sets the noises to a part of the first residuals, and their least values to what the rounding of
-    /// the columns leaves.
+    /// Pools the noises of each unit, and sets them to a part of the first residuals.
     fn guess_noise(&mut self) {
-        let state = self.start();
-        let sums = self.problem.evaluate(state).noises(0);
-        let observables = &self.observables;
-        let Some(rows) = self.problem.rows_mut() else { return };
-        for (which, sum) in sums.iter().enumerate() {
-            let of_noise = |row: &&super::shot::Row| row.noise == Some(which);
-            let all = rows.shots.iter().flat_map(|shot| &shot.rows).filter(of_noise);
-            let unit = observables[which][0].unit_si();
-            let readings: Vec<f64> = all.map(|row| row.value / unit).collect();
-            // of numbers spread evenly over a step
-            let rounding = find_step(&readings).unwrap_or(0.0) / 12.0_f64.sqrt() * unit;
-            let rms = (sum.weighted / sum.count.max(1.0)).sqrt();
+        let mut units: Vec<Vec<usize>> = Vec::new();
+        for (which, observable) in self.observables.iter().enumerate() {
+            let is_same = |members: &Vec<usize>| self.observables[members[0]].unit() == observable.unit();
+            match units.iter_mut().find(|members| is_same(members)) {
+                Some(members) => members.push(which),
+                None => units.push(vec![which]),
+            }
+        }
+        let sums = self.problem.evaluate(self.start()).noises(0);
+        for members in units {
+            let sum = |of: fn(&NoiseSums) -> f64| members.iter().map(|which| of(&sums[*which])).sum::<f64>();
+            let rms = (sum(|noise| noise.weighted) / sum(|noise| noise.count).max(1.0)).sqrt();
             let first = if rms > EXACT && rms.is_finite() { rms } else { UNKNOWN_NOISE };
-            rows.noises[which].sd = (FIRST_NOISE * first).max(rounding);
-            rows.least_noises[which] = rounding.max(EXACT * first);
-            rows.is_rounded[which] = rounding > 0.0;
+            self.pool(members, FIRST_NOISE * first, EXACT * first);
         }
     }
 
+    /// Pools noises, of this size and at least `exact`.
+    fn pool(&mut self, members: Vec<usize>, sd: f64, exact: f64) {
+        let observables = &self.observables;
+        let Some(rows) = self.problem.rows_mut() else { return };
+        let of_pool = |row: &&Row| row.noise.is_some_and(|noise| members.contains(&noise));
+        let all = rows.shots.iter().flat_map(|shot| &shot.rows).filter(of_pool);
+        let readings: Vec<f64> = all.map(|row| row.value / row.observable.unit_si()).collect();
+        // of numbers spread evenly over a step
+        let step = find_step(&readings).unwrap_or(0.0) * observables[members[0]].unit_si();
+        let rounding = step / 12.0_f64.sqrt();
+        let least = rounding.max(exact);
+        for which in &members {
+            rows.noises[*which].sd = sd.max(least);
+        }
+        rows.pools.push(Pool { members, rounding, least });
+    }
+
     /// Gives the observables of a unit noises of their own if their variances differ by more than by
-    /// chance (Bartlett, Proc. R. Soc. A 160 (1937) 268); returns whether one has changed.
+    /// chance; returns whether one has changed.
     pub fn split_noise(&mut self, at: &Evaluation, policy: &Policy) -> bool {
-        let old = self.observables.clone();
-        if old.iter().all(|group| group.len() == 1) {
-            return false;
-        }
-        let single: Vec<(usize, Observable)> =
-            old.iter().enumerate().flat_map(|(i, group)| group.iter().map(move |o| (i, *o))).collect();
-        let mut apart = self.problem.clone();
-        if let Some(rows) = apart.rows_mut() {
-            let noises: Vec<Noise> = single.iter().map(|(group, _)| rows.noises[*group]).collect();
-            let least: Vec<f64> = single.iter().map(|(group, _)| rows.least_noises[*group]).collect();
-            let rounded = single.iter().map(|(group, _)| rows.is_rounded[*group]).collect();
-            rows.assign_noises(noises, (least, rounded), |o| {
-                single.iter().position(|(_, other)| *other == o)
-            });
-        }
-        let there = apart.evaluate(at.state.clone());
-        let sums = there.noises(0);
-        let spent = there.eliminate(&apart, 0.0).and_then(|reduced| {
-            let estimates = Estimates::of_reduced(&apart, &there.state, &reduced)?;
-            Some(apart.rows()?.leverages(&apart.samples[0], &there.state, (&reduced, &estimates), 0))
+        let sums = at.noises(0);
+        let spent = at.eliminate(&self.problem, 0.0).and_then(|reduced| {
+            let estimates = Estimates::of_reduced(&self.problem, &at.state, &reduced)?;
+            let rows = self.problem.rows()?;
+            Some(rows.leverages(&self.problem.samples[0], &at.state, (&reduced, &estimates), 0))
         });
-        let (Some(spent), Some(rows)) = (spent, apart.rows()) else { return false };
-        let mut groups: Vec<Vec<Observable>> = Vec::new();
-        let mut from = Vec::new();
-        for (number, group) in old.iter().enumerate() {
-            let own = (0..single.len()).filter(|i| single[*i].0 == number);
-            let variances = own
-                .map(|i| {
-                    let dof = sums[i].count - spent[i];
-                    // what rounding hides is no smaller noise
-                    let least = (rows.least_noises[i] / rows.noises[i].sd).powi(2);
-                    (sums[i].weighted.max(dof * least), dof)
-                })
-                .filter(|(_, dof)| *dof >= LEAST_DOF)
-                .collect::<Vec<_>>();
-            if compare_variances(&variances).is_some_and(|p| p < policy.unequal_noise) {
-                groups.extend(group.iter().map(|observable| vec![*observable]));
-                from.extend(vec![number; group.len()]);
+        let (Some(spent), Some(rows)) = (spent, self.problem.rows_mut()) else { return false };
+        let noises = rows.noises.clone();
+        let old = std::mem::take(&mut rows.pools);
+        let count = old.len();
+        for pool in old {
+            let variance = |which: &usize| {
+                let dof = sums[*which].count - spent[*which];
+                // what rounding hides is no smaller noise
+                (sums[*which].weighted.max(dof * (pool.rounding / noises[*which].sd).powi(2)), dof)
+            };
+            let all = pool.members.iter().map(variance).filter(|(_, dof)| *dof >= LEAST_DOF);
+            let (sd, exact) = (noises[pool.members[0]].sd, EXACT * noises[pool.members[0]].sd);
+            if compare_variances(&all.collect::<Vec<_>>()).is_some_and(|p| p < policy.unequal_noise) {
+                pool.members.iter().for_each(|which| self.pool(vec![*which], sd, exact));
             } else {
-                groups.push(group.clone());
-                from.push(number);
+                self.pool(pool.members, sd, exact);
             }
         }
-        let changed = groups.len() > old.len();
-        if let Some(rows) = self.problem.rows_mut().filter(|_| changed) {
-            let noises = from.iter().map(|group| rows.noises[*group]).collect();
-            let least = from.iter().map(|group| rows.least_noises[*group]).collect();
-            let rounded = from.iter().map(|group| rows.is_rounded[*group]).collect();
-            rows.assign_noises(noises, (least, rounded), |o| {
-                groups.iter().position(|group| group.contains(&o))
-            });
-            self.observables = groups;
-        }
-        changed
+        self.problem.rows().is_some_and(|rows| rows.pools.len() > count)
     }
 
     /// Leaves out the shots for which `keep` is false; returns their names.
@@ -311,21 +299,17 @@ fn check_noise(shots: &[RowShot], names: &[String]) -> Result<(), RowsError> {
     Ok(())
 }
 
-/// Gives all numbers of a unit without stated errors one noise; returns the observables of each.
-fn group_by_unit(shots: &mut [RowShot]) -> Vec<Vec<Observable>> {
-    let mut groups: Vec<Vec<Observable>> = Vec::new();
+/// Gives the numbers of each observable without stated errors a noise; returns the observables.
+fn number_noises(shots: &mut [RowShot]) -> Vec<Observable> {
+    let mut all: Vec<Observable> = Vec::new();
     for row in shots.iter_mut().flat_map(|shot| &mut shot.rows).filter(|row| row.noise.is_some()) {
-        let of_unit = |group: &Vec<Observable>| group[0].unit() == row.observable.unit();
-        let place = groups.iter().position(of_unit).unwrap_or_else(|| {
-            groups.push(vec![row.observable]);
-            groups.len() - 1
-        });
-        if !groups[place].contains(&row.observable) {
-            groups[place].push(row.observable);
+        let place = all.iter().position(|observable| *observable == row.observable);
+        row.noise = Some(place.unwrap_or(all.len()));
+        if place.is_none() {
+            all.push(row.observable);
         }
-        row.noise = Some(place);
     }
-    groups
+    all
 }
 
 /// Returns the probability that variances differ as much by chance, from their sums of squares and
@@ -355,4 +339,30 @@ fn find_step(readings: &[f64]) -> Option<f64> {
     };
     let steps = (0..=6).map(|decimals| 10_f64.powi(-decimals)).flat_map(|last| [last, 0.5 * last]);
     steps.into_iter().find(|step| readings.iter().all(|value| is_multiple(value, *step)))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{compare_variances, find_step};
+
+    /// Three variances of 10, 20 and 30 degrees of freedom; the statistic by hand: 4.0166/1.0278 = 3.908.
+    #[test]
+    fn variances_are_compared() {
+        let p = compare_variances(&[(10.0, 10.0), (40.0, 20.0), (90.0, 30.0)]).unwrap();
+        assert!((p - (-3.908_f64 / 2.0).exp()).abs() < 1e-4, "{p}");
+        assert_eq!(compare_variances(&[(10.0, 10.0)]), None);
+        assert_eq!(compare_variances(&[(0.0, 10.0), (0.0, 10.0)]), None);
+    }
+
+    #[test]
+    fn readings_have_the_step_of_their_last_decimal() {
+        for (readings, expected) in [
+            (&[3.0, 3.0, 3.0][..], Some(1.0)),
+            (&[2.5, 2.5, 2.5], Some(0.5)),
+            (&[0.0, -0.25, 0.5], Some(0.05)),
+            (&[0.0, 0.0], None),
+        ] {
+            assert_eq!(find_step(readings), expected, "{readings:?}");
+        }
+    }
 }
