@@ -2,7 +2,10 @@
 //! until it has risen by t² (Venzon and Moolgavkar, Appl. Statist. 37 (1988) 87). They know bounds,
 //! kinks and curvature, which value ± t·error does not.
 
-use nalgebra::DVector;
+use std::f64::consts::TAU;
+
+use nalgebra::{DVector, Matrix2, Vector2};
+use rayon::prelude::*;
 
 use super::descent::descend_until;
 use super::problem::{Evaluation, Problem};
@@ -56,7 +59,7 @@ impl Solution {
         let (value, sd) = (self.at.state.shared.0[column], self.covariance.sd(column)?);
         let [low, high] = self.problem.unknowns[column].bounds;
         let is_parabola = |to: f64| {
-            let rise = follow(&self.problem, &self.at, column, to)
+            let rise = follow(&self.problem, &self.at, &[(column, to)])
                 .map_or(f64::INFINITY, |there| (there.cost - self.at.cost).max(0.0).sqrt());
             (low..=high).contains(&to) && (rise / t - 1.0).abs() < PARABOLA
         };
@@ -68,42 +71,110 @@ impl Solution {
     }
 }
 
+/// Directions of the edge of a region.
+const DIRECTIONS: usize = 24;
+
+/// Relative precision of the root of the rise of χ² at the edge of a region, a line's width.
+const EDGE: f64 = 0.02;
+
+/// Parts of the way to the ends of an interval at which its curve has points.
+const PARTS: [f64; 4] = [0.25, 0.5, 0.75, 1.0];
+
+/// A distance along a way from the minimum, the root of the rise of χ² there, and the point.
+type Reached = (f64, f64, Evaluation);
+
+impl Solution {
+    /// Returns how χ² rises along a column of the problem as all others follow: values and rises, between
+    /// both ends of its interval.
+    pub(crate) fn curve(&self, column: usize, ends: [f64; 2]) -> Vec<[f64; 2]> {
+        let from = self.at.state.shared.0[column];
+        let side = |end: f64| {
+            let mut near = self.at.clone();
+            PARTS.map(|part| {
+                let value = from + part * (end - from);
+                near = least_at(&self.problem, &near, &[(column, value)])?;
+                Some([value, (near.cost - self.at.cost).max(0.0)])
+            })
+        };
+        let [below, above] = ends.map(side);
+        let middle = std::iter::once([from, 0.0]);
+        below.into_iter().rev().flatten().chain(middle).chain(above.into_iter().flatten()).collect()
+    }
+
+    /// Returns the edge of the region of two columns where χ², least over all others, is `rise` above its
+    /// minimum, within the bounds; `root` takes the unit circle to the ellipse of rise 1. `None` if an edge
+    /// has no end.
+    pub(crate) fn region(&self, pair: [usize; 2], root: &Matrix2<f64>, rise: f64) -> Option<Vec<[f64; 2]>> {
+        let (centre, t) = (pair.map(|column| self.at.state.shared.0[column]), rise.sqrt());
+        let point = |k: usize| {
+            let (sin, cos) = (TAU * k as f64 / DIRECTIONS as f64).sin_cos();
+            let along = root * Vector2::new(cos, sin);
+            let place = |distance: f64| {
+                [0, 1].map(|i| {
+                    let [low, high] = self.problem.unknowns[pair[i]].bounds;
+                    (pair[i], (centre[i] + distance * along[i]).clamp(low, high))
+                })
+            };
+            // where both are at their bounds
+            let room = |i: usize| {
+                let [low, high] = self.problem.unknowns[pair[i]].bounds;
+                if along[i] > 0.0 { (high - centre[i]) / along[i] } else { (low - centre[i]) / along[i] }
+            };
+            let limit = room(0).max(room(1));
+            let (distance, _) = reach(&self.problem, &self.at, (t, EDGE), (t, limit), place)?;
+            Some(place(distance).map(|(_, value)| value))
+        };
+        (0..DIRECTIONS).into_par_iter().map(point).collect()
+    }
+}
+
 /// Returns the end of the interval of a column in the direction of `first`, which is the distance of
 /// the first point.
 fn profile_end(problem: &Problem, minimum: &Evaluation, column: usize, t: f64, first: f64) -> Option<End> {
     let from = minimum.state.shared.0[column];
     let [low, high] = problem.unknowns[column].bounds;
-    let (sign, limit) = if first > 0.0 { (1.0, high - from) } else { (-1.0, from - low) };
-    let end = |distance: f64, rise: f64| {
-        let bound = if sign > 0.0 { high } else { low };
-        let value = if distance >= limit { bound } else { from + sign * distance };
-        Some(End { value, rise: rise * rise })
-    };
+    let (sign, bound) = if first > 0.0 { (1.0, high) } else { (-1.0, low) };
+    let limit = (bound - from).abs();
+    let value = |distance: f64| if distance >= limit { bound } else { from + sign * distance };
+    let place = |distance: f64| [(column, value(distance))];
+    let (distance, rise) = reach(problem, minimum, (t, PRECISION), (first.abs(), limit), place)?;
+    Some(End { value: value(distance), rise: rise * rise })
+}
+
+/// Returns the distance along a way from the minimum at which the root of the rise of χ² is `t`, to a
+/// relative precision, or `limit` if that is met before; with the root. The way has held columns at each
+/// distance; `first` is where to look first.
+fn reach<const N: usize>(
+    problem: &Problem,
+    minimum: &Evaluation,
+    (t, precision): (f64, f64),
+    (first, limit): (f64, f64),
+    place: impl Fn(f64) -> [(usize, f64); N],
+) -> Option<(f64, f64)> {
     if limit <= 0.0 {
-        return end(0.0, 0.0);
+        return Some((0.0, 0.0));
     }
-    let mut inside = (0.0, 0.0, minimum.clone());
+    let mut inside: Reached = (0.0, 0.0, minimum.clone());
     let mut outside: Option<(f64, f64)> = None;
-    let mut trial = first.abs().min(limit);
+    let mut trial = first.min(limit);
     for _ in 0..MAX_POINTS {
-        let value = if trial >= limit { if sign > 0.0 { high } else { low } } else { from + sign * trial };
-        let there = least_at(problem, &inside.2, column, value);
+        let there = least_at(problem, &inside.2, &place(trial));
         let rise = there.as_ref().map_or(f64::INFINITY, |at| (at.cost - minimum.cost).max(0.0).sqrt());
-        if (rise - t).abs() <= PRECISION * t {
-            return end(trial, rise);
+        if (rise - t).abs() <= precision * t {
+            return Some((trial, rise));
         }
         match there {
             Some(at) if rise < t => inside = (trial, rise, at),
             _ => outside = Some((trial, rise)),
         }
         if rise < t && trial >= limit {
-            return end(limit, rise);
+            return Some((limit, rise));
         }
         trial = match outside {
             None => (inside.0 * (t / inside.1.max(FLAT * t)).clamp(1.05, 3.0)).min(limit),
             Some((far, rise)) => {
                 if far - inside.0 <= JUMP * far {
-                    return end(inside.0, inside.1);
+                    return Some((inside.0, inside.1));
                 }
                 let part = (t - inside.1) / (rise - inside.1);
                 let part = if rise.is_finite() { part.clamp(0.05, 0.95) } else { 0.5 };
@@ -114,36 +185,42 @@ fn profile_end(problem: &Problem, minimum: &Evaluation, column: usize, t: f64, f
     None
 }
 
-/// Returns where the other unknowns follow one, which has this value, to first order from a minimum.
-fn follow(problem: &Problem, from: &Evaluation, column: usize, value: f64) -> Option<Evaluation> {
-    let others: Vec<usize> = problem.free().into_iter().filter(|other| *other != column).collect();
-    let by = value - from.state.shared.0[column];
-    from.eliminate(problem, 0.0).and_then(|reduced| {
-        let moving: Vec<usize> = others.iter().copied().filter(|other| reduced.informs(*other)).collect();
-        let all: Vec<usize> = moving.iter().copied().chain([column]).collect();
-        let n = moving.len();
-        let matrix = reduced.matrix(&all);
-        let beside = matrix.view((0, n), (n, 1)).column(0) * by;
-        let mut step = -matrix.view((0, 0), (n, n)).into_owned().cholesky()?.solve(&beside);
-        for (column, step) in moving.iter().zip(step.iter_mut()) {
-            let ([low, high], x) = (problem.unknowns[*column].bounds, from.state.shared.0[*column]);
-            *step = (x + *step).clamp(low, high) - x;
-        }
-        let step = DVector::from_iterator(n + 1, step.iter().copied().chain([by]));
-        let mut state = reduced.step(problem, &from.state, &all, &step);
-        state.shared.0[column] = value;
-        let there = problem.evaluate(state);
-        there.cost.is_finite().then_some(there)
-    })
+/// Returns where the other unknowns follow some, which have these values, to first order from a minimum.
+fn follow(problem: &Problem, from: &Evaluation, held: &[(usize, f64)]) -> Option<Evaluation> {
+    let reduced = from.eliminate(problem, 0.0)?;
+    let is_moving = |column: &usize| reduced.informs(*column) && held.iter().all(|(held, _)| held != column);
+    let moving: Vec<usize> = problem.free().into_iter().filter(is_moving).collect();
+    let columns = held.iter().map(|(column, _)| *column);
+    let all: Vec<usize> = moving.iter().copied().chain(columns).collect();
+    let (n, count) = (moving.len(), held.len());
+    let by = held.iter().map(|(column, value)| value - from.state.shared.0[*column]);
+    let by = DVector::from_iterator(count, by);
+    let matrix = reduced.matrix(&all);
+    let beside = matrix.view((0, n), (n, count)) * &by;
+    let mut step = -matrix.view((0, 0), (n, n)).into_owned().cholesky()?.solve(&beside);
+    for (column, step) in moving.iter().zip(step.iter_mut()) {
+        let ([low, high], x) = (problem.unknowns[*column].bounds, from.state.shared.0[*column]);
+        *step = (x + *step).clamp(low, high) - x;
+    }
+    let step = DVector::from_iterator(n + count, step.iter().chain(by.iter()).copied());
+    let mut state = reduced.step(problem, &from.state, &all, &step);
+    for (column, value) in held {
+        state.shared.0[*column] = *value;
+    }
+    let there = problem.evaluate(state);
+    there.cost.is_finite().then_some(there)
 }
 
-/// Returns the least χ² over all unknowns but one, which has this value; descends from another
+/// Returns the least χ² over all unknowns but some, which have these values; descends from another
 /// minimum, from where the others follow to first order.
-fn least_at(problem: &Problem, from: &Evaluation, column: usize, value: f64) -> Option<Evaluation> {
-    let others: Vec<usize> = problem.free().into_iter().filter(|other| *other != column).collect();
-    let start = follow(problem, from, column, value).unwrap_or_else(|| {
+fn least_at(problem: &Problem, from: &Evaluation, held: &[(usize, f64)]) -> Option<Evaluation> {
+    let is_other = |column: &usize| held.iter().all(|(held, _)| held != column);
+    let others: Vec<usize> = problem.free().into_iter().filter(is_other).collect();
+    let start = follow(problem, from, held).unwrap_or_else(|| {
         let mut state = from.state.clone();
-        state.shared.0[column] = value;
+        for (column, value) in held {
+            state.shared.0[*column] = *value;
+        }
         problem.evaluate(state)
     });
     let end = descend_until(problem, start, &others, MAX_STEPS, STALL).end;
