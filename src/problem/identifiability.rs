@@ -1,6 +1,7 @@
-//! What the data do not determine: directions in which χ² does not change.
+//! What the data determine: the direction of the unknowns in which χ² changes least, and what they do
+//! determine of it.
 
-use nalgebra::DMatrix;
+use nalgebra::{DMatrix, DVector};
 
 use super::problem::{Evaluation, Problem, Reduced};
 use super::unknowns::Id;
@@ -9,32 +10,105 @@ use super::unknowns::Id;
 /// direction: products of derivatives are exact to 1e-12.
 const NULL: f64 = 1e-11;
 
+/// Condition number from which on a direction is hardly determined (Belsley, Kuh and Welsch, Regression
+/// Diagnostics, 1980, ch. 3).
+const WEAK: f64 = 30.0;
+
 /// Part of a direction from which on an unknown belongs to it.
 const SHARE: f64 = 0.1;
 
-/// Returns the free unknowns in a direction in which χ² does not change, each with its part; `None` if
-/// the data determine all unknowns that they depend on and that are not at bounds.
-pub(crate) fn null_direction(
-    problem: &Problem,
-    at: &Evaluation,
-    reduced: &Reduced,
-) -> Option<Vec<(Id, f64)>> {
+/// Part within which relative changes of two unknowns are opposite or equal, so that their product or
+/// ratio stays.
+const INVARIANT: f64 = 0.15;
+
+/// A function of two unknowns.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Invariant {
+    /// x·y
+    Product,
+    /// x/y
+    Ratio,
+}
+
+/// What the data determine of a direction.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Remains {
+    /// Which function of the direction's two unknowns.
+    pub invariant: Invariant,
+    /// Its value.
+    pub value: f64,
+    /// Standard error of the value.
+    pub std_error: f64,
+}
+
+/// The direction of the unknowns in which χ² changes least.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Combination {
+    /// How far each unknown goes for one standard error along it; in a direction that is not determined
+    /// 1 for the one that goes farthest.
+    pub terms: Vec<(Id, f64)>,
+    /// Root of the largest eigenvalue of the scaled normal matrix over the smallest.
+    pub condition: f64,
+    /// Whether it is hardly determined.
+    pub is_weak: bool,
+    /// Whether χ² does not change along it at all.
+    pub is_undetermined: bool,
+    /// What is determined of it.
+    pub remains: Option<Remains>,
+}
+
+/// Returns the worst determined direction of the free unknowns that the data depend on and that are not
+/// at bounds; `None` of fewer than two.
+pub(crate) fn worst_direction(problem: &Problem, at: &Evaluation, reduced: &Reduced) -> Option<Combination> {
     let is_inside = |column: &usize| {
         !problem.unknowns[*column].bounds.contains(&at.state.shared.0[*column]) && reduced.informs(*column)
     };
     let columns: Vec<usize> = problem.free().into_iter().filter(is_inside).collect();
     let matrix = reduced.matrix(&columns);
+    let norms = matrix.diagonal().map(f64::sqrt);
     let n = columns.len();
-    let scaled = DMatrix::from_fn(n, n, |i, j| matrix[(i, j)] / (matrix[(i, i)] * matrix[(j, j)]).sqrt());
-    if n == 0 || !scaled.iter().all(|entry| entry.is_finite()) {
+    let scaled = DMatrix::from_fn(n, n, |i, j| matrix[(i, j)] / (norms[i] * norms[j]));
+    if n < 2 || !scaled.iter().all(|entry| entry.is_finite()) {
         return None;
     }
     let eigen = scaled.symmetric_eigen();
-    let least = eigen.eigenvalues.imin();
-    if eigen.eigenvalues[least] > NULL {
-        return None;
-    }
-    let parts = eigen.eigenvectors.column(least);
-    let shares = columns.iter().zip(parts.iter()).filter(|(_, part)| part.abs() > SHARE);
-    Some(shares.map(|(column, part)| (problem.unknowns[*column].id, *part)).collect())
+    let (values, least) = (&eigen.eigenvalues, eigen.eigenvalues.imin());
+    let is_undetermined = values[least] <= NULL;
+    let direction = eigen.eigenvectors.column(least).component_div(&norms);
+    let length = if is_undetermined { direction.amax() } else { values[least].sqrt() };
+    let named = (0..n).filter(|i| eigen.eigenvectors[(*i, least)].abs() > SHARE);
+    let terms: Vec<(usize, f64)> = named.map(|i| (i, direction[i] / length)).collect();
+    // variance of a function of this gradient, without the part that is not determined
+    let variance = |gradient: &DVector<f64>| -> f64 {
+        let scaled = gradient.component_div(&norms);
+        let part = |i: usize| eigen.eigenvectors.column(i).dot(&scaled).powi(2) / values[i];
+        (0..n).filter(|i| *i != least || !is_undetermined).map(part).sum()
+    };
+    let x = |i: usize| at.state.shared.0[columns[i]];
+    let remains = match terms[..] {
+        [(i, step_i), (j, step_j)] if x(i) > 0.0 && x(j) > 0.0 => {
+            let ratio = (step_i / x(i)) / (step_j / x(j));
+            let of = |invariant: Invariant, value: f64, by: [f64; 2]| {
+                let mut gradient = DVector::zeros(n);
+                (gradient[i], gradient[j]) = (by[0], by[1]);
+                Remains { invariant, value, std_error: variance(&gradient).sqrt() }
+            };
+            if (ratio + 1.0).abs() < INVARIANT {
+                Some(of(Invariant::Product, x(i) * x(j), [x(j), x(i)]))
+            } else if (ratio - 1.0).abs() < INVARIANT {
+                Some(of(Invariant::Ratio, x(i) / x(j), [x(j).recip(), -x(i) / x(j).powi(2)]))
+            } else {
+                None
+            }
+        }
+        _ => None,
+    };
+    let condition = (values.max() / values[least].max(0.0)).sqrt();
+    Some(Combination {
+        terms: terms.into_iter().map(|(i, step)| (problem.unknowns[columns[i]].id, step)).collect(),
+        condition,
+        is_weak: is_undetermined || condition > WEAK,
+        is_undetermined,
+        remains,
+    })
 }

@@ -3,7 +3,7 @@
 use nalgebra::DMatrix;
 use statrs::distribution::{ContinuousCDF, Normal as Gauss, StudentsT};
 
-use super::identifiability::null_direction;
+use super::identifiability::worst_direction;
 use super::problem::{Evaluation, Problem};
 use super::profile::End;
 use super::solution::Solution;
@@ -216,11 +216,11 @@ fn edge_of_saturation(problem: &Problem, at: &Evaluation, column: usize) -> Opti
 pub(crate) fn determine(problem: &Problem, at: &Evaluation) -> (Estimates, Vec<Id>) {
     let mut held = problem.clone();
     let mut undetermined: Vec<Id> = Vec::new();
-    for _ in 0..problem.free().len() {
-        let direction = at.eliminate(&held, 0.0).and_then(|reduced| null_direction(&held, at, &reduced));
-        let Some(direction) = direction else { break };
-        let Some(largest) = direction.iter().max_by(|a, b| a.1.abs().total_cmp(&b.1.abs())) else { break };
-        undetermined.extend(direction.iter().map(|(id, _)| *id));
+    while let Some(worst) = at.eliminate(&held, 0.0).and_then(|reduced| worst_direction(&held, at, &reduced))
+        && let Some(largest) = worst.terms.iter().max_by(|a, b| a.1.abs().total_cmp(&b.1.abs()))
+        && worst.is_undetermined
+    {
+        undetermined.extend(worst.terms.iter().map(|(id, _)| *id));
         held.unknown_mut(largest.0).mode = Mode::Fixed;
     }
     let none = Estimates { columns: Vec::new(), covariance: DMatrix::zeros(0, 0) };

@@ -43,6 +43,7 @@ pub use film::film_data::{FilmError, Modelling};
 pub(crate) use film::planned::{Filming, PlannedShot, information, unknowns_of};
 pub use film::shots::{FittedFrame, Impact, Motion, PicturePaths};
 pub use findings::{Finding, Severity};
+pub use identifiability::{Combination, Invariant, Remains};
 pub use intervals::{Determined, Status};
 pub use offsets::{Offsets, Slope};
 pub use policy::Policy;

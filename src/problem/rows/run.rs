@@ -14,6 +14,7 @@ use crate::measurement::parameter::Parameter;
 use crate::physics::collision::FidelityChoice;
 use crate::problem::descent::{Descent, descend, descend_until};
 use crate::problem::findings::Finding;
+use crate::problem::identifiability::{Combination, worst_direction};
 use crate::problem::intervals::{Determined, Intervals, Quantiles, Status, determine, errors_as_free};
 use crate::problem::loss::{ShotLoss, sandwich};
 use crate::problem::minimise::descend_with_noise;
@@ -112,6 +113,8 @@ pub struct RowsFit {
     pub noises: Vec<TableNoise>,
     /// Degrees of freedom of Student's t; `None` if all errors are stated.
     pub dof: Option<f64>,
+    /// The worst determined direction of the unknowns.
+    pub worst: Option<Combination>,
     /// Weight of each shot by the loss.
     pub weights: Vec<f64>,
     /// Effects that were tried beyond those of the chosen fidelity.
@@ -177,6 +180,7 @@ fn finish(
     let Table { problem, names, left_out, settings, observables, silent } = table;
     let at = descent.end;
     let (mut estimates, undetermined) = determine(&problem, &at);
+    let worst = at.eliminate(&problem, 0.0).and_then(|reduced| worst_direction(&problem, &at, &reduced));
     let distances = distances(&problem, &at);
     let weights = problem.rows().map_or_else(Vec::new, |rows| rows.weights(distances.iter().copied()));
     let noises = list_noises(&problem, &at, &estimates, &observables);
@@ -242,7 +246,7 @@ fn finish(
             Status::Free | Status::Fixed => {}
         }
     }
-    RowsFit { solution, estimates, noises, dof, weights, effects }
+    RowsFit { solution, estimates, noises, dof, worst, weights, effects }
 }
 
 /// Returns where descents from a grid in μ end.

@@ -277,3 +277,25 @@ fn weight_is_let_in_if_the_shots_call_for_it() {
     let full = fitted(&dataset, &FULL).unwrap();
     assert!(off(&auto).abs() < 0.5 && off(&full).abs() > off(&auto).abs(), "{} {}", off(&auto), off(&full));
 }
+
+/// Throws at one speed and one cut determine friction at one slip only: neither part of a friction that
+/// falls is identified, and both are named together.
+#[test]
+fn undetermined_combinations_are_named() {
+    let exact = |value: f64| Measured { value, sd: None };
+    let shot = |i: u32| {
+        let before = Before::Angle { cut: exact(0.6), speed: Some(exact(2.0)) };
+        let throw = Measured::new(0.06 + 0.001 * f64::from(i % 3), 0.002);
+        let after = vec![Measurement { observable: Observable::Throw, measured: throw }];
+        Shot::new(format!("{i}"), before, Spin::Stun, after)
+    };
+    let mut dataset = Dataset::new("one slip", Ball::POOL, (0..6).map(shot).collect());
+    dataset.settings.falls = true;
+    dataset.settings[Parameter::E] = crate::measurement::parameter::Setting::held(0.94);
+    let fit = fitted(&dataset, &FULL).unwrap();
+    for id in [Id::Mu, Id::FallB] {
+        assert_eq!(fit.get(id).status, Status::NotIdentified, "{}", id.name());
+    }
+    let worst = fit.worst.unwrap();
+    assert!(worst.is_undetermined && worst.terms.len() == 2, "{worst:?}");
+}
